@@ -1,0 +1,116 @@
+//! Sums that do not depend on the order of their terms.
+
+use std::ops::AddAssign;
+
+/// A sum of finite numbers in 128-bit fixed point, in steps of 2⁻⁶⁴ (5·10⁻²⁰).
+///
+/// Floating-point addition is not associative, so a picture added up tile by tile, or by several machines, would
+/// differ in its last bits from one made whole. Integer addition is associative: any split and any order gives
+/// the same bits. Each term is cut towards zero to a multiple of 2⁻⁶⁴ as it comes in; that, not the addition, is the
+/// only error. The sum saturates at ±2⁶³ (9·10¹⁸).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct ExactSum(i128);
+
+impl ExactSum {
+    /// The sum of no terms.
+    pub const ZERO: Self = Self(0);
+
+    const FRACTION_BITS: i32 = 64;
+
+    /// The sum with the single term `x`, which must be finite: NaN counts as a huge number here. Check first.
+    #[inline]
+    #[must_use]
+    pub fn from_f64(x: f64) -> Self {
+        // x = mantissa · 2^(exponent - 1075). Subnormal numbers are far below the step and become zero.
+        let bits = x.to_bits();
+        let exponent = ((bits >> 52) & 0x7ff) as i32;
+        let mantissa = i128::from((bits & 0x000f_ffff_ffff_ffff) | 0x0010_0000_0000_0000);
+        let shift = exponent - 1075 + Self::FRACTION_BITS;
+        let magnitude = if shift >= 0 {
+            if shift <= 74 { mantissa << shift } else { i128::MAX }
+        } else if shift > -64 {
+            mantissa >> -shift
+        } else {
+            0
+        };
+        Self(if x.is_sign_negative() { -magnitude } else { magnitude })
+    }
+
+    /// The sum, rounded to the nearest `f64`.
+    #[inline]
+    #[must_use]
+    pub fn to_f64(self) -> f64 {
+        const STEP: f64 = 1.0 / 18_446_744_073_709_551_616.0; // 2⁻⁶⁴
+        self.0 as f64 * STEP
+    }
+
+    /// The sum in steps of 2⁻⁶⁴, for storing it without loss.
+    #[must_use]
+    pub fn to_bits(self) -> i128 {
+        self.0
+    }
+
+    /// The inverse of [`ExactSum::to_bits`].
+    #[must_use]
+    pub fn from_bits(bits: i128) -> Self {
+        Self(bits)
+    }
+}
+
+impl AddAssign for ExactSum {
+    #[inline]
+    fn add_assign(&mut self, other: Self) {
+        self.0 = self.0.saturating_add(other.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn numbers_above_the_step_survive_exactly() {
+        for x in [0.0, -0.0, 1.0, -1.0, 0.1_f32, 1e-9, -3.25e7, 1.0e12, 2f32.powi(-40)] {
+            assert_eq!(ExactSum::from_f64(f64::from(x)).to_f64(), f64::from(x), "{x}");
+        }
+        assert_eq!(ExactSum::from_f64(2f64.powi(-64)).to_bits(), 1);
+        assert_eq!(ExactSum::from_f64(2f64.powi(-65)).to_bits(), 0);
+        assert_eq!(ExactSum::from_f64(f64::MIN_POSITIVE / 2.0).to_bits(), 0);
+    }
+
+    #[test]
+    fn huge_numbers_saturate() {
+        let mut sum = ExactSum::from_f64(1e30);
+        assert_eq!(sum.to_bits(), i128::MAX);
+        sum += ExactSum::from_f64(1e30);
+        assert_eq!(sum.to_bits(), i128::MAX);
+        assert_eq!(ExactSum::from_f64(-1e30).to_bits(), -i128::MAX);
+        let below = 2f64.powi(63) * (1.0 - f64::EPSILON / 2.0);
+        assert_eq!(ExactSum::from_f64(below).to_f64(), below);
+    }
+
+    proptest! {
+        #[test]
+        fn order_and_grouping_do_not_matter(
+            terms in prop::collection::vec(-1e6_f32..1e6, 1..64),
+            cut in 0_usize..64,
+            exponent in -30_i32..6,
+        ) {
+            let terms: Vec<f64> = terms.iter().map(|&t| f64::from(t * 10f32.powi(exponent))).collect();
+            let sum = |terms: &mut dyn Iterator<Item = f64>| {
+                let mut sum = ExactSum::ZERO;
+                terms.for_each(|t| sum += ExactSum::from_f64(t));
+                sum
+            };
+            let whole = sum(&mut terms.iter().copied());
+            let (a, b) = terms.split_at(cut.min(terms.len()));
+            let mut parts = sum(&mut b.iter().rev().copied());
+            parts += sum(&mut a.iter().copied());
+            prop_assert_eq!(whole, parts);
+            let plain: f64 = terms.iter().sum();
+            let scale: f64 = terms.iter().map(|t| t.abs()).sum();
+            prop_assert!((whole.to_f64() - plain).abs() <= 1e-12 * scale + 64.0 * 2f64.powi(-64));
+        }
+    }
+}

@@ -1,0 +1,551 @@
+//! The film: one estimate per pixel and the auxiliary layers that were asked for.
+
+use crate::{Aov, AovKind, AovSample, ExactSum, Image, NO_ID, PixelStats};
+
+/// The largest width or height of a film or an image file, in pixels.
+pub const MAX_SIDE: u32 = 65_536;
+
+/// The largest number of pixels of a film.
+const MAX_PIXELS: u64 = 1 << 30;
+
+/// A rectangle of pixels; `x` runs to the right and `y` down, from the top left corner of the whole picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Rect {
+    /// Leftmost column.
+    pub x: u32,
+    /// Topmost row.
+    pub y: u32,
+    /// Number of columns.
+    pub width: u32,
+    /// Number of rows.
+    pub height: u32,
+}
+
+impl Rect {
+    /// The rectangle of a whole picture.
+    #[must_use]
+    pub fn full(width: u32, height: u32) -> Self {
+        Self { x: 0, y: 0, width, height }
+    }
+
+    /// Whether pixel (`x`, `y`) lies inside.
+    #[inline]
+    #[must_use]
+    pub fn contains(&self, x: u32, y: u32) -> bool {
+        x >= self.x && y >= self.y && x - self.x < self.width && y - self.y < self.height
+    }
+
+    /// Whether all of `other` lies inside.
+    #[must_use]
+    pub fn contains_rect(&self, other: &Self) -> bool {
+        let end = |start: u32, length: u32| u64::from(start) + u64::from(length);
+        other.x >= self.x
+            && other.y >= self.y
+            && end(other.x, other.width) <= end(self.x, self.width)
+            && end(other.y, other.height) <= end(self.y, self.height)
+    }
+
+    /// The number of pixels.
+    #[must_use]
+    pub fn area(&self) -> usize {
+        self.width as usize * self.height as usize
+    }
+
+    /// Cuts the rectangle into tiles of `side` × `side` pixels, row by row; those at the right and bottom edges may
+    /// be smaller. `side` zero counts as one.
+    pub fn tiles(self, side: u32) -> impl Iterator<Item = Self> {
+        let side = side.max(1);
+        let offsets = move |length: u32| (0..length).step_by(side as usize);
+        offsets(self.height).flat_map(move |dy| {
+            offsets(self.width).map(move |dx| Self {
+                x: self.x + dx,
+                y: self.y + dy,
+                width: side.min(self.width - dx),
+                height: side.min(self.height - dy),
+            })
+        })
+    }
+}
+
+/// Why a film could not be made or merged.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FilmError {
+    /// Neither side may be zero or above [`MAX_SIDE`], and the number of pixels is limited to 2³⁰.
+    #[error(
+        "a film of {width}×{height} pixels is not possible: each side must be 1 to {MAX_SIDE}, \
+             with at most {MAX_PIXELS} pixels"
+    )]
+    Size {
+        /// Width that was asked for.
+        width: u32,
+        /// Height that was asked for.
+        height: u32,
+    },
+    /// The window is empty or reaches beyond the picture.
+    #[error("the window {window:?} is empty or does not lie within {width}×{height} pixels")]
+    Window {
+        /// The window that was asked for.
+        window: Rect,
+        /// Width of the whole picture.
+        width: u32,
+        /// Height of the whole picture.
+        height: u32,
+    },
+    /// There is not enough memory for the film.
+    #[error("not enough memory for a film of {pixels} pixels")]
+    Memory {
+        /// Number of pixels of the window.
+        pixels: usize,
+    },
+    /// The films to be merged are parts of pictures of different sizes.
+    #[error("cannot merge a film of {other:?} pixels into one of {this:?}")]
+    SizeMismatch {
+        /// Width and height of the film that was to grow.
+        this: (u32, u32),
+        /// Width and height of the film that was to be added.
+        other: (u32, u32),
+    },
+    /// The film to be added covers pixels that the other does not have.
+    #[error("cannot merge a film of {other:?} into one of only {this:?}")]
+    WindowMismatch {
+        /// Window of the film that was to grow.
+        this: Rect,
+        /// Window of the film that was to be added.
+        other: Rect,
+    },
+    /// The films have different auxiliary layers.
+    #[error("cannot merge a film with layers {other:?} into one with {this:?}")]
+    AovMismatch {
+        /// Layers of the film that was to grow.
+        this: Vec<Aov>,
+        /// Layers of the film that was to be added.
+        other: Vec<Aov>,
+    },
+}
+
+/// One stored auxiliary layer: `channels × width × height` numbers, a pixel's channels together.
+#[derive(Clone, Debug, PartialEq)]
+enum Layer {
+    Mean(Vec<ExactSum>),
+    /// [`UNSET`] where sample 0 has not come yet.
+    First(Vec<f32>),
+    /// [`NO_ID`] where sample 0 has not come yet or hit nothing.
+    FirstId(Vec<u32>),
+    Derived,
+}
+
+/// Marks a value that has not come yet. No sample can have it, and unlike NaN it equals itself.
+const UNSET: f32 = f32::INFINITY;
+
+/// The values of an auxiliary layer.
+#[derive(Clone, Debug, PartialEq)]
+pub enum AovData {
+    /// As many channels as [`Aov::channels`] has.
+    Float(Image),
+    /// One whole number a pixel, row by row from the top.
+    Integer(Vec<u32>),
+}
+
+/// What a render has learned so far: for each pixel the sums from which mean and standard error follow
+/// ([`PixelStats`]), and the auxiliary layers that were asked for.
+///
+/// A film covers a *window* of a picture: all of it, a crop, or a tile. Splitting a render into films by tile or by
+/// range of samples, and merging them in any order, gives the same bits as one film made whole, as long as every
+/// sample is added once.
+///
+/// A back end typically makes a small film per tile with [`Film::tile`], fills it without locks, and merges it.
+/// A pixel takes 112 bytes, plus 16 a channel for mean layers and 4 a channel for the others.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Film {
+    width: u32,
+    height: u32,
+    window: Rect,
+    pixels: Vec<PixelStats>,
+    aovs: Vec<Aov>,
+    layers: Vec<Layer>,
+    /// Samples per pixel in the mean layers; empty when there are none.
+    aov_counts: Vec<u32>,
+    invalid_aovs: u64,
+}
+
+impl Film {
+    /// An empty film for a whole picture, without auxiliary layers.
+    ///
+    /// # Errors
+    /// [`FilmError::Size`] or [`FilmError::Memory`].
+    pub fn new(width: u32, height: u32) -> Result<Self, FilmError> {
+        Self::with_window(width, height, Rect::full(width, height), &[])
+    }
+
+    /// An empty film for the part `window` of a picture of `width` × `height` pixels, with the layers `aovs`
+    /// (doubles are ignored).
+    ///
+    /// # Errors
+    /// [`FilmError::Size`], [`FilmError::Window`] or [`FilmError::Memory`].
+    pub fn with_window(width: u32, height: u32, window: Rect, aovs: &[Aov]) -> Result<Self, FilmError> {
+        let sides = 1..=MAX_SIDE;
+        if !sides.contains(&width)
+            || !sides.contains(&height)
+            || u64::from(width) * u64::from(height) > MAX_PIXELS
+        {
+            return Err(FilmError::Size { width, height });
+        }
+        if window.area() == 0 || !Rect::full(width, height).contains_rect(&window) {
+            return Err(FilmError::Window { window, width, height });
+        }
+        let mut unique = Vec::new();
+        for &aov in aovs {
+            if !unique.contains(&aov) {
+                unique.push(aov);
+            }
+        }
+        let area = window.area();
+        let layers = unique
+            .iter()
+            .map(|aov| {
+                let n = area * aov.channels().len();
+                Ok(match aov.kind() {
+                    AovKind::Mean => Layer::Mean(filled(n, ExactSum::ZERO, area)?),
+                    AovKind::First => Layer::First(filled(n, UNSET, area)?),
+                    AovKind::FirstId => Layer::FirstId(filled(n, NO_ID, area)?),
+                    AovKind::Derived => Layer::Derived,
+                })
+            })
+            .collect::<Result<Vec<_>, FilmError>>()?;
+        let has_means = unique.iter().any(|a| a.kind() == AovKind::Mean);
+        Ok(Self {
+            width,
+            height,
+            window,
+            pixels: filled(area, PixelStats::default(), area)?,
+            aovs: unique,
+            layers,
+            aov_counts: filled(if has_means { area } else { 0 }, 0, area)?,
+            invalid_aovs: 0,
+        })
+    }
+
+    /// An empty film for the part `window` of the same picture, with the same layers.
+    ///
+    /// # Errors
+    /// [`FilmError::Window`] or [`FilmError::Memory`].
+    pub fn tile(&self, window: Rect) -> Result<Self, FilmError> {
+        Self::with_window(self.width, self.height, window, &self.aovs)
+    }
+
+    /// Width of the whole picture, in pixels.
+    #[must_use]
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Height of the whole picture, in pixels.
+    #[must_use]
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// The part of the picture that this film covers.
+    #[must_use]
+    pub fn window(&self) -> Rect {
+        self.window
+    }
+
+    /// The auxiliary layers that a back end should fill, and those that follow from the colour.
+    #[must_use]
+    pub fn aovs(&self) -> &[Aov] {
+        &self.aovs
+    }
+
+    /// Whether [`Film::add_aovs`] would keep anything.
+    #[must_use]
+    pub fn wants_aovs(&self) -> bool {
+        self.aovs.iter().any(|a| a.kind() != AovKind::Derived)
+    }
+
+    /// Forgets all samples; size, window and layers stay.
+    pub fn clear(&mut self) {
+        self.pixels.fill(PixelStats::default());
+        self.aov_counts.fill(0);
+        self.invalid_aovs = 0;
+        for layer in &mut self.layers {
+            match layer {
+                Layer::Mean(sums) => sums.fill(ExactSum::ZERO),
+                Layer::First(values) => values.fill(UNSET),
+                Layer::FirstId(ids) => ids.fill(NO_ID),
+                Layer::Derived => {}
+            }
+        }
+    }
+
+    /// The estimates of the window's pixels, row by row from the top.
+    #[must_use]
+    pub fn pixels(&self) -> &[PixelStats] {
+        &self.pixels
+    }
+
+    /// As [`Film::pixels`], to add samples in place.
+    #[must_use]
+    pub fn pixels_mut(&mut self) -> &mut [PixelStats] {
+        &mut self.pixels
+    }
+
+    /// The estimate of pixel (`x`, `y`) of the whole picture, or `None` outside the window.
+    #[must_use]
+    pub fn pixel(&self, x: u32, y: u32) -> Option<&PixelStats> {
+        self.index(x, y).map(|i| &self.pixels[i])
+    }
+
+    /// Adds one colour sample (linear RGB radiance) to pixel (`x`, `y`) of the whole picture.
+    ///
+    /// Returns `false` when the sample was dropped and counted as invalid (see [`PixelStats::add`]).
+    ///
+    /// # Panics
+    /// If the pixel lies outside the window.
+    #[inline]
+    pub fn add(&mut self, x: u32, y: u32, rgb: [f32; 3]) -> bool {
+        let i = self.index_in_window(x, y);
+        self.pixels[i].add(rgb)
+    }
+
+    /// Adds the samples in `stats` to pixel (`x`, `y`) of the whole picture.
+    ///
+    /// # Panics
+    /// If the pixel lies outside the window.
+    #[inline]
+    pub fn add_stats(&mut self, x: u32, y: u32, stats: &PixelStats) {
+        let i = self.index_in_window(x, y);
+        self.pixels[i].merge(stats);
+    }
+
+    /// Adds what sample number `sample` of pixel (`x`, `y`) saw to the auxiliary layers. Call it once for every
+    /// sample, those that hit nothing included; layers of kind [`AovKind::First`] use sample 0 only.
+    ///
+    /// Values that are not finite are dropped and counted, see [`Film::invalid_aovs`].
+    ///
+    /// # Panics
+    /// If the pixel lies outside the window.
+    pub fn add_aovs(&mut self, x: u32, y: u32, sample: u64, values: &AovSample) {
+        let i = self.index_in_window(x, y);
+        if let Some(count) = self.aov_counts.get_mut(i) {
+            *count += 1;
+        }
+        for (&aov, layer) in self.aovs.iter().zip(&mut self.layers) {
+            let channels = values.values(aov);
+            let invalid = channels
+                .iter()
+                .any(|v| v.abs().partial_cmp(&PixelStats::MAX_SAMPLE).is_none_or(|o| o.is_gt()));
+            if invalid {
+                self.invalid_aovs += 1;
+                continue;
+            }
+            let at = i * aov.channels().len();
+            match layer {
+                Layer::Mean(sums) => {
+                    for (sum, &v) in sums[at..].iter_mut().zip(channels) {
+                        *sum += ExactSum::from_f64(f64::from(v));
+                    }
+                }
+                Layer::First(stored) if sample == 0 => {
+                    stored[at..at + channels.len()].copy_from_slice(channels)
+                }
+                Layer::FirstId(ids) if sample == 0 => ids[i] = values.id(aov).unwrap_or(NO_ID),
+                Layer::First(_) | Layer::FirstId(_) | Layer::Derived => {}
+            }
+        }
+    }
+
+    /// Adds the samples of `other`, whose window must lie within this film's.
+    ///
+    /// The order of merges does not matter. Samples that are in both are counted twice: who splits a render must
+    /// split it into parts that have no sample in common.
+    ///
+    /// # Errors
+    /// [`FilmError::SizeMismatch`], [`FilmError::WindowMismatch`] or [`FilmError::AovMismatch`]; the film is then
+    /// unchanged.
+    pub fn merge(&mut self, other: &Self) -> Result<(), FilmError> {
+        let sizes = [(self.width, self.height), (other.width, other.height)];
+        if sizes[0] != sizes[1] {
+            return Err(FilmError::SizeMismatch { this: sizes[0], other: sizes[1] });
+        }
+        if !self.window.contains_rect(&other.window) {
+            return Err(FilmError::WindowMismatch { this: self.window, other: other.window });
+        }
+        if self.aovs != other.aovs {
+            return Err(FilmError::AovMismatch { this: self.aovs.clone(), other: other.aovs.clone() });
+        }
+        self.invalid_aovs += other.invalid_aovs;
+        let width = other.window.width as usize;
+        for row in 0..other.window.height {
+            let to = self.index_in_window(other.window.x, other.window.y + row);
+            let from = row as usize * width;
+            let pixels = &other.pixels[from..from + width];
+            self.pixels[to..to + width].iter_mut().zip(pixels).for_each(|(a, b)| a.merge(b));
+            if !self.aov_counts.is_empty() {
+                let counts = &other.aov_counts[from..from + width];
+                self.aov_counts[to..to + width].iter_mut().zip(counts).for_each(|(a, b)| *a += b);
+            }
+            for ((aov, layer), added) in self.aovs.iter().zip(&mut self.layers).zip(&other.layers) {
+                let n = aov.channels().len();
+                layer.merge_run(to * n, added, from * n, width * n);
+            }
+        }
+        Ok(())
+    }
+
+    /// The number of samples that were dropped as NaN, infinite or absurdly large.
+    #[must_use]
+    pub fn invalid_samples(&self) -> u64 {
+        self.pixels.iter().map(PixelStats::invalid).sum()
+    }
+
+    /// The number of auxiliary values (one a layer and sample) that were dropped as NaN, infinite or absurdly large.
+    #[must_use]
+    pub fn invalid_aovs(&self) -> u64 {
+        self.invalid_aovs
+    }
+
+    /// The number of valid samples of all pixels together.
+    #[must_use]
+    pub fn total_samples(&self) -> u64 {
+        self.pixels.iter().map(PixelStats::count).sum()
+    }
+
+    /// The mean radiance of the window: linear RGB, each pixel weighing the same.
+    #[must_use]
+    pub fn mean(&self) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for pixel in &self.pixels {
+            let mean = pixel.mean();
+            (0..3).for_each(|c| sum[c] += mean[c]);
+        }
+        sum.map(|s| s / self.pixels.len() as f64)
+    }
+
+    /// The relative standard error of the picture, for stopping criteria such as `--noise 0.02`.
+    ///
+    /// It is the root mean square over all pixels and channels
+    ///
+    /// `√( mean( se² / (m² + 0.01·L²) ) )`
+    ///
+    /// where `m` is the channel's mean, `se` its standard error and `L` the mean over all pixels and channels of
+    /// `|m|`. The second term is the floor that keeps black pixels from asking for endless samples: below a tenth of
+    /// the picture's mean level, errors count relative to that level. Scaling the radiance does not change the result, and
+    /// its square is the expected relMSE of the picture when `L` is one.
+    /// Like every estimate of an error it is unreliable below some 16 samples: it cannot know of paths that were
+    /// never found.
+    ///
+    /// `None` if a pixel has fewer than two samples. A black picture has error zero.
+    #[must_use]
+    pub fn relative_error(&self) -> Option<f64> {
+        const FLOOR: f64 = 0.01;
+        let channels = 3.0 * self.pixels.len() as f64;
+        let level =
+            self.pixels.iter().map(|p| p.mean().iter().map(|m| m.abs()).sum::<f64>()).sum::<f64>() / channels;
+        let mut sum = 0.0;
+        for pixel in &self.pixels {
+            let (mean, variance) = (pixel.mean(), pixel.variance_of_mean()?);
+            for c in 0..3 {
+                if variance[c] > 0.0 {
+                    sum += variance[c] / (mean[c] * mean[c] + FLOOR * level * level);
+                }
+            }
+        }
+        Some((sum / channels).sqrt())
+    }
+
+    /// The estimate of the window's radiance: linear RGB. Pixels without samples are black.
+    #[must_use]
+    pub fn to_image(&self) -> Image {
+        self.image_of(3, |i, out| out.copy_from_slice(&self.pixels[i].mean().map(|m| m as f32)))
+    }
+
+    /// The variance of the mean of each pixel and channel. `None` if a pixel has fewer than two samples.
+    #[must_use]
+    pub fn variance_of_mean(&self) -> Option<Image> {
+        if self.pixels.iter().any(|p| p.count() < 2) {
+            return None;
+        }
+        Some(self.image_of(3, |i, out| {
+            let variance = self.pixels[i].variance_of_mean().unwrap_or_default();
+            out.copy_from_slice(&variance.map(|v| v as f32));
+        }))
+    }
+
+    /// The window's values of an auxiliary layer, or `None` if the film does not have it.
+    #[must_use]
+    pub fn aov(&self, aov: Aov) -> Option<AovData> {
+        let layer = &self.layers[self.aovs.iter().position(|&a| a == aov)?];
+        let n = aov.channels().len();
+        Some(match layer {
+            Layer::Mean(sums) => AovData::Float(self.image_of(n, |i, out| {
+                let count = f64::from(self.aov_counts[i].max(1));
+                let sums = &sums[i * n..];
+                out.iter_mut().zip(sums).for_each(|(o, s)| *o = (s.to_f64() / count) as f32);
+            })),
+            Layer::First(values) => AovData::Float(self.image_of(n, |i, out| {
+                let values = &values[i * n..];
+                out.iter_mut().zip(values).for_each(|(o, &v)| *o = if v == UNSET { 0.0 } else { v });
+            })),
+            Layer::FirstId(ids) => AovData::Integer(ids.clone()),
+            Layer::Derived if aov == Aov::StandardError => AovData::Float(self.image_of(n, |i, out| {
+                let error = self.pixels[i].standard_error().unwrap_or_default();
+                out.copy_from_slice(&error.map(|e| e as f32));
+            })),
+            Layer::Derived => {
+                let counts = self.pixels.iter().map(|p| u32::try_from(p.count()).unwrap_or(u32::MAX));
+                AovData::Integer(counts.collect())
+            }
+        })
+    }
+
+    fn image_of(&self, channels: usize, mut pixel: impl FnMut(usize, &mut [f32])) -> Image {
+        let mut image = Image::black(self.window.width, self.window.height, channels);
+        image.data_mut().chunks_exact_mut(channels).enumerate().for_each(|(i, out)| pixel(i, out));
+        image
+    }
+
+    fn index(&self, x: u32, y: u32) -> Option<usize> {
+        let w = &self.window;
+        w.contains(x, y).then(|| (y - w.y) as usize * w.width as usize + (x - w.x) as usize)
+    }
+
+    #[inline]
+    fn index_in_window(&self, x: u32, y: u32) -> usize {
+        let Some(i) = self.index(x, y) else { panic!("pixel ({x}, {y}) lies outside {:?}", self.window) };
+        i
+    }
+}
+
+impl Layer {
+    /// Merges `n` numbers of `other`, from index `from` on, into this layer, from index `to` on.
+    fn merge_run(&mut self, to: usize, other: &Self, from: usize, n: usize) {
+        match (self, other) {
+            (Self::Mean(a), Self::Mean(b)) => {
+                a[to..to + n].iter_mut().zip(&b[from..from + n]).for_each(|(a, b)| *a += *b);
+            }
+            (Self::First(a), Self::First(b)) => {
+                let pairs = a[to..to + n].iter_mut().zip(&b[from..from + n]);
+                pairs.filter(|(a, _)| **a == UNSET).for_each(|(a, b)| *a = *b);
+            }
+            (Self::FirstId(a), Self::FirstId(b)) => {
+                let pairs = a[to..to + n].iter_mut().zip(&b[from..from + n]);
+                pairs.filter(|(a, _)| **a == NO_ID).for_each(|(a, b)| *a = *b);
+            }
+            // Layers come from equal lists of AOVs, so the kinds are equal, and derived ones have nothing to add.
+            (Self::Mean(_) | Self::First(_) | Self::FirstId(_) | Self::Derived, _) => {}
+        }
+    }
+}
+
+/// A vector of `n` equal values, or an error instead of an abort when memory is short.
+fn filled<T: Clone>(n: usize, value: T, pixels: usize) -> Result<Vec<T>, FilmError> {
+    let mut vec = Vec::new();
+    vec.try_reserve_exact(n).map_err(|_| FilmError::Memory { pixels })?;
+    vec.resize(n, value);
+    Ok(vec)
+}
+
+#[cfg(test)]
+mod tests;
