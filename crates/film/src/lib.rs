@@ -1,20 +1,30 @@
 //! What a render leaves behind: accumulated estimates, auxiliary pictures, image files and error metrics.
 //!
 //! Start at [`Film`]. A back end adds samples to it, [`Film::to_image`] turns it into a linear [`Image`], and
-//! [`ExrFile`] writes it with every layer.
+//! [`ExrFile`] writes it with every layer. [`metrics`] says how far two images are apart.
 //!
 //! Invariant: this crate knows no scene and no back end. Numbers come in, numbers and files go out.
 //!
 //! Every picture here is row 0 at the top, linear, scene-referred, Rec. 709 primaries unless it says otherwise.
 
 mod aov;
+mod atomic;
 mod exact;
+mod exr_file;
+mod files;
 mod film;
 mod image;
+mod limits;
+pub mod metrics;
 mod pixel;
+mod srgb;
 
 pub use aov::{Aov, AovKind, AovSample, NO_ID, UnknownAov};
+pub use atomic::write_atomically;
 pub use exact::ExactSum;
+pub use exr_file::{ExrChannel, ExrCompression, ExrFile, ExrSamples, METADATA_PREFIX, Precision};
+pub use files::write_png;
 pub use film::{AovData, Film, FilmError, MAX_SIDE, Rect};
 pub use image::{Image, ImageError};
 pub use pixel::PixelStats;
+pub use srgb::{linear_to_srgb, srgb_to_linear, to_u8};

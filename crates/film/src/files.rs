@@ -1,0 +1,193 @@
+//! Image files of all formats: opening by content, writing HDR and PNG.
+
+use std::fs::File;
+use std::io::{BufReader, Read, Seek};
+use std::path::Path;
+
+use image::{DynamicImage, ImageDecoder, ImageEncoder, ImageFormat, ImageReader, Limits};
+
+use crate::atomic::write_atomically;
+use crate::srgb::{srgb_to_linear, to_u8};
+use crate::{ExrFile, Image, ImageError, MAX_SIDE, limits};
+
+const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+
+impl Image {
+    /// Opens an image file as linear RGB, or RGBA if it has an alpha channel.
+    ///
+    /// The format is recognised by the contents: OpenEXR (see [`ExrFile::colour`] for which layer) and Radiance HDR
+    /// are taken as linear; PNG, JPEG, WebP, BMP and TGA (the last by its name) are decoded from sRGB to linear, alpha
+    /// untouched. Values may be anything the file holds, NaN included. Memory is limited by the length of the file.
+    ///
+    /// # Errors
+    /// [`ImageError::Read`], [`ImageError::UnknownFormat`], [`ImageError::TooLarge`], [`ImageError::NoColour`] or
+    /// [`ImageError::Decode`].
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, ImageError> {
+        let path = path.as_ref();
+        let read_error = |source| ImageError::Read { path: path.to_owned(), source };
+        let mut file = File::open(path).map_err(read_error)?;
+        let length = file.metadata().map_err(read_error)?.len();
+        let mut magic = Vec::new();
+        file.by_ref().take(4).read_to_end(&mut magic).map_err(read_error)?;
+        if magic == EXR_MAGIC {
+            let exr = ExrFile::read(path)?;
+            return exr.colour().ok_or_else(|| ImageError::NoColour {
+                path: path.to_owned(),
+                found: exr.channels.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", "),
+            });
+        }
+        file.rewind().map_err(read_error)?;
+        decode(path, file, length)
+    }
+
+    /// Writes the first three channels as Radiance HDR (RGBE: 8 bits of mantissa, a common exponent, nothing
+    /// negative). Complete, or not at all.
+    ///
+    /// # Errors
+    /// [`ImageError::Write`], or [`ImageError::Encode`] for a picture without pixels.
+    pub fn write_hdr(&self, path: &Path) -> Result<(), ImageError> {
+        self.check_pixels(path)?;
+        let rgb: Vec<image::Rgb<f32>> =
+            self.to_rgb().data().chunks_exact(3).map(|c| image::Rgb([c[0], c[1], c[2]])).collect();
+        write_atomically(path, |writer| {
+            let encoder = image::codecs::hdr::HdrEncoder::new(writer);
+            encoder
+                .encode(&rgb, self.width() as usize, self.height() as usize)
+                .map_err(|e| write_error(path, e))
+        })
+    }
+
+    /// Writes an 8-bit PNG from display-encoded values: tone mapping and the transfer function are already applied;
+    /// here values are only rounded, and cut off outside `[0, 1]`. One channel gives a grey picture, two and three give
+    /// RGB, four RGBA. Complete, or not at all.
+    ///
+    /// # Errors
+    /// [`ImageError::Write`], or [`ImageError::Encode`] for a picture without pixels.
+    pub fn write_png_encoded(&self, path: &Path) -> Result<(), ImageError> {
+        let keep = matches!(self.channels(), 1 | 3 | 4);
+        let rgb;
+        let image = if keep {
+            self
+        } else {
+            rgb = self.to_rgb();
+            &rgb
+        };
+        let bytes: Vec<u8> = image.data().iter().map(|&v| to_u8(v)).collect();
+        write_png(path, self.width(), self.height(), image.channels(), &bytes)
+    }
+
+    fn check_pixels(&self, path: &Path) -> Result<(), ImageError> {
+        if self.width() == 0 || self.height() == 0 {
+            return Err(ImageError::Encode { path: path.to_owned(), reason: "there are no pixels".into() });
+        }
+        Ok(())
+    }
+}
+
+/// Writes an 8-bit PNG from bytes as a display wants them: row by row from the top, `channels` (1 grey, 3 RGB, 4 RGBA)
+/// bytes a pixel. Complete, or not at all.
+///
+/// # Errors
+/// [`ImageError::Write`], [`ImageError::Shape`] if the number of bytes is wrong, or [`ImageError::Encode`] for
+/// another number of channels or no pixels.
+pub fn write_png(
+    path: &Path,
+    width: u32,
+    height: u32,
+    channels: usize,
+    bytes: &[u8],
+) -> Result<(), ImageError> {
+    let encode = |reason: String| ImageError::Encode { path: path.to_owned(), reason };
+    let colour = match channels {
+        1 => image::ExtendedColorType::L8,
+        3 => image::ExtendedColorType::Rgb8,
+        4 => image::ExtendedColorType::Rgba8,
+        n => return Err(encode(format!("a PNG cannot have {n} channels"))),
+    };
+    if (width as usize * height as usize).checked_mul(channels) != Some(bytes.len()) {
+        return Err(ImageError::Shape { width, height, channels, values: bytes.len() });
+    }
+    if bytes.is_empty() {
+        return Err(encode("there are no pixels".into()));
+    }
+    write_atomically(path, |writer| {
+        let encoder = image::codecs::png::PngEncoder::new_with_quality(
+            writer,
+            image::codecs::png::CompressionType::Default,
+            image::codecs::png::FilterType::Adaptive,
+        );
+        encoder.write_image(bytes, width, height, colour).map_err(|e| write_error(path, e))
+    })
+}
+
+fn decode(path: &Path, file: File, length: u64) -> Result<Image, ImageError> {
+    let decode_error =
+        |e: image::ImageError| ImageError::Decode { path: path.to_owned(), reason: e.to_string() };
+    let read_error = |source| ImageError::Read { path: path.to_owned(), source };
+    let mut reader = ImageReader::new(BufReader::new(file)).with_guessed_format().map_err(read_error)?;
+    let Some(format) = reader.format().or_else(|| ImageFormat::from_path(path).ok()) else {
+        return Err(ImageError::UnknownFormat { path: path.to_owned() });
+    };
+    if !format.reading_enabled() {
+        return Err(ImageError::UnknownFormat { path: path.to_owned() });
+    }
+    reader.set_format(format);
+    let budget = limits::decoded_bytes(length);
+    let mut allowed = Limits::default();
+    allowed.max_image_width = Some(MAX_SIDE);
+    allowed.max_image_height = Some(MAX_SIDE);
+    allowed.max_alloc = Some(budget);
+    reader.limits(allowed);
+
+    let decoder = reader.into_decoder().map_err(decode_error)?;
+    let ((width, height), channels) = (decoder.dimensions(), u64::from(decoder.color_type().channel_count()));
+    let (w, h) = (u64::from(width), u64::from(height));
+    if limits::bytes(w, h, channels).is_none_or(|bytes| bytes > budget) {
+        return Err(ImageError::TooLarge { path: path.to_owned(), width: w, height: h, channels });
+    }
+    let decoded = DynamicImage::from_decoder(decoder).map_err(decode_error)?;
+    let (n, data) = to_linear(decoded);
+    Image::from_data(width, height, n, data)
+}
+
+/// The number of channels (3 or 4) and the linear values.
+fn to_linear(image: DynamicImage) -> (usize, Vec<f32>) {
+    let channels = if image.color().has_alpha() { 4 } else { 3 };
+    let is_alpha = |i: usize| channels == 4 && i % 4 == 3;
+    let data = match image {
+        DynamicImage::ImageRgb32F(image) => image.into_raw(), // only HDR decodes to this, and it is linear
+        DynamicImage::ImageRgba32F(image) => image.into_raw(),
+        DynamicImage::ImageLuma16(_)
+        | DynamicImage::ImageLumaA16(_)
+        | DynamicImage::ImageRgb16(_)
+        | DynamicImage::ImageRgba16(_) => {
+            let codes =
+                if channels == 4 { image.into_rgba16().into_raw() } else { image.into_rgb16().into_raw() };
+            let value = |(i, v): (usize, u16)| {
+                let v = f32::from(v) / 65535.0;
+                if is_alpha(i) { v } else { srgb_to_linear(v) }
+            };
+            codes.into_iter().enumerate().map(value).collect()
+        }
+        other => {
+            let codes =
+                if channels == 4 { other.into_rgba8().into_raw() } else { other.into_rgb8().into_raw() };
+            let table: [f32; 256] = std::array::from_fn(|code| srgb_to_linear(code as f32 / 255.0));
+            let value = |(i, v): (usize, u8)| {
+                if is_alpha(i) { f32::from(v) / 255.0 } else { table[usize::from(v)] }
+            };
+            codes.into_iter().enumerate().map(value).collect()
+        }
+    };
+    (channels, data)
+}
+
+fn write_error(path: &Path, error: image::ImageError) -> ImageError {
+    match error {
+        image::ImageError::IoError(source) => ImageError::Write { path: path.to_owned(), source },
+        other => ImageError::Encode { path: path.to_owned(), reason: other.to_string() },
+    }
+}
+
+#[cfg(test)]
+mod tests;
