@@ -1,0 +1,2 @@
+//! The `alhazen` command.
+fn main() {}

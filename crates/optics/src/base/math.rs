@@ -1,0 +1,111 @@
+//! Small functions on numbers and colours.
+
+use wgsl_rs::wgsl;
+
+#[wgsl]
+#[allow(clippy::excessive_precision, clippy::approx_constant)]
+pub mod math {
+    use crate::constants::*;
+    use wgsl_rs::std::*;
+
+    /// x².
+    pub fn sqr(x: f32) -> f32 {
+        x * x
+    }
+
+    /// x⁵, the power of Schlick's approximation.
+    pub fn pow5(x: f32) -> f32 {
+        let x2 = x * x;
+        x2 * x2 * x
+    }
+
+    /// Square root that treats small negative numbers, as rounding makes them, as zero.
+    pub fn safe_sqrt(x: f32) -> f32 {
+        sqrt(max(x, 0.0))
+    }
+
+    /// The largest of three components.
+    pub fn max_component(v: Vec3f) -> f32 {
+        max(max(v.x, v.y), v.z)
+    }
+
+    /// Relative luminance of linear Rec. 709 RGB (ITU-R BT.709-6, Y row).
+    pub fn luminance(c: Vec3f) -> f32 {
+        0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z
+    }
+
+    /// Cosine (x) and sine (y) of `turns` whole turns. Exact at multiples of a quarter turn, error below 2·10⁻⁷ else.
+    ///
+    /// Polynomials of Cephes (`sinf`, `cosf`) after reduction to ±1/8 turn. Being arithmetic only, it gives the same
+    /// numbers on every machine, and compilers can vectorise it.
+    /// `turns` must be finite; accuracy is that of its fractional part.
+    pub fn cos_sin_turns(turns: f32) -> Vec2f {
+        let quarters = turns * 4.0;
+        let nearest = floor(quarters + 0.5);
+        let x = (quarters - nearest) * HALF_PI;
+        let x2 = x * x;
+        let s = x + x * x2 * (-1.6666654611e-1 + x2 * (8.3321608736e-3 - 1.9515295891e-4 * x2));
+        let c = 1.0 - 0.5 * x2
+            + x2 * x2 * (4.166664568298827e-2 + x2 * (-1.388731625493765e-3 + x2 * 2.443315711809948e-5));
+        let quadrant = u32(i32(nearest)) & 3u32;
+        let swap = (quadrant & 1u32) != 0u32;
+        let cos_abs = select(c, s, swap);
+        let sin_abs = select(s, c, swap);
+        let cos_negative = quadrant == 1u32 || quadrant == 2u32;
+        let sin_negative = quadrant >= 2u32;
+        vec2f(select(cos_abs, -cos_abs, cos_negative), select(sin_abs, -sin_abs, sin_negative))
+    }
+
+    /// Whether `x` is neither NaN nor infinite. Looks at the exponent's bits: shader compilers may assume that
+    /// comparisons never see NaN.
+    pub fn is_finite(x: f32) -> bool {
+        (bitcast_u32(x) & 0x7f800000u32) != 0x7f800000u32
+    }
+
+    /// Whether all components are finite.
+    pub fn is_finite3(v: Vec3f) -> bool {
+        is_finite(v.x) && is_finite(v.y) && is_finite(v.z)
+    }
+
+    /// Power heuristic with exponent 2 for multiple importance sampling: the weight of the strategy whose density is
+    /// `pdf_a` against one whose density is `pdf_b`, both in the same measure, one sample each.
+    ///
+    /// Written as a ratio so that squares of large densities do not overflow.
+    /// Source: Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section 9.2.4.
+    pub fn power_heuristic(pdf_a: f32, pdf_b: f32) -> f32 {
+        let ratio = pdf_b / pdf_a;
+        let weight = 1.0 / (1.0 + ratio * ratio);
+        select(0.0, weight, pdf_a > 0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::math::*;
+
+    #[test]
+    fn cos_sin_turns_agrees_with_libm() {
+        for i in 0..100_000 {
+            let turns = i as f32 / 100_000.0 * 3.0 - 1.0;
+            let cs = cos_sin_turns(turns);
+            let angle = f64::from(turns) * std::f64::consts::TAU;
+            assert!((f64::from(cs.x) - angle.cos()).abs() < 3e-7, "cos of {turns} turns is {}", cs.x);
+            assert!((f64::from(cs.y) - angle.sin()).abs() < 3e-7, "sin of {turns} turns is {}", cs.y);
+        }
+    }
+
+    #[test]
+    fn power_heuristic_weights_sum_to_one_even_for_huge_densities() {
+        for (a, b) in [(1.0, 2.0), (1e30, 1e30), (1e-30, 1e30), (3.0, 0.0)] {
+            let sum = power_heuristic(a, b) + power_heuristic(b, a);
+            assert!((sum - 1.0).abs() < 1e-6, "weights of {a} and {b} sum to {sum}");
+        }
+        assert_eq!(power_heuristic(0.0, 0.0), 0.0);
+    }
+
+    #[test]
+    fn finiteness_is_seen() {
+        assert!(is_finite(0.0) && is_finite(-1e38) && is_finite(f32::MIN_POSITIVE / 2.0));
+        assert!(!is_finite(f32::NAN) && !is_finite(f32::INFINITY) && !is_finite(f32::NEG_INFINITY));
+    }
+}

@@ -1,0 +1,2 @@
+//! What a picture needs before it is shown.
+pub mod tonemap;

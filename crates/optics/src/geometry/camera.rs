@@ -1,0 +1,141 @@
+//! Cameras: from a point on the film to a ray.
+
+use wgsl_rs::wgsl;
+
+#[wgsl]
+pub mod camera {
+    use crate::constants::*;
+    use crate::math::*;
+    use crate::warp::*;
+    use wgsl_rs::std::*;
+
+    /// Perspective projection, with a thin lens if the lens radius is not zero.
+    pub const CAMERA_PERSPECTIVE: u32 = 0u32;
+    /// Parallel projection.
+    pub const CAMERA_ORTHOGRAPHIC: u32 = 1u32;
+    /// Equirectangular panorama: 360° × 180°.
+    pub const CAMERA_PANORAMA: u32 = 2u32;
+
+    /// A camera ready to make rays. World space, metres.
+    #[derive(Clone, Copy, Debug)]
+    pub struct CameraFrame {
+        /// Which projection: `CAMERA_…`.
+        pub kind: u32,
+        /// Where the pinhole, the lens' centre or the film plane's centre is.
+        pub origin: Vec3f,
+        /// Unit vector to the right of the picture.
+        pub right: Vec3f,
+        /// Unit vector to the top of the picture.
+        pub up: Vec3f,
+        /// Unit vector into the picture.
+        pub forward: Vec3f,
+        /// Half of the film's width and height: at distance 1 for perspective, in metres for orthographic.
+        pub half_size: Vec2f,
+        /// Radius of the lens; 0 is a pinhole.
+        pub lens_radius: f32,
+        /// Distance of the plane in focus, along `forward`, positive.
+        pub focus_distance: f32,
+    }
+
+    /// A ray that leaves the camera.
+    #[derive(Clone, Copy, Debug)]
+    pub struct CameraRay {
+        /// Where it starts.
+        pub origin: Vec3f,
+        /// Unit direction.
+        pub direction: Vec3f,
+    }
+
+    /// The ray through a point of the film.
+    ///
+    /// - `film`: position on the film, `(0, 0)` upper left to `(1, 1)` lower right.
+    /// - `u_lens`: uniform numbers for the point on the lens.
+    ///
+    /// Thin lens after Kolb et al. 1995: all rays through one film point meet on the plane in focus.
+    pub fn camera_ray(camera: CameraFrame, film: Vec2f, u_lens: Vec2f) -> CameraRay {
+        let x = 2.0 * film.x - 1.0;
+        let y = 1.0 - 2.0 * film.y;
+        if camera.kind == CAMERA_PANORAMA {
+            let azimuth = cos_sin_turns(0.5 * x);
+            let elevation = cos_sin_turns(0.25 * y);
+            let flat = camera.forward * azimuth.x + camera.right * azimuth.y;
+            let direction = flat * elevation.x + camera.up * elevation.y;
+            return CameraRay { origin: camera.origin, direction: normalize(direction) };
+        }
+        let on_film = camera.right * (x * camera.half_size.x) + camera.up * (y * camera.half_size.y);
+        if camera.kind == CAMERA_ORTHOGRAPHIC {
+            return CameraRay { origin: camera.origin + on_film, direction: camera.forward };
+        }
+        let through_center = on_film + camera.forward;
+        if camera.lens_radius <= 0.0 {
+            return CameraRay { origin: camera.origin, direction: normalize(through_center) };
+        }
+        let lens = sample_disk(u_lens) * camera.lens_radius;
+        let on_lens = camera.right * lens.x + camera.up * lens.y;
+        let direction = through_center * camera.focus_distance - on_lens;
+        CameraRay { origin: camera.origin + on_lens, direction: normalize(direction) }
+    }
+
+    /// How fast the footprint of a pixel grows with distance along its ray: metres of radius per metre. Used to filter
+    /// procedural textures. `height`: picture height in pixels.
+    pub fn camera_pixel_spread(camera: CameraFrame, height: f32) -> f32 {
+        if camera.kind == CAMERA_PANORAMA {
+            return HALF_PI / height;
+        }
+        select(camera.half_size.y / height, 0.0, camera.kind == CAMERA_ORTHOGRAPHIC)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::camera::*;
+    use wgsl_rs::std::*;
+
+    fn camera(kind: u32) -> CameraFrame {
+        CameraFrame {
+            kind,
+            origin: vec3f(1.0, 2.0, 3.0),
+            right: vec3f(1.0, 0.0, 0.0),
+            up: vec3f(0.0, 1.0, 0.0),
+            forward: vec3f(0.0, 0.0, -1.0),
+            half_size: vec2f(0.8, 0.5),
+            lens_radius: 0.0,
+            focus_distance: 4.0,
+        }
+    }
+
+    #[test]
+    fn perspective_corners_span_the_field_of_view() {
+        let ray = camera_ray(camera(CAMERA_PERSPECTIVE), vec2f(0.0, 0.0), vec2f(0.3, 0.4));
+        let expected = normalize(vec3f(-0.8, 0.5, -1.0));
+        assert!(length(ray.direction - expected) < 1e-6, "upper left ray {ray:?}");
+        assert_eq!(ray.origin, vec3f(1.0, 2.0, 3.0));
+    }
+
+    #[test]
+    fn rays_through_a_lens_meet_on_the_plane_in_focus() {
+        let mut c = camera(CAMERA_PERSPECTIVE);
+        c.lens_radius = 0.2;
+        let film = vec2f(0.8, 0.3);
+        let sharp = camera_ray(camera(CAMERA_PERSPECTIVE), film, vec2f(0.0, 0.0));
+        let focus = sharp.origin + sharp.direction * (c.focus_distance / -sharp.direction.z);
+        for i in 0..64 {
+            let ray = camera_ray(c, film, vec2f(i as f32 / 64.0, (i * 7 % 64) as f32 / 64.0));
+            let at = ray.origin + ray.direction * ((focus.z - ray.origin.z) / ray.direction.z);
+            assert!(length(at - focus) < 1e-4, "ray {ray:?} passes the focus at {at:?}, not {focus:?}");
+            assert!(length(ray.origin - c.origin) <= 0.2 + 1e-6);
+        }
+    }
+
+    #[test]
+    fn orthographic_rays_are_parallel_and_panorama_covers_the_sphere() {
+        let a = camera_ray(camera(CAMERA_ORTHOGRAPHIC), vec2f(0.1, 0.9), vec2f(0.0, 0.0));
+        assert_eq!(a.direction, vec3f(0.0, 0.0, -1.0));
+        let center = camera_ray(camera(CAMERA_PANORAMA), vec2f(0.5, 0.5), vec2f(0.0, 0.0)).direction;
+        assert!(length(center - vec3f(0.0, 0.0, -1.0)) < 1e-6, "{center:?}");
+        let right = camera_ray(camera(CAMERA_PANORAMA), vec2f(0.75, 0.5), vec2f(0.0, 0.0)).direction;
+        assert!(length(right - vec3f(1.0, 0.0, 0.0)) < 1e-6, "{right:?}");
+        let top = camera_ray(camera(CAMERA_PANORAMA), vec2f(0.3, 0.0), vec2f(0.0, 0.0)).direction;
+        assert!(length(top - vec3f(0.0, 1.0, 0.0)) < 1e-6, "{top:?}");
+    }
+}

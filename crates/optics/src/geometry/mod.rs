@@ -1,0 +1,4 @@
+//! Frames, rays, intersections and cameras.
+pub mod camera;
+pub mod frame;
+pub mod offset;

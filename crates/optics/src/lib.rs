@@ -1,0 +1,40 @@
+//! The light transport, written once.
+//!
+//! Every module holds pure functions of numbers in the Rust subset of `wgsl-rs`: rustc compiles them for the CPU, and
+//! `module::WGSL_SOURCE` is the same text as WGSL for the GPU. Nothing here touches a buffer, a texture, a thread or a
+//! device: who calls fetches data and passes numbers in.
+//!
+//! Conventions: `wo` points towards the camera, `wi` towards the light, both away from the surface, in the local frame
+//! with the normal along +Z where a function says so. `alpha` is GGX width, roughness squared. A density always says
+//! its measure. Depth counts as Mitsuba does: 1 is emission seen directly.
+
+// Conventions of WGSL that rustc and clippy would write otherwise: fields are named in full, `if` is a statement,
+// and a module has the name of its file so that imports read the same in both languages.
+#![allow(clippy::redundant_field_names, clippy::module_inception, clippy::needless_return)]
+#![allow(clippy::excessive_precision, clippy::collapsible_if, clippy::collapsible_else_if, clippy::manual_clamp)]
+#![allow(clippy::needless_range_loop, clippy::assign_op_pattern, clippy::wrong_self_convention)]
+// The macro makes an undocumentable static in every module; a test sees to it that functions and constants have docs.
+#![allow(missing_docs)]
+
+pub use wgsl_rs::std::{Vec2f, Vec3f, Vec4f, vec2f, vec3f, vec4f};
+
+mod base;
+mod display;
+mod geometry;
+mod lights;
+mod sampling;
+mod surface;
+mod transport;
+
+// `#[wgsl]` needs its module inline, so each file holds one module of its own name; here they become flat.
+pub use base::{constants::constants, math::math};
+pub use display::tonemap::tonemap;
+pub use geometry::{camera::camera, frame::frame, offset::offset};
+pub use lights::{light::light, sky::sky};
+pub use sampling::{random::random, warp::warp};
+pub use surface::{
+    bsdf::bsdf, dielectric::dielectric, fresnel::fresnel, ggx::ggx, glossy::glossy, pattern::pattern, scatter::scatter,
+};
+pub use transport::{estimator::estimator, path::path};
+
+pub mod intersect;

@@ -1,0 +1,221 @@
+//! Light sources: sampling a direction towards them, and the density of having done so.
+
+use wgsl_rs::wgsl;
+
+#[wgsl]
+pub mod light {
+    use crate::constants::*;
+    use crate::frame::*;
+    use crate::math::*;
+    use crate::warp::*;
+    use wgsl_rs::std::*;
+
+    /// A triangle that emits.
+    pub const LIGHT_TRIANGLE: u32 = 0u32;
+    /// A sphere that emits.
+    pub const LIGHT_SPHERE: u32 = 1u32;
+    /// A point.
+    pub const LIGHT_POINT: u32 = 2u32;
+    /// A point that shines into a cone.
+    pub const LIGHT_SPOT: u32 = 3u32;
+    /// Infinitely far away, one direction or a small disc of directions.
+    pub const LIGHT_DIRECTIONAL: u32 = 4u32;
+    /// An environment image. Sampled by its own table, not here.
+    pub const LIGHT_ENVIRONMENT: u32 = 5u32;
+
+    /// One light, world space.
+    #[derive(Clone, Copy, Debug)]
+    pub struct Light {
+        /// Which kind: `LIGHT_…`. The other fields mean what the kind says.
+        pub kind: u32,
+        /// First vertex, centre, position, or unit direction towards a directional light.
+        pub position: Vec3f,
+        /// Triangle: second vertex minus first. Spot: unit direction in which it shines.
+        pub edge1: Vec3f,
+        /// Triangle: third vertex minus first. Spot: x and y are scale and offset of the falloff.
+        pub edge2: Vec3f,
+        /// Radiance of surfaces and of directional discs, radiant intensity of points, irradiance of one direction.
+        pub emission: Vec3f,
+        /// Sphere: radius. Directional: 1 − cos of the disc's angular radius, 0 for one direction.
+        pub size: f32,
+        /// Triangle: whether the back side emits, too.
+        pub two_sided: bool,
+    }
+
+    /// A sampled direction towards a light.
+    #[derive(Clone, Copy, Debug)]
+    pub struct LightSample {
+        /// Unit direction towards the light.
+        pub wi: Vec3f,
+        /// Distance to the light; [`FAR`] for what is infinitely far away.
+        pub distance: f32,
+        /// Radiance that arrives, before any occlusion. For delta lights it is irradiance at normal incidence.
+        pub radiance: Vec3f,
+        /// Density over solid angle; 1 for delta lights; 0: no light from here.
+        pub pdf: f32,
+        /// Whether no other technique can find this light.
+        pub delta: bool,
+        /// Triangle: barycentric weights of the second and third vertex of the sampled point.
+        pub barycentrics: Vec2f,
+    }
+
+    /// The sample of a light that does not shine here.
+    pub fn no_light_sample() -> LightSample {
+        LightSample {
+            wi: vec3f(0.0, 0.0, 1.0),
+            distance: 0.0,
+            radiance: vec3f(0.0, 0.0, 0.0),
+            pdf: 0.0,
+            delta: true,
+            barycentrics: vec2f(0.0, 0.0),
+        }
+    }
+
+    /// Samples a direction from `p` towards a light; `u`: two uniform numbers in `[0, 1)`.
+    pub fn light_sample(light: Light, p: Vec3f, u: Vec2f) -> LightSample {
+        if light.kind == LIGHT_TRIANGLE {
+            return triangle_light_sample(light, p, u);
+        }
+        if light.kind == LIGHT_SPHERE {
+            return sphere_light_sample(light, p, u);
+        }
+        if light.kind == LIGHT_DIRECTIONAL {
+            return directional_light_sample(light, u);
+        }
+        if light.kind == LIGHT_POINT || light.kind == LIGHT_SPOT {
+            return point_light_sample(light, p);
+        }
+        no_light_sample()
+    }
+
+    /// Uniform over the triangle's area, with the density converted to solid angle.
+    pub fn triangle_light_sample(light: Light, p: Vec3f, u: Vec2f) -> LightSample {
+        let b = sample_triangle(u);
+        let to_light = light.position + light.edge1 * b.x + light.edge2 * b.y - p;
+        let distance2 = dot(to_light, to_light);
+        let distance = sqrt(distance2);
+        // Twice the area times the front normal.
+        let normal2 = cross(light.edge1, light.edge2);
+        let facing = -dot(normal2, to_light);
+        let shines = (facing > 0.0 || light.two_sided) && facing != 0.0 && distance2 > 0.0;
+        if !shines {
+            return no_light_sample();
+        }
+        let pdf = distance2 * distance * 2.0 / abs(facing);
+        LightSample {
+            wi: to_light * (1.0 / distance),
+            distance: distance,
+            radiance: light.emission,
+            pdf: pdf,
+            delta: false,
+            barycentrics: b,
+        }
+    }
+
+    /// Density over solid angle with which [`triangle_light_sample`] finds a point of the triangle.
+    ///
+    /// - `edge1`, `edge2`: the triangle's edges from one vertex. `wi`: unit direction towards it. `distance`: to the point.
+    pub fn triangle_light_pdf(edge1: Vec3f, edge2: Vec3f, wi: Vec3f, distance: f32) -> f32 {
+        let projected = abs(dot(cross(edge1, edge2), wi));
+        distance * distance * 2.0 / max(projected, 1e-20)
+    }
+
+    /// 1 − cos of the half angle under which a sphere is seen; 2 (all directions) from inside.
+    pub fn sphere_one_minus_cos(distance2_to_center: f32, radius: f32) -> f32 {
+        let sin2 = radius * radius / distance2_to_center;
+        if sin2 >= 1.0 {
+            return 2.0;
+        }
+        // 1 − cos = sin² / (1 + cos) does not cancel for far spheres.
+        sin2 / (1.0 + sqrt(1.0 - sin2))
+    }
+
+    /// Uniform over the cone of directions under which the sphere is seen; over all directions from inside.
+    /// Source: Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th edition, section 6.2.4.
+    pub fn sphere_light_sample(light: Light, p: Vec3f, u: Vec2f) -> LightSample {
+        let to_center = light.position - p;
+        let distance2 = dot(to_center, to_center);
+        let one_minus_cos = sphere_one_minus_cos(distance2, light.size);
+        if distance2 <= 0.0 || one_minus_cos <= 0.0 {
+            return no_light_sample();
+        }
+        let center_distance = sqrt(distance2);
+        let frame = frame_from_normal(to_center * (1.0 / center_distance));
+        let wi = to_world(frame, sample_cone(u, one_minus_cos));
+        let along = dot(to_center, wi);
+        let closest = to_center - wi * along;
+        let half_chord = safe_sqrt(light.size * light.size - dot(closest, closest));
+        let inside = one_minus_cos >= 2.0;
+        LightSample {
+            wi: wi,
+            distance: max(select(along - half_chord, along + half_chord, inside), 0.0),
+            radiance: light.emission,
+            pdf: pdf_cone(one_minus_cos),
+            delta: false,
+            barycentrics: vec2f(0.0, 0.0),
+        }
+    }
+
+    /// Density over solid angle with which [`sphere_light_sample`] finds any direction that hits the sphere.
+    pub fn sphere_light_pdf(center: Vec3f, radius: f32, p: Vec3f) -> f32 {
+        let to_center = center - p;
+        pdf_cone(sphere_one_minus_cos(dot(to_center, to_center), radius))
+    }
+
+    /// One direction, or uniform over the disc.
+    pub fn directional_light_sample(light: Light, u: Vec2f) -> LightSample {
+        let frame = frame_from_normal(light.position);
+        let wi = to_world(frame, sample_cone(u, light.size));
+        let disc = light.size > 0.0;
+        LightSample {
+            wi: select(light.position, wi, disc),
+            distance: FAR,
+            radiance: light.emission,
+            pdf: select(1.0, pdf_cone(max(light.size, 1e-20)), disc),
+            delta: !disc,
+            barycentrics: vec2f(0.0, 0.0),
+        }
+    }
+
+    /// Whether unit direction `wi` points into a directional light's disc.
+    ///
+    /// |wi − d|² = 2 (1 − cos): differences keep small discs exact where a dot product near 1 would not.
+    pub fn directional_light_contains(light: Light, wi: Vec3f) -> bool {
+        let difference = wi - light.position;
+        dot(difference, difference) <= 2.0 * light.size && light.size > 0.0
+    }
+
+    /// The one direction towards a point, with the inverse square law and a spot's falloff.
+    pub fn point_light_sample(light: Light, p: Vec3f) -> LightSample {
+        let to_light = light.position - p;
+        let distance2 = dot(to_light, to_light);
+        if distance2 <= 0.0 {
+            return no_light_sample();
+        }
+        let distance = sqrt(distance2);
+        let wi = to_light * (1.0 / distance);
+        let mut falloff = 1.0;
+        if light.kind == LIGHT_SPOT {
+            falloff = spot_falloff(-dot(wi, light.edge1), light.edge2.x, light.edge2.y);
+        }
+        LightSample {
+            wi: wi,
+            distance: distance,
+            radiance: light.emission * (falloff / distance2),
+            pdf: 1.0,
+            delta: true,
+            barycentrics: vec2f(0.0, 0.0),
+        }
+    }
+
+    /// Falloff of a spot light, in `[0, 1]`: `saturate(cos · scale + offset)²` (KHR_lights_punctual).
+    pub fn spot_falloff(cos_axis: f32, scale: f32, offset: f32) -> f32 {
+        sqr(saturate(cos_axis * scale + offset))
+    }
+
+    /// Scale (x) and offset (y) of [`spot_falloff`] for the cosines of the inner and outer angle.
+    pub fn spot_falloff_parameters(cos_inner: f32, cos_outer: f32) -> Vec2f {
+        let scale = 1.0 / max(cos_inner - cos_outer, 0.001);
+        vec2f(scale, -cos_outer * scale)
+    }
+}

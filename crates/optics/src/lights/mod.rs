@@ -1,0 +1,3 @@
+//! Where light comes from.
+pub mod light;
+pub mod sky;

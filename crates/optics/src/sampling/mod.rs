@@ -1,0 +1,3 @@
+//! Random numbers, and what they are turned into.
+pub mod random;
+pub mod warp;

@@ -1,0 +1,61 @@
+//! What every scattering model answers, and the dispatch between models.
+//!
+//! Adding a model: one `BSDF_…` constant and the arms below, a file with its functions beside this one, an entry in the
+//! list of `tests/bsdf.rs`, which then checks its energy, density and reciprocity.
+
+use wgsl_rs::wgsl;
+
+#[wgsl]
+pub mod bsdf {
+    use crate::dielectric::*;
+    use crate::glossy::*;
+    use crate::scatter::*;
+    use wgsl_rs::std::*;
+
+    /// Samples a direction for the light that is scattered towards `wo`.
+    ///
+    /// - `wo`: unit vector in the shading frame, `wo.z > 0`.
+    /// - `u_lobe`: uniform number that chooses between lobes; `u`: two more for the direction.
+    pub fn bsdf_sample(b: Bsdf, wo: Vec3f, u_lobe: f32, u: Vec2f) -> BsdfSample {
+        if b.kind == BSDF_GLOSSY {
+            return glossy_sample(b, wo, u_lobe, u);
+        }
+        if b.kind == BSDF_SMOOTH_DIELECTRIC {
+            return smooth_dielectric_sample(b, wo, u_lobe);
+        }
+        if b.kind == BSDF_ROUGH_DIELECTRIC {
+            return rough_dielectric_sample(b, wo, u_lobe, u);
+        }
+        if b.kind == BSDF_THIN_DIELECTRIC {
+            return thin_dielectric_sample(b, wo, u_lobe, u);
+        }
+        if b.kind == BSDF_MIRROR {
+            return BsdfSample { wi: vec3f(-wo.x, -wo.y, wo.z), weight: b.diffuse, pdf: 1.0, delta: true, transmitted: false };
+        }
+        no_sample()
+    }
+
+    /// Value times cosine and density of the non-delta part, for `wi` on either side of the surface.
+    pub fn bsdf_eval(b: Bsdf, wo: Vec3f, wi: Vec3f) -> BsdfValue {
+        if b.kind == BSDF_GLOSSY {
+            return glossy_eval(b, wo, wi);
+        }
+        if b.kind == BSDF_ROUGH_DIELECTRIC {
+            return rough_dielectric_eval(b, wo, wi);
+        }
+        if b.kind == BSDF_THIN_DIELECTRIC {
+            return thin_dielectric_eval(b, wo, wi);
+        }
+        BsdfValue { value_cos: vec3f(0.0, 0.0, 0.0), pdf: 0.0 }
+    }
+
+    /// Whether the model has a part that [`bsdf_eval`] sees, so that sampling lights is worth a shadow ray.
+    pub fn bsdf_has_smooth_part(b: Bsdf) -> bool {
+        b.kind == BSDF_GLOSSY || b.kind == BSDF_ROUGH_DIELECTRIC || (b.kind == BSDF_THIN_DIELECTRIC && b.alpha > 0.0)
+    }
+
+    /// Whether light can arrive from below the surface.
+    pub fn bsdf_transmits(b: Bsdf) -> bool {
+        b.kind == BSDF_SMOOTH_DIELECTRIC || b.kind == BSDF_ROUGH_DIELECTRIC || b.kind == BSDF_THIN_DIELECTRIC
+    }
+}

@@ -1,0 +1,86 @@
+//! The GGX microfacet distribution.
+
+use wgsl_rs::wgsl;
+
+#[wgsl]
+pub mod ggx {
+    use crate::constants::*;
+    use crate::math::*;
+    use wgsl_rs::std::*;
+
+    /// Narrower distributions are treated as this width: below it, `f32` cannot represent the peak's shape.
+    pub const MIN_ALPHA: f32 = 0.001;
+
+    /// Density of microfacet normals, per solid angle and projected area.
+    ///
+    /// - `h`: unit half vector in the shading frame. `alpha`: width in `[MIN_ALPHA, 1]`.
+    ///
+    /// Source: Walter et al., "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007, eq. 33.
+    pub fn ggx_d(h: Vec3f, alpha: f32) -> f32 {
+        let a2 = alpha * alpha;
+        // The sine comes from x and y: 1 − cos² would cancel for narrow distributions.
+        let d = h.x * h.x + h.y * h.y + h.z * h.z * a2;
+        a2 / (PI * d * d)
+    }
+
+    /// Smith's masking function of one direction, in `[0, 1]`; `cos_theta` is the direction's |z|.
+    /// The form of glTF 2.0, Appendix B.3.2.
+    pub fn ggx_g1(cos_theta: f32, alpha: f32) -> f32 {
+        let c = abs(cos_theta);
+        let a2 = alpha * alpha;
+        2.0 * c / (c + sqrt(a2 + (1.0 - a2) * c * c) + 1e-20)
+    }
+
+    /// Lower end of the sphere cap that normals are sampled from, as a fraction of the upper one: the bound of Eto and
+    /// Tokuyoshi that leaves out normals which would reflect below the surface.
+    pub fn cap_bound(wo: Vec3f, alpha: f32) -> f32 {
+        let s = 1.0 + sqrt(wo.x * wo.x + wo.y * wo.y);
+        let a2 = alpha * alpha;
+        let s2 = s * s;
+        (1.0 - a2) * s2 / (s2 + a2 * wo.z * wo.z)
+    }
+
+    /// Samples a half vector for reflection, visible from `wo`, leaving out most that reflect below the surface.
+    ///
+    /// - `wo`: unit vector in the shading frame with `wo.z > 0`. `alpha`: width in `[MIN_ALPHA, 1]`.
+    /// - `u`: two uniform random numbers in `[0, 1)`.
+    ///
+    /// Returns a unit vector with z ≥ 0. The reflected direction's density is [`ggx_reflection_pdf`].
+    /// Source: Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps", HPG 2023, bounded after Eto and
+    /// Tokuyoshi, "Bounded VNDF Sampling for Smith–GGX Reflections", SIGGRAPH Asia 2023.
+    pub fn ggx_sample_reflection_half(wo: Vec3f, alpha: f32, u: Vec2f) -> Vec3f {
+        let wo_std = normalize(vec3f(wo.x * alpha, wo.y * alpha, wo.z));
+        let lower = cap_bound(wo, alpha) * wo_std.z;
+        cap_half(wo_std, alpha, lower, u)
+    }
+
+    /// Samples a half vector from all that are visible from `wo` (for refraction, whose directions have no such bound).
+    /// Its density over solid angle is [`ggx_visible_half_pdf`].
+    pub fn ggx_sample_visible_half(wo: Vec3f, alpha: f32, u: Vec2f) -> Vec3f {
+        let wo_std = normalize(vec3f(wo.x * alpha, wo.y * alpha, wo.z));
+        cap_half(wo_std, alpha, wo_std.z, u)
+    }
+
+    /// A point of the sphere cap above −`lower`, turned into a half vector of the stretched surface and back.
+    pub fn cap_half(wo_std: Vec3f, alpha: f32, lower: f32, u: Vec2f) -> Vec3f {
+        let z = (1.0 - u.y) * (1.0 + lower) - lower;
+        let r = safe_sqrt(1.0 - z * z);
+        let cs = cos_sin_turns(u.x);
+        let half_std = vec3f(r * cs.x, r * cs.y, z) + wo_std;
+        normalize(vec3f(alpha * half_std.x, alpha * half_std.y, max(half_std.z, 1e-12)))
+    }
+
+    /// Density over solid angle of the direction that `wo` is reflected to about [`ggx_sample_reflection_half`].
+    /// `h`: the half vector.
+    pub fn ggx_reflection_pdf(wo: Vec3f, h: Vec3f, alpha: f32) -> f32 {
+        let d = ggx_d(h, alpha);
+        let stretched2 = alpha * alpha * (wo.x * wo.x + wo.y * wo.y);
+        let t = sqrt(stretched2 + wo.z * wo.z);
+        d / (2.0 * (cap_bound(wo, alpha) * wo.z + t))
+    }
+
+    /// Density over solid angle of [`ggx_sample_visible_half`] for the half vector `h`.
+    pub fn ggx_visible_half_pdf(wo: Vec3f, h: Vec3f, alpha: f32) -> f32 {
+        ggx_g1(wo.z, alpha) * abs(dot(wo, h)) * ggx_d(h, alpha) / max(abs(wo.z), 1e-20)
+    }
+}

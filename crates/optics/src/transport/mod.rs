@@ -1,0 +1,3 @@
+//! Paths, and the statistics of what they bring.
+pub mod estimator;
+pub mod path;

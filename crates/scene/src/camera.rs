@@ -1,0 +1,102 @@
+//! Cameras as the user describes them, and the paths they move along.
+
+use glam::Vec3;
+
+/// How a camera maps directions to the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// Perspective with a full vertical field of view, radians, in `(0, π)`.
+    Perspective {
+        /// Full vertical field of view, radians.
+        fov_y: f32,
+    },
+    /// Parallel rays; the picture is `height` metres high.
+    Orthographic {
+        /// Height of the picture in world units.
+        height: f32,
+    },
+    /// Equirectangular: 360° × 180°.
+    Panorama,
+}
+
+/// A camera in world space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// Name from the file, or "default".
+    pub name: String,
+    /// Position, metres.
+    pub eye: Vec3,
+    /// Point that is looked at; the optical axis is `target − eye`.
+    pub target: Vec3,
+    /// Approximate up direction; need not be perpendicular to the axis.
+    pub up: Vec3,
+    /// Projection.
+    pub projection: Projection,
+    /// Width divided by height, where the file says so.
+    pub aspect: Option<f32>,
+    /// Radius of the lens, metres; 0 is a pinhole. From an f-number: focal length / (2 · f-number).
+    pub lens_radius: f32,
+    /// Distance from the eye to the plane in focus, along the axis, metres.
+    pub focus_distance: f32,
+    /// Movement over time; `None` stands still.
+    pub path: Option<CameraPath>,
+}
+
+/// How a camera moves. Times are in seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CameraPath {
+    /// A circle around the vertical axis through `center`, looking at the camera's `target`.
+    Orbit {
+        /// Centre of the circle on the ground plane of the orbit.
+        center: Vec3,
+        /// Radius, metres.
+        radius: f32,
+        /// Height above `center`, metres.
+        height: f32,
+        /// Amplitude of a sine added to the height, metres; one oscillation a turn.
+        bob: f32,
+        /// Seconds for a whole turn.
+        period: f32,
+        /// Angle at time 0, radians, from +Z towards +X.
+        start: f32,
+    },
+}
+
+impl Camera {
+    /// A pinhole camera with the given full vertical field of view (radians).
+    pub fn perspective(name: impl Into<String>, eye: Vec3, target: Vec3, fov_y: f32) -> Self {
+        Self {
+            name: name.into(),
+            eye,
+            target,
+            up: Vec3::Y,
+            projection: Projection::Perspective { fov_y },
+            aspect: None,
+            lens_radius: 0.0,
+            focus_distance: (target - eye).length().max(1e-6),
+            path: None,
+        }
+    }
+
+    /// A camera that sees the whole box (`low`, `high`) from the front right, slightly above.
+    pub fn framing(low: Vec3, high: Vec3) -> Self {
+        let center = (low + high) * 0.5;
+        let radius = ((high - low).length() * 0.5).max(1e-6);
+        let fov_y = 40f32.to_radians();
+        let direction = Vec3::new(0.45, 0.3, 1.0).normalize();
+        let distance = radius / (fov_y * 0.5).sin() * 1.02;
+        Self::perspective("default", center + direction * distance, center, fov_y)
+    }
+
+    /// Where the camera is at `time` seconds.
+    pub fn at(&self, time: f32) -> Self {
+        let mut camera = self.clone();
+        if let Some(CameraPath::Orbit { center, radius, height, bob, period, start }) = self.path {
+            let turn = std::f32::consts::TAU * time / period;
+            let angle = start + turn;
+            camera.eye =
+                center + Vec3::new(radius * angle.sin(), height + bob * turn.sin(), radius * angle.cos());
+        }
+        camera
+    }
+}

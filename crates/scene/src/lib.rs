@@ -1,0 +1,105 @@
+//! What the user described: meshes, instances, materials, textures, lights, cameras, environment.
+//!
+//! [`Scene`] is the description with names, as a file gave it. [`tables::SceneTables`] is the same scene as flat
+//! arrays with `u32` indices: the only thing that back ends read. Loaders live in [`load`]; each returns a [`Scene`]
+//! and a [`LoadReport`] that names everything which was ignored, repaired or approximated.
+//!
+//! Units are metres and radians, right-handed, +Y up; colours are linear with Rec. 709 primaries.
+
+pub mod camera;
+pub mod environment;
+pub mod image;
+pub mod light;
+pub mod load;
+pub mod material;
+pub mod mesh;
+pub mod report;
+pub mod settings;
+pub mod shapes;
+
+pub use camera::{Camera, CameraPath, Projection};
+pub use environment::{Environment, Sky, Sun};
+pub use image::{ColorSpace, Filter, Image, Pixels, Sampler, Texture, TextureRef, UvTransform, Wrap};
+pub use light::{Light, LightKind};
+pub use load::{LoadError, LoadOptions, Loaded};
+pub use material::{AlphaMode, Checkerboard, Material, Model};
+pub use mesh::{Instance, Mesh, Part, Shape, Sphere, TriangleMesh};
+pub use report::{LoadReport, Note, Severity};
+pub use settings::{RenderDefaults, ToneMapper};
+
+/// Index into [`Scene::meshes`].
+pub type MeshId = u32;
+/// Index into [`Scene::materials`].
+pub type MaterialId = u32;
+/// Index into [`Scene::textures`].
+pub type TextureId = u32;
+/// Index into [`Scene::images`].
+pub type ImageId = u32;
+
+/// A scene as the user described it: named objects that refer to each other by index.
+///
+/// A mesh that stands in the world several times is stored once and instanced. The node hierarchy of a file is
+/// flattened: every [`Instance`] has its full object-to-world transform.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// Name of the scene, usually the file's stem.
+    pub name: String,
+    /// Geometry, each stored once.
+    pub meshes: Vec<Mesh>,
+    /// Where meshes stand in the world.
+    pub instances: Vec<Instance>,
+    /// Materials; [`Part::material`] refers to them.
+    pub materials: Vec<Material>,
+    /// Textures: an image and how it is sampled.
+    pub textures: Vec<Texture>,
+    /// Decoded pixels.
+    pub images: Vec<Image>,
+    /// Punctual and directional lights. Emissive surfaces are lights by virtue of their material.
+    pub lights: Vec<Light>,
+    /// Cameras in file order. May be empty: [`Scene::default_camera`] then frames the scene.
+    pub cameras: Vec<Camera>,
+    /// Light from infinitely far away.
+    pub environment: Environment,
+    /// What the file says about how it wants to be rendered; the command line overrides it.
+    pub defaults: RenderDefaults,
+}
+
+impl Scene {
+    /// World-space bounds of everything visible, as (minimum, maximum); `None` for a scene without geometry.
+    ///
+    /// Vertices that are not finite are left out.
+    pub fn bounds(&self) -> Option<(glam::Vec3, glam::Vec3)> {
+        let local: Vec<_> = self.meshes.iter().map(Mesh::bounds).collect();
+        let mut bounds: Option<(glam::Vec3, glam::Vec3)> = None;
+        for instance in self.instances.iter().filter(|i| i.visible) {
+            let Some(Some((low, high))) = local.get(instance.mesh as usize) else { continue };
+            for corner in 0..8u32 {
+                let pick = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
+                let world = instance.transform.transform_point3(glam::vec3(pick(0), pick(1), pick(2)));
+                let (a, b) = bounds.unwrap_or((world, world));
+                bounds = Some((a.min(world), b.max(world)));
+            }
+        }
+        bounds
+    }
+
+    /// The first camera of the file, or one that frames the whole scene from its front, slightly above.
+    pub fn default_camera(&self) -> Camera {
+        if let Some(camera) = self.cameras.first() {
+            return camera.clone();
+        }
+        let (low, high) = self.bounds().unwrap_or((glam::Vec3::splat(-1.0), glam::Vec3::splat(1.0)));
+        Camera::framing(low, high)
+    }
+
+    /// Number of triangles stored (instances counted once).
+    pub fn unique_triangles(&self) -> usize {
+        self.meshes.iter().map(Mesh::triangle_count).sum()
+    }
+
+    /// Number of triangles in the world (every visible instance counted).
+    pub fn instanced_triangles(&self) -> u64 {
+        let visible = self.instances.iter().filter(|i| i.visible);
+        visible.filter_map(|i| self.meshes.get(i.mesh as usize)).map(|m| m.triangle_count() as u64).sum()
+    }
+}

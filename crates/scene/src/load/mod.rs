@@ -1,0 +1,153 @@
+//! Loaders: one file a format, chosen by the file name's ending.
+
+pub mod environment;
+pub mod gltf;
+pub mod obj;
+pub mod ply;
+pub mod scene_file;
+pub mod textures;
+
+use crate::{LoadReport, Scene};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// How a file is loaded.
+#[derive(Clone, Debug)]
+pub struct LoadOptions {
+    /// Go on after problems that would otherwise be errors, such as unknown required glTF extensions; they are
+    /// reported instead.
+    pub lenient: bool,
+    /// Where normals are missing, edges whose faces meet at more than this angle (radians) stay sharp.
+    pub crease_angle: f32,
+    /// Textures larger than this (pixels along the longer side) are halved until they fit; reported.
+    pub max_texture_size: u32,
+    /// Files larger than this are refused, in bytes.
+    pub max_file_size: u64,
+}
+
+impl Default for LoadOptions {
+    fn default() -> Self {
+        Self {
+            lenient: false,
+            crease_angle: 40f32.to_radians(),
+            max_texture_size: 8192,
+            max_file_size: 8 << 30,
+        }
+    }
+}
+
+/// A scene and what was noticed while loading it.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The scene.
+    pub scene: Scene,
+    /// What was ignored, repaired or approximated.
+    pub report: LoadReport,
+}
+
+/// Why a scene could not be loaded.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum LoadError {
+    /// The file could not be opened or read.
+    #[error("cannot read {path}")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// No loader knows the file name's ending.
+    #[error("{path}: unknown file type; known are .obj, .gltf, .glb, .ply and .toml scene files")]
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file is larger than [`LoadOptions::max_file_size`] or asks for more memory than it can fill.
+    #[error("{path}: {what} is too large ({size} against a limit of {limit})")]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// What is too large.
+        what: String,
+        /// Its size.
+        size: u64,
+        /// The limit.
+        limit: u64,
+    },
+    /// The file does not follow its format.
+    #[error("{path}: {object}: {message}")]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// Where in the file: a line, an object, an accessor.
+        object: String,
+        /// What is wrong, with the offending value.
+        message: String,
+    },
+    /// The file requires an extension that is not known.
+    #[error("{path}: requires the unknown extension {extension} (try --lenient to render without it)")]
+    UnknownExtension {
+        /// The file.
+        path: PathBuf,
+        /// Its name.
+        extension: String,
+    },
+    /// The file's data needs an extension that is known but not supported, such as a compression.
+    #[error("{path}: {object} needs the extension {extension}, which is not supported yet")]
+    UnsupportedExtension {
+        /// The file.
+        path: PathBuf,
+        /// What cannot be read without it.
+        object: String,
+        /// Its name.
+        extension: String,
+    },
+}
+
+impl LoadError {
+    /// A [`LoadError::Malformed`].
+    pub fn malformed(path: &Path, object: impl Into<String>, message: impl Into<String>) -> Self {
+        Self::Malformed { path: path.to_owned(), object: object.into(), message: message.into() }
+    }
+}
+
+/// Loads a scene from a file, by its name's ending.
+///
+/// # Errors
+/// See [`LoadError`]; each names the file and the object.
+pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
+    let start = Instant::now();
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    let mut loaded = match extension.as_str() {
+        "obj" => obj::load(path, options),
+        "gltf" | "glb" => gltf::load(path, options),
+        "ply" => ply::load(path, options),
+        "toml" => scene_file::load(path, options),
+        _ => Err(LoadError::UnknownFormat { path: path.to_owned() }),
+    }?;
+    if loaded.scene.name.is_empty() {
+        loaded.scene.name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    }
+    loaded.report.elapsed = start.elapsed();
+    Ok(loaded)
+}
+
+/// Maps a file into memory or reads it, refusing what is larger than the limit.
+///
+/// # Errors
+/// [`LoadError::Read`], [`LoadError::TooLarge`].
+pub(crate) fn read_file(path: &Path, options: &LoadOptions) -> Result<Vec<u8>, LoadError> {
+    let read = |source| LoadError::Read { path: path.to_owned(), source };
+    let metadata = std::fs::metadata(path).map_err(read)?;
+    if !metadata.is_file() {
+        // A device or a pipe could be read for ever.
+        return Err(read(std::io::Error::other("not a regular file")));
+    }
+    let size = metadata.len();
+    if size > options.max_file_size {
+        let limit = options.max_file_size;
+        return Err(LoadError::TooLarge { path: path.to_owned(), what: "the file".into(), size, limit });
+    }
+    std::fs::read(path).map_err(read)
+}

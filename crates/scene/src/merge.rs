@@ -1,0 +1,179 @@
+//! Putting one scene into another.
+
+use crate::{ImageId, Instance, Light, LightKind, MaterialId, Mesh, MeshId, Scene, TextureId};
+use glam::{Affine3A, Vec3};
+use std::ops::Range;
+
+/// Where the objects of a merged scene ended up.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Merged {
+    /// Meshes.
+    pub meshes: Range<usize>,
+    /// Instances.
+    pub instances: Range<usize>,
+    /// Materials.
+    pub materials: Range<usize>,
+    /// Textures.
+    pub textures: Range<usize>,
+    /// Images.
+    pub images: Range<usize>,
+    /// Lights.
+    pub lights: Range<usize>,
+    /// Cameras.
+    pub cameras: Range<usize>,
+}
+
+impl Scene {
+    /// Appends everything that stands in `other`, with its indices moved; returns where it went.
+    ///
+    /// An environment image comes along as an image, but `self` keeps its own name, environment and render defaults.
+    pub fn merge(&mut self, mut other: Scene) -> Merged {
+        let offsets = Offsets {
+            meshes: self.meshes.len() as u32,
+            materials: self.materials.len() as u32,
+            textures: self.textures.len() as u32,
+            images: self.images.len() as u32,
+        };
+        offsets.apply(&mut other);
+        Merged {
+            meshes: append(&mut self.meshes, other.meshes),
+            instances: append(&mut self.instances, other.instances),
+            materials: append(&mut self.materials, other.materials),
+            textures: append(&mut self.textures, other.textures),
+            images: append(&mut self.images, other.images),
+            lights: append(&mut self.lights, other.lights),
+            cameras: append(&mut self.cameras, other.cameras),
+        }
+    }
+}
+
+/// How far the indices of a merged scene move.
+struct Offsets {
+    meshes: MeshId,
+    materials: MaterialId,
+    textures: TextureId,
+    images: ImageId,
+}
+
+impl Offsets {
+    fn apply(&self, scene: &mut Scene) {
+        for part in scene.meshes.iter_mut().flat_map(|mesh: &mut Mesh| &mut mesh.parts) {
+            part.material += self.materials;
+        }
+        for instance in &mut scene.instances {
+            instance.mesh += self.meshes;
+            instance.materials.iter_mut().flatten().for_each(|m| *m += self.materials);
+        }
+        for material in &mut scene.materials {
+            let textures = [
+                &mut material.base_color_texture,
+                &mut material.metallic_roughness_texture,
+                &mut material.transmission_texture,
+                &mut material.emission_texture,
+                &mut material.normal_texture,
+            ];
+            textures.into_iter().flatten().for_each(|t| t.texture += self.textures);
+        }
+        scene.textures.iter_mut().for_each(|t| t.image += self.images);
+    }
+}
+
+fn append<T>(all: &mut Vec<T>, added: Vec<T>) -> Range<usize> {
+    let start = all.len();
+    all.extend(added);
+    start..all.len()
+}
+
+/// An instance moved by `motion`, which is applied after its own transform.
+pub fn placed_instance(instance: &Instance, motion: &Affine3A) -> Instance {
+    Instance { transform: *motion * instance.transform, ..instance.clone() }
+}
+
+/// A light moved by `motion`. Its strength stays the same, whatever the scale.
+pub fn placed_light(light: &Light, motion: &Affine3A) -> Light {
+    let point = |p: Vec3| motion.transform_point3(p);
+    let turn = |d: Vec3| motion.transform_vector3(d).try_normalize().unwrap_or(d);
+    let kind = match light.kind {
+        LightKind::Point { position, intensity } => LightKind::Point { position: point(position), intensity },
+        LightKind::Spot { position, direction, intensity, inner_angle, outer_angle } => LightKind::Spot {
+            position: point(position),
+            direction: turn(direction),
+            intensity,
+            inner_angle,
+            outer_angle,
+        },
+        LightKind::Directional { direction, irradiance, angular_diameter } => {
+            LightKind::Directional { direction: turn(direction), irradiance, angular_diameter }
+        }
+    };
+    Light { name: light.name.clone(), kind }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Camera, ColorSpace, Image, Material, Pixels, Sampler, Shape, Texture, TextureRef};
+
+    /// A scene with one of everything, each referring to the one before.
+    fn one_of_everything() -> Scene {
+        let pixels = Pixels::Rgba8(vec![[0; 4]]);
+        let textured = Material {
+            base_color_texture: Some(TextureRef::new(0)),
+            metallic_roughness_texture: Some(TextureRef::new(0)),
+            transmission_texture: Some(TextureRef::new(0)),
+            emission_texture: Some(TextureRef::new(0)),
+            normal_texture: Some(TextureRef::new(0)),
+            ..Default::default()
+        };
+        let mut instance = Instance::new("i", 0, Affine3A::IDENTITY);
+        instance.materials = Some(vec![0]);
+        let kind = LightKind::Point { position: Vec3::ZERO, intensity: Vec3::ONE };
+        Scene {
+            meshes: vec![Mesh::single("m", Shape::Spheres(vec![]), 0)],
+            instances: vec![instance],
+            materials: vec![textured],
+            textures: vec![Texture { image: 0, sampler: Sampler::default(), color_space: ColorSpace::Srgb }],
+            images: vec![Image { name: "p".into(), width: 1, height: 1, pixels }],
+            lights: vec![Light { name: "l".into(), kind }],
+            cameras: vec![Camera::perspective("c", Vec3::ZERO, Vec3::Z, 1.0)],
+            ..Default::default()
+        }
+    }
+
+    #[test]
+    fn every_index_moves() {
+        let mut scene = one_of_everything();
+        let merged = scene.merge(one_of_everything());
+        assert_eq!(merged.meshes, 1..2);
+        assert_eq!(merged.cameras, 1..2);
+        assert_eq!(scene.meshes[1].parts[0].material, 1);
+        assert_eq!(scene.instances[1].mesh, 1);
+        assert_eq!(scene.instances[1].materials, Some(vec![1]));
+        assert_eq!(scene.textures[1].image, 1);
+        let m = &scene.materials[1];
+        let textures = [
+            m.base_color_texture,
+            m.metallic_roughness_texture,
+            m.transmission_texture,
+            m.emission_texture,
+            m.normal_texture,
+        ];
+        assert!(textures.iter().all(|t| t.is_some_and(|t| t.texture == 1)));
+        assert_eq!(scene.instances[0].mesh, 0, "the first scene is left alone");
+    }
+
+    #[test]
+    fn lights_move_with_their_model() {
+        let kind = LightKind::Spot {
+            position: Vec3::X,
+            direction: Vec3::X,
+            intensity: Vec3::ONE,
+            inner_angle: 0.1,
+            outer_angle: 0.2,
+        };
+        let motion = Affine3A::from_translation(Vec3::Y) * Affine3A::from_scale(Vec3::splat(2.0));
+        let moved = placed_light(&Light { name: "s".into(), kind }, &motion);
+        let LightKind::Spot { position, direction, .. } = moved.kind else { panic!("still a spot light") };
+        assert_eq!((position, direction), (Vec3::new(2.0, 1.0, 0.0), Vec3::X));
+    }
+}

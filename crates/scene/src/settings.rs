@@ -1,0 +1,44 @@
+//! What a scene file may say about how it wants to be rendered.
+
+use serde::{Deserialize, Serialize};
+
+/// How scene-referred radiance becomes display values.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ToneMapper {
+    /// Clip to `[0, 1]` and encode as sRGB.
+    #[default]
+    Srgb,
+    /// Linear values, clipped, not encoded.
+    None,
+    /// Reinhard: x / (1 + x) on luminance.
+    Reinhard,
+    /// ACES filmic (Narkowicz fit).
+    Aces,
+    /// AgX.
+    Agx,
+    /// Khronos PBR Neutral.
+    Neutral,
+}
+
+/// Defaults of one scene; every field may be absent.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+pub struct RenderDefaults {
+    /// Width in pixels.
+    pub width: Option<u32>,
+    /// Height in pixels.
+    pub height: Option<u32>,
+    /// Samples per pixel.
+    pub spp: Option<u32>,
+    /// Maximum path depth; 1 = emission only, 2 = direct light.
+    pub max_depth: Option<u32>,
+    /// Name of the integrator: `path`, `direct` or `aov`.
+    pub integrator: Option<String>,
+    /// Factor on radiance before tone mapping.
+    pub exposure: Option<f32>,
+    /// Tone mapper.
+    pub tonemap: Option<ToneMapper>,
+    /// Saturation applied after tone mapping; 1 changes nothing.
+    pub saturation: Option<f32>,
+}
