@@ -1,0 +1,262 @@
+//! Binary tree, top down: each set of primitives is cut where the surface area heuristic, tried at the edges of a few
+//! bins, is lowest (Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", 2007). Large sets are
+//! worked on in parallel.
+
+use super::{Bounds, PrimitiveRef, Settings};
+use crate::kernel::MAX_DEPTH;
+use crate::simd::quad::Quad;
+use rayon::prelude::*;
+
+/// Most bins per axis.
+const MAX_BINS: usize = 16;
+
+/// Sets larger than this are split by two threads.
+const PARALLEL: usize = 8192;
+
+/// Sets larger than this are binned by several threads.
+const PARALLEL_BINNING: usize = 65536;
+
+/// From this depth on sets are halved, so that the tree's depth has a bound.
+const SAH_DEPTH: usize = MAX_DEPTH - 32;
+
+/// A node of the binary tree, depth first: the left child follows its parent.
+#[derive(Clone, Copy)]
+pub(super) struct BinaryNode {
+    pub bounds: Bounds,
+    /// The range of primitives below.
+    pub first: u32,
+    pub count: u32,
+    /// How far behind this node the right child is; 0 for a leaf.
+    pub right: u32,
+    /// The cheapest cost of the primitives below as `i + 1` children of one wide node. See `collapse`.
+    pub cost: [f32; 7],
+}
+
+pub(super) fn build(primitives: &mut [PrimitiveRef], settings: Settings) -> Vec<BinaryNode> {
+    let set = Set { bounds: total_bounds(primitives, |p| (p.low, p.high)), centers: total_bounds(primitives, |p| (p.center2(), p.center2())), first: 0, depth: 0 };
+    let mut nodes = Vec::new();
+    if !primitives.is_empty() {
+        Builder { settings }.subtree(primitives, set, &mut nodes);
+    }
+    nodes
+}
+
+fn total_bounds(primitives: &[PrimitiveRef], f: impl Fn(&PrimitiveRef) -> (Quad, Quad) + Sync) -> Bounds {
+    let chunk = |c: &[PrimitiveRef]| {
+        c.iter().fold(Bounds::empty(), |mut b, p| {
+            let (low, high) = f(p);
+            b.grow(low, high);
+            b
+        })
+    };
+    if primitives.len() < PARALLEL_BINNING {
+        return chunk(primitives);
+    }
+    primitives.par_chunks(16384).map(chunk).reduce(Bounds::empty, Bounds::union)
+}
+
+/// A set of primitives that becomes a subtree.
+#[derive(Clone, Copy)]
+struct Set {
+    bounds: Bounds,
+    /// The box around the doubled centres.
+    centers: Bounds,
+    first: u32,
+    depth: usize,
+}
+
+#[derive(Clone, Copy)]
+struct Builder {
+    settings: Settings,
+}
+
+/// Boxes and counts by axis and bin.
+struct Bins {
+    bounds: [[Bounds; MAX_BINS]; 3],
+    counts: [[u32; MAX_BINS]; 3],
+}
+
+/// From doubled centres to bins.
+#[derive(Clone, Copy)]
+struct Binning {
+    origin: Quad,
+    scale: Quad,
+    bins: usize,
+}
+
+impl Binning {
+    fn new(centers: &Bounds, bins: usize) -> Binning {
+        let size = centers.high.sub(centers.low).to_array();
+        // A flat axis gets one bin. The factor below 1 keeps the last centre inside of the last bin.
+        let scale = size.map(|s| if s > 0.0 && s.is_finite() { bins as f32 * 0.99999 / s } else { 0.0 });
+        let scale = scale.map(|s| if s.is_finite() { s } else { 0.0 });
+        Binning { origin: centers.low, scale: Quad::new(scale), bins }
+    }
+
+    #[inline(always)]
+    fn bins_of(&self, p: &PrimitiveRef) -> [usize; 3] {
+        let [x, y, z, _] = p.center2().sub(self.origin).mul(self.scale).to_i32();
+        // The mask never changes a bin; it spares the bounds check.
+        [x, y, z].map(|i| i as usize & (MAX_BINS - 1))
+    }
+}
+
+impl Bins {
+    fn empty() -> Bins {
+        Bins { bounds: [[Bounds::empty(); MAX_BINS]; 3], counts: [[0; MAX_BINS]; 3] }
+    }
+
+    fn fill(binning: &Binning, primitives: &[PrimitiveRef]) -> Bins {
+        let mut bins = Bins::empty();
+        for p in primitives {
+            let at = binning.bins_of(p);
+            for a in 0..3 {
+                bins.bounds[a][at[a]].grow(p.low, p.high);
+                bins.counts[a][at[a]] += 1;
+            }
+        }
+        bins
+    }
+
+    fn union(mut self, other: Bins) -> Bins {
+        for a in 0..3 {
+            for i in 0..MAX_BINS {
+                self.bounds[a][i] = self.bounds[a][i].union(other.bounds[a][i]);
+                self.counts[a][i] += other.counts[a][i];
+            }
+        }
+        self
+    }
+}
+
+/// A cut: primitives in bins below `bin` of `axis` go left.
+struct Cut {
+    axis: usize,
+    bin: usize,
+    cost: f32,
+    left: Bounds,
+    right: Bounds,
+}
+
+impl Builder {
+    /// The blocks that hold `n` primitives.
+    fn blocks(&self, n: u32) -> f32 {
+        n.div_ceil(self.settings.leaf_size as u32) as f32
+    }
+
+    fn best_cut(&self, bins: &Bins, binning: &Binning) -> Option<Cut> {
+        let mut best: Option<Cut> = None;
+        for axis in 0..3 {
+            let (bounds, counts) = (&bins.bounds[axis], &bins.counts[axis]);
+            let mut right = [(Bounds::empty(), 0.0f32); MAX_BINS];
+            let (mut b, mut n) = (Bounds::empty(), 0);
+            for i in (1..binning.bins).rev() {
+                b = b.union(bounds[i]);
+                n += counts[i];
+                right[i] = (b, if n == 0 { f32::INFINITY } else { b.half_area() * self.blocks(n) });
+            }
+            let (mut b, mut n) = (Bounds::empty(), 0);
+            for bin in 1..binning.bins {
+                b = b.union(bounds[bin - 1]);
+                n += counts[bin - 1];
+                if n == 0 {
+                    continue;
+                }
+                let cost = b.half_area() * self.blocks(n) + right[bin].1;
+                if cost < best.as_ref().map_or(f32::INFINITY, |c| c.cost) {
+                    best = Some(Cut { axis, bin, cost, left: b, right: right[bin].0 });
+                }
+            }
+        }
+        best
+    }
+
+    /// Appends the subtree of `primitives` to `nodes`.
+    fn subtree(self, primitives: &mut [PrimitiveRef], set: Set, nodes: &mut Vec<BinaryNode>) {
+        let at = nodes.len();
+        let count = primitives.len() as u32;
+        nodes.push(BinaryNode { bounds: set.bounds, first: set.first, count, right: 0, cost: [0.0; 7] });
+        if primitives.len() <= self.settings.leaf_size {
+            let cost = set.bounds.half_area() * super::collapse::LEAF_COST;
+            nodes[at].cost = [cost; 7];
+            return;
+        }
+        let (middle, left, right) = self.split(primitives, &set);
+        let (left_primitives, right_primitives) = primitives.split_at_mut(middle);
+        if left_primitives.len() + right_primitives.len() > PARALLEL {
+            let mut right_nodes = Vec::new();
+            rayon::join(
+                || self.subtree(left_primitives, left, nodes),
+                || self.subtree(right_primitives, right, &mut right_nodes),
+            );
+            nodes[at].right = (nodes.len() - at) as u32;
+            nodes.append(&mut right_nodes);
+        } else {
+            self.subtree(left_primitives, left, nodes);
+            nodes[at].right = (nodes.len() - at) as u32;
+            self.subtree(right_primitives, right, nodes);
+        }
+        let (l, r) = (nodes[at + 1].cost, nodes[at + nodes[at].right as usize].cost);
+        nodes[at].cost = super::collapse::costs(set.bounds.half_area(), &l, &r);
+    }
+
+    /// Reorders `primitives` so that those below the returned index go left.
+    fn split(&self, primitives: &mut [PrimitiveRef], set: &Set) -> (usize, Set, Set) {
+        let n = primitives.len();
+        let child = |first, bounds, centers| Set { bounds, centers, first, depth: set.depth + 1 };
+        if set.depth < SAH_DEPTH {
+            let bins = if n < 64 { (4 + n / 8).min(self.settings.bins) } else { self.settings.bins };
+            let binning = Binning::new(&set.centers, bins);
+            let bins = if n < PARALLEL_BINNING {
+                Bins::fill(&binning, primitives)
+            } else {
+                primitives.par_chunks(16384).map(|c| Bins::fill(&binning, c)).reduce(Bins::empty, Bins::union)
+            };
+            if let Some(cut) = self.best_cut(&bins, &binning) {
+                let (middle, left, right) = partition(primitives, |p| binning.bins_of(p)[cut.axis] < cut.bin);
+                if 0 < middle && middle < n {
+                    return (
+                        middle,
+                        child(set.first, cut.left, left),
+                        child(set.first + middle as u32, cut.right, right),
+                    );
+                }
+            }
+        }
+        // All centres in one place, or a tree grown too deep: halve, in whole blocks, along the longest axis.
+        let size = set.centers.high.sub(set.centers.low).to_array();
+        let axis = (0..3).max_by(|&a, &b| size[a].total_cmp(&size[b])).unwrap_or(0);
+        let leaf = self.settings.leaf_size;
+        let middle = if n > 2 * leaf { n.div_ceil(leaf) / 2 * leaf } else { n / 2 };
+        primitives.select_nth_unstable_by(middle, |a, b| {
+            a.center2().to_array()[axis].total_cmp(&b.center2().to_array()[axis])
+        });
+        let (l, r) = primitives.split_at(middle);
+        let whole = |s: &[PrimitiveRef], first| {
+            child(first, total_bounds(s, |p| (p.low, p.high)), total_bounds(s, |p| (p.center2(), p.center2())))
+        };
+        (middle, whole(l, set.first), whole(r, set.first + middle as u32))
+    }
+}
+
+/// Moves those that go left to the front. Returns their number and the boxes around both sides' doubled centres.
+fn partition(primitives: &mut [PrimitiveRef], goes_left: impl Fn(&PrimitiveRef) -> bool) -> (usize, Bounds, Bounds) {
+    let (mut left, mut right) = (Bounds::empty(), Bounds::empty());
+    let (mut i, mut j) = (0, primitives.len());
+    loop {
+        while i < j && goes_left(&primitives[i]) {
+            let c = primitives[i].center2();
+            left.grow(c, c);
+            i += 1;
+        }
+        while i < j && !goes_left(&primitives[j - 1]) {
+            let c = primitives[j - 1].center2();
+            right.grow(c, c);
+            j -= 1;
+        }
+        if i >= j {
+            return (i, left, right);
+        }
+        primitives.swap(i, j - 1);
+    }
+}

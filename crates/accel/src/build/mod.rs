@@ -1,0 +1,121 @@
+//! Building: primitives → binary tree by binned SAH → eight-wide tree, depth first.
+
+mod binned;
+mod collapse;
+
+use crate::aabb::Aabb;
+use crate::layout::{ChildRef, Node};
+use crate::simd::quad::Quad;
+
+/// How much time to spend on a tree.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Quality {
+    /// For structures that live for a frame.
+    Fast,
+    /// For almost everything.
+    #[default]
+    Balanced,
+    /// For long renderings.
+    High,
+}
+
+/// A primitive's box, and where the primitive is. The fourth lanes hold the numbers.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub(crate) struct PrimitiveRef {
+    low: Quad,
+    high: Quad,
+}
+
+impl PrimitiveRef {
+    #[inline]
+    pub fn new(b: &Aabb, index: u32, geometry: u32) -> Self {
+        let ([x0, y0, z0], [x1, y1, z1]) = (b.min, b.max);
+        PrimitiveRef {
+            low: Quad::new([x0, y0, z0, f32::from_bits(index)]),
+            high: Quad::new([x1, y1, z1, f32::from_bits(geometry)]),
+        }
+    }
+
+    pub fn index(&self) -> u32 {
+        self.low.to_array()[3].to_bits()
+    }
+
+    pub fn geometry(&self) -> u32 {
+        self.high.to_array()[3].to_bits()
+    }
+
+    /// Twice the centre; the fourth lane means nothing.
+    #[inline(always)]
+    fn center2(&self) -> Quad {
+        self.low.add(self.high)
+    }
+}
+
+/// A box while building; the fourth lanes mean nothing.
+#[derive(Clone, Copy)]
+struct Bounds {
+    low: Quad,
+    high: Quad,
+}
+
+impl Bounds {
+    #[inline(always)]
+    fn empty() -> Bounds {
+        Bounds { low: Quad::splat(f32::INFINITY), high: Quad::splat(f32::NEG_INFINITY) }
+    }
+
+    #[inline(always)]
+    fn grow(&mut self, low: Quad, high: Quad) {
+        self.low = self.low.min(low);
+        self.high = self.high.max(high);
+    }
+
+    #[inline(always)]
+    fn union(self, b: Bounds) -> Bounds {
+        Bounds { low: self.low.min(b.low), high: self.high.max(b.high) }
+    }
+
+    #[inline(always)]
+    fn half_area(&self) -> f32 {
+        let [x, y, z, _] = self.high.sub(self.low).to_array();
+        x * y + y * z + z * x
+    }
+
+    fn to_aabb(self) -> Aabb {
+        let ([x0, y0, z0, _], [x1, y1, z1, _]) = (self.low.to_array(), self.high.to_array());
+        Aabb { min: [x0, y0, z0], max: [x1, y1, z1] }
+    }
+}
+
+/// What the builder may assume and should aim for.
+#[derive(Clone, Copy)]
+pub(crate) struct Settings {
+    /// Primitives a leaf can hold: the builder never splits fewer, and counts costs in multiples of this.
+    pub leaf_size: usize,
+    /// Most bins per axis.
+    pub bins: usize,
+}
+
+impl Settings {
+    pub fn new(quality: Quality, leaf_size: usize) -> Settings {
+        let bins = if quality == Quality::Fast { 8 } else { 16 };
+        Settings { leaf_size, bins }
+    }
+}
+
+/// A finished tree over blocks that the caller fills.
+pub(crate) struct WideTree {
+    /// Depth first, the root first.
+    pub nodes: Vec<Node>,
+    pub root: ChildRef,
+    pub bounds: Aabb,
+    /// For each block: the range of primitives (in their new order) in it.
+    pub leaves: Vec<(u32, u32)>,
+}
+
+/// Builds a tree; `primitives` are reordered.
+pub(crate) fn build(primitives: &mut [PrimitiveRef], settings: Settings) -> WideTree {
+    let binary = binned::build(primitives, settings);
+    collapse::collapse(&binary)
+}

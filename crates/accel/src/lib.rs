@@ -1,0 +1,24 @@
+//! Bounding volume hierarchies: build, refit, SIMD traversal.
+//!
+//! Two levels: a [`Blas`] holds the triangles or spheres of one object, a [`Tlas`] holds instances of them. Both
+//! answer [`Tlas::closest`] and [`Tlas::any`], for one ray or for a stream of rays. This crate knows no materials:
+//! a [`HitFilter`] decides about candidate hits where a surface has holes.
+//!
+//! The kernels for AVX-512, AVX2 and NEON are chosen when the program runs, see [`Kernel`]; a scalar twin, written
+//! with the formulas of `optics::intersect`, takes over elsewhere and checks them in tests.
+
+mod aabb;
+mod blas;
+mod build;
+mod kernel;
+mod layout;
+mod ray;
+mod simd;
+mod tlas;
+
+pub use aabb::Aabb;
+pub use blas::{Blas, Geometry, Sphere};
+pub use build::Quality;
+pub use kernel::Kernel;
+pub use ray::{Hit, HitFilter, MISS, Masked, Opaque, Ray};
+pub use tlas::{Coherence, Instance, Tlas};

@@ -1,0 +1,183 @@
+//! Eight lanes with AVX2 and FMA.
+
+use super::Simd;
+use crate::layout::WIDTH;
+use std::arch::x86_64::*;
+
+/// Proof that the processor has AVX2 and FMA.
+#[derive(Clone, Copy)]
+pub(crate) struct Avx2(());
+
+impl Avx2 {
+    /// # Safety
+    ///
+    /// The processor must have AVX2 and FMA.
+    #[inline(always)]
+    pub unsafe fn new() -> Self {
+        Avx2(())
+    }
+}
+
+impl Simd for Avx2 {
+    type F = __m256;
+    type U = __m256i;
+    type M = __m256;
+
+    #[inline(always)]
+    fn splat(self, x: f32) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_set1_ps(x) }
+    }
+
+    #[inline(always)]
+    fn load(self, x: &[f32; WIDTH]) -> __m256 {
+        // SAFETY: `self` proves that the instruction exists; `x` is eight lanes long.
+        unsafe { _mm256_loadu_ps(x.as_ptr()) }
+    }
+
+    #[inline(always)]
+    fn store(self, x: __m256, to: &mut [f32; WIDTH]) {
+        // SAFETY: `self` proves that the instruction exists; `to` is eight lanes long.
+        unsafe { _mm256_storeu_ps(to.as_mut_ptr(), x) }
+    }
+
+    #[inline(always)]
+    fn add(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_add_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn sub(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_sub_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn mul(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_mul_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn div(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_div_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn min(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_min_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn max(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_max_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn sqrt(self, a: __m256) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_sqrt_ps(a) }
+    }
+
+    #[inline(always)]
+    fn mul_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_fmadd_ps(a, b, c) }
+    }
+
+    #[inline(always)]
+    fn neg_mul_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_fnmadd_ps(a, b, c) }
+    }
+
+    #[inline(always)]
+    fn load_u(self, x: &[u32; WIDTH]) -> __m256i {
+        // SAFETY: `self` proves that the instruction exists; `x` is eight lanes long.
+        unsafe { _mm256_loadu_si256(x.as_ptr().cast()) }
+    }
+
+    #[inline(always)]
+    fn store_u(self, x: __m256i, to: &mut [u32; WIDTH]) {
+        // SAFETY: `self` proves that the instruction exists; `to` is eight lanes long.
+        unsafe { _mm256_storeu_si256(to.as_mut_ptr().cast(), x) }
+    }
+
+    #[inline(always)]
+    fn permute(self, table: __m256i, index: __m256i) -> __m256i {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_permutevar8x32_epi32(table, index) }
+    }
+
+    #[inline(always)]
+    fn lt(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_cmp_ps::<_CMP_LT_OQ>(a, b) }
+    }
+
+    #[inline(always)]
+    fn le(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_cmp_ps::<_CMP_LE_OQ>(a, b) }
+    }
+
+    #[inline(always)]
+    fn and(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_and_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn or(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_or_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn bits(self, m: __m256) -> u32 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_movemask_ps(m) as u32 }
+    }
+
+    #[inline(always)]
+    fn select(self, m: __m256, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_blendv_ps(a, b, m) }
+    }
+
+    #[inline(always)]
+    fn sorted_keys(self, distance: __m256, m: Self::M) -> __m256i {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe {
+            let lanes = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+            let keys = _mm256_and_si256(_mm256_castps_si256(distance), _mm256_set1_epi32(!7));
+            let keys = _mm256_or_si256(keys, lanes);
+            let mut x =
+                _mm256_or_si256(keys, _mm256_xor_si256(_mm256_castps_si256(m), _mm256_set1_epi32(-1)));
+            // Bitonic network: each stage compares every lane with a partner and leaves the larger key in the lower lane.
+            let y = _mm256_shuffle_epi32::<0b10_11_00_01>(x);
+            x = _mm256_blend_epi32::<0b10101010>(_mm256_max_epi32(x, y), _mm256_min_epi32(x, y));
+            let y = _mm256_shuffle_epi32::<0b00_01_10_11>(x);
+            x = _mm256_blend_epi32::<0b11001100>(_mm256_max_epi32(x, y), _mm256_min_epi32(x, y));
+            let y = _mm256_shuffle_epi32::<0b10_11_00_01>(x);
+            x = _mm256_blend_epi32::<0b10101010>(_mm256_max_epi32(x, y), _mm256_min_epi32(x, y));
+            let y = _mm256_permutevar8x32_epi32(x, _mm256_setr_epi32(7, 6, 5, 4, 3, 2, 1, 0));
+            x = _mm256_blend_epi32::<0b11110000>(_mm256_max_epi32(x, y), _mm256_min_epi32(x, y));
+            let y = _mm256_shuffle_epi32::<0b01_00_11_10>(x);
+            x = _mm256_blend_epi32::<0b11001100>(_mm256_max_epi32(x, y), _mm256_min_epi32(x, y));
+            let y = _mm256_shuffle_epi32::<0b10_11_00_01>(x);
+            x = _mm256_blend_epi32::<0b10101010>(_mm256_max_epi32(x, y), _mm256_min_epi32(x, y));
+            x
+        }
+    }
+
+    #[inline(always)]
+    fn compress(self, x: __m256i, _: __m256, bits: u32) -> __m256i {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_permutevar8x32_epi32(x, self.load_u(&super::SET_BITS[(bits & 255) as usize])) }
+    }
+}

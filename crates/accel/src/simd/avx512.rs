@@ -1,0 +1,180 @@
+//! Eight lanes with AVX-512 masks and compression.
+
+use super::Simd;
+use crate::layout::WIDTH;
+use std::arch::x86_64::*;
+
+/// Proof that the processor has AVX-512 F, VL, DQ and BW.
+#[derive(Clone, Copy)]
+pub(crate) struct Avx512(());
+
+impl Avx512 {
+    /// # Safety
+    ///
+    /// The processor must have AVX-512 F, VL, DQ and BW.
+    #[inline(always)]
+    pub unsafe fn new() -> Self {
+        Avx512(())
+    }
+}
+
+impl Simd for Avx512 {
+    type F = __m256;
+    type U = __m256i;
+    type M = __mmask8;
+
+    #[inline(always)]
+    fn splat(self, x: f32) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_set1_ps(x) }
+    }
+
+    #[inline(always)]
+    fn load(self, x: &[f32; WIDTH]) -> __m256 {
+        // SAFETY: `self` proves that the instruction exists; `x` is eight lanes long.
+        unsafe { _mm256_loadu_ps(x.as_ptr()) }
+    }
+
+    #[inline(always)]
+    fn store(self, x: __m256, to: &mut [f32; WIDTH]) {
+        // SAFETY: `self` proves that the instruction exists; `to` is eight lanes long.
+        unsafe { _mm256_storeu_ps(to.as_mut_ptr(), x) }
+    }
+
+    #[inline(always)]
+    fn add(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_add_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn sub(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_sub_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn mul(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_mul_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn div(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_div_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn min(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_min_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn max(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_max_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn sqrt(self, a: __m256) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_sqrt_ps(a) }
+    }
+
+    #[inline(always)]
+    fn mul_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_fmadd_ps(a, b, c) }
+    }
+
+    #[inline(always)]
+    fn neg_mul_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_fnmadd_ps(a, b, c) }
+    }
+
+    #[inline(always)]
+    fn load_u(self, x: &[u32; WIDTH]) -> __m256i {
+        // SAFETY: `self` proves that the instruction exists; `x` is eight lanes long.
+        unsafe { _mm256_loadu_si256(x.as_ptr().cast()) }
+    }
+
+    #[inline(always)]
+    fn store_u(self, x: __m256i, to: &mut [u32; WIDTH]) {
+        // SAFETY: `self` proves that the instruction exists; `to` is eight lanes long.
+        unsafe { _mm256_storeu_si256(to.as_mut_ptr().cast(), x) }
+    }
+
+    #[inline(always)]
+    fn permute(self, table: __m256i, index: __m256i) -> __m256i {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_permutevar8x32_epi32(table, index) }
+    }
+
+    #[inline(always)]
+    fn lt(self, a: __m256, b: __m256) -> __mmask8 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_cmp_ps_mask::<_CMP_LT_OQ>(a, b) }
+    }
+
+    #[inline(always)]
+    fn le(self, a: __m256, b: __m256) -> __mmask8 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_cmp_ps_mask::<_CMP_LE_OQ>(a, b) }
+    }
+
+    #[inline(always)]
+    fn and(self, a: __mmask8, b: __mmask8) -> __mmask8 {
+        a & b
+    }
+
+    #[inline(always)]
+    fn or(self, a: __mmask8, b: __mmask8) -> __mmask8 {
+        a | b
+    }
+
+    #[inline(always)]
+    fn bits(self, m: __mmask8) -> u32 {
+        m as u32
+    }
+
+    #[inline(always)]
+    fn select(self, m: __mmask8, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_mask_blend_ps(m, a, b) }
+    }
+
+    #[inline(always)]
+    fn sorted_keys(self, distance: __m256, m: Self::M) -> __m256i {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe {
+            let lanes = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+            let minus_seven = _mm256_set1_epi32(!7);
+            // lane | (distance & !7)
+            let keys = _mm256_ternarylogic_epi32::<0xF8>(lanes, _mm256_castps_si256(distance), minus_seven);
+            let mut x = _mm256_mask_blend_epi32(m, _mm256_set1_epi32(-1), keys);
+            // Bitonic network: each stage compares every lane with a partner and leaves the larger key in the lower lane.
+            let y = _mm256_shuffle_epi32::<0b10_11_00_01>(x);
+            x = _mm256_mask_min_epi32(_mm256_max_epi32(x, y), 0b10101010, x, y);
+            let y = _mm256_shuffle_epi32::<0b00_01_10_11>(x);
+            x = _mm256_mask_min_epi32(_mm256_max_epi32(x, y), 0b11001100, x, y);
+            let y = _mm256_shuffle_epi32::<0b10_11_00_01>(x);
+            x = _mm256_mask_min_epi32(_mm256_max_epi32(x, y), 0b10101010, x, y);
+            let y = _mm256_permutevar8x32_epi32(x, _mm256_setr_epi32(7, 6, 5, 4, 3, 2, 1, 0));
+            x = _mm256_mask_min_epi32(_mm256_max_epi32(x, y), 0b11110000, x, y);
+            let y = _mm256_shuffle_epi32::<0b01_00_11_10>(x);
+            x = _mm256_mask_min_epi32(_mm256_max_epi32(x, y), 0b11001100, x, y);
+            let y = _mm256_shuffle_epi32::<0b10_11_00_01>(x);
+            x = _mm256_mask_min_epi32(_mm256_max_epi32(x, y), 0b10101010, x, y);
+            x
+        }
+    }
+
+    #[inline(always)]
+    fn compress(self, x: __m256i, m: __mmask8, _: u32) -> __m256i {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_maskz_compress_epi32(m, x) }
+    }
+}

@@ -1,0 +1,78 @@
+//! Eight lanes at a time, on every instruction set that the kernels know.
+//!
+//! A type that implements [`Simd`] is also the proof that the processor can execute it: it is only made by
+//! [`Kernel`](crate::Kernel) dispatch, inside of a function that enables the instruction set. So its methods are safe.
+
+#[cfg(target_arch = "x86_64")]
+pub(crate) mod avx2;
+#[cfg(target_arch = "x86_64")]
+pub(crate) mod avx512;
+#[cfg(target_arch = "aarch64")]
+pub(crate) mod neon;
+
+pub(crate) mod quad;
+
+use crate::layout::WIDTH;
+
+/// Eight `f32` or `u32` lanes.
+///
+/// `min` and `max` return the second operand if either is NaN. Comparisons with NaN are false.
+pub(crate) trait Simd: Copy {
+    /// Eight `f32`.
+    type F: Copy;
+    /// Eight `u32`.
+    type U: Copy;
+    /// Eight truth values.
+    type M: Copy;
+
+    fn splat(self, x: f32) -> Self::F;
+    fn load(self, x: &[f32; WIDTH]) -> Self::F;
+    fn store(self, x: Self::F, to: &mut [f32; WIDTH]);
+    fn add(self, a: Self::F, b: Self::F) -> Self::F;
+    fn sub(self, a: Self::F, b: Self::F) -> Self::F;
+    fn mul(self, a: Self::F, b: Self::F) -> Self::F;
+    fn div(self, a: Self::F, b: Self::F) -> Self::F;
+    fn sqrt(self, a: Self::F) -> Self::F;
+    fn min(self, a: Self::F, b: Self::F) -> Self::F;
+    fn max(self, a: Self::F, b: Self::F) -> Self::F;
+    /// `a * b + c`, rounded once.
+    fn mul_add(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
+    /// `c - a * b`, rounded once.
+    fn neg_mul_add(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
+    fn lt(self, a: Self::F, b: Self::F) -> Self::M;
+    fn le(self, a: Self::F, b: Self::F) -> Self::M;
+    fn and(self, a: Self::M, b: Self::M) -> Self::M;
+    fn or(self, a: Self::M, b: Self::M) -> Self::M;
+    /// Bit `i` is lane `i`.
+    fn bits(self, m: Self::M) -> u32;
+    /// `b` where the mask is set, `a` elsewhere.
+    fn select(self, m: Self::M, a: Self::F, b: Self::F) -> Self::F;
+    fn load_u(self, x: &[u32; WIDTH]) -> Self::U;
+    fn store_u(self, x: Self::U, to: &mut [u32; WIDTH]);
+    /// Lane `i` of the result is the lane of `table` that the low three bits of lane `i` of `index` name.
+    fn permute(self, table: Self::U, index: Self::U) -> Self::U;
+    /// Sort keys of the lanes where the mask is set, as signed integers, in descending order; -1 in the other lanes,
+    /// which come last. A key is the bits of the distance (not negative) with the lane in the low three bits.
+    fn sorted_keys(self, distance: Self::F, m: Self::M) -> Self::U;
+    /// Moves the lanes that are set in `bits` (`m` as bits) to the front. The others are undefined.
+    fn compress(self, x: Self::U, m: Self::M, bits: u32) -> Self::U;
+}
+
+/// For each mask of eight bits, the positions of its set bits, lowest first.
+#[cfg_attr(target_arch = "x86_64", allow(dead_code))]
+pub(crate) static SET_BITS: [[u32; WIDTH]; 256] = {
+    let mut table = [[0; WIDTH]; 256];
+    let mut mask = 0;
+    while mask < 256 {
+        let (mut bit, mut n) = (0, 0);
+        while bit < WIDTH {
+            if mask & (1 << bit) != 0 {
+                table[mask][n] = bit as u32;
+                n += 1;
+            }
+            bit += 1;
+        }
+        mask += 1;
+    }
+    table
+};
