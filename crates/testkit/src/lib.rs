@@ -1,0 +1,25 @@
+//! What tests of other crates share: statistics of images and samplers, and where the test data is. Never shipped.
+//!
+//! - [`assert_same_expectation`]: two noisy renders are samples of the same expected image.
+//! - [`assert_chi2`]: samples follow the density that they claim.
+//! - [`require_shared`]: the folder with scenes and reference images, or a visible skip.
+//!
+//! Invariant: every harness has a test that must fail. A check that cannot fail is worse than none.
+
+mod chi2;
+mod compare;
+mod data;
+mod estimate;
+mod random;
+mod special;
+
+pub use chi2::{Chi2, assert_chi2, chi2_test};
+pub use compare::{Comparison, Report, WHOLE_IMAGE, WorstBlock, assert_same_expectation};
+pub use data::{output_dir, repository_root, require_shared, shared_dir};
+pub use estimate::{Estimate, ReferenceError};
+pub use random::Random;
+pub use special::{chi2_p_value, gamma_p, gamma_q, ln_gamma, normal_quantile, sidak};
+
+/// The chance with which a whole test may fail although everything is right: 0.1 %. Seeds are fixed, so this is the
+/// chance that a new seed is unlucky.
+pub const SIGNIFICANCE: f64 = 1e-3;
