@@ -1,0 +1,312 @@
+//! A parsed file as values that know their place in the text.
+
+use super::values::line_of;
+use crate::load::LoadError;
+use serde::Deserialize;
+use serde::de::{DeserializeOwned, IntoDeserializer};
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::path::Path;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// A file that is being read: sections are taken out of it until nothing is left.
+pub(super) struct Document<'a> {
+    text: &'a str,
+    path: &'a Path,
+    root: DeTable<'a>,
+}
+
+/// A table of the file with what messages call it.
+pub(super) struct Entry<'a> {
+    text: &'a str,
+    path: &'a Path,
+    /// The object's kind and number or name, for messages.
+    label: String,
+    span: std::ops::Range<usize>,
+    table: DeTable<'a>,
+}
+
+/// The largest magnitude that a number may have: its square still fits an `f32`.
+const MAX_NUMBER: f64 = 1e18;
+
+impl<'a> Document<'a> {
+    /// Parses the text.
+    pub fn parse(text: &'a str, path: &'a Path) -> Result<Self, LoadError> {
+        let root = DeTable::parse(text).map_err(|error| {
+            let line = error.span().map_or(1, |span| line_of(text, span.start));
+            LoadError::malformed(path, format!("line {line}"), error.message())
+        })?;
+        Ok(Self { text, path, root: root.into_inner() })
+    }
+
+    fn error(&self, position: usize, object: &str, message: impl Into<String>) -> LoadError {
+        LoadError::malformed(self.path, format!("line {}, {object}", line_of(self.text, position)), message)
+    }
+
+    fn entry(&self, label: String, value: Spanned<DeValue<'a>>) -> Result<Entry<'a>, LoadError> {
+        let span = value.span();
+        match value.into_inner() {
+            DeValue::Table(table) => Ok(Entry { text: self.text, path: self.path, label, span, table }),
+            other => {
+                Err(self.error(span.start, &label, format!("expected a table, not {}", with_article(&other))))
+            }
+        }
+    }
+
+    /// Takes a string out of the top level.
+    pub fn take_string(&mut self, key: &str) -> Result<Option<String>, LoadError> {
+        let Some(value) = self.root.remove(key) else { return Ok(None) };
+        match value.get_ref() {
+            DeValue::String(text) => Ok(Some(text.clone().into_owned())),
+            other => Err(self.error(
+                value.span().start,
+                key,
+                format!("expected a string, not {}", with_article(other)),
+            )),
+        }
+    }
+
+    /// Takes the table `[key]` out of the top level.
+    pub fn take_table(&mut self, key: &str) -> Result<Option<Entry<'a>>, LoadError> {
+        self.root.remove(key).map(|value| self.entry(key.to_owned(), value)).transpose()
+    }
+
+    /// Takes the tables `[key.NAME]` out of the top level.
+    pub fn take_named(&mut self, key: &str) -> Result<Vec<(String, Entry<'a>)>, LoadError> {
+        let Some(outer) = self.take_table(key)? else { return Ok(Vec::new()) };
+        let singular = key.trim_end_matches('s');
+        let entries = outer.table.into_iter().map(|(name, value)| {
+            let name = name.into_inner().into_owned();
+            Ok((name.clone(), self.entry(format!("{singular} `{name}`"), value)?))
+        });
+        entries.collect()
+    }
+
+    /// Takes the tables `[[key]]`, or a single `[key]`, out of the top level.
+    pub fn take_list(&mut self, key: &str) -> Result<Vec<Entry<'a>>, LoadError> {
+        let Some(value) = self.root.remove(key) else { return Ok(Vec::new()) };
+        let span = value.span();
+        let values = match value.into_inner() {
+            DeValue::Array(values) => values.into_iter().collect(),
+            other => vec![Spanned::new(span, other)],
+        };
+        let entries = values.into_iter().enumerate().map(|(i, value)| {
+            let name = value.get_ref().get("name").and_then(|name| name.get_ref().as_str());
+            let label = match name {
+                Some(name) => format!("{key} {} `{name}`", i + 1),
+                None => format!("{key} {}", i + 1),
+            };
+            self.entry(label, value)
+        });
+        entries.collect()
+    }
+
+    /// Fails if a key is left at the top level.
+    pub fn expect_empty(&self, known: &[&str]) -> Result<(), LoadError> {
+        let Some((key, _)) = self.root.iter().next() else { return Ok(()) };
+        let message = format!("unknown key `{}`, expected one of {}", key.get_ref(), quoted(known));
+        Err(self.error(key.span().start, "top level", message))
+    }
+
+    /// Replaces `"${name}"` by the parameter's value and `${name}` inside a longer string by its text.
+    pub fn substitute(&mut self, values: &BTreeMap<String, DeValue<'a>>) -> Result<(), LoadError> {
+        let mut root = std::mem::take(&mut self.root);
+        let result = root.iter_mut().try_for_each(|(_, value)| {
+            visit(value, &mut |value| {
+                let position = value.span().start;
+                let replaced = substituted(value.get_ref(), values)
+                    .map_err(|message| self.error(position, "a parameter", message))?;
+                if let Some(replaced) = replaced {
+                    *value.get_mut() = replaced;
+                }
+                Ok(())
+            })
+        });
+        self.root = root;
+        result
+    }
+
+    /// Fails if a number is not finite or too large to compute with.
+    pub fn check_numbers(&mut self) -> Result<(), LoadError> {
+        let mut root = std::mem::take(&mut self.root);
+        let result = root.iter_mut().try_for_each(|(_, value)| {
+            visit(value, &mut |value| {
+                let number = match value.get_ref() {
+                    DeValue::Float(number) => number.as_str().parse::<f64>().unwrap_or(f64::NAN),
+                    DeValue::Integer(number) if number.radix() == 10 => {
+                        number.as_str().parse().unwrap_or(f64::NAN)
+                    }
+                    _ => return Ok(()),
+                };
+                if number.abs() <= MAX_NUMBER {
+                    return Ok(());
+                }
+                let message = format!("{number} is not a number that can be computed with");
+                Err(self.error(value.span().start, "a number", message))
+            })
+        });
+        self.root = root;
+        result
+    }
+}
+
+impl<'a> Entry<'a> {
+    /// Reads the whole table.
+    pub fn read<T: DeserializeOwned>(self) -> Result<T, LoadError> {
+        let (text, path, label, start) = (self.text, self.path, self.label, self.span.start);
+        let deserializer = Spanned::new(self.span, self.table).into_deserializer();
+        T::deserialize(deserializer).map_err(|error| {
+            let line = line_of(text, error.span().map_or(start, |span| span.start));
+            LoadError::malformed(path, format!("line {line}, {label}"), error.message())
+        })
+    }
+
+    /// An error about this table.
+    pub fn error(&self, message: impl Into<String>) -> LoadError {
+        let line = line_of(self.text, self.span.start);
+        LoadError::malformed(self.path, format!("line {line}, {}", self.label), message)
+    }
+
+    /// What makes errors about this table once it is read.
+    pub fn context(&self) -> Context {
+        let line = line_of(self.text, self.span.start);
+        Context { path: self.path.to_owned(), object: format!("line {line}, {}", self.label) }
+    }
+
+    /// Takes a string out of the table; `None` if the key is missing.
+    pub fn take_string(&mut self, key: &str) -> Result<Option<String>, LoadError> {
+        let Some(value) = self.table.remove(key) else { return Ok(None) };
+        match value.into_inner() {
+            DeValue::String(text) => Ok(Some(text.into_owned())),
+            other => Err(self.error(format!("`{key}` must be a string, not {}", with_article(&other)))),
+        }
+    }
+
+    /// Takes a table out of the table; `None` if the key is missing or something else.
+    pub fn take_table(&mut self, key: &str) -> Option<Entry<'a>> {
+        if !self.table.get(key)?.get_ref().is_table() {
+            return None;
+        }
+        let value = self.table.remove(key)?;
+        let span = value.span();
+        let DeValue::Table(table) = value.into_inner() else { return None };
+        let label = format!("{}, `{key}`", self.label);
+        Some(Entry { text: self.text, path: self.path, label, span, table })
+    }
+
+    /// The keys that are left.
+    pub fn keys(&self) -> Vec<String> {
+        self.table.keys().map(|key| key.get_ref().clone().into_owned()).collect()
+    }
+
+    /// Splits the table: the keys of `keys` go to a new one.
+    pub fn split(&mut self, keys: &[&str]) -> Entry<'a> {
+        let mut table = DeTable::new();
+        for key in keys {
+            if let Some((name, value)) = self.table.remove_entry(*key) {
+                table.insert(name, value);
+            }
+        }
+        Entry { text: self.text, path: self.path, label: self.label.clone(), span: self.span.clone(), table }
+    }
+}
+
+/// Makes errors about one object.
+#[derive(Clone, Debug)]
+pub(super) struct Context {
+    path: std::path::PathBuf,
+    object: String,
+}
+
+impl Context {
+    /// An error about the object.
+    pub fn error(&self, message: impl Into<String>) -> LoadError {
+        LoadError::malformed(&self.path, self.object.clone(), message)
+    }
+}
+
+/// Calls `action` for every value in the tree that is not a list or table.
+fn visit<'a, E>(
+    value: &mut Spanned<DeValue<'a>>,
+    action: &mut impl FnMut(&mut Spanned<DeValue<'a>>) -> Result<(), E>,
+) -> Result<(), E> {
+    match value.get_mut() {
+        DeValue::Array(values) => values.iter_mut().try_for_each(|value| visit(value, action)),
+        DeValue::Table(table) => table.iter_mut().try_for_each(|(_, value)| visit(value, action)),
+        _ => action(value),
+    }
+}
+
+/// What a value becomes when parameters are filled in; `None` if it has none.
+fn substituted<'a>(
+    value: &DeValue<'a>,
+    values: &BTreeMap<String, DeValue<'a>>,
+) -> Result<Option<DeValue<'a>>, String> {
+    let DeValue::String(text) = value else { return Ok(None) };
+    if !text.contains("${") {
+        return Ok(None);
+    }
+    let find =
+        |name: &str| values.get(name).ok_or_else(|| format!("`{name}` is not among the file's [parameters]"));
+    if let Some(name) = text.strip_prefix("${").and_then(|rest| rest.strip_suffix('}'))
+        && !name.contains('}')
+    {
+        return Ok(Some(find(name)?.clone()));
+    }
+    let mut result = String::new();
+    let mut rest: &str = text;
+    while let Some((before, after)) = rest.split_once("${") {
+        let (name, tail) = after.split_once('}').ok_or("`${` without `}`")?;
+        result.push_str(before);
+        match find(name)? {
+            DeValue::String(text) => result.push_str(text),
+            DeValue::Integer(number) => result.push_str(number.as_str()),
+            DeValue::Float(number) => result.push_str(number.as_str()),
+            DeValue::Boolean(truth) => result.push_str(if *truth { "true" } else { "false" }),
+            DeValue::Datetime(_) | DeValue::Array(_) | DeValue::Table(_) => {}
+        }
+        rest = tail;
+    }
+    result.push_str(rest);
+    Ok(Some(DeValue::String(Cow::Owned(result))))
+}
+
+fn with_article(value: &DeValue) -> String {
+    let kind = value.type_str();
+    let article = if kind.starts_with(['a', 'i', 'o']) { "an" } else { "a" };
+    format!("{article} {kind}")
+}
+
+/// Names in backticks, separated by commas.
+pub(super) fn quoted(names: &[&str]) -> String {
+    names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ")
+}
+
+/// A name, or a table that describes the thing in place; errors in the table keep their own words.
+#[derive(Clone, Debug)]
+pub(super) enum NameOr<T> {
+    /// A string.
+    Name(String),
+    /// A table.
+    Table(T),
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for NameOr<T> {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor<T>(std::marker::PhantomData<T>);
+        impl<'de, T: Deserialize<'de>> serde::de::Visitor<'de> for Visitor<T> {
+            type Value = NameOr<T>;
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a string or a table")
+            }
+            fn visit_str<E>(self, text: &str) -> Result<Self::Value, E> {
+                Ok(NameOr::Name(text.to_owned()))
+            }
+            fn visit_map<A: serde::de::MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+                T::deserialize(serde::de::value::MapAccessDeserializer::new(map)).map(NameOr::Table)
+            }
+        }
+        deserializer.deserialize_any(Visitor(std::marker::PhantomData))
+    }
+}

@@ -1,0 +1,95 @@
+//! `[environment]`: light from infinitely far away.
+
+use super::Builder;
+use super::document::{Context, Entry};
+use super::values::{Color, direction, within};
+use crate::load::{self, LoadError};
+use crate::{Environment, Sky, Sun};
+use glam::Vec3;
+use serde::Deserialize;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+struct EnvironmentKeys {
+    color: Option<Color>,
+    file: Option<String>,
+    sky: Option<SkyKeys>,
+    /// Degrees.
+    rotation: Option<f32>,
+    intensity: Option<f32>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+struct SkyKeys {
+    horizon: Color,
+    zenith: Color,
+    ground: Option<Color>,
+    sun: Option<SunKeys>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+struct SunKeys {
+    direction: [f32; 3],
+    #[serde(default = "white")]
+    color: Color,
+    /// W/m².
+    irradiance: f32,
+    /// Degrees.
+    #[serde(default = "sun_diameter")]
+    angular_diameter: f32,
+}
+
+fn white() -> Color {
+    Color(Vec3::ONE)
+}
+
+fn sun_diameter() -> f32 {
+    0.53
+}
+
+impl Builder<'_> {
+    /// Sets the environment.
+    pub(super) fn set_environment(&mut self, entry: Entry) -> Result<(), LoadError> {
+        let context = entry.context();
+        let keys: EnvironmentKeys = entry.read()?;
+        let intensity = within(keys.intensity.unwrap_or(1.0), [0.0, 1e9], "intensity", &context)?;
+        if keys.rotation.is_some() && keys.file.is_none() {
+            return Err(context.error("`rotation` needs `file`"));
+        }
+        self.scene.environment = match (keys.color, keys.file, keys.sky) {
+            (Some(color), None, None) => Environment::Constant(color.0 * intensity),
+            (None, Some(file), None) => {
+                let path = self.place.folder.join(file);
+                let image = load::environment::load(&path, self.options, &mut self.report)?;
+                self.scene.images.push(image);
+                let rotation = keys.rotation.unwrap_or(0.0).to_radians();
+                Environment::Image { image: (self.scene.images.len() - 1) as u32, rotation, intensity }
+            }
+            (None, None, Some(keys)) => Environment::Sky(sky(keys, intensity, &context)?),
+            _ => return Err(context.error("`environment` needs one of `color`, `file` and `sky`")),
+        };
+        Ok(())
+    }
+}
+
+/// The sky with everything multiplied by `intensity`.
+fn sky(keys: SkyKeys, intensity: f32, context: &Context) -> Result<Sky, LoadError> {
+    let sun = keys.sun.map(|sun| {
+        let diameter = within(sun.angular_diameter, [0.01, 90.0], "sun.angular-diameter", context)?;
+        Ok(Sun {
+            direction: direction(sun.direction.into(), "sun.direction", context)?,
+            irradiance: sun.color.0
+                * within(sun.irradiance, [0.0, 1e9], "sun.irradiance", context)?
+                * intensity,
+            angular_radius: diameter.to_radians() * 0.5,
+        })
+    });
+    Ok(Sky {
+        horizon: keys.horizon.0 * intensity,
+        zenith: keys.zenith.0 * intensity,
+        ground: keys.ground.unwrap_or(keys.horizon).0 * intensity,
+        sun: sun.transpose()?,
+    })
+}

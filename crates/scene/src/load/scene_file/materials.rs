@@ -1,0 +1,301 @@
+//! `[materials.NAME]` and materials in place.
+
+use super::Builder;
+use super::document::{Context, Entry, NameOr};
+use super::values::{Color, within};
+use crate::load::LoadError;
+use crate::load::textures::Neutral;
+use crate::{
+    AlphaMode, Checkerboard, ColorSpace, Filter, Material, MaterialId, Model, Sampler, Texture, TextureRef,
+    UvTransform, Wrap,
+};
+use glam::{Vec2, Vec3};
+use serde::Deserialize;
+
+/// A material's keys; what is absent keeps its value.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
+struct MaterialKeys {
+    name: Option<String>,
+    model: Option<ModelName>,
+    base_color: Option<Color>,
+    alpha: Option<f32>,
+    base_color_texture: Option<NameOr<TextureKeys>>,
+    checkerboard: Option<CheckerboardKeys>,
+    metallic: Option<f32>,
+    roughness: Option<f32>,
+    metallic_roughness_texture: Option<NameOr<TextureKeys>>,
+    specular: Option<f32>,
+    ior: Option<f32>,
+    transmission: Option<f32>,
+    transmission_texture: Option<NameOr<TextureKeys>>,
+    thin_walled: Option<bool>,
+    emission: Option<Color>,
+    emission_strength: Option<f32>,
+    emission_texture: Option<NameOr<TextureKeys>>,
+    emission_two_sided: Option<bool>,
+    normal_texture: Option<NameOr<TextureKeys>>,
+    normal_scale: Option<f32>,
+    alpha_mode: Option<AlphaModeName>,
+    alpha_cutoff: Option<f32>,
+    double_sided: Option<bool>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum ModelName {
+    MetallicRoughness,
+    Lambert,
+    Dielectric,
+    Mirror,
+    Unlit,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum AlphaModeName {
+    Opaque,
+    Mask,
+    Blend,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CheckerboardKeys {
+    colors: [Color; 2],
+    #[serde(default = "one")]
+    size: f32,
+    fade: Option<[f32; 2]>,
+}
+
+fn one() -> f32 {
+    1.0
+}
+
+/// A texture with how it is placed.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+struct TextureKeys {
+    file: String,
+    #[serde(default)]
+    wrap: WrapName,
+    #[serde(default)]
+    filter: FilterName,
+    #[serde(default)]
+    uv_set: u32,
+    #[serde(default = "ones")]
+    scale: [f32; 2],
+    /// Degrees.
+    #[serde(default)]
+    rotate: f32,
+    #[serde(default)]
+    offset: [f32; 2],
+}
+
+fn ones() -> [f32; 2] {
+    [1.0, 1.0]
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum WrapName {
+    #[default]
+    Repeat,
+    Mirror,
+    Clamp,
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum FilterName {
+    #[default]
+    Linear,
+    Nearest,
+}
+
+impl Builder<'_> {
+    /// Adds the material `[materials.NAME]`.
+    pub(super) fn add_named_material(&mut self, name: String, entry: Entry) -> Result<(), LoadError> {
+        let id = self.add_material(entry, &name)?;
+        self.materials.insert(name, id);
+        Ok(())
+    }
+
+    /// Takes the key `material` out of an object's table: the name of a material, or one in place.
+    pub(super) fn take_material(&mut self, entry: &mut Entry) -> Result<Option<MaterialId>, LoadError> {
+        if let Some(table) = entry.take_table("material") {
+            return self.add_material(table, "material").map(Some);
+        }
+        let Some(name) = entry.take_string("material")? else { return Ok(None) };
+        self.named_material(&name, &entry.context()).map(Some)
+    }
+
+    /// The material of a name that the file declares.
+    pub(super) fn named_material(&self, name: &str, context: &Context) -> Result<MaterialId, LoadError> {
+        if let Some(id) = self.materials.get(name) {
+            return Ok(*id);
+        }
+        let mut known: Vec<String> = self.materials.keys().map(|name| format!("`{name}`")).collect();
+        known.sort();
+        let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+        Err(context.error(format!("there is no material `{name}` among [materials]; known are {known}")))
+    }
+
+    /// The material of objects that name none.
+    pub(super) fn neutral_material(&mut self) -> MaterialId {
+        let known = self.materials.get("").copied();
+        known.unwrap_or_else(|| {
+            let id = self.push_material(Material::default());
+            self.materials.insert(String::new(), id);
+            id
+        })
+    }
+
+    fn push_material(&mut self, material: Material) -> MaterialId {
+        self.scene.materials.push(material);
+        (self.scene.materials.len() - 1) as MaterialId
+    }
+
+    fn add_material(&mut self, entry: Entry, name: &str) -> Result<MaterialId, LoadError> {
+        let context = entry.context();
+        let keys: MaterialKeys = entry.read()?;
+        let name = keys.name.clone().unwrap_or_else(|| name.to_owned());
+        let mut material = Material { name, ..Default::default() };
+        apply_numbers(&keys, &mut material, &context)?;
+        apply_emission(&keys, &mut material, &context)?;
+        apply_alpha(&keys, &mut material, &context)?;
+        self.apply_textures(&keys, &mut material, &context)?;
+        Ok(self.push_material(material))
+    }
+
+    fn apply_textures(&mut self, k: &MaterialKeys, m: &mut Material, c: &Context) -> Result<(), LoadError> {
+        use ColorSpace::{Linear, Srgb};
+        let white = Neutral::White;
+        m.base_color_texture = self.texture(&k.base_color_texture, Srgb, white, c)?;
+        m.metallic_roughness_texture = self.texture(&k.metallic_roughness_texture, Linear, white, c)?;
+        m.transmission_texture = self.texture(&k.transmission_texture, Linear, white, c)?;
+        m.emission_texture = self.texture(&k.emission_texture, Srgb, white, c)?;
+        m.normal_texture = self.texture(&k.normal_texture, Linear, Neutral::FlatNormal, c)?;
+        Ok(())
+    }
+
+    fn texture(
+        &mut self,
+        keys: &Option<NameOr<TextureKeys>>,
+        color_space: ColorSpace,
+        neutral: Neutral,
+        context: &Context,
+    ) -> Result<Option<TextureRef>, LoadError> {
+        let (file, sampler, uv_set, transform) = match keys {
+            None => return Ok(None),
+            Some(NameOr::Name(file)) => (file, Sampler::default(), 0, UvTransform::default()),
+            Some(NameOr::Table(t)) => {
+                within(t.uv_set, [0, 1], "uv-set", context)?;
+                (&t.file, t.sampler(), t.uv_set, t.transform())
+            }
+        };
+        let image = self.images.file(&self.place.folder.join(file), neutral);
+        self.textures.push(self.scene.textures.len());
+        self.scene.textures.push(Texture { image, sampler, color_space });
+        let texture = (self.scene.textures.len() - 1) as u32;
+        Ok(Some(TextureRef { texture, uv_set, transform }))
+    }
+}
+
+impl TextureKeys {
+    fn sampler(&self) -> Sampler {
+        let wrap = match self.wrap {
+            WrapName::Repeat => Wrap::Repeat,
+            WrapName::Mirror => Wrap::MirroredRepeat,
+            WrapName::Clamp => Wrap::ClampToEdge,
+        };
+        let filter = match self.filter {
+            FilterName::Linear => Filter::Linear,
+            FilterName::Nearest => Filter::Nearest,
+        };
+        Sampler { wrap_u: wrap, wrap_v: wrap, filter }
+    }
+
+    /// Scale, then rotation, then offset, as in `KHR_texture_transform`.
+    fn transform(&self) -> UvTransform {
+        let (sin, cos) = self.rotate.to_radians().sin_cos();
+        let [x, y] = self.scale;
+        UvTransform {
+            rows: [Vec2::new(cos * x, sin * y), Vec2::new(-sin * x, cos * y)],
+            offset: self.offset.into(),
+        }
+    }
+}
+
+fn apply_numbers(k: &MaterialKeys, m: &mut Material, c: &Context) -> Result<(), LoadError> {
+    let unit = |value: Option<f32>, into: &mut f32, key: &str| {
+        if let Some(value) = value {
+            *into = within(value, [0.0, 1.0], key, c)?;
+        }
+        Ok::<(), LoadError>(())
+    };
+    unit(k.metallic, &mut m.metallic, "metallic")?;
+    unit(k.roughness, &mut m.roughness, "roughness")?;
+    unit(k.specular, &mut m.specular, "specular")?;
+    unit(k.transmission, &mut m.transmission, "transmission")?;
+    unit(k.alpha, &mut m.base_color.w, "alpha")?;
+    m.ior = within(k.ior.unwrap_or(m.ior), [1.0, 10.0], "ior", c)?;
+    m.normal_scale = k.normal_scale.unwrap_or(m.normal_scale);
+    m.thin_walled = k.thin_walled.unwrap_or(m.thin_walled);
+    m.double_sided = k.double_sided.unwrap_or(m.double_sided);
+    m.model = match k.model {
+        None | Some(ModelName::MetallicRoughness) => Model::MetallicRoughness,
+        Some(ModelName::Lambert) => Model::Lambert,
+        Some(ModelName::Dielectric) => Model::Dielectric,
+        Some(ModelName::Mirror) => Model::Mirror,
+        Some(ModelName::Unlit) => Model::Unlit,
+    };
+    if matches!(m.model, Model::Dielectric | Model::Mirror) {
+        // Clear unless the file says otherwise: the defaults are made for metallic-roughness.
+        m.base_color = Vec3::ONE.extend(m.base_color.w);
+        m.roughness = k.roughness.unwrap_or(0.0);
+    }
+    if let Some(Color(color)) = k.base_color {
+        within(color.max_element(), [0.0, 1.0], "base-color", c)?;
+        m.base_color = color.extend(m.base_color.w);
+    }
+    if let Some(board) = &k.checkerboard {
+        let size = super::values::positive(board.size, "checkerboard.size", c)?;
+        let fade = board.fade.map(Vec2::from_array);
+        if let Some(fade) = fade.filter(|f| f.x < 0.0 || f.y <= f.x) {
+            return Err(
+                c.error(format!("`checkerboard.fade` must be two increasing distances, it is {fade}"))
+            );
+        }
+        m.checkerboard = Some(Checkerboard { colors: board.colors.map(|color| color.0), size, fade });
+    }
+    Ok(())
+}
+
+fn apply_emission(k: &MaterialKeys, m: &mut Material, c: &Context) -> Result<(), LoadError> {
+    let strength = within(k.emission_strength.unwrap_or(1.0), [0.0, 1e9], "emission-strength", c)?;
+    if k.emission_strength.is_some() && k.emission.is_none() && k.emission_texture.is_none() {
+        return Err(c.error("`emission-strength` needs `emission`"));
+    }
+    // A texture alone is multiplied into white.
+    let plain = if k.emission_texture.is_some() { Vec3::ONE } else { Vec3::ZERO };
+    m.emission = k.emission.map_or(plain, |color| color.0) * strength;
+    m.emission_two_sided = k.emission_two_sided.unwrap_or(false);
+    Ok(())
+}
+
+fn apply_alpha(k: &MaterialKeys, m: &mut Material, c: &Context) -> Result<(), LoadError> {
+    let cutoff = within(k.alpha_cutoff.unwrap_or(0.5), [0.0, 1.0], "alpha-cutoff", c)?;
+    m.alpha_mode = match k.alpha_mode {
+        None | Some(AlphaModeName::Opaque) => AlphaMode::Opaque,
+        Some(AlphaModeName::Mask) => AlphaMode::Mask(cutoff),
+        Some(AlphaModeName::Blend) => AlphaMode::Blend,
+    };
+    if k.alpha_cutoff.is_some() && !matches!(m.alpha_mode, AlphaMode::Mask(_)) {
+        return Err(c.error("`alpha-cutoff` needs `alpha-mode = \"mask\"`"));
+    }
+    if m.base_color.w < 1.0 && k.alpha_mode.is_none() {
+        return Err(c.error("`alpha` needs `alpha-mode`"));
+    }
+    Ok(())
+}

@@ -1,0 +1,224 @@
+//! `[[model]]`: other files placed in the scene.
+
+use super::document::{Context, Entry};
+use super::objects::Object;
+use super::values::positive;
+use super::{Builder, MAX_DEPTH, MAX_FILES, Parameters, load_nested};
+use crate::load::{self, LoadError, Loaded};
+use crate::merge::{placed_instance, placed_light};
+use crate::{Environment, Instance, Light, MaterialId, Scene};
+use glam::{Affine3A, Vec3};
+use serde::Deserialize;
+use std::collections::{BTreeMap, HashMap};
+use std::path::{Path, PathBuf};
+
+/// The keys of a model beside those of every object.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+struct ModelKeys {
+    file: String,
+    /// The longest side after scaling, metres; the model then stands on y = 0, centred.
+    fit: Option<f32>,
+    /// Whether the file's lights come along.
+    #[serde(default = "yes")]
+    lights: bool,
+    /// Whether the file's cameras come along, after the scene's own.
+    #[serde(default)]
+    cameras: bool,
+    /// Materials of this scene by the name of the material in the file that they replace.
+    #[serde(default)]
+    materials: BTreeMap<String, String>,
+    /// Parameters of an included scene file.
+    #[serde(default)]
+    parameters: BTreeMap<String, super::Value>,
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// A file that is part of the scene already: what to place again, and where it was.
+pub(super) struct Template {
+    instances: Vec<Instance>,
+    lights: Vec<Light>,
+    bounds: Option<(Vec3, Vec3)>,
+}
+
+impl Builder<'_> {
+    /// Adds a model and its copies.
+    pub(super) fn add_model(&mut self, mut entry: Entry) -> Result<(), LoadError> {
+        let context = entry.context();
+        let Some(object) = self.take_object(&mut entry)? else { return Ok(()) };
+        let replacement = self.take_material(&mut entry)?;
+        let keys: ModelKeys = entry.read()?;
+        if keys.file.is_empty() {
+            return Err(context.error("`file` is empty"));
+        }
+        let path = self.place.folder.join(&keys.file);
+        let key = cache_key(&path, &keys);
+        let template = match self.models.remove(&key) {
+            Some(known) => known,
+            None => self.include(&path, &keys, &context)?,
+        };
+        let result = self.place_model(&object, &template, &keys, replacement, &context);
+        self.models.insert(key, template);
+        result
+    }
+
+    /// Loads a file and puts its meshes and materials into the scene, but none of its objects.
+    fn include(&mut self, path: &Path, keys: &ModelKeys, context: &Context) -> Result<Template, LoadError> {
+        let Loaded { mut scene, report } = self.load_file(path, keys, context)?;
+        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+        self.report.absorb(&name, report);
+        if !keys.cameras {
+            scene.cameras.clear();
+        }
+        if !keys.lights {
+            scene.lights.clear();
+        }
+        let environment = std::mem::take(&mut scene.environment);
+        let bounds = scene.bounds();
+        let merged = self.scene.merge(scene);
+        self.take_environment(environment, merged.images.start as u32, &name);
+        let instances = self.scene.instances.split_off(merged.instances.start);
+        let lights = self.scene.lights.split_off(merged.lights.start);
+        Ok(Template { instances, lights, bounds })
+    }
+
+    /// The environment of a model becomes the scene's, unless it gets one of its own.
+    fn take_environment(&mut self, environment: Environment, first_image: u32, name: &str) {
+        if environment == Environment::Black {
+            return;
+        }
+        let environment = match environment {
+            Environment::Image { image, rotation, intensity } => {
+                Environment::Image { image: image + first_image, rotation, intensity }
+            }
+            other => other,
+        };
+        self.report
+            .info(format!("{name} brings an environment, which the scene's own [environment] replaces"));
+        if self.scene.environment == Environment::Black {
+            self.scene.environment = environment;
+        }
+    }
+
+    fn load_file(&mut self, path: &Path, keys: &ModelKeys, context: &Context) -> Result<Loaded, LoadError> {
+        let left = self.budget.files.checked_sub(1);
+        self.budget.files =
+            left.ok_or_else(|| context.error(format!("the scene refers to more than {MAX_FILES} files")))?;
+        if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
+            if !keys.parameters.is_empty() {
+                return Err(context.error("`parameters` are for scene files only"));
+            }
+            return load::load(path, self.options);
+        }
+        let mut stack = self.place.stack.to_vec();
+        stack.push(canonical(self.place.path));
+        if stack.contains(&canonical(path)) {
+            return Err(context.error(format!("{} includes itself", path.display())));
+        }
+        if stack.len() > MAX_DEPTH {
+            return Err(context.error(format!("scene files include each other more than {MAX_DEPTH} deep")));
+        }
+        let parameters: Parameters =
+            keys.parameters.iter().map(|(name, value)| (name.clone(), value.to_string())).collect();
+        load_nested(path, &parameters, self.options, self.budget, &stack)
+    }
+
+    /// Places the copies of a model.
+    fn place_model(
+        &mut self,
+        object: &Object,
+        template: &Template,
+        keys: &ModelKeys,
+        replacement: Option<MaterialId>,
+        context: &Context,
+    ) -> Result<(), LoadError> {
+        let fit = self.fit(template, keys, context)?;
+        let overrides = self.overrides(template, keys, replacement, context)?;
+        self.spend_instances(template.instances.len().saturating_mul(object.copies.len()), context)?;
+        for copy in &object.copies {
+            let motion = object.transform(copy) * fit;
+            for (instance, materials) in template.instances.iter().zip(&overrides) {
+                let mut instance = placed_instance(instance, &motion);
+                instance.visible &= object.visible;
+                instance.dynamic |= object.dynamic;
+                if materials.is_some() {
+                    instance.materials.clone_from(materials);
+                }
+                self.scene.instances.push(instance);
+            }
+            self.scene.lights.extend(template.lights.iter().map(|light| placed_light(light, &motion)));
+        }
+        Ok(())
+    }
+
+    /// Scales the model to the size asked for and stands it on the ground.
+    fn fit(&self, template: &Template, keys: &ModelKeys, context: &Context) -> Result<Affine3A, LoadError> {
+        let Some(fit) = keys.fit else { return Ok(Affine3A::IDENTITY) };
+        positive(fit, "fit", context)?;
+        let Some((low, high)) = template.bounds else { return Ok(Affine3A::IDENTITY) };
+        let extent = (high - low).max_element();
+        if !(extent.is_finite() && extent > 0.0) {
+            return Err(context.error(format!("`fit` cannot scale a model whose size is {extent}")));
+        }
+        let foot = Vec3::new((low.x + high.x) * 0.5, low.y, (low.z + high.z) * 0.5);
+        Ok(Affine3A::from_scale(Vec3::splat(fit / extent)) * Affine3A::from_translation(-foot))
+    }
+
+    /// The materials of each instance, where they are replaced.
+    fn overrides(
+        &mut self,
+        template: &Template,
+        keys: &ModelKeys,
+        replacement: Option<MaterialId>,
+        context: &Context,
+    ) -> Result<Vec<Option<Vec<MaterialId>>>, LoadError> {
+        let mut by_name = HashMap::new();
+        for (old, new) in &keys.materials {
+            by_name.insert(old.as_str(), self.named_material(new, context)?);
+        }
+        if by_name.is_empty() && replacement.is_none() {
+            return Ok(vec![None; template.instances.len()]);
+        }
+        let mut used = Vec::new();
+        let overrides = template.instances.iter().map(|instance| {
+            let replace = |id: &MaterialId| {
+                let name = self.scene.materials.get(*id as usize).map_or("", |m| m.name.as_str());
+                let named = by_name.get(name).copied();
+                if named.is_some() && !used.contains(&name) {
+                    used.push(name);
+                }
+                named.or(replacement).unwrap_or(*id)
+            };
+            Some(own_materials(&self.scene, instance).iter().map(replace).collect())
+        });
+        let overrides: Vec<_> = overrides.collect();
+        for name in by_name.keys().filter(|name| !used.contains(name)) {
+            self.report.ignored(format!("{}: it has no material `{name}` to replace", keys.file));
+        }
+        Ok(overrides)
+    }
+}
+
+/// The material of each part of an instance.
+fn own_materials(scene: &Scene, instance: &Instance) -> Vec<MaterialId> {
+    if let Some(materials) = &instance.materials {
+        return materials.clone();
+    }
+    let mesh = scene.meshes.get(instance.mesh as usize);
+    mesh.map(|mesh| mesh.parts.iter().map(|part| part.material).collect()).unwrap_or_default()
+}
+
+/// The path as the system sees it; as given if there is no such file.
+fn canonical(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.to_owned())
+}
+
+/// Models that are equal in everything that loading depends on are loaded once.
+fn cache_key(path: &Path, keys: &ModelKeys) -> PathBuf {
+    let mut key = canonical(path).into_os_string();
+    key.push(format!("\0{}{}{:?}", keys.lights, keys.cameras, keys.parameters));
+    key.into()
+}

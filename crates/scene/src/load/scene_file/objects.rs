@@ -1,0 +1,106 @@
+//! What shapes and models have in common: name, place, visibility, repetition.
+
+use super::document::{Context, Entry};
+use super::repeat::{Copy, Repeat};
+use super::values::Transform;
+use super::{Builder, MAX_INSTANCES};
+use crate::load::LoadError;
+use glam::Affine3A;
+use serde::Deserialize;
+
+/// Keys that shapes and models share.
+const KEYS: [&str; 9] =
+    ["name", "translate", "rotate", "scale", "visible", "dynamic", "if", "unless", "repeat"];
+
+#[derive(Deserialize)]
+struct RawObject {
+    name: Option<String>,
+    #[serde(flatten)]
+    transform: Transform,
+    visible: Option<bool>,
+    dynamic: Option<bool>,
+    #[serde(rename = "if")]
+    when: Option<Condition>,
+    unless: Option<Condition>,
+}
+
+/// Something that is true or false: a boolean, a number (0 is false) or a string (empty is false).
+#[derive(Clone, Debug, Deserialize)]
+#[serde(untagged, expecting = "expected a boolean, a number or a string")]
+enum Condition {
+    Boolean(bool),
+    Number(f64),
+    Text(String),
+}
+
+impl Condition {
+    fn is_true(&self) -> bool {
+        match self {
+            Condition::Boolean(truth) => *truth,
+            Condition::Number(number) => *number != 0.0,
+            Condition::Text(text) => !text.is_empty(),
+        }
+    }
+}
+
+/// The common part of a shape, model or light.
+pub(super) struct Object {
+    /// Its name, if it has one.
+    pub name: Option<String>,
+    /// Where each copy stands.
+    pub copies: Vec<Copy>,
+    /// Its own transform, applied before a copy's.
+    pub own: Affine3A,
+    /// Whether it is part of the picture.
+    pub visible: bool,
+    /// Whether it may move later.
+    pub dynamic: bool,
+}
+
+impl Builder<'_> {
+    /// Takes the common keys out of a table; `None` if the object is switched off by `if` or `unless`.
+    pub(super) fn take_object(&mut self, entry: &mut Entry) -> Result<Option<Object>, LoadError> {
+        let context = entry.context();
+        let repeat = entry.take_table("repeat").map(|table| table.read::<Repeat>()).transpose()?;
+        let raw: RawObject = entry.split(&KEYS).read()?;
+        if raw.when.is_some_and(|c| !c.is_true()) || raw.unless.is_some_and(|c| c.is_true()) {
+            return Ok(None);
+        }
+        let copies = match &repeat {
+            Some(repeat) => repeat.copies(self.budget.instances, &context)?,
+            None => vec![Copy::default()],
+        };
+        self.spend_instances(copies.len(), &context)?;
+        Ok(Some(Object {
+            name: raw.name,
+            copies,
+            own: raw.transform.matrix(&context)?,
+            visible: raw.visible.unwrap_or(true),
+            dynamic: raw.dynamic.unwrap_or(false),
+        }))
+    }
+
+    /// Counts instances against the limit.
+    pub(super) fn spend_instances(&mut self, count: usize, context: &Context) -> Result<(), LoadError> {
+        match self.budget.instances.checked_sub(count) {
+            Some(left) => {
+                self.budget.instances = left;
+                Ok(())
+            }
+            None => Err(context.error(format!("the scene has more than {MAX_INSTANCES} objects"))),
+        }
+    }
+}
+
+impl Object {
+    /// The name of copy `i`.
+    pub fn copy_name(&self, fallback: &str, i: usize) -> String {
+        let name = self.name.as_deref().unwrap_or(fallback);
+        if self.copies.len() == 1 { name.to_owned() } else { format!("{name} {}", i + 1) }
+    }
+
+    /// Object to world for a copy.
+    pub fn transform(&self, copy: &Copy) -> Affine3A {
+        copy.motion * self.own
+    }
+}
