@@ -37,4 +37,5 @@ pub use surface::{
 };
 pub use transport::{estimator::estimator, path::path};
 
+pub mod albedo;
 pub mod intersect;

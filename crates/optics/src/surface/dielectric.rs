@@ -170,12 +170,18 @@ pub mod dielectric {
         BsdfSample { wi: wi, weight: v.value_cos * (1.0 / v.pdf), pdf: v.pdf, delta: false, transmitted: !reflect_it }
     }
 
-    /// One sample of the albedo of a rough interface without tint or compensation, for building tables; to be averaged
-    /// over `u` and `u_lobe`. Radiance compression is left out, so that a lossless interface gives 1.
-    pub fn rough_dielectric_albedo_sample(cos_o: f32, alpha: f32, eta: f32, u_lobe: f32, u: Vec2f) -> f32 {
-        let wo = vec3f(safe_sqrt(1.0 - cos_o * cos_o), 0.0, cos_o);
-        let b = dielectric_bsdf(vec3f(1.0, 1.0, 1.0), alpha, eta, false, 1.0);
-        let s = rough_dielectric_sample(b, wo, u_lobe, u);
-        s.weight.x * select(1.0, eta * eta, s.transmitted)
+    /// The albedo of a rough interface without tint or compensation for one sampled microfacet, both lobes weighted
+    /// with their probabilities; for building tables, to be averaged over `u`. Radiance compression is left out, so
+    /// that a lossless interface gives 1.
+    pub fn rough_dielectric_albedo_sample(cos_theta: f32, alpha: f32, eta: f32, u: Vec2f) -> f32 {
+        let wo = vec3f(safe_sqrt(1.0 - cos_theta * cos_theta), 0.0, cos_theta);
+        let h = ggx_sample_visible_half(wo, alpha, u);
+        let cos_o = clamp(dot(wo, h), 0.0, 1.0);
+        let f = fresnel_dielectric(cos_o, eta);
+        let mirrored = 2.0 * cos_o * h.z - wo.z;
+        let refracted = refract_at(wo, h, eta, f.cos_transmitted).z;
+        let reflection = select(0.0, ggx_g1(mirrored, alpha), mirrored > 0.0);
+        let transmission = select(0.0, ggx_g1(refracted, alpha), refracted < 0.0);
+        mix(transmission, reflection, f.reflectance)
     }
 }

@@ -83,4 +83,25 @@ pub mod ggx {
     pub fn ggx_visible_half_pdf(wo: Vec3f, h: Vec3f, alpha: f32) -> f32 {
         ggx_g1(wo.z, alpha) * abs(dot(wo, h)) * ggx_d(h, alpha) / max(abs(wo.z), 1e-20)
     }
+
+    /// Where a table of directional albedo holds the value for a cosine (x) and a width (y): both in `[0, 1]` from the
+    /// centre of the first texel to the centre of the last.
+    ///
+    /// - `cos_theta` in `[0, 1]`. `alpha`: width; less than [`MIN_ALPHA`] is treated as that.
+    ///
+    /// Logarithmic, because what a rough surface loses depends on cos / alpha: the narrower the lobe, the nearer to
+    /// grazing it happens.
+    pub fn albedo_coordinates(cos_theta: f32, alpha: f32) -> Vec2f {
+        // 1000 is 1 / MIN_ALPHA, 9.9672262588 is log2(1 + 1000).
+        let x = log2(1.0 + 1000.0 * saturate(cos_theta)) * (1.0 / 9.9672262588);
+        let y = (log2(1.0 + 1000.0 * clamp(alpha, MIN_ALPHA, 1.0)) - 1.0) * (1.0 / 8.9672262588);
+        vec2f(saturate(x), saturate(y))
+    }
+
+    /// The inverse of [`albedo_coordinates`]: cosine (x) and width (y), neither zero.
+    pub fn albedo_parameters(coordinates: Vec2f) -> Vec2f {
+        let cos_theta = (exp2(9.9672262588 * coordinates.x) - 1.0) * 0.001;
+        let alpha = (exp2(8.9672262588 * coordinates.y + 1.0) - 1.0) * 0.001;
+        vec2f(clamp(cos_theta, 1e-6, 1.0), clamp(alpha, MIN_ALPHA, 1.0))
+    }
 }

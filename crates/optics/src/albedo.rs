@@ -1,0 +1,209 @@
+//! Tables of directional albedo: what share of the light a microfacet lobe scatters, seen from one direction.
+//!
+//! Energy compensation divides by these numbers. They are integrals of the very functions that are rendered with, made
+//! once at start; the CPU looks them up here, a GPU back end uploads `texels` as a texture.
+
+use crate::dielectric::rough_dielectric_albedo_sample;
+use crate::ggx::{albedo_coordinates, albedo_parameters};
+use crate::glossy::ggx_albedo_sample;
+use crate::{Vec2f, vec2f};
+use std::sync::OnceLock;
+
+/// Directional albedo of the GGX reflection lobe, over cosine and width.
+#[derive(Debug)]
+pub struct GgxAlbedo {
+    texels: Vec<[f32; 2]>,
+}
+
+impl GgxAlbedo {
+    /// Texels in x (cosine) and y (GGX width). With these, white furnaces are within 0.5 % of 1.
+    pub const SIZE: [usize; 2] = [32, 40];
+
+    /// The table that everybody shares; built on first use, which takes some milliseconds.
+    pub fn shared() -> &'static Self {
+        static TABLE: OnceLock<GgxAlbedo> = OnceLock::new();
+        TABLE.get_or_init(Self::build)
+    }
+
+    /// Integrates every texel.
+    pub fn build() -> Self {
+        let rule = Quadrature::new(12, 16);
+        let [width, height] = Self::SIZE;
+        let mut texels = Vec::with_capacity(width * height);
+        for y in 0..height {
+            for x in 0..width {
+                let p = albedo_parameters(vec2f(texel_center(x, width), texel_center(y, height)));
+                texels.push(rule.mean(|u| {
+                    let v = ggx_albedo_sample(p.x, p.y.sqrt(), u);
+                    [v.x, v.y]
+                }));
+            }
+        }
+        Self { texels }
+    }
+
+    /// The pair that `metallic_roughness_bsdf` takes as `albedo`.
+    ///
+    /// - `cos_theta`: cosine of `wo` with the normal, in `[0, 1]`. `roughness`: perceptual, in `[0, 1]`.
+    pub fn lookup(&self, cos_theta: f32, roughness: f32) -> Vec2f {
+        let [width, height] = Self::SIZE;
+        let at = albedo_coordinates(cos_theta, roughness * roughness);
+        let (x, fx) = texel_below(at.x, width);
+        let (y, fy) = texel_below(at.y, height);
+        let corner = y * width + x;
+        let texel = |i: usize| {
+            let [a, b] = self.texels[i];
+            vec2f(a, b)
+        };
+        let near = lerp(texel(corner), texel(corner + 1), fx);
+        let far = lerp(texel(corner + width), texel(corner + width + 1), fx);
+        lerp(near, far, fy)
+    }
+
+    /// All texels, `SIZE[0] × SIZE[1]`, x fastest. Texel centres span the whole range of
+    /// [`albedo_coordinates`]: coordinate c is at texture coordinate `(c · (size − 1) + ½) / size`.
+    pub fn texels(&self) -> &[[f32; 2]] {
+        &self.texels
+    }
+}
+
+/// Directional albedo of a rough dielectric interface, reflection and transmission together, over cosine, GGX width and
+/// relative index of refraction.
+#[derive(Debug)]
+pub struct DielectricAlbedo {
+    texels: Vec<f32>,
+}
+
+impl DielectricAlbedo {
+    /// Texels in x (cosine), y (GGX width) and z (index of refraction). The last is odd: one texel is at an index of 1,
+    /// where the albedo has a crease.
+    pub const SIZE: [usize; 3] = [24, 16, 17];
+
+    /// The table that everybody shares; built on first use, which takes some tens of milliseconds.
+    pub fn shared() -> &'static Self {
+        static TABLE: OnceLock<DielectricAlbedo> = OnceLock::new();
+        TABLE.get_or_init(Self::build)
+    }
+
+    /// Integrates every texel.
+    pub fn build() -> Self {
+        let rule = Quadrature::new(8, 16);
+        let [width, height, depth] = Self::SIZE;
+        let mut texels = Vec::with_capacity(width * height * depth);
+        for z in 0..depth {
+            let r = texel_center(z, depth) - 0.5;
+            let eta = (1.0 + r) / (1.0 - r);
+            for y in 0..height {
+                for x in 0..width {
+                    let p = albedo_parameters(vec2f(texel_center(x, width), texel_center(y, height)));
+                    let [mean, _] = rule.mean(|u| [rough_dielectric_albedo_sample(p.x, p.y, eta, u), 0.0]);
+                    texels.push(mean);
+                }
+            }
+        }
+        Self { texels }
+    }
+
+    /// Share of light that a single scattering event keeps, in `(0, 1]`.
+    ///
+    /// - `cos_theta`: cosine of `wo` with the normal, in `[0, 1]`. `alpha`: GGX width.
+    /// - `eta`: index of refraction of the far side over that of the side of `wo`; clamped to `[1/3, 3]`.
+    pub fn lookup(&self, cos_theta: f32, alpha: f32, eta: f32) -> f32 {
+        let [width, height, depth] = Self::SIZE;
+        let at = albedo_coordinates(cos_theta, alpha);
+        let (x, fx) = texel_below(at.x, width);
+        let (y, fy) = texel_below(at.y, height);
+        let (z, fz) = texel_below(eta_coordinate(eta), depth);
+        let plane = |z: usize| {
+            let corner = (z * height + y) * width + x;
+            let t = &self.texels;
+            let near = t[corner] + (t[corner + 1] - t[corner]) * fx;
+            let far = t[corner + width] + (t[corner + width + 1] - t[corner + width]) * fx;
+            near + (far - near) * fy
+        };
+        let (below, above) = (plane(z), plane(z + 1));
+        below + (above - below) * fz
+    }
+
+    /// The factor that `dielectric_bsdf` takes as `compensation`, so that no light is lost between microfacets.
+    pub fn compensation(&self, cos_theta: f32, alpha: f32, eta: f32) -> f32 {
+        1.0 / self.lookup(cos_theta, alpha, eta)
+    }
+
+    /// All texels, `SIZE[0] × SIZE[1] × SIZE[2]`, x fastest.
+    pub fn texels(&self) -> &[f32] {
+        &self.texels
+    }
+}
+
+/// Where an index of refraction is in the table: 1/3, 1 and 3 at 0, ½ and 1.
+fn eta_coordinate(eta: f32) -> f32 {
+    (eta - 1.0) / (eta + 1.0) + 0.5
+}
+
+/// The coordinate, in `[0, 1]`, of the centre of texel `i` of `size`.
+fn texel_center(i: usize, size: usize) -> f32 {
+    i as f32 / (size - 1) as f32
+}
+
+/// The texel at or below a coordinate, and how far the coordinate is from it towards the next one. NaN is like 0.
+fn texel_below(coordinate: f32, size: usize) -> (usize, f32) {
+    let last = (size - 1) as f32;
+    let x = (coordinate * last).max(0.0).min(last);
+    let i = (x as usize).min(size - 2);
+    (i, x - i as f32)
+}
+
+fn lerp(a: Vec2f, b: Vec2f, t: f32) -> Vec2f {
+    a + (b - a) * t
+}
+
+/// A product rule over the unit square, for integrands of the microfacet samplers: smooth, and symmetric in azimuth
+/// about the plane of incidence.
+struct Quadrature {
+    points: Vec<(Vec2f, f64)>,
+}
+
+impl Quadrature {
+    /// Midpoints over half a turn in x, where the integrand is periodic; Gauss–Legendre in y.
+    fn new(nx: usize, ny: usize) -> Self {
+        let rows = gauss_legendre(ny);
+        let column = |i: usize| (i as f64 + 0.5) / nx as f64 * 0.5;
+        let points = rows
+            .iter()
+            .flat_map(|&(y, weight)| {
+                (0..nx).map(move |i| (vec2f(column(i) as f32, y as f32), weight / nx as f64))
+            })
+            .collect();
+        Self { points }
+    }
+
+    fn mean(&self, f: impl Fn(Vec2f) -> [f32; 2]) -> [f32; 2] {
+        let mut sum = [0.0f64; 2];
+        for &(u, weight) in &self.points {
+            let [a, b] = f(u);
+            sum[0] += f64::from(a) * weight;
+            sum[1] += f64::from(b) * weight;
+        }
+        sum.map(|s| s as f32)
+    }
+}
+
+/// Nodes and weights of Gauss–Legendre quadrature on `[0, 1]`: roots of the Legendre polynomial by Newton's method.
+fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
+    let node = |i: usize| {
+        let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();
+        let mut derivative = 0.0;
+        for _ in 0..8 {
+            let (mut previous, mut value) = (1.0, x);
+            for k in 2..=n {
+                let k = k as f64;
+                (previous, value) = (value, ((2.0 * k - 1.0) * x * value - (k - 1.0) * previous) / k);
+            }
+            derivative = n as f64 * (x * value - previous) / (x * x - 1.0);
+            x -= value / derivative;
+        }
+        (0.5 * (1.0 - x), 1.0 / ((1.0 - x * x) * derivative * derivative))
+    };
+    (0..n).map(node).collect()
+}
