@@ -1,0 +1,170 @@
+//! Which meshes stand where: nodes with meshes, `EXT_mesh_gpu_instancing`, skins and morph weights.
+
+use super::accessor::{Integers, Pick};
+use super::document::Document;
+use super::json::{Instancing, Kind};
+use super::nodes::{Hierarchy, Placed, unit};
+use crate::{Instance, LoadError, LoadReport, MeshId};
+use glam::{Affine3A, DAffine3, DMat4, DQuat, DVec3, Vec3};
+use std::collections::HashMap;
+
+/// A mesh to be built: geometry in a certain pose.
+pub(super) struct Job {
+    /// Index of the mesh in the file.
+    pub mesh: u32,
+    /// Weights of the morph targets; missing ones are 0.
+    pub weights: Vec<f32>,
+    /// What moves the vertices.
+    pub pose: Pose,
+}
+
+/// What moves the vertices of a mesh before it is stored.
+pub(super) enum Pose {
+    /// Nothing: instances carry the transform.
+    Rest,
+    /// A skin: object to world of each joint; `node` moves what has no joints.
+    Skinned { joints: Vec<Affine3A>, node: Affine3A },
+    /// The node's transform, which an instance cannot carry because it has no inverse.
+    Baked(Affine3A),
+}
+
+/// Meshes to build, and their instances; an instance's mesh is the number of the job.
+#[derive(Default)]
+pub(super) struct Placement {
+    pub jobs: Vec<Job>,
+    pub instances: Vec<Instance>,
+    shared: HashMap<(u32, Vec<u32>), MeshId>,
+}
+
+impl Document<'_> {
+    /// Finds all instances and the meshes that they need, each once.
+    ///
+    /// # Errors
+    /// References to what does not exist, and broken instancing or skin data.
+    pub fn placement(&self, hierarchy: &Hierarchy, report: &mut LoadReport) -> Result<Placement, LoadError> {
+        let mut placement = Placement::default();
+        for placed in &hierarchy.placed {
+            let node = &self.json.nodes[placed.node as usize];
+            let Some(mesh) = node.mesh else { continue };
+            let source = self.get(&self.json.meshes, mesh, "mesh")?;
+            let weights = node.weights.as_ref().or(source.weights.as_ref()).cloned().unwrap_or_default();
+            let name = self.node_name(placed.node, source.name.as_deref());
+            let world = hierarchy.worlds[placed.node as usize];
+            let mut add = |job: Job, world: DAffine3| placement.add(job, &name, world, placed, report);
+            if let Some(joints) = self.joints(node.skin, mesh, hierarchy)? {
+                let pose = Pose::Skinned { joints, node: world.as_affine3a() };
+                add(Job { mesh, weights, pose }, DAffine3::IDENTITY);
+            } else if let Some(instancing) = &node.extensions.instancing {
+                let transforms = self.instance_transforms(instancing, placed.node)?;
+                self.reserve::<Instance>(transforms.len() as u64)?;
+                for transform in transforms {
+                    add(Job { mesh, weights: weights.clone(), pose: Pose::Rest }, world * transform);
+                }
+            } else {
+                add(Job { mesh, weights, pose: Pose::Rest }, world);
+            }
+        }
+        Ok(placement)
+    }
+
+    /// The joint matrices of a skinned mesh; `None` if there is no skin or the mesh has no joints.
+    fn joints(
+        &self,
+        skin: Option<u32>,
+        mesh: u32,
+        hierarchy: &Hierarchy,
+    ) -> Result<Option<Vec<Affine3A>>, LoadError> {
+        let Some(index) = skin else { return Ok(None) };
+        let skin = self.get(&self.json.skins, index, "skin")?;
+        let primitives = &self.json.meshes[mesh as usize].primitives;
+        if !primitives.iter().any(|p| p.attributes.contains_key("JOINTS_0")) {
+            return Ok(None);
+        }
+        let inverse_bind = match skin.inverse_bind_matrices {
+            Some(accessor) => {
+                self.read::<16, [f32; 16]>(accessor, Kind::Mat4, Integers::AsDeclared, Pick::All)?
+            }
+            None => vec![glam::Mat4::IDENTITY.to_cols_array(); skin.joints.len()],
+        };
+        if inverse_bind.len() < skin.joints.len() {
+            let message = format!("{} matrices for {} joints", inverse_bind.len(), skin.joints.len());
+            return Err(self.malformed(format!("skin {index}"), message));
+        }
+        self.reserve::<Affine3A>(skin.joints.len() as u64)?;
+        let mut joints = Vec::with_capacity(skin.joints.len());
+        for (joint, inverse) in skin.joints.iter().zip(&inverse_bind) {
+            self.get(&self.json.nodes, *joint, "node")?;
+            let inverse = DAffine3::from_mat4(DMat4::from_cols_array(&inverse.map(f64::from)));
+            joints.push((hierarchy.worlds[*joint as usize] * inverse).as_affine3a());
+        }
+        Ok(Some(joints))
+    }
+
+    /// The transforms of `EXT_mesh_gpu_instancing`.
+    fn instance_transforms(&self, source: &Instancing, node: u32) -> Result<Vec<DAffine3>, LoadError> {
+        let attribute = |name: &str| source.attributes.get(name).copied();
+        let mut count: Option<u64> = None;
+        for accessor in source.attributes.values() {
+            let own = self.accessor_count(*accessor)?;
+            if *count.get_or_insert(own) != own {
+                let message = "its instancing attributes have different counts";
+                return Err(self.malformed(format!("node {node}"), message));
+            }
+        }
+        let (rest, plain) = (Pick::All, Integers::AsDeclared);
+        let read3 =
+            |name| attribute(name).map(|a| self.read::<3, Vec3>(a, Kind::Vec3, plain, rest)).transpose();
+        let translations = read3("TRANSLATION")?;
+        let scales = read3("SCALE")?;
+        let rotations = attribute("ROTATION").map(|a| self.read::<4, [f32; 4]>(a, Kind::Vec4, plain, rest));
+        let rotations = rotations.transpose()?;
+        if translations.is_none() && scales.is_none() && rotations.is_none() {
+            return Ok(Vec::new());
+        }
+        let count = count.unwrap_or(0) as usize;
+        self.reserve::<DAffine3>(count as u64)?;
+        let at = |list: &Option<Vec<Vec3>>, i: usize, other: DVec3| {
+            list.as_ref().map_or(other, |l| l[i].as_dvec3())
+        };
+        let mut ignored = LoadReport::default(); // small integers are never exactly of unit length
+        Ok((0..count)
+            .map(|i| {
+                let rotation = rotations.as_ref().map(|r| DQuat::from_array(r[i].map(f64::from)));
+                DAffine3::from_scale_rotation_translation(
+                    at(&scales, i, DVec3::ONE),
+                    rotation.map_or(DQuat::IDENTITY, |r| unit(r, &mut ignored)),
+                    at(&translations, i, DVec3::ZERO),
+                )
+            })
+            .collect())
+    }
+}
+
+impl Placement {
+    fn add(&mut self, mut job: Job, name: &str, world: DAffine3, placed: &Placed, report: &mut LoadReport) {
+        let mut transform = world.as_affine3a();
+        if !transform.is_finite() {
+            return report.ignored("a node's transform is not finite: what it places is left out");
+        }
+        if transform.matrix3 == glam::Mat3A::ZERO {
+            return report.info("a node is scaled to nothing: what it places is left out");
+        }
+        if matches!(job.pose, Pose::Rest) && !transform.inverse().is_finite() {
+            report.info("a node is scaled to a plane or a line: its vertices are moved into world space");
+            job.pose = Pose::Baked(std::mem::replace(&mut transform, Affine3A::IDENTITY));
+        }
+        let next = self.jobs.len() as MeshId;
+        let mesh = match job.pose {
+            Pose::Rest => {
+                let weights = job.weights.iter().map(|w| w.to_bits()).collect();
+                *self.shared.entry((job.mesh, weights)).or_insert(next)
+            }
+            Pose::Skinned { .. } | Pose::Baked(_) => next,
+        };
+        if mesh == next {
+            self.jobs.push(job);
+        }
+        let visible = placed.visible;
+        self.instances.push(Instance { visible, ..Instance::new(name, mesh, transform) });
+    }
+}

@@ -1,0 +1,364 @@
+//! Materials in use, each once, and what they need of the meshes.
+
+use super::document::Document;
+use super::extensions::unsupported;
+use super::factors::Factors;
+use super::instances::Job;
+use super::json::{self, MetallicRoughness, TextureInfo};
+use super::textures::Textures;
+use crate::load::textures::Neutral;
+use crate::{AlphaMode, ColorSpace, LoadError, LoadReport, Material, MaterialId, Model, TextureRef};
+use glam::{Vec3, Vec4};
+
+/// A material's number in the scene and what it needs of the meshes that it covers.
+#[derive(Clone, Copy)]
+pub(super) struct Use {
+    pub material: MaterialId,
+    /// Which of the file's sets of texture coordinates become the mesh's two.
+    pub uv_sets: [u32; 2],
+    /// Which of the mesh's two sets textures read.
+    pub textured: [bool; 2],
+    /// Which of the mesh's two sets the normal map reads.
+    pub normal_map_set: Option<u32>,
+}
+
+/// Materials in use.
+pub(super) struct Materials {
+    pub list: Vec<Material>,
+    /// For each material of the file, and last for primitives without one.
+    uses: Vec<Option<Use>>,
+}
+
+impl Materials {
+    /// The use of a primitive's material, which must be in a mesh that was given to [`Document::materials`].
+    pub fn get(&self, material: Option<u32>) -> Use {
+        let fallback = self.uses.len() - 1;
+        let index = material.map_or(fallback, |m| (m as usize).min(fallback));
+        self.uses[index].unwrap_or(Use {
+            material: 0,
+            uv_sets: [0, 1],
+            textured: [false; 2],
+            normal_map_set: None,
+        })
+    }
+}
+
+impl<'a> Document<'a> {
+    /// Converts the materials of the meshes that are in use, in file order.
+    ///
+    /// # Errors
+    /// A primitive's material does not exist.
+    pub fn materials<'d>(
+        &'d self,
+        jobs: &[Job],
+        textures: &mut Textures<'d>,
+        report: &mut LoadReport,
+    ) -> Result<Materials, LoadError> {
+        let sources = &self.json.materials;
+        let mut used = vec![false; sources.len() + 1];
+        for job in jobs {
+            for (index, primitive) in self.json.meshes[job.mesh as usize].primitives.iter().enumerate() {
+                let material =
+                    primitive.material.filter(|m| !self.options.lenient || (*m as usize) < sources.len());
+                let Some(material) = material else {
+                    used[sources.len()] = true;
+                    continue;
+                };
+                *used[..sources.len()].get_mut(material as usize).ok_or_else(|| {
+                    let object = format!("mesh {}, primitive {index}", job.mesh);
+                    self.malformed(object, format!("has material {material} of only {}", sources.len()))
+                })? = true;
+            }
+        }
+        let default = json::Material::default();
+        let mut materials = Materials { list: Vec::new(), uses: vec![None; sources.len() + 1] };
+        for index in (0..used.len()).filter(|i| used[*i]) {
+            let (source, name) = match sources.get(index) {
+                Some(source) => (source, source.name.clone().unwrap_or_else(|| format!("material {index}"))),
+                None => (&default, "default".into()),
+            };
+            let mut converter = Converter { document: self, textures, report };
+            let (mut material, normal_scale) = converter.convert(source);
+            material.name = name;
+            material.normal_scale = normal_scale;
+            let mut usage = assign_uv_sets(&mut material, report);
+            usage.material = materials.list.len() as MaterialId;
+            materials.uses[index] = Some(usage);
+            materials.list.push(material);
+        }
+        Ok(materials)
+    }
+}
+
+/// All textures of a material.
+fn texture_slots(material: &mut Material) -> [&mut Option<TextureRef>; 5] {
+    [
+        &mut material.base_color_texture,
+        &mut material.normal_texture,
+        &mut material.metallic_roughness_texture,
+        &mut material.emission_texture,
+        &mut material.transmission_texture,
+    ]
+}
+
+/// Maps the file's sets of texture coordinates to the two that meshes have.
+fn assign_uv_sets(material: &mut Material, report: &mut LoadReport) -> Use {
+    let mut sets: Vec<u32> = texture_slots(material).iter().filter_map(|t| t.map(|t| t.uv_set)).collect();
+    sets.sort_unstable();
+    sets.dedup();
+    let uv_sets = match sets[..] {
+        [.., last] if last < 2 => [0, 1],
+        [] => [0, 1],
+        [only] => [only, 1],
+        [first, second, ..] => [first, second],
+    };
+    let mut textured = [false; 2];
+    for texture in texture_slots(material) {
+        let Some(reference) = texture else { continue };
+        match uv_sets.iter().position(|s| *s == reference.uv_set) {
+            Some(slot) => {
+                reference.uv_set = slot as u32;
+                textured[slot] = true;
+            }
+            None => {
+                report.ignored(
+                    "a material uses more than two sets of texture coordinates: a texture is left out",
+                );
+                *texture = None;
+            }
+        }
+    }
+    let normal_map_set = material.normal_texture.map(|t| t.uv_set);
+    Use { material: 0, uv_sets, textured, normal_map_set }
+}
+
+/// Converts one material.
+struct Converter<'c, 'd, 'a> {
+    document: &'d Document<'a>,
+    textures: &'c mut Textures<'d>,
+    report: &'c mut LoadReport,
+}
+
+impl<'d> Converter<'_, 'd, '_> {
+    /// The material without its name, and the scale of its normal map.
+    fn convert(&mut self, source: &json::Material) -> (Material, f32) {
+        let mut material =
+            Material { metallic: 1.0, roughness: 1.0, base_color: Vec4::ONE, ..Material::default() };
+        match (&source.pbr_metallic_roughness, &source.extensions.specular_glossiness) {
+            (Some(pbr), other) => {
+                if other.is_some() {
+                    self.report.approximated(
+                        "of materials with KHR_materials_pbrSpecularGlossiness, the metallic-roughness copy is used",
+                    );
+                }
+                self.metallic_roughness(pbr, &mut material);
+            }
+            (None, Some(specular)) => self.specular_glossiness(specular, &mut material),
+            (None, None) => {}
+        }
+        self.surface(source, &mut material);
+        self.specular_and_ior(&source.extensions, &mut material);
+        self.transmission(&source.extensions, &mut material);
+        choose_model(source, &mut material);
+        for name in source.extensions.others.keys() {
+            self.report.ignored(unsupported(name));
+        }
+        let scale = source.normal_texture.as_ref().and_then(|t| t.scale);
+        (material, scale.map_or(1.0, |s| self.factors().finite(Some(s), 1.0, "normal texture scale")))
+    }
+
+    fn factors(&mut self) -> Factors<'_> {
+        Factors { report: self.report }
+    }
+
+    fn color_texture(&mut self, info: &Option<TextureInfo>) -> Option<TextureRef> {
+        self.texture(info, ColorSpace::Srgb, Neutral::White)
+    }
+
+    fn data_texture(&mut self, info: &Option<TextureInfo>) -> Option<TextureRef> {
+        self.texture(info, ColorSpace::Linear, Neutral::White)
+    }
+
+    fn texture(
+        &mut self,
+        info: &Option<TextureInfo>,
+        space: ColorSpace,
+        neutral: Neutral,
+    ) -> Option<TextureRef> {
+        let info = info.as_ref()?;
+        self.textures.reference(self.document, info, space, neutral, self.report)
+    }
+
+    fn metallic_roughness(&mut self, pbr: &MetallicRoughness, material: &mut Material) {
+        material.base_color = self.factors().color(pbr.base_color_factor, "base colour");
+        material.base_color_texture = self.color_texture(&pbr.base_color_texture);
+        material.metallic = self.factors().unit(pbr.metallic_factor, 1.0, "metallic");
+        material.roughness = self.factors().unit(pbr.roughness_factor, 1.0, "roughness");
+        material.metallic_roughness_texture = self.data_texture(&pbr.metallic_roughness_texture);
+    }
+
+    fn specular_glossiness(&mut self, source: &json::SpecularGlossiness, material: &mut Material) {
+        self.report.approximated("KHR_materials_pbrSpecularGlossiness is converted to metallic-roughness");
+        let diffuse = self.factors().color(source.diffuse_factor, "diffuse");
+        let [r, g, b] = source.specular_factor.unwrap_or([1.0; 3]);
+        let specular = self.factors().color(Some([r, g, b, 1.0]), "specular").truncate();
+        let (base, metallic) = to_metallic(diffuse.truncate(), specular);
+        material.base_color = base.extend(diffuse.w);
+        material.metallic = metallic;
+        material.roughness = 1.0 - self.factors().unit(source.glossiness_factor, 1.0, "glossiness");
+        material.base_color_texture = self.color_texture(&source.diffuse_texture);
+        if source.specular_glossiness_texture.is_some() {
+            self.report.ignored("specular-glossiness textures are not used, only the factors");
+        }
+    }
+
+    /// Emission, normal map, alpha and sides.
+    fn surface(&mut self, source: &json::Material, material: &mut Material) {
+        let strength = source.extensions.emissive_strength.as_ref().and_then(|e| e.emissive_strength);
+        let strength = self.factors().finite(strength, 1.0, "emissive strength").max(0.0);
+        let factor = Vec3::from(source.emissive_factor.unwrap_or_default()) * strength;
+        let sound = factor.is_finite() && factor.min_element() >= 0.0;
+        if !sound {
+            self.report.repaired("an emission that is negative or not finite was switched off");
+        }
+        material.emission = if sound { factor } else { Vec3::ZERO };
+        if material.is_emissive() {
+            material.emission_texture = self.color_texture(&source.emissive_texture);
+        }
+        if material.is_emissive() && source.double_sided {
+            self.report.approximated("double-sided emissive materials emit on their front side only");
+        }
+        material.normal_texture =
+            self.texture(&source.normal_texture, ColorSpace::Linear, Neutral::FlatNormal);
+        material.double_sided = source.double_sided;
+        material.alpha_mode = match source.alpha_mode.as_deref() {
+            None | Some("OPAQUE") => AlphaMode::Opaque,
+            Some("MASK") => AlphaMode::Mask(self.factors().finite(source.alpha_cutoff, 0.5, "alpha cutoff")),
+            Some("BLEND") => AlphaMode::Blend,
+            Some(_) => {
+                self.report.repaired("an unknown alpha mode was taken as OPAQUE");
+                AlphaMode::Opaque
+            }
+        };
+    }
+
+    fn specular_and_ior(&mut self, extensions: &json::MaterialExtensions, material: &mut Material) {
+        if let Some(specular) = &extensions.specular {
+            material.specular = self.factors().unit(specular.specular_factor, 1.0, "specular");
+            if specular.specular_color_factor.is_some_and(|c| c != [1.0; 3]) {
+                self.report.ignored(
+                    "specularColorFactor of KHR_materials_specular is not used: highlights are white",
+                );
+            }
+            if specular.specular_texture.is_some() || specular.specular_color_texture.is_some() {
+                self.report.ignored("textures of KHR_materials_specular are not used, only the factor");
+            }
+        }
+        if let Some(ior) = extensions.ior.as_ref().and_then(|i| i.ior) {
+            // 0 stands for a Fresnel term of 1, for specular-glossiness materials.
+            if ior == 0.0 {
+                self.report.approximated("an index of refraction of 0 was taken as 1.5");
+            } else {
+                material.ior = self.factors().finite(Some(ior), 1.5, "index of refraction");
+                if material.ior < 1.0 {
+                    self.report.repaired("an index of refraction below 1 was set to 1");
+                    material.ior = 1.0;
+                }
+            }
+        }
+    }
+
+    fn transmission(&mut self, extensions: &json::MaterialExtensions, material: &mut Material) {
+        if let Some(transmission) = &extensions.transmission {
+            material.transmission =
+                self.factors().unit(transmission.transmission_factor, 0.0, "transmission");
+        }
+        if material.transmission == 0.0 {
+            return; // without it, a volume has no effect either
+        }
+        let texture = extensions.transmission.as_ref().map(|t| &t.transmission_texture);
+        material.transmission_texture = texture.and_then(|t| self.data_texture(t));
+        let volume = extensions.volume.as_ref().filter(|v| v.thickness_factor.is_some_and(|t| t > 0.0));
+        material.thin_walled = volume.is_none();
+        let Some(volume) = volume else { return };
+        let absorbs = volume.attenuation_distance.is_some_and(f32::is_finite)
+            && volume.attenuation_color.is_some_and(|c| c != [1.0; 3]);
+        if absorbs {
+            self.report.approximated("KHR_materials_volume: light is refracted but not absorbed inside");
+        }
+    }
+}
+
+/// Simpler models where the material is one of their cases.
+fn choose_model(source: &json::Material, material: &mut Material) {
+    let extensions = &source.extensions;
+    let metal = material.metallic > 0.0;
+    let clear = material.transmission == 1.0 && material.transmission_texture.is_none();
+    let textured_specular = extensions.specular.as_ref().is_some_and(|s| s.specular_texture.is_some());
+    material.model = if extensions.unlit.is_some() {
+        Model::Unlit
+    } else if clear && !metal {
+        Model::Dielectric
+    } else if !metal && material.specular == 0.0 && !textured_specular && material.transmission == 0.0 {
+        Model::Lambert
+    } else {
+        Model::MetallicRoughness
+    };
+}
+
+/// Base colour and metalness whose diffuse and specular reflectances come closest to the given ones.
+///
+/// Method: the conversion that Khronos published with `KHR_materials_pbrSpecularGlossiness`.
+fn to_metallic(diffuse: Vec3, specular: Vec3) -> (Vec3, f32) {
+    const DIELECTRIC: f32 = 0.04;
+    let brightness = |c: Vec3| Vec3::new(0.299, 0.587, 0.114).dot(c * c).sqrt();
+    let strength = 1.0 - specular.max_element();
+    let (d, s) = (brightness(diffuse), brightness(specular));
+    let metallic = if s < DIELECTRIC {
+        0.0
+    } else {
+        let b = d * strength / (1.0 - DIELECTRIC) + s - 2.0 * DIELECTRIC;
+        let discriminant = (b * b - 4.0 * DIELECTRIC * (DIELECTRIC - s)).max(0.0);
+        ((-b + discriminant.sqrt()) / (2.0 * DIELECTRIC)).clamp(0.0, 1.0)
+    };
+    let from_diffuse = diffuse * strength / ((1.0 - DIELECTRIC) * (1.0 - metallic).max(1e-6));
+    let from_specular = (specular - DIELECTRIC * (1.0 - metallic)) / metallic.max(1e-6);
+    let base = from_diffuse.lerp(from_specular, metallic * metallic);
+    (base.clamp(Vec3::ZERO, Vec3::ONE), metallic)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn specular_glossiness_of_a_dielectric_and_of_a_metal_are_recognised() {
+        let red = Vec3::new(0.8, 0.1, 0.1);
+        let (base, metallic) = to_metallic(red, Vec3::splat(0.04));
+        assert!(metallic < 1e-3 && (base - red).length() < 0.01, "{base} {metallic}");
+        let gold = Vec3::new(1.0, 0.77, 0.34);
+        let (base, metallic) = to_metallic(Vec3::ZERO, gold);
+        assert!(metallic > 0.999 && (base - gold).length() < 0.01, "{base} {metallic}");
+    }
+
+    #[test]
+    fn high_sets_of_coordinates_take_the_free_places() {
+        let reference = |uv_set| Some(TextureRef { uv_set, ..TextureRef::new(0) });
+        let mut material = Material {
+            base_color_texture: reference(3),
+            normal_texture: reference(1),
+            ..Material::default()
+        };
+        let usage = assign_uv_sets(&mut material, &mut LoadReport::default());
+        assert_eq!((usage.uv_sets, usage.normal_map_set), ([1, 3], Some(0)));
+        assert_eq!(material.base_color_texture.map(|t| t.uv_set), Some(1));
+
+        let mut report = LoadReport::default();
+        material.base_color_texture = reference(3);
+        material.normal_texture = reference(0);
+        material.emission_texture = reference(4);
+        let usage = assign_uv_sets(&mut material, &mut report);
+        assert_eq!((usage.uv_sets, report.notes.len()), ([0, 3], 1));
+        assert!(material.emission_texture.is_none());
+    }
+}

@@ -1,0 +1,107 @@
+//! glTF 2.0: `.gltf` with its buffers and images, and `.glb`.
+//!
+//! The data flow, one file each: `container` (the two parts of a .glb) → `json` (typed, unknown fields skipped) →
+//! `extensions` (what is required) → `nodes` (hierarchy flattened) → `instances` (which meshes stand where) →
+//! `materials` and `textures` (only those in use) → `meshes` (in parallel, next to the images). `buffers` and
+//! `accessor` read numbers, `document` holds what all of them need, and the limits.
+//!
+//! What nothing in the shown scene uses is not read: an error in it goes unnoticed.
+
+mod accessor;
+mod buffers;
+mod cameras;
+mod container;
+mod document;
+mod extensions;
+mod factors;
+mod instances;
+mod json;
+mod lights;
+mod materials;
+mod meshes;
+mod nodes;
+mod pose;
+mod repair;
+mod textures;
+mod topology;
+mod uri;
+
+use super::{LoadError, LoadOptions, Loaded, read_file};
+use crate::{Instance, LoadReport, Mesh, Scene};
+use document::Document;
+use std::path::Path;
+use std::sync::atomic::Ordering;
+use textures::Textures;
+
+/// Loads a file and the buffers and images that it refers to.
+///
+/// Shown is the default scene, or else the first. Skins and morph targets are applied in the pose that nodes and
+/// weights describe; animations are not played.
+///
+/// # Errors
+/// [`LoadError`]; each names the file and the object. With [`LoadOptions::lenient`], broken primitives and unknown
+/// required extensions are left out and reported.
+pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
+    let file = read_file(path, options)?;
+    load_bytes(path, &file, options)
+}
+
+/// Loads a file that is in memory already; `path` is where other files are looked for and what messages say.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_bytes(path: &Path, file: &[u8], options: &LoadOptions) -> Result<Loaded, LoadError> {
+    let mut report = LoadReport { bytes_read: file.len() as u64, ..LoadReport::default() };
+    let container = container::split(path, file, &mut report)?;
+    let document = Document::parse(path, options, container, file.len() as u64)?;
+    document.check_extensions(&mut report)?;
+    let scene = convert(&document, &mut report)?;
+    report.bytes_read += document.buffers.extra_bytes.load(Ordering::Relaxed);
+    Ok(Loaded { scene, report })
+}
+
+fn convert(document: &Document<'_>, report: &mut LoadReport) -> Result<Scene, LoadError> {
+    let source = document.shown_scene(report)?;
+    let hierarchy = document.hierarchy(source, report)?;
+    let placement = document.placement(&hierarchy, report)?;
+    let mut textures = Textures::new(document);
+    let materials = document.materials(&placement.jobs, &mut textures, report)?;
+    let mut texture_notes = LoadReport::default();
+    let ((textures, images), meshes) = rayon::join(
+        || textures.decode(&mut texture_notes),
+        || document.build_meshes(&placement.jobs, |m| materials.get(m), report),
+    );
+    let (meshes, instances) = drop_empty(meshes?, placement.instances);
+    report.bytes_read += texture_notes.bytes_read;
+    texture_notes.notes.into_iter().for_each(|note| report.note(note.severity, note.message));
+    Ok(Scene {
+        meshes,
+        instances,
+        materials: materials.list,
+        textures,
+        images,
+        lights: document.lights(&hierarchy, report)?,
+        cameras: document.cameras(&hierarchy, report)?,
+        environment: lights::environment(source, report),
+        ..Scene::default()
+    })
+}
+
+/// Removes meshes without parts, and their instances.
+fn drop_empty(meshes: Vec<Mesh>, mut instances: Vec<Instance>) -> (Vec<Mesh>, Vec<Instance>) {
+    let mut kept = 0;
+    let numbers: Vec<Option<u32>> = meshes
+        .iter()
+        .map(|mesh| {
+            let number = (!mesh.parts.is_empty()).then_some(kept);
+            kept += u32::from(number.is_some());
+            number
+        })
+        .collect();
+    instances.retain_mut(|instance| {
+        let number = numbers[instance.mesh as usize];
+        instance.mesh = number.unwrap_or_default();
+        number.is_some()
+    });
+    (meshes.into_iter().filter(|m| !m.parts.is_empty()).collect(), instances)
+}
