@@ -17,7 +17,7 @@ pub struct GgxAlbedo {
 
 impl GgxAlbedo {
     /// Texels in x (cosine) and y (GGX width). With these, white furnaces are within 0.5 % of 1.
-    pub const SIZE: [usize; 2] = [32, 40];
+    pub const SIZE: [usize; 2] = [41, 51];
 
     /// The table that everybody shares; built on first use, which takes some milliseconds.
     pub fn shared() -> &'static Self {
@@ -51,13 +51,11 @@ impl GgxAlbedo {
         let (x, fx) = texel_below(at.x, width);
         let (y, fy) = texel_below(at.y, height);
         let corner = y * width + x;
-        let texel = |i: usize| {
-            let [a, b] = self.texels[i];
-            vec2f(a, b)
-        };
-        let near = lerp(texel(corner), texel(corner + 1), fx);
-        let far = lerp(texel(corner + width), texel(corner + width + 1), fx);
-        lerp(near, far, fy)
+        let (near, far) =
+            (&self.texels[corner..corner + 2], &self.texels[corner + width..corner + width + 2]);
+        let lerp = |a: f32, b: f32, t: f32| a + (b - a) * t;
+        let channel = |i: usize| lerp(lerp(near[0][i], near[1][i], fx), lerp(far[0][i], far[1][i], fx), fy);
+        vec2f(channel(0), channel(1))
     }
 
     /// All texels, `SIZE[0] × SIZE[1]`, x fastest. Texel centres span the whole range of
@@ -77,7 +75,7 @@ pub struct DielectricAlbedo {
 impl DielectricAlbedo {
     /// Texels in x (cosine), y (GGX width) and z (index of refraction). The last is odd: one texel is at an index of 1,
     /// where the albedo has a crease.
-    pub const SIZE: [usize; 3] = [24, 16, 17];
+    pub const SIZE: [usize; 3] = [31, 31, 17];
 
     /// The table that everybody shares; built on first use, which takes some tens of milliseconds.
     pub fn shared() -> &'static Self {
@@ -87,12 +85,11 @@ impl DielectricAlbedo {
 
     /// Integrates every texel.
     pub fn build() -> Self {
-        let rule = Quadrature::new(8, 16);
+        let rule = Quadrature::new(6, 10);
         let [width, height, depth] = Self::SIZE;
         let mut texels = Vec::with_capacity(width * height * depth);
         for z in 0..depth {
-            let r = texel_center(z, depth) - 0.5;
-            let eta = (1.0 + r) / (1.0 - r);
+            let eta = eta_at(texel_center(z, depth));
             for y in 0..height {
                 for x in 0..width {
                     let p = albedo_parameters(vec2f(texel_center(x, width), texel_center(y, height)));
@@ -136,9 +133,18 @@ impl DielectricAlbedo {
     }
 }
 
-/// Where an index of refraction is in the table: 1/3, 1 and 3 at 0, ½ and 1.
+/// Where an index of refraction is in the table: 1/3, 1 and 3 at 0, ½ and 1. Dense about 1, where little is reflected
+/// but at grazing angles.
 fn eta_coordinate(eta: f32) -> f32 {
-    (eta - 1.0) / (eta + 1.0) + 0.5
+    let r = (eta - 1.0) / (eta + 1.0);
+    0.5 + (0.5 * r.abs()).sqrt().copysign(r)
+}
+
+/// The inverse of [`eta_coordinate`].
+fn eta_at(coordinate: f32) -> f32 {
+    let s = coordinate - 0.5;
+    let r = 2.0 * s * s.abs();
+    (1.0 + r) / (1.0 - r)
 }
 
 /// The coordinate, in `[0, 1]`, of the centre of texel `i` of `size`.
@@ -150,12 +156,8 @@ fn texel_center(i: usize, size: usize) -> f32 {
 fn texel_below(coordinate: f32, size: usize) -> (usize, f32) {
     let last = (size - 1) as f32;
     let x = (coordinate * last).max(0.0).min(last);
-    let i = (x as usize).min(size - 2);
+    let i = (x as i32 as usize).min(size - 2);
     (i, x - i as f32)
-}
-
-fn lerp(a: Vec2f, b: Vec2f, t: f32) -> Vec2f {
-    a + (b - a) * t
 }
 
 /// A product rule over the unit square, for integrands of the microfacet samplers: smooth, and symmetric in azimuth

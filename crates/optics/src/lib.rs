@@ -11,12 +11,17 @@
 // Conventions of WGSL that rustc and clippy would write otherwise: fields are named in full, `if` is a statement,
 // and a module has the name of its file so that imports read the same in both languages.
 #![allow(clippy::redundant_field_names, clippy::module_inception, clippy::needless_return)]
-#![allow(clippy::excessive_precision, clippy::collapsible_if, clippy::collapsible_else_if, clippy::manual_clamp)]
+#![allow(clippy::excessive_precision, clippy::approx_constant, clippy::collapsible_if, clippy::collapsible_else_if, clippy::manual_clamp)]
 #![allow(clippy::needless_range_loop, clippy::assign_op_pattern, clippy::wrong_self_convention)]
 // The macro makes an undocumentable static in every module; a test sees to it that functions and constants have docs.
 #![allow(missing_docs)]
 
 pub use wgsl_rs::std::{Vec2f, Vec3f, Vec4f, vec2f, vec3f, vec4f};
+
+/// The functions of WGSL on vectors, for host code that works with the same types.
+pub mod vector {
+    pub use wgsl_rs::std::{cross, dot, length, normalize, reflect};
+}
 
 mod base;
 mod display;

@@ -84,24 +84,35 @@ pub mod ggx {
         ggx_g1(wo.z, alpha) * abs(dot(wo, h)) * ggx_d(h, alpha) / max(abs(wo.z), 1e-20)
     }
 
+    /// log₂ between the powers of two replaced by straight lines: monotonic, and free where a logarithm is not.
+    /// `x` ≥ 1.
+    pub fn piecewise_log2(x: f32) -> f32 {
+        f32(bitcast_u32(x) - 0x3f800000u32) * (1.0 / 8388608.0)
+    }
+
+    /// The inverse of [`piecewise_log2`].
+    pub fn piecewise_exp2(y: f32) -> f32 {
+        bitcast_f32(u32(y * 8388608.0) + 0x3f800000u32)
+    }
+
     /// Where a table of directional albedo holds the value for a cosine (x) and a width (y): both in `[0, 1]` from the
-    /// centre of the first texel to the centre of the last.
+    /// centre of the first texel to the centre of the last. Ten octaves each; a table should have a texel at each.
     ///
-    /// - `cos_theta` in `[0, 1]`. `alpha`: width; less than [`MIN_ALPHA`] is treated as that.
+    /// - `cos_theta` in `[0, 1]`. `alpha`: width in `[0, 1]`; less than [`MIN_ALPHA`] is treated as that.
     ///
     /// Logarithmic, because what a rough surface loses depends on cos / alpha: the narrower the lobe, the nearer to
     /// grazing it happens.
     pub fn albedo_coordinates(cos_theta: f32, alpha: f32) -> Vec2f {
-        // 1000 is 1 / MIN_ALPHA, 9.9672262588 is log2(1 + 1000).
-        let x = log2(1.0 + 1000.0 * saturate(cos_theta)) * (1.0 / 9.9672262588);
-        let y = (log2(1.0 + 1000.0 * clamp(alpha, MIN_ALPHA, 1.0)) - 1.0) * (1.0 / 8.9672262588);
-        vec2f(saturate(x), saturate(y))
+        let x = piecewise_log2(1.0 + 1023.0 * saturate(cos_theta));
+        let y = piecewise_log2(clamp(alpha, MIN_ALPHA, 1.0) * (1.0 / MIN_ALPHA));
+        vec2f(x * 0.1, y * 0.1)
     }
 
-    /// The inverse of [`albedo_coordinates`]: cosine (x) and width (y), neither zero.
+    /// The inverse of [`albedo_coordinates`]: cosine (x), not zero, and width (y), which goes beyond 1 at the end of its
+    /// last octave.
     pub fn albedo_parameters(coordinates: Vec2f) -> Vec2f {
-        let cos_theta = (exp2(9.9672262588 * coordinates.x) - 1.0) * 0.001;
-        let alpha = (exp2(8.9672262588 * coordinates.y + 1.0) - 1.0) * 0.001;
-        vec2f(clamp(cos_theta, 1e-6, 1.0), clamp(alpha, MIN_ALPHA, 1.0))
+        let cos_theta = (piecewise_exp2(10.0 * coordinates.x) - 1.0) * (1.0 / 1023.0);
+        let alpha = piecewise_exp2(10.0 * coordinates.y) * MIN_ALPHA;
+        vec2f(clamp(cos_theta, 1e-6, 1.0), alpha)
     }
 }
