@@ -6,16 +6,22 @@
 //!
 //! Units are metres and radians, right-handed, +Y up; colours are linear with Rec. 709 primaries.
 
+pub mod builtin;
 pub mod camera;
 pub mod environment;
 pub mod image;
 pub mod light;
 pub mod load;
 pub mod material;
+pub mod merge;
 pub mod mesh;
+pub mod normals;
 pub mod report;
 pub mod settings;
 pub mod shapes;
+pub mod tables;
+pub mod tangents;
+pub mod triangulate;
 
 pub use camera::{Camera, CameraPath, Projection};
 pub use environment::{Environment, Sky, Sun};

@@ -1,0 +1,356 @@
+//! MTL text to statements: what the file says, before any of it is interpreted.
+
+use super::text::{self, Lines};
+use crate::LoadReport;
+use glam::{Vec2, Vec3};
+use std::collections::BTreeMap;
+
+/// A material as the MTL file writes it; `None` is what it leaves out.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MtlMaterial {
+    /// Name after `newmtl`.
+    pub name: String,
+    /// `Ka`, ambient reflectance.
+    pub ambient: Option<Vec3>,
+    /// `Kd`, diffuse reflectance.
+    pub diffuse: Option<Vec3>,
+    /// `Ks`, specular reflectance.
+    pub specular: Option<Vec3>,
+    /// `Ke`, emitted radiance.
+    pub emission: Option<Vec3>,
+    /// `Tf` (or `Kt`), transmission filter.
+    pub transmission: Option<Vec3>,
+    /// `Ns`, Phong exponent.
+    pub exponent: Option<f32>,
+    /// `Ni`, index of refraction.
+    pub ior: Option<f32>,
+    /// `d`, opacity.
+    pub dissolve: Option<f32>,
+    /// `Tr`, 1 − opacity.
+    pub transparency: Option<f32>,
+    /// `illum`, the illumination model.
+    pub illum: Option<u32>,
+    /// `Pr`, perceptual roughness.
+    pub roughness: Option<f32>,
+    /// `Pm`, metalness.
+    pub metallic: Option<f32>,
+    /// `Pc`, clearcoat.
+    pub clearcoat: Option<f32>,
+    /// `Ps`, sheen.
+    pub sheen: Option<f32>,
+    /// `aniso`, anisotropy.
+    pub anisotropy: Option<f32>,
+    /// Textures by what they modulate.
+    pub maps: BTreeMap<Slot, Map>,
+}
+
+/// What a texture modulates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Slot {
+    /// `map_Kd`.
+    Diffuse,
+    /// `map_Ke`.
+    Emission,
+    /// `map_Ks`.
+    Specular,
+    /// `map_d`, `map_Tr` is not used by anyone.
+    Dissolve,
+    /// `map_Pr`.
+    Roughness,
+    /// `map_Pm`.
+    Metallic,
+    /// `map_bump`, `bump`: a height map by the specification, a normal map in many files.
+    Bump,
+    /// `norm`: a normal map.
+    Normal,
+    /// `map_ORM`: occlusion, roughness and metalness in R, G and B.
+    OcclusionRoughnessMetallic,
+    /// `map_RMA`: roughness, metalness and occlusion in R, G and B.
+    RoughnessMetallicOcclusion,
+}
+
+/// The use of a texture, with its options.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Map {
+    /// File name as written.
+    pub file: String,
+    /// `-s`: texture coordinates, v upwards, are multiplied by this.
+    pub scale: Vec2,
+    /// `-o`: then this is added.
+    pub offset: Vec2,
+    /// `-clamp on`: the border goes on outside the image.
+    pub clamp: bool,
+    /// `-bm`: strength of a bump map.
+    pub bump: f32,
+    /// `-imfchan`: the channel that a scalar is taken from, one of `r g b m l z`.
+    pub channel: Option<u8>,
+    /// `-colorspace`: `Some(true)` for sRGB, `Some(false)` for linear.
+    pub srgb: Option<bool>,
+}
+
+impl Default for Map {
+    fn default() -> Self {
+        Self {
+            file: String::new(),
+            scale: Vec2::ONE,
+            offset: Vec2::ZERO,
+            clamp: false,
+            bump: 1.0,
+            channel: None,
+            srgb: None,
+        }
+    }
+}
+
+/// Parses an MTL file. Whatever it holds, this does not fail: what cannot be understood is noted in `report`.
+///
+/// Of materials with the same name, all are returned, in file order.
+pub fn parse(bytes: &[u8], report: &mut LoadReport) -> Vec<MtlMaterial> {
+    let text = text::with_line_feeds(bytes);
+    let mut materials: Vec<MtlMaterial> = Vec::new();
+    for line in Lines::new(&text) {
+        let mut rest = &*line;
+        let Some(keyword) = text::word(&mut rest) else { continue };
+        if keyword[0] == b'#' {
+            continue;
+        }
+        let keyword = String::from_utf8_lossy(keyword).to_ascii_lowercase();
+        if keyword == "newmtl" {
+            materials.push(MtlMaterial { name: text::name(rest), ..Default::default() });
+        } else if let Some(material) = materials.last_mut() {
+            material.statement(&keyword, rest, report);
+        } else {
+            report.ignored("a statement before the first `newmtl`");
+        }
+    }
+    materials
+}
+
+impl MtlMaterial {
+    fn statement(&mut self, keyword: &str, rest: &[u8], report: &mut LoadReport) {
+        match keyword {
+            "ka" => self.ambient = color(rest, report),
+            "kd" => self.diffuse = color(rest, report),
+            "ks" => self.specular = color(rest, report),
+            "ke" => self.emission = color(rest, report),
+            "tf" | "kt" => self.transmission = color(rest, report),
+            "ns" => self.exponent = scalar(rest, report),
+            "ni" => self.ior = scalar(rest, report),
+            "d" => self.dissolve = dissolve(rest, report),
+            "tr" => self.transparency = scalar(rest, report),
+            "illum" => self.illum = scalar(rest, report).map(|v| v as u32),
+            "pr" => self.roughness = scalar(rest, report),
+            "pm" => self.metallic = scalar(rest, report),
+            "pc" => self.clearcoat = scalar(rest, report),
+            "ps" => self.sheen = scalar(rest, report),
+            "aniso" => self.anisotropy = scalar(rest, report),
+            // No influence without the value they belong to; ambient light is what global illumination computes.
+            "pcr" | "anisor" | "map_ka" | "map_aat" | "sharpness" => {}
+            _ => match slot(keyword) {
+                Some(slot) => match map(rest, report) {
+                    Some(map) => {
+                        self.maps.insert(slot, map);
+                    }
+                    None => report.ignored(format!("`{keyword}` names no file")),
+                },
+                None => {
+                    let keyword: String = keyword.chars().take(24).collect();
+                    report.ignored(format!("the material statement `{keyword}` is not supported"));
+                }
+            },
+        }
+    }
+}
+
+fn slot(keyword: &str) -> Option<Slot> {
+    Some(match keyword {
+        "map_kd" => Slot::Diffuse,
+        "map_ke" => Slot::Emission,
+        "map_ks" => Slot::Specular,
+        "map_d" => Slot::Dissolve,
+        "map_pr" => Slot::Roughness,
+        "map_pm" => Slot::Metallic,
+        "map_bump" | "bump" => Slot::Bump,
+        "norm" | "map_norm" | "map_kn" => Slot::Normal,
+        "map_orm" => Slot::OcclusionRoughnessMetallic,
+        "map_rma" => Slot::RoughnessMetallicOcclusion,
+        _ => return None,
+    })
+}
+
+fn number(word: &[u8], report: &mut LoadReport) -> f32 {
+    let value = text::number(word).or_else(|| text::number_prefix(word));
+    value.filter(|v| v.is_finite()).unwrap_or_else(|| {
+        report.repaired("a number of a material is malformed; 0 is used");
+        0.0
+    })
+}
+
+fn scalar(mut rest: &[u8], report: &mut LoadReport) -> Option<f32> {
+    let word = text::word(&mut rest);
+    if word.is_none() {
+        report.ignored("a material statement without a value");
+    }
+    word.map(|w| number(w, report))
+}
+
+fn dissolve(rest: &[u8], report: &mut LoadReport) -> Option<f32> {
+    let mut after = rest;
+    if text::word(&mut after) == Some(b"-halo") {
+        report.approximated("`d -halo` is a constant opacity");
+        return scalar(after, report);
+    }
+    scalar(rest, report)
+}
+
+/// `r g b`, or `r` for all three; CIE XYZ is converted.
+fn color(mut rest: &[u8], report: &mut LoadReport) -> Option<Vec3> {
+    let mut after = rest;
+    let xyz = match text::word(&mut after) {
+        Some(b"spectral") => {
+            report.ignored("a spectral colour");
+            return None;
+        }
+        Some(b"xyz") => {
+            rest = after;
+            true
+        }
+        _ => false,
+    };
+    let x = scalar(rest, report)?;
+    text::word(&mut rest);
+    let mut value = Vec3::splat(x);
+    for component in 1..3 {
+        if let Some(word) = text::word(&mut rest) {
+            value[component] = number(word, report);
+        }
+    }
+    if xyz {
+        let Vec3 { x, y, z } = value;
+        value = Vec3::new(
+            3.2404542 * x - 1.5371385 * y - 0.4985314 * z,
+            -0.969266 * x + 1.8760108 * y + 0.041556 * z,
+            0.0556434 * x - 0.2040259 * y + 1.0572252 * z,
+        );
+    }
+    if value.min_element() < 0.0 {
+        report.repaired("a negative colour was set to 0");
+        value = value.max(Vec3::ZERO);
+    }
+    Some(value)
+}
+
+/// Options and a file name, which goes to the end of the line.
+fn map(mut rest: &[u8], report: &mut LoadReport) -> Option<Map> {
+    let mut map = Map::default();
+    loop {
+        let mut after = rest;
+        let Some(word) = text::word(&mut after) else { break };
+        if word[0] != b'-' || !option(word, &mut after, &mut map, report) {
+            break;
+        }
+        rest = after;
+    }
+    map.file = text::name(rest).trim_matches('"').to_owned();
+    (!map.file.is_empty()).then_some(map)
+}
+
+/// Reads one option; `false` if the word is not one.
+fn option(word: &[u8], rest: &mut &[u8], map: &mut Map, report: &mut LoadReport) -> bool {
+    match word.to_ascii_lowercase().as_slice() {
+        b"-s" => map.scale = vector(rest, Vec2::ONE),
+        b"-o" => map.offset = vector(rest, Vec2::ZERO),
+        b"-t" => {
+            if vector(rest, Vec2::ZERO) != Vec2::ZERO {
+                report.ignored("texture turbulence (`-t`)");
+            }
+        }
+        b"-bm" => map.bump = text::word(rest).map_or(1.0, |w| number(w, report)),
+        b"-clamp" => map.clamp = text::word(rest) == Some(b"on"),
+        b"-mm" => {
+            if vector(rest, Vec2::new(0.0, 1.0)) != Vec2::new(0.0, 1.0) {
+                report.ignored("base and gain of a texture (`-mm`)");
+            }
+        }
+        b"-imfchan" => map.channel = text::word(rest).map(|w| w[0].to_ascii_lowercase()),
+        b"-colorspace" => {
+            map.srgb = text::word(rest).map(|w| w.eq_ignore_ascii_case(b"srgb"));
+        }
+        b"-cc" | b"-boost" | b"-texres" | b"-type" => {
+            let name = String::from_utf8_lossy(word).into_owned();
+            text::word(rest);
+            report.ignored(format!("the texture option `{name}`"));
+        }
+        // How the image is filtered is not the file's affair.
+        b"-blendu" | b"-blendv" => {
+            text::word(rest);
+        }
+        _ => return false,
+    }
+    true
+}
+
+/// One to three numbers, of which two are kept. The line's last word is the file name, even if it is a number.
+fn vector(rest: &mut &[u8], mut value: Vec2) -> Vec2 {
+    for component in 0..3 {
+        let mut after = *rest;
+        let Some(number) = text::word(&mut after).and_then(text::number).filter(|n| n.is_finite()) else {
+            break;
+        };
+        if text::trim(after).is_empty() {
+            break;
+        }
+        if component < 2 {
+            value[component] = number;
+        }
+        *rest = after;
+    }
+    value
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn one(text: &str) -> (MtlMaterial, LoadReport) {
+        let mut report = LoadReport::default();
+        let mut materials = parse(format!("newmtl m\n{text}").as_bytes(), &mut report);
+        assert_eq!(materials.len(), 1);
+        (materials.remove(0), report)
+    }
+
+    #[test]
+    fn options_and_names_with_spaces() {
+        let (m, report) =
+            one("map_Kd -s 2 3 1 -o 0.5 -clamp on -mm 0 1 my wood 01.png\n\tbump -bm 2 bump 01.png\n");
+        let kd = &m.maps[&Slot::Diffuse];
+        assert_eq!(kd.file, "my wood 01.png");
+        assert_eq!((kd.scale, kd.offset, kd.clamp), (Vec2::new(2.0, 3.0), Vec2::new(0.5, 0.0), true));
+        assert_eq!((m.maps[&Slot::Bump].bump, m.maps[&Slot::Bump].file.as_str()), (2.0, "bump 01.png"));
+        assert!(report.notes.is_empty());
+        assert_eq!(one("map_Kd -o 1 2").0.maps[&Slot::Diffuse].file, "2");
+        assert_eq!(one("map_Kd \"a b.png\"").0.maps[&Slot::Diffuse].file, "a b.png");
+        assert_eq!(one("map_Kd -mine.png").0.maps[&Slot::Diffuse].file, "-mine.png");
+        assert!(one("map_Kd -s 1").0.maps[&Slot::Diffuse].file == "1");
+    }
+
+    #[test]
+    fn colours() {
+        assert_eq!(one("Kd 0.5").0.diffuse, Some(Vec3::splat(0.5)));
+        assert_eq!(one("kd .1 .2 .3 # x").0.diffuse, Some(Vec3::new(0.1, 0.2, 0.3)));
+        let white = one("Kd xyz 0.9505 1 1.089").0.diffuse.unwrap();
+        assert!(white.distance(Vec3::ONE) < 1e-3, "{white}");
+        let (m, report) =
+            one("Kd spectral a.rfl 1\nKs -1 0 nan\nrefl -type sphere x.png\nKe\nillum 2.0\nd -halo 0.5");
+        assert_eq!((m.diffuse, m.specular, m.emission), (None, Some(Vec3::ZERO), None));
+        assert_eq!((m.illum, m.dissolve), (Some(2), Some(0.5)));
+        assert_eq!(report.notes.len(), 6);
+    }
+
+    #[test]
+    fn statements_need_a_material() {
+        let mut report = LoadReport::default();
+        assert!(parse(b"Kd 1 1 1\r\n# x\r\n", &mut report).is_empty());
+        assert_eq!(report.notes.len(), 1);
+    }
+}
