@@ -31,6 +31,13 @@ struct Vary {
     ior: Option<Ramp>,
 }
 
+/// Whether a shape shows its facets.
+#[derive(Deserialize)]
+struct Flat {
+    #[serde(default)]
+    flat: bool,
+}
+
 impl Builder<'_> {
     /// Adds a shape and its copies.
     pub(super) fn add_shape(&mut self, mut entry: Entry) -> Result<(), LoadError> {
@@ -40,7 +47,11 @@ impl Builder<'_> {
         let kind = kind.ok_or_else(|| context.error(format!("`kind` is missing; known are {KINDS}")))?;
         let material = self.take_material(&mut entry)?.unwrap_or_else(|| self.neutral_material());
         let vary = entry.take_table("vary").map(|table| table.read::<Vary>()).transpose()?;
-        let shape = read_shape(&kind, entry, &context)?;
+        let flat: Flat = entry.split(&["flat"]).read()?;
+        let mut shape = read_shape(&kind, entry, &context)?;
+        if let (true, Shape::Triangles(mesh)) = (flat.flat, &mut shape) {
+            mesh.normals.clear(); // which means flat shading
+        }
         let mesh = Mesh::single(object.name.clone().unwrap_or_else(|| kind.clone()), shape, material);
         self.spend_triangles(mesh.triangle_count(), &context)?;
         self.scene.meshes.push(mesh);
