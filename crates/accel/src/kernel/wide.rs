@@ -10,6 +10,16 @@ use crate::simd::Simd;
 use crate::tlas::Tlas;
 use std::mem::MaybeUninit;
 
+#[inline(always)]
+fn splats<S: Simd>(s: S, x: [f32; 3]) -> [S::F; 3] {
+    [s.splat(x[0]), s.splat(x[1]), s.splat(x[2])]
+}
+
+#[inline(always)]
+fn dot<S: Simd>(s: S, a: [S::F; 3], b: [S::F; 3]) -> S::F {
+    s.mul_add(a[0], b[0], s.mul_add(a[1], b[1], s.mul(a[2], b[2])))
+}
+
 /// What happens at leaves.
 trait Visitor<S: Simd> {
     /// Whether children are visited in order of distance.
@@ -36,9 +46,9 @@ fn walk<S: Simd, V: Visitor<S>>(s: S, nodes: &[Node], root: ChildRef, slabs: &Sl
     let children: *mut ChildRef = stack.child.as_mut_ptr().cast();
     let mut size = 0usize;
 
-    let inverse = slabs.inverse.map(|x| s.splat(x));
-    let near_offset = slabs.near_offset.map(|x| s.splat(x));
-    let far_offset = slabs.far_offset.map(|x| s.splat(x));
+    let inverse = splats(s, slabs.inverse);
+    let near_offset = splats(s, slabs.near_offset);
+    let far_offset = splats(s, slabs.far_offset);
     let [near_x, near_y, near_z] = slabs.near_side;
     let t_min = s.splat(slabs.t_min);
     let mut t_max = s.splat(visitor.t_max());
@@ -163,7 +173,20 @@ struct Triangles<'a, S: Simd> {
     t_min: S::F,
 }
 
+// No closures around vector operations, here and below: a closure is compiled without the entry point's instructions,
+// and what it calls would then not be inlined.
 impl<'a, S: Simd> Triangles<'a, S> {
+    /// Vertex `i` of each triangle relative to the ray's origin, sheared so that the ray runs along the third axis.
+    #[inline(always)]
+    fn corner(&self, s: S, block: &TriangleBlock, i: usize) -> (S::F, S::F, S::F) {
+        let [u, v, w] = self.axes;
+        let p = &block.vertices[i];
+        let z = s.sub(s.load(&p[w]), self.origin[2]);
+        let x = s.neg_mul_add(self.shear[0], z, s.sub(s.load(&p[u]), self.origin[0]));
+        let y = s.neg_mul_add(self.shear[1], z, s.sub(s.load(&p[v]), self.origin[1]));
+        (x, y, z)
+    }
+
     #[inline(always)]
     fn new(s: S, blocks: &'a [TriangleBlock], ray: &Ray) -> Self {
         let d = ray.direction;
@@ -174,7 +197,7 @@ impl<'a, S: Simd> Triangles<'a, S> {
         Triangles {
             blocks,
             axes,
-            origin: axes.map(|a| s.splat(ray.origin[a])),
+            origin: splats(s, [ray.origin[axes[0]], ray.origin[axes[1]], ray.origin[axes[2]]]),
             shear: [s.splat(d[axes[0]] * inverse), s.splat(d[axes[1]] * inverse), s.splat(inverse)],
             t_min: s.splat(ray.t_min.max(0.0)),
         }
@@ -188,17 +211,9 @@ impl<S: Simd> Leaf<S> for Triangles<'_, S> {
         // SAFETY: references to leaves are made by the builder, which numbers the blocks of this very slice (`validate`
         // checks them in debug builds).
         let block = unsafe { self.blocks.get_unchecked(index) };
-        let [u, v, w] = self.axes;
-        let corner = |i: usize| {
-            let p = &block.vertices[i];
-            let z = s.sub(s.load(&p[w]), self.origin[2]);
-            let x = s.neg_mul_add(self.shear[0], z, s.sub(s.load(&p[u]), self.origin[0]));
-            let y = s.neg_mul_add(self.shear[1], z, s.sub(s.load(&p[v]), self.origin[1]));
-            (x, y, z)
-        };
-        let (ax, ay, az) = corner(0);
-        let (bx, by, bz) = corner(1);
-        let (cx, cy, cz) = corner(2);
+        let (ax, ay, az) = self.corner(s, block, 0);
+        let (bx, by, bz) = self.corner(s, block, 1);
+        let (cx, cy, cz) = self.corner(s, block, 2);
         // Not fused: see the scalar function.
         let e0 = s.sub(s.mul(cx, by), s.mul(cy, bx));
         let e1 = s.sub(s.mul(ax, cy), s.mul(ay, cx));
@@ -245,8 +260,8 @@ impl<'a, S: Simd> Spheres<'a, S> {
         let d = ray.direction;
         Spheres {
             blocks,
-            origin: ray.origin.map(|x| s.splat(x)),
-            direction: d.map(|x| s.splat(x)),
+            origin: splats(s, ray.origin),
+            direction: splats(s, d),
             a: s.splat(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]),
             t_min: s.splat(ray.t_min.max(0.0)),
         }
@@ -259,22 +274,27 @@ impl<S: Simd> Leaf<S> for Spheres<'_, S> {
         debug_assert!(index < self.blocks.len());
         // SAFETY: as for triangles.
         let block = unsafe { self.blocks.get_unchecked(index) };
-        let dot = |a: [S::F; 3], b: [S::F; 3]| s.mul_add(a[0], b[0], s.mul_add(a[1], b[1], s.mul(a[2], b[2])));
         let zero = s.splat(0.0);
-        let f = [0, 1, 2].map(|i: usize| s.sub(self.origin[i], s.load(&block.spheres[i])));
+        let [x, y, z] = self.origin;
+        let f = [
+            s.sub(x, s.load(&block.spheres[0])),
+            s.sub(y, s.load(&block.spheres[1])),
+            s.sub(z, s.load(&block.spheres[2])),
+        ];
         let radius = s.load(&block.spheres[3]);
         let squared = s.mul(radius, radius);
-        let b = s.sub(zero, dot(f, self.direction));
+        let b = s.sub(zero, dot(s, f, self.direction));
         let closest = s.div(b, self.a);
-        let l = [0, 1, 2].map(|i: usize| s.mul_add(self.direction[i], closest, f[i]));
-        let d = s.sub(squared, dot(l, l));
+        let [x, y, z] = self.direction;
+        let l = [s.mul_add(x, closest, f[0]), s.mul_add(y, closest, f[1]), s.mul_add(z, closest, f[2])];
+        let d = s.sub(squared, dot(s, l, l));
         let crosses = s.and(s.lt(zero, d), s.lt(zero, radius));
         if s.bits(crosses) == 0 {
             return;
         }
         let root = s.sqrt(s.mul(self.a, d));
         let q = s.add(b, s.select(s.le(zero, b), s.sub(zero, root), root));
-        let t0 = s.div(s.sub(dot(f, f), squared), q);
+        let t0 = s.div(s.sub(dot(s, f, f), squared), q);
         let t1 = s.div(q, self.a);
         let (near, far) = (s.min(t0, t1), s.max(t0, t1));
         let limit = s.splat(t_max);
