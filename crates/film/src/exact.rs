@@ -15,25 +15,22 @@ impl ExactSum {
     /// The sum of no terms.
     pub const ZERO: Self = Self(0);
 
-    const FRACTION_BITS: i32 = 64;
-
     /// The sum with the single term `x`, which must be finite: NaN counts as a huge number here. Check first.
     #[inline]
     #[must_use]
     pub fn from_f64(x: f64) -> Self {
-        // x = mantissa · 2^(exponent - 1075). Subnormal numbers are far below the step and become zero.
+        // Without branches but for the rare overflow: dark, bright and black samples mix in every picture.
         let bits = x.to_bits();
         let exponent = ((bits >> 52) & 0x7ff) as i32;
-        let mantissa = i128::from((bits & 0x000f_ffff_ffff_ffff) | 0x0010_0000_0000_0000);
-        let shift = exponent - 1075 + Self::FRACTION_BITS;
-        let magnitude = if shift >= 0 {
-            if shift <= 74 { mantissa << shift } else { i128::MAX }
-        } else if shift > -64 {
-            mantissa >> -shift
-        } else {
-            0
-        };
-        Self(if x.is_sign_negative() { -magnitude } else { magnitude })
+        // |x| = mantissa · 2^(exponent - 1086), with the leading one of the mantissa in bit 63. In steps of 2⁻⁶⁴, that
+        // is (mantissa << 64) >> shift. Subnormal numbers are far below the step and become zero.
+        let mantissa = (bits << 11) | (1 << 63);
+        let shift = 1086 - exponent;
+        let mantissa = if shift < 128 { mantissa } else { 0 };
+        let magnitude =
+            if shift > 0 { ((u128::from(mantissa) << 64) >> (shift & 127)) as i128 } else { i128::MAX };
+        let sign = i128::from(bits as i64 >> 63);
+        Self((magnitude ^ sign) - sign)
     }
 
     /// The sum, rounded to the nearest `f64`.
