@@ -17,7 +17,7 @@ pub mod camera {
     pub const CAMERA_PANORAMA: u32 = 2u32;
 
     /// A camera ready to make rays. World space, metres.
-    #[derive(Clone, Copy, Debug)]
+    #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct CameraFrame {
         /// Which projection: `CAMERA_…`.
         pub kind: u32,

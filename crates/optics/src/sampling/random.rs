@@ -6,15 +6,15 @@ use wgsl_rs::wgsl;
 pub mod random {
     use wgsl_rs::std::*;
 
-    /// How a [`Sampler`] draws: independent uniform numbers.
+    /// How a [`PixelSampler`] draws: independent uniform numbers.
     pub const SAMPLER_INDEPENDENT: u32 = 0u32;
-    /// How a [`Sampler`] draws: Owen-scrambled Sobol points.
+    /// How a [`PixelSampler`] draws: Owen-scrambled Sobol points.
     pub const SAMPLER_SOBOL: u32 = 1u32;
 
     /// Draws the random numbers of one sample of one pixel. Immutable: a number depends on this and on the dimension
     /// asked for, on nothing else, so samples are the same however a picture is split into work.
     #[derive(Clone, Copy, Debug)]
-    pub struct Sampler {
+    pub struct PixelSampler {
         /// [`SAMPLER_INDEPENDENT`] or [`SAMPLER_SOBOL`].
         pub kind: u32,
         /// Hash of pixel and seed.
@@ -46,9 +46,13 @@ pub mod random {
     /// - `pixel`: pixel index (any numbering that is unique in the picture).
     /// - `sample_index`: which sample of the pixel, from 0.
     /// - `seed`: changes the whole picture's noise.
-    pub fn sampler_new(kind: u32, pixel: u32, sample_index: u32, seed: u32) -> Sampler {
+    pub fn sampler_new(kind: u32, pixel: u32, sample_index: u32, seed: u32) -> PixelSampler {
         let scramble = hash_combine(hash_combine(seed, 0x51633e2du32), pixel);
-        Sampler { kind: kind, scramble: scramble, index: select(sample_index, reverse_bits(sample_index), kind == SAMPLER_SOBOL) }
+        PixelSampler {
+            kind: kind,
+            scramble: scramble,
+            index: select(sample_index, reverse_bits(sample_index), kind == SAMPLER_SOBOL),
+        }
     }
 
     /// The Laine–Karras permutation: a hash in which each bit depends only on itself and lower ones, which is Owen
@@ -79,7 +83,7 @@ pub mod random {
     ///
     /// With [`SAMPLER_SOBOL`] the points of a pixel for one pair are a (0, 2)-sequence: shuffled and scrambled anew for
     /// each pair and pixel ("padding", Burley 2020, section 4), so that pairs are independent of each other.
-    pub fn sample_2d(s: Sampler, pair: u32) -> Vec2f {
+    pub fn sample_2d(s: PixelSampler, pair: u32) -> Vec2f {
         let seed = hash_combine(s.scramble, pair);
         let seed_y = seed * 0x2c1b3c6du32 + 0x297a2d39u32;
         if s.kind == SAMPLER_SOBOL {
@@ -180,7 +184,8 @@ mod tests {
             for pixel in 0..64 {
                 let n = 256;
                 let values = points(kind, pixel, 2, n);
-                let mean: f64 = values.iter().map(|p| f64::from(p[0] * p[0] * p[1])).sum::<f64>() / f64::from(n);
+                let mean: f64 =
+                    values.iter().map(|p| f64::from(p[0] * p[0] * p[1])).sum::<f64>() / f64::from(n);
                 square_sum += (mean - 1.0 / 6.0).powi(2);
             }
             (square_sum / 64.0).sqrt()

@@ -82,14 +82,14 @@ pub mod warp {
     /// Chooses between a slot of an alias table and its alias.
     ///
     /// - `u`, `count`: as given to [`alias_slot`]; `slot`: its result.
-    /// - `threshold`, `alias`: the table's entry at `slot`: the share of the slot that is the slot's own.
+    /// - `threshold`, `other`: the table's entry at `slot`: the share of the slot that is its own, and its alias.
     ///
     /// Source: Walker 1977, with Vose's construction of 1991 for the table.
-    pub fn alias_choose(u: f32, count: u32, slot: u32, threshold: f32, alias: u32) -> AliasChoice {
+    pub fn alias_choose(u: f32, count: u32, slot: u32, threshold: f32, other: u32) -> AliasChoice {
         let x = clamp(u * f32(count) - f32(slot), 0.0, ONE_MINUS_EPSILON);
         if x < threshold {
             return AliasChoice { index: slot, remainder: min(x / threshold, ONE_MINUS_EPSILON) };
         }
-        AliasChoice { index: alias, remainder: min((x - threshold) / (1.0 - threshold), ONE_MINUS_EPSILON) }
+        AliasChoice { index: other, remainder: min((x - threshold) / (1.0 - threshold), ONE_MINUS_EPSILON) }
     }
 }

@@ -21,13 +21,13 @@ pub mod dielectric {
     /// - `compensation`: see [`Bsdf::compensation`].
     pub fn dielectric_bsdf(tint: Vec3f, alpha: f32, eta: f32, thin: bool, compensation: f32) -> Bsdf {
         let mut b = black_bsdf();
-        let smooth = alpha < MIN_ALPHA;
-        b.kind = select(select(BSDF_ROUGH_DIELECTRIC, BSDF_SMOOTH_DIELECTRIC, smooth), BSDF_THIN_DIELECTRIC, thin);
+        let polished = alpha < MIN_ALPHA;
+        b.kind = select(select(BSDF_ROUGH_DIELECTRIC, BSDF_SMOOTH_DIELECTRIC, polished), BSDF_THIN_DIELECTRIC, thin);
         // An index of 1 bends nothing, so roughness has nothing to blur.
         if abs(eta - 1.0) < 1e-4 && !thin {
             b.kind = BSDF_SMOOTH_DIELECTRIC;
         }
-        b.alpha = select(alpha, 0.0, smooth);
+        b.alpha = select(alpha, 0.0, polished);
         b.diffuse = tint;
         b.eta = eta;
         b.compensation = compensation;

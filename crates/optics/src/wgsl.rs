@@ -1,0 +1,34 @@
+//! The light transport as one WGSL text, for GPU back ends to put in front of their own shaders.
+
+use wgsl_rs::wgsl;
+
+/// The complete text of all modules, each once, in an order that needs no forward knowledge: structures, constants and
+/// functions, without entry points or bindings.
+pub fn all() -> String {
+    everything::WGSL_SOURCE.wgsl_source().expect("a test builds the text of every module")
+}
+
+#[wgsl]
+#[allow(unused_imports)]
+mod everything {
+    use crate::bsdf::*;
+    use crate::camera::*;
+    use crate::constants::*;
+    use crate::dielectric::*;
+    use crate::estimator::*;
+    use crate::frame::*;
+    use crate::fresnel::*;
+    use crate::ggx::*;
+    use crate::glossy::*;
+    use crate::intersect::intersect::*;
+    use crate::light::*;
+    use crate::math::*;
+    use crate::offset::*;
+    use crate::path::*;
+    use crate::pattern::*;
+    use crate::random::*;
+    use crate::scatter::*;
+    use crate::sky::*;
+    use crate::tonemap::*;
+    use crate::warp::*;
+}
