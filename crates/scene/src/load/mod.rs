@@ -85,6 +85,14 @@ pub enum LoadError {
         /// What is wrong, with the offending value.
         message: String,
     },
+    /// There is no built-in scene of this name.
+    #[error("there is no built-in scene `{name}`; known are {known}")]
+    UnknownScene {
+        /// The name.
+        name: String,
+        /// The names that there are, separated by commas.
+        known: String,
+    },
     /// The file requires an extension that is not known.
     #[error("{path}: requires the unknown extension {extension} (try --lenient to render without it)")]
     UnknownExtension {
