@@ -132,17 +132,15 @@ impl<'a> Document<'a> {
         let mut root = std::mem::take(&mut self.root);
         let result = root.iter_mut().try_for_each(|(_, value)| {
             visit(value, &mut |value| {
-                let number = match value.get_ref() {
-                    DeValue::Float(number) => number.as_str().parse::<f64>().unwrap_or(f64::NAN),
-                    DeValue::Integer(number) if number.radix() == 10 => {
-                        number.as_str().parse().unwrap_or(f64::NAN)
-                    }
+                let text = match value.get_ref() {
+                    DeValue::Float(number) => number.as_str(),
+                    DeValue::Integer(number) if number.radix() == 10 => number.as_str(),
                     _ => return Ok(()),
                 };
-                if number.abs() <= MAX_NUMBER {
+                if text.parse::<f64>().is_ok_and(|number| number.abs() <= MAX_NUMBER) {
                     return Ok(());
                 }
-                let message = format!("{number} is not a number that can be computed with");
+                let message = format!("{text} is not a number that can be computed with");
                 Err(self.error(value.span().start, "a number", message))
             })
         });
