@@ -6,7 +6,7 @@
 //! crease angle, or which lie inside a smoothing group. A vertex where several smooth pieces meet is split.
 
 use crate::TriangleMesh;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 /// The smoothing group of a triangle, as OBJ files have them, in the argument of [`generate_grouped`].
@@ -162,9 +162,9 @@ impl Surface {
             };
             let weighted = |(_, local): &(u32, u32)| {
                 let (corner, normal) = own(*local);
-                normal * self.angles[corner as usize / 3][corner as usize % 3]
+                normal.as_dvec3() * f64::from(self.angles[corner as usize / 3][corner as usize % 3])
             };
-            let average = piece.iter().map(weighted).sum::<Vec3>().try_normalize();
+            let average = piece.iter().map(weighted).sum::<DVec3>().try_normalize().map(|n| n.as_vec3());
             for (i, (_, local)) in piece.iter().enumerate() {
                 let (corner, face) = own(*local);
                 let face = if face == Vec3::ZERO { Vec3::Z } else { face };
@@ -241,19 +241,16 @@ fn group_by_place(places: &[[u32; 3]], count: usize) -> (Vec<u32>, Vec<u32>) {
 }
 
 /// Unit normal and the three angles of a triangle; zero for one without area.
-fn triangle_shape([a, b, c]: [Vec3; 3]) -> (Vec3, [f32; 3]) {
-    // Scaled to unit size first, so that neither tiny nor huge triangles leave the range of the numbers.
+///
+/// In double precision, so that neither tiny, huge nor very thin triangles leave the range of the numbers.
+fn triangle_shape(corners: [Vec3; 3]) -> (Vec3, [f32; 3]) {
+    let [a, b, c] = corners.map(|p| p.as_dvec3());
     let edges = [b - a, c - b, a - c];
-    let scale = edges.iter().map(|e| e.abs().max_element()).fold(0.0, f32::max);
-    if !(scale > 0.0 && scale.is_finite()) {
-        return (Vec3::ZERO, [0.0; 3]);
-    }
-    let edges = edges.map(|e| e / scale);
     let normal = edges[0].cross(-edges[2]);
     let Some(unit) = normal.try_normalize() else { return (Vec3::ZERO, [0.0; 3]) };
     let double_area = normal.length();
-    let angle = |before: Vec3, after: Vec3| double_area.atan2((-before).dot(after));
-    (unit, [angle(edges[2], edges[0]), angle(edges[0], edges[1]), angle(edges[1], edges[2])])
+    let angle = |before: DVec3, after: DVec3| double_area.atan2((-before).dot(after)) as f32;
+    (unit.as_vec3(), [angle(edges[2], edges[0]), angle(edges[0], edges[1]), angle(edges[1], edges[2])])
 }
 
 /// Writes the normals into the meshes, adding a vertex for each further smooth piece that a vertex is part of.

@@ -51,6 +51,8 @@ use textures::Textures;
 
 /// Larger files are refused: indices inside are 32 bits.
 const MAX_SIZE: u64 = 4 << 30;
+/// Further `mtllib` statements are left out; each is a search in the file system.
+const MAX_LIBRARIES: usize = 1000;
 
 /// Loads an OBJ file, the material libraries it names and their textures.
 ///
@@ -128,6 +130,10 @@ impl Libraries {
             if let Change::Library(names) = change
                 && seen.insert(names)
             {
+                if seen.len() > MAX_LIBRARIES {
+                    report.ignored(format!("more than {MAX_LIBRARIES} `mtllib` statements"));
+                    break;
+                }
                 for file in find_libraries(folder, names, report) {
                     libraries.add(&file, options, report);
                 }
@@ -168,8 +174,9 @@ fn find_libraries(folder: Option<&Path>, names: &str, report: &mut LoadReport) -
         return vec![file];
     }
     // Longest names first: "a b.mtl c.mtl" are two files, one of them with a space.
-    let words: Vec<&str> = names.split_whitespace().collect();
+    const MAX_WORDS: usize = 64;
     const MAX_WORDS_IN_NAME: usize = 8;
+    let words: Vec<&str> = names.split_whitespace().take(MAX_WORDS).collect();
     let (mut files, mut at) = (Vec::new(), 0);
     while at < words.len() {
         let last = words.len().min(at + MAX_WORDS_IN_NAME);
