@@ -1,7 +1,7 @@
 //! Scene files: small TOML files that place models, shapes, lights and cameras.
 //!
 //! `docs/scene-files.md` describes the format for its users; this folder follows its sections. A file becomes a tree
-//! of values whose place in the text is known ([`document`]), parameters are filled in ([`parameters`]), and each
+//! of values whose place in the text is known (`document`), parameters are filled in (`parameters`), and each
 //! table is then read by the module of its kind, so that every error names the line, the object and the key.
 
 mod camera;
@@ -160,11 +160,10 @@ fn build(
     options: &LoadOptions,
     budget: &mut Budget,
 ) -> Result<Loaded, LoadError> {
-    let literals;
     let mut document = Document::parse(text, place.path)?;
     let declared = parameters::declared(&mut document)?;
     let values = parameters::values(&declared, parameters, place.path)?;
-    literals = parameters::literals(&values);
+    let literals = parameters::literals(&values);
     document.substitute(&parameters::to_toml(&values, &literals))?;
     document.check_numbers()?;
     let mut builder = Builder {

@@ -262,7 +262,7 @@ fn quad(k: QuadKeys, c: &Context) -> Result<crate::TriangleMesh, LoadError> {
     if k.corners.is_empty() {
         return Ok(shapes::rectangle(sizes(k.size, c)?.into()));
     }
-    if k.corners.len() % 4 != 0 {
+    if !k.corners.len().is_multiple_of(4) {
         let message =
             format!("`corners` must be four points for each quadrilateral, there are {}", k.corners.len());
         return Err(c.error(message));
