@@ -1,1 +1,47 @@
-//! Placeholder.
+//! Alhazen, a physically based ray tracer: the library that all front ends use.
+//!
+//! Load a scene ([`Source::load`]), describe a picture ([`Job`]), render it ([`Renderer`]), write it
+//! ([`output::write`]). Long work can be watched and cancelled through a [`Control`].
+//!
+//! ```
+//! use alhazen::{Control, Job, Limits, LoadOptions, Renderer, Source};
+//!
+//! let loaded = Source::parse("cornell").load(&LoadOptions::default())?;
+//! let mut renderer = Renderer::cpu(None)?;
+//! renderer.load(&loaded.scene)?;
+//! let job = Job { width: 32, height: 32, ..Job::for_scene(&loaded.scene) };
+//! let limits = Limits { spp: 4, ..Limits::default() };
+//! let summary = renderer.render(&job, &limits, &Control::new())?;
+//! assert_eq!(summary.spp, 4);
+//! let picture = renderer.film()?.expect("rendered").to_image();
+//! assert_eq!((picture.width(), picture.height()), (32, 32));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod job;
+mod memory;
+pub mod output;
+mod renderer;
+mod source;
+
+pub use backend::{
+    Backend, BackendError, Control, DirectSettings, Integrator, LoadStats, PathSettings, Progress, SamplerKind, View,
+};
+pub use film::{Aov, Film, Image, Rect};
+pub use job::{Job, camera_frame};
+pub use memory::peak_memory_bytes;
+pub use post::ToneMapping;
+pub use renderer::{BACKENDS, Limits, Renderer, Summary};
+pub use scene::{
+    Camera, Environment, LoadError, LoadOptions, LoadReport, Loaded, Projection, Scene, Severity, ToneMapper,
+};
+pub use source::Source;
+
+/// The flat arrays that back ends read.
+pub use scene::tables::SceneTables;
+/// Loads an equirectangular environment picture.
+pub use scene::load::environment::load as load_environment;
+/// Error metrics between pictures.
+pub use film::metrics;
+/// The built-in scenes.
+pub use scene::builtin;

@@ -1,1 +1,18 @@
-//! Placeholder.
+//! The CPU back end: our own acceleration structures and the optics as Rust, on every core.
+//!
+//! Start reading at [`CpuBackend`]; `path` is the heart. The picture is the same, bit for bit, whatever the number of
+//! threads: a sample depends on its pixel and index only, and the film's sums are exact.
+
+mod aov;
+mod backend;
+mod bands;
+mod direct;
+mod filter;
+mod lights;
+mod material;
+mod path;
+mod scene;
+mod surface;
+mod texture;
+
+pub use backend::CpuBackend;

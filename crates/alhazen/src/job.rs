@@ -1,0 +1,153 @@
+//! What picture to make of a scene.
+
+use backend::{Integrator, PathSettings, SamplerKind, View};
+use film::{Aov, Rect};
+use optics::camera::{CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA, CAMERA_PERSPECTIVE, CameraFrame};
+use optics::{vec2f, vec3f};
+use post::ToneMapping;
+use scene::{Camera, Projection, Scene};
+
+/// A picture of a scene: camera, size, how light is transported, how it is shown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Job {
+    /// The camera.
+    pub camera: Camera,
+    /// Width of the whole picture in pixels.
+    pub width: u32,
+    /// Height of the whole picture in pixels.
+    pub height: u32,
+    /// The part to render; `None` is all of it.
+    pub crop: Option<Rect>,
+    /// How light is transported.
+    pub integrator: Integrator,
+    /// Follow glTF 2.0 Appendix B to the letter, without energy compensation.
+    pub single_scatter: bool,
+    /// How samples are drawn.
+    pub sampler: SamplerKind,
+    /// Changes the noise.
+    pub seed: u32,
+    /// Auxiliary layers.
+    pub aovs: Vec<Aov>,
+    /// How radiance becomes display values.
+    pub tone: ToneMapping,
+}
+
+impl Job {
+    /// What the scene asks for itself, or good defaults: its first camera, path tracing, 1280 pixels wide in the
+    /// camera's aspect.
+    pub fn for_scene(scene: &Scene) -> Self {
+        let defaults = &scene.defaults;
+        let camera = scene.default_camera();
+        let aspect = camera.aspect.filter(|a| a.is_finite() && *a > 0.0);
+        let (width, height) = match (defaults.width, defaults.height) {
+            (Some(w), Some(h)) => (w, h),
+            (Some(w), None) => (w, scaled(w, 1.0 / aspect.unwrap_or(16.0 / 9.0))),
+            (None, Some(h)) => (scaled(h, aspect.unwrap_or(16.0 / 9.0)), h),
+            (None, None) => match aspect {
+                Some(a) if a < 1.0 => (scaled(960, a), 960),
+                Some(a) => (1280, scaled(1280, 1.0 / a)),
+                None => (1280, 720),
+            },
+        };
+        let mut path = PathSettings::default();
+        path.max_depth = defaults.max_depth.unwrap_or(path.max_depth);
+        let integrator = match defaults.integrator.as_deref() {
+            Some("direct") => Integrator::Direct(backend::DirectSettings::default()),
+            Some("aov") => Integrator::Aov,
+            _ => Integrator::Path(path),
+        };
+        let tone = ToneMapping {
+            mapper: defaults.tonemap.unwrap_or_default(),
+            exposure: defaults.exposure.unwrap_or(1.0),
+            saturation: defaults.saturation.unwrap_or(1.0),
+        };
+        Self {
+            camera,
+            width,
+            height,
+            crop: None,
+            integrator,
+            single_scatter: false,
+            sampler: SamplerKind::default(),
+            seed: 0,
+            aovs: Vec::new(),
+            tone,
+        }
+    }
+
+    /// What a back end needs to know of this, with the camera as it is at `time` seconds.
+    pub fn view(&self, time: f32) -> View {
+        View {
+            camera: camera_frame(&self.camera.at(time), self.width, self.height),
+            width: self.width,
+            height: self.height,
+            window: self.crop.unwrap_or(Rect::full(self.width, self.height)),
+            integrator: self.integrator,
+            single_scatter: self.single_scatter,
+            sampler: self.sampler,
+            seed: self.seed,
+            first_sample: 0,
+            aovs: self.aovs.clone(),
+        }
+    }
+}
+
+fn scaled(side: u32, factor: f32) -> u32 {
+    ((side as f32 * factor).round() as u32).max(1)
+}
+
+/// A camera ready to make rays for a picture of `width` × `height` pixels.
+pub fn camera_frame(camera: &Camera, width: u32, height: u32) -> CameraFrame {
+    let axis = (camera.target - camera.eye).try_normalize().unwrap_or(-glam::Vec3::Z);
+    // Looking straight along `up`, any other direction will do.
+    let side = axis.cross(camera.up).try_normalize();
+    let right = side.or_else(|| axis.cross(glam::Vec3::Z).try_normalize()).unwrap_or(glam::Vec3::X);
+    let up = right.cross(axis);
+    let aspect = width as f32 / height as f32;
+    let (kind, half_height) = match camera.projection {
+        Projection::Perspective { fov_y } => (CAMERA_PERSPECTIVE, (fov_y * 0.5).tan()),
+        Projection::Orthographic { height } => (CAMERA_ORTHOGRAPHIC, height * 0.5),
+        Projection::Panorama => (CAMERA_PANORAMA, 1.0),
+    };
+    let vector = |v: glam::Vec3| vec3f(v.x, v.y, v.z);
+    CameraFrame {
+        kind,
+        origin: vector(camera.eye),
+        right: vector(right),
+        up: vector(up),
+        forward: vector(axis),
+        half_size: vec2f(half_height * aspect, half_height),
+        lens_radius: camera.lens_radius,
+        focus_distance: camera.focus_distance,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    #[test]
+    fn frames_are_orthonormal_even_when_looking_straight_down() {
+        for target in [Vec3::new(0.0, -1.0, 0.0), Vec3::new(3.0, 1.0, -2.0), Vec3::ZERO] {
+            let camera = Camera::perspective("c", Vec3::ZERO, target, 1.0);
+            let f = camera_frame(&camera, 200, 100);
+            let [r, u, w] = [f.right, f.up, f.forward].map(|v| Vec3::from(v.to_array()));
+            assert!(r.dot(u).abs() < 1e-6 && u.dot(w).abs() < 1e-6 && r.dot(w).abs() < 1e-6, "{f:?}");
+            assert!((r.cross(u).dot(-w) - 1.0).abs() < 1e-5, "{f:?}");
+            assert!((f.half_size.x / f.half_size.y - 2.0).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn the_size_follows_the_aspect() {
+        let mut scene = Scene::default();
+        assert_eq!((Job::for_scene(&scene).width, Job::for_scene(&scene).height), (1280, 720));
+        let mut camera = Camera::perspective("c", Vec3::ZERO, Vec3::Z, 1.0);
+        camera.aspect = Some(2.0);
+        scene.cameras.push(camera);
+        assert_eq!(Job::for_scene(&scene).height, 640);
+        scene.defaults.height = Some(100);
+        assert_eq!(Job::for_scene(&scene).width, 200);
+    }
+}

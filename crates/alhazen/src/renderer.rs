@@ -1,0 +1,187 @@
+//! Rendering until a limit is reached, through whatever back end.
+
+use crate::Job;
+use backend::{Backend, BackendError, Control, LoadStats, View};
+use cpu::CpuBackend;
+use film::Film;
+use scene::Scene;
+use scene::tables::SceneTables;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Names of all back ends that this build has.
+pub const BACKENDS: &[&str] = &["cpu"];
+
+/// When a picture is done: whatever comes first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Samples per pixel.
+    pub spp: u32,
+    /// Wall time of rendering. At least one sample is made.
+    pub time: Option<Duration>,
+    /// Relative standard error of the picture ([`Film::relative_error`]).
+    pub noise: Option<f64>,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self { spp: 64, time: None, noise: None }
+    }
+}
+
+/// What rendering a picture took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Summary {
+    /// Samples per pixel made.
+    pub spp: u32,
+    /// Samples of all pixels.
+    pub samples: u64,
+    /// Rays traced.
+    pub rays: u64,
+    /// Wall time of rendering.
+    pub elapsed: Duration,
+    /// Samples that were NaN or infinite and were dropped.
+    pub invalid_samples: u64,
+    /// Whether it was cancelled before a limit was reached.
+    pub cancelled: bool,
+    /// Relative standard error reached, if there are enough samples to tell.
+    pub noise: Option<f64>,
+}
+
+/// A back end with a scene.
+pub struct Renderer {
+    backend: Box<dyn Backend>,
+}
+
+impl Renderer {
+    /// On the CPU, with `threads` threads; `None` uses all cores.
+    ///
+    /// # Errors
+    /// When threads cannot be started.
+    pub fn cpu(threads: Option<usize>) -> Result<Self, BackendError> {
+        Ok(Self::new(Box::new(CpuBackend::new(threads)?)))
+    }
+
+    /// On any back end.
+    pub fn new(backend: Box<dyn Backend>) -> Self {
+        Self { backend }
+    }
+
+    /// Name of the back end, such as `cpu`.
+    pub fn backend_name(&self) -> &'static str {
+        self.backend.name()
+    }
+
+    /// What it runs on.
+    pub fn describe(&self) -> String {
+        self.backend.describe()
+    }
+
+    /// Flattens a scene and hands it to the back end.
+    ///
+    /// # Errors
+    /// When the device cannot hold the scene.
+    pub fn load(&mut self, scene: &Scene) -> Result<LoadStats, BackendError> {
+        self.load_tables(SceneTables::build(scene))
+    }
+
+    /// Hands over tables built before, so that the caller can free the scene first.
+    ///
+    /// # Errors
+    /// When the device cannot hold the scene.
+    pub fn load_tables(&mut self, tables: SceneTables) -> Result<LoadStats, BackendError> {
+        self.backend.load(Arc::new(tables))
+    }
+
+    /// Renders a picture of the loaded scene at time 0.
+    ///
+    /// # Errors
+    /// Without a scene, for impossible views, and when the device fails.
+    pub fn render(&mut self, job: &Job, limits: &Limits, control: &Control) -> Result<Summary, BackendError> {
+        self.render_view(&job.view(0.0), limits, control, &mut |_| {})
+    }
+
+    /// Renders a view; `after_pass` sees how far it is after each pass.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn render_view(
+        &mut self,
+        view: &View,
+        limits: &Limits,
+        control: &Control,
+        after_pass: &mut dyn FnMut(&Summary),
+    ) -> Result<Summary, BackendError> {
+        check_view(view)?;
+        let start = Instant::now();
+        let mut summary = Summary::default();
+        while summary.spp < limits.spp && !control.is_cancelled() {
+            let samples = next_pass(&summary, limits, start.elapsed());
+            let mut view = view.clone();
+            view.first_sample += summary.spp;
+            let stats = self.backend.render(&view, samples, control)?;
+            summary.samples += stats.samples;
+            summary.rays += stats.rays;
+            summary.cancelled = stats.cancelled;
+            if !stats.cancelled {
+                summary.spp += samples;
+            }
+            summary.elapsed = start.elapsed();
+            if limits.noise.is_some() {
+                summary.noise = self.backend.film()?.and_then(Film::relative_error);
+            }
+            after_pass(&summary);
+            let quiet = limits.noise.zip(summary.noise).is_some_and(|(limit, noise)| noise <= limit);
+            // An error estimate of a few samples is not one.
+            if limits.time.is_some_and(|t| summary.elapsed >= t) || (quiet && summary.spp >= 16) {
+                break;
+            }
+        }
+        if let Some(film) = self.backend.film()? {
+            summary.invalid_samples = film.invalid_samples();
+            summary.noise = summary.noise.or_else(|| film.relative_error());
+        }
+        Ok(summary)
+    }
+
+    /// The film with everything rendered so far; `None` before the first picture.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn film(&mut self) -> Result<Option<&Film>, BackendError> {
+        self.backend.film()
+    }
+}
+
+/// How many samples to make before looking at the limits again.
+fn next_pass(done: &Summary, limits: &Limits, elapsed: Duration) -> u32 {
+    let left = limits.spp - done.spp;
+    let mut pass = left;
+    if limits.noise.is_some() {
+        // Looking costs a walk over the film: every quarter of what is done is often enough.
+        pass = pass.min((done.spp / 4).clamp(8, 64));
+    }
+    if let Some(time) = limits.time {
+        let rate = f64::from(done.spp) / elapsed.as_secs_f64().max(1e-6);
+        let affordable = rate * time.saturating_sub(elapsed).as_secs_f64();
+        let cautious = if done.spp == 0 { 1 } else { (affordable * 0.5) as u32 };
+        pass = pass.min(cautious.clamp(1, 64));
+    }
+    pass.max(1)
+}
+
+fn check_view(view: &View) -> Result<(), BackendError> {
+    let bad = |reason: String| Err(BackendError::View { reason });
+    let camera = &view.camera;
+    let numbers = [camera.origin, camera.right, camera.up, camera.forward];
+    if numbers.iter().any(|v| !v.to_array().iter().all(|x| x.is_finite())) {
+        return bad("the camera's position and direction must be finite".into());
+    }
+    if !(camera.half_size.x > 0.0 && camera.half_size.y > 0.0 && camera.half_size.x.is_finite()) {
+        return bad(format!("the camera's field of view is impossible ({:?} at distance 1)", camera.half_size));
+    }
+    if camera.lens_radius < 0.0 || !(camera.focus_distance > 0.0) {
+        return bad("lens radius and focus distance must be positive".into());
+    }
+    Ok(())
+}

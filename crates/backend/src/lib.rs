@@ -1,0 +1,89 @@
+//! The narrow waist between front ends and what renders: one trait, and the plain data that goes through it.
+//!
+//! A back end turns [`scene::tables::SceneTables`] and a [`View`] into samples on a [`film::Film`]. Front ends know
+//! only this, so a new back end needs no change to its callers.
+
+mod control;
+mod view;
+
+pub use control::{Control, Progress};
+pub use view::{DirectSettings, Integrator, PathSettings, SamplerKind, View};
+
+use film::Film;
+use scene::tables::SceneTables;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Why a back end could not do what it was asked for.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum BackendError {
+    /// [`Backend::render`] before [`Backend::load`].
+    #[error("no scene has been loaded into the {backend} back end")]
+    NoScene {
+        /// Name of the back end.
+        backend: &'static str,
+    },
+    /// The view cannot be rendered.
+    #[error("the view cannot be rendered: {reason}")]
+    View {
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// The film could not be made.
+    #[error("cannot make the film")]
+    Film(#[from] film::FilmError),
+}
+
+/// What a call of [`Backend::render`] did.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Stats {
+    /// Samples of all pixels together.
+    pub samples: u64,
+    /// Rays traced: closest-hit and any-hit.
+    pub rays: u64,
+    /// Wall time.
+    pub elapsed: Duration,
+    /// Whether the call ended early because it was cancelled.
+    pub cancelled: bool,
+}
+
+/// What [`Backend::load`] made of the scene.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LoadStats {
+    /// Wall time of building acceleration structures.
+    pub build: Duration,
+    /// Bytes of acceleration structures.
+    pub acceleration_bytes: usize,
+    /// Bytes of scene tables.
+    pub table_bytes: usize,
+}
+
+/// Turns scene tables into samples on a film.
+pub trait Backend: Send {
+    /// What the user calls it, such as `cpu`.
+    fn name(&self) -> &'static str;
+
+    /// What it runs on, for people: instruction set and threads, or the adapter.
+    fn describe(&self) -> String;
+
+    /// Replaces the scene. The film restarts at zero samples with the next [`Backend::render`].
+    ///
+    /// # Errors
+    /// When the device cannot hold the scene.
+    fn load(&mut self, scene: Arc<SceneTables>) -> Result<LoadStats, BackendError>;
+
+    /// Adds `samples` samples to every pixel of the view's window. Splitting a call does not change the result. A view
+    /// that differs from the last one restarts the film.
+    ///
+    /// # Errors
+    /// Without a scene, for impossible views, and when the device fails; what was rendered before is kept.
+    fn render(&mut self, view: &View, samples: u32, control: &Control) -> Result<Stats, BackendError>;
+
+    /// The film with everything rendered so far, in host memory. This waits for the device. `None` before the first
+    /// [`Backend::render`].
+    ///
+    /// # Errors
+    /// When the device fails.
+    fn film(&mut self) -> Result<Option<&Film>, BackendError>;
+}

@@ -1,0 +1,110 @@
+//! What is to be rendered: camera, picture, integrator.
+
+use film::{Aov, Rect};
+use optics::camera::CameraFrame;
+
+/// How samples are drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SamplerKind {
+    /// Owen-scrambled Sobol points (Burley 2020).
+    #[default]
+    Sobol,
+    /// Independent uniform numbers.
+    Independent,
+}
+
+/// A camera and everything else that decides the expected picture and its noise.
+#[derive(Clone, Debug, PartialEq)]
+pub struct View {
+    /// The camera.
+    pub camera: CameraFrame,
+    /// Width of the whole picture in pixels.
+    pub width: u32,
+    /// Height of the whole picture in pixels.
+    pub height: u32,
+    /// The part of the picture to render.
+    pub window: Rect,
+    /// How light is transported.
+    pub integrator: Integrator,
+    /// Follow glTF 2.0 Appendix B to the letter instead of giving back energy lost between microfacets.
+    pub single_scatter: bool,
+    /// How samples are drawn.
+    pub sampler: SamplerKind,
+    /// Changes the noise of the whole picture.
+    pub seed: u32,
+    /// Index of the first sample to render, so that sample ranges can be rendered apart and merged.
+    pub first_sample: u32,
+    /// Auxiliary layers to fill.
+    pub aovs: Vec<Aov>,
+}
+
+/// How light is transported.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Integrator {
+    /// Monte Carlo path tracing: unbiased, the reference for all others.
+    Path(PathSettings),
+    /// Fixed cost: direct light, reflection, refraction, ambient occlusion.
+    Direct(DirectSettings),
+    /// The first hit only: base colour under a headlight, and auxiliary layers.
+    Aov,
+}
+
+impl Integrator {
+    /// Name on the command line and in metadata.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Integrator::Path(_) => "path",
+            Integrator::Direct(_) => "direct",
+            Integrator::Aov => "aov",
+        }
+    }
+}
+
+/// Settings of [`Integrator::Path`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PathSettings {
+    /// Longest path in segments: 1 = emission seen directly, 2 = direct light.
+    pub max_depth: u32,
+    /// Paths shorter than this never meet Russian roulette.
+    pub roulette_start: u32,
+    /// Least probability of survival, in `(0, 1]`.
+    pub roulette_min_survival: f32,
+    /// Paths that go on from the first vertex of each camera ray, at least 1.
+    pub splitting: u32,
+}
+
+impl Default for PathSettings {
+    fn default() -> Self {
+        Self { max_depth: 32, roulette_start: 5, roulette_min_survival: 0.05, splitting: 1 }
+    }
+}
+
+/// Settings of [`Integrator::Direct`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DirectSettings {
+    /// Shadow rays for each light that has an extent; points and hard lights need one.
+    pub shadow_samples: u32,
+    /// Whether lights with an extent are sampled over it. Otherwise they shine from their centre.
+    pub soft_shadows: bool,
+    /// Reflection rays at the first hit.
+    pub reflection_samples: u32,
+    /// Ambient occlusion rays at the first hit; 0 leaves ambient light unoccluded.
+    pub ambient_samples: u32,
+    /// How far occluders count, in metres; infinite reaches everything.
+    pub ambient_distance: f32,
+    /// Longest chain of mirror reflections and refractions.
+    pub max_depth: u32,
+}
+
+impl Default for DirectSettings {
+    fn default() -> Self {
+        Self {
+            shadow_samples: 6,
+            soft_shadows: true,
+            reflection_samples: 4,
+            ambient_samples: 4,
+            ambient_distance: f32::INFINITY,
+            max_depth: 8,
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! What people see: errors, progress, numbers with units.
+
+use alhazen::{Control, LoadReport, Severity};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// Prints an error and everything that led to it.
+pub fn print_error(error: &anyhow::Error) {
+    eprintln!("error: {error}");
+    error.chain().skip(1).for_each(|cause| eprintln!("  because: {cause}"));
+}
+
+/// Prints what a loader noticed, the harmless only if `verbose`.
+pub fn print_report(report: &LoadReport, verbose: bool) {
+    for note in &report.notes {
+        if verbose || note.severity > Severity::Info {
+            eprintln!("  {note}");
+        }
+    }
+}
+
+/// A number with a metric prefix and three digits: 12.3 M.
+pub fn metric(x: f64) -> String {
+    let units = [(1e12, " T"), (1e9, " G"), (1e6, " M"), (1e3, " k")];
+    let (factor, unit) = units.into_iter().find(|(factor, _)| x >= *factor).unwrap_or((1.0, " "));
+    let scaled = x / factor;
+    let digits = if scaled < 10.0 { 2 } else { usize::from(scaled < 100.0) };
+    format!("{scaled:.digits$}{unit}")
+}
+
+/// Bytes in binary units.
+pub fn bytes(n: u64) -> String {
+    let mebibytes = n as f64 / (1 << 20) as f64;
+    if mebibytes < 1024.0 { format!("{mebibytes:.1} MiB") } else { format!("{:.2} GiB", mebibytes / 1024.0) }
+}
+
+/// A duration for people.
+pub fn seconds(d: Duration) -> String {
+    let s = d.as_secs_f64();
+    if s < 1.0 {
+        format!("{:.0} ms", s * 1e3)
+    } else if s < 120.0 {
+        format!("{s:.2} s")
+    } else {
+        format!("{}:{:02} min", s as u64 / 60, s as u64 % 60)
+    }
+}
+
+/// A progress bar on the terminal, fed by a thread that watches a [`Control`].
+pub struct ProgressDisplay {
+    bar: ProgressBar,
+    done: Arc<AtomicBool>,
+    watcher: Option<JoinHandle<()>>,
+}
+
+impl ProgressDisplay {
+    /// Starts to watch. `total`: samples that the whole picture will take at most, all pixels together; `base` is the
+    /// number that earlier calls have done, set through [`ProgressDisplay::set_base`].
+    pub fn new(control: Arc<Control>, total: u64, quiet: bool) -> Self {
+        let bar = ProgressBar::new(total);
+        if quiet {
+            bar.set_draw_target(ProgressDrawTarget::hidden());
+        }
+        let style = ProgressStyle::with_template("{spinner} {percent:>3} % {wide_bar} {msg} {eta} left");
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        let done = Arc::new(AtomicBool::new(false));
+        let watcher = (!quiet).then(|| {
+            let (bar, done) = (bar.clone(), done.clone());
+            std::thread::spawn(move || watch(&bar, &control, &done))
+        });
+        Self { bar, done, watcher }
+    }
+
+    /// Ends the display.
+    pub fn finish(mut self) {
+        self.stop();
+    }
+
+    fn stop(&mut self) {
+        self.done.store(true, Ordering::Relaxed);
+        if let Some(watcher) = self.watcher.take() {
+            // A watcher that panicked has nothing left to show.
+            let _ = watcher.join();
+        }
+        self.bar.finish_and_clear();
+    }
+}
+
+impl Drop for ProgressDisplay {
+    fn drop(&mut self) {
+        self.stop();
+    }
+}
+
+fn watch(bar: &ProgressBar, control: &Control, done: &AtomicBool) {
+    let start = Instant::now();
+    let (mut finished, mut last) = (0, 0);
+    while !done.load(Ordering::Relaxed) {
+        let now = control.progress().samples_done;
+        // Each pass counts from zero again.
+        if now < last {
+            finished += last;
+        }
+        last = now;
+        bar.set_position(finished + now);
+        let rate = (finished + now) as f64 / start.elapsed().as_secs_f64().max(1e-3);
+        bar.set_message(format!("{}samples/s", metric(rate)));
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_units() {
+        assert_eq!(metric(0.0), "0.00 ");
+        assert_eq!(metric(12_345_678.0), "12.3 M");
+        assert_eq!(metric(999.0), "999 ");
+        assert_eq!(bytes(3 << 20), "3.0 MiB");
+        assert_eq!(bytes(3 << 30), "3.00 GiB");
+        assert_eq!(seconds(Duration::from_millis(12)), "12 ms");
+        assert_eq!(seconds(Duration::from_secs(125)), "2:05 min");
+    }
+}

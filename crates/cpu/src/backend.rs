@@ -1,0 +1,149 @@
+//! [`CpuBackend`]: the trait's implementation; film, threads, passes.
+
+use crate::bands::{BAND_ROWS, BandAovs, render_band};
+use crate::filter::AlphaFilter;
+use crate::path::PathBatch;
+use crate::scene::CpuScene;
+use accel::{Opaque, Quality};
+use backend::{Backend, BackendError, Control, LoadStats, Stats, View};
+use film::{Film, PixelStats};
+use rayon::prelude::*;
+use scene::tables::SceneTables;
+use std::cell::RefCell;
+use std::ops::Range;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Samples of every pixel in one pass: the film is complete after each, so this is how soon a preview sharpens.
+const PASS_SAMPLES: u32 = 16;
+
+/// Renders on every core of the machine; always there.
+pub struct CpuBackend {
+    threads: rayon::ThreadPool,
+    quality: Quality,
+    scene: Option<CpuScene>,
+    film: Option<(View, Film)>,
+}
+
+impl CpuBackend {
+    /// A back end on `threads` threads; `None` uses all cores.
+    ///
+    /// # Errors
+    /// When the system refuses to make threads.
+    pub fn new(threads: Option<usize>) -> Result<Self, BackendError> {
+        let builder = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0));
+        let pool = builder.thread_name(|i| format!("alhazen-{i}")).build();
+        let threads = pool.map_err(|e| BackendError::View { reason: format!("cannot start threads: {e}") })?;
+        Ok(Self { threads, quality: Quality::Balanced, scene: None, film: None })
+    }
+
+    /// Makes the film for a view, or keeps the one that is being accumulated.
+    fn prepare_film(&mut self, view: &View) -> Result<(), BackendError> {
+        let same = |old: &View| View { first_sample: view.first_sample, ..old.clone() } == *view;
+        if !self.film.as_ref().is_some_and(|(old, _)| same(old)) {
+            let film = Film::with_window(view.width, view.height, view.window, &view.aovs)?;
+            self.film = Some((view.clone(), film));
+        }
+        Ok(())
+    }
+}
+
+impl Backend for CpuBackend {
+    fn name(&self) -> &'static str {
+        "cpu"
+    }
+
+    fn describe(&self) -> String {
+        format!("CPU, {:?}, {} threads", accel::Kernel::best(), self.threads.current_num_threads())
+    }
+
+    fn load(&mut self, tables: Arc<SceneTables>) -> Result<LoadStats, BackendError> {
+        self.film = None;
+        let start = Instant::now();
+        let table_bytes = tables.memory_bytes();
+        let quality = self.quality;
+        let scene = self.threads.install(|| CpuScene::new(tables, quality));
+        let acceleration_bytes = scene.tlas.memory_bytes();
+        self.scene = Some(scene);
+        Ok(LoadStats { build: start.elapsed(), acceleration_bytes, table_bytes })
+    }
+
+    fn render(&mut self, view: &View, samples: u32, control: &Control) -> Result<Stats, BackendError> {
+        if self.scene.is_none() {
+            return Err(BackendError::NoScene { backend: self.name() });
+        }
+        if view.first_sample.checked_add(samples).is_none() {
+            return Err(BackendError::View { reason: format!("sample index beyond {}", u32::MAX) });
+        }
+        self.prepare_film(view)?;
+        let (Some(scene), Some((_, film))) = (&self.scene, &mut self.film) else {
+            return Err(BackendError::NoScene { backend: "cpu" });
+        };
+        let start = Instant::now();
+        control.begin(u64::from(samples) * view.window.area() as u64);
+        let mut stats = Stats::default();
+        let end = view.first_sample + samples;
+        for first in (view.first_sample..end).step_by(PASS_SAMPLES as usize) {
+            let range = first..(first + PASS_SAMPLES).min(end);
+            let rays = self.threads.install(|| render_pass(scene, view, range.clone(), film, control));
+            stats.rays += rays;
+            if control.is_cancelled() {
+                break;
+            }
+        }
+        stats.samples = control.progress().samples_done;
+        stats.cancelled = control.is_cancelled();
+        stats.elapsed = start.elapsed();
+        Ok(stats)
+    }
+
+    fn film(&mut self) -> Result<Option<&Film>, BackendError> {
+        Ok(self.film.as_ref().map(|(_, film)| film))
+    }
+}
+
+thread_local! {
+    /// Scratch memory of each worker, kept from band to band.
+    static BATCH: RefCell<PathBatch> = RefCell::default();
+}
+
+/// Adds samples `samples` to every pixel; returns the number of rays.
+fn render_pass(scene: &CpuScene, view: &View, samples: Range<u32>, film: &mut Film, control: &Control) -> u64 {
+    let width = view.window.width as usize;
+    let bands = film.pixels_mut().par_chunks_mut(width * BAND_ROWS as usize).enumerate();
+    let done: Vec<(u64, BandAovs)> = bands
+        .map(|(i, pixels)| {
+            let mut aovs = BandAovs::new();
+            if control.is_cancelled() {
+                return (0, aovs);
+            }
+            let first = i as u32 * BAND_ROWS;
+            let rows = first..(first + BAND_ROWS).min(view.window.height);
+            let rays = render_one_band(scene, view, rows, samples.clone(), pixels, &mut aovs);
+            control.advance(pixels.len() as u64 * samples.len() as u64);
+            (rays, aovs)
+        })
+        .collect();
+    for (x, y, index, sample) in done.iter().flat_map(|(_, aovs)| aovs) {
+        film.add_aovs(*x, *y, u64::from(*index), sample);
+    }
+    done.iter().map(|(rays, _)| rays).sum()
+}
+
+/// Picks the kernel for the scene: alpha tests cost nothing where no surface has holes.
+fn render_one_band(
+    scene: &CpuScene,
+    view: &View,
+    rows: Range<u32>,
+    samples: Range<u32>,
+    pixels: &mut [PixelStats],
+    aovs: &mut BandAovs,
+) -> u64 {
+    BATCH.with_borrow_mut(|batch| {
+        if scene.tables.has_alpha {
+            render_band(scene, view, &AlphaFilter(scene), rows, samples, pixels, aovs, batch)
+        } else {
+            render_band(scene, view, &Opaque, rows, samples, pixels, aovs, batch)
+        }
+    })
+}

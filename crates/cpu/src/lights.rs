@@ -1,0 +1,105 @@
+//! Choosing lights, and the density with which a light found by chance would have been chosen.
+
+use crate::material::emission_at;
+use crate::scene::CpuScene;
+use crate::surface::{Surface, TexCoords};
+use optics::constants::FAR;
+use optics::light::{
+    LIGHT_ENVIRONMENT, LIGHT_SPHERE, LIGHT_TRIANGLE, LightSample, directional_light_contains, light_sample,
+    sphere_light_pdf, triangle_light_pdf,
+};
+use optics::warp::{alias_choose, alias_slot, pdf_cone};
+use optics::{Vec3f, vec2f, vec3f};
+use scene::tables::{LightRecord, NONE};
+
+/// Samples a direction towards a light chosen by power; the density includes the choice. `None` without lights.
+///
+/// - `u_light`: chooses the light. `u`: the direction.
+pub(crate) fn sample_light(scene: &CpuScene, p: Vec3f, u_light: f32, u: [f32; 2]) -> Option<LightSample> {
+    let alias = &scene.tables.light_alias;
+    if alias.is_empty() {
+        return None;
+    }
+    let count = alias.len() as u32;
+    let slot = alias_slot(u_light, count);
+    let entry = alias[slot as usize];
+    let index = alias_choose(u_light, count, slot, entry.threshold, entry.alias).index;
+    let mut sample = sample_one_light(scene, index, p, u);
+    sample.pdf *= alias[index as usize].probability;
+    Some(sample)
+}
+
+/// Samples a direction towards light `index`.
+pub(crate) fn sample_one_light(scene: &CpuScene, index: u32, p: Vec3f, u: [f32; 2]) -> LightSample {
+    let record = &scene.tables.lights[index as usize];
+    if record.light.kind == LIGHT_ENVIRONMENT {
+        return sample_environment(scene, u);
+    }
+    let mut sample = light_sample(record.light, p, vec2f(u[0], u[1]));
+    if record.textured_material != NONE {
+        sample.radiance = textured_emission(scene, record, [sample.barycentrics.x, sample.barycentrics.y]);
+    }
+    sample
+}
+
+fn sample_environment(scene: &CpuScene, u: [f32; 2]) -> LightSample {
+    let environment = &scene.tables.environment;
+    let (wi, pdf) = environment.sample(u);
+    let barycentrics = vec2f(0.0, 0.0);
+    LightSample { wi, distance: FAR, radiance: environment.radiance(wi), pdf, delta: false, barycentrics }
+}
+
+fn textured_emission(scene: &CpuScene, record: &LightRecord, [b1, b2]: [f32; 2]) -> Vec3f {
+    let material = &scene.tables.materials[record.textured_material as usize];
+    let set = |uv: &[[f32; 2]; 3]| {
+        std::array::from_fn(|i| uv[0][i] * (1.0 - b1 - b2) + uv[1][i] * b1 + uv[2][i] * b2)
+    };
+    let coords = TexCoords { sets: [set(&record.uv[0]), set(&record.uv[1])] };
+    emission_at(&scene.tables, material, &coords)
+}
+
+/// Density over solid angle, seen from `from`, with which [`sample_light`] would have found an emissive surface at
+/// distance `distance` in unit direction `wi`; 0 if it is not sampled.
+pub(crate) fn surface_light_pdf(scene: &CpuScene, s: &Surface, from: Vec3f, wi: Vec3f, distance: f32) -> f32 {
+    if s.light == NONE {
+        return 0.0;
+    }
+    let light = &scene.tables.lights[s.light as usize].light;
+    let pdf = match light.kind {
+        LIGHT_TRIANGLE => triangle_light_pdf(light.edge1, light.edge2, wi, distance),
+        LIGHT_SPHERE => sphere_light_pdf(light.position, light.size, from),
+        _ => 0.0,
+    };
+    pdf * scene.tables.light_alias[s.light as usize].probability
+}
+
+/// Everything infinitely far away in a direction: radiance and the density of having sampled it.
+pub(crate) struct Distant {
+    pub radiance: Vec3f,
+    pub pdf: f32,
+}
+
+/// Calls `found` with each source that is seen infinitely far away in unit direction `wi`.
+pub(crate) fn for_each_distant(scene: &CpuScene, wi: Vec3f, mut found: impl FnMut(Distant)) {
+    let tables = &*scene.tables;
+    let environment = &tables.environment;
+    let mut pdf = 0.0;
+    if environment.light != NONE {
+        pdf = environment.pdf(wi) * tables.light_alias[environment.light as usize].probability;
+    }
+    found(Distant { radiance: environment.radiance(wi), pdf });
+    for &index in &scene.visible_discs {
+        let light = tables.lights[index as usize].light;
+        if directional_light_contains(light, wi) {
+            let pdf = pdf_cone(light.size) * tables.light_alias[index as usize].probability;
+            found(Distant { radiance: light.emission, pdf });
+        }
+    }
+}
+
+/// Radiance of everything infinitely far away in a direction.
+pub(crate) fn distant_radiance(scene: &CpuScene, wi: Vec3f) -> Vec3f {
+    let mut sum = vec3f(0.0, 0.0, 0.0);
+    for_each_distant(scene, wi, |d| sum = sum + d.radiance);
+    sum
+}

@@ -1,0 +1,286 @@
+//! Path tracing of a batch of samples, one segment of all paths at a time.
+//!
+//! The batch is a small wavefront: trace all rays as a stream, shade all hits, trace all shadow rays as a stream, go on
+//! with the paths that live. Streams let the acceleration structure use its packets where rays are alike, and keep each
+//! stage's code and data in the caches. What happens at a vertex is the optics' `path` module; this is only the loop.
+
+use crate::aov::aov_sample;
+use crate::lights::{for_each_distant, sample_light, surface_light_pdf};
+use crate::material::{Shading, emission, shade};
+use crate::scene::{CpuScene, vec3};
+use crate::surface::Surface;
+use accel::{Coherence, Hit, HitFilter, MISS, Ray};
+use backend::{PathSettings, View};
+use film::AovSample;
+use optics::bsdf::{bsdf_eval, bsdf_has_smooth_part, bsdf_sample, bsdf_transmits};
+use optics::camera::{camera_pixel_spread, camera_ray};
+use optics::frame::{to_local, to_world};
+use optics::light::LightSample;
+use optics::offset::offset_ray_origin;
+use optics::path::{
+    PathState, path_add_emission, path_light_contribution, path_scatter, path_start, roulette_survival,
+};
+use optics::random::{SAMPLER_INDEPENDENT, SAMPLER_SOBOL, Sampler, sample_2d, sampler_new};
+use optics::scatter::{BSDF_NONE, Bsdf};
+use optics::vector::dot;
+use optics::{Vec3f, vec2f, vec3f};
+
+/// Pairs of random numbers: where on the pixel and on the lens, then a fixed number for each vertex.
+const PAIR_FILM: u32 = 0;
+const PAIR_LENS: u32 = 1;
+const PAIRS_BEFORE_VERTICES: u32 = 2;
+const PAIRS_PER_VERTEX: u32 = 4;
+const PAIR_BSDF: u32 = 0;
+const PAIR_CHOICES: u32 = 1;
+const PAIR_LIGHT: u32 = 2;
+const PAIR_ROULETTE: u32 = 3;
+
+/// Shadow rays end this share of the way before the light, so that they do not hit the light itself.
+const SHADOW_END: f32 = 0.9999;
+
+/// One sample to be made: its pixel and its index.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SampleId {
+    pub x: u32,
+    pub y: u32,
+    pub index: u32,
+}
+
+/// A path between two vertices; its ray stands beside it in another array.
+#[derive(Clone, Copy)]
+struct Path {
+    state: PathState,
+    sampler: Sampler,
+    /// Which sample of the batch it belongs to.
+    slot: u32,
+    /// Length of the path so far, for footprints.
+    length: f32,
+}
+
+/// What a shadow ray brings if nothing is in its way.
+#[derive(Clone, Copy)]
+struct Connection {
+    slot: u32,
+    contribution: Vec3f,
+}
+
+/// Scratch memory of one worker. Everything is reused: a path allocates nothing.
+#[derive(Default)]
+pub(crate) struct PathBatch {
+    rays: Vec<Ray>,
+    paths: Vec<Path>,
+    hits: Vec<Hit>,
+    next_rays: Vec<Ray>,
+    next_paths: Vec<Path>,
+    shadow_rays: Vec<Ray>,
+    connections: Vec<Connection>,
+    occluded: Vec<bool>,
+    /// Radiance of each sample of the batch.
+    pub radiance: Vec<Vec3f>,
+    /// First hits, parallel to `radiance`, if the view asks for auxiliary layers.
+    pub aovs: Vec<AovSample>,
+    /// Rays traced since the batch was made.
+    pub rays_traced: u64,
+}
+
+/// What all paths of a view share.
+struct Context<'a> {
+    scene: &'a CpuScene,
+    settings: &'a PathSettings,
+    shading: Shading,
+    wants_aovs: bool,
+}
+
+impl PathBatch {
+    /// Makes the samples; the results are in `radiance` and `aovs`, in the order of `samples`.
+    pub fn run<F: HitFilter>(&mut self, scene: &CpuScene, view: &View, settings: &PathSettings, filter: &F, samples: &[SampleId]) {
+        let pixel_spread = camera_pixel_spread(view.camera, view.height as f32);
+        let shading = Shading { single_scatter: view.single_scatter, pixel_spread };
+        let context = Context { scene, settings, shading, wants_aovs: !view.aovs.is_empty() };
+        self.generate(view, samples);
+        let mut coherence = Coherence::Coherent;
+        while !self.paths.is_empty() {
+            self.hits.clear();
+            self.hits.resize(self.rays.len(), MISS);
+            scene.tlas.closest_stream(&self.rays, &mut self.hits, filter, coherence);
+            self.rays_traced += self.rays.len() as u64;
+            for i in 0..self.paths.len() {
+                self.shade_one(&context, i);
+            }
+            self.connect(scene, filter);
+            std::mem::swap(&mut self.rays, &mut self.next_rays);
+            std::mem::swap(&mut self.paths, &mut self.next_paths);
+            self.next_rays.clear();
+            self.next_paths.clear();
+            coherence = Coherence::Incoherent;
+        }
+    }
+
+    /// Camera rays.
+    fn generate(&mut self, view: &View, samples: &[SampleId]) {
+        self.rays.clear();
+        self.paths.clear();
+        self.radiance.clear();
+        self.radiance.resize(samples.len(), vec3f(0.0, 0.0, 0.0));
+        self.aovs.clear();
+        if !view.aovs.is_empty() {
+            self.aovs.resize(samples.len(), AovSample::default());
+        }
+        let size = vec2f(view.width as f32, view.height as f32);
+        for (slot, sample) in (0..).zip(samples) {
+            let sampler = new_sampler(view, sample);
+            let jitter = sample_2d(sampler, PAIR_FILM);
+            let lens = if view.camera.lens_radius > 0.0 { sample_2d(sampler, PAIR_LENS) } else { jitter };
+            let film = vec2f((sample.x as f32 + jitter.x) / size.x, (sample.y as f32 + jitter.y) / size.y);
+            let ray = camera_ray(view.camera, film, lens);
+            self.rays.push(Ray::new(ray.origin.to_array(), ray.direction.to_array()));
+            self.paths.push(Path { state: path_start(), sampler, slot, length: 0.0 });
+        }
+    }
+
+    /// Everything that happens where path `i` arrives.
+    fn shade_one(&mut self, context: &Context, i: usize) {
+        let (ray, hit) = (self.rays[i], self.hits[i]);
+        let mut path = self.paths[i];
+        let scene = context.scene;
+        if hit.is_miss() {
+            for_each_distant(scene, vec3(ray.direction), |d| {
+                path.state = path_add_emission(path.state, d.radiance, d.pdf);
+            });
+            self.finish(&path);
+            return;
+        }
+        let surface = Surface::new(scene, &ray, &hit);
+        let tables = &*scene.tables;
+        let material = &tables.materials[surface.material as usize];
+        path.length += hit.t;
+        let footprint = context.shading.pixel_spread * path.length;
+        if path.state.depth == 1 && context.wants_aovs {
+            self.aovs[path.slot as usize] = aov_sample(tables, material, &surface, path.length, footprint);
+        }
+        let emitted = emission(tables, material, &surface, footprint);
+        if emitted.x + emitted.y + emitted.z > 0.0 {
+            let from = vec3(ray.origin);
+            let pdf = surface_light_pdf(scene, &surface, from, vec3(ray.direction), hit.t);
+            path.state = path_add_emission(path.state, emitted, pdf);
+        }
+        if path.state.depth >= context.settings.max_depth {
+            self.finish(&path);
+            return;
+        }
+        let branches = if path.state.depth == 1 { context.settings.splitting.max(1) } else { 1 };
+        if branches == 1 {
+            self.scatter(context, &surface, path, footprint);
+            return;
+        }
+        // Light found so far belongs to the path once; the branches share what comes.
+        self.finish(&path);
+        path.state.radiance = vec3f(0.0, 0.0, 0.0);
+        path.state.throughput = path.state.throughput * (1.0 / branches as f32);
+        for branch in 0..branches {
+            let mut child = path;
+            child.sampler.scramble = optics::random::hash_combine(path.sampler.scramble, branch);
+            self.scatter(context, &surface, child, footprint);
+        }
+    }
+
+    /// Next-event estimation and the path's continuation at a surface.
+    fn scatter(&mut self, context: &Context, surface: &Surface, mut path: Path, footprint: f32) {
+        let tables = &*context.scene.tables;
+        let material = &tables.materials[surface.material as usize];
+        let pair = PAIRS_BEFORE_VERTICES + PAIRS_PER_VERTEX * (path.state.depth - 1);
+        let choices = sample_2d(path.sampler, pair + PAIR_CHOICES);
+        let late = sample_2d(path.sampler, pair + PAIR_ROULETTE);
+        let bsdf = shade(tables, material, surface, &context.shading, footprint, late.y);
+        if bsdf.kind == BSDF_NONE {
+            self.finish(&path);
+            return;
+        }
+        let wo = to_local(surface.frame, surface.wo);
+        if bsdf_has_smooth_part(bsdf) && !tables.lights.is_empty() {
+            let u = sample_2d(path.sampler, pair + PAIR_LIGHT);
+            if let Some(light) = sample_light(context.scene, surface.position, choices.y, [u.x, u.y]) {
+                self.add_connection(surface, &bsdf, wo, &path, &light);
+            }
+        }
+        let sample = bsdf_sample(bsdf, wo, choices.x, sample_2d(path.sampler, pair + PAIR_BSDF));
+        let wi = to_world(surface.frame, sample.wi);
+        let above = dot(wi, surface.normal) > 0.0;
+        // Between shading and geometric normal there are directions that would leak through the surface.
+        if sample.pdf <= 0.0 || above == sample.transmitted {
+            self.finish(&path);
+            return;
+        }
+        path.state = path_scatter(path.state, sample, bsdf.eta);
+        let survival =
+            roulette_survival(path.state, context.settings.roulette_start, context.settings.roulette_min_survival);
+        if late.x >= survival {
+            self.finish(&path);
+            return;
+        }
+        path.state.throughput = path.state.throughput * (1.0 / survival);
+        let side = if above { surface.normal } else { -surface.normal };
+        let origin = offset_ray_origin(surface.position, side);
+        self.next_rays.push(Ray::new(origin.to_array(), wi.to_array()));
+        self.next_paths.push(path);
+    }
+
+    /// Queues the shadow ray of a light sample, if the light could contribute.
+    fn add_connection(&mut self, surface: &Surface, bsdf: &Bsdf, wo: Vec3f, path: &Path, light: &LightSample) {
+        let above = dot(light.wi, surface.normal) > 0.0;
+        if light.pdf <= 0.0 || !(above || bsdf_transmits(*bsdf)) {
+            return;
+        }
+        let wi = to_local(surface.frame, light.wi);
+        if above != (wi.z > 0.0) {
+            return;
+        }
+        let value = bsdf_eval(*bsdf, wo, wi);
+        let contribution =
+            path_light_contribution(path.state.throughput, value, light.radiance, light.pdf, light.delta);
+        // Not `> 0`: NaN must reach the film, where it is counted.
+        if contribution.x + contribution.y + contribution.z == 0.0 {
+            return;
+        }
+        self.connections.push(Connection { slot: path.slot, contribution });
+        self.shadow_rays.push(shadow_ray(surface, light, above));
+    }
+
+    /// Traces the queued shadow rays and adds what is not occluded.
+    fn connect<F: HitFilter>(&mut self, scene: &CpuScene, filter: &F) {
+        self.occluded.clear();
+        self.occluded.resize(self.shadow_rays.len(), false);
+        scene.tlas.any_stream(&self.shadow_rays, &mut self.occluded, filter, Coherence::Incoherent);
+        self.rays_traced += self.shadow_rays.len() as u64;
+        for (connection, occluded) in self.connections.iter().zip(&self.occluded) {
+            if !occluded {
+                let sum = &mut self.radiance[connection.slot as usize];
+                *sum = *sum + connection.contribution;
+            }
+        }
+        self.connections.clear();
+        self.shadow_rays.clear();
+    }
+
+    /// Hands over what a path has gathered.
+    fn finish(&mut self, path: &Path) {
+        let sum = &mut self.radiance[path.slot as usize];
+        *sum = *sum + path.state.radiance;
+    }
+}
+
+/// The random numbers of a sample.
+pub(crate) fn new_sampler(view: &View, sample: &SampleId) -> Sampler {
+    let kind = match view.sampler {
+        backend::SamplerKind::Sobol => SAMPLER_SOBOL,
+        backend::SamplerKind::Independent => SAMPLER_INDEPENDENT,
+    };
+    sampler_new(kind, sample.y * view.width + sample.x, sample.index, view.seed)
+}
+
+/// The ray from a surface to a light sample; `above`: on the side of the surface's normal.
+pub(crate) fn shadow_ray(surface: &Surface, light: &LightSample, above: bool) -> Ray {
+    let side = if above { surface.normal } else { -surface.normal };
+    let origin = offset_ray_origin(surface.position, side);
+    Ray { origin: origin.to_array(), t_min: 0.0, direction: light.wi.to_array(), t_max: light.distance * SHADOW_END }
+}

@@ -1,0 +1,110 @@
+//! A scene ready to be traced: tables and acceleration structures.
+
+use accel::{Blas, Geometry, Instance, Quality, Sphere, Tlas};
+use optics::{Vec3f, vec3f};
+use scene::tables::{BindingRecord, BlasRecord, GeometryKind, GeometryRecord, InstanceRecord, SceneTables};
+use std::sync::Arc;
+
+/// Tables, acceleration structures, and what is looked up for every hit.
+pub(crate) struct CpuScene {
+    pub tables: Arc<SceneTables>,
+    pub tlas: Tlas,
+    /// For each structure of several geometries, the geometry of each primitive; empty for structures of one.
+    primitive_geometry: Vec<Vec<u32>>,
+    /// Indices of lights whose disc is seen in the sky.
+    pub visible_discs: Vec<u32>,
+}
+
+/// Where a hit leads in the tables.
+pub(crate) struct HitRecords<'a> {
+    pub instance: &'a InstanceRecord,
+    pub geometry: &'a GeometryRecord,
+    pub binding: &'a BindingRecord,
+    /// Number of the primitive within its geometry.
+    pub primitive: u32,
+}
+
+impl CpuScene {
+    pub fn new(tables: Arc<SceneTables>, quality: Quality) -> Self {
+        let blas = tables.blas.iter().map(|b| Arc::new(build_blas(&tables, b, quality))).collect();
+        let instance = |i: &InstanceRecord| Instance { blas: i.blas, object_to_world: i.object_to_world, mask: u32::MAX };
+        let instances: Vec<_> = tables.instances.iter().map(instance).collect();
+        let tlas = Tlas::build(&instances, blas);
+        let primitive_geometry = tables.blas.iter().map(|b| primitive_geometry(&tables, b)).collect();
+        let is_disc = |&i: &u32| tables.lights[i as usize].visible;
+        let visible_discs = (0..tables.lights.len() as u32).filter(is_disc).collect();
+        Self { tables, tlas, primitive_geometry, visible_discs }
+    }
+
+    /// The records of a hit primitive.
+    #[inline]
+    pub fn records(&self, instance: u32, primitive: u32) -> HitRecords<'_> {
+        let record = &self.tables.instances[instance as usize];
+        let blas = &self.tables.blas[record.blas as usize];
+        let lookup = &self.primitive_geometry[record.blas as usize];
+        let local = lookup.get(primitive as usize).copied().unwrap_or(0);
+        let geometry = &self.tables.geometries[(blas.first_geometry + local) as usize];
+        let binding = &self.tables.bindings[(record.first_binding + local) as usize];
+        HitRecords { instance: record, geometry, binding, primitive: primitive - geometry.first_in_blas }
+    }
+}
+
+fn build_blas(tables: &SceneTables, blas: &BlasRecord, quality: Quality) -> Blas {
+    let geometries = &tables.geometries[blas.first_geometry as usize..][..blas.geometry_count as usize];
+    match blas.kind {
+        GeometryKind::Triangles => {
+            let triangles = |g: &GeometryRecord| Geometry {
+                positions: &tables.positions[g.first_vertex as usize..][..g.vertex_count as usize],
+                indices: &tables.indices[g.first_primitive as usize..][..g.primitive_count as usize],
+                first_id: g.first_in_blas,
+            };
+            Blas::triangles(&geometries.iter().map(triangles).collect::<Vec<_>>(), quality)
+        }
+        GeometryKind::Spheres => {
+            let range = |g: &GeometryRecord| &tables.spheres[g.first_primitive as usize..][..g.primitive_count as usize];
+            let sphere = |s: &[f32; 4]| Sphere { center: [s[0], s[1], s[2]], radius: s[3] };
+            let spheres: Vec<_> = geometries.iter().flat_map(range).map(sphere).collect();
+            Blas::spheres(&spheres, 0, quality)
+        }
+    }
+}
+
+fn primitive_geometry(tables: &SceneTables, blas: &BlasRecord) -> Vec<u32> {
+    if blas.geometry_count == 1 {
+        return Vec::new();
+    }
+    let geometries = &tables.geometries[blas.first_geometry as usize..][..blas.geometry_count as usize];
+    let numbered = (0..).zip(geometries);
+    numbered.flat_map(|(i, g)| std::iter::repeat_n(i, g.primitive_count as usize)).collect()
+}
+
+/// A point through the rows of a 3×4 matrix.
+#[inline]
+pub(crate) fn transform_point(m: &[[f32; 4]; 3], p: Vec3f) -> Vec3f {
+    let row = |r: &[f32; 4]| r[0] * p.x + r[1] * p.y + r[2] * p.z + r[3];
+    vec3f(row(&m[0]), row(&m[1]), row(&m[2]))
+}
+
+/// A vector through the rows of a 3×4 matrix.
+#[inline]
+pub(crate) fn transform_vector(m: &[[f32; 4]; 3], v: Vec3f) -> Vec3f {
+    let row = |r: &[f32; 4]| r[0] * v.x + r[1] * v.y + r[2] * v.z;
+    vec3f(row(&m[0]), row(&m[1]), row(&m[2]))
+}
+
+/// A normal from object to world space, given the rows of world to object; not normalised.
+#[inline]
+pub(crate) fn transform_normal(world_to_object: &[[f32; 4]; 3], n: Vec3f) -> Vec3f {
+    let m = world_to_object;
+    vec3f(
+        m[0][0] * n.x + m[1][0] * n.y + m[2][0] * n.z,
+        m[0][1] * n.x + m[1][1] * n.y + m[2][1] * n.z,
+        m[0][2] * n.x + m[1][2] * n.y + m[2][2] * n.z,
+    )
+}
+
+/// An array as an optics vector.
+#[inline]
+pub(crate) fn vec3(a: [f32; 3]) -> Vec3f {
+    vec3f(a[0], a[1], a[2])
+}

@@ -1,0 +1,210 @@
+//! From a hit to the surface there: position, normals, coordinates, colour.
+
+use crate::scene::{CpuScene, HitRecords, transform_normal, transform_point, transform_vector, vec3};
+use accel::{Hit, Ray};
+use optics::frame::{Frame, bend_normal, frame_from_normal, frame_from_tangent, map_normal};
+use optics::math::cos_sin_turns;
+use optics::{Vec3f, vec3f};
+use scene::tables::{GeometryKind, GeometryRecord, MaterialRecord, NONE, SceneTables};
+use optics::vector::{cross, dot, normalize};
+
+/// Texture coordinates of both sets.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct TexCoords {
+    pub sets: [[f32; 2]; 2],
+}
+
+/// A point on a surface as a ray arrives there. World space unless it says otherwise.
+pub(crate) struct Surface {
+    pub position: Vec3f,
+    /// Unit geometric normal on the side of the ray's origin.
+    pub normal: Vec3f,
+    /// Shading frame on that side, normal map applied.
+    pub frame: Frame,
+    /// Whether the ray arrives at the front (the side that the winding, or the sphere's outside, faces).
+    pub front: bool,
+    /// Unit direction back along the ray.
+    pub wo: Vec3f,
+    /// Texture coordinates.
+    pub coords: TexCoords,
+    /// Linear vertex colour, one where there is none.
+    pub color: [f32; 4],
+    /// Index into the tables' materials.
+    pub material: u32,
+    /// Index into the tables' lights, or `NONE`.
+    pub light: u32,
+    /// Index of the user's instance.
+    pub object: u32,
+    /// Number of the primitive in its geometry.
+    pub primitive: u32,
+    /// Position in the x–z plane of object space, for procedural patterns.
+    pub pattern_position: [f32; 2],
+}
+
+impl Surface {
+    /// The surface at `hit` on `ray`, whose direction has unit length.
+    pub fn new(scene: &CpuScene, ray: &Ray, hit: &Hit) -> Self {
+        let tables = &*scene.tables;
+        let records = scene.records(hit.instance, hit.primitive);
+        let material = &tables.materials[records.binding.material as usize];
+        let wo = -vec3(ray.direction);
+        let point = match records.geometry.kind {
+            GeometryKind::Triangles => triangle_point(tables, &records, material, hit),
+            GeometryKind::Spheres => sphere_point(tables, &records, ray, hit),
+        };
+        let front = dot(point.normal, wo) >= 0.0;
+        let side = if front { 1.0 } else { -1.0 };
+        let normal = point.normal * side;
+        let frame = shading_frame(tables, material, &point, wo, normal, side);
+        let first_light = records.binding.first_light;
+        Self {
+            position: point.position,
+            normal,
+            frame,
+            front,
+            wo,
+            coords: point.coords,
+            color: point.color,
+            material: records.binding.material,
+            light: if first_light == NONE { NONE } else { first_light + records.primitive },
+            object: records.binding.object,
+            primitive: records.primitive,
+            pattern_position: point.pattern_position,
+        }
+    }
+}
+
+/// What a primitive knows of a point on it, before the viewer's side and the normal map count.
+struct Point {
+    position: Vec3f,
+    /// Unit geometric normal of the front.
+    normal: Vec3f,
+    /// Unit interpolated normal of the front; `None` where the surface is flat.
+    shading: Option<Vec3f>,
+    /// Tangent and handedness, if the material needs one.
+    tangent: Option<(Vec3f, f32)>,
+    coords: TexCoords,
+    color: [f32; 4],
+    pattern_position: [f32; 2],
+}
+
+fn triangle_point(tables: &SceneTables, records: &HitRecords, material: &MaterialRecord, hit: &Hit) -> Point {
+    let (geometry, instance) = (records.geometry, records.instance);
+    let corners = tables.indices[(geometry.first_primitive + records.primitive) as usize];
+    let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
+    let vertex = |c: u32| vec3(tables.positions[(geometry.first_vertex + c) as usize]);
+    let [p0, p1, p2] = corners.map(vertex);
+    let local = p0 * weights[0] + p1 * weights[1] + p2 * weights[2];
+    let local_normal = cross(p1 - p0, p2 - p0);
+    let to_world = |n: Vec3f| if instance.identity { n } else { transform_normal(&instance.world_to_object, n) };
+    let shading = (geometry.first_normal != NONE)
+        .then(|| interpolate(&tables.normals, geometry.first_normal, corners, weights))
+        .map(|n| to_world(vec3(n)))
+        .filter(|n| dot(*n, *n) > 1e-20)
+        .map(normalize);
+    let tangent = (geometry.first_tangent != NONE && material.normal_slot != NONE).then(|| {
+        let t = interpolate(&tables.tangents, geometry.first_tangent, corners, weights);
+        let direction = vec3f(t[0], t[1], t[2]);
+        let world = if instance.identity { direction } else { transform_vector(&instance.object_to_world, direction) };
+        (world, if t[3] < 0.0 { -1.0 } else { 1.0 })
+    });
+    Point {
+        position: if instance.identity { local } else { transform_point(&instance.object_to_world, local) },
+        normal: normalize(to_world(local_normal)),
+        shading,
+        tangent,
+        coords: tex_coords(tables, geometry, corners, weights),
+        color: vertex_color(tables, geometry, corners, weights),
+        pattern_position: [local.x, local.z],
+    }
+}
+
+fn sphere_point(tables: &SceneTables, records: &HitRecords, ray: &Ray, hit: &Hit) -> Point {
+    let instance = records.instance;
+    let [x, y, z, radius] = tables.spheres[(records.geometry.first_primitive + records.primitive) as usize];
+    let center = vec3f(x, y, z);
+    let world = vec3(ray.origin) + vec3(ray.direction) * hit.t;
+    let local = if instance.identity { world } else { transform_point(&instance.world_to_object, world) };
+    // Back onto the sphere: the ray's parameter alone is off by more than an offset of the origin hides.
+    let outward = normalize(local - center);
+    let on_sphere = center + outward * radius;
+    let (position, normal) = if instance.identity {
+        (on_sphere, outward)
+    } else {
+        let normal = normalize(transform_normal(&instance.world_to_object, outward));
+        (transform_point(&instance.object_to_world, on_sphere), normal)
+    };
+    let u = outward.z.atan2(outward.x) * (0.5 / std::f32::consts::PI) + 0.5;
+    let v = outward.y.clamp(-1.0, 1.0).acos() / std::f32::consts::PI;
+    let around = cos_sin_turns(u);
+    let tangent = vec3f(around.y, 0.0, -around.x);
+    let tangent =
+        if instance.identity { tangent } else { transform_vector(&instance.object_to_world, tangent) };
+    Point {
+        position,
+        normal,
+        shading: None,
+        tangent: Some((tangent, 1.0)),
+        coords: TexCoords { sets: [[u, v]; 2] },
+        color: [1.0; 4],
+        pattern_position: [on_sphere.x, on_sphere.z],
+    }
+}
+
+/// The shading frame on the viewer's side, with the normal map applied and bent so that nothing reflects into the
+/// surface.
+fn shading_frame(
+    tables: &SceneTables,
+    material: &MaterialRecord,
+    point: &Point,
+    wo: Vec3f,
+    normal: Vec3f,
+    side: f32,
+) -> Frame {
+    let mut shading = point.shading.map_or(normal, |n| n * side);
+    if material.normal_slot != NONE {
+        let texel = crate::texture::sample(tables, material.normal_slot, &point.coords);
+        let frame = match point.tangent {
+            Some((tangent, handedness)) => {
+                let mut frame = frame_from_tangent(shading, tangent);
+                // The map's y belongs to the front's bitangent; seen from behind the frame's normal is turned.
+                frame.bitangent = frame.bitangent * (handedness * side);
+                frame
+            }
+            None => frame_from_normal(shading),
+        };
+        shading = map_normal(frame, vec3f(texel[0], texel[1], texel[2]), material.normal_scale);
+    } else if point.shading.is_none() {
+        return frame_from_normal(normal);
+    }
+    frame_from_normal(bend_normal(wo, normal, shading))
+}
+
+fn interpolate<const N: usize>(values: &[[f32; N]], first: u32, corners: [u32; 3], weights: [f32; 3]) -> [f32; N] {
+    let [a, b, c] = corners.map(|i| &values[(first + i) as usize]);
+    std::array::from_fn(|k| a[k] * weights[0] + b[k] * weights[1] + c[k] * weights[2])
+}
+
+fn tex_coords(tables: &SceneTables, geometry: &GeometryRecord, corners: [u32; 3], weights: [f32; 3]) -> TexCoords {
+    let set = |values: &[[f32; 2]], first: u32| {
+        if first == NONE { [0.0; 2] } else { interpolate(values, first, corners, weights) }
+    };
+    TexCoords { sets: [set(&tables.uv0, geometry.first_uv0), set(&tables.uv1, geometry.first_uv1)] }
+}
+
+fn vertex_color(tables: &SceneTables, geometry: &GeometryRecord, corners: [u32; 3], weights: [f32; 3]) -> [f32; 4] {
+    if geometry.first_color == NONE {
+        return [1.0; 4];
+    }
+    interpolate(&tables.colors, geometry.first_color, corners, weights)
+}
+
+/// Texture coordinates and vertex colour at a candidate hit, for alpha tests.
+pub(crate) fn alpha_inputs(tables: &SceneTables, records: &HitRecords, u: f32, v: f32) -> (TexCoords, [f32; 4], [f32; 2]) {
+    let geometry = records.geometry;
+    let corners = tables.indices[(geometry.first_primitive + records.primitive) as usize];
+    let weights = [1.0 - u - v, u, v];
+    let p = interpolate(&tables.positions, geometry.first_vertex, corners, weights);
+    let coords = tex_coords(tables, geometry, corners, weights);
+    (coords, vertex_color(tables, geometry, corners, weights), [p[0], p[2]])
+}

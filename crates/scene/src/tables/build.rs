@@ -1,0 +1,411 @@
+//! From a [`Scene`] to [`SceneTables`].
+
+use super::geometry::{BindingRecord, BlasRecord, GeometryKind, GeometryRecord, InstanceRecord};
+use super::light::{LightRecord, luminance};
+use super::material::{MATERIAL_EMISSION_TWO_SIDED, MaterialRecord, TextureRecord};
+use super::{EnvironmentTable, NONE, SceneTables, build_alias_table};
+use crate::{Environment, Instance, LightKind, Mesh, Pixels, Scene, Shape, Sphere, TriangleMesh};
+use glam::{Affine3A, Mat3, Vec3};
+
+impl SceneTables {
+    /// Flattens a scene.
+    ///
+    /// Indices that point nowhere are tolerated: such instances are left out, such materials become the first one.
+    /// Instances whose transform is not finite or cannot be inverted are left out, too.
+    pub fn build(scene: &Scene) -> Self {
+        let mut tables = SceneTables::default();
+        tables.add_materials(scene);
+        tables.add_images(scene);
+        let usable: Vec<(u32, &Instance)> =
+            (0..).zip(&scene.instances).filter(|(_, i)| is_usable(i, scene)).collect();
+        let mut uses = vec![0u32; scene.meshes.len()];
+        usable.iter().for_each(|(_, i)| uses[i.mesh as usize] += 1);
+        let is_static = |i: &Instance| !i.dynamic && uses[i.mesh as usize] == 1;
+        for kind in [GeometryKind::Triangles, GeometryKind::Spheres] {
+            let members: Vec<_> = usable.iter().copied().filter(|(_, i)| is_static(i)).collect();
+            tables.add_static_world(scene, &members, kind);
+        }
+        let mut known = vec![None; scene.meshes.len()];
+        for (object, instance) in usable.iter().copied().filter(|(_, i)| !is_static(i)) {
+            let mesh = &scene.meshes[instance.mesh as usize];
+            let blas = known[instance.mesh as usize].get_or_insert_with(|| tables.add_mesh(mesh)).clone();
+            blas.into_iter().for_each(|(index, parts)| {
+                tables.add_instance(scene, object, instance, index, &parts);
+            });
+        }
+        tables.bounding_sphere = bounding_sphere(scene);
+        tables.add_lights(scene);
+        tables
+    }
+
+    fn add_materials(&mut self, scene: &Scene) {
+        let fallback = crate::Material::default();
+        let materials = if scene.materials.is_empty() { std::slice::from_ref(&fallback) } else { &scene.materials };
+        for material in materials {
+            self.materials.push(MaterialRecord::new(material, scene, &mut self.texture_slots));
+        }
+        self.has_alpha = self.materials.iter().any(MaterialRecord::has_alpha);
+    }
+
+    fn add_images(&mut self, scene: &Scene) {
+        let used: std::collections::BTreeSet<u32> = scene.textures.iter().map(|t| t.image).collect();
+        let mut first = vec![0u32; scene.images.len()];
+        for &image in used.iter().filter(|&&i| (i as usize) < scene.images.len()) {
+            first[image as usize] = self.texels.len() as u32;
+            match &scene.images[image as usize].pixels {
+                Pixels::Rgba8(pixels) => self.texels.extend_from_slice(pixels),
+                Pixels::Rgb32F(pixels) => self.texels.extend(pixels.iter().map(|p| quantise(*p))),
+            }
+        }
+        for texture in &scene.textures {
+            let (width, height, first_texel) = match scene.images.get(texture.image as usize) {
+                Some(image) => (image.width, image.height, first[texture.image as usize]),
+                None => {
+                    self.texels.push([255; 4]);
+                    (1, 1, self.texels.len() as u32 - 1)
+                }
+            };
+            // Floating-point images were encoded as sRGB when they became bytes.
+            let encoded = |image: &crate::Image| matches!(image.pixels, Pixels::Rgb32F(_));
+            let float = scene.images.get(texture.image as usize).is_some_and(encoded);
+            let srgb = float || TextureRecord::is_srgb(texture.color_space);
+            self.textures.push(TextureRecord { first_texel, width, height, sampler: texture.sampler, srgb });
+        }
+    }
+
+    /// One bottom-level structure, in world space, of all static parts of one kind.
+    fn add_static_world(&mut self, scene: &Scene, members: &[(u32, &Instance)], kind: GeometryKind) {
+        let first_geometry = self.geometries.len() as u32;
+        let first_binding = self.bindings.len() as u32;
+        let mut first_in_blas = 0;
+        let mut left_over = Vec::new();
+        for &(object, instance) in members {
+            for (index, part) in scene.meshes[instance.mesh as usize].parts.iter().enumerate() {
+                let added = match (&part.shape, kind) {
+                    (Shape::Triangles(mesh), GeometryKind::Triangles) => {
+                        self.add_triangles(mesh, Some(&instance.transform), first_in_blas)
+                    }
+                    (Shape::Spheres(spheres), GeometryKind::Spheres) => match uniform_scale(&instance.transform) {
+                        Some(scale) => self.add_spheres(spheres, &instance.transform, scale, first_in_blas),
+                        None => {
+                            left_over.push((object, instance, index, spheres));
+                            None
+                        }
+                    },
+                    _ => None,
+                };
+                if let Some(geometry) = added {
+                    first_in_blas += geometry.primitive_count;
+                    let material = self.material_of(instance, index, part.material);
+                    self.bindings.push(BindingRecord { material, first_light: NONE, object });
+                    self.geometries.push(geometry);
+                }
+            }
+        }
+        let geometry_count = self.geometries.len() as u32 - first_geometry;
+        if geometry_count > 0 {
+            let blas = self.blas.len() as u32;
+            self.blas.push(BlasRecord { first_geometry, geometry_count, kind });
+            self.instances.push(instance_record(&Affine3A::IDENTITY, blas, first_binding));
+        }
+        // Spheres that a transform turns into ellipsoids stay spheres in their own space.
+        for (object, instance, index, spheres) in left_over {
+            let first_geometry = self.geometries.len() as u32;
+            let Some(geometry) = self.add_spheres(spheres, &Affine3A::IDENTITY, 1.0, 0) else { continue };
+            self.geometries.push(geometry);
+            self.blas.push(BlasRecord { first_geometry, geometry_count: 1, kind });
+            let blas = self.blas.len() as u32 - 1;
+            self.add_instance(scene, object, instance, blas, &[index]);
+        }
+    }
+
+    /// Bottom-level structures of a mesh in object space, one for each kind; with the parts that each holds.
+    fn add_mesh(&mut self, mesh: &Mesh) -> Vec<(u32, Vec<usize>)> {
+        let mut out = Vec::new();
+        for kind in [GeometryKind::Triangles, GeometryKind::Spheres] {
+            let first_geometry = self.geometries.len() as u32;
+            let (mut first_in_blas, mut parts) = (0, Vec::new());
+            for (index, part) in mesh.parts.iter().enumerate() {
+                let added = match (&part.shape, kind) {
+                    (Shape::Triangles(mesh), GeometryKind::Triangles) => self.add_triangles(mesh, None, first_in_blas),
+                    (Shape::Spheres(s), GeometryKind::Spheres) => {
+                        self.add_spheres(s, &Affine3A::IDENTITY, 1.0, first_in_blas)
+                    }
+                    _ => None,
+                };
+                if let Some(geometry) = added {
+                    first_in_blas += geometry.primitive_count;
+                    self.geometries.push(geometry);
+                    parts.push(index);
+                }
+            }
+            if !parts.is_empty() {
+                self.blas.push(BlasRecord { first_geometry, geometry_count: parts.len() as u32, kind });
+                out.push((self.blas.len() as u32 - 1, parts));
+            }
+        }
+        out
+    }
+
+    fn add_instance(&mut self, scene: &Scene, object: u32, instance: &Instance, blas: u32, parts: &[usize]) {
+        let first_binding = self.bindings.len() as u32;
+        for &index in parts {
+            let own = scene.meshes[instance.mesh as usize].parts[index].material;
+            let material = self.material_of(instance, index, own);
+            self.bindings.push(BindingRecord { material, first_light: NONE, object });
+        }
+        self.instances.push(instance_record(&instance.transform, blas, first_binding));
+    }
+
+    fn material_of(&self, instance: &Instance, part: usize, own: u32) -> u32 {
+        let material = instance.materials.as_ref().and_then(|m| m.get(part).copied()).unwrap_or(own);
+        if (material as usize) < self.materials.len() { material } else { 0 }
+    }
+
+    fn add_triangles(&mut self, mesh: &TriangleMesh, to: Option<&Affine3A>, first_in_blas: u32) -> Option<GeometryRecord> {
+        let vertex_count = mesh.positions.len();
+        if mesh.indices.is_empty() || vertex_count == 0 {
+            return None;
+        }
+        let first_vertex = self.positions.len() as u32;
+        let first_primitive = self.indices.len() as u32;
+        let flip = to.is_some_and(|t| t.matrix3.determinant() < 0.0);
+        let ordered = |t: &[u32; 3]| if flip { [t[0], t[2], t[1]] } else { *t };
+        // A loader has checked indices; a scene built by hand may hold bad ones.
+        let valid = mesh.indices.iter().filter(|t| t.iter().all(|&i| (i as usize) < vertex_count));
+        self.indices.extend(valid.map(ordered));
+        let present = |n: usize| n == vertex_count;
+        let first = |n: usize, at: usize| if present(n) { at as u32 } else { NONE };
+        let record = GeometryRecord {
+            kind: GeometryKind::Triangles,
+            first_primitive,
+            primitive_count: self.indices.len() as u32 - first_primitive,
+            first_in_blas,
+            first_vertex,
+            vertex_count: vertex_count as u32,
+            first_normal: first(mesh.normals.len(), self.normals.len()),
+            first_tangent: first(mesh.tangents.len(), self.tangents.len()),
+            first_uv0: first(mesh.uv0.len(), self.uv0.len()),
+            first_uv1: first(mesh.uv1.len(), self.uv1.len()),
+            first_color: first(mesh.colors.len(), self.colors.len()),
+        };
+        let identity = Affine3A::IDENTITY;
+        let to = to.unwrap_or(&identity);
+        let normal_matrix = normal_matrix(to);
+        self.positions.extend(mesh.positions.iter().map(|p| to.transform_point3(*p).to_array()));
+        if present(mesh.normals.len()) {
+            let unit = |n: &Vec3| (normal_matrix * *n).try_normalize().unwrap_or(Vec3::ZERO).to_array();
+            self.normals.extend(mesh.normals.iter().map(unit));
+        }
+        if present(mesh.tangents.len()) {
+            let handedness = if flip { -1.0 } else { 1.0 };
+            self.tangents.extend(mesh.tangents.iter().map(|t| {
+                let direction = to.transform_vector3(t.truncate()).normalize_or_zero();
+                direction.extend(t.w * handedness).to_array()
+            }));
+        }
+        if present(mesh.uv0.len()) {
+            self.uv0.extend(mesh.uv0.iter().map(|uv| uv.to_array()));
+        }
+        if present(mesh.uv1.len()) {
+            self.uv1.extend(mesh.uv1.iter().map(|uv| uv.to_array()));
+        }
+        if present(mesh.colors.len()) {
+            self.colors.extend(mesh.colors.iter().map(|c| c.to_array()));
+        }
+        (record.primitive_count > 0).then_some(record)
+    }
+
+    fn add_spheres(&mut self, spheres: &[Sphere], to: &Affine3A, scale: f32, first_in_blas: u32) -> Option<GeometryRecord> {
+        let first_primitive = self.spheres.len() as u32;
+        let valid = spheres.iter().filter(|s| s.center.is_finite() && s.radius.is_finite() && s.radius > 0.0);
+        self.spheres.extend(valid.map(|s| to.transform_point3(s.center).extend(s.radius * scale).to_array()));
+        let primitive_count = self.spheres.len() as u32 - first_primitive;
+        (primitive_count > 0).then_some(GeometryRecord {
+            kind: GeometryKind::Spheres,
+            first_primitive,
+            primitive_count,
+            first_in_blas,
+            first_vertex: 0,
+            vertex_count: 0,
+            first_normal: NONE,
+            first_tangent: NONE,
+            first_uv0: NONE,
+            first_uv1: NONE,
+            first_color: NONE,
+        })
+    }
+
+    fn add_lights(&mut self, scene: &Scene) {
+        for i in 0..self.instances.len() {
+            self.add_surface_lights(scene, i);
+        }
+        let radius = self.bounding_sphere[3].max(1e-3);
+        for light in &scene.lights {
+            self.lights.push(match light.kind {
+                LightKind::Point { position, intensity } => LightRecord::point(position, intensity),
+                LightKind::Spot { position, direction, intensity, inner_angle, outer_angle } => {
+                    LightRecord::spot(position, direction, intensity, inner_angle, outer_angle)
+                }
+                LightKind::Directional { direction, irradiance, angular_diameter } => {
+                    LightRecord::directional(-direction, irradiance, angular_diameter * 0.5, false, radius)
+                }
+            });
+        }
+        let image = match &scene.environment {
+            Environment::Image { image, .. } => scene.images.get(*image as usize),
+            _ => None,
+        };
+        if let Environment::Sky(sky) = &scene.environment
+            && let Some(sun) = sky.sun
+        {
+            self.lights.push(LightRecord::directional(
+                sun.direction,
+                sun.irradiance,
+                sun.angular_radius,
+                true,
+                radius,
+            ));
+        }
+        self.environment = EnvironmentTable::new(&scene.environment, image);
+        if self.environment.width > 0 {
+            self.environment.light = self.lights.len() as u32;
+            self.lights.push(LightRecord::environment(self.environment.mean_luminance(), radius));
+        }
+        let powers: Vec<f64> = self.lights.iter().map(|l| f64::from(l.power)).collect();
+        self.light_alias = build_alias_table(&powers);
+    }
+
+    /// Lights of the emissive geometries of one instance.
+    fn add_surface_lights(&mut self, scene: &Scene, instance: usize) {
+        let instance = self.instances[instance];
+        let blas = self.blas[instance.blas as usize];
+        for g in 0..blas.geometry_count {
+            let binding = (instance.first_binding + g) as usize;
+            let material = self.materials[self.bindings[binding].material as usize];
+            if !material.is_emissive() {
+                continue;
+            }
+            let to_world = affine(&instance.object_to_world);
+            let geometry = self.geometries[(blas.first_geometry + g) as usize];
+            match geometry.kind {
+                GeometryKind::Triangles => {
+                    self.bindings[binding].first_light = self.lights.len() as u32;
+                    let mean = self.mean_emission_texture(scene, binding);
+                    for i in 0..geometry.primitive_count {
+                        let light = self.triangle_light(&geometry, i, &to_world, binding, mean);
+                        self.lights.push(light);
+                    }
+                }
+                // An ellipsoid cannot be sampled by solid angle: it shines where paths find it by themselves.
+                GeometryKind::Spheres => {
+                    if let Some(scale) = uniform_scale(&to_world) {
+                        self.bindings[binding].first_light = self.lights.len() as u32;
+                        for i in 0..geometry.primitive_count {
+                            let [x, y, z, r] = self.spheres[(geometry.first_primitive + i) as usize];
+                            let center = to_world.transform_point3(Vec3::new(x, y, z));
+                            let emission = Vec3::from(material.emission);
+                            self.lights.push(LightRecord::sphere(center, r * scale, emission));
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn triangle_light(&self, geometry: &GeometryRecord, i: u32, to_world: &Affine3A, binding: usize, mean: f32) -> LightRecord {
+        let index = self.bindings[binding].material;
+        let material = &self.materials[index as usize];
+        let mut corners = self.indices[(geometry.first_primitive + i) as usize];
+        if to_world.matrix3.determinant() < 0.0 {
+            corners.swap(1, 2);
+        }
+        let vertex = |c: u32| to_world.transform_point3(Vec3::from(self.positions[(geometry.first_vertex + c) as usize]));
+        let two_sided = material.flags & MATERIAL_EMISSION_TWO_SIDED != 0;
+        let emission = Vec3::from(material.emission);
+        let mut light = LightRecord::triangle(corners.map(vertex), emission, two_sided, mean);
+        if material.emission_slot != NONE {
+            light.textured_material = index;
+            let uv = |set: &[[f32; 2]], first: u32, c: u32| {
+                if first == NONE { [0.0; 2] } else { set[(first + c) as usize] }
+            };
+            light.uv[0] = corners.map(|c| uv(&self.uv0, geometry.first_uv0, c));
+            light.uv[1] = corners.map(|c| uv(&self.uv1, geometry.first_uv1, c));
+        }
+        light
+    }
+
+    /// Mean luminance of a binding's emission texture; 1 without one.
+    fn mean_emission_texture(&self, scene: &Scene, binding: usize) -> f32 {
+        let slot = self.materials[self.bindings[binding].material as usize].emission_slot;
+        if slot == NONE {
+            return 1.0;
+        }
+        let texture = &scene.textures[self.texture_slots[slot as usize].texture as usize];
+        let Some(image) = scene.images.get(texture.image as usize) else { return 1.0 };
+        let decode = |b: u8| optics::tonemap::srgb_decode_channel(f32::from(b) / 255.0);
+        let sum: f64 = match &image.pixels {
+            Pixels::Rgba8(pixels) => {
+                let color = |p: &[u8; 4]| Vec3::new(decode(p[0]), decode(p[1]), decode(p[2]));
+                pixels.iter().map(|p| f64::from(luminance(color(p)))).sum()
+            }
+            Pixels::Rgb32F(pixels) => pixels.iter().map(|p| f64::from(luminance(Vec3::from(*p)))).sum(),
+        };
+        // Never zero: a dim texture must still be found.
+        ((sum / (f64::from(image.width) * f64::from(image.height))) as f32).max(1e-3)
+    }
+}
+
+fn is_usable(instance: &Instance, scene: &Scene) -> bool {
+    let matrix = &instance.transform;
+    instance.visible
+        && (instance.mesh as usize) < scene.meshes.len()
+        && matrix.is_finite()
+        && matrix.matrix3.determinant().abs() > f32::MIN_POSITIVE
+}
+
+fn instance_record(transform: &Affine3A, blas: u32, first_binding: u32) -> InstanceRecord {
+    InstanceRecord {
+        object_to_world: rows(transform),
+        world_to_object: rows(&transform.inverse()),
+        blas,
+        first_binding,
+        identity: *transform == Affine3A::IDENTITY,
+    }
+}
+
+fn rows(m: &Affine3A) -> [[f32; 4]; 3] {
+    let (a, t) = (Mat3::from(m.matrix3).transpose(), Vec3::from(m.translation));
+    [a.x_axis.extend(t.x), a.y_axis.extend(t.y), a.z_axis.extend(t.z)].map(|r| r.to_array())
+}
+
+fn affine(rows: &[[f32; 4]; 3]) -> Affine3A {
+    let column = |i: usize| Vec3::new(rows[0][i], rows[1][i], rows[2][i]);
+    Affine3A::from_mat3_translation(Mat3::from_cols(column(0), column(1), column(2)), column(3))
+}
+
+/// The matrix that keeps normals perpendicular and pointing out, up to scale, even under reflection.
+fn normal_matrix(m: &Affine3A) -> Mat3 {
+    Mat3::from(m.matrix3.inverse()).transpose()
+}
+
+/// The factor by which a transform scales all lengths alike; `None` if it does not.
+fn uniform_scale(m: &Affine3A) -> Option<f32> {
+    let a = Mat3::from(m.matrix3);
+    let lengths = [a.x_axis.length(), a.y_axis.length(), a.z_axis.length()];
+    let scale = lengths[0];
+    let same = lengths.iter().all(|l| (l - scale).abs() <= 1e-5 * scale);
+    let skew = [a.x_axis.dot(a.y_axis), a.y_axis.dot(a.z_axis), a.z_axis.dot(a.x_axis)];
+    (same && skew.iter().all(|s| s.abs() <= 1e-5 * scale * scale)).then_some(scale)
+}
+
+fn bounding_sphere(scene: &Scene) -> [f32; 4] {
+    let Some((low, high)) = scene.bounds() else { return [0.0; 4] };
+    let center = (low + high) * 0.5;
+    center.extend((high - low).length() * 0.5).to_array()
+}
+
+fn quantise(p: [f32; 3]) -> [u8; 4] {
+    let byte = |c: f32| (optics::tonemap::srgb_encode_channel(c) * 255.0 + 0.5) as u8;
+    [byte(p[0]), byte(p[1]), byte(p[2]), 255]
+}

@@ -1,0 +1,103 @@
+//! The scene as flat arrays: what back ends read.
+//!
+//! Everything is plain data with `u32` indices. Meshes that stand in the world once and never move are moved into
+//! world space and share one bottom-level structure (the first); every other mesh has a structure of its own and is
+//! instanced. So a scene of a thousand different walls costs no more to trace than one mesh.
+//!
+//! Finding what was hit: a hit names an instance and a primitive of its bottom-level structure. The structure's
+//! [`GeometryRecord`]s cover consecutive primitives; geometry `g` of instance `i` has the
+//! [`BindingRecord`] `i.first_binding + g`, which names material, lights and the user's instance.
+
+mod alias;
+mod build;
+mod environment;
+mod geometry;
+mod light;
+mod material;
+
+pub use alias::{AliasEntry, build_alias_table};
+pub use environment::EnvironmentTable;
+pub use geometry::{BindingRecord, BlasRecord, GeometryKind, GeometryRecord, InstanceRecord};
+pub use light::LightRecord;
+pub use material::{MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_CHECKERBOARD, MATERIAL_EMISSION_TWO_SIDED};
+pub use material::{MATERIAL_CHECKERBOARD_FADES, MATERIAL_THIN, MaterialRecord, ModelTag, TextureRecord, TextureSlot};
+
+/// "No index".
+pub const NONE: u32 = u32::MAX;
+
+/// A scene as flat arrays.
+#[derive(Clone, Debug, Default)]
+pub struct SceneTables {
+    /// Vertex positions: world space for the first bottom-level structure, object space for the others.
+    pub positions: Vec<[f32; 3]>,
+    /// Unit vertex normals, in the space of the positions.
+    pub normals: Vec<[f32; 3]>,
+    /// Unit tangents and the bitangent's handedness, in the space of the positions.
+    pub tangents: Vec<[f32; 4]>,
+    /// First texture coordinates.
+    pub uv0: Vec<[f32; 2]>,
+    /// Second texture coordinates.
+    pub uv1: Vec<[f32; 2]>,
+    /// Linear vertex colours.
+    pub colors: Vec<[f32; 4]>,
+    /// Vertex indices of triangles, relative to the geometry's first vertex.
+    pub indices: Vec<[u32; 3]>,
+    /// Spheres: centre and radius.
+    pub spheres: Vec<[f32; 4]>,
+    /// Pieces of one material.
+    pub geometries: Vec<GeometryRecord>,
+    /// Bottom-level structures.
+    pub blas: Vec<BlasRecord>,
+    /// Instances of bottom-level structures.
+    pub instances: Vec<InstanceRecord>,
+    /// One for each geometry of each instance.
+    pub bindings: Vec<BindingRecord>,
+    /// Materials, parallel to [`crate::Scene::materials`].
+    pub materials: Vec<MaterialRecord>,
+    /// Uses of textures by materials.
+    pub texture_slots: Vec<TextureSlot>,
+    /// Textures, parallel to [`crate::Scene::textures`].
+    pub textures: Vec<TextureRecord>,
+    /// Eight-bit texels of all images, RGBA.
+    pub texels: Vec<[u8; 4]>,
+    /// Everything that next-event estimation can sample.
+    pub lights: Vec<LightRecord>,
+    /// Chooses a light by power; as long as `lights`.
+    pub light_alias: Vec<AliasEntry>,
+    /// What is infinitely far away.
+    pub environment: EnvironmentTable,
+    /// World-space centre and radius of a sphere around everything finite; radius 0 if there is nothing.
+    pub bounding_sphere: [f32; 4],
+    /// Whether any surface has holes (alpha mask or blend).
+    pub has_alpha: bool,
+}
+
+impl SceneTables {
+    /// Bytes in all arrays.
+    pub fn memory_bytes(&self) -> usize {
+        fn bytes<T>(v: &[T]) -> usize {
+            size_of_val(v)
+        }
+        bytes(&self.positions)
+            + bytes(&self.normals)
+            + bytes(&self.tangents)
+            + bytes(&self.uv0)
+            + bytes(&self.uv1)
+            + bytes(&self.colors)
+            + bytes(&self.indices)
+            + bytes(&self.spheres)
+            + bytes(&self.geometries)
+            + bytes(&self.instances)
+            + bytes(&self.bindings)
+            + bytes(&self.materials)
+            + bytes(&self.texels)
+            + bytes(&self.lights)
+            + bytes(&self.light_alias)
+            + self.environment.memory_bytes()
+    }
+
+    /// Number of triangles stored.
+    pub fn unique_triangles(&self) -> usize {
+        self.indices.len()
+    }
+}
