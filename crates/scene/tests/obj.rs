@@ -124,7 +124,7 @@ fn counts_of_known_files() {
         ("torture_tinyobj/invalid-face-definition.obj", 0, 0),
         ("torture_tinyobj/points-prim.obj", 0, 0),
         ("torture_assimp_obj/box.obj", 12, 1),
-        ("torture_tinyobj/cornell_box.obj", 36, 9),
+        ("torture_tinyobj/cornell_box.obj", 36, 8),
         ("cornell_box_obj/cornell_box.obj", 3_968, 5),
         ("torture_assimp_obj/testline.obj", 0, 0),
         ("torture_assimp_obj/number_formats.obj", 1, 1),

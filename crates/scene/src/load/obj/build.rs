@@ -1,7 +1,7 @@
 //! Parsed faces to meshes: one for each object or group, with one part for each of its materials.
 
 use super::parse::{Change, Corner, Data, MISSING};
-use crate::load::textures::srgb_to_linear;
+use crate::load::textures::vertex_colors;
 use crate::normals::{self, group};
 use crate::triangulate::Triangulator;
 use crate::{LoadReport, Mesh, Part, Shape, TriangleMesh};
@@ -46,7 +46,7 @@ pub(super) fn build(data: &Data, name: &str, crease_angle: f32, report: &mut Loa
         report.info(format!("more than {MAX_MESHES} objects were merged into one mesh"));
         plans = vec![merge(plans, name)];
     }
-    let colors = linear_colors(data, report);
+    let colors = vertex_colors(data.colors.clone(), true, report);
     let built: Vec<(Mesh, Counts)> = plans
         .into_par_iter()
         .map(|plan| {
@@ -151,22 +151,6 @@ fn merge(plans: Vec<Plan>, name: &str) -> Plan {
         merged.parts[id].runs.extend(part.runs);
     }
     merged
-}
-
-/// Vertex colours are sRGB in files; those that go beyond 1 count to 255.
-fn linear_colors(data: &Data, report: &mut LoadReport) -> Vec<Vec4> {
-    let high = data.colors.iter().map(|c| c.truncate().max_element()).fold(0.0, f32::max);
-    let scale = if high > 1.0 { 1.0 / 255.0 } else { 1.0 };
-    if high > 1.0 {
-        report.repaired("vertex colours above 1 are taken to count up to 255");
-    }
-    let linear = |c: &Vec4| {
-        // White stands for vertices without a colour, too.
-        let rgb =
-            if *c == Vec4::ONE { Vec3::ONE } else { (c.truncate() * scale).clamp(Vec3::ZERO, Vec3::ONE) };
-        Vec3::from(rgb.to_array().map(srgb_to_linear)).extend(c.w.clamp(0.0, 1.0))
-    };
-    data.colors.par_iter().map(linear).collect()
 }
 
 struct Source<'a> {

@@ -7,6 +7,7 @@ pub use decode::{TextureError, decode};
 
 use super::LoadOptions;
 use crate::{Image, ImageId, LoadReport, Pixels};
+use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -160,6 +161,26 @@ impl Source<'_> {
 /// The linear value in `[0, 1]` of an sRGB-encoded one in `[0, 1]` (IEC 61966-2-1).
 pub fn srgb_to_linear(encoded: f32) -> f32 {
     if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+}
+
+/// Linear vertex colours from those of a file, which are sRGB if `encoded`, each in `[0, 1]`.
+///
+/// If one is above 1, all are taken to be sRGB that counts up to 255, except white, which files without colours for some
+/// vertices have there. Everything is clamped to `[0, 1]`.
+pub(crate) fn vertex_colors(mut colors: Vec<Vec4>, encoded: bool, report: &mut LoadReport) -> Vec<Vec4> {
+    let high = colors.iter().map(|c| c.truncate().max_element()).fold(0.0, f32::max);
+    if high > 1.0 {
+        report.repaired("vertex colours above 1 are taken for sRGB that counts up to 255");
+        let white = |c: &Vec4| c.truncate() == Vec3::ONE;
+        colors.iter_mut().filter(|c| !white(c)).for_each(|c| *c = (c.truncate() / 255.0).extend(c.w));
+    }
+    colors.par_iter_mut().for_each(|c| {
+        *c = c.clamp(Vec4::ZERO, Vec4::ONE);
+        if encoded || high > 1.0 {
+            *c = Vec3::from(c.truncate().to_array().map(srgb_to_linear)).extend(c.w);
+        }
+    });
+    colors
 }
 
 /// Finds a file that another one names: as written, with `\` as separator, or with the wrong case.

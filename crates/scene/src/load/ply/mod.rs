@@ -1,0 +1,400 @@
+//! Stanford PLY: text or binary of either byte order, with any properties in any order.
+//!
+//! Used of element `vertex`: `x y z`; `nx ny nz`; `red green blue alpha` (also `r g b a`, `diffuse_red` …); texture
+//! coordinates `s t`, `u v`, `texture_u texture_v`, `texture_s texture_t`, `u1 v1`. Their v axis points up and is turned to the
+//! scene's convention (v' = 1 − v). Colours of integer types are sRGB and divided by the type's maximum; those of float
+//! types are linear, unless one is above 1: then they are taken for sRGB that counts to 255. Of element `face`: `vertex_indices` (or `vertex_index`), polygons of any
+//! size, and `texcoord`, texture coordinates for each corner. Of element `tristrips`: `vertex_indices`, strips separated
+//! by −1. Other elements and properties are passed over and reported.
+//!
+//! Missing normals are computed ([`crate::normals`]). The material is a neutral grey.
+
+mod header;
+mod values;
+
+use super::textures::vertex_colors;
+use super::{LoadError, LoadOptions, Loaded, read_file};
+use crate::triangulate::Triangulator;
+use crate::{Instance, LoadReport, Material, Mesh, Scene, Shape, TriangleMesh, normals};
+use glam::{Affine3A, Vec2, Vec3, Vec4};
+use header::{Element, Header, Scalar};
+use std::collections::HashMap;
+use std::path::Path;
+use values::{ValueError, Values};
+
+/// Loads a PLY file: one mesh, one instance, one neutral material.
+///
+/// # Errors
+/// [`LoadError::Read`] and [`LoadError::TooLarge`]; [`LoadError::Malformed`] if the header is wrong, declares more than
+/// the file can hold, or the data end early or are not numbers. Faces with indices out of range are left out and
+/// reported.
+pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
+    parse_named(path, &read_file(path, options)?, options)
+}
+
+/// Parses a PLY file that is in memory.
+///
+/// # Errors
+/// As [`load`].
+pub fn parse(bytes: &[u8], options: &LoadOptions) -> Result<Loaded, LoadError> {
+    parse_named(Path::new("memory.ply"), bytes, options)
+}
+
+fn parse_named(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Loaded, LoadError> {
+    let header = Header::parse(path, bytes)?;
+    let mut reader = Reader {
+        path,
+        values: Values::new(&bytes[header.size..], header.format),
+        mesh: TriangleMesh::default(),
+        polygons: Polygons::default(),
+        report: LoadReport { bytes_read: bytes.len() as u64, ..Default::default() },
+    };
+    if header.unknown_lines > 0 {
+        reader.report.ignored(format!("{} lines of the header are not understood", header.unknown_lines));
+    }
+    let (mut has_vertices, mut has_faces) = (false, false);
+    for element in &header.elements {
+        match element.name.as_str() {
+            "vertex" if !has_vertices => {
+                has_vertices = true;
+                reader.vertices(element)?;
+            }
+            "face" | "tristrips" => {
+                has_faces |= element.count > 0;
+                reader.faces(element)?;
+            }
+            _ => reader.pass_over(element)?,
+        }
+    }
+    if !has_vertices {
+        return Err(LoadError::malformed(path, "header", "there is no element `vertex`"));
+    }
+    let Reader { mut mesh, polygons, mut report, .. } = reader;
+    polygons.triangulate(&mut mesh, &mut report);
+    if !has_faces {
+        report.ignored("it is a point cloud: points are not drawn");
+    }
+    let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    let mut meshes = [mesh];
+    normals::generate(&mut meshes, options.crease_angle);
+    let [mesh] = meshes;
+    let mut scene = Scene { name: name.clone(), ..Default::default() };
+    if !mesh.indices.is_empty() {
+        scene.materials.push(Material { double_sided: true, ..Default::default() });
+        scene.meshes.push(Mesh::single(name.clone(), Shape::Triangles(mesh), 0));
+        scene.instances.push(Instance::new(name, 0, Affine3A::IDENTITY));
+    }
+    Ok(Loaded { scene, report })
+}
+
+/// Faces before triangulation: their vertices may come after them.
+#[derive(Default)]
+struct Polygons {
+    /// Vertex of each corner; out-of-range values are kept.
+    corners: Vec<u32>,
+    /// Texture coordinates of each corner; empty if no face has them.
+    uvs: Vec<Vec2>,
+    /// Where each face's corners end.
+    ends: Vec<usize>,
+    /// Triangles of strips.
+    strips: Vec<[u32; 3]>,
+}
+
+struct Reader<'a> {
+    path: &'a Path,
+    values: Values<'a>,
+    mesh: TriangleMesh,
+    polygons: Polygons,
+    report: LoadReport,
+}
+
+/// An index that no vertex has.
+const INVALID: u32 = u32::MAX;
+
+impl Reader<'_> {
+    fn fail(&self, element: &Element, row: u64, error: ValueError) -> LoadError {
+        let message = match error {
+            ValueError::End => format!("the file ends in row {row} of {}", element.count),
+            ValueError::NotANumber => format!("row {row} has a word that is not a number"),
+        };
+        LoadError::malformed(self.path, format!("element {}", element.name), message)
+    }
+
+    fn vertices(&mut self, element: &Element) -> Result<(), LoadError> {
+        let columns = VertexColumns::find(element);
+        let Some(position) = columns.position else {
+            return Err(LoadError::malformed(self.path, "element vertex", "it has no properties x, y, z"));
+        };
+        columns.report_unused(element, &mut self.report);
+        let mut row_values = vec![0.0; element.properties.len()];
+        let (mut not_finite, mut zero_normals) = (0usize, 0usize);
+        let mut colors = Vec::new();
+        for row in 0..element.count {
+            for (value, property) in row_values.iter_mut().zip(&element.properties) {
+                let read = match property.count {
+                    None => self.values.next(property.scalar).map(|v| *value = v),
+                    Some(count) => {
+                        self.values.next(count).and_then(|n| self.values.skip(property.scalar, n as u64))
+                    }
+                };
+                read.map_err(|e| self.fail(element, row, e))?;
+            }
+            let mut get = |column: usize| {
+                let value = row_values[column] as f32;
+                not_finite += usize::from(!value.is_finite());
+                if value.is_finite() { value } else { 0.0 }
+            };
+            self.mesh.positions.push(Vec3::from(position.map(&mut get)));
+            if let Some(columns) = columns.normal {
+                let normal = Vec3::from(columns.map(&mut get)).as_dvec3().try_normalize();
+                zero_normals += usize::from(normal.is_none());
+                // Zero asks for a computed one.
+                self.mesh.normals.push(normal.map_or(Vec3::ZERO, |n| n.as_vec3()));
+            }
+            if let Some(columns) = columns.uv {
+                let [u, v] = columns.map(&mut get);
+                self.mesh.uv0.push(Vec2::new(u, 1.0 - v));
+            }
+            if let Some([r, g, b]) = columns.color {
+                let unit = |c: usize| element.properties[c].scalar.unit() as f32;
+                let [r, g, b] = [r, g, b].map(|c| get(c) / unit(c));
+                let a = columns.alpha.map_or(1.0, |a| get(a) / unit(a));
+                colors.push(Vec4::new(r, g, b, a));
+            }
+        }
+        let is_float = |c: [usize; 3]| matches!(element.properties[c[0]].scalar, Scalar::F32 | Scalar::F64);
+        self.mesh.colors = vertex_colors(colors, !columns.color.is_some_and(is_float), &mut self.report);
+        if not_finite > 0 {
+            self.report.repaired(format!("{not_finite} numbers that are not finite were set to 0"));
+        }
+        if zero_normals > 0 {
+            self.report.repaired(format!("{zero_normals} normals have no length and are computed"));
+        }
+        Ok(())
+    }
+
+    fn faces(&mut self, element: &Element) -> Result<(), LoadError> {
+        let is_strip = element.name == "tristrips";
+        let indices = element.find(&["vertex_indices", "vertex_index"]);
+        let Some(indices) = indices.filter(|i| element.properties[*i].count.is_some()) else {
+            let message = "it has no list `vertex_indices`";
+            return Err(LoadError::malformed(self.path, format!("element {}", element.name), message));
+        };
+        let texcoord =
+            element.find(&["texcoord"]).filter(|i| element.properties[*i].count.is_some() && !is_strip);
+        for (i, property) in element.properties.iter().enumerate() {
+            if i != indices && Some(i) != texcoord {
+                self.report.ignored(format!("property {} of element {}", property.name, element.name));
+            }
+        }
+        let (mut corners, mut uvs): (Vec<u32>, Vec<f32>) = (Vec::new(), Vec::new());
+        for row in 0..element.count {
+            corners.clear();
+            uvs.clear();
+            for (i, property) in element.properties.iter().enumerate() {
+                self.face_property(
+                    property,
+                    (i == indices).then_some(&mut corners),
+                    (Some(i) == texcoord).then_some(&mut uvs),
+                )
+                .map_err(|e| self.fail(element, row, e))?;
+            }
+            if is_strip {
+                self.polygons.add_strips(&corners);
+            } else {
+                self.polygons.add(&corners, &uvs);
+            }
+        }
+        Ok(())
+    }
+
+    fn face_property(
+        &mut self,
+        property: &header::Property,
+        corners: Option<&mut Vec<u32>>,
+        uvs: Option<&mut Vec<f32>>,
+    ) -> Result<(), ValueError> {
+        let Some(count) = property.count else { return self.values.next(property.scalar).map(|_| ()) };
+        let count = self.values.next(count)?;
+        // A negative count becomes 0; one beyond the end of the file is found out before anything is allocated.
+        let count = count as u64;
+        if let Some(corners) = corners {
+            for _ in 0..count {
+                let index = self.values.next(property.scalar)?;
+                corners.push(if index >= 0.0 && index < f64::from(INVALID) { index as u32 } else { INVALID });
+            }
+            Ok(())
+        } else if let Some(uvs) = uvs {
+            for _ in 0..count {
+                let value = self.values.next(property.scalar)? as f32;
+                uvs.push(if value.is_finite() { value } else { 0.0 });
+            }
+            Ok(())
+        } else {
+            self.values.skip(property.scalar, count)
+        }
+    }
+
+    /// Reads an element that has no effect on the picture.
+    fn pass_over(&mut self, element: &Element) -> Result<(), LoadError> {
+        if element.count == 0 {
+            return Ok(());
+        }
+        self.report.ignored(format!("element {}", element.name));
+        if element.properties.is_empty() {
+            return Ok(());
+        }
+        for row in 0..element.count {
+            for property in &element.properties {
+                let read = match property.count {
+                    None => self.values.skip(property.scalar, 1),
+                    Some(count) => {
+                        self.values.next(count).and_then(|n| self.values.skip(property.scalar, n as u64))
+                    }
+                };
+                read.map_err(|e| self.fail(element, row, e))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Polygons {
+    fn add(&mut self, corners: &[u32], uvs: &[f32]) {
+        let start = self.corners.len();
+        self.corners.extend_from_slice(corners);
+        self.ends.push(self.corners.len());
+        if uvs.len() == corners.len() * 2 && !uvs.is_empty() {
+            self.uvs.resize(start, Vec2::ZERO);
+            self.uvs.extend(uvs.as_chunks::<2>().0.iter().map(|uv| Vec2::new(uv[0], 1.0 - uv[1])));
+        }
+    }
+
+    /// Triangles of strips, which −1 separates; every other one is turned round.
+    fn add_strips(&mut self, corners: &[u32]) {
+        for strip in corners.split(|c| *c == INVALID) {
+            for (i, window) in strip.windows(3).enumerate() {
+                let [a, b, c] = [window[0], window[1], window[2]];
+                if a != b && b != c && c != a {
+                    self.strips.push(if i % 2 == 0 { [a, b, c] } else { [b, a, c] });
+                }
+            }
+        }
+    }
+
+    fn triangulate(mut self, mesh: &mut TriangleMesh, report: &mut LoadReport) {
+        let count = mesh.positions.len();
+        let in_range = |i: &u32| (*i as usize) < count;
+        let (mut out_of_range, mut too_small, mut not_simple) = (0usize, 0usize, 0usize);
+        let by_corner = !self.uvs.is_empty();
+        if by_corner {
+            self.uvs.resize(self.corners.len(), Vec2::ZERO);
+        }
+        let mut triangulator = Triangulator::default();
+        let (mut points, mut triangles) = (Vec::new(), Vec::new());
+        let mut corner_triangles: Vec<[usize; 3]> = Vec::new();
+        let mut start = 0;
+        for end in self.ends {
+            let (first, face) = (start, &self.corners[start..end]);
+            start = end;
+            if face.len() < 3 {
+                too_small += 1;
+                continue;
+            }
+            if !face.iter().all(in_range) {
+                out_of_range += 1;
+                continue;
+            }
+            triangles.clear();
+            points.clear();
+            points.extend(face.iter().map(|i| mesh.positions[*i as usize]));
+            not_simple += usize::from(!triangulator.polygon(&points, &mut triangles));
+            if by_corner {
+                corner_triangles.extend(triangles.iter().map(|t| t.map(|i| first + i as usize)));
+            } else {
+                mesh.indices.extend(triangles.iter().map(|t| t.map(|i| face[i as usize])));
+            }
+        }
+        if by_corner {
+            split_by_corner(mesh, &self.corners, &self.uvs, &corner_triangles);
+        }
+        let (strips, broken): (Vec<_>, Vec<_>) =
+            self.strips.into_iter().partition(|t| t.iter().all(in_range));
+        out_of_range += broken.len();
+        mesh.indices.extend(strips);
+        if out_of_range > 0 {
+            report.ignored(format!("{out_of_range} faces refer to vertices that do not exist ({count} do)"));
+        }
+        if too_small > 0 {
+            report.ignored(format!("{too_small} faces have fewer than three corners"));
+        }
+        if not_simple > 0 {
+            report.repaired(format!("{not_simple} polygons cross themselves or have no area"));
+        }
+    }
+}
+
+/// Gives each vertex the texture coordinates of its corners, adding a vertex for each further pair of them, and turns
+/// triangles of corners into triangles of vertices.
+fn split_by_corner(mesh: &mut TriangleMesh, corners: &[u32], uvs: &[Vec2], triangles: &[[usize; 3]]) {
+    let mut known: HashMap<(u32, [u32; 2]), u32> = HashMap::new();
+    let mut assigned = vec![false; mesh.positions.len()];
+    mesh.uv0 = vec![Vec2::ZERO; mesh.positions.len()];
+    let mut vertex_of = |corner: usize| {
+        let (vertex, uv) = (corners[corner], uvs[corner]);
+        *known.entry((vertex, uv.to_array().map(f32::to_bits))).or_insert_with(|| {
+            let old = vertex as usize;
+            if !std::mem::replace(&mut assigned[old], true) {
+                mesh.uv0[old] = uv;
+                return vertex;
+            }
+            mesh.positions.push(mesh.positions[old]);
+            mesh.uv0.push(uv);
+            if let Some(normal) = mesh.normals.get(old).copied() {
+                mesh.normals.push(normal);
+            }
+            if let Some(color) = mesh.colors.get(old).copied() {
+                mesh.colors.push(color);
+            }
+            (mesh.positions.len() - 1) as u32
+        })
+    };
+    let indices: Vec<[u32; 3]> = triangles.iter().map(|t| t.map(&mut vertex_of)).collect();
+    mesh.indices.extend(indices);
+}
+
+/// Where the vertex element has what.
+struct VertexColumns {
+    position: Option<[usize; 3]>,
+    normal: Option<[usize; 3]>,
+    uv: Option<[usize; 2]>,
+    color: Option<[usize; 3]>,
+    alpha: Option<usize>,
+}
+
+impl VertexColumns {
+    fn find(element: &Element) -> Self {
+        let one = |name: &str| element.find(&[name]).filter(|i| element.properties[*i].count.is_none());
+        let three = |names: [&str; 3]| Some([one(names[0])?, one(names[1])?, one(names[2])?]);
+        let two = |names: [&str; 2]| Some([one(names[0])?, one(names[1])?]);
+        let uv_names =
+            [["s", "t"], ["u", "v"], ["texture_u", "texture_v"], ["texture_s", "texture_t"], ["u1", "v1"]];
+        let color_names =
+            [["red", "green", "blue"], ["r", "g", "b"], ["diffuse_red", "diffuse_green", "diffuse_blue"]];
+        Self {
+            position: three(["x", "y", "z"]),
+            normal: three(["nx", "ny", "nz"]),
+            uv: uv_names.into_iter().find_map(two),
+            color: color_names.into_iter().find_map(three),
+            alpha: ["alpha", "a", "diffuse_alpha"].into_iter().find_map(one),
+        }
+    }
+
+    fn report_unused(&self, element: &Element, report: &mut LoadReport) {
+        let three = [self.position, self.normal, self.color].into_iter().flatten().flatten();
+        let used: Vec<usize> = three.chain(self.uv.into_iter().flatten()).chain(self.alpha).collect();
+        for (_, property) in element.properties.iter().enumerate().filter(|(i, _)| !used.contains(i)) {
+            report.ignored(format!("property {} of element {}", property.name, element.name));
+        }
+    }
+}
