@@ -13,6 +13,7 @@ mod exact;
 mod exr_file;
 mod files;
 mod film;
+mod flip;
 mod image;
 mod limits;
 pub mod metrics;

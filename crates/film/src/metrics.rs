@@ -3,9 +3,8 @@
 //! The first image is always the reference. All metrics but [`flip`] compare linear values; tone mapping would hide
 //! errors in the dark and in the bright.
 
-use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8, flip as nv_flip};
-
 use crate::Image;
+use crate::flip::error_map;
 use crate::srgb::{linear_to_srgb, to_u8};
 
 /// What is added to the squared reference in [`rel_mse`], as in Mitsuba's tests and much of the literature.
@@ -80,7 +79,7 @@ pub struct Flip {
 }
 
 /// LDR-FLIP: the difference that a viewer notices when flipping between the two images, who sees 67 pixels per degree
-/// (Andersson et al., "FLIP: A Difference Evaluator for Alternating Images", 2020; NVIDIA's implementation).
+/// (Andersson et al., "FLIP: A Difference Evaluator for Alternating Images", 2020).
 ///
 /// Both images are multiplied by 2^`exposure_stops`, cut off to `[0, 1]`, encoded as sRGB and rounded to 8 bits. No tone
 /// mapping: apply it before, and compare with zero stops, to compare what a tone-mapped picture looks like. What is
@@ -92,16 +91,11 @@ pub fn flip(reference: &Image, actual: &Image, exposure_stops: f32) -> Result<Fl
     check(reference, actual)?;
     let (width, height) = (reference.width(), reference.height());
     let scale = exposure_stops.exp2();
-    let encode = |image: &Image| {
-        let codes: Vec<u8> = image
-            .to_rgb()
-            .data()
-            .iter()
-            .map(|&v| to_u8(linear_to_srgb((v * scale).clamp(0.0, 1.0))))
-            .collect();
-        FlipImageRgb8::with_data(width, height, &codes)
+    let encode = |image: &Image| -> Vec<[u8; 3]> {
+        let code = |v: f32| to_u8(linear_to_srgb((v * scale).clamp(0.0, 1.0)));
+        image.to_rgb().data().chunks_exact(3).map(|p| [code(p[0]), code(p[1]), code(p[2])]).collect()
     };
-    let errors = nv_flip(encode(reference), encode(actual), DEFAULT_PIXELS_PER_DEGREE).to_vec();
+    let errors = error_map(width as usize, &encode(reference), &encode(actual));
     let mean = errors.iter().map(|&e| f64::from(e)).sum::<f64>() / errors.len() as f64;
     let max = errors.iter().copied().fold(0.0, f32::max);
     let mut map = Image::black(width, height, 1);
