@@ -3,7 +3,9 @@
 use crate::aabb::Aabb;
 use crate::build::{self, PrimitiveRef, Quality, Settings, WideTree};
 use crate::kernel::{self, Kernel, MAX_DEPTH};
-use crate::layout::{Block, ChildRef, EMPTY, LEAF, NO_PRIMITIVE, Node, SphereBlock, TriangleBlock, WIDTH, sphere_bounds};
+use crate::layout::{
+    Block, ChildRef, EMPTY, LEAF, NO_PRIMITIVE, Node, SphereBlock, TriangleBlock, WIDTH, sphere_bounds,
+};
 use crate::ray::{Hit, HitFilter, Ray};
 use rayon::prelude::*;
 
@@ -78,7 +80,11 @@ fn extent(b: &Aabb) -> [f32; 3] {
 }
 
 /// Makes references from `count` boxes, without those that are `None`. Returns how many those are, too.
-fn references(count: usize, geometry: u32, bounds: impl Fn(usize) -> Option<Aabb> + Sync) -> (Vec<PrimitiveRef>, usize) {
+fn references(
+    count: usize,
+    geometry: u32,
+    bounds: impl Fn(usize) -> Option<Aabb> + Sync,
+) -> (Vec<PrimitiveRef>, usize) {
     let none = PrimitiveRef::new(&Aabb::EMPTY, u32::MAX, 0);
     let mut refs = Vec::new();
     (0..count)
@@ -210,6 +216,15 @@ impl Blas {
         self.validate().expect("a tree that was just refitted");
     }
 
+    /// The blocks, if they are so few that a search of all of them is faster than a tree.
+    #[inline(always)]
+    pub(crate) fn tiny(&self) -> Option<&[TriangleBlock]> {
+        match &self.shape {
+            Shape::Triangles(blocks) if blocks.len() <= build::TINY_BLOCKS => Some(blocks),
+            _ => None,
+        }
+    }
+
     fn child_bounds(&self, child: ChildRef) -> Aabb {
         if child & LEAF == 0 {
             return self.nodes[child as usize].union();
@@ -316,7 +331,10 @@ pub(crate) fn validate_tree(nodes: &[Node], root: ChildRef, leaves: &[Aabb]) -> 
         }
         if is_leaf {
             if !leaves[index].is_empty() && !bounds.contains(&leaves[index]) {
-                return Err(format!("leaf {index} sticks out of its box: {:?} not in {bounds:?}", leaves[index]));
+                return Err(format!(
+                    "leaf {index} sticks out of its box: {:?} not in {bounds:?}",
+                    leaves[index]
+                ));
             }
             continue;
         }

@@ -158,9 +158,17 @@ impl Tlas {
     /// # Panics
     ///
     /// If the lengths differ.
-    pub fn closest_stream<F: HitFilter>(&self, rays: &[Ray], hits: &mut [Hit], filter: &F, coherence: Coherence) {
+    pub fn closest_stream<F: HitFilter>(
+        &self,
+        rays: &[Ray],
+        hits: &mut [Hit],
+        filter: &F,
+        coherence: Coherence,
+    ) {
         assert_eq!(rays.len(), hits.len(), "one hit a ray");
-        let _ = coherence;
+        if coherence == Coherence::Coherent {
+            return kernel::coherent_closest(self.kernel, self, rays, hits, filter);
+        }
         for (ray, hit) in rays.iter().zip(hits) {
             *hit = self.closest(ray, filter);
         }
@@ -173,7 +181,9 @@ impl Tlas {
     /// If the lengths differ.
     pub fn any_stream<F: HitFilter>(&self, rays: &[Ray], hit: &mut [bool], filter: &F, coherence: Coherence) {
         assert_eq!(rays.len(), hit.len(), "one answer a ray");
-        let _ = coherence;
+        if coherence == Coherence::Coherent {
+            return kernel::coherent_any(self.kernel, self, rays, hit, filter);
+        }
         for (ray, hit) in rays.iter().zip(hit) {
             *hit = self.any(ray, filter);
         }

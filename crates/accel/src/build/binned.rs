@@ -7,9 +7,6 @@ use crate::kernel::MAX_DEPTH;
 use crate::simd::quad::Quad;
 use rayon::prelude::*;
 
-/// Most bins per axis.
-const MAX_BINS: usize = 16;
-
 /// Sets larger than this are split by two threads.
 const PARALLEL: usize = 8192;
 
@@ -33,9 +30,16 @@ pub(super) struct BinaryNode {
 }
 
 pub(super) fn build(primitives: &mut [PrimitiveRef], settings: Settings) -> Vec<BinaryNode> {
-    let set = Set { bounds: total_bounds(primitives, |p| (p.low, p.high)), centers: total_bounds(primitives, |p| (p.center2(), p.center2())), first: 0, depth: 0 };
+    let set = Set {
+        bounds: total_bounds(primitives, |p| (p.low, p.high)),
+        centers: total_bounds(primitives, |p| (p.center2(), p.center2())),
+        first: 0,
+        depth: 0,
+    };
     let mut nodes = Vec::new();
     if !primitives.is_empty() {
+        let settings = Settings { total: primitives.len(), ..settings };
+        nodes.reserve(primitives.len() / 2 + 8);
         Builder { settings }.subtree(primitives, set, &mut nodes);
     }
     nodes
@@ -71,56 +75,68 @@ struct Builder {
 }
 
 /// Boxes and counts by axis and bin.
-struct Bins {
-    bounds: [[Bounds; MAX_BINS]; 3],
-    counts: [[u32; MAX_BINS]; 3],
+struct Bins<const N: usize> {
+    bounds: [[Bounds; N]; 3],
+    counts: [[u32; N]; 3],
 }
 
-/// From doubled centres to bins.
+/// From doubled centres to `N` bins; `N` is a power of two.
 #[derive(Clone, Copy)]
-struct Binning {
+struct Binning<const N: usize> {
     origin: Quad,
     scale: Quad,
-    bins: usize,
 }
 
-impl Binning {
-    fn new(centers: &Bounds, bins: usize) -> Binning {
+impl<const N: usize> Binning<N> {
+    fn new(centers: &Bounds) -> Binning<N> {
         let size = centers.high.sub(centers.low).to_array();
         // A flat axis gets one bin. The factor below 1 keeps the last centre inside of the last bin.
-        let scale = size.map(|s| if s > 0.0 && s.is_finite() { bins as f32 * 0.99999 / s } else { 0.0 });
+        let scale = size.map(|s| if s > 0.0 && s.is_finite() { N as f32 * 0.99999 / s } else { 0.0 });
         let scale = scale.map(|s| if s.is_finite() { s } else { 0.0 });
-        Binning { origin: centers.low, scale: Quad::new(scale), bins }
+        Binning { origin: centers.low, scale: Quad::new(scale) }
     }
 
     #[inline(always)]
     fn bins_of(&self, p: &PrimitiveRef) -> [usize; 3] {
         let [x, y, z, _] = p.center2().sub(self.origin).mul(self.scale).to_i32();
         // The mask never changes a bin; it spares the bounds check.
-        [x, y, z].map(|i| i as usize & (MAX_BINS - 1))
+        [x as usize & (N - 1), y as usize & (N - 1), z as usize & (N - 1)]
     }
 }
 
-impl Bins {
-    fn empty() -> Bins {
-        Bins { bounds: [[Bounds::empty(); MAX_BINS]; 3], counts: [[0; MAX_BINS]; 3] }
+impl<const N: usize> Bins<N> {
+    fn empty() -> Bins<N> {
+        Bins { bounds: [[Bounds::empty(); N]; 3], counts: [[0; N]; 3] }
     }
 
-    fn fill(binning: &Binning, primitives: &[PrimitiveRef]) -> Bins {
-        let mut bins = Bins::empty();
+    #[inline]
+    fn fill(&mut self, binning: &Binning<N>, primitives: &[PrimitiveRef]) {
         for p in primitives {
             let at = binning.bins_of(p);
             for a in 0..3 {
-                bins.bounds[a][at[a]].grow(p.low, p.high);
-                bins.counts[a][at[a]] += 1;
+                self.bounds[a][at[a]].grow(p.low, p.high);
+                self.counts[a][at[a]] += 1;
             }
         }
-        bins
     }
 
-    fn union(mut self, other: Bins) -> Bins {
+    fn of(binning: &Binning<N>, primitives: &[PrimitiveRef]) -> Bins<N> {
+        let mut bins = Bins::empty();
+        if primitives.len() < PARALLEL_BINNING {
+            bins.fill(binning, primitives);
+            return bins;
+        }
+        let chunk = |c: &[PrimitiveRef]| {
+            let mut bins = Bins::empty();
+            bins.fill(binning, c);
+            bins
+        };
+        primitives.par_chunks(16384).map(chunk).reduce(Bins::empty, Bins::union)
+    }
+
+    fn union(mut self, other: Bins<N>) -> Bins<N> {
         for a in 0..3 {
-            for i in 0..MAX_BINS {
+            for i in 0..N {
                 self.bounds[a][i] = self.bounds[a][i].union(other.bounds[a][i]);
                 self.counts[a][i] += other.counts[a][i];
             }
@@ -144,19 +160,21 @@ impl Builder {
         n.div_ceil(self.settings.leaf_size as u32) as f32
     }
 
-    fn best_cut(&self, bins: &Bins, binning: &Binning) -> Option<Cut> {
+    fn best_cut<const N: usize>(&self, bins: &Bins<N>) -> Option<Cut> {
         let mut best: Option<Cut> = None;
         for axis in 0..3 {
             let (bounds, counts) = (&bins.bounds[axis], &bins.counts[axis]);
-            let mut right = [(Bounds::empty(), 0.0f32); MAX_BINS];
+            let mut right = [(Bounds::empty(), f32::INFINITY); N];
             let (mut b, mut n) = (Bounds::empty(), 0);
-            for i in (1..binning.bins).rev() {
+            for i in (1..N).rev() {
                 b = b.union(bounds[i]);
                 n += counts[i];
-                right[i] = (b, if n == 0 { f32::INFINITY } else { b.half_area() * self.blocks(n) });
+                if n > 0 {
+                    right[i] = (b, b.half_area() * self.blocks(n));
+                }
             }
             let (mut b, mut n) = (Bounds::empty(), 0);
-            for bin in 1..binning.bins {
+            for bin in 1..N {
                 b = b.union(bounds[bin - 1]);
                 n += counts[bin - 1];
                 if n == 0 {
@@ -169,6 +187,24 @@ impl Builder {
             }
         }
         best
+    }
+
+    /// Reorders `primitives` by the cheapest cut between bins, if there is one.
+    fn cut<const N: usize>(&self, primitives: &mut [PrimitiveRef], set: &Set) -> Option<(usize, Set, Set)> {
+        let binning = Binning::<N>::new(&set.centers);
+        let cut = self.best_cut(&Bins::of(&binning, primitives))?;
+        let middle = partition(primitives, |p| binning.bins_of(p)[cut.axis] < cut.bin);
+        if middle == 0 || middle == primitives.len() {
+            return None;
+        }
+        let (l, r) = primitives.split_at(middle);
+        let child = |s: &[PrimitiveRef], first, bounds| Set {
+            bounds,
+            centers: total_bounds(s, |p| (p.center2(), p.center2())),
+            first,
+            depth: set.depth + 1,
+        };
+        Some((middle, child(l, set.first, cut.left), child(r, set.first + middle as u32, cut.right)))
     }
 
     /// Appends the subtree of `primitives` to `nodes`.
@@ -184,7 +220,7 @@ impl Builder {
         let (middle, left, right) = self.split(primitives, &set);
         let (left_primitives, right_primitives) = primitives.split_at_mut(middle);
         if left_primitives.len() + right_primitives.len() > PARALLEL {
-            let mut right_nodes = Vec::new();
+            let mut right_nodes = Vec::with_capacity(right_primitives.len() / 2);
             rayon::join(
                 || self.subtree(left_primitives, left, nodes),
                 || self.subtree(right_primitives, right, &mut right_nodes),
@@ -203,60 +239,46 @@ impl Builder {
     /// Reorders `primitives` so that those below the returned index go left.
     fn split(&self, primitives: &mut [PrimitiveRef], set: &Set) -> (usize, Set, Set) {
         let n = primitives.len();
-        let child = |first, bounds, centers| Set { bounds, centers, first, depth: set.depth + 1 };
-        if set.depth < SAH_DEPTH {
-            let bins = if n < 64 { (4 + n / 8).min(self.settings.bins) } else { self.settings.bins };
-            let binning = Binning::new(&set.centers, bins);
-            let bins = if n < PARALLEL_BINNING {
-                Bins::fill(&binning, primitives)
+        let leaf = self.settings.leaf_size;
+        if set.depth < SAH_DEPTH && (leaf == 1 || self.settings.total > leaf * super::TINY_BLOCKS) {
+            let cut = if n < 128 || self.settings.bins <= 8 {
+                self.cut::<8>(primitives, set)
             } else {
-                primitives.par_chunks(16384).map(|c| Bins::fill(&binning, c)).reduce(Bins::empty, Bins::union)
+                self.cut::<16>(primitives, set)
             };
-            if let Some(cut) = self.best_cut(&bins, &binning) {
-                let (middle, left, right) = partition(primitives, |p| binning.bins_of(p)[cut.axis] < cut.bin);
-                if 0 < middle && middle < n {
-                    return (
-                        middle,
-                        child(set.first, cut.left, left),
-                        child(set.first + middle as u32, cut.right, right),
-                    );
-                }
+            if let Some(result) = cut {
+                return result;
             }
         }
-        // All centres in one place, or a tree grown too deep: halve, in whole blocks, along the longest axis.
+        let child = |first, bounds, centers| Set { bounds, centers, first, depth: set.depth + 1 };
+        // All centres in one place, a tree grown too deep, or a tiny one that wants full blocks: halve, in whole blocks, along the longest axis.
         let size = set.centers.high.sub(set.centers.low).to_array();
         let axis = (0..3).max_by(|&a, &b| size[a].total_cmp(&size[b])).unwrap_or(0);
-        let leaf = self.settings.leaf_size;
-        let middle = if n > 2 * leaf { n.div_ceil(leaf) / 2 * leaf } else { n / 2 };
+        let middle = n.div_ceil(leaf) / 2 * leaf;
         primitives.select_nth_unstable_by(middle, |a, b| {
             a.center2().to_array()[axis].total_cmp(&b.center2().to_array()[axis])
         });
         let (l, r) = primitives.split_at(middle);
         let whole = |s: &[PrimitiveRef], first| {
-            child(first, total_bounds(s, |p| (p.low, p.high)), total_bounds(s, |p| (p.center2(), p.center2())))
+            child(
+                first,
+                total_bounds(s, |p| (p.low, p.high)),
+                total_bounds(s, |p| (p.center2(), p.center2())),
+            )
         };
         (middle, whole(l, set.first), whole(r, set.first + middle as u32))
     }
 }
 
-/// Moves those that go left to the front. Returns their number and the boxes around both sides' doubled centres.
-fn partition(primitives: &mut [PrimitiveRef], goes_left: impl Fn(&PrimitiveRef) -> bool) -> (usize, Bounds, Bounds) {
-    let (mut left, mut right) = (Bounds::empty(), Bounds::empty());
-    let (mut i, mut j) = (0, primitives.len());
-    loop {
-        while i < j && goes_left(&primitives[i]) {
-            let c = primitives[i].center2();
-            left.grow(c, c);
-            i += 1;
-        }
-        while i < j && !goes_left(&primitives[j - 1]) {
-            let c = primitives[j - 1].center2();
-            right.grow(c, c);
-            j -= 1;
-        }
-        if i >= j {
-            return (i, left, right);
-        }
-        primitives.swap(i, j - 1);
+/// Moves those that go left to the front. Returns their number.
+fn partition(primitives: &mut [PrimitiveRef], goes_left: impl Fn(&PrimitiveRef) -> bool) -> usize {
+    let mut middle = 0;
+    // Always swap, advance sometimes: a branch here would be wrong every other time.
+    for i in 0..primitives.len() {
+        let p = primitives[i];
+        primitives[i] = primitives[middle];
+        primitives[middle] = p;
+        middle += usize::from(goes_left(&p));
     }
+    middle
 }

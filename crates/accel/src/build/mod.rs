@@ -19,6 +19,9 @@ pub enum Quality {
     High,
 }
 
+/// Makes a small number look like an ordinary float: as denormals they would slow down the arithmetic on all lanes.
+const NUMBER: u32 = 0x4000_0000;
+
 /// A primitive's box, and where the primitive is. The fourth lanes hold the numbers.
 #[derive(Clone, Copy)]
 #[repr(C)]
@@ -32,17 +35,17 @@ impl PrimitiveRef {
     pub fn new(b: &Aabb, index: u32, geometry: u32) -> Self {
         let ([x0, y0, z0], [x1, y1, z1]) = (b.min, b.max);
         PrimitiveRef {
-            low: Quad::new([x0, y0, z0, f32::from_bits(index)]),
-            high: Quad::new([x1, y1, z1, f32::from_bits(geometry)]),
+            low: Quad::new([x0, y0, z0, f32::from_bits(index ^ NUMBER)]),
+            high: Quad::new([x1, y1, z1, f32::from_bits(geometry ^ NUMBER)]),
         }
     }
 
     pub fn index(&self) -> u32 {
-        self.low.to_array()[3].to_bits()
+        self.low.to_array()[3].to_bits() ^ NUMBER
     }
 
     pub fn geometry(&self) -> u32 {
-        self.high.to_array()[3].to_bits()
+        self.high.to_array()[3].to_bits() ^ NUMBER
     }
 
     /// Twice the centre; the fourth lane means nothing.
@@ -88,6 +91,9 @@ impl Bounds {
     }
 }
 
+/// Up to this many blocks are searched one by one, and are filled to the brim for that.
+pub(crate) const TINY_BLOCKS: usize = 6;
+
 /// What the builder may assume and should aim for.
 #[derive(Clone, Copy)]
 pub(crate) struct Settings {
@@ -95,12 +101,14 @@ pub(crate) struct Settings {
     pub leaf_size: usize,
     /// Most bins per axis.
     pub bins: usize,
+    /// All primitives of the tree.
+    pub total: usize,
 }
 
 impl Settings {
     pub fn new(quality: Quality, leaf_size: usize) -> Settings {
         let bins = if quality == Quality::Fast { 8 } else { 16 };
-        Settings { leaf_size, bins }
+        Settings { leaf_size, bins, total: 0 }
     }
 }
 

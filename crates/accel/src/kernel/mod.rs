@@ -1,12 +1,14 @@
 //! Queries: which instruction set runs them, and what all of them share.
 
+mod packet;
 mod scalar;
 mod wide;
 
-use crate::blas::Blas;
-use crate::layout::{ChildRef, EMPTY};
+use crate::blas::{Blas, Shape};
+use crate::layout::{ChildRef, EMPTY, TriangleBlock};
 use crate::ray::{Hit, HitFilter, MISS, Ray};
 use crate::tlas::Tlas;
+use packet::{PACKET, Packet};
 
 /// The instruction sets that have a traversal kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,7 +26,10 @@ pub enum Kernel {
 impl Kernel {
     /// Those that this processor can run, slowest first. Never empty.
     pub fn available() -> Vec<Kernel> {
-        [Kernel::Scalar, Kernel::Neon, Kernel::Avx2, Kernel::Avx512].into_iter().filter(|k| k.is_available()).collect()
+        [Kernel::Scalar, Kernel::Neon, Kernel::Avx2, Kernel::Avx512]
+            .into_iter()
+            .filter(|k| k.is_available())
+            .collect()
     }
 
     /// The fastest that this processor can run.
@@ -129,18 +134,18 @@ impl Best {
 
 /// Calls one of `wide`'s or `scalar`'s functions in the instruction set of `$kernel`.
 macro_rules! dispatch {
-    ($kernel:expr, $function:ident($($argument:expr),*)) => {
+    ($kernel:expr, $function:ident $(::<$f:ty, $any:literal>)? ($($argument:expr),*)) => {
         match $kernel {
             // SAFETY: a structure's kernel is available on this processor: `Blas` and `Tlas` check when it is set.
             #[cfg(target_arch = "x86_64")]
-            Kernel::Avx512 => unsafe { wide::avx512::$function($($argument),*) },
+            Kernel::Avx512 => unsafe { wide::avx512::$function$(::<$f, $any>)?($($argument),*) },
             // SAFETY: as above.
             #[cfg(target_arch = "x86_64")]
-            Kernel::Avx2 => unsafe { wide::avx2::$function($($argument),*) },
+            Kernel::Avx2 => unsafe { wide::avx2::$function$(::<$f, $any>)?($($argument),*) },
             // SAFETY: as above.
             #[cfg(target_arch = "aarch64")]
-            Kernel::Neon => unsafe { wide::neon::$function($($argument),*) },
-            _ => scalar::$function($($argument),*),
+            Kernel::Neon => unsafe { wide::neon::$function$(::<$f, $any>)?($($argument),*) },
+            _ => scalar::$function$(::<$f, $any>)?($($argument),*),
         }
     };
 }
@@ -177,6 +182,55 @@ pub(crate) fn tlas_closest<F: HitFilter>(kernel: Kernel, tlas: &Tlas, ray: &Ray,
 #[inline]
 pub(crate) fn tlas_any<F: HitFilter>(kernel: Kernel, tlas: &Tlas, ray: &Ray, filter: &F) -> bool {
     is_worth_it(tlas.root, ray) && dispatch!(kernel, tlas_any(tlas, ray, filter))
+}
+
+/// The object and its leaves, if packets are of use: one object as it is, of triangles, and not just a few.
+fn for_packets<'a, F: HitFilter>(tlas: &'a Tlas, filter: &F) -> Option<(&'a Blas, &'a [TriangleBlock])> {
+    let blas = tlas.only(filter.ray_mask())?;
+    match &blas.shape {
+        Shape::Triangles(blocks) if blas.tiny().is_none() => Some((blas, blocks)),
+        _ => None,
+    }
+}
+
+/// Nearest hit of each ray, neighbours together.
+pub(crate) fn coherent_closest<F: HitFilter>(
+    kernel: Kernel,
+    tlas: &Tlas,
+    rays: &[Ray],
+    hits: &mut [Hit],
+    filter: &F,
+) {
+    let scene = for_packets(tlas, filter);
+    let mut packet = Packet::new();
+    for (rays, hits) in rays.chunks(PACKET).zip(hits.chunks_mut(PACKET)) {
+        let done = scene.is_some_and(|(blas, blocks)| {
+            dispatch!(kernel, packet::<F, false>(&mut packet, blas, blocks, rays, filter))
+        });
+        for (i, (ray, hit)) in rays.iter().zip(hits).enumerate() {
+            *hit = if done { packet.hits[i] } else { tlas_closest(kernel, tlas, ray, filter) };
+        }
+    }
+}
+
+/// Whether each ray hits anything, neighbours together.
+pub(crate) fn coherent_any<F: HitFilter>(
+    kernel: Kernel,
+    tlas: &Tlas,
+    rays: &[Ray],
+    any: &mut [bool],
+    filter: &F,
+) {
+    let scene = for_packets(tlas, filter);
+    let mut packet = Packet::new();
+    for (rays, any) in rays.chunks(PACKET).zip(any.chunks_mut(PACKET)) {
+        let done = scene.is_some_and(|(blas, blocks)| {
+            dispatch!(kernel, packet::<F, true>(&mut packet, blas, blocks, rays, filter))
+        });
+        for (i, (ray, any)) in rays.iter().zip(any).enumerate() {
+            *any = if done { !packet.hits[i].is_miss() } else { tlas_any(kernel, tlas, ray, filter) };
+        }
+    }
 }
 
 #[inline(always)]

@@ -1,8 +1,9 @@
 //! The scalar twin: the same traversal, one box and one primitive at a time, with the formulas of `optics`.
 
+use super::packet::Packet;
 use super::{Best, STACK, Slabs};
 use crate::blas::{Blas, Shape};
-use crate::layout::{Block, ChildRef, EMPTY, LEAF, NO_PRIMITIVE, Node, WIDTH};
+use crate::layout::{Block, ChildRef, EMPTY, LEAF, NO_PRIMITIVE, Node, TriangleBlock, WIDTH};
 use crate::ray::{Hit, HitFilter, Ray};
 use crate::tlas::Tlas;
 use optics::intersect::intersect::{RayShear, intersect_sphere, intersect_triangle, ray_shear};
@@ -87,10 +88,24 @@ fn leaf_hits(
             (0..WIDTH).any(|lane| {
                 let [x, y, z, r] = block.spheres.map(|c| c[lane]);
                 let h = intersect_sphere(o, d, vec3f(x, y, z), r);
-                h.hit && [h.near, h.far].iter().any(|&t| t > t_min && t < t_max && found(t, 0.0, 0.0, block.ids()[lane]))
+                h.hit
+                    && [h.near, h.far]
+                        .iter()
+                        .any(|&t| t > t_min && t < t_max && found(t, 0.0, 0.0, block.ids()[lane]))
             })
         }
     }
+}
+
+/// Has no packets.
+pub(super) fn packet<F: HitFilter, const ANY: bool>(
+    _: &mut Packet,
+    _: &Blas,
+    _: &[TriangleBlock],
+    _: &[Ray],
+    _: &F,
+) -> bool {
+    false
 }
 
 pub(super) fn blas_closest<F: HitFilter>(blas: &Blas, ray: &Ray, instance: u32, filter: &F, best: &mut Best) {
@@ -136,8 +151,10 @@ pub(super) fn tlas_any<F: HitFilter>(tlas: &Tlas, ray: &Ray, filter: &F) -> bool
         return blas_any(blas, ray, 0, filter);
     }
     let slabs = Slabs::new(ray, &tlas.extent);
-    walk(&tlas.nodes, tlas.root, &slabs, ray.t_max, |index, t_max| match tlas.enter(index, ray, filter.ray_mask()) {
-        Some((blas, instance, ray)) if blas_any(blas, &ray, instance, filter) => None,
-        _ => Some(t_max),
+    walk(&tlas.nodes, tlas.root, &slabs, ray.t_max, |index, t_max| {
+        match tlas.enter(index, ray, filter.ray_mask()) {
+            Some((blas, instance, ray)) if blas_any(blas, &ray, instance, filter) => None,
+            _ => Some(t_max),
+        }
     })
 }

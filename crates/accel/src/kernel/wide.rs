@@ -2,6 +2,7 @@
 //!
 //! Everything here is always inlined into the entry points at the end, which enable the instructions.
 
+use super::packet::Packet;
 use super::{Best, STACK, Slabs};
 use crate::blas::{Blas, Shape};
 use crate::layout::{ChildRef, LEAF, Node, SphereBlock, TriangleBlock, WIDTH};
@@ -11,17 +12,17 @@ use crate::tlas::Tlas;
 use std::mem::MaybeUninit;
 
 #[inline(always)]
-fn splats<S: Simd>(s: S, x: [f32; 3]) -> [S::F; 3] {
+pub(super) fn splats<S: Simd>(s: S, x: [f32; 3]) -> [S::F; 3] {
     [s.splat(x[0]), s.splat(x[1]), s.splat(x[2])]
 }
 
 #[inline(always)]
-fn dot<S: Simd>(s: S, a: [S::F; 3], b: [S::F; 3]) -> S::F {
+pub(super) fn dot<S: Simd>(s: S, a: [S::F; 3], b: [S::F; 3]) -> S::F {
     s.mul_add(a[0], b[0], s.mul_add(a[1], b[1], s.mul(a[2], b[2])))
 }
 
 /// What happens at leaves.
-trait Visitor<S: Simd> {
+pub(super) trait Visitor<S: Simd> {
     /// Whether children are visited in order of distance.
     const ORDERED: bool;
 
@@ -40,7 +41,13 @@ struct Stack {
 
 /// Visits the leaves that the ray meets, until a visit says that it is enough.
 #[inline(always)]
-fn walk<S: Simd, V: Visitor<S>>(s: S, nodes: &[Node], root: ChildRef, slabs: &Slabs, visitor: &mut V) -> bool {
+fn walk<S: Simd, V: Visitor<S>>(
+    s: S,
+    nodes: &[Node],
+    root: ChildRef,
+    slabs: &Slabs,
+    visitor: &mut V,
+) -> bool {
     let mut stack = Stack { distance: MaybeUninit::uninit(), child: MaybeUninit::uninit() };
     let distances: *mut u32 = stack.distance.as_mut_ptr().cast();
     let children: *mut ChildRef = stack.child.as_mut_ptr().cast();
@@ -79,18 +86,23 @@ fn walk<S: Simd, V: Visitor<S>>(s: S, nodes: &[Node], root: ChildRef, slabs: &Sl
                 // SAFETY: a path of at most MAX_DEPTH nodes leaves at most seven siblings each on the stack, and STACK
                 // has room for one vector beyond (`validate` checks the depth in debug builds).
                 let (distances, children) = unsafe {
-                    (&mut *distances.add(size).cast::<[u32; WIDTH]>(), &mut *children.add(size).cast::<[u32; WIDTH]>())
+                    (
+                        &mut *distances.add(size).cast::<[u32; WIDTH]>(),
+                        &mut *children.add(size).cast::<[u32; WIDTH]>(),
+                    )
                 };
-                let n = bits.count_ones() as usize;
+                size += bits.count_ones() as usize - 1;
                 if V::ORDERED {
-                    let keys = s.sorted_keys(near, inside);
-                    s.store_u(keys, distances);
-                    s.store_u(s.permute(s.load_u(&node.children), keys), children);
+                    let keys = s.keys(near, inside);
+                    // The nearest child is known long before the others are sorted.
+                    child = node.children[s.least_key(keys) as usize & 7];
+                    let sorted = s.sorted(keys);
+                    s.store_u(sorted, distances);
+                    s.store_u(s.permute(s.load_u(&node.children), sorted), children);
                 } else {
+                    child = node.children[31 - bits.leading_zeros() as usize & 7];
                     s.store_u(s.compress(s.load_u(&node.children), inside, bits), children);
                 }
-                child = children[(n - 1) & 7];
-                size += n - 1;
                 continue;
             }
         } else {
@@ -120,7 +132,7 @@ fn walk<S: Simd, V: Visitor<S>>(s: S, nodes: &[Node], root: ChildRef, slabs: &Sl
 }
 
 /// Eight hits with the lines of triangles or spheres, of which those in `bits` count.
-struct Candidates {
+pub(super) struct Candidates {
     bits: u32,
     t: [f32; WIDTH],
     u: [f32; WIDTH],
@@ -130,13 +142,14 @@ struct Candidates {
 impl Candidates {
     /// Keeps the nearest candidate that the filter accepts.
     #[inline(always)]
-    fn keep_nearest<F: HitFilter>(&self, ids: &[u32; WIDTH], instance: u32, filter: &F, best: &mut Best) {
+    pub fn keep_nearest<F: HitFilter>(&self, ids: &[u32; WIDTH], instance: u32, filter: &F, best: &mut Best) {
         let mut bits = self.bits;
         while bits != 0 {
             let lane = bits.trailing_zeros() as usize & 7;
             bits &= bits - 1;
             let t = self.t[lane];
-            if t < best.t_max && (F::OPAQUE || filter.accept(instance, ids[lane], self.u[lane], self.v[lane])) {
+            if t < best.t_max && (F::OPAQUE || filter.accept(instance, ids[lane], self.u[lane], self.v[lane]))
+            {
                 best.t_max = t;
                 best.hit = Hit { t, u: self.u[lane], v: self.v[lane], primitive: ids[lane], instance };
             }
@@ -145,7 +158,7 @@ impl Candidates {
 
     /// Whether the filter accepts any candidate.
     #[inline(always)]
-    fn any<F: HitFilter>(&self, ids: &[u32; WIDTH], instance: u32, filter: &F) -> bool {
+    pub fn any<F: HitFilter>(&self, ids: &[u32; WIDTH], instance: u32, filter: &F) -> bool {
         let mut bits = self.bits;
         while bits != 0 {
             let lane = bits.trailing_zeros() as usize & 7;
@@ -159,13 +172,43 @@ impl Candidates {
 }
 
 /// A kind of leaf: its blocks, and how a ray meets one.
-trait Leaf<S: Simd> {
+pub(super) trait Leaf<S: Simd> {
     /// Calls `found` with the hits between the ray's start and `t_max`, if there are any.
     fn test(&self, s: S, index: usize, t_max: f32, found: impl FnMut(&Candidates, &[u32; WIDTH]));
 }
 
+/// What the triangle test needs of a ray.
+#[derive(Clone, Copy)]
+pub(super) struct Shear {
+    /// The axes of object space in the order (u, v, w).
+    axes: [usize; 3],
+    /// The ray's origin in that order.
+    origin: [f32; 3],
+    shear: [f32; 3],
+    t_min: f32,
+}
+
+impl Shear {
+    #[inline(always)]
+    pub fn new(ray: &Ray) -> Shear {
+        const AXES: [[usize; 3]; 8] =
+            [[1, 2, 0], [2, 0, 1], [0, 1, 2], [2, 0, 1], [1, 2, 0], [1, 2, 0], [0, 1, 2], [0, 1, 2]];
+        let d = ray.direction;
+        let (x, y, z) = (d[0].abs(), d[1].abs(), d[2].abs());
+        // By table: which axis is longest is anyone's guess, and so would be a branch.
+        let axes = AXES[usize::from(y > x) | usize::from(z > x) << 1 | usize::from(z > y) << 2];
+        let inverse = 1.0 / d[axes[2]];
+        Shear {
+            axes,
+            origin: [ray.origin[axes[0]], ray.origin[axes[1]], ray.origin[axes[2]]],
+            shear: [d[axes[0]] * inverse, d[axes[1]] * inverse, inverse],
+            t_min: ray.t_min.max(0.0),
+        }
+    }
+}
+
 /// Triangles: `optics::intersect::intersect_triangle` in eight lanes.
-struct Triangles<'a, S: Simd> {
+pub(super) struct Triangles<'a, S: Simd> {
     blocks: &'a [TriangleBlock],
     axes: [usize; 3],
     origin: [S::F; 3],
@@ -187,21 +230,55 @@ impl<'a, S: Simd> Triangles<'a, S> {
         (x, y, z)
     }
 
+    /// The edge functions, the determinant and the scaled distance, and for which lanes the ray's line passes inside.
     #[inline(always)]
-    fn new(s: S, blocks: &'a [TriangleBlock], ray: &Ray) -> Self {
-        let d = ray.direction;
-        let (x, y, z) = (d[0].abs(), d[1].abs(), d[2].abs());
-        let w = if x > y && x > z { 0 } else { 2 - usize::from(y > z) };
-        let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][w];
-        let inverse = 1.0 / d[w];
+    fn edges(&self, s: S, block: &TriangleBlock) -> ([S::F; 4], S::M) {
+        let (ax, ay, az) = self.corner(s, block, 0);
+        let (bx, by, bz) = self.corner(s, block, 1);
+        let (cx, cy, cz) = self.corner(s, block, 2);
+        // Not fused: see the scalar function.
+        let e0 = s.sub(s.mul(cx, by), s.mul(cy, bx));
+        let e1 = s.sub(s.mul(ax, cy), s.mul(ay, cx));
+        let e2 = s.sub(s.mul(bx, ay), s.mul(by, ax));
+        let det = s.add(s.add(e0, e1), e2);
+        // All three edges on the determinant's side. Where that is zero or NaN, the distance is infinite or NaN, and
+        // is not between the ray's ends.
+        let side = s.min(s.min(s.flip_sign(e0, det), s.flip_sign(e1, det)), s.flip_sign(e2, det));
+        let inside = s.le(s.splat(0.0), side);
+        let scaled = s.mul(self.shear[2], s.mul_add(e0, az, s.mul_add(e1, bz, s.mul(e2, cz))));
+        ([e1, e2, det, scaled], inside)
+    }
+
+    #[inline(always)]
+    fn divide(&self, s: S, [e1, e2, det, scaled]: [S::F; 4], inside: S::M) -> Met<S> {
+        let inverse = s.div(s.splat(1.0), det);
+        Met { inside, t: s.div(scaled, det), u: s.mul(e1, inverse), v: s.mul(e2, inverse) }
+    }
+
+    /// Where the ray's line meets each triangle.
+    #[inline(always)]
+    fn meet(&self, s: S, block: &TriangleBlock) -> Met<S> {
+        let (edges, inside) = self.edges(s, block);
+        self.divide(s, edges, inside)
+    }
+    #[inline(always)]
+    pub fn new(s: S, blocks: &'a [TriangleBlock], ray: &Shear) -> Self {
         Triangles {
             blocks,
-            axes,
-            origin: splats(s, [ray.origin[axes[0]], ray.origin[axes[1]], ray.origin[axes[2]]]),
-            shear: [s.splat(d[axes[0]] * inverse), s.splat(d[axes[1]] * inverse), s.splat(inverse)],
-            t_min: s.splat(ray.t_min.max(0.0)),
+            axes: ray.axes,
+            origin: splats(s, ray.origin),
+            shear: splats(s, ray.shear),
+            t_min: s.splat(ray.t_min),
         }
     }
+}
+
+/// Where a line meets eight triangles, where `inside` is set.
+struct Met<S: Simd> {
+    inside: S::M,
+    t: S::F,
+    u: S::F,
+    v: S::F,
 }
 
 impl<S: Simd> Leaf<S> for Triangles<'_, S> {
@@ -211,35 +288,19 @@ impl<S: Simd> Leaf<S> for Triangles<'_, S> {
         // SAFETY: references to leaves are made by the builder, which numbers the blocks of this very slice (`validate`
         // checks them in debug builds).
         let block = unsafe { self.blocks.get_unchecked(index) };
-        let (ax, ay, az) = self.corner(s, block, 0);
-        let (bx, by, bz) = self.corner(s, block, 1);
-        let (cx, cy, cz) = self.corner(s, block, 2);
-        // Not fused: see the scalar function.
-        let e0 = s.sub(s.mul(cx, by), s.mul(cy, bx));
-        let e1 = s.sub(s.mul(ax, cy), s.mul(ay, cx));
-        let e2 = s.sub(s.mul(bx, ay), s.mul(by, ax));
-        let det = s.add(s.add(e0, e1), e2);
-        let zero = s.splat(0.0);
-        // A NaN among the three may get lost in `min` and `max`, but not in the determinant.
-        let inside = s.or(
-            s.and(s.le(zero, s.min(s.min(e0, e1), e2)), s.lt(zero, det)),
-            s.and(s.le(s.max(s.max(e0, e1), e2), zero), s.lt(det, zero)),
-        );
+        let (edges, inside) = self.edges(s, block);
         if s.bits(inside) == 0 {
             return;
         }
-        let scaled = s.mul(self.shear[2], s.mul_add(e0, az, s.mul_add(e1, bz, s.mul(e2, cz))));
-        let inverse = s.div(s.splat(1.0), det);
-        let t = s.div(scaled, det);
-        let inside = s.and(inside, s.and(s.lt(self.t_min, t), s.lt(t, s.splat(t_max))));
-        let bits = s.bits(inside);
+        let h = self.divide(s, edges, inside);
+        let bits = s.bits(s.and(inside, s.and(s.lt(self.t_min, h.t), s.lt(h.t, s.splat(t_max)))));
         if bits == 0 {
             return;
         }
         let mut c = Candidates { bits, t: [0.0; WIDTH], u: [0.0; WIDTH], v: [0.0; WIDTH] };
-        s.store(t, &mut c.t);
-        s.store(s.mul(e1, inverse), &mut c.u);
-        s.store(s.mul(e2, inverse), &mut c.v);
+        s.store(h.t, &mut c.t);
+        s.store(h.u, &mut c.u);
+        s.store(h.v, &mut c.v);
         found(&c, &block.ids);
     }
 }
@@ -320,7 +381,7 @@ impl<S: Simd> Leaf<S> for Spheres<'_, S> {
 }
 
 /// Searches leaves for the nearest hit.
-struct Nearest<'a, L, F> {
+pub(super) struct Nearest<'a, L, F> {
     leaves: L,
     instance: u32,
     filter: &'a F,
@@ -345,7 +406,7 @@ impl<S: Simd, L: Leaf<S>, F: HitFilter> Visitor<S> for Nearest<'_, L, F> {
 }
 
 /// Searches leaves for any hit.
-struct First<'a, L, F> {
+pub(super) struct First<'a, L, F> {
     leaves: L,
     instance: u32,
     filter: &'a F,
@@ -368,12 +429,67 @@ impl<S: Simd, L: Leaf<S>, F: HitFilter> Visitor<S> for First<'_, L, F> {
     }
 }
 
+/// The nearest hit in a handful of blocks: all of them are tested, without a branch.
 #[inline(always)]
-fn blas_closest<S: Simd, F: HitFilter>(s: S, blas: &Blas, ray: &Ray, instance: u32, filter: &F, best: &mut Best) {
+fn tiny_closest<S: Simd>(s: S, blocks: &[TriangleBlock], ray: &Ray, instance: u32, best: &mut Best) {
+    let triangles = Triangles::new(s, blocks, &Shear::new(ray));
+    let mut nearest = s.splat(best.t_max);
+    let (mut u, mut v) = (nearest, nearest);
+    let mut at = s.splat_u(0);
+    for (index, block) in blocks.iter().enumerate() {
+        let h = triangles.meet(s, block);
+        let closer = s.and(h.inside, s.and(s.lt(triangles.t_min, h.t), s.lt(h.t, nearest)));
+        nearest = s.select(closer, nearest, h.t);
+        u = s.select(closer, u, h.u);
+        v = s.select(closer, v, h.v);
+        at = s.select_u(closer, at, s.splat_u(index as u32));
+    }
+    let hit = s.bits(s.lt(nearest, s.splat(best.t_max)));
+    if hit == 0 {
+        return;
+    }
+    let t = s.least(nearest);
+    let lane = s.bits(s.le(nearest, s.splat(t))).trailing_zeros() as usize & 7;
+    let (mut us, mut vs, mut ats) = ([0.0; WIDTH], [0.0; WIDTH], [0; WIDTH]);
+    s.store(u, &mut us);
+    s.store(v, &mut vs);
+    s.store_u(at, &mut ats);
+    let primitive = blocks[ats[lane] as usize].ids[lane];
+    *best = Best { hit: Hit { t, u: us[lane], v: vs[lane], primitive, instance }, t_max: t };
+}
+
+/// Whether there is a hit in a handful of blocks.
+#[inline(always)]
+fn tiny_any<S: Simd>(s: S, blocks: &[TriangleBlock], ray: &Ray) -> bool {
+    let triangles = Triangles::new(s, blocks, &Shear::new(ray));
+    let limit = s.splat(ray.t_max);
+    let mut any = 0;
+    for block in blocks {
+        let h = triangles.meet(s, block);
+        any |= s.bits(s.and(h.inside, s.and(s.lt(triangles.t_min, h.t), s.lt(h.t, limit))));
+    }
+    any != 0
+}
+
+#[inline(always)]
+fn blas_closest<S: Simd, F: HitFilter>(
+    s: S,
+    blas: &Blas,
+    ray: &Ray,
+    instance: u32,
+    filter: &F,
+    best: &mut Best,
+) {
+    if F::OPAQUE
+        && let Some(blocks) = blas.tiny()
+    {
+        return tiny_closest(s, blocks, ray, instance, best);
+    }
     let slabs = Slabs::new(ray, &blas.extent);
     match &blas.shape {
         Shape::Triangles(blocks) => {
-            let mut visitor = Nearest { leaves: Triangles::new(s, blocks, ray), instance, filter, best };
+            let mut visitor =
+                Nearest { leaves: Triangles::new(s, blocks, &Shear::new(ray)), instance, filter, best };
             walk(s, &blas.nodes, blas.root, &slabs, &mut visitor);
         }
         Shape::Spheres(blocks) => {
@@ -385,11 +501,17 @@ fn blas_closest<S: Simd, F: HitFilter>(s: S, blas: &Blas, ray: &Ray, instance: u
 
 #[inline(always)]
 fn blas_any<S: Simd, F: HitFilter>(s: S, blas: &Blas, ray: &Ray, instance: u32, filter: &F) -> bool {
+    if F::OPAQUE
+        && let Some(blocks) = blas.tiny()
+    {
+        return tiny_any(s, blocks, ray);
+    }
     let slabs = Slabs::new(ray, &blas.extent);
     let t_max = ray.t_max;
     match &blas.shape {
         Shape::Triangles(blocks) => {
-            let mut visitor = First { leaves: Triangles::new(s, blocks, ray), instance, filter, t_max };
+            let mut visitor =
+                First { leaves: Triangles::new(s, blocks, &Shear::new(ray)), instance, filter, t_max };
             walk(s, &blas.nodes, blas.root, &slabs, &mut visitor)
         }
         Shape::Spheres(blocks) => {
@@ -400,7 +522,7 @@ fn blas_any<S: Simd, F: HitFilter>(s: S, blas: &Blas, ray: &Ray, instance: u32, 
 }
 
 /// Looks into the instances at the leaves of the top level, with `closest` as the entry point for one object.
-struct NearestInstance<'a, F, C> {
+pub(super) struct NearestInstance<'a, F, C> {
     tlas: &'a Tlas,
     ray: &'a Ray,
     filter: &'a F,
@@ -465,6 +587,22 @@ macro_rules! entry_points {
             ///
             /// The processor must have the instructions.
             #[target_feature(enable = $features)]
+            pub unsafe fn packet<F: HitFilter, const ANY: bool>(
+                packet: &mut Packet,
+                blas: &Blas,
+                blocks: &[TriangleBlock],
+                rays: &[Ray],
+                filter: &F,
+            ) -> bool {
+                // SAFETY: the caller's promise.
+                let s = unsafe { <$simd>::new() };
+                packet.trace::<$simd, F, ANY>(s, blas, blocks, rays, filter)
+            }
+
+            /// # Safety
+            ///
+            /// The processor must have the instructions.
+            #[target_feature(enable = $features)]
             pub unsafe fn blas_closest<F: HitFilter>(
                 blas: &Blas,
                 ray: &Ray,
@@ -499,7 +637,8 @@ macro_rules! entry_points {
                 // SAFETY: the caller's promise.
                 let s = unsafe { <$simd>::new() };
                 // SAFETY: the caller's promise.
-                let closest = |b: &Blas, r: &Ray, i, f: &F, best: &mut Best| unsafe { blas_closest(b, r, i, f, best) };
+                let closest =
+                    |b: &Blas, r: &Ray, i, f: &F, best: &mut Best| unsafe { blas_closest(b, r, i, f, best) };
                 super::tlas_walk(s, tlas, ray, &mut NearestInstance { tlas, ray, filter, best, closest });
             }
 

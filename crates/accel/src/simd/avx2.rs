@@ -114,6 +114,22 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
+    fn least(self, a: __m256) -> f32 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe {
+            let x = _mm_min_ps(_mm256_castps256_ps128(a), _mm256_extractf128_ps::<1>(a));
+            let x = _mm_min_ps(x, _mm_movehl_ps(x, x));
+            _mm_cvtss_f32(_mm_min_ss(x, _mm_movehdup_ps(x)))
+        }
+    }
+
+    #[inline(always)]
+    fn splat_u(self, x: u32) -> __m256i {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_set1_epi32(x as i32) }
+    }
+
+    #[inline(always)]
     fn lt(self, a: __m256, b: __m256) -> __m256 {
         // SAFETY: `self` proves that the instructions exist.
         unsafe { _mm256_cmp_ps::<_CMP_LT_OQ>(a, b) }
@@ -132,12 +148,6 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn or(self, a: __m256, b: __m256) -> __m256 {
-        // SAFETY: `self` proves that the instructions exist.
-        unsafe { _mm256_or_ps(a, b) }
-    }
-
-    #[inline(always)]
     fn bits(self, m: __m256) -> u32 {
         // SAFETY: `self` proves that the instructions exist.
         unsafe { _mm256_movemask_ps(m) as u32 }
@@ -150,14 +160,44 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn sorted_keys(self, distance: __m256, m: Self::M) -> __m256i {
+    fn select_u(self, m: __m256, a: __m256i, b: __m256i) -> __m256i {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_blendv_epi8(a, b, _mm256_castps_si256(m)) }
+    }
+
+    #[inline(always)]
+    fn flip_sign(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_xor_ps(a, _mm256_and_ps(b, _mm256_set1_ps(-0.0))) }
+    }
+
+    #[inline(always)]
+    fn keys(self, distance: __m256, m: Self::M) -> __m256i {
         // SAFETY: `self` proves that the instructions exist.
         unsafe {
             let lanes = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
             let keys = _mm256_and_si256(_mm256_castps_si256(distance), _mm256_set1_epi32(!7));
             let keys = _mm256_or_si256(keys, lanes);
-            let mut x =
-                _mm256_or_si256(keys, _mm256_xor_si256(_mm256_castps_si256(m), _mm256_set1_epi32(-1)));
+            _mm256_or_si256(keys, _mm256_xor_si256(_mm256_castps_si256(m), _mm256_set1_epi32(-1)))
+        }
+    }
+
+    #[inline(always)]
+    fn least_key(self, keys: __m256i) -> u32 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe {
+            let x = _mm_min_epu32(_mm256_castsi256_si128(keys), _mm256_extracti128_si256::<1>(keys));
+            let x = _mm_min_epu32(x, _mm_shuffle_epi32::<0b01_00_11_10>(x));
+            let x = _mm_min_epu32(x, _mm_shuffle_epi32::<0b10_11_00_01>(x));
+            _mm_cvtsi128_si32(x) as u32
+        }
+    }
+
+    #[inline(always)]
+    fn sorted(self, keys: __m256i) -> __m256i {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe {
+            let mut x = keys;
             // Bitonic network: each stage compares every lane with a partner and leaves the larger key in the lower lane.
             let y = _mm256_shuffle_epi32::<0b10_11_00_01>(x);
             x = _mm256_blend_epi32::<0b10101010>(_mm256_max_epi32(x, y), _mm256_min_epi32(x, y));

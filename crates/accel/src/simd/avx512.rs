@@ -114,6 +114,22 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
+    fn least(self, a: __m256) -> f32 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe {
+            let x = _mm_min_ps(_mm256_castps256_ps128(a), _mm256_extractf128_ps::<1>(a));
+            let x = _mm_min_ps(x, _mm_movehl_ps(x, x));
+            _mm_cvtss_f32(_mm_min_ss(x, _mm_movehdup_ps(x)))
+        }
+    }
+
+    #[inline(always)]
+    fn splat_u(self, x: u32) -> __m256i {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_set1_epi32(x as i32) }
+    }
+
+    #[inline(always)]
     fn lt(self, a: __m256, b: __m256) -> __mmask8 {
         // SAFETY: `self` proves that the instructions exist.
         unsafe { _mm256_cmp_ps_mask::<_CMP_LT_OQ>(a, b) }
@@ -131,11 +147,6 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
-    fn or(self, a: __mmask8, b: __mmask8) -> __mmask8 {
-        a | b
-    }
-
-    #[inline(always)]
     fn bits(self, m: __mmask8) -> u32 {
         m as u32
     }
@@ -147,14 +158,52 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
-    fn sorted_keys(self, distance: __m256, m: Self::M) -> __m256i {
+    fn select_u(self, m: __mmask8, a: __m256i, b: __m256i) -> __m256i {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_mask_blend_epi32(m, a, b) }
+    }
+
+    #[inline(always)]
+    fn flip_sign(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe {
+            let (a, b) = (_mm256_castps_si256(a), _mm256_castps_si256(b));
+            // a ^ (b & sign)
+            _mm256_castsi256_ps(_mm256_ternarylogic_epi32::<0x78>(a, b, _mm256_set1_epi32(i32::MIN)))
+        }
+    }
+
+    #[inline(always)]
+    fn keys(self, distance: __m256, m: Self::M) -> __m256i {
         // SAFETY: `self` proves that the instructions exist.
         unsafe {
             let lanes = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-            let minus_seven = _mm256_set1_epi32(!7);
             // lane | (distance & !7)
-            let keys = _mm256_ternarylogic_epi32::<0xF8>(lanes, _mm256_castps_si256(distance), minus_seven);
-            let mut x = _mm256_mask_blend_epi32(m, _mm256_set1_epi32(-1), keys);
+            let keys = _mm256_ternarylogic_epi32::<0xF8>(
+                lanes,
+                _mm256_castps_si256(distance),
+                _mm256_set1_epi32(!7),
+            );
+            _mm256_mask_blend_epi32(m, _mm256_set1_epi32(-1), keys)
+        }
+    }
+
+    #[inline(always)]
+    fn least_key(self, keys: __m256i) -> u32 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe {
+            let x = _mm_min_epu32(_mm256_castsi256_si128(keys), _mm256_extracti128_si256::<1>(keys));
+            let x = _mm_min_epu32(x, _mm_shuffle_epi32::<0b01_00_11_10>(x));
+            let x = _mm_min_epu32(x, _mm_shuffle_epi32::<0b10_11_00_01>(x));
+            _mm_cvtsi128_si32(x) as u32
+        }
+    }
+
+    #[inline(always)]
+    fn sorted(self, keys: __m256i) -> __m256i {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe {
+            let mut x = keys;
             // Bitonic network: each stage compares every lane with a partner and leaves the larger key in the lower lane.
             let y = _mm256_shuffle_epi32::<0b10_11_00_01>(x);
             x = _mm256_mask_min_epi32(_mm256_max_epi32(x, y), 0b10101010, x, y);

@@ -39,10 +39,13 @@ pub(crate) trait Simd: Copy {
     fn mul_add(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
     /// `c - a * b`, rounded once.
     fn neg_mul_add(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
+    /// `a`, negated where `b` is negative.
+    fn flip_sign(self, a: Self::F, b: Self::F) -> Self::F;
+    /// The smallest lane.
+    fn least(self, a: Self::F) -> f32;
     fn lt(self, a: Self::F, b: Self::F) -> Self::M;
     fn le(self, a: Self::F, b: Self::F) -> Self::M;
     fn and(self, a: Self::M, b: Self::M) -> Self::M;
-    fn or(self, a: Self::M, b: Self::M) -> Self::M;
     /// Bit `i` is lane `i`.
     fn bits(self, m: Self::M) -> u32;
     /// `b` where the mask is set, `a` elsewhere.
@@ -51,9 +54,16 @@ pub(crate) trait Simd: Copy {
     fn store_u(self, x: Self::U, to: &mut [u32; WIDTH]);
     /// Lane `i` of the result is the lane of `table` that the low three bits of lane `i` of `index` name.
     fn permute(self, table: Self::U, index: Self::U) -> Self::U;
-    /// Sort keys of the lanes where the mask is set, as signed integers, in descending order; -1 in the other lanes,
-    /// which come last. A key is the bits of the distance (not negative) with the lane in the low three bits.
-    fn sorted_keys(self, distance: Self::F, m: Self::M) -> Self::U;
+    fn splat_u(self, x: u32) -> Self::U;
+    /// `b` where the mask is set, `a` elsewhere.
+    fn select_u(self, m: Self::M, a: Self::U, b: Self::U) -> Self::U;
+    /// Sort keys: the bits of the distance (not negative) with the lane in the low three bits where the mask is set,
+    /// `u32::MAX` elsewhere.
+    fn keys(self, distance: Self::F, m: Self::M) -> Self::U;
+    /// The smallest key, as an unsigned number.
+    fn least_key(self, keys: Self::U) -> u32;
+    /// The keys as signed numbers in descending order: those of lanes that were not set come last.
+    fn sorted(self, keys: Self::U) -> Self::U;
     /// Moves the lanes that are set in `bits` (`m` as bits) to the front. The others are undefined.
     fn compress(self, x: Self::U, m: Self::M, bits: u32) -> Self::U;
 }
