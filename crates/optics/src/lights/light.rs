@@ -97,11 +97,12 @@ pub mod light {
         // Twice the area times the front normal.
         let normal2 = cross(light.edge1, light.edge2);
         let facing = -dot(normal2, to_light);
-        let shines = (facing > 0.0 || light.two_sided) && facing != 0.0 && distance2 > 0.0;
+        let pdf = distance2 * distance * 2.0 / abs(facing);
+        // Edge-on, without area or at the receiver: the density has no finite value.
+        let shines = (facing > 0.0 || light.two_sided) && facing != 0.0 && distance2 > 0.0 && is_finite(pdf);
         if !shines {
             return no_light_sample();
         }
-        let pdf = distance2 * distance * 2.0 / abs(facing);
         LightSample {
             wi: to_light * (1.0 / distance),
             distance: distance,
@@ -136,7 +137,8 @@ pub mod light {
         let to_center = light.position - p;
         let distance2 = dot(to_center, to_center);
         let one_minus_cos = sphere_one_minus_cos(distance2, light.size);
-        if distance2 <= 0.0 || one_minus_cos <= 0.0 {
+        // Of less than 10⁻³⁶ the density would overflow.
+        if distance2 <= 0.0 || one_minus_cos < 1e-36 {
             return no_light_sample();
         }
         let center_distance = sqrt(distance2);
@@ -189,7 +191,8 @@ pub mod light {
     pub fn point_light_sample(light: Light, p: Vec3f) -> LightSample {
         let to_light = light.position - p;
         let distance2 = dot(to_light, to_light);
-        if distance2 <= 0.0 {
+        // At the point itself, the inverse square has no finite value.
+        if distance2 < 1e-30 {
             return no_light_sample();
         }
         let distance = sqrt(distance2);

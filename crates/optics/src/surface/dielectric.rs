@@ -75,10 +75,10 @@ pub mod dielectric {
         }
         let f = fresnel_dielectric(min(cos_o, 1.0), b.eta);
         let d = ggx_d(h, b.alpha);
-        let g = ggx_g1(wo.z, b.alpha) * ggx_g1(wi.z, b.alpha);
+        let half_g = ggx_g1_over_2cos(wo.z, b.alpha) * ggx_g1(wi.z, b.alpha);
         let pdf_h = ggx_visible_half_pdf(wo, h, b.alpha);
         if reflected {
-            let value = f.reflectance * d * g / (4.0 * wo.z) * b.compensation;
+            let value = 0.5 * f.reflectance * d * half_g * b.compensation;
             out.value_cos = vec3f(value, value, value);
             out.pdf = f.reflectance * pdf_h / (4.0 * cos_o);
             return out;
@@ -88,7 +88,7 @@ pub mod dielectric {
             return out;
         }
         let jacobian = abs(cos_i) / (denominator * denominator);
-        out.value_cos = b.diffuse * ((1.0 - f.reflectance) * d * g * cos_o * jacobian / wo.z * b.compensation);
+        out.value_cos = b.diffuse * (2.0 * (1.0 - f.reflectance) * d * half_g * cos_o * jacobian * b.compensation);
         out.pdf = (1.0 - f.reflectance) * pdf_h * jacobian * b.eta * b.eta;
         out
     }
@@ -134,12 +134,17 @@ pub mod dielectric {
             return out;
         }
         let above = vec3f(wi.x, wi.y, abs(wi.z));
-        let h = normalize(wo + above);
+        let sum = wo + above;
+        let length2 = dot(sum, sum);
+        if length2 < 1e-24 {
+            return out;
+        }
+        let h = sum * (1.0 / sqrt(length2));
         let r = sheet_reflectance(b, dot(wo, h));
         let share = select(b.diffuse * (1.0 - r), vec3f(r, r, r), wi.z > 0.0);
         let probability = select(1.0 - r, r, wi.z > 0.0);
-        let g = ggx_g1(wo.z, b.alpha) * ggx_g1(above.z, b.alpha);
-        out.value_cos = share * (ggx_d(h, b.alpha) * g / (4.0 * wo.z) * b.compensation);
+        let half_g = ggx_g1_over_2cos(wo.z, b.alpha) * ggx_g1(above.z, b.alpha);
+        out.value_cos = share * (0.5 * ggx_d(h, b.alpha) * half_g * b.compensation);
         out.pdf = probability * ggx_reflection_pdf(wo, h, b.alpha);
         out
     }

@@ -31,6 +31,13 @@ pub mod ggx {
         2.0 * c / (c + sqrt(a2 + (1.0 - a2) * c * c) + 1e-20)
     }
 
+    /// [`ggx_g1`] divided by 2 |cos|, which is how `wo` enters values and densities: finite at any angle.
+    pub fn ggx_g1_over_2cos(cos_theta: f32, alpha: f32) -> f32 {
+        let c = abs(cos_theta);
+        let a2 = alpha * alpha;
+        1.0 / (c + sqrt(a2 + (1.0 - a2) * c * c) + 1e-20)
+    }
+
     /// Lower end of the sphere cap that normals are sampled from, as a fraction of the upper one: the bound of Eto and
     /// Tokuyoshi that leaves out normals which would reflect below the surface.
     pub fn cap_bound(wo: Vec3f, alpha: f32) -> f32 {
@@ -81,7 +88,7 @@ pub mod ggx {
 
     /// Density over solid angle of [`ggx_sample_visible_half`] for the half vector `h`.
     pub fn ggx_visible_half_pdf(wo: Vec3f, h: Vec3f, alpha: f32) -> f32 {
-        ggx_g1(wo.z, alpha) * abs(dot(wo, h)) * ggx_d(h, alpha) / max(abs(wo.z), 1e-20)
+        2.0 * ggx_g1_over_2cos(wo.z, alpha) * abs(dot(wo, h)) * ggx_d(h, alpha)
     }
 
     /// log₂ between the powers of two replaced by straight lines: monotonic, and free where a logarithm is not.

@@ -91,11 +91,14 @@ pub mod glossy {
             out.pdf = diffuse_pdf;
             return out;
         }
-        let h = normalize(wo + wi);
+        let sum = wo + wi;
+        let length2 = dot(sum, sum);
+        if length2 < 1e-24 {
+            return out;
+        }
+        let h = sum * (1.0 / sqrt(length2));
         let grazing = schlick_weight(dot(wo, h));
-        let d = ggx_d(h, b.alpha);
-        let g = ggx_g1(wo.z, b.alpha) * ggx_g1(wi.z, b.alpha);
-        let lobe = d * g / (4.0 * wo.z);
+        let lobe = 0.5 * ggx_d(h, b.alpha) * ggx_g1_over_2cos(wo.z, b.alpha) * ggx_g1(wi.z, b.alpha);
         let diffuse = b.diffuse * ((b.diffuse_scale - b.diffuse_falloff * grazing) * diffuse_pdf);
         out.value_cos = diffuse + (b.specular + b.specular_grazing * grazing) * lobe;
         out.pdf = mix(diffuse_pdf, ggx_reflection_pdf(wo, h, b.alpha), b.specular_probability);
@@ -133,8 +136,8 @@ pub mod glossy {
         if wi.z <= 0.0 {
             return vec2f(0.0, 0.0);
         }
-        let g = ggx_g1(wo.z, alpha) * ggx_g1(wi.z, alpha);
-        let weight = ggx_d(h, alpha) * g / (4.0 * wo.z) / ggx_reflection_pdf(wo, h, alpha);
+        let lobe = 0.5 * ggx_d(h, alpha) * ggx_g1_over_2cos(wo.z, alpha) * ggx_g1(wi.z, alpha);
+        let weight = lobe / ggx_reflection_pdf(wo, h, alpha);
         let grazing = schlick_weight(dot(wo, h));
         vec2f(weight * (1.0 - grazing), weight * grazing)
     }
