@@ -23,25 +23,30 @@ mod memory;
 pub mod output;
 mod renderer;
 mod source;
+pub mod system;
 
 pub use backend::{
-    Backend, BackendError, Control, DirectSettings, Integrator, LoadStats, PathSettings, Progress, SamplerKind, View,
+    Backend, BackendError, Control, DirectSettings, Integrator, LoadStats, PathSettings, Progress,
+    SamplerKind, View,
 };
-pub use film::{Aov, Film, Image, Rect};
+pub use film::{Aov, Film, Image, ImageError, Rect};
 pub use job::{Job, camera_frame};
-pub use memory::peak_memory_bytes;
+pub use memory::{available_memory_bytes, peak_memory_bytes, total_memory_bytes};
 pub use post::ToneMapping;
 pub use renderer::{BACKENDS, Limits, Renderer, Summary};
+/// A picture that a scene uses: a texture's or the environment's.
+pub use scene::Image as SceneImage;
 pub use scene::{
-    Camera, Environment, LoadError, LoadOptions, LoadReport, Loaded, Projection, Scene, Severity, ToneMapper,
+    AlphaMode, Camera, CameraPath, Environment, Light, LightKind, LoadError, LoadOptions, LoadReport, Loaded,
+    Material, Model, Note, Pixels, Projection, Scene, Severity, Shape, TextureRef, ToneMapper,
 };
 pub use source::Source;
 
-/// The flat arrays that back ends read.
-pub use scene::tables::SceneTables;
-/// Loads an equirectangular environment picture.
-pub use scene::load::environment::load as load_environment;
 /// Error metrics between pictures.
 pub use film::metrics;
 /// The built-in scenes.
 pub use scene::builtin;
+/// Loads an equirectangular environment picture.
+pub use scene::load::environment::load as load_environment;
+/// The flat arrays that back ends read.
+pub use scene::tables::SceneTables;

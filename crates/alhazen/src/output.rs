@@ -52,7 +52,12 @@ impl Format {
 ///
 /// # Errors
 /// See [`OutputError`].
-pub fn write(path: &Path, film: &Film, tone: &ToneMapping, metadata: &[(String, String)]) -> Result<(), OutputError> {
+pub fn write(
+    path: &Path,
+    film: &Film,
+    tone: &ToneMapping,
+    metadata: &[(String, String)],
+) -> Result<(), OutputError> {
     match Format::of(path)? {
         Format::Png => tone.apply(&film.to_image()).write_png_encoded(path)?,
         Format::Hdr => film.to_image().write_hdr(path)?,

@@ -178,7 +178,10 @@ fn check_view(view: &View) -> Result<(), BackendError> {
         return bad("the camera's position and direction must be finite".into());
     }
     if !(camera.half_size.x > 0.0 && camera.half_size.y > 0.0 && camera.half_size.x.is_finite()) {
-        return bad(format!("the camera's field of view is impossible ({:?} at distance 1)", camera.half_size));
+        return bad(format!(
+            "the camera's field of view is impossible ({:?} at distance 1)",
+            camera.half_size
+        ));
     }
     if camera.lens_radius < 0.0 || !(camera.focus_distance > 0.0) {
         return bad("lens radius and focus distance must be positive".into());

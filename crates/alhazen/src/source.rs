@@ -23,9 +23,11 @@ pub enum Place {
 }
 
 impl Source {
-    /// A built-in scene if `name` is the name of one and no file is called so, else a file.
+    /// A file if one is called `name` or if it looks like a file's name; else a built-in scene, which
+    /// [`Source::load`] may not know.
     pub fn parse(name: &str) -> Self {
-        let is_builtin = scene::builtin::text(name).is_some() && !PathBuf::from(name).is_file();
+        let looks_like_a_file = name.contains(['.', '/', '\\']);
+        let is_builtin = !looks_like_a_file && !PathBuf::from(name).is_file();
         let place = if is_builtin { Place::Builtin(name.into()) } else { Place::File(name.into()) };
         Self { place, parameters: Parameters::default() }
     }
@@ -41,10 +43,28 @@ impl Source {
             Place::File(path) => {
                 let is_scene_file = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
                 if !is_scene_file {
-                    return Err(LoadError::malformed(path, "parameters", "only scene files and built-in scenes take them"));
+                    return Err(LoadError::malformed(
+                        path,
+                        "parameters",
+                        "only scene files and built-in scenes take them",
+                    ));
                 }
                 scene::load::scene_file::load_with_parameters(path, &self.parameters, options)
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_scenes_and_names_with_an_ending_are_files() {
+        assert_eq!(Source::parse("cornell").place, Place::Builtin("cornell".into()));
+        assert_eq!(Source::parse("a/cornell").place, Place::File("a/cornell".into()));
+        assert_eq!(Source::parse("cornell.obj").place, Place::File("cornell.obj".into()));
+        let unknown = Source::parse("cornel").load(&LoadOptions::default());
+        assert!(matches!(unknown, Err(LoadError::UnknownScene { .. })));
     }
 }

@@ -1,7 +1,9 @@
 //! What people see: errors, progress, numbers with units.
 
 use alhazen::{Control, LoadReport, Severity};
+use anyhow::Context;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::Write;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
@@ -11,6 +13,15 @@ use std::time::{Duration, Instant};
 pub fn print_error(error: &anyhow::Error) {
     eprintln!("error: {error}");
     error.chain().skip(1).for_each(|cause| eprintln!("  because: {cause}"));
+}
+
+/// Writes the result of a command to stdout. A reader that has seen enough (`alhazen info x | head`) is no error.
+pub fn print_result(text: &str) -> anyhow::Result<()> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        result => result.context("cannot write to stdout"),
+    }
 }
 
 /// Prints what a loader noticed, the harmless only if `verbose`.

@@ -3,12 +3,20 @@
 mod commands;
 mod console;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use std::process::ExitCode;
 
 /// A physically based ray tracer that always gives a picture.
+///
+/// Without a command it renders the default scene to render.png.
 #[derive(Debug, Parser)]
 #[command(name = "alhazen", version, about, propagate_version = true)]
+#[command(after_help = "\
+Examples:
+  alhazen                                  render the default scene to render.png
+  alhazen render model.glb -o model.png    render a file
+  alhazen scenes                           list the built-in scenes
+  alhazen help render                      all options of a command")]
 struct Arguments {
     #[command(subcommand)]
     command: Option<Command>,
@@ -17,12 +25,24 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     Render(Box<commands::render::RenderArgs>),
+    Info(commands::info::InfoArgs),
+    Scenes(commands::scenes::ScenesArgs),
+    Compare(commands::compare::CompareArgs),
+    Doctor(commands::doctor::DoctorArgs),
+    Completions(commands::completions::CompletionsArgs),
+    Man(commands::man::ManArgs),
 }
 
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         None => commands::render::run(&commands::render::RenderArgs::default_picture()),
         Some(Command::Render(args)) => commands::render::run(&args),
+        Some(Command::Info(args)) => commands::info::run(&args),
+        Some(Command::Scenes(args)) => commands::scenes::run(&args),
+        Some(Command::Compare(args)) => return commands::compare::run(&args),
+        Some(Command::Doctor(args)) => commands::doctor::run(&args),
+        Some(Command::Completions(args)) => commands::completions::run(&args, Arguments::command()),
+        Some(Command::Man(args)) => commands::man::run(&args, Arguments::command()),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -30,5 +50,15 @@ fn main() -> ExitCode {
             console::print_error(&error);
             ExitCode::FAILURE
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
     }
 }

@@ -1,9 +1,9 @@
 //! `alhazen render`: a picture, or a sequence of pictures, of a scene.
 
-use crate::console::{ProgressDisplay, bytes, metric, print_report, seconds};
+use crate::console::{ProgressDisplay, bytes, metric, print_report, print_result, seconds};
 use alhazen::{
-    Aov, Camera, Control, DirectSettings, Environment, Integrator, Job, Limits, LoadOptions, LoadStats, Loaded,
-    PathSettings, Projection, Rect, Renderer, SamplerKind, Source, Summary, ToneMapper, output,
+    Aov, Camera, Control, DirectSettings, Environment, Integrator, Job, Limits, LoadOptions, LoadStats,
+    Loaded, PathSettings, Projection, Rect, Renderer, SamplerKind, Summary, ToneMapper, output,
 };
 use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
@@ -16,6 +16,12 @@ use std::time::Duration;
 /// The scene is a file (.obj, .gltf, .glb, .ply, or a .toml scene file) or the name of a built-in scene, see
 /// `alhazen scenes`. Progress goes to stderr. Ctrl-C stops and keeps what is there; a second one stops at once.
 #[derive(Debug, Clone, clap::Args)]
+#[command(after_help = "\
+Examples:
+  alhazen render cornell -o cornell.png
+  alhazen render model.glb -o model.exr --environment sky.hdr --aov depth,normal,albedo
+  alhazen render three-spheres --frames 0..240 --fps 24 -o frame.png
+  alhazen render atrium --noise 0.02 --time 5m -o atrium.png")]
 pub struct RenderArgs {
     /// Scene file or name of a built-in scene.
     #[arg(value_name = "FILE|SCENE", default_value = "three-spheres")]
@@ -24,7 +30,7 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "FILE", default_value = "render.png")]
     output: Vec<PathBuf>,
     /// Parameter of the scene, as NAME=VALUE. May be given several times.
-    #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = parse_parameter)]
+    #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = super::parse_parameter)]
     parameters: Vec<(String, String)>,
     /// Go on without what the file requires but Alhazen does not know.
     #[arg(long)]
@@ -93,7 +99,13 @@ pub struct RenderArgs {
     #[arg(long, help_heading = "Light", value_name = "FILE|R,G,B")]
     environment: Option<String>,
     /// Rotation of the environment in degrees.
-    #[arg(long, help_heading = "Light", value_name = "DEGREES", default_value_t = 0.0, allow_hyphen_values = true)]
+    #[arg(
+        long,
+        help_heading = "Light",
+        value_name = "DEGREES",
+        default_value_t = 0.0,
+        allow_hyphen_values = true
+    )]
     environment_rotation: f32,
     /// Factor on the environment file.
     #[arg(long, help_heading = "Light", default_value_t = 1.0, value_parser = parse_positive)]
@@ -184,17 +196,16 @@ impl RenderArgs {
         use clap::{Args, FromArgMatches};
         let command = Self::augment_args(clap::Command::new("render").no_binary_name(true));
         // Without arguments every value is a default, which the parser has checked in tests.
-        Self::from_arg_matches(&command.get_matches_from(std::iter::empty::<&str>())).unwrap_or_else(|e| e.exit())
+        Self::from_arg_matches(&command.get_matches_from(std::iter::empty::<&str>()))
+            .unwrap_or_else(|e| e.exit())
     }
 }
 
 /// Renders what the arguments ask for.
 pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     args.output.iter().try_for_each(|path| output::Format::of(path).map(|_| ()))?;
-    let mut source = Source::parse(&args.scene);
-    source.parameters = args.parameters.iter().cloned().collect();
     let options = LoadOptions { lenient: args.lenient, ..LoadOptions::default() };
-    let mut loaded = source.load(&options).with_context(|| format!("cannot load the scene {}", args.scene))?;
+    let mut loaded = super::load_scene(&args.scene, &args.parameters, &options)?;
     set_environment(args, &mut loaded, &options)?;
     if !args.quiet {
         print_loaded(&loaded);
@@ -217,7 +228,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         display.finish();
         let metadata = metadata(args, &job, &summary, &names);
         let written = write_outputs(args, frame, &mut renderer, &job, &metadata)?;
-        report(args, &renderer, &job, &summary, load_time, &built, &written);
+        report(args, &renderer, &job, &summary, load_time, &built, &written)?;
         if summary.cancelled {
             bail!("stopped before the end; the picture has {} samples per pixel", summary.spp);
         }
@@ -280,7 +291,7 @@ fn set_environment(args: &RenderArgs, loaded: &mut Loaded, options: &LoadOptions
             Environment::Constant(color.into())
         }
         _ => {
-            let image = alhazen::load_environment(Path::new(text), options)
+            let image = alhazen::load_environment(Path::new(text), options, &mut loaded.report)
                 .with_context(|| format!("cannot load the environment {text}"))?;
             loaded.scene.images.push(image);
             Environment::Image {
@@ -458,7 +469,7 @@ fn report(
     load: Duration,
     built: &LoadStats,
     written: &[PathBuf],
-) {
+) -> anyhow::Result<()> {
     let elapsed = summary.elapsed.as_secs_f64().max(1e-9);
     let (samples_rate, rays_rate) = (summary.samples as f64 / elapsed, summary.rays as f64 / elapsed);
     let memory = alhazen::peak_memory_bytes();
@@ -473,10 +484,10 @@ fn report(
             "peak_memory_bytes": memory, "noise": summary.noise, "invalid_samples": summary.invalid_samples,
             "cancelled": summary.cancelled, "output": written,
         });
-        println!("{json}");
+        print_result(&format!("{json}\n"))?;
     }
     if args.quiet {
-        return;
+        return Ok(());
     }
     if summary.invalid_samples > 0 {
         eprintln!("  {} samples were NaN or infinite and were left out", summary.invalid_samples);
@@ -496,11 +507,7 @@ fn report(
         seconds(built.build),
         memory.map_or(String::new(), |m| format!("; peak memory {}", bytes(m))),
     );
-}
-
-fn parse_parameter(text: &str) -> Result<(String, String), String> {
-    let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE")?;
-    Ok((name.trim().to_owned(), value.trim().to_owned()))
+    Ok(())
 }
 
 fn parse_numbers<T: std::str::FromStr, const N: usize>(text: &str) -> Option<[T; N]> {

@@ -1,0 +1,338 @@
+//! `alhazen info`: what is in a scene.
+
+use crate::console::{bytes, print_result, seconds};
+use alhazen::{
+    AlphaMode, Camera, Environment, Light, LightKind, LoadOptions, Loaded, Material, Model, Pixels,
+    Projection, Scene, SceneTables, Shape, TextureRef,
+};
+use serde_json::{Value, json};
+use std::fmt::Write;
+
+/// Show what is in a scene: counts, sizes, materials, lights, cameras, and what the loader noticed.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  alhazen info model.glb
+  alhazen info atrium --json
+  alhazen info lights -p models=4")]
+pub struct InfoArgs {
+    /// Scene file or name of a built-in scene.
+    #[arg(value_name = "FILE|SCENE")]
+    scene: String,
+    /// Parameter of the scene, as NAME=VALUE. May be given several times.
+    #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = super::parse_parameter)]
+    parameters: Vec<(String, String)>,
+    /// Go on without what the file requires but Alhazen does not know.
+    #[arg(long)]
+    lenient: bool,
+    /// Print everything as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Loads the scene and prints what is in it.
+pub fn run(args: &InfoArgs) -> anyhow::Result<()> {
+    let options = LoadOptions { lenient: args.lenient, ..LoadOptions::default() };
+    let loaded = super::load_scene(&args.scene, &args.parameters, &options)?;
+    let tables = SceneTables::build(&loaded.scene);
+    let text =
+        if args.json { format!("{}\n", as_json(&loaded, &tables)) } else { as_text(&loaded, &tables)? };
+    print_result(&text)
+}
+
+/// How many there are of what.
+struct Counts {
+    vertices: usize,
+    spheres: usize,
+    parts: usize,
+    pixels: usize,
+    image_bytes: usize,
+    hidden: usize,
+}
+
+impl Counts {
+    fn of(scene: &Scene) -> Self {
+        let parts = || scene.meshes.iter().flat_map(|m| &m.parts);
+        let vertices =
+            parts().map(|p| if let Shape::Triangles(m) = &p.shape { m.positions.len() } else { 0 }).sum();
+        let spheres = parts().map(|p| if let Shape::Spheres(s) = &p.shape { s.len() } else { 0 }).sum();
+        let size = |pixels: &Pixels| match pixels {
+            Pixels::Rgba8(p) => size_of_val(p.as_slice()),
+            Pixels::Rgb32F(p) => size_of_val(p.as_slice()),
+        };
+        Self {
+            vertices,
+            spheres,
+            parts: parts().count(),
+            pixels: scene.images.iter().map(|i| i.width as usize * i.height as usize).sum(),
+            image_bytes: scene.images.iter().map(|i| size(&i.pixels)).sum(),
+            hidden: scene.instances.iter().filter(|i| !i.visible).count(),
+        }
+    }
+}
+
+fn as_text(loaded: &Loaded, tables: &SceneTables) -> anyhow::Result<String> {
+    let (scene, report) = (&loaded.scene, &loaded.report);
+    let counts = Counts::of(scene);
+    let mut text = String::new();
+    writeln!(text, "{}", scene.name)?;
+    let (unique, instanced) = (scene.unique_triangles(), scene.instanced_triangles());
+    writeln!(text, "  triangles    {unique} ({instanced} with all instances)")?;
+    writeln!(text, "  vertices     {}", counts.vertices)?;
+    writeln!(text, "  spheres      {}", counts.spheres)?;
+    writeln!(text, "  meshes       {} of {} parts", scene.meshes.len(), counts.parts)?;
+    let hidden = if counts.hidden > 0 { format!(" ({} hidden)", counts.hidden) } else { String::new() };
+    writeln!(text, "  instances    {}{hidden}", scene.instances.len())?;
+    let (images, pixels) = (scene.images.len(), counts.pixels as f64 / 1e6);
+    let size = bytes(counts.image_bytes as u64);
+    writeln!(
+        text,
+        "  textures     {} of {images} images, {pixels:.2} megapixels, {size}",
+        scene.textures.len()
+    )?;
+    match scene.bounds() {
+        Some((low, high)) => {
+            writeln!(text, "  bounds       {} to {} m", vector(low.into()), vector(high.into()))?;
+            writeln!(text, "  size         {} m", vector((high - low).into()))?;
+        }
+        None => writeln!(text, "  bounds       nothing to see")?,
+    }
+    writeln!(text, "  environment  {}", environment(scene))?;
+    let tables_size = bytes(tables.memory_bytes() as u64);
+    writeln!(text, "  tables       {tables_size}, {} light sources to sample", tables.lights.len())?;
+    let elapsed = seconds(report.elapsed);
+    writeln!(text, "  loaded       in {elapsed}, {} read from files", bytes(report.bytes_read))?;
+
+    heading(&mut text, "materials", scene.materials.len())?;
+    let width = scene.materials.iter().map(|m| m.name.chars().count()).max().unwrap_or(0).min(32);
+    for material in &scene.materials {
+        writeln!(text, "  {:<width$}  {}", material.name, material_line(scene, material))?;
+    }
+    heading(&mut text, "lights", scene.lights.len())?;
+    for light in &scene.lights {
+        writeln!(text, "  {}: {}", light.name, light_line(light))?;
+    }
+    heading(&mut text, "cameras", scene.cameras.len())?;
+    for camera in &scene.cameras {
+        writeln!(text, "  {}: {}", camera.name, camera_line(camera))?;
+    }
+    heading(&mut text, "load report", report.notes.len())?;
+    for note in &report.notes {
+        writeln!(text, "  {note}")?;
+    }
+    Ok(text)
+}
+
+fn heading(text: &mut String, what: &str, count: usize) -> std::fmt::Result {
+    writeln!(text, "{what}: {}", if count == 0 { "none".into() } else { count.to_string() })
+}
+
+fn material_line(scene: &Scene, m: &Material) -> String {
+    let mut line = format!("{} color {}", model_name(m.model), vector(m.base_color.truncate().into()));
+    let mut add = |text: String| {
+        line.push_str(", ");
+        line.push_str(&text);
+    };
+    match m.model {
+        Model::MetallicRoughness => add(format!("metallic {}, roughness {}", m.metallic, m.roughness)),
+        Model::Dielectric => add(format!("ior {}, roughness {}", m.ior, m.roughness)),
+        Model::Lambert | Model::Mirror | Model::Unlit => {}
+    }
+    if m.transmission > 0.0 {
+        add(format!("transmission {}, ior {}", m.transmission, m.ior));
+    }
+    if m.is_emissive() {
+        add(format!("emits {}", vector(m.emission.into())));
+    }
+    match m.alpha_mode {
+        AlphaMode::Opaque => {}
+        AlphaMode::Mask(cutoff) => add(format!("alpha mask at {cutoff}")),
+        AlphaMode::Blend => add(format!("alpha {} blended", m.base_color.w)),
+    }
+    if m.checkerboard.is_some() {
+        add("checkerboard".into());
+    }
+    for (slot, name) in textures(scene, m) {
+        add(format!("{slot} {name}"));
+    }
+    line
+}
+
+/// The textures of a material: what each is for and the name of its image.
+fn textures<'a>(scene: &'a Scene, m: &Material) -> Vec<(&'static str, &'a str)> {
+    let slots = [
+        ("color-texture", m.base_color_texture),
+        ("metallic-roughness-texture", m.metallic_roughness_texture),
+        ("transmission-texture", m.transmission_texture),
+        ("emission-texture", m.emission_texture),
+        ("normal-texture", m.normal_texture),
+    ];
+    let name = |t: TextureRef| {
+        let texture = scene.textures.get(t.texture as usize)?;
+        Some(scene.images.get(texture.image as usize)?.name.as_str())
+    };
+    slots.into_iter().filter_map(|(slot, texture)| Some((slot, name(texture?)?))).collect()
+}
+
+fn model_name(model: Model) -> &'static str {
+    match model {
+        Model::MetallicRoughness => "metallic-roughness",
+        Model::Lambert => "lambert",
+        Model::Dielectric => "dielectric",
+        Model::Mirror => "mirror",
+        Model::Unlit => "unlit",
+    }
+}
+
+fn light_line(light: &Light) -> String {
+    match light.kind {
+        LightKind::Point { position, intensity } => {
+            format!("point at {}, {} W/sr", vector(position.into()), vector(intensity.into()))
+        }
+        LightKind::Spot { position, direction, intensity, inner_angle, outer_angle } => format!(
+            "spot at {} towards {}, {} W/sr, {:.1}° to {:.1}°",
+            vector(position.into()),
+            vector(direction.into()),
+            vector(intensity.into()),
+            inner_angle.to_degrees(),
+            outer_angle.to_degrees()
+        ),
+        LightKind::Directional { direction, irradiance, angular_diameter } => format!(
+            "directional towards {}, {} W/m², {:.2}° wide",
+            vector(direction.into()),
+            vector(irradiance.into()),
+            angular_diameter.to_degrees()
+        ),
+    }
+}
+
+fn camera_line(camera: &Camera) -> String {
+    let mut line = match camera.projection {
+        Projection::Perspective { fov_y } => format!("perspective, {:.1}° high", fov_y.to_degrees()),
+        Projection::Orthographic { height } => format!("orthographic, {height} m high"),
+        Projection::Panorama => "panorama".into(),
+    };
+    line.push_str(&format!(", at {} looking at {}", vector(camera.eye.into()), vector(camera.target.into())));
+    if camera.lens_radius > 0.0 {
+        line.push_str(&format!(", lens {} m, focus {} m", camera.lens_radius, camera.focus_distance));
+    }
+    if camera.path.is_some() {
+        line.push_str(", moving");
+    }
+    line
+}
+
+fn environment(scene: &Scene) -> String {
+    match &scene.environment {
+        Environment::Black => "black".into(),
+        Environment::Constant(c) => format!("constant {}", vector((*c).into())),
+        Environment::Image { image, rotation, intensity } => {
+            let name = scene.images.get(*image as usize).map_or("?", |i| i.name.as_str());
+            format!("{name}, intensity {intensity}, turned by {:.1}°", rotation.to_degrees())
+        }
+        Environment::Sky(sky) => {
+            let sun = if sky.sun.is_some() { " and sun" } else { "" };
+            format!("gradient from {} to {}{sun}", vector(sky.horizon.into()), vector(sky.zenith.into()))
+        }
+    }
+}
+
+/// Three numbers with as many digits as tell something.
+fn vector(v: [f32; 3]) -> String {
+    let number = |x: f32| {
+        let rounded = format!("{x:.3}");
+        let short = rounded.trim_end_matches('0').trim_end_matches('.');
+        // What is small is shown in full rather than as zero.
+        if x != 0.0 && (x.abs() < 0.01 || x.abs() >= 1e7) { format!("{x:e}") } else { short.to_owned() }
+    };
+    format!("({})", v.map(number).join(" "))
+}
+
+fn as_json(loaded: &Loaded, tables: &SceneTables) -> Value {
+    let (scene, report) = (&loaded.scene, &loaded.report);
+    let counts = Counts::of(scene);
+    let note = |n: &alhazen::Note| json!({ "severity": n.severity.to_string(), "message": n.message, "count": n.count });
+    let image = |i: &alhazen::SceneImage| json!({ "name": i.name, "width": i.width, "height": i.height });
+    json!({
+        "name": scene.name,
+        "unique_triangles": scene.unique_triangles(),
+        "instanced_triangles": scene.instanced_triangles(),
+        "vertices": counts.vertices,
+        "spheres": counts.spheres,
+        "meshes": scene.meshes.len(),
+        "parts": counts.parts,
+        "instances": scene.instances.len(),
+        "hidden_instances": counts.hidden,
+        "bounds": scene.bounds().map(|(low, high)| json!([low.to_array(), high.to_array()])),
+        "environment": environment(scene),
+        "images": scene.images.iter().map(image).collect::<Vec<_>>(),
+        "image_bytes": counts.image_bytes,
+        "materials": scene.materials.iter().map(|m| material_json(scene, m)).collect::<Vec<_>>(),
+        "lights": scene.lights.iter().map(|l| json!({ "name": l.name, "about": light_line(l) })).collect::<Vec<_>>(),
+        "light_sources": tables.lights.len(),
+        "cameras": scene.cameras.iter().map(camera_json).collect::<Vec<_>>(),
+        "table_bytes": tables.memory_bytes(),
+        "load_seconds": report.elapsed.as_secs_f64(),
+        "bytes_read": report.bytes_read,
+        "notes": report.notes.iter().map(note).collect::<Vec<_>>(),
+    })
+}
+
+fn material_json(scene: &Scene, m: &Material) -> Value {
+    let alpha = match m.alpha_mode {
+        AlphaMode::Opaque => "opaque",
+        AlphaMode::Mask(_) => "mask",
+        AlphaMode::Blend => "blend",
+    };
+    let cutoff = if let AlphaMode::Mask(cutoff) = m.alpha_mode { Some(cutoff) } else { None };
+    let textures: serde_json::Map<_, _> =
+        textures(scene, m).into_iter().map(|(slot, name)| (slot.to_owned(), name.into())).collect();
+    json!({
+        "name": m.name,
+        "model": model_name(m.model),
+        "base_color": m.base_color.to_array(),
+        "metallic": m.metallic,
+        "roughness": m.roughness,
+        "specular": m.specular,
+        "ior": m.ior,
+        "transmission": m.transmission,
+        "thin_walled": m.thin_walled,
+        "emission": m.emission.to_array(),
+        "alpha_mode": alpha,
+        "alpha_cutoff": cutoff,
+        "double_sided": m.double_sided,
+        "textures": textures,
+    })
+}
+
+fn camera_json(camera: &Camera) -> Value {
+    let (projection, fov, height) = match camera.projection {
+        Projection::Perspective { fov_y } => ("perspective", Some(fov_y.to_degrees()), None),
+        Projection::Orthographic { height } => ("orthographic", None, Some(height)),
+        Projection::Panorama => ("panorama", None, None),
+    };
+    json!({
+        "name": camera.name,
+        "projection": projection,
+        "fov_degrees": fov,
+        "height": height,
+        "eye": camera.eye.to_array(),
+        "target": camera.target.to_array(),
+        "up": camera.up.to_array(),
+        "aspect": camera.aspect,
+        "lens_radius": camera.lens_radius,
+        "focus_distance": camera.focus_distance,
+        "moves": camera.path.is_some(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short_but_never_hidden() {
+        assert_eq!(vector([0.0, 1.5, -20.0]), "(0 1.5 -20)");
+        assert_eq!(vector([0.8, 1.0 / 3.0, 1e-5]), "(0.8 0.333 1e-5)");
+    }
+}
