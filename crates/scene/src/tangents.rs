@@ -2,7 +2,19 @@
 
 use crate::TriangleMesh;
 use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
-use glam::{Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4};
+use std::collections::HashMap;
+
+/// How tangents were found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// There was nothing to do.
+    None,
+    /// By MikkTSpace.
+    MikkTSpace,
+    /// Each triangle for itself, because so many meet in one point that MikkTSpace would take for ever.
+    PerTriangle,
+}
 
 /// Computes the tangents of a mesh from its texture coordinates.
 ///
@@ -15,16 +27,37 @@ use glam::{Vec3, Vec4};
 /// The bitangent, `w · normal × tangent`, points towards the upper side of the image, as glTF defines it.
 /// Indices must be in range. Positions, normals and coordinates that are not finite give useless tangents, which are
 /// nevertheless unit vectors.
-pub fn generate(mesh: &mut TriangleMesh, uv_set: u32) {
+pub fn generate(mesh: &mut TriangleMesh, uv_set: u32) -> Method {
     let uvs = if uv_set == 0 { &mesh.uv0 } else { &mesh.uv1 };
     if mesh.indices.is_empty() || uvs.len() != mesh.positions.len() {
-        return;
+        return Method::None;
     }
+    let crowded = is_crowded(mesh);
     let mut corners = Corners { mesh, uv_set, tangents: vec![Vec4::ZERO; mesh.indices.len() * 3] };
-    // The error type has no values.
-    let _ = generate_tangents(&mut corners);
+    if crowded {
+        corners.generate_per_triangle();
+    } else {
+        // The error type has no values.
+        let _ = generate_tangents(&mut corners);
+    }
     let tangents = corners.tangents;
     split(mesh, &tangents);
+    if crowded { Method::PerTriangle } else { Method::MikkTSpace }
+}
+
+/// Whether MikkTSpace would be too slow: it compares all corners that are at one position with each other.
+fn is_crowded(mesh: &TriangleMesh) -> bool {
+    const COMPARISONS: u64 = 1 << 28;
+    let corners = mesh.indices.len() as u64 * 3;
+    if corners * corners <= COMPARISONS {
+        return false;
+    }
+    let mut counts: HashMap<[u32; 3], u64> = HashMap::with_capacity(mesh.positions.len());
+    for index in mesh.indices.as_flattened() {
+        *counts.entry(mesh.positions[*index as usize].to_array().map(f32::to_bits)).or_default() += 1;
+    }
+    let comparisons = counts.values().map(|count| count * count).fold(0, u64::saturating_add);
+    comparisons > COMPARISONS + 256 * corners
 }
 
 /// The mesh as unconnected corners.
@@ -37,6 +70,33 @@ struct Corners<'m> {
 impl Corners<'_> {
     fn vertex(&self, face: usize, corner: usize) -> usize {
         self.mesh.indices[face][corner] as usize
+    }
+
+    /// The direction in which u grows, in the plane of each triangle.
+    fn generate_per_triangle(&mut self) {
+        for face in 0..self.mesh.indices.len() {
+            let [p, q, r] = [0, 1, 2].map(|i| Vec3::from_array(self.position(face, i)));
+            let [s, t, u] = [0, 1, 2].map(|i| Vec2::from_array(self.tex_coord(face, i)));
+            let ((e, f), (a, b)) = ((q - p, r - p), (t - s, u - s));
+            let sign = if a.perp_dot(b) < 0.0 { -1.0 } else { 1.0 };
+            let direction = (e * b.y - f * a.y) * sign;
+            for corner in 0..3 {
+                let normal = Vec3::from_array(self.normal(face, corner));
+                let tangent = (direction - normal * normal.dot(direction)).normalize_or_zero();
+                self.set(face, corner, tangent, sign);
+            }
+        }
+    }
+
+    /// A unit tangent; for a zero vector, any that is perpendicular to the normal.
+    fn set(&mut self, face: usize, corner: usize, tangent: Vec3, sign: f32) {
+        let unit = tangent.normalize_or_zero();
+        self.tangents[3 * face + corner] = if unit == Vec3::ZERO {
+            let normal = Vec3::from_array(self.normal(face, corner)).normalize_or(Vec3::Y);
+            normal.any_orthonormal_vector().extend(1.0)
+        } else {
+            unit.extend(sign)
+        };
     }
 
     fn face_normal(&self, face: usize) -> Vec3 {
@@ -72,15 +132,7 @@ impl Geometry for Corners<'_> {
 
     fn set_tangent(&mut self, tangent: Option<TangentSpace>, face: usize, corner: usize) {
         let tangent = tangent.map_or(Vec4::ZERO, |t| Vec4::from_array(t.tangent_encoded()));
-        let direction = tangent.truncate();
-        let unit = direction.normalize_or_zero();
-        let normal = Vec3::from_array(self.normal(face, corner));
-        self.tangents[3 * face + corner] = if unit == Vec3::ZERO {
-            let normal = normal.normalize_or(Vec3::Y);
-            normal.any_orthonormal_vector().extend(1.0)
-        } else {
-            unit.extend(if tangent.w < 0.0 { -1.0 } else { 1.0 })
-        };
+        self.set(face, corner, tangent.truncate(), if tangent.w < 0.0 { -1.0 } else { 1.0 });
     }
 }
 
@@ -88,7 +140,7 @@ impl Geometry for Corners<'_> {
 fn split(mesh: &mut TriangleMesh, tangents: &[Vec4]) {
     const NONE: u32 = u32::MAX;
     /// Copies of one vertex that are searched before another is made: the hub of a huge fan has many.
-    const SEARCHED: usize = 32;
+    const SEARCHED: usize = 8;
     let originals = mesh.positions.len();
     // Per vertex: its tangent, and the next copy of the same original vertex.
     let mut assigned = vec![Vec4::ZERO; originals];
@@ -137,5 +189,77 @@ fn duplicate<T: Copy>(values: &mut Vec<T>, copies: &[u32]) {
     if !values.is_empty() {
         values.reserve_exact(copies.len());
         values.extend(copies.iter().map(|c| *c as usize).map(|c| values[c]).collect::<Vec<_>>());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A unit square in the x–y plane that shows the whole image upright, seen from +z.
+    fn quad() -> TriangleMesh {
+        TriangleMesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y],
+            uv0: vec![Vec2::Y, Vec2::ONE, Vec2::X, Vec2::ZERO],
+            indices: vec![[0, 1, 2], [0, 2, 3]],
+            ..TriangleMesh::default()
+        }
+    }
+
+    #[test]
+    fn the_bitangent_points_to_the_upper_side_of_the_image() {
+        let mut mesh = quad();
+        assert_eq!(generate(&mut mesh, 0), Method::MikkTSpace);
+        assert_eq!(mesh.positions.len(), 4, "nothing to split");
+        for tangent in &mesh.tangents {
+            assert!((tangent.truncate() - Vec3::X).length() < 1e-6);
+            assert_eq!(tangent.w * Vec3::Z.cross(Vec3::X), Vec3::Y);
+        }
+    }
+
+    #[test]
+    fn mirrored_halves_are_split_and_keep_their_attributes() {
+        let mut mesh = quad();
+        // The second triangle sees the image mirrored.
+        mesh.positions.push(mesh.positions[2]);
+        mesh.uv0 = vec![Vec2::Y, Vec2::ONE, Vec2::X, Vec2::new(2.0, 0.0), Vec2::X];
+        mesh.indices = vec![[0, 1, 2], [0, 2, 3]];
+        generate(&mut mesh, 0);
+        let count = mesh.positions.len();
+        assert!(count > 5 && mesh.uv0.len() == count && mesh.tangents.len() == count);
+        assert!(mesh.normals.is_empty() && mesh.colors.is_empty());
+        let signs: Vec<f32> = mesh.indices.iter().map(|t| mesh.tangents[t[0] as usize].w).collect();
+        assert_eq!(signs, [1.0, -1.0]);
+        assert_eq!(mesh.positions[mesh.indices[1][0] as usize], Vec3::ZERO);
+    }
+
+    #[test]
+    fn both_methods_agree_on_flat_triangles() {
+        let mut mesh = quad();
+        mesh.uv0 = vec![Vec2::ZERO, Vec2::new(0.3, 0.1), Vec2::new(0.2, 0.9), Vec2::new(-0.4, 0.5)];
+        mesh.indices.truncate(1);
+        let mut corners = Corners { mesh: &mesh, uv_set: 0, tangents: vec![Vec4::ZERO; 3] };
+        corners.generate_per_triangle();
+        let per_triangle = std::mem::take(&mut corners.tangents);
+        generate(&mut mesh, 0);
+        for (index, expected) in mesh.indices[0].into_iter().zip(per_triangle) {
+            let tangent = mesh.tangents[index as usize];
+            assert!((tangent - expected).length() < 1e-5, "{tangent} against {expected}");
+        }
+    }
+
+    /// MikkTSpace takes time quadratic in the triangles around a point.
+    #[test]
+    fn a_huge_fan_takes_no_longer_than_its_size() {
+        let count = 60_000u32;
+        let rim = |i: u32| (i as f32 * 1e-4).sin_cos();
+        let mut mesh = TriangleMesh {
+            positions: (0..count).map(|i| rim(i).into()).map(|p: Vec2| p.extend(0.1 * p.x)).collect(),
+            uv0: (0..count).map(|i| rim(i).into()).collect(),
+            indices: (2..count).map(|i| [0, i - 1, i]).collect(),
+            ..TriangleMesh::default()
+        };
+        assert_eq!(generate(&mut mesh, 0), Method::PerTriangle);
+        assert!(mesh.tangents.iter().all(|t| (t.truncate().length() - 1.0).abs() < 1e-4));
     }
 }

@@ -1,7 +1,6 @@
 //! A parsed file with everything that its parts need to be read: errors that name it, limits, options.
 
 use super::buffers::Buffers;
-use super::container::Container;
 use super::json::Gltf;
 use crate::{LoadError, LoadOptions};
 use std::path::Path;
@@ -18,25 +17,24 @@ pub(super) struct Document<'a> {
 }
 
 /// Memory that any file may fill, in bytes, however small it is.
-const FREE_MEMORY: u64 = 1 << 30;
+const FREE_MEMORY: u64 = 256 << 20;
 /// Beyond that a file may fill this many times its size. Quantized data grows up to fourfold, and several primitives
 /// may share data.
 const MEMORY_PER_BYTE: u64 = 16;
 
 impl<'a> Document<'a> {
-    /// Parses the JSON.
+    /// A document of parsed JSON.
     ///
     /// # Errors
-    /// [`LoadError::Malformed`] for JSON that is not valid or not glTF 2.
-    pub fn parse(
+    /// [`LoadError::Malformed`] for what is not glTF 2.
+    pub fn new(
         path: &'a Path,
         options: &'a LoadOptions,
-        container: Container<'a>,
+        json: Gltf<'a>,
+        binary: Option<&'a [u8]>,
         file_size: u64,
     ) -> Result<Self, LoadError> {
-        let json: Gltf<'a> = serde_json::from_slice(container.json)
-            .map_err(|error| LoadError::malformed(path, "JSON", error.to_string()))?;
-        let buffers = Buffers::new(container.binary, json.buffers.len());
+        let buffers = Buffers::new(binary, json.buffers.len());
         let document = Self { path, options, json, buffers, file_size, used: AtomicU64::new(0) };
         document.check_version()?;
         Ok(document)
@@ -53,6 +51,7 @@ impl<'a> Document<'a> {
         }
         match asset.and_then(|a| a.min_version.as_deref()) {
             None | Some("2.0") => Ok(()),
+            Some(_) if self.options.lenient => Ok(()),
             Some(min) => Err(self.malformed("asset", format!("requires version `{min}`, supported is 2.0"))),
         }
     }

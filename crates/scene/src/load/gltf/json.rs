@@ -1,4 +1,6 @@
 //! The JSON of a glTF file, as far as this loader uses it: unknown fields are skipped, names are glTF's own.
+//!
+//! Every type mirrors the object of the same name in the specification or in an extension.
 
 use serde::de::{Error, IgnoredAny, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};

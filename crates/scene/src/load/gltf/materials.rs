@@ -7,7 +7,10 @@ use super::instances::Job;
 use super::json::{self, MetallicRoughness, TextureInfo};
 use super::textures::Textures;
 use crate::load::textures::Neutral;
-use crate::{AlphaMode, ColorSpace, LoadError, LoadReport, Material, MaterialId, Model, TextureRef};
+use crate::{
+    AlphaMode, ColorSpace, Image, LoadError, LoadReport, Material, MaterialId, Model, Pixels, Texture,
+    TextureRef,
+};
 use glam::{Vec3, Vec4};
 
 /// A material's number in the scene and what it needs of the meshes that it covers.
@@ -304,6 +307,27 @@ fn choose_model(source: &json::Material, material: &mut Material) {
     } else {
         Model::MetallicRoughness
     };
+}
+
+/// Recognises glass whose metalness is switched off by a texture, not by the factor: its default is 1.
+pub(super) fn settle_models(materials: &mut [Material], textures: &[Texture], images: &[Image]) {
+    let never_metal = |reference: TextureRef| {
+        let image = textures.get(reference.texture as usize).and_then(|t| images.get(t.image as usize));
+        image.is_some_and(|image| match &image.pixels {
+            Pixels::Rgba8(pixels) => pixels.iter().all(|p| p[2] == 0),
+            Pixels::Rgb32F(pixels) => pixels.iter().all(|p| p[2] <= 0.0),
+        })
+    };
+    for material in materials {
+        let clear = material.transmission == 1.0 && material.transmission_texture.is_none();
+        if clear
+            && material.model == Model::MetallicRoughness
+            && material.metallic_roughness_texture.is_some_and(never_metal)
+        {
+            material.metallic = 0.0;
+            material.model = Model::Dielectric;
+        }
+    }
 }
 
 /// Base colour and metalness whose diffuse and specular reflectances come closest to the given ones.

@@ -213,7 +213,11 @@ impl Document<'_> {
         if !uvs.is_empty() && !mesh.indices.is_empty() {
             // Vertices are split where tangents differ: three a triangle at worst, and as much again while working.
             self.reserve::<[Vec4; 12]>(mesh.indices.len() as u64)?;
-            tangents::generate(mesh, set);
+            if tangents::generate(mesh, set) == tangents::Method::PerTriangle {
+                report.approximated(
+                    "tangents of a mesh with very many triangles around one point are not smooth",
+                );
+            }
         }
         Ok(())
     }

@@ -15,6 +15,7 @@ mod document;
 mod extensions;
 mod factors;
 mod instances;
+mod integers;
 mod json;
 mod lights;
 mod materials;
@@ -53,7 +54,18 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
 pub fn load_bytes(path: &Path, file: &[u8], options: &LoadOptions) -> Result<Loaded, LoadError> {
     let mut report = LoadReport { bytes_read: file.len() as u64, ..LoadReport::default() };
     let container = container::split(path, file, &mut report)?;
-    let document = Document::parse(path, options, container, file.len() as u64)?;
+    let mended: Vec<u8>;
+    let json = match serde_json::from_slice(container.json) {
+        Ok(json) => json,
+        Err(error) => {
+            let malformed = || LoadError::malformed(path, "JSON", error.to_string());
+            mended = integers::mend(container.json).filter(|_| error.is_data()).ok_or_else(malformed)?;
+            serde_json::from_slice(&mended)
+                .inspect(|_| report.repaired("integers are written as fractions"))
+                .map_err(|_| malformed())?
+        }
+    };
+    let document = Document::new(path, options, json, container.binary, file.len() as u64)?;
     document.check_extensions(&mut report)?;
     let scene = convert(&document, &mut report)?;
     report.bytes_read += document.buffers.extra_bytes.load(Ordering::Relaxed);
@@ -65,13 +77,14 @@ fn convert(document: &Document<'_>, report: &mut LoadReport) -> Result<Scene, Lo
     let hierarchy = document.hierarchy(source, report)?;
     let placement = document.placement(&hierarchy, report)?;
     let mut textures = Textures::new(document);
-    let materials = document.materials(&placement.jobs, &mut textures, report)?;
+    let mut materials = document.materials(&placement.jobs, &mut textures, report)?;
     let mut texture_notes = LoadReport::default();
     let ((textures, images), meshes) = rayon::join(
         || textures.decode(&mut texture_notes),
         || document.build_meshes(&placement.jobs, |m| materials.get(m), report),
     );
     let (meshes, instances) = drop_empty(meshes?, placement.instances);
+    materials::settle_models(&mut materials.list, &textures, &images);
     report.bytes_read += texture_notes.bytes_read;
     texture_notes.notes.into_iter().for_each(|note| report.note(note.severity, note.message));
     Ok(Scene {

@@ -16,12 +16,14 @@ pub(super) struct Textures<'d> {
     pub textures: Vec<Texture>,
     loader: TextureLoader<'d>,
     images: HashMap<(u32, Neutral), ImageId>,
+    /// By the file's number, the stand-in and whether it is sRGB.
+    numbers: HashMap<(u32, Neutral, bool), TextureId>,
 }
 
 impl<'d> Textures<'d> {
     pub fn new(document: &'d Document<'_>) -> Self {
         let loader = TextureLoader::new(document.options, 0);
-        Self { textures: Vec::new(), loader, images: HashMap::new() }
+        Self { textures: Vec::new(), loader, images: HashMap::new(), numbers: HashMap::new() }
     }
 
     /// Decodes the images, in parallel.
@@ -55,19 +57,16 @@ impl<'d> Textures<'d> {
             }
             found.map_or(Sampler::default(), |s| sampler(s, report))
         });
-        let texture = self.texture(Texture { image, sampler, color_space });
+        let next = self.textures.len() as TextureId;
+        let texture =
+            *self.numbers.entry((info.index, neutral, color_space == ColorSpace::Srgb)).or_insert(next);
+        if texture == next {
+            self.textures.push(Texture { image, sampler, color_space });
+        }
         let transform = info.extensions.transform.as_ref();
         let uv_set = transform.and_then(|t| t.tex_coord).unwrap_or(info.tex_coord);
         let transform = transform.map_or(UvTransform::default(), |t| uv_transform(t, report));
         Some(TextureRef { texture, uv_set, transform })
-    }
-
-    fn texture(&mut self, texture: Texture) -> TextureId {
-        let known = self.textures.iter().position(|t| *t == texture);
-        known.unwrap_or_else(|| {
-            self.textures.push(texture);
-            self.textures.len() - 1
-        }) as TextureId
     }
 
     /// The image of a texture, or of the extension that replaces it.
