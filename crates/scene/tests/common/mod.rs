@@ -23,7 +23,9 @@ impl Default for Limits {
 pub fn load_within(path: &Path, limits: Limits) -> Result<Loaded, LoadError> {
     let (sender, receiver) = mpsc::channel();
     let file = path.to_owned();
-    let worker = std::thread::spawn(move || sender.send(scene::load::load(&file, &LoadOptions::default())));
+    let worker = std::thread::spawn(move || {
+        let _ = sender.send(scene::load::load(&file, &LoadOptions::default())); // nobody listens after a timeout
+    });
     match receiver.recv_timeout(Duration::from_secs(limits.seconds)) {
         Ok(result) => result,
         Err(mpsc::RecvTimeoutError::Timeout) => {

@@ -69,7 +69,7 @@ pub fn decode(
 /// Refuses sizes that the file's bytes cannot fill.
 pub(super) fn check_size(width: u64, height: u64, bytes: usize) -> Result<(), TextureError> {
     let pixels = width.saturating_mul(height);
-    let plausible = (bytes as u64).saturating_mul(MAX_PIXELS_PER_BYTE).max(FREE_PIXELS).min(MAX_PIXELS);
+    let plausible = (bytes as u64).saturating_mul(MAX_PIXELS_PER_BYTE).clamp(FREE_PIXELS, MAX_PIXELS);
     if pixels == 0 {
         return Err(TextureError::Decode(format!("{width} × {height} pixels")));
     }
