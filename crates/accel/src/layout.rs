@@ -27,7 +27,8 @@ pub(crate) struct Node {
 }
 
 impl Node {
-    pub const EMPTY: Node = Node { planes: [[[f32::MAX; WIDTH], [f32::MIN; WIDTH]]; 3], children: [EMPTY; WIDTH] };
+    pub const EMPTY: Node =
+        Node { planes: [[[f32::MAX; WIDTH], [f32::MIN; WIDTH]]; 3], children: [EMPTY; WIDTH] };
 
     pub fn bounds(&self, child: usize) -> Aabb {
         let face = |side: usize| [0, 1, 2].map(|a: usize| self.planes[a][side][child]);
@@ -108,7 +109,8 @@ pub(crate) struct SphereBlock {
 }
 
 impl SphereBlock {
-    pub const EMPTY: SphereBlock = SphereBlock { spheres: [[f32::NAN; WIDTH]; 4], ids: [NO_PRIMITIVE; WIDTH] };
+    pub const EMPTY: SphereBlock =
+        SphereBlock { spheres: [[f32::NAN; WIDTH]; 4], ids: [NO_PRIMITIVE; WIDTH] };
 }
 
 impl Block for SphereBlock {

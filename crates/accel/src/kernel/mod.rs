@@ -95,7 +95,7 @@ impl Slabs {
     /// `extent`: the largest magnitude of a coordinate in the tree, by axis.
     #[inline(always)]
     fn new(ray: &Ray, extent: &[f32; 3]) -> Slabs {
-        let d = ray.direction;
+        let d = &ray.direction;
         // Zero would give infinity, and infinity NaN. This is small enough to be parallel at any distance.
         let tiny = (d[0].abs().max(d[1].abs()).max(d[2].abs()) * 1e-24).max(1e-37);
         let mut s = Slabs {

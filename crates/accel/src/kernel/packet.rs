@@ -4,14 +4,14 @@
 //! tested ray by ray, first their boxes and then their primitives with the code for single rays.
 
 use super::wide::{Candidates, Leaf, Shear, Triangles, splats};
-use super::{Best, STACK, Slabs};
+use super::{Best, STACK};
 use crate::blas::Blas;
-use crate::layout::{LEAF, Node, TriangleBlock, WIDTH};
+use crate::layout::{EMPTY, LEAF, Node, TriangleBlock, WIDTH};
 use crate::ray::{Hit, HitFilter, MISS, Ray};
 use crate::simd::Simd;
 
 /// Rays in a packet.
-pub(crate) const PACKET: usize = 16;
+pub(crate) const PACKET: usize = 32;
 
 const GROUPS: usize = PACKET / WIDTH;
 
@@ -46,6 +46,20 @@ struct Frustum {
     t_min: f32,
 }
 
+#[inline(always)]
+fn abs<S: Simd>(s: S, x: S::F) -> S::F {
+    s.max(x, s.sub(s.splat(0.0), x))
+}
+
+/// Whether the directions of two rays are close. Not exact: `load` looks closer.
+#[inline(always)]
+fn is_alike(a: &Ray, b: &Ray) -> bool {
+    let dot = |a: &[f32; 3], b: &[f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let (aa, ab, bb) =
+        (dot(&a.direction, &a.direction), dot(&a.direction, &b.direction), dot(&b.direction, &b.direction));
+    ab > 0.0 && ab * ab > 0.97 * aa * bb
+}
+
 impl Packet {
     pub fn new() -> Packet {
         let none = Shear::new(&Ray::new([0.0; 3], [0.0, 0.0, 1.0]));
@@ -60,58 +74,89 @@ impl Packet {
         }
     }
 
-    /// Takes up to [`PACKET`] rays, if they are alike enough.
+    /// Takes up to [`PACKET`] rays, if they are alike enough. Unused lanes are filled with the first ray.
     #[inline(always)]
-    fn load(&mut self, blas: &Blas, rays: &[Ray]) -> Option<Frustum> {
+    fn load<S: Simd>(&mut self, s: S, blas: &Blas, rays: &[Ray]) -> Option<Frustum> {
         let first = rays.first()?;
-        let mut f = Frustum {
-            near_side: [0; 3],
-            near_origin: [0.0; 3],
-            far_origin: [0.0; 3],
-            low_inverse: [f32::INFINITY; 3],
-            high_inverse: [f32::NEG_INFINITY; 3],
-            t_min: f32::INFINITY,
-        };
-        let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-        let axis =
-            (0..3).fold(0, |w, a| if first.direction[a].abs() > first.direction[w].abs() { a } else { w });
-        let unit = |d: [f32; 3]| [d[0] / d[axis].abs(), d[1] / d[axis].abs(), d[2] / d[axis].abs()];
-        let middle = unit(rays[rays.len() / 2].direction);
-        let extent = blas.extent[0].max(blas.extent[1]).max(blas.extent[2]);
-        self.t_max = [[-1.0; WIDTH]; GROUPS];
-        for (i, ray) in rays.iter().enumerate() {
+        // Most packets that will not do are found out by a look at three rays.
+        if !is_alike(first, &rays[rays.len() / 2]) || !is_alike(first, &rays[rays.len() - 1]) {
+            return None;
+        }
+        let (mut origins, mut directions) = ([[[0.0; WIDTH]; GROUPS]; 3], [[[0.0; WIDTH]; GROUPS]; 3]);
+        for i in 0..PACKET {
+            let ray = rays.get(i).unwrap_or(first);
             if !ray.is_valid() {
                 return None;
             }
-            let slabs = Slabs::new(ray, &blas.extent);
-            if i == 0 {
-                f.near_side = slabs.near_side;
-            }
-            let u = unit(ray.direction);
             let (group, lane) = (i / WIDTH, i % WIDTH);
             for a in 0..3 {
-                let is_apart = !((u[a] - middle[a]).abs() <= MAX_SPREAD)
-                    || (ray.origin[a] - first.origin[a]).abs() > MAX_DISTANCE * extent;
-                if is_apart || slabs.near_side[a] != f.near_side[a] {
-                    return None;
-                }
-                self.inverse[a][group][lane] = slabs.inverse[a];
-                self.near_offset[a][group][lane] = slabs.near_offset[a];
-                self.far_offset[a][group][lane] = slabs.far_offset[a];
-                low[a] = low[a].min(ray.origin[a]);
-                high[a] = high[a].max(ray.origin[a]);
-                f.low_inverse[a] = f.low_inverse[a].min(slabs.inverse[a]);
-                f.high_inverse[a] = f.high_inverse[a].max(slabs.inverse[a]);
+                origins[a][group][lane] = ray.origin[a];
+                directions[a][group][lane] = ray.direction[a];
             }
-            self.t_min[group][lane] = slabs.t_min;
-            self.t_max[group][lane] = ray.t_max;
-            f.t_min = f.t_min.min(slabs.t_min);
+            self.t_min[group][lane] = ray.t_min.max(0.0);
+            self.t_max[group][lane] = if i < rays.len() { ray.t_max } else { -1.0 };
             self.shear[i] = Shear::new(ray);
             self.hits[i] = MISS;
         }
+
+        let d = first.direction;
+        let long = if d[0].abs() > d[1].abs() { 0 } else { 1 };
+        let long = if d[2].abs() > d[long].abs() { 2 } else { long };
+        let mut f = Frustum {
+            near_side: [usize::from(d[0] < 0.0), usize::from(d[1] < 0.0), usize::from(d[2] < 0.0)],
+            near_origin: [0.0; 3],
+            far_origin: [0.0; 3],
+            low_inverse: [0.0; 3],
+            high_inverse: [0.0; 3],
+            t_min: self.t_min.as_flattened().iter().fold(f32::INFINITY, |m, &t| if t < m { t } else { m }),
+        };
+        let (zero, one) = (s.splat(0.0), s.splat(1.0));
+        let mut scales = [zero; GROUPS];
+        let mut tiny = [zero; GROUPS];
+        for group in 0..GROUPS {
+            let (x, y) = (s.load(&directions[0][group]), s.load(&directions[1][group]));
+            let z = s.load(&directions[2][group]);
+            let longest = s.max(s.max(abs(s, x), abs(s, y)), abs(s, z));
+            tiny[group] = s.max(s.mul(longest, s.splat(1e-24)), s.splat(1e-37));
+            scales[group] = s.div(one, abs(s, s.load(&directions[long][group])));
+        }
+        let extent = blas.extent[0].max(blas.extent[1]).max(blas.extent[2]);
         for a in 0..3 {
-            let room = (low[a].abs().max(high[a].abs()) + blas.extent[a]) * (8.0 * f32::EPSILON);
-            let (low, high) = (low[a] - room, high[a] + room);
+            let middle = s.splat(d[a] / d[long].abs());
+            let all_negative = if f.near_side[a] == 0 { 0 } else { 255 };
+            let (mut low, mut high) = (s.splat(f32::MAX), s.splat(f32::MAX));
+            let (mut low_inverse, mut high_inverse) = (low, high);
+            for group in 0..GROUPS {
+                // As in `Slabs::new`.
+                let (o, d) = (s.load(&origins[a][group]), s.load(&directions[a][group]));
+                let d = s.select(s.lt(abs(s, d), tiny[group]), d, s.flip_sign(tiny[group], d));
+                let inverse = s.div(one, d);
+                let offset = s.mul(o, inverse);
+                let size = s.add(abs(s, o), s.splat(blas.extent[a]));
+                let error = s.mul(s.mul(size, abs(s, inverse)), s.splat(4.0 * f32::EPSILON));
+                s.store(inverse, &mut self.inverse[a][group]);
+                s.store(s.sub(s.sub(zero, offset), error), &mut self.near_offset[a][group]);
+                s.store(s.sub(error, offset), &mut self.far_offset[a][group]);
+                let apart = abs(s, s.sub(s.mul(d, scales[group]), middle));
+                // NaN is apart, too.
+                if s.bits(s.le(apart, s.splat(MAX_SPREAD))) != 255
+                    || s.bits(s.lt(inverse, zero)) != all_negative
+                {
+                    return None;
+                }
+                low = s.min(low, o);
+                high = s.min(high, s.sub(zero, o));
+                low_inverse = s.min(low_inverse, inverse);
+                high_inverse = s.min(high_inverse, s.sub(zero, inverse));
+            }
+            f.low_inverse[a] = s.least(low_inverse);
+            f.high_inverse[a] = -s.least(high_inverse);
+            let (low, high) = (s.least(low), -s.least(high));
+            if high - low > MAX_DISTANCE * extent {
+                return None;
+            }
+            let room = (low.abs().max(high.abs()) + blas.extent[a]) * (8.0 * f32::EPSILON);
+            let (low, high) = (low - room, high + room);
             (f.near_origin[a], f.far_origin[a]) = if f.near_side[a] == 0 { (high, low) } else { (low, high) };
         }
         Some(f)
@@ -135,7 +180,7 @@ impl Packet {
         rays: &[Ray],
         filter: &F,
     ) -> bool {
-        let Some(f) = self.load(blas, rays) else { return false };
+        let Some(f) = self.load(s, blas, rays) else { return false };
         if blas.root & LEAF != 0 {
             return false;
         }
@@ -180,6 +225,9 @@ impl Packet {
                 if child & LEAF == 0 {
                     at = child;
                     break;
+                }
+                if child == EMPTY {
+                    continue;
                 }
                 let index = (child & !LEAF) as usize;
                 let mut has_hit = false;

@@ -27,7 +27,8 @@ fn walk(
     while size > 0 {
         size -= 1;
         let (distance, child) = stack[size];
-        if distance >= t_max {
+        // Coordinates near the end of the range of floats may let a ray into unused boxes.
+        if distance >= t_max || child == EMPTY {
             continue;
         }
         if child & LEAF != 0 {

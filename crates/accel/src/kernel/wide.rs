@@ -5,7 +5,7 @@
 use super::packet::Packet;
 use super::{Best, STACK, Slabs};
 use crate::blas::{Blas, Shape};
-use crate::layout::{ChildRef, LEAF, Node, SphereBlock, TriangleBlock, WIDTH};
+use crate::layout::{ChildRef, EMPTY, LEAF, Node, SphereBlock, TriangleBlock, WIDTH};
 use crate::ray::{Hit, HitFilter, Ray};
 use crate::simd::Simd;
 use crate::tlas::Tlas;
@@ -105,7 +105,8 @@ fn walk<S: Simd, V: Visitor<S>>(
                 }
                 continue;
             }
-        } else {
+        } else if child != EMPTY {
+            // Coordinates near the end of the range of floats may let a ray into unused boxes.
             if visitor.leaf(s, (child & !LEAF) as usize) {
                 return true;
             }
@@ -193,7 +194,8 @@ impl Shear {
     pub fn new(ray: &Ray) -> Shear {
         const AXES: [[usize; 3]; 8] =
             [[1, 2, 0], [2, 0, 1], [0, 1, 2], [2, 0, 1], [1, 2, 0], [1, 2, 0], [0, 1, 2], [0, 1, 2]];
-        let d = ray.direction;
+        // By reference: a copy is written in pieces and read back in others, which stalls.
+        let d = &ray.direction;
         let (x, y, z) = (d[0].abs(), d[1].abs(), d[2].abs());
         // By table: which axis is longest is anyone's guess, and so would be a branch.
         let axes = AXES[usize::from(y > x) | usize::from(z > x) << 1 | usize::from(z > y) << 2];
