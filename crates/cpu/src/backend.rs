@@ -1,6 +1,6 @@
 //! [`CpuBackend`]: the trait's implementation; film, threads, passes.
 
-use crate::bands::{BAND_ROWS, BandAovs, render_band};
+use crate::bands::{BAND_ROWS, Band, BandAovs};
 use crate::filter::AlphaFilter;
 use crate::path::PathBatch;
 use crate::scene::CpuScene;
@@ -141,9 +141,10 @@ fn render_one_band(
 ) -> u64 {
     BATCH.with_borrow_mut(|batch| {
         if scene.tables.has_alpha {
-            render_band(scene, view, &AlphaFilter(scene), rows, samples, pixels, aovs, batch)
+            let filter = &AlphaFilter(scene);
+            Band { scene, view, filter, rows, samples }.render(pixels, aovs, batch)
         } else {
-            render_band(scene, view, &Opaque, rows, samples, pixels, aovs, batch)
+            Band { scene, view, filter: &Opaque, rows, samples }.render(pixels, aovs, batch)
         }
     })
 }

@@ -9,27 +9,29 @@ use optics::light::{
     sphere_light_pdf, triangle_light_pdf,
 };
 use optics::warp::{alias_choose, alias_slot, pdf_cone};
-use optics::{Vec3f, vec2f, vec3f};
+use optics::{Vec2f, Vec3f, vec2f, vec3f};
 use scene::tables::{LightRecord, NONE};
 
 /// Samples a direction towards a light chosen by power; the density includes the choice. `None` without lights.
 ///
-/// - `u_light`: chooses the light. `u`: the direction.
-pub(crate) fn sample_light(scene: &CpuScene, p: Vec3f, u_light: f32, u: [f32; 2]) -> Option<LightSample> {
+/// `u.x` chooses the light, and what is left of it goes with `u.y` into the direction.
+#[inline(always)]
+pub(crate) fn sample_light(scene: &CpuScene, p: Vec3f, u: Vec2f) -> Option<LightSample> {
     let alias = &scene.tables.light_alias;
     if alias.is_empty() {
         return None;
     }
     let count = alias.len() as u32;
-    let slot = alias_slot(u_light, count);
+    let slot = alias_slot(u.x, count);
     let entry = alias[slot as usize];
-    let index = alias_choose(u_light, count, slot, entry.threshold, entry.alias).index;
-    let mut sample = sample_one_light(scene, index, p, u);
-    sample.pdf *= alias[index as usize].probability;
+    let choice = alias_choose(u.x, count, slot, entry.threshold, entry.alias);
+    let mut sample = sample_one_light(scene, choice.index, p, [choice.remainder, u.y]);
+    sample.pdf *= alias[choice.index as usize].probability;
     Some(sample)
 }
 
 /// Samples a direction towards light `index`.
+#[inline(always)]
 pub(crate) fn sample_one_light(scene: &CpuScene, index: u32, p: Vec3f, u: [f32; 2]) -> LightSample {
     let record = &scene.tables.lights[index as usize];
     if record.light.kind == LIGHT_ENVIRONMENT {
@@ -60,6 +62,7 @@ fn textured_emission(scene: &CpuScene, record: &LightRecord, [b1, b2]: [f32; 2])
 
 /// Density over solid angle, seen from `from`, with which [`sample_light`] would have found an emissive surface at
 /// distance `distance` in unit direction `wi`; 0 if it is not sampled.
+#[inline]
 pub(crate) fn surface_light_pdf(scene: &CpuScene, s: &Surface, from: Vec3f, wi: Vec3f, distance: f32) -> f32 {
     if s.light == NONE {
         return 0.0;

@@ -27,6 +27,7 @@ pub(crate) struct Shading {
 
 /// Linear base colour at a surface: factor × texture × vertex colour, or the pattern's.
 /// `footprint`: radius of the ray's footprint, metres.
+#[inline]
 pub(crate) fn base_color(tables: &SceneTables, material: &MaterialRecord, s: &Surface, footprint: f32) -> Vec3f {
     let mut color = vec3f(
         material.base_color[0] * s.color[0],
@@ -73,6 +74,7 @@ pub(crate) fn coverage(
 }
 
 /// Radiance that the surface emits towards the viewer.
+#[inline]
 pub(crate) fn emission(tables: &SceneTables, material: &MaterialRecord, s: &Surface, footprint: f32) -> Vec3f {
     if material.model == ModelTag::Unlit {
         return base_color(tables, material, s, footprint);
@@ -93,9 +95,16 @@ pub(crate) fn emission_at(tables: &SceneTables, material: &MaterialRecord, coord
     vec3f(e.x * t[0], e.y * t[1], e.z * t[2])
 }
 
+/// Whether [`shade`] needs `u_mix`.
+#[inline]
+pub(crate) fn mixes_models(material: &MaterialRecord) -> bool {
+    material.transmission > 0.0
+}
+
 /// The BSDF at a surface, prepared for its viewing direction.
 ///
 /// `u_mix`: uniform number that chooses between refraction and diffuse reflection where a material mixes them.
+#[inline(always)]
 pub(crate) fn shade(
     tables: &SceneTables,
     material: &MaterialRecord,

@@ -6,13 +6,13 @@
 
 use crate::aov::aov_sample;
 use crate::lights::{for_each_distant, sample_light, surface_light_pdf};
-use crate::material::{Shading, emission, shade};
+use crate::material::{Shading, emission, mixes_models, shade};
 use crate::scene::{CpuScene, vec3};
 use crate::surface::Surface;
 use accel::{Coherence, Hit, HitFilter, MISS, Ray};
 use backend::{PathSettings, View};
 use film::AovSample;
-use optics::bsdf::{bsdf_eval, bsdf_has_smooth_part, bsdf_sample, bsdf_transmits};
+use optics::bsdf::{bsdf_eval, bsdf_has_lobes, bsdf_has_smooth_part, bsdf_sample, bsdf_transmits};
 use optics::camera::{camera_pixel_spread, camera_ray};
 use optics::frame::{to_local, to_world};
 use optics::light::LightSample;
@@ -31,9 +31,11 @@ const PAIR_LENS: u32 = 1;
 const PAIRS_BEFORE_VERTICES: u32 = 2;
 const PAIRS_PER_VERTEX: u32 = 4;
 const PAIR_BSDF: u32 = 0;
-const PAIR_CHOICES: u32 = 1;
-const PAIR_LIGHT: u32 = 2;
-const PAIR_ROULETTE: u32 = 3;
+const PAIR_LIGHT: u32 = 1;
+/// x: which lobe. y: Russian roulette.
+const PAIR_LOBE: u32 = 2;
+/// x: which of the models that a material mixes.
+const PAIR_MODEL: u32 = 3;
 
 /// Shadow rays end this share of the way before the light, so that they do not hit the light itself.
 const SHADOW_END: f32 = 0.9999;
@@ -75,6 +77,8 @@ pub(crate) struct PathBatch {
     shadow_rays: Vec<Ray>,
     connections: Vec<Connection>,
     occluded: Vec<bool>,
+    /// The samples being made; kept here between bands for its memory only.
+    pub ids: Vec<SampleId>,
     /// Radiance of each sample of the batch.
     pub radiance: Vec<Vec3f>,
     /// First hits, parallel to `radiance`, if the view asks for auxiliary layers.
@@ -93,6 +97,7 @@ struct Context<'a> {
 
 impl PathBatch {
     /// Makes the samples; the results are in `radiance` and `aovs`, in the order of `samples`.
+    #[inline(always)]
     pub fn run<F: HitFilter>(&mut self, scene: &CpuScene, view: &View, settings: &PathSettings, filter: &F, samples: &[SampleId]) {
         let pixel_spread = camera_pixel_spread(view.camera, view.height as f32);
         let shading = Shading { single_scatter: view.single_scatter, pixel_spread };
@@ -117,6 +122,7 @@ impl PathBatch {
     }
 
     /// Camera rays.
+    #[inline(always)]
     fn generate(&mut self, view: &View, samples: &[SampleId]) {
         self.rays.clear();
         self.paths.clear();
@@ -139,6 +145,7 @@ impl PathBatch {
     }
 
     /// Everything that happens where path `i` arrives.
+    #[inline(always)]
     fn shade_one(&mut self, context: &Context, i: usize) {
         let (ray, hit) = (self.rays[i], self.hits[i]);
         let mut path = self.paths[i];
@@ -185,13 +192,14 @@ impl PathBatch {
     }
 
     /// Next-event estimation and the path's continuation at a surface.
+    #[inline(always)]
     fn scatter(&mut self, context: &Context, surface: &Surface, mut path: Path, footprint: f32) {
         let tables = &*context.scene.tables;
         let material = &tables.materials[surface.material as usize];
+        // Numbers are drawn only where something depends on them: they cost as much as the rest of the shading.
         let pair = PAIRS_BEFORE_VERTICES + PAIRS_PER_VERTEX * (path.state.depth - 1);
-        let choices = sample_2d(path.sampler, pair + PAIR_CHOICES);
-        let late = sample_2d(path.sampler, pair + PAIR_ROULETTE);
-        let bsdf = shade(tables, material, surface, &context.shading, footprint, late.y);
+        let u_model = if mixes_models(material) { sample_2d(path.sampler, pair + PAIR_MODEL).x } else { 0.0 };
+        let bsdf = shade(tables, material, surface, &context.shading, footprint, u_model);
         if bsdf.kind == BSDF_NONE {
             self.finish(&path);
             return;
@@ -199,11 +207,17 @@ impl PathBatch {
         let wo = to_local(surface.frame, surface.wo);
         if bsdf_has_smooth_part(bsdf) && !tables.lights.is_empty() {
             let u = sample_2d(path.sampler, pair + PAIR_LIGHT);
-            if let Some(light) = sample_light(context.scene, surface.position, choices.y, [u.x, u.y]) {
+            if let Some(light) = sample_light(context.scene, surface.position, u) {
                 self.add_connection(surface, &bsdf, wo, &path, &light);
             }
         }
-        let sample = bsdf_sample(bsdf, wo, choices.x, sample_2d(path.sampler, pair + PAIR_BSDF));
+        let meets_roulette = path.state.depth + 1 >= context.settings.roulette_start;
+        let u_lobe = if meets_roulette || bsdf_has_lobes(bsdf) {
+            sample_2d(path.sampler, pair + PAIR_LOBE)
+        } else {
+            vec2f(0.0, 0.0)
+        };
+        let sample = bsdf_sample(bsdf, wo, u_lobe.x, sample_2d(path.sampler, pair + PAIR_BSDF));
         let wi = to_world(surface.frame, sample.wi);
         let above = dot(wi, surface.normal) > 0.0;
         // Between shading and geometric normal there are directions that would leak through the surface.
@@ -214,7 +228,7 @@ impl PathBatch {
         path.state = path_scatter(path.state, sample, bsdf.eta);
         let survival =
             roulette_survival(path.state, context.settings.roulette_start, context.settings.roulette_min_survival);
-        if late.x >= survival {
+        if u_lobe.y >= survival {
             self.finish(&path);
             return;
         }
@@ -226,6 +240,7 @@ impl PathBatch {
     }
 
     /// Queues the shadow ray of a light sample, if the light could contribute.
+    #[inline(always)]
     fn add_connection(&mut self, surface: &Surface, bsdf: &Bsdf, wo: Vec3f, path: &Path, light: &LightSample) {
         let above = dot(light.wi, surface.normal) > 0.0;
         if light.pdf <= 0.0 || !(above || bsdf_transmits(*bsdf)) {
@@ -247,6 +262,7 @@ impl PathBatch {
     }
 
     /// Traces the queued shadow rays and adds what is not occluded.
+    #[inline(always)]
     fn connect<F: HitFilter>(&mut self, scene: &CpuScene, filter: &F) {
         self.occluded.clear();
         self.occluded.resize(self.shadow_rays.len(), false);
@@ -263,6 +279,7 @@ impl PathBatch {
     }
 
     /// Hands over what a path has gathered.
+    #[inline(always)]
     fn finish(&mut self, path: &Path) {
         let sum = &mut self.radiance[path.slot as usize];
         *sum = *sum + path.state.radiance;
@@ -270,6 +287,7 @@ impl PathBatch {
 }
 
 /// The random numbers of a sample.
+#[inline(always)]
 pub(crate) fn new_sampler(view: &View, sample: &SampleId) -> Sampler {
     let kind = match view.sampler {
         backend::SamplerKind::Sobol => SAMPLER_SOBOL,
@@ -279,6 +297,7 @@ pub(crate) fn new_sampler(view: &View, sample: &SampleId) -> Sampler {
 }
 
 /// The ray from a surface to a light sample; `above`: on the side of the surface's normal.
+#[inline(always)]
 pub(crate) fn shadow_ray(surface: &Surface, light: &LightSample, above: bool) -> Ray {
     let side = if above { surface.normal } else { -surface.normal };
     let origin = offset_ray_origin(surface.position, side);

@@ -43,6 +43,7 @@ pub(crate) struct Surface {
 
 impl Surface {
     /// The surface at `hit` on `ray`, whose direction has unit length.
+    #[inline(always)]
     pub fn new(scene: &CpuScene, ray: &Ray, hit: &Hit) -> Self {
         let tables = &*scene.tables;
         let records = scene.records(hit.instance, hit.primitive);
@@ -88,6 +89,7 @@ struct Point {
     pattern_position: [f32; 2],
 }
 
+#[inline(always)]
 fn triangle_point(tables: &SceneTables, records: &HitRecords, material: &MaterialRecord, hit: &Hit) -> Point {
     let (geometry, instance) = (records.geometry, records.instance);
     let corners = tables.indices[(geometry.first_primitive + records.primitive) as usize];
@@ -153,6 +155,7 @@ fn sphere_point(tables: &SceneTables, records: &HitRecords, ray: &Ray, hit: &Hit
 
 /// The shading frame on the viewer's side, with the normal map applied and bent so that nothing reflects into the
 /// surface.
+#[inline(always)]
 fn shading_frame(
     tables: &SceneTables,
     material: &MaterialRecord,
@@ -180,11 +183,13 @@ fn shading_frame(
     frame_from_normal(bend_normal(wo, normal, shading))
 }
 
+#[inline(always)]
 fn interpolate<const N: usize>(values: &[[f32; N]], first: u32, corners: [u32; 3], weights: [f32; 3]) -> [f32; N] {
     let [a, b, c] = corners.map(|i| &values[(first + i) as usize]);
     std::array::from_fn(|k| a[k] * weights[0] + b[k] * weights[1] + c[k] * weights[2])
 }
 
+#[inline(always)]
 fn tex_coords(tables: &SceneTables, geometry: &GeometryRecord, corners: [u32; 3], weights: [f32; 3]) -> TexCoords {
     let set = |values: &[[f32; 2]], first: u32| {
         if first == NONE { [0.0; 2] } else { interpolate(values, first, corners, weights) }
@@ -192,6 +197,7 @@ fn tex_coords(tables: &SceneTables, geometry: &GeometryRecord, corners: [u32; 3]
     TexCoords { sets: [set(&tables.uv0, geometry.first_uv0), set(&tables.uv1, geometry.first_uv1)] }
 }
 
+#[inline(always)]
 fn vertex_color(tables: &SceneTables, geometry: &GeometryRecord, corners: [u32; 3], weights: [f32; 3]) -> [f32; 4] {
     if geometry.first_color == NONE {
         return [1.0; 4];

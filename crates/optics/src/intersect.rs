@@ -3,9 +3,11 @@
 //! The vector kernels of the acceleration structures follow the same formulas, lane by lane, and are tested against
 //! these.
 
+use inlining::inline_all;
 use wgsl_rs::wgsl;
 
 #[wgsl]
+#[inline_all]
 pub mod intersect {
     use wgsl_rs::std::*;
 

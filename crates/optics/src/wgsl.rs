@@ -1,5 +1,6 @@
 //! The light transport as one WGSL text, for GPU back ends to put in front of their own shaders.
 
+use inlining::inline_all;
 use wgsl_rs::wgsl;
 
 /// The complete text of all modules, each once, in an order that needs no forward knowledge: structures, constants and
@@ -9,6 +10,7 @@ pub fn all() -> String {
 }
 
 #[wgsl]
+#[inline_all]
 #[allow(unused_imports)]
 mod everything {
     use crate::bsdf::*;

@@ -3,7 +3,8 @@
 use crate::console::{ProgressDisplay, bytes, metric, print_report, print_result, seconds};
 use alhazen::{
     Aov, Camera, Control, DirectSettings, Environment, Integrator, Job, Limits, LoadOptions, LoadStats,
-    Loaded, PathSettings, Projection, Rect, Renderer, SamplerKind, Summary, ToneMapper, output,
+    Loaded, PathSettings, Projection, Rect, Renderer, SamplerKind, Summary, ToneMapper, add_daylight_if_dark,
+    output,
 };
 use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
@@ -16,6 +17,7 @@ use std::time::Duration;
 /// The scene is a file (.obj, .gltf, .glb, .ply, or a .toml scene file) or the name of a built-in scene, see
 /// `alhazen scenes`. Progress goes to stderr. Ctrl-C stops and keeps what is there; a second one stops at once.
 #[derive(Debug, Clone, clap::Args)]
+#[command(allow_negative_numbers = true)]
 #[command(after_help = "\
 Examples:
   alhazen render cornell -o cornell.png
@@ -56,7 +58,7 @@ pub struct RenderArgs {
     #[arg(long, help_heading = "Picture", value_name = "ERROR", value_parser = parse_positive)]
     noise: Option<f32>,
     /// Auxiliary layers for EXR: depth, position, normal, geometric-normal, uv, albedo, material, instance,
-    /// primitive, samples, error; separated by commas.
+    /// primitive, samples, standard-error; separated by commas.
     #[arg(long, help_heading = "Picture", value_name = "LIST", value_delimiter = ',')]
     aov: Vec<Aov>,
     /// Seed of the noise.
@@ -95,7 +97,8 @@ pub struct RenderArgs {
     /// Longest path: 1 is emission, 2 direct light [default: what the scene says, or 32].
     #[arg(long, help_heading = "Light", value_parser = clap::value_parser!(u32).range(1..=1000))]
     max_depth: Option<u32>,
-    /// Light from outside: an .hdr or .exr panorama, or a constant radiance R,G,B.
+    /// Light from outside: an .hdr or .exr panorama, or a constant radiance R,G,B. Without one, a scene in which
+    /// nothing shines gets a cloudy sky.
     #[arg(long, help_heading = "Light", value_name = "FILE|R,G,B")]
     environment: Option<String>,
     /// Rotation of the environment in degrees.
@@ -203,7 +206,7 @@ impl RenderArgs {
 
 /// Renders what the arguments ask for.
 pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
-    args.output.iter().try_for_each(|path| output::Format::of(path).map(|_| ()))?;
+    args.output.iter().try_for_each(|path| check_output(path))?;
     let options = LoadOptions { lenient: args.lenient, ..LoadOptions::default() };
     let mut loaded = super::load_scene(&args.scene, &args.parameters, &options)?;
     set_environment(args, &mut loaded, &options)?;
@@ -233,6 +236,15 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
             bail!("stopped before the end; the picture has {} samples per pixel", summary.spp);
         }
     }
+    Ok(())
+}
+
+/// Finds out before rendering what would keep the picture from being written.
+fn check_output(path: &Path) -> anyhow::Result<()> {
+    output::Format::of(path)?;
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    ensure!(folder.is_dir(), "cannot write {}: there is no folder {}", path.display(), folder.display());
+    ensure!(!path.is_dir(), "cannot write {}: it is a folder", path.display());
     Ok(())
 }
 
@@ -280,11 +292,15 @@ fn print_loaded(loaded: &Loaded) {
     };
     let counts = format!("{} instances, {} materials", scene.instances.len(), scene.materials.len());
     eprintln!("{}: {triangles}, {counts}, loaded in {}", scene.name, seconds(loaded.report.elapsed));
-    print_report(&loaded.report, false);
+    // Where there is nothing to see, everything that the loader noticed may be the reason.
+    print_report(&loaded.report, scene.bounds().is_none());
 }
 
 fn set_environment(args: &RenderArgs, loaded: &mut Loaded, options: &LoadOptions) -> anyhow::Result<()> {
-    let Some(text) = &args.environment else { return Ok(()) };
+    let Some(text) = &args.environment else {
+        add_daylight_if_dark(&mut loaded.scene, &mut loaded.report);
+        return Ok(());
+    };
     loaded.scene.environment = match parse_vector(text) {
         Ok(color) if !Path::new(text).exists() => {
             ensure!(color.iter().all(|c| *c >= 0.0), "--environment {text}: radiance cannot be negative");
@@ -317,7 +333,13 @@ fn job(args: &RenderArgs, loaded: &Loaded) -> anyhow::Result<Job> {
     };
     if let Some(crop) = args.crop {
         let whole = Rect::full(scene_job.width, scene_job.height);
-        ensure!(whole.contains_rect(&crop) && crop.area() > 0, "--crop {crop:?} is not inside {whole:?}");
+        let Rect { x, y, width, height } = crop;
+        ensure!(
+            whole.contains_rect(&crop) && crop.area() > 0,
+            "--crop {x},{y},{width},{height} is not inside the picture of {}×{} pixels",
+            whole.width,
+            whole.height
+        );
         scene_job.crop = Some(crop);
     }
     scene_job.integrator = integrator(args, scene_job.integrator);

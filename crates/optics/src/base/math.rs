@@ -1,8 +1,10 @@
 //! Small functions on numbers and colours.
 
+use inlining::inline_all;
 use wgsl_rs::wgsl;
 
 #[wgsl]
+#[inline_all]
 #[allow(clippy::excessive_precision, clippy::approx_constant)]
 pub mod math {
     use crate::constants::*;
@@ -41,13 +43,14 @@ pub mod math {
     /// `turns` must be finite; accuracy is that of its fractional part.
     pub fn cos_sin_turns(turns: f32) -> Vec2f {
         let quarters = turns * 4.0;
-        let nearest = floor(quarters + 0.5);
-        let x = (quarters - nearest) * HALF_PI;
+        // To the nearest integer by truncation: `floor` is a call into libm where the CPU has no SSE 4.1.
+        let nearest = i32(quarters + select(-0.5, 0.5, quarters >= 0.0));
+        let x = (quarters - f32(nearest)) * HALF_PI;
         let x2 = x * x;
         let s = x + x * x2 * (-1.6666654611e-1 + x2 * (8.3321608736e-3 - 1.9515295891e-4 * x2));
         let c = 1.0 - 0.5 * x2
             + x2 * x2 * (4.166664568298827e-2 + x2 * (-1.388731625493765e-3 + x2 * 2.443315711809948e-5));
-        let quadrant = u32(i32(nearest)) & 3u32;
+        let quadrant = u32(nearest) & 3u32;
         let swap = (quadrant & 1u32) != 0u32;
         let cos_abs = select(c, s, swap);
         let sin_abs = select(s, c, swap);

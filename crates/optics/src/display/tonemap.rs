@@ -1,8 +1,10 @@
 //! From scene-referred radiance to display values. Applied once, at the very end.
 
+use inlining::inline_all;
 use wgsl_rs::wgsl;
 
 #[wgsl]
+#[inline_all]
 pub mod tonemap {
     use crate::math::*;
     use wgsl_rs::std::*;

@@ -1,8 +1,10 @@
 //! Cameras: from a point on the film to a ray.
 
+use inlining::inline_all;
 use wgsl_rs::wgsl;
 
 #[wgsl]
+#[inline_all]
 pub mod camera {
     use crate::constants::*;
     use crate::math::*;

@@ -1,8 +1,10 @@
 //! Orthonormal frames around a surface normal.
 
+use inlining::inline_all;
 use wgsl_rs::wgsl;
 
 #[wgsl]
+#[inline_all]
 pub mod frame {
     use crate::math::*;
     use wgsl_rs::std::*;

@@ -1,8 +1,10 @@
 //! Ray origins that do not hit the surface they start from.
 
+use inlining::inline_all;
 use wgsl_rs::wgsl;
 
 #[wgsl]
+#[inline_all]
 pub mod offset {
     use wgsl_rs::std::*;
 

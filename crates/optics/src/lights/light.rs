@@ -1,8 +1,10 @@
 //! Light sources: sampling a direction towards them, and the density of having done so.
 
+use inlining::inline_all;
 use wgsl_rs::wgsl;
 
 #[wgsl]
+#[inline_all]
 pub mod light {
     use crate::constants::*;
     use crate::frame::*;

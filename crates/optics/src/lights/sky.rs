@@ -1,8 +1,10 @@
 //! What is seen infinitely far away: the gradient sky and equirectangular images.
 
+use inlining::inline_all;
 use wgsl_rs::wgsl;
 
 #[wgsl]
+#[inline_all]
 pub mod sky {
     use crate::constants::*;
     use crate::math::*;

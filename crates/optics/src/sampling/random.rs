@@ -1,8 +1,10 @@
 //! Random numbers as pure functions of (pixel, sample index, dimension, seed).
 
+use inlining::inline_all;
 use wgsl_rs::wgsl;
 
 #[wgsl]
+#[inline_all]
 pub mod random {
     use wgsl_rs::std::*;
 

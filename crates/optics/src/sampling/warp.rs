@@ -1,8 +1,10 @@
 //! Maps from the unit square to the domains that light transport integrates over.
 
+use inlining::inline_all;
 use wgsl_rs::wgsl;
 
 #[wgsl]
+#[inline_all]
 pub mod warp {
     use crate::constants::*;
     use crate::math::*;

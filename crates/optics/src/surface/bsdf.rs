@@ -3,9 +3,11 @@
 //! Adding a model: one `BSDF_…` constant and the arms below, a file with its functions beside this one, an entry in the
 //! list of `tests/bsdf.rs`, which then checks its energy, density and reciprocity.
 
+use inlining::inline_all;
 use wgsl_rs::wgsl;
 
 #[wgsl]
+#[inline_all]
 pub mod bsdf {
     use crate::dielectric::*;
     use crate::glossy::*;
@@ -52,6 +54,11 @@ pub mod bsdf {
     /// Whether the model has a part that [`bsdf_eval`] sees, so that sampling lights is worth a shadow ray.
     pub fn bsdf_has_smooth_part(b: Bsdf) -> bool {
         b.kind == BSDF_GLOSSY || b.kind == BSDF_ROUGH_DIELECTRIC || (b.kind == BSDF_THIN_DIELECTRIC && b.alpha > 0.0)
+    }
+
+    /// Whether [`bsdf_sample`] chooses between lobes, so that `u_lobe` matters.
+    pub fn bsdf_has_lobes(b: Bsdf) -> bool {
+        b.kind != BSDF_GLOSSY || b.specular_probability > 0.0
     }
 
     /// Whether light can arrive from below the surface.

@@ -3,9 +3,11 @@
 //! Weights are those of radiance, which is compressed by the square of the index of refraction where it enters a
 //! denser medium (Veach 1997, section 5.2): the factor 1 / eta² of transmitted light cancels when it leaves again.
 
+use inlining::inline_all;
 use wgsl_rs::wgsl;
 
 #[wgsl]
+#[inline_all]
 pub mod dielectric {
     use crate::fresnel::*;
     use crate::ggx::*;

@@ -1,8 +1,10 @@
 //! How much light an interface reflects.
 
+use inlining::inline_all;
 use wgsl_rs::wgsl;
 
 #[wgsl]
+#[inline_all]
 pub mod fresnel {
     use crate::math::*;
     use wgsl_rs::std::*;

@@ -1,8 +1,10 @@
 //! The GGX microfacet distribution.
 
+use inlining::inline_all;
 use wgsl_rs::wgsl;
 
 #[wgsl]
+#[inline_all]
 pub mod ggx {
     use crate::constants::*;
     use crate::math::*;

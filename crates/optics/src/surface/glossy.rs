@@ -1,8 +1,10 @@
 //! Diffuse and GGX reflection: Lambert and the metallic-roughness model of glTF 2.0.
 
+use inlining::inline_all;
 use wgsl_rs::wgsl;
 
 #[wgsl]
+#[inline_all]
 pub mod glossy {
     use crate::fresnel::*;
     use crate::ggx::*;

@@ -1,8 +1,10 @@
 //! Procedural patterns.
 
+use inlining::inline_all;
 use wgsl_rs::wgsl;
 
 #[wgsl]
+#[inline_all]
 pub mod pattern {
     use wgsl_rs::std::*;
 

@@ -1,8 +1,10 @@
 //! The data that scattering models share: a prepared BSDF, its samples and its values.
 
+use inlining::inline_all;
 use wgsl_rs::wgsl;
 
 #[wgsl]
+#[inline_all]
 pub mod scatter {
     use wgsl_rs::std::*;
 

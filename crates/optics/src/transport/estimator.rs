@@ -1,8 +1,10 @@
 //! Statistics of Monte Carlo estimates.
 
+use inlining::inline_all;
 use wgsl_rs::wgsl;
 
 #[wgsl]
+#[inline_all]
 pub mod estimator {
     use wgsl_rs::std::*;
 

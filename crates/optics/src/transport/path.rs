@@ -1,8 +1,10 @@
 //! The state of a path and its update: path tracing with next-event estimation and multiple importance sampling.
 
+use inlining::inline_all;
 use wgsl_rs::wgsl;
 
 #[wgsl]
+#[inline_all]
 pub mod path {
     use crate::math::*;
     use crate::scatter::*;

@@ -1,0 +1,34 @@
+//! `#[inline_all]`: makes every function of a module inlinable into other crates.
+//!
+//! The optics are small functions that kernels in other crates call millions of times a second, and kernels are compiled
+//! once for each instruction set: only what is inlined into them profits. `#[wgsl]` does not know the attribute
+//! `#[inline]`, because WGSL has no such thing; this one, written below it, is applied to what it leaves for rustc.
+
+use proc_macro::{Delimiter, Group, TokenStream, TokenTree};
+
+/// Puts `#[inline]` on every `pub fn` directly in the module.
+#[proc_macro_attribute]
+pub fn inline_all(_: TokenStream, module: TokenStream) -> TokenStream {
+    let body = |tree: TokenTree| match tree {
+        TokenTree::Group(group) if group.delimiter() == Delimiter::Brace => {
+            let mut inlined = Group::new(Delimiter::Brace, with_inline(group.stream()));
+            inlined.set_span(group.span());
+            TokenTree::Group(inlined)
+        }
+        other => other,
+    };
+    module.into_iter().map(body).collect()
+}
+
+fn with_inline(items: TokenStream) -> TokenStream {
+    let trees: Vec<TokenTree> = items.into_iter().collect();
+    let is = |i: usize, name: &str| matches!(trees.get(i), Some(TokenTree::Ident(ident)) if ident.to_string() == name);
+    let mut out = TokenStream::new();
+    for (i, tree) in trees.iter().enumerate() {
+        if is(i, "pub") && is(i + 1, "fn") {
+            out.extend("#[inline]".parse::<TokenStream>().into_iter().flatten());
+        }
+        out.extend([tree.clone()]);
+    }
+    out
+}
