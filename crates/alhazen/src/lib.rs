@@ -18,6 +18,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod daylight;
 mod job;
 mod memory;
 pub mod output;
@@ -30,6 +31,7 @@ pub use backend::{
     SamplerKind, View,
 };
 pub use film::{Aov, Film, Image, ImageError, Rect};
+pub use daylight::add_daylight_if_dark;
 pub use job::{Job, camera_frame};
 pub use memory::{available_memory_bytes, peak_memory_bytes, total_memory_bytes};
 pub use post::ToneMapping;

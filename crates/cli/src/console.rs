@@ -45,7 +45,12 @@ pub fn metric(x: f64) -> String {
 /// Bytes in binary units.
 pub fn bytes(n: u64) -> String {
     let mebibytes = n as f64 / (1 << 20) as f64;
-    if mebibytes < 1024.0 { format!("{mebibytes:.1} MiB") } else { format!("{:.2} GiB", mebibytes / 1024.0) }
+    match n {
+        0..=1023 => format!("{n} bytes"),
+        1024..0x10_0000 => format!("{:.1} KiB", n as f64 / 1024.0),
+        0x10_0000..0x4000_0000 => format!("{mebibytes:.1} MiB"),
+        _ => format!("{:.2} GiB", mebibytes / 1024.0),
+    }
 }
 
 /// A duration for people.
@@ -132,6 +137,7 @@ mod tests {
         assert_eq!(metric(0.0), "0.00 ");
         assert_eq!(metric(12_345_678.0), "12.3 M");
         assert_eq!(metric(999.0), "999 ");
+        assert_eq!((bytes(0).as_str(), bytes(1536).as_str()), ("0 bytes", "1.5 KiB"));
         assert_eq!(bytes(3 << 20), "3.0 MiB");
         assert_eq!(bytes(3 << 30), "3.00 GiB");
         assert_eq!(seconds(Duration::from_millis(12)), "12 ms");

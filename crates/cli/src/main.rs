@@ -10,7 +10,7 @@ use std::process::ExitCode;
 ///
 /// Without a command it renders the default scene to render.png.
 #[derive(Debug, Parser)]
-#[command(name = "alhazen", version, about, propagate_version = true)]
+#[command(name = "alhazen", version, propagate_version = true)]
 #[command(after_help = "\
 Examples:
   alhazen                                  render the default scene to render.png

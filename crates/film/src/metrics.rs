@@ -15,7 +15,7 @@ pub const REL_MSE_EPSILON: f64 = 1e-2;
 #[non_exhaustive]
 pub enum MetricError {
     /// The images differ in size.
-    #[error("cannot compare {actual:?} pixels with a reference of {reference:?}")]
+    #[error("the picture has {}×{} pixels, the reference {}×{}", actual.0, actual.1, reference.0, reference.1)]
     Size {
         /// Width and height of the reference.
         reference: (u32, u32),
@@ -28,7 +28,7 @@ pub enum MetricError {
     /// A value is NaN or infinite: no metric means anything then.
     #[error("the {which} has a value that is not finite, first in pixel ({x}, {y})")]
     NotFinite {
-        /// `"reference"` or `"image"`.
+        /// `"reference"` or `"picture"`.
         which: &'static str,
         /// Column of the first such pixel.
         x: u32,
@@ -144,7 +144,7 @@ fn check_size(reference: &Image, actual: &Image) -> Result<(), MetricError> {
 
 fn check(reference: &Image, actual: &Image) -> Result<(), MetricError> {
     check_size(reference, actual)?;
-    for (which, image) in [("reference", reference), ("image", actual)] {
+    for (which, image) in [("reference", reference), ("picture", actual)] {
         if let Some(at) = image.data().iter().position(|v| !v.is_finite()) {
             let (pixel, width) = (at / image.channels(), image.width() as usize);
             return Err(MetricError::NotFinite {
@@ -229,7 +229,7 @@ mod tests {
         assert_eq!(rel_mse(&empty, &empty), Err(MetricError::Empty));
         let mut broken = image.clone();
         broken.data_mut()[3 * 33 + 1] = f32::NAN;
-        assert_eq!(flip(&image, &broken, 0.0), Err(MetricError::NotFinite { which: "image", x: 1, y: 1 }));
+        assert_eq!(flip(&image, &broken, 0.0), Err(MetricError::NotFinite { which: "picture", x: 1, y: 1 }));
         assert_eq!(difference_picture(&image, &broken, 0.1).unwrap().rgb(1, 1), [1.0, 1.0, 0.0]);
     }
 }
