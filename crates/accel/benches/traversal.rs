@@ -11,7 +11,6 @@
 //! Each figure is the best and the median of several runs; compare ratios of runs that were made in turns.
 
 #[path = "../tests/support/mod.rs"]
-#[allow(dead_code)]
 mod support;
 
 use accel::{Blas, Coherence, Geometry, Hit, Instance, Kernel, MISS, Opaque, Quality, Ray, Tlas};
@@ -52,7 +51,8 @@ struct Bench {
 impl Bench {
     /// A word that names a mesh excludes the others.
     fn wants_mesh(&self, name: &str) -> bool {
-        !self.words.iter().any(|w| w.starts_with("mesh") || w.starts_with("cornell")) || self.words.iter().any(|w| w == name)
+        !self.words.iter().any(|w| w.starts_with("mesh") || w.starts_with("cornell"))
+            || self.words.iter().any(|w| w == name)
     }
 
     /// Runs `f` several times on `threads` threads and prints the speed of `count` things a run.

@@ -7,6 +7,9 @@
 //! The kernels for AVX-512, AVX2 and NEON are chosen when the program runs, see [`Kernel`]; a scalar twin, written
 //! with the formulas of `optics::intersect`, takes over elsewhere and checks them in tests.
 
+// Loops over axes and lanes index several arrays at once.
+#![allow(clippy::needless_range_loop)]
+
 mod aabb;
 mod blas;
 mod build;

@@ -57,8 +57,8 @@ fn spheres() {
         let spheres: Vec<_> = (0..amount(count))
             .map(|_| Sphere { center: rng.point(), radius: 0.12 + 0.1 * rng.signed() })
             .collect();
-        let mut all = Everything::default();
-        all.spheres = spheres.iter().enumerate().map(|(i, s)| (0, 7 + i as u32, *s)).collect();
+        let placed = spheres.iter().enumerate().map(|(i, s)| (0, 7 + i as u32, *s));
+        let all = Everything { spheres: placed.collect(), ..Everything::default() };
         let rays = random_rays(&mut rng, amount(3000), 2.0);
         check(&mut alone(Blas::spheres(&spheres, 7, Quality::Balanced)), &all, &rays, &Opaque);
         check(&mut alone(Blas::spheres(&spheres, 7, Quality::Balanced)), &all, &rays, &Holes);
@@ -72,7 +72,7 @@ impl HitFilter for Holes {
     const OPAQUE: bool = false;
 
     fn accept(&self, instance: u32, primitive: u32, u: f32, v: f32) -> bool {
-        (instance + primitive) % 3 != 0 && u + v < 0.7
+        !(instance + primitive).is_multiple_of(3) && u + v < 0.7
     }
 }
 
@@ -89,7 +89,7 @@ fn filters_decide() {
 /// Rotations, non-uniform scales, mirrors, some of them identities.
 fn random_instance(rng: &mut Rng, blas: u32, index: usize) -> Instance {
     let mut m = Instance::IDENTITY;
-    if index % 4 != 0 {
+    if !index.is_multiple_of(4) {
         for row in &mut m {
             for x in &mut row[..3] {
                 *x = 0.4 * *x + 0.3 * rng.signed();

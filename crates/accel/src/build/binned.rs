@@ -276,8 +276,7 @@ fn partition(primitives: &mut [PrimitiveRef], goes_left: impl Fn(&PrimitiveRef) 
     // Always swap, advance sometimes: a branch here would be wrong every other time.
     for i in 0..primitives.len() {
         let p = primitives[i];
-        primitives[i] = primitives[middle];
-        primitives[middle] = p;
+        primitives.swap(i, middle);
         middle += usize::from(goes_left(&p));
     }
     middle

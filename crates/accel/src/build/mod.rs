@@ -15,7 +15,7 @@ pub enum Quality {
     /// For almost everything.
     #[default]
     Balanced,
-    /// For long renderings.
+    /// For long renderings. For now the same tree as `Balanced`.
     High,
 }
 

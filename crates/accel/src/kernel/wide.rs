@@ -69,9 +69,9 @@ fn walk<S: Simd, V: Visitor<S>>(
             let x0 = s.mul_add(s.load(&node.planes[0][near_x & 1]), inverse[0], near_offset[0]);
             let y0 = s.mul_add(s.load(&node.planes[1][near_y & 1]), inverse[1], near_offset[1]);
             let z0 = s.mul_add(s.load(&node.planes[2][near_z & 1]), inverse[2], near_offset[2]);
-            let x1 = s.mul_add(s.load(&node.planes[0][near_x & 1 ^ 1]), inverse[0], far_offset[0]);
-            let y1 = s.mul_add(s.load(&node.planes[1][near_y & 1 ^ 1]), inverse[1], far_offset[1]);
-            let z1 = s.mul_add(s.load(&node.planes[2][near_z & 1 ^ 1]), inverse[2], far_offset[2]);
+            let x1 = s.mul_add(s.load(&node.planes[0][(near_x & 1) ^ 1]), inverse[0], far_offset[0]);
+            let y1 = s.mul_add(s.load(&node.planes[1][(near_y & 1) ^ 1]), inverse[1], far_offset[1]);
+            let z1 = s.mul_add(s.load(&node.planes[2][(near_z & 1) ^ 1]), inverse[2], far_offset[2]);
             // An axis that gives NaN (overflow) drops out, because `max` and `min` return the second operand then.
             let near = s.max(s.max(x0, y0), s.max(z0, t_min));
             let far = s.min(s.min(x1, y1), s.min(z1, t_max));
@@ -100,7 +100,7 @@ fn walk<S: Simd, V: Visitor<S>>(
                     s.store_u(sorted, distances);
                     s.store_u(s.permute(s.load_u(&node.children), sorted), children);
                 } else {
-                    child = node.children[31 - bits.leading_zeros() as usize & 7];
+                    child = node.children[(31 - bits.leading_zeros()) as usize & 7];
                     s.store_u(s.compress(s.load_u(&node.children), inside, bits), children);
                 }
                 continue;
@@ -638,9 +638,10 @@ macro_rules! entry_points {
                 }
                 // SAFETY: the caller's promise.
                 let s = unsafe { <$simd>::new() };
-                // SAFETY: the caller's promise.
-                let closest =
-                    |b: &Blas, r: &Ray, i, f: &F, best: &mut Best| unsafe { blas_closest(b, r, i, f, best) };
+                let closest = |b: &Blas, r: &Ray, i, f: &F, best: &mut Best| {
+                    // SAFETY: the caller's promise.
+                    unsafe { blas_closest(b, r, i, f, best) }
+                };
                 super::tlas_walk(s, tlas, ray, &mut NearestInstance { tlas, ray, filter, best, closest });
             }
 
