@@ -106,8 +106,11 @@ impl Simd for Neon {
 
     #[inline(always)]
     fn flip_sign(self, a: Self::F, b: Self::F) -> Self::F {
-        let sign = halves!(vandq_u32, halves!(vreinterpretq_u32_f32, b), self.splat_u(1 << 31));
-        halves!(vreinterpretq_f32_u32, halves!(veorq_u32, halves!(vreinterpretq_u32_f32, a), sign))
+        let (a, b, sign) =
+            (halves!(vreinterpretq_u32_f32, a), halves!(vreinterpretq_u32_f32, b), self.splat_u(1 << 31));
+        let sign = halves!(vandq_u32, b, sign);
+        let flipped = halves!(veorq_u32, a, sign);
+        halves!(vreinterpretq_f32_u32, flipped)
     }
 
     #[inline(always)]
@@ -183,8 +186,10 @@ impl Simd for Neon {
     #[inline(always)]
     fn keys(self, distance: Self::F, m: Self::M) -> Self::U {
         let lanes = self.load_u(&[0, 1, 2, 3, 4, 5, 6, 7]);
-        let bits = halves!(vandq_u32, halves!(vreinterpretq_u32_f32, distance), self.splat_u(!7));
-        self.select_u(m, self.splat_u(u32::MAX), halves!(vorrq_u32, bits, lanes))
+        let (bits, mask) = (halves!(vreinterpretq_u32_f32, distance), self.splat_u(!7));
+        let bits = halves!(vandq_u32, bits, mask);
+        let keys = halves!(vorrq_u32, bits, lanes);
+        self.select_u(m, self.splat_u(u32::MAX), keys)
     }
 
     #[inline(always)]
