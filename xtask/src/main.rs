@@ -1,2 +1,47 @@
-//! The `alhazen` command.
-fn main() {}
+//! Commands for developers: `cargo xtask test`, `ci`, `gallery`, `bench`.
+
+mod bench;
+mod ci;
+mod gallery;
+mod plot;
+mod shell;
+mod test;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Commands for developers of Alhazen.
+#[derive(Debug, Parser)]
+#[command(name = "cargo xtask")]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Test(test::TestArgs),
+    /// Check formatting, lints, documentation and tests, as continuous integration does.
+    Ci,
+    Gallery(gallery::GalleryArgs),
+    /// Measure speed against other renderers.
+    #[command(subcommand)]
+    Bench(bench::BenchCommand),
+}
+
+fn main() -> ExitCode {
+    let result = match Arguments::parse().command {
+        Command::Test(args) => test::run(&args),
+        Command::Ci => ci::run(),
+        Command::Gallery(args) => gallery::run(&args),
+        Command::Bench(bench::BenchCommand::Cpu(args)) => bench::run(&args),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            error.chain().skip(1).for_each(|cause| eprintln!("  because: {cause}"));
+            ExitCode::FAILURE
+        }
+    }
+}

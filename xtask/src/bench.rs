@@ -1,0 +1,244 @@
+//! `cargo xtask bench cpu`: speed as a ratio against another renderer, measured in turns.
+//!
+//! Absolute figures move with the machine's load and clock, so every run of ours is followed by one of the peer's, and
+//! the ratio of the two is what is reported: its median and its spread.
+
+use crate::plot::{Bar, bars};
+use crate::shell::{commit, output, python_with, release_binary, root, shared_dir};
+use anyhow::{Context, bail, ensure};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Scenes that `make_scenes.py` writes, and what to know of their comparison.
+const SCENES: [(&str, &str); 4] = [
+    ("cornell", "the same materials"),
+    ("spheres", "glTF metallic-roughness with energy compensation here, the principled BSDF there"),
+    ("glass", "the same materials"),
+    ("hairy", "the same materials; 2 million triangles, 112 million with all instances"),
+];
+
+const SIZE: u32 = 512;
+const MAX_DEPTH: u32 = 8;
+const ROULETTE_START: u32 = 5;
+
+/// What to measure.
+#[derive(Debug, clap::Subcommand)]
+pub enum BenchCommand {
+    Cpu(CpuArgs),
+}
+
+/// The CPU back end against Mitsuba 3: 512×512 pixels, depth 8, Russian roulette from depth 5, box filter.
+#[derive(Debug, clap::Args)]
+pub struct CpuArgs {
+    /// A Python that has mitsuba; without one only our own speed is measured [default: the one on the path].
+    #[arg(long, value_name = "PATH")]
+    python: Option<PathBuf>,
+    /// Folder with cornell.glb, spheres.glb, glass.glb and hairy.glb [default: written to target/bench by
+    /// tools/make_scenes.py of the shared data, which needs a Python with numpy].
+    #[arg(long, value_name = "DIR")]
+    data: Option<PathBuf>,
+    /// Samples per pixel.
+    #[arg(long, default_value_t = 64)]
+    spp: u32,
+    /// Runs of each renderer for each scene.
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100))]
+    repeat: u32,
+    /// Only scenes whose name contains this.
+    #[arg(long, value_name = "NAME")]
+    only: Option<String>,
+    /// The peer's variant.
+    #[arg(long, default_value = "llvm_ad_rgb")]
+    variant: String,
+    /// Write all numbers to this file.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Write the plot to this file.
+    #[arg(long, value_name = "FILE", default_value = "target/bench/cpu.svg")]
+    plot: PathBuf,
+}
+
+/// Runs of both renderers on one scene, in Msamples/s.
+#[derive(Debug)]
+struct Measured {
+    name: &'static str,
+    note: &'static str,
+    ours: Vec<Value>,
+    theirs: Vec<Value>,
+    ratios: Vec<f64>,
+}
+
+/// Measures, prints and plots.
+pub fn run(args: &CpuArgs) -> anyhow::Result<()> {
+    let binary = release_binary()?;
+    let tools = shared_dir().map(|dir| dir.join("tools"));
+    let peer = peer(args, tools.as_deref());
+    let data = data(args, tools.as_deref())?;
+    let wanted = |name: &str| args.only.as_ref().is_none_or(|only| name.contains(only.as_str()));
+    println!("scene      ours Ms/s   peer Ms/s   ratio (spread)        peak memory, ours / peer");
+    let mut all = Vec::new();
+    for (name, note) in SCENES.into_iter().filter(|(name, _)| wanted(name)) {
+        let file = data.join(format!("{name}.glb"));
+        ensure!(file.is_file(), "{} is missing", file.display());
+        let mut measured = Measured { name, note, ours: vec![], theirs: vec![], ratios: vec![] };
+        for _ in 0..args.repeat {
+            measured.ours.push(run_ours(&binary, &file, args.spp)?);
+            if let Some((python, script)) = &peer {
+                measured.theirs.push(run_peer(python, script, &file, args)?);
+                let last = |runs: &[Value], key: &str| runs.last().and_then(|r| r[key].as_f64());
+                let ours = last(&measured.ours, "msamples_s").context("no speed of ours")?;
+                let theirs = last(&measured.theirs, "msamples_s").context("no speed of the peer")?;
+                measured.ratios.push(ours / theirs);
+            }
+        }
+        println!("{}", row(&measured));
+        all.push(measured);
+    }
+    write_results(args, &all)
+}
+
+fn peer(args: &CpuArgs, tools: Option<&Path>) -> Option<(PathBuf, PathBuf)> {
+    let script = tools.map(|t| t.join("gltf_to_mitsuba.py")).filter(|s| s.is_file());
+    let python = python_with(args.python.as_deref(), "mitsuba");
+    if script.is_none() || python.is_none() {
+        eprintln!("no peer: it needs the shared data's tools and a Python with mitsuba (--python PATH)");
+    }
+    python.zip(script)
+}
+
+/// The folder with the scenes, which are written if need be.
+fn data(args: &CpuArgs, tools: Option<&Path>) -> anyhow::Result<PathBuf> {
+    if let Some(folder) = &args.data {
+        return Ok(folder.clone());
+    }
+    let folder = root().join("target/bench");
+    let missing = SCENES.iter().map(|(name, _)| *name).filter(|n| !folder.join(format!("{n}.glb")).is_file());
+    let missing: Vec<_> = missing.collect();
+    if missing.is_empty() {
+        return Ok(folder);
+    }
+    let script = tools.map(|t| t.join("make_scenes.py")).filter(|s| s.is_file());
+    let Some(script) = script else { bail!("no scenes: name their folder with --data") };
+    let python = python_with(args.python.as_deref(), "numpy").or_else(|| python_with(None, "numpy"));
+    let python = python.context("no scenes, and no Python with numpy to make them (--python PATH)")?;
+    eprintln!("writing {} to {}", missing.join(", "), folder.display());
+    output(Command::new(python).arg(script).arg(&folder).args(&missing))?;
+    Ok(folder)
+}
+
+fn run_ours(binary: &Path, file: &Path, spp: u32) -> anyhow::Result<Value> {
+    let picture =
+        root().join("target/bench").join(file.with_extension("exr").file_name().unwrap_or_default());
+    std::fs::create_dir_all(root().join("target/bench"))?;
+    let (size, spp) = (SIZE.to_string(), spp.to_string());
+    let mut command = Command::new(binary);
+    command.arg("render").arg(file).arg("--output").arg(&picture).args(["--quiet", "--json", "--lenient"]);
+    command.args(["--width", &size, "--height", &size, "--spp", &spp]);
+    command.args(["--max-depth", &MAX_DEPTH.to_string(), "--roulette-start", &ROULETTE_START.to_string()]);
+    let mut result = last_line_as_json(&output(&mut command)?)?;
+    let rate = result["samples_per_second"].as_f64().context("no samples_per_second")?;
+    result["msamples_s"] = json!(rate / 1e6);
+    Ok(result)
+}
+
+fn run_peer(python: &Path, script: &Path, file: &Path, args: &CpuArgs) -> anyhow::Result<Value> {
+    let (size, spp) = (format!("{SIZE}x{SIZE}"), args.spp.to_string());
+    let mut command = Command::new(python);
+    command.arg(script).arg(file).args(["--variant", &args.variant, "--size", &size, "--spp", &spp]);
+    command.args(["--depth", &MAX_DEPTH.to_string(), "--rr", &ROULETTE_START.to_string()]);
+    // The first render of a process compiles its kernels; the second is the one that is measured.
+    command.args(["--repeat", "2"]);
+    last_line_as_json(&output(&mut command)?)
+}
+
+fn last_line_as_json(text: &str) -> anyhow::Result<Value> {
+    let line = text.lines().rfind(|l| l.starts_with('{')).context("no JSON in the output")?;
+    serde_json::from_str(line).context("the output is not JSON")
+}
+
+/// Smallest, median and largest.
+fn spread(values: &[f64]) -> Option<[f64; 3]> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let n = sorted.len();
+    if n == 0 {
+        return None;
+    }
+    Some([sorted[0], (sorted[(n - 1) / 2] + sorted[n / 2]) / 2.0, sorted[n - 1]])
+}
+
+fn column(runs: &[Value], key: &str) -> Vec<f64> {
+    runs.iter().filter_map(|r| r[key].as_f64()).collect()
+}
+
+fn row(m: &Measured) -> String {
+    let median = |values: Vec<f64>| spread(&values).map_or("-".into(), |[_, x, _]| format!("{x:.3}"));
+    let ratio = spread(&m.ratios).map_or("-".into(), |[a, x, b]| format!("{x:.2} ({a:.2} to {b:.2})"));
+    let mebibytes: Vec<_> =
+        column(&m.ours, "peak_memory_bytes").iter().map(|b| b / f64::from(1 << 20)).collect();
+    let memory = |values: Vec<f64>| spread(&values).map_or("-".into(), |[_, _, x]| format!("{x:.0} MB"));
+    format!(
+        "{:<9} {:>10}  {:>10}   {:<20}  {} / {}",
+        m.name,
+        median(column(&m.ours, "msamples_s")),
+        median(column(&m.theirs, "msamples_s")),
+        ratio,
+        memory(mebibytes),
+        memory(column(&m.theirs, "rss_peak_mb")),
+    )
+}
+
+fn write_results(args: &CpuArgs, all: &[Measured]) -> anyhow::Result<()> {
+    let plotted: Vec<_> =
+        all.iter().filter_map(|m| Some(Bar { name: m.name.into(), ratio: spread(&m.ratios)? })).collect();
+    if !plotted.is_empty() {
+        let title = format!(
+            "Samples per second against Mitsuba 3 {} (median, spread of {})",
+            args.variant, args.repeat
+        );
+        write(&args.plot, &bars(&title, &plotted))?;
+        println!("plot: {}", args.plot.display());
+    }
+    let Some(path) = &args.json else { return Ok(()) };
+    let scene = |m: &Measured| {
+        json!({ "scene": m.name, "note": m.note, "ratio": spread(&m.ratios), "ratios": m.ratios, "ours": m.ours,
+            "peer": m.theirs })
+    };
+    let results = json!({
+        "commit": commit(),
+        "command": std::env::args().skip(1).collect::<Vec<_>>().join(" "),
+        "threads": std::thread::available_parallelism().map_or(1, usize::from),
+        "width": SIZE, "height": SIZE, "spp": args.spp, "max_depth": MAX_DEPTH, "roulette_start": ROULETTE_START,
+        "filter": "box", "repeat": args.repeat,
+        "scenes": all.iter().map(scene).collect::<Vec<_>>(),
+    });
+    write(path, &format!("{results:#}\n"))?;
+    println!("numbers: {}", path.display());
+    Ok(())
+}
+
+fn write(path: &Path, text: &str) -> anyhow::Result<()> {
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    }
+    std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_median_lies_between_the_extremes() {
+        assert_eq!(spread(&[]), None);
+        assert_eq!(spread(&[3.0, 1.0, 2.0]), Some([1.0, 2.0, 3.0]));
+        assert_eq!(spread(&[4.0, 1.0, 2.0, 3.0]), Some([1.0, 2.5, 4.0]));
+    }
+
+    #[test]
+    fn the_result_is_the_last_line_that_is_json() {
+        let value = last_line_as_json("warning\n{\"a\": 1}\n{\"a\": 2}\nbye\n").unwrap();
+        assert_eq!(value["a"], 2);
+        assert!(last_line_as_json("nothing").is_err());
+    }
+}

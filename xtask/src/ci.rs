@@ -1,0 +1,24 @@
+//! `cargo xtask ci`: what continuous integration checks.
+
+use crate::shell::{cargo, run as run_command, shared_dir};
+use crate::test;
+use anyhow::ensure;
+
+/// Checks formatting, lints, documentation and tests. Every step runs; the error names those that failed.
+pub fn run() -> anyhow::Result<()> {
+    let mut docs = cargo(&["doc", "--workspace", "--no-deps"]);
+    docs.env("RUSTDOCFLAGS", "-Dwarnings");
+    let results = [
+        ("format", run_command(&mut cargo(&["fmt", "--all", "--check"]))),
+        (
+            "lint",
+            run_command(&mut cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"])),
+        ),
+        ("docs", run_command(&mut docs)),
+        ("test", test::run_tests(&[], shared_dir().is_some())),
+    ];
+    let failed: Vec<_> = results.iter().filter(|(_, r)| r.is_err()).map(|(name, _)| *name).collect();
+    ensure!(failed.is_empty(), "failed: {}", failed.join(", "));
+    eprintln!("format, lint, docs and test passed");
+    Ok(())
+}
