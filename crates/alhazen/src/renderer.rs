@@ -183,7 +183,8 @@ fn check_view(view: &View) -> Result<(), BackendError> {
             camera.half_size
         ));
     }
-    if camera.lens_radius < 0.0 || !(camera.focus_distance > 0.0) {
+    let positive = camera.lens_radius >= 0.0 && camera.focus_distance > 0.0;
+    if !positive {
         return bad("lens radius and focus distance must be positive".into());
     }
     Ok(())

@@ -2,7 +2,7 @@
 
 use crate::console::{print_error, print_result};
 use alhazen::{Image, metrics};
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, ensure};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -145,9 +145,7 @@ fn as_json(m: &Measured, reasons: &[String]) -> String {
 
 fn parse_limit(text: &str) -> anyhow::Result<f64> {
     let value: f64 = text.parse()?;
-    if !(value >= 0.0) {
-        bail!("expected a number that is not negative");
-    }
+    ensure!(value >= 0.0, "expected a number that is not negative");
     Ok(value)
 }
 
