@@ -30,8 +30,8 @@ pub use backend::{
     Backend, BackendError, Control, DirectSettings, Integrator, LoadStats, PathSettings, Progress,
     SamplerKind, View,
 };
-pub use film::{Aov, Film, Image, ImageError, Rect};
 pub use daylight::add_daylight_if_dark;
+pub use film::{Aov, Film, Image, ImageError, Rect};
 pub use job::{Job, camera_frame};
 pub use memory::{available_memory_bytes, peak_memory_bytes, total_memory_bytes};
 pub use post::ToneMapping;
