@@ -20,7 +20,7 @@ pub enum OutputError {
     Image(#[from] ImageError),
 }
 
-/// Formats that [`write`] knows.
+/// Formats that [`write()`] knows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// Eight bits, tone mapped.
