@@ -19,7 +19,7 @@ use optics::camera::{camera_pixel_spread, camera_ray};
 use optics::frame::{to_local, to_world};
 use optics::light::{LIGHT_ENVIRONMENT, LIGHT_TRIANGLE, LightSample};
 use optics::offset::offset_ray_origin;
-use optics::random::{Sampler, sample_2d};
+use optics::random::{PixelSampler, sample_2d};
 use optics::scatter::{BSDF_GLOSSY, BSDF_NONE, Bsdf};
 use optics::vector::dot;
 use optics::warp::sample_cosine_hemisphere;
@@ -30,7 +30,7 @@ const BLACK: Vec3f = vec3f(0.0, 0.0, 0.0);
 
 /// Draws pairs of random numbers one after the other.
 struct Draws {
-    sampler: Sampler,
+    sampler: PixelSampler,
     next_pair: u32,
 }
 

@@ -8,6 +8,7 @@ mod backend;
 mod bands;
 mod direct;
 mod filter;
+mod lanes;
 mod lights;
 mod material;
 mod path;

@@ -118,7 +118,13 @@ pub(crate) fn shade(
         ModelTag::Lambert => lambert_bsdf(color),
         ModelTag::Mirror => mirror_bsdf(color),
         ModelTag::Unlit => black_bsdf(),
-        ModelTag::Dielectric => dielectric(material, s, shading, color, material.roughness),
+        ModelTag::Dielectric => {
+            let mut roughness = material.roughness;
+            if material.metallic_roughness_slot != NONE {
+                roughness *= texture::sample(tables, material.metallic_roughness_slot, &s.coords)[1];
+            }
+            dielectric(material, s, shading, color, roughness)
+        }
         ModelTag::MetallicRoughness => {
             let (mut metallic, mut roughness) = (material.metallic, material.roughness);
             if material.metallic_roughness_slot != NONE {

@@ -5,8 +5,9 @@
 //! stage's code and data in the caches. What happens at a vertex is the optics' `path` module; this is only the loop.
 
 use crate::aov::aov_sample;
+use crate::lanes::{DiffuseVertices, LANES, LightLanes, NextLanes, Pairs, draw, sample_cosine_lobes, sample_triangle_lights};
 use crate::lights::{for_each_distant, sample_light, surface_light_pdf};
-use crate::material::{Shading, emission, mixes_models, shade};
+use crate::material::{Shading, base_color, emission, mixes_models, shade};
 use crate::scene::{CpuScene, vec3};
 use crate::surface::Surface;
 use accel::{Coherence, Hit, HitFilter, MISS, Ray};
@@ -20,10 +21,11 @@ use optics::offset::offset_ray_origin;
 use optics::path::{
     PathState, path_add_emission, path_light_contribution, path_scatter, path_start, roulette_survival,
 };
-use optics::random::{SAMPLER_INDEPENDENT, SAMPLER_SOBOL, Sampler, sample_2d, sampler_new};
-use optics::scatter::{BSDF_NONE, Bsdf};
+use optics::random::{SAMPLER_INDEPENDENT, SAMPLER_SOBOL, PixelSampler, sample_2d, sampler_new};
+use optics::scatter::{BSDF_NONE, Bsdf, BsdfSample};
 use optics::vector::dot;
 use optics::{Vec3f, vec2f, vec3f};
+use scene::tables::ModelTag;
 
 /// Pairs of random numbers: where on the pixel and on the lens, then a fixed number for each vertex.
 const PAIR_FILM: u32 = 0;
@@ -52,7 +54,7 @@ pub(crate) struct SampleId {
 #[derive(Clone, Copy)]
 struct Path {
     state: PathState,
-    sampler: Sampler,
+    sampler: PixelSampler,
     /// Which sample of the batch it belongs to.
     slot: u32,
     /// Length of the path so far, for footprints.
@@ -77,6 +79,7 @@ pub(crate) struct PathBatch {
     shadow_rays: Vec<Ray>,
     connections: Vec<Connection>,
     occluded: Vec<bool>,
+    diffuse: DiffuseQueue,
     /// The samples being made; kept here between bands for its memory only.
     pub ids: Vec<SampleId>,
     /// Radiance of each sample of the batch.
@@ -87,9 +90,20 @@ pub(crate) struct PathBatch {
     pub rays_traced: u64,
 }
 
+/// Diffuse vertices that wait until there are enough of them to fill the lanes.
+#[derive(Default)]
+struct DiffuseQueue {
+    vertices: DiffuseVertices,
+    paths: Vec<Path>,
+    u: Pairs,
+    lights: LightLanes,
+    next: NextLanes,
+}
+
 /// What all paths of a view share.
 struct Context<'a> {
     scene: &'a CpuScene,
+    sampler_kind: u32,
     settings: &'a PathSettings,
     shading: Shading,
     wants_aovs: bool,
@@ -101,7 +115,8 @@ impl PathBatch {
     pub fn run<F: HitFilter>(&mut self, scene: &CpuScene, view: &View, settings: &PathSettings, filter: &F, samples: &[SampleId]) {
         let pixel_spread = camera_pixel_spread(view.camera, view.height as f32);
         let shading = Shading { single_scatter: view.single_scatter, pixel_spread };
-        let context = Context { scene, settings, shading, wants_aovs: !view.aovs.is_empty() };
+        let wants_aovs = !view.aovs.is_empty();
+        let context = Context { scene, sampler_kind: sampler_kind(view), settings, shading, wants_aovs };
         self.generate(view, samples);
         let mut coherence = Coherence::Coherent;
         while !self.paths.is_empty() {
@@ -112,6 +127,7 @@ impl PathBatch {
             for i in 0..self.paths.len() {
                 self.shade_one(&context, i);
             }
+            self.scatter_diffuse(&context);
             self.connect(scene, filter);
             std::mem::swap(&mut self.rays, &mut self.next_rays);
             std::mem::swap(&mut self.paths, &mut self.next_paths);
@@ -196,6 +212,10 @@ impl PathBatch {
     fn scatter(&mut self, context: &Context, surface: &Surface, mut path: Path, footprint: f32) {
         let tables = &*context.scene.tables;
         let material = &tables.materials[surface.material as usize];
+        if material.model == ModelTag::Lambert && context.scene.plain_lights {
+            self.queue_diffuse(context, surface, path, base_color(tables, material, surface, footprint));
+            return;
+        }
         // Numbers are drawn only where something depends on them: they cost as much as the rest of the shading.
         let pair = PAIRS_BEFORE_VERTICES + PAIRS_PER_VERTEX * (path.state.depth - 1);
         let u_model = if mixes_models(material) { sample_2d(path.sampler, pair + PAIR_MODEL).x } else { 0.0 };
@@ -237,6 +257,75 @@ impl PathBatch {
         let origin = offset_ray_origin(surface.position, side);
         self.next_rays.push(Ray::new(origin.to_array(), wi.to_array()));
         self.next_paths.push(path);
+    }
+
+    /// Collects a diffuse vertex; scatters all that are waiting when the lanes are full.
+    #[inline(always)]
+    fn queue_diffuse(&mut self, context: &Context, surface: &Surface, path: Path, albedo: Vec3f) {
+        let lane = self.diffuse.paths.len();
+        let v = &mut self.diffuse.vertices;
+        v.position.set(lane, surface.position);
+        v.normal.set(lane, surface.normal);
+        v.shading_normal.set(lane, surface.frame.normal);
+        v.albedo.set(lane, albedo);
+        v.throughput.set(lane, path.state.throughput);
+        v.scramble.0[lane] = path.sampler.scramble;
+        v.index.0[lane] = path.sampler.index;
+        v.pair.0[lane] = PAIRS_BEFORE_VERTICES + PAIRS_PER_VERTEX * (path.state.depth - 1);
+        self.diffuse.paths.push(path);
+        if lane + 1 == LANES {
+            self.scatter_diffuse(context);
+        }
+    }
+
+    /// What [`PathBatch::scatter`] does, for all waiting diffuse vertices at once. Lanes without a vertex compute
+    /// something that nobody reads.
+    #[inline(always)]
+    fn scatter_diffuse(&mut self, context: &Context) {
+        let queue = &mut self.diffuse;
+        if queue.paths.is_empty() {
+            return;
+        }
+        let v = &queue.vertices;
+        let draw_pair = |offset: u32, u: &mut Pairs| draw(context.sampler_kind, &v.scramble, &v.index, &v.pair, offset, u);
+        if !context.scene.tables.lights.is_empty() {
+            draw_pair(PAIR_LIGHT, &mut queue.u);
+            sample_triangle_lights(&context.scene.tables, v, &queue.u, &mut queue.lights);
+            for (lane, path) in queue.paths.iter().enumerate() {
+                let contribution = queue.lights.contribution.get(lane);
+                if contribution.x + contribution.y + contribution.z != 0.0 {
+                    self.connections.push(Connection { slot: path.slot, contribution });
+                    self.shadow_rays.push(Ray {
+                        origin: queue.lights.origin.get(lane).to_array(),
+                        t_min: 0.0,
+                        direction: queue.lights.wi.get(lane).to_array(),
+                        t_max: queue.lights.distance.0[lane] * SHADOW_END,
+                    });
+                }
+            }
+        }
+        draw_pair(PAIR_BSDF, &mut queue.u);
+        sample_cosine_lobes(v, &queue.u, &mut queue.next);
+        if queue.paths.iter().any(|path| path.state.depth + 1 >= context.settings.roulette_start) {
+            draw_pair(PAIR_LOBE, &mut queue.u);
+        }
+        for (lane, path) in queue.paths.iter_mut().enumerate() {
+            let (wi, pdf) = (queue.next.wi.get(lane), queue.next.pdf.0[lane]);
+            let weight = v.albedo.get(lane);
+            let sample = BsdfSample { wi, weight, pdf, delta: false, transmitted: false };
+            path.state = path_scatter(path.state, sample, 1.0);
+            let settings = context.settings;
+            let survival = roulette_survival(path.state, settings.roulette_start, settings.roulette_min_survival);
+            if queue.next.alive.0[lane] == 0 || (survival < 1.0 && queue.u.get(lane).y >= survival) {
+                let sum = &mut self.radiance[path.slot as usize];
+                *sum = *sum + path.state.radiance;
+                continue;
+            }
+            path.state.throughput = path.state.throughput * (1.0 / survival);
+            self.next_rays.push(Ray::new(queue.next.origin.get(lane).to_array(), wi.to_array()));
+            self.next_paths.push(*path);
+        }
+        queue.paths.clear();
     }
 
     /// Queues the shadow ray of a light sample, if the light could contribute.
@@ -286,14 +375,18 @@ impl PathBatch {
     }
 }
 
-/// The random numbers of a sample.
-#[inline(always)]
-pub(crate) fn new_sampler(view: &View, sample: &SampleId) -> Sampler {
-    let kind = match view.sampler {
+/// How the view draws its samples, as the optics know it.
+fn sampler_kind(view: &View) -> u32 {
+    match view.sampler {
         backend::SamplerKind::Sobol => SAMPLER_SOBOL,
         backend::SamplerKind::Independent => SAMPLER_INDEPENDENT,
-    };
-    sampler_new(kind, sample.y * view.width + sample.x, sample.index, view.seed)
+    }
+}
+
+/// The random numbers of a sample.
+#[inline(always)]
+pub(crate) fn new_sampler(view: &View, sample: &SampleId) -> PixelSampler {
+    sampler_new(sampler_kind(view), sample.y * view.width + sample.x, sample.index, view.seed)
 }
 
 /// The ray from a surface to a light sample; `above`: on the side of the surface's normal.

@@ -2,7 +2,10 @@
 
 use accel::{Blas, Geometry, Instance, Quality, Sphere, Tlas};
 use optics::{Vec3f, vec3f};
-use scene::tables::{BindingRecord, BlasRecord, GeometryKind, GeometryRecord, InstanceRecord, SceneTables};
+use optics::light::LIGHT_TRIANGLE;
+use scene::tables::{
+    BindingRecord, BlasRecord, GeometryKind, GeometryRecord, InstanceRecord, LightRecord, NONE, SceneTables,
+};
 use std::sync::Arc;
 
 /// Tables, acceleration structures, and what is looked up for every hit.
@@ -13,6 +16,8 @@ pub(crate) struct CpuScene {
     primitive_geometry: Vec<Vec<u32>>,
     /// Indices of lights whose disc is seen in the sky.
     pub visible_discs: Vec<u32>,
+    /// Whether there are no lights but triangles without textures, which can be sampled many at a time.
+    pub plain_lights: bool,
 }
 
 /// Where a hit leads in the tables.
@@ -33,7 +38,9 @@ impl CpuScene {
         let primitive_geometry = tables.blas.iter().map(|b| primitive_geometry(&tables, b)).collect();
         let is_disc = |&i: &u32| tables.lights[i as usize].visible;
         let visible_discs = (0..tables.lights.len() as u32).filter(is_disc).collect();
-        Self { tables, tlas, primitive_geometry, visible_discs }
+        let is_plain = |l: &LightRecord| l.light.kind == LIGHT_TRIANGLE && l.textured_material == NONE;
+        let plain_lights = tables.lights.iter().all(is_plain);
+        Self { tables, tlas, primitive_geometry, visible_discs, plain_lights }
     }
 
     /// The records of a hit primitive.

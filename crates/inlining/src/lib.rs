@@ -6,7 +6,7 @@
 
 use proc_macro::{Delimiter, Group, TokenStream, TokenTree};
 
-/// Puts `#[inline]` on every `pub fn` directly in the module.
+/// Puts `#[inline(always)]` on every `pub fn` directly in the module.
 #[proc_macro_attribute]
 pub fn inline_all(_: TokenStream, module: TokenStream) -> TokenStream {
     let body = |tree: TokenTree| match tree {
@@ -26,7 +26,7 @@ fn with_inline(items: TokenStream) -> TokenStream {
     let mut out = TokenStream::new();
     for (i, tree) in trees.iter().enumerate() {
         if is(i, "pub") && is(i + 1, "fn") {
-            out.extend("#[inline]".parse::<TokenStream>().into_iter().flatten());
+            out.extend("#[inline(always)]".parse::<TokenStream>().into_iter().flatten());
         }
         out.extend([tree.clone()]);
     }

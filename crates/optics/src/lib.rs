@@ -34,21 +34,13 @@ mod transport;
 // `#[wgsl]` needs its module inline, so each file holds one module of its own name; here they become flat.
 pub use base::{constants::constants, math::math};
 pub use display::tonemap::tonemap;
-pub use geometry::{camera::camera, frame::frame, offset::offset};
+pub use geometry::{camera::camera, frame::frame, intersect::intersect, offset::offset};
 pub use lights::{light::light, sky::sky};
-pub use sampling::warp::warp;
-
-pub mod random {
-    //! See `sampling/random.rs`.
-    pub use crate::sampling::random::random::*;
-    /// The Rust name of [`PixelSampler`]; in WGSL, `Sampler` is a type of the language.
-    pub use PixelSampler as Sampler;
-}
+pub use sampling::{random::random, warp::warp};
 pub use surface::{
     bsdf::bsdf, dielectric::dielectric, fresnel::fresnel, ggx::ggx, glossy::glossy, pattern::pattern, scatter::scatter,
 };
 pub use transport::{estimator::estimator, path::path};
 
 pub mod albedo;
-pub mod intersect;
 pub mod wgsl;

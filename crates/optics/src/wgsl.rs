@@ -22,7 +22,7 @@ mod everything {
     use crate::fresnel::*;
     use crate::ggx::*;
     use crate::glossy::*;
-    use crate::intersect::intersect::*;
+    use crate::intersect::*;
     use crate::light::*;
     use crate::math::*;
     use crate::offset::*;

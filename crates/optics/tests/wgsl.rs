@@ -24,7 +24,7 @@ fn modules() -> Vec<(&'static str, String)> {
         fresnel: optics::fresnel,
         ggx: optics::ggx,
         glossy: optics::glossy,
-        intersect: optics::intersect::intersect,
+        intersect: optics::intersect,
         light: optics::light,
         math: optics::math,
         offset: optics::offset,

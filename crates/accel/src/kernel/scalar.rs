@@ -6,7 +6,7 @@ use crate::blas::{Blas, Shape};
 use crate::layout::{Block, ChildRef, EMPTY, LEAF, NO_PRIMITIVE, Node, TriangleBlock, WIDTH};
 use crate::ray::{Hit, HitFilter, Ray};
 use crate::tlas::Tlas;
-use optics::intersect::intersect::{RayShear, intersect_sphere, intersect_triangle, ray_shear};
+use optics::intersect::{RayShear, intersect_sphere, intersect_triangle, ray_shear};
 use wgsl_rs::std::{Vec3f, vec3f};
 
 fn vector(a: [f32; 3]) -> Vec3f {

@@ -2,7 +2,7 @@
 #![allow(dead_code)] // each test uses some of this
 
 use accel::{Blas, Hit, HitFilter, Instance, Kernel, MISS, Ray, Sphere, Tlas};
-use optics::intersect::intersect::{intersect_sphere, intersect_triangle, ray_shear};
+use optics::intersect::{intersect_sphere, intersect_triangle, ray_shear};
 use wgsl_rs::std::vec3f;
 
 /// A small random number generator (PCG32).

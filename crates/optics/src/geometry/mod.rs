@@ -1,4 +1,5 @@
 //! Frames, rays, intersections and cameras.
 pub mod camera;
 pub mod frame;
+pub mod intersect;
 pub mod offset;

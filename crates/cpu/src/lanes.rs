@@ -1,0 +1,202 @@
+//! Scattering of many plain vertices at once.
+//!
+//! Most vertices of most pictures are on diffuse surfaces. They are collected until a vector register is full, and then
+//! random numbers, light sample, BSDF sample and the next ray are computed by loops over the lanes. The loops call the
+//! same optics functions as everything else; they have no branches left after inlining, so the compiler turns each
+//! into vector instructions of the instruction set that the kernel is compiled for.
+
+use optics::frame::{frame_from_normal, to_world};
+use optics::light::{LIGHT_TRIANGLE, Light, triangle_light_sample};
+use optics::offset::offset_ray_origin;
+use optics::random::{PixelSampler, sample_2d};
+use optics::scatter::BsdfValue;
+use optics::path::path_light_contribution;
+use optics::vector::dot;
+use optics::warp::{alias_choose, alias_slot, pdf_cosine_hemisphere, sample_cosine_hemisphere};
+use optics::{Vec2f, Vec3f, vec2f, vec3f};
+use scene::tables::SceneTables;
+
+/// Vertices that are scattered together: single-precision numbers in the widest vector register.
+pub(crate) const LANES: usize = 16;
+
+/// One number for each lane.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(crate) struct Lanes<T>(pub [T; LANES]);
+
+impl<T: Copy + Default> Default for Lanes<T> {
+    fn default() -> Self {
+        Self([T::default(); LANES])
+    }
+}
+
+/// One vector for each lane.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Vectors {
+    x: Lanes<f32>,
+    y: Lanes<f32>,
+    z: Lanes<f32>,
+}
+
+impl Vectors {
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> Vec3f {
+        vec3f(self.x.0[lane], self.y.0[lane], self.z.0[lane])
+    }
+
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, v: Vec3f) {
+        self.x.0[lane] = v.x;
+        self.y.0[lane] = v.y;
+        self.z.0[lane] = v.z;
+    }
+}
+
+/// Two numbers for each lane.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Pairs {
+    x: Lanes<f32>,
+    y: Lanes<f32>,
+}
+
+impl Pairs {
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> Vec2f {
+        vec2f(self.x.0[lane], self.y.0[lane])
+    }
+
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, v: Vec2f) {
+        self.x.0[lane] = v.x;
+        self.y.0[lane] = v.y;
+    }
+}
+
+/// Random numbers of one dimension pair for all lanes. `kind` is the same for all.
+#[inline(always)]
+pub(crate) fn draw(kind: u32, scramble: &Lanes<u32>, index: &Lanes<u32>, pair: &Lanes<u32>, offset: u32, out: &mut Pairs) {
+    for lane in 0..LANES {
+        let sampler = PixelSampler { kind, scramble: scramble.0[lane], index: index.0[lane] };
+        out.set(lane, sample_2d(sampler, pair.0[lane] + offset));
+    }
+}
+
+/// What a diffuse vertex needs to go on.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct DiffuseVertices {
+    /// World position.
+    pub position: Vectors,
+    /// Unit geometric normal on the side of the viewer.
+    pub normal: Vectors,
+    /// Unit shading normal on that side.
+    pub shading_normal: Vectors,
+    /// Albedo.
+    pub albedo: Vectors,
+    /// Throughput of the path up to here.
+    pub throughput: Vectors,
+    /// See [`PixelSampler`].
+    pub scramble: Lanes<u32>,
+    /// See [`PixelSampler`].
+    pub index: Lanes<u32>,
+    /// First dimension pair of the vertex.
+    pub pair: Lanes<u32>,
+}
+
+/// Light samples of diffuse vertices.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct LightLanes {
+    /// Unit direction towards the light.
+    pub wi: Vectors,
+    /// Distance to the light.
+    pub distance: Lanes<f32>,
+    /// Contribution to the pixel if nothing is in the way; zero where there is nothing to ask for.
+    pub contribution: Vectors,
+    /// Where the shadow ray starts.
+    pub origin: Vectors,
+}
+
+/// Continuations of diffuse vertices.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct NextLanes {
+    /// Where the next ray starts.
+    pub origin: Vectors,
+    /// Its unit direction.
+    pub wi: Vectors,
+    /// Its density over solid angle.
+    pub pdf: Lanes<f32>,
+    /// Whether the direction is above the geometric surface.
+    pub alive: Lanes<u32>,
+}
+
+/// Samples one of many triangle lights for every lane. The tables hold no other lights, and no textured ones.
+#[inline(always)]
+pub(crate) fn sample_triangle_lights(tables: &SceneTables, v: &DiffuseVertices, u: &Pairs, out: &mut LightLanes) {
+    let alias = &tables.light_alias[..];
+    let count = alias.len() as u32;
+    let (mut slot, mut other) = (Lanes::<u32>::default(), Lanes::<u32>::default());
+    let mut threshold = Lanes::<f32>::default();
+    for lane in 0..LANES {
+        slot.0[lane] = alias_slot(u.x.0[lane], count);
+    }
+    for lane in 0..LANES {
+        let entry = &alias[slot.0[lane] as usize];
+        threshold.0[lane] = entry.threshold;
+        other.0[lane] = entry.alias;
+    }
+    let (mut chosen, mut remainder) = (Lanes::<u32>::default(), Lanes::<f32>::default());
+    for lane in 0..LANES {
+        let choice = alias_choose(u.x.0[lane], count, slot.0[lane], threshold.0[lane], other.0[lane]);
+        chosen.0[lane] = choice.index;
+        remainder.0[lane] = choice.remainder;
+    }
+    let (mut p0, mut edge1, mut edge2) = (Vectors::default(), Vectors::default(), Vectors::default());
+    let (mut emission, mut probability) = (Vectors::default(), Lanes::<f32>::default());
+    let mut two_sided = Lanes::<u32>::default();
+    for lane in 0..LANES {
+        let index = chosen.0[lane] as usize;
+        let light = &tables.lights[index].light;
+        p0.set(lane, light.position);
+        edge1.set(lane, light.edge1);
+        edge2.set(lane, light.edge2);
+        emission.set(lane, light.emission);
+        two_sided.0[lane] = u32::from(light.two_sided);
+        probability.0[lane] = alias[index].probability;
+    }
+    for lane in 0..LANES {
+        let light = Light {
+            kind: LIGHT_TRIANGLE,
+            position: p0.get(lane),
+            edge1: edge1.get(lane),
+            edge2: edge2.get(lane),
+            emission: emission.get(lane),
+            size: 0.0,
+            two_sided: two_sided.0[lane] != 0,
+        };
+        let position = v.position.get(lane);
+        let sample = triangle_light_sample(light, position, vec2f(remainder.0[lane], u.y.0[lane]));
+        let cos_shading = dot(sample.wi, v.shading_normal.get(lane));
+        let above = dot(sample.wi, v.normal.get(lane)) > 0.0 && cos_shading > 0.0;
+        let pdf = pdf_cosine_hemisphere(cos_shading);
+        let value = BsdfValue { value_cos: v.albedo.get(lane) * pdf, pdf };
+        let light_pdf = if above { sample.pdf * probability.0[lane] } else { 0.0 };
+        let contribution = path_light_contribution(v.throughput.get(lane), value, sample.radiance, light_pdf, false);
+        out.wi.set(lane, sample.wi);
+        out.distance.0[lane] = sample.distance;
+        out.contribution.set(lane, contribution);
+        out.origin.set(lane, offset_ray_origin(position, v.normal.get(lane)));
+    }
+}
+
+/// Samples the cosine lobe of every lane.
+#[inline(always)]
+pub(crate) fn sample_cosine_lobes(v: &DiffuseVertices, u: &Pairs, out: &mut NextLanes) {
+    for lane in 0..LANES {
+        let normal = v.normal.get(lane);
+        let local = sample_cosine_hemisphere(u.get(lane));
+        let wi = to_world(frame_from_normal(v.shading_normal.get(lane)), local);
+        out.wi.set(lane, wi);
+        out.pdf.0[lane] = pdf_cosine_hemisphere(local.z);
+        out.alive.0[lane] = u32::from(local.z > 0.0 && dot(wi, normal) > 0.0);
+        out.origin.set(lane, offset_ray_origin(v.position.get(lane), normal));
+    }
+}
