@@ -80,13 +80,13 @@ fn contact_sheet(
     std::fs::create_dir_all(&sheet).with_context(|| format!("cannot make {}", sheet.display()))?;
     let mut files = Vec::new();
     find_scenes(folder, &mut files)?;
+    let name_of =
+        |file: &PathBuf| file.strip_prefix(folder).unwrap_or(file).to_string_lossy().replace('\\', "/");
+    files.retain(|file| wanted(&name_of(file)));
     files.sort();
     let (mut figures, mut pictures, mut panics) = (String::new(), 0, 0);
     for (i, file) in files.iter().enumerate() {
-        let name = file.strip_prefix(folder).unwrap_or(file).to_string_lossy().replace('\\', "/");
-        if !wanted(&name) {
-            continue;
-        }
+        let name = name_of(file);
         let picture = format!("{i:04}.png");
         let start = Instant::now();
         let mut command = Command::new(binary);
