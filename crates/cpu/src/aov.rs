@@ -18,7 +18,7 @@ pub(crate) fn aov_sample(
     AovSample {
         depth: distance,
         position: s.position.to_array(),
-        normal: s.frame.normal.to_array(),
+        normal: s.shading_normal.to_array(),
         geometric_normal: s.normal.to_array(),
         uv: s.coords.sets[0],
         albedo: base_color(tables, material, s, footprint).to_array(),
@@ -30,5 +30,5 @@ pub(crate) fn aov_sample(
 
 /// Base colour under a light at the camera: the picture of the `aov` integrator.
 pub(crate) fn headlight(tables: &SceneTables, material: &MaterialRecord, s: &Surface, footprint: f32) -> Vec3f {
-    base_color(tables, material, s, footprint) * (0.2 + 0.8 * dot(s.wo, s.frame.normal).max(0.0))
+    base_color(tables, material, s, footprint) * (0.2 + 0.8 * dot(s.wo, s.shading_normal).max(0.0))
 }

@@ -145,7 +145,7 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
 
     /// Every light with its shadow rays.
     fn direct_light(&mut self, surface: &Surface, bsdf: &Bsdf, full: bool, draws: &mut Draws) -> Vec3f {
-        let wo = to_local(surface.frame, surface.wo);
+        let wo = to_local(surface.frame(), surface.wo);
         let mut sum = BLACK;
         for index in 0..self.scene.tables.lights.len() as u32 {
             let light = self.scene.tables.lights[index as usize].light;
@@ -167,7 +167,7 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
 
     fn light_sample(&mut self, surface: &Surface, bsdf: &Bsdf, wo: Vec3f, light: &LightSample) -> Vec3f {
         let above = dot(light.wi, surface.normal) > 0.0;
-        let wi = to_local(surface.frame, light.wi);
+        let wi = to_local(surface.frame(), light.wi);
         if light.pdf <= 0.0 || above != (wi.z > 0.0) || !(above || bsdf_transmits(*bsdf)) {
             return BLACK;
         }
@@ -189,7 +189,7 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
         let mut sum = BLACK;
         for _ in 0..count {
             let u = draws.pair();
-            let wi = to_world(surface.frame, sample_cosine_hemisphere(vec2f(u[0], u[1])));
+            let wi = to_world(surface.frame(), sample_cosine_hemisphere(vec2f(u[0], u[1])));
             if dot(wi, surface.normal) <= 0.0 {
                 continue;
             }
@@ -212,12 +212,12 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
         let mut specular = *bsdf;
         specular.diffuse = BLACK;
         specular.specular_probability = 1.0;
-        let wo = to_local(surface.frame, surface.wo);
+        let wo = to_local(surface.frame(), surface.wo);
         let mut sum = BLACK;
         for _ in 0..self.settings.reflection_samples {
             let u = draws.pair();
             let sample = bsdf_sample(specular, wo, 0.0, vec2f(u[0], u[1]));
-            let wi = to_world(surface.frame, sample.wi);
+            let wi = to_world(surface.frame(), sample.wi);
             if sample.pdf <= 0.0 || dot(wi, surface.normal) <= 0.0 {
                 continue;
             }
@@ -247,9 +247,9 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
     #[allow(clippy::too_many_arguments, reason = "the recursion's state; a struct would only rename it")]
     fn follow(&mut self, surface: &Surface, bsdf: &Bsdf, length: f32, depth: u32, full: bool, u_lobe: f32, draws: &mut Draws) -> Vec3f {
         let u = draws.pair();
-        let wo = to_local(surface.frame, surface.wo);
+        let wo = to_local(surface.frame(), surface.wo);
         let sample = bsdf_sample(*bsdf, wo, u_lobe, vec2f(u[0], u[1]));
-        let wi = to_world(surface.frame, sample.wi);
+        let wi = to_world(surface.frame(), sample.wi);
         let above = dot(wi, surface.normal) > 0.0;
         if sample.pdf <= 0.0 || above == sample.transmitted {
             return BLACK;

@@ -141,7 +141,7 @@ pub(crate) fn shade(
             }
             // What is not refracted: the metal, and the rest of the dielectric.
             let metallic = metallic / (1.0 - transmission * (1.0 - metallic)).max(1e-6);
-            let cos_o = dot(s.wo, s.frame.normal).clamp(0.0, 1.0);
+            let cos_o = dot(s.wo, s.shading_normal).clamp(0.0, 1.0);
             let m = MetallicRoughness {
                 base_color: color,
                 metallic: metallic.clamp(0.0, 1.0),
@@ -161,7 +161,7 @@ fn dielectric(material: &MaterialRecord, s: &Surface, shading: &Shading, tint: V
     let alpha = roughness * roughness;
     let mut compensation = 1.0;
     if alpha >= MIN_ALPHA && !shading.single_scatter {
-        let cos_o = dot(s.wo, s.frame.normal).clamp(0.0, 1.0);
+        let cos_o = dot(s.wo, s.shading_normal).clamp(0.0, 1.0);
         compensation = if thin {
             let e = GgxAlbedo::shared().lookup(cos_o, roughness);
             1.0 / (e.x + e.y).max(0.05)

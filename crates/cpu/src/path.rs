@@ -15,7 +15,7 @@ use backend::{PathSettings, View};
 use film::AovSample;
 use optics::bsdf::{bsdf_eval, bsdf_has_lobes, bsdf_has_smooth_part, bsdf_sample, bsdf_transmits};
 use optics::camera::{camera_pixel_spread, camera_ray};
-use optics::frame::{to_local, to_world};
+use optics::frame::{Frame, to_local, to_world};
 use optics::light::LightSample;
 use optics::offset::offset_ray_origin;
 use optics::path::{
@@ -224,11 +224,12 @@ impl PathBatch {
             self.finish(&path);
             return;
         }
-        let wo = to_local(surface.frame, surface.wo);
+        let frame = surface.frame();
+        let wo = to_local(frame, surface.wo);
         if bsdf_has_smooth_part(bsdf) && !tables.lights.is_empty() {
             let u = sample_2d(path.sampler, pair + PAIR_LIGHT);
             if let Some(light) = sample_light(context.scene, surface.position, u) {
-                self.add_connection(surface, &bsdf, wo, &path, &light);
+                self.add_connection(surface, &frame, &bsdf, wo, &path, &light);
             }
         }
         let meets_roulette = path.state.depth + 1 >= context.settings.roulette_start;
@@ -238,7 +239,7 @@ impl PathBatch {
             vec2f(0.0, 0.0)
         };
         let sample = bsdf_sample(bsdf, wo, u_lobe.x, sample_2d(path.sampler, pair + PAIR_BSDF));
-        let wi = to_world(surface.frame, sample.wi);
+        let wi = to_world(frame, sample.wi);
         let above = dot(wi, surface.normal) > 0.0;
         // Between shading and geometric normal there are directions that would leak through the surface.
         if sample.pdf <= 0.0 || above == sample.transmitted {
@@ -266,7 +267,7 @@ impl PathBatch {
         let v = &mut self.diffuse.vertices;
         v.position.set(lane, surface.position);
         v.normal.set(lane, surface.normal);
-        v.shading_normal.set(lane, surface.frame.normal);
+        v.shading_normal.set(lane, surface.shading_normal);
         v.albedo.set(lane, albedo);
         v.throughput.set(lane, path.state.throughput);
         v.scramble.0[lane] = path.sampler.scramble;
@@ -330,12 +331,12 @@ impl PathBatch {
 
     /// Queues the shadow ray of a light sample, if the light could contribute.
     #[inline(always)]
-    fn add_connection(&mut self, surface: &Surface, bsdf: &Bsdf, wo: Vec3f, path: &Path, light: &LightSample) {
+    fn add_connection(&mut self, surface: &Surface, frame: &Frame, bsdf: &Bsdf, wo: Vec3f, path: &Path, light: &LightSample) {
         let above = dot(light.wi, surface.normal) > 0.0;
         if light.pdf <= 0.0 || !(above || bsdf_transmits(*bsdf)) {
             return;
         }
-        let wi = to_local(surface.frame, light.wi);
+        let wi = to_local(*frame, light.wi);
         if above != (wi.z > 0.0) {
             return;
         }

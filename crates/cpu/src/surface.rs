@@ -19,8 +19,8 @@ pub(crate) struct Surface {
     pub position: Vec3f,
     /// Unit geometric normal on the side of the ray's origin.
     pub normal: Vec3f,
-    /// Shading frame on that side, normal map applied.
-    pub frame: Frame,
+    /// Unit shading normal on that side, normal map applied.
+    pub shading_normal: Vec3f,
     /// Whether the ray arrives at the front (the side that the winding, or the sphere's outside, faces).
     pub front: bool,
     /// Unit direction back along the ray.
@@ -56,12 +56,12 @@ impl Surface {
         let front = dot(point.normal, wo) >= 0.0;
         let side = if front { 1.0 } else { -1.0 };
         let normal = point.normal * side;
-        let frame = shading_frame(tables, material, &point, wo, normal, side);
+        let shading_normal = shading_normal(tables, material, &point, wo, normal, side);
         let first_light = records.binding.first_light;
         Self {
             position: point.position,
             normal,
-            frame,
+            shading_normal,
             front,
             wo,
             coords: point.coords,
@@ -72,6 +72,12 @@ impl Surface {
             primitive: records.primitive,
             pattern_position: point.pattern_position,
         }
+    }
+
+    /// The shading frame.
+    #[inline(always)]
+    pub fn frame(&self) -> Frame {
+        frame_from_normal(self.shading_normal)
     }
 }
 
@@ -153,17 +159,17 @@ fn sphere_point(tables: &SceneTables, records: &HitRecords, ray: &Ray, hit: &Hit
     }
 }
 
-/// The shading frame on the viewer's side, with the normal map applied and bent so that nothing reflects into the
+/// The shading normal on the viewer's side, with the normal map applied and bent so that nothing reflects into the
 /// surface.
 #[inline(always)]
-fn shading_frame(
+fn shading_normal(
     tables: &SceneTables,
     material: &MaterialRecord,
     point: &Point,
     wo: Vec3f,
     normal: Vec3f,
     side: f32,
-) -> Frame {
+) -> Vec3f {
     let mut shading = point.shading.map_or(normal, |n| n * side);
     if material.normal_slot != NONE {
         let texel = crate::texture::sample(tables, material.normal_slot, &point.coords);
@@ -178,9 +184,9 @@ fn shading_frame(
         };
         shading = map_normal(frame, vec3f(texel[0], texel[1], texel[2]), material.normal_scale);
     } else if point.shading.is_none() {
-        return frame_from_normal(normal);
+        return normal;
     }
-    frame_from_normal(bend_normal(wo, normal, shading))
+    bend_normal(wo, normal, shading)
 }
 
 #[inline(always)]
