@@ -138,6 +138,8 @@ fn run_ours(binary: &Path, file: &Path, spp: u32) -> anyhow::Result<Value> {
     let mut result = last_line_as_json(&output(&mut command)?)?;
     let rate = result["samples_per_second"].as_f64().context("no samples_per_second")?;
     result["msamples_s"] = json!(rate / 1e6);
+    result["scene"] = json!(file.file_name().unwrap_or_default().to_string_lossy());
+    result["output"] = Value::Null;
     Ok(result)
 }
 
@@ -206,7 +208,8 @@ fn write_results(args: &CpuArgs, all: &[Measured]) -> anyhow::Result<()> {
     };
     let results = json!({
         "commit": commit(),
-        "command": std::env::args().skip(1).collect::<Vec<_>>().join(" "),
+        // Where things lie on this machine is of no use to others.
+        "command": format!("cargo xtask bench cpu --spp {} --repeat {}", args.spp, args.repeat),
         "threads": std::thread::available_parallelism().map_or(1, usize::from),
         "width": SIZE, "height": SIZE, "spp": args.spp, "max_depth": MAX_DEPTH, "roulette_start": ROULETTE_START,
         "filter": "box", "repeat": args.repeat,
