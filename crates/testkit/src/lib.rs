@@ -2,6 +2,7 @@
 //!
 //! - [`assert_same_expectation`]: two noisy renders are samples of the same expected image.
 //! - [`assert_chi2`]: samples follow the density that they claim.
+//! - [`scenes`]: what the reference images show, as [`scene::Scene`] values.
 //! - [`require_shared`]: the folder with scenes and reference images, or a visible skip.
 //!
 //! Invariant: every harness has a test that must fail. A check that cannot fail is worse than none.
@@ -11,6 +12,7 @@ mod compare;
 mod data;
 mod estimate;
 mod random;
+pub mod scenes;
 mod special;
 
 pub use chi2::{Chi2, assert_chi2, chi2_test};
