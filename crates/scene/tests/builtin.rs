@@ -81,7 +81,7 @@ fn atrium_is_large_enough() {
 #[test]
 fn lights_has_as_many_models_and_lights_as_asked_for() {
     let scene = loaded("lights", &[("models", "7"), ("lights", "3")]).scene;
-    assert_eq!(scene.instances.iter().filter(|i| i.name.starts_with("stone")).count(), 7);
+    assert_eq!(scene.instances.iter().filter(|i| i.name.starts_with("knot")).count(), 7);
     assert_eq!(scene.lights.len(), 3);
     assert!(scene.lights.iter().all(|l| matches!(l.kind, LightKind::Point { .. })));
     let scene = loaded("lights", &[("models", "0"), ("lights", "0")]).scene;
