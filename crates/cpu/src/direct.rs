@@ -130,15 +130,15 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
             return sum;
         }
         if bsdf_has_smooth_part(bsdf) {
-            sum = sum + self.direct_light(&surface, &bsdf, full, draws);
+            sum += self.direct_light(&surface, &bsdf, full, draws);
         }
         if bsdf.kind == BSDF_GLOSSY {
-            sum = sum + self.ambient(&surface, &bsdf, full, draws);
+            sum += self.ambient(&surface, &bsdf, full, draws);
             if full && depth < self.settings.max_depth {
-                sum = sum + self.reflections(&surface, &bsdf, length, depth, draws);
+                sum += self.reflections(&surface, &bsdf, length, depth, draws);
             }
         } else if depth < self.settings.max_depth {
-            sum = sum + self.follow(&surface, &bsdf, length, depth, full, u_lobe, draws);
+            sum += self.follow(&surface, &bsdf, length, depth, full, u_lobe, draws);
         }
         sum
     }
@@ -159,7 +159,7 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
             for _ in 0..count {
                 let u = if soft { draws.pair() } else { [0.5, 0.5] };
                 let sample = sample_one_light(self.scene, index, surface.position, u);
-                sum = sum + self.light_sample(surface, bsdf, wo, &sample) * (1.0 / count as f32);
+                sum += self.light_sample(surface, bsdf, wo, &sample) * (1.0 / count as f32);
             }
         }
         sum
@@ -198,7 +198,7 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
             let open = occlusion_rays == 0
                 || self.visible(&Ray { origin, t_min: 0.0, direction: wi.to_array(), t_max });
             if open {
-                sum = sum + self.scene.tables.environment.radiance(wi);
+                sum += self.scene.tables.environment.radiance(wi);
             }
         }
         albedo * sum * (1.0 / count as f32)
@@ -230,7 +230,7 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
             } else {
                 self.radiance_without_lights(&ray, &hit, length, depth + 1, draws)
             };
-            sum = sum + sample.weight * seen;
+            sum += sample.weight * seen;
         }
         sum * (1.0 / self.settings.reflection_samples as f32)
     }

@@ -25,10 +25,11 @@ impl HitFilter for AlphaFilter<'_> {
             return true;
         }
         let alpha = coverage(tables, material, alpha_inputs(tables, &records, u, v));
-        alpha >= 1.0 || (alpha > 0.0 && hashed_threshold(primitive, u, v) < alpha)
+        alpha >= 1.0 || (alpha > 0.0 && hashed_threshold(instance, primitive, u, v) < alpha)
     }
 }
 
-fn hashed_threshold(primitive: u32, u: f32, v: f32) -> f32 {
-    unit_float(hash_combine(hash_combine(primitive, u.to_bits()), v.to_bits()))
+fn hashed_threshold(instance: u32, primitive: u32, u: f32, v: f32) -> f32 {
+    let place = hash_combine(hash_combine(instance, primitive), u.to_bits());
+    unit_float(hash_combine(place, v.to_bits()))
 }

@@ -15,5 +15,6 @@ mod path;
 mod scene;
 mod surface;
 mod texture;
+mod triangles;
 
 pub use backend::CpuBackend;

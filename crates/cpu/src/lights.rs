@@ -1,14 +1,15 @@
 //! Choosing lights, and the density with which a light found by chance would have been chosen.
 
-use crate::material::emission_at;
+use crate::material::{coverage, emission_at};
 use crate::scene::CpuScene;
 use crate::surface::{Surface, TexCoords};
 use optics::constants::FAR;
 use optics::light::{
-    LIGHT_ENVIRONMENT, LIGHT_SPHERE, LIGHT_TRIANGLE, LightSample, directional_light_contains, light_sample,
+    LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_SPHERE, LIGHT_TRIANGLE, LightSample, directional_light_contains, light_sample,
     sphere_light_pdf, triangle_light_pdf,
 };
-use optics::warp::{alias_choose, alias_slot, pdf_cone};
+use optics::random::dither;
+use optics::warp::{alias_choose_dithered, alias_slot, pdf_cone};
 use optics::{Vec2f, Vec3f, vec2f, vec3f};
 use scene::tables::{LightRecord, NONE};
 
@@ -24,7 +25,8 @@ pub(crate) fn sample_light(scene: &CpuScene, p: Vec3f, u: Vec2f) -> Option<Light
     let count = alias.len() as u32;
     let slot = alias_slot(u.x, count);
     let entry = alias[slot as usize];
-    let choice = alias_choose(u.x, count, slot, entry.threshold, entry.alias);
+    let rest = dither(u.x, u.y);
+    let choice = alias_choose_dithered(u.x, count, slot, entry.threshold, entry.alias, rest);
     let mut sample = sample_one_light(scene, choice.index, p, [choice.remainder, u.y]);
     sample.pdf *= alias[choice.index as usize].probability;
     Some(sample)
@@ -38,6 +40,8 @@ pub(crate) fn sample_one_light(scene: &CpuScene, index: u32, p: Vec3f, u: [f32; 
         return sample_environment(scene, u);
     }
     let mut sample = light_sample(record.light, p, vec2f(u[0], u[1]));
+    // A disc that is not seen cannot be found by chance: its samples count in full.
+    sample.delta |= record.light.kind == LIGHT_DIRECTIONAL && !record.visible;
     if record.textured_material != NONE {
         sample.radiance = textured_emission(scene, record, [sample.barycentrics.x, sample.barycentrics.y]);
     }
@@ -57,7 +61,8 @@ fn textured_emission(scene: &CpuScene, record: &LightRecord, [b1, b2]: [f32; 2])
         std::array::from_fn(|i| uv[0][i] * (1.0 - b1 - b2) + uv[1][i] * b1 + uv[2][i] * b2)
     };
     let coords = TexCoords { sets: [set(&record.uv[0]), set(&record.uv[1])] };
-    emission_at(&scene.tables, material, &coords)
+    let emitted = emission_at(&scene.tables, material, &coords);
+    if material.has_alpha() { emitted * coverage(&scene.tables, material, (coords, [1.0; 4], [0.0; 2])) } else { emitted }
 }
 
 /// Density over solid angle, seen from `from`, with which [`sample_light`] would have found an emissive surface at
@@ -103,6 +108,6 @@ pub(crate) fn for_each_distant(scene: &CpuScene, wi: Vec3f, mut found: impl FnMu
 /// Radiance of everything infinitely far away in a direction.
 pub(crate) fn distant_radiance(scene: &CpuScene, wi: Vec3f) -> Vec3f {
     let mut sum = vec3f(0.0, 0.0, 0.0);
-    for_each_distant(scene, wi, |d| sum = sum + d.radiance);
+    for_each_distant(scene, wi, |d| sum += d.radiance);
     sum
 }

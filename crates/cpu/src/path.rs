@@ -10,6 +10,7 @@ use crate::lights::{for_each_distant, sample_light, surface_light_pdf};
 use crate::material::{Shading, base_color, emission, mixes_models, shade};
 use crate::scene::{CpuScene, vec3};
 use crate::surface::Surface;
+use crate::triangles::TriangleLanes;
 use accel::{Coherence, Hit, HitFilter, MISS, Ray};
 use backend::{PathSettings, View};
 use film::AovSample;
@@ -79,6 +80,7 @@ pub(crate) struct PathBatch {
     shadow_rays: Vec<Ray>,
     connections: Vec<Connection>,
     occluded: Vec<bool>,
+    triangles: TriangleLanes,
     diffuse: DiffuseQueue,
     /// The samples being made; kept here between bands for its memory only.
     pub ids: Vec<SampleId>,
@@ -124,8 +126,12 @@ impl PathBatch {
             self.hits.resize(self.rays.len(), MISS);
             scene.tlas.closest_stream(&self.rays, &mut self.hits, filter, coherence);
             self.rays_traced += self.rays.len() as u64;
-            for i in 0..self.paths.len() {
-                self.shade_one(&context, i);
+            for first in (0..self.paths.len()).step_by(LANES) {
+                let end = (first + LANES).min(self.paths.len());
+                self.triangles.compute(scene, &self.rays[first..end], &self.hits[first..end]);
+                for i in first..end {
+                    self.shade_one(&context, i);
+                }
             }
             self.scatter_diffuse(&context);
             self.connect(scene, filter);
@@ -173,12 +179,14 @@ impl PathBatch {
             self.finish(&path);
             return;
         }
-        let surface = Surface::new(scene, &ray, &hit);
         let tables = &*scene.tables;
+        let first_hit = path.state.depth == 1 && context.wants_aovs;
+        let in_lanes = self.triangles.surface(tables, i % LANES, first_hit);
+        let surface = in_lanes.unwrap_or_else(|| Surface::new(scene, &ray, &hit));
         let material = &tables.materials[surface.material as usize];
         path.length += hit.t;
         let footprint = context.shading.pixel_spread * path.length;
-        if path.state.depth == 1 && context.wants_aovs {
+        if first_hit {
             self.aovs[path.slot as usize] = aov_sample(tables, material, &surface, path.length, footprint);
         }
         let emitted = emission(tables, material, &surface, footprint);
@@ -199,7 +207,7 @@ impl PathBatch {
         // Light found so far belongs to the path once; the branches share what comes.
         self.finish(&path);
         path.state.radiance = vec3f(0.0, 0.0, 0.0);
-        path.state.throughput = path.state.throughput * (1.0 / branches as f32);
+        path.state.throughput *= 1.0 / branches as f32;
         for branch in 0..branches {
             let mut child = path;
             child.sampler.scramble = optics::random::hash_combine(path.sampler.scramble, branch);
@@ -253,7 +261,7 @@ impl PathBatch {
             self.finish(&path);
             return;
         }
-        path.state.throughput = path.state.throughput * (1.0 / survival);
+        path.state.throughput *= 1.0 / survival;
         let side = if above { surface.normal } else { -surface.normal };
         let origin = offset_ray_origin(surface.position, side);
         self.next_rays.push(Ray::new(origin.to_array(), wi.to_array()));
@@ -319,10 +327,10 @@ impl PathBatch {
             let survival = roulette_survival(path.state, settings.roulette_start, settings.roulette_min_survival);
             if queue.next.alive.0[lane] == 0 || (survival < 1.0 && queue.u.get(lane).y >= survival) {
                 let sum = &mut self.radiance[path.slot as usize];
-                *sum = *sum + path.state.radiance;
+                *sum += path.state.radiance;
                 continue;
             }
-            path.state.throughput = path.state.throughput * (1.0 / survival);
+            path.state.throughput *= 1.0 / survival;
             self.next_rays.push(Ray::new(queue.next.origin.get(lane).to_array(), wi.to_array()));
             self.next_paths.push(*path);
         }
@@ -361,7 +369,7 @@ impl PathBatch {
         for (connection, occluded) in self.connections.iter().zip(&self.occluded) {
             if !occluded {
                 let sum = &mut self.radiance[connection.slot as usize];
-                *sum = *sum + connection.contribution;
+                *sum += connection.contribution;
             }
         }
         self.connections.clear();
@@ -372,7 +380,7 @@ impl PathBatch {
     #[inline(always)]
     fn finish(&mut self, path: &Path) {
         let sum = &mut self.radiance[path.slot as usize];
-        *sum = *sum + path.state.radiance;
+        *sum += path.state.radiance;
     }
 }
 

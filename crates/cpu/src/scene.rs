@@ -20,6 +20,12 @@ pub(crate) struct CpuScene {
     pub plain_lights: bool,
 }
 
+/// Indices into the tables' geometries and bindings.
+pub(crate) struct Place {
+    pub geometry: u32,
+    pub binding: u32,
+}
+
 /// Where a hit leads in the tables.
 pub(crate) struct HitRecords<'a> {
     pub instance: &'a InstanceRecord,
@@ -43,16 +49,27 @@ impl CpuScene {
         Self { tables, tlas, primitive_geometry, visible_discs, plain_lights }
     }
 
-    /// The records of a hit primitive.
-    #[inline]
-    pub fn records(&self, instance: u32, primitive: u32) -> HitRecords<'_> {
+    /// Where a hit primitive leads.
+    #[inline(always)]
+    pub fn place(&self, instance: u32, primitive: u32) -> Place {
         let record = &self.tables.instances[instance as usize];
-        let blas = &self.tables.blas[record.blas as usize];
         let lookup = &self.primitive_geometry[record.blas as usize];
         let local = lookup.get(primitive as usize).copied().unwrap_or(0);
-        let geometry = &self.tables.geometries[(blas.first_geometry + local) as usize];
-        let binding = &self.tables.bindings[(record.first_binding + local) as usize];
-        HitRecords { instance: record, geometry, binding, primitive: primitive - geometry.first_in_blas }
+        let first_geometry = self.tables.blas[record.blas as usize].first_geometry;
+        Place { geometry: first_geometry + local, binding: record.first_binding + local }
+    }
+
+    /// The records of a hit primitive.
+    #[inline(always)]
+    pub fn records(&self, instance: u32, primitive: u32) -> HitRecords<'_> {
+        let place = self.place(instance, primitive);
+        let geometry = &self.tables.geometries[place.geometry as usize];
+        HitRecords {
+            instance: &self.tables.instances[instance as usize],
+            geometry,
+            binding: &self.tables.bindings[place.binding as usize],
+            primitive: primitive - geometry.first_in_blas,
+        }
     }
 }
 

@@ -177,7 +177,7 @@ fn shading_normal(
             Some((tangent, handedness)) => {
                 let mut frame = frame_from_tangent(shading, tangent);
                 // The map's y belongs to the front's bitangent; seen from behind the frame's normal is turned.
-                frame.bitangent = frame.bitangent * (handedness * side);
+                frame.bitangent *= handedness * side;
                 frame
             }
             None => frame_from_normal(shading),
@@ -196,7 +196,7 @@ fn interpolate<const N: usize>(values: &[[f32; N]], first: u32, corners: [u32; 3
 }
 
 #[inline(always)]
-fn tex_coords(tables: &SceneTables, geometry: &GeometryRecord, corners: [u32; 3], weights: [f32; 3]) -> TexCoords {
+pub(crate) fn tex_coords(tables: &SceneTables, geometry: &GeometryRecord, corners: [u32; 3], weights: [f32; 3]) -> TexCoords {
     let set = |values: &[[f32; 2]], first: u32| {
         if first == NONE { [0.0; 2] } else { interpolate(values, first, corners, weights) }
     };
@@ -204,7 +204,7 @@ fn tex_coords(tables: &SceneTables, geometry: &GeometryRecord, corners: [u32; 3]
 }
 
 #[inline(always)]
-fn vertex_color(tables: &SceneTables, geometry: &GeometryRecord, corners: [u32; 3], weights: [f32; 3]) -> [f32; 4] {
+pub(crate) fn vertex_color(tables: &SceneTables, geometry: &GeometryRecord, corners: [u32; 3], weights: [f32; 3]) -> [f32; 4] {
     if geometry.first_color == NONE {
         return [1.0; 4];
     }

@@ -2,7 +2,7 @@
 
 use super::geometry::{BindingRecord, BlasRecord, GeometryKind, GeometryRecord, InstanceRecord};
 use super::light::{LightRecord, luminance};
-use super::material::{MATERIAL_EMISSION_TWO_SIDED, MaterialRecord, TextureRecord};
+use super::material::{MATERIAL_CHECKERBOARD_FADES, MATERIAL_EMISSION_TWO_SIDED, MaterialRecord, TextureRecord};
 use super::{EnvironmentTable, NONE, SceneTables, build_alias_table};
 use crate::{Environment, Instance, LightKind, Mesh, Pixels, Scene, Shape, Sphere, TriangleMesh};
 use glam::{Affine3A, Mat3, Vec3};
@@ -288,6 +288,11 @@ impl SceneTables {
             }
             let to_world = affine(&instance.object_to_world);
             let geometry = self.geometries[(blas.first_geometry + g) as usize];
+            // Holes by vertex colour or by place are not known to a light record: paths find such light by themselves.
+            let unknown_holes = geometry.first_color != NONE || material.flags & MATERIAL_CHECKERBOARD_FADES != 0;
+            if material.has_alpha() && unknown_holes {
+                continue;
+            }
             match geometry.kind {
                 GeometryKind::Triangles => {
                     self.bindings[binding].first_light = self.lights.len() as u32;
@@ -305,7 +310,8 @@ impl SceneTables {
                             let [x, y, z, r] = self.spheres[(geometry.first_primitive + i) as usize];
                             let center = to_world.transform_point3(Vec3::new(x, y, z));
                             let emission = Vec3::from(material.emission);
-                            self.lights.push(LightRecord::sphere(center, r * scale, emission));
+                            let two_sided = material.flags & MATERIAL_EMISSION_TWO_SIDED != 0;
+                            self.lights.push(LightRecord::sphere(center, r * scale, emission, two_sided));
                         }
                     }
                 }
@@ -324,7 +330,7 @@ impl SceneTables {
         let two_sided = material.flags & MATERIAL_EMISSION_TWO_SIDED != 0;
         let emission = Vec3::from(material.emission);
         let mut light = LightRecord::triangle(corners.map(vertex), emission, two_sided, mean);
-        if material.emission_slot != NONE {
+        if material.emission_slot != NONE || material.has_alpha() {
             light.textured_material = index;
             let uv = |set: &[[f32; 2]], first: u32, c: u32| {
                 if first == NONE { [0.0; 2] } else { set[(first + c) as usize] }

@@ -22,7 +22,10 @@ pub struct EnvironmentTable {
     pub rotation: f32,
     /// `width × height` pixels, radiance with the intensity multiplied in, row 0 at the top.
     pub texels: Vec<[f32; 3]>,
-    /// Chooses a pixel with a probability near its share of the radiant power; as long as `texels`.
+    /// Chooses a row of pixels; as long as `height`.
+    pub row_alias: Vec<AliasEntry>,
+    /// For each row, chooses a pixel of it; as long as `texels`. Row and pixel together are chosen with a probability
+    /// near the pixel's share of the radiant power, which is what `probability` says here.
     pub alias: Vec<AliasEntry>,
     /// Index into the lights of the environment image, or [`super::NONE`].
     pub light: u32,
@@ -60,24 +63,34 @@ impl EnvironmentTable {
             }
         };
         (self.width, self.height, self.rotation) = (image.width, image.height, rotation);
-        self.alias = build_alias_table(&self.pixel_weights());
+        let weights = self.pixel_weights();
+        let rows = || weights.chunks_exact(self.width as usize);
+        self.row_alias = build_alias_table(&rows().map(|row| row.iter().sum()).collect::<Vec<f64>>());
+        // The table of all pixels at once would use up the random number that chooses among them.
+        let joint = |(row, entry): (&[f64], &AliasEntry)| {
+            let scale = |e: AliasEntry| AliasEntry { probability: e.probability * entry.probability, ..e };
+            build_alias_table(row).into_iter().map(scale).collect::<Vec<_>>()
+        };
+        self.alias = rows().zip(&self.row_alias).flat_map(joint).collect();
     }
 
-    /// Luminance of each pixel's bilinear footprint times the solid angle of its row.
+    /// Mean luminance of each pixel, interpolated, times the solid angle of its row.
     fn pixel_weights(&self) -> Vec<f64> {
         let (w, h) = (self.width as usize, self.height as usize);
         let luminance = |x: usize, y: usize| {
             let c = self.texels[y * w + x];
             f64::from(optics::math::luminance(vec3f(c[0], c[1], c[2])))
         };
+        // The mean over the pixel of what bilinear interpolation makes of it and its neighbours.
+        let across = |x: usize, y: usize| {
+            let (left, right) = ((x + w - 1) % w, (x + 1) % w);
+            0.75 * luminance(x, y) + 0.125 * (luminance(left, y) + luminance(right, y))
+        };
         let row = |y: usize| {
             let sin_theta = ((y as f64 + 0.5) / h as f64 * std::f64::consts::PI).sin();
             let (up, down) = (y.saturating_sub(1), (y + 1).min(h - 1));
             (0..w).map(move |x| {
-                let (left, right) = ((x + w - 1) % w, (x + 1) % w);
-                // A pixel shines into its neighbours when it is interpolated, so their share must not be zero.
-                let around = luminance(left, y) + luminance(right, y) + luminance(x, up) + luminance(x, down);
-                (0.5 * luminance(x, y) + 0.125 * around) * sin_theta
+                (0.75 * across(x, y) + 0.125 * (across(x, up) + across(x, down))) * sin_theta
             })
         };
         (0..h).flat_map(row).collect()
@@ -142,23 +155,28 @@ impl EnvironmentTable {
 
     /// Samples a unit direction and its density over solid angle; `u`: two uniform numbers in `[0, 1)`.
     pub fn sample(&self, u: [f32; 2]) -> (Vec3f, f32) {
-        use optics::warp::{alias_choose, alias_slot};
-        let count = self.alias.len() as u32;
-        let slot = alias_slot(u[0], count);
-        let entry = self.alias[slot as usize];
-        let choice = alias_choose(u[0], count, slot, entry.threshold, entry.alias);
-        let (x, y) = (choice.index % self.width, choice.index / self.width);
+        use optics::random::dither;
+        use optics::warp::{alias_choose_dithered, alias_slot};
+        let choose = |table: &[AliasEntry], u: f32, dither: f32| {
+            let count = table.len() as u32;
+            let slot = alias_slot(u, count);
+            let entry = table[slot as usize];
+            alias_choose_dithered(u, count, slot, entry.threshold, entry.alias, dither)
+        };
+        let row = choose(&self.row_alias, u[1], dither(u[0], u[1]));
+        let pixels = &self.alias[(row.index * self.width) as usize..][..self.width as usize];
+        let column = choose(pixels, u[0], dither(u[1], u[0]));
         let uv = optics::vec2f(
-            (x as f32 + choice.remainder) / self.width as f32,
-            (y as f32 + u[1]) / self.height as f32,
+            (column.index as f32 + column.remainder) / self.width as f32,
+            (row.index as f32 + row.remainder) / self.height as f32,
         );
-        let probability = self.alias[choice.index as usize].probability;
-        let pdf = optics::sky::equirect_pdf(probability * count as f32, uv.y);
+        let probability = pixels[column.index as usize].probability;
+        let pdf = optics::sky::equirect_pdf(probability * self.texels.len() as f32, uv.y);
         (optics::sky::equirect_to_direction(uv, self.rotation), pdf)
     }
 
     /// Bytes in all arrays.
     pub(super) fn memory_bytes(&self) -> usize {
-        size_of_val(&self.texels[..]) + size_of_val(&self.alias[..])
+        size_of_val(&self.texels[..]) + size_of_val(&self.alias[..]) + size_of_val(&self.row_alias[..])
     }
 }

@@ -9,7 +9,7 @@ use optics::{Vec3f, vec3f};
 pub struct LightRecord {
     /// The light itself, world space.
     pub light: Light,
-    /// Material whose emission texture modulates a surface's emission, or [`NONE`].
+    /// Material whose textures modulate a surface's emission or leave holes in it, or [`NONE`].
     pub textured_material: u32,
     /// Texture coordinates (first and second set) of a textured triangle's vertices.
     pub uv: [[[f32; 2]; 3]; 2],
@@ -36,11 +36,12 @@ impl LightRecord {
         Self::new(light, std::f32::consts::PI * area * sides * luminance(emission) * mean_texture)
     }
 
-    /// A sphere that emits outwards.
-    pub fn sphere(center: glam::Vec3, radius: f32, emission: glam::Vec3) -> Self {
+    /// A sphere that emits outwards, and inwards if `two_sided`.
+    pub fn sphere(center: glam::Vec3, radius: f32, emission: glam::Vec3, two_sided: bool) -> Self {
         let area = 4.0 * std::f32::consts::PI * radius * radius;
         let mut light = blank(LIGHT_SPHERE, center, emission);
         light.size = radius;
+        light.two_sided = two_sided;
         Self::new(light, std::f32::consts::PI * area * luminance(emission))
     }
 

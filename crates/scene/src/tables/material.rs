@@ -155,6 +155,18 @@ impl MaterialRecord {
         self.flags & (MATERIAL_ALPHA_MASK | MATERIAL_ALPHA_BLEND | MATERIAL_CHECKERBOARD_FADES) != 0
     }
 
+    /// Whether any texture modulates it.
+    pub fn is_textured(&self) -> bool {
+        let slots = [
+            self.base_color_slot,
+            self.metallic_roughness_slot,
+            self.transmission_slot,
+            self.emission_slot,
+            self.normal_slot,
+        ];
+        slots.iter().any(|&slot| slot != NONE)
+    }
+
     /// Whether the surface emits (an unlit surface does, but lights nothing).
     pub fn is_emissive(&self) -> bool {
         self.emission.iter().any(|&e| e > 0.0)

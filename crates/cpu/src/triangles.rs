@@ -1,0 +1,149 @@
+//! Hit points of many triangles at once.
+//!
+//! Position and normals of sixteen hits are computed by one loop over lanes, which the compiler turns into vector
+//! instructions; only fetching vertices goes hit by hit. Triangles in instanced space or with normal maps, and spheres,
+//! take the general way of [`Surface::new`].
+
+use crate::lanes::{LANES, Lanes, Vectors};
+use crate::scene::{CpuScene, vec3};
+use crate::surface::{Surface, TexCoords, tex_coords, vertex_color};
+use accel::{Hit, Ray};
+use optics::frame::bend_normal;
+use optics::vector::{cross, dot};
+use optics::{Vec3f, vec3f};
+use scene::tables::{GeometryKind, NONE, SceneTables};
+
+/// Sixteen hits in a row.
+#[derive(Default)]
+pub(crate) struct TriangleLanes {
+    corners: [Vectors; 3],
+    normals: [Vectors; 3],
+    /// Whether the triangle has vertex normals.
+    smooth: Lanes<u32>,
+    u: Lanes<f32>,
+    v: Lanes<f32>,
+    wo: Vectors,
+    position: Vectors,
+    normal: Vectors,
+    shading_normal: Vectors,
+    front: Lanes<u32>,
+    /// Whether the lane holds a triangle that these loops can do.
+    plain: Lanes<u32>,
+    geometry: Lanes<u32>,
+    binding: Lanes<u32>,
+    /// Number of the triangle in its geometry.
+    primitive: Lanes<u32>,
+}
+
+impl TriangleLanes {
+    /// Computes the surfaces of at most sixteen hits.
+    #[inline(always)]
+    pub fn compute(&mut self, scene: &CpuScene, rays: &[Ray], hits: &[Hit]) {
+        for (lane, (ray, hit)) in rays.iter().zip(hits).enumerate() {
+            self.fetch(scene, lane, ray, hit);
+        }
+        for lane in 0..LANES {
+            self.compute_lane(lane);
+        }
+    }
+
+    #[inline(always)]
+    fn fetch(&mut self, scene: &CpuScene, lane: usize, ray: &Ray, hit: &Hit) {
+        self.plain.0[lane] = 0;
+        if hit.is_miss() {
+            return;
+        }
+        let tables = &*scene.tables;
+        let place = scene.place(hit.instance, hit.primitive);
+        let geometry = &tables.geometries[place.geometry as usize];
+        let material = &tables.materials[tables.bindings[place.binding as usize].material as usize];
+        let identity = tables.instances[hit.instance as usize].identity;
+        if geometry.kind != GeometryKind::Triangles || !identity || material.normal_slot != NONE {
+            return;
+        }
+        let primitive = hit.primitive - geometry.first_in_blas;
+        let corners = tables.indices[(geometry.first_primitive + primitive) as usize];
+        for (k, corner) in corners.into_iter().enumerate() {
+            self.corners[k].set(lane, vec3(tables.positions[(geometry.first_vertex + corner) as usize]));
+        }
+        let smooth = geometry.first_normal != NONE;
+        if smooth {
+            for (k, corner) in corners.into_iter().enumerate() {
+                self.normals[k].set(lane, vec3(tables.normals[(geometry.first_normal + corner) as usize]));
+            }
+        }
+        self.smooth.0[lane] = u32::from(smooth);
+        self.u.0[lane] = hit.u;
+        self.v.0[lane] = hit.v;
+        self.wo.set(lane, -vec3(ray.direction));
+        self.plain.0[lane] = 1;
+        self.geometry.0[lane] = place.geometry;
+        self.binding.0[lane] = place.binding;
+        self.primitive.0[lane] = primitive;
+    }
+
+    #[inline(always)]
+    fn compute_lane(&mut self, lane: usize) {
+        let [p0, p1, p2] = [0, 1, 2].map(|k| self.corners[k].get(lane));
+        let [n0, n1, n2] = [0, 1, 2].map(|k| self.normals[k].get(lane));
+        let (u, v) = (self.u.0[lane], self.v.0[lane]);
+        let w = 1.0 - u - v;
+        let wo = self.wo.get(lane);
+        let outward = unit(cross(p1 - p0, p2 - p0));
+        let interpolated = n0 * w + n1 * u + n2 * v;
+        let smooth = self.smooth.0[lane] != 0 && dot(interpolated, interpolated) > 1e-20;
+        let front = dot(outward, wo) >= 0.0;
+        let side = if front { 1.0 } else { -1.0 };
+        let normal = outward * side;
+        let bent = bend_normal(wo, normal, unit(interpolated) * side);
+        let choose = |smooth_component: f32, flat: f32| if smooth { smooth_component } else { flat };
+        let shading = vec3f(choose(bent.x, normal.x), choose(bent.y, normal.y), choose(bent.z, normal.z));
+        self.position.set(lane, p0 * w + p1 * u + p2 * v);
+        self.normal.set(lane, normal);
+        self.shading_normal.set(lane, shading);
+        self.front.0[lane] = u32::from(front);
+    }
+
+    /// The surface of one lane; `None` where it takes the general way.
+    ///
+    /// `wants_coordinates`: whether texture coordinates are asked for even if the material does not need them.
+    #[inline(always)]
+    pub fn surface(&self, tables: &SceneTables, lane: usize, wants_coordinates: bool) -> Option<Surface> {
+        if self.plain.0[lane] == 0 {
+            return None;
+        }
+        let geometry = &tables.geometries[self.geometry.0[lane] as usize];
+        let binding = &tables.bindings[self.binding.0[lane] as usize];
+        let primitive = self.primitive.0[lane];
+        let position = self.position.get(lane);
+        let (mut coords, mut color) = (TexCoords::default(), [1.0; 4]);
+        let material = &tables.materials[binding.material as usize];
+        if wants_coordinates || material.is_textured() || geometry.first_color != NONE {
+            let corners = tables.indices[(geometry.first_primitive + primitive) as usize];
+            let (u, v) = (self.u.0[lane], self.v.0[lane]);
+            let weights = [1.0 - u - v, u, v];
+            coords = tex_coords(tables, geometry, corners, weights);
+            color = vertex_color(tables, geometry, corners, weights);
+        }
+        Some(Surface {
+            position,
+            normal: self.normal.get(lane),
+            shading_normal: self.shading_normal.get(lane),
+            front: self.front.0[lane] != 0,
+            wo: self.wo.get(lane),
+            coords,
+            color,
+            material: binding.material,
+            light: if binding.first_light == NONE { NONE } else { binding.first_light + primitive },
+            object: binding.object,
+            primitive,
+            pattern_position: [position.x, position.z],
+        })
+    }
+}
+
+/// A vector of length 1 in the direction of `v`; not a number for zero, which the caller has excluded or ignores.
+#[inline(always)]
+fn unit(v: Vec3f) -> Vec3f {
+    v * (1.0 / dot(v, v).sqrt())
+}
