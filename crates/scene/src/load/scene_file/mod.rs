@@ -200,7 +200,16 @@ impl Builder<'_> {
             self.set_environment(environment)?;
         }
         document.expect_empty(&[
-            "name", "about", "parameters", "render", "materials", "shape", "model", "light", "camera", "environment",
+            "name",
+            "about",
+            "parameters",
+            "render",
+            "materials",
+            "shape",
+            "model",
+            "light",
+            "camera",
+            "environment",
         ])
     }
 
