@@ -29,6 +29,11 @@ pub(crate) fn aov_sample(
 }
 
 /// Base colour under a light at the camera: the picture of the `aov` integrator.
-pub(crate) fn headlight(tables: &SceneTables, material: &MaterialRecord, s: &Surface, footprint: f32) -> Vec3f {
+pub(crate) fn headlight(
+    tables: &SceneTables,
+    material: &MaterialRecord,
+    s: &Surface,
+    footprint: f32,
+) -> Vec3f {
     base_color(tables, material, s, footprint) * (0.2 + 0.8 * dot(s.wo, s.shading_normal).max(0.0))
 }

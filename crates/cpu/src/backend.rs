@@ -33,7 +33,8 @@ impl CpuBackend {
     pub fn new(threads: Option<usize>) -> Result<Self, BackendError> {
         let builder = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0));
         let pool = builder.thread_name(|i| format!("alhazen-{i}")).build();
-        let threads = pool.map_err(|e| BackendError::View { reason: format!("cannot start threads: {e}") })?;
+        let threads =
+            pool.map_err(|e| BackendError::View { reason: format!("cannot start threads: {e}") })?;
         Ok(Self { threads, quality: Quality::Balanced, scene: None, film: None })
     }
 
@@ -108,7 +109,13 @@ thread_local! {
 }
 
 /// Adds samples `samples` to every pixel; returns the number of rays.
-fn render_pass(scene: &CpuScene, view: &View, samples: Range<u32>, film: &mut Film, control: &Control) -> u64 {
+fn render_pass(
+    scene: &CpuScene,
+    view: &View,
+    samples: Range<u32>,
+    film: &mut Film,
+    control: &Control,
+) -> u64 {
     let width = view.window.width as usize;
     let bands = film.pixels_mut().par_chunks_mut(width * BAND_ROWS as usize).enumerate();
     let done: Vec<(u64, BandAovs)> = bands

@@ -78,7 +78,8 @@ impl<'a, F: HitFilter> Band<'a, F> {
                 rays += self.render_batch(&ids, batch);
                 for (slot, id) in ids.iter().enumerate() {
                     let row = id.y - window.y - self.rows.start;
-                    pixels[(row * window.width + id.x - window.x) as usize].add(batch.radiance[slot].to_array());
+                    pixels[(row * window.width + id.x - window.x) as usize]
+                        .add(batch.radiance[slot].to_array());
                     if let Some(sample) = batch.aovs.get(slot) {
                         aovs.push((id.x, id.y, id.index, *sample));
                     }
@@ -127,7 +128,13 @@ impl<'a, F: HitFilter> Band<'a, F> {
 }
 
 /// Samples of a block of pixels, all samples of a pixel together: neighbours in the list are alike.
-fn sample_ids(window: Rect, columns: Range<u32>, rows: Range<u32>, samples: Range<u32>, ids: &mut Vec<SampleId>) {
+fn sample_ids(
+    window: Rect,
+    columns: Range<u32>,
+    rows: Range<u32>,
+    samples: Range<u32>,
+    ids: &mut Vec<SampleId>,
+) {
     ids.clear();
     for y in rows {
         for x in columns.clone() {

@@ -114,7 +114,15 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
 
     /// Radiance back along a ray. `length`: of the path before it; `full`: whether this vertex gets the whole number
     /// of rays, as everything does that the camera sees directly, in mirrors or through glass.
-    fn radiance(&mut self, ray: &Ray, hit: &Hit, length: f32, depth: u32, full: bool, draws: &mut Draws) -> Vec3f {
+    fn radiance(
+        &mut self,
+        ray: &Ray,
+        hit: &Hit,
+        length: f32,
+        depth: u32,
+        full: bool,
+        draws: &mut Draws,
+    ) -> Vec3f {
         if hit.is_miss() {
             return distant_radiance(self.scene, vec3(ray.direction));
         }
@@ -205,7 +213,14 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
     }
 
     /// Rays through the specular lobe.
-    fn reflections(&mut self, surface: &Surface, bsdf: &Bsdf, length: f32, depth: u32, draws: &mut Draws) -> Vec3f {
+    fn reflections(
+        &mut self,
+        surface: &Surface,
+        bsdf: &Bsdf,
+        length: f32,
+        depth: u32,
+        draws: &mut Draws,
+    ) -> Vec3f {
         if bsdf.specular_probability <= 0.0 || self.settings.reflection_samples == 0 {
             return BLACK;
         }
@@ -235,7 +250,14 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
         sum * (1.0 / self.settings.reflection_samples as f32)
     }
 
-    fn radiance_without_lights(&mut self, ray: &Ray, hit: &Hit, length: f32, depth: u32, draws: &mut Draws) -> Vec3f {
+    fn radiance_without_lights(
+        &mut self,
+        ray: &Ray,
+        hit: &Hit,
+        length: f32,
+        depth: u32,
+        draws: &mut Draws,
+    ) -> Vec3f {
         let surface = Surface::new(self.scene, ray, hit);
         if surface.light != scene::tables::NONE {
             return BLACK;
@@ -245,7 +267,16 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
 
     /// Mirrors and dielectrics: one sampled direction.
     #[allow(clippy::too_many_arguments, reason = "the recursion's state; a struct would only rename it")]
-    fn follow(&mut self, surface: &Surface, bsdf: &Bsdf, length: f32, depth: u32, full: bool, u_lobe: f32, draws: &mut Draws) -> Vec3f {
+    fn follow(
+        &mut self,
+        surface: &Surface,
+        bsdf: &Bsdf,
+        length: f32,
+        depth: u32,
+        full: bool,
+        u_lobe: f32,
+        draws: &mut Draws,
+    ) -> Vec3f {
         let u = draws.pair();
         let wo = to_local(surface.frame(), surface.wo);
         let sample = bsdf_sample(*bsdf, wo, u_lobe, vec2f(u[0], u[1]));

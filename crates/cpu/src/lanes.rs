@@ -8,9 +8,9 @@
 use optics::frame::{frame_from_normal, to_world};
 use optics::light::{LIGHT_TRIANGLE, Light, triangle_light_sample};
 use optics::offset::offset_ray_origin;
+use optics::path::path_light_contribution;
 use optics::random::{PixelSampler, sample_2d};
 use optics::scatter::BsdfValue;
-use optics::path::path_light_contribution;
 use optics::vector::dot;
 use optics::warp::{alias_choose, alias_slot, pdf_cosine_hemisphere, sample_cosine_hemisphere};
 use optics::{Vec2f, Vec3f, vec2f, vec3f};
@@ -74,7 +74,14 @@ impl Pairs {
 
 /// Random numbers of one dimension pair for all lanes. `kind` is the same for all.
 #[inline(always)]
-pub(crate) fn draw(kind: u32, scramble: &Lanes<u32>, index: &Lanes<u32>, pair: &Lanes<u32>, offset: u32, out: &mut Pairs) {
+pub(crate) fn draw(
+    kind: u32,
+    scramble: &Lanes<u32>,
+    index: &Lanes<u32>,
+    pair: &Lanes<u32>,
+    offset: u32,
+    out: &mut Pairs,
+) {
     for lane in 0..LANES {
         let sampler = PixelSampler { kind, scramble: scramble.0[lane], index: index.0[lane] };
         out.set(lane, sample_2d(sampler, pair.0[lane] + offset));
@@ -130,7 +137,12 @@ pub(crate) struct NextLanes {
 
 /// Samples one of many triangle lights for every lane. The tables hold no other lights, and no textured ones.
 #[inline(always)]
-pub(crate) fn sample_triangle_lights(tables: &SceneTables, v: &DiffuseVertices, u: &Pairs, out: &mut LightLanes) {
+pub(crate) fn sample_triangle_lights(
+    tables: &SceneTables,
+    v: &DiffuseVertices,
+    u: &Pairs,
+    out: &mut LightLanes,
+) {
     let alias = &tables.light_alias[..];
     let count = alias.len() as u32;
     let (mut slot, mut other) = (Lanes::<u32>::default(), Lanes::<u32>::default());
@@ -179,7 +191,8 @@ pub(crate) fn sample_triangle_lights(tables: &SceneTables, v: &DiffuseVertices, 
         let pdf = pdf_cosine_hemisphere(cos_shading);
         let value = BsdfValue { value_cos: v.albedo.get(lane) * pdf, pdf };
         let light_pdf = if above { sample.pdf * probability.0[lane] } else { 0.0 };
-        let contribution = path_light_contribution(v.throughput.get(lane), value, sample.radiance, light_pdf, false);
+        let contribution =
+            path_light_contribution(v.throughput.get(lane), value, sample.radiance, light_pdf, false);
         out.wi.set(lane, sample.wi);
         out.distance.0[lane] = sample.distance;
         out.contribution.set(lane, contribution);

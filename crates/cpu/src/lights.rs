@@ -5,8 +5,8 @@ use crate::scene::CpuScene;
 use crate::surface::{Surface, TexCoords};
 use optics::constants::FAR;
 use optics::light::{
-    LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_SPHERE, LIGHT_TRIANGLE, LightSample, directional_light_contains, light_sample,
-    sphere_light_pdf, triangle_light_pdf,
+    LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_SPHERE, LIGHT_TRIANGLE, LightSample,
+    directional_light_contains, light_sample, sphere_light_pdf, triangle_light_pdf,
 };
 use optics::random::dither;
 use optics::warp::{alias_choose_dithered, alias_slot, pdf_cone};
@@ -62,7 +62,11 @@ fn textured_emission(scene: &CpuScene, record: &LightRecord, [b1, b2]: [f32; 2])
     };
     let coords = TexCoords { sets: [set(&record.uv[0]), set(&record.uv[1])] };
     let emitted = emission_at(&scene.tables, material, &coords);
-    if material.has_alpha() { emitted * coverage(&scene.tables, material, (coords, [1.0; 4], [0.0; 2])) } else { emitted }
+    if material.has_alpha() {
+        emitted * coverage(&scene.tables, material, (coords, [1.0; 4], [0.0; 2]))
+    } else {
+        emitted
+    }
 }
 
 /// Density over solid angle, seen from `from`, with which [`sample_light`] would have found an emissive surface at

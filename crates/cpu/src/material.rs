@@ -9,12 +9,12 @@ use optics::ggx::MIN_ALPHA;
 use optics::glossy::{MetallicRoughness, lambert_bsdf, metallic_roughness_bsdf, mirror_bsdf};
 use optics::pattern::checkerboard;
 use optics::scatter::{Bsdf, black_bsdf};
+use optics::vector::dot;
 use optics::{Vec3f, vec2f, vec3f};
 use scene::tables::{
     MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_CHECKERBOARD, MATERIAL_CHECKERBOARD_FADES,
     MATERIAL_EMISSION_TWO_SIDED, MATERIAL_THIN, MaterialRecord, ModelTag, NONE, SceneTables,
 };
-use optics::vector::dot;
 
 /// Decides how [`shade`] reads materials: the same for the whole picture.
 #[derive(Clone, Copy)]
@@ -28,7 +28,12 @@ pub(crate) struct Shading {
 /// Linear base colour at a surface: factor × texture × vertex colour, or the pattern's.
 /// `footprint`: radius of the ray's footprint, metres.
 #[inline]
-pub(crate) fn base_color(tables: &SceneTables, material: &MaterialRecord, s: &Surface, footprint: f32) -> Vec3f {
+pub(crate) fn base_color(
+    tables: &SceneTables,
+    material: &MaterialRecord,
+    s: &Surface,
+    footprint: f32,
+) -> Vec3f {
     let mut color = vec3f(
         material.base_color[0] * s.color[0],
         material.base_color[1] * s.color[1],
@@ -75,7 +80,12 @@ pub(crate) fn coverage(
 
 /// Radiance that the surface emits towards the viewer.
 #[inline]
-pub(crate) fn emission(tables: &SceneTables, material: &MaterialRecord, s: &Surface, footprint: f32) -> Vec3f {
+pub(crate) fn emission(
+    tables: &SceneTables,
+    material: &MaterialRecord,
+    s: &Surface,
+    footprint: f32,
+) -> Vec3f {
     if material.model == ModelTag::Unlit {
         return base_color(tables, material, s, footprint);
     }
@@ -86,7 +96,11 @@ pub(crate) fn emission(tables: &SceneTables, material: &MaterialRecord, s: &Surf
 }
 
 /// Radiance that an emissive material emits where the texture coordinates are `coords`.
-pub(crate) fn emission_at(tables: &SceneTables, material: &MaterialRecord, coords: &crate::surface::TexCoords) -> Vec3f {
+pub(crate) fn emission_at(
+    tables: &SceneTables,
+    material: &MaterialRecord,
+    coords: &crate::surface::TexCoords,
+) -> Vec3f {
     let e = vec3(material.emission);
     if material.emission_slot == NONE {
         return e;
@@ -155,7 +169,13 @@ pub(crate) fn shade(
     }
 }
 
-fn dielectric(material: &MaterialRecord, s: &Surface, shading: &Shading, tint: Vec3f, roughness: f32) -> Bsdf {
+fn dielectric(
+    material: &MaterialRecord,
+    s: &Surface,
+    shading: &Shading,
+    tint: Vec3f,
+    roughness: f32,
+) -> Bsdf {
     let thin = material.flags & MATERIAL_THIN != 0;
     let eta = if s.front || thin { material.ior } else { 1.0 / material.ior };
     let alpha = roughness * roughness;

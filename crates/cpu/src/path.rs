@@ -5,7 +5,9 @@
 //! stage's code and data in the caches. What happens at a vertex is the optics' `path` module; this is only the loop.
 
 use crate::aov::aov_sample;
-use crate::lanes::{DiffuseVertices, LANES, LightLanes, NextLanes, Pairs, draw, sample_cosine_lobes, sample_triangle_lights};
+use crate::lanes::{
+    DiffuseVertices, LANES, LightLanes, NextLanes, Pairs, draw, sample_cosine_lobes, sample_triangle_lights,
+};
 use crate::lights::{for_each_distant, sample_light, surface_light_pdf};
 use crate::material::{Shading, base_color, emission, mixes_models, shade};
 use crate::scene::{CpuScene, vec3};
@@ -22,7 +24,7 @@ use optics::offset::offset_ray_origin;
 use optics::path::{
     PathState, path_add_emission, path_light_contribution, path_scatter, path_start, roulette_survival,
 };
-use optics::random::{SAMPLER_INDEPENDENT, SAMPLER_SOBOL, PixelSampler, sample_2d, sampler_new};
+use optics::random::{PixelSampler, SAMPLER_INDEPENDENT, SAMPLER_SOBOL, sample_2d, sampler_new};
 use optics::scatter::{BSDF_NONE, Bsdf, BsdfSample};
 use optics::vector::dot;
 use optics::{Vec3f, vec2f, vec3f};
@@ -114,7 +116,14 @@ struct Context<'a> {
 impl PathBatch {
     /// Makes the samples; the results are in `radiance` and `aovs`, in the order of `samples`.
     #[inline(always)]
-    pub fn run<F: HitFilter>(&mut self, scene: &CpuScene, view: &View, settings: &PathSettings, filter: &F, samples: &[SampleId]) {
+    pub fn run<F: HitFilter>(
+        &mut self,
+        scene: &CpuScene,
+        view: &View,
+        settings: &PathSettings,
+        filter: &F,
+        samples: &[SampleId],
+    ) {
         let pixel_spread = camera_pixel_spread(view.camera, view.height as f32);
         let shading = Shading { single_scatter: view.single_scatter, pixel_spread };
         let wants_aovs = !view.aovs.is_empty();
@@ -255,8 +264,11 @@ impl PathBatch {
             return;
         }
         path.state = path_scatter(path.state, sample, bsdf.eta);
-        let survival =
-            roulette_survival(path.state, context.settings.roulette_start, context.settings.roulette_min_survival);
+        let survival = roulette_survival(
+            path.state,
+            context.settings.roulette_start,
+            context.settings.roulette_min_survival,
+        );
         if u_lobe.y >= survival {
             self.finish(&path);
             return;
@@ -296,7 +308,9 @@ impl PathBatch {
             return;
         }
         let v = &queue.vertices;
-        let draw_pair = |offset: u32, u: &mut Pairs| draw(context.sampler_kind, &v.scramble, &v.index, &v.pair, offset, u);
+        let draw_pair = |offset: u32, u: &mut Pairs| {
+            draw(context.sampler_kind, &v.scramble, &v.index, &v.pair, offset, u)
+        };
         if !context.scene.tables.lights.is_empty() {
             draw_pair(PAIR_LIGHT, &mut queue.u);
             sample_triangle_lights(&context.scene.tables, v, &queue.u, &mut queue.lights);
@@ -324,7 +338,8 @@ impl PathBatch {
             let sample = BsdfSample { wi, weight, pdf, delta: false, transmitted: false };
             path.state = path_scatter(path.state, sample, 1.0);
             let settings = context.settings;
-            let survival = roulette_survival(path.state, settings.roulette_start, settings.roulette_min_survival);
+            let survival =
+                roulette_survival(path.state, settings.roulette_start, settings.roulette_min_survival);
             if queue.next.alive.0[lane] == 0 || (survival < 1.0 && queue.u.get(lane).y >= survival) {
                 let sum = &mut self.radiance[path.slot as usize];
                 *sum += path.state.radiance;
@@ -339,7 +354,15 @@ impl PathBatch {
 
     /// Queues the shadow ray of a light sample, if the light could contribute.
     #[inline(always)]
-    fn add_connection(&mut self, surface: &Surface, frame: &Frame, bsdf: &Bsdf, wo: Vec3f, path: &Path, light: &LightSample) {
+    fn add_connection(
+        &mut self,
+        surface: &Surface,
+        frame: &Frame,
+        bsdf: &Bsdf,
+        wo: Vec3f,
+        path: &Path,
+        light: &LightSample,
+    ) {
         let above = dot(light.wi, surface.normal) > 0.0;
         if light.pdf <= 0.0 || !(above || bsdf_transmits(*bsdf)) {
             return;
@@ -403,5 +426,10 @@ pub(crate) fn new_sampler(view: &View, sample: &SampleId) -> PixelSampler {
 pub(crate) fn shadow_ray(surface: &Surface, light: &LightSample, above: bool) -> Ray {
     let side = if above { surface.normal } else { -surface.normal };
     let origin = offset_ray_origin(surface.position, side);
-    Ray { origin: origin.to_array(), t_min: 0.0, direction: light.wi.to_array(), t_max: light.distance * SHADOW_END }
+    Ray {
+        origin: origin.to_array(),
+        t_min: 0.0,
+        direction: light.wi.to_array(),
+        t_max: light.distance * SHADOW_END,
+    }
 }

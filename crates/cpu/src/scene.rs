@@ -1,8 +1,8 @@
 //! A scene ready to be traced: tables and acceleration structures.
 
 use accel::{Blas, Geometry, Instance, Quality, Sphere, Tlas};
-use optics::{Vec3f, vec3f};
 use optics::light::LIGHT_TRIANGLE;
+use optics::{Vec3f, vec3f};
 use scene::tables::{
     BindingRecord, BlasRecord, GeometryKind, GeometryRecord, InstanceRecord, LightRecord, NONE, SceneTables,
 };
@@ -38,7 +38,11 @@ pub(crate) struct HitRecords<'a> {
 impl CpuScene {
     pub fn new(tables: Arc<SceneTables>, quality: Quality) -> Self {
         let blas = tables.blas.iter().map(|b| Arc::new(build_blas(&tables, b, quality))).collect();
-        let instance = |i: &InstanceRecord| Instance { blas: i.blas, object_to_world: i.object_to_world, mask: u32::MAX };
+        let instance = |i: &InstanceRecord| Instance {
+            blas: i.blas,
+            object_to_world: i.object_to_world,
+            mask: u32::MAX,
+        };
         let instances: Vec<_> = tables.instances.iter().map(instance).collect();
         let tlas = Tlas::build(&instances, blas);
         let primitive_geometry = tables.blas.iter().map(|b| primitive_geometry(&tables, b)).collect();
@@ -85,7 +89,9 @@ fn build_blas(tables: &SceneTables, blas: &BlasRecord, quality: Quality) -> Blas
             Blas::triangles(&geometries.iter().map(triangles).collect::<Vec<_>>(), quality)
         }
         GeometryKind::Spheres => {
-            let range = |g: &GeometryRecord| &tables.spheres[g.first_primitive as usize..][..g.primitive_count as usize];
+            let range = |g: &GeometryRecord| {
+                &tables.spheres[g.first_primitive as usize..][..g.primitive_count as usize]
+            };
             let sphere = |s: &[f32; 4]| Sphere { center: [s[0], s[1], s[2]], radius: s[3] };
             let spheres: Vec<_> = geometries.iter().flat_map(range).map(sphere).collect();
             Blas::spheres(&spheres, 0, quality)

@@ -4,9 +4,9 @@ use crate::scene::{CpuScene, HitRecords, transform_normal, transform_point, tran
 use accel::{Hit, Ray};
 use optics::frame::{Frame, bend_normal, frame_from_normal, frame_from_tangent, map_normal};
 use optics::math::cos_sin_turns;
+use optics::vector::{cross, dot, normalize};
 use optics::{Vec3f, vec3f};
 use scene::tables::{GeometryKind, GeometryRecord, MaterialRecord, NONE, SceneTables};
-use optics::vector::{cross, dot, normalize};
 
 /// Texture coordinates of both sets.
 #[derive(Clone, Copy, Debug, Default)]
@@ -104,7 +104,8 @@ fn triangle_point(tables: &SceneTables, records: &HitRecords, material: &Materia
     let [p0, p1, p2] = corners.map(vertex);
     let local = p0 * weights[0] + p1 * weights[1] + p2 * weights[2];
     let local_normal = cross(p1 - p0, p2 - p0);
-    let to_world = |n: Vec3f| if instance.identity { n } else { transform_normal(&instance.world_to_object, n) };
+    let to_world =
+        |n: Vec3f| if instance.identity { n } else { transform_normal(&instance.world_to_object, n) };
     let shading = (geometry.first_normal != NONE)
         .then(|| interpolate(&tables.normals, geometry.first_normal, corners, weights))
         .map(|n| to_world(vec3(n)))
@@ -113,7 +114,11 @@ fn triangle_point(tables: &SceneTables, records: &HitRecords, material: &Materia
     let tangent = (geometry.first_tangent != NONE && material.normal_slot != NONE).then(|| {
         let t = interpolate(&tables.tangents, geometry.first_tangent, corners, weights);
         let direction = vec3f(t[0], t[1], t[2]);
-        let world = if instance.identity { direction } else { transform_vector(&instance.object_to_world, direction) };
+        let world = if instance.identity {
+            direction
+        } else {
+            transform_vector(&instance.object_to_world, direction)
+        };
         (world, if t[3] < 0.0 { -1.0 } else { 1.0 })
     });
     Point {
@@ -190,13 +195,23 @@ fn shading_normal(
 }
 
 #[inline(always)]
-fn interpolate<const N: usize>(values: &[[f32; N]], first: u32, corners: [u32; 3], weights: [f32; 3]) -> [f32; N] {
+fn interpolate<const N: usize>(
+    values: &[[f32; N]],
+    first: u32,
+    corners: [u32; 3],
+    weights: [f32; 3],
+) -> [f32; N] {
     let [a, b, c] = corners.map(|i| &values[(first + i) as usize]);
     std::array::from_fn(|k| a[k] * weights[0] + b[k] * weights[1] + c[k] * weights[2])
 }
 
 #[inline(always)]
-pub(crate) fn tex_coords(tables: &SceneTables, geometry: &GeometryRecord, corners: [u32; 3], weights: [f32; 3]) -> TexCoords {
+pub(crate) fn tex_coords(
+    tables: &SceneTables,
+    geometry: &GeometryRecord,
+    corners: [u32; 3],
+    weights: [f32; 3],
+) -> TexCoords {
     let set = |values: &[[f32; 2]], first: u32| {
         if first == NONE { [0.0; 2] } else { interpolate(values, first, corners, weights) }
     };
@@ -204,7 +219,12 @@ pub(crate) fn tex_coords(tables: &SceneTables, geometry: &GeometryRecord, corner
 }
 
 #[inline(always)]
-pub(crate) fn vertex_color(tables: &SceneTables, geometry: &GeometryRecord, corners: [u32; 3], weights: [f32; 3]) -> [f32; 4] {
+pub(crate) fn vertex_color(
+    tables: &SceneTables,
+    geometry: &GeometryRecord,
+    corners: [u32; 3],
+    weights: [f32; 3],
+) -> [f32; 4] {
     if geometry.first_color == NONE {
         return [1.0; 4];
     }
@@ -212,7 +232,12 @@ pub(crate) fn vertex_color(tables: &SceneTables, geometry: &GeometryRecord, corn
 }
 
 /// Texture coordinates and vertex colour at a candidate hit, for alpha tests.
-pub(crate) fn alpha_inputs(tables: &SceneTables, records: &HitRecords, u: f32, v: f32) -> (TexCoords, [f32; 4], [f32; 2]) {
+pub(crate) fn alpha_inputs(
+    tables: &SceneTables,
+    records: &HitRecords,
+    u: f32,
+    v: f32,
+) -> (TexCoords, [f32; 4], [f32; 2]) {
     let geometry = records.geometry;
     let corners = tables.indices[(geometry.first_primitive + records.primitive) as usize];
     let weights = [1.0 - u - v, u, v];

@@ -65,8 +65,9 @@ mod tests {
             ToneMapper::Agx,
             ToneMapper::Neutral,
         ];
-        let mapped: Vec<_> =
-            all.map(|mapper| ToneMapping { mapper, ..ToneMapping::default() }.apply(&image).into_data()).to_vec();
+        let mapped: Vec<_> = all
+            .map(|mapper| ToneMapping { mapper, ..ToneMapping::default() }.apply(&image).into_data())
+            .to_vec();
         for (i, a) in mapped.iter().enumerate() {
             assert!(a.iter().all(|v| (0.0..=1.0).contains(v)), "{:?}: {a:?}", all[i]);
             assert!(mapped[..i].iter().all(|b| a != b), "{:?} gives the same as another mapper", all[i]);

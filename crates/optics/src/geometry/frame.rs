@@ -106,7 +106,8 @@ mod tests {
 
     #[test]
     fn frames_are_orthonormal_and_right_handed() {
-        let poles = [vec3f(0.0, 0.0, 1.0), vec3f(0.0, 0.0, -1.0), vec3f(1.0, 0.0, 0.0), vec3f(1e-20, 0.0, -1.0)];
+        let poles =
+            [vec3f(0.0, 0.0, 1.0), vec3f(0.0, 0.0, -1.0), vec3f(1.0, 0.0, 0.0), vec3f(1e-20, 0.0, -1.0)];
         for n in directions().chain(poles) {
             for f in [frame_from_normal(n), frame_from_tangent(n, vec3f(0.3, -0.5, 0.7))] {
                 assert!(dot(f.tangent, f.bitangent).abs() < 1e-5, "{f:?}");

@@ -32,7 +32,13 @@ pub mod bsdf {
             return thin_dielectric_sample(b, wo, u_lobe, u);
         }
         if b.kind == BSDF_MIRROR {
-            return BsdfSample { wi: vec3f(-wo.x, -wo.y, wo.z), weight: b.diffuse, pdf: 1.0, delta: true, transmitted: false };
+            return BsdfSample {
+                wi: vec3f(-wo.x, -wo.y, wo.z),
+                weight: b.diffuse,
+                pdf: 1.0,
+                delta: true,
+                transmitted: false,
+            };
         }
         no_sample()
     }
@@ -53,7 +59,9 @@ pub mod bsdf {
 
     /// Whether the model has a part that [`bsdf_eval`] sees, so that sampling lights is worth a shadow ray.
     pub fn bsdf_has_smooth_part(b: Bsdf) -> bool {
-        b.kind == BSDF_GLOSSY || b.kind == BSDF_ROUGH_DIELECTRIC || (b.kind == BSDF_THIN_DIELECTRIC && b.alpha > 0.0)
+        b.kind == BSDF_GLOSSY
+            || b.kind == BSDF_ROUGH_DIELECTRIC
+            || (b.kind == BSDF_THIN_DIELECTRIC && b.alpha > 0.0)
     }
 
     /// Whether [`bsdf_sample`] chooses between lobes, so that `u_lobe` matters.

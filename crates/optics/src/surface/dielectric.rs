@@ -24,7 +24,11 @@ pub mod dielectric {
     pub fn dielectric_bsdf(tint: Vec3f, alpha: f32, eta: f32, thin: bool, compensation: f32) -> Bsdf {
         let mut b = black_bsdf();
         let polished = alpha < MIN_ALPHA;
-        b.kind = select(select(BSDF_ROUGH_DIELECTRIC, BSDF_SMOOTH_DIELECTRIC, polished), BSDF_THIN_DIELECTRIC, thin);
+        b.kind = select(
+            select(BSDF_ROUGH_DIELECTRIC, BSDF_SMOOTH_DIELECTRIC, polished),
+            BSDF_THIN_DIELECTRIC,
+            thin,
+        );
         // An index of 1 bends nothing, so roughness has nothing to blur.
         if abs(eta - 1.0) < 1e-4 && !thin {
             b.kind = BSDF_SMOOTH_DIELECTRIC;
@@ -48,10 +52,22 @@ pub mod dielectric {
         let f = fresnel_dielectric(min(wo.z, 1.0), b.eta);
         if u_lobe < f.reflectance {
             let mirrored = vec3f(-wo.x, -wo.y, wo.z);
-            return BsdfSample { wi: mirrored, weight: vec3f(1.0, 1.0, 1.0), pdf: 1.0, delta: true, transmitted: false };
+            return BsdfSample {
+                wi: mirrored,
+                weight: vec3f(1.0, 1.0, 1.0),
+                pdf: 1.0,
+                delta: true,
+                transmitted: false,
+            };
         }
         let wi = refract_at(wo, vec3f(0.0, 0.0, 1.0), b.eta, f.cos_transmitted);
-        BsdfSample { wi: wi, weight: b.diffuse * (1.0 / (b.eta * b.eta)), pdf: 1.0, delta: true, transmitted: true }
+        BsdfSample {
+            wi: wi,
+            weight: b.diffuse * (1.0 / (b.eta * b.eta)),
+            pdf: 1.0,
+            delta: true,
+            transmitted: true,
+        }
     }
 
     /// Value and density of a rough interface.
@@ -90,7 +106,8 @@ pub mod dielectric {
             return out;
         }
         let jacobian = abs(cos_i) / (denominator * denominator);
-        out.value_cos = b.diffuse * (2.0 * (1.0 - f.reflectance) * d * half_g * cos_o * jacobian * b.compensation);
+        out.value_cos =
+            b.diffuse * (2.0 * (1.0 - f.reflectance) * d * half_g * cos_o * jacobian * b.compensation);
         out.pdf = (1.0 - f.reflectance) * pdf_h * jacobian * b.eta * b.eta;
         out
     }
@@ -174,7 +191,13 @@ pub mod dielectric {
         if v.pdf <= 0.0 || !is_finite(v.pdf) {
             return no_sample();
         }
-        BsdfSample { wi: wi, weight: v.value_cos * (1.0 / v.pdf), pdf: v.pdf, delta: false, transmitted: !reflect_it }
+        BsdfSample {
+            wi: wi,
+            weight: v.value_cos * (1.0 / v.pdf),
+            pdf: v.pdf,
+            delta: false,
+            transmitted: !reflect_it,
+        }
     }
 
     /// The albedo of a rough interface without tint or compensation for one sampled microfacet, both lobes weighted

@@ -119,13 +119,25 @@ pub mod glossy {
         }
         if b.specular_probability <= 0.0 {
             let weight = b.diffuse * b.diffuse_scale;
-            return BsdfSample { wi: wi, weight: weight, pdf: pdf_cosine_hemisphere(wi.z), delta: false, transmitted: false };
+            return BsdfSample {
+                wi: wi,
+                weight: weight,
+                pdf: pdf_cosine_hemisphere(wi.z),
+                delta: false,
+                transmitted: false,
+            };
         }
         let v = glossy_eval(b, wo, wi);
         if v.pdf <= 0.0 || !is_finite(v.pdf) {
             return no_sample();
         }
-        BsdfSample { wi: wi, weight: v.value_cos * (1.0 / v.pdf), pdf: v.pdf, delta: false, transmitted: false }
+        BsdfSample {
+            wi: wi,
+            weight: v.value_cos * (1.0 / v.pdf),
+            pdf: v.pdf,
+            delta: false,
+            transmitted: false,
+        }
     }
 
     /// The product ∫ D G / (4 cos) of one sampled direction with its Fresnel weights, for building tables of

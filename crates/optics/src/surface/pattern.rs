@@ -52,7 +52,8 @@ mod tests {
         let mut sum = 0.0;
         for y in 0..200 {
             for x in 0..200 {
-                let q = vec2f((x as f32 + 0.5) / 200.0 - 0.5, (y as f32 + 0.5) / 200.0 - 0.5) * width + center;
+                let q =
+                    vec2f((x as f32 + 0.5) / 200.0 - 0.5, (y as f32 + 0.5) / 200.0 - 0.5) * width + center;
                 sum += checkerboard(q, 1e-3);
             }
         }

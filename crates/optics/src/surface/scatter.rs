@@ -72,7 +72,13 @@ pub mod scatter {
 
     /// The sample of a path that ends here.
     pub fn no_sample() -> BsdfSample {
-        BsdfSample { wi: vec3f(0.0, 0.0, 1.0), weight: vec3f(0.0, 0.0, 0.0), pdf: 0.0, delta: false, transmitted: false }
+        BsdfSample {
+            wi: vec3f(0.0, 0.0, 1.0),
+            weight: vec3f(0.0, 0.0, 0.0),
+            pdf: 0.0,
+            delta: false,
+            transmitted: false,
+        }
     }
 
     /// A model that scatters nothing.

@@ -2,7 +2,9 @@
 
 use super::geometry::{BindingRecord, BlasRecord, GeometryKind, GeometryRecord, InstanceRecord};
 use super::light::{LightRecord, luminance};
-use super::material::{MATERIAL_CHECKERBOARD_FADES, MATERIAL_EMISSION_TWO_SIDED, MaterialRecord, TextureRecord};
+use super::material::{
+    MATERIAL_CHECKERBOARD_FADES, MATERIAL_EMISSION_TWO_SIDED, MaterialRecord, TextureRecord,
+};
 use super::{EnvironmentTable, NONE, SceneTables, build_alias_table};
 use crate::{Environment, Instance, LightKind, Mesh, Pixels, Scene, Shape, Sphere, TriangleMesh};
 use glam::{Affine3A, Mat3, Vec3};
@@ -40,7 +42,8 @@ impl SceneTables {
 
     fn add_materials(&mut self, scene: &Scene) {
         let fallback = crate::Material::default();
-        let materials = if scene.materials.is_empty() { std::slice::from_ref(&fallback) } else { &scene.materials };
+        let materials =
+            if scene.materials.is_empty() { std::slice::from_ref(&fallback) } else { &scene.materials };
         for material in materials {
             self.materials.push(MaterialRecord::new(material, scene, &mut self.texture_slots));
         }
@@ -85,13 +88,17 @@ impl SceneTables {
                     (Shape::Triangles(mesh), GeometryKind::Triangles) => {
                         self.add_triangles(mesh, Some(&instance.transform), first_in_blas)
                     }
-                    (Shape::Spheres(spheres), GeometryKind::Spheres) => match uniform_scale(&instance.transform) {
-                        Some(scale) => self.add_spheres(spheres, &instance.transform, scale, first_in_blas),
-                        None => {
-                            left_over.push((object, instance, index, spheres));
-                            None
+                    (Shape::Spheres(spheres), GeometryKind::Spheres) => {
+                        match uniform_scale(&instance.transform) {
+                            Some(scale) => {
+                                self.add_spheres(spheres, &instance.transform, scale, first_in_blas)
+                            }
+                            None => {
+                                left_over.push((object, instance, index, spheres));
+                                None
+                            }
                         }
-                    },
+                    }
                     _ => None,
                 };
                 if let Some(geometry) = added {
@@ -127,7 +134,9 @@ impl SceneTables {
             let (mut first_in_blas, mut parts) = (0, Vec::new());
             for (index, part) in mesh.parts.iter().enumerate() {
                 let added = match (&part.shape, kind) {
-                    (Shape::Triangles(mesh), GeometryKind::Triangles) => self.add_triangles(mesh, None, first_in_blas),
+                    (Shape::Triangles(mesh), GeometryKind::Triangles) => {
+                        self.add_triangles(mesh, None, first_in_blas)
+                    }
                     (Shape::Spheres(s), GeometryKind::Spheres) => {
                         self.add_spheres(s, &Affine3A::IDENTITY, 1.0, first_in_blas)
                     }
@@ -162,7 +171,12 @@ impl SceneTables {
         if (material as usize) < self.materials.len() { material } else { 0 }
     }
 
-    fn add_triangles(&mut self, mesh: &TriangleMesh, to: Option<&Affine3A>, first_in_blas: u32) -> Option<GeometryRecord> {
+    fn add_triangles(
+        &mut self,
+        mesh: &TriangleMesh,
+        to: Option<&Affine3A>,
+        first_in_blas: u32,
+    ) -> Option<GeometryRecord> {
         let vertex_count = mesh.positions.len();
         if mesh.indices.is_empty() || vertex_count == 0 {
             return None;
@@ -216,7 +230,13 @@ impl SceneTables {
         (record.primitive_count > 0).then_some(record)
     }
 
-    fn add_spheres(&mut self, spheres: &[Sphere], to: &Affine3A, scale: f32, first_in_blas: u32) -> Option<GeometryRecord> {
+    fn add_spheres(
+        &mut self,
+        spheres: &[Sphere],
+        to: &Affine3A,
+        scale: f32,
+        first_in_blas: u32,
+    ) -> Option<GeometryRecord> {
         let first_primitive = self.spheres.len() as u32;
         let valid = spheres.iter().filter(|s| s.center.is_finite() && s.radius.is_finite() && s.radius > 0.0);
         self.spheres.extend(valid.map(|s| to.transform_point3(s.center).extend(s.radius * scale).to_array()));
@@ -289,7 +309,8 @@ impl SceneTables {
             let to_world = affine(&instance.object_to_world);
             let geometry = self.geometries[(blas.first_geometry + g) as usize];
             // Holes by vertex colour or by place are not known to a light record: paths find such light by themselves.
-            let unknown_holes = geometry.first_color != NONE || material.flags & MATERIAL_CHECKERBOARD_FADES != 0;
+            let unknown_holes =
+                geometry.first_color != NONE || material.flags & MATERIAL_CHECKERBOARD_FADES != 0;
             if material.has_alpha() && unknown_holes {
                 continue;
             }
@@ -319,14 +340,23 @@ impl SceneTables {
         }
     }
 
-    fn triangle_light(&self, geometry: &GeometryRecord, i: u32, to_world: &Affine3A, binding: usize, mean: f32) -> LightRecord {
+    fn triangle_light(
+        &self,
+        geometry: &GeometryRecord,
+        i: u32,
+        to_world: &Affine3A,
+        binding: usize,
+        mean: f32,
+    ) -> LightRecord {
         let index = self.bindings[binding].material;
         let material = &self.materials[index as usize];
         let mut corners = self.indices[(geometry.first_primitive + i) as usize];
         if to_world.matrix3.determinant() < 0.0 {
             corners.swap(1, 2);
         }
-        let vertex = |c: u32| to_world.transform_point3(Vec3::from(self.positions[(geometry.first_vertex + c) as usize]));
+        let vertex = |c: u32| {
+            to_world.transform_point3(Vec3::from(self.positions[(geometry.first_vertex + c) as usize]))
+        };
         let two_sided = material.flags & MATERIAL_EMISSION_TWO_SIDED != 0;
         let emission = Vec3::from(material.emission);
         let mut light = LightRecord::triangle(corners.map(vertex), emission, two_sided, mean);

@@ -89,9 +89,7 @@ impl EnvironmentTable {
         let row = |y: usize| {
             let sin_theta = ((y as f64 + 0.5) / h as f64 * std::f64::consts::PI).sin();
             let (up, down) = (y.saturating_sub(1), (y + 1).min(h - 1));
-            (0..w).map(move |x| {
-                (0.75 * across(x, y) + 0.125 * (across(x, up) + across(x, down))) * sin_theta
-            })
+            (0..w).map(move |x| (0.75 * across(x, y) + 0.125 * (across(x, up) + across(x, down))) * sin_theta)
         };
         (0..h).flat_map(row).collect()
     }

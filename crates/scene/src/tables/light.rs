@@ -1,7 +1,9 @@
 //! Records of lights.
 
 use super::NONE;
-use optics::light::{LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_SPHERE, LIGHT_SPOT, LIGHT_TRIANGLE, Light};
+use optics::light::{
+    LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_SPHERE, LIGHT_SPOT, LIGHT_TRIANGLE, Light,
+};
 use optics::{Vec3f, vec3f};
 
 /// Something that next-event estimation can sample.
@@ -51,7 +53,13 @@ impl LightRecord {
     }
 
     /// A spot; angles from its axis, radians.
-    pub fn spot(position: glam::Vec3, direction: glam::Vec3, intensity: glam::Vec3, inner: f32, outer: f32) -> Self {
+    pub fn spot(
+        position: glam::Vec3,
+        direction: glam::Vec3,
+        intensity: glam::Vec3,
+        inner: f32,
+        outer: f32,
+    ) -> Self {
         let mut light = blank(LIGHT_SPOT, position, intensity);
         let falloff = optics::light::spot_falloff_parameters(inner.cos(), outer.cos());
         light.edge1 = to_optics(direction);

@@ -19,8 +19,12 @@ pub use alias::{AliasEntry, build_alias_table};
 pub use environment::EnvironmentTable;
 pub use geometry::{BindingRecord, BlasRecord, GeometryKind, GeometryRecord, InstanceRecord};
 pub use light::LightRecord;
-pub use material::{MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_CHECKERBOARD, MATERIAL_EMISSION_TWO_SIDED};
-pub use material::{MATERIAL_CHECKERBOARD_FADES, MATERIAL_THIN, MaterialRecord, ModelTag, TextureRecord, TextureSlot};
+pub use material::{
+    MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_CHECKERBOARD, MATERIAL_EMISSION_TWO_SIDED,
+};
+pub use material::{
+    MATERIAL_CHECKERBOARD_FADES, MATERIAL_THIN, MaterialRecord, ModelTag, TextureRecord, TextureSlot,
+};
 
 /// "No index".
 pub const NONE: u32 = u32::MAX;
