@@ -184,11 +184,16 @@ fn spheres_have_the_irradiance_of_their_form_factor() {
 }
 
 #[test]
-fn spheres_shine_inwards_too() {
-    let lamp = sphere(vec3f(0.0, 0.0, 0.0), 2.0);
+fn spheres_shine_inwards_if_they_have_two_sides() {
+    let lamp = Light { two_sided: true, ..sphere(vec3f(0.0, 0.0, 0.0), 2.0) };
     for p in [vec3f(0.1, 0.0, 0.0), vec3f(0.5, 1.0, 0.3), vec3f(0.0, 0.0, 1.99)] {
         assert_close("irradiance within a sphere", irradiance(lamp, p, UP), 2.0 * PI, 2e-3);
         assert_close("solid angle within a sphere", solid_angle(lamp, p), 4.0 * PI, CLOSE);
+        assert_eq!(
+            solid_angle(Light { two_sided: false, ..lamp }, p),
+            0.0,
+            "within a sphere that shines outwards"
+        );
     }
 }
 
@@ -197,7 +202,7 @@ fn sphere_samples_lie_on_the_sphere_with_the_density_of_hits() {
     let center = vec3f(-3.0, 0.5, 1.0);
     for radius in [0.02f32, 1.0] {
         for d in [0.5f32, 0.99, 1.01, 1.5, 10.0, 3000.0] {
-            let lamp = sphere(center, radius);
+            let lamp = Light { two_sided: true, ..sphere(center, radius) };
             let p = center + normalize(vec3f(0.5, 0.7, -0.4)) * (radius * d);
             for u in grid().step_by(41) {
                 let s = light_sample(lamp, p, u);

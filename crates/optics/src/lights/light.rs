@@ -40,7 +40,7 @@ pub mod light {
         pub emission: Vec3f,
         /// Sphere: radius. Directional: 1 − cos of the disc's angular radius, 0 for one direction.
         pub size: f32,
-        /// Triangle: whether the back side emits, too.
+        /// Triangle and sphere: whether the back side emits, too.
         pub two_sided: bool,
     }
 
@@ -123,10 +123,11 @@ pub mod light {
         distance * distance * 2.0 / max(projected, 1e-20)
     }
 
-    /// 1 − cos of the half angle under which a sphere is seen; 2 (all directions) from inside.
+    /// 1 − cos of the half angle under which a sphere is seen; 2 (all directions) from inside, and from so close to it
+    /// that rounding does not know.
     pub fn sphere_one_minus_cos(distance2_to_center: f32, radius: f32) -> f32 {
         let sin2 = radius * radius / distance2_to_center;
-        if sin2 >= 1.0 {
+        if sin2 >= 0.9999 {
             return 2.0;
         }
         // 1 − cos = sin² / (1 + cos) does not cancel for far spheres.
@@ -148,11 +149,23 @@ pub mod light {
         let wi = to_world(frame, sample_cone(u, one_minus_cos));
         let along = dot(to_center, wi);
         let closest = to_center - wi * along;
-        let half_chord = safe_sqrt(light.size * light.size - dot(closest, closest));
+        let radius2 = light.size * light.size;
+        let half_chord = safe_sqrt(radius2 - dot(closest, closest));
         let inside = one_minus_cos >= 2.0;
+        let from_behind = inside && light.two_sided;
+        let distance = select(along - half_chord, along + half_chord, from_behind);
+        if inside {
+            // Not every direction hits from just outside; what is inside is lit by the back only, and from the
+            // surface itself it is not seen along itself.
+            let outside_only = !light.two_sided && distance2 <= radius2;
+            let too_near = distance < light.size * select(0.0001, 0.001, from_behind);
+            if outside_only || too_near || dot(closest, closest) > radius2 {
+                return no_light_sample();
+            }
+        }
         LightSample {
             wi: wi,
-            distance: max(select(along - half_chord, along + half_chord, inside), 0.0),
+            distance: max(distance, 0.0),
             radiance: light.emission,
             pdf: pdf_cone(one_minus_cos),
             delta: false,

@@ -43,6 +43,11 @@ pub mod random {
         f32(bits >> 8u32) * 5.9604644775390625e-8
     }
 
+    /// A number in `[0, 1)` from the last bits of two others: what to go on with where they have been used up.
+    pub fn dither(a: f32, b: f32) -> f32 {
+        unit_float(hash_combine(bitcast_u32(a), bitcast_u32(b)))
+    }
+
     /// A sampler for one sample.
     ///
     /// - `pixel`: pixel index (any numbering that is unique in the picture).

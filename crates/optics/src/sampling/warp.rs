@@ -88,7 +88,23 @@ pub mod warp {
     ///
     /// Source: Walker 1977, with Vose's construction of 1991 for the table.
     pub fn alias_choose(u: f32, count: u32, slot: u32, threshold: f32, other: u32) -> AliasChoice {
-        let x = clamp(u * f32(count) - f32(slot), 0.0, ONE_MINUS_EPSILON);
+        alias_choose_dithered(u, count, slot, threshold, other, 0.0)
+    }
+
+    /// As [`alias_choose`], for tables of so many entries that the 24 bits of `u` leave too few for the choice and for
+    /// the remainder.
+    ///
+    /// - `dither`: another number in `[0, 1)`: what comes after the last bit of `u`.
+    pub fn alias_choose_dithered(
+        u: f32,
+        count: u32,
+        slot: u32,
+        threshold: f32,
+        other: u32,
+        dither: f32,
+    ) -> AliasChoice {
+        let last_bit = f32(count) * 5.9604644775390625e-8;
+        let x = clamp(u * f32(count) - f32(slot) + dither * last_bit, 0.0, ONE_MINUS_EPSILON);
         if x < threshold {
             return AliasChoice { index: slot, remainder: min(x / threshold, ONE_MINUS_EPSILON) };
         }

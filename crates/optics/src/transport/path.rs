@@ -55,7 +55,13 @@ pub mod path {
     ///
     /// - `radiance`, `light_pdf`, `delta`: of the light sample, its density including the choice of the light.
     /// - `bsdf`: value times cosine and density for the sampled direction.
-    pub fn path_light_contribution(throughput: Vec3f, bsdf: BsdfValue, radiance: Vec3f, light_pdf: f32, delta: bool) -> Vec3f {
+    pub fn path_light_contribution(
+        throughput: Vec3f,
+        bsdf: BsdfValue,
+        radiance: Vec3f,
+        light_pdf: f32,
+        delta: bool,
+    ) -> Vec3f {
         if light_pdf <= 0.0 {
             return vec3f(0.0, 0.0, 0.0);
         }
@@ -84,6 +90,6 @@ pub mod path {
         if path.depth < start {
             return 1.0;
         }
-        clamp(max_component(path.throughput) * path.eta_scale, min_survival, 0.95)
+        max(min(max_component(path.throughput) * path.eta_scale, 0.95), min_survival)
     }
 }
