@@ -19,8 +19,10 @@ fn samples() -> u32 {
 /// not hold in single pixels; blocks of 8×8 and the whole image have no such allowance.
 fn compare(name: &str, scene: &Scene, job: &Job, failing_share: f64) {
     let Some(shared) = require_shared(name) else { return };
-    let reference = Estimate::open_reference(&shared.join("references").join(name)).unwrap();
-    let ours = Estimate::from_film(&render(scene, job, samples()));
+    // The references' own error is known as a mean over the picture only; where it is larger, it shows.
+    let reference =
+        Estimate::open_reference(&shared.join("references").join(name)).unwrap().with_measured_noise(2);
+    let ours = Estimate::from_film(&render(scene, job, samples())).with_variance_of_neighbours(2);
     let (mean, error) = mean_and_error(&ours);
     let expected = reference.mean_colour();
     let ratio: [f64; 3] = std::array::from_fn(|c| mean[c] / expected[c]);
@@ -49,16 +51,19 @@ fn cornell() {
 
 #[test]
 fn glass() {
-    // Caustics by paths that find the light by chance: most pixels have seen a few of them.
+    // Behind glass, light is found by chance only: at a thousand samples many pixels have seen no or few of the paths
+    // that make them bright, and what a pixel has seen says little of its variance.
     let scene = scenes::glass();
     compare("glass", &scene, &job(&scene, 256, 256, 16), 1e-3);
 }
 
 #[test]
 fn spheres() {
-    // The reference has single scattering, as glTF's appendix B is written.
+    // The reference has single scattering, as glTF's appendix B is written. At the silhouettes of its triangulated
+    // spheres, where interpolated normals face away from the viewer, Mitsuba's spheres are up to some per cent darker:
+    // it flips the normal there, we bend it until it faces the viewer. That is in 1 % of the pixels.
     let scene = scenes::spheres();
-    compare("spheres", &scene, &Job { single_scatter: true, ..job(&scene, 320, 180, 8) }, 1e-4);
+    compare("spheres", &scene, &Job { single_scatter: true, ..job(&scene, 320, 180, 8) }, 1e-3);
 }
 
 /// What the tests above are worth: a light that is 2 % brighter does not pass, even at few samples.

@@ -11,6 +11,7 @@ mod chi2;
 mod compare;
 mod data;
 mod estimate;
+mod ignis;
 mod random;
 pub mod scenes;
 mod special;
@@ -19,6 +20,7 @@ pub use chi2::{Chi2, assert_chi2, chi2_test};
 pub use compare::{Comparison, Report, WHOLE_IMAGE, WorstBlock, assert_same_expectation};
 pub use data::{output_dir, repository_root, require_shared, shared_dir};
 pub use estimate::{Estimate, ReferenceError};
+pub use ignis::{IgnisScene, load_ignis};
 pub use random::Random;
 pub use special::{chi2_p_value, gamma_p, gamma_q, ln_gamma, normal_quantile, sidak};
 

@@ -129,6 +129,42 @@ fn renders_with_different_seeds_give_the_same_variance() {
 }
 
 #[test]
+fn a_pixel_that_missed_its_bright_samples_is_forgiven_by_its_neighbours() {
+    // Each sample is 1000 with a chance of 1 in 500: of 512 samples a third of the pixels see none.
+    let fireflies = |seed| {
+        let mut random = Random::new(seed);
+        let mut film = Film::new(48, 48).unwrap();
+        for i in 0..48 * 48 * 512 {
+            let value = if random.uniform() < 0.002 { 1000.0 } else { random.uniform_f32() };
+            film.add(i % 48, i / 48 % 48, [value; 3]);
+        }
+        Estimate::from_film(&film)
+    };
+    let (a, b) = (fireflies(1), fireflies(2));
+    let run = |a: &Estimate, b: &Estimate| Comparison::new("fireflies", 1).run(a, b);
+    let (alone, pooled) = (
+        run(&a, &b),
+        run(&a.clone().with_variance_of_neighbours(2), &b.clone().with_variance_of_neighbours(2)),
+    );
+    assert!(pooled.failures == 0 && pooled.worst.z.abs() < alone.worst.z.abs(), "{alone:?} {pooled:?}");
+    // A pixel that is wrong is still caught.
+    let mut wrong = a;
+    wrong.mean[48 * 20 + 20] = [40.0; 3];
+    assert!(!run(&wrong.with_variance_of_neighbours(2), &b.with_variance_of_neighbours(2)).passed());
+}
+
+#[test]
+fn measured_noise_is_the_noise() {
+    let mut e = noise(64, 32, 1.0, 1.0, 9);
+    let known: f64 = e.variance.iter().flatten().sum();
+    e.variance.iter_mut().for_each(|v| *v = [0.0; 3]);
+    // A slope is no noise.
+    (0..64 * 64).for_each(|i| e.mean[i] = e.mean[i].map(|m| m + 0.1 * (i % 64) as f64));
+    let measured: f64 = e.with_measured_noise(2).variance.iter().flatten().sum();
+    assert!((measured / known - 1.0).abs() < 0.05, "{measured} {known}");
+}
+
+#[test]
 fn a_failure_leaves_pictures() {
     let name = "testkit-a_failure_leaves_pictures";
     let (a, b) = (noise(20, 16, 1.5, 1.0, 1), noise(20, 16, 1.0, 1.0, 2));

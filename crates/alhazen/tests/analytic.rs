@@ -1,0 +1,563 @@
+//! Scenes whose picture is known in closed form, or from one integral.
+//!
+//! Tolerances: noise is judged by its own standard error; what is stated beside it is for single precision (1e-3, of
+//! which offsets of ray origins and the finite spot that is looked at are the larger part) unless a test says more.
+
+mod common;
+
+use alhazen::{
+    Environment, Integrator, Job, Light, LightKind, PathSettings, Pixels, Scene, SceneImage, Shape,
+};
+use common::{assert_mean, estimate, from_above, job};
+use glam::{Affine3A, Quat, Vec3};
+use scene::{Material, Model, Sky};
+use std::f64::consts::PI;
+use testkit::scenes::{
+    Build, camera, covering, cuboid, dielectric, emitter, flipped, ground, lambert, metallic_roughness,
+    quads, sphere, uv_sphere,
+};
+
+const ROUNDING: f64 = 1e-3;
+
+fn under_white_sky() -> Scene {
+    Scene { environment: Environment::Constant(Vec3::ONE), ..Scene::default() }
+}
+
+fn add_light(scene: &mut Scene, kind: LightKind) {
+    scene.lights.push(Light { name: "light".into(), kind });
+}
+
+/// A floor of reflectance 0.5 and a camera that looks straight down on a spot of 1 cm at its origin.
+fn floor_spot() -> Scene {
+    let mut scene = Scene::default();
+    let floor = scene.add_material(lambert("floor", [0.5; 3]));
+    scene.add_mesh("floor", ground(0.0, 10.0), floor);
+    scene.cameras.push(from_above(0.0, 0.0, 0.5, 0.01));
+    scene
+}
+
+/// Radiance that the floor of [`floor_spot`] reflects from irradiance `e`.
+fn reflected(e: f64) -> [f64; 3] {
+    [0.5 * e / PI; 3]
+}
+
+// ---------------------------------------------------------------------------------------------------- furnaces
+
+/// Inside a closed surface that emits E and reflects ρ: L = E (1 + ρ + ρ² + …), cut off at the depth.
+#[test]
+fn inside_a_closed_furnace_radiance_is_a_geometric_series() {
+    let rho = 0.6f64;
+    for (what, inside_of_sphere) in [("box", false), ("sphere", true)] {
+        let mut scene = Scene::default();
+        let mut wall = lambert("wall", [rho as f32; 3]);
+        wall.emission = Vec3::new(1.0, 0.5, 2.0);
+        wall.emission_two_sided = inside_of_sphere;
+        let wall = scene.add_material(wall);
+        if inside_of_sphere {
+            scene.add_shape("wall", sphere([0.3, 0.1, 0.2], 2.0), wall, Affine3A::IDENTITY);
+        } else {
+            scene.add_mesh("wall", flipped(cuboid([-1.0, -2.0, -1.0], [1.5, 1.0, 1.0])), wall);
+        }
+        scene.cameras.push(camera([0.2, 0.1, 0.0], [1.0, 0.3, -0.4], 70.0));
+        for depth in [1u32, 2, 3, 24] {
+            let series = (1.0 - rho.powi(depth as i32)) / (1.0 - rho);
+            let e = estimate(&scene, &job(&scene, 24, 24, depth), 128);
+            let what = format!("furnace in a {what}, depth {depth}");
+            assert_mean(&what, &e, [series, 0.5 * series, 2.0 * series], ROUNDING);
+        }
+    }
+}
+
+/// An analytic sphere whose material does not emit on both sides is dark inside.
+#[test]
+fn a_sphere_light_does_not_shine_inwards_unless_it_says_so() {
+    let mut scene = Scene::default();
+    let mut shell = emitter("shell", [1.0; 3]);
+    let inner = scene.add_material(lambert("inner", [0.5; 3]));
+    scene.add_mesh("inner", cuboid([-0.2, -0.2, -1.2], [0.2, 0.2, -0.8]), inner);
+    shell.base_color = lambert("", [0.5; 3]).base_color;
+    let shell = scene.add_material(shell);
+    scene.add_shape("shell", sphere([0.0; 3], 2.0), shell, Affine3A::IDENTITY);
+    scene.cameras.push(camera([0.0; 3], [0.0, 0.0, -1.0], 60.0));
+    let dark = estimate(&scene, &job(&scene, 16, 16, 6), 32);
+    // Rounding puts some points of the shell outside of it, from where its edge is seen: next to nothing.
+    let mean = dark.mean_colour();
+    assert!(mean[0] < 1e-4, "light inside a sphere that emits outwards only: {mean:?}");
+}
+
+/// A convex object that absorbs nothing cannot be seen in a uniform environment.
+#[test]
+fn white_objects_vanish_in_a_uniform_environment() {
+    let white = |name: &str| lambert(name, [1.0; 3]);
+    let mirror = Material { model: Model::Mirror, ..white("mirror") };
+    let thin = Material { thin_walled: true, ..dielectric("thin", 1.5, 0.0) };
+    // Energy compensation is tabulated: half a per cent for each scattering; a path through glass has two and more.
+    let mut materials = vec![
+        (white("Lambert"), ROUNDING),
+        (mirror, ROUNDING),
+        (dielectric("clear glass", 1.5, 0.0), ROUNDING),
+        (dielectric("diamond", 2.4, 0.0), ROUNDING),
+        (thin, ROUNDING),
+        (dielectric("frosted glass", 1.5, 0.4), 0.015),
+        (dielectric("very frosted glass", 1.5, 0.8), 0.015),
+    ];
+    for roughness in [0.0, 0.05, 0.2, 0.5, 1.0] {
+        materials.push((metallic_roughness(&format!("metal {roughness}"), [1.0; 3], 1.0, roughness), 0.005));
+        materials
+            .push((metallic_roughness(&format!("plastic {roughness}"), [1.0; 3], 0.0, roughness), 0.005));
+    }
+    for (material, tolerance) in materials {
+        for shape in [sphere([0.0; 3], 1.0), Shape::Triangles(cuboid([-0.6; 3], [0.6; 3]))] {
+            let mut scene = under_white_sky();
+            let what = format!(
+                "{} {}",
+                material.name,
+                if matches!(shape, Shape::Spheres(_)) { "sphere" } else { "box" }
+            );
+            // A box of glass traps light by total reflection between its parallel sides: it needs very long paths.
+            let depth = if material.model == Model::Dielectric { 512 } else { 8 };
+            let material = scene.add_material(material.clone());
+            scene.add_shape(&what, shape, material, Affine3A::from_rotation_y(0.5));
+            scene.cameras.push(camera([0.0, 0.7, 2.6], [0.0; 3], 40.0));
+            let spp = if depth > 8 { 256 } else { 64 };
+            let e = estimate(&scene, &job(&scene, 24, 24, depth), spp);
+            assert_mean(&what, &e, [1.0; 3], tolerance);
+        }
+    }
+}
+
+/// Interpolated normals do not gain energy; what they lose at the silhouette is little.
+#[test]
+fn smooth_normals_neither_gain_nor_lose_much() {
+    for material in [lambert("Lambert", [1.0; 3]), metallic_roughness("metal", [1.0; 3], 1.0, 0.3)] {
+        let mut scene = under_white_sky();
+        let index = scene.add_material(material);
+        scene.add_mesh("ball", uv_sphere(32, 16), index);
+        scene.cameras.push(camera([0.0, 0.0, 3.0], [0.0; 3], 38.0));
+        let (mean, _) = common::mean_and_error(&estimate(&scene, &job(&scene, 32, 32, 8), 64));
+        assert!((0.98..1.003).contains(&mean[0]), "a white ball with smooth normals shows {mean:?}, not 1");
+    }
+}
+
+// ------------------------------------------------------------------------------------------------ simple lights
+
+/// E = I cos θ / d², over a whole picture: also where the orthographic camera puts what.
+#[test]
+fn a_point_light_over_a_floor() {
+    let mut scene = floor_spot();
+    let light = Vec3::new(0.7, 1.0, -0.4);
+    add_light(&mut scene, LightKind::Point { position: light, intensity: Vec3::new(3.0, 2.0, 1.0) });
+    scene.cameras = vec![from_above(0.0, 0.0, 5.0, 4.0)];
+    let e = estimate(&scene, &job(&scene, 32, 32, 3), 256);
+    for (i, mean) in e.mean.iter().enumerate() {
+        // The mean over the pixel by 8×8 points.
+        let offset = |k: usize| (k as f64 + 0.5) / 8.0;
+        let sum: f64 = (0..64)
+            .map(|k| {
+                let x = ((i % 32) as f64 + offset(k % 8)) / 8.0 - 2.0 - f64::from(light.x);
+                let z = ((i / 32) as f64 + offset(k / 8)) / 8.0 - 2.0 - f64::from(light.z);
+                (1.0 + x * x + z * z).powf(-1.5) / 64.0
+            })
+            .sum();
+        for (c, intensity) in [3.0, 2.0, 1.0].into_iter().enumerate() {
+            let expected = reflected(sum * intensity)[c];
+            let error = 5.5 * e.variance[i][c].sqrt() + 2e-3 * expected;
+            let (x, y) = (i % 32, i / 32);
+            assert!(
+                (mean[c] - expected).abs() < error,
+                "pixel ({x}, {y}): {} instead of {expected}",
+                mean[c]
+            );
+        }
+    }
+}
+
+/// A spot is a point within its inner angle, dark outside the outer one, and has glTF's falloff between.
+#[test]
+fn a_spot_light_over_a_floor() {
+    let (inner, outer) = (0.3f32, 0.6f32);
+    let falloff = |angle: f64| {
+        let (i, o) = (f64::from(inner).cos(), f64::from(outer).cos());
+        ((angle.cos() - o) / (i - o)).clamp(0.0, 1.0).powi(2)
+    };
+    for angle in [0.0f64, 0.25, 0.4, 0.5, 0.59] {
+        let mut scene = floor_spot();
+        add_light(
+            &mut scene,
+            LightKind::Spot {
+                position: Vec3::new(0.0, 2.0, 0.0),
+                direction: Vec3::NEG_Y,
+                intensity: Vec3::ONE,
+                inner_angle: inner,
+                outer_angle: outer,
+            },
+        );
+        scene.cameras = vec![from_above((2.0 * angle.tan()) as f32, 0.0, 0.5, 0.002)];
+        let e = estimate(&scene, &job(&scene, 8, 8, 3), 16);
+        let distance2 = 4.0 / angle.cos().powi(2);
+        let expected = reflected(falloff(angle) * angle.cos() / distance2);
+        assert_mean(&format!("spot at {angle} rad"), &e, expected, 5.0 * ROUNDING);
+    }
+}
+
+/// A sphere above the horizon: E = π L (R/d)² cos θ. As a sphere, scaled by an instance, and as triangles.
+#[test]
+fn a_sphere_light_over_a_floor() {
+    let center = Vec3::new(2.0, 2.0, 0.0);
+    let expected = reflected(PI * 3.0 * 0.25 / 8.0 * (2.0 / 8f64.sqrt()));
+    let unit = || sphere([0.0; 3], 1.0);
+    let placed =
+        Affine3A::from_scale_rotation_translation(Vec3::splat(0.5), Quat::from_rotation_z(1.0), center);
+    for (what, dynamic, shape, tolerance) in [
+        ("sphere light", false, unit(), ROUNDING),
+        ("instanced sphere light", true, unit(), ROUNDING),
+        // Inscribed triangles have less area by about (π / 64)² / 2.
+        ("sphere light of triangles", false, Shape::Triangles(uv_sphere(128, 64)), 3e-3),
+    ] {
+        let mut scene = floor_spot();
+        let light = scene.add_material(emitter("light", [3.0; 3]));
+        scene.add_shape("light", shape, light, placed);
+        scene.instances.last_mut().unwrap().dynamic = dynamic;
+        assert_mean(what, &estimate(&scene, &job(&scene, 32, 32, 2), 512), expected, tolerance);
+    }
+}
+
+/// A square straight above: E = π L F with the form factor of a small patch to a square over it.
+#[test]
+fn a_square_light_over_a_floor() {
+    // Form factor to a corner of an a × b rectangle at height c (Siegel and Howell, configuration 4), four times.
+    let quarter = |a: f64, c: f64| {
+        let x = a / c;
+        let s = (1.0 + x * x).sqrt();
+        (2.0 * x / s * (x / s).atan()) / (2.0 * PI)
+    };
+    for (half, height) in [(0.5, 1.0), (2.0, 0.7), (0.01, 1.5)] {
+        let mut scene = floor_spot();
+        let light = scene.add_material(emitter("light", [2.0; 3]));
+        let h = half;
+        scene.add_mesh(
+            "light",
+            quads(&[[[h, height, -h], [h, height, h], [-h, height, h], [-h, height, -h]]]),
+            light,
+        );
+        let e = estimate(&scene, &job(&scene, 16, 16, 2), 256);
+        let expected = reflected(PI * 2.0 * 4.0 * quarter(half, height));
+        assert_mean(&format!("square light {half} at {height}"), &e, expected, ROUNDING);
+        // From behind it is black, and lights nothing.
+        scene.meshes.pop();
+        let up = quads(&[[[-h, height, -h], [-h, height, h], [h, height, h], [h, height, -h]]]);
+        let mesh = scene::Mesh::single("light", Shape::Triangles(up), 1);
+        scene.meshes.push(mesh);
+        assert_eq!(
+            estimate(&scene, &job(&scene, 8, 8, 3), 16).mean_colour(),
+            [0.0; 3],
+            "light behind a light"
+        );
+    }
+}
+
+/// E = E₀ cos θ, whether the sun is a direction or a disc: it stays above the horizon.
+#[test]
+fn a_sun_over_a_floor() {
+    for tilt in [0.0f32, 1.0] {
+        for angular_diameter in [0.0, 0.0093, 0.2, 0.9] {
+            let mut scene = floor_spot();
+            let direction = Vec3::new(-tilt.sin(), -tilt.cos(), 0.0);
+            let irradiance = Vec3::new(4.0, 3.0, 2.0);
+            add_light(&mut scene, LightKind::Directional { direction, irradiance, angular_diameter });
+            let e = estimate(&scene, &job(&scene, 16, 16, 2), 256);
+            let expected = [4.0, 3.0, 2.0].map(|e0| reflected(e0 * f64::from(tilt.cos()))[0]);
+            assert_mean(&format!("sun of {angular_diameter} rad at {tilt}"), &e, expected, ROUNDING);
+        }
+    }
+}
+
+/// A glossy surface reflects the disc of a sun that only lights as it does one that is also seen.
+#[test]
+fn a_wide_sun_on_metal_is_the_same_as_light_and_in_the_sky() {
+    let mut scene = floor_spot();
+    scene.materials[0] = metallic_roughness("metal", [0.9; 3], 1.0, 0.4);
+    scene.cameras = vec![camera([0.0, 1.0, 1.5], [0.0, 0.0, 0.0], 40.0)];
+    let direction = Vec3::new(0.0, 0.6, -0.8);
+    let (irradiance, angular_radius) = (Vec3::splat(2.0), 0.3);
+    let mut sky = scene.clone();
+    let (zero, sun) = (Vec3::ZERO, Some(scene::Sun { direction, irradiance, angular_radius }));
+    sky.environment = Environment::Sky(Sky { horizon: zero, zenith: zero, ground: zero, sun });
+    let angular_diameter = 2.0 * angular_radius;
+    add_light(&mut scene, LightKind::Directional { direction: -direction, irradiance, angular_diameter });
+    let (a, b) = (estimate(&scene, &job(&scene, 32, 32, 2), 256), estimate(&sky, &job(&sky, 32, 32, 2), 256));
+    common::assert_same_coarse("sun-as-light-and-in-sky", &a, &b);
+}
+
+// ------------------------------------------------------------------------------------------------ environments
+
+/// An environment image and the irradiance on a floor below it, by summing over a fine grid.
+fn under_image(width: u32, height: u32, texel: impl Fn(u32, u32) -> f32) -> (Scene, f64) {
+    let mut scene = floor_spot();
+    let values: Vec<f32> = (0..width * height).map(|i| texel(i % width, i / width)).collect();
+    let at = |x: i64, y: i64| {
+        let (w, h) = (i64::from(width), i64::from(height));
+        f64::from(values[(y.clamp(0, h - 1) * w + x.rem_euclid(w)) as usize])
+    };
+    // Bilinear interpolation between pixel centres.
+    let radiance = |u: f64, v: f64| {
+        let (x, y) =
+            (u * f64::from(width) - 0.5, (v * f64::from(height) - 0.5).clamp(0.0, f64::from(height - 1)));
+        let (x0, y0) = (x.floor(), y.floor());
+        let (fx, fy) = (x - x0, y - y0);
+        let (x0, y0) = (x0 as i64, y0 as i64);
+        (at(x0, y0) * (1.0 - fx) + at(x0 + 1, y0) * fx) * (1.0 - fy)
+            + (at(x0, y0 + 1) * (1.0 - fx) + at(x0 + 1, y0 + 1) * fx) * fy
+    };
+    let fine = (8 / (width / 256).max(1)).max(2);
+    let (nu, nv) = (width * fine, height * fine / 2); // the upper hemisphere
+    let mut irradiance = 0.0;
+    for j in 0..nv {
+        let v = (f64::from(j) + 0.5) / f64::from(height * fine);
+        let theta = v * PI;
+        let row: f64 = (0..nu).map(|i| radiance((f64::from(i) + 0.5) / f64::from(nu), v)).sum();
+        irradiance +=
+            row * theta.cos() * theta.sin() * (2.0 * PI / f64::from(nu)) * (PI / f64::from(height * fine));
+    }
+    let pixels = Pixels::Rgb32F(values.iter().map(|v| [*v; 3]).collect());
+    scene.images.push(SceneImage { name: "sky".into(), width, height, pixels });
+    scene.environment = Environment::Image { image: 0, rotation: 0.3, intensity: 1.0 };
+    (scene, irradiance)
+}
+
+#[test]
+fn one_bright_pixel_in_the_environment() {
+    for (x, y) in [(5, 2), (0, 1), (15, 3), (7, 0)] {
+        let (scene, e) = under_image(16, 8, |i, j| if (i, j) == (x, y) { 50.0 } else { 0.0 });
+        let picture = estimate(&scene, &job(&scene, 16, 16, 2), 1024);
+        assert_mean(&format!("bright pixel ({x}, {y})"), &picture, reflected(e), 2e-3);
+    }
+}
+
+/// The sampling table of a large picture has a million entries: choosing one must not use up the random number.
+#[test]
+fn a_dim_sky_with_a_strong_sun_in_a_large_environment() {
+    let is_sun = |i: u32, j: u32| (600..604).contains(&i) && (100..104).contains(&j);
+    let (mut scene, e) =
+        under_image(2048, 1024, |i, j| if is_sun(i, j) { 60_000.0 } else { 1.0 + (i % 7) as f32 * 0.1 });
+    let picture = estimate(&scene, &job(&scene, 32, 32, 2), 512);
+    assert_mean("large environment", &picture, reflected(e), 3e-3);
+    // Other lights, even if they bring nothing, take their part of the random number.
+    for i in 0..3000 {
+        let position = Vec3::new(0.0, -2.0 - i as f32, 0.0);
+        add_light(&mut scene, LightKind::Point { position, intensity: Vec3::splat(0.3) });
+    }
+    let picture = estimate(&scene, &job(&scene, 32, 32, 2), 1024);
+    assert_mean("large environment with many lights", &picture, reflected(e), 3e-3);
+}
+
+/// The upper half of the picture is up, and +X is right of the centre column, which looks to −Z.
+#[test]
+fn the_panorama_of_an_environment_is_its_image() {
+    let (mut scene, _) = under_image(16, 8, |i, j| (i + 16 * j) as f32);
+    scene.environment = Environment::Image { image: 0, rotation: 0.0, intensity: 2.0 };
+    scene.meshes.clear();
+    scene.instances.clear();
+    scene.cameras = vec![camera([0.0; 3], [0.0, 0.0, -1.0], 60.0)];
+    scene.cameras[0].projection = scene::Projection::Panorama;
+    let e = estimate(&scene, &job(&scene, 16, 8, 1), 256);
+    for (i, mean) in e.mean.iter().enumerate() {
+        let (x, y) = (i % 16, i / 16);
+        if (1..15).contains(&x) && (1..7).contains(&y) {
+            let expected = 2.0 * (x + 16 * y) as f64;
+            let slack = 5.0 * e.variance[i][0].sqrt() + 0.01;
+            assert!(
+                (mean[0] - expected).abs() < slack,
+                "panorama pixel ({x}, {y}): {} not {expected}",
+                mean[0]
+            );
+        }
+    }
+}
+
+// ---------------------------------------------------------------------------------------- coverage, emission, glass
+
+fn camera_above() -> alhazen::Camera {
+    from_above(0.0, 0.0, 5.0, 1.0)
+}
+
+/// Half coverage lets half of the light through; two layers a quarter, also where they are copies of each other.
+#[test]
+fn coverage_is_the_share_that_is_seen() {
+    for layers in 1..4 {
+        for dynamic in [false, true] {
+            let mut scene = under_white_sky();
+            let veil = scene.add_material(covering(lambert("veil", [0.0; 3]), 0.5));
+            let mesh = scene.add_mesh("veil", ground(0.0, 1.0), veil);
+            scene.instances[0].dynamic = dynamic;
+            for layer in 1..layers {
+                let lower = Affine3A::from_translation(Vec3::new(0.0, -0.5 * layer as f32, 0.0));
+                scene.instances.push(scene::Instance::new("copy", mesh, lower));
+            }
+            scene.cameras.push(camera_above());
+            let e = estimate(&scene, &job(&scene, 32, 32, 4), 512);
+            assert_mean(&format!("{layers} layers of half coverage"), &e, [0.5f64.powi(layers); 3], ROUNDING);
+        }
+    }
+}
+
+/// Shadows of what covers a half are half as dark, for suns and for lights with an extent.
+#[test]
+fn shadows_of_half_coverage() {
+    for extended in [false, true] {
+        let mut scene = floor_spot();
+        let veil = scene.add_material(covering(lambert("veil", [0.0; 3]), 0.25));
+        let over = Affine3A::from_translation(Vec3::Y);
+        scene.add_shape("veil", Shape::Triangles(ground(0.0, 5.0)), veil, over);
+        let expected = if extended {
+            let light = scene.add_material(emitter("light", [3.0; 3]));
+            scene.add_shape("light", sphere([2.0, 2.0, 0.0], 0.5), light, Affine3A::IDENTITY);
+            PI * 3.0 * 0.25 / 8.0 * (2.0 / 8f64.sqrt())
+        } else {
+            let direction = Vec3::NEG_Y;
+            add_light(
+                &mut scene,
+                LightKind::Directional { direction, irradiance: Vec3::ONE, angular_diameter: 0.0 },
+            );
+            1.0
+        };
+        let e = estimate(&scene, &job(&scene, 16, 16, 2), 512);
+        assert_mean("shadow of a quarter's coverage", &e, reflected(0.75 * expected), ROUNDING);
+    }
+}
+
+/// A light with holes sends less light, seen directly and as illumination alike.
+#[test]
+fn a_light_of_half_coverage_is_half_a_light() {
+    for (what, masked) in [("blend", false), ("mask", true)] {
+        let mut scene = floor_spot();
+        let mut material = covering(emitter("light", [2.0; 3]), 0.5);
+        if masked {
+            // All of it is below the cutoff: nothing is left.
+            material.alpha_mode = scene::AlphaMode::Mask(0.7);
+        }
+        let light = scene.add_material(material);
+        let h = 0.5;
+        scene.add_mesh("light", quads(&[[[h, 1.0, -h], [h, 1.0, h], [-h, 1.0, h], [-h, 1.0, -h]]]), light);
+        let e = estimate(&scene, &job(&scene, 16, 16, 2), 512);
+        let x = 0.5f64;
+        let s = (1.0 + x * x).sqrt();
+        let factor = 4.0 * (2.0 * x / s * (x / s).atan()) / (2.0 * PI);
+        let share = if masked { 0.0 } else { 0.5 };
+        assert_mean(
+            &format!("{what}: light of half coverage"),
+            &e,
+            reflected(PI * 2.0 * factor * share),
+            ROUNDING,
+        );
+    }
+}
+
+/// What emits shows its radiance, at any depth, from the side that emits.
+#[test]
+fn emission_is_seen_as_it_is() {
+    for shape in
+        [sphere([0.0; 3], 1.0), Shape::Triangles(uv_sphere(32, 16)), Shape::Triangles(ground(0.5, 1.0))]
+    {
+        let mut scene = Scene::default();
+        let light = scene.add_material(emitter("light", [0.25, 3.0, 1e4]));
+        scene.add_shape("light", shape, light, Affine3A::IDENTITY);
+        scene.cameras.push(from_above(0.0, 0.0, 5.0, 0.8));
+        for depth in [1, 2, 8] {
+            let e = estimate(&scene, &job(&scene, 8, 8, depth), 4);
+            for (mean, expected) in e.mean_colour().into_iter().zip([0.25, 3.0, 1e4]) {
+                assert!(
+                    (mean / expected - 1.0).abs() < 1e-5,
+                    "depth {depth}: emission {mean} instead of {expected}"
+                );
+            }
+        }
+    }
+}
+
+/// A pane between a camera and white ground below black sky: T = (1 − R) / (1 + R) with all reflections inside it.
+#[test]
+fn glass_at_normal_incidence() {
+    let down = Sky { horizon: Vec3::ZERO, zenith: Vec3::ZERO, ground: Vec3::ONE, sun: None };
+    let r = (0.5f64 / 2.5).powi(2);
+    for (what, thin) in [("thin", true), ("slab", false)] {
+        let mut scene = Scene { environment: Environment::Sky(down), ..Scene::default() };
+        let glass = scene.add_material(Material { thin_walled: thin, ..dielectric("glass", 1.5, 0.0) });
+        let pane = if thin { ground(0.0, 2.0) } else { cuboid([-2.0, -0.2, -2.0], [2.0, 0.0, 2.0]) };
+        scene.add_mesh("pane", pane, glass);
+        scene.cameras.push(camera_above());
+        let e = estimate(&scene, &job(&scene, 32, 32, 64), 64);
+        assert_mean(&format!("{what} pane"), &e, [(1.0 - r) / (1.0 + r); 3], ROUNDING);
+    }
+}
+
+/// Glass seen from inside: total reflection beyond the critical angle, refraction bends towards the normal.
+#[test]
+fn under_water_the_sky_is_a_disc() {
+    let sky = Sky { horizon: Vec3::ONE, zenith: Vec3::ONE, ground: Vec3::ZERO, sun: None };
+    let mut scene = Scene { environment: Environment::Sky(sky), ..Scene::default() };
+    let water = scene.add_material(dielectric("water", 1.33, 0.0));
+    let black = scene.add_material(lambert("ground", [0.0; 3]));
+    scene.add_mesh("surface", ground(0.0, 1000.0), water);
+    scene.add_mesh("ground", ground(-2.0, 1000.0), black);
+    let critical = (1.0f64 / 1.33).asin();
+    for (angle, bright) in [(0.0, true), (critical - 0.05, true), (critical + 0.02, false), (1.2, false)] {
+        scene.cameras = vec![camera([0.0, -1.0, 0.0], [angle.sin(), angle.cos() - 1.0, 0.0], 1.0)];
+        scene.cameras[0].up = Vec3::Z;
+        let mean = estimate(&scene, &job(&scene, 16, 16, 8), 16).mean_colour()[0];
+        // Where the boundary is matters here, not how bright it is.
+        assert!((mean > 0.5) == bright, "at {angle} rad under water: {mean}");
+    }
+}
+
+// --------------------------------------------------------------------------------------------------------- depth
+
+/// Depth 1 is emission, depth 2 direct light, and every segment adds light.
+#[test]
+fn each_segment_of_depth_adds_its_light() {
+    let scene = testkit::scenes::cornell();
+    let mean = |depth| estimate(&scene, &job(&scene, 32, 32, depth), 256).mean_colour();
+    let emission = estimate(&scene, &job(&scene, 64, 64, 1), 64);
+    for m in &emission.mean {
+        // Only the light: its own radiance times the share of the pixel that it fills.
+        let share = m[0] / 17.0;
+        assert!((m[1] - 12.0 * share).abs() < 1e-6 && (m[2] - 4.0 * share).abs() < 1e-6, "{m:?} at depth 1");
+        assert!((0.0..=1.0 + 1e-9).contains(&share));
+    }
+    let means = [1, 2, 3, 4, 8].map(mean);
+    for pair in means.windows(2) {
+        assert!((0..3).all(|c| pair[1][c] > pair[0][c] * 1.005), "deeper paths must add light: {means:?}");
+    }
+}
+
+/// A mirror and glass count as segments like everything else.
+#[test]
+fn mirrors_and_glass_use_up_depth() {
+    let mut scene = under_white_sky();
+    let mirror = scene.add_material(Material { model: Model::Mirror, ..lambert("mirror", [0.5; 3]) });
+    // Between two parallel mirrors at 45°: up to the sky after two reflections.
+    scene.add_mesh("mirror", ground(0.0, 1.0), mirror);
+    scene.cameras.push(camera_above());
+    for (depth, expected) in [(1u32, 0.0), (2, 0.5), (3, 0.5)] {
+        let e = estimate(&scene, &job(&scene, 8, 8, depth), 4);
+        let mean = e.mean_colour()[0];
+        assert!((mean - expected).abs() < 1e-5, "a mirror at depth {depth} shows {mean}, not {expected}");
+    }
+}
+
+/// Russian roulette from the first segment on, with any least survival, leaves the furnace what it is.
+#[test]
+fn roulette_does_not_change_a_furnace() {
+    let mut scene = Scene::default();
+    let mut wall = lambert("wall", [0.8, 0.5, 0.1]);
+    wall.emission = Vec3::ONE;
+    let wall = scene.add_material(wall);
+    scene.add_mesh("wall", flipped(cuboid([-1.0; 3], [1.0; 3])), wall);
+    scene.cameras.push(camera([0.2, 0.1, 0.0], [1.0, 0.3, -0.4], 70.0));
+    for (roulette_start, roulette_min_survival, splitting) in [(1, 0.05, 1), (2, 0.5, 3), (3, 1.0, 1)] {
+        let settings = PathSettings { max_depth: 200, roulette_start, roulette_min_survival, splitting };
+        let job = Job { integrator: Integrator::Path(settings), ..job(&scene, 32, 32, 200) };
+        let e = estimate(&scene, &job, 256);
+        assert_mean(&format!("roulette {settings:?}"), &e, [5.0, 2.0, 1.0 / 0.9], ROUNDING);
+    }
+}
