@@ -9,10 +9,10 @@ use optics::frame::{frame_from_normal, to_world};
 use optics::light::{LIGHT_TRIANGLE, Light, triangle_light_sample};
 use optics::offset::offset_ray_origin;
 use optics::path::path_light_contribution;
-use optics::random::{PixelSampler, sample_2d};
+use optics::random::{PixelSampler, dither, sample_2d};
 use optics::scatter::BsdfValue;
 use optics::vector::dot;
-use optics::warp::{alias_choose, alias_slot, pdf_cosine_hemisphere, sample_cosine_hemisphere};
+use optics::warp::{alias_choose_dithered, alias_slot, pdf_cosine_hemisphere, sample_cosine_hemisphere};
 use optics::{Vec2f, Vec3f, vec2f, vec3f};
 use scene::tables::SceneTables;
 
@@ -157,7 +157,8 @@ pub(crate) fn sample_triangle_lights(
     }
     let (mut chosen, mut remainder) = (Lanes::<u32>::default(), Lanes::<f32>::default());
     for lane in 0..LANES {
-        let choice = alias_choose(u.x.0[lane], count, slot.0[lane], threshold.0[lane], other.0[lane]);
+        let [x, rest] = [u.x.0[lane], dither(u.x.0[lane], u.y.0[lane])];
+        let choice = alias_choose_dithered(x, count, slot.0[lane], threshold.0[lane], other.0[lane], rest);
         chosen.0[lane] = choice.index;
         remainder.0[lane] = choice.remainder;
     }
@@ -194,9 +195,11 @@ pub(crate) fn sample_triangle_lights(
         let contribution =
             path_light_contribution(v.throughput.get(lane), value, sample.radiance, light_pdf, false);
         out.wi.set(lane, sample.wi);
-        out.distance.0[lane] = sample.distance;
+        let origin = offset_ray_origin(position, v.normal.get(lane));
+        // The offset goes a part of the way: a ray of the whole length would end beyond a near light.
+        out.distance.0[lane] = sample.distance - dot(origin - position, sample.wi);
         out.contribution.set(lane, contribution);
-        out.origin.set(lane, offset_ray_origin(position, v.normal.get(lane)));
+        out.origin.set(lane, origin);
     }
 }
 
