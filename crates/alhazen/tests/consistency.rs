@@ -41,7 +41,6 @@ fn what_only_changes_noise_does_not_change_the_picture() {
 
 /// A floor with diffuse boxes under each kind of light: `direct` and two segments of `path` are the same.
 #[test]
-#[ignore = "shadow rays overshoot lights that are near compared with the offset: `shadow_ray`"]
 fn direct_is_path_with_two_segments_for_diffuse_scenes() {
     let mut scene = scenes::cornell();
     let ball = scene.add_material(lambert("ball", [0.7; 3]));

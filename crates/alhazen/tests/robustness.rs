@@ -134,19 +134,16 @@ fn assert_size_does_not_matter(factor: f32) {
 }
 
 #[test]
-#[ignore = "offsets of ray origins near zero have a fixed length: `offset_coordinate`"]
 fn a_huge_scene_looks_like_a_small_one() {
     assert_size_does_not_matter(1e8);
 }
 
 #[test]
-#[ignore = "shadow rays overshoot lights that are near compared with the offset: `shadow_ray`"]
 fn a_scene_of_centimetres_looks_like_one_of_metres() {
     assert_size_does_not_matter(1e-2);
 }
 
 #[test]
-#[ignore = "offsets of ray origins near zero have a fixed length: `offset_coordinate`"]
 fn a_tiny_scene_looks_like_a_large_one() {
     assert_size_does_not_matter(1e-6);
 }
@@ -229,7 +226,6 @@ fn leaning(scene: &mut Scene) -> Material {
 
 /// A mirrored instance is what one gets by mirroring the vertices: shape, sides, normal map, emission.
 #[test]
-#[ignore = "instances that mirror keep the handedness of tangents: `triangle_point`"]
 fn mirrored_instances_are_mirrored_meshes() {
     let mirrored_floor = |baked: bool, instanced: bool| {
         let mut scene = Scene::default();

@@ -18,7 +18,6 @@ use optics::bsdf::{bsdf_eval, bsdf_has_smooth_part, bsdf_sample, bsdf_transmits}
 use optics::camera::{camera_pixel_spread, camera_ray};
 use optics::frame::{to_local, to_world};
 use optics::light::{LIGHT_ENVIRONMENT, LIGHT_TRIANGLE, LightSample};
-use optics::offset::offset_ray_origin;
 use optics::random::{PixelSampler, sample_2d};
 use optics::scatter::{BSDF_GLOSSY, BSDF_NONE, Bsdf};
 use optics::vector::dot;
@@ -201,7 +200,7 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
             if dot(wi, surface.normal) <= 0.0 {
                 continue;
             }
-            let origin = offset_ray_origin(surface.position, surface.normal).to_array();
+            let origin = surface.ray_origin(true).to_array();
             let t_max = self.settings.ambient_distance;
             let open = occlusion_rays == 0
                 || self.visible(&Ray { origin, t_min: 0.0, direction: wi.to_array(), t_max });
@@ -236,7 +235,7 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
             if sample.pdf <= 0.0 || dot(wi, surface.normal) <= 0.0 {
                 continue;
             }
-            let origin = offset_ray_origin(surface.position, surface.normal);
+            let origin = surface.ray_origin(true);
             let ray = Ray::new(origin.to_array(), wi.to_array());
             let hit = self.closest(&ray);
             // Lights are in the direct term already, so a reflected light source itself must not count again.
@@ -285,8 +284,7 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
         if sample.pdf <= 0.0 || above == sample.transmitted {
             return BLACK;
         }
-        let side = if above { surface.normal } else { -surface.normal };
-        let origin = offset_ray_origin(surface.position, side);
+        let origin = surface.ray_origin(above);
         let ray = Ray::new(origin.to_array(), wi.to_array());
         let hit = self.closest(&ray);
         let seen = if sample.delta || hit.is_miss() {

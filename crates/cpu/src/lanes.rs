@@ -93,6 +93,8 @@ pub(crate) fn draw(
 pub(crate) struct DiffuseVertices {
     /// World position.
     pub position: Vectors,
+    /// See [`DiffusePoint::extent`].
+    pub extent: Lanes<f32>,
     /// Unit geometric normal on the side of the viewer.
     pub normal: Vectors,
     /// Unit shading normal on that side.
@@ -107,6 +109,32 @@ pub(crate) struct DiffuseVertices {
     pub index: Lanes<u32>,
     /// First dimension pair of the vertex.
     pub pair: Lanes<u32>,
+}
+
+/// A point on an ideal diffuse surface.
+pub(crate) struct DiffusePoint {
+    /// World position.
+    pub position: Vec3f,
+    /// Largest magnitude of a coordinate of the primitive.
+    pub extent: f32,
+    /// Unit geometric normal on the side of the viewer.
+    pub normal: Vec3f,
+    /// Unit shading normal on that side.
+    pub shading_normal: Vec3f,
+    /// Albedo.
+    pub albedo: Vec3f,
+}
+
+impl DiffuseVertices {
+    /// Puts a point into a lane.
+    #[inline(always)]
+    pub fn set_point(&mut self, lane: usize, point: &DiffusePoint) {
+        self.position.set(lane, point.position);
+        self.extent.0[lane] = point.extent;
+        self.normal.set(lane, point.normal);
+        self.shading_normal.set(lane, point.shading_normal);
+        self.albedo.set(lane, point.albedo);
+    }
 }
 
 /// Light samples of diffuse vertices.
@@ -195,7 +223,7 @@ pub(crate) fn sample_triangle_lights(
         let contribution =
             path_light_contribution(v.throughput.get(lane), value, sample.radiance, light_pdf, false);
         out.wi.set(lane, sample.wi);
-        let origin = offset_ray_origin(position, v.normal.get(lane));
+        let origin = offset_ray_origin(position, v.normal.get(lane), v.extent.0[lane]);
         // The offset goes a part of the way: a ray of the whole length would end beyond a near light.
         out.distance.0[lane] = sample.distance - dot(origin - position, sample.wi);
         out.contribution.set(lane, contribution);
@@ -213,6 +241,6 @@ pub(crate) fn sample_cosine_lobes(v: &DiffuseVertices, u: &Pairs, out: &mut Next
         out.wi.set(lane, wi);
         out.pdf.0[lane] = pdf_cosine_hemisphere(local.z);
         out.alive.0[lane] = u32::from(local.z > 0.0 && dot(wi, normal) > 0.0);
-        out.origin.set(lane, offset_ray_origin(v.position.get(lane), normal));
+        out.origin.set(lane, offset_ray_origin(v.position.get(lane), normal, v.extent.0[lane]));
     }
 }

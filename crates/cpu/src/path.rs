@@ -6,7 +6,7 @@
 
 use crate::aov::aov_sample;
 use crate::lanes::{
-    DiffuseVertices, LANES, LightLanes, NextLanes, Pairs, draw, sample_cosine_lobes, sample_triangle_lights,
+    DiffusePoint, DiffuseVertices, LANES, LightLanes, NextLanes, Pairs, draw, sample_cosine_lobes, sample_triangle_lights,
 };
 use crate::lights::{for_each_distant, sample_light, surface_light_pdf};
 use crate::material::{Shading, base_color, emission, mixes_models, shade};
@@ -20,7 +20,6 @@ use optics::bsdf::{bsdf_eval, bsdf_has_lobes, bsdf_has_smooth_part, bsdf_sample,
 use optics::camera::{camera_pixel_spread, camera_ray};
 use optics::frame::{Frame, to_local, to_world};
 use optics::light::LightSample;
-use optics::offset::offset_ray_origin;
 use optics::path::{
     PathState, path_add_emission, path_light_contribution, path_scatter, path_start, roulette_survival,
 };
@@ -190,10 +189,13 @@ impl PathBatch {
         }
         let tables = &*scene.tables;
         let first_hit = path.state.depth == 1 && context.wants_aovs;
+        path.length += hit.t;
+        if self.shade_plain(context, i % LANES, &path) {
+            return;
+        }
         let in_lanes = self.triangles.surface(tables, i % LANES, first_hit);
         let surface = in_lanes.unwrap_or_else(|| Surface::new(scene, &ray, &hit));
         let material = &tables.materials[surface.material as usize];
-        path.length += hit.t;
         let footprint = context.shading.pixel_spread * path.length;
         if first_hit {
             self.aovs[path.slot as usize] = aov_sample(tables, material, &surface, path.length, footprint);
@@ -224,13 +226,40 @@ impl PathBatch {
         }
     }
 
+    /// The short way for what most vertices of most pictures are: an ideal diffuse surface of one colour. Returns
+    /// whether the path could take it.
+    #[inline(always)]
+    fn shade_plain(&mut self, context: &Context, lane: usize, path: &Path) -> bool {
+        let Some(material) = self.triangles.plain_material(&context.scene.tables, lane) else { return false };
+        let special_first = path.state.depth == 1 && (context.wants_aovs || context.settings.splitting > 1);
+        if special_first || !context.scene.plain_lights || !material.is_plain_lambert() {
+            return false;
+        }
+        if path.state.depth >= context.settings.max_depth {
+            self.finish(path);
+            return true;
+        }
+        let [r, g, b, _] = material.base_color;
+        let point = self.triangles.diffuse_point(lane, vec3f(r, g, b));
+        self.queue_diffuse(context, &point, *path);
+        true
+    }
+
     /// Next-event estimation and the path's continuation at a surface.
     #[inline(always)]
     fn scatter(&mut self, context: &Context, surface: &Surface, mut path: Path, footprint: f32) {
         let tables = &*context.scene.tables;
         let material = &tables.materials[surface.material as usize];
         if material.model == ModelTag::Lambert && context.scene.plain_lights {
-            self.queue_diffuse(context, surface, path, base_color(tables, material, surface, footprint));
+            let albedo = base_color(tables, material, surface, footprint);
+            let point = DiffusePoint {
+                position: surface.position,
+                extent: surface.extent,
+                normal: surface.normal,
+                shading_normal: surface.shading_normal,
+                albedo,
+            };
+            self.queue_diffuse(context, &point, path);
             return;
         }
         // Numbers are drawn only where something depends on them: they cost as much as the rest of the shading.
@@ -274,21 +303,17 @@ impl PathBatch {
             return;
         }
         path.state.throughput *= 1.0 / survival;
-        let side = if above { surface.normal } else { -surface.normal };
-        let origin = offset_ray_origin(surface.position, side);
+        let origin = surface.ray_origin(above);
         self.next_rays.push(Ray::new(origin.to_array(), wi.to_array()));
         self.next_paths.push(path);
     }
 
     /// Collects a diffuse vertex; scatters all that are waiting when the lanes are full.
     #[inline(always)]
-    fn queue_diffuse(&mut self, context: &Context, surface: &Surface, path: Path, albedo: Vec3f) {
+    fn queue_diffuse(&mut self, context: &Context, point: &DiffusePoint, path: Path) {
         let lane = self.diffuse.paths.len();
         let v = &mut self.diffuse.vertices;
-        v.position.set(lane, surface.position);
-        v.normal.set(lane, surface.normal);
-        v.shading_normal.set(lane, surface.shading_normal);
-        v.albedo.set(lane, albedo);
+        v.set_point(lane, point);
         v.throughput.set(lane, path.state.throughput);
         v.scramble.0[lane] = path.sampler.scramble;
         v.index.0[lane] = path.sampler.index;
@@ -424,12 +449,13 @@ pub(crate) fn new_sampler(view: &View, sample: &SampleId) -> PixelSampler {
 /// The ray from a surface to a light sample; `above`: on the side of the surface's normal.
 #[inline(always)]
 pub(crate) fn shadow_ray(surface: &Surface, light: &LightSample, above: bool) -> Ray {
-    let side = if above { surface.normal } else { -surface.normal };
-    let origin = offset_ray_origin(surface.position, side);
+    let origin = surface.ray_origin(above);
+    // The offset may be longer than the way to a light that is very near.
+    let distance = light.distance - dot(origin - surface.position, light.wi);
     Ray {
         origin: origin.to_array(),
         t_min: 0.0,
         direction: light.wi.to_array(),
-        t_max: light.distance * SHADOW_END,
+        t_max: distance * SHADOW_END,
     }
 }

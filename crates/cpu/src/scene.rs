@@ -2,6 +2,7 @@
 
 use accel::{Blas, Geometry, Instance, Quality, Sphere, Tlas};
 use optics::light::LIGHT_TRIANGLE;
+use optics::vector::{cross, dot};
 use optics::{Vec3f, vec3f};
 use scene::tables::{
     BindingRecord, BlasRecord, GeometryKind, GeometryRecord, InstanceRecord, LightRecord, NONE, SceneTables,
@@ -131,6 +132,12 @@ pub(crate) fn transform_normal(world_to_object: &[[f32; 4]; 3], n: Vec3f) -> Vec
         m[0][1] * n.x + m[1][1] * n.y + m[2][1] * n.z,
         m[0][2] * n.x + m[1][2] * n.y + m[2][2] * n.z,
     )
+}
+
+/// Determinant of the linear part of a 3×4 matrix; negative where it mirrors.
+pub(crate) fn determinant(m: &[[f32; 4]; 3]) -> f32 {
+    let row = |r: &[f32; 4]| vec3f(r[0], r[1], r[2]);
+    dot(row(&m[0]), cross(row(&m[1]), row(&m[2])))
 }
 
 /// An array as an optics vector.

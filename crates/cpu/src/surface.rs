@@ -1,9 +1,10 @@
 //! From a hit to the surface there: position, normals, coordinates, colour.
 
-use crate::scene::{CpuScene, HitRecords, transform_normal, transform_point, transform_vector, vec3};
+use crate::scene::{CpuScene, HitRecords, determinant, transform_normal, transform_point, transform_vector, vec3};
 use accel::{Hit, Ray};
 use optics::frame::{Frame, bend_normal, frame_from_normal, frame_from_tangent, map_normal};
 use optics::math::cos_sin_turns;
+use optics::offset::offset_ray_origin;
 use optics::vector::{cross, dot, normalize};
 use optics::{Vec3f, vec3f};
 use scene::tables::{GeometryKind, GeometryRecord, MaterialRecord, NONE, SceneTables};
@@ -17,6 +18,8 @@ pub(crate) struct TexCoords {
 /// A point on a surface as a ray arrives there. World space unless it says otherwise.
 pub(crate) struct Surface {
     pub position: Vec3f,
+    /// Largest magnitude of a coordinate of the primitive: how far rays must start from it.
+    pub extent: f32,
     /// Unit geometric normal on the side of the ray's origin.
     pub normal: Vec3f,
     /// Unit shading normal on that side, normal map applied.
@@ -60,6 +63,7 @@ impl Surface {
         let first_light = records.binding.first_light;
         Self {
             position: point.position,
+            extent: point.extent,
             normal,
             shading_normal,
             front,
@@ -74,6 +78,13 @@ impl Surface {
         }
     }
 
+    /// Where a ray starts that leaves on the side of the viewer (`above`) or on the other.
+    #[inline(always)]
+    pub fn ray_origin(&self, above: bool) -> Vec3f {
+        let side = if above { self.normal } else { -self.normal };
+        offset_ray_origin(self.position, side, self.extent)
+    }
+
     /// The shading frame.
     #[inline(always)]
     pub fn frame(&self) -> Frame {
@@ -81,9 +92,17 @@ impl Surface {
     }
 }
 
+/// The largest magnitude of a coordinate of three points.
+#[inline(always)]
+pub(crate) fn largest_coordinate(points: [Vec3f; 3]) -> f32 {
+    let largest = |p: Vec3f| p.x.abs().max(p.y.abs()).max(p.z.abs());
+    largest(points[0]).max(largest(points[1])).max(largest(points[2]))
+}
+
 /// What a primitive knows of a point on it, before the viewer's side and the normal map count.
 struct Point {
     position: Vec3f,
+    extent: f32,
     /// Unit geometric normal of the front.
     normal: Vec3f,
     /// Unit interpolated normal of the front; `None` where the surface is flat.
@@ -119,10 +138,13 @@ fn triangle_point(tables: &SceneTables, records: &HitRecords, material: &Materia
         } else {
             transform_vector(&instance.object_to_world, direction)
         };
-        (world, if t[3] < 0.0 { -1.0 } else { 1.0 })
+        let mirrored = !instance.identity && determinant(&instance.object_to_world) < 0.0;
+        (world, if (t[3] < 0.0) != mirrored { -1.0 } else { 1.0 })
     });
+    let place = |p: Vec3f| if instance.identity { p } else { transform_point(&instance.object_to_world, p) };
     Point {
-        position: if instance.identity { local } else { transform_point(&instance.object_to_world, local) },
+        extent: largest_coordinate([place(p0), place(p1), place(p2)]),
+        position: place(local),
         normal: normalize(to_world(local_normal)),
         shading,
         tangent,
@@ -153,8 +175,14 @@ fn sphere_point(tables: &SceneTables, records: &HitRecords, ray: &Ray, hit: &Hit
     let tangent = vec3f(around.y, 0.0, -around.x);
     let tangent =
         if instance.identity { tangent } else { transform_vector(&instance.object_to_world, tangent) };
+    // The sphere's own axes bound it in world space as corners bound a triangle.
+    let corner = |s: f32| {
+        let p = center + vec3f(radius, radius, radius) * s;
+        if instance.identity { p } else { transform_point(&instance.object_to_world, p) }
+    };
     Point {
         position,
+        extent: largest_coordinate([corner(1.0), corner(-1.0), position]),
         normal,
         shading: None,
         tangent: Some((tangent, 1.0)),

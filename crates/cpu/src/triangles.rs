@@ -4,18 +4,20 @@
 //! instructions; only fetching vertices goes hit by hit. Triangles in instanced space or with normal maps, and spheres,
 //! take the general way of [`Surface::new`].
 
-use crate::lanes::{LANES, Lanes, Vectors};
+use crate::lanes::{DiffusePoint, LANES, Lanes, Vectors};
 use crate::scene::{CpuScene, vec3};
-use crate::surface::{Surface, TexCoords, tex_coords, vertex_color};
+use crate::surface::{Surface, TexCoords, largest_coordinate, tex_coords, vertex_color};
 use accel::{Hit, Ray};
 use optics::frame::bend_normal;
 use optics::vector::{cross, dot};
 use optics::{Vec3f, vec3f};
-use scene::tables::{GeometryKind, NONE, SceneTables};
+use scene::tables::{GeometryKind, MaterialRecord, NONE, SceneTables};
 
 /// Sixteen hits in a row.
 #[derive(Default)]
 pub(crate) struct TriangleLanes {
+    /// Vertices of each triangle, as the tables number them within its geometry.
+    indices: [[u32; 3]; LANES],
     corners: [Vectors; 3],
     normals: [Vectors; 3],
     /// Whether the triangle has vertex normals.
@@ -24,6 +26,7 @@ pub(crate) struct TriangleLanes {
     v: Lanes<f32>,
     wo: Vectors,
     position: Vectors,
+    extent: Lanes<f32>,
     normal: Vectors,
     shading_normal: Vectors,
     front: Lanes<u32>,
@@ -40,15 +43,20 @@ impl TriangleLanes {
     #[inline(always)]
     pub fn compute(&mut self, scene: &CpuScene, rays: &[Ray], hits: &[Hit]) {
         for (lane, (ray, hit)) in rays.iter().zip(hits).enumerate() {
-            self.fetch(scene, lane, ray, hit);
+            self.locate(scene, lane, ray, hit);
+        }
+        for lane in 0..hits.len() {
+            self.fetch_vertices(scene, lane);
         }
         for lane in 0..LANES {
             self.compute_lane(lane);
         }
     }
 
+    /// Finds the triangle of a hit. Apart from [`TriangleLanes::fetch_vertices`], so that the look-ups of sixteen
+    /// hits, which often miss the caches, wait for memory together.
     #[inline(always)]
-    fn fetch(&mut self, scene: &CpuScene, lane: usize, ray: &Ray, hit: &Hit) {
+    fn locate(&mut self, scene: &CpuScene, lane: usize, ray: &Ray, hit: &Hit) {
         self.plain.0[lane] = 0;
         if hit.is_miss() {
             return;
@@ -62,17 +70,8 @@ impl TriangleLanes {
             return;
         }
         let primitive = hit.primitive - geometry.first_in_blas;
-        let corners = tables.indices[(geometry.first_primitive + primitive) as usize];
-        for (k, corner) in corners.into_iter().enumerate() {
-            self.corners[k].set(lane, vec3(tables.positions[(geometry.first_vertex + corner) as usize]));
-        }
-        let smooth = geometry.first_normal != NONE;
-        if smooth {
-            for (k, corner) in corners.into_iter().enumerate() {
-                self.normals[k].set(lane, vec3(tables.normals[(geometry.first_normal + corner) as usize]));
-            }
-        }
-        self.smooth.0[lane] = u32::from(smooth);
+        self.indices[lane] = tables.indices[(geometry.first_primitive + primitive) as usize];
+        self.smooth.0[lane] = u32::from(geometry.first_normal != NONE);
         self.u.0[lane] = hit.u;
         self.v.0[lane] = hit.v;
         self.wo.set(lane, -vec3(ray.direction));
@@ -80,6 +79,24 @@ impl TriangleLanes {
         self.geometry.0[lane] = place.geometry;
         self.binding.0[lane] = place.binding;
         self.primitive.0[lane] = primitive;
+    }
+
+    #[inline(always)]
+    fn fetch_vertices(&mut self, scene: &CpuScene, lane: usize) {
+        if self.plain.0[lane] == 0 {
+            return;
+        }
+        let tables = &*scene.tables;
+        let geometry = &tables.geometries[self.geometry.0[lane] as usize];
+        let indices = self.indices[lane];
+        for (corner, index) in self.corners.iter_mut().zip(indices) {
+            corner.set(lane, vec3(tables.positions[(geometry.first_vertex + index) as usize]));
+        }
+        if self.smooth.0[lane] != 0 {
+            for (normal, index) in self.normals.iter_mut().zip(indices) {
+                normal.set(lane, vec3(tables.normals[(geometry.first_normal + index) as usize]));
+            }
+        }
     }
 
     #[inline(always)]
@@ -99,9 +116,32 @@ impl TriangleLanes {
         let choose = |smooth_component: f32, flat: f32| if smooth { smooth_component } else { flat };
         let shading = vec3f(choose(bent.x, normal.x), choose(bent.y, normal.y), choose(bent.z, normal.z));
         self.position.set(lane, p0 * w + p1 * u + p2 * v);
+        self.extent.0[lane] = largest_coordinate([p0, p1, p2]);
         self.normal.set(lane, normal);
         self.shading_normal.set(lane, shading);
         self.front.0[lane] = u32::from(front);
+    }
+
+    /// The material of one lane, if the lane is done here and its geometry has no vertex colours.
+    #[inline(always)]
+    pub fn plain_material<'t>(&self, tables: &'t SceneTables, lane: usize) -> Option<&'t MaterialRecord> {
+        if self.plain.0[lane] == 0 || tables.geometries[self.geometry.0[lane] as usize].first_color != NONE {
+            return None;
+        }
+        let binding = &tables.bindings[self.binding.0[lane] as usize];
+        Some(&tables.materials[binding.material as usize])
+    }
+
+    /// One lane as a point on a diffuse surface.
+    #[inline(always)]
+    pub fn diffuse_point(&self, lane: usize, albedo: Vec3f) -> DiffusePoint {
+        DiffusePoint {
+            position: self.position.get(lane),
+            extent: self.extent.0[lane],
+            normal: self.normal.get(lane),
+            shading_normal: self.shading_normal.get(lane),
+            albedo,
+        }
     }
 
     /// The surface of one lane; `None` where it takes the general way.
@@ -119,7 +159,7 @@ impl TriangleLanes {
         let (mut coords, mut color) = (TexCoords::default(), [1.0; 4]);
         let material = &tables.materials[binding.material as usize];
         if wants_coordinates || material.is_textured() || geometry.first_color != NONE {
-            let corners = tables.indices[(geometry.first_primitive + primitive) as usize];
+            let corners = self.indices[lane];
             let (u, v) = (self.u.0[lane], self.v.0[lane]);
             let weights = [1.0 - u - v, u, v];
             coords = tex_coords(tables, geometry, corners, weights);
@@ -127,6 +167,7 @@ impl TriangleLanes {
         }
         Some(Surface {
             position,
+            extent: self.extent.0[lane],
             normal: self.normal.get(lane),
             shading_normal: self.shading_normal.get(lane),
             front: self.front.0[lane] != 0,

@@ -11,7 +11,13 @@
 // Conventions of WGSL that rustc and clippy would write otherwise: fields are named in full, `if` is a statement,
 // and a module has the name of its file so that imports read the same in both languages.
 #![allow(clippy::redundant_field_names, clippy::module_inception, clippy::needless_return)]
-#![allow(clippy::excessive_precision, clippy::approx_constant, clippy::collapsible_if, clippy::collapsible_else_if, clippy::manual_clamp)]
+#![allow(
+    clippy::excessive_precision,
+    clippy::approx_constant,
+    clippy::collapsible_if,
+    clippy::collapsible_else_if,
+    clippy::manual_clamp
+)]
 #![allow(clippy::needless_range_loop, clippy::assign_op_pattern, clippy::wrong_self_convention)]
 // The macro makes an undocumentable static in every module; a test sees to it that functions and constants have docs.
 #![allow(missing_docs)]
@@ -38,7 +44,8 @@ pub use geometry::{camera::camera, frame::frame, intersect::intersect, offset::o
 pub use lights::{light::light, sky::sky};
 pub use sampling::{random::random, warp::warp};
 pub use surface::{
-    bsdf::bsdf, dielectric::dielectric, fresnel::fresnel, ggx::ggx, glossy::glossy, pattern::pattern, scatter::scatter,
+    bsdf::bsdf, dielectric::dielectric, fresnel::fresnel, ggx::ggx, glossy::glossy, pattern::pattern,
+    scatter::scatter,
 };
 pub use transport::{estimator::estimator, path::path};
 
