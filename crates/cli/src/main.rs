@@ -1,10 +1,14 @@
 //! The `alhazen` command: arguments in, pictures out. Each subcommand is one file in `commands`.
 
+mod allocator;
 mod commands;
 mod console;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use std::process::ExitCode;
+
+#[global_allocator]
+static ALLOCATOR: allocator::HugePages = allocator::HugePages;
 
 /// A physically based ray tracer that always gives a picture.
 ///

@@ -6,7 +6,8 @@
 
 use crate::aov::aov_sample;
 use crate::lanes::{
-    DiffusePoint, DiffuseVertices, LANES, LightLanes, NextLanes, Pairs, draw, sample_cosine_lobes, sample_triangle_lights,
+    DiffusePoint, DiffuseVertices, LANES, LightLanes, NextLanes, Pairs, draw, sample_cosine_lobes,
+    sample_triangle_lights,
 };
 use crate::lights::{for_each_distant, sample_light, surface_light_pdf};
 use crate::material::{Shading, base_color, emission, mixes_models, shade};

@@ -1,6 +1,8 @@
 //! From a hit to the surface there: position, normals, coordinates, colour.
 
-use crate::scene::{CpuScene, HitRecords, determinant, transform_normal, transform_point, transform_vector, vec3};
+use crate::scene::{
+    CpuScene, HitRecords, determinant, transform_normal, transform_point, transform_vector, vec3,
+};
 use accel::{Hit, Ray};
 use optics::frame::{Frame, bend_normal, frame_from_normal, frame_from_tangent, map_normal};
 use optics::math::cos_sin_turns;

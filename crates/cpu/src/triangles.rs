@@ -1,17 +1,17 @@
 //! Hit points of many triangles at once.
 //!
 //! Position and normals of sixteen hits are computed by one loop over lanes, which the compiler turns into vector
-//! instructions; only fetching vertices goes hit by hit. Triangles in instanced space or with normal maps, and spheres,
+//! instructions; only fetching vertices goes hit by hit. Spheres, and triangles with normal maps or in mirrored instances,
 //! take the general way of [`Surface::new`].
 
 use crate::lanes::{DiffusePoint, LANES, Lanes, Vectors};
-use crate::scene::{CpuScene, vec3};
+use crate::scene::{CpuScene, determinant, transform_normal, transform_point, vec3};
 use crate::surface::{Surface, TexCoords, largest_coordinate, tex_coords, vertex_color};
 use accel::{Hit, Ray};
 use optics::frame::bend_normal;
 use optics::vector::{cross, dot};
 use optics::{Vec3f, vec3f};
-use scene::tables::{GeometryKind, MaterialRecord, NONE, SceneTables};
+use scene::tables::{GeometryKind, MATERIAL_CHECKERBOARD, MaterialRecord, NONE, SceneTables};
 
 /// Sixteen hits in a row.
 #[derive(Default)]
@@ -32,6 +32,7 @@ pub(crate) struct TriangleLanes {
     front: Lanes<u32>,
     /// Whether the lane holds a triangle that these loops can do.
     plain: Lanes<u32>,
+    instance: Lanes<u32>,
     geometry: Lanes<u32>,
     binding: Lanes<u32>,
     /// Number of the triangle in its geometry.
@@ -65,10 +66,14 @@ impl TriangleLanes {
         let place = scene.place(hit.instance, hit.primitive);
         let geometry = &tables.geometries[place.geometry as usize];
         let material = &tables.materials[tables.bindings[place.binding as usize].material as usize];
-        let identity = tables.instances[hit.instance as usize].identity;
-        if geometry.kind != GeometryKind::Triangles || !identity || material.normal_slot != NONE {
+        let instance = &tables.instances[hit.instance as usize];
+        // Patterns live in object space, and mirroring turns the normal.
+        let patterned = material.flags & MATERIAL_CHECKERBOARD != 0;
+        let placed_oddly = !instance.identity && (patterned || determinant(&instance.object_to_world) < 0.0);
+        if geometry.kind != GeometryKind::Triangles || placed_oddly || material.normal_slot != NONE {
             return;
         }
+        self.instance.0[lane] = hit.instance;
         let primitive = hit.primitive - geometry.first_in_blas;
         self.indices[lane] = tables.indices[(geometry.first_primitive + primitive) as usize];
         self.smooth.0[lane] = u32::from(geometry.first_normal != NONE);
@@ -95,6 +100,15 @@ impl TriangleLanes {
         if self.smooth.0[lane] != 0 {
             for (normal, index) in self.normals.iter_mut().zip(indices) {
                 normal.set(lane, vec3(tables.normals[(geometry.first_normal + index) as usize]));
+            }
+        }
+        let instance = &tables.instances[self.instance.0[lane] as usize];
+        if !instance.identity {
+            for k in 0..3 {
+                let corner = transform_point(&instance.object_to_world, self.corners[k].get(lane));
+                let normal = transform_normal(&instance.world_to_object, self.normals[k].get(lane));
+                self.corners[k].set(lane, corner);
+                self.normals[k].set(lane, normal);
             }
         }
     }

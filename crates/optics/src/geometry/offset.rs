@@ -63,7 +63,10 @@ mod tests {
             for scale in [2f32.powi(-20), 2f32.powi(26)] {
                 let scaled = offset_ray_origin(p * scale, n, 4.0 * scale) - p * scale;
                 let difference = length(scaled * (1.0 / scale) - one);
-                assert!(difference <= 1e-6 * length(one), "{p:?} at scale {scale}: {scaled:?} against {one:?}");
+                assert!(
+                    difference <= 1e-6 * length(one),
+                    "{p:?} at scale {scale}: {scaled:?} against {one:?}"
+                );
             }
         }
     }
