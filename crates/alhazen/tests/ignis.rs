@@ -35,10 +35,17 @@ fn compare(name: &str, reference: &str) {
         let off = (mean[c] - right).abs();
         assert!(off < 0.005 * right + 3.5 * error[c], "{name}: channel {c}: mean radiance is off: {ratio}");
     }
-    for block in [8, WHOLE_IMAGE] {
-        Comparison::new(format!("ignis-{name}"), block).assert(&ours, &expected);
+    Comparison::new(format!("ignis-{name}"), 8).assert(&ours, &expected);
+    let right = expected.mean_colour();
+    if (0..3).any(|c| (mean[c] - right[c]).abs() > HALF_ROUNDING * right[c]) {
+        Comparison::new(format!("ignis-{name}"), WHOLE_IMAGE).assert(&ours, &expected);
     }
 }
+
+/// Mitsuba's pictures are stored as half floats: a value may be off by half a unit in the eleventh binary place. On a
+/// plane under an even sky all pixels are nearly equal, so they are off together, while the noise of their mean is
+/// 2·10⁻⁵: statistics would find the rounding. A mean within it is right.
+const HALF_ROUNDING: f64 = 1.0 / 4096.0;
 
 macro_rules! scenes {
     ($($test:ident: $name:literal $reference:literal,)*) => {
