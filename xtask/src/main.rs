@@ -2,6 +2,8 @@
 
 mod bench;
 mod ci;
+#[cfg(test)]
+mod documents;
 mod gallery;
 mod plot;
 mod shell;
