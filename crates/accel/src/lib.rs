@@ -8,7 +8,10 @@
 //! with the formulas of `optics::intersect`, takes over elsewhere and checks them in tests.
 
 // Loops over axes and lanes index several arrays at once.
-#![allow(clippy::needless_range_loop)]
+#![allow(
+    clippy::needless_range_loop,
+    reason = "lanes and axes are numbered; several arrays go by one number"
+)]
 
 mod aabb;
 mod blas;

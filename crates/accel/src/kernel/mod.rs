@@ -63,7 +63,7 @@ impl Kernel {
             }
             #[cfg(target_arch = "aarch64")]
             Kernel::Neon => true,
-            #[allow(unreachable_patterns)]
+            #[allow(unreachable_patterns, reason = "which kernels exist depends on the target")]
             _ => false,
         }
     }

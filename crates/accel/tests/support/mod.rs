@@ -1,5 +1,5 @@
 //! Random scenes, and the answer of a loop over all primitives.
-#![allow(dead_code)] // each test uses some of this
+#![allow(dead_code, reason = "each test uses some of this")]
 
 use accel::{Blas, Hit, HitFilter, Instance, Kernel, MISS, Ray, Sphere, Tlas};
 use optics::intersect::{intersect_sphere, intersect_triangle, ray_shear};

@@ -1,5 +1,5 @@
 //! What the tests of the mesh loaders share.
-#![allow(dead_code)] // each test binary uses a part of it
+#![allow(dead_code, reason = "each test binary uses a part of it")]
 
 use glam::Vec3;
 use scene::{LoadError, LoadOptions, Loaded, Material, Part, Scene, Shape, TriangleMesh};
