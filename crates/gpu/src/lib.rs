@@ -1,0 +1,1 @@
+//! The GPU back ends: the same optics, traced three ways.
