@@ -28,10 +28,24 @@ pub fn shared_dir() -> Option<PathBuf> {
 pub fn require_shared(test_name: &str) -> Option<PathBuf> {
     let dir = shared_dir();
     if dir.is_none() {
-        let forbidden = std::env::var_os("ALHAZEN_FORBID_SKIPS").is_some_and(|v| v == "1");
-        skip(test_name, "the shared data folder is missing; set ALHAZEN_SHARED to it", forbidden);
+        let why = "the shared data folder is missing; set ALHAZEN_SHARED to it";
+        skip(test_name, why, skips_are_forbidden(&["1"]));
     }
     dir
+}
+
+/// For a test that needs a GPU that is not there: says on stderr that `test_name` is skipped, and `why` (what was looked
+/// for, and why each device did not do).
+///
+/// # Panics
+/// When the environment variable `ALHAZEN_FORBID_SKIPS` is `1` (no test may be skipped) or `gpu` (no test that needs a
+/// GPU may be).
+pub fn skip_without_gpu(test_name: &str, why: &str) {
+    skip(test_name, why, skips_are_forbidden(&["1", "gpu"]));
+}
+
+fn skips_are_forbidden(values: &[&str]) -> bool {
+    std::env::var_os("ALHAZEN_FORBID_SKIPS").is_some_and(|v| values.iter().any(|value| v == *value))
 }
 
 fn skip(test_name: &str, why: &str, forbidden: bool) {

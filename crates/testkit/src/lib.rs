@@ -3,7 +3,7 @@
 //! - [`assert_same_expectation`]: two noisy renders are samples of the same expected image.
 //! - [`assert_chi2`]: samples follow the density that they claim.
 //! - [`scenes`]: what the reference images show, as [`scene::Scene`] values.
-//! - [`require_shared`]: the folder with scenes and reference images, or a visible skip.
+//! - [`require_shared`]: the folder with scenes and reference images, or a visible skip; [`skip_without_gpu`]: another.
 //!
 //! Invariant: every harness has a test that must fail. A check that cannot fail is worse than none.
 
@@ -18,7 +18,7 @@ mod special;
 
 pub use chi2::{Chi2, assert_chi2, chi2_test};
 pub use compare::{Comparison, Report, WHOLE_IMAGE, WorstBlock, assert_same_expectation};
-pub use data::{output_dir, repository_root, require_shared, shared_dir};
+pub use data::{output_dir, repository_root, require_shared, shared_dir, skip_without_gpu};
 pub use estimate::{Estimate, ReferenceError};
 pub use ignis::{IgnisScene, load_ignis};
 pub use random::Random;
