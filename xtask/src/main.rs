@@ -8,6 +8,7 @@ mod gallery;
 mod plot;
 mod shell;
 mod test;
+mod vulkan;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -29,6 +30,7 @@ enum Command {
     /// Measure speed against other renderers.
     #[command(subcommand)]
     Bench(bench::BenchCommand),
+    Vulkan(vulkan::VulkanArgs),
 }
 
 fn main() -> ExitCode {
@@ -37,6 +39,7 @@ fn main() -> ExitCode {
         Command::Ci => ci::run(),
         Command::Gallery(args) => gallery::run(&args),
         Command::Bench(bench::BenchCommand::Cpu(args)) => bench::run(&args),
+        Command::Vulkan(args) => vulkan::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -67,13 +67,18 @@ pub fn output_within(command: &mut Command, limit: Duration) -> anyhow::Result<S
     String::from_utf8(output.stdout).context("the output is not text")
 }
 
-/// Builds the `alhazen` binary with optimisation and returns its path.
-pub fn release_binary() -> anyhow::Result<PathBuf> {
-    run(&mut cargo(&["build", "--release", "--package", "cli"]))?;
+/// The folder that cargo builds in.
+pub fn target_dir() -> anyhow::Result<PathBuf> {
     let metadata = output(&mut cargo(&["metadata", "--no-deps", "--format-version", "1"]))?;
     let metadata: serde_json::Value = serde_json::from_str(&metadata).context("cargo metadata")?;
     let target = metadata["target_directory"].as_str().context("cargo metadata has no target_directory")?;
-    Ok(Path::new(target).join("release").join(format!("alhazen{}", std::env::consts::EXE_SUFFIX)))
+    Ok(target.into())
+}
+
+/// Builds the `alhazen` binary with optimisation and returns its path.
+pub fn release_binary() -> anyhow::Result<PathBuf> {
+    run(&mut cargo(&["build", "--release", "--package", "cli"]))?;
+    Ok(target_dir()?.join("release").join(format!("alhazen{}", std::env::consts::EXE_SUFFIX)))
 }
 
 /// The commit of the checkout, with `+` if files differ from it.

@@ -1,8 +1,9 @@
-//! `cargo xtask test`: all tests, with a summary.
+//! `cargo xtask test`: all tests, GPU tests included, with a summary of what passed and what was skipped.
 
 use crate::shell::{cargo, shared_dir};
+use crate::vulkan;
 use anyhow::{Context, ensure};
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::process::Stdio;
 use std::time::Instant;
 
@@ -10,8 +11,15 @@ use std::time::Instant;
 ///
 /// With the shared test data (ALHAZEN_SHARED, or a folder `shared` beside the repository) tests against references run,
 /// too; without it they say that they are skipped.
+///
+/// GPU tests run on the Vulkan driver that the machine has, if it has ray tracing pipelines. Else Mesa's software driver
+/// is set up: installed with apt by root on Debian (on Debian 12 from its backports, which are added to apt's sources),
+/// otherwise unpacked beside the build. Where neither works those tests say that they are skipped.
 #[derive(Debug, clap::Args)]
 pub struct TestArgs {
+    /// Take the Vulkan drivers as they are: install and unpack nothing.
+    #[arg(long)]
+    no_driver: bool,
     /// More arguments for `cargo test`, such as a test's name.
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
     arguments: Vec<String>,
@@ -46,32 +54,51 @@ impl Totals {
 
 /// Runs the tests.
 pub fn run(args: &TestArgs) -> anyhow::Result<()> {
-    run_tests(&args.arguments, false)
+    let variables = if args.no_driver {
+        eprintln!("GPU tests: on whatever drivers there are");
+        vulkan::Variables::new()
+    } else {
+        driver()
+    };
+    run_tests(&args.arguments, &variables)
 }
 
-/// Runs the tests with more arguments for `cargo test`; with `forbid_skips`, one that would skip itself fails.
-pub fn run_tests(arguments: &[String], forbid_skips: bool) -> anyhow::Result<()> {
+/// Sees to it that there is a driver, and says which; the variables by which tests find it.
+pub fn driver() -> vulkan::Variables {
+    let vulkan = vulkan::prepare();
+    eprintln!("{}", vulkan.message);
+    vulkan.variables
+}
+
+/// Runs the tests with more arguments for `cargo test` and in an environment with `variables` in addition.
+pub fn run_tests(arguments: &[String], variables: &vulkan::Variables) -> anyhow::Result<()> {
     match shared_dir() {
         Some(dir) => eprintln!("test data: {}", dir.display()),
         None => eprintln!("test data: none; tests that need it will say so"),
     }
     let start = Instant::now();
     let mut command = cargo(&["test", "--workspace", "--no-fail-fast"]);
-    command.args(arguments).stdout(Stdio::piped());
-    if forbid_skips {
-        command.env("ALHAZEN_FORBID_SKIPS", "1");
-    }
+    command.args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command.envs(variables.iter().map(|(name, value)| (name, value)));
     let mut child = command.spawn().context("cannot run cargo test")?;
-    let mut totals = Totals::default();
     let stdout = child.stdout.take().context("cargo test has no output")?;
-    for line in BufReader::new(stdout).split(b'\n') {
-        let line = line?;
-        totals.add(&String::from_utf8_lossy(&line));
-        let mut out = std::io::stdout().lock();
-        // A reader that has seen enough does not end the tests.
-        let _ = out.write_all(&line).and_then(|()| out.write_all(b"\n"));
-    }
+    let stderr = child.stderr.take().context("cargo test has no error output")?;
+    // Skips are told on stderr, past the harness's capture.
+    let skipped = std::thread::spawn(move || {
+        let mut skipped = Vec::new();
+        pass_on(stderr, std::io::stderr(), |line| {
+            skipped.extend(line.strip_prefix(SKIPPED).map(str::to_owned));
+        })
+        .map(|()| skipped)
+    });
+    let mut totals = Totals::default();
+    pass_on(stdout, std::io::stdout(), |line| totals.add(line))?;
+    let skipped = skipped.join().map_err(|_| anyhow::anyhow!("cannot read the tests' errors"))??;
     let status = child.wait()?;
+    if !skipped.is_empty() {
+        eprintln!("{} tests were skipped, wholly or in part:", skipped.len());
+        skipped.iter().for_each(|what| eprintln!("  {what}"));
+    }
     let Totals { programs, passed, failed, ignored } = totals;
     let seconds = start.elapsed().as_secs();
     eprintln!("{passed} passed, {failed} failed, {ignored} ignored in {programs} test programs, {seconds} s");
@@ -79,9 +106,33 @@ pub fn run_tests(arguments: &[String], forbid_skips: bool) -> anyhow::Result<()>
     Ok(())
 }
 
+/// What a test's line begins with that skips itself.
+const SKIPPED: &str = "skipped: ";
+
+/// Copies lines as they come, and shows each to `see`.
+fn pass_on(from: impl Read, mut to: impl Write, mut see: impl FnMut(&str)) -> std::io::Result<()> {
+    for line in BufReader::new(from).split(b'\n') {
+        let line = line?;
+        see(&String::from_utf8_lossy(&line));
+        // A reader that has seen enough does not end the tests.
+        let _ = to.write_all(&line).and_then(|()| to.write_all(b"\n"));
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn output_is_passed_on_and_seen() {
+        let mut seen = Vec::new();
+        let mut out = Vec::new();
+        let text = b"skipped: a: no GPU\nok\n";
+        pass_on(&text[..], &mut out, |l| seen.extend(l.strip_prefix(SKIPPED).map(str::to_owned)))
+            .expect("memory");
+        assert_eq!((&out[..], &seen[..]), (&text[..], &["a: no GPU".to_owned()][..]));
+    }
 
     #[test]
     fn result_lines_are_summed() {
