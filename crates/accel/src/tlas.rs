@@ -39,6 +39,10 @@ pub enum Coherence {
     Coherent,
 }
 
+/// Bytes from which on the rays of streams take turns: trees below this stay in the caches that cores share, and those are
+/// fast enough for a ray alone.
+const LARGE: usize = 16 << 20;
+
 /// An instance as queries need it.
 struct Placed {
     world_to_object: [[f32; 4]; 3],
@@ -60,6 +64,8 @@ pub struct Tlas {
     bounds: Aabb,
     /// The mask of the only instance, if there is one and it is not transformed.
     only: Option<u32>,
+    /// Whether queries mostly wait for memory, because the trees are larger than the caches.
+    in_turns: bool,
     skipped: usize,
     kernel: Kernel,
 }
@@ -82,6 +88,7 @@ impl Tlas {
             blas,
             bounds: Aabb::EMPTY,
             only: None,
+            in_turns: false,
             skipped: 0,
             kernel: Kernel::best(),
         };
@@ -123,6 +130,7 @@ impl Tlas {
             [one] if one.is_identity && one.index == 0 => Some(one.mask),
             _ => None,
         };
+        self.in_turns = self.memory_bytes() > LARGE;
         #[cfg(debug_assertions)]
         self.validate().expect("a tree that was just built");
     }
@@ -169,9 +177,7 @@ impl Tlas {
         if coherence == Coherence::Coherent {
             return kernel::coherent_closest(self.kernel, self, rays, hits, filter);
         }
-        for (ray, hit) in rays.iter().zip(hits) {
-            *hit = self.closest(ray, filter);
-        }
+        kernel::incoherent_closest(self.kernel, self, rays, hits, filter);
     }
 
     /// Whether each ray hits anything.
@@ -184,9 +190,7 @@ impl Tlas {
         if coherence == Coherence::Coherent {
             return kernel::coherent_any(self.kernel, self, rays, hit, filter);
         }
-        for (ray, hit) in rays.iter().zip(hit) {
-            *hit = self.any(ray, filter);
-        }
+        kernel::incoherent_any(self.kernel, self, rays, hit, filter);
     }
 
     /// The box around everything, in world space; empty if there is nothing.
@@ -222,6 +226,12 @@ impl Tlas {
         self.kernel = kernel;
     }
 
+    /// Whether the rays of incoherent streams take turns, so that one waits for memory while others work; chosen by size
+    /// otherwise. For tests and comparisons.
+    pub fn set_turns(&mut self, in_turns: bool) {
+        self.in_turns = in_turns;
+    }
+
     /// Checks the structure, see [`Blas::validate`]. Does not look into the objects.
     ///
     /// # Errors
@@ -232,6 +242,12 @@ impl Tlas {
             return Err("an instance without an object".into());
         }
         validate_tree(&self.nodes, self.root, &vec![Aabb::EMPTY; self.placed.len()])
+    }
+
+    /// Whether the rays of streams take turns.
+    #[inline]
+    pub(crate) fn in_turns(&self) -> bool {
+        self.in_turns
     }
 
     /// The only object, if there is one in one instance without a transform, visible to `mask`.

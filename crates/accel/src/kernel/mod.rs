@@ -1,7 +1,10 @@
 //! Queries: which instruction set runs them, and what all of them share.
 
+mod leaves;
 mod packet;
 mod scalar;
+mod tree;
+mod turns;
 mod wide;
 
 use crate::blas::{Blas, Shape};
@@ -184,6 +187,40 @@ pub(crate) fn tlas_any<F: HitFilter>(kernel: Kernel, tlas: &Tlas, ray: &Ray, fil
     is_worth_it(tlas.root, ray) && dispatch!(kernel, tlas_any(tlas, ray, filter))
 }
 
+/// Nearest hit of each ray, one by one or in turns.
+pub(crate) fn incoherent_closest<F: HitFilter>(
+    kernel: Kernel,
+    tlas: &Tlas,
+    rays: &[Ray],
+    hits: &mut [Hit],
+    filter: &F,
+) {
+    if tlas.in_turns() {
+        hits.fill(MISS);
+        return dispatch!(kernel, turns_closest(tlas, rays, hits, filter));
+    }
+    for (ray, hit) in rays.iter().zip(hits) {
+        *hit = tlas_closest(kernel, tlas, ray, filter);
+    }
+}
+
+/// Whether each ray hits anything, one by one or in turns.
+pub(crate) fn incoherent_any<F: HitFilter>(
+    kernel: Kernel,
+    tlas: &Tlas,
+    rays: &[Ray],
+    any: &mut [bool],
+    filter: &F,
+) {
+    if tlas.in_turns() {
+        any.fill(false);
+        return dispatch!(kernel, turns_any(tlas, rays, any, filter));
+    }
+    for (ray, any) in rays.iter().zip(any) {
+        *any = tlas_any(kernel, tlas, ray, filter);
+    }
+}
+
 /// The object and its leaves, if packets are of use: one object as it is, of triangles, and not just a few.
 fn for_packets<'a, F: HitFilter>(tlas: &'a Tlas, filter: &F) -> Option<(&'a Blas, &'a [TriangleBlock])> {
     let blas = tlas.only(filter.ray_mask())?;
@@ -201,12 +238,12 @@ pub(crate) fn coherent_closest<F: HitFilter>(
     hits: &mut [Hit],
     filter: &F,
 ) {
-    let scene = for_packets(tlas, filter);
+    let Some((blas, blocks)) = for_packets(tlas, filter) else {
+        return incoherent_closest(kernel, tlas, rays, hits, filter);
+    };
     let mut packet = Packet::new();
     for (rays, hits) in rays.chunks(PACKET).zip(hits.chunks_mut(PACKET)) {
-        let done = scene.is_some_and(|(blas, blocks)| {
-            dispatch!(kernel, packet::<F, false>(&mut packet, blas, blocks, rays, filter))
-        });
+        let done = dispatch!(kernel, packet::<F, false>(&mut packet, blas, blocks, rays, filter));
         for (i, (ray, hit)) in rays.iter().zip(hits).enumerate() {
             *hit = if done { packet.hits[i] } else { tlas_closest(kernel, tlas, ray, filter) };
         }
@@ -221,12 +258,12 @@ pub(crate) fn coherent_any<F: HitFilter>(
     any: &mut [bool],
     filter: &F,
 ) {
-    let scene = for_packets(tlas, filter);
+    let Some((blas, blocks)) = for_packets(tlas, filter) else {
+        return incoherent_any(kernel, tlas, rays, any, filter);
+    };
     let mut packet = Packet::new();
     for (rays, any) in rays.chunks(PACKET).zip(any.chunks_mut(PACKET)) {
-        let done = scene.is_some_and(|(blas, blocks)| {
-            dispatch!(kernel, packet::<F, true>(&mut packet, blas, blocks, rays, filter))
-        });
+        let done = dispatch!(kernel, packet::<F, true>(&mut packet, blas, blocks, rays, filter));
         for (i, (ray, any)) in rays.iter().zip(any).enumerate() {
             *any = if done { !packet.hits[i].is_miss() } else { tlas_any(kernel, tlas, ray, filter) };
         }

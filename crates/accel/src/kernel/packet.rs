@@ -3,7 +3,7 @@
 //! Boxes of nodes are tested once for all rays, with intervals of origins and reciprocal directions. Only leaves are
 //! tested ray by ray, first their boxes and then their primitives with the code for single rays.
 
-use super::wide::{Candidates, Leaf, Shear, Triangles, splats};
+use super::leaves::{Candidates, Leaf, Shear, Triangles, splats};
 use super::{Best, STACK};
 use crate::blas::Blas;
 use crate::layout::{EMPTY, LEAF, Node, TriangleBlock, WIDTH};

@@ -216,6 +216,15 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
+    fn prefetch<T>(self, x: &T) {
+        let first: *const i8 = std::ptr::from_ref(x).cast();
+        for offset in (0..size_of::<T>()).step_by(64) {
+            // SAFETY: the offset stays inside of `x`, and prefetching has no effect that the program can see.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(first.add(offset)) };
+        }
+    }
+
+    #[inline(always)]
     fn compress(self, x: __m256i, _: __m256, bits: u32) -> __m256i {
         // SAFETY: `self` proves that the instructions exist.
         unsafe { _mm256_permutevar8x32_epi32(x, self.load_u(&super::SET_BITS[(bits & 255) as usize])) }

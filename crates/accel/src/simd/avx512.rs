@@ -222,6 +222,15 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
+    fn prefetch<T>(self, x: &T) {
+        let first: *const i8 = std::ptr::from_ref(x).cast();
+        for offset in (0..size_of::<T>()).step_by(64) {
+            // SAFETY: the offset stays inside of `x`, and prefetching has no effect that the program can see.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(first.add(offset)) };
+        }
+    }
+
+    #[inline(always)]
     fn compress(self, x: __m256i, m: __mmask8, _: u32) -> __m256i {
         // SAFETY: `self` proves that the instructions exist.
         unsafe { _mm256_maskz_compress_epi32(m, x) }

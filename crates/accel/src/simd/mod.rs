@@ -64,6 +64,9 @@ pub(crate) trait Simd: Copy {
     fn least_key(self, keys: Self::U) -> u32;
     /// The keys as signed numbers in descending order: those of lanes that were not set come last.
     fn sorted(self, keys: Self::U) -> Self::U;
+    /// Asks for all cache lines of `x`, where there is an instruction for that.
+    #[inline(always)]
+    fn prefetch<T>(self, _: &T) {}
     /// Moves the lanes that are set in `bits` (`m` as bits) to the front. The others are undefined.
     fn compress(self, x: Self::U, m: Self::M, bits: u32) -> Self::U;
 }

@@ -1,0 +1,266 @@
+//! Intersection with eight triangles or spheres at a time, for any instruction set.
+
+use super::Best;
+use crate::layout::{SphereBlock, TriangleBlock, WIDTH};
+use crate::ray::{Hit, HitFilter, Ray};
+use crate::simd::Simd;
+
+#[inline(always)]
+pub(super) fn splats<S: Simd>(s: S, x: [f32; 3]) -> [S::F; 3] {
+    [s.splat(x[0]), s.splat(x[1]), s.splat(x[2])]
+}
+
+#[inline(always)]
+pub(super) fn dot<S: Simd>(s: S, a: [S::F; 3], b: [S::F; 3]) -> S::F {
+    s.mul_add(a[0], b[0], s.mul_add(a[1], b[1], s.mul(a[2], b[2])))
+}
+
+/// Eight hits with the lines of triangles or spheres, of which those in `bits` count.
+pub(super) struct Candidates {
+    bits: u32,
+    t: [f32; WIDTH],
+    u: [f32; WIDTH],
+    v: [f32; WIDTH],
+}
+
+impl Candidates {
+    /// Keeps the nearest candidate that the filter accepts.
+    #[inline(always)]
+    pub fn keep_nearest<F: HitFilter>(&self, ids: &[u32; WIDTH], instance: u32, filter: &F, best: &mut Best) {
+        let mut bits = self.bits;
+        while bits != 0 {
+            let lane = bits.trailing_zeros() as usize & 7;
+            bits &= bits - 1;
+            let t = self.t[lane];
+            if t < best.t_max && (F::OPAQUE || filter.accept(instance, ids[lane], self.u[lane], self.v[lane]))
+            {
+                best.t_max = t;
+                best.hit = Hit { t, u: self.u[lane], v: self.v[lane], primitive: ids[lane], instance };
+            }
+        }
+    }
+
+    /// Whether the filter accepts any candidate.
+    #[inline(always)]
+    pub fn any<F: HitFilter>(&self, ids: &[u32; WIDTH], instance: u32, filter: &F) -> bool {
+        let mut bits = self.bits;
+        while bits != 0 {
+            let lane = bits.trailing_zeros() as usize & 7;
+            bits &= bits - 1;
+            if F::OPAQUE || filter.accept(instance, ids[lane], self.u[lane], self.v[lane]) {
+                return true;
+            }
+        }
+        false
+    }
+}
+
+/// A kind of leaf: its blocks, and how a ray meets one.
+pub(super) trait Leaf<S: Simd> {
+    /// Calls `found` with the hits between the ray's start and `t_max`, if there are any.
+    fn test(&self, s: S, index: usize, t_max: f32, found: impl FnMut(&Candidates, &[u32; WIDTH]));
+}
+
+/// What the triangle test needs of a ray.
+#[derive(Clone, Copy)]
+pub(super) struct Shear {
+    /// The axes of object space in the order (u, v, w).
+    axes: [usize; 3],
+    /// The ray's origin in that order.
+    origin: [f32; 3],
+    shear: [f32; 3],
+    t_min: f32,
+}
+
+impl Shear {
+    #[inline(always)]
+    pub fn new(ray: &Ray) -> Shear {
+        const AXES: [[usize; 3]; 8] =
+            [[1, 2, 0], [2, 0, 1], [0, 1, 2], [2, 0, 1], [1, 2, 0], [1, 2, 0], [0, 1, 2], [0, 1, 2]];
+        // By reference: a copy is written in pieces and read back in others, which stalls.
+        let d = &ray.direction;
+        let (x, y, z) = (d[0].abs(), d[1].abs(), d[2].abs());
+        // By table: which axis is longest is anyone's guess, and so would be a branch.
+        let axes = AXES[usize::from(y > x) | usize::from(z > x) << 1 | usize::from(z > y) << 2];
+        let inverse = 1.0 / d[axes[2]];
+        Shear {
+            axes,
+            origin: [ray.origin[axes[0]], ray.origin[axes[1]], ray.origin[axes[2]]],
+            shear: [d[axes[0]] * inverse, d[axes[1]] * inverse, inverse],
+            t_min: ray.t_min.max(0.0),
+        }
+    }
+}
+
+/// Triangles: `optics::intersect::intersect_triangle` in eight lanes.
+pub(super) struct Triangles<'a, S: Simd> {
+    blocks: &'a [TriangleBlock],
+    axes: [usize; 3],
+    origin: [S::F; 3],
+    shear: [S::F; 3],
+    pub t_min: S::F,
+}
+
+// No closures around vector operations, here and below: a closure is compiled without the entry point's instructions,
+// and what it calls would then not be inlined.
+impl<'a, S: Simd> Triangles<'a, S> {
+    /// Vertex `i` of each triangle relative to the ray's origin, sheared so that the ray runs along the third axis.
+    #[inline(always)]
+    fn corner(&self, s: S, block: &TriangleBlock, i: usize) -> (S::F, S::F, S::F) {
+        let [u, v, w] = self.axes;
+        let p = &block.vertices[i];
+        let z = s.sub(s.load(&p[w]), self.origin[2]);
+        let x = s.neg_mul_add(self.shear[0], z, s.sub(s.load(&p[u]), self.origin[0]));
+        let y = s.neg_mul_add(self.shear[1], z, s.sub(s.load(&p[v]), self.origin[1]));
+        (x, y, z)
+    }
+
+    /// The edge functions, the determinant and the scaled distance, and for which lanes the ray's line passes inside.
+    #[inline(always)]
+    fn edges(&self, s: S, block: &TriangleBlock) -> ([S::F; 4], S::M) {
+        let (ax, ay, az) = self.corner(s, block, 0);
+        let (bx, by, bz) = self.corner(s, block, 1);
+        let (cx, cy, cz) = self.corner(s, block, 2);
+        // Not fused: see the scalar function.
+        let e0 = s.sub(s.mul(cx, by), s.mul(cy, bx));
+        let e1 = s.sub(s.mul(ax, cy), s.mul(ay, cx));
+        let e2 = s.sub(s.mul(bx, ay), s.mul(by, ax));
+        let det = s.add(s.add(e0, e1), e2);
+        // All three edges on the determinant's side. Where that is zero or NaN, the distance is infinite or NaN, and
+        // is not between the ray's ends.
+        let side = s.min(s.min(s.flip_sign(e0, det), s.flip_sign(e1, det)), s.flip_sign(e2, det));
+        let inside = s.le(s.splat(0.0), side);
+        let scaled = s.mul(self.shear[2], s.mul_add(e0, az, s.mul_add(e1, bz, s.mul(e2, cz))));
+        ([e1, e2, det, scaled], inside)
+    }
+
+    #[inline(always)]
+    fn divide(&self, s: S, [e1, e2, det, scaled]: [S::F; 4], inside: S::M) -> Met<S> {
+        let inverse = s.div(s.splat(1.0), det);
+        Met { inside, t: s.div(scaled, det), u: s.mul(e1, inverse), v: s.mul(e2, inverse) }
+    }
+
+    /// Where the ray's line meets each triangle.
+    #[inline(always)]
+    pub fn meet(&self, s: S, block: &TriangleBlock) -> Met<S> {
+        let (edges, inside) = self.edges(s, block);
+        self.divide(s, edges, inside)
+    }
+    #[inline(always)]
+    pub fn new(s: S, blocks: &'a [TriangleBlock], ray: &Shear) -> Self {
+        Triangles {
+            blocks,
+            axes: ray.axes,
+            origin: splats(s, ray.origin),
+            shear: splats(s, ray.shear),
+            t_min: s.splat(ray.t_min),
+        }
+    }
+}
+
+/// Where a line meets eight triangles, where `inside` is set.
+pub(super) struct Met<S: Simd> {
+    pub inside: S::M,
+    pub t: S::F,
+    pub u: S::F,
+    pub v: S::F,
+}
+
+impl<S: Simd> Leaf<S> for Triangles<'_, S> {
+    #[inline(always)]
+    fn test(&self, s: S, index: usize, t_max: f32, mut found: impl FnMut(&Candidates, &[u32; WIDTH])) {
+        debug_assert!(index < self.blocks.len());
+        // SAFETY: references to leaves are made by the builder, which numbers the blocks of this very slice (`validate`
+        // checks them in debug builds).
+        let block = unsafe { self.blocks.get_unchecked(index) };
+        let (edges, inside) = self.edges(s, block);
+        if s.bits(inside) == 0 {
+            return;
+        }
+        let h = self.divide(s, edges, inside);
+        let bits = s.bits(s.and(inside, s.and(s.lt(self.t_min, h.t), s.lt(h.t, s.splat(t_max)))));
+        if bits == 0 {
+            return;
+        }
+        let mut c = Candidates { bits, t: [0.0; WIDTH], u: [0.0; WIDTH], v: [0.0; WIDTH] };
+        s.store(h.t, &mut c.t);
+        s.store(h.u, &mut c.u);
+        s.store(h.v, &mut c.v);
+        found(&c, &block.ids);
+    }
+}
+
+/// Spheres: `optics::intersect::intersect_sphere` in eight lanes.
+pub(super) struct Spheres<'a, S: Simd> {
+    blocks: &'a [SphereBlock],
+    origin: [S::F; 3],
+    direction: [S::F; 3],
+    /// The direction's squared length.
+    a: S::F,
+    t_min: S::F,
+}
+
+impl<'a, S: Simd> Spheres<'a, S> {
+    #[inline(always)]
+    pub fn new(s: S, blocks: &'a [SphereBlock], ray: &Ray) -> Self {
+        let d = ray.direction;
+        Spheres {
+            blocks,
+            origin: splats(s, ray.origin),
+            direction: splats(s, d),
+            a: s.splat(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]),
+            t_min: s.splat(ray.t_min.max(0.0)),
+        }
+    }
+}
+
+impl<S: Simd> Leaf<S> for Spheres<'_, S> {
+    #[inline(always)]
+    fn test(&self, s: S, index: usize, t_max: f32, mut found: impl FnMut(&Candidates, &[u32; WIDTH])) {
+        debug_assert!(index < self.blocks.len());
+        // SAFETY: as for triangles.
+        let block = unsafe { self.blocks.get_unchecked(index) };
+        let zero = s.splat(0.0);
+        let [x, y, z] = self.origin;
+        let f = [
+            s.sub(x, s.load(&block.spheres[0])),
+            s.sub(y, s.load(&block.spheres[1])),
+            s.sub(z, s.load(&block.spheres[2])),
+        ];
+        let radius = s.load(&block.spheres[3]);
+        let squared = s.mul(radius, radius);
+        let b = s.sub(zero, dot(s, f, self.direction));
+        let closest = s.div(b, self.a);
+        let [x, y, z] = self.direction;
+        let l = [s.mul_add(x, closest, f[0]), s.mul_add(y, closest, f[1]), s.mul_add(z, closest, f[2])];
+        let d = s.sub(squared, dot(s, l, l));
+        let crosses = s.and(s.lt(zero, d), s.lt(zero, radius));
+        if s.bits(crosses) == 0 {
+            return;
+        }
+        let root = s.sqrt(s.mul(self.a, d));
+        let q = s.add(b, s.select(s.le(zero, b), s.sub(zero, root), root));
+        let t0 = s.div(s.sub(dot(s, f, f), squared), q);
+        let t1 = s.div(q, self.a);
+        let (near, far) = (s.min(t0, t1), s.max(t0, t1));
+        let limit = s.splat(t_max);
+        let near_counts = s.and(crosses, s.and(s.lt(self.t_min, near), s.lt(near, limit)));
+        let far_counts = s.and(crosses, s.and(s.lt(self.t_min, far), s.lt(far, limit)));
+        let (near_bits, far_bits) = (s.bits(near_counts), s.bits(far_counts));
+        if near_bits | far_bits == 0 {
+            return;
+        }
+        // Both crossings are candidates: a filter may see through one of them. The far side may stand in for the near
+        // side of one sphere, so every far side is looked at after all near sides.
+        let mut c = Candidates { bits: near_bits, t: [0.0; WIDTH], u: [0.0; WIDTH], v: [0.0; WIDTH] };
+        s.store(near, &mut c.t);
+        if near_bits != 0 {
+            found(&c, &block.ids);
+        }
+        if far_bits != 0 {
+            c.bits = far_bits;
+            s.store(far, &mut c.t);
+            found(&c, &block.ids);
+        }
+    }
+}
