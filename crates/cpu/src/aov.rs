@@ -35,5 +35,5 @@ pub(crate) fn headlight(
     s: &Surface,
     footprint: f32,
 ) -> Vec3f {
-    base_color(tables, material, s, footprint) * (0.2 + 0.8 * dot(s.wo, s.shading_normal).max(0.0))
+    base_color(tables, material, s, footprint) * optics::camera::headlight(dot(s.wo, s.shading_normal))
 }

@@ -5,9 +5,9 @@ use crate::surface::Surface;
 use crate::texture;
 use optics::albedo::{DielectricAlbedo, GgxAlbedo};
 use optics::dielectric::dielectric_bsdf;
-use optics::ggx::MIN_ALPHA;
+use optics::ggx::{MIN_ALPHA, sheet_compensation};
 use optics::glossy::{MetallicRoughness, lambert_bsdf, metallic_roughness_bsdf, mirror_bsdf};
-use optics::pattern::checkerboard;
+use optics::pattern::{checkerboard, distance_fade, footprint_width};
 use optics::scatter::{Bsdf, black_bsdf};
 use optics::vector::dot;
 use optics::{Vec3f, vec2f, vec3f};
@@ -41,8 +41,7 @@ pub(crate) fn base_color(
     );
     if material.flags & MATERIAL_CHECKERBOARD != 0 {
         let p = s.pattern_position.map(|x| x * material.checkerboard_scale);
-        // Seen at an angle, the footprint is longer than it is wide.
-        let width = 2.0 * footprint * material.checkerboard_scale / dot(s.wo, s.normal).max(0.05);
+        let width = footprint_width(footprint, dot(s.wo, s.normal)) * material.checkerboard_scale;
         let [even, odd] = material.checkerboard_colors.map(vec3);
         return even + (odd - even) * checkerboard(vec2f(p[0], p[1]), width);
     }
@@ -71,9 +70,7 @@ pub(crate) fn coverage(
     }
     if material.flags & MATERIAL_CHECKERBOARD_FADES != 0 {
         let [near, far] = material.checkerboard_fade;
-        let distance = position[0].hypot(position[1]);
-        let t = ((distance - near) / (far - near).max(1e-6)).clamp(0.0, 1.0);
-        alpha *= 1.0 - t * t * (3.0 - 2.0 * t);
+        alpha *= distance_fade(position[0].hypot(position[1]), near, far);
     }
     alpha
 }
@@ -183,8 +180,7 @@ fn dielectric(
     if alpha >= MIN_ALPHA && !shading.single_scatter {
         let cos_o = dot(s.wo, s.shading_normal).clamp(0.0, 1.0);
         compensation = if thin {
-            let e = GgxAlbedo::shared().lookup(cos_o, roughness);
-            1.0 / (e.x + e.y).max(0.05)
+            sheet_compensation(GgxAlbedo::shared().lookup(cos_o, roughness))
         } else {
             DielectricAlbedo::shared().compensation(cos_o, alpha, eta)
         };

@@ -5,8 +5,8 @@ use crate::scene::{
 };
 use accel::{Hit, Ray};
 use optics::frame::{Frame, bend_normal, frame_from_normal, frame_from_tangent, map_normal};
-use optics::math::cos_sin_turns;
 use optics::offset::offset_ray_origin;
+use optics::shape::{sphere_tangent, sphere_uv};
 use optics::vector::{cross, dot, normalize};
 use optics::{Vec3f, vec3f};
 use scene::tables::{GeometryKind, GeometryRecord, MaterialRecord, NONE, SceneTables};
@@ -171,10 +171,8 @@ fn sphere_point(tables: &SceneTables, records: &HitRecords, ray: &Ray, hit: &Hit
         let normal = normalize(transform_normal(&instance.world_to_object, outward));
         (transform_point(&instance.object_to_world, on_sphere), normal)
     };
-    let u = outward.z.atan2(outward.x) * (0.5 / std::f32::consts::PI) + 0.5;
-    let v = outward.y.clamp(-1.0, 1.0).acos() / std::f32::consts::PI;
-    let around = cos_sin_turns(u);
-    let tangent = vec3f(around.y, 0.0, -around.x);
+    let uv = sphere_uv(outward);
+    let tangent = sphere_tangent(uv.x);
     let tangent =
         if instance.identity { tangent } else { transform_vector(&instance.object_to_world, tangent) };
     // The sphere's own axes bound it in world space as corners bound a triangle.
@@ -188,7 +186,7 @@ fn sphere_point(tables: &SceneTables, records: &HitRecords, ray: &Ray, hit: &Hit
         normal,
         shading: None,
         tangent: Some((tangent, 1.0)),
-        coords: TexCoords { sets: [[u, v]; 2] },
+        coords: TexCoords { sets: [uv.to_array(); 2] },
         color: [1.0; 4],
         pattern_position: [on_sphere.x, on_sphere.z],
     }

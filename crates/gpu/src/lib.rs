@@ -1,1 +1,30 @@
 //! The GPU back ends: the same optics, traced three ways.
+//!
+//! A shader is the optics' text, the scene's bindings (`shaders/scene.wgsl` and the files about surfaces, materials and
+//! lights), one tracer and one kernel; [`shader`] puts them together. Bind group 0 is the scene, 1 the tracer's
+//! structures, 2 the view and the film. Start reading at [`Gpu::open`] and [`GpuScene::upload`].
+
+mod device;
+mod error;
+#[cfg(test)]
+mod layout;
+pub mod scene;
+pub mod shader;
+pub mod tracer;
+
+pub use device::{AdapterSummary, Gpu, GpuOptions, LimitCaps, STORAGE_BUFFERS, adapters};
+pub use error::GpuError;
+pub use scene::GpuScene;
+
+/// For tests: a device, or `None` and a visible skip.
+#[cfg(test)]
+pub(crate) fn open_for_test(test: &str, options: &GpuOptions) -> Option<Gpu> {
+    match Gpu::open(options) {
+        Ok(gpu) => Some(gpu),
+        Err(GpuError::NoAdapter { found }) => {
+            testkit::skip_without_gpu(test, &found);
+            None
+        }
+        Err(error) => panic!("{test}: {error}"),
+    }
+}

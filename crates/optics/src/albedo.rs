@@ -4,7 +4,7 @@
 //! once at start; the CPU looks them up here, a GPU back end uploads `texels` as a texture.
 
 use crate::dielectric::rough_dielectric_albedo_sample;
-use crate::ggx::{albedo_coordinates, albedo_parameters};
+use crate::ggx::{albedo_coordinates, albedo_eta_coordinate, albedo_parameters, dielectric_compensation};
 use crate::glossy::ggx_albedo_sample;
 use crate::{Vec2f, vec2f};
 use std::sync::OnceLock;
@@ -113,7 +113,7 @@ impl DielectricAlbedo {
         let at = albedo_coordinates(cos_theta, alpha);
         let (x, fx) = texel_below(at.x, width);
         let (y, fy) = texel_below(at.y, height);
-        let (z, fz) = texel_below(eta_coordinate(eta), depth);
+        let (z, fz) = texel_below(albedo_eta_coordinate(eta), depth);
         let plane = |z: usize| {
             let corner = (z * height + y) * width + x;
             let t = &self.texels;
@@ -125,10 +125,9 @@ impl DielectricAlbedo {
         below + (above - below) * fz
     }
 
-    /// The factor that `dielectric_bsdf` takes as `compensation`, so that no light is lost between microfacets. At most
-    /// 4: more would be needed only at grazing angles of indices within 10 % of 1, where it would be all noise.
+    /// The factor that `dielectric_bsdf` takes as `compensation`, see [`dielectric_compensation`].
     pub fn compensation(&self, cos_theta: f32, alpha: f32, eta: f32) -> f32 {
-        1.0 / self.lookup(cos_theta, alpha, eta).max(0.25)
+        dielectric_compensation(self.lookup(cos_theta, alpha, eta))
     }
 
     /// All texels, `SIZE[0] × SIZE[1] × SIZE[2]`, x fastest.
@@ -137,14 +136,7 @@ impl DielectricAlbedo {
     }
 }
 
-/// Where an index of refraction is in the table: 1/3, 1 and 3 at 0, ½ and 1. Dense about 1, where little is reflected
-/// but at grazing angles.
-fn eta_coordinate(eta: f32) -> f32 {
-    let r = (eta - 1.0) / (eta + 1.0);
-    0.5 + (0.5 * r.abs()).sqrt().copysign(r)
-}
-
-/// The inverse of [`eta_coordinate`].
+/// The inverse of [`albedo_eta_coordinate`].
 fn eta_at(coordinate: f32) -> f32 {
     let s = coordinate - 0.5;
     let r = 2.0 * s * s.abs();

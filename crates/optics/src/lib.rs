@@ -40,7 +40,7 @@ mod transport;
 // `#[wgsl]` needs its module inline, so each file holds one module of its own name; here they become flat.
 pub use base::{constants::constants, math::math};
 pub use display::tonemap::tonemap;
-pub use geometry::{camera::camera, frame::frame, intersect::intersect, offset::offset};
+pub use geometry::{camera::camera, frame::frame, intersect::intersect, offset::offset, shape::shape};
 pub use lights::{light::light, sky::sky};
 pub use sampling::{random::random, warp::warp};
 pub use surface::{

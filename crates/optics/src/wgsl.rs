@@ -30,6 +30,7 @@ mod everything {
     use crate::pattern::*;
     use crate::random::*;
     use crate::scatter::*;
+    use crate::shape::*;
     use crate::sky::*;
     use crate::tonemap::*;
     use crate::warp::*;

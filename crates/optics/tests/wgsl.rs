@@ -32,6 +32,7 @@ fn modules() -> Vec<(&'static str, String)> {
         pattern: optics::pattern,
         random: optics::random,
         scatter: optics::scatter,
+        shape: optics::shape,
         sky: optics::sky,
         tonemap: optics::tonemap,
         warp: optics::warp,

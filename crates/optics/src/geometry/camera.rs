@@ -78,6 +78,13 @@ pub mod camera {
         CameraRay { origin: camera.origin + on_lens, direction: normalize(direction) }
     }
 
+    /// How bright a white surface is under a light at the camera, with some light from all around.
+    ///
+    /// - `cos_theta`: between the viewing direction and the shading normal.
+    pub fn headlight(cos_theta: f32) -> f32 {
+        0.2 + 0.8 * max(cos_theta, 0.0)
+    }
+
     /// How fast the footprint of a pixel grows with distance along its ray: metres of radius per metre. Used to filter
     /// procedural textures. `height`: picture height in pixels.
     pub fn camera_pixel_spread(camera: CameraFrame, height: f32) -> f32 {

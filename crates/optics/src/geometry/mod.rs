@@ -3,3 +3,4 @@ pub mod camera;
 pub mod frame;
 pub mod intersect;
 pub mod offset;
+pub mod shape;

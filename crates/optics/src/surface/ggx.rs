@@ -117,6 +117,26 @@ pub mod ggx {
         vec2f(x * 0.1, y * 0.1)
     }
 
+    /// Where a table of a dielectric's albedo holds the value for an index of refraction: 1/3, 1 and 3 at 0, ½ and 1.
+    /// Dense about 1, where little is reflected but at grazing angles.
+    pub fn albedo_eta_coordinate(eta: f32) -> f32 {
+        let r = (eta - 1.0) / (eta + 1.0);
+        0.5 + sqrt(0.5 * abs(r)) * select(-1.0, 1.0, r >= 0.0)
+    }
+
+    /// The factor by which a rough dielectric's lobes are scaled so that no light is lost between microfacets.
+    ///
+    /// - `albedo`: share of light that a single scattering event keeps. At most 4: more would be needed only at
+    ///   grazing angles of indices within 10 % of 1, where it would be all noise.
+    pub fn dielectric_compensation(albedo: f32) -> f32 {
+        1.0 / max(albedo, 0.25)
+    }
+
+    /// The same for an infinitely thin sheet, whose lobe is the reflection lobe of albedo `albedo.x + albedo.y`.
+    pub fn sheet_compensation(albedo: Vec2f) -> f32 {
+        1.0 / max(albedo.x + albedo.y, 0.05)
+    }
+
     /// The inverse of [`albedo_coordinates`]: cosine (x), not zero, and width (y), which goes beyond 1 at the end of its
     /// last octave.
     pub fn albedo_parameters(coordinates: Vec2f) -> Vec2f {

@@ -26,6 +26,19 @@ pub mod pattern {
         let y = (square_wave_integral(p.y + 0.5 * w) - square_wave_integral(p.y - 0.5 * w)) / w;
         0.5 - 0.5 * x * y
     }
+
+    /// Width of a pixel's footprint on a surface: seen at an angle, it is longer than it is wide.
+    ///
+    /// - `radius`: of the ray's footprint, metres. `cos_theta`: between ray and surface normal.
+    pub fn footprint_width(radius: f32, cos_theta: f32) -> f32 {
+        2.0 * radius / max(cos_theta, 0.05)
+    }
+
+    /// Falls smoothly from 1 at distance `near` to 0 at distance `far`.
+    pub fn distance_fade(distance: f32, near: f32, far: f32) -> f32 {
+        let t = saturate((distance - near) / max(far - near, 1e-6));
+        1.0 - t * t * (3.0 - 2.0 * t)
+    }
 }
 
 #[cfg(test)]

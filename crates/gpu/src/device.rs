@@ -1,0 +1,358 @@
+//! Choosing and opening a GPU.
+//!
+//! Nothing here panics on an old driver, a missing feature or no adapter at all: what is missing is named. wgpu reports
+//! most errors late, through callbacks; [`Gpu::check`] and [`Gpu::guarded`] bring them back to who caused them.
+
+use crate::GpuError;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+use wgpu::{DeviceType, Features, Limits};
+
+/// What is used where a device has it. Nothing of this is required to open a device.
+const WANTED: Features = Features::EXPERIMENTAL_RAY_QUERY
+    .union(Features::EXPERIMENTAL_RAY_TRACING_PIPELINES)
+    .union(Features::TIMESTAMP_QUERY)
+    .union(Features::TIMESTAMP_QUERY_INSIDE_ENCODERS)
+    .union(Features::TIMESTAMP_QUERY_INSIDE_PASSES)
+    .union(Features::SUBGROUP)
+    .union(Features::IMMEDIATES)
+    .union(Features::PRIMITIVE_INDEX)
+    .union(Features::PASSTHROUGH_SHADERS)
+    .union(Features::TEXTURE_BINDING_ARRAY)
+    .union(Features::BUFFER_BINDING_ARRAY)
+    .union(Features::STORAGE_RESOURCE_BINDING_ARRAY)
+    .union(Features::SAMPLED_TEXTURE_AND_STORAGE_BUFFER_ARRAY_NON_UNIFORM_INDEXING)
+    .union(Features::PARTIALLY_BOUND_BINDING_ARRAY)
+    .union(Features::SHADER_INT64)
+    .union(Features::SHADER_F16);
+
+/// Storage buffers that one shader needs: scene, tracer and film together.
+pub const STORAGE_BUFFERS: u32 = 12;
+
+/// Which GPU to open, and what to pretend that it cannot do.
+#[derive(Clone, Debug)]
+pub struct GpuOptions {
+    /// A part of the adapter's name, in any case; `None` takes the best.
+    pub adapter: Option<String>,
+    /// Whether a driver that computes on the CPU will do.
+    pub allow_software: bool,
+    /// Features that may be used, if the adapter has them. Tests mask some out.
+    pub features: Features,
+    /// Upper bounds of what may be used of the adapter's limits. Tests lower some.
+    pub limits: Option<LimitCaps>,
+}
+
+impl Default for GpuOptions {
+    fn default() -> Self {
+        Self { adapter: None, allow_software: true, features: Features::all(), limits: None }
+    }
+}
+
+/// Upper bounds of limits, for pretending to be on a smaller device.
+#[derive(Clone, Copy, Debug)]
+pub struct LimitCaps {
+    /// Bytes that a shader can see of one buffer.
+    pub storage_binding_bytes: u64,
+    /// Longest side of a texture.
+    pub texture_side: u32,
+    /// Storage buffers of one shader.
+    pub storage_buffers: u32,
+}
+
+impl Default for LimitCaps {
+    fn default() -> Self {
+        Self { storage_binding_bytes: u64::MAX, texture_side: u32::MAX, storage_buffers: u32::MAX }
+    }
+}
+
+/// An adapter of this machine.
+#[derive(Clone, Debug)]
+pub struct AdapterSummary {
+    /// Name, driver and kind.
+    pub info: wgpu::AdapterInfo,
+    /// All features that it has, not only those that are used.
+    pub features: Features,
+    /// Its limits.
+    pub limits: Limits,
+}
+
+impl AdapterSummary {
+    fn new(adapter: &wgpu::Adapter) -> Self {
+        Self { info: adapter.get_info(), features: adapter.features(), limits: adapter.limits() }
+    }
+
+    /// Whether it computes on the CPU.
+    pub fn is_software(&self) -> bool {
+        self.info.device_type == DeviceType::Cpu
+    }
+
+    /// Of those wanted, the features that it has, by name.
+    pub fn used_features(&self) -> Vec<String> {
+        (self.features & WANTED).iter_names().map(|(name, _)| name.to_owned()).collect()
+    }
+
+    /// Of those wanted, the features that it lacks, by name.
+    pub fn missing_features(&self) -> Vec<String> {
+        (WANTED - self.features).iter_names().map(|(name, _)| name.to_owned()).collect()
+    }
+}
+
+/// An open device.
+pub struct Gpu {
+    /// The device.
+    pub device: wgpu::Device,
+    /// Its queue.
+    pub queue: wgpu::Queue,
+    /// The adapter that it is on.
+    pub info: wgpu::AdapterInfo,
+    /// Features that may be used.
+    pub features: Features,
+    /// Limits to be kept.
+    pub limits: Limits,
+    faults: Arc<Mutex<Faults>>,
+}
+
+/// What the device's callbacks have reported and nobody has taken yet.
+#[derive(Default)]
+struct Faults {
+    lost: Option<String>,
+    error: Option<String>,
+}
+
+/// All adapters of this machine, the best first.
+pub fn adapters() -> Vec<AdapterSummary> {
+    ranked_adapters().iter().map(AdapterSummary::new).collect()
+}
+
+fn ranked_adapters() -> Vec<wgpu::Adapter> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+        backends: wgpu::Backends::PRIMARY.with_env(),
+        // The validation layer of many systems is older than the shaders that wgpu writes and reports false errors.
+        flags: wgpu::InstanceFlags::empty().with_env(),
+        ..wgpu::InstanceDescriptor::new_without_display_handle()
+    });
+    let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+    adapters.sort_by_key(|a| {
+        let info = a.get_info();
+        let kind = match info.device_type {
+            DeviceType::DiscreteGpu => 0,
+            DeviceType::IntegratedGpu => 1,
+            DeviceType::VirtualGpu => 2,
+            DeviceType::Other => 3,
+            DeviceType::Cpu => 4,
+        };
+        // The same chip may be there twice, through two driver interfaces.
+        (kind, info.backend != wgpu::Backend::Vulkan)
+    });
+    adapters
+}
+
+impl Gpu {
+    /// Opens the adapter that the options ask for, or the best one.
+    ///
+    /// # Errors
+    /// When there is none, its limits are too low, or the driver refuses.
+    pub fn open(options: &GpuOptions) -> Result<Self, GpuError> {
+        let adapters = ranked_adapters();
+        let adapter = pick(&adapters, options)?;
+        let info = adapter.get_info();
+        let features = adapter.features() & WANTED & options.features;
+        let limits = capped(adapter.limits(), options.limits.unwrap_or_default());
+        if limits.max_storage_buffers_per_shader_stage < STORAGE_BUFFERS {
+            return Err(GpuError::Limit {
+                adapter: info.name,
+                limit: "storage buffers a shader",
+                needed: u64::from(STORAGE_BUFFERS),
+                offered: u64::from(limits.max_storage_buffers_per_shader_stage),
+            });
+        }
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("alhazen"),
+            required_features: features,
+            required_limits: limits.clone(),
+            // SAFETY: the experimental features are ray queries and ray tracing pipelines; what wgpu asks of their
+            // users (acceleration structures are built before they are traced, queries initialised before they
+            // proceed, indices in bounds) is kept by the tracers and tested on a software driver.
+            experimental_features: unsafe { wgpu::ExperimentalFeatures::enabled() },
+            memory_hints: wgpu::MemoryHints::Performance,
+            trace: wgpu::Trace::Off,
+        };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
+            .map_err(|e| GpuError::Open { adapter: info.name.clone(), reason: e.to_string() })?;
+        let faults = Arc::new(Mutex::new(Faults::default()));
+        let sink = faults.clone();
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            lock(&sink).error.get_or_insert_with(|| error_text(&error));
+        }));
+        let sink = faults.clone();
+        device.set_device_lost_callback(move |reason, message| {
+            lock(&sink).lost.get_or_insert_with(|| format!("{reason:?}: {message}"));
+        });
+        Ok(Self { device, queue, info, features, limits, faults })
+    }
+
+    /// What it is, for people.
+    pub fn describe(&self) -> String {
+        let driver = [self.info.driver.as_str(), self.info.driver_info.as_str()].join(" ");
+        format!("{} ({:?}, {})", self.info.name, self.info.backend, driver.trim())
+    }
+
+    /// Whether it computes on the CPU.
+    pub fn is_software(&self) -> bool {
+        self.info.device_type == DeviceType::Cpu
+    }
+
+    /// What the device has reported since the last call.
+    ///
+    /// # Errors
+    /// The first error that it reported. A lost device stays lost.
+    pub fn check(&self, doing: &'static str) -> Result<(), GpuError> {
+        let mut faults = lock(&self.faults);
+        if let Some(reason) = &faults.lost {
+            return Err(GpuError::Lost { reason: reason.clone() });
+        }
+        match faults.error.take() {
+            Some(reason) => Err(GpuError::Device { doing, reason }),
+            None => Ok(()),
+        }
+    }
+
+    /// Runs `make`; what wgpu finds wrong with it, or has no memory for, comes back as a message.
+    ///
+    /// # Errors
+    /// The driver's words.
+    pub fn guarded<T>(&self, make: impl FnOnce() -> T) -> Result<T, String> {
+        let scopes =
+            [wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::OutOfMemory, wgpu::ErrorFilter::Internal]
+                .map(|filter| self.device.push_error_scope(filter));
+        let made = make();
+        // Scopes are a stack: the last one pushed goes first.
+        let errors: Vec<_> = scopes.into_iter().rev().filter_map(|s| pollster::block_on(s.pop())).collect();
+        match errors.first() {
+            Some(error) => Err(error_text(error)),
+            None => Ok(made),
+        }
+    }
+
+    /// Waits until everything submitted so far is done.
+    ///
+    /// # Errors
+    /// When the device is lost or has reported an error.
+    pub fn wait(&self, doing: &'static str) -> Result<(), GpuError> {
+        self.wait_for(None, doing)
+    }
+
+    /// Waits until a submission is done.
+    ///
+    /// # Errors
+    /// As [`Gpu::wait`]; also when nothing happens for a minute.
+    pub fn wait_for(
+        &self,
+        submission: Option<wgpu::SubmissionIndex>,
+        doing: &'static str,
+    ) -> Result<(), GpuError> {
+        self.check(doing)?;
+        // Longer than any dispatch takes: who waits forever for a hung driver cannot fall back.
+        let timeout = Some(Duration::from_secs(120));
+        let waited = self.device.poll(wgpu::PollType::Wait { submission_index: submission, timeout });
+        self.check(doing)?;
+        waited.map(|_| ()).map_err(|e| GpuError::Device { doing, reason: e.to_string() })
+    }
+}
+
+fn pick<'a>(adapters: &'a [wgpu::Adapter], options: &GpuOptions) -> Result<&'a wgpu::Adapter, GpuError> {
+    let names = || adapters.iter().map(|a| a.get_info().name).collect::<Vec<_>>().join(", ");
+    if let Some(wanted) = &options.adapter {
+        let matches = |a: &&wgpu::Adapter| a.get_info().name.to_lowercase().contains(&wanted.to_lowercase());
+        return adapters.iter().find(matches).ok_or_else(|| GpuError::UnknownAdapter {
+            name: wanted.clone(),
+            known: if adapters.is_empty() { "none".into() } else { names() },
+        });
+    }
+    let will_do = |a: &&wgpu::Adapter| options.allow_software || a.get_info().device_type != DeviceType::Cpu;
+    adapters.iter().find(will_do).ok_or_else(|| GpuError::NoAdapter {
+        found: if adapters.is_empty() {
+            "no driver offers an adapter".into()
+        } else {
+            format!("only software drivers ({})", names())
+        },
+    })
+}
+
+fn capped(limits: Limits, caps: LimitCaps) -> Limits {
+    Limits {
+        max_storage_buffer_binding_size: limits
+            .max_storage_buffer_binding_size
+            .min(caps.storage_binding_bytes & !3),
+        max_texture_dimension_2d: limits.max_texture_dimension_2d.min(caps.texture_side),
+        max_storage_buffers_per_shader_stage: limits
+            .max_storage_buffers_per_shader_stage
+            .min(caps.storage_buffers),
+        ..limits
+    }
+}
+
+/// An error with all its causes, which say what the outermost message does not.
+fn error_text(error: &wgpu::Error) -> String {
+    let mut text = error.to_string();
+    let mut source = std::error::Error::source(error);
+    while let Some(cause) = source {
+        let cause_text = cause.to_string();
+        if !text.contains(&cause_text) {
+            text = format!("{text}: {cause_text}");
+        }
+        source = cause.source();
+    }
+    text
+}
+
+/// A callback that panicked while it held the lock leaves nothing half-done.
+fn lock(faults: &Mutex<Faults>) -> std::sync::MutexGuard<'_, Faults> {
+    faults.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::open_for_test;
+    use crate::tracer::TracerKind;
+
+    #[test]
+    fn masked_features_are_missed_by_name() {
+        let features = Features::all() - Features::EXPERIMENTAL_RAY_QUERY;
+        let options = GpuOptions { features, ..GpuOptions::default() };
+        let Some(gpu) = open_for_test("masked_features_are_missed_by_name", &options) else { return };
+        let error = TracerKind::Query.check(&gpu).expect_err("masked");
+        assert!(
+            error.to_string().contains("RAY_QUERY") && error.to_string().contains("gpu-query"),
+            "{error}"
+        );
+        TracerKind::Bvh.check(&gpu).expect("needs nothing");
+    }
+
+    #[test]
+    fn unknown_adapters_and_low_limits_are_named() {
+        if open_for_test("unknown_adapters_and_low_limits_are_named", &GpuOptions::default()).is_none() {
+            return;
+        }
+        let options = GpuOptions { adapter: Some("no such chip".into()), ..GpuOptions::default() };
+        let error = Gpu::open(&options).err().expect("no such chip");
+        assert!(error.to_string().contains("`no such chip`"), "{error}");
+        let caps = LimitCaps { storage_buffers: 4, ..LimitCaps::default() };
+        let error =
+            Gpu::open(&GpuOptions { limits: Some(caps), ..GpuOptions::default() }).err().expect("too low");
+        assert!(matches!(error, GpuError::Limit { offered: 4, .. }), "{error}");
+    }
+
+    #[test]
+    fn a_destroyed_device_is_an_error_and_no_panic() {
+        let Some(gpu) = open_for_test("a_destroyed_device_is_an_error_and_no_panic", &GpuOptions::default())
+        else {
+            return;
+        };
+        gpu.wait("testing").expect("alive");
+        gpu.device.destroy();
+        let error = gpu.wait("testing").and_then(|()| gpu.wait("testing")).expect_err("destroyed");
+        assert!(matches!(error, GpuError::Lost { .. }), "{error}");
+    }
+}

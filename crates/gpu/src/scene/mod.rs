@@ -1,0 +1,214 @@
+//! A scene on the device: bind group 0.
+//!
+//! The tables become a few large buffers and textures. What users have most of, geometry, is pulled by vertex number from
+//! one buffer that interleaves position, normal and texture coordinates; what only some scenes have lies in `words`.
+//! Geometries and the bindings of instances to them are joined, so that a hit leads to its material and vertices in one
+//! look-up.
+
+pub mod records;
+mod textures;
+pub mod upload;
+
+use crate::{Gpu, GpuError};
+use records::{SceneInfo, Words};
+use scene::tables::SceneTables;
+use std::sync::Arc;
+use textures::{SceneTextures, TexelLayers};
+use upload::storage_buffer;
+use wgpu::BufferUsages;
+
+/// The buffers of bind group 0, for tracers that make their own bind groups of them.
+pub struct SceneBuffers {
+    /// Binding 0: [`SceneInfo`], uniform.
+    pub info: wgpu::Buffer,
+    /// Binding 1: [`records::Instance`]s.
+    pub instances: wgpu::Buffer,
+    /// Binding 2: [`records::Binding`]s.
+    pub bindings: wgpu::Buffer,
+    /// Binding 3: [`records::Material`]s.
+    pub materials: wgpu::Buffer,
+    /// Binding 4: [`records::LightRecord`]s.
+    pub lights: wgpu::Buffer,
+    /// Binding 5: [`records::Vertex`]es.
+    pub vertices: wgpu::Buffer,
+    /// Binding 6.
+    pub words: wgpu::Buffer,
+}
+
+/// A scene on the device.
+pub struct GpuScene {
+    /// What it was made of.
+    pub tables: Arc<SceneTables>,
+    /// Its buffers.
+    pub buffers: SceneBuffers,
+    /// Its textures, from binding 7 on.
+    pub textures: SceneTextures,
+    /// Layout of bind group 0.
+    pub layout: wgpu::BindGroupLayout,
+    /// Bind group 0.
+    pub bind_group: wgpu::BindGroup,
+}
+
+impl GpuScene {
+    /// Copies the tables to the device.
+    ///
+    /// # Errors
+    /// When something is too large for the device or there is no memory; the error names it.
+    pub fn upload(gpu: &Gpu, tables: Arc<SceneTables>) -> Result<Self, GpuError> {
+        let words = Words::new(&tables);
+        let layers = TexelLayers::new(tables.texels.len(), gpu.limits.max_texture_dimension_2d);
+        let info = scene_info(&tables, &words, &layers);
+        let none = BufferUsages::empty();
+        let buffers = SceneBuffers {
+            info: upload::empty_buffer(
+                gpu,
+                "scene constants",
+                size_of::<SceneInfo>() as u64,
+                BufferUsages::UNIFORM,
+            )?,
+            instances: storage_buffer(gpu, "instances", &records::instances(&tables), none)?,
+            bindings: storage_buffer(gpu, "geometry bindings", &records::bindings(&tables, &words), none)?,
+            materials: storage_buffer(gpu, "materials", &records::materials(&tables), none)?,
+            lights: storage_buffer(gpu, "lights", &records::lights(&tables, &words), none)?,
+            vertices: storage_buffer(gpu, "vertices", &records::vertices(&tables), none)?,
+            words: storage_buffer(gpu, "vertex indices and attributes", &words.data, none)?,
+        };
+        upload::write_buffer(gpu, "scene constants", &buffers.info, bytemuck::bytes_of(&info))?;
+        let textures = SceneTextures::upload(gpu, &tables, &layers)?;
+        gpu.queue.submit([]);
+        let (layout, bind_group) = gpu
+            .guarded(|| {
+                let layout = layout(gpu);
+                let group = bind_group(gpu, &layout, &buffers, &textures);
+                (layout, group)
+            })
+            .map_err(|reason| GpuError::Device { doing: "binding the scene", reason })?;
+        gpu.check("uploading the scene")?;
+        Ok(Self { tables, buffers, textures, layout, bind_group })
+    }
+
+    /// Bytes on the device.
+    pub fn memory_bytes(&self) -> u64 {
+        let b = &self.buffers;
+        let buffers = [&b.info, &b.instances, &b.bindings, &b.materials, &b.lights, &b.vertices, &b.words];
+        buffers.iter().map(|b| b.size()).sum::<u64>() + self.textures.memory_bytes()
+    }
+
+    /// Which shader variant the scene needs.
+    pub fn has_alpha(&self) -> bool {
+        self.tables.has_alpha
+    }
+}
+
+fn scene_info(tables: &SceneTables, words: &Words, layers: &TexelLayers) -> SceneInfo {
+    let environment = &tables.environment;
+    SceneInfo {
+        horizon: environment.horizon,
+        environment_width: environment.width,
+        zenith: environment.zenith,
+        environment_height: environment.height,
+        ground: environment.ground,
+        environment_rotation: environment.rotation,
+        light_count: tables.lights.len() as u32,
+        environment_light: environment.light,
+        first_disc: words.discs,
+        disc_count: words.disc_count,
+        row_alias: words.row_alias,
+        texel_width_log2: layers.width_log2,
+        texel_height: layers.height,
+        padding: 0,
+    }
+}
+
+/// Layout of bind group 0 for compute shaders.
+fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
+    let buffer = |binding: u32, ty| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+        count: None,
+    };
+    let texture = |binding: u32, sample_type, view_dimension| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false },
+        count: None,
+    };
+    let storage = wgpu::BufferBindingType::Storage { read_only: true };
+    let float = wgpu::TextureSampleType::Float { filterable: false };
+    let (flat, array) = (wgpu::TextureViewDimension::D2, wgpu::TextureViewDimension::D2Array);
+    let mut entries = vec![buffer(0, wgpu::BufferBindingType::Uniform)];
+    entries.extend((1..=6).map(|binding| buffer(binding, storage)));
+    entries.push(texture(7, float, array));
+    entries.push(texture(8, float, flat));
+    entries.push(texture(9, wgpu::TextureSampleType::Uint, flat));
+    entries.push(texture(10, float, flat));
+    entries.push(texture(11, float, flat));
+    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("scene"),
+        entries: &entries,
+    })
+}
+
+fn bind_group(
+    gpu: &Gpu,
+    layout: &wgpu::BindGroupLayout,
+    b: &SceneBuffers,
+    t: &SceneTextures,
+) -> wgpu::BindGroup {
+    let buffers = [&b.info, &b.instances, &b.bindings, &b.materials, &b.lights, &b.vertices, &b.words];
+    let resources = buffers
+        .into_iter()
+        .map(wgpu::Buffer::as_entire_binding)
+        .chain(t.views().into_iter().map(wgpu::BindingResource::TextureView));
+    let entries: Vec<_> =
+        (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
+    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("scene"),
+        layout,
+        entries: &entries,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{GpuOptions, LimitCaps, open_for_test};
+
+    fn tables(scene: &scene::Scene) -> Arc<SceneTables> {
+        Arc::new(SceneTables::build(scene))
+    }
+
+    #[test]
+    fn scenes_fit_on_the_device() {
+        let Some(gpu) = open_for_test("scenes_fit_on_the_device", &GpuOptions::default()) else { return };
+        for scene in [testkit::scenes::cornell(), scene::Scene::default()] {
+            let uploaded = GpuScene::upload(&gpu, tables(&scene)).expect("upload");
+            assert!(uploaded.memory_bytes() > 0);
+        }
+    }
+
+    #[test]
+    fn what_is_too_large_is_named() {
+        let caps = LimitCaps { storage_binding_bytes: 1 << 16, ..LimitCaps::default() };
+        let options = GpuOptions { limits: Some(caps), ..GpuOptions::default() };
+        let Some(gpu) = open_for_test("what_is_too_large_is_named", &options) else { return };
+        let error = GpuScene::upload(&gpu, tables(&testkit::scenes::glass())).err().expect("too large");
+        assert!(matches!(error, GpuError::BufferTooLarge { limit: 65_536, .. }), "{error}");
+        assert!(error.to_string().contains("vertices") && error.to_string().contains("65536"), "{error}");
+        gpu.check("testing").expect("the device is still good");
+    }
+
+    #[test]
+    fn an_environment_that_is_too_large_is_named() {
+        let caps = LimitCaps { texture_side: 512, ..LimitCaps::default() };
+        let options = GpuOptions { limits: Some(caps), ..GpuOptions::default() };
+        let Some(gpu) = open_for_test("an_environment_that_is_too_large_is_named", &options) else { return };
+        let mut scene = testkit::scenes::cornell();
+        let pixels = scene::Pixels::Rgb32F(vec![[1.0; 3]; 1024 * 2]);
+        scene.images.push(scene::Image { name: "sky".into(), width: 1024, height: 2, pixels });
+        scene.environment = scene::Environment::Image { image: 0, rotation: 0.0, intensity: 1.0 };
+        let error = GpuScene::upload(&gpu, tables(&scene)).err().expect("too large");
+        assert!(matches!(error, GpuError::TextureTooLarge { width: 1024, limit: 512, .. }), "{error}");
+    }
+}

@@ -1,0 +1,154 @@
+// Choosing lights, and the density with which a light found by chance would have been chosen.
+
+fn load_light(index: u32) -> Light {
+    let record = lights[index];
+    return Light(record.kind, record.position, record.edge1, record.edge2, record.emission, record.size,
+        (record.flags & LIGHT_TWO_SIDED) != 0u);
+}
+
+/// Samples a direction towards a light chosen by power; the density includes the choice, 0 without lights.
+///
+/// `u.x` chooses the light, and what is left of it goes with `u.y` into the direction.
+fn sample_light(p: vec3f, u: vec2f) -> LightSample {
+    if scene.light_count == 0u {
+        return no_light_sample();
+    }
+    let slot = alias_slot(u.x, scene.light_count);
+    let rest = dither(u.x, u.y);
+    let choice = alias_choose_dithered(u.x, scene.light_count, slot, lights[slot].threshold,
+        lights[slot].alias_index, rest);
+    var light = sample_one_light(choice.index, p, vec2f(choice.remainder, u.y));
+    light.pdf *= lights[choice.index].probability;
+    return light;
+}
+
+/// Samples a direction towards light `index`.
+fn sample_one_light(index: u32, p: vec3f, u: vec2f) -> LightSample {
+    if lights[index].kind == LIGHT_ENVIRONMENT {
+        return sample_environment(u);
+    }
+    var light = light_sample(load_light(index), p, u);
+    // A disc that is not seen cannot be found by chance: its samples count in full.
+    let unseen = lights[index].kind == LIGHT_DIRECTIONAL && (lights[index].flags & LIGHT_VISIBLE) == 0u;
+    light.delta = light.delta || unseen;
+    if lights[index].textured_material != NONE {
+        light.radiance = textured_emission(index, light.barycentrics);
+    }
+    return light;
+}
+
+fn textured_emission(index: u32, barycentrics: vec2f) -> vec3f {
+    let material = lights[index].textured_material;
+    let weights = vec3f(1.0 - barycentrics.x - barycentrics.y, barycentrics.x, barycentrics.y);
+    let at = lights[index].first_uv;
+    let uv0 = words_vec2(at) * weights.x + words_vec2(at + 2u) * weights.y + words_vec2(at + 4u) * weights.z;
+    let uv1 = words_vec2(at + 6u) * weights.x + words_vec2(at + 8u) * weights.y + words_vec2(at + 10u) * weights.z;
+    let coords = vec4f(uv0, uv1);
+    let emitted = emission_at(material, coords);
+    let holes = MATERIAL_ALPHA_MASK | MATERIAL_ALPHA_BLEND | MATERIAL_CHECKERBOARD_FADES;
+    if (materials[material].flags & holes) == 0u {
+        return emitted;
+    }
+    return emitted * coverage(material, coords, vec4f(1.0), vec2f(0.0));
+}
+
+/// Density over solid angle, seen from `origin`, with which `sample_light` would have found an emissive surface at distance
+/// `distance` in unit direction `wi`; 0 if it is not sampled.
+fn surface_light_pdf(s: Surface, origin: vec3f, wi: vec3f, distance: f32) -> f32 {
+    if s.light == NONE {
+        return 0.0;
+    }
+    let kind = lights[s.light].kind;
+    var pdf = 0.0;
+    if kind == LIGHT_TRIANGLE {
+        pdf = triangle_light_pdf(lights[s.light].edge1, lights[s.light].edge2, wi, distance);
+    } else if kind == LIGHT_SPHERE {
+        pdf = sphere_light_pdf(lights[s.light].position, lights[s.light].size, origin);
+    }
+    return pdf * lights[s.light].probability;
+}
+
+/// Radiance of a pixel of the environment image, and the probability of sampling it.
+fn environment_pixel(x: u32, y: u32) -> vec4f {
+    return textureLoad(environment_texels, vec2u(x, y), 0);
+}
+
+/// Radiance of the environment, without the sun, from unit direction `wi`. Bilinear interpolation of an image wraps around
+/// horizontally and stops at the poles.
+fn environment_radiance(wi: vec3f) -> vec3f {
+    if scene.environment_width == 0u {
+        return gradient_sky(wi, scene.horizon, scene.zenith, scene.ground);
+    }
+    let uv = direction_to_equirect(wi, scene.environment_rotation);
+    let width = scene.environment_width;
+    let height = scene.environment_height;
+    let x = uv.x * f32(width) - 0.5;
+    let y = clamp(uv.y * f32(height) - 0.5, 0.0, f32(height - 1u));
+    let fx = x - floor(x);
+    let fy = y - floor(y);
+    let x0 = wrap_texel(i32(floor(x)), width, WRAP_REPEAT);
+    let x1 = select(x0 + 1u, 0u, x0 + 1u == width);
+    let y0 = u32(y);
+    let y1 = min(y0 + 1u, height - 1u);
+    let top = environment_pixel(x0, y0).rgb * (1.0 - fx) + environment_pixel(x1, y0).rgb * fx;
+    let bottom = environment_pixel(x0, y1).rgb * (1.0 - fx) + environment_pixel(x1, y1).rgb * fx;
+    return top * (1.0 - fy) + bottom * fy;
+}
+
+/// Density over solid angle with which `sample_environment` chooses `wi`; 0 without an image.
+fn environment_pdf(wi: vec3f) -> f32 {
+    if scene.environment_width == 0u {
+        return 0.0;
+    }
+    let uv = direction_to_equirect(wi, scene.environment_rotation);
+    let x = min(u32(uv.x * f32(scene.environment_width)), scene.environment_width - 1u);
+    let y = min(u32(uv.y * f32(scene.environment_height)), scene.environment_height - 1u);
+    return equirect_pdf(environment_pixel(x, y).a * environment_pixel_count(), uv.y);
+}
+
+fn environment_pixel_count() -> f32 {
+    return f32(scene.environment_width * scene.environment_height);
+}
+
+/// Samples the environment image: first a row, then a pixel of it.
+fn sample_environment(u: vec2f) -> LightSample {
+    let width = scene.environment_width;
+    let height = scene.environment_height;
+    let row_slot = alias_slot(u.y, height);
+    let row_at = scene.row_alias + 2u * row_slot;
+    let row = alias_choose_dithered(u.y, height, row_slot, word_f32(row_at), words[row_at + 1u], dither(u.x, u.y));
+    let slot = alias_slot(u.x, width);
+    let entry = textureLoad(environment_alias, vec2u(slot, row.index), 0).xy;
+    let column = alias_choose_dithered(u.x, width, slot, bitcast<f32>(entry.x), entry.y, dither(u.y, u.x));
+    let uv = vec2f((f32(column.index) + column.remainder) / f32(width), (f32(row.index) + row.remainder) / f32(height));
+    let probability = environment_pixel(column.index, row.index).a;
+    var light = no_light_sample();
+    light.wi = equirect_to_direction(uv, scene.environment_rotation);
+    light.distance = FAR;
+    light.radiance = environment_radiance(light.wi);
+    light.pdf = equirect_pdf(probability * environment_pixel_count(), uv.y);
+    light.delta = false;
+    return light;
+}
+
+/// Adds everything that is infinitely far away in unit direction `wi` to a path that goes there.
+fn path_add_distant(path: PathState, wi: vec3f) -> PathState {
+    var pdf = 0.0;
+    if scene.environment_light != NONE {
+        pdf = environment_pdf(wi) * lights[scene.environment_light].probability;
+    }
+    var next = path_add_emission(path, environment_radiance(wi), pdf);
+    for (var i = 0u; i < scene.disc_count; i++) {
+        let index = words[scene.first_disc + i];
+        let light = load_light(index);
+        if directional_light_contains(light, wi) {
+            next = path_add_emission(next, light.emission, pdf_cone(light.size) * lights[index].probability);
+        }
+    }
+    return next;
+}
+
+/// Radiance of everything infinitely far away in unit direction `wi`.
+fn distant_radiance(wi: vec3f) -> vec3f {
+    return path_add_distant(path_start(), wi).radiance;
+}

@@ -1,0 +1,237 @@
+// From a hit to the surface there.
+
+fn transform_point(rows: array<vec4f, 3>, p: vec3f) -> vec3f {
+    let h = vec4f(p, 1.0);
+    return vec3f(dot(rows[0], h), dot(rows[1], h), dot(rows[2], h));
+}
+
+fn transform_vector(rows: array<vec4f, 3>, v: vec3f) -> vec3f {
+    return vec3f(dot(rows[0].xyz, v), dot(rows[1].xyz, v), dot(rows[2].xyz, v));
+}
+
+/// A normal from object to world space, given the rows of world to object; not normalised.
+fn transform_normal(world_to_object: array<vec4f, 3>, n: vec3f) -> vec3f {
+    return world_to_object[0].xyz * n.x + world_to_object[1].xyz * n.y + world_to_object[2].xyz * n.z;
+}
+
+/// A point on a surface as a ray arrives there. World space unless it says otherwise.
+struct Surface {
+    position: vec3f,
+    /// Largest magnitude of a coordinate of the primitive: how far rays must start from it.
+    extent: f32,
+    /// Unit geometric normal on the side of the ray's origin.
+    normal: vec3f,
+    /// Whether the ray arrives at the front.
+    front: bool,
+    /// Unit shading normal on that side, normal map applied.
+    shading_normal: vec3f,
+    /// Index into `materials`.
+    material: u32,
+    /// Unit direction back along the ray.
+    wo: vec3f,
+    /// Index into `lights`, or NONE.
+    light: u32,
+    /// Both sets of texture coordinates.
+    coords: vec4f,
+    /// Linear vertex colour, ones where there is none.
+    color: vec4f,
+    /// Position in the x–z plane of object space, for procedural patterns.
+    pattern_position: vec2f,
+    /// What the user calls an instance.
+    object: u32,
+    /// Number of the primitive in its geometry.
+    primitive: u32,
+}
+
+/// What a primitive knows of a point on it, before the viewer's side and the normal map count.
+struct SurfacePoint {
+    position: vec3f,
+    extent: f32,
+    /// Unit geometric normal of the front.
+    normal: vec3f,
+    /// Whether `shading` counts; flat otherwise.
+    smooth_shaded: bool,
+    /// Unit interpolated normal of the front.
+    shading: vec3f,
+    /// Of the tangent: 1 or −1; 0 if there is none.
+    handedness: f32,
+    tangent: vec3f,
+    coords: vec4f,
+    color: vec4f,
+    pattern_position: vec2f,
+}
+
+fn largest_magnitude(p: vec3f) -> f32 {
+    return max_component(abs(p));
+}
+
+/// Texture coordinates at a point of a triangle.
+fn triangle_coords(binding: Binding, corners: vec3u, weights: vec3f) -> vec4f {
+    var coords = vec4f(0.0);
+    if (binding.flags & BINDING_UV0) != 0u {
+        let first = binding.first_vertex;
+        let us = vec3f(vertices[first + corners.x].u, vertices[first + corners.y].u, vertices[first + corners.z].u);
+        let vs = vec3f(vertices[first + corners.x].v, vertices[first + corners.y].v, vertices[first + corners.z].v);
+        coords.x = dot(us, weights);
+        coords.y = dot(vs, weights);
+    }
+    if binding.first_uv1 != NONE {
+        let uv1 = words_vec2(binding.first_uv1 + 2u * corners.x) * weights.x
+            + words_vec2(binding.first_uv1 + 2u * corners.y) * weights.y
+            + words_vec2(binding.first_uv1 + 2u * corners.z) * weights.z;
+        coords.z = uv1.x;
+        coords.w = uv1.y;
+    }
+    return coords;
+}
+
+/// Vertex colour or tangent at a point of a triangle: four numbers a vertex from word `first` on.
+fn triangle_words4(first: u32, corners: vec3u, weights: vec3f) -> vec4f {
+    return words_vec4(first + 4u * corners.x) * weights.x + words_vec4(first + 4u * corners.y) * weights.y
+        + words_vec4(first + 4u * corners.z) * weights.z;
+}
+
+fn triangle_color(binding: Binding, corners: vec3u, weights: vec3f) -> vec4f {
+    if binding.first_color == NONE {
+        return vec4f(1.0);
+    }
+    return triangle_words4(binding.first_color, corners, weights);
+}
+
+fn triangle_point(binding: Binding, instance_index: u32, primitive: u32, barycentrics: vec2f) -> SurfacePoint {
+    let corners = triangle_corners(binding, primitive);
+    let weights = vec3f(1.0 - barycentrics.x - barycentrics.y, barycentrics.x, barycentrics.y);
+    let v0 = vertices[binding.first_vertex + corners.x];
+    let v1 = vertices[binding.first_vertex + corners.y];
+    let v2 = vertices[binding.first_vertex + corners.z];
+    let local = v0.position * weights.x + v1.position * weights.y + v2.position * weights.z;
+    let local_normal = cross(v1.position - v0.position, v2.position - v0.position);
+    let local_shading = v0.normal * weights.x + v1.normal * weights.y + v2.normal * weights.z;
+    var point: SurfacePoint;
+    point.pattern_position = local.xz;
+    var tangent = vec4f(0.0);
+    let needs_tangent = materials[binding.material].textures[SLOT_NORMAL].first_texel != NONE;
+    if binding.first_tangent != NONE && needs_tangent {
+        tangent = triangle_words4(binding.first_tangent, corners, weights);
+        point.handedness = select(1.0, -1.0, tangent.w < 0.0);
+    }
+    var shading = local_shading;
+    let flags = instances[instance_index].flags;
+    if (flags & INSTANCE_IDENTITY) != 0u {
+        point.position = local;
+        point.normal = normalize(local_normal);
+        point.tangent = tangent.xyz;
+        point.extent = max(largest_magnitude(v0.position),
+            max(largest_magnitude(v1.position), largest_magnitude(v2.position)));
+    } else {
+        let to_world = instances[instance_index].object_to_world;
+        let to_object = instances[instance_index].world_to_object;
+        point.position = transform_point(to_world, local);
+        point.normal = normalize(transform_normal(to_object, local_normal));
+        shading = transform_normal(to_object, local_shading);
+        point.tangent = transform_vector(to_world, tangent.xyz);
+        if (flags & INSTANCE_MIRRORED) != 0u {
+            point.handedness = -point.handedness;
+        }
+        point.extent = max(largest_magnitude(transform_point(to_world, v0.position)),
+            max(largest_magnitude(transform_point(to_world, v1.position)),
+                largest_magnitude(transform_point(to_world, v2.position))));
+    }
+    point.smooth_shaded = (binding.flags & BINDING_NORMALS) != 0u && dot(shading, shading) > 1e-20;
+    point.shading = select(point.normal, normalize(shading), point.smooth_shaded);
+    point.coords = triangle_coords(binding, corners, weights);
+    point.color = triangle_color(binding, corners, weights);
+    return point;
+}
+
+fn sphere_point(binding: Binding, instance_index: u32, primitive: u32, world: vec3f) -> SurfacePoint {
+    let sphere = sphere_at(binding, primitive);
+    let center = sphere.xyz;
+    let low = center - sphere.w;
+    let high = center + sphere.w;
+    var point: SurfacePoint;
+    if (instances[instance_index].flags & INSTANCE_IDENTITY) != 0u {
+        // Back onto the sphere: the ray's parameter alone is off by more than an offset of the origin hides.
+        let outward = normalize(world - center);
+        point.position = center + outward * sphere.w;
+        point.normal = outward;
+        point.coords = sphere_uv(outward).xyxy;
+        point.tangent = sphere_tangent(point.coords.x);
+        point.pattern_position = point.position.xz;
+        point.extent = max(max(largest_magnitude(low), largest_magnitude(high)), largest_magnitude(point.position));
+    } else {
+        let to_world = instances[instance_index].object_to_world;
+        let to_object = instances[instance_index].world_to_object;
+        let outward = normalize(transform_point(to_object, world) - center);
+        let on_sphere = center + outward * sphere.w;
+        point.position = transform_point(to_world, on_sphere);
+        point.normal = normalize(transform_normal(to_object, outward));
+        point.coords = sphere_uv(outward).xyxy;
+        point.tangent = transform_vector(to_world, sphere_tangent(point.coords.x));
+        point.pattern_position = on_sphere.xz;
+        point.extent = max(
+            max(largest_magnitude(transform_point(to_world, low)), largest_magnitude(transform_point(to_world, high))),
+            largest_magnitude(point.position));
+    }
+    point.handedness = 1.0;
+    point.smooth_shaded = false;
+    point.shading = point.normal;
+    point.color = vec4f(1.0);
+    return point;
+}
+
+/// The shading normal on the viewer's side, with the normal map applied and bent so that nothing reflects into the
+/// surface. `normal`: the geometric one on that side; `side`: 1 at the front, −1 at the back.
+fn mapped_normal(material: u32, point: SurfacePoint, wo: vec3f, normal: vec3f, side: f32) -> vec3f {
+    var shading = select(normal, point.shading * side, point.smooth_shaded);
+    let use_ = materials[material].textures[SLOT_NORMAL];
+    if use_.first_texel != NONE {
+        let stored = sample_texture(use_, point.coords);
+        var frame = frame_from_normal(shading);
+        if point.handedness != 0.0 {
+            frame = frame_from_tangent(shading, point.tangent);
+            // The map's y belongs to the front's bitangent; seen from behind the frame's normal is turned.
+            frame.bitangent *= point.handedness * side;
+        }
+        shading = map_normal(frame, stored.rgb, materials[material].normal_scale);
+    } else if !point.smooth_shaded {
+        return normal;
+    }
+    return bend_normal(wo, normal, shading);
+}
+
+/// The surface at a hit that is not a miss; the ray's direction has unit length.
+fn surface_at(origin: vec3f, direction: vec3f, hit: Hit) -> Surface {
+    let binding = hit_binding(hit);
+    let primitive = hit.primitive - binding.first_in_blas;
+    var point: SurfacePoint;
+    if (binding.flags & BINDING_SPHERES) != 0u {
+        point = sphere_point(binding, hit.instance, primitive, origin + direction * hit.t);
+    } else {
+        point = triangle_point(binding, hit.instance, primitive, vec2f(hit.u, hit.v));
+    }
+    let wo = -direction;
+    let front = dot(point.normal, wo) >= 0.0;
+    let side = select(-1.0, 1.0, front);
+    let normal = point.normal * side;
+    var s: Surface;
+    s.position = point.position;
+    s.extent = point.extent;
+    s.normal = normal;
+    s.front = front;
+    s.shading_normal = mapped_normal(binding.material, point, wo, normal, side);
+    s.material = binding.material;
+    s.wo = wo;
+    s.light = select(binding.first_light + primitive, NONE, binding.first_light == NONE);
+    s.coords = point.coords;
+    s.color = point.color;
+    s.pattern_position = point.pattern_position;
+    s.object = binding.object;
+    s.primitive = primitive;
+    return s;
+}
+
+/// Where a ray starts that leaves on the side of the viewer (`above`) or on the other.
+fn ray_origin(s: Surface, above: bool) -> vec3f {
+    return offset_ray_origin(s.position, select(-s.normal, s.normal, above), s.extent);
+}

@@ -1,0 +1,91 @@
+//! Three ways to find what a ray hits.
+//!
+//! Every tracer implements the same two WGSL functions, `trace_closest` and `trace_any` (see `shaders/scene.wgsl`), so
+//! every kernel runs on every tracer.
+
+use crate::{Gpu, GpuError};
+use wgpu::Features;
+
+/// Which way rays are traced.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum TracerKind {
+    /// Our own bounding volume hierarchy, walked in a compute shader: every device.
+    Bvh,
+    /// The driver's acceleration structures, asked from a compute shader.
+    Query,
+    /// The driver's ray tracing pipeline with a shader binding table.
+    Pipeline,
+}
+
+impl TracerKind {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Bvh, Self::Query, Self::Pipeline];
+
+    /// What users call the back end that traces so.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Bvh => "gpu-bvh",
+            Self::Query => "gpu-query",
+            Self::Pipeline => "gpu-pipeline",
+        }
+    }
+
+    /// Device features without which it cannot work.
+    pub fn required_features(self) -> Features {
+        match self {
+            Self::Bvh => Features::empty(),
+            Self::Query => Features::EXPERIMENTAL_RAY_QUERY,
+            Self::Pipeline => Features::EXPERIMENTAL_RAY_TRACING_PIPELINES,
+        }
+    }
+
+    /// Names of the required features that are not among `features`.
+    pub fn missing(self, features: Features) -> Vec<String> {
+        (self.required_features() - features).iter_names().map(|(name, _)| name.to_owned()).collect()
+    }
+
+    /// Whether `gpu` can trace so.
+    ///
+    /// # Errors
+    /// [`GpuError::Unsupported`], which names what is missing.
+    pub fn check(self, gpu: &Gpu) -> Result<(), GpuError> {
+        let missing = self.missing(gpu.features);
+        if missing.is_empty() {
+            return Ok(());
+        }
+        let (adapter, missing) = (gpu.info.name.clone(), missing.join(", "));
+        Err(GpuError::Unsupported { adapter, tracer: self.name(), missing })
+    }
+
+    /// The fastest way on a device with these features. Software drivers walk our own hierarchy faster than theirs.
+    pub fn best(features: Features, software: bool) -> Self {
+        if !software && Self::Query.missing(features).is_empty() { Self::Query } else { Self::Bvh }
+    }
+}
+
+/// The WGSL of a tracer: what has to be known of it to put a shader together.
+#[derive(Clone, Copy, Debug)]
+pub struct TracerText {
+    /// `enable` directives, which must be a module's first lines; may be empty.
+    pub enables: &'static str,
+    /// Its bindings (group 1) and the functions `trace_closest` and `trace_any`.
+    pub text: &'static str,
+}
+
+/// A tracer for compute shaders, with its structures for one scene on the device.
+pub trait Tracer: Send {
+    /// Which way it is.
+    fn kind(&self) -> TracerKind;
+
+    /// Its WGSL.
+    fn text(&self) -> TracerText;
+
+    /// Layout of bind group 1.
+    fn layout(&self) -> &wgpu::BindGroupLayout;
+
+    /// Bind group 1.
+    fn bind_group(&self) -> &wgpu::BindGroup;
+
+    /// Bytes of its structures on the device.
+    fn memory_bytes(&self) -> u64;
+}
