@@ -8,6 +8,8 @@ mod device;
 mod error;
 #[cfg(test)]
 mod layout;
+#[cfg(not(any(target_vendor = "apple", target_arch = "wasm32")))]
+pub mod pipeline;
 pub mod scene;
 pub mod shader;
 pub mod tracer;

@@ -1,7 +1,7 @@
 //! Records of geometry and instances.
 
 /// What a geometry is made of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u32)]
 pub enum GeometryKind {
     /// Indexed triangles.

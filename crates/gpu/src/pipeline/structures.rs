@@ -1,0 +1,421 @@
+//! The driver's acceleration structures of a scene: a bottom-level structure of every mesh, and one of all instances.
+
+use super::memory::{Memory, Reach};
+use super::vulkan::{Vulkan, failed};
+use crate::GpuError;
+use ash::vk;
+use scene::tables::{BlasRecord, GeometryKind, GeometryRecord, InstanceRecord, SceneTables};
+use std::sync::Arc;
+
+/// Structures begin at multiples of this in their memory: Vulkan's rule.
+const STORAGE_ALIGNMENT: u64 = 256;
+
+/// Builds that run at the same time share this much scratch memory; a larger build has its own.
+const SCRATCH_BUDGET: u64 = 64 << 20;
+
+/// Instances and records are numbered with so many bits in the driver's instances.
+const INSTANCE_BITS: u32 = 24;
+
+/// The acceleration structures of a scene on the device.
+pub(super) struct Structures {
+    vulkan: Arc<Vulkan>,
+    bottom: Vec<vk::AccelerationStructureKHR>,
+    top: vk::AccelerationStructureKHR,
+    // What the structures stand in; fields are dropped after `drop` has destroyed those.
+    memory: Vec<Memory>,
+}
+
+impl Structures {
+    /// Builds the structures. `offsets` has the first record of each instance in the shader binding table. Waits for the
+    /// device.
+    ///
+    /// # Errors
+    /// [`GpuError::Limit`] if the scene has more than the device can number, [`GpuError::Allocation`].
+    pub fn build(vulkan: &Arc<Vulkan>, tables: &SceneTables, offsets: &[u32]) -> Result<Self, GpuError> {
+        check_limits(vulkan, tables, offsets)?;
+        let mut made = Self {
+            vulkan: vulkan.clone(),
+            bottom: Vec::new(),
+            top: vk::AccelerationStructureKHR::null(),
+            memory: Vec::new(),
+        };
+        made.build_all(tables, offsets)?;
+        Ok(made)
+    }
+
+    /// The structure of all instances.
+    pub fn top(&self) -> vk::AccelerationStructureKHR {
+        self.top
+    }
+
+    /// Bytes on the device.
+    pub fn memory_bytes(&self) -> u64 {
+        self.memory.iter().map(Memory::size).sum()
+    }
+
+    fn build_all(&mut self, tables: &SceneTables, offsets: &[u32]) -> Result<(), GpuError> {
+        let vulkan = self.vulkan.clone();
+        let input = Input::new(&vulkan, tables)?;
+        let opaque = opaque_geometries(tables);
+        let geometries: Vec<_> = tables.blas.iter().map(|b| input.geometries(tables, b, &opaque)).collect();
+        let builds: Vec<_> = geometries.iter().map(|g| Build::bottom(&vulkan, g)).collect();
+        self.bottom = self.run(&builds, "bottom-level structures")?;
+
+        let instances = self.instances(tables, offsets)?;
+        let geometry = [instances_geometry(&instances)];
+        let ranges = vec![range(0, tables.instances.len() as u32)];
+        let build = Build::new(&vulkan, vk::AccelerationStructureTypeKHR::TOP_LEVEL, &geometry, ranges);
+        let top = self.run(&[build], "the top-level structure")?;
+        self.top = top.first().copied().unwrap_or_default();
+        Ok(())
+    }
+
+    /// Makes structures and builds them on the device, as many at a time as share the scratch memory.
+    fn run(
+        &mut self,
+        builds: &[Build<'_>],
+        object: &'static str,
+    ) -> Result<Vec<vk::AccelerationStructureKHR>, GpuError> {
+        let vulkan = self.vulkan.clone();
+        let mut offset = 0;
+        let places: Vec<u64> = builds.iter().map(|b| take(&mut offset, b.size, STORAGE_ALIGNMENT)).collect();
+        let usage = vk::BufferUsageFlags::ACCELERATION_STRUCTURE_STORAGE_KHR;
+        let storage = Memory::new(&vulkan, object, offset, usage, Reach::Device)?;
+        let buffer = storage.buffer();
+        self.memory.push(storage);
+
+        let mut made = Vec::new();
+        for (build, place) in builds.iter().zip(places) {
+            let info = vk::AccelerationStructureCreateInfoKHR::default()
+                .buffer(buffer)
+                .offset(place)
+                .size(build.size)
+                .ty(build.kind);
+            // SAFETY: the place in the buffer is free, aligned and large enough, and the buffer was made for this.
+            let structure = unsafe { vulkan.structures.create_acceleration_structure(&info, None) };
+            match structure {
+                Ok(structure) => made.push(structure),
+                Err(result) => {
+                    destroy(&vulkan, &made);
+                    return Err(failed("creating an acceleration structure")(result));
+                }
+            }
+        }
+
+        let alignment = vulkan.limits.scratch_alignment;
+        let largest = builds.iter().map(|b| b.scratch).max().unwrap_or(0);
+        let total: u64 = builds.iter().map(|b| b.scratch.next_multiple_of(alignment)).sum();
+        let budget = total.min(SCRATCH_BUDGET).max(largest);
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
+        let scratch =
+            Memory::new(&vulkan, "scratch memory of builds", budget + alignment, usage, Reach::Device);
+        let scratch = scratch.inspect_err(|_| destroy(&vulkan, &made))?;
+        let base = scratch.address.next_multiple_of(alignment);
+
+        let mut next = 0;
+        while next < builds.len() {
+            let (mut used, mut infos, mut ranges) = (0, Vec::new(), Vec::new());
+            while let (Some(build), Some(&structure)) = (builds.get(next), made.get(next)) {
+                let end = (used + build.scratch).next_multiple_of(alignment);
+                if !infos.is_empty() && used + build.scratch > budget {
+                    break;
+                }
+                infos.push(build.info(structure, base + used));
+                ranges.push(&build.ranges[..]);
+                (used, next) = (end, next + 1);
+            }
+            vulkan.submit(object, |commands| {
+                // SAFETY: the geometries' addresses, the structures and the scratch memory live until the device is done,
+                // and builds of one batch have places of their own. The barriers of `submit` separate batches.
+                unsafe { vulkan.structures.cmd_build_acceleration_structures(commands, &infos, &ranges) };
+            });
+        }
+        // The scratch memory goes when this returns.
+        vulkan.wait().inspect_err(|_| destroy(&vulkan, &made))?;
+        Ok(made)
+    }
+
+    /// The driver's records of instances, in memory.
+    fn instances(&self, tables: &SceneTables, offsets: &[u32]) -> Result<Memory, GpuError> {
+        let addresses: Vec<_> = self.bottom.iter().map(|&b| address(&self.vulkan, b)).collect();
+        let records: Vec<u8> = (0..)
+            .zip(tables.instances.iter().zip(offsets))
+            .flat_map(|(index, (instance, &offset))| {
+                instance_bytes(index, instance, offset, addresses[instance.blas as usize])
+            })
+            .collect();
+        let usage = vk::BufferUsageFlags::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR;
+        let size = records.len() as u64;
+        let memory = Memory::new(&self.vulkan, "instances", size, usage, Reach::Host)?;
+        memory.write(&records)?;
+        Ok(memory)
+    }
+}
+
+impl Drop for Structures {
+    fn drop(&mut self) {
+        // A device that is lost has nothing under way either.
+        let _ = self.vulkan.wait();
+        destroy(&self.vulkan, &self.bottom);
+        destroy(&self.vulkan, &[self.top]);
+    }
+}
+
+fn destroy(vulkan: &Vulkan, structures: &[vk::AccelerationStructureKHR]) {
+    for &structure in structures {
+        // SAFETY: the device is done with it, and nobody else knows the handle; null is allowed.
+        unsafe { vulkan.structures.destroy_acceleration_structure(structure, None) };
+    }
+}
+
+fn address(vulkan: &Vulkan, structure: vk::AccelerationStructureKHR) -> vk::DeviceAddress {
+    let info = vk::AccelerationStructureDeviceAddressInfoKHR::default().acceleration_structure(structure);
+    // SAFETY: the structure is alive.
+    unsafe { vulkan.structures.get_acceleration_structure_device_address(&info) }
+}
+
+/// `VkAccelerationStructureInstanceKHR`: 64 bytes.
+fn instance_bytes(index: u32, instance: &InstanceRecord, offset: u32, blas: vk::DeviceAddress) -> [u8; 64] {
+    let mask = 0xff;
+    // Surfaces have two sides for rays.
+    let flags = vk::GeometryInstanceFlagsKHR::TRIANGLE_FACING_CULL_DISABLE.as_raw();
+    let mut bytes = [0; 64];
+    bytes[..48].copy_from_slice(bytemuck::bytes_of(&instance.object_to_world));
+    bytes[48..52].copy_from_slice(&(index | mask << INSTANCE_BITS).to_ne_bytes());
+    bytes[52..56].copy_from_slice(&(offset | flags << INSTANCE_BITS).to_ne_bytes());
+    bytes[56..].copy_from_slice(&blas.to_ne_bytes());
+    bytes
+}
+
+fn check_limits(vulkan: &Vulkan, tables: &SceneTables, offsets: &[u32]) -> Result<(), GpuError> {
+    let check = |limit: &'static str, needed: u64, offered: u64| {
+        let adapter = vulkan.adapter.clone();
+        if needed <= offered { Ok(()) } else { Err(GpuError::Limit { adapter, limit, needed, offered }) }
+    };
+    let numbers = 1 << INSTANCE_BITS;
+    let limits = &vulkan.limits;
+    check("instances", tables.instances.len() as u64, limits.max_instances.min(numbers))?;
+    let records = offsets.iter().max().map_or(0, |&o| u64::from(o) + 1);
+    check("records of the shader binding table", records, numbers)?;
+    for blas in &tables.blas {
+        let geometries = geometries_of(tables, blas);
+        check("geometries of a structure", geometries.len() as u64, limits.max_geometries)?;
+        let primitives = geometries.iter().map(|g| u64::from(g.primitive_count)).sum();
+        check("primitives of a structure", primitives, limits.max_primitives)?;
+    }
+    Ok(())
+}
+
+fn geometries_of<'a>(tables: &'a SceneTables, blas: &BlasRecord) -> &'a [GeometryRecord] {
+    &tables.geometries[blas.first_geometry as usize..][..blas.geometry_count as usize]
+}
+
+/// The next place for `size` bytes.
+fn take(offset: &mut u64, size: u64, alignment: u64) -> u64 {
+    let place = offset.next_multiple_of(alignment);
+    *offset = place + size;
+    place
+}
+
+/// What a structure is built from, its sizes and its parts.
+struct Build<'a> {
+    kind: vk::AccelerationStructureTypeKHR,
+    geometries: &'a [vk::AccelerationStructureGeometryKHR<'a>],
+    ranges: Vec<vk::AccelerationStructureBuildRangeInfoKHR>,
+    size: u64,
+    scratch: u64,
+}
+
+/// Geometries of a bottom-level structure, and their ranges of primitives.
+type Geometries = (Vec<vk::AccelerationStructureGeometryKHR<'static>>, Vec<u32>);
+
+impl<'a> Build<'a> {
+    fn bottom(vulkan: &Vulkan, (geometries, counts): &'a Geometries) -> Self {
+        let ranges = counts.iter().map(|&count| range(0, count)).collect();
+        Self::new(vulkan, vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL, geometries, ranges)
+    }
+
+    fn new(
+        vulkan: &Vulkan,
+        kind: vk::AccelerationStructureTypeKHR,
+        geometries: &'a [vk::AccelerationStructureGeometryKHR<'a>],
+        ranges: Vec<vk::AccelerationStructureBuildRangeInfoKHR>,
+    ) -> Self {
+        let mut build = Self { kind, geometries, ranges, size: 0, scratch: 0 };
+        let counts: Vec<u32> = build.ranges.iter().map(|r| r.primitive_count).collect();
+        let info = build.info(vk::AccelerationStructureKHR::null(), 0);
+        let mut sizes = vk::AccelerationStructureBuildSizesInfoKHR::default();
+        // SAFETY: one count for each geometry; addresses in the geometries are not looked at.
+        unsafe {
+            vulkan.structures.get_acceleration_structure_build_sizes(
+                vk::AccelerationStructureBuildTypeKHR::DEVICE,
+                &info,
+                &counts,
+                &mut sizes,
+            );
+        }
+        (build.size, build.scratch) = (sizes.acceleration_structure_size, sizes.build_scratch_size);
+        build
+    }
+
+    fn info(
+        &self,
+        structure: vk::AccelerationStructureKHR,
+        scratch: vk::DeviceAddress,
+    ) -> vk::AccelerationStructureBuildGeometryInfoKHR<'a> {
+        vk::AccelerationStructureBuildGeometryInfoKHR::default()
+            .ty(self.kind)
+            .flags(vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_TRACE)
+            .mode(vk::BuildAccelerationStructureModeKHR::BUILD)
+            .geometries(self.geometries)
+            .dst_acceleration_structure(structure)
+            .scratch_data(vk::DeviceOrHostAddressKHR { device_address: scratch })
+    }
+}
+
+fn range(first_byte: u32, count: u32) -> vk::AccelerationStructureBuildRangeInfoKHR {
+    vk::AccelerationStructureBuildRangeInfoKHR::default().primitive_offset(first_byte).primitive_count(count)
+}
+
+/// Vertices, indices and boxes on the device while structures are built.
+struct Input {
+    memory: Memory,
+    indices: u64,
+    boxes: u64,
+}
+
+impl Input {
+    fn new(vulkan: &Arc<Vulkan>, tables: &SceneTables) -> Result<Self, GpuError> {
+        let boxes: Vec<[f32; 6]> = tables.spheres.iter().map(sphere_box).collect();
+        let mut bytes: Vec<u8> = bytemuck::cast_slice(&tables.positions).to_vec();
+        let mut append = |part: &[u8]| {
+            bytes.resize(bytes.len().next_multiple_of(16), 0);
+            let at = bytes.len() as u64;
+            bytes.extend_from_slice(part);
+            at
+        };
+        let indices = append(bytemuck::cast_slice(&tables.indices));
+        let boxes = append(bytemuck::cast_slice(&boxes));
+        let usage = vk::BufferUsageFlags::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR;
+        let memory = Memory::with_bytes(vulkan, "geometry to build structures from", &bytes, usage)?;
+        Ok(Self { memory, indices, boxes })
+    }
+
+    /// The geometries of a structure in the driver's words, and how many primitives each has. `opaque` says of every
+    /// geometry of the scene that no any-hit shader has to be asked.
+    fn geometries(&self, tables: &SceneTables, blas: &BlasRecord, opaque: &[bool]) -> Geometries {
+        let geometries = geometries_of(tables, blas);
+        let describe = |(index, g): (usize, &GeometryRecord)| match g.kind {
+            GeometryKind::Triangles => self.triangles(g, opaque[index]),
+            GeometryKind::Spheres => self.spheres(g),
+        };
+        let described = (blas.first_geometry as usize..).zip(geometries).map(describe).collect();
+        (described, geometries.iter().map(|g| g.primitive_count).collect())
+    }
+
+    fn triangles(&self, g: &GeometryRecord, opaque: bool) -> vk::AccelerationStructureGeometryKHR<'static> {
+        let vertices = self.memory.address + u64::from(g.first_vertex) * size_of::<[f32; 3]>() as u64;
+        let indices =
+            self.memory.address + self.indices + u64::from(g.first_primitive) * size_of::<[u32; 3]>() as u64;
+        let triangles = vk::AccelerationStructureGeometryTrianglesDataKHR::default()
+            .vertex_format(vk::Format::R32G32B32_SFLOAT)
+            .vertex_data(vk::DeviceOrHostAddressConstKHR { device_address: vertices })
+            .vertex_stride(size_of::<[f32; 3]>() as u64)
+            .max_vertex(g.vertex_count.saturating_sub(1))
+            .index_type(vk::IndexType::UINT32)
+            .index_data(vk::DeviceOrHostAddressConstKHR { device_address: indices });
+        let data = vk::AccelerationStructureGeometryDataKHR { triangles };
+        geometry(vk::GeometryTypeKHR::TRIANGLES, data, opaque)
+    }
+
+    fn spheres(&self, g: &GeometryRecord) -> vk::AccelerationStructureGeometryKHR<'static> {
+        let boxes =
+            self.memory.address + self.boxes + u64::from(g.first_primitive) * size_of::<[f32; 6]>() as u64;
+        let aabbs = vk::AccelerationStructureGeometryAabbsDataKHR::default()
+            .data(vk::DeviceOrHostAddressConstKHR { device_address: boxes })
+            .stride(size_of::<[f32; 6]>() as u64);
+        let data = vk::AccelerationStructureGeometryDataKHR { aabbs };
+        geometry(vk::GeometryTypeKHR::AABBS, data, true)
+    }
+}
+
+fn instances_geometry(instances: &Memory) -> vk::AccelerationStructureGeometryKHR<'static> {
+    let instances = vk::AccelerationStructureGeometryInstancesDataKHR::default()
+        .data(vk::DeviceOrHostAddressConstKHR { device_address: instances.address });
+    let data = vk::AccelerationStructureGeometryDataKHR { instances };
+    geometry(vk::GeometryTypeKHR::INSTANCES, data, false)
+}
+
+fn geometry(
+    kind: vk::GeometryTypeKHR,
+    data: vk::AccelerationStructureGeometryDataKHR<'static>,
+    opaque: bool,
+) -> vk::AccelerationStructureGeometryKHR<'static> {
+    let flags = if opaque { vk::GeometryFlagsKHR::OPAQUE } else { vk::GeometryFlagsKHR::empty() };
+    vk::AccelerationStructureGeometryKHR::default().geometry_type(kind).geometry(data).flags(flags)
+}
+
+/// For each geometry of the scene, whether none of its instances may have holes there.
+fn opaque_geometries(tables: &SceneTables) -> Vec<bool> {
+    let mut opaque = vec![true; tables.geometries.len()];
+    for instance in &tables.instances {
+        let blas = &tables.blas[instance.blas as usize];
+        for g in 0..blas.geometry_count {
+            let binding = &tables.bindings[(instance.first_binding + g) as usize];
+            let holes = tables.materials[binding.material as usize].has_alpha();
+            opaque[(blas.first_geometry + g) as usize] &= !holes;
+        }
+    }
+    opaque
+}
+
+/// Corners of a box around a sphere, with a margin for the rounding of the corners themselves.
+fn sphere_box(&[x, y, z, radius]: &[f32; 4]) -> [f32; 6] {
+    let side = |center: f32| {
+        let half = radius + (radius + center.abs()) * 4.0 * f32::EPSILON;
+        [center - half, center + half]
+    };
+    let [x, y, z] = [x, y, z].map(side);
+    [x[0], y[0], z[0], x[1], y[1], z[1]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn boxes_hold_their_spheres() {
+        for (center, radius) in [(0.0, 1.0), (1e6, 0.01), (-3.7, 1e-3), (0.1, 1e5)] {
+            let b = sphere_box(&[center, -center, 0.0, radius]);
+            let (low, high) = (f64::from(center) - f64::from(radius), f64::from(center) + f64::from(radius));
+            assert!(f64::from(b[0]) <= low && f64::from(b[3]) >= high, "{center} {radius} {b:?}");
+            assert!(f64::from(b[1]) <= -high && f64::from(b[4]) >= -low, "{center} {radius} {b:?}");
+        }
+    }
+
+    /// The driver's record is what the Vulkan headers say.
+    #[test]
+    fn instances_are_laid_out_as_vulkan_says() {
+        assert_eq!(size_of::<vk::AccelerationStructureInstanceKHR>(), 64);
+        let instance = InstanceRecord {
+            object_to_world: [[1.0, 2.0, 3.0, 4.0], [5.0, 6.0, 7.0, 8.0], [9.0, 10.0, 11.0, 12.0]],
+            world_to_object: [[0.0; 4]; 3],
+            blas: 0,
+            first_binding: 0,
+            identity: false,
+        };
+        let culling = vk::GeometryInstanceFlagsKHR::TRIANGLE_FACING_CULL_DISABLE.as_raw() as u8;
+        let expected = vk::AccelerationStructureInstanceKHR {
+            transform: vk::TransformMatrixKHR { matrix: std::array::from_fn(|i| i as f32 + 1.0) },
+            instance_custom_index_and_mask: vk::Packed24_8::new(7, 0xff),
+            instance_shader_binding_table_record_offset_and_flags: vk::Packed24_8::new(0x123456, culling),
+            acceleration_structure_reference: vk::AccelerationStructureReferenceKHR {
+                device_handle: 0xabcdef,
+            },
+        };
+        let actual = instance_bytes(7, &instance, 0x123456, 0xabcdef);
+        // SAFETY: both are 64 bytes of plain numbers without padding.
+        let expected: [u8; 64] = unsafe { std::mem::transmute(expected) };
+        assert_eq!(actual, expected);
+    }
+}
