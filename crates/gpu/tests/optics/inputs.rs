@@ -1,0 +1,350 @@
+//! Random inputs with edge cases: what a function's arguments are drawn from. `list.rs` names these functions.
+
+use optics::bsdf::*;
+use optics::camera::CameraFrame;
+use optics::dielectric::dielectric_bsdf;
+use optics::estimator::Moments;
+use optics::frame::{Frame, frame_from_normal};
+use optics::ggx::MIN_ALPHA;
+use optics::glossy::{MetallicRoughness, lambert_bsdf, metallic_roughness_bsdf, mirror_bsdf};
+use optics::intersect::{RayShear, ray_shear};
+use optics::light::Light;
+use optics::path::PathState;
+use optics::random::PixelSampler;
+use optics::scatter::{Bsdf, BsdfSample, BsdfValue, black_bsdf};
+use optics::{Vec2f, Vec3f, vec2f, vec3f};
+use testkit::Random;
+
+/// One in so many numbers is an edge case.
+const EDGE_SHARE: u64 = 4;
+
+/// Where inputs come from: the same ones in every run.
+pub struct Inputs(Random);
+
+impl Inputs {
+    /// Inputs for the function called `name`.
+    pub fn new(name: &str) -> Self {
+        let seed = name
+            .bytes()
+            .fold(1469598103934665603, |h: u64, b| (h ^ u64::from(b)).wrapping_mul(1099511628211));
+        Self(Random::new(seed))
+    }
+
+    fn uniform(&mut self) -> f32 {
+        self.0.uniform_f32()
+    }
+
+    fn below(&mut self, n: u64) -> u64 {
+        self.0.bits() % n
+    }
+
+    fn edge<T: Copy>(&mut self, edges: &[T]) -> Option<T> {
+        let is_edge = self.below(EDGE_SHARE) == 0;
+        is_edge.then(|| edges[self.below(edges.len() as u64) as usize])
+    }
+
+    fn between(&mut self, low: f32, high: f32) -> f32 {
+        low + (high - low) * self.uniform()
+    }
+}
+
+/// A uniform random number in `[0, 1)`.
+pub fn unit(i: &mut Inputs) -> f32 {
+    i.edge(&[0.0, 0.25, 0.5, 0.75, 1e-10, 0.999_999_94]).unwrap_or_else(|| i.uniform())
+}
+
+pub fn unit2(i: &mut Inputs) -> Vec2f {
+    vec2f(unit(i), unit(i))
+}
+
+/// In `[0, 1]`.
+pub fn share(i: &mut Inputs) -> f32 {
+    i.edge(&[0.0, 1.0, 0.5, 1e-6]).unwrap_or_else(|| i.uniform())
+}
+
+pub fn share2(i: &mut Inputs) -> Vec2f {
+    vec2f(share(i), share(i))
+}
+
+/// Any sign and magnitude that a picture has.
+pub fn real(i: &mut Inputs) -> f32 {
+    let sign = if i.below(2) == 0 { 1.0 } else { -1.0 };
+    i.edge(&[0.0, -0.0, 1.0, -1.0, 0.5, 1e4]).unwrap_or_else(|| sign * 10.0_f32.powf(i.between(-5.0, 4.0)))
+}
+
+/// As [`real`], and what is no number.
+pub fn anything(i: &mut Inputs) -> f32 {
+    i.edge(&[f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN_POSITIVE])
+        .unwrap_or_else(|| real(i))
+}
+
+pub fn anything3(i: &mut Inputs) -> Vec3f {
+    vec3f(anything(i), anything(i), anything(i))
+}
+
+pub fn positive(i: &mut Inputs) -> f32 {
+    i.edge(&[0.0, 1.0, 1e-5, 1e4]).unwrap_or_else(|| 10.0_f32.powf(i.between(-5.0, 4.0)))
+}
+
+/// Distances and sizes, not zero.
+pub fn size(i: &mut Inputs) -> f32 {
+    i.edge(&[1.0, 1e-2, 1e2]).unwrap_or_else(|| 10.0_f32.powf(i.between(-2.0, 2.0)))
+}
+
+/// A number of turns.
+pub fn turns(i: &mut Inputs) -> f32 {
+    i.edge(&[0.0, 0.25, 0.5, 0.75, 1.0, -0.5]).unwrap_or_else(|| i.between(-2.0, 2.0))
+}
+
+/// A cosine of an angle to a surface's normal, in `[0, 1]`.
+pub fn cosine(i: &mut Inputs) -> f32 {
+    i.edge(&[0.0, 1.0, 1e-4, 0.5]).unwrap_or_else(|| i.uniform())
+}
+
+/// A cosine in `[−1, 1]`.
+pub fn signed_cosine(i: &mut Inputs) -> f32 {
+    i.edge(&[0.0, 1.0, -1.0, 1e-4, -1e-4]).unwrap_or_else(|| i.between(-1.0, 1.0))
+}
+
+/// 1 − cosine of a cone's half angle.
+pub fn one_minus_cos(i: &mut Inputs) -> f32 {
+    i.edge(&[1.0, 2.0, 1e-5]).unwrap_or_else(|| 10.0_f32.powf(i.between(-5.0, 0.3)))
+}
+
+/// A GGX width.
+pub fn alpha(i: &mut Inputs) -> f32 {
+    i.edge(&[MIN_ALPHA, 1.0, 0.5, 0.01]).unwrap_or_else(|| i.between(MIN_ALPHA, 1.0))
+}
+
+/// Index of refraction of one side relative to the other.
+pub fn eta(i: &mut Inputs) -> f32 {
+    i.edge(&[1.5, 1.0 / 1.5, 1.01, 2.4]).unwrap_or_else(|| i.between(0.4, 2.5))
+}
+
+/// An index of refraction that a material has.
+pub fn ior(i: &mut Inputs) -> f32 {
+    i.edge(&[1.0, 1.5, 2.4]).unwrap_or_else(|| i.between(1.0, 2.5))
+}
+
+pub fn bits(i: &mut Inputs) -> u32 {
+    i.edge(&[0, 1, u32::MAX, 0x8000_0000]).unwrap_or_else(|| i.0.bits() as u32)
+}
+
+/// A number of entries.
+pub fn count(i: &mut Inputs) -> u32 {
+    i.edge(&[1, 2, 4096]).unwrap_or_else(|| 1 + i.below(1000) as u32)
+}
+
+/// An index that is small.
+pub fn index(i: &mut Inputs) -> u32 {
+    i.below(64) as u32
+}
+
+pub fn axis(i: &mut Inputs) -> u32 {
+    i.below(3) as u32
+}
+
+pub fn sampler_kind(i: &mut Inputs) -> u32 {
+    i.below(2) as u32
+}
+
+pub fn tone_mapper(i: &mut Inputs) -> u32 {
+    i.below(6) as u32
+}
+
+pub fn flag(i: &mut Inputs) -> bool {
+    i.below(2) == 0
+}
+
+/// A unit vector.
+pub fn direction(i: &mut Inputs) -> Vec3f {
+    let axes = [
+        vec3f(0.0, 0.0, 1.0),
+        vec3f(0.0, 0.0, -1.0),
+        vec3f(1.0, 0.0, 0.0),
+        vec3f(0.0, 1.0, 0.0),
+        vec3f(0.0, -1.0, 0.0),
+        vec3f(0.6, 0.0, 0.8),
+    ];
+    i.edge(&axes).unwrap_or_else(|| optics::warp::sample_sphere(vec2f(i.uniform(), i.uniform())))
+}
+
+/// A unit vector that has an azimuth around the y axis: at the poles any number will do for it.
+pub fn off_pole(i: &mut Inputs) -> Vec3f {
+    let d = direction(i);
+    if d.y.abs() > 0.9999 { vec3f(0.6, 0.8, 0.0) } else { d }
+}
+
+/// A unit vector above the surface of its frame.
+pub fn upper(i: &mut Inputs) -> Vec3f {
+    let d = direction(i);
+    if d.z.abs() < 1e-3 { vec3f(0.0, 0.0, 1.0) } else { vec3f(d.x, d.y, d.z.abs()) }
+}
+
+/// A point near the origin.
+pub fn point(i: &mut Inputs) -> Vec3f {
+    i.edge(&[vec3f(0.0, 0.0, 0.0), vec3f(1.0, 0.0, 0.0), vec3f(-0.5, 0.5, 0.5)])
+        .unwrap_or_else(|| vec3f(i.between(-1.0, 1.0), i.between(-1.0, 1.0), i.between(-1.0, 1.0)))
+}
+
+/// A point far from the others.
+pub fn far_point(i: &mut Inputs) -> Vec3f {
+    point(i) + vec3f(3.0, 1.0, -2.0)
+}
+
+/// A point on a plane.
+pub fn point2(i: &mut Inputs) -> Vec2f {
+    vec2f(i.between(-4.0, 4.0), i.between(-4.0, 4.0))
+}
+
+/// A reflectance.
+pub fn albedo(i: &mut Inputs) -> Vec3f {
+    vec3f(share(i), share(i), share(i))
+}
+
+/// Radiance.
+pub fn radiance(i: &mut Inputs) -> Vec3f {
+    vec3f(positive(i), positive(i), positive(i))
+}
+
+/// Radiance and what rounding makes of it.
+pub fn signed_color(i: &mut Inputs) -> Vec3f {
+    vec3f(real(i), real(i), real(i))
+}
+
+/// A texel of a normal map, in `[0, 1]`.
+pub fn texel(i: &mut Inputs) -> Vec3f {
+    i.edge(&[vec3f(0.5, 0.5, 1.0), vec3f(0.0, 0.0, 0.5)])
+        .unwrap_or_else(|| vec3f(i.uniform(), i.uniform(), i.uniform()))
+}
+
+/// A density over solid angle.
+pub fn density(i: &mut Inputs) -> f32 {
+    positive(i)
+}
+
+pub fn exposure(i: &mut Inputs) -> f32 {
+    i.edge(&[1.0, 0.0]).unwrap_or_else(|| i.between(0.1, 4.0))
+}
+
+pub fn frame(i: &mut Inputs) -> Frame {
+    frame_from_normal(direction(i))
+}
+
+pub fn camera(i: &mut Inputs) -> CameraFrame {
+    let f = frame(i);
+    let lens_radius = i.edge(&[0.0]).unwrap_or_else(|| i.uniform() * 0.1);
+    CameraFrame {
+        kind: i.below(3) as u32,
+        origin: point(i),
+        right: f.tangent,
+        up: f.bitangent,
+        forward: f.normal,
+        half_size: vec2f(i.between(0.1, 2.0), i.between(0.1, 2.0)),
+        lens_radius,
+        focus_distance: size(i),
+    }
+}
+
+/// The shear of a ray's direction.
+pub fn shear(i: &mut Inputs) -> RayShear {
+    ray_shear(direction(i))
+}
+
+pub fn light(i: &mut Inputs) -> Light {
+    Light {
+        kind: i.below(6) as u32,
+        position: far_point(i),
+        edge1: point(i),
+        edge2: point(i),
+        emission: radiance(i),
+        size: i.between(0.01, 0.5),
+        two_sided: flag(i),
+    }
+}
+
+/// A light infinitely far away: its position is a unit direction, its size 1 − cosine of its half angle.
+pub fn sun(i: &mut Inputs) -> Light {
+    let size = i.edge(&[0.0, 1.0]).unwrap_or_else(|| 10.0_f32.powf(i.between(-5.0, 0.0)));
+    Light { position: direction(i), size, ..light(i) }
+}
+
+pub fn material(i: &mut Inputs) -> MetallicRoughness {
+    MetallicRoughness {
+        base_color: albedo(i),
+        metallic: share(i),
+        roughness: share(i),
+        specular: share(i),
+        ior: ior(i),
+    }
+}
+
+/// A pair as the albedo table holds them.
+pub fn ggx_albedo(i: &mut Inputs) -> Vec2f {
+    vec2f(i.between(0.3, 0.95), i.between(0.01, 0.2))
+}
+
+pub fn glossy(i: &mut Inputs) -> Bsdf {
+    metallic_roughness_bsdf(material(i), ggx_albedo(i), flag(i))
+}
+
+pub fn smooth_dielectric(i: &mut Inputs) -> Bsdf {
+    dielectric_bsdf(albedo(i), 0.0, eta(i), false, 1.0)
+}
+
+pub fn rough_dielectric(i: &mut Inputs) -> Bsdf {
+    dielectric_bsdf(albedo(i), i.between(0.05, 1.0), eta(i), false, i.between(1.0, 1.3))
+}
+
+pub fn thin_dielectric(i: &mut Inputs) -> Bsdf {
+    dielectric_bsdf(albedo(i), i.between(0.05, 1.0), ior(i), true, i.between(1.0, 1.3))
+}
+
+/// Any BSDF.
+pub fn bsdf(i: &mut Inputs) -> Bsdf {
+    match i.below(7) {
+        0 => lambert_bsdf(albedo(i)),
+        1 => mirror_bsdf(albedo(i)),
+        2 => smooth_dielectric(i),
+        3 => rough_dielectric(i),
+        4 => thin_dielectric(i),
+        5 => black_bsdf(),
+        _ => glossy(i),
+    }
+}
+
+pub fn bsdf_value(i: &mut Inputs) -> BsdfValue {
+    BsdfValue { value_cos: albedo(i), pdf: density(i) }
+}
+
+pub fn scattered(i: &mut Inputs) -> BsdfSample {
+    bsdf_sample(bsdf(i), upper(i), i.uniform(), vec2f(i.uniform(), i.uniform()))
+}
+
+pub fn path(i: &mut Inputs) -> PathState {
+    PathState {
+        throughput: albedo(i),
+        radiance: radiance(i),
+        pdf: density(i),
+        specular: flag(i),
+        eta_scale: i.between(0.5, 2.0),
+        depth: 1 + i.below(12) as u32,
+    }
+}
+
+pub fn depth(i: &mut Inputs) -> u32 {
+    1 + i.below(12) as u32
+}
+
+pub fn moments(i: &mut Inputs) -> Moments {
+    let count = i.edge(&[0.0, 1.0, 2.0]).unwrap_or_else(|| (1.0 + i.uniform() * 100.0).floor());
+    if count == 0.0 {
+        Moments { count, mean: 0.0, m2: 0.0 }
+    } else {
+        Moments { count, mean: positive(i), m2: positive(i) }
+    }
+}
+
+pub fn sampler(i: &mut Inputs) -> PixelSampler {
+    PixelSampler { kind: sampler_kind(i), scramble: bits(i), index: i.below(1 << 20) as u32 }
+}

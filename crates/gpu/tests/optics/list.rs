@@ -1,0 +1,229 @@
+//! The functions that are compared: what their arguments are drawn from (`inputs.rs`) and how far results may be apart.
+
+use crate::compare::Tolerance;
+use crate::inputs::{self, Inputs};
+use crate::values::Words;
+
+/// Integers, choices and copies.
+const EXACT: Tolerance =
+    Tolerance { absolute: 0.0, relative: 0.0, exceptions: 0.0, why: "nothing is rounded" };
+
+/// Sums, products, quotients and square roots.
+const ROUNDING: Tolerance = Tolerance {
+    absolute: 1e-6,
+    relative: 1e-5,
+    exceptions: 0.0,
+    why: "compilers fuse products and sums, and Vulkan allows quotients and roots 2.5 units of the last place",
+};
+
+/// Powers and logarithms.
+const POWERS: Tolerance = Tolerance {
+    absolute: 1e-6,
+    relative: 2e-4,
+    exceptions: 0.0,
+    why: "Vulkan allows x^y = exp2(y log2(x)) an error that grows with y log2(x)",
+};
+
+/// Angles from directions.
+const ANGLES: Tolerance = Tolerance {
+    absolute: 2e-4,
+    relative: 0.0,
+    exceptions: 0.005,
+    why: "Vulkan allows arc functions 4096 units of the last place; at the seam angles jump",
+};
+
+/// What is computed from half vectors and other differences of nearly equal things, or chooses among lobes.
+const GRAZING: Tolerance = Tolerance {
+    absolute: 1e-4,
+    relative: 1e-3,
+    exceptions: 0.01,
+    why: "seen at a grazing angle, half vectors magnify rounding; where it changes a choice, everything differs",
+};
+
+/// A function of the optics, and one input of it as words with the result in Rust.
+pub struct Function {
+    /// Its name, in Rust and in WGSL.
+    pub name: &'static str,
+    /// Names of its arguments.
+    pub arguments: &'static [&'static str],
+    /// How far results may be apart.
+    pub tolerance: &'static Tolerance,
+    /// Draws an input; returns it and the result.
+    pub case: fn(&mut Inputs) -> (Vec<u32>, Vec<u32>),
+}
+
+macro_rules! functions {
+    ($($module:ident::$name:ident($($argument:ident: $domain:ident),*) within $tolerance:ident;)*) => {
+        /// All functions of the optics.
+        pub fn functions() -> Vec<Function> {
+            vec![$(Function {
+                name: stringify!($name),
+                arguments: &[$(stringify!($argument)),*],
+                tolerance: &$tolerance,
+                case: |_inputs| {
+                    $(let $argument = inputs::$domain(_inputs);)*
+                    #[allow(unused_mut, reason = "some functions have no arguments")]
+                    let mut words = Vec::new();
+                    $($argument.put(&mut words);)*
+                    let mut result = Vec::new();
+                    optics::$module::$name($($argument),*).put(&mut result);
+                    (words, result)
+                },
+            }),*]
+        }
+    };
+}
+
+functions! {
+    // base/math.rs
+    math::sqr(x: real) within ROUNDING;
+    math::pow5(x: signed_cosine) within ROUNDING;
+    math::safe_sqrt(x: real) within ROUNDING;
+    math::max_component(v: signed_color) within EXACT;
+    math::luminance(c: signed_color) within ROUNDING;
+    math::cos_sin_turns(turns: turns) within ROUNDING;
+    math::is_finite(x: anything) within EXACT;
+    math::is_finite3(v: anything3) within EXACT;
+    math::power_heuristic(pdf_a: density, pdf_b: density) within ROUNDING;
+    // sampling/random.rs
+    random::pcg_hash(x: bits) within EXACT;
+    random::hash_combine(hash: bits, value: bits) within EXACT;
+    random::unit_float(bits: bits) within EXACT;
+    random::dither(a: unit, b: unit) within ROUNDING;
+    random::sampler_new(kind: sampler_kind, pixel: bits, sample_index: bits, seed: bits) within EXACT;
+    random::laine_karras(x: bits, seed: bits) within EXACT;
+    random::sobol_second_reversed(index: bits) within EXACT;
+    random::sample_2d(s: sampler, pair: index) within ROUNDING;
+    // sampling/warp.rs
+    warp::sample_disk(u: unit2) within ROUNDING;
+    warp::sample_cosine_hemisphere(u: unit2) within ROUNDING;
+    warp::pdf_cosine_hemisphere(cos_theta: cosine) within ROUNDING;
+    warp::sample_sphere(u: unit2) within ROUNDING;
+    warp::sample_cone(u: unit2, one_minus_cos: one_minus_cos) within ROUNDING;
+    warp::pdf_cone(one_minus_cos: one_minus_cos) within ROUNDING;
+    warp::sample_triangle(u: unit2) within ROUNDING;
+    warp::alias_slot(u: unit, count: count) within ROUNDING;
+    warp::alias_choose(u: unit, count: count, slot: index, threshold: share, other: index) within ROUNDING;
+    warp::alias_choose_dithered(u: unit, count: count, slot: index, threshold: share, other: index, dither: share) within ROUNDING;
+    // geometry/frame.rs
+    frame::frame_from_normal(normal: direction) within ROUNDING;
+    frame::frame_from_tangent(normal: direction, tangent: signed_color) within ROUNDING;
+    frame::to_local(f: frame, v: signed_color) within ROUNDING;
+    frame::to_world(f: frame, v: signed_color) within ROUNDING;
+    frame::bend_normal(wo: direction, ng: direction, ns: direction) within GRAZING;
+    frame::map_normal(f: frame, texel: texel, scale: share) within ROUNDING;
+    // geometry/offset.rs
+    offset::offset_coordinate(p: real, n: signed_cosine, extent: positive) within ROUNDING;
+    offset::offset_ray_origin(p: point, n: direction, extent: positive) within ROUNDING;
+    // geometry/shape.rs
+    shape::sphere_uv(outward: off_pole) within ANGLES;
+    shape::sphere_tangent(u: turns) within ROUNDING;
+    // geometry/intersect.rs
+    intersect::axis_last(v: signed_color, axis: axis) within EXACT;
+    intersect::ray_shear(direction: direction) within ROUNDING;
+    intersect::intersect_triangle(origin: point, ray: shear, p0: point, p1: point, p2: point, t_min: share, t_max: positive) within ROUNDING;
+    intersect::intersect_triangle_plane(origin: point, direction: direction, p0: point, p1: point, p2: point, t_min: share, t_max: positive) within ROUNDING;
+    intersect::intersect_sphere(origin: point, direction: direction, center: point, radius: share) within ROUNDING;
+    intersect::intersect_box(origin: point, inverse_direction: signed_color, low: point, high: far_point, t_min: share, t_max: positive) within ROUNDING;
+    // geometry/camera.rs
+    camera::camera_ray(camera: camera, film: unit2, u_lens: unit2) within ROUNDING;
+    camera::headlight(cos_theta: signed_cosine) within ROUNDING;
+    camera::camera_pixel_spread(camera: camera, height: size) within ROUNDING;
+    // surface/fresnel.rs
+    fresnel::f0_from_ior(eta: eta) within ROUNDING;
+    fresnel::schlick_weight(cos_theta: cosine) within ROUNDING;
+    fresnel::fresnel_dielectric(cos_incident: cosine, eta: eta) within ROUNDING;
+    fresnel::thin_sheet_reflectance(reflectance: share) within ROUNDING;
+    // surface/ggx.rs
+    ggx::ggx_d(h: upper, alpha: alpha) within ROUNDING;
+    ggx::ggx_g1(cos_theta: cosine, alpha: alpha) within ROUNDING;
+    ggx::ggx_g1_over_2cos(cos_theta: cosine, alpha: alpha) within ROUNDING;
+    ggx::cap_bound(wo: upper, alpha: alpha) within ROUNDING;
+    ggx::ggx_sample_reflection_half(wo: upper, alpha: alpha, u: unit2) within GRAZING;
+    ggx::ggx_sample_visible_half(wo: upper, alpha: alpha, u: unit2) within GRAZING;
+    ggx::cap_half(wo_std: upper, alpha: alpha, lower: signed_cosine, u: unit2) within GRAZING;
+    ggx::ggx_reflection_pdf(wo: upper, h: upper, alpha: alpha) within ROUNDING;
+    ggx::ggx_visible_half_pdf(wo: upper, h: upper, alpha: alpha) within ROUNDING;
+    ggx::piecewise_log2(x: size) within ROUNDING;
+    ggx::piecewise_exp2(y: signed_cosine) within ROUNDING;
+    ggx::albedo_coordinates(cos_theta: cosine, alpha: alpha) within ROUNDING;
+    ggx::albedo_eta_coordinate(eta: eta) within ROUNDING;
+    ggx::dielectric_compensation(albedo: share) within ROUNDING;
+    ggx::sheet_compensation(albedo: share2) within ROUNDING;
+    ggx::albedo_parameters(coordinates: share2) within ROUNDING;
+    // surface/scatter.rs
+    scatter::no_sample() within EXACT;
+    scatter::black_bsdf() within EXACT;
+    // surface/glossy.rs
+    glossy::lambert_bsdf(albedo: albedo) within ROUNDING;
+    glossy::mirror_bsdf(reflectance: albedo) within ROUNDING;
+    glossy::metallic_roughness_bsdf(m: material, albedo: ggx_albedo, single_scatter: flag) within ROUNDING;
+    glossy::glossy_eval(b: glossy, wo: upper, wi: upper) within GRAZING;
+    glossy::glossy_sample(b: glossy, wo: upper, u_lobe: unit, u: unit2) within GRAZING;
+    glossy::ggx_albedo_sample(cos_o: cosine, roughness: share, u: unit2) within GRAZING;
+    // surface/dielectric.rs
+    dielectric::dielectric_bsdf(tint: albedo, alpha: alpha, eta: eta, thin: flag, compensation: exposure) within ROUNDING;
+    dielectric::refract_at(wo: upper, h: upper, eta: eta, cos_transmitted: cosine) within ROUNDING;
+    dielectric::smooth_dielectric_sample(b: smooth_dielectric, wo: upper, u_lobe: unit) within GRAZING;
+    dielectric::rough_dielectric_eval(b: rough_dielectric, wo: upper, wi: direction) within GRAZING;
+    dielectric::rough_dielectric_sample(b: rough_dielectric, wo: upper, u_lobe: unit, u: unit2) within GRAZING;
+    dielectric::sheet_reflectance(b: thin_dielectric, cos_theta: cosine) within ROUNDING;
+    dielectric::thin_dielectric_eval(b: thin_dielectric, wo: upper, wi: direction) within GRAZING;
+    dielectric::thin_dielectric_sample(b: thin_dielectric, wo: upper, u_lobe: unit, u: unit2) within GRAZING;
+    dielectric::rough_dielectric_albedo_sample(cos_theta: cosine, alpha: alpha, eta: eta, u: unit2) within GRAZING;
+    // surface/bsdf.rs
+    bsdf::bsdf_sample(b: bsdf, wo: upper, u_lobe: unit, u: unit2) within GRAZING;
+    bsdf::bsdf_eval(b: bsdf, wo: upper, wi: direction) within GRAZING;
+    bsdf::bsdf_has_smooth_part(b: bsdf) within EXACT;
+    bsdf::bsdf_has_lobes(b: bsdf) within EXACT;
+    bsdf::bsdf_transmits(b: bsdf) within EXACT;
+    // surface/pattern.rs
+    pattern::square_wave_integral(x: real) within ROUNDING;
+    pattern::checkerboard(p: point2, width: share) within ROUNDING;
+    pattern::footprint_width(radius: share, cos_theta: cosine) within ROUNDING;
+    pattern::distance_fade(distance: positive, near: size, far: size) within ROUNDING;
+    // lights/light.rs
+    light::no_light_sample() within EXACT;
+    light::light_sample(light: light, p: point, u: unit2) within ROUNDING;
+    light::triangle_light_sample(light: light, p: point, u: unit2) within ROUNDING;
+    light::triangle_light_pdf(edge1: point, edge2: point, wi: direction, distance: size) within ROUNDING;
+    light::sphere_one_minus_cos(distance2_to_center: positive, radius: share) within ROUNDING;
+    light::sphere_light_sample(light: light, p: point, u: unit2) within ROUNDING;
+    light::sphere_light_pdf(center: far_point, radius: share, p: point) within ROUNDING;
+    light::directional_light_sample(light: sun, u: unit2) within ROUNDING;
+    light::directional_light_contains(light: sun, wi: direction) within ROUNDING;
+    light::point_light_sample(light: light, p: point) within ROUNDING;
+    light::spot_falloff(cos_axis: signed_cosine, scale: real, offset: real) within ROUNDING;
+    light::spot_falloff_parameters(cos_inner: cosine, cos_outer: cosine) within ROUNDING;
+    // lights/sky.rs
+    sky::gradient_sky(direction: direction, horizon: radiance, zenith: radiance, ground: radiance) within ROUNDING;
+    sky::direction_to_equirect(direction: off_pole, rotation: turns) within ANGLES;
+    sky::equirect_to_direction(uv: unit2, rotation: turns) within ROUNDING;
+    sky::equirect_pdf(pdf_image: density, polar: unit) within ROUNDING;
+    // transport/path.rs
+    path::path_start() within EXACT;
+    path::path_add_emission(path: path, emitted: radiance, light_pdf: density) within ROUNDING;
+    path::path_light_contribution(throughput: albedo, bsdf: bsdf_value, radiance: radiance, light_pdf: density, delta: flag) within ROUNDING;
+    path::path_scatter(path: path, s: scattered, eta: eta) within ROUNDING;
+    path::roulette_survival(path: path, start: depth, min_survival: share) within ROUNDING;
+    // transport/estimator.rs
+    estimator::moments_empty() within EXACT;
+    estimator::moments_add(m: moments, x: positive) within ROUNDING;
+    estimator::moments_merge(a: moments, b: moments) within ROUNDING;
+    estimator::moments_variance(m: moments) within ROUNDING;
+    estimator::moments_standard_error(m: moments) within ROUNDING;
+    // display/tonemap.rs
+    tonemap::srgb_encode_channel(x: share) within POWERS;
+    tonemap::srgb_decode_channel(x: share) within POWERS;
+    tonemap::srgb_encode(c: albedo) within POWERS;
+    tonemap::srgb_decode(c: albedo) within POWERS;
+    tonemap::saturate_color(c: radiance, saturation: share) within ROUNDING;
+    tonemap::reinhard(c: radiance) within ROUNDING;
+    tonemap::aces_channel(x: positive) within ROUNDING;
+    tonemap::aces(c: radiance) within ROUNDING;
+    tonemap::agx_contrast(x: share) within POWERS;
+    tonemap::agx_channel(x: positive) within POWERS;
+    tonemap::agx(c: radiance) within POWERS;
+    tonemap::neutral(c: radiance) within ROUNDING;
+    tonemap::tonemap(mapper: tone_mapper, radiance: radiance, exposure: exposure, saturation: share) within POWERS;
+}

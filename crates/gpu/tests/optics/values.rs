@@ -1,0 +1,99 @@
+//! Optics values as the 32-bit words that shaders read and write.
+
+use optics::{Vec2f, Vec3f};
+
+/// A value as words, field after field.
+pub trait Words {
+    /// Appends the words.
+    fn put(&self, words: &mut Vec<u32>);
+
+    /// Names of the fields of a structure, in order; empty for others.
+    fn fields() -> &'static [&'static str] {
+        &[]
+    }
+}
+
+impl Words for f32 {
+    fn put(&self, words: &mut Vec<u32>) {
+        words.push(self.to_bits());
+    }
+}
+
+impl Words for u32 {
+    fn put(&self, words: &mut Vec<u32>) {
+        words.push(*self);
+    }
+}
+
+impl Words for bool {
+    fn put(&self, words: &mut Vec<u32>) {
+        words.push(u32::from(*self));
+    }
+}
+
+impl Words for Vec2f {
+    fn put(&self, words: &mut Vec<u32>) {
+        words.extend([self.x, self.y].map(f32::to_bits));
+    }
+}
+
+impl Words for Vec3f {
+    fn put(&self, words: &mut Vec<u32>) {
+        words.extend([self.x, self.y, self.z].map(f32::to_bits));
+    }
+}
+
+macro_rules! structures {
+    ($($name:ident in $module:ident { $($field:ident),* $(,)? })*) => {
+        $(impl Words for optics::$module::$name {
+            fn put(&self, words: &mut Vec<u32>) {
+                $(self.$field.put(words);)*
+            }
+
+            fn fields() -> &'static [&'static str] {
+                &[$(stringify!($field)),*]
+            }
+        })*
+
+        /// Name and fields of every structure.
+        fn structures() -> Vec<(&'static str, &'static [&'static str])> {
+            vec![$((stringify!($name), optics::$module::$name::fields())),*]
+        }
+    };
+}
+
+structures! {
+    RayShear in intersect { axis, shear }
+    TriangleHit in intersect { t, u, v, hit }
+    SphereHit in intersect { near, far, hit }
+    BoxHit in intersect { near, far, hit }
+    CameraFrame in camera { kind, origin, right, up, forward, half_size, lens_radius, focus_distance }
+    CameraRay in camera { origin, direction }
+    Frame in frame { tangent, bitangent, normal }
+    Light in light { kind, position, edge1, edge2, emission, size, two_sided }
+    LightSample in light { wi, distance, radiance, pdf, delta, barycentrics }
+    PathState in path { throughput, radiance, pdf, specular, eta_scale, depth }
+    Moments in estimator { count, mean, m2 }
+    DielectricFresnel in fresnel { reflectance, cos_transmitted }
+    Bsdf in scatter {
+        kind, alpha, diffuse, diffuse_scale, diffuse_falloff, specular, specular_grazing, specular_probability, eta,
+        compensation,
+    }
+    BsdfSample in scatter { wi, weight, pdf, delta, transmitted }
+    BsdfValue in scatter { value_cos, pdf }
+    MetallicRoughness in glossy { base_color, metallic, roughness, specular, ior }
+    AliasChoice in warp { index, remainder }
+    PixelSampler in random { kind, scramble, index }
+}
+
+/// Fields are written in the order in which shaders construct them.
+#[test]
+fn fields_are_in_the_shaders_order() {
+    let text = crate::shader::Text::new(optics::wgsl::all());
+    let listed: std::collections::BTreeSet<_> =
+        structures().iter().map(|(name, _)| (*name).to_owned()).collect();
+    assert_eq!(listed, text.structure_names(), "structures here and in the optics");
+    for (name, fields) in structures() {
+        assert_eq!(text.fields(name), fields, "fields of {name}");
+    }
+}
