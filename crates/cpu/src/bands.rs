@@ -76,13 +76,13 @@ impl<'a, F: HitFilter> Band<'a, F> {
                 let range = first..(first + step).min(self.samples.end);
                 sample_ids(window, columns.clone(), self.rows.clone(), range, &mut ids);
                 rays += self.render_batch(&ids, batch);
-                for (slot, id) in ids.iter().enumerate() {
-                    let row = id.y - window.y - self.rows.start;
-                    pixels[(row * window.width + id.x - window.x) as usize]
-                        .add(batch.radiance[slot].to_array());
-                    if let Some(sample) = batch.aovs.get(slot) {
-                        aovs.push((id.x, id.y, id.index, *sample));
-                    }
+                let of_pixel = step.min(self.samples.end - first) as usize;
+                for (ids, radiance) in ids.chunks(of_pixel).zip(batch.radiance.chunks(of_pixel)) {
+                    let (x, y) = (ids[0].x - window.x, ids[0].y - window.y - self.rows.start);
+                    pixels[(y * window.width + x) as usize].add_all(radiance.iter().map(|r| r.to_array()));
+                }
+                for (id, sample) in ids.iter().zip(&batch.aovs) {
+                    aovs.push((id.x, id.y, id.index, *sample));
                 }
             }
         }

@@ -6,33 +6,37 @@
 
 use crate::aov::aov_sample;
 use crate::lanes::{
-    DiffusePoint, DiffuseVertices, LANES, LightLanes, NextLanes, Pairs, draw, sample_cosine_lobes,
+    CameraLanes, LANES, PlainPoint, play_roulette, sample_cosine_lobes, sample_smooth_interfaces,
     sample_triangle_lights,
 };
 use crate::lights::{for_each_distant, sample_light, surface_light_pdf};
 use crate::material::{Shading, base_color, emission, mixes_models, shade};
+use crate::queue::{Path, PlainQueue};
 use crate::scene::{CpuScene, vec3};
+use crate::sites::Plain;
 use crate::surface::Surface;
 use crate::triangles::TriangleLanes;
 use accel::{Coherence, Hit, HitFilter, MISS, Ray};
 use backend::{PathSettings, View};
 use film::AovSample;
-use optics::bsdf::{bsdf_eval, bsdf_has_lobes, bsdf_has_smooth_part, bsdf_sample, bsdf_transmits};
-use optics::camera::{camera_pixel_spread, camera_ray};
+use optics::bsdf::{
+    bsdf_eval, bsdf_has_lobes, bsdf_has_smooth_part, bsdf_is_delta, bsdf_sample, bsdf_transmits,
+};
+use optics::camera::{CAMERA_PERSPECTIVE, CameraFrame, camera_pixel_spread};
 use optics::frame::{Frame, to_local, to_world};
 use optics::light::LightSample;
-use optics::path::{
-    PathState, path_add_emission, path_light_contribution, path_scatter, path_start, roulette_survival,
+use optics::path::{path_add_emission, path_light_contribution, path_scatter, roulette_survival};
+use optics::random::{
+    PixelSampler, SAMPLER_INDEPENDENT, SAMPLER_SOBOL, hash_combine, sample_2d, sampler_new,
 };
-use optics::random::{PixelSampler, SAMPLER_INDEPENDENT, SAMPLER_SOBOL, sample_2d, sampler_new};
-use optics::scatter::{BSDF_NONE, Bsdf, BsdfSample};
+use optics::scatter::{BSDF_NONE, Bsdf};
 use optics::vector::dot;
-use optics::{Vec3f, vec2f, vec3f};
+use optics::{Vec2f, Vec3f, vec2f, vec3f};
 use scene::tables::ModelTag;
 
 /// Pairs of random numbers: where on the pixel and on the lens, then a fixed number for each vertex.
-const PAIR_FILM: u32 = 0;
-const PAIR_LENS: u32 = 1;
+pub(crate) const PAIR_FILM: u32 = 0;
+pub(crate) const PAIR_LENS: u32 = 1;
 const PAIRS_BEFORE_VERTICES: u32 = 2;
 const PAIRS_PER_VERTEX: u32 = 4;
 const PAIR_BSDF: u32 = 0;
@@ -51,17 +55,6 @@ pub(crate) struct SampleId {
     pub x: u32,
     pub y: u32,
     pub index: u32,
-}
-
-/// A path between two vertices; its ray stands beside it in another array.
-#[derive(Clone, Copy)]
-struct Path {
-    state: PathState,
-    sampler: PixelSampler,
-    /// Which sample of the batch it belongs to.
-    slot: u32,
-    /// Length of the path so far, for footprints.
-    length: f32,
 }
 
 /// What a shadow ray brings if nothing is in its way.
@@ -83,7 +76,8 @@ pub(crate) struct PathBatch {
     connections: Vec<Connection>,
     occluded: Vec<bool>,
     triangles: TriangleLanes,
-    diffuse: DiffuseQueue,
+    diffuse: PlainQueue,
+    smooth: PlainQueue,
     /// The samples being made; kept here between bands for its memory only.
     pub ids: Vec<SampleId>,
     /// Radiance of each sample of the batch.
@@ -94,23 +88,36 @@ pub(crate) struct PathBatch {
     pub rays_traced: u64,
 }
 
-/// Diffuse vertices that wait until there are enough of them to fill the lanes.
-#[derive(Default)]
-struct DiffuseQueue {
-    vertices: DiffuseVertices,
-    paths: Vec<Path>,
-    u: Pairs,
-    lights: LightLanes,
-    next: NextLanes,
-}
-
-/// What all paths of a view share.
+/// What all paths of a batch share.
 struct Context<'a> {
     scene: &'a CpuScene,
     sampler_kind: u32,
+    /// Segments of the paths so far: 1 after the camera ray.
+    depth: u32,
     settings: &'a PathSettings,
     shading: Shading,
     wants_aovs: bool,
+}
+
+impl Context<'_> {
+    /// The first dimension pair of this vertex.
+    #[inline(always)]
+    fn pair(&self) -> u32 {
+        PAIRS_BEFORE_VERTICES + PAIRS_PER_VERTEX * (self.depth - 1)
+    }
+
+    /// Random numbers of a path's vertex.
+    #[inline(always)]
+    fn draw(&self, path: &Path, pair: u32) -> Vec2f {
+        let sampler = PixelSampler { kind: self.sampler_kind, scramble: path.scramble, index: path.index };
+        sample_2d(sampler, self.pair() + pair)
+    }
+
+    /// Whether Russian roulette may end paths at this vertex.
+    #[inline(always)]
+    fn meets_roulette(&self) -> bool {
+        self.depth + 1 >= self.settings.roulette_start
+    }
 }
 
 impl PathBatch {
@@ -127,7 +134,8 @@ impl PathBatch {
         let pixel_spread = camera_pixel_spread(view.camera, view.height as f32);
         let shading = Shading { single_scatter: view.single_scatter, pixel_spread };
         let wants_aovs = !view.aovs.is_empty();
-        let context = Context { scene, sampler_kind: sampler_kind(view), settings, shading, wants_aovs };
+        let sampler_kind = sampler_kind(view);
+        let mut context = Context { scene, sampler_kind, depth: 1, settings, shading, wants_aovs };
         self.generate(view, samples);
         let mut coherence = Coherence::Coherent;
         while !self.paths.is_empty() {
@@ -143,11 +151,13 @@ impl PathBatch {
                 }
             }
             self.scatter_diffuse(&context);
+            self.scatter_smooth(&context);
             self.connect(scene, filter);
             std::mem::swap(&mut self.rays, &mut self.next_rays);
             std::mem::swap(&mut self.paths, &mut self.next_paths);
             self.next_rays.clear();
             self.next_paths.clear();
+            context.depth += 1;
             coherence = Coherence::Incoherent;
         }
     }
@@ -163,15 +173,27 @@ impl PathBatch {
         if !view.aovs.is_empty() {
             self.aovs.resize(samples.len(), AovSample::default());
         }
-        let size = vec2f(view.width as f32, view.height as f32);
-        for (slot, sample) in (0..).zip(samples) {
-            let sampler = new_sampler(view, sample);
-            let jitter = sample_2d(sampler, PAIR_FILM);
-            let lens = if view.camera.lens_radius > 0.0 { sample_2d(sampler, PAIR_LENS) } else { jitter };
-            let film = vec2f((sample.x as f32 + jitter.x) / size.x, (sample.y as f32 + jitter.y) / size.y);
-            let ray = camera_ray(view.camera, film, lens);
-            self.rays.push(Ray::new(ray.origin.to_array(), ray.direction.to_array()));
-            self.paths.push(Path { state: path_start(), sampler, slot, length: 0.0 });
+        let camera = view.camera;
+        if camera.kind == CAMERA_PERSPECTIVE && camera.lens_radius <= 0.0 {
+            // With these known the lanes have no branches.
+            let pinhole = CameraFrame { kind: CAMERA_PERSPECTIVE, lens_radius: 0.0, ..camera };
+            self.generate_from(view, pinhole, samples);
+        } else {
+            self.generate_from(view, camera, samples);
+        }
+    }
+
+    #[inline(always)]
+    fn generate_from(&mut self, view: &View, camera: CameraFrame, samples: &[SampleId]) {
+        let mut lanes = CameraLanes::default();
+        for (first, samples) in (0..).step_by(LANES).zip(samples.chunks(LANES)) {
+            lanes.compute(view, camera, samples);
+            for lane in 0..samples.len() {
+                let (origin, direction) = (lanes.origin.get(lane), lanes.direction.get(lane));
+                self.rays.push(Ray::new(origin.to_array(), direction.to_array()));
+                let slot = first + lane as u32;
+                self.paths.push(Path::start(slot, lanes.scramble.0[lane], lanes.index.0[lane]));
+            }
         }
     }
 
@@ -183,18 +205,17 @@ impl PathBatch {
         let scene = context.scene;
         if hit.is_miss() {
             for_each_distant(scene, vec3(ray.direction), |d| {
-                path.state = path_add_emission(path.state, d.radiance, d.pdf);
+                self.found(context, &path, d.radiance, d.pdf);
             });
-            self.finish(&path);
             return;
         }
         let tables = &*scene.tables;
-        let first_hit = path.state.depth == 1 && context.wants_aovs;
+        let first_hit = context.depth == 1 && context.wants_aovs;
         path.length += hit.t;
         if self.shade_plain(context, i % LANES, &path) {
             return;
         }
-        let in_lanes = self.triangles.surface(tables, i % LANES, first_hit);
+        let in_lanes = self.triangles.surface(scene, i % LANES, first_hit);
         let surface = in_lanes.unwrap_or_else(|| Surface::new(scene, &ray, &hit));
         let material = &tables.materials[surface.material as usize];
         let footprint = context.shading.pixel_spread * path.length;
@@ -205,44 +226,47 @@ impl PathBatch {
         if emitted.x + emitted.y + emitted.z > 0.0 {
             let from = vec3(ray.origin);
             let pdf = surface_light_pdf(scene, &surface, from, vec3(ray.direction), hit.t);
-            path.state = path_add_emission(path.state, emitted, pdf);
+            self.found(context, &path, emitted, pdf);
         }
-        if path.state.depth >= context.settings.max_depth {
-            self.finish(&path);
+        if context.depth >= context.settings.max_depth {
             return;
         }
-        let branches = if path.state.depth == 1 { context.settings.splitting.max(1) } else { 1 };
+        let branches = if context.depth == 1 { context.settings.splitting.max(1) } else { 1 };
         if branches == 1 {
             self.scatter(context, &surface, path, footprint);
             return;
         }
-        // Light found so far belongs to the path once; the branches share what comes.
-        self.finish(&path);
-        path.state.radiance = vec3f(0.0, 0.0, 0.0);
-        path.state.throughput *= 1.0 / branches as f32;
+        // The branches share what comes.
+        path.throughput *= 1.0 / branches as f32;
         for branch in 0..branches {
             let mut child = path;
-            child.sampler.scramble = optics::random::hash_combine(path.sampler.scramble, branch);
+            child.scramble = hash_combine(path.scramble, branch);
             self.scatter(context, &surface, child, footprint);
         }
     }
 
-    /// The short way for what most vertices of most pictures are: an ideal diffuse surface of one colour. Returns
-    /// whether the path could take it.
+    /// The short way for what most vertices of most pictures are: surfaces of one colour that are ideally diffuse or
+    /// ideally smooth. Returns whether the path could take it.
     #[inline(always)]
     fn shade_plain(&mut self, context: &Context, lane: usize, path: &Path) -> bool {
-        let Some(material) = self.triangles.plain_material(&context.scene.tables, lane) else { return false };
-        let special_first = path.state.depth == 1 && (context.wants_aovs || context.settings.splitting > 1);
-        if special_first || !context.scene.plain_lights || !material.is_plain_lambert() {
+        let Some(site) = self.triangles.site(context.scene, lane) else { return false };
+        let special_first = context.depth == 1 && (context.wants_aovs || context.settings.splitting > 1);
+        let possible = match site.plain {
+            Plain::No => false,
+            Plain::Lambert => context.scene.plain_lights,
+            Plain::Smooth => true,
+        };
+        if special_first || !possible {
             return false;
         }
-        if path.state.depth >= context.settings.max_depth {
-            self.finish(path);
-            return true;
+        if context.depth < context.settings.max_depth {
+            let point = self.triangles.plain_point(lane, site);
+            if site.plain == Plain::Smooth {
+                self.queue_smooth(context, &point, path);
+            } else {
+                self.queue_diffuse(context, &point, path);
+            }
         }
-        let [r, g, b, _] = material.base_color;
-        let point = self.triangles.diffuse_point(lane, vec3f(r, g, b));
-        self.queue_diffuse(context, &point, *path);
         true
     }
 
@@ -253,57 +277,51 @@ impl PathBatch {
         let material = &tables.materials[surface.material as usize];
         if material.model == ModelTag::Lambert && context.scene.plain_lights {
             let albedo = base_color(tables, material, surface, footprint);
-            let point = DiffusePoint {
+            let point = PlainPoint {
                 position: surface.position,
                 extent: surface.extent,
                 normal: surface.normal,
                 shading_normal: surface.shading_normal,
-                albedo,
+                color: albedo,
+                wo: surface.wo,
+                eta: 1.0,
             };
-            self.queue_diffuse(context, &point, path);
+            self.queue_diffuse(context, &point, &path);
             return;
         }
         // Numbers are drawn only where something depends on them: they cost as much as the rest of the shading.
-        let pair = PAIRS_BEFORE_VERTICES + PAIRS_PER_VERTEX * (path.state.depth - 1);
-        let u_model = if mixes_models(material) { sample_2d(path.sampler, pair + PAIR_MODEL).x } else { 0.0 };
+        let u_model = if mixes_models(material) { context.draw(&path, PAIR_MODEL).x } else { 0.0 };
         let bsdf = shade(tables, material, surface, &context.shading, footprint, u_model);
         if bsdf.kind == BSDF_NONE {
-            self.finish(&path);
             return;
         }
         let frame = surface.frame();
         let wo = to_local(frame, surface.wo);
         if bsdf_has_smooth_part(bsdf) && !tables.lights.is_empty() {
-            let u = sample_2d(path.sampler, pair + PAIR_LIGHT);
+            let u = context.draw(&path, PAIR_LIGHT);
             if let Some(light) = sample_light(context.scene, surface.position, u) {
                 self.add_connection(surface, &frame, &bsdf, wo, &path, &light);
             }
         }
-        let meets_roulette = path.state.depth + 1 >= context.settings.roulette_start;
-        let u_lobe = if meets_roulette || bsdf_has_lobes(bsdf) {
-            sample_2d(path.sampler, pair + PAIR_LOBE)
-        } else {
-            vec2f(0.0, 0.0)
-        };
-        let sample = bsdf_sample(bsdf, wo, u_lobe.x, sample_2d(path.sampler, pair + PAIR_BSDF));
+        let zero = vec2f(0.0, 0.0);
+        let wants_lobe = context.meets_roulette() || bsdf_has_lobes(bsdf);
+        let u_lobe = if wants_lobe { context.draw(&path, PAIR_LOBE) } else { zero };
+        let u = if bsdf_is_delta(bsdf) { zero } else { context.draw(&path, PAIR_BSDF) };
+        let sample = bsdf_sample(bsdf, wo, u_lobe.x, u);
         let wi = to_world(frame, sample.wi);
         let above = dot(wi, surface.normal) > 0.0;
         // Between shading and geometric normal there are directions that would leak through the surface.
         if sample.pdf <= 0.0 || above == sample.transmitted {
-            self.finish(&path);
             return;
         }
-        path.state = path_scatter(path.state, sample, bsdf.eta);
-        let survival = roulette_survival(
-            path.state,
-            context.settings.roulette_start,
-            context.settings.roulette_min_survival,
-        );
+        let state = path_scatter(path.state(context.depth), sample, bsdf.eta);
+        let settings = context.settings;
+        let survival = roulette_survival(state, settings.roulette_start, settings.roulette_min_survival);
         if u_lobe.y >= survival {
-            self.finish(&path);
             return;
         }
-        path.state.throughput *= 1.0 / survival;
+        path = path.with_state(&state);
+        path.throughput *= 1.0 / survival;
         let origin = surface.ray_origin(above);
         self.next_rays.push(Ray::new(origin.to_array(), wi.to_array()));
         self.next_paths.push(path);
@@ -311,17 +329,17 @@ impl PathBatch {
 
     /// Collects a diffuse vertex; scatters all that are waiting when the lanes are full.
     #[inline(always)]
-    fn queue_diffuse(&mut self, context: &Context, point: &DiffusePoint, path: Path) {
-        let lane = self.diffuse.paths.len();
-        let v = &mut self.diffuse.vertices;
-        v.set_point(lane, point);
-        v.throughput.set(lane, path.state.throughput);
-        v.scramble.0[lane] = path.sampler.scramble;
-        v.index.0[lane] = path.sampler.index;
-        v.pair.0[lane] = PAIRS_BEFORE_VERTICES + PAIRS_PER_VERTEX * (path.state.depth - 1);
-        self.diffuse.paths.push(path);
-        if lane + 1 == LANES {
+    fn queue_diffuse(&mut self, context: &Context, point: &PlainPoint, path: &Path) {
+        if self.diffuse.push(point, path) {
             self.scatter_diffuse(context);
+        }
+    }
+
+    /// Collects a vertex on a smooth interface, likewise.
+    #[inline(always)]
+    fn queue_smooth(&mut self, context: &Context, point: &PlainPoint, path: &Path) {
+        if self.smooth.push(point, path) {
+            self.scatter_smooth(context);
         }
     }
 
@@ -330,20 +348,17 @@ impl PathBatch {
     #[inline(always)]
     fn scatter_diffuse(&mut self, context: &Context) {
         let queue = &mut self.diffuse;
-        if queue.paths.is_empty() {
+        let waiting = std::mem::take(&mut queue.len);
+        if waiting == 0 {
             return;
         }
-        let v = &queue.vertices;
-        let draw_pair = |offset: u32, u: &mut Pairs| {
-            draw(context.sampler_kind, &v.scramble, &v.index, &v.pair, offset, u)
-        };
         if !context.scene.tables.lights.is_empty() {
-            draw_pair(PAIR_LIGHT, &mut queue.u);
-            sample_triangle_lights(&context.scene.tables, v, &queue.u, &mut queue.lights);
-            for (lane, path) in queue.paths.iter().enumerate() {
+            queue.draw(context.sampler_kind, context.pair() + PAIR_LIGHT);
+            sample_triangle_lights(&context.scene.tables, &queue.vertices, &queue.u, &mut queue.lights);
+            for lane in 0..waiting {
                 let contribution = queue.lights.contribution.get(lane);
                 if contribution.x + contribution.y + contribution.z != 0.0 {
-                    self.connections.push(Connection { slot: path.slot, contribution });
+                    self.connections.push(Connection { slot: queue.vertices.slot.0[lane], contribution });
                     self.shadow_rays.push(Ray {
                         origin: queue.lights.origin.get(lane).to_array(),
                         t_min: 0.0,
@@ -353,29 +368,37 @@ impl PathBatch {
                 }
             }
         }
-        draw_pair(PAIR_BSDF, &mut queue.u);
-        sample_cosine_lobes(v, &queue.u, &mut queue.next);
-        if queue.paths.iter().any(|path| path.state.depth + 1 >= context.settings.roulette_start) {
-            draw_pair(PAIR_LOBE, &mut queue.u);
+        queue.draw(context.sampler_kind, context.pair() + PAIR_BSDF);
+        sample_cosine_lobes(&queue.vertices, &queue.u, &mut queue.next);
+        if context.meets_roulette() {
+            queue.draw(context.sampler_kind, context.pair() + PAIR_LOBE);
+            play_roulette(&queue.u, context.depth, context.settings, &mut queue.next);
         }
-        for (lane, path) in queue.paths.iter_mut().enumerate() {
-            let (wi, pdf) = (queue.next.wi.get(lane), queue.next.pdf.0[lane]);
-            let weight = v.albedo.get(lane);
-            let sample = BsdfSample { wi, weight, pdf, delta: false, transmitted: false };
-            path.state = path_scatter(path.state, sample, 1.0);
-            let settings = context.settings;
-            let survival =
-                roulette_survival(path.state, settings.roulette_start, settings.roulette_min_survival);
-            if queue.next.alive.0[lane] == 0 || (survival < 1.0 && queue.u.get(lane).y >= survival) {
-                let sum = &mut self.radiance[path.slot as usize];
-                *sum += path.state.radiance;
-                continue;
-            }
-            path.state.throughput *= 1.0 / survival;
-            self.next_rays.push(Ray::new(queue.next.origin.get(lane).to_array(), wi.to_array()));
-            self.next_paths.push(*path);
+        for lane in (0..waiting).filter(|&lane| queue.next.alive.0[lane] != 0) {
+            let (ray, path) = queue.leave(lane);
+            self.next_rays.push(ray);
+            self.next_paths.push(path);
         }
-        queue.paths.clear();
+    }
+
+    /// The same for smooth interfaces, which no light can be sampled for.
+    #[inline(always)]
+    fn scatter_smooth(&mut self, context: &Context) {
+        let queue = &mut self.smooth;
+        let waiting = std::mem::take(&mut queue.len);
+        if waiting == 0 {
+            return;
+        }
+        queue.draw(context.sampler_kind, context.pair() + PAIR_LOBE);
+        sample_smooth_interfaces(&queue.vertices, &queue.u, &mut queue.next);
+        if context.meets_roulette() {
+            play_roulette(&queue.u, context.depth, context.settings, &mut queue.next);
+        }
+        for lane in (0..waiting).filter(|&lane| queue.next.alive.0[lane] != 0) {
+            let (ray, path) = queue.leave(lane);
+            self.next_rays.push(ray);
+            self.next_paths.push(path);
+        }
     }
 
     /// Queues the shadow ray of a light sample, if the light could contribute.
@@ -399,7 +422,7 @@ impl PathBatch {
         }
         let value = bsdf_eval(*bsdf, wo, wi);
         let contribution =
-            path_light_contribution(path.state.throughput, value, light.radiance, light.pdf, light.delta);
+            path_light_contribution(path.throughput, value, light.radiance, light.pdf, light.delta);
         // Not `> 0`: NaN must reach the film, where it is counted.
         if contribution.x + contribution.y + contribution.z == 0.0 {
             return;
@@ -425,16 +448,16 @@ impl PathBatch {
         self.shadow_rays.clear();
     }
 
-    /// Hands over what a path has gathered.
+    /// Adds light that a path has found by following its own direction; see [`path_add_emission`].
     #[inline(always)]
-    fn finish(&mut self, path: &Path) {
+    fn found(&mut self, context: &Context, path: &Path, emitted: Vec3f, light_pdf: f32) {
         let sum = &mut self.radiance[path.slot as usize];
-        *sum += path.state.radiance;
+        *sum += path_add_emission(path.state(context.depth), emitted, light_pdf).radiance;
     }
 }
 
 /// How the view draws its samples, as the optics know it.
-fn sampler_kind(view: &View) -> u32 {
+pub(crate) fn sampler_kind(view: &View) -> u32 {
     match view.sampler {
         backend::SamplerKind::Sobol => SAMPLER_SOBOL,
         backend::SamplerKind::Independent => SAMPLER_INDEPENDENT,

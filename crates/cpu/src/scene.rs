@@ -1,5 +1,6 @@
 //! A scene ready to be traced: tables and acceleration structures.
 
+use crate::sites::Sites;
 use accel::{Blas, Geometry, Instance, Quality, Sphere, Tlas};
 use optics::light::LIGHT_TRIANGLE;
 use optics::vector::{cross, dot};
@@ -13,18 +14,11 @@ use std::sync::Arc;
 pub(crate) struct CpuScene {
     pub tables: Arc<SceneTables>,
     pub tlas: Tlas,
-    /// For each structure of several geometries, the geometry of each primitive; empty for structures of one.
-    primitive_geometry: Vec<Vec<u32>>,
+    pub sites: Sites,
     /// Indices of lights whose disc is seen in the sky.
     pub visible_discs: Vec<u32>,
     /// Whether there are no lights but triangles without textures, which can be sampled many at a time.
     pub plain_lights: bool,
-}
-
-/// Indices into the tables' geometries and bindings.
-pub(crate) struct Place {
-    pub geometry: u32,
-    pub binding: u32,
 }
 
 /// Where a hit leads in the tables.
@@ -46,33 +40,23 @@ impl CpuScene {
         };
         let instances: Vec<_> = tables.instances.iter().map(instance).collect();
         let tlas = Tlas::build(&instances, blas);
-        let primitive_geometry = tables.blas.iter().map(|b| primitive_geometry(&tables, b)).collect();
+        let sites = Sites::new(&tables);
         let is_disc = |&i: &u32| tables.lights[i as usize].visible;
         let visible_discs = (0..tables.lights.len() as u32).filter(is_disc).collect();
         let is_plain = |l: &LightRecord| l.light.kind == LIGHT_TRIANGLE && l.textured_material == NONE;
         let plain_lights = tables.lights.iter().all(is_plain);
-        Self { tables, tlas, primitive_geometry, visible_discs, plain_lights }
-    }
-
-    /// Where a hit primitive leads.
-    #[inline(always)]
-    pub fn place(&self, instance: u32, primitive: u32) -> Place {
-        let record = &self.tables.instances[instance as usize];
-        let lookup = &self.primitive_geometry[record.blas as usize];
-        let local = lookup.get(primitive as usize).copied().unwrap_or(0);
-        let first_geometry = self.tables.blas[record.blas as usize].first_geometry;
-        Place { geometry: first_geometry + local, binding: record.first_binding + local }
+        Self { tables, tlas, sites, visible_discs, plain_lights }
     }
 
     /// The records of a hit primitive.
     #[inline(always)]
     pub fn records(&self, instance: u32, primitive: u32) -> HitRecords<'_> {
-        let place = self.place(instance, primitive);
-        let geometry = &self.tables.geometries[place.geometry as usize];
+        let binding = self.sites.binding(instance, primitive);
+        let geometry = &self.tables.geometries[self.sites.site(binding).geometry as usize];
         HitRecords {
             instance: &self.tables.instances[instance as usize],
             geometry,
-            binding: &self.tables.bindings[place.binding as usize],
+            binding: &self.tables.bindings[binding as usize],
             primitive: primitive - geometry.first_in_blas,
         }
     }
@@ -98,15 +82,6 @@ fn build_blas(tables: &SceneTables, blas: &BlasRecord, quality: Quality) -> Blas
             Blas::spheres(&spheres, 0, quality)
         }
     }
-}
-
-fn primitive_geometry(tables: &SceneTables, blas: &BlasRecord) -> Vec<u32> {
-    if blas.geometry_count == 1 {
-        return Vec::new();
-    }
-    let geometries = &tables.geometries[blas.first_geometry as usize..][..blas.geometry_count as usize];
-    let numbered = (0..).zip(geometries);
-    numbered.flat_map(|(i, g)| std::iter::repeat_n(i, g.primitive_count as usize)).collect()
 }
 
 /// A point through the rows of a 3×4 matrix.

@@ -4,14 +4,15 @@
 //! instructions; only fetching vertices goes hit by hit. Spheres, and triangles with normal maps or in mirrored instances,
 //! take the general way of [`Surface::new`].
 
-use crate::lanes::{DiffusePoint, LANES, Lanes, Vectors};
-use crate::scene::{CpuScene, determinant, transform_normal, transform_point, vec3};
+use crate::lanes::{LANES, Lanes, PlainPoint, Vectors};
+use crate::scene::{CpuScene, transform_normal, transform_point, vec3};
+use crate::sites::Site;
 use crate::surface::{Surface, TexCoords, largest_coordinate, tex_coords, vertex_color};
 use accel::{Hit, Ray};
 use optics::frame::bend_normal;
 use optics::vector::{cross, dot};
 use optics::{Vec3f, vec3f};
-use scene::tables::{GeometryKind, MATERIAL_CHECKERBOARD, MaterialRecord, NONE, SceneTables};
+use scene::tables::NONE;
 
 /// Sixteen hits in a row.
 #[derive(Default)]
@@ -33,7 +34,6 @@ pub(crate) struct TriangleLanes {
     /// Whether the lane holds a triangle that these loops can do.
     plain: Lanes<u32>,
     instance: Lanes<u32>,
-    geometry: Lanes<u32>,
     binding: Lanes<u32>,
     /// Number of the triangle in its geometry.
     primitive: Lanes<u32>,
@@ -62,27 +62,20 @@ impl TriangleLanes {
         if hit.is_miss() {
             return;
         }
-        let tables = &*scene.tables;
-        let place = scene.place(hit.instance, hit.primitive);
-        let geometry = &tables.geometries[place.geometry as usize];
-        let material = &tables.materials[tables.bindings[place.binding as usize].material as usize];
-        let instance = &tables.instances[hit.instance as usize];
-        // Patterns live in object space, and mirroring turns the normal.
-        let patterned = material.flags & MATERIAL_CHECKERBOARD != 0;
-        let placed_oddly = !instance.identity && (patterned || determinant(&instance.object_to_world) < 0.0);
-        if geometry.kind != GeometryKind::Triangles || placed_oddly || material.normal_slot != NONE {
+        let binding = scene.sites.binding(hit.instance, hit.primitive);
+        let site = scene.sites.site(binding);
+        if !site.in_lanes {
             return;
         }
-        self.instance.0[lane] = hit.instance;
-        let primitive = hit.primitive - geometry.first_in_blas;
-        self.indices[lane] = tables.indices[(geometry.first_primitive + primitive) as usize];
-        self.smooth.0[lane] = u32::from(geometry.first_normal != NONE);
+        let primitive = hit.primitive - site.first_in_blas;
+        self.indices[lane] = scene.tables.indices[(site.first_primitive + primitive) as usize];
+        self.smooth.0[lane] = u32::from(site.first_normal != NONE);
         self.u.0[lane] = hit.u;
         self.v.0[lane] = hit.v;
         self.wo.set(lane, -vec3(ray.direction));
         self.plain.0[lane] = 1;
-        self.geometry.0[lane] = place.geometry;
-        self.binding.0[lane] = place.binding;
+        self.instance.0[lane] = hit.instance;
+        self.binding.0[lane] = binding;
         self.primitive.0[lane] = primitive;
     }
 
@@ -92,18 +85,18 @@ impl TriangleLanes {
             return;
         }
         let tables = &*scene.tables;
-        let geometry = &tables.geometries[self.geometry.0[lane] as usize];
+        let site = scene.sites.site(self.binding.0[lane]);
         let indices = self.indices[lane];
         for (corner, index) in self.corners.iter_mut().zip(indices) {
-            corner.set(lane, vec3(tables.positions[(geometry.first_vertex + index) as usize]));
+            corner.set(lane, vec3(tables.positions[(site.first_vertex + index) as usize]));
         }
-        if self.smooth.0[lane] != 0 {
+        if site.first_normal != NONE {
             for (normal, index) in self.normals.iter_mut().zip(indices) {
-                normal.set(lane, vec3(tables.normals[(geometry.first_normal + index) as usize]));
+                normal.set(lane, vec3(tables.normals[(site.first_normal + index) as usize]));
             }
         }
-        let instance = &tables.instances[self.instance.0[lane] as usize];
-        if !instance.identity {
+        if !site.identity {
+            let instance = &tables.instances[self.instance.0[lane] as usize];
             for k in 0..3 {
                 let corner = transform_point(&instance.object_to_world, self.corners[k].get(lane));
                 let normal = transform_normal(&instance.world_to_object, self.normals[k].get(lane));
@@ -136,25 +129,23 @@ impl TriangleLanes {
         self.front.0[lane] = u32::from(front);
     }
 
-    /// The material of one lane, if the lane is done here and its geometry has no vertex colours.
+    /// The site of one lane, if the lane is done here.
     #[inline(always)]
-    pub fn plain_material<'t>(&self, tables: &'t SceneTables, lane: usize) -> Option<&'t MaterialRecord> {
-        if self.plain.0[lane] == 0 || tables.geometries[self.geometry.0[lane] as usize].first_color != NONE {
-            return None;
-        }
-        let binding = &tables.bindings[self.binding.0[lane] as usize];
-        Some(&tables.materials[binding.material as usize])
+    pub fn site<'s>(&self, scene: &'s CpuScene, lane: usize) -> Option<&'s Site> {
+        (self.plain.0[lane] != 0).then(|| scene.sites.site(self.binding.0[lane]))
     }
 
-    /// One lane as a point on a diffuse surface.
+    /// One lane as a point on a plain surface.
     #[inline(always)]
-    pub fn diffuse_point(&self, lane: usize, albedo: Vec3f) -> DiffusePoint {
-        DiffusePoint {
+    pub fn plain_point(&self, lane: usize, site: &Site) -> PlainPoint {
+        PlainPoint {
             position: self.position.get(lane),
             extent: self.extent.0[lane],
             normal: self.normal.get(lane),
             shading_normal: self.shading_normal.get(lane),
-            albedo,
+            color: vec3(site.color),
+            wo: self.wo.get(lane),
+            eta: if self.front.0[lane] != 0 { site.ior } else { 1.0 / site.ior },
         }
     }
 
@@ -162,16 +153,15 @@ impl TriangleLanes {
     ///
     /// `wants_coordinates`: whether texture coordinates are asked for even if the material does not need them.
     #[inline(always)]
-    pub fn surface(&self, tables: &SceneTables, lane: usize, wants_coordinates: bool) -> Option<Surface> {
-        if self.plain.0[lane] == 0 {
-            return None;
-        }
-        let geometry = &tables.geometries[self.geometry.0[lane] as usize];
+    pub fn surface(&self, scene: &CpuScene, lane: usize, wants_coordinates: bool) -> Option<Surface> {
+        let site = self.site(scene, lane)?;
+        let tables = &*scene.tables;
+        let geometry = &tables.geometries[site.geometry as usize];
         let binding = &tables.bindings[self.binding.0[lane] as usize];
         let primitive = self.primitive.0[lane];
         let position = self.position.get(lane);
         let (mut coords, mut color) = (TexCoords::default(), [1.0; 4]);
-        let material = &tables.materials[binding.material as usize];
+        let material = &tables.materials[site.material as usize];
         if wants_coordinates || material.is_textured() || geometry.first_color != NONE {
             let corners = self.indices[lane];
             let (u, v) = (self.u.0[lane], self.v.0[lane]);
@@ -188,7 +178,7 @@ impl TriangleLanes {
             wo: self.wo.get(lane),
             coords,
             color,
-            material: binding.material,
+            material: site.material,
             light: if binding.first_light == NONE { NONE } else { binding.first_light + primitive },
             object: binding.object,
             primitive,

@@ -54,6 +54,44 @@ impl ExactSum {
     }
 }
 
+/// Sums of eight series of numbers in `[0, 2⁵²]`, of at most 2048 terms each, on the way to [`ExactSum`]s: the same bits, in
+/// vector registers.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct ExactLanes {
+    low: [u64; 8],
+    high: [u64; 8],
+}
+
+impl ExactLanes {
+    /// How many numbers may be added to each sum.
+    pub const MAX_COUNT: u64 = 2048;
+    /// The largest number that may be added.
+    pub const MAX_TERM: f64 = 4_503_599_627_370_496.0; // 2⁵²
+
+    /// Adds one number to each sum.
+    #[inline(always)]
+    pub fn add(&mut self, terms: [f64; 8]) {
+        for (lane, x) in terms.iter().enumerate() {
+            // As in `ExactSum::from_f64`, with the halves of the 128 bits apart. Shifts by 64 and more give zero.
+            let bits = x.to_bits();
+            let shift = 1086 - (bits >> 52) as u32;
+            let mantissa = (bits << 11) | (1 << 63);
+            let left = |n: u32| mantissa.checked_shl(n).unwrap_or(0);
+            let right = |n: u32| mantissa.checked_shr(n).unwrap_or(0);
+            let low = left(64_u32.wrapping_sub(shift)) | right(shift.wrapping_sub(64));
+            let sum = self.low[lane].wrapping_add(low);
+            self.high[lane] += right(shift) + u64::from(sum < low);
+            self.low[lane] = sum;
+        }
+    }
+
+    /// One of the sums.
+    #[inline(always)]
+    pub fn sum(&self, lane: usize) -> ExactSum {
+        ExactSum((u128::from(self.high[lane]) << 64 | u128::from(self.low[lane])) as i128)
+    }
+}
+
 impl AddAssign for ExactSum {
     #[inline]
     fn add_assign(&mut self, other: Self) {
@@ -88,6 +126,25 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn lanes_sum_the_same_bits(
+            terms in prop::collection::vec(prop::array::uniform8((0.0..1.0_f64, -90_i32..52)), 0..100),
+        ) {
+            let (mut lanes, mut sums) = (ExactLanes::default(), [ExactSum::ZERO; 8]);
+            for row in &terms {
+                // Sometimes exactly zero or a power of two.
+                let row = row.map(|(x, e)| if x < 0.1 { 0.0 } else { x.clamp(0.5, 0.9) * 2f64.powi(e + 1) });
+                let row = row.map(|x| x.min(ExactLanes::MAX_TERM));
+                lanes.add(row);
+                for (sum, x) in sums.iter_mut().zip(row) {
+                    *sum += ExactSum::from_f64(x);
+                }
+            }
+            for (lane, sum) in sums.iter().enumerate() {
+                prop_assert_eq!(lanes.sum(lane), *sum);
+            }
+        }
+
         #[test]
         fn order_and_grouping_do_not_matter(
             terms in prop::collection::vec(-1e6_f32..1e6, 1..64),

@@ -1,6 +1,7 @@
 //! The estimate of one pixel.
 
 use crate::ExactSum;
+use crate::exact::ExactLanes;
 
 /// What is known of one pixel's colour: sums over its samples, from which come mean, variance and standard error.
 ///
@@ -38,6 +39,30 @@ impl PixelStats {
         }
         self.count += 1;
         true
+    }
+
+    /// Adds samples one by one, as [`PixelStats::add`] does, but faster where they are many and neither negative nor
+    /// huge.
+    #[inline(always)]
+    pub fn add_all(&mut self, samples: impl IntoIterator<Item = [f32; 3]>) {
+        const LIMIT: f32 = 67_108_864.0; // 2²⁶
+        const { assert!(LIMIT as f64 * LIMIT as f64 <= ExactLanes::MAX_TERM, "squares must fit, too") };
+        let (mut lanes, mut count) = (ExactLanes::default(), 0);
+        for rgb in samples {
+            if !rgb.iter().all(|c| (0.0..=LIMIT).contains(c)) || count == ExactLanes::MAX_COUNT {
+                self.add(rgb);
+                continue;
+            }
+            let [r, g, b] = rgb.map(f64::from);
+            // Adding zero makes -0 positive.
+            lanes.add([r + 0.0, g + 0.0, b + 0.0, 0.0, r * r, g * g, b * b, 0.0]);
+            count += 1;
+        }
+        for c in 0..3 {
+            self.sum[c] += lanes.sum(c);
+            self.sum_of_squares[c] += lanes.sum(c + 4);
+        }
+        self.count += count;
     }
 
     /// Adds `count` samples of which only the sums are known, as a GPU keeps them. The sums count as exact.
@@ -161,6 +186,27 @@ mod tests {
         assert!(stats.add([PixelStats::MAX_SAMPLE, 1e-30, -1.0]));
         assert_eq!((stats.count(), stats.invalid()), (1, 12));
         assert!(stats.mean().iter().all(|m| m.is_finite()));
+    }
+
+    #[test]
+    fn many_samples_at_once_are_the_same_bits() {
+        let row = |i: u32| {
+            let x = (i as f32 * 0.37).sin();
+            match i % 50 {
+                0 => [0.0, -0.0, 1e-30],
+                1 => [f32::NAN, 1.0, 2.0],
+                2 => [1e9, 3.0, 67_108_864.0],
+                3 => [-1.0, x, x * x],
+                _ => [x * x, x.abs() * 1e-9, 1e7 * x.abs()],
+            }
+        };
+        let (mut one_by_one, mut at_once) = (PixelStats::default(), PixelStats::default());
+        (0..5000).for_each(|i| {
+            one_by_one.add(row(i));
+        });
+        at_once.add_all((0..5000).map(row));
+        assert_eq!(one_by_one, at_once);
+        assert!(at_once.invalid() > 0 && at_once.count() > 4000);
     }
 
     #[test]

@@ -199,9 +199,7 @@ pub(crate) fn incoherent_closest<F: HitFilter>(
         hits.fill(MISS);
         return dispatch!(kernel, turns_closest(tlas, rays, hits, filter));
     }
-    for (ray, hit) in rays.iter().zip(hits) {
-        *hit = tlas_closest(kernel, tlas, ray, filter);
-    }
+    dispatch!(kernel, each_closest(tlas, rays, hits, filter));
 }
 
 /// Whether each ray hits anything, one by one or in turns.
@@ -216,9 +214,7 @@ pub(crate) fn incoherent_any<F: HitFilter>(
         any.fill(false);
         return dispatch!(kernel, turns_any(tlas, rays, any, filter));
     }
-    for (ray, any) in rays.iter().zip(any) {
-        *any = tlas_any(kernel, tlas, ray, filter);
-    }
+    dispatch!(kernel, each_any(tlas, rays, any, filter));
 }
 
 /// The object and its leaves, if packets are of use: one object as it is, of triangles, and not just a few.

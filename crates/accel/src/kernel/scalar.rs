@@ -160,16 +160,19 @@ pub(super) fn tlas_any<F: HitFilter>(tlas: &Tlas, ray: &Ray, filter: &F) -> bool
     })
 }
 
-/// Nearest hit of each ray: without instructions for prefetching, turns are of no use.
-pub(super) fn turns_closest<F: HitFilter>(tlas: &Tlas, rays: &[Ray], hits: &mut [Hit], filter: &F) {
+/// Nearest hit of each ray.
+pub(super) fn each_closest<F: HitFilter>(tlas: &Tlas, rays: &[Ray], hits: &mut [Hit], filter: &F) {
     for (ray, hit) in rays.iter().zip(hits) {
         *hit = super::tlas_closest(super::Kernel::Scalar, tlas, ray, filter);
     }
 }
 
 /// Whether each ray hits anything.
-pub(super) fn turns_any<F: HitFilter>(tlas: &Tlas, rays: &[Ray], any: &mut [bool], filter: &F) {
+pub(super) fn each_any<F: HitFilter>(tlas: &Tlas, rays: &[Ray], any: &mut [bool], filter: &F) {
     for (ray, any) in rays.iter().zip(any) {
         *any = super::tlas_any(super::Kernel::Scalar, tlas, ray, filter);
     }
 }
+
+// Without instructions for prefetching, turns are of no use.
+pub(super) use {each_any as turns_any, each_closest as turns_closest};

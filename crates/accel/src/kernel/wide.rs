@@ -5,7 +5,7 @@
 use super::leaves::{Leaf, Shear, Spheres, Triangles};
 use super::packet::Packet;
 use super::tree::{Visitor, walk};
-use super::{Best, Slabs, turns};
+use super::{Best, Slabs, is_worth_it, turns};
 use crate::blas::{Blas, Shape};
 use crate::layout::{TriangleBlock, WIDTH};
 use crate::ray::{Hit, HitFilter, Ray};
@@ -235,6 +235,37 @@ macro_rules! entry_points {
                 // SAFETY: the caller's promise.
                 let s = unsafe { <$simd>::new() };
                 packet.trace::<$simd, F, ANY>(s, blas, blocks, rays, filter)
+            }
+
+            /// # Safety
+            ///
+            /// The processor must have the instructions.
+            #[target_feature(enable = $features)]
+            pub unsafe fn each_closest<F: HitFilter>(
+                tlas: &Tlas,
+                rays: &[Ray],
+                hits: &mut [Hit],
+                filter: &F,
+            ) {
+                for (ray, hit) in rays.iter().zip(hits) {
+                    let mut best = Best::new(ray);
+                    if is_worth_it(tlas.root, ray) {
+                        // SAFETY: the caller's promise.
+                        unsafe { tlas_closest(tlas, ray, filter, &mut best) };
+                    }
+                    *hit = best.hit;
+                }
+            }
+
+            /// # Safety
+            ///
+            /// The processor must have the instructions.
+            #[target_feature(enable = $features)]
+            pub unsafe fn each_any<F: HitFilter>(tlas: &Tlas, rays: &[Ray], any: &mut [bool], filter: &F) {
+                for (ray, any) in rays.iter().zip(any) {
+                    // SAFETY: the caller's promise.
+                    *any = is_worth_it(tlas.root, ray) && unsafe { tlas_any(tlas, ray, filter) };
+                }
             }
 
             /// # Safety

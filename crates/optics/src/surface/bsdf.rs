@@ -69,6 +69,13 @@ pub mod bsdf {
         b.kind != BSDF_GLOSSY || b.specular_probability > 0.0
     }
 
+    /// Whether all directions that [`bsdf_sample`] can choose are known, so that `u` does not matter.
+    pub fn bsdf_is_delta(b: Bsdf) -> bool {
+        b.kind == BSDF_SMOOTH_DIELECTRIC
+            || b.kind == BSDF_MIRROR
+            || (b.kind == BSDF_THIN_DIELECTRIC && b.alpha <= 0.0)
+    }
+
     /// Whether light can arrive from below the surface.
     pub fn bsdf_transmits(b: Bsdf) -> bool {
         b.kind == BSDF_SMOOTH_DIELECTRIC || b.kind == BSDF_ROUGH_DIELECTRIC || b.kind == BSDF_THIN_DIELECTRIC

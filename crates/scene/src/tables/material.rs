@@ -167,14 +167,6 @@ impl MaterialRecord {
         slots.iter().any(|&slot| slot != NONE)
     }
 
-    /// Whether it is an ideal diffuse reflector of one colour that does not emit.
-    pub fn is_plain_lambert(&self) -> bool {
-        self.model == ModelTag::Lambert
-            && !self.is_emissive()
-            && self.base_color_slot == NONE
-            && self.flags & MATERIAL_CHECKERBOARD == 0
-    }
-
     /// Whether the surface emits (an unlit surface does, but lights nothing).
     pub fn is_emissive(&self) -> bool {
         self.emission.iter().any(|&e| e > 0.0)

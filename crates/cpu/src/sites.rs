@@ -1,0 +1,161 @@
+//! What is looked up for every hit, gathered in one place.
+//!
+//! The scene tables are made to be small and to be shared with GPUs. From a hit to its triangle, that is a chain of five
+//! records in as many arrays, and most of the fields are about something else. Here each binding (one geometry of one
+//! instance) has what the chain would find, in a cache line.
+
+use crate::scene::determinant;
+use optics::ggx::MIN_ALPHA;
+use scene::tables::{
+    BlasRecord, GeometryKind, InstanceRecord, MATERIAL_CHECKERBOARD, MATERIAL_THIN, MaterialRecord, ModelTag,
+    NONE, SceneTables,
+};
+
+/// One geometry of one instance.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub(crate) struct Site {
+    /// Number that the bottom-level structure gives to the geometry's first primitive.
+    pub first_in_blas: u32,
+    /// Index of the geometry's first triangle in `indices`.
+    pub first_primitive: u32,
+    /// Index of its first vertex in `positions`.
+    pub first_vertex: u32,
+    /// Index of its first normal in `normals`, or `NONE`.
+    pub first_normal: u32,
+    /// Index into the tables' geometries.
+    pub geometry: u32,
+    /// Index into the tables' materials.
+    pub material: u32,
+    /// Whether its hits can be computed many at a time.
+    pub in_lanes: bool,
+    /// Whether its vertices are in world space.
+    pub identity: bool,
+    /// What scatters there, if that is simple enough to be done many at a time, too.
+    pub plain: Plain,
+    /// Albedo or tint of what is plain.
+    pub color: [f32; 3],
+    /// Index of refraction of a plain dielectric.
+    pub ior: f32,
+}
+
+/// Materials that do not shine, have one colour all over, and scatter in one way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Plain {
+    /// None of those.
+    No,
+    /// Ideal diffuse reflection.
+    Lambert,
+    /// A smooth interface between two media.
+    Smooth,
+}
+
+impl Plain {
+    fn new(material: &MaterialRecord) -> Self {
+        let untextured = material.base_color_slot == NONE && material.metallic_roughness_slot == NONE;
+        if material.is_emissive() || !untextured || material.flags & MATERIAL_CHECKERBOARD != 0 {
+            return Plain::No;
+        }
+        let alpha = material.roughness * material.roughness;
+        match material.model {
+            ModelTag::Lambert => Plain::Lambert,
+            ModelTag::Dielectric if alpha < MIN_ALPHA && material.flags & MATERIAL_THIN == 0 => Plain::Smooth,
+            ModelTag::Dielectric | ModelTag::MetallicRoughness | ModelTag::Mirror | ModelTag::Unlit => {
+                Plain::No
+            }
+        }
+    }
+}
+
+/// Geometries up to which a search through all of them beats a table by primitive.
+const FEW: usize = 16;
+
+/// How to find the geometry of a primitive.
+enum Geometries {
+    /// First primitives, `u32::MAX` beyond the last geometry.
+    Few([u32; FEW]),
+    /// Geometry by primitive.
+    Many(Vec<u32>),
+}
+
+/// All sites of a scene and the way to them.
+pub(crate) struct Sites {
+    /// Parallel to the tables' bindings.
+    sites: Vec<Site>,
+    /// For each instance: its first binding and its structure.
+    instances: Vec<[u32; 2]>,
+    /// For each structure.
+    geometries: Vec<Geometries>,
+}
+
+impl Sites {
+    pub fn new(tables: &SceneTables) -> Self {
+        let of_instance = |i: &InstanceRecord| {
+            let first = tables.blas[i.blas as usize].first_geometry;
+            let count = tables.blas[i.blas as usize].geometry_count;
+            let site = |k: u32| site(tables, i, first + k, i.first_binding + k);
+            (0..count).map(|k| (i.first_binding + k, site(k))).collect::<Vec<_>>()
+        };
+        let mut sites: Vec<_> = tables.instances.iter().flat_map(of_instance).collect();
+        sites.sort_unstable_by_key(|(binding, _)| *binding);
+        Self {
+            sites: sites.into_iter().map(|(_, site)| site).collect(),
+            instances: tables.instances.iter().map(|i| [i.first_binding, i.blas]).collect(),
+            geometries: tables.blas.iter().map(|b| geometries(tables, b)).collect(),
+        }
+    }
+
+    /// The binding of a hit primitive, which is also its site's index.
+    #[inline(always)]
+    pub fn binding(&self, instance: u32, primitive: u32) -> u32 {
+        let [first_binding, blas] = self.instances[instance as usize];
+        let geometry = match &self.geometries[blas as usize] {
+            // The last geometry that starts at the primitive or before it.
+            Geometries::Few(first) => first.iter().map(|&f| u32::from(f <= primitive)).sum::<u32>() - 1,
+            Geometries::Many(geometry) => geometry[primitive as usize],
+        };
+        first_binding + geometry
+    }
+
+    /// The site of a binding.
+    #[inline(always)]
+    pub fn site(&self, binding: u32) -> &Site {
+        &self.sites[binding as usize]
+    }
+}
+
+fn site(tables: &SceneTables, instance: &InstanceRecord, geometry: u32, binding: u32) -> Site {
+    let g = &tables.geometries[geometry as usize];
+    let material_index = tables.bindings[binding as usize].material;
+    let material = &tables.materials[material_index as usize];
+    // Patterns live in object space, and mirroring turns the normal.
+    let patterned = material.flags & MATERIAL_CHECKERBOARD != 0;
+    let placed_oddly = !instance.identity && (patterned || determinant(&instance.object_to_world) < 0.0);
+    let [red, green, blue, _] = material.base_color;
+    Site {
+        first_in_blas: g.first_in_blas,
+        first_primitive: g.first_primitive,
+        first_vertex: g.first_vertex,
+        first_normal: g.first_normal,
+        geometry,
+        material: material_index,
+        in_lanes: g.kind == GeometryKind::Triangles && !placed_oddly && material.normal_slot == NONE,
+        identity: instance.identity,
+        plain: if g.first_color == NONE { Plain::new(material) } else { Plain::No },
+        color: [red, green, blue],
+        ior: material.ior,
+    }
+}
+
+fn geometries(tables: &SceneTables, blas: &BlasRecord) -> Geometries {
+    let records = &tables.geometries[blas.first_geometry as usize..][..blas.geometry_count as usize];
+    if records.len() <= FEW {
+        let mut first = [u32::MAX; FEW];
+        for (f, record) in first.iter_mut().zip(records) {
+            *f = record.first_in_blas;
+        }
+        return Geometries::Few(first);
+    }
+    let numbered = (0..).zip(records);
+    Geometries::Many(numbered.flat_map(|(i, g)| std::iter::repeat_n(i, g.primitive_count as usize)).collect())
+}
