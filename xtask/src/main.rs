@@ -2,6 +2,7 @@
 
 mod bench;
 mod ci;
+mod docs;
 #[cfg(test)]
 mod documents;
 mod gallery;
@@ -26,6 +27,8 @@ enum Command {
     Test(test::TestArgs),
     /// Check formatting, lints, documentation and tests, as continuous integration does.
     Ci,
+    /// Write the figures of docs/ that are made from the code.
+    Docs,
     Gallery(gallery::GalleryArgs),
     /// Measure speed against other renderers.
     #[command(subcommand)]
@@ -37,6 +40,7 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Test(args) => test::run(&args),
         Command::Ci => ci::run(),
+        Command::Docs => docs::run(),
         Command::Gallery(args) => gallery::run(&args),
         Command::Bench(bench::BenchCommand::Cpu(args)) => bench::run(&args),
         Command::Vulkan(args) => vulkan::run(&args),
