@@ -30,6 +30,14 @@ pub enum BackendError {
         /// What is wrong with it.
         reason: String,
     },
+    /// The device failed. What was moved to the film before is kept.
+    #[error("the {backend} back end failed")]
+    Device {
+        /// Name of the back end.
+        backend: &'static str,
+        /// What the device said.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
     /// The film could not be made.
     #[error("cannot make the film")]
     Film(#[from] film::FilmError),
@@ -46,6 +54,19 @@ pub struct Stats {
     pub elapsed: Duration,
     /// Whether the call ended early because it was cancelled.
     pub cancelled: bool,
+    /// Time that the device itself was busy, where it has a clock.
+    pub device_time: Option<Duration>,
+}
+
+/// One pass of a device, by its own clock.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PassTime {
+    /// What it did.
+    pub name: &'static str,
+    /// When it began, since the first pass of the back end.
+    pub start: Duration,
+    /// How long it took.
+    pub duration: Duration,
 }
 
 /// What [`Backend::load`] made of the scene.
@@ -86,4 +107,9 @@ pub trait Backend: Send {
     /// # Errors
     /// When the device fails.
     fn film(&mut self) -> Result<Option<&Film>, BackendError>;
+
+    /// The passes since the last call of this, for profiles. Empty where the device has no clock.
+    fn take_passes(&mut self) -> Vec<PassTime> {
+        Vec::new()
+    }
 }

@@ -175,6 +175,40 @@ impl Default for AovSample {
     }
 }
 
+/// First hits of several samples of one pixel, of which only sums are known, as a GPU keeps them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AovSums {
+    /// How many samples there were, those that hit nothing included.
+    pub count: u32,
+    /// Sum over the samples, see [`Aov::Normal`].
+    pub normal: [f64; 3],
+    /// Sum over the samples, see [`Aov::GeometricNormal`].
+    pub geometric_normal: [f64; 3],
+    /// Sum over the samples, see [`Aov::Albedo`].
+    pub albedo: [f64; 3],
+    /// Sample 0, if it is one of them: only layers of kind [`AovKind::First`] and [`AovKind::FirstId`] count.
+    pub first: Option<AovSample>,
+}
+
+impl AovSums {
+    /// The sums of `aov`, if it is a mean.
+    pub(crate) fn sums(&self, aov: Aov) -> Option<&[f64; 3]> {
+        match aov {
+            Aov::Normal => Some(&self.normal),
+            Aov::GeometricNormal => Some(&self.geometric_normal),
+            Aov::Albedo => Some(&self.albedo),
+            Aov::Depth
+            | Aov::Position
+            | Aov::Uv
+            | Aov::MaterialId
+            | Aov::InstanceId
+            | Aov::PrimitiveId
+            | Aov::SampleCount
+            | Aov::StandardError => None,
+        }
+    }
+}
+
 impl AovSample {
     /// The floating-point channels of `aov`; empty for ids and derived layers.
     pub(crate) fn values(&self, aov: Aov) -> &[f32] {

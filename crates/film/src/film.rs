@@ -1,6 +1,6 @@
 //! The film: one estimate per pixel and the auxiliary layers that were asked for.
 
-use crate::{Aov, AovKind, AovSample, ExactSum, Image, NO_ID, PixelStats};
+use crate::{Aov, AovKind, AovSample, AovSums, ExactSum, Image, NO_ID, PixelStats};
 
 /// The largest width or height of a film or an image file, in pixels.
 pub const MAX_SIDE: u32 = 65_536;
@@ -354,6 +354,47 @@ impl Film {
                 Layer::First(_) | Layer::FirstId(_) | Layer::Derived => {}
             }
         }
+    }
+
+    /// Adds samples of which only the sums are known to the auxiliary layers of pixel (`x`, `y`) of the whole picture.
+    ///
+    /// Sums that are not finite are dropped and counted, see [`Film::invalid_aovs`].
+    ///
+    /// # Panics
+    /// If the pixel lies outside the window.
+    pub fn add_aov_sums(&mut self, x: u32, y: u32, sums: &AovSums) {
+        let i = self.index_in_window(x, y);
+        if let Some(count) = self.aov_counts.get_mut(i) {
+            *count += sums.count;
+        }
+        for (&aov, layer) in self.aovs.iter().zip(&mut self.layers) {
+            let at = i * aov.channels().len();
+            match (layer, sums.sums(aov), &sums.first) {
+                (Layer::Mean(stored), Some(added), _) => {
+                    if added.iter().all(|v| v.is_finite()) {
+                        let stored = stored[at..].iter_mut().zip(added);
+                        stored.for_each(|(sum, &v)| *sum += ExactSum::from_f64(v));
+                    } else {
+                        self.invalid_aovs += u64::from(sums.count);
+                    }
+                }
+                (Layer::First(stored), _, Some(first)) => {
+                    let channels = first.values(aov);
+                    if channels.iter().all(|v| v.abs() <= PixelStats::MAX_SAMPLE) {
+                        stored[at..at + channels.len()].copy_from_slice(channels);
+                    } else {
+                        self.invalid_aovs += 1;
+                    }
+                }
+                (Layer::FirstId(ids), _, Some(first)) => ids[i] = first.id(aov).unwrap_or(NO_ID),
+                (Layer::Mean(_) | Layer::First(_) | Layer::FirstId(_) | Layer::Derived, _, _) => {}
+            }
+        }
+    }
+
+    /// Counts auxiliary values as invalid that something else has already dropped.
+    pub fn add_invalid_aovs(&mut self, count: u64) {
+        self.invalid_aovs += count;
     }
 
     /// Adds the samples of `other`, whose window must lie within this film's.

@@ -20,7 +20,7 @@ pub mod metrics;
 mod pixel;
 mod srgb;
 
-pub use aov::{Aov, AovKind, AovSample, NO_ID, UnknownAov};
+pub use aov::{Aov, AovKind, AovSample, AovSums, NO_ID, UnknownAov};
 pub use atomic::write_atomically;
 pub use exact::ExactSum;
 pub use exr_file::{ExrChannel, ExrCompression, ExrFile, ExrSamples, METADATA_PREFIX, Precision};

@@ -202,6 +202,11 @@ impl Gpu {
         self.info.device_type == DeviceType::Cpu
     }
 
+    /// Whether the device is gone for good.
+    pub fn is_lost(&self) -> bool {
+        lock(&self.faults).lost.is_some()
+    }
+
     /// What the device has reported since the last call.
     ///
     /// # Errors

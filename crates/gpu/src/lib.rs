@@ -4,16 +4,22 @@
 //! lights), one tracer and one kernel; [`shader`] puts them together. Bind group 0 is the scene, 1 the tracer's
 //! structures, 2 the view and the film. Start reading at [`Gpu::open`] and [`GpuScene::upload`].
 
+mod backend;
 mod device;
 mod error;
+pub mod film;
+pub mod kernel;
 #[cfg(test)]
 mod layout;
 #[cfg(not(any(target_vendor = "apple", target_arch = "wasm32")))]
 pub mod pipeline;
+mod plan;
 pub mod scene;
 pub mod shader;
+pub mod timing;
 pub mod tracer;
 
+pub use backend::GpuBackend;
 pub use device::{AdapterSummary, Gpu, GpuOptions, LimitCaps, STORAGE_BUFFERS, adapters};
 pub use error::GpuError;
 pub use scene::GpuScene;

@@ -19,16 +19,15 @@ pub struct Variant {
     pub alpha: bool,
     /// Whether first hits are recorded.
     pub aovs: bool,
+    /// Whether several paths go on from the first vertex of each camera ray.
+    pub splitting: bool,
 }
 
 impl Variant {
     /// All variants.
-    pub const ALL: [Self; 4] = [
-        Self { alpha: false, aovs: false },
-        Self { alpha: true, aovs: false },
-        Self { alpha: false, aovs: true },
-        Self { alpha: true, aovs: true },
-    ];
+    pub fn all() -> impl Iterator<Item = Self> {
+        (0..8).map(|i| Self { alpha: i & 1 != 0, aovs: i & 2 != 0, splitting: i & 4 != 0 })
+    }
 }
 
 /// The optics, the constants and the scene: everything that is in front of a tracer.
@@ -46,8 +45,8 @@ pub fn scene_text(variant: Variant) -> String {
 }
 
 /// A whole shader.
-pub fn assemble(tracer: TracerText, kernel: &str, variant: Variant) -> String {
-    [tracer.enables, &scene_text(variant), tracer.text, kernel].join("\n")
+pub fn assemble(tracer: &TracerText, kernel: &str, variant: Variant) -> String {
+    [tracer.enables, &scene_text(variant), &tracer.text, kernel].join("\n")
 }
 
 /// Constants that Rust decides.
@@ -73,6 +72,7 @@ fn constants(variant: Variant) -> String {
     }
     let _ = writeln!(text, "const SCENE_HAS_ALPHA: bool = {};", variant.alpha);
     let _ = writeln!(text, "const WANTS_AOVS: bool = {};", variant.aovs);
+    let _ = writeln!(text, "const SPLITS_PATHS: bool = {};", variant.splitting);
     text
 }
 
@@ -143,12 +143,53 @@ pub(crate) fn validate(name: &str, text: &str) -> (naga::Module, naga::valid::Mo
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kernel::KernelKind;
 
     #[test]
     fn the_scene_is_valid_in_every_variant() {
-        for variant in Variant::ALL {
+        for variant in Variant::all() {
             validate(&format!("{variant:?}"), &scene_text(variant));
         }
+    }
+
+    /// Every kernel with every tracer for compute shaders: valid, and what drivers are given can be written.
+    #[test]
+    fn every_shader_translates_for_every_driver() {
+        let tracers = [("query", crate::tracer::query::TEXT)];
+        for (tracer_name, tracer) in tracers {
+            for kind in KernelKind::ALL {
+                for variant in Variant::all() {
+                    let name = format!("{tracer_name}, {}, {variant:?}", kind.name());
+                    let (module, info) = validate(&name, &assemble(&tracer, &kind.compute_text(), variant));
+                    write_all_languages(&name, &module, &info);
+                }
+            }
+        }
+    }
+
+    fn write_all_languages(name: &str, module: &naga::Module, info: &naga::valid::ModuleInfo) {
+        use naga::back::{hlsl, msl, spv};
+        let options = spv::Options { lang_version: (1, 4), ..Default::default() };
+        let words = spv::write_vec(module, info, &options, None);
+        assert!(words.is_ok_and(|w| w.len() > 1000), "{name}: SPIR-V");
+
+        let options = hlsl::Options {
+            shader_model: hlsl::ShaderModel::V6_5,
+            fake_missing_bindings: true,
+            ..Default::default()
+        };
+        let mut text = String::new();
+        let pipeline = hlsl::PipelineOptions::default();
+        hlsl::Writer::new(&mut text, &options, &pipeline)
+            .write(module, info, None)
+            .unwrap_or_else(|e| panic!("{name}: HLSL: {e}"));
+        assert!(text.contains("render_pixel"), "{name}: HLSL");
+
+        let options =
+            msl::Options { lang_version: (2, 4), fake_missing_bindings: true, ..Default::default() };
+        let (text, _) = msl::write_string(module, info, &options, &msl::PipelineOptions::default())
+            .unwrap_or_else(|e| panic!("{name}: MSL: {e}"));
+        assert!(text.contains("render_pixel"), "{name}: MSL");
     }
 
     #[test]

@@ -181,3 +181,36 @@ fn relative_error_falls_with_the_root_of_the_samples() {
     let ratio = at_64 / film.relative_error().unwrap();
     assert!((ratio - 4.0).abs() < 0.15, "{ratio}");
 }
+
+/// Samples with values that single precision sums exactly, added one by one and as sums.
+#[test]
+fn sums_of_layers_and_samples_agree() {
+    let all: Vec<Aov> = Aov::ALL.to_vec();
+    let mut one_by_one = Film::with_window(1, 1, Rect::full(1, 1), &all).unwrap();
+    let mut at_once = one_by_one.clone();
+    let seen = |depth: f32| AovSample {
+        depth,
+        normal: [depth, 0.5, 0.0],
+        geometric_normal: [0.0, depth, 1.0],
+        albedo: [0.25, depth, 0.75],
+        position: [depth; 3],
+        uv: [depth, 0.5],
+        material_id: depth as u32,
+        instance_id: 7,
+        primitive_id: 9,
+    };
+    (0..4).for_each(|s| one_by_one.add_aovs(0, 0, s, &seen(1.0 + s as f32)));
+    let (zero, sum) = (0.0, 1.0 + 2.0 + 3.0 + 4.0);
+    let sums = AovSums {
+        count: 4,
+        normal: [sum, 2.0, zero],
+        geometric_normal: [zero, sum, 4.0],
+        albedo: [1.0, sum, 3.0],
+        first: Some(seen(1.0)),
+    };
+    at_once.add_aov_sums(0, 0, &sums);
+    assert!(one_by_one == at_once);
+    at_once.add_aov_sums(0, 0, &AovSums { count: 2, normal: [f64::NAN, zero, zero], ..AovSums::default() });
+    assert_eq!(at_once.invalid_aovs(), 2);
+    assert!(one_by_one != at_once);
+}

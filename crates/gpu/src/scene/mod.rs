@@ -59,6 +59,9 @@ impl GpuScene {
         let layers = TexelLayers::new(tables.texels.len(), gpu.limits.max_texture_dimension_2d);
         let info = scene_info(&tables, &words, &layers);
         let none = BufferUsages::empty();
+        // Ray queries build the driver's structures from the same buffers.
+        let queries = gpu.features.contains(wgpu::Features::EXPERIMENTAL_RAY_QUERY);
+        let input = if queries { BufferUsages::BLAS_INPUT } else { none };
         let buffers = SceneBuffers {
             info: upload::empty_buffer(
                 gpu,
@@ -70,8 +73,8 @@ impl GpuScene {
             bindings: storage_buffer(gpu, "geometry bindings", &records::bindings(&tables, &words), none)?,
             materials: storage_buffer(gpu, "materials", &records::materials(&tables), none)?,
             lights: storage_buffer(gpu, "lights", &records::lights(&tables, &words), none)?,
-            vertices: storage_buffer(gpu, "vertices", &records::vertices(&tables), none)?,
-            words: storage_buffer(gpu, "vertex indices and attributes", &words.data, none)?,
+            vertices: storage_buffer(gpu, "vertices", &records::vertices(&tables), input)?,
+            words: storage_buffer(gpu, "vertex indices and attributes", &words.data, input)?,
         };
         upload::write_buffer(gpu, "scene constants", &buffers.info, bytemuck::bytes_of(&info))?;
         let textures = SceneTextures::upload(gpu, &tables, &layers)?;

@@ -3,7 +3,11 @@
 //! Every tracer implements the same two WGSL functions, `trace_closest` and `trace_any` (see `shaders/scene.wgsl`), so
 //! every kernel runs on every tracer.
 
-use crate::{Gpu, GpuError};
+pub mod query;
+
+use crate::kernel::{ComputeTracing, Tracing};
+use crate::{Gpu, GpuError, GpuScene};
+use std::borrow::Cow;
 use wgpu::Features;
 
 /// Which way rays are traced.
@@ -57,6 +61,24 @@ impl TracerKind {
         Err(GpuError::Unsupported { adapter, tracer: self.name(), missing })
     }
 
+    /// Builds the structures of a scene.
+    ///
+    /// # Errors
+    /// When the device cannot trace so, or the scene is too large for it.
+    pub fn build(self, gpu: &Gpu, scene: &GpuScene) -> Result<Box<dyn Tracing>, GpuError> {
+        self.check(gpu)?;
+        match self {
+            Self::Bvh => Err(self.not_in_this_build(gpu)),
+            Self::Query => Ok(Box::new(ComputeTracing(Box::new(query::QueryTracer::new(gpu, scene)?)))),
+            Self::Pipeline => Err(self.not_in_this_build(gpu)),
+        }
+    }
+
+    fn not_in_this_build(self, gpu: &Gpu) -> GpuError {
+        let missing = "it is not in this build".to_owned();
+        GpuError::Unsupported { adapter: gpu.info.name.clone(), tracer: self.name(), missing }
+    }
+
     /// The fastest way on a device with these features. Software drivers walk our own hierarchy faster than theirs.
     pub fn best(features: Features, software: bool) -> Self {
         if !software && Self::Query.missing(features).is_empty() { Self::Query } else { Self::Bvh }
@@ -64,12 +86,12 @@ impl TracerKind {
 }
 
 /// The WGSL of a tracer: what has to be known of it to put a shader together.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct TracerText {
     /// `enable` directives, which must be a module's first lines; may be empty.
     pub enables: &'static str,
     /// Its bindings (group 1) and the functions `trace_closest` and `trace_any`.
-    pub text: &'static str,
+    pub text: Cow<'static, str>,
 }
 
 /// A tracer for compute shaders, with its structures for one scene on the device.

@@ -1,0 +1,244 @@
+//! [`GpuBackend`]: the trait's implementation; film, batches, passes.
+
+use crate::film::{FOLD_SAMPLES, FilmBuffers, device_error};
+use crate::kernel::{Kernel, KernelKind, Tracing};
+use crate::plan::{Pace, Plan};
+use crate::shader::Variant;
+use crate::timing::Timer;
+use crate::tracer::TracerKind;
+use crate::{Gpu, GpuError, GpuScene};
+use backend::{Backend, BackendError, Control, Integrator, LoadStats, PassTime, Stats, View};
+use film::Film;
+use scene::tables::SceneTables;
+use std::collections::{HashMap, VecDeque};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Batches under way at a time: the device need not wait for the host to think.
+const IN_FLIGHT: usize = 2;
+/// How long samples may gather on the device only: that many are lost if it is.
+const FOLD_INTERVAL: Duration = Duration::from_secs(2);
+
+/// Renders on a GPU.
+pub struct GpuBackend {
+    gpu: Gpu,
+    kind: TracerKind,
+    scene: Option<Loaded>,
+    picture: Option<Picture>,
+    timer: Timer,
+}
+
+/// A scene on the device, with what was compiled for it.
+struct Loaded {
+    scene: GpuScene,
+    tracing: Box<dyn Tracing>,
+    kernels: HashMap<(KernelKind, Variant), CompiledKernel>,
+}
+
+struct CompiledKernel {
+    kernel: Box<dyn Kernel>,
+    pace: Pace,
+}
+
+/// A film that is being accumulated.
+struct Picture {
+    view: View,
+    film: Film,
+    buffers: FilmBuffers,
+    /// Samples that a pixel may have on the device.
+    pending: u32,
+    last_fold: Instant,
+    /// Rays that the current call has traced.
+    rays: u64,
+}
+
+impl GpuBackend {
+    /// A back end on an open device that traces in the given way.
+    ///
+    /// # Errors
+    /// [`GpuError::Unsupported`] when the device cannot trace so.
+    pub fn new(gpu: Gpu, kind: TracerKind) -> Result<Self, GpuError> {
+        kind.check(&gpu)?;
+        let timer = Timer::new(&gpu)?;
+        Ok(Self { gpu, kind, scene: None, picture: None, timer })
+    }
+
+    /// The device.
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
+    /// Bytes on the device, as far as they are known.
+    pub fn memory_bytes(&self) -> u64 {
+        let scene = self.scene.as_ref().map_or(0, |s| s.scene.memory_bytes() + s.tracing.memory_bytes());
+        scene + self.picture.as_ref().map_or(0, |p| p.buffers.memory_bytes())
+    }
+
+    fn load_scene(&mut self, tables: Arc<SceneTables>) -> Result<LoadStats, GpuError> {
+        // What the last scene takes is free before the next one needs it.
+        (self.picture, self.scene) = (None, None);
+        let table_bytes = tables.memory_bytes();
+        let scene = GpuScene::upload(&self.gpu, tables)?;
+        let start = Instant::now();
+        let tracing = self.kind.build(&self.gpu, &scene)?;
+        let stats = LoadStats {
+            build: start.elapsed(),
+            acceleration_bytes: tracing.memory_bytes() as usize,
+            table_bytes,
+        };
+        self.scene = Some(Loaded { scene, tracing, kernels: HashMap::new() });
+        Ok(stats)
+    }
+
+    /// Makes the film for a view, or keeps the one that is being accumulated.
+    fn prepare_film(&mut self, view: &View) -> Result<(), BackendError> {
+        let same = |old: &View| View { first_sample: view.first_sample, ..old.clone() } == *view;
+        if !self.picture.as_ref().is_some_and(|p| same(&p.view)) {
+            self.picture = None;
+            let film = Film::with_window(view.width, view.height, view.window, &view.aovs)?;
+            let buffers = FilmBuffers::new(&self.gpu, view, film.wants_aovs())
+                .map_err(|e| device_error(self.kind.name(), e))?;
+            let (view, last_fold) = (view.clone(), Instant::now());
+            self.picture = Some(Picture { view, film, buffers, pending: 0, last_fold, rays: 0 });
+        }
+        Ok(())
+    }
+
+    fn render_samples(
+        &mut self,
+        view: &View,
+        samples: u32,
+        control: &Control,
+        stats: &mut Stats,
+    ) -> Result<(), GpuError> {
+        let (Some(scene), Some(picture)) = (&mut self.scene, &mut self.picture) else { return Ok(()) };
+        let (gpu, timer) = (&self.gpu, &mut self.timer);
+        picture.rays = 0;
+        let compiled = scene.kernel(gpu, view, &picture.buffers)?;
+        let end = view.first_sample + samples;
+        let mut plan = Plan::new(view.window.width, view.window.height, view.first_sample..end);
+        let mut under_way = VecDeque::new();
+        let mut last_done = Instant::now();
+        loop {
+            let room = FOLD_SAMPLES.saturating_sub(picture.pending);
+            let fold = plan.is_even() && (room == 0 || picture.last_fold.elapsed() > FOLD_INTERVAL);
+            let batch = if control.is_cancelled() || fold { None } else { plan.next(&compiled.pace, room) };
+            if let Some(batch) = batch {
+                let submission = compiled.kernel.submit(gpu, &mut picture.buffers, batch, timer)?;
+                under_way.push_back((submission, batch, Instant::now()));
+                if plan.is_even() {
+                    picture.pending += batch.sample_count;
+                }
+                if under_way.len() < IN_FLIGHT {
+                    continue;
+                }
+            }
+            if let Some((submission, batch, submitted)) = under_way.pop_front() {
+                gpu.wait_for(Some(submission), "rendering")?;
+                let done =
+                    u64::from(view.window.width) * u64::from(batch.row_count) * u64::from(batch.sample_count);
+                compiled.pace.learn(done, submitted.max(last_done).elapsed());
+                last_done = Instant::now();
+                stats.samples += done;
+                control.advance(done);
+            } else if fold && !control.is_cancelled() {
+                picture.fold(gpu)?;
+                add_time(stats, timer.collect(gpu)?);
+            } else {
+                break;
+            }
+            if timer.is_nearly_full() {
+                add_time(stats, timer.collect(gpu)?);
+            }
+        }
+        add_time(stats, timer.collect(gpu)?);
+        Ok(())
+    }
+}
+
+fn add_time(stats: &mut Stats, time: Option<Duration>) {
+    if let Some(time) = time {
+        *stats.device_time.get_or_insert_default() += time;
+    }
+}
+
+impl Loaded {
+    /// The kernel for a view, compiled if it is the first of its kind.
+    fn kernel(
+        &mut self,
+        gpu: &Gpu,
+        view: &View,
+        film: &FilmBuffers,
+    ) -> Result<&mut CompiledKernel, GpuError> {
+        let kind = KernelKind::of(&view.integrator);
+        let splits = matches!(&view.integrator, Integrator::Path(s) if s.splitting > 1);
+        let variant = Variant { alpha: self.scene.has_alpha(), aovs: film.wants_aovs(), splitting: splits };
+        if !self.kernels.contains_key(&(kind, variant)) {
+            let kernel = self.tracing.kernel(gpu, kind, variant, &self.scene, film)?;
+            let compiled = CompiledKernel { kernel, pace: Pace::default() };
+            self.kernels.insert((kind, variant), compiled);
+        }
+        let missing = || GpuError::Device { doing: "looking up a kernel", reason: "it is gone".into() };
+        self.kernels.get_mut(&(kind, variant)).ok_or_else(missing)
+    }
+}
+
+impl Picture {
+    /// Moves what the device has summed to the host's film.
+    fn fold(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
+        self.rays += self.buffers.fold_into(gpu, &mut self.film)?.rays();
+        self.pending = 0;
+        self.last_fold = Instant::now();
+        Ok(())
+    }
+}
+
+impl Backend for GpuBackend {
+    fn name(&self) -> &'static str {
+        self.kind.name()
+    }
+
+    fn describe(&self) -> String {
+        self.gpu.describe()
+    }
+
+    fn load(&mut self, tables: Arc<SceneTables>) -> Result<LoadStats, BackendError> {
+        self.load_scene(tables).map_err(|e| device_error(self.kind.name(), e))
+    }
+
+    fn render(&mut self, view: &View, samples: u32, control: &Control) -> Result<Stats, BackendError> {
+        if self.scene.is_none() {
+            return Err(BackendError::NoScene { backend: self.name() });
+        }
+        if view.first_sample.checked_add(samples).is_none() {
+            return Err(BackendError::View { reason: format!("sample index beyond {}", u32::MAX) });
+        }
+        self.prepare_film(view)?;
+        let start = Instant::now();
+        control.begin(u64::from(samples) * view.window.area() as u64);
+        let mut stats = Stats::default();
+        self.render_samples(view, samples, control, &mut stats)
+            .map_err(|e| device_error(self.kind.name(), e))?;
+        if let Some(picture) = &mut self.picture {
+            let counters = picture.buffers.take_counters(&self.gpu, &mut picture.film);
+            picture.rays += counters.map_err(|e| device_error(self.kind.name(), e))?.rays();
+            stats.rays = picture.rays;
+        }
+        stats.cancelled = control.is_cancelled();
+        stats.elapsed = start.elapsed();
+        Ok(stats)
+    }
+
+    fn film(&mut self) -> Result<Option<&Film>, BackendError> {
+        let Some(picture) = &mut self.picture else { return Ok(None) };
+        // Of a lost device, what was moved before is what there is.
+        if !self.gpu.is_lost() {
+            picture.fold(&self.gpu).map_err(|e| device_error(self.kind.name(), e))?;
+        }
+        Ok(Some(&picture.film))
+    }
+
+    fn take_passes(&mut self) -> Vec<PassTime> {
+        self.timer.take()
+    }
+}

@@ -1,0 +1,492 @@
+//! The film on the device, and the way from there to the host's film.
+//!
+//! Shaders sum samples in single precision. That is exact enough for some thousands of samples, not for millions, so the
+//! sums are moved to the host's film, which is exact, whenever somebody looks or [`FOLD_SAMPLES`] have gathered, and the
+//! device starts from zero.
+
+use crate::scene::upload::{empty_buffer, write_buffer};
+use crate::{Gpu, GpuError};
+use backend::{BackendError, Integrator, SamplerKind};
+use bytemuck::{Pod, Zeroable};
+use film::{AovSample, AovSums, Film};
+use optics::camera::camera_pixel_spread;
+use optics::random::{SAMPLER_INDEPENDENT, SAMPLER_SOBOL};
+use wgpu::BufferUsages;
+
+/// Samples of a pixel that may gather on the device.
+pub const FOLD_SAMPLES: u32 = 1024;
+
+/// The optics' camera as shaders see it.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct CameraFrame {
+    kind: u32,
+    padding0: [u32; 3],
+    origin: [f32; 3],
+    padding1: u32,
+    right: [f32; 3],
+    padding2: u32,
+    up: [f32; 3],
+    padding3: u32,
+    forward: [f32; 3],
+    padding4: u32,
+    half_size: [f32; 2],
+    lens_radius: f32,
+    focus_distance: f32,
+}
+
+/// What is to be rendered, as shaders see it; see `shaders/film.wgsl` for the fields.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct View {
+    camera: CameraFrame,
+    width: u32,
+    height: u32,
+    window_x: u32,
+    window_y: u32,
+    window_width: u32,
+    window_height: u32,
+    first_row: u32,
+    row_count: u32,
+    first_sample: u32,
+    sample_count: u32,
+    sampler: u32,
+    seed: u32,
+    pixel_spread: f32,
+    single_scatter: u32,
+    max_depth: u32,
+    roulette_start: u32,
+    roulette_min_survival: f32,
+    splitting: u32,
+    shadow_samples: u32,
+    soft_shadows: u32,
+    reflection_samples: u32,
+    ambient_samples: u32,
+    ambient_distance: f32,
+    padding: u32,
+}
+
+/// A part of a pass: some rows of the window and some samples of each of their pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Batch {
+    /// First row, counted from the window's top.
+    pub first_row: u32,
+    /// Number of rows.
+    pub row_count: u32,
+    /// First sample.
+    pub first_sample: u32,
+    /// Number of samples.
+    pub sample_count: u32,
+}
+
+impl View {
+    /// Width of the window in pixels.
+    pub fn window_width(&self) -> u32 {
+        self.window_width
+    }
+
+    /// What shaders need to know of `view`; the batch is filled in for each dispatch.
+    pub fn new(view: &backend::View) -> Self {
+        let c = &view.camera;
+        let mut out = Self {
+            camera: CameraFrame {
+                kind: c.kind,
+                origin: c.origin.to_array(),
+                right: c.right.to_array(),
+                up: c.up.to_array(),
+                forward: c.forward.to_array(),
+                half_size: c.half_size.to_array(),
+                lens_radius: c.lens_radius,
+                focus_distance: c.focus_distance,
+                ..CameraFrame::default()
+            },
+            width: view.width,
+            height: view.height,
+            window_x: view.window.x,
+            window_y: view.window.y,
+            window_width: view.window.width,
+            window_height: view.window.height,
+            sampler: match view.sampler {
+                SamplerKind::Sobol => SAMPLER_SOBOL,
+                SamplerKind::Independent => SAMPLER_INDEPENDENT,
+            },
+            seed: view.seed,
+            pixel_spread: camera_pixel_spread(view.camera, view.height as f32),
+            single_scatter: u32::from(view.single_scatter),
+            ..Self::default()
+        };
+        match &view.integrator {
+            Integrator::Path(settings) => {
+                out.max_depth = settings.max_depth;
+                out.roulette_start = settings.roulette_start;
+                out.roulette_min_survival = settings.roulette_min_survival;
+                out.splitting = settings.splitting.max(1);
+            }
+            Integrator::Direct(settings) => {
+                out.max_depth = settings.max_depth;
+                out.shadow_samples = settings.shadow_samples.max(1);
+                out.soft_shadows = u32::from(settings.soft_shadows);
+                out.reflection_samples = settings.reflection_samples;
+                out.ambient_samples = settings.ambient_samples;
+                // Shader compilers may assume that nothing is infinite.
+                out.ambient_distance = settings.ambient_distance.min(f32::MAX);
+            }
+            Integrator::Aov => {}
+        }
+        out
+    }
+}
+
+/// A pixel's sums.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct FilmPixel {
+    sum: [f32; 3],
+    count: u32,
+    sum_of_squares: [f32; 3],
+    invalid: u32,
+}
+
+/// What a pixel's camera rays saw first.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct AovPixel {
+    normal: [f32; 3],
+    count: u32,
+    geometric_normal: [f32; 3],
+    depth: f32,
+    albedo: [f32; 3],
+    material: u32,
+    position: [f32; 3],
+    object: u32,
+    uv: [f32; 2],
+    primitive: u32,
+    has_first: u32,
+}
+
+/// What is counted for the whole picture.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Counters {
+    rays_low: u32,
+    rays_high: u32,
+    invalid_aovs: u32,
+    padding: u32,
+}
+
+impl Counters {
+    /// Rays traced.
+    pub fn rays(&self) -> u64 {
+        u64::from(self.rays_high) << 32 | u64::from(self.rays_low)
+    }
+}
+
+/// Bind group 2: view and film.
+pub struct FilmBuffers {
+    /// Binding 0: [`View`], uniform.
+    pub view: wgpu::Buffer,
+    /// Binding 1: a [`FilmPixel`] for each pixel of the window, row by row.
+    pub pixels: wgpu::Buffer,
+    /// Binding 2: [`Counters`].
+    pub counters: wgpu::Buffer,
+    /// Binding 3: an [`AovPixel`] for each pixel, or one for all if no layers are wanted.
+    pub aovs: wgpu::Buffer,
+    /// Layout of bind group 2.
+    pub layout: wgpu::BindGroupLayout,
+    /// Bind group 2.
+    pub bind_group: wgpu::BindGroup,
+    /// What is rendered.
+    pub contents: View,
+    wants_aovs: bool,
+    staging: wgpu::Buffer,
+}
+
+impl FilmBuffers {
+    /// An empty film for a view.
+    ///
+    /// # Errors
+    /// When the window has too many pixels for the device.
+    pub fn new(gpu: &Gpu, view: &backend::View, wants_aovs: bool) -> Result<Self, GpuError> {
+        let pixels = view.window.area() as u64;
+        let readable = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
+        let film_bytes = pixels * size_of::<FilmPixel>() as u64;
+        let aov_bytes = if wants_aovs { pixels } else { 1 } * size_of::<AovPixel>() as u64;
+        let counter_bytes = size_of::<Counters>() as u64;
+        let view_buffer = empty_buffer(gpu, "the view", size_of::<View>() as u64, BufferUsages::UNIFORM)?;
+        let film = empty_buffer(gpu, "the film", film_bytes, readable)?;
+        let counters = empty_buffer(gpu, "counters", counter_bytes, readable)?;
+        let aovs = empty_buffer(gpu, "the auxiliary layers", aov_bytes, readable)?;
+        let staging_bytes = film_bytes + if wants_aovs { aov_bytes } else { 0 } + counter_bytes;
+        let staging = empty_buffer(
+            gpu,
+            "reading the film",
+            staging_bytes,
+            BufferUsages::MAP_READ | BufferUsages::COPY_DST,
+        )?;
+        let (layout, bind_group) = gpu
+            .guarded(|| {
+                let layout = layout(gpu);
+                let buffers = [&view_buffer, &film, &counters, &aovs];
+                let entries: Vec<_> = (0..)
+                    .zip(buffers)
+                    .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() })
+                    .collect();
+                let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                    label: Some("film"),
+                    layout: &layout,
+                    entries: &entries,
+                });
+                (layout, group)
+            })
+            .map_err(|reason| GpuError::Device { doing: "binding the film", reason })?;
+        Ok(Self {
+            view: view_buffer,
+            pixels: film,
+            counters,
+            aovs,
+            layout,
+            bind_group,
+            contents: View::new(view),
+            wants_aovs,
+            staging,
+        })
+    }
+
+    /// Whether first hits are recorded.
+    pub fn wants_aovs(&self) -> bool {
+        self.wants_aovs
+    }
+
+    /// Bytes on the device.
+    pub fn memory_bytes(&self) -> u64 {
+        let buffers = [&self.view, &self.pixels, &self.counters, &self.aovs, &self.staging];
+        buffers.iter().map(|b| b.size()).sum()
+    }
+
+    /// Tells shaders which batch is next. Dispatches submitted before still see the one before.
+    ///
+    /// # Errors
+    /// When there is no memory for the copy.
+    pub fn set_batch(&mut self, gpu: &Gpu, batch: Batch) -> Result<(), GpuError> {
+        self.contents.first_row = batch.first_row;
+        self.contents.row_count = batch.row_count;
+        self.contents.first_sample = batch.first_sample;
+        self.contents.sample_count = batch.sample_count;
+        write_buffer(gpu, "the view", &self.view, bytemuck::bytes_of(&self.contents))
+    }
+
+    /// Moves everything summed on the device to `film`; returns what was counted. The device starts from zero.
+    ///
+    /// # Errors
+    /// When the device fails; `film` is unchanged then.
+    pub fn fold_into(&mut self, gpu: &Gpu, film: &mut Film) -> Result<Counters, GpuError> {
+        let doing = "reading the film";
+        let mut parts = vec![&self.counters, &self.pixels];
+        if self.wants_aovs {
+            parts.push(&self.aovs);
+        }
+        gpu.guarded(|| {
+            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut at = 0;
+            for part in &parts {
+                encoder.copy_buffer_to_buffer(part, 0, &self.staging, at, part.size());
+                encoder.clear_buffer(part, 0, None);
+                at += part.size();
+            }
+            gpu.queue.submit([encoder.finish()]);
+        })
+        .map_err(|reason| GpuError::Device { doing, reason })?;
+        let counters = read_mapped(gpu, &self.staging, self.staging.size(), doing, |bytes| {
+            let (counters, rest) = bytes.split_at(size_of::<Counters>());
+            let (pixels, layers) = rest.split_at(self.pixels.size() as usize);
+            add_pixels(film, bytemuck::cast_slice(pixels));
+            if self.wants_aovs {
+                add_layers(film, bytemuck::cast_slice(layers));
+            }
+            bytemuck::pod_read_unaligned::<Counters>(counters)
+        })?;
+        film.add_invalid_aovs(u64::from(counters.invalid_aovs));
+        Ok(counters)
+    }
+
+    /// What has been counted since the last call of this or of [`FilmBuffers::fold_into`].
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn take_counters(&mut self, gpu: &Gpu, film: &mut Film) -> Result<Counters, GpuError> {
+        let doing = "reading counters";
+        gpu.guarded(|| {
+            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            encoder.copy_buffer_to_buffer(&self.counters, 0, &self.staging, 0, self.counters.size());
+            encoder.clear_buffer(&self.counters, 0, None);
+            gpu.queue.submit([encoder.finish()]);
+        })
+        .map_err(|reason| GpuError::Device { doing, reason })?;
+        let size = self.counters.size();
+        let counters =
+            read_mapped(gpu, &self.staging, size, doing, bytemuck::pod_read_unaligned::<Counters>)?;
+        film.add_invalid_aovs(u64::from(counters.invalid_aovs));
+        Ok(counters)
+    }
+}
+
+/// Maps the first `size` bytes of a buffer, shows them to `read`, and unmaps it.
+///
+/// # Errors
+/// When the device fails.
+pub(crate) fn read_mapped<T>(
+    gpu: &Gpu,
+    buffer: &wgpu::Buffer,
+    size: u64,
+    doing: &'static str,
+    read: impl FnOnce(&[u8]) -> T,
+) -> Result<T, GpuError> {
+    let (sender, receiver) = std::sync::mpsc::channel();
+    let slice = buffer.slice(..size);
+    slice.map_async(wgpu::MapMode::Read, move |result| {
+        let _ = sender.send(result); // nobody waits any more if the device is gone
+    });
+    gpu.wait(doing)?;
+    let failed = |reason: String| GpuError::Device { doing, reason };
+    let mapped = receiver.try_recv().map_err(|e| failed(e.to_string()))?;
+    mapped.map_err(|e| failed(e.to_string()))?;
+    let view = slice.get_mapped_range().map_err(|e| failed(e.to_string()))?;
+    let value = read(&view);
+    drop(view);
+    buffer.unmap();
+    Ok(value)
+}
+
+fn add_pixels(film: &mut Film, pixels: &[FilmPixel]) {
+    for (stats, p) in film.pixels_mut().iter_mut().zip(pixels) {
+        if p.count > 0 {
+            stats.add_sums(p.sum.map(f64::from), p.sum_of_squares.map(f64::from), u64::from(p.count));
+        }
+        stats.add_invalid(u64::from(p.invalid));
+    }
+}
+
+fn add_layers(film: &mut Film, layers: &[AovPixel]) {
+    let window = film.window();
+    for (i, a) in (0..).zip(layers) {
+        let (x, y) = (window.x + i % window.width, window.y + i / window.width);
+        let first = AovSample {
+            depth: a.depth,
+            position: a.position,
+            uv: a.uv,
+            material_id: a.material,
+            instance_id: a.object,
+            primitive_id: a.primitive,
+            ..AovSample::default()
+        };
+        let sums = AovSums {
+            count: a.count,
+            normal: a.normal.map(f64::from),
+            geometric_normal: a.geometric_normal.map(f64::from),
+            albedo: a.albedo.map(f64::from),
+            first: (a.has_first != 0).then_some(first),
+        };
+        film.add_aov_sums(x, y, &sums);
+    }
+}
+
+/// Layout of bind group 2 for compute shaders.
+fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
+    let buffer = |binding: u32, ty| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+        count: None,
+    };
+    let storage = wgpu::BufferBindingType::Storage { read_only: false };
+    let entries = [
+        buffer(0, wgpu::BufferBindingType::Uniform),
+        buffer(1, storage),
+        buffer(2, storage),
+        buffer(3, storage),
+    ];
+    gpu.device
+        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("film"), entries: &entries })
+}
+
+/// The back end's error for one of the device's.
+pub(crate) fn device_error(backend: &'static str, error: GpuError) -> BackendError {
+    BackendError::Device { backend, source: Box::new(error) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::assert_layout;
+
+    #[test]
+    fn layouts_match_the_shader() {
+        let text = crate::shader::scene_text(crate::shader::Variant::default())
+            + "fn trace_closest(o: vec3f, d: vec3f, a: f32, b: f32, s: u32) -> Hit { return hit_nothing(); }
+               fn trace_any(o: vec3f, d: vec3f, a: f32, b: f32, s: u32) -> bool { return false; }"
+            + include_str!("shaders/film.wgsl");
+        let module = crate::shader::parse(&text);
+        assert_layout!(
+            module,
+            View {
+                camera,
+                width,
+                height,
+                window_x,
+                window_y,
+                window_width,
+                window_height,
+                first_row,
+                row_count,
+                first_sample,
+                sample_count,
+                sampler,
+                seed,
+                pixel_spread,
+                single_scatter,
+                max_depth,
+                roulette_start,
+                roulette_min_survival,
+                splitting,
+                shadow_samples,
+                soft_shadows,
+                reflection_samples,
+                ambient_samples,
+                ambient_distance,
+                padding,
+            }
+        );
+        assert_layout!(module, FilmPixel { sum, count, sum_of_squares, invalid });
+        assert_layout!(
+            module,
+            AovPixel {
+                normal,
+                count,
+                geometric_normal,
+                depth,
+                albedo,
+                material,
+                position,
+                object,
+                uv,
+                primitive,
+                has_first,
+            }
+        );
+        assert_layout!(module, Counters { rays_low, rays_high, invalid_aovs, padding });
+        // The optics' structure has gaps where Rust has fields of padding.
+        let (fields, size) = crate::layout::layout_of(&module, "CameraFrame");
+        let rust = [
+            ("kind", std::mem::offset_of!(CameraFrame, kind)),
+            ("origin", std::mem::offset_of!(CameraFrame, origin)),
+            ("right", std::mem::offset_of!(CameraFrame, right)),
+            ("up", std::mem::offset_of!(CameraFrame, up)),
+            ("forward", std::mem::offset_of!(CameraFrame, forward)),
+            ("half_size", std::mem::offset_of!(CameraFrame, half_size)),
+            ("lens_radius", std::mem::offset_of!(CameraFrame, lens_radius)),
+            ("focus_distance", std::mem::offset_of!(CameraFrame, focus_distance)),
+        ];
+        assert_eq!(fields, rust.map(|(name, offset)| (name.to_owned(), offset)));
+        assert_eq!(size, size_of::<CameraFrame>());
+    }
+}

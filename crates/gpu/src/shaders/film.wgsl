@@ -1,0 +1,205 @@
+// The view and the film: bind group 2. Samples are summed in registers while a dispatch works on a pixel and added to the
+// film at its end; the host adds the film to exact sums before rounding matters.
+
+/// What is to be rendered. Pixels count from the upper left of the whole picture.
+struct View {
+    camera: CameraFrame,
+    /// Size of the whole picture.
+    width: u32,
+    height: u32,
+    /// The part of it that the film covers.
+    window_x: u32,
+    window_y: u32,
+    window_width: u32,
+    window_height: u32,
+    /// Rows of the window, and samples, of this dispatch.
+    first_row: u32,
+    row_count: u32,
+    first_sample: u32,
+    sample_count: u32,
+    /// SAMPLER_… of the optics.
+    sampler: u32,
+    seed: u32,
+    /// Radius of a pixel's footprint per metre of distance.
+    pixel_spread: f32,
+    /// 0 or 1: no compensation for light lost between microfacets.
+    single_scatter: u32,
+    /// `path` and `direct`: longest path in segments.
+    max_depth: u32,
+    /// `path`.
+    roulette_start: u32,
+    roulette_min_survival: f32,
+    splitting: u32,
+    /// `direct`.
+    shadow_samples: u32,
+    soft_shadows: u32,
+    reflection_samples: u32,
+    ambient_samples: u32,
+    ambient_distance: f32,
+    padding: u32,
+}
+
+/// Sums of a pixel's samples, linear RGB radiance.
+struct FilmPixel {
+    sum: vec3f,
+    /// Samples summed.
+    count: u32,
+    sum_of_squares: vec3f,
+    /// Samples dropped because they were not finite.
+    invalid: u32,
+}
+
+/// What a pixel's camera rays saw first. The first three are sums over `count` samples, the others belong to sample 0.
+struct AovPixel {
+    normal: vec3f,
+    count: u32,
+    geometric_normal: vec3f,
+    depth: f32,
+    albedo: vec3f,
+    /// Number of the material at the first hit, or NONE.
+    material: u32,
+    position: vec3f,
+    object: u32,
+    uv: vec2f,
+    primitive: u32,
+    /// Whether sample 0 is here.
+    has_first: u32,
+}
+
+struct Counters {
+    /// Rays traced, in two words.
+    rays_low: atomic<u32>,
+    rays_high: atomic<u32>,
+    /// Auxiliary values dropped because they were not finite.
+    invalid_aovs: atomic<u32>,
+    padding: u32,
+}
+
+@group(2) @binding(0) var<uniform> view: View;
+@group(2) @binding(1) var<storage, read_write> film: array<FilmPixel>;
+@group(2) @binding(2) var<storage, read_write> counters: Counters;
+@group(2) @binding(3) var<storage, read_write> aovs: array<AovPixel>;
+
+/// Farther than anything.
+const RAY_END: f32 = 3.0e38;
+/// Shadow rays end this share of the way before the light, so that they do not hit the light itself.
+const SHADOW_END: f32 = 0.9999;
+/// The largest radiance that a sample may have, as on the film of the host: 2⁴⁰.
+const MAX_SAMPLE: f32 = 1099511627776.0;
+
+/// Random numbers by pairs: where on the pixel and where on the lens come first.
+const PAIR_FILM: u32 = 0u;
+const PAIR_LENS: u32 = 1u;
+
+/// Rays that this invocation has traced.
+var<private> rays_traced: u32;
+
+fn closest(origin: vec3f, direction: vec3f, salt: u32) -> Hit {
+    rays_traced += 1u;
+    return trace_closest(origin, direction, 0.0, RAY_END, salt);
+}
+
+fn occluded(origin: vec3f, direction: vec3f, distance: f32, salt: u32) -> bool {
+    rays_traced += 1u;
+    return trace_any(origin, direction, 0.0, distance, salt);
+}
+
+/// The random numbers of a sample of a pixel of the window.
+fn pixel_sampler(pixel: vec2u, sample: u32) -> PixelSampler {
+    let index = (view.window_y + pixel.y) * view.width + view.window_x + pixel.x;
+    return sampler_new(view.sampler, index, sample, view.seed);
+}
+
+/// The camera ray of a sample of a pixel of the window.
+fn pixel_ray(pixel: vec2u, sampler: PixelSampler) -> CameraRay {
+    let jitter = sample_2d(sampler, PAIR_FILM);
+    var lens = jitter;
+    if view.camera.lens_radius > 0.0 {
+        lens = sample_2d(sampler, PAIR_LENS);
+    }
+    let at = vec2f(f32(view.window_x + pixel.x) + jitter.x, f32(view.window_y + pixel.y) + jitter.y);
+    return camera_ray(view.camera, at / vec2f(f32(view.width), f32(view.height)), lens);
+}
+
+/// A pixel's samples in this dispatch.
+struct SampleSums {
+    sum: vec3f,
+    sum_of_squares: vec3f,
+    count: u32,
+    invalid: u32,
+}
+
+fn is_valid_sample(c: vec3f) -> bool {
+    return is_finite3(c) && max_component(abs(c)) <= MAX_SAMPLE;
+}
+
+fn add_sample(sums: SampleSums, radiance: vec3f) -> SampleSums {
+    var next = sums;
+    if is_valid_sample(radiance) {
+        next.sum += radiance;
+        next.sum_of_squares += radiance * radiance;
+        next.count += 1u;
+    } else {
+        next.invalid += 1u;
+    }
+    return next;
+}
+
+/// Adds what a dispatch has made of a pixel to the film.
+fn store_samples(pixel: vec2u, sums: SampleSums) {
+    let index = pixel.y * view.window_width + pixel.x;
+    film[index].sum += sums.sum;
+    film[index].sum_of_squares += sums.sum_of_squares;
+    film[index].count += sums.count;
+    film[index].invalid += sums.invalid;
+}
+
+/// A mean layer's value, or zero if it is not finite, which is counted.
+fn valid_layer(value: vec3f) -> vec3f {
+    if is_valid_sample(value) {
+        return value;
+    }
+    atomicAdd(&counters.invalid_aovs, 1u);
+    return vec3f(0.0);
+}
+
+/// Records that a camera ray hit nothing.
+fn record_miss(pixel: vec2u, sample: u32) {
+    let index = pixel.y * view.window_width + pixel.x;
+    aovs[index].count += 1u;
+    if sample == 0u {
+        aovs[index].has_first = 1u;
+        aovs[index].depth = 0.0;
+        aovs[index].position = vec3f(0.0);
+        aovs[index].uv = vec2f(0.0);
+        aovs[index].material = NONE;
+        aovs[index].object = NONE;
+        aovs[index].primitive = NONE;
+    }
+}
+
+/// Records what a camera ray hit at distance `depth`.
+fn record_hit(pixel: vec2u, sample: u32, s: Surface, depth: f32) {
+    let index = pixel.y * view.window_width + pixel.x;
+    aovs[index].count += 1u;
+    aovs[index].normal += valid_layer(s.shading_normal);
+    aovs[index].geometric_normal += valid_layer(s.normal);
+    aovs[index].albedo += valid_layer(base_color(s, view.pixel_spread * depth));
+    if sample == 0u {
+        aovs[index].has_first = 1u;
+        aovs[index].depth = depth;
+        aovs[index].position = s.position;
+        aovs[index].uv = s.coords.xy;
+        aovs[index].material = s.material;
+        aovs[index].object = s.object;
+        aovs[index].primitive = s.primitive;
+    }
+}
+
+/// Adds to the rays counted, with a carry into the upper word.
+fn count_rays(rays: u32) {
+    let before = atomicAdd(&counters.rays_low, rays);
+    if before + rays < before {
+        atomicAdd(&counters.rays_high, 1u);
+    }
+}

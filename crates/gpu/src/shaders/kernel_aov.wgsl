@@ -1,0 +1,25 @@
+// The first hit only: base colour under a headlight, and auxiliary layers.
+
+fn render_pixel(pixel: vec2u) {
+    var sums = SampleSums(vec3f(0.0), vec3f(0.0), 0u, 0u);
+    for (var i = 0u; i < view.sample_count; i++) {
+        let sample = view.first_sample + i;
+        let sampler = pixel_sampler(pixel, sample);
+        let ray = pixel_ray(pixel, sampler);
+        let hit = closest(ray.origin, ray.direction, sampler.scramble);
+        if hit.instance == NONE {
+            sums = add_sample(sums, distant_radiance(ray.direction));
+            if WANTS_AOVS {
+                record_miss(pixel, sample);
+            }
+            continue;
+        }
+        let s = surface_at(ray.origin, ray.direction, hit);
+        let color = base_color(s, view.pixel_spread * hit.t);
+        sums = add_sample(sums, color * headlight(dot(s.wo, s.shading_normal)));
+        if WANTS_AOVS {
+            record_hit(pixel, sample, s, hit.t);
+        }
+    }
+    store_samples(pixel, sums);
+}

@@ -1,0 +1,83 @@
+// Tracing by the driver: ray queries on its acceleration structures (DXR 1.1, Vulkan, Metal).
+//
+// Triangles without holes are opaque to the driver; others, and the boxes of spheres, come up as candidates. The custom
+// data of an instance is its index. Vulkan and DXR number primitives within each geometry, so the first primitive's number
+// in its bottom-level structure is added.
+
+@group(1) @binding(0) var structure: acceleration_structure;
+
+/// Number of the primitive within its bottom-level structure.
+fn query_primitive(candidate: RayIntersection) -> u32 {
+    let binding = instances[candidate.instance_custom_data].first_binding + candidate.geometry_index;
+    return bindings[binding].first_in_blas + candidate.primitive_index;
+}
+
+/// Where the ray crosses the sphere of a candidate within its interval; zero if it does not.
+fn query_sphere(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, candidate: RayIntersection) -> f32 {
+    let instance = candidate.instance_custom_data;
+    let binding = bindings[instances[instance].first_binding + candidate.geometry_index];
+    let sphere = sphere_at(binding, candidate.primitive_index);
+    var o = origin;
+    var d = direction;
+    if (instances[instance].flags & INSTANCE_IDENTITY) == 0u {
+        o = transform_point(instances[instance].world_to_object, origin);
+        d = transform_vector(instances[instance].world_to_object, direction);
+    }
+    let crossing = intersect_sphere(o, d, sphere.xyz, sphere.w);
+    if !crossing.hit {
+        return 0.0;
+    }
+    if crossing.near > t_min && crossing.near < t_max {
+        return crossing.near;
+    }
+    return select(0.0, crossing.far, crossing.far > t_min && crossing.far < t_max);
+}
+
+fn trace_closest(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32) -> Hit {
+    var query: ray_query;
+    rayQueryInitialize(&query, structure, RayDesc(RAY_FLAG_NONE, 0xffu, t_min, t_max, origin, direction));
+    var end = t_max;
+    while rayQueryProceed(&query) {
+        let candidate = rayQueryGetCandidateIntersection(&query);
+        if candidate.kind == RAY_QUERY_INTERSECTION_AABB {
+            let t = query_sphere(origin, direction, t_min, end, candidate);
+            if t > 0.0 {
+                end = t;
+                rayQueryGenerateIntersection(&query, t);
+            }
+        } else if !SCENE_HAS_ALPHA || alpha_accepts(candidate.instance_custom_data, candidate.geometry_index,
+                query_primitive(candidate), candidate.barycentrics.x, candidate.barycentrics.y, salt) {
+            end = min(end, candidate.t);
+            rayQueryConfirmIntersection(&query);
+        }
+    }
+    let hit = rayQueryGetCommittedIntersection(&query);
+    if hit.kind == RAY_QUERY_INTERSECTION_NONE {
+        return hit_nothing();
+    }
+    // Barycentrics are those of triangles.
+    let inside = select(vec2f(0.0), hit.barycentrics, hit.kind == RAY_QUERY_INTERSECTION_TRIANGLE);
+    return Hit(hit.t, inside.x, inside.y, hit.instance_custom_data, hit.geometry_index, query_primitive(hit));
+}
+
+fn trace_any(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32) -> bool {
+    if !(t_max > t_min) {
+        return false;
+    }
+    var query: ray_query;
+    let flags = RAY_FLAG_TERMINATE_ON_FIRST_HIT;
+    rayQueryInitialize(&query, structure, RayDesc(flags, 0xffu, t_min, t_max, origin, direction));
+    while rayQueryProceed(&query) {
+        let candidate = rayQueryGetCandidateIntersection(&query);
+        if candidate.kind == RAY_QUERY_INTERSECTION_AABB {
+            let t = query_sphere(origin, direction, t_min, t_max, candidate);
+            if t > 0.0 {
+                rayQueryGenerateIntersection(&query, t);
+            }
+        } else if !SCENE_HAS_ALPHA || alpha_accepts(candidate.instance_custom_data, candidate.geometry_index,
+                query_primitive(candidate), candidate.barycentrics.x, candidate.barycentrics.y, salt) {
+            rayQueryConfirmIntersection(&query);
+        }
+    }
+    return rayQueryGetCommittedIntersection(&query).kind != RAY_QUERY_INTERSECTION_NONE;
+}
