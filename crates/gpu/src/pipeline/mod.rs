@@ -17,11 +17,12 @@ mod vulkan;
 #[cfg(test)]
 mod tests;
 
-pub use program::{Bound, Resource};
-
+use crate::film::{Batch, FilmBuffers};
+use crate::kernel::{Kernel, KernelKind, Tracing};
 use crate::shader::{Variant, scene_text};
+use crate::timing::Timer;
 use crate::{Gpu, GpuError, GpuScene};
-use program::Program;
+use program::{Program, Resource};
 use spirv::RayShaders;
 use std::sync::Arc;
 use structures::Structures;
@@ -59,75 +60,153 @@ pub fn hits_text(variant: Variant) -> String {
     [ENABLES, &scene_text(variant), &constants(), payload, hits].join("\n")
 }
 
-/// What of a scene all pipelines on it share: acceleration structures and the records of the shader binding table.
-pub struct PipelineScene {
+/// The text of the ray generation shader of an integrator.
+pub fn kernel_text(kind: KernelKind, variant: Variant) -> String {
+    let kernel = [&kind.text(), include_str!("../shaders/entry_pipeline.wgsl")].join("\n");
+    generation_text(&kernel, variant)
+}
+
+/// What of a scene all pipelines on it share: acceleration structures, hit shaders and the records of the shader binding
+/// table.
+pub struct PipelineTracing {
     vulkan: Arc<Vulkan>,
     structures: Arc<Structures>,
     table: HitTable,
     hits: RayShaders,
-    variant: Variant,
 }
 
-impl PipelineScene {
+impl PipelineTracing {
     /// Builds the structures on the device and waits for it.
     ///
     /// # Errors
     /// [`GpuError::Unsupported`] without Vulkan ray tracing pipelines, [`GpuError::Limit`] and [`GpuError::Allocation`] if
     /// the scene is too large.
-    pub fn build(gpu: &Gpu, scene: &GpuScene, variant: Variant) -> Result<Self, GpuError> {
+    pub fn build(gpu: &Gpu, scene: &GpuScene) -> Result<Self, GpuError> {
         let vulkan = Vulkan::new(gpu)?;
         let table = HitTable::new(&scene.tables);
         let structures = Structures::build(&vulkan, &scene.tables, &table.instance_offsets)?;
+        let variant = Variant { alpha: scene.has_alpha(), ..Variant::default() };
         let hits = RayShaders::new("hit shaders", &hits_text(variant))?;
         gpu.check("building acceleration structures")?;
-        Ok(Self { vulkan, structures: Arc::new(structures), table, hits, variant })
+        Ok(Self { vulkan, structures: Arc::new(structures), table, hits })
     }
 
-    /// Bytes of the acceleration structures on the device.
-    pub fn memory_bytes(&self) -> u64 {
+    /// Compiles a pipeline whose ray generation shader is the only entry point of `text`; see [`generation_text`].
+    ///
+    /// # Errors
+    /// [`GpuError::Shader`] with the compiler's words.
+    fn program(&self, name: &str, text: &str) -> Result<Program, GpuError> {
+        let generation = RayShaders::new(name, text)?;
+        let mut program = Program::new(&self.vulkan, &generation, &self.hits, self.structures.clone())?;
+        program.set_table(&self.table)?;
+        Ok(program)
+    }
+}
+
+impl Tracing for PipelineTracing {
+    fn kernel(
+        &self,
+        _gpu: &Gpu,
+        kind: KernelKind,
+        variant: Variant,
+        scene: &GpuScene,
+        _film: &FilmBuffers,
+    ) -> Result<Box<dyn Kernel>, GpuError> {
+        let program = self.program(kind.name(), &kernel_text(kind, variant))?;
+        Ok(Box::new(PipelineKernel { name: kind.name(), program, scene: scene_resources(scene), film: None }))
+    }
+
+    fn memory_bytes(&self) -> u64 {
         self.structures.memory_bytes()
     }
 }
 
-/// A kernel that traces through a ray tracing pipeline.
-pub struct PipelineKernel {
+/// A buffer or texture at a binding of a group.
+type Bound = ((u32, u32), Resource);
+
+/// Bind group 0.
+fn scene_resources(scene: &GpuScene) -> Vec<Bound> {
+    let b = &scene.buffers;
+    let buffers = [&b.info, &b.instances, &b.bindings, &b.materials, &b.lights, &b.vertices, &b.words];
+    let buffers = buffers.into_iter().map(|b| Resource::Buffer(b.clone()));
+    let textures = scene.textures.views().into_iter().map(|v| Resource::Texture(v.clone()));
+    (0..).zip(buffers.chain(textures)).map(|(binding, resource)| ((0, binding), resource)).collect()
+}
+
+/// Bind group 2.
+fn film_resources(film: &FilmBuffers) -> Vec<Bound> {
+    let buffers = [&film.view, &film.pixels, &film.counters, &film.aovs];
+    let resources = buffers.into_iter().map(|b| Resource::Buffer(b.clone()));
+    (0..).zip(resources).map(|(binding, resource)| ((2, binding), resource)).collect()
+}
+
+/// The kernel of an integrator: every pixel is a ray generation shader.
+struct PipelineKernel {
+    name: &'static str,
     program: Program,
-    // What the program's sets point to.
-    structures: Arc<Structures>,
+    scene: Vec<Bound>,
+    /// The pixels of the film that is bound.
+    film: Option<wgpu::Buffer>,
 }
 
 impl PipelineKernel {
-    /// Compiles `kernel`, whose ray generation entry point is its only one.
-    ///
-    /// # Errors
-    /// [`GpuError::Shader`] with the compiler's words.
-    pub fn new(name: &str, kernel: &str, scene: &PipelineScene, checks: bool) -> Result<Self, GpuError> {
-        let generation = RayShaders::new(name, &generation_text(kernel, scene.variant))?;
-        let mut program = Program::new(&scene.vulkan, &generation, &scene.hits, checks)?;
-        program.set_table(&scene.table)?;
-        Ok(Self { program, structures: scene.structures.clone() })
+    /// Binds a film, if it is not the one that is bound.
+    fn bind(&mut self, gpu: &Gpu, film: &FilmBuffers) -> Result<(), GpuError> {
+        if self.film.as_ref() == Some(&film.pixels) {
+            return Ok(());
+        }
+        // wgpu does not see what the pipeline writes: a film that it has not cleared, it would clear when it reads it.
+        gpu.guarded(|| {
+            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            for buffer in [&film.pixels, &film.counters, &film.aovs] {
+                encoder.clear_buffer(buffer, 0, None);
+            }
+            gpu.queue.submit([encoder.finish()]);
+        })
+        .map_err(|reason| GpuError::Device { doing: "clearing the film", reason })?;
+        let resources: Vec<_> = self.scene.iter().cloned().chain(film_resources(film)).collect();
+        // Of a lost device all handles are gone, which is not the shaders' fault.
+        self.program.bind(resources).map_err(|error| gpu.wait("binding the film").err().unwrap_or(error))?;
+        self.film = Some(film.pixels.clone());
+        Ok(())
     }
+}
 
-    /// Makes the shaders see the scene (group 0) and `resources` (group 2). Waits for the device.
-    ///
-    /// # Errors
-    /// [`GpuError::Shader`] if a binding of the shaders gets nothing.
-    pub fn bind(&mut self, scene: &GpuScene, resources: &[Bound<'_>]) -> Result<(), GpuError> {
-        let b = &scene.buffers;
-        let buffers = [&b.info, &b.instances, &b.bindings, &b.materials, &b.lights, &b.vertices, &b.words];
-        let buffers = buffers.into_iter().map(Resource::Buffer);
-        let all = buffers.chain(scene.textures.views().into_iter().map(Resource::Texture));
-        let numbered = (0..).zip(all).map(|(binding, resource)| Bound { group: 0, binding, resource });
-        let others =
-            resources.iter().map(|b| Bound { group: b.group, binding: b.binding, resource: b.resource });
-        self.program.bind(&self.structures, &numbered.chain(others).collect::<Vec<_>>())
-    }
-
-    /// Records one ray generation shader for each of `size` into `encoder`, which must be used for nothing else.
-    ///
-    /// # Errors
-    /// [`GpuError::Limit`] if those are more than the device can start at once.
-    pub fn trace(&self, encoder: &mut wgpu::CommandEncoder, size: [u32; 3]) -> Result<(), GpuError> {
-        self.program.trace(encoder, size)
+impl Kernel for PipelineKernel {
+    fn submit(
+        &mut self,
+        gpu: &Gpu,
+        film: &mut FilmBuffers,
+        batch: Batch,
+        timer: &mut Timer,
+    ) -> Result<wgpu::SubmissionIndex, GpuError> {
+        self.bind(gpu, film)?;
+        film.set_batch(gpu, batch)?;
+        let size = [film.contents.window_width(), batch.row_count, 1];
+        let slot = timer.slot(self.name);
+        let encoder = || gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        // Raw commands and wgpu's must not share an encoder: passes without work take the times before and after.
+        let stamp = |begin: bool| {
+            let mut encoder = encoder();
+            if let Some(slot) = slot {
+                let writes = wgpu::ComputePassTimestampWrites {
+                    query_set: slot.queries,
+                    beginning_of_pass_write_index: begin.then_some(slot.begin),
+                    end_of_pass_write_index: (!begin).then_some(slot.begin + 1),
+                };
+                let label = Some(self.name);
+                encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                    label,
+                    timestamp_writes: Some(writes),
+                });
+            }
+            encoder.finish()
+        };
+        gpu.guarded(|| {
+            let mut tracing = encoder();
+            self.program.trace(&mut tracing, size)?;
+            Ok(gpu.queue.submit([stamp(true), tracing.finish(), stamp(false)]))
+        })
+        .map_err(|reason| GpuError::Device { doing: "starting a pass", reason })?
     }
 }

@@ -19,6 +19,9 @@ const GROUPS: usize = 3;
 /// Rays trace no rays: paths are loops in the ray generation shader.
 const RECURSION_DEPTH: u32 = 1;
 
+/// Accesses out of bounds are caught: scenes come from files.
+const CHECKS: bool = true;
+
 /// What a shader sees at a binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Slot {
@@ -52,43 +55,28 @@ pub(super) struct Program {
     pool: vk::DescriptorPool,
     sets: Vec<vk::DescriptorSet>,
     table: Option<(Memory, TableLayout)>,
-    /// What the sets point to.
-    bound: Vec<Kept>,
-}
-
-/// What must live as long as the sets point to it.
-enum Kept {
-    Buffer(#[expect(dead_code, reason = "it is kept, not used")] wgpu::Buffer),
-    Texture(wgpu::TextureView),
-}
-
-/// What stands at a binding.
-pub struct Bound<'a> {
-    /// Bind group.
-    pub group: u32,
-    /// Number in the group.
-    pub binding: u32,
-    /// What the shaders see there.
-    pub resource: Resource<'a>,
+    structures: Arc<Structures>,
+    /// What the sets point to: it must live as long.
+    bound: Vec<((u32, u32), Resource)>,
 }
 
 /// A buffer or texture.
-#[derive(Clone, Copy)]
-pub enum Resource<'a> {
+#[derive(Clone)]
+pub(super) enum Resource {
     /// A buffer as a whole. It must have been written or cleared through wgpu.
-    Buffer(&'a wgpu::Buffer),
+    Buffer(wgpu::Buffer),
     /// A texture that is only read.
-    Texture(&'a wgpu::TextureView),
+    Texture(wgpu::TextureView),
 }
 
 impl Program {
     /// Compiles the pipeline of one ray generation shader, which is the only entry point of `generation`, and all shaders
-    /// of `hits`. `checks`: whether accesses out of bounds are caught.
+    /// of `hits`.
     pub fn new(
         vulkan: &Arc<Vulkan>,
         generation: &RayShaders,
         hits: &RayShaders,
-        checks: bool,
+        structures: Arc<Structures>,
     ) -> Result<Self, GpuError> {
         let mut program = Self {
             vulkan: vulkan.clone(),
@@ -99,13 +87,14 @@ impl Program {
             pool: vk::DescriptorPool::null(),
             sets: Vec::new(),
             table: None,
+            structures,
             bound: Vec::new(),
         };
         program.make_layouts()?;
         program.make_sets()?;
         let mut modules = Modules { vulkan: vulkan.clone(), stages: Vec::new() };
         for shaders in [generation, hits] {
-            modules.add(shaders, checks)?;
+            modules.add(shaders)?;
         }
         program.make_pipeline(&modules)?;
         Ok(program)
@@ -223,13 +212,12 @@ impl Program {
         Ok(())
     }
 
-    /// Makes the shaders see these structures, buffers and textures.
+    /// Makes the shaders see these buffers and textures, by group and binding, and the structures. Waits for the device.
     ///
     /// # Errors
     /// [`GpuError::Shader`] if a binding of the shaders gets nothing, or the wrong thing.
-    pub fn bind(&mut self, structures: &Structures, resources: &[Bound<'_>]) -> Result<(), GpuError> {
+    pub fn bind(&mut self, resources: Vec<((u32, u32), Resource)>) -> Result<(), GpuError> {
         self.vulkan.wait()?;
-        self.bound.clear();
         for (&(group, binding), &slot) in &self.slots {
             let write = vk::WriteDescriptorSet::default()
                 .dst_set(self.sets[group as usize])
@@ -239,10 +227,9 @@ impl Program {
                 shader: "the ray tracing pipeline".into(),
                 reason: format!("group {group}, binding {binding} has no {slot:?}"),
             };
-            let here =
-                resources.iter().find(|b| (b.group, b.binding) == (group, binding)).map(|b| b.resource);
+            let here = resources.iter().find(|(place, _)| *place == (group, binding)).map(|(_, r)| r);
             match (slot, here) {
-                (Slot::Structure, _) => self.bind_structure(write, structures),
+                (Slot::Structure, _) => self.bind_structure(write),
                 (Slot::Storage | Slot::Uniform, Some(Resource::Buffer(buffer))) => {
                     // SAFETY: the raw handle is used only while `bound` keeps the buffer.
                     let hal = unsafe { buffer.as_hal::<Api>() }.ok_or_else(missing)?;
@@ -263,25 +250,17 @@ impl Program {
                 (Slot::Storage | Slot::Uniform | Slot::Texture, _) => return Err(missing()),
             }
         }
-        for bound in resources {
-            self.bound.push(match bound.resource {
-                Resource::Buffer(buffer) => Kept::Buffer(buffer.clone()),
-                Resource::Texture(view) => Kept::Texture(view.clone()),
-            });
-        }
-        self.vulkan.make_readable(self.textures());
+        self.bound = resources;
+        let textures = self.bound.iter().filter_map(|(_, resource)| match resource {
+            Resource::Buffer(_) => None,
+            Resource::Texture(view) => Some(view.texture()),
+        });
+        self.vulkan.make_readable(textures);
         Ok(())
     }
 
-    fn textures(&self) -> impl Iterator<Item = &wgpu::Texture> {
-        self.bound.iter().filter_map(|kept| match kept {
-            Kept::Buffer(_) => None,
-            Kept::Texture(view) => Some(view.texture()),
-        })
-    }
-
-    fn bind_structure(&self, write: vk::WriteDescriptorSet<'_>, structures: &Structures) {
-        let tops = [structures.top()];
+    fn bind_structure(&self, write: vk::WriteDescriptorSet<'_>) {
+        let tops = [self.structures.top()];
         let mut info =
             vk::WriteDescriptorSetAccelerationStructureKHR::default().acceleration_structures(&tops);
         self.update(write.descriptor_count(1).push_next(&mut info));
@@ -390,9 +369,9 @@ struct Modules {
 }
 
 impl Modules {
-    fn add(&mut self, shaders: &RayShaders, checks: bool) -> Result<(), GpuError> {
+    fn add(&mut self, shaders: &RayShaders) -> Result<(), GpuError> {
         for (name, stage) in shaders.entry_points() {
-            let words = shaders.spirv(name, checks)?;
+            let words = shaders.spirv(name, CHECKS)?;
             let info = vk::ShaderModuleCreateInfo::default().code(&words);
             let refused = |reason: String| GpuError::Shader { shader: name.to_owned(), reason };
             let c_name = CString::new(name).map_err(|e| refused(e.to_string()))?;

@@ -89,7 +89,8 @@ fn options(checks: bool) -> naga::back::spv::Options<'static> {
         // The patches find variables and functions by their names.
         flags: WriterFlags::DEBUG,
         bounds_check_policies: BoundsCheckPolicies { index: policy, buffer: policy, ..Default::default() },
-        force_loop_bounding: checks,
+        // All loops are our own, and end.
+        force_loop_bounding: false,
         trace_ray_argument_validation: false,
         ..Default::default()
     }
@@ -136,15 +137,8 @@ fn move_variable(module: &mut Module, name: &str, class: StorageClass) -> Result
     variable_now.result_type = Some(pointer);
     // Without an initial value: it is somebody else's.
     variable_now.operands = vec![Operand::StorageClass(class)];
-    module.annotations.retain(|i| {
-        let binding = matches!(
-            i.operands.get(1),
-            Some(Operand::Decoration(
-                rspirv::spirv::Decoration::Binding | rspirv::spirv::Decoration::DescriptorSet
-            ))
-        );
-        !(binding && i.operands.first() == Some(&Operand::IdRef(variable)))
-    });
+    // Nothing that WGSL said of it (where it is bound, that it is only read) can be said of what it is now.
+    module.annotations.retain(|i| i.operands.first() != Some(&Operand::IdRef(variable)));
     retype_chains(module, variable, class)
 }
 

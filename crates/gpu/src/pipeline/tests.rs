@@ -51,10 +51,10 @@ struct TestRay {
 }
 
 fn traced(gpu: &Gpu, tables: &Arc<SceneTables>, rays: &[Ray]) -> Vec<Found> {
-    let variant = Variant { alpha: tables.has_alpha, ..Variant::default() };
     let scene = GpuScene::upload(gpu, tables.clone()).expect("upload");
-    let shared = PipelineScene::build(gpu, &scene, variant).expect("structures");
-    let mut kernel = PipelineKernel::new("test", KERNEL, &shared, true).expect("pipeline");
+    let tracing = PipelineTracing::build(gpu, &scene).expect("structures");
+    let variant = Variant { alpha: tables.has_alpha, ..Variant::default() };
+    let mut program = tracing.program("test", &generation_text(KERNEL, variant)).expect("pipeline");
     let as_test = |r: &Ray| TestRay {
         origin: r.origin,
         t_min: r.t_min,
@@ -65,14 +65,10 @@ fn traced(gpu: &Gpu, tables: &Arc<SceneTables>, rays: &[Ray]) -> Vec<Found> {
     let rays_buffer = storage_buffer(gpu, "rays", &rays, BufferUsages::empty()).expect("rays");
     let blank = vec![Found::default(); rays.len()];
     let found = storage_buffer(gpu, "found", &blank, BufferUsages::COPY_SRC).expect("found");
-    let resources = [(0, &rays_buffer), (1, &found)].map(|(binding, buffer)| Bound {
-        group: 2,
-        binding,
-        resource: Resource::Buffer(buffer),
-    });
-    kernel.bind(&scene, &resources).expect("bind");
+    let own = [((2, 0), Resource::Buffer(rays_buffer)), ((2, 1), Resource::Buffer(found.clone()))];
+    program.bind(scene_resources(&scene).into_iter().chain(own).collect()).expect("bind");
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: None });
-    kernel.trace(&mut encoder, [rays.len() as u32, 1, 1]).expect("trace");
+    program.trace(&mut encoder, [rays.len() as u32, 1, 1]).expect("trace");
     gpu.queue.submit([encoder.finish()]);
     gpu.check("tracing").expect("no errors");
     read(gpu, &found, rays.len())

@@ -70,6 +70,9 @@ impl TracerKind {
         match self {
             Self::Bvh => Err(self.not_in_this_build(gpu)),
             Self::Query => Ok(Box::new(ComputeTracing(Box::new(query::QueryTracer::new(gpu, scene)?)))),
+            #[cfg(not(any(target_vendor = "apple", target_arch = "wasm32")))]
+            Self::Pipeline => Ok(Box::new(crate::pipeline::PipelineTracing::build(gpu, scene)?)),
+            #[cfg(any(target_vendor = "apple", target_arch = "wasm32"))]
             Self::Pipeline => Err(self.not_in_this_build(gpu)),
         }
     }

@@ -1,5 +1,6 @@
 use super::*;
-use crate::pipeline::{generation_text, hits_text};
+use crate::kernel::KernelKind;
+use crate::pipeline::{generation_text, hits_text, kernel_text};
 use crate::shader::Variant;
 
 const KERNEL: &str = "
@@ -45,6 +46,15 @@ fn hit_shaders_read_attributes_and_records() {
     let sphere = storage_classes(&hits.patched("hit_sphere_reflecting", true).expect("SPIR-V"));
     assert!(sphere.contains(&StorageClass::ShaderRecordBufferKHR), "{sphere:?}");
     assert!(!sphere.contains(&StorageClass::HitAttributeKHR), "spheres report none: {sphere:?}");
+}
+
+#[test]
+fn moved_variables_have_no_decorations() {
+    let module = hits().patched("hit_triangle_reflecting", true).expect("SPIR-V");
+    for name in ["hit_attribute", "hit_record"] {
+        let variable = Operand::IdRef(named(&module, name).expect("is there"));
+        assert!(module.annotations.iter().all(|i| i.operands.first() != Some(&variable)), "{name}");
+    }
 }
 
 /// Every pointer made from a variable is in the variable's storage class.
@@ -122,6 +132,28 @@ fn traces_choose_their_records() {
         }
     }
     assert!(traces > 0);
+}
+
+/// All shaders of all pipelines are valid, and what the driver is given can be written. Only Vulkan has them.
+#[test]
+fn every_shader_can_be_written() {
+    for variant in Variant::all() {
+        for kind in KernelKind::ALL {
+            let shaders = RayShaders::new(kind.name(), &kernel_text(kind, variant)).expect("valid");
+            let entry_points: Vec<_> = shaders.entry_points().collect();
+            assert_eq!(entry_points, [("main", naga::ShaderStage::RayGeneration)]);
+            assert!(shaders.spirv("main", true).expect("SPIR-V").len() > 1000);
+        }
+    }
+    for alpha in [false, true] {
+        let hits =
+            RayShaders::new("hits", &hits_text(Variant { alpha, ..Variant::default() })).expect("valid");
+        let names: Vec<_> = hits.entry_points().map(|(name, _)| name.to_owned()).collect();
+        assert_eq!(names.len(), 2 + 6 + 1 + 1);
+        for name in names {
+            assert!(hits.spirv(&name, true).expect("SPIR-V").len() > 100, "{name}");
+        }
+    }
 }
 
 #[test]
