@@ -1,15 +1,17 @@
 //! The sRGB transfer function (IEC 61966-2-1).
 
-/// Linear light of an sRGB-encoded value, both in `[0, 1]`.
+use optics::tonemap::{srgb_decode_channel, srgb_encode_channel};
+
+/// Linear light of an sRGB-encoded value, both clipped to `[0, 1]`.
 #[must_use]
 pub fn srgb_to_linear(encoded: f32) -> f32 {
-    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+    srgb_decode_channel(encoded)
 }
 
-/// The sRGB encoding of linear light, both in `[0, 1]`.
+/// The sRGB encoding of linear light, both clipped to `[0, 1]`.
 #[must_use]
 pub fn linear_to_srgb(linear: f32) -> f32 {
-    if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+    srgb_encode_channel(linear)
 }
 
 /// The 8-bit code of a display-encoded value: rounded, with what is outside `[0, 1]` cut off and NaN as zero.

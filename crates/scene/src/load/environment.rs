@@ -2,6 +2,7 @@
 
 use super::{LoadError, LoadOptions, textures};
 use crate::{Image, LoadReport, Pixels};
+use optics::tonemap::srgb_decode_channel;
 use std::path::Path;
 
 /// Loads an equirectangular environment map (`.hdr`, `.exr`) as linear [`Pixels::Rgb32F`], row 0 towards +Y.
@@ -20,7 +21,7 @@ pub fn load(path: &Path, options: &LoadOptions, report: &mut LoadReport) -> Resu
         .map_err(|error| LoadError::malformed(path, "environment map", error.to_string()))?;
     if let Pixels::Rgba8(encoded) = &image.pixels {
         report.approximated(format!("environment {name}: an eight-bit picture holds no bright lights"));
-        let linear = |v: u8| textures::srgb_to_linear(f32::from(v) / 255.0);
+        let linear = |v: u8| srgb_decode_channel(f32::from(v) / 255.0);
         image.pixels = Pixels::Rgb32F(encoded.iter().map(|p| [p[0], p[1], p[2]].map(linear)).collect());
     }
     if u64::from(image.width) != 2 * u64::from(image.height) {

@@ -1,7 +1,7 @@
 //! Images that a material needs and no file has: channels packed together, and bump maps as normal maps.
 
-use crate::load::textures::srgb_to_linear;
 use crate::{Image, ImageId, LoadReport, Pixels};
+use optics::tonemap::srgb_decode_channel;
 
 /// How an image of the scene is made from decoded ones. Indices are into the decoded images.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,7 +80,7 @@ pub(super) fn mean_color(image: &Image) -> glam::Vec3 {
     let count = image.width as f32 * image.height as f32;
     let sum = match &image.pixels {
         Pixels::Rgba8(pixels) => {
-            let table: Vec<f32> = (0..256).map(|v| srgb_to_linear(v as f32 / 255.0)).collect();
+            let table: Vec<f32> = (0..256).map(|v| srgb_decode_channel(v as f32 / 255.0)).collect();
             let add = |sum: glam::DVec3, p: &[u8; 4]| {
                 sum + glam::Vec3::new(table[p[0] as usize], table[p[1] as usize], table[p[2] as usize])
                     .as_dvec3()

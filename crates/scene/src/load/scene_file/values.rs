@@ -3,6 +3,7 @@
 use super::document::Context;
 use crate::load::LoadError;
 use glam::{Affine3A, EulerRot, Quat, Vec3};
+use optics::tonemap::srgb_decode_channel;
 use serde::Deserialize;
 
 /// The line of a byte position, counted from 1.
@@ -48,12 +49,8 @@ fn hex(text: &str) -> Option<Vec3> {
     let digits =
         text.strip_prefix('#').filter(|d| d.len() == 6 && d.bytes().all(|b| b.is_ascii_hexdigit()))?;
     let number = u32::from_str_radix(digits, 16).ok()?;
-    let linear = |shift: u32| srgb_to_linear((number >> shift & 255) as f32 / 255.0);
+    let linear = |shift: u32| srgb_decode_channel((number >> shift & 255) as f32 / 255.0);
     Some(Vec3::new(linear(16), linear(8), linear(0)))
-}
-
-fn srgb_to_linear(v: f32) -> f32 {
-    crate::load::textures::srgb_to_linear(v)
 }
 
 /// A rotation in degrees.

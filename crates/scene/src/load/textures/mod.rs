@@ -8,6 +8,7 @@ pub use decode::{TextureError, decode};
 use super::LoadOptions;
 use crate::{Image, ImageId, LoadReport, Pixels};
 use glam::{Vec3, Vec4};
+use optics::tonemap::srgb_decode_channel;
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -158,11 +159,6 @@ impl Source<'_> {
     }
 }
 
-/// The linear value in `[0, 1]` of an sRGB-encoded one in `[0, 1]` (IEC 61966-2-1).
-pub fn srgb_to_linear(encoded: f32) -> f32 {
-    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
-}
-
 /// Linear vertex colours from those of a file, which are sRGB if `encoded`, each in `[0, 1]`.
 ///
 /// If one is above 1, all are taken to be sRGB that counts up to 255, except white, which files without colours for some
@@ -177,7 +173,7 @@ pub(crate) fn vertex_colors(mut colors: Vec<Vec4>, encoded: bool, report: &mut L
     colors.par_iter_mut().for_each(|c| {
         *c = c.clamp(Vec4::ZERO, Vec4::ONE);
         if encoded || high > 1.0 {
-            *c = Vec3::from(c.truncate().to_array().map(srgb_to_linear)).extend(c.w);
+            *c = Vec3::from(c.truncate().to_array().map(srgb_decode_channel)).extend(c.w);
         }
     });
     colors
