@@ -18,7 +18,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod choice;
 mod daylight;
+mod fallback;
 mod job;
 mod memory;
 pub mod output;
@@ -27,10 +29,12 @@ mod source;
 pub mod system;
 
 pub use backend::{
-    Backend, BackendError, Control, DirectSettings, Integrator, LoadStats, PathSettings, Progress,
+    Backend, BackendError, Control, DirectSettings, Integrator, LoadStats, PassTime, PathSettings, Progress,
     SamplerKind, View,
 };
+pub use choice::{BackendChoice, ChoiceError, Chosen, RendererOptions, UnknownBackend};
 pub use daylight::add_daylight_if_dark;
+pub use fallback::{Fallback, Step};
 pub use film::{Aov, Film, Image, ImageError, Rect};
 pub use job::{Job, camera_frame};
 pub use memory::{available_memory_bytes, peak_memory_bytes, total_memory_bytes};
@@ -46,6 +50,8 @@ pub use source::Source;
 
 /// Error metrics between pictures.
 pub use film::metrics;
+/// The GPU back ends.
+pub use gpu;
 /// The built-in scenes.
 pub use scene::builtin;
 /// Loads an equirectangular environment picture.

@@ -1,7 +1,7 @@
 //! Rendering until a limit is reached, through whatever back end.
 
 use crate::Job;
-use backend::{Backend, BackendError, Control, LoadStats, View};
+use backend::{Backend, BackendError, Control, LoadStats, PassTime, View};
 use cpu::CpuBackend;
 use film::Film;
 use scene::Scene;
@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Names of all back ends that this build has.
-pub const BACKENDS: &[&str] = &["cpu"];
+pub const BACKENDS: &[&str] = &["cpu", "gpu-bvh", "gpu-query", "gpu-pipeline"];
 
 /// When a picture is done: whatever comes first.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,6 +42,8 @@ pub struct Summary {
     pub elapsed: Duration,
     /// Samples that were NaN or infinite and were dropped.
     pub invalid_samples: u64,
+    /// Time that the device itself was busy, where it has a clock.
+    pub device_time: Option<Duration>,
     /// Whether it was cancelled before a limit was reached.
     pub cancelled: bool,
     /// Relative standard error reached, if there are enough samples to tell.
@@ -122,6 +124,9 @@ impl Renderer {
             let stats = self.backend.render(&view, samples, control)?;
             summary.samples += stats.samples;
             summary.rays += stats.rays;
+            if let Some(time) = stats.device_time {
+                *summary.device_time.get_or_insert_default() += time;
+            }
             summary.cancelled = stats.cancelled;
             if !stats.cancelled {
                 summary.spp += samples;
@@ -142,6 +147,16 @@ impl Renderer {
             summary.noise = summary.noise.or_else(|| film.relative_error());
         }
         Ok(summary)
+    }
+
+    /// What users should hear of that is no error. Each once.
+    pub fn take_notices(&mut self) -> Vec<String> {
+        self.backend.take_notices()
+    }
+
+    /// The device's passes since the last call of this, for profiles. Empty where it has no clock.
+    pub fn take_passes(&mut self) -> Vec<PassTime> {
+        self.backend.take_passes()
     }
 
     /// The film with everything rendered so far; `None` before the first picture.

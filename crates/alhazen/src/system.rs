@@ -1,6 +1,7 @@
 //! What this machine can run, and what is chosen on it.
 
 use accel::Kernel;
+use gpu::tracer::TracerKind;
 
 /// One traversal kernel of the CPU back end on this machine.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -48,11 +49,102 @@ pub fn kernels() -> Vec<KernelStatus> {
     all.map(status).into()
 }
 
-/// All back ends that this build has.
+/// One adapter on this machine.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AdapterStatus {
+    /// Its name.
+    pub name: String,
+    /// Interface through which it is driven, such as `Vulkan`.
+    pub api: String,
+    /// What it is, such as `DiscreteGpu`.
+    pub kind: String,
+    /// Name and version of its driver.
+    pub driver: String,
+    /// Whether it computes on the processor.
+    pub is_software: bool,
+    /// Features that Alhazen uses and it has.
+    pub features: Vec<String>,
+    /// Features that Alhazen would use and it lacks.
+    pub missing: Vec<String>,
+    /// Limits that matter, by name.
+    pub limits: Vec<(&'static str, u64)>,
+    /// For each GPU back end, what it lacks for it; empty if nothing.
+    pub lacks: Vec<(&'static str, Vec<String>)>,
+}
+
+/// All adapters, the best first.
+pub fn adapters() -> Vec<AdapterStatus> {
+    gpu::adapters().iter().map(adapter_status).collect()
+}
+
+fn adapter_status(a: &gpu::AdapterSummary) -> AdapterStatus {
+    AdapterStatus {
+        name: a.info.name.clone(),
+        api: format!("{:?}", a.info.backend),
+        kind: format!("{:?}", a.info.device_type),
+        driver: [a.info.driver.as_str(), a.info.driver_info.as_str()].join(" ").trim().to_owned(),
+        is_software: a.is_software(),
+        features: a.used_features(),
+        missing: a.missing_features(),
+        limits: vec![
+            ("bytes a shader sees of a buffer", a.limits.max_storage_buffer_binding_size),
+            ("bytes of a buffer", a.limits.max_buffer_size),
+            ("pixels along a texture", u64::from(a.limits.max_texture_dimension_2d)),
+            ("storage buffers of a shader", u64::from(a.limits.max_storage_buffers_per_shader_stage)),
+        ],
+        lacks: TracerKind::ALL.map(|kind| (kind.name(), what_is_lacking(a, kind))).into(),
+    }
+}
+
+fn what_is_lacking(adapter: &gpu::AdapterSummary, kind: TracerKind) -> Vec<String> {
+    let mut missing = kind.missing(adapter.features);
+    let (needed, offered) = (gpu::STORAGE_BUFFERS, adapter.limits.max_storage_buffers_per_shader_stage);
+    if offered < needed {
+        missing.push(format!("{needed} storage buffers a shader (it has {offered})"));
+    }
+    missing
+}
+
+/// All back ends that this build has, in the order of [`crate::BACKENDS`], and which one `auto` takes.
 pub fn backends() -> Vec<BackendStatus> {
-    let device = processor_name().unwrap_or_else(|| std::env::consts::ARCH.to_owned());
-    let reason = "this build has no other back end".to_owned();
-    vec![BackendStatus { name: "cpu", available: true, chosen: true, device, reason }]
+    let adapters = gpu::adapters();
+    let chosen = chosen_gpu(&adapters);
+    let processor = processor_name().unwrap_or_else(|| std::env::consts::ARCH.to_owned());
+    let reason = match (&chosen, adapters.first()) {
+        (Some(_), _) => "the last resort; a GPU is faster",
+        (None, Some(_)) => "there is no real GPU, and software drivers are slower",
+        (None, None) => "no driver offers a GPU",
+    };
+    let cpu = BackendStatus {
+        name: "cpu",
+        available: true,
+        chosen: chosen.is_none(),
+        device: processor,
+        reason: reason.to_owned(),
+    };
+    let gpus = TracerKind::ALL.map(|kind| gpu_status(&adapters, kind, chosen == Some(kind)));
+    std::iter::once(cpu).chain(gpus).collect()
+}
+
+/// How `auto` traces on this machine; `None` if it stays on the CPU.
+fn chosen_gpu(adapters: &[gpu::AdapterSummary]) -> Option<TracerKind> {
+    let best = adapters.first().filter(|a| !a.is_software())?;
+    let kind = TracerKind::best(best.features, false);
+    what_is_lacking(best, kind).is_empty().then_some(kind)
+}
+
+fn gpu_status(adapters: &[gpu::AdapterSummary], kind: TracerKind, chosen: bool) -> BackendStatus {
+    let able = adapters.iter().find(|a| what_is_lacking(a, kind).is_empty());
+    let (device, reason) = match (able.or(adapters.first()), able) {
+        (None, _) => ("no GPU".to_owned(), "no driver offers an adapter".to_owned()),
+        (Some(a), None) => (a.info.name.clone(), format!("it lacks {}", what_is_lacking(a, kind).join(", "))),
+        (Some(a), Some(_)) if chosen => (a.info.name.clone(), "the fastest way there".to_owned()),
+        (Some(a), Some(_)) if a.is_software() => {
+            (a.info.name.clone(), "a software driver, slower than the CPU back end".to_owned())
+        }
+        (Some(a), Some(_)) => (a.info.name.clone(), "another way is faster".to_owned()),
+    };
+    BackendStatus { name: kind.name(), available: able.is_some(), chosen, device, reason }
 }
 
 /// Number of threads that render when nothing else is asked for.

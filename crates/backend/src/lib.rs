@@ -108,6 +108,11 @@ pub trait Backend: Send {
     /// When the device fails.
     fn film(&mut self) -> Result<Option<&Film>, BackendError>;
 
+    /// What users should hear of that is no error, such as that a device was lost and another went on. Each once.
+    fn take_notices(&mut self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// The passes since the last call of this, for profiles. Empty where the device has no clock.
     fn take_passes(&mut self) -> Vec<PassTime> {
         Vec::new()

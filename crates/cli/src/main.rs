@@ -3,6 +3,7 @@
 mod allocator;
 mod commands;
 mod console;
+mod profile;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use std::process::ExitCode;

@@ -3,6 +3,7 @@
 //! [`cornell`], [`glass`] and [`spheres`] are, number for number, the scenes that the reference renderings show (the
 //! shared data's `make_scenes.py` writes the same as glTF). A test needs no file to render them.
 
+mod assortment;
 mod hairy;
 
 use glam::{Affine3A, DQuat, DVec3, Quat, Vec2, Vec3, Vec4};
@@ -10,6 +11,7 @@ use scene::{
     AlphaMode, Camera, Environment, Instance, Material, Mesh, Model, Scene, Shape, Sphere, TriangleMesh,
 };
 
+pub use assortment::assortment;
 pub use hairy::hairy;
 
 /// A Lambertian material.

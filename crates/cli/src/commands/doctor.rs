@@ -51,9 +51,36 @@ fn as_text() -> anyhow::Result<String> {
             (false, true) => "available",
             (false, false) => "not available",
         };
-        writeln!(text, "  {:<8} {status}: {} on {}", backend.name, backend.reason, backend.device)?;
+        writeln!(text, "  {:<12} {status}: {} ({})", backend.name, backend.reason, backend.device)?;
     }
+    adapters_as_text(&mut text)?;
     Ok(text)
+}
+
+fn adapters_as_text(text: &mut String) -> anyhow::Result<()> {
+    writeln!(text, "\nadapters")?;
+    let adapters = system::adapters();
+    if adapters.is_empty() {
+        writeln!(text, "  none: a GPU needs a driver for Vulkan, Direct3D 12 or Metal")?;
+    }
+    for a in adapters {
+        writeln!(text, "  {} ({}, {}; {})", a.name, a.kind, a.api, a.driver)?;
+        for (backend, lacks) in &a.lacks {
+            let status =
+                if lacks.is_empty() { "yes".into() } else { format!("no, it lacks {}", lacks.join(", ")) };
+            writeln!(text, "    {backend:<12} {status}")?;
+        }
+        writeln!(text, "    uses         {}", a.features.join(" "))?;
+        writeln!(
+            text,
+            "    lacks        {}",
+            if a.missing.is_empty() { "nothing".into() } else { a.missing.join(" ") }
+        )?;
+        for (name, limit) in &a.limits {
+            writeln!(text, "    {limit} {name}")?;
+        }
+    }
+    Ok(())
 }
 
 fn as_json() -> serde_json::Value {
@@ -61,6 +88,16 @@ fn as_json() -> serde_json::Value {
     let backend = |b: &system::BackendStatus| {
         serde_json::json!({
             "name": b.name, "available": b.available, "chosen": b.chosen, "device": b.device, "reason": b.reason,
+        })
+    };
+    let adapter = |a: &system::AdapterStatus| {
+        let lacks: serde_json::Map<_, _> =
+            a.lacks.iter().map(|(name, lacks)| ((*name).to_owned(), serde_json::json!(lacks))).collect();
+        let limits: serde_json::Map<_, _> =
+            a.limits.iter().map(|(name, limit)| ((*name).to_owned(), serde_json::json!(limit))).collect();
+        serde_json::json!({
+            "name": a.name, "api": a.api, "kind": a.kind, "driver": a.driver, "software": a.is_software,
+            "features": a.features, "missing": a.missing, "lacks": lacks, "limits": limits,
         })
     };
     serde_json::json!({
@@ -74,5 +111,6 @@ fn as_json() -> serde_json::Value {
         "available_memory_bytes": alhazen::available_memory_bytes(),
         "kernels": system::kernels().iter().map(kernel).collect::<Vec<_>>(),
         "backends": system::backends().iter().map(backend).collect::<Vec<_>>(),
+        "adapters": system::adapters().iter().map(adapter).collect::<Vec<_>>(),
     })
 }

@@ -1,16 +1,17 @@
 //! `alhazen render`: a picture, or a sequence of pictures, of a scene.
 
 use crate::console::{ProgressDisplay, bytes, metric, print_report, print_result, seconds};
+use crate::profile::Profile;
 use alhazen::{
-    Aov, Camera, Control, DirectSettings, Environment, Integrator, Job, Limits, LoadOptions, LoadStats,
-    Loaded, PathSettings, Projection, Rect, Renderer, SamplerKind, Summary, ToneMapper, add_daylight_if_dark,
-    output,
+    Aov, BackendChoice, Camera, Control, DirectSettings, Environment, Integrator, Job, Limits, LoadOptions,
+    LoadStats, Loaded, PathSettings, Projection, Rect, Renderer, RendererOptions, SamplerKind, Summary,
+    ToneMapper, add_daylight_if_dark, output,
 };
 use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Render a scene to a picture.
 ///
@@ -148,6 +149,15 @@ pub struct RenderArgs {
     #[arg(long, help_heading = "Display")]
     saturation: Option<f32>,
 
+    /// What renders: auto (a GPU if there is a real one), cpu, gpu, gpu-bvh, gpu-query, gpu-pipeline.
+    #[arg(long, help_heading = "Running", value_name = "NAME", default_value_t = BackendChoice::Auto)]
+    backend: BackendChoice,
+    /// Which GPU: a part of its name, see `alhazen doctor`.
+    #[arg(long, help_heading = "Running", value_name = "NAME")]
+    adapter: Option<String>,
+    /// Write what took how long to this file, for chrome://tracing.
+    #[arg(long, help_heading = "Running", value_name = "FILE")]
+    profile: Option<PathBuf>,
     /// Number of threads [default: all cores].
     #[arg(long, help_heading = "Running")]
     threads: Option<usize>,
@@ -220,23 +230,51 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     let load_time = loaded.report.elapsed;
     // The tables have all that back ends need: free the description before structures are built.
     drop(loaded);
-    let mut renderer = Renderer::cpu(args.threads)?;
+    let mut profile = Profile::new();
+    let begin = Instant::now();
+    let mut renderer = choose_renderer(args)?;
+    profile.span("open the back end", begin);
+    let begin = Instant::now();
     let built = renderer.load_tables(tables)?;
+    profile.span("load the scene", begin);
+    print_notices(&mut renderer);
     let control = cancel_on_interrupt();
     let (first, end) = args.frames.unwrap_or((0, 1));
     for frame in first..end {
         let time = if args.frames.is_some() { frame as f32 / args.fps } else { 0.0 };
         let display = ProgressDisplay::new(control.clone(), u64::from(limits.spp) * pixels(&job), args.quiet);
+        let begin = Instant::now();
         let summary = renderer.render_view(&job.view(time), &limits, &control, &mut |_| {})?;
         display.finish();
+        profile.span("render", begin);
+        profile.passes(&renderer.take_passes(), begin);
+        print_notices(&mut renderer);
+        let begin = Instant::now();
         let metadata = metadata(args, &job, &summary, &names);
         let written = write_outputs(args, frame, &mut renderer, &job, &metadata)?;
+        profile.span("write", begin);
         report(args, &renderer, &job, &summary, load_time, &built, &written)?;
         if summary.cancelled {
             bail!("stopped before the end; the picture has {} samples per pixel", summary.spp);
         }
     }
-    Ok(())
+    args.profile.as_deref().map_or(Ok(()), |path| profile.write(path))
+}
+
+/// The back end that the arguments ask for; says once which it is and why.
+fn choose_renderer(args: &RenderArgs) -> anyhow::Result<Renderer> {
+    let options =
+        RendererOptions { backend: args.backend, adapter: args.adapter.clone(), threads: args.threads };
+    let chosen = Renderer::choose(&options)?;
+    if !args.quiet && !chosen.reason.is_empty() {
+        eprintln!("rendering on {}", chosen.reason);
+    }
+    Ok(chosen.renderer)
+}
+
+/// What the back end has to say, even to who wants no progress: the picture was made in another way than asked for.
+fn print_notices(renderer: &mut Renderer) {
+    renderer.take_notices().iter().for_each(|notice| eprintln!("{notice}"));
 }
 
 /// Finds out before rendering what would keep the picture from being written.
@@ -503,6 +541,7 @@ fn report(
             "samples_per_second": samples_rate, "rays_per_second": rays_rate,
             "load_seconds": load.as_secs_f64(), "build_seconds": built.build.as_secs_f64(),
             "acceleration_bytes": built.acceleration_bytes, "table_bytes": built.table_bytes,
+            "device_seconds": summary.device_time.map(|t| t.as_secs_f64()),
             "peak_memory_bytes": memory, "noise": summary.noise, "invalid_samples": summary.invalid_samples,
             "cancelled": summary.cancelled, "output": written,
         });

@@ -27,7 +27,8 @@ struct Chain {
     depth: u32,
     /// SEES_…, of the ray on its way.
     sees: u32,
-    /// Whether its vertices get the whole number of rays, as all do that the camera sees directly, in mirrors or glass.
+    /// Whether its vertices get the whole number of rays, as all do that the camera sees directly, in mirrors or in
+    /// polished glass.
     full: bool,
     throughput: vec3f,
     radiance: vec3f,
@@ -163,6 +164,7 @@ fn follow(chain: ptr<function, Chain>, sampler: PixelSampler, pixel: vec2u, samp
         (*chain).throughput *= next.weight;
         (*chain).depth += 1u;
         (*chain).sees = select(SEES_NO_SAMPLED_LIGHT, SEES_ALL, next.delta);
+        (*chain).full = (*chain).full && next.delta;
     }
 }
 

@@ -25,6 +25,7 @@ struct Path {
 
 /// Where the paths of one camera ray part, if more than one goes on from its first vertex.
 struct Fork {
+    /// The camera's path before it arrived.
     path: Path,
     hit: Hit,
     /// Paths that have not gone on yet.
@@ -49,8 +50,12 @@ fn render_pixel(pixel: vec2u) {
     let end = view.first_sample + view.sample_count;
     var path = start_path(pixel, sample);
     var fork: Fork;
+    var at_fork = false;
     while sample < end {
-        let hit = closest(path.origin, path.direction, path_salt(path));
+        var hit = fork.hit;
+        if !(SPLITS_PATHS && at_fork) {
+            hit = closest(path.origin, path.direction, path_salt(path));
+        }
         var alive = false;
         if hit.instance == NONE {
             path.state = path_add_distant(path.state, path.direction);
@@ -58,61 +63,60 @@ fn render_pixel(pixel: vec2u) {
                 record_miss(pixel, sample);
             }
         } else {
-            alive = arrive(&path, &fork, hit, pixel, sample);
+            alive = arrive(&path, &fork, hit, at_fork, pixel, sample);
         }
-        if SPLITS_PATHS {
-            while !alive && fork.waiting > 0u {
-                alive = take_branch(&path, &fork);
-            }
+        at_fork = false;
+        if alive {
+            continue;
         }
-        if !alive {
-            sums = add_sample(sums, path.state.radiance);
-            sample += 1u;
-            path = start_path(pixel, sample);
+        if SPLITS_PATHS && fork.waiting > 0u {
+            // The next branch goes on from the fork; what it gathers is added to what the sample has so far.
+            let gathered = path.state.radiance;
+            path = fork.path;
+            path.state.radiance = gathered;
+            at_fork = true;
+            continue;
         }
+        sums = add_sample(sums, path.state.radiance);
+        sample += 1u;
+        path = start_path(pixel, sample);
     }
     store_samples(pixel, sums);
 }
 
-/// Everything that happens where a path arrives. Returns whether it goes on.
-fn arrive(path: ptr<function, Path>, fork: ptr<function, Fork>, hit: Hit, pixel: vec2u, sample: u32) -> bool {
+/// Everything that happens where a path arrives. Returns whether it goes on. `at_fork`: it has been here before, and all
+/// that is left to do is to send the next branch on its way.
+fn arrive(path: ptr<function, Path>, fork: ptr<function, Fork>, hit: Hit, at_fork: bool, pixel: vec2u, sample: u32) -> bool {
     let s = surface_at((*path).origin, (*path).direction, hit);
     let before = *path;
     (*path).length += hit.t;
     let footprint = view.pixel_spread * (*path).length;
-    if WANTS_AOVS && (*path).state.depth == 1u {
-        record_hit(pixel, sample, s, hit.t);
-    }
-    let emitted = surface_emission(s, footprint);
-    if emitted.x + emitted.y + emitted.z > 0.0 {
-        let pdf = surface_light_pdf(s, (*path).origin, (*path).direction, hit.t);
-        (*path).state = path_add_emission((*path).state, emitted, pdf);
-    }
-    if (*path).state.depth >= view.max_depth {
-        return false;
+    if !(SPLITS_PATHS && at_fork) {
+        if WANTS_AOVS && (*path).state.depth == 1u {
+            record_hit(pixel, sample, s, hit.t);
+        }
+        let emitted = surface_emission(s, footprint);
+        if emitted.x + emitted.y + emitted.z > 0.0 {
+            let pdf = surface_light_pdf(s, (*path).origin, (*path).direction, hit.t);
+            (*path).state = path_add_emission((*path).state, emitted, pdf);
+        }
+        if (*path).state.depth >= view.max_depth {
+            return false;
+        }
+        if SPLITS_PATHS && (*path).state.depth == 1u {
+            (*fork).path = before;
+            (*fork).hit = hit;
+            (*fork).waiting = view.splitting;
+        }
     }
     if SPLITS_PATHS && (*path).state.depth == 1u {
-        // The branches share what comes; light found so far belongs to the sample once.
-        (*fork).path = before;
-        (*fork).hit = hit;
-        (*fork).waiting = view.splitting;
-        return false;
+        // The branches share what comes; each draws numbers of its own.
+        let branch = view.splitting - (*fork).waiting;
+        (*fork).waiting -= 1u;
+        (*path).state.throughput *= 1.0 / f32(view.splitting);
+        (*path).sampler.scramble = hash_combine((*path).sampler.scramble, branch);
     }
     return scatter(path, s, footprint);
-}
-
-/// Sends the next branch of a forked path on its way; its light is added to what the sample has gathered so far.
-fn take_branch(path: ptr<function, Path>, fork: ptr<function, Fork>) -> bool {
-    let branch = view.splitting - (*fork).waiting;
-    (*fork).waiting -= 1u;
-    let gathered = (*path).state.radiance;
-    *path = (*fork).path;
-    (*path).state.radiance = gathered;
-    (*path).state.throughput *= 1.0 / f32(view.splitting);
-    (*path).sampler.scramble = hash_combine((*path).sampler.scramble, branch);
-    let s = surface_at((*path).origin, (*path).direction, (*fork).hit);
-    (*path).length += (*fork).hit.t;
-    return scatter(path, s, view.pixel_spread * (*path).length);
 }
 
 /// Next-event estimation and the path's continuation at a surface. Returns whether there is one.

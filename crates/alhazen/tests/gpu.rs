@@ -1,0 +1,322 @@
+//! Every GPU back end against the CPU's: the same scenes, the same random numbers.
+//!
+//! Both make the same decisions with the same numbers, so pictures agree but for rounding; where rounding tips a decision,
+//! a path goes another way and a pixel differs by noise. So most pixels have to agree closely, and all blocks and the whole
+//! picture have to agree within the noise.
+
+mod common;
+
+use alhazen::gpu::tracer::TracerKind;
+use alhazen::gpu::{Gpu, GpuBackend, GpuError, GpuOptions};
+use alhazen::{
+    Aov, Control, DirectSettings, Fallback, Film, Integrator, Job, Limits, LoadOptions, PathSettings,
+    Renderer, SamplerKind, Scene, Source, Step, Summary,
+};
+use common::path;
+use film::AovData;
+use testkit::{Comparison, Estimate, WHOLE_IMAGE, scenes};
+
+const SIZE: u32 = 48;
+const SPP: u32 = 16;
+
+/// Renderers for every tracer that this machine has; says which are skipped.
+fn renderers(test: &str) -> Vec<Renderer> {
+    let mut found = Vec::new();
+    for kind in TracerKind::ALL {
+        let gpu = match Gpu::open(&GpuOptions::default()) {
+            Ok(gpu) => gpu,
+            Err(error) => {
+                testkit::skip_without_gpu(test, &error.to_string());
+                return found;
+            }
+        };
+        match GpuBackend::new(gpu, kind) {
+            Ok(backend) => found.push(Renderer::new(Box::new(backend))),
+            Err(error @ GpuError::Unsupported { .. }) => testkit::skip_without_gpu(test, &error.to_string()),
+            Err(error) => panic!("{test}: {}: {error}", kind.name()),
+        }
+    }
+    found
+}
+
+fn render(renderer: &mut Renderer, scene: &Scene, job: &Job, spp: u32) -> (Film, Summary) {
+    renderer.load(scene).unwrap_or_else(|e| panic!("{}: {e:?}", renderer.backend_name()));
+    let limits = Limits { spp, ..Limits::default() };
+    let summary = renderer
+        .render(job, &limits, &Control::new())
+        .unwrap_or_else(|e| panic!("{}: {e:?}", renderer.backend_name()));
+    (renderer.film().expect("film").expect("rendered").clone(), summary)
+}
+
+/// Share of pixels that differ by more than rounding.
+fn differing_share(a: &Film, b: &Film) -> f64 {
+    let level = b.mean().iter().sum::<f64>() / 3.0;
+    let differs = |(a, b): (&film::PixelStats, &film::PixelStats)| {
+        let pairs = a.mean().into_iter().zip(b.mean());
+        pairs.into_iter().any(|(a, b)| (a - b).abs() > 2e-3 * (a.abs() + b.abs()) + 2e-4 * level)
+    };
+    let differing = a.pixels().iter().zip(b.pixels()).filter(|&pair| differs(pair)).count();
+    differing as f64 / a.pixels().len() as f64
+}
+
+/// Compares every GPU back end with the CPU; `share` of the pixels may differ by more than rounding.
+fn compare(test: &str, scene: &Scene, job: &Job, share: f64) {
+    let mut renderers = renderers(test);
+    if renderers.is_empty() {
+        return;
+    }
+    let (expected, on_cpu) = render(&mut Renderer::cpu(None).expect("threads"), scene, job, SPP);
+    for renderer in &mut renderers {
+        let name = format!("{test} on {}", renderer.backend_name());
+        let (film, summary) = render(renderer, scene, job, SPP);
+        assert_eq!(summary.spp, SPP, "{name}");
+        assert_eq!(
+            film.total_samples() + film.invalid_samples(),
+            expected.total_samples() + expected.invalid_samples()
+        );
+        assert_eq!(film.invalid_samples(), expected.invalid_samples(), "{name}: NaN");
+        let differing = differing_share(&film, &expected);
+        let rays = summary.rays as f64 / on_cpu.rays as f64;
+        println!("{name}: {:.2} % of pixels differ, {rays:.4} of the CPU's rays", 100.0 * differing);
+        for block in [8, WHOLE_IMAGE] {
+            let comparison = Comparison::new(name.replace(' ', "-"), block);
+            comparison.assert(&Estimate::from_film(&film), &Estimate::from_film(&expected));
+        }
+        assert!(differing <= share, "{name}: {:.1} % of the pixels differ", 100.0 * differing);
+        assert!((rays - 1.0).abs() < 0.02, "{name}: {rays} times the CPU's rays");
+    }
+}
+
+fn job(scene: &Scene) -> Job {
+    Job { integrator: path(8), ..common::job(scene, SIZE, SIZE, 8) }
+}
+
+fn builtin(name: &str) -> Scene {
+    Source::parse(name).load(&LoadOptions::default()).expect("built in").scene
+}
+
+#[test]
+fn cornell_path() {
+    let scene = scenes::cornell();
+    compare("cornell path", &scene, &job(&scene), 0.02);
+}
+
+#[test]
+fn everything_path() {
+    let scene = scenes::assortment();
+    // Partial coverage is decided by the last bits of a hit's coordinates, which are not the same everywhere.
+    compare("assortment path", &scene, &job(&scene), 0.35);
+}
+
+#[test]
+fn everything_direct() {
+    let scene = scenes::assortment();
+    let integrator = Integrator::Direct(DirectSettings::default());
+    compare("assortment direct", &scene, &Job { integrator, ..job(&scene) }, 0.45);
+}
+
+/// Roulette, splitting, Sobol points, a lens, a crop and single scattering at once.
+#[test]
+fn every_setting_path() {
+    let scene = scenes::assortment();
+    let settings =
+        PathSettings { max_depth: 12, roulette_start: 2, roulette_min_survival: 0.2, splitting: 3 };
+    let mut job = Job {
+        integrator: Integrator::Path(settings),
+        sampler: SamplerKind::Sobol,
+        single_scatter: true,
+        seed: 7,
+        crop: Some(alhazen::Rect { x: 5, y: 9, width: 31, height: 27 }),
+        ..job(&scene)
+    };
+    job.camera.lens_radius = 0.05;
+    job.camera.focus_distance = 6.0;
+    compare("settings path", &scene, &job, 0.45);
+}
+
+#[test]
+fn builtin_scenes_path() {
+    for builtin in alhazen::builtin::list() {
+        let scene = self::builtin(builtin.name);
+        // Floors that fade decide coverage by the last bits of a hit, and the walls of the atrium, whose normals have
+        // a z of zero or nearly so, get one frame or the other.
+        compare(&format!("{} path", builtin.name), &scene, &job(&scene), 0.25);
+    }
+}
+
+#[test]
+fn reference_scenes_path() {
+    for scene in [scenes::glass(), scenes::spheres(), scenes::hairy(2, 3)] {
+        compare(&format!("{} path", scene.name), &scene, &job(&scene), 0.15);
+    }
+}
+
+#[test]
+fn builtin_scenes_direct() {
+    for name in ["three-spheres", "lights"] {
+        let scene = builtin(name);
+        let integrator = Integrator::Direct(DirectSettings::default());
+        compare(&format!("{name} direct"), &scene, &Job { integrator, ..job(&scene) }, 0.2);
+    }
+}
+
+/// The values of a layer as numbers, pixel by pixel.
+fn numbers(film: &Film, aov: Aov) -> Vec<Vec<f32>> {
+    match film.aov(aov).expect("asked for") {
+        AovData::Float(image) => {
+            image.data().chunks_exact(aov.channels().len()).map(<[f32]>::to_vec).collect()
+        }
+        AovData::Integer(ids) => ids.iter().map(|&id| vec![id as f32]).collect(),
+    }
+}
+
+#[test]
+fn layers_agree_but_at_silhouettes() {
+    let test = "layers_agree_but_at_silhouettes";
+    let scene = scenes::assortment();
+    for integrator in [Integrator::Aov, path(2), Integrator::Direct(DirectSettings::default())] {
+        let job = Job { integrator, aovs: Aov::ALL.to_vec(), ..job(&scene) };
+        let (expected, _) = render(&mut Renderer::cpu(None).expect("threads"), &scene, &job, 4);
+        for mut renderer in renderers(test) {
+            let (film, _) = render(&mut renderer, &scene, &job, 4);
+            assert_eq!(film.invalid_aovs(), expected.invalid_aovs());
+            for aov in Aov::ALL.into_iter().filter(|&a| a != Aov::StandardError) {
+                let (a, b) = (numbers(&film, aov), numbers(&expected, aov));
+                let close = |(a, b): (&f32, &f32)| (a - b).abs() <= 1e-3 * (1.0 + b.abs());
+                let differing = a.iter().zip(&b).filter(|(a, b)| !a.iter().zip(b.iter()).all(close)).count();
+                let share = differing as f64 / a.len() as f64;
+                let name = renderer.backend_name();
+                assert!(
+                    share <= 0.01,
+                    "{name}, {}: {aov} differs in {:.1} % of the pixels",
+                    integrator.name(),
+                    100.0 * share
+                );
+                assert!(b.iter().any(|v| *v != b[0]) || aov == Aov::SampleCount, "{aov} says nothing here");
+            }
+        }
+    }
+}
+
+/// What the comparison above is worth: other random numbers do not pass for the same.
+#[test]
+#[should_panic(expected = "of the pixels differ")]
+fn other_noise_is_noticed() {
+    let scene = scenes::cornell();
+    let mut cpu = Renderer::cpu(None).expect("threads");
+    let (a, _) = render(&mut cpu, &scene, &job(&scene), SPP);
+    let (b, _) = render(&mut cpu, &scene, &Job { seed: 1, ..job(&scene) }, SPP);
+    let differing = differing_share(&a, &b);
+    assert!(differing <= 0.15, "{:.1} % of the pixels differ", 100.0 * differing);
+}
+
+/// A render split into calls has the same samples as one made whole.
+#[test]
+fn splitting_a_call_changes_nothing_but_rounding() {
+    let scene = scenes::cornell();
+    for mut renderer in renderers("splitting_a_call_changes_nothing_but_rounding") {
+        let (whole, _) = render(&mut renderer, &scene, &job(&scene), 9);
+        renderer.load(&scene).expect("load");
+        let mut view = job(&scene).view(0.0);
+        for (first, count) in [(0, 2), (2, 4), (6, 3)] {
+            view.first_sample = first;
+            let limits = Limits { spp: count, ..Limits::default() };
+            renderer.render_view(&view, &limits, &Control::new(), &mut |_| {}).expect("render");
+            assert!(renderer.film().expect("film").is_some());
+        }
+        let parts = renderer.film().expect("film").expect("rendered");
+        assert_eq!(parts.total_samples(), whole.total_samples());
+        assert!(differing_share(parts, &whole) == 0.0);
+    }
+}
+
+#[test]
+fn cancelling_stops_soon_and_keeps_what_is_there() {
+    let scene = scenes::cornell();
+    for mut renderer in renderers("cancelling_stops_soon_and_keeps_what_is_there") {
+        renderer.load(&scene).expect("load");
+        let job = job(&scene);
+        let control = Control::new();
+        let once = Limits { spp: 1, ..Limits::default() };
+        renderer.render(&job, &once, &control).expect("the kernel is compiled");
+        let started = std::time::Instant::now();
+        let summary = std::thread::scope(|scope| {
+            scope.spawn(|| {
+                std::thread::sleep(std::time::Duration::from_millis(300));
+                control.cancel();
+            });
+            let endless = Limits { spp: 1 << 20, ..Limits::default() };
+            renderer.render(&job, &endless, &control).expect("render")
+        });
+        assert!(summary.cancelled);
+        // Two dispatches may be under way; the machine may be busy with other tests.
+        assert!(started.elapsed().as_secs_f64() < 3.0, "{:?}", started.elapsed());
+        let film = renderer.film().expect("film").expect("rendered");
+        assert!(film.total_samples() > 0 && film.mean().iter().all(|m| *m > 0.0));
+    }
+}
+
+/// A renderer on a device with the CPU behind it.
+fn with_fallback(gpu: Gpu) -> Renderer {
+    let kind = if TracerKind::Query.check(&gpu).is_ok() { TracerKind::Query } else { TracerKind::Bvh };
+    let backend = GpuBackend::new(gpu, kind).expect("supported");
+    Renderer::new(Box::new(Fallback::new(Box::new(backend), vec![Step::Cpu(None)])))
+}
+
+/// A device that is lost in the middle: the CPU goes on with what is there, and the picture is whole.
+#[test]
+fn a_lost_device_is_replaced_by_the_cpu() {
+    let test = "a_lost_device_is_replaced_by_the_cpu";
+    let scene = scenes::cornell();
+    let job = job(&scene);
+    let gpu = match Gpu::open(&GpuOptions::default()) {
+        Ok(gpu) => gpu,
+        Err(error) => return testkit::skip_without_gpu(test, &error.to_string()),
+    };
+    let device = gpu.device.clone();
+    let mut renderer = with_fallback(gpu);
+    renderer.load(&scene).expect("load");
+    let first = Limits { spp: 6, ..Limits::default() };
+    renderer.render(&job, &first, &Control::new()).expect("render");
+    assert!(renderer.film().expect("film").is_some(), "reading the film makes its samples safe");
+    device.destroy();
+    let mut view = job.view(0.0);
+    view.first_sample = 6;
+    let rest = Limits { spp: 10, ..Limits::default() };
+    renderer.render_view(&view, &rest, &Control::new(), &mut |_| {}).expect("the CPU goes on");
+    assert_eq!(renderer.backend_name(), "cpu");
+    let notices = renderer.take_notices();
+    assert!(notices.len() == 1 && notices[0].contains("lost") && notices[0].contains("cpu"), "{notices:?}");
+    let film = renderer.film().expect("film").expect("rendered").clone();
+    let (expected, _) = render(&mut Renderer::cpu(None).expect("threads"), &scene, &job, 16);
+    assert_eq!(film.total_samples(), expected.total_samples());
+    assert!(differing_share(&film, &expected) <= 0.02);
+}
+
+/// As above, but nothing had been moved to the host: those samples are made again.
+#[test]
+fn samples_lost_with_a_device_are_made_again() {
+    let test = "samples_lost_with_a_device_are_made_again";
+    let scene = scenes::cornell();
+    let job = job(&scene);
+    let gpu = match Gpu::open(&GpuOptions::default()) {
+        Ok(gpu) => gpu,
+        Err(error) => return testkit::skip_without_gpu(test, &error.to_string()),
+    };
+    let device = gpu.device.clone();
+    let mut renderer = with_fallback(gpu);
+    renderer.load(&scene).expect("load");
+    let mut view = job.view(0.0);
+    let mut samples = |first: u32, count: u32| {
+        view.first_sample = first;
+        let limits = Limits { spp: count, ..Limits::default() };
+        // The facade reads the film at the end of every call; the back end below it does not.
+        renderer.render_view(&view, &limits, &Control::new(), &mut |_| {}).map(|_| ())
+    };
+    samples(0, 1).expect("render");
+    device.destroy();
+    samples(1, 3).expect("the CPU goes on");
+    let film = renderer.film().expect("film").expect("rendered");
+    let area = u64::from(SIZE) * u64::from(SIZE);
+    assert_eq!(film.total_samples(), 4 * area);
+}
