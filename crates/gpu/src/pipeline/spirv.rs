@@ -8,7 +8,7 @@
 //! |---|---|
 //! | `var<private> hit_attribute` | a variable in storage class `HitAttributeKHR` |
 //! | `var<storage> hit_record` | a variable in storage class `ShaderRecordBufferKHR` |
-//! | `traceRay` with ray type `r` in bits 8 to 11 of the cull mask, which the driver ignores | SBT offset `r`, SBT stride [`RAY_TYPES`], miss index `r` |
+//! | `traceRay` with ray type `r` in bits 8 to 11 of the cull mask, which has 8 bits | SBT offset `r`, SBT stride [`RAY_TYPES`], miss index `r` |
 //! | calls of `fn ignore_intersection()` | end in `OpIgnoreIntersectionKHR` |
 //! | calls of `fn report_intersection(t: f32) -> bool` | `OpReportIntersectionKHR` |
 //! | the any-hit entry point `intersect_sphere_shader` | execution model `IntersectionKHR` |
@@ -194,26 +194,32 @@ fn choose_records(module: &mut Module) -> Result<(), String> {
         return Ok(());
     }
     let uint = uint_type(module)?;
-    let [shift, types, stride] = [RAY_TYPE_SHIFT, 0xf, RAY_TYPES].map(|value| constant(module, uint, value));
-    let (shift, types, stride) = (shift?, types?, stride?);
+    let mut number = |value| constant(module, uint, value);
+    let (shift, masks) = (number(RAY_TYPE_SHIFT)?, number((1 << RAY_TYPE_SHIFT) - 1)?);
+    let (types, stride) = (number(0xf)?, number(RAY_TYPES)?);
     let mut functions = std::mem::take(&mut module.functions);
     for block in functions.iter_mut().flat_map(|f| &mut f.blocks) {
         let mut at = 0;
         while at < block.instructions.len() {
             if block.instructions[at].class.opcode == Op::TraceRayKHR {
-                let (shifted, ray_type) = (new_id(module)?, new_id(module)?);
+                let (shifted, ray_type, cull_mask) = (new_id(module)?, new_id(module)?, new_id(module)?);
                 // Structure, flags, cull mask, offset, stride, miss index, origin, t_min, direction, t_max, payload.
                 let operands = &mut block.instructions[at].operands;
                 let mask = operands.get(2).cloned().ok_or("a trace has no cull mask")?;
+                operands[2] = Operand::IdRef(cull_mask);
                 operands[3] = Operand::IdRef(ray_type);
                 operands[4] = Operand::IdRef(stride);
                 operands[5] = Operand::IdRef(ray_type);
                 let two =
                     |op, id, a, b| Instruction::new(op, Some(uint), Some(id), vec![a, Operand::IdRef(b)]);
-                let shifted_value = two(Op::ShiftRightLogical, shifted, mask, shift);
-                let type_value = two(Op::BitwiseAnd, ray_type, Operand::IdRef(shifted), types);
-                block.instructions.splice(at..at, [shifted_value, type_value]);
-                at += 2;
+                let computed = [
+                    two(Op::BitwiseAnd, cull_mask, mask.clone(), masks),
+                    two(Op::ShiftRightLogical, shifted, mask, shift),
+                    two(Op::BitwiseAnd, ray_type, Operand::IdRef(shifted), types),
+                ];
+                at += computed.len();
+                let before = at - computed.len();
+                block.instructions.splice(before..before, computed);
             }
             at += 1;
         }

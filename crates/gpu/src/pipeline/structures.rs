@@ -1,7 +1,7 @@
 //! The driver's acceleration structures of a scene: a bottom-level structure of every mesh, and one of all instances.
 
 use super::memory::{Memory, Reach};
-use super::vulkan::{Vulkan, failed};
+use super::vulkan::{Limits, Vulkan, failed};
 use crate::GpuError;
 use ash::vk;
 use scene::tables::{BlasRecord, GeometryKind, GeometryRecord, InstanceRecord, SceneTables};
@@ -32,7 +32,7 @@ impl Structures {
     /// # Errors
     /// [`GpuError::Limit`] if the scene has more than the device can number, [`GpuError::Allocation`].
     pub fn build(vulkan: &Arc<Vulkan>, tables: &SceneTables, offsets: &[u32]) -> Result<Self, GpuError> {
-        check_limits(vulkan, tables, offsets)?;
+        check_limits(&vulkan.adapter, &vulkan.limits, tables, offsets)?;
         let mut made = Self {
             vulkan: vulkan.clone(),
             bottom: Vec::new(),
@@ -187,13 +187,17 @@ fn instance_bytes(index: u32, instance: &InstanceRecord, offset: u32, blas: vk::
     bytes
 }
 
-fn check_limits(vulkan: &Vulkan, tables: &SceneTables, offsets: &[u32]) -> Result<(), GpuError> {
+fn check_limits(
+    adapter: &str,
+    limits: &Limits,
+    tables: &SceneTables,
+    offsets: &[u32],
+) -> Result<(), GpuError> {
     let check = |limit: &'static str, needed: u64, offered: u64| {
-        let adapter = vulkan.adapter.clone();
+        let adapter = adapter.to_owned();
         if needed <= offered { Ok(()) } else { Err(GpuError::Limit { adapter, limit, needed, offered }) }
     };
     let numbers = 1 << INSTANCE_BITS;
-    let limits = &vulkan.limits;
     check("instances", tables.instances.len() as u64, limits.max_instances.min(numbers))?;
     let records = offsets.iter().max().map_or(0, |&o| u64::from(o) + 1);
     check("records of the shader binding table", records, numbers)?;
@@ -390,6 +394,36 @@ mod tests {
             let (low, high) = (f64::from(center) - f64::from(radius), f64::from(center) + f64::from(radius));
             assert!(f64::from(b[0]) <= low && f64::from(b[3]) >= high, "{center} {radius} {b:?}");
             assert!(f64::from(b[1]) <= -high && f64::from(b[4]) >= -low, "{center} {radius} {b:?}");
+        }
+    }
+
+    #[test]
+    fn what_a_device_cannot_number_is_named() {
+        let tables = SceneTables::build(&testkit::scenes::cornell());
+        let rules = super::super::table::TableRules {
+            handle_size: 32,
+            handle_alignment: 32,
+            base_alignment: 64,
+            max_stride: 4096,
+        };
+        let enough = Limits {
+            table: rules,
+            scratch_alignment: 128,
+            max_instances: 1 << 24,
+            max_geometries: 1 << 24,
+            max_primitives: 1 << 29,
+            max_rays: 1 << 30,
+        };
+        check_limits("some GPU", &enough, &tables, &[0]).expect("fits");
+        for (limits, offset, name) in [
+            (Limits { max_instances: 0, ..enough }, 0, "1 instances"),
+            (Limits { max_geometries: 1, ..enough }, 0, "geometries of a structure"),
+            (Limits { max_primitives: 7, ..enough }, 0, "7 primitives of a structure"),
+            (enough, 1 << 24, "16777216 records of the shader binding table"),
+        ] {
+            let error =
+                check_limits("some GPU", &limits, &tables, &[offset]).expect_err("does not fit").to_string();
+            assert!(error.contains("some GPU") && error.contains(name.trim_start_matches("1 ")), "{error}");
         }
     }
 

@@ -9,8 +9,8 @@ var<ray_payload> payload: Payload;
 const ANY_HIT_WILL_DO: u32 = 0x4u; // terminate on the first hit
 const NO_CLOSEST_HIT: u32 = 0x8u; // skip closest-hit shaders
 const ALL_INSTANCES: u32 = 0xFFu;
-// The ray type stands above the mask's eight bits, which are all that the driver looks at: `pipeline/spirv.rs` moves it
-// from there to where WGSL has no words for it.
+// The ray type stands above the mask's eight bits: `pipeline/spirv.rs` moves it from there to where WGSL has no words
+// for it.
 
 // Whether the driver may be given the ray: what it does with NaN is not defined.
 fn ray_is_traceable(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32) -> bool {

@@ -128,7 +128,9 @@ fn traces_choose_their_records() {
             assert_eq!(instruction.operands[5], ray_type, "miss index");
             let Operand::IdRef(stride) = instruction.operands[4] else { panic!("no stride") };
             assert_eq!(constant(stride), Some(Operand::LiteralBit32(RAY_TYPES)));
-            assert_eq!(shift.operands[0], instruction.operands[2], "what is shifted is the cull mask");
+            let mask = &block.instructions[at - 3];
+            assert_eq!(Operand::IdRef(mask.result_id.expect("id")), instruction.operands[2], "cull mask");
+            assert_eq!(shift.operands[0], mask.operands[0], "both come from what the WGSL says");
         }
     }
     assert!(traces > 0);

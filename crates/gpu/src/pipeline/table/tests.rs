@@ -64,10 +64,24 @@ fn several() -> SceneTables {
     tables(&structures, &instances)
 }
 
-#[test]
-fn records_are_where_the_formula_says() {
-    let tables = several();
-    let table = HitTable::new(&tables);
+/// Any structures with any materials.
+fn random_tables(random: &mut testkit::Random) -> SceneTables {
+    let mut below = |n: u64| random.bits() % n;
+    let kinds = [GeometryKind::Triangles, GeometryKind::Spheres];
+    let structures: Vec<_> =
+        (0..1 + below(5)).map(|_| (1 + below(6) as u32, kinds[below(2) as usize])).collect();
+    let instances: Vec<(u32, Vec<u32>)> = (0..below(30))
+        .map(|_| {
+            let blas = below(structures.len() as u64) as usize;
+            (blas as u32, (0..structures[blas].0).map(|_| below(4) as u32).collect())
+        })
+        .collect();
+    tables(&structures, &instances.iter().map(|(blas, m)| (*blas, &m[..])).collect::<Vec<_>>())
+}
+
+/// Looks up every geometry of every instance for every ray type; returns how many those were.
+fn assert_records_are_where_the_formula_says(tables: &SceneTables) -> usize {
+    let table = HitTable::new(tables);
     let mut seen = 0;
     for (instance, &offset) in tables.instances.iter().zip(&table.instance_offsets) {
         let blas = &tables.blas[instance.blas as usize];
@@ -84,7 +98,16 @@ fn records_are_where_the_formula_says() {
             }
         }
     }
-    assert_eq!(seen, 2 * (3 + 1 + 2 + 3 + 3 + 2));
+    seen
+}
+
+#[test]
+fn records_are_where_the_formula_says() {
+    assert_eq!(assert_records_are_where_the_formula_says(&several()), 2 * (3 + 1 + 2 + 3 + 3 + 2));
+    let mut random = testkit::Random::new(3);
+    let seen: usize =
+        (0..200).map(|_| assert_records_are_where_the_formula_says(&random_tables(&mut random))).sum();
+    assert!(seen > 10_000, "only {seen} combinations");
 }
 
 #[test]
