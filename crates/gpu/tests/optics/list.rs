@@ -177,6 +177,7 @@ functions! {
     bsdf::bsdf_has_smooth_part(b: bsdf) within EXACT;
     bsdf::bsdf_has_lobes(b: bsdf) within EXACT;
     bsdf::bsdf_transmits(b: bsdf) within EXACT;
+    bsdf::bsdf_is_delta(b: bsdf) within EXACT;
     // surface/pattern.rs
     pattern::square_wave_integral(x: real) within ROUNDING;
     pattern::checkerboard(p: point2, width: share) within ROUNDING;
