@@ -291,7 +291,8 @@ struct Input {
 impl Input {
     fn new(vulkan: &Arc<Vulkan>, tables: &SceneTables) -> Result<Self, GpuError> {
         let boxes: Vec<[f32; 6]> = tables.spheres.iter().map(sphere_box).collect();
-        let mut bytes: Vec<u8> = bytemuck::cast_slice(&tables.positions).to_vec();
+        let positions: Vec<[f32; 3]> = tables.positions.iter().map(active_vertex).collect();
+        let mut bytes: Vec<u8> = bytemuck::cast_slice(&positions).to_vec();
         let mut append = |part: &[u8]| {
             bytes.resize(bytes.len().next_multiple_of(16), 0);
             let at = bytes.len() as u64;
@@ -373,8 +374,18 @@ fn opaque_geometries(tables: &SceneTables) -> Vec<bool> {
     opaque
 }
 
-/// Corners of a box around a sphere, with a margin for the rounding of the corners themselves.
+/// A vertex as the driver may see it. Its triangles are left out if its x is NaN, which is how Vulkan has it; about
+/// other numbers that are not finite it promises nothing.
+fn active_vertex(position: &[f32; 3]) -> [f32; 3] {
+    if position.iter().all(|x| x.is_finite()) { *position } else { [f32::NAN; 3] }
+}
+
+/// Corners of a box around a sphere, with a margin for the rounding of the corners themselves. NaN, which leaves the sphere
+/// out, if it is none.
 fn sphere_box(&[x, y, z, radius]: &[f32; 4]) -> [f32; 6] {
+    if ![x, y, z, radius].iter().all(|x| x.is_finite()) || radius <= 0.0 {
+        return [f32::NAN; 6];
+    }
     let side = |center: f32| {
         let half = radius + (radius + center.abs()) * 4.0 * f32::EPSILON;
         [center - half, center + half]
@@ -394,6 +405,18 @@ mod tests {
             let (low, high) = (f64::from(center) - f64::from(radius), f64::from(center) + f64::from(radius));
             assert!(f64::from(b[0]) <= low && f64::from(b[3]) >= high, "{center} {radius} {b:?}");
             assert!(f64::from(b[1]) <= -high && f64::from(b[4]) >= -low, "{center} {radius} {b:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_finite_is_left_out() {
+        for bad in [[f32::NAN, 0.0, 0.0], [0.0, f32::INFINITY, 0.0], [0.0, 0.0, f32::NAN]] {
+            assert!(active_vertex(&bad)[0].is_nan());
+            assert!(sphere_box(&[bad[0], bad[1], bad[2], 1.0])[0].is_nan());
+        }
+        assert_eq!(active_vertex(&[1.0, 2.0, 3.0]), [1.0, 2.0, 3.0]);
+        for radius in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+            assert!(sphere_box(&[0.0, 0.0, 0.0, radius])[0].is_nan(), "{radius}");
         }
     }
 

@@ -319,6 +319,31 @@ fn a_wrong_hit_is_noticed() {
     assert_same_hits("wrong", &tables, &rays, &vec![wrong; rays.len()]);
 }
 
+/// Primitives that are none are not met, and nobody minds them: not even the driver.
+#[test]
+fn broken_primitives_are_left_out() {
+    let Some(gpu) = open_for_pipelines("broken_primitives_are_left_out") else { return };
+    let mut scene = testkit::scenes::cornell();
+    let sphere = |center: glam::Vec3, radius| scene::Sphere { center, radius };
+    let spheres = vec![
+        sphere(glam::Vec3::NAN, 1.0),
+        sphere(glam::Vec3::splat(2.78), f32::NAN),
+        sphere(glam::Vec3::splat(2.78), -1.0),
+        sphere(glam::vec3(2.78, f32::INFINITY, 2.78), 1.0),
+        sphere(glam::Vec3::splat(2.78), 0.5),
+    ];
+    let material = scene.instances.len() as u32 % scene.materials.len() as u32;
+    scene.meshes.push(scene::Mesh::single("spheres", scene::Shape::Spheres(spheres), material));
+    let mesh = scene.meshes.len() as u32 - 1;
+    scene.instances.push(scene::Instance::new("spheres", mesh, glam::Affine3A::IDENTITY));
+    let mut tables = SceneTables::build(&scene);
+    // Around the room, and inside it.
+    tables.bounding_sphere = [2.78, 2.78, 2.78, 4.8];
+    let tables = Arc::new(tables);
+    let rays = rays(&tables, 4000);
+    assert_same_hits("broken", &tables, &rays, &traced(&gpu, &tables, &rays));
+}
+
 #[test]
 fn an_empty_scene_is_all_misses() {
     let Some(gpu) = open_for_pipelines("an_empty_scene_is_all_misses") else { return };
