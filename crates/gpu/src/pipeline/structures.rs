@@ -1,9 +1,12 @@
 //! The driver's acceleration structures of a scene: a bottom-level structure of every mesh, and one of all instances.
 
+mod compact;
+
 use super::memory::{Memory, Reach};
 use super::vulkan::{Limits, Vulkan, failed};
 use crate::GpuError;
 use ash::vk;
+use compact::compact;
 use scene::tables::{BlasRecord, GeometryKind, GeometryRecord, InstanceRecord, SceneTables};
 use std::sync::Arc;
 
@@ -59,7 +62,13 @@ impl Structures {
         let opaque = opaque_geometries(tables);
         let geometries: Vec<_> = tables.blas.iter().map(|b| input.geometries(tables, b, &opaque)).collect();
         let builds: Vec<_> = geometries.iter().map(|g| Build::bottom(&vulkan, g)).collect();
-        self.bottom = self.run(&builds, "bottom-level structures")?;
+        let object = "bottom-level structures";
+        self.bottom = self.run(&builds, object)?;
+        if !self.bottom.is_empty() {
+            let (compacted, memory) = compact(&vulkan, &self.bottom, object)?;
+            destroy(&vulkan, &std::mem::replace(&mut self.bottom, compacted));
+            self.memory = vec![memory];
+        }
 
         let instances = self.instances(tables, offsets)?;
         let geometry = [instances_geometry(&instances)];
@@ -77,30 +86,10 @@ impl Structures {
         object: &'static str,
     ) -> Result<Vec<vk::AccelerationStructureKHR>, GpuError> {
         let vulkan = self.vulkan.clone();
-        let mut offset = 0;
-        let places: Vec<u64> = builds.iter().map(|b| take(&mut offset, b.size, STORAGE_ALIGNMENT)).collect();
-        let usage = vk::BufferUsageFlags::ACCELERATION_STRUCTURE_STORAGE_KHR;
-        let storage = Memory::new(&vulkan, object, offset, usage, Reach::Device)?;
-        let buffer = storage.buffer();
+        let Some(kind) = builds.first().map(|b| b.kind) else { return Ok(Vec::new()) };
+        let sizes: Vec<_> = builds.iter().map(|b| b.size).collect();
+        let (made, storage) = place_structures(&vulkan, &sizes, kind, object)?;
         self.memory.push(storage);
-
-        let mut made = Vec::new();
-        for (build, place) in builds.iter().zip(places) {
-            let info = vk::AccelerationStructureCreateInfoKHR::default()
-                .buffer(buffer)
-                .offset(place)
-                .size(build.size)
-                .ty(build.kind);
-            // SAFETY: the place in the buffer is free, aligned and large enough, and the buffer was made for this.
-            let structure = unsafe { vulkan.structures.create_acceleration_structure(&info, None) };
-            match structure {
-                Ok(structure) => made.push(structure),
-                Err(result) => {
-                    destroy(&vulkan, &made);
-                    return Err(failed("creating an acceleration structure")(result));
-                }
-            }
-        }
 
         let alignment = vulkan.limits.scratch_alignment;
         let largest = builds.iter().map(|b| b.scratch).max().unwrap_or(0);
@@ -150,6 +139,37 @@ impl Structures {
         memory.write(&records)?;
         Ok(memory)
     }
+}
+
+/// Makes structures of these sizes, without content, one after the other in memory of their own.
+fn place_structures(
+    vulkan: &Arc<Vulkan>,
+    sizes: &[u64],
+    kind: vk::AccelerationStructureTypeKHR,
+    object: &'static str,
+) -> Result<(Vec<vk::AccelerationStructureKHR>, Memory), GpuError> {
+    let mut end = 0;
+    let places: Vec<u64> = sizes.iter().map(|&size| take(&mut end, size, STORAGE_ALIGNMENT)).collect();
+    let usage = vk::BufferUsageFlags::ACCELERATION_STRUCTURE_STORAGE_KHR;
+    let storage = Memory::new(vulkan, object, end, usage, Reach::Device)?;
+    let mut made = Vec::new();
+    for (&size, place) in sizes.iter().zip(places) {
+        let info = vk::AccelerationStructureCreateInfoKHR::default()
+            .buffer(storage.buffer())
+            .offset(place)
+            .size(size)
+            .ty(kind);
+        // SAFETY: the place in the buffer is free, aligned and large enough, and the buffer was made for this.
+        let structure = unsafe { vulkan.structures.create_acceleration_structure(&info, None) };
+        match structure {
+            Ok(structure) => made.push(structure),
+            Err(result) => {
+                destroy(vulkan, &made);
+                return Err(failed("creating an acceleration structure")(result));
+            }
+        }
+    }
+    Ok((made, storage))
 }
 
 impl Drop for Structures {
@@ -262,6 +282,13 @@ impl<'a> Build<'a> {
         build
     }
 
+    fn flags(&self) -> vk::BuildAccelerationStructureFlagsKHR {
+        let fast = vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_TRACE;
+        // The top level is small.
+        let is_bottom = self.kind == vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL;
+        if is_bottom { fast | vk::BuildAccelerationStructureFlagsKHR::ALLOW_COMPACTION } else { fast }
+    }
+
     fn info(
         &self,
         structure: vk::AccelerationStructureKHR,
@@ -269,7 +296,7 @@ impl<'a> Build<'a> {
     ) -> vk::AccelerationStructureBuildGeometryInfoKHR<'a> {
         vk::AccelerationStructureBuildGeometryInfoKHR::default()
             .ty(self.kind)
-            .flags(vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_TRACE)
+            .flags(self.flags())
             .mode(vk::BuildAccelerationStructureModeKHR::BUILD)
             .geometries(self.geometries)
             .dst_acceleration_structure(structure)
