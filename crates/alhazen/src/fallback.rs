@@ -5,7 +5,7 @@ use backend::{Backend, BackendError, Control, LoadStats, PassTime, Stats, View};
 use film::Film;
 use gpu::GpuOptions;
 use gpu::tracer::TracerKind;
-use scene::tables::SceneTables;
+use scene::tables::{Changes, SceneTables};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -136,6 +136,12 @@ impl Backend for Fallback {
         (self.rescued, self.merged, self.made) = (None, None, None);
         self.tables = Some(scene.clone());
         self.current.load(scene).or_else(|error| self.step(error))
+    }
+
+    fn update(&mut self, scene: Arc<SceneTables>, changes: Changes) -> Result<LoadStats, BackendError> {
+        (self.rescued, self.merged, self.made) = (None, None, None);
+        self.tables = Some(scene.clone());
+        self.current.update(scene, changes).or_else(|error| self.step(error))
     }
 
     fn render(&mut self, view: &View, samples: u32, control: &Control) -> Result<Stats, BackendError> {

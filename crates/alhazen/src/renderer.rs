@@ -5,7 +5,7 @@ use backend::{Backend, BackendError, Control, LoadStats, PassTime, View};
 use cpu::CpuBackend;
 use film::Film;
 use scene::Scene;
-use scene::tables::SceneTables;
+use scene::tables::{Changes, SceneTables};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -53,6 +53,8 @@ pub struct Summary {
 /// A back end with a scene.
 pub struct Renderer {
     backend: Box<dyn Backend>,
+    /// What is loaded.
+    tables: Option<Arc<SceneTables>>,
 }
 
 impl Renderer {
@@ -66,7 +68,7 @@ impl Renderer {
 
     /// On any back end.
     pub fn new(backend: Box<dyn Backend>) -> Self {
-        Self { backend }
+        Self { backend, tables: None }
     }
 
     /// Name of the back end, such as `cpu`.
@@ -92,7 +94,28 @@ impl Renderer {
     /// # Errors
     /// When the device cannot hold the scene.
     pub fn load_tables(&mut self, tables: SceneTables) -> Result<LoadStats, BackendError> {
-        self.backend.load(Arc::new(tables))
+        let tables = Arc::new(tables);
+        self.tables = None;
+        let stats = self.backend.load(tables.clone())?;
+        self.tables = Some(tables);
+        Ok(stats)
+    }
+
+    /// Brings the back end to a new version of the scene that is loaded. Other materials, lights, environments and
+    /// transforms of dynamic instances go there without building or moving what stays the same; any other change
+    /// loads the scene anew. The picture restarts.
+    ///
+    /// # Errors
+    /// As [`Renderer::load`].
+    pub fn update(&mut self, scene: &Scene) -> Result<LoadStats, BackendError> {
+        let tables = SceneTables::build(scene);
+        let changes = self.tables.as_ref().and_then(|old| Changes::between(old, &tables));
+        let Some(changes) = changes else { return self.load_tables(tables) };
+        let tables = Arc::new(tables);
+        self.tables = None;
+        let stats = self.backend.update(tables.clone(), changes)?;
+        self.tables = Some(tables);
+        Ok(stats)
     }
 
     /// Renders a picture of the loaded scene at time 0.

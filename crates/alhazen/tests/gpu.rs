@@ -12,32 +12,12 @@ use alhazen::{
     Aov, Control, DirectSettings, Fallback, Film, Integrator, Job, Limits, LoadOptions, PathSettings,
     Renderer, SamplerKind, Scene, Source, Step, Summary,
 };
-use common::path;
+use common::{gpu_renderers, path};
 use film::AovData;
 use testkit::{Comparison, Estimate, WHOLE_IMAGE, scenes};
 
 const SIZE: u32 = 48;
 const SPP: u32 = 16;
-
-/// Renderers for every tracer that this machine has; says which are skipped.
-fn renderers(test: &str) -> Vec<Renderer> {
-    let mut found = Vec::new();
-    for kind in TracerKind::ALL {
-        let gpu = match Gpu::open(&GpuOptions::default()) {
-            Ok(gpu) => gpu,
-            Err(error) => {
-                testkit::skip_without_gpu(test, &error.to_string());
-                return found;
-            }
-        };
-        match GpuBackend::new(gpu, kind) {
-            Ok(backend) => found.push(Renderer::new(Box::new(backend))),
-            Err(error @ GpuError::Unsupported { .. }) => testkit::skip_without_gpu(test, &error.to_string()),
-            Err(error) => panic!("{test}: {}: {error}", kind.name()),
-        }
-    }
-    found
-}
 
 fn render(renderer: &mut Renderer, scene: &Scene, job: &Job, spp: u32) -> (Film, Summary) {
     renderer.load(scene).unwrap_or_else(|e| panic!("{}: {e:?}", renderer.backend_name()));
@@ -61,7 +41,7 @@ fn differing_share(a: &Film, b: &Film) -> f64 {
 
 /// Compares every GPU back end with the CPU; `share` of the pixels may differ by more than rounding.
 fn compare(test: &str, scene: &Scene, job: &Job, share: f64) {
-    let mut renderers = renderers(test);
+    let mut renderers = gpu_renderers(test);
     if renderers.is_empty() {
         return;
     }
@@ -177,7 +157,7 @@ fn layers_agree_but_at_silhouettes() {
     for integrator in [Integrator::Aov, path(2), Integrator::Direct(DirectSettings::default())] {
         let job = Job { integrator, aovs: Aov::ALL.to_vec(), ..job(&scene) };
         let (expected, _) = render(&mut Renderer::cpu(None).expect("threads"), &scene, &job, 4);
-        for mut renderer in renderers(test) {
+        for mut renderer in gpu_renderers(test) {
             let (film, _) = render(&mut renderer, &scene, &job, 4);
             assert_eq!(film.invalid_aovs(), expected.invalid_aovs());
             for aov in Aov::ALL.into_iter().filter(|&a| a != Aov::StandardError) {

@@ -10,7 +10,7 @@ pub use control::{Control, Progress};
 pub use view::{DirectSettings, Integrator, PathSettings, SamplerKind, View};
 
 use film::Film;
-use scene::tables::SceneTables;
+use scene::tables::{Changes, SceneTables};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -93,6 +93,13 @@ pub trait Backend: Send {
     /// # Errors
     /// When the device cannot hold the scene.
     fn load(&mut self, scene: Arc<SceneTables>) -> Result<LoadStats, BackendError>;
+
+    /// Takes a new version of the loaded scene in which nothing but `changes` is different, without building or moving
+    /// what is still the same. The film restarts with the next [`Backend::render`].
+    ///
+    /// # Errors
+    /// Without a scene, and when the device fails.
+    fn update(&mut self, scene: Arc<SceneTables>, changes: Changes) -> Result<LoadStats, BackendError>;
 
     /// Adds `samples` samples to every pixel of the view's window. Splitting a call does not change the result. A view
     /// that differs from the last one restarts the film.

@@ -8,7 +8,7 @@ use accel::{Opaque, Quality};
 use backend::{Backend, BackendError, Control, LoadStats, Stats, View};
 use film::{Film, PixelStats};
 use rayon::prelude::*;
-use scene::tables::SceneTables;
+use scene::tables::{Changes, SceneTables};
 use std::cell::RefCell;
 use std::ops::Range;
 use std::sync::Arc;
@@ -64,6 +64,19 @@ impl Backend for CpuBackend {
         let table_bytes = tables.memory_bytes();
         let quality = self.quality;
         let scene = self.threads.install(|| CpuScene::new(tables, quality));
+        let acceleration_bytes = scene.tlas.memory_bytes();
+        self.scene = Some(scene);
+        Ok(LoadStats { build: start.elapsed(), acceleration_bytes, table_bytes })
+    }
+
+    fn update(&mut self, tables: Arc<SceneTables>, changes: Changes) -> Result<LoadStats, BackendError> {
+        let Some(scene) = self.scene.take() else {
+            return Err(BackendError::NoScene { backend: self.name() });
+        };
+        self.film = None;
+        let start = Instant::now();
+        let table_bytes = tables.memory_bytes();
+        let scene = scene.update(tables, changes);
         let acceleration_bytes = scene.tlas.memory_bytes();
         self.scene = Some(scene);
         Ok(LoadStats { build: start.elapsed(), acceleration_bytes, table_bytes })

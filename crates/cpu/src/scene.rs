@@ -6,7 +6,8 @@ use optics::light::LIGHT_TRIANGLE;
 use optics::vector::{cross, dot};
 use optics::{Vec3f, vec3f};
 use scene::tables::{
-    BindingRecord, BlasRecord, GeometryKind, GeometryRecord, InstanceRecord, LightRecord, NONE, SceneTables,
+    BindingRecord, BlasRecord, Changes, GeometryKind, GeometryRecord, InstanceRecord, LightRecord, NONE,
+    SceneTables,
 };
 use std::sync::Arc;
 
@@ -33,18 +34,25 @@ pub(crate) struct HitRecords<'a> {
 impl CpuScene {
     pub fn new(tables: Arc<SceneTables>, quality: Quality) -> Self {
         let blas = tables.blas.iter().map(|b| Arc::new(build_blas(&tables, b, quality))).collect();
-        let instance = |i: &InstanceRecord| Instance {
-            blas: i.blas,
-            object_to_world: i.object_to_world,
-            mask: u32::MAX,
-        };
-        let instances: Vec<_> = tables.instances.iter().map(instance).collect();
-        let tlas = Tlas::build(&instances, blas);
-        let sites = Sites::new(&tables);
+        let tlas = Tlas::build(&instances(&tables), blas);
+        Self::with_tlas(tables, tlas)
+    }
+
+    /// The scene with other tables, whose geometry is the same.
+    pub fn update(self, tables: Arc<SceneTables>, changes: Changes) -> Self {
+        let mut tlas = self.tlas;
+        if changes.transforms {
+            tlas.update(&instances(&tables));
+        }
+        Self::with_tlas(tables, tlas)
+    }
+
+    fn with_tlas(tables: Arc<SceneTables>, tlas: Tlas) -> Self {
         let is_disc = |&i: &u32| tables.lights[i as usize].visible;
         let visible_discs = (0..tables.lights.len() as u32).filter(is_disc).collect();
         let is_plain = |l: &LightRecord| l.light.kind == LIGHT_TRIANGLE && l.textured_material == NONE;
         let plain_lights = tables.lights.iter().all(is_plain);
+        let sites = Sites::new(&tables);
         Self { tables, tlas, sites, visible_discs, plain_lights }
     }
 
@@ -60,6 +68,12 @@ impl CpuScene {
             primitive: primitive - geometry.first_in_blas,
         }
     }
+}
+
+fn instances(tables: &SceneTables) -> Vec<Instance> {
+    let instance =
+        |i: &InstanceRecord| Instance { blas: i.blas, object_to_world: i.object_to_world, mask: u32::MAX };
+    tables.instances.iter().map(instance).collect()
 }
 
 fn build_blas(tables: &SceneTables, blas: &BlasRecord, quality: Quality) -> Blas {

@@ -3,13 +3,14 @@
 use crate::film::{FOLD_SAMPLES, FilmBuffers, device_error};
 use crate::kernel::{Kernel, KernelKind, Tracing};
 use crate::plan::{Pace, Plan};
+use crate::scene::update::StagingRing;
 use crate::shader::Variant;
 use crate::timing::Timer;
 use crate::tracer::TracerKind;
 use crate::{Gpu, GpuError, GpuScene};
 use backend::{Backend, BackendError, Control, Integrator, LoadStats, PassTime, Stats, View};
 use film::Film;
-use scene::tables::SceneTables;
+use scene::tables::{Changes, SceneTables};
 use std::collections::{HashMap, VecDeque};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -26,6 +27,7 @@ pub struct GpuBackend {
     scene: Option<Loaded>,
     picture: Option<Picture>,
     timer: Timer,
+    ring: StagingRing,
 }
 
 /// A scene on the device, with what was compiled for it.
@@ -60,7 +62,8 @@ impl GpuBackend {
     pub fn new(gpu: Gpu, kind: TracerKind) -> Result<Self, GpuError> {
         kind.check(&gpu)?;
         let timer = Timer::new(&gpu)?;
-        Ok(Self { gpu, kind, scene: None, picture: None, timer })
+        let ring = StagingRing::new(&gpu);
+        Ok(Self { gpu, kind, scene: None, picture: None, timer, ring })
     }
 
     /// The device.
@@ -88,6 +91,24 @@ impl GpuBackend {
         };
         self.scene = Some(Loaded { scene, tracing, kernels: HashMap::new() });
         Ok(stats)
+    }
+
+    fn update_scene(&mut self, tables: Arc<SceneTables>, changes: Changes) -> Result<LoadStats, GpuError> {
+        self.picture = None;
+        let start = Instant::now();
+        let Some(loaded) = &mut self.scene else { return self.load_scene(tables) };
+        if !loaded.scene.update(&self.gpu, &mut self.ring, &tables, changes)? {
+            return self.load_scene(tables);
+        }
+        if !loaded.tracing.update(&self.gpu, &loaded.scene, changes)? {
+            loaded.kernels.clear();
+            loaded.tracing = self.kind.build(&self.gpu, &loaded.scene)?;
+        }
+        Ok(LoadStats {
+            build: start.elapsed(),
+            acceleration_bytes: loaded.tracing.memory_bytes() as usize,
+            table_bytes: tables.memory_bytes(),
+        })
     }
 
     /// Makes the film for a view, or keeps the one that is being accumulated.
@@ -204,6 +225,13 @@ impl Backend for GpuBackend {
 
     fn load(&mut self, tables: Arc<SceneTables>) -> Result<LoadStats, BackendError> {
         self.load_scene(tables).map_err(|e| device_error(self.kind.name(), e))
+    }
+
+    fn update(&mut self, tables: Arc<SceneTables>, changes: Changes) -> Result<LoadStats, BackendError> {
+        if self.scene.is_none() {
+            return Err(BackendError::NoScene { backend: self.name() });
+        }
+        self.update_scene(tables, changes).map_err(|e| device_error(self.kind.name(), e))
     }
 
     fn render(&mut self, view: &View, samples: u32, control: &Control) -> Result<Stats, BackendError> {

@@ -6,6 +6,7 @@ use crate::timing::Timer;
 use crate::tracer::Tracer;
 use crate::{Gpu, GpuError, GpuScene};
 use backend::Integrator;
+use scene::tables::Changes;
 
 /// Which integrator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -87,6 +88,13 @@ pub trait Tracing: Send {
         film: &FilmBuffers,
     ) -> Result<Box<dyn Kernel>, GpuError>;
 
+    /// Follows a change of the scene, which has already taken it. Returns whether that was possible; otherwise the
+    /// structures and all kernels have to be made again.
+    ///
+    /// # Errors
+    /// When the device fails.
+    fn update(&mut self, gpu: &Gpu, scene: &GpuScene, changes: Changes) -> Result<bool, GpuError>;
+
     /// Bytes of the structures on the device, as far as they are known.
     fn memory_bytes(&self) -> u64;
 }
@@ -104,6 +112,11 @@ impl Tracing for ComputeTracing {
         film: &FilmBuffers,
     ) -> Result<Box<dyn Kernel>, GpuError> {
         Ok(Box::new(Megakernel::new(gpu, kind, variant, scene, &*self.0, film)?))
+    }
+
+    fn update(&mut self, gpu: &Gpu, scene: &GpuScene, changes: Changes) -> Result<bool, GpuError> {
+        // The shaders read everything else from the scene's own buffers.
+        if changes.transforms { self.0.move_instances(gpu, scene) } else { Ok(true) }
     }
 
     fn memory_bytes(&self) -> u64 {

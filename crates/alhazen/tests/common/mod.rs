@@ -1,6 +1,8 @@
 //! Rendering and judging for tests of pictures.
 #![allow(dead_code, reason = "every test file compiles this and uses a part of it")]
 
+use alhazen::gpu::tracer::TracerKind;
+use alhazen::gpu::{Gpu, GpuBackend, GpuError, GpuOptions};
 use alhazen::{
     Camera, Control, Film, Integrator, Job, Limits, PathSettings, Renderer, SamplerKind, Scene, Summary,
 };
@@ -96,4 +98,24 @@ pub fn assert_same_coarse(what: &str, a: &Estimate, b: &Estimate) {
     for block in [8, WHOLE_IMAGE] {
         Comparison::new(what, block).assert(a, b);
     }
+}
+
+/// Renderers for every tracer that this machine has; says which are skipped.
+pub fn gpu_renderers(test: &str) -> Vec<Renderer> {
+    let mut found = Vec::new();
+    for kind in TracerKind::ALL {
+        let gpu = match Gpu::open(&GpuOptions::default()) {
+            Ok(gpu) => gpu,
+            Err(error) => {
+                testkit::skip_without_gpu(test, &error.to_string());
+                return found;
+            }
+        };
+        match GpuBackend::new(gpu, kind) {
+            Ok(backend) => found.push(Renderer::new(Box::new(backend))),
+            Err(error @ GpuError::Unsupported { .. }) => testkit::skip_without_gpu(test, &error.to_string()),
+            Err(error) => panic!("{test}: {}: {error}", kind.name()),
+        }
+    }
+    found
 }

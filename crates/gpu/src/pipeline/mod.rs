@@ -23,6 +23,7 @@ use crate::shader::{Variant, scene_text};
 use crate::timing::Timer;
 use crate::{Gpu, GpuError, GpuScene};
 use program::{Program, Resource};
+use scene::tables::Changes;
 use spirv::RayShaders;
 use std::sync::Arc;
 use structures::Structures;
@@ -114,6 +115,11 @@ impl Tracing for PipelineTracing {
     ) -> Result<Box<dyn Kernel>, GpuError> {
         let program = self.program(kind.name(), &kernel_text(kind, variant))?;
         Ok(Box::new(PipelineKernel { name: kind.name(), program, scene: scene_resources(scene), film: None }))
+    }
+
+    fn update(&mut self, _: &Gpu, _: &GpuScene, changes: Changes) -> Result<bool, GpuError> {
+        // Transforms are in the structures, materials in the records of the table.
+        Ok(!(changes.transforms || changes.materials || changes.lights))
     }
 
     fn memory_bytes(&self) -> u64 {

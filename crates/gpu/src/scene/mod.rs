@@ -7,6 +7,7 @@
 
 pub mod records;
 mod textures;
+pub mod update;
 pub mod upload;
 
 use crate::{Gpu, GpuError};
@@ -47,6 +48,9 @@ pub struct GpuScene {
     pub layout: wgpu::BindGroupLayout,
     /// Bind group 0.
     pub bind_group: wgpu::BindGroup,
+    /// Where what is in the buffer of words.
+    words: Words,
+    layers: TexelLayers,
 }
 
 impl GpuScene {
@@ -87,7 +91,8 @@ impl GpuScene {
             })
             .map_err(|reason| GpuError::Device { doing: "binding the scene", reason })?;
         gpu.check("uploading the scene")?;
-        Ok(Self { tables, buffers, textures, layout, bind_group })
+        let words = words.without_data();
+        Ok(Self { tables, buffers, textures, layout, bind_group, words, layers })
     }
 
     /// Bytes on the device.

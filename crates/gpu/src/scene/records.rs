@@ -149,10 +149,12 @@ pub struct LightRecord {
     pub first_uv: u32,
 }
 
-/// Everything that is looked up by word, and where each part begins.
-#[derive(Debug, Default)]
+/// Everything that is looked up by word, and where each part begins. First geometry, then what belongs to lights.
+#[derive(Clone, Debug, Default)]
 pub(super) struct Words {
+    /// The words from `first` on.
     pub data: Vec<u32>,
+    pub first: u32,
     indices: u32,
     spheres: u32,
     tangents: u32,
@@ -172,23 +174,39 @@ impl Words {
         words.tangents = words.append(bytemuck::cast_slice(&tables.tangents));
         words.uv1 = words.append(bytemuck::cast_slice(&tables.uv1));
         words.colors = words.append(bytemuck::cast_slice(&tables.colors));
-        words.light_uvs = words.data.len() as u32;
+        words.append_lights(tables);
+        words
+    }
+
+    /// Where everything is, without the words.
+    pub fn without_data(&self) -> Self {
+        Self { data: Vec::new(), ..*self }
+    }
+
+    /// The words of lights for other lights of the same geometry.
+    pub fn with_lights(&self, tables: &SceneTables) -> Self {
+        let mut words = Self { data: Vec::new(), first: self.light_uvs, ..*self };
+        words.append_lights(tables);
+        words
+    }
+
+    fn append_lights(&mut self, tables: &SceneTables) {
+        self.light_uvs = self.first + self.data.len() as u32;
         for light in tables.lights.iter().filter(|l| l.textured_material != NONE) {
-            words.append(bytemuck::cast_slice(&light.uv));
+            self.append(bytemuck::cast_slice(&light.uv));
         }
         let numbered = (0..).zip(&tables.lights);
         let discs: Vec<u32> = numbered.filter(|(_, l)| l.visible).map(|(i, _)| i).collect();
-        words.disc_count = discs.len() as u32;
-        words.discs = words.append(&discs);
-        words.row_alias = words.data.len() as u32;
+        self.disc_count = discs.len() as u32;
+        self.discs = self.append(&discs);
         let rows = &tables.environment.row_alias;
-        words.data.extend(rows.iter().flat_map(|e| [e.threshold.to_bits(), e.alias]));
-        words
+        let rows: Vec<u32> = rows.iter().flat_map(|e| [e.threshold.to_bits(), e.alias]).collect();
+        self.row_alias = self.append(&rows);
     }
 
     /// Appends a part; returns where it begins.
     fn append(&mut self, part: &[u32]) -> u32 {
-        let first = self.data.len() as u32;
+        let first = self.first + self.data.len() as u32;
         self.data.extend_from_slice(part);
         first
     }

@@ -111,6 +111,15 @@ pub trait Tracer: Send {
     /// Bind group 1.
     fn bind_group(&self) -> &wgpu::BindGroup;
 
+    /// Builds the upper level again after instances have moved. Returns whether that was possible within the memory and
+    /// bindings that there are; if not, everything is built again.
+    ///
+    /// # Errors
+    /// When the device fails.
+    fn move_instances(&mut self, _gpu: &Gpu, _scene: &GpuScene) -> Result<bool, GpuError> {
+        Ok(false)
+    }
+
     /// Bytes of its structures on the device.
     fn memory_bytes(&self) -> u64;
 }

@@ -22,8 +22,8 @@ const MAX_INSTANCES: usize = 1 << 24;
 pub struct QueryTracer {
     layout: wgpu::BindGroupLayout,
     bind_group: wgpu::BindGroup,
-    /// Kept alive for the top-level structure, which refers to them.
-    _blas: Vec<wgpu::Blas>,
+    blas: Vec<wgpu::Blas>,
+    tlas: wgpu::Tlas,
 }
 
 /// One bottom-level structure before it is built: as the driver asks for it, twice.
@@ -56,7 +56,7 @@ impl QueryTracer {
                     layout: &layout,
                     entries: &[wgpu::BindGroupEntry { binding: 0, resource: tlas.as_binding() }],
                 });
-                Self { layout, bind_group, _blas: blas }
+                Self { layout, bind_group, blas, tlas }
             })
             .map_err(|reason| GpuError::Device { doing: "building acceleration structures", reason })?;
         gpu.wait("building acceleration structures")?;
@@ -79,6 +79,20 @@ impl Tracer for QueryTracer {
 
     fn bind_group(&self) -> &wgpu::BindGroup {
         &self.bind_group
+    }
+
+    fn move_instances(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<bool, GpuError> {
+        let (blas, tlas) = (&self.blas, &mut self.tlas);
+        gpu.guarded(|| {
+            let mut encoder =
+                gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("move") });
+            place_instances(&scene.tables, blas, tlas);
+            encoder.build_acceleration_structures(std::iter::empty(), [&*tlas]);
+            gpu.queue.submit([encoder.finish()]);
+        })
+        .map_err(|reason| GpuError::Device { doing: "moving instances", reason })?;
+        gpu.check("moving instances")?;
+        Ok(true)
     }
 
     fn memory_bytes(&self) -> u64 {
@@ -147,15 +161,20 @@ fn record_build(
         flags: AccelerationStructureFlags::PREFER_FAST_TRACE,
         update_mode: AccelerationStructureUpdateMode::Build,
     });
+    place_instances(tables, &blas, &mut tlas);
+    encoder.build_acceleration_structures(entries.iter(), [&tlas]);
+    drop(entries);
+    (blas, tlas)
+}
+
+/// Fills the top-level structure before it is built.
+fn place_instances(tables: &SceneTables, blas: &[wgpu::Blas], tlas: &mut wgpu::Tlas) {
     for (i, instance) in tables.instances.iter().enumerate() {
         let [a, b, c] = instance.object_to_world;
         let rows = [a, b, c].concat();
         let transform = std::array::from_fn(|k| rows[k]);
         tlas[i] = Some(wgpu::TlasInstance::new(&blas[instance.blas as usize], transform, i as u32, 0xff));
     }
-    encoder.build_acceleration_structures(entries.iter(), [&tlas]);
-    drop(entries);
-    (blas, tlas)
 }
 
 /// For each geometry, whether any instance gives it a material with holes.

@@ -26,7 +26,7 @@ pub mod light {
     pub const LIGHT_ENVIRONMENT: u32 = 5u32;
 
     /// One light, world space.
-    #[derive(Clone, Copy, Debug)]
+    #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct Light {
         /// Which kind: `LIGHT_…`. The other fields mean what the kind says.
         pub kind: u32,

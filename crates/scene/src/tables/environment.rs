@@ -6,7 +6,7 @@ use crate::{Environment, Image, Pixels};
 use optics::{Vec3f, vec3f};
 
 /// What a ray sees that leaves the scene, without the sun (which is a light).
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct EnvironmentTable {
     /// Radiance at the horizon.
     pub horizon: [f32; 3],

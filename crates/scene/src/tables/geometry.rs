@@ -11,7 +11,7 @@ pub enum GeometryKind {
 }
 
 /// Consecutive primitives of one material.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GeometryRecord {
     /// Triangles or spheres.
     pub kind: GeometryKind,
@@ -38,7 +38,7 @@ pub struct GeometryRecord {
 }
 
 /// A bottom-level structure: geometries of one kind.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlasRecord {
     /// Index of the first geometry in `geometries`.
     pub first_geometry: u32,
@@ -49,7 +49,7 @@ pub struct BlasRecord {
 }
 
 /// A bottom-level structure placed in the world.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InstanceRecord {
     /// Rows of the 3×4 object-to-world matrix.
     pub object_to_world: [[f32; 4]; 3],
@@ -64,7 +64,7 @@ pub struct InstanceRecord {
 }
 
 /// What belongs to one geometry of one instance.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BindingRecord {
     /// Index into `materials`.
     pub material: u32,

@@ -7,7 +7,7 @@ use optics::light::{
 use optics::{Vec3f, vec3f};
 
 /// Something that next-event estimation can sample.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightRecord {
     /// The light itself, world space.
     pub light: Light,

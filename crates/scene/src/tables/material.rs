@@ -33,7 +33,7 @@ pub enum ModelTag {
 }
 
 /// One material. Texture fields index `texture_slots` or are [`NONE`].
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MaterialRecord {
     /// The scattering model.
     pub model: ModelTag,
@@ -76,7 +76,7 @@ pub struct MaterialRecord {
 }
 
 /// The use of a texture by a material.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TextureSlot {
     /// Index into `textures`.
     pub texture: u32,
@@ -87,7 +87,7 @@ pub struct TextureSlot {
 }
 
 /// An image in `texels` and how it is sampled.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TextureRecord {
     /// Index of the first texel.
     pub first_texel: u32,

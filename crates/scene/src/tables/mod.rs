@@ -10,12 +10,14 @@
 
 mod alias;
 mod build;
+mod changes;
 mod environment;
 mod geometry;
 mod light;
 mod material;
 
 pub use alias::{AliasEntry, build_alias_table};
+pub use changes::Changes;
 pub use environment::EnvironmentTable;
 pub use geometry::{BindingRecord, BlasRecord, GeometryKind, GeometryRecord, InstanceRecord};
 pub use light::LightRecord;

@@ -1,0 +1,142 @@
+//! A scene that changed gives the same picture as the new one loaded from scratch, on every back end.
+
+mod common;
+
+use alhazen::{Control, Film, Job, Limits, Renderer, Scene};
+use common::{gpu_renderers, job};
+use glam::{Affine3A, Vec3};
+use scene::tables::{Changes, SceneTables};
+use scene::{Environment, Image, Instance, Material, Mesh, Pixels};
+use testkit::scenes;
+
+const SPP: u32 = 16;
+
+/// The Cornell box under a sky, with a second, movable copy of each of its meshes.
+fn before() -> Scene {
+    let mut scene = scenes::cornell();
+    let copies: Vec<Instance> = scene
+        .instances
+        .iter()
+        .map(|i| {
+            let smaller = Affine3A::from_scale(Vec3::splat(0.3)) * i.transform;
+            Instance { dynamic: true, ..Instance::new("copy", i.mesh, smaller) }
+        })
+        .collect();
+    scene.instances.iter_mut().for_each(|i| i.dynamic = true);
+    scene.instances.extend(copies);
+    scene
+}
+
+/// The names of the changes, each with a scene that `before` was changed into.
+fn versions() -> Vec<(&'static str, Scene, Changes)> {
+    let mut painted = before();
+    let matte = painted.materials.iter().position(|m| m.emission == Vec3::ZERO).expect("a matte material");
+    painted.materials[matte] = Material { emission: Vec3::ZERO, ..scenes::dielectric("new", 1.5, 0.0) };
+
+    let mut moved = before();
+    for instance in &mut moved.instances {
+        instance.transform = Affine3A::from_rotation_y(0.3) * instance.transform;
+    }
+
+    let mut lit = before();
+    for material in lit.materials.iter_mut().filter(|m| m.emission != Vec3::ZERO) {
+        material.emission *= Vec3::new(0.2, 0.5, 2.0);
+    }
+
+    let mut sky = before();
+    let blue = Vec3::new(0.1, 0.2, 0.9);
+    sky.environment = Environment::Constant(blue);
+
+    let changes = Changes::default();
+    vec![
+        ("materials", painted, Changes { materials: true, ..changes }),
+        ("transforms", moved, Changes { transforms: true, ..changes }),
+        ("lights", lit, Changes { materials: true, lights: true, ..changes }),
+        ("environment", sky, Changes { environment: true, ..changes }),
+    ]
+}
+
+fn picture(renderer: &mut Renderer, job: &Job) -> Film {
+    let limits = Limits { spp: SPP, ..Limits::default() };
+    renderer.render(job, &limits, &Control::new()).expect("render");
+    renderer.film().expect("film").expect("rendered").clone()
+}
+
+#[track_caller]
+fn assert_equal(what: &str, a: &Film, b: &Film) {
+    let differs = |(a, b): (&film::PixelStats, &film::PixelStats)| {
+        a.mean().iter().zip(b.mean()).any(|(a, b)| (a - b).abs() > 1e-4 * (a.abs() + b.abs()))
+    };
+    let differing = a.pixels().iter().zip(b.pixels()).filter(|&p| differs(p)).count();
+    assert!(differing * 200 <= a.pixels().len(), "{what}: {differing} of {} pixels differ", a.pixels().len());
+}
+
+/// Walks through all versions and back, one update after the other.
+fn check(renderer: &mut Renderer) {
+    let old = before();
+    let job = job(&old, 24, 24, 4);
+    renderer.load(&old).expect("load");
+    let first = picture(renderer, &job);
+    for (what, new, _) in versions() {
+        let name = format!("{what} on {}", renderer.backend_name());
+        renderer.update(&new).expect("update");
+        let updated = picture(renderer, &job);
+        renderer.load(&new).expect("load");
+        assert_equal(&name, &updated, &picture(renderer, &job));
+        let unlike =
+            first.pixels().iter().zip(updated.pixels()).filter(|(a, b)| a.mean() != b.mean()).count();
+        assert!(unlike * 20 > first.pixels().len(), "{name}: the change is not to be seen");
+        renderer.load(&new).expect("load");
+        renderer.update(&old).expect("update");
+        assert_equal(&format!("{name}, and back"), &picture(renderer, &job), &first);
+    }
+}
+
+#[test]
+fn changes_are_recognised() {
+    let old = SceneTables::build(&before());
+    for (what, new, expected) in versions() {
+        let changes = Changes::between(&old, &SceneTables::build(&new)).expect(what);
+        // What shines may move or change with something else: more may have changed, but nothing else.
+        assert!(!changes.is_empty(), "{what}");
+        assert!(changes.materials || !expected.materials, "{what}: {changes:?}");
+        assert!(changes.transforms == expected.transforms, "{what}: {changes:?}");
+        assert!(changes.lights || !expected.lights, "{what}: {changes:?}");
+        assert!(changes.environment == expected.environment, "{what}: {changes:?}");
+    }
+    assert!(Changes::between(&old, &old).is_some_and(|c| c.is_empty()));
+}
+
+#[test]
+fn other_geometry_textures_or_holes_are_more_than_a_change() {
+    let old = SceneTables::build(&before());
+    let mut grown = before();
+    grown.meshes.push(Mesh::default());
+    let copy = grown.instances[0].clone();
+    grown.instances.push(copy);
+    let mut holed = before();
+    holed.materials[0] = scenes::covering(holed.materials[0].clone(), 0.5);
+    let mut textured = before();
+    let pixels = Pixels::Rgba8(vec![[9; 4]]);
+    textured.images.push(Image { name: "texel".into(), width: 1, height: 1, pixels });
+    textured.textures.push(scene::Texture {
+        image: 0,
+        sampler: scene::Sampler::default(),
+        color_space: scene::ColorSpace::Srgb,
+    });
+    for (what, new) in [("instance", grown), ("holes", holed), ("texture", textured)] {
+        assert_eq!(Changes::between(&old, &SceneTables::build(&new)), None, "{what}");
+    }
+}
+
+#[test]
+fn updates_on_the_cpu() {
+    check(&mut Renderer::cpu(None).expect("threads"));
+}
+
+#[test]
+fn updates_on_gpus() {
+    for mut renderer in gpu_renderers("updates_on_gpus") {
+        check(&mut renderer);
+    }
+}
