@@ -7,7 +7,7 @@
 mod common;
 
 use alhazen::gpu::tracer::TracerKind;
-use alhazen::gpu::{Gpu, GpuBackend, GpuError, GpuOptions};
+use alhazen::gpu::{Gpu, GpuBackend, GpuOptions};
 use alhazen::{
     Aov, Control, DirectSettings, Fallback, Film, Integrator, Job, Limits, LoadOptions, PathSettings,
     Renderer, SamplerKind, Scene, Source, Step, Summary,
@@ -194,7 +194,7 @@ fn other_noise_is_noticed() {
 #[test]
 fn splitting_a_call_changes_nothing_but_rounding() {
     let scene = scenes::cornell();
-    for mut renderer in renderers("splitting_a_call_changes_nothing_but_rounding") {
+    for mut renderer in gpu_renderers("splitting_a_call_changes_nothing_but_rounding") {
         let (whole, _) = render(&mut renderer, &scene, &job(&scene), 9);
         renderer.load(&scene).expect("load");
         let mut view = job(&scene).view(0.0);
@@ -213,7 +213,7 @@ fn splitting_a_call_changes_nothing_but_rounding() {
 #[test]
 fn cancelling_stops_soon_and_keeps_what_is_there() {
     let scene = scenes::cornell();
-    for mut renderer in renderers("cancelling_stops_soon_and_keeps_what_is_there") {
+    for mut renderer in gpu_renderers("cancelling_stops_soon_and_keeps_what_is_there") {
         renderer.load(&scene).expect("load");
         let job = job(&scene);
         let control = Control::new();
