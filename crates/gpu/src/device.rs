@@ -4,6 +4,7 @@
 //! most errors late, through callbacks; [`Gpu::check`] and [`Gpu::guarded`] bring them back to who caused them.
 
 use crate::GpuError;
+use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use wgpu::{DeviceType, Features, Limits};
@@ -109,6 +110,9 @@ pub struct Gpu {
     pub features: Features,
     /// Limits to be kept.
     pub limits: Limits,
+    /// Compute pipelines by their text: a scene that is loaded again, or another one of the same kind, waits for no
+    /// compiler.
+    pub(crate) pipelines: Mutex<HashMap<String, wgpu::ComputePipeline>>,
     faults: Arc<Mutex<Faults>>,
 }
 
@@ -188,7 +192,7 @@ impl Gpu {
         device.set_device_lost_callback(move |reason, message| {
             lock(&sink).lost.get_or_insert_with(|| format!("{reason:?}: {message}"));
         });
-        Ok(Self { device, queue, info, features, limits, faults })
+        Ok(Self { device, queue, info, features, limits, pipelines: Mutex::default(), faults })
     }
 
     /// What it is, for people.
@@ -261,7 +265,11 @@ impl Gpu {
         let timeout = Some(Duration::from_secs(120));
         let waited = self.device.poll(wgpu::PollType::Wait { submission_index: submission, timeout });
         self.check(doing)?;
-        waited.map(|_| ()).map_err(|e| GpuError::Device { doing, reason: e.to_string() })
+        let Err(error) = waited else { return Ok(()) };
+        // A lost device may say so only when it is looked at once more.
+        let _ = self.device.poll(wgpu::PollType::Poll);
+        self.check(doing)?;
+        Err(GpuError::Device { doing, reason: error.to_string() })
     }
 }
 

@@ -11,6 +11,7 @@ use scene::tables::{
     MATERIAL_EMISSION_TWO_SIDED, MATERIAL_THIN, ModelTag,
 };
 use std::fmt::Write;
+use std::sync::PoisonError;
 
 /// What is decided when a shader is put together, because a branch at run time would cost registers or time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -88,7 +89,8 @@ impl Gpu {
             .map_err(|reason| GpuError::Shader { shader: name.to_owned(), reason })
     }
 
-    /// Makes a compute pipeline of the entry point `main`.
+    /// Makes a compute pipeline of the entry point `main`, or finds the one that was made before of the same text. Equal
+    /// texts have equal bindings, so any bind groups of the one fit the other.
     ///
     /// # Errors
     /// [`GpuError::Shader`] with the compiler's words.
@@ -98,28 +100,41 @@ impl Gpu {
         text: &str,
         groups: &[&wgpu::BindGroupLayout],
     ) -> Result<wgpu::ComputePipeline, GpuError> {
+        /// More texts than that belong to scenes that are long gone.
+        const KEPT: usize = 32;
+        let known = || self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(pipeline) = known().get(text) {
+            return Ok(pipeline.clone());
+        }
         let module = self.shader_module(name, text)?;
         let groups: Vec<_> = groups.iter().copied().map(Some).collect();
-        self.guarded(|| {
-            let layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: Some(name),
-                bind_group_layouts: &groups,
-                immediate_size: 0,
-            });
-            self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(name),
-                layout: Some(&layout),
-                module: &module,
-                entry_point: Some("main"),
-                compilation_options: wgpu::PipelineCompilationOptions {
-                    // Every kernel writes its workgroup variables before it reads them.
-                    zero_initialize_workgroup_memory: false,
-                    ..Default::default()
-                },
-                cache: None,
+        let pipeline = self
+            .guarded(|| {
+                let layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                    label: Some(name),
+                    bind_group_layouts: &groups,
+                    immediate_size: 0,
+                });
+                self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                    label: Some(name),
+                    layout: Some(&layout),
+                    module: &module,
+                    entry_point: Some("main"),
+                    compilation_options: wgpu::PipelineCompilationOptions {
+                        // Every kernel writes its workgroup variables before it reads them.
+                        zero_initialize_workgroup_memory: false,
+                        ..Default::default()
+                    },
+                    cache: None,
+                })
             })
-        })
-        .map_err(|reason| GpuError::Shader { shader: name.to_owned(), reason })
+            .map_err(|reason| GpuError::Shader { shader: name.to_owned(), reason })?;
+        let mut known = known();
+        if known.len() >= KEPT {
+            known.clear();
+        }
+        known.insert(text.to_owned(), pipeline.clone());
+        Ok(pipeline)
     }
 }
 

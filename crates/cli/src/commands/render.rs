@@ -217,6 +217,7 @@ impl RenderArgs {
 /// Renders what the arguments ask for.
 pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     args.output.iter().try_for_each(|path| check_output(path))?;
+    args.profile.as_deref().map_or(Ok(()), check_place)?;
     let options = LoadOptions { lenient: args.lenient, ..LoadOptions::default() };
     let mut loaded = super::load_scene(&args.scene, &args.parameters, &options)?;
     set_environment(args, &mut loaded, &options)?;
@@ -280,6 +281,11 @@ fn print_notices(renderer: &mut Renderer) {
 /// Finds out before rendering what would keep the picture from being written.
 fn check_output(path: &Path) -> anyhow::Result<()> {
     output::Format::of(path)?;
+    check_place(path)
+}
+
+/// Whether a file can be at `path`.
+fn check_place(path: &Path) -> anyhow::Result<()> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     ensure!(folder.is_dir(), "cannot write {}: there is no folder {}", path.display(), folder.display());
     ensure!(!path.is_dir(), "cannot write {}: it is a folder", path.display());
