@@ -9,8 +9,8 @@ mod common;
 use alhazen::gpu::tracer::TracerKind;
 use alhazen::gpu::{Gpu, GpuBackend, GpuOptions};
 use alhazen::{
-    Aov, Control, DirectSettings, Fallback, Film, Integrator, Job, Limits, LoadOptions, PathSettings,
-    Renderer, SamplerKind, Scene, Source, Step, Summary,
+    AlphaMode, Aov, Control, DirectSettings, Fallback, Film, Integrator, Job, Limits, LoadOptions,
+    PathSettings, Renderer, SamplerKind, Scene, Source, Step, Summary,
 };
 use common::{gpu_renderers, path};
 use film::AovData;
@@ -166,7 +166,14 @@ fn numbers(film: &Film, aov: Aov) -> Vec<Vec<f32>> {
 #[test]
 fn layers_agree_but_at_silhouettes() {
     let test = "layers_agree_but_at_silhouettes";
-    let scene = scenes::assortment();
+    let mut scene = scenes::assortment();
+    // Partial coverage is decided by the last bits of a hit's coordinates: here it would hide what is looked for.
+    for material in &mut scene.materials {
+        if material.alpha_mode == AlphaMode::Blend {
+            material.alpha_mode = AlphaMode::Opaque;
+        }
+        material.checkerboard.iter_mut().for_each(|c| c.fade = None);
+    }
     for integrator in [Integrator::Aov, path(2), Integrator::Direct(DirectSettings::default())] {
         let job = Job { integrator, aovs: Aov::ALL.to_vec(), ..job(&scene) };
         let (expected, _) = render(&mut Renderer::cpu(None).expect("threads"), &scene, &job, 4);

@@ -78,6 +78,8 @@ pub struct LoadStats {
     pub acceleration_bytes: usize,
     /// Bytes of scene tables.
     pub table_bytes: usize,
+    /// Bytes on a device of its own, as far as they are known; 0 for back ends without one.
+    pub device_bytes: u64,
 }
 
 /// Turns scene tables into samples on a film.

@@ -66,7 +66,7 @@ impl Backend for CpuBackend {
         let scene = self.threads.install(|| CpuScene::new(tables, quality));
         let acceleration_bytes = scene.tlas.memory_bytes();
         self.scene = Some(scene);
-        Ok(LoadStats { build: start.elapsed(), acceleration_bytes, table_bytes })
+        Ok(LoadStats { build: start.elapsed(), acceleration_bytes, table_bytes, device_bytes: 0 })
     }
 
     fn update(&mut self, tables: Arc<SceneTables>, changes: Changes) -> Result<LoadStats, BackendError> {

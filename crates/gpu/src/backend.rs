@@ -88,6 +88,7 @@ impl GpuBackend {
             build: start.elapsed(),
             acceleration_bytes: tracing.memory_bytes() as usize,
             table_bytes,
+            device_bytes: scene.memory_bytes() + tracing.memory_bytes(),
         };
         self.scene = Some(Loaded { scene, tracing, kernels: HashMap::new() });
         Ok(stats)

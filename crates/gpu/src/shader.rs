@@ -207,6 +207,29 @@ mod tests {
         assert!(text.contains("render_pixel"), "{name}: MSL");
     }
 
+    /// What a driver's compiler refuses is an error that names the shader, and the device works on.
+    #[test]
+    fn refused_shaders_are_errors_and_kept_ones_are_found_again() {
+        let name = "refused_shaders_are_errors_and_kept_ones_are_found_again";
+        let Some(gpu) = crate::open_for_test(name, &crate::GpuOptions::default()) else { return };
+        for broken in [
+            "fn main( {",
+            "@compute @workgroup_size(0) fn main() {}",
+            "@compute @workgroup_size(1) fn other() {}",
+        ] {
+            let error = gpu.compute_pipeline("the broken one", broken, &[]).expect_err(broken);
+            assert!(
+                matches!(&error, GpuError::Shader { shader, .. } if shader == "the broken one"),
+                "{error}"
+            );
+        }
+        let good = "@compute @workgroup_size(1) fn main() {}";
+        let first = gpu.compute_pipeline("a good one", good, &[]).expect("valid");
+        let again = gpu.compute_pipeline("the same", good, &[]).expect("valid");
+        assert!(first == again);
+        gpu.check("testing").expect("the device is still good");
+    }
+
     #[test]
     #[should_panic(expected = "no definition in scope")]
     fn an_unknown_name_is_noticed() {

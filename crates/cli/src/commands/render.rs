@@ -547,6 +547,7 @@ fn report(
             "samples_per_second": samples_rate, "rays_per_second": rays_rate,
             "load_seconds": load.as_secs_f64(), "build_seconds": built.build.as_secs_f64(),
             "acceleration_bytes": built.acceleration_bytes, "table_bytes": built.table_bytes,
+            "device_bytes": built.device_bytes,
             "device_seconds": summary.device_time.map(|t| t.as_secs_f64()),
             "peak_memory_bytes": memory, "noise": summary.noise, "invalid_samples": summary.invalid_samples,
             "cancelled": summary.cancelled, "output": written,
