@@ -79,7 +79,7 @@ impl Backend for CpuBackend {
         let scene = scene.update(tables, changes);
         let acceleration_bytes = scene.tlas.memory_bytes();
         self.scene = Some(scene);
-        Ok(LoadStats { build: start.elapsed(), acceleration_bytes, table_bytes })
+        Ok(LoadStats { build: start.elapsed(), acceleration_bytes, table_bytes, device_bytes: 0 })
     }
 
     fn render(&mut self, view: &View, samples: u32, control: &Control) -> Result<Stats, BackendError> {

@@ -109,6 +109,7 @@ impl GpuBackend {
             build: start.elapsed(),
             acceleration_bytes: loaded.tracing.memory_bytes() as usize,
             table_bytes: tables.memory_bytes(),
+            device_bytes: loaded.scene.memory_bytes() + loaded.tracing.memory_bytes(),
         })
     }
 
