@@ -117,9 +117,15 @@ impl Tracing for PipelineTracing {
         Ok(Box::new(PipelineKernel { name: kind.name(), program, scene: scene_resources(scene), film: None }))
     }
 
-    fn update(&mut self, _: &Gpu, _: &GpuScene, changes: Changes) -> Result<bool, GpuError> {
-        // Transforms are in the structures, materials in the records of the table.
-        Ok(!(changes.transforms || changes.materials || changes.lights))
+    fn update(&mut self, _: &Gpu, scene: &GpuScene, changes: Changes) -> Result<bool, GpuError> {
+        // Of materials the table has only which is where, and of what class: colours may change.
+        if (changes.materials || changes.lights) && HitTable::new(&scene.tables) != self.table {
+            return Ok(false);
+        }
+        if changes.transforms {
+            self.structures.move_instances(&scene.tables, &self.table.instance_offsets)?;
+        }
+        Ok(true)
     }
 
     fn memory_bytes(&self) -> u64 {

@@ -72,14 +72,24 @@ impl Structures {
 
         let instances = self.instances(tables, offsets)?;
         let geometry = [instances_geometry(&instances)];
-        let ranges = vec![range(0, tables.instances.len() as u32)];
-        let build = Build::new(&vulkan, vk::AccelerationStructureTypeKHR::TOP_LEVEL, &geometry, ranges);
-        let top = self.run(&[build], "the top-level structure")?;
+        let top = self.run(&[Build::top(&vulkan, &geometry, tables)], "the top-level structure")?;
         self.top = top.first().copied().unwrap_or_default();
         Ok(())
     }
 
-    /// Makes structures and builds them on the device, as many at a time as share the scratch memory.
+    /// Builds the top-level structure again, where it is, after instances have moved. There must be as many as before, of
+    /// the same structures with the same records. Waits for the device.
+    ///
+    /// # Errors
+    /// [`GpuError::Allocation`], or when the device fails.
+    pub fn move_instances(&self, tables: &SceneTables, offsets: &[u32]) -> Result<(), GpuError> {
+        self.vulkan.wait()?;
+        let instances = self.instances(tables, offsets)?;
+        let geometry = [instances_geometry(&instances)];
+        self.execute(&[Build::top(&self.vulkan, &geometry, tables)], &[self.top], "moved instances")
+    }
+
+    /// Makes structures and builds them on the device.
     fn run(
         &mut self,
         builds: &[Build<'_>],
@@ -90,15 +100,25 @@ impl Structures {
         let sizes: Vec<_> = builds.iter().map(|b| b.size).collect();
         let (made, storage) = place_structures(&vulkan, &sizes, kind, object)?;
         self.memory.push(storage);
+        self.execute(builds, &made, object).inspect_err(|_| destroy(&vulkan, &made))?;
+        Ok(made)
+    }
 
+    /// Builds structures on the device, as many at a time as share the scratch memory. Waits for the device.
+    fn execute(
+        &self,
+        builds: &[Build<'_>],
+        made: &[vk::AccelerationStructureKHR],
+        object: &'static str,
+    ) -> Result<(), GpuError> {
+        let vulkan = &self.vulkan;
         let alignment = vulkan.limits.scratch_alignment;
         let largest = builds.iter().map(|b| b.scratch).max().unwrap_or(0);
         let total: u64 = builds.iter().map(|b| b.scratch.next_multiple_of(alignment)).sum();
         let budget = total.min(SCRATCH_BUDGET).max(largest);
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let scratch =
-            Memory::new(&vulkan, "scratch memory of builds", budget + alignment, usage, Reach::Device);
-        let scratch = scratch.inspect_err(|_| destroy(&vulkan, &made))?;
+            Memory::new(vulkan, "scratch memory of builds", budget + alignment, usage, Reach::Device)?;
         let base = scratch.address.next_multiple_of(alignment);
 
         let mut next = 0;
@@ -120,8 +140,7 @@ impl Structures {
             });
         }
         // The scratch memory goes when this returns.
-        vulkan.wait().inspect_err(|_| destroy(&vulkan, &made))?;
-        Ok(made)
+        vulkan.wait()
     }
 
     /// The driver's records of instances, in memory.
@@ -257,6 +276,15 @@ impl<'a> Build<'a> {
     fn bottom(vulkan: &Vulkan, (geometries, counts): &'a Geometries) -> Self {
         let ranges = counts.iter().map(|&count| range(0, count)).collect();
         Self::new(vulkan, vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL, geometries, ranges)
+    }
+
+    fn top(
+        vulkan: &Vulkan,
+        instances: &'a [vk::AccelerationStructureGeometryKHR<'a>],
+        tables: &SceneTables,
+    ) -> Self {
+        let ranges = vec![range(0, tables.instances.len() as u32)];
+        Self::new(vulkan, vk::AccelerationStructureTypeKHR::TOP_LEVEL, instances, ranges)
     }
 
     fn new(

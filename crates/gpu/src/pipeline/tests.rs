@@ -53,7 +53,11 @@ struct TestRay {
 fn traced(gpu: &Gpu, tables: &Arc<SceneTables>, rays: &[Ray]) -> Vec<Found> {
     let scene = GpuScene::upload(gpu, tables.clone()).expect("upload");
     let tracing = PipelineTracing::build(gpu, &scene).expect("structures");
-    let variant = Variant { alpha: tables.has_alpha, ..Variant::default() };
+    traced_through(gpu, &tracing, &scene, rays)
+}
+
+fn traced_through(gpu: &Gpu, tracing: &PipelineTracing, scene: &GpuScene, rays: &[Ray]) -> Vec<Found> {
+    let variant = Variant { alpha: scene.has_alpha(), ..Variant::default() };
     let mut program = tracing.program("test", &generation_text(KERNEL, variant)).expect("pipeline");
     let as_test = |r: &Ray| TestRay {
         origin: r.origin,
@@ -66,7 +70,7 @@ fn traced(gpu: &Gpu, tables: &Arc<SceneTables>, rays: &[Ray]) -> Vec<Found> {
     let blank = vec![Found::default(); rays.len()];
     let found = storage_buffer(gpu, "found", &blank, BufferUsages::COPY_SRC).expect("found");
     let own = [((2, 0), Resource::Buffer(rays_buffer)), ((2, 1), Resource::Buffer(found.clone()))];
-    program.bind(scene_resources(&scene).into_iter().chain(own).collect()).expect("bind");
+    program.bind(scene_resources(scene).into_iter().chain(own).collect()).expect("bind");
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: None });
     program.trace(&mut encoder, [rays.len() as u32, 1, 1]).expect("trace");
     gpu.queue.submit([encoder.finish()]);
@@ -308,6 +312,26 @@ fn rays_find_the_records_of_what_they_hit() {
         met.len(),
         tables.bindings.len()
     );
+}
+
+/// Instances that move are met where they are.
+#[test]
+fn moved_instances_are_met_where_they_are() {
+    let Some(gpu) = open_for_pipelines("moved_instances_are_met_where_they_are") else { return };
+    let mut scene = many_records();
+    let before = Arc::new(SceneTables::build(&scene));
+    let uploaded = GpuScene::upload(&gpu, before.clone()).expect("upload");
+    let tracing = PipelineTracing::build(&gpu, &uploaded).expect("structures");
+    for (i, instance) in scene.instances.iter_mut().enumerate() {
+        let motion = glam::Affine3A::from_rotation_y(0.3 * i as f32);
+        instance.transform *= motion;
+    }
+    let after = Arc::new(SceneTables::build(&scene));
+    assert_eq!(HitTable::new(&after), tracing.table, "nothing else has changed");
+    tracing.structures.move_instances(&after, &tracing.table.instance_offsets).expect("moved");
+    let moved = GpuScene::upload(&gpu, after.clone()).expect("upload");
+    let rays = rays(&after, 10_000);
+    assert_same_hits("moved", &after, &rays, &traced_through(&gpu, &tracing, &moved, &rays));
 }
 
 #[test]
