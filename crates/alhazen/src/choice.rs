@@ -119,15 +119,17 @@ impl Renderer {
                 Some(adapter) => Err(ChoiceError::AdapterOfCpu(adapter.clone())),
                 None => Ok(Chosen { renderer: Self::cpu(options.threads)?, reason: String::new() }),
             },
-            BackendChoice::Auto => match Gpu::open(&gpu_options(options)) {
-                Ok(gpu) => choose_gpu(gpu, options).map_err(failed),
-                // Who names an adapter wants that one.
-                Err(error @ GpuError::UnknownAdapter { .. }) => Err(failed(error)),
-                Err(error) => Ok(Chosen {
-                    renderer: Self::cpu(options.threads)?,
-                    reason: format!("the CPU, because {error}"),
-                }),
-            },
+            BackendChoice::Auto => {
+                match Gpu::open(&gpu_options(options)).and_then(|gpu| choose_gpu(gpu, options)) {
+                    Ok(chosen) => Ok(chosen),
+                    // Who names an adapter wants that one.
+                    Err(error) if options.adapter.is_some() => Err(failed(error)),
+                    Err(error) => {
+                        let renderer = Self::cpu(options.threads)?;
+                        Ok(Chosen { renderer, reason: format!("the CPU, because {error}") })
+                    }
+                }
+            }
             BackendChoice::Gpu => {
                 let gpu = Gpu::open(&gpu_options(options)).map_err(failed)?;
                 choose_gpu(gpu, options).map_err(failed)
