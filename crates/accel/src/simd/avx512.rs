@@ -1,6 +1,7 @@
 //! Eight lanes with AVX-512 masks and compression.
 
 use super::Simd;
+use super::ymm::ymm_operations;
 use crate::layout::WIDTH;
 use std::arch::x86_64::*;
 
@@ -23,111 +24,7 @@ impl Simd for Avx512 {
     type U = __m256i;
     type M = __mmask8;
 
-    #[inline(always)]
-    fn splat(self, x: f32) -> __m256 {
-        // SAFETY: `self` proves that the instructions exist.
-        unsafe { _mm256_set1_ps(x) }
-    }
-
-    #[inline(always)]
-    fn load(self, x: &[f32; WIDTH]) -> __m256 {
-        // SAFETY: `self` proves that the instruction exists; `x` is eight lanes long.
-        unsafe { _mm256_loadu_ps(x.as_ptr()) }
-    }
-
-    #[inline(always)]
-    fn store(self, x: __m256, to: &mut [f32; WIDTH]) {
-        // SAFETY: `self` proves that the instruction exists; `to` is eight lanes long.
-        unsafe { _mm256_storeu_ps(to.as_mut_ptr(), x) }
-    }
-
-    #[inline(always)]
-    fn add(self, a: __m256, b: __m256) -> __m256 {
-        // SAFETY: `self` proves that the instructions exist.
-        unsafe { _mm256_add_ps(a, b) }
-    }
-
-    #[inline(always)]
-    fn sub(self, a: __m256, b: __m256) -> __m256 {
-        // SAFETY: `self` proves that the instructions exist.
-        unsafe { _mm256_sub_ps(a, b) }
-    }
-
-    #[inline(always)]
-    fn mul(self, a: __m256, b: __m256) -> __m256 {
-        // SAFETY: `self` proves that the instructions exist.
-        unsafe { _mm256_mul_ps(a, b) }
-    }
-
-    #[inline(always)]
-    fn div(self, a: __m256, b: __m256) -> __m256 {
-        // SAFETY: `self` proves that the instructions exist.
-        unsafe { _mm256_div_ps(a, b) }
-    }
-
-    #[inline(always)]
-    fn min(self, a: __m256, b: __m256) -> __m256 {
-        // SAFETY: `self` proves that the instructions exist.
-        unsafe { _mm256_min_ps(a, b) }
-    }
-
-    #[inline(always)]
-    fn max(self, a: __m256, b: __m256) -> __m256 {
-        // SAFETY: `self` proves that the instructions exist.
-        unsafe { _mm256_max_ps(a, b) }
-    }
-
-    #[inline(always)]
-    fn sqrt(self, a: __m256) -> __m256 {
-        // SAFETY: `self` proves that the instructions exist.
-        unsafe { _mm256_sqrt_ps(a) }
-    }
-
-    #[inline(always)]
-    fn mul_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
-        // SAFETY: `self` proves that the instructions exist.
-        unsafe { _mm256_fmadd_ps(a, b, c) }
-    }
-
-    #[inline(always)]
-    fn neg_mul_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
-        // SAFETY: `self` proves that the instructions exist.
-        unsafe { _mm256_fnmadd_ps(a, b, c) }
-    }
-
-    #[inline(always)]
-    fn load_u(self, x: &[u32; WIDTH]) -> __m256i {
-        // SAFETY: `self` proves that the instruction exists; `x` is eight lanes long.
-        unsafe { _mm256_loadu_si256(x.as_ptr().cast()) }
-    }
-
-    #[inline(always)]
-    fn store_u(self, x: __m256i, to: &mut [u32; WIDTH]) {
-        // SAFETY: `self` proves that the instruction exists; `to` is eight lanes long.
-        unsafe { _mm256_storeu_si256(to.as_mut_ptr().cast(), x) }
-    }
-
-    #[inline(always)]
-    fn permute(self, table: __m256i, index: __m256i) -> __m256i {
-        // SAFETY: `self` proves that the instructions exist.
-        unsafe { _mm256_permutevar8x32_epi32(table, index) }
-    }
-
-    #[inline(always)]
-    fn least(self, a: __m256) -> f32 {
-        // SAFETY: `self` proves that the instructions exist.
-        unsafe {
-            let x = _mm_min_ps(_mm256_castps256_ps128(a), _mm256_extractf128_ps::<1>(a));
-            let x = _mm_min_ps(x, _mm_movehl_ps(x, x));
-            _mm_cvtss_f32(_mm_min_ss(x, _mm_movehdup_ps(x)))
-        }
-    }
-
-    #[inline(always)]
-    fn splat_u(self, x: u32) -> __m256i {
-        // SAFETY: `self` proves that the instructions exist.
-        unsafe { _mm256_set1_epi32(x as i32) }
-    }
+    ymm_operations!();
 
     #[inline(always)]
     fn lt(self, a: __m256, b: __m256) -> __mmask8 {
@@ -218,15 +115,6 @@ impl Simd for Avx512 {
             let y = _mm256_shuffle_epi32::<0b10_11_00_01>(x);
             x = _mm256_mask_min_epi32(_mm256_max_epi32(x, y), 0b10101010, x, y);
             x
-        }
-    }
-
-    #[inline(always)]
-    fn prefetch<T>(self, x: &T) {
-        let first: *const i8 = std::ptr::from_ref(x).cast();
-        for offset in (0..size_of::<T>()).step_by(64) {
-            // SAFETY: the offset stays inside of `x`, and prefetching has no effect that the program can see.
-            unsafe { _mm_prefetch::<_MM_HINT_T0>(first.add(offset)) };
         }
     }
 
