@@ -1,12 +1,13 @@
 //! The lower level: primitives of one object.
 
 use crate::aabb::Aabb;
-use crate::build::{self, PrimitiveRef, Quality, Settings, WideTree};
+use crate::build::{self, Leaves, PrimitiveRef, Quality, Settings, WideTree};
 use crate::kernel::{self, Kernel, MAX_DEPTH};
 use crate::layout::{
     Block, ChildRef, EMPTY, LEAF, NO_PRIMITIVE, Node, SphereBlock, TriangleBlock, WIDTH, sphere_bounds,
 };
 use crate::ray::{Hit, HitFilter, Ray};
+use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
 /// One of the triangle lists that a [`Blas`] is built from.
@@ -22,7 +23,7 @@ pub struct Geometry<'a> {
 }
 
 /// A procedural sphere.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Sphere {
     /// Where it is, in object space.
@@ -119,6 +120,20 @@ fn fill_blocks<B: Block>(
     blocks
 }
 
+/// References to the triangles that can be hit, and how many others there are.
+pub(crate) fn triangle_references(g: &Geometry, number: u32) -> (Vec<PrimitiveRef>, usize) {
+    references(g.indices.len(), number, |i| corners(g, i).map(|p| points_bounds(&p)))
+}
+
+/// References to the spheres that can be hit, and how many others there are.
+pub(crate) fn sphere_references(spheres: &[Sphere], number: u32) -> (Vec<PrimitiveRef>, usize) {
+    references(spheres.len(), number, |i| {
+        let s = &spheres[i];
+        let finite = s.center.iter().chain([&s.radius]).all(|c| c.is_finite());
+        (finite && s.radius > 0.0).then(|| sphere_bounds(s.center, s.radius))
+    })
+}
+
 impl Blas {
     /// Builds over triangles.
     ///
@@ -128,8 +143,7 @@ impl Blas {
         let mut refs = Vec::new();
         let mut skipped = 0;
         for (number, g) in geometries.iter().enumerate() {
-            let bounds = |i| corners(g, i).map(|p| points_bounds(&p));
-            let (mut new, new_skipped) = references(g.indices.len(), number as u32, bounds);
+            let (mut new, new_skipped) = triangle_references(g, number as u32);
             skipped += new_skipped;
             if refs.is_empty() {
                 refs = new;
@@ -137,7 +151,7 @@ impl Blas {
                 refs.append(&mut new);
             }
         }
-        let tree = build::build(&mut refs, Settings::new(quality, WIDTH));
+        let tree = build::build(&mut refs, Settings::new(quality, WIDTH, Leaves::Lanes));
         let blocks = fill_blocks(&tree, &refs, TriangleBlock::EMPTY, |block, lane, r| {
             let g = &geometries[r.geometry() as usize];
             let triangle = g.indices[r.index() as usize];
@@ -152,12 +166,8 @@ impl Blas {
     ///
     /// Spheres that are not finite, or have no positive radius, are left out: see [`Blas::skipped_primitives`].
     pub fn spheres(spheres: &[Sphere], first_id: u32, quality: Quality) -> Blas {
-        let (mut refs, skipped) = references(spheres.len(), 0, |i| {
-            let s = &spheres[i];
-            let finite = s.center.iter().chain([&s.radius]).all(|c| c.is_finite());
-            (finite && s.radius > 0.0).then(|| sphere_bounds(s.center, s.radius))
-        });
-        let tree = build::build(&mut refs, Settings::new(quality, WIDTH));
+        let (mut refs, skipped) = sphere_references(spheres, 0);
+        let tree = build::build(&mut refs, Settings::new(quality, WIDTH, Leaves::Lanes));
         let blocks = fill_blocks(&tree, &refs, SphereBlock::EMPTY, |block, lane, r| {
             let s = &spheres[r.index() as usize];
             for a in 0..3 {

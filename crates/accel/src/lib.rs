@@ -16,6 +16,7 @@
 mod aabb;
 mod blas;
 mod build;
+pub mod encode;
 mod kernel;
 mod layout;
 mod ray;

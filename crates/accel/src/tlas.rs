@@ -2,7 +2,7 @@
 
 use crate::aabb::Aabb;
 use crate::blas::{Blas, validate_tree};
-use crate::build::{self, PrimitiveRef, Quality, Settings};
+use crate::build::{self, Leaves, PrimitiveRef, Quality, Settings};
 use crate::kernel::{self, Kernel};
 use crate::layout::{ChildRef, EMPTY, Node};
 use crate::ray::{Hit, HitFilter, Ray};
@@ -117,7 +117,7 @@ impl Tlas {
             placed.push(Some(Placed { world_to_object, blas, mask, index: index as u32, is_identity }));
         }
         self.skipped = instances.len() - placed.len();
-        let tree = build::build(&mut refs, Settings::new(Quality::Balanced, 1));
+        let tree = build::build(&mut refs, Settings::new(Quality::Balanced, 1, Leaves::Lanes));
         let order = tree.leaves.iter().map(|&(first, _)| refs[first as usize].index() as usize);
         self.placed = order.filter_map(|i| placed[i].take()).collect();
         self.nodes = tree.nodes;
@@ -281,7 +281,7 @@ impl Tlas {
 }
 
 /// The inverse of a 3×4 transform, if there is one.
-fn inverse(m: &[[f32; 4]; 3]) -> Option<[[f32; 4]; 3]> {
+pub(crate) fn inverse(m: &[[f32; 4]; 3]) -> Option<[[f32; 4]; 3]> {
     let m = m.map(|row| row.map(f64::from));
     let cofactor = |r: usize, c: usize| {
         let (r1, r2, c1, c2) = ((r + 1) % 3, (r + 2) % 3, (c + 1) % 3, (c + 2) % 3);
@@ -300,7 +300,7 @@ fn inverse(m: &[[f32; 4]; 3]) -> Option<[[f32; 4]; 3]> {
 }
 
 /// The box around a transformed box, with room for the rounding of transformed rays.
-fn transformed(b: &Aabb, m: &[[f32; 4]; 3]) -> Aabb {
+pub(crate) fn transformed(b: &Aabb, m: &[[f32; 4]; 3]) -> Aabb {
     let mut r = Aabb { min: [0.0; 3], max: [0.0; 3] };
     for a in 0..3 {
         let row = m[a].map(f64::from);

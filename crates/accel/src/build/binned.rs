@@ -38,9 +38,9 @@ pub(super) fn build(primitives: &mut [PrimitiveRef], settings: Settings) -> Vec<
     };
     let mut nodes = Vec::new();
     if !primitives.is_empty() {
-        let settings = Settings { total: primitives.len(), ..settings };
         nodes.reserve(primitives.len() / 2 + 8);
-        Builder { settings }.subtree(primitives, set, &mut nodes);
+        Builder { settings, is_tiny: settings.is_tiny(primitives.len()) }
+            .subtree(primitives, set, &mut nodes);
     }
     nodes
 }
@@ -72,6 +72,7 @@ struct Set {
 #[derive(Clone, Copy)]
 struct Builder {
     settings: Settings,
+    is_tiny: bool,
 }
 
 /// Boxes and counts by axis and bin.
@@ -155,11 +156,6 @@ struct Cut {
 }
 
 impl Builder {
-    /// The blocks that hold `n` primitives.
-    fn blocks(&self, n: u32) -> f32 {
-        n.div_ceil(self.settings.leaf_size as u32) as f32
-    }
-
     fn best_cut<const N: usize>(&self, bins: &Bins<N>) -> Option<Cut> {
         let mut best: Option<Cut> = None;
         for axis in 0..3 {
@@ -170,7 +166,7 @@ impl Builder {
                 b = b.union(bounds[i]);
                 n += counts[i];
                 if n > 0 {
-                    right[i] = (b, b.half_area() * self.blocks(n));
+                    right[i] = (b, b.half_area() * self.settings.set_cost(n));
                 }
             }
             let (mut b, mut n) = (Bounds::empty(), 0);
@@ -180,7 +176,7 @@ impl Builder {
                 if n == 0 {
                     continue;
                 }
-                let cost = b.half_area() * self.blocks(n) + right[bin].1;
+                let cost = b.half_area() * self.settings.set_cost(n) + right[bin].1;
                 if cost < best.as_ref().map_or(f32::INFINITY, |c| c.cost) {
                     best = Some(Cut { axis, bin, cost, left: b, right: right[bin].0 });
                 }
@@ -213,7 +209,7 @@ impl Builder {
         let count = primitives.len() as u32;
         nodes.push(BinaryNode { bounds: set.bounds, first: set.first, count, right: 0, cost: [0.0; 7] });
         if primitives.len() <= self.settings.leaf_size {
-            let cost = set.bounds.half_area() * super::collapse::LEAF_COST;
+            let cost = set.bounds.half_area() * self.settings.leaf_cost(count);
             nodes[at].cost = [cost; 7];
             return;
         }
@@ -240,7 +236,7 @@ impl Builder {
     fn split(&self, primitives: &mut [PrimitiveRef], set: &Set) -> (usize, Set, Set) {
         let n = primitives.len();
         let leaf = self.settings.leaf_size;
-        if set.depth < SAH_DEPTH && (leaf == 1 || self.settings.total > leaf * super::TINY_BLOCKS) {
+        if set.depth < SAH_DEPTH && !self.is_tiny {
             let cut = if n < 128 || self.settings.bins <= 8 {
                 self.cut::<8>(primitives, set)
             } else {

@@ -11,9 +11,6 @@ use crate::layout::{ChildRef, EMPTY, LEAF, Node, WIDTH};
 /// Cost of visiting a node, in units of area.
 const NODE_COST: f32 = 1.0;
 
-/// Cost of visiting a leaf.
-pub(super) const LEAF_COST: f32 = 1.0;
-
 /// The costs of an inner binary node from those of its children. `cost[i]` is the cost as `i + 1` children of a wide node.
 pub(super) fn costs(half_area: f32, left: &[f32; 7], right: &[f32; 7]) -> [f32; 7] {
     let mut cost = [f32::INFINITY; 7];

@@ -94,21 +94,53 @@ impl Bounds {
 /// Up to this many blocks are searched one by one, and are filled to the brim for that.
 pub(crate) const TINY_BLOCKS: usize = 6;
 
+/// How a leaf's primitives are tested, which decides what leaves are good.
+#[derive(Clone, Copy)]
+pub(crate) enum Leaves {
+    /// All at once, in the lanes of a vector: a full leaf costs no more than one of a single primitive.
+    Lanes,
+    /// One after the other; each costs this, in units of the cost of a visit to a node.
+    OneByOne(f32),
+}
+
 /// What the builder may assume and should aim for.
 #[derive(Clone, Copy)]
 pub(crate) struct Settings {
-    /// Primitives a leaf can hold: the builder never splits fewer, and counts costs in multiples of this.
+    /// Primitives a leaf can hold: the builder never splits fewer.
     pub leaf_size: usize,
     /// Most bins per axis.
     pub bins: usize,
-    /// All primitives of the tree.
-    pub total: usize,
+    pub leaves: Leaves,
 }
 
 impl Settings {
-    pub fn new(quality: Quality, leaf_size: usize) -> Settings {
+    pub fn new(quality: Quality, leaf_size: usize, leaves: Leaves) -> Settings {
         let bins = if quality == Quality::Fast { 8 } else { 16 };
-        Settings { leaf_size, bins, total: 0 }
+        Settings { leaf_size, bins, leaves }
+    }
+
+    /// Whether a tree over `n` primitives should fill its leaves to the brim instead of looking for the best cuts.
+    fn is_tiny(&self, n: usize) -> bool {
+        match self.leaves {
+            Leaves::Lanes => self.leaf_size > 1 && n <= self.leaf_size * TINY_BLOCKS,
+            Leaves::OneByOne(_) => false,
+        }
+    }
+
+    /// What a box around `n` primitives costs where cuts are compared, in any unit.
+    fn set_cost(&self, n: u32) -> f32 {
+        match self.leaves {
+            Leaves::Lanes => n.div_ceil(self.leaf_size as u32) as f32,
+            Leaves::OneByOne(_) => n as f32,
+        }
+    }
+
+    /// What a leaf of `n` primitives costs, in units of the cost of a visit to a node.
+    fn leaf_cost(&self, n: u32) -> f32 {
+        match self.leaves {
+            Leaves::Lanes => 1.0,
+            Leaves::OneByOne(cost) => cost * n as f32,
+        }
     }
 }
 

@@ -1,0 +1,83 @@
+//! Objects in their places, as shaders read them.
+
+use super::EncodedObject;
+use crate::aabb::Aabb;
+use crate::build::PrimitiveRef;
+use crate::tlas::{Instance, inverse, transformed};
+use bytemuck::{Pod, Zeroable};
+
+/// Bit of [`EncodedInstance::flags`]: object space is world space.
+pub const INSTANCE_IDENTITY: u32 = 1;
+/// Bit of [`EncodedInstance::flags`]: the primitives are spheres.
+pub const INSTANCE_SPHERES: u32 = 2;
+
+/// What a traversal needs to enter an object.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct EncodedInstance {
+    /// Rows of the 3×4 matrix that maps world space to object space.
+    pub world_to_object: [[f32; 4]; 3],
+    /// The largest magnitude of a coordinate of the object, by axis.
+    pub extent: [f32; 3],
+    /// Index of the root node, or `u32::MAX` where there is nothing.
+    pub root: u32,
+    /// Which instance of the scene this is.
+    pub index: u32,
+    /// [`INSTANCE_IDENTITY`] and [`INSTANCE_SPHERES`].
+    pub flags: u32,
+    /// Nothing.
+    pub unused: [u32; 2],
+}
+
+impl EncodedInstance {
+    /// The record of the world itself, whose root is that of the upper level.
+    pub(super) fn world(bounds: Aabb) -> EncodedInstance {
+        EncodedInstance {
+            world_to_object: Instance::IDENTITY,
+            extent: extent(&bounds),
+            root: if bounds.is_empty() { u32::MAX } else { 0 },
+            index: u32::MAX,
+            flags: INSTANCE_IDENTITY,
+            unused: [0; 2],
+        }
+    }
+
+    pub(super) fn is_identity(&self) -> bool {
+        self.flags & INSTANCE_IDENTITY != 0
+    }
+}
+
+fn extent(b: &Aabb) -> [f32; 3] {
+    [0, 1, 2].map(|a: usize| if b.is_empty() { 0.0 } else { b.min[a].abs().max(b.max[a].abs()) })
+}
+
+/// The records of all instances that can be hit, and references to them by number.
+pub(super) fn place(
+    instances: &[Instance],
+    objects: &[EncodedObject],
+) -> (Vec<PrimitiveRef>, Vec<EncodedInstance>) {
+    let mut refs = Vec::with_capacity(instances.len());
+    let mut placed = Vec::with_capacity(instances.len());
+    for (index, instance) in (0..).zip(instances) {
+        let object = &objects[instance.blas as usize];
+        let is_identity = instance.object_to_world == Instance::IDENTITY;
+        let Some(world_to_object) = inverse(&instance.object_to_world) else { continue };
+        let bounds =
+            if is_identity { object.bounds } else { transformed(&object.bounds, &instance.object_to_world) };
+        let finite = bounds.min.iter().chain(&bounds.max).all(|c| c.is_finite());
+        if instance.mask == 0 || object.bounds.is_empty() || !finite {
+            continue;
+        }
+        refs.push(PrimitiveRef::new(&bounds, placed.len() as u32, 0));
+        let mut flags = 0;
+        if is_identity {
+            flags |= INSTANCE_IDENTITY;
+        }
+        if object.has_spheres {
+            flags |= INSTANCE_SPHERES;
+        }
+        let (extent, root) = (extent(&object.bounds), object.root);
+        placed.push(EncodedInstance { world_to_object, extent, root, index, flags, unused: [0; 2] });
+    }
+    (refs, placed)
+}

@@ -1,0 +1,261 @@
+//! Eight boxes in eighty bytes.
+//!
+//! Method: Ylitie, Karras and Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", HPG 2017.
+
+use crate::aabb::Aabb;
+use crate::layout::{EMPTY, LEAF, Node, WIDTH};
+use bytemuck::{Pod, Zeroable};
+
+/// Most primitives below one slot of a node: they are counted in three bits.
+pub(crate) const MAX_LEAF: usize = 3;
+
+/// A node as shaders read it: up to eight children in numbered slots, their boxes on a grid of 256³ points.
+///
+/// A child's slot tells where it lies: bit 0 of the slot's number is set on the side of larger x, bit 1 for y, bit 2
+/// for z, as far as that can be arranged. So a ray finds a good order of visits from the signs of its direction alone.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct EncodedNode {
+    /// The grid's lowest corner, in the space of the structure.
+    pub origin: [f32; 3],
+    /// The grid's spacing along x, y and z: powers of two, as the exponent bits of an `f32`.
+    pub exponents: [u8; 3],
+    /// Bit `s` is set if slot `s` holds a node.
+    pub inner: u8,
+    /// Index of the first child that is a node; the others follow in the order of their slots.
+    pub first_child: u32,
+    /// Index of the first primitive (of the first instance, in the upper level) in the children.
+    pub first_primitive: u32,
+    /// By slot. Zero: empty. A node: `0b001_11000 | slot`. A leaf: its primitives counted by set bits in the upper three,
+    /// and the number of its first one, relative to `first_primitive`, in the lower five.
+    ///
+    /// The upper bits, shifted left by the lower five, tell what a hit of the box makes a ray visit: bits 0 to 23
+    /// for primitives, bits 24 to 31 for nodes.
+    pub meta: [u8; WIDTH],
+    /// Lower faces of the boxes by axis and slot, in grid steps from `origin`.
+    pub low: [[u8; WIDTH]; 3],
+    /// Upper faces.
+    pub high: [[u8; WIDTH]; 3],
+}
+
+/// Which child of a node is in which slot; [`EMPTY_SLOT`] for none.
+pub(super) type Slots = [u8; WIDTH];
+
+/// A slot that holds nothing.
+pub(super) const EMPTY_SLOT: u8 = WIDTH as u8;
+
+/// Gives each child the slot that fits where it lies: the best pair first, then the best of what is left.
+pub(super) fn assign_slots(node: &Node) -> Slots {
+    let count = node.children.iter().take_while(|&&c| c != EMPTY).count();
+    let mut slots = [EMPTY_SLOT; WIDTH];
+    let mut fit = [[0.0f32; WIDTH]; WIDTH];
+    for child in 0..count {
+        let b = node.bounds(child);
+        let center = [0, 1, 2].map(|a: usize| 0.5 * b.min[a] + 0.5 * b.max[a]);
+        for (slot, fit) in fit[child].iter_mut().enumerate() {
+            let sign = |a: usize| if slot >> a & 1 == 1 { center[a] } else { -center[a] };
+            *fit = sign(0) + sign(1) + sign(2);
+        }
+    }
+    let (mut children_left, mut slots_left) = ((1u32 << count) - 1, 0xFFu32);
+    while children_left != 0 {
+        // Coordinates near the end of the range of floats may not compare: then any free slot will do.
+        let mut best = (f32::NEG_INFINITY, children_left.trailing_zeros(), slots_left.trailing_zeros());
+        for child in (0..count as u32).filter(|c| children_left >> c & 1 == 1) {
+            for slot in (0..8).filter(|s| slots_left >> s & 1 == 1) {
+                let f = fit[child as usize][slot as usize];
+                if f > best.0 {
+                    best = (f, child, slot);
+                }
+            }
+        }
+        slots[best.2 as usize] = best.1 as u8;
+        children_left &= !(1 << best.1);
+        slots_left &= !(1 << best.2);
+    }
+    slots
+}
+
+/// One axis of a node's grid.
+#[derive(Clone, Copy)]
+struct Grid {
+    origin: f64,
+    spacing: f64,
+    exponent: u8,
+}
+
+impl Grid {
+    /// The finest grid from `low` that reaches `high` in 255 steps.
+    fn new(low: f32, high: f32) -> Grid {
+        let size = f64::from(high) - f64::from(low);
+        let mut exponent = 1u8;
+        if size > 0.0 {
+            // The exponent bits of size / 255, and one more if that is not enough.
+            let estimate = ((size / 255.0).to_bits() >> 52) as i64 - 1023 + 127;
+            exponent = estimate.clamp(1, 253) as u8;
+            if size > 255.0 * spacing(exponent) {
+                exponent += 1;
+            }
+        }
+        Grid { origin: f64::from(low), spacing: spacing(exponent), exponent }
+    }
+
+    fn at(&self, step: u8) -> f64 {
+        self.origin + f64::from(step) * self.spacing
+    }
+
+    /// The last step that is not above `x`.
+    fn below(&self, x: f32) -> u8 {
+        let mut step = ((f64::from(x) - self.origin) / self.spacing) as u8; // casts saturate
+        while step > 0 && self.at(step) > f64::from(x) {
+            step -= 1;
+        }
+        step
+    }
+
+    /// The first step that is not below `x`.
+    fn above(&self, x: f32) -> u8 {
+        let mut step = ((f64::from(x) - self.origin) / self.spacing).ceil() as u8;
+        while step < 255 && self.at(step) < f64::from(x) {
+            step += 1;
+        }
+        step
+    }
+}
+
+/// The power of two with these exponent bits of an `f32`.
+fn spacing(exponent: u8) -> f64 {
+    f64::from(f32::from_bits(u32::from(exponent) << 23))
+}
+
+/// Encodes a node whose children are in `slots`. `leaf_count` tells how many primitives a leaf has.
+pub(super) fn encode(
+    node: &Node,
+    slots: &Slots,
+    first_child: u32,
+    first_primitive: u32,
+    leaf_count: impl Fn(usize) -> u32,
+) -> EncodedNode {
+    let bounds = node.union();
+    let mut encoded = EncodedNode { first_child, first_primitive, ..EncodedNode::zeroed() };
+    let grids = [0, 1, 2].map(|a: usize| Grid::new(bounds.min[a], bounds.max[a]));
+    encoded.origin = bounds.min;
+    encoded.exponents = grids.map(|g| g.exponent);
+    let mut primitives = 0;
+    for (slot, &lane) in slots.iter().enumerate().filter(|(_, lane)| **lane != EMPTY_SLOT) {
+        let child = node.children[lane as usize];
+        let b = node.bounds(lane as usize);
+        for a in 0..3 {
+            encoded.low[a][slot] = grids[a].below(b.min[a]);
+            encoded.high[a][slot] = grids[a].above(b.max[a]);
+        }
+        encoded.meta[slot] = if child & LEAF == 0 {
+            encoded.inner |= 1 << slot;
+            0b001_11000 | slot as u8
+        } else {
+            let count = leaf_count((child & !LEAF) as usize);
+            let meta = ((1u8 << count) - 1) << 5 | primitives;
+            primitives += count as u8;
+            meta
+        };
+    }
+    encoded
+}
+
+impl EncodedNode {
+    /// The box of a slot as the grid has it, in double precision: low and high corner.
+    pub fn bounds(&self, slot: usize) -> [[f64; 3]; 2] {
+        let at =
+            |a: usize, step: u8| f64::from(self.origin[a]) + f64::from(step) * spacing(self.exponents[a]);
+        [
+            [0, 1, 2].map(|a: usize| at(a, self.low[a][slot])),
+            [0, 1, 2].map(|a: usize| at(a, self.high[a][slot])),
+        ]
+    }
+
+    /// Whether the box of a slot has `b` inside.
+    pub fn contains(&self, slot: usize, b: &Aabb) -> bool {
+        let [low, high] = self.bounds(slot);
+        (0..3).all(|a| low[a] <= f64::from(b.min[a]) && f64::from(b.max[a]) <= high[a])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn node_of(boxes: &[Aabb]) -> Node {
+        let mut node = Node::EMPTY;
+        for (i, b) in boxes.iter().enumerate() {
+            node.set_bounds(i, b);
+            node.children[i] = if i % 2 == 0 { LEAF | i as u32 } else { i as u32 };
+        }
+        node
+    }
+
+    /// Any finite float, of any magnitude.
+    fn coordinate() -> impl Strategy<Value = f32> {
+        prop_oneof![
+            -1.0f32..1.0,
+            any::<u32>().prop_map(f32::from_bits).prop_filter("finite", |x| x.is_finite())
+        ]
+    }
+
+    fn a_box() -> impl Strategy<Value = Aabb> {
+        let point = || [coordinate(), coordinate(), coordinate()];
+        (point(), point()).prop_map(|(p, q)| Aabb::EMPTY.with_point(p).with_point(q))
+    }
+
+    proptest! {
+        #[test]
+        fn boxes_contain_what_they_stand_for(boxes in prop::collection::vec(a_box(), 1..=8)) {
+            let node = node_of(&boxes);
+            let slots = assign_slots(&node);
+            let encoded = encode(&node, &slots, 0, 0, |_| 3);
+            let mut seen = 0u32;
+            for (slot, &lane) in slots.iter().enumerate() {
+                if lane == EMPTY_SLOT {
+                    prop_assert_eq!(encoded.meta[slot], 0);
+                    continue;
+                }
+                seen |= 1 << lane;
+                prop_assert!(encoded.contains(slot, &boxes[lane as usize]), "{:?} {:?}", boxes[lane as usize], encoded);
+            }
+            prop_assert_eq!(seen, (1 << boxes.len()) - 1, "each child has one slot");
+        }
+
+        #[test]
+        fn the_grid_is_not_too_coarse(low in -1e6f32..1e6, size in 1e-3f32..1e6) {
+            let high = low + size;
+            let grid = Grid::new(low, high);
+            let (size, reach) = (f64::from(high) - f64::from(low), 255.0 * grid.spacing);
+            prop_assert!(size <= reach && reach < 2.0 * size);
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "sticks out")]
+    fn a_box_that_sticks_out_is_noticed() {
+        let b = Aabb { min: [0.0; 3], max: [1.0; 3] };
+        let node = node_of(&[b]);
+        let encoded = encode(&node, &assign_slots(&node), 0, 0, |_| 1);
+        let slot = encoded.meta.iter().position(|&m| m != 0).unwrap();
+        let larger = Aabb { min: [0.0; 3], max: [1.1; 3] };
+        assert!(encoded.contains(slot, &larger), "sticks out");
+    }
+
+    #[test]
+    fn slots_tell_where_children_are() {
+        let corner = |s: usize| {
+            let p = [0, 1, 2].map(|a: usize| (s >> a & 1) as f32);
+            Aabb { min: p, max: p.map(|x| x + 0.5) }
+        };
+        // In an order that is not that of the slots.
+        let order = [3, 6, 0, 5, 7, 2, 4, 1];
+        let slots = assign_slots(&node_of(&order.map(corner)));
+        for (slot, &lane) in slots.iter().enumerate() {
+            assert_eq!(order[lane as usize], slot);
+        }
+    }
+}

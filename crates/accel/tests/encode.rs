@@ -1,0 +1,247 @@
+//! The encoding for the GPU, walked by its scalar twin, against a loop over all primitives.
+
+mod support;
+
+use accel::encode::{EncodedHit, EncodedScene, Object, SphereGeometry, WalkCounts};
+use accel::{Hit, Instance, MISS, Opaque, Quality, Ray, Sphere};
+use proptest::prelude::*;
+use support::{Everything, Mesh, Rng, amount, random_rays, same_hit};
+
+fn as_hit(hit: Option<EncodedHit>) -> Hit {
+    hit.map_or(MISS, |h| Hit { t: h.t, u: h.u, v: h.v, primitive: h.primitive, instance: h.instance })
+}
+
+fn encoded(mesh: &Mesh) -> EncodedScene {
+    let object = Object::Triangles(vec![mesh.geometry(0)]);
+    EncodedScene::build(&[object], &[Instance::identity(0)], Quality::Balanced)
+}
+
+/// Counts the rays for which the walk and the loop differ.
+fn differences(scene: &EncodedScene, all: &Everything, rays: &[Ray]) -> usize {
+    let mut counts = WalkCounts::default();
+    let mut differ = 0;
+    for ray in rays {
+        let expected = all.closest(ray, &Opaque);
+        let hit = as_hit(scene.closest(ray, |_| true, &mut counts));
+        let any = scene.any(ray, |_| true, &mut counts);
+        differ += usize::from(!same_hit(&expected, &hit) || any == hit.is_miss());
+    }
+    assert!(counts.stack <= scene.stack_size(), "{counts:?} of {}", scene.stack_size());
+    differ
+}
+
+fn check(scene: &EncodedScene, all: &Everything, rays: &[Ray]) {
+    let differ = differences(scene, all, rays);
+    assert!(differ * 1000 <= rays.len(), "{differ} of {} rays differ", rays.len());
+}
+
+fn everything(mesh: &Mesh) -> Everything {
+    let mut all = Everything::default();
+    all.add_mesh(0, 0, mesh, &Instance::IDENTITY);
+    all
+}
+
+#[test]
+fn one_mesh() {
+    let mut rng = Rng::new(1);
+    for count in [1, 2, 3, 4, 30, 3000] {
+        let mesh = Mesh::soup(&mut rng, amount(count), 0.2);
+        check(&encoded(&mesh), &everything(&mesh), &random_rays(&mut rng, amount(2000), 2.0));
+    }
+}
+
+#[test]
+#[should_panic(expected = "rays differ")]
+fn a_lost_triangle_is_noticed() {
+    let mut rng = Rng::new(2);
+    let mesh = Mesh::soup(&mut rng, 50, 0.5);
+    let mut scene = encoded(&mesh);
+    for p in &mut scene.primitives {
+        if p.primitive < 5 {
+            p.b = p.a;
+        }
+    }
+    check(&scene, &everything(&mesh), &random_rays(&mut rng, 2000, 2.0));
+}
+
+/// A scene of two meshes in one object, spheres in another, and instances of both.
+fn instances(rng: &mut Rng) -> (EncodedScene, Everything) {
+    let meshes = [Mesh::soup(rng, 200, 0.2), Mesh::blob(12)];
+    let first = [0, meshes[0].indices.len() as u32];
+    let spheres: Vec<Sphere> =
+        (0..40).map(|_| Sphere { center: rng.point(), radius: 0.05 + 0.1 * rng.signed().abs() }).collect();
+    let objects = [
+        Object::Triangles(vec![meshes[0].geometry(first[0]), meshes[1].geometry(first[1])]),
+        Object::Spheres(vec![
+            SphereGeometry { spheres: &spheres[..15], first_id: 0 },
+            SphereGeometry { spheres: &spheres[15..], first_id: 15 },
+        ]),
+    ];
+    let mut placed = vec![Instance::identity(0), Instance::identity(1)];
+    let mut all = Everything::default();
+    for (i, mesh) in meshes.iter().enumerate() {
+        all.add_mesh(0, first[i], mesh, &Instance::IDENTITY);
+    }
+    all.spheres.extend((0..).zip(&spheres).map(|(i, s)| (1, i, *s)));
+    for number in 2..40 {
+        let mut m = Instance::IDENTITY;
+        for row in &mut m {
+            row[3] = 3.0 * rng.signed();
+            (0..3).for_each(|c| row[c] += 0.2 * rng.signed());
+        }
+        placed.push(Instance { object_to_world: m, ..Instance::identity(0) });
+        for (i, mesh) in meshes.iter().enumerate() {
+            all.add_mesh(number, first[i], mesh, &m);
+        }
+    }
+    (EncodedScene::build(&objects, &placed, Quality::Balanced), all)
+}
+
+#[test]
+fn instances_of_meshes_and_spheres() {
+    let mut rng = Rng::new(3);
+    let (scene, all) = instances(&mut rng);
+    assert_eq!(scene.kinds(), (true, true));
+    assert!(!scene.is_single());
+    check(&scene, &all, &random_rays(&mut rng, amount(2000), 3.0));
+}
+
+#[test]
+fn geometries_have_their_numbers() {
+    let (scene, _) = instances(&mut Rng::new(3));
+    for p in &scene.primitives {
+        let is_sphere = p.c == [0.0; 3];
+        let first_of_second = if is_sphere { 15 } else { 200 };
+        assert_eq!(p.geometry, u32::from(p.primitive >= first_of_second), "{p:?}");
+    }
+}
+
+#[test]
+fn candidates_can_be_refused() {
+    let mut rng = Rng::new(4);
+    let (scene, all) = instances(&mut rng);
+    struct Odd;
+    impl accel::HitFilter for Odd {
+        const OPAQUE: bool = false;
+        fn accept(&self, instance: u32, primitive: u32, _: f32, _: f32) -> bool {
+            (instance + primitive) % 2 == 1
+        }
+    }
+    let accept = |h: &EncodedHit| (h.instance + h.primitive) % 2 == 1;
+    let rays = random_rays(&mut rng, amount(2000), 3.0);
+    let mut counts = WalkCounts::default();
+    let differ = rays.iter().filter(|ray| {
+        let expected = all.closest(ray, &Odd);
+        !same_hit(&expected, &as_hit(scene.closest(ray, accept, &mut counts)))
+            || scene.any(ray, accept, &mut counts) == expected.is_miss()
+    });
+    let differ = differ.count();
+    assert!(differ * 1000 <= rays.len(), "{differ} of {} rays differ", rays.len());
+}
+
+#[test]
+fn moved_instances() {
+    let mut rng = Rng::new(5);
+    let mesh = Mesh::blob(10);
+    let object = || Object::Triangles(vec![mesh.geometry(0)]);
+    let at = |x: f32| {
+        let mut m = Instance::IDENTITY;
+        m[0][3] = x;
+        Instance { object_to_world: m, ..Instance::identity(0) }
+    };
+    let mut scene = EncodedScene::build(&[object()], &[at(-1.0), at(1.0)], Quality::Balanced);
+    let moved = [at(-0.3), at(0.8)];
+    let changed = scene.update(&moved);
+    assert!((1..=2).contains(&changed));
+    let mut all = Everything::default();
+    (0..).zip(&moved).for_each(|(i, m)| all.add_mesh(i, 0, &mesh, &m.object_to_world));
+    check(&scene, &all, &random_rays(&mut rng, amount(2000), 3.0));
+    // Alone and at home, an instance needs no upper level.
+    scene.update(&[Instance::identity(0)]);
+    assert!(scene.is_single());
+    check(&scene, &everything(&mesh), &random_rays(&mut rng, amount(2000), 3.0));
+}
+
+#[test]
+fn nothing_is_never_hit() {
+    let ray = Ray::new([0.0; 3], [0.0, 0.0, 1.0]);
+    let flat = Instance { object_to_world: [[0.0; 4]; 3], ..Instance::identity(0) };
+    let unseen = Instance { mask: 0, ..Instance::identity(0) };
+    let mesh = Mesh { positions: vec![[0.0; 3]], indices: vec![[0, 0, 0], [0, 1, 2]] };
+    let some = Mesh::blob(4);
+    let empty = Object::Triangles(vec![mesh.geometry(0)]);
+    let full = Object::Triangles(vec![some.geometry(0)]);
+    for (objects, instances, skipped) in [
+        (vec![], vec![], 0),
+        (vec![Object::Spheres(vec![])], vec![Instance::identity(0)], 0),
+        (vec![empty], vec![Instance::identity(0); 3], 2),
+        (vec![full], vec![flat, unseen], 0),
+    ] {
+        let scene = EncodedScene::build(&objects, &instances, Quality::Balanced);
+        assert!(scene.is_empty());
+        assert_eq!(scene.skipped_primitives(), skipped);
+        assert_eq!(scene.closest(&ray, |_| true, &mut WalkCounts::default()), None);
+    }
+    let scene = encoded(&some);
+    for bad in [f32::NAN, f32::INFINITY] {
+        let broken = Ray { origin: [bad, 0.0, 0.0], ..ray };
+        assert_eq!(scene.closest(&broken, |_| true, &mut WalkCounts::default()), None);
+    }
+}
+
+#[test]
+fn identical_triangles() {
+    let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let mesh = Mesh { positions: positions.to_vec(), indices: vec![[0, 1, 2]; 10_000] };
+    let scene = encoded(&mesh);
+    let mut counts = WalkCounts::default();
+    let hit = scene.closest(&Ray::new([0.25, 0.25, 1.0], [0.0, 0.0, -1.0]), |_| true, &mut counts);
+    assert!(hit.is_some_and(|h| (h.t - 1.0).abs() < 1e-6));
+    assert!(counts.stack <= scene.stack_size());
+    assert!(!scene.any(&Ray::new([0.75, 0.75, 1.0], [0.0, 0.0, -1.0]), |_| true, &mut counts));
+}
+
+#[test]
+fn sizes_from_tiny_to_huge() {
+    // Each triangle is twice as large as the one before, from 1e-12 to 1e12 and in all directions.
+    let mut mesh = Mesh::default();
+    for i in 0..80u32 {
+        let s = 1e-12 * 2.0f32.powi(i as i32);
+        let z = s * if i % 2 == 0 { 1.0 } else { -1.0 };
+        mesh.positions.extend([[-s, -s, z], [s, -s, z], [0.0, s, z]]);
+        mesh.indices.push([3 * i, 3 * i + 1, 3 * i + 2]);
+    }
+    let scene = encoded(&mesh);
+    let all = everything(&mesh);
+    let mut rng = Rng::new(6);
+    for scale in [1e-10f32, 1e-5, 1.0, 1e5, 1e10] {
+        let rays: Vec<Ray> = random_rays(&mut rng, amount(500), 1.0)
+            .into_iter()
+            .map(|r| Ray {
+                origin: r.origin.map(|x| x * scale),
+                direction: r.direction.map(|x| x * scale),
+                ..r
+            })
+            .collect();
+        check(&scene, &all, &rays);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// A mesh far from the origin is as exact as its coordinates are, and no box may hide a triangle that is hit.
+    #[test]
+    fn no_box_hides_a_triangle(seed in any::<u64>(), log_offset in -3.0f32..5.0, log_size in -3.0f32..3.0) {
+        let mut rng = Rng::new(seed);
+        let (offset, size) = (10f32.powf(log_offset), 10f32.powf(log_size));
+        let mut mesh = Mesh::soup(&mut rng, 60, 0.4);
+        let place = |p: [f32; 3]| [p[0] * size + offset, p[1] * size - offset, p[2] * size];
+        mesh.positions.iter_mut().for_each(|p| *p = place(*p));
+        let rays: Vec<Ray> = random_rays(&mut rng, 200, 3.0)
+            .into_iter()
+            .map(|r| Ray { origin: place(r.origin), direction: r.direction.map(|x| x * size), ..r })
+            .collect();
+        prop_assert_eq!(differences(&encoded(&mesh), &everything(&mesh), &rays), 0);
+    }
+}
