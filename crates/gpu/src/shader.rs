@@ -159,6 +159,7 @@ pub(crate) fn validate(name: &str, text: &str) -> (naga::Module, naga::valid::Mo
 mod tests {
     use super::*;
     use crate::kernel::KernelKind;
+    use crate::tracer::bvh;
 
     #[test]
     fn the_scene_is_valid_in_every_variant() {
@@ -170,7 +171,18 @@ mod tests {
     /// Every kernel with every tracer for compute shaders: valid, and what drivers are given can be written.
     #[test]
     fn every_shader_translates_for_every_driver() {
-        let tracers = [("query", crate::tracer::query::TEXT)];
+        let bvh = |scene: &scene::Scene, limit| {
+            let tables = scene::tables::SceneTables::build(scene);
+            bvh::text_for(&bvh::encode(&tables, accel::Quality::Fast), limit)
+        };
+        let three_spheres = scene::builtin::load("three-spheres", &Default::default(), &Default::default())
+            .expect("a scene")
+            .scene;
+        let tracers = [
+            ("query", crate::tracer::query::TEXT),
+            ("bvh, one instance", bvh(&testkit::scenes::cornell(), 1 << 27)),
+            ("bvh, two levels in pages", bvh(&three_spheres, 1 << 8)),
+        ];
         for (tracer_name, tracer) in tracers {
             for kind in KernelKind::ALL {
                 for variant in Variant::all() {

@@ -12,7 +12,7 @@ mod primitive;
 mod tree;
 mod walk;
 
-pub use instance::EncodedInstance;
+pub use instance::{EncodedInstance, INSTANCE_IDENTITY, INSTANCE_SPHERES};
 pub use node::EncodedNode;
 pub use primitive::EncodedPrimitive;
 pub use walk::{EncodedHit, WalkCounts};

@@ -3,6 +3,7 @@
 //! Every tracer implements the same two WGSL functions, `trace_closest` and `trace_any` (see `shaders/scene.wgsl`), so
 //! every kernel runs on every tracer.
 
+pub mod bvh;
 pub mod query;
 
 use crate::kernel::{ComputeTracing, Tracing};
@@ -68,7 +69,7 @@ impl TracerKind {
     pub fn build(self, gpu: &Gpu, scene: &GpuScene) -> Result<Box<dyn Tracing>, GpuError> {
         self.check(gpu)?;
         match self {
-            Self::Bvh => Err(self.not_in_this_build(gpu)),
+            Self::Bvh => Ok(Box::new(ComputeTracing(Box::new(bvh::BvhTracer::new(gpu, scene)?)))),
             Self::Query => Ok(Box::new(ComputeTracing(Box::new(query::QueryTracer::new(gpu, scene)?)))),
             #[cfg(not(any(target_vendor = "apple", target_arch = "wasm32")))]
             Self::Pipeline => Ok(Box::new(crate::pipeline::PipelineTracing::build(gpu, scene)?)),

@@ -1,0 +1,224 @@
+//! Tracing without ray tracing hardware: our own hierarchy, in a few storage buffers, walked in compute shaders.
+
+use super::{Tracer, TracerKind, TracerText};
+use crate::film::STORAGE_BUFFERS as FILM_BUFFERS;
+use crate::scene::STORAGE_BUFFERS as SCENE_BUFFERS;
+use crate::scene::upload::storage_buffer;
+use crate::{Gpu, GpuError, GpuScene};
+use accel::encode::{EncodedNode, EncodedPrimitive, EncodedScene, Object, SphereGeometry};
+use accel::{Geometry, Instance, Quality, Sphere};
+use bytemuck::Pod;
+use scene::tables::{BlasRecord, GeometryKind, GeometryRecord, InstanceRecord, SceneTables};
+use std::fmt::Write;
+use wgpu::BufferUsages;
+
+/// Structures, and the buffer that is never cut into pages.
+const BINDINGS: &str = include_str!("../shaders/tracer_bvh_bindings.wgsl");
+
+/// The walk.
+const WALK: &str = include_str!("../shaders/tracer_bvh.wgsl");
+
+/// Binding of the first page of nodes. The instances come before it, the pages of primitives after the nodes.
+const FIRST_PAGE: u32 = 1;
+
+/// Encodes the acceleration structures of a scene.
+pub fn encode(tables: &SceneTables, quality: Quality) -> EncodedScene {
+    let objects: Vec<Object> = tables.blas.iter().map(|b| object(tables, b)).collect();
+    let instances: Vec<Instance> = tables.instances.iter().map(instance).collect();
+    EncodedScene::build(&objects, &instances, quality)
+}
+
+fn instance(record: &InstanceRecord) -> Instance {
+    Instance { blas: record.blas, object_to_world: record.object_to_world, mask: u32::MAX }
+}
+
+fn object<'a>(tables: &'a SceneTables, blas: &BlasRecord) -> Object<'a> {
+    let geometries = &tables.geometries[blas.first_geometry as usize..][..blas.geometry_count as usize];
+    let triangles = |g: &GeometryRecord| Geometry {
+        positions: &tables.positions[g.first_vertex as usize..][..g.vertex_count as usize],
+        indices: &tables.indices[g.first_primitive as usize..][..g.primitive_count as usize],
+        first_id: g.first_in_blas,
+    };
+    let spheres = |g: &GeometryRecord| {
+        let all: &[Sphere] = bytemuck::cast_slice(&tables.spheres);
+        let spheres = &all[g.first_primitive as usize..][..g.primitive_count as usize];
+        SphereGeometry { spheres, first_id: g.first_in_blas }
+    };
+    match blas.kind {
+        GeometryKind::Triangles => Object::Triangles(geometries.iter().map(triangles).collect()),
+        GeometryKind::Spheres => Object::Spheres(geometries.iter().map(spheres).collect()),
+    }
+}
+
+/// How an array of records is cut into buffers that a shader can bind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Pages {
+    /// log₂ of the number of records in a page.
+    shift: u32,
+    count: u32,
+}
+
+impl Pages {
+    /// The fewest pages for `records` of `size` bytes where a binding may have `limit`.
+    fn new(records: usize, size: usize, limit: u64) -> Pages {
+        let most = (limit / size as u64).clamp(1, 1 << 31);
+        let shift = most.ilog2();
+        Pages { shift, count: (records.max(1) as u64).div_ceil(1 << shift) as u32 }
+    }
+
+    /// WGSL: the buffers, from `binding` on, and a function `bvh_{name}` that reads record `index`.
+    fn text(self, name: &str, record: &str, binding: u32) -> String {
+        let mut text = String::new();
+        for page in 0..self.count {
+            let binding = binding + page;
+            let _ = writeln!(
+                text,
+                "@group(1) @binding({binding}) var<storage, read> bvh_{name}s_{page}: array<{record}>;"
+            );
+        }
+        let _ = writeln!(text, "fn bvh_{name}(index: u32) -> {record} {{");
+        if self.count > 1 {
+            let _ = writeln!(text, "    let at = index & {:#x}u;", (1u64 << self.shift) - 1);
+            let _ = writeln!(text, "    switch index >> {}u {{", self.shift);
+            for page in 1..self.count {
+                let _ = writeln!(text, "        case {page}u: {{ return bvh_{name}s_{page}[at]; }}");
+            }
+            let _ = writeln!(text, "        default: {{ return bvh_{name}s_0[at]; }}\n    }}\n}}");
+        } else {
+            let _ = writeln!(text, "    return bvh_{name}s_0[index];\n}}");
+        }
+        text
+    }
+
+    fn buffers<T: Pod>(
+        self,
+        gpu: &Gpu,
+        object: &'static str,
+        records: &[T],
+    ) -> Result<Vec<wgpu::Buffer>, GpuError> {
+        let first = records.len().min(1 << self.shift);
+        let pages = std::iter::once(&records[..first]).chain(records[first..].chunks(1 << self.shift));
+        pages.map(|page| storage_buffer(gpu, object, page, BufferUsages::empty())).collect()
+    }
+}
+
+/// The hierarchy of a scene on a device.
+pub struct BvhTracer {
+    text: String,
+    layout: wgpu::BindGroupLayout,
+    bind_group: wgpu::BindGroup,
+    memory_bytes: u64,
+}
+
+impl BvhTracer {
+    /// Builds the hierarchy of a scene on the host and copies it to the device.
+    ///
+    /// # Errors
+    /// When the scene is too large for the device, or there is no memory.
+    pub fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, GpuError> {
+        Self::upload(gpu, &encode(&scene.tables, Quality::Balanced))
+    }
+
+    /// Copies an encoded scene to the device.
+    ///
+    /// # Errors
+    /// As [`BvhTracer::new`].
+    pub fn upload(gpu: &Gpu, scene: &EncodedScene) -> Result<Self, GpuError> {
+        let limit = gpu.limits.max_storage_buffer_binding_size.min(gpu.limits.max_buffer_size);
+        let nodes = Pages::new(scene.nodes.len(), size_of::<EncodedNode>(), limit);
+        let primitives = Pages::new(scene.primitives.len(), size_of::<EncodedPrimitive>(), limit);
+        let needed = u64::from(SCENE_BUFFERS + FILM_BUFFERS + FIRST_PAGE + nodes.count + primitives.count);
+        let offered = u64::from(gpu.limits.max_storage_buffers_per_shader_stage);
+        if needed > offered {
+            let adapter = gpu.info.name.clone();
+            return Err(GpuError::Limit { adapter, limit: "storage buffers a shader", needed, offered });
+        }
+        let mut buffers =
+            vec![storage_buffer(gpu, "the hierarchy's instances", &scene.instances, BufferUsages::empty())?];
+        buffers.extend(nodes.buffers(gpu, "the hierarchy's nodes", &scene.nodes)?);
+        buffers.extend(primitives.buffers(gpu, "the hierarchy's primitives", &scene.primitives)?);
+        gpu.queue.submit([]);
+        let (layout, bind_group) = gpu
+            .guarded(|| bind(gpu, &buffers))
+            .map_err(|reason| GpuError::Device { doing: "binding the hierarchy", reason })?;
+        let memory_bytes = buffers.iter().map(wgpu::Buffer::size).sum();
+        Ok(Self { text: text(scene, nodes, primitives), layout, bind_group, memory_bytes })
+    }
+}
+
+impl Tracer for BvhTracer {
+    fn kind(&self) -> TracerKind {
+        TracerKind::Bvh
+    }
+
+    fn text(&self) -> TracerText {
+        TracerText { enables: "", text: self.text.clone().into() }
+    }
+
+    fn layout(&self) -> &wgpu::BindGroupLayout {
+        &self.layout
+    }
+
+    fn bind_group(&self) -> &wgpu::BindGroup {
+        &self.bind_group
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        self.memory_bytes
+    }
+}
+
+fn bind(gpu: &Gpu, buffers: &[wgpu::Buffer]) -> (wgpu::BindGroupLayout, wgpu::BindGroup) {
+    let entry = |binding: u32| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Storage { read_only: true },
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        },
+        count: None,
+    };
+    let entries: Vec<_> = (0..buffers.len() as u32).map(entry).collect();
+    let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("hierarchy"),
+        entries: &entries,
+    });
+    let entries: Vec<_> = (0..)
+        .zip(buffers)
+        .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() })
+        .collect();
+    let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("hierarchy"),
+        layout: &layout,
+        entries: &entries,
+    });
+    (layout, bind_group)
+}
+
+/// The tracer's WGSL for a scene.
+fn text(scene: &EncodedScene, nodes: Pages, primitives: Pages) -> String {
+    let (has_triangles, has_spheres) = scene.kinds();
+    [
+        BINDINGS,
+        &nodes.text("node", "BvhNode", FIRST_PAGE),
+        &primitives.text("primitive", "BvhPrimitive", FIRST_PAGE + nodes.count),
+        &format!("const BVH_STACK: u32 = {}u;\n", scene.stack_size()),
+        &format!("const BVH_SINGLE: bool = {};\n", scene.is_single()),
+        &format!("const BVH_HAS_TRIANGLES: bool = {has_triangles};\n"),
+        &format!("const BVH_HAS_SPHERES: bool = {has_spheres};\n"),
+        WALK,
+    ]
+    .concat()
+}
+
+/// For tests: the WGSL for `scene` where a binding may have `limit` bytes.
+#[cfg(test)]
+pub(crate) fn text_for(scene: &EncodedScene, limit: u64) -> TracerText {
+    let nodes = Pages::new(scene.nodes.len(), size_of::<EncodedNode>(), limit);
+    let primitives = Pages::new(scene.primitives.len(), size_of::<EncodedPrimitive>(), limit);
+    TracerText { enables: "", text: text(scene, nodes, primitives).into() }
+}
+
+#[cfg(test)]
+mod tests;
