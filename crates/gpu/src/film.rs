@@ -181,9 +181,6 @@ impl Counters {
     }
 }
 
-/// Storage buffers of bind group 2.
-pub const STORAGE_BUFFERS: u32 = 3;
-
 /// Bind group 2: view and film.
 pub struct FilmBuffers {
     /// Binding 0: [`View`], uniform.

@@ -18,9 +18,6 @@ use textures::{SceneTextures, TexelLayers};
 use upload::storage_buffer;
 use wgpu::BufferUsages;
 
-/// Storage buffers of bind group 0.
-pub const STORAGE_BUFFERS: u32 = 6;
-
 /// The buffers of bind group 0, for tracers that make their own bind groups of them.
 pub struct SceneBuffers {
     /// Binding 0: [`SceneInfo`], uniform.

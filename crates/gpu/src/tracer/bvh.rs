@@ -1,8 +1,6 @@
 //! Tracing without ray tracing hardware: our own hierarchy, in a few storage buffers, walked in compute shaders.
 
 use super::{Tracer, TracerKind, TracerText};
-use crate::film::STORAGE_BUFFERS as FILM_BUFFERS;
-use crate::scene::STORAGE_BUFFERS as SCENE_BUFFERS;
 use crate::scene::upload::storage_buffer;
 use crate::{Gpu, GpuError, GpuScene};
 use accel::encode::{EncodedNode, EncodedPrimitive, EncodedScene, Object, SphereGeometry};
@@ -20,6 +18,9 @@ const WALK: &str = include_str!("../shaders/tracer_bvh.wgsl");
 
 /// Binding of the first page of nodes. The instances come before it, the pages of primitives after the nodes.
 const FIRST_PAGE: u32 = 1;
+
+/// Storage buffers of the groups beside this one: six of the scene, three of the film.
+const OTHER_BUFFERS: u32 = 9;
 
 /// Encodes the acceleration structures of a scene.
 pub fn encode(tables: &SceneTables, quality: Quality) -> EncodedScene {
@@ -127,7 +128,7 @@ impl BvhTracer {
         let limit = gpu.limits.max_storage_buffer_binding_size.min(gpu.limits.max_buffer_size);
         let nodes = Pages::new(scene.nodes.len(), size_of::<EncodedNode>(), limit);
         let primitives = Pages::new(scene.primitives.len(), size_of::<EncodedPrimitive>(), limit);
-        let needed = u64::from(SCENE_BUFFERS + FILM_BUFFERS + FIRST_PAGE + nodes.count + primitives.count);
+        let needed = u64::from(OTHER_BUFFERS + FIRST_PAGE + nodes.count + primitives.count);
         let offered = u64::from(gpu.limits.max_storage_buffers_per_shader_stage);
         if needed > offered {
             let adapter = gpu.info.name.clone();

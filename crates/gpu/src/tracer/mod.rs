@@ -78,11 +78,6 @@ impl TracerKind {
         }
     }
 
-    fn not_in_this_build(self, gpu: &Gpu) -> GpuError {
-        let missing = "it is not in this build".to_owned();
-        GpuError::Unsupported { adapter: gpu.info.name.clone(), tracer: self.name(), missing }
-    }
-
     /// The fastest way on a device with these features. Software drivers walk our own hierarchy faster than theirs.
     pub fn best(features: Features, software: bool) -> Self {
         if !software && Self::Query.missing(features).is_empty() { Self::Query } else { Self::Bvh }
