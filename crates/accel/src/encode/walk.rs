@@ -5,6 +5,7 @@
 //! one with the highest bit is visited next, and the rest waits on a stack, which is as deep as the tree and no deeper.
 
 use super::instance::{INSTANCE_IDENTITY, INSTANCE_SPHERES};
+use super::node::whole_number;
 use super::{EncodedInstance, EncodedNode, EncodedPrimitive, EncodedScene};
 use crate::layout::WIDTH;
 use crate::ray::Ray;
@@ -77,7 +78,7 @@ impl WalkRay {
     fn new(origin: Vec3f, direction: Vec3f, extent: &[f32; 3]) -> WalkRay {
         let (o, d) = (origin.to_array(), direction.to_array());
         // Zero would give infinity, and infinity NaN. This is small enough to be parallel at any distance.
-        let tiny = (d[0].abs().max(d[1].abs()).max(d[2].abs()) * 1e-24).max(1e-37);
+        let tiny = (d[0].abs().max(d[1].abs()).max(d[2].abs()) * 1e-20).max(1e-37);
         let inverse = d.map(|d| 1.0 / if d.abs() < tiny { tiny.copysign(d) } else { d });
         let room = [0, 1, 2].map(|a: usize| (o[a].abs() + extent[a]) * inverse[a].abs() * ROOM);
         let up = |a: usize| u32::from(inverse[a] >= 0.0) << a;
@@ -117,9 +118,9 @@ fn hit_children(node: &EncodedNode, ray: &WalkRay, t_min: f32, t_max: f32) -> u3
         let (mut near, mut far) = (t_min, t_max);
         for a in 0..3 {
             let up = ray.upwards >> a & 1 == 1;
-            let (enter, leave) = if up { (node.low, node.high) } else { (node.high, node.low) };
-            near = near.max(f32::from(enter[a][slot]) * scale[a] + near_offset[a]);
-            far = far.min(f32::from(leave[a][slot]) * scale[a] + far_offset[a]);
+            let at = |side: bool| f32::from(whole_number(node.planes[a][usize::from(side)][slot]));
+            near = near.max(at(!up) * scale[a] + near_offset[a]);
+            far = far.min(at(up) * scale[a] + far_offset[a]);
         }
         let meta = u32::from(node.meta[slot]);
         let is_node = meta & 0b11000 == 0b11000;

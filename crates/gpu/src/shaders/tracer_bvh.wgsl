@@ -7,7 +7,8 @@
 //   BVH_STACK          how many groups may wait at a time
 //   BVH_SINGLE         whether there is one instance that stands in the world as it is
 //   BVH_HAS_TRIANGLES, BVH_HAS_SPHERES
-//   fn bvh_node(index: u32) -> BvhNode, fn bvh_primitive(index: u32) -> BvhPrimitive
+//   fn bvh_grid(node: u32) -> vec4u, fn bvh_links(node: u32) -> vec4u, fn bvh_planes(node: u32, at: u32) -> vec4u
+//   fn bvh_primitive(index: u32) -> BvhPrimitive
 
 // Bits of a group's second word that stand for nodes; the lower 24 stand for primitives or instances.
 const BVH_NODES: u32 = 0xff000000u;
@@ -31,72 +32,90 @@ struct BvhRay {
     room: vec3f,
     // Bit a is set if the ray does not go down along axis a.
     upwards: u32,
+    // Which planes of a node it enters through: numbers of `BvhNode.planes`.
+    faces: vec3u,
 }
 
 fn bvh_ray(origin: vec3f, direction: vec3f, extent: vec3f) -> BvhRay {
     let size = abs(direction);
-    // Zero would give infinity, and infinity NaN. This is small enough to be parallel at any distance.
-    let tiny = vec3f(max(max(size.x, max(size.y, size.z)) * 1e-24, 1e-37));
+    // Zero would give infinity, and infinity NaN. This is small enough to be parallel at any distance that a grid has.
+    let tiny = vec3f(max(max(size.x, max(size.y, size.z)) * 1e-20, 1e-37));
     let inverse = 1.0 / select(direction, select(-tiny, tiny, direction >= vec3f(0.0)), size < tiny);
     // Eight roundings: the reciprocal (2.5 units in the last place), the grid's corner, products and sums.
     let room = (abs(origin) + extent) * abs(inverse) * 9.5367431640625e-7;
     let up = select(vec3u(0u), vec3u(1u, 2u, 4u), inverse >= vec3f(0.0));
-    return BvhRay(origin, direction, ray_shear(direction), inverse, room, up.x | up.y | up.z);
+    let faces = select(vec3u(1u, 3u, 5u), vec3u(0u, 2u, 4u), inverse >= vec3f(0.0));
+    return BvhRay(origin, direction, ray_shear(direction), inverse, room, up.x | up.y | up.z, faces);
 }
 
-// Which of four children the ray hits, as bits 0 to 3.
+// Where a ray meets the planes of slots 0 to 3 (`planes.xy`) or 4 to 7 (`planes.zw`).
+fn bvh_crossings(planes: vec2u, scale: f32, offset: f32) -> vec4f {
+    return vec4f(unpack2x16float(planes.x), unpack2x16float(planes.y)) * scale + offset;
+}
+
+fn bvh_bits(v: vec4f) -> vec4i {
+    return bitcast<vec4i>(v);
+}
+
+// Which of four children the ray hits, as bits 0 to 3, from where it crosses their planes.
 fn bvh_hit_four(
-    near: vec3u,
-    far: vec3u,
-    scale: vec3f,
-    near_offset: vec3f,
-    far_offset: vec3f,
+    enter_x: vec4f,
+    enter_y: vec4f,
+    enter_z: vec4f,
+    leave_x: vec4f,
+    leave_y: vec4f,
+    leave_z: vec4f,
     t_min: f32,
     t_max: f32,
 ) -> u32 {
-    let enter_x = vec4f(unpack4xU8(near.x)) * scale.x + near_offset.x;
-    let enter_y = vec4f(unpack4xU8(near.y)) * scale.y + near_offset.y;
-    let enter_z = vec4f(unpack4xU8(near.z)) * scale.z + near_offset.z;
-    let leave_x = vec4f(unpack4xU8(far.x)) * scale.x + far_offset.x;
-    let leave_y = vec4f(unpack4xU8(far.y)) * scale.y + far_offset.y;
-    let leave_z = vec4f(unpack4xU8(far.z)) * scale.z + far_offset.z;
-    let enter = max(max(enter_x, enter_y), max(enter_z, vec4f(t_min)));
-    let leave = min(min(leave_x, leave_y), min(leave_z, vec4f(t_max)));
-    let hits = select(vec4u(0u), vec4u(1u, 2u, 4u, 8u), enter <= leave);
-    return (hits.x | hits.y) | (hits.z | hits.w);
+    // As whole numbers: `t_min` is not negative, and from zero on the bits of floats are in the order of their values. A
+    // negative number is below all others either way.
+    let enter = max(max(bvh_bits(enter_x), bvh_bits(enter_y)), max(bvh_bits(enter_z), vec4i(bitcast<i32>(t_min))));
+    let leave = min(min(bvh_bits(leave_x), bvh_bits(leave_y)), min(bvh_bits(leave_z), vec4i(bitcast<i32>(t_max))));
+    let hit = enter <= leave;
+    var hits = 0u;
+    if hit.x { hits = 1u; }
+    if hit.y { hits |= 2u; }
+    if hit.z { hits |= 4u; }
+    if hit.w { hits |= 8u; }
+    return hits;
 }
 
-// Which children of a node the ray hits: a bit for each slot.
-fn bvh_hit_children(node: BvhNode, ray: BvhRay, t_min: f32, t_max: f32) -> u32 {
-    let exponents = vec3u(node.grid.w << 23u, node.grid.w << 15u, node.grid.w << 7u) & vec3u(0x7f800000u);
+// Which children of node `index` the ray hits: a bit for each slot. `grid` is that of the node.
+fn bvh_hit_children(index: u32, grid: vec4u, ray: BvhRay, t_min: f32, t_max: f32) -> u32 {
+    let exponents = vec3u(grid.w << 23u, grid.w << 15u, grid.w << 7u) & vec3u(0x7f800000u);
     let scale = bitcast<vec3f>(exponents) * ray.inverse;
-    let corner = bitcast<vec3f>(node.grid.xyz) - ray.origin;
-    let near_offset = corner * ray.inverse - ray.room;
-    let far_offset = corner * ray.inverse + ray.room;
-    let low_x = node.planes_0.xy;
-    let low_y = node.planes_0.zw;
-    let low_z = node.planes_1.xy;
-    let high_x = node.planes_1.zw;
-    let high_y = node.planes_2.xy;
-    let high_z = node.planes_2.zw;
-    let up_x = (ray.upwards & 1u) != 0u;
-    let up_y = (ray.upwards & 2u) != 0u;
-    let up_z = (ray.upwards & 4u) != 0u;
-    let near_x = select(high_x, low_x, up_x);
-    let near_y = select(high_y, low_y, up_y);
-    let near_z = select(high_z, low_z, up_z);
-    let far_x = select(low_x, high_x, up_x);
-    let far_y = select(low_y, high_y, up_y);
-    let far_z = select(low_z, high_z, up_z);
-    return bvh_hit_four(
-        vec3u(near_x.x, near_y.x, near_z.x),
-        vec3u(far_x.x, far_y.x, far_z.x),
-        scale, near_offset, far_offset, t_min, t_max,
-    ) | (bvh_hit_four(
-        vec3u(near_x.y, near_y.y, near_z.y),
-        vec3u(far_x.y, far_y.y, far_z.y),
-        scale, near_offset, far_offset, t_min, t_max,
-    ) << 4u);
+    let corner = bitcast<vec3f>(grid.xyz) - ray.origin;
+    let near = corner * ray.inverse - ray.room;
+    let far = corner * ray.inverse + ray.room;
+    // Going up along an axis, a ray enters through lower faces.
+    let enter_x = bvh_planes(index, ray.faces.x);
+    let leave_x = bvh_planes(index, ray.faces.x ^ 1u);
+    let enter_y = bvh_planes(index, ray.faces.y);
+    let leave_y = bvh_planes(index, ray.faces.y ^ 1u);
+    let enter_z = bvh_planes(index, ray.faces.z);
+    let leave_z = bvh_planes(index, ray.faces.z ^ 1u);
+    let first = bvh_hit_four(
+        bvh_crossings(enter_x.xy, scale.x, near.x),
+        bvh_crossings(enter_y.xy, scale.y, near.y),
+        bvh_crossings(enter_z.xy, scale.z, near.z),
+        bvh_crossings(leave_x.xy, scale.x, far.x),
+        bvh_crossings(leave_y.xy, scale.y, far.y),
+        bvh_crossings(leave_z.xy, scale.z, far.z),
+        t_min,
+        t_max,
+    );
+    let second = bvh_hit_four(
+        bvh_crossings(enter_x.zw, scale.x, near.x),
+        bvh_crossings(enter_y.zw, scale.y, near.y),
+        bvh_crossings(enter_z.zw, scale.z, near.z),
+        bvh_crossings(leave_x.zw, scale.x, far.x),
+        bvh_crossings(leave_y.zw, scale.y, far.y),
+        bvh_crossings(leave_z.zw, scale.z, far.z),
+        t_min,
+        t_max,
+    );
+    return first | (second << 4u);
 }
 
 // Moves the bit of each slot to the place of its turn: the highest bit is visited first.
@@ -166,11 +185,13 @@ fn bvh_walk(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32, 
                 size = bvh_push(size, nodes);
             }
             let slot = (bit - 24u) ^ ray.upwards;
-            let node = bvh_node(nodes.x + countOneBits(nodes.y & 0xffu & ~(0xffffffffu << slot)));
-            let hits = bvh_hit_children(node, ray, start, hit.t);
-            let inner = node.grid.w >> 24u;
-            nodes = vec2u(node.links.x, (bvh_in_order(hits & inner, ray.upwards) << 24u) | inner);
-            primitives = vec2u(node.links.y, bvh_in_leaves(hits & ~inner, node.links.zw));
+            let index = nodes.x + countOneBits(nodes.y & 0xffu & ~(0xffffffffu << slot));
+            let grid = bvh_grid(index);
+            let links = bvh_links(index);
+            let hits = bvh_hit_children(index, grid, ray, start, hit.t);
+            let inner = grid.w >> 24u;
+            nodes = vec2u(links.x, (bvh_in_order(hits & inner, ray.upwards) << 24u) | inner);
+            primitives = vec2u(links.y, bvh_in_leaves(hits & ~inner, links.zw));
         } else {
             nodes.y = 0u;
         }

@@ -1,18 +1,14 @@
 // Records of `accel::encode`, and the buffers that are never cut into pages: bind group 1.
 
-// Eight boxes on a grid. Words of four bytes hold a number for each of four slots: first of slots 0 to 3, then of 4 to 7.
+// Eight boxes on a grid.
 struct BvhNode {
     // xyz: the grid's lowest corner, as bits of floats. w: from the lowest byte, the exponents of the grid's spacing along
     // x, y and z, then a bit for each slot that holds a node.
     grid: vec4u,
-    // x: first child that is a node. y: first primitive or instance. zw: what the slots hold.
+    // x: first child that is a node. y: first primitive or instance. zw: what the slots hold, a byte each.
     links: vec4u,
-    // Lower faces of the boxes along x (xy) and y (zw).
-    planes_0: vec4u,
-    // Lower faces along z (xy), upper faces along x (zw).
-    planes_1: vec4u,
-    // Upper faces along y (xy) and z (zw).
-    planes_2: vec4u,
+    // Faces of the boxes along x, y and z, lower and upper, in grid steps: floats of sixteen bits, one for each slot.
+    planes: array<vec4u, 6>,
 }
 
 // A triangle, or a sphere of centre a and radius b.x. Coordinates are bits of floats.

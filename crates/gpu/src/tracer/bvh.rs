@@ -67,8 +67,8 @@ impl Pages {
         Pages { shift, count: (records.max(1) as u64).div_ceil(1 << shift) as u32 }
     }
 
-    /// WGSL: the buffers, from `binding` on, and a function `bvh_{name}` that reads record `index`.
-    fn text(self, name: &str, record: &str, binding: u32) -> String {
+    /// WGSL: the buffers `bvh_{name}s_…`, from `binding` on.
+    fn bindings(self, name: &str, record: &str, binding: u32) -> String {
         let mut text = String::new();
         for page in 0..self.count {
             let binding = binding + page;
@@ -77,17 +77,20 @@ impl Pages {
                 "@group(1) @binding({binding}) var<storage, read> bvh_{name}s_{page}: array<{record}>;"
             );
         }
-        let _ = writeln!(text, "fn bvh_{name}(index: u32) -> {record} {{");
-        if self.count > 1 {
-            let _ = writeln!(text, "    let at = index & {:#x}u;", (1u64 << self.shift) - 1);
-            let _ = writeln!(text, "    switch index >> {}u {{", self.shift);
-            for page in 1..self.count {
-                let _ = writeln!(text, "        case {page}u: {{ return bvh_{name}s_{page}[at]; }}");
-            }
-            let _ = writeln!(text, "        default: {{ return bvh_{name}s_0[at]; }}\n    }}\n}}");
-        } else {
-            let _ = writeln!(text, "    return bvh_{name}s_0[index];\n}}");
+        text
+    }
+
+    /// WGSL: a function that reads `field` of record `index` of `bvh_{name}s_…`.
+    fn reader(self, name: &str, signature: &str, field: &str) -> String {
+        if self.count == 1 {
+            return format!("fn {signature} {{ return bvh_{name}s_0[index]{field}; }}\n");
         }
+        let mut text = format!("fn {signature} {{\n    let at = index & {:#x}u;\n", (1u64 << self.shift) - 1);
+        let _ = writeln!(text, "    switch index >> {}u {{", self.shift);
+        for page in 1..self.count {
+            let _ = writeln!(text, "        case {page}u: {{ return bvh_{name}s_{page}[at]{field}; }}");
+        }
+        let _ = writeln!(text, "        default: {{ return bvh_{name}s_0[at]{field}; }}\n    }}\n}}");
         text
     }
 
@@ -202,8 +205,12 @@ fn text(scene: &EncodedScene, nodes: Pages, primitives: Pages) -> String {
     let (has_triangles, has_spheres) = scene.kinds();
     [
         BINDINGS,
-        &nodes.text("node", "BvhNode", FIRST_PAGE),
-        &primitives.text("primitive", "BvhPrimitive", FIRST_PAGE + nodes.count),
+        &nodes.bindings("node", "BvhNode", FIRST_PAGE),
+        &nodes.reader("node", "bvh_grid(index: u32) -> vec4u", ".grid"),
+        &nodes.reader("node", "bvh_links(index: u32) -> vec4u", ".links"),
+        &nodes.reader("node", "bvh_planes(index: u32, plane: u32) -> vec4u", ".planes[plane]"),
+        &primitives.bindings("primitive", "BvhPrimitive", FIRST_PAGE + nodes.count),
+        &primitives.reader("primitive", "bvh_primitive(index: u32) -> BvhPrimitive", ""),
         &format!("const BVH_STACK: u32 = {}u;\n", scene.stack_size()),
         &format!("const BVH_SINGLE: bool = {};\n", scene.is_single()),
         &format!("const BVH_HAS_TRIANGLES: bool = {has_triangles};\n"),

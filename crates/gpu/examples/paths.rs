@@ -1,0 +1,99 @@
+//! Speed of path tracing on this machine's GPU: `cargo run --release -p gpu --example paths [SCENE]...`.
+//!
+//! Scenes are `cornell`, `glass`, `spheres` and `hairy`, at 1920×1080, 64 samples a pixel and a depth of 8; the time is
+//! the device's own of all passes, after a first frame that nobody counts.
+
+use backend::{Backend, Control, Integrator, PathSettings, View};
+use gpu::tracer::TracerKind;
+use gpu::{Gpu, GpuBackend, GpuOptions};
+use optics::camera::{CAMERA_PERSPECTIVE, CameraFrame};
+use scene::tables::SceneTables;
+use std::error::Error;
+use std::sync::Arc;
+use std::time::Instant;
+
+const RUNS: usize = 5;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let wanted: Vec<String> = std::env::args().skip(1).collect();
+    type Make = fn() -> scene::Scene;
+    let scenes: [(&str, Make); 4] = [
+        ("cornell", testkit::scenes::cornell),
+        ("glass", testkit::scenes::glass),
+        ("spheres", testkit::scenes::spheres),
+        ("hairy", || testkit::scenes::hairy(7, 7)),
+    ];
+    let small = std::env::var_os("ALHAZEN_SMALL").is_some(); // to try the program on a software driver
+    let (width, height, samples) = if small { (192, 108, 4) } else { (1920, 1080, 64) };
+    for (name, make) in scenes.into_iter().filter(|(n, _)| wanted.is_empty() || wanted.iter().any(|w| w == n))
+    {
+        let scene = make();
+        let tables = Arc::new(SceneTables::build(&scene));
+        for kind in [TracerKind::Bvh, TracerKind::Query] {
+            let gpu = Gpu::open(&GpuOptions::default())?;
+            let device = gpu.describe();
+            let Ok(mut backend) = GpuBackend::new(gpu, kind) else { continue };
+            let start = Instant::now();
+            let stats = backend.load(tables.clone())?;
+            let load = start.elapsed();
+            let settings = PathSettings { max_depth: 8, ..PathSettings::default() };
+            let mut view = View {
+                camera: camera_frame(&scene.cameras[0], width as f32 / height as f32),
+                width,
+                height,
+                window: film::Rect { x: 0, y: 0, width, height },
+                integrator: Integrator::Path(settings),
+                single_scatter: false,
+                sampler: backend::SamplerKind::Sobol,
+                seed: 1,
+                first_sample: 0,
+                aovs: Vec::new(),
+            };
+            let mut speeds = Vec::new();
+            let mut rays = 0;
+            for run in 0..=RUNS {
+                let done = backend.render(&view, samples, &Control::default())?;
+                view.first_sample += samples;
+                let seconds = done.device_time.unwrap_or(done.elapsed).as_secs_f64();
+                rays = done.rays;
+                if run > 0 {
+                    speeds.push(done.samples as f64 / seconds * 1e-6);
+                }
+            }
+            speeds.sort_by(f64::total_cmp);
+            println!(
+                "{name} {}: {:.1} Msamples/s ({:.1} to {:.1}), {:.2} rays a sample, load {:.2} s of which build {:.2} s, {:.1} MB; {device}",
+                kind.name(),
+                speeds[RUNS / 2],
+                speeds[0],
+                speeds[RUNS - 1],
+                rays as f64 / (f64::from(width * height) * f64::from(samples)),
+                load.as_secs_f64(),
+                stats.build.as_secs_f64(),
+                backend.memory_bytes() as f64 * 1e-6,
+            );
+        }
+    }
+    Ok(())
+}
+
+fn camera_frame(camera: &scene::Camera, aspect: f32) -> CameraFrame {
+    let axis = (camera.target - camera.eye).normalize();
+    let right = axis.cross(camera.up).normalize();
+    let up = right.cross(axis);
+    let half_height = match camera.projection {
+        scene::Projection::Perspective { fov_y } => (fov_y * 0.5).tan(),
+        _ => 1.0,
+    };
+    let v = |v: glam::Vec3| optics::vec3f(v.x, v.y, v.z);
+    CameraFrame {
+        kind: CAMERA_PERSPECTIVE,
+        origin: v(camera.eye),
+        right: v(right),
+        up: v(up),
+        forward: v(axis),
+        half_size: optics::vec2f(half_height * aspect, half_height),
+        lens_radius: 0.0,
+        focus_distance: 1.0,
+    }
+}
