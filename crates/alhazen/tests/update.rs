@@ -9,7 +9,7 @@ use scene::tables::{Changes, SceneTables};
 use scene::{Environment, Image, Instance, Material, Mesh, Pixels};
 use testkit::scenes;
 
-const SPP: u32 = 16;
+const SPP: u32 = 4;
 
 /// The Cornell box under a sky, with a second, movable copy of each of its meshes.
 fn before() -> Scene {
@@ -74,7 +74,7 @@ fn assert_equal(what: &str, a: &Film, b: &Film) {
 /// Walks through all versions and back, one update after the other.
 fn check(renderer: &mut Renderer) {
     let old = before();
-    let job = job(&old, 24, 24, 4);
+    let job = job(&old, 16, 16, 4);
     renderer.load(&old).expect("load");
     let first = picture(renderer, &job);
     for (what, new, _) in versions() {

@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     {
         let scene = make();
         let tables = Arc::new(SceneTables::build(&scene));
-        for kind in [TracerKind::Bvh, TracerKind::Query] {
+        for kind in TracerKind::ALL {
             let gpu = Gpu::open(&GpuOptions::default())?;
             let device = gpu.describe();
             let Ok(mut backend) = GpuBackend::new(gpu, kind) else { continue };

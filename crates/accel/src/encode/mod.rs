@@ -55,6 +55,7 @@ struct EncodedObject {
 ///
 /// The first records of `nodes` belong to the upper level and change with [`EncodedScene::update`]; all other records
 /// stay as they are.
+#[derive(Clone)]
 pub struct EncodedScene {
     /// Nodes of both levels. The root of the upper level is the first.
     pub nodes: Vec<EncodedNode>,
@@ -181,6 +182,15 @@ impl EncodedScene {
             self.instances[0] = self.instances[1];
         }
         nodes.len()
+    }
+
+    /// The scene without the nodes and primitives of its objects: all that [`EncodedScene::update`] needs.
+    #[must_use]
+    pub fn into_upper(mut self) -> EncodedScene {
+        self.nodes.truncate(self.upper_capacity);
+        self.nodes.shrink_to_fit();
+        self.primitives = Vec::new();
+        self
     }
 
     /// Whether the only instance is the first and stands in the world as it is. Then its record stands in the place of

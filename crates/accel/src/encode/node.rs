@@ -36,7 +36,7 @@ pub struct EncodedNode {
     /// for primitives, bits 24 to 31 for nodes.
     pub meta: [u8; WIDTH],
     /// Faces of the boxes by axis, then low and high, then slot, in grid steps from `origin`: whole numbers from 0 to
-    /// [`STEPS`] as floats of sixteen bits, which hold them exactly.
+    /// `STEPS` as floats of sixteen bits, which hold them exactly.
     pub planes: [[[u16; WIDTH]; 2]; 3],
 }
 

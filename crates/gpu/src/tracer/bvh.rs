@@ -1,7 +1,7 @@
 //! Tracing without ray tracing hardware: our own hierarchy, in a few storage buffers, walked in compute shaders.
 
 use super::{Tracer, TracerKind, TracerText};
-use crate::scene::upload::storage_buffer;
+use crate::scene::upload::{storage_buffer, write_buffer};
 use crate::{Gpu, GpuError, GpuScene};
 use accel::encode::{EncodedNode, EncodedPrimitive, EncodedScene, Object, SphereGeometry};
 use accel::{Geometry, Instance, Quality, Sphere};
@@ -112,6 +112,11 @@ pub struct BvhTracer {
     layout: wgpu::BindGroupLayout,
     bind_group: wgpu::BindGroup,
     memory_bytes: u64,
+    /// The upper level on the host.
+    upper: EncodedScene,
+    /// Where its instances and, in front of all others, its nodes are on the device.
+    instances: wgpu::Buffer,
+    first_nodes: wgpu::Buffer,
 }
 
 impl BvhTracer {
@@ -120,14 +125,14 @@ impl BvhTracer {
     /// # Errors
     /// When the scene is too large for the device, or there is no memory.
     pub fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, GpuError> {
-        Self::upload(gpu, &encode(&scene.tables, Quality::Balanced))
+        Self::upload(gpu, encode(&scene.tables, Quality::Balanced))
     }
 
     /// Copies an encoded scene to the device.
     ///
     /// # Errors
     /// As [`BvhTracer::new`].
-    pub fn upload(gpu: &Gpu, scene: &EncodedScene) -> Result<Self, GpuError> {
+    pub fn upload(gpu: &Gpu, scene: EncodedScene) -> Result<Self, GpuError> {
         let limit = gpu.limits.max_storage_buffer_binding_size.min(gpu.limits.max_buffer_size);
         let nodes = Pages::new(scene.nodes.len(), size_of::<EncodedNode>(), limit);
         let primitives = Pages::new(scene.primitives.len(), size_of::<EncodedPrimitive>(), limit);
@@ -146,7 +151,10 @@ impl BvhTracer {
             .guarded(|| bind(gpu, &buffers))
             .map_err(|reason| GpuError::Device { doing: "binding the hierarchy", reason })?;
         let memory_bytes = buffers.iter().map(wgpu::Buffer::size).sum();
-        Ok(Self { text: text(scene, nodes, primitives), layout, bind_group, memory_bytes })
+        let text = text(&scene, nodes, primitives);
+        let [instances, first_nodes] = [&buffers[0], &buffers[FIRST_PAGE as usize]].map(wgpu::Buffer::clone);
+        let upper = scene.into_upper();
+        Ok(Self { text, layout, bind_group, memory_bytes, upper, instances, first_nodes })
     }
 }
 
@@ -165,6 +173,24 @@ impl Tracer for BvhTracer {
 
     fn bind_group(&self) -> &wgpu::BindGroup {
         &self.bind_group
+    }
+
+    fn move_instances(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<bool, GpuError> {
+        let (single, stack) = (self.upper.is_single(), self.upper.stack_size());
+        let instances: Vec<Instance> = scene.tables.instances.iter().map(instance).collect();
+        let changed = self.upper.update(&instances);
+        let nodes: &[u8] = bytemuck::cast_slice(&self.upper.nodes[..changed]);
+        let records: &[u8] = bytemuck::cast_slice(&self.upper.instances);
+        // Shaders are compiled for one depth, and with an upper level or without.
+        let same_shader = self.upper.is_single() == single && self.upper.stack_size() <= stack;
+        let fits = |bytes: &[u8], buffer: &wgpu::Buffer| bytes.len() as u64 <= buffer.size();
+        if !same_shader || !fits(nodes, &self.first_nodes) || !fits(records, &self.instances) {
+            return Ok(false);
+        }
+        write_buffer(gpu, "the hierarchy's nodes", &self.first_nodes, nodes)?;
+        write_buffer(gpu, "the hierarchy's instances", &self.instances, records)?;
+        gpu.check("moving instances")?;
+        Ok(true)
     }
 
     fn memory_bytes(&self) -> u64 {

@@ -97,7 +97,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 /// Traces rays on the device.
 fn trace(gpu: &Gpu, tables: &SceneTables, encoded: &EncodedScene, rays: &[Ray]) -> Vec<Found> {
     let scene = GpuScene::upload(gpu, std::sync::Arc::new(tables.clone())).expect("upload");
-    let tracer = BvhTracer::upload(gpu, encoded).expect("upload");
+    let tracer = BvhTracer::upload(gpu, encoded.clone()).expect("upload");
     let words: Vec<[f32; 8]> = rays
         .iter()
         .map(|r| {
@@ -275,7 +275,7 @@ fn too_many_pages_are_an_error() {
     let options = GpuOptions { limits: Some(caps), ..GpuOptions::default() };
     let Some(gpu) = open_for_test("too_many_pages_are_an_error", &options) else { return };
     let tables = SceneTables::build(&testkit::scenes::glass());
-    let error = BvhTracer::upload(&gpu, &encode(&tables, Quality::Balanced)).err().expect("too large");
+    let error = BvhTracer::upload(&gpu, encode(&tables, Quality::Balanced)).err().expect("too large");
     assert!(matches!(error, GpuError::Limit { limit: "storage buffers a shader", .. }), "{error}");
 }
 
