@@ -168,6 +168,12 @@ impl Renderer {
         if let Some(film) = self.backend.film()? {
             summary.invalid_samples = film.invalid_samples();
             summary.noise = summary.noise.or_else(|| film.relative_error());
+            if summary.cancelled {
+                // The pass that was cut short may have given some samples to all pixels.
+                let of_pixel = |p: &film::PixelStats| p.count() + p.invalid();
+                let whole = film.pixels().iter().map(of_pixel).min().unwrap_or(0);
+                summary.spp = summary.spp.max(u32::try_from(whole).unwrap_or(u32::MAX));
+            }
         }
         Ok(summary)
     }
