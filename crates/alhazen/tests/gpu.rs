@@ -7,14 +7,14 @@
 mod common;
 
 use alhazen::gpu::tracer::TracerKind;
-use alhazen::gpu::{Gpu, GpuBackend, GpuOptions};
+use alhazen::gpu::{Gpu, GpuBackend, GpuOptions, has_hardware};
 use alhazen::{
     AlphaMode, Aov, Control, DirectSettings, Fallback, Film, Integrator, Job, Limits, LoadOptions,
     PathSettings, Renderer, SamplerKind, Scene, Source, Step, Summary,
 };
 use common::{gpu_renderers, path};
 use film::AovData;
-use testkit::{Comparison, Estimate, WHOLE_IMAGE, scenes};
+use testkit::{Comparison, Estimate, Exclusive, WHOLE_IMAGE, scenes};
 
 const SIZE: u32 = 48;
 const SPP: u32 = 16;
@@ -123,9 +123,10 @@ fn builtin_scenes_path() {
     let mut renderers = gpu_renderers("builtin_scenes_path");
     for builtin in alhazen::builtin::list() {
         let scene = self::builtin(builtin.name);
-        // Floors that fade decide coverage by the last bits of a hit, and the walls of the atrium, whose normals have
-        // a z of zero or nearly so, get one frame or the other.
-        compare_on(&mut renderers, &format!("{} path", builtin.name), &scene, &job(&scene), 0.25);
+        // Floors that fade decide coverage by the last bits of a hit; in the atrium, shadow rays to the sun pass
+        // thousands of leaves, instances of a few, at whose edges rounding decides.
+        let share = if ["three-spheres", "model", "atrium"].contains(&builtin.name) { 0.25 } else { 0.08 };
+        compare_on(&mut renderers, &format!("{} path", builtin.name), &scene, &job(&scene), share);
     }
 }
 
@@ -133,7 +134,7 @@ fn builtin_scenes_path() {
 fn reference_scenes_path() {
     let mut renderers = gpu_renderers("reference_scenes_path");
     for scene in [scenes::glass(), scenes::spheres(), scenes::hairy(2, 3)] {
-        compare_on(&mut renderers, &format!("{} path", scene.name), &scene, &job(&scene), 0.15);
+        compare_on(&mut renderers, &format!("{} path", scene.name), &scene, &job(&scene), 0.02);
     }
 }
 
@@ -177,8 +178,8 @@ fn layers_agree_but_at_silhouettes() {
     for integrator in [Integrator::Aov, path(2), Integrator::Direct(DirectSettings::default())] {
         let job = Job { integrator, aovs: Aov::ALL.to_vec(), ..job(&scene) };
         let (expected, _) = render(&mut Renderer::cpu(None).expect("threads"), &scene, &job, 4);
-        for mut renderer in gpu_renderers(test) {
-            let (film, _) = render(&mut renderer, &scene, &job, 4);
+        for renderer in gpu_renderers(test).iter_mut() {
+            let (film, _) = render(renderer, &scene, &job, 4);
             assert_eq!(film.invalid_aovs(), expected.invalid_aovs());
             for aov in Aov::ALL.into_iter().filter(|&a| a != Aov::StandardError) {
                 let (a, b) = (numbers(&film, aov), numbers(&expected, aov));
@@ -214,8 +215,8 @@ fn other_noise_is_noticed() {
 #[test]
 fn splitting_a_call_changes_nothing_but_rounding() {
     let scene = scenes::cornell();
-    for mut renderer in gpu_renderers("splitting_a_call_changes_nothing_but_rounding") {
-        let (whole, _) = render(&mut renderer, &scene, &job(&scene), 9);
+    for renderer in gpu_renderers("splitting_a_call_changes_nothing_but_rounding").iter_mut() {
+        let (whole, _) = render(renderer, &scene, &job(&scene), 9);
         renderer.load(&scene).expect("load");
         let mut view = job(&scene).view(0.0);
         for (first, count) in [(0, 2), (2, 4), (6, 3)] {
@@ -233,7 +234,7 @@ fn splitting_a_call_changes_nothing_but_rounding() {
 #[test]
 fn cancelling_stops_soon_and_keeps_what_is_there() {
     let scene = scenes::cornell();
-    for mut renderer in gpu_renderers("cancelling_stops_soon_and_keeps_what_is_there") {
+    for renderer in gpu_renderers("cancelling_stops_soon_and_keeps_what_is_there").iter_mut() {
         renderer.load(&scene).expect("load");
         let job = job(&scene);
         let control = Control::new();
@@ -256,30 +257,35 @@ fn cancelling_stops_soon_and_keeps_what_is_there() {
     }
 }
 
-/// A renderer on a device with the CPU behind it.
-fn with_fallback(gpu: Gpu) -> Renderer {
-    let kind = if TracerKind::Query.check(&gpu).is_ok() { TracerKind::Query } else { TracerKind::Bvh };
-    let backend = GpuBackend::new(gpu, kind).expect("supported");
-    Renderer::new(Box::new(Fallback::new(Box::new(backend), vec![Step::Cpu(None)])))
+/// A renderer on a device with the CPU behind it, and what destroys the device; or `None` and a visible skip.
+fn with_fallback(test: &str) -> Option<Exclusive<(Renderer, impl Fn())>> {
+    let opened = Exclusive::new(has_hardware(), || Gpu::open(&GpuOptions::default()));
+    if let Err(error) = &*opened {
+        testkit::skip_without_gpu(test, &error.to_string());
+        return None;
+    }
+    Some(opened.map(|gpu| {
+        let gpu = gpu.expect("looked at above");
+        let device = gpu.device.clone();
+        let kind = if TracerKind::Query.check(&gpu).is_ok() { TracerKind::Query } else { TracerKind::Bvh };
+        let backend = GpuBackend::new(gpu, kind).expect("supported");
+        let fallback = Fallback::new(Box::new(backend), vec![Step::Cpu(None)]);
+        (Renderer::new(Box::new(fallback)), move || device.destroy())
+    }))
 }
 
 /// A device that is lost in the middle: the CPU goes on with what is there, and the picture is whole.
 #[test]
 fn a_lost_device_is_replaced_by_the_cpu() {
-    let test = "a_lost_device_is_replaced_by_the_cpu";
+    let Some(mut opened) = with_fallback("a_lost_device_is_replaced_by_the_cpu") else { return };
+    let (renderer, destroy) = &mut *opened;
     let scene = scenes::cornell();
     let job = job(&scene);
-    let gpu = match Gpu::open(&GpuOptions::default()) {
-        Ok(gpu) => gpu,
-        Err(error) => return testkit::skip_without_gpu(test, &error.to_string()),
-    };
-    let device = gpu.device.clone();
-    let mut renderer = with_fallback(gpu);
     renderer.load(&scene).expect("load");
     let first = Limits { spp: 6, ..Limits::default() };
     renderer.render(&job, &first, &Control::new()).expect("render");
     assert!(renderer.film().expect("film").is_some(), "reading the film makes its samples safe");
-    device.destroy();
+    destroy();
     let mut view = job.view(0.0);
     view.first_sample = 6;
     let rest = Limits { spp: 10, ..Limits::default() };
@@ -296,15 +302,10 @@ fn a_lost_device_is_replaced_by_the_cpu() {
 /// As above, but nothing had been moved to the host: those samples are made again.
 #[test]
 fn samples_lost_with_a_device_are_made_again() {
-    let test = "samples_lost_with_a_device_are_made_again";
+    let Some(mut opened) = with_fallback("samples_lost_with_a_device_are_made_again") else { return };
+    let (renderer, destroy) = &mut *opened;
     let scene = scenes::cornell();
     let job = job(&scene);
-    let gpu = match Gpu::open(&GpuOptions::default()) {
-        Ok(gpu) => gpu,
-        Err(error) => return testkit::skip_without_gpu(test, &error.to_string()),
-    };
-    let device = gpu.device.clone();
-    let mut renderer = with_fallback(gpu);
     renderer.load(&scene).expect("load");
     let mut view = job.view(0.0);
     let mut samples = |first: u32, count: u32| {
@@ -314,7 +315,7 @@ fn samples_lost_with_a_device_are_made_again() {
         renderer.render_view(&view, &limits, &Control::new(), &mut |_| {}).map(|_| ())
     };
     samples(0, 1).expect("render");
-    device.destroy();
+    destroy();
     samples(1, 3).expect("the CPU goes on");
     let film = renderer.film().expect("film").expect("rendered");
     let area = u64::from(SIZE) * u64::from(SIZE);

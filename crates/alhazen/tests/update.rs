@@ -136,7 +136,7 @@ fn updates_on_the_cpu() {
 
 #[test]
 fn updates_on_gpus() {
-    for mut renderer in gpu_renderers("updates_on_gpus") {
-        check(&mut renderer);
+    for renderer in gpu_renderers("updates_on_gpus").iter_mut() {
+        check(renderer);
     }
 }

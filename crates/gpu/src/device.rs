@@ -5,7 +5,7 @@
 
 use crate::GpuError;
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 use wgpu::{DeviceType, Features, Limits};
 
@@ -126,6 +126,12 @@ struct Faults {
 /// All adapters of this machine, the best first.
 pub fn adapters() -> Vec<AdapterSummary> {
     ranked_adapters().iter().map(AdapterSummary::new).collect()
+}
+
+/// Whether this machine has a GPU that is not a program. Looks once.
+pub fn has_hardware() -> bool {
+    static FOUND: OnceLock<bool> = OnceLock::new();
+    *FOUND.get_or_init(|| adapters().iter().any(|a| !a.is_software()))
 }
 
 fn ranked_adapters() -> Vec<wgpu::Adapter> {

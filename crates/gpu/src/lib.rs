@@ -20,19 +20,17 @@ pub mod timing;
 pub mod tracer;
 
 pub use backend::GpuBackend;
-pub use device::{AdapterSummary, Gpu, GpuOptions, LimitCaps, STORAGE_BUFFERS, adapters};
+pub use device::{AdapterSummary, Gpu, GpuOptions, LimitCaps, STORAGE_BUFFERS, adapters, has_hardware};
 pub use error::GpuError;
 pub use scene::GpuScene;
 
 /// For tests: a device, or `None` and a visible skip.
 #[cfg(test)]
-pub(crate) fn open_for_test(test: &str, options: &GpuOptions) -> Option<Gpu> {
-    match Gpu::open(options) {
-        Ok(gpu) => Some(gpu),
-        Err(GpuError::NoAdapter { found }) => {
-            testkit::skip_without_gpu(test, &found);
-            None
-        }
-        Err(error) => panic!("{test}: {error}"),
+pub(crate) fn open_for_test(test: &str, options: &GpuOptions) -> Option<testkit::Exclusive<Gpu>> {
+    let opened = testkit::Exclusive::new(has_hardware(), || Gpu::open(options));
+    if let Err(GpuError::NoAdapter { found }) = &*opened {
+        testkit::skip_without_gpu(test, found);
+        return None;
     }
+    Some(opened.map(|gpu| gpu.unwrap_or_else(|error| panic!("{test}: {error}"))))
 }

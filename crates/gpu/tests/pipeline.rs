@@ -10,22 +10,22 @@ use optics::{Vec3f, vec2f, vec3f};
 use scene::Scene;
 use scene::tables::SceneTables;
 use std::sync::Arc;
-use testkit::{Comparison, Estimate, WHOLE_IMAGE, scenes};
+use testkit::{Comparison, Estimate, Exclusive, WHOLE_IMAGE, scenes};
 
 const SIZE: u32 = 48;
 
 /// A back end of ray tracing pipelines, on a device that may not use ray queries; or `None` and a visible skip.
-fn pipeline(test: &str) -> Option<GpuBackend> {
+fn pipeline(test: &str) -> Option<Exclusive<GpuBackend>> {
     let features = wgpu::Features::all() - wgpu::Features::EXPERIMENTAL_RAY_QUERY;
-    let opened = Gpu::open(&GpuOptions { features, ..GpuOptions::default() });
-    match opened.and_then(|gpu| GpuBackend::new(gpu, TracerKind::Pipeline)) {
-        Ok(backend) => Some(backend),
-        Err(error @ (GpuError::NoAdapter { .. } | GpuError::Unsupported { .. })) => {
-            testkit::skip_without_gpu(test, &error.to_string());
-            None
-        }
-        Err(error) => panic!("{test}: {error}"),
+    let opened = Exclusive::new(gpu::has_hardware(), || {
+        Gpu::open(&GpuOptions { features, ..GpuOptions::default() })
+            .and_then(|gpu| GpuBackend::new(gpu, TracerKind::Pipeline))
+    });
+    if let Err(error @ (GpuError::NoAdapter { .. } | GpuError::Unsupported { .. })) = &*opened {
+        testkit::skip_without_gpu(test, &error.to_string());
+        return None;
     }
+    Some(opened.map(|backend| backend.unwrap_or_else(|error| panic!("{test}: {error}"))))
 }
 
 /// The scene's perspective camera for a square picture.
@@ -101,7 +101,7 @@ fn pictures_are_those_of_the_cpu() {
     for scene in [scenes::cornell(), scenes::glass(), leaves()] {
         for integrator in [path(), Integrator::Direct(DirectSettings::default())] {
             let expected = Estimate::from_film(&render(&mut cpu(), &scene, integrator, 128, 1));
-            let actual = Estimate::from_film(&render(&mut gpu, &scene, integrator, 128, 2));
+            let actual = Estimate::from_film(&render(&mut *gpu, &scene, integrator, 128, 2));
             for block in [8, WHOLE_IMAGE] {
                 let name = format!("pipeline-{}-{}", scene.name, integrator.name());
                 Comparison::new(name, block).assert(&actual, &expected);
@@ -116,7 +116,7 @@ fn layers_are_those_of_the_cpu() {
     let Some(mut gpu) = pipeline("layers_are_those_of_the_cpu") else { return };
     for scene in [scenes::cornell(), scenes::glass()] {
         let expected = render(&mut cpu(), &scene, Integrator::Aov, 1, 7);
-        let actual = render(&mut gpu, &scene, Integrator::Aov, 1, 7);
+        let actual = render(&mut *gpu, &scene, Integrator::Aov, 1, 7);
         let mut different = 0;
         for aov in [Aov::Depth, Aov::Normal, Aov::MaterialId] {
             match (expected.aov(aov), actual.aov(aov)) {
@@ -139,10 +139,10 @@ fn layers_are_those_of_the_cpu() {
 #[test]
 fn films_and_scenes_follow_each_other() {
     let Some(mut gpu) = pipeline("films_and_scenes_follow_each_other") else { return };
-    let first = render(&mut gpu, &scenes::cornell(), path(), 4, 3).mean();
-    render(&mut gpu, &scenes::glass(), path(), 4, 3);
-    render(&mut gpu, &scenes::cornell(), Integrator::Aov, 1, 3);
-    assert_eq!(first, render(&mut gpu, &scenes::cornell(), path(), 4, 3).mean());
+    let first = render(&mut *gpu, &scenes::cornell(), path(), 4, 3).mean();
+    render(&mut *gpu, &scenes::glass(), path(), 4, 3);
+    render(&mut *gpu, &scenes::cornell(), Integrator::Aov, 1, 3);
+    assert_eq!(first, render(&mut *gpu, &scenes::cornell(), path(), 4, 3).mean());
 }
 
 /// A device that is lost in the middle is an error, and everything made on it goes without a crash.
@@ -150,7 +150,7 @@ fn films_and_scenes_follow_each_other() {
 fn a_lost_device_is_an_error() {
     let Some(mut gpu) = pipeline("a_lost_device_is_an_error") else { return };
     let scene = scenes::cornell();
-    render(&mut gpu, &scene, Integrator::Aov, 1, 3);
+    render(&mut *gpu, &scene, Integrator::Aov, 1, 3);
     gpu.gpu().device.destroy();
     let view = view(&scene, Integrator::Aov, 4);
     let error = gpu.render(&view, 1, &Control::new()).expect_err("the device is gone");

@@ -2,13 +2,13 @@
 #![allow(dead_code, reason = "every test file compiles this and uses a part of it")]
 
 use alhazen::gpu::tracer::TracerKind;
-use alhazen::gpu::{Gpu, GpuBackend, GpuError, GpuOptions};
+use alhazen::gpu::{Gpu, GpuBackend, GpuError, GpuOptions, has_hardware};
 use alhazen::{
     Camera, Control, Film, Integrator, Job, Limits, PathSettings, Renderer, SamplerKind, Scene, Summary,
 };
 use glam::Vec3;
 use scene::Projection;
-use testkit::{Comparison, Estimate, WHOLE_IMAGE};
+use testkit::{Comparison, Estimate, Exclusive, WHOLE_IMAGE};
 
 /// Path tracing up to `max_depth` segments, without Russian roulette.
 pub fn path(max_depth: u32) -> Integrator {
@@ -102,7 +102,11 @@ pub fn assert_same_coarse(what: &str, a: &Estimate, b: &Estimate) {
 
 /// Renderers for every tracer that this machine has; says which are skipped. The environment variable
 /// `ALHAZEN_TEST_BACKENDS` names those that count, for who works on one of them.
-pub fn gpu_renderers(test: &str) -> Vec<Renderer> {
+pub fn gpu_renderers(test: &str) -> Exclusive<Vec<Renderer>> {
+    Exclusive::new(has_hardware(), || all_gpu_renderers(test))
+}
+
+fn all_gpu_renderers(test: &str) -> Vec<Renderer> {
     let mut found = Vec::new();
     let named = std::env::var("ALHAZEN_TEST_BACKENDS").ok();
     let counts = |kind: &TracerKind| named.as_ref().is_none_or(|n| n.split(',').any(|n| n == kind.name()));

@@ -10,7 +10,7 @@ use ash::vk;
 use scene::tables::GeometryKind;
 use std::collections::BTreeMap;
 use std::ffi::CString;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use wgpu::hal::api::Vulkan as Api;
 
 /// Bind groups of the kernels: scene, tracer, view and film.
@@ -21,6 +21,10 @@ const RECURSION_DEPTH: u32 = 1;
 
 /// Accesses out of bounds are caught: scenes come from files.
 const CHECKS: bool = true;
+
+/// Held by who compiles a pipeline: NVIDIA's driver (580.159) has two locks that threads which do so for different devices
+/// take in different order, and then wait for ever.
+static COMPILING: Mutex<()> = Mutex::new(());
 
 /// What a shader sees at a binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,7 +100,9 @@ impl Program {
         for shaders in [generation, hits] {
             modules.add(shaders)?;
         }
+        let compiling = COMPILING.lock().unwrap_or_else(PoisonError::into_inner);
         program.make_pipeline(&modules)?;
+        drop(compiling);
         Ok(program)
     }
 

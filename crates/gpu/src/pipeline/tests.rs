@@ -379,7 +379,7 @@ fn an_empty_scene_is_all_misses() {
 }
 
 /// A device with ray tracing pipelines, opened without ray queries: they must not be needed.
-fn open_for_pipelines(test: &str) -> Option<Gpu> {
+fn open_for_pipelines(test: &str) -> Option<testkit::Exclusive<Gpu>> {
     let features = wgpu::Features::all() - wgpu::Features::EXPERIMENTAL_RAY_QUERY;
     let gpu = open_for_test(test, &GpuOptions { features, ..GpuOptions::default() })?;
     match crate::tracer::TracerKind::Pipeline.check(&gpu) {

@@ -1,25 +1,24 @@
 //! A GPU that runs a function on a buffer.
 
 use gpu::{Gpu, GpuError, GpuOptions};
+use testkit::Exclusive;
 use wgpu::BufferUsages;
 use wgpu::util::DeviceExt;
 
 /// Invocations of a workgroup, as the shaders say.
 const WORKGROUP: usize = 64;
 
-pub struct Device(Gpu);
+pub struct Device(Exclusive<Gpu>);
 
 impl Device {
     /// A device, or `None` and a visible skip.
     pub fn open(test: &str) -> Option<Self> {
-        match Gpu::open(&GpuOptions::default()) {
-            Ok(gpu) => Some(Self(gpu)),
-            Err(GpuError::NoAdapter { found }) => {
-                testkit::skip_without_gpu(test, &found);
-                None
-            }
-            Err(error) => panic!("{test}: {error}"),
+        let opened = Exclusive::new(gpu::has_hardware(), || Gpu::open(&GpuOptions::default()));
+        if let Err(GpuError::NoAdapter { found }) = &*opened {
+            testkit::skip_without_gpu(test, found);
+            return None;
         }
+        Some(Self(opened.map(|gpu| gpu.unwrap_or_else(|error| panic!("{test}: {error}")))))
     }
 
     /// Runs a shader on `inputs` and returns `count` words; the number of inputs is a multiple of the workgroup's size.

@@ -20,10 +20,13 @@ pub mod frame {
         pub normal: Vec3f,
     }
 
-    /// A frame around a unit normal, with an arbitrary but continuous tangent (except across `normal.z = 0`).
-    /// Source: Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017.
+    /// A frame around a unit normal, with an arbitrary but continuous tangent except across `normal.z = −0.55`.
+    ///
+    /// Source: Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017, who change signs at 0. But walls,
+    /// floors and ceilings have z = 0, or what rounding makes of it, and would get one frame here and another there;
+    /// few surfaces have −0.55, and the divisor is still far from zero.
     pub fn frame_from_normal(normal: Vec3f) -> Frame {
-        let sign = select(-1.0, 1.0, normal.z >= 0.0);
+        let sign = select(-1.0, 1.0, normal.z >= -0.55);
         let a = -1.0 / (sign + normal.z);
         let b = normal.x * normal.y * a;
         Frame {

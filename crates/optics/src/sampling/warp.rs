@@ -26,7 +26,10 @@ pub mod warp {
     /// A direction above the plane z = 0 with density [`pdf_cosine_hemisphere`] over solid angle.
     pub fn sample_cosine_hemisphere(u: Vec2f) -> Vec3f {
         let d = sample_disk(u);
-        vec3f(d.x, d.y, safe_sqrt(1.0 - d.x * d.x - d.y * d.y))
+        // The disk's radius is the larger of |a| and |b|. Taking the height from it rather than from the point does not
+        // cancel near the horizon.
+        let r = max(abs(2.0 * u.x - 1.0), abs(2.0 * u.y - 1.0));
+        vec3f(d.x, d.y, safe_sqrt((1.0 - r) * (1.0 + r)))
     }
 
     /// Density over solid angle of [`sample_cosine_hemisphere`]; `cos_theta` is the direction's z.

@@ -72,10 +72,11 @@ pub mod ggx {
 
     /// A point of the sphere cap above −`lower`, turned into a half vector of the stretched surface and back.
     pub fn cap_half(wo_std: Vec3f, alpha: f32, lower: f32, u: Vec2f) -> Vec3f {
-        let z = (1.0 - u.y) * (1.0 + lower) - lower;
-        let r = safe_sqrt(1.0 - z * z);
+        // As for `sample_cone`: 1 − z does not cancel near the pole.
+        let below_pole = u.y * (1.0 + lower);
+        let r = safe_sqrt(below_pole * (2.0 - below_pole));
         let cs = cos_sin_turns(u.x);
-        let half_std = vec3f(r * cs.x, r * cs.y, z) + wo_std;
+        let half_std = vec3f(r * cs.x, r * cs.y, 1.0 - below_pole) + wo_std;
         normalize(vec3f(alpha * half_std.x, alpha * half_std.y, max(half_std.z, 1e-12)))
     }
 
