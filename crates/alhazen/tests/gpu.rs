@@ -14,6 +14,7 @@ use alhazen::{
 };
 use common::{gpu_renderers, path};
 use film::AovData;
+use std::time::{Duration, Instant};
 use testkit::{Comparison, Estimate, Exclusive, WHOLE_IMAGE, scenes};
 
 const SIZE: u32 = 48;
@@ -240,18 +241,21 @@ fn cancelling_stops_soon_and_keeps_what_is_there() {
         let control = Control::new();
         let once = Limits { spp: 1, ..Limits::default() };
         renderer.render(&job, &once, &control).expect("the kernel is compiled");
-        let started = std::time::Instant::now();
-        let summary = std::thread::scope(|scope| {
-            scope.spawn(|| {
-                std::thread::sleep(std::time::Duration::from_millis(300));
+        let (summary, waited) = std::thread::scope(|scope| {
+            let cancelling = scope.spawn(|| {
+                std::thread::sleep(Duration::from_millis(300));
                 control.cancel();
+                Instant::now()
             });
             let endless = Limits { spp: 1 << 20, ..Limits::default() };
-            renderer.render(&job, &endless, &control).expect("render")
+            let summary = renderer.render(&job, &endless, &control).expect("render");
+            (summary, cancelling.join().expect("sleeps").elapsed())
         });
         assert!(summary.cancelled);
-        // Two dispatches may be under way; the machine may be busy with other tests.
-        assert!(started.elapsed().as_secs_f64() < 3.0, "{:?}", started.elapsed());
+        // Two dispatches may be under way. Where a program is the GPU, other tests may keep the machine busy.
+        let limit = Duration::from_millis(if has_hardware() { 100 } else { 3000 });
+        println!("{} stopped after {waited:?}", renderer.backend_name());
+        assert!(waited < limit, "{}: {waited:?}", renderer.backend_name());
         let film = renderer.film().expect("film").expect("rendered");
         assert!(film.total_samples() > 0 && film.mean().iter().all(|m| *m > 0.0));
     }
