@@ -6,6 +6,7 @@
 
 mod common;
 
+use alhazen::gpu::scene::texels::BINDING_ARRAYS;
 use alhazen::gpu::tracer::TracerKind;
 use alhazen::gpu::{Gpu, GpuBackend, GpuOptions, has_hardware};
 use alhazen::{
@@ -197,6 +198,40 @@ fn layers_agree_but_at_silhouettes() {
                 assert!(b.iter().any(|v| *v != b[0]) || aov == Aov::SampleCount, "{aov} says nothing here");
             }
         }
+    }
+}
+
+/// Images in a binding array, where the device has those, and in the layers of one texture: the same texels.
+#[test]
+fn textures_of_their_own_change_nothing() {
+    let test = "textures_of_their_own_change_nothing";
+    let scene = scenes::assortment();
+    let job = Job { integrator: Integrator::Aov, aovs: vec![Aov::Albedo, Aov::Normal], ..job(&scene) };
+    let film = |features| {
+        let opened =
+            Exclusive::new(has_hardware(), || Gpu::open(&GpuOptions { features, ..GpuOptions::default() }));
+        let why = match &*opened {
+            Ok(gpu) if (features - gpu.features).intersects(BINDING_ARRAYS) => {
+                "the device has no binding arrays".into()
+            }
+            Ok(_) => String::new(),
+            Err(error) => error.to_string(),
+        };
+        if !why.is_empty() {
+            testkit::skip_without_gpu(test, &why);
+            return None;
+        }
+        let backend = |gpu| GpuBackend::new(gpu, TracerKind::Bvh);
+        let mut renderer =
+            opened.map(|gpu| Renderer::new(Box::new(gpu.and_then(backend).expect("any device will do"))));
+        Some(render(&mut renderer, &scene, &job, 2).0)
+    };
+    let all = GpuOptions::default().features;
+    let (Some(images), Some(layers)) = (film(all), film(all - BINDING_ARRAYS)) else { return };
+    for aov in [Aov::Albedo, Aov::Normal] {
+        let (a, b) = (numbers(&images, aov), numbers(&layers, aov));
+        assert!(a == b, "{aov} differs");
+        assert!(a.iter().any(|v| *v != a[0]), "{aov} says nothing here");
     }
 }
 

@@ -195,7 +195,7 @@ impl Loaded {
     ) -> Result<&mut CompiledKernel, GpuError> {
         let kind = KernelKind::of(&view.integrator);
         let splits = matches!(&view.integrator, Integrator::Path(s) if s.splitting > 1);
-        let variant = Variant { alpha: self.scene.has_alpha(), aovs: film.wants_aovs(), splitting: splits };
+        let variant = Variant { aovs: film.wants_aovs(), splitting: splits, ..self.scene.variant() };
         if !self.kernels.contains_key(&(kind, variant)) {
             let kernel = self.tracing.kernel(gpu, kind, variant, &self.scene, film)?;
             let compiled = CompiledKernel { kernel, pace: Pace::default() };

@@ -22,21 +22,30 @@ pub struct Variant {
     pub aovs: bool,
     /// Whether several paths go on from the first vertex of each camera ray.
     pub splitting: bool,
+    /// Elements of the binding array of images; 0: all texels lie in the layers of one texture.
+    pub images: u32,
 }
 
 impl Variant {
-    /// All variants.
+    /// All variants; binding arrays, which change nothing but where a texel is, with all of the rest or nothing.
     pub fn all() -> impl Iterator<Item = Self> {
-        (0..8).map(|i| Self { alpha: i & 1 != 0, aovs: i & 2 != 0, splitting: i & 4 != 0 })
+        let of = |i: u32, images| Self { alpha: i & 1 != 0, aovs: i & 2 != 0, splitting: i & 4 != 0, images };
+        (0..8).map(move |i| of(i, 0)).chain([of(0, 16), of(7, 16)])
     }
 }
 
 /// The optics, the constants and the scene: everything that is in front of a tracer.
 pub fn scene_text(variant: Variant) -> String {
+    let (enables, texels) = match variant.images {
+        0 => ("", include_str!("shaders/texels_layers.wgsl")),
+        _ => ("enable wgpu_binding_array;", include_str!("shaders/texels_images.wgsl")),
+    };
     [
+        enables,
         &optics::wgsl::all(),
         &constants(variant),
         include_str!("shaders/scene.wgsl"),
+        texels,
         include_str!("shaders/texture.wgsl"),
         include_str!("shaders/surface.wgsl"),
         include_str!("shaders/material.wgsl"),
@@ -71,6 +80,7 @@ fn constants(variant: Variant) -> String {
     for (name, value) in numbers {
         let _ = writeln!(text, "const {name}: u32 = {value}u;"); // writing to a string cannot fail
     }
+    let _ = writeln!(text, "const IMAGE_SLOTS: u32 = {}u;", variant.images.max(1));
     let _ = writeln!(text, "const SCENE_HAS_ALPHA: bool = {};", variant.alpha);
     let _ = writeln!(text, "const WANTS_AOVS: bool = {};", variant.aovs);
     let _ = writeln!(text, "const SPLITS_PATHS: bool = {};", variant.splitting);

@@ -86,8 +86,7 @@ impl PipelineTracing {
         let vulkan = Vulkan::new(gpu)?;
         let table = HitTable::new(&scene.tables);
         let structures = Structures::build(&vulkan, &scene.tables, &table.instance_offsets)?;
-        let variant = Variant { alpha: scene.has_alpha(), ..Variant::default() };
-        let hits = RayShaders::new("hit shaders", &hits_text(variant))?;
+        let hits = RayShaders::new("hit shaders", &hits_text(scene.variant()))?;
         gpu.check("building acceleration structures")?;
         Ok(Self { vulkan, structures: Arc::new(structures), table, hits })
     }
@@ -141,8 +140,12 @@ fn scene_resources(scene: &GpuScene) -> Vec<Bound> {
     let b = &scene.buffers;
     let buffers = [&b.info, &b.instances, &b.bindings, &b.materials, &b.lights, &b.vertices, &b.words];
     let buffers = buffers.into_iter().map(|b| Resource::Buffer(b.clone()));
-    let textures = scene.textures.views().into_iter().map(|v| Resource::Texture(v.clone()));
-    (0..).zip(buffers.chain(textures)).map(|(binding, resource)| ((0, binding), resource)).collect()
+    let texels = Resource::Textures(scene.texel_views().into_iter().cloned().collect());
+    let textures = scene.textures.table_views().into_iter().map(|v| Resource::Textures(vec![v.clone()]));
+    (0..)
+        .zip(buffers.chain([texels]).chain(textures))
+        .map(|(binding, resource)| ((0, binding), resource))
+        .collect()
 }
 
 /// Bind group 2.

@@ -31,7 +31,8 @@ static COMPILING: Mutex<()> = Mutex::new(());
 enum Slot {
     Storage,
     Uniform,
-    Texture,
+    /// So many textures.
+    Textures(u32),
     Structure,
 }
 
@@ -40,8 +41,16 @@ impl Slot {
         match self {
             Self::Storage => vk::DescriptorType::STORAGE_BUFFER,
             Self::Uniform => vk::DescriptorType::UNIFORM_BUFFER,
-            Self::Texture => vk::DescriptorType::SAMPLED_IMAGE,
+            Self::Textures(_) => vk::DescriptorType::SAMPLED_IMAGE,
             Self::Structure => vk::DescriptorType::ACCELERATION_STRUCTURE_KHR,
+        }
+    }
+
+    /// How many descriptors it takes.
+    fn count(self) -> u32 {
+        match self {
+            Self::Textures(count) => count,
+            Self::Storage | Self::Uniform | Self::Structure => 1,
         }
     }
 }
@@ -69,8 +78,8 @@ pub(super) struct Program {
 pub(super) enum Resource {
     /// A buffer as a whole. It must have been written or cleared through wgpu.
     Buffer(wgpu::Buffer),
-    /// A texture that is only read.
-    Texture(wgpu::TextureView),
+    /// Textures that are only read: one, or all of an array.
+    Textures(Vec<wgpu::TextureView>),
 }
 
 impl Program {
@@ -115,7 +124,7 @@ impl Program {
                     vk::DescriptorSetLayoutBinding::default()
                         .binding(binding)
                         .descriptor_type(slot.descriptor())
-                        .descriptor_count(1)
+                        .descriptor_count(slot.count())
                         .stage_flags(
                             vk::ShaderStageFlags::RAYGEN_KHR
                                 | vk::ShaderStageFlags::ANY_HIT_KHR
@@ -139,10 +148,11 @@ impl Program {
 
     fn make_sets(&mut self) -> Result<(), GpuError> {
         let size = |slot: Slot| {
-            let count = self.slots.values().filter(|&&s| s == slot).count() as u32;
+            let same = self.slots.values().filter(|s| s.descriptor() == slot.descriptor());
+            let count = same.map(|s| s.count()).sum::<u32>();
             vk::DescriptorPoolSize::default().ty(slot.descriptor()).descriptor_count(count.max(1))
         };
-        let sizes = [Slot::Storage, Slot::Uniform, Slot::Texture, Slot::Structure].map(size);
+        let sizes = [Slot::Storage, Slot::Uniform, Slot::Textures(1), Slot::Structure].map(size);
         let info = vk::DescriptorPoolCreateInfo::default().max_sets(GROUPS as u32).pool_sizes(&sizes);
         // SAFETY: the pool sizes are not empty and have known types.
         let pool = unsafe { self.vulkan.raw.create_descriptor_pool(&info, None) };
@@ -244,23 +254,27 @@ impl Program {
                     let info = [vk::DescriptorBufferInfo::default().buffer(buffer).range(vk::WHOLE_SIZE)];
                     self.update(write.buffer_info(&info));
                 }
-                (Slot::Texture, Some(Resource::Texture(view))) => {
-                    // SAFETY: the raw handle is used only while `bound` keeps the view.
-                    let hal = unsafe { view.as_hal::<Api>() }.ok_or_else(missing)?;
-                    // SAFETY: as above.
-                    let view = unsafe { hal.raw_handle() };
-                    let layout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
-                    let info = [vk::DescriptorImageInfo::default().image_view(view).image_layout(layout)];
-                    self.update(write.image_info(&info));
+                (Slot::Textures(count), Some(Resource::Textures(views))) if views.len() == count as usize => {
+                    let info = |view: &wgpu::TextureView| {
+                        // SAFETY: the raw handle is used only while `bound` keeps the view.
+                        let hal = unsafe { view.as_hal::<Api>() }?;
+                        // SAFETY: as above.
+                        let view = unsafe { hal.raw_handle() };
+                        let layout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
+                        Some(vk::DescriptorImageInfo::default().image_view(view).image_layout(layout))
+                    };
+                    let infos = views.iter().map(info).collect::<Option<Vec<_>>>().ok_or_else(missing)?;
+                    self.update(write.image_info(&infos));
                 }
-                (Slot::Storage | Slot::Uniform | Slot::Texture, _) => return Err(missing()),
+                (Slot::Storage | Slot::Uniform | Slot::Textures(_), _) => return Err(missing()),
             }
         }
         self.bound = resources;
-        let textures = self.bound.iter().filter_map(|(_, resource)| match resource {
-            Resource::Buffer(_) => None,
-            Resource::Texture(view) => Some(view.texture()),
+        let textures = self.bound.iter().flat_map(|(_, resource)| match resource {
+            Resource::Buffer(_) => &[],
+            Resource::Textures(views) => &views[..],
         });
+        let textures = textures.map(wgpu::TextureView::texture);
         self.vulkan.make_readable(textures);
         Ok(())
     }
@@ -348,7 +362,12 @@ fn slots(shaders: &[&RayShaders]) -> Result<Slots, GpuError> {
                 (naga::AddressSpace::Storage { .. }, _) => Slot::Storage,
                 (naga::AddressSpace::Uniform, _) => Slot::Uniform,
                 (_, naga::TypeInner::AccelerationStructure { .. }) => Slot::Structure,
-                (_, naga::TypeInner::Image { class: naga::ImageClass::Sampled { .. }, .. }) => Slot::Texture,
+                (_, naga::TypeInner::Image { class: naga::ImageClass::Sampled { .. }, .. }) => {
+                    Slot::Textures(1)
+                }
+                (_, naga::TypeInner::BindingArray { size: naga::ArraySize::Constant(count), .. }) => {
+                    Slot::Textures(count.get())
+                }
                 (_, other) => {
                     let name = variable.name.clone().unwrap_or_default();
                     let reason = format!("{name} is a {other:?}, which ray tracing pipelines do not bind");

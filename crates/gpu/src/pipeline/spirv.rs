@@ -18,6 +18,7 @@
 
 use super::table::RAY_TYPES;
 use crate::GpuError;
+use naga::valid::Capabilities;
 use rspirv::binary::Assemble;
 use rspirv::dr::{Block, Instruction, Module, Operand};
 use rspirv::spirv::{ExecutionModel, Op, StorageClass, Word};
@@ -41,8 +42,11 @@ impl RayShaders {
     pub fn new(name: &str, text: &str) -> Result<Self, GpuError> {
         let refused = |reason| GpuError::Shader { shader: name.to_owned(), reason };
         let module = naga::front::wgsl::parse_str(text).map_err(|e| refused(e.emit_to_string(text)))?;
-        let capabilities =
-            naga::valid::Capabilities::RAY_TRACING_PIPELINE | naga::valid::Capabilities::PRIMITIVE_INDEX;
+        // Scenes have binding arrays only where the device has them.
+        let capabilities = Capabilities::RAY_TRACING_PIPELINE
+            | Capabilities::PRIMITIVE_INDEX
+            | Capabilities::TEXTURE_AND_SAMPLER_BINDING_ARRAY
+            | Capabilities::TEXTURE_AND_SAMPLER_BINDING_ARRAY_NON_UNIFORM_INDEXING;
         let info = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities)
             .validate(&module)
             .map_err(|e| refused(e.emit_to_string(text)))?;

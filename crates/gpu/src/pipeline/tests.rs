@@ -57,7 +57,7 @@ fn traced(gpu: &Gpu, tables: &Arc<SceneTables>, rays: &[Ray]) -> Vec<Found> {
 }
 
 fn traced_through(gpu: &Gpu, tracing: &PipelineTracing, scene: &GpuScene, rays: &[Ray]) -> Vec<Found> {
-    let variant = Variant { alpha: scene.has_alpha(), ..Variant::default() };
+    let variant = scene.variant();
     let mut program = tracing.program("test", &generation_text(KERNEL, variant)).expect("pipeline");
     let as_test = |r: &Ray| TestRay {
         origin: r.origin,

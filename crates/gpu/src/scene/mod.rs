@@ -6,21 +6,25 @@
 //! look-up.
 
 pub mod records;
+pub mod texels;
 mod textures;
 pub mod update;
 pub mod upload;
 
+use crate::shader::Variant;
 use crate::{Gpu, GpuError};
 use records::{SceneInfo, Words};
 use scene::tables::SceneTables;
+use std::num::NonZero;
 use std::sync::Arc;
-use textures::{SceneTextures, TexelLayers};
+use texels::TexelPlaces;
+use textures::SceneTextures;
 use upload::storage_buffer;
 use wgpu::BufferUsages;
 
 /// The buffers of bind group 0, for tracers that make their own bind groups of them.
 pub struct SceneBuffers {
-    /// Binding 0: [`SceneInfo`], uniform.
+    /// Binding 0: [`SceneInfo`], uniform, or storage beside a binding array.
     pub info: wgpu::Buffer,
     /// Binding 1: [`records::Instance`]s.
     pub instances: wgpu::Buffer,
@@ -50,7 +54,7 @@ pub struct GpuScene {
     pub bind_group: wgpu::BindGroup,
     /// Where what is in the buffer of words.
     words: Words,
-    layers: TexelLayers,
+    places: TexelPlaces,
 }
 
 impl GpuScene {
@@ -60,8 +64,8 @@ impl GpuScene {
     /// When something is too large for the device or there is no memory; the error names it.
     pub fn upload(gpu: &Gpu, tables: Arc<SceneTables>) -> Result<Self, GpuError> {
         let words = Words::new(&tables);
-        let layers = TexelLayers::new(tables.texels.len(), gpu.limits.max_texture_dimension_2d);
-        let info = scene_info(&tables, &words, &layers);
+        let places = TexelPlaces::new(gpu, &tables);
+        let info = scene_info(&tables, &words, &places);
         let none = BufferUsages::empty();
         // Ray queries build the driver's structures from the same buffers.
         let queries = gpu.features.contains(wgpu::Features::EXPERIMENTAL_RAY_QUERY);
@@ -71,7 +75,7 @@ impl GpuScene {
                 gpu,
                 "scene constants",
                 size_of::<SceneInfo>() as u64,
-                BufferUsages::UNIFORM,
+                BufferUsages::UNIFORM | BufferUsages::STORAGE,
             )?,
             instances: storage_buffer(gpu, "instances", &records::instances(&tables), none)?,
             bindings: storage_buffer(gpu, "geometry bindings", &records::bindings(&tables, &words), none)?,
@@ -81,18 +85,18 @@ impl GpuScene {
             words: storage_buffer(gpu, "vertex indices and attributes", &words.data, input)?,
         };
         upload::write_buffer(gpu, "scene constants", &buffers.info, bytemuck::bytes_of(&info))?;
-        let textures = SceneTextures::upload(gpu, &tables, &layers)?;
+        let textures = SceneTextures::upload(gpu, &tables, &places)?;
         gpu.queue.submit([]);
         let (layout, bind_group) = gpu
             .guarded(|| {
-                let layout = layout(gpu);
-                let group = bind_group(gpu, &layout, &buffers, &textures);
+                let layout = layout(gpu, places.slots());
+                let group = bind_group(gpu, &layout, &buffers, &textures, places.slots());
                 (layout, group)
             })
             .map_err(|reason| GpuError::Device { doing: "binding the scene", reason })?;
         gpu.check("uploading the scene")?;
         let words = words.without_data();
-        Ok(Self { tables, buffers, textures, layout, bind_group, words, layers })
+        Ok(Self { tables, buffers, textures, layout, bind_group, words, places })
     }
 
     /// Bytes on the device.
@@ -103,12 +107,17 @@ impl GpuScene {
     }
 
     /// Which shader variant the scene needs.
-    pub fn has_alpha(&self) -> bool {
-        self.tables.has_alpha
+    pub fn variant(&self) -> Variant {
+        Variant { alpha: self.tables.has_alpha, images: self.places.slots(), ..Variant::default() }
+    }
+
+    /// The views of binding 7: as many as [`Variant::images`] says, or one texture of layers.
+    pub fn texel_views(&self) -> Vec<&wgpu::TextureView> {
+        self.textures.texel_views(self.places.slots())
     }
 }
 
-fn scene_info(tables: &SceneTables, words: &Words, layers: &TexelLayers) -> SceneInfo {
+fn scene_info(tables: &SceneTables, words: &Words, places: &TexelPlaces) -> SceneInfo {
     let environment = &tables.environment;
     SceneInfo {
         horizon: environment.horizon,
@@ -122,14 +131,14 @@ fn scene_info(tables: &SceneTables, words: &Words, layers: &TexelLayers) -> Scen
         first_disc: words.discs,
         disc_count: words.disc_count,
         row_alias: words.row_alias,
-        texel_width_log2: layers.width_log2,
-        texel_height: layers.height,
+        texel_width_log2: places.folding().map_or(0, |l| l.width_log2),
+        texel_height: places.folding().map_or(1, |l| l.height),
         padding: 0,
     }
 }
 
-/// Layout of bind group 0 for compute shaders.
-fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
+/// Layout of bind group 0 for compute shaders; `images`: as in [`Variant`].
+fn layout(gpu: &Gpu, images: u32) -> wgpu::BindGroupLayout {
     let buffer = |binding: u32, ty| wgpu::BindGroupLayoutEntry {
         binding,
         visibility: wgpu::ShaderStages::COMPUTE,
@@ -145,9 +154,12 @@ fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
     let storage = wgpu::BufferBindingType::Storage { read_only: true };
     let float = wgpu::TextureSampleType::Float { filterable: false };
     let (flat, array) = (wgpu::TextureViewDimension::D2, wgpu::TextureViewDimension::D2Array);
-    let mut entries = vec![buffer(0, wgpu::BufferBindingType::Uniform)];
+    let mut entries = vec![buffer(0, if images == 0 { wgpu::BufferBindingType::Uniform } else { storage })];
     entries.extend((1..=6).map(|binding| buffer(binding, storage)));
-    entries.push(texture(7, float, array));
+    entries.push(match NonZero::new(images) {
+        None => texture(7, float, array),
+        count => wgpu::BindGroupLayoutEntry { count, ..texture(7, float, flat) },
+    });
     entries.push(texture(8, float, flat));
     entries.push(texture(9, wgpu::TextureSampleType::Uint, flat));
     entries.push(texture(10, float, flat));
@@ -163,12 +175,19 @@ fn bind_group(
     layout: &wgpu::BindGroupLayout,
     b: &SceneBuffers,
     t: &SceneTextures,
+    images: u32,
 ) -> wgpu::BindGroup {
     let buffers = [&b.info, &b.instances, &b.bindings, &b.materials, &b.lights, &b.vertices, &b.words];
+    let texels = t.texel_views(images);
+    let texels = match texels[..] {
+        [one] if images == 0 => wgpu::BindingResource::TextureView(one),
+        _ => wgpu::BindingResource::TextureViewArray(&texels),
+    };
     let resources = buffers
         .into_iter()
         .map(wgpu::Buffer::as_entire_binding)
-        .chain(t.views().into_iter().map(wgpu::BindingResource::TextureView));
+        .chain([texels])
+        .chain(t.table_views().into_iter().map(wgpu::BindingResource::TextureView));
     let entries: Vec<_> =
         (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
     gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -185,6 +204,22 @@ mod tests {
 
     fn tables(scene: &scene::Scene) -> Arc<SceneTables> {
         Arc::new(SceneTables::build(scene))
+    }
+
+    #[test]
+    fn images_are_textures_of_their_own_where_that_is_possible() {
+        let name = "images_are_textures_of_their_own_where_that_is_possible";
+        for features in [wgpu::Features::all(), wgpu::Features::all() - texels::BINDING_ARRAYS] {
+            let options = GpuOptions { features, ..GpuOptions::default() };
+            let Some(gpu) = open_for_test(name, &options) else { return };
+            let images = |scene: &scene::Scene| {
+                GpuScene::upload(&gpu, tables(scene)).expect("upload").variant().images
+            };
+            assert_eq!(images(&testkit::scenes::cornell()), 0, "it has none");
+            let possible = gpu.features.contains(texels::BINDING_ARRAYS);
+            assert_eq!(images(&testkit::scenes::assortment()), if possible { 16 } else { 0 });
+            assert!(!possible || features == wgpu::Features::all());
+        }
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 #![allow(missing_docs, reason = "the fields are explained where shaders declare them")]
 
+use super::texels::{ImagePlace, images};
 use bytemuck::{Pod, Zeroable};
 use scene::tables::{
     GeometryKind, GeometryRecord, InstanceRecord, LightRecord as TableLight, MaterialRecord, NONE,
@@ -102,8 +103,9 @@ pub struct TextureUse {
     pub flags: u32,
     pub width: u32,
     pub height: u32,
-    pub padding0: u32,
-    pub padding1: u32,
+    /// The image among those of all textures: its place in a binding array.
+    pub image: u32,
+    pub padding: u32,
 }
 
 /// A material with all its textures.
@@ -293,10 +295,11 @@ pub(super) fn vertices(tables: &SceneTables) -> Vec<Vertex> {
 
 /// All materials.
 pub(super) fn materials(tables: &SceneTables) -> Vec<Material> {
-    tables.materials.iter().map(|m| material(tables, m)).collect()
+    let images = images(tables);
+    tables.materials.iter().map(|m| material(tables, &images, m)).collect()
 }
 
-fn material(tables: &SceneTables, m: &MaterialRecord) -> Material {
+fn material(tables: &SceneTables, images: &[ImagePlace], m: &MaterialRecord) -> Material {
     let slots =
         [m.base_color_slot, m.metallic_roughness_slot, m.transmission_slot, m.emission_slot, m.normal_slot];
     Material {
@@ -315,12 +318,12 @@ fn material(tables: &SceneTables, m: &MaterialRecord) -> Material {
         checkerboard_scale: m.checkerboard_scale,
         checkerboard_odd: m.checkerboard_colors[1],
         checkerboard_fade: m.checkerboard_fade,
-        textures: slots.map(|slot| texture_use(tables, slot)),
+        textures: slots.map(|slot| texture_use(tables, images, slot)),
         ..Material::default()
     }
 }
 
-fn texture_use(tables: &SceneTables, slot: u32) -> TextureUse {
+fn texture_use(tables: &SceneTables, images: &[ImagePlace], slot: u32) -> TextureUse {
     if slot == NONE {
         return TextureUse { first_texel: NONE, ..TextureUse::default() };
     }
@@ -344,8 +347,8 @@ fn texture_use(tables: &SceneTables, slot: u32) -> TextureUse {
             | wrap(texture.sampler.wrap_v) << TEXTURE_WRAP_V_SHIFT,
         width: texture.width,
         height: texture.height,
-        padding0: 0,
-        padding1: 0,
+        image: images.binary_search(&ImagePlace::of(texture)).unwrap_or(0) as u32,
+        padding: 0,
     }
 }
 
@@ -426,7 +429,7 @@ mod tests {
         assert_layout!(module, Vertex { position, u, normal, v });
         assert_layout!(
             module,
-            TextureUse { row_u, first_texel, row_v, flags, width, height, padding0, padding1 }
+            TextureUse { row_u, first_texel, row_v, flags, width, height, image, padding }
         );
         assert_layout!(
             module,

@@ -1,36 +1,14 @@
 //! Texels, environment and albedo tables as textures.
 //!
 //! Shaders filter by themselves (see `shaders/texture.wgsl`), so every texture here is only a large array with its own
-//! cache: no samplers, no mip levels, no binding arrays.
+//! cache: no samplers, no mip levels.
 
+use super::texels::{ImagePlace, TexelLayers, TexelPlaces};
 use super::upload::{TextureShape, empty_texture, write_rows};
 use crate::{Gpu, GpuError};
 use optics::albedo::{DielectricAlbedo, GgxAlbedo};
 use scene::tables::{EnvironmentTable, SceneTables};
 use wgpu::TextureFormat;
-
-/// How a line of texels is folded into the layers of an array texture.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct TexelLayers {
-    pub width_log2: u32,
-    pub height: u32,
-    pub layers: u32,
-}
-
-impl TexelLayers {
-    /// For `count` texels in textures of at most `max_side` texels a side.
-    pub fn new(count: usize, max_side: u32) -> Self {
-        let width_log2 = max_side.clamp(1, 4096).ilog2();
-        let lines = (count as u64).div_ceil(1 << width_log2).max(1);
-        let layers = lines.div_ceil(u64::from(max_side.max(1)));
-        let height = lines.div_ceil(layers);
-        Self { width_log2, height: height as u32, layers: layers.min(u64::from(u32::MAX)) as u32 }
-    }
-
-    fn width(&self) -> u32 {
-        1 << self.width_log2
-    }
-}
 
 /// One texture and its only view.
 pub struct SceneTexture {
@@ -42,8 +20,8 @@ pub struct SceneTexture {
 
 /// The textures of bind group 0.
 pub struct SceneTextures {
-    /// Binding 7.
-    pub texels: SceneTexture,
+    /// Binding 7: the layers of all texels, or a texture for each image.
+    pub texels: Vec<SceneTexture>,
     /// Binding 8.
     pub environment: SceneTexture,
     /// Binding 9.
@@ -56,14 +34,19 @@ pub struct SceneTextures {
 
 impl SceneTextures {
     /// Copies all pictures of the tables to the device.
-    pub(super) fn upload(gpu: &Gpu, tables: &SceneTables, layers: &TexelLayers) -> Result<Self, GpuError> {
+    pub(super) fn upload(gpu: &Gpu, tables: &SceneTables, places: &TexelPlaces) -> Result<Self, GpuError> {
         let environment = &tables.environment;
         let [width, height] = GgxAlbedo::SIZE.map(|n| n as u32);
         let ggx: &[u8] = bytemuck::cast_slice(GgxAlbedo::shared().texels());
         let [dielectric_width, plane, planes] = DielectricAlbedo::SIZE.map(|n| n as u32);
         let dielectric: &[u8] = bytemuck::cast_slice(DielectricAlbedo::shared().texels());
         Ok(Self {
-            texels: texel_layers(gpu, &tables.texels, layers)?,
+            texels: match places {
+                TexelPlaces::Layers(layers) => vec![texel_layers(gpu, &tables.texels, layers)?],
+                TexelPlaces::Images(images) => {
+                    images.iter().map(|i| image(gpu, &tables.texels, i)).collect::<Result<_, _>>()?
+                }
+            },
             environment: picture(
                 gpu,
                 "the environment image",
@@ -89,13 +72,19 @@ impl SceneTextures {
         })
     }
 
-    /// All views, from binding 7 on.
-    pub fn views(&self) -> [&wgpu::TextureView; 5] {
-        self.all().map(|t| &t.view)
+    /// The views of binding 7, `slots` of them if it is an array: the first image stands in where there is none.
+    pub(super) fn texel_views(&self, slots: u32) -> Vec<&wgpu::TextureView> {
+        let first = self.texels.iter().take(1).cycle();
+        self.texels.iter().chain(first).map(|t| &t.view).take(slots.max(1) as usize).collect()
     }
 
-    fn all(&self) -> [&SceneTexture; 5] {
-        [&self.texels, &self.environment, &self.environment_alias, &self.ggx_albedo, &self.dielectric_albedo]
+    /// The views from binding 8 on.
+    pub fn table_views(&self) -> [&wgpu::TextureView; 4] {
+        self.tables().map(|t| &t.view)
+    }
+
+    fn tables(&self) -> [&SceneTexture; 4] {
+        [&self.environment, &self.environment_alias, &self.ggx_albedo, &self.dielectric_albedo]
     }
 
     /// Bytes on the device.
@@ -106,7 +95,7 @@ impl SceneTextures {
                 u64::from(size.width) * u64::from(size.height) * u64::from(size.depth_or_array_layers);
             texels * u64::from(format.block_copy_size(None).unwrap_or(16))
         };
-        self.all().map(bytes).iter().sum()
+        self.texels.iter().chain(self.tables()).map(bytes).sum()
     }
 }
 
@@ -131,6 +120,14 @@ fn texel_layers(gpu: &Gpu, texels: &[[u8; 4]], layers: &TexelLayers) -> Result<S
     Ok(SceneTexture { texture, view })
 }
 
+/// An image as a texture of its own.
+fn image(gpu: &Gpu, texels: &[[u8; 4]], place: &ImagePlace) -> Result<SceneTexture, GpuError> {
+    let first = place.first_texel as usize;
+    let texels = &texels[first..first + place.width as usize * place.height as usize];
+    let size = [place.width, place.height];
+    picture(gpu, "a texture", size, TextureFormat::Rgba8Unorm, bytemuck::cast_slice(texels))
+}
+
 /// A texture of `size` texels; one texel of zeros if that is nothing.
 fn picture(
     gpu: &Gpu,
@@ -152,24 +149,4 @@ fn environment_pixels(table: &EnvironmentTable) -> Vec<[f32; 4]> {
 
 fn environment_aliases(table: &EnvironmentTable) -> Vec<[u32; 2]> {
     table.alias.iter().map(|e| [e.threshold.to_bits(), e.alias]).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_texel_has_a_place() {
-        for (count, side) in
-            [(0, 2048), (1, 2048), (4096, 8192), (4097, 8192), (5_000_000, 1000), (1 << 27, 16384)]
-        {
-            let l = TexelLayers::new(count, side);
-            assert!(l.width() <= side && l.height <= side && l.height > 0, "{count} {side}: {l:?}");
-            let room = u64::from(l.width()) * u64::from(l.height) * u64::from(l.layers);
-            assert!(room >= count as u64, "{count} {side}: {l:?}");
-            // Folding wastes less than a line and a layer's rounding.
-            let waste = u64::from(l.width()) * (1 + u64::from(l.layers));
-            assert!(room <= count as u64 + waste, "{count} {side}: {l:?}");
-        }
-    }
 }

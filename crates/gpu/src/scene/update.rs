@@ -65,7 +65,7 @@ impl GpuScene {
         let image_changes = changes.environment && (has_image(tables) || has_image(&self.tables));
         let words = self.words.with_lights(tables);
         let first_word = u64::from(words.first) * 4;
-        let info = [scene_info(tables, &words, &self.layers)];
+        let info = [scene_info(tables, &words, &self.places)];
         let instances = records::instances(tables);
         let bindings = records::bindings(tables, &words);
         let materials = records::materials(tables);

@@ -125,8 +125,9 @@ struct TextureUse {
     /// Size in pixels.
     width: u32,
     height: u32,
-    padding0: u32,
-    padding1: u32,
+    /// The image among those of all textures: its place in a binding array.
+    image: u32,
+    padding: u32,
 }
 
 /// Places in a material's `textures`.
@@ -186,7 +187,7 @@ struct LightRecord {
     first_uv: u32,
 }
 
-@group(0) @binding(0) var<uniform> scene: SceneInfo;
+// Bindings 0 (`scene`) and 7: see `texels_layers.wgsl` and `texels_images.wgsl`.
 @group(0) @binding(1) var<storage, read> instances: array<Instance>;
 @group(0) @binding(2) var<storage, read> bindings: array<Binding>;
 @group(0) @binding(3) var<storage, read> materials: array<Material>;
@@ -194,8 +195,6 @@ struct LightRecord {
 @group(0) @binding(5) var<storage, read> vertices: array<Vertex>;
 /// Whatever is looked up by word: vertex indices, spheres, rare attributes, small tables.
 @group(0) @binding(6) var<storage, read> words: array<u32>;
-/// All texels of all textures, one after the other.
-@group(0) @binding(7) var texels: texture_2d_array<f32>;
 /// Radiance of the environment image, and the probability of sampling each pixel.
 @group(0) @binding(8) var environment_texels: texture_2d<f32>;
 /// Alias table of each row of the environment image: threshold (as bits) and alias.

@@ -1,9 +1,5 @@
 // Textures. Wrapping and filtering are done here rather than by samplers, so that every device and the CPU agree to the
 // last bits.
-//
-// Texels lie one after the other in the layers of one array texture. That needs no binding arrays, which browsers and older
-// GPUs do not have; it costs one binding, however many textures there are; and unlike a storage buffer it is not limited
-// to 128 MiB.
 
 fn wrap_texel(i: i32, size: u32, mode: u32) -> u32 {
     let n = i32(size);
@@ -19,10 +15,7 @@ fn wrap_texel(i: i32, size: u32, mode: u32) -> u32 {
 fn texel(use_: TextureUse, x: i32, y: i32) -> vec4f {
     let column = wrap_texel(x, use_.width, (use_.flags >> TEXTURE_WRAP_U_SHIFT) & 3u);
     let row = wrap_texel(y, use_.height, (use_.flags >> TEXTURE_WRAP_V_SHIFT) & 3u);
-    let index = use_.first_texel + row * use_.width + column;
-    let line = index >> scene.texel_width_log2;
-    let at = vec2u(index & ((1u << scene.texel_width_log2) - 1u), line % scene.texel_height);
-    let stored = textureLoad(texels, at, line / scene.texel_height, 0);
+    let stored = stored_texel(use_, column, row);
     if (use_.flags & TEXTURE_SRGB) != 0u {
         return vec4f(srgb_decode(stored.rgb), stored.a);
     }
