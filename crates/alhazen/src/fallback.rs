@@ -183,6 +183,11 @@ impl Backend for Fallback {
         }
     }
 
+    fn restart(&mut self) {
+        (self.rescued, self.merged, self.made) = (None, None, None);
+        self.current.restart();
+    }
+
     fn film(&mut self) -> Result<Option<&Film>, BackendError> {
         let Some((_, rescued)) = &self.rescued else { return self.current.film() };
         let mut merged = rescued.clone();

@@ -18,12 +18,15 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod checkpoint;
 mod choice;
 mod daylight;
 mod fallback;
 mod job;
 mod memory;
+mod metadata;
 pub mod output;
+mod part;
 mod renderer;
 mod source;
 pub mod system;
@@ -32,12 +35,15 @@ pub use backend::{
     Backend, BackendError, Control, DirectSettings, Integrator, LoadStats, PassTime, PathSettings, Progress,
     SamplerKind, View,
 };
+pub use checkpoint::Checkpoint;
 pub use choice::{BackendChoice, ChoiceError, Chosen, RendererOptions, UnknownBackend};
 pub use daylight::add_daylight_if_dark;
 pub use fallback::{Fallback, Step};
-pub use film::{Aov, Film, Image, ImageError, Rect};
+pub use film::{Aov, Block, Coverage, Film, Image, ImageError, Merger, Part, PartError, Rect};
 pub use job::{Job, camera_frame};
 pub use memory::{available_memory_bytes, peak_memory_bytes, total_memory_bytes};
+pub use metadata::{Description, metadata};
+pub use part::{PartJob, RenderPartError, Tile, UnknownTile, finish, tone_of};
 pub use post::ToneMapping;
 pub use renderer::{BACKENDS, Limits, Renderer, Summary};
 /// A picture that a scene uses: a texture's or the environment's.

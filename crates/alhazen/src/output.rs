@@ -3,6 +3,7 @@
 use crate::ToneMapping;
 use film::{ExrCompression, ExrFile, Precision};
 use film::{Film, ImageError};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Why a picture could not be written.
@@ -56,7 +57,7 @@ pub fn write(
     path: &Path,
     film: &Film,
     tone: &ToneMapping,
-    metadata: &[(String, String)],
+    metadata: &BTreeMap<String, String>,
 ) -> Result<(), OutputError> {
     match Format::of(path)? {
         Format::Png => tone.apply(&film.to_image()).write_png_encoded(path)?,

@@ -1,7 +1,7 @@
 //! Rendering until a limit is reached, through whatever back end.
 
 use crate::Job;
-use backend::{Backend, BackendError, Control, LoadStats, PassTime, View};
+use backend::{Backend, BackendError, Control, LoadStats, PassTime, Stats, View};
 use cpu::CpuBackend;
 use film::Film;
 use scene::Scene;
@@ -50,11 +50,25 @@ pub struct Summary {
     pub noise: Option<f64>,
 }
 
+impl Summary {
+    /// Counts one more pass. Its wall time and samples per pixel are the caller's to know.
+    pub(crate) fn add(&mut self, pass: &Stats) {
+        self.samples += pass.samples;
+        self.rays += pass.rays;
+        if let Some(time) = pass.device_time {
+            *self.device_time.get_or_insert_default() += time;
+        }
+        self.cancelled = pass.cancelled;
+    }
+}
+
 /// A back end with a scene.
 pub struct Renderer {
     backend: Box<dyn Backend>,
     /// What is loaded.
     tables: Option<Arc<SceneTables>>,
+    /// Its fingerprint, once somebody has asked.
+    fingerprint: Option<String>,
 }
 
 impl Renderer {
@@ -68,7 +82,7 @@ impl Renderer {
 
     /// On any back end.
     pub fn new(backend: Box<dyn Backend>) -> Self {
-        Self { backend, tables: None }
+        Self { backend, tables: None, fingerprint: None }
     }
 
     /// Name of the back end, such as `cpu`.
@@ -95,7 +109,7 @@ impl Renderer {
     /// When the device cannot hold the scene.
     pub fn load_tables(&mut self, tables: SceneTables) -> Result<LoadStats, BackendError> {
         let tables = Arc::new(tables);
-        self.tables = None;
+        (self.tables, self.fingerprint) = (None, None);
         let stats = self.backend.load(tables.clone())?;
         self.tables = Some(tables);
         Ok(stats)
@@ -112,7 +126,7 @@ impl Renderer {
         let changes = self.tables.as_ref().and_then(|old| Changes::between(old, &tables));
         let Some(changes) = changes else { return self.load_tables(tables) };
         let tables = Arc::new(tables);
-        self.tables = None;
+        (self.tables, self.fingerprint) = (None, None);
         let stats = self.backend.update(tables.clone(), changes)?;
         self.tables = Some(tables);
         Ok(stats)
@@ -145,12 +159,7 @@ impl Renderer {
             let mut view = view.clone();
             view.first_sample += summary.spp;
             let stats = self.backend.render(&view, samples, control)?;
-            summary.samples += stats.samples;
-            summary.rays += stats.rays;
-            if let Some(time) = stats.device_time {
-                *summary.device_time.get_or_insert_default() += time;
-            }
-            summary.cancelled = stats.cancelled;
+            summary.add(&stats);
             if !stats.cancelled {
                 summary.spp += samples;
             }
@@ -176,6 +185,31 @@ impl Renderer {
             }
         }
         Ok(summary)
+    }
+
+    /// A hash of the contents of the loaded scene ([`SceneTables::fingerprint`]).
+    ///
+    /// # Errors
+    /// [`BackendError::NoScene`].
+    pub fn scene_fingerprint(&mut self) -> Result<String, BackendError> {
+        let tables = self.tables.as_ref().ok_or(BackendError::NoScene { backend: self.backend.name() })?;
+        Ok(self.fingerprint.get_or_insert_with(|| tables.fingerprint()).clone())
+    }
+
+    /// Forgets what was rendered: the next picture begins anew, even if its view is the same.
+    pub fn restart(&mut self) {
+        self.backend.restart();
+    }
+
+    /// Adds `samples` samples to every pixel of a view, whatever the limits.
+    pub(crate) fn render_pass(
+        &mut self,
+        view: &View,
+        samples: u32,
+        control: &Control,
+    ) -> Result<Stats, BackendError> {
+        check_view(view)?;
+        self.backend.render(view, samples, control)
     }
 
     /// What users should hear of that is no error. Each once.

@@ -110,6 +110,9 @@ pub trait Backend: Send {
     /// Without a scene, for impossible views, and when the device fails; what was rendered before is kept.
     fn render(&mut self, view: &View, samples: u32, control: &Control) -> Result<Stats, BackendError>;
 
+    /// Forgets what was rendered: the next [`Backend::render`] begins a new film, even if its view is the same.
+    fn restart(&mut self);
+
     /// The film with everything rendered so far, in host memory. This waits for the device. `None` before the first
     /// [`Backend::render`].
     ///

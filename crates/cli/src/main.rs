@@ -30,6 +30,7 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     Render(Box<commands::render::RenderArgs>),
+    Merge(commands::merge::MergeArgs),
     Info(commands::info::InfoArgs),
     Scenes(commands::scenes::ScenesArgs),
     Compare(commands::compare::CompareArgs),
@@ -42,6 +43,7 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         None => commands::render::run(&commands::render::RenderArgs::default_picture()),
         Some(Command::Render(args)) => commands::render::run(&args),
+        Some(Command::Merge(args)) => commands::merge::run(&args),
         Some(Command::Info(args)) => commands::info::run(&args),
         Some(Command::Scenes(args)) => commands::scenes::run(&args),
         Some(Command::Compare(args)) => return commands::compare::run(&args),

@@ -111,6 +111,10 @@ impl Backend for CpuBackend {
         Ok(stats)
     }
 
+    fn restart(&mut self) {
+        self.film = None;
+    }
+
     fn film(&mut self) -> Result<Option<&Film>, BackendError> {
         Ok(self.film.as_ref().map(|(_, film)| film))
     }

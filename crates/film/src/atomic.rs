@@ -33,6 +33,25 @@ pub fn write_atomically(
     })
 }
 
+/// Removes the temporary files that processes have left beside `path` that were killed in [`write_atomically`]. No
+/// process may be writing to `path` now.
+pub fn remove_temporaries(path: &Path) {
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let (Some(folder), Some(name)) = (target.parent(), target.file_name()) else { return };
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let prefix = format!(".{}.", name.to_string_lossy());
+    let is_temporary = |name: &str| {
+        let id = name.strip_prefix(&prefix).and_then(|rest| rest.strip_suffix(".tmp"));
+        id.is_some_and(|id| !id.is_empty() && id.bytes().all(|b| b.is_ascii_digit() || b == b'-'))
+    };
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        if entry.file_name().to_str().is_some_and(is_temporary) {
+            // What cannot be removed does no harm.
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
 fn create_beside(target: &Path) -> std::io::Result<(File, PathBuf)> {
     static COUNTER: AtomicU32 = AtomicU32::new(0);
     let name = target.file_name().ok_or_else(|| {
@@ -73,6 +92,18 @@ mod tests {
         assert_eq!((fs::read(&path).unwrap().as_slice(), entries(dir.path())), (&b"old"[..], 1));
         write_atomically(&path, |w| w.write_all(b"new").map_err(|_| unreachable!())).unwrap();
         assert_eq!((fs::read(&path).unwrap().as_slice(), entries(dir.path())), (&b"new"[..], 1));
+    }
+
+    #[test]
+    fn what_a_killed_process_left_behind_can_be_removed() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("part.exr");
+        for name in ["part.exr", ".part.exr.12-0.tmp", ".part.exr.note.tmp", ".other.exr.12-0.tmp"] {
+            fs::write(dir.path().join(name), "").unwrap();
+        }
+        remove_temporaries(&path);
+        assert!(path.exists() && !dir.path().join(".part.exr.12-0.tmp").exists());
+        assert_eq!(entries(dir.path()), 3);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, Cursor, Read, Seek};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
@@ -233,12 +233,18 @@ impl ExrFile {
     pub fn write(&self, path: &Path, compression: ExrCompression) -> Result<(), ImageError> {
         self.check(path)?;
         let image = self.to_exr(compression);
-        write_atomically(path, |writer| {
-            image.write().to_buffered(writer).map_err(|error| match error {
-                ex::Error::Io(source) => ImageError::Write { path: path.to_owned(), source },
-                other => ImageError::Encode { path: path.to_owned(), reason: other.to_string() },
-            })
-        })
+        write_atomically(path, |writer| image.write().to_buffered(writer).map_err(|e| write_error(path, e)))
+    }
+
+    /// The file's bytes, for sending it somewhere.
+    ///
+    /// # Errors
+    /// [`ImageError::Encode`] as for [`ExrFile::write`]; `name` is what the error calls the file.
+    pub fn to_bytes(&self, name: &Path, compression: ExrCompression) -> Result<Vec<u8>, ImageError> {
+        self.check(name)?;
+        let mut bytes = Cursor::new(Vec::new());
+        self.to_exr(compression).write().to_buffered(&mut bytes).map_err(|e| write_error(name, e))?;
+        Ok(bytes.into_inner())
     }
 
     fn check(&self, path: &Path) -> Result<(), ImageError> {
@@ -328,13 +334,24 @@ impl ExrFile {
     /// subsampled channels and DWA compression.
     pub fn read(path: &Path) -> Result<Self, ImageError> {
         let read_error = |source| ImageError::Read { path: path.to_owned(), source };
-        let decode_error = |reason: String| ImageError::Decode { path: path.to_owned(), reason };
         let file = File::open(path).map_err(read_error)?;
         let length = file.metadata().map_err(read_error)?.len();
+        Self::decode(path, BufReader::new(file), length)
+    }
 
+    /// The file whose bytes these are; `name` is what errors call it.
+    ///
+    /// # Errors
+    /// As [`ExrFile::read`].
+    pub fn from_bytes(name: &Path, bytes: &[u8]) -> Result<Self, ImageError> {
+        Self::decode(name, Cursor::new(bytes), bytes.len() as u64)
+    }
+
+    fn decode(path: &Path, reader: impl Read + Seek, length: u64) -> Result<Self, ImageError> {
+        let decode_error = |reason: String| ImageError::Decode { path: path.to_owned(), reason };
         // The decoder is careful, but a damaged file has made it panic before; on one thread that can be caught.
         let decoded = catch_unwind(AssertUnwindSafe(|| {
-            let chunks = exr::block::read(BufReader::new(file), false).map_err(|e| from_exr(path, e))?;
+            let chunks = exr::block::read(reader, false).map_err(|e| from_exr(path, e))?;
             check_headers(path, chunks.headers(), length)?;
             ex::read()
                 .no_deep_data()
@@ -404,6 +421,13 @@ fn check_headers(path: &Path, headers: &[exr::meta::header::Header], length: u64
         }
     }
     Ok(())
+}
+
+fn write_error(path: &Path, error: ex::Error) -> ImageError {
+    match error {
+        ex::Error::Io(source) => ImageError::Write { path: path.to_owned(), source },
+        other => ImageError::Encode { path: path.to_owned(), reason: other.to_string() },
+    }
 }
 
 fn from_exr(path: &Path, error: ex::Error) -> ImageError {

@@ -45,6 +45,49 @@ impl Rect {
             && end(other.y, other.height) <= end(self.y, self.height)
     }
 
+    /// What is in both, if anything is.
+    #[must_use]
+    pub fn intersection(&self, other: &Self) -> Option<Self> {
+        let end = |start: u32, length: u32| start.saturating_add(length);
+        let (x, y) = (self.x.max(other.x), self.y.max(other.y));
+        let right = end(self.x, self.width).min(end(other.x, other.width));
+        let bottom = end(self.y, self.height).min(end(other.y, other.height));
+        (x < right && y < bottom).then(|| Self { x, y, width: right - x, height: bottom - y })
+    }
+
+    /// The smallest rectangle that has both inside.
+    #[must_use]
+    pub fn hull(&self, other: &Self) -> Self {
+        let end = |start: u32, length: u32| start.saturating_add(length);
+        let (x, y) = (self.x.min(other.x), self.y.min(other.y));
+        let right = end(self.x, self.width).max(end(other.x, other.width));
+        let bottom = end(self.y, self.height).max(end(other.y, other.height));
+        Self { x, y, width: right - x, height: bottom - y }
+    }
+
+    /// Tile number `index` (from 0) of `count`, which cover the rectangle without overlap: rows of tiles that are about
+    /// square and of about the same area.
+    ///
+    /// `None` if there is no such tile: `index` is too large, or the rectangle is too small for so many tiles.
+    #[must_use]
+    pub fn tile(&self, index: u32, count: u32) -> Option<Self> {
+        if index >= count || self.area() == 0 {
+            return None;
+        }
+        // Rows of at least two pixels have room for one more tile than their neighbours.
+        let square =
+            (f64::from(count) * f64::from(self.height) / f64::from(self.width)).sqrt().round() as u32;
+        let rows = square.max(count.div_ceil(self.width)).clamp(1, count.min(self.height / 2).max(1));
+        let cut = |length: u32, i: u32, n: u32| (u64::from(length) * u64::from(i) / u64::from(n)) as u32;
+        let row = (0..rows).find(|row| index < cut(count, row + 1, rows))?;
+        let (first, end) = (cut(count, row, rows), cut(count, row + 1, rows));
+        let (column, columns) = (index - first, end - first);
+        let (top, bottom) = (cut(self.height, first, count), cut(self.height, end, count));
+        let (left, right) = (cut(self.width, column, columns), cut(self.width, column + 1, columns));
+        let tile = Self { x: self.x + left, y: self.y + top, width: right - left, height: bottom - top };
+        (columns <= self.width).then_some(tile)
+    }
+
     /// The number of pixels.
     #[must_use]
     pub fn area(&self) -> usize {
@@ -588,5 +631,6 @@ fn filled<T: Clone>(n: usize, value: T, pixels: usize) -> Result<Vec<T>, FilmErr
     Ok(vec)
 }
 
+mod state;
 #[cfg(test)]
 mod tests;

@@ -9,6 +9,7 @@
 
 mod aov;
 mod atomic;
+mod coverage;
 mod exact;
 mod exr_file;
 mod files;
@@ -16,16 +17,21 @@ mod film;
 mod flip;
 mod image;
 mod limits;
+mod merge;
 pub mod metrics;
+mod part;
 mod pixel;
 mod srgb;
 
 pub use aov::{Aov, AovKind, AovSample, AovSums, NO_ID, UnknownAov};
-pub use atomic::write_atomically;
+pub use atomic::{remove_temporaries, write_atomically};
+pub use coverage::{Block, Coverage, UnknownBlock};
 pub use exact::ExactSum;
 pub use exr_file::{ExrChannel, ExrCompression, ExrFile, ExrSamples, METADATA_PREFIX, Precision};
 pub use files::write_png;
 pub use film::{AovData, Film, FilmError, MAX_SIDE, Rect};
 pub use image::{Image, ImageError};
+pub use merge::Merger;
+pub use part::{Part, PartError};
 pub use pixel::PixelStats;
 pub use srgb::{linear_to_srgb, srgb_to_linear, to_u8};

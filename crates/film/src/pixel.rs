@@ -81,6 +81,22 @@ impl PixelStats {
         true
     }
 
+    /// Replaces the sums of one colour, 0 to 2.
+    pub(crate) fn set_sums(&mut self, colour: usize, sum: ExactSum, sum_of_squares: ExactSum) {
+        (self.sum[colour], self.sum_of_squares[colour]) = (sum, sum_of_squares);
+    }
+
+    /// Replaces the numbers of samples.
+    pub(crate) fn set_counts(&mut self, count: u64, invalid: u64) {
+        (self.count, self.invalid) = (count, invalid);
+    }
+
+    /// How many samples were taken, valid or not.
+    #[must_use]
+    pub fn taken(&self) -> u64 {
+        self.count.saturating_add(self.invalid)
+    }
+
     /// Counts `count` samples as invalid that something else has already dropped.
     pub fn add_invalid(&mut self, count: u64) {
         self.invalid += count;

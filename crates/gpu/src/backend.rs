@@ -259,6 +259,10 @@ impl Backend for GpuBackend {
         Ok(stats)
     }
 
+    fn restart(&mut self) {
+        self.picture = None;
+    }
+
     fn film(&mut self) -> Result<Option<&Film>, BackendError> {
         let Some(picture) = &mut self.picture else { return Ok(None) };
         // Of a lost device, what was moved before is what there is.

@@ -5,8 +5,10 @@ pub mod completions;
 pub mod doctor;
 pub mod info;
 pub mod man;
+pub mod merge;
 pub mod render;
 pub mod scenes;
+mod tone;
 
 use alhazen::{LoadError, LoadOptions, Loaded, Source};
 use anyhow::Context;

@@ -12,6 +12,7 @@ mod alias;
 mod build;
 mod changes;
 mod environment;
+mod fingerprint;
 mod geometry;
 mod light;
 mod material;

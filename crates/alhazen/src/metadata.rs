@@ -1,0 +1,85 @@
+//! What a picture's file says about how it was made.
+
+use crate::Job;
+use film::Film;
+use scene::Scene;
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
+
+/// Materials and instances whose names are told; the ids of further ones are only numbers.
+const MOST_NAMES: usize = 1000;
+
+/// What of a scene goes into the files of its pictures.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Description {
+    /// How the scene was named: a file or a built-in scene.
+    pub scene: String,
+    /// Its parameters, as they were given.
+    pub parameters: Vec<(String, String)>,
+    materials: Vec<String>,
+    instances: Vec<String>,
+}
+
+impl Description {
+    /// Describes `scene`, which the user called `name`.
+    pub fn new(name: &str, parameters: &[(String, String)], scene: &Scene) -> Self {
+        Self {
+            scene: name.to_owned(),
+            parameters: parameters.to_vec(),
+            materials: scene.materials.iter().take(MOST_NAMES).map(|m| m.name.clone()).collect(),
+            instances: scene.instances.iter().take(MOST_NAMES).map(|i| i.name.clone()).collect(),
+        }
+    }
+
+    /// Everything needed to make the picture `job` again.
+    pub fn settings(&self, job: &Job) -> BTreeMap<String, String> {
+        let pair = |k: &str, v: String| (k.to_owned(), v);
+        BTreeMap::from([
+            pair("software", software()),
+            pair("scene", self.scene.clone()),
+            pair("parameters", format!("{:?}", self.parameters)),
+            pair("camera", format!("{:?}", job.camera)),
+            pair("integrator", format!("{:?}", job.integrator)),
+            pair("single_scatter", job.single_scatter.to_string()),
+            pair("sampler", format!("{:?}", job.sampler)),
+            pair("seed", job.seed.to_string()),
+            pair("clamp", "none".into()),
+            pair("tone_mapping", format!("{:?}", job.tone)),
+            pair("material_names", json_list(&self.materials)),
+            pair("instance_names", json_list(&self.instances)),
+        ])
+    }
+}
+
+/// The settings of a picture and what became of them: all that its file says. `backends` are the names of those that have
+/// worked on it, `render_time` is how long, all together.
+pub fn metadata(
+    settings: &BTreeMap<String, String>,
+    film: &Film,
+    spp: u32,
+    backends: &BTreeSet<String>,
+    render_time: Duration,
+) -> BTreeMap<String, String> {
+    let noise = film.relative_error().map_or("unknown".into(), |n| format!("{n:.5}"));
+    let backends: Vec<&str> = backends.iter().map(String::as_str).collect();
+    let measured = [
+        ("backend", backends.join(", ")),
+        ("spp", spp.to_string()),
+        ("render_seconds", format!("{:.3}", render_time.as_secs_f64())),
+        ("noise", noise),
+        ("invalid_samples", film.invalid_samples().to_string()),
+    ];
+    let mut all = settings.clone();
+    all.extend(measured.map(|(k, v)| (k.to_owned(), v)));
+    all
+}
+
+/// Name and version of this program.
+pub fn software() -> String {
+    format!("Alhazen {}", env!("CARGO_PKG_VERSION"))
+}
+
+/// A list of names as JSON.
+fn json_list(names: &[String]) -> String {
+    serde_json::Value::from(names).to_string()
+}

@@ -1,0 +1,89 @@
+//! `alhazen merge`: adds up the parts of a picture.
+
+use super::render::check_output;
+use super::tone::ToneArgs;
+use alhazen::{Coverage, Merger, Part, finish, output, tone_of};
+use anyhow::{Context, ensure};
+use std::path::PathBuf;
+
+/// Add up parts of a picture.
+///
+/// Parts are .exr files that `alhazen render` writes with --tile, --sample-range or --part; checkpoints are parts, too.
+/// The order does not matter, and the result is the picture made whole, bit for bit.
+#[derive(Debug, Clone, clap::Args)]
+#[command(after_help = "\
+Examples:
+  alhazen render atrium --tile 1/2 -o part1.exr
+  alhazen render atrium --tile 2/2 -o part2.exr
+  alhazen merge part*.exr -o atrium.exr -o atrium.png")]
+pub struct MergeArgs {
+    /// Parts to add up.
+    #[arg(value_name = "PART", required = true)]
+    parts: Vec<PathBuf>,
+    /// Picture to write: .png (tone mapped), .exr (linear, layers, metadata) or .hdr. May be given several times.
+    #[arg(short, long, value_name = "FILE", required = true)]
+    output: Vec<PathBuf>,
+    /// Write a part again (.exr), which can be merged with further ones, instead of a picture. It may be incomplete.
+    #[arg(long)]
+    part: bool,
+    /// Merge what there is even if tiles or samples are missing. Pixels without samples are black.
+    #[arg(long)]
+    allow_missing: bool,
+    #[command(flatten)]
+    tone: ToneArgs,
+    /// No report.
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+/// Merges.
+pub fn run(args: &MergeArgs) -> anyhow::Result<()> {
+    for path in &args.output {
+        check_output(path)?;
+        let is_exr = output::Format::of(path)? == output::Format::Exr;
+        ensure!(is_exr || !args.part, "{} cannot hold a part: parts are .exr files", path.display());
+    }
+    let mut merger = Merger::new();
+    for path in &args.parts {
+        merger.add(&path.display().to_string(), Part::read(path)?)?;
+    }
+    let part = merger.finish()?;
+    let missing = part.missing();
+    if !missing.is_empty() && !args.part {
+        let what = describe(&missing);
+        ensure!(args.allow_missing, "the picture is not complete (see --allow-missing): there are no {what}");
+        eprintln!("warning: the picture is not complete: there are no {what}");
+    }
+    let names: Vec<_> = args.output.iter().map(|p| p.display().to_string()).collect();
+    let summary = format!(
+        "{}: {} parts, {}×{}, {} spp",
+        names.join(", "),
+        args.parts.len(),
+        part.film().width(),
+        part.film().height(),
+        part.whole().samples.len()
+    );
+    if args.part {
+        args.output.iter().try_for_each(|path| part.write(path))?;
+    } else {
+        let mut tone = tone_of(&part).context("the parts do not say how to show the picture")?;
+        args.tone.apply(&mut tone);
+        let (film, metadata) = finish(part)?;
+        args.output.iter().try_for_each(|path| output::write(path, &film, &tone, &metadata))?;
+    }
+    if !args.quiet {
+        eprintln!("{summary}");
+    }
+    Ok(())
+}
+
+/// The first missing blocks, for people.
+fn describe(missing: &Coverage) -> String {
+    const MOST: usize = 3;
+    let blocks = missing.blocks();
+    let mut text = blocks.iter().take(MOST).map(ToString::to_string).collect::<Vec<_>>().join(", no ");
+    if blocks.len() > MOST {
+        text += &format!(", and {} more gaps", blocks.len() - MOST);
+    }
+    text
+}

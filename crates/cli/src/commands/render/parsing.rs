@@ -1,0 +1,96 @@
+//! Values on the command line.
+
+use alhazen::Rect;
+use std::ops::Range;
+use std::time::Duration;
+
+fn parse_numbers<T: std::str::FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
+    let numbers: Vec<T> = text.split(',').map(|t| t.trim().parse().ok()).collect::<Option<_>>()?;
+    numbers.try_into().ok()
+}
+
+/// Three finite numbers: `X,Y,Z`.
+pub fn parse_vector(text: &str) -> Result<[f32; 3], String> {
+    let numbers: Option<[f32; 3]> = parse_numbers(text);
+    numbers.filter(|v| v.iter().all(|x| x.is_finite())).ok_or_else(|| "expected three numbers: X,Y,Z".into())
+}
+
+/// A rectangle of pixels: `X,Y,WIDTH,HEIGHT`.
+pub fn parse_crop(text: &str) -> Result<Rect, String> {
+    let [x, y, width, height] = parse_numbers(text).ok_or("expected four whole numbers: X,Y,WIDTH,HEIGHT")?;
+    Ok(Rect { x, y, width, height })
+}
+
+/// Frames `A..B`, or one frame `A`.
+pub fn parse_frames(text: &str) -> Result<(u32, u32), String> {
+    let number = |t: &str| t.parse::<u32>().map_err(|e| format!("{t:?}: {e}"));
+    let (a, b) = match text.split_once("..") {
+        Some((a, b)) => (number(a)?, number(b)?),
+        None => {
+            let frame = number(text)?;
+            (frame, frame.checked_add(1).ok_or("the number is too large")?)
+        }
+    };
+    if a < b { Ok((a, b)) } else { Err(format!("{a}..{b} has no frames")) }
+}
+
+/// Indices of samples `A..B`.
+pub fn parse_samples(text: &str) -> Result<Range<u32>, String> {
+    let parse = || {
+        let (a, b) = text.split_once("..")?;
+        Some(a.trim().parse().ok()?..b.trim().parse().ok()?)
+    };
+    let range: Range<u32> = parse().ok_or("expected A..B")?;
+    if range.is_empty() { Err(format!("{text} has no samples")) } else { Ok(range) }
+}
+
+/// A duration with a unit: `30s`, `5m`, `1.5h`; seconds without one.
+pub fn parse_duration(text: &str) -> Result<Duration, String> {
+    let (number, factor) = match text.strip_suffix(['s', 'm', 'h']) {
+        Some(number) if text.ends_with('s') => (number, 1.0),
+        Some(number) if text.ends_with('m') => (number, 60.0),
+        Some(number) => (number, 3600.0),
+        None => (text, 1.0),
+    };
+    let value: f64 = number.trim().parse().map_err(|_| "expected a duration such as 30s, 5m or 1.5h")?;
+    Duration::try_from_secs_f64(value * factor).map_err(|e| e.to_string())
+}
+
+/// A number above zero.
+pub fn parse_positive(text: &str) -> Result<f32, String> {
+    let value: f32 = text.parse().map_err(|_| "expected a number")?;
+    if value > 0.0 && value.is_finite() { Ok(value) } else { Err("expected a number above zero".into()) }
+}
+
+/// An angle in degrees, in `(0, 180)`.
+pub fn parse_fov(text: &str) -> Result<f32, String> {
+    let value = parse_positive(text)?;
+    if value < 180.0 { Ok(value) } else { Err("expected degrees between 0 and 180".into()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_parsed_and_checked() {
+        assert_eq!(parse_vector("1,-2.5, 3"), Ok([1.0, -2.5, 3.0]));
+        assert!(parse_vector("1,2").is_err() && parse_vector("1,2,nan").is_err());
+        assert_eq!(parse_crop("1,2,3,4"), Ok(Rect { x: 1, y: 2, width: 3, height: 4 }));
+        assert_eq!(parse_frames("2..5"), Ok((2, 5)));
+        assert_eq!(parse_frames("5"), Ok((5, 6)));
+        assert!(
+            parse_frames("5..5").is_err()
+                && parse_frames("5..").is_err()
+                && parse_frames("4294967295").is_err()
+        );
+        assert_eq!(parse_samples("2..5"), Ok(2..5));
+        assert!(
+            parse_samples("5..5").is_err() && parse_samples("5").is_err() && parse_samples("-1..2").is_err()
+        );
+        assert_eq!(parse_duration("1.5m"), Ok(Duration::from_secs(90)));
+        assert_eq!(parse_duration("2"), Ok(Duration::from_secs(2)));
+        assert!(parse_duration("-1s").is_err() && parse_duration("x").is_err());
+        assert!(parse_fov("0").is_err() && parse_fov("180").is_err() && parse_fov("45").is_ok());
+    }
+}

@@ -1,0 +1,139 @@
+//! From arguments to a picture: environment, camera, integrator, limits.
+
+use super::parsing::parse_vector;
+use super::{IntegratorName, RenderArgs, SamplerName};
+use alhazen::{
+    Camera, DirectSettings, Environment, Integrator, Job, Limits, LoadOptions, Loaded, PathSettings,
+    Projection, Rect, SamplerKind, add_daylight_if_dark,
+};
+use anyhow::{Context, bail, ensure};
+use std::path::Path;
+
+/// Puts the environment that the arguments name around the scene, or a sky around a dark one.
+pub fn set_environment(args: &RenderArgs, loaded: &mut Loaded, options: &LoadOptions) -> anyhow::Result<()> {
+    let Some(text) = &args.environment else {
+        add_daylight_if_dark(&mut loaded.scene, &mut loaded.report);
+        return Ok(());
+    };
+    loaded.scene.environment = match parse_vector(text) {
+        Ok(color) if !Path::new(text).exists() => {
+            ensure!(color.iter().all(|c| *c >= 0.0), "--environment {text}: radiance cannot be negative");
+            Environment::Constant(color.into())
+        }
+        _ => {
+            let image = alhazen::load_environment(Path::new(text), options, &mut loaded.report)
+                .with_context(|| format!("cannot load the environment {text}"))?;
+            loaded.scene.images.push(image);
+            Environment::Image {
+                image: loaded.scene.images.len() as u32 - 1,
+                rotation: args.environment_rotation.to_radians(),
+                intensity: args.environment_intensity,
+            }
+        }
+    };
+    Ok(())
+}
+
+/// The picture that the arguments ask for, with the scene's own wishes as defaults.
+pub fn job(args: &RenderArgs, loaded: &Loaded) -> anyhow::Result<Job> {
+    let mut scene_job = Job::for_scene(&loaded.scene);
+    scene_job.camera = camera(args, loaded)?;
+    let aspect = scene_job.width as f32 / scene_job.height as f32;
+    let along = |side: u32, factor: f32| ((side as f32 * factor).round() as u32).max(1);
+    (scene_job.width, scene_job.height) = match (args.width, args.height) {
+        (Some(w), Some(h)) => (w, h),
+        (Some(w), None) => (w, along(w, 1.0 / aspect)),
+        (None, Some(h)) => (along(h, aspect), h),
+        (None, None) => (scene_job.width, scene_job.height),
+    };
+    if let Some(crop) = args.crop {
+        let whole = Rect::full(scene_job.width, scene_job.height);
+        let Rect { x, y, width, height } = crop;
+        ensure!(
+            whole.contains_rect(&crop) && crop.area() > 0,
+            "--crop {x},{y},{width},{height} is not inside the picture of {}×{} pixels",
+            whole.width,
+            whole.height
+        );
+        scene_job.crop = Some(crop);
+    }
+    scene_job.integrator = integrator(args, scene_job.integrator);
+    scene_job.single_scatter = args.single_scatter;
+    scene_job.sampler = match args.sampler {
+        SamplerName::Sobol => SamplerKind::Sobol,
+        SamplerName::Independent => SamplerKind::Independent,
+    };
+    scene_job.seed = args.seed;
+    scene_job.aovs = args.aov.clone();
+    args.tone.apply(&mut scene_job.tone);
+    Ok(scene_job)
+}
+
+fn camera(args: &RenderArgs, loaded: &Loaded) -> anyhow::Result<Camera> {
+    let cameras = &loaded.scene.cameras;
+    let mut camera = match &args.camera {
+        None => loaded.scene.default_camera(),
+        Some(name) => {
+            let by_number = || name.parse().ok().and_then(|i: usize| cameras.get(i));
+            let found = cameras.iter().find(|c| c.name == *name).or_else(by_number);
+            let known: Vec<_> = cameras.iter().map(|c| c.name.as_str()).collect();
+            found.with_context(|| format!("there is no camera {name:?}; the scene has {known:?}"))?.clone()
+        }
+    };
+    let moved = args.eye.is_some() || args.target.is_some();
+    camera.eye = args.eye.map_or(camera.eye, Into::into);
+    camera.target = args.target.map_or(camera.target, Into::into);
+    if moved {
+        ensure!(camera.eye != camera.target, "--eye and --target are the same point");
+        camera.focus_distance = (camera.target - camera.eye).length();
+        camera.path = None;
+    }
+    if let Some(fov) = args.fov {
+        camera.projection = Projection::Perspective { fov_y: fov.to_radians() };
+    }
+    camera.focus_distance = args.focus.unwrap_or(camera.focus_distance);
+    if let Some(f_number) = args.f_number {
+        let Projection::Perspective { fov_y } = camera.projection else {
+            bail!("--f-number needs a perspective camera");
+        };
+        let focal_length = 0.012 / (fov_y * 0.5).tan();
+        camera.lens_radius = focal_length / (2.0 * f_number);
+    }
+    Ok(camera)
+}
+
+fn integrator(args: &RenderArgs, of_scene: Integrator) -> Integrator {
+    let path = || {
+        let scene_depth = if let Integrator::Path(p) = of_scene { Some(p.max_depth) } else { None };
+        let default = PathSettings::default();
+        Integrator::Path(PathSettings {
+            max_depth: args.max_depth.or(scene_depth).unwrap_or(default.max_depth),
+            roulette_start: args.roulette_start,
+            splitting: args.splitting,
+            ..default
+        })
+    };
+    let direct = || {
+        let d = DirectSettings::default();
+        Integrator::Direct(DirectSettings {
+            shadow_samples: args.shadow_samples.unwrap_or(d.shadow_samples),
+            reflection_samples: args.reflection_samples.unwrap_or(d.reflection_samples),
+            ambient_samples: args.ambient_samples.unwrap_or(d.ambient_samples),
+            soft_shadows: !args.hard_shadows,
+            max_depth: args.max_depth.unwrap_or(d.max_depth),
+            ..d
+        })
+    };
+    match (args.integrator, of_scene) {
+        (Some(IntegratorName::Path), _) | (None, Integrator::Path(_)) => path(),
+        (Some(IntegratorName::Direct), _) | (None, Integrator::Direct(_)) => direct(),
+        (Some(IntegratorName::Aov), _) | (None, Integrator::Aov) => Integrator::Aov,
+    }
+}
+
+/// When the picture is done.
+pub fn limits(args: &RenderArgs, loaded: &Loaded) -> Limits {
+    let open_ended = args.time.is_some() || args.noise.is_some();
+    let default = if open_ended { 65_536 } else { loaded.scene.defaults.spp.unwrap_or(64) };
+    Limits { spp: args.spp.unwrap_or(default), time: args.time, noise: args.noise.map(f64::from) }
+}

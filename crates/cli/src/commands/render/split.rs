@@ -1,0 +1,166 @@
+//! Rendering in parts and in several sittings.
+
+use super::check_place;
+use super::parsing::{parse_duration, parse_samples};
+use crate::console::ProgressDisplay;
+use alhazen::{
+    Checkpoint, Control, Coverage, Film, Job, Part, PartJob, Renderer, Summary, Tile, finish, output,
+};
+use anyhow::{Context, bail, ensure};
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// How a picture is divided over machines and time.
+#[derive(Debug, Clone, clap::Args)]
+pub struct SplitArgs {
+    /// Write what was rendered as a part (.exr) with exact sums, to be added to others by `alhazen merge`. --tile and
+    /// --sample-range imply this.
+    #[arg(long, help_heading = "Parts", conflicts_with_all = ["time", "noise"])]
+    part: bool,
+    /// Render only tile I of N, counted from 1.
+    #[arg(long, help_heading = "Parts", value_name = "I/N", conflicts_with_all = ["time", "noise"])]
+    pub tile: Option<Tile>,
+    /// Render only samples A to B − 1 of the --spp samples of each pixel.
+    #[arg(
+        long,
+        help_heading = "Parts",
+        value_name = "A..B",
+        value_parser = parse_samples,
+        conflicts_with_all = ["time", "noise"]
+    )]
+    pub sample_range: Option<Range<u32>>,
+    /// Save what there is to this .exr file again and again, to go on from it with --resume.
+    #[arg(long, help_heading = "Parts", value_name = "FILE", conflicts_with_all = ["time", "noise"])]
+    checkpoint: Option<PathBuf>,
+    /// How often to save the checkpoint.
+    #[arg(
+        long,
+        help_heading = "Parts",
+        value_name = "DURATION",
+        default_value = "60s",
+        value_parser = parse_duration,
+        requires = "checkpoint"
+    )]
+    every: Duration,
+    /// Go on from the checkpoint if it is there.
+    #[arg(long, help_heading = "Parts", requires = "checkpoint")]
+    resume: bool,
+}
+
+impl SplitArgs {
+    /// Whether anything is to be done that a plain render does not do.
+    pub fn is_used(&self) -> bool {
+        self.makes_parts() || self.checkpoint.is_some()
+    }
+
+    fn makes_parts(&self) -> bool {
+        self.part || self.tile.is_some() || self.sample_range.is_some()
+    }
+
+    /// Finds out before rendering what would keep the files from being written.
+    pub fn check(&self, outputs: &[PathBuf]) -> anyhow::Result<()> {
+        if self.makes_parts() {
+            let is_exr = |path: &&PathBuf| output::Format::of(path).is_ok_and(|f| f == output::Format::Exr);
+            if let Some(path) = outputs.iter().find(|path| !is_exr(path)) {
+                bail!("{} cannot hold a part of a picture: parts are .exr files (--output)", path.display());
+            }
+        }
+        let Some(path) = &self.checkpoint else { return Ok(()) };
+        check_place(path)?;
+        ensure!(!outputs.contains(path), "{} is both the checkpoint and an output", path.display());
+        ensure!(
+            self.resume || !path.exists(),
+            "the checkpoint {} is there already: go on from it with --resume, or remove it",
+            path.display()
+        );
+        Ok(())
+    }
+}
+
+/// A rendered picture, or a part of one.
+pub enum Made {
+    /// The renderer has the film; this is what its file says.
+    Picture(BTreeMap<String, String>),
+    /// Exact sums.
+    Part(Box<Part>),
+}
+
+impl Made {
+    /// Writes it to all `paths`.
+    pub fn write(
+        self,
+        renderer: &mut Renderer,
+        paths: &[PathBuf],
+        job: &Job,
+        split: &SplitArgs,
+    ) -> anyhow::Result<()> {
+        let write_picture = |film: &Film, metadata: &_| -> anyhow::Result<()> {
+            Ok(paths.iter().try_for_each(|path| output::write(path, film, &job.tone, metadata))?)
+        };
+        match self {
+            Self::Picture(metadata) => {
+                write_picture(renderer.film()?.context("nothing was rendered")?, &metadata)
+            }
+            Self::Part(part) if split.makes_parts() => {
+                Ok(paths.iter().try_for_each(|path| part.write(path))?)
+            }
+            Self::Part(part) => {
+                let (film, metadata) = finish(*part)?;
+                write_picture(&film, &metadata)
+            }
+        }
+    }
+}
+
+/// The checkpoint, and what there is of the picture that it was last of.
+pub struct Saved {
+    checkpoint: Option<Checkpoint>,
+    so_far: Option<Part>,
+}
+
+impl Saved {
+    /// Reads the checkpoint if the arguments say so and it is there.
+    pub fn open(args: &SplitArgs) -> anyhow::Result<Self> {
+        let checkpoint = args.checkpoint.as_ref().map(|path| Checkpoint::new(path, args.every));
+        let so_far = match &checkpoint {
+            Some(checkpoint) if args.resume => {
+                checkpoint.load().context("cannot go on from the checkpoint")?
+            }
+            _ => None,
+        };
+        Ok(Self { checkpoint, so_far })
+    }
+
+    /// The frames that are still to be made. Those before the checkpoint's are done.
+    pub fn frames_left(&self, frames: Option<(u32, u32)>) -> anyhow::Result<Range<u32>> {
+        let Some((first, end)) = frames else { return Ok(0..1) };
+        let Some(part) = &self.so_far else { return Ok(first..end) };
+        let frame = part.identity.get("frame").and_then(|frame| frame.parse().ok());
+        let frame: u32 = frame.context("the checkpoint is of a single picture, not of a sequence")?;
+        ensure!((first..end).contains(&frame), "the checkpoint is of frame {frame}, not of {first}..{end}");
+        Ok(frame..end)
+    }
+
+    /// Renders what is still missing, saving it on the way.
+    pub fn render(
+        &mut self,
+        renderer: &mut Renderer,
+        part_job: &PartJob,
+        control: &Arc<Control>,
+        quiet: bool,
+    ) -> anyhow::Result<(Made, Summary)> {
+        let so_far = self.so_far.take();
+        let nothing = Coverage::default();
+        let missing = so_far.as_ref().map_or(&nothing, Part::covered).missing(&part_job.share()?);
+        let total = missing.blocks().iter().map(alhazen::Block::sample_count).sum();
+        let display = ProgressDisplay::new(control.clone(), total, quiet);
+        let name = self.checkpoint.as_ref().map_or(String::new(), |c| c.path().display().to_string());
+        let so_far = so_far.map(|part| (name.as_str(), part));
+        let (part, summary) = renderer.render_part(part_job, so_far, control, self.checkpoint.as_mut())?;
+        display.finish();
+        Ok((Made::Part(Box::new(part)), summary))
+    }
+}

@@ -1,0 +1,162 @@
+//! A film's exact contents as channels of an image file, and back: nothing is rounded.
+
+use super::{Film, Layer};
+use crate::{AovKind, ExactSum, ExrChannel, ExrSamples, PixelStats};
+
+/// Words of 32 bits in an [`ExactSum`], and in a count of samples.
+const SUM_WORDS: usize = 4;
+const COUNT_WORDS: usize = 2;
+
+const COLOURS: [&str; 3] = ["R", "G", "B"];
+
+impl Film {
+    /// Everything that the film knows but [`Film::invalid_aovs`], as channels of whole numbers and of 32-bit floats.
+    ///
+    /// For each colour `c`, `sum.c` and `square.c` are the sums of samples and of their squares; `count` and `invalid` are the
+    /// numbers of samples; `aov-count` and `layer.sum.c` belong to layers of means. Numbers of more than 32 bits have a
+    /// channel for each 32 bits, the least significant first: `count.0`, `count.1`.
+    #[must_use]
+    pub fn to_channels(&self) -> Vec<ExrChannel> {
+        let mut channels = Vec::new();
+        for (c, colour) in COLOURS.iter().enumerate() {
+            push_sums(&mut channels, &format!("sum.{colour}"), || {
+                self.pixels.iter().map(move |p| p.sum()[c])
+            });
+            push_sums(&mut channels, &format!("square.{colour}"), || {
+                self.pixels.iter().map(move |p| p.sum_of_squares()[c])
+            });
+        }
+        let counts = |of: fn(&PixelStats) -> u64| self.pixels.iter().map(move |p| u128::from(of(p)));
+        push_words(&mut channels, "count", COUNT_WORDS, || counts(PixelStats::count));
+        push_words(&mut channels, "invalid", COUNT_WORDS, || counts(PixelStats::invalid));
+        if !self.aov_counts.is_empty() {
+            channels.push(uint("aov-count", self.aov_counts.clone()));
+        }
+        for (aov, layer) in self.aovs.iter().zip(&self.layers) {
+            let names = aov.channels();
+            for (c, name) in names.iter().enumerate() {
+                match layer {
+                    Layer::Mean(sums) => push_sums(&mut channels, &format!("{aov}.sum.{name}"), || {
+                        sums.iter().skip(c).step_by(names.len()).copied()
+                    }),
+                    Layer::First(values) => {
+                        let values = values.iter().skip(c).step_by(names.len()).copied().collect();
+                        let name = format!("{aov}.first.{name}");
+                        channels.push(ExrChannel { name, samples: ExrSamples::Float(values) });
+                    }
+                    Layer::FirstId(ids) => channels.push(uint(&format!("{aov}.first.{name}"), ids.clone())),
+                    Layer::Derived => {}
+                }
+            }
+        }
+        channels
+    }
+
+    /// Replaces the film's contents by what [`Film::to_channels`] has made of a film of the same window and layers. Other
+    /// channels are ignored. [`Film::invalid_aovs`] becomes zero.
+    ///
+    /// # Errors
+    /// The name of a channel that is missing, or has other numbers than it must have; the film is then empty.
+    pub fn set_channels(&mut self, channels: &[ExrChannel]) -> Result<(), String> {
+        self.clear();
+        self.fill_from(&Channels(channels)).inspect_err(|_| self.clear())
+    }
+
+    fn fill_from(&mut self, channels: &Channels) -> Result<(), String> {
+        let area = self.window.area();
+        let count = channels.words("count", COUNT_WORDS, area)?;
+        let invalid = channels.words("invalid", COUNT_WORDS, area)?;
+        for (colour, name) in COLOURS.iter().enumerate() {
+            let sum = channels.words(&format!("sum.{name}"), SUM_WORDS, area)?;
+            let square = channels.words(&format!("square.{name}"), SUM_WORDS, area)?;
+            for (i, pixel) in self.pixels.iter_mut().enumerate() {
+                pixel.set_sums(colour, exact(&sum, i), exact(&square, i));
+            }
+        }
+        for (i, pixel) in self.pixels.iter_mut().enumerate() {
+            pixel.set_counts(number(&count, i) as u64, number(&invalid, i) as u64);
+        }
+        if !self.aov_counts.is_empty() {
+            self.aov_counts.copy_from_slice(channels.uints("aov-count", area)?);
+        }
+        for (aov, layer) in self.aovs.iter().zip(&mut self.layers) {
+            debug_assert_eq!(matches!(layer, Layer::Mean(_)), aov.kind() == AovKind::Mean);
+            let names = aov.channels();
+            for (c, name) in names.iter().enumerate() {
+                match layer {
+                    Layer::Mean(sums) => {
+                        let words = channels.words(&format!("{aov}.sum.{name}"), SUM_WORDS, area)?;
+                        let sums = sums.iter_mut().skip(c).step_by(names.len());
+                        sums.enumerate().for_each(|(i, sum)| *sum = exact(&words, i));
+                    }
+                    Layer::First(values) => {
+                        let from = channels.floats(&format!("{aov}.first.{name}"), area)?;
+                        values.iter_mut().skip(c).step_by(names.len()).zip(from).for_each(|(v, f)| *v = *f);
+                    }
+                    Layer::FirstId(ids) => {
+                        ids.copy_from_slice(channels.uints(&format!("{aov}.first.{name}"), area)?);
+                    }
+                    Layer::Derived => {}
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn uint(name: &str, values: Vec<u32>) -> ExrChannel {
+    ExrChannel { name: name.to_owned(), samples: ExrSamples::Uint(values) }
+}
+
+/// Adds numbers as channels of 32 bits each.
+fn push_words<I: Iterator<Item = u128>>(
+    channels: &mut Vec<ExrChannel>,
+    name: &str,
+    words: usize,
+    numbers: impl Fn() -> I,
+) {
+    for word in 0..words {
+        let values = numbers().map(|n| (n >> (32 * word)) as u32).collect();
+        channels.push(uint(&format!("{name}.{word}"), values));
+    }
+}
+
+fn push_sums<I: Iterator<Item = ExactSum>>(channels: &mut Vec<ExrChannel>, name: &str, sums: impl Fn() -> I) {
+    push_words(channels, name, SUM_WORDS, || sums().map(|sum| sum.to_bits() as u128));
+}
+
+/// Number `i` of numbers that are stored word by word.
+fn number(words: &[&[u32]], i: usize) -> u128 {
+    words.iter().rev().fold(0, |number, word| number << 32 | u128::from(word[i]))
+}
+
+fn exact(words: &[&[u32]], i: usize) -> ExactSum {
+    ExactSum::from_bits(number(words, i) as i128)
+}
+
+/// Channels by name.
+struct Channels<'a>(&'a [ExrChannel]);
+
+impl Channels<'_> {
+    fn find(&self, name: &str) -> Option<&ExrSamples> {
+        self.0.iter().find(|c| c.name == name).map(|c| &c.samples)
+    }
+
+    fn uints(&self, name: &str, area: usize) -> Result<&[u32], String> {
+        match self.find(name) {
+            Some(ExrSamples::Uint(values)) if values.len() == area => Ok(values),
+            _ => Err(name.to_owned()),
+        }
+    }
+
+    fn floats(&self, name: &str, area: usize) -> Result<&[f32], String> {
+        match self.find(name) {
+            Some(ExrSamples::Float(values)) if values.len() == area => Ok(values),
+            _ => Err(name.to_owned()),
+        }
+    }
+
+    fn words(&self, name: &str, words: usize, area: usize) -> Result<Vec<&[u32]>, String> {
+        (0..words).map(|word| self.uints(&format!("{name}.{word}"), area)).collect()
+    }
+}
