@@ -2,6 +2,7 @@
 
 mod bench;
 mod ci;
+mod cluster_tools;
 mod docs;
 #[cfg(test)]
 mod documents;

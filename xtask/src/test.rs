@@ -1,7 +1,7 @@
 //! `cargo xtask test`: all tests, GPU tests included, with a summary of what passed and what was skipped.
 
 use crate::shell::{cargo, shared_dir};
-use crate::vulkan;
+use crate::{cluster_tools, vulkan};
 use anyhow::{Context, ensure};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::Stdio;
@@ -15,6 +15,8 @@ use std::time::Instant;
 /// GPU tests run on the Vulkan driver that the machine has, if it has ray tracing pipelines. Else Mesa's software driver
 /// is set up: installed with apt by root on Debian (on Debian 12 from its backports, which are added to apt's sources),
 /// otherwise unpacked beside the build. Where neither works those tests say that they are skipped.
+///
+/// Tests of cluster jobs run openjd-cli and shellcheck, which pip installs beside the build.
 #[derive(Debug, clap::Args)]
 pub struct TestArgs {
     /// Take the Vulkan drivers as they are: install and unpack nothing.
@@ -54,12 +56,12 @@ impl Totals {
 
 /// Runs the tests.
 pub fn run(args: &TestArgs) -> anyhow::Result<()> {
-    let variables = if args.no_driver {
+    let mut variables = cluster_tools::prepare();
+    if args.no_driver {
         eprintln!("GPU tests: on whatever drivers there are");
-        vulkan::Variables::new()
     } else {
-        driver()
-    };
+        variables.extend(driver());
+    }
     run_tests(&args.arguments, &variables)
 }
 

@@ -31,6 +31,7 @@ struct Arguments {
 enum Command {
     Render(Box<commands::render::RenderArgs>),
     Merge(commands::merge::MergeArgs),
+    Submit(commands::submit::SubmitArgs),
     Info(commands::info::InfoArgs),
     Scenes(commands::scenes::ScenesArgs),
     Compare(commands::compare::CompareArgs),
@@ -44,6 +45,7 @@ fn main() -> ExitCode {
         None => commands::render::run(&commands::render::RenderArgs::default_picture()),
         Some(Command::Render(args)) => commands::render::run(&args),
         Some(Command::Merge(args)) => commands::merge::run(&args),
+        Some(Command::Submit(args)) => commands::submit::run(&args),
         Some(Command::Info(args)) => commands::info::run(&args),
         Some(Command::Scenes(args)) => commands::scenes::run(&args),
         Some(Command::Compare(args)) => return commands::compare::run(&args),

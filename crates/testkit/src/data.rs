@@ -44,6 +44,14 @@ pub fn skip_without_gpu(test_name: &str, why: &str) {
     skip(test_name, why, skips_are_forbidden(&["1", "gpu"]));
 }
 
+/// For a test that needs a program that is not there: says on stderr that `test_name` is skipped, and `why`.
+///
+/// # Panics
+/// When the environment variable `ALHAZEN_FORBID_SKIPS` is `1`, as in continuous integration.
+pub fn skip_without_tool(test_name: &str, why: &str) {
+    skip(test_name, why, skips_are_forbidden(&["1"]));
+}
+
 fn skips_are_forbidden(values: &[&str]) -> bool {
     std::env::var_os("ALHAZEN_FORBID_SKIPS").is_some_and(|v| values.iter().any(|value| v == *value))
 }

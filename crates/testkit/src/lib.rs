@@ -3,7 +3,8 @@
 //! - [`assert_same_expectation`]: two noisy renders are samples of the same expected image.
 //! - [`assert_chi2`]: samples follow the density that they claim.
 //! - [`scenes`]: what the reference images show, as [`scene::Scene`] values.
-//! - [`require_shared`]: the folder with scenes and reference images, or a visible skip; [`skip_without_gpu`]: another.
+//! - [`require_shared`]: the folder with scenes and reference images, or a visible skip; [`skip_without_gpu`] and
+//!   [`skip_without_tool`]: others.
 //!
 //! Invariant: every harness has a test that must fail. A check that cannot fail is worse than none.
 
@@ -19,7 +20,9 @@ mod special;
 
 pub use chi2::{Chi2, assert_chi2, chi2_test};
 pub use compare::{Comparison, Report, WHOLE_IMAGE, WorstBlock, assert_same_expectation};
-pub use data::{output_dir, repository_root, require_shared, shared_dir, skip_without_gpu};
+pub use data::{
+    output_dir, repository_root, require_shared, shared_dir, skip_without_gpu, skip_without_tool,
+};
 pub use estimate::{Estimate, ReferenceError};
 pub use exclusive::Exclusive;
 pub use ignis::{IgnisScene, load_ignis};

@@ -1,6 +1,6 @@
 //! `alhazen merge`: adds up the parts of a picture.
 
-use super::render::check_output;
+use super::render::{check_output, frame_path};
 use super::tone::ToneArgs;
 use alhazen::{Coverage, Merger, Part, finish, output, tone_of};
 use anyhow::{Context, ensure};
@@ -29,6 +29,9 @@ pub struct MergeArgs {
     /// Merge what there is even if tiles or samples are missing. Pixels without samples are black.
     #[arg(long)]
     allow_missing: bool,
+    /// Merge this frame of a sequence: the names of parts and outputs get its number, as those of `alhazen render` do.
+    #[arg(long, value_name = "N")]
+    frame: Option<u32>,
     #[command(flatten)]
     tone: ToneArgs,
     /// No report.
@@ -38,13 +41,17 @@ pub struct MergeArgs {
 
 /// Merges.
 pub fn run(args: &MergeArgs) -> anyhow::Result<()> {
-    for path in &args.output {
+    let numbered = |paths: &[PathBuf]| -> Vec<PathBuf> {
+        paths.iter().map(|path| frame_path(path, args.frame)).collect()
+    };
+    let (parts, outputs) = (numbered(&args.parts), numbered(&args.output));
+    for path in &outputs {
         check_output(path)?;
         let is_exr = output::Format::of(path)? == output::Format::Exr;
         ensure!(is_exr || !args.part, "{} cannot hold a part: parts are .exr files", path.display());
     }
     let mut merger = Merger::new();
-    for path in &args.parts {
+    for path in &parts {
         merger.add(&path.display().to_string(), Part::read(path)?)?;
     }
     let part = merger.finish()?;
@@ -54,22 +61,22 @@ pub fn run(args: &MergeArgs) -> anyhow::Result<()> {
         ensure!(args.allow_missing, "the picture is not complete (see --allow-missing): there are no {what}");
         eprintln!("warning: the picture is not complete: there are no {what}");
     }
-    let names: Vec<_> = args.output.iter().map(|p| p.display().to_string()).collect();
+    let names: Vec<_> = outputs.iter().map(|p| p.display().to_string()).collect();
     let summary = format!(
         "{}: {} parts, {}×{}, {} spp",
         names.join(", "),
-        args.parts.len(),
+        parts.len(),
         part.film().width(),
         part.film().height(),
         part.whole().samples.len()
     );
     if args.part {
-        args.output.iter().try_for_each(|path| part.write(path))?;
+        outputs.iter().try_for_each(|path| part.write(path))?;
     } else {
         let mut tone = tone_of(&part).context("the parts do not say how to show the picture")?;
         args.tone.apply(&mut tone);
         let (film, metadata) = finish(part)?;
-        args.output.iter().try_for_each(|path| output::write(path, &film, &tone, &metadata))?;
+        outputs.iter().try_for_each(|path| output::write(path, &film, &tone, &metadata))?;
     }
     if !args.quiet {
         eprintln!("{summary}");

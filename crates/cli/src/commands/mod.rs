@@ -8,6 +8,7 @@ pub mod man;
 pub mod merge;
 pub mod render;
 pub mod scenes;
+pub mod submit;
 mod tone;
 
 use alhazen::{LoadError, LoadOptions, Loaded, Source};

@@ -13,7 +13,7 @@ use alhazen::{
     Summary, metadata, output,
 };
 use anyhow::{Context, bail, ensure};
-use clap::ValueEnum;
+use clap::{Args, FromArgMatches, ValueEnum};
 use parsing::{parse_crop, parse_duration, parse_fov, parse_frames, parse_positive, parse_vector};
 use report::{print_loaded, report};
 use setup::{job, limits, set_environment};
@@ -27,7 +27,7 @@ use std::time::{Duration, Instant};
 ///
 /// The scene is a file (.obj, .gltf, .glb, .ply, or a .toml scene file) or the name of a built-in scene, see
 /// `alhazen scenes`. Progress goes to stderr. Ctrl-C stops and keeps what is there; a second one stops at once.
-#[derive(Debug, Clone, clap::Args)]
+#[derive(Debug, Clone, Args)]
 #[command(allow_negative_numbers = true)]
 #[command(after_help = "\
 Examples:
@@ -39,10 +39,10 @@ Examples:
 pub struct RenderArgs {
     /// Scene file or name of a built-in scene.
     #[arg(value_name = "FILE|SCENE", default_value = "three-spheres")]
-    scene: String,
+    pub scene: String,
     /// Picture to write: .png (tone mapped), .exr (linear, layers, metadata) or .hdr. May be given several times.
     #[arg(short, long, value_name = "FILE", default_value = "render.png")]
-    output: Vec<PathBuf>,
+    pub output: Vec<PathBuf>,
     /// Parameter of the scene, as NAME=VALUE. May be given several times.
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = super::parse_parameter)]
     parameters: Vec<(String, String)>,
@@ -99,7 +99,7 @@ pub struct RenderArgs {
     /// Render frames A to B − 1 of a sequence, or the one frame A. The output's name gets the frame's number: before its
     /// ending, or where it has #### instead of digits.
     #[arg(long, help_heading = "Sequence", value_name = "A..B", value_parser = parse_frames)]
-    frames: Option<(u32, u32)>,
+    pub frames: Option<(u32, u32)>,
     /// Frames per second.
     #[arg(long, help_heading = "Sequence", default_value_t = 24.0, value_parser = parse_positive)]
     fps: f32,
@@ -198,11 +198,25 @@ enum SamplerName {
 impl RenderArgs {
     /// What `alhazen` alone does.
     pub fn default_picture() -> Self {
-        use clap::{Args, FromArgMatches};
-        let command = Self::augment_args(clap::Command::new("render").no_binary_name(true));
         // Without arguments every value is a default, which the parser has checked in tests.
-        Self::from_arg_matches(&command.get_matches_from(std::iter::empty::<&str>()))
-            .unwrap_or_else(|e| e.exit())
+        Self::parse_arguments(&[]).unwrap_or_else(|e| e.exit())
+    }
+
+    /// Reads what would follow `alhazen render`.
+    pub fn parse_arguments(arguments: &[String]) -> Result<Self, clap::Error> {
+        let command = Self::augment_args(clap::Command::new("render").no_binary_name(true));
+        Self::from_arg_matches(&command.try_get_matches_from(arguments)?)
+    }
+
+    /// The first option given that leaves no room for dividing the render into tasks.
+    pub fn not_for_jobs(&self) -> Option<&'static str> {
+        let options = [
+            (self.time.is_some(), "--time"),
+            (self.noise.is_some(), "--noise"),
+            (self.profile.is_some(), "--profile"),
+            (self.json, "--json"),
+        ];
+        self.split.given().or(options.into_iter().find(|(given, _)| *given).map(|(_, name)| name))
     }
 }
 
@@ -238,7 +252,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     for frame in frames {
         let part_job = PartJob {
             tile: args.split.tile,
-            samples: args.split.sample_range.clone(),
+            samples: args.split.samples(limits.spp)?,
             time: if args.frames.is_some() { frame as f32 / args.fps } else { 0.0 },
             frame: args.frames.is_some().then_some(frame),
             ..PartJob::whole(&job, limits.spp, &description)
@@ -307,7 +321,7 @@ pub fn check_output(path: &Path) -> anyhow::Result<()> {
 }
 
 /// Whether a file can be at `path`.
-fn check_place(path: &Path) -> anyhow::Result<()> {
+pub fn check_place(path: &Path) -> anyhow::Result<()> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     ensure!(folder.is_dir(), "cannot write {}: there is no folder {}", path.display(), folder.display());
     ensure!(!path.is_dir(), "cannot write {}: it is a folder", path.display());
@@ -329,7 +343,7 @@ fn cancel_on_interrupt() -> Arc<Control> {
 
 /// Where a picture of a sequence goes: `picture.png` becomes `picture.0007.png`, and in `picture-####.png`, as in any
 /// name with `#`, these are replaced by as many digits.
-fn frame_path(path: &Path, frame: Option<u32>) -> PathBuf {
+pub fn frame_path(path: &Path, frame: Option<u32>) -> PathBuf {
     let Some(frame) = frame else { return path.to_owned() };
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     if let Some(start) = name.find('#') {

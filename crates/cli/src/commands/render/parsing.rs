@@ -1,6 +1,6 @@
 //! Values on the command line.
 
-use alhazen::Rect;
+use alhazen::{Rect, Tile};
 use std::ops::Range;
 use std::time::Duration;
 
@@ -34,14 +34,26 @@ pub fn parse_frames(text: &str) -> Result<(u32, u32), String> {
     if a < b { Ok((a, b)) } else { Err(format!("{a}..{b} has no frames")) }
 }
 
-/// Indices of samples `A..B`.
-pub fn parse_samples(text: &str) -> Result<Range<u32>, String> {
+/// Some of the samples of each pixel.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Samples {
+    /// Those with these indices.
+    Range(Range<u32>),
+    /// One of several equal shares.
+    Share(Tile),
+}
+
+/// Indices of samples `A..B`, or the share `I/N` of all of them.
+pub fn parse_samples(text: &str) -> Result<Samples, String> {
+    if text.contains('/') {
+        return text.parse().map(Samples::Share).map_err(|_| "expected A..B or I/N".into());
+    }
     let parse = || {
         let (a, b) = text.split_once("..")?;
         Some(a.trim().parse().ok()?..b.trim().parse().ok()?)
     };
-    let range: Range<u32> = parse().ok_or("expected A..B")?;
-    if range.is_empty() { Err(format!("{text} has no samples")) } else { Ok(range) }
+    let range: Range<u32> = parse().ok_or("expected A..B or I/N")?;
+    if range.is_empty() { Err(format!("{text} has no samples")) } else { Ok(Samples::Range(range)) }
 }
 
 /// A duration with a unit: `30s`, `5m`, `1.5h`; seconds without one.
@@ -84,7 +96,9 @@ mod tests {
                 && parse_frames("5..").is_err()
                 && parse_frames("4294967295").is_err()
         );
-        assert_eq!(parse_samples("2..5"), Ok(2..5));
+        assert_eq!(parse_samples("2..5"), Ok(Samples::Range(2..5)));
+        assert_eq!(parse_samples("2/3"), Ok(Samples::Share(Tile { index: 1, count: 3 })));
+        assert!(parse_samples("4/3").is_err());
         assert!(
             parse_samples("5..5").is_err() && parse_samples("5").is_err() && parse_samples("-1..2").is_err()
         );

@@ -1,7 +1,7 @@
 //! Rendering in parts and in several sittings.
 
 use super::check_place;
-use super::parsing::{parse_duration, parse_samples};
+use super::parsing::{Samples, parse_duration, parse_samples};
 use crate::console::ProgressDisplay;
 use alhazen::{
     Checkpoint, Control, Coverage, Film, Job, Part, PartJob, Renderer, Summary, Tile, finish, output,
@@ -23,15 +23,16 @@ pub struct SplitArgs {
     /// Render only tile I of N, counted from 1.
     #[arg(long, help_heading = "Parts", value_name = "I/N", conflicts_with_all = ["time", "noise"])]
     pub tile: Option<Tile>,
-    /// Render only samples A to B − 1 of the --spp samples of each pixel.
+    /// Render only samples A to B − 1 of the --spp samples of each pixel, or, as I/N, the I-th of N equal shares of
+    /// them, counted from 1.
     #[arg(
         long,
         help_heading = "Parts",
-        value_name = "A..B",
+        value_name = "A..B|I/N",
         value_parser = parse_samples,
         conflicts_with_all = ["time", "noise"]
     )]
-    pub sample_range: Option<Range<u32>>,
+    sample_range: Option<Samples>,
     /// Save what there is to this .exr file again and again, to go on from it with --resume.
     #[arg(long, help_heading = "Parts", value_name = "FILE", conflicts_with_all = ["time", "noise"])]
     checkpoint: Option<PathBuf>,
@@ -58,6 +59,31 @@ impl SplitArgs {
 
     fn makes_parts(&self) -> bool {
         self.part || self.tile.is_some() || self.sample_range.is_some()
+    }
+
+    /// The option given, if any is.
+    pub fn given(&self) -> Option<&'static str> {
+        let options = [
+            (self.part, "--part"),
+            (self.tile.is_some(), "--tile"),
+            (self.sample_range.is_some(), "--sample-range"),
+            (self.checkpoint.is_some(), "--checkpoint"),
+        ];
+        options.into_iter().find(|(given, _)| *given).map(|(_, name)| name)
+    }
+
+    /// The samples to render, of `spp` that there are.
+    pub fn samples(&self, spp: u32) -> anyhow::Result<Option<Range<u32>>> {
+        match &self.sample_range {
+            None => Ok(None),
+            Some(Samples::Range(range)) => Ok(Some(range.clone())),
+            Some(Samples::Share(share)) => {
+                let cut = |i: u32| (u64::from(spp) * u64::from(i) / u64::from(share.count)) as u32;
+                let range = cut(share.index)..cut(share.index + 1);
+                ensure!(!range.is_empty(), "--sample-range {share}: there are only {spp} samples to share");
+                Ok(Some(range))
+            }
+        }
     }
 
     /// Finds out before rendering what would keep the files from being written.
