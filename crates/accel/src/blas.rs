@@ -49,6 +49,8 @@ pub struct Blas {
     /// First id and number of triangles of each geometry.
     geometries: Vec<(u32, u32)>,
     skipped: usize,
+    /// Whether leaves hold parts of triangles, whose boxes are smaller than the triangles.
+    split: bool,
     kernel: Kernel,
 }
 
@@ -151,15 +153,26 @@ impl Blas {
                 refs.append(&mut new);
             }
         }
-        let tree = build::build(&mut refs, Settings::new(quality, WIDTH, Leaves::Lanes));
-        let blocks = fill_blocks(&tree, &refs, TriangleBlock::EMPTY, |block, lane, r| {
+        let points = |r: &PrimitiveRef| {
             let g = &geometries[r.geometry() as usize];
-            let triangle = g.indices[r.index() as usize];
-            block.set_triangle(lane, &triangle.map(|i| g.positions[i as usize]));
-            block.ids[lane] = g.first_id + r.index();
+            g.indices[r.index() as usize].map(|i| g.positions[i as usize])
+        };
+        let settings = Settings::new(quality, WIDTH, Leaves::Lanes);
+        let split = quality == Quality::High && refs.len() > WIDTH * build::TINY_BLOCKS;
+        if split {
+            build::presplit(&mut refs, points);
+        }
+        let tree = build::build(&mut refs, settings);
+        let blocks = fill_blocks(&tree, &refs, TriangleBlock::EMPTY, |block, lane, r| {
+            let id = geometries[r.geometry() as usize].first_id + r.index();
+            // Two parts of a triangle may be in one block.
+            if !block.ids.contains(&id) {
+                block.set_triangle(lane, &points(r));
+                block.ids[lane] = id;
+            }
         });
         let geometries = geometries.iter().map(|g| (g.first_id, g.indices.len() as u32)).collect();
-        Blas::finish(tree, Shape::Triangles(blocks), geometries, skipped)
+        Blas::finish(tree, Shape::Triangles(blocks), geometries, skipped, split)
     }
 
     /// Builds over spheres, whose ids count on from `first_id`.
@@ -176,14 +189,21 @@ impl Blas {
             block.spheres[3][lane] = s.radius;
             block.ids[lane] = first_id + r.index();
         });
-        Blas::finish(tree, Shape::Spheres(blocks), vec![(first_id, spheres.len() as u32)], skipped)
+        Blas::finish(tree, Shape::Spheres(blocks), vec![(first_id, spheres.len() as u32)], skipped, false)
     }
 
-    fn finish(tree: WideTree, shape: Shape, geometries: Vec<(u32, u32)>, skipped: usize) -> Blas {
+    fn finish(
+        tree: WideTree,
+        shape: Shape,
+        geometries: Vec<(u32, u32)>,
+        skipped: usize,
+        split: bool,
+    ) -> Blas {
         let WideTree { mut nodes, root, bounds, .. } = tree;
         nodes.shrink_to_fit();
         let extent = extent(&bounds);
-        let blas = Blas { nodes, root, shape, extent, bounds, geometries, skipped, kernel: Kernel::best() };
+        let blas =
+            Blas { nodes, root, shape, extent, bounds, geometries, skipped, split, kernel: Kernel::best() };
         #[cfg(debug_assertions)]
         blas.validate().expect("a tree that was just built");
         blas
@@ -311,7 +331,8 @@ impl Blas {
     }
 
     fn validate_blocks<B: Block>(&self, blocks: &[B]) -> Result<(), String> {
-        let boxes: Vec<Aabb> = blocks.iter().map(Block::bounds).collect();
+        let bounds = |block: &B| if self.split { Aabb::EMPTY } else { block.bounds() };
+        let boxes: Vec<Aabb> = blocks.iter().map(bounds).collect();
         validate_tree(&self.nodes, self.root, &boxes)?;
         let lanes = blocks.iter().flat_map(|b| b.ids()).filter(|&&id| id != NO_PRIMITIVE).count();
         if lanes < self.primitive_count() {

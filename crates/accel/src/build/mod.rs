@@ -1,11 +1,14 @@
-//! Building: primitives → binary tree by binned SAH → eight-wide tree, depth first.
+//! Building: primitives → (parts of them) → binary tree by binned SAH → eight-wide tree, depth first.
 
 mod binned;
 mod collapse;
+mod presplit;
 
 use crate::aabb::Aabb;
 use crate::layout::{ChildRef, Node};
 use crate::simd::quad::Quad;
+
+pub(crate) use presplit::presplit;
 
 /// How much time to spend on a tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -15,7 +18,7 @@ pub enum Quality {
     /// For almost everything.
     #[default]
     Balanced,
-    /// For long renderings. For now the same tree as `Balanced`.
+    /// For long renderings: large, slanted triangles are cut first.
     High,
 }
 
@@ -46,6 +49,11 @@ impl PrimitiveRef {
 
     pub fn geometry(&self) -> u32 {
         self.high.to_array()[3].to_bits() ^ NUMBER
+    }
+
+    pub fn bounds(&self) -> Aabb {
+        let ([x0, y0, z0, _], [x1, y1, z1, _]) = (self.low.to_array(), self.high.to_array());
+        Aabb { min: [x0, y0, z0], max: [x1, y1, z1] }
     }
 
     /// Twice the centre; the fourth lane means nothing.
