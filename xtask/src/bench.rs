@@ -3,6 +3,7 @@
 //! Absolute figures move with the machine's load and clock, so every run of ours is followed by one of the peer's, and
 //! the ratio of the two is what is reported: its median and its spread.
 
+use crate::bench_python::PythonBenchArgs;
 use crate::plot::{Bar, bars};
 use crate::shell::{commit, output, python_with, release_binary, root, shared_dir};
 use anyhow::{Context, bail, ensure};
@@ -26,6 +27,7 @@ const ROULETTE_START: u32 = 5;
 #[derive(Debug, clap::Subcommand)]
 pub enum BenchCommand {
     Cpu(CpuArgs),
+    Python(PythonBenchArgs),
 }
 
 /// The CPU back end against Mitsuba 3: 512×512 pixels, depth 8, Russian roulette from depth 5, box filter.

@@ -1,7 +1,7 @@
 //! `cargo xtask ci`: what continuous integration checks.
 
 use crate::shell::{cargo, run as run_command, shared_dir};
-use crate::{cluster_tools, test};
+use crate::{cluster_tools, python, test};
 use anyhow::ensure;
 
 /// Which skips tests may not make: with the test data none at all, without it none for want of a GPU, because a
@@ -10,7 +10,7 @@ fn forbidden_skips() -> &'static str {
     if shared_dir().is_some() { "1" } else { "gpu" }
 }
 
-/// Checks formatting, lints, documentation and tests. Every step runs; the error names those that failed.
+/// Checks formatting, lints, documentation, tests and the Python package. Every step runs; the error names those that failed.
 pub fn run() -> anyhow::Result<()> {
     let mut docs = cargo(&["doc", "--workspace", "--no-deps"]);
     docs.env("RUSTDOCFLAGS", "-Dwarnings");
@@ -25,9 +25,10 @@ pub fn run() -> anyhow::Result<()> {
         ),
         ("docs", run_command(&mut docs)),
         ("test", test::run_tests(&[], &variables)),
+        ("python", python::run(&python::PythonArgs::for_ci())),
     ];
     let failed: Vec<_> = results.iter().filter(|(_, r)| r.is_err()).map(|(name, _)| *name).collect();
     ensure!(failed.is_empty(), "failed: {}", failed.join(", "));
-    eprintln!("format, lint, docs and test passed");
+    eprintln!("format, lint, docs, test and python passed");
     Ok(())
 }

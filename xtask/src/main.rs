@@ -1,6 +1,7 @@
-//! Commands for developers: `cargo xtask test`, `ci`, `gallery`, `bench`.
+//! Commands for developers: `cargo xtask test`, `ci`, `python`, `gallery`, `bench`.
 
 mod bench;
+mod bench_python;
 mod ci;
 mod cluster_tools;
 mod docs;
@@ -8,6 +9,7 @@ mod docs;
 mod documents;
 mod gallery;
 mod plot;
+mod python;
 mod shell;
 mod test;
 mod vulkan;
@@ -34,6 +36,7 @@ enum Command {
     /// Measure speed against other renderers.
     #[command(subcommand)]
     Bench(bench::BenchCommand),
+    Python(python::PythonArgs),
     Vulkan(vulkan::VulkanArgs),
 }
 
@@ -44,6 +47,8 @@ fn main() -> ExitCode {
         Command::Docs => docs::run(),
         Command::Gallery(args) => gallery::run(&args),
         Command::Bench(bench::BenchCommand::Cpu(args)) => bench::run(&args),
+        Command::Bench(bench::BenchCommand::Python(args)) => bench_python::run(&args),
+        Command::Python(args) => python::run(&args),
         Command::Vulkan(args) => vulkan::run(&args),
     };
     match result {

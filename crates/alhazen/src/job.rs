@@ -2,7 +2,8 @@
 
 use backend::{Integrator, PathSettings, SamplerKind, View};
 use film::{Aov, Rect};
-use optics::camera::{CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA, CAMERA_PERSPECTIVE, CameraFrame};
+use glam::{Vec2, Vec3};
+use optics::camera::{CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA, CAMERA_PERSPECTIVE, CameraFrame, camera_ray};
 use optics::{vec2f, vec3f};
 use post::ToneMapping;
 use scene::{Camera, Projection, Scene};
@@ -98,34 +99,52 @@ fn scaled(side: u32, factor: f32) -> u32 {
 
 /// A camera ready to make rays for a picture of `width` × `height` pixels.
 pub fn camera_frame(camera: &Camera, width: u32, height: u32) -> CameraFrame {
-    let axis = (camera.target - camera.eye).try_normalize().unwrap_or(-glam::Vec3::Z);
+    let axis = (camera.target - camera.eye).try_normalize().unwrap_or(-Vec3::Z);
     // Looking straight along `up`, any other direction will do.
     let side = axis.cross(camera.up).try_normalize();
-    let right = side.or_else(|| axis.cross(glam::Vec3::Z).try_normalize()).unwrap_or(glam::Vec3::X);
+    let right = side.or_else(|| axis.cross(Vec3::Z).try_normalize()).unwrap_or(Vec3::X);
     let up = right.cross(axis);
     let aspect = width as f32 / height as f32;
-    let (kind, half_height) = match camera.projection {
-        Projection::Perspective { fov_y } => (CAMERA_PERSPECTIVE, (fov_y * 0.5).tan()),
-        Projection::Orthographic { height } => (CAMERA_ORTHOGRAPHIC, height * 0.5),
-        Projection::Panorama => (CAMERA_PANORAMA, 1.0),
+    let by_height = |half_height: f32| Vec2::new(half_height * aspect, half_height);
+    let (kind, half_size) = match camera.projection {
+        Projection::Perspective { fov_y } => (CAMERA_PERSPECTIVE, by_height((fov_y * 0.5).tan())),
+        Projection::Orthographic { height } => (CAMERA_ORTHOGRAPHIC, by_height(height * 0.5)),
+        Projection::Panorama => (CAMERA_PANORAMA, by_height(1.0)),
+        Projection::Intrinsics { focal, .. } => (CAMERA_PERSPECTIVE, Vec2::splat(0.5) / focal),
     };
-    let vector = |v: glam::Vec3| vec3f(v.x, v.y, v.z);
+    // Where the axis does not meet the picture's centre, the vector to the centre is not the axis.
+    let forward = match camera.projection {
+        Projection::Intrinsics { center, .. } => {
+            let shift = (Vec2::ONE - 2.0 * center) * half_size;
+            axis + right * shift.x - up * shift.y
+        }
+        Projection::Perspective { .. } | Projection::Orthographic { .. } | Projection::Panorama => axis,
+    };
+    let vector = |v: Vec3| vec3f(v.x, v.y, v.z);
     CameraFrame {
         kind,
         origin: vector(camera.eye),
         right: vector(right),
         up: vector(up),
-        forward: vector(axis),
-        half_size: vec2f(half_height * aspect, half_height),
+        forward: vector(forward),
+        half_size: vec2f(half_size.x, half_size.y),
         lens_radius: camera.lens_radius,
         focus_distance: camera.focus_distance,
     }
 }
 
+/// The ray through the point (`x`, `y`) of a picture of `width` × `height` pixels; pixel centres are at halves. Unit
+/// direction. Where the camera has a lens, the ray goes through its centre.
+pub fn picture_ray(frame: &CameraFrame, width: u32, height: u32, x: f32, y: f32) -> accel::Ray {
+    let pinhole = CameraFrame { lens_radius: 0.0, ..*frame };
+    let film = vec2f(x / width as f32, y / height as f32);
+    let ray = camera_ray(pinhole, film, vec2f(0.0, 0.0));
+    accel::Ray::new(ray.origin.to_array(), ray.direction.to_array())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec3;
 
     #[test]
     fn frames_are_orthonormal_even_when_looking_straight_down() {
@@ -136,6 +155,24 @@ mod tests {
             assert!(r.dot(u).abs() < 1e-6 && u.dot(w).abs() < 1e-6 && r.dot(w).abs() < 1e-6, "{f:?}");
             assert!((r.cross(u).dot(-w) - 1.0).abs() < 1e-5, "{f:?}");
             assert!((f.half_size.x / f.half_size.y - 2.0).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn intrinsics_map_directions_to_the_pixels_of_a_calibrated_camera() {
+        let (width, height) = (640, 480);
+        let (fx, fy, cx, cy) = (500.0, 520.0, 300.25, 250.5);
+        let mut camera = Camera::perspective("c", Vec3::new(1.0, 2.0, 3.0), Vec3::new(1.0, 2.0, 2.0), 1.0);
+        camera.projection = Projection::Intrinsics {
+            focal: Vec2::new(fx / width as f32, fy / height as f32),
+            center: Vec2::new(cx / width as f32, cy / height as f32),
+        };
+        let frame = camera_frame(&camera, width, height);
+        for (x, y) in [(0.5, 0.5), (639.5, 100.5), (300.25, 250.5), (17.5, 479.5)] {
+            let [dx, dy, dz] = picture_ray(&frame, width, height, x, y).direction;
+            // Looking along -Z, the picture's y runs down.
+            let (u, v) = (fx * dx / -dz + cx, fy * -dy / -dz + cy);
+            assert!((u - x).abs() < 1e-3 && (v - y).abs() < 1e-3, "({x}, {y}) came back as ({u}, {v})");
         }
     }
 

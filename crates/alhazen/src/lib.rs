@@ -18,6 +18,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod allocator;
 mod checkpoint;
 mod choice;
 mod daylight;
@@ -31,16 +32,22 @@ mod renderer;
 mod source;
 pub mod system;
 
+pub use accel::{Coherence, Ray};
+pub use allocator::HugePages;
 pub use backend::{
     Backend, BackendError, Control, DirectSettings, Integrator, LoadStats, PassTime, PathSettings, Progress,
     SamplerKind, View,
 };
 pub use checkpoint::Checkpoint;
 pub use choice::{BackendChoice, ChoiceError, Chosen, RendererOptions, UnknownBackend};
+pub use cpu::{Hits, RayError, RayQueries, Rays, SurfacePoint};
 pub use daylight::add_daylight_if_dark;
 pub use fallback::{Fallback, Step};
-pub use film::{Aov, Block, Coverage, Film, Image, ImageError, Merger, Part, PartError, Rect};
-pub use job::{Job, camera_frame};
+pub use film::{
+    Aov, AovData, Block, Coverage, ExrChannel, ExrCompression, ExrFile, ExrSamples, Film, Image, ImageError,
+    Merger, Part, PartError, PixelStats, Precision, Rect, write_atomically,
+};
+pub use job::{Job, camera_frame, picture_ray};
 pub use memory::{available_memory_bytes, peak_memory_bytes, total_memory_bytes};
 pub use metadata::{Description, metadata};
 pub use part::{PartJob, RenderPartError, Tile, UnknownTile, finish, tone_of};
@@ -49,8 +56,9 @@ pub use renderer::{BACKENDS, Limits, Renderer, Summary};
 /// A picture that a scene uses: a texture's or the environment's.
 pub use scene::Image as SceneImage;
 pub use scene::{
-    AlphaMode, Camera, CameraPath, Environment, Light, LightKind, LoadError, LoadOptions, LoadReport, Loaded,
-    Material, Model, Note, Pixels, Projection, Scene, Severity, Shape, TextureRef, ToneMapper,
+    AlphaMode, CalibrationError, Camera, CameraPath, ColorSpace, Environment, Instance, Light, LightKind,
+    LoadError, LoadOptions, LoadReport, Loaded, Material, Mesh, Model, Note, Pixels, Projection, Scene,
+    Severity, Shape, Sphere, Texture, TextureRef, ToneMapper, TriangleMesh,
 };
 pub use source::Source;
 

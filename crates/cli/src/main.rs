@@ -1,6 +1,5 @@
 //! The `alhazen` command: arguments in, pictures out. Each subcommand is one file in `commands`.
 
-mod allocator;
 mod commands;
 mod console;
 mod profile;
@@ -9,7 +8,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use std::process::ExitCode;
 
 #[global_allocator]
-static ALLOCATOR: allocator::HugePages = allocator::HugePages;
+static ALLOCATOR: alhazen::HugePages = alhazen::HugePages;
 
 /// A physically based ray tracer that always gives a picture.
 ///
@@ -35,6 +34,8 @@ enum Command {
     Info(commands::info::InfoArgs),
     Scenes(commands::scenes::ScenesArgs),
     Compare(commands::compare::CompareArgs),
+    Sensor(commands::sensor::SensorArgs),
+    Dataset(commands::dataset::DatasetArgs),
     Doctor(commands::doctor::DoctorArgs),
     Completions(commands::completions::CompletionsArgs),
     Man(commands::man::ManArgs),
@@ -49,6 +50,8 @@ fn main() -> ExitCode {
         Some(Command::Info(args)) => commands::info::run(&args),
         Some(Command::Scenes(args)) => commands::scenes::run(&args),
         Some(Command::Compare(args)) => return commands::compare::run(&args),
+        Some(Command::Sensor(args)) => commands::sensor::run(&args),
+        Some(Command::Dataset(args)) => commands::dataset::run(&args),
         Some(Command::Doctor(args)) => commands::doctor::run(&args),
         Some(Command::Completions(args)) => commands::completions::run(&args, Arguments::command()),
         Some(Command::Man(args)) => commands::man::run(&args, Arguments::command()),

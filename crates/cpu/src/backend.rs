@@ -31,10 +31,7 @@ impl CpuBackend {
     /// # Errors
     /// When the system refuses to make threads.
     pub fn new(threads: Option<usize>) -> Result<Self, BackendError> {
-        let builder = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0));
-        let pool = builder.thread_name(|i| format!("alhazen-{i}")).build();
-        let threads =
-            pool.map_err(|e| BackendError::View { reason: format!("cannot start threads: {e}") })?;
+        let threads = thread_pool(threads)?;
         Ok(Self { threads, quality: Quality::Balanced, scene: None, film: None })
     }
 
@@ -47,6 +44,13 @@ impl CpuBackend {
         }
         Ok(())
     }
+}
+
+/// `threads` threads; `None` is one for each core.
+pub(crate) fn thread_pool(threads: Option<usize>) -> Result<rayon::ThreadPool, BackendError> {
+    let builder = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0));
+    let pool = builder.thread_name(|i| format!("alhazen-{i}")).build();
+    pool.map_err(|e| BackendError::View { reason: format!("cannot start threads: {e}") })
 }
 
 impl Backend for CpuBackend {

@@ -12,6 +12,7 @@ mod lanes;
 mod lights;
 mod material;
 mod path;
+mod queries;
 mod queue;
 mod scene;
 mod sites;
@@ -20,3 +21,4 @@ mod texture;
 mod triangles;
 
 pub use backend::CpuBackend;
+pub use queries::{Hits, RayError, RayQueries, Rays, SurfacePoint};

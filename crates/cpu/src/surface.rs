@@ -94,6 +94,25 @@ impl Surface {
     }
 }
 
+/// Unit geometric normal of the front at `hit`, whichever side the ray came from; its direction may have any length. Zero
+/// where the triangle's normal cannot be told.
+#[inline]
+pub(crate) fn front_normal(scene: &CpuScene, ray: &Ray, hit: &Hit) -> Vec3f {
+    let tables = &*scene.tables;
+    let records = scene.records(hit.instance, hit.primitive);
+    match records.geometry.kind {
+        GeometryKind::Triangles => {
+            let corners = tables.indices[(records.geometry.first_primitive + records.primitive) as usize];
+            let vertex = |c: u32| vec3(tables.positions[(records.geometry.first_vertex + c) as usize]);
+            let n = face_normal(&records, corners.map(vertex));
+            // The square of a tiny triangle's normal would be zero.
+            let largest = n.x.abs().max(n.y.abs()).max(n.z.abs());
+            if largest > 0.0 { normalize(n * (1.0 / largest)) } else { vec3f(0.0, 0.0, 0.0) }
+        }
+        GeometryKind::Spheres => sphere_point(tables, &records, ray, hit).normal,
+    }
+}
+
 /// The largest magnitude of a coordinate of three points.
 #[inline(always)]
 pub(crate) fn largest_coordinate(points: [Vec3f; 3]) -> f32 {
@@ -124,7 +143,6 @@ fn triangle_point(tables: &SceneTables, records: &HitRecords, material: &Materia
     let vertex = |c: u32| vec3(tables.positions[(geometry.first_vertex + c) as usize]);
     let [p0, p1, p2] = corners.map(vertex);
     let local = p0 * weights[0] + p1 * weights[1] + p2 * weights[2];
-    let local_normal = cross(p1 - p0, p2 - p0);
     let to_world =
         |n: Vec3f| if instance.identity { n } else { transform_normal(&instance.world_to_object, n) };
     let shading = (geometry.first_normal != NONE)
@@ -147,13 +165,21 @@ fn triangle_point(tables: &SceneTables, records: &HitRecords, material: &Materia
     Point {
         extent: largest_coordinate([place(p0), place(p1), place(p2)]),
         position: place(local),
-        normal: normalize(to_world(local_normal)),
+        normal: normalize(face_normal(records, [p0, p1, p2])),
         shading,
         tangent,
         coords: tex_coords(tables, geometry, corners, weights),
         color: vertex_color(tables, geometry, corners, weights),
         pattern_position: [local.x, local.z],
     }
+}
+
+/// The normal of a triangle's front in world space, from its corners in object space; not normalised.
+#[inline(always)]
+fn face_normal(records: &HitRecords, [p0, p1, p2]: [Vec3f; 3]) -> Vec3f {
+    let local = cross(p1 - p0, p2 - p0);
+    let instance = records.instance;
+    if instance.identity { local } else { transform_normal(&instance.world_to_object, local) }
 }
 
 fn sphere_point(tables: &SceneTables, records: &HitRecords, ray: &Ray, hit: &Hit) -> Point {

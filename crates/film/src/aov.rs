@@ -9,7 +9,7 @@ pub const NO_ID: u32 = u32::MAX;
 /// An auxiliary picture that a render can make beside colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Aov {
-    /// Distance from the camera along its viewing axis, in metres. Zero where nothing was hit.
+    /// Distance from the camera along the ray, in metres. Zero where nothing was hit.
     Depth,
     /// World position of the first hit, in metres. Zero where nothing was hit.
     Position,

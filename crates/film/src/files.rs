@@ -64,16 +64,29 @@ impl Image {
     /// # Errors
     /// [`ImageError::Write`], or [`ImageError::Encode`] for a picture without pixels.
     pub fn write_png_encoded(&self, path: &Path) -> Result<(), ImageError> {
-        let keep = matches!(self.channels(), 1 | 3 | 4);
+        let (channels, bytes) = self.display_bytes();
+        write_png(path, self.width(), self.height(), channels, &bytes)
+    }
+
+    /// As [`Image::write_png_encoded`], to memory.
+    ///
+    /// # Errors
+    /// [`ImageError::Encode`] for a picture without pixels.
+    pub fn encode_png(&self) -> Result<Vec<u8>, ImageError> {
+        let (channels, bytes) = self.display_bytes();
+        encode_png(Path::new("PNG"), self.width(), self.height(), channels, &bytes)
+    }
+
+    /// Channels that a PNG can have, rounded to bytes.
+    fn display_bytes(&self) -> (usize, Vec<u8>) {
         let rgb;
-        let image = if keep {
+        let image = if matches!(self.channels(), 1 | 3 | 4) {
             self
         } else {
             rgb = self.to_rgb();
             &rgb
         };
-        let bytes: Vec<u8> = image.data().iter().map(|&v| to_u8(v)).collect();
-        write_png(path, self.width(), self.height(), image.channels(), &bytes)
+        (image.channels(), image.data().iter().map(|&v| to_u8(v)).collect())
     }
 
     fn check_pixels(&self, path: &Path) -> Result<(), ImageError> {
@@ -97,6 +110,21 @@ pub fn write_png(
     channels: usize,
     bytes: &[u8],
 ) -> Result<(), ImageError> {
+    let encoded = encode_png(path, width, height, channels, bytes)?;
+    write_atomically(path, |writer| {
+        std::io::Write::write_all(writer, &encoded)
+            .map_err(|source| ImageError::Write { path: path.to_owned(), source })
+    })
+}
+
+/// The bytes of such a file; `path` is what errors name.
+fn encode_png(
+    path: &Path,
+    width: u32,
+    height: u32,
+    channels: usize,
+    bytes: &[u8],
+) -> Result<Vec<u8>, ImageError> {
     let encode = |reason: String| ImageError::Encode { path: path.to_owned(), reason };
     let colour = match channels {
         1 => image::ExtendedColorType::L8,
@@ -110,14 +138,14 @@ pub fn write_png(
     if bytes.is_empty() {
         return Err(encode("there are no pixels".into()));
     }
-    write_atomically(path, |writer| {
-        let encoder = image::codecs::png::PngEncoder::new_with_quality(
-            writer,
-            image::codecs::png::CompressionType::Default,
-            image::codecs::png::FilterType::Adaptive,
-        );
-        encoder.write_image(bytes, width, height, colour).map_err(|e| write_error(path, e))
-    })
+    let mut encoded = Vec::new();
+    let encoder = image::codecs::png::PngEncoder::new_with_quality(
+        &mut encoded,
+        image::codecs::png::CompressionType::Default,
+        image::codecs::png::FilterType::Adaptive,
+    );
+    encoder.write_image(bytes, width, height, colour).map_err(|e| write_error(path, e))?;
+    Ok(encoded)
 }
 
 fn decode(path: &Path, file: File, length: u64) -> Result<Image, ImageError> {

@@ -1,6 +1,6 @@
 //! Cameras as the user describes them, and the paths they move along.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 /// How a camera maps directions to the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,6 +17,14 @@ pub enum Projection {
     },
     /// Equirectangular: 360° × 180°.
     Panorama,
+    /// Perspective as a calibrated camera has it, in fractions of the picture's width and height, so that it holds at
+    /// every resolution. With a pinhole matrix in pixels: `focal = (fx / width, fy / height)`.
+    Intrinsics {
+        /// Focal length along the picture's width and height, positive.
+        focal: Vec2,
+        /// Where the optical axis meets the picture; `(0, 0)` is the upper left corner, `(1, 1)` the lower right.
+        center: Vec2,
+    },
 }
 
 /// A camera in world space.

@@ -7,6 +7,7 @@
 //! Units are metres and radians, right-handed, +Y up; colours are linear with Rec. 709 primaries.
 
 pub mod builtin;
+pub mod calibration;
 pub mod camera;
 pub mod environment;
 pub mod image;
@@ -23,6 +24,7 @@ pub mod tables;
 pub mod tangents;
 pub mod triangulate;
 
+pub use calibration::CalibrationError;
 pub use camera::{Camera, CameraPath, Projection};
 pub use environment::{Environment, Sky, Sun};
 pub use image::{ColorSpace, Filter, Image, Pixels, Sampler, Texture, TextureRef, UvTransform, Wrap};

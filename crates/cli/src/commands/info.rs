@@ -211,6 +211,9 @@ fn camera_line(camera: &Camera) -> String {
         Projection::Perspective { fov_y } => format!("perspective, {:.1}° high", fov_y.to_degrees()),
         Projection::Orthographic { height } => format!("orthographic, {height} m high"),
         Projection::Panorama => "panorama".into(),
+        Projection::Intrinsics { focal, .. } => {
+            format!("calibrated, focal length {:.3} of the picture's height", focal.y)
+        }
     };
     line.push_str(&format!(", at {} looking at {}", vector(camera.eye.into()), vector(camera.target.into())));
     if camera.lens_radius > 0.0 {
@@ -310,6 +313,9 @@ fn camera_json(camera: &Camera) -> Value {
         Projection::Perspective { fov_y } => ("perspective", Some(fov_y.to_degrees()), None),
         Projection::Orthographic { height } => ("orthographic", None, Some(height)),
         Projection::Panorama => ("panorama", None, None),
+        Projection::Intrinsics { focal, .. } => {
+            ("intrinsics", Some((2.0 * (0.5 / focal.y).atan()).to_degrees()), None)
+        }
     };
     json!({
         "name": camera.name,

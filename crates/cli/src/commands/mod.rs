@@ -2,12 +2,14 @@
 
 pub mod compare;
 pub mod completions;
+pub mod dataset;
 pub mod doctor;
 pub mod info;
 pub mod man;
 pub mod merge;
 pub mod render;
 pub mod scenes;
+pub mod sensor;
 pub mod submit;
 mod tone;
 

@@ -29,7 +29,8 @@ pub mod camera {
         pub right: Vec3f,
         /// Unit vector to the top of the picture.
         pub up: Vec3f,
-        /// Unit vector into the picture.
+        /// From the pinhole to the centre of the film at distance 1: the unit axis, plus, for perspective, what the film is
+        /// shifted aside.
         pub forward: Vec3f,
         /// Half of the film's width and height: at distance 1 for perspective, in metres for orthographic.
         pub half_size: Vec2f,

@@ -61,6 +61,9 @@ fn ask_for_huge_pages(_: *mut u8, _: usize) {}
 #[cfg(test)]
 mod tests {
     /// The test binary runs on this allocator.
+    #[global_allocator]
+    static ALLOCATOR: super::HugePages = super::HugePages;
+
     #[test]
     fn large_arrays_keep_their_content() {
         let mut numbers: Vec<u32> = vec![0; super::LARGE];

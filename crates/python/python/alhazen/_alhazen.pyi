@@ -1,0 +1,294 @@
+"""Types of the compiled part. The documentation is in the docstrings: ``help(alhazen.Scene.render)``."""
+
+import os
+from typing import Callable, Dict, Iterable, List, Optional, Sequence, Tuple, TypedDict, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._picture import Picture
+
+class Error(Exception): ...
+class LoadError(Error): ...
+class BackendError(Error): ...
+class PartError(Error): ...
+
+class Backend(TypedDict):
+    name: str
+    available: bool
+    chosen: bool
+    device: str
+    reason: str
+
+class Camera:
+    @staticmethod
+    def look_at(
+        eye: ArrayLike,
+        target: ArrayLike,
+        *,
+        up: Optional[ArrayLike] = None,
+        fov_y: float = 0.8,
+        lens_radius: float = 0.0,
+        focus_distance: Optional[float] = None,
+    ) -> Camera: ...
+    @staticmethod
+    def orthographic(
+        eye: ArrayLike, target: ArrayLike, height: float, *, up: Optional[ArrayLike] = None
+    ) -> Camera: ...
+    @staticmethod
+    def panorama(eye: ArrayLike, target: ArrayLike, *, up: Optional[ArrayLike] = None) -> Camera: ...
+    @staticmethod
+    def from_opencv(matrix: ArrayLike, pose: ArrayLike, width: int, height: int) -> Camera: ...
+    @property
+    def eye(self) -> NDArray[np.float32]: ...
+    @property
+    def target(self) -> NDArray[np.float32]: ...
+    @property
+    def name(self) -> str: ...
+    def rays(self, width: int, height: int) -> Tuple[NDArray[np.float32], NDArray[np.float32]]: ...
+
+class Hits:
+    @property
+    def t(self) -> NDArray[np.float32]: ...
+    @property
+    def triangle(self) -> NDArray[np.int32]: ...
+    @property
+    def instance(self) -> NDArray[np.int32]: ...
+    @property
+    def barycentrics(self) -> NDArray[np.float32]: ...
+    @property
+    def normals(self) -> Optional[NDArray[np.float32]]: ...
+    def __len__(self) -> int: ...
+
+class Scene:
+    def __init__(self) -> None: ...
+    def add_mesh(
+        self,
+        vertices: ArrayLike,
+        triangles: ArrayLike,
+        *,
+        normals: Optional[ArrayLike] = None,
+        uvs: Optional[ArrayLike] = None,
+        colors: Optional[ArrayLike] = None,
+        material: int = 0,
+        name: str = "",
+    ) -> int: ...
+    def add_spheres(
+        self, centers: ArrayLike, radii: ArrayLike, *, material: int = 0, name: str = ""
+    ) -> int: ...
+    def add_instance(
+        self,
+        mesh: int,
+        *,
+        transform: Optional[ArrayLike] = None,
+        material: Optional[int] = None,
+        name: str = "",
+        dynamic: bool = False,
+    ) -> int: ...
+    def set_transform(self, instance: int, transform: ArrayLike) -> None: ...
+    def transform(self, instance: int) -> NDArray[np.float64]: ...
+    def add_material(
+        self,
+        name: str = "",
+        *,
+        model: str = "metallic-roughness",
+        base_color: Optional[ArrayLike] = None,
+        metallic: float = 0.0,
+        roughness: float = 0.5,
+        specular: float = 1.0,
+        ior: float = 1.5,
+        transmission: float = 0.0,
+        thin_walled: bool = False,
+        emission: Optional[ArrayLike] = None,
+        emission_two_sided: bool = False,
+        alpha_mode: str = "opaque",
+        alpha_cutoff: float = 0.5,
+        base_color_texture: Optional[NDArray[np.uint8]] = None,
+        metallic_roughness_texture: Optional[NDArray[np.uint8]] = None,
+        emission_texture: Optional[NDArray[np.uint8]] = None,
+        normal_texture: Optional[NDArray[np.uint8]] = None,
+    ) -> int: ...
+    def add_point_light(self, position: ArrayLike, intensity: ArrayLike, *, name: str = "") -> int: ...
+    def add_spot_light(
+        self,
+        position: ArrayLike,
+        direction: ArrayLike,
+        intensity: ArrayLike,
+        *,
+        inner_angle: float = 0.0,
+        outer_angle: float = 0.5,
+        name: str = "",
+    ) -> int: ...
+    def add_directional_light(
+        self, direction: ArrayLike, irradiance: ArrayLike, *, angular_diameter: float = 0.0, name: str = ""
+    ) -> int: ...
+    def set_environment(
+        self, radiance: Optional[ArrayLike], *, rotation: float = 0.0, intensity: float = 1.0
+    ) -> None: ...
+    def add_camera(self, camera: Camera) -> int: ...
+    @property
+    def cameras(self) -> List[Camera]: ...
+    @property
+    def default_camera(self) -> Camera: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def instance_names(self) -> List[str]: ...
+    @property
+    def material_names(self) -> List[str]: ...
+    @property
+    def triangle_count(self) -> int: ...
+    @property
+    def bounds(self) -> Optional[NDArray[np.float32]]: ...
+    @property
+    def report(self) -> List[str]: ...
+    def intersect(
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike,
+        *,
+        t_min: float = 0.0,
+        t_max: float = ...,
+        normals: bool = True,
+        coherent: bool = False,
+    ) -> Hits: ...
+    def occluded(
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike,
+        *,
+        t_min: float = 0.0,
+        t_max: float = ...,
+        coherent: bool = False,
+    ) -> NDArray[np.bool_]: ...
+    def render(
+        self,
+        width: Optional[int] = None,
+        height: Optional[int] = None,
+        spp: Optional[int] = None,
+        *,
+        camera: Union[Camera, int, str, None] = None,
+        aovs: Sequence[str] = ...,
+        seed: int = 0,
+        integrator: Optional[str] = None,
+        max_depth: Optional[int] = None,
+        sampler: str = "sobol",
+        crop: Optional[Sequence[int]] = None,
+        first_sample: int = 0,
+        time: float = 0.0,
+        time_limit: Optional[float] = None,
+        noise: Optional[float] = None,
+        backend: str = "auto",
+        adapter: Optional[str] = None,
+        threads: Optional[int] = None,
+        progress: Optional[Callable[[float], object]] = None,
+    ) -> Picture: ...
+    def render_part(
+        self,
+        width: Optional[int] = None,
+        height: Optional[int] = None,
+        spp: Optional[int] = None,
+        *,
+        tile: Optional[str] = None,
+        samples: Optional[Tuple[int, int]] = None,
+        frame: Optional[int] = None,
+        camera: Union[Camera, int, str, None] = None,
+        aovs: Sequence[str] = ...,
+        seed: int = 0,
+        integrator: Optional[str] = None,
+        max_depth: Optional[int] = None,
+        sampler: str = "sobol",
+        crop: Optional[Sequence[int]] = None,
+        time: float = 0.0,
+        backend: str = "auto",
+        adapter: Optional[str] = None,
+        threads: Optional[int] = None,
+        progress: Optional[Callable[[float], object]] = None,
+    ) -> Part: ...
+    def observe(
+        self,
+        camera: Camera,
+        width: int,
+        height: int,
+        *,
+        next_camera: Optional[Camera] = None,
+        next_transforms: Optional[Dict[int, ArrayLike]] = None,
+        categories: Dict[str, str] = ...,
+    ) -> Dict[str, NDArray[np.generic]]: ...
+    def boxes(self) -> Tuple[NDArray[np.float32], NDArray[np.float32]]: ...
+    def write_dataset(
+        self,
+        folder: Union[str, "os.PathLike[str]"],
+        width: int,
+        height: int,
+        *,
+        matrix: ArrayLike,
+        poses: ArrayLike,
+        moves: Dict[str, ArrayLike] = ...,
+        categories: Dict[str, str] = ...,
+        spp: Optional[int] = None,
+        seed: int = 0,
+        backend: str = "auto",
+        progress: Optional[Callable[[float], object]] = None,
+    ) -> int: ...
+
+class Part:
+    @staticmethod
+    def load(path: Union[str, "os.PathLike[str]"]) -> Part: ...
+    @staticmethod
+    def from_bytes(data: bytes) -> Part: ...
+    def to_bytes(self) -> bytes: ...
+    def save(self, path: Union[str, "os.PathLike[str]"]) -> None: ...
+    @property
+    def is_complete(self) -> bool: ...
+    def picture(self, *, allow_missing: bool = False) -> Picture: ...
+
+def merge(parts: Iterable[Part]) -> Part: ...
+
+class Lidar:
+    def __init__(
+        self,
+        channels: int = 64,
+        *,
+        elevation: Optional[ArrayLike] = None,
+        elevations: Optional[ArrayLike] = None,
+        azimuths: int = 1024,
+        azimuth: Optional[ArrayLike] = None,
+        range: Optional[ArrayLike] = None,
+        divergence: float = 0.0,
+        beam_rays: int = 16,
+        returns: str = "strongest",
+        range_resolution: float = 0.3,
+        noise: float = 0.0,
+        min_intensity: float = 0.0,
+        seed: int = 0,
+    ) -> None: ...
+    def scan(self, scene: Scene, pose: ArrayLike) -> PointCloud: ...
+
+class PointCloud:
+    @property
+    def positions(self) -> NDArray[np.float32]: ...
+    @property
+    def ranges(self) -> NDArray[np.float32]: ...
+    @property
+    def intensities(self) -> NDArray[np.float32]: ...
+    @property
+    def channels(self) -> NDArray[np.uint16]: ...
+    @property
+    def firings(self) -> NDArray[np.uint32]: ...
+    @property
+    def instances(self) -> NDArray[np.int32]: ...
+    def save(self, path: Union[str, "os.PathLike[str]"]) -> None: ...
+    def __len__(self) -> int: ...
+
+def level_pose(position: ArrayLike, heading: float = 0.0) -> NDArray[np.float64]: ...
+def load(
+    path: Union[str, "os.PathLike[str]"],
+    *,
+    parameters: Optional[Dict[str, str]] = None,
+    lenient: bool = False,
+    daylight: bool = True,
+) -> Scene: ...
+def backends() -> List[Backend]: ...
+def scenes() -> List[str]: ...
+def encode_png(color: ArrayLike, *, tonemap: str = "srgb", exposure: float = 1.0) -> bytes: ...

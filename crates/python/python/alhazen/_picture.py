@@ -1,0 +1,87 @@
+"""Pictures: layers by name, and what rendering them took."""
+
+import os
+from typing import Dict, List, Optional
+
+import numpy as np
+
+from ._alhazen import encode_png
+
+
+class Picture(Dict[str, np.ndarray]):
+    """Layers of a rendered picture by name; notebooks show the colour.
+
+    Attributes
+    ----------
+    spp : int
+        Samples per pixel made.
+    seconds : float
+        Time that rendering took.
+    noise : float or None
+        Relative standard error of the picture, if there are enough samples to tell.
+    invalid_samples : int
+        Samples that were NaN or infinite and were dropped.
+    backend : str
+        What rendered.
+    notices : list of str
+        What should be known besides, such as that a device was lost and another went on.
+    """
+
+    def __init__(
+        self,
+        layers: Dict[str, np.ndarray],
+        *,
+        spp: int = 0,
+        seconds: float = 0.0,
+        noise: Optional[float] = None,
+        invalid_samples: int = 0,
+        backend: str = "",
+        notices: Optional[List[str]] = None,
+    ) -> None:
+        super().__init__(layers)
+        self.spp = spp
+        self.seconds = seconds
+        self.noise = noise
+        self.invalid_samples = invalid_samples
+        self.backend = backend
+        self.notices = list(notices or [])
+
+    def png(self, *, tonemap: str = "srgb", exposure: float = 1.0) -> bytes:
+        """The colour as a PNG file.
+
+        Parameters
+        ----------
+        tonemap : {"srgb", "none", "reinhard", "aces", "agx", "neutral"}, default "srgb"
+        exposure : float, default 1
+            Factor on radiance before the curve.
+
+        Returns
+        -------
+        bytes
+        """
+        return encode_png(self["color"], tonemap=tonemap, exposure=exposure)
+
+    def save(self, path: "str | os.PathLike[str]", *, tonemap: str = "srgb", exposure: float = 1.0) -> None:
+        """Writes the colour as PNG, or all layers as NPZ, by the path's ending.
+
+        Parameters
+        ----------
+        path : str or os.PathLike
+            Ends in .png or .npz.
+        tonemap : str, default "srgb"
+            For PNG, see `png`.
+        exposure : float, default 1
+            For PNG, factor on radiance before the curve.
+        """
+        ending = os.path.splitext(os.fspath(path))[1].lower()
+        if ending == ".png":
+            data = self.png(tonemap=tonemap, exposure=exposure)
+            with open(path, "wb") as file:
+                file.write(data)
+        elif ending == ".npz":
+            np.savez_compressed(path, **self)
+        else:
+            raise ValueError(f"{os.fspath(path)}: unknown picture format; known are .png and .npz")
+
+    def _repr_png_(self) -> bytes:
+        return self.png()

@@ -1,0 +1,44 @@
+//! The Python package `alhazen`: scenes from NumPy arrays or files, pictures and ray hits as NumPy arrays.
+//!
+//! This crate is the compiled module `alhazen._alhazen`; what is easier said in Python stands in `python/alhazen`. Long work
+//! runs without the interpreter's lock and can be interrupted ([`watch`]). Nothing here knows how light is transported: it
+//! calls the facade.
+
+mod arrays;
+mod camera;
+mod errors;
+mod light;
+mod material;
+mod part;
+mod queries;
+mod render;
+mod scene;
+mod sensors;
+mod system;
+mod watch;
+
+use pyo3::prelude::*;
+
+#[global_allocator]
+static ALLOCATOR: alhazen::HugePages = alhazen::HugePages;
+
+/// The compiled part of the package `alhazen`.
+#[pymodule]
+mod _alhazen {
+    #[pymodule_export]
+    use super::camera::Camera;
+    #[pymodule_export]
+    use super::errors::{BackendError, Error, LoadError, PartError};
+    #[pymodule_export]
+    use super::part::{Part, merge};
+    #[pymodule_export]
+    use super::queries::Hits;
+    #[pymodule_export]
+    use super::render::encode_png;
+    #[pymodule_export]
+    use super::scene::{Scene, load};
+    #[pymodule_export]
+    use super::sensors::{Lidar, PointCloud, level_pose};
+    #[pymodule_export]
+    use super::system::{backends, scenes};
+}

@@ -1,0 +1,147 @@
+//! Materials and textures that a caller describes.
+
+use crate::arrays::Input;
+use crate::errors::bad;
+use crate::light::color;
+use alhazen::{AlphaMode, ColorSpace, Material, Model, Pixels, Scene, SceneImage, Texture, TextureRef};
+use pyo3::prelude::*;
+
+/// What a caller may say of a material; `Scene.add_material` explains it.
+pub struct Described<'py> {
+    pub name: String,
+    pub model: String,
+    pub base_color: Option<Bound<'py, PyAny>>,
+    pub metallic: f32,
+    pub roughness: f32,
+    pub ior: f32,
+    pub specular: f32,
+    pub transmission: f32,
+    pub thin_walled: bool,
+    pub emission: Option<Bound<'py, PyAny>>,
+    pub emission_two_sided: bool,
+    pub alpha_mode: String,
+    pub alpha_cutoff: f32,
+    pub base_color_texture: Option<Bound<'py, PyAny>>,
+    pub metallic_roughness_texture: Option<Bound<'py, PyAny>>,
+    pub emission_texture: Option<Bound<'py, PyAny>>,
+    pub normal_texture: Option<Bound<'py, PyAny>>,
+}
+
+const MODELS: [(&str, Model); 5] = [
+    ("metallic-roughness", Model::MetallicRoughness),
+    ("lambert", Model::Lambert),
+    ("dielectric", Model::Dielectric),
+    ("mirror", Model::Mirror),
+    ("unlit", Model::Unlit),
+];
+
+/// The material, with its textures added to the scene.
+pub fn material(scene: &mut Scene, described: &Described) -> PyResult<Material> {
+    let d = described;
+    let model = MODELS.iter().find(|(name, _)| *name == d.model).map(|(_, model)| *model);
+    let known = MODELS.map(|(name, _)| name).join(", ");
+    let model = model.ok_or_else(|| bad(format!("model: unknown `{}`; there are: {known}", d.model)))?;
+    let alpha_mode = match d.alpha_mode.as_str() {
+        "opaque" => AlphaMode::Opaque,
+        "mask" => AlphaMode::Mask(share("alpha_cutoff", d.alpha_cutoff)?),
+        "blend" => AlphaMode::Blend,
+        other => return Err(bad(format!("alpha_mode: unknown `{other}`; there are: opaque, mask, blend"))),
+    };
+    if !(d.ior >= 1.0 && d.ior.is_finite()) {
+        return Err(bad(format!("ior: {} is below 1", d.ior)));
+    }
+    let mut texture = |name, picture: &Option<Bound<PyAny>>, space| {
+        picture.as_ref().map(|p| add_texture(scene, name, p, space)).transpose()
+    };
+    let defaults = Material::default();
+    Ok(Material {
+        name: d.name.clone(),
+        model,
+        base_color: d.base_color.as_ref().map_or(Ok(defaults.base_color), base_color)?,
+        base_color_texture: texture("base_color_texture", &d.base_color_texture, ColorSpace::Srgb)?,
+        metallic: share("metallic", d.metallic)?,
+        roughness: share("roughness", d.roughness)?,
+        metallic_roughness_texture: texture(
+            "metallic_roughness_texture",
+            &d.metallic_roughness_texture,
+            ColorSpace::Linear,
+        )?,
+        specular: share("specular", d.specular)?,
+        ior: d.ior,
+        transmission: share("transmission", d.transmission)?,
+        thin_walled: d.thin_walled,
+        emission: d.emission.as_ref().map_or(Ok(defaults.emission), |e| color("emission", e))?,
+        emission_texture: texture("emission_texture", &d.emission_texture, ColorSpace::Srgb)?,
+        emission_two_sided: d.emission_two_sided,
+        double_sided: d.emission_two_sided,
+        normal_texture: texture("normal_texture", &d.normal_texture, ColorSpace::Linear)?,
+        alpha_mode,
+        ..defaults
+    })
+}
+
+/// A number in `[0, 1]`.
+fn share(name: &str, value: f32) -> PyResult<f32> {
+    if (0.0..=1.0).contains(&value) {
+        Ok(value)
+    } else {
+        Err(bad(format!("{name}: {value} is not between 0 and 1")))
+    }
+}
+
+/// Linear RGB, or RGB and alpha; each in `[0, 1]`.
+fn base_color(value: &Bound<PyAny>) -> PyResult<glam::Vec4> {
+    let input = Input::<f32>::new("base_color", value)?;
+    let rgba = match *input.numbers()? {
+        [grey] => [grey, grey, grey, 1.0],
+        [r, g, b] => [r, g, b, 1.0],
+        [r, g, b, a] => [r, g, b, a],
+        ref other => return Err(bad(format!("base_color: expected 3 or 4 numbers, got {}", other.len()))),
+    };
+    rgba.into_iter().try_for_each(|v| share("base_color", v).map(drop))?;
+    Ok(rgba.into())
+}
+
+/// Adds a picture of shape (height, width, 3 or 4), 8 bits a channel, row 0 at the top.
+fn add_texture(
+    scene: &mut Scene,
+    name: &'static str,
+    picture: &Bound<PyAny>,
+    color_space: ColorSpace,
+) -> PyResult<TextureRef> {
+    let kind: String =
+        picture.getattr("dtype").and_then(|d| d.getattr("name")?.extract()).unwrap_or_default();
+    let input = Input::<u8>::new(name, picture)?;
+    let (height, width, pixels) = match *input.shape() {
+        [h, w, 3] if kind == "uint8" => {
+            (h, w, input.numbers()?.as_chunks().0.iter().map(|&[r, g, b]| [r, g, b, 255]).collect())
+        }
+        [h, w, 4] if kind == "uint8" => (h, w, input.numbers()?.as_chunks::<4>().0.to_vec()),
+        _ => return Err(bad(format!("{name}: expected uint8 of shape (height, width, 3 or 4)"))),
+    };
+    let side = |n: usize| u32::try_from(n).ok().filter(|n| (1..=65_536).contains(n));
+    let (Some(width), Some(height)) = (side(width), side(height)) else {
+        return Err(bad(format!("{name}: {width}×{height} pixels are not possible")));
+    };
+    scene.images.push(SceneImage { name: name.into(), width, height, pixels: Pixels::Rgba8(pixels) });
+    let image = scene.images.len() as u32 - 1;
+    scene.textures.push(Texture { image, sampler: Default::default(), color_space });
+    Ok(TextureRef::new(scene.textures.len() as u32 - 1))
+}
+
+/// A picture as an environment: float32 of shape (height, width, 3), linear radiance.
+pub fn environment_image(picture: &Bound<PyAny>) -> PyResult<SceneImage> {
+    let input = Input::<f32>::new("image", picture)?;
+    let [height, width, 3] = *input.shape() else {
+        return Err(bad("image: expected the shape (height, width, 3)"));
+    };
+    let side = |n: usize| u32::try_from(n).ok().filter(|n| (1..=65_536).contains(n));
+    let (Some(width), Some(height)) = (side(width), side(height)) else {
+        return Err(bad(format!("image: {width}×{height} pixels are not possible")));
+    };
+    let pixels: &[[f32; 3]] = input.numbers()?.as_chunks().0;
+    if !pixels.as_flattened().iter().all(|v| v.is_finite() && *v >= 0.0) {
+        return Err(bad("image: radiance must be finite and not negative"));
+    }
+    Ok(SceneImage { name: "environment".into(), width, height, pixels: Pixels::Rgb32F(pixels.to_vec()) })
+}

@@ -1,0 +1,337 @@
+//! Pictures as arrays.
+
+use crate::arrays::{Input, output};
+use crate::camera::Camera;
+use crate::errors::{bad, choice_error, render_error};
+use crate::scene::{Scene, lock};
+use crate::watch::watch;
+use alhazen::{
+    Aov, AovData, BackendChoice, Control, DirectSettings, Film, Image, Integrator, Job, Limits, PathSettings,
+    Rect, Renderer, RendererOptions, SamplerKind, Summary, ToneMapper, ToneMapping,
+};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+/// What a caller may say of a picture; [`Scene`]'s method explains it.
+pub struct Settings<'py> {
+    pub width: Option<u32>,
+    pub height: Option<u32>,
+    pub spp: Option<u32>,
+    pub camera: Option<Bound<'py, PyAny>>,
+    pub aovs: Vec<String>,
+    pub seed: u32,
+    pub integrator: Option<String>,
+    pub max_depth: Option<u32>,
+    pub sampler: String,
+    pub crop: Option<[u32; 4]>,
+    pub first_sample: u32,
+    pub time: f32,
+    pub time_limit: Option<f64>,
+    pub noise: Option<f64>,
+    pub backend: String,
+    pub adapter: Option<String>,
+    pub threads: Option<usize>,
+    pub progress: Option<Bound<'py, PyAny>>,
+}
+
+impl<'py> Settings<'py> {
+    /// From the keyword arguments of a Python call; what is not given has the value that `Scene.render` documents.
+    pub fn from_keywords(
+        [width, height, spp]: [Option<u32>; 3],
+        keywords: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Self> {
+        #[rustfmt::skip]
+        let mut settings = Self {
+            width, height, spp, camera: None, aovs: Vec::new(), seed: 0, integrator: None, max_depth: None,
+            sampler: "sobol".into(), crop: None, first_sample: 0, time: 0.0, time_limit: None, noise: None,
+            backend: "auto".into(), adapter: None, threads: None, progress: None,
+        };
+        for (key, value) in keywords.into_iter().flatten() {
+            match key.extract::<String>()?.as_str() {
+                "camera" => settings.camera = value.extract()?,
+                "aovs" => settings.aovs = value.extract()?,
+                "seed" => settings.seed = value.extract()?,
+                "integrator" => settings.integrator = value.extract()?,
+                "max_depth" => settings.max_depth = value.extract()?,
+                "sampler" => settings.sampler = value.extract()?,
+                "crop" => settings.crop = value.extract()?,
+                "time" => settings.time = value.extract()?,
+                "backend" => settings.backend = value.extract()?,
+                "adapter" => settings.adapter = value.extract()?,
+                "threads" => settings.threads = value.extract()?,
+                "progress" => settings.progress = value.extract()?,
+                other => return Err(PyTypeError::new_err(format!("unexpected keyword argument `{other}`"))),
+            }
+        }
+        Ok(settings)
+    }
+}
+
+/// A renderer that holds a version of a scene.
+pub struct Prepared {
+    options: RendererOptions,
+    renderer: Renderer,
+    version: u64,
+}
+
+/// An `alhazen.Picture`: layers by name, and what rendering took.
+pub fn render<'py>(py: Python<'py>, scene: &Scene, settings: &Settings<'py>) -> PyResult<Bound<'py, PyAny>> {
+    let options = renderer_options(settings)?;
+    let (job, limits) = {
+        let contents = scene.contents(py);
+        (job(&contents.scene, settings)?, limits(&contents.scene, settings)?)
+    };
+    // Held to the end: pictures of one scene are made one after the other.
+    let mut prepared = lock(py, &scene.prepared);
+    let control = Control::new();
+    let renderer = prepare(py, scene, &mut prepared, options, &control)?;
+    let mut view = job.view(settings.time);
+    view.first_sample = settings.first_sample;
+    let total = (u64::from(limits.spp) * view.window.area() as u64).max(1) as f64;
+    let before = AtomicU64::new(0);
+    let fraction = || (before.load(Ordering::Relaxed) + control.progress().samples_done) as f64 / total;
+    // Each pass counts from zero again.
+    let mut after_pass = |summary: &Summary| {
+        control.begin(0);
+        before.store(summary.samples, Ordering::Relaxed);
+    };
+    let summary = watch(py, &control, settings.progress.as_ref(), fraction, || {
+        renderer.render_view(&view, &limits, &control, &mut after_pass)
+    })?;
+    let summary = summary.map_err(render_error)?;
+    let layers = match renderer.film().map_err(render_error)? {
+        Some(film) => layers(py, film)?,
+        None => PyDict::new(py),
+    };
+    let about = PyDict::new(py);
+    about.set_item("spp", summary.spp)?;
+    about.set_item("seconds", summary.elapsed.as_secs_f64())?;
+    about.set_item("noise", summary.noise)?;
+    about.set_item("invalid_samples", summary.invalid_samples)?;
+    about.set_item("backend", renderer.backend_name())?;
+    about.set_item("notices", renderer.take_notices())?;
+    picture(py, layers, &about)
+}
+
+/// An `alhazen.Picture`: layers by name, and what rendering took.
+pub fn picture<'py>(
+    py: Python<'py>,
+    layers: Bound<'py, PyDict>,
+    about: &Bound<'py, PyDict>,
+) -> PyResult<Bound<'py, PyAny>> {
+    py.import("alhazen._picture")?.getattr("Picture")?.call((layers,), Some(about))
+}
+
+/// The renderer of these options with the scene as it is now.
+pub fn prepare<'a>(
+    py: Python,
+    scene: &Scene,
+    prepared: &'a mut Option<Prepared>,
+    options: RendererOptions,
+    control: &Control,
+) -> PyResult<&'a mut Renderer> {
+    let contents = scene.contents(py);
+    let (description, version) = (&contents.scene, contents.version);
+    let old = prepared.take().filter(|p| p.options == options);
+    let made = watch(
+        py,
+        control,
+        None,
+        || 0.0,
+        || -> Result<_, PrepareError> {
+            match old {
+                Some(mut current) if current.version == version => {
+                    current.renderer.restart();
+                    Ok(current)
+                }
+                Some(mut outdated) => {
+                    outdated.renderer.update(description).map_err(PrepareError::Load)?;
+                    Ok(Prepared { version, ..outdated })
+                }
+                None => {
+                    let mut renderer = Renderer::choose(&options).map_err(PrepareError::Choice)?.renderer;
+                    renderer.load(description).map_err(PrepareError::Load)?;
+                    Ok(Prepared { options, renderer, version })
+                }
+            }
+        },
+    )?;
+    let made = made.map_err(|e| match e {
+        PrepareError::Choice(e) => choice_error(e),
+        PrepareError::Load(e) => render_error(e),
+    })?;
+    Ok(&mut prepared.insert(made).renderer)
+}
+
+enum PrepareError {
+    Choice(alhazen::ChoiceError),
+    Load(alhazen::BackendError),
+}
+
+pub fn renderer_options(settings: &Settings) -> PyResult<RendererOptions> {
+    let backend: BackendChoice = settings.backend.parse().map_err(|e| bad(format!("backend: {e}")))?;
+    Ok(RendererOptions { backend, adapter: settings.adapter.clone(), threads: settings.threads })
+}
+
+pub fn limits(scene: &alhazen::Scene, settings: &Settings) -> PyResult<Limits> {
+    let spp = settings.spp.or(scene.defaults.spp).unwrap_or(Limits::default().spp);
+    if spp == 0 {
+        return Err(bad("spp: a picture needs at least one sample per pixel"));
+    }
+    let time = settings.time_limit.map(Duration::try_from_secs_f64).transpose();
+    let time = time.map_err(|e| bad(format!("time_limit: {e}")))?;
+    if let Some(noise) = settings.noise.filter(|n| !(*n > 0.0 && n.is_finite())) {
+        return Err(bad(format!("noise: {noise} is not a positive number")));
+    }
+    Ok(Limits { spp, time, noise: settings.noise })
+}
+
+pub fn job(scene: &alhazen::Scene, settings: &Settings) -> PyResult<Job> {
+    let mut job = Job::for_scene(scene);
+    if let Some(camera) = &settings.camera {
+        job.camera = camera_of(scene, camera)?;
+    }
+    let aspect = job.camera.aspect.unwrap_or(job.width as f32 / job.height as f32);
+    let scaled = |side: u32, factor: f32| ((side as f32 * factor).round() as u32).max(1);
+    (job.width, job.height) = match (settings.width, settings.height) {
+        (Some(w), Some(h)) => (w, h),
+        (Some(w), None) => (w, scaled(w, 1.0 / aspect)),
+        (None, Some(h)) => (scaled(h, aspect), h),
+        (None, None) => (job.width, scaled(job.width, 1.0 / aspect)),
+    };
+    if job.width == 0 || job.height == 0 {
+        return Err(bad(format!("a picture of {}×{} pixels is not possible", job.width, job.height)));
+    }
+    job.crop = settings.crop.map(|[x, y, width, height]| Rect { x, y, width, height });
+    job.integrator = integrator(settings, job.integrator)?;
+    job.seed = settings.seed;
+    job.sampler = match settings.sampler.as_str() {
+        "sobol" => SamplerKind::Sobol,
+        "independent" => SamplerKind::Independent,
+        other => return Err(bad(format!("sampler: unknown `{other}`; there are: sobol, independent"))),
+    };
+    let layer = |name: &String| name.parse::<Aov>().map_err(|e| bad(format!("aovs: {e}")));
+    job.aovs = settings.aovs.iter().map(layer).collect::<PyResult<_>>()?;
+    Ok(job)
+}
+
+/// A camera itself, or one of the scene's by number or name.
+fn camera_of(scene: &alhazen::Scene, named: &Bound<PyAny>) -> PyResult<alhazen::Camera> {
+    if let Ok(camera) = named.cast::<Camera>() {
+        return Ok(camera.get().0.clone());
+    }
+    let found = match named.extract::<usize>() {
+        Ok(index) => scene.cameras.get(index),
+        Err(_) => {
+            let name: String =
+                named.extract().map_err(|_| bad("camera: expected a Camera, a number or a name"))?;
+            scene.cameras.iter().find(|c| c.name == name)
+        }
+    };
+    let known: Vec<_> = scene.cameras.iter().map(|c| c.name.as_str()).collect();
+    found.cloned().ok_or_else(|| bad(format!("camera: there is no {named}; the scene has {known:?}")))
+}
+
+fn integrator(settings: &Settings, of_scene: Integrator) -> PyResult<Integrator> {
+    let path = || match of_scene {
+        Integrator::Path(path) => path,
+        Integrator::Direct(_) | Integrator::Aov => PathSettings::default(),
+    };
+    let mut integrator = match settings.integrator.as_deref() {
+        None => of_scene,
+        Some("path") => Integrator::Path(path()),
+        Some("direct") => Integrator::Direct(DirectSettings::default()),
+        Some("aov") => Integrator::Aov,
+        Some(other) => {
+            return Err(bad(format!("integrator: unknown `{other}`; there are: path, direct, aov")));
+        }
+    };
+    if let Some(depth) = settings.max_depth {
+        if !(1..=1000).contains(&depth) {
+            return Err(bad(format!("max_depth: {depth} is not between 1 and 1000")));
+        }
+        match &mut integrator {
+            Integrator::Path(path) => path.max_depth = depth,
+            Integrator::Direct(direct) => direct.max_depth = depth,
+            Integrator::Aov => {}
+        }
+    }
+    Ok(integrator)
+}
+
+/// Colour and all auxiliary layers of a film, by name.
+pub fn layers<'py>(py: Python<'py>, film: &Film) -> PyResult<Bound<'py, PyDict>> {
+    let layers = PyDict::new(py);
+    let window = film.window();
+    let (height, width) = (window.height as usize, window.width as usize);
+    let array = |image: Image| {
+        let channels = image.channels();
+        let shape: &[usize] = if channels == 1 { &[height, width] } else { &[height, width, channels] };
+        output(py, image.into_data(), shape)
+    };
+    layers.set_item("color", array(py.detach(|| film.to_image()))?)?;
+    for &aov in film.aovs() {
+        let layer = match py.detach(|| film.aov(aov)) {
+            Some(AovData::Float(image)) => array(image)?,
+            // "No object" is the largest number there, and -1 in arrays.
+            Some(AovData::Integer(ids)) => {
+                output(py, ids.into_iter().map(|i| i as i32).collect(), &[height, width])?
+            }
+            None => continue,
+        };
+        layers.set_item(aov.name(), layer)?;
+    }
+    Ok(layers)
+}
+
+const TONE_MAPPERS: [(&str, ToneMapper); 6] = [
+    ("srgb", ToneMapper::Srgb),
+    ("none", ToneMapper::None),
+    ("reinhard", ToneMapper::Reinhard),
+    ("aces", ToneMapper::Aces),
+    ("agx", ToneMapper::Agx),
+    ("neutral", ToneMapper::Neutral),
+];
+
+/// Tone maps a picture and encodes it as PNG.
+///
+/// Parameters
+/// ----------
+/// color : array_like, float32, shape (height, width, 3)
+///     Linear radiance, Rec. 709 primaries, row 0 at the top.
+/// tonemap : {"srgb", "none", "reinhard", "aces", "agx", "neutral"}, default "srgb"
+/// exposure : float, default 1
+///     Factor on radiance before the curve.
+///
+/// Returns
+/// -------
+/// bytes
+///     A PNG file, 8 bits a channel.
+#[pyfunction]
+#[pyo3(signature = (color, *, tonemap="srgb", exposure=1.0))]
+pub fn encode_png<'py>(
+    py: Python<'py>,
+    color: &Bound<'py, PyAny>,
+    tonemap: &str,
+    exposure: f32,
+) -> PyResult<Bound<'py, PyBytes>> {
+    let known = TONE_MAPPERS.map(|(name, _)| name).join(", ");
+    let mapper = TONE_MAPPERS.iter().find(|(name, _)| *name == tonemap).map(|(_, mapper)| *mapper);
+    let mapper = mapper.ok_or_else(|| bad(format!("tonemap: unknown `{tonemap}`; there are: {known}")))?;
+    if !(exposure > 0.0 && exposure.is_finite()) {
+        return Err(bad(format!("exposure: {exposure} is not a positive number")));
+    }
+    let input = Input::<f32>::new("color", color)?;
+    let [height, width, 3] = *input.shape() else {
+        return Err(bad("color: expected the shape (height, width, 3)"));
+    };
+    let side = |n: usize| u32::try_from(n).map_err(|_| bad("color: the picture is too large"));
+    let image = Image::from_data(side(width)?, side(height)?, 3, input.numbers()?.to_vec());
+    let image = image.map_err(|e| bad(e.to_string()))?;
+    let tone = ToneMapping { mapper, exposure, saturation: 1.0 };
+    let png = py.detach(|| tone.apply(&image).encode_png());
+    Ok(PyBytes::new(py, &png.map_err(|e| bad(e.to_string()))?))
+}

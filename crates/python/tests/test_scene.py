@@ -1,0 +1,96 @@
+"""Scenes from files and from arrays."""
+
+import numpy as np
+import pytest
+
+import alhazen
+
+TRIANGLE = (np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.int32([[0, 1, 2]]))
+
+
+def test_built_in_scenes_load():
+    assert "cornell" in alhazen.scenes()
+    scene = alhazen.load("cornell")
+    assert scene.triangle_count > 10 and scene.bounds.shape == (2, 3)
+    assert len(scene.instance_names) > 0 and "Scene(" in repr(scene)
+
+
+def test_parameters_reach_the_scene():
+    few = alhazen.load("material-grid", parameters={"columns": "2", "rows": "2"})
+    many = alhazen.load("material-grid", parameters={"columns": "3", "rows": "2"})
+    assert len(many.instance_names) - len(few.instance_names) == 2
+    with pytest.raises(alhazen.LoadError, match="pillars"):
+        alhazen.load("material-grid", parameters={"pillars": "2"})
+
+
+def test_errors_tell_the_whole_chain(tmp_path):
+    with pytest.raises(alhazen.LoadError, match="no_such.*No such file"):
+        alhazen.load(tmp_path / "no_such.obj")
+    broken = tmp_path / "broken.ply"
+    broken.write_text("ply\nformat ascii 1.0\nelement vertex x\nend_header\n")
+    with pytest.raises(alhazen.Error, match="broken.ply"):
+        alhazen.load(broken)
+    with pytest.raises(alhazen.LoadError, match="no built-in scene `cornel`"):
+        alhazen.load("cornel")
+    assert issubclass(alhazen.LoadError, alhazen.Error) and issubclass(alhazen.BackendError, alhazen.Error)
+
+
+def test_a_file_gives_what_was_written(tmp_path):
+    path = tmp_path / "triangle.obj"
+    path.write_text("v 0 0 0\nv 2 0 0\nv 0 3 0\nf 1 2 3\n")
+    scene = alhazen.load(path)
+    np.testing.assert_array_equal(scene.bounds, [[0, 0, 0], [2, 3, 0]])
+    assert any("sky was added" in note for note in scene.report)
+    assert not any("sky" in note for note in alhazen.load(path, daylight=False).report)
+
+
+@pytest.mark.parametrize(
+    "change, text",
+    [
+        (lambda s: s.add_mesh([[0, 0]], [[0, 0, 0]]), "vertices: expected the shape"),
+        (lambda s: s.add_mesh(TRIANGLE[0], [[0, 1, 3]]), "row 0 is .* but there are 3 vertices"),
+        (lambda s: s.add_mesh(TRIANGLE[0], [[0, 1, -1]]), "row 0"),
+        (lambda s: s.add_mesh(TRIANGLE[0], [[0.5, 1, 2]]), "whole numbers|not an array"),
+        (lambda s: s.add_mesh(*TRIANGLE, normals=[[0, 0, 1]]), "normals: 1 rows for 3 vertices"),
+        (lambda s: s.add_mesh(*TRIANGLE, material=3), "material: 3 of only"),
+        (lambda s: s.add_mesh("nothing", [[0, 1, 2]]), "vertices: not an array of numbers"),
+        (lambda s: s.add_instance(7), "mesh: 7 of only"),
+        (lambda s: s.add_spheres([[0, 0, 0]], [-1]), "sphere 0"),
+        (lambda s: s.add_spheres([[0, 0, 0]], [1, 2]), "1 centers but 2 radii"),
+        (lambda s: s.add_material(model="velvet"), "unknown `velvet`; there are: .*lambert"),
+        (lambda s: s.add_material(roughness=2), "roughness: 2"),
+        (lambda s: s.add_material(base_color=[1, 2, 3, 4, 5]), "base_color"),
+        (lambda s: s.add_material(base_color_texture=np.zeros((2, 2, 3))), "expected uint8"),
+        (lambda s: s.add_point_light([0, 0, np.nan], 1), "position"),
+        (lambda s: s.add_point_light([0, 0, 0], -1), "intensity"),
+        (lambda s: s.add_spot_light([0, 0, 0], [0, 0, 0], 1), "direction"),
+        (lambda s: s.set_environment([-1, 0, 0]), "radiance"),
+        (lambda s: s.set_transform(0, np.eye(4)), "instance: the scene has only 0"),
+        (lambda s: s.render(16, 16, 0), "spp"),
+        (lambda s: s.render(0, 16, 1), "not possible"),
+        (lambda s: s.render(16, 16, 1, aovs=["dephts"]), "unknown layer `dephts`"),
+        (lambda s: s.render(16, 16, 1, camera="left"), "there is no left"),
+        (lambda s: s.render(16, 16, 1, backend="magic"), "unknown back end `magic`"),
+        (lambda s: s.render(16, 16, 1, crop=[10, 10, 10, 10]), "window"),
+        (lambda s: s.intersect([[0, 0, 0]], [[0, 0]]), r"one shape \(..., 3\)"),
+        (lambda s: alhazen.Camera.look_at([0, 0, 0], [0, 0, 0]), "same point"),
+        (lambda s: alhazen.Camera.look_at([0, 0, 0], [0, 0, 1], fov_y=4), "fov_y"),
+        (lambda s: alhazen.Camera.from_opencv(np.eye(3), 2 * np.eye(4), 4, 4), "pose"),
+        (lambda s: alhazen.Camera.from_opencv(np.ones((3, 3)), np.eye(4), 4, 4), "matrix"),
+        (lambda s: alhazen.encode_png(np.zeros((0, 0, 3))), "pixels"),
+    ],
+)
+def test_bad_values_are_named(change, text):
+    with pytest.raises(ValueError, match=text):
+        change(alhazen.Scene())
+
+
+def test_transforms_must_be_affine_and_invertible():
+    scene = alhazen.Scene()
+    mesh = scene.add_mesh(*TRIANGLE)
+    for bad in (np.zeros((4, 4)), np.eye(3), np.full((4, 4), np.nan), np.diag([1, 1, 0, 1])):
+        with pytest.raises(ValueError, match="transform"):
+            scene.add_instance(mesh, transform=bad)
+    matrix = np.array([[0, -1, 0, 5], [1, 0, 0, 6], [0, 0, 2, 7], [0, 0, 0, 1]])
+    instance = scene.add_instance(mesh, transform=matrix[:3])
+    np.testing.assert_array_equal(scene.transform(instance), matrix)
