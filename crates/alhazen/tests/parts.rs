@@ -178,3 +178,37 @@ fn parts_that_cannot_be_are_refused() {
     );
     assert!(refused(PartJob { samples: Some(3..3), ..whole }).contains("3..3"));
 }
+
+#[test]
+fn parts_of_a_gpu_merge_to_the_same_picture_up_to_rounding() {
+    let scene = scenes::cornell();
+    let (job, about) = (picture(&scene), Description::new("cornell", &[], &scene));
+    let whole_job = PartJob::whole(&job, 8, &about);
+    let name = "parts_of_a_gpu_merge_to_the_same_picture_up_to_rounding";
+    for renderer in &mut *common::gpu_renderers(name) {
+        renderer.load(&scene).unwrap();
+        let mut render =
+            |part_job: &PartJob| renderer.render_part(part_job, None, &Control::new(), None).unwrap().0;
+        let whole = render(&whole_job);
+        let mut parts = Vec::new();
+        for (index, samples) in [(0, 0..3), (1, 0..8), (0, 3..8)] {
+            let tile = Some(Tile { index, count: 2 });
+            let part = render(&PartJob { tile, samples: Some(samples), ..whole_job.clone() });
+            parts.push(Part::from_bytes("part", &part.to_bytes().unwrap()).unwrap());
+        }
+        let merged = |order: [usize; 3]| {
+            let mut merger = Merger::new();
+            order.map(|i| merger.add("part", parts[i].clone()).unwrap());
+            merger.finish().unwrap()
+        };
+        let [sum, again] = [merged([0, 1, 2]), merged([2, 1, 0])];
+        assert!(sum == again, "the order of merging shows");
+        assert!(sum.missing().is_empty() && sum.film().total_samples() == whole.film().total_samples());
+        let layers = |part: &Part| [Aov::Depth, Aov::MaterialId].map(|aov| part.film().aov(aov));
+        assert!(layers(&sum) == layers(&whole));
+        let [a, b] = [&sum, &whole].map(|part| part.film().to_image());
+        for (a, b) in a.data().iter().zip(b.data()) {
+            assert!((a - b).abs() <= 1e-5 * b.abs() + 1e-6, "{a} in parts, {b} whole");
+        }
+    }
+}

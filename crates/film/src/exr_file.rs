@@ -231,8 +231,16 @@ impl ExrFile {
     /// [`ImageError::Write`], or [`ImageError::Encode`] if there is no channel, two have the same name, one does
     /// not have as many values as the window has pixels, or a name is empty, longer than 255 bytes or contains NUL.
     pub fn write(&self, path: &Path, compression: ExrCompression) -> Result<(), ImageError> {
+        self.clone().write_once(path, compression)
+    }
+
+    /// As [`ExrFile::write`], for a file that is needed no more: without a copy of its channels.
+    ///
+    /// # Errors
+    /// As [`ExrFile::write`].
+    pub fn write_once(self, path: &Path, compression: ExrCompression) -> Result<(), ImageError> {
         self.check(path)?;
-        let image = self.to_exr(compression);
+        let image = self.into_exr(compression);
         write_atomically(path, |writer| image.write().to_buffered(writer).map_err(|e| write_error(path, e)))
     }
 
@@ -240,10 +248,10 @@ impl ExrFile {
     ///
     /// # Errors
     /// [`ImageError::Encode`] as for [`ExrFile::write`]; `name` is what the error calls the file.
-    pub fn to_bytes(&self, name: &Path, compression: ExrCompression) -> Result<Vec<u8>, ImageError> {
+    pub fn into_bytes(self, name: &Path, compression: ExrCompression) -> Result<Vec<u8>, ImageError> {
         self.check(name)?;
         let mut bytes = Cursor::new(Vec::new());
-        self.to_exr(compression).write().to_buffered(&mut bytes).map_err(|e| write_error(name, e))?;
+        self.into_exr(compression).write().to_buffered(&mut bytes).map_err(|e| write_error(name, e))?;
         Ok(bytes.into_inner())
     }
 
@@ -277,18 +285,18 @@ impl ExrFile {
         Ok(())
     }
 
-    fn to_exr(&self, compression: ExrCompression) -> ex::Image<ex::Layer<ex::AnyChannels<ex::FlatSamples>>> {
+    fn into_exr(self, compression: ExrCompression) -> ex::Image<ex::Layer<ex::AnyChannels<ex::FlatSamples>>> {
         let mut clamped = 0_u64;
         let channels = self
             .channels
-            .iter()
+            .into_iter()
             .map(|channel| {
-                let samples = match &channel.samples {
+                let samples = match channel.samples {
                     ExrSamples::Half(v) => {
                         ex::FlatSamples::F16(v.iter().map(|&v| to_half(v, &mut clamped)).collect())
                     }
-                    ExrSamples::Float(v) => ex::FlatSamples::F32(v.clone()),
-                    ExrSamples::Uint(v) => ex::FlatSamples::U32(v.clone()),
+                    ExrSamples::Float(v) => ex::FlatSamples::F32(v),
+                    ExrSamples::Uint(v) => ex::FlatSamples::U32(v),
                 };
                 ex::AnyChannel::new(text(&channel.name), samples)
             })

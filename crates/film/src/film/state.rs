@@ -14,7 +14,8 @@ impl Film {
     ///
     /// For each colour `c`, `sum.c` and `square.c` are the sums of samples and of their squares; `count` and `invalid` are the
     /// numbers of samples; `aov-count` and `layer.sum.c` belong to layers of means. Numbers of more than 32 bits have a
-    /// channel for each 32 bits, the least significant first: `count.0`, `count.1`.
+    /// channel for each 32 bits, the least significant first: `count.0`, `count.1`. Of these, channels that are zero
+    /// everywhere are left out: most numbers are small.
     #[must_use]
     pub fn to_channels(&self) -> Vec<ExrChannel> {
         let mut channels = Vec::new();
@@ -116,8 +117,10 @@ fn push_words<I: Iterator<Item = u128>>(
     numbers: impl Fn() -> I,
 ) {
     for word in 0..words {
-        let values = numbers().map(|n| (n >> (32 * word)) as u32).collect();
-        channels.push(uint(&format!("{name}.{word}"), values));
+        let word_of = |n: u128| (n >> (32 * word)) as u32;
+        if numbers().any(|n| word_of(n) != 0) {
+            channels.push(uint(&format!("{name}.{word}"), numbers().map(word_of).collect()));
+        }
     }
 }
 
@@ -125,12 +128,15 @@ fn push_sums<I: Iterator<Item = ExactSum>>(channels: &mut Vec<ExrChannel>, name:
     push_words(channels, name, SUM_WORDS, || sums().map(|sum| sum.to_bits() as u128));
 }
 
+/// The channels of numbers that are stored word by word; those that are zero everywhere are empty.
+type Words<'a> = Vec<&'a [u32]>;
+
 /// Number `i` of numbers that are stored word by word.
-fn number(words: &[&[u32]], i: usize) -> u128 {
-    words.iter().rev().fold(0, |number, word| number << 32 | u128::from(word[i]))
+fn number(words: &Words, i: usize) -> u128 {
+    words.iter().rev().fold(0, |number, word| number << 32 | u128::from(word.get(i).copied().unwrap_or(0)))
 }
 
-fn exact(words: &[&[u32]], i: usize) -> ExactSum {
+fn exact(words: &Words, i: usize) -> ExactSum {
     ExactSum::from_bits(number(words, i) as i128)
 }
 
@@ -156,7 +162,11 @@ impl Channels<'_> {
         }
     }
 
-    fn words(&self, name: &str, words: usize, area: usize) -> Result<Vec<&[u32]>, String> {
-        (0..words).map(|word| self.uints(&format!("{name}.{word}"), area)).collect()
+    fn words(&self, name: &str, words: usize, area: usize) -> Result<Words<'_>, String> {
+        let word = |word: usize| {
+            let name = format!("{name}.{word}");
+            if self.find(&name).is_none() { Ok(&[][..]) } else { self.uints(&name, area) }
+        };
+        (0..words).map(word).collect()
     }
 }
