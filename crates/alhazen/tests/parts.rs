@@ -198,7 +198,7 @@ fn parts_of_a_gpu_merge_to_the_same_picture_up_to_rounding() {
         }
         let merged = |order: [usize; 3]| {
             let mut merger = Merger::new();
-            order.map(|i| merger.add("part", parts[i].clone()).unwrap());
+            order.into_iter().for_each(|i| merger.add("part", parts[i].clone()).unwrap());
             merger.finish().unwrap()
         };
         let [sum, again] = [merged([0, 1, 2]), merged([2, 1, 0])];
