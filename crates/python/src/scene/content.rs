@@ -1,0 +1,432 @@
+//! Filling a scene from arrays.
+
+use super::Scene;
+use crate::arrays::{Input, affine, output};
+use crate::camera::Camera;
+use crate::errors::bad;
+use crate::light::{color, directional, point, spot};
+use crate::material::{Described, environment_image, material};
+use alhazen::{Environment, Instance, Light, LightKind, Mesh, Shape, Sphere, TriangleMesh};
+use glam::Vec3;
+use pyo3::prelude::*;
+
+impl Scene {
+    fn add_shape(&self, py: Python, shape: Shape, material: u32, name: String) -> PyResult<u32> {
+        self.change(py, |scene| {
+            let implied = material == 0 && scene.materials.is_empty();
+            if material as usize >= scene.materials.len() && !implied {
+                return Err(bad(format!("material: {material} of only {}", scene.materials.len())));
+            }
+            scene.meshes.push(Mesh::single(name, shape, material));
+            Ok(scene.meshes.len() as u32 - 1)
+        })
+    }
+
+    fn add_light(&self, py: Python, kind: LightKind, name: String) -> PyResult<u32> {
+        self.change(py, |scene| {
+            scene.lights.push(Light { name, kind });
+            Ok(scene.lights.len() as u32 - 1)
+        })
+    }
+}
+
+#[pymethods]
+impl Scene {
+    /// Adds a triangle mesh; it is seen where `add_instance` puts it.
+    ///
+    /// Parameters
+    /// ----------
+    /// vertices : array_like, float32, shape (n, 3)
+    ///     Positions in object space, metres.
+    /// triangles : array_like, int, shape (m, 3)
+    ///     Indices of vertices, counter-clockwise seen from the front.
+    /// normals : array_like, float32, shape (n, 3), optional
+    ///     Unit shading normals; without them the mesh is flat-shaded.
+    /// uvs : array_like, float32, shape (n, 2), optional
+    ///     Texture coordinates; (0, 0) is the upper left corner of the picture.
+    /// colors : array_like, float32, shape (n, 3), optional
+    ///     Linear RGB, multiplied into the material's base colour.
+    /// material : int, default 0
+    ///     What `add_material` returned. A scene without materials has a grey one.
+    /// name : str, default ""
+    ///
+    /// Returns
+    /// -------
+    /// int
+    ///     Index of the mesh.
+    #[pyo3(signature = (vertices, triangles, *, normals=None, uvs=None, colors=None, material=0, name=String::new()))]
+    fn add_mesh(
+        &self,
+        py: Python,
+        vertices: &Bound<PyAny>,
+        triangles: &Bound<PyAny>,
+        normals: Option<&Bound<PyAny>>,
+        uvs: Option<&Bound<PyAny>>,
+        colors: Option<&Bound<PyAny>>,
+        material: u32,
+        name: String,
+    ) -> PyResult<u32> {
+        let positions = attribute::<3, _>("vertices", Some(vertices), None, Vec3::from)?;
+        let n = Some(positions.len());
+        let unit = |v: [f32; 3]| Vec3::from(v).normalize_or_zero();
+        let mesh = TriangleMesh {
+            normals: attribute("normals", normals, n, unit)?,
+            uv0: attribute("uvs", uvs, n, glam::Vec2::from)?,
+            colors: attribute("colors", colors, n, |[r, g, b]: [f32; 3]| glam::vec4(r, g, b, 1.0))?,
+            indices: indices(triangles, positions.len())?,
+            positions,
+            ..TriangleMesh::default()
+        };
+        self.add_shape(py, Shape::Triangles(mesh), material, name)
+    }
+
+    /// Adds analytic spheres as one mesh; they are seen where `add_instance` puts it.
+    ///
+    /// Parameters
+    /// ----------
+    /// centers : array_like, float32, shape (n, 3)
+    ///     In object space, metres.
+    /// radii : array_like, float32, shape (n,)
+    ///     Metres, positive.
+    /// material : int, default 0
+    /// name : str, default ""
+    ///
+    /// Returns
+    /// -------
+    /// int
+    ///     Index of the mesh.
+    #[pyo3(signature = (centers, radii, *, material=0, name=String::new()))]
+    fn add_spheres(
+        &self,
+        py: Python,
+        centers: &Bound<PyAny>,
+        radii: &Bound<PyAny>,
+        material: u32,
+        name: String,
+    ) -> PyResult<u32> {
+        let (centers, radii) = (Input::<f32>::new("centers", centers)?, Input::<f32>::new("radii", radii)?);
+        let (centers, radii) = (centers.rows::<3>()?, radii.numbers()?);
+        if centers.len() != radii.len() {
+            return Err(bad(format!("there are {} centers but {} radii", centers.len(), radii.len())));
+        }
+        let usable = |(c, r): (&[f32; 3], &f32)| Vec3::from(*c).is_finite() && *r > 0.0 && r.is_finite();
+        if let Some(i) = centers.iter().zip(radii).position(|s| !usable(s)) {
+            return Err(bad(format!(
+                "sphere {i}: center {:?} with radius {} is not a sphere",
+                centers[i], radii[i]
+            )));
+        }
+        let sphere = |(c, r): (&[f32; 3], &f32)| Sphere { center: (*c).into(), radius: *r };
+        let spheres = centers.iter().zip(radii).map(sphere).collect();
+        self.add_shape(py, Shape::Spheres(spheres), material, name)
+    }
+
+    /// Puts a mesh into the world.
+    ///
+    /// Parameters
+    /// ----------
+    /// mesh : int
+    ///     What `add_mesh` or `add_spheres` returned.
+    /// transform : array_like, shape (4, 4) or (3, 4), optional
+    ///     Object to world; the identity if not given.
+    /// material : int, optional
+    ///     Replaces the mesh's own material.
+    /// name : str, default ""
+    /// dynamic : bool, default False
+    ///     Whether `set_transform` will move it often. Then a move does not rebuild the scene, but rays take a little longer.
+    ///
+    /// Returns
+    /// -------
+    /// int
+    ///     Index of the instance, which hits and the layer ``instance`` name.
+    #[pyo3(signature = (mesh, *, transform=None, material=None, name=String::new(), dynamic=false))]
+    fn add_instance(
+        &self,
+        py: Python,
+        mesh: u32,
+        transform: Option<&Bound<PyAny>>,
+        material: Option<u32>,
+        name: String,
+        dynamic: bool,
+    ) -> PyResult<u32> {
+        let transform =
+            transform.map(|t| affine("transform", t)).transpose()?.unwrap_or(glam::Affine3A::IDENTITY);
+        self.change(py, |scene| {
+            let known = scene.meshes.get(mesh as usize);
+            let known = known.ok_or_else(|| bad(format!("mesh: {mesh} of only {}", scene.meshes.len())))?;
+            if let Some(material) = material.filter(|m| *m as usize >= scene.materials.len()) {
+                return Err(bad(format!("material: {material} of only {}", scene.materials.len())));
+            }
+            let materials = material.map(|m| vec![m; known.parts.len()]);
+            let name = if name.is_empty() { known.name.clone() } else { name };
+            scene.instances.push(Instance { materials, dynamic, ..Instance::new(name, mesh, transform) });
+            Ok(scene.instances.len() as u32 - 1)
+        })
+    }
+
+    /// Moves an instance.
+    ///
+    /// Parameters
+    /// ----------
+    /// instance : int
+    ///     What `add_instance` returned.
+    /// transform : array_like, shape (4, 4) or (3, 4)
+    ///     Object to world.
+    fn set_transform(&self, py: Python, instance: u32, transform: &Bound<PyAny>) -> PyResult<()> {
+        let transform = affine("transform", transform)?;
+        self.change(py, |scene| {
+            let count = scene.instances.len();
+            let instance = scene.instances.get_mut(instance as usize);
+            instance.ok_or_else(|| bad(format!("instance: the scene has only {count}")))?.transform =
+                transform;
+            Ok(())
+        })
+    }
+
+    /// Where an instance stands: float64, shape (4, 4), object to world.
+    fn transform<'py>(&self, py: Python<'py>, instance: u32) -> PyResult<Bound<'py, PyAny>> {
+        let contents = self.contents(py);
+        let instances = &contents.scene.instances;
+        let instance = instances.get(instance as usize);
+        let instance =
+            instance.ok_or_else(|| bad(format!("instance: the scene has only {}", instances.len())))?;
+        let matrix = glam::Mat4::from(instance.transform).as_dmat4().transpose();
+        output(py, matrix.to_cols_array().to_vec(), &[4, 4])
+    }
+
+    /// Adds a material.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str, default ""
+    /// model : {"metallic-roughness", "lambert", "dielectric", "mirror", "unlit"}
+    ///     How the surface scatters; metallic-roughness as glTF 2.0 has it if not given.
+    /// base_color : array_like, shape (3,) or (4,), default 0.8
+    ///     Linear RGB, or RGB and alpha, each in [0, 1].
+    /// metallic, roughness, specular, transmission : float
+    ///     In [0, 1]; roughness is perceptual, GGX's alpha is its square.
+    /// ior : float, default 1.5
+    ///     Index of refraction, at least 1.
+    /// thin_walled : bool, default False
+    ///     Light goes straight through instead of being refracted.
+    /// emission : float or array_like, shape (3,), default 0
+    ///     Emitted radiance, linear RGB, W/(sr·m²); on the front side unless `emission_two_sided`.
+    /// emission_two_sided : bool, default False
+    /// alpha_mode : {"opaque", "mask", "blend"}, default "opaque"
+    ///     Use of the base colour's alpha: none, a hole below `alpha_cutoff`, or coverage.
+    /// alpha_cutoff : float, default 0.5
+    /// base_color_texture, emission_texture : array_like, uint8, shape (height, width, 3 or 4), optional
+    ///     sRGB pictures multiplied into the base colour and the emission; row 0 at the top.
+    /// metallic_roughness_texture, normal_texture : array_like, uint8, shape (height, width, 3 or 4), optional
+    ///     Linear: roughness in G and metalness in B; the tangent-space normal.
+    ///
+    /// Returns
+    /// -------
+    /// int
+    ///     Index of the material.
+    #[pyo3(signature = (
+        name=String::new(), *, model="metallic-roughness".into(), base_color=None, metallic=0.0, roughness=0.5,
+        specular=1.0, ior=1.5, transmission=0.0, thin_walled=false, emission=None, emission_two_sided=false,
+        alpha_mode="opaque".into(), alpha_cutoff=0.5, base_color_texture=None, metallic_roughness_texture=None,
+        emission_texture=None, normal_texture=None
+    ))]
+    fn add_material(
+        &self,
+        py: Python,
+        name: String,
+        model: String,
+        base_color: Option<Bound<PyAny>>,
+        metallic: f32,
+        roughness: f32,
+        specular: f32,
+        ior: f32,
+        transmission: f32,
+        thin_walled: bool,
+        emission: Option<Bound<PyAny>>,
+        emission_two_sided: bool,
+        alpha_mode: String,
+        alpha_cutoff: f32,
+        base_color_texture: Option<Bound<PyAny>>,
+        metallic_roughness_texture: Option<Bound<PyAny>>,
+        emission_texture: Option<Bound<PyAny>>,
+        normal_texture: Option<Bound<PyAny>>,
+    ) -> PyResult<u32> {
+        #[rustfmt::skip]
+        let described = Described {
+            name, model, base_color, metallic, roughness, ior, specular, transmission, thin_walled, emission,
+            emission_two_sided, alpha_mode, alpha_cutoff, base_color_texture, metallic_roughness_texture,
+            emission_texture, normal_texture,
+        };
+        self.change(py, |scene| {
+            let material = material(scene, &described)?;
+            scene.materials.push(material);
+            Ok(scene.materials.len() as u32 - 1)
+        })
+    }
+
+    /// Adds a light that shines in all directions from a point.
+    ///
+    /// Parameters
+    /// ----------
+    /// position : array_like, shape (3,)
+    ///     Metres.
+    /// intensity : float or array_like, shape (3,)
+    ///     Radiant intensity, linear RGB, W/sr.
+    /// name : str, default ""
+    #[pyo3(signature = (position, intensity, *, name=String::new()))]
+    fn add_point_light(
+        &self,
+        py: Python,
+        position: &Bound<PyAny>,
+        intensity: &Bound<PyAny>,
+        name: String,
+    ) -> PyResult<u32> {
+        self.add_light(py, point(position, intensity)?, name)
+    }
+
+    /// Adds a light that shines into a cone.
+    ///
+    /// Parameters
+    /// ----------
+    /// position, direction : array_like, shape (3,)
+    ///     Where it is, in metres, and where it shines.
+    /// intensity : float or array_like, shape (3,)
+    ///     Radiant intensity on the axis, linear RGB, W/sr.
+    /// inner_angle, outer_angle : float
+    ///     Angles from the axis between which the intensity falls to zero, radians, at most π/2.
+    /// name : str, default ""
+    #[pyo3(signature = (position, direction, intensity, *, inner_angle=0.0, outer_angle=0.5, name=String::new()))]
+    fn add_spot_light(
+        &self,
+        py: Python,
+        position: &Bound<PyAny>,
+        direction: &Bound<PyAny>,
+        intensity: &Bound<PyAny>,
+        inner_angle: f32,
+        outer_angle: f32,
+        name: String,
+    ) -> PyResult<u32> {
+        self.add_light(py, spot(position, direction, intensity, inner_angle, outer_angle)?, name)
+    }
+
+    /// Adds a light that is infinitely far away.
+    ///
+    /// Parameters
+    /// ----------
+    /// direction : array_like, shape (3,)
+    ///     Where the light travels.
+    /// irradiance : float or array_like, shape (3,)
+    ///     On a surface that faces the light, linear RGB, W/m².
+    /// angular_diameter : float, default 0
+    ///     Full angle under which the source is seen, radians; 0 gives hard shadows.
+    /// name : str, default ""
+    #[pyo3(signature = (direction, irradiance, *, angular_diameter=0.0, name=String::new()))]
+    fn add_directional_light(
+        &self,
+        py: Python,
+        direction: &Bound<PyAny>,
+        irradiance: &Bound<PyAny>,
+        angular_diameter: f32,
+        name: String,
+    ) -> PyResult<u32> {
+        self.add_light(py, directional(direction, irradiance, angular_diameter)?, name)
+    }
+
+    /// Replaces the light from outside.
+    ///
+    /// Parameters
+    /// ----------
+    /// radiance : float, or array_like of shape (3,) or (height, width, 3), or None
+    ///     The same linear radiance everywhere; or an equirectangular picture of it, row 0 at the top, whose centre column is
+    ///     seen towards -Z; or darkness.
+    /// rotation : float, default 0
+    ///     Turns a picture about +Y, counter-clockwise seen from above, radians.
+    /// intensity : float, default 1
+    ///     Multiplied into a picture.
+    #[pyo3(signature = (radiance, *, rotation=0.0, intensity=1.0))]
+    fn set_environment(
+        &self,
+        py: Python,
+        radiance: Option<&Bound<PyAny>>,
+        rotation: f32,
+        intensity: f32,
+    ) -> PyResult<()> {
+        if !(rotation.is_finite() && intensity >= 0.0 && intensity.is_finite()) {
+            return Err(bad(format!(
+                "rotation {rotation} and intensity {intensity} are not an angle and a factor"
+            )));
+        }
+        let is_picture = |r: &Bound<PyAny>| Input::<f32>::new("radiance", r).map(|a| a.shape().len() == 3);
+        let picture = match radiance {
+            Some(r) if is_picture(r)? => Some(environment_image(r)?),
+            _ => None,
+        };
+        let constant = radiance.filter(|_| picture.is_none()).map(|r| color("radiance", r)).transpose()?;
+        self.change(py, |scene| {
+            scene.environment = match (picture, constant) {
+                (Some(picture), _) => {
+                    scene.images.push(picture);
+                    let image = scene.images.len() as u32 - 1;
+                    Environment::Image { image, rotation, intensity }
+                }
+                (None, Some(color)) => Environment::Constant(color),
+                (None, None) => Environment::Black,
+            };
+            Ok(())
+        })
+    }
+
+    /// Adds a camera; the first one is used where `render` is given none.
+    ///
+    /// Parameters
+    /// ----------
+    /// camera : Camera
+    ///
+    /// Returns
+    /// -------
+    /// int
+    ///     Index of the camera.
+    fn add_camera(&self, py: Python, camera: &Camera) -> u32 {
+        let mut contents = self.contents(py);
+        contents.scene.cameras.push(camera.0.clone());
+        contents.scene.cameras.len() as u32 - 1
+    }
+}
+
+/// The rows of an optional array, which must be `count` if that is given.
+fn attribute<const N: usize, T>(
+    name: &'static str,
+    value: Option<&Bound<PyAny>>,
+    count: Option<usize>,
+    convert: impl Fn([f32; N]) -> T,
+) -> PyResult<Vec<T>> {
+    let Some(value) = value else { return Ok(Vec::new()) };
+    let input = Input::<f32>::new(name, value)?;
+    let rows = input.rows::<N>()?;
+    match count {
+        Some(count) if count != rows.len() => {
+            Err(bad(format!("{name}: {} rows for {count} vertices", rows.len())))
+        }
+        _ => Ok(rows.iter().map(|row| convert(*row)).collect()),
+    }
+}
+
+/// Triangles from an array of any kind of whole numbers.
+fn indices(triangles: &Bound<PyAny>, vertices: usize) -> PyResult<Vec<[u32; 3]>> {
+    let array = triangles.py().import("numpy")?.call_method1("asarray", (triangles,))?;
+    let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
+    let size: usize = array.getattr("size")?.extract()?;
+    if !matches!(kind.as_str(), "i" | "u") && size > 0 {
+        return Err(bad("triangles: expected whole numbers"));
+    }
+    let input = Input::<i64>::new("triangles", &array)?;
+    let rows = input.rows::<3>()?;
+    let is_bad = |i: &i64| *i < 0 || *i >= vertices as i64 || *i >= i64::from(u32::MAX);
+    if let Some(row) = rows.iter().position(|r| r.iter().any(is_bad)) {
+        return Err(bad(format!(
+            "triangles: row {row} is {:?} but there are {vertices} vertices",
+            rows[row]
+        )));
+    }
+    Ok(rows.iter().map(|r| r.map(|i| i as u32)).collect())
+}
