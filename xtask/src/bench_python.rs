@@ -23,15 +23,9 @@ pub struct PythonBenchArgs {
 /// Builds both sides and measures.
 pub fn run(args: &PythonBenchArgs) -> anyhow::Result<()> {
     let (profile, place) = if args.dev { ("dev", "debug") } else { ("release", "release") };
-    run_command(&mut cargo(&[
-        "build",
-        "--profile",
-        profile,
-        "--package",
-        "alhazen",
-        "--example",
-        "ray_queries",
-    ]))?;
+    // Both packages at once, so that they share their compiled dependencies.
+    let mut build = cargo(&["build", "--profile", profile, "--package", "python", "--package", "alhazen"]);
+    run_command(build.args(["--example", "ray_queries"]))?;
     let program = target_dir()?
         .join(place)
         .join("examples/ray_queries")
