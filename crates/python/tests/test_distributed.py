@@ -1,6 +1,8 @@
 """Pictures on several workers."""
 
 import os
+import pathlib
+import re
 import signal
 import threading
 
@@ -73,6 +75,14 @@ def test_parts_can_be_kept(client, tmp_path):
     part = cluster_render.render_part("cornell", client=client, tiles=2, **PICTURE)
     part.save(tmp_path / "sum.exr")
     assert_same(alhazen.Part.load(tmp_path / "sum.exr").picture(), alhazen.load("cornell").render(**PICTURE))
+
+
+def test_the_documentation_s_example_runs(tmp_path, monkeypatch):
+    page = pathlib.Path(__file__).resolve().parents[3] / "docs" / "cluster.md"
+    (example,) = re.findall(r"^```python\n(.*?)^```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    exec(compile(example, page.name, "exec"), {"__name__": "__main__"})
+    assert (tmp_path / "cornell.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_files_and_parameters_reach_the_workers(client, tmp_path):
