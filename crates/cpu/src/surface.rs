@@ -94,22 +94,47 @@ impl Surface {
     }
 }
 
-/// Unit geometric normal of the front at `hit`, whichever side the ray came from; its direction may have any length. Zero
-/// where the triangle's normal cannot be told.
-#[inline]
-pub(crate) fn front_normal(scene: &CpuScene, ray: &Ray, hit: &Hit) -> Vec3f {
+/// Unit geometric normals of the fronts at `hits`, whichever side the rays came from; directions may have any length. Zero
+/// for a miss, and where a triangle is too thin to have one.
+pub(crate) fn front_normals(scene: &CpuScene, rays: &[Ray], hits: &[Hit], normals: &mut [[f32; 3]]) {
+    let rays = rays.chunks(TOGETHER).zip(hits.chunks(TOGETHER));
+    for ((rays, hits), normals) in rays.zip(normals.chunks_mut(TOGETHER)) {
+        front_normals_together(scene, rays, hits, normals);
+    }
+}
+
+/// So many look-ups wait for memory together.
+const TOGETHER: usize = 64;
+
+/// As [`front_normals`], for at most [`TOGETHER`] hits. Records, corners and vertices are looked up one kind after the other:
+/// within a kind no look-up waits for another, so their cache misses overlap.
+fn front_normals_together(scene: &CpuScene, rays: &[Ray], hits: &[Hit], normals: &mut [[f32; 3]]) {
     let tables = &*scene.tables;
-    let records = scene.records(hit.instance, hit.primitive);
-    match records.geometry.kind {
-        GeometryKind::Triangles => {
-            let corners = tables.indices[(records.geometry.first_primitive + records.primitive) as usize];
-            let vertex = |c: u32| vec3(tables.positions[(records.geometry.first_vertex + c) as usize]);
-            let n = face_normal(&records, corners.map(vertex));
-            // The square of a tiny triangle's normal would be zero.
-            let largest = n.x.abs().max(n.y.abs()).max(n.z.abs());
-            if largest > 0.0 { normalize(n * (1.0 / largest)) } else { vec3f(0.0, 0.0, 0.0) }
+    let records: [Option<HitRecords>; TOGETHER] = std::array::from_fn(|i| {
+        let hit = hits.get(i).filter(|h| !h.is_miss())?;
+        Some(scene.records(hit.instance, hit.primitive))
+    });
+    let corners: [[u32; 3]; TOGETHER] = std::array::from_fn(|i| match &records[i] {
+        Some(r) if r.geometry.kind == GeometryKind::Triangles => {
+            tables.indices[(r.geometry.first_primitive + r.primitive) as usize]
         }
-        GeometryKind::Spheres => sphere_point(tables, &records, ray, hit).normal,
+        _ => [0; 3],
+    });
+    for (i, normal) in normals.iter_mut().enumerate() {
+        let n = match &records[i] {
+            None => vec3f(0.0, 0.0, 0.0),
+            Some(r) if r.geometry.kind == GeometryKind::Spheres => {
+                sphere_point(tables, r, &rays[i], &hits[i]).normal
+            }
+            Some(r) => {
+                let vertex = |c: u32| vec3(tables.positions[(r.geometry.first_vertex + c) as usize]);
+                let n = face_normal(r, corners[i].map(vertex));
+                // The square of a tiny triangle's normal would be zero.
+                let largest = n.x.abs().max(n.y.abs()).max(n.z.abs());
+                if largest > 0.0 { normalize(n * (1.0 / largest)) } else { vec3f(0.0, 0.0, 0.0) }
+            }
+        };
+        *normal = n.to_array();
     }
 }
 

@@ -4,6 +4,9 @@
 //! runs without the interpreter's lock and can be interrupted ([`watch`]). Nothing here knows how light is transported: it
 //! calls the facade.
 
+// A test program would need libpython to link. `cargo test NAME` makes one, whatever the manifest says: it shall be empty.
+#![cfg(not(test))]
+
 mod arrays;
 mod camera;
 mod errors;

@@ -1,7 +1,7 @@
 //! Batches of rays and what they hit, as arrays of plain numbers.
 
 use super::{PIECE, RayQueries};
-use crate::surface::front_normal;
+use crate::surface::front_normals;
 use accel::{Coherence, Hit, Ray};
 use backend::Control;
 use rayon::prelude::*;
@@ -102,13 +102,7 @@ impl RayQueries {
                  rays: &[Ray],
                  hits: &[Hit]| {
                     self.record(hits, t, uv, primitive, instance);
-                    for (normal, (ray, hit)) in normals.iter_mut().zip(rays.iter().zip(hits)) {
-                        *normal = if hit.is_miss() {
-                            [0.0; 3]
-                        } else {
-                            front_normal(&self.scene, ray, hit).to_array()
-                        };
-                    }
+                    front_normals(&self.scene, rays, hits, normals);
                 };
             self.closest_in_pieces(n, rays.coherence, control, pieces, ray, record);
         } else {
