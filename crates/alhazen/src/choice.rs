@@ -5,7 +5,7 @@ use crate::fallback::{Fallback, Step};
 use backend::{Backend, BackendError};
 use cpu::CpuBackend;
 use gpu::tracer::TracerKind;
-use gpu::{Gpu, GpuBackend, GpuError, GpuOptions};
+use gpu::{Gpu, GpuBackend, GpuError, GpuOptions, PathKernel};
 use std::fmt;
 use std::str::FromStr;
 
@@ -73,6 +73,8 @@ pub struct RendererOptions {
     pub adapter: Option<String>,
     /// Threads of the CPU; `None` uses all cores.
     pub threads: Option<usize>,
+    /// How path tracing is spread over a GPU's dispatches.
+    pub kernel: PathKernel,
 }
 
 /// Why no renderer could be made.
@@ -90,6 +92,9 @@ pub enum ChoiceError {
     /// An adapter was named for the CPU.
     #[error("the back end `cpu` has no adapters; `{0}` cannot be chosen")]
     AdapterOfCpu(String),
+    /// A kernel was named for the CPU.
+    #[error("the back end `cpu` has no GPU kernels; `{0}` cannot be chosen")]
+    KernelOfCpu(PathKernel),
     /// The CPU back end could not start.
     #[error(transparent)]
     Backend(#[from] BackendError),
@@ -117,6 +122,7 @@ impl Renderer {
         match options.backend {
             BackendChoice::Cpu => match &options.adapter {
                 Some(adapter) => Err(ChoiceError::AdapterOfCpu(adapter.clone())),
+                None if options.kernel != PathKernel::Auto => Err(ChoiceError::KernelOfCpu(options.kernel)),
                 None => Ok(Chosen { renderer: Self::cpu(options.threads)?, reason: String::new() }),
             },
             BackendChoice::Auto => {
@@ -137,7 +143,7 @@ impl Renderer {
             BackendChoice::Tracer(kind) => {
                 let gpu = Gpu::open(&gpu_options(options)).map_err(failed)?;
                 let reason = format!("{} on {}", kind.name(), gpu.describe());
-                let backend = GpuBackend::new(gpu, kind).map_err(failed)?;
+                let backend = open_backend(gpu, kind, options.kernel).map_err(failed)?;
                 Ok(Chosen { renderer: Self::new(Box::new(backend)), reason })
             }
         }
@@ -149,6 +155,12 @@ fn gpu_options(options: &RendererOptions) -> GpuOptions {
     // A software driver is slower than our own code on the same processor: only who asks gets it.
     let allow_software = options.backend != BackendChoice::Auto || options.adapter.is_some();
     GpuOptions { adapter: options.adapter.clone(), allow_software, ..GpuOptions::default() }
+}
+
+fn open_backend(gpu: Gpu, kind: TracerKind, kernel: PathKernel) -> Result<GpuBackend, GpuError> {
+    let mut backend = GpuBackend::new(gpu, kind)?;
+    backend.set_path_kernel(kernel);
+    Ok(backend)
 }
 
 /// The best way on a device, with the next best behind it and the CPU behind all.
@@ -164,10 +176,10 @@ fn choose_gpu(gpu: Gpu, options: &RendererOptions) -> Result<Chosen, GpuError> {
         }
     };
     let reason = format!("{} on {}: {why}", kind.name(), gpu.describe());
-    let backend = GpuBackend::new(gpu, kind)?;
+    let backend = open_backend(gpu, kind, options.kernel)?;
     let mut steps = vec![Step::Cpu(options.threads)];
     if kind != TracerKind::Bvh {
-        steps.push(Step::Gpu(TracerKind::Bvh, gpu_options(options)));
+        steps.push(Step::Gpu(TracerKind::Bvh, gpu_options(options), options.kernel));
     }
     Ok(Chosen { renderer: Renderer::new(Box::new(Fallback::new(Box::new(backend), steps))), reason })
 }
@@ -176,10 +188,10 @@ fn choose_gpu(gpu: Gpu, options: &RendererOptions) -> Result<Chosen, GpuError> {
 pub(crate) fn open_step(step: &Step) -> Result<Box<dyn Backend>, BackendError> {
     match step {
         Step::Cpu(threads) => Ok(Box::new(CpuBackend::new(*threads)?)),
-        Step::Gpu(kind, options) => {
+        Step::Gpu(kind, options, kernel) => {
             let device = |e: GpuError| BackendError::Device { backend: kind.name(), source: Box::new(e) };
             let gpu = Gpu::open(options).map_err(device)?;
-            Ok(Box::new(GpuBackend::new(gpu, *kind).map_err(device)?))
+            Ok(Box::new(open_backend(gpu, *kind, *kernel).map_err(device)?))
         }
     }
 }
@@ -204,6 +216,13 @@ mod tests {
         assert_eq!((chosen.renderer.backend_name(), chosen.reason.as_str()), ("cpu", ""));
         let named = RendererOptions { adapter: Some("chip".into()), ..cpu };
         assert!(matches!(Renderer::choose(&named), Err(ChoiceError::AdapterOfCpu(name)) if name == "chip"));
+        let kernel = RendererOptions {
+            kernel: PathKernel::Wavefront,
+            backend: BackendChoice::Cpu,
+            ..RendererOptions::default()
+        };
+        let error = Renderer::choose(&kernel).err().expect("no kernels");
+        assert!(error.to_string().contains("wavefront"), "{error}");
     }
 
     #[test]

@@ -3,8 +3,8 @@
 use crate::choice::open_step;
 use backend::{Backend, BackendError, Control, LoadStats, PassTime, Stats, View};
 use film::Film;
-use gpu::GpuOptions;
 use gpu::tracer::TracerKind;
+use gpu::{GpuOptions, PathKernel};
 use scene::tables::{Changes, SceneTables};
 use std::sync::Arc;
 use std::time::Duration;
@@ -15,7 +15,7 @@ pub enum Step {
     /// The CPU with a number of threads.
     Cpu(Option<usize>),
     /// A GPU.
-    Gpu(TracerKind, GpuOptions),
+    Gpu(TracerKind, GpuOptions, PathKernel),
 }
 
 /// Renders with one back end until its device fails, and then with the next.
@@ -202,7 +202,13 @@ impl Backend for Fallback {
         self.current.take_passes()
     }
 
+    fn kernel(&self) -> Option<&'static str> {
+        self.current.kernel()
+    }
+
     fn take_notices(&mut self) -> Vec<String> {
-        std::mem::take(&mut self.notices)
+        let mut notices = std::mem::take(&mut self.notices);
+        notices.extend(self.current.take_notices());
+        notices
     }
 }

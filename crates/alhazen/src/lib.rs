@@ -66,6 +66,7 @@ pub use source::Source;
 pub use film::metrics;
 /// The GPU back ends.
 pub use gpu;
+pub use gpu::PathKernel;
 /// The built-in scenes.
 pub use scene::builtin;
 /// Loads an equirectangular environment picture.

@@ -95,6 +95,12 @@ impl Renderer {
         self.backend.describe()
     }
 
+    /// How the last picture was spread over the GPU's dispatches, `megakernel` or `wavefront`; `None` where there is
+    /// nothing to choose.
+    pub fn kernel(&self) -> Option<&'static str> {
+        self.backend.kernel()
+    }
+
     /// Flattens a scene and hands it to the back end.
     ///
     /// # Errors

@@ -125,6 +125,12 @@ pub trait Backend: Send {
         Vec::new()
     }
 
+    /// How the last [`Backend::render`] was spread over dispatches, `megakernel` or `wavefront`; `None` where there is
+    /// nothing to choose.
+    fn kernel(&self) -> Option<&'static str> {
+        None
+    }
+
     /// The passes since the last call of this, for profiles. Empty where the device has no clock.
     fn take_passes(&mut self) -> Vec<PassTime> {
         Vec::new()

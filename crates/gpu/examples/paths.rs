@@ -1,16 +1,18 @@
 //! Speed of path tracing on this machine's GPU: `cargo run --release -p gpu --example paths [SCENE]...`.
 //!
-//! Scenes are `cornell`, `glass`, `spheres` and `hairy`, at 1920×1080, 64 samples a pixel and a depth of 8; the time is
-//! the device's own of all passes, after a first frame that nobody counts.
+//! Scenes are `cornell`, `glass`, `spheres` and `hairy`, at 1920×1080, 64 samples a pixel and a depth of 8, by the
+//! megakernel and by the wavefront; the time is the device's own of all passes, after a first frame that nobody counts, and
+//! beside it that of the host's clock. `ALHAZEN_PATHS=N,N…` measures the wavefront with so many paths in flight.
 
 use backend::{Backend, Control, Integrator, PathSettings, View};
 use gpu::tracer::TracerKind;
-use gpu::{Gpu, GpuBackend, GpuOptions};
+use gpu::{Gpu, GpuBackend, GpuOptions, PathKernel};
 use optics::camera::{CAMERA_PERSPECTIVE, CameraFrame};
 use scene::tables::SceneTables;
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 const RUNS: usize = 5;
 
@@ -25,6 +27,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     ];
     let small = std::env::var_os("ALHAZEN_SMALL").is_some(); // to try the program on a software driver
     let (width, height, samples) = if small { (192, 108, 4) } else { (1920, 1080, 64) };
+    let in_flight = match std::env::var("ALHAZEN_PATHS") {
+        Ok(list) => list.split(',').map(str::parse).collect::<Result<Vec<u32>, _>>()?,
+        Err(_) => vec![u32::MAX],
+    };
     for (name, make) in scenes.into_iter().filter(|(n, _)| wanted.is_empty() || wanted.iter().any(|w| w == n))
     {
         let scene = make();
@@ -35,9 +41,11 @@ fn main() -> Result<(), Box<dyn Error>> {
             let Ok(mut backend) = GpuBackend::new(gpu, kind) else { continue };
             let start = Instant::now();
             let stats = backend.load(tables.clone())?;
-            let load = start.elapsed();
+            let load = start.elapsed().as_secs_f64();
+            let build = stats.build.as_secs_f64();
+            println!("{name} {}: load {load:.2} s of which build {build:.2} s; {device}", kind.name());
             let settings = PathSettings { max_depth: 8, ..PathSettings::default() };
-            let mut view = View {
+            let view = View {
                 camera: camera_frame(&scene.cameras[0], width as f32 / height as f32),
                 width,
                 height,
@@ -49,31 +57,55 @@ fn main() -> Result<(), Box<dyn Error>> {
                 first_sample: 0,
                 aovs: Vec::new(),
             };
-            let mut speeds = Vec::new();
-            let mut rays = 0;
-            for run in 0..=RUNS {
-                let done = backend.render(&view, samples, &Control::default())?;
-                view.first_sample += samples;
-                let seconds = done.device_time.unwrap_or(done.elapsed).as_secs_f64();
-                rays = done.rays;
-                if run > 0 {
-                    speeds.push(done.samples as f64 / seconds * 1e-6);
+            backend.set_path_kernel(PathKernel::Megakernel);
+            measure(&mut backend, &view, samples)?;
+            if kind != TracerKind::Pipeline {
+                for &most in &in_flight {
+                    backend.set_path_kernel(PathKernel::Wavefront);
+                    backend.set_most_paths(most);
+                    measure(&mut backend, &view, samples)?;
                 }
             }
-            speeds.sort_by(f64::total_cmp);
-            println!(
-                "{name} {}: {:.1} Msamples/s ({:.1} to {:.1}), {:.2} rays a sample, load {:.2} s of which build {:.2} s, {:.1} MB; {device}",
-                kind.name(),
-                speeds[RUNS / 2],
-                speeds[0],
-                speeds[RUNS - 1],
-                rays as f64 / (f64::from(width * height) * f64::from(samples)),
-                load.as_secs_f64(),
-                stats.build.as_secs_f64(),
-                backend.memory_bytes() as f64 * 1e-6,
-            );
         }
     }
+    Ok(())
+}
+
+/// Renders some frames and prints how fast it was, and where the time went.
+fn measure(backend: &mut GpuBackend, view: &View, samples: u32) -> Result<(), Box<dyn Error>> {
+    let mut view = view.clone();
+    let (mut speeds, mut wall, mut rays) = (Vec::new(), Vec::new(), 0);
+    for run in 0..=RUNS {
+        backend.take_passes();
+        let done = backend.render(&view, samples, &Control::default())?;
+        view.first_sample += samples;
+        let seconds = done.device_time.unwrap_or(done.elapsed).as_secs_f64();
+        rays = done.rays;
+        if run > 0 {
+            speeds.push(done.samples as f64 / seconds * 1e-6);
+            wall.push(done.samples as f64 / done.elapsed.as_secs_f64() * 1e-6);
+        }
+    }
+    speeds.sort_by(f64::total_cmp);
+    wall.sort_by(f64::total_cmp);
+    let mut shares = BTreeMap::<&str, Duration>::new();
+    for pass in backend.take_passes() {
+        *shares.entry(pass.name).or_default() += pass.duration;
+    }
+    let total: Duration = shares.values().sum();
+    let share = |t: &Duration| 100.0 * t.as_secs_f64() / total.as_secs_f64().max(1e-9);
+    let shares: Vec<_> = shares.iter().map(|(name, t)| format!("{name} {:.0} %", share(t))).collect();
+    println!(
+        "  {}: {:.1} Msamples/s ({:.1} to {:.1}; {:.1} by the host's clock), {:.2} rays a sample, {:.1} MB; {}",
+        backend.kernel().unwrap_or("?"),
+        speeds[RUNS / 2],
+        speeds[0],
+        speeds[RUNS - 1],
+        wall[RUNS / 2],
+        rays as f64 / (f64::from(view.width) * f64::from(view.height) * f64::from(samples)),
+        backend.memory_bytes() as f64 * 1e-6,
+        shares.join(", "),
+    );
     Ok(())
 }
 

@@ -1,12 +1,13 @@
 //! [`GpuBackend`]: the trait's implementation; film, batches, passes.
 
 use crate::film::{FOLD_SAMPLES, FilmBuffers, device_error};
-use crate::kernel::{Kernel, KernelKind, Tracing};
+use crate::kernel::{Kernel, KernelKind, PathKernel, Tracing};
 use crate::plan::{Pace, Plan};
 use crate::scene::update::StagingRing;
 use crate::shader::Variant;
 use crate::timing::Timer;
 use crate::tracer::TracerKind;
+use crate::wavefront::Queues;
 use crate::{Gpu, GpuError, GpuScene};
 use backend::{Backend, BackendError, Control, Integrator, LoadStats, PassTime, Stats, View};
 use film::Film;
@@ -28,13 +29,28 @@ pub struct GpuBackend {
     picture: Option<Picture>,
     timer: Timer,
     ring: StagingRing,
+    path_kernel: PathKernel,
+    /// Paths that the wavefront may have in flight.
+    most_paths: u32,
+    /// Those of the wavefront, once it is used.
+    queues: Option<Queues>,
+    /// How the last call of `render` was spread over dispatches.
+    taken: Option<&'static str>,
+    notices: Vec<String>,
 }
 
 /// A scene on the device, with what was compiled for it.
 struct Loaded {
     scene: GpuScene,
     tracing: Box<dyn Tracing>,
-    kernels: HashMap<(KernelKind, Variant), CompiledKernel>,
+    kernels: HashMap<KernelKey, CompiledKernel>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+struct KernelKey {
+    kind: KernelKind,
+    variant: Variant,
+    wavefront: bool,
 }
 
 struct CompiledKernel {
@@ -63,7 +79,32 @@ impl GpuBackend {
         kind.check(&gpu)?;
         let timer = Timer::new(&gpu)?;
         let ring = StagingRing::new(&gpu);
-        Ok(Self { gpu, kind, scene: None, picture: None, timer, ring })
+        Ok(Self {
+            gpu,
+            kind,
+            scene: None,
+            picture: None,
+            timer,
+            ring,
+            path_kernel: PathKernel::Auto,
+            most_paths: u32::MAX,
+            queues: None,
+            taken: None,
+            notices: Vec::new(),
+        })
+    }
+
+    /// Chooses how path tracing is spread over dispatches from now on. Samples are the same, up to rounding.
+    pub fn set_path_kernel(&mut self, kernel: PathKernel) {
+        self.path_kernel = kernel;
+    }
+
+    /// Sets an upper bound of the paths that the wavefront has in flight, for measurements and for who is short of memory.
+    pub fn set_most_paths(&mut self, most: u32) {
+        (self.most_paths, self.queues) = (most.max(1), None);
+        if let Some(loaded) = &mut self.scene {
+            loaded.kernels.retain(|key, _| !key.wavefront);
+        }
     }
 
     /// The device.
@@ -74,7 +115,9 @@ impl GpuBackend {
     /// Bytes on the device, as far as they are known.
     pub fn memory_bytes(&self) -> u64 {
         let scene = self.scene.as_ref().map_or(0, |s| s.scene.memory_bytes() + s.tracing.memory_bytes());
-        scene + self.picture.as_ref().map_or(0, |p| p.buffers.memory_bytes())
+        scene
+            + self.queues.as_ref().map_or(0, Queues::memory_bytes)
+            + self.picture.as_ref().map_or(0, |p| p.buffers.memory_bytes())
     }
 
     fn load_scene(&mut self, tables: Arc<SceneTables>) -> Result<LoadStats, GpuError> {
@@ -127,6 +170,54 @@ impl GpuBackend {
         Ok(())
     }
 
+    /// Compiles the kernel for a view, if it is the first of its kind.
+    fn prepare_kernel(&mut self, view: &View) -> Result<KernelKey, GpuError> {
+        let kind = KernelKind::of(&view.integrator);
+        let splitting = matches!(&view.integrator, Integrator::Path(s) if s.splitting > 1);
+        let aovs = self.picture.as_ref().is_some_and(|p| p.buffers.wants_aovs());
+        let of_scene = self.scene.as_ref().map(|s| s.scene.variant()).unwrap_or_default();
+        let variant = Variant { aovs, splitting, ..of_scene };
+        let wavefront = kind == KernelKind::Path && self.path_kernel == PathKernel::Wavefront;
+        let key = KernelKey { kind, variant, wavefront };
+        if wavefront && self.prepare_wavefront(key)? {
+            self.taken = Some(PathKernel::Wavefront.name());
+            return Ok(key);
+        }
+        let key = KernelKey { wavefront: false, ..key };
+        if let (Some(Loaded { scene, tracing, kernels }), Some(picture)) = (&mut self.scene, &self.picture)
+            && !kernels.contains_key(&key)
+        {
+            let kernel = tracing.kernel(&self.gpu, kind, variant, scene, &picture.buffers)?;
+            kernels.insert(key, CompiledKernel { kernel, pace: Pace::default() });
+        }
+        self.taken = Some(PathKernel::Megakernel.name());
+        Ok(key)
+    }
+
+    /// Compiles the wavefront, if it is not there already. Returns whether this way of tracing can have one.
+    fn prepare_wavefront(&mut self, key: KernelKey) -> Result<bool, GpuError> {
+        let Some(Loaded { scene, tracing, kernels }) = &mut self.scene else { return Ok(false) };
+        if kernels.contains_key(&key) {
+            return Ok(true);
+        }
+        let queues = match self.queues.take() {
+            Some(queues) => queues,
+            None => Queues::new(&self.gpu, self.most_paths)?,
+        };
+        let kernel = tracing.wavefront(&self.gpu, key.variant, scene, &queues)?;
+        let Some(kernel) = kernel else {
+            let name = self.kind.name();
+            self.notices.push(format!(
+                "{name} follows whole paths in its ray generation shader; it renders without a wavefront"
+            ));
+            self.path_kernel = PathKernel::Megakernel;
+            return Ok(false);
+        };
+        self.queues = Some(queues);
+        kernels.insert(key, CompiledKernel { kernel, pace: Pace::default() });
+        Ok(true)
+    }
+
     fn render_samples(
         &mut self,
         view: &View,
@@ -134,10 +225,12 @@ impl GpuBackend {
         control: &Control,
         stats: &mut Stats,
     ) -> Result<(), GpuError> {
+        let key = self.prepare_kernel(view)?;
         let (Some(scene), Some(picture)) = (&mut self.scene, &mut self.picture) else { return Ok(()) };
         let (gpu, timer) = (&self.gpu, &mut self.timer);
         picture.rays = 0;
-        let compiled = scene.kernel(gpu, view, &picture.buffers)?;
+        let missing = || GpuError::Device { doing: "looking up a kernel", reason: "it is gone".into() };
+        let compiled = scene.kernels.get_mut(&key).ok_or_else(missing)?;
         let end = view.first_sample + samples;
         let mut plan = Plan::new(view.window.width, view.window.height, view.first_sample..end);
         let mut under_way = VecDeque::new();
@@ -182,27 +275,6 @@ impl GpuBackend {
 fn add_time(stats: &mut Stats, time: Option<Duration>) {
     if let Some(time) = time {
         *stats.device_time.get_or_insert_default() += time;
-    }
-}
-
-impl Loaded {
-    /// The kernel for a view, compiled if it is the first of its kind.
-    fn kernel(
-        &mut self,
-        gpu: &Gpu,
-        view: &View,
-        film: &FilmBuffers,
-    ) -> Result<&mut CompiledKernel, GpuError> {
-        let kind = KernelKind::of(&view.integrator);
-        let splits = matches!(&view.integrator, Integrator::Path(s) if s.splitting > 1);
-        let variant = Variant { aovs: film.wants_aovs(), splitting: splits, ..self.scene.variant() };
-        if !self.kernels.contains_key(&(kind, variant)) {
-            let kernel = self.tracing.kernel(gpu, kind, variant, &self.scene, film)?;
-            let compiled = CompiledKernel { kernel, pace: Pace::default() };
-            self.kernels.insert((kind, variant), compiled);
-        }
-        let missing = || GpuError::Device { doing: "looking up a kernel", reason: "it is gone".into() };
-        self.kernels.get_mut(&(kind, variant)).ok_or_else(missing)
     }
 }
 
@@ -274,5 +346,13 @@ impl Backend for GpuBackend {
 
     fn take_passes(&mut self) -> Vec<PassTime> {
         self.timer.take()
+    }
+
+    fn take_notices(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.notices)
+    }
+
+    fn kernel(&self) -> Option<&'static str> {
+        self.taken
     }
 }

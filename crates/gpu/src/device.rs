@@ -110,7 +110,7 @@ pub struct Gpu {
     pub features: Features,
     /// Limits to be kept.
     pub limits: Limits,
-    /// Compute pipelines by their text: a scene that is loaded again, or another one of the same kind, waits for no
+    /// Compute pipelines by their entry point and text: a scene that is loaded again, or another one of the same kind, waits for no
     /// compiler.
     pub(crate) pipelines: Mutex<HashMap<String, wgpu::ComputePipeline>>,
     faults: Arc<Mutex<Faults>>,

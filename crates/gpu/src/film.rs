@@ -85,6 +85,16 @@ impl View {
         self.window_width
     }
 
+    /// Longest path in segments.
+    pub fn max_depth(&self) -> u32 {
+        self.max_depth
+    }
+
+    /// Paths that go on from the first vertex of each camera ray, at least 1.
+    pub fn splitting(&self) -> u32 {
+        self.splitting.max(1)
+    }
+
     /// What shaders need to know of `view`; the batch is filled in for each dispatch.
     pub fn new(view: &backend::View) -> Self {
         let c = &view.camera;
@@ -421,10 +431,8 @@ mod tests {
 
     #[test]
     fn layouts_match_the_shader() {
-        let text = crate::shader::scene_text(crate::shader::Variant::default())
-            + "fn trace_closest(o: vec3f, d: vec3f, a: f32, b: f32, s: u32) -> Hit { return hit_nothing(); }
-               fn trace_any(o: vec3f, d: vec3f, a: f32, b: f32, s: u32) -> bool { return false; }"
-            + include_str!("shaders/film.wgsl");
+        let text =
+            crate::shader::scene_text(crate::shader::Variant::default()) + include_str!("shaders/film.wgsl");
         let module = crate::shader::parse(&text);
         assert_layout!(
             module,

@@ -4,9 +4,12 @@ use crate::film::{Batch, FilmBuffers};
 use crate::shader::{Variant, assemble};
 use crate::timing::Timer;
 use crate::tracer::Tracer;
+use crate::wavefront::{Queues, WavefrontKernel};
 use crate::{Gpu, GpuError, GpuScene};
 use backend::Integrator;
 use scene::tables::Changes;
+use std::fmt;
+use std::str::FromStr;
 
 /// Which integrator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -43,18 +46,63 @@ impl KernelKind {
 
     /// Its WGSL: film, integrator, and a function `render_pixel` for one pixel of the window. No entry point.
     pub fn text(self) -> String {
-        let film = include_str!("shaders/film.wgsl");
-        let integrator = match self {
-            Self::Path => include_str!("shaders/kernel_path.wgsl"),
-            Self::Direct => include_str!("shaders/kernel_direct.wgsl"),
-            Self::Aov => include_str!("shaders/kernel_aov.wgsl"),
-        };
-        [film, integrator].join("\n")
+        let (film, rays) = (include_str!("shaders/film.wgsl"), include_str!("shaders/rays.wgsl"));
+        let vertex = include_str!("shaders/path_vertex.wgsl");
+        match self {
+            Self::Path => [film, rays, vertex, include_str!("shaders/kernel_path.wgsl")].join("\n"),
+            Self::Direct => [film, rays, include_str!("shaders/kernel_direct.wgsl")].join("\n"),
+            Self::Aov => [film, rays, include_str!("shaders/kernel_aov.wgsl")].join("\n"),
+        }
     }
 
     /// Its WGSL with an entry point `main` for compute shaders.
     pub fn compute_text(self) -> String {
         [&self.text(), include_str!("shaders/entry_compute.wgsl")].join("\n")
+    }
+}
+
+/// How path tracing is spread over dispatches.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum PathKernel {
+    /// What is faster.
+    #[default]
+    Auto,
+    /// One kernel follows each path from the camera to its end.
+    Megakernel,
+    /// A kernel for each thing that happens at a vertex, with queues between them ([`crate::wavefront`]).
+    Wavefront,
+}
+
+impl PathKernel {
+    /// All of them, in the order in which users read them.
+    pub const ALL: [Self; 3] = [Self::Auto, Self::Megakernel, Self::Wavefront];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Megakernel => "megakernel",
+            Self::Wavefront => "wavefront",
+        }
+    }
+}
+
+impl fmt::Display for PathKernel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// A name that no kernel has.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("unknown kernel `{0}`; there are: {names}", names = PathKernel::ALL.map(PathKernel::name).join(", "))]
+pub struct UnknownKernel(pub String);
+
+impl FromStr for PathKernel {
+    type Err = UnknownKernel;
+
+    fn from_str(name: &str) -> Result<Self, UnknownKernel> {
+        Self::ALL.into_iter().find(|k| k.name() == name).ok_or_else(|| UnknownKernel(name.to_owned()))
     }
 }
 
@@ -88,6 +136,21 @@ pub trait Tracing: Send {
         film: &FilmBuffers,
     ) -> Result<Box<dyn Kernel>, GpuError>;
 
+    /// Compiles the path tracer as a wavefront, with queues that may be shared with others. `None` where rays cannot be
+    /// traced from several kernels.
+    ///
+    /// # Errors
+    /// When the driver refuses a shader.
+    fn wavefront(
+        &self,
+        _gpu: &Gpu,
+        _variant: Variant,
+        _scene: &GpuScene,
+        _queues: &Queues,
+    ) -> Result<Option<Box<dyn Kernel>>, GpuError> {
+        Ok(None)
+    }
+
     /// Follows a change of the scene, which has already taken it. Returns whether that was possible; otherwise the
     /// structures and all kernels have to be made again.
     ///
@@ -112,6 +175,16 @@ impl Tracing for ComputeTracing {
         film: &FilmBuffers,
     ) -> Result<Box<dyn Kernel>, GpuError> {
         Ok(Box::new(Megakernel::new(gpu, kind, variant, scene, &*self.0, film)?))
+    }
+
+    fn wavefront(
+        &self,
+        gpu: &Gpu,
+        variant: Variant,
+        scene: &GpuScene,
+        queues: &Queues,
+    ) -> Result<Option<Box<dyn Kernel>>, GpuError> {
+        Ok(Some(Box::new(WavefrontKernel::new(gpu, variant, scene, &*self.0, queues.clone())?)))
     }
 
     fn update(&mut self, gpu: &Gpu, scene: &GpuScene, changes: Changes) -> Result<bool, GpuError> {
@@ -179,5 +252,19 @@ impl Kernel for Megakernel {
             gpu.queue.submit([encoder.finish()])
         })
         .map_err(|reason| GpuError::Device { doing: "starting a pass", reason })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_parse_back_and_others_are_refused() {
+        for kernel in PathKernel::ALL {
+            assert_eq!(kernel.name().parse(), Ok(kernel));
+        }
+        let error = "microkernel".parse::<PathKernel>().expect_err("unknown").to_string();
+        assert!(error.contains("`microkernel`") && error.contains("wavefront"), "{error}");
     }
 }

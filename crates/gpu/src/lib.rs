@@ -2,7 +2,7 @@
 //!
 //! A shader is the optics' text, the scene's bindings (`shaders/scene.wgsl` and the files about surfaces, materials and
 //! lights), one tracer and one kernel; [`shader`] puts them together. Bind group 0 is the scene, 1 the tracer's
-//! structures, 2 the view and the film. Start reading at [`Gpu::open`] and [`GpuScene::upload`].
+//! structures, 2 the view and the film, 3 the queues of the path tracer's wavefront. Start reading at [`Gpu::open`] and [`GpuScene::upload`].
 
 mod backend;
 mod device;
@@ -18,10 +18,12 @@ pub mod scene;
 pub mod shader;
 pub mod timing;
 pub mod tracer;
+pub mod wavefront;
 
 pub use backend::GpuBackend;
 pub use device::{AdapterSummary, Gpu, GpuOptions, LimitCaps, STORAGE_BUFFERS, adapters, has_hardware};
 pub use error::GpuError;
+pub use kernel::PathKernel;
 pub use scene::GpuScene;
 
 /// For tests: a device, or `None` and a visible skip.

@@ -10,6 +10,7 @@ use scene::tables::{
     MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_CHECKERBOARD, MATERIAL_CHECKERBOARD_FADES,
     MATERIAL_EMISSION_TWO_SIDED, MATERIAL_THIN, ModelTag,
 };
+use std::cell::OnceCell;
 use std::fmt::Write;
 use std::sync::PoisonError;
 
@@ -99,8 +100,7 @@ impl Gpu {
             .map_err(|reason| GpuError::Shader { shader: name.to_owned(), reason })
     }
 
-    /// Makes a compute pipeline of the entry point `main`, or finds the one that was made before of the same text. Equal
-    /// texts have equal bindings, so any bind groups of the one fit the other.
+    /// Makes a compute pipeline of the entry point `main`; see [`ShaderText::pipeline`].
     ///
     /// # Errors
     /// [`GpuError::Shader`] with the compiler's words.
@@ -110,26 +110,64 @@ impl Gpu {
         text: &str,
         groups: &[&wgpu::BindGroupLayout],
     ) -> Result<wgpu::ComputePipeline, GpuError> {
-        /// More texts than that belong to scenes that are long gone.
-        const KEPT: usize = 32;
-        let known = || self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(pipeline) = known().get(text) {
+        let groups: Vec<_> = groups.iter().copied().map(Some).collect();
+        self.shader_text(name, text.to_owned()).pipeline("main", &groups)
+    }
+
+    /// A text of which pipelines are made; `name` is for messages.
+    pub fn shader_text(&self, name: &str, text: String) -> ShaderText<'_> {
+        ShaderText { gpu: self, name: name.to_owned(), text, module: OnceCell::new() }
+    }
+}
+
+/// A shader's text, compiled when the first pipeline is made of it that is not known already.
+pub struct ShaderText<'a> {
+    gpu: &'a Gpu,
+    name: String,
+    text: String,
+    module: OnceCell<wgpu::ShaderModule>,
+}
+
+impl ShaderText<'_> {
+    fn module(&self) -> Result<&wgpu::ShaderModule, GpuError> {
+        if let Some(module) = self.module.get() {
+            return Ok(module);
+        }
+        let module = self.gpu.shader_module(&self.name, &self.text)?;
+        Ok(self.module.get_or_init(|| module))
+    }
+
+    /// Makes the compute pipeline of an entry point, or finds the one that was made before of the same text. Equal texts
+    /// have equal bindings, so any bind groups of the one fit the other.
+    ///
+    /// # Errors
+    /// [`GpuError::Shader`] with the compiler's words.
+    pub fn pipeline(
+        &self,
+        entry_point: &str,
+        groups: &[Option<&wgpu::BindGroupLayout>],
+    ) -> Result<wgpu::ComputePipeline, GpuError> {
+        /// More than that belong to scenes that are long gone.
+        const KEPT: usize = 64;
+        let Self { gpu, name, text, .. } = self;
+        let key = [entry_point, text].join("\n");
+        let known = || gpu.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(pipeline) = known().get(&key) {
             return Ok(pipeline.clone());
         }
-        let module = self.shader_module(name, text)?;
-        let groups: Vec<_> = groups.iter().copied().map(Some).collect();
-        let pipeline = self
+        let module = self.module()?;
+        let pipeline = gpu
             .guarded(|| {
-                let layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
                     label: Some(name),
-                    bind_group_layouts: &groups,
+                    bind_group_layouts: groups,
                     immediate_size: 0,
                 });
-                self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                     label: Some(name),
                     layout: Some(&layout),
-                    module: &module,
-                    entry_point: Some("main"),
+                    module,
+                    entry_point: Some(entry_point),
                     compilation_options: wgpu::PipelineCompilationOptions {
                         // Every kernel writes its workgroup variables before it reads them.
                         zero_initialize_workgroup_memory: false,
@@ -138,12 +176,12 @@ impl Gpu {
                     cache: None,
                 })
             })
-            .map_err(|reason| GpuError::Shader { shader: name.to_owned(), reason })?;
+            .map_err(|reason| GpuError::Shader { shader: name.clone(), reason })?;
         let mut known = known();
         if known.len() >= KEPT {
             known.clear();
         }
-        known.insert(text.to_owned(), pipeline.clone());
+        known.insert(key, pipeline.clone());
         Ok(pipeline)
     }
 }
@@ -170,6 +208,7 @@ mod tests {
     use super::*;
     use crate::kernel::KernelKind;
     use crate::tracer::bvh;
+    use crate::wavefront::stage;
 
     #[test]
     fn the_scene_is_valid_in_every_variant() {
@@ -198,13 +237,34 @@ mod tests {
                 for variant in Variant::all() {
                     let name = format!("{tracer_name}, {}, {variant:?}", kind.name());
                     let (module, info) = validate(&name, &assemble(&tracer, &kind.compute_text(), variant));
-                    write_all_languages(&name, &module, &info);
+                    write_all_languages(&name, &module, &info, "render_pixel");
                 }
+            }
+            for variant in Variant::all() {
+                let name = format!("{tracer_name}, wavefront, {variant:?}");
+                let (module, info) = validate(&name, &stage::tracing_text(&tracer, variant));
+                write_all_languages(&name, &module, &info, "connect");
             }
         }
     }
 
-    fn write_all_languages(name: &str, module: &naga::Module, info: &naga::valid::ModuleInfo) {
+    /// The stages of the wavefront that ask no tracer.
+    #[test]
+    fn the_wavefront_translates_for_every_driver() {
+        for variant in Variant::all() {
+            let name = format!("wavefront, {variant:?}");
+            let (module, info) = validate(&name, &stage::shading_text(variant));
+            write_all_languages(&name, &module, &info, "accumulate");
+        }
+    }
+
+    /// `function`: a name that each text has to have.
+    fn write_all_languages(
+        name: &str,
+        module: &naga::Module,
+        info: &naga::valid::ModuleInfo,
+        function: &str,
+    ) {
         use naga::back::{hlsl, msl, spv};
         let options = spv::Options { lang_version: (1, 4), ..Default::default() };
         let words = spv::write_vec(module, info, &options, None);
@@ -220,13 +280,13 @@ mod tests {
         hlsl::Writer::new(&mut text, &options, &pipeline)
             .write(module, info, None)
             .unwrap_or_else(|e| panic!("{name}: HLSL: {e}"));
-        assert!(text.contains("render_pixel"), "{name}: HLSL");
+        assert!(text.contains(function), "{name}: HLSL");
 
         let options =
             msl::Options { lang_version: (2, 4), fake_missing_bindings: true, ..Default::default() };
         let (text, _) = msl::write_string(module, info, &options, &msl::PipelineOptions::default())
             .unwrap_or_else(|e| panic!("{name}: MSL: {e}"));
-        assert!(text.contains("render_pixel"), "{name}: MSL");
+        assert!(text.contains(function), "{name}: MSL");
     }
 
     /// What a driver's compiler refuses is an error that names the shader, and the device works on.

@@ -7,8 +7,12 @@ use backend::PassTime;
 use std::time::Duration;
 use wgpu::{BufferUsages, Features};
 
-/// Passes that may be under way before their times are read.
-const CAPACITY: u32 = 256;
+/// Passes that a set of queries has room for: no set may have more than 4096 queries.
+const SET_PASSES: u32 = 2048;
+/// Passes whose times are read together.
+const READ_PASSES: usize = 1024;
+/// Passes that are kept for who asks: long renders have millions.
+pub const KEPT_PASSES: usize = 1 << 17;
 
 /// Where a pass writes when it begins and ends.
 #[derive(Clone, Copy, Debug)]
@@ -37,9 +41,8 @@ pub struct Timer {
 }
 
 struct Clock {
-    queries: wgpu::QuerySet,
-    resolved: wgpu::Buffer,
-    readable: wgpu::Buffer,
+    /// There is at least one.
+    sets: Vec<QuerySet>,
     names: Vec<&'static str>,
     /// Nanoseconds of a tick.
     period: f64,
@@ -55,35 +58,37 @@ impl Timer {
         if !gpu.features.contains(Features::TIMESTAMP_QUERY) {
             return Ok(Self { clock: None, passes: Vec::new() });
         }
-        let bytes = u64::from(2 * CAPACITY) * size_of::<u64>() as u64;
-        let resolved =
-            empty_buffer(gpu, "timestamps", bytes, BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC)?;
-        let readable =
-            empty_buffer(gpu, "timestamps to read", bytes, BufferUsages::MAP_READ | BufferUsages::COPY_DST)?;
-        let descriptor = wgpu::QuerySetDescriptor {
-            label: Some("passes"),
-            ty: wgpu::QueryType::Timestamp,
-            count: 2 * CAPACITY,
-        };
-        let queries = gpu
-            .guarded(|| gpu.device.create_query_set(&descriptor))
-            .map_err(|reason| GpuError::Allocation { object: "timestamps", bytes, reason })?;
+        let sets = vec![QuerySet::new(gpu)?];
         let period = f64::from(gpu.queue.get_timestamp_period());
-        let clock = Clock { queries, resolved, readable, names: Vec::new(), period, origin: None };
+        let clock = Clock { sets, names: Vec::new(), period, origin: None };
         Ok(Self { clock: Some(clock), passes: Vec::new() })
     }
 
-    /// Where the next pass, called `name`, writes its times; `None` where there is no clock. Every slot handed out must be
-    /// written before [`Timer::collect`].
-    pub fn slot(&mut self, name: &'static str) -> Option<TimerSlot<'_>> {
-        let clock = self.clock.as_mut().filter(|c| c.names.len() < CAPACITY as usize)?;
-        clock.names.push(name);
-        Some(TimerSlot { queries: &clock.queries, begin: 2 * (clock.names.len() as u32 - 1) })
+    /// Makes sure that there are slots for the next `passes` passes.
+    ///
+    /// # Errors
+    /// When there is no memory for them.
+    pub fn reserve(&mut self, gpu: &Gpu, passes: usize) -> Result<(), GpuError> {
+        let Some(clock) = &mut self.clock else { return Ok(()) };
+        while clock.sets.len() * (SET_PASSES as usize) < clock.names.len() + passes {
+            clock.sets.push(QuerySet::new(gpu)?);
+        }
+        Ok(())
     }
 
-    /// Whether slots are used up soon, so that [`Timer::collect`] should be called.
+    /// Where the next pass, called `name`, writes its times; `None` where there is no clock, or no slot has been reserved.
+    /// Every slot handed out must be written before [`Timer::collect`].
+    pub fn slot(&mut self, name: &'static str) -> Option<TimerSlot<'_>> {
+        let clock = self.clock.as_mut()?;
+        let (set, pass) = (clock.names.len() / SET_PASSES as usize, clock.names.len() as u32 % SET_PASSES);
+        let set = clock.sets.get(set)?;
+        clock.names.push(name);
+        Some(TimerSlot { queries: &set.queries, begin: 2 * pass })
+    }
+
+    /// Whether there are so many passes that [`Timer::collect`] should be called.
     pub fn is_nearly_full(&self) -> bool {
-        self.clock.as_ref().is_some_and(|c| c.names.len() + 16 > CAPACITY as usize)
+        self.clock.as_ref().is_some_and(|c| c.names.len() >= READ_PASSES)
     }
 
     /// Waits for all passes so far and reads their times. Returns how long they took together; `None` without a clock.
@@ -93,34 +98,67 @@ impl Timer {
     pub fn collect(&mut self, gpu: &Gpu) -> Result<Option<Duration>, GpuError> {
         let Some(clock) = &mut self.clock else { return Ok(None) };
         let names = std::mem::take(&mut clock.names);
-        if names.is_empty() {
-            return Ok(Some(Duration::ZERO));
-        }
-        let doing = "reading timestamps";
-        gpu.guarded(|| {
-            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            encoder.resolve_query_set(&clock.queries, 0..2 * names.len() as u32, &clock.resolved, 0);
-            encoder.copy_buffer_to_buffer(&clock.resolved, 0, &clock.readable, 0, clock.readable.size());
-            gpu.queue.submit([encoder.finish()]);
-        })
-        .map_err(|reason| GpuError::Device { doing, reason })?;
-        let ticks: Vec<[u64; 2]> =
-            read_mapped(gpu, &clock.readable, clock.readable.size(), doing, |bytes| {
-                bytemuck::pod_collect_to_vec(&bytes[..names.len() * size_of::<[u64; 2]>()])
-            })?;
-        let origin = *clock.origin.get_or_insert(ticks[0][0]);
-        let nanoseconds = |ticks: u64| Duration::from_nanos((ticks as f64 * clock.period) as u64);
         let mut total = Duration::ZERO;
-        for (name, [begin, end]) in names.into_iter().zip(ticks) {
-            let duration = nanoseconds(end.saturating_sub(begin));
-            self.passes.push(PassTime { name, start: nanoseconds(begin.saturating_sub(origin)), duration });
-            total += duration;
+        for (set, names) in clock.sets.iter().zip(names.chunks(SET_PASSES as usize)) {
+            let ticks = set.read(gpu, names.len())?;
+            let origin = *clock.origin.get_or_insert(ticks[0][0]);
+            let nanoseconds = |ticks: u64| Duration::from_nanos((ticks as f64 * clock.period) as u64);
+            for (&name, [begin, end]) in names.iter().zip(ticks) {
+                let duration = nanoseconds(end.saturating_sub(begin));
+                total += duration;
+                if self.passes.len() < KEPT_PASSES {
+                    let start = nanoseconds(begin.saturating_sub(origin));
+                    self.passes.push(PassTime { name, start, duration });
+                }
+            }
         }
+        // A rare batch of many passes need not be paid for ever.
+        clock.sets.truncate(1);
         Ok(Some(total))
     }
 
-    /// All passes read since the last call.
+    /// The passes read since the last call: the first [`KEPT_PASSES`].
     pub fn take(&mut self) -> Vec<PassTime> {
         std::mem::take(&mut self.passes)
+    }
+}
+
+/// Queries for [`SET_PASSES`] passes, and their way to the host.
+struct QuerySet {
+    queries: wgpu::QuerySet,
+    resolved: wgpu::Buffer,
+    readable: wgpu::Buffer,
+}
+
+impl QuerySet {
+    fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        let bytes = u64::from(2 * SET_PASSES) * size_of::<u64>() as u64;
+        let resolved =
+            empty_buffer(gpu, "timestamps", bytes, BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC)?;
+        let readable =
+            empty_buffer(gpu, "timestamps to read", bytes, BufferUsages::MAP_READ | BufferUsages::COPY_DST)?;
+        let descriptor = wgpu::QuerySetDescriptor {
+            label: Some("passes"),
+            ty: wgpu::QueryType::Timestamp,
+            count: 2 * SET_PASSES,
+        };
+        let queries = gpu
+            .guarded(|| gpu.device.create_query_set(&descriptor))
+            .map_err(|reason| GpuError::Allocation { object: "timestamps", bytes, reason })?;
+        Ok(Self { queries, resolved, readable })
+    }
+
+    /// Ticks at which the first `passes` passes began and ended; `passes` is not zero.
+    fn read(&self, gpu: &Gpu, passes: usize) -> Result<Vec<[u64; 2]>, GpuError> {
+        let doing = "reading timestamps";
+        let bytes = (passes * size_of::<[u64; 2]>()) as u64;
+        gpu.guarded(|| {
+            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            encoder.resolve_query_set(&self.queries, 0..2 * passes as u32, &self.resolved, 0);
+            encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.readable, 0, bytes);
+            gpu.queue.submit([encoder.finish()]);
+        })
+        .map_err(|reason| GpuError::Device { doing, reason })?;
+        read_mapped(gpu, &self.readable, bytes, doing, bytemuck::pod_collect_to_vec)
     }
 }

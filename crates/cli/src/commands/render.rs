@@ -9,8 +9,8 @@ use super::tone::ToneArgs;
 use crate::console::ProgressDisplay;
 use crate::profile::Profile;
 use alhazen::{
-    Aov, BackendChoice, Control, Description, Limits, LoadOptions, PartJob, Rect, Renderer, RendererOptions,
-    Summary, metadata, output,
+    Aov, BackendChoice, Control, Description, Limits, LoadOptions, PartJob, PathKernel, Rect, Renderer,
+    RendererOptions, Summary, metadata, output,
 };
 use anyhow::{Context, bail, ensure};
 use clap::{Args, FromArgMatches, ValueEnum};
@@ -163,6 +163,10 @@ pub struct RenderArgs {
     /// Which GPU: a part of its name, see `alhazen doctor`.
     #[arg(long, help_heading = "Running", value_name = "NAME")]
     adapter: Option<String>,
+    /// How a GPU follows paths: auto, megakernel (one kernel from the camera to the end) or wavefront (a kernel for
+    /// each step, with queues between them). The picture is the same.
+    #[arg(long, help_heading = "Running", value_name = "NAME", default_value_t = PathKernel::Auto)]
+    kernel: PathKernel,
     /// Write what took how long to this file, for chrome://tracing.
     #[arg(long, help_heading = "Running", value_name = "FILE")]
     profile: Option<PathBuf>,
@@ -300,8 +304,12 @@ fn render_whole(
 
 /// The back end that the arguments ask for; says once which it is and why.
 fn choose_renderer(args: &RenderArgs) -> anyhow::Result<Renderer> {
-    let options =
-        RendererOptions { backend: args.backend, adapter: args.adapter.clone(), threads: args.threads };
+    let options = RendererOptions {
+        backend: args.backend,
+        adapter: args.adapter.clone(),
+        threads: args.threads,
+        kernel: args.kernel,
+    };
     let chosen = Renderer::choose(&options)?;
     if !args.quiet && !chosen.reason.is_empty() {
         eprintln!("rendering on {}", chosen.reason);

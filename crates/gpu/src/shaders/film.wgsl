@@ -80,8 +80,6 @@ struct Counters {
 @group(2) @binding(2) var<storage, read_write> counters: Counters;
 @group(2) @binding(3) var<storage, read_write> aovs: array<AovPixel>;
 
-/// Farther than anything.
-const RAY_END: f32 = 3.0e38;
 /// Shadow rays end this share of the way before the light, so that they do not hit the light itself.
 const SHADOW_END: f32 = 0.9999;
 /// The largest radiance that a sample may have, as on the film of the host: 2⁴⁰.
@@ -90,19 +88,6 @@ const MAX_SAMPLE: f32 = 1099511627776.0;
 /// Random numbers by pairs: where on the pixel and where on the lens come first.
 const PAIR_FILM: u32 = 0u;
 const PAIR_LENS: u32 = 1u;
-
-/// Rays that this invocation has traced.
-var<private> rays_traced: u32;
-
-fn closest(origin: vec3f, direction: vec3f, salt: u32) -> Hit {
-    rays_traced += 1u;
-    return trace_closest(origin, direction, 0.0, RAY_END, salt);
-}
-
-fn occluded(origin: vec3f, direction: vec3f, distance: f32, salt: u32) -> bool {
-    rays_traced += 1u;
-    return trace_any(origin, direction, 0.0, distance, salt);
-}
 
 /// The random numbers of a sample of a pixel of the window.
 fn pixel_sampler(pixel: vec2u, sample: u32) -> PixelSampler {

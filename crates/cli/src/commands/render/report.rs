@@ -37,6 +37,7 @@ pub fn report(
     if args.json {
         let json = serde_json::json!({
             "scene": args.scene, "backend": renderer.backend_name(), "device": renderer.describe(),
+            "kernel": renderer.kernel(),
             "integrator": job.integrator.name(), "width": job.width, "height": job.height, "spp": summary.spp,
             "samples": summary.samples, "rays": summary.rays, "render_seconds": elapsed,
             "samples_per_second": samples_rate, "rays_per_second": rays_rate,

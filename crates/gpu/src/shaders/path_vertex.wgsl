@@ -1,0 +1,146 @@
+// What happens at a vertex of a path: the same decisions with the same random numbers as the CPU's, by the optics' path
+// functions. Nothing here asks a tracer. Whoever follows paths, the megakernel's loop or the wavefront's stages, finds the
+// vertex, calls `arrive`, and asks for the shadow ray that it hands out.
+
+const PAIRS_BEFORE_VERTICES: u32 = 2u;
+const PAIRS_PER_VERTEX: u32 = 4u;
+const PAIR_BSDF: u32 = 0u;
+const PAIR_LIGHT: u32 = 1u;
+/// x: which lobe. y: Russian roulette.
+const PAIR_LOBE: u32 = 2u;
+/// x: which of the models that a material mixes.
+const PAIR_MODEL: u32 = 3u;
+
+/// A path on its way to the next vertex.
+struct Path {
+    state: PathState,
+    sampler: PixelSampler,
+    origin: vec3f,
+    direction: vec3f,
+    /// Length of the path so far, for footprints.
+    length: f32,
+}
+
+/// A question for the tracer: is anything between a vertex and a light sample?
+struct ShadowRay {
+    origin: vec3f,
+    /// Where it ends, in metres.
+    distance: f32,
+    direction: vec3f,
+    salt: u32,
+    /// What the light adds to the sample if nothing is in between. Zero: nobody needs to ask.
+    contribution: vec3f,
+}
+
+fn start_path(pixel: vec2u, sample: u32) -> Path {
+    let sampler = pixel_sampler(pixel, sample);
+    let ray = pixel_ray(pixel, sampler);
+    return Path(path_start(), sampler, ray.origin, ray.direction, 0.0);
+}
+
+/// A number of the ray that tells tracers' questions about holes apart.
+fn path_salt(path: Path) -> u32 {
+    return path.sampler.scramble + path.state.depth;
+}
+
+fn no_shadow_ray() -> ShadowRay {
+    return ShadowRay(vec3f(0.0), 0.0, vec3f(0.0), 0u, vec3f(0.0));
+}
+
+/// Whether a light sample counts, unless something is in between.
+fn is_wanted(ray: ShadowRay) -> bool {
+    return !all(ray.contribution == vec3f(0.0));
+}
+
+/// Everything that happens where a path arrives after a segment of length `t`: light that the surface emits, a light sample,
+/// the path's continuation. Returns whether there is one.
+///
+/// - `branch`: which of the paths that part at the first vertex this is. What is seen there counts for the first one only.
+fn arrive(
+    path: ptr<function, Path>,
+    s: Surface,
+    t: f32,
+    branch: u32,
+    shadow: ptr<function, ShadowRay>,
+) -> bool {
+    (*path).length += t;
+    let footprint = view.pixel_spread * (*path).length;
+    if !(SPLITS_PATHS && branch > 0u) {
+        let emitted = surface_emission(s, footprint);
+        if emitted.x + emitted.y + emitted.z > 0.0 {
+            let pdf = surface_light_pdf(s, (*path).origin, (*path).direction, t);
+            (*path).state = path_add_emission((*path).state, emitted, pdf);
+        }
+    }
+    if (*path).state.depth >= view.max_depth {
+        return false;
+    }
+    if SPLITS_PATHS && (*path).state.depth == 1u {
+        // The branches share what comes; each draws numbers of its own.
+        (*path).state.throughput *= 1.0 / f32(view.splitting);
+        (*path).sampler.scramble = hash_combine((*path).sampler.scramble, branch);
+    }
+    return scatter(path, s, footprint, shadow);
+}
+
+/// Next-event estimation and the path's continuation at a surface. Returns whether there is one.
+fn scatter(path: ptr<function, Path>, s: Surface, footprint: f32, shadow: ptr<function, ShadowRay>) -> bool {
+    let sampler = (*path).sampler;
+    // Numbers are drawn only where something depends on them.
+    let pair = PAIRS_BEFORE_VERTICES + PAIRS_PER_VERTEX * ((*path).state.depth - 1u);
+    var u_model = 0.0;
+    if mixes_models(s.material) {
+        u_model = sample_2d(sampler, pair + PAIR_MODEL).x;
+    }
+    let bsdf = surface_bsdf(s, footprint, u_model, view.single_scatter != 0u);
+    if bsdf.kind == BSDF_NONE {
+        return false;
+    }
+    let frame = frame_from_normal(s.shading_normal);
+    let wo = to_local(frame, s.wo);
+    if bsdf_has_smooth_part(bsdf) && scene.light_count > 0u {
+        let light = sample_light(s.position, sample_2d(sampler, pair + PAIR_LIGHT));
+        *shadow = light_shadow_ray(*path, s, frame, bsdf, wo, light);
+    }
+    var u_lobe = vec2f(0.0);
+    if (*path).state.depth + 1u >= view.roulette_start || bsdf_has_lobes(bsdf) {
+        u_lobe = sample_2d(sampler, pair + PAIR_LOBE);
+    }
+    let next = bsdf_sample(bsdf, wo, u_lobe.x, sample_2d(sampler, pair + PAIR_BSDF));
+    let wi = to_world(frame, next.wi);
+    let above = dot(wi, s.normal) > 0.0;
+    // Between shading and geometric normal there are directions that would leak through the surface.
+    if next.pdf <= 0.0 || above == next.transmitted {
+        return false;
+    }
+    (*path).state = path_scatter((*path).state, next, bsdf.eta);
+    let survival = roulette_survival((*path).state, view.roulette_start, view.roulette_min_survival);
+    if u_lobe.y >= survival {
+        return false;
+    }
+    (*path).state.throughput *= 1.0 / survival;
+    (*path).origin = ray_origin(s, above);
+    (*path).direction = wi;
+    return true;
+}
+
+/// The question whether a light sample counts; none if it cannot contribute.
+fn light_shadow_ray(path: Path, s: Surface, frame: Frame, bsdf: Bsdf, wo: vec3f, light: LightSample) -> ShadowRay {
+    let above = dot(light.wi, s.normal) > 0.0;
+    let wi = to_local(frame, light.wi);
+    if light.pdf <= 0.0 || !(above || bsdf_transmits(bsdf)) || above != (wi.z > 0.0) {
+        return no_shadow_ray();
+    }
+    let value = bsdf_eval(bsdf, wo, wi);
+    let contribution =
+        path_light_contribution(path.state.throughput, value, light.radiance, light.pdf, light.delta);
+    return shadow_ray(s, light, above, path_salt(path), contribution);
+}
+
+/// The way from a surface to a light sample; `above`: on the side of the surface's normal.
+fn shadow_ray(s: Surface, light: LightSample, above: bool, salt: u32, contribution: vec3f) -> ShadowRay {
+    let origin = ray_origin(s, above);
+    // The offset may be longer than the way to a light that is very near.
+    let distance = light.distance - dot(origin - s.position, light.wi);
+    return ShadowRay(origin, distance * SHADOW_END, light.wi, salt, contribution);
+}

@@ -1,0 +1,127 @@
+// The wavefront's stages that trace nothing.
+
+/// What a workgroup hands out, and where that begins in the queues: paths that go on, shadow rays.
+var<workgroup> group_leaving: atomic<u32>;
+var<workgroup> group_casting: atomic<u32>;
+var<workgroup> group_first: vec2u;
+
+/// Starts the paths of the wave at the camera.
+@compute @workgroup_size(GROUP)
+fn generate(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= wave.arriving {
+        return;
+    }
+    let path = start_path(wave_pixel(id.x), wave_sample(id.x));
+    store_path(half_of(1u) + id.x, path, id.x * branch_count());
+}
+
+/// Records what the camera's paths have hit. Layers are sums over a pixel's samples, so a wave with layers has one sample of
+/// each pixel.
+@compute @workgroup_size(GROUP)
+fn record(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= wave.arriving {
+        return;
+    }
+    let path = load_path(half_of(1u) + id.x);
+    let hit = hits[id.x];
+    if hit.instance == NONE {
+        record_miss(wave_pixel(id.x), wave_sample(id.x));
+    } else {
+        let s = surface_at(path.origin, path.direction, hit);
+        record_hit(wave_pixel(id.x), wave_sample(id.x), s, hit.t);
+    }
+}
+
+/// Everything that happens where paths arrive. At the first vertex there is an invocation for each branch of each path.
+@compute @workgroup_size(GROUP)
+fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
+    if local == 0u {
+        atomicStore(&group_leaving, 0u);
+        atomicStore(&group_casting, 0u);
+    }
+    workgroupBarrier();
+    let depth = wave.depth;
+    let branches = select(1u, branch_count(), depth == 1u);
+    var path: Path;
+    var shadow = no_shadow_ray();
+    var slot = 0u;
+    var alive = false;
+    if id.x < wave.arriving * branches {
+        let index = id.x / branches;
+        let branch = id.x % branches;
+        let at = half_of(depth) + index;
+        path = load_path(at);
+        slot = paths[at].slot + branch;
+        let hit = hits[index];
+        if hit.instance != NONE {
+            let s = surface_at(path.origin, path.direction, hit);
+            alive = arrive(&path, s, hit.t, branch, &shadow);
+        } else if branch == 0u {
+            path.state = path_add_distant(path.state, path.direction);
+        }
+        if depth == 1u {
+            gathered[slot] = path.state.radiance;
+        } else if !all(path.state.radiance == vec3f(0.0)) {
+            gathered[slot] += path.state.radiance;
+        }
+    }
+    // One addition a workgroup to the counters that all share; the paths of a workgroup stay neighbours.
+    let casts = is_wanted(shadow);
+    var place = vec2u(0u);
+    if alive {
+        place.x = atomicAdd(&group_leaving, 1u);
+    }
+    if casts {
+        place.y = atomicAdd(&group_casting, 1u);
+    }
+    workgroupBarrier();
+    if local == 0u {
+        group_first.x = atomicAdd(&wave.leaving, atomicLoad(&group_leaving));
+        group_first.y = atomicAdd(&wave.casting, atomicLoad(&group_casting));
+    }
+    workgroupBarrier();
+    place += group_first;
+    if alive {
+        store_path(half_of(depth + 1u) + place.x, path, slot);
+    }
+    if casts {
+        shadow_records[place.y] = ShadowRecord(
+            shadow.origin, shadow.distance, shadow.direction, shadow.salt, shadow.contribution, slot);
+    }
+}
+
+fn groups_for(invocations: u32) -> array<u32, 3> {
+    return array<u32, 3>((invocations + GROUP - 1u) / GROUP, 1u, 1u);
+}
+
+/// Moves on to the next vertex: what `shade` has handed out is what the next dispatches work on.
+@compute @workgroup_size(1)
+fn prepare() {
+    let leaving = atomicExchange(&wave.leaving, 0u);
+    let casting = atomicExchange(&wave.casting, 0u);
+    count_rays(wave.arriving + casting);
+    wave.arriving = leaving;
+    wave.shadow_rays = casting;
+    wave.depth += 1u;
+    dispatches.paths = groups_for(leaving);
+    dispatches.shadow_rays = groups_for(casting);
+}
+
+/// Adds the samples of the wave to the film.
+@compute @workgroup_size(GROUP)
+fn accumulate(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= wave.pixel_count {
+        return;
+    }
+    let branches = branch_count();
+    let first = id.x * view.sample_count;
+    var sums = SampleSums(vec3f(0.0), vec3f(0.0), 0u, 0u);
+    for (var index = first; index < first + view.sample_count; index++) {
+        var radiance = vec3f(0.0);
+        for (var branch = 0u; branch < branches; branch++) {
+            radiance += gathered[index * branches + branch];
+        }
+        sums = add_sample(sums, radiance);
+    }
+    store_samples(wave_pixel(first), sums);
+}

@@ -1,0 +1,24 @@
+// The wavefront's stages that ask the tracer, and do nothing else.
+
+/// Finds where the paths arrive.
+@compute @workgroup_size(GROUP)
+fn extend(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= wave.arriving {
+        return;
+    }
+    let path = load_path(half_of(wave.depth) + id.x);
+    hits[id.x] = closest(path.origin, path.direction, path_salt(path));
+}
+
+/// Adds what lights contribute that are not hidden. A path has at most one shadow ray at a time, so nobody else adds to its
+/// place.
+@compute @workgroup_size(GROUP)
+fn connect(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= wave.shadow_rays {
+        return;
+    }
+    let ray = shadow_records[id.x];
+    if !occluded(ray.origin, ray.direction, ray.distance, ray.salt) {
+        gathered[ray.slot] += ray.contribution;
+    }
+}

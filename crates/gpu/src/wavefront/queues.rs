@@ -1,0 +1,215 @@
+//! The paths in flight and the queues between stages, on the device: bind group 3 of the stages.
+
+use crate::scene::upload::{empty_buffer, write_buffer};
+use crate::{Gpu, GpuError};
+use bytemuck::{Pod, Zeroable};
+use wgpu::BufferUsages;
+
+/// Invocations of a workgroup, as in `shaders/wavefront.wgsl`.
+pub const GROUP: u32 = 64;
+
+/// Workgroups that every device can start at a time in one dimension.
+const MOST_GROUPS: u64 = 65_535;
+
+/// Paths in flight on a GPU: some waves of all its threads, so that what is left at the last vertices still fills it.
+const PATHS_ON_GPU: u64 = 1 << 20;
+
+/// Paths in flight on a processor, whose caches they should not leave.
+const PATHS_ON_CPU: u64 = 1 << 14;
+
+/// A path on its way to the next vertex; see `shaders/wavefront.wgsl` for this and the following.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct PathRecord {
+    origin: [f32; 3],
+    scramble: u32,
+    direction: [f32; 3],
+    length: f32,
+    throughput: [f32; 3],
+    pdf: f32,
+    eta_scale: f32,
+    sampler_index: u32,
+    slot: u32,
+    padding: u32,
+}
+
+/// Where a path arrives.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Hit {
+    t: f32,
+    u: f32,
+    v: f32,
+    instance: u32,
+    geometry: u32,
+    primitive: u32,
+}
+
+/// A shadow ray, and where its contribution goes.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct ShadowRecord {
+    origin: [f32; 3],
+    distance: f32,
+    direction: [f32; 3],
+    salt: u32,
+    contribution: [f32; 3],
+    slot: u32,
+}
+
+/// Bytes of a path's radiance.
+const RADIANCE_BYTES: u64 = 16;
+
+/// Where a wave is.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Wave {
+    first_pixel: u32,
+    pixel_count: u32,
+    capacity: u32,
+    depth: u32,
+    arriving: u32,
+    shadow_rays: u32,
+    leaving: u32,
+    casting: u32,
+}
+
+/// Workgroups of the next dispatches.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Dispatches {
+    paths: [u32; 3],
+    shadow_rays: [u32; 3],
+}
+
+impl Dispatches {
+    /// Where the size of dispatches for paths is.
+    pub const PATHS: u64 = std::mem::offset_of!(Self, paths) as u64;
+    /// Where the size of dispatches for shadow rays is.
+    pub const SHADOW_RAYS: u64 = std::mem::offset_of!(Self, shadow_rays) as u64;
+}
+
+/// Buffers for a number of paths.
+#[derive(Clone)]
+pub struct Queues {
+    /// Paths that may be in flight.
+    capacity: u32,
+    /// By binding.
+    buffers: [wgpu::Buffer; 6],
+}
+
+impl Queues {
+    /// Queues of a size that suits the device. `most`: an upper bound of the number of paths.
+    ///
+    /// # Errors
+    /// When there is no memory for them.
+    pub fn new(gpu: &Gpu, most: u32) -> Result<Self, GpuError> {
+        let limit = gpu.limits.max_storage_buffer_binding_size.min(gpu.limits.max_buffer_size);
+        let path_bytes = 2 * size_of::<PathRecord>() as u64;
+        let wanted = if gpu.is_software() { PATHS_ON_CPU } else { PATHS_ON_GPU };
+        let capacity =
+            wanted.min(u64::from(most)).min(limit / path_bytes).clamp(1, MOST_GROUPS * u64::from(GROUP));
+        let none = BufferUsages::empty();
+        let buffer = |object, bytes, usage| empty_buffer(gpu, object, bytes, BufferUsages::STORAGE | usage);
+        let buffers = [
+            buffer("the wave", size_of::<Wave>() as u64, none)?,
+            buffer("the paths in flight", capacity * path_bytes, none)?,
+            buffer("hits", capacity * size_of::<Hit>() as u64, none)?,
+            buffer("shadow rays", capacity * size_of::<ShadowRecord>() as u64, none)?,
+            buffer("gathered radiance", capacity * RADIANCE_BYTES, none)?,
+            buffer("sizes of dispatches", size_of::<Dispatches>() as u64, BufferUsages::INDIRECT)?,
+        ];
+        Ok(Self { capacity: capacity as u32, buffers })
+    }
+
+    /// Paths that may be in flight.
+    pub fn capacity(&self) -> u32 {
+        self.capacity
+    }
+
+    /// The buffer at a binding of the group.
+    pub fn buffer(&self, binding: u32) -> &wgpu::Buffer {
+        &self.buffers[binding as usize]
+    }
+
+    /// Sizes of dispatches, at the offsets that [`Dispatches`] names.
+    pub fn dispatches(&self) -> &wgpu::Buffer {
+        &self.buffers[5]
+    }
+
+    /// Bytes on the device.
+    pub fn memory_bytes(&self) -> u64 {
+        self.buffers.iter().map(wgpu::Buffer::size).sum()
+    }
+
+    /// Tells the stages that the next wave begins with `paths` paths from `pixel_count` pixels of the batch from
+    /// `first_pixel` on. What was submitted before still sees the wave before.
+    ///
+    /// # Errors
+    /// When there is no memory for the copy.
+    pub fn begin(&self, gpu: &Gpu, first_pixel: u32, pixel_count: u32, paths: u32) -> Result<(), GpuError> {
+        let wave = Wave {
+            first_pixel,
+            pixel_count,
+            capacity: self.capacity,
+            depth: 1,
+            arriving: paths,
+            ..Wave::default()
+        };
+        write_buffer(gpu, "the wave", &self.buffers[0], bytemuck::bytes_of(&wave))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::{assert_layout, constant};
+    use crate::shader::Variant;
+    use crate::wavefront::stage::shading_text;
+
+    #[test]
+    fn layouts_match_the_shader() {
+        let module = crate::shader::parse(&shading_text(Variant::default()));
+        assert_layout!(
+            module,
+            PathRecord {
+                origin,
+                scramble,
+                direction,
+                length,
+                throughput,
+                pdf,
+                eta_scale,
+                sampler_index,
+                slot,
+                padding,
+            }
+        );
+        assert_layout!(module, Hit { t, u, v, instance, geometry, primitive });
+        assert_layout!(module, ShadowRecord { origin, distance, direction, salt, contribution, slot });
+        assert_layout!(
+            module,
+            Wave { first_pixel, pixel_count, capacity, depth, arriving, shadow_rays, leaving, casting }
+        );
+        assert_layout!(module, Dispatches { paths, shadow_rays });
+        assert_eq!(constant(&module, "GROUP"), GROUP);
+        let strides = module.types.iter().filter_map(|(_, t)| match t.inner {
+            naga::TypeInner::Array { base, stride, size: naga::ArraySize::Dynamic } => Some((base, stride)),
+            _ => None,
+        });
+        let vec3f = |base| matches!(module.types[base].inner, naga::TypeInner::Vector { .. });
+        let radiance: Vec<u32> = strides.filter(|&(base, _)| vec3f(base)).map(|(_, stride)| stride).collect();
+        assert_eq!(radiance, [RADIANCE_BYTES as u32]);
+    }
+
+    #[test]
+    fn queues_fit_the_device() {
+        let caps = crate::LimitCaps { storage_binding_bytes: 1 << 16, ..crate::LimitCaps::default() };
+        let options = crate::GpuOptions { limits: Some(caps), ..crate::GpuOptions::default() };
+        let Some(gpu) = crate::open_for_test("queues_fit_the_device", &options) else { return };
+        let queues = Queues::new(&gpu, u32::MAX).expect("they fit");
+        assert_eq!(queues.capacity(), 512);
+        assert_eq!(queues.memory_bytes(), 512 * (128 + 24 + 48 + 16) + 32 + 24);
+        assert_eq!(Queues::new(&gpu, 100).expect("they fit").capacity(), 100);
+    }
+}
