@@ -37,12 +37,16 @@ fn trace_closest(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: 
     var query: ray_query;
     rayQueryInitialize(&query, structure, RayDesc(RAY_FLAG_NONE, 0xffu, t_min, t_max, origin, direction));
     var end = t_max;
+    // Kept here, because Mesa's software driver (25.0) may report another candidate's distance and instance in the end.
+    var sphere = hit_nothing();
     while rayQueryProceed(&query) {
         let candidate = rayQueryGetCandidateIntersection(&query);
         if candidate.kind == RAY_QUERY_INTERSECTION_AABB {
             let t = query_sphere(origin, direction, t_min, end, candidate);
             if t > 0.0 {
                 end = t;
+                sphere = Hit(t, 0.0, 0.0, candidate.instance_custom_data, candidate.geometry_index,
+                    query_primitive(candidate));
                 rayQueryGenerateIntersection(&query, t);
             }
         } else if !SCENE_HAS_ALPHA || alpha_accepts(candidate.instance_custom_data, candidate.geometry_index,
@@ -55,8 +59,10 @@ fn trace_closest(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: 
     if hit.kind == RAY_QUERY_INTERSECTION_NONE {
         return hit_nothing();
     }
-    // Barycentrics are those of triangles.
-    let inside = select(vec2f(0.0), hit.barycentrics, hit.kind == RAY_QUERY_INTERSECTION_TRIANGLE);
+    if hit.kind != RAY_QUERY_INTERSECTION_TRIANGLE {
+        return sphere;
+    }
+    let inside = hit.barycentrics;
     return Hit(hit.t, inside.x, inside.y, hit.instance_custom_data, hit.geometry_index, query_primitive(hit));
 }
 
