@@ -27,7 +27,7 @@ fn pairs(test: &str) -> Vec<Pair> {
         let mut backend = GpuBackend::new(Gpu::open(&GpuOptions::default())?, kind)?;
         backend.set_path_kernel(kernel);
         // Several waves a picture.
-        backend.set_most_paths(3000);
+        backend.set_paths_in_flight(3000);
         Ok::<_, GpuError>(Renderer::new(Box::new(backend)))
     };
     let pair = |kind| {

@@ -66,6 +66,24 @@ fn every_back_end_makes_the_same_picture() {
     }
 }
 
+/// The wavefront makes the megakernel's picture, and says that it did.
+#[test]
+fn kernels_can_be_chosen() {
+    let folder = tempfile::tempdir().unwrap();
+    fail(folder.path(), "render cornell --backend cpu --kernel wavefront", "wavefront");
+    let ran = run(folder.path(), "render cornell --kernel microkernel");
+    assert!(ran.code == Some(2) && ran.stderr.contains("megakernel"), "{ran:?}");
+    if !has("gpu-bvh", "kernels_can_be_chosen") {
+        return;
+    }
+    for (kernel, taken) in [("auto", "megakernel"), ("wavefront", "wavefront")] {
+        let arguments =
+            format!("render cornell {SMALL} --json --backend gpu-bvh --kernel {kernel} -o {kernel}.exr");
+        assert_eq!(succeed(folder.path(), &arguments).json()["kernel"].as_str(), Some(taken));
+    }
+    succeed(folder.path(), "compare auto.exr wavefront.exr --max-flip 0.001");
+}
+
 #[test]
 fn profiles_are_traces_of_host_and_device() {
     let folder = tempfile::tempdir().unwrap();

@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (width, height, samples) = if small { (192, 108, 4) } else { (1920, 1080, 64) };
     let in_flight = match std::env::var("ALHAZEN_PATHS") {
         Ok(list) => list.split(',').map(str::parse).collect::<Result<Vec<u32>, _>>()?,
-        Err(_) => vec![u32::MAX],
+        Err(_) => vec![1 << 20],
     };
     for (name, make) in scenes.into_iter().filter(|(n, _)| wanted.is_empty() || wanted.iter().any(|w| w == n))
     {
@@ -60,9 +60,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             backend.set_path_kernel(PathKernel::Megakernel);
             measure(&mut backend, &view, samples)?;
             if kind != TracerKind::Pipeline {
-                for &most in &in_flight {
+                for &paths in &in_flight {
                     backend.set_path_kernel(PathKernel::Wavefront);
-                    backend.set_most_paths(most);
+                    backend.set_paths_in_flight(paths);
                     measure(&mut backend, &view, samples)?;
                 }
             }

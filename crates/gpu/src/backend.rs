@@ -30,8 +30,8 @@ pub struct GpuBackend {
     timer: Timer,
     ring: StagingRing,
     path_kernel: PathKernel,
-    /// Paths that the wavefront may have in flight.
-    most_paths: u32,
+    /// Paths that the wavefront has in flight; `None`: what suits the device.
+    paths_in_flight: Option<u32>,
     /// Those of the wavefront, once it is used.
     queues: Option<Queues>,
     /// How the last call of `render` was spread over dispatches.
@@ -87,7 +87,7 @@ impl GpuBackend {
             timer,
             ring,
             path_kernel: PathKernel::Auto,
-            most_paths: u32::MAX,
+            paths_in_flight: None,
             queues: None,
             taken: None,
             notices: Vec::new(),
@@ -99,9 +99,10 @@ impl GpuBackend {
         self.path_kernel = kernel;
     }
 
-    /// Sets an upper bound of the paths that the wavefront has in flight, for measurements and for who is short of memory.
-    pub fn set_most_paths(&mut self, most: u32) {
-        (self.most_paths, self.queues) = (most.max(1), None);
+    /// Sets how many paths the wavefront has in flight, as far as the device has room, for measurements and for who is
+    /// short of memory.
+    pub fn set_paths_in_flight(&mut self, paths: u32) {
+        (self.paths_in_flight, self.queues) = (Some(paths), None);
         if let Some(loaded) = &mut self.scene {
             loaded.kernels.retain(|key, _| !key.wavefront);
         }
@@ -202,7 +203,7 @@ impl GpuBackend {
         }
         let queues = match self.queues.take() {
             Some(queues) => queues,
-            None => Queues::new(&self.gpu, self.most_paths)?,
+            None => Queues::new(&self.gpu, self.paths_in_flight)?,
         };
         let kernel = tracing.wavefront(&self.gpu, key.variant, scene, &queues)?;
         let Some(kernel) = kernel else {

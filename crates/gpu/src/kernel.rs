@@ -64,7 +64,8 @@ impl KernelKind {
 /// How path tracing is spread over dispatches.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum PathKernel {
-    /// What is faster.
+    /// The megakernel: of the scenes measured so far, the wavefront is slower on all but one, and even there
+    /// (`docs/performance.md`).
     #[default]
     Auto,
     /// One kernel follows each path from the camera to its end.

@@ -18,7 +18,8 @@ pub enum TracerKind {
     Bvh,
     /// The driver's acceleration structures, asked from a compute shader.
     Query,
-    /// The driver's ray tracing pipeline with a shader binding table.
+    /// The driver's ray tracing pipeline with a shader binding table. The loop over a path's vertices stays in the ray
+    /// generation shader, so that the recursion is bounded: there is no wavefront.
     Pipeline,
 }
 

@@ -99,16 +99,16 @@ pub struct Queues {
 }
 
 impl Queues {
-    /// Queues of a size that suits the device. `most`: an upper bound of the number of paths.
+    /// Queues for `paths` paths, or as many as suit the device; never more than fit.
     ///
     /// # Errors
     /// When there is no memory for them.
-    pub fn new(gpu: &Gpu, most: u32) -> Result<Self, GpuError> {
+    pub fn new(gpu: &Gpu, paths: Option<u32>) -> Result<Self, GpuError> {
         let limit = gpu.limits.max_storage_buffer_binding_size.min(gpu.limits.max_buffer_size);
         let path_bytes = 2 * size_of::<PathRecord>() as u64;
-        let wanted = if gpu.is_software() { PATHS_ON_CPU } else { PATHS_ON_GPU };
-        let capacity =
-            wanted.min(u64::from(most)).min(limit / path_bytes).clamp(1, MOST_GROUPS * u64::from(GROUP));
+        let suitable = if gpu.is_software() { PATHS_ON_CPU } else { PATHS_ON_GPU };
+        let capacity = paths.map_or(suitable, u64::from).min(limit / path_bytes);
+        let capacity = capacity.clamp(1, MOST_GROUPS * u64::from(GROUP));
         let none = BufferUsages::empty();
         let buffer = |object, bytes, usage| empty_buffer(gpu, object, bytes, BufferUsages::STORAGE | usage);
         let buffers = [
@@ -207,9 +207,9 @@ mod tests {
         let caps = crate::LimitCaps { storage_binding_bytes: 1 << 16, ..crate::LimitCaps::default() };
         let options = crate::GpuOptions { limits: Some(caps), ..crate::GpuOptions::default() };
         let Some(gpu) = crate::open_for_test("queues_fit_the_device", &options) else { return };
-        let queues = Queues::new(&gpu, u32::MAX).expect("they fit");
+        let queues = Queues::new(&gpu, Some(u32::MAX)).expect("they fit");
         assert_eq!(queues.capacity(), 512);
         assert_eq!(queues.memory_bytes(), 512 * (128 + 24 + 48 + 16) + 32 + 24);
-        assert_eq!(Queues::new(&gpu, 100).expect("they fit").capacity(), 100);
+        assert_eq!(Queues::new(&gpu, Some(100)).expect("they fit").capacity(), 100);
     }
 }

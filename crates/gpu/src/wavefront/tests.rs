@@ -87,7 +87,7 @@ impl Setup {
             .expect("a kernel")
     }
 
-    fn wavefront(&self, splitting: u32, paths: u32) -> WavefrontKernel {
+    fn wavefront(&self, splitting: u32, paths: Option<u32>) -> WavefrontKernel {
         let queues = Queues::new(&self.gpu, paths).expect("memory");
         WavefrontKernel::new(&self.gpu, variant(splitting), &self.scene, &*self.tracer, queues)
             .expect("a kernel")
@@ -137,10 +137,10 @@ fn samples_are_the_megakernels() {
             let (expected, expected_rays) = setup.render(&mut setup.megakernel(splitting), splitting);
             assert!(expected.iter().flatten().sum::<f64>() > 10.0, "the picture is not black");
             // One wave, several waves, and less paths than a pixel has samples.
-            for paths in [u32::MAX, 500, 4] {
+            for paths in [None, Some(500), Some(4)] {
                 let (picture, rays) = setup.render(&mut setup.wavefront(splitting, paths), splitting);
                 let share = differing(&picture, &expected);
-                let name = format!("{}, {splitting} branches, {paths} paths", kind.name());
+                let name = format!("{}, {splitting} branches, {paths:?} paths", kind.name());
                 assert!(share <= TIPPED, "{name}: {:.1} % of the pixels differ", 100.0 * share);
                 let more = rays as f64 / expected_rays as f64 - 1.0;
                 assert!(more.abs() < 1e-3, "{name}: {rays} rays instead of {expected_rays}");
@@ -160,7 +160,7 @@ fn a_stage_that_does_nothing_is_noticed() {
         (Stage::Connect, tracing, "gathered[ray.slot] += ray.contribution;"),
         (Stage::Shade, shading, "gathered[slot] = path.state.radiance;"),
     ] {
-        let mut kernel = setup.wavefront(1, u32::MAX);
+        let mut kernel = setup.wavefront(1, None);
         let broken = text.replace(line, "");
         assert_ne!(broken, text, "{line}");
         let (queues, film) = (
@@ -181,7 +181,7 @@ fn a_stage_that_does_nothing_is_noticed() {
 #[test]
 fn too_many_branches_are_an_error() {
     let Some(setup) = Setup::new("too_many_branches_are_an_error", TracerKind::Bvh) else { return };
-    let mut kernel = setup.wavefront(3, 2);
+    let mut kernel = setup.wavefront(3, Some(2));
     let batch = Batch { first_row: 0, row_count: 1, first_sample: 0, sample_count: 1 };
     let mut timer = Timer::new(&setup.gpu).expect("memory");
     let error = kernel.submit(&setup.gpu, &mut setup.film(3), batch, &mut timer).expect_err("too many");
