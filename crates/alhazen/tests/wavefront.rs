@@ -4,13 +4,13 @@
 mod common;
 
 use alhazen::gpu::tracer::TracerKind;
-use alhazen::gpu::{Gpu, GpuBackend, GpuError, GpuOptions};
+use alhazen::gpu::{Gpu, GpuBackend, GpuError, GpuOptions, has_hardware};
 use alhazen::{
     Aov, Control, Environment, Film, Integrator, Job, Limits, LoadOptions, PathKernel, PathSettings,
     Renderer, SamplerKind, Scene, Source, Summary,
 };
 use common::path;
-use testkit::scenes;
+use testkit::{Exclusive, scenes};
 
 const SIZE: u32 = 32;
 const SPP: u32 = 8;
@@ -22,22 +22,22 @@ struct Pair {
 }
 
 /// For every way of tracing that has a wavefront on this machine.
-fn pairs(test: &str) -> Vec<Pair> {
-    let open = |kind: TracerKind, kernel: PathKernel| {
-        let mut backend = GpuBackend::new(Gpu::open(&GpuOptions::default())?, kind)?;
-        backend.set_path_kernel(kernel);
-        // Several waves a picture.
-        backend.set_paths_in_flight(3000);
-        Ok::<_, GpuError>(Renderer::new(Box::new(backend)))
-    };
-    let pair = |kind| {
+fn pairs(test: &str) -> Exclusive<Vec<Pair>> {
+    let pair = |kind: TracerKind| {
         let megakernel = open(kind, PathKernel::Megakernel)?;
-        Ok::<_, GpuError>(Pair { megakernel, wavefront: open(kind, PathKernel::Wavefront)? })
+        Ok(Pair { megakernel, wavefront: open(kind, PathKernel::Wavefront)? })
     };
-    let found = [TracerKind::Bvh, TracerKind::Query].into_iter().filter_map(|kind| {
-        pair(kind).map_err(|error| testkit::skip_without_gpu(test, &error.to_string())).ok()
-    });
-    found.collect()
+    let skipped = |error: GpuError| testkit::skip_without_gpu(test, &error.to_string());
+    let kinds = [TracerKind::Bvh, TracerKind::Query].into_iter();
+    Exclusive::new(has_hardware(), || kinds.filter_map(|kind| pair(kind).map_err(skipped).ok()).collect())
+}
+
+fn open(kind: TracerKind, kernel: PathKernel) -> Result<Renderer, GpuError> {
+    let mut backend = GpuBackend::new(Gpu::open(&GpuOptions::default())?, kind)?;
+    backend.set_path_kernel(kernel);
+    // Several waves a picture.
+    backend.set_paths_in_flight(3000);
+    Ok(Renderer::new(Box::new(backend)))
 }
 
 fn render(renderer: &mut Renderer, scene: &Scene, job: &Job) -> (Film, Summary) {
@@ -87,19 +87,19 @@ fn test_scenes_are_the_same() {
     let mut sky = scenes::spheres();
     sky.environment = Environment::Constant(glam::Vec3::new(0.5, 0.7, 1.0));
     let scenes = [scenes::cornell(), scenes::glass(), scenes::assortment(), sky, scenes::hairy(2, 3)];
-    for mut pair in pairs("test_scenes_are_the_same") {
+    for pair in pairs("test_scenes_are_the_same").iter_mut() {
         for scene in &scenes {
-            compare(&mut pair, scene, &job(scene), 0.02);
+            compare(pair, scene, &job(scene), 0.02);
         }
     }
 }
 
 #[test]
 fn builtin_scenes_are_the_same() {
-    for mut pair in pairs("builtin_scenes_are_the_same") {
+    for pair in pairs("builtin_scenes_are_the_same").iter_mut() {
         for builtin in alhazen::builtin::list() {
             let scene = Source::parse(builtin.name).load(&LoadOptions::default()).expect("built in").scene;
-            compare(&mut pair, &scene, &job(&scene), 0.02);
+            compare(pair, &scene, &job(&scene), 0.02);
         }
     }
 }
@@ -121,8 +121,8 @@ fn every_setting_is_the_same() {
     };
     job.camera.lens_radius = 0.05;
     job.camera.focus_distance = 6.0;
-    for mut pair in pairs("every_setting_is_the_same") {
-        compare(&mut pair, &scene, &job, 0.02);
+    for pair in pairs("every_setting_is_the_same").iter_mut() {
+        compare(pair, &scene, &job, 0.02);
         let layers = [&mut pair.megakernel, &mut pair.wavefront].map(|renderer| {
             let film = renderer.film().expect("film").expect("rendered");
             job.aovs.iter().map(|&aov| format!("{:?}", film.aov(aov).expect("asked for"))).collect::<Vec<_>>()
@@ -135,7 +135,7 @@ fn every_setting_is_the_same() {
 #[test]
 fn a_missing_vertex_is_noticed() {
     let scene = scenes::cornell();
-    for mut pair in pairs("a_missing_vertex_is_noticed").into_iter().take(1) {
+    for pair in pairs("a_missing_vertex_is_noticed").iter_mut().take(1) {
         let (expected, _) = render(&mut pair.megakernel, &scene, &job(&scene));
         let (short, _) = render(&mut pair.wavefront, &scene, &Job { integrator: path(5), ..job(&scene) });
         assert!(differing_share(&short, &expected) > 0.5);
@@ -146,8 +146,8 @@ fn a_missing_vertex_is_noticed() {
 #[test]
 fn stages_are_timed_and_cancelled() {
     let scene = scenes::cornell();
-    for Pair { wavefront: mut renderer, .. } in pairs("stages_are_timed_and_cancelled") {
-        render(&mut renderer, &scene, &job(&scene));
+    for Pair { wavefront: renderer, .. } in pairs("stages_are_timed_and_cancelled").iter_mut() {
+        render(renderer, &scene, &job(&scene));
         let passes = renderer.take_passes();
         for name in ["generate", "extend", "shade", "connect", "accumulate"] {
             assert!(passes.iter().any(|p| p.name == name) || passes.is_empty(), "{name}: {passes:?}");
@@ -171,14 +171,11 @@ fn stages_are_timed_and_cancelled() {
 #[test]
 fn pipelines_say_that_they_have_no_wavefront() {
     let test = "pipelines_say_that_they_have_no_wavefront";
-    let backend =
-        Gpu::open(&GpuOptions::default()).and_then(|gpu| GpuBackend::new(gpu, TracerKind::Pipeline));
-    let mut backend = match backend {
-        Ok(backend) => backend,
-        Err(error) => return testkit::skip_without_gpu(test, &error.to_string()),
-    };
-    backend.set_path_kernel(PathKernel::Wavefront);
-    let mut renderer = Renderer::new(Box::new(backend));
+    let opened = Exclusive::new(has_hardware(), || open(TracerKind::Pipeline, PathKernel::Wavefront));
+    if let Err(error) = &*opened {
+        return testkit::skip_without_gpu(test, &error.to_string());
+    }
+    let mut renderer = opened.map(|renderer| renderer.expect("looked at above"));
     let scene = scenes::cornell();
     let (film, _) = render(&mut renderer, &scene, &job(&scene));
     assert!(film.mean().iter().all(|m| *m > 0.0));

@@ -54,7 +54,7 @@ fn view(splitting: u32) -> backend::View {
 
 /// A device with a scene and a tracer.
 struct Setup {
-    gpu: Gpu,
+    gpu: testkit::Exclusive<Gpu>,
     scene: GpuScene,
     tracer: Box<dyn Tracer>,
 }
