@@ -7,7 +7,7 @@ use crate::scene::update::StagingRing;
 use crate::shader::Variant;
 use crate::timing::Timer;
 use crate::tracer::TracerKind;
-use crate::wavefront::Queues;
+use crate::wavefront::{Queues, choice};
 use crate::{Gpu, GpuError, GpuScene};
 use backend::{Backend, BackendError, Control, Integrator, LoadStats, PassTime, Stats, View};
 use film::Film;
@@ -172,17 +172,33 @@ impl GpuBackend {
     }
 
     /// Compiles the kernel for a view, if it is the first of its kind.
-    fn prepare_kernel(&mut self, view: &View) -> Result<KernelKey, GpuError> {
+    fn prepare_kernel(&mut self, view: &View, samples: u32) -> Result<KernelKey, GpuError> {
         let kind = KernelKind::of(&view.integrator);
         let splitting = matches!(&view.integrator, Integrator::Path(s) if s.splitting > 1);
         let aovs = self.picture.as_ref().is_some_and(|p| p.buffers.wants_aovs());
         let of_scene = self.scene.as_ref().map(|s| s.scene.variant()).unwrap_or_default();
         let variant = Variant { aovs, splitting, ..of_scene };
-        let wavefront = kind == KernelKind::Path && self.path_kernel == PathKernel::Wavefront;
-        let key = KernelKey { kind, variant, wavefront };
-        if wavefront && self.prepare_wavefront(key)? {
-            self.taken = Some(PathKernel::Wavefront.name());
-            return Ok(key);
+        let all_samples = u64::from(samples) * view.window.area() as u64;
+        let is_faster = |s: &Loaded| choice::is_faster(&self.gpu, self.kind, &s.scene.tables, all_samples);
+        let wanted = match self.path_kernel {
+            PathKernel::Auto => self.scene.as_ref().is_some_and(is_faster),
+            PathKernel::Megakernel => false,
+            PathKernel::Wavefront => true,
+        };
+        let key = KernelKey { kind, variant, wavefront: wanted && kind == KernelKind::Path };
+        if key.wavefront {
+            match self.prepare_wavefront(key) {
+                Ok(false) => {}
+                Ok(true) => {
+                    self.taken = Some(PathKernel::Wavefront.name());
+                    return Ok(key);
+                }
+                // Who did not ask for queues need not hear that there is no memory for them.
+                Err(GpuError::Allocation { .. }) if self.path_kernel == PathKernel::Auto => {
+                    self.path_kernel = PathKernel::Megakernel;
+                }
+                Err(error) => return Err(error),
+            }
         }
         let key = KernelKey { wavefront: false, ..key };
         if let (Some(Loaded { scene, tracing, kernels }), Some(picture)) = (&mut self.scene, &self.picture)
@@ -226,7 +242,7 @@ impl GpuBackend {
         control: &Control,
         stats: &mut Stats,
     ) -> Result<(), GpuError> {
-        let key = self.prepare_kernel(view)?;
+        let key = self.prepare_kernel(view, samples)?;
         let (Some(scene), Some(picture)) = (&mut self.scene, &mut self.picture) else { return Ok(()) };
         let (gpu, timer) = (&self.gpu, &mut self.timer);
         picture.rays = 0;

@@ -64,8 +64,8 @@ impl KernelKind {
 /// How path tracing is spread over dispatches.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum PathKernel {
-    /// The megakernel: of the scenes measured so far, the wavefront is slower on all but one, and even there
-    /// (`docs/performance.md`).
+    /// The faster one by the rule of [`crate::wavefront::choice`]: the wavefront for many samples of scenes with glass
+    /// or many triangles, else the megakernel.
     #[default]
     Auto,
     /// One kernel follows each path from the camera to its end.

@@ -7,6 +7,7 @@
 //! What happens at a vertex is the same text as the megakernel's (`shaders/path_vertex.wgsl`) with the same random numbers,
 //! so both make the same samples, up to rounding.
 
+pub mod choice;
 mod queues;
 pub mod stage;
 

@@ -11,8 +11,8 @@ pub const GROUP: u32 = 64;
 /// Workgroups that every device can start at a time in one dimension.
 const MOST_GROUPS: u64 = 65_535;
 
-/// Paths in flight on a GPU: some waves of all its threads, so that what is left at the last vertices still fills it.
-const PATHS_ON_GPU: u64 = 1 << 20;
+/// Paths in flight on a GPU. Each dispatch waits for its slowest ray, which must not count among the others.
+const PATHS_ON_GPU: u64 = 1 << 22;
 
 /// Paths in flight on a processor, whose caches they should not leave.
 const PATHS_ON_CPU: u64 = 1 << 14;
@@ -60,6 +60,20 @@ pub struct ShadowRecord {
 /// Bytes of a path's radiance.
 const RADIANCE_BYTES: u64 = 16;
 
+/// Bytes of both places of a path.
+const PATH_BYTES: u64 = 2 * size_of::<PathRecord>() as u64;
+
+/// Paths for which there can be queues on a device.
+fn most_paths(gpu: &Gpu) -> u64 {
+    let limit = gpu.limits.max_storage_buffer_binding_size.min(gpu.limits.max_buffer_size);
+    (limit / PATH_BYTES).min(MOST_GROUPS * u64::from(GROUP))
+}
+
+/// Paths in flight that suit a device.
+pub fn suitable_paths(gpu: &Gpu) -> u64 {
+    most_paths(gpu).min(if gpu.is_software() { PATHS_ON_CPU } else { PATHS_ON_GPU })
+}
+
 /// Where a wave is.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 #[repr(C)]
@@ -104,16 +118,13 @@ impl Queues {
     /// # Errors
     /// When there is no memory for them.
     pub fn new(gpu: &Gpu, paths: Option<u32>) -> Result<Self, GpuError> {
-        let limit = gpu.limits.max_storage_buffer_binding_size.min(gpu.limits.max_buffer_size);
-        let path_bytes = 2 * size_of::<PathRecord>() as u64;
-        let suitable = if gpu.is_software() { PATHS_ON_CPU } else { PATHS_ON_GPU };
-        let capacity = paths.map_or(suitable, u64::from).min(limit / path_bytes);
-        let capacity = capacity.clamp(1, MOST_GROUPS * u64::from(GROUP));
+        let capacity = paths.map_or(suitable_paths(gpu), |paths| u64::from(paths).min(most_paths(gpu)));
+        let capacity = capacity.max(1);
         let none = BufferUsages::empty();
         let buffer = |object, bytes, usage| empty_buffer(gpu, object, bytes, BufferUsages::STORAGE | usage);
         let buffers = [
             buffer("the wave", size_of::<Wave>() as u64, none)?,
-            buffer("the paths in flight", capacity * path_bytes, none)?,
+            buffer("the paths in flight", capacity * PATH_BYTES, none)?,
             buffer("hits", capacity * size_of::<Hit>() as u64, none)?,
             buffer("shadow rays", capacity * size_of::<ShadowRecord>() as u64, none)?,
             buffer("gathered radiance", capacity * RADIANCE_BYTES, none)?,
