@@ -173,7 +173,8 @@ enum PrepareError {
 
 pub fn renderer_options(settings: &Settings) -> PyResult<RendererOptions> {
     let backend: BackendChoice = settings.backend.parse().map_err(|e| bad(format!("backend: {e}")))?;
-    Ok(RendererOptions { backend, adapter: settings.adapter.clone(), threads: settings.threads })
+    let (adapter, threads) = (settings.adapter.clone(), settings.threads);
+    Ok(RendererOptions { backend, adapter, threads, ..RendererOptions::default() })
 }
 
 pub fn limits(scene: &alhazen::Scene, settings: &Settings) -> PyResult<Limits> {

@@ -68,7 +68,8 @@ pub fn run(args: &DatasetArgs) -> anyhow::Result<()> {
     if !args.quiet {
         print_report(&loaded.report, false);
     }
-    let options = RendererOptions { backend: args.backend, adapter: None, threads: args.threads };
+    let options =
+        RendererOptions { backend: args.backend, threads: args.threads, ..RendererOptions::default() };
     let mut renderer = Renderer::choose(&options)?.renderer;
     let job = Job { seed: args.seed, ..Job::for_scene(&loaded.scene) };
     let spp = args.spp.or(loaded.scene.defaults.spp).unwrap_or(Limits::default().spp);
