@@ -1,10 +1,12 @@
 //! What goes into a query and what comes out.
 
+use bytemuck::{Pod, Zeroable};
+
 /// The part of a line on which hits count: `origin + t direction` for `t_min < t < t_max`.
 ///
 /// The direction may have any length but zero; `t` is in units of that length. A negative `t_min` counts as zero. A
 /// ray with NaN anywhere, or with an infinite origin or direction, misses everything; `t_max` may be infinite.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Ray {
     /// Where the ray starts.

@@ -1,6 +1,7 @@
 //! What runs on the device for a batch of samples.
 
 use crate::film::{Batch, FilmBuffers};
+use crate::rays::{RayBuffers, RayKernel, RayQuestion};
 use crate::shader::{Variant, assemble};
 use crate::timing::Timer;
 use crate::tracer::Tracer;
@@ -152,6 +153,18 @@ pub trait Tracing: Send {
         Ok(None)
     }
 
+    /// Compiles what answers lists of rays. `rays` has the layout of all later lists.
+    ///
+    /// # Errors
+    /// When the driver refuses a shader.
+    fn ray_kernel(
+        &self,
+        gpu: &Gpu,
+        question: RayQuestion,
+        scene: &GpuScene,
+        rays: &RayBuffers,
+    ) -> Result<Box<dyn RayKernel>, GpuError>;
+
     /// Follows a change of the scene, which has already taken it. Returns whether that was possible; otherwise the
     /// structures and all kernels have to be made again.
     ///
@@ -186,6 +199,21 @@ impl Tracing for ComputeTracing {
         queues: &Queues,
     ) -> Result<Option<Box<dyn Kernel>>, GpuError> {
         Ok(Some(Box::new(WavefrontKernel::new(gpu, variant, scene, &*self.0, queues.clone())?)))
+    }
+
+    fn ray_kernel(
+        &self,
+        gpu: &Gpu,
+        question: RayQuestion,
+        scene: &GpuScene,
+        rays: &RayBuffers,
+    ) -> Result<Box<dyn RayKernel>, GpuError> {
+        let variant = Variant { alpha: scene.has_alpha(), ..Variant::default() };
+        let text = assemble(&self.0.text(), &question.compute_text(), variant);
+        let name = format!("rays on {}", self.0.kind().name());
+        let pipeline = gpu.compute_pipeline(&name, &text, &[&scene.layout, self.0.layout(), &rays.layout])?;
+        let (scene, tracer) = (scene.bind_group.clone(), self.0.bind_group().clone());
+        Ok(Box::new(ComputeRays { pipeline, scene, tracer }))
     }
 
     fn update(&mut self, gpu: &Gpu, scene: &GpuScene, changes: Changes) -> Result<bool, GpuError> {
@@ -251,6 +279,40 @@ impl Kernel for Megakernel {
             pass.dispatch_workgroups(groups[0], groups[1], 1);
             drop(pass);
             gpu.queue.submit([encoder.finish()])
+        })
+        .map_err(|reason| GpuError::Device { doing: "starting a pass", reason })
+    }
+}
+
+/// A compute shader that answers rays.
+struct ComputeRays {
+    pipeline: wgpu::ComputePipeline,
+    scene: wgpu::BindGroup,
+    tracer: wgpu::BindGroup,
+}
+
+impl RayKernel for ComputeRays {
+    fn submit(&mut self, gpu: &Gpu, rays: &RayBuffers, timer: &mut Timer) -> Result<(), GpuError> {
+        let groups = rays.size().map(|n| n.div_ceil(8));
+        let offered = gpu.limits.max_compute_workgroups_per_dimension;
+        if let Some(&needed) = groups.iter().find(|&&n| n > offered) {
+            let (adapter, needed, offered) = (gpu.info.name.clone(), needed.into(), offered.into());
+            return Err(GpuError::Limit { adapter, limit: "workgroups of one dispatch", needed, offered });
+        }
+        let slot = timer.slot("rays");
+        gpu.guarded(|| {
+            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some("rays"),
+                timestamp_writes: slot.map(|s| s.compute()),
+            });
+            pass.set_pipeline(&self.pipeline);
+            pass.set_bind_group(0, &self.scene, &[]);
+            pass.set_bind_group(1, &self.tracer, &[]);
+            pass.set_bind_group(2, &rays.bind_group, &[]);
+            pass.dispatch_workgroups(groups[0], groups[1], 1);
+            drop(pass);
+            gpu.queue.submit([encoder.finish()]);
         })
         .map_err(|reason| GpuError::Device { doing: "starting a pass", reason })
     }

@@ -14,6 +14,7 @@ mod layout;
 #[cfg(not(any(target_vendor = "apple", target_arch = "wasm32")))]
 pub mod pipeline;
 mod plan;
+pub mod rays;
 pub mod scene;
 pub mod shader;
 pub mod timing;

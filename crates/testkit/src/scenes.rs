@@ -12,7 +12,7 @@ use scene::{
 };
 
 pub use assortment::assortment;
-pub use hairy::hairy;
+pub use hairy::{blobs_in_a_room, hairy};
 
 /// A Lambertian material.
 #[must_use]

@@ -19,8 +19,9 @@ mod tests;
 
 use crate::film::{Batch, FilmBuffers};
 use crate::kernel::{Kernel, KernelKind, Tracing};
+use crate::rays::{RayBuffers, RayKernel, RayQuestion};
 use crate::shader::{Variant, scene_text};
-use crate::timing::Timer;
+use crate::timing::{Timer, TimerSlot};
 use crate::{Gpu, GpuError, GpuScene};
 use program::{Program, Resource};
 use scene::tables::Changes;
@@ -116,6 +117,18 @@ impl Tracing for PipelineTracing {
         Ok(Box::new(PipelineKernel { name: kind.name(), program, scene: scene_resources(scene), film: None }))
     }
 
+    fn ray_kernel(
+        &self,
+        _gpu: &Gpu,
+        question: RayQuestion,
+        scene: &GpuScene,
+        _rays: &RayBuffers,
+    ) -> Result<Box<dyn RayKernel>, GpuError> {
+        let variant = Variant { alpha: scene.has_alpha(), ..Variant::default() };
+        let program = self.program("rays", &generation_text(&question.pipeline_text(), variant))?;
+        Ok(Box::new(PipelineRays { program, scene: scene_resources(scene), hits: None }))
+    }
+
     fn update(&mut self, _: &Gpu, scene: &GpuScene, changes: Changes) -> Result<bool, GpuError> {
         // Of materials the table has only which is where, and of what class: colours may change.
         if (changes.materials || changes.lights) && HitTable::new(&scene.tables) != self.table {
@@ -170,15 +183,7 @@ impl PipelineKernel {
         if self.film.as_ref() == Some(&film.pixels) {
             return Ok(());
         }
-        // wgpu does not see what the pipeline writes: a film that it has not cleared, it would clear when it reads it.
-        gpu.guarded(|| {
-            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            for buffer in [&film.pixels, &film.counters, &film.aovs] {
-                encoder.clear_buffer(buffer, 0, None);
-            }
-            gpu.queue.submit([encoder.finish()]);
-        })
-        .map_err(|reason| GpuError::Device { doing: "clearing the film", reason })?;
+        clear(gpu, &[&film.pixels, &film.counters, &film.aovs])?;
         let resources: Vec<_> = self.scene.iter().cloned().chain(film_resources(film)).collect();
         // Of a lost device all handles are gone, which is not the shaders' fault.
         self.program.bind(resources).map_err(|error| gpu.wait("binding the film").err().unwrap_or(error))?;
@@ -198,30 +203,71 @@ impl Kernel for PipelineKernel {
         self.bind(gpu, film)?;
         film.set_batch(gpu, batch)?;
         let size = [film.contents.window_width(), batch.row_count, 1];
-        let slot = timer.slot(self.name);
-        let encoder = || gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        // Raw commands and wgpu's must not share an encoder: passes without work take the times before and after.
-        let stamp = |begin: bool| {
-            let mut encoder = encoder();
-            if let Some(slot) = slot {
-                let writes = wgpu::ComputePassTimestampWrites {
-                    query_set: slot.queries,
-                    beginning_of_pass_write_index: begin.then_some(slot.begin),
-                    end_of_pass_write_index: (!begin).then_some(slot.begin + 1),
-                };
-                let label = Some(self.name);
-                encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                    label,
-                    timestamp_writes: Some(writes),
-                });
-            }
-            encoder.finish()
-        };
-        gpu.guarded(|| {
-            let mut tracing = encoder();
-            self.program.trace(&mut tracing, size)?;
-            Ok(gpu.queue.submit([stamp(true), tracing.finish(), stamp(false)]))
-        })
-        .map_err(|reason| GpuError::Device { doing: "starting a pass", reason })?
+        submit_timed(gpu, &self.program, size, self.name, timer.slot(self.name))
+    }
+}
+
+/// Fills buffers that a pipeline writes with zeros: wgpu does not see what pipelines write, and what it has never cleared, it
+/// would clear when it reads it.
+fn clear(gpu: &Gpu, buffers: &[&wgpu::Buffer]) -> Result<(), GpuError> {
+    gpu.guarded(|| {
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        buffers.iter().for_each(|buffer| encoder.clear_buffer(buffer, 0, None));
+        gpu.queue.submit([encoder.finish()]);
+    })
+    .map_err(|reason| GpuError::Device { doing: "clearing what a pipeline writes", reason })
+}
+
+/// Submits one ray generation shader for each of `size`, with the times before and after.
+fn submit_timed(
+    gpu: &Gpu,
+    program: &Program,
+    size: [u32; 3],
+    label: &'static str,
+    slot: Option<TimerSlot<'_>>,
+) -> Result<wgpu::SubmissionIndex, GpuError> {
+    let encoder = || gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    // Raw commands and wgpu's must not share an encoder: passes without work take the times.
+    let stamp = |begin: bool| {
+        let mut encoder = encoder();
+        if let Some(slot) = slot {
+            let writes = wgpu::ComputePassTimestampWrites {
+                query_set: slot.queries,
+                beginning_of_pass_write_index: begin.then_some(slot.begin),
+                end_of_pass_write_index: (!begin).then_some(slot.begin + 1),
+            };
+            let timestamp_writes = Some(writes);
+            encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some(label), timestamp_writes });
+        }
+        encoder.finish()
+    };
+    gpu.guarded(|| {
+        let mut tracing = encoder();
+        program.trace(&mut tracing, size)?;
+        Ok(gpu.queue.submit([stamp(true), tracing.finish(), stamp(false)]))
+    })
+    .map_err(|reason| GpuError::Device { doing: "starting a pass", reason })?
+}
+
+/// A pipeline that answers rays.
+struct PipelineRays {
+    program: Program,
+    scene: Vec<Bound>,
+    /// The hits of the list that is bound.
+    hits: Option<wgpu::Buffer>,
+}
+
+impl RayKernel for PipelineRays {
+    fn submit(&mut self, gpu: &Gpu, rays: &RayBuffers, timer: &mut Timer) -> Result<(), GpuError> {
+        if self.hits.as_ref() != Some(&rays.hits) {
+            clear(gpu, &[&rays.hits])?;
+            let buffers = [&rays.list, &rays.rays, &rays.hits];
+            let list = buffers.into_iter().map(|b| Resource::Buffer(b.clone()));
+            let list = (0..).zip(list).map(|(binding, resource)| ((2, binding), resource));
+            self.program.bind(self.scene.iter().cloned().chain(list).collect())?;
+            self.hits = Some(rays.hits.clone());
+        }
+        let [width, height] = rays.size();
+        submit_timed(gpu, &self.program, [width, height, 1], "rays", timer.slot("rays")).map(|_| ())
     }
 }

@@ -1,6 +1,6 @@
 //! The scene of many instances.
 
-use super::{Build, camera, emitter, lambert, quads, square};
+use super::{Build, camera, cuboid, emitter, lambert, quads, square};
 use crate::Random;
 use glam::{Affine3A, Quat, Vec3};
 use scene::{Instance, Mesh, Scene, Shape, TriangleMesh};
@@ -37,6 +37,27 @@ pub fn hairy(level: u32, side: u32) -> Scene {
     let (r, h) = (14.0, f64::from(side) * 2.4 + 8.0);
     scene.add_mesh("light", quads(&[[[r, h, -r], [r, h, r], [-r, h, r], [-r, h, -r]]]), light);
     scene.cameras.push(camera([19.0, 14.0, 24.0], [0.0, 7.0, 0.0], 45.0));
+    scene
+}
+
+/// `count` dented spheres of 20·4^`level` triangles each, in rows of three, in a closed room of 10 m × 10 m × 5 m: what
+/// the shared data's meshes for ray benchmarks show (`mesh2m` is level 7 and count 6), with other dents.
+///
+/// The camera stands in the room, so that every ray hits something.
+#[must_use]
+pub fn blobs_in_a_room(level: u32, count: u32) -> Scene {
+    let mut scene = Scene { name: "blobs in a room".into(), ..Scene::default() };
+    let grey = scene.add_material(lambert("grey", [0.6; 3]));
+    let first_row = if count > 3 { 0.5 } else { 0.0 };
+    for i in 0..count {
+        let (column, row) = ((i % 3) as f32, (i / 3) as f32);
+        let at = Vec3::new((column - 1.0) * 2.3, 1.25, (row - first_row) * -2.3);
+        let mut mesh = blob(level, u64::from(i));
+        mesh.positions.iter_mut().for_each(|p| *p += at);
+        scene.add_mesh(&format!("blob{i}"), mesh, grey);
+    }
+    scene.add_mesh("room", cuboid([-5.0, 0.0, -5.0], [5.0, 5.0, 5.0]), grey);
+    scene.cameras.push(camera([0.0, 2.4, 4.6], [0.0, 1.0, 0.0], 60.0));
     scene
 }
 
