@@ -208,8 +208,7 @@ impl Tracing for ComputeTracing {
         scene: &GpuScene,
         rays: &RayBuffers,
     ) -> Result<Box<dyn RayKernel>, GpuError> {
-        let variant = Variant { alpha: scene.has_alpha(), ..Variant::default() };
-        let text = assemble(&self.0.text(), &question.compute_text(), variant);
+        let text = assemble(&self.0.text(), &question.compute_text(), scene.variant());
         let name = format!("rays on {}", self.0.kind().name());
         let pipeline = gpu.compute_pipeline(&name, &text, &[&scene.layout, self.0.layout(), &rays.layout])?;
         let (scene, tracer) = (scene.bind_group.clone(), self.0.bind_group().clone());

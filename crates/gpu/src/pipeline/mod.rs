@@ -124,8 +124,8 @@ impl Tracing for PipelineTracing {
         scene: &GpuScene,
         _rays: &RayBuffers,
     ) -> Result<Box<dyn RayKernel>, GpuError> {
-        let variant = Variant { alpha: scene.has_alpha(), ..Variant::default() };
-        let program = self.program("rays", &generation_text(&question.pipeline_text(), variant))?;
+        let text = generation_text(&question.pipeline_text(), scene.variant());
+        let program = self.program("rays", &text)?;
         Ok(Box::new(PipelineRays { program, scene: scene_resources(scene), hits: None }))
     }
 
