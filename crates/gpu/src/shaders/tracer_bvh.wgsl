@@ -5,6 +5,7 @@
 //
 // The text in front of this one defines, besides the structures `BvhNode` to `BvhInstance` and their buffers:
 //   BVH_STACK          how many groups may wait at a time
+//   BVH_TURNS          whether primitives are tested one a turn
 //   BVH_SINGLE         whether there is one instance that stands in the world as it is
 //   BVH_HAS_TRIANGLES, BVH_HAS_SPHERES
 //   fn bvh_grid(node: u32) -> vec4u, fn bvh_links(node: u32) -> vec4u, fn bvh_planes(node: u32, at: u32) -> vec4u
@@ -159,6 +160,10 @@ fn bvh_enter(index: u32, origin: vec3f, direction: vec3f) -> BvhRay {
 }
 
 // The nearest hit, or with `any` the first that is found.
+//
+// With BVH_TURNS each turn visits at most one node and tests at most one primitive. Threads that run in step take their turns
+// together: a loop over the primitives of a node has most of them wait for those that have more. In small hierarchies all
+// have about as many, and the turns themselves cost more.
 fn bvh_walk(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32, any: bool) -> Hit {
     var hit = Hit(t_max, 0.0, 0.0, NONE, NONE, NONE);
     let start = max(t_min, 0.0);
@@ -175,10 +180,10 @@ fn bvh_walk(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32, 
     var size = 0u;
     // Nodes: their base index; hits in the upper eight bits and slots that hold nodes in the lower eight.
     var nodes = vec2u(world_root, 0x80000000u);
+    // Primitives or instances, which come before the next node: their base index and hits.
+    var primitives = vec2u(0u);
     loop {
-        // Primitives or instances: their base index and hits.
-        var primitives = nodes;
-        if (nodes.y & BVH_NODES) != 0u {
+        if primitives.y == 0u {
             let bit = firstLeadingBit(nodes.y);
             nodes.y &= ~(1u << bit);
             if (nodes.y & BVH_NODES) != 0u {
@@ -192,14 +197,13 @@ fn bvh_walk(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32, 
             let inner = grid.w >> 24u;
             nodes = vec2u(links.x, (bvh_in_order(hits & inner, ray.upwards) << 24u) | inner);
             primitives = vec2u(links.y, bvh_in_leaves(hits & ~inner, links.zw));
-        } else {
-            nodes.y = 0u;
         }
-        if BVH_SINGLE || inside {
-            while primitives.y != 0u {
-                let bit = firstLeadingBit(primitives.y);
-                primitives.y &= ~(1u << bit);
-                let p = bvh_primitive(primitives.x + bit);
+        while primitives.y != 0u {
+            let bit = firstLeadingBit(primitives.y);
+            let index = primitives.x + bit;
+            primitives.y &= ~(1u << bit);
+            if BVH_SINGLE || inside {
+                let p = bvh_primitive(index);
                 let a = bitcast<vec3f>(p.a.xyz);
                 let b = bitcast<vec3f>(p.b.xyz);
                 if BVH_HAS_SPHERES && (is_sphere || !BVH_HAS_TRIANGLES) {
@@ -219,25 +223,26 @@ fn bvh_walk(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32, 
                 if any && hit.instance != NONE {
                     return hit;
                 }
+            } else {
+                if primitives.y != 0u {
+                    size = bvh_push(size, primitives);
+                    primitives.y = 0u;
+                }
+                if (nodes.y & BVH_NODES) != 0u {
+                    size = bvh_push(size, nodes);
+                }
+                upper_size = size;
+                ray = bvh_enter(index, origin, direction);
+                inside = true;
+                instance = bvh_instances[index].index;
+                is_sphere = (bvh_instances[index].flags & BVH_INSTANCE_SPHERES) != 0u;
+                nodes = vec2u(bvh_instances[index].root, 0x80000000u);
             }
-        } else if primitives.y != 0u {
-            let bit = firstLeadingBit(primitives.y);
-            primitives.y &= ~(1u << bit);
-            if primitives.y != 0u {
-                size = bvh_push(size, primitives);
+            if BVH_TURNS {
+                break;
             }
-            if (nodes.y & BVH_NODES) != 0u {
-                size = bvh_push(size, nodes);
-            }
-            upper_size = size;
-            let index = primitives.x + bit;
-            ray = bvh_enter(index, origin, direction);
-            inside = true;
-            instance = bvh_instances[index].index;
-            is_sphere = (bvh_instances[index].flags & BVH_INSTANCE_SPHERES) != 0u;
-            nodes = vec2u(bvh_instances[index].root, 0x80000000u);
         }
-        if (nodes.y & BVH_NODES) == 0u {
+        if primitives.y == 0u && (nodes.y & BVH_NODES) == 0u {
             if !BVH_SINGLE && inside && size == upper_size {
                 inside = false;
                 ray = bvh_ray(origin, direction, bvh_instances[0].extent);
@@ -247,6 +252,9 @@ fn bvh_walk(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32, 
             }
             size--;
             nodes = bvh_stack[size];
+            if !BVH_SINGLE && (nodes.y & BVH_NODES) == 0u {
+                primitives = nodes;
+            }
         }
     }
     return hit;

@@ -213,7 +213,7 @@ fn scenes() -> Vec<(&'static str, SceneTables)> {
         ("cornell", testkit::scenes::cornell()),
         ("glass", testkit::scenes::glass()),
         ("spheres", testkit::scenes::spheres()),
-        ("hairy", testkit::scenes::hairy(3, 3)),
+        ("hairy", testkit::scenes::hairy(5, 2)),
         ("three-spheres", with_spheres),
     ]
     .map(|(name, scene)| (name, SceneTables::build(&scene)))
@@ -223,9 +223,11 @@ fn scenes() -> Vec<(&'static str, SceneTables)> {
 #[test]
 fn hits_are_those_of_the_cpu() {
     let Some(gpu) = open_for_test("hits_are_those_of_the_cpu", &GpuOptions::default()) else { return };
+    let mut kinds = std::collections::BTreeSet::new();
     for (name, tables) in scenes() {
         let rays = rays(&tables, 20_000, 7);
         let encoded = encode(&tables, Quality::Balanced);
+        kinds.insert((encoded.is_single(), encoded.nodes.len() >= TURNS_FROM_NODES));
         let found = trace(&gpu, &tables, &encoded, &rays);
         let cpu = cpu_scene(&tables);
         let differ = differences(&found, &rays, |ray| cpu.closest(ray, &Opaque));
@@ -251,6 +253,7 @@ fn hits_are_those_of_the_cpu() {
             }
         }
     }
+    assert_eq!(kinds.len(), 4, "one level and two, large and small: {kinds:?}");
 }
 
 /// The walk must give the same through several pages.
