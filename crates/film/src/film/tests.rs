@@ -214,23 +214,3 @@ fn sums_of_layers_and_samples_agree() {
     assert_eq!(at_once.invalid_aovs(), 2);
     assert!(one_by_one != at_once);
 }
-
-#[test]
-fn tiles_cover_the_rectangle_once() {
-    let rect = Rect { x: 5, y: 7, width: 31, height: 17 };
-    for count in 1..=40 {
-        let tiles: Vec<Rect> = (0..count).map(|i| rect.tile(i, count).unwrap()).collect();
-        assert_eq!(tiles.iter().map(Rect::area).sum::<usize>(), rect.area(), "{count}");
-        let areas = tiles.iter().map(Rect::area);
-        let (least, most) = (areas.clone().min().unwrap(), areas.max().unwrap());
-        assert!(most <= 3 * least, "{count}: {least} to {most} pixels");
-        for (i, a) in tiles.iter().enumerate() {
-            assert!(rect.contains_rect(a) && a.area() > 0);
-            assert!(tiles[..i].iter().all(|b| a.intersection(b).is_none()), "{count}: {a:?}");
-        }
-        assert_eq!(rect.tile(count, count), None);
-    }
-    assert_eq!(rect.tile(0, 2), Some(Rect { x: 5, y: 7, width: 15, height: 17 }));
-    assert_eq!(rect.tile(0, 0), None);
-    assert_eq!(Rect::full(2, 2).tile(0, 5), None);
-}
