@@ -267,8 +267,9 @@ impl Gpu {
         doing: &'static str,
     ) -> Result<(), GpuError> {
         self.check(doing)?;
-        // Longer than any dispatch takes: who waits forever for a hung driver cannot fall back.
-        let timeout = Some(Duration::from_secs(120));
+        // Longer than any dispatch takes: who waits forever for a hung driver cannot fall back. Programs that play GPU
+        // compile a shader when it is first used, which may take minutes on a busy machine.
+        let timeout = Some(Duration::from_secs(if self.is_software() { 600 } else { 120 }));
         let waited = self.device.poll(wgpu::PollType::Wait { submission_index: submission, timeout });
         self.check(doing)?;
         let Err(error) = waited else { return Ok(()) };
