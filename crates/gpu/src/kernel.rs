@@ -208,11 +208,9 @@ impl Tracing for ComputeTracing {
         scene: &GpuScene,
         rays: &RayBuffers,
     ) -> Result<Box<dyn RayKernel>, GpuError> {
-        let text = assemble(&self.0.text(), &question.compute_text(), scene.variant());
-        let name = format!("rays on {}", self.0.kind().name());
-        let pipeline = gpu.compute_pipeline(&name, &text, &[&scene.layout, self.0.layout(), &rays.layout])?;
-        let (scene, tracer) = (scene.bind_group.clone(), self.0.bind_group().clone());
-        Ok(Box::new(ComputeRays { pipeline, scene, tracer }))
+        let text = question.compute_text();
+        let pass = ComputePass::new(gpu, "rays", &text, scene.variant(), scene, &*self.0, &rays.layout)?;
+        Ok(Box::new(ComputeRays(pass)))
     }
 
     fn update(&mut self, gpu: &Gpu, scene: &GpuScene, changes: Changes) -> Result<bool, GpuError> {
@@ -225,13 +223,67 @@ impl Tracing for ComputeTracing {
     }
 }
 
-/// One compute shader that does everything: an invocation renders all samples of a pixel.
-pub struct Megakernel {
+/// A compute shader over a grid of invocations, eight by eight a workgroup, that sees a scene, a tracer and one group more.
+struct ComputePass {
     name: &'static str,
     pipeline: wgpu::ComputePipeline,
     scene: wgpu::BindGroup,
     tracer: wgpu::BindGroup,
 }
+
+impl ComputePass {
+    /// Compiles the shader; `layout` is that of bind group 2.
+    fn new(
+        gpu: &Gpu,
+        name: &'static str,
+        kernel: &str,
+        variant: Variant,
+        scene: &GpuScene,
+        tracer: &dyn Tracer,
+        layout: &wgpu::BindGroupLayout,
+    ) -> Result<Self, GpuError> {
+        let text = assemble(&tracer.text(), kernel, variant);
+        let title = format!("{name} on {}", tracer.kind().name());
+        let pipeline = gpu.compute_pipeline(&title, &text, &[&scene.layout, tracer.layout(), layout])?;
+        let (scene, tracer) = (scene.bind_group.clone(), tracer.bind_group().clone());
+        Ok(Self { name, pipeline, scene, tracer })
+    }
+
+    /// Submits one pass of at least `size` invocations.
+    fn submit(
+        &self,
+        gpu: &Gpu,
+        group: &wgpu::BindGroup,
+        size: [u32; 2],
+        timer: &mut Timer,
+    ) -> Result<wgpu::SubmissionIndex, GpuError> {
+        let groups = size.map(|n| n.div_ceil(8));
+        let offered = gpu.limits.max_compute_workgroups_per_dimension;
+        if let Some(&needed) = groups.iter().find(|&&n| n > offered) {
+            let (adapter, needed, offered) = (gpu.info.name.clone(), needed.into(), offered.into());
+            return Err(GpuError::Limit { adapter, limit: "workgroups of one dispatch", needed, offered });
+        }
+        let slot = timer.slot(self.name);
+        gpu.guarded(|| {
+            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some(self.name),
+                timestamp_writes: slot.map(|s| s.compute()),
+            });
+            pass.set_pipeline(&self.pipeline);
+            pass.set_bind_group(0, &self.scene, &[]);
+            pass.set_bind_group(1, &self.tracer, &[]);
+            pass.set_bind_group(2, group, &[]);
+            pass.dispatch_workgroups(groups[0], groups[1], 1);
+            drop(pass);
+            gpu.queue.submit([encoder.finish()])
+        })
+        .map_err(|reason| GpuError::Device { doing: "starting a pass", reason })
+    }
+}
+
+/// One compute shader that does everything: an invocation renders all samples of a pixel.
+pub struct Megakernel(ComputePass);
 
 impl Megakernel {
     /// Compiles the kernel for a scene and a tracer.
@@ -246,11 +298,8 @@ impl Megakernel {
         tracer: &dyn Tracer,
         film: &FilmBuffers,
     ) -> Result<Self, GpuError> {
-        let text = assemble(&tracer.text(), &kind.compute_text(), variant);
-        let name = format!("{} on {}", kind.name(), tracer.kind().name());
-        let pipeline = gpu.compute_pipeline(&name, &text, &[&scene.layout, tracer.layout(), &film.layout])?;
-        let (scene, tracer) = (scene.bind_group.clone(), tracer.bind_group().clone());
-        Ok(Self { name: kind.name(), pipeline, scene, tracer })
+        let text = kind.compute_text();
+        ComputePass::new(gpu, kind.name(), &text, variant, scene, tracer, &film.layout).map(Self)
     }
 }
 
@@ -263,57 +312,16 @@ impl Kernel for Megakernel {
         timer: &mut Timer,
     ) -> Result<wgpu::SubmissionIndex, GpuError> {
         film.set_batch(gpu, batch)?;
-        let slot = timer.slot(self.name);
-        let groups = [film.contents.window_width(), batch.row_count].map(|n| n.div_ceil(8));
-        gpu.guarded(|| {
-            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                label: Some(self.name),
-                timestamp_writes: slot.map(|s| s.compute()),
-            });
-            pass.set_pipeline(&self.pipeline);
-            pass.set_bind_group(0, &self.scene, &[]);
-            pass.set_bind_group(1, &self.tracer, &[]);
-            pass.set_bind_group(2, &film.bind_group, &[]);
-            pass.dispatch_workgroups(groups[0], groups[1], 1);
-            drop(pass);
-            gpu.queue.submit([encoder.finish()])
-        })
-        .map_err(|reason| GpuError::Device { doing: "starting a pass", reason })
+        self.0.submit(gpu, &film.bind_group, [film.contents.window_width(), batch.row_count], timer)
     }
 }
 
 /// A compute shader that answers rays.
-struct ComputeRays {
-    pipeline: wgpu::ComputePipeline,
-    scene: wgpu::BindGroup,
-    tracer: wgpu::BindGroup,
-}
+struct ComputeRays(ComputePass);
 
 impl RayKernel for ComputeRays {
     fn submit(&mut self, gpu: &Gpu, rays: &RayBuffers, timer: &mut Timer) -> Result<(), GpuError> {
-        let groups = rays.size().map(|n| n.div_ceil(8));
-        let offered = gpu.limits.max_compute_workgroups_per_dimension;
-        if let Some(&needed) = groups.iter().find(|&&n| n > offered) {
-            let (adapter, needed, offered) = (gpu.info.name.clone(), needed.into(), offered.into());
-            return Err(GpuError::Limit { adapter, limit: "workgroups of one dispatch", needed, offered });
-        }
-        let slot = timer.slot("rays");
-        gpu.guarded(|| {
-            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                label: Some("rays"),
-                timestamp_writes: slot.map(|s| s.compute()),
-            });
-            pass.set_pipeline(&self.pipeline);
-            pass.set_bind_group(0, &self.scene, &[]);
-            pass.set_bind_group(1, &self.tracer, &[]);
-            pass.set_bind_group(2, &rays.bind_group, &[]);
-            pass.dispatch_workgroups(groups[0], groups[1], 1);
-            drop(pass);
-            gpu.queue.submit([encoder.finish()]);
-        })
-        .map_err(|reason| GpuError::Device { doing: "starting a pass", reason })
+        self.0.submit(gpu, &rays.bind_group, rays.size(), timer).map(|_| ())
     }
 }
 

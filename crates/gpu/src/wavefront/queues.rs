@@ -143,7 +143,7 @@ impl Queues {
         &self.buffers[binding as usize]
     }
 
-    /// Sizes of dispatches, at the offsets that [`Dispatches`] names.
+    /// Sizes of dispatches, at the offsets that `Dispatches` names.
     pub fn dispatches(&self) -> &wgpu::Buffer {
         &self.buffers[5]
     }
