@@ -1,0 +1,40 @@
+//! `alhazen bench`: measurements that anyone can repeat. Each subcommand is one file; what they have in common is
+//! [`report`].
+
+mod convergence;
+pub mod report;
+mod views;
+
+use clap::{Args, Subcommand};
+use std::path::PathBuf;
+
+/// Measure Alhazen on this machine.
+///
+/// Every measurement prints a table and writes a folder with NAME.json (everything), NAME-TABLE.csv (each table) and
+/// NAME.html (one page with plots, which needs no other file). The files name the device, its driver, the commit and all
+/// settings.
+#[derive(Debug, Args)]
+pub struct BenchArgs {
+    #[command(subcommand)]
+    command: BenchCommand,
+}
+
+#[derive(Debug, Subcommand)]
+enum BenchCommand {
+    Convergence(convergence::ConvergenceArgs),
+}
+
+/// What all measurements have: where their report goes.
+#[derive(Debug, Args)]
+pub struct ReportArgs {
+    /// Folder for the report; it is made if need be.
+    #[arg(long, value_name = "FOLDER", default_value = "bench")]
+    pub report: PathBuf,
+}
+
+/// Measures what the arguments ask for.
+pub fn run(args: &BenchArgs) -> anyhow::Result<()> {
+    match &args.command {
+        BenchCommand::Convergence(args) => convergence::run(args),
+    }
+}

@@ -1,0 +1,164 @@
+//! What is measured: scenes with a view each, and converged references of them.
+
+use crate::commands::load_scene;
+use crate::commands::render::parsing::parse_positive;
+use alhazen::{
+    BackendChoice, Control, ExrCompression, ExrFile, Image, Job, Limits, LoadOptions, PathKernel, Precision,
+    Renderer, RendererOptions, Summary, add_daylight_if_dark, metrics,
+};
+use anyhow::Context;
+use clap::Args;
+use std::path::{Path, PathBuf};
+
+/// Seed of references: no measurement has it, so that none shares a reference's noise.
+const REFERENCE_SEED: u32 = 0x5eed_0000;
+
+/// Scenes, pictures and what renders them.
+#[derive(Debug, Args)]
+pub struct ViewArgs {
+    /// Scene files or names of built-in scenes.
+    #[arg(value_name = "FILE|SCENE", default_values_t = ["cornell", "glass", "atrium"].map(String::from))]
+    scenes: Vec<String>,
+    /// Width of the pictures in pixels.
+    #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u32).range(16..=8192))]
+    width: u32,
+    /// Height of the pictures in pixels.
+    #[arg(long, default_value_t = 144, value_parser = clap::value_parser!(u32).range(16..=8192))]
+    height: u32,
+    /// Samples per pixel of the references. Their own error adds to every error measured: take many times what is compared.
+    #[arg(long, value_name = "SPP", default_value_t = 4096, value_parser = clap::value_parser!(u32).range(1..))]
+    reference_spp: u32,
+    /// Folder that keeps references for later runs, by the contents of their scene.
+    #[arg(long, value_name = "FOLDER")]
+    references: Option<PathBuf>,
+    /// Factor on radiance before FLIP and in pictures [default: what each scene says].
+    #[arg(long, value_parser = parse_positive)]
+    exposure: Option<f32>,
+    /// What renders, as in `alhazen render`.
+    #[arg(long, value_name = "NAME", default_value_t = BackendChoice::Cpu)]
+    backend: BackendChoice,
+    /// Which GPU: a part of its name.
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+    /// Number of threads [default: all cores].
+    #[arg(long)]
+    threads: Option<usize>,
+}
+
+/// A scene that is ready to be rendered, and the truth about its picture.
+pub struct View {
+    /// Short name: the scene's, or the file's without its ending.
+    pub name: String,
+    /// The picture.
+    pub job: Job,
+    /// The converged picture.
+    pub reference: Image,
+}
+
+/// How far a picture is from the reference.
+#[derive(Clone, Copy, Debug)]
+pub struct Distance {
+    /// See [`metrics::rel_mse`].
+    pub rel_mse: f64,
+    /// Mean FLIP error.
+    pub flip: f64,
+}
+
+impl ViewArgs {
+    /// The names of the scenes.
+    pub fn scenes(&self) -> &[String] {
+        &self.scenes
+    }
+
+    /// What renders.
+    ///
+    /// # Errors
+    /// When there is no such back end.
+    pub fn renderer(&self) -> anyhow::Result<Renderer> {
+        let options = RendererOptions {
+            backend: self.backend,
+            adapter: self.adapter.clone(),
+            threads: self.threads,
+            kernel: PathKernel::Auto,
+        };
+        Ok(Renderer::choose(&options)?.renderer)
+    }
+
+    /// What reports say of the arguments.
+    pub fn settings(&self, renderer: &Renderer) -> Vec<(&'static str, String)> {
+        vec![
+            ("back end", renderer.backend_name().to_owned()),
+            ("device", renderer.describe()),
+            ("size", format!("{}×{}", self.width, self.height)),
+            ("reference", format!("{} samples per pixel", self.reference_spp)),
+        ]
+    }
+
+    /// Loads a scene into the renderer, and renders its reference or finds it.
+    ///
+    /// # Errors
+    /// When the scene cannot be loaded or rendered, or the reference not be kept.
+    pub fn open(&self, scene: &str, renderer: &mut Renderer) -> anyhow::Result<View> {
+        let mut loaded = load_scene(scene, &[], &LoadOptions::default())?;
+        add_daylight_if_dark(&mut loaded.scene, &mut loaded.report);
+        let mut job = Job { width: self.width, height: self.height, ..Job::for_scene(&loaded.scene) };
+        job.tone.exposure = self.exposure.unwrap_or(job.tone.exposure);
+        renderer.load(&loaded.scene)?;
+        let stem = Path::new(scene).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let reference = self.reference(&stem, &job, renderer)?;
+        Ok(View { name: stem, job, reference })
+    }
+
+    fn reference(&self, name: &str, job: &Job, renderer: &mut Renderer) -> anyhow::Result<Image> {
+        let fingerprint = renderer.scene_fingerprint()?;
+        let short: String = fingerprint.chars().filter(char::is_ascii_alphanumeric).take(12).collect();
+        let (width, height, spp) = (self.width, self.height, self.reference_spp);
+        let file = format!("{name}-{short}-{width}x{height}-{spp}.exr");
+        let kept = self.references.as_ref().map(|folder| folder.join(file));
+        if let Some(path) = kept.as_ref().filter(|path| path.is_file()) {
+            return Ok(Image::open(path)?);
+        }
+        eprintln!("{name}: rendering the reference, {spp} samples per pixel");
+        let job = Job { seed: REFERENCE_SEED, ..job.clone() };
+        let limits = Limits { spp, ..Limits::default() };
+        let (image, _) = render(renderer, &job, &limits)?;
+        if let Some(path) = kept {
+            let folder = path.parent().unwrap_or(Path::new("."));
+            std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+            ExrFile::from_image(&image, Precision::Float).write(&path, ExrCompression::Zip)?;
+        }
+        Ok(image)
+    }
+}
+
+impl View {
+    /// How far a picture of this view is from the reference.
+    ///
+    /// # Errors
+    /// When it has another size or values that are no numbers.
+    pub fn distance(&self, picture: &Image) -> anyhow::Result<Distance> {
+        let flip = metrics::flip(&self.reference, picture, self.job.tone.exposure.log2())?.mean;
+        Ok(Distance { rel_mse: metrics::rel_mse(&self.reference, picture)?, flip })
+    }
+
+    /// The middles of pictures of this view side by side, ready for display: half as wide and high as the pictures.
+    pub fn crops(&self, pictures: &[Image]) -> Image {
+        let (width, height) = (self.job.width / 2, self.job.height / 2);
+        let middle = |picture: &Image| picture.crop(width / 2, height / 2, width, height);
+        let crops: Vec<Image> = pictures.iter().map(|p| self.job.tone.apply(&middle(p))).collect();
+        Image::from_fn(width * crops.len() as u32, height, |x, y| {
+            crops[(x / width) as usize].rgb(x % width, y)
+        })
+    }
+}
+
+/// Renders a picture anew.
+///
+/// # Errors
+/// When the back end fails.
+pub fn render(renderer: &mut Renderer, job: &Job, limits: &Limits) -> anyhow::Result<(Image, Summary)> {
+    renderer.restart();
+    let summary = renderer.render(job, limits, &Control::new())?;
+    let film = renderer.film()?.context("nothing was rendered")?;
+    Ok((film.to_image(), summary))
+}
