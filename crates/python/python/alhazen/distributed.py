@@ -12,6 +12,7 @@ which Dask gives to others. The picture has the bits of one that a single proces
 Every worker needs this package in the same version, and the scene under the same path.
 """
 
+import math
 import os
 from typing import TYPE_CHECKING, Any, Callable, Dict, List, Optional, Tuple, Union
 
@@ -25,6 +26,11 @@ __all__ = ["render", "render_part"]
 
 #: Parts that one task adds up: more means fewer transfers, and more memory for each.
 _FAN_IN = 4
+
+#: Samples that a thread makes in a second, and seconds that a task costs beside its work: what is typical will do, as the
+#: number of tiles goes with the square root.
+_SAMPLES_A_SECOND = 2e6
+_HANDING_OUT = 0.015
 
 #: The last scene that this worker has loaded, and what it was loaded from.
 _loaded: Optional[Tuple[object, Scene]] = None
@@ -81,7 +87,8 @@ def render_part(
     scene, width, height, spp, client
         As for `render`.
     tiles : int, optional
-        Tiles of the picture. Without it, eight for each thread of the cluster: enough that none waits long for the last.
+        Tiles of the picture. Without it, as many as keep both small: the time that threads wait for the last one, and the
+        time that handing them out takes. That is between 8 and 64 for each thread of the cluster.
     sample_ranges : int, default 1
         Ranges of samples of each tile; needs `spp`.
     parameters : dict of str, optional
@@ -105,7 +112,7 @@ def render_part(
     if sample_ranges < 1 or (spp is not None and sample_ranges > spp):
         raise ValueError(f"sample_ranges: {spp} samples cannot be divided into {sample_ranges} ranges")
     if tiles is None:
-        tiles = 8 * max(1, sum(client.nthreads().values()))
+        tiles = _tiles(width, height, spp, max(1, sum(client.nthreads().values())))
     shares = [
         {"tile": f"{tile + 1}/{tiles}", "samples": samples}
         for samples in _ranges(spp, sample_ranges)
@@ -136,6 +143,19 @@ def render_part(
     finally:
         # After an error or Ctrl-C nothing goes on; after success there is nothing left to stop.
         client.cancel(everything)
+
+
+def _tiles(width: Optional[int], height: Optional[int], spp: Optional[int], threads: int) -> int:
+    """How many tiles to make of a picture.
+
+    At the end, threads wait half a tile on average, and every tile costs a moment to hand out. For `seconds` of work a thread
+    the sum of both, ``seconds / (2 n) + n * _HANDING_OUT``, is least for the `n` below.
+    """
+    # What is not said is in the scene; most pictures are at least of this size.
+    samples = (width or 512) * (height or width or 512) * (spp or 64)
+    seconds = samples / (_SAMPLES_A_SECOND * threads)
+    best = math.sqrt(seconds / (2 * _HANDING_OUT))
+    return threads * round(min(max(best, 8), 64))
 
 
 def _ranges(spp: Optional[int], count: int) -> "List[Optional[Tuple[int, int]]]":
