@@ -122,14 +122,16 @@ impl Renderer {
     }
 
     /// Brings the back end to a new version of the scene that is loaded. Other materials, lights, environments and
-    /// transforms of dynamic instances go there without building or moving what stays the same; any other change
-    /// loads the scene anew. The picture restarts.
+    /// transforms of dynamic instances go there without building or moving what stays the same, and meshes that deform by
+    /// [`Scene::set_time`] are refitted; any other change loads the scene anew. The picture restarts.
     ///
     /// # Errors
     /// As [`Renderer::load`].
     pub fn update(&mut self, scene: &Scene) -> Result<LoadStats, BackendError> {
         let tables = SceneTables::build(scene);
         let changes = self.tables.as_ref().and_then(|old| Changes::between(old, &tables));
+        // Structures of meshes that deform are refitted. Anything else that has new vertices deserves better ones.
+        let changes = changes.filter(|changes| !changes.vertices || scene.is_animated());
         let Some(changes) = changes else { return self.load_tables(tables) };
         let tables = Arc::new(tables);
         (self.tables, self.fingerprint) = (None, None);

@@ -80,7 +80,8 @@ impl Backend for CpuBackend {
         self.film = None;
         let start = Instant::now();
         let table_bytes = tables.memory_bytes();
-        let scene = scene.update(tables, changes);
+        let quality = self.quality;
+        let scene = self.threads.install(|| scene.update(tables, changes, quality));
         let acceleration_bytes = scene.tlas.memory_bytes();
         self.scene = Some(scene);
         Ok(LoadStats { build: start.elapsed(), acceleration_bytes, table_bytes, device_bytes: 0 })

@@ -38,10 +38,17 @@ impl CpuScene {
         Self::with_tlas(tables, tlas)
     }
 
-    /// The scene with other tables, whose geometry is the same.
-    pub fn update(self, tables: Arc<SceneTables>, changes: Changes) -> Self {
+    /// The scene with other tables, whose triangles are the same. Meshes that deform are refitted.
+    pub fn update(self, tables: Arc<SceneTables>, changes: Changes, quality: Quality) -> Self {
         let mut tlas = self.tlas;
-        if changes.transforms {
+        if changes.vertices {
+            let moved =
+                (0..tables.blas.len()).filter(|b| vertices_differ(&self.tables, &tables, &tables.blas[*b]));
+            for index in moved.collect::<Vec<_>>() {
+                refit(tlas.blas_mut(index), &tables, &tables.blas[index], quality);
+            }
+        }
+        if changes.transforms || changes.vertices {
             tlas.update(&instances(&tables));
         }
         Self::with_tlas(tables, tlas)
@@ -76,18 +83,41 @@ fn instances(tables: &SceneTables) -> Vec<Instance> {
     tables.instances.iter().map(instance).collect()
 }
 
-fn build_blas(tables: &SceneTables, blas: &BlasRecord, quality: Quality) -> Blas {
+/// Whether a vertex of an object moved between two versions of the scene.
+fn vertices_differ(old: &SceneTables, new: &SceneTables, blas: &BlasRecord) -> bool {
+    let geometries = &new.geometries[blas.first_geometry as usize..][..blas.geometry_count as usize];
+    geometries.iter().any(|g| {
+        let range = g.first_vertex as usize..(g.first_vertex + g.vertex_count) as usize;
+        old.positions[range.clone()] != new.positions[range]
+    })
+}
+
+/// Fits an object's structure to its moved vertices.
+fn refit(blas: &mut Blas, tables: &SceneTables, record: &BlasRecord, quality: Quality) {
+    if record.kind == GeometryKind::Triangles && blas.skipped_primitives() == 0 {
+        blas.refit(&triangles(tables, record));
+    } else {
+        // Triangles that had no area before are not in the structure, but may have one now.
+        *blas = build_blas(tables, record, quality);
+    }
+}
+
+fn triangles<'t>(tables: &'t SceneTables, blas: &BlasRecord) -> Vec<Geometry<'t>> {
     let geometries = &tables.geometries[blas.first_geometry as usize..][..blas.geometry_count as usize];
+    let geometry = |g: &GeometryRecord| Geometry {
+        positions: &tables.positions[g.first_vertex as usize..][..g.vertex_count as usize],
+        indices: &tables.indices[g.first_primitive as usize..][..g.primitive_count as usize],
+        first_id: g.first_in_blas,
+    };
+    geometries.iter().map(geometry).collect()
+}
+
+fn build_blas(tables: &SceneTables, blas: &BlasRecord, quality: Quality) -> Blas {
     match blas.kind {
-        GeometryKind::Triangles => {
-            let triangles = |g: &GeometryRecord| Geometry {
-                positions: &tables.positions[g.first_vertex as usize..][..g.vertex_count as usize],
-                indices: &tables.indices[g.first_primitive as usize..][..g.primitive_count as usize],
-                first_id: g.first_in_blas,
-            };
-            Blas::triangles(&geometries.iter().map(triangles).collect::<Vec<_>>(), quality)
-        }
+        GeometryKind::Triangles => Blas::triangles(&triangles(tables, blas), quality),
         GeometryKind::Spheres => {
+            let geometries =
+                &tables.geometries[blas.first_geometry as usize..][..blas.geometry_count as usize];
             let range = |g: &GeometryRecord| {
                 &tables.spheres[g.first_primitive as usize..][..g.primitive_count as usize]
             };

@@ -142,6 +142,10 @@ impl GpuBackend {
         self.picture = None;
         let start = Instant::now();
         let Some(loaded) = &mut self.scene else { return self.load_scene(tables) };
+        // wgpu cannot refit its structures: what deforms is uploaded and built again.
+        if changes.vertices {
+            return self.load_scene(tables);
+        }
         if !loaded.scene.update(&self.gpu, &mut self.ring, &tables, changes)? {
             return self.load_scene(tables);
         }

@@ -94,6 +94,17 @@ impl Default for UvTransform {
     }
 }
 
+impl UvTransform {
+    /// Scale, then rotate counter-clockwise as seen with v downwards, then move; `rotation` in radians.
+    ///
+    /// The text and the example of `KHR_texture_transform` turn (u, v) into (u cos + v sin, v cos − u sin), as common
+    /// viewers do; the matrix in its GLSL snippet is the inverse rotation.
+    pub fn new(offset: Vec2, rotation: f32, scale: Vec2) -> Self {
+        let (sin, cos) = rotation.sin_cos();
+        Self { rows: [Vec2::new(cos, sin) * scale, Vec2::new(-sin, cos) * scale], offset }
+    }
+}
+
 /// The use of a texture by a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TextureRef {

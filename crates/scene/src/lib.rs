@@ -6,6 +6,7 @@
 //!
 //! Units are metres and radians, right-handed, +Y up; colours are linear with Rec. 709 primaries.
 
+pub mod animation;
 pub mod builtin;
 pub mod calibration;
 pub mod camera;
@@ -24,6 +25,7 @@ pub mod tables;
 pub mod tangents;
 pub mod triangulate;
 
+pub use animation::{Animation, Clip};
 pub use calibration::CalibrationError;
 pub use camera::{Camera, CameraPath, Projection};
 pub use environment::{Environment, Sky, Sun};
@@ -70,6 +72,8 @@ pub struct Scene {
     pub environment: Environment,
     /// What the file says about how it wants to be rendered; the command line overrides it.
     pub defaults: RenderDefaults,
+    /// What moves: see [`Scene::set_time`]. One for each animated file.
+    pub animations: Vec<Animation>,
 }
 
 impl Scene {

@@ -1,6 +1,6 @@
 //! Putting one scene into another.
 
-use crate::{ImageId, Instance, Light, LightKind, MaterialId, Mesh, MeshId, Scene, TextureId};
+use crate::{Animation, ImageId, Instance, Light, LightKind, MaterialId, Mesh, MeshId, Scene, TextureId};
 use glam::{Affine3A, Vec3};
 use std::ops::Range;
 
@@ -21,6 +21,8 @@ pub struct Merged {
     pub lights: Range<usize>,
     /// Cameras.
     pub cameras: Range<usize>,
+    /// Animations.
+    pub animations: Range<usize>,
 }
 
 impl Scene {
@@ -33,6 +35,9 @@ impl Scene {
             materials: self.materials.len() as u32,
             textures: self.textures.len() as u32,
             images: self.images.len() as u32,
+            instances: self.instances.len() as u32,
+            lights: self.lights.len() as u32,
+            cameras: self.cameras.len() as u32,
         };
         offsets.apply(&mut other);
         Merged {
@@ -43,6 +48,7 @@ impl Scene {
             images: append(&mut self.images, other.images),
             lights: append(&mut self.lights, other.lights),
             cameras: append(&mut self.cameras, other.cameras),
+            animations: append(&mut self.animations, other.animations),
         }
     }
 }
@@ -53,6 +59,9 @@ struct Offsets {
     materials: MaterialId,
     textures: TextureId,
     images: ImageId,
+    instances: u32,
+    lights: u32,
+    cameras: u32,
 }
 
 impl Offsets {
@@ -64,7 +73,8 @@ impl Offsets {
             instance.mesh += self.meshes;
             instance.materials.iter_mut().flatten().for_each(|m| *m += self.materials);
         }
-        for material in &mut scene.materials {
+        let moving = scene.animations.iter_mut().flat_map(|a| &mut a.materials).map(|m| &mut m.rest);
+        for material in scene.materials.iter_mut().chain(moving) {
             let textures = [
                 &mut material.base_color_texture,
                 &mut material.metallic_roughness_texture,
@@ -75,6 +85,15 @@ impl Offsets {
             textures.into_iter().flatten().for_each(|t| t.texture += self.textures);
         }
         scene.textures.iter_mut().for_each(|t| t.image += self.images);
+        scene.animations.iter_mut().for_each(|animation| self.apply_to_animation(animation));
+    }
+
+    fn apply_to_animation(&self, animation: &mut Animation) {
+        animation.instances.iter_mut().for_each(|i| i.instance += self.instances);
+        animation.lights.iter_mut().for_each(|l| l.light += self.lights);
+        animation.cameras.iter_mut().for_each(|c| c.camera += self.cameras);
+        animation.materials.iter_mut().for_each(|m| m.material += self.materials);
+        animation.deformations.iter_mut().for_each(|d| d.mesh += self.meshes);
     }
 }
 

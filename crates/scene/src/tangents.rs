@@ -28,9 +28,14 @@ pub enum Method {
 /// Indices must be in range. Positions, normals and coordinates that are not finite give useless tangents, which are
 /// nevertheless unit vectors.
 pub fn generate(mesh: &mut TriangleMesh, uv_set: u32) -> Method {
+    generate_and_split(mesh, uv_set).0
+}
+
+/// As [`generate`]; also returns, for each vertex that was added, the index of the one that it is a copy of.
+pub fn generate_and_split(mesh: &mut TriangleMesh, uv_set: u32) -> (Method, Vec<u32>) {
     let uvs = if uv_set == 0 { &mesh.uv0 } else { &mesh.uv1 };
     if mesh.indices.is_empty() || uvs.len() != mesh.positions.len() {
-        return Method::None;
+        return (Method::None, Vec::new());
     }
     let crowded = is_crowded(mesh);
     let mut corners = Corners { mesh, uv_set, tangents: vec![Vec4::ZERO; mesh.indices.len() * 3] };
@@ -41,8 +46,8 @@ pub fn generate(mesh: &mut TriangleMesh, uv_set: u32) -> Method {
         let _ = generate_tangents(&mut corners);
     }
     let tangents = corners.tangents;
-    split(mesh, &tangents);
-    if crowded { Method::PerTriangle } else { Method::MikkTSpace }
+    let copies = split(mesh, &tangents);
+    (if crowded { Method::PerTriangle } else { Method::MikkTSpace }, copies)
 }
 
 /// Whether MikkTSpace would be too slow: it compares all corners that are at one position with each other.
@@ -136,8 +141,9 @@ impl Geometry for Corners<'_> {
     }
 }
 
-/// Gives the corners' tangents to the vertices, splitting a vertex whose corners disagree.
-fn split(mesh: &mut TriangleMesh, tangents: &[Vec4]) {
+/// Gives the corners' tangents to the vertices, splitting a vertex whose corners disagree; returns the originals of the
+/// vertices added.
+fn split(mesh: &mut TriangleMesh, tangents: &[Vec4]) -> Vec<u32> {
     const NONE: u32 = u32::MAX;
     /// Copies of one vertex that are searched before another is made: the hub of a huge fan has many.
     const SEARCHED: usize = 8;
@@ -177,6 +183,7 @@ fn split(mesh: &mut TriangleMesh, tangents: &[Vec4]) {
     duplicate(&mut mesh.uv0, &copies);
     duplicate(&mut mesh.uv1, &copies);
     duplicate(&mut mesh.colors, &copies);
+    copies
 }
 
 /// Equal up to rounding: the corners of a smooth vertex get their tangent from one sum, but not always in one order.

@@ -1,5 +1,6 @@
 //! `alhazen render`: a picture, or a sequence of pictures, of a scene.
 
+mod moving;
 pub mod parsing;
 mod report;
 mod setup;
@@ -14,7 +15,10 @@ use alhazen::{
 };
 use anyhow::{Context, bail, ensure};
 use clap::{Args, FromArgMatches, ValueEnum};
-use parsing::{parse_crop, parse_duration, parse_fov, parse_frames, parse_positive, parse_vector};
+use moving::Moving;
+use parsing::{
+    parse_crop, parse_duration, parse_fov, parse_frames, parse_positive, parse_seconds, parse_vector,
+};
 use report::{print_loaded, report};
 use setup::{job, limits, set_environment};
 use split::{Made, Saved, SplitArgs};
@@ -103,6 +107,16 @@ pub struct RenderArgs {
     /// Frames per second.
     #[arg(long, help_heading = "Sequence", default_value_t = 24.0, value_parser = parse_positive)]
     fps: f32,
+    /// Render one picture of the scene as it is after this many seconds; without this and --frames, animated scenes are
+    /// rendered as their file describes them at rest.
+    #[arg(long, help_heading = "Sequence", value_name = "SECONDS", value_parser = parse_seconds, conflicts_with = "frames")]
+    at: Option<f32>,
+    /// Which of the file's animations is played, by name or number [default: the first].
+    #[arg(long, help_heading = "Sequence", value_name = "NAME")]
+    animation: Option<String>,
+    /// Start the animation again after its end, instead of holding its last pose.
+    #[arg(long, help_heading = "Sequence")]
+    repeat: bool,
 
     #[command(flatten)]
     split: SplitArgs,
@@ -212,6 +226,11 @@ impl RenderArgs {
         Self::from_arg_matches(&command.try_get_matches_from(arguments)?)
     }
 
+    /// When a frame is, in seconds; `None` if neither a sequence nor a moment was asked for.
+    fn seconds(&self, frame: u32) -> Option<f32> {
+        self.at.or(self.frames.map(|_| frame as f32 / self.fps))
+    }
+
     /// The first option given that leaves no room for dividing the render into tasks.
     pub fn not_for_jobs(&self) -> Option<&'static str> {
         let options = [
@@ -235,29 +254,35 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     if !args.quiet {
         print_loaded(&loaded);
     }
-    let job = job(args, &loaded)?;
+    let mut saved = Saved::open(&args.split)?;
+    let frames = saved.frames_left(args.frames)?;
+    let mut moving = Moving::start(args, &mut loaded.scene, frames.start)?;
+    let mut job = job(args, &loaded)?;
     let limits = limits(args, &loaded);
     let tables = alhazen::SceneTables::build(&loaded.scene);
     let description = Description::new(&args.scene, &args.parameters, &loaded.scene);
     let load_time = loaded.report.elapsed;
-    // The tables have all that back ends need: free the description before structures are built.
-    drop(loaded);
-    let mut saved = Saved::open(&args.split)?;
-    let frames = saved.frames_left(args.frames)?;
+    // The tables have all that back ends need: unless the scene will move, free it before structures are built.
+    let mut loaded = moving.is_some().then_some(loaded);
     let mut profile = Profile::new();
     let begin = Instant::now();
     let mut renderer = choose_renderer(args)?;
     profile.span("open the back end", begin);
     let begin = Instant::now();
-    let built = renderer.load_tables(tables)?;
+    let mut built = renderer.load_tables(tables)?;
     profile.span("load the scene", begin);
     print_notices(&mut renderer);
     let control = cancel_on_interrupt();
     for frame in frames {
+        if let Some((moving, loaded)) = moving.as_mut().zip(loaded.as_mut()) {
+            let begin = Instant::now();
+            built = moving.show(args, frame, loaded, &mut job, &mut renderer)?.unwrap_or(built);
+            profile.span("move the scene", begin);
+        }
         let part_job = PartJob {
             tile: args.split.tile,
             samples: args.split.samples(limits.spp)?,
-            time: if args.frames.is_some() { frame as f32 / args.fps } else { 0.0 },
+            time: args.seconds(frame).unwrap_or(0.0),
             frame: args.frames.is_some().then_some(frame),
             ..PartJob::whole(&job, limits.spp, &description)
         };

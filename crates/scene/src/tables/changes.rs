@@ -2,7 +2,7 @@
 
 use super::{BindingRecord, InstanceRecord, MaterialRecord, SceneTables};
 
-/// What is new in the tables of a scene whose geometry and textures are as they were. A back end that is given this with
+/// What is new in the tables of a scene whose triangles and textures are as they were. A back end that is given this with
 /// the new tables need not build acceleration structures of meshes, or move vertices and texels, again.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Changes {
@@ -14,6 +14,8 @@ pub struct Changes {
     pub environment: bool,
     /// The transforms in `instances`.
     pub transforms: bool,
+    /// Where vertices are, and their attributes: meshes deform, and their structures are to be refitted.
+    pub vertices: bool,
 }
 
 impl Changes {
@@ -22,13 +24,15 @@ impl Changes {
     /// Instances move without a rebuild if [`crate::Instance::dynamic`] says so, or if they share their mesh. A
     /// material that gets or loses holes changes how its geometry is traced, so that is more.
     pub fn between(old: &SceneTables, new: &SceneTables) -> Option<Self> {
-        let same_geometry = old.indices == new.indices
-            && old.positions == new.positions
+        let same_vertices = old.positions == new.positions
             && old.normals == new.normals
             && old.tangents == new.tangents
             && old.uv0 == new.uv0
             && old.uv1 == new.uv1
-            && old.colors == new.colors
+            && old.colors == new.colors;
+        // The geometries say how many vertices there are, and which attributes they have.
+        let same_geometry = old.indices == new.indices
+            && old.positions.len() == new.positions.len()
             && old.spheres == new.spheres
             && old.geometries == new.geometries
             && old.blas == new.blas;
@@ -57,6 +61,7 @@ impl Changes {
                 || old.bindings.iter().map(light).ne(new.bindings.iter().map(light)),
             environment: old.environment != new.environment,
             transforms: old.instances != new.instances,
+            vertices: !same_vertices,
         })
     }
 

@@ -74,6 +74,12 @@ pub fn parse_positive(text: &str) -> Result<f32, String> {
     if value > 0.0 && value.is_finite() { Ok(value) } else { Err("expected a number above zero".into()) }
 }
 
+/// A moment: a finite number of seconds, at least 0.
+pub fn parse_seconds(text: &str) -> Result<f32, String> {
+    let value: f32 = text.strip_suffix('s').unwrap_or(text).parse().map_err(|_| "expected seconds")?;
+    if value >= 0.0 && value.is_finite() { Ok(value) } else { Err("expected seconds, at least 0".into()) }
+}
+
 /// An angle in degrees, in `(0, 180)`.
 pub fn parse_fov(text: &str) -> Result<f32, String> {
     let value = parse_positive(text)?;
@@ -105,6 +111,8 @@ mod tests {
         assert_eq!(parse_duration("1.5m"), Ok(Duration::from_secs(90)));
         assert_eq!(parse_duration("2"), Ok(Duration::from_secs(2)));
         assert!(parse_duration("-1s").is_err() && parse_duration("x").is_err());
+        assert_eq!((parse_seconds("1.5"), parse_seconds("0s")), (Ok(1.5), Ok(0.0)));
+        assert!(parse_seconds("-1").is_err() && parse_seconds("inf").is_err());
         assert!(parse_fov("0").is_err() && parse_fov("180").is_err() && parse_fov("45").is_ok());
     }
 }

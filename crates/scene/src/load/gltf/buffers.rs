@@ -1,9 +1,10 @@
-//! The bytes behind buffers and buffer views, read on first use.
+//! The bytes behind buffers and buffer views, read and decompressed on first use.
 
 use super::document::Document;
-use super::json::BufferView;
+use super::json::{BufferView, Meshopt};
 use super::uri::{self, Target};
 use crate::LoadError;
+use crate::load::meshopt::{self, Filter, MeshoptError};
 use std::borrow::Cow;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -12,6 +13,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 pub(super) struct Buffers<'a> {
     binary: Option<&'a [u8]>,
     contents: Vec<OnceLock<Result<Cow<'a, [u8]>, Unreadable>>>,
+    /// What compressed buffer views hold, or why they could not be decoded.
+    decoded: Vec<OnceLock<Result<Vec<u8>, String>>>,
     /// Bytes that came from other files or from data URIs.
     pub extra_bytes: AtomicU64,
 }
@@ -27,10 +30,11 @@ enum Unreadable {
 }
 
 impl<'a> Buffers<'a> {
-    /// `count` buffers; the first may be the binary chunk of the container.
-    pub fn new(binary: Option<&'a [u8]>, count: usize) -> Self {
+    /// `count` buffers, of which the first may be the binary chunk of the container, and `views` buffer views.
+    pub fn new(binary: Option<&'a [u8]>, count: usize, views: usize) -> Self {
         let contents = std::iter::repeat_with(OnceLock::new).take(count).collect();
-        Self { binary, contents, extra_bytes: AtomicU64::new(0) }
+        let decoded = std::iter::repeat_with(OnceLock::new).take(views).collect();
+        Self { binary, contents, decoded, extra_bytes: AtomicU64::new(0) }
     }
 }
 
@@ -38,22 +42,68 @@ impl<'a> Document<'a> {
     /// The bytes of a buffer view.
     ///
     /// # Errors
-    /// The view or its buffer does not exist, cannot be read, is compressed, or the view reaches beyond its buffer.
+    /// The view or its buffer does not exist, cannot be read or decoded, or the view reaches beyond its buffer.
     pub fn view(&self, index: u32) -> Result<(&[u8], &BufferView), LoadError> {
         let view = self.get(&self.json.buffer_views, index, "buffer view")?;
         let object = || format!("buffer view {index}");
-        let compressed =
-            |error| view.extensions.name().map_or(error, |name| self.unsupported(object(), name));
-        let buffer = self.buffer(view.buffer, object).map_err(compressed)?;
-        let end = view.byte_offset.checked_add(view.byte_length);
-        let range = usize::try_from(view.byte_offset).ok().zip(end.and_then(|e| usize::try_from(e).ok()));
-        let bytes = range.and_then(|(start, end)| buffer.get(start..end)).ok_or_else(|| {
-            let (offset, length) = (view.byte_offset, view.byte_length);
+        let Some(compressed) = view.extensions.compressed() else {
+            return Ok((self.range(view.buffer, view.byte_offset, view.byte_length, &object)?, view));
+        };
+        match self.buffers.decoded[index as usize].get_or_init(|| self.decode(compressed, &object)) {
+            Ok(bytes) => Ok((bytes, view)),
+            // A file may bring an uncompressed copy for readers that do not know the encoding.
+            Err(reason) => match self.range(view.buffer, view.byte_offset, view.byte_length, &object) {
+                Ok(bytes) => Ok((bytes, view)),
+                Err(_) => Err(self.malformed(object(), reason)),
+            },
+        }
+    }
+
+    /// Some bytes of a buffer.
+    fn range(
+        &self,
+        buffer: u32,
+        offset: u64,
+        length: u64,
+        object: &dyn Fn() -> String,
+    ) -> Result<&[u8], LoadError> {
+        let buffer = self.buffer(buffer, object)?;
+        let end = offset.checked_add(length);
+        let range = usize::try_from(offset).ok().zip(end.and_then(|e| usize::try_from(e).ok()));
+        range.and_then(|(start, end)| buffer.get(start..end)).ok_or_else(|| {
             let message =
                 format!("{length} bytes at {offset} reach beyond the {} of its buffer", buffer.len());
             self.malformed(object(), message)
-        })?;
-        Ok((bytes, view))
+        })
+    }
+
+    /// The elements that `EXT_meshopt_compression` made smaller.
+    fn decode(&self, source: &Meshopt, object: &dyn Fn() -> String) -> Result<Vec<u8>, String> {
+        let bytes = self.range(source.buffer, source.byte_offset, source.byte_length, object);
+        let bytes = bytes.map_err(|e| e.to_string())?;
+        self.reserve::<u8>(source.count.saturating_mul(source.byte_stride)).map_err(|e| e.to_string())?;
+        let (count, size) = (source.count as usize, source.byte_stride as usize);
+        let indices = |indices: Vec<u32>| match size {
+            2 => Ok(indices.iter().flat_map(|i| (*i as u16).to_le_bytes()).collect()),
+            4 => Ok(indices.iter().flat_map(|i| i.to_le_bytes()).collect()),
+            _ => Err(MeshoptError::ElementSize(size)),
+        };
+        let decoded = match source.mode.as_str() {
+            "ATTRIBUTES" => meshopt::decode_vertices(bytes, count, size),
+            "TRIANGLES" => meshopt::decode_triangles(bytes, count).and_then(indices),
+            "INDICES" => meshopt::decode_sequence(bytes, count).and_then(indices),
+            other => return Err(format!("the compression mode {other} does not exist")),
+        };
+        let mut decoded = decoded.map_err(|e| e.to_string())?;
+        let filter = match source.filter.as_deref() {
+            None | Some("NONE") => None,
+            Some("OCTAHEDRAL") => Some(Filter::Octahedral),
+            Some("QUATERNION") => Some(Filter::Quaternion),
+            Some("EXPONENTIAL") => Some(Filter::Exponential),
+            Some(other) => return Err(format!("the compression filter {other} is not supported")),
+        };
+        filter.map_or(Ok(()), |filter| filter.undo(&mut decoded, size)).map_err(|e| e.to_string())?;
+        Ok(decoded)
     }
 
     /// The bytes of a buffer: never more than it declares, possibly fewer.

@@ -3,44 +3,40 @@
 use super::document::Document;
 use super::json;
 use super::nodes::Hierarchy;
+use crate::animation::{AnimatedCamera, view_of};
 use crate::{Camera, LoadError, LoadReport, Projection};
 
 impl Document<'_> {
-    /// All cameras of the scene in the order of their nodes.
+    /// All cameras of the scene in the order of their nodes, and what carries each, with its number in the file.
     ///
     /// # Errors
     /// A camera that does not exist.
-    pub fn cameras(&self, hierarchy: &Hierarchy, report: &mut LoadReport) -> Result<Vec<Camera>, LoadError> {
+    pub fn cameras(
+        &self,
+        hierarchy: &Hierarchy,
+        report: &mut LoadReport,
+    ) -> Result<(Vec<Camera>, Vec<(u32, AnimatedCamera)>), LoadError> {
         let mut nodes: Vec<_> = hierarchy.placed.iter().map(|p| p.node).collect();
         nodes.sort_unstable();
-        let mut cameras = Vec::new();
+        let (mut cameras, mut carriers) = (Vec::new(), Vec::new());
         for node in nodes {
             let Some(index) = self.json.nodes[node as usize].camera else { continue };
             let source = self.get(&self.json.cameras, index, "camera")?;
-            let world = &hierarchy.worlds[node as usize];
-            let eye = world.translation.as_vec3();
-            let forward = -world.matrix3.z_axis.as_vec3().normalize_or_zero();
-            let up = world.matrix3.y_axis.as_vec3().normalize_or_zero();
-            let sound = eye.is_finite() && forward.cross(up).length() > 1e-6;
-            match projection(source).filter(|_| sound) {
-                Some((projection, aspect)) => cameras.push(Camera {
-                    up,
-                    projection,
-                    aspect,
-                    ..Camera::perspective(
-                        self.node_name(node, source.name.as_deref()),
-                        eye,
-                        eye + forward,
-                        1.0,
-                    )
-                }),
+            match projection(source).zip(view_of(&hierarchy.worlds[node as usize])) {
+                Some(((projection, aspect), (eye, forward, up))) => {
+                    let camera = cameras.len() as u32;
+                    carriers.push((index, AnimatedCamera { camera, node, projection }));
+                    let name = self.node_name(node, source.name.as_deref());
+                    let view = Camera::perspective(name, eye, eye + forward, 1.0);
+                    cameras.push(Camera { up, projection, aspect, ..view });
+                }
                 None => report.ignored("a camera has impossible values and is left out"),
             }
         }
         if !cameras.is_empty() {
             report.info("near and far planes of cameras are not used: nothing is clipped");
         }
-        Ok(cameras)
+        Ok((cameras, carriers))
     }
 }
 

@@ -34,7 +34,9 @@ impl<'a> Document<'a> {
         binary: Option<&'a [u8]>,
         file_size: u64,
     ) -> Result<Self, LoadError> {
-        let buffers = Buffers::new(binary, json.buffers.len());
+        let compressed = json.buffer_views.iter().any(|v| v.extensions.compressed().is_some());
+        let views = if compressed { json.buffer_views.len() } else { 0 };
+        let buffers = Buffers::new(binary, json.buffers.len(), views);
         let document = Self { path, options, json, buffers, file_size, used: AtomicU64::new(0) };
         document.check_version()?;
         Ok(document)

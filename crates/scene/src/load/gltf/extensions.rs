@@ -6,7 +6,10 @@ use crate::{LoadError, LoadReport};
 /// Extensions whose meaning is kept, fully or with a note in the report about what is approximated.
 const SUPPORTED: &[&str] = &[
     "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
     "EXT_texture_webp",
+    "KHR_animation_pointer",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
@@ -22,17 +25,11 @@ const SUPPORTED: &[&str] = &[
 ];
 
 /// Extensions that encode the data itself: without them there is nothing to show.
-const ENCODINGS: &[&str] = &[
-    "EXT_meshopt_compression",
-    "EXT_texture_avif",
-    "KHR_draco_mesh_compression",
-    "KHR_meshopt_compression",
-    "KHR_texture_basisu",
-    "MSFT_texture_dds",
-];
+const ENCODINGS: &[&str] =
+    &["EXT_texture_avif", "KHR_meshopt_compression", "KHR_texture_basisu", "MSFT_texture_dds"];
 
 /// Extensions that say nothing about the picture.
-const HARMLESS: &[&str] = &["KHR_animation_pointer", "KHR_xmp", "KHR_xmp_json_ld"];
+const HARMLESS: &[&str] = &["KHR_xmp", "KHR_xmp_json_ld"];
 
 impl Document<'_> {
     /// Checks what the file requires, and notes what else it uses without effect.
@@ -56,9 +53,6 @@ impl Document<'_> {
             if !known && !name.starts_with("KHR_materials_") {
                 report.ignored(unsupported(name));
             }
-        }
-        if !self.json.animations.is_empty() {
-            report.ignored("animations are not played: nodes, joints and weights keep their first pose");
         }
         Ok(())
     }

@@ -3,7 +3,9 @@
 use super::accessor::{Integers, Pick};
 use super::document::Document;
 use super::json::{Instancing, Kind};
+use super::motion::Motion;
 use super::nodes::{Hierarchy, Placed, unit};
+use crate::animation::Skin;
 use crate::{Instance, LoadError, LoadReport, MeshId};
 use glam::{Affine3A, DAffine3, DMat4, DQuat, DVec3, Vec3};
 use std::collections::HashMap;
@@ -16,14 +18,18 @@ pub(super) struct Job {
     pub weights: Vec<f32>,
     /// What moves the vertices.
     pub pose: Pose,
+    /// The node, whose weights an animation may change.
+    pub node: u32,
+    /// Vertices move against each other over time.
+    pub animated: bool,
 }
 
 /// What moves the vertices of a mesh before it is stored.
 pub(super) enum Pose {
     /// Nothing: instances carry the transform.
     Rest,
-    /// A skin: object to world of each joint; `node` moves what has no joints.
-    Skinned { joints: Vec<Affine3A>, node: Affine3A },
+    /// A skin of the file: object to world of each joint; `node` moves what has no joints.
+    Skinned { skin: u32, joints: Vec<Affine3A>, node: Affine3A },
     /// The node's transform, which an instance cannot carry because it has no inverse.
     Baked(Affine3A),
 }
@@ -33,7 +39,19 @@ pub(super) enum Pose {
 pub(super) struct Placement {
     pub jobs: Vec<Job>,
     pub instances: Vec<Instance>,
+    /// What carries each instance.
+    pub carriers: Vec<Carrier>,
     shared: HashMap<(u32, Vec<u32>), MeshId>,
+}
+
+/// What carries an instance.
+#[derive(Clone, Copy)]
+pub(super) struct Carrier {
+    pub node: u32,
+    /// Instance to node; `None` where the vertices are in world space already.
+    pub local: Option<DAffine3>,
+    /// The instance moves, its vertices do, or it is not always shown.
+    pub moving: bool,
 }
 
 impl Document<'_> {
@@ -41,45 +59,66 @@ impl Document<'_> {
     ///
     /// # Errors
     /// References to what does not exist, and broken instancing or skin data.
-    pub fn placement(&self, hierarchy: &Hierarchy, report: &mut LoadReport) -> Result<Placement, LoadError> {
+    pub fn placement(
+        &self,
+        hierarchy: &Hierarchy,
+        motion: &Motion,
+        report: &mut LoadReport,
+    ) -> Result<Placement, LoadError> {
         let mut placement = Placement::default();
         for placed in &hierarchy.placed {
-            let node = &self.json.nodes[placed.node as usize];
+            let Placed { node: number, .. } = *placed;
+            let node = &self.json.nodes[number as usize];
             let Some(mesh) = node.mesh else { continue };
             let source = self.get(&self.json.meshes, mesh, "mesh")?;
             let weights = node.weights.as_ref().or(source.weights.as_ref()).cloned().unwrap_or_default();
-            let name = self.node_name(placed.node, source.name.as_deref());
-            let world = hierarchy.worlds[placed.node as usize];
-            let mut add = |job: Job, world: DAffine3| placement.add(job, &name, world, placed, report);
-            if let Some(joints) = self.joints(node.skin, mesh, hierarchy)? {
-                let pose = Pose::Skinned { joints, node: world.as_affine3a() };
-                add(Job { mesh, weights, pose }, DAffine3::IDENTITY);
+            let name = self.node_name(number, source.name.as_deref());
+            let world = hierarchy.worlds[number as usize];
+            let moving = motion.moves(number);
+            let animated = motion.morphs(number);
+            let rest = Job { mesh, weights, pose: Pose::Rest, node: number, animated };
+            let mut add = |job: Job, local: Option<DAffine3>| {
+                let transform = local.map_or(DAffine3::IDENTITY, |local| world * local);
+                let moving = moving || job.animated;
+                placement.add(job, &name, transform, Carrier { node: number, local, moving }, placed, report);
+            };
+            if let Some(skin) = self.used_skin(node.skin, mesh)? {
+                let animated = animated || skin.joints.iter().any(|joint| motion.moves(*joint));
+                let joints = skin.matrices(|joint| hierarchy.worlds[joint as usize]);
+                let skin = node.skin.unwrap_or_default();
+                let pose = Pose::Skinned { skin, joints, node: world.as_affine3a() };
+                add(Job { pose, animated, ..rest }, None);
             } else if let Some(instancing) = &node.extensions.instancing {
-                let transforms = self.instance_transforms(instancing, placed.node)?;
-                self.reserve::<Instance>(transforms.len() as u64)?;
+                let transforms = self.instance_transforms(instancing, number)?;
+                self.reserve::<(Instance, Carrier)>(transforms.len() as u64)?;
                 for transform in transforms {
-                    add(Job { mesh, weights: weights.clone(), pose: Pose::Rest }, world * transform);
+                    let job = Job { pose: Pose::Rest, weights: rest.weights.clone(), ..rest };
+                    add(job, Some(transform));
                 }
             } else {
-                add(Job { mesh, weights, pose: Pose::Rest }, world);
+                add(rest, Some(DAffine3::IDENTITY));
             }
         }
         Ok(placement)
     }
 
-    /// The joint matrices of a skinned mesh; `None` if there is no skin or the mesh has no joints.
-    fn joints(
-        &self,
-        skin: Option<u32>,
-        mesh: u32,
-        hierarchy: &Hierarchy,
-    ) -> Result<Option<Vec<Affine3A>>, LoadError> {
+    /// The skin of a node's mesh; `None` if there is none or the mesh has no joints.
+    fn used_skin(&self, skin: Option<u32>, mesh: u32) -> Result<Option<Skin>, LoadError> {
         let Some(index) = skin else { return Ok(None) };
-        let skin = self.get(&self.json.skins, index, "skin")?;
         let primitives = &self.json.meshes[mesh as usize].primitives;
+        self.get(&self.json.skins, index, "skin")?;
         if !primitives.iter().any(|p| p.attributes.contains_key("JOINTS_0")) {
             return Ok(None);
         }
+        self.skin(index).map(Some)
+    }
+
+    /// A skin of the file.
+    ///
+    /// # Errors
+    /// It or one of its joints does not exist, or its matrices are broken.
+    pub fn skin(&self, index: u32) -> Result<Skin, LoadError> {
+        let skin = self.get(&self.json.skins, index, "skin")?;
         let inverse_bind = match skin.inverse_bind_matrices {
             Some(accessor) => {
                 self.read::<16, [f32; 16]>(accessor, Kind::Mat4, Integers::AsDeclared, Pick::All)?
@@ -90,14 +129,13 @@ impl Document<'_> {
             let message = format!("{} matrices for {} joints", inverse_bind.len(), skin.joints.len());
             return Err(self.malformed(format!("skin {index}"), message));
         }
-        self.reserve::<Affine3A>(skin.joints.len() as u64)?;
-        let mut joints = Vec::with_capacity(skin.joints.len());
-        for (joint, inverse) in skin.joints.iter().zip(&inverse_bind) {
+        self.reserve::<(u32, DAffine3)>(skin.joints.len() as u64)?;
+        for joint in skin.joints.iter() {
             self.get(&self.json.nodes, *joint, "node")?;
-            let inverse = DAffine3::from_mat4(DMat4::from_cols_array(&inverse.map(f64::from)));
-            joints.push((hierarchy.worlds[*joint as usize] * inverse).as_affine3a());
         }
-        Ok(Some(joints))
+        let matrix = |m: &[f32; 16]| DAffine3::from_mat4(DMat4::from_cols_array(&m.map(f64::from)));
+        let inverse_bind = inverse_bind.iter().take(skin.joints.len()).map(matrix).collect();
+        Ok(Skin { joints: skin.joints.to_vec(), inverse_bind })
     }
 
     /// The transforms of `EXT_mesh_gpu_instancing`.
@@ -141,30 +179,42 @@ impl Document<'_> {
 }
 
 impl Placement {
-    fn add(&mut self, mut job: Job, name: &str, world: DAffine3, placed: &Placed, report: &mut LoadReport) {
+    fn add(
+        &mut self,
+        mut job: Job,
+        name: &str,
+        world: DAffine3,
+        mut carrier: Carrier,
+        placed: &Placed,
+        report: &mut LoadReport,
+    ) {
         let mut transform = world.as_affine3a();
         if !transform.is_finite() {
             return report.ignored("a node's transform is not finite: what it places is left out");
         }
-        if transform.matrix3 == glam::Mat3A::ZERO {
-            return report.info("a node is scaled to nothing: what it places is left out");
-        }
-        if matches!(job.pose, Pose::Rest) && !transform.inverse().is_finite() {
-            report.info("a node is scaled to a plane or a line: its vertices are moved into world space");
-            job.pose = Pose::Baked(std::mem::replace(&mut transform, Affine3A::IDENTITY));
+        if !carrier.moving {
+            if transform.matrix3 == glam::Mat3A::ZERO {
+                return report.info("a node is scaled to nothing: what it places is left out");
+            }
+            if matches!(job.pose, Pose::Rest) && !transform.inverse().is_finite() {
+                report.info("a node is scaled to a plane or a line: its vertices are moved into world space");
+                job.pose = Pose::Baked(std::mem::replace(&mut transform, Affine3A::IDENTITY));
+                carrier.local = None;
+            }
         }
         let next = self.jobs.len() as MeshId;
         let mesh = match job.pose {
-            Pose::Rest => {
+            Pose::Rest if !job.animated => {
                 let weights = job.weights.iter().map(|w| w.to_bits()).collect();
                 *self.shared.entry((job.mesh, weights)).or_insert(next)
             }
-            Pose::Skinned { .. } | Pose::Baked(_) => next,
+            Pose::Rest | Pose::Skinned { .. } | Pose::Baked(_) => next,
         };
         if mesh == next {
             self.jobs.push(job);
         }
         let visible = placed.visible;
         self.instances.push(Instance { visible, ..Instance::new(name, mesh, transform) });
+        self.carriers.push(carrier);
     }
 }

@@ -94,7 +94,7 @@ pub(super) struct Gltf<'a> {
     #[serde(default, borrow)]
     pub buffers: List<Buffer<'a>>,
     #[serde(default)]
-    pub animations: List<IgnoredAny>,
+    pub animations: List<Animation>,
     #[serde(default)]
     pub extensions: RootExtensions,
     #[serde(default)]
@@ -192,6 +192,49 @@ pub(super) struct Visibility {
 }
 
 #[derive(Deserialize)]
+pub(super) struct Animation {
+    pub name: Option<String>,
+    #[serde(default)]
+    pub channels: List<Channel>,
+    #[serde(default)]
+    pub samplers: List<AnimationSampler>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Channel {
+    pub sampler: u32,
+    pub target: ChannelTarget,
+}
+
+#[derive(Deserialize)]
+pub(super) struct ChannelTarget {
+    pub node: Option<u32>,
+    #[serde(default)]
+    pub path: String,
+    #[serde(default)]
+    pub extensions: ChannelExtensions,
+}
+
+#[derive(Default, Deserialize)]
+pub(super) struct ChannelExtensions {
+    #[serde(rename = "KHR_animation_pointer")]
+    pub pointer: Option<AnimationPointer>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct AnimationPointer {
+    #[serde(default)]
+    pub pointer: String,
+}
+
+#[derive(Deserialize)]
+pub(super) struct AnimationSampler {
+    pub input: u32,
+    pub output: u32,
+    pub interpolation: Option<String>,
+}
+
+#[derive(Deserialize)]
 pub(super) struct Mesh {
     pub name: Option<String>,
     #[serde(default)]
@@ -215,9 +258,18 @@ pub(super) struct Primitive {
 #[derive(Default, Deserialize)]
 pub(super) struct PrimitiveExtensions {
     #[serde(rename = "KHR_draco_mesh_compression")]
-    pub draco: Option<IgnoredAny>,
+    pub draco: Option<Draco>,
     #[serde(rename = "KHR_materials_variants")]
     pub variants: Option<IgnoredAny>,
+}
+
+/// Where a primitive's compressed data is, and the numbers of the attributes in it.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Draco {
+    pub buffer_view: u32,
+    #[serde(default)]
+    pub attributes: BTreeMap<String, u32>,
 }
 
 #[derive(Deserialize)]
@@ -469,7 +521,7 @@ pub(super) struct BufferView {
     pub byte_length: u64,
     pub byte_stride: Option<u64>,
     #[serde(default)]
-    pub extensions: Compression,
+    pub extensions: ViewExtensions,
 }
 
 #[derive(Deserialize)]
@@ -483,7 +535,7 @@ pub(super) struct Buffer<'a> {
     pub extensions: Compression,
 }
 
-/// The extensions that compress buffer views; present on views and on the buffers that stand in for them.
+/// The extensions that compress buffer views, on the buffers that stand in for uncompressed data.
 #[derive(Default, Deserialize)]
 pub(super) struct Compression {
     #[serde(rename = "EXT_meshopt_compression")]
@@ -498,4 +550,34 @@ impl Compression {
         let ext = self.ext.is_some().then_some("EXT_meshopt_compression");
         ext.or(self.khr.is_some().then_some("KHR_meshopt_compression"))
     }
+}
+
+/// The extensions that compress buffer views, on the views.
+#[derive(Default, Deserialize)]
+pub(super) struct ViewExtensions {
+    #[serde(rename = "EXT_meshopt_compression")]
+    pub ext: Option<Box<Meshopt>>,
+    #[serde(rename = "KHR_meshopt_compression")]
+    pub khr: Option<Box<Meshopt>>,
+}
+
+impl ViewExtensions {
+    /// Where the compressed data is, if the view is compressed.
+    pub fn compressed(&self) -> Option<&Meshopt> {
+        self.ext.as_deref().or(self.khr.as_deref())
+    }
+}
+
+/// Where the compressed data of a view is, and what it becomes.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Meshopt {
+    pub buffer: u32,
+    #[serde(default)]
+    pub byte_offset: u64,
+    pub byte_length: u64,
+    pub byte_stride: u64,
+    pub count: u64,
+    pub mode: String,
+    pub filter: Option<String>,
 }

@@ -2,63 +2,67 @@
 
 use super::document::Document;
 use super::json;
+use super::motion::Motion;
 use super::nodes::Hierarchy;
-use crate::{Environment, Light, LightKind, LoadError, LoadReport};
-use glam::{DAffine3, Vec3};
+use crate::animation::{AnimatedLight, Punctual, PunctualKind};
+use crate::{Environment, Light, LoadError, LoadReport};
+use glam::{Affine3A, Vec3};
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
 
 impl Document<'_> {
-    /// All lights of the scene.
+    /// All lights of the scene, and what carries each, with its number in the file. Lights that are shown later only
+    /// are there without strength.
     ///
     /// # Errors
     /// A light that does not exist.
-    pub fn lights(&self, hierarchy: &Hierarchy, report: &mut LoadReport) -> Result<Vec<Light>, LoadError> {
+    pub fn lights(
+        &self,
+        hierarchy: &Hierarchy,
+        motion: &Motion,
+        report: &mut LoadReport,
+    ) -> Result<(Vec<Light>, Vec<(u32, AnimatedLight)>), LoadError> {
         let sources = self.json.extensions.lights.as_ref().map(|l| &l.lights[..]).unwrap_or_default();
-        let mut lights = Vec::new();
-        for placed in hierarchy.placed.iter().filter(|p| p.visible) {
+        let (mut lights, mut carriers) = (Vec::new(), Vec::new());
+        for placed in hierarchy.placed.iter().filter(|p| p.visible || motion.moves(p.node)) {
             let Some(reference) = &self.json.nodes[placed.node as usize].extensions.light else { continue };
-            let source = self.get(sources, reference.light, "light")?;
-            let name = self.node_name(placed.node, source.name.as_deref());
-            match kind(source, &hierarchy.worlds[placed.node as usize], report) {
-                Some(kind) => lights.push(Light { name, kind }),
-                None => report.ignored("a light has an unknown type or impossible values and is left out"),
-            }
+            let json = self.get(sources, reference.light, "light")?;
+            let world = &hierarchy.worlds[placed.node as usize];
+            let found = source(json, report).filter(|source| source.at(world).is_some());
+            let Some(source) = found else {
+                report.ignored("a light has an unknown type or impossible values and is left out");
+                continue;
+            };
+            let shown = if placed.visible { source } else { Punctual { intensity: 0.0, ..source } };
+            let Some(kind) = shown.at(world) else { continue };
+            let (light, root) = (lights.len() as u32, Affine3A::IDENTITY);
+            carriers.push((reference.light, AnimatedLight { light, node: placed.node, source, root }));
+            lights.push(Light { name: self.node_name(placed.node, json.name.as_deref()), kind });
         }
-        Ok(lights)
+        Ok((lights, carriers))
     }
 }
 
-fn kind(light: &json::Light, world: &DAffine3, report: &mut LoadReport) -> Option<LightKind> {
-    let strength = Vec3::from(light.color.unwrap_or([1.0; 3])) * light.intensity.unwrap_or(1.0);
-    let position = world.translation.as_vec3();
-    let direction = -world.matrix3.z_axis.as_vec3().normalize_or_zero();
-    let sound = strength.is_finite() && strength.min_element() >= 0.0 && position.is_finite();
-    if !sound || (light.kind != "point" && direction == Vec3::ZERO) {
-        return None;
-    }
+fn source(light: &json::Light, report: &mut LoadReport) -> Option<Punctual> {
     if light.range.is_some() && light.kind != "directional" {
         report.approximated(
             "the range of lights is not used: they fall off with the square of the distance for ever",
         );
     }
-    match light.kind.as_str() {
-        "point" => Some(LightKind::Point { position, intensity: strength }),
-        "directional" => {
-            Some(LightKind::Directional { direction, irradiance: strength, angular_diameter: 0.0 })
-        }
+    let kind = match light.kind.as_str() {
+        "point" => PunctualKind::Point,
+        "directional" => PunctualKind::Directional,
         "spot" => {
             let outer = light.spot.outer_cone_angle.unwrap_or(FRAC_PI_4);
             let inner = light.spot.inner_cone_angle.unwrap_or(0.0);
             if !(0.0 <= inner && inner < outer && outer <= FRAC_PI_2) {
                 report.repaired("a spot light's cone angles are not 0 ≤ inner < outer ≤ π/2");
             }
-            let finite = |angle: f32| if angle.is_finite() { angle } else { 0.0 };
-            let outer_angle = finite(outer).clamp(1e-4, FRAC_PI_2);
-            let inner_angle = finite(inner).clamp(0.0, outer_angle * 0.9999);
-            Some(LightKind::Spot { position, direction, intensity: strength, inner_angle, outer_angle })
+            PunctualKind::Spot { inner, outer }
         }
-        _ => None,
-    }
+        _ => return None,
+    };
+    let color = Vec3::from(light.color.unwrap_or([1.0; 3]));
+    Some(Punctual { kind, color, intensity: light.intensity.unwrap_or(1.0) })
 }
 
 /// The constant environment that may stand in a scene's extras, as `"environment": [r, g, b]`.

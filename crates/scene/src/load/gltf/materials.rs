@@ -33,6 +33,11 @@ pub(super) struct Materials {
 }
 
 impl Materials {
+    /// Where a material of the file is in [`Materials::list`], if it is in use.
+    pub fn number(&self, material: u32) -> Option<MaterialId> {
+        self.uses.get(material as usize).copied().flatten().map(|usage| usage.material)
+    }
+
     /// The use of a primitive's material, which must be in a mesh that was given to [`Document::materials`].
     pub fn get(&self, material: Option<u32>) -> Use {
         let fallback = self.uses.len() - 1;

@@ -8,9 +8,23 @@ use super::materials::Use;
 use super::pose::Source;
 use super::repair::repair;
 use super::topology::Topology;
+use crate::animation::Deformation;
 use crate::{LoadError, LoadReport, Mesh, Part, Shape, TriangleMesh, tangents};
 use glam::{Vec2, Vec3, Vec4};
 use rayon::prelude::*;
+
+/// A primitive as a mesh, and how its vertices move if they are animated.
+struct Built {
+    mesh: TriangleMesh,
+    deformation: Option<Deformation>,
+}
+
+/// How the vertices of a part of a job's mesh move.
+pub(super) struct JobDeformation {
+    pub job: usize,
+    pub part: u32,
+    pub deformation: Deformation,
+}
 
 impl Document<'_> {
     /// Builds the meshes of all jobs, in parallel. `uses` gives the use of a primitive's material.
@@ -22,7 +36,7 @@ impl Document<'_> {
         jobs: &[Job],
         uses: impl Fn(Option<u32>) -> Use + Sync,
         report: &mut LoadReport,
-    ) -> Result<Vec<Mesh>, LoadError> {
+    ) -> Result<(Vec<Mesh>, Vec<JobDeformation>), LoadError> {
         let tasks: Vec<(usize, usize)> = jobs
             .iter()
             .enumerate()
@@ -30,7 +44,7 @@ impl Document<'_> {
                 (0..self.json.meshes[j.mesh as usize].primitives.len()).map(move |p| (job, p))
             })
             .collect();
-        self.reserve::<(Option<TriangleMesh>, LoadReport)>(tasks.len() as u64)?;
+        self.reserve::<(Option<Built>, LoadReport)>(tasks.len() as u64)?;
         let built: Vec<_> = tasks
             .par_iter()
             .map(|(job, index)| {
@@ -45,15 +59,20 @@ impl Document<'_> {
             name.map_or_else(|| format!("mesh {}", job.mesh), str::to_owned)
         };
         let mut meshes: Vec<Mesh> = jobs.iter().map(|j| Mesh { name: name(j), parts: Vec::new() }).collect();
-        for ((job, index), (mesh, notes)) in tasks.into_iter().zip(built) {
+        let mut deformations = Vec::new();
+        for ((job, index), (built, notes)) in tasks.into_iter().zip(built) {
             notes.notes.into_iter().for_each(|n| report.note(n.severity, n.message));
-            if let Some(mesh) = mesh? {
+            if let Some(Built { mesh, deformation }) = built? {
                 let material = self.json.meshes[jobs[job].mesh as usize].primitives[index].material;
                 let material = uses(material).material;
+                if let Some(deformation) = deformation {
+                    let part = meshes[job].parts.len() as u32;
+                    deformations.push(JobDeformation { job, part, deformation });
+                }
                 meshes[job].parts.push(Part { shape: Shape::Triangles(mesh), material });
             }
         }
-        Ok(meshes)
+        Ok((meshes, deformations))
     }
 
     /// One primitive; `None` if it has nothing to show.
@@ -63,7 +82,7 @@ impl Document<'_> {
         index: usize,
         material: Use,
         report: &mut LoadReport,
-    ) -> Result<Option<TriangleMesh>, LoadError> {
+    ) -> Result<Option<Built>, LoadError> {
         let mesh = &self.json.meshes[job.mesh as usize];
         let name = mesh.name.as_deref().unwrap_or_default();
         let object = format!("mesh {} `{name}`, primitive {index}", job.mesh);
@@ -87,7 +106,7 @@ impl Document<'_> {
         object: &str,
         material: Use,
         report: &mut LoadReport,
-    ) -> Result<Option<TriangleMesh>, LoadError> {
+    ) -> Result<Option<Built>, LoadError> {
         let Some(topology) = Topology::from_mode(primitive.mode.unwrap_or(4)) else {
             report.ignored("points and lines are not drawn");
             return Ok(None);
@@ -96,26 +115,31 @@ impl Document<'_> {
             report.ignored("a primitive without positions is not drawn");
             return Ok(None);
         };
-        if primitive.extensions.draco.is_some() {
-            if !self.has_data(position) {
-                return Err(self.unsupported(object, "KHR_draco_mesh_compression"));
-            }
-            report.info("of data with KHR_draco_mesh_compression, the uncompressed copy is read");
-        }
+        let compressed = self.decompressed(primitive, position, object)?;
         if primitive.extensions.variants.is_some() {
             report.info("the default material variant is shown");
         }
-        let count = self.accessor_count(position)?;
-        let mut indices = self.triangles(primitive, topology, count, object, report)?;
+        let (count, mut indices) = match &compressed {
+            Some(compressed) => (compressed.vertices(), compressed.triangles().collect()),
+            None => {
+                let count = self.accessor_count(position)?;
+                (count, self.triangles(primitive, topology, count, object, report)?)
+            }
+        };
         let used = compact(&mut indices, count);
         let pick = used.as_deref().map_or(Pick::All, Pick::Only);
-        let source = Source { primitive, pick, count, object };
-        let mut mesh = self.attributes(&source, position, material, report)?;
+        let source = Source { primitive, compressed: compressed.as_ref(), pick, count, object };
+        let mut mesh = self.attributes(&source, material, report)?;
         mesh.indices = indices;
-        self.apply_pose(job, &source, &mut mesh)?;
+        let mut deformation = self.deformation(job, &source, material, &mesh)?;
         repair(&mut mesh, report);
-        self.complete(&mut mesh, material, report)?;
-        Ok(Some(mesh).filter(|m| !m.indices.is_empty()))
+        let copies = self.complete(&mut mesh, material, report)?;
+        if let Some(deformation) = &mut deformation {
+            deformation.split(&copies);
+            self.apply_pose(job, deformation, &mut mesh, report);
+        }
+        let deformation = deformation.filter(|_| job.animated);
+        Ok((!mesh.indices.is_empty()).then_some(Built { mesh, deformation }))
     }
 
     /// The primitive's triangles; all indices are less than `count`.
@@ -153,42 +177,33 @@ impl Document<'_> {
     fn attributes(
         &self,
         source: &Source<'_>,
-        position: u32,
         material: Use,
         report: &mut LoadReport,
     ) -> Result<TriangleMesh, LoadError> {
         let declared = Integers::AsDeclared;
-        let positions = self.read::<3, Vec3>(position, Kind::Vec3, declared, source.pick)?;
-        let find = |name: &str| -> Result<Option<u32>, LoadError> {
-            let Some(accessor) = source.primitive.attributes.get(name) else { return Ok(None) };
-            self.check_count(source, name, *accessor)?;
-            Ok(Some(*accessor))
+        let positions =
+            self.attribute::<3, Vec3>(source, "POSITION", Kind::Vec3, declared)?.unwrap_or_default();
+        let normals = self.attribute::<3, Vec3>(source, "NORMAL", Kind::Vec3, declared)?.unwrap_or_default();
+        // Without normals, tangents are to be ignored; without a normal map, nothing needs them.
+        let tangents = if normals.is_empty() || material.normal_map_set.is_none() {
+            Vec::new()
+        } else {
+            self.attribute::<4, Vec4>(source, "TANGENT", Kind::Vec4, declared)?.unwrap_or_default()
         };
-        let normals = match find("NORMAL")? {
-            Some(accessor) => self.read::<3, Vec3>(accessor, Kind::Vec3, declared, source.pick)?,
-            None => Vec::new(),
+        let uv = |slot: usize| {
+            let name = format!("TEXCOORD_{}", material.uv_sets[slot]);
+            Ok::<_, LoadError>(
+                self.attribute::<2, Vec2>(source, &name, Kind::Vec2, declared)?.unwrap_or_default(),
+            )
         };
-        let tangents = match find("TANGENT")? {
-            // Without normals, tangents are to be ignored; without a normal map, nothing needs them.
-            Some(accessor) if !normals.is_empty() && material.normal_map_set.is_some() => {
-                self.read::<4, Vec4>(accessor, Kind::Vec4, declared, source.pick)?
-            }
-            _ => Vec::new(),
-        };
-        let uv = |slot: usize| match find(&format!("TEXCOORD_{}", material.uv_sets[slot]))? {
-            Some(accessor) => self.read::<2, Vec2>(accessor, Kind::Vec2, declared, source.pick),
-            None => Ok(Vec::new()),
-        };
-        let colors = match find("COLOR_0")? {
-            Some(accessor) if self.accessor_kind(accessor)? == Kind::Vec3 => {
-                let rgb = self.read::<3, Vec3>(accessor, Kind::Vec3, Integers::Normalized, source.pick)?;
-                self.reserve::<Vec4>(rgb.len() as u64)?;
-                rgb.into_iter().map(|c| c.extend(1.0)).collect()
-            }
-            Some(accessor) => {
-                self.read::<4, Vec4>(accessor, Kind::Vec4, Integers::Normalized, source.pick)?
-            }
-            None => Vec::new(),
+        let colors = if self.attribute_kind(source, "COLOR_0")? == Some(Kind::Vec3) {
+            let rgb = self.attribute::<3, Vec3>(source, "COLOR_0", Kind::Vec3, Integers::Normalized)?;
+            let rgb = rgb.unwrap_or_default();
+            self.reserve::<Vec4>(rgb.len() as u64)?;
+            rgb.into_iter().map(|c| c.extend(1.0)).collect()
+        } else {
+            self.attribute::<4, Vec4>(source, "COLOR_0", Kind::Vec4, Integers::Normalized)?
+                .unwrap_or_default()
         };
         if source.primitive.attributes.contains_key("COLOR_1") {
             report.ignored("of several sets of vertex colours only the first is used");
@@ -197,29 +212,33 @@ impl Document<'_> {
         Ok(TriangleMesh { positions, normals, tangents, uv0, uv1, colors, indices: Vec::new() })
     }
 
-    /// Adds the tangents that a normal map needs and notes what textures lack.
+    /// Adds the tangents that a normal map needs and notes what textures lack. Returns which vertices were copied.
     fn complete(
         &self,
         mesh: &mut TriangleMesh,
         material: Use,
         report: &mut LoadReport,
-    ) -> Result<(), LoadError> {
+    ) -> Result<Vec<u32>, LoadError> {
         let missing = [mesh.uv0.is_empty(), mesh.uv1.is_empty()];
         if material.textured.iter().zip(missing).any(|(textured, missing)| *textured && missing) {
             report.repaired("textured surfaces without texture coordinates: they are taken as (0, 0)");
         }
-        let Some(set) = material.normal_map_set.filter(|_| mesh.tangents.is_empty()) else { return Ok(()) };
+        let Some(set) = material.normal_map_set.filter(|_| mesh.tangents.is_empty()) else {
+            return Ok(Vec::new());
+        };
         let uvs = if set == 0 { &mesh.uv0 } else { &mesh.uv1 };
         if !uvs.is_empty() && !mesh.indices.is_empty() {
             // Vertices are split where tangents differ: three a triangle at worst, and as much again while working.
             self.reserve::<[Vec4; 12]>(mesh.indices.len() as u64)?;
-            if tangents::generate(mesh, set) == tangents::Method::PerTriangle {
+            let (method, copies) = tangents::generate_and_split(mesh, set);
+            if method == tangents::Method::PerTriangle {
                 report.approximated(
                     "tangents of a mesh with very many triangles around one point are not smooth",
                 );
             }
+            return Ok(copies);
         }
-        Ok(())
+        Ok(Vec::new())
     }
 }
 

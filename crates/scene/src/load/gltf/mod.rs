@@ -3,15 +3,19 @@
 //! The data flow, one file each: `container` (the two parts of a .glb) → `json` (typed, unknown fields skipped) →
 //! `extensions` (what is required) → `nodes` (hierarchy flattened) → `instances` (which meshes stand where) →
 //! `materials` and `textures` (only those in use) → `meshes` (in parallel, next to the images). `buffers` and
-//! `accessor` read numbers, `document` holds what all of them need, and the limits.
+//! `accessor` read numbers, `document` holds what all of them need, and the limits. `animations` reads keyframes, `motion`
+//! finds what they move, `binding` says what that is in the scene.
 //!
 //! What nothing in the shown scene uses is not read: an error in it goes unnoticed.
 
 mod accessor;
+mod animations;
+mod binding;
 mod buffers;
 mod cameras;
 mod container;
 mod document;
+mod draco;
 mod extensions;
 mod factors;
 mod instances;
@@ -20,7 +24,9 @@ mod json;
 mod lights;
 mod materials;
 mod meshes;
+mod motion;
 mod nodes;
+mod pointers;
 mod pose;
 mod repair;
 mod textures;
@@ -28,16 +34,21 @@ mod topology;
 mod uri;
 
 use super::{LoadError, LoadOptions, Loaded, read_file};
+use crate::animation::AnimatedInstance;
 use crate::{Instance, LoadReport, Mesh, Scene};
+use binding::Made;
 use document::Document;
+use glam::Affine3A;
+use instances::Carrier;
+use motion::Motion;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 use textures::Textures;
 
 /// Loads a file and the buffers and images that it refers to.
 ///
-/// Shown is the default scene, or else the first. Skins and morph targets are applied in the pose that nodes and
-/// weights describe; animations are not played.
+/// Shown is the default scene, or else the first, in the pose that nodes and weights describe. Animations are played by
+/// [`crate::Scene::set_time`].
 ///
 /// # Errors
 /// [`LoadError`]; each names the file and the object. With [`LoadOptions::lenient`], broken primitives and unknown
@@ -75,46 +86,84 @@ pub fn load_bytes(path: &Path, file: &[u8], options: &LoadOptions) -> Result<Loa
 fn convert(document: &Document<'_>, report: &mut LoadReport) -> Result<Scene, LoadError> {
     let source = document.shown_scene(report)?;
     let hierarchy = document.hierarchy(source, report)?;
-    let placement = document.placement(&hierarchy, report)?;
+    let clips = document.clips(report);
+    let motion = Motion::new(document, &clips, &hierarchy);
+    let placement = document.placement(&hierarchy, &motion, report)?;
     let mut textures = Textures::new(document);
     let mut materials = document.materials(&placement.jobs, &mut textures, report)?;
     let mut texture_notes = LoadReport::default();
-    let ((textures, images), meshes) = rayon::join(
+    let ((textures, images), built) = rayon::join(
         || textures.decode(&mut texture_notes),
         || document.build_meshes(&placement.jobs, |m| materials.get(m), report),
     );
-    let (meshes, instances) = drop_empty(meshes?, placement.instances);
+    let (meshes, deformations) = built?;
+    let kept = Kept::new(meshes, placement.instances, &placement.carriers);
     materials::settle_models(&mut materials.list, &textures, &images);
     report.bytes_read += texture_notes.bytes_read;
     texture_notes.notes.into_iter().for_each(|note| report.note(note.severity, note.message));
+    let (lights, light_carriers) = document.lights(&hierarchy, &motion, report)?;
+    let (cameras, camera_carriers) = document.cameras(&hierarchy, report)?;
+    let made = Made {
+        jobs: &placement.jobs,
+        meshes: &kept.numbers,
+        instances: kept.moving,
+        deformations,
+        materials: &materials,
+        cameras: camera_carriers,
+        lights: light_carriers,
+    };
+    let animation = document.animation(&clips, hierarchy, &motion, made, report)?;
     Ok(Scene {
-        meshes,
-        instances,
+        meshes: kept.meshes,
+        instances: kept.instances,
         materials: materials.list,
         textures,
         images,
-        lights: document.lights(&hierarchy, report)?,
-        cameras: document.cameras(&hierarchy, report)?,
+        lights,
+        cameras,
         environment: lights::environment(source, report),
+        animations: animation.into_iter().collect(),
         ..Scene::default()
     })
 }
 
-/// Removes meshes without parts, and their instances.
-fn drop_empty(meshes: Vec<Mesh>, mut instances: Vec<Instance>) -> (Vec<Mesh>, Vec<Instance>) {
-    let mut kept = 0;
-    let numbers: Vec<Option<u32>> = meshes
-        .iter()
-        .map(|mesh| {
-            let number = (!mesh.parts.is_empty()).then_some(kept);
-            kept += u32::from(number.is_some());
+/// Meshes that have anything to show, and their instances.
+struct Kept {
+    meshes: Vec<Mesh>,
+    instances: Vec<Instance>,
+    /// Of each mesh that was built: its number among those kept.
+    numbers: Vec<Option<u32>>,
+    /// The instances that move.
+    moving: Vec<AnimatedInstance>,
+}
+
+impl Kept {
+    /// Removes meshes without parts, and their instances.
+    fn new(meshes: Vec<Mesh>, instances: Vec<Instance>, carriers: &[Carrier]) -> Self {
+        let mut count = 0;
+        let numbers = meshes.iter().map(|mesh| {
+            let number = (!mesh.parts.is_empty()).then_some(count);
+            count += u32::from(number.is_some());
             number
-        })
-        .collect();
-    instances.retain_mut(|instance| {
-        let number = numbers[instance.mesh as usize];
-        instance.mesh = number.unwrap_or_default();
-        number.is_some()
-    });
-    (meshes.into_iter().filter(|m| !m.parts.is_empty()).collect(), instances)
+        });
+        let numbers: Vec<Option<u32>> = numbers.collect();
+        let mut kept = Vec::with_capacity(instances.len());
+        let mut moving = Vec::new();
+        for (mut instance, carrier) in instances.into_iter().zip(carriers) {
+            let Some(number) = numbers[instance.mesh as usize] else { continue };
+            instance.mesh = number;
+            if carrier.moving {
+                moving.push(AnimatedInstance {
+                    instance: kept.len() as u32,
+                    node: carrier.node,
+                    local: carrier.local,
+                    hidden: false,
+                    root: Affine3A::IDENTITY,
+                });
+            }
+            kept.push(instance);
+        }
+        let meshes = meshes.into_iter().filter(|m| !m.parts.is_empty()).collect();
+        Self { meshes, instances: kept, numbers, moving }
+    }
 }

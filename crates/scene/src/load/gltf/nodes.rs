@@ -2,6 +2,7 @@
 
 use super::document::Document;
 use super::json::{Node, Scene};
+use crate::animation;
 use crate::{LoadError, LoadReport};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
@@ -18,6 +19,10 @@ pub(super) struct Placed {
 pub(super) struct Hierarchy {
     /// Node to world, for every node of the file: joints need not be in the scene.
     pub worlds: Vec<DAffine3>,
+    /// Every node as animations move it; empty where nothing is animated.
+    pub nodes: Vec<animation::Node>,
+    /// All nodes, parents before children.
+    pub order: Vec<u32>,
     /// The nodes of the scene, parents before children, children in file order.
     pub placed: Vec<Placed>,
 }
@@ -47,7 +52,12 @@ impl Document<'_> {
     /// A node that does not exist, has two parents or is its own ancestor.
     pub fn hierarchy(&self, scene: Option<&Scene>, report: &mut LoadReport) -> Result<Hierarchy, LoadError> {
         let parents = self.parents(report)?;
-        let worlds = self.worlds(&parents, report)?;
+        let (worlds, order) = self.worlds(&parents, report)?;
+        let mut nodes = Vec::new();
+        if !self.json.animations.is_empty() {
+            let all = self.json.nodes.iter().zip(&parents);
+            nodes.extend(all.map(|(node, parent)| own_frame(node, *parent, &mut LoadReport::default())));
+        }
         let all_roots: Vec<u32>;
         let roots = match scene {
             Some(scene) => &scene.nodes[..],
@@ -56,7 +66,8 @@ impl Document<'_> {
                 &all_roots
             }
         };
-        Ok(Hierarchy { worlds, placed: self.placed(roots, &parents, report)? })
+        let placed = self.placed(roots, &parents, report)?;
+        Ok(Hierarchy { worlds, nodes, order, placed })
     }
 
     fn parents(&self, report: &mut LoadReport) -> Result<Vec<u32>, LoadError> {
@@ -79,24 +90,31 @@ impl Document<'_> {
         Ok(parents)
     }
 
-    fn worlds(&self, parents: &[u32], report: &mut LoadReport) -> Result<Vec<DAffine3>, LoadError> {
+    /// The worlds of all nodes, and their indices, parents before children.
+    fn worlds(
+        &self,
+        parents: &[u32],
+        report: &mut LoadReport,
+    ) -> Result<(Vec<DAffine3>, Vec<u32>), LoadError> {
         let nodes = &self.json.nodes;
         let mut worlds = vec![DAffine3::IDENTITY; nodes.len()];
+        let mut order = Vec::with_capacity(nodes.len());
         let mut reached = vec![false; nodes.len()];
         let mut stack: Vec<u32> = (0..nodes.len() as u32).filter(|i| parents[*i as usize] == NONE).collect();
         while let Some(index) = stack.pop() {
             let node = &nodes[index as usize];
             let parent = parents[index as usize];
             let base = if parent == NONE { DAffine3::IDENTITY } else { worlds[parent as usize] };
-            worlds[index as usize] = base * local(node, report);
+            worlds[index as usize] = base * own_frame(node, parent, report).local();
             reached[index as usize] = true;
+            order.push(index);
             stack.extend(own_children(node, index, parents).filter(|c| !reached[*c as usize]));
         }
         match reached.iter().position(|r| !r) {
             Some(index) => {
                 Err(self.malformed(format!("node {index}"), "is its own ancestor or below such a node"))
             }
-            None => Ok(worlds),
+            None => Ok((worlds, order)),
         }
     }
 
@@ -148,20 +166,27 @@ fn own_children<'n>(
     node.children.iter().copied().filter(move |child| parents[*child as usize] == index)
 }
 
-/// The node's own transform.
-fn local(node: &Node, report: &mut LoadReport) -> DAffine3 {
+/// The node as animations move it.
+fn own_frame(node: &Node, parent: u32, report: &mut LoadReport) -> animation::Node {
+    let parent = (parent != NONE).then_some(parent);
+    let visible = node.extensions.visibility.as_ref().and_then(|v| v.visible).unwrap_or(true);
     if let Some(m) = &node.matrix {
         if [m[3], m[7], m[11], m[15]] != [0.0, 0.0, 0.0, 1.0] {
             report.repaired("a node's matrix is not affine: its last row is taken as (0, 0, 0, 1)");
         }
         let column = |i: usize| DVec3::new(m[4 * i], m[4 * i + 1], m[4 * i + 2]);
         let matrix3 = DMat3::from_cols(column(0), column(1), column(2));
-        return DAffine3 { matrix3, translation: column(3) };
+        let matrix = Some(DAffine3 { matrix3, translation: column(3) });
+        return animation::Node { parent, matrix, visible, ..animation::Node::default() };
     }
-    let translation = node.translation.map_or(DVec3::ZERO, DVec3::from_array);
-    let scale = node.scale.map_or(DVec3::ONE, DVec3::from_array);
-    let rotation = node.rotation.map_or(DQuat::IDENTITY, |r| unit(DQuat::from_array(r), report));
-    DAffine3::from_scale_rotation_translation(scale, rotation, translation)
+    animation::Node {
+        parent,
+        translation: node.translation.map_or(DVec3::ZERO, DVec3::from_array),
+        rotation: node.rotation.map_or(DQuat::IDENTITY, |r| unit(DQuat::from_array(r), report)),
+        scale: node.scale.map_or(DVec3::ONE, DVec3::from_array),
+        matrix: None,
+        visible,
+    }
 }
 
 /// The rotation without its scale.

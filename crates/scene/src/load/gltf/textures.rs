@@ -3,6 +3,7 @@
 use super::document::Document;
 use super::json::{self, TextureInfo, TextureTransform};
 use super::uri::{self, Target};
+use crate::animation::TextureMotion;
 use crate::load::textures::{Neutral, TextureLoader};
 use crate::{
     ColorSpace, Filter, Image, ImageId, LoadReport, Sampler, Texture, TextureId, TextureRef, UvTransform,
@@ -128,20 +129,25 @@ fn sampler(source: &json::Sampler, report: &mut LoadReport) -> Sampler {
     Sampler { wrap_u: wrap(source.wrap_s), wrap_v: wrap(source.wrap_t), filter }
 }
 
-/// `KHR_texture_transform`: scale, then rotate counter-clockwise as seen with v downwards, then move.
-///
-/// The extension's text and example turn (u, v) into (u cos + v sin, v cos − u sin), as common viewers do; the matrix
-/// in its GLSL snippet is the inverse rotation.
 fn uv_transform(source: &TextureTransform, report: &mut LoadReport) -> UvTransform {
-    let scale = Vec2::from(source.scale.unwrap_or([1.0; 2]));
-    let offset = Vec2::from(source.offset.unwrap_or_default());
-    let (sin, cos) = source.rotation.unwrap_or(0.0).sin_cos();
-    let rows = [Vec2::new(cos, sin) * scale, Vec2::new(-sin, cos) * scale];
+    let motion = texture_motion(Some(source));
+    let transform = UvTransform::new(motion.offset, motion.rotation, motion.scale);
+    let UvTransform { rows, offset } = transform;
     if !(rows[0].is_finite() && rows[1].is_finite() && offset.is_finite()) {
         report.repaired("a texture transform is not finite: left out");
         return UvTransform::default();
     }
-    UvTransform { rows, offset }
+    transform
+}
+
+/// The parts of `KHR_texture_transform`.
+pub(super) fn texture_motion(source: Option<&TextureTransform>) -> TextureMotion {
+    let Some(source) = source else { return TextureMotion::default() };
+    TextureMotion {
+        offset: Vec2::from(source.offset.unwrap_or_default()),
+        rotation: source.rotation.unwrap_or(0.0),
+        scale: Vec2::from(source.scale.unwrap_or([1.0; 2])),
+    }
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use super::values::positive;
 use super::{Builder, MAX_DEPTH, MAX_FILES, Parameters, load_nested};
 use crate::load::{self, LoadError, Loaded};
 use crate::merge::{placed_instance, placed_light};
-use crate::{Environment, Instance, Light, MaterialId, Scene};
+use crate::{Animation, Environment, Instance, Light, MaterialId, Scene};
 use glam::{Affine3A, Vec3};
 use serde::Deserialize;
 use std::collections::{BTreeMap, HashMap};
@@ -41,6 +41,8 @@ fn yes() -> bool {
 pub(super) struct Template {
     instances: Vec<Instance>,
     lights: Vec<Light>,
+    /// Instances and lights are counted from the template's first.
+    animations: Vec<Animation>,
     bounds: Option<(Vec3, Vec3)>,
 }
 
@@ -72,9 +74,11 @@ impl Builder<'_> {
         self.report.absorb(&name, report);
         if !keys.cameras {
             scene.cameras.clear();
+            scene.animations.iter_mut().for_each(|a| a.cameras.clear());
         }
         if !keys.lights {
             scene.lights.clear();
+            scene.animations.iter_mut().for_each(|a| a.lights.clear());
         }
         let environment = std::mem::take(&mut scene.environment);
         let bounds = scene.bounds();
@@ -82,7 +86,12 @@ impl Builder<'_> {
         self.take_environment(environment, merged.images.start as u32, &name);
         let instances = self.scene.instances.split_off(merged.instances.start);
         let lights = self.scene.lights.split_off(merged.lights.start);
-        Ok(Template { instances, lights, bounds })
+        let mut animations = self.scene.animations.split_off(merged.animations.start);
+        for animation in &mut animations {
+            animation.instances.iter_mut().for_each(|i| i.instance -= merged.instances.start as u32);
+            animation.lights.iter_mut().for_each(|l| l.light -= merged.lights.start as u32);
+        }
+        Ok(Template { instances, lights, animations, bounds })
     }
 
     /// The environment of a model becomes the scene's, unless it gets one of its own.
@@ -138,8 +147,9 @@ impl Builder<'_> {
         let fit = self.fit(template, keys, context)?;
         let overrides = self.overrides(template, keys, replacement, context)?;
         self.spend_instances(template.instances.len().saturating_mul(object.copies.len()), context)?;
-        for copy in &object.copies {
+        for (number, copy) in object.copies.iter().enumerate() {
             let motion = object.transform(copy) * fit;
+            self.place_animations(template, &motion, !object.visible, number == 0);
             for (instance, materials) in template.instances.iter().zip(&overrides) {
                 let mut instance = placed_instance(instance, &motion);
                 instance.visible &= object.visible;
@@ -152,6 +162,28 @@ impl Builder<'_> {
             self.scene.lights.extend(template.lights.iter().map(|light| placed_light(light, &motion)));
         }
         Ok(())
+    }
+
+    /// Animates the copy of a model that is placed next, by `motion`. What copies share is moved with the first.
+    fn place_animations(&mut self, template: &Template, motion: &Affine3A, hidden: bool, is_first: bool) {
+        let (instances, lights) = (self.scene.instances.len() as u32, self.scene.lights.len() as u32);
+        for mut animation in template.animations.iter().cloned() {
+            for instance in &mut animation.instances {
+                instance.instance += instances;
+                instance.root = *motion * instance.root;
+                instance.hidden |= hidden;
+            }
+            for light in &mut animation.lights {
+                light.light += lights;
+                light.root = *motion * light.root;
+            }
+            if !is_first {
+                animation.deformations.clear();
+                animation.materials.clear();
+                animation.cameras.clear();
+            }
+            self.scene.animations.push(animation);
+        }
     }
 
     /// Scales the model to the size asked for and stands it on the ground.

@@ -1,0 +1,53 @@
+//! Scenes that change over time, on the clock of `--frames` and `--at`.
+
+use super::RenderArgs;
+use super::setup::job;
+use alhazen::{Job, LoadStats, Loaded, Renderer, Scene};
+use anyhow::{Context, ensure};
+
+/// A scene that is brought to each frame's moment.
+pub struct Moving {
+    /// When the renderer's scene is, seconds.
+    shown: f32,
+}
+
+impl Moving {
+    /// Chooses what is played and brings the scene to its first moment. `None` if it then stays as it is.
+    pub fn start(args: &RenderArgs, scene: &mut Scene, first_frame: u32) -> anyhow::Result<Option<Self>> {
+        if let Some(name) = &args.animation {
+            let known = || {
+                let clips = scene.animations.iter().flat_map(|a| a.clips.iter());
+                clips.map(|c| c.name.clone()).collect::<Vec<_>>()
+            };
+            let known = known();
+            let found = scene.play(name);
+            ensure!(found, "there is no animation {name:?}; the scene has {known:?}");
+        }
+        scene.animations.iter_mut().for_each(|animation| animation.repeat = args.repeat);
+        let Some(time) = args.seconds(first_frame).filter(|_| scene.is_animated()) else { return Ok(None) };
+        scene.set_time(time);
+        Ok(Some(Self { shown: time }))
+    }
+
+    /// Brings scene, camera and renderer to a frame; says what was built, if anything.
+    pub fn show(
+        &mut self,
+        args: &RenderArgs,
+        frame: u32,
+        loaded: &mut Loaded,
+        shown: &mut Job,
+        renderer: &mut Renderer,
+    ) -> anyhow::Result<Option<LoadStats>> {
+        let time = args.seconds(frame).unwrap_or(self.shown);
+        if time == self.shown {
+            return Ok(None);
+        }
+        loaded.scene.set_time(time);
+        self.shown = time;
+        // A scene without cameras keeps the one that framed it at first, so that the picture does not swim.
+        if !loaded.scene.cameras.is_empty() {
+            *shown = job(args, loaded)?;
+        }
+        renderer.update(&loaded.scene).map(Some).context("cannot bring the scene to the next frame")
+    }
+}

@@ -1,0 +1,263 @@
+//! Movement over time: clips of keyframes that move nodes, joints, vertices, materials, lights and cameras.
+//!
+//! A loader describes what may move as an [`Animation`]: a [`Rig`] of nodes, what the nodes carry, and the [`Clip`]s.
+//! [`crate::Scene::set_time`] then writes the scene as it is at a moment. It changes transforms, vertices and values only,
+//! so that renderers need neither new textures nor new topology.
+
+mod deformation;
+mod objects;
+mod rig;
+mod track;
+
+pub use deformation::{Deformation, Influence, Influences, Joints, MorphTarget};
+pub use objects::{
+    AnimatedCamera, AnimatedInstance, AnimatedLight, AnimatedMaterial, CameraValue, LightValue,
+    MaterialValue, Punctual, PunctualKind, TextureMotion, TextureUse, view_of,
+};
+pub use rig::{Node, Placed, Rig, Skin};
+pub use track::{Interpolation, Track, TrackError};
+
+use crate::{MeshId, Scene, Shape};
+use glam::{Affine3A, Vec3};
+use std::sync::Arc;
+
+/// What a channel moves. Indices are into the rig or the lists of the [`Animation`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// Position of a node: three numbers.
+    Translation(u32),
+    /// Rotation of a node: a quaternion.
+    Rotation(u32),
+    /// Scale of a node: three numbers.
+    Scale(u32),
+    /// Whether a node is shown: one number, 0 is hidden.
+    Visible(u32),
+    /// All weights of a list of [`Rig::weights`].
+    Weights(u32),
+    /// One weight: the list, and which of its weights.
+    Weight(u32, u32),
+    /// A value of a material.
+    Material(u32, MaterialValue),
+    /// A value of a light.
+    Light(u32, LightValue),
+    /// A value of a camera.
+    Camera(u32, CameraValue),
+}
+
+/// A track and what it moves.
+#[derive(Clone, Debug)]
+pub struct Channel {
+    /// What is moved.
+    pub target: Target,
+    /// By which values. As wide as the target.
+    pub track: Arc<Track>,
+}
+
+/// Movements that are played together.
+#[derive(Clone, Debug, Default)]
+pub struct Clip {
+    /// Name from the file; may be empty.
+    pub name: String,
+    /// Its channels. Where two have the same target, the later one counts.
+    pub channels: Vec<Channel>,
+}
+
+impl Clip {
+    /// The moment of the last key, seconds.
+    pub fn end(&self) -> f32 {
+        self.channels.iter().map(|c| c.track.end()).fold(0.0, f32::max)
+    }
+}
+
+/// Vertices that move against each other.
+#[derive(Clone, Debug)]
+pub struct DeformedPart {
+    /// The mesh.
+    pub mesh: MeshId,
+    /// Index of the part.
+    pub part: u32,
+    /// How its vertices move.
+    pub deformation: Arc<Deformation>,
+    /// Which list of [`Rig::weights`] weighs its morph targets.
+    pub weights: Option<u32>,
+    /// Which of [`Rig::skins`] moves it, and the node for what has no joints.
+    pub skin: Option<(u32, u32)>,
+}
+
+/// Everything of a file that moves.
+#[derive(Clone, Debug, Default)]
+pub struct Animation {
+    /// What can be played, one at a time.
+    pub clips: Arc<Vec<Clip>>,
+    /// Index of the clip that [`Scene::set_time`] plays.
+    pub playing: usize,
+    /// Starts again after the end, instead of holding the last pose.
+    pub repeat: bool,
+    /// The nodes at rest.
+    pub rig: Arc<Rig>,
+    /// Instances that nodes carry.
+    pub instances: Vec<AnimatedInstance>,
+    /// Cameras that nodes carry.
+    pub cameras: Vec<AnimatedCamera>,
+    /// Lights that nodes carry.
+    pub lights: Vec<AnimatedLight>,
+    /// Materials whose values change.
+    pub materials: Vec<AnimatedMaterial>,
+    /// Meshes that change their shape.
+    pub deformations: Vec<DeformedPart>,
+}
+
+/// Everything that channels change, at one moment.
+struct Pose {
+    nodes: Vec<Node>,
+    weights: Vec<Vec<f32>>,
+    cameras: Vec<AnimatedCamera>,
+    lights: Vec<AnimatedLight>,
+    materials: Vec<AnimatedMaterial>,
+}
+
+impl Animation {
+    /// Seconds from the start of the playing clip to its last key.
+    pub fn duration(&self) -> f32 {
+        self.clips.get(self.playing).map_or(0.0, Clip::end)
+    }
+
+    /// Writes the scene as it is `time` seconds after the start of the playing clip.
+    fn apply(&self, time: f32, scene: &mut Scene) {
+        let duration = self.duration();
+        let time = if self.repeat && duration > 0.0 { time.rem_euclid(duration) } else { time };
+        let pose = self.pose(time);
+        let placed = self.rig.place(&pose.nodes);
+        self.place_instances(&placed, scene);
+        for camera in &pose.cameras {
+            if let Some(own) = scene.cameras.get_mut(camera.camera as usize) {
+                camera.place(&placed[camera.node as usize].world, own);
+            }
+        }
+        for light in &pose.lights {
+            let Some(own) = scene.lights.get_mut(light.light as usize) else { continue };
+            let Placed { world, visible } = placed[light.node as usize];
+            // A hidden light stays in its place in the lists, without strength.
+            let intensity = if visible { light.source.intensity } else { 0.0 };
+            if let Some(kind) = (Punctual { intensity, ..light.source }).at(&world) {
+                own.kind = kind;
+                *own = crate::merge::placed_light(own, &light.root);
+            }
+        }
+        for material in pose.materials {
+            if let Some(own) = scene.materials.get_mut(material.material as usize) {
+                *own = material.rest;
+            }
+        }
+        self.deform(&placed, &pose.weights, scene);
+    }
+
+    fn pose(&self, time: f32) -> Pose {
+        let mut pose = Pose {
+            nodes: self.rig.nodes.clone(),
+            weights: self.rig.weights.clone(),
+            cameras: self.cameras.clone(),
+            lights: self.lights.clone(),
+            materials: self.materials.clone(),
+        };
+        let mut numbers = Vec::new();
+        for channel in self.clips.get(self.playing).map(|c| &c.channels[..]).unwrap_or_default() {
+            if let Target::Rotation(node) = channel.target {
+                pose.nodes[node as usize].rotation = channel.track.sample_rotation(time).as_dquat();
+                continue;
+            }
+            numbers.resize(channel.track.width(), 0.0);
+            channel.track.sample(time, &mut numbers);
+            pose.set(channel.target, &numbers);
+        }
+        pose
+    }
+
+    /// Instances stand where their nodes are, and can be moved without building structures anew.
+    fn place_instances(&self, placed: &[Placed], scene: &mut Scene) {
+        for bound in &self.instances {
+            let Some(instance) = scene.instances.get_mut(bound.instance as usize) else { continue };
+            let node = placed[bound.node as usize];
+            let local = bound.local.map_or(Affine3A::IDENTITY, |local| (node.world * local).as_affine3a());
+            let transform = bound.root * local;
+            if transform.is_finite() {
+                instance.transform = transform;
+            }
+            instance.visible = node.visible && !bound.hidden;
+            instance.dynamic = true;
+        }
+    }
+
+    fn deform(&self, placed: &[Placed], weights: &[Vec<f32>], scene: &mut Scene) {
+        for part in &self.deformations {
+            let mesh = scene.meshes.get_mut(part.mesh as usize);
+            let shape = mesh.and_then(|m| m.parts.get_mut(part.part as usize)).map(|p| &mut p.shape);
+            let Some(Shape::Triangles(mesh)) = shape else { continue };
+            let weights = part.weights.map_or(&[][..], |w| &weights[w as usize]);
+            let world = |node: u32| placed[node as usize].world;
+            let skin = part.skin.map(|(skin, node)| {
+                (self.rig.skins[skin as usize].matrices(world), world(node).as_affine3a())
+            });
+            let joints = skin.as_ref().map(|(matrices, node)| Joints { matrices, node: *node });
+            part.deformation.apply(weights, joints, mesh);
+        }
+    }
+}
+
+impl Pose {
+    fn set(&mut self, target: Target, numbers: &[f32]) {
+        let vector = || Vec3::from_slice(numbers).as_dvec3();
+        match target {
+            Target::Translation(node) => self.nodes[node as usize].translation = vector(),
+            Target::Scale(node) => self.nodes[node as usize].scale = vector(),
+            Target::Visible(node) => self.nodes[node as usize].visible = numbers[0] != 0.0,
+            Target::Weights(list) => self.weights[list as usize].copy_from_slice(numbers),
+            Target::Weight(list, weight) => self.weights[list as usize][weight as usize] = numbers[0],
+            // What a scene leaves out of a file that it includes is not in the lists.
+            Target::Material(material, value) => {
+                self.materials.get_mut(material as usize).into_iter().for_each(|m| m.set(value, numbers));
+            }
+            Target::Light(light, value) => {
+                self.lights.get_mut(light as usize).into_iter().for_each(|l| l.source.set(value, numbers));
+            }
+            Target::Camera(camera, value) => {
+                self.cameras.get_mut(camera as usize).into_iter().for_each(|c| c.set(value, numbers[0]));
+            }
+            Target::Rotation(_) => {} // sampled as a rotation, not as numbers
+        }
+    }
+}
+
+impl Scene {
+    /// Whether [`Scene::set_time`] has an effect.
+    pub fn is_animated(&self) -> bool {
+        !self.animations.is_empty()
+    }
+
+    /// Seconds until the last of the playing clips has ended; 0 without animations.
+    pub fn duration(&self) -> f32 {
+        self.animations.iter().map(Animation::duration).fold(0.0, f32::max)
+    }
+
+    /// Brings everything that is animated to where it is at `time` seconds. What moves becomes
+    /// [`crate::Instance::dynamic`]. Cameras with a [`crate::CameraPath`] follow [`crate::Camera::at`] instead.
+    pub fn set_time(&mut self, time: f32) {
+        let animations = std::mem::take(&mut self.animations);
+        animations.iter().for_each(|animation| animation.apply(time, self));
+        self.animations = animations;
+    }
+
+    /// Plays another clip of every animation that has it, by its name or, without such a name, its number. Returns
+    /// whether any has it.
+    pub fn play(&mut self, clip: &str) -> bool {
+        let mut found = false;
+        for animation in &mut self.animations {
+            let named = animation.clips.iter().position(|c| c.name == clip);
+            let number = || clip.parse().ok().filter(|n| *n < animation.clips.len());
+            if let Some(index) = named.or_else(number) {
+                (animation.playing, found) = (index, true);
+            }
+        }
+        found
+    }
+}
