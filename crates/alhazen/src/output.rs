@@ -24,7 +24,7 @@ pub enum OutputError {
 /// Formats that [`write()`] knows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// Eight bits, tone mapped.
+    /// Eight or sixteen bits, tone mapped.
     Png,
     /// Linear radiance, all layers, settings as metadata.
     Exr,
@@ -47,6 +47,24 @@ impl Format {
     }
 }
 
+/// How much of a picture its file keeps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Encoding {
+    /// Bits of colour in EXR files.
+    pub exr_precision: Precision,
+    /// Compression of EXR files.
+    pub exr_compression: ExrCompression,
+    /// PNG files with 16 bits a channel instead of 8.
+    pub png16: bool,
+}
+
+impl Default for Encoding {
+    /// EXR with 32 bits and deflate, PNG with 8 bits.
+    fn default() -> Self {
+        Self { exr_precision: Precision::Float, exr_compression: ExrCompression::Zip, png16: false }
+    }
+}
+
 /// Writes the film: complete, or not at all; an existing file is replaced only by a complete one.
 ///
 /// `metadata` goes into EXR files as it is.
@@ -59,13 +77,28 @@ pub fn write(
     tone: &ToneMapping,
     metadata: &BTreeMap<String, String>,
 ) -> Result<(), OutputError> {
+    write_as(path, film, tone, metadata, &Encoding::default())
+}
+
+/// As [`write()`], in a certain encoding.
+///
+/// # Errors
+/// See [`OutputError`].
+pub fn write_as(
+    path: &Path,
+    film: &Film,
+    tone: &ToneMapping,
+    metadata: &BTreeMap<String, String>,
+    encoding: &Encoding,
+) -> Result<(), OutputError> {
     match Format::of(path)? {
+        Format::Png if encoding.png16 => tone.apply(&film.to_image()).write_png16_encoded(path)?,
         Format::Png => tone.apply(&film.to_image()).write_png_encoded(path)?,
         Format::Hdr => film.to_image().write_hdr(path)?,
         Format::Exr => {
-            let file = ExrFile::from_film(film, Precision::Float);
+            let file = ExrFile::from_film(film, encoding.exr_precision);
             let file = metadata.iter().fold(file, |f, (k, v)| f.with_metadata(k, v));
-            file.write(path, ExrCompression::Zip)?;
+            file.write(path, encoding.exr_compression)?;
         }
     }
     Ok(())

@@ -7,7 +7,7 @@ use std::path::Path;
 use image::{DynamicImage, ImageDecoder, ImageEncoder, ImageFormat, ImageReader, Limits};
 
 use crate::atomic::write_atomically;
-use crate::srgb::{srgb_to_linear, to_u8};
+use crate::srgb::{srgb_to_linear, to_u8, to_u16};
 use crate::{ExrFile, Image, ImageError, MAX_SIDE, limits};
 
 const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
@@ -68,6 +68,23 @@ impl Image {
         write_png(path, self.width(), self.height(), channels, &bytes)
     }
 
+    /// As [`Image::write_png_encoded`], with 16 bits a channel: gradients do not band, and there is room for grading.
+    ///
+    /// # Errors
+    /// [`ImageError::Write`], or [`ImageError::Encode`] for a picture without pixels.
+    pub fn write_png16_encoded(&self, path: &Path) -> Result<(), ImageError> {
+        self.check_pixels(path)?;
+        let (image, colour) = match self.channels() {
+            1 => (self.clone(), image::ExtendedColorType::L16),
+            4 => (self.clone(), image::ExtendedColorType::Rgba16),
+            _ => (self.to_rgb(), image::ExtendedColorType::Rgb16),
+        };
+        // The encoder takes the machine's byte order and writes the format's.
+        let bytes: Vec<u8> = image.data().iter().flat_map(|&v| to_u16(v).to_ne_bytes()).collect();
+        let encoded = compress_png(path, self.width(), self.height(), colour, &bytes)?;
+        write_whole(path, &encoded)
+    }
+
     /// As [`Image::write_png_encoded`], to memory.
     ///
     /// # Errors
@@ -110,9 +127,12 @@ pub fn write_png(
     channels: usize,
     bytes: &[u8],
 ) -> Result<(), ImageError> {
-    let encoded = encode_png(path, width, height, channels, bytes)?;
+    write_whole(path, &encode_png(path, width, height, channels, bytes)?)
+}
+
+fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
     write_atomically(path, |writer| {
-        std::io::Write::write_all(writer, &encoded)
+        std::io::Write::write_all(writer, bytes)
             .map_err(|source| ImageError::Write { path: path.to_owned(), source })
     })
 }
@@ -138,6 +158,16 @@ fn encode_png(
     if bytes.is_empty() {
         return Err(encode("there are no pixels".into()));
     }
+    compress_png(path, width, height, colour, bytes)
+}
+
+fn compress_png(
+    path: &Path,
+    width: u32,
+    height: u32,
+    colour: image::ExtendedColorType,
+    bytes: &[u8],
+) -> Result<Vec<u8>, ImageError> {
     let mut encoded = Vec::new();
     let encoder = image::codecs::png::PngEncoder::new_with_quality(
         &mut encoded,

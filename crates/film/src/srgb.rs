@@ -20,6 +20,12 @@ pub fn to_u8(encoded: f32) -> u8 {
     (encoded.clamp(0.0, 1.0) * 255.0).round() as u8
 }
 
+/// The 16-bit code of a display-encoded value, as [`to_u8`].
+#[must_use]
+pub fn to_u16(encoded: f32) -> u16 {
+    (encoded.clamp(0.0, 1.0) * 65535.0).round() as u16
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

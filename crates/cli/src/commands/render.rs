@@ -1,21 +1,24 @@
 //! `alhazen render`: a picture, or a sequence of pictures, of a scene.
 
 mod moving;
+mod output;
 pub mod parsing;
 mod report;
 mod setup;
 mod split;
+mod video;
 
 use super::tone::ToneArgs;
 use crate::console::ProgressDisplay;
 use crate::profile::Profile;
 use alhazen::{
     Aov, BackendChoice, Control, Description, Limits, LoadOptions, PartJob, PathKernel, Rect, Renderer,
-    RendererOptions, Summary, metadata, output,
+    RendererOptions, Summary, metadata,
 };
 use anyhow::{Context, bail, ensure};
 use clap::{Args, FromArgMatches, ValueEnum};
 use moving::Moving;
+use output::OutputArgs;
 use parsing::{
     parse_crop, parse_duration, parse_fov, parse_frames, parse_positive, parse_seconds, parse_vector,
 };
@@ -26,10 +29,11 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+use video::Video;
 
 /// Render a scene to a picture.
 ///
-/// The scene is a file (.obj, .gltf, .glb, .ply, or a .toml scene file) or the name of a built-in scene, see
+/// The scene is a file (.obj, .gltf, .glb, .ply, .stl, or a .toml scene file) or the name of a built-in scene, see
 /// `alhazen scenes`. Progress goes to stderr. Ctrl-C stops and keeps what is there; a second one stops at once.
 #[derive(Debug, Clone, Args)]
 #[command(allow_negative_numbers = true)]
@@ -38,13 +42,16 @@ Examples:
   alhazen render cornell -o cornell.png
   alhazen render model.glb -o model.exr --environment sky.hdr --aov depth,normal,albedo
   alhazen render three-spheres --frames 0..240 --fps 24 -o frame.png
+  alhazen render fox.glb --animation Run --frames 0..48 -o run.png
+  alhazen render model.glb --turntable 10 -o turntable.mp4
   alhazen render atrium --tile 2/4 -o part2.exr        then: alhazen merge part*.exr -o atrium.png
   alhazen render atrium --noise 0.02 --time 5m -o atrium.png")]
 pub struct RenderArgs {
     /// Scene file or name of a built-in scene.
     #[arg(value_name = "FILE|SCENE", default_value = "three-spheres")]
     pub scene: String,
-    /// Picture to write: .png (tone mapped), .exr (linear, layers, metadata) or .hdr. May be given several times.
+    /// Picture to write: .png (tone mapped), .exr (linear, layers, metadata) or .hdr; of a sequence also .mp4, if there is
+    /// ffmpeg. May be given several times.
     #[arg(short, long, value_name = "FILE", default_value = "render.png")]
     pub output: Vec<PathBuf>,
     /// Parameter of the scene, as NAME=VALUE. May be given several times.
@@ -117,6 +124,10 @@ pub struct RenderArgs {
     /// Start the animation again after its end, instead of holding its last pose.
     #[arg(long, help_heading = "Sequence")]
     repeat: bool,
+    /// A turntable: the camera goes once around its target in this many seconds. Without --frames, all of the turn is
+    /// rendered.
+    #[arg(long, help_heading = "Sequence", value_name = "SECONDS", value_parser = parse_positive, conflicts_with = "at")]
+    turntable: Option<f32>,
 
     #[command(flatten)]
     split: SplitArgs,
@@ -170,6 +181,9 @@ pub struct RenderArgs {
 
     #[command(flatten)]
     tone: ToneArgs,
+
+    #[command(flatten)]
+    files: OutputArgs,
 
     /// What renders: auto (a GPU if there is a real one), cpu, gpu, gpu-bvh, gpu-query, gpu-pipeline.
     #[arg(long, help_heading = "Running", value_name = "NAME", default_value_t = BackendChoice::Auto)]
@@ -228,7 +242,13 @@ impl RenderArgs {
 
     /// When a frame is, in seconds; `None` if neither a sequence nor a moment was asked for.
     fn seconds(&self, frame: u32) -> Option<f32> {
-        self.at.or(self.frames.map(|_| frame as f32 / self.fps))
+        self.at.or(self.sequence().map(|_| frame as f32 / self.fps))
+    }
+
+    /// The first frame of a sequence, and the one after its last; `None` for a single picture.
+    fn sequence(&self) -> Option<(u32, u32)> {
+        let turn = |seconds: f32| (0, ((seconds * self.fps).round() as u32).max(1));
+        self.frames.or(self.turntable.map(turn))
     }
 
     /// The first option given that leaves no room for dividing the render into tasks.
@@ -238,6 +258,8 @@ impl RenderArgs {
             (self.noise.is_some(), "--noise"),
             (self.profile.is_some(), "--profile"),
             (self.json, "--json"),
+            (self.output.iter().any(|path| video::is_video(path)), "a video"),
+            (self.turntable.is_some() && self.frames.is_none(), "--turntable without --frames"),
         ];
         self.split.given().or(options.into_iter().find(|(given, _)| *given).map(|(_, name)| name))
     }
@@ -245,9 +267,14 @@ impl RenderArgs {
 
 /// Renders what the arguments ask for.
 pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
-    args.output.iter().try_for_each(|path| check_output(path))?;
+    let (videos, pictures) = Video::split(args)?;
+    pictures.iter().try_for_each(|path| check_output(path))?;
     args.profile.as_deref().map_or(Ok(()), check_place)?;
     args.split.check(&args.output)?;
+    ensure!(
+        videos.is_empty() || !args.split.is_used(),
+        "a video cannot be rendered in parts: render its frames"
+    );
     let options = LoadOptions { lenient: args.lenient, ..LoadOptions::default() };
     let mut loaded = super::load_scene(&args.scene, &args.parameters, &options)?;
     set_environment(args, &mut loaded, &options)?;
@@ -255,8 +282,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         print_loaded(&loaded);
     }
     let mut saved = Saved::open(&args.split)?;
-    let frames = saved.frames_left(args.frames)?;
-    let mut moving = Moving::start(args, &mut loaded.scene, frames.start)?;
+    let frames = saved.frames_left(args.sequence())?;
+    let first_frame = frames.start;
+    let mut moving = Moving::start(args, &mut loaded.scene, first_frame)?;
     let mut job = job(args, &loaded)?;
     let limits = limits(args, &loaded);
     let tables = alhazen::SceneTables::build(&loaded.scene);
@@ -283,7 +311,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
             tile: args.split.tile,
             samples: args.split.samples(limits.spp)?,
             time: args.seconds(frame).unwrap_or(0.0),
-            frame: args.frames.is_some().then_some(frame),
+            frame: args.sequence().is_some().then_some(frame),
             ..PartJob::whole(&job, limits.spp, &description)
         };
         let begin = Instant::now();
@@ -296,14 +324,16 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         profile.passes(&renderer.take_passes(), begin);
         print_notices(&mut renderer);
         let begin = Instant::now();
-        let written: Vec<_> = args.output.iter().map(|path| frame_path(path, part_job.frame)).collect();
-        made.write(&mut renderer, &written, &job, &args.split)?;
+        let written = pictures.iter().map(|path| frame_path(path, part_job.frame));
+        let written: Vec<_> = written.chain(videos.iter().map(|video| video.frame(frame))).collect();
+        made.write(&mut renderer, &written, &job, args)?;
         profile.span("write", begin);
         report(args, &renderer, &job, &summary, load_time, &built, &written)?;
         if summary.cancelled {
             bail!("stopped before the end; the picture has {} samples per pixel", summary.spp);
         }
     }
+    videos.iter().try_for_each(|video| video.finish(first_frame, args.fps))?;
     args.profile.as_deref().map_or(Ok(()), |path| profile.write(path))
 }
 
@@ -349,7 +379,7 @@ fn print_notices(renderer: &mut Renderer) {
 
 /// Finds out before rendering what would keep the picture from being written.
 pub fn check_output(path: &Path) -> anyhow::Result<()> {
-    output::Format::of(path)?;
+    alhazen::output::Format::of(path)?;
     check_place(path)
 }
 

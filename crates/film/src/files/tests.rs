@@ -27,6 +27,22 @@ fn png_keeps_display_values() {
 }
 
 #[test]
+fn sixteen_bit_png_keeps_what_eight_bits_lose() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.png");
+    let encoded = picture().map(linear_to_srgb);
+    encoded.write_png16_encoded(&path).unwrap();
+    let back = Image::open(&path).unwrap();
+    assert!(close(&back, &picture(), 3e-5));
+    encoded.write_png_encoded(&path).unwrap();
+    assert!(!close(&Image::open(&path).unwrap(), &picture(), 3e-5), "eight bits are coarser");
+    let grey = Image::from_data(2, 1, 1, vec![0.25, f32::NAN]).unwrap();
+    grey.write_png16_encoded(&path).unwrap();
+    assert_eq!(image::open(&path).unwrap().into_luma16().into_raw(), [16384, 0]);
+    assert!(Image::black(0, 3, 3).write_png16_encoded(&path).is_err());
+}
+
+#[test]
 fn sixteen_bit_png_and_jpeg_open() {
     let dir = tempfile::tempdir().unwrap();
     let encoded = picture().map(linear_to_srgb);

@@ -6,6 +6,7 @@ pub mod meshopt;
 pub mod obj;
 pub mod ply;
 pub mod scene_file;
+pub mod stl;
 pub mod textures;
 
 use crate::{LoadReport, Scene};
@@ -59,7 +60,7 @@ pub enum LoadError {
         source: std::io::Error,
     },
     /// No loader knows the file name's ending.
-    #[error("{path}: unknown file type; known are .obj, .gltf, .glb, .ply and .toml scene files")]
+    #[error("{path}: unknown file type; known are .obj, .gltf, .glb, .ply, .stl and .toml scene files")]
     UnknownFormat {
         /// The file.
         path: PathBuf,
@@ -132,6 +133,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
         "obj" => obj::load(path, options),
         "gltf" | "glb" => gltf::load(path, options),
         "ply" => ply::load(path, options),
+        "stl" => stl::load(path, options),
         "toml" => scene_file::load(path, options),
         _ => Err(LoadError::UnknownFormat { path: path.to_owned() }),
     }?;

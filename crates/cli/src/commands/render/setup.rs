@@ -3,8 +3,8 @@
 use super::parsing::parse_vector;
 use super::{IntegratorName, RenderArgs, SamplerName};
 use alhazen::{
-    Camera, DirectSettings, Environment, Integrator, Job, Limits, LoadOptions, Loaded, PathSettings,
-    Projection, Rect, SamplerKind, add_daylight_if_dark,
+    Camera, CameraPath, DirectSettings, Environment, Integrator, Job, Limits, LoadOptions, Loaded,
+    PathSettings, Projection, Rect, SamplerKind, add_daylight_if_dark,
 };
 use anyhow::{Context, bail, ensure};
 use std::path::Path;
@@ -99,7 +99,23 @@ fn camera(args: &RenderArgs, loaded: &Loaded) -> anyhow::Result<Camera> {
         let focal_length = 0.012 / (fov_y * 0.5).tan();
         camera.lens_radius = focal_length / (2.0 * f_number);
     }
+    if let Some(period) = args.turntable {
+        camera.path = Some(turntable(&camera, period));
+    }
     Ok(camera)
+}
+
+/// A turn around the target, which begins where the camera is.
+fn turntable(camera: &Camera, period: f32) -> CameraPath {
+    let offset = camera.eye - camera.target;
+    CameraPath::Orbit {
+        center: camera.target,
+        radius: offset.x.hypot(offset.z),
+        height: offset.y,
+        bob: 0.0,
+        period,
+        start: offset.x.atan2(offset.z),
+    }
 }
 
 fn integrator(args: &RenderArgs, of_scene: Integrator) -> Integrator {
@@ -136,4 +152,21 @@ pub fn limits(args: &RenderArgs, loaded: &Loaded) -> Limits {
     let open_ended = args.time.is_some() || args.noise.is_some();
     let default = if open_ended { 65_536 } else { loaded.scene.defaults.spp.unwrap_or(64) };
     Limits { spp: args.spp.unwrap_or(default), time: args.time, noise: args.noise.map(f64::from) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_turntable_begins_and_ends_where_the_camera_is() {
+        let mut camera = Camera::perspective("c", [3.0, 2.0, -4.0].into(), [0.0, 1.0, 1.0].into(), 1.0);
+        let eye = camera.eye;
+        camera.path = Some(turntable(&camera, 8.0));
+        let distance = |time: f32| (camera.at(time).eye - eye).length();
+        assert!(distance(0.0) < 1e-5 && distance(8.0) < 1e-4);
+        let diameter = 2.0 * 3f32.hypot(5.0);
+        assert!((distance(4.0) - diameter).abs() < 1e-4, "half a turn is across");
+        assert_eq!((camera.at(4.0).eye.y, camera.at(4.0).target), (2.0, camera.target));
+    }
 }

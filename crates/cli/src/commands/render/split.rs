@@ -1,7 +1,7 @@
 //! Rendering in parts and in several sittings.
 
-use super::check_place;
 use super::parsing::{Samples, parse_duration, parse_samples};
+use super::{RenderArgs, check_place};
 use crate::console::ProgressDisplay;
 use alhazen::{
     Checkpoint, Control, Coverage, Film, Job, Part, PartJob, Renderer, Summary, Tile, finish, output,
@@ -121,16 +121,18 @@ impl Made {
         renderer: &mut Renderer,
         paths: &[PathBuf],
         job: &Job,
-        split: &SplitArgs,
+        args: &RenderArgs,
     ) -> anyhow::Result<()> {
+        let encoding = args.files.encoding();
         let write_picture = |film: &Film, metadata: &_| -> anyhow::Result<()> {
-            Ok(paths.iter().try_for_each(|path| output::write(path, film, &job.tone, metadata))?)
+            let write = |path: &PathBuf| output::write_as(path, film, &job.tone, metadata, &encoding);
+            Ok(paths.iter().try_for_each(write)?)
         };
         match self {
             Self::Picture(metadata) => {
                 write_picture(renderer.film()?.context("nothing was rendered")?, &metadata)
             }
-            Self::Part(part) if split.makes_parts() => {
+            Self::Part(part) if args.split.makes_parts() => {
                 Ok(paths.iter().try_for_each(|path| part.write(path))?)
             }
             Self::Part(part) => {
