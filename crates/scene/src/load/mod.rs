@@ -4,6 +4,7 @@ pub mod environment;
 pub mod gltf;
 pub mod meshopt;
 pub mod obj;
+pub mod pbrt;
 pub mod ply;
 pub mod scene_file;
 pub mod stl;
@@ -60,7 +61,9 @@ pub enum LoadError {
         source: std::io::Error,
     },
     /// No loader knows the file name's ending.
-    #[error("{path}: unknown file type; known are .obj, .gltf, .glb, .ply, .stl and .toml scene files")]
+    #[error(
+        "{path}: unknown file type; known are .obj, .gltf, .glb, .pbrt, .ply, .stl and .toml scene files"
+    )]
     UnknownFormat {
         /// The file.
         path: PathBuf,
@@ -132,6 +135,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
     let mut loaded = match extension.as_str() {
         "obj" => obj::load(path, options),
         "gltf" | "glb" => gltf::load(path, options),
+        "pbrt" => pbrt::load(path, options),
         "ply" => ply::load(path, options),
         "stl" => stl::load(path, options),
         "toml" => scene_file::load(path, options),

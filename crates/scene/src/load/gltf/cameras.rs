@@ -2,7 +2,7 @@
 
 use super::document::Document;
 use super::json;
-use super::nodes::Hierarchy;
+use super::nodes::{Carried, Hierarchy};
 use crate::animation::{AnimatedCamera, view_of};
 use crate::{Camera, LoadError, LoadReport, Projection};
 
@@ -15,7 +15,7 @@ impl Document<'_> {
         &self,
         hierarchy: &Hierarchy,
         report: &mut LoadReport,
-    ) -> Result<(Vec<Camera>, Vec<(u32, AnimatedCamera)>), LoadError> {
+    ) -> Result<Carried<Camera, AnimatedCamera>, LoadError> {
         let mut nodes: Vec<_> = hierarchy.placed.iter().map(|p| p.node).collect();
         nodes.sort_unstable();
         let (mut cameras, mut carriers) = (Vec::new(), Vec::new());
@@ -36,7 +36,7 @@ impl Document<'_> {
         if !cameras.is_empty() {
             report.info("near and far planes of cameras are not used: nothing is clipped");
         }
-        Ok((cameras, carriers))
+        Ok(Carried { objects: cameras, carriers })
     }
 }
 

@@ -3,7 +3,7 @@
 use super::document::Document;
 use super::json;
 use super::motion::Motion;
-use super::nodes::Hierarchy;
+use super::nodes::{Carried, Hierarchy};
 use crate::animation::{AnimatedLight, Punctual, PunctualKind};
 use crate::{Environment, Light, LoadError, LoadReport};
 use glam::{Affine3A, Vec3};
@@ -20,7 +20,7 @@ impl Document<'_> {
         hierarchy: &Hierarchy,
         motion: &Motion,
         report: &mut LoadReport,
-    ) -> Result<(Vec<Light>, Vec<(u32, AnimatedLight)>), LoadError> {
+    ) -> Result<Carried<Light, AnimatedLight>, LoadError> {
         let sources = self.json.extensions.lights.as_ref().map(|l| &l.lights[..]).unwrap_or_default();
         let (mut lights, mut carriers) = (Vec::new(), Vec::new());
         for placed in hierarchy.placed.iter().filter(|p| p.visible || motion.moves(p.node)) {
@@ -38,7 +38,7 @@ impl Document<'_> {
             carriers.push((reference.light, AnimatedLight { light, node: placed.node, source, root }));
             lights.push(Light { name: self.node_name(placed.node, json.name.as_deref()), kind });
         }
-        Ok((lights, carriers))
+        Ok(Carried { objects: lights, carriers })
     }
 }
 

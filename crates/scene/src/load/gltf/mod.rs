@@ -101,16 +101,16 @@ fn convert(document: &Document<'_>, report: &mut LoadReport) -> Result<Scene, Lo
     materials::settle_models(&mut materials.list, &textures, &images);
     report.bytes_read += texture_notes.bytes_read;
     texture_notes.notes.into_iter().for_each(|note| report.note(note.severity, note.message));
-    let (lights, light_carriers) = document.lights(&hierarchy, &motion, report)?;
-    let (cameras, camera_carriers) = document.cameras(&hierarchy, report)?;
+    let lights = document.lights(&hierarchy, &motion, report)?;
+    let cameras = document.cameras(&hierarchy, report)?;
     let made = Made {
         jobs: &placement.jobs,
         meshes: &kept.numbers,
         instances: kept.moving,
         deformations,
         materials: &materials,
-        cameras: camera_carriers,
-        lights: light_carriers,
+        cameras: cameras.carriers,
+        lights: lights.carriers,
     };
     let animation = document.animation(&clips, hierarchy, &motion, made, report)?;
     Ok(Scene {
@@ -119,8 +119,8 @@ fn convert(document: &Document<'_>, report: &mut LoadReport) -> Result<Scene, Lo
         materials: materials.list,
         textures,
         images,
-        lights,
-        cameras,
+        lights: lights.objects,
+        cameras: cameras.objects,
         environment: lights::environment(source, report),
         animations: animation.into_iter().collect(),
         ..Scene::default()

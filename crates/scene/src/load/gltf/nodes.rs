@@ -27,6 +27,12 @@ pub(super) struct Hierarchy {
     pub placed: Vec<Placed>,
 }
 
+/// Objects that nodes carry, each with its number in the file and what moves it.
+pub(super) struct Carried<O, C> {
+    pub objects: Vec<O>,
+    pub carriers: Vec<(u32, C)>,
+}
+
 const NONE: u32 = u32::MAX;
 
 impl Document<'_> {

@@ -23,7 +23,7 @@ impl Filter {
             (Self::Octahedral, 4) => data.chunks_exact_mut(4).for_each(octahedral_bytes),
             (Self::Octahedral, 8) => data.chunks_exact_mut(8).for_each(octahedral_shorts),
             (Self::Quaternion, 8) => data.chunks_exact_mut(8).for_each(quaternion),
-            (Self::Exponential, size) if size > 0 && size % 4 == 0 => {
+            (Self::Exponential, size) if size > 0 && size.is_multiple_of(4) => {
                 data.chunks_exact_mut(4).for_each(exponential);
             }
             _ => return Err(MeshoptError::ElementSize(size)),

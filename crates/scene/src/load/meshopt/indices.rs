@@ -58,7 +58,7 @@ impl Memory {
 /// # Errors
 /// See [`MeshoptError`].
 pub fn decode_triangles(data: &[u8], count: usize) -> Result<Vec<u32>, MeshoptError> {
-    if count % 3 != 0 {
+    if !count.is_multiple_of(3) {
         return Err(MeshoptError::IndexCount(count));
     }
     let mut data = Bytes(data);

@@ -17,7 +17,7 @@ const MIN_TAIL: usize = 32;
 /// # Errors
 /// See [`MeshoptError`]; a `size` that is not a multiple of 4 in 4..=256 is one.
 pub fn decode_vertices(data: &[u8], count: usize, size: usize) -> Result<Vec<u8>, MeshoptError> {
-    if size == 0 || size % 4 != 0 || size > 256 {
+    if size == 0 || !size.is_multiple_of(4) || size > 256 {
         return Err(MeshoptError::ElementSize(size));
     }
     let mut data = Bytes(data);
@@ -26,7 +26,7 @@ pub fn decode_vertices(data: &[u8], count: usize, size: usize) -> Result<Vec<u8>
     let end = data.0.len().checked_sub(tail).ok_or(MeshoptError::Truncated)?;
     let mut last = data.0[data.0.len() - size..].to_vec();
     let mut data = Bytes(&data.0[..end]);
-    let block = (BLOCK_BYTES / size & !(GROUP - 1)).min(BLOCK_ELEMENTS);
+    let block = ((BLOCK_BYTES / size) & !(GROUP - 1)).min(BLOCK_ELEMENTS);
     let mut out = vec![0; count * size];
     for elements in out.chunks_mut(block * size) {
         decode_block(&mut data, elements, size, &mut last)?;
@@ -89,7 +89,7 @@ mod tests {
     fn encode(elements: &[u8], size: usize, mode: u8) -> Vec<u8> {
         let mut out = vec![0xa0];
         let mut last = elements[..size].to_vec();
-        let block = (BLOCK_BYTES / size & !(GROUP - 1)).min(BLOCK_ELEMENTS);
+        let block = ((BLOCK_BYTES / size) & !(GROUP - 1)).min(BLOCK_ELEMENTS);
         for elements in elements.chunks(block * size) {
             let count = elements.len() / size;
             let groups = count.div_ceil(GROUP);

@@ -1,0 +1,186 @@
+//! Shapes: triangle meshes, PLY files, bilinear patches, spheres and disks.
+
+use super::parameters::Parameters;
+use super::{Builder, MAX_INSTANCES, Placed};
+use crate::{Instance, LoadError, Mesh, Shape, Sphere, TriangleMesh, load};
+use glam::{DAffine3, Vec2, Vec3};
+
+/// Corners of a disk.
+const DISK_CORNERS: u32 = 96;
+
+impl Builder<'_> {
+    pub(super) fn add_shape(&mut self, kind: &str, p: &Parameters) -> Result<(), LoadError> {
+        if let Some(alpha) = p.number("alpha").filter(|a| *a < 1.0) {
+            self.report.ignored(format!("{}: the shape's alpha {alpha} is taken as 1", p.place));
+        }
+        let shape = match kind {
+            "trianglemesh" | "loopsubdiv" => {
+                if kind == "loopsubdiv" {
+                    let _ = p.number("levels");
+                    self.report
+                        .approximated(format!("{}: subdivision surfaces are drawn as their cage", p.place));
+                }
+                Some(Shape::Triangles(self.triangle_mesh(p)?))
+            }
+            "bilinearmesh" => Some(Shape::Triangles(self.bilinear_mesh(p)?)),
+            "plymesh" => self.ply_mesh(p)?.map(Shape::Triangles),
+            "sphere" => Some(self.sphere(p)),
+            "disk" => Some(Shape::Triangles(self.disk(p))),
+            other => {
+                self.report.ignored(format!("{}: the shape {other} is not drawn", p.place));
+                None
+            }
+        };
+        let Some(mut shape) = shape else { return Ok(()) };
+        let two_sided_material = match &mut shape {
+            Shape::Triangles(mesh) if mesh.indices.is_empty() => return Ok(()),
+            Shape::Triangles(mesh) => {
+                if self.state.reversed {
+                    mesh.indices.iter_mut().for_each(|t| t.swap(1, 2));
+                    mesh.normals.iter_mut().for_each(|n| *n = -*n);
+                }
+                true
+            }
+            Shape::Spheres(_) => false,
+        };
+        let material = self.shape_material(two_sided_material);
+        let mesh = self.scene.meshes.len() as u32;
+        let name = format!("{kind} {mesh}");
+        self.scene.meshes.push(Mesh::single(name.clone(), shape, material));
+        self.place(name, mesh, p)
+    }
+
+    /// Puts a mesh into the object that is being defined, or into the world.
+    fn place(&mut self, name: String, mesh: u32, p: &Parameters) -> Result<(), LoadError> {
+        let transform = self.state.transform;
+        if let Some((_, shapes)) = &mut self.object {
+            shapes.push(Placed { name, mesh, transform });
+            return Ok(());
+        }
+        if self.scene.instances.len() >= MAX_INSTANCES {
+            return Err(self.parser.error(&p.place, format!("there are more than {MAX_INSTANCES} shapes")));
+        }
+        let transform: DAffine3 = self.mirror * transform;
+        self.scene.instances.push(Instance::new(name, mesh, transform.as_affine3a()));
+        Ok(())
+    }
+
+    fn triangle_mesh(&mut self, p: &Parameters) -> Result<TriangleMesh, LoadError> {
+        let positions = p.vectors("P");
+        let corners = self.indices(p, positions.len())?;
+        let corners = if corners.is_empty() && positions.len() == 3 { vec![0, 1, 2] } else { corners };
+        let indices = corners.as_chunks::<3>().0.to_vec();
+        Ok(self.mesh(p, positions, indices))
+    }
+
+    /// Patches whose corners are in the order (0, 0), (1, 0), (0, 1), (1, 1).
+    fn bilinear_mesh(&mut self, p: &Parameters) -> Result<TriangleMesh, LoadError> {
+        let positions = p.vectors("P");
+        let corners = self.indices(p, positions.len())?;
+        let corners = if corners.is_empty() && positions.len() == 4 { vec![0, 1, 2, 3] } else { corners };
+        let triangles =
+            corners.as_chunks::<4>().0.iter().flat_map(|[a, b, c, d]| [[*a, *b, *d], [*a, *d, *c]]);
+        let indices = triangles.collect();
+        self.report.approximated("bilinear patches are drawn as two triangles each");
+        Ok(self.mesh(p, positions, indices))
+    }
+
+    fn mesh(&mut self, p: &Parameters, positions: Vec<Vec3>, indices: Vec<[u32; 3]>) -> TriangleMesh {
+        let count = positions.len();
+        let normals: Vec<Vec3> = p.vectors("N").iter().map(|n| n.normalize_or(Vec3::Y)).collect();
+        let uvs = if p.numbers("uv").is_empty() { p.numbers("st") } else { p.numbers("uv") };
+        // v grows upwards in pbrt.
+        let uv0: Vec<Vec2> = uvs.as_chunks::<2>().0.iter().map(|[u, v]| Vec2::new(*u, 1.0 - v)).collect();
+        if p.numbers("S").len() / 3 == count && count > 0 {
+            self.report.info("tangents of meshes are not used");
+        }
+        let fits = |n: usize| n == count;
+        let mut mesh = TriangleMesh {
+            normals: if fits(normals.len()) { normals } else { Vec::new() },
+            uv0: if fits(uv0.len()) { uv0 } else { Vec::new() },
+            positions,
+            indices,
+            ..TriangleMesh::default()
+        };
+        let before = mesh.indices.len();
+        let finite = &mesh.positions;
+        mesh.indices.retain(|t| t.iter().all(|i| finite[*i as usize].is_finite()));
+        mesh.positions.iter_mut().filter(|p| !p.is_finite()).for_each(|p| *p = Vec3::ZERO);
+        mesh.uv0.iter_mut().filter(|uv| !uv.is_finite()).for_each(|uv| *uv = Vec2::ZERO);
+        if mesh.indices.len() < before {
+            self.report.repaired(format!("{}: triangles that are not finite were left out", p.place));
+        }
+        mesh
+    }
+
+    /// The shape's indices, each less than `count`.
+    fn indices(&self, p: &Parameters, count: usize) -> Result<Vec<u32>, LoadError> {
+        let index = |number: &f32| {
+            let index = *number as u32;
+            if index as f32 == *number && (index as usize) < count {
+                return Ok(index);
+            }
+            Err(self.parser.error(&p.place, format!("{number} is not the index of one of {count} points")))
+        };
+        p.numbers("indices").iter().map(index).collect()
+    }
+
+    fn ply_mesh(&mut self, p: &Parameters) -> Result<Option<TriangleMesh>, LoadError> {
+        let Some(name) = p.text("filename") else {
+            return Err(self.parser.error(&p.place, "plymesh has no filename"));
+        };
+        if p.texture("displacement").is_some() || p.number("edgelength").is_some() {
+            self.report.ignored(format!("{}: displacement is not rendered", p.place));
+        }
+        let path = self.parser.resolve(&p.place, name);
+        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz")) {
+            self.report.ignored(format!("{}: {name} is compressed by gzip, which is not read", p.place));
+            return Ok(None);
+        }
+        // Meshes without normals are flat in pbrt.
+        let options = crate::LoadOptions { crease_angle: 0.0, ..self.options.clone() };
+        let loaded = load::ply::load(&path, &options)?;
+        self.report.absorb(name, loaded.report);
+        let mesh = loaded.scene.meshes.into_iter().next().and_then(|mesh| mesh.parts.into_iter().next());
+        Ok(mesh.and_then(|part| match part.shape {
+            Shape::Triangles(mesh) => Some(mesh),
+            Shape::Spheres(_) => None,
+        }))
+    }
+
+    fn sphere(&mut self, p: &Parameters) -> Shape {
+        let radius = p.number_or("radius", 1.0).abs();
+        let cut = p.number_or("zmin", -radius) > -radius
+            || p.number_or("zmax", radius) < radius
+            || p.number_or("phimax", 360.0) < 360.0;
+        if cut {
+            self.report.approximated(format!("{}: a part of a sphere is drawn as a whole one", p.place));
+        }
+        if self.state.reversed && self.state.area_light.is_some_and(|light| !light.two_sided) {
+            self.report.approximated(format!("{}: a sphere that shines inwards shines outwards", p.place));
+        }
+        Shape::Spheres(vec![Sphere { center: Vec3::ZERO, radius }])
+    }
+
+    fn disk(&mut self, p: &Parameters) -> TriangleMesh {
+        let (height, radius) = (p.number_or("height", 0.0), p.number_or("radius", 1.0));
+        let inner = p.number_or("innerradius", 0.0).clamp(0.0, radius.max(0.0));
+        if p.number_or("phimax", 360.0) < 360.0 {
+            self.report.approximated(format!("{}: a sector of a disk is drawn as a whole disk", p.place));
+        }
+        self.report.approximated(format!("disks are drawn with {DISK_CORNERS} corners"));
+        let mut mesh = TriangleMesh::default();
+        for corner in 0..DISK_CORNERS {
+            let (sin, cos) = (corner as f32 / DISK_CORNERS as f32 * std::f32::consts::TAU).sin_cos();
+            mesh.positions.push(Vec3::new(cos * radius, sin * radius, height));
+            mesh.positions.push(Vec3::new(cos * inner, sin * inner, height));
+            let next = (corner + 1) % DISK_CORNERS;
+            let (a, b, c, d) = (2 * corner, 2 * corner + 1, 2 * next, 2 * next + 1);
+            mesh.indices.push([a, c, d]);
+            if inner > 0.0 {
+                mesh.indices.push([a, d, b]);
+            }
+        }
+        mesh
+    }
+}
