@@ -247,7 +247,12 @@ fn morph_targets_are_weighed_over_time() {
     let Some(mut scene) = asset("morph_targets_are_weighed_over_time", name) else { return };
     assert_eq!(scene.animations[0].clips.len(), 3);
     let moved = |scene: &Scene| -> Vec<Vec3> {
-        scene.meshes.iter().enumerate().flat_map(|(i, _)| triangles(scene, i).positions.clone()).collect()
+        let parts = scene.meshes.iter().flat_map(|m| &m.parts);
+        let positions = parts.map(|part| match &part.shape {
+            Shape::Triangles(mesh) => mesh.positions.clone(),
+            Shape::Spheres(_) => panic!("glTF has no spheres"),
+        });
+        positions.flatten().collect()
     };
     let (low, high) = scene.bounds().expect("geometry");
     scene.set_time(0.0);

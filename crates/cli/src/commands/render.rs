@@ -33,7 +33,7 @@ use video::Video;
 
 /// Render a scene to a picture.
 ///
-/// The scene is a file (.obj, .gltf, .glb, .ply, .stl, or a .toml scene file) or the name of a built-in scene, see
+/// The scene is a file (.obj, .gltf, .glb, .pbrt, .ply, .stl, or a .toml scene file) or the name of a built-in scene, see
 /// `alhazen scenes`. Progress goes to stderr. Ctrl-C stops and keeps what is there; a second one stops at once.
 #[derive(Debug, Clone, Args)]
 #[command(allow_negative_numbers = true)]
