@@ -7,6 +7,7 @@ use alhazen::{
 };
 use common::{assert_same, assert_same_coarse, estimate, job, path};
 use glam::{Affine3A, Vec3};
+use scene::tables::SceneTables;
 use scene::{Material, Model};
 use testkit::scenes::{self, Build, camera, cuboid, emitter, lambert, metallic_roughness, quads, sphere};
 use testkit::{Comparison, WHOLE_IMAGE};
@@ -65,6 +66,57 @@ fn direct_is_path_with_two_segments_for_diffuse_scenes() {
     let direct = Job { seed: 1, integrator: Integrator::Direct(settings), ..job(&scene, SIZE, SIZE, 2) };
     let (a, b) = (estimate(&scene, &direct, 128), estimate(&scene, &job(&scene, SIZE, SIZE, 2), 512));
     assert_same("direct-and-path", &a, &b);
+}
+
+/// `direct` asks every light, `path` chooses one, by where the lights are if they are many: the picture is the same. Once with
+/// triangles alone, which are sampled many at a time, once with lights of all kinds and a sun.
+#[test]
+fn lights_chosen_by_place_add_up_to_all_lights() {
+    for all_kinds in [false, true] {
+        let mut scene = scenes::cornell();
+        let pane = |x: f64, y: f64, z: f64| {
+            [[x, y, z], [x, y, z + 0.2], [x + 0.2, y + 0.1, z + 0.2], [x + 0.2, y + 0.1, z]]
+        };
+        for i in 0..24 {
+            let t = f64::from(i);
+            let at = [2.5 + 2.0 * (1.9 * t).sin(), 2.5 + 2.0 * (0.7 * t).cos(), 2.5 + 2.0 * (1.3 * t).sin()];
+            let emission = [2.0 + (t as f32).sin(), 2.0, 1.0 + (i % 3) as f32];
+            let both = i % 2 == 0;
+            let material =
+                Material { double_sided: both, emission_two_sided: both, ..emitter("pane", emission) };
+            let material = scene.add_material(material);
+            scene.add_mesh("pane", quads(&[pane(at[0], at[1], at[2])]), material);
+            let position = Vec3::new(at[2] as f32, at[0] as f32, at[1] as f32);
+            let kind = match i % 3 {
+                _ if !all_kinds => continue,
+                0 => LightKind::Point { position, intensity: Vec3::splat(0.4) },
+                1 => LightKind::Spot {
+                    position,
+                    direction: Vec3::new((t as f32).cos(), -1.0, (t as f32).sin()).normalize(),
+                    intensity: Vec3::new(2.0, 1.0, 0.5),
+                    inner_angle: 0.3,
+                    outer_angle: 0.6,
+                },
+                _ => {
+                    let material = scene.add_material(emitter("ball", [3.0, 6.0, 5.0]));
+                    scene.add_shape("ball", sphere(position.to_array(), 0.07), material, Affine3A::IDENTITY);
+                    continue;
+                }
+            };
+            scene.lights.push(Light { name: String::new(), kind });
+        }
+        if all_kinds {
+            let direction = Vec3::new(0.3, -0.5, 0.8).normalize();
+            let kind =
+                LightKind::Directional { direction, irradiance: Vec3::splat(0.5), angular_diameter: 0.0 };
+            scene.lights.push(Light { name: String::new(), kind });
+        }
+        assert!(!SceneTables::build(&scene).light_tree.is_empty());
+        let direct = Integrator::Direct(DirectSettings { shadow_samples: 1, ..DirectSettings::default() });
+        let all = Job { seed: 1, integrator: direct, ..job(&scene, SIZE, SIZE, 2) };
+        let (all, chosen) = (estimate(&scene, &all, 64), estimate(&scene, &job(&scene, SIZE, SIZE, 2), 1024));
+        assert_same(&format!("many-lights-{all_kinds}"), &all, &chosen);
+    }
 }
 
 /// A glossy and a diffuse floor, lit by what `light` adds; seen at a low angle.

@@ -23,6 +23,25 @@ fn convergence_falls_and_its_report_is_complete() {
     assert!(!again.stderr.contains("rendering the reference"), "{}", again.stderr);
 }
 
+/// A tenth of a second is no measurement, but shows that the tree wins by far.
+#[test]
+fn lights_are_worth_choosing_by_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments =
+        "bench lights lanterns --width 32 --height 18 --reference-spp 512 --time 0.3s --seeds 1 --report out";
+    let ran = succeed(folder.path(), arguments);
+    assert!(ran.stdout.contains("10000"), "the hall has ten thousand lights: {}", ran.stdout);
+    let text = std::fs::read_to_string(folder.path().join("out/lights.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let gain = json["tables"][0]["rows"][0]["gain"].as_f64().unwrap();
+    assert!(gain > 1.5, "{gain}");
+    fail(
+        folder.path(),
+        "bench lights cornell --reference-spp 1 --report out",
+        "cornell has too few lights for a tree: 2",
+    );
+}
+
 #[test]
 fn scenes_that_are_not_there_are_errors() {
     let folder = tempfile::tempdir().unwrap();

@@ -5,6 +5,7 @@
 //! same optics functions as everything else; they have no branches left after inlining, so the compiler turns each
 //! into vector instructions of the instruction set that the kernel is compiled for.
 
+use crate::lights::choose_by_place;
 use crate::path::{PAIR_FILM, PAIR_LENS, SampleId, sampler_kind};
 use crate::queue::Path;
 use backend::{PathSettings, View};
@@ -12,6 +13,7 @@ use optics::camera::{CameraFrame, camera_ray};
 use optics::dielectric::{dielectric_bsdf, smooth_dielectric_sample};
 use optics::frame::{frame_from_normal, to_local, to_world};
 use optics::light::{LIGHT_TRIANGLE, Light, triangle_light_sample};
+use optics::light_tree::octahedral_encode;
 use optics::offset::offset_ray_origin;
 use optics::path::{PathState, path_light_contribution, roulette_survival};
 use optics::random::{PixelSampler, dither, sample_2d, sampler_new};
@@ -19,7 +21,7 @@ use optics::scatter::BsdfValue;
 use optics::vector::dot;
 use optics::warp::{alias_choose_dithered, alias_slot, pdf_cosine_hemisphere, sample_cosine_hemisphere};
 use optics::{Vec2f, Vec3f, vec2f, vec3f};
-use scene::tables::SceneTables;
+use scene::tables::{LightChoice, SceneTables};
 
 /// Vertices that are scattered together: single-precision numbers in the widest vector register.
 pub(crate) const LANES: usize = 16;
@@ -164,6 +166,8 @@ pub(crate) struct Vertices {
     pub slot: Lanes<u32>,
     /// See [`Path::length`].
     pub length: Lanes<f32>,
+    /// See [`Path::receiver`]; only where lights are chosen by place.
+    pub receiver: Lanes<u32>,
 }
 
 /// A point on a plain surface.
@@ -239,9 +243,19 @@ pub(crate) struct NextLanes {
     pub alive: Lanes<u32>,
 }
 
-/// Samples one of many triangle lights for every lane. The tables hold no other lights, and no textured ones.
+/// The light that each lane has chosen.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct ChoiceLanes {
+    index: Lanes<u32>,
+    /// Probability of the choice; 0: there is no light to sample.
+    probability: Lanes<f32>,
+    /// A fresh number in `[0, 1)`.
+    remainder: Lanes<f32>,
+}
+
+/// Chooses lights by power for all lanes.
 #[inline(always)]
-pub(crate) fn sample_triangle_lights(tables: &SceneTables, v: &Vertices, u: &Pairs, out: &mut LightLanes) {
+pub(crate) fn choose_lights_by_power(tables: &SceneTables, u: &Pairs, out: &mut ChoiceLanes) {
     let alias = &tables.light_alias[..];
     let count = alias.len() as u32;
     let (mut slot, mut other) = (Lanes::<u32>::default(), Lanes::<u32>::default());
@@ -254,25 +268,54 @@ pub(crate) fn sample_triangle_lights(tables: &SceneTables, v: &Vertices, u: &Pai
         threshold.0[lane] = entry.threshold;
         other.0[lane] = entry.alias;
     }
-    let (mut chosen, mut remainder) = (Lanes::<u32>::default(), Lanes::<f32>::default());
     for lane in 0..LANES {
         let [x, rest] = [u.x.0[lane], dither(u.x.0[lane], u.y.0[lane])];
         let choice = alias_choose_dithered(x, count, slot.0[lane], threshold.0[lane], other.0[lane], rest);
-        chosen.0[lane] = choice.index;
-        remainder.0[lane] = choice.remainder;
+        out.index.0[lane] = choice.index;
+        out.remainder.0[lane] = choice.remainder;
     }
-    let (mut p0, mut edge1, mut edge2) = (Vectors::default(), Vectors::default(), Vectors::default());
-    let (mut emission, mut probability) = (Vectors::default(), Lanes::<f32>::default());
-    let mut two_sided = Lanes::<u32>::default();
     for lane in 0..LANES {
-        let index = chosen.0[lane] as usize;
-        let light = &tables.lights[index].light;
+        out.probability.0[lane] = alias[out.index.0[lane] as usize].probability;
+    }
+}
+
+/// Chooses lights by where the first `waiting` vertices are. Each walks down the tree of lights on a way of its own.
+#[inline(always)]
+pub(crate) fn choose_lights_by_place(
+    tables: &SceneTables,
+    v: &mut Vertices,
+    waiting: usize,
+    u: &Pairs,
+    out: &mut ChoiceLanes,
+) {
+    for lane in 0..waiting {
+        v.receiver.0[lane] = octahedral_encode(v.shading_normal.get(lane));
+        let choice = choose_by_place(tables, v.position.get(lane), v.receiver.0[lane], u.get(lane));
+        let choice = choice.unwrap_or(LightChoice { index: 0, probability: 0.0, remainder: 0.0 });
+        out.index.0[lane] = choice.index;
+        out.probability.0[lane] = choice.probability;
+        out.remainder.0[lane] = choice.remainder;
+    }
+}
+
+/// Samples the light that each lane has chosen. The tables hold nothing but triangle lights without textures.
+#[inline(always)]
+pub(crate) fn sample_triangle_lights(
+    tables: &SceneTables,
+    v: &Vertices,
+    chosen: &ChoiceLanes,
+    u: &Pairs,
+    out: &mut LightLanes,
+) {
+    let (mut p0, mut edge1, mut edge2) = (Vectors::default(), Vectors::default(), Vectors::default());
+    let (mut emission, mut two_sided) = (Vectors::default(), Lanes::<u32>::default());
+    for lane in 0..LANES {
+        let light = &tables.lights[chosen.index.0[lane] as usize].light;
         p0.set(lane, light.position);
         edge1.set(lane, light.edge1);
         edge2.set(lane, light.edge2);
         emission.set(lane, light.emission);
         two_sided.0[lane] = u32::from(light.two_sided);
-        probability.0[lane] = alias[index].probability;
     }
     for lane in 0..LANES {
         let light = Light {
@@ -285,12 +328,12 @@ pub(crate) fn sample_triangle_lights(tables: &SceneTables, v: &Vertices, u: &Pai
             two_sided: two_sided.0[lane] != 0,
         };
         let position = v.position.get(lane);
-        let sample = triangle_light_sample(light, position, vec2f(remainder.0[lane], u.y.0[lane]));
+        let sample = triangle_light_sample(light, position, vec2f(chosen.remainder.0[lane], u.y.0[lane]));
         let cos_shading = dot(sample.wi, v.shading_normal.get(lane));
         let above = dot(sample.wi, v.normal.get(lane)) > 0.0 && cos_shading > 0.0;
         let pdf = pdf_cosine_hemisphere(cos_shading);
         let value = BsdfValue { value_cos: v.color.get(lane) * pdf, pdf };
-        let light_pdf = if above { sample.pdf * probability.0[lane] } else { 0.0 };
+        let light_pdf = if above { sample.pdf * chosen.probability.0[lane] } else { 0.0 };
         let contribution =
             path_light_contribution(v.throughput.get(lane), value, sample.radiance, light_pdf, false);
         out.wi.set(lane, sample.wi);

@@ -8,28 +8,59 @@ use optics::light::{
     LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_SPHERE, LIGHT_TRIANGLE, LightSample,
     directional_light_contains, light_sample, sphere_light_pdf, triangle_light_pdf,
 };
+use optics::light_tree::{light_branch, octahedral_decode};
 use optics::random::dither;
 use optics::warp::{alias_choose_dithered, alias_slot, pdf_cone};
 use optics::{Vec2f, Vec3f, vec2f, vec3f};
-use scene::tables::{LightRecord, NONE};
+use scene::tables::{LightChoice, LightRecord, NONE, SceneTables};
 
-/// Samples a direction towards a light chosen by power; the density includes the choice. `None` without lights.
+/// Samples a direction towards a light chosen by power or, of many, by where they are; the density includes the choice.
+/// `None` if no light can be chosen.
 ///
-/// `u.x` chooses the light, and what is left of it goes with `u.y` into the direction.
+/// - `receiver`: normal of the surface on the side that light can reach, by `octahedral_encode`, or [`ALL_SIDES`].
+/// - `u`: `u.x` chooses the light, and what is left of it goes with `u.y` into the direction.
 #[inline(always)]
-pub(crate) fn sample_light(scene: &CpuScene, p: Vec3f, u: Vec2f) -> Option<LightSample> {
-    let alias = &scene.tables.light_alias;
+pub(crate) fn sample_light(scene: &CpuScene, p: Vec3f, receiver: u32, u: Vec2f) -> Option<LightSample> {
+    let choice = if scene.tables.light_tree.is_empty() {
+        choose_by_power(&scene.tables, u.x, dither(u.x, u.y))
+    } else {
+        choose_by_place(&scene.tables, p, receiver, u)
+    }?;
+    let mut sample = sample_one_light(scene, choice.index, p, [choice.remainder, u.y]);
+    sample.pdf *= choice.probability;
+    Some(sample)
+}
+
+/// Chooses among the lights of the alias table; `rest`: another number for the bits that the choice uses up.
+#[inline(always)]
+fn choose_by_power(tables: &SceneTables, u: f32, rest: f32) -> Option<LightChoice> {
+    let alias = &tables.light_alias;
     if alias.is_empty() {
         return None;
     }
     let count = alias.len() as u32;
-    let slot = alias_slot(u.x, count);
+    let slot = alias_slot(u, count);
     let entry = alias[slot as usize];
+    let choice = alias_choose_dithered(u, count, slot, entry.threshold, entry.alias, rest);
+    let probability = alias[choice.index as usize].probability;
+    Some(LightChoice { index: choice.index, probability, remainder: choice.remainder })
+}
+
+/// Chooses from the tree of lights, or among those without a place.
+#[inline(always)]
+pub(crate) fn choose_by_place(
+    tables: &SceneTables,
+    p: Vec3f,
+    receiver: u32,
+    u: Vec2f,
+) -> Option<LightChoice> {
+    let tree = &tables.light_tree;
     let rest = dither(u.x, u.y);
-    let choice = alias_choose_dithered(u.x, count, slot, entry.threshold, entry.alias, rest);
-    let mut sample = sample_one_light(scene, choice.index, p, [choice.remainder, u.y]);
-    sample.pdf *= alias[choice.index as usize].probability;
-    Some(sample)
+    let branch = light_branch(tree.probability, 1.0 - tree.probability, u.x);
+    if branch.second {
+        return choose_by_power(tables, branch.remainder, rest);
+    }
+    tree.choose(p, octahedral_decode(receiver), branch.remainder, rest)
 }
 
 /// Samples a direction towards light `index`.
@@ -70,9 +101,16 @@ fn textured_emission(scene: &CpuScene, record: &LightRecord, [b1, b2]: [f32; 2])
 }
 
 /// Density over solid angle, seen from `from`, with which [`sample_light`] would have found an emissive surface at
-/// distance `distance` in unit direction `wi`; 0 if it is not sampled.
+/// distance `distance` in unit direction `wi`; 0 if it is not sampled. `receiver`: as it was given there.
 #[inline]
-pub(crate) fn surface_light_pdf(scene: &CpuScene, s: &Surface, from: Vec3f, wi: Vec3f, distance: f32) -> f32 {
+pub(crate) fn surface_light_pdf(
+    scene: &CpuScene,
+    s: &Surface,
+    from: Vec3f,
+    receiver: u32,
+    wi: Vec3f,
+    distance: f32,
+) -> f32 {
     if s.light == NONE {
         return 0.0;
     }
@@ -82,7 +120,11 @@ pub(crate) fn surface_light_pdf(scene: &CpuScene, s: &Surface, from: Vec3f, wi: 
         LIGHT_SPHERE => sphere_light_pdf(light.position, light.size, from),
         _ => 0.0,
     };
-    pdf * scene.tables.light_alias[s.light as usize].probability
+    let tree = &scene.tables.light_tree;
+    if tree.is_empty() {
+        return pdf * scene.tables.light_alias[s.light as usize].probability;
+    }
+    pdf * tree.probability_of(s.light, from, octahedral_decode(receiver))
 }
 
 /// Everything infinitely far away in a direction: radiance and the density of having sampled it.

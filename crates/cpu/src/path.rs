@@ -6,8 +6,8 @@
 
 use crate::aov::aov_sample;
 use crate::lanes::{
-    CameraLanes, LANES, PlainPoint, play_roulette, sample_cosine_lobes, sample_smooth_interfaces,
-    sample_triangle_lights,
+    CameraLanes, LANES, PlainPoint, choose_lights_by_place, choose_lights_by_power, play_roulette,
+    sample_cosine_lobes, sample_smooth_interfaces, sample_triangle_lights,
 };
 use crate::lights::{for_each_distant, sample_light, surface_light_pdf};
 use crate::material::{Shading, base_color, emission, mixes_models, shade};
@@ -25,6 +25,7 @@ use optics::bsdf::{
 use optics::camera::{CAMERA_PERSPECTIVE, CameraFrame, camera_pixel_spread};
 use optics::frame::{Frame, to_local, to_world};
 use optics::light::LightSample;
+use optics::light_tree::{ALL_SIDES, octahedral_encode};
 use optics::path::{path_add_emission, path_light_contribution, path_scatter, roulette_survival};
 use optics::random::{
     PixelSampler, SAMPLER_INDEPENDENT, SAMPLER_SOBOL, hash_combine, sample_2d, sampler_new,
@@ -32,7 +33,7 @@ use optics::random::{
 use optics::scatter::{BSDF_NONE, Bsdf};
 use optics::vector::dot;
 use optics::{Vec2f, Vec3f, vec2f, vec3f};
-use scene::tables::ModelTag;
+use scene::tables::{ModelTag, SceneTables};
 
 /// Pairs of random numbers: where on the pixel and on the lens, then a fixed number for each vertex.
 pub(crate) const PAIR_FILM: u32 = 0;
@@ -224,8 +225,8 @@ impl PathBatch {
         }
         let emitted = emission(tables, material, &surface, footprint);
         if emitted.x + emitted.y + emitted.z > 0.0 {
-            let from = vec3(ray.origin);
-            let pdf = surface_light_pdf(scene, &surface, from, vec3(ray.direction), hit.t);
+            let (from, wi) = (vec3(ray.origin), vec3(ray.direction));
+            let pdf = surface_light_pdf(scene, &surface, from, path.receiver, wi, hit.t);
             self.found(context, &path, emitted, pdf);
         }
         if context.depth >= context.settings.max_depth {
@@ -299,7 +300,8 @@ impl PathBatch {
         let wo = to_local(frame, surface.wo);
         if bsdf_has_smooth_part(bsdf) && !tables.lights.is_empty() {
             let u = context.draw(&path, PAIR_LIGHT);
-            if let Some(light) = sample_light(context.scene, surface.position, u) {
+            path.receiver = receiver(tables, &bsdf, surface);
+            if let Some(light) = sample_light(context.scene, surface.position, path.receiver, u) {
                 self.add_connection(surface, &frame, &bsdf, wo, &path, &light);
             }
         }
@@ -354,7 +356,13 @@ impl PathBatch {
         }
         if !context.scene.tables.lights.is_empty() {
             queue.draw(context.sampler_kind, context.pair() + PAIR_LIGHT);
-            sample_triangle_lights(&context.scene.tables, &queue.vertices, &queue.u, &mut queue.lights);
+            let tables = &*context.scene.tables;
+            if tables.light_tree.is_empty() {
+                choose_lights_by_power(tables, &queue.u, &mut queue.choices);
+            } else {
+                choose_lights_by_place(tables, &mut queue.vertices, waiting, &queue.u, &mut queue.choices);
+            }
+            sample_triangle_lights(tables, &queue.vertices, &queue.choices, &queue.u, &mut queue.lights);
             for lane in 0..waiting {
                 let contribution = queue.lights.contribution.get(lane);
                 if contribution.x + contribution.y + contribution.z != 0.0 {
@@ -454,6 +462,15 @@ impl PathBatch {
         let sum = &mut self.radiance[path.slot as usize];
         *sum += path_add_emission(path.state(context.depth), emitted, light_pdf).radiance;
     }
+}
+
+/// What the choice of a light is to know of a surface; nothing where it does not ask.
+#[inline(always)]
+fn receiver(tables: &SceneTables, bsdf: &Bsdf, surface: &Surface) -> u32 {
+    if tables.light_tree.is_empty() || bsdf_transmits(*bsdf) {
+        return ALL_SIDES;
+    }
+    octahedral_encode(surface.shading_normal)
 }
 
 /// How the view draws its samples, as the optics know it.

@@ -1,7 +1,8 @@
 //! Paths between vertices, and where those on plain surfaces wait for each other.
 
-use crate::lanes::{LANES, LightLanes, NextLanes, Pairs, PlainPoint, Vertices, draw};
+use crate::lanes::{ChoiceLanes, LANES, LightLanes, NextLanes, Pairs, PlainPoint, Vertices, draw};
 use accel::Ray;
+use optics::light_tree::ALL_SIDES;
 use optics::path::{PathState, path_start};
 use optics::{Vec3f, vec3f};
 
@@ -21,6 +22,8 @@ pub(crate) struct Path {
     pub slot: u32,
     /// Length of the path so far, for footprints.
     pub length: f32,
+    /// What the light samples of the last vertex knew of its surface; see `sample_light`.
+    pub receiver: u32,
 }
 
 impl Path {
@@ -35,6 +38,7 @@ impl Path {
             index,
             slot,
             length: 0.0,
+            receiver: ALL_SIDES,
         };
         path.with_state(&path_start())
     }
@@ -68,6 +72,7 @@ pub(crate) struct PlainQueue {
     pub len: usize,
     /// The numbers drawn last.
     pub u: Pairs,
+    pub choices: ChoiceLanes,
     pub lights: LightLanes,
     pub next: NextLanes,
 }
@@ -101,6 +106,7 @@ impl PlainQueue {
             index: v.index.0[lane],
             slot: v.slot.0[lane],
             length: v.length.0[lane],
+            receiver: v.receiver.0[lane],
         };
         (Ray::new(next.origin.get(lane).to_array(), next.wi.get(lane).to_array()), path)
     }

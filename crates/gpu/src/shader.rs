@@ -25,13 +25,17 @@ pub struct Variant {
     pub splitting: bool,
     /// Elements of the binding array of images; 0: all texels lie in the layers of one texture.
     pub images: u32,
+    /// Whether lights are many, so that they are chosen by where they are.
+    pub light_tree: bool,
 }
 
 impl Variant {
-    /// All variants; binding arrays, which change nothing but where a texel is, with all of the rest or nothing.
+    /// All variants; what changes only where a texel is, or which light is chosen, with all of the rest or nothing.
     pub fn all() -> impl Iterator<Item = Self> {
-        let of = |i: u32, images| Self { alpha: i & 1 != 0, aovs: i & 2 != 0, splitting: i & 4 != 0, images };
-        (0..8).map(move |i| of(i, 0)).chain([of(0, 16), of(7, 16)])
+        let of =
+            |i: u32| Self { alpha: i & 1 != 0, aovs: i & 2 != 0, splitting: i & 4 != 0, ..Self::default() };
+        let separate = move |i: u32| [Self { images: 16, ..of(i) }, Self { light_tree: true, ..of(i) }];
+        (0..8).map(of).chain([0, 7].into_iter().flat_map(separate))
     }
 }
 
@@ -85,6 +89,7 @@ fn constants(variant: Variant) -> String {
     let _ = writeln!(text, "const SCENE_HAS_ALPHA: bool = {};", variant.alpha);
     let _ = writeln!(text, "const WANTS_AOVS: bool = {};", variant.aovs);
     let _ = writeln!(text, "const SPLITS_PATHS: bool = {};", variant.splitting);
+    let _ = writeln!(text, "const LIGHT_TREE: bool = {};", variant.light_tree);
     text
 }
 

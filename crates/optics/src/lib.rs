@@ -41,7 +41,7 @@ mod transport;
 pub use base::{constants::constants, math::math};
 pub use display::tonemap::tonemap;
 pub use geometry::{camera::camera, frame::frame, intersect::intersect, offset::offset, shape::shape};
-pub use lights::{light::light, sky::sky};
+pub use lights::{light::light, sky::sky, tree::light_tree};
 pub use sampling::{random::random, warp::warp};
 pub use surface::{
     bsdf::bsdf, dielectric::dielectric, fresnel::fresnel, ggx::ggx, glossy::glossy, pattern::pattern,

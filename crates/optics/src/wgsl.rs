@@ -24,6 +24,7 @@ mod everything {
     use crate::glossy::*;
     use crate::intersect::*;
     use crate::light::*;
+    use crate::light_tree::*;
     use crate::math::*;
     use crate::offset::*;
     use crate::path::*;

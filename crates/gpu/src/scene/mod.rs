@@ -108,7 +108,12 @@ impl GpuScene {
 
     /// Which shader variant the scene needs.
     pub fn variant(&self) -> Variant {
-        Variant { alpha: self.tables.has_alpha, images: self.places.slots(), ..Variant::default() }
+        Variant {
+            alpha: self.tables.has_alpha,
+            images: self.places.slots(),
+            light_tree: !self.tables.light_tree.is_empty(),
+            ..Variant::default()
+        }
     }
 
     /// The views of binding 7: as many as [`Variant::images`] says, or one texture of layers.
@@ -133,7 +138,7 @@ fn scene_info(tables: &SceneTables, words: &Words, places: &TexelPlaces) -> Scen
         row_alias: words.row_alias,
         texel_width_log2: places.folding().map_or(0, |l| l.width_log2),
         texel_height: places.folding().map_or(1, |l| l.height),
-        padding: 0,
+        light_tree: words.light_tree,
     }
 }
 

@@ -50,7 +50,7 @@ pub struct SceneInfo {
     pub row_alias: u32,
     pub texel_width_log2: u32,
     pub texel_height: u32,
-    pub padding: u32,
+    pub light_tree: u32,
 }
 
 /// A bottom-level structure placed in the world.
@@ -166,6 +166,7 @@ pub(super) struct Words {
     pub discs: u32,
     pub disc_count: u32,
     pub row_alias: u32,
+    pub light_tree: u32,
 }
 
 impl Words {
@@ -204,6 +205,10 @@ impl Words {
         let rows = &tables.environment.row_alias;
         let rows: Vec<u32> = rows.iter().flat_map(|e| [e.threshold.to_bits(), e.alias]).collect();
         self.row_alias = self.append(&rows);
+        let tree = &tables.light_tree;
+        self.light_tree = self.append(&[tree.probability.to_bits()]);
+        self.append(&tree.trails);
+        self.append(bytemuck::cast_slice(&tree.nodes));
     }
 
     /// Appends a part; returns where it begins.
@@ -402,7 +407,7 @@ mod tests {
                 row_alias,
                 texel_width_log2,
                 texel_height,
-                padding,
+                light_tree,
             }
         );
         assert_layout!(

@@ -50,7 +50,7 @@ fn fits<T: Pod>(buffer: &wgpu::Buffer, offset: u64, data: &[T]) -> bool {
 
 impl GpuScene {
     /// Takes a version of the scene in which only `changes` are new. Returns whether that was possible: where something
-    /// grows beyond its buffer, or an environment image changes, nothing is done, and the scene has to be uploaded again.
+    /// grows beyond its buffer, an environment image changes, or lights become many or few, nothing is done, and the scene has to be uploaded again.
     ///
     /// # Errors
     /// When the device fails.
@@ -76,7 +76,9 @@ impl GpuScene {
             && fits(&b.bindings, 0, &bindings)
             && fits(&b.materials, 0, &materials)
             && fits(&b.lights, 0, &lights);
-        if image_changes || !all_fit {
+        // Shaders are made for lights in a tree or for few lights.
+        let tree_changes = tables.light_tree.is_empty() != self.tables.light_tree.is_empty();
+        if image_changes || tree_changes || !all_fit {
             return Ok(false);
         }
         let mut writes: Vec<(&wgpu::Buffer, u64, &[u8])> = vec![(&b.info, 0, bytemuck::bytes_of(&info))];

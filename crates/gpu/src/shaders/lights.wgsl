@@ -6,20 +6,107 @@ fn load_light(index: u32) -> Light {
         (record.flags & LIGHT_TWO_SIDED) != 0u);
 }
 
-/// Samples a direction towards a light chosen by power; the density includes the choice, 0 without lights.
+/// A light that was chosen.
+struct LightChoice {
+    index: u32,
+    /// Probability of that; 0: no light can be chosen.
+    probability: f32,
+    /// A fresh uniform number in [0, 1).
+    remainder: f32,
+}
+
+/// Samples a direction towards a light chosen by power or, of many, by where they are; the density includes the choice, 0 if
+/// no light can be chosen.
 ///
-/// `u.x` chooses the light, and what is left of it goes with `u.y` into the direction.
-fn sample_light(p: vec3f, u: vec2f) -> LightSample {
+/// - `receiver`: normal of the surface on the side that light can reach, by `octahedral_encode`, or ALL_SIDES.
+/// - `u`: `u.x` chooses the light, and what is left of it goes with `u.y` into the direction.
+fn sample_light(p: vec3f, receiver: u32, u: vec2f) -> LightSample {
     if scene.light_count == 0u {
         return no_light_sample();
     }
-    let slot = alias_slot(u.x, scene.light_count);
     let rest = dither(u.x, u.y);
-    let choice = alias_choose_dithered(u.x, scene.light_count, slot, lights[slot].threshold,
-        lights[slot].alias_index, rest);
+    var choice: LightChoice;
+    if LIGHT_TREE {
+        choice = choose_by_place(p, receiver, u.x, rest);
+        if choice.probability <= 0.0 {
+            return no_light_sample();
+        }
+    } else {
+        choice = choose_by_power(u.x, rest);
+    }
     var light = sample_one_light(choice.index, p, vec2f(choice.remainder, u.y));
-    light.pdf *= lights[choice.index].probability;
+    light.pdf *= choice.probability;
     return light;
+}
+
+/// Chooses among the lights of the alias table; `rest`: another number for the bits that the choice uses up.
+fn choose_by_power(u: f32, rest: f32) -> LightChoice {
+    let slot = alias_slot(u, scene.light_count);
+    let choice =
+        alias_choose_dithered(u, scene.light_count, slot, lights[slot].threshold, lights[slot].alias_index, rest);
+    return LightChoice(choice.index, lights[choice.index].probability, choice.remainder);
+}
+
+/// Chooses from the tree of lights, or among those without a place.
+fn choose_by_place(p: vec3f, receiver: u32, u: f32, rest: f32) -> LightChoice {
+    let tree_probability = word_f32(scene.light_tree);
+    var branch = light_branch(tree_probability, 1.0 - tree_probability, u);
+    if branch.second {
+        return choose_by_power(branch.remainder, rest);
+    }
+    let normal = octahedral_decode(receiver);
+    var probability = tree_probability;
+    var link = words[light_node(0u) + LIGHT_NODE_WORDS - 1u];
+    while (link & LIGHT_NODE_LEAF) == 0u {
+        let first = light_node(link & LIGHT_NODE_INDEX);
+        let second = first + LIGHT_NODE_WORDS;
+        branch = light_branch(node_importance(first, p, normal), node_importance(second, p, normal), branch.remainder);
+        probability *= branch.probability;
+        if probability <= 0.0 {
+            return LightChoice(0u, 0.0, 0.0);
+        }
+        link = words[select(first, second, branch.second) + LIGHT_NODE_WORDS - 1u];
+    }
+    return LightChoice(link & LIGHT_NODE_INDEX, probability, refill(branch.remainder, probability, rest));
+}
+
+/// Probability with which `choose_by_place` takes a light, or with which `choose_by_power` does where there is no tree.
+fn light_probability(index: u32, p: vec3f, receiver: u32) -> f32 {
+    if !LIGHT_TREE {
+        return lights[index].probability;
+    }
+    let normal = octahedral_decode(receiver);
+    var probability = word_f32(scene.light_tree);
+    var trail = words[scene.light_tree + 1u + index];
+    var link = words[light_node(0u) + LIGHT_NODE_WORDS - 1u];
+    while (link & LIGHT_NODE_LEAF) == 0u {
+        let first = light_node(link & LIGHT_NODE_INDEX);
+        let second = first + LIGHT_NODE_WORDS;
+        let takes_second = (trail & 1u) != 0u;
+        probability *= light_branch_probability(
+            node_importance(first, p, normal), node_importance(second, p, normal), takes_second);
+        if probability <= 0.0 {
+            return 0.0;
+        }
+        link = words[select(first, second, takes_second) + LIGHT_NODE_WORDS - 1u];
+        trail >>= 1u;
+    }
+    // The trail of a light that is not in the tree leads to another.
+    return select(0.0, probability, (link & LIGHT_NODE_INDEX) == index);
+}
+
+/// Where node `index` of the tree of lights begins, in `words`.
+fn light_node(index: u32) -> u32 {
+    return scene.light_tree + 1u + scene.light_count + LIGHT_NODE_WORDS * index;
+}
+
+/// How much the lights of the node at word `at` promise.
+fn node_importance(at: u32, p: vec3f, normal: vec3f) -> f32 {
+    let low = vec3f(word_f32(at), word_f32(at + 1u), word_f32(at + 2u));
+    let high = vec3f(word_f32(at + 3u), word_f32(at + 4u), word_f32(at + 5u));
+    let bounds =
+        light_bounds(low, high, word_f32(at + 6u), words[at + 7u], words[at + 8u], words[at + 9u]);
+    return light_importance(bounds, p, normal);
 }
 
 /// Samples a direction towards light `index`.
@@ -53,8 +140,8 @@ fn textured_emission(index: u32, barycentrics: vec2f) -> vec3f {
 }
 
 /// Density over solid angle, seen from `origin`, with which `sample_light` would have found an emissive surface at distance
-/// `distance` in unit direction `wi`; 0 if it is not sampled.
-fn surface_light_pdf(s: Surface, origin: vec3f, wi: vec3f, distance: f32) -> f32 {
+/// `distance` in unit direction `wi`; 0 if it is not sampled. `receiver`: as it was given there.
+fn surface_light_pdf(s: Surface, origin: vec3f, receiver: u32, wi: vec3f, distance: f32) -> f32 {
     if s.light == NONE {
         return 0.0;
     }
@@ -65,7 +152,7 @@ fn surface_light_pdf(s: Surface, origin: vec3f, wi: vec3f, distance: f32) -> f32
     } else if kind == LIGHT_SPHERE {
         pdf = sphere_light_pdf(lights[s.light].position, lights[s.light].size, origin);
     }
-    return pdf * lights[s.light].probability;
+    return pdf * light_probability(s.light, origin, receiver);
 }
 
 /// Radiance of a pixel of the environment image, and the probability of sampling it.

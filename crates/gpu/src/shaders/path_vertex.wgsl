@@ -19,6 +19,8 @@ struct Path {
     direction: vec3f,
     /// Length of the path so far, for footprints.
     length: f32,
+    /// What the light sample of the last vertex knew of its surface; see `sample_light`. Only where there is a LIGHT_TREE.
+    receiver: u32,
 }
 
 /// A question for the tracer: is anything between a vertex and a light sample?
@@ -35,7 +37,7 @@ struct ShadowRay {
 fn start_path(pixel: vec2u, sample: u32) -> Path {
     let sampler = pixel_sampler(pixel, sample);
     let ray = pixel_ray(pixel, sampler);
-    return Path(path_start(), sampler, ray.origin, ray.direction, 0.0);
+    return Path(path_start(), sampler, ray.origin, ray.direction, 0.0, ALL_SIDES);
 }
 
 /// A number of the ray that tells tracers' questions about holes apart.
@@ -68,7 +70,7 @@ fn arrive(
     if !(SPLITS_PATHS && branch > 0u) {
         let emitted = surface_emission(s, footprint);
         if emitted.x + emitted.y + emitted.z > 0.0 {
-            let pdf = surface_light_pdf(s, (*path).origin, (*path).direction, t);
+            let pdf = surface_light_pdf(s, (*path).origin, (*path).receiver, (*path).direction, t);
             (*path).state = path_add_emission((*path).state, emitted, pdf);
         }
     }
@@ -99,7 +101,13 @@ fn scatter(path: ptr<function, Path>, s: Surface, footprint: f32, shadow: ptr<fu
     let frame = frame_from_normal(s.shading_normal);
     let wo = to_local(frame, s.wo);
     if bsdf_has_smooth_part(bsdf) && scene.light_count > 0u {
-        let light = sample_light(s.position, sample_2d(sampler, pair + PAIR_LIGHT));
+        if LIGHT_TREE {
+            (*path).receiver = ALL_SIDES;
+            if !bsdf_transmits(bsdf) {
+                (*path).receiver = octahedral_encode(s.shading_normal);
+            }
+        }
+        let light = sample_light(s.position, (*path).receiver, sample_2d(sampler, pair + PAIR_LIGHT));
         *shadow = light_shadow_ray(*path, s, frame, bsdf, wo, light);
     }
     var u_lobe = vec2f(0.0);

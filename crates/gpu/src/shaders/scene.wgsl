@@ -47,7 +47,8 @@ struct SceneInfo {
     /// log₂ of the width of a layer of `texels`, and its height.
     texel_width_log2: u32,
     texel_height: u32,
-    padding: u32,
+    /// Where the tree of lights begins, in `words`: the probability of choosing from it, the lights' trails, its nodes.
+    light_tree: u32,
 }
 
 const INSTANCE_IDENTITY: u32 = 1u;

@@ -25,7 +25,8 @@ struct PathRecord {
     sampler_index: u32,
     /// Index into `gathered`.
     slot: u32,
-    padding: u32,
+    /// What light samples knew of the last surface; only where there is a LIGHT_TREE.
+    receiver: u32,
 }
 
 /// A `ShadowRay`, and where its contribution goes.
@@ -101,6 +102,9 @@ fn store_path(at: u32, path: Path, slot: u32) {
     paths[at].eta_scale = path.state.eta_scale;
     paths[at].sampler_index = path.sampler.index;
     paths[at].slot = slot;
+    if LIGHT_TREE {
+        paths[at].receiver = path.receiver;
+    }
 }
 
 /// The path, with no radiance: that is in `gathered`.
@@ -113,5 +117,5 @@ fn load_path(at: u32) -> Path {
     state.eta_scale = record.eta_scale;
     state.depth = wave.depth;
     let sampler = PixelSampler(view.sampler, record.scramble, record.sampler_index);
-    return Path(state, sampler, record.origin, record.direction, record.length);
+    return Path(state, sampler, record.origin, record.direction, record.length, record.receiver);
 }

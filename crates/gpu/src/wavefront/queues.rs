@@ -30,7 +30,7 @@ pub struct PathRecord {
     eta_scale: f32,
     sampler_index: u32,
     slot: u32,
-    padding: u32,
+    receiver: u32,
 }
 
 /// Where a path arrives.
@@ -193,7 +193,7 @@ mod tests {
                 eta_scale,
                 sampler_index,
                 slot,
-                padding,
+                receiver,
             }
         );
         assert_layout!(module, Hit { t, u, v, instance, geometry, primitive });

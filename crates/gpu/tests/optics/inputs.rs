@@ -9,6 +9,7 @@ use optics::ggx::MIN_ALPHA;
 use optics::glossy::{MetallicRoughness, lambert_bsdf, metallic_roughness_bsdf, mirror_bsdf};
 use optics::intersect::{RayShear, ray_shear};
 use optics::light::Light;
+use optics::light_tree::{ALL_SIDES, LightBounds, octahedral_encode};
 use optics::path::PathState;
 use optics::random::PixelSampler;
 use optics::scatter::{Bsdf, BsdfSample, BsdfValue, black_bsdf};
@@ -261,6 +262,29 @@ pub fn light(i: &mut Inputs) -> Light {
         size: i.between(0.01, 0.5),
         two_sided: flag(i),
     }
+}
+
+pub fn light_bounds(i: &mut Inputs) -> LightBounds {
+    let (low, size) = (point(i), vec3f(share(i), share(i), share(i)));
+    LightBounds {
+        low,
+        high: low + size,
+        intensity: positive(i),
+        axis: direction(i),
+        cos_spread: signed_cosine(i),
+        cos_emission: signed_cosine(i),
+        two_sided: flag(i),
+    }
+}
+
+/// A unit vector, or zero.
+pub fn receiver(i: &mut Inputs) -> Vec3f {
+    if flag(i) { direction(i) } else { vec3f(0.0, 0.0, 0.0) }
+}
+
+/// What a unit vector is encoded as, or nothing.
+pub fn octahedral(i: &mut Inputs) -> u32 {
+    if flag(i) { octahedral_encode(direction(i)) } else { ALL_SIDES }
 }
 
 /// A light infinitely far away: its position is a unit direction, its size 1 − cosine of its half angle.

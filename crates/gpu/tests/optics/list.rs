@@ -52,6 +52,13 @@ const GRAZING: Tolerance = Tolerance {
     why: "seen at a grazing angle, half vectors magnify rounding; where it changes a choice, everything differs",
 };
 
+/// Steps of numbers that are stored in few bits.
+const STEPS: Tolerance = Tolerance {
+    exceptions: 0.02,
+    why: "at the edge between two steps, the last bit says which one it is",
+    ..ROUNDING
+};
+
 /// A function of the optics, and one input of it as words with the result in Rust.
 pub struct Function {
     /// Its name, in Rust and in WGSL.
@@ -213,6 +220,19 @@ functions! {
     sky::direction_to_equirect(direction: off_pole, rotation: turns) within ANGLES;
     sky::equirect_to_direction(uv: unit2, rotation: turns) within ROUNDING;
     sky::equirect_pdf(pdf_image: density, polar: unit) within ROUNDING;
+    // lights/tree.rs
+    light_tree::cos_of_difference(cos_a: signed_cosine, sin_a: share, cos_b: signed_cosine, sin_b: share) within CANCELLING;
+    light_tree::sin_of_difference(cos_a: signed_cosine, sin_a: share, cos_b: signed_cosine, sin_b: share) within CANCELLING;
+    light_tree::light_importance(bounds: light_bounds, p: point, normal: receiver) within GRAZING;
+    light_tree::light_branch(first: positive, second: positive, u: unit) within ROUNDING;
+    light_tree::light_branch_probability(first: positive, second: positive, takes_second: flag) within ROUNDING;
+    light_tree::octahedral_encode(v: direction) within STEPS;
+    light_tree::octahedral_decode(code: octahedral) within ROUNDING;
+    light_tree::cosines_encode(cos_spread: signed_cosine, cos_emission: signed_cosine) within STEPS;
+    light_tree::cos_spread_decode(code: bits) within ROUNDING;
+    light_tree::cos_emission_decode(code: bits) within ROUNDING;
+    light_tree::light_bounds(low: point, high: far_point, intensity: positive, axis: octahedral, cosines: bits, link: bits) within ROUNDING;
+    light_tree::refill(remainder: unit, probability: share, rest: unit) within STEPS;
     // transport/path.rs
     path::path_start() within EXACT;
     path::path_add_emission(path: path, emitted: radiance, light_pdf: density) within ROUNDING;

@@ -72,6 +72,8 @@ structures! {
     Frame in frame { tangent, bitangent, normal }
     Light in light { kind, position, edge1, edge2, emission, size, two_sided }
     LightSample in light { wi, distance, radiance, pdf, delta, barycentrics }
+    LightBounds in light_tree { low, high, intensity, axis, cos_spread, cos_emission, two_sided }
+    LightBranch in light_tree { second, probability, remainder }
     PathState in path { throughput, radiance, pdf, specular, eta_scale, depth }
     Moments in estimator { count, mean, m2 }
     DielectricFresnel in fresnel { reflectance, cos_transmitted }

@@ -1,3 +1,4 @@
 //! Where light comes from.
 pub mod light;
 pub mod sky;
+pub mod tree;

@@ -5,7 +5,7 @@ use super::light::{LightRecord, luminance};
 use super::material::{
     MATERIAL_CHECKERBOARD_FADES, MATERIAL_EMISSION_TWO_SIDED, MaterialRecord, TextureRecord,
 };
-use super::{EnvironmentTable, NONE, SceneTables, build_alias_table};
+use super::{EnvironmentTable, LightTree, NONE, SceneTables, build_alias_table};
 use crate::{Environment, Instance, LightKind, Mesh, Pixels, Scene, Shape, Sphere, TriangleMesh};
 use glam::{Affine3A, Mat3, Vec3};
 
@@ -292,8 +292,25 @@ impl SceneTables {
             self.environment.light = self.lights.len() as u32;
             self.lights.push(LightRecord::environment(self.environment.mean_luminance(), radius));
         }
-        let powers: Vec<f64> = self.lights.iter().map(|l| f64::from(l.power)).collect();
+        self.choose_lights_with(LightTree::new(&self.lights));
+    }
+
+    /// The same scene, whose lights are chosen by power alone however many there are: what a tree of lights is compared with.
+    #[must_use]
+    pub fn with_lights_by_power(mut self) -> Self {
+        self.choose_lights_with(LightTree::default());
+        self
+    }
+
+    /// Lights that are not in the tree are chosen by power.
+    fn choose_lights_with(&mut self, tree: LightTree) {
+        let power = |(i, l): (u32, &LightRecord)| if tree.contains(i) { 0.0 } else { f64::from(l.power) };
+        let powers: Vec<f64> = (0..).zip(&self.lights).map(power).collect();
         self.light_alias = build_alias_table(&powers);
+        for entry in &mut self.light_alias {
+            entry.probability *= 1.0 - tree.probability;
+        }
+        self.light_tree = tree;
     }
 
     /// Lights of the emissive geometries of one instance.

@@ -8,7 +8,7 @@ use super::{BindingRecord, InstanceRecord, MaterialRecord, SceneTables};
 pub struct Changes {
     /// `materials`, `texture_slots`, or which material is where in `bindings`.
     pub materials: bool,
-    /// `lights`, `light_alias`, `bounding_sphere`, or which light is where in `bindings`.
+    /// `lights`, `light_alias`, `light_tree`, `bounding_sphere`, or which light is where in `bindings`.
     pub lights: bool,
     /// `environment`.
     pub environment: bool,
@@ -57,6 +57,7 @@ impl Changes {
                 || old.bindings.iter().map(material).ne(new.bindings.iter().map(material)),
             lights: old.lights != new.lights
                 || old.light_alias != new.light_alias
+                || old.light_tree != new.light_tree
                 || old.bounding_sphere != new.bounding_sphere
                 || old.bindings.iter().map(light).ne(new.bindings.iter().map(light)),
             environment: old.environment != new.environment,

@@ -31,6 +31,7 @@ impl SceneTables {
             texels,
             lights,
             light_alias,
+            light_tree,
             environment,
             bounding_sphere,
             has_alpha,
@@ -53,6 +54,9 @@ impl SceneTables {
         hash.numbers(texels);
         hash.records(lights);
         hash.numbers(light_alias);
+        hash.numbers(&light_tree.nodes);
+        hash.numbers(&light_tree.trails);
+        hash.records(&light_tree.probability);
         hash.environment(environment);
         hash.records(&(bounding_sphere, has_alpha));
         hash.0.finalize().to_hex()[..32].to_owned()

@@ -15,6 +15,7 @@ mod environment;
 mod fingerprint;
 mod geometry;
 mod light;
+mod light_tree;
 mod material;
 
 pub use alias::{AliasEntry, build_alias_table};
@@ -22,6 +23,7 @@ pub use changes::Changes;
 pub use environment::EnvironmentTable;
 pub use geometry::{BindingRecord, BlasRecord, GeometryKind, GeometryRecord, InstanceRecord};
 pub use light::LightRecord;
+pub use light_tree::{LightChoice, LightNode, LightTree};
 pub use material::{
     MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_CHECKERBOARD, MATERIAL_EMISSION_TWO_SIDED,
 };
@@ -69,8 +71,10 @@ pub struct SceneTables {
     pub texels: Vec<[u8; 4]>,
     /// Everything that next-event estimation can sample.
     pub lights: Vec<LightRecord>,
-    /// Chooses a light by power; as long as `lights`.
+    /// Chooses a light by power; as long as `lights`. Those in `light_tree` have no share in it.
     pub light_alias: Vec<AliasEntry>,
+    /// Chooses among the lights that have a place, if they are many.
+    pub light_tree: LightTree,
     /// What is infinitely far away.
     pub environment: EnvironmentTable,
     /// World-space centre and radius of a sphere around everything finite; radius 0 if there is nothing.
@@ -100,6 +104,7 @@ impl SceneTables {
             + bytes(&self.texels)
             + bytes(&self.lights)
             + bytes(&self.light_alias)
+            + self.light_tree.memory_bytes()
             + self.environment.memory_bytes()
     }
 

@@ -2,6 +2,7 @@
 //! [`report`].
 
 mod convergence;
+mod lights;
 pub mod report;
 mod views;
 
@@ -22,6 +23,7 @@ pub struct BenchArgs {
 #[derive(Debug, Subcommand)]
 enum BenchCommand {
     Convergence(convergence::ConvergenceArgs),
+    Lights(lights::LightsArgs),
 }
 
 /// What all measurements have: where their report goes.
@@ -36,5 +38,6 @@ pub struct ReportArgs {
 pub fn run(args: &BenchArgs) -> anyhow::Result<()> {
     match &args.command {
         BenchCommand::Convergence(args) => convergence::run(args),
+        BenchCommand::Lights(args) => lights::run(args),
     }
 }
