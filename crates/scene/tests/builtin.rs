@@ -15,7 +15,10 @@ fn loaded(name: &str, parameters: &[(&str, &str)]) -> Loaded {
 #[test]
 fn every_scene_is_listed_and_described() {
     let names: Vec<_> = builtin::list().iter().map(|b| b.name).collect();
-    assert_eq!(names, ["three-spheres", "cornell", "material-grid", "glass", "model", "lights", "atrium"]);
+    assert_eq!(
+        names,
+        ["three-spheres", "cornell", "material-grid", "glass", "model", "lights", "layers", "atrium"]
+    );
     assert_eq!(builtin::DEFAULT, "three-spheres");
     for scene in builtin::list() {
         assert!(!scene.about.is_empty(), "{}: no description", scene.name);

@@ -79,7 +79,7 @@ impl GpuScene {
             )?,
             instances: storage_buffer(gpu, "instances", &records::instances(&tables), none)?,
             bindings: storage_buffer(gpu, "geometry bindings", &records::bindings(&tables, &words), none)?,
-            materials: storage_buffer(gpu, "materials", &records::materials(&tables), none)?,
+            materials: storage_buffer(gpu, "materials", &records::materials(&tables, &words), none)?,
             lights: storage_buffer(gpu, "lights", &records::lights(&tables, &words), none)?,
             vertices: storage_buffer(gpu, "vertices", &records::vertices(&tables), input)?,
             words: storage_buffer(gpu, "vertex indices and attributes", &words.data, input)?,
@@ -108,7 +108,13 @@ impl GpuScene {
 
     /// Which shader variant the scene needs.
     pub fn variant(&self) -> Variant {
-        Variant { alpha: self.tables.has_alpha, images: self.places.slots(), ..Variant::default() }
+        Variant {
+            alpha: self.tables.has_alpha,
+            layers: !self.tables.layers.is_empty(),
+            absorption: self.tables.has_absorption(),
+            images: self.places.slots(),
+            ..Variant::default()
+        }
     }
 
     /// The views of binding 7: as many as [`Variant::images`] says, or one texture of layers.
@@ -133,7 +139,7 @@ fn scene_info(tables: &SceneTables, words: &Words, places: &TexelPlaces) -> Scen
         row_alias: words.row_alias,
         texel_width_log2: places.folding().map_or(0, |l| l.width_log2),
         texel_height: places.folding().map_or(1, |l| l.height),
-        padding: 0,
+        sheen_albedo: words.sheen_albedo,
     }
 }
 
