@@ -8,13 +8,14 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 /// Built-in scenes, the width of their picture in the documentation, and samples per pixel.
-const PICTURES: [(&str, u32, u32); 7] = [
+const PICTURES: [(&str, u32, u32); 8] = [
     ("three-spheres", 960, 256),
     ("cornell", 640, 1024),
     ("material-grid", 960, 512),
     ("glass", 960, 2048),
     ("model", 960, 512),
     ("lights", 960, 512),
+    ("layers", 960, 1024),
     ("atrium", 960, 1024),
 ];
 

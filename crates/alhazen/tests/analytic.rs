@@ -126,6 +126,63 @@ fn white_objects_vanish_in_a_uniform_environment() {
     }
 }
 
+/// Through a body that bends nothing light goes straight on, and becomes less by the law of Beer and Lambert.
+#[test]
+fn bodies_absorb_by_their_thickness() {
+    let color = Vec3::new(0.8, 0.5, 0.1);
+    let interior = scene::Interior { attenuation_color: color, attenuation_distance: 0.5 };
+    for (layered, thickness) in [(false, 0.25f32), (false, 1.5), (true, 0.5)] {
+        let mut scene = under_white_sky();
+        let mut air = Material { interior, ..dielectric("coloured air", 1.0, 0.0) };
+        // Of nothing, but asked for: the layered model, whose refraction has a width.
+        air.layers.dispersion = if layered { 1.0 } else { 0.0 };
+        let air = scene.add_material(air);
+        let half = f64::from(thickness) / 2.0;
+        scene.add_mesh("slab", cuboid([-20.0, -half, -20.0], [20.0, half, 20.0]), air);
+        scene.cameras.push(from_above(0.0, 0.0, 3.0, 0.5));
+        let e = estimate(&scene, &job(&scene, 16, 16, 16), 1024);
+        let left = (-interior.absorption() * thickness).exp().as_dvec3().to_array();
+        // Dispersed light is one channel at a time; the lobe is a thousandth of a radian wide.
+        assert_mean(&format!("{thickness} m, layered {layered}"), &e, left, 5e-3);
+    }
+}
+
+/// Layers take from what is below what they give. Tolerances: tables, twice or more where there are several lobes.
+#[test]
+fn white_layered_objects_vanish_in_a_uniform_environment() {
+    use scene::{Clearcoat, Iridescence, Layers, Sheen};
+    let coat = Clearcoat { strength: 1.0, roughness: 0.2, ..Clearcoat::default() };
+    let sheen = Sheen { color: Vec3::ONE, roughness: 0.5, ..Sheen::default() };
+    let layered =
+        |name: &str, layers: Layers| Material { layers, ..metallic_roughness(name, [1.0; 3], 0.0, 0.4) };
+    let coated_metal = Material {
+        layers: Layers { clearcoat: coat.clone(), ..Layers::default() },
+        ..metallic_roughness("coated metal", [1.0; 3], 1.0, 0.3)
+    };
+    let coated_glass = Material {
+        layers: Layers { clearcoat: coat.clone(), ..Layers::default() },
+        ..dielectric("coated glass", 1.5, 0.4)
+    };
+    let grey_film = Iridescence { strength: 1.0, thickness: [0.0, 0.0], ..Iridescence::default() };
+    let materials = [
+        (layered("coat", Layers { clearcoat: coat.clone(), ..Layers::default() }), 0.01),
+        (layered("sheen", Layers { sheen: sheen.clone(), ..Layers::default() }), 0.02),
+        (layered("both", Layers { clearcoat: coat, sheen, ..Layers::default() }), 0.02),
+        (layered("film", Layers { iridescence: grey_film, ..Layers::default() }), 0.01),
+        (coated_metal, 0.01),
+        (coated_glass, 0.03),
+    ];
+    for (material, tolerance) in materials {
+        let mut scene = under_white_sky();
+        let what = material.name.clone();
+        let material = scene.add_material(material);
+        scene.add_shape(&what, sphere([0.0; 3], 1.0), material, Affine3A::IDENTITY);
+        scene.cameras.push(camera([0.0, 0.7, 2.6], [0.0; 3], 40.0));
+        let e = estimate(&scene, &job(&scene, 24, 24, 64), 128);
+        assert_mean(&what, &e, [1.0; 3], tolerance);
+    }
+}
+
 /// Interpolated normals do not gain energy; what they lose at the silhouette is little.
 #[test]
 fn smooth_normals_neither_gain_nor_lose_much() {

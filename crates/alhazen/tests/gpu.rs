@@ -94,6 +94,16 @@ fn everything_path() {
     compare("assortment path", &scene, &job(&scene), 0.35);
 }
 
+/// Layers and absorption. One tracer is enough: what scatters asks none, and is the same text for all.
+#[test]
+fn layers_path() {
+    let scene = builtin("layers");
+    let mut renderers = gpu_renderers("layers_path");
+    renderers.truncate(1);
+    // Refraction of refraction magnifies rounding.
+    compare_on(&mut renderers, "layers path", &scene, &job(&scene), 0.2);
+}
+
 #[test]
 fn everything_direct() {
     let scene = scenes::assortment();

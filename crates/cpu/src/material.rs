@@ -136,7 +136,8 @@ pub(crate) fn shade(
             }
             dielectric(material, s, shading, color, roughness)
         }
-        ModelTag::MetallicRoughness => {
+        // Integrators that do not follow paths show layered surfaces without their layers.
+        ModelTag::MetallicRoughness | ModelTag::Layered => {
             let (mut metallic, mut roughness) = (material.metallic, material.roughness);
             if material.metallic_roughness_slot != NONE {
                 let t = texture::sample(tables, material.metallic_roughness_slot, &s.coords);

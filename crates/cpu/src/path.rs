@@ -9,9 +9,11 @@ use crate::lanes::{
     CameraLanes, LANES, PlainPoint, choose_lights_by_place, choose_lights_by_power, play_roulette,
     sample_cosine_lobes, sample_smooth_interfaces, sample_triangle_lights,
 };
+use crate::layers::shade_layered;
 use crate::lights::{for_each_distant, sample_light, surface_light_pdf};
 use crate::material::{Shading, base_color, emission, mixes_models, shade};
 use crate::queue::{Path, PlainQueue};
+use crate::scattering::Scattering;
 use crate::scene::{CpuScene, vec3};
 use crate::sites::Plain;
 use crate::surface::Surface;
@@ -19,18 +21,16 @@ use crate::triangles::TriangleLanes;
 use accel::{Coherence, Hit, HitFilter, MISS, Ray};
 use backend::{PathSettings, View};
 use film::AovSample;
-use optics::bsdf::{
-    bsdf_eval, bsdf_has_lobes, bsdf_has_smooth_part, bsdf_is_delta, bsdf_sample, bsdf_transmits,
-};
 use optics::camera::{CAMERA_PERSPECTIVE, CameraFrame, camera_pixel_spread};
 use optics::frame::{Frame, to_local, to_world};
 use optics::light::LightSample;
 use optics::light_tree::{ALL_SIDES, octahedral_encode};
+use optics::medium::transmittance;
 use optics::path::{path_add_emission, path_light_contribution, path_scatter, roulette_survival};
 use optics::random::{
     PixelSampler, SAMPLER_INDEPENDENT, SAMPLER_SOBOL, hash_combine, sample_2d, sampler_new,
 };
-use optics::scatter::{BSDF_NONE, Bsdf};
+use optics::scatter::BSDF_NONE;
 use optics::vector::dot;
 use optics::{Vec2f, Vec3f, vec2f, vec3f};
 use scene::tables::{ModelTag, SceneTables};
@@ -219,6 +219,10 @@ impl PathBatch {
         let in_lanes = self.triangles.surface(scene, i % LANES, first_hit);
         let surface = in_lanes.unwrap_or_else(|| Surface::new(scene, &ray, &hit));
         let material = &tables.materials[surface.material as usize];
+        if !surface.front && material.absorbs() {
+            // The far side of a body tells what the light has come through.
+            path.throughput *= transmittance(vec3(material.absorption), hit.t);
+        }
         let footprint = context.shading.pixel_spread * path.length;
         if first_hit {
             self.aovs[path.slot as usize] = aov_sample(tables, material, &surface, path.length, footprint);
@@ -273,7 +277,7 @@ impl PathBatch {
 
     /// Next-event estimation and the path's continuation at a surface.
     #[inline(always)]
-    fn scatter(&mut self, context: &Context, surface: &Surface, mut path: Path, footprint: f32) {
+    fn scatter(&mut self, context: &Context, surface: &Surface, path: Path, footprint: f32) {
         let tables = &*context.scene.tables;
         let material = &tables.materials[surface.material as usize];
         if material.model == ModelTag::Lambert && context.scene.plain_lights {
@@ -290,33 +294,62 @@ impl PathBatch {
             self.queue_diffuse(context, &point, &path);
             return;
         }
+        if material.model == ModelTag::Layered {
+            self.scatter_layered(context, surface, path, footprint);
+            return;
+        }
         // Numbers are drawn only where something depends on them: they cost as much as the rest of the shading.
         let u_model = if mixes_models(material) { context.draw(&path, PAIR_MODEL).x } else { 0.0 };
         let bsdf = shade(tables, material, surface, &context.shading, footprint, u_model);
         if bsdf.kind == BSDF_NONE {
             return;
         }
-        let frame = surface.frame();
+        self.scatter_by(context, surface, surface.frame(), bsdf, path);
+    }
+
+    /// As above, on a surface with layers. Out of line: plain surfaces pay nothing for it.
+    #[inline(never)]
+    fn scatter_layered(&mut self, context: &Context, surface: &Surface, path: Path, footprint: f32) {
+        let tables = &*context.scene.tables;
+        let material = &tables.materials[surface.material as usize];
+        let disperses = tables.layers[material.layers as usize].dispersion > 0.0;
+        let u = if disperses { context.draw(&path, PAIR_MODEL).x } else { 0.0 };
+        let shading = &context.shading;
+        let s = shade_layered(tables, material, surface, shading, footprint, path.throughput, u);
+        self.scatter_by(context, surface, s.frame, s.bsdf, path);
+    }
+
+    /// Next-event estimation and the path's continuation where it is known what scatters.
+    #[inline(always)]
+    fn scatter_by<S: Scattering>(
+        &mut self,
+        context: &Context,
+        surface: &Surface,
+        frame: Frame,
+        bsdf: S,
+        mut path: Path,
+    ) {
+        let tables = &*context.scene.tables;
         let wo = to_local(frame, surface.wo);
-        if bsdf_has_smooth_part(bsdf) && !tables.lights.is_empty() {
+        if bsdf.has_smooth_part() && !tables.lights.is_empty() {
             let u = context.draw(&path, PAIR_LIGHT);
-            path.receiver = receiver(tables, &bsdf, surface);
+            path.receiver = receiver(tables, bsdf, frame.normal);
             if let Some(light) = sample_light(context.scene, surface.position, path.receiver, u) {
-                self.add_connection(surface, &frame, &bsdf, wo, &path, &light);
+                self.add_connection(surface, &frame, bsdf, wo, &path, &light);
             }
         }
         let zero = vec2f(0.0, 0.0);
-        let wants_lobe = context.meets_roulette() || bsdf_has_lobes(bsdf);
+        let wants_lobe = context.meets_roulette() || bsdf.has_lobes();
         let u_lobe = if wants_lobe { context.draw(&path, PAIR_LOBE) } else { zero };
-        let u = if bsdf_is_delta(bsdf) { zero } else { context.draw(&path, PAIR_BSDF) };
-        let sample = bsdf_sample(bsdf, wo, u_lobe.x, u);
+        let u = if bsdf.is_delta() { zero } else { context.draw(&path, PAIR_BSDF) };
+        let sample = bsdf.sample(wo, u_lobe.x, u);
         let wi = to_world(frame, sample.wi);
         let above = dot(wi, surface.normal) > 0.0;
         // Between shading and geometric normal there are directions that would leak through the surface.
         if sample.pdf <= 0.0 || above == sample.transmitted {
             return;
         }
-        let state = path_scatter(path.state(context.depth), sample, bsdf.eta);
+        let state = path_scatter(path.state(context.depth), sample, bsdf.eta());
         let settings = context.settings;
         let survival = roulette_survival(state, settings.roulette_start, settings.roulette_min_survival);
         if u_lobe.y >= survival {
@@ -411,24 +444,24 @@ impl PathBatch {
 
     /// Queues the shadow ray of a light sample, if the light could contribute.
     #[inline(always)]
-    fn add_connection(
+    fn add_connection<S: Scattering>(
         &mut self,
         surface: &Surface,
         frame: &Frame,
-        bsdf: &Bsdf,
+        bsdf: S,
         wo: Vec3f,
         path: &Path,
         light: &LightSample,
     ) {
         let above = dot(light.wi, surface.normal) > 0.0;
-        if light.pdf <= 0.0 || !(above || bsdf_transmits(*bsdf)) {
+        if light.pdf <= 0.0 || !(above || bsdf.transmits()) {
             return;
         }
         let wi = to_local(*frame, light.wi);
         if above != (wi.z > 0.0) {
             return;
         }
-        let value = bsdf_eval(*bsdf, wo, wi);
+        let value = bsdf.eval(wo, wi);
         let contribution =
             path_light_contribution(path.throughput, value, light.radiance, light.pdf, light.delta);
         // Not `> 0`: NaN must reach the film, where it is counted.
@@ -464,13 +497,10 @@ impl PathBatch {
     }
 }
 
-/// What the choice of a light is to know of a surface; nothing where it does not ask.
+/// What the choice of a light is to know of a surface of unit `normal`; nothing where it does not ask.
 #[inline(always)]
-fn receiver(tables: &SceneTables, bsdf: &Bsdf, surface: &Surface) -> u32 {
-    if tables.light_tree.is_empty() || bsdf_transmits(*bsdf) {
-        return ALL_SIDES;
-    }
-    octahedral_encode(surface.shading_normal)
+fn receiver<S: Scattering>(tables: &SceneTables, bsdf: S, normal: Vec3f) -> u32 {
+    if tables.light_tree.is_empty() || bsdf.transmits() { ALL_SIDES } else { octahedral_encode(normal) }
 }
 
 /// How the view draws its samples, as the optics know it.

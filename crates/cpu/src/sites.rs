@@ -53,16 +53,19 @@ pub(crate) enum Plain {
 impl Plain {
     fn new(material: &MaterialRecord) -> Self {
         let untextured = material.base_color_slot == NONE && material.metallic_roughness_slot == NONE;
-        if material.is_emissive() || !untextured || material.flags & MATERIAL_CHECKERBOARD != 0 {
+        let patterned = material.flags & MATERIAL_CHECKERBOARD != 0;
+        if material.is_emissive() || material.absorbs() || !untextured || patterned {
             return Plain::No;
         }
         let alpha = material.roughness * material.roughness;
         match material.model {
             ModelTag::Lambert => Plain::Lambert,
             ModelTag::Dielectric if alpha < MIN_ALPHA && material.flags & MATERIAL_THIN == 0 => Plain::Smooth,
-            ModelTag::Dielectric | ModelTag::MetallicRoughness | ModelTag::Mirror | ModelTag::Unlit => {
-                Plain::No
-            }
+            ModelTag::Dielectric
+            | ModelTag::MetallicRoughness
+            | ModelTag::Mirror
+            | ModelTag::Unlit
+            | ModelTag::Layered => Plain::No,
         }
     }
 }
@@ -130,6 +133,8 @@ fn site(tables: &SceneTables, instance: &InstanceRecord, geometry: u32, binding:
     let material = &tables.materials[material_index as usize];
     // Patterns live in object space, and mirroring turns the normal.
     let patterned = material.flags & MATERIAL_CHECKERBOARD != 0;
+    // Layers want tangents, and the normal without its map.
+    let bare = material.normal_slot == NONE && material.layers == NONE;
     let placed_oddly = !instance.identity && (patterned || determinant(&instance.object_to_world) < 0.0);
     let [red, green, blue, _] = material.base_color;
     Site {
@@ -139,7 +144,7 @@ fn site(tables: &SceneTables, instance: &InstanceRecord, geometry: u32, binding:
         first_normal: g.first_normal,
         geometry,
         material: material_index,
-        in_lanes: g.kind == GeometryKind::Triangles && !placed_oddly && material.normal_slot == NONE,
+        in_lanes: g.kind == GeometryKind::Triangles && !placed_oddly && bare,
         identity: instance.identity,
         plain: if g.first_color == NONE { Plain::new(material) } else { Plain::No },
         color: [red, green, blue],

@@ -9,7 +9,7 @@ use optics::offset::offset_ray_origin;
 use optics::shape::{sphere_tangent, sphere_uv};
 use optics::vector::{cross, dot, normalize};
 use optics::{Vec3f, vec3f};
-use scene::tables::{GeometryKind, GeometryRecord, MaterialRecord, NONE, SceneTables};
+use scene::tables::{GeometryKind, GeometryRecord, MATERIAL_TANGENTS, MaterialRecord, NONE, SceneTables};
 
 /// Texture coordinates of both sets.
 #[derive(Clone, Copy, Debug, Default)]
@@ -44,6 +44,9 @@ pub(crate) struct Surface {
     pub primitive: u32,
     /// Position in the x–z plane of object space, for procedural patterns.
     pub pattern_position: [f32; 2],
+    /// The shading normal without the normal map, and the frame along the texture coordinates: what layers need.
+    /// Elsewhere the shading normal, and any frame.
+    pub layer_frame: Frame,
 }
 
 impl Surface {
@@ -62,6 +65,12 @@ impl Surface {
         let side = if front { 1.0 } else { -1.0 };
         let normal = point.normal * side;
         let shading_normal = shading_normal(tables, material, &point, wo, normal, side);
+        let layer_frame = if material.layers == NONE {
+            Frame { tangent: shading_normal, bitangent: shading_normal, normal: shading_normal }
+        } else {
+            let smooth_normal = point.shading.map_or(normal, |n| bend_normal(wo, normal, n * side));
+            tangent_frame(&point, smooth_normal, side)
+        };
         let first_light = records.binding.first_light;
         Self {
             position: point.position,
@@ -77,6 +86,7 @@ impl Surface {
             object: records.binding.object,
             primitive: records.primitive,
             pattern_position: point.pattern_position,
+            layer_frame,
         }
     }
 
@@ -175,7 +185,8 @@ fn triangle_point(tables: &SceneTables, records: &HitRecords, material: &Materia
         .map(|n| to_world(vec3(n)))
         .filter(|n| dot(*n, *n) > 1e-20)
         .map(normalize);
-    let tangent = (geometry.first_tangent != NONE && material.normal_slot != NONE).then(|| {
+    let wants_tangent = material.normal_slot != NONE || material.flags & MATERIAL_TANGENTS != 0;
+    let tangent = (geometry.first_tangent != NONE && wants_tangent).then(|| {
         let t = interpolate(&tables.tangents, geometry.first_tangent, corners, weights);
         let direction = vec3f(t[0], t[1], t[2]);
         let world = if instance.identity {
@@ -257,20 +268,26 @@ fn shading_normal(
     let mut shading = point.shading.map_or(normal, |n| n * side);
     if material.normal_slot != NONE {
         let texel = crate::texture::sample(tables, material.normal_slot, &point.coords);
-        let frame = match point.tangent {
-            Some((tangent, handedness)) => {
-                let mut frame = frame_from_tangent(shading, tangent);
-                // The map's y belongs to the front's bitangent; seen from behind the frame's normal is turned.
-                frame.bitangent *= handedness * side;
-                frame
-            }
-            None => frame_from_normal(shading),
-        };
+        let frame = tangent_frame(point, shading, side);
         shading = map_normal(frame, vec3f(texel[0], texel[1], texel[2]), material.normal_scale);
     } else if point.shading.is_none() {
         return normal;
     }
     bend_normal(wo, normal, shading)
+}
+
+/// The frame of a tangent-space map about `normal`, which is on the viewer's side.
+#[inline(always)]
+fn tangent_frame(point: &Point, normal: Vec3f, side: f32) -> Frame {
+    match point.tangent {
+        Some((tangent, handedness)) => {
+            let mut frame = frame_from_tangent(normal, tangent);
+            // The map's y belongs to the front's bitangent; seen from behind the frame's normal is turned.
+            frame.bitangent *= handedness * side;
+            frame
+        }
+        None => frame_from_normal(normal),
+    }
 }
 
 #[inline(always)]

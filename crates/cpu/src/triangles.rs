@@ -9,7 +9,7 @@ use crate::scene::{CpuScene, transform_normal, transform_point, vec3};
 use crate::sites::Site;
 use crate::surface::{Surface, TexCoords, largest_coordinate, tex_coords, vertex_color};
 use accel::{Hit, Ray};
-use optics::frame::bend_normal;
+use optics::frame::{Frame, bend_normal};
 use optics::vector::{cross, dot};
 use optics::{Vec3f, vec3f};
 use scene::tables::NONE;
@@ -169,11 +169,12 @@ impl TriangleLanes {
             coords = tex_coords(tables, geometry, corners, weights);
             color = vertex_color(tables, geometry, corners, weights);
         }
+        let shading_normal = self.shading_normal.get(lane);
         Some(Surface {
             position,
             extent: self.extent.0[lane],
             normal: self.normal.get(lane),
-            shading_normal: self.shading_normal.get(lane),
+            shading_normal,
             front: self.front.0[lane] != 0,
             wo: self.wo.get(lane),
             coords,
@@ -183,6 +184,7 @@ impl TriangleLanes {
             object: binding.object,
             primitive,
             pattern_position: [position.x, position.z],
+            layer_frame: Frame { tangent: shading_normal, bitangent: shading_normal, normal: shading_normal },
         })
     }
 }

@@ -8,7 +8,7 @@ use crate::{Gpu, GpuError};
 use optics::albedo::DielectricAlbedo;
 use scene::tables::{
     MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_CHECKERBOARD, MATERIAL_CHECKERBOARD_FADES,
-    MATERIAL_EMISSION_TWO_SIDED, MATERIAL_THIN, ModelTag,
+    MATERIAL_EMISSION_TWO_SIDED, MATERIAL_TANGENTS, MATERIAL_THIN, ModelTag,
 };
 use std::cell::OnceCell;
 use std::fmt::Write;
@@ -23,6 +23,10 @@ pub struct Variant {
     pub aovs: bool,
     /// Whether several paths go on from the first vertex of each camera ray.
     pub splitting: bool,
+    /// Whether any material is layered.
+    pub layers: bool,
+    /// Whether any body absorbs light.
+    pub absorption: bool,
     /// Elements of the binding array of images; 0: all texels lie in the layers of one texture.
     pub images: u32,
     /// Whether lights are many, so that they are chosen by where they are.
@@ -30,12 +34,20 @@ pub struct Variant {
 }
 
 impl Variant {
-    /// All variants; what changes only where a texel is, or which light is chosen, with all of the rest or nothing.
+    /// All variants; what changes little else with all of the rest or nothing: binding arrays, layers, absorption, and how
+    /// lights are chosen.
     pub fn all() -> impl Iterator<Item = Self> {
-        let of =
-            |i: u32| Self { alpha: i & 1 != 0, aovs: i & 2 != 0, splitting: i & 4 != 0, ..Self::default() };
-        let separate = move |i: u32| [Self { images: 16, ..of(i) }, Self { light_tree: true, ..of(i) }];
-        (0..8).map(of).chain([0, 7].into_iter().flat_map(separate))
+        let of = |i: u32| Self {
+            alpha: i & 1 != 0,
+            aovs: i & 2 != 0,
+            splitting: i & 4 != 0,
+            layers: i & 8 != 0,
+            absorption: i & 16 != 0,
+            light_tree: i & 32 != 0,
+            images: 0,
+        };
+        let with_images = move |i: u32| Self { images: 16, ..of(i) };
+        (0..8).chain([8, 16, 32, 63]).map(of).chain([0, 63].map(with_images))
     }
 }
 
@@ -45,9 +57,14 @@ pub fn scene_text(variant: Variant) -> String {
         0 => ("", include_str!("shaders/texels_layers.wgsl")),
         _ => ("enable wgpu_binding_array;", include_str!("shaders/texels_images.wgsl")),
     };
+    let (optics, scattering) = if variant.layers {
+        (optics::wgsl::all(), include_str!("shaders/scattering_layered.wgsl"))
+    } else {
+        (optics::wgsl::without_layers(), include_str!("shaders/scattering_plain.wgsl"))
+    };
     [
         enables,
-        &optics::wgsl::all(),
+        &optics,
         &constants(variant),
         include_str!("shaders/scene.wgsl"),
         texels,
@@ -55,6 +72,7 @@ pub fn scene_text(variant: Variant) -> String {
         include_str!("shaders/surface.wgsl"),
         include_str!("shaders/material.wgsl"),
         include_str!("shaders/lights.wgsl"),
+        scattering,
     ]
     .join("\n")
 }
@@ -72,6 +90,8 @@ fn constants(variant: Variant) -> String {
         ("MODEL_DIELECTRIC", ModelTag::Dielectric as u32),
         ("MODEL_MIRROR", ModelTag::Mirror as u32),
         ("MODEL_UNLIT", ModelTag::Unlit as u32),
+        ("MODEL_LAYERED", ModelTag::Layered as u32),
+        ("MATERIAL_TANGENTS", MATERIAL_TANGENTS),
         ("MATERIAL_ALPHA_MASK", MATERIAL_ALPHA_MASK),
         ("MATERIAL_ALPHA_BLEND", MATERIAL_ALPHA_BLEND),
         ("MATERIAL_EMISSION_TWO_SIDED", MATERIAL_EMISSION_TWO_SIDED),
@@ -82,11 +102,14 @@ fn constants(variant: Variant) -> String {
         ("DIELECTRIC_ALBEDO_HEIGHT", DielectricAlbedo::SIZE[1] as u32),
     ];
     let mut text = String::new();
-    for (name, value) in numbers {
+    let of_layers = crate::scene::records::layer_constants().filter(|_| variant.layers);
+    for (name, value) in numbers.into_iter().chain(of_layers) {
         let _ = writeln!(text, "const {name}: u32 = {value}u;"); // writing to a string cannot fail
     }
     let _ = writeln!(text, "const IMAGE_SLOTS: u32 = {}u;", variant.images.max(1));
     let _ = writeln!(text, "const SCENE_HAS_ALPHA: bool = {};", variant.alpha);
+    let _ = writeln!(text, "const SCENE_HAS_LAYERS: bool = {};", variant.layers);
+    let _ = writeln!(text, "const SCENE_ABSORBS: bool = {};", variant.absorption);
     let _ = writeln!(text, "const WANTS_AOVS: bool = {};", variant.aovs);
     let _ = writeln!(text, "const SPLITS_PATHS: bool = {};", variant.splitting);
     let _ = writeln!(text, "const LIGHT_TREE: bool = {};", variant.light_tree);
@@ -225,6 +248,17 @@ mod tests {
     fn the_scene_is_valid_in_every_variant() {
         for variant in Variant::all() {
             validate(&format!("{variant:?}"), &scene_text(variant));
+        }
+    }
+
+    /// Scenes without layers pay nothing for them: their shaders do not know that there are any.
+    #[test]
+    fn plain_scenes_have_no_layers_in_their_text() {
+        let (plain, layered) =
+            (scene_text(Variant::default()), scene_text(Variant { layers: true, ..Variant::default() }));
+        for name in ["layered_bsdf", "sheen_lobe", "anisotropic_d", "iridescent_fresnel", "surface_layers"] {
+            assert!(layered.contains(name), "{name}");
+            assert!(!plain.contains(name), "{name}");
         }
     }
 

@@ -6,6 +6,7 @@
 use crate::dielectric::rough_dielectric_albedo_sample;
 use crate::ggx::{albedo_coordinates, albedo_eta_coordinate, albedo_parameters, dielectric_compensation};
 use crate::glossy::ggx_albedo_sample;
+use crate::sheen::{sheen_albedo_coordinates, sheen_albedo_sample};
 use crate::{Vec2f, vec2f};
 use std::sync::OnceLock;
 
@@ -131,6 +132,61 @@ impl DielectricAlbedo {
     }
 
     /// All texels, `SIZE[0] × SIZE[1] × SIZE[2]`, x fastest.
+    pub fn texels(&self) -> &[f32] {
+        &self.texels
+    }
+}
+
+/// Directional albedo of the sheen lobe of white fibres, over cosine and roughness.
+#[derive(Debug)]
+pub struct SheenAlbedo {
+    texels: Vec<f32>,
+}
+
+impl SheenAlbedo {
+    /// Texels in x (cosine) and y (roughness).
+    pub const SIZE: [usize; 2] = [32, 32];
+
+    /// The table that everybody shares; built on first use, which takes some tens of milliseconds.
+    pub fn shared() -> &'static Self {
+        static TABLE: OnceLock<SheenAlbedo> = OnceLock::new();
+        TABLE.get_or_init(Self::build)
+    }
+
+    /// Integrates every texel.
+    pub fn build() -> Self {
+        // Sheen is brightest in a band near the horizon, narrow for small roughness: many points.
+        let rule = Quadrature::lattice(377, 233);
+        let [width, height] = Self::SIZE;
+        let mut texels = Vec::with_capacity(width * height);
+        for y in 0..height {
+            for x in 0..width {
+                let root = texel_center(x, width);
+                let (cos_theta, roughness) = ((root * root).max(1e-4), texel_center(y, height));
+                // The rule's symmetry is in x, the sampler's azimuth is its second number.
+                let sample = |u: Vec2f| [sheen_albedo_sample(cos_theta, roughness, vec2f(u.y, u.x)), 0.0];
+                texels.push(rule.mean(sample)[0]);
+            }
+        }
+        Self { texels }
+    }
+
+    /// Share of light that white fibres scatter; above 1 where the model gains energy, which `layered_bsdf` undoes.
+    ///
+    /// - `cos_theta`: cosine of `wo` with the normal, in `[0, 1]`. `roughness`: perceptual, in `[0, 1]`.
+    pub fn lookup(&self, cos_theta: f32, roughness: f32) -> f32 {
+        let [width, height] = Self::SIZE;
+        let at = sheen_albedo_coordinates(cos_theta, roughness);
+        let (x, fx) = texel_below(at.x, width);
+        let (y, fy) = texel_below(at.y, height);
+        let corner = y * width + x;
+        let t = &self.texels;
+        let near = t[corner] + (t[corner + 1] - t[corner]) * fx;
+        let far = t[corner + width] + (t[corner + width + 1] - t[corner + width]) * fx;
+        near + (far - near) * fy
+    }
+
+    /// All texels, `SIZE[0] × SIZE[1]`, x fastest.
     pub fn texels(&self) -> &[f32] {
         &self.texels
     }

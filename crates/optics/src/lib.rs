@@ -44,10 +44,11 @@ pub use geometry::{camera::camera, frame::frame, intersect::intersect, offset::o
 pub use lights::{light::light, sky::sky, tree::light_tree};
 pub use sampling::{random::random, warp::warp};
 pub use surface::{
-    bsdf::bsdf, dielectric::dielectric, fresnel::fresnel, ggx::ggx, glossy::glossy, pattern::pattern,
-    scatter::scatter,
+    anisotropic::anisotropic, bsdf::bsdf, dielectric::dielectric, fresnel::fresnel, ggx::ggx, glossy::glossy,
+    iridescence::iridescence, layered::layered, lobes::lobes, pattern::pattern, scatter::scatter,
+    sheen::sheen,
 };
-pub use transport::{estimator::estimator, path::path};
+pub use transport::{estimator::estimator, medium::medium, path::path};
 
 pub mod albedo;
 pub mod wgsl;

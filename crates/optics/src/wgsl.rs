@@ -9,10 +9,48 @@ pub fn all() -> String {
     everything::WGSL_SOURCE.wgsl_source().expect("a test builds the text of every module")
 }
 
+/// The same without what only layered surfaces need: for scenes that have none, so that they pay nothing.
+pub fn without_layers() -> String {
+    plain::WGSL_SOURCE.wgsl_source().expect("a test builds the text of every module")
+}
+
 #[wgsl]
 #[inline_all]
 #[allow(unused_imports)]
 mod everything {
+    use crate::anisotropic::*;
+    use crate::bsdf::*;
+    use crate::camera::*;
+    use crate::constants::*;
+    use crate::dielectric::*;
+    use crate::estimator::*;
+    use crate::frame::*;
+    use crate::fresnel::*;
+    use crate::ggx::*;
+    use crate::glossy::*;
+    use crate::intersect::*;
+    use crate::iridescence::*;
+    use crate::layered::*;
+    use crate::light::*;
+    use crate::lobes::*;
+    use crate::math::*;
+    use crate::medium::*;
+    use crate::offset::*;
+    use crate::path::*;
+    use crate::pattern::*;
+    use crate::random::*;
+    use crate::scatter::*;
+    use crate::shape::*;
+    use crate::sheen::*;
+    use crate::sky::*;
+    use crate::tonemap::*;
+    use crate::warp::*;
+}
+
+#[wgsl]
+#[inline_all]
+#[allow(unused_imports)]
+mod plain {
     use crate::bsdf::*;
     use crate::camera::*;
     use crate::constants::*;
@@ -26,6 +64,7 @@ mod everything {
     use crate::light::*;
     use crate::light_tree::*;
     use crate::math::*;
+    use crate::medium::*;
     use crate::offset::*;
     use crate::path::*;
     use crate::pattern::*;

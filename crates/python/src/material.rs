@@ -3,7 +3,9 @@
 use crate::arrays::Input;
 use crate::errors::bad;
 use crate::light::color;
-use alhazen::{AlphaMode, ColorSpace, Material, Model, Pixels, Scene, SceneImage, Texture, TextureRef};
+use alhazen::{
+    AlphaMode, ColorSpace, Interior, Layers, Material, Model, Pixels, Scene, SceneImage, Texture, TextureRef,
+};
 use pyo3::prelude::*;
 
 /// What a caller may say of a material; `Scene.add_material` explains it.
@@ -25,6 +27,26 @@ pub struct Described<'py> {
     pub metallic_roughness_texture: Option<Bound<'py, PyAny>>,
     pub emission_texture: Option<Bound<'py, PyAny>>,
     pub normal_texture: Option<Bound<'py, PyAny>>,
+    pub layers: LayersDescribed<'py>,
+}
+
+/// What may lie on the base of a material, and what is inside.
+pub struct LayersDescribed<'py> {
+    pub clearcoat: f32,
+    pub clearcoat_roughness: f32,
+    pub sheen_color: Option<Bound<'py, PyAny>>,
+    pub sheen_roughness: f32,
+    pub specular_color: Option<Bound<'py, PyAny>>,
+    pub iridescence: f32,
+    pub iridescence_ior: f32,
+    pub iridescence_thickness: f32,
+    pub anisotropy: f32,
+    pub anisotropy_rotation: f32,
+    pub diffuse_transmission: f32,
+    pub diffuse_transmission_color: Option<Bound<'py, PyAny>>,
+    pub dispersion: f32,
+    pub attenuation_color: Option<Bound<'py, PyAny>>,
+    pub attenuation_distance: f32,
 }
 
 const MODELS: [(&str, Model); 5] = [
@@ -76,8 +98,59 @@ pub fn material(scene: &mut Scene, described: &Described) -> PyResult<Material> 
         double_sided: d.emission_two_sided,
         normal_texture: texture("normal_texture", &d.normal_texture, ColorSpace::Linear)?,
         alpha_mode,
+        layers: layers(&d.layers)?,
+        interior: interior(&d.layers)?,
         ..defaults
     })
+}
+
+fn layers(d: &LayersDescribed) -> PyResult<Layers> {
+    let mut l = Layers::default();
+    l.clearcoat.strength = share("clearcoat", d.clearcoat)?;
+    l.clearcoat.roughness = share("clearcoat_roughness", d.clearcoat_roughness)?;
+    l.sheen.color = unit_color("sheen_color", &d.sheen_color, glam::Vec3::ZERO)?;
+    l.sheen.roughness = share("sheen_roughness", d.sheen_roughness)?;
+    l.specular_color =
+        d.specular_color.as_ref().map_or(Ok(l.specular_color), |c| color("specular_color", c))?;
+    l.iridescence.strength = share("iridescence", d.iridescence)?;
+    l.iridescence.ior = at_least("iridescence_ior", d.iridescence_ior, 1.0)?;
+    l.iridescence.thickness = [at_least("iridescence_thickness", d.iridescence_thickness, 0.0)?; 2];
+    l.anisotropy.strength = share("anisotropy", d.anisotropy)?;
+    l.anisotropy.rotation = d.anisotropy_rotation;
+    l.diffuse_transmission.strength = share("diffuse_transmission", d.diffuse_transmission)?;
+    let through = &d.diffuse_transmission_color;
+    l.diffuse_transmission.color = unit_color("diffuse_transmission_color", through, glam::Vec3::ONE)?;
+    l.dispersion = at_least("dispersion", d.dispersion, 0.0)?;
+    if !d.anisotropy_rotation.is_finite() {
+        return Err(bad(format!("anisotropy_rotation: {} is no angle", d.anisotropy_rotation)));
+    }
+    Ok(l)
+}
+
+fn interior(d: &LayersDescribed) -> PyResult<Interior> {
+    if !(d.attenuation_distance > 0.0) {
+        return Err(bad(format!("attenuation_distance: {} is not positive", d.attenuation_distance)));
+    }
+    Ok(Interior {
+        attenuation_color: unit_color("attenuation_color", &d.attenuation_color, glam::Vec3::ONE)?,
+        attenuation_distance: d.attenuation_distance,
+    })
+}
+
+/// A colour whose channels are in `[0, 1]`.
+fn unit_color(name: &'static str, value: &Option<Bound<PyAny>>, default: glam::Vec3) -> PyResult<glam::Vec3> {
+    let Some(value) = value else { return Ok(default) };
+    let color = color(name, value)?;
+    color.to_array().into_iter().try_for_each(|c| share(name, c).map(drop))?;
+    Ok(color)
+}
+
+fn at_least(name: &str, value: f32, least: f32) -> PyResult<f32> {
+    if value >= least && value.is_finite() {
+        Ok(value)
+    } else {
+        Err(bad(format!("{name}: {value} is not a number of at least {least}")))
+    }
 }
 
 /// A number in `[0, 1]`.

@@ -6,13 +6,14 @@ use std::path::Path;
 use std::time::Instant;
 
 /// Name and text of every built-in scene; the first is what is rendered when nothing is named.
-const SCENES: [(&str, &str); 8] = [
+const SCENES: [(&str, &str); 9] = [
     ("three-spheres", include_str!("../../../scenes/three-spheres.toml")),
     ("cornell", include_str!("../../../scenes/cornell.toml")),
     ("material-grid", include_str!("../../../scenes/material-grid.toml")),
     ("glass", include_str!("../../../scenes/glass.toml")),
     ("model", include_str!("../../../scenes/model.toml")),
     ("lights", include_str!("../../../scenes/lights.toml")),
+    ("layers", include_str!("../../../scenes/layers.toml")),
     ("lanterns", include_str!("../../../scenes/lanterns.toml")),
     ("atrium", include_str!("../../../scenes/atrium.toml")),
 ];

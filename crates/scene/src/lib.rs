@@ -32,7 +32,10 @@ pub use environment::{Environment, Sky, Sun};
 pub use image::{ColorSpace, Filter, Image, Pixels, Sampler, Texture, TextureRef, UvTransform, Wrap};
 pub use light::{Light, LightKind};
 pub use load::{LoadError, LoadOptions, Loaded};
-pub use material::{AlphaMode, Checkerboard, Material, Model};
+pub use material::{
+    AlphaMode, Anisotropy, Checkerboard, Clearcoat, DiffuseTransmission, Interior, Iridescence, Layers,
+    Material, Model, Sheen,
+};
 pub use mesh::{Instance, Mesh, Part, Shape, Sphere, TriangleMesh};
 pub use report::{LoadReport, Note, Severity};
 pub use settings::{RenderDefaults, ToneMapper};

@@ -43,6 +43,187 @@ pub struct Checkerboard {
     pub fade: Option<Vec2>,
 }
 
+/// A clear coat of lacquer (`KHR_materials_clearcoat`), index of refraction 1.5.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Clearcoat {
+    /// Share of the surface that it covers, in `[0, 1]`.
+    pub strength: f32,
+    /// Linear texture: strength in R.
+    pub texture: Option<TextureRef>,
+    /// Perceptual roughness in `[0, 1]`.
+    pub roughness: f32,
+    /// Linear texture: roughness in G.
+    pub roughness_texture: Option<TextureRef>,
+    /// Tangent-space normal map of the coat; without one it lies smooth over the base's normal map.
+    pub normal_texture: Option<TextureRef>,
+    /// Scale of the normal map's x and y.
+    pub normal_scale: f32,
+}
+
+/// Fibres of a cloth (`KHR_materials_sheen`).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sheen {
+    /// Linear colour in `[0, 1]`; black is none.
+    pub color: Vec3,
+    /// sRGB texture multiplied into `color`.
+    pub color_texture: Option<TextureRef>,
+    /// Perceptual roughness in `[0, 1]`; less than 0.1 counts as that.
+    pub roughness: f32,
+    /// Linear texture: roughness in A.
+    pub roughness_texture: Option<TextureRef>,
+}
+
+/// A thin film whose colour depends on the angle (`KHR_materials_iridescence`).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Iridescence {
+    /// Share of the surface that it covers, in `[0, 1]`.
+    pub strength: f32,
+    /// Linear texture: strength in R.
+    pub texture: Option<TextureRef>,
+    /// Index of refraction of the film, ≥ 1.
+    pub ior: f32,
+    /// Thickness in nanometres where the texture is 0 and where it is 1; without a texture it is the second.
+    pub thickness: [f32; 2],
+    /// Linear texture: thickness in G.
+    pub thickness_texture: Option<TextureRef>,
+}
+
+impl Default for Iridescence {
+    fn default() -> Self {
+        Self { strength: 0.0, texture: None, ior: 1.3, thickness: [100.0, 400.0], thickness_texture: None }
+    }
+}
+
+/// Highlights that are longer in one direction (`KHR_materials_anisotropy`).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Anisotropy {
+    /// In `[0, 1]`; 0 is none.
+    pub strength: f32,
+    /// Direction of the longer axis, in radians counter-clockwise from the tangent.
+    pub rotation: f32,
+    /// Linear texture: direction in R and G, strength in B.
+    pub texture: Option<TextureRef>,
+}
+
+/// Diffuse light that leaves on the other side (`KHR_materials_diffuse_transmission`).
+#[derive(Clone, Debug, PartialEq)]
+pub struct DiffuseTransmission {
+    /// Share of the diffuse light, in `[0, 1]`.
+    pub strength: f32,
+    /// Linear texture: strength in A.
+    pub texture: Option<TextureRef>,
+    /// Linear colour in `[0, 1]`.
+    pub color: Vec3,
+    /// sRGB texture multiplied into `color`.
+    pub color_texture: Option<TextureRef>,
+}
+
+impl Default for DiffuseTransmission {
+    fn default() -> Self {
+        Self { strength: 0.0, texture: None, color: Vec3::ONE, color_texture: None }
+    }
+}
+
+/// What [`Model::MetallicRoughness`] and [`Model::Dielectric`] may have besides their base. Names and meanings are those
+/// of the glTF extensions; how the parts work together is told in `optics`, in `layered`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layers {
+    /// A coat of lacquer over everything else.
+    pub clearcoat: Clearcoat,
+    /// Fibres on the base.
+    pub sheen: Sheen,
+    /// A film on the base.
+    pub iridescence: Iridescence,
+    /// Stretched highlights of the base.
+    pub anisotropy: Anisotropy,
+    /// Light that shines through paper and leaves.
+    pub diffuse_transmission: DiffuseTransmission,
+    /// Linear texture multiplied into [`Material::specular`]: A.
+    pub specular_texture: Option<TextureRef>,
+    /// Linear colour of the dielectric's reflection at normal incidence, ≥ 0.
+    pub specular_color: Vec3,
+    /// sRGB texture multiplied into `specular_color`.
+    pub specular_color_texture: Option<TextureRef>,
+    /// Whether alpha of `specular_color_texture` is glossiness: it is multiplied into 1 − roughness
+    /// (`KHR_materials_pbrSpecularGlossiness`).
+    pub glossiness: bool,
+    /// Whether the dielectric reflects `specular_color` itself, whatever the index of refraction: an `ior` of 0 in
+    /// glTF.
+    pub specular_is_reflectance: bool,
+    /// 20 / Abbe number: how far the indices of refraction of blue and red are apart; 0 is not at all.
+    pub dispersion: f32,
+}
+
+impl Default for Layers {
+    fn default() -> Self {
+        Self {
+            clearcoat: Clearcoat::default(),
+            sheen: Sheen::default(),
+            iridescence: Iridescence::default(),
+            anisotropy: Anisotropy::default(),
+            diffuse_transmission: DiffuseTransmission::default(),
+            specular_texture: None,
+            specular_color: Vec3::ONE,
+            specular_color_texture: None,
+            glossiness: false,
+            specular_is_reflectance: false,
+            dispersion: 0.0,
+        }
+    }
+}
+
+impl Layers {
+    /// Whether they change anything, so that the material needs the layered model.
+    pub fn are_present(&self) -> bool {
+        self.clearcoat.strength > 0.0
+            || self.sheen.color.max_element() > 0.0
+            || self.iridescence.strength > 0.0
+            || self.anisotropy.strength > 0.0
+            || self.diffuse_transmission.strength > 0.0
+            || self.dispersion > 0.0
+            || self.specular_texture.is_some()
+            || self.specular_color_texture.is_some()
+            || self.specular_color != Vec3::ONE
+            || self.specular_is_reflectance
+    }
+
+    /// Whether a frame along the texture coordinates is needed.
+    pub fn need_tangents(&self) -> bool {
+        let coat = self.clearcoat.strength > 0.0 && self.clearcoat.normal_texture.is_some();
+        self.anisotropy.strength > 0.0 || coat
+    }
+}
+
+/// The medium inside of a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interior {
+    /// What is left of white light after `attenuation_distance`, linear, in `[0, 1]`.
+    pub attenuation_color: Vec3,
+    /// Metres; infinite: nothing is absorbed.
+    pub attenuation_distance: f32,
+}
+
+impl Default for Interior {
+    fn default() -> Self {
+        Self { attenuation_color: Vec3::ONE, attenuation_distance: f32::INFINITY }
+    }
+}
+
+impl Interior {
+    /// The absorption coefficient, m⁻¹: light falls to exp(−σ d) of itself over a distance d. At most
+    /// [`Interior::MOST_ABSORBING`], which is black at any scale.
+    pub fn absorption(&self) -> Vec3 {
+        if !(self.attenuation_distance.is_finite() && self.attenuation_distance > 0.0) {
+            return Vec3::ZERO;
+        }
+        let of = |c: f32| (-c.clamp(1e-20, 1.0).ln() / self.attenuation_distance).min(Self::MOST_ABSORBING);
+        Vec3::new(of(self.attenuation_color.x), of(self.attenuation_color.y), of(self.attenuation_color.z))
+    }
+
+    /// m⁻¹.
+    pub const MOST_ABSORBING: f32 = 1e9;
+}
+
 /// A material: its model, factors, and textures multiplied into them.
 #[derive(Clone, Debug)]
 pub struct Material {
@@ -83,6 +264,10 @@ pub struct Material {
     pub normal_texture: Option<TextureRef>,
     /// Scale of the normal map's x and y.
     pub normal_scale: f32,
+    /// What lies on the base, and what else it does than reflect, refract and shine: nothing by default.
+    pub layers: Layers,
+    /// What is inside of a body that light is refracted into: vacuum by default.
+    pub interior: Interior,
     /// Use of the alpha channel.
     pub alpha_mode: AlphaMode,
     /// Whether the back side is shaded. A single-sided surface is invisible from behind to no ray (it blocks light);
@@ -112,6 +297,8 @@ impl Default for Material {
             emission_two_sided: false,
             normal_texture: None,
             normal_scale: 1.0,
+            layers: Layers::default(),
+            interior: Interior::default(),
             alpha_mode: AlphaMode::Opaque,
             double_sided: false,
         }
@@ -119,8 +306,66 @@ impl Default for Material {
 }
 
 impl Material {
+    /// Whether light passes through the surface into a body behind it.
+    pub fn refracts_into_body(&self) -> bool {
+        let refracts = match self.model {
+            Model::Dielectric => true,
+            Model::MetallicRoughness => self.transmission > 0.0,
+            Model::Lambert | Model::Mirror | Model::Unlit => false,
+        };
+        refracts && !self.thin_walled
+    }
+
+    /// All textures that it may have.
+    pub fn textures_mut(&mut self) -> [&mut Option<TextureRef>; 17] {
+        let l = &mut self.layers;
+        [
+            &mut self.base_color_texture,
+            &mut self.normal_texture,
+            &mut self.metallic_roughness_texture,
+            &mut self.emission_texture,
+            &mut self.transmission_texture,
+            &mut l.clearcoat.texture,
+            &mut l.clearcoat.roughness_texture,
+            &mut l.clearcoat.normal_texture,
+            &mut l.sheen.color_texture,
+            &mut l.sheen.roughness_texture,
+            &mut l.iridescence.texture,
+            &mut l.iridescence.thickness_texture,
+            &mut l.anisotropy.texture,
+            &mut l.diffuse_transmission.texture,
+            &mut l.diffuse_transmission.color_texture,
+            &mut l.specular_texture,
+            &mut l.specular_color_texture,
+        ]
+    }
+
     /// Whether the surface emits light anywhere.
     pub fn is_emissive(&self) -> bool {
         self.emission.max_element() > 0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `KHR_materials_volume`: after the attenuation distance, white light has the attenuation colour.
+    #[test]
+    fn absorption_leaves_the_attenuation_color_after_its_distance() {
+        let color = Vec3::new(0.5, 0.1, 1.0);
+        let interior = Interior { attenuation_color: color, attenuation_distance: 0.25 };
+        let left = (-interior.absorption() * 0.25).exp();
+        assert!((left - color).length() < 1e-6, "{left}");
+        assert_eq!(Interior::default().absorption(), Vec3::ZERO);
+        let black = Interior { attenuation_color: Vec3::ZERO, attenuation_distance: 1e-30 };
+        assert_eq!(black.absorption(), Vec3::splat(Interior::MOST_ABSORBING));
+    }
+
+    #[test]
+    fn layers_that_do_nothing_are_not_there() {
+        assert!(!Layers::default().are_present());
+        let sheen = Sheen { color: Vec3::splat(0.1), ..Sheen::default() };
+        assert!(Layers { sheen, ..Layers::default() }.are_present());
     }
 }

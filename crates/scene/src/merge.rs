@@ -75,14 +75,7 @@ impl Offsets {
         }
         let moving = scene.animations.iter_mut().flat_map(|a| &mut a.materials).map(|m| &mut m.rest);
         for material in scene.materials.iter_mut().chain(moving) {
-            let textures = [
-                &mut material.base_color_texture,
-                &mut material.metallic_roughness_texture,
-                &mut material.transmission_texture,
-                &mut material.emission_texture,
-                &mut material.normal_texture,
-            ];
-            textures.into_iter().flatten().for_each(|t| t.texture += self.textures);
+            material.textures_mut().into_iter().flatten().for_each(|t| t.texture += self.textures);
         }
         scene.textures.iter_mut().for_each(|t| t.image += self.images);
         scene.animations.iter_mut().for_each(|animation| self.apply_to_animation(animation));
@@ -136,14 +129,8 @@ mod tests {
     /// A scene with one of everything, each referring to the one before.
     fn one_of_everything() -> Scene {
         let pixels = Pixels::Rgba8(vec![[0; 4]]);
-        let textured = Material {
-            base_color_texture: Some(TextureRef::new(0)),
-            metallic_roughness_texture: Some(TextureRef::new(0)),
-            transmission_texture: Some(TextureRef::new(0)),
-            emission_texture: Some(TextureRef::new(0)),
-            normal_texture: Some(TextureRef::new(0)),
-            ..Default::default()
-        };
+        let mut textured = Material::default();
+        textured.textures_mut().map(|t| *t = Some(TextureRef::new(0)));
         let mut instance = Instance::new("i", 0, Affine3A::IDENTITY);
         instance.materials = Some(vec![0]);
         let kind = LightKind::Point { position: Vec3::ZERO, intensity: Vec3::ONE };
@@ -169,14 +156,7 @@ mod tests {
         assert_eq!(scene.instances[1].mesh, 1);
         assert_eq!(scene.instances[1].materials, Some(vec![1]));
         assert_eq!(scene.textures[1].image, 1);
-        let m = &scene.materials[1];
-        let textures = [
-            m.base_color_texture,
-            m.metallic_roughness_texture,
-            m.transmission_texture,
-            m.emission_texture,
-            m.normal_texture,
-        ];
+        let textures = scene.materials[1].textures_mut();
         assert!(textures.iter().all(|t| t.is_some_and(|t| t.texture == 1)));
         assert_eq!(scene.instances[0].mesh, 0, "the first scene is left alone");
     }

@@ -17,7 +17,17 @@ fn every_scene_is_listed_and_described() {
     let names: Vec<_> = builtin::list().iter().map(|b| b.name).collect();
     assert_eq!(
         names,
-        ["three-spheres", "cornell", "material-grid", "glass", "model", "lights", "lanterns", "atrium"]
+        [
+            "three-spheres",
+            "cornell",
+            "material-grid",
+            "glass",
+            "model",
+            "lights",
+            "layers",
+            "lanterns",
+            "atrium"
+        ]
     );
     assert_eq!(builtin::DEFAULT, "three-spheres");
     for scene in builtin::list() {

@@ -60,6 +60,9 @@ pub struct RenderArgs {
     /// Go on without what the file requires but Alhazen does not know.
     #[arg(long)]
     lenient: bool,
+    /// Show one of the material variants that a glTF file has.
+    #[arg(long, value_name = "NAME")]
+    variant: Option<String>,
 
     /// Width in pixels.
     #[arg(long, help_heading = "Picture", value_parser = clap::value_parser!(u32).range(1..=65_536))]
@@ -275,7 +278,8 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         videos.is_empty() || !args.split.is_used(),
         "a video cannot be rendered in parts: render its frames"
     );
-    let options = LoadOptions { lenient: args.lenient, ..LoadOptions::default() };
+    let options =
+        LoadOptions { lenient: args.lenient, variant: args.variant.clone(), ..LoadOptions::default() };
     let mut loaded = super::load_scene(&args.scene, &args.parameters, &options)?;
     set_environment(args, &mut loaded, &options)?;
     if !args.quiet {

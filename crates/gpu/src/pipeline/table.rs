@@ -49,8 +49,12 @@ impl MaterialClass {
         }
         match material.model {
             ModelTag::Dielectric => Self::Dielectric,
-            ModelTag::MetallicRoughness if material.transmission > 0.0 => Self::Dielectric,
-            ModelTag::MetallicRoughness | ModelTag::Lambert | ModelTag::Mirror => Self::Reflecting,
+            ModelTag::MetallicRoughness | ModelTag::Layered if material.transmission > 0.0 => {
+                Self::Dielectric
+            }
+            ModelTag::MetallicRoughness | ModelTag::Layered | ModelTag::Lambert | ModelTag::Mirror => {
+                Self::Reflecting
+            }
             // Unlit surfaces show their base colour as if they emitted it.
             ModelTag::Unlit => Self::Emissive,
         }

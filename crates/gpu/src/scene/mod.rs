@@ -79,7 +79,7 @@ impl GpuScene {
             )?,
             instances: storage_buffer(gpu, "instances", &records::instances(&tables), none)?,
             bindings: storage_buffer(gpu, "geometry bindings", &records::bindings(&tables, &words), none)?,
-            materials: storage_buffer(gpu, "materials", &records::materials(&tables), none)?,
+            materials: storage_buffer(gpu, "materials", &records::materials(&tables, &words), none)?,
             lights: storage_buffer(gpu, "lights", &records::lights(&tables, &words), none)?,
             vertices: storage_buffer(gpu, "vertices", &records::vertices(&tables), input)?,
             words: storage_buffer(gpu, "vertex indices and attributes", &words.data, input)?,
@@ -110,6 +110,8 @@ impl GpuScene {
     pub fn variant(&self) -> Variant {
         Variant {
             alpha: self.tables.has_alpha,
+            layers: !self.tables.layers.is_empty(),
+            absorption: self.tables.has_absorption(),
             images: self.places.slots(),
             light_tree: !self.tables.light_tree.is_empty(),
             ..Variant::default()
@@ -138,7 +140,11 @@ fn scene_info(tables: &SceneTables, words: &Words, places: &TexelPlaces) -> Scen
         row_alias: words.row_alias,
         texel_width_log2: places.folding().map_or(0, |l| l.width_log2),
         texel_height: places.folding().map_or(1, |l| l.height),
+        sheen_albedo: words.sheen_albedo,
         light_tree: words.light_tree,
+        padding0: 0,
+        padding1: 0,
+        padding2: 0,
     }
 }
 

@@ -4,9 +4,10 @@
 
 use super::texels::{ImagePlace, images};
 use bytemuck::{Pod, Zeroable};
+use optics::albedo::SheenAlbedo;
 use scene::tables::{
-    GeometryKind, GeometryRecord, InstanceRecord, LightRecord as TableLight, MaterialRecord, NONE,
-    SceneTables,
+    GeometryKind, GeometryRecord, InstanceRecord, LAYER_SLOTS, LAYERS_GLOSSINESS, LayerSlot, LayersRecord,
+    LightRecord as TableLight, MaterialRecord, NONE, SceneTables,
 };
 use scene::{Filter, Wrap};
 
@@ -22,7 +23,7 @@ pub const BINDING_NORMALS: u32 = 2;
 pub const BINDING_UV0: u32 = 4;
 /// Set where rays may pass through the surface by its alpha.
 pub const BINDING_ALPHA: u32 = 8;
-/// Set where a material emits; the bits below are the scene's own.
+/// Set where a material emits; the other bits are the scene's own.
 pub const MATERIAL_EMISSIVE: u32 = 64;
 
 const TEXTURE_UV1: u32 = 1;
@@ -50,7 +51,11 @@ pub struct SceneInfo {
     pub row_alias: u32,
     pub texel_width_log2: u32,
     pub texel_height: u32,
+    pub sheen_albedo: u32,
     pub light_tree: u32,
+    pub padding0: u32,
+    pub padding1: u32,
+    pub padding2: u32,
 }
 
 /// A bottom-level structure placed in the world.
@@ -130,7 +135,79 @@ pub struct Material {
     pub checkerboard_fade: [f32; 2],
     pub padding0: u32,
     pub padding1: u32,
+    pub absorption: [f32; 3],
+    pub layers: u32,
     pub textures: [TextureUse; 5],
+}
+
+/// The layers of a material, in `words`; see [`scene::tables::LayersRecord`] for the fields.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Layers {
+    pub specular_color: [f32; 3],
+    pub reflectance_ior: f32,
+    pub coat: f32,
+    pub coat_roughness: f32,
+    pub coat_normal_scale: f32,
+    pub dispersion: f32,
+    pub sheen_color: [f32; 3],
+    pub sheen_roughness: f32,
+    pub iridescence: f32,
+    pub film_ior: f32,
+    pub film_thickness: [f32; 2],
+    pub anisotropy: f32,
+    pub anisotropy_direction: [f32; 2],
+    pub flags: u32,
+    pub diffuse_transmission: f32,
+    pub diffuse_transmission_color: [f32; 3],
+    pub textures: [TextureUse; LAYER_SLOTS],
+}
+
+/// Names that shaders have for the places of the fields, and of slots, with their values in words.
+pub fn layer_constants() -> impl Iterator<Item = (&'static str, u32)> {
+    macro_rules! places {
+        ($($name:literal: $field:ident),* $(,)?) => {
+            [$(($name, (std::mem::offset_of!(Layers, $field) / 4) as u32)),*]
+        };
+    }
+    let fields = places! {
+        "LAYERS_SPECULAR_COLOR": specular_color,
+        "LAYERS_REFLECTANCE_IOR": reflectance_ior,
+        "LAYERS_COAT": coat,
+        "LAYERS_COAT_ROUGHNESS": coat_roughness,
+        "LAYERS_COAT_NORMAL_SCALE": coat_normal_scale,
+        "LAYERS_DISPERSION": dispersion,
+        "LAYERS_SHEEN_COLOR": sheen_color,
+        "LAYERS_SHEEN_ROUGHNESS": sheen_roughness,
+        "LAYERS_IRIDESCENCE": iridescence,
+        "LAYERS_FILM_IOR": film_ior,
+        "LAYERS_FILM_THICKNESS": film_thickness,
+        "LAYERS_ANISOTROPY": anisotropy,
+        "LAYERS_ANISOTROPY_DIRECTION": anisotropy_direction,
+        "LAYERS_FLAGS": flags,
+        "LAYERS_DIFFUSE_TRANSMISSION": diffuse_transmission,
+        "LAYERS_DIFFUSE_TRANSMISSION_COLOR": diffuse_transmission_color,
+        "LAYERS_TEXTURES": textures,
+    };
+    let others = [
+        ("LAYERS_TEXTURE_WORDS", (size_of::<TextureUse>() / 4) as u32),
+        ("LAYERS_GLOSSINESS", LAYERS_GLOSSINESS),
+        ("LAYER_SLOT_COAT", LayerSlot::Coat as u32),
+        ("LAYER_SLOT_COAT_ROUGHNESS", LayerSlot::CoatRoughness as u32),
+        ("LAYER_SLOT_COAT_NORMAL", LayerSlot::CoatNormal as u32),
+        ("LAYER_SLOT_SHEEN_COLOR", LayerSlot::SheenColor as u32),
+        ("LAYER_SLOT_SHEEN_ROUGHNESS", LayerSlot::SheenRoughness as u32),
+        ("LAYER_SLOT_IRIDESCENCE", LayerSlot::Iridescence as u32),
+        ("LAYER_SLOT_FILM_THICKNESS", LayerSlot::FilmThickness as u32),
+        ("LAYER_SLOT_ANISOTROPY", LayerSlot::Anisotropy as u32),
+        ("LAYER_SLOT_DIFFUSE_TRANSMISSION", LayerSlot::DiffuseTransmission as u32),
+        ("LAYER_SLOT_DIFFUSE_TRANSMISSION_COLOR", LayerSlot::DiffuseTransmissionColor as u32),
+        ("LAYER_SLOT_SPECULAR", LayerSlot::Specular as u32),
+        ("LAYER_SLOT_SPECULAR_COLOR", LayerSlot::SpecularColor as u32),
+        ("SHEEN_ALBEDO_WIDTH", SheenAlbedo::SIZE[0] as u32),
+        ("SHEEN_ALBEDO_HEIGHT", SheenAlbedo::SIZE[1] as u32),
+    ];
+    fields.into_iter().chain(others)
 }
 
 /// A light and its slot of the alias table that chooses among lights.
@@ -167,6 +244,8 @@ pub(super) struct Words {
     pub disc_count: u32,
     pub row_alias: u32,
     pub light_tree: u32,
+    layers: u32,
+    pub sheen_albedo: u32,
 }
 
 impl Words {
@@ -177,7 +256,7 @@ impl Words {
         words.tangents = words.append(bytemuck::cast_slice(&tables.tangents));
         words.uv1 = words.append(bytemuck::cast_slice(&tables.uv1));
         words.colors = words.append(bytemuck::cast_slice(&tables.colors));
-        words.append_lights(tables);
+        words.append_changeable(tables);
         words
     }
 
@@ -186,14 +265,14 @@ impl Words {
         Self { data: Vec::new(), ..*self }
     }
 
-    /// The words of lights for other lights of the same geometry.
-    pub fn with_lights(&self, tables: &SceneTables) -> Self {
+    /// The words of other lights and layers for the same geometry.
+    pub fn with_changes(&self, tables: &SceneTables) -> Self {
         let mut words = Self { data: Vec::new(), first: self.light_uvs, ..*self };
-        words.append_lights(tables);
+        words.append_changeable(tables);
         words
     }
 
-    fn append_lights(&mut self, tables: &SceneTables) {
+    fn append_changeable(&mut self, tables: &SceneTables) {
         self.light_uvs = self.first + self.data.len() as u32;
         for light in tables.lights.iter().filter(|l| l.textured_material != NONE) {
             self.append(bytemuck::cast_slice(&light.uv));
@@ -209,6 +288,15 @@ impl Words {
         self.light_tree = self.append(&[tree.probability.to_bits()]);
         self.append(&tree.trails);
         self.append(bytemuck::cast_slice(&tree.nodes));
+        if !tables.layers.is_empty() {
+            self.sheen_albedo = self.append(bytemuck::cast_slice(SheenAlbedo::shared().texels()));
+            self.layers = self.append(bytemuck::cast_slice(&layers(tables)));
+        }
+    }
+
+    /// Where the layers of a material begin.
+    fn layers_of(&self, m: &MaterialRecord) -> u32 {
+        if m.layers == NONE { NONE } else { self.layers + m.layers * (size_of::<Layers>() / 4) as u32 }
     }
 
     /// Appends a part; returns where it begins.
@@ -299,9 +387,35 @@ pub(super) fn vertices(tables: &SceneTables) -> Vec<Vertex> {
 }
 
 /// All materials.
-pub(super) fn materials(tables: &SceneTables) -> Vec<Material> {
+pub(super) fn materials(tables: &SceneTables, words: &Words) -> Vec<Material> {
     let images = images(tables);
-    tables.materials.iter().map(|m| material(tables, &images, m)).collect()
+    let record = |m| Material { layers: words.layers_of(m), ..material(tables, &images, m) };
+    tables.materials.iter().map(record).collect()
+}
+
+/// All layers.
+fn layers(tables: &SceneTables) -> Vec<Layers> {
+    let images = images(tables);
+    let record = |l: &LayersRecord| Layers {
+        specular_color: l.specular_color,
+        reflectance_ior: l.reflectance_ior,
+        coat: l.coat,
+        coat_roughness: l.coat_roughness,
+        coat_normal_scale: l.coat_normal_scale,
+        dispersion: l.dispersion,
+        sheen_color: l.sheen_color,
+        sheen_roughness: l.sheen_roughness,
+        iridescence: l.iridescence,
+        film_ior: l.film_ior,
+        film_thickness: l.film_thickness,
+        anisotropy: l.anisotropy,
+        anisotropy_direction: l.anisotropy_direction,
+        flags: l.flags,
+        diffuse_transmission: l.diffuse_transmission,
+        diffuse_transmission_color: l.diffuse_transmission_color,
+        textures: l.slots.map(|slot| texture_use(tables, &images, slot)),
+    };
+    tables.layers.iter().map(record).collect()
 }
 
 fn material(tables: &SceneTables, images: &[ImagePlace], m: &MaterialRecord) -> Material {
@@ -323,6 +437,7 @@ fn material(tables: &SceneTables, images: &[ImagePlace], m: &MaterialRecord) -> 
         checkerboard_scale: m.checkerboard_scale,
         checkerboard_odd: m.checkerboard_colors[1],
         checkerboard_fade: m.checkerboard_fade,
+        absorption: m.absorption,
         textures: slots.map(|slot| texture_use(tables, images, slot)),
         ..Material::default()
     }
@@ -407,7 +522,11 @@ mod tests {
                 row_alias,
                 texel_width_log2,
                 texel_height,
+                sheen_albedo,
                 light_tree,
+                padding0,
+                padding1,
+                padding2,
             }
         );
         assert_layout!(
@@ -457,6 +576,8 @@ mod tests {
                 checkerboard_fade,
                 padding0,
                 padding1,
+                absorption,
+                layers,
                 textures,
             }
         );

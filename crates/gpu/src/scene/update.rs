@@ -63,12 +63,12 @@ impl GpuScene {
     ) -> Result<bool, GpuError> {
         let has_image = |t: &SceneTables| t.environment.width > 0;
         let image_changes = changes.environment && (has_image(tables) || has_image(&self.tables));
-        let words = self.words.with_lights(tables);
+        let words = self.words.with_changes(tables);
         let first_word = u64::from(words.first) * 4;
         let info = [scene_info(tables, &words, &self.places)];
         let instances = records::instances(tables);
         let bindings = records::bindings(tables, &words);
-        let materials = records::materials(tables);
+        let materials = records::materials(tables, &words);
         let lights = records::lights(tables, &words);
         let b = &self.buffers;
         let all_fit = fits(&b.words, first_word, &words.data)
@@ -92,6 +92,8 @@ impl GpuScene {
         // Lights have places and moments of their own where instances shine.
         if changes.lights || changes.environment || changes.transforms {
             writes.push((&b.lights, 0, bytemuck::cast_slice(&lights)));
+        }
+        if !changes.is_empty() {
             writes.push((&b.words, first_word, bytemuck::cast_slice(&words.data)));
         }
         ring.write(gpu, &writes)?;

@@ -66,6 +66,10 @@ fn arrive(
     shadow: ptr<function, ShadowRay>,
 ) -> bool {
     (*path).length += t;
+    if SCENE_ABSORBS && !s.front {
+        // The far side of a body tells what the light has come through.
+        (*path).state.throughput *= transmittance(materials[s.material].absorption, t);
+    }
     let footprint = view.pixel_spread * (*path).length;
     if !(SPLITS_PATHS && branch > 0u) {
         let emitted = surface_emission(s, footprint);
@@ -91,37 +95,38 @@ fn scatter(path: ptr<function, Path>, s: Surface, footprint: f32, shadow: ptr<fu
     // Numbers are drawn only where something depends on them.
     let pair = PAIRS_BEFORE_VERTICES + PAIRS_PER_VERTEX * ((*path).state.depth - 1u);
     var u_model = 0.0;
-    if mixes_models(s.material) {
+    if wants_model_number(s.material) {
         u_model = sample_2d(sampler, pair + PAIR_MODEL).x;
     }
-    let bsdf = surface_bsdf(s, footprint, u_model, view.single_scatter != 0u);
-    if bsdf.kind == BSDF_NONE {
+    let throughput = (*path).state.throughput;
+    let bsdf = surface_scattering(s, footprint, throughput, u_model, view.single_scatter != 0u);
+    if !scatters(bsdf) {
         return false;
     }
-    let frame = frame_from_normal(s.shading_normal);
+    let frame = scattering_frame(bsdf, s);
     let wo = to_local(frame, s.wo);
-    if bsdf_has_smooth_part(bsdf) && scene.light_count > 0u {
+    if scattering_has_smooth_part(bsdf) && scene.light_count > 0u {
         if LIGHT_TREE {
             (*path).receiver = ALL_SIDES;
-            if !bsdf_transmits(bsdf) {
-                (*path).receiver = octahedral_encode(s.shading_normal);
+            if !scattering_transmits(bsdf) {
+                (*path).receiver = octahedral_encode(frame.normal);
             }
         }
         let light = sample_light(s.position, (*path).receiver, sample_2d(sampler, pair + PAIR_LIGHT));
         *shadow = light_shadow_ray(*path, s, frame, bsdf, wo, light);
     }
     var u_lobe = vec2f(0.0);
-    if (*path).state.depth + 1u >= view.roulette_start || bsdf_has_lobes(bsdf) {
+    if (*path).state.depth + 1u >= view.roulette_start || scattering_has_lobes(bsdf) {
         u_lobe = sample_2d(sampler, pair + PAIR_LOBE);
     }
-    let next = bsdf_sample(bsdf, wo, u_lobe.x, sample_2d(sampler, pair + PAIR_BSDF));
+    let next = scattering_sample(bsdf, wo, u_lobe.x, sample_2d(sampler, pair + PAIR_BSDF));
     let wi = to_world(frame, next.wi);
     let above = dot(wi, s.normal) > 0.0;
     // Between shading and geometric normal there are directions that would leak through the surface.
     if next.pdf <= 0.0 || above == next.transmitted {
         return false;
     }
-    (*path).state = path_scatter((*path).state, next, bsdf.eta);
+    (*path).state = path_scatter((*path).state, next, scattering_eta(bsdf));
     let survival = roulette_survival((*path).state, view.roulette_start, view.roulette_min_survival);
     if u_lobe.y >= survival {
         return false;
@@ -133,13 +138,20 @@ fn scatter(path: ptr<function, Path>, s: Surface, footprint: f32, shadow: ptr<fu
 }
 
 /// The question whether a light sample counts; none if it cannot contribute.
-fn light_shadow_ray(path: Path, s: Surface, frame: Frame, bsdf: Bsdf, wo: vec3f, light: LightSample) -> ShadowRay {
+fn light_shadow_ray(
+    path: Path,
+    s: Surface,
+    frame: Frame,
+    bsdf: Scattering,
+    wo: vec3f,
+    light: LightSample,
+) -> ShadowRay {
     let above = dot(light.wi, s.normal) > 0.0;
     let wi = to_local(frame, light.wi);
-    if light.pdf <= 0.0 || !(above || bsdf_transmits(bsdf)) || above != (wi.z > 0.0) {
+    if light.pdf <= 0.0 || !(above || scattering_transmits(bsdf)) || above != (wi.z > 0.0) {
         return no_shadow_ray();
     }
-    let value = bsdf_eval(bsdf, wo, wi);
+    let value = scattering_eval(bsdf, wo, wi);
     let contribution =
         path_light_contribution(path.state.throughput, value, light.radiance, light.pdf, light.delta);
     return shadow_ray(s, light, above, path_salt(path), contribution);

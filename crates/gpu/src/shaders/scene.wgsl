@@ -47,8 +47,13 @@ struct SceneInfo {
     /// log₂ of the width of a layer of `texels`, and its height.
     texel_width_log2: u32,
     texel_height: u32,
+    /// Where the directional albedo of sheen begins, in `words`; only in scenes with layers.
+    sheen_albedo: u32,
     /// Where the tree of lights begins, in `words`: the probability of choosing from it, the lights' trails, its nodes.
     light_tree: u32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32,
 }
 
 const INSTANCE_IDENTITY: u32 = 1u;
@@ -162,6 +167,10 @@ struct Material {
     checkerboard_fade: vec2f,
     padding0: u32,
     padding1: u32,
+    /// Absorption coefficient of what is inside, m⁻¹.
+    absorption: vec3f,
+    /// Where the layers begin, in `words`; NONE if there are none.
+    layers: u32,
     textures: array<TextureUse, 5>,
 }
 

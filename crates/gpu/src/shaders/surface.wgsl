@@ -41,6 +41,9 @@ struct Surface {
     object: u32,
     /// Number of the primitive in its geometry.
     primitive: u32,
+    /// The shading normal without the normal map, and the frame along the texture coordinates: what layers need. Only set
+    /// if SCENE_HAS_LAYERS.
+    layer_frame: Frame,
 }
 
 /// What a primitive knows of a point on it, before the viewer's side and the normal map count.
@@ -110,7 +113,8 @@ fn triangle_point(binding: Binding, instance_index: u32, primitive: u32, barycen
     var point: SurfacePoint;
     point.pattern_position = local.xz;
     var tangent = vec4f(0.0);
-    let needs_tangent = materials[binding.material].textures[SLOT_NORMAL].first_texel != NONE;
+    let needs_tangent = materials[binding.material].textures[SLOT_NORMAL].first_texel != NONE
+        || (SCENE_HAS_LAYERS && (materials[binding.material].flags & MATERIAL_TANGENTS) != 0u);
     if binding.first_tangent != NONE && needs_tangent {
         tangent = triangle_words4(binding.first_tangent, corners, weights);
         point.handedness = select(1.0, -1.0, tangent.w < 0.0);
@@ -180,6 +184,17 @@ fn sphere_point(binding: Binding, instance_index: u32, primitive: u32, world: ve
     return point;
 }
 
+/// The frame of a tangent-space map about `normal`, which is on the viewer's side.
+fn tangent_frame(point: SurfacePoint, normal: vec3f, side: f32) -> Frame {
+    var frame = frame_from_normal(normal);
+    if point.handedness != 0.0 {
+        frame = frame_from_tangent(normal, point.tangent);
+        // The map's y belongs to the front's bitangent; seen from behind the frame's normal is turned.
+        frame.bitangent *= point.handedness * side;
+    }
+    return frame;
+}
+
 /// The shading normal on the viewer's side, with the normal map applied and bent so that nothing reflects into the
 /// surface. `normal`: the geometric one on that side; `side`: 1 at the front, −1 at the back.
 fn mapped_normal(material: u32, point: SurfacePoint, wo: vec3f, normal: vec3f, side: f32) -> vec3f {
@@ -187,13 +202,7 @@ fn mapped_normal(material: u32, point: SurfacePoint, wo: vec3f, normal: vec3f, s
     let use_ = materials[material].textures[SLOT_NORMAL];
     if use_.first_texel != NONE {
         let stored = sample_texture(use_, point.coords);
-        var frame = frame_from_normal(shading);
-        if point.handedness != 0.0 {
-            frame = frame_from_tangent(shading, point.tangent);
-            // The map's y belongs to the front's bitangent; seen from behind the frame's normal is turned.
-            frame.bitangent *= point.handedness * side;
-        }
-        shading = map_normal(frame, stored.rgb, materials[material].normal_scale);
+        shading = map_normal(tangent_frame(point, shading, side), stored.rgb, materials[material].normal_scale);
     } else if !point.smooth_shaded {
         return normal;
     }
@@ -220,6 +229,13 @@ fn surface_at(origin: vec3f, direction: vec3f, hit: Hit) -> Surface {
     s.normal = normal;
     s.front = front;
     s.shading_normal = mapped_normal(binding.material, point, wo, normal, side);
+    if SCENE_HAS_LAYERS {
+        var layer_normal = normal;
+        if point.smooth_shaded {
+            layer_normal = bend_normal(wo, normal, point.shading * side);
+        }
+        s.layer_frame = tangent_frame(point, layer_normal, side);
+    }
     s.material = binding.material;
     s.wo = wo;
     s.light = select(binding.first_light + primitive, NONE, binding.first_light == NONE);

@@ -8,11 +8,13 @@ use optics::frame::{Frame, frame_from_normal};
 use optics::ggx::MIN_ALPHA;
 use optics::glossy::{MetallicRoughness, lambert_bsdf, metallic_roughness_bsdf, mirror_bsdf};
 use optics::intersect::{RayShear, ray_shear};
+use optics::layered::{Layered, LayeredAlbedos, LayeredParameters, layered_bsdf};
 use optics::light::Light;
 use optics::light_tree::{ALL_SIDES, LightBounds, octahedral_encode};
 use optics::path::PathState;
 use optics::random::PixelSampler;
 use optics::scatter::{Bsdf, BsdfSample, BsdfValue, black_bsdf};
+use optics::sheen::MIN_SHEEN_ALPHA;
 use optics::{Vec2f, Vec3f, vec2f, vec3f};
 use testkit::Random;
 
@@ -301,6 +303,79 @@ pub fn material(i: &mut Inputs) -> MetallicRoughness {
         specular: share(i),
         ior: ior(i),
     }
+}
+
+/// GGX widths along two directions.
+pub fn widths(i: &mut Inputs) -> Vec2f {
+    vec2f(alpha(i), alpha(i))
+}
+
+/// Width of a sheen.
+pub fn sheen_width(i: &mut Inputs) -> f32 {
+    i.edge(&[MIN_SHEEN_ALPHA, 1.0]).unwrap_or_else(|| i.between(0.05, 1.0))
+}
+
+/// Nanometres.
+pub fn path_difference(i: &mut Inputs) -> f32 {
+    i.edge(&[0.0]).unwrap_or_else(|| i.between(0.0, 4000.0))
+}
+
+/// Half turns.
+pub fn phases(i: &mut Inputs) -> Vec3f {
+    let mut phase = || i.below(3) as f32;
+    vec3f(phase(), phase(), phase())
+}
+
+/// Nanometres.
+pub fn film_thickness(i: &mut Inputs) -> f32 {
+    i.edge(&[0.0, 0.01, 400.0]).unwrap_or_else(|| i.between(0.0, 1000.0))
+}
+
+/// A unit vector below the surface of its frame.
+pub fn lower(i: &mut Inputs) -> Vec3f {
+    let d = upper(i);
+    vec3f(d.x, d.y, -d.z)
+}
+
+/// A layered material at a point; roughnesses are wide enough for half vectors to be exact.
+pub fn layers(i: &mut Inputs) -> LayeredParameters {
+    LayeredParameters {
+        base_color: albedo(i),
+        metallic: share(i),
+        roughness: i.between(0.2, 1.0),
+        specular: share(i),
+        specular_color: albedo(i),
+        ior: i.edge(&[0.0]).unwrap_or_else(|| i.between(1.0, 2.5)),
+        anisotropy: share(i),
+        transmission: share(i),
+        diffuse_transmission: share(i),
+        diffuse_transmission_color: albedo(i),
+        sheen_color: albedo(i),
+        sheen_roughness: i.between(0.2, 1.0),
+        coat: share(i),
+        coat_roughness: i.between(0.2, 1.0),
+        coat_normal: i.edge(&[vec3f(0.0, 0.0, 1.0)]).unwrap_or_else(|| vec3f(0.28, 0.0, 0.96)),
+        iridescence: share(i),
+        film_ior: ior(i),
+        film_thickness: film_thickness(i),
+        eta: eta(i),
+        thin: flag(i),
+        inside: flag(i),
+    }
+}
+
+pub fn layer_albedos(i: &mut Inputs) -> LayeredAlbedos {
+    LayeredAlbedos {
+        base: ggx_albedo(i),
+        coat: ggx_albedo(i),
+        sheen: i.between(0.0, 1.1),
+        whole_interface: i.between(0.5, 1.0),
+    }
+}
+
+/// A prepared surface with layers.
+pub fn layered(i: &mut Inputs) -> Layered {
+    layered_bsdf(layers(i), layer_albedos(i), upper(i), albedo(i), flag(i))
 }
 
 /// A pair as the albedo table holds them.

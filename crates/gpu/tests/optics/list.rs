@@ -59,6 +59,22 @@ const STEPS: Tolerance = Tolerance {
     ..ROUNDING
 };
 
+/// Powers of powers, and of what cancels.
+const FIBRES: Tolerance = Tolerance {
+    absolute: 1e-4,
+    relative: 2e-3,
+    exceptions: 0.005,
+    why: "a high power of a sine near 1 magnifies what rounding makes of it, and Vulkan's powers are not exact",
+};
+
+/// Waves, and reflectances that are solved for where they are nearly 1.
+const INTERFERENCE: Tolerance = Tolerance {
+    absolute: 2e-3,
+    relative: 2e-3,
+    exceptions: 0.01,
+    why: "films hundreds of waves thick magnify rounding, grazing angles divide by next to nothing, and phases jump",
+};
+
 /// A function of the optics, and one input of it as words with the result in Rust.
 pub struct Function {
     /// Its name, in Rust and in WGSL.
@@ -99,6 +115,7 @@ functions! {
     math::pow5(x: signed_cosine) within ROUNDING;
     math::safe_sqrt(x: real) within ROUNDING;
     math::max_component(v: signed_color) within EXACT;
+    math::mean_component(v: signed_color) within CANCELLING;
     math::luminance(c: signed_color) within ROUNDING;
     math::cos_sin_turns(turns: turns) within ROUNDING;
     math::is_finite(x: anything) within EXACT;
@@ -190,6 +207,56 @@ functions! {
     dielectric::thin_dielectric_eval(b: thin_dielectric, wo: upper, wi: direction) within GRAZING;
     dielectric::thin_dielectric_sample(b: thin_dielectric, wo: upper, u_lobe: unit, u: unit2) within GRAZING;
     dielectric::rough_dielectric_albedo_sample(cos_theta: cosine, alpha: alpha, eta: eta, u: unit2) within GRAZING;
+    // surface/anisotropic.rs
+    anisotropic::anisotropic_widths(roughness: share, strength: share) within ROUNDING;
+    anisotropic::anisotropic_d(h: upper, widths: widths) within ROUNDING;
+    anisotropic::stretched_length(w: upper, widths: widths) within ROUNDING;
+    anisotropic::anisotropic_g1_over_2cos(w: upper, widths: widths) within ROUNDING;
+    anisotropic::anisotropic_sample_reflection_half(wo: upper, widths: widths, u: unit2) within GRAZING;
+    anisotropic::anisotropic_sample_visible_half(wo: upper, widths: widths, u: unit2) within GRAZING;
+    anisotropic::anisotropic_cap_half(wo_std: upper, widths: widths, lower: signed_cosine, u: unit2) within GRAZING;
+    anisotropic::anisotropic_reflection_pdf(wo: upper, h: upper, widths: widths) within ROUNDING;
+    anisotropic::anisotropic_visible_half_pdf(wo: upper, h: upper, widths: widths) within ROUNDING;
+    // surface/sheen.rs
+    sheen::sheen_alpha(roughness: share) within ROUNDING;
+    sheen::charlie_d(cos_half: cosine, alpha: sheen_width) within FIBRES;
+    sheen::charlie_curve(x: share, alpha: sheen_width) within POWERS;
+    sheen::charlie_lambda(cos_theta: cosine, alpha: sheen_width) within FIBRES;
+    sheen::sheen_lobe(wo: upper, wi: upper, alpha: sheen_width) within FIBRES;
+    sheen::sample_sheen(u: unit2) within ROUNDING;
+    sheen::pdf_sheen() within EXACT;
+    sheen::sheen_albedo_coordinates(cos_theta: cosine, roughness: share) within ROUNDING;
+    sheen::sheen_albedo_sample(cos_theta: cosine, roughness: share, u: unit2) within FIBRES;
+    // surface/iridescence.rs
+    iridescence::interference_color(path_difference: path_difference, shift: phases) within INTERFERENCE;
+    iridescence::schlick(f0: share, cos_theta: cosine) within ROUNDING;
+    iridescence::base_reflectance_in_film(f0: share, film_ior: ior) within CANCELLING;
+    iridescence::base_phase(f0: share, film_ior: ior) within CANCELLING;
+    iridescence::iridescent_fresnel(cos_theta: cosine, film_ior: ior, thickness: film_thickness, f0: albedo) within INTERFERENCE;
+    iridescence::schlick_to_f0(reflectance: share, cos_theta: cosine) within GRAZING;
+    // surface/layered.rs
+    layered::lost_share(albedo: ggx_albedo, single_scatter: flag) within ROUNDING;
+    layered::interface_compensation(albedo: share, eta: eta) within CANCELLING;
+    layered::interface_albedo(e: layer_albedos, eta: eta, f0: share, f90: share) within GRAZING;
+    layered::dielectric_f0(m: layers, cos_theta: cosine) within INTERFERENCE;
+    layered::film_f0(m: layers, f0: albedo, cos_theta: cosine) within INTERFERENCE;
+    layered::layered_bsdf(m: layers, e: layer_albedos, wo: upper, refraction_tint: albedo, single_scatter: flag) within INTERFERENCE;
+    layered::no_layers() within EXACT;
+    layered::refraction_schlick(cos_theta: cosine, eta: eta) within GRAZING;
+    layered::anisotropy_axis(f: frame, rotation: point2, texel: share2) within CANCELLING;
+    layered::choose_dispersed(dispersion: size, ior: ior, throughput: albedo, u: unit) within GRAZING;
+    // surface/lobes.rs
+    lobes::layered_transmits(b: layered) within EXACT;
+    lobes::layered_eval(b: layered, wo: upper, wi: direction) within GRAZING;
+    lobes::lobes_above(b: layered, wo: upper, wi: upper) within GRAZING;
+    lobes::anisotropic_lobe(wo: upper, wi: upper, h: upper, widths: widths) within ROUNDING;
+    lobes::coat_lobe(b: layered, wo: upper, wi: upper, h: upper) within GRAZING;
+    lobes::lobes_below(b: layered, wo: upper, wi: lower) within GRAZING;
+    lobes::passing_share(b: layered, cos_theta: cosine) within GRAZING;
+    lobes::refracted_lobe(b: layered, wo: upper, wi: lower) within GRAZING;
+    lobes::layered_sample(b: layered, wo: upper, u_lobe: unit, u: unit2) within GRAZING;
+    lobes::sample_lobe(b: layered, wo: upper, u_lobe: unit, u: unit2) within GRAZING;
+    lobes::sample_refracted(b: layered, wo: upper, u: unit2) within GRAZING;
     // surface/bsdf.rs
     bsdf::bsdf_sample(b: bsdf, wo: upper, u_lobe: unit, u: unit2) within GRAZING;
     bsdf::bsdf_eval(b: bsdf, wo: upper, wi: direction) within GRAZING;
@@ -233,6 +300,8 @@ functions! {
     light_tree::cos_emission_decode(code: bits) within ROUNDING;
     light_tree::light_bounds(low: point, high: far_point, intensity: positive, axis: octahedral, cosines: bits, link: bits) within ROUNDING;
     light_tree::refill(remainder: unit, probability: share, rest: unit) within STEPS;
+    // transport/medium.rs
+    medium::transmittance(absorption: albedo, distance: size) within POWERS;
     // transport/path.rs
     path::path_start() within EXACT;
     path::path_add_emission(path: path, emitted: radiance, light_pdf: density) within ROUNDING;

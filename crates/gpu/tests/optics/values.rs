@@ -84,6 +84,18 @@ structures! {
     BsdfSample in scatter { wi, weight, pdf, delta, transmitted }
     BsdfValue in scatter { value_cos, pdf }
     MetallicRoughness in glossy { base_color, metallic, roughness, specular, ior }
+    LayeredParameters in layered {
+        base_color, metallic, roughness, specular, specular_color, ior, anisotropy, transmission,
+        diffuse_transmission, diffuse_transmission_color, sheen_color, sheen_roughness, coat, coat_roughness,
+        coat_normal, iridescence, film_ior, film_thickness, eta, thin, inside,
+    }
+    LayeredAlbedos in layered { base, coat, sheen, whole_interface }
+    Layered in layered {
+        diffuse, diffuse_below, widths, specular, specular_grazing, refracted, refracted_f0, refracted_f90, eta, sheen,
+        sheen_alpha, coat, coat_grazing, coat_alpha, coat_normal, p_diffuse, p_diffuse_below, p_specular, p_refracted,
+        p_sheen, p_coat,
+    }
+    Dispersed in layered { ior, tint }
     AliasChoice in warp { index, remainder }
     PixelSampler in random { kind, scramble, index }
 }

@@ -31,6 +31,11 @@ pub mod math {
         max(max(v.x, v.y), v.z)
     }
 
+    /// The mean of three components: for choices that should not favour green.
+    pub fn mean_component(v: Vec3f) -> f32 {
+        (v.x + v.y + v.z) * (1.0 / 3.0)
+    }
+
     /// Relative luminance of linear Rec. 709 RGB (ITU-R BT.709-6, Y row).
     pub fn luminance(c: Vec3f) -> f32 {
         0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z

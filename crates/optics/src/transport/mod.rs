@@ -1,3 +1,4 @@
 //! Paths, and the statistics of what they bring.
 pub mod estimator;
+pub mod medium;
 pub mod path;

@@ -107,6 +107,21 @@ class Scene:
         metallic_roughness_texture: Optional[NDArray[np.uint8]] = None,
         emission_texture: Optional[NDArray[np.uint8]] = None,
         normal_texture: Optional[NDArray[np.uint8]] = None,
+        clearcoat: float = 0.0,
+        clearcoat_roughness: float = 0.0,
+        sheen_color: Optional[ArrayLike] = None,
+        sheen_roughness: float = 0.0,
+        specular_color: Optional[ArrayLike] = None,
+        iridescence: float = 0.0,
+        iridescence_ior: float = 1.3,
+        iridescence_thickness: float = 400.0,
+        anisotropy: float = 0.0,
+        anisotropy_rotation: float = 0.0,
+        diffuse_transmission: float = 0.0,
+        diffuse_transmission_color: Optional[ArrayLike] = None,
+        dispersion: float = 0.0,
+        attenuation_color: Optional[ArrayLike] = None,
+        attenuation_distance: float = ...,
     ) -> int: ...
     def add_point_light(self, position: ArrayLike, intensity: ArrayLike, *, name: str = "") -> int: ...
     def add_spot_light(

@@ -5,7 +5,7 @@ use crate::arrays::{Input, affine, output};
 use crate::camera::Camera;
 use crate::errors::bad;
 use crate::light::{color, directional, point, spot};
-use crate::material::{Described, environment_image, material};
+use crate::material::{Described, LayersDescribed, environment_image, material};
 use alhazen::{Environment, Instance, Light, LightKind, Mesh, Shape, Sphere, TriangleMesh};
 use glam::Vec3;
 use pyo3::prelude::*;
@@ -209,6 +209,22 @@ impl Scene {
     ///     Index of refraction, at least 1.
     /// thin_walled : bool, default False
     ///     Light goes straight through instead of being refracted.
+    /// clearcoat, clearcoat_roughness : float, default 0
+    ///     Share of the surface under a clear coat, and the coat's roughness; in [0, 1].
+    /// sheen_color : float or array_like, shape (3,), default 0
+    ///     Colour of a cloth's fibres, in [0, 1]; `sheen_roughness` is their roughness.
+    /// specular_color : float or array_like, shape (3,), default 1
+    ///     Colour of the reflection of what is not metal.
+    /// iridescence : float, default 0
+    ///     Share under a thin film of index `iridescence_ior`, `iridescence_thickness` nanometres thick.
+    /// anisotropy : float, default 0
+    ///     How far highlights are stretched along the tangent turned by `anisotropy_rotation` radians.
+    /// diffuse_transmission : float, default 0
+    ///     Share of the diffuse light that leaves on the other side, in `diffuse_transmission_color`.
+    /// dispersion : float, default 0
+    ///     20 / Abbe number; needs refraction.
+    /// attenuation_distance : float, default infinity
+    ///     After so many metres inside of a body, white light has `attenuation_color`; needs refraction.
     /// emission : float or array_like, shape (3,), default 0
     ///     Emitted radiance, linear RGB, W/(sr·m²); on the front side unless `emission_two_sided`.
     /// emission_two_sided : bool, default False
@@ -228,7 +244,10 @@ impl Scene {
         name=String::new(), *, model="metallic-roughness".into(), base_color=None, metallic=0.0, roughness=0.5,
         specular=1.0, ior=1.5, transmission=0.0, thin_walled=false, emission=None, emission_two_sided=false,
         alpha_mode="opaque".into(), alpha_cutoff=0.5, base_color_texture=None, metallic_roughness_texture=None,
-        emission_texture=None, normal_texture=None
+        emission_texture=None, normal_texture=None, clearcoat=0.0, clearcoat_roughness=0.0, sheen_color=None,
+        sheen_roughness=0.0, specular_color=None, iridescence=0.0, iridescence_ior=1.3, iridescence_thickness=400.0,
+        anisotropy=0.0, anisotropy_rotation=0.0, diffuse_transmission=0.0, diffuse_transmission_color=None,
+        dispersion=0.0, attenuation_color=None, attenuation_distance=f32::INFINITY
     ))]
     fn add_material(
         &self,
@@ -250,12 +269,33 @@ impl Scene {
         metallic_roughness_texture: Option<Bound<PyAny>>,
         emission_texture: Option<Bound<PyAny>>,
         normal_texture: Option<Bound<PyAny>>,
+        clearcoat: f32,
+        clearcoat_roughness: f32,
+        sheen_color: Option<Bound<PyAny>>,
+        sheen_roughness: f32,
+        specular_color: Option<Bound<PyAny>>,
+        iridescence: f32,
+        iridescence_ior: f32,
+        iridescence_thickness: f32,
+        anisotropy: f32,
+        anisotropy_rotation: f32,
+        diffuse_transmission: f32,
+        diffuse_transmission_color: Option<Bound<PyAny>>,
+        dispersion: f32,
+        attenuation_color: Option<Bound<PyAny>>,
+        attenuation_distance: f32,
     ) -> PyResult<u32> {
+        #[rustfmt::skip]
+        let layers = LayersDescribed {
+            clearcoat, clearcoat_roughness, sheen_color, sheen_roughness, specular_color, iridescence, iridescence_ior,
+            iridescence_thickness, anisotropy, anisotropy_rotation, diffuse_transmission, diffuse_transmission_color,
+            dispersion, attenuation_color, attenuation_distance,
+        };
         #[rustfmt::skip]
         let described = Described {
             name, model, base_color, metallic, roughness, ior, specular, transmission, thin_walled, emission,
             emission_two_sided, alpha_mode, alpha_cutoff, base_color_texture, metallic_roughness_texture,
-            emission_texture, normal_texture,
+            emission_texture, normal_texture, layers,
         };
         self.change(py, |scene| {
             let material = material(scene, &described)?;

@@ -26,6 +26,8 @@ pub struct LoadOptions {
     pub max_texture_size: u32,
     /// Files larger than this are refused, in bytes.
     pub max_file_size: u64,
+    /// Which of a glTF file's material variants is shown; `None`: the default materials. Other formats have none.
+    pub variant: Option<String>,
 }
 
 impl Default for LoadOptions {
@@ -35,6 +37,7 @@ impl Default for LoadOptions {
             crease_angle: 40f32.to_radians(),
             max_texture_size: 8192,
             max_file_size: 8 << 30,
+            variant: None,
         }
     }
 }
@@ -95,6 +98,16 @@ pub enum LoadError {
     UnknownScene {
         /// The name.
         name: String,
+        /// The names that there are, separated by commas.
+        known: String,
+    },
+    /// The file has no material variant of the name that was asked for.
+    #[error("{path}: there is no material variant `{variant}`; there are: {known}")]
+    UnknownVariant {
+        /// The file.
+        path: PathBuf,
+        /// The name.
+        variant: String,
         /// The names that there are, separated by commas.
         known: String,
     },

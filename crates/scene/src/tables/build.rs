@@ -5,7 +5,7 @@ use super::light::{LightRecord, luminance};
 use super::material::{
     MATERIAL_CHECKERBOARD_FADES, MATERIAL_EMISSION_TWO_SIDED, MaterialRecord, TextureRecord,
 };
-use super::{EnvironmentTable, LightTree, NONE, SceneTables, build_alias_table};
+use super::{EnvironmentTable, LayersRecord, LightTree, NONE, SceneTables, build_alias_table};
 use crate::{Environment, Instance, LightKind, Mesh, Pixels, Scene, Shape, Sphere, TriangleMesh};
 use glam::{Affine3A, Mat3, Vec3};
 
@@ -45,7 +45,12 @@ impl SceneTables {
         let materials =
             if scene.materials.is_empty() { std::slice::from_ref(&fallback) } else { &scene.materials };
         for material in materials {
-            self.materials.push(MaterialRecord::new(material, scene, &mut self.texture_slots));
+            let mut record = MaterialRecord::new(material, scene, &mut self.texture_slots);
+            if MaterialRecord::has_layers(material) {
+                record.layers = self.layers.len() as u32;
+                self.layers.push(LayersRecord::new(material, scene, &mut self.texture_slots));
+            }
+            self.materials.push(record);
         }
         self.has_alpha = self.materials.iter().any(MaterialRecord::has_alpha);
     }

@@ -6,7 +6,7 @@ use super::{BindingRecord, InstanceRecord, MaterialRecord, SceneTables};
 /// the new tables need not build acceleration structures of meshes, or move vertices and texels, again.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Changes {
-    /// `materials`, `texture_slots`, or which material is where in `bindings`.
+    /// `materials`, `layers`, `texture_slots`, or which material is where in `bindings`.
     pub materials: bool,
     /// `lights`, `light_alias`, `light_tree`, `bounding_sphere`, or which light is where in `bindings`.
     pub lights: bool,
@@ -53,6 +53,7 @@ impl Changes {
         let light = |b: &BindingRecord| b.first_light;
         Some(Self {
             materials: old.materials != new.materials
+                || old.layers != new.layers
                 || old.texture_slots != new.texture_slots
                 || old.bindings.iter().map(material).ne(new.bindings.iter().map(material)),
             lights: old.lights != new.lights

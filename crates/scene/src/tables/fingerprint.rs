@@ -26,6 +26,7 @@ impl SceneTables {
             instances,
             bindings,
             materials,
+            layers,
             texture_slots,
             textures,
             texels,
@@ -49,6 +50,7 @@ impl SceneTables {
         hash.records(instances);
         hash.records(bindings);
         hash.records(materials);
+        hash.records(layers);
         hash.records(texture_slots);
         hash.records(textures);
         hash.numbers(texels);

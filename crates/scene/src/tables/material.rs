@@ -16,6 +16,9 @@ pub const MATERIAL_CHECKERBOARD: u32 = 16;
 /// The checkerboard's coverage falls with distance.
 pub const MATERIAL_CHECKERBOARD_FADES: u32 = 32;
 
+/// Shading needs a frame along the texture coordinates. (64 is the GPU's own.)
+pub const MATERIAL_TANGENTS: u32 = 128;
+
 /// [`Model`] as a number that shaders know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
@@ -30,6 +33,8 @@ pub enum ModelTag {
     Mirror = 3,
     /// See [`Model::Unlit`].
     Unlit = 4,
+    /// [`Model::MetallicRoughness`] or [`Model::Dielectric`] with [`crate::Layers`] that do something.
+    Layered = 5,
 }
 
 /// One material. Texture fields index `texture_slots` or are [`NONE`].
@@ -73,6 +78,10 @@ pub struct MaterialRecord {
     pub checkerboard_scale: f32,
     /// Distances between which coverage falls from 1 to 0.
     pub checkerboard_fade: [f32; 2],
+    /// Index into `layers` if the model is [`ModelTag::Layered`], else [`NONE`].
+    pub layers: u32,
+    /// Absorption coefficient of what is inside, m⁻¹; zero where nothing is, or where light does not get inside.
+    pub absorption: [f32; 3],
 }
 
 /// The use of a texture by a material.
@@ -104,13 +113,9 @@ pub struct TextureRecord {
 impl MaterialRecord {
     /// The record of `material`; its texture uses are appended to `slots`.
     pub(super) fn new(material: &Material, scene: &Scene, slots: &mut Vec<TextureSlot>) -> Self {
-        let mut slot = |texture: &Option<TextureRef>| match texture {
-            Some(t) if (t.texture as usize) < scene.textures.len() => {
-                slots.push(TextureSlot::new(t));
-                slots.len() as u32 - 1
-            }
-            _ => NONE,
-        };
+        let mut slot = |texture: &Option<TextureRef>| TextureSlot::place(texture, scene, slots);
+        let has_layers = Self::has_layers(material);
+        let layered_glass = has_layers && material.model == Model::Dielectric;
         let checker = material.checkerboard;
         let fade = checker.and_then(|c| c.fade);
         let mut flags = 0;
@@ -119,10 +124,12 @@ impl MaterialRecord {
         set(MATERIAL_ALPHA_BLEND, material.alpha_mode == AlphaMode::Blend);
         set(MATERIAL_EMISSION_TWO_SIDED, material.emission_two_sided);
         set(MATERIAL_THIN, material.thin_walled);
+        set(MATERIAL_TANGENTS, has_layers && material.layers.need_tangents());
         set(MATERIAL_CHECKERBOARD, checker.is_some());
         set(MATERIAL_CHECKERBOARD_FADES, fade.is_some());
         Self {
             model: match material.model {
+                Model::MetallicRoughness | Model::Dielectric if has_layers => ModelTag::Layered,
                 Model::MetallicRoughness => ModelTag::MetallicRoughness,
                 Model::Lambert => ModelTag::Lambert,
                 Model::Dielectric => ModelTag::Dielectric,
@@ -132,11 +139,11 @@ impl MaterialRecord {
             flags,
             base_color: material.base_color.to_array(),
             emission: material.emission.to_array(),
-            metallic: material.metallic,
+            metallic: if layered_glass { 0.0 } else { material.metallic },
             roughness: material.roughness,
             specular: material.specular,
             ior: material.ior.max(1.0),
-            transmission: material.transmission,
+            transmission: if layered_glass { 1.0 } else { material.transmission },
             normal_scale: material.normal_scale,
             alpha_cutoff: if let AlphaMode::Mask(cutoff) = material.alpha_mode { cutoff } else { 0.0 },
             base_color_slot: slot(&material.base_color_texture),
@@ -147,7 +154,27 @@ impl MaterialRecord {
             checkerboard_colors: checker.map_or([[0.0; 3]; 2], |c| c.colors.map(|c| c.to_array())),
             checkerboard_scale: checker.map_or(1.0, |c| 1.0 / c.size.max(1e-6)),
             checkerboard_fade: fade.map_or([0.0; 2], |f| f.to_array()),
+            layers: NONE,
+            absorption: if material.refracts_into_body() {
+                material.interior.absorption().to_array()
+            } else {
+                [0.0; 3]
+            },
         }
+    }
+
+    /// Whether `material` needs the layered model.
+    pub(super) fn has_layers(material: &Material) -> bool {
+        let may_have = match material.model {
+            Model::MetallicRoughness | Model::Dielectric => true,
+            Model::Lambert | Model::Mirror | Model::Unlit => false,
+        };
+        may_have && material.layers.are_present()
+    }
+
+    /// Whether light that passes through what is behind the surface becomes less.
+    pub fn absorbs(&self) -> bool {
+        self.absorption != [0.0; 3]
     }
 
     /// Whether rays may pass through the surface by its alpha.
@@ -164,7 +191,8 @@ impl MaterialRecord {
             self.emission_slot,
             self.normal_slot,
         ];
-        slots.iter().any(|&slot| slot != NONE)
+        // Layers are not asked: their surfaces have everything.
+        self.layers != NONE || slots.iter().any(|&slot| slot != NONE)
     }
 
     /// Whether the surface emits (an unlit surface does, but lights nothing).
@@ -174,6 +202,17 @@ impl MaterialRecord {
 }
 
 impl TextureSlot {
+    /// Appends the use of a texture; its index, or [`NONE`] if there is no such texture.
+    pub(super) fn place(texture: &Option<TextureRef>, scene: &Scene, slots: &mut Vec<Self>) -> u32 {
+        match texture {
+            Some(t) if (t.texture as usize) < scene.textures.len() => {
+                slots.push(Self::new(t));
+                slots.len() as u32 - 1
+            }
+            _ => NONE,
+        }
+    }
+
     fn new(t: &TextureRef) -> Self {
         let ([r0, r1], o) = (t.transform.rows, t.transform.offset);
         Self { texture: t.texture, uv_set: t.uv_set, transform: [r0.x, r0.y, o.x, r1.x, r1.y, o.y] }

@@ -14,6 +14,7 @@ mod changes;
 mod environment;
 mod fingerprint;
 mod geometry;
+mod layers;
 mod light;
 mod light_tree;
 mod material;
@@ -22,13 +23,15 @@ pub use alias::{AliasEntry, build_alias_table};
 pub use changes::Changes;
 pub use environment::EnvironmentTable;
 pub use geometry::{BindingRecord, BlasRecord, GeometryKind, GeometryRecord, InstanceRecord};
+pub use layers::{LAYER_SLOTS, LAYERS_GLOSSINESS, LayerSlot, LayersRecord};
 pub use light::LightRecord;
 pub use light_tree::{LightChoice, LightNode, LightTree};
 pub use material::{
     MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_CHECKERBOARD, MATERIAL_EMISSION_TWO_SIDED,
 };
 pub use material::{
-    MATERIAL_CHECKERBOARD_FADES, MATERIAL_THIN, MaterialRecord, ModelTag, TextureRecord, TextureSlot,
+    MATERIAL_CHECKERBOARD_FADES, MATERIAL_TANGENTS, MATERIAL_THIN, MaterialRecord, ModelTag, TextureRecord,
+    TextureSlot,
 };
 
 /// "No index".
@@ -63,6 +66,8 @@ pub struct SceneTables {
     pub bindings: Vec<BindingRecord>,
     /// Materials, parallel to [`crate::Scene::materials`].
     pub materials: Vec<MaterialRecord>,
+    /// What lies on the base of layered materials.
+    pub layers: Vec<LayersRecord>,
     /// Uses of textures by materials.
     pub texture_slots: Vec<TextureSlot>,
     /// Textures, parallel to [`crate::Scene::textures`].
@@ -101,11 +106,17 @@ impl SceneTables {
             + bytes(&self.instances)
             + bytes(&self.bindings)
             + bytes(&self.materials)
+            + bytes(&self.layers)
             + bytes(&self.texels)
             + bytes(&self.lights)
             + bytes(&self.light_alias)
             + self.light_tree.memory_bytes()
             + self.environment.memory_bytes()
+    }
+
+    /// Whether any material absorbs light inside of bodies.
+    pub fn has_absorption(&self) -> bool {
+        self.materials.iter().any(MaterialRecord::absorbs)
     }
 
     /// Number of triangles stored.

@@ -8,7 +8,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::marker::PhantomData;
-use std::ops::Deref;
+use std::ops::{Deref, DerefMut};
 
 /// An array of at most [`List::LIMIT`] elements, empty when the file leaves it out.
 ///
@@ -30,6 +30,12 @@ impl<T> Deref for List<T> {
     type Target = [T];
     fn deref(&self) -> &[T] {
         &self.0
+    }
+}
+
+impl<T> DerefMut for List<T> {
+    fn deref_mut(&mut self) -> &mut [T] {
+        &mut self.0
     }
 }
 
@@ -114,6 +120,20 @@ pub(super) struct Asset {
 pub(super) struct RootExtensions {
     #[serde(rename = "KHR_lights_punctual")]
     pub lights: Option<Lights>,
+    #[serde(rename = "KHR_materials_variants")]
+    pub variants: Option<Variants>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Variants {
+    #[serde(default)]
+    pub variants: List<Variant>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Variant {
+    #[serde(default)]
+    pub name: String,
 }
 
 #[derive(Deserialize)]
@@ -260,7 +280,20 @@ pub(super) struct PrimitiveExtensions {
     #[serde(rename = "KHR_draco_mesh_compression")]
     pub draco: Option<Draco>,
     #[serde(rename = "KHR_materials_variants")]
-    pub variants: Option<IgnoredAny>,
+    pub variants: Option<VariantMappings>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct VariantMappings {
+    #[serde(default)]
+    pub mappings: List<VariantMapping>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct VariantMapping {
+    pub material: u32,
+    #[serde(default)]
+    pub variants: List<u32>,
 }
 
 /// Where a primitive's compressed data is, and the numbers of the attributes in it.
@@ -371,6 +404,18 @@ pub(super) struct MaterialExtensions {
     pub specular: Option<Specular>,
     #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
     pub specular_glossiness: Option<SpecularGlossiness>,
+    #[serde(rename = "KHR_materials_clearcoat")]
+    pub clearcoat: Option<Clearcoat>,
+    #[serde(rename = "KHR_materials_sheen")]
+    pub sheen: Option<Sheen>,
+    #[serde(rename = "KHR_materials_iridescence")]
+    pub iridescence: Option<Iridescence>,
+    #[serde(rename = "KHR_materials_anisotropy")]
+    pub anisotropy: Option<Anisotropy>,
+    #[serde(rename = "KHR_materials_dispersion")]
+    pub dispersion: Option<Dispersion>,
+    #[serde(rename = "KHR_materials_diffuse_transmission")]
+    pub diffuse_transmission: Option<DiffuseTransmission>,
     #[serde(flatten)]
     pub others: Others,
 }
@@ -408,6 +453,58 @@ pub(super) struct Specular {
     pub specular_texture: Option<TextureInfo>,
     pub specular_color_factor: Option<[f32; 3]>,
     pub specular_color_texture: Option<TextureInfo>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Clearcoat {
+    pub clearcoat_factor: Option<f32>,
+    pub clearcoat_texture: Option<TextureInfo>,
+    pub clearcoat_roughness_factor: Option<f32>,
+    pub clearcoat_roughness_texture: Option<TextureInfo>,
+    pub clearcoat_normal_texture: Option<TextureInfo>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Sheen {
+    pub sheen_color_factor: Option<[f32; 3]>,
+    pub sheen_color_texture: Option<TextureInfo>,
+    pub sheen_roughness_factor: Option<f32>,
+    pub sheen_roughness_texture: Option<TextureInfo>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Iridescence {
+    pub iridescence_factor: Option<f32>,
+    pub iridescence_texture: Option<TextureInfo>,
+    pub iridescence_ior: Option<f32>,
+    pub iridescence_thickness_minimum: Option<f32>,
+    pub iridescence_thickness_maximum: Option<f32>,
+    pub iridescence_thickness_texture: Option<TextureInfo>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Anisotropy {
+    pub anisotropy_strength: Option<f32>,
+    pub anisotropy_rotation: Option<f32>,
+    pub anisotropy_texture: Option<TextureInfo>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Dispersion {
+    pub dispersion: Option<f32>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct DiffuseTransmission {
+    pub diffuse_transmission_factor: Option<f32>,
+    pub diffuse_transmission_texture: Option<TextureInfo>,
+    pub diffuse_transmission_color_factor: Option<[f32; 3]>,
+    pub diffuse_transmission_color_texture: Option<TextureInfo>,
 }
 
 #[derive(Deserialize)]

@@ -98,20 +98,9 @@ impl<'a> Document<'a> {
     }
 }
 
-/// All textures of a material.
-fn texture_slots(material: &mut Material) -> [&mut Option<TextureRef>; 5] {
-    [
-        &mut material.base_color_texture,
-        &mut material.normal_texture,
-        &mut material.metallic_roughness_texture,
-        &mut material.emission_texture,
-        &mut material.transmission_texture,
-    ]
-}
-
 /// Maps the file's sets of texture coordinates to the two that meshes have.
 fn assign_uv_sets(material: &mut Material, report: &mut LoadReport) -> Use {
-    let mut sets: Vec<u32> = texture_slots(material).iter().filter_map(|t| t.map(|t| t.uv_set)).collect();
+    let mut sets: Vec<u32> = material.textures_mut().iter().filter_map(|t| t.map(|t| t.uv_set)).collect();
     sets.sort_unstable();
     sets.dedup();
     let uv_sets = match sets[..] {
@@ -121,7 +110,7 @@ fn assign_uv_sets(material: &mut Material, report: &mut LoadReport) -> Use {
         [first, second, ..] => [first, second],
     };
     let mut textured = [false; 2];
-    for texture in texture_slots(material) {
+    for texture in material.textures_mut() {
         let Some(reference) = texture else { continue };
         match uv_sets.iter().position(|s| *s == reference.uv_set) {
             Some(slot) => {
@@ -136,15 +125,24 @@ fn assign_uv_sets(material: &mut Material, report: &mut LoadReport) -> Use {
             }
         }
     }
-    let normal_map_set = material.normal_texture.map(|t| t.uv_set);
+    let normal_map_set = tangent_set(material);
     Use { material: 0, uv_sets, textured, normal_map_set }
 }
 
+/// The set of coordinates that tangents follow, if shading needs them: that of the normal map, or else of what else has a
+/// direction.
+fn tangent_set(material: &Material) -> Option<u32> {
+    let set = |texture: Option<TextureRef>| texture.map(|t| t.uv_set);
+    let layers = &material.layers;
+    let others = || set(layers.clearcoat.normal_texture).or(set(layers.anisotropy.texture)).unwrap_or(0);
+    set(material.normal_texture).or_else(|| layers.need_tangents().then(others))
+}
+
 /// Converts one material.
-struct Converter<'c, 'd, 'a> {
+pub(super) struct Converter<'c, 'd, 'a> {
     document: &'d Document<'a>,
     textures: &'c mut Textures<'d>,
-    report: &'c mut LoadReport,
+    pub report: &'c mut LoadReport,
 }
 
 impl<'d> Converter<'_, 'd, '_> {
@@ -155,7 +153,7 @@ impl<'d> Converter<'_, 'd, '_> {
         match (&source.pbr_metallic_roughness, &source.extensions.specular_glossiness) {
             (Some(pbr), other) => {
                 if other.is_some() {
-                    self.report.approximated(
+                    self.report.info(
                         "of materials with KHR_materials_pbrSpecularGlossiness, the metallic-roughness copy is used",
                     );
                 }
@@ -167,6 +165,7 @@ impl<'d> Converter<'_, 'd, '_> {
         self.surface(source, &mut material);
         self.specular_and_ior(&source.extensions, &mut material);
         self.transmission(&source.extensions, &mut material);
+        self.layers(&source.extensions, &mut material);
         choose_model(source, &mut material);
         for name in source.extensions.others.keys() {
             self.report.ignored(unsupported(name));
@@ -175,19 +174,19 @@ impl<'d> Converter<'_, 'd, '_> {
         (material, scale.map_or(1.0, |s| self.factors().finite(Some(s), 1.0, "normal texture scale")))
     }
 
-    fn factors(&mut self) -> Factors<'_> {
+    pub(super) fn factors(&mut self) -> Factors<'_> {
         Factors { report: self.report }
     }
 
-    fn color_texture(&mut self, info: &Option<TextureInfo>) -> Option<TextureRef> {
+    pub(super) fn color_texture(&mut self, info: &Option<TextureInfo>) -> Option<TextureRef> {
         self.texture(info, ColorSpace::Srgb, Neutral::White)
     }
 
-    fn data_texture(&mut self, info: &Option<TextureInfo>) -> Option<TextureRef> {
+    pub(super) fn data_texture(&mut self, info: &Option<TextureInfo>) -> Option<TextureRef> {
         self.texture(info, ColorSpace::Linear, Neutral::White)
     }
 
-    fn texture(
+    pub(super) fn texture(
         &mut self,
         info: &Option<TextureInfo>,
         space: ColorSpace,
@@ -203,21 +202,6 @@ impl<'d> Converter<'_, 'd, '_> {
         material.metallic = self.factors().unit(pbr.metallic_factor, 1.0, "metallic");
         material.roughness = self.factors().unit(pbr.roughness_factor, 1.0, "roughness");
         material.metallic_roughness_texture = self.data_texture(&pbr.metallic_roughness_texture);
-    }
-
-    fn specular_glossiness(&mut self, source: &json::SpecularGlossiness, material: &mut Material) {
-        self.report.approximated("KHR_materials_pbrSpecularGlossiness is converted to metallic-roughness");
-        let diffuse = self.factors().color(source.diffuse_factor, "diffuse");
-        let [r, g, b] = source.specular_factor.unwrap_or([1.0; 3]);
-        let specular = self.factors().color(Some([r, g, b, 1.0]), "specular").truncate();
-        let (base, metallic) = to_metallic(diffuse.truncate(), specular);
-        material.base_color = base.extend(diffuse.w);
-        material.metallic = metallic;
-        material.roughness = 1.0 - self.factors().unit(source.glossiness_factor, 1.0, "glossiness");
-        material.base_color_texture = self.color_texture(&source.diffuse_texture);
-        if source.specular_glossiness_texture.is_some() {
-            self.report.ignored("specular-glossiness textures are not used, only the factors");
-        }
     }
 
     /// Emission, normal map, alpha and sides.
@@ -250,32 +234,6 @@ impl<'d> Converter<'_, 'd, '_> {
         };
     }
 
-    fn specular_and_ior(&mut self, extensions: &json::MaterialExtensions, material: &mut Material) {
-        if let Some(specular) = &extensions.specular {
-            material.specular = self.factors().unit(specular.specular_factor, 1.0, "specular");
-            if specular.specular_color_factor.is_some_and(|c| c != [1.0; 3]) {
-                self.report.ignored(
-                    "specularColorFactor of KHR_materials_specular is not used: highlights are white",
-                );
-            }
-            if specular.specular_texture.is_some() || specular.specular_color_texture.is_some() {
-                self.report.ignored("textures of KHR_materials_specular are not used, only the factor");
-            }
-        }
-        if let Some(ior) = extensions.ior.as_ref().and_then(|i| i.ior) {
-            // 0 stands for a Fresnel term of 1, for specular-glossiness materials.
-            if ior == 0.0 {
-                self.report.approximated("an index of refraction of 0 was taken as 1.5");
-            } else {
-                material.ior = self.factors().finite(Some(ior), 1.5, "index of refraction");
-                if material.ior < 1.0 {
-                    self.report.repaired("an index of refraction below 1 was set to 1");
-                    material.ior = 1.0;
-                }
-            }
-        }
-    }
-
     fn transmission(&mut self, extensions: &json::MaterialExtensions, material: &mut Material) {
         if let Some(transmission) = &extensions.transmission {
             material.transmission =
@@ -289,11 +247,7 @@ impl<'d> Converter<'_, 'd, '_> {
         let volume = extensions.volume.as_ref().filter(|v| v.thickness_factor.is_some_and(|t| t > 0.0));
         material.thin_walled = volume.is_none();
         let Some(volume) = volume else { return };
-        let absorbs = volume.attenuation_distance.is_some_and(f32::is_finite)
-            && volume.attenuation_color.is_some_and(|c| c != [1.0; 3]);
-        if absorbs {
-            self.report.approximated("KHR_materials_volume: light is refracted but not absorbed inside");
-        }
+        material.interior = self.interior(volume);
     }
 }
 
@@ -302,12 +256,12 @@ fn choose_model(source: &json::Material, material: &mut Material) {
     let extensions = &source.extensions;
     let metal = material.metallic > 0.0;
     let clear = material.transmission == 1.0 && material.transmission_texture.is_none();
-    let textured_specular = extensions.specular.as_ref().is_some_and(|s| s.specular_texture.is_some());
+    let layered = material.layers.are_present();
     material.model = if extensions.unlit.is_some() {
         Model::Unlit
     } else if clear && !metal {
         Model::Dielectric
-    } else if !metal && material.specular == 0.0 && !textured_specular && material.transmission == 0.0 {
+    } else if !metal && material.specular == 0.0 && material.transmission == 0.0 && !layered {
         Model::Lambert
     } else {
         Model::MetallicRoughness
@@ -335,40 +289,9 @@ pub(super) fn settle_models(materials: &mut [Material], textures: &[Texture], im
     }
 }
 
-/// Base colour and metalness whose diffuse and specular reflectances come closest to the given ones.
-///
-/// Method: the conversion that Khronos published with `KHR_materials_pbrSpecularGlossiness`.
-fn to_metallic(diffuse: Vec3, specular: Vec3) -> (Vec3, f32) {
-    const DIELECTRIC: f32 = 0.04;
-    let brightness = |c: Vec3| Vec3::new(0.299, 0.587, 0.114).dot(c * c).sqrt();
-    let strength = 1.0 - specular.max_element();
-    let (d, s) = (brightness(diffuse), brightness(specular));
-    let metallic = if s < DIELECTRIC {
-        0.0
-    } else {
-        let b = d * strength / (1.0 - DIELECTRIC) + s - 2.0 * DIELECTRIC;
-        let discriminant = (b * b - 4.0 * DIELECTRIC * (DIELECTRIC - s)).max(0.0);
-        ((-b + discriminant.sqrt()) / (2.0 * DIELECTRIC)).clamp(0.0, 1.0)
-    };
-    let from_diffuse = diffuse * strength / ((1.0 - DIELECTRIC) * (1.0 - metallic).max(1e-6));
-    let from_specular = (specular - DIELECTRIC * (1.0 - metallic)) / metallic.max(1e-6);
-    let base = from_diffuse.lerp(from_specular, metallic * metallic);
-    (base.clamp(Vec3::ZERO, Vec3::ONE), metallic)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn specular_glossiness_of_a_dielectric_and_of_a_metal_are_recognised() {
-        let red = Vec3::new(0.8, 0.1, 0.1);
-        let (base, metallic) = to_metallic(red, Vec3::splat(0.04));
-        assert!(metallic < 1e-3 && (base - red).length() < 0.01, "{base} {metallic}");
-        let gold = Vec3::new(1.0, 0.77, 0.34);
-        let (base, metallic) = to_metallic(Vec3::ZERO, gold);
-        assert!(metallic > 0.999 && (base - gold).length() < 0.01, "{base} {metallic}");
-    }
 
     #[test]
     fn high_sets_of_coordinates_take_the_free_places() {

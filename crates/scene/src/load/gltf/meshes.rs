@@ -116,9 +116,6 @@ impl Document<'_> {
             return Ok(None);
         };
         let compressed = self.decompressed(primitive, position, object)?;
-        if primitive.extensions.variants.is_some() {
-            report.info("the default material variant is shown");
-        }
         let (count, mut indices) = match &compressed {
             Some(compressed) => (compressed.vertices(), compressed.triangles().collect()),
             None => {

@@ -2,7 +2,7 @@
 //!
 //! The data flow, one file each: `container` (the two parts of a .glb) → `json` (typed, unknown fields skipped) →
 //! `extensions` (what is required) → `nodes` (hierarchy flattened) → `instances` (which meshes stand where) →
-//! `materials` and `textures` (only those in use) → `meshes` (in parallel, next to the images). `buffers` and
+//! `variants` (which materials primitives have) → `materials`, `layers` and `textures` (only those in use) → `meshes` (in parallel, next to the images). `buffers` and
 //! `accessor` read numbers, `document` holds what all of them need, and the limits. `animations` reads keyframes, `motion`
 //! finds what they move, `binding` says what that is in the scene.
 //!
@@ -21,6 +21,7 @@ mod factors;
 mod instances;
 mod integers;
 mod json;
+mod layers;
 mod lights;
 mod materials;
 mod meshes;
@@ -32,12 +33,14 @@ mod repair;
 mod textures;
 mod topology;
 mod uri;
+mod variants;
 
 use super::{LoadError, LoadOptions, Loaded, read_file};
 use crate::animation::AnimatedInstance;
 use crate::{Instance, LoadReport, Mesh, Scene};
 use binding::Made;
 use document::Document;
+pub use extensions::{EXTENSIONS, Extension, ExtensionStatus};
 use glam::Affine3A;
 use instances::Carrier;
 use motion::Motion;
@@ -66,7 +69,7 @@ pub fn load_bytes(path: &Path, file: &[u8], options: &LoadOptions) -> Result<Loa
     let mut report = LoadReport { bytes_read: file.len() as u64, ..LoadReport::default() };
     let container = container::split(path, file, &mut report)?;
     let mended: Vec<u8>;
-    let json = match serde_json::from_slice(container.json) {
+    let mut json = match serde_json::from_slice(container.json) {
         Ok(json) => json,
         Err(error) => {
             let malformed = || LoadError::malformed(path, "JSON", error.to_string());
@@ -76,6 +79,7 @@ pub fn load_bytes(path: &Path, file: &[u8], options: &LoadOptions) -> Result<Loa
                 .map_err(|_| malformed())?
         }
     };
+    variants::choose(path, options, &mut json, &mut report)?;
     let document = Document::new(path, options, json, container.binary, file.len() as u64)?;
     document.check_extensions(&mut report)?;
     let scene = convert(&document, &mut report)?;

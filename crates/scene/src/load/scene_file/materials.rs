@@ -15,35 +15,65 @@ use serde::Deserialize;
 /// A material's keys; what is absent keeps its value.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
-struct MaterialKeys {
-    name: Option<String>,
-    model: Option<ModelName>,
-    base_color: Option<Color>,
-    alpha: Option<f32>,
-    base_color_texture: Option<NameOr<TextureKeys>>,
-    checkerboard: Option<CheckerboardKeys>,
-    metallic: Option<f32>,
-    roughness: Option<f32>,
-    metallic_roughness_texture: Option<NameOr<TextureKeys>>,
-    specular: Option<f32>,
-    ior: Option<f32>,
-    transmission: Option<f32>,
-    transmission_texture: Option<NameOr<TextureKeys>>,
-    thin_walled: Option<bool>,
-    emission: Option<Color>,
-    emission_strength: Option<f32>,
-    emission_texture: Option<NameOr<TextureKeys>>,
-    emission_two_sided: Option<bool>,
-    normal_texture: Option<NameOr<TextureKeys>>,
-    normal_scale: Option<f32>,
-    alpha_mode: Option<AlphaModeName>,
-    alpha_cutoff: Option<f32>,
-    double_sided: Option<bool>,
+pub(super) struct MaterialKeys {
+    pub name: Option<String>,
+    pub model: Option<ModelName>,
+    pub base_color: Option<Color>,
+    pub alpha: Option<f32>,
+    pub base_color_texture: Option<NameOr<TextureKeys>>,
+    pub checkerboard: Option<CheckerboardKeys>,
+    pub metallic: Option<f32>,
+    pub roughness: Option<f32>,
+    pub metallic_roughness_texture: Option<NameOr<TextureKeys>>,
+    pub specular: Option<f32>,
+    pub ior: Option<f32>,
+    pub transmission: Option<f32>,
+    pub transmission_texture: Option<NameOr<TextureKeys>>,
+    pub thin_walled: Option<bool>,
+    pub emission: Option<Color>,
+    pub emission_strength: Option<f32>,
+    pub emission_texture: Option<NameOr<TextureKeys>>,
+    pub emission_two_sided: Option<bool>,
+    pub normal_texture: Option<NameOr<TextureKeys>>,
+    pub normal_scale: Option<f32>,
+    pub alpha_mode: Option<AlphaModeName>,
+    pub alpha_cutoff: Option<f32>,
+    pub double_sided: Option<bool>,
+    pub clearcoat: Option<f32>,
+    pub clearcoat_texture: Option<NameOr<TextureKeys>>,
+    pub clearcoat_roughness: Option<f32>,
+    pub clearcoat_roughness_texture: Option<NameOr<TextureKeys>>,
+    pub clearcoat_normal_texture: Option<NameOr<TextureKeys>>,
+    pub clearcoat_normal_scale: Option<f32>,
+    pub sheen_color: Option<Color>,
+    pub sheen_color_texture: Option<NameOr<TextureKeys>>,
+    pub sheen_roughness: Option<f32>,
+    pub sheen_roughness_texture: Option<NameOr<TextureKeys>>,
+    pub specular_texture: Option<NameOr<TextureKeys>>,
+    pub specular_color: Option<Color>,
+    pub specular_color_texture: Option<NameOr<TextureKeys>>,
+    pub iridescence: Option<f32>,
+    pub iridescence_texture: Option<NameOr<TextureKeys>>,
+    pub iridescence_ior: Option<f32>,
+    /// Nanometres, where the texture is 0 and 1.
+    pub iridescence_thickness: Option<[f32; 2]>,
+    pub iridescence_thickness_texture: Option<NameOr<TextureKeys>>,
+    pub anisotropy: Option<f32>,
+    /// Degrees.
+    pub anisotropy_rotation: Option<f32>,
+    pub anisotropy_texture: Option<NameOr<TextureKeys>>,
+    pub diffuse_transmission: Option<f32>,
+    pub diffuse_transmission_texture: Option<NameOr<TextureKeys>>,
+    pub diffuse_transmission_color: Option<Color>,
+    pub diffuse_transmission_color_texture: Option<NameOr<TextureKeys>>,
+    pub dispersion: Option<f32>,
+    pub attenuation_color: Option<Color>,
+    pub attenuation_distance: Option<f32>,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-enum ModelName {
+pub(super) enum ModelName {
     MetallicRoughness,
     Lambert,
     Dielectric,
@@ -53,7 +83,7 @@ enum ModelName {
 
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-enum AlphaModeName {
+pub(super) enum AlphaModeName {
     Opaque,
     Mask,
     Blend,
@@ -61,7 +91,7 @@ enum AlphaModeName {
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct CheckerboardKeys {
+pub(super) struct CheckerboardKeys {
     colors: [Color; 2],
     #[serde(default = "one")]
     size: f32,
@@ -75,7 +105,7 @@ fn one() -> f32 {
 /// A texture with how it is placed.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
-struct TextureKeys {
+pub(super) struct TextureKeys {
     file: String,
     #[serde(default)]
     wrap: WrapName,
@@ -165,6 +195,7 @@ impl Builder<'_> {
         apply_emission(&keys, &mut material, &context)?;
         apply_alpha(&keys, &mut material, &context)?;
         self.apply_textures(&keys, &mut material, &context)?;
+        self.apply_layers(&keys, &mut material, &context)?;
         Ok(self.push_material(material))
     }
 
@@ -179,7 +210,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    fn texture(
+    pub(super) fn texture(
         &mut self,
         keys: &Option<NameOr<TextureKeys>>,
         color_space: ColorSpace,

@@ -7,6 +7,7 @@
 mod camera;
 mod document;
 mod environment;
+mod layers;
 mod lights;
 mod materials;
 mod models;
