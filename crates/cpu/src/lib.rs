@@ -11,6 +11,7 @@ mod filter;
 mod lanes;
 mod layers;
 mod lights;
+mod listed;
 mod material;
 mod path;
 mod queries;

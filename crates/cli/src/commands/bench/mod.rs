@@ -1,7 +1,9 @@
 //! `alhazen bench`: measurements that anyone can repeat. Each subcommand is one file; what they have in common is
 //! [`report`].
 
+mod adaptive;
 mod convergence;
+mod denoise;
 mod lights;
 pub mod report;
 mod views;
@@ -22,7 +24,9 @@ pub struct BenchArgs {
 
 #[derive(Debug, Subcommand)]
 enum BenchCommand {
+    Adaptive(adaptive::AdaptiveArgs),
     Convergence(convergence::ConvergenceArgs),
+    Denoise(denoise::DenoiseArgs),
     Lights(lights::LightsArgs),
 }
 
@@ -37,7 +41,9 @@ pub struct ReportArgs {
 /// Measures what the arguments ask for.
 pub fn run(args: &BenchArgs) -> anyhow::Result<()> {
     match &args.command {
+        BenchCommand::Adaptive(args) => adaptive::run(args),
         BenchCommand::Convergence(args) => convergence::run(args),
+        BenchCommand::Denoise(args) => denoise::run(args),
         BenchCommand::Lights(args) => lights::run(args),
     }
 }
