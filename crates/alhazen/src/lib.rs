@@ -21,6 +21,7 @@
 mod allocator;
 mod checkpoint;
 mod choice;
+mod colour;
 mod daylight;
 mod fallback;
 mod job;
@@ -36,10 +37,11 @@ pub use accel::{Coherence, Ray};
 pub use allocator::HugePages;
 pub use backend::{
     Backend, BackendError, Control, DirectSettings, Integrator, LoadStats, PassTime, PathSettings, Progress,
-    SamplerKind, View,
+    SamplerKind, Stats as PassStats, View,
 };
 pub use checkpoint::Checkpoint;
 pub use choice::{BackendChoice, ChoiceError, Chosen, RendererOptions, UnknownBackend};
+pub use colour::{luminance, srgb_encode};
 pub use cpu::{Hits, RayError, RayQueries, Rays, SurfacePoint};
 pub use daylight::add_daylight_if_dark;
 pub use fallback::{Fallback, Step};
@@ -48,19 +50,21 @@ pub use film::{
     Merger, Part, PartError, PixelStats, Precision, Rect, write_atomically,
 };
 pub use job::{Job, camera_frame, picture_ray};
-pub use memory::{available_memory_bytes, peak_memory_bytes, total_memory_bytes};
+pub use memory::{available_memory_bytes, memory_bytes, peak_memory_bytes, total_memory_bytes};
 pub use metadata::{Description, metadata};
 pub use part::{PartJob, RenderPartError, Tile, UnknownTile, finish, tone_of};
 pub use post::ToneMapping;
 pub use renderer::{BACKENDS, Limits, Renderer, Summary};
 /// A picture that a scene uses: a texture's or the environment's.
 pub use scene::Image as SceneImage;
+/// A piece of a mesh that has one material.
+pub use scene::Part as MeshPart;
 pub use scene::{
-    AlphaMode, CalibrationError, Camera, CameraPath, ColorSpace, Environment, Instance, Light, LightKind,
-    LoadError, LoadOptions, LoadReport, Loaded, Material, Mesh, Model, Note, Pixels, Projection, Scene,
-    Severity, Shape, Sphere, Texture, TextureRef, ToneMapper, TriangleMesh,
+    AlphaMode, CalibrationError, Camera, CameraPath, Checkerboard, ColorSpace, Environment, Instance, Light,
+    LightKind, LoadError, LoadOptions, LoadReport, Loaded, Material, Mesh, Model, Note, Pixels, Projection,
+    RenderDefaults, Scene, Severity, Shape, Sky, Sphere, Sun, Texture, TextureRef, ToneMapper, TriangleMesh,
 };
-pub use source::Source;
+pub use source::{Place, Source};
 
 /// Error metrics between pictures.
 pub use film::metrics;
@@ -69,6 +73,12 @@ pub use gpu;
 pub use gpu::PathKernel;
 /// The built-in scenes.
 pub use scene::builtin;
+/// Changes of a scene as values, and scene files that are made of them.
+pub mod edits {
+    pub use scene::edits::file::{EditedFile, WriteError};
+    pub use scene::edits::*;
+    pub use scene::load::scene_file::{Edited, open_edited};
+}
 /// Loads an equirectangular environment picture.
 pub use scene::load::environment::load as load_environment;
 /// The flat arrays that back ends read.
