@@ -221,6 +221,7 @@ pub fn outline(scene: &Scene) -> Scene {
         cameras: scene.cameras.clone(),
         environment: scene.environment.clone(),
         defaults: scene.defaults.clone(),
+        animations: Vec::new(),
     }
 }
 

@@ -92,6 +92,7 @@ impl Version {
         scene.lights.clone_from(&self.small.lights);
         scene.cameras.clone_from(&self.small.cameras);
         scene.environment.clone_from(&self.small.environment);
+        scene.animations.clone_from(&self.small.animations);
     }
 }
 
@@ -129,6 +130,7 @@ impl Editable {
         }
         self.edit_materials(edits)?;
         self.edit_objects(edits)?;
+        self.hold_still(edits);
         if let Some(lights) = &edits.lights {
             self.scene.lights = lights.iter().map(super::LightRecord::light).collect();
         }
@@ -154,12 +156,28 @@ impl Editable {
         Ok(())
     }
 
+    /// What was put somewhere stays there, and what was given a value keeps it, whatever the scene's animations say.
+    fn hold_still(&mut self, edits: &Edits) {
+        let moved = |id: u32| edits.objects.get(&id).is_some_and(|o| o.transform.is_some());
+        for animation in &mut self.scene.animations {
+            animation.instances.retain(|i| !moved(i.instance));
+            animation.materials.retain(|m| !edits.materials.contains_key(&m.material));
+            if edits.lights.is_some() {
+                animation.lights.clear();
+            }
+            if edits.cameras.is_some() {
+                animation.cameras.clear();
+            }
+        }
+    }
+
     fn add(&mut self, addition: &Addition, resources: &Resources) -> Result<(), EditError> {
         match addition {
             Addition::Model { file } => {
                 let model = resources.models.get(file).ok_or_else(|| EditError::File(file.clone()))?;
                 let mut model = Scene::clone(model);
                 model.cameras.clear();
+                model.animations.iter_mut().for_each(|a| a.cameras.clear());
                 self.scene.merge(model);
             }
             Addition::Copy { of } => {
