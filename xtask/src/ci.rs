@@ -1,7 +1,7 @@
 //! `cargo xtask ci`: what continuous integration checks.
 
 use crate::shell::{cargo, run as run_command, shared_dir};
-use crate::{cluster_tools, python, test};
+use crate::{cluster_tools, display, python, test};
 use anyhow::ensure;
 
 /// Which skips tests may not make: with the test data none at all, without it none for want of a GPU, because a
@@ -15,6 +15,7 @@ pub fn run() -> anyhow::Result<()> {
     let mut docs = cargo(&["doc", "--workspace", "--no-deps"]);
     docs.env("RUSTDOCFLAGS", "-Dwarnings");
     let mut variables = test::driver();
+    test::merge(&mut variables, display::prepare());
     variables.extend(cluster_tools::prepare());
     variables.push(("ALHAZEN_FORBID_SKIPS".into(), forbidden_skips().into()));
     let results = [

@@ -1,9 +1,68 @@
-//! `cargo xtask docs`: figures that are made from the code.
+//! `cargo xtask docs`: figures and pictures that are made from the code.
 
-use crate::shell::{cargo, run as run_command};
+use crate::shell::{cargo, release_binary, root, run as run_command};
+use crate::{display, test};
+use anyhow::Context;
+use std::process::{Child, Command, Stdio};
 
-/// Writes the figures. Tests compare them with the code, so they cannot fall behind.
+/// Size of the viewer's window in the pictures.
+const WINDOW: &str = "1280x800";
+
+/// Writes the figures, which tests compare with the code, and the pictures of the viewer.
 pub fn run() -> anyhow::Result<()> {
     let mut command = cargo(&["test", "--package", "gpu", "--test", "shader_binding_table"]);
-    run_command(command.env("ALHAZEN_UPDATE_DOCS", "1"))
+    run_command(command.env("ALHAZEN_UPDATE_DOCS", "1"))?;
+    viewer()
+}
+
+/// Pictures of the viewer's window, on a display without a screen.
+fn viewer() -> anyhow::Result<()> {
+    let mut variables = test::driver();
+    test::merge(&mut variables, display::prepare());
+    let display = Display::start(&variables)?;
+    let images = root().join("docs/images");
+    let image = |name: &str| images.join(name).display().to_string();
+    let script = format!(
+        "wait 64\ntab Render\nframes 3\nscreenshot {}\ntab Objects\nselect 0.5 0.45\nframes 60\nwait 64\nscreenshot {}\n\
+         tab Speed\norbit 4\nwait 64\nscreenshot {}\n",
+        image("viewer.png"),
+        image("viewer-objects.png"),
+        image("viewer-speed.png")
+    );
+    let path = std::env::temp_dir().join(format!("alhazen-docs-{}.txt", std::process::id()));
+    std::fs::write(&path, script).with_context(|| format!("cannot write {}", path.display()))?;
+    let mut command = Command::new(release_binary()?);
+    command.args(["view", "material-grid", "--backend", "cpu", "--smoke", "3", "--window", WINDOW]);
+    command.arg("--smoke-script").arg(&path).env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");
+    command.envs(variables.iter().map(|(name, value)| (name, value)));
+    let result = run_command(&mut command);
+    let _ = std::fs::remove_file(&path);
+    result
+}
+
+/// A display without a screen.
+struct Display {
+    server: Child,
+    name: String,
+}
+
+impl Display {
+    fn start(variables: &crate::vulkan::Variables) -> anyhow::Result<Self> {
+        let program = variables.iter().find(|(name, _)| name == "ALHAZEN_XVFB").map_or("Xvfb", |(_, v)| v);
+        let mut command = Command::new(program);
+        command.args(["-displayfd", "1", "-screen", "0", "1400x900x24", "-nolisten", "tcp"]);
+        let mut server =
+            command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().context("cannot start Xvfb")?;
+        let out = server.stdout.take().context("Xvfb has no output")?;
+        let mut number = String::new();
+        std::io::BufRead::read_line(&mut std::io::BufReader::new(out), &mut number)?;
+        Ok(Self { server, name: format!(":{}", number.trim()) })
+    }
+}
+
+impl Drop for Display {
+    fn drop(&mut self) {
+        let _ = self.server.kill();
+        let _ = self.server.wait();
+    }
 }

@@ -4,6 +4,7 @@ mod bench;
 mod bench_python;
 mod ci;
 mod cluster_tools;
+mod display;
 mod docs;
 #[cfg(test)]
 mod documents;

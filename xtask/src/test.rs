@@ -1,7 +1,7 @@
 //! `cargo xtask test`: all tests, GPU tests included, with a summary of what passed and what was skipped.
 
 use crate::shell::{cargo, shared_dir};
-use crate::{cluster_tools, vulkan};
+use crate::{cluster_tools, display, vulkan};
 use anyhow::{Context, ensure};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::Stdio;
@@ -15,6 +15,8 @@ use std::time::Instant;
 /// GPU tests run on the Vulkan driver that the machine has, if it has ray tracing pipelines. Else Mesa's software driver
 /// is set up: installed with apt by root on Debian (on Debian 12 from its backports, which are added to apt's sources),
 /// otherwise unpacked beside the build. Where neither works those tests say that they are skipped.
+///
+/// Tests that open windows do so on a display without a screen: Xvfb is set up in the same ways where it is missing.
 ///
 /// Tests of cluster jobs run openjd-cli and shellcheck, which pip installs beside the build.
 #[derive(Debug, clap::Args)]
@@ -61,8 +63,20 @@ pub fn run(args: &TestArgs) -> anyhow::Result<()> {
         eprintln!("GPU tests: on whatever drivers there are");
     } else {
         variables.extend(driver());
+        merge(&mut variables, display::prepare());
     }
     run_tests(&args.arguments, &variables)
+}
+
+/// Adds variables; of two search paths both count.
+pub fn merge(all: &mut vulkan::Variables, more: vulkan::Variables) {
+    for (name, value) in more {
+        match all.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, known)) if name == "LD_LIBRARY_PATH" => *known = format!("{value}:{known}"),
+            Some((_, known)) => *known = value,
+            None => all.push((name, value)),
+        }
+    }
 }
 
 /// Sees to it that there is a driver, and says which; the variables by which tests find it.

@@ -22,6 +22,7 @@ mod adaptive;
 mod allocator;
 mod checkpoint;
 mod choice;
+mod colour;
 mod daylight;
 mod denoise;
 mod fallback;
@@ -39,10 +40,11 @@ pub use adaptive::{Adaptive, Sampling};
 pub use allocator::HugePages;
 pub use backend::{
     Backend, BackendError, Control, DirectSettings, Integrator, LoadStats, PassTime, PathSettings,
-    PixelSamples, Progress, SamplerKind, View,
+    PixelSamples, Progress, SamplerKind, Stats as PassStats, View,
 };
 pub use checkpoint::Checkpoint;
 pub use choice::{BackendChoice, ChoiceError, Chosen, RendererOptions, UnknownBackend};
+pub use colour::{luminance, srgb_encode};
 pub use cpu::{Hits, RayError, RayQueries, Rays, SurfacePoint};
 pub use daylight::add_daylight_if_dark;
 pub use denoise::{DenoiseFilmError, Denoised, Denoiser};
@@ -52,19 +54,22 @@ pub use film::{
     Merger, Part, PartError, PixelStats, Precision, Rect, write_atomically,
 };
 pub use job::{Job, camera_frame, picture_ray};
-pub use memory::{available_memory_bytes, peak_memory_bytes, total_memory_bytes};
+pub use memory::{available_memory_bytes, memory_bytes, peak_memory_bytes, total_memory_bytes};
 pub use metadata::{Description, metadata};
 pub use part::{PartJob, RenderPartError, Tile, UnknownTile, finish, tone_of};
 pub use post::{DenoiseError, NoisyPicture, OidnError, ToneMapping};
 pub use renderer::{BACKENDS, Limits, Renderer, Summary};
 /// A picture that a scene uses: a texture's or the environment's.
 pub use scene::Image as SceneImage;
+/// A piece of a mesh that has one material.
+pub use scene::Part as MeshPart;
 pub use scene::{
-    AlphaMode, CalibrationError, Camera, CameraPath, ColorSpace, Environment, Instance, Interior, Layers,
-    Light, LightKind, LoadError, LoadOptions, LoadReport, Loaded, Material, Mesh, Model, Note, Pixels,
-    Projection, Scene, Severity, Shape, Sphere, Texture, TextureRef, ToneMapper, TriangleMesh,
+    AlphaMode, CalibrationError, Camera, CameraPath, Checkerboard, ColorSpace, Environment, Instance,
+    Interior, Layers, Light, LightKind, LoadError, LoadOptions, LoadReport, Loaded, Material, Mesh, Model,
+    Note, Pixels, Projection, RenderDefaults, Scene, Severity, Shape, Sky, Sphere, Sun, Texture, TextureRef,
+    ToneMapper, TriangleMesh,
 };
-pub use source::Source;
+pub use source::{Place, Source};
 
 /// Error metrics between pictures.
 pub use film::metrics;
@@ -73,6 +78,12 @@ pub use gpu;
 pub use gpu::PathKernel;
 /// The built-in scenes.
 pub use scene::builtin;
+/// Changes of a scene as values, and scene files that are made of them.
+pub mod edits {
+    pub use scene::edits::file::{EditedFile, WriteError};
+    pub use scene::edits::*;
+    pub use scene::load::scene_file::{Edited, open_edited};
+}
 /// Loads an equirectangular environment picture.
 pub use scene::load::environment::load as load_environment;
 /// The flat arrays that back ends read.

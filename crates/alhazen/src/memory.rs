@@ -5,6 +5,11 @@ pub fn peak_memory_bytes() -> Option<u64> {
     kibibytes("/proc/self/status", "VmHWM:")
 }
 
+/// The resident set of this process in bytes; `None` where the system does not tell.
+pub fn memory_bytes() -> Option<u64> {
+    kibibytes("/proc/self/status", "VmRSS:")
+}
+
 /// Memory of the machine in bytes; `None` where the system does not tell.
 pub fn total_memory_bytes() -> Option<u64> {
     kibibytes("/proc/meminfo", "MemTotal:")

@@ -227,8 +227,17 @@ impl Renderer {
         self.backend.restart();
     }
 
-    /// Adds `samples` samples to every pixel of a view, whatever the limits.
-    pub(crate) fn render_pass(
+    /// The tables of the loaded scene, to be shared with [`cpu::RayQueries`].
+    pub fn tables(&self) -> Option<Arc<SceneTables>> {
+        self.tables.clone()
+    }
+
+    /// Adds `samples` samples to every pixel of a view, whatever the limits. A view that differs from the last one in more
+    /// than its first sample begins a new film.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn render_pass(
         &mut self,
         view: &View,
         samples: u32,

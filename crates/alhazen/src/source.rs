@@ -2,7 +2,8 @@
 
 use scene::load::scene_file::Parameters;
 use scene::{LoadError, LoadOptions, Loaded};
-use std::path::PathBuf;
+use std::fmt;
+use std::path::{Path, PathBuf};
 
 /// A file, or a built-in scene by name, with parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,6 +23,15 @@ pub enum Place {
     Builtin(String),
 }
 
+impl fmt::Display for Source {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.place {
+            Place::File(path) => path.display().fmt(f),
+            Place::Builtin(name) => name.fmt(f),
+        }
+    }
+}
+
 impl Source {
     /// A file if one is called `name` or if it looks like a file's name; else a built-in scene, which
     /// [`Source::load`] may not know.
@@ -30,6 +40,11 @@ impl Source {
         let is_builtin = !looks_like_a_file && !PathBuf::from(name).is_file();
         let place = if is_builtin { Place::Builtin(name.into()) } else { Place::File(name.into()) };
         Self { place, parameters: Parameters::default() }
+    }
+
+    /// A file, whatever its name looks like.
+    pub fn parse_file(path: &Path) -> Self {
+        Self { place: Place::File(path.to_owned()), parameters: Parameters::default() }
     }
 
     /// Loads the scene.

@@ -12,12 +12,13 @@ static ALLOCATOR: alhazen::HugePages = alhazen::HugePages;
 
 /// A physically based ray tracer that always gives a picture.
 ///
-/// Without a command it renders the default scene to render.png.
+/// Without a command it opens the default scene in a window, or renders it to render.png where there is no display.
 #[derive(Debug, Parser)]
 #[command(name = "alhazen", version, propagate_version = true)]
 #[command(after_help = "\
 Examples:
-  alhazen                                  render the default scene to render.png
+  alhazen                                  the default scene in a window, or in render.png
+  alhazen view model.glb                   open a file in a window
   alhazen render model.glb -o model.png    render a file
   alhazen scenes                           list the built-in scenes
   alhazen help render                      all options of a command")]
@@ -29,6 +30,7 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     Render(Box<commands::render::RenderArgs>),
+    View(commands::view::ViewArgs),
     Merge(commands::merge::MergeArgs),
     Submit(commands::submit::SubmitArgs),
     Info(commands::info::InfoArgs),
@@ -44,7 +46,9 @@ enum Command {
 
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
-        None => commands::render::run(&commands::render::RenderArgs::default_picture()),
+        None => commands::view::run_default()
+            .unwrap_or_else(|| commands::render::run(&commands::render::RenderArgs::default_picture())),
+        Some(Command::View(args)) => commands::view::run(&args),
         Some(Command::Render(args)) => commands::render::run(&args),
         Some(Command::Merge(args)) => commands::merge::run(&args),
         Some(Command::Submit(args)) => commands::submit::run(&args),

@@ -10,6 +10,7 @@ pub mod animation;
 pub mod builtin;
 pub mod calibration;
 pub mod camera;
+pub mod edits;
 pub mod environment;
 pub mod image;
 pub mod light;
@@ -42,6 +43,8 @@ pub use settings::{RenderDefaults, ToneMapper};
 
 /// Index into [`Scene::meshes`].
 pub type MeshId = u32;
+/// Index into [`Scene::instances`].
+pub type InstanceId = u32;
 /// Index into [`Scene::materials`].
 pub type MaterialId = u32;
 /// Index into [`Scene::textures`].

@@ -2,9 +2,11 @@
 
 use crate::image::TextureRef;
 use glam::{Vec2, Vec3, Vec4};
+use serde::{Deserialize, Serialize};
 
 /// Which scattering model a material uses.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Model {
     /// glTF 2.0 metallic-roughness (Appendix B), with `transmission` mixing in a dielectric.
     #[default]
@@ -20,7 +22,8 @@ pub enum Model {
 }
 
 /// How the alpha channel of the base colour is used.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum AlphaMode {
     /// Alpha is ignored.
     #[default]

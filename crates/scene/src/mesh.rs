@@ -102,6 +102,14 @@ impl Mesh {
 
     /// Object-space bounds of all finite vertices and spheres; `None` if there are none.
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
+        let parts = self.parts.iter().filter_map(|part| part.shape.bounds());
+        parts.reduce(|(a, b), (low, high)| (a.min(low), b.max(high)))
+    }
+}
+
+impl Shape {
+    /// Bounds of all finite vertices and spheres; `None` if there are none.
+    pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
         let mut bounds: Option<(Vec3, Vec3)> = None;
         let mut grow = |low: Vec3, high: Vec3| {
             if low.is_finite() && high.is_finite() {
@@ -109,12 +117,10 @@ impl Mesh {
                 bounds = Some((a.min(low), b.max(high)));
             }
         };
-        for part in &self.parts {
-            match &part.shape {
-                Shape::Triangles(mesh) => mesh.positions.iter().for_each(|p| grow(*p, *p)),
-                Shape::Spheres(spheres) => {
-                    spheres.iter().for_each(|s| grow(s.center - s.radius, s.center + s.radius))
-                }
+        match self {
+            Shape::Triangles(mesh) => mesh.positions.iter().for_each(|p| grow(*p, *p)),
+            Shape::Spheres(spheres) => {
+                spheres.iter().for_each(|s| grow(s.center - s.radius, s.center + s.radius));
             }
         }
         bounds

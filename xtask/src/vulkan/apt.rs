@@ -53,6 +53,15 @@ pub fn install() -> anyhow::Result<()> {
     run(&mut command)
 }
 
+/// Installs packages of the system's own suite.
+pub fn install_packages(packages: &[&str]) -> anyhow::Result<()> {
+    // Sources that have nothing to do with this may be out of reach.
+    if let Err(error) = run(&mut apt_get(&["update"])) {
+        eprintln!("{error:#}; going on");
+    }
+    run(apt_get(&["install", "-y", "--no-install-recommends"]).args(packages))
+}
+
 /// An apt-get that asks nothing and waits for others.
 pub fn apt_get(arguments: &[&str]) -> Command {
     let mut command = Command::new("apt-get");
@@ -88,18 +97,18 @@ fn backports_source(suite: &str, mirror: &str) -> String {
     )
 }
 
-/// Downloads the packages and what they need that the system lacks into `folder`, without root; returns their files.
+/// Downloads packages (from `suite`, where it has newer ones) and what they need that the system lacks into `folder`,
+/// without root; returns their files.
 ///
 /// The package lists of `folder` are its own: those of the system belong to root, and may be missing.
-pub fn download(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
-    ensure!(is_there(), "there is no apt-get to fetch Mesa's software driver with");
+pub fn download(packages: &[&str], suite: Option<&str>, folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    ensure!(is_there(), "there is no apt-get to fetch packages with");
     let (lists, cache) = (folder.join("lists"), folder.join("cache"));
     for part in [lists.join("partial"), cache.join("archives/partial")] {
         std::fs::create_dir_all(&part).with_context(|| format!("cannot make {}", part.display()))?;
     }
     let sources = folder.join("sources.list");
     let mut text = std::fs::read_to_string("/etc/apt/sources.list").unwrap_or_default();
-    let suite = newer_suite();
     if let Some(suite) = suite.filter(|s| !has_suite(s)) {
         let keyring = "/usr/share/keyrings/debian-archive-keyring.gpg";
         text += &format!("\ndeb [signed-by={keyring}] {} {suite} main\n", mirror());
@@ -120,7 +129,7 @@ pub fn download(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     }
     // `--reinstall`: also when the system has the packages, in whatever state.
     let mut command = own(&["install", "-y", "--no-install-recommends", "--download-only", "--reinstall"]);
-    command.args(suite.iter().flat_map(|s| ["-t", s])).args(PACKAGES);
+    command.args(suite.iter().flat_map(|s| ["-t", s])).args(packages);
     run(&mut command)?;
     let archives = cache.join("archives");
     let entries =
@@ -129,6 +138,24 @@ pub fn download(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     let packages: Vec<_> = files.into_iter().filter(|f| f.extension().is_some_and(|e| e == "deb")).collect();
     ensure!(!packages.is_empty(), "apt-get downloaded nothing to {}", archives.display());
     Ok(packages)
+}
+
+/// Downloads packages of the system's own suite by way of `folder` and unpacks them into `root`.
+pub fn unpack_packages(packages: &[&str], folder: &Path, root: &Path) -> anyhow::Result<()> {
+    unpack(&download(packages, None, folder)?, root)
+}
+
+/// Unpacks packages into `root`.
+pub fn unpack(packages: &[PathBuf], root: &Path) -> anyhow::Result<()> {
+    eprintln!("unpacking {} packages", packages.len());
+    for package in packages {
+        // A second C library beside the one that runs the programs would crash them.
+        let is_libc = package.file_name().is_some_and(|n| n.to_string_lossy().starts_with("libc6_"));
+        if !is_libc {
+            output(Command::new("dpkg").arg("-x").arg(package).arg(root))?;
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 //! Whatever driver the machine has is used if it has ray tracing pipelines. Else Mesa's software driver (lavapipe) is set
 //! up: as a system package by root, and otherwise unpacked beside the build, where nobody else sees it.
 
-mod apt;
+pub mod apt;
 mod probe;
 mod unpacked;
 

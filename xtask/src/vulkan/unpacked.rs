@@ -1,10 +1,8 @@
 //! Mesa's software driver unpacked into a folder, for those who cannot or do not want to install it.
 
 use super::{Variables, apt};
-use crate::shell::output;
 use anyhow::Context;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 /// Where the unpacked driver's description for the Vulkan loader is written, relative to the folder.
 const DESCRIPTION: &str = "lavapipe.json";
@@ -16,15 +14,7 @@ pub fn unpack(folder: &Path) -> anyhow::Result<Variables> {
     let folder = folder.canonicalize().with_context(|| format!("cannot find {}", folder.display()))?;
     eprintln!("unpacking Mesa's software Vulkan driver into {}", folder.display());
     let root = folder.join("root");
-    let packages = apt::download(&folder.join("apt"))?;
-    eprintln!("unpacking {} packages", packages.len());
-    for package in packages {
-        // A second C library beside the one that runs the programs would crash them.
-        let is_libc = package.file_name().is_some_and(|n| n.to_string_lossy().starts_with("libc6_"));
-        if !is_libc {
-            output(Command::new("dpkg").arg("-x").arg(&package).arg(&root))?;
-        }
-    }
+    apt::unpack(&apt::download(&apt::PACKAGES, apt::newer_suite(), &folder.join("apt"))?, &root)?;
     let driver = find(&root.join("usr/lib"), "libvulkan_lvp.so")
         .with_context(|| format!("the packages have no lavapipe: {}", root.display()))?;
     let description = serde_json::json!({

@@ -13,6 +13,7 @@ pub mod scenes;
 pub mod sensor;
 pub mod submit;
 mod tone;
+pub mod view;
 
 use alhazen::{LoadError, LoadOptions, Loaded, Source};
 use anyhow::Context;

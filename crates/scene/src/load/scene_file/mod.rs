@@ -6,6 +6,7 @@
 
 mod camera;
 mod document;
+mod edited;
 mod environment;
 mod layers;
 mod lights;
@@ -17,6 +18,7 @@ mod repeat;
 mod shapes;
 mod values;
 
+pub use edited::{Edited, open_edited};
 pub use parameters::{Parameter, Value};
 
 use super::textures::TextureLoader;
@@ -143,15 +145,19 @@ fn load_nested(
     budget: &mut Budget,
     stack: &[PathBuf],
 ) -> Result<Loaded, LoadError> {
-    let bytes = super::read_file(path, options)?;
-    let text = std::str::from_utf8(&bytes).map_err(|error| {
-        let line = 1 + bytes[..error.valid_up_to()].iter().filter(|b| **b == b'\n').count();
-        LoadError::malformed(path, format!("line {line}"), "the text is not UTF-8")
-    })?;
+    let text = read_text(path, options)?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    let mut loaded = build(text, Place { path, folder, stack }, parameters, options, budget)?;
-    loaded.report.bytes_read += bytes.len() as u64;
+    let mut loaded = build(&text, Place { path, folder, stack }, parameters, options, budget)?;
+    loaded.report.bytes_read += text.len() as u64;
     Ok(loaded)
+}
+
+fn read_text(path: &Path, options: &LoadOptions) -> Result<String, LoadError> {
+    String::from_utf8(super::read_file(path, options)?).map_err(|error| {
+        let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = 1 + valid.iter().filter(|b| **b == b'\n').count();
+        LoadError::malformed(path, format!("line {line}"), "the text is not UTF-8")
+    })
 }
 
 fn build(
@@ -167,6 +173,9 @@ fn build(
     let literals = parameters::literals(&values);
     document.substitute(&parameters::to_toml(&values, &literals))?;
     document.check_numbers()?;
+    if let Some(edited) = edited::read(&mut document, place, options, budget)? {
+        return edited.apply(place.path);
+    }
     let mut builder = Builder {
         place,
         options,

@@ -3,8 +3,8 @@
 use super::document::{Context, Entry};
 use super::objects::Object;
 use super::values::positive;
-use super::{Builder, MAX_DEPTH, MAX_FILES, Parameters, load_nested};
-use crate::load::{self, LoadError, Loaded};
+use super::{Budget, Builder, MAX_DEPTH, MAX_FILES, Parameters, Place, load_nested};
+use crate::load::{self, LoadError, LoadOptions, Loaded};
 use crate::merge::{placed_instance, placed_light};
 use crate::{Animation, Environment, Instance, Light, MaterialId, Scene};
 use glam::{Affine3A, Vec3};
@@ -69,7 +69,8 @@ impl Builder<'_> {
 
     /// Loads a file and puts its meshes and materials into the scene, but none of its objects.
     fn include(&mut self, path: &Path, keys: &ModelKeys, context: &Context) -> Result<Template, LoadError> {
-        let Loaded { mut scene, report } = self.load_file(path, keys, context)?;
+        let Loaded { mut scene, report } =
+            load_included(path, &keys.parameters, self.place, self.options, self.budget, context)?;
         let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
         self.report.absorb(&name, report);
         if !keys.cameras {
@@ -110,29 +111,6 @@ impl Builder<'_> {
         if self.scene.environment == Environment::Black {
             self.scene.environment = environment;
         }
-    }
-
-    fn load_file(&mut self, path: &Path, keys: &ModelKeys, context: &Context) -> Result<Loaded, LoadError> {
-        let left = self.budget.files.checked_sub(1);
-        self.budget.files =
-            left.ok_or_else(|| context.error(format!("the scene refers to more than {MAX_FILES} files")))?;
-        if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
-            if !keys.parameters.is_empty() {
-                return Err(context.error("`parameters` are for scene files only"));
-            }
-            return load::load(path, self.options);
-        }
-        let mut stack = self.place.stack.to_vec();
-        stack.push(canonical(self.place.path));
-        if stack.contains(&canonical(path)) {
-            return Err(context.error(format!("{} includes itself", path.display())));
-        }
-        if stack.len() > MAX_DEPTH {
-            return Err(context.error(format!("scene files include each other more than {MAX_DEPTH} deep")));
-        }
-        let parameters: Parameters =
-            keys.parameters.iter().map(|(name, value)| (name.clone(), value.to_string())).collect();
-        load_nested(path, &parameters, self.options, self.budget, &stack)
     }
 
     /// Places the copies of a model.
@@ -232,6 +210,37 @@ impl Builder<'_> {
         }
         Ok(overrides)
     }
+}
+
+/// Loads a file that the scene file at `place` refers to.
+pub(super) fn load_included(
+    path: &Path,
+    parameters: &BTreeMap<String, super::Value>,
+    place: Place,
+    options: &LoadOptions,
+    budget: &mut Budget,
+    context: &Context,
+) -> Result<Loaded, LoadError> {
+    let left = budget.files.checked_sub(1);
+    budget.files =
+        left.ok_or_else(|| context.error(format!("the scene refers to more than {MAX_FILES} files")))?;
+    if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
+        if !parameters.is_empty() {
+            return Err(context.error("`parameters` are for scene files only"));
+        }
+        return load::load(path, options);
+    }
+    let mut stack = place.stack.to_vec();
+    stack.push(canonical(place.path));
+    if stack.contains(&canonical(path)) {
+        return Err(context.error(format!("{} includes itself", path.display())));
+    }
+    if stack.len() > MAX_DEPTH {
+        return Err(context.error(format!("scene files include each other more than {MAX_DEPTH} deep")));
+    }
+    let parameters: Parameters =
+        parameters.iter().map(|(name, value)| (name.clone(), value.to_string())).collect();
+    load_nested(path, &parameters, options, budget, &stack)
 }
 
 /// The material of each part of an instance.

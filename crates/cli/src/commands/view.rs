@@ -1,0 +1,133 @@
+//! `alhazen view`: the interactive window.
+
+use alhazen::{BackendChoice, LoadOptions, PathKernel, RendererOptions, Source};
+use anyhow::Context;
+use std::path::PathBuf;
+use std::time::Instant;
+use viewer::smoke::{Smoke, parse};
+use viewer::viewer::Start;
+use viewer::{Options, ViewerError};
+
+/// Open a scene in a window: look at it, change it, save it.
+#[derive(Debug, clap::Args)]
+pub struct ViewArgs {
+    /// A file (.obj, .gltf, .glb, .ply, .toml) or a built-in scene, see `alhazen scenes`.
+    #[arg(default_value = alhazen::builtin::DEFAULT)]
+    scene: String,
+    /// Set a parameter of a scene; may be given several times.
+    #[arg(short = 'p', long = "param", value_name = "NAME=VALUE", value_parser = super::parse_parameter)]
+    parameters: Vec<(String, String)>,
+    /// Go on without what the file requires but Alhazen does not know.
+    #[arg(long)]
+    lenient: bool,
+    /// Width of the picture in pixels [default: the window's].
+    #[arg(long, requires = "height", value_parser = clap::value_parser!(u32).range(16..=16_384))]
+    width: Option<u32>,
+    /// Height of the picture in pixels.
+    #[arg(long, requires = "width", value_parser = clap::value_parser!(u32).range(16..=16_384))]
+    height: Option<u32>,
+    /// What renders: auto (a GPU if there is a real one), cpu, gpu, gpu-bvh, gpu-query, gpu-pipeline.
+    #[arg(long, value_name = "NAME", default_value_t = BackendChoice::Auto)]
+    backend: BackendChoice,
+    /// Which GPU: a part of its name, see `alhazen doctor`.
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+    /// How a GPU follows paths: auto, megakernel or wavefront.
+    #[arg(long, value_name = "NAME", default_value_t = PathKernel::Auto)]
+    kernel: PathKernel,
+    /// Number of threads [default: all cores].
+    #[arg(long)]
+    threads: Option<usize>,
+    /// Size of the window, WIDTHxHEIGHT in pixels.
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    window: Option<[u32; 2]>,
+    /// Run unattended: close after so many frames, and remember nothing.
+    #[arg(long, help_heading = "Tests", value_name = "FRAMES")]
+    smoke: Option<u64>,
+    /// A picture of the window at the end.
+    #[arg(long, help_heading = "Tests", value_name = "FILE", requires = "smoke")]
+    screenshot: Option<PathBuf>,
+    /// What to do, a step a line; docs/viewer.md lists them.
+    #[arg(long, help_heading = "Tests", value_name = "FILE", requires = "smoke")]
+    smoke_script: Option<PathBuf>,
+}
+
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let (width, height) = text.split_once('x').ok_or("expected WIDTHxHEIGHT, such as 1280x800")?;
+    let side = |text: &str| match text.parse() {
+        Ok(side @ 64..=16_384) => Ok(side),
+        _ => Err(format!("`{text}` is not between 64 and 16384")),
+    };
+    Ok([side(width)?, side(height)?])
+}
+
+/// The window of `alhazen` alone, where there is a display; `None` where no window can be opened.
+///
+/// Being a display's name in the environment does not make it one: what cannot be opened is as good as none.
+pub fn run_default() -> Option<anyhow::Result<()>> {
+    if !viewer::has_display() {
+        return None;
+    }
+    let options = Options {
+        source: Source::parse(alhazen::builtin::DEFAULT),
+        start: Start::default(),
+        window: None,
+        smoke: None,
+        began: Instant::now(),
+    };
+    match viewer::run(options) {
+        Err(error @ (ViewerError::Display(_) | ViewerError::Window(_) | ViewerError::Surface(_))) => {
+            eprintln!("no window: {:#}", anyhow::Error::from(error));
+            None
+        }
+        result => Some(result.map(drop).map_err(Into::into)),
+    }
+}
+
+/// Opens the window.
+pub fn run(args: &ViewArgs) -> anyhow::Result<()> {
+    let began = Instant::now();
+    let mut source = Source::parse(&args.scene);
+    source.parameters = args.parameters.iter().cloned().collect();
+    let start = Start {
+        load: LoadOptions { lenient: args.lenient, ..LoadOptions::default() },
+        renderer: RendererOptions {
+            backend: args.backend,
+            adapter: args.adapter.clone(),
+            threads: args.threads,
+            kernel: args.kernel,
+        },
+        size: args.width.zip(args.height).map(|(width, height)| [width, height]),
+        ..Start::default()
+    };
+    let smoke = match args.smoke {
+        None => None,
+        Some(frames) => {
+            let script = match &args.smoke_script {
+                None => Vec::new(),
+                Some(path) => {
+                    let text = std::fs::read_to_string(path)
+                        .with_context(|| format!("cannot read {}", path.display()))?;
+                    parse(&text)?
+                }
+            };
+            Some(Smoke { frames, screenshot: args.screenshot.clone(), script })
+        }
+    };
+    let report = viewer::run(Options { source, start, window: args.window, smoke, began })?;
+    report.iter().for_each(|line| println!("{line}"));
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_of_windows() {
+        assert_eq!(parse_size("1280x800"), Ok([1280, 800]));
+        for wrong in ["1280", "1280x", "1x1", "axb", "99999x800"] {
+            assert!(parse_size(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,232 @@
+//! The window, driven by scripts on a display without a screen (Xvfb). Windows are drawn by whatever Vulkan driver there is.
+
+mod common;
+
+use alhazen::{Image, metrics};
+use common::Ran;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::Mutex;
+
+/// A display of its own.
+struct Display {
+    server: Child,
+    name: String,
+}
+
+impl Drop for Display {
+    fn drop(&mut self) {
+        let _ = self.server.kill();
+        let _ = self.server.wait();
+    }
+}
+
+/// One window at a time: they share two cores.
+static TURN: Mutex<()> = Mutex::new(());
+
+impl Display {
+    /// Starts a server on a free number; `None` and a visible skip where there is none to start, or nothing draws.
+    fn open(test: &str) -> Option<Self> {
+        if alhazen::gpu::adapters().is_empty() {
+            testkit::skip_without_gpu(test, "no driver draws on windows");
+            return None;
+        }
+        let program = std::env::var_os("ALHAZEN_XVFB").unwrap_or_else(|| "Xvfb".into());
+        let mut command = Command::new(program);
+        command.args(["-displayfd", "1", "-screen", "0", "1400x900x24", "-nolisten", "tcp"]);
+        let server = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
+        let Ok(mut server) = server else {
+            testkit::skip_without_tool(test, "there is no Xvfb; `cargo xtask test` sets it up");
+            return None;
+        };
+        let mut number = String::new();
+        let out = server.stdout.take().expect("piped");
+        BufReader::new(out).read_line(&mut number).expect("a number");
+        let display = Self { server, name: format!(":{}", number.trim()) };
+        assert!(!number.trim().is_empty(), "{test}: Xvfb did not start");
+        Some(display)
+    }
+
+    /// Runs a script; it must succeed.
+    fn view(&self, folder: &Path, arguments: &str, script: &str) -> Ran {
+        let ran = self.try_view(folder, arguments, script);
+        assert_eq!(ran.code, Some(0), "{arguments}\n{script}\n{}\n{}", ran.stdout, ran.stderr);
+        ran
+    }
+
+    fn try_view(&self, folder: &Path, arguments: &str, script: &str) -> Ran {
+        std::fs::write(folder.join("script.txt"), script).expect("written");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_alhazen"));
+        command.arg("view").args(arguments.split_whitespace());
+        command.args(["--smoke", "3", "--smoke-script", "script.txt", "--window", "900x640"]);
+        command.env("DISPLAY", &self.name).env_remove("WAYLAND_DISPLAY").current_dir(folder);
+        let output = command.output().expect("the binary can be run");
+        let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+        let ran =
+            Ran { code: output.status.code(), stdout: text(output.stdout), stderr: text(output.stderr) };
+        assert!(!ran.stderr.contains("panicked"), "{arguments}\n{script}\n{}", ran.stderr);
+        ran
+    }
+}
+
+fn open(path: &Path) -> Image {
+    Image::open(path).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Whether two pictures have the same mean in each of 4 × 4 blocks, within `tolerance` of linear display values. One of them
+/// is enlarged, so edges at the borders of blocks differ.
+fn assert_alike(a: &Image, b: &Image, tolerance: f32, what: &str) {
+    let block = |image: &Image, bx: u32, by: u32| {
+        let (w, h) = (image.width() / 4, image.height() / 4);
+        let part = image.crop(bx * w, by * h, w, h);
+        let mean = part.to_rgb().mean();
+        [mean[0] as f32, mean[1] as f32, mean[2] as f32]
+    };
+    for (bx, by) in (0..16).map(|i| (i % 4, i / 4)) {
+        let (x, y) = (block(a, bx, by), block(b, bx, by));
+        let far = (0..3).any(|c| (x[c] - y[c]).abs() > tolerance);
+        assert!(!far, "{what}: block {bx}, {by} is {x:?} and {y:?}");
+    }
+}
+
+/// The picture's part of a screenshot, as the report says where it is.
+fn picture_of(screenshot: &Path, report: &str) -> Image {
+    let line =
+        report.lines().rev().find_map(|l| l.strip_prefix("picture at ")).expect("the report says where");
+    let n: Vec<u32> = line.split_whitespace().map(|w| w.parse().expect("a number")).collect();
+    open(screenshot).crop(n[0], n[1], n[2], n[3])
+}
+
+#[test]
+fn the_comparison_of_screenshots_notices_a_difference() {
+    let grey = |v: f32| Image::from_fn(64, 64, move |_, _| [v; 3]);
+    assert_alike(&grey(0.5), &grey(0.505), 0.01, "alike");
+    let mut other = grey(0.5);
+    (0..64 * 3).for_each(|i| other.data_mut()[i] = 0.9);
+    let result = std::panic::catch_unwind(|| assert_alike(&grey(0.5), &other, 0.01, "one row of a block"));
+    assert!(result.is_err());
+}
+
+#[test]
+fn every_built_in_scene_is_shown_as_it_is_rendered() {
+    let _turn = TURN.lock();
+    let Some(display) = Display::open("every_built_in_scene_is_shown_as_it_is_rendered") else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let names: Vec<_> = alhazen::builtin::list().into_iter().map(|b| b.name).collect();
+    let mut script = "spp 4\n".to_owned();
+    for name in &names {
+        script +=
+            &format!("open {name}\nspp 4\nwait 4\nframes 2\npicture {name}.exr\nscreenshot {name}.png\n");
+    }
+    let ran = display.view(folder.path(), "cornell --backend cpu --width 160 --height 120", &script);
+    for name in &names {
+        let path = |ending: &str| folder.path().join(format!("{name}{ending}"));
+        let arguments = format!(
+            "render {name} --backend cpu --width 160 --height 120 --spp 4 --quiet -o {name}.h.exr -o {name}.h.png"
+        );
+        common::succeed(folder.path(), &arguments);
+        // The same samples: the same picture, bit for bit.
+        let (ours, headless) = (open(&path(".exr")), open(&path(".h.exr")));
+        assert_eq!(ours.data(), headless.data(), "{name}");
+        let shown = picture_of(&path(".png"), &ran.stdout);
+        assert_alike(&shown, &open(&path(".h.png")), 0.04, name);
+    }
+}
+
+#[test]
+fn edits_are_shown_saved_and_rendered_again() {
+    let _turn = TURN.lock();
+    let Some(display) = Display::open("edits_are_shown_saved_and_rendered_again") else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let script = "\
+spp 4\nwait 4\npicture before.exr\nmaterial 0 red 0.1\nmaterial 0 roughness 0.9\nselect 0.5 0.5
+command Add a lamp (a sphere that shines)\ncommand Duplicate the object\nwait 4\npicture after.exr\nsave edited.toml
+command Undo\ncommand Undo\ncommand Undo\ncommand Undo\nwait 4\npicture undone.exr\nopen edited.toml\nwait 4\npicture opened.exr\n";
+    display.view(folder.path(), "cornell --backend cpu --width 96 --height 96", script);
+    common::succeed(folder.path(), "render edited.toml --backend cpu --spp 4 --quiet -o headless.exr");
+    let [before, after, undone, opened, headless] = ["before", "after", "undone", "opened", "headless"]
+        .map(|n| open(&folder.path().join(format!("{n}.exr"))));
+    assert!(metrics::mse(&before, &after).expect("the same size") > 1e-4, "the edits are seen");
+    assert_eq!(before.data(), undone.data(), "undo takes them back");
+    assert_eq!(after.data(), headless.data(), "what was saved renders as it was seen");
+    assert_eq!(after.data(), opened.data(), "what was saved opens as it was seen");
+}
+
+#[test]
+fn files_are_opened_dropped_reloaded_and_refused() {
+    let _turn = TURN.lock();
+    let Some(display) = Display::open("files_are_opened_dropped_reloaded_and_refused") else { return };
+    let folder = common::folder_with_triangle();
+    std::fs::write(folder.path().join("broken.glb"), "no model\n").expect("written");
+    let script = "\
+spp 2\nopen triangle.obj\nspp 2\nwait 2\npicture first.exr\ndrop broken.glb\nerror\nwait 2\npicture kept.exr
+drop none.glb\nerror\ndrop triangle.obj\nwait 2\nreload\nwait 2\nresize 700 500\nframes 5\nwait 2
+integrator direct\nwait 2\nlayer depth\nwait 2\nlayer noise\nframes 5\nlayer picture\ncompare first.png\nframes 5
+screenshot last.png\nrecord turn.png 2 1\n";
+    std::fs::write(folder.path().join("first.png"), []).expect("written");
+    display.view(folder.path(), "triangle.obj --backend cpu --width 64 --height 48", script);
+    let [first, kept] = ["first.exr", "kept.exr"].map(|n| open(&folder.path().join(n)));
+    assert_eq!(first.data(), kept.data(), "a broken file changes nothing");
+    assert_eq!(open(&folder.path().join("last.png")).width(), 700, "the window has another size");
+    for frame in ["turn.0000.png", "turn.0001.png"] {
+        assert_eq!(open(&folder.path().join(frame)).width(), 64);
+    }
+}
+
+#[test]
+fn back_ends_switch_while_the_window_is_open() {
+    let _turn = TURN.lock();
+    let Some(display) = Display::open("back_ends_switch_while_the_window_is_open") else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let script =
+        "spp 16\nwait 16\npicture cpu.exr\nbackend gpu-bvh\nwait 16\npicture gpu.exr\nbackend cpu\nwait 16\n";
+    display.view(folder.path(), "cornell --backend cpu --width 48 --height 48", script);
+    let [cpu, gpu] = ["cpu.exr", "gpu.exr"].map(|n| open(&folder.path().join(n)));
+    // The same samples from the same text: what differs is rounding, and paths that it sends elsewhere.
+    let error = metrics::rel_mse(&cpu, &gpu).expect("the same size");
+    assert!(error < 0.02, "relative mean squared error {error}");
+}
+
+#[test]
+fn restarts_leave_memory_alone() {
+    let _turn = TURN.lock();
+    let Some(display) = Display::open("restarts_leave_memory_alone") else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let ran = display.view(
+        folder.path(),
+        "cornell --backend cpu --width 160 --height 120",
+        "spp 1\nwait 1\nframes 30\nrestarts 500\n",
+    );
+    let line = ran.stdout.lines().find(|l| l.starts_with("restarts: 500")).expect("reported");
+    let percent: f64 =
+        line.rsplit_once(", ").and_then(|(_, p)| p.trim_end_matches(" %").parse().ok()).expect("a number");
+    assert!(percent < 5.0, "{line}");
+}
+
+#[test]
+fn unattended_runs_fail_loudly() {
+    let _turn = TURN.lock();
+    let Some(display) = Display::open("unattended_runs_fail_loudly") else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    for (script, part) in [("fly\n", "no step `fly`"), ("material 999 red 1\n", "no such material")] {
+        let ran = display.try_view(
+            folder.path(),
+            "cornell --backend cpu --width 64 --height 48",
+            &format!("wait 1\n{script}"),
+        );
+        assert!(ran.code != Some(0) && ran.stderr.contains(part), "{script}: {ran:?}");
+    }
+}
+
+#[test]
+fn without_a_display_there_is_an_error_and_no_panic() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_alhazen"));
+    command.args(["view", "cornell"]).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
+    command.env_remove("WAYLAND_SOCKET").current_dir(folder.path());
+    let output = command.output().expect("runs");
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success() && text.contains("cannot open a window"), "{text}");
+    assert!(!text.contains("panicked"), "{text}");
+}

@@ -1,0 +1,297 @@
+//! From a scene and edits to the edited scene.
+
+use super::{Addition, Edits, EnvironmentRecord};
+use crate::{Environment, Image, Instance, InstanceId, Material, MaterialId, Mesh, Scene, Shape, Sphere};
+use glam::{Affine3A, Vec3};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Files that edits refer to, loaded.
+#[derive(Clone, Debug, Default)]
+pub struct Resources {
+    /// Models, by the path that the edits name.
+    pub models: HashMap<PathBuf, Arc<Scene>>,
+    /// Environment pictures, by the path that the edits name.
+    pub environments: HashMap<PathBuf, Arc<Image>>,
+}
+
+/// Why edits cannot be applied.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum EditError {
+    /// A material that is not there.
+    #[error("there is no material {id}; the scene has {count}")]
+    Material {
+        /// Its number.
+        id: MaterialId,
+        /// How many there are.
+        count: usize,
+    },
+    /// An object that is not there.
+    #[error("there is no object {id}; the scene has {count}")]
+    Object {
+        /// Its number.
+        id: InstanceId,
+        /// How many there are.
+        count: usize,
+    },
+    /// A file that was not loaded.
+    #[error("{0} was not loaded")]
+    File(PathBuf),
+    /// A number that means nothing.
+    #[error("{object}: {problem}")]
+    Value {
+        /// Of what.
+        object: String,
+        /// What is wrong.
+        problem: String,
+    },
+}
+
+/// A scene and what is needed to give it other edits: the geometry stands there once, whatever changes.
+#[derive(Clone, Debug)]
+pub struct Editable {
+    scene: Scene,
+    original: Version,
+    /// The original with `added`: what most changes of the edits begin with.
+    extended: Version,
+    added: Vec<Addition>,
+}
+
+/// What a scene was at some time. Of meshes, textures and pictures only the number is kept: edits add to them and
+/// change none.
+#[derive(Clone, Debug)]
+struct Version {
+    small: Scene,
+    meshes: usize,
+    textures: usize,
+    images: usize,
+}
+
+impl Version {
+    fn of(scene: &mut Scene) -> Self {
+        let large = (
+            std::mem::take(&mut scene.meshes),
+            std::mem::take(&mut scene.textures),
+            std::mem::take(&mut scene.images),
+        );
+        let small = scene.clone();
+        (scene.meshes, scene.textures, scene.images) = large;
+        let (meshes, textures, images) = (scene.meshes.len(), scene.textures.len(), scene.images.len());
+        Self { small, meshes, textures, images }
+    }
+
+    /// Makes a scene that has got more since what it was.
+    fn restore(&self, scene: &mut Scene) {
+        scene.meshes.truncate(self.meshes);
+        scene.textures.truncate(self.textures);
+        scene.images.truncate(self.images);
+        scene.materials.clone_from(&self.small.materials);
+        scene.instances.clone_from(&self.small.instances);
+        scene.lights.clone_from(&self.small.lights);
+        scene.cameras.clone_from(&self.small.cameras);
+        scene.environment.clone_from(&self.small.environment);
+        scene.animations.clone_from(&self.small.animations);
+    }
+}
+
+impl Editable {
+    /// A scene without edits.
+    pub fn new(mut scene: Scene) -> Self {
+        let original = Version::of(&mut scene);
+        Self { scene, extended: original.clone(), original, added: Vec::new() }
+    }
+
+    /// The scene with the edits that it was given last.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The scene before values of what is in it were changed, with what was added, without geometry and pictures.
+    pub fn unchanged(&self) -> &Scene {
+        &self.extended.small
+    }
+
+    /// As [`Editable::scene`], without the rest.
+    pub fn into_scene(self) -> Scene {
+        self.scene
+    }
+
+    /// Gives the scene these edits instead of those that it had.
+    ///
+    /// # Errors
+    /// See [`EditError`]. The scene then has some of the edits.
+    pub fn set(&mut self, edits: &Edits, resources: &Resources) -> Result<(), EditError> {
+        if self.added == edits.additions {
+            self.extended.restore(&mut self.scene);
+        } else {
+            self.extend(&edits.additions, resources)?;
+        }
+        self.edit_materials(edits)?;
+        self.edit_objects(edits)?;
+        self.hold_still(edits);
+        if let Some(lights) = &edits.lights {
+            self.scene.lights = lights.iter().map(super::LightRecord::light).collect();
+        }
+        if let Some(cameras) = &edits.cameras {
+            self.scene.cameras = cameras.iter().map(super::CameraRecord::camera).collect();
+        }
+        match &edits.environment {
+            Some(environment) => self.set_environment(environment, resources),
+            None => Ok(()),
+        }
+    }
+
+    /// Gives the original these additions.
+    fn extend(&mut self, additions: &[Addition], resources: &Resources) -> Result<(), EditError> {
+        self.original.restore(&mut self.scene);
+        self.added.clear();
+        self.extended = self.original.clone();
+        for addition in additions {
+            self.add(addition, resources)?;
+        }
+        self.added = additions.to_vec();
+        self.extended = Version::of(&mut self.scene);
+        Ok(())
+    }
+
+    /// What was put somewhere stays there, and what was given a value keeps it, whatever the scene's animations say.
+    fn hold_still(&mut self, edits: &Edits) {
+        let moved = |id: u32| edits.objects.get(&id).is_some_and(|o| o.transform.is_some());
+        for animation in &mut self.scene.animations {
+            animation.instances.retain(|i| !moved(i.instance));
+            animation.materials.retain(|m| !edits.materials.contains_key(&m.material));
+            if edits.lights.is_some() {
+                animation.lights.clear();
+            }
+            if edits.cameras.is_some() {
+                animation.cameras.clear();
+            }
+        }
+    }
+
+    fn add(&mut self, addition: &Addition, resources: &Resources) -> Result<(), EditError> {
+        match addition {
+            Addition::Model { file } => {
+                let model = resources.models.get(file).ok_or_else(|| EditError::File(file.clone()))?;
+                let mut model = Scene::clone(model);
+                model.cameras.clear();
+                model.animations.iter_mut().for_each(|a| a.cameras.clear());
+                self.scene.merge(model);
+            }
+            Addition::Copy { of } => {
+                let mut copy = self.instance(*of)?.clone();
+                copy.name += " copy";
+                self.scene.instances.push(copy);
+            }
+            Addition::Material { of } => {
+                let mut copy = self.material(*of)?.clone();
+                copy.name += " copy";
+                self.scene.materials.push(copy);
+            }
+            Addition::Lamp { radius, radiance } => self.add_lamp(*radius, Vec3::from_array(*radiance))?,
+        }
+        Ok(())
+    }
+
+    fn add_lamp(&mut self, radius: f32, radiance: Vec3) -> Result<(), EditError> {
+        let positive = radius > 0.0 && radius.is_finite();
+        if !positive || !(radiance.is_finite() && radiance.min_element() >= 0.0) {
+            let problem = format!("radius {radius} and radiance {radiance} must be positive");
+            return Err(EditError::Value { object: "a lamp".into(), problem });
+        }
+        let material = self.scene.materials.len() as MaterialId;
+        self.scene.materials.push(Material {
+            name: "lamp".into(),
+            emission: radiance,
+            ..Material::default()
+        });
+        let mesh = self.scene.meshes.len() as u32;
+        let sphere = Shape::Spheres(vec![Sphere { center: Vec3::ZERO, radius }]);
+        self.scene.meshes.push(Mesh::single("lamp", sphere, material));
+        let instance = Instance { dynamic: true, ..Instance::new("lamp", mesh, Affine3A::IDENTITY) };
+        self.scene.instances.push(instance);
+        Ok(())
+    }
+
+    fn instance(&self, id: InstanceId) -> Result<&Instance, EditError> {
+        let count = self.scene.instances.len();
+        self.scene.instances.get(id as usize).ok_or(EditError::Object { id, count })
+    }
+
+    fn material(&self, id: MaterialId) -> Result<&Material, EditError> {
+        let count = self.scene.materials.len();
+        self.scene.materials.get(id as usize).ok_or(EditError::Material { id, count })
+    }
+
+    fn edit_materials(&mut self, edits: &Edits) -> Result<(), EditError> {
+        for (id, record) in &edits.materials {
+            self.material(*id)?;
+            if let Some(problem) = record.problem() {
+                return Err(EditError::Value { object: format!("material {id}"), problem });
+            }
+            record.apply(&mut self.scene.materials[*id as usize]);
+        }
+        Ok(())
+    }
+
+    fn edit_objects(&mut self, edits: &Edits) -> Result<(), EditError> {
+        for (id, edit) in &edits.objects {
+            let mesh = self.instance(*id)?.mesh;
+            if let Some(material) = edit.material {
+                self.material(material)?;
+            }
+            let parts = self.scene.meshes.get(mesh as usize).map_or(0, |m| m.parts.len());
+            let instance = &mut self.scene.instances[*id as usize];
+            if let Some(name) = &edit.name {
+                instance.name.clone_from(name);
+            }
+            if let Some(transform) = &edit.transform {
+                if !transform.iter().all(|v| v.is_finite()) {
+                    let problem = format!("the transform {transform:?} is not finite");
+                    return Err(EditError::Value { object: format!("object {id}"), problem });
+                }
+                instance.transform = Affine3A::from_cols_array(transform);
+                // It will move again: the geometry must not be built anew each time.
+                instance.dynamic = true;
+            }
+            instance.visible = edit.visible.unwrap_or(instance.visible) && !edit.removed;
+            if let Some(material) = edit.material {
+                instance.materials = Some(vec![material; parts]);
+            }
+        }
+        Ok(())
+    }
+
+    fn set_environment(
+        &mut self,
+        environment: &EnvironmentRecord,
+        resources: &Resources,
+    ) -> Result<(), EditError> {
+        self.scene.environment = match environment {
+            // Not `Environment::Black`: scenes that say nothing may get daylight.
+            EnvironmentRecord::Black => Environment::Constant(Vec3::ZERO),
+            EnvironmentRecord::Constant { radiance } => Environment::Constant((*radiance).into()),
+            EnvironmentRecord::Sky(sky) => Environment::Sky(sky.sky()),
+            EnvironmentRecord::Own { rotation, intensity } => {
+                let Environment::Image { image, .. } = self.original.small.environment else {
+                    let problem = "the scene has no picture of its own around it".into();
+                    return Err(EditError::Value { object: "environment".into(), problem });
+                };
+                Environment::Image { image, rotation: *rotation, intensity: *intensity }
+            }
+            EnvironmentRecord::File { file, rotation, intensity } => {
+                let image = self.add_environment(file, resources)?;
+                Environment::Image { image, rotation: *rotation, intensity: *intensity }
+            }
+        };
+        Ok(())
+    }
+
+    fn add_environment(&mut self, file: &Path, resources: &Resources) -> Result<u32, EditError> {
+        let image = resources.environments.get(file).ok_or_else(|| EditError::File(file.to_owned()))?;
+        self.scene.images.push(Image::clone(image));
+        Ok(self.scene.images.len() as u32 - 1)
+    }
+}

@@ -1,0 +1,142 @@
+//! What somebody has changed of a scene, as a value: it can be kept, taken back, written to a file and applied.
+//!
+//! Edits refer to materials and objects (instances) of the scene by number. What they add comes after all that is there,
+//! in the order in which it was added, so that numbers stay what they are. [`Editable`] applies them; [`file`] is how
+//! they stand in a scene file: a `[base]` and the edits on top, which load as the very scene that was edited.
+
+mod apply;
+pub mod file;
+mod numbered;
+mod records;
+
+pub use apply::{EditError, Editable, Resources};
+pub use records::{
+    CameraRecord, EnvironmentRecord, LightRecord, MaterialRecord, OrbitRecord, ProjectionRecord, SkyRecord,
+    SunRecord,
+};
+
+use crate::{InstanceId, MaterialId};
+use glam::Affine3A;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Changes of a scene.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Edits {
+    /// What comes in addition.
+    #[serde(rename = "add", skip_serializing_if = "Vec::is_empty")]
+    pub additions: Vec<Addition>,
+    /// New values of materials, by number.
+    #[serde(with = "numbered", skip_serializing_if = "BTreeMap::is_empty")]
+    pub materials: BTreeMap<MaterialId, MaterialRecord>,
+    /// Changes of objects, by number.
+    #[serde(with = "numbered", skip_serializing_if = "BTreeMap::is_empty")]
+    pub objects: BTreeMap<InstanceId, ObjectEdit>,
+    /// All point, spot and directional lights; `None` keeps those that there are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lights: Option<Vec<LightRecord>>,
+    /// Light from infinitely far away; `None` keeps what there is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub environment: Option<EnvironmentRecord>,
+    /// All cameras, the one that is rendered first; `None` keeps those that there are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cameras: Option<Vec<CameraRecord>>,
+}
+
+/// Something that a scene gets in addition.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", rename_all_fields = "kebab-case", deny_unknown_fields)]
+pub enum Addition {
+    /// All objects, materials and lights of a file.
+    Model {
+        /// The file.
+        file: PathBuf,
+    },
+    /// Another instance of an object's mesh, in the same place.
+    Copy {
+        /// The object.
+        of: InstanceId,
+    },
+    /// A copy of a material, so that one object can be changed without the others.
+    Material {
+        /// The material.
+        of: MaterialId,
+    },
+    /// A white sphere that shines, with a material of its own: a light of any size.
+    Lamp {
+        /// Radius, metres.
+        radius: f32,
+        /// Emitted radiance, W·sr⁻¹·m⁻², linear RGB.
+        radiance: [f32; 3],
+    },
+}
+
+/// A change of an object; what is `None` stays.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+pub struct ObjectEdit {
+    /// Its name.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Object to world: the three columns of the matrix, then the translation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub transform: Option<[f32; 12]>,
+    /// Whether it is part of the picture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub visible: Option<bool>,
+    /// It is gone. Its number stays, so that others keep theirs.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub removed: bool,
+    /// The material of all its parts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub material: Option<MaterialId>,
+}
+
+impl ObjectEdit {
+    /// Moves it there.
+    pub fn set_transform(&mut self, transform: &Affine3A) {
+        self.transform = Some(transform.to_cols_array());
+    }
+}
+
+impl Edits {
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Files of models that were added.
+    pub fn models(&self) -> impl Iterator<Item = &Path> {
+        self.additions.iter().filter_map(|addition| match addition {
+            Addition::Model { file } => Some(file.as_path()),
+            Addition::Copy { .. } | Addition::Material { .. } | Addition::Lamp { .. } => None,
+        })
+    }
+
+    /// The picture around the scene, if it is from a file of its own.
+    pub fn environment_file(&self) -> Option<&Path> {
+        match &self.environment {
+            Some(EnvironmentRecord::File { file, .. }) => Some(file),
+            _ => None,
+        }
+    }
+
+    /// Calls `f` with every path, to change it.
+    pub fn for_each_path(&mut self, mut f: impl FnMut(&mut PathBuf)) {
+        for addition in &mut self.additions {
+            if let Addition::Model { file } = addition {
+                f(file);
+            }
+        }
+        if let Some(EnvironmentRecord::File { file, .. }) = &mut self.environment {
+            f(file);
+        }
+    }
+
+    /// Changes an object.
+    pub fn object(&mut self, id: InstanceId) -> &mut ObjectEdit {
+        self.objects.entry(id).or_default()
+    }
+}

@@ -1,0 +1,386 @@
+//! Materials, lights, environments and cameras in plain numbers, exactly as the scene has them.
+//!
+//! Sections of scene files that people write have degrees, names and defaults. These are for programs: radians, metres,
+//! every number, so that what is read is bit for bit what was written.
+
+use crate::{
+    AlphaMode, Camera, CameraPath, Environment, Light, LightKind, Material, Model, Projection, Sky, Sun,
+};
+use glam::{Vec2, Vec3, Vec4};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// The numbers of a material; textures and patterns stay what they are. Fields are as those of [`Material`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct MaterialRecord {
+    /// Name, for people.
+    pub name: String,
+    /// `metallic-roughness`, `lambert`, `dielectric`, `mirror` or `unlit`.
+    pub model: Model,
+    /// Linear RGB and alpha.
+    pub base_color: [f32; 4],
+    /// Metalness.
+    pub metallic: f32,
+    /// Perceptual roughness.
+    pub roughness: f32,
+    /// Strength of the dielectric reflection.
+    pub specular: f32,
+    /// Index of refraction.
+    pub ior: f32,
+    /// Share that is refracted.
+    pub transmission: f32,
+    /// Infinitely thin wall.
+    pub thin_walled: bool,
+    /// Emitted radiance, W·sr⁻¹·m⁻².
+    pub emission: [f32; 3],
+    /// Both sides emit.
+    pub emission_two_sided: bool,
+    /// Scale of the normal map.
+    pub normal_scale: f32,
+    /// Use of alpha.
+    pub alpha_mode: AlphaMode,
+    /// Whether the back is shaded.
+    pub double_sided: bool,
+}
+
+impl From<&Material> for MaterialRecord {
+    fn from(m: &Material) -> Self {
+        Self {
+            name: m.name.clone(),
+            model: m.model,
+            base_color: m.base_color.to_array(),
+            metallic: m.metallic,
+            roughness: m.roughness,
+            specular: m.specular,
+            ior: m.ior,
+            transmission: m.transmission,
+            thin_walled: m.thin_walled,
+            emission: m.emission.to_array(),
+            emission_two_sided: m.emission_two_sided,
+            normal_scale: m.normal_scale,
+            alpha_mode: m.alpha_mode,
+            double_sided: m.double_sided,
+        }
+    }
+}
+
+impl MaterialRecord {
+    /// Gives a material these numbers.
+    pub fn apply(&self, m: &mut Material) {
+        m.name.clone_from(&self.name);
+        m.model = self.model;
+        m.base_color = Vec4::from_array(self.base_color);
+        m.metallic = self.metallic;
+        m.roughness = self.roughness;
+        m.specular = self.specular;
+        m.ior = self.ior;
+        m.transmission = self.transmission;
+        m.thin_walled = self.thin_walled;
+        m.emission = Vec3::from_array(self.emission);
+        m.emission_two_sided = self.emission_two_sided;
+        m.normal_scale = self.normal_scale;
+        m.alpha_mode = self.alpha_mode;
+        m.double_sided = self.double_sided;
+    }
+
+    /// What is wrong with it, if anything is.
+    pub fn problem(&self) -> Option<String> {
+        let shares = [
+            ("metallic", self.metallic),
+            ("roughness", self.roughness),
+            ("specular", self.specular),
+            ("transmission", self.transmission),
+        ];
+        let colours = ["red", "green", "blue", "alpha"].into_iter().zip(self.base_color);
+        if let Some((name, v)) = shares.into_iter().chain(colours).find(|(_, v)| !(0.0..=1.0).contains(v)) {
+            return Some(format!("`{name}` must be between 0 and 1, it is {v}"));
+        }
+        if !(1.0..=10.0).contains(&self.ior) {
+            return Some(format!("`ior` must be between 1 and 10, it is {}", self.ior));
+        }
+        let emission = self.emission.iter().find(|e| !(0.0..=1e9).contains(*e));
+        emission.map(|e| format!("`emission` must be between 0 and 1e9, it is {e}"))
+    }
+}
+
+/// A light; fields are as those of [`LightKind`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", rename_all_fields = "kebab-case", tag = "kind")]
+#[allow(missing_docs, reason = "the fields are those of LightKind")]
+pub enum LightRecord {
+    /// Shines in all directions.
+    Point { name: String, position: [f32; 3], intensity: [f32; 3] },
+    /// Shines into a cone.
+    Spot {
+        name: String,
+        position: [f32; 3],
+        direction: [f32; 3],
+        intensity: [f32; 3],
+        inner_angle: f32,
+        outer_angle: f32,
+    },
+    /// Infinitely far away.
+    Directional { name: String, direction: [f32; 3], irradiance: [f32; 3], angular_diameter: f32 },
+}
+
+impl From<&Light> for LightRecord {
+    fn from(light: &Light) -> Self {
+        let name = light.name.clone();
+        match light.kind {
+            LightKind::Point { position, intensity } => {
+                Self::Point { name, position: position.into(), intensity: intensity.into() }
+            }
+            LightKind::Spot { position, direction, intensity, inner_angle, outer_angle } => Self::Spot {
+                name,
+                position: position.into(),
+                direction: direction.into(),
+                intensity: intensity.into(),
+                inner_angle,
+                outer_angle,
+            },
+            LightKind::Directional { direction, irradiance, angular_diameter } => Self::Directional {
+                name,
+                direction: direction.into(),
+                irradiance: irradiance.into(),
+                angular_diameter,
+            },
+        }
+    }
+}
+
+impl LightRecord {
+    /// The light. Directions get unit length; what already has it stays as it is, bit for bit.
+    pub fn light(&self) -> Light {
+        let unit = |v: &[f32; 3]| {
+            let v = Vec3::from_array(*v);
+            if v.is_normalized() { v } else { v.normalize_or(Vec3::NEG_Y) }
+        };
+        let (name, kind) = match self {
+            Self::Point { name, position, intensity } => {
+                (name, LightKind::Point { position: (*position).into(), intensity: (*intensity).into() })
+            }
+            Self::Spot { name, position, direction, intensity, inner_angle, outer_angle } => {
+                let outer_angle = outer_angle.clamp(1e-3, std::f32::consts::FRAC_PI_2);
+                let kind = LightKind::Spot {
+                    position: (*position).into(),
+                    direction: unit(direction),
+                    intensity: (*intensity).into(),
+                    inner_angle: inner_angle.clamp(0.0, outer_angle * 0.999),
+                    outer_angle,
+                };
+                (name, kind)
+            }
+            Self::Directional { name, direction, irradiance, angular_diameter } => {
+                let kind = LightKind::Directional {
+                    direction: unit(direction),
+                    irradiance: (*irradiance).into(),
+                    angular_diameter: *angular_diameter,
+                };
+                (name, kind)
+            }
+        };
+        Light { name: name.clone(), kind }
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Point { name, .. } | Self::Spot { name, .. } | Self::Directional { name, .. } => name,
+        }
+    }
+}
+
+/// An environment; fields are as those of [`Environment`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", rename_all_fields = "kebab-case", tag = "kind")]
+#[allow(missing_docs, reason = "the fields are those of Environment")]
+pub enum EnvironmentRecord {
+    /// Nothing.
+    Black,
+    /// The same everywhere.
+    Constant { radiance: [f32; 3] },
+    /// The picture that the scene has already, turned and scaled.
+    Own { rotation: f32, intensity: f32 },
+    /// A picture from a file.
+    File { file: PathBuf, rotation: f32, intensity: f32 },
+    /// A gradient.
+    Sky(SkyRecord),
+}
+
+/// As [`Sky`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+#[allow(missing_docs, reason = "the fields are those of Sky")]
+pub struct SkyRecord {
+    pub horizon: [f32; 3],
+    pub zenith: [f32; 3],
+    pub ground: [f32; 3],
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sun: Option<SunRecord>,
+}
+
+/// As [`Sun`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+#[allow(missing_docs, reason = "the fields are those of Sun")]
+pub struct SunRecord {
+    pub direction: [f32; 3],
+    pub irradiance: [f32; 3],
+    pub angular_radius: f32,
+}
+
+impl From<&Environment> for EnvironmentRecord {
+    fn from(environment: &Environment) -> Self {
+        match environment {
+            Environment::Black => Self::Black,
+            Environment::Constant(radiance) => Self::Constant { radiance: (*radiance).into() },
+            Environment::Image { rotation, intensity, .. } => {
+                Self::Own { rotation: *rotation, intensity: *intensity }
+            }
+            Environment::Sky(sky) => Self::Sky(sky.into()),
+        }
+    }
+}
+
+impl From<&Sky> for SkyRecord {
+    fn from(sky: &Sky) -> Self {
+        let sun = |sun: Sun| SunRecord {
+            direction: sun.direction.into(),
+            irradiance: sun.irradiance.into(),
+            angular_radius: sun.angular_radius,
+        };
+        Self {
+            horizon: sky.horizon.into(),
+            zenith: sky.zenith.into(),
+            ground: sky.ground.into(),
+            sun: sky.sun.map(sun),
+        }
+    }
+}
+
+impl SkyRecord {
+    /// The sky.
+    pub fn sky(&self) -> Sky {
+        let sun = |sun: SunRecord| {
+            let direction = Vec3::from_array(sun.direction);
+            Sun {
+                direction: if direction.is_normalized() {
+                    direction
+                } else {
+                    direction.normalize_or(Vec3::Y)
+                },
+                irradiance: sun.irradiance.into(),
+                angular_radius: sun.angular_radius.clamp(1e-4, 0.8),
+            }
+        };
+        Sky {
+            horizon: self.horizon.into(),
+            zenith: self.zenith.into(),
+            ground: self.ground.into(),
+            sun: self.sun.map(sun),
+        }
+    }
+}
+
+/// A camera; fields are as those of [`Camera`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+#[allow(missing_docs, reason = "the fields are those of Camera")]
+pub struct CameraRecord {
+    pub name: String,
+    pub eye: [f32; 3],
+    pub target: [f32; 3],
+    pub up: [f32; 3],
+    pub projection: ProjectionRecord,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub aspect: Option<f32>,
+    pub lens_radius: f32,
+    pub focus_distance: f32,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub orbit: Option<OrbitRecord>,
+}
+
+/// As [`Projection`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", rename_all_fields = "kebab-case", tag = "kind")]
+#[allow(missing_docs, reason = "the fields are those of Projection")]
+pub enum ProjectionRecord {
+    Perspective { fov_y: f32 },
+    Orthographic { height: f32 },
+    Panorama,
+    Intrinsics { focal: [f32; 2], center: [f32; 2] },
+}
+
+/// As [`CameraPath::Orbit`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+#[allow(missing_docs, reason = "the fields are those of CameraPath")]
+pub struct OrbitRecord {
+    pub center: [f32; 3],
+    pub radius: f32,
+    pub height: f32,
+    pub bob: f32,
+    pub period: f32,
+    pub start: f32,
+}
+
+impl From<&Camera> for CameraRecord {
+    fn from(c: &Camera) -> Self {
+        let projection = match c.projection {
+            Projection::Perspective { fov_y } => ProjectionRecord::Perspective { fov_y },
+            Projection::Orthographic { height } => ProjectionRecord::Orthographic { height },
+            Projection::Panorama => ProjectionRecord::Panorama,
+            Projection::Intrinsics { focal, center } => {
+                ProjectionRecord::Intrinsics { focal: focal.into(), center: center.into() }
+            }
+        };
+        let orbit = c.path.map(|CameraPath::Orbit { center, radius, height, bob, period, start }| {
+            OrbitRecord { center: center.into(), radius, height, bob, period, start }
+        });
+        Self {
+            name: c.name.clone(),
+            eye: c.eye.into(),
+            target: c.target.into(),
+            up: c.up.into(),
+            projection,
+            aspect: c.aspect,
+            lens_radius: c.lens_radius,
+            focus_distance: c.focus_distance,
+            orbit,
+        }
+    }
+}
+
+impl CameraRecord {
+    /// The camera.
+    pub fn camera(&self) -> Camera {
+        let projection = match self.projection {
+            ProjectionRecord::Perspective { fov_y } => Projection::Perspective { fov_y },
+            ProjectionRecord::Orthographic { height } => Projection::Orthographic { height },
+            ProjectionRecord::Panorama => Projection::Panorama,
+            ProjectionRecord::Intrinsics { focal, center } => {
+                Projection::Intrinsics { focal: Vec2::from_array(focal), center: Vec2::from_array(center) }
+            }
+        };
+        let path = self.orbit.map(|o| CameraPath::Orbit {
+            center: o.center.into(),
+            radius: o.radius,
+            height: o.height,
+            bob: o.bob,
+            period: o.period,
+            start: o.start,
+        });
+        Camera {
+            name: self.name.clone(),
+            eye: self.eye.into(),
+            target: self.target.into(),
+            up: self.up.into(),
+            projection,
+            aspect: self.aspect,
+            lens_radius: self.lens_radius,
+            focus_distance: self.focus_distance,
+            path,
+        }
+    }
+}

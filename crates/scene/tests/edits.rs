@@ -1,0 +1,183 @@
+//! Scenes with edits on top: what is written loads as the very scene that was edited.
+
+use glam::{Affine3A, Vec3};
+use proptest::prelude::*;
+use scene::edits::file::EditedFile;
+use scene::edits::{
+    Addition, CameraRecord, EditError, Editable, Edits, EnvironmentRecord, LightRecord, MaterialRecord,
+    Resources, SkyRecord, SunRecord,
+};
+use scene::load::scene_file::{self, open_edited};
+use scene::tables::SceneTables;
+use scene::{Camera, LoadError, LoadOptions, RenderDefaults, Scene, builtin};
+use std::path::Path;
+use std::sync::Arc;
+
+fn cornell() -> Scene {
+    builtin::load("cornell", &Default::default(), &LoadOptions::default()).expect("built in").scene
+}
+
+fn fingerprint(scene: &Scene) -> String {
+    SceneTables::build(scene).fingerprint()
+}
+
+/// Edits of everything that can be edited, of the scene `cornell`, with a model from `folder`.
+fn all_edits(scene: &Scene, folder: &Path) -> (Edits, Resources) {
+    let model = folder.join("model.obj");
+    std::fs::write(&model, "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0.3\nf 1 2 3\n").expect("written");
+    let loaded = scene::load::load(&model, &LoadOptions::default()).expect("a triangle").scene;
+    let mut resources = Resources::default();
+    resources.models.insert(model.clone(), Arc::new(loaded));
+    let objects = scene.instances.len() as u32;
+    let materials = scene.materials.len() as u32;
+    let mut edits = Edits {
+        additions: vec![
+            Addition::Model { file: model },
+            Addition::Copy { of: 0 },
+            Addition::Lamp { radius: 0.1, radiance: [1.0, 0.3, 0.1] },
+            Addition::Material { of: 0 },
+        ],
+        ..Edits::default()
+    };
+    let record = MaterialRecord { roughness: 0.1, metallic: 1.0 / 3.0, ..(&scene.materials[0]).into() };
+    edits.materials.insert(0, record);
+    edits.object(0).set_transform(&Affine3A::from_rotation_y(0.7));
+    edits.object(1).visible = Some(false);
+    edits.object(2).removed = true;
+    edits.object(objects + 1).material = Some(materials + 2);
+    edits.object(objects + 2).set_transform(&Affine3A::from_translation(Vec3::new(0.1, 0.2, 0.7)));
+    let (position, intensity) = ([0.1, 0.2, 0.3], [1.0, 2.0, 3.0]);
+    edits.lights = Some(vec![
+        LightRecord::Point { name: "p".into(), position, intensity },
+        LightRecord::Spot {
+            name: "s".into(),
+            position,
+            direction: Vec3::new(0.3, -1.0, 0.2).normalize().to_array(),
+            intensity,
+            inner_angle: 0.2,
+            outer_angle: 0.7,
+        },
+    ]);
+    edits.environment = Some(EnvironmentRecord::Sky(SkyRecord {
+        horizon: [0.1; 3],
+        zenith: [0.2, 0.3, 0.7],
+        ground: [0.0; 3],
+        sun: Some(SunRecord {
+            direction: Vec3::new(0.3, 0.9, 0.1).normalize().to_array(),
+            irradiance: [1.0; 3],
+            angular_radius: 0.01,
+        }),
+    }));
+    let camera = Camera::perspective("mine", Vec3::new(0.1, 0.2, 0.9), Vec3::ZERO, 0.7);
+    edits.cameras = Some(vec![CameraRecord::from(&camera)]);
+    (edits, resources)
+}
+
+#[test]
+fn what_is_written_loads_as_the_edited_scene() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (edits, resources) = all_edits(&cornell(), folder.path());
+    let mut edited = Editable::new(cornell());
+    edited.set(&edits, &resources).expect("valid");
+    let render = RenderDefaults { spp: Some(7), ..RenderDefaults::default() };
+    let file = EditedFile {
+        name: "mine".into(),
+        builtin: Some("cornell".into()),
+        render,
+        edits,
+        ..EditedFile::default()
+    };
+    let path = folder.path().join("edited.toml");
+    let text = file.to_text(folder.path()).expect("text");
+    assert!(text.contains("file = \"model.obj\""), "paths are relative: {text}");
+    std::fs::write(&path, &text).expect("written");
+    let loaded =
+        scene_file::load(&path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}\n{text}")).scene;
+    assert_eq!(fingerprint(&loaded), fingerprint(edited.scene()));
+    assert_eq!(loaded.cameras, edited.scene().cameras);
+    assert_eq!((loaded.name.as_str(), loaded.defaults.spp), ("mine", Some(7)));
+    let names = |s: &Scene| s.instances.iter().map(|i| i.name.clone()).collect::<Vec<_>>();
+    assert_eq!(names(&loaded), names(edited.scene()));
+    // And its parts come back apart, so that it can be edited further.
+    let opened = open_edited(&path, &LoadOptions::default()).expect("loads").expect("has a base");
+    assert_eq!(opened.edits.objects, file.edits.objects);
+    assert_eq!(opened.base_builtin.as_deref(), Some("cornell"));
+    assert_eq!(fingerprint(&opened.base), fingerprint(&cornell()));
+}
+
+#[test]
+fn edits_are_taken_back_without_a_trace() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let before = fingerprint(&cornell());
+    let (edits, resources) = all_edits(&cornell(), folder.path());
+    let mut scene = Editable::new(cornell());
+    scene.set(&edits, &resources).expect("valid");
+    let all = fingerprint(scene.scene());
+    assert_ne!(all, before);
+    scene.set(&Edits::default(), &resources).expect("valid");
+    assert_eq!(fingerprint(scene.scene()), before);
+    scene.set(&edits, &resources).expect("valid");
+    scene.set(&edits, &resources).expect("the same again, without adding anew");
+    assert_eq!(fingerprint(scene.scene()), all);
+}
+
+#[test]
+fn impossible_edits_are_named() {
+    let mut scene = Editable::new(cornell());
+    let mut attempt = |change: &dyn Fn(&mut Edits)| {
+        let mut edits = Edits::default();
+        change(&mut edits);
+        scene.set(&edits, &Resources::default()).expect_err("impossible")
+    };
+    assert!(matches!(attempt(&|e| e.object(77).removed = true), EditError::Object { id: 77, .. }));
+    assert!(matches!(attempt(&|e| e.object(0).material = Some(99)), EditError::Material { id: 99, .. }));
+    let file = |e: &mut Edits| e.additions.push(Addition::Model { file: "x.obj".into() });
+    assert!(attempt(&file).to_string().contains("x.obj"));
+    let nan = |e: &mut Edits| e.object(0).transform = Some([f32::NAN; 12]);
+    assert!(attempt(&nan).to_string().contains("finite"));
+    let rough = MaterialRecord { roughness: 2.0, ..(&cornell().materials[0]).into() };
+    let error = attempt(&|e| drop(e.materials.insert(0, rough.clone())));
+    assert!(error.to_string().contains("`roughness`"), "{error}");
+    let own = EnvironmentRecord::Own { rotation: 0.0, intensity: 1.0 };
+    assert!(attempt(&|e| e.environment = Some(own.clone())).to_string().contains("picture of its own"));
+}
+
+#[test]
+fn wrong_files_are_refused_with_their_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("scene.toml");
+    for (text, part) in [
+        ("[base]\n", "one of `file` and `builtin`"),
+        ("[base]\nbuiltin = \"nothing\"\n", "nothing"),
+        ("[base]\nfile = \"scene.toml\"\n", "includes itself"),
+        ("[base]\nbuiltin = \"cornell\"\n[[shape]]\nkind = \"sphere\"\n", "unknown key `shape`"),
+        ("[base]\nbuiltin = \"cornell\"\n[edits.objects.x]\nremoved = true\n", "`x` is not a number"),
+        ("[base]\nbuiltin = \"cornell\"\n[edits.objects.900]\nremoved = true\n", "no object 900"),
+        ("[base]\nbuiltin = \"cornell\"\n[[edits.add]]\nmodel = { file = \"none.obj\" }\n", "none.obj"),
+    ] {
+        std::fs::write(&path, text).expect("written");
+        let error = scene_file::load(&path, &LoadOptions::default()).expect_err(text);
+        assert!(
+            error.to_string().contains(part) || matches!(error, LoadError::Read { .. }),
+            "{text}: {error}"
+        );
+    }
+}
+
+proptest! {
+    #[test]
+    fn numbers_come_back_bit_for_bit(values in prop::array::uniform12(-1e15f32..1e15), small in -1e-20f32..1e-20) {
+        let mut edits = Edits::default();
+        let mut values = values;
+        values[11] = small;
+        edits.object(3).transform = Some(values);
+        let file = EditedFile { builtin: Some("cornell".into()), edits: edits.clone(), ..Default::default() };
+        let text = file.to_text(Path::new("")).expect("text");
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("scene.toml");
+        std::fs::write(&path, text).expect("written");
+        let opened = open_edited(&path, &LoadOptions::default()).expect("loads").expect("has a base");
+        let bits = |e: &Edits| e.objects[&3].transform.map(|t| t.map(f32::to_bits));
+        prop_assert_eq!(bits(&opened.edits), bits(&edits));
+    }
+}

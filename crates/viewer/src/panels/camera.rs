@@ -1,0 +1,119 @@
+//! The camera: projection, lens, focus, cameras of the file, kept views, automatic orbit.
+
+use super::lights::degrees;
+use super::{number, vector};
+use crate::navigation;
+use crate::viewer::{Command, Viewer};
+use alhazen::{Camera, CameraPath, Projection};
+use egui::Ui;
+
+/// Shows it.
+pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
+    ui.horizontal_wrapped(|ui| {
+        for (name, command) in [
+            ("Home", Command::Home),
+            ("Look at everything", Command::Frame),
+            ("Perspective / orthographic", Command::ToggleProjection),
+        ] {
+            if ui.button(name).clicked() {
+                viewer.run(command, &ui.ctx().clone());
+            }
+        }
+    });
+    numbers(viewer, ui);
+    ui.separator();
+    lens(viewer, ui);
+    ui.separator();
+    orbit(viewer, ui);
+    ui.separator();
+    views(viewer, ui);
+}
+
+fn numbers(viewer: &mut Viewer, ui: &mut Ui) {
+    let mut camera = viewer.camera.at(viewer.camera_time);
+    let before = camera.clone();
+    let speed = viewer.scene_size() * 1e-3;
+    let (mut eye, mut target) = (camera.eye.to_array(), camera.target.to_array());
+    vector(ui, "Eye", &mut eye, speed);
+    vector(ui, "Target", &mut target, speed);
+    (camera.eye, camera.target) = (eye.into(), target.into());
+    match &mut camera.projection {
+        Projection::Perspective { fov_y } => degrees(ui, "Field of view", fov_y, 1.0..=170.0),
+        Projection::Orthographic { height } => {
+            number(ui, "Height (m)", height, speed, 1e-6..=1e9);
+        }
+        Projection::Panorama => drop(ui.label("Panorama")),
+        Projection::Intrinsics { .. } => drop(ui.label("Calibrated camera")),
+    }
+    // A camera that looks nowhere makes no rays.
+    if camera != before && camera.eye != camera.target {
+        viewer.steer(|c| *c = Camera { path: None, ..camera });
+    }
+}
+
+fn lens(viewer: &mut Viewer, ui: &mut Ui) {
+    let mut camera = viewer.camera.clone();
+    let mut has_lens = camera.lens_radius > 0.0;
+    if ui.checkbox(&mut has_lens, "Depth of field").changed() {
+        camera.lens_radius = if has_lens { viewer.scene_size() * 5e-3 } else { 0.0 };
+    }
+    if has_lens {
+        let speed = (camera.lens_radius * 0.02).max(1e-6);
+        number(ui, "Lens radius (m)", &mut camera.lens_radius, speed, 0.0..=1e6);
+        let speed = (camera.focus_distance * 5e-3).max(1e-5);
+        number(ui, "In focus at (m)", &mut camera.focus_distance, speed, 1e-4..=1e9);
+        ui.weak("Ctrl and click into the picture brings what is there into focus.");
+    }
+    if camera != viewer.camera {
+        viewer.camera = camera;
+    }
+}
+
+fn orbit(viewer: &mut Viewer, ui: &mut Ui) {
+    let label = if viewer.playing { "Stop" } else { "Orbit automatically" };
+    if ui.button(label).clicked() {
+        viewer.run(Command::Play, &ui.ctx().clone());
+    }
+    if viewer.camera.path.is_none() && ui.button("Make an orbit from here").clicked() {
+        viewer.camera.path = Some(navigation::orbit_path(&viewer.camera, 0.0, 12.0));
+        viewer.camera_time = 0.0;
+    }
+    let speed = viewer.scene_size() * 1e-3;
+    if let Some(CameraPath::Orbit { radius, height, bob, period, .. }) = &mut viewer.camera.path {
+        number(ui, "Radius (m)", radius, speed, 1e-5..=1e9);
+        number(ui, "Height (m)", height, speed, -1e9..=1e9);
+        number(ui, "Bob (m)", bob, speed, -1e9..=1e9);
+        number(ui, "Seconds a turn", period, 0.05, 0.1..=3600.0);
+    }
+}
+
+fn views(viewer: &mut Viewer, ui: &mut Ui) {
+    let mut chosen = None;
+    let mut removed = None;
+    ui.strong("Cameras of the scene");
+    for camera in viewer.document.as_ref().map(|d| d.scene().cameras.clone()).unwrap_or_default() {
+        if ui.button(&camera.name).clicked() {
+            chosen = Some(camera);
+        }
+    }
+    ui.strong("Kept views");
+    for (i, view) in viewer.views.iter().enumerate() {
+        ui.horizontal(|ui| {
+            if ui.button(&view.name).clicked() {
+                chosen = Some(view.clone());
+            }
+            if ui.small_button("Forget").on_hover_text(&view.name).clicked() {
+                removed = Some(i);
+            }
+        });
+    }
+    if ui.button("Keep this view").clicked() {
+        viewer.run(Command::KeepView, &ui.ctx().clone());
+    }
+    if let Some(camera) = chosen {
+        viewer.look_through(camera);
+    }
+    if let Some(i) = removed {
+        viewer.views.remove(i);
+    }
+}

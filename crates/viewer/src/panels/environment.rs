@@ -1,0 +1,88 @@
+//! Light from infinitely far away: a colour, a sky with a sun, or a picture.
+
+use super::lights::degrees;
+use super::{bright_colour, number, vector};
+use crate::viewer::{For, Viewer};
+use alhazen::edits::{EnvironmentRecord, SkyRecord, SunRecord};
+use egui::{ComboBox, Ui};
+
+/// Shows it.
+pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
+    let Some(document) = &viewer.document else { return };
+    let original = EnvironmentRecord::from(&document.unchanged().environment);
+    let before = document.edits().environment.clone().unwrap_or_else(|| original.clone());
+    let mut environment = before.clone();
+    ComboBox::from_label("Environment").selected_text(kind(&environment)).show_ui(ui, |ui| {
+        if matches!(original, EnvironmentRecord::Own { .. }) {
+            ui.selectable_value(&mut environment, original.clone(), kind(&original));
+        }
+        let sky = if let EnvironmentRecord::Sky(sky) = &before { *sky } else { clear_sky() };
+        for choice in [
+            EnvironmentRecord::Black,
+            EnvironmentRecord::Constant { radiance: [1.0; 3] },
+            EnvironmentRecord::Sky(sky),
+        ] {
+            ui.selectable_value(&mut environment, choice.clone(), kind(&choice));
+        }
+    });
+    if ui.button("Picture from a file…").clicked() {
+        viewer.ask_for(For::Environment);
+    }
+    match &mut environment {
+        EnvironmentRecord::Black => {}
+        EnvironmentRecord::Constant { radiance } => {
+            bright_colour(ui, "Radiance", radiance, " W/sr/m²");
+        }
+        EnvironmentRecord::Own { rotation, intensity } => picture(ui, rotation, intensity),
+        EnvironmentRecord::File { file, rotation, intensity } => {
+            ui.label(file.display().to_string());
+            picture(ui, rotation, intensity);
+        }
+        EnvironmentRecord::Sky(sky) => sky_and_sun(ui, sky),
+    }
+    if environment != before {
+        viewer.edit("environment", |edits| edits.environment = Some(environment));
+    }
+    let is_edited = viewer.document.as_ref().is_some_and(|d| d.edits().environment.is_some());
+    if is_edited && ui.button("Reset environment").clicked() {
+        viewer.edit("reset environment", |edits| edits.environment = None);
+    }
+}
+
+fn kind(environment: &EnvironmentRecord) -> &'static str {
+    match environment {
+        EnvironmentRecord::Black => "nothing",
+        EnvironmentRecord::Constant { .. } => "one colour",
+        EnvironmentRecord::Own { .. } => "the scene's picture",
+        EnvironmentRecord::File { .. } => "picture",
+        EnvironmentRecord::Sky(_) => "sky",
+    }
+}
+
+fn picture(ui: &mut Ui, rotation: &mut f32, intensity: &mut f32) {
+    degrees(ui, "Rotation", rotation, -360.0..=360.0);
+    number(ui, "Intensity", intensity, 0.01, 0.0..=1e6);
+}
+
+fn sky_and_sun(ui: &mut Ui, sky: &mut SkyRecord) {
+    bright_colour(ui, "Zenith", &mut sky.zenith, "");
+    bright_colour(ui, "Horizon", &mut sky.horizon, "");
+    bright_colour(ui, "Ground", &mut sky.ground, "");
+    let mut has_sun = sky.sun.is_some();
+    if ui.checkbox(&mut has_sun, "Sun").changed() {
+        sky.sun = has_sun.then(|| SunRecord {
+            direction: glam::Vec3::new(0.5, 0.7, 0.5).normalize().to_array(),
+            irradiance: [3.0, 2.9, 2.7],
+            angular_radius: 0.00465,
+        });
+    }
+    if let Some(sun) = &mut sky.sun {
+        vector(ui, "Direction", &mut sun.direction, 0.01);
+        bright_colour(ui, "Irradiance", &mut sun.irradiance, " W/m²");
+        degrees(ui, "Radius", &mut sun.angular_radius, 0.05..=45.0);
+    }
+}
+
+fn clear_sky() -> SkyRecord {
+    SkyRecord { horizon: [0.8, 0.87, 0.95], zenith: [0.25, 0.45, 0.85], ground: [0.3, 0.28, 0.26], sun: None }
+}

@@ -1,0 +1,136 @@
+//! The objects of the scene, and the transform and material of the selected one.
+
+use super::{material, vector};
+use crate::viewer::{Command, Selection, Viewer};
+use egui::Ui;
+use glam::{Affine3A, EulerRot, Quat, Vec3};
+
+/// So many objects are listed; typing finds the others.
+const MOST_LISTED: usize = 500;
+
+/// Shows them.
+pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
+    list(viewer, ui);
+    ui.horizontal_wrapped(|ui| {
+        for (name, command) in [
+            ("Duplicate", Command::Duplicate),
+            ("Delete", Command::Delete),
+            ("Hide / show", Command::Hide),
+            ("Look at", Command::Frame),
+            ("Add model…", Command::AddModel),
+            ("Add lamp", Command::AddLamp),
+        ] {
+            if ui.button(name).clicked() {
+                viewer.run(command, &ui.ctx().clone());
+            }
+        }
+    });
+    ui.separator();
+    let Some(selection) = viewer.selection else {
+        ui.weak("Click into the picture or on a name to select an object.");
+        return;
+    };
+    transform(viewer, ui, selection);
+    ui.separator();
+    material::show(viewer, ui, selection);
+}
+
+fn list(viewer: &mut Viewer, ui: &mut Ui) {
+    ui.horizontal(|ui| {
+        let name = ui.label("Find");
+        ui.text_edit_singleline(&mut viewer.open.object_filter).labelled_by(name.id);
+    });
+    let Some(document) = &viewer.document else { return };
+    let wanted = viewer.open.object_filter.to_lowercase();
+    let gone = |id: u32| document.edits().objects.get(&id).is_some_and(|o| o.removed);
+    let objects = document.scene().instances.iter().enumerate().map(|(i, o)| (i as u32, o));
+    let found: Vec<(u32, String)> = objects
+        .filter(|(i, o)| !gone(*i) && o.name.to_lowercase().contains(&wanted))
+        .take(MOST_LISTED)
+        .map(|(i, o)| (i, format!("{}{}", o.name, if o.visible { "" } else { " (hidden)" })))
+        .collect();
+    let mut chosen = None;
+    egui::ScrollArea::vertical().id_salt("objects").max_height(160.0).show(ui, |ui| {
+        for (id, name) in &found {
+            let selected = viewer.selection.is_some_and(|s| s.object == *id);
+            if ui.selectable_label(selected, name).clicked() {
+                chosen = Some(*id);
+            }
+        }
+    });
+    if let Some(object) = chosen {
+        let material = viewer.document.as_ref().and_then(|d| d.material_of(object)).unwrap_or(0);
+        viewer.selection = Some(Selection { object, material });
+    }
+}
+
+/// Position, rotation and scale of the selected object.
+fn transform(viewer: &mut Viewer, ui: &mut Ui, selection: Selection) {
+    let Some(document) = &viewer.document else { return };
+    let Some(instance) = document.scene().instances.get(selection.object as usize) else { return };
+    ui.strong(instance.name.clone());
+    let Parts { mut position, mut rotation, mut scale } = Parts::of(&instance.transform);
+    let original = document.unchanged().instances.get(selection.object as usize).map(|i| i.transform);
+    let speed = viewer.scene_size() * 1e-3;
+    let mut changed = vector(ui, "Position", &mut position, speed);
+    changed |= vector(ui, "Rotation", &mut rotation, 0.5);
+    changed |= vector(ui, "Scale", &mut scale, 0.01);
+    if changed {
+        let transform = Parts { position, rotation, scale }.transform();
+        let what = format!("transform {}", selection.object);
+        viewer.edit(&what, |edits| edits.object(selection.object).set_transform(&transform));
+    }
+    if ui.button("Reset transform").clicked() && original.is_some() {
+        viewer.edit("reset transform", |edits| edits.object(selection.object).transform = None);
+    }
+}
+
+/// A transform as people read it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Parts {
+    /// Metres.
+    position: [f32; 3],
+    /// Degrees about x, then y, then z.
+    rotation: [f32; 3],
+    scale: [f32; 3],
+}
+
+impl Parts {
+    /// Shear, which these numbers cannot say, is lost when one of them is changed.
+    fn of(transform: &Affine3A) -> Self {
+        let (scale, rotation, position) = transform.to_scale_rotation_translation();
+        let (z, y, x) = rotation.to_euler(EulerRot::ZYX);
+        Self {
+            position: position.to_array(),
+            rotation: [x, y, z].map(f32::to_degrees),
+            scale: scale.to_array(),
+        }
+    }
+
+    fn transform(&self) -> Affine3A {
+        let [x, y, z] = self.rotation.map(f32::to_radians);
+        let rotation = Quat::from_euler(EulerRot::ZYX, z, y, x);
+        // A scale of 0 has no inverse, and rays could not be taken into the object's space.
+        let scale = self.scale.map(|s| if s.abs() < 1e-6 { 1e-6 } else { s });
+        Affine3A::from_scale_rotation_translation(Vec3::from_array(scale), rotation, self.position.into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_make_the_transform_again() {
+        let rotation = Quat::from_euler(EulerRot::ZYX, 0.3, -0.5, 1.1);
+        let transform = Affine3A::from_scale_rotation_translation(
+            Vec3::new(1.0, 2.0, 0.5),
+            rotation,
+            Vec3::new(3.0, -1.0, 2.0),
+        );
+        let again = Parts::of(&transform).transform();
+        assert!(transform.abs_diff_eq(again, 1e-5), "{transform:?} {again:?}");
+        let flat = Parts { scale: [1.0, 0.0, 1.0], ..Parts::of(&transform) };
+        assert!(flat.transform().inverse().is_finite());
+    }
+}

@@ -1,0 +1,63 @@
+//! Small windows over the picture: errors, and what mouse and keys do.
+
+use crate::viewer::{COMMANDS, Viewer};
+use egui::{Align2, Context, Grid, Window};
+
+/// What the mouse does over the picture.
+const MOUSE: [(&str, &str); 12] = [
+    ("Drag", "orbit"),
+    ("Shift and drag, middle drag", "pan"),
+    ("Right drag", "look around"),
+    ("Wheel, two fingers", "dolly"),
+    ("Shift and two fingers", "pan"),
+    ("Ctrl and wheel, pinch", "zoom into the picture"),
+    ("Alt and drag", "move the zoomed picture"),
+    ("Click", "select"),
+    ("Double click", "turn about what is there"),
+    ("Ctrl and click", "bring what is there into focus"),
+    ("W A S D, Q E", "fly"),
+    ("Shift", "fly faster"),
+];
+
+/// Mouse and keys.
+pub fn help(viewer: &mut Viewer, ctx: &Context) {
+    let mut open = viewer.open.help;
+    Window::new("Mouse and keys").open(&mut open).vscroll(true).show(ctx, |ui| {
+        Grid::new("help").striped(true).show(ui, |ui| {
+            for (what, does) in MOUSE {
+                ui.strong(what);
+                ui.label(does);
+                ui.end_row();
+            }
+            for info in COMMANDS {
+                if let Some(keys) = info.keys {
+                    ui.strong(ctx.format_shortcut(&keys));
+                    ui.label(info.name);
+                    ui.end_row();
+                }
+            }
+        });
+    });
+    viewer.open.help = open;
+}
+
+/// Errors, until they are dismissed.
+pub fn notices(viewer: &mut Viewer, ctx: &Context) {
+    if !viewer.notices.iter().any(|n| n.is_error) {
+        return;
+    }
+    let mut open = true;
+    let window = Window::new("Something went wrong").open(&mut open).collapsible(false);
+    window.anchor(Align2::CENTER_CENTER, [0.0, 0.0]).default_width(460.0).show(ctx, |ui| {
+        for notice in viewer.notices.iter().filter(|n| n.is_error) {
+            ui.label(&notice.text);
+            ui.separator();
+        }
+        if ui.button("Dismiss").clicked() {
+            viewer.notices.retain(|n| !n.is_error);
+        }
+    });
+    if !open {
+        viewer.notices.retain(|n| !n.is_error);
+    }
+}

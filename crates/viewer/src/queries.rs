@@ -1,0 +1,314 @@
+//! What is under the pointer: rays through the picture, asked of the facade's ray queries on a thread of their own.
+
+use alhazen::{Camera, Control, RayQueries, SceneTables, camera_frame, picture_ray};
+use glam::Vec3;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+
+/// Something to find out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Question {
+    /// The camera of the picture.
+    pub camera: Camera,
+    /// Width of the picture, pixels.
+    pub width: u32,
+    /// Height of the picture, pixels.
+    pub height: u32,
+    /// What about it.
+    pub what: What,
+}
+
+/// What is asked of a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub enum What {
+    /// What is seen at a point (pixels), for this purpose.
+    Point {
+        /// From the left.
+        x: f32,
+        /// From the top.
+        y: f32,
+        /// What it is for.
+        purpose: Purpose,
+    },
+    /// Where an object's outline is.
+    Outline(u32),
+}
+
+/// What a point is wanted for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// Select what is there.
+    Select,
+    /// Turn the camera about it.
+    Target,
+    /// Bring it into the lens's focus.
+    Focus,
+    /// Tell what it is.
+    Inspect,
+}
+
+/// What was found.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Answer {
+    /// What is at a point; `None` is nothing.
+    Point(Purpose, Option<Seen>),
+    /// Pixels of an outline.
+    Outline(Outline),
+}
+
+/// A point of a surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Seen {
+    /// World space, metres.
+    pub position: Vec3,
+    /// Unit shading normal.
+    pub normal: Vec3,
+    /// Distance from the camera along the ray, metres.
+    pub distance: f32,
+    /// Index of the object.
+    pub instance: u32,
+    /// Index of the material.
+    pub material: u32,
+    /// Number of the triangle or sphere in its mesh.
+    pub primitive: u32,
+}
+
+/// An object's outline as a mask.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Outline {
+    /// The object.
+    pub instance: u32,
+    /// Width of the mask.
+    pub width: u32,
+    /// Height of the mask.
+    pub height: u32,
+    /// Whether each pixel is on the outline, row 0 at the top.
+    pub mask: Vec<bool>,
+}
+
+enum Message {
+    Scene(Arc<SceneTables>),
+    Ask(Box<Question>),
+}
+
+/// The thread that answers, seen from the window's.
+pub struct Queries {
+    messages: Sender<Message>,
+    answers: Receiver<Answer>,
+}
+
+impl Queries {
+    /// Starts the thread; `wake` is called when there is an answer. It ends with this.
+    pub fn start(wake: impl Fn() + Send + 'static) -> Self {
+        let (messages, inbox) = channel();
+        let (outbox, answers) = channel();
+        let work = move || {
+            let mut thread = Thread { tables: None, built: None };
+            while let Ok(message) = inbox.recv() {
+                let (tables, questions) = newest(message, &inbox);
+                if let Some(tables) = tables {
+                    (thread.tables, thread.built) = (Some(tables), None);
+                }
+                for answer in questions.into_iter().filter_map(|q| thread.answer(&q)) {
+                    if outbox.send(answer).is_err() {
+                        return;
+                    }
+                    wake();
+                }
+            }
+        };
+        if let Err(error) = std::thread::Builder::new().name("queries".into()).spawn(work) {
+            eprintln!("cannot start a thread for picking: {error}");
+        }
+        Self { messages, answers }
+    }
+
+    /// Asks about this scene from now on.
+    pub fn set_scene(&self, tables: Arc<SceneTables>) {
+        let _ = self.messages.send(Message::Scene(tables));
+    }
+
+    /// Asks something; of questions of one kind only the last is answered if they come too fast.
+    pub fn ask(&self, question: Question) {
+        let _ = self.messages.send(Message::Ask(Box::new(question)));
+    }
+
+    /// The next answer.
+    pub fn next_answer(&self) -> Option<Answer> {
+        self.answers.try_recv().ok()
+    }
+}
+
+/// All messages that there are: the last scene, and of each kind of question the last.
+fn newest(first: Message, inbox: &Receiver<Message>) -> (Option<Arc<SceneTables>>, Vec<Question>) {
+    let (mut tables, mut questions) = (None, Vec::<Question>::new());
+    for message in std::iter::once(first).chain(inbox.try_iter()) {
+        match message {
+            Message::Scene(scene) => tables = Some(scene),
+            Message::Ask(question) => {
+                questions.retain(|q| kind(&q.what) != kind(&question.what));
+                questions.push(*question);
+            }
+        }
+    }
+    (tables, questions)
+}
+
+fn kind(what: &What) -> Option<Purpose> {
+    match what {
+        What::Point { purpose, .. } => Some(*purpose),
+        What::Outline(_) => None,
+    }
+}
+
+struct Thread {
+    tables: Option<Arc<SceneTables>>,
+    /// Made when the first question about a scene comes: many scenes are only looked at.
+    built: Option<RayQueries>,
+}
+
+impl Thread {
+    fn answer(&mut self, question: &Question) -> Option<Answer> {
+        if self.built.is_none() {
+            self.built = RayQueries::new(self.tables.clone()?, None).ok();
+        }
+        let queries = self.built.as_ref()?;
+        Some(match question.what {
+            What::Point { x, y, purpose } => Answer::Point(purpose, seen(queries, question, x, y)),
+            What::Outline(instance) => Answer::Outline(outline(queries, question, instance)),
+        })
+    }
+}
+
+/// What a picture shows at a point.
+pub fn seen(queries: &RayQueries, question: &Question, x: f32, y: f32) -> Option<Seen> {
+    let frame = camera_frame(&question.camera, question.width, question.height);
+    let ray = |_| picture_ray(&frame, question.width, question.height, x, y);
+    let found = queries.map(1, &Control::new(), ray, |_, point| {
+        point.map(|p| Seen {
+            position: p.position().into(),
+            normal: p.normal().into(),
+            distance: p.distance(),
+            instance: p.instance(),
+            material: p.material(),
+            primitive: p.primitive(),
+        })
+    });
+    found.into_iter().next().flatten()
+}
+
+/// Pixels of an object that have a neighbour that is not: its outline as far as it is seen.
+pub fn outline(queries: &RayQueries, question: &Question, instance: u32) -> Outline {
+    let (width, height) = (question.width, question.height);
+    let frame = camera_frame(&question.camera, width, height);
+    let ray = |i: usize| {
+        let (x, y) = (i as u32 % width, i as u32 / width);
+        picture_ray(&frame, width, height, x as f32 + 0.5, y as f32 + 0.5)
+    };
+    let count = width as usize * height as usize;
+    let inside =
+        queries.map(count, &Control::new(), ray, |_, point| point.is_some_and(|p| p.instance() == instance));
+    let mask = edges(&majority(&inside, width as usize), width as usize);
+    Outline { instance, width, height, mask }
+}
+
+/// What most of the nine pixels around each one are: surfaces that are half transparent are hit here and there.
+fn majority(inside: &[bool], width: usize) -> Vec<bool> {
+    let height = inside.len() / width.max(1);
+    let around = |v: usize, size: usize| v.saturating_sub(1)..(v + 2).min(size);
+    let most = |i: usize| {
+        let (x, y) = (i % width, i / width);
+        let all = around(y, height).flat_map(|y| around(x, width).map(move |x| inside[y * width + x]));
+        let (mut set, mut count) = (0, 0);
+        all.for_each(|v| (set, count) = (set + usize::from(v), count + 1));
+        set * 2 > count
+    };
+    (0..inside.len()).map(most).collect()
+}
+
+/// Pixels that are set and have a neighbour, or the picture's border, that is not.
+fn edges(inside: &[bool], width: usize) -> Vec<bool> {
+    let height = inside.len() / width.max(1);
+    let is_inside = |x: isize, y: isize| {
+        let known = x >= 0 && y >= 0 && (x as usize) < width && (y as usize) < height;
+        known && inside[y as usize * width + x as usize]
+    };
+    let is_edge = |i: usize| {
+        let (x, y) = ((i % width) as isize, (i / width) as isize);
+        let surrounded = [(1, 0), (-1, 0), (0, 1), (0, -1)].iter().all(|(dx, dy)| is_inside(x + dx, y + dy));
+        inside[i] && !surrounded
+    };
+    (0..inside.len()).map(is_edge).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alhazen::{LoadOptions, Source};
+
+    fn cornell() -> (RayQueries, Question) {
+        let scene = Source::parse("cornell").load(&LoadOptions::default()).expect("built in").scene;
+        let what = What::Outline(0);
+        let camera = scene.default_camera();
+        let tables = SceneTables::build(&scene);
+        let question = Question { camera, width: 80, height: 80, what };
+        (RayQueries::new(tables, Some(2)).expect("threads"), question)
+    }
+
+    #[test]
+    fn points_tell_what_is_seen_there() {
+        let (queries, question) = cornell();
+        let center = seen(&queries, &question, 40.0, 40.0).expect("the box is closed at the back");
+        assert!((center.position - question.camera.eye).length() - center.distance < 1e-3);
+        let axis = (question.camera.target - question.camera.eye).normalize();
+        assert!(center.normal.dot(axis) < 0.0, "the normal faces the camera");
+        let floor = seen(&queries, &question, 40.0, 78.0).expect("the floor");
+        assert!(floor.position.y < center.position.y);
+    }
+
+    #[test]
+    fn outlines_surround_what_is_seen_of_an_object() {
+        let (queries, mut question) = cornell();
+        let at = seen(&queries, &question, 30.0, 55.0).expect("something");
+        question.what = What::Outline(at.instance);
+        let outline = outline(&queries, &question, at.instance);
+        let count = outline.mask.iter().filter(|m| **m).count();
+        assert!(count > 20 && count < 2000, "{count}");
+    }
+
+    #[test]
+    fn edges_are_inside() {
+        let mut inside = vec![false; 25];
+        for (x, y) in [(1, 1), (2, 1), (3, 1), (1, 2), (2, 2), (3, 2), (1, 3), (2, 3), (3, 3)] {
+            inside[y * 5 + x] = true;
+        }
+        let edges = edges(&inside, 5);
+        assert_eq!(edges.iter().filter(|e| **e).count(), 8);
+        assert!(!edges[12] && edges[6]);
+    }
+
+    #[test]
+    fn single_pixels_are_no_objects() {
+        let mut inside = vec![false; 49];
+        inside[24] = true;
+        assert!(majority(&inside, 7).iter().all(|v| !v));
+        assert!(majority(&[true; 49], 7).iter().all(|v| *v));
+    }
+
+    #[test]
+    fn the_thread_answers_the_last_question_of_each_kind() {
+        let scene = Source::parse("cornell").load(&LoadOptions::default()).expect("built in").scene;
+        let (wake, woken) = channel();
+        let queries = Queries::start(move || {
+            let _ = wake.send(());
+        });
+        queries.set_scene(Arc::new(SceneTables::build(&scene)));
+        let what = What::Point { x: 10.0, y: 10.0, purpose: Purpose::Select };
+        queries.ask(Question { camera: scene.default_camera(), width: 20, height: 20, what });
+        woken.recv_timeout(std::time::Duration::from_secs(60)).expect("an answer");
+        let Some(Answer::Point(Purpose::Select, Some(seen))) = queries.next_answer() else {
+            panic!("a point")
+        };
+        assert!(seen.distance > 0.0);
+    }
+}

@@ -1,0 +1,343 @@
+//! Running the window unattended, for tests, measurements and the pictures of the documentation: a script of one step
+//! a line.
+
+mod parse;
+
+pub use parse::{ScriptError, Step, parse};
+
+use crate::navigation;
+use crate::viewer::{COMMANDS, Viewer};
+use alhazen::edits::MaterialRecord;
+use alhazen::{RendererOptions, Source};
+use std::collections::VecDeque;
+use std::path::PathBuf;
+
+/// A step that takes longer (seconds) has failed. Software drivers compile a shader for a minute.
+const STEP_LIMIT: f64 = 240.0;
+
+/// What to do unattended.
+#[derive(Clone, Debug, Default)]
+pub struct Smoke {
+    /// The window closes after so many frames, once the script is done.
+    pub frames: u64,
+    /// A picture of the window at the end.
+    pub screenshot: Option<PathBuf>,
+    /// What to do.
+    pub script: Vec<Step>,
+}
+
+/// Why an unattended run has failed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("step {number}, {step}: {reason}")]
+pub struct SmokeError {
+    /// Which step, from 1.
+    pub number: usize,
+    /// What it was to do.
+    pub step: String,
+    /// What went wrong.
+    pub reason: String,
+}
+
+/// How far a run is.
+pub struct Run {
+    smoke: Smoke,
+    steps: VecDeque<Step>,
+    number: usize,
+    /// When the current step began, and what it remembers.
+    begun: Option<(f64, Memory)>,
+    frames: u64,
+    started: f64,
+    first_picture: Option<f64>,
+    asked: bool,
+    /// Lines for the one who started it.
+    pub report: Vec<String>,
+}
+
+/// What a step remembers from its beginning.
+#[derive(Clone, Debug, Default)]
+struct Memory {
+    frames: u64,
+    pictures: u64,
+    generation: u64,
+    rounds: u32,
+    bytes: u64,
+}
+
+/// What the window has to do for a script.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Request {
+    /// Have this size, in physical pixels.
+    Resize(u32, u32),
+    /// A file was dropped.
+    Drop(PathBuf),
+    /// Close.
+    Close,
+}
+
+impl Run {
+    /// Begins a run at `time`, seconds since the program's start.
+    pub fn new(smoke: Smoke, time: f64) -> Self {
+        let steps = smoke.script.iter().cloned().collect();
+        Self {
+            smoke,
+            steps,
+            number: 1,
+            begun: None,
+            frames: 0,
+            started: time,
+            first_picture: None,
+            asked: false,
+            report: Vec::new(),
+        }
+    }
+
+    /// Goes on, once a frame.
+    ///
+    /// # Errors
+    /// When a step fails or takes too long.
+    pub fn frame(&mut self, viewer: &mut Viewer, ctx: &egui::Context) -> Result<Option<Request>, SmokeError> {
+        self.frames += 1;
+        let (time, pictures) = (viewer.time(), viewer.shots_seen());
+        ctx.request_repaint();
+        if self.first_picture.is_none() && pictures > 0 {
+            self.first_picture = Some(time);
+            self.report.push(format!("first picture after {:.3} s", time));
+        }
+        // The first scene says how it wants to be rendered; what scripts say comes after that.
+        let opens = viewer.document.is_none() && !viewer.loading().is_empty();
+        if viewer.capture_to.is_some() || opens {
+            return Ok(None);
+        }
+        let Some(step) = self.steps.front().cloned() else { return Ok(self.end(viewer)) };
+        let (begun, mut memory) = match self.begun.take() {
+            Some(known) => known,
+            None => {
+                let memory = Memory {
+                    frames: self.frames,
+                    pictures,
+                    generation: viewer.generation(),
+                    ..Memory::default()
+                };
+                let request = self.start(&step, viewer, ctx)?;
+                self.begun = Some((time, memory));
+                if request.is_some() {
+                    return Ok(request);
+                }
+                return Ok(None);
+            }
+        };
+        if self.is_done(&step, viewer, time - begun, pictures, &mut memory) {
+            self.steps.pop_front();
+            self.number += 1;
+            return Ok(None);
+        }
+        if time - begun > STEP_LIMIT {
+            let spp = viewer.shot().map_or(0, |s| s.spp);
+            let notices: Vec<_> = viewer.notices.iter().map(|n| n.text.as_str()).collect();
+            return Err(self.error(&step, format!("takes too long; {spp} spp, messages: {notices:?}")));
+        }
+        self.begun = Some((begun, memory));
+        Ok(None)
+    }
+
+    /// The end: enough frames, then a picture of the window, then it closes.
+    fn end(&mut self, viewer: &mut Viewer) -> Option<Request> {
+        if self.frames < self.smoke.frames {
+            return None;
+        }
+        if let (Some(path), false) = (&self.smoke.screenshot, self.asked) {
+            viewer.capture_to = Some(path.clone());
+            self.asked = true;
+            return None;
+        }
+        let seconds = viewer.time() - self.started;
+        self.report.push(format!("{} frames in {seconds:.2} s", self.frames));
+        Some(Request::Close)
+    }
+
+    fn error(&self, step: &Step, reason: impl Into<String>) -> SmokeError {
+        SmokeError { number: self.number, step: format!("{step:?}"), reason: reason.into() }
+    }
+
+    /// Does what a step does at once.
+    fn start(
+        &mut self,
+        step: &Step,
+        viewer: &mut Viewer,
+        ctx: &egui::Context,
+    ) -> Result<Option<Request>, SmokeError> {
+        match step {
+            Step::Resize(width, height) => return Ok(Some(Request::Resize(*width, *height))),
+            Step::Drop(path) => return Ok(Some(Request::Drop(path.clone()))),
+            Step::Backend(backend) => {
+                let threads = viewer.backend.options.threads;
+                viewer.switch_backend(RendererOptions { backend: *backend, threads, ..Default::default() });
+            }
+            Step::Direct(direct) => viewer.render.direct = *direct,
+            Step::Spp(spp) => viewer.render.spp = *spp,
+            Step::Material { id, key, value } => self.edit_material(step, viewer, *id, key, *value)?,
+            Step::Open(name) => viewer.open_source(Source::parse(name)),
+            Step::Reload => viewer.reload(),
+            Step::Layer(layer) => viewer.shown.layer = *layer,
+            Step::Tab(tab) => (viewer.open.side, viewer.open.tab) = (true, *tab),
+            Step::Select(x, y) => {
+                let at = viewer.place.min + egui::vec2(*x, *y) * viewer.place.size();
+                viewer.act(crate::viewer::Action::Pick(at));
+            }
+            Step::Command(name) => {
+                let info = COMMANDS.iter().find(|info| info.name == name);
+                let info = info.ok_or_else(|| self.error(step, "there is no such command"))?;
+                viewer.run(info.command, ctx);
+            }
+            Step::Save(path) => viewer.save_scene(path),
+            Step::Picture(path) => viewer.use_file(crate::viewer::For::Picture, path.clone()),
+            Step::Compare(path) => viewer.compare_with_file(path),
+            Step::Record { path, frames, spp } => {
+                (viewer.open.record.frames, viewer.open.record.spp) = (*frames, *spp);
+                viewer.record(path.clone());
+            }
+            Step::Screenshot(path) => {
+                let (at, scale) = (viewer.place, ctx.pixels_per_point());
+                let [x, y, width, height] =
+                    [at.min.x, at.min.y, at.width(), at.height()].map(|v| (v * scale).round() as u32);
+                self.report.push(format!("picture at {x} {y} {width} {height}"));
+                viewer.capture_to = Some(path.clone());
+            }
+            Step::Wait(_) | Step::Error | Step::Frames(_) | Step::Orbit(_) | Step::Restarts(_) => {}
+        }
+        Ok(None)
+    }
+
+    /// Changes a number of a material, as the panel does.
+    fn edit_material(
+        &self,
+        step: &Step,
+        viewer: &mut Viewer,
+        id: u32,
+        key: &str,
+        value: f32,
+    ) -> Result<(), SmokeError> {
+        let document = viewer.document.as_ref().ok_or_else(|| self.error(step, "no scene is open"))?;
+        let material = document.scene().materials.get(id as usize);
+        let mut record = MaterialRecord::from(material.ok_or_else(|| self.error(step, "no such material"))?);
+        match key {
+            "roughness" => record.roughness = value,
+            "metallic" => record.metallic = value,
+            "transmission" => record.transmission = value,
+            "ior" => record.ior = value,
+            "red" => record.base_color[0] = value,
+            "green" => record.base_color[1] = value,
+            "blue" => record.base_color[2] = value,
+            "emission" => record.emission = [value; 3],
+            _ => return Err(self.error(step, format!("`{key}` is no number of a material"))),
+        }
+        viewer.edit("material", |edits| drop(edits.materials.insert(id, record)));
+        Ok(())
+    }
+
+    /// Whether a step has done what it was to do.
+    fn is_done(
+        &mut self,
+        step: &Step,
+        viewer: &mut Viewer,
+        elapsed: f64,
+        pictures: u64,
+        memory: &mut Memory,
+    ) -> bool {
+        match step {
+            Step::Wait(spp) => {
+                let job = viewer.job();
+                viewer.loading().is_empty()
+                    && viewer.shot().is_some_and(|s| {
+                        !s.preview && s.spp >= *spp && s.generation == viewer.generation() && *s.job == job
+                    })
+            }
+            Step::Open(_) | Step::Reload => viewer.generation() > memory.generation,
+            Step::Drop(_) => {
+                // A file that is no good is an answer, too.
+                viewer.generation() > memory.generation
+                    || viewer.comparison.split().is_some()
+                    || errors(viewer)
+            }
+            Step::Error => errors(viewer) && dismiss(viewer),
+            Step::Frames(count) => self.frames >= memory.frames + count,
+            Step::Backend(backend) => backend_is(viewer, *backend) || errors(viewer),
+            Step::Select(..) => viewer.selection.is_some(),
+            Step::Record { .. } => viewer.recording.is_none(),
+            Step::Picture(path) => path.is_file(),
+            Step::Orbit(seconds) => self.orbit(viewer, elapsed, *seconds, pictures, memory),
+            Step::Restarts(count) => self.restarts(viewer, *count, memory),
+            // Two frames, so that panels and window have followed.
+            _ => self.frames >= memory.frames + 2,
+        }
+    }
+
+    /// Turns the camera for a while and says how many pictures that gave.
+    fn orbit(
+        &mut self,
+        viewer: &mut Viewer,
+        elapsed: f64,
+        seconds: f64,
+        pictures: u64,
+        memory: &Memory,
+    ) -> bool {
+        viewer.steer(|c| navigation::orbit(c, glam::Vec2::new(0.004, 0.0)));
+        if elapsed < seconds {
+            return false;
+        }
+        let shot = viewer.shot().map_or((0, 0), |s| (s.linear.width(), s.linear.height()));
+        self.report.push(format!(
+            "orbit: {:.1} pictures/s of {}×{} pixels, {:.1} frames/s of the window",
+            (pictures - memory.pictures) as f64 / elapsed,
+            shot.0,
+            shot.1,
+            (self.frames - memory.frames) as f64 / elapsed
+        ));
+        true
+    }
+
+    /// Begins the picture anew many times; says what memory that took.
+    fn restarts(&mut self, viewer: &mut Viewer, count: u32, memory: &mut Memory) -> bool {
+        let fresh = viewer.shot().is_some_and(|s| *s.job == viewer.job());
+        if !fresh {
+            return false;
+        }
+        // What is allocated once is there after a few rounds.
+        if memory.rounds == count / 10 {
+            memory.bytes = alhazen::memory_bytes().unwrap_or(0);
+        }
+        if memory.rounds == count {
+            let after = alhazen::memory_bytes().unwrap_or(0);
+            let growth = after as f64 / memory.bytes.max(1) as f64 - 1.0;
+            self.report.push(format!(
+                "restarts: {count}, memory {} to {after} bytes, {:+.2} %",
+                memory.bytes,
+                growth * 100.0
+            ));
+            return true;
+        }
+        memory.rounds += 1;
+        viewer.render.seed = viewer.render.seed.wrapping_add(1);
+        false
+    }
+}
+
+fn errors(viewer: &Viewer) -> bool {
+    viewer.notices.iter().any(|n| n.is_error)
+}
+
+fn dismiss(viewer: &mut Viewer) -> bool {
+    viewer.notices.retain(|n| !n.is_error);
+    true
+}
+
+fn backend_is(viewer: &Viewer, wanted: alhazen::BackendChoice) -> bool {
+    use alhazen::BackendChoice::{Auto, Cpu, Gpu, Tracer};
+    let name = viewer.backend.name.as_str();
+    match wanted {
+        Cpu => name == "cpu",
+        Gpu => name.starts_with("gpu"),
+        Tracer(kind) => name == kind.name(),
+        Auto => true,
+    }
+}

@@ -1,0 +1,176 @@
+//! The text of scripts: a step a line, words separated by spaces; `#` begins a comment.
+
+use crate::panels::Tab;
+use crate::worker::Layer;
+use alhazen::BackendChoice;
+use std::path::PathBuf;
+
+/// A step of a script.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Step {
+    /// `wait N`: until the picture has N samples per pixel and is as wanted.
+    Wait(u32),
+    /// `frames N`: N frames of the window.
+    Frames(u64),
+    /// `resize WIDTH HEIGHT`: of the window, physical pixels.
+    Resize(u32, u32),
+    /// `backend NAME`
+    Backend(BackendChoice),
+    /// `integrator path|direct`
+    Direct(bool),
+    /// `spp N`: samples per pixel after which the picture is done.
+    Spp(u32),
+    /// `material ID KEY VALUE`
+    Material {
+        /// The material.
+        id: u32,
+        /// `roughness`, `metallic`, `transmission`, `ior`, `red`, `green`, `blue` or `emission`.
+        key: String,
+        /// Its new value.
+        value: f32,
+    },
+    /// `open NAME`: a file or a built-in scene.
+    Open(String),
+    /// `drop FILE`: onto the window.
+    Drop(PathBuf),
+    /// `reload`
+    Reload,
+    /// `error`: until there is an error; dismisses it.
+    Error,
+    /// `layer NAME`
+    Layer(Layer),
+    /// `tab NAME`
+    Tab(Tab),
+    /// `select X Y`: shares of the picture's size.
+    Select(f32, f32),
+    /// `command NAME`: a command of the palette.
+    Command(String),
+    /// `save FILE`: the scene.
+    Save(PathBuf),
+    /// `picture FILE`: what was rendered.
+    Picture(PathBuf),
+    /// `compare FILE`
+    Compare(PathBuf),
+    /// `record FILE FRAMES SPP`: a turntable.
+    Record {
+        /// Where pictures go.
+        path: PathBuf,
+        /// How many.
+        frames: usize,
+        /// Samples per pixel.
+        spp: u32,
+    },
+    /// `screenshot FILE`: what the window shows.
+    Screenshot(PathBuf),
+    /// `orbit SECONDS`: turns the camera, and measures.
+    Orbit(f64),
+    /// `restarts N`: begins the picture anew, and measures memory.
+    Restarts(u32),
+}
+
+/// A line that is no step.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("line {line} of the script, `{text}`: {reason}")]
+pub struct ScriptError {
+    /// From 1.
+    pub line: usize,
+    /// Its text.
+    pub text: String,
+    /// What is wrong.
+    pub reason: String,
+}
+
+/// Reads a script.
+///
+/// # Errors
+/// For the first line that is no step.
+pub fn parse(text: &str) -> Result<Vec<Step>, ScriptError> {
+    let lines =
+        text.lines().enumerate().map(|(i, line)| (i + 1, line.split('#').next().unwrap_or("").trim()));
+    let steps = lines
+        .filter(|(_, line)| !line.is_empty())
+        .map(|(line, text)| step(text).map_err(|reason| ScriptError { line, text: text.to_owned(), reason }));
+    steps.collect()
+}
+
+fn step(line: &str) -> Result<Step, String> {
+    let (verb, rest) = line.split_once(' ').map_or((line, ""), |(verb, rest)| (verb, rest.trim()));
+    let words: Vec<&str> = rest.split_whitespace().collect();
+    let word = |i: usize| words.get(i).copied().ok_or(format!("`{verb}` needs more words"));
+    fn number<T: std::str::FromStr>(word: &str) -> Result<T, String> {
+        word.parse().map_err(|_| format!("`{word}` is not such a number"))
+    }
+    // Names and paths may have spaces.
+    let all = || if rest.is_empty() { Err(format!("`{verb}` needs a name")) } else { Ok(rest) };
+    Ok(match verb {
+        "wait" => Step::Wait(number(word(0)?)?),
+        "frames" => Step::Frames(number(word(0)?)?),
+        "resize" => Step::Resize(number(word(0)?)?, number(word(1)?)?),
+        "backend" => Step::Backend(all()?.parse().map_err(|e: alhazen::UnknownBackend| e.to_string())?),
+        "integrator" => match rest {
+            "path" => Step::Direct(false),
+            "direct" => Step::Direct(true),
+            _ => return Err("integrators are path and direct".into()),
+        },
+        "spp" => Step::Spp(number(word(0)?)?),
+        "material" => {
+            Step::Material { id: number(word(0)?)?, key: word(1)?.to_owned(), value: number(word(2)?)? }
+        }
+        "open" => Step::Open(all()?.to_owned()),
+        "drop" => Step::Drop(all()?.into()),
+        "reload" => Step::Reload,
+        "error" => Step::Error,
+        "layer" => {
+            let name = all()?;
+            let layer = Layer::all().find(|l| l.name() == name);
+            Step::Layer(layer.ok_or_else(|| format!("there is no layer `{name}`"))?)
+        }
+        "tab" => {
+            let name = all()?;
+            let tab = Tab::ALL.into_iter().find(|t| t.name() == name);
+            Step::Tab(tab.ok_or_else(|| format!("there is no tab `{name}`"))?)
+        }
+        "select" => Step::Select(number(word(0)?)?, number(word(1)?)?),
+        "command" => Step::Command(all()?.to_owned()),
+        "save" => Step::Save(all()?.into()),
+        "picture" => Step::Picture(all()?.into()),
+        "compare" => Step::Compare(all()?.into()),
+        "record" => Step::Record { path: word(0)?.into(), frames: number(word(1)?)?, spp: number(word(2)?)? },
+        "screenshot" => Step::Screenshot(all()?.into()),
+        "orbit" => Step::Orbit(number(word(0)?)?),
+        "restarts" => Step::Restarts(number(word(0)?)?),
+        _ => return Err(format!("there is no step `{verb}`")),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_become_steps() {
+        let text =
+            "# a comment\nwait 8\n\nopen a file.glb # with spaces\nmaterial 2 roughness 0.5\ntab Sky\n";
+        let expected = [
+            Step::Wait(8),
+            Step::Open("a file.glb".into()),
+            Step::Material { id: 2, key: "roughness".into(), value: 0.5 },
+            Step::Tab(Tab::Sky),
+        ];
+        assert_eq!(parse(text).expect("steps"), expected);
+    }
+
+    #[test]
+    fn errors_name_the_line() {
+        for (text, part) in [
+            ("wait\n", "more words"),
+            ("wait x", "`x`"),
+            ("fly", "no step `fly`"),
+            ("layer x", "no layer"),
+            ("backend x", "unknown back end"),
+        ] {
+            let error = parse(&format!("reload\n{text}")).expect_err(text);
+            assert!(error.line == 2 && error.to_string().contains(part), "{error}");
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! Another picture beside the one that is rendered, behind a line that can be dragged.
+
+use super::Viewer;
+use crate::render_settings::RenderSettings;
+use alhazen::{Image, Job, ToneMapping};
+use std::path::Path;
+
+/// What the picture is compared with.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Comparison {
+    /// Nothing.
+    #[default]
+    None,
+    /// The same scene with other settings, rendered in turns.
+    Settings {
+        /// They.
+        settings: Box<RenderSettings>,
+        /// Where the line is, in shares of the width.
+        split: f32,
+    },
+    /// A picture that was stored.
+    Stored {
+        /// What the user calls it.
+        name: String,
+        /// Its radiance, or its display values where the file has no more.
+        image: std::sync::Arc<Image>,
+        /// Whether the values are display values already.
+        encoded: bool,
+        /// Where the line is, in shares of the width.
+        split: f32,
+    },
+}
+
+impl Comparison {
+    /// The other picture to render.
+    pub fn job(&self, viewer: &Viewer) -> Option<Job> {
+        let Self::Settings { settings, .. } = self else { return None };
+        let job = viewer.job();
+        let size = [job.width, job.height];
+        Some(settings.job(job.camera, size, viewer.shown.layer, ToneMapping::default()))
+    }
+
+    /// Where the line is.
+    pub fn split(&self) -> Option<f32> {
+        match self {
+            Self::None => None,
+            Self::Settings { split, .. } | Self::Stored { split, .. } => Some(*split),
+        }
+    }
+
+    /// Moves the line.
+    pub fn set_split(&mut self, to: f32) {
+        match self {
+            Self::None => {}
+            Self::Settings { split, .. } | Self::Stored { split, .. } => *split = to.clamp(0.0, 1.0),
+        }
+    }
+}
+
+impl Viewer {
+    /// Compares with the same scene under other settings, which begin as those that there are.
+    pub fn compare_settings(&mut self) {
+        self.textures[1] = None;
+        self.comparison = Comparison::Settings { settings: Box::new(self.render.clone()), split: 0.5 };
+    }
+
+    /// Compares with the picture as it is now.
+    pub fn compare_with_now(&mut self) {
+        let Some(shot) = self.shot() else { return };
+        let image = shot.linear.clone();
+        let name = format!("{} samples of {}", shot.spp, self.backend.name);
+        self.compare_with(name, image, false);
+    }
+
+    /// Compares with a picture from a file.
+    pub fn compare_with_file(&mut self, path: &Path) {
+        match Image::open(path) {
+            Ok(image) => {
+                // Files of eight bits are decoded to linear values; EXR and HDR have radiance.
+                let encoded = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
+                self.compare_with(path.display().to_string(), std::sync::Arc::new(image.to_rgb()), encoded);
+            }
+            Err(error) => self.notice(crate::worker::full_text(&error), true),
+        }
+    }
+
+    fn compare_with(&mut self, name: String, image: std::sync::Arc<Image>, encoded: bool) {
+        self.textures[1] = None;
+        self.comparison = Comparison::Stored { name, image, encoded, split: 0.5 };
+    }
+
+    /// Ends comparing.
+    pub fn compare_nothing(&mut self) {
+        self.comparison = Comparison::None;
+        (self.textures[1], self.shots[1]) = (None, None);
+    }
+
+    /// The other picture's value at a pixel of the first one's size.
+    pub fn other_value(&self, x: u32, y: u32, [width, height]: [u32; 2]) -> Option<[f32; 3]> {
+        let image = match &self.comparison {
+            Comparison::None => return None,
+            Comparison::Settings { .. } => &self.shots[1].as_ref()?.linear,
+            Comparison::Stored { image, .. } => image,
+        };
+        let at = |v: u32, of: u32, size: u32| ((v * size) / of.max(1)).min(size - 1);
+        Some(image.rgb(at(x, width, image.width()), at(y, height, image.height())))
+    }
+}

@@ -1,0 +1,263 @@
+//! The render thread: it owns the renderer, is told what picture is wanted, and publishes what it has.
+//!
+//! The thread of the window never waits for it. What is wanted are values, of which the latest counts
+//! ([`Wish`], [`Shown`]); what comes back are events and the latest [`Shot`].
+
+mod pace;
+mod recording;
+mod show;
+mod thread;
+
+pub use pace::Pace;
+pub use recording::{Recording, frame_path};
+pub use show::{Layer, Shown, display, heat, layer_image};
+pub(crate) use thread::full_text;
+
+use alhazen::edits::{Edits, Resources};
+use alhazen::{
+    BackendError, Control, Job, LoadStats, PassTime, Renderer, RendererOptions, Scene, SceneTables,
+};
+use std::path::PathBuf;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// What picture is wanted of the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wish {
+    /// Camera, full size, integrator, layers.
+    pub job: Job,
+    /// Another picture, rendered in turns with the first to compare them.
+    pub other: Option<Job>,
+    /// Whether the camera moves: then speed counts more than sharpness.
+    pub moving: bool,
+    /// Samples per pixel after which the picture is done.
+    pub spp: u32,
+}
+
+/// What the render thread is told.
+pub enum Message {
+    /// Render another scene from now on.
+    Load {
+        /// It.
+        scene: Box<Scene>,
+        /// What is changed of it.
+        edits: Edits,
+        /// The files that the edits need.
+        resources: Resources,
+        /// Comes back with its pictures.
+        generation: u64,
+    },
+    /// Change the scene in this way and no other.
+    Edit(Edits, Resources),
+    /// Make this picture.
+    Wish(Box<Wish>),
+    /// Show pictures in this way.
+    Show(Shown),
+    /// Render with another back end.
+    Switch(RendererOptions),
+    /// Render with this renderer, which another thread has opened.
+    Adopt {
+        /// It.
+        renderer: Box<Renderer>,
+        /// Why, for the user.
+        reason: String,
+    },
+    /// Render nothing until told otherwise.
+    Pause(bool),
+    /// Write the picture as it is now to a file, by its ending.
+    Save(PathBuf),
+    /// Render a sequence; `None` ends the one that is being rendered.
+    Record(Option<Box<Recording>>),
+    /// End.
+    Quit,
+}
+
+/// What the render thread tells.
+#[derive(Debug)]
+pub enum Event {
+    /// A scene has been handed to the back end.
+    Loaded {
+        /// Of [`Message::Load`].
+        generation: u64,
+        /// What it took.
+        stats: LoadStats,
+    },
+    /// Another back end renders.
+    Backend {
+        /// Its name.
+        name: &'static str,
+        /// What it runs on.
+        device: String,
+        /// Why it is this one; empty where nobody chose.
+        reason: String,
+    },
+    /// The tables of the scene that is rendered from now on, for ray queries.
+    Tables(Arc<SceneTables>),
+    /// A picture was written.
+    Saved(PathBuf),
+    /// So many pictures of a sequence are done, of so many; the last when they are equal or the sequence was ended.
+    Recorded {
+        /// Pictures written.
+        done: usize,
+        /// Pictures in all.
+        of: usize,
+        /// Whether that was all.
+        ended: bool,
+    },
+    /// Something that the user should hear of.
+    Notice(String),
+    /// Something failed; rendering goes on with what there was, or stands still.
+    Failed(String),
+}
+
+/// A picture as it is so far.
+#[derive(Clone)]
+pub struct Shot {
+    /// Display values.
+    pub image: Arc<egui::ColorImage>,
+    /// What is shown before exposure and curve: linear radiance, or the values of a layer. Three channels.
+    pub linear: Arc<alhazen::Image>,
+    /// Valid samples of each pixel.
+    pub counts: Arc<Vec<u32>>,
+    /// Samples per pixel made.
+    pub spp: u32,
+    /// 0 for the wish's picture, 1 for the other one.
+    pub side: usize,
+    /// The camera and everything else that it was made with, as wished: the film may be smaller.
+    pub job: Arc<Job>,
+    /// Whether it was made in a hurry at reduced size.
+    pub preview: bool,
+    /// The scene it shows.
+    pub generation: u64,
+    /// What the last pass took.
+    pub pass: PassReport,
+}
+
+/// What a pass of the render thread took.
+#[derive(Clone, Debug, Default)]
+pub struct PassReport {
+    /// Samples of all pixels together.
+    pub samples: u64,
+    /// Rays traced.
+    pub rays: u64,
+    /// Wall time of rendering.
+    pub render: Duration,
+    /// Wall time of fetching the film and making display values.
+    pub show: Duration,
+    /// Wall time of rendering this picture since it began.
+    pub total: Duration,
+    /// The device's passes, where it has a clock.
+    pub device: Vec<PassTime>,
+    /// `megakernel` or `wavefront`, where there is a choice.
+    pub kernel: Option<&'static str>,
+}
+
+/// The pass that the thread is working on, so that others can end it early.
+struct Running {
+    control: Arc<Control>,
+    /// Whether it is worth finishing although something newer is wanted: passes of a moving camera are short.
+    finish: bool,
+}
+
+/// What both sides share.
+struct Shared {
+    running: Mutex<Running>,
+    /// The newest picture of each side.
+    latest: Mutex<[Option<Shot>; 2]>,
+    wake: Box<dyn Fn() + Send + Sync>,
+}
+
+impl Shared {
+    fn publish(&self, shot: Shot) {
+        let side = shot.side;
+        lock(&self.latest)[side] = Some(shot);
+        (self.wake)();
+    }
+}
+
+/// A thread that panicked while it held a lock leaves nothing half-done: values are replaced whole.
+fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The render thread, seen from the window's.
+pub struct Worker {
+    messages: Sender<Message>,
+    events: Receiver<Event>,
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Worker {
+    /// Starts the thread with a CPU renderer, which needs no probing.
+    ///
+    /// - `threads`: of the CPU; `None` uses all cores.
+    /// - `wake`: is called when there is something new to see, from the render thread.
+    ///
+    /// # Errors
+    /// When the system refuses threads.
+    pub fn start(
+        threads: Option<usize>,
+        wake: impl Fn() + Send + Sync + 'static,
+    ) -> Result<Self, BackendError> {
+        let renderer = Renderer::cpu(threads)?;
+        let (messages, inbox) = channel();
+        let (outbox, events) = channel();
+        let running = Mutex::new(Running { control: Arc::default(), finish: false });
+        let shared = Arc::new(Shared { running, latest: Mutex::default(), wake: Box::new(wake) });
+        let state = thread::State::new(renderer, threads, inbox, outbox, shared.clone());
+        let thread = std::thread::Builder::new().name("render".into()).spawn(move || state.run());
+        let thread = thread
+            .map_err(|e| BackendError::View { reason: format!("cannot start the render thread: {e}") })?;
+        Ok(Self { messages, events, shared, thread: Some(thread) })
+    }
+
+    /// Tells the thread something. What it is working on is given up if the message makes it useless.
+    pub fn send(&self, message: Message) {
+        let outdates = match &message {
+            Message::Wish(_) | Message::Pause(_) => Some(false),
+            Message::Edit(..) => Some(false),
+            Message::Load { .. }
+            | Message::Switch(_)
+            | Message::Adopt { .. }
+            | Message::Record(_)
+            | Message::Quit => Some(true),
+            Message::Show(_) | Message::Save(_) => None,
+        };
+        // The thread ends only when it is told to: nobody listens after that.
+        let _ = self.messages.send(message);
+        if let Some(at_once) = outdates {
+            let running = lock(&self.shared.running);
+            if at_once || !running.finish {
+                running.control.cancel();
+            }
+        }
+    }
+
+    /// What other threads tell the render thread with. It ends nothing early.
+    pub fn sender(&self) -> Sender<Message> {
+        self.messages.clone()
+    }
+
+    /// The newest picture of each side, if there is one that was not taken yet.
+    pub fn take_shots(&self) -> [Option<Shot>; 2] {
+        std::mem::take(&mut *lock(&self.shared.latest))
+    }
+
+    /// The next event.
+    pub fn next_event(&self) -> Option<Event> {
+        self.events.try_recv().ok()
+    }
+}
+
+impl Drop for Worker {
+    fn drop(&mut self) {
+        self.send(Message::Quit);
+        if let Some(thread) = self.thread.take() {
+            // A panic of the thread was printed when it happened.
+            let _ = thread.join();
+        }
+    }
+}

@@ -1,0 +1,134 @@
+//! Sequences of pictures along a path of the camera.
+
+use alhazen::{Camera, Job};
+use std::path::{Path, PathBuf};
+
+/// A sequence to render.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    /// What is the same in all pictures.
+    pub job: Job,
+    /// The camera of each picture.
+    pub cameras: Vec<Camera>,
+    /// Samples per pixel.
+    pub spp: u32,
+    /// Where the pictures go; see [`frame_path`].
+    pub path: PathBuf,
+}
+
+/// A sequence that is being rendered.
+pub(super) struct Sequence {
+    pub recording: Recording,
+    /// The next picture.
+    pub next: usize,
+    /// Samples that it has.
+    pub spp: u32,
+}
+
+impl Sequence {
+    pub fn new(recording: Recording) -> Self {
+        Self { recording, next: 0, spp: 0 }
+    }
+
+    /// The picture that is being rendered; `None` after the last.
+    pub fn job(&self) -> Option<Job> {
+        let camera = self.recording.cameras.get(self.next)?.clone();
+        Some(Job { camera, ..self.recording.job.clone() })
+    }
+
+    pub fn path(&self) -> PathBuf {
+        frame_path(&self.recording.path, self.next)
+    }
+}
+
+impl Recording {
+    /// Cameras of a whole turn about the target, `count` of them.
+    pub fn turntable(camera: &Camera, count: usize) -> Vec<Camera> {
+        let mut turning = camera.clone();
+        turning.path = Some(crate::navigation::orbit_path(camera, 0.0, 1.0));
+        Self::along(&turning, count, 1.0)
+    }
+
+    /// Cameras along a camera's own path, `count` of them in `seconds`.
+    pub fn along(camera: &Camera, count: usize, seconds: f32) -> Vec<Camera> {
+        let at = |i: usize| Camera { path: None, ..camera.at(seconds * i as f32 / count.max(1) as f32) };
+        (0..count).map(at).collect()
+    }
+
+    /// Cameras on a smooth way through saved views (Catmull-Rom), `count` of them; the first and the last are reached.
+    pub fn through(views: &[Camera], count: usize) -> Vec<Camera> {
+        let Some(last) = views.len().checked_sub(1) else { return Vec::new() };
+        let view = |i: isize| &views[i.clamp(0, last as isize) as usize];
+        let place = |i: usize| {
+            let t = last as f32 * i as f32 / count.saturating_sub(1).max(1) as f32;
+            let segment = (t as isize).min(last as isize - 1).max(0);
+            let share = t - segment as f32;
+            let around = [-1, 0, 1, 2].map(|o| view(segment + o));
+            let nearest = if share < 0.5 { around[1] } else { around[2] };
+            Camera {
+                eye: catmull_rom(around.map(|c| c.eye), share),
+                target: catmull_rom(around.map(|c| c.target), share),
+                up: catmull_rom(around.map(|c| c.up), share).normalize_or(nearest.up),
+                path: None,
+                ..nearest.clone()
+            }
+        };
+        (0..count).map(place).collect()
+    }
+}
+
+/// The curve through `p[1]` (t = 0) and `p[2]` (t = 1).
+fn catmull_rom(p: [glam::Vec3; 4], t: f32) -> glam::Vec3 {
+    let (t2, t3) = (t * t, t * t * t);
+    0.5 * (2.0 * p[1]
+        + (p[2] - p[0]) * t
+        + (2.0 * p[0] - 5.0 * p[1] + 4.0 * p[2] - p[3]) * t2
+        + (3.0 * p[1] - p[0] - 3.0 * p[2] + p[3]) * t3)
+}
+
+/// Where picture `frame` of a sequence goes: `turn.png` becomes `turn.0007.png`, and `turn-###.png` becomes
+/// `turn-007.png`, as on the command line.
+pub fn frame_path(path: &Path, frame: usize) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    if let Some(start) = name.find('#') {
+        let digits = name[start..].chars().take_while(|c| *c == '#').count();
+        let (before, after) = (&name[..start], &name[start + digits..]);
+        return path.with_file_name(format!("{before}{frame:0digits$}{after}"));
+    }
+    let extension = path.extension().unwrap_or_default().to_string_lossy();
+    path.with_extension(format!("{frame:04}.{extension}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    fn camera(x: f32) -> Camera {
+        Camera::perspective("c", Vec3::new(x, 1.0, 4.0), Vec3::new(x, 0.0, 0.0), 0.8)
+    }
+
+    #[test]
+    fn turntables_begin_at_the_camera_and_go_once_around() {
+        let cameras = Recording::turntable(&camera(0.0), 8);
+        assert!(cameras[0].eye.distance(Vec3::new(0.0, 1.0, 4.0)) < 1e-5);
+        assert!(cameras[4].eye.distance(Vec3::new(0.0, 1.0, -4.0)) < 1e-4, "{}", cameras[4].eye);
+        assert!(cameras.iter().all(|c| c.path.is_none() && (c.eye.y - 1.0).abs() < 1e-5));
+    }
+
+    #[test]
+    fn paths_reach_every_view() {
+        let cameras = Recording::through(&[camera(0.0), camera(1.0), camera(5.0)], 5);
+        let x: Vec<f32> = cameras.iter().map(|c| c.eye.x).collect();
+        assert!((x[0] - 0.0).abs() < 1e-5 && (x[2] - 1.0).abs() < 1e-5 && (x[4] - 5.0).abs() < 1e-5, "{x:?}");
+        assert!(x.is_sorted(), "{x:?}");
+        assert_eq!(Recording::through(&[camera(2.0)], 3).len(), 3);
+        assert!(Recording::through(&[], 3).is_empty());
+    }
+
+    #[test]
+    fn frames_are_numbered() {
+        assert_eq!(frame_path(Path::new("a/b.png"), 7), Path::new("a/b.0007.png"));
+        assert_eq!(frame_path(Path::new("a/b_##.exr"), 7), Path::new("a/b_07.exr"));
+    }
+}
