@@ -64,10 +64,10 @@ pub use scene::Image as SceneImage;
 /// A piece of a mesh that has one material.
 pub use scene::Part as MeshPart;
 pub use scene::{
-    AlphaMode, CalibrationError, Camera, CameraPath, Checkerboard, ColorSpace, Environment, Instance,
-    Interior, Layers, Light, LightKind, LoadError, LoadOptions, LoadReport, Loaded, Material, Mesh, Model,
-    Note, Pixels, Projection, RenderDefaults, Scene, Severity, Shape, Sky, Sphere, Sun, Texture, TextureRef,
-    ToneMapper, TriangleMesh,
+    AlphaMode, Animation, CalibrationError, Camera, CameraPath, Checkerboard, Clip, ColorSpace, Daylight,
+    Environment, Instance, Interior, Layers, Light, LightKind, LoadError, LoadOptions, LoadReport, Loaded,
+    Material, Mesh, Model, Note, Pixels, Projection, RenderDefaults, Scene, Severity, Shape, Sky, Sphere,
+    Sun, SunError, SunPosition, Texture, TextureRef, ToneMapper, TriangleMesh,
 };
 pub use source::{Place, Source};
 
