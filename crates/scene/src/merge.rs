@@ -130,7 +130,9 @@ mod tests {
     fn one_of_everything() -> Scene {
         let pixels = Pixels::Rgba8(vec![[0; 4]]);
         let mut textured = Material::default();
-        textured.textures_mut().map(|t| *t = Some(TextureRef::new(0)));
+        for texture in textured.textures_mut() {
+            *texture = Some(TextureRef::new(0));
+        }
         let mut instance = Instance::new("i", 0, Affine3A::IDENTITY);
         instance.materials = Some(vec![0]);
         let kind = LightKind::Point { position: Vec3::ZERO, intensity: Vec3::ONE };

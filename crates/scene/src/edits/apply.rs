@@ -274,6 +274,7 @@ impl Editable {
             EnvironmentRecord::Black => Environment::Constant(Vec3::ZERO),
             EnvironmentRecord::Constant { radiance } => Environment::Constant((*radiance).into()),
             EnvironmentRecord::Sky(sky) => Environment::Sky(sky.sky()),
+            EnvironmentRecord::Daylight(daylight) => Environment::Daylight(daylight.daylight()),
             EnvironmentRecord::Own { rotation, intensity } => {
                 let Environment::Image { image, .. } = self.original.small.environment else {
                     let problem = "the scene has no picture of its own around it".into();

@@ -11,8 +11,8 @@ mod records;
 
 pub use apply::{EditError, Editable, Resources};
 pub use records::{
-    CameraRecord, EnvironmentRecord, LightRecord, MaterialRecord, OrbitRecord, ProjectionRecord, SkyRecord,
-    SunRecord,
+    CameraRecord, DaylightRecord, EnvironmentRecord, LightRecord, MaterialRecord, OrbitRecord,
+    ProjectionRecord, SkyRecord, SunRecord,
 };
 
 use crate::{InstanceId, MaterialId};

@@ -4,7 +4,8 @@
 //! every number, so that what is read is bit for bit what was written.
 
 use crate::{
-    AlphaMode, Camera, CameraPath, Environment, Light, LightKind, Material, Model, Projection, Sky, Sun,
+    AlphaMode, Camera, CameraPath, Daylight, Environment, Light, LightKind, Material, Model, Projection, Sky,
+    Sun, SunPosition,
 };
 use glam::{Vec2, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
@@ -206,6 +207,20 @@ pub enum EnvironmentRecord {
     File { file: PathBuf, rotation: f32, intensity: f32 },
     /// A gradient.
     Sky(SkyRecord),
+    /// A clear sky with its sun.
+    Daylight(DaylightRecord),
+}
+
+/// As [`Daylight`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+#[allow(missing_docs, reason = "the fields are those of Daylight and SunPosition")]
+pub struct DaylightRecord {
+    pub elevation: f64,
+    pub azimuth: f64,
+    pub turbidity: f32,
+    pub ground: [f32; 3],
+    pub intensity: f32,
 }
 
 /// As [`Sky`].
@@ -239,6 +254,32 @@ impl From<&Environment> for EnvironmentRecord {
                 Self::Own { rotation: *rotation, intensity: *intensity }
             }
             Environment::Sky(sky) => Self::Sky(sky.into()),
+            Environment::Daylight(daylight) => Self::Daylight(daylight.into()),
+        }
+    }
+}
+
+impl From<&Daylight> for DaylightRecord {
+    fn from(daylight: &Daylight) -> Self {
+        Self {
+            elevation: daylight.sun.elevation,
+            azimuth: daylight.sun.azimuth,
+            turbidity: daylight.turbidity,
+            ground: daylight.ground.into(),
+            intensity: daylight.intensity,
+        }
+    }
+}
+
+impl DaylightRecord {
+    /// The sky, within the limits of its model.
+    pub fn daylight(&self) -> Daylight {
+        let elevation = self.elevation.clamp(0.0, std::f64::consts::FRAC_PI_2);
+        Daylight {
+            sun: SunPosition { elevation, azimuth: self.azimuth },
+            turbidity: self.turbidity.clamp(2.0, 10.0),
+            ground: Vec3::from_array(self.ground).clamp(Vec3::ZERO, Vec3::ONE),
+            intensity: self.intensity,
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::lights::degrees;
 use super::{bright_colour, number, vector};
 use crate::viewer::{For, Viewer};
-use alhazen::edits::{EnvironmentRecord, SkyRecord, SunRecord};
+use alhazen::edits::{DaylightRecord, EnvironmentRecord, SkyRecord, SunRecord};
 use egui::{ComboBox, Ui};
 
 /// Shows it.
@@ -17,10 +17,12 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
             ui.selectable_value(&mut environment, original.clone(), kind(&original));
         }
         let sky = if let EnvironmentRecord::Sky(sky) = &before { *sky } else { clear_sky() };
+        let daylight = if let EnvironmentRecord::Daylight(d) = &before { *d } else { AFTERNOON };
         for choice in [
             EnvironmentRecord::Black,
             EnvironmentRecord::Constant { radiance: [1.0; 3] },
             EnvironmentRecord::Sky(sky),
+            EnvironmentRecord::Daylight(daylight),
         ] {
             ui.selectable_value(&mut environment, choice.clone(), kind(&choice));
         }
@@ -39,6 +41,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
             picture(ui, rotation, intensity);
         }
         EnvironmentRecord::Sky(sky) => sky_and_sun(ui, sky),
+        EnvironmentRecord::Daylight(daylight) => clear_daylight(ui, daylight),
     }
     if environment != before {
         viewer.edit("environment", |edits| edits.environment = Some(environment));
@@ -56,12 +59,33 @@ fn kind(environment: &EnvironmentRecord) -> &'static str {
         EnvironmentRecord::Own { .. } => "the scene's picture",
         EnvironmentRecord::File { .. } => "picture",
         EnvironmentRecord::Sky(_) => "sky",
+        EnvironmentRecord::Daylight(_) => "daylight",
     }
 }
 
 fn picture(ui: &mut Ui, rotation: &mut f32, intensity: &mut f32) {
     degrees(ui, "Rotation", rotation, -360.0..=360.0);
     number(ui, "Intensity", intensity, 0.01, 0.0..=1e6);
+}
+
+/// What a daylight is at first.
+const AFTERNOON: DaylightRecord =
+    DaylightRecord { elevation: 0.7, azimuth: 3.9, turbidity: 3.0, ground: [0.2; 3], intensity: 0.02 };
+
+fn clear_daylight(ui: &mut Ui, daylight: &mut DaylightRecord) {
+    let (mut elevation, mut azimuth) = (daylight.elevation as f32, daylight.azimuth as f32);
+    degrees(ui, "Elevation of the sun", &mut elevation, 0.0..=90.0);
+    degrees(ui, "Azimuth from north", &mut azimuth, -360.0..=360.0);
+    // Only what was moved: the record is more exact than the slider.
+    if elevation != daylight.elevation as f32 {
+        daylight.elevation = f64::from(elevation);
+    }
+    if azimuth != daylight.azimuth as f32 {
+        daylight.azimuth = f64::from(azimuth);
+    }
+    number(ui, "Haze", &mut daylight.turbidity, 0.05, 2.0..=10.0);
+    bright_colour(ui, "Ground", &mut daylight.ground, "");
+    number(ui, "Intensity", &mut daylight.intensity, 1e-5, 0.0..=1e6);
 }
 
 fn sky_and_sun(ui: &mut Ui, sky: &mut SkyRecord) {
