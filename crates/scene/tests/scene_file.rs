@@ -531,10 +531,10 @@ fn daylight_is_read() {
     let path = folder.path().join("day.toml");
     let load = |text: &str| {
         std::fs::write(&path, text).unwrap();
-        scene::load::load(&path, &scene::LoadOptions::default())
+        scene::load::load(&path, &LoadOptions::default())
     };
     let scene = load(text).unwrap().scene;
-    let scene::Environment::Daylight(daylight) = scene.environment else { panic!("{:?}", scene.environment) };
+    let Environment::Daylight(daylight) = scene.environment else { panic!("{:?}", scene.environment) };
     assert_eq!((daylight.turbidity, daylight.ground), (4.0, glam::vec3(0.1, 0.2, 0.3)));
     assert!(daylight.sun.elevation > 1.0, "a summer's afternoon");
     // The sun is seen, and the sky is sampled by its own table.
