@@ -1,7 +1,7 @@
 //! A back end that goes on with another one when its device fails.
 
 use crate::choice::open_step;
-use backend::{Backend, BackendError, Control, LoadStats, PassTime, Stats, View};
+use backend::{Backend, BackendError, Control, LoadStats, PassTime, PixelSamples, Stats, View};
 use film::Film;
 use gpu::tracer::TracerKind;
 use gpu::{GpuOptions, PathKernel};
@@ -98,6 +98,31 @@ impl Fallback {
         }
         Ok(u32::try_from(whole).unwrap_or(u32::MAX))
     }
+
+    /// Keeps what the current back end has rendered of `view`, whose pixels have different numbers of samples. Takes what is
+    /// there from `left`, which is to be rendered, and adds what was lost; returns how many samples of `left` are done.
+    fn rescue_pixels(&mut self, view: &View, left: &mut Vec<PixelSamples>) -> Result<u64, BackendError> {
+        if let Ok(Some(film)) = self.current.film() {
+            let film = film.clone();
+            match &mut self.rescued {
+                Some((of, rescued)) if is_same(of, view) => rescued.merge(&film)?,
+                other => *other = Some((view.clone(), film)),
+            }
+        }
+        let rescued = self.rescued.as_ref().filter(|(of, _)| is_same(of, view));
+        let mut done = 0;
+        for pixel in left.iter_mut() {
+            let known = rescued.map_or(0, |(_, film)| film.pixels()[pixel.pixel as usize].taken());
+            // The samples of a pixel are made in their order, so those that there are are the first ones.
+            let next = view.first_sample.saturating_add(u32::try_from(known).unwrap_or(u32::MAX));
+            let end = pixel.first + pixel.count;
+            done += u64::from(next.clamp(pixel.first, end) - pixel.first);
+            pixel.first = next.min(end);
+            pixel.count = end - pixel.first;
+        }
+        left.retain(|p| p.count > 0);
+        Ok(done)
+    }
 }
 
 fn sum(a: Option<Duration>, b: Option<Duration>) -> Option<Duration> {
@@ -177,6 +202,34 @@ impl Backend for Fallback {
                     if left == 0 {
                         return Ok(total);
                     }
+                }
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    fn render_pixels(
+        &mut self,
+        view: &View,
+        pixels: &[PixelSamples],
+        control: &Control,
+    ) -> Result<Stats, BackendError> {
+        let mut total = Stats::default();
+        let mut left = pixels.to_vec();
+        loop {
+            match self.current.render_pixels(view, &left, control) {
+                Ok(stats) => {
+                    total.samples += stats.samples;
+                    total.rays += stats.rays;
+                    total.elapsed += stats.elapsed;
+                    total.cancelled = stats.cancelled;
+                    total.device_time = sum(total.device_time, stats.device_time);
+                    return Ok(total);
+                }
+                Err(error @ BackendError::Device { .. }) => {
+                    total.samples += self.rescue_pixels(view, &mut left)?;
+                    self.step(error)?;
+                    self.made = None;
                 }
                 Err(error) => return Err(error),
             }

@@ -18,10 +18,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod adaptive;
 mod allocator;
 mod checkpoint;
 mod choice;
 mod daylight;
+mod denoise;
 mod fallback;
 mod job;
 mod memory;
@@ -33,15 +35,17 @@ mod source;
 pub mod system;
 
 pub use accel::{Coherence, Ray};
+pub use adaptive::{Adaptive, Sampling};
 pub use allocator::HugePages;
 pub use backend::{
-    Backend, BackendError, Control, DirectSettings, Integrator, LoadStats, PassTime, PathSettings, Progress,
-    SamplerKind, View,
+    Backend, BackendError, Control, DirectSettings, Integrator, LoadStats, PassTime, PathSettings,
+    PixelSamples, Progress, SamplerKind, View,
 };
 pub use checkpoint::Checkpoint;
 pub use choice::{BackendChoice, ChoiceError, Chosen, RendererOptions, UnknownBackend};
 pub use cpu::{Hits, RayError, RayQueries, Rays, SurfacePoint};
 pub use daylight::add_daylight_if_dark;
+pub use denoise::{DenoiseFilmError, Denoised, Denoiser};
 pub use fallback::{Fallback, Step};
 pub use film::{
     Aov, AovData, Block, Coverage, ExrChannel, ExrCompression, ExrFile, ExrSamples, Film, Image, ImageError,
@@ -51,7 +55,7 @@ pub use job::{Job, camera_frame, picture_ray};
 pub use memory::{available_memory_bytes, peak_memory_bytes, total_memory_bytes};
 pub use metadata::{Description, metadata};
 pub use part::{PartJob, RenderPartError, Tile, UnknownTile, finish, tone_of};
-pub use post::ToneMapping;
+pub use post::{DenoiseError, NoisyPicture, OidnError, ToneMapping};
 pub use renderer::{BACKENDS, Limits, Renderer, Summary};
 /// A picture that a scene uses: a texture's or the environment's.
 pub use scene::Image as SceneImage;

@@ -62,11 +62,14 @@ pub fn metadata(
 ) -> BTreeMap<String, String> {
     let noise = film.relative_error().map_or("unknown".into(), |n| format!("{n:.5}"));
     let backends: Vec<&str> = backends.iter().map(String::as_str).collect();
+    let taken = || film.pixels().iter().map(film::PixelStats::taken);
     let measured = [
         ("backend", backends.join(", ")),
         ("spp", spp.to_string()),
         ("render_seconds", format!("{:.3}", render_time.as_secs_f64())),
         ("noise", noise),
+        ("least_samples", taken().min().unwrap_or(0).to_string()),
+        ("most_samples", taken().max().unwrap_or(0).to_string()),
         ("invalid_samples", film.invalid_samples().to_string()),
     ];
     let mut all = settings.clone();

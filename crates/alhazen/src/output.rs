@@ -2,7 +2,7 @@
 
 use crate::ToneMapping;
 use film::{ExrCompression, ExrFile, Precision};
-use film::{Film, ImageError};
+use film::{Film, Image, ImageError};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -77,26 +77,34 @@ pub fn write(
     tone: &ToneMapping,
     metadata: &BTreeMap<String, String>,
 ) -> Result<(), OutputError> {
-    write_as(path, film, tone, metadata, &Encoding::default())
+    write_as(path, film, None, tone, metadata, &Encoding::default())
 }
 
-/// As [`write()`], in a certain encoding.
+/// As [`write()`], in a certain encoding, and with another colour than the film's own if there is one, such as without its noise.
+/// An EXR file has that of the film as the layer `noisy` then.
 ///
 /// # Errors
 /// See [`OutputError`].
 pub fn write_as(
     path: &Path,
     film: &Film,
+    colour: Option<&Image>,
     tone: &ToneMapping,
     metadata: &BTreeMap<String, String>,
     encoding: &Encoding,
 ) -> Result<(), OutputError> {
+    let shown = || colour.cloned().unwrap_or_else(|| film.to_image());
     match Format::of(path)? {
-        Format::Png if encoding.png16 => tone.apply(&film.to_image()).write_png16_encoded(path)?,
-        Format::Png => tone.apply(&film.to_image()).write_png_encoded(path)?,
-        Format::Hdr => film.to_image().write_hdr(path)?,
+        Format::Png if encoding.png16 => tone.apply(&shown()).write_png16_encoded(path)?,
+        Format::Png => tone.apply(&shown()).write_png_encoded(path)?,
+        Format::Hdr => shown().write_hdr(path)?,
         Format::Exr => {
-            let file = ExrFile::from_film(film, encoding.exr_precision);
+            let mut file = ExrFile::new(film.width(), film.height(), film.window());
+            file.push_colour(&shown(), encoding.exr_precision);
+            if colour.is_some() {
+                file.push_layer("noisy", &["R", "G", "B"], &film.to_image(), encoding.exr_precision);
+            }
+            file.push_aovs(film);
             let file = metadata.iter().fold(file, |f, (k, v)| f.with_metadata(k, v));
             file.write(path, encoding.exr_compression)?;
         }

@@ -1,7 +1,8 @@
 //! Rendering until a limit is reached, through whatever back end.
 
-use crate::Job;
-use backend::{Backend, BackendError, Control, LoadStats, PassTime, Stats, View};
+use crate::part::least_samples;
+use crate::{Job, Sampling};
+use backend::{Backend, BackendError, Control, LoadStats, PassTime, PixelSamples, Stats, View};
 use cpu::CpuBackend;
 use film::Film;
 use scene::Scene;
@@ -15,24 +16,26 @@ pub const BACKENDS: &[&str] = &["cpu", "gpu-bvh", "gpu-query", "gpu-pipeline"];
 /// When a picture is done: whatever comes first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// Samples per pixel.
+    /// Samples per pixel; on average, where sampling is adaptive.
     pub spp: u32,
     /// Wall time of rendering. At least one sample is made.
     pub time: Option<Duration>,
     /// Relative standard error of the picture ([`Film::relative_error`]).
     pub noise: Option<f64>,
+    /// How samples are spread over the picture until then.
+    pub sampling: Sampling,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { spp: 64, time: None, noise: None }
+        Self { spp: 64, time: None, noise: None, sampling: Sampling::Uniform }
     }
 }
 
 /// What rendering a picture took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Summary {
-    /// Samples per pixel made.
+    /// Samples per pixel made; on average, where sampling is adaptive.
     pub spp: u32,
     /// Samples of all pixels.
     pub samples: u64,
@@ -160,6 +163,31 @@ impl Renderer {
         after_pass: &mut dyn FnMut(&Summary),
     ) -> Result<Summary, BackendError> {
         check_view(view)?;
+        let mut summary = match &limits.sampling {
+            Sampling::Uniform => self.render_evenly(view, limits, control, after_pass)?,
+            Sampling::Adaptive(adaptive) => {
+                self.render_adaptively(view, limits, adaptive, control, after_pass)?
+            }
+        };
+        if let Some(film) = self.backend.film()? {
+            summary.invalid_samples = film.invalid_samples();
+            summary.noise = summary.noise.or_else(|| film.relative_error());
+            if summary.cancelled && limits.sampling == Sampling::Uniform {
+                // The pass that was cut short may have given some samples to all pixels.
+                summary.spp = summary.spp.max(least_samples(film));
+            }
+        }
+        Ok(summary)
+    }
+
+    /// Gives every pixel the same samples until a limit is reached.
+    pub(crate) fn render_evenly(
+        &mut self,
+        view: &View,
+        limits: &Limits,
+        control: &Control,
+        after_pass: &mut dyn FnMut(&Summary),
+    ) -> Result<Summary, BackendError> {
         let start = Instant::now();
         let mut summary = Summary::default();
         while summary.spp < limits.spp && !control.is_cancelled() {
@@ -180,16 +208,6 @@ impl Renderer {
             // An error estimate of a few samples is not one.
             if limits.time.is_some_and(|t| summary.elapsed >= t) || (quiet && summary.spp >= 16) {
                 break;
-            }
-        }
-        if let Some(film) = self.backend.film()? {
-            summary.invalid_samples = film.invalid_samples();
-            summary.noise = summary.noise.or_else(|| film.relative_error());
-            if summary.cancelled {
-                // The pass that was cut short may have given some samples to all pixels.
-                let of_pixel = |p: &film::PixelStats| p.count() + p.invalid();
-                let whole = film.pixels().iter().map(of_pixel).min().unwrap_or(0);
-                summary.spp = summary.spp.max(u32::try_from(whole).unwrap_or(u32::MAX));
             }
         }
         Ok(summary)
@@ -218,6 +236,16 @@ impl Renderer {
     ) -> Result<Stats, BackendError> {
         check_view(view)?;
         self.backend.render(view, samples, control)
+    }
+
+    /// Adds samples to some pixels of a view that was checked before.
+    pub(crate) fn render_some(
+        &mut self,
+        view: &View,
+        pixels: &[PixelSamples],
+        control: &Control,
+    ) -> Result<Stats, BackendError> {
+        self.backend.render_pixels(view, pixels, control)
     }
 
     /// What users should hear of that is no error. Each once.

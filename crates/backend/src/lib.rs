@@ -7,7 +7,7 @@ mod control;
 mod view;
 
 pub use control::{Control, Progress};
-pub use view::{DirectSettings, Integrator, PathSettings, SamplerKind, View};
+pub use view::{DirectSettings, Integrator, PathSettings, PixelSamples, SamplerKind, View};
 
 use film::Film;
 use scene::tables::{Changes, SceneTables};
@@ -56,6 +56,25 @@ pub struct Stats {
     pub cancelled: bool,
     /// Time that the device itself was busy, where it has a clock.
     pub device_time: Option<Duration>,
+}
+
+/// For back ends: whether all of `pixels` lie in the view's window and have sample indices that exist.
+///
+/// # Errors
+/// [`BackendError::View`] that names the first that does not.
+pub fn check_pixels(view: &View, pixels: &[PixelSamples]) -> Result<(), BackendError> {
+    let area = view.window.area() as u64;
+    for p in pixels {
+        let reason = if u64::from(p.pixel) >= area {
+            format!("pixel {} is not among the window's {area}", p.pixel)
+        } else if p.first.checked_add(p.count).is_none() {
+            format!("sample index beyond {} in pixel {}", u32::MAX, p.pixel)
+        } else {
+            continue;
+        };
+        return Err(BackendError::View { reason });
+    }
+    Ok(())
 }
 
 /// One pass of a device, by its own clock.
@@ -109,6 +128,19 @@ pub trait Backend: Send {
     /// # Errors
     /// Without a scene, for impossible views, and when the device fails; what was rendered before is kept.
     fn render(&mut self, view: &View, samples: u32, control: &Control) -> Result<Stats, BackendError>;
+
+    /// Adds samples to some pixels of the view's window only, each of which may be named once. Pixels that are not named
+    /// cost nothing. The view's own `first_sample` does not count. When cancelled, any of the pixels may have any of its
+    /// samples; the film says how many.
+    ///
+    /// # Errors
+    /// As [`Backend::render`]; [`BackendError::View`] for pixels outside the window.
+    fn render_pixels(
+        &mut self,
+        view: &View,
+        pixels: &[PixelSamples],
+        control: &Control,
+    ) -> Result<Stats, BackendError>;
 
     /// Forgets what was rendered: the next [`Backend::render`] begins a new film, even if its view is the same.
     fn restart(&mut self);

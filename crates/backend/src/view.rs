@@ -13,6 +13,18 @@ pub enum SamplerKind {
     Independent,
 }
 
+/// Samples that one pixel is to get.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PixelSamples {
+    /// Index of the pixel in the view's window, row by row from the top.
+    pub pixel: u32,
+    /// Index of the first sample. The samples of a pixel should be consecutive from one call to the next: the points of a
+    /// low-discrepancy sequence are good only together.
+    pub first: u32,
+    /// Number of samples.
+    pub count: u32,
+}
+
 /// A camera and everything else that decides the expected picture and its noise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {

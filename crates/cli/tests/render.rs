@@ -3,7 +3,7 @@
 mod common;
 
 use alhazen::Image;
-use common::{folder_with_triangle, names, run, succeed};
+use common::{fail, folder_with_triangle, names, run, succeed};
 use film::ExrFile;
 use std::path::Path;
 
@@ -246,4 +246,39 @@ fn models_without_light_get_a_sky() {
     assert!(colour(&folder.path().join("a.exr")).mean()[2] > 0.1);
     succeed(folder.path(), &format!("{arguments} --environment 0,0,0"));
     assert_eq!(colour(&folder.path().join("a.exr")).mean(), [0.0; 3]);
+}
+
+#[test]
+fn adaptive_pictures_have_an_uneven_number_of_samples_and_say_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = "render cornell -q --json --width 24 --height 24 --spp 48 --sampling adaptive --min-spp 8 \
+                     --aov samples -o a.exr";
+    let json = succeed(folder.path(), arguments).json();
+    let samples = json["samples"].as_u64().unwrap();
+    assert!((24 * 24 * 40..24 * 24 * 56).contains(&samples), "{samples}");
+    let file = ExrFile::read(&folder.path().join("a.exr")).unwrap();
+    assert_eq!(file.metadata["sampling"], "adaptive");
+    let number = |key: &str| file.metadata[key].parse::<u64>().unwrap();
+    assert!(number("least_samples") >= 8 && number("most_samples") > 64, "{:?}", file.metadata);
+    let counts = file.layer("samples").unwrap();
+    assert_eq!(counts.data().iter().map(|n| *n as u64).sum::<u64>(), samples);
+    fail(
+        folder.path(),
+        "render cornell --sampling adaptive --tile 1/2 -o b.exr",
+        "--tile and --sampling adaptive",
+    );
+}
+
+#[test]
+fn denoised_pictures_keep_the_noisy_one_and_name_the_filter() {
+    let folder = tempfile::tempdir().unwrap();
+    succeed(folder.path(), "render cornell -q --width 48 --height 48 --spp 8 --denoise=own -o a.exr");
+    succeed(folder.path(), "render cornell -q --width 48 --height 48 --spp 256 --seed 9 -o truth.exr");
+    let file = ExrFile::read(&folder.path().join("a.exr")).unwrap();
+    assert!(file.metadata["denoiser"].contains("Alhazen"), "{:?}", file.metadata);
+    let truth = colour(&folder.path().join("truth.exr"));
+    let error = |image: &Image| film::metrics::rel_mse(&truth, image).unwrap();
+    let (noisy, denoised) = (error(&file.layer("noisy").unwrap()), error(&file.colour().unwrap()));
+    assert!(denoised < noisy / 3.0, "{noisy} became {denoised}");
+    fail(folder.path(), "render cornell --denoise --tile 1/2 -o b.exr", "cannot be used with");
 }

@@ -1,11 +1,12 @@
 //! [`CpuBackend`]: the trait's implementation; film, threads, passes.
 
-use crate::bands::{BAND_ROWS, Band, BandAovs};
+use crate::bands::{BAND_ROWS, Band, FirstHits, Work};
 use crate::filter::AlphaFilter;
+use crate::listed;
 use crate::path::PathBatch;
 use crate::scene::CpuScene;
 use accel::{Opaque, Quality};
-use backend::{Backend, BackendError, Control, LoadStats, Stats, View};
+use backend::{Backend, BackendError, Control, LoadStats, PixelSamples, Stats, View, check_pixels};
 use film::{Film, PixelStats};
 use rayon::prelude::*;
 use scene::tables::{Changes, SceneTables};
@@ -116,6 +117,25 @@ impl Backend for CpuBackend {
         Ok(stats)
     }
 
+    fn render_pixels(
+        &mut self,
+        view: &View,
+        pixels: &[PixelSamples],
+        control: &Control,
+    ) -> Result<Stats, BackendError> {
+        check_pixels(view, pixels)?;
+        self.prepare_film(view)?;
+        let (Some(scene), Some((_, film))) = (&self.scene, &mut self.film) else {
+            return Err(BackendError::NoScene { backend: "cpu" });
+        };
+        let start = Instant::now();
+        control.begin(pixels.iter().map(|p| u64::from(p.count)).sum());
+        let rays = self.threads.install(|| listed::render(scene, view, pixels, film, control));
+        let samples = control.progress().samples_done;
+        let cancelled = control.is_cancelled();
+        Ok(Stats { samples, rays, elapsed: start.elapsed(), cancelled, device_time: None })
+    }
+
     fn restart(&mut self) {
         self.film = None;
     }
@@ -140,15 +160,16 @@ fn render_pass(
 ) -> u64 {
     let width = view.window.width as usize;
     let bands = film.pixels_mut().par_chunks_mut(width * BAND_ROWS as usize).enumerate();
-    let done: Vec<(u64, BandAovs)> = bands
+    let done: Vec<(u64, FirstHits)> = bands
         .map(|(i, pixels)| {
-            let mut aovs = BandAovs::new();
+            let mut aovs = FirstHits::new();
             if control.is_cancelled() {
                 return (0, aovs);
             }
             let first = i as u32 * BAND_ROWS;
             let rows = first..(first + BAND_ROWS).min(view.window.height);
-            let rays = render_one_band(scene, view, rows, samples.clone(), pixels, &mut aovs);
+            let work = Work::Rows { rows, samples: samples.clone() };
+            let rays = render_work(scene, view, work, pixels, &mut aovs);
             control.advance(pixels.len() as u64 * samples.len() as u64);
             (rays, aovs)
         })
@@ -159,21 +180,20 @@ fn render_pass(
     done.iter().map(|(rays, _)| rays).sum()
 }
 
-/// Picks the kernel for the scene: alpha tests cost nothing where no surface has holes.
-fn render_one_band(
+/// Renders a piece of work on this thread; returns the number of rays. Picks the kernel for the scene: alpha tests cost
+/// nothing where no surface has holes.
+pub(crate) fn render_work(
     scene: &CpuScene,
     view: &View,
-    rows: Range<u32>,
-    samples: Range<u32>,
+    work: Work,
     pixels: &mut [PixelStats],
-    aovs: &mut BandAovs,
+    aovs: &mut FirstHits,
 ) -> u64 {
     BATCH.with_borrow_mut(|batch| {
         if scene.tables.has_alpha {
-            let filter = &AlphaFilter(scene);
-            Band { scene, view, filter, rows, samples }.render(pixels, aovs, batch)
+            Band { scene, view, filter: &AlphaFilter(scene), work }.render(pixels, aovs, batch)
         } else {
-            Band { scene, view, filter: &Opaque, rows, samples }.render(pixels, aovs, batch)
+            Band { scene, view, filter: &Opaque, work }.render(pixels, aovs, batch)
         }
     })
 }

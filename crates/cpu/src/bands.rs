@@ -1,10 +1,10 @@
-//! Cutting the picture into work for threads.
+//! Cutting the picture into work for threads, and that into batches.
 
 use crate::direct::DirectTracer;
-use crate::path::{PathBatch, SampleId};
+use crate::path::{PathBatch, Run, SampleId};
 use crate::scene::CpuScene;
 use accel::HitFilter;
-use backend::{DirectSettings, Integrator, View};
+use backend::{DirectSettings, Integrator, PixelSamples, View};
 use film::{AovSample, PixelStats, Rect};
 use optics::Vec3f;
 use std::ops::Range;
@@ -12,30 +12,36 @@ use std::ops::Range;
 /// Rows of a band: the unit of work that threads steal. Bands are whole rows so that each owns its part of the film.
 pub(crate) const BAND_ROWS: u32 = 8;
 /// Pixels along a batch's side.
-const BLOCK_COLUMNS: u32 = 8;
+pub(crate) const BLOCK_COLUMNS: u32 = 8;
 /// Samples of a batch: enough to fill streams, few enough that a batch stays in the second-level cache.
 const BATCH_SAMPLES: u32 = 512;
 
-/// First hits of a band: pixel, sample index, values.
-pub(crate) type BandAovs = Vec<(u32, u32, u32, AovSample)>;
+/// First hits of a piece of work: pixel, sample index, values.
+pub(crate) type FirstHits = Vec<(u32, u32, u32, AovSample)>;
 
-/// What a band needs to know.
+/// What a thread renders at a time.
+#[derive(Clone)]
+pub(crate) enum Work<'a> {
+    /// Some samples of every pixel of some rows of the window. The estimates are those of the rows.
+    Rows { rows: Range<u32>, samples: Range<u32> },
+    /// Some samples of each of these pixels. The estimates are in the order of the list.
+    Listed(&'a [PixelSamples]),
+}
+
+/// What rendering a piece of work needs to know.
 pub(crate) struct Band<'a, F> {
     pub scene: &'a CpuScene,
     pub view: &'a View,
     pub filter: &'a F,
-    /// Rows relative to the window.
-    pub rows: Range<u32>,
-    /// Sample indices.
-    pub samples: Range<u32>,
+    pub work: Work<'a>,
 }
 
 impl<'a, F: HitFilter> Band<'a, F> {
-    /// Renders the band into `pixels`, its rows of the film; returns the number of rays.
+    /// Renders the work into `pixels`, its estimates; returns the number of rays.
     ///
     /// The whole kernel is compiled for several instruction sets, of which the best that the machine has is taken.
     /// They differ in speed only: no operation is fused or reordered.
-    pub fn render(&self, pixels: &mut [PixelStats], aovs: &mut BandAovs, batch: &mut PathBatch) -> u64 {
+    pub fn render(&self, pixels: &mut [PixelStats], aovs: &mut FirstHits, batch: &mut PathBatch) -> u64 {
         #[cfg(target_arch = "x86_64")]
         {
             use std::arch::is_x86_feature_detected as has;
@@ -48,45 +54,39 @@ impl<'a, F: HitFilter> Band<'a, F> {
                 return unsafe { self.render_avx2(pixels, aovs, batch) };
             }
         }
-        self.render_blocks(pixels, aovs, batch)
+        self.render_batches(pixels, aovs, batch)
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx512f,avx512vl,avx512bw,avx512dq,avx2,bmi1,bmi2,fma")]
-    fn render_avx512(&self, pixels: &mut [PixelStats], aovs: &mut BandAovs, batch: &mut PathBatch) -> u64 {
-        self.render_blocks(pixels, aovs, batch)
+    fn render_avx512(&self, pixels: &mut [PixelStats], aovs: &mut FirstHits, batch: &mut PathBatch) -> u64 {
+        self.render_batches(pixels, aovs, batch)
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,bmi1,bmi2,fma")]
-    fn render_avx2(&self, pixels: &mut [PixelStats], aovs: &mut BandAovs, batch: &mut PathBatch) -> u64 {
-        self.render_blocks(pixels, aovs, batch)
+    fn render_avx2(&self, pixels: &mut [PixelStats], aovs: &mut FirstHits, batch: &mut PathBatch) -> u64 {
+        self.render_batches(pixels, aovs, batch)
     }
 
     #[inline(always)]
-    fn render_blocks(&self, pixels: &mut [PixelStats], aovs: &mut BandAovs, batch: &mut PathBatch) -> u64 {
-        let window = self.view.window;
+    fn render_batches(&self, pixels: &mut [PixelStats], aovs: &mut FirstHits, batch: &mut PathBatch) -> u64 {
         let before = batch.rays_traced;
         let mut rays = 0;
-        let mut ids = std::mem::take(&mut batch.ids);
-        for first_column in (0..window.width).step_by(BLOCK_COLUMNS as usize) {
-            let columns = first_column..(first_column + BLOCK_COLUMNS).min(window.width);
-            let step = (BATCH_SAMPLES / (columns.len() * self.rows.len()) as u32).max(1);
-            for first in self.samples.clone().step_by(step as usize) {
-                let range = first..(first + step).min(self.samples.end);
-                sample_ids(window, columns.clone(), self.rows.clone(), range, &mut ids);
-                rays += self.render_batch(&ids, batch);
-                let of_pixel = step.min(self.samples.end - first) as usize;
-                for (ids, radiance) in ids.chunks(of_pixel).zip(batch.radiance.chunks(of_pixel)) {
-                    let (x, y) = (ids[0].x - window.x, ids[0].y - window.y - self.rows.start);
-                    pixels[(y * window.width + x) as usize].add_all(radiance.iter().map(|r| r.to_array()));
-                }
-                for (id, sample) in ids.iter().zip(&batch.aovs) {
-                    aovs.push((id.x, id.y, id.index, *sample));
-                }
+        let (mut ids, mut runs) = (std::mem::take(&mut batch.ids), std::mem::take(&mut batch.runs));
+        let mut walk = Walk::new(self.view.window, self.work.clone());
+        while walk.next_batch(&mut ids, &mut runs) {
+            rays += self.render_batch(&ids, batch);
+            let mut radiance = batch.radiance.iter();
+            for run in &runs {
+                let samples = radiance.by_ref().take(run.count as usize);
+                pixels[run.place as usize].add_all(samples.map(|r| r.to_array()));
+            }
+            for (id, sample) in ids.iter().zip(&batch.aovs) {
+                aovs.push((id.x, id.y, id.index, *sample));
             }
         }
-        batch.ids = ids;
+        (batch.ids, batch.runs) = (ids, runs);
         rays + batch.rays_traced - before
     }
 
@@ -127,18 +127,79 @@ impl<'a, F: HitFilter> Band<'a, F> {
     }
 }
 
-/// Samples of a block of pixels, all samples of a pixel together: neighbours in the list are alike.
-fn sample_ids(
+/// Where in a piece of work the next batch begins.
+struct Walk<'a> {
     window: Rect,
-    columns: Range<u32>,
-    rows: Range<u32>,
-    samples: Range<u32>,
-    ids: &mut Vec<SampleId>,
-) {
-    ids.clear();
-    for y in rows {
-        for x in columns.clone() {
-            ids.extend(samples.clone().map(|index| SampleId { x: window.x + x, y: window.y + y, index }));
+    work: Work<'a>,
+    /// Of rows: the first column of the block. Of a list: the place in it.
+    at: u32,
+    /// Samples that the pixels there have already.
+    done: u32,
+}
+
+impl<'a> Walk<'a> {
+    fn new(window: Rect, work: Work<'a>) -> Self {
+        Self { window, work, at: 0, done: 0 }
+    }
+
+    /// Fills in the next batch, all samples of a pixel together: neighbours in a batch are alike. Returns whether there
+    /// was anything left.
+    fn next_batch(&mut self, ids: &mut Vec<SampleId>, runs: &mut Vec<Run>) -> bool {
+        ids.clear();
+        runs.clear();
+        match self.work.clone() {
+            Work::Rows { rows, samples } => self.next_block(rows, samples, ids, runs),
+            Work::Listed(list) => self.next_of_list(list, ids, runs),
+        }
+        !ids.is_empty()
+    }
+
+    /// A block of pixels with as many samples each as fit.
+    fn next_block(
+        &mut self,
+        rows: Range<u32>,
+        samples: Range<u32>,
+        ids: &mut Vec<SampleId>,
+        runs: &mut Vec<Run>,
+    ) {
+        let Rect { x: left, y: top, width, .. } = self.window;
+        if self.done == samples.len() as u32 {
+            (self.at, self.done) = (self.at + BLOCK_COLUMNS, 0);
+        }
+        if self.at >= width || samples.is_empty() {
+            return;
+        }
+        let columns = self.at..(self.at + BLOCK_COLUMNS).min(width);
+        let step = (BATCH_SAMPLES / (columns.len() * rows.len()) as u32).max(1);
+        let first = samples.start + self.done;
+        let count = step.min(samples.end - first);
+        for y in rows.clone() {
+            for x in columns.clone() {
+                let sample = |index| SampleId { x: left + x, y: top + y, index };
+                ids.extend((first..first + count).map(sample));
+                runs.push(Run { place: (y - rows.start) * width + x, count });
+            }
+        }
+        self.done += count;
+    }
+
+    /// As many of the list's samples as fit.
+    fn next_of_list(&mut self, list: &[PixelSamples], ids: &mut Vec<SampleId>, runs: &mut Vec<Run>) {
+        let Rect { x: left, y: top, width, .. } = self.window;
+        while let Some(pixel) = list.get(self.at as usize) {
+            let room = BATCH_SAMPLES - ids.len() as u32;
+            if room == 0 {
+                break;
+            }
+            let (x, y) = (left + pixel.pixel % width, top + pixel.pixel / width);
+            let first = pixel.first + self.done;
+            let count = room.min(pixel.count - self.done);
+            ids.extend((first..first + count).map(|index| SampleId { x, y, index }));
+            runs.push(Run { place: self.at, count });
+            self.done += count;
+            if self.done == pixel.count {
+                (self.at, self.done) = (self.at + 1, 0);
+            }
         }
     }
 }

@@ -10,6 +10,7 @@ mod direct;
 mod filter;
 mod lanes;
 mod lights;
+mod listed;
 mod material;
 mod path;
 mod queries;

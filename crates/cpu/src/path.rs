@@ -57,6 +57,15 @@ pub(crate) struct SampleId {
     pub index: u32,
 }
 
+/// Neighbours in a batch that belong to one pixel.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Run {
+    /// Place of the pixel's estimate.
+    pub place: u32,
+    /// Number of samples.
+    pub count: u32,
+}
+
 /// What a shadow ray brings if nothing is in its way.
 #[derive(Clone, Copy)]
 struct Connection {
@@ -80,6 +89,8 @@ pub(crate) struct PathBatch {
     smooth: PlainQueue,
     /// The samples being made; kept here between bands for its memory only.
     pub ids: Vec<SampleId>,
+    /// How `ids` is divided among pixels; kept for its memory, too.
+    pub runs: Vec<Run>,
     /// Radiance of each sample of the batch.
     pub radiance: Vec<Vec3f>,
     /// First hits, parallel to `radiance`, if the view asks for auxiliary layers.

@@ -421,20 +421,26 @@ impl Film {
     /// `None` if a pixel has fewer than two samples. A black picture has error zero.
     #[must_use]
     pub fn relative_error(&self) -> Option<f64> {
-        const FLOOR: f64 = 0.01;
         let channels = 3.0 * self.pixels.len() as f64;
-        let level =
-            self.pixels.iter().map(|p| p.mean().iter().map(|m| m.abs()).sum::<f64>()).sum::<f64>() / channels;
+        let floor = self.error_floor();
         let mut sum = 0.0;
         for pixel in &self.pixels {
             let (mean, variance) = (pixel.mean(), pixel.variance_of_mean()?);
             for c in 0..3 {
                 if variance[c] > 0.0 {
-                    sum += variance[c] / (mean[c] * mean[c] + FLOOR * level * level);
+                    sum += variance[c] / (mean[c] * mean[c] + floor);
                 }
             }
         }
         Some((sum / channels).sqrt())
+    }
+
+    /// The floor `0.01·L²` of [`Film::relative_error`].
+    pub(crate) fn error_floor(&self) -> f64 {
+        const FLOOR: f64 = 0.01;
+        let levels = self.pixels.iter().map(|p| p.mean().iter().map(|m| m.abs()).sum::<f64>());
+        let level = levels.sum::<f64>() / (3.0 * self.pixels.len() as f64);
+        FLOOR * level * level
     }
 
     /// The estimate of the window's radiance: linear RGB. Pixels without samples are black.

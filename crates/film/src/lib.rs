@@ -7,6 +7,7 @@
 //!
 //! Every picture here is row 0 at the top, linear, scene-referred, Rec. 709 primaries unless it says otherwise.
 
+mod allocation;
 mod aov;
 mod atomic;
 mod coverage;
@@ -24,6 +25,7 @@ mod pixel;
 mod rect;
 mod srgb;
 
+pub use allocation::Allocation;
 pub use aov::{Aov, AovKind, AovSample, AovSums, NO_ID, UnknownAov};
 pub use atomic::{remove_temporaries, write_atomically};
 pub use coverage::{Block, Coverage, UnknownBlock};

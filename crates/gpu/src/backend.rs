@@ -1,15 +1,17 @@
 //! [`GpuBackend`]: the trait's implementation; film, batches, passes.
 
-use crate::film::{FOLD_SAMPLES, FilmBuffers, device_error};
+use crate::film::{Batch, FOLD_SAMPLES, FilmBuffers, device_error};
 use crate::kernel::{Kernel, KernelKind, PathKernel, Tracing};
-use crate::plan::{Pace, Plan};
+use crate::plan::{Levels, Pace, Plan};
 use crate::scene::update::StagingRing;
 use crate::shader::Variant;
 use crate::timing::Timer;
 use crate::tracer::TracerKind;
 use crate::wavefront::{Queues, choice};
 use crate::{Gpu, GpuError, GpuScene};
-use backend::{Backend, BackendError, Control, Integrator, LoadStats, PassTime, Stats, View};
+use backend::{
+    Backend, BackendError, Control, Integrator, LoadStats, PassTime, PixelSamples, Stats, View, check_pixels,
+};
 use film::Film;
 use scene::tables::{Changes, SceneTables};
 use std::collections::{HashMap, VecDeque};
@@ -272,8 +274,7 @@ impl GpuBackend {
             }
             if let Some((submission, batch, submitted)) = under_way.pop_front() {
                 gpu.wait_for(Some(submission), "rendering")?;
-                let done =
-                    u64::from(view.window.width) * u64::from(batch.row_count) * u64::from(batch.sample_count);
+                let done = samples_of(&batch, view);
                 compiled.pace.learn(done, submitted.max(last_done).elapsed());
                 last_done = Instant::now();
                 stats.samples += done;
@@ -291,6 +292,92 @@ impl GpuBackend {
         add_time(stats, timer.collect(gpu)?);
         Ok(())
     }
+
+    /// As `render_samples`, for some pixels.
+    fn render_list(
+        &mut self,
+        view: &View,
+        pixels: &[PixelSamples],
+        control: &Control,
+        stats: &mut Stats,
+    ) -> Result<(), GpuError> {
+        let all: u64 = pixels.iter().map(|p| u64::from(p.count)).sum();
+        let mean = all.div_ceil(view.window.area().max(1) as u64);
+        let key = self.prepare_kernel(view, u32::try_from(mean).unwrap_or(u32::MAX))?;
+        let (Some(scene), Some(picture)) = (&mut self.scene, &mut self.picture) else { return Ok(()) };
+        let (gpu, timer) = (&self.gpu, &mut self.timer);
+        picture.rays = 0;
+        let missing = || GpuError::Device { doing: "looking up a kernel", reason: "it is gone".into() };
+        let compiled = scene.kernels.get_mut(&key).ok_or_else(missing)?;
+        for level in Levels::new(view.window.width, pixels) {
+            if control.is_cancelled() {
+                break;
+            }
+            // Between levels nothing is under way.
+            let full = picture.pending + level.samples > FOLD_SAMPLES;
+            if full || picture.last_fold.elapsed() > FOLD_INTERVAL {
+                picture.fold(gpu)?;
+            }
+            picture.pending += level.samples;
+            picture.buffers.set_list(gpu, &level.pixels)?;
+            let mut under_way = VecDeque::new();
+            let (mut next, mut last_done) = (0, Instant::now());
+            loop {
+                let batch = level.batch(&compiled.pace, next).filter(|_| !control.is_cancelled());
+                if let Some(batch) = batch {
+                    let submission = compiled.kernel.submit(gpu, &mut picture.buffers, batch, timer)?;
+                    under_way.push_back((submission, batch, Instant::now()));
+                    next += batch.pixel_count(view.window.width);
+                    if under_way.len() < IN_FLIGHT {
+                        continue;
+                    }
+                }
+                let Some((submission, batch, submitted)) = under_way.pop_front() else { break };
+                gpu.wait_for(Some(submission), "rendering")?;
+                let done = samples_of(&batch, view);
+                compiled.pace.learn(done, submitted.max(last_done).elapsed());
+                last_done = Instant::now();
+                stats.samples += done;
+                control.advance(done);
+                if timer.is_nearly_full() {
+                    add_time(stats, timer.collect(gpu)?);
+                }
+            }
+        }
+        add_time(stats, timer.collect(gpu)?);
+        Ok(())
+    }
+
+    /// What all calls that render have in common: `work` does it.
+    fn render_with(
+        &mut self,
+        view: &View,
+        samples: u64,
+        control: &Control,
+        work: impl FnOnce(&mut Self, &mut Stats) -> Result<(), GpuError>,
+    ) -> Result<Stats, BackendError> {
+        if self.scene.is_none() {
+            return Err(BackendError::NoScene { backend: self.name() });
+        }
+        self.prepare_film(view)?;
+        let start = Instant::now();
+        control.begin(samples);
+        let mut stats = Stats::default();
+        work(self, &mut stats).map_err(|e| device_error(self.kind.name(), e))?;
+        if let Some(picture) = &mut self.picture {
+            let counters = picture.buffers.take_counters(&self.gpu, &mut picture.film);
+            picture.rays += counters.map_err(|e| device_error(self.kind.name(), e))?.rays();
+            stats.rays = picture.rays;
+        }
+        stats.cancelled = control.is_cancelled();
+        stats.elapsed = start.elapsed();
+        Ok(stats)
+    }
+}
+
+/// Samples of all pixels of a batch.
+fn samples_of(batch: &Batch, view: &View) -> u64 {
+    u64::from(batch.pixel_count(view.window.width)) * u64::from(batch.sample_count)
 }
 
 fn add_time(stats: &mut Stats, time: Option<Duration>) {
@@ -330,26 +417,22 @@ impl Backend for GpuBackend {
     }
 
     fn render(&mut self, view: &View, samples: u32, control: &Control) -> Result<Stats, BackendError> {
-        if self.scene.is_none() {
-            return Err(BackendError::NoScene { backend: self.name() });
-        }
         if view.first_sample.checked_add(samples).is_none() {
             return Err(BackendError::View { reason: format!("sample index beyond {}", u32::MAX) });
         }
-        self.prepare_film(view)?;
-        let start = Instant::now();
-        control.begin(u64::from(samples) * view.window.area() as u64);
-        let mut stats = Stats::default();
-        self.render_samples(view, samples, control, &mut stats)
-            .map_err(|e| device_error(self.kind.name(), e))?;
-        if let Some(picture) = &mut self.picture {
-            let counters = picture.buffers.take_counters(&self.gpu, &mut picture.film);
-            picture.rays += counters.map_err(|e| device_error(self.kind.name(), e))?.rays();
-            stats.rays = picture.rays;
-        }
-        stats.cancelled = control.is_cancelled();
-        stats.elapsed = start.elapsed();
-        Ok(stats)
+        let all = u64::from(samples) * view.window.area() as u64;
+        self.render_with(view, all, control, |this, stats| this.render_samples(view, samples, control, stats))
+    }
+
+    fn render_pixels(
+        &mut self,
+        view: &View,
+        pixels: &[PixelSamples],
+        control: &Control,
+    ) -> Result<Stats, BackendError> {
+        check_pixels(view, pixels)?;
+        let all = pixels.iter().map(|p| u64::from(p.count)).sum();
+        self.render_with(view, all, control, |this, stats| this.render_list(view, pixels, control, stats))
     }
 
     fn restart(&mut self) {

@@ -4,7 +4,7 @@
 //! sums are moved to the host's film, which is exact, whenever somebody looks or [`FOLD_SAMPLES`] have gathered, and the
 //! device starts from zero.
 
-use crate::scene::upload::{empty_buffer, write_buffer};
+use crate::scene::upload::{empty_buffer, write_buffer, write_buffer_at};
 use crate::{Gpu, GpuError};
 use backend::{BackendError, Integrator, SamplerKind};
 use bytemuck::{Pod, Zeroable};
@@ -63,20 +63,51 @@ pub struct View {
     reflection_samples: u32,
     ambient_samples: u32,
     ambient_distance: f32,
-    padding: u32,
+    listed: u32,
+    first_listed: u32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32,
 }
 
-/// A part of a pass: some rows of the window and some samples of each of their pixels.
+/// A part of a pass: some pixels of the window and some samples of each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Batch {
-    /// First row, counted from the window's top.
-    pub first_row: u32,
-    /// Number of rows.
-    pub row_count: u32,
-    /// First sample.
+    /// Which pixels.
+    pub pixels: BatchPixels,
+    /// First sample. Pixels of a list have a first sample each, to which this is added.
     pub first_sample: u32,
     /// Number of samples.
     pub sample_count: u32,
+}
+
+/// The pixels of a [`Batch`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BatchPixels {
+    /// Rows, counted from the window's top.
+    Rows {
+        /// The first.
+        first: u32,
+        /// How many.
+        count: u32,
+    },
+    /// Entries of the list of pixels ([`FilmBuffers::set_list`]).
+    Listed {
+        /// The first.
+        first: u32,
+        /// How many.
+        count: u32,
+    },
+}
+
+impl Batch {
+    /// Number of pixels in a window of `width` pixels.
+    pub fn pixel_count(&self, width: u32) -> u32 {
+        match self.pixels {
+            BatchPixels::Rows { count, .. } => width * count,
+            BatchPixels::Listed { count, .. } => count,
+        }
+    }
 }
 
 impl View {
@@ -184,6 +215,19 @@ pub struct Counters {
     padding: u32,
 }
 
+/// Bytes of the counters; the list of pixels comes behind them.
+const COUNTER_BYTES: u64 = size_of::<Counters>() as u64;
+
+/// A pixel that samples are wanted for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct ListedPixel {
+    /// Place in the window, row by row from the top.
+    pub pixel: u32,
+    /// Its first sample.
+    pub first_sample: u32,
+}
+
 impl Counters {
     /// Rays traced.
     pub fn rays(&self) -> u64 {
@@ -197,7 +241,7 @@ pub struct FilmBuffers {
     pub view: wgpu::Buffer,
     /// Binding 1: a [`FilmPixel`] for each pixel of the window, row by row.
     pub pixels: wgpu::Buffer,
-    /// Binding 2: [`Counters`].
+    /// Binding 2: [`Counters`], and a list of pixels with room for all of the window.
     pub counters: wgpu::Buffer,
     /// Binding 3: an [`AovPixel`] for each pixel, or one for all if no layers are wanted.
     pub aovs: wgpu::Buffer,
@@ -221,12 +265,12 @@ impl FilmBuffers {
         let readable = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
         let film_bytes = pixels * size_of::<FilmPixel>() as u64;
         let aov_bytes = if wants_aovs { pixels } else { 1 } * size_of::<AovPixel>() as u64;
-        let counter_bytes = size_of::<Counters>() as u64;
+        let tally_bytes = COUNTER_BYTES + pixels * size_of::<ListedPixel>() as u64;
         let view_buffer = empty_buffer(gpu, "the view", size_of::<View>() as u64, BufferUsages::UNIFORM)?;
         let film = empty_buffer(gpu, "the film", film_bytes, readable)?;
-        let counters = empty_buffer(gpu, "counters", counter_bytes, readable)?;
+        let counters = empty_buffer(gpu, "counters", tally_bytes, readable)?;
         let aovs = empty_buffer(gpu, "the auxiliary layers", aov_bytes, readable)?;
-        let staging_bytes = film_bytes + if wants_aovs { aov_bytes } else { 0 } + counter_bytes;
+        let staging_bytes = film_bytes + if wants_aovs { aov_bytes } else { 0 } + COUNTER_BYTES;
         let staging = empty_buffer(
             gpu,
             "reading the film",
@@ -278,11 +322,24 @@ impl FilmBuffers {
     /// # Errors
     /// When there is no memory for the copy.
     pub fn set_batch(&mut self, gpu: &Gpu, batch: Batch) -> Result<(), GpuError> {
-        self.contents.first_row = batch.first_row;
-        self.contents.row_count = batch.row_count;
+        let (rows, list) = match batch.pixels {
+            BatchPixels::Rows { first, count } => ((first, count), (0, 0)),
+            BatchPixels::Listed { first, count } => ((0, 0), (first, count)),
+        };
+        (self.contents.first_row, self.contents.row_count) = rows;
+        (self.contents.first_listed, self.contents.listed) = list;
         self.contents.first_sample = batch.first_sample;
         self.contents.sample_count = batch.sample_count;
         write_buffer(gpu, "the view", &self.view, bytemuck::bytes_of(&self.contents))
+    }
+
+    /// Replaces the list of pixels, which cannot be longer than the window has pixels. Dispatches submitted before still see
+    /// the one before.
+    ///
+    /// # Errors
+    /// When there is no memory for the copy.
+    pub fn set_list(&self, gpu: &Gpu, list: &[ListedPixel]) -> Result<(), GpuError> {
+        write_buffer_at(gpu, "the list of pixels", &self.counters, COUNTER_BYTES, bytemuck::cast_slice(list))
     }
 
     /// Moves everything summed on the device to `film`; returns what was counted. The device starts from zero.
@@ -291,17 +348,17 @@ impl FilmBuffers {
     /// When the device fails; `film` is unchanged then.
     pub fn fold_into(&mut self, gpu: &Gpu, film: &mut Film) -> Result<Counters, GpuError> {
         let doing = "reading the film";
-        let mut parts = vec![&self.counters, &self.pixels];
+        let mut parts = vec![(&self.counters, COUNTER_BYTES), (&self.pixels, self.pixels.size())];
         if self.wants_aovs {
-            parts.push(&self.aovs);
+            parts.push((&self.aovs, self.aovs.size()));
         }
         gpu.guarded(|| {
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let mut at = 0;
-            for part in &parts {
-                encoder.copy_buffer_to_buffer(part, 0, &self.staging, at, part.size());
-                encoder.clear_buffer(part, 0, None);
-                at += part.size();
+            for &(part, size) in &parts {
+                encoder.copy_buffer_to_buffer(part, 0, &self.staging, at, size);
+                encoder.clear_buffer(part, 0, Some(size));
+                at += size;
             }
             gpu.queue.submit([encoder.finish()]);
         })
@@ -327,14 +384,13 @@ impl FilmBuffers {
         let doing = "reading counters";
         gpu.guarded(|| {
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            encoder.copy_buffer_to_buffer(&self.counters, 0, &self.staging, 0, self.counters.size());
-            encoder.clear_buffer(&self.counters, 0, None);
+            encoder.copy_buffer_to_buffer(&self.counters, 0, &self.staging, 0, COUNTER_BYTES);
+            encoder.clear_buffer(&self.counters, 0, Some(COUNTER_BYTES));
             gpu.queue.submit([encoder.finish()]);
         })
         .map_err(|reason| GpuError::Device { doing, reason })?;
-        let size = self.counters.size();
         let counters =
-            read_mapped(gpu, &self.staging, size, doing, bytemuck::pod_read_unaligned::<Counters>)?;
+            read_mapped(gpu, &self.staging, COUNTER_BYTES, doing, bytemuck::pod_read_unaligned::<Counters>)?;
         film.add_invalid_aovs(u64::from(counters.invalid_aovs));
         Ok(counters)
     }
@@ -461,7 +517,11 @@ mod tests {
                 reflection_samples,
                 ambient_samples,
                 ambient_distance,
-                padding,
+                listed,
+                first_listed,
+                padding0,
+                padding1,
+                padding2,
             }
         );
         assert_layout!(module, FilmPixel { sum, count, sum_of_squares, invalid });
@@ -482,6 +542,9 @@ mod tests {
             }
         );
         assert_layout!(module, Counters { rays_low, rays_high, invalid_aovs, padding });
+        let (tally, _) = crate::layout::layout_of(&module, "Tally");
+        assert_eq!(tally, [("counters".to_owned(), 0), ("pixels".to_owned(), COUNTER_BYTES as usize)]);
+        assert_eq!(size_of::<ListedPixel>(), 8, "a vec2u");
         // The optics' structure has gaps where Rust has fields of padding.
         let (fields, size) = crate::layout::layout_of(&module, "CameraFrame");
         let rust = [

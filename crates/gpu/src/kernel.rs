@@ -1,6 +1,6 @@
 //! What runs on the device for a batch of samples.
 
-use crate::film::{Batch, FilmBuffers};
+use crate::film::{Batch, BatchPixels, FilmBuffers};
 use crate::rays::{RayBuffers, RayKernel, RayQuestion};
 use crate::shader::{Variant, assemble};
 use crate::timing::Timer;
@@ -303,6 +303,14 @@ impl Megakernel {
     }
 }
 
+/// Invocations for a list of `count` pixels, in workgroups of eight by eight.
+fn list_size(count: u32) -> [u32; 2] {
+    const MOST_COLUMNS: u32 = 1024;
+    let groups = count.div_ceil(64);
+    let columns = groups.clamp(1, MOST_COLUMNS);
+    [8 * columns, 8 * groups.div_ceil(columns)]
+}
+
 impl Kernel for Megakernel {
     fn submit(
         &mut self,
@@ -312,7 +320,11 @@ impl Kernel for Megakernel {
         timer: &mut Timer,
     ) -> Result<wgpu::SubmissionIndex, GpuError> {
         film.set_batch(gpu, batch)?;
-        self.0.submit(gpu, &film.bind_group, [film.contents.window_width(), batch.row_count], timer)
+        let size = match batch.pixels {
+            BatchPixels::Rows { count, .. } => [film.contents.window_width(), count],
+            BatchPixels::Listed { count, .. } => list_size(count),
+        };
+        self.0.submit(gpu, &film.bind_group, size, timer)
     }
 }
 

@@ -1,7 +1,8 @@
 //! Cutting a render into dispatches that are short enough for drivers' watchdogs and for cancelling, and long enough to
 //! keep the device busy.
 
-use crate::film::Batch;
+use crate::film::{Batch, BatchPixels, ListedPixel};
+use backend::PixelSamples;
 use std::ops::Range;
 use std::time::Duration;
 
@@ -80,8 +81,7 @@ impl Plan {
         let whole_groups = (affordable / LEAST_ROWS * LEAST_ROWS).max(LEAST_ROWS);
         let rows = if affordable == left { left } else { whole_groups.min(left) };
         let batch = Batch {
-            first_row: self.row,
-            row_count: rows,
+            pixels: BatchPixels::Rows { first: self.row, count: rows },
             first_sample: self.samples.start,
             sample_count: self.chunk,
         };
@@ -94,9 +94,103 @@ impl Plan {
     }
 }
 
+/// Entries of a list that one dispatch may work on: what every device with a ray tracing pipeline can start in a row.
+const MOST_LISTED: u64 = 1 << 22;
+
+/// Samples for a list of pixels, level by level: all pixels of a level get the same number of samples, so that invocations
+/// that run side by side do the same.
+#[derive(Clone, Debug)]
+pub struct Levels {
+    /// What is still to be done, by squares of a workgroup's size.
+    left: Vec<PixelSamples>,
+    /// Samples of each pixel of the next level: a power of two.
+    samples: u32,
+}
+
+/// Pixels that get the same number of samples.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Level {
+    /// The pixels; none is there twice.
+    pub pixels: Vec<ListedPixel>,
+    /// Samples of each of them.
+    pub samples: u32,
+}
+
+impl Levels {
+    /// For pixels of a window of `width` pixels.
+    pub fn new(width: u32, pixels: &[PixelSamples]) -> Self {
+        let mut left = pixels.to_vec();
+        left.sort_by_key(|p| {
+            let (x, y) = (p.pixel % width, p.pixel / width);
+            (y / LEAST_ROWS, x / LEAST_ROWS, y, x)
+        });
+        Self { left, samples: MOST_SAMPLES }
+    }
+}
+
+impl Iterator for Levels {
+    type Item = Level;
+
+    fn next(&mut self) -> Option<Level> {
+        self.left.retain(|p| p.count > 0);
+        let most = self.left.iter().map(|p| p.count).max()?;
+        while self.samples > most {
+            self.samples /= 2;
+        }
+        let samples = self.samples;
+        let level = self.left.iter_mut().filter(|p| p.count >= samples).map(|p| {
+            let listed = ListedPixel { pixel: p.pixel, first_sample: p.first };
+            (p.first, p.count) = (p.first + samples, p.count - samples);
+            listed
+        });
+        Some(Level { pixels: level.collect(), samples })
+    }
+}
+
+impl Level {
+    /// The batch that begins with entry `first`: as many entries as fit into a dispatch.
+    pub fn batch(&self, pace: &Pace, first: u32) -> Option<Batch> {
+        let left = (self.pixels.len() as u64).saturating_sub(u64::from(first));
+        let affordable = (pace.budget() / u64::from(self.samples)).max(64) & !63;
+        let count = affordable.min(left).min(MOST_LISTED) as u32;
+        let pixels = BatchPixels::Listed { first, count };
+        (count > 0).then_some(Batch { pixels, first_sample: 0, sample_count: self.samples })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn levels_hold_every_sample_once_and_in_order() {
+        let wanted = [0, 1, 4, 12, 300, 999, 64];
+        let pixels: Vec<_> =
+            (0..500).map(|i| PixelSamples { pixel: i, first: 8, count: wanted[i as usize % 7] }).collect();
+        let mut next = vec![8; 500];
+        let mut levels = 0;
+        for level in Levels::new(25, &pixels) {
+            levels += 1;
+            for p in &level.pixels {
+                assert_eq!(p.first_sample, next[p.pixel as usize]);
+                next[p.pixel as usize] += level.samples;
+            }
+            let mut first = 0;
+            while let Some(batch) = level.batch(&Pace { cost: 1e-5 }, first) {
+                assert_eq!(batch.sample_count, level.samples);
+                first += batch.pixel_count(25);
+            }
+            assert_eq!(first as usize, level.pixels.len());
+        }
+        assert!(pixels.iter().all(|p| next[p.pixel as usize] == 8 + p.count));
+        assert!(levels < 16, "{levels}");
+    }
+
+    /// First row and number of rows.
+    fn rows(batch: &Batch) -> (u32, u32) {
+        let BatchPixels::Rows { first, count } = batch.pixels else { panic!("a list: {batch:?}") };
+        (first, count)
+    }
 
     /// Every sample of every row exactly once, whatever the pace.
     #[test]
@@ -108,7 +202,8 @@ mod tests {
             let mut batches = 0;
             while let Some(b) = plan.next(&pace, 1024) {
                 batches += 1;
-                for row in b.first_row..b.first_row + b.row_count {
+                let (first, count) = rows(&b);
+                for row in first..first + count {
                     for s in b.first_sample..b.first_sample + b.sample_count {
                         seen[(row * 80 + s) as usize] += 1;
                     }
@@ -128,12 +223,12 @@ mod tests {
         for _ in 0..12 {
             let mut plan = Plan::new(1920, 1080, 0..10_000);
             let batch = plan.next(&pace, 1024).expect("work");
-            let samples = 1920 * u64::from(batch.row_count) * u64::from(batch.sample_count);
+            let samples = 1920 * u64::from(rows(&batch).1) * u64::from(batch.sample_count);
             pace.learn(samples, Duration::from_secs_f64(samples as f64 * true_cost));
         }
         let mut plan = Plan::new(1920, 1080, 0..10_000);
         let batch = plan.next(&pace, 1024).expect("work");
-        let seconds = f64::from(1920 * batch.row_count) * f64::from(batch.sample_count) * true_cost;
+        let seconds = f64::from(1920 * rows(&batch).1) * f64::from(batch.sample_count) * true_cost;
         assert!((0.02..0.05).contains(&seconds), "{seconds} s: {batch:?}");
     }
 }

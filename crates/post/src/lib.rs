@@ -1,4 +1,9 @@
-//! What happens to a film before it is shown: exposure and tone mapping, applied once, at the end.
+//! What happens to a film before it is shown: denoising, if it is asked for, then exposure and tone mapping, applied once,
+//! at the end.
+
+mod denoise;
+
+pub use denoise::{DenoiseError, NoisyPicture, Oidn, OidnError, denoise};
 
 use film::Image;
 use optics::tonemap::{

@@ -187,7 +187,7 @@ pub fn limits(scene: &alhazen::Scene, settings: &Settings) -> PyResult<Limits> {
     if let Some(noise) = settings.noise.filter(|n| !(*n > 0.0 && n.is_finite())) {
         return Err(bad(format!("noise: {noise} is not a positive number")));
     }
-    Ok(Limits { spp, time, noise: settings.noise })
+    Ok(Limits { spp, time, noise: settings.noise, ..Limits::default() })
 }
 
 pub fn job(scene: &alhazen::Scene, settings: &Settings) -> PyResult<Job> {

@@ -12,8 +12,8 @@ use super::tone::ToneArgs;
 use crate::console::ProgressDisplay;
 use crate::profile::Profile;
 use alhazen::{
-    Aov, BackendChoice, Control, Description, Limits, LoadOptions, PartJob, PathKernel, Rect, Renderer,
-    RendererOptions, Summary, SunPosition, metadata,
+    Adaptive, Aov, BackendChoice, Control, Denoiser, Description, Limits, LoadOptions, PartJob, PathKernel,
+    Rect, Renderer, RendererOptions, Summary, SunPosition, metadata,
 };
 use anyhow::{Context, bail, ensure};
 use clap::{Args, FromArgMatches, ValueEnum};
@@ -77,14 +77,24 @@ pub struct RenderArgs {
     /// Stop after this time, such as 30s, 5m, 1.5h.
     #[arg(long, help_heading = "Picture", value_name = "DURATION", value_parser = parse_duration)]
     time: Option<Duration>,
-    /// Stop when the relative standard error of the picture is below this, such as 0.02. Without --spp, at most
-    /// 65536 samples are made.
+    /// Stop when the relative standard error of the picture is below this, such as 0.02. Samples go where they lower it
+    /// most (--sampling adaptive). Without --spp, at most 65536 samples are made.
     #[arg(long, help_heading = "Picture", value_name = "ERROR", value_parser = parse_positive)]
     noise: Option<f32>,
+    /// How samples are spread over the picture [default: adaptive with --noise, else uniform].
+    #[arg(long, help_heading = "Picture", value_enum)]
+    sampling: Option<SamplingName>,
+    /// Adaptive sampling: samples that every pixel gets before errors are looked at.
+    #[arg(long, help_heading = "Picture", value_name = "SPP", default_value_t = Adaptive::default().min_spp, value_parser = clap::value_parser!(u32).range(2..))]
+    min_spp: u32,
     /// Auxiliary layers for EXR: depth, position, normal, geometric-normal, uv, albedo, material, instance,
     /// primitive, samples, standard-error; separated by commas.
     #[arg(long, help_heading = "Picture", value_name = "LIST", value_delimiter = ',')]
     aov: Vec<Aov>,
+    /// Remove the noise of the finished picture, guided by albedo and normals: by Open Image Denoise if it is installed,
+    /// else by a filter of our own. An .exr file keeps the picture as it was as the layer `noisy`.
+    #[arg(long, help_heading = "Picture", value_enum, value_name = "WHAT", num_args = 0..=1, require_equals = true, default_missing_value = "auto")]
+    denoise: Option<DenoiserName>,
     /// Seed of the noise.
     #[arg(long, help_heading = "Picture", default_value_t = 0)]
     seed: u32,
@@ -228,6 +238,34 @@ enum IntegratorName {
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
+enum DenoiserName {
+    /// Open Image Denoise if it is installed, else our own filter.
+    Auto,
+    /// Our own filter.
+    Own,
+    /// Open Image Denoise, found where the system looks for libraries or where ALHAZEN_OIDN says.
+    Oidn,
+}
+
+impl From<DenoiserName> for Denoiser {
+    fn from(name: DenoiserName) -> Self {
+        match name {
+            DenoiserName::Auto => Self::Auto,
+            DenoiserName::Own => Self::Own,
+            DenoiserName::Oidn => Self::Oidn,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum SamplingName {
+    /// The same number for every pixel.
+    Uniform,
+    /// Where they lower the picture's error most; --spp is the average.
+    Adaptive,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
 enum SamplerName {
     /// Owen-scrambled Sobol points.
     Sobol,
@@ -259,11 +297,17 @@ impl RenderArgs {
         self.frames.or(self.turntable.map(turn))
     }
 
+    /// Whether samples go where the error is.
+    fn is_adaptive(&self) -> bool {
+        self.sampling.map_or(self.noise.is_some(), |name| name == SamplingName::Adaptive)
+    }
+
     /// The first option given that leaves no room for dividing the render into tasks.
     pub fn not_for_jobs(&self) -> Option<&'static str> {
         let options = [
             (self.time.is_some(), "--time"),
             (self.noise.is_some(), "--noise"),
+            (self.is_adaptive(), "--sampling adaptive"),
             (self.profile.is_some(), "--profile"),
             (self.json, "--json"),
             (self.output.iter().any(|path| video::is_video(path)), "a video"),
@@ -283,6 +327,11 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         videos.is_empty() || !args.split.is_used(),
         "a video cannot be rendered in parts: render its frames"
     );
+    if args.is_adaptive()
+        && let Some(option) = args.split.given()
+    {
+        bail!("{option} and --sampling adaptive: parts of a picture have the same samples for every pixel");
+    }
     let options = LoadOptions { lenient: args.lenient, ..LoadOptions::default() };
     let mut loaded = super::load_scene(&args.scene, &args.parameters, &options)?;
     set_environment(args, &mut loaded, &options)?;
@@ -361,7 +410,8 @@ fn render_whole(
     let backends = BTreeSet::from([renderer.backend_name().to_owned()]);
     let settings = part_job.description.settings(part_job.job);
     let film = renderer.film()?.context("nothing was rendered")?;
-    let metadata = metadata(&settings, film, summary.spp, &backends, summary.elapsed);
+    let mut metadata = metadata(&settings, film, summary.spp, &backends, summary.elapsed);
+    metadata.insert("sampling".into(), limits.sampling.name().into());
     Ok((Made::Picture(metadata), summary))
 }
 

@@ -17,7 +17,7 @@ mod vulkan;
 #[cfg(test)]
 mod tests;
 
-use crate::film::{Batch, FilmBuffers};
+use crate::film::{Batch, BatchPixels, FilmBuffers};
 use crate::kernel::{Kernel, KernelKind, Tracing};
 use crate::rays::{RayBuffers, RayKernel, RayQuestion};
 use crate::shader::{Variant, scene_text};
@@ -202,7 +202,10 @@ impl Kernel for PipelineKernel {
     ) -> Result<wgpu::SubmissionIndex, GpuError> {
         self.bind(gpu, film)?;
         film.set_batch(gpu, batch)?;
-        let size = [film.contents.window_width(), batch.row_count, 1];
+        let size = match batch.pixels {
+            BatchPixels::Rows { count, .. } => [film.contents.window_width(), count, 1],
+            BatchPixels::Listed { count, .. } => [count, 1, 1],
+        };
         submit_timed(gpu, &self.program, size, self.name, timer.slot(self.name))
     }
 }

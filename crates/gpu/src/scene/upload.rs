@@ -58,11 +58,25 @@ pub fn write_buffer(
     buffer: &wgpu::Buffer,
     bytes: &[u8],
 ) -> Result<(), GpuError> {
+    write_buffer_at(gpu, object, buffer, 0, bytes)
+}
+
+/// As [`write_buffer`], from byte `offset` on, a multiple of four.
+///
+/// # Errors
+/// When there is no memory for the copy.
+pub fn write_buffer_at(
+    gpu: &Gpu,
+    object: &'static str,
+    buffer: &wgpu::Buffer,
+    offset: u64,
+    bytes: &[u8],
+) -> Result<(), GpuError> {
     // Copies go through staging memory as large as the copy: pieces keep that small.
     const PIECE: usize = 16 << 20;
     let whole = bytes.len() & !3;
     for (i, piece) in bytes[..whole].chunks(PIECE).enumerate() {
-        gpu.guarded(|| gpu.queue.write_buffer(buffer, (i * PIECE) as u64, piece))
+        gpu.guarded(|| gpu.queue.write_buffer(buffer, offset + (i * PIECE) as u64, piece))
             .map_err(|reason| GpuError::Allocation { object, bytes: piece.len() as u64, reason })?;
         if bytes.len() > PIECE {
             gpu.queue.submit([]);

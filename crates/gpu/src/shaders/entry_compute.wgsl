@@ -4,14 +4,27 @@
 var<workgroup> group_rays: atomic<u32>;
 
 @compute @workgroup_size(8, 8)
-fn main(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
+fn main(
+    @builtin(global_invocation_id) id: vec3u,
+    @builtin(local_invocation_index) local: u32,
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+) {
     if local == 0u {
         atomicStore(&group_rays, 0u);
     }
     workgroupBarrier();
     rays_traced = 0u;
-    if id.x < view.window_width && id.y < view.row_count {
-        render_pixel(vec2u(id.x, view.first_row + id.y));
+    // A workgroup is a square of the rows, or a run of the list.
+    var index = id.y * view.window_width + id.x;
+    var wanted = id.x < view.window_width && id.y < view.row_count;
+    if view.listed > 0u {
+        index = (group.y * groups.x + group.x) * 64u + local;
+        wanted = index < view.listed;
+    }
+    if wanted {
+        let work = pixel_work(index);
+        render_pixel(work.pixel, work.first_sample);
     }
     atomicAdd(&group_rays, rays_traced);
     workgroupBarrier();

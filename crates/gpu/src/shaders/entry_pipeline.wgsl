@@ -4,6 +4,8 @@
 @ray_generation
 fn main(@builtin(ray_invocation_id) id: vec3u) {
     rays_traced = 0u;
-    render_pixel(vec2u(id.x, view.first_row + id.y));
+    // Lists are one row.
+    let work = pixel_work(id.y * view.window_width + id.x);
+    render_pixel(work.pixel, work.first_sample);
     count_rays(rays_traced);
 }

@@ -36,7 +36,12 @@ struct View {
     reflection_samples: u32,
     ambient_samples: u32,
     ambient_distance: f32,
-    padding: u32,
+    /// Entries of the list of pixels that this dispatch works on, and the first of them; 0: it works on rows.
+    listed: u32,
+    first_listed: u32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32,
 }
 
 /// Sums of a pixel's samples, linear RGB radiance.
@@ -75,9 +80,16 @@ struct Counters {
     padding: u32,
 }
 
+/// One buffer for both, because devices have few bindings.
+struct Tally {
+    counters: Counters,
+    /// Pixels that samples are wanted for: place in the window, row by row from the top, and first sample.
+    pixels: array<vec2u>,
+}
+
 @group(2) @binding(0) var<uniform> view: View;
 @group(2) @binding(1) var<storage, read_write> film: array<FilmPixel>;
-@group(2) @binding(2) var<storage, read_write> counters: Counters;
+@group(2) @binding(2) var<storage, read_write> tally: Tally;
 @group(2) @binding(3) var<storage, read_write> aovs: array<AovPixel>;
 
 /// Shadow rays end this share of the way before the light, so that they do not hit the light itself.
@@ -88,6 +100,22 @@ const MAX_SAMPLE: f32 = 1099511627776.0;
 /// Random numbers by pairs: where on the pixel and where on the lens come first.
 const PAIR_FILM: u32 = 0u;
 const PAIR_LENS: u32 = 1u;
+
+/// A pixel of the window, and the first of its samples in this dispatch.
+struct PixelWork {
+    pixel: vec2u,
+    first_sample: u32,
+}
+
+/// The work at `index` of this dispatch's rows, or entry `index` of its list.
+fn pixel_work(index: u32) -> PixelWork {
+    if view.listed == 0u {
+        let row = view.first_row + index / view.window_width;
+        return PixelWork(vec2u(index % view.window_width, row), view.first_sample);
+    }
+    let entry = tally.pixels[view.first_listed + index];
+    return PixelWork(vec2u(entry.x % view.window_width, entry.x / view.window_width), entry.y + view.first_sample);
+}
 
 /// The random numbers of a sample of a pixel of the window.
 fn pixel_sampler(pixel: vec2u, sample: u32) -> PixelSampler {
@@ -144,7 +172,7 @@ fn valid_layer(value: vec3f) -> vec3f {
     if is_valid_sample(value) {
         return value;
     }
-    atomicAdd(&counters.invalid_aovs, 1u);
+    atomicAdd(&tally.counters.invalid_aovs, 1u);
     return vec3f(0.0);
 }
 
@@ -183,8 +211,8 @@ fn record_hit(pixel: vec2u, sample: u32, s: Surface, depth: f32) {
 
 /// Adds to the rays counted, with a carry into the upper word.
 fn count_rays(rays: u32) {
-    let before = atomicAdd(&counters.rays_low, rays);
+    let before = atomicAdd(&tally.counters.rays_low, rays);
     if before + rays < before {
-        atomicAdd(&counters.rays_high, 1u);
+        atomicAdd(&tally.counters.rays_high, 1u);
     }
 }

@@ -1,9 +1,9 @@
 // The first hit only: base colour under a headlight, and auxiliary layers.
 
-fn render_pixel(pixel: vec2u) {
+fn render_pixel(pixel: vec2u, first_sample: u32) {
     var sums = SampleSums(vec3f(0.0), vec3f(0.0), 0u, 0u);
     for (var i = 0u; i < view.sample_count; i++) {
-        let sample = view.first_sample + i;
+        let sample = first_sample + i;
         let sampler = pixel_sampler(pixel, sample);
         let ray = pixel_ray(pixel, sampler);
         let hit = closest(ray.origin, ray.direction, sampler.scramble);

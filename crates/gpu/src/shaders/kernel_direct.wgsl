@@ -49,10 +49,10 @@ fn new_chain(origin: vec3f, direction: vec3f) -> Chain {
     return chain;
 }
 
-fn render_pixel(pixel: vec2u) {
+fn render_pixel(pixel: vec2u, first_sample: u32) {
     var sums = SampleSums(vec3f(0.0), vec3f(0.0), 0u, 0u);
     for (var i = 0u; i < view.sample_count; i++) {
-        sums = add_sample(sums, direct_radiance(pixel, view.first_sample + i));
+        sums = add_sample(sums, direct_radiance(pixel, first_sample + i));
     }
     store_samples(pixel, sums);
 }

@@ -13,10 +13,10 @@ struct Fork {
 }
 
 /// Renders the samples of this dispatch of one pixel of the window.
-fn render_pixel(pixel: vec2u) {
+fn render_pixel(pixel: vec2u, first_sample: u32) {
     var sums = SampleSums(vec3f(0.0), vec3f(0.0), 0u, 0u);
-    var sample = view.first_sample;
-    let end = view.first_sample + view.sample_count;
+    var sample = first_sample;
+    let end = first_sample + view.sample_count;
     var path = start_path(pixel, sample);
     var fork: Fork;
     // Not zero: the path has been at the fork before, and is sent on as this branch.

@@ -39,7 +39,7 @@ struct ShadowRecord {
 }
 
 struct Wave {
-    /// Pixels of the wave, counted row by row from the beginning of the batch.
+    /// Pixels of the wave, counted row by row, or entry by entry, from the beginning of the batch.
     first_pixel: u32,
     pixel_count: u32,
     /// Records in each half of `paths`.
@@ -80,15 +80,11 @@ fn branch_count() -> u32 {
     return select(1u, view.splitting, SPLITS_PATHS);
 }
 
-/// Pixel of the window that path `index` of the camera begins at.
-fn wave_pixel(index: u32) -> vec2u {
-    let pixel = wave.first_pixel + index / view.sample_count;
-    return vec2u(pixel % view.window_width, view.first_row + pixel / view.window_width);
-}
-
-/// Sample that path `index` of the camera is.
-fn wave_sample(index: u32) -> u32 {
-    return view.first_sample + index % view.sample_count;
+/// Pixel of the window that path `index` of the camera begins at, and its sample.
+fn wave_work(index: u32) -> PixelWork {
+    var work = pixel_work(wave.first_pixel + index / view.sample_count);
+    work.first_sample += index % view.sample_count;
+    return work;
 }
 
 fn store_path(at: u32, path: Path, slot: u32) {

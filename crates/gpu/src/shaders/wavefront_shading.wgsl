@@ -11,7 +11,8 @@ fn generate(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= wave.arriving {
         return;
     }
-    let path = start_path(wave_pixel(id.x), wave_sample(id.x));
+    let work = wave_work(id.x);
+    let path = start_path(work.pixel, work.first_sample);
     store_path(half_of(1u) + id.x, path, id.x * branch_count());
 }
 
@@ -24,11 +25,12 @@ fn record(@builtin(global_invocation_id) id: vec3u) {
     }
     let path = load_path(half_of(1u) + id.x);
     let hit = hits[id.x];
+    let work = wave_work(id.x);
     if hit.instance == NONE {
-        record_miss(wave_pixel(id.x), wave_sample(id.x));
+        record_miss(work.pixel, work.first_sample);
     } else {
         let s = surface_at(path.origin, path.direction, hit);
-        record_hit(wave_pixel(id.x), wave_sample(id.x), s, hit.t);
+        record_hit(work.pixel, work.first_sample, s, hit.t);
     }
 }
 
@@ -123,5 +125,5 @@ fn accumulate(@builtin(global_invocation_id) id: vec3u) {
         }
         sums = add_sample(sums, radiance);
     }
-    store_samples(wave_pixel(first), sums);
+    store_samples(wave_work(first).pixel, sums);
 }

@@ -189,7 +189,7 @@ impl Kernel for WavefrontKernel {
         // Layers are sums over a pixel's samples: two samples of one pixel at a time would get in each other's way.
         let most_samples = if self.wants_aovs { 1 } else { capacity };
         let end = batch.first_sample + batch.sample_count;
-        let pixels = film.contents.window_width() * batch.row_count;
+        let pixels = batch.pixel_count(film.contents.window_width());
         let failed = |reason| GpuError::Device { doing: "starting a wave", reason };
         let mut last = None;
         for first_sample in (batch.first_sample..end).step_by(most_samples as usize) {

@@ -59,10 +59,10 @@ impl Stage {
     /// megakernel does, so that both run on the same devices.
     pub fn film_bindings(self) -> &'static [u32] {
         match self {
-            Self::Generate | Self::Extend | Self::Shade | Self::Connect => &[],
+            Self::Extend | Self::Shade | Self::Connect => &[],
+            Self::Generate | Self::Prepare => &[2],
             Self::Record => &[2, 3],
-            Self::Prepare => &[2],
-            Self::Accumulate => &[1],
+            Self::Accumulate => &[1, 2],
         }
     }
 

@@ -1,6 +1,7 @@
 //! The wavefront against the megakernel, kernel by kernel; pictures of many scenes are compared in `alhazen/tests`.
 
 use super::*;
+use crate::film::BatchPixels;
 use crate::kernel::{KernelKind, Megakernel};
 use crate::open_for_test;
 use crate::tracer::{TracerKind, bvh::BvhTracer, query::QueryTracer};
@@ -98,7 +99,8 @@ impl Setup {
         let mut buffers = self.film(splitting);
         let mut timer = Timer::new(&self.gpu).expect("memory");
         for (first_sample, sample_count) in [(0, 5), (5, 2)] {
-            let batch = Batch { first_row: 0, row_count: 13, first_sample, sample_count };
+            let pixels = BatchPixels::Rows { first: 0, count: 13 };
+            let batch = Batch { pixels, first_sample, sample_count };
             kernel.submit(&self.gpu, &mut buffers, batch, &mut timer).expect("submit");
         }
         timer.collect(&self.gpu).expect("times");
@@ -183,7 +185,8 @@ fn a_stage_that_does_nothing_is_noticed() {
 fn too_many_branches_are_an_error() {
     let Some(setup) = Setup::new("too_many_branches_are_an_error", TracerKind::Bvh) else { return };
     let mut kernel = setup.wavefront(3, Some(2));
-    let batch = Batch { first_row: 0, row_count: 1, first_sample: 0, sample_count: 1 };
+    let pixels = BatchPixels::Rows { first: 0, count: 1 };
+    let batch = Batch { pixels, first_sample: 0, sample_count: 1 };
     let mut timer = Timer::new(&setup.gpu).expect("memory");
     let error = kernel.submit(&setup.gpu, &mut setup.film(3), batch, &mut timer).expect_err("too many");
     assert!(matches!(error, GpuError::Limit { needed: 3, offered: 2, .. }), "{error}");

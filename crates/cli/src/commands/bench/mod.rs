@@ -1,6 +1,7 @@
 //! `alhazen bench`: measurements that anyone can repeat. Each subcommand is one file; what they have in common is
 //! [`report`].
 
+mod adaptive;
 mod convergence;
 pub mod report;
 mod views;
@@ -21,6 +22,7 @@ pub struct BenchArgs {
 
 #[derive(Debug, Subcommand)]
 enum BenchCommand {
+    Adaptive(adaptive::AdaptiveArgs),
     Convergence(convergence::ConvergenceArgs),
 }
 
@@ -35,6 +37,7 @@ pub struct ReportArgs {
 /// Measures what the arguments ask for.
 pub fn run(args: &BenchArgs) -> anyhow::Result<()> {
     match &args.command {
+        BenchCommand::Adaptive(args) => adaptive::run(args),
         BenchCommand::Convergence(args) => convergence::run(args),
     }
 }

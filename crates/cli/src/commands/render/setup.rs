@@ -3,8 +3,9 @@
 use super::parsing::parse_vector;
 use super::{IntegratorName, RenderArgs, SamplerName};
 use alhazen::{
-    Camera, CameraPath, Daylight, DirectSettings, Environment, Integrator, Job, Limits, LoadOptions, Loaded,
-    PathSettings, Projection, Rect, SamplerKind, add_daylight_if_dark,
+    Adaptive, Camera, CameraPath, Daylight, DirectSettings, Environment, Integrator, Job, Limits,
+    LoadOptions, Loaded, NoisyPicture, PathSettings, Projection, Rect, SamplerKind, Sampling,
+    add_daylight_if_dark,
 };
 use anyhow::{Context, bail, ensure};
 use std::path::Path;
@@ -71,6 +72,10 @@ pub fn job(args: &RenderArgs, loaded: &Loaded) -> anyhow::Result<Job> {
     };
     scene_job.seed = args.seed;
     scene_job.aovs = args.aov.clone();
+    if args.denoise.is_some() {
+        // Layers that are there already are not made twice.
+        scene_job.aovs.extend(NoisyPicture::LAYERS);
+    }
     args.tone.apply(&mut scene_job.tone);
     Ok(scene_job)
 }
@@ -157,7 +162,9 @@ fn integrator(args: &RenderArgs, of_scene: Integrator) -> Integrator {
 pub fn limits(args: &RenderArgs, loaded: &Loaded) -> Limits {
     let open_ended = args.time.is_some() || args.noise.is_some();
     let default = if open_ended { 65_536 } else { loaded.scene.defaults.spp.unwrap_or(64) };
-    Limits { spp: args.spp.unwrap_or(default), time: args.time, noise: args.noise.map(f64::from) }
+    let adaptive = Adaptive { min_spp: args.min_spp, ..Adaptive::default() };
+    let sampling = if args.is_adaptive() { Sampling::Adaptive(adaptive) } else { Sampling::Uniform };
+    Limits { spp: args.spp.unwrap_or(default), time: args.time, noise: args.noise.map(f64::from), sampling }
 }
 
 #[cfg(test)]

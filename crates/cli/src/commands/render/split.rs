@@ -4,7 +4,8 @@ use super::parsing::{Samples, parse_duration, parse_samples};
 use super::{RenderArgs, check_place};
 use crate::console::ProgressDisplay;
 use alhazen::{
-    Checkpoint, Control, Coverage, Film, Job, Part, PartJob, Renderer, Summary, Tile, finish, output,
+    Checkpoint, Control, Coverage, Denoiser, Film, Job, Part, PartJob, Renderer, Summary, Tile, finish,
+    output,
 };
 use anyhow::{Context, bail, ensure};
 use std::collections::BTreeMap;
@@ -18,10 +19,10 @@ use std::time::Duration;
 pub struct SplitArgs {
     /// Write what was rendered as a part (.exr) with exact sums, to be added to others by `alhazen merge`. --tile and
     /// --sample-range imply this.
-    #[arg(long, help_heading = "Parts", conflicts_with_all = ["time", "noise"])]
+    #[arg(long, help_heading = "Parts", conflicts_with_all = ["time", "noise", "denoise"])]
     part: bool,
     /// Render only tile I of N, counted from 1.
-    #[arg(long, help_heading = "Parts", value_name = "I/N", conflicts_with_all = ["time", "noise"])]
+    #[arg(long, help_heading = "Parts", value_name = "I/N", conflicts_with_all = ["time", "noise", "denoise"])]
     pub tile: Option<Tile>,
     /// Render only samples A to B − 1 of the --spp samples of each pixel, or, as I/N, the I-th of N equal shares of
     /// them, counted from 1.
@@ -30,7 +31,7 @@ pub struct SplitArgs {
         help_heading = "Parts",
         value_name = "A..B|I/N",
         value_parser = parse_samples,
-        conflicts_with_all = ["time", "noise"]
+        conflicts_with_all = ["time", "noise", "denoise"]
     )]
     sample_range: Option<Samples>,
     /// Save what there is to this .exr file again and again, to go on from it with --resume.
@@ -124,8 +125,18 @@ impl Made {
         args: &RenderArgs,
     ) -> anyhow::Result<()> {
         let encoding = args.files.encoding();
-        let write_picture = |film: &Film, metadata: &_| -> anyhow::Result<()> {
-            let write = |path: &PathBuf| output::write_as(path, film, &job.tone, metadata, &encoding);
+        let write_picture = |film: &Film, metadata: &BTreeMap<String, String>| -> anyhow::Result<()> {
+            let mut metadata = metadata.clone();
+            let denoised = args.denoise.map(|name| Denoiser::from(name).run(film)).transpose()?;
+            if let Some(denoised) = &denoised {
+                if !args.quiet {
+                    eprintln!("denoised by {}", denoised.by);
+                }
+                metadata.insert("denoiser".into(), denoised.by.clone());
+            }
+            let colour = denoised.as_ref().map(|d| &d.picture);
+            let write =
+                |path: &PathBuf| output::write_as(path, film, colour, &job.tone, &metadata, &encoding);
             Ok(paths.iter().try_for_each(write)?)
         };
         match self {

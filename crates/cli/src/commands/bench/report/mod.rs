@@ -231,6 +231,8 @@ impl Report {
 /// How repeated measurements are spread.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Percentiles {
+    /// The smallest.
+    pub least: f64,
     /// One in twenty is below.
     pub p5: f64,
     /// The median.
@@ -252,7 +254,7 @@ impl Percentiles {
                 _ => f64::NAN,
             }
         };
-        Self { p5: at(0.05), p50: at(0.5), p95: at(0.95) }
+        Self { least: at(0.0), p5: at(0.05), p50: at(0.5), p95: at(0.95) }
     }
 }
 
@@ -263,7 +265,7 @@ mod tests {
     #[test]
     fn percentiles_of_known_values() {
         let values: Vec<f64> = (0..=100).rev().map(f64::from).collect();
-        assert_eq!(Percentiles::of(&values), Percentiles { p5: 5.0, p50: 50.0, p95: 95.0 });
+        assert_eq!(Percentiles::of(&values), Percentiles { least: 0.0, p5: 5.0, p50: 50.0, p95: 95.0 });
         assert_eq!(Percentiles::of(&[1.0, 2.0]).p50, 1.5);
         assert!(Percentiles::of(&[]).p50.is_nan());
     }

@@ -1,0 +1,123 @@
+//! Spreading samples over a picture by the error of its pixels ([`film::Allocation`]), round by round.
+
+use crate::renderer::{Limits, Renderer, Summary};
+use backend::{BackendError, Control, PixelSamples, View};
+use film::{Allocation, Film, PixelStats};
+use std::time::{Duration, Instant};
+
+/// How samples are spread over a picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Sampling {
+    /// Every pixel gets the same number.
+    #[default]
+    Uniform,
+    /// Pixels get what lowers the picture's error most; [`Limits::spp`] is what they get on average.
+    Adaptive(Adaptive),
+}
+
+/// Settings of [`Sampling::Adaptive`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Adaptive {
+    /// Samples that every pixel gets before errors are looked at, at least 2: what these miss in a pixel and all around it
+    /// is found late.
+    pub min_spp: u32,
+    /// What is added to the squared radiance that errors are relative to. `None` takes the floor of
+    /// [`Film::relative_error`], which follows the picture's level; [`film::metrics::REL_MSE_EPSILON`] makes it relMSE that
+    /// is least.
+    pub floor: Option<f64>,
+}
+
+impl Default for Adaptive {
+    fn default() -> Self {
+        Self { min_spp: 16, floor: None }
+    }
+}
+
+impl Sampling {
+    /// Its name on the command line and in metadata.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Uniform => "uniform",
+            Self::Adaptive(_) => "adaptive",
+        }
+    }
+}
+
+/// A round makes the samples at most this many times what they were, so that the next one knows more.
+const ROUND_GROWTH: f64 = 1.5;
+
+impl Renderer {
+    /// Renders a view until a limit is reached: every pixel first gets `min_spp` samples, then rounds follow in which
+    /// pixels get what their neighbours' errors ask for.
+    pub(crate) fn render_adaptively(
+        &mut self,
+        view: &View,
+        limits: &Limits,
+        adaptive: &Adaptive,
+        control: &Control,
+        after_pass: &mut dyn FnMut(&Summary),
+    ) -> Result<Summary, BackendError> {
+        let start = Instant::now();
+        let pilot = adaptive.min_spp.max(2).min(limits.spp);
+        let first = Limits { spp: pilot, time: limits.time, noise: None, sampling: Sampling::Uniform };
+        let mut summary = self.render_evenly(view, &first, control, after_pass)?;
+        let area = view.window.area() as u64;
+        let budget = u64::from(limits.spp) * area;
+        while !summary.cancelled && !control.is_cancelled() {
+            let Some(film) = self.film()? else { break };
+            summary.noise = film.relative_error();
+            let taken: u64 = film.pixels().iter().map(PixelStats::taken).sum();
+            summary.spp = (taken / area) as u32;
+            let quiet = limits.noise.zip(summary.noise).is_some_and(|(limit, noise)| noise <= limit);
+            let late = limits.time.is_some_and(|time| start.elapsed() >= time);
+            if quiet || late || taken >= budget {
+                break;
+            }
+            let total = next_total(taken, &summary, limits, start.elapsed()).min(budget);
+            let pixels = next_round(film, view, adaptive, pilot, total);
+            if pixels.is_empty() {
+                break;
+            }
+            let stats = self.render_some(view, &pixels, control)?;
+            summary.add(&stats);
+            summary.elapsed = start.elapsed();
+            after_pass(&summary);
+        }
+        summary.elapsed = start.elapsed();
+        Ok(summary)
+    }
+}
+
+/// Samples of all pixels that there should be after the next round.
+fn next_total(taken: u64, summary: &Summary, limits: &Limits, elapsed: Duration) -> u64 {
+    let mut growth = ROUND_GROWTH;
+    if let Some((limit, noise)) = limits.noise.zip(summary.noise) {
+        // The error falls with the root of the samples. A little less than what is thought to be needed: more can follow.
+        growth = growth.min((noise / limit).powi(2)).max(1.05);
+    }
+    if let Some(time) = limits.time {
+        let left = time.saturating_sub(elapsed).as_secs_f64() / elapsed.as_secs_f64().max(1e-6);
+        growth = growth.min(1.0 + 0.5 * left).max(1.01);
+    }
+    (taken as f64 * growth).ceil() as u64
+}
+
+/// What the pixels get next.
+fn next_round(film: &Film, view: &View, adaptive: &Adaptive, pilot: u32, total: u64) -> Vec<PixelSamples> {
+    let taken = || film.pixels().iter().map(|p| u32::try_from(p.taken()).unwrap_or(u32::MAX));
+    // After a device was lost, pixels may have less than what they began with.
+    let missing: Vec<u32> = taken().map(|n| pilot.saturating_sub(n)).collect();
+    let extra = match Allocation::new(film, adaptive.floor) {
+        Some(allocation) if missing.iter().all(|&n| n == 0) => allocation.extra(total),
+        // Samples that were no numbers are no estimate: all pixels get more.
+        Some(_) | None if missing.iter().all(|&n| n == 0) => vec![pilot; missing.len()],
+        Some(_) | None => missing,
+    };
+    let samples = (0..).zip(taken()).zip(extra).filter(|(_, count)| *count > 0);
+    let samples = samples.map(|((pixel, taken), count)| PixelSamples {
+        pixel,
+        first: view.first_sample.saturating_add(taken),
+        count,
+    });
+    samples.filter(|s| s.first.checked_add(s.count).is_some()).collect()
+}
