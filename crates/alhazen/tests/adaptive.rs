@@ -61,8 +61,8 @@ fn the_expected_picture_is_the_same() {
     let scene = scenes::glass();
     let job = Job { integrator: path(8), ..job(&scene, 24, 16, 8) };
     let mut renderer = renderer(&scene);
-    let uniform = blocks(&mut renderer, &job, Sampling::Uniform, 150);
-    let adaptive = blocks(&mut renderer, &job, adaptive(), 150);
+    let uniform = blocks(&mut renderer, &job, Sampling::Uniform, 300);
+    let adaptive = blocks(&mut renderer, &job, adaptive(), 300);
     let z = |a: (f64, f64), b: (f64, f64)| (a.0 - b.0) / (a.1 + b.1).sqrt().max(1e-12);
     for (i, (a, b)) in uniform.iter().zip(&adaptive).enumerate() {
         assert!(z(*a, *b).abs() < 4.5, "block {i}: {a:?} and {b:?}");
@@ -70,8 +70,8 @@ fn the_expected_picture_is_the_same() {
     let whole = |blocks: &[(f64, f64)]| blocks.iter().fold((0.0, 0.0), |s, b| (s.0 + b.0, s.1 + b.1));
     let (a, b) = (whole(&uniform), whole(&adaptive));
     assert!(z(a, b).abs() < 4.0, "the picture: {a:?} and {b:?}");
-    // The test is worth something only where it would notice one per cent.
-    assert!((a.1 + b.1).sqrt() < 0.0025 * a.0, "too noisy to tell: {a:?} {b:?}");
+    // The test is worth something only where it would notice two per cent.
+    assert!((a.1 + b.1).sqrt() < 0.005 * a.0, "too noisy to tell: {a:?} {b:?}");
 }
 
 #[test]

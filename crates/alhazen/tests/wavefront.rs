@@ -6,8 +6,8 @@ mod common;
 use alhazen::gpu::tracer::TracerKind;
 use alhazen::gpu::{Gpu, GpuBackend, GpuError, GpuOptions, has_hardware};
 use alhazen::{
-    Aov, Control, Environment, Film, Integrator, Job, Limits, LoadOptions, PathKernel, PathSettings,
-    Renderer, SamplerKind, Scene, Source, Summary,
+    Adaptive, Aov, Control, Environment, Film, Integrator, Job, Limits, LoadOptions, PathKernel,
+    PathSettings, Renderer, SamplerKind, Sampling, Scene, Source, Summary,
 };
 use common::path;
 use testkit::{Exclusive, scenes};
@@ -78,6 +78,24 @@ fn compare(pair: &mut Pair, scene: &Scene, job: &Job, share: f64) {
     assert!(expected.mean().iter().all(|m| *m > 0.0), "{name} is black");
     assert!(differing <= share, "{name}: {:.1} % of the pixels differ", 100.0 * differing);
     assert!((rays - 1.0).abs() < 2e-3, "{name}: {rays} of the rays");
+}
+
+/// The same for lists of pixels, with layers: what adaptive sampling asks for. Rounding may also tip which pixel gets more.
+fn compare_adaptive(pair: &mut Pair, scene: &Scene, job: &Job) {
+    let mut render = |renderer: &mut Renderer| {
+        renderer.load(scene).expect("load");
+        let sampling = Sampling::Adaptive(Adaptive { min_spp: 4, floor: None });
+        let limits = Limits { spp: 2 * SPP, sampling, ..Limits::default() };
+        renderer.render(job, &limits, &Control::new()).expect("render");
+        renderer.film().expect("film").expect("rendered").clone()
+    };
+    let (expected, film) = (render(&mut pair.megakernel), render(&mut pair.wavefront));
+    let counts = |film: &Film| film.pixels().iter().map(film::PixelStats::taken).collect::<Vec<_>>();
+    let (a, b) = (counts(&expected), counts(&film));
+    assert!(a.iter().max() > Some(&(3 * u64::from(SPP))), "the samples are spread evenly");
+    let other = a.iter().zip(&b).filter(|(a, b)| a != b).count() as f64 / a.len() as f64;
+    let differing = differing_share(&film, &expected);
+    assert!(other <= 0.05 && differing <= 0.07, "{other} have other counts, {differing} differ");
 }
 
 /// Diffuse, glass, every material and light with partial coverage, an environment image's place taken by a bright sky, many

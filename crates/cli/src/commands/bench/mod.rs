@@ -3,6 +3,7 @@
 
 mod adaptive;
 mod convergence;
+mod denoise;
 pub mod report;
 mod views;
 
@@ -24,6 +25,7 @@ pub struct BenchArgs {
 enum BenchCommand {
     Adaptive(adaptive::AdaptiveArgs),
     Convergence(convergence::ConvergenceArgs),
+    Denoise(denoise::DenoiseArgs),
 }
 
 /// What all measurements have: where their report goes.
@@ -39,5 +41,6 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<()> {
     match &args.command {
         BenchCommand::Adaptive(args) => adaptive::run(args),
         BenchCommand::Convergence(args) => convergence::run(args),
+        BenchCommand::Denoise(args) => denoise::run(args),
     }
 }
