@@ -82,7 +82,7 @@ fn compare(pair: &mut Pair, scene: &Scene, job: &Job, share: f64) {
 
 /// The same for lists of pixels, with layers: what adaptive sampling asks for. Rounding may also tip which pixel gets more.
 fn compare_adaptive(pair: &mut Pair, scene: &Scene, job: &Job) {
-    let mut render = |renderer: &mut Renderer| {
+    let render = |renderer: &mut Renderer| {
         renderer.load(scene).expect("load");
         let sampling = Sampling::Adaptive(Adaptive { min_spp: 4, floor: None });
         let limits = Limits { spp: 2 * SPP, sampling, ..Limits::default() };
@@ -146,6 +146,7 @@ fn every_setting_is_the_same() {
             job.aovs.iter().map(|&aov| format!("{:?}", film.aov(aov).expect("asked for"))).collect::<Vec<_>>()
         });
         assert_eq!(layers[0], layers[1]);
+        compare_adaptive(pair, &scene, &job);
     }
 }
 

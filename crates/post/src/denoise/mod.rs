@@ -63,12 +63,27 @@ impl NoisyPicture {
     }
 }
 
-/// The picture without its noise, linear radiance, of the same mean within about a percent. Runs on all threads of the
-/// current pool; the result does not depend on how many there are.
+/// The picture without its noise, linear radiance. Runs on all threads of the current pool; the result does not depend on how
+/// many there are.
+///
+/// The filter is not linear and loses a percent or so of the light of pictures with bright specks. What the picture's mean has
+/// lost of a colour is given back to all of its pixels alike, up to a twentieth.
 #[must_use]
 pub fn denoise(picture: &NoisyPicture) -> Image {
+    const MOST: f64 = 0.05;
     let signal = Signal::new(picture);
-    signal.picture(&regression::filter(&signal))
+    let mut filtered = signal.picture(&regression::filter(&signal));
+    let means = picture.colour.to_rgb().mean().into_iter().zip(filtered.mean());
+    let factors: Vec<f32> = means
+        .map(|(before, after)| {
+            let factor = if after > 0.0 { before / after } else { 1.0 };
+            factor.clamp(1.0 - MOST, 1.0 + MOST) as f32
+        })
+        .collect();
+    for pixel in filtered.data_mut().chunks_exact_mut(3) {
+        pixel.iter_mut().zip(&factors).for_each(|(value, factor)| *value *= factor);
+    }
+    filtered
 }
 
 #[cfg(test)]
