@@ -1,0 +1,46 @@
+//! Denoising rendered pictures.
+
+mod common;
+
+use alhazen::{Control, Denoiser, Film, Image, Job, Limits, NoisyPicture, Renderer, Scene, metrics};
+use common::job;
+use testkit::scenes;
+
+const WIDTH: u32 = 64;
+const HEIGHT: u32 = 48;
+
+fn render(scene: &Scene, seed: u32, spp: u32) -> Film {
+    let mut renderer = Renderer::cpu(None).unwrap();
+    renderer.load(scene).unwrap();
+    let job = Job { seed, aovs: NoisyPicture::LAYERS.to_vec(), ..job(scene, WIDTH, HEIGHT, 8) };
+    renderer.render(&job, &Limits { spp, ..Limits::default() }, &Control::new()).unwrap();
+    renderer.film().unwrap().unwrap().clone()
+}
+
+/// On every test scene the picture comes nearer to the truth, and its light stays.
+#[test]
+fn the_error_is_lower_on_every_scene() {
+    for scene in [scenes::cornell(), scenes::spheres(), scenes::glass(), scenes::assortment()] {
+        let truth = render(&scene, 99, 512).to_image();
+        let film = render(&scene, 1, 8);
+        let denoised = Denoiser::Own.run(&film).unwrap();
+        let error = |image: &Image| metrics::rel_mse(&truth, image).unwrap();
+        let (before, after) = (error(&film.to_image()), error(&denoised.picture));
+        println!("{}: {before} became {after}", scene.name);
+        assert!(after < before, "{}: {before} became {after}", scene.name);
+        for (before, after) in film.mean().into_iter().zip(denoised.picture.mean()) {
+            assert!((after / before - 1.0).abs() < 0.01, "{}: mean {before} became {after}", scene.name);
+        }
+    }
+}
+
+#[test]
+fn what_a_film_lacks_is_named() {
+    let film = Film::new(4, 4).unwrap();
+    let error = Denoiser::Own.run(&film).unwrap_err().to_string();
+    assert!(error.contains("two samples"), "{error}");
+    let mut sampled = Film::new(2, 2).unwrap();
+    sampled.pixels_mut().iter_mut().for_each(|p| p.add_all([[1.0; 3]; 4]));
+    let error = Denoiser::Own.run(&sampled).unwrap_err().to_string();
+    assert!(error.contains("albedo"), "{error}");
+}
