@@ -56,9 +56,10 @@ pub use renderer::{BACKENDS, Limits, Renderer, Summary};
 /// A picture that a scene uses: a texture's or the environment's.
 pub use scene::Image as SceneImage;
 pub use scene::{
-    AlphaMode, CalibrationError, Camera, CameraPath, ColorSpace, Environment, Instance, Interior, Layers,
-    Light, LightKind, LoadError, LoadOptions, LoadReport, Loaded, Material, Mesh, Model, Note, Pixels,
-    Projection, Scene, Severity, Shape, Sphere, Texture, TextureRef, ToneMapper, TriangleMesh,
+    AlphaMode, Animation, CalibrationError, Camera, CameraPath, Clip, ColorSpace, Daylight, Environment,
+    Instance, Interior, Layers, Light, LightKind, LoadError, LoadOptions, LoadReport, Loaded, Material, Mesh,
+    Model, Note, Pixels, Projection, Scene, Severity, Shape, Sphere, SunError, SunPosition, Texture,
+    TextureRef, ToneMapper, TriangleMesh,
 };
 pub use source::Source;
 

@@ -1,6 +1,6 @@
 //! Light from infinitely far away.
 
-use crate::ImageId;
+use crate::{Daylight, ImageId};
 use glam::Vec3;
 
 /// What a ray sees that leaves the scene.
@@ -22,6 +22,19 @@ pub enum Environment {
     },
     /// A two-colour gradient with an optional sun.
     Sky(Sky),
+    /// The clear sky of a moment and a place, with its sun.
+    Daylight(Daylight),
+}
+
+impl Environment {
+    /// The sun's disc, if there is one.
+    pub fn sun(&self) -> Option<Sun> {
+        match self {
+            Self::Black | Self::Constant(_) | Self::Image { .. } => None,
+            Self::Sky(sky) => sky.sun,
+            Self::Daylight(daylight) => Some(daylight.sun()),
+        }
+    }
 }
 
 /// A gradient between horizon and zenith, with a ground colour below and an optional sun disc.

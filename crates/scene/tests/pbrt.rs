@@ -176,15 +176,26 @@ fn files_include_others() {
     let folder = tempfile::tempdir().expect("a folder");
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("written");
     std::fs::create_dir(folder.path().join("geometry")).expect("made");
+    let shapes = "Shape \"plymesh\" \"string filename\" \"b.ply\" ReverseOrientation Shape \"plymesh\" \"string filename\" \"c.ply.gz\"";
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    std::io::Write::write_all(&mut gzip, ply.as_bytes()).expect("compressed");
+    let gzip = gzip.finish().expect("compressed");
     write("main.pbrt", "WorldBegin Include \"geometry/a.pbrt\" Material \"conductor\"");
-    write("geometry/a.pbrt", &format!("{TRIANGLE} Shape \"plymesh\" \"string filename\" \"b.ply\""));
-    write(
-        "geometry/b.ply",
-        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
-    );
+    write("geometry/a.pbrt", &format!("{TRIANGLE} {shapes}"));
+    write("geometry/b.ply", ply);
+    std::fs::write(folder.path().join("geometry/c.ply.gz"), &gzip).expect("written");
     let load = |name: &str| scene::load::load(&folder.path().join(name), &LoadOptions::default());
     let loaded = load("main.pbrt").unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(loaded.scene.unique_triangles(), 2);
+    assert_eq!(loaded.scene.unique_triangles(), 3);
+    assert_eq!(
+        [1, 2].map(|i| mesh(&loaded, i).indices.clone()),
+        [[[0, 1, 2]], [[0, 2, 1]]],
+        "the last is reversed"
+    );
+    std::fs::write(folder.path().join("geometry/c.ply.gz"), &gzip[..gzip.len() / 2]).expect("written");
+    let error = load("main.pbrt").err().map(|e| e.to_string()).unwrap_or_default();
+    assert!(error.contains("c.ply.gz: gzip"), "{error}");
     write("geometry/a.pbrt", "Include \"a.pbrt\"");
     let error = load("main.pbrt").err().map(|e| e.to_string()).unwrap_or_default();
     assert!(error.contains("a.pbrt") && error.contains("includes"), "{error}");

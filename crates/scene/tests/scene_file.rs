@@ -523,3 +523,24 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn daylight_is_read() {
+    let text = "[environment.daylight]\nsun = \"2026-06-21T14:30+02:00@48.14,11.58\"\nturbidity = 4\nground = [0.1, 0.2, 0.3]\n";
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("day.toml");
+    let load = |text: &str| {
+        std::fs::write(&path, text).unwrap();
+        scene::load::load(&path, &LoadOptions::default())
+    };
+    let scene = load(text).unwrap().scene;
+    let Environment::Daylight(daylight) = scene.environment else { panic!("{:?}", scene.environment) };
+    assert_eq!((daylight.turbidity, daylight.ground), (4.0, glam::vec3(0.1, 0.2, 0.3)));
+    assert!(daylight.sun.elevation > 1.0, "a summer's afternoon");
+    // The sun is seen, and the sky is sampled by its own table.
+    let tables = scene::tables::SceneTables::build(&scene);
+    assert!(tables.lights.len() == 2 && tables.lights[0].visible && tables.environment.width > 0);
+    let error = load(&text.replace("14:30", "02:30")).unwrap_err().to_string();
+    assert!(error.contains("below the horizon"), "{error}");
+    assert!(load(&text.replace("turbidity = 4", "turbidity = 40")).is_err());
+}

@@ -233,6 +233,14 @@ fn environment(scene: &Scene) -> String {
             let name = scene.images.get(*image as usize).map_or("?", |i| i.name.as_str());
             format!("{name}, intensity {intensity}, turned by {:.1}°", rotation.to_degrees())
         }
+        Environment::Daylight(daylight) => {
+            let (elevation, azimuth) =
+                (daylight.sun.elevation.to_degrees(), daylight.sun.azimuth.to_degrees());
+            format!(
+                "clear sky of turbidity {}, sun at {elevation:.1}°, {azimuth:.1}° from north",
+                daylight.turbidity
+            )
+        }
         Environment::Sky(sky) => {
             let sun = if sky.sun.is_some() { " and sun" } else { "" };
             format!("gradient from {} to {}{sun}", vector(sky.horizon.into()), vector(sky.zenith.into()))

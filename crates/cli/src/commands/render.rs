@@ -13,14 +13,15 @@ use crate::console::ProgressDisplay;
 use crate::profile::Profile;
 use alhazen::{
     Aov, BackendChoice, Control, Description, Limits, LoadOptions, PartJob, PathKernel, Rect, Renderer,
-    RendererOptions, Summary, metadata,
+    RendererOptions, Summary, SunPosition, metadata,
 };
 use anyhow::{Context, bail, ensure};
 use clap::{Args, FromArgMatches, ValueEnum};
 use moving::Moving;
 use output::OutputArgs;
 use parsing::{
-    parse_crop, parse_duration, parse_fov, parse_frames, parse_positive, parse_seconds, parse_vector,
+    parse_crop, parse_duration, parse_fov, parse_frames, parse_positive, parse_seconds, parse_turbidity,
+    parse_vector,
 };
 use report::{print_loaded, report};
 use setup::{job, limits, set_environment};
@@ -157,6 +158,13 @@ pub struct RenderArgs {
     /// Factor on the environment file.
     #[arg(long, help_heading = "Light", default_value_t = 1.0, value_parser = parse_positive)]
     environment_intensity: f32,
+    /// A clear sky with its sun, where it stands: ELEVATION,AZIMUTH in degrees (from north over east), or at a moment and a
+    /// place, such as 2026-06-21T14:30+02:00@48.14,11.58. In W·sr⁻¹·m⁻²: --exposure 0.02 shows it.
+    #[arg(long, help_heading = "Light", value_name = "POSITION", conflicts_with = "environment")]
+    sun: Option<SunPosition>,
+    /// Haziness of that sky: 2 is very clear, 3 clear, 6 hazy.
+    #[arg(long, help_heading = "Light", default_value_t = 3.0, value_parser = parse_turbidity)]
+    turbidity: f32,
     /// Follow glTF 2.0 to the letter: no compensation for light lost between microfacets.
     #[arg(long, help_heading = "Light")]
     single_scatter: bool,

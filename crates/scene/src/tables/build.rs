@@ -281,9 +281,7 @@ impl SceneTables {
             Environment::Image { image, .. } => scene.images.get(*image as usize),
             _ => None,
         };
-        if let Environment::Sky(sky) = &scene.environment
-            && let Some(sun) = sky.sun
-        {
+        if let Some(sun) = scene.environment.sun() {
             self.lights.push(LightRecord::directional(
                 sun.direction,
                 sun.irradiance,

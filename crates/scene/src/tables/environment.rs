@@ -45,6 +45,7 @@ impl EnvironmentTable {
                 table.zenith = sky.zenith.to_array();
                 table.ground = sky.ground.to_array();
             }
+            Environment::Daylight(daylight) => table.set_image(&daylight.image(), 0.0, 1.0),
             Environment::Image { rotation, intensity, .. } => {
                 if let Some(image) = image {
                     table.set_image(image, *rotation / std::f32::consts::TAU, *intensity);

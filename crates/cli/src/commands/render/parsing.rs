@@ -80,6 +80,12 @@ pub fn parse_seconds(text: &str) -> Result<f32, String> {
     if value >= 0.0 && value.is_finite() { Ok(value) } else { Err("expected seconds, at least 0".into()) }
 }
 
+/// Haziness of the air, in `[2, 10]`.
+pub fn parse_turbidity(text: &str) -> Result<f32, String> {
+    let value = parse_positive(text)?;
+    if (2.0..=10.0).contains(&value) { Ok(value) } else { Err("expected a number between 2 and 10".into()) }
+}
+
 /// An angle in degrees, in `(0, 180)`.
 pub fn parse_fov(text: &str) -> Result<f32, String> {
     let value = parse_positive(text)?;
@@ -113,6 +119,7 @@ mod tests {
         assert!(parse_duration("-1s").is_err() && parse_duration("x").is_err());
         assert_eq!((parse_seconds("1.5"), parse_seconds("0s")), (Ok(1.5), Ok(0.0)));
         assert!(parse_seconds("-1").is_err() && parse_seconds("inf").is_err());
+        assert!(parse_turbidity("1").is_err() && parse_turbidity("2.5") == Ok(2.5));
         assert!(parse_fov("0").is_err() && parse_fov("180").is_err() && parse_fov("45").is_ok());
     }
 }

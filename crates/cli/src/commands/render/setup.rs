@@ -3,7 +3,7 @@
 use super::parsing::parse_vector;
 use super::{IntegratorName, RenderArgs, SamplerName};
 use alhazen::{
-    Camera, CameraPath, DirectSettings, Environment, Integrator, Job, Limits, LoadOptions, Loaded,
+    Camera, CameraPath, Daylight, DirectSettings, Environment, Integrator, Job, Limits, LoadOptions, Loaded,
     PathSettings, Projection, Rect, SamplerKind, add_daylight_if_dark,
 };
 use anyhow::{Context, bail, ensure};
@@ -11,6 +11,12 @@ use std::path::Path;
 
 /// Puts the environment that the arguments name around the scene, or a sky around a dark one.
 pub fn set_environment(args: &RenderArgs, loaded: &mut Loaded, options: &LoadOptions) -> anyhow::Result<()> {
+    if let Some(sun) = args.sun {
+        let ground = [0.2; 3].into();
+        let daylight = Daylight { sun, turbidity: args.turbidity, ground, intensity: 1.0 };
+        loaded.scene.environment = Environment::Daylight(daylight);
+        return Ok(());
+    }
     let Some(text) = &args.environment else {
         add_daylight_if_dark(&mut loaded.scene, &mut loaded.report);
         return Ok(());

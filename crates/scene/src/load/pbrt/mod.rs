@@ -49,6 +49,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
 pub fn load_bytes(path: &Path, text: Vec<u8>, options: &LoadOptions) -> Result<Loaded, LoadError> {
     let mut builder = Builder::new(Parser::new(path, text, options), options);
     builder.read()?;
+    builder.finish_files()?;
     Ok(builder.finish())
 }
 
@@ -79,6 +80,8 @@ struct Builder<'o> {
     shining: HashMap<(u32, [u32; 3], bool), u32>,
     camera: Option<camera::PendingCamera>,
     environment: Option<lights::PendingEnvironment>,
+    /// Files of shapes, read at the end.
+    files: Vec<shapes::PendingMesh>,
     objects: HashMap<String, Vec<Placed>>,
     /// The object that is being defined.
     object: Option<(String, Vec<Placed>)>,
@@ -110,6 +113,7 @@ impl<'o> Builder<'o> {
             shining: HashMap::new(),
             camera: None,
             environment: None,
+            files: Vec::new(),
             objects: HashMap::new(),
             object: None,
             mirror: DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0)),

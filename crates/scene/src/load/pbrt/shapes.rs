@@ -2,11 +2,36 @@
 
 use super::parameters::Parameters;
 use super::{Builder, MAX_INSTANCES, Placed};
-use crate::{Instance, LoadError, Mesh, Shape, Sphere, TriangleMesh, load};
+use crate::{Instance, LoadError, Mesh, Part, Shape, Sphere, TriangleMesh, load};
 use glam::{DAffine3, Vec2, Vec3};
+use rayon::prelude::*;
+use std::path::PathBuf;
 
 /// Corners of a disk.
 const DISK_CORNERS: u32 = 96;
+
+/// A PLY file whose triangles belong to a mesh.
+pub(super) struct PendingMesh {
+    mesh: u32,
+    path: PathBuf,
+    name: String,
+    reversed: bool,
+}
+
+impl PendingMesh {
+    fn load(&self, options: &crate::LoadOptions) -> Result<load::Loaded, LoadError> {
+        if self.path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz")) {
+            return load::ply::load_compressed(&self.path, options);
+        }
+        load::ply::load(&self.path, options)
+    }
+}
+
+/// Turns the front of a mesh to its back.
+fn reverse(mesh: &mut TriangleMesh) {
+    mesh.indices.iter_mut().for_each(|t| t.swap(1, 2));
+    mesh.normals.iter_mut().for_each(|n| *n = -*n);
+}
 
 impl Builder<'_> {
     pub(super) fn add_shape(&mut self, kind: &str, p: &Parameters) -> Result<(), LoadError> {
@@ -23,7 +48,10 @@ impl Builder<'_> {
                 Some(Shape::Triangles(self.triangle_mesh(p)?))
             }
             "bilinearmesh" => Some(Shape::Triangles(self.bilinear_mesh(p)?)),
-            "plymesh" => self.ply_mesh(p)?.map(Shape::Triangles),
+            "plymesh" => {
+                self.ply_mesh(p)?;
+                Some(Shape::Triangles(TriangleMesh::default()))
+            }
             "sphere" => Some(self.sphere(p)),
             "disk" => Some(Shape::Triangles(self.disk(p))),
             other => {
@@ -33,11 +61,10 @@ impl Builder<'_> {
         };
         let Some(mut shape) = shape else { return Ok(()) };
         let two_sided_material = match &mut shape {
-            Shape::Triangles(mesh) if mesh.indices.is_empty() => return Ok(()),
+            Shape::Triangles(mesh) if mesh.indices.is_empty() && kind != "plymesh" => return Ok(()),
             Shape::Triangles(mesh) => {
                 if self.state.reversed {
-                    mesh.indices.iter_mut().for_each(|t| t.swap(1, 2));
-                    mesh.normals.iter_mut().for_each(|n| *n = -*n);
+                    reverse(mesh);
                 }
                 true
             }
@@ -125,7 +152,8 @@ impl Builder<'_> {
         p.numbers("indices").iter().map(index).collect()
     }
 
-    fn ply_mesh(&mut self, p: &Parameters) -> Result<Option<TriangleMesh>, LoadError> {
+    /// Notes a PLY file, which is read at the end; the mesh that comes next is its place.
+    fn ply_mesh(&mut self, p: &Parameters) -> Result<(), LoadError> {
         let Some(name) = p.text("filename") else {
             return Err(self.parser.error(&p.place, "plymesh has no filename"));
         };
@@ -133,19 +161,36 @@ impl Builder<'_> {
             self.report.ignored(format!("{}: displacement is not rendered", p.place));
         }
         let path = self.parser.resolve(&p.place, name);
-        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz")) {
-            self.report.ignored(format!("{}: {name} is compressed by gzip, which is not read", p.place));
-            return Ok(None);
-        }
+        let mesh = self.scene.meshes.len() as u32;
+        self.files.push(PendingMesh { mesh, path, name: name.to_owned(), reversed: self.state.reversed });
+        Ok(())
+    }
+
+    /// Reads the PLY files of all shapes, on all cores, into their meshes.
+    ///
+    /// # Errors
+    /// The first, in the order of the shapes.
+    pub(super) fn finish_files(&mut self) -> Result<(), LoadError> {
         // Meshes without normals are flat in pbrt.
         let options = crate::LoadOptions { crease_angle: 0.0, ..self.options.clone() };
-        let loaded = load::ply::load(&path, &options)?;
-        self.report.absorb(name, loaded.report);
-        let mesh = loaded.scene.meshes.into_iter().next().and_then(|mesh| mesh.parts.into_iter().next());
-        Ok(mesh.and_then(|part| match part.shape {
-            Shape::Triangles(mesh) => Some(mesh),
-            Shape::Spheres(_) => None,
-        }))
+        let files = std::mem::take(&mut self.files);
+        let loaded: Vec<_> = files.par_iter().map(|file| file.load(&options)).collect();
+        for (file, loaded) in files.iter().zip(loaded) {
+            let load::Loaded { scene, report } = loaded?;
+            self.report.absorb(&file.name, report);
+            let part = scene.meshes.into_iter().next().and_then(|mesh| mesh.parts.into_iter().next());
+            if let (Some(Part { shape: Shape::Triangles(mut read), .. }), Some(own)) =
+                (part, self.scene.meshes.get_mut(file.mesh as usize))
+            {
+                if file.reversed {
+                    reverse(&mut read);
+                }
+                own.parts
+                    .iter_mut()
+                    .for_each(|part| part.shape = Shape::Triangles(std::mem::take(&mut read)));
+            }
+        }
+        Ok(())
     }
 
     fn sphere(&mut self, p: &Parameters) -> Shape {

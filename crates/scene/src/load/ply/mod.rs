@@ -19,6 +19,7 @@ use crate::{Instance, LoadReport, Material, Mesh, Scene, Shape, TriangleMesh, no
 use glam::{Affine3A, Vec2, Vec3, Vec4};
 use header::{Element, Header, Scalar};
 use std::collections::HashMap;
+use std::io::Read as _;
 use std::path::Path;
 use values::{ValueError, Values};
 
@@ -30,6 +31,27 @@ use values::{ValueError, Values};
 /// reported.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
     parse_named(path, &read_file(path, options)?, options)
+}
+
+/// Loads a PLY file that is compressed by gzip: `.ply.gz`.
+///
+/// # Errors
+/// As [`load`]; [`LoadError::TooLarge`] also for a file that grows beyond [`LoadOptions::max_file_size`], or more than
+/// 256-fold and beyond 64 MiB.
+pub(crate) fn load_compressed(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
+    const MOST_GROWTH: u64 = 256;
+    const FREE: u64 = 64 << 20;
+    let compressed = read_file(path, options)?;
+    let limit = (compressed.len() as u64 * MOST_GROWTH).max(FREE).min(options.max_file_size);
+    let mut bytes = Vec::new();
+    // One byte more than is allowed shows that there is more.
+    let mut reader = flate2::read::MultiGzDecoder::new(&compressed[..]).take(limit + 1);
+    reader.read_to_end(&mut bytes).map_err(|e| LoadError::malformed(path, "gzip", e.to_string()))?;
+    let size = bytes.len() as u64;
+    if size > limit {
+        return Err(LoadError::TooLarge { path: path.to_owned(), what: "what it holds".into(), size, limit });
+    }
+    parse_named(path, &bytes, options)
 }
 
 /// Parses a PLY file that is in memory.

@@ -4,7 +4,7 @@ use super::Builder;
 use super::document::{Context, Entry};
 use super::values::{Color, direction, within};
 use crate::load::{self, LoadError};
-use crate::{Environment, Sky, Sun};
+use crate::{Daylight, Environment, Sky, Sun, SunError};
 use glam::Vec3;
 use serde::Deserialize;
 
@@ -14,6 +14,7 @@ struct EnvironmentKeys {
     color: Option<Color>,
     file: Option<String>,
     sky: Option<SkyKeys>,
+    daylight: Option<DaylightKeys>,
     /// Degrees.
     rotation: Option<f32>,
     intensity: Option<f32>,
@@ -41,6 +42,15 @@ struct SunKeys {
     angular_diameter: f32,
 }
 
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+struct DaylightKeys {
+    /// Two angles in degrees, or a moment and a place: see [`SunPosition`].
+    sun: String,
+    turbidity: Option<f32>,
+    ground: Option<Color>,
+}
+
 fn white() -> Color {
     Color(Vec3::ONE)
 }
@@ -58,20 +68,31 @@ impl Builder<'_> {
         if keys.rotation.is_some() && keys.file.is_none() {
             return Err(context.error("`rotation` needs `file`"));
         }
-        self.scene.environment = match (keys.color, keys.file, keys.sky) {
-            (Some(color), None, None) => Environment::Constant(color.0 * intensity),
-            (None, Some(file), None) => {
+        self.scene.environment = match (keys.color, keys.file, keys.sky, keys.daylight) {
+            (Some(color), None, None, None) => Environment::Constant(color.0 * intensity),
+            (None, Some(file), None, None) => {
                 let path = self.place.folder.join(file);
                 let image = load::environment::load(&path, self.options, &mut self.report)?;
                 self.scene.images.push(image);
                 let rotation = keys.rotation.unwrap_or(0.0).to_radians();
                 Environment::Image { image: (self.scene.images.len() - 1) as u32, rotation, intensity }
             }
-            (None, None, Some(keys)) => Environment::Sky(sky(keys, intensity, &context)?),
-            _ => return Err(context.error("`environment` needs one of `color`, `file` and `sky`")),
+            (None, None, Some(keys), None) => Environment::Sky(sky(keys, intensity, &context)?),
+            (None, None, None, Some(keys)) => Environment::Daylight(daylight(keys, intensity, &context)?),
+            _ => {
+                return Err(context.error("`environment` needs one of `color`, `file`, `sky` and `daylight`"));
+            }
         };
         Ok(())
     }
+}
+
+fn daylight(keys: DaylightKeys, intensity: f32, context: &Context) -> Result<Daylight, LoadError> {
+    let sun =
+        keys.sun.parse().map_err(|error: SunError| context.error(format!("`daylight.sun`: {error}")))?;
+    let turbidity = within(keys.turbidity.unwrap_or(3.0), [2.0, 10.0], "daylight.turbidity", context)?;
+    let ground = keys.ground.map_or(Vec3::splat(0.2), |color| color.0).clamp(Vec3::ZERO, Vec3::ONE);
+    Ok(Daylight { sun, turbidity, ground, intensity })
 }
 
 /// The sky with everything multiplied by `intensity`.
