@@ -128,7 +128,7 @@ fn layers(d: &LayersDescribed) -> PyResult<Layers> {
 }
 
 fn interior(d: &LayersDescribed) -> PyResult<Interior> {
-    if !(d.attenuation_distance > 0.0) {
+    if d.attenuation_distance.is_nan() || d.attenuation_distance <= 0.0 {
         return Err(bad(format!("attenuation_distance: {} is not positive", d.attenuation_distance)));
     }
     Ok(Interior {

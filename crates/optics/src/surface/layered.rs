@@ -354,7 +354,7 @@ pub mod layered {
     /// Source: `KHR_materials_dispersion`.
     pub fn choose_dispersed(dispersion: f32, ior: f32, throughput: Vec3f, u: f32) -> Dispersed {
         let sum = throughput.x + throughput.y + throughput.z;
-        if dispersion <= 0.0 || !(sum > 0.0) || !is_finite(sum) {
+        if dispersion <= 0.0 || sum <= 0.0 || !is_finite(sum) {
             return Dispersed { ior: ior, tint: vec3f(1.0, 1.0, 1.0) };
         }
         let half_spread = (ior - 1.0) * 0.025 * dispersion;
