@@ -197,7 +197,7 @@ impl Editable {
 
     fn add_lamp(&mut self, radius: f32, radiance: Vec3) -> Result<(), EditError> {
         let positive = radius > 0.0 && radius.is_finite();
-        if !positive || !(radiance.is_finite() && radiance.min_element() >= 0.0) {
+        if !(positive && radiance.is_finite() && radiance.min_element() >= 0.0) {
             let problem = format!("radius {radius} and radiance {radiance} must be positive");
             return Err(EditError::Value { object: "a lamp".into(), problem });
         }
