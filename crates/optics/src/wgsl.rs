@@ -32,6 +32,7 @@ mod everything {
     use crate::iridescence::*;
     use crate::layered::*;
     use crate::light::*;
+    use crate::light_tree::*;
     use crate::lobes::*;
     use crate::math::*;
     use crate::medium::*;

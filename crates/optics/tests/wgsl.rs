@@ -29,6 +29,7 @@ fn modules() -> Vec<(&'static str, String)> {
         iridescence: optics::iridescence,
         layered: optics::layered,
         light: optics::light,
+        light_tree: optics::light_tree,
         lobes: optics::lobes,
         math: optics::math,
         medium: optics::medium,
