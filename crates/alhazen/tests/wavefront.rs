@@ -92,10 +92,16 @@ fn compare_adaptive(pair: &mut Pair, scene: &Scene, job: &Job) {
     let (expected, film) = (render(&mut pair.megakernel), render(&mut pair.wavefront));
     let counts = |film: &Film| film.pixels().iter().map(film::PixelStats::taken).collect::<Vec<_>>();
     let (a, b) = (counts(&expected), counts(&film));
-    assert!(a.iter().max() > Some(&(3 * u64::from(SPP))), "the samples are spread evenly");
-    let other = a.iter().zip(&b).filter(|(a, b)| a != b).count() as f64 / a.len() as f64;
-    let differing = differing_share(&film, &expected);
-    assert!(other <= 0.05 && differing <= 0.07, "{other} have other counts, {differing} differ");
+    assert!(a.iter().max() >= a.iter().min().map(|n| 2 * n).as_ref(), "the samples are spread evenly");
+    // A decision that rounding has tipped in one pixel may change by one quantum what those around it get.
+    let same: Vec<usize> = (0..a.len()).filter(|&i| a[i] == b[i]).collect();
+    assert!(4 * same.len() >= 3 * a.len(), "only {} of {} pixels have the same count", same.len(), a.len());
+    let differs = |&&i: &&usize| {
+        let pairs = expected.pixels()[i].mean().into_iter().zip(film.pixels()[i].mean());
+        pairs.into_iter().any(|(a, b)| (a - b).abs() > 1e-3 * (a.abs() + b.abs()) + 1e-5)
+    };
+    let differing = same.iter().filter(differs).count();
+    assert!(differing * 20 <= same.len(), "{differing} of {} pixels with the same count differ", same.len());
 }
 
 /// Diffuse, glass, every material and light with partial coverage, an environment image's place taken by a bright sky, many
