@@ -54,6 +54,7 @@ impl Job {
         path.max_depth = defaults.max_depth.unwrap_or(path.max_depth);
         let integrator = match defaults.integrator.as_deref() {
             Some("direct") => Integrator::Direct(backend::DirectSettings::default()),
+            Some("hybrid") => Integrator::Hybrid(backend::HybridSettings::default()),
             Some("aov") => Integrator::Aov,
             _ => Integrator::Path(path),
         };

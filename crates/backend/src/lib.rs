@@ -7,7 +7,9 @@ mod control;
 mod view;
 
 pub use control::{Control, Progress};
-pub use view::{DirectSettings, Integrator, PathSettings, PixelSamples, SamplerKind, View};
+pub use view::{
+    DirectSettings, HybridSettings, Integrator, PathSettings, PixelSamples, SamplerKind, View, Visibility,
+};
 
 use film::Film;
 use scene::tables::{Changes, SceneTables};

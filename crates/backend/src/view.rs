@@ -57,6 +57,8 @@ pub enum Integrator {
     Path(PathSettings),
     /// Fixed cost: direct light, reflection, refraction, ambient occlusion.
     Direct(DirectSettings),
+    /// A G-buffer from the rasteriser and rays for everything else, pass by pass: what `direct` shows, in real time.
+    Hybrid(HybridSettings),
     /// The first hit only: base colour under a headlight, and auxiliary layers.
     Aov,
 }
@@ -67,6 +69,7 @@ impl Integrator {
         match self {
             Integrator::Path(_) => "path",
             Integrator::Direct(_) => "direct",
+            Integrator::Hybrid(_) => "hybrid",
             Integrator::Aov => "aov",
         }
     }
@@ -117,6 +120,62 @@ impl Default for DirectSettings {
             ambient_samples: 4,
             ambient_distance: f32::INFINITY,
             max_depth: 8,
+        }
+    }
+}
+
+/// Settings of [`Integrator::Hybrid`]. Everything may change from frame to frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HybridSettings {
+    /// Rays for each effect, as the integrator `direct` has them.
+    pub rays: DirectSettings,
+    /// How the first surface behind each pixel is found.
+    pub visibility: Visibility,
+    /// Whether lights ask for shadows at all.
+    pub shadows: bool,
+    /// Irradiance in W/m² below which a light does not count at a point, whatever the angle: a light then costs only where
+    /// it matters. 0: all lights count everywhere, and the expected picture is that of `direct`.
+    pub light_cutoff: f32,
+}
+
+impl HybridSettings {
+    /// Whether the expected picture is that of [`Integrator::Direct`] with the same rays.
+    pub fn equals_direct(&self) -> bool {
+        self.shadows && self.light_cutoff <= 0.0
+    }
+}
+
+impl Default for HybridSettings {
+    fn default() -> Self {
+        let one_each = DirectSettings {
+            shadow_samples: 1,
+            reflection_samples: 1,
+            ambient_samples: 1,
+            ..Default::default()
+        };
+        Self { rays: one_each, visibility: Visibility::Raster, shadows: true, light_cutoff: 0.0 }
+    }
+}
+
+/// How [`Integrator::Hybrid`] finds the first surface behind each pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Visibility {
+    /// The rasteriser draws it. Panoramas, which no rasteriser can draw, take rays.
+    #[default]
+    Raster,
+    /// A ray through each pixel: faster where a chip has few units for triangles and pixels.
+    Rays,
+}
+
+impl Visibility {
+    /// All of them, in the order in which users read them.
+    pub const ALL: [Self; 2] = [Self::Raster, Self::Rays];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Raster => "raster",
+            Self::Rays => "rays",
         }
     }
 }

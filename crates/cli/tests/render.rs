@@ -196,7 +196,7 @@ fn parameters_reach_the_scene() {
 #[test]
 fn integrators_can_be_chosen() {
     let folder = tempfile::tempdir().unwrap();
-    for integrator in ["path", "direct", "aov"] {
+    for integrator in ["path", "direct", "hybrid", "aov"] {
         let arguments =
             format!("render cornell -q --json --integrator {integrator} --width 16 --spp 2 -o a.exr");
         assert_eq!(succeed(folder.path(), &arguments).json()["integrator"], integrator);

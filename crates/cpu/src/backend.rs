@@ -6,7 +6,9 @@ use crate::listed;
 use crate::path::PathBatch;
 use crate::scene::CpuScene;
 use accel::{Opaque, Quality};
-use backend::{Backend, BackendError, Control, LoadStats, PixelSamples, Stats, View, check_pixels};
+use backend::{
+    Backend, BackendError, Control, Integrator, LoadStats, PixelSamples, Stats, View, check_pixels,
+};
 use film::{Film, PixelStats};
 use rayon::prelude::*;
 use scene::tables::{Changes, SceneTables};
@@ -94,6 +96,13 @@ impl Backend for CpuBackend {
         }
         if view.first_sample.checked_add(samples).is_none() {
             return Err(BackendError::View { reason: format!("sample index beyond {}", u32::MAX) });
+        }
+        if let Integrator::Hybrid(settings) = &view.integrator
+            && !settings.equals_direct()
+        {
+            let reason =
+                "the CPU renders `hybrid` as `direct`, which has shadows and leaves no light out".into();
+            return Err(BackendError::View { reason });
         }
         self.prepare_film(view)?;
         let (Some(scene), Some((_, film))) = (&self.scene, &mut self.film) else {

@@ -99,6 +99,10 @@ impl<'a, F: HitFilter> Band<'a, F> {
                 0
             }
             Integrator::Direct(settings) => self.render_single(ids, batch, *settings, DirectTracer::sample),
+            // The same expected picture; the back end has refused what is not.
+            Integrator::Hybrid(settings) => {
+                self.render_single(ids, batch, settings.rays, DirectTracer::sample)
+            }
             Integrator::Aov => {
                 self.render_single(ids, batch, DirectSettings::default(), DirectTracer::sample_aov)
             }

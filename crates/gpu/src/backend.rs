@@ -178,8 +178,7 @@ impl GpuBackend {
     }
 
     /// Compiles the kernel for a view, if it is the first of its kind.
-    fn prepare_kernel(&mut self, view: &View, samples: u32) -> Result<KernelKey, GpuError> {
-        let kind = KernelKind::of(&view.integrator);
+    fn prepare_kernel(&mut self, view: &View, samples: u32, kind: KernelKind) -> Result<KernelKey, GpuError> {
         let splitting = matches!(&view.integrator, Integrator::Path(s) if s.splitting > 1);
         let aovs = self.picture.as_ref().is_some_and(|p| p.buffers.wants_aovs());
         let of_scene = self.scene.as_ref().map(|s| s.scene.variant()).unwrap_or_default();
@@ -248,7 +247,7 @@ impl GpuBackend {
         control: &Control,
         stats: &mut Stats,
     ) -> Result<(), GpuError> {
-        let key = self.prepare_kernel(view, samples)?;
+        let key = self.prepare_kernel(view, samples, KernelKind::of(&view.integrator))?;
         let (Some(scene), Some(picture)) = (&mut self.scene, &mut self.picture) else { return Ok(()) };
         let (gpu, timer) = (&self.gpu, &mut self.timer);
         picture.rays = 0;
@@ -303,7 +302,12 @@ impl GpuBackend {
     ) -> Result<(), GpuError> {
         let all: u64 = pixels.iter().map(|p| u64::from(p.count)).sum();
         let mean = all.div_ceil(view.window.area().max(1) as u64);
-        let key = self.prepare_kernel(view, u32::try_from(mean).unwrap_or(u32::MAX))?;
+        // Frames are of all pixels; of single ones the kernel of `direct` makes the same picture.
+        let kind = match KernelKind::of(&view.integrator) {
+            KernelKind::Hybrid => KernelKind::Direct,
+            other => other,
+        };
+        let key = self.prepare_kernel(view, u32::try_from(mean).unwrap_or(u32::MAX), kind)?;
         let (Some(scene), Some(picture)) = (&mut self.scene, &mut self.picture) else { return Ok(()) };
         let (gpu, timer) = (&self.gpu, &mut self.timer);
         picture.rays = 0;

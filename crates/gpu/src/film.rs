@@ -4,9 +4,10 @@
 //! sums are moved to the host's film, which is exact, whenever somebody looks or [`FOLD_SAMPLES`] have gathered, and the
 //! device starts from zero.
 
+use crate::hybrid::Picture;
 use crate::scene::upload::{empty_buffer, write_buffer, write_buffer_at};
 use crate::{Gpu, GpuError};
-use backend::{BackendError, Integrator, SamplerKind};
+use backend::{BackendError, DirectSettings, Integrator, SamplerKind};
 use bytemuck::{Pod, Zeroable};
 use film::{AovSample, AovSums, Film};
 use optics::camera::camera_pixel_spread;
@@ -65,9 +66,9 @@ pub struct View {
     ambient_distance: f32,
     listed: u32,
     first_listed: u32,
-    padding0: u32,
-    padding1: u32,
-    padding2: u32,
+    light_cutoff: f32,
+    shadows: u32,
+    padding: u32,
 }
 
 /// A part of a pass: some pixels of the window and some samples of each.
@@ -163,18 +164,40 @@ impl View {
                 out.roulette_min_survival = settings.roulette_min_survival;
                 out.splitting = settings.splitting.max(1);
             }
-            Integrator::Direct(settings) => {
-                out.max_depth = settings.max_depth;
-                out.shadow_samples = settings.shadow_samples.max(1);
-                out.soft_shadows = u32::from(settings.soft_shadows);
-                out.reflection_samples = settings.reflection_samples;
-                out.ambient_samples = settings.ambient_samples;
-                // Shader compilers may assume that nothing is infinite.
-                out.ambient_distance = settings.ambient_distance.min(f32::MAX);
+            Integrator::Direct(settings) => out.set_direct(settings),
+            Integrator::Hybrid(settings) => {
+                out.set_direct(&settings.rays);
+                out.light_cutoff = settings.light_cutoff.max(0.0);
+                out.shadows = u32::from(settings.shadows);
             }
             Integrator::Aov => {}
         }
         out
+    }
+
+    /// The picture and the window.
+    pub(crate) fn picture(&self) -> Picture {
+        Picture {
+            size: [self.width, self.height],
+            window_at: [self.window_x, self.window_y],
+            window_size: [self.window_width, self.window_height],
+        }
+    }
+
+    /// `SAMPLER_…` of the optics, and the seed.
+    pub(crate) fn randomness(&self) -> (u32, u32) {
+        (self.sampler, self.seed)
+    }
+
+    fn set_direct(&mut self, settings: &DirectSettings) {
+        self.max_depth = settings.max_depth;
+        self.shadow_samples = settings.shadow_samples.max(1);
+        self.soft_shadows = u32::from(settings.soft_shadows);
+        self.reflection_samples = settings.reflection_samples;
+        self.ambient_samples = settings.ambient_samples;
+        // Shader compilers may assume that nothing is infinite.
+        self.ambient_distance = settings.ambient_distance.min(f32::MAX);
+        self.shadows = 1;
     }
 }
 
@@ -251,6 +274,10 @@ pub struct FilmBuffers {
     pub bind_group: wgpu::BindGroup,
     /// What is rendered.
     pub contents: View,
+    /// How, for who renders in more than one way.
+    pub integrator: Integrator,
+    /// By which camera.
+    pub camera: optics::camera::CameraFrame,
     wants_aovs: bool,
     staging: wgpu::Buffer,
 }
@@ -301,9 +328,23 @@ impl FilmBuffers {
             layout,
             bind_group,
             contents: View::new(view),
+            integrator: view.integrator,
+            camera: view.camera,
             wants_aovs,
             staging,
         })
+    }
+
+    /// Takes another view of the same size without making anything anew. Returns whether that was possible.
+    pub fn set_view(&mut self, view: &backend::View) -> bool {
+        let contents = View::new(view);
+        let area = u64::from(contents.window_width) * u64::from(contents.window_height);
+        let same_size = contents.picture().window_size == self.contents.picture().window_size;
+        if !same_size || area * size_of::<FilmPixel>() as u64 != self.pixels.size() {
+            return false;
+        }
+        (self.contents, self.integrator, self.camera) = (contents, view.integrator, view.camera);
+        true
     }
 
     /// Whether first hits are recorded.
@@ -519,9 +560,9 @@ mod tests {
                 ambient_distance,
                 listed,
                 first_listed,
-                padding0,
-                padding1,
-                padding2,
+                light_cutoff,
+                shadows,
+                padding,
             }
         );
         assert_layout!(module, FilmPixel { sum, count, sum_of_squares, invalid });

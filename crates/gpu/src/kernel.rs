@@ -1,6 +1,7 @@
 //! What runs on the device for a batch of samples.
 
 use crate::film::{Batch, BatchPixels, FilmBuffers};
+use crate::hybrid::HybridKernel;
 use crate::rays::{RayBuffers, RayKernel, RayQuestion};
 use crate::shader::{Variant, assemble};
 use crate::timing::Timer;
@@ -19,12 +20,14 @@ pub enum KernelKind {
     Path,
     /// Fixed cost.
     Direct,
+    /// Fixed cost, pass by pass.
+    Hybrid,
     /// First hits only.
     Aov,
 }
 
 impl KernelKind {
-    /// All of them.
+    /// All whose text differs.
     pub const ALL: [Self; 3] = [Self::Path, Self::Direct, Self::Aov];
 
     /// The kernel of an integrator.
@@ -32,6 +35,7 @@ impl KernelKind {
         match integrator {
             Integrator::Path(_) => Self::Path,
             Integrator::Direct(_) => Self::Direct,
+            Integrator::Hybrid(_) => Self::Hybrid,
             Integrator::Aov => Self::Aov,
         }
     }
@@ -41,17 +45,23 @@ impl KernelKind {
         match self {
             Self::Path => "path",
             Self::Direct => "direct",
+            Self::Hybrid => "hybrid",
             Self::Aov => "aov",
         }
     }
 
-    /// Its WGSL: film, integrator, and a function `render_pixel` for one pixel of the window. No entry point.
+    /// Its WGSL: film, integrator, and a function `render_pixel` for one pixel of the window. No entry point. Where one kernel
+    /// has to do everything, that of `direct` makes the hybrid renderer's picture.
     pub fn text(self) -> String {
         let (film, rays) = (include_str!("shaders/film.wgsl"), include_str!("shaders/rays.wgsl"));
         let vertex = include_str!("shaders/path_vertex.wgsl");
         match self {
             Self::Path => [film, rays, vertex, include_str!("shaders/kernel_path.wgsl")].join("\n"),
-            Self::Direct => [film, rays, include_str!("shaders/kernel_direct.wgsl")].join("\n"),
+            Self::Direct | Self::Hybrid => {
+                let reach = include_str!("shaders/light_reach.wgsl");
+                let direct = include_str!("shaders/direct.wgsl");
+                [film, rays, reach, direct, include_str!("shaders/kernel_direct.wgsl")].join("\n")
+            }
             Self::Aov => [film, rays, include_str!("shaders/kernel_aov.wgsl")].join("\n"),
         }
     }
@@ -188,7 +198,12 @@ impl Tracing for ComputeTracing {
         scene: &GpuScene,
         film: &FilmBuffers,
     ) -> Result<Box<dyn Kernel>, GpuError> {
-        Ok(Box::new(Megakernel::new(gpu, kind, variant, scene, &*self.0, film)?))
+        match kind {
+            KernelKind::Hybrid => Ok(Box::new(HybridKernel::new(gpu, variant, scene, &*self.0)?)),
+            KernelKind::Path | KernelKind::Direct | KernelKind::Aov => {
+                Ok(Box::new(Megakernel::new(gpu, kind, variant, scene, &*self.0, film)?))
+            }
+        }
     }
 
     fn wavefront(

@@ -2,12 +2,15 @@
 //!
 //! A shader is the optics' text, the scene's bindings (`shaders/scene.wgsl` and the files about surfaces, materials and
 //! lights), one tracer and one kernel; [`shader`] puts them together. Bind group 0 is the scene, 1 the tracer's
-//! structures, 2 the view and the film, 3 the queues of the path tracer's wavefront. Start reading at [`Gpu::open`] and [`GpuScene::upload`].
+//! structures, 2 the view and the film, 3 the queues of the path tracer's wavefront, or
+//! what the passes of the real-time renderer hand on. Start reading at [`Gpu::open`] and [`GpuScene::upload`].
 
 mod backend;
 mod device;
 mod error;
 pub mod film;
+pub mod frames;
+pub mod hybrid;
 pub mod kernel;
 #[cfg(test)]
 mod layout;

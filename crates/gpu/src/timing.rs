@@ -32,6 +32,27 @@ impl<'a> TimerSlot<'a> {
             end_of_pass_write_index: Some(self.begin + 1),
         }
     }
+
+    /// For a pass that draws.
+    pub fn render(self) -> wgpu::RenderPassTimestampWrites<'a> {
+        wgpu::RenderPassTimestampWrites {
+            query_set: self.queries,
+            beginning_of_pass_write_index: Some(self.begin),
+            end_of_pass_write_index: Some(self.begin + 1),
+        }
+    }
+}
+
+/// What passes write their times to.
+pub trait PassClock {
+    /// Where the next pass, called `name`, writes its times; `None` if nobody reads them.
+    fn slot(&mut self, name: &'static str) -> Option<TimerSlot<'_>>;
+}
+
+impl PassClock for Timer {
+    fn slot(&mut self, name: &'static str) -> Option<TimerSlot<'_>> {
+        Timer::slot(self, name)
+    }
 }
 
 /// Collects the times of passes. Does nothing where the device has no clock.

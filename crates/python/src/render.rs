@@ -6,8 +6,8 @@ use crate::errors::{bad, choice_error, render_error};
 use crate::scene::{Scene, lock};
 use crate::watch::watch;
 use alhazen::{
-    Aov, AovData, BackendChoice, Control, DirectSettings, Film, Image, Integrator, Job, Limits, PathSettings,
-    Rect, Renderer, RendererOptions, SamplerKind, Summary, ToneMapper, ToneMapping,
+    Aov, AovData, BackendChoice, Control, DirectSettings, Film, HybridSettings, Image, Integrator, Job,
+    Limits, PathSettings, Rect, Renderer, RendererOptions, SamplerKind, Summary, ToneMapper, ToneMapping,
 };
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -239,15 +239,16 @@ fn camera_of(scene: &alhazen::Scene, named: &Bound<PyAny>) -> PyResult<alhazen::
 fn integrator(settings: &Settings, of_scene: Integrator) -> PyResult<Integrator> {
     let path = || match of_scene {
         Integrator::Path(path) => path,
-        Integrator::Direct(_) | Integrator::Aov => PathSettings::default(),
+        Integrator::Direct(_) | Integrator::Hybrid(_) | Integrator::Aov => PathSettings::default(),
     };
     let mut integrator = match settings.integrator.as_deref() {
         None => of_scene,
         Some("path") => Integrator::Path(path()),
         Some("direct") => Integrator::Direct(DirectSettings::default()),
+        Some("hybrid") => Integrator::Hybrid(HybridSettings::default()),
         Some("aov") => Integrator::Aov,
         Some(other) => {
-            return Err(bad(format!("integrator: unknown `{other}`; there are: path, direct, aov")));
+            return Err(bad(format!("integrator: unknown `{other}`; there are: path, direct, hybrid, aov")));
         }
     };
     if let Some(depth) = settings.max_depth {
@@ -257,6 +258,7 @@ fn integrator(settings: &Settings, of_scene: Integrator) -> PyResult<Integrator>
         match &mut integrator {
             Integrator::Path(path) => path.max_depth = depth,
             Integrator::Direct(direct) => direct.max_depth = depth,
+            Integrator::Hybrid(hybrid) => hybrid.rays.max_depth = depth,
             Integrator::Aov => {}
         }
     }

@@ -42,6 +42,8 @@ impl RenderSettings {
         match job.integrator {
             Integrator::Path(path) => settings.path_settings = path,
             Integrator::Direct(direct) => (settings.direct, settings.direct_settings) = (true, direct),
+            // The same expected picture.
+            Integrator::Hybrid(hybrid) => (settings.direct, settings.direct_settings) = (true, hybrid.rays),
             Integrator::Aov => {}
         }
         settings

@@ -43,6 +43,19 @@ pub enum Object<'a> {
     Spheres(Vec<SphereGeometry<'a>>),
 }
 
+/// An encoded object as seen from outside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ObjectInfo {
+    /// Index of its root node, or `u32::MAX` where there is nothing to hit.
+    pub root: u32,
+    /// Lowest corner of its bounds, in object space.
+    pub low: [f32; 3],
+    /// Highest corner; below the lowest where there is nothing.
+    pub high: [f32; 3],
+    /// Whether it is made of spheres.
+    pub has_spheres: bool,
+}
+
 /// What is known of an encoded object, for its instances.
 #[derive(Clone, Copy, Debug)]
 struct EncodedObject {
@@ -191,6 +204,21 @@ impl EncodedScene {
         self.nodes.shrink_to_fit();
         self.primitives = Vec::new();
         self
+    }
+
+    /// What is known of each object, in order: for who builds the upper level elsewhere.
+    pub fn objects(&self) -> impl Iterator<Item = ObjectInfo> {
+        self.objects.iter().map(|o| ObjectInfo {
+            root: if o.bounds.is_empty() { u32::MAX } else { o.root },
+            low: o.bounds.min,
+            high: o.bounds.max,
+            has_spheres: o.has_spheres,
+        })
+    }
+
+    /// Most nodes on the way from an object's root to a leaf.
+    pub fn object_depth(&self) -> u32 {
+        self.object_depth
     }
 
     /// Whether the only instance is the first and stands in the world as it is. Then its record stands in the place of

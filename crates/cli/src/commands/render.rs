@@ -20,8 +20,8 @@ use clap::{Args, FromArgMatches, ValueEnum};
 use moving::Moving;
 use output::OutputArgs;
 use parsing::{
-    parse_crop, parse_duration, parse_fov, parse_frames, parse_positive, parse_seconds, parse_turbidity,
-    parse_vector,
+    parse_crop, parse_duration, parse_fov, parse_frames, parse_not_negative, parse_positive, parse_seconds,
+    parse_turbidity, parse_vector,
 };
 use report::{print_loaded, report};
 use setup::{job, limits, set_environment};
@@ -187,18 +187,27 @@ pub struct RenderArgs {
     /// How samples are drawn.
     #[arg(long, help_heading = "Light", value_enum, default_value_t = SamplerName::Sobol)]
     sampler: SamplerName,
-    /// `direct`: shadow rays for each light.
+    /// `direct` and `hybrid`: shadow rays for each light.
     #[arg(long, help_heading = "Light", value_name = "N")]
     shadow_samples: Option<u32>,
-    /// `direct`: reflection rays at the first hit.
+    /// `direct` and `hybrid`: reflection rays at the first hit.
     #[arg(long, help_heading = "Light", value_name = "N")]
     reflection_samples: Option<u32>,
-    /// `direct`: ambient occlusion rays at the first hit.
+    /// `direct` and `hybrid`: ambient occlusion rays at the first hit.
     #[arg(long, help_heading = "Light", value_name = "N")]
     ambient_samples: Option<u32>,
-    /// `direct`: hard shadows.
+    /// `direct` and `hybrid`: hard shadows.
     #[arg(long, help_heading = "Light")]
     hard_shadows: bool,
+    /// `hybrid`: no shadows.
+    #[arg(long, help_heading = "Light", conflicts_with = "hard_shadows")]
+    no_shadows: bool,
+    /// `hybrid`: how first hits are found, by the rasteriser or by rays.
+    #[arg(long, help_heading = "Light", value_enum, default_value_t = VisibilityName::Raster)]
+    visibility: VisibilityName,
+    /// `hybrid`: irradiance in W/m² below which a light does not count at a point; 0 counts all lights everywhere.
+    #[arg(long, help_heading = "Light", value_name = "IRRADIANCE", default_value_t = 0.0, value_parser = parse_not_negative)]
+    light_cutoff: f32,
 
     #[command(flatten)]
     tone: ToneArgs,
@@ -236,6 +245,8 @@ enum IntegratorName {
     Path,
     /// Fixed cost: direct light, reflection, refraction, ambient occlusion.
     Direct,
+    /// What `direct` shows, in real time: a rasterised first hit, and few rays for each effect.
+    Hybrid,
     /// First hit only.
     Aov,
 }
@@ -266,6 +277,14 @@ enum SamplingName {
     Uniform,
     /// Where they lower the picture's error most; --spp is the average.
     Adaptive,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum VisibilityName {
+    /// The rasteriser draws them.
+    Raster,
+    /// A ray through each pixel.
+    Rays,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

@@ -113,6 +113,7 @@ impl Tracing for PipelineTracing {
         scene: &GpuScene,
         _film: &FilmBuffers,
     ) -> Result<Box<dyn Kernel>, GpuError> {
+        // A ray generation shader does all of a frame at once.
         let program = self.program(kind.name(), &kernel_text(kind, variant))?;
         Ok(Box::new(PipelineKernel { name: kind.name(), program, scene: scene_resources(scene), film: None }))
     }

@@ -77,7 +77,12 @@ impl GpuScene {
                 size_of::<SceneInfo>() as u64,
                 BufferUsages::UNIFORM | BufferUsages::STORAGE,
             )?,
-            instances: storage_buffer(gpu, "instances", &records::instances(&tables), none)?,
+            instances: storage_buffer(
+                gpu,
+                "instances",
+                &records::instances(&tables),
+                BufferUsages::COPY_SRC,
+            )?,
             bindings: storage_buffer(gpu, "geometry bindings", &records::bindings(&tables, &words), none)?,
             materials: storage_buffer(gpu, "materials", &records::materials(&tables, &words), none)?,
             lights: storage_buffer(gpu, "lights", &records::lights(&tables, &words), none)?,
@@ -89,7 +94,7 @@ impl GpuScene {
         gpu.queue.submit([]);
         let (layout, bind_group) = gpu
             .guarded(|| {
-                let layout = layout(gpu, places.slots());
+                let layout = layout(gpu, places.slots(), wgpu::ShaderStages::COMPUTE);
                 let group = bind_group(gpu, &layout, &buffers, &textures, places.slots());
                 (layout, group)
             })
@@ -104,6 +109,19 @@ impl GpuScene {
         let b = &self.buffers;
         let buffers = [&b.info, &b.instances, &b.bindings, &b.materials, &b.lights, &b.vertices, &b.words];
         buffers.iter().map(|b| b.size()).sum::<u64>() + self.textures.memory_bytes()
+    }
+
+    /// Bind group 0 and its layout for vertex and fragment shaders.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn raster_group(&self, gpu: &Gpu) -> Result<(wgpu::BindGroupLayout, wgpu::BindGroup), GpuError> {
+        gpu.guarded(|| {
+            let layout = layout(gpu, self.places.slots(), wgpu::ShaderStages::VERTEX_FRAGMENT);
+            let group = bind_group(gpu, &layout, &self.buffers, &self.textures, self.places.slots());
+            (layout, group)
+        })
+        .map_err(|reason| GpuError::Device { doing: "binding the scene for the rasteriser", reason })
     }
 
     /// Which shader variant the scene needs.
@@ -148,17 +166,17 @@ fn scene_info(tables: &SceneTables, words: &Words, places: &TexelPlaces) -> Scen
     }
 }
 
-/// Layout of bind group 0 for compute shaders; `images`: as in [`Variant`].
-fn layout(gpu: &Gpu, images: u32) -> wgpu::BindGroupLayout {
+/// Layout of bind group 0 for shaders of some stages; `images`: as in [`Variant`].
+fn layout(gpu: &Gpu, images: u32, visibility: wgpu::ShaderStages) -> wgpu::BindGroupLayout {
     let buffer = |binding: u32, ty| wgpu::BindGroupLayoutEntry {
         binding,
-        visibility: wgpu::ShaderStages::COMPUTE,
+        visibility,
         ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
         count: None,
     };
     let texture = |binding: u32, sample_type, view_dimension| wgpu::BindGroupLayoutEntry {
         binding,
-        visibility: wgpu::ShaderStages::COMPUTE,
+        visibility,
         ty: wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false },
         count: None,
     };

@@ -30,7 +30,7 @@ struct View {
     roulette_start: u32,
     roulette_min_survival: f32,
     splitting: u32,
-    /// `direct`.
+    /// `direct` and `hybrid`.
     shadow_samples: u32,
     soft_shadows: u32,
     reflection_samples: u32,
@@ -39,9 +39,11 @@ struct View {
     /// Entries of the list of pixels that this dispatch works on, and the first of them; 0: it works on rows.
     listed: u32,
     first_listed: u32,
-    padding0: u32,
-    padding1: u32,
-    padding2: u32,
+    /// Irradiance below which a light does not count, W/m²; 0: all lights count.
+    light_cutoff: f32,
+    /// 0 or 1: whether anything stands in the light's way.
+    shadows: u32,
+    padding: u32,
 }
 
 /// Sums of a pixel's samples, linear RGB radiance.

@@ -1,11 +1,12 @@
 //! Tracing without ray tracing hardware: our own hierarchy, in a few storage buffers, walked in compute shaders.
 
+use super::upper::{self, UpperBuilder};
 use super::{Tracer, TracerKind, TracerText};
 use crate::scene::upload::{storage_buffer, write_buffer};
 use crate::{Gpu, GpuError, GpuScene};
-use accel::encode::{EncodedNode, EncodedPrimitive, EncodedScene, Object, SphereGeometry};
+use accel::encode::{EncodedInstance, EncodedNode, EncodedPrimitive, EncodedScene, Object, SphereGeometry};
 use accel::{Geometry, Instance, Quality, Sphere};
-use bytemuck::Pod;
+use bytemuck::{Pod, Zeroable};
 use scene::tables::{BlasRecord, GeometryKind, GeometryRecord, InstanceRecord, SceneTables};
 use std::fmt::Write;
 use wgpu::BufferUsages;
@@ -132,11 +133,37 @@ impl BvhTracer {
         Self::upload(gpu, encode(&scene.tables, Quality::Balanced))
     }
 
+    /// As [`BvhTracer::new`], with what builds the upper level on the device whenever instances have moved. `None` in its place
+    /// where there is no upper level: of a single instance that stands in the world as it is.
+    ///
+    /// # Errors
+    /// As [`BvhTracer::new`].
+    pub fn dynamic(gpu: &Gpu, scene: &GpuScene) -> Result<(Self, Option<UpperBuilder>), GpuError> {
+        let count = scene.tables.instances.len();
+        let mut encoded = encode(&scene.tables, Quality::Balanced);
+        if encoded.is_single() || count == 0 {
+            return Ok((Self::upload(gpu, encoded)?, None));
+        }
+        let stack = encoded.stack_size().max(encoded.object_depth() + upper::depth(count as u32));
+        let objects: Vec<_> = encoded.objects().collect();
+        // Instances that cannot be hit now may be later.
+        encoded.instances.resize(count + 1, EncodedInstance::zeroed());
+        let tracer = Self::upload_with_stack(gpu, encoded, stack)?;
+        let builder = UpperBuilder::new(gpu, scene, &objects, &tracer.first_nodes, &tracer.instances)?;
+        Ok((tracer, Some(builder)))
+    }
+
     /// Copies an encoded scene to the device.
     ///
     /// # Errors
     /// As [`BvhTracer::new`].
     pub fn upload(gpu: &Gpu, scene: EncodedScene) -> Result<Self, GpuError> {
+        let stack = scene.stack_size();
+        Self::upload_with_stack(gpu, scene, stack)
+    }
+
+    /// As [`BvhTracer::upload`], for walks in which `stack` groups may wait.
+    fn upload_with_stack(gpu: &Gpu, scene: EncodedScene, stack: u32) -> Result<Self, GpuError> {
         let limit = gpu.limits.max_storage_buffer_binding_size.min(gpu.limits.max_buffer_size);
         let nodes = Pages::new(scene.nodes.len(), size_of::<EncodedNode>(), limit);
         let primitives = Pages::new(scene.primitives.len(), size_of::<EncodedPrimitive>(), limit);
@@ -155,7 +182,7 @@ impl BvhTracer {
             .guarded(|| bind(gpu, &buffers))
             .map_err(|reason| GpuError::Device { doing: "binding the hierarchy", reason })?;
         let memory_bytes = buffers.iter().map(wgpu::Buffer::size).sum();
-        let text = text(&scene, nodes, primitives);
+        let text = text(&scene, nodes, primitives, stack);
         let [instances, first_nodes] = [&buffers[0], &buffers[FIRST_PAGE as usize]].map(wgpu::Buffer::clone);
         let upper = scene.into_upper();
         Ok(Self { text, layout, bind_group, memory_bytes, upper, instances, first_nodes })
@@ -230,8 +257,8 @@ fn bind(gpu: &Gpu, buffers: &[wgpu::Buffer]) -> (wgpu::BindGroupLayout, wgpu::Bi
     (layout, bind_group)
 }
 
-/// The tracer's WGSL for a scene.
-fn text(scene: &EncodedScene, nodes: Pages, primitives: Pages) -> String {
+/// The tracer's WGSL for a scene, and walks in which `stack` groups may wait.
+fn text(scene: &EncodedScene, nodes: Pages, primitives: Pages, stack: u32) -> String {
     let (has_triangles, has_spheres) = scene.kinds();
     [
         BINDINGS,
@@ -241,7 +268,7 @@ fn text(scene: &EncodedScene, nodes: Pages, primitives: Pages) -> String {
         &nodes.reader("node", "bvh_planes(index: u32, plane: u32) -> vec4u", ".planes[plane]"),
         &primitives.bindings("primitive", "BvhPrimitive", FIRST_PAGE + nodes.count),
         &primitives.reader("primitive", "bvh_primitive(index: u32) -> BvhPrimitive", ""),
-        &format!("const BVH_STACK: u32 = {}u;\n", scene.stack_size()),
+        &format!("const BVH_STACK: u32 = {stack}u;\n"),
         &format!("const BVH_TURNS: bool = {};\n", scene.nodes.len() >= TURNS_FROM_NODES),
         &format!("const BVH_SINGLE: bool = {};\n", scene.is_single()),
         &format!("const BVH_HAS_TRIANGLES: bool = {has_triangles};\n"),
@@ -256,7 +283,7 @@ fn text(scene: &EncodedScene, nodes: Pages, primitives: Pages) -> String {
 pub(crate) fn text_for(scene: &EncodedScene, limit: u64) -> TracerText {
     let nodes = Pages::new(scene.nodes.len(), size_of::<EncodedNode>(), limit);
     let primitives = Pages::new(scene.primitives.len(), size_of::<EncodedPrimitive>(), limit);
-    TracerText { enables: "", text: text(scene, nodes, primitives).into() }
+    TracerText { enables: "", text: text(scene, nodes, primitives, scene.stack_size()).into() }
 }
 
 #[cfg(test)]

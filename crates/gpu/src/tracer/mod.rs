@@ -5,6 +5,7 @@
 
 pub mod bvh;
 pub mod query;
+pub mod upper;
 
 use crate::kernel::{ComputeTracing, Tracing};
 use crate::{Gpu, GpuError, GpuScene};

@@ -28,6 +28,14 @@ const CANCELLING: Tolerance = Tolerance {
 const SIDES: Tolerance =
     Tolerance { exceptions: 0.002, why: "seen edge-on, rounding says which side it is", ..CANCELLING };
 
+/// As above, divided by what is nearly zero seen edge-on.
+const EDGES: Tolerance = Tolerance {
+    relative: 5e-3,
+    exceptions: 0.01,
+    why: "seen edge-on, rounding moves the plane's point",
+    ..CANCELLING
+};
+
 /// Powers and logarithms.
 const POWERS: Tolerance = Tolerance {
     absolute: 1e-6,
@@ -159,6 +167,7 @@ functions! {
     intersect::ray_shear(direction: direction) within ROUNDING;
     intersect::intersect_triangle(origin: point, ray: shear, p0: point, p1: point, p2: point, t_min: share, t_max: positive) within ROUNDING;
     intersect::intersect_triangle_plane(origin: point, direction: direction, p0: point, p1: point, p2: point, t_min: share, t_max: positive) within SIDES;
+    intersect::nearest_triangle_point(origin: point, direction: direction, p0: point, p1: point, p2: point) within EDGES;
     intersect::intersect_sphere(origin: point, direction: direction, center: point, radius: share) within ROUNDING;
     intersect::intersect_box(origin: point, inverse_direction: signed_color, low: point, high: far_point, t_min: share, t_max: positive) within ROUNDING;
     // geometry/camera.rs
@@ -272,6 +281,7 @@ functions! {
     // lights/light.rs
     light::no_light_sample() within EXACT;
     light::light_sample(light: light, p: point, u: unit2) within CANCELLING;
+    light::light_reach(light: light, cutoff: size) within ROUNDING;
     light::triangle_light_sample(light: light, p: point, u: unit2) within CANCELLING;
     light::triangle_light_pdf(edge1: point, edge2: point, wi: direction, distance: size) within CANCELLING;
     light::sphere_one_minus_cos(distance2_to_center: positive, radius: share) within ROUNDING;

@@ -71,6 +71,7 @@ structures! {
     CameraRay in camera { origin, direction }
     Frame in frame { tangent, bitangent, normal }
     Light in light { kind, position, edge1, edge2, emission, size, two_sided }
+    LightReach in light { center, radius }
     LightSample in light { wi, distance, radiance, pdf, delta, barycentrics }
     LightBounds in light_tree { low, high, intensity, axis, cos_spread, cos_emission, two_sided }
     LightBranch in light_tree { second, probability, remainder }

@@ -156,6 +156,35 @@ pub mod intersect {
         result
     }
 
+    /// The point of a triangle that is seen along a ray that passes it by, or through it, a fraction of a pixel beside what a
+    /// rasteriser samples: where the ray meets the triangle's plane, moved to the nearest weights inside.
+    ///
+    /// Always a hit; the centroid where the triangle is seen edge-on.
+    pub fn nearest_triangle_point(
+        origin: Vec3f,
+        direction: Vec3f,
+        p0: Vec3f,
+        p1: Vec3f,
+        p2: Vec3f,
+    ) -> TriangleHit {
+        let normal = cross(p1 - p0, p2 - p0);
+        let facing = dot(normal, direction);
+        let area = dot(normal, normal);
+        let mut u = 1.0 / 3.0;
+        let mut v = 1.0 / 3.0;
+        if area > 0.0 && facing != 0.0 {
+            let p = origin + direction * (dot(normal, p0 - origin) / facing);
+            u = max(dot(normal, cross(p0 - p2, p - p2)) / area, 0.0);
+            v = max(dot(normal, cross(p1 - p0, p - p0)) / area, 0.0);
+            let sum = max(u + v, 1.0);
+            u = u / sum;
+            v = v / sum;
+        }
+        let point = p0 * (1.0 - u - v) + p1 * u + p2 * v;
+        let t = dot(point - origin, direction) / dot(direction, direction);
+        TriangleHit { t: t, u: u, v: v, hit: true }
+    }
+
     /// Both crossings of the line `origin + t direction` with a sphere.
     ///
     /// Keeps its precision for small spheres far away and for large ones. A radius of zero or less, or NaN, never
@@ -282,6 +311,25 @@ mod tests {
                 prop_assert!(h.near <= h.far);
             }
         }
+    }
+
+    #[test]
+    fn the_nearest_point_is_the_hit_inside_and_on_the_edge_outside() {
+        let (a, b, c) = (v([0.0, 0.0, 0.0]), v([2.0, 0.0, 0.0]), v([0.0, 2.0, 0.0]));
+        let at = |x: f32, y: f32| nearest_triangle_point(v([x, y, 5.0]), v([0.0, 0.0, -1.0]), a, b, c);
+        let inside = at(0.5, 1.0);
+        assert_eq!((inside.t, inside.u, inside.v), (5.0, 0.25, 0.5));
+        let below = at(1.0, -0.1);
+        assert_eq!((below.t, below.u, below.v), (5.0, 0.5, 0.0));
+        let beyond = at(1.5, 1.5);
+        assert!(
+            (beyond.u + beyond.v - 1.0).abs() < 1e-6 && beyond.u == beyond.v,
+            "{} {}",
+            beyond.u,
+            beyond.v
+        );
+        let edge_on = nearest_triangle_point(v([5.0, 0.0, 0.0]), v([-1.0, 0.0, 0.0]), a, b, c);
+        assert_eq!(edge_on.u, 1.0 / 3.0, "any point will do, and this one is inside");
     }
 
     #[test]

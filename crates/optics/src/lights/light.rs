@@ -61,6 +61,15 @@ pub mod light {
         pub barycentrics: Vec2f,
     }
 
+    /// A sphere around the points that a light matters to.
+    #[derive(Clone, Copy, Debug)]
+    pub struct LightReach {
+        /// World position.
+        pub center: Vec3f,
+        /// In metres; [`FAR`] is everywhere.
+        pub radius: f32,
+    }
+
     /// The sample of a light that does not shine here.
     pub fn no_light_sample() -> LightSample {
         LightSample {
@@ -88,6 +97,34 @@ pub mod light {
             return point_light_sample(light, p);
         }
         no_light_sample()
+    }
+
+    /// Where a light can give more irradiance than `cutoff` (W/m², positive) to a surface that faces it.
+    ///
+    /// Bounds, the same for all directions: a point gives I/d², a sphere at most π L r²/d², a triangle at most L A/d² from its
+    /// nearest point. The channel that shines most counts.
+    pub fn light_reach(light: Light, cutoff: f32) -> LightReach {
+        let strength = max_component(light.emission);
+        let mut center = light.position;
+        let mut radius = FAR;
+        if light.kind == LIGHT_POINT || light.kind == LIGHT_SPOT {
+            radius = sqrt(strength / cutoff);
+        }
+        if light.kind == LIGHT_SPHERE {
+            radius = light.size * max(sqrt(PI * strength / cutoff), 1.0);
+        }
+        if light.kind == LIGHT_TRIANGLE {
+            let to_centroid = (light.edge1 + light.edge2) * (1.0 / 3.0);
+            let sides = vec3f(
+                length(to_centroid),
+                length(light.edge1 - to_centroid),
+                length(light.edge2 - to_centroid),
+            );
+            let area = 0.5 * length(cross(light.edge1, light.edge2));
+            center = light.position + to_centroid;
+            radius = max_component(sides) + sqrt(strength * area / cutoff);
+        }
+        LightReach { center: center, radius: min(radius, FAR) }
     }
 
     /// Uniform over the triangle's area, with the density converted to solid angle.

@@ -29,7 +29,7 @@ impl Scene {
     ///     primitive, samples, standard-error.
     /// seed : int, default 0
     ///     Changes the noise.
-    /// integrator : {"path", "direct", "aov"}, optional
+    /// integrator : {"path", "direct", "hybrid", "aov"}, optional
     ///     How light is transported; what the scene says, or "path".
     /// max_depth : int, optional
     ///     Longest path: 1 is emission, 2 direct light.

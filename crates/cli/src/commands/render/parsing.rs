@@ -68,6 +68,14 @@ pub fn parse_duration(text: &str) -> Result<Duration, String> {
     Duration::try_from_secs_f64(value * factor).map_err(|e| e.to_string())
 }
 
+/// A finite number of at least zero.
+pub fn parse_not_negative(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(value) if value.is_finite() && value >= 0.0 => Ok(value),
+        _ => Err("expected a number of at least 0".into()),
+    }
+}
+
 /// A number above zero.
 pub fn parse_positive(text: &str) -> Result<f32, String> {
     let value: f32 = text.parse().map_err(|_| "expected a number")?;

@@ -1,11 +1,11 @@
 //! From arguments to a picture: environment, camera, integrator, limits.
 
 use super::parsing::parse_vector;
-use super::{IntegratorName, RenderArgs, SamplerName};
+use super::{IntegratorName, RenderArgs, SamplerName, VisibilityName};
 use alhazen::{
-    Adaptive, Camera, CameraPath, Daylight, DirectSettings, Environment, Integrator, Job, Limits,
-    LoadOptions, Loaded, NoisyPicture, PathSettings, Projection, Rect, SamplerKind, Sampling,
-    add_daylight_if_dark,
+    Adaptive, Camera, CameraPath, Daylight, DirectSettings, Environment, HybridSettings, Integrator, Job,
+    Limits, LoadOptions, Loaded, NoisyPicture, PathSettings, Projection, Rect, SamplerKind, Sampling,
+    Visibility, add_daylight_if_dark,
 };
 use anyhow::{Context, bail, ensure};
 use std::path::Path;
@@ -140,20 +140,31 @@ fn integrator(args: &RenderArgs, of_scene: Integrator) -> Integrator {
             ..default
         })
     };
-    let direct = || {
-        let d = DirectSettings::default();
-        Integrator::Direct(DirectSettings {
-            shadow_samples: args.shadow_samples.unwrap_or(d.shadow_samples),
-            reflection_samples: args.reflection_samples.unwrap_or(d.reflection_samples),
-            ambient_samples: args.ambient_samples.unwrap_or(d.ambient_samples),
-            soft_shadows: !args.hard_shadows,
-            max_depth: args.max_depth.unwrap_or(d.max_depth),
-            ..d
+    let rays = |d: DirectSettings| DirectSettings {
+        shadow_samples: args.shadow_samples.unwrap_or(d.shadow_samples),
+        reflection_samples: args.reflection_samples.unwrap_or(d.reflection_samples),
+        ambient_samples: args.ambient_samples.unwrap_or(d.ambient_samples),
+        soft_shadows: !args.hard_shadows,
+        max_depth: args.max_depth.unwrap_or(d.max_depth),
+        ..d
+    };
+    let direct = || Integrator::Direct(rays(DirectSettings::default()));
+    let hybrid = || {
+        let d = HybridSettings::default();
+        Integrator::Hybrid(HybridSettings {
+            rays: rays(d.rays),
+            visibility: match args.visibility {
+                VisibilityName::Raster => Visibility::Raster,
+                VisibilityName::Rays => Visibility::Rays,
+            },
+            shadows: !args.no_shadows,
+            light_cutoff: args.light_cutoff,
         })
     };
     match (args.integrator, of_scene) {
         (Some(IntegratorName::Path), _) | (None, Integrator::Path(_)) => path(),
         (Some(IntegratorName::Direct), _) | (None, Integrator::Direct(_)) => direct(),
+        (Some(IntegratorName::Hybrid), _) | (None, Integrator::Hybrid(_)) => hybrid(),
         (Some(IntegratorName::Aov), _) | (None, Integrator::Aov) => Integrator::Aov,
     }
 }

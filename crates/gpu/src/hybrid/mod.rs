@@ -1,0 +1,365 @@
+//! The hybrid renderer: a rasteriser finds the first surface behind each pixel, rays do the rest of the frame, pass by pass.
+//!
+//! ```text
+//! cull ─▶ draw ─▶ resolve ─┐            ┌▶ direct lights ─▶ ambient occlusion ─▶ reflections ─▶ compose ─▶ film
+//!        (or: camera rays) ┴▶ pixels ───┘▲
+//!                       cluster lights ──┘
+//! ```
+//!
+//! A frame is one sample of every pixel, at the same place in each, so that frames add up to an antialiased picture with depth
+//! of field. Vertices are pulled by number from the scene's buffers; what was drawn is an item and a primitive for each pixel, 32
+//! bits, from which `resolve` makes the hit that a ray would have made. From there on the text is that of the integrator
+//! `direct` (`shaders/direct.wgsl`), and so is the expected picture.
+//!
+//! Deferred attributes: Burns and Hunt, "The Visibility Buffer: A Cache-Friendly Approach to Deferred Shading", JCGT 2(2), 2013.
+//! Clusters: Olsson, Billeter and Assarsson, "Clustered Deferred and Forward Shading", HPG 2012.
+
+mod frame;
+mod items;
+mod live;
+mod passes;
+mod projection;
+mod targets;
+
+pub use frame::HybridFrame;
+pub use live::{LiveScene, Motion};
+pub use passes::Pass;
+pub use projection::{Picture, Projection};
+pub use targets::HybridPixel;
+
+use crate::film::{Batch, BatchPixels, FilmBuffers};
+use crate::kernel::Kernel;
+use crate::scene::records::LightRecord;
+use crate::scene::upload::{empty_buffer, storage_buffer, write_buffer};
+use crate::shader::Variant;
+use crate::timing::{PassClock, Timer};
+use crate::tracer::Tracer;
+use crate::{Gpu, GpuError, GpuScene};
+use backend::{HybridSettings, Integrator, Visibility};
+use frame::{FrameInput, SLICES, tiles};
+use items::{DrawClass, Items, MOST_ITEMS};
+use optics::camera::CameraFrame;
+use passes::{CompiledDraws, CompiledPass};
+use targets::Targets;
+use wgpu::BufferUsages;
+
+/// Most passes of a frame.
+const FRAME_PASSES: usize = 9;
+
+/// The size of a draw, as the driver reads it.
+type DrawSize = [u32; 4];
+
+/// The hybrid renderer of a scene on a device.
+pub struct HybridKernel {
+    passes: Vec<CompiledPass>,
+    draws: CompiledDraws,
+    scene: wgpu::BindGroup,
+    tracer: wgpu::BindGroup,
+    buffers: FrameBuffers,
+    /// Without its lists, which the device has.
+    items: Items,
+    item_count: u32,
+    light_words: u32,
+    bounding_sphere: [f32; 4],
+    targets: Option<Targets>,
+    previous_camera: Option<CameraFrame>,
+    /// Whether clusters tell which lights count where, rather than each pixel by itself. Tests compare both.
+    clusters_lights: bool,
+}
+
+/// What a scene has in group 3, whatever the picture's size.
+struct FrameBuffers {
+    frame: wgpu::Buffer,
+    items: wgpu::Buffer,
+    parts: wgpu::Buffer,
+    seen_items: wgpu::Buffer,
+    draws: wgpu::Buffer,
+    /// [`FrameBuffers::draws`] before anything was found to be seen.
+    no_draws: wgpu::Buffer,
+    instances: wgpu::Buffer,
+    previous_instances: wgpu::Buffer,
+}
+
+impl FrameBuffers {
+    fn new(gpu: &Gpu, scene: &GpuScene, items: &Items) -> Result<Self, GpuError> {
+        let sizes: Vec<DrawSize> = DrawClass::ALL.map(|class| [class.vertices(), 0, 0, 0]).to_vec();
+        let item_words = (items.items.len().max(1) * size_of::<u32>()) as u64;
+        let draw_bytes = size_of_val(&sizes[..]) as u64;
+        let instances = &scene.buffers.instances;
+        let uniform = size_of::<HybridFrame>() as u64;
+        let drawn = BufferUsages::STORAGE | BufferUsages::INDIRECT;
+        Ok(Self {
+            frame: empty_buffer(gpu, "the frame", uniform, BufferUsages::UNIFORM)?,
+            items: storage_buffer(gpu, "items to draw", &items.items, BufferUsages::empty())?,
+            parts: storage_buffer(gpu, "parts to draw", &items.parts, BufferUsages::empty())?,
+            seen_items: empty_buffer(gpu, "items that are seen", item_words, BufferUsages::STORAGE)?,
+            draws: empty_buffer(gpu, "sizes of draws", draw_bytes, drawn)?,
+            no_draws: storage_buffer(gpu, "sizes of empty draws", &sizes, BufferUsages::COPY_SRC)?,
+            instances: instances.clone(),
+            previous_instances: empty_buffer(
+                gpu,
+                "previous instances",
+                instances.size(),
+                BufferUsages::STORAGE,
+            )?,
+        })
+    }
+}
+
+/// What is switched on in a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Plan {
+    rasters: bool,
+    culls_lights: bool,
+    reflects: bool,
+    first_row: u32,
+    row_count: u32,
+}
+
+impl HybridKernel {
+    /// Compiles all passes for a scene and a tracer.
+    ///
+    /// # Errors
+    /// When the driver refuses a shader, or the scene has more to draw than a pixel can name.
+    pub fn new(gpu: &Gpu, variant: Variant, scene: &GpuScene, tracer: &dyn Tracer) -> Result<Self, GpuError> {
+        let mut items = Items::new(&scene.tables);
+        let item_count = items.items.len() as u64;
+        if item_count > MOST_ITEMS {
+            let (adapter, limit) = (gpu.info.name.clone(), "pieces of geometry to draw");
+            return Err(GpuError::Limit { adapter, limit, needed: item_count, offered: MOST_ITEMS });
+        }
+        let buffers = FrameBuffers::new(gpu, scene, &items)?;
+        (items.items, items.parts) = (Vec::new(), Vec::new());
+        let compile = |pass| CompiledPass::new(gpu, pass, variant, scene, tracer);
+        let kernel = Self {
+            passes: Pass::ALL.into_iter().map(compile).collect::<Result<_, GpuError>>()?,
+            draws: CompiledDraws::new(gpu, variant, scene)?,
+            scene: scene.bind_group.clone(),
+            tracer: tracer.bind_group().clone(),
+            buffers,
+            items,
+            item_count: item_count as u32,
+            light_words: light_words(scene),
+            bounding_sphere: scene.tables.bounding_sphere,
+            targets: None,
+            previous_camera: None,
+            clusters_lights: true,
+        };
+        gpu.guarded(|| kernel.submit_alone(gpu, |encoder| kernel.keep_instances(encoder)))
+            .map_err(|reason| GpuError::Device { doing: "copying instances", reason })?;
+        Ok(kernel)
+    }
+
+    fn submit_alone(&self, gpu: &Gpu, record: impl FnOnce(&mut wgpu::CommandEncoder)) {
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        record(&mut encoder);
+        gpu.queue.submit([encoder.finish()]);
+    }
+
+    /// Where instances are now is where they were in the next frame's past.
+    fn keep_instances(&self, encoder: &mut wgpu::CommandEncoder) {
+        let (from, to) = (&self.buffers.instances, &self.buffers.previous_instances);
+        encoder.copy_buffer_to_buffer(from, 0, to, 0, from.size());
+    }
+
+    /// Makes what depends on the picture's size, and binds the film, unless it is the one that is bound.
+    fn prepare(&mut self, gpu: &Gpu, film: &FilmBuffers) -> Result<(), GpuError> {
+        if self.targets.as_ref().is_some_and(|t| t.is_for(film)) {
+            return Ok(());
+        }
+        self.targets = None;
+        let [across, down] = tiles(film.contents.picture().window_size);
+        let mask_words =
+            u64::from(across) * u64::from(down) * u64::from(SLICES) * u64::from(self.light_words);
+        self.targets = Some(Targets::new(gpu, film, &self.buffers, mask_words, &self.passes, &self.draws)?);
+        Ok(())
+    }
+
+    /// The uniform of a frame, and what the frame consists of.
+    fn plan(
+        &self,
+        film: &FilmBuffers,
+        settings: &HybridSettings,
+        sample: u32,
+        (first_row, row_count): (u32, u32),
+    ) -> (HybridFrame, Plan) {
+        let (sampler, seed) = film.contents.randomness();
+        let culls_lights = settings.light_cutoff > 0.0 && self.clusters_lights;
+        let input = FrameInput {
+            camera: film.camera,
+            previous_camera: self.previous_camera.unwrap_or(film.camera),
+            picture: film.contents.picture(),
+            sampler,
+            sample,
+            seed,
+            bounding_sphere: self.bounding_sphere,
+            culls_lights,
+        };
+        let (frame, linear) = HybridFrame::new(&input, &self.items, self.light_words);
+        let frame = HybridFrame { item_count: self.item_count, ..frame };
+        let plan = Plan {
+            rasters: settings.visibility == Visibility::Raster && linear,
+            culls_lights: frame.clustered != 0,
+            reflects: settings.rays.max_depth > 1,
+            first_row,
+            row_count,
+        };
+        (frame, plan)
+    }
+
+    /// Records all passes of a frame.
+    fn record(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        clock: &mut dyn PassClock,
+        targets: &Targets,
+        plan: Plan,
+    ) {
+        let rows = [targets.size[0].div_ceil(8), plan.row_count.div_ceil(8)];
+        let mut compute = |encoder: &mut wgpu::CommandEncoder, pass, groups| {
+            self.compute(encoder, clock, targets, pass, groups);
+        };
+        if plan.culls_lights {
+            compute(encoder, Pass::ClusterLights, groups_of_64(targets.mask_words));
+        }
+        if plan.rasters {
+            let draws = &self.buffers.draws;
+            encoder.copy_buffer_to_buffer(&self.buffers.no_draws, 0, draws, 0, draws.size());
+            compute(encoder, Pass::Cull, groups_of_64(u64::from(self.item_count)));
+            self.draw(encoder, clock, targets, plan);
+            self.compute(encoder, clock, targets, Pass::Resolve, rows);
+        } else {
+            compute(encoder, Pass::CameraRays, rows);
+        }
+        let mut compute = |pass| self.compute(encoder, clock, targets, pass, rows);
+        compute(Pass::DirectLights);
+        compute(Pass::AmbientOcclusion);
+        if plan.reflects {
+            compute(Pass::Reflections);
+        }
+        compute(Pass::Compose);
+    }
+
+    fn compute(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        clock: &mut dyn PassClock,
+        targets: &Targets,
+        pass: Pass,
+        groups: [u32; 2],
+    ) {
+        let slot = clock.slot(pass.name());
+        let mut recorded = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some(pass.name()),
+            timestamp_writes: slot.map(|s| s.compute()),
+        });
+        let bound = &targets.passes[pass as usize];
+        recorded.set_pipeline(&self.passes[pass as usize].pipeline);
+        recorded.set_bind_group(0, &self.scene, &[]);
+        recorded.set_bind_group(1, pass.traces().then_some(&self.tracer), &[]);
+        recorded.set_bind_group(2, &bound.film, &[]);
+        recorded.set_bind_group(3, &bound.frame, &[]);
+        recorded.dispatch_workgroups(groups[0], groups[1], 1);
+    }
+
+    /// Draws the items that were found to be seen: which primitive is behind each pixel.
+    fn draw(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        clock: &mut dyn PassClock,
+        targets: &Targets,
+        plan: Plan,
+    ) {
+        let slot = clock.slot("draw");
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("draw"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &targets.ids,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    // All bits set: nothing.
+                    load: wgpu::LoadOp::Clear(wgpu::Color { r: f64::from(u32::MAX), ..wgpu::Color::BLACK }),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &targets.depth,
+                depth_ops: Some(wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(0.0),
+                    store: wgpu::StoreOp::Discard,
+                }),
+                stencil_ops: None,
+            }),
+            timestamp_writes: slot.map(|s| s.render()),
+            occlusion_query_set: None,
+            multiview_mask: None,
+        });
+        pass.set_scissor_rect(0, plan.first_row, targets.size[0], plan.row_count);
+        pass.set_bind_group(0, &self.draws.scene, &[]);
+        pass.set_bind_group(2, &targets.draws.film, &[]);
+        pass.set_bind_group(3, &targets.draws.frame, &[]);
+        for class in DrawClass::ALL {
+            let next = self.items.class_first.get(class as usize + 1).copied().unwrap_or(self.item_count);
+            if self.items.class_first[class as usize] < next {
+                pass.set_pipeline(&self.draws.pipelines[class as usize]);
+                pass.draw_indirect(&self.buffers.draws, (class as usize * size_of::<DrawSize>()) as u64);
+            }
+        }
+    }
+}
+
+/// Words of a mask with a bit for each light that the scene's buffer has room for.
+fn light_words(scene: &GpuScene) -> u32 {
+    let lights = scene.buffers.lights.size() / size_of::<LightRecord>() as u64;
+    lights.div_ceil(32).max(1) as u32
+}
+
+/// Workgroups of 64 for so many invocations, as rows of a length that every device can start.
+fn groups_of_64(invocations: u64) -> [u32; 2] {
+    const ROW: u64 = 32_768;
+    let groups = invocations.div_ceil(64).max(1);
+    [groups.min(ROW) as u32, groups.div_ceil(ROW) as u32]
+}
+
+impl Kernel for HybridKernel {
+    fn submit(
+        &mut self,
+        gpu: &Gpu,
+        film: &mut FilmBuffers,
+        batch: Batch,
+        timer: &mut Timer,
+    ) -> Result<wgpu::SubmissionIndex, GpuError> {
+        let failed = |reason| GpuError::Device { doing: "starting a frame", reason };
+        let Integrator::Hybrid(settings) = film.integrator else {
+            return Err(failed("the film is for another integrator".into()));
+        };
+        let BatchPixels::Rows { first, count } = batch.pixels else {
+            return Err(failed("frames are of whole rows, not of lists of pixels".into()));
+        };
+        self.prepare(gpu, film)?;
+        let mut last = None;
+        for sample in batch.first_sample..batch.first_sample + batch.sample_count {
+            film.set_batch(gpu, Batch { first_sample: sample, sample_count: 1, ..batch })?;
+            let (frame, plan) = self.plan(film, &settings, sample, (first, count));
+            write_buffer(gpu, "the frame", &self.buffers.frame, bytemuck::bytes_of(&frame))?;
+            timer.reserve(gpu, FRAME_PASSES)?;
+            let Some(targets) = &self.targets else {
+                return Err(failed("there is nothing to draw to".into()));
+            };
+            let submit = || {
+                let mut encoder =
+                    gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+                self.record(&mut encoder, timer, targets, plan);
+                self.keep_instances(&mut encoder);
+                gpu.queue.submit([encoder.finish()])
+            };
+            last = Some(gpu.guarded(submit).map_err(failed)?);
+            self.previous_camera = Some(film.camera);
+        }
+        last.ok_or_else(|| failed("the batch is empty".into()))
+    }
+}
+
+#[cfg(test)]
+mod tests;

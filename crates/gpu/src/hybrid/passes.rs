@@ -1,0 +1,428 @@
+//! The passes of a frame: their texts, what they bind, their pipelines.
+
+use super::items::DrawClass;
+use crate::shader::{Variant, scene_text};
+use crate::tracer::{Tracer, TracerText};
+use crate::{Gpu, GpuError, GpuScene};
+use wgpu::{BindingType, BufferBindingType, ShaderStages};
+
+/// What a pixel of the identifications holds: item and primitive.
+pub const ID_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
+/// Reversed depth needs floating point.
+pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
+/// A pass of compute shaders.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pass {
+    /// Finds the items that the camera may see.
+    Cull,
+    /// Finds the lights that matter to each cluster.
+    ClusterLights,
+    /// From what was drawn to hits.
+    Resolve,
+    /// First hits by rays instead.
+    CameraRays,
+    /// Emission, the sky, direct light.
+    DirectLights,
+    /// The environment's light on the first surface.
+    AmbientOcclusion,
+    /// What the first surface reflects and lets through.
+    Reflections,
+    /// Adds the frame to the film.
+    Compose,
+}
+
+/// Bindings of group 3, by number, as the shaders name them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Slot {
+    /// The frame's uniform.
+    Frame = 0,
+    /// Items.
+    Items = 1,
+    /// Parts.
+    Parts = 2,
+    /// Items that the camera may see.
+    SeenItems = 3,
+    /// Sizes of the draws.
+    Draws = 4,
+    /// Which lights matter where.
+    LightMasks = 5,
+    /// A record for each pixel.
+    Pixels = 6,
+    /// The instances of the frame before.
+    PreviousInstances = 7,
+    /// What was drawn.
+    Ids = 8,
+}
+
+/// A binding of group 3 and whether the pass writes there.
+type Bound = (Slot, bool);
+
+const READS: bool = false;
+const WRITES: bool = true;
+
+impl Pass {
+    /// All of them; a pass' place is its number.
+    pub const ALL: [Self; 8] = [
+        Self::Cull,
+        Self::ClusterLights,
+        Self::Resolve,
+        Self::CameraRays,
+        Self::DirectLights,
+        Self::AmbientOcclusion,
+        Self::Reflections,
+        Self::Compose,
+    ];
+
+    /// Name of its entry point.
+    pub fn entry_point(self) -> &'static str {
+        match self {
+            Self::Cull => "cull",
+            Self::ClusterLights => "cluster_lights",
+            Self::Resolve => "resolve",
+            Self::CameraRays => "camera_rays",
+            Self::DirectLights => "direct_lights",
+            Self::AmbientOcclusion => "ambient_occlusion",
+            Self::Reflections => "reflections",
+            Self::Compose => "compose",
+        }
+    }
+
+    /// Its name in profiles.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cull => "cull",
+            Self::ClusterLights => "cluster lights",
+            Self::Resolve => "resolve",
+            Self::CameraRays => "camera rays",
+            Self::DirectLights => "direct lights",
+            Self::AmbientOcclusion => "ambient occlusion",
+            Self::Reflections => "reflections",
+            Self::Compose => "compose",
+        }
+    }
+
+    /// Whether it asks the tracer.
+    pub fn traces(self) -> bool {
+        match self {
+            Self::CameraRays | Self::DirectLights | Self::AmbientOcclusion | Self::Reflections => true,
+            Self::Cull | Self::ClusterLights | Self::Resolve | Self::Compose => false,
+        }
+    }
+
+    /// Bindings of the film's group that it needs beside the view, which all bind. With them, no pass binds more storage
+    /// buffers than a megakernel does.
+    pub fn film_bindings(self) -> &'static [u32] {
+        match self {
+            Self::Cull | Self::ClusterLights | Self::Resolve => &[],
+            Self::CameraRays | Self::DirectLights | Self::AmbientOcclusion | Self::Reflections => &[2],
+            Self::Compose => &[1, 2, 3],
+        }
+    }
+
+    /// Bindings of group 3 that it needs.
+    pub fn bindings(self) -> &'static [Bound] {
+        match self {
+            Self::Cull => &[
+                (Slot::Frame, READS),
+                (Slot::Items, READS),
+                (Slot::Parts, READS),
+                (Slot::SeenItems, WRITES),
+                (Slot::Draws, WRITES),
+            ],
+            Self::ClusterLights => &[(Slot::Frame, READS), (Slot::LightMasks, WRITES)],
+            Self::Resolve => &[
+                (Slot::Frame, READS),
+                (Slot::Items, READS),
+                (Slot::Parts, READS),
+                (Slot::Pixels, WRITES),
+                (Slot::PreviousInstances, READS),
+                (Slot::Ids, READS),
+            ],
+            Self::CameraRays => {
+                &[(Slot::Frame, READS), (Slot::Pixels, WRITES), (Slot::PreviousInstances, READS)]
+            }
+            Self::DirectLights => &[(Slot::Frame, READS), (Slot::LightMasks, READS), (Slot::Pixels, WRITES)],
+            Self::AmbientOcclusion | Self::Reflections | Self::Compose => {
+                &[(Slot::Frame, READS), (Slot::Pixels, WRITES)]
+            }
+        }
+    }
+
+    /// The text that it is in.
+    fn text(self, tracer: &TracerText, variant: Variant) -> String {
+        match self {
+            Self::Cull | Self::ClusterLights => cull_text(variant),
+            Self::Resolve => resolve_text(variant),
+            Self::Compose => compose_text(variant),
+            Self::CameraRays | Self::DirectLights | Self::AmbientOcclusion | Self::Reflections => {
+                tracing_text(tracer, variant)
+            }
+        }
+    }
+}
+
+/// What the rasteriser binds of group 3.
+pub const RASTER_BINDINGS: &[Bound] =
+    &[(Slot::Frame, READS), (Slot::Items, READS), (Slot::Parts, READS), (Slot::SeenItems, READS)];
+
+const FILM: &str = include_str!("../shaders/film.wgsl");
+const FRAME: &str = include_str!("../shaders/hybrid_frame.wgsl");
+const ITEMS: &str = include_str!("../shaders/hybrid_items.wgsl");
+const PIXELS: &str = include_str!("../shaders/hybrid_pixels.wgsl");
+const DIRECT: &str = include_str!("../shaders/direct.wgsl");
+const RAYS: &str = include_str!("../shaders/rays.wgsl");
+
+/// Culling of items and lights.
+fn cull_text(variant: Variant) -> String {
+    let classes = format!("const DRAW_CLASSES: u32 = {}u;", DrawClass::ALL.len());
+    let reach = include_str!("../shaders/light_reach.wgsl");
+    let cull = include_str!("../shaders/hybrid_cull.wgsl");
+    [&scene_text(variant), &classes, FILM, reach, FRAME, ITEMS, cull].join("\n")
+}
+
+/// The rasteriser's shaders.
+fn raster_text(variant: Variant) -> String {
+    [&scene_text(variant), FILM, FRAME, ITEMS, include_str!("../shaders/hybrid_raster.wgsl")].join("\n")
+}
+
+/// From identifications to hits.
+pub(super) fn resolve_text(variant: Variant) -> String {
+    let resolve = include_str!("../shaders/hybrid_resolve.wgsl");
+    [&scene_text(variant), FILM, FRAME, ITEMS, PIXELS, resolve].join("\n")
+}
+
+/// From pixels to the film.
+fn compose_text(variant: Variant) -> String {
+    [&scene_text(variant), FILM, FRAME, PIXELS, include_str!("../shaders/hybrid_compose.wgsl")].join("\n")
+}
+
+/// The passes that trace rays.
+fn tracing_text(tracer: &TracerText, variant: Variant) -> String {
+    let passes = include_str!("../shaders/hybrid_tracing.wgsl");
+    let reach = include_str!("../shaders/light_reach.wgsl");
+    let scene = scene_text(variant);
+    [tracer.enables, &scene, &tracer.text, FILM, RAYS, reach, DIRECT, FRAME, PIXELS, passes].join("\n")
+}
+
+/// A compute pass, ready but for its buffers.
+pub struct CompiledPass {
+    pub(super) pipeline: wgpu::ComputePipeline,
+    pub(super) film_layout: wgpu::BindGroupLayout,
+    pub(super) layout: wgpu::BindGroupLayout,
+}
+
+impl CompiledPass {
+    /// Compiles a pass for a scene and a tracer.
+    ///
+    /// # Errors
+    /// When the driver refuses the shader.
+    pub fn new(
+        gpu: &Gpu,
+        pass: Pass,
+        variant: Variant,
+        scene: &GpuScene,
+        tracer: &dyn Tracer,
+    ) -> Result<Self, GpuError> {
+        // Whoever finishes the frame records first hits: the others need not be compiled twice.
+        let variant = Variant { aovs: variant.aovs && pass == Pass::Compose, ..variant };
+        let name = format!("hybrid {} on {}", pass.name(), tracer.kind().name());
+        let (film_layout, layout) = gpu
+            .guarded(|| {
+                let film = film_layout(gpu, pass.film_bindings(), ShaderStages::COMPUTE);
+                (film, slot_layout(gpu, pass.bindings(), ShaderStages::COMPUTE))
+            })
+            .map_err(|reason| GpuError::Device { doing: "binding a frame", reason })?;
+        let tracer_layout = pass.traces().then(|| tracer.layout());
+        let groups = [Some(&scene.layout), tracer_layout, Some(&film_layout), Some(&layout)];
+        let text = gpu.shader_text(&name, pass.text(&tracer.text(), variant));
+        let pipeline = text.pipeline(pass.entry_point(), &groups)?;
+        Ok(Self { pipeline, film_layout, layout })
+    }
+}
+
+/// The rasteriser's pipelines, by class, and what they bind.
+pub struct CompiledDraws {
+    pub(super) pipelines: Vec<wgpu::RenderPipeline>,
+    pub(super) scene: wgpu::BindGroup,
+    pub(super) film_layout: wgpu::BindGroupLayout,
+    pub(super) layout: wgpu::BindGroupLayout,
+}
+
+impl CompiledDraws {
+    /// Compiles them for a scene.
+    ///
+    /// # Errors
+    /// When the driver refuses a shader.
+    pub fn new(gpu: &Gpu, variant: Variant, scene: &GpuScene) -> Result<Self, GpuError> {
+        let variant = Variant { aovs: false, ..variant };
+        let module = gpu.shader_module("hybrid raster", &raster_text(variant))?;
+        let (scene_layout, scene) = scene.raster_group(gpu)?;
+        let refused = |reason| GpuError::Shader { shader: "hybrid raster".into(), reason };
+        let (film_layout, layout, pipeline_layout) = gpu
+            .guarded(|| {
+                let film = film_layout(gpu, &[], ShaderStages::VERTEX_FRAGMENT);
+                let own = slot_layout(gpu, RASTER_BINDINGS, ShaderStages::VERTEX_FRAGMENT);
+                let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                    label: Some("hybrid raster"),
+                    bind_group_layouts: &[Some(&scene_layout), None, Some(&film), Some(&own)],
+                    immediate_size: 0,
+                });
+                (film, own, layout)
+            })
+            .map_err(refused)?;
+        let make = |class| draw_pipeline(gpu, &module, &pipeline_layout, class);
+        let pipelines = gpu.guarded(|| DrawClass::ALL.map(make).to_vec()).map_err(refused)?;
+        Ok(Self { pipelines, scene, film_layout, layout })
+    }
+}
+
+fn draw_pipeline(
+    gpu: &Gpu,
+    module: &wgpu::ShaderModule,
+    layout: &wgpu::PipelineLayout,
+    class: DrawClass,
+) -> wgpu::RenderPipeline {
+    let (vertex, fragment) = match class {
+        DrawClass::Few | DrawClass::Many => ("triangle_corner", "opaque_triangle"),
+        DrawClass::FewHoled | DrawClass::ManyHoled => ("triangle_corner", "holed_triangle"),
+        DrawClass::Sphere => ("sphere_corner", "sphere"),
+    };
+    let constants = [("DRAW_CLASS", f64::from(class as u32))];
+    let of_vertex = wgpu::PipelineCompilationOptions {
+        constants: &constants,
+        ..wgpu::PipelineCompilationOptions::default()
+    };
+    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(vertex),
+        layout: Some(layout),
+        vertex: wgpu::VertexState {
+            module,
+            entry_point: Some(vertex),
+            compilation_options: of_vertex,
+            buffers: &[],
+        },
+        // Surfaces have two sides.
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: DEPTH_FORMAT,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Greater),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+        multisample: wgpu::MultisampleState::default(),
+        fragment: Some(wgpu::FragmentState {
+            module,
+            entry_point: Some(fragment),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            targets: &[Some(ID_FORMAT.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
+
+fn entry(binding: u32, visibility: ShaderStages, ty: BindingType) -> wgpu::BindGroupLayoutEntry {
+    wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None }
+}
+
+fn buffer(ty: BufferBindingType) -> BindingType {
+    BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
+}
+
+/// Layout of the film's group with the view and some of its buffers.
+fn film_layout(gpu: &Gpu, bindings: &[u32], visibility: ShaderStages) -> wgpu::BindGroupLayout {
+    let view = entry(0, visibility, buffer(BufferBindingType::Uniform));
+    let storage = |&b: &u32| entry(b, visibility, buffer(BufferBindingType::Storage { read_only: false }));
+    let entries: Vec<_> = std::iter::once(view).chain(bindings.iter().map(storage)).collect();
+    gpu.device
+        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("film"), entries: &entries })
+}
+
+/// Layout of group 3 with some of its bindings.
+fn slot_layout(gpu: &Gpu, bindings: &[Bound], visibility: ShaderStages) -> wgpu::BindGroupLayout {
+    let ty = |slot: Slot, writes: bool| match slot {
+        Slot::Frame => buffer(BufferBindingType::Uniform),
+        Slot::Ids => BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Uint,
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        },
+        _ => buffer(BufferBindingType::Storage { read_only: !writes }),
+    };
+    let entries: Vec<_> =
+        bindings.iter().map(|&(slot, writes)| entry(slot as u32, visibility, ty(slot, writes))).collect();
+    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("frame"),
+        entries: &entries,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shader::validate;
+    use crate::tracer::query;
+    use naga::AddressSpace;
+
+    /// Every pass binds what its shader uses, reads what it only reads, and needs no more storage buffers than a device must
+    /// have.
+    #[test]
+    fn passes_bind_what_they_use() {
+        const TRACER: usize = 3;
+        const SCENE: usize = 6;
+        for variant in [Variant::default(), Variant { alpha: true, aovs: true, images: 16, splitting: false }]
+        {
+            for pass in Pass::ALL {
+                let name = format!("{pass:?}, {variant:?}");
+                let (module, info) = validate(&name, &pass.text(&query::TEXT, variant));
+                let index = module.entry_points.iter().position(|e| e.name == pass.entry_point());
+                let info = info.get_entry_point(index.expect("an entry point"));
+                let mut used: Vec<(u32, u32, bool)> = module
+                    .global_variables
+                    .iter()
+                    .filter(|(handle, v)| v.binding.is_some() && !info[*handle].is_empty())
+                    .filter_map(|(_, v)| {
+                        let writes = matches!(v.space, AddressSpace::Storage { access } if access.contains(naga::StorageAccess::STORE));
+                        v.binding.map(|b| (b.group, b.binding, writes))
+                    })
+                    .filter(|(group, ..)| *group >= 2)
+                    .collect();
+                let film = pass.film_bindings().iter().map(|&b| (2, b, true));
+                let own = pass.bindings().iter().map(|&(slot, writes)| (3, slot as u32, writes));
+                let mut bound: Vec<_> = film.chain(own).collect();
+                bound.push((2, 0, false));
+                bound.sort_unstable();
+                used.push((2, 0, false));
+                used.sort_unstable();
+                used.dedup();
+                assert_eq!(used, bound, "{name}");
+                let images = usize::from(pass.bindings().iter().any(|b| b.0 == Slot::Ids));
+                let uniforms = 2 + images;
+                let count = SCENE + if pass.traces() { TRACER } else { 0 } + bound.len() - uniforms;
+                assert!(count <= crate::STORAGE_BUFFERS as usize, "{name}: {count} buffers");
+            }
+        }
+    }
+
+    #[test]
+    fn the_rasteriser_is_valid_and_binds_what_it_uses() {
+        for variant in [Variant::default(), Variant { alpha: true, images: 16, ..Variant::default() }] {
+            let (module, _) = validate("raster", &raster_text(variant));
+            let mut own: Vec<u32> = module
+                .global_variables
+                .iter()
+                .filter_map(|(_, v)| v.binding.filter(|b| b.group == 3).map(|b| b.binding))
+                .collect();
+            own.sort_unstable();
+            assert_eq!(own, RASTER_BINDINGS.iter().map(|b| b.0 as u32).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn passes_are_where_their_numbers_say() {
+        assert!(Pass::ALL.into_iter().enumerate().all(|(i, pass)| pass as usize == i));
+        assert!(DrawClass::ALL.into_iter().enumerate().all(|(i, class)| class as usize == i));
+    }
+}

@@ -1,0 +1,174 @@
+//! What depends on the picture's size: what is drawn to, a record for each pixel, and the bind groups with them.
+
+use super::FrameBuffers;
+use super::passes::{CompiledDraws, CompiledPass, DEPTH_FORMAT, ID_FORMAT, Pass, RASTER_BINDINGS, Slot};
+use crate::film::FilmBuffers;
+use crate::scene::upload::empty_buffer;
+use crate::{Gpu, GpuError};
+use bytemuck::{Pod, Zeroable};
+use wgpu::{BufferUsages, TextureFormat, TextureUsages};
+
+/// See `shaders/hybrid_pixels.wgsl` for the fields.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct HybridPixel {
+    radiance: [f32; 3],
+    t: f32,
+    u: f32,
+    v: f32,
+    instance: u32,
+    geometry: u32,
+    primitive: u32,
+    motion_x: f32,
+    motion_y: f32,
+    padding: u32,
+}
+
+impl HybridPixel {
+    /// The instance that is seen, unless it is the sky.
+    pub fn instance(&self) -> Option<u32> {
+        (self.instance != u32::MAX).then_some(self.instance)
+    }
+
+    /// From where the surface was in the frame before to where it is, in pixels to the right and down.
+    pub fn motion(&self) -> [f32; 2] {
+        [self.motion_x, self.motion_y]
+    }
+}
+
+/// Groups 2 and 3 of a pass.
+pub(super) struct Bound {
+    pub film: wgpu::BindGroup,
+    pub frame: wgpu::BindGroup,
+}
+
+/// For one film.
+pub(super) struct Targets {
+    /// The window, in pixels.
+    pub size: [u32; 2],
+    pub ids: wgpu::TextureView,
+    pub depth: wgpu::TextureView,
+    pub pixels: wgpu::Buffer,
+    /// Words of [`Slot::LightMasks`].
+    pub mask_words: u64,
+    /// By pass.
+    pub passes: Vec<Bound>,
+    pub draws: Bound,
+    film: wgpu::Buffer,
+}
+
+impl Targets {
+    /// Makes them for a film.
+    ///
+    /// # Errors
+    /// When the picture is too large for the device, or there is no memory.
+    pub fn new(
+        gpu: &Gpu,
+        film: &FilmBuffers,
+        buffers: &FrameBuffers,
+        mask_words: u64,
+        passes: &[CompiledPass],
+        draws: &CompiledDraws,
+    ) -> Result<Self, GpuError> {
+        let size = film.contents.picture().window_size;
+        let ids = target(gpu, "what is seen", size, ID_FORMAT, TextureUsages::TEXTURE_BINDING)?;
+        let depth = target(gpu, "depth", size, DEPTH_FORMAT, TextureUsages::empty())?;
+        let pixel_bytes = u64::from(size[0]) * u64::from(size[1]) * size_of::<HybridPixel>() as u64;
+        let pixels = empty_buffer(
+            gpu,
+            "the frame's pixels",
+            pixel_bytes,
+            BufferUsages::STORAGE | BufferUsages::COPY_SRC,
+        )?;
+        let masks = empty_buffer(gpu, "lights of clusters", 4 * mask_words.max(1), BufferUsages::STORAGE)?;
+        let resource = |slot: Slot| match slot {
+            Slot::Frame => buffers.frame.as_entire_binding(),
+            Slot::Items => buffers.items.as_entire_binding(),
+            Slot::Parts => buffers.parts.as_entire_binding(),
+            Slot::SeenItems => buffers.seen_items.as_entire_binding(),
+            Slot::Draws => buffers.draws.as_entire_binding(),
+            Slot::LightMasks => masks.as_entire_binding(),
+            Slot::Pixels => pixels.as_entire_binding(),
+            Slot::PreviousInstances => buffers.previous_instances.as_entire_binding(),
+            Slot::Ids => wgpu::BindingResource::TextureView(&ids),
+        };
+        let of_film = [&film.view, &film.pixels, &film.counters, &film.aovs];
+        let group = |layout: &wgpu::BindGroupLayout, entries: &[wgpu::BindGroupEntry<'_>]| {
+            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("frame"), layout, entries })
+        };
+        let bind = |film_layout, film_bindings: &[u32], layout, bindings: &[(Slot, bool)]| {
+            let film: Vec<_> = std::iter::once(&0)
+                .chain(film_bindings)
+                .map(|&binding| wgpu::BindGroupEntry {
+                    binding,
+                    resource: of_film[binding as usize].as_entire_binding(),
+                })
+                .collect();
+            let frame: Vec<_> = bindings
+                .iter()
+                .map(|&(slot, _)| wgpu::BindGroupEntry { binding: slot as u32, resource: resource(slot) })
+                .collect();
+            Bound { film: group(film_layout, &film), frame: group(layout, &frame) }
+        };
+        let (passes, draws) = gpu
+            .guarded(|| {
+                let compiled = Pass::ALL.into_iter().zip(passes);
+                let passes = compiled.map(|(pass, made)| {
+                    bind(&made.film_layout, pass.film_bindings(), &made.layout, pass.bindings())
+                });
+                (passes.collect(), bind(&draws.film_layout, &[], &draws.layout, RASTER_BINDINGS))
+            })
+            .map_err(|reason| GpuError::Device { doing: "binding a frame", reason })?;
+        Ok(Self { size, ids, depth, pixels, mask_words, passes, draws, film: film.pixels.clone() })
+    }
+
+    /// Whether they are for this film.
+    pub fn is_for(&self, film: &FilmBuffers) -> bool {
+        self.film == film.pixels
+    }
+}
+
+/// A texture that is drawn to.
+fn target(
+    gpu: &Gpu,
+    object: &'static str,
+    [width, height]: [u32; 2],
+    format: TextureFormat,
+    usage: TextureUsages,
+) -> Result<wgpu::TextureView, GpuError> {
+    let limit = gpu.limits.max_texture_dimension_2d;
+    if width > limit || height > limit {
+        return Err(GpuError::TextureTooLarge { object, width, height, limit });
+    }
+    let descriptor = wgpu::TextureDescriptor {
+        label: Some(object),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: usage | TextureUsages::RENDER_ATTACHMENT,
+        view_formats: &[],
+    };
+    let bytes = u64::from(width) * u64::from(height) * 4;
+    gpu.guarded(|| {
+        gpu.device.create_texture(&descriptor).create_view(&wgpu::TextureViewDescriptor::default())
+    })
+    .map_err(|reason| GpuError::Allocation { object, bytes, reason })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::assert_layout;
+    use crate::shader::{Variant, parse};
+
+    #[test]
+    fn layouts_match_the_shader() {
+        let module = parse(&super::super::passes::resolve_text(Variant::default()));
+        assert_layout!(
+            module,
+            HybridPixel { radiance, t, u, v, instance, geometry, primitive, motion_x, motion_y, padding }
+        );
+    }
+}
