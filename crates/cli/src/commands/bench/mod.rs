@@ -4,8 +4,13 @@
 mod adaptive;
 mod convergence;
 mod denoise;
+mod frame_views;
+mod frames;
+mod frames_in_flight;
 mod lights;
 pub mod report;
+mod shadows;
+mod tlas;
 mod views;
 
 use clap::{Args, Subcommand};
@@ -28,6 +33,10 @@ enum BenchCommand {
     Convergence(convergence::ConvergenceArgs),
     Denoise(denoise::DenoiseArgs),
     Lights(lights::LightsArgs),
+    FramesInFlight(frames_in_flight::FramesInFlightArgs),
+    Shadows(shadows::ShadowArgs),
+    Tlas(tlas::TlasArgs),
+    Views(frame_views::ViewsArgs),
 }
 
 /// What all measurements have: where their report goes.
@@ -45,5 +54,9 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<()> {
         BenchCommand::Convergence(args) => convergence::run(args),
         BenchCommand::Denoise(args) => denoise::run(args),
         BenchCommand::Lights(args) => lights::run(args),
+        BenchCommand::FramesInFlight(args) => frames_in_flight::run(args),
+        BenchCommand::Shadows(args) => shadows::run(args),
+        BenchCommand::Tlas(args) => tlas::run(args),
+        BenchCommand::Views(args) => frame_views::run(args),
     }
 }

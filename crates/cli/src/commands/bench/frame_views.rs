@@ -1,0 +1,104 @@
+//! `alhazen bench views`: what the frames of a scene cost from several places.
+
+use super::ReportArgs;
+use super::frames::{FrameArgs, Measured};
+use super::report::{Cell, Percentiles, Plot, Report, Scale, Table};
+use crate::commands::load_scene;
+use crate::console::print_result;
+use alhazen::{Camera, HybridSettings, LoadOptions, Scene, add_daylight_if_dark};
+use clap::Args;
+use glam::{Quat, Vec3};
+
+/// Time of each pass of the hybrid renderer's frames, for all cameras of scenes and for a round trip about what the first one looks
+/// at.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  alhazen bench views three-spheres atrium
+  alhazen bench views model.glb --around 8 --warm-up 20 --frames 200")]
+pub struct ViewsArgs {
+    /// Scene files or names of built-in scenes.
+    #[arg(value_name = "FILE|SCENE", default_values_t = ["three-spheres", "atrium"].map(String::from))]
+    scenes: Vec<String>,
+    /// Further views, from around what the first camera looks at.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=360))]
+    around: u32,
+    #[command(flatten)]
+    frames: FrameArgs,
+    #[command(flatten)]
+    report: ReportArgs,
+}
+
+/// Passes in the order of a frame.
+const PASSES: [&str; 9] = [
+    "cluster lights",
+    "cull",
+    "draw",
+    "resolve",
+    "camera rays",
+    "direct lights",
+    "ambient occlusion",
+    "reflections",
+    "compose",
+];
+
+/// Measures, prints and writes.
+pub fn run(args: &ViewsArgs) -> anyhow::Result<()> {
+    let mut report = Report::new("views", "Views", &args.frames.settings(&args.frames.open()?));
+    report.text("Milliseconds a frame by the device's clock, medians; each pass by itself.");
+    let mut columns = vec!["scene", "view", "frames/s", "frame ms", "p5", "p95"];
+    columns.extend(PASSES);
+    let mut table = Table::new("passes", "Frame time by view and pass", &columns);
+    for name in &args.scenes {
+        let mut loaded = load_scene(name, &[], &LoadOptions::default())?;
+        add_daylight_if_dark(&mut loaded.scene, &mut loaded.report);
+        let scene = &loaded.scene;
+        let mut plot =
+            Plot::new(&format!("{name}: device time"), ("frame", Scale::Linear), ("ms", Scale::Linear));
+        let cameras = cameras(scene, args.around);
+        let first = args.frames.view(scene, cameras[0].clone(), HybridSettings::default());
+        let mut live = args.frames.load(args.frames.open()?, scene, &first, 2)?;
+        for camera in cameras {
+            let view = args.frames.view(scene, camera.clone(), HybridSettings::default());
+            let measured = args.frames.measure(&mut live, &mut |_, _| (view.clone(), None))?;
+            table.push(row(name, &camera.name, &measured));
+            // A few hundred points show a curve.
+            let step = measured.device.len().div_ceil(500).max(1);
+            let numbered = measured.device.iter().enumerate().step_by(step);
+            plot = plot.with(&camera.name, numbered.map(|(i, ms)| (i as f64, *ms)).collect());
+        }
+        report.plot(plot);
+    }
+    report.table(table);
+    print_result(&report.summary())?;
+    eprintln!("{}", report.write(&args.report.report)?.display());
+    Ok(())
+}
+
+/// All cameras of a scene, and `around` more; at least one.
+fn cameras(scene: &Scene, around: u32) -> Vec<Camera> {
+    let mut cameras = scene.cameras.clone();
+    if cameras.is_empty() {
+        cameras.push(scene.default_camera());
+    }
+    let first = cameras[0].clone();
+    for i in 0..around {
+        let angle = std::f32::consts::TAU * i as f32 / around as f32;
+        let eye = first.target + Quat::from_axis_angle(Vec3::Y, angle) * (first.eye - first.target);
+        cameras.push(Camera {
+            name: format!("{:.0}°", angle.to_degrees()),
+            eye,
+            path: None,
+            ..first.clone()
+        });
+    }
+    cameras
+}
+
+fn row(scene: &str, view: &str, measured: &Measured) -> Vec<Cell> {
+    let frame = Percentiles::of(&measured.device);
+    let mut row: Vec<Cell> = vec![scene.into(), view.into(), measured.rate().into()];
+    row.extend([frame.p50, frame.p5, frame.p95].map(Cell::from));
+    row.extend(PASSES.map(|pass| Cell::from(measured.pass(pass))));
+    row
+}

@@ -1,0 +1,107 @@
+//! `alhazen bench frames-in-flight`: what it is worth that host and device work at the same time.
+
+use super::ReportArgs;
+use super::frames::{FrameArgs, Measured, crowd, crowd_places};
+use super::report::{Percentiles, Plot, Report, Scale, Table};
+use crate::console::print_result;
+use alhazen::HybridSettings;
+use alhazen::gpu::tracer::upper::UpperUpdate;
+use clap::Args;
+
+/// Throughput and latency by the number of frames in flight, for many models that move.
+///
+/// Every model has 1369 vertices and 2592 triangles and moves in every frame; the upper level of the hierarchy is built anew on the
+/// device. The host computes all places.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  alhazen bench frames-in-flight
+  alhazen bench frames-in-flight --models 1,1000 --in-flight 1,2,3 --warm-up 50 --frames 500 --trace frames.json")]
+pub struct FramesInFlightArgs {
+    /// Numbers of models, separated by commas.
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [1, 5, 10, 100, 1000, 10_000])]
+    models: Vec<u32>,
+    /// Numbers of frames in flight, from 1 to 5, separated by commas.
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [1, 2, 3, 4, 5],
+        value_parser = clap::value_parser!(u32).range(1..=5))]
+    in_flight: Vec<u32>,
+    #[command(flatten)]
+    frames: FrameArgs,
+    #[command(flatten)]
+    report: ReportArgs,
+}
+
+/// Measures, prints and writes.
+pub fn run(args: &FramesInFlightArgs) -> anyhow::Result<()> {
+    let mut report =
+        Report::new("frames-in-flight", "Frames in flight", &args.frames.settings(&args.frames.open()?));
+    report.text(
+        "Milliseconds a frame, medians. Host: what the processor does for a frame. Waited: what it waited for a free slot. Device: \
+         all passes. Latency: from the beginning of the host's work, when input is read, to the end of the device's. Going from 1 to \
+         2 frames hides the shorter of host and device time; more than that helps only where times vary.",
+    );
+    let columns = [
+        "models",
+        "in flight",
+        "frames/s",
+        "over 1",
+        "host ms",
+        "waited ms",
+        "device ms",
+        "device p95",
+        "latency ms",
+        "latency p95",
+        "500 frames, s",
+    ];
+    let mut table = Table::new("throughput", "Throughput and latency by frames in flight", &columns);
+    let mut rate =
+        Plot::new("Frames per second", ("frames in flight", Scale::Linear), ("frames/s", Scale::Log));
+    let mut latency = Plot::new("Latency", ("frames in flight", Scale::Linear), ("ms", Scale::Log));
+    for &models in &args.models {
+        let (mut rates, mut latencies) = (Vec::new(), Vec::new());
+        for (in_flight, measured) in measure(args, models)? {
+            let median = |values: &[f64]| Percentiles::of(values).p50;
+            rates.push((in_flight, measured.rate()));
+            latencies.push((in_flight, median(&measured.latency)));
+            table.push(vec![
+                f64::from(models).into(),
+                in_flight.into(),
+                measured.rate().into(),
+                (measured.rate() / rates[0].1).into(),
+                median(&measured.host).into(),
+                median(&measured.waited).into(),
+                median(&measured.device).into(),
+                Percentiles::of(&measured.device).p95.into(),
+                median(&measured.latency).into(),
+                Percentiles::of(&measured.latency).p95.into(),
+                (500.0 / measured.rate()).into(),
+            ]);
+        }
+        let name = format!("{models} models");
+        (rate, latency) = (rate.with(&name, rates), latency.with(&name, latencies));
+    }
+    report.table(table);
+    report.plot(rate);
+    report.plot(latency);
+    print_result(&report.summary())?;
+    eprintln!("{}", report.write(&args.report.report)?.display());
+    Ok(())
+}
+
+/// Times by the number of frames in flight.
+fn measure(args: &FramesInFlightArgs, models: u32) -> anyhow::Result<Vec<(f64, Measured)>> {
+    let scene = crowd(models);
+    let settings = HybridSettings::default();
+    let view = args.frames.view(&scene, scene.default_camera(), settings);
+    let mut live = args.frames.load(args.frames.open()?, &scene, &view, 1)?;
+    let mut results = Vec::new();
+    for &in_flight in &args.in_flight {
+        live.frames().set_depth(in_flight as usize);
+        let measured = args.frames.measure(&mut live, &mut |number, places| {
+            crowd_places(models, number, places);
+            (view.clone(), Some(UpperUpdate::Rebuild))
+        })?;
+        results.push((f64::from(in_flight), measured));
+    }
+    Ok(results)
+}
