@@ -372,8 +372,17 @@ mod tests {
     fn passes_bind_what_they_use() {
         const TRACER: usize = 3;
         const SCENE: usize = 6;
-        for variant in [Variant::default(), Variant { alpha: true, aovs: true, images: 16, splitting: false }]
-        {
+        for variant in [
+            Variant::default(),
+            Variant {
+                alpha: true,
+                aovs: true,
+                images: 16,
+                layers: true,
+                absorption: true,
+                ..Variant::default()
+            },
+        ] {
             for pass in Pass::ALL {
                 let name = format!("{pass:?}, {variant:?}");
                 let (module, info) = validate(&name, &pass.text(&query::TEXT, variant));
