@@ -11,7 +11,7 @@ use viewer::{Options, ViewerError};
 /// Open a scene in a window: look at it, change it, save it.
 #[derive(Debug, clap::Args)]
 pub struct ViewArgs {
-    /// A file (.obj, .gltf, .glb, .ply, .toml) or a built-in scene, see `alhazen scenes`.
+    /// A file (.obj, .gltf, .glb, .pbrt, .ply, .stl, .toml) or a built-in scene, see `alhazen scenes`.
     #[arg(default_value = alhazen::builtin::DEFAULT)]
     scene: String,
     /// Set a parameter of a scene; may be given several times.

@@ -41,7 +41,7 @@ pub struct Dialog {
 impl Dialog {
     /// Opens a dialog; `wake` is called when the user has answered.
     fn show(what: For, wake: impl Fn() + Send + 'static) -> Self {
-        let models = ["obj", "gltf", "glb", "ply", "toml"];
+        let models = ["obj", "gltf", "glb", "pbrt", "ply", "stl", "toml"];
         let dialog = rfd::AsyncFileDialog::new();
         let (dialog, saves) = match what {
             For::Open | For::Model => (dialog.add_filter("Scenes", &models), false),

@@ -100,6 +100,7 @@ impl State {
 
     /// Works until told to end.
     pub fn run(mut self) {
+        self.tell_backend(String::new());
         loop {
             // From here on, whoever sends a message cancels this pass and no older one.
             let control = Arc::new(Control::new());
@@ -204,6 +205,10 @@ impl State {
         self.renderer = renderer;
         self.forget_pictures();
         self.todo.load = self.scene.is_some();
+        self.tell_backend(reason);
+    }
+
+    fn tell_backend(&self, reason: String) {
         let (name, device) = (self.renderer.backend_name(), self.renderer.describe());
         self.tell(Event::Backend { name, device, reason });
     }
