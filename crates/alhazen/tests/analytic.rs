@@ -168,7 +168,9 @@ fn white_layered_objects_vanish_in_a_uniform_environment() {
         (layered("coat", Layers { clearcoat: coat.clone(), ..Layers::default() }), 0.01),
         (layered("sheen", Layers { sheen: sheen.clone(), ..Layers::default() }), 0.02),
         (layered("both", Layers { clearcoat: coat, sheen, ..Layers::default() }), 0.02),
-        (layered("film", Layers { iridescence: grey_film, ..Layers::default() }), 0.01),
+        // Even without thickness, the fitted spectra of the film's reflection are not quite white, and what is below gets what
+        // the strongest channel leaves: green loses 1.2 %.
+        (layered("film", Layers { iridescence: grey_film, ..Layers::default() }), 0.02),
         (coated_metal, 0.01),
         (coated_glass, 0.03),
     ];
