@@ -121,7 +121,8 @@ fn test_scenes_are_the_same() {
 #[test]
 fn builtin_scenes_are_the_same() {
     for pair in pairs("builtin_scenes_are_the_same").iter_mut() {
-        for builtin in alhazen::builtin::list() {
+        // Software drivers take minutes to compile layers, and both kernels call the same text for them.
+        for builtin in alhazen::builtin::list().into_iter().filter(|b| b.name != "layers") {
             let scene = Source::parse(builtin.name).load(&LoadOptions::default()).expect("built in").scene;
             compare(pair, &scene, &job(&scene), 0.02);
         }
