@@ -189,7 +189,7 @@ pub mod layered {
     /// Prepares the surface for `wo`.
     ///
     /// - `wo`: unit vector in the shading frame, `wo.z > 0`. `e`: albedos at that direction.
-    /// - `refraction_tint`: multiplies refracted light; see [`dispersed_tint`].
+    /// - `refraction_tint`: multiplies refracted light; see [`choose_dispersed`].
     /// - `single_scatter`: leave out what is scattered several times between microfacets.
     ///
     /// Source: glTF 2.0 Appendix B and the texts of the `KHR_materials_…` extensions.

@@ -1,7 +1,7 @@
 //! What somebody has changed of a scene, as a value: it can be kept, taken back, written to a file and applied.
 //!
 //! Edits refer to materials and objects (instances) of the scene by number. What they add comes after all that is there,
-//! in the order in which it was added, so that numbers stay what they are. [`Editable`] applies them; [`file`] is how
+//! in the order in which it was added, so that numbers stay what they are. [`Editable`] applies them; [`mod@file`] is how
 //! they stand in a scene file: a `[base]` and the edits on top, which load as the very scene that was edited.
 
 mod apply;
