@@ -191,7 +191,9 @@ fn identity(view: &View, scene: &str) -> BTreeMap<String, String> {
 pub fn finish(part: Part) -> Result<(Film, BTreeMap<String, String>), PartError> {
     let (settings, backends, time) = (part.metadata.clone(), part.backends.clone(), part.render_time);
     let film = part.into_whole_film()?;
-    let metadata = metadata(&settings, &film, least_samples(&film), &backends, time);
+    let mut metadata = metadata(&settings, &film, least_samples(&film), &backends, time);
+    // Parts have the same samples for every pixel.
+    metadata.insert("sampling".into(), crate::Sampling::default().name().into());
     Ok((film, metadata))
 }
 
