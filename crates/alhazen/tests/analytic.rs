@@ -180,7 +180,7 @@ fn white_layered_objects_vanish_in_a_uniform_environment() {
         let material = scene.add_material(material);
         scene.add_shape(&what, sphere([0.0; 3], 1.0), material, Affine3A::IDENTITY);
         scene.cameras.push(camera([0.0, 0.7, 2.6], [0.0; 3], 40.0));
-        let e = estimate(&scene, &job(&scene, 24, 24, 64), 128);
+        let e = estimate(&scene, &job(&scene, 24, 24, 64), 1024);
         assert_mean(&what, &e, [1.0; 3], tolerance);
     }
 }

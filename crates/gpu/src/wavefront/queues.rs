@@ -208,7 +208,9 @@ mod tests {
             naga::TypeInner::Array { base, stride, size: naga::ArraySize::Dynamic } => Some((base, stride)),
             _ => None,
         });
-        let vec3f = |base| matches!(module.types[base].inner, naga::TypeInner::Vector { .. });
+        let vec3f = |base| {
+            matches!(module.types[base].inner, naga::TypeInner::Vector { size: naga::VectorSize::Tri, .. })
+        };
         let radiance: Vec<u32> = strides.filter(|&(base, _)| vec3f(base)).map(|(_, stride)| stride).collect();
         assert_eq!(radiance, [RADIANCE_BYTES as u32]);
     }

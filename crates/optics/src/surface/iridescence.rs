@@ -69,7 +69,7 @@ pub mod iridescence {
             return vec3f(1.0, 1.0, 1.0);
         }
         let cos_film = sqrt(cos2_film);
-        let r12 = schlick(f0_from_ior(ior), cos_theta);
+        let r12 = fresnel_dielectric(cos_theta, ior).reflectance;
         let t121 = 1.0 - r12;
         let phase21 = select(1.0, 0.0, ior < 1.0);
         let r23 = vec3f(
@@ -83,11 +83,7 @@ pub mod iridescence {
             phase21 + base_phase(f0.z, ior),
         );
         let path_difference = 2.0 * ior * thickness * cos_film;
-        let once = vec3f(
-            clamp(r12 * r23.x, 1e-5, 0.9999),
-            clamp(r12 * r23.y, 1e-5, 0.9999),
-            clamp(r12 * r23.z, 1e-5, 0.9999),
-        );
+        let once = vec3f(min(r12 * r23.x, 0.9999), min(r12 * r23.y, 0.9999), min(r12 * r23.z, 0.9999));
         let root = vec3f(sqrt(once.x), sqrt(once.y), sqrt(once.z));
         let through = vec3f(
             t121 * t121 * r23.x / (1.0 - once.x),

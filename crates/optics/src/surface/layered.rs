@@ -269,11 +269,15 @@ pub mod layered {
         b.coat_normal = m.coat_normal;
 
         // Lobes are chosen by what they scatter towards `wo`.
-        let passing = 1.0 - mix(b.refracted_f0, f90, refraction_schlick(cos_o, b.eta));
+        // Microfacets lean: some of them already reflect all light where the surface would not yet.
+        let leaning = refraction_schlick(cos_o - max(b.widths.x, b.widths.y), b.eta);
+        let schlick = 0.5 * (refraction_schlick(cos_o, b.eta) + leaning);
+        let passing = 1.0 - mix(b.refracted_f0, f90, schlick);
         let diffuse = mean_component(b.diffuse);
         let below = mean_component(b.diffuse_below);
-        // Grain is wider than the table's lobe, and reaches grazing angles that this does not.
-        let grazing = max(e.base.y, 0.01);
+        // Grain is wider than the table's lobe, and reaches grazing angles that this does not. The table knows nothing of
+        // total reflection, which paths inside of glass meet again and again.
+        let grazing = max(max(e.base.y, 0.01), energy * schlick);
         let specular = mean_component(b.specular * energy + b.specular_grazing * grazing);
         let sheen = mean_component(b.sheen) * e.sheen;
         // Beyond the angle of total reflection, microfacets that face elsewhere still let light through.
