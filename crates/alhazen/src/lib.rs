@@ -25,6 +25,7 @@ mod choice;
 mod colour;
 mod daylight;
 mod denoise;
+mod exr_camera;
 mod fallback;
 mod job;
 mod memory;

@@ -1,6 +1,7 @@
 //! What a picture's file says about how it was made.
 
 use crate::Job;
+use crate::exr_camera::{CAMERA_FRAME, camera_text};
 use film::Film;
 use scene::Scene;
 use std::collections::{BTreeMap, BTreeSet};
@@ -31,14 +32,20 @@ impl Description {
         }
     }
 
-    /// Everything needed to make the picture `job` again.
+    /// Everything needed to make the picture `job` again, with the camera as it is at the beginning.
     pub fn settings(&self, job: &Job) -> BTreeMap<String, String> {
+        self.settings_at(job, 0.0)
+    }
+
+    /// As [`Description::settings`], with the camera as it is at `time` seconds.
+    pub fn settings_at(&self, job: &Job, time: f32) -> BTreeMap<String, String> {
         let pair = |k: &str, v: String| (k.to_owned(), v);
         BTreeMap::from([
             pair("software", software()),
             pair("scene", self.scene.clone()),
             pair("parameters", format!("{:?}", self.parameters)),
             pair("camera", format!("{:?}", job.camera)),
+            pair(CAMERA_FRAME, camera_text(&job.view(time).camera)),
             pair("integrator", format!("{:?}", job.integrator)),
             pair("single_scatter", job.single_scatter.to_string()),
             pair("sampler", format!("{:?}", job.sampler)),

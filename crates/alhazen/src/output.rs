@@ -1,6 +1,7 @@
 //! Writing what was rendered: the file name's ending decides the format.
 
 use crate::ToneMapping;
+use crate::exr_camera::exr_camera;
 use film::{ExrCompression, ExrFile, Precision};
 use film::{Film, Image, ImageError};
 use std::collections::BTreeMap;
@@ -67,7 +68,7 @@ impl Default for Encoding {
 
 /// Writes the film: complete, or not at all; an existing file is replaced only by a complete one.
 ///
-/// `metadata` goes into EXR files as it is.
+/// `metadata` goes into EXR files as it is; the camera that it names, into the standard attributes as well.
 ///
 /// # Errors
 /// See [`OutputError`].
@@ -105,6 +106,7 @@ pub fn write_as(
                 file.push_layer("noisy", &["R", "G", "B"], &film.to_image(), encoding.exr_precision);
             }
             file.push_aovs(film);
+            file.camera = exr_camera(metadata);
             let file = metadata.iter().fold(file, |f, (k, v)| f.with_metadata(k, v));
             file.write(path, encoding.exr_compression)?;
         }

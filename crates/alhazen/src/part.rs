@@ -135,7 +135,7 @@ impl<'a> PartJob<'a> {
         if let Some(frame) = self.frame {
             part.identity.insert("frame".into(), frame.to_string());
         }
-        part.metadata = self.description.settings(job);
+        part.metadata = self.description.settings_at(job, self.time);
         Ok(part)
     }
 }

@@ -37,6 +37,7 @@ fn tiles_and_ranges_of_samples_merge_to_the_whole_picture() {
     succeed(folder, &format!("merge {parts} part-01.exr -o merged.exr -o merged.png"));
     assert!(read(folder, "merged.exr") == read(folder, "whole.exr"));
     assert_eq!(read(folder, "merged.exr").metadata["spp"], "12");
+    assert!(read(folder, "merged.exr").camera.is_some());
     let bytes = |name: &str| std::fs::read(folder.join(name)).unwrap();
     assert!(bytes("merged.png") == bytes("whole.png"));
 

@@ -14,6 +14,10 @@ use crate::image::ImageError;
 use crate::limits;
 use crate::{Aov, AovData, Film, Image, Rect};
 
+mod camera;
+
+pub use camera::{ExrCamera, ExrMatrix};
+
 /// What the keys of [`ExrFile::metadata`] are called in the file: this, then the key. It keeps them apart from the
 /// attributes that the format itself defines.
 pub const METADATA_PREFIX: &str = "alhazen:";
@@ -82,6 +86,8 @@ pub struct ExrFile {
     pub channels: Vec<ExrChannel>,
     /// Settings as text: see [`METADATA_PREFIX`].
     pub metadata: BTreeMap<String, String>,
+    /// The camera that made the picture, if the file says.
+    pub camera: Option<ExrCamera>,
 }
 
 impl ExrFile {
@@ -97,6 +103,7 @@ impl ExrFile {
             data_height: window.height,
             channels: Vec::new(),
             metadata: BTreeMap::new(),
+            camera: None,
         }
     }
 
@@ -304,6 +311,9 @@ impl ExrFile {
 
         let mut attributes = ex::LayerAttributes::default().with_position(ex::Vec2(self.x, self.y));
         attributes.software_name = Some(text("Alhazen"));
+        if let Some(camera) = &self.camera {
+            camera.put(&mut attributes);
+        }
         for (key, value) in &self.metadata {
             let key = text(&format!("{METADATA_PREFIX}{key}"));
             attributes.other.insert(key, ex::AttributeValue::Text(text(value)));
@@ -386,6 +396,7 @@ impl ExrFile {
             data_height: side(first.size.1),
             channels: Vec::new(),
             metadata: BTreeMap::new(),
+            camera: ExrCamera::of(&first.attributes),
         };
         for (key, value) in &first.attributes.other {
             if let (Some(key), ex::AttributeValue::Text(value)) =

@@ -30,7 +30,9 @@ pub use aov::{Aov, AovKind, AovSample, AovSums, NO_ID, UnknownAov};
 pub use atomic::{remove_temporaries, write_atomically};
 pub use coverage::{Block, Coverage, UnknownBlock};
 pub use exact::ExactSum;
-pub use exr_file::{ExrChannel, ExrCompression, ExrFile, ExrSamples, METADATA_PREFIX, Precision};
+pub use exr_file::{
+    ExrCamera, ExrChannel, ExrCompression, ExrFile, ExrMatrix, ExrSamples, METADATA_PREFIX, Precision,
+};
 pub use files::write_png;
 pub use film::{AovData, Film, FilmError, MAX_SIDE};
 pub use image::{Image, ImageError};

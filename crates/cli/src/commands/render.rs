@@ -431,7 +431,7 @@ fn render_whole(
     let summary = renderer.render_view(&part_job.job.view(part_job.time), limits, control, &mut |_| {})?;
     display.finish();
     let backends = BTreeSet::from([renderer.backend_name().to_owned()]);
-    let settings = part_job.description.settings(part_job.job);
+    let settings = part_job.description.settings_at(part_job.job, part_job.time);
     let film = renderer.film()?.context("nothing was rendered")?;
     let mut metadata = metadata(&settings, film, summary.spp, &backends, summary.elapsed);
     metadata.insert("sampling".into(), limits.sampling.name().into());

@@ -45,6 +45,28 @@ fn films_survive_with_every_layer_and_setting() {
 }
 
 #[test]
+fn cameras_survive() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("camera.exr");
+    let matrix = |scale: f32| std::array::from_fn(|r| std::array::from_fn(|c| scale * (4 * r + c) as f32));
+    let perspective = ExrCamera {
+        world_to_camera: matrix(0.5),
+        world_to_ndc: Some(matrix(-3.0)),
+        screen_window: Some(([0.1, -0.2], 0.7)),
+        focus: Some(2.5),
+        panorama: false,
+    };
+    let panorama =
+        ExrCamera { world_to_ndc: None, screen_window: None, focus: None, panorama: true, ..perspective };
+    for camera in [Some(perspective), Some(panorama), None] {
+        let mut file = ExrFile::from_image(&Image::black(2, 2, 3), Precision::Half);
+        file.camera = camera;
+        file.write(&path, ExrCompression::Zip).unwrap();
+        assert_eq!(ExrFile::read(&path).unwrap().camera, camera);
+    }
+}
+
+#[test]
 fn half_is_clamped_and_says_so() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("half.exr");
