@@ -1,6 +1,7 @@
 //! Running the window unattended, for tests, measurements and the pictures of the documentation: a script of one step
 //! a line.
 
+mod latency;
 mod parse;
 
 pub use parse::{ScriptError, Step, parse};
@@ -9,6 +10,7 @@ use crate::navigation;
 use crate::viewer::{COMMANDS, Viewer};
 use alhazen::edits::MaterialRecord;
 use alhazen::{RendererOptions, Source};
+use latency::Latency;
 use std::collections::VecDeque;
 use std::path::PathBuf;
 
@@ -61,6 +63,7 @@ struct Memory {
     generation: u64,
     rounds: u32,
     bytes: u64,
+    latency: Latency,
 }
 
 /// What the window has to do for a script.
@@ -246,11 +249,7 @@ impl Run {
     ) -> bool {
         match step {
             Step::Wait(spp) => {
-                let job = viewer.job();
-                viewer.loading().is_empty()
-                    && viewer.shot().is_some_and(|s| {
-                        !s.preview && s.spp >= *spp && s.generation == viewer.generation() && *s.job == job
-                    })
+                viewer.is_current() && viewer.shot().is_some_and(|s| !s.preview && s.spp >= *spp)
             }
             Step::Open(_) | Step::Reload => viewer.generation() > memory.generation,
             Step::Drop(_) => {
@@ -279,8 +278,10 @@ impl Run {
         elapsed: f64,
         seconds: f64,
         pictures: u64,
-        memory: &Memory,
+        memory: &mut Memory,
     ) -> bool {
+        let shown = viewer.shot().map_or(0, |s| s.changes);
+        memory.latency.frame(self.frames, viewer.time(), viewer.changes(), shown);
         viewer.steer(|c| navigation::orbit(c, glam::Vec2::new(0.004, 0.0)));
         if elapsed < seconds {
             return false;
@@ -293,13 +294,13 @@ impl Run {
             shot.1,
             (self.frames - memory.frames) as f64 / elapsed
         ));
+        self.report.extend(memory.latency.report());
         true
     }
 
     /// Begins the picture anew many times; says what memory that took.
     fn restarts(&mut self, viewer: &mut Viewer, count: u32, memory: &mut Memory) -> bool {
-        let fresh = viewer.shot().is_some_and(|s| *s.job == viewer.job());
-        if !fresh {
+        if !viewer.is_current() {
             return false;
         }
         // What is allocated once is there after a few rounds.

@@ -321,7 +321,8 @@ impl Viewer {
         self.send_wishes(ctx);
     }
 
-    fn send_wishes(&mut self, ctx: &egui::Context) {
+    /// Asks for the picture that is wanted now. Called after input as well, so that none waits for the next frame.
+    pub fn send_wishes(&mut self, ctx: &egui::Context) {
         let moving = self.time - self.last_motion < MOVING;
         if moving {
             ctx.request_repaint_after(std::time::Duration::from_secs_f64(MOVING));
@@ -424,14 +425,6 @@ impl Viewer {
         self.shots[0].as_ref()
     }
 
-    /// Whether the newest picture shows the scene and the camera as they are now, sharp, with all its samples.
-    pub fn is_done(&self) -> bool {
-        let up_to_date = self.shot().is_some_and(|s| {
-            !s.preview && s.generation == self.generation && s.spp >= self.render.spp && *s.job == self.job()
-        });
-        up_to_date && self.loading.is_empty()
-    }
-
     /// Which of the scenes that were opened is open.
     pub fn generation(&self) -> u64 {
         self.generation
@@ -440,6 +433,18 @@ impl Viewer {
     /// How many pictures the render thread has sent so far.
     pub fn shots_seen(&self) -> u64 {
         self.shots_seen
+    }
+
+    /// How often another picture was asked for; pictures say how many of these changes they show.
+    pub fn changes(&self) -> u64 {
+        self.worker.changes()
+    }
+
+    /// Whether the newest picture shows everything as it is now.
+    pub fn is_current(&self) -> bool {
+        let current =
+            |s: &Shot| s.changes == self.changes() && s.generation == self.generation && *s.job == self.job();
+        self.loading().is_empty() && self.shot().is_some_and(current)
     }
 
     /// Seconds, as [`Viewer::tick`] was told.

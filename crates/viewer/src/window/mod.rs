@@ -175,6 +175,7 @@ impl App {
             viewer.take_keys(ui.ctx());
             crate::panels::show(viewer, ui);
         });
+        viewer.send_wishes(&ctx);
         open.egui.handle_platform_output_with_event_loop(&open.window, event_loop, output.platform_output);
         let primitives = ctx.tessellate(output.shapes, output.pixels_per_point);
         let drawing = Drawing {

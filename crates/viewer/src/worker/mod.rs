@@ -17,6 +17,7 @@ use alhazen::edits::{Edits, Resources};
 use alhazen::{
     BackendError, Control, Job, LoadStats, PassTime, Renderer, RendererOptions, Scene, SceneTables,
 };
+use std::cell::Cell;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -72,6 +73,13 @@ pub enum Message {
     Record(Option<Box<Recording>>),
     /// End.
     Quit,
+}
+
+impl Message {
+    /// Whether it asks for another picture; see [`Shot::changes`].
+    fn changes_picture(&self) -> bool {
+        matches!(self, Self::Load { .. } | Self::Edit(..) | Self::Wish(_) | Self::Switch(_))
+    }
 }
 
 /// What the render thread tells.
@@ -131,6 +139,8 @@ pub struct Shot {
     pub preview: bool,
     /// The scene it shows.
     pub generation: u64,
+    /// How many of the changes that the thread was told of it shows; see [`Worker::changes`].
+    pub changes: u64,
     /// What the last pass took.
     pub pass: PassReport,
 }
@@ -188,6 +198,7 @@ pub struct Worker {
     events: Receiver<Event>,
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
+    changes: Cell<u64>,
 }
 
 impl Worker {
@@ -211,7 +222,7 @@ impl Worker {
         let thread = std::thread::Builder::new().name("render".into()).spawn(move || state.run());
         let thread = thread
             .map_err(|e| BackendError::View { reason: format!("cannot start the render thread: {e}") })?;
-        Ok(Self { messages, events, shared, thread: Some(thread) })
+        Ok(Self { messages, events, shared, thread: Some(thread), changes: Cell::new(0) })
     }
 
     /// Tells the thread something. What it is working on is given up if the message makes it useless.
@@ -226,6 +237,7 @@ impl Worker {
             | Message::Quit => Some(true),
             Message::Show(_) | Message::Save(_) => None,
         };
+        self.changes.set(self.changes.get() + u64::from(message.changes_picture()));
         // The thread ends only when it is told to: nobody listens after that.
         let _ = self.messages.send(message);
         if let Some(at_once) = outdates {
@@ -234,6 +246,11 @@ impl Worker {
                 running.control.cancel();
             }
         }
+    }
+
+    /// How often another picture was asked for: scenes, edits, wishes, back ends.
+    pub fn changes(&self) -> u64 {
+        self.changes.get()
     }
 
     /// What other threads tell the render thread with. It ends nothing early.

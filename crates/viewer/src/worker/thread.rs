@@ -20,6 +20,8 @@ pub(super) struct State {
     threads: Option<usize>,
     scene: Option<Editable>,
     generation: u64,
+    /// How often another picture was asked for.
+    changes: u64,
     wish: Option<Wish>,
     shown: Shown,
     paused: bool,
@@ -57,10 +59,20 @@ struct Progress {
     /// Whether something of this camera has been shown.
     visible: bool,
     /// What was last rendered: the film shows this.
-    rendered: Option<(Arc<Job>, bool)>,
+    rendered: Option<Rendered>,
     /// The film, where two pictures take turns on one renderer.
     film: Option<Film>,
     last_pass: PassReport,
+}
+
+/// What a film shows.
+#[derive(Clone)]
+struct Rendered {
+    job: Arc<Job>,
+    /// Whether it was made in a hurry at reduced size.
+    preview: bool,
+    /// Up to which change.
+    changes: u64,
 }
 
 impl Progress {
@@ -86,6 +98,7 @@ impl State {
             threads,
             scene: None,
             generation: 0,
+            changes: 0,
             wish: None,
             shown: Shown::default(),
             paused: false,
@@ -155,6 +168,7 @@ impl State {
 
     fn take(&mut self, message: Message) {
         self.stuck = false;
+        self.changes += u64::from(message.changes_picture());
         match message {
             Message::Load { scene, edits, resources, generation } => {
                 self.scene = Some(Editable::new(*scene));
@@ -197,8 +211,12 @@ impl State {
                     rendered: picture.rendered.take(),
                     ..Progress::default()
                 };
+            } else if let (true, Some(rendered)) = (picture.begun, &mut picture.rendered) {
+                rendered.changes = self.changes;
             }
         }
+        // What there is may be all that is wanted.
+        self.todo.show_again |= !self.may_render();
     }
 
     fn use_renderer(&mut self, renderer: Renderer, reason: String) {
@@ -314,7 +332,7 @@ impl State {
         }
         (picture.begun, picture.visible) = (true, true);
         picture.total += render;
-        picture.rendered = Some((Arc::new(whole.clone()), preview));
+        picture.rendered = Some(Rendered { job: Arc::new(whole.clone()), preview, changes: self.changes });
         picture.last_pass = PassReport {
             samples: stats.samples,
             rays: stats.rays,
@@ -346,7 +364,9 @@ impl State {
 
     /// Publishes a film as it is.
     fn show(&mut self, side: usize) -> Result<(), BackendError> {
-        let Some((job, preview)) = self.pictures[side].rendered.clone() else { return Ok(()) };
+        let Some(Rendered { job, preview, changes }) = self.pictures[side].rendered.clone() else {
+            return Ok(());
+        };
         let start = Instant::now();
         let picture = &self.pictures[side];
         let film = match &picture.film {
@@ -369,6 +389,7 @@ impl State {
             job,
             preview,
             generation: self.generation,
+            changes,
             pass,
         });
         Ok(())
@@ -377,7 +398,9 @@ impl State {
     /// Writes the first picture as it is.
     fn save(&mut self, path: &Path) -> Result<(), Box<dyn std::error::Error>> {
         let picture = &self.pictures[0];
-        let Some((job, _)) = picture.rendered.clone() else { return Err("there is no picture yet".into()) };
+        let Some(Rendered { job, .. }) = picture.rendered.clone() else {
+            return Err("there is no picture yet".into());
+        };
         let (spp, total) = (picture.spp.max(1), picture.total);
         let settings = self.settings(&job);
         let backends = BTreeSet::from([self.renderer.backend_name().to_owned()]);
@@ -430,8 +453,8 @@ impl State {
                 return Ok(());
             }
         }
-        self.pictures[0] =
-            Progress { rendered: Some((Arc::new(job), false)), spp, visible: true, ..Progress::default() };
+        let rendered = Rendered { job: Arc::new(job), preview: false, changes: self.changes };
+        self.pictures[0] = Progress { rendered: Some(rendered), spp, visible: true, ..Progress::default() };
         self.show(0)?;
         if let Some(sequence) = &mut self.sequence {
             (sequence.next, sequence.spp) = (sequence.next + 1, 0);
