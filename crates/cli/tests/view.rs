@@ -179,14 +179,12 @@ fn back_ends_switch_while_the_window_is_open() {
     let _turn = TURN.lock();
     let Some(display) = Display::open("back_ends_switch_while_the_window_is_open") else { return };
     let folder = tempfile::tempdir().expect("a folder");
-    // Between the two, another integrator: what is waited for cannot be the CPU's picture.
     let script = "\
-spp 16\nwait 16\npicture cpu.exr\nbackend gpu-bvh\nintegrator direct\nwait 16\nintegrator path\nwait 16
-picture gpu.exr\nbackend cpu\nframes 5\n";
+spp 16\nwait 16\npicture cpu.exr\nbackend gpu-bvh\nwait 16\npicture gpu.exr\nbackend cpu\nframes 5\n";
     display.view(folder.path(), "cornell --backend cpu --width 48 --height 48", script);
     let means = ["cpu.exr", "gpu.exr"].map(|n| open(&folder.path().join(n)).mean());
     // The same samples from the same text: what differs is rounding, and paths that it sends elsewhere.
-    let far = means[0].iter().zip(&means[1]).any(|(a, b)| (a - b).abs() > 0.05 * a.abs());
+    let far = means[0].iter().zip(&means[1]).any(|(a, b)| (a - b).abs() > 0.01 * a.abs());
     assert!(!far, "the mean radiance is {means:?}");
 }
 
