@@ -51,8 +51,9 @@ pub use daylight::add_daylight_if_dark;
 pub use denoise::{DenoiseFilmError, Denoised, Denoiser};
 pub use fallback::{Fallback, Step};
 pub use film::{
-    Aov, AovData, Block, Coverage, ExrChannel, ExrCompression, ExrFile, ExrSamples, Film, Image, ImageError,
-    Merger, Part, PartError, PixelStats, Precision, Rect, write_atomically,
+    Aov, AovData, AovKind, Block, CRYPTOMATTE_RANKS, Coverage, ExrChannel, ExrCompression, ExrFile,
+    ExrSamples, Film, Image, ImageError, Merger, Part, PartError, PixelStats, Precision, Rect,
+    write_atomically,
 };
 pub use job::{Job, camera_frame, picture_ray};
 pub use memory::{available_memory_bytes, memory_bytes, peak_memory_bytes, total_memory_bytes};

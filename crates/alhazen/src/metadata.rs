@@ -2,13 +2,17 @@
 
 use crate::Job;
 use crate::exr_camera::{CAMERA_FRAME, camera_text};
-use film::Film;
+use film::{Aov, Film};
 use scene::Scene;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
-/// Materials and instances whose names are told; the ids of further ones are only numbers.
+/// Materials and instances whose names are told where there is no matte of them; the ids of further ones are only numbers.
 const MOST_NAMES: usize = 1000;
+
+/// Keys of the lists of names.
+const MATERIAL_NAMES: &str = "material_names";
+const INSTANCE_NAMES: &str = "instance_names";
 
 /// What of a scene goes into the files of its pictures.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -27,8 +31,8 @@ impl Description {
         Self {
             scene: name.to_owned(),
             parameters: parameters.to_vec(),
-            materials: scene.materials.iter().take(MOST_NAMES).map(|m| m.name.clone()).collect(),
-            instances: scene.instances.iter().take(MOST_NAMES).map(|i| i.name.clone()).collect(),
+            materials: scene.materials.iter().map(|m| m.name.clone()).collect(),
+            instances: scene.instances.iter().map(|i| i.name.clone()).collect(),
         }
     }
 
@@ -40,6 +44,10 @@ impl Description {
     /// As [`Description::settings`], with the camera as it is at `time` seconds.
     pub fn settings_at(&self, job: &Job, time: f32) -> BTreeMap<String, String> {
         let pair = |k: &str, v: String| (k.to_owned(), v);
+        let list = |names: &[String], matte: Aov| {
+            let told = if job.aovs.contains(&matte) { names.len() } else { names.len().min(MOST_NAMES) };
+            json_list(&names[..told])
+        };
         BTreeMap::from([
             pair("software", software()),
             pair("scene", self.scene.clone()),
@@ -52,8 +60,8 @@ impl Description {
             pair("seed", job.seed.to_string()),
             pair("clamp", "none".into()),
             pair("tone_mapping", format!("{:?}", job.tone)),
-            pair("material_names", json_list(&self.materials)),
-            pair("instance_names", json_list(&self.instances)),
+            pair(MATERIAL_NAMES, list(&self.materials, Aov::MaterialMatte)),
+            pair(INSTANCE_NAMES, list(&self.instances, Aov::ObjectMatte)),
         ])
     }
 }
@@ -87,6 +95,13 @@ pub fn metadata(
 /// Name and version of this program.
 pub fn software() -> String {
     format!("Alhazen {}", env!("CARGO_PKG_VERSION"))
+}
+
+/// The names that the metadata of a picture tell of what is in its matte `matte`, by id; none if they do not.
+pub(crate) fn names_in(metadata: &BTreeMap<String, String>, matte: Aov) -> Vec<String> {
+    let key = if matte == Aov::MaterialMatte { MATERIAL_NAMES } else { INSTANCE_NAMES };
+    let list = metadata.get(key).and_then(|list| serde_json::from_str(list).ok());
+    list.unwrap_or_default()
 }
 
 /// A list of names as JSON.

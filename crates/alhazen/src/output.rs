@@ -2,8 +2,9 @@
 
 use crate::ToneMapping;
 use crate::exr_camera::exr_camera;
+use crate::metadata::names_in;
+use film::{AovData, Film, Image, ImageError};
 use film::{ExrCompression, ExrFile, Precision};
-use film::{Film, Image, ImageError};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -106,6 +107,11 @@ pub fn write_as(
                 file.push_layer("noisy", &["R", "G", "B"], &film.to_image(), encoding.exr_precision);
             }
             file.push_aovs(film);
+            for &aov in film.aovs() {
+                if let Some(AovData::Shares(pixels)) = film.aov(aov) {
+                    file.push_cryptomatte(aov, &pixels, &names_in(metadata, aov));
+                }
+            }
             file.camera = exr_camera(metadata);
             let file = metadata.iter().fold(file, |f, (k, v)| f.with_metadata(k, v));
             file.write(path, encoding.exr_compression)?;

@@ -4,7 +4,7 @@ mod common;
 
 use alhazen::Image;
 use common::{fail, folder_with_triangle, names, run, succeed};
-use film::ExrFile;
+use film::{ExrFile, ExrSamples};
 use std::path::Path;
 
 fn colour(path: &Path) -> Image {
@@ -85,6 +85,55 @@ fn exr_files_have_layers_and_settings() {
     ["camera", "integrator", "sampler", "tone_mapping"]
         .iter()
         .for_each(|key| assert!(!setting(key).is_empty()));
+}
+
+#[test]
+fn mattes_cover_what_is_seen() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = "render cornell -q --width 20 --height 20 --spp 8 --integrator aov \
+                   --aov cryptomatte-object,cryptomatte-material,material";
+    succeed(folder.path(), &format!("{picture} -o a.exr"));
+    let file = ExrFile::read(&folder.path().join("a.exr")).unwrap();
+    let values = |name: &str| {
+        let channel = file.channels.iter().find(|c| c.name == name);
+        match &channel.unwrap_or_else(|| panic!("no {name}")).samples {
+            ExrSamples::Float(values) => values.clone(),
+            other => panic!("{name} is {other:?}"),
+        }
+    };
+    let manifest =
+        file.attributes.iter().find(|(key, value)| key.ends_with("/name") && *value == "crypto_material");
+    let key = manifest.unwrap().0.replace("/name", "/manifest");
+    let manifest: serde_json::Value = serde_json::from_str(&file.attributes[&key]).unwrap();
+    let names: Vec<String> = serde_json::from_str(&file.metadata["material_names"]).unwrap();
+
+    // The box is closed but for its front: behind every pixel there is something, and shares are whole samples.
+    let coverages = ["00.G", "00.A", "01.G", "01.A", "02.G", "02.A"];
+    let coverages = coverages.map(|c| values(&format!("crypto_material{c}")));
+    let first_id = values("crypto_material00.R");
+    let first_hits = file.channels.iter().find(|c| c.name == "material.I").unwrap();
+    let ExrSamples::Uint(first_hits) = &first_hits.samples else { panic!("ids") };
+    let mut edges = 0;
+    for pixel in 0..400 {
+        let shares = coverages.each_ref().map(|c| c[pixel]);
+        assert!(shares.is_sorted_by(|a, b| a >= b) && shares.iter().sum::<f32>() <= 1.0, "{shares:?}");
+        assert!(shares.iter().all(|share| (share * 8.0).fract() == 0.0), "{shares:?}");
+        if shares[0] == 1.0 {
+            let hex = format!("{:08x}", first_id[pixel].to_bits());
+            assert_eq!(manifest[&names[first_hits[pixel] as usize]], hex.as_str());
+        }
+        edges += usize::from(shares[1] > 0.0);
+    }
+    assert!((10..200).contains(&edges), "{edges} pixels show several materials");
+
+    for (i, tile) in
+        ["--tile 1/2", "--tile 2/2 --sample-range 0..3", "--tile 2/2 --sample-range 3..8"].iter().enumerate()
+    {
+        succeed(folder.path(), &format!("{picture} {tile} --part -o part-{i}.exr"));
+    }
+    succeed(folder.path(), "merge part-2.exr part-0.exr part-1.exr -o merged.exr");
+    let merged = ExrFile::read(&folder.path().join("merged.exr")).unwrap();
+    assert!(merged.channels == file.channels && merged.attributes == file.attributes);
 }
 
 #[test]

@@ -29,6 +29,10 @@ pub enum Aov {
     InstanceId,
     /// Index of the primitive within its mesh at the first hit, or [`NO_ID`].
     PrimitiveId,
+    /// The share of the pixel's samples that saw each instance first: a Cryptomatte in EXR files.
+    ObjectMatte,
+    /// As [`Aov::ObjectMatte`], of materials.
+    MaterialMatte,
     /// How many valid samples the pixel's colour has.
     SampleCount,
     /// Standard error of the pixel's colour, linear RGB. Zero below two samples.
@@ -44,13 +48,15 @@ pub enum AovKind {
     First,
     /// As [`AovKind::First`], for whole numbers.
     FirstId,
+    /// Which ids the samples of the pixel saw, and how many of them each.
+    Shares,
     /// Not added by the back end: the film derives it from the colour's statistics.
     Derived,
 }
 
 impl Aov {
     /// All of them, in the order in which they are listed to users.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 13] = [
         Self::Depth,
         Self::Position,
         Self::Normal,
@@ -60,6 +66,8 @@ impl Aov {
         Self::MaterialId,
         Self::InstanceId,
         Self::PrimitiveId,
+        Self::ObjectMatte,
+        Self::MaterialMatte,
         Self::SampleCount,
         Self::StandardError,
     ];
@@ -77,12 +85,15 @@ impl Aov {
             Self::MaterialId => "material",
             Self::InstanceId => "instance",
             Self::PrimitiveId => "primitive",
+            Self::ObjectMatte => "cryptomatte-object",
+            Self::MaterialMatte => "cryptomatte-material",
             Self::SampleCount => "samples",
             Self::StandardError => "standard-error",
         }
     }
 
-    /// The names of its channels. In an EXR file the channel is called `name.channel`.
+    /// The names of its channels. In an EXR file the channel is called `name.channel`. Mattes have none here: theirs are
+    /// those of [`crate::ExrFile::push_cryptomatte`].
     #[must_use]
     pub fn channels(self) -> &'static [&'static str] {
         match self {
@@ -92,6 +103,7 @@ impl Aov {
             Self::Albedo | Self::StandardError => &["R", "G", "B"],
             Self::MaterialId | Self::InstanceId | Self::PrimitiveId => &["I"],
             Self::SampleCount => &["N"],
+            Self::ObjectMatte | Self::MaterialMatte => &[],
         }
     }
 
@@ -102,6 +114,7 @@ impl Aov {
             Self::Depth | Self::Position | Self::Uv => AovKind::First,
             Self::Normal | Self::GeometricNormal | Self::Albedo => AovKind::Mean,
             Self::MaterialId | Self::InstanceId | Self::PrimitiveId => AovKind::FirstId,
+            Self::ObjectMatte | Self::MaterialMatte => AovKind::Shares,
             Self::SampleCount | Self::StandardError => AovKind::Derived,
         }
     }
@@ -203,6 +216,8 @@ impl AovSums {
             | Aov::MaterialId
             | Aov::InstanceId
             | Aov::PrimitiveId
+            | Aov::ObjectMatte
+            | Aov::MaterialMatte
             | Aov::SampleCount
             | Aov::StandardError => None,
         }
@@ -219,17 +234,21 @@ impl AovSample {
             Aov::GeometricNormal => &self.geometric_normal,
             Aov::Uv => &self.uv,
             Aov::Albedo => &self.albedo,
-            Aov::MaterialId | Aov::InstanceId | Aov::PrimitiveId | Aov::SampleCount | Aov::StandardError => {
-                &[]
-            }
+            Aov::MaterialId
+            | Aov::InstanceId
+            | Aov::PrimitiveId
+            | Aov::ObjectMatte
+            | Aov::MaterialMatte
+            | Aov::SampleCount
+            | Aov::StandardError => &[],
         }
     }
 
     /// The id that `aov` asks for, if it asks for one.
     pub(crate) fn id(&self, aov: Aov) -> Option<u32> {
         match aov {
-            Aov::MaterialId => Some(self.material_id),
-            Aov::InstanceId => Some(self.instance_id),
+            Aov::MaterialId | Aov::MaterialMatte => Some(self.material_id),
+            Aov::InstanceId | Aov::ObjectMatte => Some(self.instance_id),
             Aov::PrimitiveId => Some(self.primitive_id),
             Aov::Depth
             | Aov::Position
@@ -264,6 +283,10 @@ mod tests {
             let values = match aov.kind() {
                 AovKind::Mean | AovKind::First => sample.values(aov).len(),
                 AovKind::FirstId => sample.id(aov).into_iter().count(),
+                AovKind::Shares => {
+                    assert!(sample.id(aov).is_some());
+                    0
+                }
                 AovKind::Derived => aov.channels().len(),
             };
             assert_eq!(values, aov.channels().len(), "{aov}");

@@ -15,8 +15,10 @@ use crate::limits;
 use crate::{Aov, AovData, Film, Image, Rect};
 
 mod camera;
+mod cryptomatte;
 
 pub use camera::{ExrCamera, ExrMatrix};
+pub use cryptomatte::{CRYPTOMATTE_RANKS, IdShares, cryptomatte_hash};
 
 /// What the keys of [`ExrFile::metadata`] are called in the file: this, then the key. It keeps them apart from the
 /// attributes that the format itself defines.
@@ -86,6 +88,8 @@ pub struct ExrFile {
     pub channels: Vec<ExrChannel>,
     /// Settings as text: see [`METADATA_PREFIX`].
     pub metadata: BTreeMap<String, String>,
+    /// Texts under names that other programs have given them, without [`METADATA_PREFIX`].
+    pub attributes: BTreeMap<String, String>,
     /// The camera that made the picture, if the file says.
     pub camera: Option<ExrCamera>,
 }
@@ -103,6 +107,7 @@ impl ExrFile {
             data_height: window.height,
             channels: Vec::new(),
             metadata: BTreeMap::new(),
+            attributes: BTreeMap::new(),
             camera: None,
         }
     }
@@ -135,7 +140,8 @@ impl ExrFile {
         }
     }
 
-    /// Adds all auxiliary layers of `film`, which must have the window of this file.
+    /// Adds all auxiliary layers of `film`, which must have the window of this file, but its mattes, which need names:
+    /// [`ExrFile::push_cryptomatte`].
     pub fn push_aovs(&mut self, film: &Film) {
         for &aov in film.aovs() {
             match film.aov(aov) {
@@ -150,7 +156,7 @@ impl ExrFile {
                     name: format!("{}.{}", aov.name(), aov.channels()[0]),
                     samples: ExrSamples::Uint(values),
                 }),
-                None => {}
+                Some(AovData::Shares(_)) | None => {}
             }
         }
     }
@@ -275,7 +281,8 @@ impl ExrFile {
         }
         let longest_key = 255 - METADATA_PREFIX.len();
         let keys = self.metadata.keys().map(|k| (k.as_str(), longest_key));
-        for (name, limit) in names.into_iter().map(|n| (n, 255)).chain(keys) {
+        let names = names.into_iter().chain(self.attributes.keys().map(String::as_str));
+        for (name, limit) in names.map(|n| (n, 255)).chain(keys) {
             if name.is_empty() || name.len() > limit || name.contains('\0') {
                 return encode(format!("`{name}` cannot be a name in an EXR file"));
             }
@@ -317,6 +324,9 @@ impl ExrFile {
         for (key, value) in &self.metadata {
             let key = text(&format!("{METADATA_PREFIX}{key}"));
             attributes.other.insert(key, ex::AttributeValue::Text(text(value)));
+        }
+        for (key, value) in &self.attributes {
+            attributes.other.insert(text(key), ex::AttributeValue::Text(text(value)));
         }
         if clamped > 0 {
             let key = text(&format!("{METADATA_PREFIX}half-clamped"));
@@ -396,14 +406,15 @@ impl ExrFile {
             data_height: side(first.size.1),
             channels: Vec::new(),
             metadata: BTreeMap::new(),
+            attributes: BTreeMap::new(),
             camera: ExrCamera::of(&first.attributes),
         };
         for (key, value) in &first.attributes.other {
-            if let (Some(key), ex::AttributeValue::Text(value)) =
-                (string(key).strip_prefix(METADATA_PREFIX), value)
-            {
-                result.metadata.insert(key.to_owned(), string(value));
-            }
+            let ex::AttributeValue::Text(value) = value else { continue };
+            match string(key).strip_prefix(METADATA_PREFIX) {
+                Some(key) => result.metadata.insert(key.to_owned(), string(value)),
+                None => result.attributes.insert(string(key), string(value)),
+            };
         }
         let size = first.size;
         for layer in image.layer_data.into_iter().filter(|layer| layer.size == size) {

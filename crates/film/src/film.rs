@@ -1,6 +1,7 @@
 //! The film: one estimate per pixel and the auxiliary layers that were asked for.
 
-use crate::{Aov, AovKind, AovSample, AovSums, ExactSum, Image, NO_ID, PixelStats, Rect};
+use crate::{Aov, AovKind, AovSample, AovSums, ExactSum, IdShares, Image, NO_ID, PixelStats, Rect};
+use id_counts::IdCounts;
 
 /// The largest width or height of a film or an image file, in pixels.
 pub const MAX_SIDE: u32 = 65_536;
@@ -73,6 +74,8 @@ enum Layer {
     First(Vec<f32>),
     /// [`NO_ID`] where sample 0 has not come yet or hit nothing.
     FirstId(Vec<u32>),
+    /// A pixel's samples by what they saw.
+    Shares(Vec<IdCounts>),
     Derived,
 }
 
@@ -86,6 +89,9 @@ pub enum AovData {
     Float(Image),
     /// One whole number a pixel, row by row from the top.
     Integer(Vec<u32>),
+    /// The ids that a pixel shows, in their order, and what share of its samples each has; row by row from the top. Samples
+    /// that hit nothing are no one's share.
+    Shares(Vec<IdShares>),
 }
 
 /// What a render has learned so far: for each pixel the sums from which mean and standard error follow
@@ -96,7 +102,8 @@ pub enum AovData {
 /// sample is added once.
 ///
 /// A back end typically makes a small film per tile with [`Film::tile`], fills it without locks, and merges it.
-/// A pixel takes 112 bytes, plus 16 a channel for mean layers and 4 a channel for the others.
+/// A pixel takes 112 bytes, plus 16 a channel for mean layers, 32 for a matte (more where it shows several things) and 4 a
+/// channel for the others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     width: u32,
@@ -105,7 +112,7 @@ pub struct Film {
     pixels: Vec<PixelStats>,
     aovs: Vec<Aov>,
     layers: Vec<Layer>,
-    /// Samples per pixel in the mean layers; empty when there are none.
+    /// Samples per pixel in the mean layers and mattes; empty when there are none.
     aov_counts: Vec<u32>,
     invalid_aovs: u64,
 }
@@ -150,11 +157,12 @@ impl Film {
                     AovKind::Mean => Layer::Mean(filled(n, ExactSum::ZERO, area)?),
                     AovKind::First => Layer::First(filled(n, UNSET, area)?),
                     AovKind::FirstId => Layer::FirstId(filled(n, NO_ID, area)?),
+                    AovKind::Shares => Layer::Shares(filled(area, IdCounts::default(), area)?),
                     AovKind::Derived => Layer::Derived,
                 })
             })
             .collect::<Result<Vec<_>, FilmError>>()?;
-        let has_means = unique.iter().any(|a| a.kind() == AovKind::Mean);
+        let is_counted = unique.iter().any(|a| matches!(a.kind(), AovKind::Mean | AovKind::Shares));
         Ok(Self {
             width,
             height,
@@ -162,7 +170,7 @@ impl Film {
             pixels: filled(area, PixelStats::default(), area)?,
             aovs: unique,
             layers,
-            aov_counts: filled(if has_means { area } else { 0 }, 0, area)?,
+            aov_counts: filled(if is_counted { area } else { 0 }, 0, area)?,
             invalid_aovs: 0,
         })
     }
@@ -215,6 +223,7 @@ impl Film {
                 Layer::Mean(sums) => sums.fill(ExactSum::ZERO),
                 Layer::First(values) => values.fill(UNSET),
                 Layer::FirstId(ids) => ids.fill(NO_ID),
+                Layer::Shares(pixels) => pixels.fill(IdCounts::default()),
                 Layer::Derived => {}
             }
         }
@@ -292,6 +301,11 @@ impl Film {
                     stored[at..at + channels.len()].copy_from_slice(channels)
                 }
                 Layer::FirstId(ids) if sample == 0 => ids[i] = values.id(aov).unwrap_or(NO_ID),
+                Layer::Shares(pixels) => {
+                    if let Some(id) = values.id(aov).filter(|&id| id != NO_ID) {
+                        pixels[i].add(id, 1);
+                    }
+                }
                 Layer::First(_) | Layer::FirstId(_) | Layer::Derived => {}
             }
         }
@@ -299,7 +313,8 @@ impl Film {
 
     /// Adds samples of which only the sums are known to the auxiliary layers of pixel (`x`, `y`) of the whole picture.
     ///
-    /// Sums that are not finite are dropped and counted, see [`Film::invalid_aovs`].
+    /// Sums that are not finite are dropped and counted, see [`Film::invalid_aovs`]. Of mattes no sums are known: who has
+    /// only these cannot fill them.
     ///
     /// # Panics
     /// If the pixel lies outside the window.
@@ -328,7 +343,11 @@ impl Film {
                     }
                 }
                 (Layer::FirstId(ids), _, Some(first)) => ids[i] = first.id(aov).unwrap_or(NO_ID),
-                (Layer::Mean(_) | Layer::First(_) | Layer::FirstId(_) | Layer::Derived, _, _) => {}
+                (
+                    Layer::Mean(_) | Layer::First(_) | Layer::FirstId(_) | Layer::Shares(_) | Layer::Derived,
+                    _,
+                    _,
+                ) => {}
             }
         }
     }
@@ -369,7 +388,7 @@ impl Film {
                 self.aov_counts[to..to + width].iter_mut().zip(counts).for_each(|(a, b)| *a += b);
             }
             for ((aov, layer), added) in self.aovs.iter().zip(&mut self.layers).zip(&other.layers) {
-                let n = aov.channels().len();
+                let n = if aov.kind() == AovKind::Shares { 1 } else { aov.channels().len() };
                 layer.merge_run(to * n, added, from * n, width * n);
             }
         }
@@ -477,6 +496,13 @@ impl Film {
                 out.iter_mut().zip(values).for_each(|(o, &v)| *o = if v == UNSET { 0.0 } else { v });
             })),
             Layer::FirstId(ids) => AovData::Integer(ids.clone()),
+            Layer::Shares(pixels) => {
+                let shares = pixels.iter().zip(&self.aov_counts).map(|(pixel, &samples)| {
+                    let share = |count: u32| count as f32 / samples.max(1) as f32;
+                    pixel.iter().map(|(id, count)| (id, share(count))).collect()
+                });
+                AovData::Shares(shares.collect())
+            }
             Layer::Derived if aov == Aov::StandardError => AovData::Float(self.image_of(n, |i, out| {
                 let error = self.pixels[i].standard_error().unwrap_or_default();
                 out.copy_from_slice(&error.map(|e| e as f32));
@@ -521,8 +547,11 @@ impl Layer {
                 let pairs = a[to..to + n].iter_mut().zip(&b[from..from + n]);
                 pairs.filter(|(a, _)| **a == NO_ID).for_each(|(a, b)| *a = *b);
             }
+            (Self::Shares(a), Self::Shares(b)) => {
+                a[to..to + n].iter_mut().zip(&b[from..from + n]).for_each(|(a, b)| a.merge(b));
+            }
             // Layers come from equal lists of AOVs, so the kinds are equal, and derived ones have nothing to add.
-            (Self::Mean(_) | Self::First(_) | Self::FirstId(_) | Self::Derived, _) => {}
+            (Self::Mean(_) | Self::First(_) | Self::FirstId(_) | Self::Shares(_) | Self::Derived, _) => {}
         }
     }
 }
@@ -535,6 +564,7 @@ fn filled<T: Clone>(n: usize, value: T, pixels: usize) -> Result<Vec<T>, FilmErr
     Ok(vec)
 }
 
+mod id_counts;
 mod state;
 #[cfg(test)]
 mod tests;

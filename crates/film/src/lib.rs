@@ -31,7 +31,8 @@ pub use atomic::{remove_temporaries, write_atomically};
 pub use coverage::{Block, Coverage, UnknownBlock};
 pub use exact::ExactSum;
 pub use exr_file::{
-    ExrCamera, ExrChannel, ExrCompression, ExrFile, ExrMatrix, ExrSamples, METADATA_PREFIX, Precision,
+    CRYPTOMATTE_RANKS, ExrCamera, ExrChannel, ExrCompression, ExrFile, ExrMatrix, ExrSamples, IdShares,
+    METADATA_PREFIX, Precision, cryptomatte_hash,
 };
 pub use files::write_png;
 pub use film::{AovData, Film, FilmError, MAX_SIDE};

@@ -12,7 +12,7 @@ use crate::{Gpu, GpuError, GpuScene};
 use backend::{
     Backend, BackendError, Control, Integrator, LoadStats, PassTime, PixelSamples, Stats, View, check_pixels,
 };
-use film::Film;
+use film::{AovKind, Film};
 use scene::tables::{Changes, SceneTables};
 use std::collections::{HashMap, VecDeque};
 use std::sync::Arc;
@@ -424,6 +424,7 @@ impl Backend for GpuBackend {
         if view.first_sample.checked_add(samples).is_none() {
             return Err(BackendError::View { reason: format!("sample index beyond {}", u32::MAX) });
         }
+        refuse_mattes(view)?;
         let all = u64::from(samples) * view.window.area() as u64;
         self.render_with(view, all, control, |this, stats| this.render_samples(view, samples, control, stats))
     }
@@ -435,6 +436,7 @@ impl Backend for GpuBackend {
         control: &Control,
     ) -> Result<Stats, BackendError> {
         check_pixels(view, pixels)?;
+        refuse_mattes(view)?;
         let all = pixels.iter().map(|p| u64::from(p.count)).sum();
         self.render_with(view, all, control, |this, stats| this.render_list(view, pixels, control, stats))
     }
@@ -462,5 +464,15 @@ impl Backend for GpuBackend {
 
     fn kernel(&self) -> Option<&'static str> {
         self.taken
+    }
+}
+
+/// Kernels add up what samples see; whose share of a pixel how many of them are, they do not count.
+fn refuse_mattes(view: &View) -> Result<(), BackendError> {
+    match view.aovs.iter().find(|aov| aov.kind() == AovKind::Shares) {
+        Some(matte) => Err(BackendError::View {
+            reason: format!("GPUs do not make the layer `{matte}`; the back end `cpu` does"),
+        }),
+        None => Ok(()),
     }
 }

@@ -6,8 +6,9 @@ use crate::errors::{bad, choice_error, render_error};
 use crate::scene::{Scene, lock};
 use crate::watch::watch;
 use alhazen::{
-    Aov, AovData, BackendChoice, Control, DirectSettings, Film, HybridSettings, Image, Integrator, Job,
-    Limits, PathSettings, Rect, Renderer, RendererOptions, SamplerKind, Summary, ToneMapper, ToneMapping,
+    Aov, AovData, BackendChoice, CRYPTOMATTE_RANKS, Control, DirectSettings, Film, HybridSettings, Image,
+    Integrator, Job, Limits, PathSettings, Rect, Renderer, RendererOptions, SamplerKind, Summary, ToneMapper,
+    ToneMapping,
 };
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -283,11 +284,24 @@ pub fn layers<'py>(py: Python<'py>, film: &Film) -> PyResult<Bound<'py, PyDict>>
             Some(AovData::Integer(ids)) => {
                 output(py, ids.into_iter().map(|i| i as i32).collect(), &[height, width])?
             }
+            Some(AovData::Shares(pixels)) => {
+                output(py, ranks(pixels), &[height, width, CRYPTOMATTE_RANKS, 2])?
+            }
             None => continue,
         };
         layers.set_item(aov.name(), layer)?;
     }
     Ok(layers)
+}
+
+/// The ids of each pixel that have most of its samples, and their shares; -1 and 0 where there are fewer.
+fn ranks(pixels: Vec<Vec<(u32, f32)>>) -> Vec<f32> {
+    let ranked = |mut shares: Vec<(u32, f32)>| {
+        shares.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let shares = shares.into_iter().map(|(id, share)| [id as f32, share]);
+        shares.chain(std::iter::repeat([-1.0, 0.0])).take(CRYPTOMATTE_RANKS).flatten()
+    };
+    pixels.into_iter().flat_map(ranked).collect()
 }
 
 const TONE_MAPPERS: [(&str, ToneMapper); 6] = [

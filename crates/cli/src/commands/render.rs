@@ -12,8 +12,8 @@ use super::tone::ToneArgs;
 use crate::console::ProgressDisplay;
 use crate::profile::Profile;
 use alhazen::{
-    Adaptive, Aov, BackendChoice, Control, Denoiser, Description, Limits, LoadOptions, PartJob, PathKernel,
-    Rect, Renderer, RendererOptions, Summary, SunPosition, metadata,
+    Adaptive, Aov, AovKind, BackendChoice, Control, Denoiser, Description, Limits, LoadOptions, PartJob,
+    PathKernel, Rect, Renderer, RendererOptions, Summary, SunPosition, metadata,
 };
 use anyhow::{Context, bail, ensure};
 use clap::{Args, FromArgMatches, ValueEnum};
@@ -91,7 +91,8 @@ pub struct RenderArgs {
     #[arg(long, help_heading = "Picture", value_name = "SPP", default_value_t = Adaptive::default().min_spp, value_parser = clap::value_parser!(u32).range(2..))]
     min_spp: u32,
     /// Auxiliary layers for EXR: depth, position, normal, geometric-normal, uv, albedo, material, instance,
-    /// primitive, samples, standard-error; separated by commas.
+    /// primitive, samples, standard-error, and cryptomatte-object and cryptomatte-material, which only the CPU makes; separated
+    /// by commas.
     #[arg(long, help_heading = "Picture", value_name = "LIST", value_delimiter = ',')]
     aov: Vec<Aov>,
     /// Remove the noise of the finished picture, guided by albedo and normals: by Open Image Denoise if it is installed,
@@ -440,8 +441,13 @@ fn render_whole(
 
 /// The back end that the arguments ask for; says once which it is and why.
 fn choose_renderer(args: &RenderArgs) -> anyhow::Result<Renderer> {
+    let has_mattes = args.aov.iter().any(|aov| aov.kind() == AovKind::Shares);
+    let backend = match args.backend {
+        BackendChoice::Auto if has_mattes => BackendChoice::Cpu,
+        chosen => chosen,
+    };
     let options = RendererOptions {
-        backend: args.backend,
+        backend,
         adapter: args.adapter.clone(),
         threads: args.threads,
         kernel: args.kernel,

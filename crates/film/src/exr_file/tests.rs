@@ -27,10 +27,11 @@ fn films_survive_with_every_layer_and_setting() {
         let file = ExrFile::from_film(&film, Precision::Float)
             .with_metadata("spp", "2")
             .with_metadata("scene", "Çınar ☀ with a rather long name for a key");
+        let mut file = file;
+        file.attributes.insert("cryptomatte/f834d0a/name".into(), "crypto_object".into());
         file.write(&path, compression).unwrap();
         let mut back = ExrFile::read(&path).unwrap();
         back.channels.sort_by(|a, b| a.name.cmp(&b.name));
-        let mut file = file;
         file.channels.sort_by(|a, b| a.name.cmp(&b.name));
         assert!(back == file, "{compression:?}");
         assert_eq!(Image::open(&path).unwrap(), film.to_image());
@@ -96,6 +97,7 @@ fn files_that_cannot_be_are_errors() {
     assert!(refused(&|f| f.channels[1].name = "x".repeat(300)));
     assert!(refused(&|f| f.channels[1].samples = ExrSamples::Uint(vec![0; 3])));
     assert!(refused(&|f| drop(f.metadata.insert("a\0b".into(), "c".into()))));
+    assert!(refused(&|f| drop(f.attributes.insert("x".repeat(300), "c".into()))));
     assert!(refused(&|f| f.data_width = 0));
 }
 

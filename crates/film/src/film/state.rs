@@ -1,5 +1,6 @@
 //! A film's exact contents as channels of an image file, and back: nothing is rounded.
 
+use super::id_counts::IdCounts;
 use super::{Film, Layer};
 use crate::{AovKind, ExactSum, ExrChannel, ExrSamples, PixelStats};
 
@@ -13,7 +14,8 @@ impl Film {
     /// Everything that the film knows but [`Film::invalid_aovs`], as channels of whole numbers and of 32-bit floats.
     ///
     /// For each colour `c`, `sum.c` and `square.c` are the sums of samples and of their squares; `count` and `invalid` are the
-    /// numbers of samples; `aov-count` and `layer.sum.c` belong to layers of means. Numbers of more than 32 bits have a
+    /// numbers of samples; `aov-count` and `layer.sum.c` belong to layers of means, `layer.id.i` and `layer.count.i` to the
+    /// thing number `i` that a pixel of a matte shows. Numbers of more than 32 bits have a
     /// channel for each 32 bits, the least significant first: `count.0`, `count.1`. Of these, channels that are zero
     /// everywhere are left out: most numbers are small.
     #[must_use]
@@ -34,6 +36,9 @@ impl Film {
             channels.push(uint("aov-count", self.aov_counts.clone()));
         }
         for (aov, layer) in self.aovs.iter().zip(&self.layers) {
+            if let Layer::Shares(pixels) = layer {
+                push_shares(&mut channels, aov.name(), pixels);
+            }
             let names = aov.channels();
             for (c, name) in names.iter().enumerate() {
                 match layer {
@@ -46,7 +51,7 @@ impl Film {
                         channels.push(ExrChannel { name, samples: ExrSamples::Float(values) });
                     }
                     Layer::FirstId(ids) => channels.push(uint(&format!("{aov}.first.{name}"), ids.clone())),
-                    Layer::Derived => {}
+                    Layer::Shares(_) | Layer::Derived => {}
                 }
             }
         }
@@ -82,6 +87,9 @@ impl Film {
         }
         for (aov, layer) in self.aovs.iter().zip(&mut self.layers) {
             debug_assert_eq!(matches!(layer, Layer::Mean(_)), aov.kind() == AovKind::Mean);
+            if let Layer::Shares(pixels) = layer {
+                fill_shares(channels, aov.name(), pixels)?;
+            }
             let names = aov.channels();
             for (c, name) in names.iter().enumerate() {
                 match layer {
@@ -97,12 +105,39 @@ impl Film {
                     Layer::FirstId(ids) => {
                         ids.copy_from_slice(channels.uints(&format!("{aov}.first.{name}"), area)?);
                     }
-                    Layer::Derived => {}
+                    Layer::Shares(_) | Layer::Derived => {}
                 }
             }
         }
         Ok(())
     }
+}
+
+/// Adds a matte: for each of the things that a pixel shows, a channel with its id and one with its number of samples, which is
+/// zero where a pixel shows fewer.
+fn push_shares(channels: &mut Vec<ExrChannel>, layer: &str, pixels: &[IdCounts]) {
+    let most = pixels.iter().map(|pixel| pixel.iter().count()).max().unwrap_or(0);
+    for i in 0..most {
+        let shown = || pixels.iter().map(|pixel| pixel.iter().nth(i).unwrap_or_default());
+        channels.push(uint(&format!("{layer}.id.{i}"), shown().map(|(id, _)| id).collect()));
+        channels.push(uint(&format!("{layer}.count.{i}"), shown().map(|(_, count)| count).collect()));
+    }
+}
+
+/// The inverse of [`push_shares`].
+fn fill_shares(channels: &Channels, layer: &str, pixels: &mut [IdCounts]) -> Result<(), String> {
+    for i in 0.. {
+        let (id_name, count_name) = (format!("{layer}.id.{i}"), format!("{layer}.count.{i}"));
+        if channels.find(&id_name).is_none() {
+            break;
+        }
+        let ids = channels.uints(&id_name, pixels.len())?;
+        let counts = channels.uints(&count_name, pixels.len())?;
+        for ((pixel, &id), &count) in pixels.iter_mut().zip(ids).zip(counts) {
+            pixel.add(id, count);
+        }
+    }
+    Ok(())
 }
 
 fn uint(name: &str, values: Vec<u32>) -> ExrChannel {

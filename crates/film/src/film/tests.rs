@@ -139,7 +139,7 @@ fn first_and_mean_layers() {
     film.add(0, 0, [3.0; 3]);
     let float = |aov| match film.aov(aov).unwrap() {
         AovData::Float(image) => image.data().to_vec(),
-        AovData::Integer(_) => panic!("{aov} is not float"),
+        AovData::Integer(_) | AovData::Shares(_) => panic!("{aov} is not float"),
     };
     assert_eq!(float(Aov::Depth), [1.0, 0.0]);
     assert_eq!(float(Aov::Normal), [0.0, 4.0 / 3.0, 0.0, 0.0, 0.0, 0.0]);
@@ -148,6 +148,19 @@ fn first_and_mean_layers() {
     assert_eq!(film.aov(Aov::SampleCount), Some(AovData::Integer(vec![2, 0])));
     assert_eq!(film.aov(Aov::Uv), None);
     assert_eq!(film.invalid_aovs(), 1);
+}
+
+#[test]
+fn mattes_count_what_samples_see() {
+    let mut film = Film::with_window(2, 1, Rect::full(2, 1), &[Aov::ObjectMatte]).unwrap();
+    assert!(film.wants_aovs());
+    for (sample, instance_id) in [(5, 3), (6, 1), (7, 3), (8, NO_ID)] {
+        film.add_aovs(1, 0, sample, &AovSample { instance_id, material_id: 9, ..Default::default() });
+    }
+    let shares = AovData::Shares(vec![vec![], vec![(1, 0.25), (3, 0.5)]]);
+    assert_eq!(film.aov(Aov::ObjectMatte), Some(shares));
+    film.clear();
+    assert_eq!(film.aov(Aov::ObjectMatte), Some(AovData::Shares(vec![vec![]; 2])));
 }
 
 #[test]
@@ -185,7 +198,8 @@ fn relative_error_falls_with_the_root_of_the_samples() {
 /// Samples with values that single precision sums exactly, added one by one and as sums.
 #[test]
 fn sums_of_layers_and_samples_agree() {
-    let all: Vec<Aov> = Aov::ALL.to_vec();
+    // Of mattes no sums are known.
+    let all: Vec<Aov> = Aov::ALL.into_iter().filter(|a| a.kind() != AovKind::Shares).collect();
     let mut one_by_one = Film::with_window(1, 1, Rect::full(1, 1), &all).unwrap();
     let mut at_once = one_by_one.clone();
     let seen = |depth: f32| AovSample {

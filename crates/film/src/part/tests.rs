@@ -29,6 +29,7 @@ fn render(blocks: &[Block]) -> Part {
                     let depth = if v < 0.02 { f32::INFINITY } else { v };
                     let seen =
                         AovSample { depth, normal: [v, -v, 0.1], material_id: x, ..Default::default() };
+                    let seen = AovSample { instance_id: (5.0 * v) as u32, ..seen };
                     film.add_aovs(x, y, u64::from(sample), &seen);
                 }
             }

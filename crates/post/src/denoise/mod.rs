@@ -55,7 +55,7 @@ impl NoisyPicture {
     pub fn of_film(film: &Film) -> Result<Self, DenoiseError> {
         let layer = |aov| match film.aov(aov) {
             Some(AovData::Float(image)) => Ok(image),
-            Some(AovData::Integer(_)) | None => Err(DenoiseError::MissingLayer(aov)),
+            Some(AovData::Integer(_) | AovData::Shares(_)) | None => Err(DenoiseError::MissingLayer(aov)),
         };
         let variance = film.variance_of_mean().ok_or(DenoiseError::TooFewSamples)?;
         let (albedo, normal) = (layer(Aov::Albedo)?, layer(Aov::Normal)?);

@@ -26,7 +26,8 @@ impl Scene {
     ///     A camera, or one of the scene's by number or name.
     /// aovs : sequence of str
     ///     Auxiliary layers: depth (metres along the ray), position, normal, geometric-normal, uv, albedo, material, instance,
-    ///     primitive, samples, standard-error.
+    ///     primitive, samples, standard-error; on the CPU also cryptomatte-object and cryptomatte-material, an array of
+    ///     6 ranks of (id, share of the pixel's samples).
     /// seed : int, default 0
     ///     Changes the noise.
     /// integrator : {"path", "direct", "hybrid", "aov"}, optional

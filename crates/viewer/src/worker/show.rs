@@ -36,7 +36,8 @@ pub enum Layer {
 impl Layer {
     /// What can be shown.
     pub fn all() -> impl Iterator<Item = Self> {
-        let aovs = Aov::ALL.into_iter().map(Self::Aov);
+        let is_shown = |aov: &Aov| !matches!(aov, Aov::ObjectMatte | Aov::MaterialMatte);
+        let aovs = Aov::ALL.into_iter().filter(is_shown).map(Self::Aov);
         [Self::Picture, Self::Noise].into_iter().chain(aovs)
     }
 
@@ -83,8 +84,8 @@ pub fn layer_image(film: &Film, layer: Layer) -> Image {
                 out[0] = if id == u32::MAX { -1.0 } else { id as f32 };
             }
         }
-        // The film is of a wish before the layer was asked for.
-        None => {}
+        // Mattes are for files. Or the film is of a wish before the layer was asked for.
+        Some(AovData::Shares(_)) | None => {}
     }
     out
 }
@@ -139,7 +140,9 @@ fn visible(aov: Aov, data: &[f32]) -> Vec<Color32> {
         Aov::Uv => per_pixel(data, |uv| colour(uv.map(|c| c - c.floor()))),
         Aov::Position => per_pixel(data, |p| colour(p.map(|c| c - c.floor()))),
         Aov::Albedo => per_pixel(data, |c| colour(c.map(alhazen::srgb_encode))),
-        Aov::MaterialId | Aov::InstanceId | Aov::PrimitiveId => per_pixel(data, |id| id_colour(id[0])),
+        Aov::MaterialId | Aov::InstanceId | Aov::PrimitiveId | Aov::ObjectMatte | Aov::MaterialMatte => {
+            per_pixel(data, |id| id_colour(id[0]))
+        }
         Aov::Depth => {
             let (near, far) = range(data.iter().step_by(3).copied().filter(|d| *d > 0.0));
             let near_first = |d: f32| heat(1.0 - (d - near) / (far - near).max(1e-6));
