@@ -78,6 +78,8 @@ pub use film::metrics;
 /// The GPU back ends.
 pub use gpu;
 pub use gpu::PathKernel;
+/// A moment of a scene that moves, and when frames are.
+pub use scene::animation::{Moment, frame_time};
 /// The built-in scenes.
 pub use scene::builtin;
 /// Changes of a scene as values, and scene files that are made of them.

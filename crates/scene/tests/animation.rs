@@ -2,6 +2,9 @@
 
 use base64::Engine as _;
 use glam::{Vec2, Vec3, vec3};
+use scene::animation::Moment;
+use scene::edits::{Editable, Edits, LightRecord, MaterialRecord, Resources};
+use scene::tables::SceneTables;
 use scene::{LightKind, LoadOptions, Loaded, Projection, Scene, Severity, Shape, TriangleMesh};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -264,4 +267,76 @@ fn morph_targets_are_weighed_over_time() {
     let farthest =
         [0.1, 0.3, 0.5, 0.7].map(|share| farthest(&mut scene, share)).into_iter().fold(0.0, f32::max);
     assert!(farthest > 0.02 * (high - low).length(), "nothing moves by more than {farthest} m");
+}
+
+fn at(seconds: f32) -> Moment {
+    Moment { time: Some(seconds), ..Moment::default() }
+}
+
+fn fingerprint(scene: &Scene) -> String {
+    SceneTables::build(scene).fingerprint()
+}
+
+#[test]
+fn edited_scenes_come_to_a_moment_from_anywhere() {
+    let none = Resources::default();
+    let mut scenes = vec![everything().scene];
+    if let Some(shared) = testkit::require_shared("edited_scenes_come_to_a_moment_from_anywhere") {
+        let skin = shared.join("scenes/khr_SimpleSkin/SimpleSkin.gltf");
+        scenes
+            .push(scene::load::load(&skin, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene);
+    }
+    for scene in scenes {
+        let mut edits = Edits::default();
+        let rest = fingerprint(&scene);
+        let fresh = |edits: &Edits, moment: &Moment| {
+            let mut fresh = Editable::new(scene.clone());
+            fresh.set_at(edits, &none, moment).unwrap_or_else(|e| panic!("{e}"));
+            fingerprint(fresh.scene())
+        };
+        let mut direct = scene.clone();
+        direct.set_time(0.7);
+        assert_eq!(fresh(&edits, &at(0.7)), fingerprint(&direct));
+        let mut moved = Editable::new(scene.clone());
+        for moment in [at(0.3), at(1.7), at(0.7), Moment::default(), at(1.7), Moment::default()] {
+            for roughness in [0.25, 0.75] {
+                edits.materials.insert(0, MaterialRecord { roughness, ..(&scene.materials[0]).into() });
+                moved.set_at(&edits, &none, &moment).unwrap_or_else(|e| panic!("{e}"));
+                assert_eq!(fingerprint(moved.scene()), fresh(&edits, &moment), "{moment:?}");
+            }
+        }
+        moved.set(&Edits::default(), &none).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(fingerprint(moved.scene()), rest, "at rest again");
+        assert_ne!(rest, fresh(&Edits::default(), &at(1.7)), "time changes nothing");
+    }
+}
+
+#[test]
+fn time_takes_back_no_edit() {
+    let scene = everything().scene;
+    let mut edits = Edits::default();
+    edits.object(0).visible = Some(false);
+    edits
+        .materials
+        .insert(0, MaterialRecord { base_color: [0.25, 0.5, 0.75, 1.0], ..(&scene.materials[0]).into() });
+    edits.lights =
+        Some(vec![LightRecord::Point { name: "p".into(), position: [1.0; 3], intensity: [3.0; 3] }]);
+    let mut edited = Editable::new(scene);
+    let mut show = |edits: &Edits, time: f32| {
+        edited.set_at(edits, &Resources::default(), &at(time)).unwrap_or_else(|e| panic!("{e}"));
+        edited.scene().clone()
+    };
+    let later = show(&edits, 2.0);
+    assert!(!later.instances[0].visible, "what was hidden appears");
+    assert_eq!(later.instances[0].transform.translation.x, 4.0, "and moves nevertheless");
+    assert_eq!(later.materials[0].base_color.truncate(), vec3(0.25, 0.5, 0.75));
+    assert!(matches!(later.lights[0].kind, LightKind::Point { .. }), "{:?}", later.lights);
+    edits.object(0).visible = None;
+    assert!(show(&edits, 2.0).instances[0].visible);
+    edits.object(0).set_transform(&glam::Affine3A::from_translation(Vec3::Y));
+    assert_eq!(
+        show(&edits, 2.0).instances[0].transform.translation,
+        Vec3::Y.into(),
+        "what was put stays there"
+    );
 }

@@ -2,7 +2,9 @@
 
 use crate::history::History;
 use alhazen::edits::{EditError, Editable, EditedFile, Edits, Resources};
-use alhazen::{LoadReport, Mesh, MeshPart, Place, RenderDefaults, Scene, Shape, Source, TriangleMesh};
+use alhazen::{
+    Animation, LoadReport, Mesh, MeshPart, Moment, Place, RenderDefaults, Scene, Shape, Source, TriangleMesh,
+};
 use glam::Vec3;
 use std::path::Path;
 
@@ -38,6 +40,7 @@ pub struct Document {
     base: Base,
     outline: Editable,
     edits: History<Edits>,
+    moment: Moment,
     /// The edits that are in the file.
     saved: Edits,
 }
@@ -78,6 +81,7 @@ impl Document {
             resources,
             outline: Editable::new(outline(scene)),
             edits: History::new(edits.clone()),
+            moment: Moment::default(),
             saved: edits,
             base,
         };
@@ -140,7 +144,33 @@ impl Document {
     }
 
     fn follow(&mut self) -> Result<(), EditError> {
-        self.outline.set(self.edits.now(), &self.outlines)
+        self.outline.set_at(self.edits.now(), &self.outlines, &self.moment)
+    }
+
+    /// The moment that the scene is shown at.
+    pub fn moment(&self) -> &Moment {
+        &self.moment
+    }
+
+    /// Brings the scene to another moment. Its edits stay.
+    ///
+    /// # Errors
+    /// For edits that the scene cannot have.
+    pub fn set_moment(&mut self, moment: Moment) -> Result<(), EditError> {
+        self.moment = moment;
+        self.follow()
+    }
+
+    /// What can be played: names of clips, or numbers of those without a name.
+    pub fn clips(&self) -> Vec<String> {
+        let mut names = Vec::new();
+        for (number, clip) in self.scene().animations.iter().flat_map(|a| a.clips.iter().enumerate()) {
+            let name = if clip.name.is_empty() { number.to_string() } else { clip.name.clone() };
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        names
     }
 
     /// Takes files that edits will refer to.
@@ -221,8 +251,13 @@ pub fn outline(scene: &Scene) -> Scene {
         cameras: scene.cameras.clone(),
         environment: scene.environment.clone(),
         defaults: scene.defaults.clone(),
-        animations: Vec::new(),
+        animations: scene.animations.iter().map(without_vertices).collect(),
     }
+}
+
+/// Movements of all but vertices, which are not there.
+fn without_vertices(animation: &Animation) -> Animation {
+    Animation { deformations: Vec::new(), ..animation.clone() }
 }
 
 fn outlines_of(resources: &Resources) -> Resources {

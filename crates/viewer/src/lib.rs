@@ -4,6 +4,7 @@
 //! thread owns the renderer ([`worker`]). Loading ([`loading`]) and ray queries ([`queries`]) have threads of their own. All
 //! state that is not the window's is in [`viewer`] and can be tested without one.
 
+pub mod clock;
 pub mod document;
 pub mod history;
 pub mod loading;

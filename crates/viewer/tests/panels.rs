@@ -1,11 +1,13 @@
 //! Panels are used as people use them: by their labels, without a window.
 
-use alhazen::{LoadOptions, RendererOptions, Source, ToneMapper};
+use alhazen::{Control, Limits, LoadOptions, Renderer, RendererOptions, Scene, Source, ToneMapper};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
+use std::path::Path;
 use std::time::{Duration, Instant};
 use viewer::panels::{self, Tab};
 use viewer::viewer::{Command, Start, Viewer};
+use viewer::worker::{Layer, layer_image};
 
 /// The whole window around a scene that is loaded.
 fn open(scene: &str) -> Harness<'static, Viewer> {
@@ -154,4 +156,113 @@ fn errors_are_shown_until_they_are_dismissed() {
     assert_eq!(harness.state().generation(), before, "nothing else changes");
     click(&mut harness, "Dismiss");
     assert!(!harness.state().notices.iter().any(|n| n.is_error));
+}
+
+/// A file with a triangle that moves by 4 m to the right within two seconds.
+fn write_moving(folder: &Path) -> String {
+    let numbers: [f32; 17] = [
+        -1.0, -1.0, 0.0, 1.0, -1.0, 0.0, 0.0, 1.0, 0.0, // corners
+        0.0, 2.0, // times
+        0.0, 0.0, 0.0, 4.0, 0.0, 0.0, // translations
+    ];
+    let bytes: Vec<u8> = numbers.iter().flat_map(|n| n.to_le_bytes()).collect();
+    std::fs::write(folder.join("moving.bin"), bytes).expect("written");
+    let json = r#"{"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "buffers": [{"byteLength": 68, "uri": "moving.bin"}],
+        "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": 36},
+            {"buffer": 0, "byteOffset": 36, "byteLength": 8}, {"buffer": 0, "byteOffset": 44, "byteLength": 24}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5126, "count": 2, "type": "SCALAR"},
+            {"bufferView": 2, "componentType": 5126, "count": 2, "type": "VEC3"}],
+        "animations": [{"name": "Slide", "samplers": [{"input": 1, "output": 2}],
+            "channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}]}]}"#;
+    let path = folder.join("moving.gltf");
+    std::fs::write(&path, json).expect("written");
+    path.display().to_string()
+}
+
+/// The picture of a scene that `alhazen render --at` would make of what the viewer shows.
+fn rendered_at(viewer: &Viewer, file: &str, seconds: Option<f32>) -> alhazen::Image {
+    let mut scene: Scene =
+        Source::parse(file).load(&LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene;
+    alhazen::add_daylight_if_dark(&mut scene, &mut alhazen::LoadReport::default());
+    seconds.into_iter().for_each(|time| scene.set_time(time));
+    let mut renderer = Renderer::cpu(None).expect("threads");
+    renderer.load(&scene).expect("loads");
+    let spp = viewer.shot().expect("a picture").spp;
+    let limits = Limits { spp, ..Limits::default() };
+    renderer.render(&viewer.job(), &limits, &Control::new()).expect("renders");
+    layer_image(renderer.film().expect("a film").expect("rendered"), Layer::Picture)
+}
+
+/// Waits for the picture of the clock's moment and compares it with that of the command line.
+fn shows(harness: &mut Harness<'_, Viewer>, file: &str, what: &str) -> alhazen::Image {
+    until(harness, what, |v| v.is_current() && v.shot().is_some_and(|s| !s.preview && s.spp >= v.render.spp));
+    let viewer = harness.state();
+    let shown = viewer.shot().expect("done").linear.as_ref().clone();
+    let expected = rendered_at(viewer, file, viewer.clock.moment().time);
+    let worst = shown.data().iter().zip(expected.data()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    // Structures that were refitted may round differently.
+    assert!(worst < 1e-4, "{what}: {worst} away from what the command line renders");
+    shown
+}
+
+#[test]
+fn time_is_played_stepped_and_taken_back() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = write_moving(folder.path());
+    let mut harness = open(&file);
+    // Another seed: what was begun may have more samples.
+    (harness.state_mut().render.spp, harness.state_mut().render.seed) = (4, 1);
+    let rest = shows(&mut harness, &file, "at rest");
+    click(&mut harness, "Step on");
+    assert_eq!(harness.state().clock.frame(), 1);
+    shows(&mut harness, &file, "frame 1");
+    harness.state_mut().clock.seek(30);
+    let later = shows(&mut harness, &file, "frame 30");
+    assert!(later.data() != rest.data(), "nothing has moved");
+    click(&mut harness, "Play");
+    let before = harness.state().shots_seen();
+    until(&mut harness, "pictures while time passes", |v| {
+        v.clock.frame() > 31 && v.shots_seen() > before + 3
+    });
+    click(&mut harness, "Stop time");
+    assert!(!harness.state().clock.playing);
+    shows(&mut harness, &file, "where it was stopped");
+    assert!(harness.state().command_line().contains("--at "), "{}", harness.state().command_line());
+    click(&mut harness, "At rest");
+    let again = shows(&mut harness, &file, "at rest again");
+    assert!(again.data() == rest.data(), "the scene at rest has changed");
+}
+
+#[test]
+fn edits_survive_time() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut harness = open(&write_moving(folder.path()));
+    harness.state_mut().edit("hide", |edits| edits.object(0).visible = Some(false));
+    harness.state_mut().clock.seek(12);
+    until(&mut harness, "frame 12", Viewer::is_current);
+    let instance =
+        |h: &Harness<'_, Viewer>| h.state().document.as_ref().expect("open").scene().instances[0].clone();
+    assert!(!instance(&harness).visible);
+    assert_eq!(instance(&harness).transform.translation.x, 1.0);
+    let ctx = harness.ctx.clone();
+    harness.state_mut().run(Command::Undo, &ctx);
+    assert!(instance(&harness).visible && instance(&harness).transform.translation.x == 1.0);
+}
+
+#[test]
+fn skins_follow_the_clock() {
+    let Some(shared) = testkit::require_shared("skins_follow_the_clock") else { return };
+    let file = shared.join("scenes/khr_SimpleSkin/SimpleSkin.gltf").display().to_string();
+    let mut harness = open(&file);
+    (harness.state_mut().render.spp, harness.state_mut().render.seed) = (2, 1);
+    let rest = shows(&mut harness, &file, "at rest");
+    harness.state_mut().clock.seek(36);
+    let bent = shows(&mut harness, &file, "frame 36");
+    assert!(bent.data() != rest.data(), "the skin does not bend");
+    let ctx = harness.ctx.clone();
+    harness.state_mut().run(Command::Rest, &ctx);
+    assert!(shows(&mut harness, &file, "at rest again").data() == rest.data());
 }

@@ -311,7 +311,7 @@ impl RenderArgs {
 
     /// When a frame is, in seconds; `None` if neither a sequence nor a moment was asked for.
     fn seconds(&self, frame: u32) -> Option<f32> {
-        self.at.or(self.sequence().map(|_| frame as f32 / self.fps))
+        self.at.or(self.sequence().map(|_| alhazen::frame_time(frame, self.fps)))
     }
 
     /// The first frame of a sequence, and the one after its last; `None` for a single picture.

@@ -5,11 +5,13 @@
 //! so that renderers need neither new textures nor new topology.
 
 mod deformation;
+mod moment;
 mod objects;
 mod rig;
 mod track;
 
 pub use deformation::{Deformation, Influence, Influences, Joints, MorphTarget};
+pub use moment::{Moment, frame_time};
 pub use objects::{
     AnimatedCamera, AnimatedInstance, AnimatedLight, AnimatedMaterial, CameraValue, LightValue,
     MaterialValue, Punctual, PunctualKind, TextureMotion, TextureUse, view_of,

@@ -1,6 +1,7 @@
 //! From a scene and edits to the edited scene.
 
 use super::{Addition, Edits, EnvironmentRecord};
+use crate::animation::Moment;
 use crate::{Environment, Image, Instance, InstanceId, Material, MaterialId, Mesh, Scene, Shape, Sphere};
 use glam::{Affine3A, Vec3};
 use std::collections::HashMap;
@@ -57,6 +58,8 @@ pub struct Editable {
     /// The original with `added`: what most changes of the edits begin with.
     extended: Version,
     added: Vec<Addition>,
+    /// Whether meshes may have another shape than at rest.
+    deformed: bool,
 }
 
 /// What a scene was at some time. Of meshes, textures and pictures only the number is kept: edits add to them and
@@ -100,7 +103,7 @@ impl Editable {
     /// A scene without edits.
     pub fn new(mut scene: Scene) -> Self {
         let original = Version::of(&mut scene);
-        Self { scene, extended: original.clone(), original, added: Vec::new() }
+        Self { scene, extended: original.clone(), original, added: Vec::new(), deformed: false }
     }
 
     /// The scene with the edits that it was given last.
@@ -118,11 +121,29 @@ impl Editable {
         self.scene
     }
 
-    /// Gives the scene these edits instead of those that it had.
+    /// Gives the scene these edits instead of those that it had, at rest.
     ///
     /// # Errors
     /// See [`EditError`]. The scene then has some of the edits.
     pub fn set(&mut self, edits: &Edits, resources: &Resources) -> Result<(), EditError> {
+        self.set_at(edits, resources, &Moment::default())
+    }
+
+    /// As [`Editable::set`], at a moment. What the scene was before has no influence on what it becomes.
+    ///
+    /// # Errors
+    /// As [`Editable::set`].
+    pub fn set_at(&mut self, edits: &Edits, resources: &Resources, moment: &Moment) -> Result<(), EditError> {
+        if std::mem::take(&mut self.deformed) {
+            self.scene.rest_meshes();
+        }
+        self.set_at_rest(edits, resources)?;
+        self.deformed = moment.time.is_some();
+        self.scene.set_moment(moment);
+        Ok(())
+    }
+
+    fn set_at_rest(&mut self, edits: &Edits, resources: &Resources) -> Result<(), EditError> {
         if self.added == edits.additions {
             self.extended.restore(&mut self.scene);
         } else {
@@ -158,9 +179,14 @@ impl Editable {
 
     /// What was put somewhere stays there, and what was given a value keeps it, whatever the scene's animations say.
     fn hold_still(&mut self, edits: &Edits) {
-        let moved = |id: u32| edits.objects.get(&id).is_some_and(|o| o.transform.is_some());
+        let edited = |id: u32| edits.objects.get(&id);
         for animation in &mut self.scene.animations {
-            animation.instances.retain(|i| !moved(i.instance));
+            animation.instances.retain(|i| edited(i.instance).is_none_or(|o| o.transform.is_none()));
+            for instance in &mut animation.instances {
+                if let Some(object) = edited(instance.instance) {
+                    instance.hidden = object.removed || object.visible.map_or(instance.hidden, |v| !v);
+                }
+            }
             animation.materials.retain(|m| !edits.materials.contains_key(&m.material));
             if edits.lights.is_some() {
                 animation.lights.clear();

@@ -66,6 +66,7 @@ fn lens(viewer: &mut Viewer, ui: &mut Ui) {
     }
     if camera != viewer.camera {
         viewer.camera = camera;
+        viewer.follows = None;
     }
 }
 
@@ -76,14 +77,18 @@ fn orbit(viewer: &mut Viewer, ui: &mut Ui) {
     }
     if viewer.camera.path.is_none() && ui.button("Make an orbit from here").clicked() {
         viewer.camera.path = Some(navigation::orbit_path(&viewer.camera, 0.0, 12.0));
-        viewer.camera_time = 0.0;
+        (viewer.camera_time, viewer.follows) = (0.0, None);
     }
     let speed = viewer.scene_size() * 1e-3;
+    let before = viewer.camera.path;
     if let Some(CameraPath::Orbit { radius, height, bob, period, .. }) = &mut viewer.camera.path {
         number(ui, "Radius (m)", radius, speed, 1e-5..=1e9);
         number(ui, "Height (m)", height, speed, -1e9..=1e9);
         number(ui, "Bob (m)", bob, speed, -1e9..=1e9);
         number(ui, "Seconds a turn", period, 0.05, 0.1..=3600.0);
+    }
+    if viewer.camera.path != before {
+        viewer.follows = None;
     }
 }
 
@@ -91,9 +96,10 @@ fn views(viewer: &mut Viewer, ui: &mut Ui) {
     let mut chosen = None;
     let mut removed = None;
     ui.strong("Cameras of the scene");
-    for camera in viewer.document.as_ref().map(|d| d.scene().cameras.clone()).unwrap_or_default() {
+    let mut own = None;
+    for (i, camera) in viewer.document.iter().flat_map(|d| d.scene().cameras.iter().enumerate()) {
         if ui.button(&camera.name).clicked() {
-            chosen = Some(camera);
+            own = Some(i);
         }
     }
     ui.strong("Kept views");
@@ -109,6 +115,9 @@ fn views(viewer: &mut Viewer, ui: &mut Ui) {
     }
     if ui.button("Keep this view").clicked() {
         viewer.run(Command::KeepView, &ui.ctx().clone());
+    }
+    if let Some(i) = own {
+        viewer.look_through_own(i);
     }
     if let Some(camera) = chosen {
         viewer.look_through(camera);

@@ -27,6 +27,8 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
         ui.menu_button("View", |ui| {
             items(viewer, ui, &[Frame, Home, ToggleProjection, Play, KeepView]);
             ui.separator();
+            items(viewer, ui, &[PlayTime, StepOn, StepBack, Rest]);
+            ui.separator();
             items(viewer, ui, &[ResetZoom, FullScreen, SidePanel]);
             ui.checkbox(&mut viewer.settings.dark, "Dark");
             ui.add(egui::Slider::new(&mut viewer.settings.zoom, 0.5..=3.0).text("Size of panels"));

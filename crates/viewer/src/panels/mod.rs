@@ -13,6 +13,7 @@ mod record;
 mod render;
 mod report;
 mod status;
+mod time;
 mod windows;
 
 use crate::viewer::{Command, Viewer};
@@ -105,6 +106,9 @@ impl Default for RecordChoice {
 pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     Panel::top("menu").show(ui, |ui| menu::show(viewer, ui));
     Panel::bottom("status").show(ui, |ui| status::show(viewer, ui));
+    if time::is_needed(viewer) {
+        Panel::bottom("time").show(ui, |ui| time::show(viewer, ui));
+    }
     if viewer.open.side {
         Panel::right("side").default_size(330.0).show(ui, |ui| side(viewer, ui));
     }

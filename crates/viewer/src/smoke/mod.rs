@@ -177,6 +177,10 @@ impl Run {
                 viewer.switch_backend(RendererOptions { backend: *backend, threads, ..Default::default() });
             }
             Step::Direct(direct) => viewer.render.direct = *direct,
+            Step::Moment(frame) => viewer.clock.seek(*frame),
+            Step::Fps(fps) => viewer.clock.fps = *fps,
+            Step::Clip(name) => viewer.play_clip(Some(name.clone())),
+            Step::Play(_) if !viewer.clock.playing => viewer.clock.play(),
             Step::Spp(spp) => viewer.render.spp = *spp,
             Step::Material { id, key, value } => self.edit_material(step, viewer, *id, key, *value)?,
             Step::Open(name) => viewer.open_source(Source::parse(name)),
@@ -206,7 +210,12 @@ impl Run {
                 self.report.push(format!("picture at {x} {y} {width} {height}"));
                 viewer.capture_to = Some(path.clone());
             }
-            Step::Wait(_) | Step::Error | Step::Frames(_) | Step::Orbit(_) | Step::Restarts(_) => {}
+            Step::Wait(_)
+            | Step::Error
+            | Step::Frames(_)
+            | Step::Play(_)
+            | Step::Orbit(_)
+            | Step::Restarts(_) => {}
         }
         Ok(None)
     }
@@ -264,6 +273,7 @@ impl Run {
             Step::Select(..) => viewer.selection.is_some(),
             Step::Record { .. } => viewer.recording.is_none(),
             Step::Picture(path) => path.is_file(),
+            Step::Play(seconds) => self.play(viewer, elapsed, *seconds, pictures, memory),
             Step::Orbit(seconds) => self.orbit(viewer, elapsed, *seconds, pictures, memory),
             Step::Restarts(count) => self.restarts(viewer, *count, memory),
             // Two frames, so that panels and window have followed.
@@ -295,6 +305,28 @@ impl Run {
             (self.frames - memory.frames) as f64 / elapsed
         ));
         self.report.extend(memory.latency.report());
+        true
+    }
+
+    /// Lets the scene's time pass for a while and says how many pictures that gave.
+    fn play(
+        &mut self,
+        viewer: &mut Viewer,
+        elapsed: f64,
+        seconds: f64,
+        pictures: u64,
+        memory: &Memory,
+    ) -> bool {
+        if elapsed < seconds {
+            return false;
+        }
+        viewer.clock.playing = false;
+        self.report.push(format!(
+            "play: {:.1} pictures/s, frame {} of {}",
+            (pictures - memory.pictures) as f64 / elapsed,
+            viewer.clock.frame(),
+            viewer.clock.last_frame()
+        ));
         true
     }
 

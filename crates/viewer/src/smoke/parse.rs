@@ -18,6 +18,14 @@ pub enum Step {
     Backend(BackendChoice),
     /// `integrator path|direct`
     Direct(bool),
+    /// `moment FRAME`: of the scene's time.
+    Moment(u32),
+    /// `play SECONDS`: lets the scene's time pass, and measures.
+    Play(f64),
+    /// `fps N`: frames per second of the scene's time.
+    Fps(f32),
+    /// `clip NAME`: what is played.
+    Clip(String),
     /// `spp N`: samples per pixel after which the picture is done.
     Spp(u32),
     /// `material ID KEY VALUE`
@@ -112,6 +120,13 @@ fn step(line: &str) -> Result<Step, String> {
             "direct" => Step::Direct(true),
             _ => return Err("integrators are path and direct".into()),
         },
+        "moment" => Step::Moment(number(word(0)?)?),
+        "play" => Step::Play(number(word(0)?)?),
+        "fps" => match number(word(0)?)? {
+            fps if fps > 0.0 && f32::is_finite(fps) => Step::Fps(fps),
+            fps => return Err(format!("{fps} frames a second are not possible")),
+        },
+        "clip" => Step::Clip(all()?.to_owned()),
         "spp" => Step::Spp(number(word(0)?)?),
         "material" => {
             Step::Material { id: number(word(0)?)?, key: word(1)?.to_owned(), value: number(word(2)?)? }
@@ -167,6 +182,7 @@ mod tests {
             ("wait x", "`x`"),
             ("fly", "no step `fly`"),
             ("layer x", "no layer"),
+            ("fps 0", "not possible"),
             ("backend x", "unknown back end"),
         ] {
             let error = parse(&format!("reload\n{text}")).expect_err(text);

@@ -47,6 +47,10 @@ pub enum Command {
     Home,
     ToggleProjection,
     Play,
+    PlayTime,
+    StepOn,
+    StepBack,
+    Rest,
     KeepView,
     ResetZoom,
     FullScreen,
@@ -119,6 +123,10 @@ pub const COMMANDS: &[CommandInfo] = &[
     info(Command::Home, "Go to the first camera", key(Key::Home)),
     info(Command::ToggleProjection, "Perspective or orthographic", key(Key::Num5)),
     info(Command::Play, "Orbit automatically", key(Key::O)),
+    info(Command::PlayTime, "Play or stop the animation", key(Key::T)),
+    info(Command::StepOn, "One frame on", key(Key::Period)),
+    info(Command::StepBack, "One frame back", key(Key::Comma)),
+    info(Command::Rest, "Show the scene at rest", None),
     info(Command::KeepView, "Keep this view", command(Key::B)),
     info(Command::ResetZoom, "Fit the picture into the window", key(Key::Num0)),
     info(Command::FullScreen, "Full screen", key(Key::F11)),
@@ -187,9 +195,15 @@ impl Viewer {
             Command::AddPointLight => self.add_point_light(),
             Command::Deselect => self.selection = None,
             Command::Frame => self.frame(),
-            Command::Home => self.look_through(self.home.clone()),
+            Command::Home => {
+                self.look_through(self.home.clone());
+                self.look_through_own(0);
+            }
             Command::ToggleProjection => self.steer(navigation::toggle_projection),
             Command::Play => self.play(),
+            Command::PlayTime | Command::StepOn | Command::StepBack | Command::Rest => {
+                self.run_clock(command)
+            }
             Command::KeepView => self.keep_view(),
             Command::ResetZoom => self.zoom = Default::default(),
             Command::FullScreen => self.full_screen = !self.full_screen,
@@ -228,8 +242,22 @@ impl Viewer {
         }
     }
 
+    /// Does what a command says of time. Scenes in which nothing moves have none.
+    fn run_clock(&mut self, command: Command) {
+        if !self.document.as_ref().is_some_and(|d| d.scene().is_animated()) {
+            return;
+        }
+        match command {
+            Command::PlayTime => self.clock.play(),
+            Command::StepOn => self.clock.step(1),
+            Command::StepBack => self.clock.step(-1),
+            _ => self.clock.rest(),
+        }
+    }
+
     fn play(&mut self) {
         self.playing = !self.playing;
+        self.follows = None;
         if self.playing && self.camera.path.is_none() {
             self.camera_time = 0.0;
             self.camera.path = Some(navigation::orbit_path(&self.camera, 0.0, 12.0));
@@ -364,7 +392,9 @@ impl Viewer {
         let path = if path.extension().is_none() { path.with_extension("toml") } else { path.to_owned() };
         let Some(document) = &mut self.document else { return };
         let mut edits = document.edits().clone();
-        let current = Camera { path: self.camera.path, ..self.camera.at(self.camera_time) };
+        // At a moment of the scene, its clock would move a camera that has a path.
+        let orbit = self.camera.path.filter(|_| !self.clock.shown);
+        let current = Camera { path: orbit, ..self.camera.at(self.camera_time) };
         // The camera that is looked through is rendered first; then the kept views, then the others.
         let others =
             document.scene().cameras.iter().filter(|c| c.name != "viewer" && !self.views.contains(c));
@@ -394,9 +424,9 @@ impl Viewer {
     /// The command line that renders the scene as it was saved.
     pub fn command_line(&self) -> String {
         let scene = self.document.as_ref().map_or(String::new(), |d| d.source.to_string());
-        let arguments = self.render.arguments();
-        let space = if arguments.is_empty() { "" } else { " " };
-        format!("alhazen render {scene} -o picture.exr --spp {}{space}{arguments}", self.render.spp)
+        let spp = format!("alhazen render {scene} -o picture.exr --spp {}", self.render.spp);
+        let words = [spp, self.render.arguments(), self.clock.arguments()];
+        words.iter().filter(|w| !w.is_empty()).map(String::as_str).collect::<Vec<_>>().join(" ")
     }
 
     /// Records a sequence in the way that was chosen.

@@ -5,11 +5,13 @@ mod actions;
 mod compare;
 mod dialogs;
 mod paint;
+mod time;
 
 pub use actions::{Action, COMMANDS, Command, CommandInfo};
 pub use compare::Comparison;
 pub use dialogs::{Dialog, For};
 
+use crate::clock::Clock;
 use crate::document::Document;
 use crate::loading::{self, Loaded, Loading, Opened};
 use crate::queries::{Answer, Outline, Purpose, Queries, Question, Seen, What};
@@ -92,6 +94,10 @@ pub struct Viewer {
     pub camera_time: f32,
     /// Whether the camera follows its path.
     pub playing: bool,
+    /// Which camera of the scene is looked through, until it is steered away.
+    pub follows: Option<usize>,
+    /// Time in the scene.
+    pub clock: Clock,
     /// Views that the user has kept.
     pub views: Vec<Camera>,
     /// What is rendered.
@@ -147,6 +153,8 @@ pub struct Viewer {
     sent: (Option<Wish>, Option<Shown>),
     time: f64,
     last_motion: f64,
+    /// When the scene was last brought to another moment, and which change that was.
+    last_moment: (f64, u64),
     generation: u64,
     /// A reload keeps the camera.
     keeps_camera: bool,
@@ -178,6 +186,8 @@ impl Viewer {
             camera: empty.camera.clone(),
             camera_time: 0.0,
             playing: false,
+            follows: None,
+            clock: Clock::default(),
             views: Vec::new(),
             render: RenderSettings { size: start.size, ..RenderSettings::of(&empty, None) },
             shown: Shown::default(),
@@ -213,6 +223,7 @@ impl Viewer {
             sent: (None, None),
             time: 0.0,
             last_motion: f64::NEG_INFINITY,
+            last_moment: (f64::NEG_INFINITY, 0),
             generation: 0,
             keeps_camera: false,
             fixed_size: start.size,
@@ -318,6 +329,7 @@ impl Viewer {
             self.last_motion = time;
             ctx.request_repaint();
         }
+        self.pass_time(ctx, dt);
         self.send_wishes(ctx);
     }
 
@@ -374,14 +386,14 @@ impl Viewer {
         let mut camera = Camera { path: None, ..self.camera.at(self.camera_time) };
         motion(&mut camera);
         self.camera = camera;
-        (self.playing, self.camera_time) = (false, 0.0);
+        (self.playing, self.camera_time, self.follows) = (false, 0.0, None);
         self.last_motion = self.time;
     }
 
     /// Looks through another camera.
     pub fn look_through(&mut self, camera: Camera) {
         self.camera = camera;
-        (self.playing, self.camera_time) = (false, 0.0);
+        (self.playing, self.camera_time, self.follows) = (false, 0.0, None);
     }
 
     /// How large the scene is, metres: speeds follow it.
@@ -404,7 +416,12 @@ impl Viewer {
     fn send_edits(&mut self) {
         let Some(document) = &self.document else { return };
         self.edit_count += 1;
-        self.worker.send(Message::Edit(document.edits().clone(), document.resources.clone()));
+        self.clock.set_duration(document.scene().duration());
+        self.worker.send(Message::Edit(
+            document.edits().clone(),
+            document.resources.clone(),
+            document.moment().clone(),
+        ));
         let gone = |s: &Selection| {
             let removed = document.edits().objects.get(&s.object).is_some_and(|o| o.removed);
             removed || s.object as usize >= document.scene().instances.len()
@@ -444,7 +461,9 @@ impl Viewer {
     pub fn is_current(&self) -> bool {
         let current =
             |s: &Shot| s.changes == self.changes() && s.generation == self.generation && *s.job == self.job();
-        self.loading().is_empty() && self.shot().is_some_and(current)
+        // A moment that the render thread was not yet told of has no picture.
+        let in_time = self.document.as_ref().is_none_or(|d| *d.moment() == self.clock.moment());
+        in_time && self.loading().is_empty() && self.shot().is_some_and(current)
     }
 
     /// Seconds, as [`Viewer::tick`] was told.
@@ -504,6 +523,8 @@ impl Viewer {
         self.home = job.camera.clone();
         if !self.keeps_camera {
             self.look_through(job.camera.clone());
+            self.follows = (!document.scene().cameras.is_empty()).then_some(0);
+            self.clock = self.clock.for_scene(document.scene());
             self.render =
                 RenderSettings { size: self.fixed_size, ..RenderSettings::of(&job, document.defaults.spp) };
             self.shown.tone = job.tone;

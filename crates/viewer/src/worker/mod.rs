@@ -15,7 +15,7 @@ pub(crate) use thread::full_text;
 
 use alhazen::edits::{Edits, Resources};
 use alhazen::{
-    BackendError, Control, Job, LoadStats, PassTime, Renderer, RendererOptions, Scene, SceneTables,
+    BackendError, Control, Job, LoadStats, Moment, PassTime, Renderer, RendererOptions, Scene, SceneTables,
 };
 use std::cell::Cell;
 use std::path::PathBuf;
@@ -50,8 +50,8 @@ pub enum Message {
         /// Comes back with its pictures.
         generation: u64,
     },
-    /// Change the scene in this way and no other.
-    Edit(Edits, Resources),
+    /// Change the scene in this way and no other, and show it at this moment.
+    Edit(Edits, Resources, Moment),
     /// Make this picture.
     Wish(Box<Wish>),
     /// Show pictures in this way.

@@ -4,7 +4,9 @@ use super::recording::Sequence;
 use super::show::{display, layer_image};
 use super::{Event, Message, Pace, PassReport, Shared, Shot, Shown, Wish, lock};
 use alhazen::edits::{Editable, Edits, Resources};
-use alhazen::{BackendError, Control, Description, Film, Job, Renderer, RendererOptions, SceneTables};
+use alhazen::{
+    BackendError, Control, Description, Film, Job, Moment, Renderer, RendererOptions, SceneTables,
+};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
@@ -41,7 +43,7 @@ pub(super) struct State {
 #[derive(Default)]
 struct Todo {
     switch: Option<RendererOptions>,
-    edit: Option<(Edits, Resources)>,
+    edit: Option<(Edits, Resources, Moment)>,
     /// The renderer has no scene or an old one.
     load: bool,
     show_again: bool,
@@ -173,10 +175,10 @@ impl State {
             Message::Load { scene, edits, resources, generation } => {
                 self.scene = Some(Editable::new(*scene));
                 self.generation = generation;
-                self.todo.edit = Some((edits, resources));
+                self.todo.edit = Some((edits, resources, Moment::default()));
                 self.todo.load = true;
             }
-            Message::Edit(edits, resources) => self.todo.edit = Some((edits, resources)),
+            Message::Edit(edits, resources, moment) => self.todo.edit = Some((edits, resources, moment)),
             Message::Wish(wish) => self.take_wish(*wish),
             Message::Show(shown) => {
                 self.todo.show_again |= shown != self.shown;
@@ -246,9 +248,9 @@ impl State {
             }
             return Ok(());
         }
-        if let Some((edits, resources)) = self.todo.edit.take() {
+        if let Some((edits, resources, moment)) = self.todo.edit.take() {
             let Some(scene) = &mut self.scene else { return Ok(()) };
-            if let Err(error) = scene.set(&edits, &resources) {
+            if let Err(error) = scene.set_at(&edits, &resources, &moment) {
                 self.tell(Event::Failed(full_text(&error)));
             }
             return self.load();

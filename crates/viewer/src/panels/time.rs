@@ -1,0 +1,70 @@
+//! Time in scenes that move: a line of controls below the picture.
+
+use crate::viewer::{Command, Viewer};
+use egui::{ComboBox, DragValue, Slider, Ui};
+
+/// Whether there is anything to show.
+pub fn is_needed(viewer: &Viewer) -> bool {
+    viewer.document.as_ref().is_some_and(|d| d.scene().is_animated())
+}
+
+/// Shows it.
+pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
+    ui.horizontal_wrapped(|ui| {
+        let play = if viewer.clock.playing { "Stop time" } else { "Play" };
+        for (name, command) in
+            [("Step back", Command::StepBack), (play, Command::PlayTime), ("Step on", Command::StepOn)]
+        {
+            if ui.button(name).clicked() {
+                viewer.run(command, &ui.ctx().clone());
+            }
+        }
+        if ui.add_enabled(viewer.clock.shown, egui::Button::new("At rest")).clicked() {
+            viewer.run(Command::Rest, &ui.ctx().clone());
+        }
+        scrubber(viewer, ui);
+        let clock = &mut viewer.clock;
+        ui.checkbox(&mut clock.looping, "Loop");
+        let name = ui.label("Speed");
+        ui.add(DragValue::new(&mut clock.speed).speed(0.01).range(-16.0..=16.0).suffix("×"))
+            .labelled_by(name.id);
+        let name = ui.label("Frames a second");
+        ui.add(DragValue::new(&mut clock.fps).speed(0.1).range(0.1..=1000.0)).labelled_by(name.id);
+        ui.checkbox(&mut clock.repeat, "Repeat short clips");
+        clips(viewer, ui);
+    });
+}
+
+fn scrubber(viewer: &mut Viewer, ui: &mut Ui) {
+    let (mut frame, last) = (viewer.clock.frame(), viewer.clock.last_frame());
+    let width = ui.spacing().slider_width;
+    ui.spacing_mut().slider_width = (ui.available_width() * 0.5).clamp(100.0, 600.0);
+    if ui.add(Slider::new(&mut frame, 0..=last).text("Frame")).changed() {
+        viewer.clock.seek(frame);
+    }
+    ui.spacing_mut().slider_width = width;
+    match viewer.clock.moment().time {
+        Some(time) => ui.label(format!("{time:.3} of {:.3} s", viewer.clock.duration())),
+        None => ui.weak("at rest"),
+    };
+}
+
+/// A choice of what is played, where there is one.
+fn clips(viewer: &mut Viewer, ui: &mut Ui) {
+    let Some(document) = &viewer.document else { return };
+    let names = document.clips();
+    if names.len() < 2 {
+        return;
+    }
+    let mut clip = viewer.clock.clip.clone();
+    let shown = clip.clone().unwrap_or_else(|| "first".into());
+    ComboBox::from_label("Clip").selected_text(shown).show_ui(ui, |ui| {
+        ui.selectable_value(&mut clip, None, "first");
+        for name in names {
+            ui.selectable_value(&mut clip, Some(name.clone()), name);
+        }
+    });
+    if clip != viewer.clock.clip {
+        viewer.play_clip(clip);
+    }
+}
