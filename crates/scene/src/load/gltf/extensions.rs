@@ -96,7 +96,7 @@ pub const EXTENSIONS: &[Extension] = {
         known("KHR_texture_transform", Supported, ""),
         known("KHR_xmp", Harmless, "metadata"),
         known("KHR_xmp_json_ld", Harmless, "metadata"),
-        known("MSFT_texture_dds", Undecoded, "the plain image is used where there is one"),
+        known("MSFT_texture_dds", Supported, "the plain image is used where there is one"),
     ]
 };
 

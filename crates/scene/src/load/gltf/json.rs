@@ -529,6 +529,8 @@ pub(super) struct Texture {
 pub(super) struct TextureExtensions {
     #[serde(rename = "EXT_texture_webp")]
     pub webp: Option<TextureSource>,
+    #[serde(rename = "MSFT_texture_dds")]
+    pub dds: Option<TextureSource>,
     #[serde(flatten)]
     pub others: Others,
 }

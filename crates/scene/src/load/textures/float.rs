@@ -100,7 +100,7 @@ fn color_channels(
 }
 
 /// Radiance is finite and not negative: NaN and negative values become 0, infinite ones [`MAX_VALUE`] at most.
-fn mend(pixels: &mut [[f32; 3]], report: &mut LoadReport) {
+pub(super) fn mend(pixels: &mut [[f32; 3]], report: &mut LoadReport) {
     let (mut negative, mut not_finite) = (0usize, 0usize);
     for value in pixels.iter_mut().flatten() {
         if value.is_nan() {

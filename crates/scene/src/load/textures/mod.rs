@@ -1,5 +1,6 @@
 //! Images of all loaders: collected while a file is read, decoded together at the end, on all cores.
 
+mod dds;
 mod decode;
 mod float;
 

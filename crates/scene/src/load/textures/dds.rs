@@ -1,0 +1,388 @@
+//! DirectDraw surfaces: the first picture of a file, from blocks of 4×4 pixels or from bits.
+
+use super::decode::{TextureError, check_size};
+use super::float::mend;
+use crate::{Image, LoadReport, Pixels};
+use ddsfile::{Caps2, Dds, DxgiFormat, FourCC, MiscFlag, PixelFormatFlags};
+use exr::prelude::f16;
+
+/// Whether the bytes start as a DirectDraw surface does.
+pub(super) fn is_dds(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"DDS ")
+}
+
+/// How a file stores its pixels.
+#[derive(Clone, Copy)]
+enum Storage {
+    /// Blocks of 4×4 pixels.
+    Blocks(Compression),
+    /// A number of `bits` for each pixel, the bits of whose channels are set in the masks; no bits: zero, of alpha one.
+    Masks { bits: u32, rgba: [u32; 4] },
+    /// Four numbers of 16 bits.
+    Half,
+    /// Four numbers of 32 bits.
+    Float,
+}
+
+/// Formats of blocks, as Direct3D counts them.
+#[derive(Clone, Copy)]
+enum Compression {
+    Bc1,
+    Bc2,
+    Bc3,
+    Bc4,
+    Bc5,
+    Bc6h { signed: bool },
+    Bc7,
+}
+
+impl Compression {
+    /// Bytes that a block takes.
+    fn block_bytes(self) -> usize {
+        match self {
+            Self::Bc1 | Self::Bc4 => 8,
+            Self::Bc2 | Self::Bc3 | Self::Bc5 | Self::Bc6h { .. } | Self::Bc7 => 16,
+        }
+    }
+
+    /// The 16 pixels of a block, row by row. Two channels are taken for those of a normal map, whose third follows from
+    /// them; one is grey.
+    fn rgba8(self, block: &[u8]) -> [[u8; 4]; 16] {
+        let mut rgba = [0; 64];
+        match self {
+            Self::Bc1 => bcdec_rs::bc1(block, &mut rgba, 16),
+            Self::Bc2 => bcdec_rs::bc2(block, &mut rgba, 16),
+            Self::Bc3 => bcdec_rs::bc3(block, &mut rgba, 16),
+            Self::Bc7 => bcdec_rs::bc7(block, &mut rgba, 16),
+            Self::Bc4 => {
+                let mut grey = [0; 16];
+                bcdec_rs::bc4(block, &mut grey, 4, false);
+                return grey.map(|v| [v, v, v, 255]);
+            }
+            Self::Bc5 => {
+                let mut xy = [0; 32];
+                bcdec_rs::bc5(block, &mut xy, 8, false);
+                return std::array::from_fn(|i| with_unit_length(xy[2 * i], xy[2 * i + 1]));
+            }
+            // Decoded to floats, by `radiance`.
+            Self::Bc6h { .. } => {}
+        }
+        std::array::from_fn(|i| std::array::from_fn(|c| rgba[4 * i + c]))
+    }
+}
+
+/// The colour of a unit normal of which x and y are known.
+fn with_unit_length(x: u8, y: u8) -> [u8; 4] {
+    let [fx, fy] = [x, y].map(|v| f32::from(v) / 127.5 - 1.0);
+    let z = (1.0 - fx * fx - fy * fy).max(0.0).sqrt();
+    [x, y, (127.5 + 127.5 * z).round() as u8, 255]
+}
+
+/// Decodes the largest level of the first picture in the file.
+///
+/// Blocks BC1 to BC5 and BC7 and anything with up to 32 bits become [`Pixels::Rgba8`], the stored numbers as they are; BC6H and
+/// four floating-point channels become [`Pixels::Rgb32F`].
+pub(super) fn decode_dds(name: &str, bytes: &[u8], report: &mut LoadReport) -> Result<Image, TextureError> {
+    let dds = Dds::read(bytes).map_err(|e| TextureError::Decode(e.to_string()))?;
+    let (width, height) = (dds.header.width, dds.header.height);
+    check_size(width.into(), height.into(), bytes.len())?;
+    if has_several_pictures(&dds) {
+        report.approximated("only the first picture of a cube, an array or a volume is used");
+    }
+    let storage = storage(&dds)?;
+    let size = (width as usize, height as usize);
+    let pixels = match storage {
+        Storage::Blocks(compression @ Compression::Bc6h { signed }) => {
+            let radiance = |block: &[u8]| {
+                let mut rgb = [0.0; 48];
+                bcdec_rs::bc6h_float(block, &mut rgb, 12, signed);
+                std::array::from_fn(|i| std::array::from_fn(|c| rgb[3 * i + c]))
+            };
+            Pixels::Rgb32F(mended(from_blocks(&dds.data, size, compression, radiance)?, report))
+        }
+        Storage::Blocks(compression) => {
+            if matches!(compression, Compression::Bc5) {
+                report.info("two channels are taken for those of a normal map");
+            }
+            Pixels::Rgba8(from_blocks(&dds.data, size, compression, |block| compression.rgba8(block))?)
+        }
+        Storage::Masks { bits, rgba } => {
+            let bytes = bits as usize / 8;
+            let pixels = first_picture(&dds.data, size.0 * size.1 * bytes)?.chunks_exact(bytes);
+            Pixels::Rgba8(pixels.map(|pixel| from_bits(pixel, rgba)).collect())
+        }
+        Storage::Half => {
+            let (pixels, _) = first_picture(&dds.data, size.0 * size.1 * 8)?.as_chunks::<8>();
+            let half = |p: &[u8; 8], c: usize| f16::from_le_bytes([p[2 * c], p[2 * c + 1]]).to_f32();
+            Pixels::Rgb32F(mended(pixels.iter().map(|p| [0, 1, 2].map(|c| half(p, c))).collect(), report))
+        }
+        Storage::Float => {
+            let (numbers, _) = first_picture(&dds.data, size.0 * size.1 * 16)?.as_chunks::<4>();
+            let (pixels, _) = numbers.as_chunks::<4>();
+            let rgb = pixels.iter().map(|[r, g, b, _]| [r, g, b].map(|v| f32::from_le_bytes(*v)));
+            Pixels::Rgb32F(mended(rgb.collect(), report))
+        }
+    };
+    Ok(Image { name: name.into(), width, height, pixels })
+}
+
+fn has_several_pictures(dds: &Dds) -> bool {
+    let many = |h: &ddsfile::Header10| h.array_size > 1 || h.misc_flag.contains(MiscFlag::TEXTURECUBE);
+    dds.header.caps2.intersects(Caps2::CUBEMAP | Caps2::VOLUME) || dds.header10.as_ref().is_some_and(many)
+}
+
+fn mended(mut pixels: Vec<[f32; 3]>, report: &mut LoadReport) -> Vec<[f32; 3]> {
+    mend(&mut pixels, report);
+    pixels
+}
+
+/// The first `length` bytes: the largest level of the first picture.
+fn first_picture(data: &[u8], length: usize) -> Result<&[u8], TextureError> {
+    let short = || TextureError::Decode(format!("has {} bytes of {length} for its pixels", data.len()));
+    data.get(..length).ok_or_else(short)
+}
+
+/// Pixels row by row, from blocks that `decoded` knows how to read. Blocks at the right and lower edge may reach beyond.
+fn from_blocks<T: Copy + Default>(
+    data: &[u8],
+    (width, height): (usize, usize),
+    compression: Compression,
+    decoded: impl Fn(&[u8]) -> [T; 16],
+) -> Result<Vec<T>, TextureError> {
+    let (columns, rows) = (width.div_ceil(4), height.div_ceil(4));
+    let data = first_picture(data, columns * rows * compression.block_bytes())?;
+    let mut pixels = vec![T::default(); width * height];
+    for (i, block) in data.chunks_exact(compression.block_bytes()).enumerate() {
+        let (x, y) = (i % columns * 4, i / columns * 4);
+        let count = (width - x).min(4);
+        for (row, values) in decoded(block).as_chunks::<4>().0.iter().enumerate().take(height - y) {
+            let start = (y + row) * width + x;
+            pixels[start..start + count].copy_from_slice(&values[..count]);
+        }
+    }
+    Ok(pixels)
+}
+
+/// A pixel of one to four bytes, channels as the masks say, spread over eight bits.
+fn from_bits(pixel: &[u8], rgba: [u32; 4]) -> [u8; 4] {
+    let value = pixel.iter().rev().fold(0, |value, byte| value << 8 | u32::from(*byte));
+    let channel = |mask: u32, absent: u8| {
+        let most = u64::from(mask.checked_shr(mask.trailing_zeros()).unwrap_or(0));
+        if most == 0 {
+            return absent;
+        }
+        let stored = u64::from((value & mask) >> mask.trailing_zeros());
+        ((stored * 255 + most / 2) / most).min(255) as u8
+    };
+    let [r, g, b, a] = rgba;
+    [channel(r, 0), channel(g, 0), channel(b, 0), channel(a, 255)]
+}
+
+fn storage(dds: &Dds) -> Result<Storage, TextureError> {
+    use Compression::{Bc1, Bc2, Bc3, Bc4, Bc5, Bc6h, Bc7};
+    use DxgiFormat as F;
+    let unknown = |what: String| TextureError::Decode(format!("the pixel format {what} is not supported"));
+    let masks = |bits, rgba| Ok(Storage::Masks { bits, rgba });
+    if let Some(header) = &dds.header10 {
+        return match header.dxgi_format {
+            F::BC1_Typeless | F::BC1_UNorm | F::BC1_UNorm_sRGB => Ok(Storage::Blocks(Bc1)),
+            F::BC2_Typeless | F::BC2_UNorm | F::BC2_UNorm_sRGB => Ok(Storage::Blocks(Bc2)),
+            F::BC3_Typeless | F::BC3_UNorm | F::BC3_UNorm_sRGB => Ok(Storage::Blocks(Bc3)),
+            F::BC4_Typeless | F::BC4_UNorm => Ok(Storage::Blocks(Bc4)),
+            F::BC5_Typeless | F::BC5_UNorm => Ok(Storage::Blocks(Bc5)),
+            F::BC6H_Typeless | F::BC6H_UF16 => Ok(Storage::Blocks(Bc6h { signed: false })),
+            F::BC6H_SF16 => Ok(Storage::Blocks(Bc6h { signed: true })),
+            F::BC7_Typeless | F::BC7_UNorm | F::BC7_UNorm_sRGB => Ok(Storage::Blocks(Bc7)),
+            F::R8G8B8A8_Typeless | F::R8G8B8A8_UNorm | F::R8G8B8A8_UNorm_sRGB => {
+                masks(32, [0xff, 0xff00, 0xff_0000, 0xff00_0000])
+            }
+            F::B8G8R8A8_Typeless | F::B8G8R8A8_UNorm | F::B8G8R8A8_UNorm_sRGB => {
+                masks(32, [0xff_0000, 0xff00, 0xff, 0xff00_0000])
+            }
+            F::B8G8R8X8_Typeless | F::B8G8R8X8_UNorm | F::B8G8R8X8_UNorm_sRGB => {
+                masks(32, [0xff_0000, 0xff00, 0xff, 0])
+            }
+            F::R10G10B10A2_UNorm => masks(32, [0x3ff, 0xf_fc00, 0x3ff0_0000, 0xc000_0000]),
+            F::B5G6R5_UNorm => masks(16, [0xf800, 0x7e0, 0x1f, 0]),
+            F::B5G5R5A1_UNorm => masks(16, [0x7c00, 0x3e0, 0x1f, 0x8000]),
+            F::R8_UNorm | F::R8_Typeless => masks(8, [0xff, 0xff, 0xff, 0]),
+            F::R16G16B16A16_Float => Ok(Storage::Half),
+            F::R32G32B32A32_Float => Ok(Storage::Float),
+            other => Err(unknown(format!("{other:?}"))),
+        };
+    }
+    let format = &dds.header.spf;
+    if let Some(FourCC(code)) = format.fourcc {
+        return match code {
+            FourCC::DXT1 => Ok(Storage::Blocks(Bc1)),
+            FourCC::DXT3 => Ok(Storage::Blocks(Bc2)),
+            FourCC::DXT5 => Ok(Storage::Blocks(Bc3)),
+            FourCC::ATI1 | FourCC::BC4_UNORM => Ok(Storage::Blocks(Bc4)),
+            FourCC::ATI2 | BC5U => Ok(Storage::Blocks(Bc5)),
+            FourCC::A16B16G16R16F => Ok(Storage::Half),
+            FourCC::A32B32G32R32F => Ok(Storage::Float),
+            other => Err(unknown(String::from_utf8_lossy(&other.to_le_bytes()).escape_default().to_string())),
+        };
+    }
+    let [r, g, b, a] = [format.r_bit_mask, format.g_bit_mask, format.b_bit_mask, format.a_bit_mask]
+        .map(Option::unwrap_or_default);
+    match format.rgb_bit_count {
+        Some(bits @ (8 | 16 | 24 | 32)) if format.flags.contains(PixelFormatFlags::LUMINANCE) => {
+            // The bits that are not alpha: the parser keeps no other mask of grey.
+            let grey = u32::MAX >> (32 - bits) & !a;
+            masks(bits, [grey, grey, grey, a])
+        }
+        // One channel is grey, as elsewhere.
+        Some(bits @ (8 | 16 | 24 | 32)) if r != 0 && g == 0 && b == 0 => masks(bits, [r, r, r, a]),
+        Some(bits @ (8 | 16 | 24 | 32)) if r != 0 => masks(bits, [r, g, b, a]),
+        bits => Err(unknown(format!("of {} bits", bits.unwrap_or(0)))),
+    }
+}
+
+/// Another name of two-channel blocks, which some tools write.
+const BC5U: u32 = u32::from_le_bytes(*b"BC5U");
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::load::{LoadOptions, textures::decode};
+    use ddsfile::{AlphaMode, D3D10ResourceDimension, D3DFormat, NewD3dParams, NewDxgiParams};
+    use proptest::prelude::*;
+
+    fn file(format: DxgiFormat, width: u32, height: u32, data: &[u8]) -> Vec<u8> {
+        let mut dds = Dds::new_dxgi(NewDxgiParams {
+            width,
+            height,
+            depth: None,
+            format,
+            mipmap_levels: None,
+            array_layers: None,
+            caps2: None,
+            is_cubemap: false,
+            resource_dimension: D3D10ResourceDimension::Texture2D,
+            alpha_mode: AlphaMode::Unknown,
+        })
+        .unwrap();
+        dds.data = data.to_vec();
+        bytes(&dds)
+    }
+
+    fn legacy(format: D3DFormat, width: u32, height: u32, data: &[u8]) -> Vec<u8> {
+        let (depth, mipmap_levels, caps2) = (None, None, None);
+        let mut dds =
+            Dds::new_d3d(NewD3dParams { width, height, depth, format, mipmap_levels, caps2 }).unwrap();
+        dds.data = data.to_vec();
+        bytes(&dds)
+    }
+
+    fn bytes(dds: &Dds) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        dds.write(&mut bytes).unwrap();
+        bytes
+    }
+
+    fn decoded(bytes: &[u8]) -> Image {
+        decode("a.dds", bytes, &LoadOptions::default(), &mut LoadReport::default()).unwrap()
+    }
+
+    fn rgba8(bytes: &[u8]) -> Vec<[u8; 4]> {
+        match decoded(bytes).pixels {
+            Pixels::Rgba8(pixels) => pixels,
+            Pixels::Rgb32F(_) => panic!("a float image"),
+        }
+    }
+
+    fn rgb32f(bytes: &[u8]) -> Vec<[f32; 3]> {
+        match decoded(bytes).pixels {
+            Pixels::Rgb32F(pixels) => pixels,
+            Pixels::Rgba8(_) => panic!("an image of bytes"),
+        }
+    }
+
+    /// Red and blue as end points; rows of 0, 1, 2 and 3 of them.
+    const RED_TO_BLUE: [u8; 8] = [0x00, 0xf8, 0x1f, 0x00, 0b0000_0000, 0b0101_0101, 0b1010_1010, 0b1111_1111];
+
+    #[test]
+    fn blocks_are_placed_and_cut_at_the_edges() {
+        let white = [0xff, 0xff, 0xff, 0xff, 0, 0, 0, 0];
+        let data = [RED_TO_BLUE, white, white, RED_TO_BLUE].concat();
+        for bytes in [file(DxgiFormat::BC1_UNorm, 6, 5, &data), legacy(D3DFormat::DXT1, 6, 5, &data)] {
+            let pixels = rgba8(&bytes);
+            assert_eq!(pixels.len(), 30);
+            let at = |x: usize, y: usize| pixels[y * 6 + x];
+            assert_eq!((at(0, 0), at(3, 1)), ([255, 0, 0, 255], [0, 0, 255, 255]));
+            assert_eq!((at(1, 2), at(2, 3)), ([170, 0, 85, 255], [85, 0, 170, 255]));
+            assert_eq!((at(4, 0), at(0, 4), at(5, 4)), ([255; 4], [255; 4], [255, 0, 0, 255]));
+        }
+    }
+
+    #[test]
+    fn every_compression_gives_the_values_of_its_definition() {
+        let alpha = [[0x21; 8], RED_TO_BLUE].concat();
+        assert_eq!(rgba8(&legacy(D3DFormat::DXT3, 4, 4, &alpha))[..2], [[255, 0, 0, 17], [255, 0, 0, 34]]);
+        let ramp = [200, 100, 0, 0, 0, 0, 0, 0];
+        let alpha = [ramp, RED_TO_BLUE].concat();
+        assert_eq!(rgba8(&legacy(D3DFormat::DXT5, 4, 4, &alpha))[0], [255, 0, 0, 200]);
+        assert_eq!(rgba8(&file(DxgiFormat::BC4_UNorm, 4, 4, &ramp))[5], [200, 200, 200, 255]);
+        // A normal that leans by 30° along x.
+        let (x, y) = ([191, 0, 0, 0, 0, 0, 0, 0], [128, 0, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(rgba8(&file(DxgiFormat::BC5_UNorm, 4, 4, &[x, y].concat()))[0], [191, 128, 238, 255]);
+        // Mode 6: end points of 7 bits and one that they share; all indices are zero.
+        let ends = (0..8).fold(1_u128 << 6, |block, i| block | 0x40 << (7 + 7 * i));
+        let block = (ends | 0b11 << 63).to_le_bytes();
+        assert_eq!(rgba8(&file(DxgiFormat::BC7_UNorm_sRGB, 4, 4, &block))[15], [129; 4]);
+        // Mode 11: end points of 10 bits.
+        let block = (0..6).fold(0b00011_u128, |block, i| block | 512 << (5 + 10 * i)).to_le_bytes();
+        let value = f16::from_bits(0x3e0f).to_f32();
+        assert_eq!(rgb32f(&file(DxgiFormat::BC6H_UF16, 4, 4, &block))[7], [value; 3]);
+    }
+
+    #[test]
+    fn bits_are_spread_over_bytes() {
+        let one = |bytes: Vec<u8>| rgba8(&bytes)[1];
+        let second = |pixel: &[u8]| [&vec![0; pixel.len()], pixel].concat();
+        let bgra = second(&[1, 2, 3, 4]);
+        assert_eq!(one(legacy(D3DFormat::A8R8G8B8, 2, 1, &bgra)), [3, 2, 1, 4]);
+        assert_eq!(one(legacy(D3DFormat::X8R8G8B8, 2, 1, &bgra)), [3, 2, 1, 255]);
+        assert_eq!(one(legacy(D3DFormat::R8G8B8, 2, 1, &second(&[1, 2, 3]))), [3, 2, 1, 255]);
+        assert_eq!(one(legacy(D3DFormat::R5G6B5, 2, 1, &second(&[0xe0, 0xff]))), [255, 255, 0, 255]);
+        // As red only, and as Direct3D itself writes it, as luminance.
+        let mut grey = legacy(D3DFormat::L8, 2, 1, &second(&[77]));
+        assert_eq!(one(grey.clone()), [77, 77, 77, 255]);
+        grey[80..84].copy_from_slice(&PixelFormatFlags::LUMINANCE.bits().to_le_bytes());
+        assert_eq!(one(grey), [77, 77, 77, 255]);
+        assert_eq!(one(file(DxgiFormat::R8G8B8A8_UNorm, 2, 1, &bgra)), [1, 2, 3, 4]);
+        let floats: Vec<u8> =
+            [0.0_f32; 4].iter().chain(&[1.5, -2.0, 7.25, 1.0]).flat_map(|v| v.to_le_bytes()).collect();
+        assert_eq!(rgb32f(&file(DxgiFormat::R32G32B32A32_Float, 2, 1, &floats))[1], [1.5, 0.0, 7.25]);
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_named() {
+        let refused = |bytes: &[u8]| {
+            decode("a.dds", bytes, &LoadOptions::default(), &mut LoadReport::default())
+                .unwrap_err()
+                .to_string()
+        };
+        let short = refused(&file(DxgiFormat::BC1_UNorm, 8, 8, &RED_TO_BLUE));
+        assert!(short.contains("8 bytes of 32"), "{short}");
+        let unknown = refused(&file(DxgiFormat::R16_UNorm, 1, 1, &[0; 2]));
+        assert!(unknown.contains("R16_UNorm"), "{unknown}");
+        let huge = refused(&file(DxgiFormat::BC1_UNorm, 60_000, 60_000, &RED_TO_BLUE));
+        assert!(huge.contains("60000"), "{huge}");
+        assert!(!refused(&RED_TO_BLUE).is_empty() && !refused(b"DDS \x7c").is_empty());
+    }
+
+    proptest! {
+        #[test]
+        fn any_bytes_decode_or_are_refused(
+            format in 0u32..134, data in prop::collection::vec(any::<u8>(), 128), at in 0usize..148, value: u8,
+        ) {
+            let mut bytes = file(DxgiFormat::BC1_UNorm, 7, 9, &data);
+            bytes[128..132].copy_from_slice(&format.to_le_bytes());
+            let _ = decode("a.dds", &bytes, &LoadOptions::default(), &mut LoadReport::default());
+            bytes[at] = value;
+            let _ = decode("a.dds", &bytes, &LoadOptions::default(), &mut LoadReport::default());
+        }
+    }
+}
