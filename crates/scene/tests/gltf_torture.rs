@@ -303,6 +303,42 @@ fn the_small_scene_is_read_in_full() {
     assert!(!part(1, 0).tangents.is_empty() && part(1, 0).normals.is_empty());
 }
 
+/// A block of green pixels, as BC1.
+fn green_dds() -> Vec<u8> {
+    let (width, height, depth) = (4, 4, None);
+    let (format, mipmap_levels, caps2) = (ddsfile::D3DFormat::DXT1, None, None);
+    let parameters = ddsfile::NewD3dParams { width, height, depth, format, mipmap_levels, caps2 };
+    let mut dds = ddsfile::Dds::new_d3d(parameters).unwrap();
+    dds.data = vec![0xe0, 0x07, 0, 0, 0, 0, 0, 0];
+    let mut bytes = Vec::new();
+    dds.write(&mut bytes).unwrap();
+    bytes
+}
+
+#[test]
+fn blocks_are_decoded_where_there_is_no_plain_image() {
+    use base64::Engine;
+    let (mut json, binary) = small_scene();
+    let dds = base64::engine::general_purpose::STANDARD.encode(green_dds());
+    let image = json!({ "uri": format!("data:image/vnd-ms.dds;base64,{dds}") });
+    json["images"].as_array_mut().unwrap().push(image);
+    json["textures"][0] = json!({ "extensions": { "MSFT_texture_dds": { "source": 1 } } });
+    json["extensionsUsed"] = json!(["KHR_lights_punctual", "MSFT_texture_dds"]);
+    json["extensionsRequired"] = json!(["MSFT_texture_dds"]);
+    let first_image = |json: &Value| {
+        let loaded = load_glb(&glb(&json.to_string(), &binary), false).unwrap();
+        assert_sound("blocks", &loaded);
+        match &loaded.scene.images[0].pixels {
+            scene::Pixels::Rgba8(pixels) => pixels.clone(),
+            scene::Pixels::Rgb32F(_) => panic!("a float image"),
+        }
+    };
+    let decoded = first_image(&json);
+    assert_eq!(decoded, [[0, 255, 0, 255]; 16]);
+    json["textures"][0]["source"] = json!(0);
+    assert_ne!(first_image(&json), decoded, "the plain image has lost nothing");
+}
+
 /// Small files that ask for a lot.
 #[test]
 fn hostile_sizes_are_refused_before_memory_is_taken() {
