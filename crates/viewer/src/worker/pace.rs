@@ -2,8 +2,11 @@
 
 use std::time::Duration;
 
-/// How long a frame of a moving camera should take: 30 frames a second.
-const MOVING_FRAME: Duration = Duration::from_millis(33);
+/// How long a frame of a moving camera should take on the CPU: 30 frames a second.
+const CPU_FRAME: Duration = Duration::from_millis(33);
+/// The same on a GPU. What the camera does has to wait for the pass before, for its own, and for the window's next frame:
+/// together two frames of a display of 60 Hz.
+const GPU_FRAME: Duration = Duration::from_millis(12);
 /// How long a pass of a resting camera should take: often enough to watch the picture sharpen.
 const RESTING_PASS: Duration = Duration::from_millis(120);
 /// A picture of a resting camera whose first pass would take longer than this begins with a small one.
@@ -16,8 +19,10 @@ const FIRST_SCALE: f32 = 0.25;
 const NEWEST: f64 = 0.4;
 
 /// What has been measured, and what follows from it.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Pace {
+    /// How long a frame of a moving camera should take.
+    frame: Duration,
     /// Samples a second of small pictures with one sample a pixel, conversion to display values included.
     moving: Option<f64>,
     /// Samples a second of full pictures.
@@ -27,9 +32,15 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// Forgets everything: another scene or back end.
+    /// Nothing is known yet. `on_gpu`: whether a GPU renders.
+    pub fn new(on_gpu: bool) -> Self {
+        let frame = if on_gpu { GPU_FRAME } else { CPU_FRAME };
+        Self { frame, moving: None, resting: None, scale: None }
+    }
+
+    /// Forgets what was measured: another scene.
     pub fn forget(&mut self) {
-        *self = Self::default();
+        *self = Self { moving: None, resting: None, scale: None, ..*self };
     }
 
     /// Learns from a pass of `samples` samples that took `elapsed`.
@@ -50,7 +61,7 @@ impl Pace {
     /// time flicker.
     pub fn moving_scale(&mut self, pixels: u64) -> f32 {
         let Some(rate) = self.moving.or(self.resting) else { return FIRST_SCALE };
-        let affordable = rate * MOVING_FRAME.as_secs_f64();
+        let affordable = rate * self.frame.as_secs_f64();
         let target = ((affordable / pixels.max(1) as f64).sqrt() as f32).clamp(LEAST_SCALE, 1.0);
         let scale = match self.scale {
             Some(old) if target > old * 0.85 && target < old * 1.2 => old,
@@ -84,7 +95,7 @@ mod tests {
 
     #[test]
     fn moving_pictures_take_a_frame() {
-        let mut pace = Pace::default();
+        let mut pace = Pace::new(false);
         assert_eq!(pace.moving_scale(MILLION), FIRST_SCALE);
         // Three million samples a second are 99,000 in 33 ms.
         pace.record(true, 300_000, Duration::from_millis(100));
@@ -100,11 +111,15 @@ mod tests {
             pace.record(true, 10, Duration::from_millis(33));
         }
         assert_eq!(pace.moving_scale(MILLION), LEAST_SCALE);
+        let mut on_gpu = Pace::new(true);
+        on_gpu.record(true, 300_000, Duration::from_millis(100));
+        // 36,000 samples in 12 ms.
+        assert!((on_gpu.moving_scale(MILLION) - 0.1897).abs() < 1e-3);
     }
 
     #[test]
     fn resting_pictures_begin_with_one_sample_and_grow() {
-        let mut pace = Pace::default();
+        let mut pace = Pace::new(false);
         assert!(pace.needs_preview(MILLION), "nothing is known yet");
         pace.record(false, 100 * MILLION, Duration::from_secs(1));
         assert!(!pace.needs_preview(MILLION));

@@ -104,7 +104,7 @@ impl State {
             wish: None,
             shown: Shown::default(),
             paused: false,
-            pace: Pace::default(),
+            pace: Pace::new(false),
             pictures: Default::default(),
             side: 0,
             sequence: None,
@@ -222,6 +222,7 @@ impl State {
     }
 
     fn use_renderer(&mut self, renderer: Renderer, reason: String) {
+        self.pace = Pace::new(renderer.backend_name() != "cpu");
         self.renderer = renderer;
         self.forget_pictures();
         self.todo.load = self.scene.is_some();
