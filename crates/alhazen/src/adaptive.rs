@@ -1,7 +1,7 @@
 //! Spreading samples over a picture by the error of its pixels ([`film::Allocation`]), round by round.
 
-use crate::renderer::{Limits, Renderer, Summary};
-use backend::{BackendError, Control, PixelSamples, View};
+use crate::renderer::{Limits, Renderer, Summary, check_view};
+use backend::{BackendError, Control, PixelSamples, Stats, View};
 use film::{Allocation, Film, PixelStats};
 use std::time::{Duration, Instant};
 
@@ -33,6 +33,13 @@ impl Default for Adaptive {
     }
 }
 
+impl Adaptive {
+    /// Samples that every pixel gets first.
+    pub fn pilot(&self) -> u32 {
+        self.min_spp.max(2)
+    }
+}
+
 impl Sampling {
     /// Its name on the command line and in metadata.
     pub fn name(&self) -> &'static str {
@@ -47,6 +54,32 @@ impl Sampling {
 const ROUND_GROWTH: f64 = 1.5;
 
 impl Renderer {
+    /// Adds samples to the pixels that need them most: one round of adaptive sampling, of a picture whose pixels have their
+    /// first ones ([`Adaptive::pilot`]) by [`Renderer::render_pass`] with the same view. `None` if no pixel needs any.
+    ///
+    /// - `view`: with the first sample of the picture, not of the round.
+    /// - `samples`: per pixel on average.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn render_round(
+        &mut self,
+        view: &View,
+        adaptive: &Adaptive,
+        samples: u32,
+        control: &Control,
+    ) -> Result<Option<Stats>, BackendError> {
+        check_view(view)?;
+        let Some(film) = self.film()? else { return Ok(None) };
+        let taken: u64 = film.pixels().iter().map(PixelStats::taken).sum();
+        let total = taken + u64::from(samples) * view.window.area() as u64;
+        let pixels = next_round(film, view, adaptive, adaptive.pilot(), total);
+        if pixels.is_empty() {
+            return Ok(None);
+        }
+        self.render_some(view, &pixels, control).map(Some)
+    }
+
     /// Renders a view until a limit is reached: every pixel first gets `min_spp` samples, then rounds follow in which
     /// pixels get what their neighbours' errors ask for.
     pub(crate) fn render_adaptively(
@@ -58,7 +91,7 @@ impl Renderer {
         after_pass: &mut dyn FnMut(&Summary),
     ) -> Result<Summary, BackendError> {
         let start = Instant::now();
-        let pilot = adaptive.min_spp.max(2).min(limits.spp);
+        let pilot = adaptive.pilot().min(limits.spp);
         let first = Limits { spp: pilot, time: limits.time, noise: None, sampling: Sampling::Uniform };
         let mut summary = self.render_evenly(view, &first, control, after_pass)?;
         let area = view.window.area() as u64;

@@ -293,7 +293,7 @@ fn next_pass(done: &Summary, limits: &Limits, elapsed: Duration) -> u32 {
     pass.max(1)
 }
 
-fn check_view(view: &View) -> Result<(), BackendError> {
+pub(crate) fn check_view(view: &View) -> Result<(), BackendError> {
     let bad = |reason: String| Err(BackendError::View { reason });
     let camera = &view.camera;
     let numbers = [camera.origin, camera.right, camera.up, camera.forward];

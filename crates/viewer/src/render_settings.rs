@@ -1,27 +1,60 @@
 //! What the user may set about rendering.
 
-use crate::worker::Layer;
+use crate::worker::Shown;
 use alhazen::{
-    Camera, DirectSettings, Integrator, Job, PathSettings, RenderDefaults, SamplerKind, ToneMapping,
+    Adaptive, Camera, DirectSettings, HybridSettings, Integrator, Job, NoisyPicture, PathSettings,
+    RenderDefaults, SamplerKind, Sampling, ToneMapping, Visibility,
 };
+
+/// How light is transported.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Transport {
+    /// Path tracing.
+    #[default]
+    Path,
+    /// Fixed cost.
+    Direct,
+    /// What `direct` shows, in frames that a GPU makes.
+    Hybrid,
+}
+
+impl Transport {
+    /// All of them, in the order in which users read them.
+    pub const ALL: [Self; 3] = [Self::Path, Self::Direct, Self::Hybrid];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Path => "path",
+            Self::Direct => "direct",
+            Self::Hybrid => "hybrid",
+        }
+    }
+}
 
 /// How light is transported, and how much of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderSettings {
-    /// Whether `direct` renders instead of `path`.
-    pub direct: bool,
+    /// Which integrator renders.
+    pub transport: Transport,
     /// For path tracing.
     pub path_settings: PathSettings,
     /// For `direct`.
     pub direct_settings: DirectSettings,
+    /// For `hybrid`.
+    pub hybrid_settings: HybridSettings,
     /// Follow glTF to the letter.
     pub single_scatter: bool,
     /// How samples are drawn.
     pub sampler: SamplerKind,
     /// Changes the noise.
     pub seed: u32,
-    /// Samples per pixel after which the picture is done.
+    /// Samples per pixel after which the picture is done; on average, where sampling is adaptive.
     pub spp: u32,
+    /// How samples are spread over the picture.
+    pub sampling: Sampling,
+    /// The picture is done when its relative standard error is below this, in `(0, 1]`, even if it has fewer samples.
+    pub noise: Option<f32>,
     /// Width and height in pixels; `None` fills the window.
     pub size: Option<[u32; 2]>,
 }
@@ -30,20 +63,26 @@ impl RenderSettings {
     /// What a scene asks for.
     pub fn of(job: &Job, spp: Option<u32>) -> Self {
         let mut settings = Self {
-            direct: false,
+            transport: Transport::Path,
             path_settings: PathSettings::default(),
             direct_settings: DirectSettings::default(),
+            hybrid_settings: HybridSettings::default(),
             single_scatter: job.single_scatter,
             sampler: job.sampler,
             seed: job.seed,
             spp: spp.unwrap_or(1024).max(1),
+            sampling: Sampling::Uniform,
+            noise: None,
             size: None,
         };
         match job.integrator {
             Integrator::Path(path) => settings.path_settings = path,
-            Integrator::Direct(direct) => (settings.direct, settings.direct_settings) = (true, direct),
-            // The same expected picture.
-            Integrator::Hybrid(hybrid) => (settings.direct, settings.direct_settings) = (true, hybrid.rays),
+            Integrator::Direct(direct) => {
+                (settings.transport, settings.direct_settings) = (Transport::Direct, direct);
+            }
+            Integrator::Hybrid(hybrid) => {
+                (settings.transport, settings.hybrid_settings) = (Transport::Hybrid, hybrid);
+            }
             Integrator::Aov => {}
         }
         settings
@@ -51,28 +90,33 @@ impl RenderSettings {
 
     /// How light is transported.
     pub fn integrator(&self) -> Integrator {
-        if self.direct {
-            Integrator::Direct(self.direct_settings)
-        } else {
-            Integrator::Path(self.path_settings)
+        match self.transport {
+            Transport::Path => Integrator::Path(self.path_settings),
+            Transport::Direct => Integrator::Direct(self.direct_settings),
+            Transport::Hybrid => Integrator::Hybrid(self.hybrid_settings),
         }
     }
 
     /// The picture to render.
     ///
     /// - `size`: in pixels.
-    pub fn job(&self, camera: Camera, [width, height]: [u32; 2], layer: Layer, tone: ToneMapping) -> Job {
+    /// - `shown`: what is shown of it; how its values become colours is no reason to begin anew, and left to `tone`.
+    pub fn job(&self, camera: Camera, [width, height]: [u32; 2], shown: &Shown, tone: ToneMapping) -> Job {
+        let mut aovs: Vec<_> = shown.layer.aov().into_iter().collect();
+        if shown.denoiser.is_some() {
+            aovs.extend(NoisyPicture::LAYERS.into_iter().filter(|layer| shown.layer.aov() != Some(*layer)));
+        }
         Job {
             camera,
             width,
             height,
             crop: None,
             // What depends on the first hit only needs no light.
-            integrator: if layer.is_geometric() { Integrator::Aov } else { self.integrator() },
+            integrator: if shown.layer.is_geometric() { Integrator::Aov } else { self.integrator() },
             single_scatter: self.single_scatter,
             sampler: self.sampler,
             seed: self.seed,
-            aovs: layer.aov().into_iter().collect(),
+            aovs,
             tone,
         }
     }
@@ -83,9 +127,9 @@ impl RenderSettings {
             width: Some(width),
             height: Some(height),
             spp: Some(self.spp),
-            // Of paths; `direct` gets its own from the command line only.
+            // Of paths; the others get theirs from the command line only.
             max_depth: Some(self.path_settings.max_depth),
-            integrator: Some(self.integrator().name().to_owned()),
+            integrator: Some(self.transport.name().to_owned()),
             exposure: Some(tone.exposure),
             tonemap: Some(tone.mapper),
             saturation: Some(tone.saturation),
@@ -94,45 +138,71 @@ impl RenderSettings {
 
     /// Options of `alhazen render` for what scene files cannot say; empty where nothing is left to say.
     pub fn arguments(&self) -> String {
-        let (path, direct) = (PathSettings::default(), DirectSettings::default());
-        let (p, d) = (&self.path_settings, &self.direct_settings);
-        let mut options = Vec::new();
-        let mut number = |is_default: bool, name: &str, value: u32| {
-            if !is_default {
-                options.push(format!("--{name} {value}"));
+        let mut options = Options::default();
+        match self.transport {
+            Transport::Path => {
+                let (p, path) = (&self.path_settings, PathSettings::default());
+                options.number("roulette-start", p.roulette_start, path.roulette_start);
+                options.number("splitting", p.splitting, path.splitting);
             }
-        };
-        if self.direct {
-            number(d.max_depth == direct.max_depth, "max-depth", d.max_depth);
-            number(d.shadow_samples == direct.shadow_samples, "shadow-samples", d.shadow_samples);
-            number(
-                d.reflection_samples == direct.reflection_samples,
-                "reflection-samples",
-                d.reflection_samples,
-            );
-            number(d.ambient_samples == direct.ambient_samples, "ambient-samples", d.ambient_samples);
-        } else {
-            number(p.roulette_start == path.roulette_start, "roulette-start", p.roulette_start);
-            number(p.splitting == path.splitting, "splitting", p.splitting);
+            Transport::Direct => options.rays(&self.direct_settings, &DirectSettings::default()),
+            Transport::Hybrid => {
+                let (h, hybrid) = (&self.hybrid_settings, HybridSettings::default());
+                options.rays(&h.rays, &hybrid.rays);
+                options.flag("no-shadows", !h.shadows);
+                options.flag("visibility rays", h.visibility == Visibility::Rays);
+                options.number("light-cutoff", h.light_cutoff, hybrid.light_cutoff);
+            }
         }
-        number(self.seed == 0, "seed", self.seed);
-        if self.direct && !d.soft_shadows {
-            options.push("--hard-shadows".into());
+        options.number("seed", self.seed, 0);
+        options.flag("single-scatter", self.single_scatter);
+        options.flag("sampler independent", self.sampler == SamplerKind::Independent);
+        if let Some(noise) = self.noise {
+            options.number("noise", noise, 0.0);
         }
-        if self.single_scatter {
-            options.push("--single-scatter".into());
+        match self.sampling {
+            // With a limit of noise, the command line takes adaptive sampling unless it is told otherwise.
+            Sampling::Uniform => options.flag("sampling uniform", self.noise.is_some()),
+            Sampling::Adaptive(adaptive) => {
+                options.flag("sampling adaptive", self.noise.is_none());
+                options.number("min-spp", adaptive.min_spp, Adaptive::default().min_spp);
+            }
         }
-        if self.sampler == SamplerKind::Independent {
-            options.push("--sampler independent".into());
+        options.0.join(" ")
+    }
+}
+
+/// Options of a command line.
+#[derive(Default)]
+struct Options(Vec<String>);
+
+impl Options {
+    fn number<T: PartialEq + std::fmt::Display>(&mut self, name: &str, value: T, default: T) {
+        if value != default {
+            self.0.push(format!("--{name} {value}"));
         }
-        options.join(" ")
+    }
+
+    fn flag(&mut self, name: &str, given: bool) {
+        if given {
+            self.0.push(format!("--{name}"));
+        }
+    }
+
+    fn rays(&mut self, d: &DirectSettings, default: &DirectSettings) {
+        self.number("max-depth", d.max_depth, default.max_depth);
+        self.number("shadow-samples", d.shadow_samples, default.shadow_samples);
+        self.number("reflection-samples", d.reflection_samples, default.reflection_samples);
+        self.number("ambient-samples", d.ambient_samples, default.ambient_samples);
+        self.flag("hard-shadows", !d.soft_shadows);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use alhazen::Scene;
+    use crate::worker::Layer;
+    use alhazen::{Aov, Denoiser, Scene};
 
     fn settings() -> RenderSettings {
         RenderSettings::of(&Job::for_scene(&Scene::default()), None)
@@ -141,14 +211,14 @@ mod tests {
     #[test]
     fn what_a_file_says_is_rendered_again() {
         let mut s = settings();
-        (s.direct, s.spp) = (true, 77);
+        (s.transport, s.spp) = (Transport::Direct, 77);
         let tone = ToneMapping { exposure: 2.5, ..ToneMapping::default() };
         let scene = Scene { defaults: s.defaults([320, 200], &tone), ..Scene::default() };
         let job = Job::for_scene(&scene);
         assert_eq!((job.width, job.height, job.tone), (320, 200, tone));
         let again = RenderSettings::of(&job, scene.defaults.spp);
         assert_eq!(again, s);
-        (s.direct, s.path_settings.max_depth) = (false, 3);
+        (s.transport, s.path_settings.max_depth) = (Transport::Path, 3);
         let scene = Scene { defaults: s.defaults([320, 200], &tone), ..Scene::default() };
         assert_eq!(RenderSettings::of(&Job::for_scene(&scene), scene.defaults.spp), s);
     }
@@ -159,17 +229,37 @@ mod tests {
         assert_eq!(s.arguments(), "");
         (s.path_settings.splitting, s.seed, s.single_scatter) = (4, 9, true);
         assert_eq!(s.arguments(), "--splitting 4 --seed 9 --single-scatter");
-        s.direct = true;
+        s.transport = Transport::Direct;
         (s.direct_settings.soft_shadows, s.direct_settings.max_depth) = (false, 3);
-        assert_eq!(s.arguments(), "--max-depth 3 --seed 9 --hard-shadows --single-scatter");
+        assert_eq!(s.arguments(), "--max-depth 3 --hard-shadows --seed 9 --single-scatter");
+        s.transport = Transport::Hybrid;
+        (s.hybrid_settings.shadows, s.hybrid_settings.visibility) = (false, Visibility::Rays);
+        (s.hybrid_settings.light_cutoff, s.single_scatter, s.seed) = (0.25, false, 0);
+        assert_eq!(s.arguments(), "--no-shadows --visibility rays --light-cutoff 0.25");
+    }
+
+    #[test]
+    fn noise_and_sampling_are_said_as_the_command_line_understands_them() {
+        let mut s = settings();
+        s.sampling = Sampling::Adaptive(Adaptive { min_spp: 8, ..Adaptive::default() });
+        assert_eq!(s.arguments(), "--sampling adaptive --min-spp 8");
+        s.noise = Some(0.02);
+        assert_eq!(s.arguments(), "--noise 0.02 --min-spp 8");
+        s.sampling = Sampling::Uniform;
+        assert_eq!(s.arguments(), "--noise 0.02 --sampling uniform");
     }
 
     #[test]
     fn layers_of_the_first_hit_transport_no_light() {
         let scene = Scene::default();
-        let job = |layer| settings().job(scene.default_camera(), [8, 8], layer, ToneMapping::default());
-        assert_eq!(job(Layer::Aov(alhazen::Aov::Depth)).integrator, Integrator::Aov);
-        assert!(matches!(job(Layer::Noise).integrator, Integrator::Path(_)));
-        assert_eq!(job(Layer::Noise).aovs, [alhazen::Aov::StandardError]);
+        let job = |layer, denoiser| {
+            let shown = Shown { layer, denoiser, ..Shown::default() };
+            settings().job(scene.default_camera(), [8, 8], &shown, ToneMapping::default())
+        };
+        assert_eq!(job(Layer::Aov(Aov::Depth), None).integrator, Integrator::Aov);
+        assert!(matches!(job(Layer::Noise, None).integrator, Integrator::Path(_)));
+        assert_eq!(job(Layer::Noise, None).aovs, [Aov::StandardError]);
+        assert_eq!(job(Layer::Picture, Some(Denoiser::Own)).aovs, NoisyPicture::LAYERS);
+        assert_eq!(job(Layer::Aov(Aov::Albedo), Some(Denoiser::Own)).aovs, [Aov::Albedo, Aov::Normal]);
     }
 }

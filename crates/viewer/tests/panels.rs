@@ -266,3 +266,49 @@ fn skins_follow_the_clock() {
     harness.state_mut().run(Command::Rest, &ctx);
     assert!(shows(&mut harness, &file, "at rest again").data() == rest.data());
 }
+
+#[test]
+fn noise_ends_pictures_and_is_taken_out_of_them() {
+    let mut harness = open("cornell");
+    page(&mut harness, Tab::Render);
+    click(&mut harness, "More samples where the error is");
+    click(&mut harness, "Done when the noise is low");
+    let viewer = harness.state_mut();
+    (viewer.render.noise, viewer.render.spp) = (Some(0.2), 100_000);
+    viewer.shown.denoiser = Some(alhazen::Denoiser::Own);
+    until(&mut harness, "a picture of little noise", |v| {
+        v.shot().is_some_and(|s| s.pass.denoised_by.is_some())
+    });
+    let shot = harness.state().shot().expect("shown").clone();
+    let noise = shot.pass.noise.expect("measured");
+    assert!(noise <= 0.2 && shot.spp < 100_000, "{noise} after {} spp", shot.spp);
+    let least = shot.counts.iter().min().expect("pixels");
+    assert!(*least >= 16 && shot.counts.iter().any(|n| n > least), "samples are spread evenly");
+    assert!(
+        harness.state().command_line().ends_with("--noise 0.2 --denoise=own"),
+        "{}",
+        harness.state().command_line()
+    );
+    harness.state_mut().shown.denoiser = None;
+    until(&mut harness, "the noise", |v| {
+        v.is_current() && v.shot().is_some_and(|s| s.pass.denoised_by.is_none())
+    });
+}
+
+#[test]
+fn frames_of_a_rasteriser_need_one() {
+    let mut harness = open("cornell");
+    page(&mut harness, Tab::Render);
+    harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "Integrator").click();
+    harness.run_steps(3);
+    let offers = |h: &Harness<'_, Viewer>, name: &str| h.query_all_by_label(name).next().is_some();
+    assert!(offers(&harness, "direct") && !offers(&harness, "hybrid"));
+    // The name of what renders is all that the panel asks for.
+    harness.state_mut().backend.name = "gpu-query".into();
+    harness.run_steps(3);
+    click(&mut harness, "hybrid");
+    assert_eq!(harness.state().render.transport, viewer::render_settings::Transport::Hybrid);
+    click(&mut harness, "First hits by the rasteriser");
+    let alhazen::Integrator::Hybrid(settings) = harness.state().job().integrator else { panic!("hybrid") };
+    assert_eq!(settings.visibility, alhazen::Visibility::Rays);
+}

@@ -1,10 +1,13 @@
 //! What is rendered, by what, and how it is shown.
 
 use super::{count, number};
-use crate::render_settings::RenderSettings;
+use crate::render_settings::{RenderSettings, Transport};
 use crate::viewer::{Command, Comparison, Viewer};
 use crate::worker::Layer;
-use alhazen::{BackendChoice, RendererOptions, SamplerKind, ToneMapper};
+use alhazen::{
+    Adaptive, BackendChoice, Denoiser, DirectSettings, HybridSettings, RendererOptions, SamplerKind,
+    Sampling, ToneMapper, Visibility,
+};
 use egui::{ComboBox, Slider, Ui};
 
 const MAPPERS: [(ToneMapper, &str); 6] = [
@@ -21,7 +24,9 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     backend(viewer, ui);
     ui.separator();
     let mut settings = viewer.render.clone();
-    transport(ui, "main", &mut settings);
+    let on_gpu = viewer.backend.name.starts_with("gpu");
+    transport(ui, "main", on_gpu, &mut settings);
+    sampling(viewer, ui, &mut settings);
     size(viewer, ui, &mut settings);
     viewer.render = settings;
     ui.separator();
@@ -63,30 +68,25 @@ fn backend(viewer: &mut Viewer, ui: &mut Ui) {
 }
 
 /// How light is transported.
-fn transport(ui: &mut Ui, salt: &str, s: &mut RenderSettings) {
+fn transport(ui: &mut Ui, salt: &str, on_gpu: bool, s: &mut RenderSettings) {
     ui.push_id(salt, |ui| {
-        let name = if s.direct { "direct" } else { "path" };
-        ComboBox::from_label("Integrator").selected_text(name).show_ui(ui, |ui| {
-            ui.selectable_value(&mut s.direct, false, "path");
-            ui.selectable_value(&mut s.direct, true, "direct");
+        ComboBox::from_label("Integrator").selected_text(s.transport.name()).show_ui(ui, |ui| {
+            // Without a rasteriser, `hybrid` is another name of `direct`.
+            for choice in Transport::ALL.into_iter().filter(|t| on_gpu || *t != Transport::Hybrid) {
+                ui.selectable_value(&mut s.transport, choice, choice.name());
+            }
         });
         count(ui, "Samples per pixel", &mut s.spp, 1..=1_000_000);
-        if s.direct {
-            let d = &mut s.direct_settings;
-            count(ui, "Shadow rays", &mut d.shadow_samples, 1..=256);
-            ui.checkbox(&mut d.soft_shadows, "Soft shadows");
-            count(ui, "Reflection rays", &mut d.reflection_samples, 0..=256);
-            count(ui, "Ambient rays", &mut d.ambient_samples, 0..=256);
-            if d.ambient_distance.is_finite() {
-                number(ui, "Occluders up to (m)", &mut d.ambient_distance, 0.05, 0.0..=1e9);
+        match s.transport {
+            Transport::Direct => rays(ui, &mut s.direct_settings),
+            Transport::Hybrid => hybrid(ui, &mut s.hybrid_settings),
+            Transport::Path => {
+                let p = &mut s.path_settings;
+                count(ui, "Longest path", &mut p.max_depth, 1..=1000);
+                count(ui, "Roulette from", &mut p.roulette_start, 0..=1000);
+                ui.add(Slider::new(&mut p.roulette_min_survival, 0.01..=1.0).text("Least survival"));
+                count(ui, "Splitting", &mut p.splitting, 1..=64);
             }
-            count(ui, "Longest chain", &mut d.max_depth, 1..=64);
-        } else {
-            let p = &mut s.path_settings;
-            count(ui, "Longest path", &mut p.max_depth, 1..=1000);
-            count(ui, "Roulette from", &mut p.roulette_start, 0..=1000);
-            ui.add(Slider::new(&mut p.roulette_min_survival, 0.01..=1.0).text("Least survival"));
-            count(ui, "Splitting", &mut p.splitting, 1..=64);
         }
         ui.checkbox(&mut s.single_scatter, "glTF to the letter");
         let mut independent = s.sampler == SamplerKind::Independent;
@@ -96,6 +96,76 @@ fn transport(ui: &mut Ui, salt: &str, s: &mut RenderSettings) {
         count(ui, "Seed", &mut s.seed, 0..=u32::MAX);
         ui.weak("Nothing is clamped.");
     });
+}
+
+/// Rays for each effect.
+fn rays(ui: &mut Ui, d: &mut DirectSettings) {
+    count(ui, "Shadow rays", &mut d.shadow_samples, 1..=256);
+    ui.checkbox(&mut d.soft_shadows, "Soft shadows");
+    count(ui, "Reflection rays", &mut d.reflection_samples, 0..=256);
+    count(ui, "Ambient rays", &mut d.ambient_samples, 0..=256);
+    if d.ambient_distance.is_finite() {
+        number(ui, "Occluders up to (m)", &mut d.ambient_distance, 0.05, 0.0..=1e9);
+    }
+    count(ui, "Longest chain", &mut d.max_depth, 1..=64);
+}
+
+/// What frames are made of.
+fn hybrid(ui: &mut Ui, h: &mut HybridSettings) {
+    ui.checkbox(&mut h.shadows, "Shadows");
+    rays(ui, &mut h.rays);
+    number(ui, "Lights count from (W/m²)", &mut h.light_cutoff, 1e-3, 0.0..=1e6);
+    let mut raster = h.visibility == Visibility::Raster;
+    if ui.checkbox(&mut raster, "First hits by the rasteriser").changed() {
+        h.visibility = if raster { Visibility::Raster } else { Visibility::Rays };
+    }
+}
+
+/// Which pixels get samples, and how many are enough.
+fn sampling(viewer: &Viewer, ui: &mut Ui, s: &mut RenderSettings) {
+    let mut is_adaptive = matches!(s.sampling, Sampling::Adaptive(_));
+    if ui.checkbox(&mut is_adaptive, "More samples where the error is").changed() {
+        s.sampling = if is_adaptive { Sampling::Adaptive(Adaptive::default()) } else { Sampling::Uniform };
+    }
+    if let Sampling::Adaptive(adaptive) = &mut s.sampling {
+        count(ui, "Samples of every pixel", &mut adaptive.min_spp, 2..=65_536);
+        if viewer.comparison.split().is_some() {
+            ui.weak("Pictures that take turns get the same samples everywhere.");
+        }
+    }
+    let mut has_limit = s.noise.is_some();
+    if ui.checkbox(&mut has_limit, "Done when the noise is low").changed() {
+        s.noise = has_limit.then_some(0.02);
+    }
+    if let Some(noise) = &mut s.noise {
+        number(ui, "Relative error", noise, 1e-4, 1e-4..=1.0);
+        if let Some(now) = viewer.shot().and_then(|shot| shot.pass.noise) {
+            ui.label(format!("now {now:.4}"));
+        }
+    }
+}
+
+/// What takes the noise out.
+fn denoiser(viewer: &mut Viewer, ui: &mut Ui) {
+    let mut denoises = viewer.shown.denoiser.is_some();
+    if ui.checkbox(&mut denoises, "Denoise when done").changed() {
+        viewer.shown.denoiser = denoises.then_some(Denoiser::Auto);
+    }
+    if let Some(denoiser) = &mut viewer.shown.denoiser {
+        let name = |d: Denoiser| match d {
+            Denoiser::Auto => "best that is here",
+            Denoiser::Own => "our own",
+            Denoiser::Oidn => "Open Image Denoise",
+        };
+        ComboBox::from_label("Denoiser").selected_text(name(*denoiser)).show_ui(ui, |ui| {
+            for choice in [Denoiser::Auto, Denoiser::Own, Denoiser::Oidn] {
+                ui.selectable_value(denoiser, choice, name(choice));
+            }
+        });
+    }
+    if let Some(by) = viewer.shot().and_then(|shot| shot.pass.denoised_by.as_ref()) {
+        ui.weak(format!("without its noise: {by}"));
+    }
 }
 
 fn size(viewer: &Viewer, ui: &mut Ui, s: &mut RenderSettings) {
@@ -115,6 +185,7 @@ fn display(viewer: &mut Viewer, ui: &mut Ui) {
             ui.selectable_value(&mut viewer.shown.layer, layer, layer.name());
         }
     });
+    denoiser(viewer, ui);
     let tone = &mut viewer.shown.tone;
     let name = MAPPERS.iter().find(|(mapper, _)| *mapper == tone.mapper).map_or("", |(_, name)| name);
     ComboBox::from_label("Tone mapper").selected_text(name).show_ui(ui, |ui| {
@@ -159,7 +230,8 @@ fn comparison(viewer: &mut Viewer, ui: &mut Ui) {
         Comparison::Settings { settings, split } => {
             ui.add(Slider::new(split, 0.0..=1.0).text("Line"));
             ui.label("B");
-            transport(ui, "other", settings);
+            let on_gpu = viewer.backend.name.starts_with("gpu");
+            transport(ui, "other", on_gpu, settings);
         }
         Comparison::Stored { name, split, .. } => {
             ui.add(Slider::new(split, 0.0..=1.0).text("Line"));

@@ -176,7 +176,7 @@ impl Run {
                 let threads = viewer.backend.options.threads;
                 viewer.switch_backend(RendererOptions { backend: *backend, threads, ..Default::default() });
             }
-            Step::Direct(direct) => viewer.render.direct = *direct,
+            Step::Transport(transport) => viewer.render.transport = *transport,
             Step::Moment(frame) => viewer.clock.seek(*frame),
             Step::Fps(fps) => viewer.clock.fps = *fps,
             Step::Clip(name) => viewer.play_clip(Some(name.clone())),

@@ -1,6 +1,7 @@
 //! The text of scripts: a step a line, words separated by spaces; `#` begins a comment.
 
 use crate::panels::Tab;
+use crate::render_settings::Transport;
 use crate::worker::Layer;
 use alhazen::BackendChoice;
 use std::path::PathBuf;
@@ -16,8 +17,8 @@ pub enum Step {
     Resize(u32, u32),
     /// `backend NAME`
     Backend(BackendChoice),
-    /// `integrator path|direct`
-    Direct(bool),
+    /// `integrator path|direct|hybrid`
+    Transport(Transport),
     /// `moment FRAME`: of the scene's time.
     Moment(u32),
     /// `play SECONDS`: lets the scene's time pass, and measures.
@@ -115,11 +116,10 @@ fn step(line: &str) -> Result<Step, String> {
         "frames" => Step::Frames(number(word(0)?)?),
         "resize" => Step::Resize(number(word(0)?)?, number(word(1)?)?),
         "backend" => Step::Backend(all()?.parse().map_err(|e: alhazen::UnknownBackend| e.to_string())?),
-        "integrator" => match rest {
-            "path" => Step::Direct(false),
-            "direct" => Step::Direct(true),
-            _ => return Err("integrators are path and direct".into()),
-        },
+        "integrator" => {
+            let transport = Transport::ALL.into_iter().find(|t| t.name() == rest);
+            Step::Transport(transport.ok_or("integrators are path, direct and hybrid")?)
+        }
         "moment" => Step::Moment(number(word(0)?)?),
         "play" => Step::Play(number(word(0)?)?),
         "fps" => match number(word(0)?)? {

@@ -425,7 +425,12 @@ impl Viewer {
     pub fn command_line(&self) -> String {
         let scene = self.document.as_ref().map_or(String::new(), |d| d.source.to_string());
         let spp = format!("alhazen render {scene} -o picture.exr --spp {}", self.render.spp);
-        let words = [spp, self.render.arguments(), self.clock.arguments()];
+        let denoise = self.shown.denoiser.map_or("", |denoiser| match denoiser {
+            alhazen::Denoiser::Auto => "--denoise",
+            alhazen::Denoiser::Own => "--denoise=own",
+            alhazen::Denoiser::Oidn => "--denoise=oidn",
+        });
+        let words = [spp, self.render.arguments(), self.clock.arguments(), denoise.to_owned()];
         words.iter().filter(|w| !w.is_empty()).map(String::as_str).collect::<Vec<_>>().join(" ")
     }
 

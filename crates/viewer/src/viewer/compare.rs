@@ -37,7 +37,7 @@ impl Comparison {
         let Self::Settings { settings, .. } = self else { return None };
         let job = viewer.job();
         let size = [job.width, job.height];
-        Some(settings.job(job.camera, size, viewer.shown.layer, ToneMapping::default()))
+        Some(settings.job(job.camera, size, &viewer.shown, ToneMapping::default()))
     }
 
     /// Where the line is.

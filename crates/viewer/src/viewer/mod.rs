@@ -343,7 +343,14 @@ impl Viewer {
             self.sent.1 = Some(self.shown);
             self.worker.send(Message::Show(self.shown));
         }
-        let wish = Wish { job: self.job(), other: self.comparison.job(self), moving, spp: self.render.spp };
+        let wish = Wish {
+            job: self.job(),
+            other: self.comparison.job(self),
+            moving,
+            spp: self.render.spp,
+            sampling: self.render.sampling,
+            noise: self.render.noise.map(f64::from),
+        };
         if self.sent.0.as_ref() != Some(&wish) {
             self.worker.send(Message::Wish(Box::new(wish.clone())));
             self.sent.0 = Some(wish);
@@ -355,7 +362,7 @@ impl Viewer {
     pub fn job(&self) -> Job {
         let camera = Camera { path: None, ..self.camera.at(self.camera_time) };
         // How it is shown is no reason to begin anew.
-        self.render.job(camera, self.size(), self.shown.layer, ToneMapping::default())
+        self.render.job(camera, self.size(), &self.shown, ToneMapping::default())
     }
 
     /// Width and height of the picture.

@@ -15,7 +15,8 @@ pub(crate) use thread::full_text;
 
 use alhazen::edits::{Edits, Resources};
 use alhazen::{
-    BackendError, Control, Job, LoadStats, Moment, PassTime, Renderer, RendererOptions, Scene, SceneTables,
+    Adaptive, BackendError, Control, Job, LoadStats, Moment, PassTime, Renderer, RendererOptions, Sampling,
+    Scene, SceneTables,
 };
 use std::cell::Cell;
 use std::path::PathBuf;
@@ -33,8 +34,37 @@ pub struct Wish {
     pub other: Option<Job>,
     /// Whether the camera moves: then speed counts more than sharpness.
     pub moving: bool,
-    /// Samples per pixel after which the picture is done.
+    /// Samples per pixel after which the picture is done; on average, where sampling is adaptive.
     pub spp: u32,
+    /// How samples are spread over the picture. Pictures that take turns get the same everywhere.
+    pub sampling: Sampling,
+    /// Relative standard error of the first picture, below which all pictures are done.
+    pub noise: Option<f64>,
+}
+
+impl Wish {
+    /// How the next pass chooses its pixels; `None` gives all the same.
+    ///
+    /// - `spp`: samples that they have.
+    fn adaptive(&self, preview: bool, spp: u32) -> Option<Adaptive> {
+        match self.sampling {
+            Sampling::Adaptive(adaptive) if !preview && self.other.is_none() && spp >= adaptive.pilot() => {
+                Some(adaptive)
+            }
+            _ => None,
+        }
+    }
+
+    /// Samples per pixel that the next pass may add to the `spp` that there are.
+    fn left(&self, spp: u32) -> u32 {
+        let end = match self.sampling {
+            Sampling::Adaptive(adaptive) if self.other.is_none() && spp < adaptive.pilot() => {
+                adaptive.pilot()
+            }
+            _ => self.spp,
+        };
+        end.min(self.spp).saturating_sub(spp).max(1)
+    }
 }
 
 /// What the render thread is told.
@@ -156,6 +186,10 @@ pub struct PassReport {
     pub render: Duration,
     /// Wall time of fetching the film and making display values.
     pub show: Duration,
+    /// Relative standard error of the picture, where somebody waits for it.
+    pub noise: Option<f64>,
+    /// What took the noise out of the picture, if anything did.
+    pub denoised_by: Option<String>,
     /// Wall time of rendering this picture since it began.
     pub total: Duration,
     /// The device's passes, where it has a clock.

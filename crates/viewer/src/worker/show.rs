@@ -1,6 +1,6 @@
 //! From a film to what the window shows.
 
-use alhazen::{Aov, AovData, Film, Image, ToneMapping};
+use alhazen::{Aov, AovData, Denoiser, Film, Image, ToneMapping};
 use egui::{Color32, ColorImage};
 use rayon::prelude::*;
 
@@ -13,11 +13,13 @@ pub struct Shown {
     pub tone: ToneMapping,
     /// Show the luminance of radiance as false colours: this many stops around the exposure's middle grey.
     pub false_colour: Option<f32>,
+    /// What takes the noise out of the picture once it is done.
+    pub denoiser: Option<Denoiser>,
 }
 
 impl Default for Shown {
     fn default() -> Self {
-        Self { layer: Layer::Picture, tone: ToneMapping::default(), false_colour: None }
+        Self { layer: Layer::Picture, tone: ToneMapping::default(), false_colour: None, denoiser: None }
     }
 }
 

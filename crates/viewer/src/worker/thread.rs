@@ -1,17 +1,21 @@
 //! The render thread's own side.
 
 use super::recording::Sequence;
-use super::show::{display, layer_image};
+use super::show::{Layer, display, layer_image};
 use super::{Event, Message, Pace, PassReport, Shared, Shot, Shown, Wish, lock};
 use alhazen::edits::{Editable, Edits, Resources};
 use alhazen::{
-    BackendError, Control, Description, Film, Job, Moment, Renderer, RendererOptions, SceneTables,
+    BackendError, Control, Denoised, Denoiser, Description, Film, Job, Moment, Renderer, RendererOptions,
+    SceneTables,
 };
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError};
 use std::time::{Duration, Instant};
+
+/// Samples per pixel below which an error estimate is none.
+const LEAST_TO_TELL: u32 = 16;
 
 /// What the thread knows.
 pub(super) struct State {
@@ -62,6 +66,10 @@ struct Progress {
     visible: bool,
     /// What was last rendered: the film shows this.
     rendered: Option<Rendered>,
+    /// Whether it has all the samples that are wanted, or is good enough.
+    done: bool,
+    /// It without its noise, and what has done that; while nothing is added.
+    denoised: Option<(Denoiser, Arc<Denoised>)>,
     /// The film, where two pictures take turns on one renderer.
     film: Option<Film>,
     last_pass: PassReport,
@@ -162,7 +170,7 @@ impl State {
     /// Whether there is a picture to go on with. One pass is all that a moving camera gets at a place.
     fn may_render(&self) -> bool {
         let unfinished = |w: &Wish| {
-            let unfinished = |p: &Progress| if w.moving { !p.begun } else { p.spp < w.spp };
+            let unfinished = |p: &Progress| if w.moving { !p.begun } else { !p.done };
             unfinished(&self.pictures[0]) || (w.other.is_some() && unfinished(&self.pictures[1]))
         };
         !self.paused && self.scene.is_some() && self.wish.as_ref().is_some_and(unfinished)
@@ -204,9 +212,12 @@ impl State {
         let old = self.wish.replace(wish);
         let (Some(old), Some(new)) = (old, &self.wish) else { return };
         let compared = (old.other.is_some(), new.other.is_some());
+        // Pixels with as many samples as others deserve can not go on with as many as others have.
+        let spread = (old.sampling, new.sampling);
+        let (spp, same_limits) = (new.spp, (old.spp, old.noise) == (new.spp, new.noise));
         let jobs = [(Some(&old.job), Some(&new.job)), (old.other.as_ref(), new.other.as_ref())];
         for (picture, (old, new)) in self.pictures.iter_mut().zip(jobs) {
-            if old != new || compared.0 != compared.1 {
+            if old != new || compared.0 != compared.1 || spread.0 != spread.1 {
                 let camera = |j: Option<&Job>| j.map(|j| (j.camera.clone(), j.width));
                 *picture = Progress {
                     visible: picture.visible && camera(old) == camera(new),
@@ -216,6 +227,7 @@ impl State {
             } else if let (true, Some(rendered)) = (picture.begun, &mut picture.rendered) {
                 rendered.changes = self.changes;
             }
+            picture.done = picture.spp >= spp || (picture.done && same_limits);
         }
         // What there is may be all that is wanted.
         self.todo.show_again |= !self.may_render();
@@ -306,16 +318,27 @@ impl State {
         let preview = wish.moving || (!picture.visible && self.pace.needs_preview(pixels));
         let job = if preview { scaled(whole, self.pace.moving_scale(pixels)) } else { whole.clone() };
         let samples =
-            if preview { 1 } else { self.pace.samples(pixels, picture.spp).min(wish.spp - picture.spp) };
+            if preview { 1 } else { self.pace.samples(pixels, picture.spp).min(wish.left(picture.spp)) };
+        let adaptive = wish.adaptive(preview, picture.spp);
         let mut view = job.view(0.0);
         view.first_sample = if preview { 0 } else { picture.spp };
-        if view.first_sample == 0 || compares {
+        if adaptive.is_some() {
+            // Each pixel goes on from what it has.
+            view.first_sample = 0;
+        } else if view.first_sample == 0 || compares {
             // The film may have a picture of the same view that was given up half-way, or the other one.
             self.renderer.restart();
         }
         lock(&self.shared.running).finish = preview;
-        let stats = self.renderer.render_pass(&view, samples, control)?;
+        let stats = match adaptive {
+            Some(adaptive) => self.renderer.render_round(&view, &adaptive, samples, control)?,
+            None => Some(self.renderer.render_pass(&view, samples, control)?),
+        };
         let render = start.elapsed();
+        let Some(stats) = stats else {
+            self.pictures[side].done = true;
+            return self.show(side);
+        };
         for notice in self.renderer.take_notices() {
             self.tell(Event::Notice(notice));
         }
@@ -334,22 +357,71 @@ impl State {
             picture.spp += samples;
         }
         (picture.begun, picture.visible) = (true, true);
+        (picture.denoised, picture.done) = (None, !preview && picture.spp >= wish.spp);
         picture.total += render;
         picture.rendered = Some(Rendered { job: Arc::new(whole.clone()), preview, changes: self.changes });
         picture.last_pass = PassReport {
             samples: stats.samples,
             rays: stats.rays,
             render,
+            noise: None,
+            denoised_by: None,
             show: Duration::ZERO,
             total: picture.total,
             device: self.renderer.take_passes(),
             kernel: self.renderer.kernel(),
         };
+        self.look_at_noise(wish, side)?;
         self.show(side)?;
         if !self.shown.layer.is_geometric() {
             self.pace.record(preview, stats.samples, start.elapsed());
         }
         Ok(())
+    }
+
+    /// Finds out whether a picture is good enough.
+    fn look_at_noise(&mut self, wish: &Wish, side: usize) -> Result<(), BackendError> {
+        let Some(limit) = wish.noise else { return Ok(()) };
+        let noise = match &self.pictures[side].film {
+            Some(film) => film.relative_error(),
+            None => self.renderer.film()?.and_then(Film::relative_error),
+        };
+        let picture = &mut self.pictures[side];
+        picture.last_pass.noise = noise;
+        // An error estimate of a few samples is not one.
+        let is_estimate = picture.spp >= LEAST_TO_TELL;
+        picture.done |= is_estimate && noise.is_some_and(|noise| noise <= limit);
+        Ok(())
+    }
+
+    /// The picture of a side without its noise, if that is wanted and the picture is done.
+    fn denoised(&mut self, side: usize) -> Result<Option<Arc<Denoised>>, BackendError> {
+        let picture = &self.pictures[side];
+        let Some(denoiser) = self.shown.denoiser else { return Ok(None) };
+        if !picture.done || self.shown.layer != Layer::Picture {
+            return Ok(None);
+        }
+        if let Some((by, denoised)) = &picture.denoised
+            && *by == denoiser
+        {
+            return Ok(Some(denoised.clone()));
+        }
+        let film = match &picture.film {
+            Some(film) => Some(film),
+            None => self.renderer.film()?,
+        };
+        let Some(film) = film else { return Ok(None) };
+        match denoiser.run(film) {
+            Ok(denoised) => {
+                let denoised = Arc::new(denoised);
+                self.pictures[side].denoised = Some((denoiser, denoised.clone()));
+                Ok(Some(denoised))
+            }
+            Err(error) => {
+                self.tell(Event::Notice(full_text(&error)));
+                Ok(None)
+            }
+        }
     }
 
     /// Whose turn it is: pictures that are compared take turns until one is done.
@@ -359,7 +431,7 @@ impl State {
         }
         let done = |side: usize| {
             let picture = &self.pictures[side];
-            if wish.moving { picture.begun } else { picture.spp >= wish.spp }
+            if wish.moving { picture.begun } else { picture.done }
         };
         let next = 1 - self.side;
         if done(next) { self.side } else { next }
@@ -371,6 +443,7 @@ impl State {
             return Ok(());
         };
         let start = Instant::now();
+        let denoised = self.denoised(side)?;
         let picture = &self.pictures[side];
         let film = match &picture.film {
             Some(film) => film,
@@ -379,10 +452,14 @@ impl State {
                 None => return Ok(()),
             },
         };
-        let linear = layer_image(film, self.shown.layer);
+        let linear = match &denoised {
+            Some(denoised) => denoised.picture.clone(),
+            None => layer_image(film, self.shown.layer),
+        };
         let image = display(&linear, film, &self.shown);
         let counts = film.pixels().iter().map(|p| p.count() as u32).collect();
-        let pass = PassReport { show: start.elapsed(), ..picture.last_pass.clone() };
+        let denoised_by = denoised.map(|d| d.by.clone());
+        let pass = PassReport { show: start.elapsed(), denoised_by, ..picture.last_pass.clone() };
         self.shared.publish(Shot {
             image: Arc::new(image),
             linear: Arc::new(linear),
@@ -400,6 +477,7 @@ impl State {
 
     /// Writes the first picture as it is.
     fn save(&mut self, path: &Path) -> Result<(), Box<dyn std::error::Error>> {
+        let denoised = self.denoised(0)?;
         let picture = &self.pictures[0];
         let Some(Rendered { job, .. }) = picture.rendered.clone() else {
             return Err("there is no picture yet".into());
@@ -411,8 +489,13 @@ impl State {
             Some(film) => film,
             None => self.renderer.film()?.ok_or("there is no picture yet")?,
         };
-        let metadata = alhazen::metadata(&settings, film, spp, &backends, total);
-        alhazen::output::write(path, film, &self.shown.tone, &metadata)?;
+        let mut metadata = alhazen::metadata(&settings, film, spp, &backends, total);
+        if let Some(denoised) = &denoised {
+            metadata.insert("denoiser".into(), denoised.by.clone());
+        }
+        let colour = denoised.as_ref().map(|d| &d.picture);
+        let encoding = alhazen::output::Encoding::default();
+        alhazen::output::write_as(path, film, colour, &self.shown.tone, &metadata, &encoding)?;
         Ok(())
     }
 
