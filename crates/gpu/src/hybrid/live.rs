@@ -3,6 +3,7 @@
 use super::{FRAME_PASSES, HybridKernel};
 use crate::film::{Batch, BatchPixels, FilmBuffers};
 use crate::frames::Frames;
+use crate::scene::update::StagingRing;
 use crate::scene::upload::write_buffer;
 use crate::tracer::bvh::BvhTracer;
 use crate::tracer::query::QueryTracer;
@@ -10,7 +11,7 @@ use crate::tracer::upper::{Place, UpperBuilder, UpperUpdate};
 use crate::tracer::{Tracer, TracerKind};
 use crate::{Gpu, GpuError, GpuScene};
 use backend::{HybridSettings, Integrator, View};
-use scene::tables::SceneTables;
+use scene::tables::{Changes, SceneTables};
 use std::sync::Arc;
 
 /// A scene on a device, ready for frames.
@@ -21,6 +22,7 @@ pub struct LiveScene {
     film: FilmBuffers,
     upper: Option<UpperBuilder>,
     scene: GpuScene,
+    ring: StagingRing,
     tracer_bytes: u64,
     /// Whether the device has built the upper level yet: a refit needs an order.
     is_built: bool,
@@ -41,8 +43,23 @@ impl LiveScene {
         view: &View,
         depth: usize,
     ) -> Result<Self, GpuError> {
+        Self::with_room(gpu, tables, kind, view, depth, 0)
+    }
+
+    /// As [`LiveScene::new`], with room for so many more lights than the scene has at first.
+    ///
+    /// # Errors
+    /// As [`LiveScene::new`].
+    pub fn with_room(
+        gpu: Gpu,
+        tables: Arc<SceneTables>,
+        kind: TracerKind,
+        view: &View,
+        depth: usize,
+        more_lights: u32,
+    ) -> Result<Self, GpuError> {
         kind.check(&gpu)?;
-        let scene = GpuScene::upload(&gpu, tables)?;
+        let scene = GpuScene::upload_with_room(&gpu, tables, more_lights)?;
         let (tracer, upper): (Box<dyn Tracer>, _) = match kind {
             TracerKind::Bvh => {
                 let (tracer, upper) = BvhTracer::dynamic(&gpu, &scene)?;
@@ -59,7 +76,28 @@ impl LiveScene {
         let film = FilmBuffers::new(&gpu, view, false)?;
         let frames = Frames::new(&gpu, depth)?;
         let tracer_bytes = tracer.memory_bytes();
-        Ok(Self { gpu, frames, kernel, film, upper, scene, tracer_bytes, is_built: false })
+        let ring = StagingRing::new(&gpu);
+        Ok(Self { gpu, frames, kernel, film, upper, scene, ring, tracer_bytes, is_built: false })
+    }
+
+    /// Brings lights, materials and environment to another version of the scene, for the frames that are started from now on;
+    /// frames in flight keep what they began with. Instances stand where frames put them. Returns whether that was possible:
+    /// other geometry, more lights than there is room for, or instances that move where none can by itself need a new scene,
+    /// and nothing is done.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn update(&mut self, tables: &Arc<SceneTables>) -> Result<bool, GpuError> {
+        let Some(changes) = Changes::between(&self.scene.tables, tables) else { return Ok(false) };
+        if changes.vertices || (changes.transforms && self.upper.is_none()) {
+            return Ok(false);
+        }
+        let changes = Changes { transforms: false, ..changes };
+        let was_possible = self.scene.take(&self.gpu, &mut self.ring, tables, changes)?;
+        if was_possible {
+            self.kernel.bounding_sphere = tables.bounding_sphere;
+        }
+        Ok(was_possible)
     }
 
     /// The device.

@@ -263,8 +263,8 @@ fn clusters_find_all_lights_that_count() {
     assert!(saved, "some light is weak somewhere");
 }
 
-/// A floor and spinning boxes, all in places that the test gives.
-fn moving_scene() -> Arc<SceneTables> {
+/// A floor and spinning boxes, all in places that the test gives, below a lamp and so many more lights.
+fn moving_scene(more_lights: u32) -> Arc<SceneTables> {
     use scene::{Camera, Instance, Light, LightKind, Shape};
     use testkit::scenes::{Build, cuboid, lambert};
     let mut scene = scene::Scene::default();
@@ -277,6 +277,21 @@ fn moving_scene() -> Arc<SceneTables> {
     scene.instances.iter_mut().for_each(|i| i.dynamic = true);
     let kind = LightKind::Point { position: Vec3::new(2.0, 5.0, 3.0), intensity: Vec3::splat(60.0) };
     scene.lights.push(Light { name: "lamp".into(), kind });
+    scene.lights.extend((0..more_lights).map(|i| {
+        let (sin, cos) = (i as f32 * 2.4).sin_cos();
+        let (position, intensity) =
+            (Vec3::new(3.0 * cos, 2.0, 3.0 * sin), Vec3::new(5.0, 3.0, 1.0 + i as f32));
+        let (direction, irradiance) = (Vec3::new(sin, -1.0, cos).normalize(), intensity * 0.02);
+        let kind = match i % 3 {
+            0 => LightKind::Point { position, intensity },
+            1 => LightKind::Directional { direction, irradiance, angular_diameter: 0.02 },
+            _ => {
+                let (inner_angle, outer_angle) = (0.3, 0.6);
+                LightKind::Spot { position, direction, intensity, inner_angle, outer_angle }
+            }
+        };
+        Light { name: format!("light {i}"), kind }
+    }));
     scene.cameras.push(Camera::perspective("c", Vec3::new(0.0, 4.0, 7.0), Vec3::ZERO, 0.8));
     Arc::new(SceneTables::build(&scene))
 }
@@ -309,15 +324,18 @@ fn frames_do_not_depend_on_how_they_are_reached() {
     let open = |depth| {
         let gpu = open_for_test(name, &crate::GpuOptions::default())?;
         let live = |gpu| {
-            LiveScene::new(gpu, moving_scene(), crate::tracer::TracerKind::Bvh, &view(0), depth)
-                .expect("a scene")
+            let (tables, kind) = (moving_scene(0), crate::tracer::TracerKind::Bvh);
+            LiveScene::with_room(gpu, tables, kind, &view(0), depth, MOST_LIGHTS).expect("a scene")
         };
         Some(gpu.map(live))
     };
-    const LAST: u32 = 9;
     let Some(mut at_once) = open(1) else { return };
     at_once.frame(&view(LAST), Some((&places(LAST), Rebuild))).expect("a frame");
     let expected = at_once.read(&view(LAST)).expect("a film");
+    assert!(at_once.update(&moving_scene(CROWDED)).expect("an update"));
+    at_once.frame(&view(LAST), Some((&without(places(LAST), 5), Rebuild))).expect("a frame");
+    let crowded = at_once.read(&view(LAST)).expect("a film");
+    assert!(differing_share(&crowded, &expected) > 0.1, "lights change nothing");
     drop(at_once);
     let Some(mut live) = open(3) else { return };
     for frame in 0..=LAST {
@@ -342,4 +360,72 @@ fn frames_do_not_depend_on_how_they_are_reached() {
     assert!(boxes.len() > 20 && floor.len() > 100, "{} {}", boxes.len(), floor.len());
     assert!(boxes.iter().filter(|p| moved(p)).count() * 10 >= 9 * boxes.len(), "boxes move");
     assert!(!floor.iter().any(moved), "the floor does not");
+
+    come_and_go(&mut live, &view(LAST), &expected, &crowded);
+}
+
+/// The frame that is compared.
+const LAST: u32 = 9;
+/// Most lights that [`come_and_go`] adds.
+const MOST_LIGHTS: u32 = 12;
+/// How many there are in the picture that it compares: so many that they are in a tree.
+const CROWDED: u32 = 11;
+
+/// `places` without one of the instances.
+fn without(mut places: Vec<crate::tracer::upper::Place>, gone: usize) -> Vec<crate::tracer::upper::Place> {
+    places[gone] = [[0.0; 4]; 3];
+    places
+}
+
+/// Lights and objects come and go thousands of times, with frames in flight: the pictures are those of scenes that were so from the
+/// beginning, nothing is left behind on the device, and it has nothing to complain of.
+fn come_and_go(live: &mut LiveScene, last: &backend::View, expected: &Film, crowded: &Film) {
+    use crate::tracer::upper::UpperUpdate::{Rebuild, Refit};
+    const ROUNDS: u32 = 3000;
+    let versions: Vec<_> = (0..=MOST_LIGHTS).map(moving_scene).collect();
+    assert!(!live.update(&moving_scene(MOST_LIGHTS + 1)).expect("an answer"), "there is no room for that");
+    let small = backend::View {
+        width: 8,
+        height: 8,
+        window: Rect { x: 0, y: 0, width: 8, height: 8 },
+        ..last.clone()
+    };
+    let allocated = |live: &LiveScene| {
+        let report = live.gpu().device.generate_allocator_report();
+        report.map(|r| (r.allocations.len(), r.allocations.iter().map(|a| a.size).sum::<u64>()))
+    };
+    let mut early = None;
+    for round in 0..ROUNDS {
+        let version = &versions[(round * 7 % (MOST_LIGHTS + 1)) as usize];
+        assert!(live.update(version).expect("an update"), "round {round}");
+        let here = without(without(places(round), (1 + round % 12) as usize), (1 + round * 5 % 12) as usize);
+        let how = if round % 5 == 0 { Rebuild } else { Refit };
+        // What changes between frames counts as much as what changes with each of them.
+        if round % 2 == 0 {
+            live.frame(&backend::View { first_sample: round, ..small.clone() }, Some((&here, how)))
+                .expect("a frame");
+        }
+        if round == ROUNDS / 10 {
+            live.finish().expect("frames");
+            early = allocated(live).map(|a| (a, live.memory_bytes()));
+        }
+    }
+    live.finish().expect("frames");
+    if let (Some(((pieces, bytes), known)), Some((pieces_after, bytes_after))) = (early, allocated(live)) {
+        println!("{pieces} pieces of {bytes} bytes, then {pieces_after} of {bytes_after}");
+        assert!(pieces > 10, "the allocator knows of nothing");
+        assert!(
+            pieces_after <= pieces + 4 && bytes_after <= bytes + (1 << 20),
+            "{pieces_after}, {bytes_after}"
+        );
+        assert_eq!(live.memory_bytes(), known);
+    }
+    for (lights, here, picture) in [(CROWDED, without(places(LAST), 5), crowded), (0, places(LAST), expected)]
+    {
+        assert!(live.update(&versions[lights as usize]).expect("an update"));
+        live.frame(last, Some((&here, Rebuild))).expect("a frame");
+        let film = live.read(last).expect("a film");
+        assert_eq!(differing_share(&film, picture), 0.0, "{lights} lights");
+    }
+    live.gpu().check("coming and going").expect("no error of the device");
 }

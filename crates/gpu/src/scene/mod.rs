@@ -19,7 +19,7 @@ use std::num::NonZero;
 use std::sync::Arc;
 use texels::TexelPlaces;
 use textures::SceneTextures;
-use upload::storage_buffer;
+use upload::{roomy_buffer, storage_buffer};
 use wgpu::BufferUsages;
 
 /// The buffers of bind group 0, for tracers that make their own bind groups of them.
@@ -63,6 +63,14 @@ impl GpuScene {
     /// # Errors
     /// When something is too large for the device or there is no memory; the error names it.
     pub fn upload(gpu: &Gpu, tables: Arc<SceneTables>) -> Result<Self, GpuError> {
+        Self::upload_with_room(gpu, tables, 0)
+    }
+
+    /// As [`GpuScene::upload`], with room for so many more lights.
+    ///
+    /// # Errors
+    /// As [`GpuScene::upload`].
+    pub fn upload_with_room(gpu: &Gpu, tables: Arc<SceneTables>, more_lights: u32) -> Result<Self, GpuError> {
         let words = Words::new(&tables);
         let places = TexelPlaces::new(gpu, &tables);
         let info = scene_info(&tables, &words, &places);
@@ -85,9 +93,21 @@ impl GpuScene {
             )?,
             bindings: storage_buffer(gpu, "geometry bindings", &records::bindings(&tables, &words), none)?,
             materials: storage_buffer(gpu, "materials", &records::materials(&tables, &words), none)?,
-            lights: storage_buffer(gpu, "lights", &records::lights(&tables, &words), none)?,
+            lights: roomy_buffer(
+                gpu,
+                "lights",
+                &records::lights(&tables, &words),
+                u64::from(more_lights) * size_of::<records::LightRecord>() as u64,
+                none,
+            )?,
             vertices: storage_buffer(gpu, "vertices", &records::vertices(&tables), input)?,
-            words: storage_buffer(gpu, "vertex indices and attributes", &words.data, input)?,
+            words: roomy_buffer(
+                gpu,
+                "vertex indices and attributes",
+                &words.data,
+                records::words_of_lights(more_lights),
+                input,
+            )?,
         };
         upload::write_buffer(gpu, "scene constants", &buffers.info, bytemuck::bytes_of(&info))?;
         let textures = SceneTextures::upload(gpu, &tables, &places)?;

@@ -6,8 +6,8 @@ use super::texels::{ImagePlace, images};
 use bytemuck::{Pod, Zeroable};
 use optics::albedo::SheenAlbedo;
 use scene::tables::{
-    GeometryKind, GeometryRecord, InstanceRecord, LAYER_SLOTS, LAYERS_GLOSSINESS, LayerSlot, LayersRecord,
-    LightRecord as TableLight, MaterialRecord, NONE, SceneTables,
+    FEWEST_LIGHTS, GeometryKind, GeometryRecord, InstanceRecord, LAYER_SLOTS, LAYERS_GLOSSINESS, LayerSlot,
+    LayersRecord, LightNode, LightRecord as TableLight, MaterialRecord, NONE, SceneTables,
 };
 use scene::{Filter, Wrap};
 
@@ -246,6 +246,13 @@ pub(super) struct Words {
     pub light_tree: u32,
     layers: u32,
     pub sheen_albedo: u32,
+}
+
+/// Bytes for the words of so many more lights: coordinates of three corners, a place among the visible ones, a trail, and the
+/// nodes of a binary tree that lead to it. The lights that there are may have no tree yet because they are few.
+pub fn words_of_lights(more: u32) -> u64 {
+    const A_LIGHT: u64 = (6 + 1 + 1) * 4 + 2 * size_of::<LightNode>() as u64;
+    if more == 0 { 0 } else { (u64::from(more) + FEWEST_LIGHTS as u64) * A_LIGHT }
 }
 
 impl Words {

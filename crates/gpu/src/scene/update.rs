@@ -61,6 +61,22 @@ impl GpuScene {
         tables: &Arc<SceneTables>,
         changes: Changes,
     ) -> Result<bool, GpuError> {
+        // Shaders are made for lights in a tree or for few lights.
+        let tree_changes = tables.light_tree.is_empty() != self.tables.light_tree.is_empty();
+        if tree_changes { Ok(false) } else { self.take(gpu, ring, tables, changes) }
+    }
+
+    /// As [`GpuScene::update`], for shaders that ask every light and choose none.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub(crate) fn take(
+        &mut self,
+        gpu: &Gpu,
+        ring: &mut StagingRing,
+        tables: &Arc<SceneTables>,
+        changes: Changes,
+    ) -> Result<bool, GpuError> {
         let has_image = |t: &SceneTables| t.environment.width > 0;
         let image_changes = changes.environment && (has_image(tables) || has_image(&self.tables));
         let words = self.words.with_changes(tables);
@@ -76,9 +92,7 @@ impl GpuScene {
             && fits(&b.bindings, 0, &bindings)
             && fits(&b.materials, 0, &materials)
             && fits(&b.lights, 0, &lights);
-        // Shaders are made for lights in a tree or for few lights.
-        let tree_changes = tables.light_tree.is_empty() != self.tables.light_tree.is_empty();
-        if image_changes || tree_changes || !all_fit {
+        if image_changes || !all_fit {
             return Ok(false);
         }
         let mut writes: Vec<(&wgpu::Buffer, u64, &[u8])> = vec![(&b.info, 0, bytemuck::bytes_of(&info))];

@@ -15,8 +15,22 @@ pub fn storage_buffer<T: Pod>(
     data: &[T],
     extra_usage: BufferUsages,
 ) -> Result<wgpu::Buffer, GpuError> {
+    roomy_buffer(gpu, object, data, 0, extra_usage)
+}
+
+/// As [`storage_buffer`], with room for so many bytes more.
+///
+/// # Errors
+/// As [`storage_buffer`].
+pub fn roomy_buffer<T: Pod>(
+    gpu: &Gpu,
+    object: &'static str,
+    data: &[T],
+    room: u64,
+    extra_usage: BufferUsages,
+) -> Result<wgpu::Buffer, GpuError> {
     let bytes: &[u8] = bytemuck::cast_slice(data);
-    let size = (bytes.len().max(size_of::<T>()) as u64).next_multiple_of(4);
+    let size = (bytes.len().max(size_of::<T>()) as u64 + room).next_multiple_of(4);
     let buffer = empty_buffer(gpu, object, size, BufferUsages::STORAGE | extra_usage)?;
     write_buffer(gpu, object, &buffer, bytes)?;
     Ok(buffer)

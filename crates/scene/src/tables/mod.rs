@@ -25,7 +25,7 @@ pub use environment::EnvironmentTable;
 pub use geometry::{BindingRecord, BlasRecord, GeometryKind, GeometryRecord, InstanceRecord};
 pub use layers::{LAYER_SLOTS, LAYERS_GLOSSINESS, LayerSlot, LayersRecord};
 pub use light::LightRecord;
-pub use light_tree::{LightChoice, LightNode, LightTree};
+pub use light_tree::{FEWEST_LIGHTS, LightChoice, LightNode, LightTree};
 pub use material::{
     MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_CHECKERBOARD, MATERIAL_EMISSION_TWO_SIDED,
 };
