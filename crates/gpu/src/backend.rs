@@ -2,7 +2,7 @@
 
 use crate::film::{Batch, FOLD_SAMPLES, FilmBuffers, device_error};
 use crate::kernel::{Kernel, KernelKind, PathKernel, Tracing};
-use crate::plan::{Levels, Pace, Plan};
+use crate::plan::{Levels, Pace, Plan, most_samples};
 use crate::scene::update::StagingRing;
 use crate::shader::Variant;
 use crate::timing::Timer;
@@ -255,12 +255,14 @@ impl GpuBackend {
         let compiled = scene.kernels.get_mut(&key).ok_or_else(missing)?;
         let end = view.first_sample + samples;
         let mut plan = Plan::new(view.window.width, view.window.height, view.first_sample..end);
+        let most = most_samples(gpu.is_software());
         let mut under_way = VecDeque::new();
         let mut last_done = Instant::now();
         loop {
             let room = FOLD_SAMPLES.saturating_sub(picture.pending);
             let fold = plan.is_even() && (room == 0 || picture.last_fold.elapsed() > FOLD_INTERVAL);
-            let batch = if control.is_cancelled() || fold { None } else { plan.next(&compiled.pace, room) };
+            let batch =
+                if control.is_cancelled() || fold { None } else { plan.next(&compiled.pace, room.min(most)) };
             if let Some(batch) = batch {
                 let submission = compiled.kernel.submit(gpu, &mut picture.buffers, batch, timer)?;
                 under_way.push_back((submission, batch, Instant::now()));
@@ -313,7 +315,7 @@ impl GpuBackend {
         picture.rays = 0;
         let missing = || GpuError::Device { doing: "looking up a kernel", reason: "it is gone".into() };
         let compiled = scene.kernels.get_mut(&key).ok_or_else(missing)?;
-        for level in Levels::new(view.window.width, pixels) {
+        for level in Levels::new(view.window.width, pixels, most_samples(gpu.is_software())) {
             if control.is_cancelled() {
                 break;
             }

@@ -12,8 +12,16 @@ const TARGET: Duration = Duration::from_millis(40);
 const FIRST_GUESS: f64 = 2.0e-6;
 /// Rows of the smallest dispatch: those of a workgroup.
 const LEAST_ROWS: u32 = 8;
-/// Most samples of a pixel in one dispatch.
+/// Most samples of a pixel in one dispatch. A power of two.
 const MOST_SAMPLES: u32 = 256;
+/// The same on software drivers: Mesa's ends the loops of an invocation after 65,536 rounds in all, which are some hundred
+/// rays through many instances, and what is left is missing from the picture without a word. A power of two.
+const MOST_SAMPLES_OF_SOFTWARE: u32 = 32;
+
+/// Most samples of a pixel in one dispatch; a power of two.
+pub fn most_samples(is_software: bool) -> u32 {
+    if is_software { MOST_SAMPLES_OF_SOFTWARE } else { MOST_SAMPLES }
+}
 
 /// Knows how long samples take, from how long they took.
 #[derive(Clone, Copy, Debug)]
@@ -117,14 +125,14 @@ pub struct Level {
 }
 
 impl Levels {
-    /// For pixels of a window of `width` pixels.
-    pub fn new(width: u32, pixels: &[PixelSamples]) -> Self {
+    /// For pixels of a window of `width` pixels, of which each gets at most `most` samples at a time: a power of two.
+    pub fn new(width: u32, pixels: &[PixelSamples], most: u32) -> Self {
         let mut left = pixels.to_vec();
         left.sort_by_key(|p| {
             let (x, y) = (p.pixel % width, p.pixel / width);
             (y / LEAST_ROWS, x / LEAST_ROWS, y, x)
         });
-        Self { left, samples: MOST_SAMPLES }
+        Self { left, samples: most }
     }
 }
 
@@ -169,7 +177,7 @@ mod tests {
             (0..500).map(|i| PixelSamples { pixel: i, first: 8, count: wanted[i as usize % 7] }).collect();
         let mut next = vec![8; 500];
         let mut levels = 0;
-        for level in Levels::new(25, &pixels) {
+        for level in Levels::new(25, &pixels, MOST_SAMPLES) {
             levels += 1;
             for p in &level.pixels {
                 assert_eq!(p.first_sample, next[p.pixel as usize]);

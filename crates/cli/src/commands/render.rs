@@ -153,8 +153,8 @@ pub struct RenderArgs {
     /// Longest path: 1 is emission, 2 direct light [default: what the scene says, or 32].
     #[arg(long, help_heading = "Light", value_parser = clap::value_parser!(u32).range(1..=1000))]
     max_depth: Option<u32>,
-    /// Light from outside: an .hdr or .exr panorama, or a constant radiance R,G,B. Without one, a scene in which
-    /// nothing shines gets a cloudy sky.
+    /// Light from outside: an .hdr or .exr panorama, or a constant radiance R,G,B. Without one, a scene without
+    /// lights, in which nothing is brighter than white paper, gets a cloudy sky.
     #[arg(long, help_heading = "Light", value_name = "FILE|R,G,B")]
     environment: Option<String>,
     /// Rotation of the environment in degrees.

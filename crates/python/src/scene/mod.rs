@@ -61,7 +61,7 @@ pub fn lock<'a, T>(py: Python, mutex: &'a Mutex<T>) -> MutexGuard<'a, T> {
 /// lenient : bool, default False
 ///     Go on without what the file requires but Alhazen does not know.
 /// daylight : bool, default True
-///     Put a cloudy sky around a scene in which nothing shines.
+///     Put a cloudy sky around a scene without lights, in which nothing is brighter than white paper.
 ///
 /// Returns
 /// -------
