@@ -269,9 +269,11 @@ pub mod layered {
         b.coat_normal = m.coat_normal;
 
         // Lobes are chosen by what they scatter towards `wo`.
-        // Microfacets lean: some of them already reflect all light where the surface would not yet.
-        let leaning = refraction_schlick(cos_o - max(b.widths.x, b.widths.y), b.eta);
-        let schlick = 0.5 * (refraction_schlick(cos_o, b.eta) + leaning);
+        // Microfacets lean both ways: near the angle of total reflection some reflect all light and some do not.
+        let lean = max(b.widths.x, b.widths.y);
+        let towards = refraction_schlick(cos_o + lean, b.eta);
+        let away = refraction_schlick(max(cos_o - lean, 0.0), b.eta);
+        let schlick = (refraction_schlick(cos_o, b.eta) + towards + away) * (1.0 / 3.0);
         let passing = 1.0 - mix(b.refracted_f0, f90, schlick);
         let diffuse = mean_component(b.diffuse);
         let below = mean_component(b.diffuse_below);
