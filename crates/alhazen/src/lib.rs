@@ -40,8 +40,9 @@ pub use accel::{Coherence, Ray};
 pub use adaptive::{Adaptive, Sampling};
 pub use allocator::HugePages;
 pub use backend::{
-    Backend, BackendError, Control, DirectSettings, HybridSettings, Integrator, LoadStats, PassTime,
-    PathSettings, PixelSamples, Progress, SamplerKind, Stats as PassStats, View, Visibility,
+    Backend, BackendError, Control, DirectSettings, Highlights, HybridSettings, INVERSE_SQUARE, Integrator,
+    LoadStats, PassTime, PathSettings, PixelSamples, Progress, SamplerKind, Stats as PassStats, View,
+    Visibility,
 };
 pub use checkpoint::Checkpoint;
 pub use choice::{BackendChoice, ChoiceError, Chosen, RendererOptions, UnknownBackend};

@@ -10,8 +10,8 @@ use alhazen::gpu::scene::texels::BINDING_ARRAYS;
 use alhazen::gpu::tracer::TracerKind;
 use alhazen::gpu::{Gpu, GpuBackend, GpuOptions, has_hardware};
 use alhazen::{
-    AlphaMode, Aov, BackendError, Control, DirectSettings, Fallback, Film, Integrator, Job, Limits,
-    LoadOptions, PathSettings, Renderer, SamplerKind, Scene, Source, Step, Summary, View,
+    AlphaMode, Aov, BackendError, Control, DirectSettings, Fallback, Film, Highlights, Integrator, Job,
+    Limits, LoadOptions, PathSettings, Renderer, SamplerKind, Scene, Source, Step, Summary, View,
 };
 use common::{gpu_renderers, path};
 use film::{AovData, AovKind};
@@ -159,6 +159,14 @@ fn reference_scenes_path() {
 #[test]
 fn builtin_scenes_direct() {
     let mut renderers = gpu_renderers("builtin_scenes_direct");
+    let scene = builtin("lights");
+    let taught = DirectSettings {
+        highlights: Highlights::Phong,
+        falloff: [1.0, 0.09, 0.032],
+        ..DirectSettings::default()
+    };
+    let taught = Job { integrator: Integrator::Direct(taught), ..job(&scene) };
+    compare_on(&mut renderers, "lights direct with Phong's highlights", &scene, &taught, 0.2);
     for name in ["three-spheres", "glass"] {
         let scene = builtin(name);
         let integrator = Integrator::Direct(DirectSettings::default());

@@ -8,7 +8,8 @@ mod view;
 
 pub use control::{Control, Progress};
 pub use view::{
-    DirectSettings, HybridSettings, Integrator, PathSettings, PixelSamples, SamplerKind, View, Visibility,
+    DirectSettings, Highlights, HybridSettings, INVERSE_SQUARE, Integrator, PathSettings, PixelSamples,
+    SamplerKind, View, Visibility,
 };
 
 use film::Film;

@@ -109,6 +109,44 @@ pub struct DirectSettings {
     pub ambient_distance: f32,
     /// Longest chain of mirror reflections and refractions.
     pub max_depth: u32,
+    /// How lights shade diffuse and glossy surfaces.
+    pub highlights: Highlights,
+    /// How lights that have a place fade with distance: c in 1, l in 1/m and q in 1/m² of 1 / (c + l d + q d²), none negative and
+    /// one of them positive. [`INVERSE_SQUARE`] is physics.
+    pub falloff: [f32; 3],
+}
+
+/// [`DirectSettings::falloff`] of light as it is.
+pub const INVERSE_SQUARE: [f32; 3] = [0.0, 0.0, 1.0];
+
+/// How [`Integrator::Direct`] and [`Integrator::Hybrid`] shade diffuse and glossy surfaces with lights.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Highlights {
+    /// As all integrators do.
+    #[default]
+    Microfacets,
+    /// Lambert and Phong, to see the difference.
+    Phong,
+}
+
+impl Highlights {
+    /// All of them, in the order in which users read them.
+    pub const ALL: [Self; 2] = [Self::Microfacets, Self::Phong];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Microfacets => "microfacets",
+            Self::Phong => "phong",
+        }
+    }
+}
+
+impl DirectSettings {
+    /// Whether surfaces and lights are those that all other integrators know.
+    pub fn is_physical(&self) -> bool {
+        self.highlights == Highlights::Microfacets && self.falloff == INVERSE_SQUARE
+    }
 }
 
 impl Default for DirectSettings {
@@ -120,6 +158,8 @@ impl Default for DirectSettings {
             ambient_samples: 4,
             ambient_distance: f32::INFINITY,
             max_depth: 8,
+            highlights: Highlights::Microfacets,
+            falloff: INVERSE_SQUARE,
         }
     }
 }
@@ -136,6 +176,9 @@ pub struct HybridSettings {
     /// Irradiance in W/m² below which a light does not count at a point, whatever the angle: a light then costs only where
     /// it matters. 0: all lights count everywhere, and the expected picture is that of `direct`.
     pub light_cutoff: f32,
+    /// Least probability in `(0, 1]` with which a glossy surface sends out reflection rays. The probability is about what the
+    /// surface reflects, and rays that are sent count for those that are not; 1 sends them all.
+    pub reflection_survival: f32,
 }
 
 impl HybridSettings {
@@ -153,7 +196,13 @@ impl Default for HybridSettings {
             ambient_samples: 1,
             ..Default::default()
         };
-        Self { rays: one_each, visibility: Visibility::Raster, shadows: true, light_cutoff: 0.0 }
+        Self {
+            rays: one_each,
+            visibility: Visibility::Raster,
+            shadows: true,
+            light_cutoff: 0.0,
+            reflection_survival: 0.05,
+        }
     }
 }
 

@@ -12,12 +12,14 @@ use crate::path::{SampleId, new_sampler, shadow_ray};
 use crate::scene::{CpuScene, vec3};
 use crate::surface::Surface;
 use accel::{Hit, HitFilter, Ray};
-use backend::{DirectSettings, View};
+use backend::{DirectSettings, Highlights, View};
 use film::AovSample;
 use optics::bsdf::{bsdf_eval, bsdf_has_smooth_part, bsdf_sample, bsdf_transmits};
 use optics::camera::{camera_pixel_spread, camera_ray};
+use optics::falloff::falloff_factor;
 use optics::frame::{to_local, to_world};
 use optics::light::{LIGHT_ENVIRONMENT, LIGHT_TRIANGLE, LightSample};
+use optics::phong::phong_eval;
 use optics::random::{PixelSampler, sample_2d};
 use optics::scatter::{BSDF_GLOSSY, BSDF_NONE, Bsdf};
 use optics::vector::dot;
@@ -178,7 +180,12 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
         if light.pdf <= 0.0 || above != (wi.z > 0.0) || !(above || bsdf_transmits(*bsdf)) {
             return BLACK;
         }
-        let light_arrives = bsdf_eval(*bsdf, wo, wi).value_cos * light.radiance * (1.0 / light.pdf);
+        let value_cos = match self.settings.highlights {
+            Highlights::Phong if bsdf.kind == BSDF_GLOSSY => phong_eval(*bsdf, wo, wi),
+            _ => bsdf_eval(*bsdf, wo, wi).value_cos,
+        };
+        let falloff = falloff_factor(self.settings.falloff.into(), light.distance);
+        let light_arrives = value_cos * light.radiance * (falloff / light.pdf);
         if light_arrives == BLACK || !self.visible(&shadow_ray(surface, light, above)) {
             return BLACK;
         }

@@ -7,7 +7,7 @@
 use crate::hybrid::Picture;
 use crate::scene::upload::{empty_buffer, write_buffer, write_buffer_at};
 use crate::{Gpu, GpuError};
-use backend::{BackendError, DirectSettings, Integrator, SamplerKind};
+use backend::{BackendError, DirectSettings, Highlights, Integrator, SamplerKind};
 use bytemuck::{Pod, Zeroable};
 use film::{AovSample, AovSums, Film};
 use optics::camera::camera_pixel_spread;
@@ -68,7 +68,9 @@ pub struct View {
     first_listed: u32,
     light_cutoff: f32,
     shadows: u32,
-    padding: u32,
+    phong: u32,
+    falloff: [f32; 3],
+    reflection_survival: f32,
 }
 
 /// A part of a pass: some pixels of the window and some samples of each.
@@ -169,6 +171,7 @@ impl View {
                 out.set_direct(&settings.rays);
                 out.light_cutoff = settings.light_cutoff.max(0.0);
                 out.shadows = u32::from(settings.shadows);
+                out.reflection_survival = settings.reflection_survival.clamp(1e-3, 1.0);
             }
             Integrator::Aov => {}
         }
@@ -198,6 +201,8 @@ impl View {
         // Shader compilers may assume that nothing is infinite.
         self.ambient_distance = settings.ambient_distance.min(f32::MAX);
         self.shadows = 1;
+        self.phong = u32::from(settings.highlights == Highlights::Phong);
+        self.falloff = settings.falloff;
     }
 }
 
@@ -562,7 +567,9 @@ mod tests {
                 first_listed,
                 light_cutoff,
                 shadows,
-                padding,
+                phong,
+                falloff,
+                reflection_survival,
             }
         );
         assert_layout!(module, FilmPixel { sum, count, sum_of_squares, invalid });

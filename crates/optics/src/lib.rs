@@ -41,12 +41,12 @@ mod transport;
 pub use base::{constants::constants, math::math};
 pub use display::tonemap::tonemap;
 pub use geometry::{camera::camera, frame::frame, intersect::intersect, offset::offset, shape::shape};
-pub use lights::{light::light, sky::sky, tree::light_tree};
+pub use lights::{falloff::falloff, light::light, sky::sky, tree::light_tree};
 pub use sampling::{random::random, warp::warp};
 pub use surface::{
     anisotropic::anisotropic, bsdf::bsdf, dielectric::dielectric, fresnel::fresnel, ggx::ggx, glossy::glossy,
-    iridescence::iridescence, layered::layered, lobes::lobes, pattern::pattern, scatter::scatter,
-    sheen::sheen,
+    iridescence::iridescence, layered::layered, lobes::lobes, pattern::pattern, phong::phong,
+    scatter::scatter, sheen::sheen,
 };
 pub use transport::{estimator::estimator, medium::medium, path::path};
 

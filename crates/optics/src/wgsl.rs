@@ -24,6 +24,7 @@ mod everything {
     use crate::constants::*;
     use crate::dielectric::*;
     use crate::estimator::*;
+    use crate::falloff::*;
     use crate::frame::*;
     use crate::fresnel::*;
     use crate::ggx::*;
@@ -39,6 +40,7 @@ mod everything {
     use crate::offset::*;
     use crate::path::*;
     use crate::pattern::*;
+    use crate::phong::*;
     use crate::random::*;
     use crate::scatter::*;
     use crate::shape::*;
@@ -57,6 +59,7 @@ mod plain {
     use crate::constants::*;
     use crate::dielectric::*;
     use crate::estimator::*;
+    use crate::falloff::*;
     use crate::frame::*;
     use crate::fresnel::*;
     use crate::ggx::*;
@@ -69,6 +72,7 @@ mod plain {
     use crate::offset::*;
     use crate::path::*;
     use crate::pattern::*;
+    use crate::phong::*;
     use crate::random::*;
     use crate::scatter::*;
     use crate::shape::*;

@@ -152,6 +152,7 @@ impl RenderSettings {
                 options.flag("no-shadows", !h.shadows);
                 options.flag("visibility rays", h.visibility == Visibility::Rays);
                 options.number("light-cutoff", h.light_cutoff, hybrid.light_cutoff);
+                options.number("reflection-survival", h.reflection_survival, hybrid.reflection_survival);
             }
         }
         options.number("seed", self.seed, 0);
@@ -195,6 +196,9 @@ impl Options {
         self.number("reflection-samples", d.reflection_samples, default.reflection_samples);
         self.number("ambient-samples", d.ambient_samples, default.ambient_samples);
         self.flag("hard-shadows", !d.soft_shadows);
+        self.flag(&format!("highlights {}", d.highlights.name()), d.highlights != default.highlights);
+        let [c, l, q] = d.falloff;
+        self.flag(&format!("falloff {c},{l},{q}"), d.falloff != default.falloff);
     }
 }
 
@@ -202,7 +206,7 @@ impl Options {
 mod tests {
     use super::*;
     use crate::worker::Layer;
-    use alhazen::{Aov, Denoiser, Scene};
+    use alhazen::{Aov, Denoiser, Highlights, Scene};
 
     fn settings() -> RenderSettings {
         RenderSettings::of(&Job::for_scene(&Scene::default()), None)
@@ -232,6 +236,9 @@ mod tests {
         s.transport = Transport::Direct;
         (s.direct_settings.soft_shadows, s.direct_settings.max_depth) = (false, 3);
         assert_eq!(s.arguments(), "--max-depth 3 --hard-shadows --seed 9 --single-scatter");
+        (s.direct_settings.highlights, s.direct_settings.falloff) = (Highlights::Phong, [1.0, 0.09, 0.032]);
+        (s.seed, s.single_scatter) = (0, false);
+        assert_eq!(s.arguments(), "--max-depth 3 --hard-shadows --highlights phong --falloff 1,0.09,0.032");
         s.transport = Transport::Hybrid;
         (s.hybrid_settings.shadows, s.hybrid_settings.visibility) = (false, Visibility::Rays);
         (s.hybrid_settings.light_cutoff, s.single_scatter, s.seed) = (0.25, false, 0);

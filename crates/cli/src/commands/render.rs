@@ -20,8 +20,8 @@ use clap::{Args, FromArgMatches, ValueEnum};
 use moving::Moving;
 use output::OutputArgs;
 use parsing::{
-    parse_crop, parse_duration, parse_fov, parse_frames, parse_not_negative, parse_positive, parse_seconds,
-    parse_turbidity, parse_vector,
+    parse_crop, parse_duration, parse_falloff, parse_fov, parse_frames, parse_not_negative, parse_positive,
+    parse_seconds, parse_share, parse_turbidity, parse_vector,
 };
 use report::{print_loaded, report};
 use setup::{job, limits, set_environment};
@@ -200,6 +200,12 @@ pub struct RenderArgs {
     /// `direct` and `hybrid`: hard shadows.
     #[arg(long, help_heading = "Light")]
     hard_shadows: bool,
+    /// `direct` and `hybrid`: how lights shade diffuse and glossy surfaces.
+    #[arg(long, help_heading = "Light", value_enum, default_value_t = HighlightsName::Microfacets)]
+    highlights: HighlightsName,
+    /// `direct` and `hybrid`: lights that have a place fade with distance d as 1 / (C + L d + Q d²). Physics is 0,0,1.
+    #[arg(long, help_heading = "Light", value_name = "C,L,Q", value_parser = parse_falloff)]
+    falloff: Option<[f32; 3]>,
     /// `hybrid`: no shadows.
     #[arg(long, help_heading = "Light", conflicts_with = "hard_shadows")]
     no_shadows: bool,
@@ -209,6 +215,9 @@ pub struct RenderArgs {
     /// `hybrid`: irradiance in W/m² below which a light does not count at a point; 0 counts all lights everywhere.
     #[arg(long, help_heading = "Light", value_name = "IRRADIANCE", default_value_t = 0.0, value_parser = parse_not_negative)]
     light_cutoff: f32,
+    /// `hybrid`: least probability with which a glossy surface sends out reflection rays; 1 sends them all.
+    #[arg(long, help_heading = "Light", value_name = "SHARE", default_value_t = 0.05, value_parser = parse_share)]
+    reflection_survival: f32,
 
     #[command(flatten)]
     tone: ToneArgs,
@@ -278,6 +287,14 @@ enum SamplingName {
     Uniform,
     /// Where they lower the picture's error most; --spp is the average.
     Adaptive,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum HighlightsName {
+    /// As all integrators do.
+    Microfacets,
+    /// Lambert and Phong, to see the difference.
+    Phong,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

@@ -40,11 +40,14 @@ use frame::{FrameInput, SLICES, tiles};
 use items::{DrawClass, Items, MOST_ITEMS};
 use optics::camera::CameraFrame;
 use passes::{CompiledDraws, CompiledPass};
-use targets::Targets;
+use targets::{REFLECTING_HEAD, Targets};
 use wgpu::BufferUsages;
 
 /// Most passes of a frame.
 const FRAME_PASSES: usize = 9;
+
+/// Workgroups of a row of the dispatch for reflections: with 65,535 rows, more pixels than a picture can have.
+const REFLECTION_ROW: u32 = 256;
 
 /// The size of a draw, as the driver reads it.
 type DrawSize = [u32; 4];
@@ -74,6 +77,10 @@ struct FrameBuffers {
     parts: wgpu::Buffer,
     seen_items: wgpu::Buffer,
     draws: wgpu::Buffer,
+    /// The size of the dispatch for reflections.
+    reflection_groups: wgpu::Buffer,
+    /// The head of the list of reflecting pixels when it is empty.
+    no_reflections: wgpu::Buffer,
     /// [`FrameBuffers::draws`] before anything was found to be seen.
     no_draws: wgpu::Buffer,
     instances: wgpu::Buffer,
@@ -95,6 +102,18 @@ impl FrameBuffers {
             seen_items: empty_buffer(gpu, "items that are seen", item_words, BufferUsages::STORAGE)?,
             draws: empty_buffer(gpu, "sizes of draws", draw_bytes, drawn)?,
             no_draws: storage_buffer(gpu, "sizes of empty draws", &sizes, BufferUsages::COPY_SRC)?,
+            reflection_groups: empty_buffer(
+                gpu,
+                "the size of a dispatch",
+                REFLECTING_HEAD,
+                BufferUsages::INDIRECT,
+            )?,
+            no_reflections: storage_buffer(
+                gpu,
+                "an empty list of reflections",
+                &[REFLECTION_ROW, 0, 1, 0],
+                BufferUsages::COPY_SRC,
+            )?,
             instances: instances.clone(),
             previous_instances: empty_buffer(
                 gpu,
@@ -231,13 +250,17 @@ impl HybridKernel {
         } else {
             compute(encoder, Pass::CameraRays, rows);
         }
-        let mut compute = |pass| self.compute(encoder, clock, targets, pass, rows);
-        compute(Pass::DirectLights);
-        compute(Pass::AmbientOcclusion);
+        let (head, size) = (&targets.reflecting, &self.buffers.reflection_groups);
+        encoder.copy_buffer_to_buffer(&self.buffers.no_reflections, 0, head, 0, REFLECTING_HEAD);
+        self.compute(encoder, clock, targets, Pass::DirectLights, rows);
+        self.compute(encoder, clock, targets, Pass::AmbientOcclusion, rows);
         if plan.reflects {
-            compute(Pass::Reflections);
+            encoder.copy_buffer_to_buffer(head, 0, size, 0, REFLECTING_HEAD);
+            self.run(encoder, clock, targets, Pass::Reflections, |pass| {
+                pass.dispatch_workgroups_indirect(size, 0);
+            });
         }
-        compute(Pass::Compose);
+        self.compute(encoder, clock, targets, Pass::Compose, rows);
     }
 
     fn compute(
@@ -246,7 +269,18 @@ impl HybridKernel {
         clock: &mut dyn PassClock,
         targets: &Targets,
         pass: Pass,
-        groups: [u32; 2],
+        [across, down]: [u32; 2],
+    ) {
+        self.run(encoder, clock, targets, pass, |pass| pass.dispatch_workgroups(across, down, 1));
+    }
+
+    fn run(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        clock: &mut dyn PassClock,
+        targets: &Targets,
+        pass: Pass,
+        dispatch: impl FnOnce(&mut wgpu::ComputePass<'_>),
     ) {
         let slot = clock.slot(pass.name());
         let mut recorded = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
@@ -259,7 +293,7 @@ impl HybridKernel {
         recorded.set_bind_group(1, pass.traces().then_some(&self.tracer), &[]);
         recorded.set_bind_group(2, &bound.film, &[]);
         recorded.set_bind_group(3, &bound.frame, &[]);
-        recorded.dispatch_workgroups(groups[0], groups[1], 1);
+        dispatch(&mut recorded);
     }
 
     /// Draws the items that were found to be seen: which primitive is behind each pixel.

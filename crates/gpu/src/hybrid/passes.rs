@@ -24,7 +24,7 @@ pub enum Pass {
     CameraRays,
     /// Emission, the sky, direct light.
     DirectLights,
-    /// The environment's light on the first surface.
+    /// The environment's light on the first surface; and it lists the pixels that send out reflection rays.
     AmbientOcclusion,
     /// What the first surface reflects and lets through.
     Reflections,
@@ -53,6 +53,8 @@ pub enum Slot {
     PreviousInstances = 7,
     /// What was drawn.
     Ids = 8,
+    /// The pixels that send out reflection rays.
+    Reflecting = 9,
 }
 
 /// A binding of group 3 and whether the pass writes there.
@@ -143,8 +145,9 @@ impl Pass {
                 &[(Slot::Frame, READS), (Slot::Pixels, WRITES), (Slot::PreviousInstances, READS)]
             }
             Self::DirectLights => &[(Slot::Frame, READS), (Slot::LightMasks, READS), (Slot::Pixels, WRITES)],
-            Self::AmbientOcclusion | Self::Reflections | Self::Compose => {
-                &[(Slot::Frame, READS), (Slot::Pixels, WRITES)]
+            Self::Compose => &[(Slot::Frame, READS), (Slot::Pixels, WRITES)],
+            Self::AmbientOcclusion | Self::Reflections => {
+                &[(Slot::Frame, READS), (Slot::Pixels, WRITES), (Slot::Reflecting, WRITES)]
             }
         }
     }
@@ -170,6 +173,7 @@ const FILM: &str = include_str!("../shaders/film.wgsl");
 const FRAME: &str = include_str!("../shaders/hybrid_frame.wgsl");
 const ITEMS: &str = include_str!("../shaders/hybrid_items.wgsl");
 const PIXELS: &str = include_str!("../shaders/hybrid_pixels.wgsl");
+const REFLECTING: &str = include_str!("../shaders/hybrid_reflecting.wgsl");
 const DIRECT: &str = include_str!("../shaders/direct.wgsl");
 const RAYS: &str = include_str!("../shaders/rays.wgsl");
 
@@ -202,7 +206,8 @@ fn tracing_text(tracer: &TracerText, variant: Variant) -> String {
     let passes = include_str!("../shaders/hybrid_tracing.wgsl");
     let reach = include_str!("../shaders/light_reach.wgsl");
     let scene = scene_text(variant);
-    [tracer.enables, &scene, &tracer.text, FILM, RAYS, reach, DIRECT, FRAME, PIXELS, passes].join("\n")
+    [tracer.enables, &scene, &tracer.text, FILM, RAYS, reach, DIRECT, FRAME, PIXELS, REFLECTING, passes]
+        .join("\n")
 }
 
 /// A compute pass, ready but for its buffers.

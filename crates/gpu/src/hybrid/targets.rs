@@ -21,7 +21,7 @@ pub struct HybridPixel {
     primitive: u32,
     motion_x: f32,
     motion_y: f32,
-    padding: u32,
+    reflection_weight: f32,
 }
 
 impl HybridPixel {
@@ -36,6 +36,9 @@ impl HybridPixel {
     }
 }
 
+/// Bytes of `Reflecting` in `shaders/hybrid_reflecting.wgsl` before its list: workgroups in three directions, and the count.
+pub(super) const REFLECTING_HEAD: u64 = 16;
+
 /// Groups 2 and 3 of a pass.
 pub(super) struct Bound {
     pub film: wgpu::BindGroup,
@@ -49,6 +52,8 @@ pub(super) struct Targets {
     pub ids: wgpu::TextureView,
     pub depth: wgpu::TextureView,
     pub pixels: wgpu::Buffer,
+    /// The pixels that send out reflection rays, after the size of the dispatch for them.
+    pub reflecting: wgpu::Buffer,
     /// Words of [`Slot::LightMasks`].
     pub mask_words: u64,
     /// By pass.
@@ -80,6 +85,9 @@ impl Targets {
             pixel_bytes,
             BufferUsages::STORAGE | BufferUsages::COPY_SRC,
         )?;
+        let reflecting_bytes = 4 * u64::from(size[0]) * u64::from(size[1]) + REFLECTING_HEAD;
+        let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
+        let reflecting = empty_buffer(gpu, "pixels that reflect", reflecting_bytes, usage)?;
         let masks = empty_buffer(gpu, "lights of clusters", 4 * mask_words.max(1), BufferUsages::STORAGE)?;
         let resource = |slot: Slot| match slot {
             Slot::Frame => buffers.frame.as_entire_binding(),
@@ -89,6 +97,7 @@ impl Targets {
             Slot::Draws => buffers.draws.as_entire_binding(),
             Slot::LightMasks => masks.as_entire_binding(),
             Slot::Pixels => pixels.as_entire_binding(),
+            Slot::Reflecting => reflecting.as_entire_binding(),
             Slot::PreviousInstances => buffers.previous_instances.as_entire_binding(),
             Slot::Ids => wgpu::BindingResource::TextureView(&ids),
         };
@@ -119,7 +128,8 @@ impl Targets {
                 (passes.collect(), bind(&draws.film_layout, &[], &draws.layout, RASTER_BINDINGS))
             })
             .map_err(|reason| GpuError::Device { doing: "binding a frame", reason })?;
-        Ok(Self { size, ids, depth, pixels, mask_words, passes, draws, film: film.pixels.clone() })
+        let film = film.pixels.clone();
+        Ok(Self { size, ids, depth, pixels, reflecting, mask_words, passes, draws, film })
     }
 
     /// Whether they are for this film.
@@ -168,7 +178,18 @@ mod tests {
         let module = parse(&super::super::passes::resolve_text(Variant::default()));
         assert_layout!(
             module,
-            HybridPixel { radiance, t, u, v, instance, geometry, primitive, motion_x, motion_y, padding }
+            HybridPixel {
+                radiance,
+                t,
+                u,
+                v,
+                instance,
+                geometry,
+                primitive,
+                motion_x,
+                motion_y,
+                reflection_weight
+            }
         );
     }
 }

@@ -147,7 +147,7 @@ fn the_expected_picture_is_that_of_direct() {
         Megakernel::new(&setup.gpu, KernelKind::Direct, variant, &setup.scene, &setup.tracer, &buffers)
             .expect("a kernel");
     let (expected, expected_rays) = setup.render(&mut megakernel, &direct, SAMPLES);
-    let settings = HybridSettings { rays, ..HybridSettings::default() };
+    let settings = HybridSettings { rays, reflection_survival: 1.0, ..HybridSettings::default() };
     let mut kernel = setup.hybrid(&direct);
     let mut differs = |settings| {
         let (film, rays) = setup.render(&mut kernel, &view(overview(), hybrid(settings)), SAMPLES);
@@ -162,6 +162,9 @@ fn the_expected_picture_is_that_of_direct() {
     assert!(whole < 0.006 && block < 0.06, "{whole} {block}");
     // All but the camera's rays, which the rasteriser saves.
     assert!((0.85..1.0).contains(&rays), "{rays}");
+    // Roulette leaves out most reflection rays of surfaces that reflect little, and adds noise.
+    let (whole, block, fewer) = differs(HybridSettings { reflection_survival: 0.05, ..settings });
+    assert!(whole < 0.006 && block < 0.08 && fewer < 0.97 * rays, "{whole} {block} {fewer} of {rays}");
     let without = [
         HybridSettings { shadows: false, ..settings },
         HybridSettings { rays: DirectSettings { reflection_samples: 0, ..settings.rays }, ..settings },

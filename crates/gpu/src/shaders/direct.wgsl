@@ -211,13 +211,22 @@ fn light_faces(index: u32, s: Surface) -> bool {
         || dot(corner + lights[index].edge2, s.normal) > 0.0;
 }
 
+/// Value times cosine, as lights shade.
+fn lit_value(bsdf: Bsdf, wo: vec3f, wi: vec3f) -> vec3f {
+    if view.phong != 0u && bsdf.kind == BSDF_GLOSSY {
+        return phong_eval(bsdf, wo, wi);
+    }
+    return bsdf_eval(bsdf, wo, wi).value_cos;
+}
+
 fn light_arriving(s: Surface, frame: Frame, bsdf: Bsdf, wo: vec3f, light: LightSample, sampler: PixelSampler) -> vec3f {
     let above = dot(light.wi, s.normal) > 0.0;
     let wi = to_local(frame, light.wi);
     if light.pdf <= 0.0 || above != (wi.z > 0.0) || !(above || bsdf_transmits(bsdf)) {
         return vec3f(0.0);
     }
-    let arriving = bsdf_eval(bsdf, wo, wi).value_cos * light.radiance * (1.0 / light.pdf);
+    let falloff = falloff_factor(view.falloff, light.distance);
+    let arriving = lit_value(bsdf, wo, wi) * light.radiance * (falloff / light.pdf);
     if all(arriving == vec3f(0.0)) {
         return vec3f(0.0);
     }

@@ -43,7 +43,12 @@ struct View {
     light_cutoff: f32,
     /// 0 or 1: whether anything stands in the light's way.
     shadows: u32,
-    padding: u32,
+    /// 0 or 1: Phong's highlights instead of microfacets.
+    phong: u32,
+    /// How light fades with distance: coefficients of `falloff_factor`.
+    falloff: vec3f,
+    /// `hybrid`: least probability of reflection rays.
+    reflection_survival: f32,
 }
 
 /// Sums of a pixel's samples, linear RGB radiance.

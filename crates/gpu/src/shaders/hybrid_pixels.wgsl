@@ -13,7 +13,8 @@ struct HybridPixel {
     /// From where the same point of the surface was in the frame before to where it is, in pixels to the right and down.
     motion_x: f32,
     motion_y: f32,
-    padding: u32,
+    /// What reflection rays count for: 1 over the probability with which they are sent, 0 where none are.
+    reflection_weight: f32,
 }
 
 @group(3) @binding(6) var<storage, read_write> pixels: array<HybridPixel>;
@@ -53,5 +54,5 @@ fn store_first_hit(pixel: vec2u, ray: CameraRay, hit: Hit) {
     if hit.instance != NONE {
         motion = hit_motion(hit, ray.origin + ray.direction * hit.t);
     }
-    pixels[at] = HybridPixel(vec3f(0.0), hit.t, hit.u, hit.v, hit.instance, hit.geometry, hit.primitive, motion.x, motion.y, 0u);
+    pixels[at] = HybridPixel(vec3f(0.0), hit.t, hit.u, hit.v, hit.instance, hit.geometry, hit.primitive, motion.x, motion.y, 0.0);
 }

@@ -111,6 +111,24 @@ fn first_hit_light(pixel: vec2u, vertex: FirstVertex) -> vec3f {
     return sum;
 }
 
+/// What the pixel's reflection rays count for, 0 if none are sent. Glossy surfaces play Russian roulette with about what they
+/// reflect; mirrors and glass always go on.
+fn reflection_weight(vertex: FirstVertex) -> f32 {
+    if view.max_depth <= 1u || vertex.bsdf.kind == BSDF_NONE {
+        return 0.0;
+    }
+    if vertex.bsdf.kind != BSDF_GLOSSY {
+        return 1.0;
+    }
+    if vertex.bsdf.specular_probability <= 0.0 || view.reflection_samples == 0u {
+        return 0.0;
+    }
+    let cos_o = dot(vertex.surface.wo, vertex.surface.shading_normal);
+    let reflected = max_component(glossy_reflectance(vertex.bsdf, cos_o));
+    let survival = clamp(reflected, view.reflection_survival, 1.0);
+    return select(0.0, 1.0 / survival, vertex.u_lobe < survival);
+}
+
 /// What the first surface emits, what lies behind everything, and direct light.
 @compute @workgroup_size(8, 8)
 fn direct_lights(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
@@ -128,6 +146,7 @@ fn direct_lights(@builtin(global_invocation_id) id: vec3u, @builtin(local_invoca
                 radiance += first_hit_light(pixel, vertex);
             }
             pixels[at].radiance = radiance;
+            pixels[at].reflection_weight = reflection_weight(vertex);
         }
     }
     finish(local);
@@ -137,13 +156,16 @@ fn environment_is_black() -> bool {
     return scene.environment_width == 0u && all(scene.horizon + scene.zenith + scene.ground == vec3f(0.0));
 }
 
-/// The environment's light on the first surface, with occlusion.
+/// The environment's light on the first surface, with occlusion. Lists what the next pass works on, because this one has the room.
 @compute @workgroup_size(8, 8)
 fn ambient_occlusion(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
     begin(local);
+    var at = 0u;
+    var reflects = false;
     if is_in_rows(id) {
         let pixel = pixel_of(id);
-        let at = pixel_number(pixel);
+        at = pixel_number(pixel);
+        reflects = pixels[at].reflection_weight > 0.0;
         let hit = first_hit(at);
         if hit.instance != NONE && !environment_is_black() {
             let vertex = first_vertex(pixel, hit);
@@ -153,6 +175,7 @@ fn ambient_occlusion(@builtin(global_invocation_id) id: vec3u, @builtin(local_in
             }
         }
     }
+    list_reflecting(local, at, reflects);
     finish(local);
 }
 
@@ -161,11 +184,8 @@ fn reflected(pixel: vec2u, vertex: FirstVertex) -> vec3f {
     next_pair = PAIR_REFLECTION;
     var chain = new_chain(vertex.surface.position, -vertex.surface.wo);
     chain.length = vertex.distance;
-    if chain.depth >= view.max_depth || vertex.bsdf.kind == BSDF_NONE {
-        return vec3f(0.0);
-    }
     if vertex.bsdf.kind == BSDF_GLOSSY {
-        chain.reflects = vertex.bsdf.specular_probability > 0.0;
+        chain.reflects = true;
         chain.surface = vertex.surface;
         chain.bsdf = vertex.bsdf;
         return chain_radiance(chain, 1u, vertex.sampler, pixel, frame.sample);
@@ -176,16 +196,16 @@ fn reflected(pixel: vec2u, vertex: FirstVertex) -> vec3f {
     return chain_radiance(chain, 0u, vertex.sampler, pixel, frame.sample);
 }
 
-@compute @workgroup_size(8, 8)
-fn reflections(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
+/// For the pixels of the list.
+@compute @workgroup_size(REFLECTING_GROUP)
+fn reflections(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
     begin(local);
-    if is_in_rows(id) {
-        let pixel = pixel_of(id);
-        let at = pixel_number(pixel);
-        let hit = first_hit(at);
-        if hit.instance != NONE {
-            pixels[at].radiance += reflected(pixel, first_vertex(pixel, hit));
-        }
+    let index = reflecting_index(group, local);
+    if index < atomicLoad(&reflecting.count) {
+        let at = reflecting.pixels[index];
+        let pixel = vec2u(at % view.window_width, at / view.window_width);
+        let seen = reflected(pixel, first_vertex(pixel, first_hit(at)));
+        pixels[at].radiance += pixels[at].reflection_weight * seen;
     }
     finish(local);
 }

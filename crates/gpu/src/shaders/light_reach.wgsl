@@ -5,7 +5,7 @@ fn counting_reach(index: u32) -> LightReach {
     if lights[index].textured_material != NONE {
         return LightReach(vec3f(0.0), FAR);
     }
-    return light_reach(load_light(index), view.light_cutoff);
+    return light_reach(load_light(index), view.light_cutoff, view.falloff);
 }
 
 /// Whether a light counts at a point.

@@ -266,6 +266,13 @@ pub fn light(i: &mut Inputs) -> Light {
     }
 }
 
+/// Coefficients of a falloff with distance.
+pub fn falloff(i: &mut Inputs) -> Vec3f {
+    let physics = vec3f(0.0, 0.0, 1.0);
+    let edges = [physics, vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), vec3f(1.0, 0.09, 0.032)];
+    i.edge(&edges).unwrap_or_else(|| vec3f(size(i), size(i), size(i)))
+}
+
 pub fn light_bounds(i: &mut Inputs) -> LightBounds {
     let (low, size) = (point(i), vec3f(share(i), share(i), share(i)));
     LightBounds {

@@ -199,10 +199,14 @@ functions! {
     // surface/scatter.rs
     scatter::no_sample() within EXACT;
     scatter::black_bsdf() within EXACT;
+    // surface/phong.rs
+    phong::phong_exponent(alpha: alpha) within ROUNDING;
+    phong::phong_eval(b: glossy, wo: upper, wi: upper) within GRAZING;
     // surface/glossy.rs
     glossy::lambert_bsdf(albedo: albedo) within ROUNDING;
     glossy::mirror_bsdf(reflectance: albedo) within ROUNDING;
     glossy::metallic_roughness_bsdf(m: material, albedo: ggx_albedo, single_scatter: flag) within ROUNDING;
+    glossy::glossy_reflectance(b: glossy, cos_o: cosine) within ROUNDING;
     glossy::glossy_eval(b: glossy, wo: upper, wi: upper) within GRAZING;
     glossy::glossy_sample(b: glossy, wo: upper, u_lobe: unit, u: unit2) within GRAZING;
     glossy::ggx_albedo_sample(cos_o: cosine, roughness: share, u: unit2) within GRAZING;
@@ -281,7 +285,10 @@ functions! {
     // lights/light.rs
     light::no_light_sample() within EXACT;
     light::light_sample(light: light, p: point, u: unit2) within CANCELLING;
-    light::light_reach(light: light, cutoff: size) within ROUNDING;
+    light::light_reach(light: light, cutoff: size, falloff: falloff) within ROUNDING;
+    // lights/falloff.rs
+    falloff::falloff_factor(coefficients: falloff, distance: size) within ROUNDING;
+    falloff::falloff_distance(coefficients: falloff, ratio: size) within CANCELLING;
     light::triangle_light_sample(light: light, p: point, u: unit2) within CANCELLING;
     light::triangle_light_pdf(edge1: point, edge2: point, wi: direction, distance: size) within CANCELLING;
     light::sphere_one_minus_cos(distance2_to_center: positive, radius: share) within ROUNDING;

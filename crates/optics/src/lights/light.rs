@@ -7,6 +7,7 @@ use wgsl_rs::wgsl;
 #[inline_all]
 pub mod light {
     use crate::constants::*;
+    use crate::falloff::*;
     use crate::frame::*;
     use crate::math::*;
     use crate::warp::*;
@@ -102,16 +103,18 @@ pub mod light {
     /// Where a light can give more irradiance than `cutoff` (W/m², positive) to a surface that faces it.
     ///
     /// Bounds, the same for all directions: a point gives I/d², a sphere at most π L r²/d², a triangle at most L A/d² from its
-    /// nearest point. The channel that shines most counts.
-    pub fn light_reach(light: Light, cutoff: f32) -> LightReach {
+    /// nearest point. The channel that shines most counts. `falloff`: coefficients of [`falloff_factor`], which stand for the d²;
+    /// what is seen of
+    /// a sphere is nearer than its centre, and light over physics grows with distance, so the bound holds.
+    pub fn light_reach(light: Light, cutoff: f32, falloff: Vec3f) -> LightReach {
         let strength = max_component(light.emission);
         let mut center = light.position;
         let mut radius = FAR;
         if light.kind == LIGHT_POINT || light.kind == LIGHT_SPOT {
-            radius = sqrt(strength / cutoff);
+            radius = falloff_distance(falloff, strength / cutoff);
         }
         if light.kind == LIGHT_SPHERE {
-            radius = light.size * max(sqrt(PI * strength / cutoff), 1.0);
+            radius = max(falloff_distance(falloff, PI * sqr(light.size) * strength / cutoff), light.size);
         }
         if light.kind == LIGHT_TRIANGLE {
             let to_centroid = (light.edge1 + light.edge2) * (1.0 / 3.0);
@@ -122,7 +125,7 @@ pub mod light {
             );
             let area = 0.5 * length(cross(light.edge1, light.edge2));
             center = light.position + to_centroid;
-            radius = max_component(sides) + sqrt(strength * area / cutoff);
+            radius = max_component(sides) + falloff_distance(falloff, strength * area / cutoff);
         }
         LightReach { center: center, radius: min(radius, FAR) }
     }

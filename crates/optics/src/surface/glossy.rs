@@ -80,6 +80,11 @@ pub mod glossy {
         b
     }
 
+    /// About which share of light the specular lobe reflects to `wo`: Fresnel's for a mirror. `cos_o`: cosine of `wo`.
+    pub fn glossy_reflectance(b: Bsdf, cos_o: f32) -> Vec3f {
+        b.specular + b.specular_grazing * schlick_weight(cos_o)
+    }
+
     /// Value and density of both lobes.
     pub fn glossy_eval(b: Bsdf, wo: Vec3f, wi: Vec3f) -> BsdfValue {
         let mut out = BsdfValue { value_cos: vec3f(0.0, 0.0, 0.0), pdf: 0.0 };

@@ -9,5 +9,6 @@ pub mod iridescence;
 pub mod layered;
 pub mod lobes;
 pub mod pattern;
+pub mod phong;
 pub mod scatter;
 pub mod sheen;

@@ -5,8 +5,8 @@ use crate::render_settings::{RenderSettings, Transport};
 use crate::viewer::{Command, Comparison, Viewer};
 use crate::worker::Layer;
 use alhazen::{
-    Adaptive, BackendChoice, Denoiser, DirectSettings, HybridSettings, RendererOptions, SamplerKind,
-    Sampling, ToneMapper, Visibility,
+    Adaptive, BackendChoice, Denoiser, DirectSettings, Highlights, HybridSettings, INVERSE_SQUARE,
+    RendererOptions, SamplerKind, Sampling, ToneMapper, Visibility,
 };
 use egui::{ComboBox, Slider, Ui};
 
@@ -108,6 +108,30 @@ fn rays(ui: &mut Ui, d: &mut DirectSettings) {
         number(ui, "Occluders up to (m)", &mut d.ambient_distance, 0.05, 0.0..=1e9);
     }
     count(ui, "Longest chain", &mut d.max_depth, 1..=64);
+    let mut phong = d.highlights == Highlights::Phong;
+    if ui.checkbox(&mut phong, "Phong's highlights").changed() {
+        d.highlights = if phong { Highlights::Phong } else { Highlights::Microfacets };
+    }
+    falloff(ui, &mut d.falloff);
+}
+
+/// How light fades with distance.
+fn falloff(ui: &mut Ui, coefficients: &mut [f32; 3]) {
+    let mut own = *coefficients != INVERSE_SQUARE;
+    if ui.checkbox(&mut own, "Lights fade by a law of their own").changed() {
+        // What tutorials of real-time graphics use for some tens of metres.
+        *coefficients = if own { [1.0, 0.09, 0.032] } else { INVERSE_SQUARE };
+    }
+    if own {
+        let before = *coefficients;
+        for (label, c) in ["Constant", "Linear (1/m)", "Quadratic (1/m²)"].into_iter().zip(&mut *coefficients)
+        {
+            number(ui, label, c, 1e-3, 0.0..=1e6);
+        }
+        if coefficients.iter().all(|c| *c <= 0.0) {
+            *coefficients = before;
+        }
+    }
 }
 
 /// What frames are made of.
@@ -115,6 +139,7 @@ fn hybrid(ui: &mut Ui, h: &mut HybridSettings) {
     ui.checkbox(&mut h.shadows, "Shadows");
     rays(ui, &mut h.rays);
     number(ui, "Lights count from (W/m²)", &mut h.light_cutoff, 1e-3, 0.0..=1e6);
+    ui.add(Slider::new(&mut h.reflection_survival, 0.01..=1.0).text("Least share of reflections"));
     let mut raster = h.visibility == Visibility::Raster;
     if ui.checkbox(&mut raster, "First hits by the rasteriser").changed() {
         h.visibility = if raster { Visibility::Raster } else { Visibility::Rays };

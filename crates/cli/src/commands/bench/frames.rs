@@ -1,6 +1,7 @@
 //! What measurements of real-time frames have in common: arguments, scenes that are made for them, and the loop.
 
 use super::report::Percentiles;
+use crate::commands::render::parsing::parse_share;
 use alhazen::gpu::frames::{FrameReport, chrome_trace};
 use alhazen::gpu::hybrid::LiveScene;
 use alhazen::gpu::tracer::TracerKind;
@@ -35,6 +36,9 @@ pub struct FrameArgs {
     /// How first hits are found.
     #[arg(long, value_enum, default_value_t = Visibility::Raster)]
     pub visibility: Visibility,
+    /// Least probability with which a glossy surface sends out reflection rays; 1 sends them all.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.05, value_parser = parse_share)]
+    pub reflection_survival: f32,
     /// Which back end traces: gpu-bvh or gpu-query. Instances move on the device with gpu-bvh only.
     #[arg(long, value_name = "NAME", default_value = "gpu-bvh")]
     pub tracer: Tracer,
@@ -120,6 +124,7 @@ impl FrameArgs {
             ("tracer", self.kind().name().to_owned()),
             ("size", format!("{}×{}", self.width, self.height)),
             ("frames", format!("{} after {}", self.frames, self.warm_up)),
+            ("least share of reflections", self.reflection_survival.to_string()),
             ("visibility", self.settings_of(HybridSettings::default()).visibility.name().to_owned()),
         ]
     }
@@ -139,13 +144,13 @@ impl FrameArgs {
         Ok(Gpu::open(&GpuOptions { adapter: self.adapter.clone(), ..GpuOptions::default() })?)
     }
 
-    /// Settings with the visibility of the arguments.
+    /// Settings with what the arguments say.
     pub fn settings_of(&self, settings: HybridSettings) -> HybridSettings {
         let visibility = match self.visibility {
             Visibility::Raster => alhazen::Visibility::Raster,
             Visibility::Rays => alhazen::Visibility::Rays,
         };
-        HybridSettings { visibility, ..settings }
+        HybridSettings { visibility, reflection_survival: self.reflection_survival, ..settings }
     }
 
     /// The view of a scene's camera.

@@ -15,6 +15,15 @@ pub fn parse_vector(text: &str) -> Result<[f32; 3], String> {
     numbers.filter(|v| v.iter().all(|x| x.is_finite())).ok_or_else(|| "expected three numbers: X,Y,Z".into())
 }
 
+/// How light fades with distance: `C,L,Q`, none negative and one of them positive.
+pub fn parse_falloff(text: &str) -> Result<[f32; 3], String> {
+    let numbers: Option<[f32; 3]> = parse_numbers(text);
+    let fades = |v: &[f32; 3]| v.iter().all(|x| x.is_finite() && *x >= 0.0) && v.iter().any(|x| *x > 0.0);
+    numbers
+        .filter(fades)
+        .ok_or_else(|| "expected three numbers, C,L,Q, none negative and one of them above zero".into())
+}
+
 /// A rectangle of pixels: `X,Y,WIDTH,HEIGHT`.
 pub fn parse_crop(text: &str) -> Result<Rect, String> {
     let [x, y, width, height] = parse_numbers(text).ok_or("expected four whole numbers: X,Y,WIDTH,HEIGHT")?;
@@ -73,6 +82,14 @@ pub fn parse_not_negative(text: &str) -> Result<f32, String> {
     match text.parse::<f32>() {
         Ok(value) if value.is_finite() && value >= 0.0 => Ok(value),
         _ => Err("expected a number of at least 0".into()),
+    }
+}
+
+/// A number above zero and at most one.
+pub fn parse_share(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(value) if value > 0.0 && value <= 1.0 => Ok(value),
+        _ => Err("expected a number above 0 and at most 1".into()),
     }
 }
 

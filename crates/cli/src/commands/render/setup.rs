@@ -1,11 +1,11 @@
 //! From arguments to a picture: environment, camera, integrator, limits.
 
 use super::parsing::parse_vector;
-use super::{IntegratorName, RenderArgs, SamplerName, VisibilityName};
+use super::{HighlightsName, IntegratorName, RenderArgs, SamplerName, VisibilityName};
 use alhazen::{
-    Adaptive, Camera, CameraPath, Daylight, DirectSettings, Environment, HybridSettings, Integrator, Job,
-    Limits, LoadOptions, Loaded, NoisyPicture, PathSettings, Projection, Rect, SamplerKind, Sampling,
-    Visibility, add_daylight_if_dark,
+    Adaptive, Camera, CameraPath, Daylight, DirectSettings, Environment, Highlights, HybridSettings,
+    Integrator, Job, Limits, LoadOptions, Loaded, NoisyPicture, PathSettings, Projection, Rect, SamplerKind,
+    Sampling, Visibility, add_daylight_if_dark,
 };
 use anyhow::{Context, bail, ensure};
 use std::path::Path;
@@ -146,6 +146,11 @@ fn integrator(args: &RenderArgs, of_scene: Integrator) -> Integrator {
         ambient_samples: args.ambient_samples.unwrap_or(d.ambient_samples),
         soft_shadows: !args.hard_shadows,
         max_depth: args.max_depth.unwrap_or(d.max_depth),
+        highlights: match args.highlights {
+            HighlightsName::Microfacets => Highlights::Microfacets,
+            HighlightsName::Phong => Highlights::Phong,
+        },
+        falloff: args.falloff.unwrap_or(d.falloff),
         ..d
     };
     let direct = || Integrator::Direct(rays(DirectSettings::default()));
@@ -159,6 +164,7 @@ fn integrator(args: &RenderArgs, of_scene: Integrator) -> Integrator {
             },
             shadows: !args.no_shadows,
             light_cutoff: args.light_cutoff,
+            reflection_survival: args.reflection_survival,
         })
     };
     match (args.integrator, of_scene) {

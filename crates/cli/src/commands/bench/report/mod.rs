@@ -186,7 +186,8 @@ impl Report {
         Ok(())
     }
 
-    /// Writes `NAME.json`, `NAME-TABLE.csv` for each table, and `NAME.html` into `folder`; returns the page's path.
+    /// Writes `NAME.json`, `NAME-TABLE.csv` for each table, `NAME-N.svg` for each plot, and `NAME.html` into `folder`; returns the
+    /// page's path.
     ///
     /// # Errors
     /// When the folder cannot be made or a file not be written.
@@ -202,6 +203,13 @@ impl Report {
         let tables = self.tables();
         for table in &tables {
             write(format!("{}-{}.csv", self.name, table.name), &table.csv())?;
+        }
+        let plots = self.items.iter().filter_map(|item| match item {
+            Item::Plot(plot) => Some(plot),
+            Item::Table(_) | Item::Picture { .. } | Item::Text(_) => None,
+        });
+        for (number, plot) in (1..).zip(plots) {
+            write(format!("{}-{number}.svg", self.name), &plot.svg())?;
         }
         write(format!("{}.json", self.name), &format!("{:#}\n", self.json()))?;
         write(format!("{}.html", self.name), &html::page(&self.title, &self.about, &self.items))
@@ -289,6 +297,7 @@ mod tests {
         assert!(json["tables"][0]["rows"][1]["ms"].is_null());
         assert_eq!(json["about"]["spp"], "4");
         assert!(json["about"]["commit"].is_string() && json["about"]["processor"].is_string());
+        assert!(read("demo-1.svg").starts_with("<svg") && read("demo-1.svg").contains("uniform"));
         let html = std::fs::read_to_string(page).unwrap();
         for part in ["A &lt;demo&gt;", "<svg", "<polyline", "data:image/png;base64,", "12.35"] {
             assert!(html.contains(part), "no {part}");
