@@ -80,6 +80,22 @@ pub fn check_pixels(view: &View, pixels: &[PixelSamples]) -> Result<(), BackendE
     Ok(())
 }
 
+/// For back ends: refuses a scene with media where the view's integrator does not follow light through them.
+///
+/// # Errors
+/// [`BackendError::View`] that names the integrator and the one to take instead.
+pub fn check_media(scene: &SceneTables, view: &View) -> Result<(), BackendError> {
+    match view.integrator {
+        Integrator::Direct(_) | Integrator::Hybrid(_) if scene.has_media() => {
+            let name = view.integrator.name();
+            let reason = format!("the scene has media, which `{name}` knows nothing of; `path` does");
+            Err(BackendError::View { reason })
+        }
+        // The first hit is behind all media.
+        Integrator::Path(_) | Integrator::Aov | Integrator::Direct(_) | Integrator::Hybrid(_) => Ok(()),
+    }
+}
+
 /// One pass of a device, by its own clock.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PassTime {

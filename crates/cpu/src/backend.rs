@@ -7,7 +7,8 @@ use crate::path::PathBatch;
 use crate::scene::CpuScene;
 use accel::{Opaque, Quality};
 use backend::{
-    Backend, BackendError, Control, Integrator, LoadStats, PixelSamples, Stats, View, check_pixels,
+    Backend, BackendError, Control, Integrator, LoadStats, PixelSamples, Stats, View, check_media,
+    check_pixels,
 };
 use film::{Film, PixelStats};
 use rayon::prelude::*;
@@ -91,9 +92,10 @@ impl Backend for CpuBackend {
     }
 
     fn render(&mut self, view: &View, samples: u32, control: &Control) -> Result<Stats, BackendError> {
-        if self.scene.is_none() {
+        let Some(scene) = &self.scene else {
             return Err(BackendError::NoScene { backend: self.name() });
-        }
+        };
+        check_media(&scene.tables, view)?;
         if view.first_sample.checked_add(samples).is_none() {
             return Err(BackendError::View { reason: format!("sample index beyond {}", u32::MAX) });
         }
@@ -133,6 +135,9 @@ impl Backend for CpuBackend {
         control: &Control,
     ) -> Result<Stats, BackendError> {
         check_pixels(view, pixels)?;
+        if let Some(scene) = &self.scene {
+            check_media(&scene.tables, view)?;
+        }
         self.prepare_film(view)?;
         let (Some(scene), Some((_, film))) = (&self.scene, &mut self.film) else {
             return Err(BackendError::NoScene { backend: "cpu" });

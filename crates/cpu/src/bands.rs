@@ -3,8 +3,9 @@
 use crate::direct::DirectTracer;
 use crate::path::{PathBatch, Run, SampleId};
 use crate::scene::CpuScene;
+use crate::volumes::VolumeTracer;
 use accel::HitFilter;
-use backend::{DirectSettings, Integrator, PixelSamples, View};
+use backend::{DirectSettings, Integrator, PathSettings, PixelSamples, View};
 use film::{AovSample, PixelStats, Rect};
 use optics::Vec3f;
 use std::ops::Range;
@@ -94,6 +95,7 @@ impl<'a, F: HitFilter> Band<'a, F> {
     #[inline(always)]
     fn render_batch(&self, ids: &[SampleId], batch: &mut PathBatch) -> u64 {
         match &self.view.integrator {
+            Integrator::Path(settings) if self.scene.volumes => self.render_volumes(ids, batch, settings),
             Integrator::Path(settings) => {
                 batch.run(self.scene, self.view, settings, self.filter, ids);
                 0
@@ -107,6 +109,20 @@ impl<'a, F: HitFilter> Band<'a, F> {
                 self.render_single(ids, batch, DirectSettings::default(), DirectTracer::sample_aov)
             }
         }
+    }
+
+    /// Paths through media.
+    fn render_volumes(&self, ids: &[SampleId], batch: &mut PathBatch, settings: &PathSettings) -> u64 {
+        let mut tracer = VolumeTracer::new(self.scene, self.view, settings);
+        batch.radiance.clear();
+        batch.aovs.clear();
+        for id in ids {
+            batch.radiance.push(tracer.sample(id));
+            if !self.view.aovs.is_empty() {
+                batch.aovs.push(tracer.first_hit(id));
+            }
+        }
+        tracer.rays_traced
     }
 
     /// Integrators that make one sample after the other.

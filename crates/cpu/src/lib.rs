@@ -1,6 +1,7 @@
 //! The CPU back end: our own acceleration structures and the optics as Rust, on every core.
 //!
-//! Start reading at [`CpuBackend`]; `path` is the heart. The picture is the same, bit for bit, whatever the number of
+//! Start reading at [`CpuBackend`]; `path` is the heart;
+//! `volumes` does the same where there are media. The picture is the same, bit for bit, whatever the number of
 //! threads: a sample depends on its pixel and index only, and the film's sums are exact.
 
 mod aov;
@@ -22,6 +23,7 @@ mod sites;
 mod surface;
 mod texture;
 mod triangles;
+mod volumes;
 
 pub use backend::CpuBackend;
 pub use queries::{Hits, RayError, RayQueries, Rays, SurfacePoint};

@@ -128,7 +128,7 @@ pub(crate) fn shade(
     match material.model {
         ModelTag::Lambert => lambert_bsdf(color),
         ModelTag::Mirror => mirror_bsdf(color),
-        ModelTag::Unlit => black_bsdf(),
+        ModelTag::Unlit | ModelTag::Boundary => black_bsdf(),
         ModelTag::Dielectric => {
             let mut roughness = material.roughness;
             if material.metallic_roughness_slot != NONE {

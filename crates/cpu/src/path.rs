@@ -38,17 +38,17 @@ use scene::tables::{ModelTag, SceneTables};
 /// Pairs of random numbers: where on the pixel and on the lens, then a fixed number for each vertex.
 pub(crate) const PAIR_FILM: u32 = 0;
 pub(crate) const PAIR_LENS: u32 = 1;
-const PAIRS_BEFORE_VERTICES: u32 = 2;
+pub(crate) const PAIRS_BEFORE_VERTICES: u32 = 2;
 const PAIRS_PER_VERTEX: u32 = 4;
-const PAIR_BSDF: u32 = 0;
-const PAIR_LIGHT: u32 = 1;
+pub(crate) const PAIR_BSDF: u32 = 0;
+pub(crate) const PAIR_LIGHT: u32 = 1;
 /// x: which lobe. y: Russian roulette.
-const PAIR_LOBE: u32 = 2;
+pub(crate) const PAIR_LOBE: u32 = 2;
 /// x: which of the models that a material mixes.
-const PAIR_MODEL: u32 = 3;
+pub(crate) const PAIR_MODEL: u32 = 3;
 
 /// Shadow rays end this share of the way before the light, so that they do not hit the light itself.
-const SHADOW_END: f32 = 0.9999;
+pub(crate) const SHADOW_END: f32 = 0.9999;
 
 /// One sample to be made: its pixel and its index.
 #[derive(Clone, Copy, Debug)]
@@ -510,7 +510,7 @@ impl PathBatch {
 
 /// What the choice of a light is to know of a surface of unit `normal`; nothing where it does not ask.
 #[inline(always)]
-fn receiver<S: Scattering>(tables: &SceneTables, bsdf: S, normal: Vec3f) -> u32 {
+pub(crate) fn receiver<S: Scattering>(tables: &SceneTables, bsdf: S, normal: Vec3f) -> u32 {
     if tables.light_tree.is_empty() || bsdf.transmits() { ALL_SIDES } else { octahedral_encode(normal) }
 }
 

@@ -20,6 +20,8 @@ pub(crate) struct CpuScene {
     pub visible_discs: Vec<u32>,
     /// Whether there are no lights but triangles without textures, which can be sampled many at a time.
     pub plain_lights: bool,
+    /// Whether paths have to know what they are in: see `volumes`.
+    pub volumes: bool,
 }
 
 /// Where a hit leads in the tables.
@@ -60,7 +62,8 @@ impl CpuScene {
         let is_plain = |l: &LightRecord| l.light.kind == LIGHT_TRIANGLE && l.textured_material == NONE;
         let plain_lights = tables.lights.iter().all(is_plain);
         let sites = Sites::new(&tables);
-        Self { tables, tlas, sites, visible_discs, plain_lights }
+        let volumes = tables.needs_volumes();
+        Self { tables, tlas, sites, visible_discs, plain_lights, volumes }
     }
 
     /// The records of a hit primitive.

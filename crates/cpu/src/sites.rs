@@ -65,6 +65,7 @@ impl Plain {
             | ModelTag::MetallicRoughness
             | ModelTag::Mirror
             | ModelTag::Unlit
+            | ModelTag::Boundary
             | ModelTag::Layered => Plain::No,
         }
     }

@@ -40,6 +40,12 @@ pub enum GpuError {
         /// What there is.
         offered: u64,
     },
+    /// The scene has something that no GPU back end renders.
+    #[error("GPU back ends do not render {what}; `cpu` does")]
+    Scene {
+        /// What it has.
+        what: &'static str,
+    },
     /// The driver would not open the device.
     #[error("cannot open {adapter}: {reason}")]
     Open {

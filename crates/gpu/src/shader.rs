@@ -58,7 +58,7 @@ pub fn scene_text(variant: Variant) -> String {
         _ => ("enable wgpu_binding_array;", include_str!("shaders/texels_images.wgsl")),
     };
     let (optics, scattering) = if variant.layers {
-        (optics::wgsl::all(), include_str!("shaders/scattering_layered.wgsl"))
+        (optics::wgsl::without_volumes(), include_str!("shaders/scattering_layered.wgsl"))
     } else {
         (optics::wgsl::without_layers(), include_str!("shaders/scattering_plain.wgsl"))
     };

@@ -48,7 +48,7 @@ pub use surface::{
     iridescence::iridescence, layered::layered, lobes::lobes, pattern::pattern, phong::phong,
     scatter::scatter, sheen::sheen,
 };
-pub use transport::{estimator::estimator, medium::medium, path::path};
+pub use transport::{estimator::estimator, medium::medium, path::path, volume::volume};
 
 pub mod albedo;
 pub mod wgsl;

@@ -9,7 +9,12 @@ pub fn all() -> String {
     everything::WGSL_SOURCE.wgsl_source().expect("a test builds the text of every module")
 }
 
-/// The same without what only layered surfaces need: for scenes that have none, so that they pay nothing.
+/// The same without what only media that scatter need: for scenes that have none, so that they pay nothing.
+pub fn without_volumes() -> String {
+    surfaces::WGSL_SOURCE.wgsl_source().expect("a test builds the text of every module")
+}
+
+/// As before, and without what only layered surfaces need.
 pub fn without_layers() -> String {
     plain::WGSL_SOURCE.wgsl_source().expect("a test builds the text of every module")
 }
@@ -41,6 +46,41 @@ mod everything {
     use crate::path::*;
     use crate::pattern::*;
     use crate::phong::*;
+    use crate::random::*;
+    use crate::scatter::*;
+    use crate::shape::*;
+    use crate::sheen::*;
+    use crate::sky::*;
+    use crate::tonemap::*;
+    use crate::volume::*;
+    use crate::warp::*;
+}
+
+#[wgsl]
+#[inline_all]
+#[allow(unused_imports)]
+mod surfaces {
+    use crate::anisotropic::*;
+    use crate::bsdf::*;
+    use crate::camera::*;
+    use crate::constants::*;
+    use crate::dielectric::*;
+    use crate::estimator::*;
+    use crate::frame::*;
+    use crate::fresnel::*;
+    use crate::ggx::*;
+    use crate::glossy::*;
+    use crate::intersect::*;
+    use crate::iridescence::*;
+    use crate::layered::*;
+    use crate::light::*;
+    use crate::light_tree::*;
+    use crate::lobes::*;
+    use crate::math::*;
+    use crate::medium::*;
+    use crate::offset::*;
+    use crate::path::*;
+    use crate::pattern::*;
     use crate::random::*;
     use crate::scatter::*;
     use crate::shape::*;

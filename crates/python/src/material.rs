@@ -49,12 +49,13 @@ pub struct LayersDescribed<'py> {
     pub attenuation_distance: f32,
 }
 
-const MODELS: [(&str, Model); 5] = [
+const MODELS: [(&str, Model); 6] = [
     ("metallic-roughness", Model::MetallicRoughness),
     ("lambert", Model::Lambert),
     ("dielectric", Model::Dielectric),
     ("mirror", Model::Mirror),
     ("unlit", Model::Unlit),
+    ("boundary", Model::Boundary),
 ];
 
 /// The material, with its textures added to the scene.

@@ -17,6 +17,7 @@ pub mod image;
 pub mod light;
 pub mod load;
 pub mod material;
+pub mod medium;
 pub mod merge;
 pub mod mesh;
 pub mod normals;
@@ -39,6 +40,7 @@ pub use material::{
     AlphaMode, Anisotropy, Checkerboard, Clearcoat, DiffuseTransmission, Interior, Iridescence, Layers,
     Material, Model, Sheen,
 };
+pub use medium::{Fog, Medium};
 pub use mesh::{Instance, Mesh, Part, Shape, Sphere, TriangleMesh};
 pub use report::{LoadReport, Note, Severity};
 pub use settings::{RenderDefaults, ToneMapper};
@@ -78,6 +80,8 @@ pub struct Scene {
     pub cameras: Vec<Camera>,
     /// Light from infinitely far away.
     pub environment: Environment,
+    /// What fills the space between bodies; `None` is vacuum.
+    pub fog: Option<Fog>,
     /// What the file says about how it wants to be rendered; the command line overrides it.
     pub defaults: RenderDefaults,
     /// What moves: see [`Scene::set_time`]. One for each animated file.

@@ -1,6 +1,7 @@
 //! Materials as files describe them: a model, its parameters and the textures that modulate them.
 
 use crate::image::TextureRef;
+use crate::medium::Medium;
 use glam::{Vec2, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
@@ -19,6 +20,8 @@ pub enum Model {
     Mirror,
     /// Not lit: shows `base_color` as if it were emitted (`KHR_materials_unlit`), reflects nothing.
     Unlit,
+    /// No surface at all, only the end of [`Material::medium`]: light passes straight through. Index-matched, in other words.
+    Boundary,
 }
 
 /// How the alpha channel of the base colour is used.
@@ -271,6 +274,8 @@ pub struct Material {
     pub layers: Layers,
     /// What is inside of a body that light is refracted into: vacuum by default.
     pub interior: Interior,
+    /// What scatters light inside of the body; its absorption is added to that of `interior`.
+    pub medium: Option<Medium>,
     /// Use of the alpha channel.
     pub alpha_mode: AlphaMode,
     /// Whether the back side is shaded. A single-sided surface is invisible from behind to no ray (it blocks light);
@@ -302,6 +307,7 @@ impl Default for Material {
             normal_scale: 1.0,
             layers: Layers::default(),
             interior: Interior::default(),
+            medium: None,
             alpha_mode: AlphaMode::Opaque,
             double_sided: false,
         }
@@ -312,8 +318,11 @@ impl Material {
     /// Whether light passes through the surface into a body behind it.
     pub fn refracts_into_body(&self) -> bool {
         let refracts = match self.model {
-            Model::Dielectric => true,
-            Model::MetallicRoughness => self.transmission > 0.0,
+            Model::Dielectric | Model::Boundary => true,
+            Model::MetallicRoughness => {
+                self.transmission > 0.0
+                    || (self.medium.is_some() && self.layers.diffuse_transmission.strength > 0.0)
+            }
             Model::Lambert | Model::Mirror | Model::Unlit => false,
         };
         refracts && !self.thin_walled

@@ -544,3 +544,34 @@ fn daylight_is_read() {
     assert!(error.contains("below the horizon"), "{error}");
     assert!(load(&text.replace("turbidity = 4", "turbidity = 40")).is_err());
 }
+
+#[test]
+fn media_are_read_and_impossible_ones_refused() {
+    let scene = parsed(
+        "[materials.milk]\nmodel = \"boundary\"\n\
+         medium = { absorption = [0.1, 0.2, 0.3], scattering = 5, anisotropy = 0.7 }\n\
+         [fog]\nscattering = 0.1\ntop = 3\n",
+    )
+    .scene;
+    let milk = &scene.materials[0];
+    assert_eq!(milk.model, Model::Boundary);
+    let medium = milk.medium.clone().expect("a medium");
+    assert_eq!(medium.absorption, Vec3::new(0.1, 0.2, 0.3));
+    assert_eq!((medium.scattering, medium.emission, medium.anisotropy), (Vec3::splat(5.0), Vec3::ZERO, 0.7));
+    let fog = scene.fog.expect("fog");
+    assert_eq!((fog.medium.scattering, fog.top), (Vec3::splat(0.1), 3.0));
+    assert_eq!(parsed("[fog]\nabsorption = 1\n").scene.fog.expect("fog").top, f32::INFINITY);
+    for (text, says) in [
+        ("[materials.a]\nmedium = { scattering = 1 }\n", "light gets through"),
+        ("[materials.a]\nmodel = \"dielectric\"\nthin-walled = true\nmedium = {}\n", "light gets through"),
+        ("[materials.a]\nmodel = \"boundary\"\nalpha-mode = \"blend\"\n", "no surface"),
+        ("[materials.a]\nmodel = \"boundary\"\nmedium = { anisotropy = 1 }\n", "medium.anisotropy"),
+        ("[materials.a]\nmodel = \"boundary\"\nmedium = { scattering = -1 }\n", "negative"),
+        ("[materials.a]\nmodel = \"boundary\"\nmedium = { density = 1 }\n", "density"),
+        ("[fog]\nemission = 1\n", "infinitely bright"),
+        ("[fog]\nscattering = 1\nanisotropy = -1\n", "anisotropy"),
+    ] {
+        let message = message(text);
+        assert!(message.contains(says), "{message}");
+    }
+}

@@ -86,6 +86,9 @@ impl Lidar {
         control: &Control,
     ) -> Result<PointCloud, SensorError> {
         self.check(pose)?;
+        if queries.tables().has_media() {
+            return Err(SensorError::Media);
+        }
         let (channels, rays) = (self.elevations.len(), self.beam_rays as usize);
         let beams = channels * self.azimuths as usize;
         let origin = pose.translation.as_vec3().to_array();

@@ -136,10 +136,14 @@ fn material_line(scene: &Scene, m: &Material) -> String {
     match m.model {
         Model::MetallicRoughness => add(format!("metallic {}, roughness {}", m.metallic, m.roughness)),
         Model::Dielectric => add(format!("ior {}, roughness {}", m.ior, m.roughness)),
-        Model::Lambert | Model::Mirror | Model::Unlit => {}
+        Model::Lambert | Model::Mirror | Model::Unlit | Model::Boundary => {}
     }
     if m.transmission > 0.0 {
         add(format!("transmission {}, ior {}", m.transmission, m.ior));
+    }
+    if let Some(medium) = &m.medium {
+        let (absorption, scattering) = (vector(medium.absorption.into()), vector(medium.scattering.into()));
+        add(format!("medium that absorbs {absorption} 1/m and scatters {scattering} 1/m"));
     }
     if m.is_emissive() {
         add(format!("emits {}", vector(m.emission.into())));
@@ -181,6 +185,7 @@ fn model_name(model: Model) -> &'static str {
         Model::Dielectric => "dielectric",
         Model::Mirror => "mirror",
         Model::Unlit => "unlit",
+        Model::Boundary => "boundary",
     }
 }
 

@@ -52,9 +52,11 @@ impl MaterialClass {
             ModelTag::MetallicRoughness | ModelTag::Layered if material.transmission > 0.0 => {
                 Self::Dielectric
             }
-            ModelTag::MetallicRoughness | ModelTag::Layered | ModelTag::Lambert | ModelTag::Mirror => {
-                Self::Reflecting
-            }
+            ModelTag::MetallicRoughness
+            | ModelTag::Layered
+            | ModelTag::Lambert
+            | ModelTag::Mirror
+            | ModelTag::Boundary => Self::Reflecting,
             // Unlit surfaces show their base colour as if they emitted it.
             ModelTag::Unlit => Self::Emissive,
         }

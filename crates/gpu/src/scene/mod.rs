@@ -57,11 +57,19 @@ pub struct GpuScene {
     places: TexelPlaces,
 }
 
+/// Refuses scenes in which paths have to know what they are in.
+fn check_media(tables: &SceneTables) -> Result<(), GpuError> {
+    if tables.needs_volumes() {
+        return Err(GpuError::Scene { what: "media that scatter light" });
+    }
+    Ok(())
+}
+
 impl GpuScene {
     /// Copies the tables to the device.
     ///
     /// # Errors
-    /// When something is too large for the device or there is no memory; the error names it.
+    /// When something is too large for the device or there is no memory, and for scenes with media; the error names it.
     pub fn upload(gpu: &Gpu, tables: Arc<SceneTables>) -> Result<Self, GpuError> {
         Self::upload_with_room(gpu, tables, 0)
     }
@@ -71,6 +79,7 @@ impl GpuScene {
     /// # Errors
     /// As [`GpuScene::upload`].
     pub fn upload_with_room(gpu: &Gpu, tables: Arc<SceneTables>, more_lights: u32) -> Result<Self, GpuError> {
+        check_media(&tables)?;
         let words = Words::new(&tables);
         let places = TexelPlaces::new(gpu, &tables);
         let info = scene_info(&tables, &words, &places);

@@ -61,6 +61,7 @@ impl GpuScene {
         tables: &Arc<SceneTables>,
         changes: Changes,
     ) -> Result<bool, GpuError> {
+        super::check_media(tables)?;
         // Shaders are made for lights in a tree or for few lights.
         let tree_changes = tables.light_tree.is_empty() != self.tables.light_tree.is_empty();
         if tree_changes { Ok(false) } else { self.take(gpu, ring, tables, changes) }

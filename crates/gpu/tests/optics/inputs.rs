@@ -15,6 +15,7 @@ use optics::path::PathState;
 use optics::random::PixelSampler;
 use optics::scatter::{Bsdf, BsdfSample, BsdfValue, black_bsdf};
 use optics::sheen::MIN_SHEEN_ALPHA;
+use optics::volume::Medium;
 use optics::{Vec2f, Vec3f, vec2f, vec3f};
 use testkit::Random;
 
@@ -425,6 +426,21 @@ pub fn bsdf_value(i: &mut Inputs) -> BsdfValue {
 
 pub fn scattered(i: &mut Inputs) -> BsdfSample {
     bsdf_sample(bsdf(i), upper(i), i.uniform(), vec2f(i.uniform(), i.uniform()))
+}
+
+/// Mean cosines of phase functions.
+pub fn anisotropy(i: &mut Inputs) -> f32 {
+    i.edge(&[0.0, 1e-4, -1e-4, 0.5, 0.9, -0.9]).unwrap_or_else(|| i.between(-0.95, 0.95))
+}
+
+pub fn medium(i: &mut Inputs) -> Medium {
+    let coefficient = |i: &mut Inputs| vec3f(size(i), size(i), size(i));
+    Medium {
+        absorption: coefficient(i),
+        scattering: coefficient(i),
+        emission: radiance(i),
+        anisotropy: anisotropy(i),
+    }
 }
 
 pub fn path(i: &mut Inputs) -> PathState {

@@ -44,6 +44,22 @@ const POWERS: Tolerance = Tolerance {
     why: "Vulkan allows x^y = exp2(y log2(x)) an error that grows with y log2(x)",
 };
 
+/// 1 − exp(−x), where x need not be small.
+const DEPTHS: Tolerance = Tolerance {
+    absolute: 1e-6,
+    relative: 1e-3,
+    exceptions: 0.0,
+    why: "Vulkan allows exp an error of some units of the last place, of which little is left beside the difference",
+};
+
+/// Logarithms of what is left of a number, and whether they are less than a length.
+const DISTANCES: Tolerance = Tolerance {
+    absolute: 1e-5,
+    relative: 1e-3,
+    exceptions: 0.002,
+    why: "near the end of the way, rounding says whether it is reached",
+};
+
 /// Angles from directions.
 const ANGLES: Tolerance = Tolerance {
     absolute: 2e-4,
@@ -318,7 +334,19 @@ functions! {
     light_tree::light_bounds(low: point, high: far_point, intensity: positive, axis: octahedral, cosines: bits, link: bits) within ROUNDING;
     light_tree::refill(remainder: unit, probability: share, rest: unit) within STEPS;
     // transport/medium.rs
-    medium::transmittance(absorption: albedo, distance: size) within POWERS;
+    medium::transmittance(extinction: albedo, distance: size) within POWERS;
+    // transport/volume.rs
+    volume::vacuum() within EXACT;
+    volume::medium_extinction(m: medium) within ROUNDING;
+    volume::medium_scatters(m: medium) within EXACT;
+    volume::channel_probabilities(throughput: albedo) within ROUNDING;
+    volume::choose_channel(values: radiance, probabilities: albedo, u: unit) within EXACT;
+    volume::medium_sample(m: medium, throughput: albedo, end: size, u: unit2) within DISTANCES;
+    volume::medium_emitted(m: medium, distance: size) within DEPTHS;
+    volume::effective_length(extinction: positive, distance: size) within DEPTHS;
+    volume::below_height(height: real, slope: signed_cosine, top: real, end: size) within CANCELLING;
+    volume::phase_eval(cos_theta: signed_cosine, g: anisotropy) within CANCELLING;
+    volume::phase_sample(wo: direction, g: anisotropy, u: unit2) within GRAZING;
     // transport/path.rs
     path::path_start() within EXACT;
     path::path_add_emission(path: path, emitted: radiance, light_pdf: density) within ROUNDING;

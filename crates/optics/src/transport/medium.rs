@@ -8,10 +8,10 @@ use wgsl_rs::wgsl;
 pub mod medium {
     use wgsl_rs::std::*;
 
-    /// Share of light that is left after a way through a medium that absorbs: the law of Beer and Lambert.
+    /// Share of light that is left after a way through a medium: the law of Beer and Lambert.
     ///
-    /// - `absorption`: coefficient, m⁻¹, ≥ 0. `distance`: metres, ≥ 0.
-    pub fn transmittance(absorption: Vec3f, distance: f32) -> Vec3f {
-        vec3f(exp(-absorption.x * distance), exp(-absorption.y * distance), exp(-absorption.z * distance))
+    /// - `extinction`: coefficient of absorption, or of absorption and scattering, m⁻¹, ≥ 0. `distance`: metres, ≥ 0.
+    pub fn transmittance(extinction: Vec3f, distance: f32) -> Vec3f {
+        vec3f(exp(-extinction.x * distance), exp(-extinction.y * distance), exp(-extinction.z * distance))
     }
 }

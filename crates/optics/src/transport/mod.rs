@@ -2,3 +2,4 @@
 pub mod estimator;
 pub mod medium;
 pub mod path;
+pub mod volume;

@@ -52,6 +52,7 @@ impl SceneTables {
             }
             self.materials.push(record);
         }
+        self.add_media(scene);
         self.has_alpha = self.materials.iter().any(MaterialRecord::has_alpha);
     }
 

@@ -27,6 +27,8 @@ impl SceneTables {
             bindings,
             materials,
             layers,
+            media,
+            fog,
             texture_slots,
             textures,
             texels,
@@ -51,6 +53,7 @@ impl SceneTables {
         hash.records(bindings);
         hash.records(materials);
         hash.records(layers);
+        hash.records(&(media, fog));
         hash.records(texture_slots);
         hash.records(textures);
         hash.numbers(texels);
@@ -120,7 +123,7 @@ mod tests {
         let tables = load("material-grid");
         assert_eq!(tables.fingerprint(), load("material-grid").fingerprint());
         assert_eq!(tables.fingerprint().len(), 32);
-        let changes: [fn(&mut SceneTables); 8] = [
+        let changes: [fn(&mut SceneTables); 9] = [
             |t| t.positions[0][1] += 1e-7,
             |t| t.indices.swap(0, 1),
             |t| t.materials[0].roughness += 1e-6,
@@ -129,6 +132,7 @@ mod tests {
             |t| t.has_alpha = !t.has_alpha,
             |t| t.environment.zenith[2] += 0.1,
             |t| t.bounding_sphere[3] += 1.0,
+            |t| t.fog.top = 3.0,
         ];
         let mut seen = vec![tables.fingerprint(), load("cornell").fingerprint()];
         for change in changes {

@@ -18,6 +18,8 @@ pub const MATERIAL_CHECKERBOARD_FADES: u32 = 32;
 
 /// Shading needs a frame along the texture coordinates. (64 is the GPU's own.)
 pub const MATERIAL_TANGENTS: u32 = 128;
+/// Light passes through the surface into a body.
+pub const MATERIAL_BODY: u32 = 256;
 
 /// [`Model`] as a number that shaders know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,6 +37,8 @@ pub enum ModelTag {
     Unlit = 4,
     /// [`Model::MetallicRoughness`] or [`Model::Dielectric`] with [`crate::Layers`] that do something.
     Layered = 5,
+    /// See [`Model::Boundary`].
+    Boundary = 6,
 }
 
 /// One material. Texture fields index `texture_slots` or are [`NONE`].
@@ -82,6 +86,8 @@ pub struct MaterialRecord {
     pub layers: u32,
     /// Absorption coefficient of what is inside, m⁻¹; zero where nothing is, or where light does not get inside.
     pub absorption: [f32; 3],
+    /// Index into `media` of what is inside, or [`NONE`].
+    pub medium: u32,
 }
 
 /// The use of a texture by a material.
@@ -120,8 +126,11 @@ impl MaterialRecord {
         let fade = checker.and_then(|c| c.fade);
         let mut flags = 0;
         let mut set = |bit: u32, on: bool| flags |= if on { bit } else { 0 };
-        set(MATERIAL_ALPHA_MASK, matches!(material.alpha_mode, AlphaMode::Mask(_)));
-        set(MATERIAL_ALPHA_BLEND, material.alpha_mode == AlphaMode::Blend);
+        // To all but paths through media, a boundary is one big hole.
+        let boundary = material.model == Model::Boundary;
+        set(MATERIAL_ALPHA_MASK, boundary || matches!(material.alpha_mode, AlphaMode::Mask(_)));
+        set(MATERIAL_ALPHA_BLEND, !boundary && material.alpha_mode == AlphaMode::Blend);
+        set(MATERIAL_BODY, material.refracts_into_body());
         set(MATERIAL_EMISSION_TWO_SIDED, material.emission_two_sided);
         set(MATERIAL_THIN, material.thin_walled);
         set(MATERIAL_TANGENTS, has_layers && material.layers.need_tangents());
@@ -135,17 +144,22 @@ impl MaterialRecord {
                 Model::Dielectric => ModelTag::Dielectric,
                 Model::Mirror => ModelTag::Mirror,
                 Model::Unlit => ModelTag::Unlit,
+                Model::Boundary => ModelTag::Boundary,
             },
             flags,
-            base_color: material.base_color.to_array(),
-            emission: material.emission.to_array(),
+            base_color: if boundary { [0.0; 4] } else { material.base_color.to_array() },
+            emission: if boundary { [0.0; 3] } else { material.emission.to_array() },
             metallic: if layered_glass { 0.0 } else { material.metallic },
             roughness: material.roughness,
             specular: material.specular,
-            ior: material.ior.max(1.0),
+            ior: if boundary { 1.0 } else { material.ior.max(1.0) },
             transmission: if layered_glass { 1.0 } else { material.transmission },
             normal_scale: material.normal_scale,
-            alpha_cutoff: if let AlphaMode::Mask(cutoff) = material.alpha_mode { cutoff } else { 0.0 },
+            alpha_cutoff: match material.alpha_mode {
+                _ if boundary => 1.0,
+                AlphaMode::Mask(cutoff) => cutoff,
+                AlphaMode::Opaque | AlphaMode::Blend => 0.0,
+            },
             base_color_slot: slot(&material.base_color_texture),
             metallic_roughness_slot: slot(&material.metallic_roughness_texture),
             transmission_slot: slot(&material.transmission_texture),
@@ -160,6 +174,7 @@ impl MaterialRecord {
             } else {
                 [0.0; 3]
             },
+            medium: NONE,
         }
     }
 
@@ -167,7 +182,7 @@ impl MaterialRecord {
     pub(super) fn has_layers(material: &Material) -> bool {
         let may_have = match material.model {
             Model::MetallicRoughness | Model::Dielectric => true,
-            Model::Lambert | Model::Mirror | Model::Unlit => false,
+            Model::Lambert | Model::Mirror | Model::Unlit | Model::Boundary => false,
         };
         may_have && material.layers.are_present()
     }

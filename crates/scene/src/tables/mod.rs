@@ -18,6 +18,7 @@ mod layers;
 mod light;
 mod light_tree;
 mod material;
+mod medium;
 
 pub use alias::{AliasEntry, build_alias_table};
 pub use changes::Changes;
@@ -27,12 +28,14 @@ pub use layers::{LAYER_SLOTS, LAYERS_GLOSSINESS, LayerSlot, LayersRecord};
 pub use light::LightRecord;
 pub use light_tree::{FEWEST_LIGHTS, LightChoice, LightNode, LightTree};
 pub use material::{
-    MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_CHECKERBOARD, MATERIAL_EMISSION_TWO_SIDED,
+    MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_BODY, MATERIAL_CHECKERBOARD,
+    MATERIAL_EMISSION_TWO_SIDED,
 };
 pub use material::{
     MATERIAL_CHECKERBOARD_FADES, MATERIAL_TANGENTS, MATERIAL_THIN, MaterialRecord, ModelTag, TextureRecord,
     TextureSlot,
 };
+pub use medium::{FogRecord, MediumRecord};
 
 /// "No index".
 pub const NONE: u32 = u32::MAX;
@@ -68,6 +71,10 @@ pub struct SceneTables {
     pub materials: Vec<MaterialRecord>,
     /// What lies on the base of layered materials.
     pub layers: Vec<LayersRecord>,
+    /// Media inside of bodies and between them.
+    pub media: Vec<MediumRecord>,
+    /// What is between bodies.
+    pub fog: FogRecord,
     /// Uses of textures by materials.
     pub texture_slots: Vec<TextureSlot>,
     /// Textures, parallel to [`crate::Scene::textures`].
@@ -107,6 +114,7 @@ impl SceneTables {
             + bytes(&self.bindings)
             + bytes(&self.materials)
             + bytes(&self.layers)
+            + bytes(&self.media)
             + bytes(&self.texels)
             + bytes(&self.lights)
             + bytes(&self.light_alias)

@@ -6,12 +6,13 @@ use alhazen::edits::{Addition, MaterialRecord};
 use alhazen::{AlphaMode, Model};
 use egui::{ComboBox, Slider, Ui};
 
-const MODELS: [(Model, &str); 5] = [
+const MODELS: [(Model, &str); 6] = [
     (Model::MetallicRoughness, "metallic-roughness"),
     (Model::Lambert, "diffuse"),
     (Model::Dielectric, "glass"),
     (Model::Mirror, "mirror"),
     (Model::Unlit, "unlit"),
+    (Model::Boundary, "boundary of a medium"),
 ];
 
 /// Shows it.

@@ -2,6 +2,7 @@
 
 use super::Builder;
 use super::document::{Context, Entry, NameOr};
+use super::media::{MediumKeys, apply_medium};
 use super::values::{Color, within};
 use crate::load::LoadError;
 use crate::load::textures::Neutral;
@@ -69,6 +70,7 @@ pub(super) struct MaterialKeys {
     pub dispersion: Option<f32>,
     pub attenuation_color: Option<Color>,
     pub attenuation_distance: Option<f32>,
+    pub medium: Option<MediumKeys>,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -79,6 +81,7 @@ pub(super) enum ModelName {
     Dielectric,
     Mirror,
     Unlit,
+    Boundary,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -196,6 +199,7 @@ impl Builder<'_> {
         apply_alpha(&keys, &mut material, &context)?;
         self.apply_textures(&keys, &mut material, &context)?;
         self.apply_layers(&keys, &mut material, &context)?;
+        apply_medium(&keys, &mut material, &context)?;
         Ok(self.push_material(material))
     }
 
@@ -280,6 +284,7 @@ fn apply_numbers(k: &MaterialKeys, m: &mut Material, c: &Context) -> Result<(), 
         Some(ModelName::Dielectric) => Model::Dielectric,
         Some(ModelName::Mirror) => Model::Mirror,
         Some(ModelName::Unlit) => Model::Unlit,
+        Some(ModelName::Boundary) => Model::Boundary,
     };
     if matches!(m.model, Model::Dielectric | Model::Mirror) {
         // Clear unless the file says otherwise: the defaults are made for metallic-roughness.

@@ -11,6 +11,7 @@ mod environment;
 mod layers;
 mod lights;
 mod materials;
+mod media;
 mod models;
 mod objects;
 mod parameters;
@@ -209,6 +210,9 @@ impl Builder<'_> {
         if let Some(environment) = document.take_table("environment")? {
             self.set_environment(environment)?;
         }
+        if let Some(fog) = document.take_table("fog")? {
+            self.set_fog(fog)?;
+        }
         document.expect_empty(&[
             "name",
             "about",
@@ -220,6 +224,7 @@ impl Builder<'_> {
             "light",
             "camera",
             "environment",
+            "fog",
         ])
     }
 

@@ -82,6 +82,10 @@ impl Builder<'_> {
             scene.animations.iter_mut().for_each(|a| a.lights.clear());
         }
         let environment = std::mem::take(&mut scene.environment);
+        if let Some(fog) = scene.fog.take() {
+            self.report.info(format!("{name} brings fog, unless the scene has [fog] of its own"));
+            self.scene.fog.get_or_insert(fog);
+        }
         let bounds = scene.bounds();
         let merged = self.scene.merge(scene);
         self.take_environment(environment, merged.images.start as u32, &name);

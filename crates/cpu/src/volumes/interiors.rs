@@ -1,0 +1,159 @@
+//! What a path is inside of.
+
+use crate::filter::BoundaryFilter;
+use crate::scene::{CpuScene, vec3};
+use crate::surface::Surface;
+use accel::Ray;
+use optics::Vec3f;
+use optics::volume::{Medium, below_height, vacuum};
+use scene::tables::{MaterialRecord, NONE, SceneTables};
+
+/// Bodies that are remembered. What is inside of more counts as a part of the innermost of these.
+const MOST: usize = 4;
+
+/// Surfaces that are looked through to find out what a camera stands in.
+const MOST_AROUND_CAMERA: usize = 1024;
+
+/// The bodies that a point is inside of, by their materials, in the order in which a path has entered them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Interiors {
+    materials: [u32; MOST],
+    count: usize,
+}
+
+/// A part of a ray that lies in one medium.
+pub(crate) struct Segment {
+    pub medium: Medium,
+    /// Where it begins and ends, metres along the ray.
+    pub start: f32,
+    pub end: f32,
+}
+
+impl Interiors {
+    /// Inside of nothing.
+    pub const NOTHING: Self = Self { materials: [NONE; MOST], count: 0 };
+
+    /// What a point is inside of: the bodies whose backs are seen from it, looking up.
+    pub fn around(scene: &CpuScene, point: Vec3f) -> Self {
+        let mut around = Self::NOTHING;
+        if !scene.tables.materials.iter().any(MaterialRecord::is_body) {
+            return around;
+        }
+        // Not quite up: vertical walls should not be seen edge-on.
+        let direction = [0.0108, 0.999_9, 0.0089];
+        let length = f32::sqrt(direction.iter().map(|x| x * x).sum());
+        let mut ray = Ray::new(point.to_array(), direction.map(|x| x / length));
+        let (mut passed, mut left) = (Vec::new(), Vec::new());
+        for _ in 0..MOST_AROUND_CAMERA {
+            let hit = scene.tlas.closest(&ray, &BoundaryFilter(scene));
+            if hit.is_miss() {
+                break;
+            }
+            let surface = Surface::new(scene, &ray, &hit);
+            if scene.tables.materials[surface.material as usize].is_body() {
+                if surface.front {
+                    passed.push(surface.material);
+                } else if let Some(i) = passed.iter().rposition(|&m| m == surface.material) {
+                    passed.remove(i);
+                } else {
+                    left.push(surface.material);
+                }
+            }
+            ray.origin = surface.ray_origin(false).to_array();
+        }
+        left.iter().rev().for_each(|&material| around.enter(material));
+        around
+    }
+
+    /// After crossing the surface of a body from the side that is seen.
+    pub fn crossed(mut self, surface: &Surface) -> Self {
+        if surface.front {
+            self.enter(surface.material);
+        } else {
+            self.leave(surface.material);
+        }
+        self
+    }
+
+    fn enter(&mut self, material: u32) {
+        if self.count < MOST {
+            self.materials[self.count] = material;
+            self.count += 1;
+        }
+    }
+
+    fn leave(&mut self, material: u32) {
+        if let Some(i) = self.entered().iter().rposition(|&m| m == material) {
+            self.materials.copy_within(i + 1..self.count, i);
+            self.count -= 1;
+        }
+    }
+
+    fn entered(&self) -> &[u32] {
+        &self.materials[..self.count]
+    }
+
+    /// The part of a ray that is in a medium, if any.
+    ///
+    /// - `end`: length of the ray, metres. `surface`: where it ends, if that is a surface.
+    pub fn segment(
+        &self,
+        tables: &SceneTables,
+        ray: &Ray,
+        end: f32,
+        surface: Option<&Surface>,
+    ) -> Option<Segment> {
+        // A body whose back is seen is around the ray, also where its front is missing.
+        let seen = surface.filter(|s| !s.front && tables.materials[s.material as usize].is_body());
+        let unknown = seen.map(|s| s.material).filter(|m| !self.entered().contains(m));
+        if let Some(material) = unknown.or(self.entered().last().copied()) {
+            return inside(tables, material).map(|medium| Segment { medium, start: 0.0, end });
+        }
+        if tables.fog.medium == NONE {
+            return None;
+        }
+        let part = below_height(ray.origin[1], ray.direction[1], tables.fog.top, end);
+        let medium = medium_at(tables, tables.fog.medium);
+        (part.y > part.x).then_some(Segment { medium, start: part.x, end: part.y })
+    }
+}
+
+/// What is inside of a body of a material; `None` if it does nothing to light.
+fn inside(tables: &SceneTables, material: u32) -> Option<Medium> {
+    let material = &tables.materials[material as usize];
+    if material.medium != NONE {
+        return Some(medium_at(tables, material.medium));
+    }
+    let absorbing = || Medium { absorption: vec3(material.absorption), ..vacuum() };
+    material.absorbs().then(absorbing)
+}
+
+fn medium_at(tables: &SceneTables, index: u32) -> Medium {
+    let record = &tables.media[index as usize];
+    Medium {
+        absorption: vec3(record.absorption),
+        scattering: vec3(record.scattering),
+        emission: vec3(record.emission),
+        anisotropy: record.anisotropy,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bodies_are_left_in_any_order_and_too_many_are_forgotten() {
+        let mut i = Interiors::NOTHING;
+        [7, 8, 7].iter().for_each(|&m| i.enter(m));
+        i.leave(8);
+        assert_eq!(i.entered(), [7, 7]);
+        i.leave(7);
+        i.leave(3);
+        assert_eq!(i.entered(), [7]);
+        [1, 2, 3, 4, 5].iter().for_each(|&m| i.enter(m));
+        assert_eq!(i.entered(), [7, 1, 2, 3]);
+        [5, 4, 3, 2, 1, 7].iter().for_each(|&m| i.leave(m));
+        assert!(i.entered().is_empty());
+    }
+}

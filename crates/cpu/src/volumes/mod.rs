@@ -1,0 +1,389 @@
+//! Path tracing through media, one sample after the other.
+//!
+//! What `path` does, for scenes with something between the surfaces. A path knows what it is inside of. On its way to the
+//! next surface it may scatter in the medium there, and boundaries of media let it pass without counting as vertices.
+//! Light is sampled from every vertex, with the transmittance of the way to it.
+
+mod interiors;
+mod shadow;
+
+use crate::aov::aov_sample;
+use crate::filter::{AlphaFilter, BoundaryFilter};
+use crate::layers::shade_layered;
+use crate::lights::{for_each_distant, sample_light, surface_light_pdf};
+use crate::material::{Shading, emission, mixes_models, shade};
+use crate::path::{
+    PAIR_BSDF, PAIR_FILM, PAIR_LENS, PAIR_LIGHT, PAIR_LOBE, PAIR_MODEL, PAIRS_BEFORE_VERTICES, SHADOW_END,
+    SampleId, new_sampler, receiver, shadow_ray,
+};
+use crate::scattering::Scattering;
+use crate::scene::{CpuScene, vec3};
+use crate::surface::Surface;
+use accel::{Hit, Ray};
+use backend::{PathSettings, View};
+use film::AovSample;
+use interiors::{Interiors, Segment};
+use optics::camera::{camera_pixel_spread, camera_ray};
+use optics::constants::FAR;
+use optics::frame::{Frame, to_local, to_world};
+use optics::light_tree::ALL_SIDES;
+use optics::medium::transmittance;
+use optics::path::{
+    PathState, path_add_emission, path_light_contribution, path_scatter, path_start, roulette_survival,
+};
+use optics::random::{PixelSampler, hash_combine, sample_2d};
+use optics::scatter::{BSDF_NONE, BsdfSample, BsdfValue};
+use optics::vector::dot;
+use optics::volume::{
+    Medium, medium_emitted, medium_extinction, medium_sample, medium_scatters, phase_eval, phase_sample,
+};
+use optics::{Vec2f, Vec3f, vec2f, vec3f};
+use scene::tables::{MaterialRecord, ModelTag};
+
+const BLACK: Vec3f = vec3f(0.0, 0.0, 0.0);
+
+/// Pairs of random numbers for each segment: those of every vertex, and one for the distance.
+const PAIRS_PER_SEGMENT: u32 = 5;
+const PAIR_DISTANCE: u32 = 4;
+
+/// Segments of a path, those between boundaries included: paths that never end otherwise end here.
+const MOST_SEGMENTS: u32 = 65_536;
+
+/// Makes single samples of the scene with its media.
+pub(crate) struct VolumeTracer<'a> {
+    scene: &'a CpuScene,
+    view: &'a View,
+    settings: &'a PathSettings,
+    shading: Shading,
+    /// What the camera stands in.
+    around_camera: Interiors,
+    /// Radiance of the sample that is being made.
+    radiance: Vec3f,
+    /// Rays traced so far.
+    pub rays_traced: u64,
+}
+
+/// A path on its way.
+#[derive(Clone, Copy)]
+struct VolumePath {
+    ray: Ray,
+    state: PathState,
+    sampler: PixelSampler,
+    inside: Interiors,
+    /// Segments so far, whatever they ended at.
+    segments: u32,
+    /// Where the path took its direction, and how far it has come since then.
+    vertex: Vec3f,
+    since_vertex: f32,
+    /// Length from the camera, for footprints.
+    length: f32,
+    /// See `sample_light`.
+    receiver: u32,
+}
+
+impl VolumePath {
+    /// Random numbers of the current segment and the vertex at its end.
+    fn draw(&self, pair: u32) -> Vec2f {
+        sample_2d(self.sampler, PAIRS_BEFORE_VERTICES + PAIRS_PER_SEGMENT * (self.segments - 1) + pair)
+    }
+
+    /// Goes on from `origin` after scattering at `vertex`.
+    fn leave(&mut self, vertex: Vec3f, origin: Vec3f, wi: Vec3f) {
+        self.ray = Ray::new(origin.to_array(), wi.to_array());
+        (self.vertex, self.since_vertex) = (vertex, 0.0);
+    }
+}
+
+/// What a path scatters at.
+enum Vertex<'s> {
+    Surface(&'s Surface),
+    Medium { position: Vec3f, medium: Medium },
+}
+
+impl<'a> VolumeTracer<'a> {
+    pub fn new(scene: &'a CpuScene, view: &'a View, settings: &'a PathSettings) -> Self {
+        let pixel_spread = camera_pixel_spread(view.camera, view.height as f32);
+        Self {
+            scene,
+            view,
+            settings,
+            shading: Shading { single_scatter: view.single_scatter, pixel_spread },
+            around_camera: Interiors::around(scene, view.camera.origin),
+            radiance: BLACK,
+            rays_traced: 0,
+        }
+    }
+
+    /// The radiance of one sample.
+    pub fn sample(&mut self, id: &SampleId) -> Vec3f {
+        self.radiance = BLACK;
+        let (ray, sampler) = self.camera(id);
+        self.follow(VolumePath {
+            ray,
+            state: path_start(),
+            sampler,
+            inside: self.around_camera,
+            segments: 0,
+            vertex: vec3(ray.origin),
+            since_vertex: 0.0,
+            length: 0.0,
+            receiver: ALL_SIDES,
+        });
+        self.radiance
+    }
+
+    /// The first surface that the sample's camera ray sees, behind all media.
+    pub fn first_hit(&mut self, id: &SampleId) -> AovSample {
+        let (ray, _) = self.camera(id);
+        self.rays_traced += 1;
+        let hit = self.scene.tlas.closest(&ray, &AlphaFilter(self.scene));
+        if hit.is_miss() {
+            return AovSample::default();
+        }
+        let surface = Surface::new(self.scene, &ray, &hit);
+        let footprint = self.shading.pixel_spread * hit.t;
+        aov_sample(&self.scene.tables, self.material(&surface), &surface, hit.t, footprint)
+    }
+
+    fn camera(&self, id: &SampleId) -> (Ray, PixelSampler) {
+        let sampler = new_sampler(self.view, id);
+        let (jitter, lens) = (sample_2d(sampler, PAIR_FILM), sample_2d(sampler, PAIR_LENS));
+        let film = vec2f(
+            (id.x as f32 + jitter.x) / self.view.width as f32,
+            (id.y as f32 + jitter.y) / self.view.height as f32,
+        );
+        let ray = camera_ray(self.view.camera, film, lens);
+        (Ray::new(ray.origin.to_array(), ray.direction.to_array()), sampler)
+    }
+
+    fn closest(&mut self, ray: &Ray) -> Hit {
+        self.rays_traced += 1;
+        self.scene.tlas.closest(ray, &BoundaryFilter(self.scene))
+    }
+
+    fn material(&self, surface: &Surface) -> &'a MaterialRecord {
+        &self.scene.tables.materials[surface.material as usize]
+    }
+
+    /// Follows a path to its end.
+    fn follow(&mut self, mut path: VolumePath) {
+        while path.segments < MOST_SEGMENTS {
+            path.segments += 1;
+            let hit = self.closest(&path.ray);
+            let surface = (!hit.is_miss()).then(|| Surface::new(self.scene, &path.ray, &hit));
+            let end = if hit.is_miss() { FAR } else { hit.t };
+            let segment = path.inside.segment(&self.scene.tables, &path.ray, end, surface.as_ref());
+            let scattered = segment.and_then(|segment| self.pass(&mut path, &segment));
+            if let Some(vertex) = &scattered {
+                if !self.scatter(&mut path, vertex) {
+                    return;
+                }
+                continue;
+            }
+            let Some(surface) = surface else {
+                for_each_distant(self.scene, vec3(path.ray.direction), |d| {
+                    self.radiance += path_add_emission(path.light_state(), d.radiance, d.pdf).radiance;
+                });
+                return;
+            };
+            path.since_vertex += hit.t;
+            path.length += hit.t;
+            if self.material(&surface).is_boundary() {
+                path.inside = path.inside.crossed(&surface);
+                path.ray.origin = surface.ray_origin(false).to_array();
+                continue;
+            }
+            self.find(&path, &surface);
+            if !self.scatter(&mut path, &Vertex::Surface(&surface)) {
+                return;
+            }
+        }
+    }
+
+    /// Goes through a medium: adds what it emits, and returns where the path scatters in it, if it does.
+    fn pass(&mut self, path: &mut VolumePath, segment: &Segment) -> Option<Vertex<'static>> {
+        let Segment { medium, start, end } = *segment;
+        let state = &mut path.state;
+        self.radiance += state.throughput * medium_emitted(medium, end - start);
+        if !medium_scatters(medium) {
+            state.throughput *= transmittance(medium_extinction(medium), end - start);
+            return None;
+        }
+        let u = path.draw(PAIR_DISTANCE);
+        let sample = medium_sample(medium, path.state.throughput, end - start, u);
+        path.state.throughput *= sample.weight;
+        if !sample.scattered {
+            return None;
+        }
+        let (origin, direction) = (vec3(path.ray.origin), vec3(path.ray.direction));
+        // Rounding must not put the point on the other side of what the segment ends at.
+        let far = start + sample.distance;
+        let rounding = (origin.x.abs().max(origin.y.abs()).max(origin.z.abs()) + end.min(far)) * 1e-6;
+        let distance = far.min(end - rounding).max(0.0);
+        path.length += distance;
+        Some(Vertex::Medium { position: origin + direction * distance, medium })
+    }
+
+    /// Light that the path has come upon.
+    fn find(&mut self, path: &VolumePath, surface: &Surface) {
+        let tables = &*self.scene.tables;
+        let footprint = self.shading.pixel_spread * path.length;
+        let emitted = emission(tables, self.material(surface), surface, footprint);
+        if emitted.x + emitted.y + emitted.z > 0.0 {
+            let wi = vec3(path.ray.direction);
+            let pdf =
+                surface_light_pdf(self.scene, surface, path.vertex, path.receiver, wi, path.since_vertex);
+            self.radiance += path_add_emission(path.light_state(), emitted, pdf).radiance;
+        }
+    }
+
+    /// Scatters the path, in several if it is the first vertex and the settings say so. Returns whether it goes on.
+    fn scatter(&mut self, path: &mut VolumePath, vertex: &Vertex) -> bool {
+        if path.state.depth >= self.settings.max_depth {
+            return false;
+        }
+        let branches = if path.state.depth == 1 { self.settings.splitting.max(1) } else { 1 };
+        if branches == 1 {
+            return self.scatter_once(path, vertex);
+        }
+        // The branches share what comes.
+        path.state.throughput *= 1.0 / branches as f32;
+        for branch in 0..branches {
+            let mut child = *path;
+            child.sampler.scramble = hash_combine(path.sampler.scramble, branch);
+            if self.scatter_once(&mut child, vertex) {
+                self.follow(child);
+            }
+        }
+        false
+    }
+
+    fn scatter_once(&mut self, path: &mut VolumePath, vertex: &Vertex) -> bool {
+        match vertex {
+            Vertex::Medium { position, medium } => self.scatter_in(path, *position, *medium),
+            Vertex::Surface(surface) => self.scatter_on(path, surface),
+        }
+    }
+
+    /// Next-event estimation and the path's continuation at a point of a medium.
+    fn scatter_in(&mut self, path: &mut VolumePath, position: Vec3f, medium: Medium) -> bool {
+        let wo = -vec3(path.ray.direction);
+        path.receiver = ALL_SIDES;
+        if !self.scene.tables.lights.is_empty()
+            && let Some(light) = sample_light(self.scene, position, ALL_SIDES, path.draw(PAIR_LIGHT))
+        {
+            let value = phase_eval(dot(wo, light.wi), medium.anisotropy);
+            let phase = BsdfValue { value_cos: vec3f(value, value, value), pdf: value };
+            let ray = Ray {
+                origin: position.to_array(),
+                t_min: 0.0,
+                direction: light.wi.to_array(),
+                t_max: light.distance * SHADOW_END,
+            };
+            let throughput = path.state.throughput;
+            let c = path_light_contribution(throughput, phase, light.radiance, light.pdf, light.delta);
+            self.connect(ray, path.inside, c);
+        }
+        let wi = phase_sample(wo, medium.anisotropy, path.draw(PAIR_BSDF));
+        let sample = BsdfSample {
+            wi,
+            weight: vec3f(1.0, 1.0, 1.0),
+            pdf: phase_eval(dot(wo, wi), medium.anisotropy),
+            delta: false,
+            transmitted: false,
+        };
+        let alive = self.survive(path, sample, 1.0, None);
+        path.leave(position, position, wi);
+        alive
+    }
+
+    /// The same on a surface.
+    fn scatter_on(&mut self, path: &mut VolumePath, surface: &Surface) -> bool {
+        let tables = &*self.scene.tables;
+        let material = self.material(surface);
+        let footprint = self.shading.pixel_spread * path.length;
+        if material.model == ModelTag::Layered {
+            let disperses = tables.layers[material.layers as usize].dispersion > 0.0;
+            let u = if disperses { path.draw(PAIR_MODEL).x } else { 0.0 };
+            let (shading, throughput) = (&self.shading, path.state.throughput);
+            let s = shade_layered(tables, material, surface, shading, footprint, throughput, u);
+            return self.scatter_by(path, surface, s.frame, s.bsdf);
+        }
+        let u_model = if mixes_models(material) { path.draw(PAIR_MODEL).x } else { 0.0 };
+        let bsdf = shade(tables, material, surface, &self.shading, footprint, u_model);
+        bsdf.kind != BSDF_NONE && self.scatter_by(path, surface, surface.frame(), bsdf)
+    }
+
+    fn scatter_by<S: Scattering>(
+        &mut self,
+        path: &mut VolumePath,
+        surface: &Surface,
+        frame: Frame,
+        bsdf: S,
+    ) -> bool {
+        let tables = &*self.scene.tables;
+        let wo = to_local(frame, surface.wo);
+        let through =
+            if self.material(surface).is_body() { path.inside.crossed(surface) } else { path.inside };
+        if bsdf.has_smooth_part() && !tables.lights.is_empty() {
+            path.receiver = receiver(tables, bsdf, frame.normal);
+            let u = path.draw(PAIR_LIGHT);
+            if let Some(light) = sample_light(self.scene, surface.position, path.receiver, u) {
+                let above = dot(light.wi, surface.normal) > 0.0;
+                let wi = to_local(frame, light.wi);
+                let possible = light.pdf > 0.0 && (above || bsdf.transmits()) && above == (wi.z > 0.0);
+                if possible {
+                    let value = bsdf.eval(wo, wi);
+                    let throughput = path.state.throughput;
+                    let c =
+                        path_light_contribution(throughput, value, light.radiance, light.pdf, light.delta);
+                    let inside = if above { path.inside } else { through };
+                    self.connect(shadow_ray(surface, &light, above), inside, c);
+                }
+            }
+        }
+        let u_lobe = path.draw(PAIR_LOBE);
+        let u = if bsdf.is_delta() { vec2f(0.0, 0.0) } else { path.draw(PAIR_BSDF) };
+        let sample = bsdf.sample(wo, u_lobe.x, u);
+        let wi = to_world(frame, sample.wi);
+        let above = dot(wi, surface.normal) > 0.0;
+        // Between shading and geometric normal there are directions that would leak through the surface.
+        if sample.pdf <= 0.0 || above == sample.transmitted {
+            return false;
+        }
+        let alive = self.survive(path, sample, bsdf.eta(), Some(u_lobe.y));
+        if sample.transmitted {
+            path.inside = through;
+        }
+        path.leave(surface.position, surface.ray_origin(above), wi);
+        alive
+    }
+
+    /// Takes a scattered direction, unless Russian roulette ends the path. `u`: a number for that, if one is drawn already.
+    fn survive(&self, path: &mut VolumePath, sample: BsdfSample, eta: f32, u: Option<f32>) -> bool {
+        path.state = path_scatter(path.state, sample, eta);
+        let (start, least) = (self.settings.roulette_start, self.settings.roulette_min_survival);
+        let survival = roulette_survival(path.state, start, least);
+        if survival < 1.0 && u.unwrap_or_else(|| path.draw(PAIR_LOBE).y) >= survival {
+            return false;
+        }
+        path.state.throughput *= 1.0 / survival;
+        true
+    }
+
+    /// Adds what a light sample brings through what is between.
+    fn connect(&mut self, ray: Ray, inside: Interiors, contribution: Vec3f) {
+        // Not `> 0`: NaN must reach the film, where it is counted.
+        if contribution.x + contribution.y + contribution.z != 0.0 {
+            let left = self.visibility(ray, inside);
+            self.radiance += contribution * left;
+        }
+    }
+}
+
+impl VolumePath {
+    /// The state without the light found so far, which goes to the sample at once.
+    fn light_state(&self) -> PathState {
+        PathState { radiance: BLACK, ..self.state }
+    }
+}

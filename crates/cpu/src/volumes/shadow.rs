@@ -1,0 +1,45 @@
+//! What is left of light on its way through media and their boundaries.
+
+use super::interiors::{Interiors, Segment};
+use super::{BLACK, VolumeTracer};
+use crate::surface::Surface;
+use accel::Ray;
+use optics::medium::transmittance;
+use optics::vector::dot;
+use optics::volume::medium_extinction;
+use optics::{Vec3f, vec3f};
+
+/// Boundaries that light is followed through; what is behind more is dark.
+const MOST_CROSSINGS: usize = 256;
+
+impl VolumeTracer<'_> {
+    /// The transmittance of a shadow ray, all of it; black if a surface is in the way.
+    ///
+    /// - `inside`: what the ray's origin is in.
+    pub(super) fn visibility(&mut self, mut ray: Ray, mut inside: Interiors) -> Vec3f {
+        let mut left = vec3f(1.0, 1.0, 1.0);
+        for _ in 0..MOST_CROSSINGS {
+            let hit = self.closest(&ray);
+            let surface = (!hit.is_miss()).then(|| Surface::new(self.scene, &ray, &hit));
+            let end = if hit.is_miss() { ray.t_max } else { hit.t };
+            if surface.as_ref().is_some_and(|s| !self.material(s).is_boundary()) {
+                return BLACK;
+            }
+            if let Some(Segment { medium, start, end }) =
+                inside.segment(&self.scene.tables, &ray, end, surface.as_ref())
+            {
+                left *= transmittance(medium_extinction(medium), end - start);
+            }
+            let Some(surface) = surface else { return left };
+            if left.x + left.y + left.z <= 0.0 {
+                return BLACK;
+            }
+            inside = inside.crossed(&surface);
+            let origin = surface.ray_origin(false);
+            let way = dot(origin - super::vec3(ray.origin), super::vec3(ray.direction));
+            ray.origin = origin.to_array();
+            ray.t_max -= way;
+        }
+        BLACK
+    }
+}
