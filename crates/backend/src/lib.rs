@@ -80,7 +80,7 @@ pub fn check_pixels(view: &View, pixels: &[PixelSamples]) -> Result<(), BackendE
     Ok(())
 }
 
-/// For back ends: refuses a scene with media where the view's integrator does not follow light through them.
+/// For back ends: refuses a scene with media or overlapping bodies where the view's integrator does not follow light through them.
 ///
 /// # Errors
 /// [`BackendError::View`] that names the integrator and the one to take instead.
@@ -89,6 +89,11 @@ pub fn check_media(scene: &SceneTables, view: &View) -> Result<(), BackendError>
         Integrator::Direct(_) | Integrator::Hybrid(_) if scene.has_media() => {
             let name = view.integrator.name();
             let reason = format!("the scene has media, which `{name}` knows nothing of; `path` does");
+            Err(BackendError::View { reason })
+        }
+        Integrator::Direct(_) | Integrator::Hybrid(_) if scene.nested => {
+            let name = view.integrator.name();
+            let reason = format!("bodies have priorities, which `{name}` knows nothing of; `path` does");
             Err(BackendError::View { reason })
         }
         // The first hit is behind all media.

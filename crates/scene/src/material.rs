@@ -276,6 +276,9 @@ pub struct Material {
     pub interior: Interior,
     /// What scatters light inside of the body; its absorption is added to that of `interior`.
     pub medium: Option<Medium>,
+    /// Which body is there where bodies overlap: the one of the highest priority, 0 if it has none. As soon as one material of
+    /// a scene has a priority, bodies refract by what is on both of their sides; else by their own index against vacuum.
+    pub priority: Option<i32>,
     /// Use of the alpha channel.
     pub alpha_mode: AlphaMode,
     /// Whether the back side is shaded. A single-sided surface is invisible from behind to no ray (it blocks light);
@@ -308,6 +311,7 @@ impl Default for Material {
             layers: Layers::default(),
             interior: Interior::default(),
             medium: None,
+            priority: None,
             alpha_mode: AlphaMode::Opaque,
             double_sided: false,
         }

@@ -568,6 +568,8 @@ fn media_are_read_and_impossible_ones_refused() {
         ("[materials.a]\nmodel = \"boundary\"\nmedium = { anisotropy = 1 }\n", "medium.anisotropy"),
         ("[materials.a]\nmodel = \"boundary\"\nmedium = { scattering = -1 }\n", "negative"),
         ("[materials.a]\nmodel = \"boundary\"\nmedium = { density = 1 }\n", "density"),
+        ("[materials.a]\npriority = 1\n", "light gets into"),
+        ("[materials.a]\nmodel = \"dielectric\"\npriority = 5000\n", "priority"),
         ("[fog]\nemission = 1\n", "infinitely bright"),
         ("[fog]\nscattering = 1\nanisotropy = -1\n", "anisotropy"),
     ] {

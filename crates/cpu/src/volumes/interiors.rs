@@ -1,4 +1,7 @@
 //! What a path is inside of.
+//!
+//! Bodies may overlap: where they do, the one of the highest priority is there, and surfaces of others are not.
+//! Source: Schmidt and Budge, "Simple Nested Dielectrics in Ray Traced Images", Journal of Graphics Tools 7(2), 2002.
 
 use crate::filter::BoundaryFilter;
 use crate::scene::{CpuScene, vec3};
@@ -8,7 +11,7 @@ use optics::Vec3f;
 use optics::volume::{Medium, below_height, vacuum};
 use scene::tables::{MaterialRecord, NONE, SceneTables};
 
-/// Bodies that are remembered. What is inside of more counts as a part of the innermost of these.
+/// Bodies that are remembered; those entered beyond that count as parts of these.
 const MOST: usize = 4;
 
 /// Surfaces that are looked through to find out what a camera stands in.
@@ -75,6 +78,27 @@ impl Interiors {
         self
     }
 
+    /// Whether the surface of a body is inside of another one of higher priority, and so is not there.
+    pub fn hide(&self, tables: &SceneTables, surface: &Surface) -> bool {
+        let priority = |m: u32| tables.materials[m as usize].priority;
+        self.entered().iter().any(|&m| priority(m) > priority(surface.material))
+    }
+
+    /// The index of refraction of the body at `surface` over that of what is around it.
+    pub fn relative_ior(&self, tables: &SceneTables, surface: &Surface) -> f32 {
+        let mut around = *self;
+        if !surface.front {
+            around.leave(surface.material);
+        }
+        let ior = |m: u32| tables.materials[m as usize].ior;
+        ior(surface.material) / around.current(tables).map_or(1.0, ior)
+    }
+
+    /// The body that counts: the one of the highest priority, and among equals the one entered last.
+    fn current(&self, tables: &SceneTables) -> Option<u32> {
+        self.entered().iter().copied().max_by_key(|&m| tables.materials[m as usize].priority)
+    }
+
     fn enter(&mut self, material: u32) {
         if self.count < MOST {
             self.materials[self.count] = material;
@@ -106,7 +130,7 @@ impl Interiors {
         // A body whose back is seen is around the ray, also where its front is missing.
         let seen = surface.filter(|s| !s.front && tables.materials[s.material as usize].is_body());
         let unknown = seen.map(|s| s.material).filter(|m| !self.entered().contains(m));
-        if let Some(material) = unknown.or(self.entered().last().copied()) {
+        if let Some(material) = unknown.or(self.current(tables)) {
             return inside(tables, material).map(|medium| Segment { medium, start: 0.0, end });
         }
         if tables.fog.medium == NONE {

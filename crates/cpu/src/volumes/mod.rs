@@ -165,6 +165,13 @@ impl<'a> VolumeTracer<'a> {
         &self.scene.tables.materials[surface.material as usize]
     }
 
+    /// Whether light goes straight on: through the boundary of a medium, or the surface of a body that another one hides.
+    fn passes(&self, surface: &Surface, inside: &Interiors) -> bool {
+        let material = self.material(surface);
+        let tables = &*self.scene.tables;
+        material.is_boundary() || (tables.nested && material.is_body() && inside.hide(tables, surface))
+    }
+
     /// Follows a path to its end.
     fn follow(&mut self, mut path: VolumePath) {
         while path.segments < MOST_SEGMENTS {
@@ -188,7 +195,7 @@ impl<'a> VolumeTracer<'a> {
             };
             path.since_vertex += hit.t;
             path.length += hit.t;
-            if self.material(&surface).is_boundary() {
+            if self.passes(&surface, &path.inside) {
                 path.inside = path.inside.crossed(&surface);
                 path.ray.origin = surface.ray_origin(false).to_array();
                 continue;
@@ -300,7 +307,12 @@ impl<'a> VolumeTracer<'a> {
     /// The same on a surface.
     fn scatter_on(&mut self, path: &mut VolumePath, surface: &Surface) -> bool {
         let tables = &*self.scene.tables;
-        let material = self.material(surface);
+        let mut material = self.material(surface);
+        let relative;
+        if tables.nested && material.is_body() {
+            relative = MaterialRecord { ior: path.inside.relative_ior(tables, surface), ..*material };
+            material = &relative;
+        }
         let footprint = self.shading.pixel_spread * path.length;
         if material.model == ModelTag::Layered {
             let disperses = tables.layers[material.layers as usize].dispersion > 0.0;

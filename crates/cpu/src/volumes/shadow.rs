@@ -22,7 +22,7 @@ impl VolumeTracer<'_> {
             let hit = self.closest(&ray);
             let surface = (!hit.is_miss()).then(|| Surface::new(self.scene, &ray, &hit));
             let end = if hit.is_miss() { ray.t_max } else { hit.t };
-            if surface.as_ref().is_some_and(|s| !self.material(s).is_boundary()) {
+            if surface.as_ref().is_some_and(|s| !self.passes(s, &inside)) {
                 return BLACK;
             }
             if let Some(Segment { medium, start, end }) =

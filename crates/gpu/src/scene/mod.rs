@@ -60,7 +60,7 @@ pub struct GpuScene {
 /// Refuses scenes in which paths have to know what they are in.
 fn check_media(tables: &SceneTables) -> Result<(), GpuError> {
     if tables.needs_volumes() {
-        return Err(GpuError::Scene { what: "media that scatter light" });
+        return Err(GpuError::Scene { what: "media, nor bodies with priorities" });
     }
     Ok(())
 }

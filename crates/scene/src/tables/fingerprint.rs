@@ -29,6 +29,7 @@ impl SceneTables {
             layers,
             media,
             fog,
+            nested,
             texture_slots,
             textures,
             texels,
@@ -53,7 +54,7 @@ impl SceneTables {
         hash.records(bindings);
         hash.records(materials);
         hash.records(layers);
-        hash.records(&(media, fog));
+        hash.records(&(media, fog, nested));
         hash.records(texture_slots);
         hash.records(textures);
         hash.numbers(texels);

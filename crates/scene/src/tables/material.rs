@@ -88,6 +88,8 @@ pub struct MaterialRecord {
     pub absorption: [f32; 3],
     /// Index into `media` of what is inside, or [`NONE`].
     pub medium: u32,
+    /// Which body is there where bodies overlap; see [`Material::priority`].
+    pub priority: i32,
 }
 
 /// The use of a texture by a material.
@@ -175,6 +177,7 @@ impl MaterialRecord {
                 [0.0; 3]
             },
             medium: NONE,
+            priority: material.priority.unwrap_or(0),
         }
     }
 

@@ -47,6 +47,7 @@ impl MediumRecord {
 impl SceneTables {
     /// Adds the media of materials that are there, and the fog. What is not finite is left out.
     pub(super) fn add_media(&mut self, scene: &Scene) {
+        self.nested = scene.materials.iter().any(|m| m.priority.is_some() && m.refracts_into_body());
         for (material, record) in scene.materials.iter().zip(&mut self.materials) {
             if let Some(medium) = material.medium.as_ref().filter(|m| m.is_valid())
                 && record.is_body()
@@ -66,9 +67,9 @@ impl SceneTables {
         !self.media.is_empty()
     }
 
-    /// Whether paths have to know what they are in: there are media, or surfaces that are none.
+    /// Whether paths have to know what they are in: there are media, bodies that overlap, or surfaces that are none.
     pub fn needs_volumes(&self) -> bool {
-        self.has_media() || self.materials.iter().any(MaterialRecord::is_boundary)
+        self.has_media() || self.nested || self.materials.iter().any(MaterialRecord::is_boundary)
     }
 }
 

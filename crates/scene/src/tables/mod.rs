@@ -75,6 +75,8 @@ pub struct SceneTables {
     pub media: Vec<MediumRecord>,
     /// What is between bodies.
     pub fog: FogRecord,
+    /// Whether bodies have priorities, and refract by what is on both of their sides.
+    pub nested: bool,
     /// Uses of textures by materials.
     pub texture_slots: Vec<TextureSlot>,
     /// Textures, parallel to [`crate::Scene::textures`].

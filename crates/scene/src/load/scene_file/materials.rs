@@ -71,6 +71,7 @@ pub(super) struct MaterialKeys {
     pub attenuation_color: Option<Color>,
     pub attenuation_distance: Option<f32>,
     pub medium: Option<MediumKeys>,
+    pub priority: Option<i32>,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]

@@ -51,7 +51,7 @@ impl MediumKeys {
     }
 }
 
-/// The medium of a material.
+/// The medium of a material, and its priority.
 pub(super) fn apply_medium(k: &MaterialKeys, m: &mut Material, c: &Context) -> Result<(), LoadError> {
     if let Some(keys) = &k.medium {
         m.medium = Some(keys.medium("medium.", c)?);
@@ -60,6 +60,12 @@ pub(super) fn apply_medium(k: &MaterialKeys, m: &mut Material, c: &Context) -> R
         return Err(c.error(
             "`medium` needs a surface that light gets through: `model = \"boundary\"`, a dielectric or `transmission`, \
              not `thin-walled`",
+        ));
+    }
+    m.priority = k.priority.map(|p| within(p, [-1000, 1000], "priority", c)).transpose()?;
+    if m.priority.is_some() && !m.refracts_into_body() {
+        return Err(c.error(
+            "`priority` is one of bodies that light gets into: dielectrics, `transmission`, boundaries",
         ));
     }
     if m.model == Model::Boundary && k.alpha_mode.is_some() {
