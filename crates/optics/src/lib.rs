@@ -33,6 +33,7 @@ mod base;
 mod display;
 mod geometry;
 mod lights;
+mod realtime;
 mod sampling;
 mod surface;
 mod transport;
@@ -42,6 +43,7 @@ pub use base::{constants::constants, math::math};
 pub use display::tonemap::tonemap;
 pub use geometry::{camera::camera, frame::frame, intersect::intersect, offset::offset, shape::shape};
 pub use lights::{falloff::falloff, light::light, sky::sky, tree::light_tree};
+pub use realtime::{allocation::allocation, edge_stops::edge_stops, history::history, signal::signal};
 pub use sampling::{random::random, warp::warp};
 pub use surface::{
     anisotropic::anisotropic, bsdf::bsdf, dielectric::dielectric, fresnel::fresnel, ggx::ggx, glossy::glossy,

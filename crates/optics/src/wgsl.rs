@@ -23,17 +23,20 @@ pub fn without_layers() -> String {
 #[inline_all]
 #[allow(unused_imports)]
 mod everything {
+    use crate::allocation::*;
     use crate::anisotropic::*;
     use crate::bsdf::*;
     use crate::camera::*;
     use crate::constants::*;
     use crate::dielectric::*;
+    use crate::edge_stops::*;
     use crate::estimator::*;
     use crate::falloff::*;
     use crate::frame::*;
     use crate::fresnel::*;
     use crate::ggx::*;
     use crate::glossy::*;
+    use crate::history::*;
     use crate::intersect::*;
     use crate::iridescence::*;
     use crate::layered::*;
@@ -50,6 +53,7 @@ mod everything {
     use crate::scatter::*;
     use crate::shape::*;
     use crate::sheen::*;
+    use crate::signal::*;
     use crate::sky::*;
     use crate::tonemap::*;
     use crate::volume::*;
@@ -94,16 +98,19 @@ mod surfaces {
 #[inline_all]
 #[allow(unused_imports)]
 mod plain {
+    use crate::allocation::*;
     use crate::bsdf::*;
     use crate::camera::*;
     use crate::constants::*;
     use crate::dielectric::*;
+    use crate::edge_stops::*;
     use crate::estimator::*;
     use crate::falloff::*;
     use crate::frame::*;
     use crate::fresnel::*;
     use crate::ggx::*;
     use crate::glossy::*;
+    use crate::history::*;
     use crate::intersect::*;
     use crate::light::*;
     use crate::light_tree::*;
@@ -116,6 +123,7 @@ mod plain {
     use crate::random::*;
     use crate::scatter::*;
     use crate::shape::*;
+    use crate::signal::*;
     use crate::sky::*;
     use crate::tonemap::*;
     use crate::warp::*;

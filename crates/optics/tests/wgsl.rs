@@ -15,16 +15,19 @@ fn modules() -> Vec<(&'static str, String)> {
         }};
     }
     texts! {
+        allocation: optics::allocation,
         anisotropic: optics::anisotropic,
         bsdf: optics::bsdf,
         camera: optics::camera,
         constants: optics::constants,
         dielectric: optics::dielectric,
+        edge_stops: optics::edge_stops,
         estimator: optics::estimator,
         frame: optics::frame,
         fresnel: optics::fresnel,
         ggx: optics::ggx,
         glossy: optics::glossy,
+        history: optics::history,
         intersect: optics::intersect,
         iridescence: optics::iridescence,
         layered: optics::layered,
@@ -40,6 +43,7 @@ fn modules() -> Vec<(&'static str, String)> {
         scatter: optics::scatter,
         shape: optics::shape,
         sheen: optics::sheen,
+        signal: optics::signal,
         sky: optics::sky,
         tonemap: optics::tonemap,
         volume: optics::volume,

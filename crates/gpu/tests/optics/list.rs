@@ -76,6 +76,14 @@ const GRAZING: Tolerance = Tolerance {
     why: "seen at a grazing angle, half vectors magnify rounding; where it changes a choice, everything differs",
 };
 
+/// Square roots of differences of nearly equal numbers.
+const ROOTS: Tolerance = Tolerance {
+    absolute: 1e-3,
+    relative: 1e-5,
+    exceptions: 0.0,
+    why: "the root of what rounding leaves of a difference that should be zero",
+};
+
 /// Steps of numbers that are stored in few bits.
 const STEPS: Tolerance = Tolerance {
     exceptions: 0.02,
@@ -359,6 +367,35 @@ functions! {
     estimator::moments_merge(a: moments, b: moments) within ROUNDING;
     estimator::moments_variance(m: moments) within ROUNDING;
     estimator::moments_standard_error(m: moments) within ROUNDING;
+    // realtime/signal.rs
+    signal::diffuse_share(whole: radiance, others: radiance) within ROUNDING;
+    signal::divisor(reflectance: albedo) within EXACT;
+    signal::demodulate(radiance: radiance, reflectance: albedo) within ROUNDING;
+    signal::remodulate(light: radiance, reflectance: albedo) within ROUNDING;
+    signal::perceived(c: radiance) within ROUNDING;
+    signal::limit_luminance(c: radiance, limit: positive) within ROUNDING;
+    signal::ycocg_encode(c: albedo) within CANCELLING;
+    signal::ycocg_decode(c: albedo) within CANCELLING;
+    // realtime/history.rs
+    history::is_same_surface(expected: positive, found: positive, depth_tolerance: share, cos_between: signed_cosine, normal_tolerance: signed_cosine) within EDGES;
+    history::bilinear_weight(fraction: unit2, corner: index) within ROUNDING;
+    history::history_weight(kept: positive, new_samples: positive, most: positive) within ROUNDING;
+    history::mirror_share(roughness: share) within ROUNDING;
+    history::virtual_point(eye: point, surface: point, hit_distance: size, share: share) within CANCELLING;
+    history::clip_to_box(value: signed_color, center: signed_color, half_size: radiance) within CANCELLING;
+    history::deviation(mean: share, mean_of_squares: positive) within ROOTS;
+    // realtime/edge_stops.rs
+    edge_stops::spline_weight(away: axis) within EXACT;
+    edge_stops::normal_weight(cos_between: share, power: size) within POWERS;
+    edge_stops::plane_weight(off_plane: share, allowed: positive) within POWERS;
+    edge_stops::luminance_weight(difference: share, deviation: share, tolerance: positive) within POWERS;
+    edge_stops::lobe_share(roughness: share) within ROUNDING;
+    // realtime/allocation.rs
+    allocation::sample_variance(mean: share, mean_of_squares: positive, count: positive) within CANCELLING;
+    allocation::relative_variance(variance: positive, mean: share, floor: share) within ROUNDING;
+    allocation::samples_missing(variance: positive, kept: share, tolerance: share) within CANCELLING;
+    allocation::samples_wanted(missing: positive, least: depth, most: depth) within EXACT;
+    allocation::samples_afforded(wanted: depth, scale: share, u: unit) within STEPS;
     // display/tonemap.rs
     tonemap::srgb_encode_channel(x: share) within POWERS;
     tonemap::srgb_decode_channel(x: share) within POWERS;

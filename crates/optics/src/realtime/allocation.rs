@@ -1,0 +1,77 @@
+//! How many samples a pixel gets in a frame.
+//!
+//! The number depends on frames before only, never on the samples that it counts: the mean of a frame's samples is then an
+//! unbiased estimate whatever the rule, as the mean of a fixed number would be.
+
+use inlining::inline_all;
+use wgsl_rs::wgsl;
+
+#[wgsl]
+#[inline_all]
+pub mod allocation {
+    use wgsl_rs::std::*;
+
+    /// Variance of one sample, from the mean and the mean of squares of `count` samples; 0 for fewer than two.
+    pub fn sample_variance(mean: f32, mean_of_squares: f32, count: f32) -> f32 {
+        let biased = max(mean_of_squares - mean * mean, 0.0);
+        select(0.0, biased * count / max(count - 1.0, 1.0), count >= 2.0)
+    }
+
+    /// Variance relative to the square of what it is the variance of, as far as that is above `floor`.
+    pub fn relative_variance(variance: f32, mean: f32, floor: f32) -> f32 {
+        variance / max(mean * mean, max(floor * floor, 1e-20))
+    }
+
+    /// Samples that a pixel still needs until the variance of its mean is at most `tolerance`.
+    ///
+    /// - `variance`: relative variance of one sample. `kept`: samples that its history is worth.
+    pub fn samples_missing(variance: f32, kept: f32, tolerance: f32) -> f32 {
+        max(variance / max(tolerance, 1e-20) - kept, 0.0)
+    }
+
+    /// Samples of a pixel in this frame: none if none is missing, else from `least` to `most`.
+    pub fn samples_wanted(missing: f32, least: u32, most: u32) -> u32 {
+        let whole = u32(clamp(ceil(missing), 0.0, 65536.0));
+        select(min(max(whole, least), max(most, least)), 0u32, missing <= 0.0)
+    }
+
+    /// A number of samples scaled to what a frame can afford, rounded at random so that the mean is kept.
+    ///
+    /// - `wanted`: samples. `scale`: in `[0, 1]`. `u`: uniform number in `[0, 1)`.
+    pub fn samples_afforded(wanted: u32, scale: f32, u: f32) -> u32 {
+        u32(floor(f32(wanted) * clamp(scale, 0.0, 1.0) + u))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::allocation::*;
+
+    #[test]
+    fn variances_are_those_of_the_definition() {
+        // 1, 3: mean 2, squares 5, variance 2.
+        assert!((sample_variance(2.0, 5.0, 2.0) - 2.0).abs() < 1e-6);
+        assert_eq!(sample_variance(2.0, 5.0, 1.0), 0.0);
+        assert_eq!(sample_variance(2.0, 3.9, 8.0), 0.0, "rounding makes no negative variance");
+    }
+
+    #[test]
+    fn pixels_get_what_they_need_and_no_more() {
+        let need = |variance, kept| samples_wanted(samples_missing(variance, kept, 0.001), 4, 16);
+        assert_eq!(need(1.0, 0.0), 16);
+        assert_eq!(need(0.01, 0.0), 10);
+        assert_eq!(need(0.01, 9.0), 4, "at least the least");
+        assert_eq!(need(0.01, 10.0), 0, "converged");
+        assert_eq!(need(0.0, 0.0), 0);
+        assert_eq!(samples_wanted(f32::INFINITY, 4, 16), 16);
+    }
+
+    /// What is left after rounding is what the scale says, on average.
+    #[test]
+    fn budgets_are_kept_on_average() {
+        let n = 10_000;
+        let sum: u32 = (0..n).map(|i| samples_afforded(7, 0.3, (i as f32 + 0.5) / n as f32)).sum();
+        assert!((f64::from(sum) / f64::from(n) - 2.1).abs() < 1e-3);
+        assert_eq!(samples_afforded(16, 1.0, 0.999), 16);
+    }
+}
