@@ -55,6 +55,7 @@ impl Job {
         let integrator = match defaults.integrator.as_deref() {
             Some("direct") => Integrator::Direct(backend::DirectSettings::default()),
             Some("hybrid") => Integrator::Hybrid(backend::HybridSettings::default()),
+            Some("realtime") => Integrator::Realtime(backend::RealtimeSettings::default()),
             Some("aov") => Integrator::Aov,
             _ => Integrator::Path(path),
         };

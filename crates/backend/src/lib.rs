@@ -4,9 +4,14 @@
 //! only this, so a new back end needs no change to its callers.
 
 mod control;
+mod realtime;
 mod view;
 
 pub use control::{Control, Progress};
+pub use realtime::{
+    AllocationSettings, BadFrameSamples, FrameSamples, FrameView, HistorySettings, RealtimeSettings,
+    UnknownFrameView,
+};
 pub use view::{
     DirectSettings, Highlights, HybridSettings, INVERSE_SQUARE, Integrator, PathSettings, PixelSamples,
     SamplerKind, View, Visibility,

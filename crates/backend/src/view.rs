@@ -1,5 +1,6 @@
 //! What is to be rendered: camera, picture, integrator.
 
+use crate::RealtimeSettings;
 use film::{Aov, Rect};
 use optics::camera::CameraFrame;
 
@@ -59,6 +60,8 @@ pub enum Integrator {
     Direct(DirectSettings),
     /// A G-buffer from the rasteriser and rays for everything else, pass by pass: what `direct` shows, in real time.
     Hybrid(HybridSettings),
+    /// What `path` shows, in real time: few paths from the G-buffer's first hits, what frames before have found, a filter.
+    Realtime(RealtimeSettings),
     /// The first hit only: base colour under a headlight, and auxiliary layers.
     Aov,
 }
@@ -70,6 +73,7 @@ impl Integrator {
             Integrator::Path(_) => "path",
             Integrator::Direct(_) => "direct",
             Integrator::Hybrid(_) => "hybrid",
+            Integrator::Realtime(_) => "realtime",
             Integrator::Aov => "aov",
         }
     }

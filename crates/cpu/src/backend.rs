@@ -106,6 +106,7 @@ impl Backend for CpuBackend {
                 "the CPU renders `hybrid` as `direct`, which has shadows and leaves no light out".into();
             return Err(BackendError::View { reason });
         }
+        refuse_realtime(view)?;
         self.prepare_film(view)?;
         let (Some(scene), Some((_, film))) = (&self.scene, &mut self.film) else {
             return Err(BackendError::NoScene { backend: "cpu" });
@@ -135,6 +136,7 @@ impl Backend for CpuBackend {
         control: &Control,
     ) -> Result<Stats, BackendError> {
         check_pixels(view, pixels)?;
+        refuse_realtime(view)?;
         if let Some(scene) = &self.scene {
             check_media(&scene.tables, view)?;
         }
@@ -210,4 +212,13 @@ pub(crate) fn render_work(
             Band { scene, view, filter: &Opaque, work }.render(pixels, aovs, batch)
         }
     })
+}
+
+/// What keeps frames and draws them by a rasteriser is not written for processors.
+fn refuse_realtime(view: &View) -> Result<(), BackendError> {
+    if matches!(view.integrator, Integrator::Realtime(_)) {
+        let reason = "`realtime` needs a GPU; on the CPU `path` makes the picture that it comes near".into();
+        return Err(BackendError::View { reason });
+    }
+    Ok(())
 }

@@ -105,6 +105,11 @@ impl<'a, F: HitFilter> Band<'a, F> {
             Integrator::Hybrid(settings) => {
                 self.render_single(ids, batch, settings.rays, DirectTracer::sample)
             }
+            // The back end has refused it.
+            Integrator::Realtime(settings) => {
+                batch.run(self.scene, self.view, &settings.path, self.filter, ids);
+                0
+            }
             Integrator::Aov => {
                 self.render_single(ids, batch, DirectSettings::default(), DirectTracer::sample_aov)
             }

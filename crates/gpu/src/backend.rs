@@ -155,6 +155,7 @@ impl GpuBackend {
             loaded.kernels.clear();
             loaded.tracing = self.kind.build(&self.gpu, &loaded.scene)?;
         }
+        loaded.kernels.values_mut().for_each(|k| k.kernel.scene_changed());
         Ok(LoadStats {
             build: start.elapsed(),
             acceleration_bytes: loaded.tracing.memory_bytes() as usize,
@@ -261,8 +262,13 @@ impl GpuBackend {
         loop {
             let room = FOLD_SAMPLES.saturating_sub(picture.pending);
             let fold = plan.is_even() && (room == 0 || picture.last_fold.elapsed() > FOLD_INTERVAL);
-            let batch =
-                if control.is_cancelled() || fold { None } else { plan.next(&compiled.pace, room.min(most)) };
+            let batch = if control.is_cancelled() || fold {
+                None
+            } else if compiled.kernel.makes_whole_frames() {
+                plan.next_frame()
+            } else {
+                plan.next(&compiled.pace, room.min(most))
+            };
             if let Some(batch) = batch {
                 let submission = compiled.kernel.submit(gpu, &mut picture.buffers, batch, timer)?;
                 under_way.push_back((submission, batch, Instant::now()));
@@ -304,9 +310,10 @@ impl GpuBackend {
     ) -> Result<(), GpuError> {
         let all: u64 = pixels.iter().map(|p| u64::from(p.count)).sum();
         let mean = all.div_ceil(view.window.area().max(1) as u64);
-        // Frames are of all pixels; of single ones the kernel of `direct` makes the same picture.
+        // Frames are of all pixels; of single ones other kernels make the same picture.
         let kind = match KernelKind::of(&view.integrator) {
             KernelKind::Hybrid => KernelKind::Direct,
+            KernelKind::Realtime => KernelKind::Path,
             other => other,
         };
         let key = self.prepare_kernel(view, u32::try_from(mean).unwrap_or(u32::MAX), kind)?;
@@ -445,6 +452,9 @@ impl Backend for GpuBackend {
 
     fn restart(&mut self) {
         self.picture = None;
+        if let Some(loaded) = &mut self.scene {
+            loaded.kernels.values_mut().for_each(|k| k.kernel.forget());
+        }
     }
 
     fn film(&mut self) -> Result<Option<&Film>, BackendError> {

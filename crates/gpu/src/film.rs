@@ -7,7 +7,7 @@
 use crate::hybrid::Picture;
 use crate::scene::upload::{empty_buffer, write_buffer, write_buffer_at};
 use crate::{Gpu, GpuError};
-use backend::{BackendError, DirectSettings, Highlights, Integrator, SamplerKind};
+use backend::{BackendError, DirectSettings, Highlights, Integrator, PathSettings, SamplerKind};
 use bytemuck::{Pod, Zeroable};
 use film::{AovSample, AovSums, Film};
 use optics::camera::camera_pixel_spread;
@@ -160,12 +160,7 @@ impl View {
             ..Self::default()
         };
         match &view.integrator {
-            Integrator::Path(settings) => {
-                out.max_depth = settings.max_depth;
-                out.roulette_start = settings.roulette_start;
-                out.roulette_min_survival = settings.roulette_min_survival;
-                out.splitting = settings.splitting.max(1);
-            }
+            Integrator::Path(settings) => out.set_path(settings),
             Integrator::Direct(settings) => out.set_direct(settings),
             Integrator::Hybrid(settings) => {
                 out.set_direct(&settings.rays);
@@ -173,9 +168,22 @@ impl View {
                 out.shadows = u32::from(settings.shadows);
                 out.reflection_survival = settings.reflection_survival.clamp(1e-3, 1.0);
             }
+            Integrator::Realtime(settings) => out.set_path(&PathSettings { splitting: 1, ..settings.path }),
             Integrator::Aov => {}
         }
         out
+    }
+
+    fn set_path(&mut self, settings: &PathSettings) {
+        self.max_depth = settings.max_depth;
+        self.roulette_start = settings.roulette_start;
+        self.roulette_min_survival = settings.roulette_min_survival;
+        self.splitting = settings.splitting.max(1);
+    }
+
+    /// Radius of a pixel's footprint per metre of distance.
+    pub(crate) fn pixel_spread(&self) -> f32 {
+        self.pixel_spread
     }
 
     /// The picture and the window.

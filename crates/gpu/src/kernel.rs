@@ -3,6 +3,7 @@
 use crate::film::{Batch, BatchPixels, FilmBuffers};
 use crate::hybrid::HybridKernel;
 use crate::rays::{RayBuffers, RayKernel, RayQuestion};
+use crate::realtime::RealtimeKernel;
 use crate::shader::{Variant, assemble};
 use crate::timing::Timer;
 use crate::tracer::Tracer;
@@ -22,6 +23,8 @@ pub enum KernelKind {
     Direct,
     /// Fixed cost, pass by pass.
     Hybrid,
+    /// Paths in real time.
+    Realtime,
     /// First hits only.
     Aov,
 }
@@ -36,6 +39,7 @@ impl KernelKind {
             Integrator::Path(_) => Self::Path,
             Integrator::Direct(_) => Self::Direct,
             Integrator::Hybrid(_) => Self::Hybrid,
+            Integrator::Realtime(_) => Self::Realtime,
             Integrator::Aov => Self::Aov,
         }
     }
@@ -46,17 +50,20 @@ impl KernelKind {
             Self::Path => "path",
             Self::Direct => "direct",
             Self::Hybrid => "hybrid",
+            Self::Realtime => "realtime",
             Self::Aov => "aov",
         }
     }
 
     /// Its WGSL: film, integrator, and a function `render_pixel` for one pixel of the window. No entry point. Where one kernel
-    /// has to do everything, that of `direct` makes the hybrid renderer's picture.
+    /// has to do everything, those of `direct` and of `path` make the pictures of the real-time renderers.
     pub fn text(self) -> String {
         let (film, rays) = (include_str!("shaders/film.wgsl"), include_str!("shaders/rays.wgsl"));
         let vertex = include_str!("shaders/path_vertex.wgsl");
         match self {
-            Self::Path => [film, rays, vertex, include_str!("shaders/kernel_path.wgsl")].join("\n"),
+            Self::Path | Self::Realtime => {
+                [film, rays, vertex, include_str!("shaders/kernel_path.wgsl")].join("\n")
+            }
             Self::Direct | Self::Hybrid => {
                 let reach = include_str!("shaders/light_reach.wgsl");
                 let direct = include_str!("shaders/direct.wgsl");
@@ -131,6 +138,17 @@ pub trait Kernel: Send {
         batch: Batch,
         timer: &mut Timer,
     ) -> Result<wgpu::SubmissionIndex, GpuError>;
+
+    /// Whether batches have to be whole pictures, one sample at a time.
+    fn makes_whole_frames(&self) -> bool {
+        false
+    }
+
+    /// The scene is another one now: what is kept of pictures before may be out of date.
+    fn scene_changed(&mut self) {}
+
+    /// Nothing is to be kept of pictures before.
+    fn forget(&mut self) {}
 }
 
 /// A scene's structures for finding hits, from which kernels are made.
@@ -200,6 +218,7 @@ impl Tracing for ComputeTracing {
     ) -> Result<Box<dyn Kernel>, GpuError> {
         match kind {
             KernelKind::Hybrid => Ok(Box::new(HybridKernel::new(gpu, variant, scene, &*self.0)?)),
+            KernelKind::Realtime => Ok(Box::new(RealtimeKernel::new(gpu, variant, scene, &*self.0)?)),
             KernelKind::Path | KernelKind::Direct | KernelKind::Aov => {
                 Ok(Box::new(Megakernel::new(gpu, kind, variant, scene, &*self.0, film)?))
             }

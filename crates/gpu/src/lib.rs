@@ -18,6 +18,7 @@ mod layout;
 pub mod pipeline;
 mod plan;
 pub mod rays;
+pub mod realtime;
 pub mod scene;
 pub mod shader;
 pub mod timing;

@@ -67,6 +67,13 @@ impl Plan {
         Self { width, height, samples, chunk: 0, row: 0 }
     }
 
+    /// The next whole picture, a sample of each pixel; `None` when there is nothing left.
+    pub fn next_frame(&mut self) -> Option<Batch> {
+        let first_sample = self.samples.next()?;
+        let pixels = BatchPixels::Rows { first: 0, count: self.height };
+        Some(Batch { pixels, first_sample, sample_count: 1 })
+    }
+
     /// Whether all rows have the same samples: what has been handed out so far is a whole picture.
     pub fn is_even(&self) -> bool {
         self.row == 0

@@ -7,8 +7,8 @@ use crate::scene::{Scene, lock};
 use crate::watch::watch;
 use alhazen::{
     Aov, AovData, BackendChoice, CRYPTOMATTE_RANKS, Control, DirectSettings, Film, HybridSettings, Image,
-    Integrator, Job, Limits, PathSettings, Rect, Renderer, RendererOptions, SamplerKind, Summary, ToneMapper,
-    ToneMapping,
+    Integrator, Job, Limits, PathSettings, RealtimeSettings, Rect, Renderer, RendererOptions, SamplerKind,
+    Summary, ToneMapper, ToneMapping,
 };
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -240,6 +240,7 @@ fn camera_of(scene: &alhazen::Scene, named: &Bound<PyAny>) -> PyResult<alhazen::
 fn integrator(settings: &Settings, of_scene: Integrator) -> PyResult<Integrator> {
     let path = || match of_scene {
         Integrator::Path(path) => path,
+        Integrator::Realtime(realtime) => realtime.path,
         Integrator::Direct(_) | Integrator::Hybrid(_) | Integrator::Aov => PathSettings::default(),
     };
     let mut integrator = match settings.integrator.as_deref() {
@@ -247,9 +248,12 @@ fn integrator(settings: &Settings, of_scene: Integrator) -> PyResult<Integrator>
         Some("path") => Integrator::Path(path()),
         Some("direct") => Integrator::Direct(DirectSettings::default()),
         Some("hybrid") => Integrator::Hybrid(HybridSettings::default()),
+        Some("realtime") => Integrator::Realtime(RealtimeSettings::default()),
         Some("aov") => Integrator::Aov,
         Some(other) => {
-            return Err(bad(format!("integrator: unknown `{other}`; there are: path, direct, hybrid, aov")));
+            return Err(bad(format!(
+                "integrator: unknown `{other}`; there are: path, direct, hybrid, realtime, aov"
+            )));
         }
     };
     if let Some(depth) = settings.max_depth {
@@ -260,6 +264,7 @@ fn integrator(settings: &Settings, of_scene: Integrator) -> PyResult<Integrator>
             Integrator::Path(path) => path.max_depth = depth,
             Integrator::Direct(direct) => direct.max_depth = depth,
             Integrator::Hybrid(hybrid) => hybrid.rays.max_depth = depth,
+            Integrator::Realtime(realtime) => realtime.path.max_depth = depth,
             Integrator::Aov => {}
         }
     }

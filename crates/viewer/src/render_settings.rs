@@ -77,6 +77,7 @@ impl RenderSettings {
         };
         match job.integrator {
             Integrator::Path(path) => settings.path_settings = path,
+            Integrator::Realtime(realtime) => settings.path_settings = realtime.path,
             Integrator::Direct(direct) => {
                 (settings.transport, settings.direct_settings) = (Transport::Direct, direct);
             }

@@ -3,6 +3,7 @@
 mod moving;
 mod output;
 pub mod parsing;
+pub mod realtime;
 mod report;
 mod setup;
 mod split;
@@ -23,6 +24,7 @@ use parsing::{
     parse_crop, parse_duration, parse_falloff, parse_fov, parse_frames, parse_not_negative, parse_positive,
     parse_seconds, parse_share, parse_turbidity, parse_vector,
 };
+use realtime::FrameSettings;
 use report::{print_loaded, report};
 use setup::{job, limits, set_environment};
 use split::{Made, Saved, SplitArgs};
@@ -209,7 +211,7 @@ pub struct RenderArgs {
     /// `hybrid`: no shadows.
     #[arg(long, help_heading = "Light", conflicts_with = "hard_shadows")]
     no_shadows: bool,
-    /// `hybrid`: how first hits are found, by the rasteriser or by rays.
+    /// `hybrid` and `realtime`: how first hits are found, by the rasteriser or by rays.
     #[arg(long, help_heading = "Light", value_enum, default_value_t = VisibilityName::Raster)]
     visibility: VisibilityName,
     /// `hybrid`: irradiance in W/m² below which a light does not count at a point; 0 counts all lights everywhere.
@@ -218,6 +220,9 @@ pub struct RenderArgs {
     /// `hybrid`: least probability with which a glossy surface sends out reflection rays; 1 sends them all.
     #[arg(long, help_heading = "Light", value_name = "SHARE", default_value_t = 0.05, value_parser = parse_share)]
     reflection_survival: f32,
+
+    #[command(flatten)]
+    realtime: FrameSettings,
 
     #[command(flatten)]
     tone: ToneArgs,
@@ -257,6 +262,8 @@ enum IntegratorName {
     Direct,
     /// What `direct` shows, in real time: a rasterised first hit, and few rays for each effect.
     Hybrid,
+    /// What `path` shows, in real time: few paths for each pixel, frames before, and a filter.
+    Realtime,
     /// First hit only.
     Aov,
 }

@@ -181,6 +181,11 @@ impl Frames {
         }
     }
 
+    /// The report of the last frame that is done, unless it was taken.
+    pub fn last_report(&self) -> Option<&FrameReport> {
+        self.reports.last()
+    }
+
     /// Reports of the frames that are done since the last call.
     pub fn take_reports(&mut self) -> Vec<FrameReport> {
         std::mem::take(&mut self.reports)

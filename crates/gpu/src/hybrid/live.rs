@@ -1,8 +1,9 @@
-//! A scene that is drawn frame after frame: the hybrid renderer with frames in flight and instances that move.
+//! A scene that is drawn frame after frame: a real-time renderer with frames in flight and instances that move.
 
 use super::{FRAME_PASSES, HybridKernel};
 use crate::film::{Batch, BatchPixels, FilmBuffers};
 use crate::frames::Frames;
+use crate::realtime::{self, RealtimeKernel};
 use crate::scene::update::StagingRing;
 use crate::scene::upload::write_buffer;
 use crate::tracer::bvh::BvhTracer;
@@ -10,15 +11,16 @@ use crate::tracer::query::QueryTracer;
 use crate::tracer::upper::{Place, UpperBuilder, UpperUpdate};
 use crate::tracer::{Tracer, TracerKind};
 use crate::{Gpu, GpuError, GpuScene};
-use backend::{HybridSettings, Integrator, View};
+use backend::{Integrator, View};
 use scene::tables::{Changes, SceneTables};
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// A scene on a device, ready for frames.
 pub struct LiveScene {
     gpu: Gpu,
     frames: Frames,
-    kernel: HybridKernel,
+    kernel: FrameKernel,
     film: FilmBuffers,
     upper: Option<UpperBuilder>,
     scene: GpuScene,
@@ -26,13 +28,21 @@ pub struct LiveScene {
     tracer_bytes: u64,
     /// Whether the device has built the upper level yet: a refit needs an order.
     is_built: bool,
+    /// Number and samples of frames whose times are still to be learned from.
+    planned: VecDeque<(u64, u32)>,
+}
+
+/// What renders the frames.
+enum FrameKernel {
+    Hybrid(Box<HybridKernel>),
+    Realtime(Box<RealtimeKernel>),
 }
 
 /// Where the instances of a frame stand, and how the upper level follows them.
 pub type Motion<'a> = (&'a [Place], UpperUpdate);
 
 impl LiveScene {
-    /// Loads a scene for frames of the integrator `hybrid`; `depth` frames may be in flight.
+    /// Loads a scene for frames of the integrator `hybrid` or `realtime`, which the view's is; `depth` frames may be in flight.
     ///
     /// # Errors
     /// When the device cannot trace so, the scene is too large for it, or the view is of another integrator.
@@ -72,12 +82,29 @@ impl LiveScene {
                 return Err(GpuError::Unsupported { adapter, tracer, missing });
             }
         };
-        let kernel = HybridKernel::new(&gpu, scene.variant(), &scene, &*tracer)?;
+        let kernel = match view.integrator {
+            Integrator::Realtime(_) => {
+                let kernel = RealtimeKernel::new(&gpu, scene.variant(), &scene, &*tracer)?;
+                FrameKernel::Realtime(Box::new(kernel))
+            }
+            _ => FrameKernel::Hybrid(Box::new(HybridKernel::new(&gpu, scene.variant(), &scene, &*tracer)?)),
+        };
         let film = FilmBuffers::new(&gpu, view, false)?;
         let frames = Frames::new(&gpu, depth)?;
         let tracer_bytes = tracer.memory_bytes();
         let ring = StagingRing::new(&gpu);
-        Ok(Self { gpu, frames, kernel, film, upper, scene, ring, tracer_bytes, is_built: false })
+        Ok(Self {
+            gpu,
+            frames,
+            kernel,
+            film,
+            upper,
+            scene,
+            ring,
+            tracer_bytes,
+            is_built: false,
+            planned: VecDeque::new(),
+        })
     }
 
     /// Brings lights, materials and environment to another version of the scene, for the frames that are started from now on;
@@ -95,7 +122,10 @@ impl LiveScene {
         let changes = Changes { transforms: false, ..changes };
         let was_possible = self.scene.take(&self.gpu, &mut self.ring, tables, changes)?;
         if was_possible {
-            self.kernel.bounding_sphere = tables.bounding_sphere;
+            match &mut self.kernel {
+                FrameKernel::Hybrid(kernel) => kernel.bounding_sphere = tables.bounding_sphere,
+                FrameKernel::Realtime(kernel) => kernel.set_changed(Some(tables.bounding_sphere)),
+            }
         }
         Ok(was_possible)
     }
@@ -108,6 +138,14 @@ impl LiveScene {
     /// The frames in flight: their number, reports and spans.
     pub fn frames(&mut self) -> &mut Frames {
         &mut self.frames
+    }
+
+    /// Forgets what frames before have found; the next one begins without a past.
+    pub fn forget(&mut self) {
+        match &mut self.kernel {
+            FrameKernel::Hybrid(kernel) => kernel.previous_camera = None,
+            FrameKernel::Realtime(kernel) => kernel.forget_past(),
+        }
     }
 
     /// Waits until the device is done with all frames.
@@ -129,6 +167,10 @@ impl LiveScene {
             + self.tracer_bytes
             + self.film.memory_bytes()
             + self.upper.as_ref().map_or(0, UpperBuilder::memory_bytes)
+            + match &self.kernel {
+                FrameKernel::Hybrid(_) => 0,
+                FrameKernel::Realtime(kernel) => kernel.memory_bytes(),
+            }
     }
 
     /// Starts a frame of a view, whose sample is `view.first_sample`. Waits only if as many frames are in flight as may be.
@@ -136,35 +178,45 @@ impl LiveScene {
     /// # Errors
     /// When the view is of another integrator, instances are to move that cannot, or the device fails.
     pub fn frame(&mut self, view: &View, motion: Option<Motion<'_>>) -> Result<u64, GpuError> {
-        let doing = "starting a frame";
-        let failed = |reason: String| GpuError::Device { doing, reason };
-        let Integrator::Hybrid(settings) = view.integrator else {
-            return Err(failed(format!("`{}` is no real-time integrator", view.integrator.name())));
-        };
         if !self.film.set_view(view) {
             self.film = FilmBuffers::new(&self.gpu, view, false)?;
         }
         let slot = self.frames.begin(&self.gpu)?;
-        let encoder = self.record(slot, &settings, view.first_sample, motion)?;
-        self.frames.submit(&self.gpu, slot, encoder)
+        self.learn();
+        let (encoder, samples) = self.record(slot, view, motion)?;
+        let frame = self.frames.submit(&self.gpu, slot, encoder)?;
+        if samples > 0 {
+            self.planned.push_back((frame, samples));
+        }
+        Ok(frame)
     }
 
+    /// What the last frame that is done took says how many samples the next one can afford.
+    fn learn(&mut self) {
+        let FrameKernel::Realtime(kernel) = &mut self.kernel else { return };
+        let Some(report) = self.frames.last_report() else { return };
+        while self.planned.front().is_some_and(|p| p.0 < report.frame) {
+            self.planned.pop_front();
+        }
+        if let Some((_, samples)) = self.planned.pop_front_if(|p| p.0 == report.frame) {
+            let passes: Vec<_> = report.passes.iter().map(|p| (p.name, p.duration)).collect();
+            kernel.learn(&passes, u64::from(samples));
+        }
+    }
+
+    /// Records a frame. Returns how many samples it can afford, 0 for any number.
     fn record(
         &mut self,
         slot: usize,
-        settings: &HybridSettings,
-        sample: u32,
+        view: &View,
         motion: Option<Motion<'_>>,
-    ) -> Result<wgpu::CommandEncoder, GpuError> {
+    ) -> Result<(wgpu::CommandEncoder, u32), GpuError> {
         let gpu = &self.gpu;
         let failed = |reason: String| GpuError::Device { doing: "starting a frame", reason };
+        let sample = view.first_sample;
         let rows = self.film.contents.picture().window_size[1];
         let pixels = BatchPixels::Rows { first: 0, count: rows };
-        let batch = Batch { pixels, first_sample: sample, sample_count: 1 };
-        self.film.set_batch(gpu, batch)?;
-        self.kernel.prepare(gpu, &self.film)?;
-        let (frame, plan) = self.kernel.plan(&self.film, settings, sample, (0, rows));
-        write_buffer(gpu, "the frame", &self.kernel.buffers.frame, bytemuck::bytes_of(&frame))?;
+        self.film.set_batch(gpu, Batch { pixels, first_sample: sample, sample_count: 1 })?;
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let clock = self.frames.clock(slot);
         if let Some((places, update)) = motion {
@@ -175,15 +227,33 @@ impl LiveScene {
             upper.record(&mut encoder, clock, if self.is_built { update } else { UpperUpdate::Rebuild });
             self.is_built = true;
         }
-        let Some(targets) = &self.kernel.targets else {
-            return Err(failed("there is nothing to draw to".into()));
-        };
         // A frame is a picture of its own: nothing accumulates.
         encoder.clear_buffer(&self.film.pixels, 0, None);
-        self.kernel.record(&mut encoder, clock, targets, plan);
-        self.kernel.keep_instances(&mut encoder);
-        self.kernel.previous_camera = Some(self.film.camera);
-        Ok(encoder)
+        match (&mut self.kernel, view.integrator) {
+            (FrameKernel::Hybrid(kernel), Integrator::Hybrid(settings)) => {
+                kernel.prepare(gpu, &self.film)?;
+                let (frame, plan) = kernel.plan(&self.film, &settings, sample, (0, rows));
+                write_buffer(gpu, "the frame", &kernel.buffers.frame, bytemuck::bytes_of(&frame))?;
+                let Some(targets) = &kernel.targets else {
+                    return Err(failed("there is nothing to draw to".into()));
+                };
+                kernel.record(&mut encoder, clock, targets, plan);
+                kernel.keep_instances(&mut encoder);
+                kernel.previous_camera = Some(self.film.camera);
+                Ok((encoder, 0))
+            }
+            (FrameKernel::Realtime(kernel), Integrator::Realtime(settings)) => {
+                if motion.is_some() {
+                    kernel.set_changed(None);
+                }
+                let frame = kernel.prepare(gpu, &self.film, settings, sample, true)?;
+                kernel.record(&mut encoder, clock, &frame);
+                Ok((encoder, frame.affordable))
+            }
+            (_, integrator) => {
+                Err(failed(format!("the scene was not loaded for frames of `{}`", integrator.name())))
+            }
+        }
     }
 
     /// Waits for all frames and copies the last one back.
@@ -206,16 +276,20 @@ impl LiveScene {
     pub fn read_pixels(&mut self) -> Result<Vec<super::HybridPixel>, GpuError> {
         let doing = "reading a frame's pixels";
         self.frames.finish(&self.gpu)?;
-        let Some(targets) = &self.kernel.targets else {
+        let pixels = match &self.kernel {
+            FrameKernel::Hybrid(kernel) => kernel.targets.as_ref().map(|t| &t.pixels),
+            FrameKernel::Realtime(kernel) => kernel.first_hits(),
+        };
+        let Some(pixels) = pixels else {
             return Err(GpuError::Device { doing, reason: "no frame was drawn".into() });
         };
         let gpu = &self.gpu;
-        let size = targets.pixels.size();
+        let size = pixels.size();
         let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
         let readable = crate::scene::upload::empty_buffer(gpu, "pixels to read", size, usage)?;
         gpu.guarded(|| {
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            encoder.copy_buffer_to_buffer(&targets.pixels, 0, &readable, 0, size);
+            encoder.copy_buffer_to_buffer(pixels, 0, &readable, 0, size);
             gpu.queue.submit([encoder.finish()]);
         })
         .map_err(|reason| GpuError::Device { doing, reason })?;
@@ -225,3 +299,4 @@ impl LiveScene {
 
 /// Passes of a frame with motion.
 const _: () = assert!(FRAME_PASSES < 24, "a frame's clock has room for so many passes");
+const _: () = assert!(realtime::FRAME_PASSES < 24, "a frame's clock has room for so many passes");

@@ -15,6 +15,7 @@
 //! Clusters: Olsson, Billeter and Assarsson, "Clustered Deferred and Forward Shading", HPG 2012.
 
 mod frame;
+mod gbuffer;
 mod items;
 mod live;
 mod passes;
@@ -22,6 +23,7 @@ mod projection;
 mod targets;
 
 pub use frame::HybridFrame;
+pub(crate) use gbuffer::{BegunFrame, GBUFFER_PASSES, GBuffer, Projections};
 pub use live::{LiveScene, Motion};
 pub use passes::Pass;
 pub use projection::{Picture, Projection};
@@ -127,7 +129,7 @@ impl FrameBuffers {
 
 /// What is switched on in a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Plan {
+pub(crate) struct Plan {
     rasters: bool,
     culls_lights: bool,
     reflects: bool,
@@ -141,6 +143,17 @@ impl HybridKernel {
     /// # Errors
     /// When the driver refuses a shader, or the scene has more to draw than a pixel can name.
     pub fn new(gpu: &Gpu, variant: Variant, scene: &GpuScene, tracer: &dyn Tracer) -> Result<Self, GpuError> {
+        Self::with_passes(gpu, variant, scene, tracer, &Pass::ALL)
+    }
+
+    /// The same with the first of the passes only.
+    fn with_passes(
+        gpu: &Gpu,
+        variant: Variant,
+        scene: &GpuScene,
+        tracer: &dyn Tracer,
+        passes: &[Pass],
+    ) -> Result<Self, GpuError> {
         let mut items = Items::new(&scene.tables);
         let item_count = items.items.len() as u64;
         if item_count > MOST_ITEMS {
@@ -149,9 +162,9 @@ impl HybridKernel {
         }
         let buffers = FrameBuffers::new(gpu, scene, &items)?;
         (items.items, items.parts) = (Vec::new(), Vec::new());
-        let compile = |pass| CompiledPass::new(gpu, pass, variant, scene, tracer);
+        let compile = |&pass| CompiledPass::new(gpu, pass, variant, scene, tracer);
         let kernel = Self {
-            passes: Pass::ALL.into_iter().map(compile).collect::<Result<_, GpuError>>()?,
+            passes: passes.iter().map(compile).collect::<Result<_, GpuError>>()?,
             draws: CompiledDraws::new(gpu, variant, scene)?,
             scene: scene.bind_group.clone(),
             tracer: tracer.bind_group().clone(),
@@ -234,6 +247,29 @@ impl HybridKernel {
         targets: &Targets,
         plan: Plan,
     ) {
+        self.record_first_hits(encoder, clock, targets, plan);
+        let rows = [targets.size[0].div_ceil(8), plan.row_count.div_ceil(8)];
+        let (head, size) = (&targets.reflecting, &self.buffers.reflection_groups);
+        encoder.copy_buffer_to_buffer(&self.buffers.no_reflections, 0, head, 0, REFLECTING_HEAD);
+        self.compute(encoder, clock, targets, Pass::DirectLights, rows);
+        self.compute(encoder, clock, targets, Pass::AmbientOcclusion, rows);
+        if plan.reflects {
+            encoder.copy_buffer_to_buffer(head, 0, size, 0, REFLECTING_HEAD);
+            self.run(encoder, clock, targets, Pass::Reflections, |pass| {
+                pass.dispatch_workgroups_indirect(size, 0);
+            });
+        }
+        self.compute(encoder, clock, targets, Pass::Compose, rows);
+    }
+
+    /// Records the passes that find which surface each pixel sees.
+    fn record_first_hits(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        clock: &mut dyn PassClock,
+        targets: &Targets,
+        plan: Plan,
+    ) {
         let rows = [targets.size[0].div_ceil(8), plan.row_count.div_ceil(8)];
         let mut compute = |encoder: &mut wgpu::CommandEncoder, pass, groups| {
             self.compute(encoder, clock, targets, pass, groups);
@@ -250,17 +286,6 @@ impl HybridKernel {
         } else {
             compute(encoder, Pass::CameraRays, rows);
         }
-        let (head, size) = (&targets.reflecting, &self.buffers.reflection_groups);
-        encoder.copy_buffer_to_buffer(&self.buffers.no_reflections, 0, head, 0, REFLECTING_HEAD);
-        self.compute(encoder, clock, targets, Pass::DirectLights, rows);
-        self.compute(encoder, clock, targets, Pass::AmbientOcclusion, rows);
-        if plan.reflects {
-            encoder.copy_buffer_to_buffer(head, 0, size, 0, REFLECTING_HEAD);
-            self.run(encoder, clock, targets, Pass::Reflections, |pass| {
-                pass.dispatch_workgroups_indirect(size, 0);
-            });
-        }
-        self.compute(encoder, clock, targets, Pass::Compose, rows);
     }
 
     fn compute(

@@ -30,7 +30,7 @@ impl Scene {
     ///     6 ranks of (id, share of the pixel's samples).
     /// seed : int, default 0
     ///     Changes the noise.
-    /// integrator : {"path", "direct", "hybrid", "aov"}, optional
+    /// integrator : {"path", "direct", "hybrid", "realtime", "aov"}, optional
     ///     How light is transported; what the scene says, or "path".
     /// max_depth : int, optional
     ///     Longest path: 1 is emission, 2 direct light.

@@ -8,6 +8,7 @@ mod frame_views;
 mod frames;
 mod frames_in_flight;
 mod lights;
+mod realtime;
 pub mod report;
 mod shadows;
 mod tlas;
@@ -34,6 +35,7 @@ enum BenchCommand {
     Denoise(denoise::DenoiseArgs),
     Lights(lights::LightsArgs),
     FramesInFlight(frames_in_flight::FramesInFlightArgs),
+    Realtime(Box<realtime::RealtimeArgs>),
     Shadows(shadows::ShadowArgs),
     Tlas(tlas::TlasArgs),
     Views(frame_views::ViewsArgs),
@@ -55,6 +57,7 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<()> {
         BenchCommand::Denoise(args) => denoise::run(args),
         BenchCommand::Lights(args) => lights::run(args),
         BenchCommand::FramesInFlight(args) => frames_in_flight::run(args),
+        BenchCommand::Realtime(args) => realtime::run(args),
         BenchCommand::Shadows(args) => shadows::run(args),
         BenchCommand::Tlas(args) => tlas::run(args),
         BenchCommand::Views(args) => frame_views::run(args),

@@ -154,23 +154,30 @@ fn integrator(args: &RenderArgs, of_scene: Integrator) -> Integrator {
         ..d
     };
     let direct = || Integrator::Direct(rays(DirectSettings::default()));
+    let visibility = match args.visibility {
+        VisibilityName::Raster => Visibility::Raster,
+        VisibilityName::Rays => Visibility::Rays,
+    };
     let hybrid = || {
         let d = HybridSettings::default();
         Integrator::Hybrid(HybridSettings {
             rays: rays(d.rays),
-            visibility: match args.visibility {
-                VisibilityName::Raster => Visibility::Raster,
-                VisibilityName::Rays => Visibility::Rays,
-            },
+            visibility,
             shadows: !args.no_shadows,
             light_cutoff: args.light_cutoff,
             reflection_survival: args.reflection_survival,
         })
     };
+    let realtime = || {
+        let scene_depth = if let Integrator::Realtime(r) = of_scene { Some(r.path.max_depth) } else { None };
+        let max_depth = args.max_depth.or(scene_depth);
+        Integrator::Realtime(args.realtime.settings(max_depth, args.roulette_start, visibility))
+    };
     match (args.integrator, of_scene) {
         (Some(IntegratorName::Path), _) | (None, Integrator::Path(_)) => path(),
         (Some(IntegratorName::Direct), _) | (None, Integrator::Direct(_)) => direct(),
         (Some(IntegratorName::Hybrid), _) | (None, Integrator::Hybrid(_)) => hybrid(),
+        (Some(IntegratorName::Realtime), _) | (None, Integrator::Realtime(_)) => realtime(),
         (Some(IntegratorName::Aov), _) | (None, Integrator::Aov) => Integrator::Aov,
     }
 }

@@ -1,0 +1,111 @@
+//! What `alhazen render` may say about `--integrator realtime`.
+
+use super::parsing::parse_positive;
+use alhazen::{
+    AllocationSettings, FrameSamples, FrameView, HistorySettings, PathSettings, RealtimeSettings, Visibility,
+};
+use clap::Args;
+use std::time::Duration;
+
+/// Settings of the integrator `realtime`.
+#[derive(Debug, Clone, Args)]
+pub struct FrameSettings {
+    /// `realtime`: samples of a pixel in a frame: a number, or MIN..MAX where it is noisy and none elsewhere [default: 1, or
+    /// 4..16 with a budget].
+    #[arg(long, help_heading = "Real time", value_name = "N|MIN..MAX")]
+    frame_samples: Option<FrameSamples>,
+    /// `realtime`: time that a frame may take on the GPU, such as 8ms: how many samples there are follows from it.
+    #[arg(long, help_heading = "Real time", value_name = "TIME", value_parser = parse_budget)]
+    budget: Option<Duration>,
+    /// `realtime`: relative variance of a pixel's mean under which it gets no samples.
+    #[arg(long, help_heading = "Real time", value_name = "VARIANCE", default_value_t = AllocationSettings::default().tolerance, value_parser = parse_positive)]
+    frame_tolerance: f32,
+    /// `realtime`: pixels around a pixel that tell its noise.
+    #[arg(long, help_heading = "Real time", value_name = "PIXELS", default_value_t = AllocationSettings::default().noise_radius, value_parser = clap::value_parser!(u32).range(0..=8))]
+    noise_radius: u32,
+    /// `realtime`: pixels over which the map of the noise is spread.
+    #[arg(long, help_heading = "Real time", value_name = "PIXELS", default_value_t = AllocationSettings::default().blur_radius, value_parser = clap::value_parser!(u32).range(0..=8))]
+    blur_radius: u32,
+    /// `realtime`: calm pixels get a sample in one of so many frames; 0: never, which is biased.
+    #[arg(long, help_heading = "Real time", value_name = "FRAMES", default_value_t = AllocationSettings::default().refresh)]
+    refresh: u32,
+    /// `realtime`: how far distances of the same surface may differ from frame to frame, in tenths of the distance.
+    #[arg(long, help_heading = "Real time", value_name = "TENTHS", default_value_t = HistorySettings::default().depth_tolerance, value_parser = parse_positive)]
+    depth_tolerance: f32,
+    /// `realtime`: least cosine between normals of the same surface from frame to frame.
+    #[arg(long, help_heading = "Real time", value_name = "COSINE", default_value_t = HistorySettings::default().normal_tolerance)]
+    normal_tolerance: f32,
+    /// `realtime`: samples that earlier frames count for at most while anything moves; 0 forgets them.
+    #[arg(long, help_heading = "Real time", value_name = "SAMPLES", default_value_t = HistorySettings::default().most)]
+    history: f32,
+    /// `realtime`: no filter: frames are their own samples, and the mean of many is what `path` shows.
+    #[arg(long, help_heading = "Real time")]
+    no_filter: bool,
+    /// `realtime`: what frames show: picture, variance, history, noise, blurred-noise, mask, samples, diffuse or specular.
+    #[arg(long, help_heading = "Real time", value_name = "VIEW", default_value_t = FrameView::Picture)]
+    show: FrameView,
+}
+
+impl FrameSettings {
+    /// The settings, with paths that are at most `max_depth` segments long.
+    pub fn settings(
+        &self,
+        max_depth: Option<u32>,
+        roulette_start: u32,
+        visibility: Visibility,
+    ) -> RealtimeSettings {
+        let d = RealtimeSettings::default();
+        let of_budget = if self.budget.is_some() { FrameSamples::ADAPTIVE } else { d.samples };
+        RealtimeSettings {
+            path: PathSettings { max_depth: max_depth.unwrap_or(d.path.max_depth), roulette_start, ..d.path },
+            visibility,
+            samples: self.frame_samples.unwrap_or(of_budget),
+            allocation: AllocationSettings {
+                tolerance: self.frame_tolerance,
+                noise_radius: self.noise_radius,
+                blur_radius: self.blur_radius,
+                refresh: self.refresh,
+                ..d.allocation
+            },
+            budget: self.budget,
+            history: HistorySettings {
+                depth_tolerance: self.depth_tolerance,
+                normal_tolerance: self.normal_tolerance,
+                most: self.history,
+                ..d.history
+            },
+            filter: !self.no_filter,
+            show: self.show,
+            ..d
+        }
+    }
+}
+
+/// A time such as `8ms`, `0.5s` or, in milliseconds, `8`.
+fn parse_budget(text: &str) -> Result<Duration, String> {
+    let (number, scale) = match (text.strip_suffix("ms"), text.strip_suffix('s')) {
+        (Some(number), _) => (number, 1e-3),
+        (None, Some(number)) => (number, 1.0),
+        (None, None) => (text, 1e-3),
+    };
+    let seconds = number.trim().parse::<f64>().map(|n| n * scale);
+    match seconds {
+        Ok(s) if s > 0.0 && s <= 3600.0 => Ok(Duration::from_secs_f64(s)),
+        _ => Err("not a time such as 8ms".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn budgets_are_times() {
+        for (text, ms) in [("8ms", 8.0), ("0.5s", 500.0), ("16", 16.0), ("16.6 ms", 16.6)] {
+            assert_eq!(parse_budget(text), Ok(Duration::from_secs_f64(ms * 1e-3)), "{text}");
+        }
+        for text in ["", "ms", "-1ms", "0", "fast", "1e9s", "nan"] {
+            assert!(parse_budget(text).is_err(), "{text}");
+        }
+    }
+}

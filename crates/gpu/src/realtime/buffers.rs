@@ -1,0 +1,224 @@
+//! What depends on the picture's size: records for each pixel, by turns now and before, and the bind groups with them.
+
+use super::passes::{CompiledPass, MOST_FILTER_PASSES, Pass, Slot};
+use crate::film::FilmBuffers;
+use crate::hybrid::GBuffer;
+use crate::scene::upload::{empty_buffer, write_buffer};
+use crate::{Gpu, GpuError};
+use wgpu::BufferUsages;
+
+/// Bytes of a pixel's records, by the names in `shaders/realtime_frame.wgsl`.
+const GUIDE: u64 = 64;
+const FOUND_LIGHT: u64 = 48;
+const HISTORY: u64 = 64;
+const SIGNAL: u64 = 32;
+const VEC4: u64 = 16;
+const NUMBER: u64 = 4;
+
+/// Bytes of `Work`: counts, then the sizes of the dispatches.
+const WORK: u64 = DISPATCHES + 64 * VEC4;
+/// Where in `Work` the sizes of the dispatches begin.
+pub(super) const DISPATCHES: u64 = 4 * (4 + 65 + 65 + 2);
+
+/// The pixels' records. Those that the next frame still needs are there twice.
+pub(super) struct Buffers {
+    pub size: [u32; 2],
+    pub realtime: wgpu::Buffer,
+    pub work: wgpu::Buffer,
+    pub histories: [wgpu::Buffer; 2],
+    guides: [wgpu::Buffer; 2],
+    pub shown: [wgpu::Buffer; 2],
+    pub signals: [wgpu::Buffer; 2],
+    pub lights_found: wgpu::Buffer,
+    keys: wgpu::Buffer,
+    noise: wgpu::Buffer,
+    blurred: wgpu::Buffer,
+    spread: wgpu::Buffer,
+    colors: wgpu::Buffer,
+    sums: wgpu::Buffer,
+    /// For each pass of the filter.
+    filter_steps: Vec<wgpu::Buffer>,
+}
+
+impl Buffers {
+    /// Makes them for a window.
+    ///
+    /// # Errors
+    /// When the window has too many pixels for the device, or there is no memory.
+    pub fn new(gpu: &Gpu, size: [u32; 2], uniform: u64) -> Result<Self, GpuError> {
+        let area = u64::from(size[0]) * u64::from(size[1]);
+        let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
+        let of = |object, bytes| empty_buffer(gpu, object, area * bytes, usage);
+        let two = |object, bytes| -> Result<_, GpuError> { Ok([of(object, bytes)?, of(object, bytes)?]) };
+        let step = |level: u32| -> Result<_, GpuError> {
+            let buffer = empty_buffer(gpu, "a step of the filter", VEC4, BufferUsages::UNIFORM)?;
+            write_buffer(
+                gpu,
+                "a step of the filter",
+                &buffer,
+                bytemuck::bytes_of(&[1u32 << level, 0, 0, 0]),
+            )?;
+            Ok(buffer)
+        };
+        Ok(Self {
+            filter_steps: (0..MOST_FILTER_PASSES).map(step).collect::<Result<_, _>>()?,
+            size,
+            realtime: empty_buffer(gpu, "the frame", uniform, BufferUsages::UNIFORM)?,
+            work: empty_buffer(gpu, "sizes of dispatches", WORK, usage | BufferUsages::INDIRECT)?,
+            histories: two("what is kept of frames", HISTORY)?,
+            guides: two("what pixels see", GUIDE)?,
+            shown: two("pictures", VEC4)?,
+            signals: two("what is filtered", SIGNAL)?,
+            lights_found: of("a frame's samples", FOUND_LIGHT)?,
+            keys: of("positions and normals", VEC4)?,
+            noise: of("the map of the noise", NUMBER)?,
+            blurred: of("the map of the noise, spread along rows", NUMBER)?,
+            spread: of("the map of the noise, spread", NUMBER)?,
+            colors: of("colours", VEC4)?,
+            sums: of("what goes to the film", VEC4)?,
+        })
+    }
+
+    /// Bytes on the device.
+    pub fn memory_bytes(&self) -> u64 {
+        let twice = [&self.histories, &self.guides, &self.shown, &self.signals];
+        let once = [
+            &self.realtime,
+            &self.work,
+            &self.lights_found,
+            &self.keys,
+            &self.noise,
+            &self.blurred,
+            &self.spread,
+            &self.colors,
+            &self.sums,
+        ];
+        twice.into_iter().flatten().chain(once).map(|b| b.size()).sum()
+    }
+}
+
+/// Groups 2 and 3 of a pass.
+pub(super) struct Bound {
+    pub film: Option<wgpu::BindGroup>,
+    pub frame: wgpu::BindGroup,
+}
+
+/// The groups of all passes, by [`Pass::index`], for even and for odd frames; and of [`Pass::Recombine`] by how often the
+/// filter has gone from one buffer to the other.
+pub(super) struct Bindings {
+    pub passes: [Vec<Bound>; 2],
+    pub recombine: [[Bound; 2]; 2],
+    film: wgpu::Buffer,
+}
+
+impl Bindings {
+    /// Binds buffers, the G-buffer's and the film's.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn new(
+        gpu: &Gpu,
+        buffers: &Buffers,
+        gbuffer: &GBuffer,
+        film: &FilmBuffers,
+        passes: &[CompiledPass],
+    ) -> Result<Self, GpuError> {
+        let doing = "binding a frame";
+        let pixels = gbuffer
+            .pixels()
+            .ok_or_else(|| GpuError::Device { doing, reason: "there is nothing to draw to".into() })?;
+        let resource = |slot: Slot, pass: Pass, odd: usize, turned: usize| match slot {
+            Slot::Frame => gbuffer.frame(),
+            Slot::Pixels => pixels,
+            Slot::PreviousInstances => gbuffer.previous_instances(),
+            Slot::Realtime => &buffers.realtime,
+            Slot::Guides => &buffers.guides[odd],
+            Slot::GuidesBefore => &buffers.guides[1 - odd],
+            Slot::HistoriesBefore => &buffers.histories[1 - odd],
+            Slot::Histories => &buffers.histories[odd],
+            Slot::LightsFound => &buffers.lights_found,
+            Slot::SignalsIn => &buffers.signals[turned],
+            Slot::SignalsOut => &buffers.signals[1 - turned],
+            Slot::Keys => &buffers.keys,
+            Slot::Noise => &buffers.noise,
+            Slot::Blurred => &buffers.blurred,
+            Slot::Spread => &buffers.spread,
+            Slot::Work => &buffers.work,
+            Slot::Colors => &buffers.colors,
+            Slot::ShownBefore => &buffers.shown[1 - odd],
+            Slot::ShownNow => &buffers.shown[odd],
+            Slot::Tally => &film.counters,
+            Slot::Sums => &buffers.sums,
+            Slot::FilterStep => match pass {
+                Pass::Filter(level) => &buffers.filter_steps[level as usize],
+                _ => &buffers.filter_steps[0],
+            },
+        };
+        let of_film = [&film.view, &film.pixels, &film.counters, &film.aovs];
+        let group = |layout: &wgpu::BindGroupLayout, entries: Vec<(u32, &wgpu::Buffer)>| {
+            let entries: Vec<_> = entries
+                .into_iter()
+                .map(|(binding, buffer)| wgpu::BindGroupEntry {
+                    binding,
+                    resource: buffer.as_entire_binding(),
+                })
+                .collect();
+            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("frame"),
+                layout,
+                entries: &entries,
+            })
+        };
+        let bind = |pass: Pass, odd: usize, turned: usize| {
+            let made = &passes[pass.index()];
+            let film = made.film_layout.as_ref().map(|layout| {
+                let bindings = std::iter::once(&0).chain(pass.film_bindings().unwrap_or_default());
+                group(layout, bindings.map(|&b| (b, of_film[b as usize])).collect())
+            });
+            let own =
+                pass.bindings().iter().map(|&(slot, _)| (slot as u32, resource(slot, pass, odd, turned)));
+            Bound { film, frame: group(&made.layout, own.collect()) }
+        };
+        // The accumulation writes signals 0, which the filter's first pass reads.
+        let turned = |pass: Pass| match pass {
+            Pass::Filter(level) => level as usize % 2,
+            Pass::Accumulate => 1,
+            _ => 0,
+        };
+        let all = |odd| Pass::all().map(|pass| bind(pass, odd, turned(pass))).collect();
+        let recombine = |odd| [0, 1].map(|turned| bind(Pass::Recombine, odd, turned));
+        gpu.guarded(|| Self {
+            passes: [all(0), all(1)],
+            recombine: [recombine(0), recombine(1)],
+            film: film.pixels.clone(),
+        })
+        .map_err(|reason| GpuError::Device { doing, reason })
+    }
+
+    /// Whether they are for this film.
+    pub fn is_for(&self, film: &FilmBuffers) -> bool {
+        self.film == film.pixels
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::layout_of;
+    use crate::realtime::passes::image_text;
+    use crate::shader::parse;
+
+    #[test]
+    fn records_are_as_large_as_in_the_shader() {
+        let module = parse(&image_text(include_str!("../shaders/realtime_noise.wgsl")));
+        let sizes = [("Guide", GUIDE), ("FoundLight", FOUND_LIGHT), ("History", HISTORY), ("Work", WORK)];
+        for (name, size) in sizes {
+            assert_eq!(layout_of(&module, name).1 as u64, size, "{name}");
+        }
+        let (fields, _) = layout_of(&module, "Work");
+        let dispatches = fields.iter().find(|(name, _)| name == "dispatches").expect("a field").1;
+        assert_eq!(dispatches as u64, DISPATCHES);
+        let module = parse(&image_text(include_str!("../shaders/realtime_accumulate.wgsl")));
+        assert_eq!(layout_of(&module, "Signal").1 as u64, SIGNAL);
+    }
+}

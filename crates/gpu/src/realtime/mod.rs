@@ -1,0 +1,351 @@
+//! The real-time path tracer: few paths for each pixel, what frames before have found, and a filter.
+//!
+//! ```text
+//! G-buffer ─▶ surfaces ─▶ reproject ─┬─────────────────────────────────────────▶ samples ─▶ accumulate ─▶ filter × 5
+//!                                    └▶ noise ─▶ blur ─▶ choose ─▶ list (adaptive) ─▲                         │
+//!                                                         film ◀─ compose ◀─ antialias ◀─ recombine ◀─────────┘
+//! ```
+//!
+//! First hits are the hybrid renderer's. From there on paths are those of `path` (`shaders/path_vertex.wgsl`), with the light of
+//! the first surface's diffuse lobe kept apart from that of the others and both freed of the surface's colour. The two signals
+//! are reprojected, accumulated and filtered by themselves. How many samples a pixel gets is decided by frames before only,
+//! so a frame's own samples are an unbiased estimate; without the filter they go to the film as they are, and the mean of
+//! frames is what `path` shows.
+//!
+//! Schied et al., "Spatiotemporal Variance-Guided Filtering", HPG 2017.
+
+mod budget;
+mod buffers;
+mod frame;
+mod passes;
+
+pub use budget::BudgetController;
+
+use crate::film::{Batch, BatchPixels, FilmBuffers};
+use crate::hybrid::{BegunFrame, GBUFFER_PASSES, GBuffer};
+use crate::kernel::Kernel;
+use crate::scene::upload::write_buffer;
+use crate::shader::Variant;
+use crate::timing::{PassClock, Timer};
+use crate::tracer::Tracer;
+use crate::{Gpu, GpuError, GpuScene};
+use backend::{FrameSamples, Integrator, RealtimeSettings};
+use buffers::{Bindings, Buffers, DISPATCHES};
+use frame::{FrameState, RealtimeFrame, frame_samples};
+use passes::{CompiledPass, MOST_FILTER_PASSES, Pass};
+use std::time::Duration;
+
+/// Most passes of a frame that are timed.
+pub const FRAME_PASSES: usize = GBUFFER_PASSES + 9 + MOST_FILTER_PASSES as usize;
+
+/// The real-time path tracer of a scene on a device.
+pub struct RealtimeKernel {
+    gbuffer: GBuffer,
+    passes: Vec<CompiledPass>,
+    scene: wgpu::BindGroup,
+    tracer: wgpu::BindGroup,
+    buffers: Option<Buffers>,
+    bindings: Option<Bindings>,
+    budget: BudgetController,
+    /// Frames since the past was forgotten.
+    number: u32,
+    /// Frames on the film.
+    on_film: u32,
+    has_changed: bool,
+}
+
+/// A frame that was prepared: what [`RealtimeKernel::record`] needs to know.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PreparedFrame {
+    begun: BegunFrame,
+    settings: RealtimeSettings,
+    /// 0 or 1: which of the buffers are this frame's.
+    odd: usize,
+    camera: optics::camera::CameraFrame,
+    /// Samples that it can afford in all; 0: any number.
+    pub affordable: u32,
+}
+
+impl RealtimeKernel {
+    /// Compiles all passes for a scene and a tracer.
+    ///
+    /// # Errors
+    /// When the driver refuses a shader, or the scene has more to draw than a pixel can name.
+    pub fn new(gpu: &Gpu, variant: Variant, scene: &GpuScene, tracer: &dyn Tracer) -> Result<Self, GpuError> {
+        let compile = |pass| CompiledPass::new(gpu, pass, variant, scene, tracer);
+        Ok(Self {
+            gbuffer: GBuffer::new(gpu, variant, scene, tracer)?,
+            passes: Pass::all().map(compile).collect::<Result<_, GpuError>>()?,
+            scene: scene.bind_group.clone(),
+            tracer: tracer.bind_group().clone(),
+            buffers: None,
+            bindings: None,
+            budget: BudgetController::default(),
+            number: 0,
+            on_film: 0,
+            has_changed: false,
+        })
+    }
+
+    /// Bytes on the device that depend on the picture's size.
+    pub fn memory_bytes(&self) -> u64 {
+        self.buffers.as_ref().map_or(0, Buffers::memory_bytes)
+    }
+
+    /// The first hits of the last frame, if there is one.
+    pub(crate) fn first_hits(&self) -> Option<&wgpu::Buffer> {
+        self.gbuffer.pixels()
+    }
+
+    /// Learns what a frame took, by pass.
+    pub fn learn(&mut self, passes: &[(&'static str, Duration)], samples: u64) {
+        let of = |sampling: bool| -> Duration {
+            passes.iter().filter(|p| (p.0 == SAMPLES) == sampling).map(|p| p.1).sum()
+        };
+        self.budget.learn(of(true), of(false), samples);
+    }
+
+    /// The scene has moved or changed, and how large it is now.
+    pub(crate) fn set_changed(&mut self, bounding_sphere: Option<[f32; 4]>) {
+        self.has_changed = true;
+        if let Some(sphere) = bounding_sphere {
+            self.gbuffer.set_bounding_sphere(sphere);
+        }
+    }
+
+    /// Forgets all frames so far.
+    pub(crate) fn forget_past(&mut self) {
+        self.number = 0;
+        self.on_film = 0;
+    }
+
+    /// Makes what depends on the picture's size, and binds the film, unless that is done.
+    fn prepare_buffers(&mut self, gpu: &Gpu, film: &FilmBuffers) -> Result<(), GpuError> {
+        let size = film.contents.picture().window_size;
+        let is_new = self.gbuffer.prepare(gpu, film)?;
+        if !is_new && self.bindings.as_ref().is_some_and(|b| b.is_for(film)) {
+            return Ok(());
+        }
+        self.bindings = None;
+        if self.buffers.as_ref().is_none_or(|b| b.size != size) {
+            self.buffers = None;
+            self.buffers = Some(Buffers::new(gpu, size, size_of::<RealtimeFrame>() as u64)?);
+            self.number = 0;
+        }
+        if let Some(buffers) = &self.buffers {
+            self.bindings = Some(Bindings::new(gpu, buffers, &self.gbuffer, film, &self.passes)?);
+        }
+        // A new film has none of the frames.
+        self.on_film = 0;
+        Ok(())
+    }
+
+    /// Writes the uniforms of the next frame. `sample` says where rays go through the pixels; `begins`: the film is empty.
+    ///
+    /// # Errors
+    /// When there is no memory.
+    pub(crate) fn prepare(
+        &mut self,
+        gpu: &Gpu,
+        film: &FilmBuffers,
+        settings: RealtimeSettings,
+        sample: u32,
+        begins: bool,
+    ) -> Result<PreparedFrame, GpuError> {
+        self.prepare_buffers(gpu, film)?;
+        if begins {
+            self.on_film = 0;
+        }
+        self.on_film += 1;
+        let stands_still = self.gbuffer.previous_camera() == Some(film.camera) && !self.has_changed;
+        self.has_changed = false;
+        let begun = self.gbuffer.begin(gpu, film, settings.visibility, sample)?;
+        let [width, height] = film.contents.picture().window_size;
+        let area = width * height;
+        let samples = frame_samples(&settings);
+        let affordable = match settings.budget {
+            // A sample for each pixel in four, if nothing else, so that pictures go on.
+            Some(budget) if !samples.is_fixed() => self.budget.affordable(budget, area.div_ceil(4)),
+            _ => 0,
+        };
+        let state = FrameState {
+            projections: begun.projections,
+            number: self.number,
+            stands_still,
+            affordable,
+            on_film: self.on_film,
+        };
+        let uniform = RealtimeFrame::new(&settings, film, &state);
+        if let Some(buffers) = &self.buffers {
+            write_buffer(gpu, "the frame", &buffers.realtime, bytemuck::bytes_of(&uniform))?;
+        }
+        let odd = self.number as usize % 2;
+        self.number = self.number.wrapping_add(1).max(1);
+        Ok(PreparedFrame { begun, settings, odd, camera: film.camera, affordable })
+    }
+
+    /// Records all passes of a frame.
+    pub(crate) fn record(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        clock: &mut dyn PassClock,
+        frame: &PreparedFrame,
+    ) {
+        self.gbuffer.record(encoder, clock, &frame.begun);
+        if let (Some(buffers), Some(bindings)) = (&self.buffers, &self.bindings) {
+            let mut recorder = Recorder { kernel: self, encoder, clock, bindings, buffers, odd: frame.odd };
+            recorder.frame(&frame.settings);
+        }
+        self.gbuffer.end(encoder, frame.camera);
+    }
+}
+
+/// Name of the pass of all samples in profiles.
+const SAMPLES: &str = "samples";
+
+/// Records the passes of one frame.
+struct Recorder<'a> {
+    kernel: &'a RealtimeKernel,
+    encoder: &'a mut wgpu::CommandEncoder,
+    clock: &'a mut dyn PassClock,
+    bindings: &'a Bindings,
+    buffers: &'a Buffers,
+    odd: usize,
+}
+
+impl Recorder<'_> {
+    fn frame(&mut self, settings: &RealtimeSettings) {
+        let samples = frame_samples(settings);
+        self.run("surfaces", &[Pass::Surfaces]);
+        self.run("reproject", &[Pass::Reproject]);
+        // Of the unfiltered picture nothing but noise and samples depends on the past.
+        let filter_passes = if settings.filter { settings.filter_passes.min(MOST_FILTER_PASSES) } else { 0 };
+        if !samples.is_fixed() {
+            self.encoder.clear_buffer(&self.buffers.work, 0, None);
+            self.run("noise", &[Pass::MeasureNoise, Pass::BlurAcross, Pass::BlurDown]);
+            self.run("allocation", &[Pass::Choose, Pass::CountSamples, Pass::LayOut, Pass::ListPixels]);
+        }
+        self.sample(samples);
+        self.run("accumulate", &[Pass::Accumulate]);
+        for level in 0..filter_passes {
+            self.run("filter", &[Pass::Filter(level)]);
+        }
+        self.recombine(filter_passes);
+        self.run("antialias", &[Pass::Antialias]);
+        self.run("compose", &[Pass::Compose]);
+    }
+
+    /// Workgroups of eight by eight for the window.
+    fn groups(&self) -> [u32; 2] {
+        self.buffers.size.map(|n| n.div_ceil(8))
+    }
+
+    /// Begins a pass called `name` and lets `record` fill it.
+    fn pass(&mut self, name: &'static str, record: impl FnOnce(&mut wgpu::ComputePass<'_>)) {
+        let slot = self.clock.slot(name);
+        let mut pass = self.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some(name),
+            timestamp_writes: slot.map(|s| s.compute()),
+        });
+        record(&mut pass);
+    }
+
+    /// Runs passes over the window one after the other, timed together.
+    fn run(&mut self, name: &'static str, passes: &[Pass]) {
+        let [across, down] = self.groups();
+        let (kernel, bindings, odd) = (self.kernel, self.bindings, self.odd);
+        self.pass(name, |recorded| {
+            for &pass in passes {
+                bind(kernel, recorded, pass, &bindings.passes[odd][pass.index()]);
+                if pass == Pass::LayOut {
+                    recorded.dispatch_workgroups(1, 1, 1);
+                } else {
+                    recorded.dispatch_workgroups(across, down, 1);
+                }
+            }
+        });
+    }
+
+    fn recombine(&mut self, filter_passes: u32) {
+        let [across, down] = self.groups();
+        let (kernel, bound) = (self.kernel, &self.bindings.recombine[self.odd][filter_passes as usize % 2]);
+        self.pass("recombine", |recorded| {
+            bind(kernel, recorded, Pass::Recombine, bound);
+            recorded.dispatch_workgroups(across, down, 1);
+        });
+    }
+
+    /// Dispatch after dispatch, a sample of each pixel; adaptive ones work on the list's beginning, which pixels leave when
+    /// they have what they want.
+    fn sample(&mut self, samples: FrameSamples) {
+        let [across, down] = self.groups();
+        let (kernel, bound) = (self.kernel, &self.bindings.passes[self.odd][Pass::Sample.index()]);
+        let work = &self.buffers.work;
+        self.pass(SAMPLES, |recorded| {
+            bind(kernel, recorded, Pass::Sample, bound);
+            for sample in 0..samples.most {
+                if samples.is_fixed() {
+                    recorded.dispatch_workgroups(across, down, 1);
+                } else {
+                    recorded.dispatch_workgroups_indirect(work, DISPATCHES + 16 * u64::from(sample));
+                }
+            }
+        });
+    }
+}
+
+fn bind(kernel: &RealtimeKernel, recorded: &mut wgpu::ComputePass<'_>, pass: Pass, bound: &buffers::Bound) {
+    recorded.set_pipeline(&kernel.passes[pass.index()].pipeline);
+    recorded.set_bind_group(0, pass.sees_scene().then_some(&kernel.scene), &[]);
+    recorded.set_bind_group(1, pass.traces().then_some(&kernel.tracer), &[]);
+    recorded.set_bind_group(2, bound.film.as_ref(), &[]);
+    recorded.set_bind_group(3, &bound.frame, &[]);
+}
+
+impl Kernel for RealtimeKernel {
+    fn submit(
+        &mut self,
+        gpu: &Gpu,
+        film: &mut FilmBuffers,
+        batch: Batch,
+        timer: &mut Timer,
+    ) -> Result<wgpu::SubmissionIndex, GpuError> {
+        let failed = |reason| GpuError::Device { doing: "starting a frame", reason };
+        let Integrator::Realtime(settings) = film.integrator else {
+            return Err(failed("the film is for another integrator".into()));
+        };
+        let height = film.contents.picture().window_size[1];
+        if batch.pixels != (BatchPixels::Rows { first: 0, count: height }) {
+            return Err(failed("frames are whole pictures".into()));
+        }
+        let mut last = None;
+        for sample in batch.first_sample..batch.first_sample + batch.sample_count {
+            film.set_batch(gpu, Batch { first_sample: sample, sample_count: 1, ..batch })?;
+            let frame = self.prepare(gpu, film, settings, sample, false)?;
+            timer.reserve(gpu, FRAME_PASSES)?;
+            let submit = || {
+                let mut encoder =
+                    gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+                self.record(&mut encoder, timer, &frame);
+                gpu.queue.submit([encoder.finish()])
+            };
+            last = Some(gpu.guarded(submit).map_err(failed)?);
+        }
+        last.ok_or_else(|| failed("the batch is empty".into()))
+    }
+
+    fn makes_whole_frames(&self) -> bool {
+        true
+    }
+
+    fn scene_changed(&mut self) {
+        self.set_changed(None);
+    }
+
+    fn forget(&mut self) {
+        self.forget_past();
+    }
+}
+
+#[cfg(test)]
+mod tests;

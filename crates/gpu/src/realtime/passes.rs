@@ -1,0 +1,443 @@
+//! The passes of a frame behind the G-buffer: their texts, what they bind, their pipelines.
+
+use crate::shader::{Variant, scene_text};
+use crate::tracer::{Tracer, TracerText};
+use crate::{Gpu, GpuError, GpuScene};
+use wgpu::{BindingType, BufferBindingType, ShaderStages};
+
+/// A pass; in the order of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pass {
+    /// What the passes below need to know of surfaces.
+    Surfaces,
+    /// What may be kept of the frame before.
+    Reproject,
+    /// The map of the noise.
+    MeasureNoise,
+    /// Spreads it along rows.
+    BlurAcross,
+    /// And along columns.
+    BlurDown,
+    /// How many samples each pixel wants.
+    Choose,
+    /// Counts them, and keeps to the budget.
+    CountSamples,
+    /// Sizes of the dispatches.
+    LayOut,
+    /// The list of the pixels that get samples.
+    ListPixels,
+    /// A sample for each pixel, or for those of the list.
+    Sample,
+    /// New samples join the past.
+    Accumulate,
+    /// The spatial filter, with pixels so many steps apart: 2 to this power.
+    Filter(u32),
+    /// From light to radiance.
+    Recombine,
+    /// Joins the picture before.
+    Antialias,
+    /// Adds the frame to the film.
+    Compose,
+}
+
+/// Most passes of the spatial filter.
+pub const MOST_FILTER_PASSES: u32 = 8;
+
+/// Bindings of group 3, by number, as the shaders name them. The first are the hybrid renderer's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Slot {
+    /// The G-buffer's uniform.
+    Frame = 0,
+    /// First hits.
+    Pixels = 6,
+    /// The instances of the frame before.
+    PreviousInstances = 7,
+    /// The frame's own uniform.
+    Realtime = 9,
+    /// What pixels see.
+    Guides = 10,
+    /// What they saw in the frame before.
+    GuidesBefore = 11,
+    /// The past as the frame before left it.
+    HistoriesBefore = 12,
+    /// The past as this frame has it.
+    Histories = 13,
+    /// Sums of the frame's samples.
+    LightsFound = 14,
+    /// What the filter reads.
+    SignalsIn = 15,
+    /// What it writes.
+    SignalsOut = 16,
+    /// Positions and normals.
+    Keys = 17,
+    /// The map of the noise.
+    Noise = 18,
+    /// The same, spread along rows.
+    Blurred = 19,
+    /// Counts and sizes of dispatches.
+    Work = 20,
+    /// The frame's colours.
+    Colors = 21,
+    /// The picture before.
+    ShownBefore = 22,
+    /// The picture.
+    ShownNow = 23,
+    /// The film's counters with the list of pixels behind them.
+    Tally = 24,
+    /// The map of the noise, spread along rows and columns.
+    Spread = 25,
+    /// What goes to the film.
+    Sums = 26,
+    /// Pixels of a step of the filter.
+    FilterStep = 27,
+}
+
+/// A binding of group 3 and whether the pass writes there.
+pub type Bound = (Slot, bool);
+
+const READS: bool = false;
+const WRITES: bool = true;
+
+const FILM: &str = include_str!("../shaders/film.wgsl");
+const RAYS: &str = include_str!("../shaders/rays.wgsl");
+const VERTEX: &str = include_str!("../shaders/path_vertex.wgsl");
+const HYBRID_FRAME: &str = include_str!("../shaders/hybrid_frame.wgsl");
+const PIXELS: &str = include_str!("../shaders/hybrid_pixels.wgsl");
+const FRAME: &str = include_str!("../shaders/realtime_frame.wgsl");
+
+impl Pass {
+    /// All of them.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let before = [
+            Self::Surfaces,
+            Self::Reproject,
+            Self::MeasureNoise,
+            Self::BlurAcross,
+            Self::BlurDown,
+            Self::Choose,
+            Self::CountSamples,
+            Self::LayOut,
+            Self::ListPixels,
+            Self::Sample,
+            Self::Accumulate,
+        ];
+        let filters = (0..MOST_FILTER_PASSES).map(Self::Filter);
+        before.into_iter().chain(filters).chain([Self::Recombine, Self::Antialias, Self::Compose])
+    }
+
+    /// Its place among [`Pass::all`].
+    pub fn index(self) -> usize {
+        match self {
+            Self::Surfaces => 0,
+            Self::Reproject => 1,
+            Self::MeasureNoise => 2,
+            Self::BlurAcross => 3,
+            Self::BlurDown => 4,
+            Self::Choose => 5,
+            Self::CountSamples => 6,
+            Self::LayOut => 7,
+            Self::ListPixels => 8,
+            Self::Sample => 9,
+            Self::Accumulate => 10,
+            Self::Filter(level) => 11 + level as usize,
+            Self::Recombine => 11 + MOST_FILTER_PASSES as usize,
+            Self::Antialias => 12 + MOST_FILTER_PASSES as usize,
+            Self::Compose => 13 + MOST_FILTER_PASSES as usize,
+        }
+    }
+
+    /// Name of its entry point.
+    pub fn entry_point(self) -> &'static str {
+        match self {
+            Self::Surfaces => "surfaces",
+            Self::Reproject => "reproject",
+            Self::MeasureNoise => "measure_noise",
+            Self::BlurAcross => "blur_across",
+            Self::BlurDown => "blur_down",
+            Self::Choose => "choose",
+            Self::CountSamples => "count_samples",
+            Self::LayOut => "lay_out",
+            Self::ListPixels => "list_pixels",
+            Self::Sample => "sample_pixels",
+            Self::Accumulate => "accumulate",
+            Self::Filter(_) => "filter_signals",
+            Self::Recombine => "recombine",
+            Self::Antialias => "antialias",
+            Self::Compose => "compose_frame",
+        }
+    }
+
+    /// Whether it sees the scene.
+    pub fn sees_scene(self) -> bool {
+        self.traces() || matches!(self, Self::Surfaces | Self::Compose)
+    }
+
+    /// Whether it asks the tracer.
+    pub fn traces(self) -> bool {
+        self == Self::Sample
+    }
+
+    /// Bindings of the film's group that it needs beside the view; `None`: not even that.
+    pub fn film_bindings(self) -> Option<&'static [u32]> {
+        match self {
+            Self::Surfaces => Some(&[]),
+            Self::Sample => Some(&[2]),
+            Self::Compose => Some(&[1, 2, 3]),
+            _ => None,
+        }
+    }
+
+    /// Bindings of group 3 that it needs.
+    pub fn bindings(self) -> &'static [Bound] {
+        match self {
+            Self::Surfaces => &[
+                (Slot::Frame, READS),
+                (Slot::Pixels, WRITES),
+                (Slot::PreviousInstances, READS),
+                (Slot::Realtime, READS),
+                (Slot::Guides, WRITES),
+                (Slot::LightsFound, WRITES),
+                (Slot::Keys, WRITES),
+            ],
+            Self::Reproject => &[
+                (Slot::Realtime, READS),
+                (Slot::Guides, READS),
+                (Slot::GuidesBefore, READS),
+                (Slot::HistoriesBefore, READS),
+                (Slot::Histories, WRITES),
+            ],
+            Self::MeasureNoise => &[
+                (Slot::Realtime, READS),
+                (Slot::Guides, READS),
+                (Slot::Histories, READS),
+                (Slot::Noise, WRITES),
+            ],
+            Self::BlurAcross => &[(Slot::Realtime, READS), (Slot::Noise, WRITES), (Slot::Blurred, WRITES)],
+            Self::BlurDown => &[(Slot::Realtime, READS), (Slot::Blurred, WRITES), (Slot::Spread, WRITES)],
+            Self::Choose => &[
+                (Slot::Realtime, READS),
+                (Slot::Guides, READS),
+                (Slot::Histories, READS),
+                (Slot::LightsFound, WRITES),
+                (Slot::Work, WRITES),
+                (Slot::Spread, WRITES),
+            ],
+            Self::CountSamples => {
+                &[(Slot::Realtime, READS), (Slot::LightsFound, WRITES), (Slot::Work, WRITES)]
+            }
+            Self::LayOut => &[(Slot::Work, WRITES)],
+            Self::ListPixels => &[
+                (Slot::Realtime, READS),
+                (Slot::LightsFound, WRITES),
+                (Slot::Work, WRITES),
+                (Slot::Tally, WRITES),
+            ],
+            Self::Sample => &[
+                (Slot::Frame, READS),
+                (Slot::Pixels, WRITES),
+                (Slot::Realtime, READS),
+                (Slot::LightsFound, WRITES),
+            ],
+            Self::Accumulate => &[
+                (Slot::Realtime, READS),
+                (Slot::Guides, READS),
+                (Slot::Histories, WRITES),
+                (Slot::LightsFound, READS),
+                (Slot::SignalsOut, WRITES),
+            ],
+            Self::Filter(_) => &[
+                (Slot::Realtime, READS),
+                (Slot::Guides, READS),
+                (Slot::SignalsIn, READS),
+                (Slot::SignalsOut, WRITES),
+                (Slot::Keys, READS),
+                (Slot::FilterStep, READS),
+            ],
+            Self::Recombine => &[
+                (Slot::Realtime, READS),
+                (Slot::Guides, READS),
+                (Slot::Histories, READS),
+                (Slot::LightsFound, READS),
+                (Slot::SignalsIn, READS),
+                (Slot::Noise, READS),
+                (Slot::Colors, WRITES),
+                (Slot::Spread, READS),
+            ],
+            Self::Antialias => &[
+                (Slot::Realtime, READS),
+                (Slot::Guides, READS),
+                (Slot::Colors, READS),
+                (Slot::ShownBefore, READS),
+                (Slot::ShownNow, WRITES),
+                (Slot::Sums, WRITES),
+            ],
+            Self::Compose => {
+                &[(Slot::Frame, READS), (Slot::Pixels, WRITES), (Slot::Realtime, READS), (Slot::Sums, READS)]
+            }
+        }
+    }
+
+    /// The text that it is in.
+    pub fn text(self, tracer: &TracerText, variant: Variant) -> String {
+        let lobes = if variant.layers {
+            include_str!("../shaders/realtime_lobes_layered.wgsl")
+        } else {
+            include_str!("../shaders/realtime_lobes_plain.wgsl")
+        };
+        let scene = |rest: &[&str]| {
+            let first = [&scene_text(variant), FILM].join("\n");
+            [&[first.as_str(), HYBRID_FRAME, PIXELS, FRAME], rest].concat().join("\n")
+        };
+        match self {
+            Self::Surfaces => scene(&[lobes, include_str!("../shaders/realtime_surfaces.wgsl")]),
+            Self::Compose => scene(&[include_str!("../shaders/realtime_compose.wgsl")]),
+            Self::Sample => {
+                let paths = include_str!("../shaders/realtime_paths.wgsl");
+                let scene = scene_text(variant);
+                let own = [FILM, RAYS, VERTEX, HYBRID_FRAME, PIXELS, FRAME, lobes, paths];
+                [&[tracer.enables, &scene, &tracer.text], &own[..]].concat().join("\n")
+            }
+            Self::Reproject => image_text(include_str!("../shaders/realtime_reproject.wgsl")),
+            Self::MeasureNoise
+            | Self::BlurAcross
+            | Self::BlurDown
+            | Self::Choose
+            | Self::CountSamples
+            | Self::LayOut
+            | Self::ListPixels => image_text(include_str!("../shaders/realtime_noise.wgsl")),
+            Self::Accumulate => image_text(include_str!("../shaders/realtime_accumulate.wgsl")),
+            Self::Filter(_) => image_text(include_str!("../shaders/realtime_filter.wgsl")),
+            Self::Recombine => image_text(include_str!("../shaders/realtime_recombine.wgsl")),
+            Self::Antialias => image_text(include_str!("../shaders/realtime_antialias.wgsl")),
+        }
+    }
+}
+
+/// The text of a pass that knows no scene.
+pub(super) fn image_text(pass: &str) -> String {
+    [&optics::wgsl::without_layers(), FRAME, pass].join("\n")
+}
+
+/// A pass, ready but for its buffers.
+pub struct CompiledPass {
+    pub pipeline: wgpu::ComputePipeline,
+    pub film_layout: Option<wgpu::BindGroupLayout>,
+    pub layout: wgpu::BindGroupLayout,
+}
+
+impl CompiledPass {
+    /// Compiles a pass for a scene and a tracer.
+    ///
+    /// # Errors
+    /// When the driver refuses the shader.
+    pub fn new(
+        gpu: &Gpu,
+        pass: Pass,
+        variant: Variant,
+        scene: &GpuScene,
+        tracer: &dyn Tracer,
+    ) -> Result<Self, GpuError> {
+        // Who finishes the frame records first hits.
+        let variant = Variant { aovs: variant.aovs && pass == Pass::Compose, splitting: false, ..variant };
+        let (film_layout, layout) = gpu
+            .guarded(|| {
+                let film = pass.film_bindings().map(|bindings| film_layout(gpu, bindings));
+                (film, slot_layout(gpu, pass.bindings()))
+            })
+            .map_err(|reason| GpuError::Device { doing: "binding a frame", reason })?;
+        let groups = [
+            pass.sees_scene().then_some(&scene.layout),
+            pass.traces().then_some(tracer.layout()),
+            film_layout.as_ref(),
+            Some(&layout),
+        ];
+        let name = format!("realtime {} on {}", pass.entry_point(), tracer.kind().name());
+        let text = gpu.shader_text(&name, pass.text(&tracer.text(), variant));
+        let pipeline = text.pipeline(pass.entry_point(), &groups)?;
+        Ok(Self { pipeline, film_layout, layout })
+    }
+}
+
+fn entry(binding: u32, ty: BufferBindingType) -> wgpu::BindGroupLayoutEntry {
+    let ty = BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
+    wgpu::BindGroupLayoutEntry { binding, visibility: ShaderStages::COMPUTE, ty, count: None }
+}
+
+/// Layout of the film's group with the view and some of its buffers.
+fn film_layout(gpu: &Gpu, bindings: &[u32]) -> wgpu::BindGroupLayout {
+    let storage = |&b: &u32| entry(b, BufferBindingType::Storage { read_only: false });
+    let entries: Vec<_> =
+        std::iter::once(entry(0, BufferBindingType::Uniform)).chain(bindings.iter().map(storage)).collect();
+    gpu.device
+        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("film"), entries: &entries })
+}
+
+/// Layout of group 3 with some of its bindings.
+fn slot_layout(gpu: &Gpu, bindings: &[Bound]) -> wgpu::BindGroupLayout {
+    let ty = |slot: Slot, writes: bool| match slot {
+        Slot::Frame | Slot::Realtime | Slot::FilterStep => BufferBindingType::Uniform,
+        _ => BufferBindingType::Storage { read_only: !writes },
+    };
+    let entries: Vec<_> =
+        bindings.iter().map(|&(slot, writes)| entry(slot as u32, ty(slot, writes))).collect();
+    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("frame"),
+        entries: &entries,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shader::validate;
+    use crate::tracer::query;
+    use naga::AddressSpace;
+
+    /// Every pass binds what its shader uses, writes what it may, and needs no more storage buffers than a device must have.
+    #[test]
+    fn passes_bind_what_they_use() {
+        const TRACER: usize = 3;
+        const SCENE: usize = 6;
+        let all = Variant { alpha: true, aovs: true, layers: true, absorption: true, ..Variant::default() };
+        for variant in [Variant::default(), all] {
+            for pass in Pass::all() {
+                let name = format!("{pass:?}, {variant:?}");
+                let (module, info) = validate(&name, &pass.text(&query::TEXT, variant));
+                let index = module.entry_points.iter().position(|e| e.name == pass.entry_point());
+                let info = info.get_entry_point(index.expect("an entry point"));
+                let mut used: Vec<(u32, u32, bool)> = module
+                    .global_variables
+                    .iter()
+                    .filter(|(handle, v)| v.binding.is_some() && !info[*handle].is_empty())
+                    .filter_map(|(_, v)| {
+                        let writes = matches!(v.space, AddressSpace::Storage { access } if access.contains(naga::StorageAccess::STORE));
+                        v.binding.map(|b| (b.group, b.binding, writes))
+                    })
+                    .filter(|&(group, binding, _)| group >= 2 && (group, binding) != (2, 0))
+                    .collect();
+                let film = pass.film_bindings().unwrap_or_default().iter().map(|&b| (2, b, true));
+                let own = pass.bindings().iter().map(|&(slot, writes)| (3, slot as u32, writes));
+                let mut bound: Vec<_> = film.chain(own).collect();
+                bound.sort_unstable();
+                used.sort_unstable();
+                if variant.aovs || pass != Pass::Compose {
+                    assert_eq!(used, bound, "{name}");
+                }
+                let uniforms = pass
+                    .bindings()
+                    .iter()
+                    .filter(|b| matches!(b.0, Slot::Frame | Slot::Realtime | Slot::FilterStep));
+                let count = if pass.sees_scene() { SCENE } else { 0 }
+                    + if pass.traces() { TRACER } else { 0 }
+                    + bound.len()
+                    - uniforms.count();
+                assert!(count <= crate::STORAGE_BUFFERS as usize, "{name}: {count} buffers");
+            }
+        }
+    }
+
+    #[test]
+    fn passes_are_where_their_numbers_say() {
+        assert!(Pass::all().enumerate().all(|(i, pass)| pass.index() == i));
+    }
+}

@@ -1,0 +1,246 @@
+// Where samples are wanted: the map of the noise, spread; how many samples each pixel gets; and the list of those that get any,
+// the neediest first. Everything here depends on frames before only.
+
+/// Counts of a frame's samples, and the sizes of its dispatches, as the driver reads them.
+struct Work {
+    /// Samples wanted by all pixels.
+    wanted: atomic<u32>,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32,
+    /// Pixels that get so many samples.
+    with_samples: array<atomic<u32>, 65>,
+    /// Where in the list pixels of so many samples go next.
+    next: array<atomic<u32>, 65>,
+    padding3: u32,
+    padding4: u32,
+    /// Workgroups of the dispatch that takes the first sample, the second, and so on.
+    dispatches: array<vec4u, 64>,
+}
+
+@group(3) @binding(10) var<storage, read> guides: array<Guide>;
+@group(3) @binding(13) var<storage, read> histories: array<History>;
+@group(3) @binding(14) var<storage, read_write> lights_found: array<FoundLight>;
+@group(3) @binding(18) var<storage, read_write> noise: array<f32>;
+@group(3) @binding(19) var<storage, read_write> blurred: array<f32>;
+@group(3) @binding(25) var<storage, read_write> spread: array<f32>;
+@group(3) @binding(20) var<storage, read_write> work: Work;
+/// Places of pixels, and the number of the frame: `Tally` behind its counters, whose other words are left alone.
+@group(3) @binding(24) var<storage, read_write> tally_words: array<u32>;
+
+/// Words of `Tally` before its list.
+const TALLY_COUNTERS: u32 = 4u;
+/// Samples that a pixel's own moments need to be trusted.
+const TRUSTED_SAMPLES: f32 = 8.0;
+/// Workgroups in a row of a dispatch.
+const ROW_OF_GROUPS: u32 = 1024u;
+
+fn luminance_of(h: History) -> f32 {
+    return h.moments.x + h.moments.z;
+}
+
+/// Variance of one sample's luminance by the pixel's own samples.
+fn own_variance(h: History) -> f32 {
+    return sample_variance(h.moments.x, h.moments.y, h.diffuse_count)
+        + sample_variance(h.moments.z, h.moments.w, h.specular_count);
+}
+
+/// The same by the means of the pixels around it that show the same surface.
+fn local_variance(pixel: vec2u, at: u32) -> f32 {
+    var moments = moments_empty();
+    var samples = 0.0;
+    let radius = i32(realtime.noise_radius);
+    for (var y = -radius; y <= radius; y++) {
+        for (var x = -radius; x <= radius; x++) {
+            let there = vec2i(pixel) + vec2i(x, y);
+            if any(there < vec2i(0)) || any(there >= vec2i(realtime.size)) {
+                continue;
+            }
+            let other = place_of(vec2u(there));
+            if guides[other].surface == guides[at].surface && histories[other].diffuse_count > 0.0 {
+                moments = moments_add(moments, luminance_of(histories[other]));
+                samples += histories[other].diffuse_count;
+            }
+        }
+    }
+    // Means of several samples vary less than samples do.
+    return moments_variance(moments) * samples / max(moments.count, 1.0);
+}
+
+/// Relative variance of the pixel's mean. Where nothing is known, that of a sample that is all noise.
+@compute @workgroup_size(8, 8)
+fn measure_noise(@builtin(global_invocation_id) id: vec3u) {
+    if !is_in_picture(id.xy) {
+        return;
+    }
+    let at = place_of(id.xy);
+    if guides[at].distance <= 0.0 {
+        noise[at] = 0.0;
+        return;
+    }
+    let h = histories[at];
+    if h.diffuse_count < 1.0 {
+        noise[at] = 1.0;
+        return;
+    }
+    var variance = own_variance(h);
+    if h.diffuse_count < TRUSTED_SAMPLES {
+        variance = max(variance, local_variance(id.xy, at));
+    }
+    noise[at] = relative_variance(variance / h.diffuse_count, luminance_of(h), realtime.floor);
+}
+
+/// A neighbour's noise, less by how far away it is.
+fn faded(value: f32, away: i32) -> f32 {
+    return value * (1.0 - f32(abs(away)) / f32(realtime.blur_radius + 1u));
+}
+
+@compute @workgroup_size(8, 8)
+fn blur_across(@builtin(global_invocation_id) id: vec3u) {
+    if !is_in_picture(id.xy) {
+        return;
+    }
+    var most = 0.0;
+    let radius = i32(realtime.blur_radius);
+    for (var i = -radius; i <= radius; i++) {
+        let x = i32(id.x) + i;
+        if x >= 0 && x < i32(realtime.size.x) {
+            most = max(most, faded(noise[place_of(vec2u(u32(x), id.y))], i));
+        }
+    }
+    blurred[place_of(id.xy)] = most;
+}
+
+@compute @workgroup_size(8, 8)
+fn blur_down(@builtin(global_invocation_id) id: vec3u) {
+    if !is_in_picture(id.xy) {
+        return;
+    }
+    var most = 0.0;
+    let radius = i32(realtime.blur_radius);
+    for (var i = -radius; i <= radius; i++) {
+        let y = i32(id.y) + i;
+        if y >= 0 && y < i32(realtime.size.y) {
+            most = max(most, faded(blurred[place_of(vec2u(id.x, u32(y)))], i));
+        }
+    }
+    spread[place_of(id.xy)] = most;
+}
+
+/// A uniform random number of a pixel and frame, for what is decided about its samples rather than with them.
+fn chance(at: u32, salt: u32) -> f32 {
+    return unit_float(hash_combine(hash_combine(hash_combine(realtime.seed, realtime.number), at), salt));
+}
+
+/// Samples that a pixel wants, the frame's budget apart.
+fn samples_of(at: u32) -> u32 {
+    if guides[at].distance <= 0.0 {
+        return 0u;
+    }
+    let kept = histories[at].diffuse_count;
+    if kept < 1.0 {
+        return realtime.most_samples;
+    }
+    let missing = samples_missing(spread[at] * kept, kept, realtime.tolerance);
+    let wanted = samples_wanted(missing, realtime.least_samples, realtime.most_samples);
+    if wanted == 0u && !is_set(REALTIME_GATHERS) {
+        // A frame that is its own samples has some everywhere: pixels at edges would else count what they see less often less.
+        return 1u;
+    }
+    if wanted == 0u && realtime.refresh > 0u && chance(at, 1u) * f32(realtime.refresh) < 1.0 {
+        return 1u;
+    }
+    return wanted;
+}
+
+// A workgroup counts for itself first: all pixels at one address would wait for each other.
+var<workgroup> group_wanted: atomic<u32>;
+var<workgroup> group_with_samples: array<atomic<u32>, 65>;
+var<workgroup> group_next: array<u32, 65>;
+
+/// The mask: how many samples each pixel wants.
+@compute @workgroup_size(8, 8)
+fn choose(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
+    if local == 0u {
+        atomicStore(&group_wanted, 0u);
+    }
+    workgroupBarrier();
+    if is_in_picture(id.xy) {
+        let at = place_of(id.xy);
+        let wanted = samples_of(at);
+        lights_found[at].wanted = wanted;
+        atomicAdd(&group_wanted, wanted);
+    }
+    workgroupBarrier();
+    if local == 0u {
+        atomicAdd(&work.wanted, atomicLoad(&group_wanted));
+    }
+}
+
+fn clear_group_counts(local: u32) {
+    for (var i = local; i < 65u; i += 64u) {
+        atomicStore(&group_with_samples[i], 0u);
+    }
+    workgroupBarrier();
+}
+
+/// How many pixels there are of each number of samples, once the frame's budget has had its say.
+@compute @workgroup_size(8, 8)
+fn count_samples(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
+    clear_group_counts(local);
+    if is_in_picture(id.xy) {
+        let at = place_of(id.xy);
+        var samples = min(lights_found[at].wanted, 64u);
+        if realtime.affordable > 0u && samples > 0u {
+            let scale = f32(realtime.affordable) / max(f32(atomicLoad(&work.wanted)), 1.0);
+            samples = samples_afforded(samples, scale, chance(at, 2u));
+            lights_found[at].wanted = samples;
+        }
+        atomicAdd(&group_with_samples[samples], 1u);
+    }
+    workgroupBarrier();
+    for (var i = local; i < 65u; i += 64u) {
+        let count = atomicLoad(&group_with_samples[i]);
+        if i > 0u && count > 0u {
+            atomicAdd(&work.with_samples[i], count);
+        }
+    }
+}
+
+/// One invocation: where the pixels of each number go in the list, and how far each dispatch reads it.
+@compute @workgroup_size(1)
+fn lay_out() {
+    var before = 0u;
+    for (var samples = 64u; samples > 0u; samples--) {
+        atomicStore(&work.next[samples], before);
+        before += atomicLoad(&work.with_samples[samples]);
+        let groups = (before + 63u) / 64u;
+        let rows = (groups + ROW_OF_GROUPS - 1u) / ROW_OF_GROUPS;
+        work.dispatches[samples - 1u] = vec4u(min(groups, ROW_OF_GROUPS), rows, 1u, before);
+    }
+}
+
+@compute @workgroup_size(8, 8)
+fn list_pixels(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
+    clear_group_counts(local);
+    var samples = 0u;
+    var at = 0u;
+    if is_in_picture(id.xy) {
+        at = place_of(id.xy);
+        samples = min(lights_found[at].wanted, 64u);
+    }
+    let in_group = atomicAdd(&group_with_samples[samples], 1u);
+    workgroupBarrier();
+    for (var i = local; i < 65u; i += 64u) {
+        let count = atomicLoad(&group_with_samples[i]);
+        if i > 0u && count > 0u {
+            group_next[i] = atomicAdd(&work.next[i], count);
+        }
+    }
+    workgroupBarrier();
+    if samples > 0u {
+        let entry = TALLY_COUNTERS + 2u * (group_next[samples] + in_group);
+        tally_words[entry] = at;
+        tally_words[entry + 1u] = realtime.number;
+    }
+}

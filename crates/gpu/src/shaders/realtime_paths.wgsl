@@ -1,0 +1,155 @@
+// Paths from the first hits: one sample of a pixel for each invocation, added to what the frame has found there.
+
+@group(3) @binding(14) var<storage, read_write> lights_found: array<FoundLight>;
+
+var<workgroup> group_rays: atomic<u32>;
+
+/// Light of one sample, from the diffuse and from the other lobes of the first surface.
+struct SplitLight {
+    diffuse: vec3f,
+    specular: vec3f,
+    /// From the first surface to the second, metres; 0 if there is none.
+    hit_distance: f32,
+}
+
+/// The first surface as its lobes are told apart.
+struct FirstLobes {
+    all: Scattering,
+    others: Scattering,
+    frame: Frame,
+    wo: vec3f,
+}
+
+/// As `scatter` makes them, with the same random numbers.
+fn first_lobes(path: Path, s: Surface, footprint: f32) -> FirstLobes {
+    var u_model = 0.0;
+    if wants_model_number(s.material) {
+        u_model = sample_2d(path.sampler, PAIRS_BEFORE_VERTICES + PAIR_MODEL).x;
+    }
+    let all = surface_scattering(s, footprint, path.state.throughput, u_model, view.single_scatter != 0u);
+    let frame = scattering_frame(all, s);
+    return FirstLobes(all, scattering_without_diffuse(all), frame, to_local(frame, s.wo));
+}
+
+fn share_of_diffuse(lobes: FirstLobes, direction: vec3f) -> vec3f {
+    let wi = to_local(lobes.frame, direction);
+    return diffuse_share(scattering_eval(lobes.all, lobes.wo, wi).value_cos,
+        scattering_eval(lobes.others, lobes.wo, wi).value_cos);
+}
+
+/// Follows a path that begins with what the camera's ray hits.
+fn sample_light_at(pixel: vec2u, first: Hit, index: u32) -> SplitLight {
+    let ray = frame_ray(pixel);
+    var path = Path(path_start(), pixel_sampler(pixel, index), ray.origin, ray.direction, 0.0, ALL_SIDES);
+    var light = SplitLight(vec3f(0.0), vec3f(0.0), 0.0);
+    var share = vec3f(0.0);
+    var hit = first;
+    loop {
+        if hit.instance == NONE {
+            path.state = path_add_distant(path.state, path.direction);
+            break;
+        }
+        let s = surface_at(path.origin, path.direction, hit);
+        let is_first = path.state.depth == 1u;
+        if path.state.depth == 2u {
+            light.hit_distance = hit.t;
+        }
+        var shadow = no_shadow_ray();
+        var lobes: FirstLobes;
+        if is_first {
+            lobes = first_lobes(path, s, view.pixel_spread * hit.t);
+        }
+        let alive = arrive(&path, s, hit.t, 0u, &shadow);
+        if is_first {
+            // What is seen directly has no noise and is kept apart.
+            path.state.radiance = vec3f(0.0);
+        }
+        if is_wanted(shadow) && !occluded(shadow.origin, shadow.direction, shadow.distance, shadow.salt) {
+            if is_first {
+                let of_light = share_of_diffuse(lobes, shadow.direction);
+                light.diffuse += of_light * shadow.contribution;
+                light.specular += (1.0 - of_light) * shadow.contribution;
+            } else {
+                path.state.radiance += shadow.contribution;
+            }
+        }
+        if !alive {
+            break;
+        }
+        if is_first && !path.state.specular {
+            share = share_of_diffuse(lobes, path.direction);
+        }
+        hit = closest(path.origin, path.direction, path_salt(path));
+    }
+    light.diffuse += share * path.state.radiance;
+    light.specular += (1.0 - share) * path.state.radiance;
+    return light;
+}
+
+/// Adds a sample to a pixel, unless it is no number.
+fn add_light(at: u32, light: SplitLight) {
+    lights_found[at].drawn += 1u;
+    if !is_valid_sample(light.diffuse) || !is_valid_sample(light.specular) {
+        return;
+    }
+    lights_found[at].diffuse += light.diffuse;
+    lights_found[at].specular += light.specular;
+    lights_found[at].count += 1u;
+    lights_found[at].hit_distance += min(light.hit_distance, RAY_END);
+    lights_found[at].squares += vec2f(sqr(luminance(light.diffuse)), sqr(luminance(light.specular)));
+}
+
+fn sample_pixel(at: u32) {
+    let pixel = vec2u(at % realtime.size.x, at / realtime.size.x);
+    add_light(at, sample_light_at(pixel, first_hit(at), lights_found[at].drawn));
+}
+
+fn finish(local: u32) {
+    atomicAdd(&group_rays, rays_traced);
+    workgroupBarrier();
+    if local == 0u {
+        count_rays(atomicLoad(&group_rays));
+    }
+}
+
+fn begin(local: u32) {
+    if local == 0u {
+        atomicStore(&group_rays, 0u);
+    }
+    workgroupBarrier();
+    rays_traced = 0u;
+}
+
+/// The pixel that an invocation works on, or NONE. Where pixels have different numbers of samples, those of the list that want
+/// more than they had in the dispatches before: pixels that want most come first, so that each dispatch works on the list's
+/// beginning.
+fn pixel_of(group: vec3u, groups: vec3u, local: u32) -> u32 {
+    if !is_set(REALTIME_ADAPTS) {
+        let pixel = 8u * group.xy + vec2u(local % 8u, local / 8u);
+        return select(NONE, place_of(pixel), is_in_picture(pixel));
+    }
+    let entry = (group.y * groups.x + group.x) * 64u + local;
+    if entry >= arrayLength(&tally.pixels) {
+        return NONE;
+    }
+    // What lies behind the list's end is of earlier frames.
+    let listed = tally.pixels[entry];
+    return select(NONE, listed.x, listed.y == realtime.number && listed.x < realtime.size.x * realtime.size.y);
+}
+
+/// A sample for each pixel that wants one.
+@compute @workgroup_size(64)
+fn sample_pixels(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) local: u32,
+) {
+    begin(local);
+    let at = pixel_of(group, groups, local);
+    if at != NONE {
+        if lights_found[at].count < lights_found[at].wanted {
+            sample_pixel(at);
+        }
+    }
+    finish(local);
+}
