@@ -94,10 +94,11 @@ impl FromStr for FrameSamples {
 /// When pixels of adaptive frames get samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AllocationSettings {
-    /// Variance of a pixel's mean, relative to the mean's square, under which it needs no samples.
+    /// Variance of a pixel's mean under which it needs no samples: of luminance as it is seen, y / (y + `white`), without the
+    /// surface's colour.
     pub tolerance: f32,
-    /// Luminance of light without the surface's colour below which variance is relative to this instead, W·sr⁻¹·m⁻².
-    pub floor: f32,
+    /// Luminance that is seen as one half, W·sr⁻¹·m⁻²: one over the exposure.
+    pub white: f32,
     /// Pixels around a pixel whose samples tell its noise while its own are few, up to 8.
     pub noise_radius: u32,
     /// Pixels over which the map of the noise is spread, up to 8.
@@ -109,7 +110,7 @@ pub struct AllocationSettings {
 
 impl Default for AllocationSettings {
     fn default() -> Self {
-        Self { tolerance: 0.001, floor: 0.01, noise_radius: 3, blur_radius: 3, refresh: 8 }
+        Self { tolerance: 0.001, white: 1.0, noise_radius: 3, blur_radius: 3, refresh: 8 }
     }
 }
 
@@ -142,7 +143,7 @@ pub enum FrameView {
     Variance,
     /// Samples that the past is worth, over the most that it counts for while anything moves.
     History,
-    /// The map of the noise: relative variance of the mean.
+    /// The map of the noise: variance of the mean as it is seen.
     Noise,
     /// The same, spread.
     BlurredNoise,

@@ -363,7 +363,9 @@ fn constant_light_stays_and_noise_keeps_its_mean(stage: &mut Stage) {
 
 /// Intermediate views are on the film.
 fn views_show_what_they_say(stage: &mut Stage) {
-    let show = |show, samples| RealtimeSettings { show, samples, ..settings() };
+    // Nothing is ever calm enough.
+    let allocation = AllocationSettings { tolerance: 1e-9, ..AllocationSettings::default() };
+    let show = |show, samples| RealtimeSettings { show, samples, allocation, ..settings() };
     let adaptive = FrameSamples { least: 2, most: 4 };
     stage.begin();
     stage.frames(&view(0.0, show(backend::FrameView::Samples, adaptive)), 1);
@@ -389,7 +391,7 @@ fn paths(samples: u32) -> Film {
 }
 
 const ALLOCATION: AllocationSettings =
-    AllocationSettings { tolerance: 0.05, floor: 0.01, noise_radius: 2, blur_radius: 1, refresh: 4 };
+    AllocationSettings { tolerance: 0.005, white: 1.0, noise_radius: 2, blur_radius: 1, refresh: 4 };
 
 /// The mean of many frames is what `path` shows, whatever number of samples each pixel had in each of them.
 fn unfiltered_frames_are_paths(stage: &mut Stage) {

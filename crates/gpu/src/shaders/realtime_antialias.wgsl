@@ -13,7 +13,7 @@ const MOST_FRAMES: f32 = 8.0;
 /// Standard deviations of the pixels around by which the picture before may differ.
 const CLIP: f32 = 1.25;
 
-/// The picture before at a place between pixels, bilinear; w: least number of frames.
+/// The picture before at a place between pixels, bilinear and compressed; w: least number of frames.
 fn shown_at(place: vec2f) -> vec4f {
     let corner = floor(place);
     var sum = vec3f(0.0);
@@ -23,7 +23,7 @@ fn shown_at(place: vec2f) -> vec4f {
         let inside = clamp(texel, vec2i(0), vec2i(realtime.size) - 1);
         let before = shown_before[place_of(vec2u(inside))];
         let weight = bilinear_weight(place - corner, i);
-        sum += before.xyz * weight;
+        sum += compress(before.xyz) * weight;
         frames = select(frames, min(frames, before.w), weight > 0.0);
     }
     return vec4f(sum, frames);
@@ -49,7 +49,7 @@ fn clipped_to_around(pixel: vec2u, past: vec3f) -> vec3f {
     var squares = vec3f(0.0);
     for (var i = 0; i < 9; i++) {
         let there = clamp(vec2i(pixel) + vec2i(i % 3 - 1, i / 3 - 1), vec2i(0), vec2i(realtime.size) - 1);
-        let c = ycocg_encode(colors_in[place_of(vec2u(there))].xyz);
+        let c = ycocg_encode(compress(colors_in[place_of(vec2u(there))].xyz));
         mean += c / 9.0;
         squares += c * c / 9.0;
     }
@@ -57,31 +57,35 @@ fn clipped_to_around(pixel: vec2u, past: vec3f) -> vec3f {
     return max(ycocg_decode(clip_to_box(ycocg_encode(past), mean, half)), vec3f(0.0));
 }
 
+/// The frame's colour with those before, while anything moves: compared and mixed as colours are shown, for at the edge of a
+/// lamp any past would lie within the range of the pixels around. `past`: compressed.
+fn mixed_in_motion(pixel: vec2u, color: vec3f, past: vec4f) -> vec4f {
+    let kept = clipped_to_around(pixel, past.xyz);
+    let weight = history_weight(past.w, 1.0, MOST_FRAMES);
+    return vec4f(expand(mix(kept, compress(color), weight)), min(past.w, MOST_FRAMES) + 1.0);
+}
+
 /// The frame's colour with those before; w: how many frames that are.
 fn antialiased(pixel: vec2u, color: vec3f) -> vec4f {
     if !is_set(REALTIME_HAS_PAST) || realtime.show != SHOW_PICTURE || !is_set(REALTIME_GATHERS) {
         return vec4f(color, 1.0);
     }
-    var past: vec4f;
-    var most = MOST_FRAMES;
     if is_set(REALTIME_STANDS_STILL) {
-        past = shown_before[place_of(pixel)];
-        most = 1e9;
-    } else {
-        let place = vec2f(pixel) - front_motion(pixel);
-        if any(place < vec2f(-0.5)) || any(place > vec2f(realtime.size) - 0.5) {
+        let past = shown_before[place_of(pixel)];
+        if !is_finite3(past.xyz) || past.w < 1.0 {
             return vec4f(color, 1.0);
         }
-        past = shown_at(place);
+        return vec4f(mix(past.xyz, color, history_weight(past.w, 1.0, 1e9)), past.w + 1.0);
     }
+    let place = vec2f(pixel) - front_motion(pixel);
+    if any(place < vec2f(-0.5)) || any(place > vec2f(realtime.size) - 0.5) {
+        return vec4f(color, 1.0);
+    }
+    let past = shown_at(place);
     if !is_finite3(past.xyz) || past.w < 1.0 {
         return vec4f(color, 1.0);
     }
-    if !is_set(REALTIME_STANDS_STILL) {
-        past = vec4f(clipped_to_around(pixel, past.xyz), past.w);
-    }
-    let weight = history_weight(past.w, 1.0, most);
-    return vec4f(mix(past.xyz, color, weight), min(past.w, most) + 1.0);
+    return mixed_in_motion(pixel, color, past);
 }
 
 /// What the frame adds to the film's sums.

@@ -24,7 +24,7 @@ struct RealtimeFrame {
     clip: f32,
     /// See `AllocationSettings`.
     tolerance: f32,
-    floor: f32,
+    white: f32,
     noise_radius: u32,
     blur_radius: u32,
     refresh: u32,

@@ -67,7 +67,7 @@ fn local_variance(pixel: vec2u, at: u32) -> f32 {
     return moments_variance(moments) * samples / max(moments.count, 1.0);
 }
 
-/// Relative variance of the pixel's mean. Where nothing is known, that of a sample that is all noise.
+/// Variance of the pixel's mean as it is seen. Where nothing is known, the most that can be.
 @compute @workgroup_size(8, 8)
 fn measure_noise(@builtin(global_invocation_id) id: vec3u) {
     if !is_in_picture(id.xy) {
@@ -87,7 +87,7 @@ fn measure_noise(@builtin(global_invocation_id) id: vec3u) {
     if h.diffuse_count < TRUSTED_SAMPLES {
         variance = max(variance, local_variance(id.xy, at));
     }
-    noise[at] = relative_variance(variance / h.diffuse_count, luminance_of(h), realtime.floor);
+    noise[at] = seen_variance(variance / h.diffuse_count, luminance_of(h), realtime.white);
 }
 
 /// A neighbour's noise, less by how far away it is.

@@ -372,7 +372,8 @@ functions! {
     signal::divisor(reflectance: albedo) within EXACT;
     signal::demodulate(radiance: radiance, reflectance: albedo) within ROUNDING;
     signal::remodulate(light: radiance, reflectance: albedo) within ROUNDING;
-    signal::perceived(c: radiance) within ROUNDING;
+    signal::compress(c: radiance) within ROUNDING;
+    signal::expand(c: albedo) within ROUNDING;
     signal::limit_luminance(c: radiance, limit: positive) within ROUNDING;
     signal::ycocg_encode(c: albedo) within CANCELLING;
     signal::ycocg_decode(c: albedo) within CANCELLING;
@@ -392,7 +393,7 @@ functions! {
     edge_stops::lobe_share(roughness: share) within ROUNDING;
     // realtime/allocation.rs
     allocation::sample_variance(mean: share, mean_of_squares: positive, count: positive) within CANCELLING;
-    allocation::relative_variance(variance: positive, mean: share, floor: share) within ROUNDING;
+    allocation::seen_variance(variance: positive, mean: share, white: size) within ROUNDING;
     allocation::samples_missing(variance: positive, kept: share, tolerance: share) within CANCELLING;
     allocation::samples_wanted(missing: positive, least: depth, most: depth) within EXACT;
     allocation::samples_afforded(wanted: depth, scale: share, u: unit) within STEPS;

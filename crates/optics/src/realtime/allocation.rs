@@ -17,14 +17,18 @@ pub mod allocation {
         select(0.0, biased * count / max(count - 1.0, 1.0), count >= 2.0)
     }
 
-    /// Variance relative to the square of what it is the variance of, as far as that is above `floor`.
-    pub fn relative_variance(variance: f32, mean: f32, floor: f32) -> f32 {
-        variance / max(mean * mean, max(floor * floor, 1e-20))
+    /// Variance as it is seen, where what is shown of a luminance y is y / (y + white), from 0 to 1.
+    ///
+    /// - `variance`, `mean`: of luminance, which is not negative. `white`: the luminance that is shown as one half, positive.
+    pub fn seen_variance(variance: f32, mean: f32, white: f32) -> f32 {
+        let scale = 1.0 / max(white, 1e-10);
+        let slope = scale / ((1.0 + mean * scale) * (1.0 + mean * scale));
+        variance * slope * slope
     }
 
     /// Samples that a pixel still needs until the variance of its mean is at most `tolerance`.
     ///
-    /// - `variance`: relative variance of one sample. `kept`: samples that its history is worth.
+    /// - `variance`: of one sample, as the tolerance has it. `kept`: samples that its history is worth.
     pub fn samples_missing(variance: f32, kept: f32, tolerance: f32) -> f32 {
         max(variance / max(tolerance, 1e-20) - kept, 0.0)
     }
@@ -53,6 +57,18 @@ mod tests {
         assert!((sample_variance(2.0, 5.0, 2.0) - 2.0).abs() < 1e-6);
         assert_eq!(sample_variance(2.0, 5.0, 1.0), 0.0);
         assert_eq!(sample_variance(2.0, 3.9, 8.0), 0.0, "rounding makes no negative variance");
+    }
+
+    /// The slope of what is seen, by differences.
+    #[test]
+    fn bright_noise_is_seen_less() {
+        for (mean, white) in [(0.0f32, 1.0f32), (0.3, 1.0), (5.0, 2.0), (100.0, 0.5)] {
+            let shown = |y: f32| f64::from(y) / (f64::from(y) + f64::from(white));
+            let h = 1e-2 * (mean + white);
+            let slope = (shown(mean + h) - shown(mean - h)) / (2.0 * f64::from(h));
+            let seen = f64::from(seen_variance(0.04, mean, white));
+            assert!((seen / (0.04 * slope * slope) - 1.0).abs() < 1e-3, "{mean} {white}: {seen}");
+        }
     }
 
     #[test]

@@ -36,10 +36,15 @@ pub mod signal {
         light * divisor(reflectance)
     }
 
-    /// How far a colour is from black for the eye, on a scale of luminance.
-    pub fn perceived(c: Vec3f) -> f32 {
-        let y = max(luminance(c), 0.0);
-        y / (1.0 + y)
+    /// A colour brought into the range in which pictures are shown, for means that single bright pixels must not rule;
+    /// [`expand`] is the inverse. Source: Karis, "High Quality Temporal Supersampling", SIGGRAPH course 2014.
+    pub fn compress(c: Vec3f) -> Vec3f {
+        c * (1.0 / (1.0 + max(max_component(c), 0.0)))
+    }
+
+    /// A colour from what [`compress`] has made of it.
+    pub fn expand(c: Vec3f) -> Vec3f {
+        c * (1.0 / max(1.0 - max_component(c), 1e-6))
     }
 
     /// A colour brought down to a luminance of `limit` if it is brighter: what remains of a firefly.
@@ -77,6 +82,17 @@ mod tests {
                 for (a, b) in [(there.x, c.x), (there.y, c.y), (there.z, c.z)] {
                     assert!((a - b).abs() <= 1e-6 * (c.x + c.y + c.z), "{a} {b}");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_compressed_expands_again() {
+        for c in [vec3f(0.0, 0.0, 0.0), vec3f(0.5, 2.0, 0.0), vec3f(90.0, 1.0, 30.0)] {
+            let (small, back) = (compress(c), expand(compress(c)));
+            assert!(crate::math::max_component(small) < 1.0);
+            for (a, b) in [(back.x, c.x), (back.y, c.y), (back.z, c.z)] {
+                assert!((a - b).abs() <= 1e-4 * b.abs(), "{a} {b}");
             }
         }
     }

@@ -341,7 +341,8 @@ impl<'a> Measurement<'a> {
         tables: &mut Tables,
         report: &mut Report,
     ) -> anyhow::Result<()> {
-        let settings = self.args.adaptive_settings();
+        let mut settings = self.args.adaptive_settings();
+        settings.allocation.white = 1.0 / Job::for_scene(self.scene).tone.exposure.max(1e-6);
         self.warm_up(&settings)?;
         self.live.forget();
         let last = self.args.moving_frames;

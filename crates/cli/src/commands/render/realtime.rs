@@ -17,7 +17,7 @@ pub struct FrameSettings {
     /// `realtime`: time that a frame may take on the GPU, such as 8ms: how many samples there are follows from it.
     #[arg(long, help_heading = "Real time", value_name = "TIME", value_parser = parse_budget)]
     budget: Option<Duration>,
-    /// `realtime`: relative variance of a pixel's mean under which it gets no samples.
+    /// `realtime`: variance of a pixel's mean, as it is seen, under which it gets no samples.
     #[arg(long, help_heading = "Real time", value_name = "VARIANCE", default_value_t = AllocationSettings::default().tolerance, value_parser = parse_positive)]
     frame_tolerance: f32,
     /// `realtime`: pixels around a pixel that tell its noise.

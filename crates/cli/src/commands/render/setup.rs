@@ -77,6 +77,10 @@ pub fn job(args: &RenderArgs, loaded: &Loaded) -> anyhow::Result<Job> {
         scene_job.aovs.extend(NoisyPicture::LAYERS);
     }
     args.tone.apply(&mut scene_job.tone);
+    if let Integrator::Realtime(settings) = &mut scene_job.integrator {
+        // Noise is judged as it will be seen.
+        settings.allocation.white = 1.0 / scene_job.tone.exposure.max(1e-6);
+    }
     Ok(scene_job)
 }
 
