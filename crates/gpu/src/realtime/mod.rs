@@ -22,6 +22,7 @@ mod passes;
 pub use budget::BudgetController;
 
 use crate::film::{Batch, BatchPixels, FilmBuffers};
+use crate::frames::FrameClock;
 use crate::hybrid::{BegunFrame, GBUFFER_PASSES, GBuffer};
 use crate::kernel::Kernel;
 use crate::scene::upload::write_buffer;
@@ -184,6 +185,30 @@ impl RealtimeKernel {
         Ok(PreparedFrame { begun, settings, odd, camera: film.camera, affordable })
     }
 
+    /// Submits a frame with a budget and waits for it: its time says how many samples the next one can afford.
+    fn submit_and_learn(
+        &mut self,
+        gpu: &Gpu,
+        frame: &PreparedFrame,
+    ) -> Result<wgpu::SubmissionIndex, GpuError> {
+        let doing = "timing a frame";
+        let mut clock = FrameClock::new(gpu)?;
+        let submit = || {
+            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            self.record(&mut encoder, &mut clock, frame);
+            clock.resolve(&mut encoder);
+            gpu.queue.submit([encoder.finish()])
+        };
+        let submission = gpu.guarded(submit).map_err(|reason| GpuError::Device { doing, reason })?;
+        clock.request();
+        gpu.wait_for(Some(submission.clone()), doing)?;
+        let period = f64::from(gpu.queue.get_timestamp_period());
+        let time = |ticks: u64| Duration::from_nanos((ticks as f64 * period) as u64);
+        let passes = clock.take(gpu)?.into_iter().map(|t| (t.name, time(t.end.saturating_sub(t.begin))));
+        self.learn(&passes.collect::<Vec<_>>(), u64::from(frame.affordable));
+        Ok(submission)
+    }
+
     /// Records all passes of a frame.
     pub(crate) fn record(
         &mut self,
@@ -322,6 +347,10 @@ impl Kernel for RealtimeKernel {
         for sample in batch.first_sample..batch.first_sample + batch.sample_count {
             film.set_batch(gpu, Batch { first_sample: sample, sample_count: 1, ..batch })?;
             let frame = self.prepare(gpu, film, settings, sample, false)?;
+            if frame.affordable > 0 {
+                last = Some(self.submit_and_learn(gpu, &frame)?);
+                continue;
+            }
             timer.reserve(gpu, FRAME_PASSES)?;
             let submit = || {
                 let mut encoder =
