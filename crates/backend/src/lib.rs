@@ -91,18 +91,22 @@ pub fn check_pixels(view: &View, pixels: &[PixelSamples]) -> Result<(), BackendE
 /// [`BackendError::View`] that names the integrator and the one to take instead.
 pub fn check_media(scene: &SceneTables, view: &View) -> Result<(), BackendError> {
     match view.integrator {
-        Integrator::Direct(_) | Integrator::Hybrid(_) if scene.has_media() => {
+        Integrator::Direct(_) | Integrator::Hybrid(_) | Integrator::Realtime(_) if scene.has_media() => {
             let name = view.integrator.name();
             let reason = format!("the scene has media, which `{name}` knows nothing of; `path` does");
             Err(BackendError::View { reason })
         }
-        Integrator::Direct(_) | Integrator::Hybrid(_) if scene.nested => {
+        Integrator::Direct(_) | Integrator::Hybrid(_) | Integrator::Realtime(_) if scene.nested => {
             let name = view.integrator.name();
             let reason = format!("bodies have priorities, which `{name}` knows nothing of; `path` does");
             Err(BackendError::View { reason })
         }
         // The first hit is behind all media.
-        Integrator::Path(_) | Integrator::Aov | Integrator::Direct(_) | Integrator::Hybrid(_) => Ok(()),
+        Integrator::Path(_)
+        | Integrator::Aov
+        | Integrator::Direct(_)
+        | Integrator::Hybrid(_)
+        | Integrator::Realtime(_) => Ok(()),
     }
 }
 
