@@ -64,16 +64,20 @@ mod everything {
 #[inline_all]
 #[allow(unused_imports)]
 mod surfaces {
+    use crate::allocation::*;
     use crate::anisotropic::*;
     use crate::bsdf::*;
     use crate::camera::*;
     use crate::constants::*;
     use crate::dielectric::*;
+    use crate::edge_stops::*;
     use crate::estimator::*;
+    use crate::falloff::*;
     use crate::frame::*;
     use crate::fresnel::*;
     use crate::ggx::*;
     use crate::glossy::*;
+    use crate::history::*;
     use crate::intersect::*;
     use crate::iridescence::*;
     use crate::layered::*;
@@ -85,10 +89,12 @@ mod surfaces {
     use crate::offset::*;
     use crate::path::*;
     use crate::pattern::*;
+    use crate::phong::*;
     use crate::random::*;
     use crate::scatter::*;
     use crate::shape::*;
     use crate::sheen::*;
+    use crate::signal::*;
     use crate::sky::*;
     use crate::tonemap::*;
     use crate::warp::*;
