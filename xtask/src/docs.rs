@@ -12,7 +12,31 @@ const WINDOW: &str = "1280x800";
 pub fn run() -> anyhow::Result<()> {
     let mut command = cargo(&["test", "--package", "gpu", "--test", "shader_binding_table"]);
     run_command(command.env("ALHAZEN_UPDATE_DOCS", "1"))?;
+    realtime()?;
     viewer()
+}
+
+/// Pictures of the real-time path tracer, on whatever GPU or software driver there is.
+fn realtime() -> anyhow::Result<()> {
+    let pictures: [(&str, &[&str]); 4] = [
+        ("raw", &["--no-filter", "--spp", "1"]),
+        ("filtered", &["--spp", "16"]),
+        (
+            "noise",
+            &["--frame-samples", "4..16", "--spp", "4", "--show", "blurred-noise", "--exposure", "100"],
+        ),
+        ("samples", &["--frame-samples", "4..16", "--spp", "4", "--show", "samples"]),
+    ];
+    let (variables, binary) = (test::driver(), release_binary()?);
+    for (name, arguments) in pictures {
+        let mut command = Command::new(&binary);
+        command.args(["render", "cornell", "--integrator", "realtime", "--backend", "gpu", "--quiet"]);
+        command.args(["--width", "256", "--height", "256"]).args(arguments);
+        command.arg("--output").arg(root().join(format!("docs/images/realtime-{name}.png")));
+        command.envs(variables.iter().map(|(name, value)| (name, value)));
+        run_command(&mut command)?;
+    }
+    Ok(())
 }
 
 /// Pictures of the viewer's window, on a display without a screen.
