@@ -8,11 +8,12 @@ use std::process::{Child, Command, Stdio};
 /// Size of the viewer's window in the pictures.
 const WINDOW: &str = "1280x800";
 
-/// Writes the figures, which tests compare with the code, and the pictures of the viewer.
+/// Writes the figures, which tests compare with the code, and the pictures of media and of the viewer.
 pub fn run() -> anyhow::Result<()> {
     let mut command = cargo(&["test", "--package", "gpu", "--test", "shader_binding_table"]);
     run_command(command.env("ALHAZEN_UPDATE_DOCS", "1"))?;
     realtime()?;
+    volumes()?;
     viewer()
 }
 
@@ -37,6 +38,21 @@ fn realtime() -> anyhow::Result<()> {
         run_command(&mut command)?;
     }
     Ok(())
+}
+
+/// The picture of media.
+fn volumes() -> anyhow::Result<()> {
+    let mut command = Command::new(release_binary()?);
+    command.current_dir(root()).args([
+        "render",
+        "docs/scenes/volumes.toml",
+        "--backend",
+        "cpu",
+        "--spp",
+        "200",
+    ]);
+    command.args(["--denoise", "--width", "640", "--height", "360", "--output", "docs/images/volumes.png"]);
+    run_command(&mut command)
 }
 
 /// Pictures of the viewer's window, on a display without a screen.

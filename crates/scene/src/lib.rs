@@ -24,6 +24,7 @@ pub mod normals;
 pub mod report;
 pub mod settings;
 pub mod shapes;
+pub mod subsurface;
 pub mod tables;
 pub mod tangents;
 pub mod triangulate;
@@ -40,10 +41,11 @@ pub use material::{
     AlphaMode, Anisotropy, Checkerboard, Clearcoat, DiffuseTransmission, Interior, Iridescence, Layers,
     Material, Model, Sheen,
 };
-pub use medium::{Fog, Medium};
+pub use medium::{DensityGrid, Fog, Medium};
 pub use mesh::{Instance, Mesh, Part, Shape, Sphere, TriangleMesh};
 pub use report::{LoadReport, Note, Severity};
 pub use settings::{RenderDefaults, ToneMapper};
+pub use subsurface::Subsurface;
 
 /// Index into [`Scene::meshes`].
 pub type MeshId = u32;

@@ -2,6 +2,7 @@
 
 use crate::image::TextureRef;
 use crate::medium::Medium;
+use crate::subsurface::Subsurface;
 use glam::{Vec2, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
@@ -276,6 +277,9 @@ pub struct Material {
     pub interior: Interior,
     /// What scatters light inside of the body; its absorption is added to that of `interior`.
     pub medium: Option<Medium>,
+    /// Of [`Model::Dielectric`]: the inside scatters light so often that `base_color` comes out of it. It takes the place of
+    /// `medium`, and the surface has no tint.
+    pub subsurface: Option<Subsurface>,
     /// Which body is there where bodies overlap: the one of the highest priority, 0 if it has none. As soon as one material of
     /// a scene has a priority, bodies refract by what is on both of their sides; else by their own index against vacuum.
     pub priority: Option<i32>,
@@ -311,6 +315,7 @@ impl Default for Material {
             layers: Layers::default(),
             interior: Interior::default(),
             medium: None,
+            subsurface: None,
             priority: None,
             alpha_mode: AlphaMode::Opaque,
             double_sided: false,

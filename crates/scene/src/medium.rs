@@ -1,6 +1,7 @@
 //! Media that light is absorbed and scattered in, and that may shine: smoke, milk, fog, flames.
 
 use glam::Vec3;
+use std::sync::Arc;
 
 /// A participating medium. Coefficients are m⁻¹, linear RGB, ≥ 0.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -14,6 +15,61 @@ pub struct Medium {
     /// Mean cosine of the angle by which scattered light turns, in `(−1, 1)`: 0 is isotropic, positive forwards. The phase
     /// function is that of Henyey and Greenstein.
     pub anisotropy: f32,
+    /// How dense it is where: all coefficients are multiplied with it. `None` is 1 everywhere.
+    pub density: Option<Arc<DensityGrid>>,
+}
+
+/// Densities on a regular grid, at the centres of its cells; between them they are interpolated linearly, and outside of its
+/// bounds they are 0.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DensityGrid {
+    size: [u32; 3],
+    bounds: [Vec3; 2],
+    values: Vec<f32>,
+    largest: f32,
+}
+
+impl DensityGrid {
+    /// A grid of `size` cells along x, y and z; x varies fastest in `values`. `None` if there are no cells, not as many values, a
+    /// value that is negative or not finite, or nothing between the lower and the upper bounds (world space, metres).
+    pub fn new(size: [u32; 3], bounds: [Vec3; 2], values: Vec<f32>) -> Option<Self> {
+        let cells = size.iter().try_fold(1usize, |n, &c| n.checked_mul(c as usize))?;
+        let [low, high] = bounds;
+        let is_box = low.is_finite() && high.is_finite() && (high - low).min_element() > 0.0;
+        let largest = values.iter().copied().fold(0.0, f32::max);
+        let are_densities = values.iter().all(|v| v.is_finite() && *v >= 0.0);
+        (cells > 0 && cells == values.len() && is_box && are_densities).then_some(Self {
+            size,
+            bounds,
+            values,
+            largest,
+        })
+    }
+
+    /// The same densities between other bounds; `None` if there is nothing between them.
+    pub fn placed(&self, bounds: [Vec3; 2]) -> Option<Self> {
+        Self::new(self.size, bounds, self.values.clone())
+    }
+
+    /// Cells along x, y and z.
+    pub fn size(&self) -> [u32; 3] {
+        self.size
+    }
+
+    /// Lower and upper corner, world space, metres.
+    pub fn bounds(&self) -> [Vec3; 2] {
+        self.bounds
+    }
+
+    /// The densities, x fastest.
+    pub fn values(&self) -> &[f32] {
+        &self.values
+    }
+
+    /// The largest density.
+    pub fn largest(&self) -> f32 {
+        self.largest
+    }
 }
 
 impl Medium {

@@ -567,7 +567,11 @@ fn media_are_read_and_impossible_ones_refused() {
         ("[materials.a]\nmodel = \"boundary\"\nalpha-mode = \"blend\"\n", "no surface"),
         ("[materials.a]\nmodel = \"boundary\"\nmedium = { anisotropy = 1 }\n", "medium.anisotropy"),
         ("[materials.a]\nmodel = \"boundary\"\nmedium = { scattering = -1 }\n", "negative"),
-        ("[materials.a]\nmodel = \"boundary\"\nmedium = { density = 1 }\n", "density"),
+        ("[materials.a]\nmodel = \"boundary\"\nmedium = { thickness = 1 }\n", "thickness"),
+        ("[materials.a]\nsubsurface = { radius = 0.1 }\n", "dielectric"),
+        ("[materials.a]\nmodel = \"dielectric\"\nsubsurface = { radius = [1, 0, 1] }\n", "subsurface.radius"),
+        ("[materials.a]\nmodel = \"dielectric\"\nmedium = {}\nsubsurface = { radius = 1 }\n", "already"),
+        ("[materials.a]\nmodel = \"dielectric\"\nsubsurface = {}\n", "radius"),
         ("[materials.a]\npriority = 1\n", "light gets into"),
         ("[materials.a]\nmodel = \"dielectric\"\npriority = 5000\n", "priority"),
         ("[fog]\nemission = 1\n", "infinitely bright"),
@@ -576,4 +580,37 @@ fn media_are_read_and_impossible_ones_refused() {
         let message = message(text);
         assert!(message.contains(says), "{message}");
     }
+}
+
+#[test]
+fn densities_are_read_from_files_and_placed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut bytes = b"VOL\x03".to_vec();
+    bytes.extend([1u32, 2, 1, 1, 1].iter().flat_map(|w| w.to_le_bytes()));
+    bytes.extend([0.0f32, 0.0, 0.0, 1.0, 1.0, 1.0, 0.5, 2.0].iter().flat_map(|v| v.to_le_bytes()));
+    std::fs::write(folder.path().join("cloud.vol"), bytes).expect("a file");
+    let load = |density: &str| {
+        let text = format!(
+            "[materials.a]\nmodel = \"boundary\"\nmedium = {{ scattering = 1, density = {density} }}\n"
+        );
+        scene_file::parse(
+            &text,
+            Path::new("test.toml"),
+            folder.path(),
+            &Parameters::new(),
+            &LoadOptions::default(),
+        )
+    };
+    let grid = |density: &str| {
+        let medium = load(density).expect("a scene").scene.materials[0].medium.clone().expect("a medium");
+        medium.density.expect("a density")
+    };
+    let own = grid("\"cloud.vol\"");
+    assert_eq!((own.bounds(), own.values(), own.largest()), ([Vec3::ZERO, Vec3::ONE], &[0.5, 2.0][..], 2.0));
+    let placed = grid("{ file = \"cloud.vol\", bounds = [[-1, 0, 0], [1, 2, 3]] }");
+    assert_eq!(placed.bounds(), [Vec3::new(-1.0, 0.0, 0.0), Vec3::new(1.0, 2.0, 3.0)]);
+    let error = load("{ file = \"cloud.vol\", bounds = [[0, 0, 0], [1, 0, 1]] }").expect_err("flat");
+    assert!(error.to_string().contains("density.bounds"), "{error}");
+    let error = load("\"none.vol\"").expect_err("no file");
+    assert!(matches!(error, LoadError::Read { .. }), "{error}");
 }

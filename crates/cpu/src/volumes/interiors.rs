@@ -25,8 +25,16 @@ pub(crate) struct Interiors {
 }
 
 /// A part of a ray that lies in one medium.
+#[derive(Clone, Copy)]
 pub(crate) struct Segment {
+    /// Where its density is 1.
     pub medium: Medium,
+    /// Index into the tables' grids of its density, or `NONE`: 1 everywhere.
+    pub grid: u32,
+    /// Whether that is the inside of what looks like a surface.
+    pub subsurface: bool,
+    /// Whether light gets out of it without being bent.
+    pub open: bool,
     /// Where it begins and ends, metres along the ray.
     pub start: f32,
     pub end: f32,
@@ -131,20 +139,26 @@ impl Interiors {
         let seen = surface.filter(|s| !s.front && tables.materials[s.material as usize].is_body());
         let unknown = seen.map(|s| s.material).filter(|m| !self.entered().contains(m));
         if let Some(material) = unknown.or(self.current(tables)) {
-            return inside(tables, material).map(|medium| Segment { medium, start: 0.0, end });
+            let record = &tables.materials[material as usize];
+            let of_medium = tables.media.get(record.medium as usize);
+            let subsurface = of_medium.is_some_and(|m| m.subsurface);
+            let (grid, open) = (of_medium.map_or(NONE, |m| m.grid), record.is_boundary());
+            let segment = |medium| Segment { medium, grid, subsurface, open, start: 0.0, end };
+            return inside(tables, record).map(segment);
         }
         if tables.fog.medium == NONE {
             return None;
         }
         let part = below_height(ray.origin[1], ray.direction[1], tables.fog.top, end);
         let medium = medium_at(tables, tables.fog.medium);
-        (part.y > part.x).then_some(Segment { medium, start: part.x, end: part.y })
+        let (start, end) = (part.x, part.y);
+        let grid = tables.media[tables.fog.medium as usize].grid;
+        (end > start).then_some(Segment { medium, grid, subsurface: false, open: true, start, end })
     }
 }
 
 /// What is inside of a body of a material; `None` if it does nothing to light.
-fn inside(tables: &SceneTables, material: u32) -> Option<Medium> {
-    let material = &tables.materials[material as usize];
+fn inside(tables: &SceneTables, material: &MaterialRecord) -> Option<Medium> {
     if material.medium != NONE {
         return Some(medium_at(tables, material.medium));
     }

@@ -4,6 +4,7 @@
 //! next surface it may scatter in the medium there, and boundaries of media let it pass without counting as vertices.
 //! Light is sampled from every vertex, with the transmittance of the way to it.
 
+mod grid;
 mod interiors;
 mod shadow;
 
@@ -22,6 +23,7 @@ use crate::surface::Surface;
 use accel::{Hit, Ray};
 use backend::{PathSettings, View};
 use film::AovSample;
+use grid::{STREAM_SHADOW, Stream};
 use interiors::{Interiors, Segment};
 use optics::camera::{camera_pixel_spread, camera_ray};
 use optics::constants::FAR;
@@ -35,12 +37,14 @@ use optics::random::{PixelSampler, hash_combine, sample_2d};
 use optics::scatter::{BSDF_NONE, BsdfSample, BsdfValue};
 use optics::vector::dot;
 use optics::volume::{
-    Medium, medium_emitted, medium_extinction, medium_sample, medium_scatters, phase_eval, phase_sample,
+    Medium, medium_emitted, medium_extinction, medium_sample, medium_scatters, medium_survival, phase_eval,
+    phase_sample,
 };
 use optics::{Vec2f, Vec3f, vec2f, vec3f};
-use scene::tables::{MaterialRecord, ModelTag};
+use scene::tables::{MaterialRecord, ModelTag, NONE};
 
 const BLACK: Vec3f = vec3f(0.0, 0.0, 0.0);
+const WHITE: Vec3f = vec3f(1.0, 1.0, 1.0);
 
 /// Pairs of random numbers for each segment: those of every vertex, and one for the distance.
 const PAIRS_PER_SEGMENT: u32 = 5;
@@ -87,6 +91,12 @@ impl VolumePath {
         sample_2d(self.sampler, PAIRS_BEFORE_VERTICES + PAIRS_PER_SEGMENT * (self.segments - 1) + pair)
     }
 
+    /// Russian roulette: whether the path lives, and then what it counts more for it.
+    fn play(&mut self, survival: f32, u: f32) -> bool {
+        self.state.throughput *= 1.0 / survival;
+        u < survival
+    }
+
     /// Goes on from `origin` after scattering at `vertex`.
     fn leave(&mut self, vertex: Vec3f, origin: Vec3f, wi: Vec3f) {
         self.ray = Ray::new(origin.to_array(), wi.to_array());
@@ -97,7 +107,8 @@ impl VolumePath {
 /// What a path scatters at.
 enum Vertex<'s> {
     Surface(&'s Surface),
-    Medium { position: Vec3f, medium: Medium },
+    /// A point of the medium of a segment.
+    Medium(Vec3f, Segment),
 }
 
 impl<'a> VolumeTracer<'a> {
@@ -209,7 +220,11 @@ impl<'a> VolumeTracer<'a> {
 
     /// Goes through a medium: adds what it emits, and returns where the path scatters in it, if it does.
     fn pass(&mut self, path: &mut VolumePath, segment: &Segment) -> Option<Vertex<'static>> {
-        let Segment { medium, start, end } = *segment;
+        let Segment { medium, start, end, .. } = *segment;
+        if segment.grid != NONE {
+            let (distance, here) = self.track(path, segment)?;
+            return Some(stop(path, distance, here));
+        }
         let state = &mut path.state;
         self.radiance += state.throughput * medium_emitted(medium, end - start);
         if !medium_scatters(medium) {
@@ -222,13 +237,7 @@ impl<'a> VolumeTracer<'a> {
         if !sample.scattered {
             return None;
         }
-        let (origin, direction) = (vec3(path.ray.origin), vec3(path.ray.direction));
-        // Rounding must not put the point on the other side of what the segment ends at.
-        let far = start + sample.distance;
-        let rounding = (origin.x.abs().max(origin.y.abs()).max(origin.z.abs()) + end.min(far)) * 1e-6;
-        let distance = far.min(end - rounding).max(0.0);
-        path.length += distance;
-        Some(Vertex::Medium { position: origin + direction * distance, medium })
+        Some(stop(path, start + sample.distance, *segment))
     }
 
     /// Light that the path has come upon.
@@ -246,10 +255,11 @@ impl<'a> VolumeTracer<'a> {
 
     /// Scatters the path, in several if it is the first vertex and the settings say so. Returns whether it goes on.
     fn scatter(&mut self, path: &mut VolumePath, vertex: &Vertex) -> bool {
-        if path.state.depth >= self.settings.max_depth {
+        let walks = matches!(vertex, Vertex::Medium(_, segment) if segment.subsurface);
+        if path.state.depth >= self.settings.max_depth && !walks {
             return false;
         }
-        let branches = if path.state.depth == 1 { self.settings.splitting.max(1) } else { 1 };
+        let branches = if path.state.depth == 1 && !walks { self.settings.splitting.max(1) } else { 1 };
         if branches == 1 {
             return self.scatter_once(path, vertex);
         }
@@ -267,7 +277,8 @@ impl<'a> VolumeTracer<'a> {
 
     fn scatter_once(&mut self, path: &mut VolumePath, vertex: &Vertex) -> bool {
         match vertex {
-            Vertex::Medium { position, medium } => self.scatter_in(path, *position, *medium),
+            Vertex::Medium(position, segment) if segment.subsurface => self.walk(path, *position, segment),
+            Vertex::Medium(position, segment) => self.scatter_in(path, *position, segment.medium),
             Vertex::Surface(surface) => self.scatter_on(path, surface),
         }
     }
@@ -289,17 +300,42 @@ impl<'a> VolumeTracer<'a> {
             };
             let throughput = path.state.throughput;
             let c = path_light_contribution(throughput, phase, light.radiance, light.pdf, light.delta);
-            self.connect(ray, path.inside, c);
+            self.connect(path, ray, path.inside, c);
         }
         let wi = phase_sample(wo, medium.anisotropy, path.draw(PAIR_BSDF));
         let sample = BsdfSample {
             wi,
-            weight: vec3f(1.0, 1.0, 1.0),
+            weight: WHITE,
             pdf: phase_eval(dot(wo, wi), medium.anisotropy),
             delta: false,
             transmitted: false,
         };
-        let alive = self.survive(path, sample, 1.0, None);
+        let alive = self.survive_in(path, sample);
+        path.leave(position, position, wi);
+        alive
+    }
+
+    /// The same inside of what looks like a surface: a step of a random walk, which does not count as a vertex.
+    fn walk(&mut self, path: &mut VolumePath, position: Vec3f, segment: &Segment) -> bool {
+        let depth = path.state.depth;
+        // Long walks of what is nearly absorbed end by roulette as long paths do.
+        path.state.depth = path.segments;
+        let alive = if segment.open {
+            self.scatter_in(path, position, segment.medium)
+        } else {
+            self.turn(path, position, segment.medium)
+        };
+        path.state.depth = depth;
+        let left = path.state.throughput;
+        alive && left.x + left.y + left.z > 0.0
+    }
+
+    /// Goes on in another direction without sampling lights, which a surface hides: what the path finds counts in full.
+    fn turn(&mut self, path: &mut VolumePath, position: Vec3f, medium: Medium) -> bool {
+        let wo = -vec3(path.ray.direction);
+        let wi = phase_sample(wo, medium.anisotropy, path.draw(PAIR_BSDF));
+        let sample = BsdfSample { wi, weight: WHITE, pdf: 1.0, delta: true, transmitted: false };
+        let alive = self.survive_in(path, sample);
         path.leave(position, position, wi);
         alive
     }
@@ -350,7 +386,7 @@ impl<'a> VolumeTracer<'a> {
                     let c =
                         path_light_contribution(throughput, value, light.radiance, light.pdf, light.delta);
                     let inside = if above { path.inside } else { through };
-                    self.connect(shadow_ray(surface, &light, above), inside, c);
+                    self.connect(path, shadow_ray(surface, &light, above), inside, c);
                 }
             }
         }
@@ -363,7 +399,7 @@ impl<'a> VolumeTracer<'a> {
         if sample.pdf <= 0.0 || above == sample.transmitted {
             return false;
         }
-        let alive = self.survive(path, sample, bsdf.eta(), Some(u_lobe.y));
+        let alive = self.survive(path, sample, bsdf.eta(), u_lobe.y);
         if sample.transmitted {
             path.inside = through;
         }
@@ -371,26 +407,40 @@ impl<'a> VolumeTracer<'a> {
         alive
     }
 
-    /// Takes a scattered direction, unless Russian roulette ends the path. `u`: a number for that, if one is drawn already.
-    fn survive(&self, path: &mut VolumePath, sample: BsdfSample, eta: f32, u: Option<f32>) -> bool {
+    /// Takes a direction scattered by a surface, unless Russian roulette ends the path. `u`: uniform number for that.
+    fn survive(&self, path: &mut VolumePath, sample: BsdfSample, eta: f32, u: f32) -> bool {
         path.state = path_scatter(path.state, sample, eta);
         let (start, least) = (self.settings.roulette_start, self.settings.roulette_min_survival);
-        let survival = roulette_survival(path.state, start, least);
-        if survival < 1.0 && u.unwrap_or_else(|| path.draw(PAIR_LOBE).y) >= survival {
-            return false;
-        }
-        path.state.throughput *= 1.0 / survival;
-        true
+        path.play(roulette_survival(path.state, start, least), u)
+    }
+
+    /// The same in a medium.
+    fn survive_in(&self, path: &mut VolumePath, sample: BsdfSample) -> bool {
+        path.state = path_scatter(path.state, sample, 1.0);
+        let (start, least) = (self.settings.roulette_start, self.settings.roulette_min_survival);
+        let u = path.draw(PAIR_LOBE).y;
+        path.play(medium_survival(path.state, start, least), u)
     }
 
     /// Adds what a light sample brings through what is between.
-    fn connect(&mut self, ray: Ray, inside: Interiors, contribution: Vec3f) {
+    fn connect(&mut self, path: &VolumePath, ray: Ray, inside: Interiors, contribution: Vec3f) {
         // Not `> 0`: NaN must reach the film, where it is counted.
         if contribution.x + contribution.y + contribution.z != 0.0 {
-            let left = self.visibility(ray, inside);
+            let mut stream = Stream::new(&path.sampler, path.segments, STREAM_SHADOW);
+            let left = self.visibility(ray, inside, &mut stream);
             self.radiance += contribution * left;
         }
     }
+}
+
+/// The point of a segment at `distance` along the path's ray.
+fn stop(path: &mut VolumePath, distance: f32, segment: Segment) -> Vertex<'static> {
+    let (origin, direction) = (vec3(path.ray.origin), vec3(path.ray.direction));
+    // Rounding must not put the point on the other side of what the segment ends at.
+    let rounding = (origin.x.abs().max(origin.y.abs()).max(origin.z.abs()) + distance) * 1e-6;
+    let distance = distance.min(segment.end - rounding).max(0.0);
+    path.length += distance;
+    Vertex::Medium(origin + direction * distance, segment)
 }
 
 impl VolumePath {

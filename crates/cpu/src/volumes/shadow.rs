@@ -1,5 +1,6 @@
 //! What is left of light on its way through media and their boundaries.
 
+use super::grid::Stream;
 use super::interiors::{Interiors, Segment};
 use super::{BLACK, VolumeTracer};
 use crate::surface::Surface;
@@ -8,6 +9,7 @@ use optics::medium::transmittance;
 use optics::vector::dot;
 use optics::volume::medium_extinction;
 use optics::{Vec3f, vec3f};
+use scene::tables::NONE;
 
 /// Boundaries that light is followed through; what is behind more is dark.
 const MOST_CROSSINGS: usize = 256;
@@ -15,8 +17,8 @@ const MOST_CROSSINGS: usize = 256;
 impl VolumeTracer<'_> {
     /// The transmittance of a shadow ray, all of it; black if a surface is in the way.
     ///
-    /// - `inside`: what the ray's origin is in.
-    pub(super) fn visibility(&mut self, mut ray: Ray, mut inside: Interiors) -> Vec3f {
+    /// - `inside`: what the ray's origin is in. `stream`: numbers for media whose density varies.
+    pub(super) fn visibility(&mut self, mut ray: Ray, mut inside: Interiors, stream: &mut Stream) -> Vec3f {
         let mut left = vec3f(1.0, 1.0, 1.0);
         for _ in 0..MOST_CROSSINGS {
             let hit = self.closest(&ray);
@@ -25,10 +27,8 @@ impl VolumeTracer<'_> {
             if surface.as_ref().is_some_and(|s| !self.passes(s, &inside)) {
                 return BLACK;
             }
-            if let Some(Segment { medium, start, end }) =
-                inside.segment(&self.scene.tables, &ray, end, surface.as_ref())
-            {
-                left *= transmittance(medium_extinction(medium), end - start);
+            if let Some(segment) = inside.segment(&self.scene.tables, &ray, end, surface.as_ref()) {
+                left *= self.segment_transmittance(&ray, &segment, stream);
             }
             let Some(surface) = surface else { return left };
             if left.x + left.y + left.z <= 0.0 {
@@ -41,5 +41,12 @@ impl VolumeTracer<'_> {
             ray.t_max -= way;
         }
         BLACK
+    }
+
+    fn segment_transmittance(&self, ray: &Ray, segment: &Segment, stream: &mut Stream) -> Vec3f {
+        if segment.grid != NONE {
+            return self.ratio_track(ray, segment, stream);
+        }
+        transmittance(medium_extinction(segment.medium), segment.end - segment.start)
     }
 }

@@ -433,11 +433,15 @@ pub fn anisotropy(i: &mut Inputs) -> f32 {
     i.edge(&[0.0, 1e-4, -1e-4, 0.5, 0.9, -0.9]).unwrap_or_else(|| i.between(-0.95, 0.95))
 }
 
+/// Coefficients of each channel, m⁻¹.
+pub fn coefficients(i: &mut Inputs) -> Vec3f {
+    vec3f(size(i), size(i), size(i))
+}
+
 pub fn medium(i: &mut Inputs) -> Medium {
-    let coefficient = |i: &mut Inputs| vec3f(size(i), size(i), size(i));
     Medium {
-        absorption: coefficient(i),
-        scattering: coefficient(i),
+        absorption: coefficients(i),
+        scattering: coefficients(i),
         emission: radiance(i),
         anisotropy: anisotropy(i),
     }

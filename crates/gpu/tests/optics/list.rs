@@ -352,6 +352,10 @@ functions! {
     volume::medium_sample(m: medium, throughput: albedo, end: size, u: unit2) within DISTANCES;
     volume::medium_emitted(m: medium, distance: size) within DEPTHS;
     volume::effective_length(extinction: positive, distance: size) within DEPTHS;
+    volume::medium_survival(path: path, start: depth, min_survival: share) within ROUNDING;
+    volume::diluted(m: medium, density: share) within ROUNDING;
+    volume::collide(m: medium, majorant: size, throughput: albedo, u: unit) within STEPS;
+    volume::ratio_tracking_factor(extinction: coefficients, majorant: size) within CANCELLING;
     volume::below_height(height: real, slope: signed_cosine, top: real, end: size) within CANCELLING;
     volume::phase_eval(cos_theta: signed_cosine, g: anisotropy) within CANCELLING;
     volume::phase_sample(wo: direction, g: anisotropy, u: unit2) within GRAZING;

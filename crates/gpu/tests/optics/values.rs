@@ -76,6 +76,7 @@ structures! {
     LightBounds in light_tree { low, high, intensity, axis, cos_spread, cos_emission, two_sided }
     LightBranch in light_tree { second, probability, remainder }
     Medium in volume { absorption, scattering, emission, anisotropy }
+    Collision in volume { scattered, weight }
     MediumSample in volume { distance, scattered, weight }
     PathState in path { throughput, radiance, pdf, specular, eta_scale, depth }
     Moments in estimator { count, mean, m2 }

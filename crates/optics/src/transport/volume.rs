@@ -14,6 +14,7 @@ pub mod volume {
     use crate::frame::*;
     use crate::math::*;
     use crate::medium::*;
+    use crate::path::*;
     use wgsl_rs::std::*;
 
     /// A medium at one point; the same at all points where it is homogeneous. Coefficients are m⁻¹ and ≥ 0.
@@ -37,6 +38,15 @@ pub mod volume {
         /// Whether it scatters before the end of the way.
         pub scattered: bool,
         /// Transmittance, times the scattering coefficient where it scatters, over the density of the distance.
+        pub weight: Vec3f,
+    }
+
+    /// What a path does at a tentative collision with a medium; see [`collide`].
+    #[derive(Clone, Copy, Debug)]
+    pub struct Collision {
+        /// Whether it scatters; otherwise it goes on as if there had been nothing.
+        pub scattered: bool,
+        /// Factor on the throughput.
         pub weight: Vec3f,
     }
 
@@ -130,6 +140,56 @@ pub mod volume {
             return distance * (1.0 - 0.5 * depth);
         }
         (1.0 - exp(-depth)) / extinction
+    }
+
+    /// Probability with which Russian roulette lets a path live that has scattered in a medium; otherwise
+    /// as `roulette_survival`.
+    ///
+    /// Here it may be 1: of a long way through what absorbs next to nothing, a bound below 1 would leave few paths that count
+    /// for very many.
+    pub fn medium_survival(path: PathState, start: u32, min_survival: f32) -> f32 {
+        if path.depth < start {
+            return 1.0;
+        }
+        clamp(max_component(path.throughput) * path.eta_scale, min_survival, 1.0)
+    }
+
+    /// The medium at a point where it has a density.
+    pub fn diluted(m: Medium, density: f32) -> Medium {
+        Medium {
+            absorption: m.absorption * density,
+            scattering: m.scattering * density,
+            emission: m.emission * density,
+            anisotropy: m.anisotropy,
+        }
+    }
+
+    /// Decides whether a path scatters at a tentative collision, of which there are `majorant` a metre.
+    ///
+    /// - `m`: the medium at the point; its extinction is at most `majorant`, m⁻¹. `u`: uniform number.
+    ///
+    /// Absorption is in the weight. The choice goes by the channel that each event brings most for.
+    /// Source: Kutz, Habel, Li and Novák, "Spectral and Decomposition Tracking", SIGGRAPH 2017, section 5.
+    pub fn collide(m: Medium, majorant: f32, throughput: Vec3f, u: f32) -> Collision {
+        let missing = vec3f(majorant, majorant, majorant) - medium_extinction(m);
+        let none = max(missing, vec3f(0.0, 0.0, 0.0));
+        let scatters = max_component(throughput * m.scattering);
+        let goes_on = max_component(throughput * none);
+        let sum = scatters + goes_on;
+        if sum <= 0.0 {
+            return Collision { scattered: false, weight: vec3f(0.0, 0.0, 0.0) };
+        }
+        if u * sum < scatters {
+            return Collision { scattered: true, weight: m.scattering * (sum / (majorant * scatters)) };
+        }
+        Collision { scattered: false, weight: none * (sum / (majorant * max(goes_on, 1.0e-30))) }
+    }
+
+    /// What a tentative collision leaves of the transmittance of a way: the probability of having met nothing.
+    /// Source: Novák, Selle and Jarosz, "Residual Ratio Tracking for Estimating Attenuation in Participating Media", SIGGRAPH
+    /// Asia 2014.
+    pub fn ratio_tracking_factor(extinction: Vec3f, majorant: f32) -> Vec3f {
+        max(vec3f(1.0, 1.0, 1.0) - extinction * (1.0 / majorant), vec3f(0.0, 0.0, 0.0))
     }
 
     /// Where a ray is below a height: from `x` to `y` metres along it; nowhere if `y` is not more than `x`.

@@ -9,6 +9,7 @@ pub mod ply;
 pub mod scene_file;
 pub mod stl;
 pub mod textures;
+pub mod vol;
 
 use crate::{LoadReport, Scene};
 use std::path::{Path, PathBuf};

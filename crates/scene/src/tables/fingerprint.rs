@@ -28,6 +28,8 @@ impl SceneTables {
             materials,
             layers,
             media,
+            grids,
+            densities,
             fog,
             nested,
             texture_slots,
@@ -54,7 +56,8 @@ impl SceneTables {
         hash.records(bindings);
         hash.records(materials);
         hash.records(layers);
-        hash.records(&(media, fog, nested));
+        hash.records(&(media, grids, fog, nested));
+        hash.numbers(densities);
         hash.records(texture_slots);
         hash.records(textures);
         hash.numbers(texels);

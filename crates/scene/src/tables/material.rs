@@ -129,7 +129,10 @@ impl MaterialRecord {
         let mut flags = 0;
         let mut set = |bit: u32, on: bool| flags |= if on { bit } else { 0 };
         // To all but paths through media, a boundary is one big hole.
-        let boundary = material.model == Model::Boundary;
+        let subsurface = material.subsurface.filter(|_| material.model == Model::Dielectric);
+        // Where nothing is bent there is no surface either.
+        let matched = subsurface.is_some() && !has_layers && material.ior <= 1.0001;
+        let boundary = material.model == Model::Boundary || matched;
         set(MATERIAL_ALPHA_MASK, boundary || matches!(material.alpha_mode, AlphaMode::Mask(_)));
         set(MATERIAL_ALPHA_BLEND, !boundary && material.alpha_mode == AlphaMode::Blend);
         set(MATERIAL_BODY, material.refracts_into_body());
@@ -140,6 +143,7 @@ impl MaterialRecord {
         set(MATERIAL_CHECKERBOARD_FADES, fade.is_some());
         Self {
             model: match material.model {
+                _ if boundary => ModelTag::Boundary,
                 Model::MetallicRoughness | Model::Dielectric if has_layers => ModelTag::Layered,
                 Model::MetallicRoughness => ModelTag::MetallicRoughness,
                 Model::Lambert => ModelTag::Lambert,
@@ -149,7 +153,12 @@ impl MaterialRecord {
                 Model::Boundary => ModelTag::Boundary,
             },
             flags,
-            base_color: if boundary { [0.0; 4] } else { material.base_color.to_array() },
+            base_color: match subsurface {
+                _ if boundary => [0.0; 4],
+                // The inside has the colour.
+                Some(_) => [1.0, 1.0, 1.0, material.base_color.w],
+                None => material.base_color.to_array(),
+            },
             emission: if boundary { [0.0; 3] } else { material.emission.to_array() },
             metallic: if layered_glass { 0.0 } else { material.metallic },
             roughness: material.roughness,

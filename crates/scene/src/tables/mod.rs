@@ -35,7 +35,7 @@ pub use material::{
     MATERIAL_CHECKERBOARD_FADES, MATERIAL_TANGENTS, MATERIAL_THIN, MaterialRecord, ModelTag, TextureRecord,
     TextureSlot,
 };
-pub use medium::{FogRecord, MediumRecord};
+pub use medium::{FogRecord, GridRecord, MediumRecord};
 
 /// "No index".
 pub const NONE: u32 = u32::MAX;
@@ -73,6 +73,10 @@ pub struct SceneTables {
     pub layers: Vec<LayersRecord>,
     /// Media inside of bodies and between them.
     pub media: Vec<MediumRecord>,
+    /// Grids of densities of media.
+    pub grids: Vec<GridRecord>,
+    /// The densities of all grids.
+    pub densities: Vec<f32>,
     /// What is between bodies.
     pub fog: FogRecord,
     /// Whether bodies have priorities, and refract by what is on both of their sides.
@@ -117,6 +121,8 @@ impl SceneTables {
             + bytes(&self.materials)
             + bytes(&self.layers)
             + bytes(&self.media)
+            + bytes(&self.grids)
+            + bytes(&self.densities)
             + bytes(&self.texels)
             + bytes(&self.lights)
             + bytes(&self.light_alias)

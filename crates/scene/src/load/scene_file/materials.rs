@@ -2,7 +2,7 @@
 
 use super::Builder;
 use super::document::{Context, Entry, NameOr};
-use super::media::{MediumKeys, apply_medium};
+use super::media::{MediumKeys, SubsurfaceKeys, apply_medium};
 use super::values::{Color, within};
 use crate::load::LoadError;
 use crate::load::textures::Neutral;
@@ -71,6 +71,7 @@ pub(super) struct MaterialKeys {
     pub attenuation_color: Option<Color>,
     pub attenuation_distance: Option<f32>,
     pub medium: Option<MediumKeys>,
+    pub subsurface: Option<SubsurfaceKeys>,
     pub priority: Option<i32>,
 }
 
@@ -200,7 +201,7 @@ impl Builder<'_> {
         apply_alpha(&keys, &mut material, &context)?;
         self.apply_textures(&keys, &mut material, &context)?;
         self.apply_layers(&keys, &mut material, &context)?;
-        apply_medium(&keys, &mut material, &context)?;
+        apply_medium(self, &keys, &mut material, &context)?;
         Ok(self.push_material(material))
     }
 
@@ -290,7 +291,9 @@ fn apply_numbers(k: &MaterialKeys, m: &mut Material, c: &Context) -> Result<(), 
     if matches!(m.model, Model::Dielectric | Model::Mirror) {
         // Clear unless the file says otherwise: the defaults are made for metallic-roughness.
         m.base_color = Vec3::ONE.extend(m.base_color.w);
-        m.roughness = k.roughness.unwrap_or(0.0);
+        // Light is found through a rough surface only, so what is meant to be lit inside has one.
+        let smooth = if k.subsurface.is_some() { 0.4 } else { 0.0 };
+        m.roughness = k.roughness.unwrap_or(smooth);
     }
     if let Some(Color(color)) = k.base_color {
         within(color.max_element(), [0.0, 1.0], "base-color", c)?;

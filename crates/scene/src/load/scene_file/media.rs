@@ -1,16 +1,17 @@
 //! `medium` of materials and `[fog]`: what is between surfaces.
 
 use super::Builder;
-use super::document::{Context, Entry};
+use super::document::{Context, Entry, NameOr};
 use super::materials::MaterialKeys;
-use super::values::{Color, within};
-use crate::load::LoadError;
-use crate::{Fog, Material, Medium, Model};
+use super::values::{Color, Vec3Value, within};
+use crate::load::{LoadError, vol};
+use crate::{DensityGrid, Fog, Material, Medium, Model, Subsurface};
 use glam::Vec3;
 use serde::Deserialize;
+use std::sync::Arc;
 
 /// What a medium consists of.
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub(super) struct MediumKeys {
     /// m⁻¹.
@@ -20,6 +21,35 @@ pub(super) struct MediumKeys {
     /// W·sr⁻¹·m⁻³.
     emission: Option<Color>,
     anisotropy: Option<f32>,
+    density: Option<NameOr<DensityKeys>>,
+}
+
+/// A file of densities and where it is.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+struct DensityKeys {
+    file: String,
+    /// Lower and upper corner, world space, metres; the file's own without them.
+    bounds: Option<[Vec3Value; 2]>,
+}
+
+/// Light that comes out elsewhere.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub(super) struct SubsurfaceKeys {
+    /// Mean free path, metres.
+    radius: Color,
+    #[serde(default)]
+    anisotropy: f32,
+}
+
+impl SubsurfaceKeys {
+    fn subsurface(&self, c: &Context) -> Result<Subsurface, LoadError> {
+        let (Color(radius), most) = (self.radius, Medium::MOST_ANISOTROPIC);
+        within(radius.min_element(), [Subsurface::SHORTEST, 1e6], "subsurface.radius", c)?;
+        let anisotropy = within(self.anisotropy, [-most, most], "subsurface.anisotropy", c)?;
+        Ok(Subsurface { radius, anisotropy })
+    }
 }
 
 #[derive(Deserialize)]
@@ -47,14 +77,34 @@ impl MediumKeys {
             scattering: color(self.scattering, "scattering")?,
             emission: color(self.emission, "emission")?,
             anisotropy: within(anisotropy, [-most, most], &format!("{what}anisotropy"), c)?,
+            density: None,
         })
     }
 }
 
 /// The medium of a material, and its priority.
-pub(super) fn apply_medium(k: &MaterialKeys, m: &mut Material, c: &Context) -> Result<(), LoadError> {
+pub(super) fn apply_medium(
+    builder: &Builder,
+    k: &MaterialKeys,
+    m: &mut Material,
+    c: &Context,
+) -> Result<(), LoadError> {
     if let Some(keys) = &k.medium {
-        m.medium = Some(keys.medium("medium.", c)?);
+        let mut medium = keys.medium("medium.", c)?;
+        medium.density = builder.density(keys.density.as_ref(), c)?;
+        m.medium = Some(medium);
+    }
+    if let Some(keys) = &k.subsurface {
+        if m.model != Model::Dielectric || m.thin_walled {
+            return Err(c.error("`subsurface` needs `model = \"dielectric\"` that is not `thin-walled`"));
+        }
+        if m.medium.is_some() {
+            return Err(c.error("`subsurface` is a medium already; it cannot have `medium` as well"));
+        }
+        if m.base_color_texture.is_some() || m.checkerboard.is_some() {
+            return Err(c.error("the inside of `subsurface` has one colour, `base-color`, and no texture"));
+        }
+        m.subsurface = Some(keys.subsurface(c)?);
     }
     if m.medium.is_some() && !m.refracts_into_body() {
         return Err(c.error(
@@ -75,11 +125,34 @@ pub(super) fn apply_medium(k: &MaterialKeys, m: &mut Material, c: &Context) -> R
 }
 
 impl Builder<'_> {
+    /// The grid of a file.
+    fn density(
+        &self,
+        keys: Option<&NameOr<DensityKeys>>,
+        c: &Context,
+    ) -> Result<Option<Arc<DensityGrid>>, LoadError> {
+        let (file, bounds) = match keys {
+            None => return Ok(None),
+            Some(NameOr::Name(file)) => (file, None),
+            Some(NameOr::Table(t)) => (&t.file, t.bounds),
+        };
+        let mut grid = vol::load(&self.place.folder.join(file), self.options)?;
+        if let Some(corners) = bounds {
+            let placed = grid.placed(corners.map(Vec3::from_array));
+            grid = placed.ok_or_else(|| {
+                c.error(
+                    "`density.bounds` must be two corners, the second one above the first along each axis",
+                )
+            })?;
+        }
+        Ok(Some(Arc::new(grid)))
+    }
+
     /// `[fog]`.
     pub(super) fn set_fog(&mut self, entry: Entry) -> Result<(), LoadError> {
         let context = entry.context();
         let FogKeys { absorption, scattering, emission, anisotropy, top } = entry.read()?;
-        let keys = MediumKeys { absorption, scattering, emission, anisotropy };
+        let keys = MediumKeys { absorption, scattering, emission, anisotropy, density: None };
         let medium = keys.medium("", &context)?;
         // Along a horizontal ray, fog with a top is as endless as fog without.
         let clear = medium.absorption + medium.scattering;
