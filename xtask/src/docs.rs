@@ -22,10 +22,7 @@ fn realtime() -> anyhow::Result<()> {
     let pictures: [(&str, &[&str]); 4] = [
         ("raw", &["--no-filter", "--spp", "1"]),
         ("filtered", &["--spp", "16"]),
-        (
-            "noise",
-            &["--frame-samples", "4..16", "--spp", "4", "--show", "blurred-noise", "--exposure", "100"],
-        ),
+        ("noise", &["--frame-samples", "4..16", "--spp", "4", "--show", "blurred-noise"]),
         ("samples", &["--frame-samples", "4..16", "--spp", "4", "--show", "samples"]),
     ];
     let (variables, binary) = (test::driver(), release_binary()?);

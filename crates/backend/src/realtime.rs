@@ -143,7 +143,7 @@ pub enum FrameView {
     Variance,
     /// Samples that the past is worth, over the most that it counts for while anything moves.
     History,
-    /// The map of the noise: variance of the mean as it is seen.
+    /// The map of the noise: variance of the mean as it is seen, over twice the tolerance.
     Noise,
     /// The same, spread.
     BlurredNoise,

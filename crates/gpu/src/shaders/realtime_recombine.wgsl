@@ -41,10 +41,10 @@ fn shown(at: u32) -> vec4f {
             return vec4f(vec3f(h.diffuse_count / max(realtime.most_history, 1.0)), 1.0);
         }
         case SHOW_NOISE: {
-            return vec4f(vec3f(noise[at]), 1.0);
+            return vec4f(vec3f(0.5 * noise[at] / realtime.tolerance), 1.0);
         }
         case SHOW_BLURRED_NOISE: {
-            return vec4f(vec3f(spread[at]), 1.0);
+            return vec4f(vec3f(0.5 * spread[at] / realtime.tolerance), 1.0);
         }
         case SHOW_MASK: {
             return vec4f(vec3f(select(0.0, 1.0, lights_found[at].wanted > 0u)), 1.0);
