@@ -48,7 +48,7 @@ fn volumes() -> anyhow::Result<()> {
         "--spp",
         "200",
     ]);
-    command.args(["--denoise", "--width", "640", "--height", "360", "--output", "docs/images/volumes.png"]);
+    command.args(["--denoise", "--width", "480", "--height", "270", "--output", "docs/images/volumes.png"]);
     run_command(&mut command)
 }
 
