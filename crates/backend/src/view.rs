@@ -205,7 +205,7 @@ impl Default for HybridSettings {
             visibility: Visibility::Raster,
             shadows: true,
             light_cutoff: 0.0,
-            reflection_survival: 0.05,
+            reflection_survival: 0.04,
         }
     }
 }

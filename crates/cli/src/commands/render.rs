@@ -218,7 +218,7 @@ pub struct RenderArgs {
     #[arg(long, help_heading = "Light", value_name = "IRRADIANCE", default_value_t = 0.0, value_parser = parse_not_negative)]
     light_cutoff: f32,
     /// `hybrid`: least probability with which a glossy surface sends out reflection rays; 1 sends them all.
-    #[arg(long, help_heading = "Light", value_name = "SHARE", default_value_t = 0.05, value_parser = parse_share)]
+    #[arg(long, help_heading = "Light", value_name = "SHARE", default_value_t = 0.04, value_parser = parse_share)]
     reflection_survival: f32,
 
     #[command(flatten)]

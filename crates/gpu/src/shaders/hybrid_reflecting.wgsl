@@ -16,33 +16,14 @@ struct Reflecting {
 
 @group(3) @binding(9) var<storage, read_write> reflecting: Reflecting;
 
-var<workgroup> group_reflecting: atomic<u32>;
-var<workgroup> group_first: u32;
-
-/// Adds the pixels of a workgroup that reflect to the list, in one place, so that neighbours stay together. All invocations of the
-/// group call it.
-fn list_reflecting(local: u32, pixel: u32, reflects: bool) {
-    if local == 0u {
-        atomicStore(&group_reflecting, 0u);
-    }
-    workgroupBarrier();
-    var place = 0u;
-    if reflects {
-        place = atomicAdd(&group_reflecting, 1u);
-    }
-    workgroupBarrier();
-    if local == 0u {
-        let count = atomicLoad(&group_reflecting);
-        if count > 0u {
-            group_first = atomicAdd(&reflecting.count, count);
-            let groups = (group_first + count + REFLECTING_GROUP - 1u) / REFLECTING_GROUP;
-            let across = reflecting.groups_across;
-            atomicMax(&reflecting.groups_down, (groups + across - 1u) / across);
-        }
-    }
-    workgroupBarrier();
-    if reflects {
-        reflecting.pixels[group_first + place] = pixel;
+/// Adds a pixel to the list. Its order is that in which invocations come; drivers add those of a subgroup at once.
+fn list_reflecting(pixel: u32) {
+    let place = atomicAdd(&reflecting.count, 1u);
+    reflecting.pixels[place] = pixel;
+    // The first pixel of a row of workgroups begins the row.
+    let row = REFLECTING_GROUP * reflecting.groups_across;
+    if place % row == 0u {
+        atomicMax(&reflecting.groups_down, place / row + 1u);
     }
 }
 

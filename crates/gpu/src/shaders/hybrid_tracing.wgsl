@@ -160,12 +160,12 @@ fn environment_is_black() -> bool {
 @compute @workgroup_size(8, 8)
 fn ambient_occlusion(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
     begin(local);
-    var at = 0u;
-    var reflects = false;
     if is_in_rows(id) {
         let pixel = pixel_of(id);
-        at = pixel_number(pixel);
-        reflects = pixels[at].reflection_weight > 0.0;
+        let at = pixel_number(pixel);
+        if pixels[at].reflection_weight > 0.0 {
+            list_reflecting(at);
+        }
         let hit = first_hit(at);
         if hit.instance != NONE && !environment_is_black() {
             let vertex = first_vertex(pixel, hit);
@@ -175,7 +175,6 @@ fn ambient_occlusion(@builtin(global_invocation_id) id: vec3u, @builtin(local_in
             }
         }
     }
-    list_reflecting(local, at, reflects);
     finish(local);
 }
 

@@ -37,7 +37,7 @@ pub struct FrameArgs {
     #[arg(long, value_enum, default_value_t = Visibility::Raster)]
     pub visibility: Visibility,
     /// Least probability with which a glossy surface sends out reflection rays; 1 sends them all.
-    #[arg(long, value_name = "SHARE", default_value_t = 0.05, value_parser = parse_share)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.04, value_parser = parse_share)]
     pub reflection_survival: f32,
     /// Which back end traces: gpu-bvh or gpu-query. Instances move on the device with gpu-bvh only.
     #[arg(long, value_name = "NAME", default_value = "gpu-bvh")]
