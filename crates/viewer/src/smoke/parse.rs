@@ -176,6 +176,22 @@ mod tests {
     }
 
     #[test]
+    fn steps_of_time_have_numbers_and_clips_names() {
+        let steps = parse("moment 3\nplay 10\nfps 24\nclip Walk cycle\nintegrator hybrid\n").expect("steps");
+        let expected = [
+            Step::Moment(3),
+            Step::Play(10.0),
+            Step::Fps(24.0),
+            Step::Clip("Walk cycle".into()),
+            Step::Transport(Transport::Hybrid),
+        ];
+        assert_eq!(steps, expected);
+        for text in ["moment", "moment x", "play", "play x", "fps inf", "clip", "integrator aov"] {
+            assert_eq!(parse(text).expect_err(text).line, 1);
+        }
+    }
+
+    #[test]
     fn errors_name_the_line() {
         for (text, part) in [
             ("wait\n", "more words"),
