@@ -6,6 +6,7 @@
 //! what the passes of the real-time renderer hand on. Start reading at [`Gpu::open`] and [`GpuScene::upload`].
 
 mod backend;
+mod bindings;
 mod device;
 mod error;
 pub mod film;

@@ -237,6 +237,20 @@ pub(crate) fn validate(name: &str, text: &str) -> (naga::Module, naga::valid::Mo
     (module, info)
 }
 
+/// For tests: what an entry point uses of groups 2 and 3, as group, binding, and whether the variable may be written.
+#[cfg(test)]
+pub(crate) fn used_bindings(name: &str, text: &str, entry_point: &str) -> Vec<(u32, u32, bool)> {
+    let (module, info) = validate(name, text);
+    let index = module.entry_points.iter().position(|e| e.name == entry_point);
+    let info = info.get_entry_point(index.expect("an entry point"));
+    let used = module.global_variables.iter().filter(|(handle, _)| !info[*handle].is_empty());
+    let bound = used.filter_map(|(_, v)| {
+        let writes = matches!(v.space, naga::AddressSpace::Storage { access } if access.contains(naga::StorageAccess::STORE));
+        v.binding.map(|b| (b.group, b.binding, writes))
+    });
+    bound.filter(|(group, ..)| *group >= 2).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,6 +1,7 @@
 //! The passes of a frame: their texts, what they bind, their pipelines.
 
 use super::items::DrawClass;
+use crate::bindings::{buffer, entry, film_layout};
 use crate::shader::{Variant, scene_text};
 use crate::tracer::{Tracer, TracerText};
 use crate::{Gpu, GpuError, GpuScene};
@@ -328,23 +329,6 @@ fn draw_pipeline(
     })
 }
 
-fn entry(binding: u32, visibility: ShaderStages, ty: BindingType) -> wgpu::BindGroupLayoutEntry {
-    wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None }
-}
-
-fn buffer(ty: BufferBindingType) -> BindingType {
-    BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
-}
-
-/// Layout of the film's group with the view and some of its buffers.
-fn film_layout(gpu: &Gpu, bindings: &[u32], visibility: ShaderStages) -> wgpu::BindGroupLayout {
-    let view = entry(0, visibility, buffer(BufferBindingType::Uniform));
-    let storage = |&b: &u32| entry(b, visibility, buffer(BufferBindingType::Storage { read_only: false }));
-    let entries: Vec<_> = std::iter::once(view).chain(bindings.iter().map(storage)).collect();
-    gpu.device
-        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("film"), entries: &entries })
-}
-
 /// Layout of group 3 with some of its bindings.
 fn slot_layout(gpu: &Gpu, bindings: &[Bound], visibility: ShaderStages) -> wgpu::BindGroupLayout {
     let ty = |slot: Slot, writes: bool| match slot {
@@ -367,9 +351,8 @@ fn slot_layout(gpu: &Gpu, bindings: &[Bound], visibility: ShaderStages) -> wgpu:
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shader::validate;
+    use crate::shader::{used_bindings, validate};
     use crate::tracer::query;
-    use naga::AddressSpace;
 
     /// Every pass binds what its shader uses, reads what it only reads, and needs no more storage buffers than a device must
     /// have.
@@ -390,19 +373,7 @@ mod tests {
         ] {
             for pass in Pass::ALL {
                 let name = format!("{pass:?}, {variant:?}");
-                let (module, info) = validate(&name, &pass.text(&query::TEXT, variant));
-                let index = module.entry_points.iter().position(|e| e.name == pass.entry_point());
-                let info = info.get_entry_point(index.expect("an entry point"));
-                let mut used: Vec<(u32, u32, bool)> = module
-                    .global_variables
-                    .iter()
-                    .filter(|(handle, v)| v.binding.is_some() && !info[*handle].is_empty())
-                    .filter_map(|(_, v)| {
-                        let writes = matches!(v.space, AddressSpace::Storage { access } if access.contains(naga::StorageAccess::STORE));
-                        v.binding.map(|b| (b.group, b.binding, writes))
-                    })
-                    .filter(|(group, ..)| *group >= 2)
-                    .collect();
+                let mut used = used_bindings(&name, &pass.text(&query::TEXT, variant), pass.entry_point());
                 let film = pass.film_bindings().iter().map(|&b| (2, b, true));
                 let own = pass.bindings().iter().map(|&(slot, writes)| (3, slot as u32, writes));
                 let mut bound: Vec<_> = film.chain(own).collect();

@@ -1,9 +1,10 @@
 //! The passes of a frame behind the G-buffer: their texts, what they bind, their pipelines.
 
+use crate::bindings::{buffer, entry, film_layout};
 use crate::shader::{Variant, scene_text};
 use crate::tracer::{Tracer, TracerText};
 use crate::{Gpu, GpuError, GpuScene};
-use wgpu::{BindingType, BufferBindingType, ShaderStages};
+use wgpu::{BufferBindingType, ShaderStages};
 
 /// A pass; in the order of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -313,6 +314,8 @@ impl Pass {
     }
 }
 
+const COMPUTE: ShaderStages = ShaderStages::COMPUTE;
+
 /// The text of a pass that knows no scene.
 pub(super) fn image_text(pass: &str) -> String {
     [&optics::wgsl::without_layers(), FRAME, pass].join("\n")
@@ -341,7 +344,7 @@ impl CompiledPass {
         let variant = Variant { aovs: variant.aovs && pass == Pass::Compose, splitting: false, ..variant };
         let (film_layout, layout) = gpu
             .guarded(|| {
-                let film = pass.film_bindings().map(|bindings| film_layout(gpu, bindings));
+                let film = pass.film_bindings().map(|bindings| film_layout(gpu, bindings, COMPUTE));
                 (film, slot_layout(gpu, pass.bindings()))
             })
             .map_err(|reason| GpuError::Device { doing: "binding a frame", reason })?;
@@ -358,28 +361,14 @@ impl CompiledPass {
     }
 }
 
-fn entry(binding: u32, ty: BufferBindingType) -> wgpu::BindGroupLayoutEntry {
-    let ty = BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
-    wgpu::BindGroupLayoutEntry { binding, visibility: ShaderStages::COMPUTE, ty, count: None }
-}
-
-/// Layout of the film's group with the view and some of its buffers.
-fn film_layout(gpu: &Gpu, bindings: &[u32]) -> wgpu::BindGroupLayout {
-    let storage = |&b: &u32| entry(b, BufferBindingType::Storage { read_only: false });
-    let entries: Vec<_> =
-        std::iter::once(entry(0, BufferBindingType::Uniform)).chain(bindings.iter().map(storage)).collect();
-    gpu.device
-        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("film"), entries: &entries })
-}
-
 /// Layout of group 3 with some of its bindings.
 fn slot_layout(gpu: &Gpu, bindings: &[Bound]) -> wgpu::BindGroupLayout {
     let ty = |slot: Slot, writes: bool| match slot {
         Slot::Frame | Slot::Realtime | Slot::FilterStep => BufferBindingType::Uniform,
         _ => BufferBindingType::Storage { read_only: !writes },
     };
-    let entries: Vec<_> =
-        bindings.iter().map(|&(slot, writes)| entry(slot as u32, ty(slot, writes))).collect();
+    let entry = |&(slot, writes): &Bound| entry(slot as u32, COMPUTE, buffer(ty(slot, writes)));
+    let entries: Vec<_> = bindings.iter().map(entry).collect();
     gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("frame"),
         entries: &entries,
@@ -389,9 +378,8 @@ fn slot_layout(gpu: &Gpu, bindings: &[Bound]) -> wgpu::BindGroupLayout {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shader::validate;
+    use crate::shader::used_bindings;
     use crate::tracer::query;
-    use naga::AddressSpace;
 
     /// Every pass binds what its shader uses, writes what it may, and needs no more storage buffers than a device must have.
     #[test]
@@ -402,19 +390,8 @@ mod tests {
         for variant in [Variant::default(), all] {
             for pass in Pass::all() {
                 let name = format!("{pass:?}, {variant:?}");
-                let (module, info) = validate(&name, &pass.text(&query::TEXT, variant));
-                let index = module.entry_points.iter().position(|e| e.name == pass.entry_point());
-                let info = info.get_entry_point(index.expect("an entry point"));
-                let mut used: Vec<(u32, u32, bool)> = module
-                    .global_variables
-                    .iter()
-                    .filter(|(handle, v)| v.binding.is_some() && !info[*handle].is_empty())
-                    .filter_map(|(_, v)| {
-                        let writes = matches!(v.space, AddressSpace::Storage { access } if access.contains(naga::StorageAccess::STORE));
-                        v.binding.map(|b| (b.group, b.binding, writes))
-                    })
-                    .filter(|&(group, binding, _)| group >= 2 && (group, binding) != (2, 0))
-                    .collect();
+                let mut used = used_bindings(&name, &pass.text(&query::TEXT, variant), pass.entry_point());
+                used.retain(|&(group, binding, _)| (group, binding) != (2, 0));
                 let film = pass.film_bindings().unwrap_or_default().iter().map(|&b| (2, b, true));
                 let own = pass.bindings().iter().map(|&(slot, writes)| (3, slot as u32, writes));
                 let mut bound: Vec<_> = film.chain(own).collect();
