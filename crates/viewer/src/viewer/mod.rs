@@ -4,6 +4,7 @@
 mod actions;
 mod compare;
 mod dialogs;
+mod events;
 mod paint;
 mod time;
 
@@ -13,17 +14,17 @@ pub use dialogs::{Dialog, For};
 
 use crate::clock::Clock;
 use crate::document::Document;
-use crate::loading::{self, Loaded, Loading, Opened};
-use crate::queries::{Answer, Outline, Purpose, Queries, Question, Seen, What};
+use crate::loading::{self, Loading};
+use crate::queries::{Outline, Purpose, Queries, Question, Seen, What};
 use crate::render_settings::RenderSettings;
 use crate::settings::Settings;
 use crate::statistics::Statistics;
 use crate::viewport::Zoom;
 use crate::watch::Watch;
-use crate::worker::{Event, Message, Shot, Shown, Wish, Worker, full_text};
+use crate::worker::{Message, Shot, Shown, Wish, Worker, full_text};
 use alhazen::edits::Edits;
 use alhazen::{
-    BackendChoice, BackendError, Camera, Job, LoadOptions, LoadStats, Place, RendererOptions, Scene, Source,
+    BackendChoice, BackendError, Camera, Job, LoadOptions, LoadStats, RendererOptions, Scene, Source,
     ToneMapping,
 };
 use std::path::{Path, PathBuf};
@@ -490,113 +491,6 @@ impl Viewer {
         self.worker.send(Message::Switch(options));
     }
 
-    fn take_loaded(&mut self) {
-        let mut i = 0;
-        while i < self.loading.len() {
-            match self.loading[i].poll() {
-                Some(result) => {
-                    let loading = self.loading.remove(i);
-                    self.take_result(loading.job, result);
-                }
-                None => i += 1,
-            }
-        }
-    }
-
-    fn take_result(&mut self, job: loading::Job, result: Result<Loaded, alhazen::LoadError>) {
-        match (job, result) {
-            // Nothing else changes.
-            (_, Err(error)) => self.notice(full_text(&error), true),
-            (loading::Job::Open(source), Ok(Loaded::Scene(opened))) => self.take_scene(source, *opened),
-            (loading::Job::Model(file), Ok(Loaded::Resources(resources, report))) => {
-                self.take_model(&file, resources, &report);
-            }
-            (loading::Job::Environment(file), Ok(Loaded::Resources(resources, report))) => {
-                self.take_environment(&file, resources, &report);
-            }
-            // The loader answers what it was asked.
-            _ => {}
-        }
-    }
-
-    fn take_scene(&mut self, source: Source, opened: Opened) {
-        let Opened { scene, base, resources, report } = opened;
-        self.generation += 1;
-        self.settings.remember(&source.to_string());
-        let generation = self.generation;
-        let edits = base.edits.clone();
-        let document = Document::new(source.clone(), base, &scene, resources.clone(), report, generation);
-        let job = Job::for_scene(document.scene());
-        self.home = job.camera.clone();
-        if !self.keeps_camera {
-            self.look_through(job.camera.clone());
-            self.follows = (!document.scene().cameras.is_empty()).then_some(0);
-            self.clock = self.clock.for_scene(document.scene());
-            self.render =
-                RenderSettings { size: self.fixed_size, ..RenderSettings::of(&job, document.defaults.spp) };
-            self.shown.tone = job.tone;
-            self.zoom = Zoom::default();
-            self.views.clear();
-            self.selection = None;
-        }
-        self.outline = None;
-        self.watch = match &source.place {
-            Place::File(file) => {
-                let wake = self.wake.clone();
-                Watch::start(file, move || wake())
-            }
-            Place::Builtin(_) => None,
-        };
-        self.document = Some(document);
-        self.worker.send(Message::Load { scene: Box::new(scene), edits, resources, generation });
-        if let Some(selection) = self.selection {
-            let count = self.document.as_ref().map_or(0, |d| d.scene().instances.len());
-            self.selection = (selection.object as usize).lt(&count).then_some(selection);
-        }
-    }
-
-    fn take_event(&mut self, event: Event) {
-        match event {
-            Event::Loaded { stats, .. } => self.backend.stats = stats,
-            Event::Backend { name, device, reason } => {
-                self.backend.name = name.to_owned();
-                (self.backend.device, self.backend.reason) = (device, reason);
-            }
-            Event::Tables(tables) => {
-                self.queries.set_scene(tables);
-                self.asked_outline = None;
-            }
-            Event::Saved(path) => self.notice(format!("wrote {}", path.display()), false),
-            Event::Recorded { done, of, ended } => {
-                self.recording = (!ended).then_some((done, of));
-                if ended {
-                    self.notice(format!("recorded {done} of {of} pictures"), false);
-                }
-            }
-            Event::Notice(text) => self.notice(text, false),
-            Event::Failed(text) => self.notice(text, true),
-        }
-    }
-
-    fn take_answer(&mut self, ctx: &egui::Context, answer: Answer) {
-        match answer {
-            Answer::Point(Purpose::Select, seen) => {
-                self.selection = seen.map(|s| Selection { object: s.instance, material: s.material });
-                if self.selection.is_some() {
-                    self.open.tab = crate::panels::Tab::Objects;
-                }
-            }
-            Answer::Point(Purpose::Target, Some(seen)) => self.steer(|c| c.target = seen.position),
-            Answer::Point(Purpose::Focus, Some(seen)) => self.steer(|c| {
-                let axis = (c.target - c.eye).normalize_or(glam::Vec3::NEG_Z);
-                c.focus_distance = (seen.position - c.eye).dot(axis).max(1e-4);
-            }),
-            Answer::Point(Purpose::Inspect, seen) => self.under_pointer = seen,
-            Answer::Point(Purpose::Target | Purpose::Focus, None) => {}
-            Answer::Outline(outline) => self.take_outline(ctx, outline),
-        }
-    }
-
     /// Asks what is at a point of the window.
     pub fn ask(&self, at: egui::Pos2, purpose: Purpose) {
         let job = self.job();
@@ -607,20 +501,6 @@ impl Viewer {
         let (x, y) = (place.x * job.width as f32, place.y * job.height as f32);
         let what = What::Point { x, y, purpose };
         self.queries.ask(Question { camera: job.camera, width: job.width, height: job.height, what });
-    }
-
-    fn take_shot(&mut self, ctx: &egui::Context, shot: Shot) {
-        if shot.side == 0 {
-            self.statistics.pass(self.time, &shot.pass);
-        }
-        self.shots_seen += 1;
-        let side = shot.side;
-        let options = self.texture_options();
-        match &mut self.textures[side] {
-            Some(texture) => texture.set(shot.image.clone(), options),
-            none => *none = Some(ctx.load_texture(format!("picture {side}"), shot.image.clone(), options)),
-        }
-        self.shots[side] = Some(shot);
     }
 
     /// Remembers where settings are kept.

@@ -1,0 +1,112 @@
+//! What becomes of a film: it is shown, without its noise where that is wanted, or written.
+
+use super::{Rendered, State, full_text};
+use crate::worker::show::{display, layer_image};
+use crate::worker::{Event, Layer, PassReport, Shot};
+use alhazen::edits::Editable;
+use alhazen::{BackendError, Denoised, Description, Job};
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+impl State {
+    /// The picture of a side without its noise, if that is wanted and the picture is done.
+    pub(super) fn denoised(&mut self, side: usize) -> Result<Option<Arc<Denoised>>, BackendError> {
+        let picture = &self.pictures[side];
+        let Some(denoiser) = self.shown.denoiser else { return Ok(None) };
+        if !picture.done || self.shown.layer != Layer::Picture {
+            return Ok(None);
+        }
+        if let Some((by, denoised)) = &picture.denoised
+            && *by == denoiser
+        {
+            return Ok(Some(denoised.clone()));
+        }
+        let film = match &picture.film {
+            Some(film) => Some(film),
+            None => self.renderer.film()?,
+        };
+        let Some(film) = film else { return Ok(None) };
+        match denoiser.run(film) {
+            Ok(denoised) => {
+                let denoised = Arc::new(denoised);
+                self.pictures[side].denoised = Some((denoiser, denoised.clone()));
+                Ok(Some(denoised))
+            }
+            Err(error) => {
+                self.tell(Event::Notice(full_text(&error)));
+                Ok(None)
+            }
+        }
+    }
+
+    /// Publishes a film as it is.
+    pub(super) fn show(&mut self, side: usize) -> Result<(), BackendError> {
+        let Some(Rendered { job, preview, changes }) = self.pictures[side].rendered.clone() else {
+            return Ok(());
+        };
+        let start = Instant::now();
+        let denoised = self.denoised(side)?;
+        let picture = &self.pictures[side];
+        let film = match &picture.film {
+            Some(film) => film,
+            None => match self.renderer.film()? {
+                Some(film) => film,
+                None => return Ok(()),
+            },
+        };
+        let linear = match &denoised {
+            Some(denoised) => denoised.picture.clone(),
+            None => layer_image(film, self.shown.layer),
+        };
+        let image = display(&linear, film, &self.shown);
+        let counts = film.pixels().iter().map(|p| p.count() as u32).collect();
+        let denoised_by = denoised.map(|d| d.by.clone());
+        let pass = PassReport { show: start.elapsed(), denoised_by, ..picture.last_pass.clone() };
+        self.shared.publish(Shot {
+            image: Arc::new(image),
+            linear: Arc::new(linear),
+            counts: Arc::new(counts),
+            spp: picture.spp.max(1),
+            side,
+            job,
+            preview,
+            generation: self.generation,
+            changes,
+            pass,
+        });
+        Ok(())
+    }
+
+    /// Writes the first picture as it is.
+    pub(super) fn save(&mut self, path: &Path) -> Result<(), Box<dyn std::error::Error>> {
+        let denoised = self.denoised(0)?;
+        let picture = &self.pictures[0];
+        let Some(Rendered { job, .. }) = picture.rendered.clone() else {
+            return Err("there is no picture yet".into());
+        };
+        let (spp, total) = (picture.spp.max(1), picture.total);
+        let settings = self.settings(&job);
+        let backends = BTreeSet::from([self.renderer.backend_name().to_owned()]);
+        let film = match &self.pictures[0].film {
+            Some(film) => film,
+            None => self.renderer.film()?.ok_or("there is no picture yet")?,
+        };
+        let mut metadata = alhazen::metadata(&settings, film, spp, &backends, total);
+        if let Some(denoised) = &denoised {
+            metadata.insert("denoiser".into(), denoised.by.clone());
+        }
+        let colour = denoised.as_ref().map(|d| &d.picture);
+        let encoding = alhazen::output::Encoding::default();
+        alhazen::output::write_as(path, film, colour, &self.shown.tone, &metadata, &encoding)?;
+        Ok(())
+    }
+
+    /// What files say about how a picture was made.
+    pub(super) fn settings(&self, job: &Job) -> std::collections::BTreeMap<String, String> {
+        let empty = alhazen::Scene::default();
+        let scene = self.scene.as_ref().map_or(&empty, Editable::scene);
+        Description::new(&scene.name, &[], scene).settings(job)
+    }
+}
