@@ -66,10 +66,26 @@ fn viewer() -> anyhow::Result<()> {
         image("viewer-objects.png"),
         image("viewer-speed.png")
     );
+    window(&display, &variables, &["material-grid", "--backend", "cpu"], &script)?;
+    let frames = format!(
+        "integrator realtime\nspp 32\nwait 32\ntab Render\nframes 3\nscreenshot {}\n",
+        image("viewer-realtime.png")
+    );
+    let arguments = ["cornell", "--backend", "gpu", "--width", "480", "--height", "360"];
+    window(&display, &variables, &arguments, &frames)
+}
+
+/// Runs a script in the viewer's window.
+fn window(
+    display: &Display,
+    variables: &crate::vulkan::Variables,
+    arguments: &[&str],
+    script: &str,
+) -> anyhow::Result<()> {
     let path = std::env::temp_dir().join(format!("alhazen-docs-{}.txt", std::process::id()));
     std::fs::write(&path, script).with_context(|| format!("cannot write {}", path.display()))?;
     let mut command = Command::new(release_binary()?);
-    command.args(["view", "material-grid", "--backend", "cpu", "--smoke", "3", "--window", WINDOW]);
+    command.arg("view").args(arguments).args(["--smoke", "3", "--window", WINDOW]);
     command.arg("--smoke-script").arg(&path).env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");
     command.envs(variables.iter().map(|(name, value)| (name, value)));
     let result = run_command(&mut command);

@@ -39,7 +39,9 @@ pub mod system;
 pub use accel::{Coherence, Ray};
 pub use adaptive::{Adaptive, Sampling};
 pub use allocator::HugePages;
-pub use backend::{AllocationSettings, FrameSamples, FrameView, HistorySettings, RealtimeSettings};
+pub use backend::{
+    AllocationSettings, FrameSamples, FrameView, HistorySettings, RealtimeSettings, UnknownFrameView,
+};
 pub use backend::{
     Backend, BackendError, Control, DirectSettings, Highlights, HybridSettings, INVERSE_SQUARE, Integrator,
     LoadStats, PassTime, PathSettings, PixelSamples, Progress, SamplerKind, Stats as PassStats, View,

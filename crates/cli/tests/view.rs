@@ -188,6 +188,39 @@ spp 16\nwait 16\npicture cpu.exr\nbackend gpu-bvh\nwait 16\npicture gpu.exr\nbac
     assert!(!far, "the mean radiance is {means:?}");
 }
 
+/// On the CPU `realtime` shows what `path` shows. On a GPU it makes the frames of the command line as long as nothing moves, and
+/// goes on from them when the camera does.
+#[test]
+fn frames_in_real_time_build_on_each_other() {
+    let _turn = TURN.lock();
+    let Some(display) = Display::open("frames_in_real_time_build_on_each_other") else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let script = "\
+integrator realtime\nspp 8\nwait 8\npicture cpu.exr\nbackend gpu-bvh\nwait 8\npicture still.exr
+orbit 0.2\nframes 20\nwait 8\nshow history\nspp 1\nframes 5\ncommand Go to the first camera\nwait 1\npicture history.exr
+filter off\nshow samples\nwait 1\nscreenshot samples.png\n";
+    let ran = display.view(folder.path(), "cornell --backend cpu --width 48 --height 48", script);
+    let size = "render cornell --width 48 --height 48 --quiet --spp 8";
+    common::succeed(folder.path(), &format!("{size} --backend cpu --max-depth 4 -o path.exr"));
+    common::succeed(
+        folder.path(),
+        &format!("{size} --backend gpu-bvh --integrator realtime -o headless.exr"),
+    );
+    let [cpu, still, history, path, headless] = ["cpu", "still", "history", "path", "headless"]
+        .map(|n| open(&folder.path().join(format!("{n}.exr"))));
+    assert!(cpu.data() == path.data(), "the CPU does not show paths");
+    // What frames add to the film is summed in other portions, so it rounds otherwise.
+    let far = |(a, b): (&f32, &f32)| (a - b).abs() > 1e-4 * (1.0 + b.abs());
+    let differ = still.data().iter().zip(headless.data()).filter(|p| far(*p)).count();
+    assert_eq!(differ, 0, "values are not those of the command line");
+    // Eight frames from the place before count here. Without a past there would be one, of 32.
+    let known = history.mean()[0];
+    assert!(known > 0.15, "the past counts for {} samples after the camera has moved", known * 32.0);
+    // Numbers are shown as colours, not as light.
+    let shown = picture_of(&folder.path().join("samples.png"), &ran.stdout).to_rgb().mean();
+    assert!(shown[2] > shown[0] && shown[2] > shown[1], "few samples are not blue: {shown:?}");
+}
+
 #[test]
 fn restarts_leave_memory_alone() {
     let _turn = TURN.lock();

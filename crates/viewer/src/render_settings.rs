@@ -2,8 +2,8 @@
 
 use crate::worker::Shown;
 use alhazen::{
-    Adaptive, Camera, DirectSettings, HybridSettings, Integrator, Job, NoisyPicture, PathSettings,
-    RenderDefaults, SamplerKind, Sampling, ToneMapping, Visibility,
+    Adaptive, Camera, DirectSettings, FrameSamples, FrameView, HybridSettings, Integrator, Job, NoisyPicture,
+    PathSettings, RealtimeSettings, RenderDefaults, SamplerKind, Sampling, ToneMapping, Visibility,
 };
 
 /// How light is transported.
@@ -16,11 +16,13 @@ pub enum Transport {
     Direct,
     /// What `direct` shows, in frames that a GPU makes.
     Hybrid,
+    /// What `path` shows, in frames that a GPU makes.
+    Realtime,
 }
 
 impl Transport {
     /// All of them, in the order in which users read them.
-    pub const ALL: [Self; 3] = [Self::Path, Self::Direct, Self::Hybrid];
+    pub const ALL: [Self; 4] = [Self::Path, Self::Direct, Self::Hybrid, Self::Realtime];
 
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
@@ -28,7 +30,13 @@ impl Transport {
             Self::Path => "path",
             Self::Direct => "direct",
             Self::Hybrid => "hybrid",
+            Self::Realtime => "realtime",
         }
+    }
+
+    /// Whether it makes frames, which need a GPU.
+    pub fn makes_frames(self) -> bool {
+        matches!(self, Self::Hybrid | Self::Realtime)
     }
 }
 
@@ -43,6 +51,8 @@ pub struct RenderSettings {
     pub direct_settings: DirectSettings,
     /// For `hybrid`.
     pub hybrid_settings: HybridSettings,
+    /// For `realtime`.
+    pub realtime_settings: RealtimeSettings,
     /// Follow glTF to the letter.
     pub single_scatter: bool,
     /// How samples are drawn.
@@ -67,6 +77,7 @@ impl RenderSettings {
             path_settings: PathSettings::default(),
             direct_settings: DirectSettings::default(),
             hybrid_settings: HybridSettings::default(),
+            realtime_settings: RealtimeSettings::default(),
             single_scatter: job.single_scatter,
             sampler: job.sampler,
             seed: job.seed,
@@ -77,12 +88,14 @@ impl RenderSettings {
         };
         match job.integrator {
             Integrator::Path(path) => settings.path_settings = path,
-            Integrator::Realtime(realtime) => settings.path_settings = realtime.path,
             Integrator::Direct(direct) => {
                 (settings.transport, settings.direct_settings) = (Transport::Direct, direct);
             }
             Integrator::Hybrid(hybrid) => {
                 (settings.transport, settings.hybrid_settings) = (Transport::Hybrid, hybrid);
+            }
+            Integrator::Realtime(realtime) => {
+                (settings.transport, settings.realtime_settings) = (Transport::Realtime, realtime);
             }
             Integrator::Aov => {}
         }
@@ -95,6 +108,7 @@ impl RenderSettings {
             Transport::Path => Integrator::Path(self.path_settings),
             Transport::Direct => Integrator::Direct(self.direct_settings),
             Transport::Hybrid => Integrator::Hybrid(self.hybrid_settings),
+            Transport::Realtime => Integrator::Realtime(self.realtime_settings),
         }
     }
 
@@ -107,13 +121,18 @@ impl RenderSettings {
         if shown.denoiser.is_some() {
             aovs.extend(NoisyPicture::LAYERS.into_iter().filter(|layer| shown.layer.aov() != Some(*layer)));
         }
+        let mut integrator = self.integrator();
+        if let Integrator::Realtime(settings) = &mut integrator {
+            // Noise is judged as it is seen.
+            settings.allocation.white = 1.0 / shown.tone.exposure.max(1e-6);
+        }
         Job {
             camera,
             width,
             height,
             crop: None,
             // What depends on the first hit only needs no light.
-            integrator: if shown.layer.is_geometric() { Integrator::Aov } else { self.integrator() },
+            integrator: if shown.layer.is_geometric() { Integrator::Aov } else { integrator },
             single_scatter: self.single_scatter,
             sampler: self.sampler,
             seed: self.seed,
@@ -155,10 +174,15 @@ impl RenderSettings {
                 options.number("light-cutoff", h.light_cutoff, hybrid.light_cutoff);
                 options.number("reflection-survival", h.reflection_survival, hybrid.reflection_survival);
             }
+            Transport::Realtime => options.frames(&self.realtime_settings),
         }
         options.number("seed", self.seed, 0);
         options.flag("single-scatter", self.single_scatter);
         options.flag("sampler independent", self.sampler == SamplerKind::Independent);
+        // Frames have their own way to choose pixels, and a film of theirs cannot tell its noise.
+        if self.transport == Transport::Realtime {
+            return options.0.join(" ");
+        }
         if let Some(noise) = self.noise {
             options.number("noise", noise, 0.0);
         }
@@ -201,6 +225,31 @@ impl Options {
         let [c, l, q] = d.falloff;
         self.flag(&format!("falloff {c},{l},{q}"), d.falloff != default.falloff);
     }
+
+    /// Those of `realtime`.
+    fn frames(&mut self, r: &RealtimeSettings) {
+        let d = RealtimeSettings::default();
+        self.number("max-depth", r.path.max_depth, d.path.max_depth);
+        self.flag("visibility rays", r.visibility == Visibility::Rays);
+        if let Some(budget) = r.budget {
+            self.flag(&format!("budget {}ms", budget.as_secs_f64() * 1e3), true);
+        }
+        let unsaid = if r.budget.is_some() { FrameSamples::ADAPTIVE } else { d.samples };
+        self.number("frame-samples", r.samples, unsaid);
+        let (a, default) = (&r.allocation, &d.allocation);
+        self.number("frame-tolerance", a.tolerance, default.tolerance);
+        self.number("noise-radius", a.noise_radius, default.noise_radius);
+        self.number("blur-radius", a.blur_radius, default.blur_radius);
+        self.number("refresh", a.refresh, default.refresh);
+        let (h, default) = (&r.history, &d.history);
+        self.number("depth-tolerance", h.depth_tolerance, default.depth_tolerance);
+        self.number("normal-tolerance", h.normal_tolerance, default.normal_tolerance);
+        self.number("history", h.most, default.most);
+        self.number("history-clip", h.clip, default.clip);
+        self.flag("no-filter", !r.filter);
+        self.number("filter-passes", r.filter_passes, d.filter_passes);
+        self.number("show", r.show, FrameView::Picture);
+    }
 }
 
 #[cfg(test)]
@@ -208,6 +257,7 @@ mod tests {
     use super::*;
     use crate::worker::Layer;
     use alhazen::{Aov, Denoiser, Highlights, Scene};
+    use std::time::Duration;
 
     fn settings() -> RenderSettings {
         RenderSettings::of(&Job::for_scene(&Scene::default()), None)
@@ -223,6 +273,11 @@ mod tests {
         assert_eq!((job.width, job.height, job.tone), (320, 200, tone));
         let again = RenderSettings::of(&job, scene.defaults.spp);
         assert_eq!(again, s);
+        for transport in Transport::ALL {
+            s.transport = transport;
+            let scene = Scene { defaults: s.defaults([320, 200], &tone), ..Scene::default() };
+            assert_eq!(RenderSettings::of(&Job::for_scene(&scene), None).transport, transport);
+        }
         (s.transport, s.path_settings.max_depth) = (Transport::Path, 3);
         let scene = Scene { defaults: s.defaults([320, 200], &tone), ..Scene::default() };
         assert_eq!(RenderSettings::of(&Job::for_scene(&scene), scene.defaults.spp), s);
@@ -244,6 +299,31 @@ mod tests {
         (s.hybrid_settings.shadows, s.hybrid_settings.visibility) = (false, Visibility::Rays);
         (s.hybrid_settings.light_cutoff, s.single_scatter, s.seed) = (0.25, false, 0);
         assert_eq!(s.arguments(), "--no-shadows --visibility rays --light-cutoff 0.25");
+    }
+
+    #[test]
+    fn the_command_line_says_how_frames_are_made() {
+        let mut s = settings();
+        (s.transport, s.noise) = (Transport::Realtime, Some(0.1));
+        assert_eq!(s.arguments(), "");
+        let r = &mut s.realtime_settings;
+        (r.budget, r.samples) = (Some(Duration::from_micros(8500)), FrameSamples::ADAPTIVE);
+        (r.history.most, r.filter, r.filter_passes, r.show) = (64.0, false, 3, FrameView::BlurredNoise);
+        let said = "--budget 8.5ms --history 64 --no-filter --filter-passes 3 --show blurred-noise";
+        assert_eq!(s.arguments(), said);
+        (s.realtime_settings.budget, s.realtime_settings.show) = (None, FrameView::Picture);
+        assert_eq!(s.arguments(), "--frame-samples 4..16 --history 64 --no-filter --filter-passes 3");
+    }
+
+    /// What is dark on the screen may be noisy.
+    #[test]
+    fn frames_are_judged_as_they_are_seen() {
+        let s = RenderSettings { transport: Transport::Realtime, ..settings() };
+        let tone = ToneMapping { exposure: 4.0, ..ToneMapping::default() };
+        let shown = Shown { tone, ..Shown::default() };
+        let job = s.job(Scene::default().default_camera(), [8, 8], &shown, ToneMapping::default());
+        let Integrator::Realtime(settings) = job.integrator else { panic!("{:?}", job.integrator) };
+        assert_eq!(settings.allocation.white, 0.25);
     }
 
     #[test]

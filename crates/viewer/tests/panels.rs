@@ -312,3 +312,42 @@ fn frames_of_a_rasteriser_need_one() {
     let alhazen::Integrator::Hybrid(settings) = harness.state().job().integrator else { panic!("hybrid") };
     assert_eq!(settings.visibility, alhazen::Visibility::Rays);
 }
+
+#[test]
+fn what_frames_are_made_of_and_what_they_show_is_set() {
+    let mut harness = open("cornell");
+    page(&mut harness, Tab::Render);
+    // The name of what renders is all that the panel asks for; the CPU goes on with paths.
+    harness.state_mut().backend.name = "gpu-bvh".into();
+    harness.run_steps(3);
+    harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "Integrator").click();
+    harness.run_steps(3);
+    click(&mut harness, "realtime");
+    assert!(
+        harness.query_by_label("More samples where the error is").is_none(),
+        "frames choose by themselves"
+    );
+    click(&mut harness, "Samples where it is noisy");
+    click(&mut harness, "As many as there is time for");
+    click(&mut harness, "Filter");
+    click(&mut harness, "First hits by the rasteriser");
+    harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "Frames show").click();
+    harness.run_steps(3);
+    click(&mut harness, "blurred-noise");
+    let alhazen::Integrator::Realtime(settings) = harness.state().job().integrator else {
+        panic!("realtime")
+    };
+    assert_eq!(settings.samples, alhazen::FrameSamples::ADAPTIVE);
+    assert_eq!(settings.budget, Some(Duration::from_millis(8)));
+    assert!(!settings.filter && settings.visibility == alhazen::Visibility::Rays);
+    assert_eq!(settings.show, alhazen::FrameView::BlurredNoise);
+    let line = harness.state().command_line();
+    assert!(line.contains("--budget 8ms --no-filter --show blurred-noise"), "{line}");
+    click(&mut harness, "Samples where it is noisy");
+    let alhazen::Integrator::Realtime(settings) = harness.state().job().integrator else {
+        panic!("realtime")
+    };
+    assert!(settings.samples.is_fixed() && settings.budget.is_none(), "{settings:?}");
+    let wanted = harness.state().job();
+    until(&mut harness, "paths on the CPU", |v| v.shot().is_some_and(|s| *s.job == wanted && s.spp > 1));
+}

@@ -2,6 +2,7 @@
 
 mod camera;
 mod environment;
+mod frames;
 mod inspector;
 mod lights;
 mod material;

@@ -26,7 +26,10 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     let mut settings = viewer.render.clone();
     let on_gpu = viewer.backend.name.starts_with("gpu");
     transport(ui, "main", on_gpu, &mut settings);
-    sampling(viewer, ui, &mut settings);
+    // Frames choose their pixels themselves.
+    if settings.transport != Transport::Realtime {
+        sampling(viewer, ui, &mut settings);
+    }
     size(viewer, ui, &mut settings);
     viewer.render = settings;
     ui.separator();
@@ -71,15 +74,23 @@ fn backend(viewer: &mut Viewer, ui: &mut Ui) {
 fn transport(ui: &mut Ui, salt: &str, on_gpu: bool, s: &mut RenderSettings) {
     ui.push_id(salt, |ui| {
         ComboBox::from_label("Integrator").selected_text(s.transport.name()).show_ui(ui, |ui| {
-            // Without a rasteriser, `hybrid` is another name of `direct`.
-            for choice in Transport::ALL.into_iter().filter(|t| on_gpu || *t != Transport::Hybrid) {
+            // Without a GPU, `hybrid` is another name of `direct`, and `realtime` of `path`.
+            for choice in Transport::ALL.into_iter().filter(|t| on_gpu || !t.makes_frames()) {
                 ui.selectable_value(&mut s.transport, choice, choice.name());
             }
         });
-        count(ui, "Samples per pixel", &mut s.spp, 1..=1_000_000);
+        let is_realtime = s.transport == Transport::Realtime;
+        let samples = if is_realtime { "Frames of a view" } else { "Samples per pixel" };
+        count(ui, samples, &mut s.spp, 1..=1_000_000);
         match s.transport {
             Transport::Direct => rays(ui, &mut s.direct_settings),
             Transport::Hybrid => hybrid(ui, &mut s.hybrid_settings),
+            Transport::Realtime => {
+                super::frames::show(ui, &mut s.realtime_settings);
+                if !on_gpu {
+                    ui.weak("Frames need a GPU. The CPU shows what they come near: `path`.");
+                }
+            }
             Transport::Path => {
                 let p = &mut s.path_settings;
                 count(ui, "Longest path", &mut p.max_depth, 1..=1000);

@@ -177,6 +177,8 @@ impl Run {
                 viewer.switch_backend(RendererOptions { backend: *backend, threads, ..Default::default() });
             }
             Step::Transport(transport) => viewer.render.transport = *transport,
+            Step::Show(view) => viewer.render.realtime_settings.show = *view,
+            Step::Filter(filter) => viewer.render.realtime_settings.filter = *filter,
             Step::Moment(frame) => viewer.clock.seek(*frame),
             Step::Fps(fps) => viewer.clock.fps = *fps,
             Step::Clip(name) => viewer.play_clip(Some(name.clone())),

@@ -3,7 +3,7 @@
 use crate::panels::Tab;
 use crate::render_settings::Transport;
 use crate::worker::Layer;
-use alhazen::BackendChoice;
+use alhazen::{BackendChoice, FrameView};
 use std::path::PathBuf;
 
 /// A step of a script.
@@ -17,8 +17,12 @@ pub enum Step {
     Resize(u32, u32),
     /// `backend NAME`
     Backend(BackendChoice),
-    /// `integrator path|direct|hybrid`
+    /// `integrator path|direct|hybrid|realtime`
     Transport(Transport),
+    /// `show VIEW`: what frames of `realtime` show.
+    Show(FrameView),
+    /// `filter on|off`: of `realtime`.
+    Filter(bool),
     /// `moment FRAME`: of the scene's time.
     Moment(u32),
     /// `play SECONDS`: lets the scene's time pass, and measures.
@@ -118,8 +122,14 @@ fn step(line: &str) -> Result<Step, String> {
         "backend" => Step::Backend(all()?.parse().map_err(|e: alhazen::UnknownBackend| e.to_string())?),
         "integrator" => {
             let transport = Transport::ALL.into_iter().find(|t| t.name() == rest);
-            Step::Transport(transport.ok_or("integrators are path, direct and hybrid")?)
+            Step::Transport(transport.ok_or("integrators are path, direct, hybrid and realtime")?)
         }
+        "show" => Step::Show(all()?.parse().map_err(|e: alhazen::UnknownFrameView| e.to_string())?),
+        "filter" => match all()? {
+            "on" => Step::Filter(true),
+            "off" => Step::Filter(false),
+            _ => return Err("the filter is `on` or `off`".into()),
+        },
         "moment" => Step::Moment(number(word(0)?)?),
         "play" => Step::Play(number(word(0)?)?),
         "fps" => match number(word(0)?)? {
@@ -177,13 +187,17 @@ mod tests {
 
     #[test]
     fn steps_of_time_have_numbers_and_clips_names() {
-        let steps = parse("moment 3\nplay 10\nfps 24\nclip Walk cycle\nintegrator hybrid\n").expect("steps");
+        let steps =
+            parse("moment 3\nplay 10\nfps 24\nclip Walk cycle\nintegrator hybrid\nshow mask\nfilter off\n")
+                .expect("steps");
         let expected = [
             Step::Moment(3),
             Step::Play(10.0),
             Step::Fps(24.0),
             Step::Clip("Walk cycle".into()),
             Step::Transport(Transport::Hybrid),
+            Step::Show(FrameView::Mask),
+            Step::Filter(false),
         ];
         assert_eq!(steps, expected);
         for text in ["moment", "moment x", "play", "play x", "fps inf", "clip", "integrator aov"] {
@@ -200,6 +214,9 @@ mod tests {
             ("layer x", "no layer"),
             ("fps 0", "not possible"),
             ("backend x", "unknown back end"),
+            ("show x", "unknown view"),
+            ("filter", "needs a name"),
+            ("filter x", "`on` or `off`"),
         ] {
             let error = parse(&format!("reload\n{text}")).expect_err(text);
             assert!(error.line == 2 && error.to_string().contains(part), "{error}");

@@ -4,7 +4,7 @@ use super::{Comparison, Viewer};
 use crate::queries::{Outline, Question, What};
 use crate::viewport::left_of;
 use crate::worker::{Layer, display};
-use alhazen::{Film, camera_frame};
+use alhazen::{Film, FrameView, camera_frame};
 use egui::{Color32, ColorImage, Painter, Pos2, Rect, Response, Stroke, TextureOptions, pos2, vec2};
 use glam::Vec3;
 
@@ -68,7 +68,8 @@ impl Viewer {
         };
         // Pictures of eight bits have had their exposure and curve.
         let tone = if *encoded { alhazen::ToneMapping::default() } else { self.shown.tone };
-        let picture = display(image, &film, &crate::worker::Shown { layer, tone, ..self.shown });
+        let picture =
+            display(image, &film, &crate::worker::Shown { layer, tone, ..self.shown }, FrameView::Picture);
         let options = self.texture_options();
         self.textures[1] = Some(ctx.load_texture("stored picture", picture, options));
         ctx.data_mut(|d| d.insert_temp(key, state));

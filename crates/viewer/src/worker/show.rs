@@ -1,6 +1,6 @@
 //! From a film to what the window shows.
 
-use alhazen::{Aov, AovData, Denoiser, Film, Image, ToneMapping};
+use alhazen::{Aov, AovData, Denoiser, Film, FrameView, Image, ToneMapping};
 use egui::{Color32, ColorImage};
 use rayon::prelude::*;
 
@@ -101,12 +101,13 @@ fn parallel_mean(film: &Film) -> Image {
     out
 }
 
-/// Display values of what [`layer_image`] returned.
-pub fn display(numbers: &Image, film: &Film, shown: &Shown) -> ColorImage {
+/// Display values of what [`layer_image`] returned. `frames`: what frames show that build on each other.
+pub fn display(numbers: &Image, film: &Film, shown: &Shown, frames: FrameView) -> ColorImage {
     let size = [numbers.width() as usize, numbers.height() as usize];
     let data = numbers.data();
     let pixels = match shown.layer {
         Layer::Picture => match shown.false_colour {
+            _ if has_own_colours(frames) => per_pixel(data, |values| map_colour(frames, values)),
             None => return tone_mapped(numbers, &shown.tone),
             Some(stops) => per_pixel(data, |rgb| {
                 let luminance = alhazen::luminance(rgb) * shown.tone.exposure;
@@ -127,6 +128,20 @@ pub fn display(numbers: &Image, film: &Film, shown: &Shown) -> ColorImage {
         Layer::Aov(aov) => visible(aov, data),
     };
     ColorImage::new(size, pixels)
+}
+
+/// Whether frames show numbers that are no light.
+fn has_own_colours(frames: FrameView) -> bool {
+    !matches!(frames, FrameView::Picture | FrameView::Diffuse | FrameView::Specular)
+}
+
+/// The colour of what frames show of themselves: variances by their logarithm, shares as they are.
+fn map_colour(frames: FrameView, values: [f32; 3]) -> Color32 {
+    match frames {
+        // Of both signals together; from a millionth to one.
+        FrameView::Variance => heat(1.0 + (values[0] + values[1]).max(1e-9).log10() / 6.0),
+        _ => heat(values[0]),
+    }
 }
 
 fn tone_mapped(image: &Image, tone: &ToneMapping) -> ColorImage {
@@ -215,7 +230,7 @@ mod tests {
         let shown = Shown { tone: ToneMapping { exposure: 2.0, ..Default::default() }, ..Default::default() };
         let numbers = layer_image(&film, Layer::Picture);
         assert_eq!(numbers.rgb(2, 1), [0.5, 0.2, 4.0]);
-        let image = display(&numbers, &film, &shown);
+        let image = display(&numbers, &film, &shown, FrameView::Picture);
         let expected = shown.tone.apply(&film.to_image()).rgb(0, 0).map(|c| (c * 255.0).round() as u8);
         assert_eq!(image.size, [3, 2]);
         assert!(image.pixels.iter().all(|p| [p.r(), p.g(), p.b()] == expected), "{image:?} {expected:?}");
@@ -226,11 +241,28 @@ mod tests {
         let of = |value: f32| {
             let film = film([value; 3]);
             let shown = Shown { false_colour: Some(4.0), ..Default::default() };
-            display(&layer_image(&film, Layer::Picture), &film, &shown).pixels[0]
+            display(&layer_image(&film, Layer::Picture), &film, &shown, FrameView::Picture).pixels[0]
         };
         assert_eq!(of(0.18), heat(0.5));
         assert_eq!(of(0.18 * 16.0), heat(1.0));
         assert_eq!(of(0.0), heat(0.0));
+    }
+
+    #[test]
+    fn what_frames_show_of_themselves_is_not_tone_mapped() {
+        let of = |view: FrameView, values: [f32; 3]| {
+            let film = film(values);
+            let shown = Shown {
+                tone: ToneMapping { exposure: 8.0, ..Default::default() },
+                false_colour: Some(4.0),
+                ..Default::default()
+            };
+            display(&layer_image(&film, Layer::Picture), &film, &shown, view).pixels[0]
+        };
+        assert_eq!(of(FrameView::Samples, [0.25; 3]), heat(0.25));
+        assert_eq!(of(FrameView::Mask, [1.0; 3]), heat(1.0));
+        assert_eq!(of(FrameView::Variance, [4e-4, 6e-4, 0.0]), heat(0.5));
+        assert_ne!(of(FrameView::Diffuse, [0.25; 3]), heat(0.25), "light is shown as light");
     }
 
     #[test]

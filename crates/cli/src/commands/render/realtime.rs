@@ -38,9 +38,15 @@ pub struct FrameSettings {
     /// `realtime`: samples that earlier frames count for at most while anything moves; 0 forgets them.
     #[arg(long, help_heading = "Real time", value_name = "SAMPLES", default_value_t = HistorySettings::default().most)]
     history: f32,
+    /// `realtime`: standard deviations of the samples around a pixel that its past may be away from them while anything moves.
+    #[arg(long, help_heading = "Real time", value_name = "DEVIATIONS", default_value_t = HistorySettings::default().clip, value_parser = parse_positive)]
+    history_clip: f32,
     /// `realtime`: no filter: frames are their own samples, and the mean of many is what `path` shows.
     #[arg(long, help_heading = "Real time")]
     no_filter: bool,
+    /// `realtime`: passes of the filter, each twice as wide as the one before.
+    #[arg(long, help_heading = "Real time", value_name = "N", default_value_t = RealtimeSettings::default().filter_passes, value_parser = clap::value_parser!(u32).range(0..=8))]
+    filter_passes: u32,
     /// `realtime`: what frames show: picture, variance, history, noise, blurred-noise, mask, samples, diffuse or specular.
     #[arg(long, help_heading = "Real time", value_name = "VIEW", default_value_t = FrameView::Picture)]
     show: FrameView,
@@ -72,11 +78,11 @@ impl FrameSettings {
                 depth_tolerance: self.depth_tolerance,
                 normal_tolerance: self.normal_tolerance,
                 most: self.history,
-                ..d.history
+                clip: self.history_clip,
             },
             filter: !self.no_filter,
+            filter_passes: self.filter_passes,
             show: self.show,
-            ..d
         }
     }
 }

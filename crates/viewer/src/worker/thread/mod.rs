@@ -1,5 +1,6 @@
 //! The render thread's own side.
 
+mod frames;
 mod passes;
 mod publish;
 mod sequence;
@@ -10,6 +11,7 @@ use alhazen::edits::{Editable, Edits, Resources};
 use alhazen::{
     BackendError, Control, Denoised, Denoiser, Film, Job, Moment, Renderer, RendererOptions, SceneTables,
 };
+use frames::Frames;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError};
 use std::time::Duration;
@@ -34,6 +36,7 @@ pub(super) struct State {
     /// Whose turn it is.
     side: usize,
     sequence: Option<Sequence>,
+    frames: Frames,
     /// What has to be done before the next pass.
     todo: Todo,
     /// Whether the last attempt failed and nothing has changed since.
@@ -113,6 +116,7 @@ impl State {
             pictures: Default::default(),
             side: 0,
             sequence: None,
+            frames: Frames::default(),
             todo: Todo::default(),
             stuck: false,
         }
@@ -233,6 +237,7 @@ impl State {
     fn use_renderer(&mut self, renderer: Renderer, reason: String) {
         self.pace = Pace::new(renderer.backend_name() != "cpu");
         self.renderer = renderer;
+        self.frames = Frames::default();
         self.forget_pictures();
         self.todo.load = self.scene.is_some();
         self.tell_backend(reason);
@@ -287,6 +292,7 @@ impl State {
         self.pictures.iter_mut().for_each(Progress::forget);
         if anew {
             self.pace.forget();
+            self.frames = Frames::default();
             let stats = self.renderer.load_tables(SceneTables::build(scene.scene()))?;
             self.tell(Event::Loaded { generation: self.generation, stats });
         } else {

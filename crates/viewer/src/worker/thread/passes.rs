@@ -1,8 +1,8 @@
 //! One pass of a picture, and whether it is good enough.
 
-use super::{Progress, Rendered, State};
+use super::{Rendered, State};
 use crate::worker::{Event, PassReport, Wish, lock};
-use alhazen::{BackendError, Control, Film, Job};
+use alhazen::{BackendError, Control, Film, Job, PassStats};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -12,15 +12,25 @@ const LEAST_TO_TELL: u32 = 16;
 impl State {
     /// Renders one pass and shows it.
     pub(super) fn pass(&mut self, wish: &Wish, control: &Control) -> Result<(), BackendError> {
-        let start = Instant::now();
         self.side = self.next_side(wish);
-        let compares = wish.other.is_some();
-        let side = self.side;
-        let whole = wish.other.as_ref().filter(|_| side == 1).unwrap_or(&wish.job);
+        let whole = wish.other.as_ref().filter(|_| self.side == 1).unwrap_or(&wish.job);
+        if self.makes_frames(whole) {
+            self.render_frames(wish, whole, control)
+        } else {
+            self.render_samples(wish, whole, control)
+        }
+    }
+
+    /// Adds samples to a picture, all of which count alike.
+    fn render_samples(&mut self, wish: &Wish, whole: &Job, control: &Control) -> Result<(), BackendError> {
+        let start = Instant::now();
+        let (side, compares) = (self.side, wish.other.is_some());
         let pixels = u64::from(whole.width) * u64::from(whole.height);
         let picture = &self.pictures[side];
         let preview = wish.moving || (!picture.visible && self.pace.needs_preview(pixels));
-        let job = if preview { scaled(whole, self.pace.moving_scale(pixels)) } else { whole.clone() };
+        let job = self.possible(whole);
+        let job = if preview { scaled(&job, self.pace.moving_scale(pixels)) } else { job };
+        let picture = &self.pictures[side];
         let samples =
             if preview { 1 } else { self.pace.samples(pixels, picture.spp).min(wish.left(picture.spp)) };
         let adaptive = wish.adaptive(preview, picture.spp);
@@ -31,21 +41,17 @@ impl State {
             view.first_sample = 0;
         } else if view.first_sample == 0 || compares {
             // The film may have a picture of the same view that was given up half-way, or the other one.
-            self.renderer.restart();
+            self.restart();
         }
         lock(&self.shared.running).finish = preview;
         let stats = match adaptive {
             Some(adaptive) => self.renderer.render_round(&view, &adaptive, samples, control)?,
             None => Some(self.renderer.render_pass(&view, samples, control)?),
         };
-        let render = start.elapsed();
         let Some(stats) = stats else {
             self.pictures[side].done = true;
             return self.show(side);
         };
-        for notice in self.renderer.take_notices() {
-            self.tell(Event::Notice(notice));
-        }
         let picture = &mut self.pictures[side];
         if stats.cancelled {
             // Some pixels have more samples than others.
@@ -54,12 +60,23 @@ impl State {
             }
             return Ok(());
         }
-        if compares {
-            keep(picture, self.renderer.film()?, preview || view.first_sample == 0)?;
-        }
         if !preview {
             picture.spp += samples;
         }
+        if compares {
+            self.keep_film(side, preview || view.first_sample == 0)?;
+        }
+        self.finish_pass(wish, whole, Made { stats, preview, hurried: preview, start })
+    }
+
+    /// Notes what a pass has made of a picture, and shows it.
+    pub(super) fn finish_pass(&mut self, wish: &Wish, whole: &Job, made: Made) -> Result<(), BackendError> {
+        let Made { stats, preview, hurried, start } = made;
+        let (side, render) = (self.side, start.elapsed());
+        for notice in self.renderer.take_notices() {
+            self.tell(Event::Notice(notice));
+        }
+        let picture = &mut self.pictures[side];
         (picture.begun, picture.visible) = (true, true);
         (picture.denoised, picture.done) = (None, !preview && picture.spp >= wish.spp);
         picture.total += render;
@@ -75,10 +92,23 @@ impl State {
             device: self.renderer.take_passes(),
             kernel: self.renderer.kernel(),
         };
-        self.look_at_noise(wish, side)?;
+        // Of frames that build on each other the film cannot tell the noise.
+        if !self.makes_frames(whole) {
+            self.look_at_noise(wish, side)?;
+        }
         self.show(side)?;
         if !self.shown.layer.is_geometric() {
-            self.pace.record(preview, stats.samples, start.elapsed());
+            self.pace.record(hurried, stats.samples, start.elapsed());
+        }
+        Ok(())
+    }
+
+    /// Adds a pass to the film of a picture that takes turns with another; `first`: there was none before.
+    pub(super) fn keep_film(&mut self, side: usize, first: bool) -> Result<(), BackendError> {
+        let Some(made) = self.renderer.film()? else { return Ok(()) };
+        match &mut self.pictures[side].film {
+            Some(film) if !first => film.merge(made)?,
+            film => *film = Some(made.clone()),
         }
         Ok(())
     }
@@ -112,18 +142,19 @@ impl State {
     }
 }
 
-/// Adds a pass to the film of a picture that takes turns with another.
-fn keep(picture: &mut Progress, made: Option<&Film>, first: bool) -> Result<(), BackendError> {
-    let Some(made) = made else { return Ok(()) };
-    match &mut picture.film {
-        Some(film) if !first => film.merge(made)?,
-        film => *film = Some(made.clone()),
-    }
-    Ok(())
+/// What a pass has made.
+pub(super) struct Made {
+    pub stats: PassStats,
+    /// At reduced size.
+    pub preview: bool,
+    /// While the camera moves, or before anything is seen.
+    pub hurried: bool,
+    /// When it began.
+    pub start: Instant,
 }
 
 /// The same picture with fewer pixels.
-fn scaled(job: &Job, scale: f32) -> Job {
+pub(super) fn scaled(job: &Job, scale: f32) -> Job {
     let side = |n: u32| ((n as f32 * scale).round() as u32).max(1);
     Job { width: side(job.width), height: side(job.height), ..job.clone() }
 }

@@ -4,7 +4,7 @@ use super::{Rendered, State, full_text};
 use crate::worker::show::{display, layer_image};
 use crate::worker::{Event, Layer, PassReport, Shot};
 use alhazen::edits::Editable;
-use alhazen::{BackendError, Denoised, Description, Job};
+use alhazen::{BackendError, Denoised, Description, FrameView, Integrator, Job};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
@@ -48,6 +48,7 @@ impl State {
         };
         let start = Instant::now();
         let denoised = self.denoised(side)?;
+        let frames = frame_view(&self.possible(&job));
         let picture = &self.pictures[side];
         let film = match &picture.film {
             Some(film) => film,
@@ -60,7 +61,7 @@ impl State {
             Some(denoised) => denoised.picture.clone(),
             None => layer_image(film, self.shown.layer),
         };
-        let image = display(&linear, film, &self.shown);
+        let image = display(&linear, film, &self.shown, frames);
         let counts = film.pixels().iter().map(|p| p.count() as u32).collect();
         let denoised_by = denoised.map(|d| d.by.clone());
         let pass = PassReport { show: start.elapsed(), denoised_by, ..picture.last_pass.clone() };
@@ -107,6 +108,11 @@ impl State {
     pub(super) fn settings(&self, job: &Job) -> std::collections::BTreeMap<String, String> {
         let empty = alhazen::Scene::default();
         let scene = self.scene.as_ref().map_or(&empty, Editable::scene);
-        Description::new(&scene.name, &[], scene).settings(job)
+        Description::new(&scene.name, &[], scene).settings(&self.possible(job))
     }
+}
+
+/// What a picture's frames show; `Picture` where it has none.
+fn frame_view(job: &Job) -> FrameView {
+    if let Integrator::Realtime(settings) = job.integrator { settings.show } else { FrameView::Picture }
 }

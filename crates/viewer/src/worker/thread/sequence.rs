@@ -9,16 +9,17 @@ use std::sync::Arc;
 impl State {
     /// A pass of the sequence that is being recorded.
     pub(super) fn record(&mut self, control: &Control) -> Result<(), BackendError> {
-        let Some(sequence) = &mut self.sequence else { return Ok(()) };
+        let Some(sequence) = &self.sequence else { return Ok(()) };
         let Some(job) = sequence.job() else {
             self.end_sequence();
             return Ok(());
         };
-        let mut view = job.view(0.0);
+        let mut view = self.possible(&job).view(0.0);
         view.first_sample = sequence.spp;
         if sequence.spp == 0 {
-            self.renderer.restart();
+            self.restart();
         }
+        let Some(sequence) = &mut self.sequence else { return Ok(()) };
         let samples = (sequence.recording.spp - sequence.spp).clamp(1, 16);
         let stats = self.renderer.render_pass(&view, samples, control)?;
         if stats.cancelled {
@@ -58,6 +59,6 @@ impl State {
         }
         // The film has a picture of the sequence.
         self.forget_pictures();
-        self.renderer.restart();
+        self.restart();
     }
 }
