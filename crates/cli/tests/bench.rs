@@ -49,6 +49,9 @@ fn lights_are_worth_choosing_by_place() {
 fn scenes_that_are_not_there_are_errors() {
     let folder = tempfile::tempdir().unwrap();
     fail(folder.path(), "bench convergence no-such-scene", "cannot load the scene no-such-scene");
+    // Before anything is rendered: this would take hours.
+    let late = "bench adaptive atrium no-such-scene --width 4096 --height 4096 --reference-spp 100000";
+    fail(folder.path(), late, "cannot load the scene no-such-scene");
 }
 
 #[test]

@@ -62,7 +62,7 @@ pub fn run(args: &AdaptiveArgs) -> anyhow::Result<()> {
     settings.push(("errors are relative to", format!("radiance² + {}", metrics::REL_MSE_EPSILON)));
     let mut report = Report::new("adaptive", "Adaptive against uniform sampling", &settings);
     let mut all = Vec::new();
-    for scene in args.views.scenes() {
+    for scene in args.views.scenes()? {
         let view = args.views.open(scene, &mut renderer)?;
         let mut of = |sampling: Sampling, budgets: &[u32]| -> anyhow::Result<Vec<Point>> {
             budgets.iter().map(|&spp| measure(&mut renderer, &view, spp, sampling, args.seeds)).collect()

@@ -47,7 +47,7 @@ pub fn run(args: &ConvergenceArgs) -> anyhow::Result<()> {
     let columns = ["scene", "spp", "rays", "seconds", "relMSE", "p5", "p95", "FLIP"];
     let mut table = Table::new("error", "Error by samples per pixel", &columns);
     let (mut plots, mut crops) = (Vec::new(), Vec::new());
-    for scene in args.views.scenes() {
+    for scene in args.views.scenes()? {
         let view = args.views.open(scene, &mut renderer)?;
         let (mut by_time, mut flip, mut pictures) = (Vec::new(), Vec::new(), Vec::new());
         for &spp in &args.spp {

@@ -64,7 +64,7 @@ pub fn run(args: &DenoiseArgs) -> anyhow::Result<()> {
     let mut table = Table::new("error", "Error before and after", &columns);
     let mut gains = Vec::new();
     let mut crops = Vec::new();
-    for scene in args.views.scenes() {
+    for scene in args.views.scenes()? {
         let view = args.views.open(scene, &mut renderer)?;
         let m = measure(&mut renderer, &view, args)?;
         let gain = m.rel_mse[0] / m.rel_mse[1];

@@ -3,6 +3,7 @@
 use super::ReportArgs;
 use super::frames::{FrameArgs, Measured};
 use super::report::{Cell, Percentiles, Plot, Report, Scale, Table};
+use super::views::check_scenes;
 use crate::commands::load_scene;
 use crate::console::print_result;
 use alhazen::{Camera, HybridSettings, LoadOptions, Scene, add_daylight_if_dark};
@@ -49,6 +50,7 @@ pub fn run(args: &ViewsArgs) -> anyhow::Result<()> {
     let mut columns = vec!["scene", "view", "frames/s", "frame ms", "p5", "p95"];
     columns.extend(PASSES);
     let mut table = Table::new("passes", "Frame time by view and pass", &columns);
+    check_scenes(&args.scenes)?;
     for name in &args.scenes {
         let mut loaded = load_scene(name, &[], &LoadOptions::default())?;
         add_daylight_if_dark(&mut loaded.scene, &mut loaded.report);

@@ -44,7 +44,7 @@ pub fn run(args: &LightsArgs) -> anyhow::Result<()> {
     let columns =
         ["scene", "lights", "spp by power", "relMSE by power", "spp by place", "relMSE by place", "gain"];
     let mut table = Table::new("error", "Error at equal time", &columns);
-    for name in args.views.scenes() {
+    for name in args.views.scenes()? {
         let (tables, row) = measure(args, name, &mut renderer)?;
         let [by_power, by_place] = row;
         table.push(vec![

@@ -3,7 +3,7 @@
 use super::ReportArgs;
 use super::frames::Visibility;
 use super::report::{Cell, Percentiles, Plot, Report, Scale, Table};
-use super::views::render;
+use super::views::{check_scenes, render};
 use crate::commands::load_scene;
 use crate::commands::render::realtime::FrameSettings;
 use crate::console::print_result;
@@ -22,7 +22,7 @@ use std::sync::Arc;
 /// Time, error and flicker of frames of the integrator `realtime`.
 ///
 /// A camera that moves: relMSE and FLIP of frames against converged pictures of their views, by paths of the same length, for raw
-/// frames of one sample per pixel and for filtered ones. A camera that stands still: how much the last frames differ from each
+/// frames of one sample per pixel and for filtered ones; and the GPU's time of the same frames, without anybody looking at them. A camera that stands still: how much the last frames differ from each
 /// other, and the GPU's time by frame as adaptive frames converge.
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -70,6 +70,8 @@ pub struct RealtimeArgs {
 const FLICKER_FRAMES: u32 = 16;
 /// Frames that warm a device up before anything counts.
 const WARM_UP: u32 = 16;
+/// Frames of the moving camera that are timed at least: it goes its way as often as that takes.
+const TIMED_FRAMES: u32 = 64;
 
 /// Measures, prints and writes.
 pub fn run(args: &RealtimeArgs) -> anyhow::Result<()> {
@@ -86,6 +88,7 @@ pub fn run(args: &RealtimeArgs) -> anyhow::Result<()> {
     ];
     let mut tables = Tables::new();
     let mut report = Report::new("realtime", "The real-time path tracer", &about);
+    check_scenes(&args.scenes)?;
     for name in &args.scenes {
         let mut loaded = load_scene(name, &[], &LoadOptions::default())?;
         add_daylight_if_dark(&mut loaded.scene, &mut loaded.report);
@@ -203,8 +206,8 @@ impl<'a> Measurement<'a> {
     fn run(&mut self, tables: &mut Tables, report: &mut Report) -> anyhow::Result<()> {
         let filtered = self.args.realtime_settings();
         let raw = RealtimeSettings { filter: false, ..filtered };
-        self.warm_up(&raw)?;
-        self.warm_up(&filtered)?;
+        self.time_moving(raw, tables, "raw, moving")?;
+        self.time_moving(filtered, tables, "filtered, moving")?;
         self.moving(raw, filtered, tables, report)?;
         let flicker = [raw, filtered].map(|settings| self.flicker(settings));
         let [raw_flicker, flicker] = flicker;
@@ -235,6 +238,31 @@ impl<'a> Measurement<'a> {
         Ok(())
     }
 
+    /// The time of the frames of the moving camera. While somebody reads a picture back, the device waits and lowers its clock,
+    /// and the next frame takes longer than it would: nothing is read here.
+    fn time_moving(
+        &mut self,
+        settings: RealtimeSettings,
+        tables: &mut Tables,
+        what: &str,
+    ) -> anyhow::Result<()> {
+        self.warm_up(&settings)?;
+        // The first way is not counted either.
+        for way in 0..=TIMED_FRAMES.div_ceil(self.args.moving_frames) {
+            self.live.forget();
+            for frame in 0..self.args.moving_frames {
+                self.live.frame(&self.view(frame, settings), None)?;
+            }
+            if way == 0 {
+                self.live.finish()?;
+                self.live.frames().take_reports();
+            }
+        }
+        self.live.finish()?;
+        self.take_times(tables, what);
+        Ok(())
+    }
+
     /// Frames of the moving camera with both settings, against references of some of them.
     fn moving(
         &mut self,
@@ -245,9 +273,9 @@ impl<'a> Measurement<'a> {
     ) -> anyhow::Result<()> {
         let frames = self.args.moving_frames;
         let raw_pictures = self.pictures(raw)?;
-        self.take_times(tables, "raw, moving");
+        self.take_times(tables, "raw, moving, read back");
         let pictures = self.pictures(filtered)?;
-        self.take_times(tables, "filtered, moving");
+        self.take_times(tables, "filtered, moving, read back");
         let compared = (0..frames).filter(|f| (f + 1).is_power_of_two() || f + 1 == frames);
         let mut curves = [Vec::new(), Vec::new(), Vec::new(), Vec::new()];
         for frame in compared {

@@ -64,10 +64,24 @@ pub struct Distance {
     pub flip: f64,
 }
 
+/// Loads all scenes once, so that a name that is wrong is heard of before the others have taken their hours.
+///
+/// # Errors
+/// For the first that cannot be loaded.
+pub fn check_scenes(names: &[String]) -> anyhow::Result<()> {
+    // Of a single scene nothing is lost.
+    let names = if names.len() > 1 { names } else { &[] };
+    names.iter().try_for_each(|name| load_scene(name, &[], &LoadOptions::default()).map(drop))
+}
+
 impl ViewArgs {
-    /// The names of the scenes.
-    pub fn scenes(&self) -> &[String] {
-        &self.scenes
+    /// The names of the scenes, all of which can be loaded.
+    ///
+    /// # Errors
+    /// When one cannot.
+    pub fn scenes(&self) -> anyhow::Result<&[String]> {
+        check_scenes(&self.scenes)?;
+        Ok(&self.scenes)
     }
 
     /// What renders.
