@@ -1,7 +1,7 @@
 //! Spreading samples over a picture by the error of its pixels ([`film::Allocation`]), round by round.
 
 use crate::renderer::{Limits, Renderer, Summary, check_view};
-use backend::{BackendError, Control, PixelSamples, Stats, View};
+use backend::{BackendError, Control, PixelSamples, Round, Stats, View};
 use film::{Allocation, Film, PixelStats};
 use std::time::{Duration, Instant};
 
@@ -71,8 +71,12 @@ impl Renderer {
     ) -> Result<Option<Stats>, BackendError> {
         check_view(view)?;
         let Some(film) = self.film()? else { return Ok(None) };
-        let taken: u64 = film.pixels().iter().map(PixelStats::taken).sum();
-        let total = taken + u64::from(samples) * view.window.area() as u64;
+        let total = taken(film) + u64::from(samples) * view.window.area() as u64;
+        let round = Round { total, least: adaptive.pilot(), floor: adaptive.floor };
+        if let Some(stats) = self.render_by_itself(view, &round, control)? {
+            return Ok(Some(stats));
+        }
+        let Some(film) = self.film()? else { return Ok(None) };
         let pixels = next_round(film, view, adaptive, adaptive.pilot(), total);
         if pixels.is_empty() {
             return Ok(None);
@@ -96,22 +100,31 @@ impl Renderer {
         let mut summary = self.render_evenly(view, &first, control, after_pass)?;
         let area = view.window.area() as u64;
         let budget = u64::from(limits.spp) * area;
+        // What pixels have, all together. Where a back end decides by itself, nobody reads the film to count.
+        let mut made = summary.samples;
         while !summary.cancelled && !control.is_cancelled() {
-            let Some(film) = self.film()? else { break };
-            summary.noise = film.relative_error();
-            let taken: u64 = film.pixels().iter().map(PixelStats::taken).sum();
-            summary.spp = (taken / area) as u32;
+            summary.noise = if limits.noise.is_some() { self.relative_error()? } else { None };
+            summary.spp = (made / area) as u32;
             let quiet = limits.noise.zip(summary.noise).is_some_and(|(limit, noise)| noise <= limit);
             let late = limits.time.is_some_and(|time| start.elapsed() >= time);
-            if quiet || late || taken >= budget {
+            if quiet || late || made >= budget {
                 break;
             }
-            let total = next_total(taken, &summary, limits, start.elapsed()).min(budget);
-            let pixels = next_round(film, view, adaptive, pilot, total);
-            if pixels.is_empty() {
-                break;
-            }
-            let stats = self.render_some(view, &pixels, control)?;
+            let total = next_total(made, &summary, limits, start.elapsed()).min(budget);
+            let round = Round { total, least: pilot, floor: adaptive.floor };
+            let stats = if let Some(stats) = self.render_by_itself(view, &round, control)? {
+                made += stats.samples;
+                stats
+            } else {
+                let Some(film) = self.film()? else { break };
+                let pixels = next_round(film, view, adaptive, pilot, total);
+                if pixels.is_empty() {
+                    break;
+                }
+                let stats = self.render_some(view, &pixels, control)?;
+                made = self.film()?.map_or(0, taken);
+                stats
+            };
             summary.add(&stats);
             summary.elapsed = start.elapsed();
             after_pass(&summary);
@@ -133,6 +146,11 @@ fn next_total(taken: u64, summary: &Summary, limits: &Limits, elapsed: Duration)
         growth = growth.min(1.0 + 0.5 * left).max(1.01);
     }
     (taken as f64 * growth).ceil() as u64
+}
+
+/// Samples of all pixels so far.
+fn taken(film: &Film) -> u64 {
+    film.pixels().iter().map(PixelStats::taken).sum()
 }
 
 /// What the pixels get next.

@@ -1,7 +1,7 @@
 //! A back end that goes on with another one when its device fails.
 
 use crate::choice::open_step;
-use backend::{Backend, BackendError, Control, LoadStats, PassTime, PixelSamples, Stats, View};
+use backend::{Backend, BackendError, Control, LoadStats, PassTime, PixelSamples, Round, Stats, View};
 use film::Film;
 use gpu::tracer::TracerKind;
 use gpu::{GpuOptions, PathKernel};
@@ -233,6 +233,34 @@ impl Backend for Fallback {
                 }
                 Err(error) => return Err(error),
             }
+        }
+    }
+
+    fn render_round(
+        &mut self,
+        view: &View,
+        round: &Round,
+        control: &Control,
+    ) -> Result<Option<Stats>, BackendError> {
+        // A device does not know what others have made of the picture.
+        if self.rescued.as_ref().is_some_and(|(of, _)| is_same(of, view)) {
+            return Ok(None);
+        }
+        match self.current.render_round(view, round, control) {
+            Err(error @ BackendError::Device { .. }) => {
+                self.rescue_pixels(view, &mut Vec::new())?;
+                self.step(error)?;
+                self.made = None;
+                Ok(None)
+            }
+            result => result,
+        }
+    }
+
+    fn relative_error(&mut self) -> Result<Option<f64>, BackendError> {
+        match &self.rescued {
+            Some(_) => Ok(self.film()?.and_then(Film::relative_error)),
+            None => self.current.relative_error(),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::part::least_samples;
 use crate::{Job, Sampling};
-use backend::{Backend, BackendError, Control, LoadStats, PassTime, PixelSamples, Stats, View};
+use backend::{Backend, BackendError, Control, LoadStats, PassTime, PixelSamples, Round, Stats, View};
 use cpu::CpuBackend;
 use film::Film;
 use scene::Scene;
@@ -201,7 +201,7 @@ impl Renderer {
             }
             summary.elapsed = start.elapsed();
             if limits.noise.is_some() {
-                summary.noise = self.backend.film()?.and_then(Film::relative_error);
+                summary.noise = self.backend.relative_error()?;
             }
             after_pass(&summary);
             let quiet = limits.noise.zip(summary.noise).is_some_and(|(limit, noise)| noise <= limit);
@@ -255,6 +255,21 @@ impl Renderer {
         control: &Control,
     ) -> Result<Stats, BackendError> {
         self.backend.render_pixels(view, pixels, control)
+    }
+
+    /// As [`Backend::render_round`], of a view that was checked before.
+    pub(crate) fn render_by_itself(
+        &mut self,
+        view: &View,
+        round: &Round,
+        control: &Control,
+    ) -> Result<Option<Stats>, BackendError> {
+        self.backend.render_round(view, round, control)
+    }
+
+    /// See [`Film::relative_error`]; `None` before the first picture.
+    pub(crate) fn relative_error(&mut self) -> Result<Option<f64>, BackendError> {
+        self.backend.relative_error()
     }
 
     /// What users should hear of that is no error. Each once.

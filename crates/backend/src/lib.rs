@@ -110,6 +110,18 @@ pub fn check_media(scene: &SceneTables, view: &View) -> Result<(), BackendError>
     }
 }
 
+/// What [`Backend::render_round`] is to do.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Round {
+    /// Samples of all pixels together when it is over, about.
+    pub total: u64,
+    /// Samples that every pixel has to have before anything can be decided.
+    pub least: u32,
+    /// What is added to the squared radiance that errors are relative to; `None` follows the picture's level. See
+    /// [`film::Allocation::new`].
+    pub floor: Option<f64>,
+}
+
 /// One pass of a device, by its own clock.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PassTime {
@@ -174,6 +186,29 @@ pub trait Backend: Send {
         pixels: &[PixelSamples],
         control: &Control,
     ) -> Result<Stats, BackendError>;
+
+    /// Adds samples to the pixels of the view's picture that need them most, by the rule of [`film::Allocation`], without anybody reading
+    /// the film in between. `None` where the back end cannot decide: then callers read the film and name pixels
+    /// ([`Backend::render_pixels`]). The view's `first_sample` is that of the picture.
+    ///
+    /// # Errors
+    /// As [`Backend::render`].
+    fn render_round(
+        &mut self,
+        _view: &View,
+        _round: &Round,
+        _control: &Control,
+    ) -> Result<Option<Stats>, BackendError> {
+        Ok(None)
+    }
+
+    /// The relative standard error of the picture so far ([`Film::relative_error`]); where there is a device, in its precision.
+    ///
+    /// # Errors
+    /// When the device fails.
+    fn relative_error(&mut self) -> Result<Option<f64>, BackendError> {
+        Ok(self.film()?.and_then(Film::relative_error))
+    }
 
     /// Forgets what was rendered: the next [`Backend::render`] begins a new film, even if its view is the same.
     fn restart(&mut self);

@@ -14,25 +14,21 @@
 //!
 //! The window also is what spreads samples around what is noisy, and what keeps a single bright sample from drawing others to
 //! where it happened to fall.
+//!
+//! What is decided for a pixel are functions of the optics ([`optics::rounds`]), which GPUs run on films of their own.
 
 use crate::{Film, PixelStats, Rect};
+use optics::rounds::{ROUND_RADIUS, neighbour_weight, relative_variance, samples_deserved, samples_of_round};
 use rayon::prelude::*;
 
-/// Half the side of the window, in pixels.
-const RADIUS: u32 = 2;
-/// Standard deviation of the window's weights, in pixels.
-const SIGMA: f64 = 1.5;
-/// Samples come by so many at a time: a few more or less change little, and points of a sequence come in fours.
-const QUANTUM: f64 = 4.0;
-/// A round makes the samples of a pixel at most this many times what they were: variances that few samples have found are
-/// uncertain.
-const GROWTH: f64 = 4.0;
+/// Pixels whose samples are added up by one thread: sums do not depend on the number of threads.
+const CHUNK: usize = 1 << 14;
 
 /// How many samples each pixel of a film should have.
 #[derive(Clone, Debug)]
 pub struct Allocation {
     /// `√v` of each pixel of the window.
-    weights: Vec<f64>,
+    weights: Vec<f32>,
     /// Samples that each pixel has.
     taken: Vec<u64>,
 }
@@ -48,11 +44,10 @@ impl Allocation {
         if pixels.iter().any(|p| p.count() < 2) {
             return None;
         }
-        let floor = floor.unwrap_or_else(|| film.error_floor());
-        let window = film.window();
+        let floor = floor.unwrap_or_else(|| film.error_floor()) as f32;
         let estimates: Vec<Estimate> = pixels.par_iter().map(Estimate::of).collect();
-        let variance = |i: usize| relative_variance(&estimates, window, i, floor);
-        let weights = (0..pixels.len()).into_par_iter().map(|i| variance(i).sqrt()).collect();
+        let neighbours = Neighbours { estimates: &estimates, window: film.window(), floor };
+        let weights = (0..pixels.len()).into_par_iter().map(|i| neighbours.variance(i).sqrt()).collect();
         Some(Self { weights, taken: pixels.iter().map(PixelStats::taken).collect() })
     }
 
@@ -66,13 +61,12 @@ impl Allocation {
     /// Where all is quiet, every pixel gets the same.
     #[must_use]
     pub fn extra(&self, total: u64) -> Vec<u32> {
-        let scale = self.scale(total as f64);
-        let wanted = |(weight, taken): (&f64, &u64)| {
-            let taken = *taken as f64;
-            let extra = (scale * weight).clamp(taken, GROWTH * taken) - taken;
-            ((extra / QUANTUM).round() * QUANTUM) as u32
+        let scale = self.scale(total as f64) as f32;
+        let added = |(&weight, &taken): (&f32, &u64)| {
+            let taken = taken as f32;
+            samples_of_round(samples_deserved(scale, weight, taken), taken)
         };
-        let extra: Vec<u32> = self.weights.iter().zip(&self.taken).map(wanted).collect();
+        let extra: Vec<u32> = self.weights.par_iter().zip(&self.taken).map(added).collect();
         let room = total.saturating_sub(self.taken());
         if room > 0 && extra.iter().all(|n| *n == 0) {
             let each = room.div_ceil(self.taken.len().max(1) as u64);
@@ -84,8 +78,12 @@ impl Allocation {
     /// The factor on the weights for which pixels have about `total` samples in all; none can give back what it has.
     fn scale(&self, total: f64) -> f64 {
         let of_all = |scale: f64| -> f64 {
-            let pixels = self.weights.iter().zip(&self.taken);
-            pixels.map(|(w, &n)| (scale * w).clamp(n as f64, GROWTH * n as f64)).sum()
+            let of = |(&weight, &taken): (&f32, &u64)| {
+                f64::from(samples_deserved(scale as f32, weight, taken as f32))
+            };
+            let chunks = self.weights.par_chunks(CHUNK).zip(self.taken.par_chunks(CHUNK));
+            let sums: Vec<f64> = chunks.map(|(w, n)| w.iter().zip(n).map(of).sum()).collect();
+            sums.iter().sum()
         };
         let mut high = 1.0;
         while of_all(high) < total && high < 1e30 {
@@ -103,47 +101,49 @@ impl Allocation {
 /// What is known of a pixel.
 #[derive(Clone, Copy)]
 struct Estimate {
-    mean: [f64; 3],
+    mean: [f32; 3],
     /// Of one sample.
-    variance: [f64; 3],
+    variance: [f32; 3],
 }
 
 impl Estimate {
     fn of(pixel: &PixelStats) -> Self {
-        Self { mean: pixel.mean(), variance: pixel.variance().unwrap_or_default() }
+        let single = |values: [f64; 3]| values.map(|v| v as f32);
+        Self { mean: single(pixel.mean()), variance: single(pixel.variance().unwrap_or_default()) }
     }
 }
 
-/// Variance of a sample of pixel `index` relative to its squared radiance, the mean of the colours, as its neighbours have
-/// it. One if it has none.
-fn relative_variance(estimates: &[Estimate], window: Rect, index: usize, floor: f64) -> f64 {
-    let width = window.width as usize;
-    let (x, y) = ((index % width) as u32, (index / width) as u32);
-    let range = |at: u32, end: u32| at.saturating_sub(RADIUS)..(at + RADIUS + 1).min(end);
-    let (mut mean, mut variance, mut sum) = ([0.0; 3], [0.0; 3], 0.0);
-    for row in range(y, window.height) {
-        for column in range(x, window.width) {
-            let (dx, dy) = (f64::from(column) - f64::from(x), f64::from(row) - f64::from(y));
-            if dx == 0.0 && dy == 0.0 {
-                continue;
+/// What neighbours say about pixels.
+struct Neighbours<'a> {
+    estimates: &'a [Estimate],
+    window: Rect,
+    floor: f32,
+}
+
+impl Neighbours<'_> {
+    /// Variance of a sample of pixel `index` relative to its squared radiance, the mean of the colours. One if it has no
+    /// neighbours.
+    fn variance(&self, index: usize) -> f32 {
+        let width = self.window.width as usize;
+        let (x, y) = ((index % width) as u32, (index / width) as u32);
+        let range = |at: u32, end: u32| at.saturating_sub(ROUND_RADIUS)..(at + ROUND_RADIUS + 1).min(end);
+        let (mut mean, mut variance, mut sum) = ([0.0; 3], [0.0; 3], 0.0);
+        for row in range(y, self.window.height) {
+            for column in range(x, self.window.width) {
+                let weight = neighbour_weight(column as f32 - x as f32, row as f32 - y as f32);
+                let neighbour = &self.estimates[row as usize * width + column as usize];
+                for c in 0..3 {
+                    mean[c] += weight * neighbour.mean[c];
+                    variance[c] += weight * neighbour.variance[c];
+                }
+                sum += weight;
             }
-            let weight = (-0.5 * (dx * dx + dy * dy) / (SIGMA * SIGMA)).exp();
-            let neighbour = &estimates[row as usize * width + column as usize];
-            for c in 0..3 {
-                mean[c] += weight * neighbour.mean[c];
-                variance[c] += weight * neighbour.variance[c];
-            }
-            sum += weight;
         }
+        if sum == 0.0 {
+            return 1.0;
+        }
+        (0..3).map(|c| relative_variance(mean[c] / sum, variance[c] / sum, self.floor)).sum::<f32>() / 3.0
     }
-    if sum == 0.0 {
-        return 1.0;
-    }
-    let of_colour = |c: usize| {
-        let (mean, variance) = (mean[c] / sum, variance[c] / sum);
-        if variance > 0.0 { variance / (mean * mean + floor) } else { 0.0 }
-    };
-    (0..3).map(of_colour).sum::<f64>() / 3.0
 }
 
 #[cfg(test)]

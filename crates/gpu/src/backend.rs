@@ -1,8 +1,11 @@
 //! [`GpuBackend`]: the trait's implementation; film, batches, passes.
 
+mod round;
+
 use crate::film::{Batch, FOLD_SAMPLES, FilmBuffers, device_error};
 use crate::kernel::{Kernel, KernelKind, PathKernel, Tracing};
 use crate::plan::{Levels, Pace, Plan, most_samples};
+use crate::rounds::Rounds;
 use crate::scene::update::StagingRing;
 use crate::shader::Variant;
 use crate::timing::Timer;
@@ -10,7 +13,8 @@ use crate::tracer::TracerKind;
 use crate::wavefront::{Queues, choice};
 use crate::{Gpu, GpuError, GpuScene};
 use backend::{
-    Backend, BackendError, Control, Integrator, LoadStats, PassTime, PixelSamples, Stats, View, check_pixels,
+    Backend, BackendError, Control, Integrator, LoadStats, PassTime, PixelSamples, Round, Stats, View,
+    check_pixels,
 };
 use film::{AovKind, Film};
 use scene::tables::{Changes, SceneTables};
@@ -68,8 +72,12 @@ struct Picture {
     /// Samples that a pixel may have on the device.
     pending: u32,
     last_fold: Instant,
+    /// How often that has been moved to the host's film.
+    folds: u32,
     /// Rays that the current call has traced.
     rays: u64,
+    /// What decides about rounds, once there is one.
+    rounds: Option<Rounds>,
 }
 
 impl GpuBackend {
@@ -120,7 +128,7 @@ impl GpuBackend {
         let scene = self.scene.as_ref().map_or(0, |s| s.scene.memory_bytes() + s.tracing.memory_bytes());
         scene
             + self.queues.as_ref().map_or(0, Queues::memory_bytes)
-            + self.picture.as_ref().map_or(0, |p| p.buffers.memory_bytes())
+            + self.picture.as_ref().map_or(0, Picture::memory_bytes)
     }
 
     fn load_scene(&mut self, tables: Arc<SceneTables>) -> Result<LoadStats, GpuError> {
@@ -173,7 +181,8 @@ impl GpuBackend {
             let buffers = FilmBuffers::new(&self.gpu, view, film.wants_aovs())
                 .map_err(|e| device_error(self.kind.name(), e))?;
             let (view, last_fold) = (view.clone(), Instant::now());
-            self.picture = Some(Picture { view, film, buffers, pending: 0, last_fold, rays: 0 });
+            self.picture =
+                Some(Picture { view, film, buffers, pending: 0, last_fold, folds: 0, rays: 0, rounds: None });
         }
         Ok(())
     }
@@ -281,7 +290,7 @@ impl GpuBackend {
             }
             if let Some((submission, batch, submitted)) = under_way.pop_front() {
                 gpu.wait_for(Some(submission), "rendering")?;
-                let done = samples_of(&batch, view);
+                let done = samples_of(&batch, view.window.width);
                 compiled.pace.learn(done, submitted.max(last_done).elapsed());
                 last_done = Instant::now();
                 stats.samples += done;
@@ -310,55 +319,16 @@ impl GpuBackend {
     ) -> Result<(), GpuError> {
         let all: u64 = pixels.iter().map(|p| u64::from(p.count)).sum();
         let mean = all.div_ceil(view.window.area().max(1) as u64);
-        // Frames are of all pixels; of single ones other kernels make the same picture.
-        let kind = match KernelKind::of(&view.integrator) {
-            KernelKind::Hybrid => KernelKind::Direct,
-            KernelKind::Realtime => KernelKind::Path,
-            other => other,
-        };
-        let key = self.prepare_kernel(view, u32::try_from(mean).unwrap_or(u32::MAX), kind)?;
-        let (Some(scene), Some(picture)) = (&mut self.scene, &mut self.picture) else { return Ok(()) };
-        let (gpu, timer) = (&self.gpu, &mut self.timer);
-        picture.rays = 0;
-        let missing = || GpuError::Device { doing: "looking up a kernel", reason: "it is gone".into() };
-        let compiled = scene.kernels.get_mut(&key).ok_or_else(missing)?;
-        for level in Levels::new(view.window.width, pixels, most_samples(gpu.is_software())) {
+        let mut run = self.begin_list(view, mean)?;
+        for level in Levels::new(view.window.width, pixels, most_samples(run.gpu.is_software())) {
             if control.is_cancelled() {
                 break;
             }
-            // Between levels nothing is under way.
-            let full = picture.pending + level.samples > FOLD_SAMPLES;
-            if full || picture.last_fold.elapsed() > FOLD_INTERVAL {
-                picture.fold(gpu)?;
-            }
-            picture.pending += level.samples;
-            picture.buffers.set_list(gpu, &level.pixels)?;
-            let mut under_way = VecDeque::new();
-            let (mut next, mut last_done) = (0, Instant::now());
-            loop {
-                let batch = level.batch(&compiled.pace, next).filter(|_| !control.is_cancelled());
-                if let Some(batch) = batch {
-                    let submission = compiled.kernel.submit(gpu, &mut picture.buffers, batch, timer)?;
-                    under_way.push_back((submission, batch, Instant::now()));
-                    next += batch.pixel_count(view.window.width);
-                    if under_way.len() < IN_FLIGHT {
-                        continue;
-                    }
-                }
-                let Some((submission, batch, submitted)) = under_way.pop_front() else { break };
-                gpu.wait_for(Some(submission), "rendering")?;
-                let done = samples_of(&batch, view);
-                compiled.pace.learn(done, submitted.max(last_done).elapsed());
-                last_done = Instant::now();
-                stats.samples += done;
-                control.advance(done);
-                if timer.is_nearly_full() {
-                    add_time(stats, timer.collect(gpu)?);
-                }
-            }
+            run.make_room(level.samples)?;
+            run.picture.buffers.set_list(run.gpu, &level.pixels)?;
+            run.level(level.samples, level.pixels.len() as u32, control, stats)?;
         }
-        add_time(stats, timer.collect(gpu)?);
-        Ok(())
+        run.finish(control, stats)
     }
 
     /// What all calls that render have in common: `work` does it.
@@ -388,9 +358,9 @@ impl GpuBackend {
     }
 }
 
-/// Samples of all pixels of a batch.
-fn samples_of(batch: &Batch, view: &View) -> u64 {
-    u64::from(batch.pixel_count(view.window.width)) * u64::from(batch.sample_count)
+/// Samples of all pixels of a batch, in a window of `width` pixels.
+fn samples_of(batch: &Batch, width: u32) -> u64 {
+    u64::from(batch.pixel_count(width)) * u64::from(batch.sample_count)
 }
 
 fn add_time(stats: &mut Stats, time: Option<Duration>) {
@@ -400,10 +370,16 @@ fn add_time(stats: &mut Stats, time: Option<Duration>) {
 }
 
 impl Picture {
+    /// Bytes on the device.
+    fn memory_bytes(&self) -> u64 {
+        self.buffers.memory_bytes() + self.rounds.as_ref().map_or(0, Rounds::memory_bytes)
+    }
+
     /// Moves what the device has summed to the host's film.
     fn fold(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
         self.rays += self.buffers.fold_into(gpu, &mut self.film)?.rays();
         self.pending = 0;
+        self.folds = self.folds.wrapping_add(1);
         self.last_fold = Instant::now();
         Ok(())
     }
@@ -448,6 +424,20 @@ impl Backend for GpuBackend {
         refuse_mattes(view)?;
         let all = pixels.iter().map(|p| u64::from(p.count)).sum();
         self.render_with(view, all, control, |this, stats| this.render_list(view, pixels, control, stats))
+    }
+
+    fn render_round(
+        &mut self,
+        view: &View,
+        round: &Round,
+        control: &Control,
+    ) -> Result<Option<Stats>, BackendError> {
+        refuse_mattes(view)?;
+        self.render_decided(view, round, control)
+    }
+
+    fn relative_error(&mut self) -> Result<Option<f64>, BackendError> {
+        self.error_on_device().map_err(|e| device_error(self.kind.name(), e))
     }
 
     fn restart(&mut self) {

@@ -9,7 +9,7 @@ use crate::scene::upload::{empty_buffer, write_buffer, write_buffer_at};
 use crate::{Gpu, GpuError};
 use backend::{BackendError, DirectSettings, Highlights, Integrator, PathSettings, SamplerKind};
 use bytemuck::{Pod, Zeroable};
-use film::{AovSample, AovSums, Film};
+use film::{AovSample, AovSums, Film, PixelStats};
 use optics::camera::camera_pixel_spread;
 use optics::random::{SAMPLER_INDEPENDENT, SAMPLER_SOBOL};
 use wgpu::BufferUsages;
@@ -222,6 +222,20 @@ pub struct FilmPixel {
     count: u32,
     sum_of_squares: [f32; 3],
     invalid: u32,
+}
+
+impl FilmPixel {
+    /// What the host's film has of a pixel, in single precision.
+    pub(crate) fn of(stats: &PixelStats) -> Self {
+        let single = |sums: [film::ExactSum; 3]| sums.map(|s| s.to_f64() as f32);
+        let number = |n: u64| u32::try_from(n).unwrap_or(u32::MAX);
+        Self {
+            sum: single(stats.sum()),
+            count: number(stats.count()),
+            sum_of_squares: single(stats.sum_of_squares()),
+            invalid: number(stats.invalid()),
+        }
+    }
 }
 
 /// What a pixel's camera rays saw first.

@@ -20,6 +20,7 @@ pub mod pipeline;
 mod plan;
 pub mod rays;
 pub mod realtime;
+mod rounds;
 pub mod scene;
 pub mod shader;
 pub mod timing;

@@ -163,14 +163,21 @@ impl Iterator for Levels {
 }
 
 impl Level {
-    /// The batch that begins with entry `first`: as many entries as fit into a dispatch.
+    /// See [`listed_batch`].
+    #[cfg(test)]
     pub fn batch(&self, pace: &Pace, first: u32) -> Option<Batch> {
-        let left = (self.pixels.len() as u64).saturating_sub(u64::from(first));
-        let affordable = (pace.budget() / u64::from(self.samples)).max(64) & !63;
-        let count = affordable.min(left).min(MOST_LISTED) as u32;
-        let pixels = BatchPixels::Listed { first, count };
-        (count > 0).then_some(Batch { pixels, first_sample: 0, sample_count: self.samples })
+        listed_batch(pace, self.samples, self.pixels.len() as u32, first)
     }
+}
+
+/// The batch that begins with entry `first` of a list of `pixels` pixels with `samples` samples each: as many entries as fit into a
+/// dispatch.
+pub fn listed_batch(pace: &Pace, samples: u32, pixels: u32, first: u32) -> Option<Batch> {
+    let left = u64::from(pixels.saturating_sub(first));
+    let affordable = (pace.budget() / u64::from(samples)).max(64) & !63;
+    let count = affordable.min(left).min(MOST_LISTED) as u32;
+    let pixels = BatchPixels::Listed { first, count };
+    (count > 0).then_some(Batch { pixels, first_sample: 0, sample_count: samples })
 }
 
 #[cfg(test)]

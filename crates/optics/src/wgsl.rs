@@ -19,6 +19,18 @@ pub fn without_layers() -> String {
     plain::WGSL_SOURCE.wgsl_source().expect("a test builds the text of every module")
 }
 
+/// Only what decides about rounds of adaptive sampling, which concerns no scene.
+pub fn rounds() -> String {
+    choice::WGSL_SOURCE.wgsl_source().expect("a test builds the text of every module")
+}
+
+#[wgsl]
+#[inline_all]
+#[allow(unused_imports)]
+mod choice {
+    use crate::rounds::*;
+}
+
 #[wgsl]
 #[inline_all]
 #[allow(unused_imports)]
@@ -50,6 +62,7 @@ mod everything {
     use crate::pattern::*;
     use crate::phong::*;
     use crate::random::*;
+    use crate::rounds::*;
     use crate::scatter::*;
     use crate::shape::*;
     use crate::sheen::*;

@@ -395,6 +395,12 @@ functions! {
     edge_stops::plane_weight(off_plane: share, allowed: positive) within POWERS;
     edge_stops::luminance_weight(difference: share, deviation: share, tolerance: positive) within POWERS;
     edge_stops::lobe_share(roughness: share) within ROUNDING;
+    // sampling/rounds.rs
+    rounds::variance_of_sums(sum: share, sum_of_squares: positive, count: positive) within CANCELLING;
+    rounds::neighbour_weight(dx: share, dy: share) within POWERS;
+    rounds::relative_variance(mean: share, variance: positive, offset: share) within ROUNDING;
+    rounds::samples_deserved(scale: positive, weight: share, taken: positive) within ROUNDING;
+    rounds::samples_of_round(deserved: positive, taken: share) within STEPS;
     // realtime/allocation.rs
     allocation::sample_variance(mean: share, mean_of_squares: positive, count: positive) within CANCELLING;
     allocation::seen_variance(variance: positive, mean: share, white: size) within ROUNDING;

@@ -1,3 +1,4 @@
 //! Random numbers, and what they are turned into.
 pub mod random;
+pub mod rounds;
 pub mod warp;

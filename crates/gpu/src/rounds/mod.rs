@@ -1,0 +1,344 @@
+//! Rounds of adaptive sampling that the device decides about by itself.
+//!
+//! A fast device makes a sample of every pixel in less time than the host needs to read a film. So the film stays where it is:
+//! passes over it find out how noisy each pixel is, how many samples all deserve, and which pixels get how many
+//! (`shaders/rounds.wgsl`; the rule itself is the optics', as that of [`film::Allocation`]). The host reads back how many pixels each
+//! level has, a few words, and starts their samples; lists are made on the device.
+
+use crate::film::{FilmBuffers, FilmPixel, read_mapped};
+use crate::plan::most_samples;
+use crate::scene::upload::{empty_buffer, write_buffer};
+use crate::timing::Timer;
+use crate::{Gpu, GpuError};
+use bytemuck::{Pod, Zeroable};
+use film::Film;
+use wgpu::BufferUsages;
+
+/// Levels of fewer samples than the most, and of the most.
+const SMALL_LEVELS: usize = 16;
+const LARGE_LEVELS: usize = 32;
+/// Factors that are tried at a time, and pixels that one workgroup tries them on.
+const CANDIDATES: u64 = 64;
+const TRIED_PIXELS: u64 = 1024;
+/// How often the search for the factor is narrowed, by [`CANDIDATES`] each time.
+const SEARCH_STEPS: usize = 4;
+/// Bytes of an estimate and of a plan.
+const ESTIMATE: u64 = 32;
+const PLAN: u64 = 16;
+/// Workgroups in a row of those that try factors.
+const MOST_GROUPS: u64 = 1024;
+
+/// See `shaders/rounds.wgsl`.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+struct Round {
+    size: [u32; 2],
+    first_sample: u32,
+    level: u32,
+    most: u32,
+    before: u32,
+    total: f32,
+    offset: f32,
+}
+
+/// See `shaders/rounds.wgsl`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct Picture {
+    offset: f32,
+    squared_error: f32,
+    least_valid: f32,
+    least_taken: f32,
+    low: f32,
+    high: f32,
+    listed: u32,
+    padding: u32,
+    levels: [u32; SMALL_LEVELS + LARGE_LEVELS],
+}
+
+/// Pixels that get the same number of samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Level {
+    /// A power of two.
+    pub samples: u32,
+    /// How many there are.
+    pub pixels: u32,
+    /// Levels of as many samples before this one; only the largest number comes more than once.
+    before: u32,
+}
+
+/// What the device has found out about its film.
+#[derive(Clone, Debug)]
+pub(crate) struct Decision {
+    /// See [`Film::relative_error`]; relative to what the round was to be relative to.
+    pub error: f64,
+    /// Valid samples of the pixel that has fewest.
+    pub least_valid: u32,
+    /// All samples of the pixel that has fewest.
+    pub least_taken: u32,
+    /// What is to be done, the largest numbers of samples first.
+    pub levels: Vec<Level>,
+}
+
+impl Decision {
+    /// Samples of all pixels.
+    pub fn samples(&self) -> u64 {
+        self.levels.iter().map(|l| u64::from(l.samples) * u64::from(l.pixels)).sum()
+    }
+}
+
+/// The passes, in the order in which they run.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Pass {
+    Estimate,
+    SetLevel,
+    Weigh,
+    SetRange,
+    TryFactors,
+    Narrow,
+    Choose,
+    ListLevel,
+}
+
+impl Pass {
+    const ALL: [Self; 8] = [
+        Self::Estimate,
+        Self::SetLevel,
+        Self::Weigh,
+        Self::SetRange,
+        Self::TryFactors,
+        Self::Narrow,
+        Self::Choose,
+        Self::ListLevel,
+    ];
+
+    fn entry_point(self) -> &'static str {
+        match self {
+            Self::Estimate => "estimate",
+            Self::SetLevel => "set_level",
+            Self::Weigh => "weigh",
+            Self::SetRange => "set_range",
+            Self::TryFactors => "try_factors",
+            Self::Narrow => "narrow",
+            Self::Choose => "choose",
+            Self::ListLevel => "list_level",
+        }
+    }
+}
+
+/// Decides about rounds of one film.
+pub(crate) struct Rounds {
+    pipelines: Vec<wgpu::ComputePipeline>,
+    group: wgpu::BindGroup,
+    uniform: wgpu::Buffer,
+    base: wgpu::Buffer,
+    #[cfg(test)]
+    plans: wgpu::Buffer,
+    picture: wgpu::Buffer,
+    staging: wgpu::Buffer,
+    round: Round,
+    /// How often the film had been read by the host when `base` was brought there.
+    folds: u32,
+    bytes: u64,
+}
+
+/// The shader's text.
+fn text() -> String {
+    [&optics::wgsl::rounds(), include_str!("../shaders/rounds.wgsl")].join("\n")
+}
+
+impl Rounds {
+    /// For a film of which nothing has been read by the host yet.
+    ///
+    /// # Errors
+    /// When there is no memory, or the driver refuses the shader.
+    pub fn new(gpu: &Gpu, film: &FilmBuffers) -> Result<Self, GpuError> {
+        let size = film.contents.picture().window_size;
+        let area = u64::from(size[0]) * u64::from(size[1]);
+        let tiles = u64::from(size[0].div_ceil(8)) * u64::from(size[1].div_ceil(8));
+        let sums = 4 * (4 * tiles).max(CANDIDATES * area.div_ceil(TRIED_PIXELS));
+        let readable = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
+        let storage = |object, bytes| empty_buffer(gpu, object, bytes, readable);
+        let picture_bytes = size_of::<Picture>() as u64;
+        let uniform = empty_buffer(gpu, "a round", size_of::<Round>() as u64, BufferUsages::UNIFORM)?;
+        let base = storage("samples that the host has", area * size_of::<FilmPixel>() as u64)?;
+        let estimates = storage("estimates of pixels", area * ESTIMATE)?;
+        let plans = storage("what pixels get", area * PLAN)?;
+        let sums = storage("sums of tiles", sums)?;
+        let picture = storage("what a round decides", picture_bytes)?;
+        let mapped = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
+        let staging = empty_buffer(gpu, "reading what a round decides", picture_bytes, mapped)?;
+        let buffers = [&uniform, &film.pixels, &base, &film.counters, &estimates, &plans, &sums, &picture];
+        let (layout, group) = gpu
+            .guarded(|| bind(gpu, &buffers))
+            .map_err(|reason| GpuError::Device { doing: "binding a round", reason })?;
+        let shader = gpu.shader_text("rounds", text());
+        let pipeline = |pass: Pass| shader.pipeline(pass.entry_point(), &[Some(&layout)]);
+        Ok(Self {
+            pipelines: Pass::ALL.into_iter().map(pipeline).collect::<Result<_, _>>()?,
+            bytes: [&base, &estimates, &plans, &sums].iter().map(|b| b.size()).sum(),
+            group,
+            uniform,
+            base,
+            #[cfg(test)]
+            plans,
+            picture,
+            staging,
+            round: Round { size, most: most_samples(gpu.is_software()), ..Round::default() },
+            folds: 0,
+        })
+    }
+
+    /// Bytes on the device.
+    pub fn memory_bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// Brings what the host has of the film back to the device, unless it is there. `folds`: how often it has read the device's.
+    ///
+    /// # Errors
+    /// When there is no memory for the copy.
+    pub fn follow(&mut self, gpu: &Gpu, film: &Film, folds: u32) -> Result<(), GpuError> {
+        if self.folds != folds {
+            let pixels: Vec<_> = film.pixels().iter().map(FilmPixel::of).collect();
+            write_buffer(gpu, "samples that the host has", &self.base, bytemuck::cast_slice(&pixels))?;
+            self.folds = folds;
+        }
+        Ok(())
+    }
+
+    /// Decides who gets samples so that all pixels together have about `total`, and waits for the numbers.
+    ///
+    /// - `first_sample`: of the picture. `offset`: see [`film::Allocation::new`].
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn decide(
+        &mut self,
+        gpu: &Gpu,
+        first_sample: u32,
+        total: u64,
+        offset: Option<f64>,
+        timer: &mut Timer,
+    ) -> Result<Decision, GpuError> {
+        let doing = "choosing pixels";
+        self.round.first_sample = first_sample;
+        self.round.total = total as f32;
+        self.round.offset = offset.map_or(-1.0, |offset| offset as f32);
+        self.write_round(gpu)?;
+        let slot = timer.slot(doing);
+        gpu.guarded(|| {
+            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            encoder.clear_buffer(&self.picture, 0, None);
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some(doing),
+                timestamp_writes: slot.map(|s| s.compute()),
+            });
+            pass.set_bind_group(0, &self.group, &[]);
+            for step in [Pass::Estimate, Pass::SetLevel, Pass::Weigh, Pass::SetRange] {
+                self.dispatch(&mut pass, step);
+            }
+            for _ in 0..SEARCH_STEPS {
+                self.dispatch(&mut pass, Pass::TryFactors);
+                self.dispatch(&mut pass, Pass::Narrow);
+            }
+            self.dispatch(&mut pass, Pass::Choose);
+            drop(pass);
+            encoder.copy_buffer_to_buffer(&self.picture, 0, &self.staging, 0, self.picture.size());
+            gpu.queue.submit([encoder.finish()])
+        })
+        .map_err(|reason| GpuError::Device { doing, reason })?;
+        let size = self.staging.size();
+        let picture = read_mapped(gpu, &self.staging, size, doing, bytemuck::pod_read_unaligned::<Picture>)?;
+        Ok(self.decision(&picture))
+    }
+
+    fn decision(&self, picture: &Picture) -> Decision {
+        let (small, large) = picture.levels.split_at(SMALL_LEVELS);
+        let large =
+            (0..).zip(large).map(|(before, &pixels)| Level { samples: self.round.most, pixels, before });
+        let small =
+            small.iter().enumerate().rev().map(|(i, &pixels)| Level { samples: 1 << i, pixels, before: 0 });
+        Decision {
+            error: f64::from(picture.squared_error).sqrt(),
+            least_valid: picture.least_valid as u32,
+            least_taken: picture.least_taken as u32,
+            levels: large.chain(small).filter(|l| l.pixels > 0).collect(),
+        }
+    }
+
+    /// Has the device write the list of a level's pixels where kernels look for it.
+    ///
+    /// # Errors
+    /// When the device fails at once.
+    pub fn list(&mut self, gpu: &Gpu, level: Level) -> Result<(), GpuError> {
+        (self.round.level, self.round.before) = (level.samples, level.before);
+        self.write_round(gpu)?;
+        gpu.guarded(|| {
+            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let listed = std::mem::offset_of!(Picture, listed) as u64;
+            encoder.clear_buffer(&self.picture, listed, Some(4));
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            pass.set_bind_group(0, &self.group, &[]);
+            self.dispatch(&mut pass, Pass::ListLevel);
+            drop(pass);
+            gpu.queue.submit([encoder.finish()]);
+        })
+        .map_err(|reason| GpuError::Device { doing: "listing pixels", reason })
+    }
+
+    fn write_round(&self, gpu: &Gpu) -> Result<(), GpuError> {
+        write_buffer(gpu, "a round", &self.uniform, bytemuck::bytes_of(&self.round))
+    }
+
+    fn dispatch(&self, recorded: &mut wgpu::ComputePass<'_>, pass: Pass) {
+        recorded.set_pipeline(&self.pipelines[pass as usize]);
+        let [width, height] = self.round.size;
+        let (x, y) = match pass {
+            Pass::SetLevel | Pass::SetRange | Pass::Narrow => (1, 1),
+            Pass::TryFactors => {
+                let groups = (u64::from(width) * u64::from(height)).div_ceil(TRIED_PIXELS);
+                let across = groups.clamp(1, MOST_GROUPS);
+                (across as u32, groups.div_ceil(across) as u32)
+            }
+            Pass::Estimate | Pass::Weigh | Pass::Choose | Pass::ListLevel => {
+                (width.div_ceil(8), height.div_ceil(8))
+            }
+        };
+        recorded.dispatch_workgroups(x, y, 1);
+    }
+}
+
+/// The one group of all passes.
+fn bind(gpu: &Gpu, buffers: &[&wgpu::Buffer; 8]) -> (wgpu::BindGroupLayout, wgpu::BindGroup) {
+    /// Bindings that shaders only read.
+    const READ: [u32; 2] = [1, 2];
+    let ty = |binding: u32| match binding {
+        0 => wgpu::BufferBindingType::Uniform,
+        _ => wgpu::BufferBindingType::Storage { read_only: READ.contains(&binding) },
+    };
+    let entry = |binding: u32| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer { ty: ty(binding), has_dynamic_offset: false, min_binding_size: None },
+        count: None,
+    };
+    let entries: Vec<_> = (0..buffers.len() as u32).map(entry).collect();
+    let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("a round"),
+        entries: &entries,
+    });
+    let entries: Vec<_> = (0..)
+        .zip(buffers)
+        .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() })
+        .collect();
+    let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("a round"),
+        layout: &layout,
+        entries: &entries,
+    });
+    (layout, group)
+}
+
+#[cfg(test)]
+mod tests;

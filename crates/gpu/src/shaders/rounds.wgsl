@@ -1,0 +1,366 @@
+// Which pixels get samples in a round, and how many: the rule of `film::Allocation`, applied to the film on the device.
+//
+// Pixels are dealt with in tiles of eight by eight, a workgroup each; what is summed over the picture is summed by tile first,
+// always in the same order.
+
+/// Sums of a pixel's samples, as in `film.wgsl`.
+struct FilmPixel {
+    sum: vec3f,
+    count: u32,
+    sum_of_squares: vec3f,
+    invalid: u32,
+}
+
+/// What a round is to do.
+struct Round {
+    /// The window's pixels.
+    size: vec2u,
+    /// Of the picture.
+    first_sample: u32,
+    /// Samples of each pixel of the level to be listed: a power of two, at most `most`.
+    level: u32,
+    /// Samples of the largest level: a power of two.
+    most: u32,
+    /// Levels of `most` samples before this one.
+    before: u32,
+    /// Samples of all pixels when the round is over.
+    total: f32,
+    /// What is added to the squared radiance that errors are relative to; below zero: it follows the picture's level.
+    offset: f32,
+}
+
+/// What is known of a pixel's samples.
+struct Estimate {
+    mean: vec3f,
+    /// Valid ones.
+    count: f32,
+    /// Of one of them.
+    variance: vec3f,
+    padding: f32,
+}
+
+/// What becomes of a pixel.
+struct Plan {
+    /// The root of the relative variance that its neighbours have.
+    weight: f32,
+    /// Samples that it has, valid or not.
+    taken: u32,
+    /// Samples that it gets.
+    extra: u32,
+    padding: u32,
+}
+
+/// Numbers of the whole picture, which the host reads.
+struct Picture {
+    /// See `Round.offset`.
+    offset: f32,
+    /// Mean of the relative variances of the pixels' means, over the colours.
+    squared_error: f32,
+    /// Valid samples of the pixel that has fewest, and all samples of the one that has fewest of those.
+    least_valid: f32,
+    least_taken: f32,
+    /// Logarithms to base 2 between which the factor on the weights is.
+    low: f32,
+    high: f32,
+    /// Pixels listed so far.
+    listed: atomic<u32>,
+    padding: u32,
+    /// Pixels of each level: those of 2ⁱ samples below `most`, then as often as there are, those of `most`.
+    levels: array<atomic<u32>, LEVELS>,
+}
+
+/// Levels of less than `most` samples, and of `most`.
+const SMALL_LEVELS: u32 = 16u;
+const LARGE_LEVELS: u32 = 32u;
+const LEVELS: u32 = 48u;
+/// Factors that are tried at a time, and pixels that one workgroup tries them on.
+const CANDIDATES: u32 = 64u;
+const TRIED_PIXELS: u32 = 1024u;
+/// Between which powers of two the factor on the weights is looked for.
+const LEAST_FACTOR: f32 = -32.0;
+const MOST_FACTOR: f32 = 96.0;
+/// The share of the squared level of the picture that is added to the squared radiance, as on the host's film.
+const LEVEL_SHARE: f32 = 0.01;
+
+@group(0) @binding(0) var<uniform> task: Round;
+/// Samples since the host has read the film, and those before.
+@group(0) @binding(1) var<storage, read> film: array<FilmPixel>;
+@group(0) @binding(2) var<storage, read> base: array<FilmPixel>;
+/// Four words of counters, then the list of pixels: place and first sample.
+@group(0) @binding(3) var<storage, read_write> tally: array<vec2u>;
+@group(0) @binding(4) var<storage, read_write> estimates: array<Estimate>;
+@group(0) @binding(5) var<storage, read_write> plans: array<Plan>;
+/// Of tiles, by fours; or of candidates.
+@group(0) @binding(6) var<storage, read_write> sums: array<f32>;
+@group(0) @binding(7) var<storage, read_write> picture: Picture;
+
+var<workgroup> gathered: array<vec4f, 64>;
+var<workgroup> level_counts: array<atomic<u32>, LEVELS>;
+var<workgroup> selected: array<atomic<u32>, 2>;
+var<workgroup> place: u32;
+
+const WORDS_BEFORE_LIST: u32 = 2u;
+
+fn is_in_window(at: vec2u) -> bool {
+    return all(at < task.size);
+}
+
+fn index_of(at: vec2u) -> u32 {
+    return at.y * task.size.x + at.x;
+}
+
+fn tiles() -> u32 {
+    let across = (task.size + vec2u(7u)) / 8u;
+    return across.x * across.y;
+}
+
+/// Two summands, then two of which the least counts.
+fn gather(a: vec4f, b: vec4f) -> vec4f {
+    return vec4f(a.xy + b.xy, min(a.zw, b.zw));
+}
+
+const NOTHING: vec4f = vec4f(0.0, 0.0, 3e38, 3e38);
+
+/// Gathers the values of a workgroup; all invocations must come here. The result is in `gathered[0]`.
+fn gather_workgroup(local: u32, value: vec4f) {
+    gathered[local] = value;
+    workgroupBarrier();
+    for (var stride = 32u; stride > 0u; stride /= 2u) {
+        if local < stride {
+            gathered[local] = gather(gathered[local], gathered[local + stride]);
+        }
+        workgroupBarrier();
+    }
+}
+
+fn store_tile(tile: u32, value: vec4f) {
+    sums[4u * tile] = value.x;
+    sums[4u * tile + 1u] = value.y;
+    sums[4u * tile + 2u] = value.z;
+    sums[4u * tile + 3u] = value.w;
+}
+
+/// Gathers what the tiles have stored, into `gathered[0]`.
+fn gather_tiles(local: u32) {
+    var value = NOTHING;
+    for (var tile = local; tile < tiles(); tile += 64u) {
+        let at = 4u * tile;
+        value = gather(value, vec4f(sums[at], sums[at + 1u], sums[at + 2u], sums[at + 3u]));
+    }
+    gather_workgroup(local, value);
+}
+
+/// What the samples of each pixel say.
+@compute @workgroup_size(8, 8)
+fn estimate(
+    @builtin(global_invocation_id) id: vec3u,
+    @builtin(local_invocation_index) local: u32,
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+) {
+    var value = NOTHING;
+    if is_in_window(id.xy) {
+        let index = index_of(id.xy);
+        let count = f32(film[index].count + base[index].count);
+        let sum = film[index].sum + base[index].sum;
+        let squares = film[index].sum_of_squares + base[index].sum_of_squares;
+        let taken = film[index].count + base[index].count + film[index].invalid + base[index].invalid;
+        let mean = sum / max(count, 1.0);
+        let variance = vec3f(
+            variance_of_sums(sum.x, squares.x, count),
+            variance_of_sums(sum.y, squares.y, count),
+            variance_of_sums(sum.z, squares.z, count),
+        );
+        estimates[index] = Estimate(mean, count, variance, 0.0);
+        plans[index].taken = taken;
+        let level = (abs(mean.x) + abs(mean.y) + abs(mean.z)) / 3.0;
+        value = vec4f(level, 0.0, count, f32(taken));
+    }
+    gather_workgroup(local, value);
+    if local == 0u {
+        store_tile(group.y * groups.x + group.x, gathered[0]);
+    }
+}
+
+/// What errors are relative to.
+@compute @workgroup_size(64)
+fn set_level(@builtin(local_invocation_index) local: u32) {
+    gather_tiles(local);
+    if local == 0u {
+        let level = gathered[0].x / f32(task.size.x * task.size.y);
+        picture.offset = select(task.offset, LEVEL_SHARE * level * level, task.offset < 0.0);
+        picture.least_valid = gathered[0].z;
+        picture.least_taken = gathered[0].w;
+    }
+}
+
+/// The mean of the colours' relative variances.
+fn relative_variances(mean: vec3f, variance: vec3f) -> f32 {
+    let offset = picture.offset;
+    return (relative_variance(mean.x, variance.x, offset) + relative_variance(mean.y, variance.y, offset)
+        + relative_variance(mean.z, variance.z, offset)) / 3.0;
+}
+
+/// What a pixel's neighbours say of it, and its share of the picture's error.
+@compute @workgroup_size(8, 8)
+fn weigh(
+    @builtin(global_invocation_id) id: vec3u,
+    @builtin(local_invocation_index) local: u32,
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+) {
+    var value = NOTHING;
+    if is_in_window(id.xy) {
+        let low = max(id.xy, vec2u(ROUND_RADIUS)) - vec2u(ROUND_RADIUS);
+        let high = min(id.xy + vec2u(ROUND_RADIUS), task.size - vec2u(1u));
+        var mean = vec3f(0.0);
+        var variance = vec3f(0.0);
+        var sum = 0.0;
+        for (var y = low.y; y <= high.y; y += 1u) {
+            for (var x = low.x; x <= high.x; x += 1u) {
+                let weight = neighbour_weight(f32(x) - f32(id.x), f32(y) - f32(id.y));
+                let neighbour = index_of(vec2u(x, y));
+                mean += weight * estimates[neighbour].mean;
+                variance += weight * estimates[neighbour].variance;
+                sum += weight;
+            }
+        }
+        let index = index_of(id.xy);
+        let said = relative_variances(mean / max(sum, 1e-20), variance / max(sum, 1e-20));
+        plans[index].weight = sqrt(select(1.0, said, sum > 0.0));
+        let own = estimates[index];
+        value.x = relative_variances(own.mean, own.variance / max(own.count, 1.0));
+    }
+    gather_workgroup(local, value);
+    if local == 0u {
+        store_tile(group.y * groups.x + group.x, gathered[0]);
+    }
+}
+
+/// The picture's error, and where the search for the factor begins.
+@compute @workgroup_size(64)
+fn set_range(@builtin(local_invocation_index) local: u32) {
+    gather_tiles(local);
+    if local == 0u {
+        picture.squared_error = gathered[0].x / f32(task.size.x * task.size.y);
+        picture.low = LEAST_FACTOR;
+        picture.high = MOST_FACTOR;
+    }
+}
+
+/// The logarithm of a factor that is tried: the last one is the upper end.
+fn candidate(number: u32) -> f32 {
+    return mix(picture.low, picture.high, f32(number + 1u) / f32(CANDIDATES));
+}
+
+/// Samples that some pixels deserve, for each candidate.
+@compute @workgroup_size(64)
+fn try_factors(
+    @builtin(local_invocation_index) local: u32,
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+) {
+    let tile = group.y * groups.x + group.x;
+    let area = task.size.x * task.size.y;
+    let first = tile * TRIED_PIXELS;
+    let factor = exp2(candidate(local));
+    var sum = 0.0;
+    for (var index = first; index < min(first + TRIED_PIXELS, area); index += 1u) {
+        sum += samples_deserved(factor, plans[index].weight, f32(plans[index].taken));
+    }
+    if first < area {
+        sums[tile * CANDIDATES + local] = sum;
+    }
+}
+
+/// The search goes on between the two candidates around the total.
+@compute @workgroup_size(64)
+fn narrow(@builtin(local_invocation_index) local: u32) {
+    let area = task.size.x * task.size.y;
+    var sum = 0.0;
+    for (var at = local; at < (area + TRIED_PIXELS - 1u) / TRIED_PIXELS * CANDIDATES; at += CANDIDATES) {
+        sum += sums[at];
+    }
+    gathered[local] = vec4f(sum);
+    workgroupBarrier();
+    if local == 0u {
+        var below = 0u;
+        while below < CANDIDATES && gathered[below].x < task.total {
+            below += 1u;
+        }
+        // If even the upper end is too small, all get as much as they may.
+        let low = select(picture.low, candidate(max(below, 1u) - 1u), below > 0u);
+        let high = candidate(min(below, CANDIDATES - 1u));
+        picture.low = low;
+        picture.high = high;
+    }
+}
+
+/// Samples for each pixel, and how many pixels each level has.
+@compute @workgroup_size(8, 8)
+fn choose(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
+    if local < LEVELS {
+        atomicStore(&level_counts[local], 0u);
+    }
+    workgroupBarrier();
+    if is_in_window(id.xy) {
+        let index = index_of(id.xy);
+        let taken = f32(plans[index].taken);
+        let deserved = samples_deserved(exp2(picture.low), plans[index].weight, taken);
+        let extra = min(samples_of_round(deserved, taken), LARGE_LEVELS * task.most);
+        plans[index].extra = extra;
+        for (var i = 0u; i < SMALL_LEVELS && (1u << i) < task.most; i += 1u) {
+            if (extra & (1u << i)) != 0u {
+                atomicAdd(&level_counts[i], 1u);
+            }
+        }
+        for (var i = 0u; i < extra / task.most; i += 1u) {
+            atomicAdd(&level_counts[SMALL_LEVELS + i], 1u);
+        }
+    }
+    workgroupBarrier();
+    if local < LEVELS {
+        let count = atomicLoad(&level_counts[local]);
+        if count > 0u {
+            atomicAdd(&picture.levels[local], count);
+        }
+    }
+}
+
+/// Lists the pixels of a level, those of a tile one after the other.
+@compute @workgroup_size(8, 8)
+fn list_level(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
+    if local < 2u {
+        atomicStore(&selected[local], 0u);
+    }
+    workgroupBarrier();
+    var is_listed = false;
+    var given = 0u;
+    let index = index_of(id.xy);
+    if is_in_window(id.xy) {
+        let extra = plans[index].extra;
+        if task.level == task.most {
+            is_listed = extra / task.most > task.before;
+            given = task.before * task.most;
+        } else {
+            is_listed = (extra & task.level) != 0u;
+            given = extra & ~(2u * task.level - 1u);
+        }
+    }
+    let bit = 1u << (local % 32u);
+    if is_listed {
+        atomicOr(&selected[local / 32u], bit);
+    }
+    workgroupBarrier();
+    let words = vec2u(atomicLoad(&selected[0]), atomicLoad(&selected[1]));
+    if local == 0u {
+        place = atomicAdd(&picture.listed, countOneBits(words.x) + countOneBits(words.y));
+    }
+    workgroupBarrier();
+    if is_listed {
+        let before = select(countOneBits(words.x), 0u, local < 32u);
+        let word = select(words.y, words.x, local < 32u);
+        let at = place + before + countOneBits(word & (bit - 1u));
+        tally[WORDS_BEFORE_LIST + at] = vec2u(index, task.first_sample + plans[index].taken + given);
+    }
+}
