@@ -3,10 +3,9 @@
 use super::ReportArgs;
 use super::frames::{FrameArgs, Measured};
 use super::report::{Cell, Percentiles, Plot, Report, Scale, Table};
-use super::views::check_scenes;
-use crate::commands::load_scene;
+use super::views::{check_scenes, open_scene};
 use crate::console::print_result;
-use alhazen::{Camera, HybridSettings, LoadOptions, Scene, add_daylight_if_dark};
+use alhazen::{Camera, HybridSettings, Scene};
 use clap::Args;
 use glam::{Quat, Vec3};
 
@@ -52,9 +51,7 @@ pub fn run(args: &ViewsArgs) -> anyhow::Result<()> {
     let mut table = Table::new("passes", "Frame time by view and pass", &columns);
     check_scenes(&args.scenes)?;
     for name in &args.scenes {
-        let mut loaded = load_scene(name, &[], &LoadOptions::default())?;
-        add_daylight_if_dark(&mut loaded.scene, &mut loaded.report);
-        let scene = &loaded.scene;
+        let scene = &open_scene(name)?;
         let mut plot =
             Plot::new(&format!("{name}: device time"), ("frame", Scale::Linear), ("ms", Scale::Linear));
         let cameras = cameras(scene, args.around);

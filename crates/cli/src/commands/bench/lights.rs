@@ -2,11 +2,10 @@
 
 use super::ReportArgs;
 use super::report::{Percentiles, Report, Table};
-use super::views::{ViewArgs, render};
-use crate::commands::load_scene;
+use super::views::{ViewArgs, open_scene, render};
 use crate::commands::render::parsing::parse_duration;
 use crate::console::print_result;
-use alhazen::{Job, Limits, LoadOptions, Renderer, SceneTables, add_daylight_if_dark};
+use alhazen::{Job, Limits, Renderer, SceneTables};
 use anyhow::ensure;
 use clap::Args;
 use std::time::Duration;
@@ -76,9 +75,8 @@ fn measure(
     renderer: &mut Renderer,
 ) -> anyhow::Result<(SceneTables, [Measured; 2])> {
     let view = args.views.open(name, renderer)?;
-    let mut loaded = load_scene(name, &[], &LoadOptions::default())?;
-    add_daylight_if_dark(&mut loaded.scene, &mut loaded.report);
-    let tables = SceneTables::build(&loaded.scene);
+    let scene = open_scene(name)?;
+    let tables = SceneTables::build(&scene);
     ensure!(!tables.light_tree.is_empty(), "{name} has too few lights for a tree: {}", tables.lights.len());
     let limits = Limits { spp: u32::MAX, time: Some(args.time), ..Limits::default() };
     let mut pictures = |tables: SceneTables| -> anyhow::Result<Measured> {

@@ -3,20 +3,18 @@
 use super::ReportArgs;
 use super::frames::Visibility;
 use super::report::{Cell, Percentiles, Plot, Report, Scale, Table};
-use super::views::{check_scenes, render};
-use crate::commands::load_scene;
+use super::views::{check_scenes, open_scene, render, short_name};
 use crate::commands::render::realtime::FrameSettings;
 use crate::console::print_result;
 use alhazen::gpu::hybrid::LiveScene;
 use alhazen::gpu::tracer::TracerKind;
 use alhazen::gpu::{Gpu, GpuOptions};
 use alhazen::{
-    BackendChoice, Camera, FrameSamples, Image, Integrator, Job, Limits, LoadOptions, PathKernel,
-    RealtimeSettings, Renderer, RendererOptions, Scene, SceneTables, View, add_daylight_if_dark, metrics,
+    BackendChoice, Camera, FrameSamples, Image, Integrator, Job, Limits, PathKernel, RealtimeSettings,
+    Renderer, RendererOptions, Scene, SceneTables, View, metrics,
 };
 use clap::Args;
 use std::collections::BTreeMap;
-use std::path::Path;
 use std::sync::Arc;
 
 /// Time, error and flicker of frames of the integrator `realtime`.
@@ -30,8 +28,9 @@ Examples:
   alhazen bench realtime cornell atrium
   alhazen bench realtime model.glb --width 1280 --height 720 --budget 8ms")]
 pub struct RealtimeArgs {
-    /// Scene files or names of built-in scenes.
-    #[arg(value_name = "FILE|SCENE", default_values_t = ["cornell", "atrium"].map(String::from))]
+    /// Scene files or names of built-in scenes, each with the place to look from if that is not the scene's first camera:
+    /// `room.glb@EYE:TARGET`, both X,Y,Z.
+    #[arg(value_name = "FILE|SCENE[@EYE:TARGET]", default_values_t = ["cornell", "atrium"].map(String::from))]
     scenes: Vec<String>,
     /// Width of the frames in pixels.
     #[arg(long, default_value_t = 1920, value_parser = clap::value_parser!(u32).range(16..=8192))]
@@ -90,10 +89,8 @@ pub fn run(args: &RealtimeArgs) -> anyhow::Result<()> {
     let mut report = Report::new("realtime", "The real-time path tracer", &about);
     check_scenes(&args.scenes)?;
     for name in &args.scenes {
-        let mut loaded = load_scene(name, &[], &LoadOptions::default())?;
-        add_daylight_if_dark(&mut loaded.scene, &mut loaded.report);
-        let stem = Path::new(name).file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        Measurement::new(args, stem, &loaded.scene)?.run(&mut tables, &mut report)?;
+        let scene = open_scene(name)?;
+        Measurement::new(args, short_name(name), &scene)?.run(&mut tables, &mut report)?;
     }
     tables.add_to(&mut report);
     print_result(&report.summary())?;

@@ -1,13 +1,14 @@
 //! What is measured: scenes with a view each, and converged references of them.
 
 use crate::commands::load_scene;
-use crate::commands::render::parsing::parse_positive;
+use crate::commands::render::parsing::{parse_positive, parse_vector};
 use alhazen::{
-    BackendChoice, Control, ExrCompression, ExrFile, Image, Job, Limits, LoadOptions, PathKernel, Precision,
-    Renderer, RendererOptions, Summary, add_daylight_if_dark, metrics,
+    BackendChoice, Camera, Control, ExrCompression, ExrFile, Image, Job, Limits, LoadOptions, PathKernel,
+    Precision, Renderer, RendererOptions, Scene, Summary, add_daylight_if_dark, metrics,
 };
 use anyhow::Context;
 use clap::Args;
+use glam::Vec3;
 use std::path::{Path, PathBuf};
 
 /// Seed of references: no measurement has it, so that none shares a reference's noise.
@@ -16,8 +17,9 @@ const REFERENCE_SEED: u32 = 0x5eed_0000;
 /// Scenes, pictures and what renders them.
 #[derive(Debug, Args)]
 pub struct ViewArgs {
-    /// Scene files or names of built-in scenes.
-    #[arg(value_name = "FILE|SCENE", default_values_t = ["cornell", "glass", "atrium"].map(String::from))]
+    /// Scene files or names of built-in scenes, each with the place to look from if that is not the scene's first camera:
+    /// `room.glb@EYE:TARGET`, both X,Y,Z.
+    #[arg(value_name = "FILE|SCENE[@EYE:TARGET]", default_values_t = ["cornell", "glass", "atrium"].map(String::from))]
     scenes: Vec<String>,
     /// Width of the pictures in pixels.
     #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u32).range(16..=8192))]
@@ -64,6 +66,51 @@ pub struct Distance {
     pub flip: f64,
 }
 
+/// A scene of the command line, and from where to look at it: `FILE` or `FILE@EYE:TARGET`, each of both `X,Y,Z` in metres.
+#[derive(Debug, PartialEq)]
+struct Place<'a> {
+    scene: &'a str,
+    /// The camera's position and what it looks at; `None`: the scene's first camera.
+    look: Option<([f32; 3], [f32; 3])>,
+}
+
+impl<'a> Place<'a> {
+    /// What is no place is a name.
+    fn parse(text: &'a str) -> Self {
+        let look = |place: &str| {
+            let (eye, target) = place.split_once(':')?;
+            let (eye, target) = (parse_vector(eye).ok()?, parse_vector(target).ok()?);
+            (eye != target).then_some((eye, target))
+        };
+        let split = text.rsplit_once('@').and_then(|(scene, place)| Some((scene, look(place)?)));
+        split.map_or(Self { scene: text, look: None }, |(scene, look)| Self { scene, look: Some(look) })
+    }
+}
+
+/// Loads a scene of the command line, with daylight if it has no light and the camera of its place as the only one.
+///
+/// # Errors
+/// When it cannot be loaded.
+pub fn open_scene(text: &str) -> anyhow::Result<Scene> {
+    let place = Place::parse(text);
+    let mut loaded = load_scene(place.scene, &[], &LoadOptions::default())?;
+    add_daylight_if_dark(&mut loaded.scene, &mut loaded.report);
+    if let Some((eye, target)) = place.look {
+        let camera = loaded.scene.default_camera();
+        let (eye, target) = (Vec3::from(eye), Vec3::from(target));
+        let focus_distance = (target - eye).length();
+        loaded.scene.cameras = vec![Camera { eye, target, focus_distance, path: None, ..camera }];
+    }
+    Ok(loaded.scene)
+}
+
+/// The short name of a scene of the command line: the scene's, or the file's without its ending, and the place.
+pub fn short_name(text: &str) -> String {
+    let place = Place::parse(text);
+    let stem = Path::new(place.scene).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    place.look.map_or(stem.clone(), |([x, y, z], _)| format!("{stem} from {x},{y},{z}"))
+}
+
 /// Loads all scenes once, so that a name that is wrong is heard of before the others have taken their hours.
 ///
 /// # Errors
@@ -71,7 +118,7 @@ pub struct Distance {
 pub fn check_scenes(names: &[String]) -> anyhow::Result<()> {
     // Of a single scene nothing is lost.
     let names = if names.len() > 1 { names } else { &[] };
-    names.iter().try_for_each(|name| load_scene(name, &[], &LoadOptions::default()).map(drop))
+    names.iter().try_for_each(|name| open_scene(name).map(drop))
 }
 
 impl ViewArgs {
@@ -113,21 +160,22 @@ impl ViewArgs {
     /// # Errors
     /// When the scene cannot be loaded or rendered, or the reference not be kept.
     pub fn open(&self, scene: &str, renderer: &mut Renderer) -> anyhow::Result<View> {
-        let mut loaded = load_scene(scene, &[], &LoadOptions::default())?;
-        add_daylight_if_dark(&mut loaded.scene, &mut loaded.report);
-        let mut job = Job { width: self.width, height: self.height, ..Job::for_scene(&loaded.scene) };
+        let loaded = open_scene(scene)?;
+        let mut job = Job { width: self.width, height: self.height, ..Job::for_scene(&loaded) };
         job.tone.exposure = self.exposure.unwrap_or(job.tone.exposure);
-        renderer.load(&loaded.scene)?;
-        let stem = Path::new(scene).file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let reference = self.reference(&stem, &job, renderer)?;
-        Ok(View { name: stem, job, reference })
+        renderer.load(&loaded)?;
+        let name = short_name(scene);
+        let reference = self.reference(&name, &job, renderer)?;
+        Ok(View { name, job, reference })
     }
 
     fn reference(&self, name: &str, job: &Job, renderer: &mut Renderer) -> anyhow::Result<Image> {
         let fingerprint = renderer.scene_fingerprint()?;
         let short: String = fingerprint.chars().filter(char::is_ascii_alphanumeric).take(12).collect();
         let (width, height, spp) = (self.width, self.height, self.reference_spp);
-        let file = format!("{name}-{short}-{width}x{height}-{spp}.exr");
+        // A place is a part of the name.
+        let stem = name.replace(' ', "-");
+        let file = format!("{stem}-{short}-{width}x{height}-{spp}.exr");
         let kept = self.references.as_ref().map(|folder| folder.join(file));
         if let Some(path) = kept.as_ref().filter(|path| path.is_file()) {
             return Ok(Image::open(path)?);
@@ -175,4 +223,30 @@ pub fn render(renderer: &mut Renderer, job: &Job, limits: &Limits) -> anyhow::Re
     let summary = renderer.render(job, limits, &Control::new())?;
     let film = renderer.film()?.context("nothing was rendered")?;
     Ok((film.to_image(), summary))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scenes_have_places() {
+        let plain = |scene| Place { scene, look: None };
+        assert_eq!(Place::parse("cornell"), plain("cornell"));
+        let look = Some(([1.0, 2.0, -3.5], [4.0, 0.0, 0.0]));
+        assert_eq!(Place::parse("a@b/room.glb@1,2,-3.5:4,0,0"), Place { scene: "a@b/room.glb", look });
+        // Names may have such a letter, too. Who looks at where he stands sees nothing.
+        for text in ["me@home", "a@1,2:3,4,5", "a@1,2,3:1,2,3", "a@1,2,3"] {
+            assert_eq!(Place::parse(text), plain(text));
+        }
+        assert_eq!(short_name("rooms/room.glb@1,2,-3.5:4,0,0"), "room from 1,2,-3.5");
+        assert_eq!(short_name("rooms/room.glb"), "room");
+    }
+
+    #[test]
+    fn places_become_the_camera() {
+        let scene = open_scene("cornell@1,2,3:4,5,6").unwrap_or_else(|e| panic!("{e}"));
+        let camera = scene.default_camera();
+        assert_eq!((camera.eye.to_array(), camera.target.to_array()), ([1.0, 2.0, 3.0], [4.0, 5.0, 6.0]));
+    }
 }
