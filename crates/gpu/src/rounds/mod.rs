@@ -18,10 +18,10 @@ use wgpu::BufferUsages;
 const SMALL_LEVELS: usize = 16;
 const LARGE_LEVELS: usize = 32;
 /// Factors that are tried at a time, and pixels that one workgroup tries them on.
-const CANDIDATES: u64 = 64;
+const CANDIDATES: u64 = 8;
 const TRIED_PIXELS: u64 = 1024;
 /// How often the search for the factor is narrowed, by [`CANDIDATES`] each time.
-const SEARCH_STEPS: usize = 4;
+const SEARCH_STEPS: usize = 7;
 /// Bytes of an estimate and of a plan.
 const ESTIMATE: u64 = 32;
 const PLAN: u64 = 16;

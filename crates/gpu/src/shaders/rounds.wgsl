@@ -73,9 +73,13 @@ struct Picture {
 const SMALL_LEVELS: u32 = 16u;
 const LARGE_LEVELS: u32 = 32u;
 const LEVELS: u32 = 48u;
-/// Factors that are tried at a time, and pixels that one workgroup tries them on.
-const CANDIDATES: u32 = 64u;
+/// Factors that are tried at a time, and pixels that one workgroup tries them on: invocations take a factor and every
+/// `STRIPS`th pixel each.
+const CANDIDATES: u32 = 8u;
+const STRIPS: u32 = 8u;
 const TRIED_PIXELS: u32 = 1024u;
+/// Pixels in a row of a window of neighbours.
+const WINDOW: u32 = 2u * ROUND_RADIUS + 1u;
 /// Between which powers of two the factor on the weights is looked for.
 const LEAST_FACTOR: f32 = -32.0;
 const MOST_FACTOR: f32 = 96.0;
@@ -98,6 +102,7 @@ var<workgroup> gathered: array<vec4f, 64>;
 var<workgroup> level_counts: array<atomic<u32>, LEVELS>;
 var<workgroup> selected: array<atomic<u32>, 2>;
 var<workgroup> place: u32;
+var<workgroup> window_weights: array<f32, WINDOW * WINDOW>;
 
 const WORDS_BEFORE_LIST: u32 = 2u;
 
@@ -209,6 +214,12 @@ fn weigh(
     @builtin(workgroup_id) group: vec3u,
     @builtin(num_workgroups) groups: vec3u,
 ) {
+    // The same for all pixels: each invocation finds one.
+    if local < WINDOW * WINDOW {
+        let middle = f32(ROUND_RADIUS);
+        window_weights[local] = neighbour_weight(f32(local % WINDOW) - middle, f32(local / WINDOW) - middle);
+    }
+    workgroupBarrier();
     var value = NOTHING;
     if is_in_window(id.xy) {
         let low = max(id.xy, vec2u(ROUND_RADIUS)) - vec2u(ROUND_RADIUS);
@@ -218,7 +229,7 @@ fn weigh(
         var sum = 0.0;
         for (var y = low.y; y <= high.y; y += 1u) {
             for (var x = low.x; x <= high.x; x += 1u) {
-                let weight = neighbour_weight(f32(x) - f32(id.x), f32(y) - f32(id.y));
+                let weight = window_weights[(y + ROUND_RADIUS - id.y) * WINDOW + x + ROUND_RADIUS - id.x];
                 let neighbour = index_of(vec2u(x, y));
                 mean += weight * estimates[neighbour].mean;
                 variance += weight * estimates[neighbour].variance;
@@ -253,6 +264,19 @@ fn candidate(number: u32) -> f32 {
     return mix(picture.low, picture.high, f32(number + 1u) / f32(CANDIDATES));
 }
 
+/// Adds up what the strips of a candidate have gathered; the first invocations come out with the sums of the candidates.
+fn sum_strips(local: u32, value: f32) -> f32 {
+    gathered[local] = vec4f(value);
+    workgroupBarrier();
+    var sum = 0.0;
+    if local < CANDIDATES {
+        for (var strip = 0u; strip < STRIPS; strip += 1u) {
+            sum += gathered[strip * CANDIDATES + local].x;
+        }
+    }
+    return sum;
+}
+
 /// Samples that some pixels deserve, for each candidate.
 @compute @workgroup_size(64)
 fn try_factors(
@@ -263,12 +287,13 @@ fn try_factors(
     let tile = group.y * groups.x + group.x;
     let area = task.size.x * task.size.y;
     let first = tile * TRIED_PIXELS;
-    let factor = exp2(candidate(local));
+    let factor = exp2(candidate(local % CANDIDATES));
     var sum = 0.0;
-    for (var index = first; index < min(first + TRIED_PIXELS, area); index += 1u) {
+    for (var index = first + local / CANDIDATES; index < min(first + TRIED_PIXELS, area); index += STRIPS) {
         sum += samples_deserved(factor, plans[index].weight, f32(plans[index].taken));
     }
-    if first < area {
+    sum = sum_strips(local, sum);
+    if local < CANDIDATES && first < area {
         sums[tile * CANDIDATES + local] = sum;
     }
 }
@@ -278,10 +303,14 @@ fn try_factors(
 fn narrow(@builtin(local_invocation_index) local: u32) {
     let area = task.size.x * task.size.y;
     var sum = 0.0;
-    for (var at = local; at < (area + TRIED_PIXELS - 1u) / TRIED_PIXELS * CANDIDATES; at += CANDIDATES) {
+    for (var at = local; at < (area + TRIED_PIXELS - 1u) / TRIED_PIXELS * CANDIDATES; at += CANDIDATES * STRIPS) {
         sum += sums[at];
     }
-    gathered[local] = vec4f(sum);
+    sum = sum_strips(local, sum);
+    workgroupBarrier();
+    if local < CANDIDATES {
+        gathered[local] = vec4f(sum);
+    }
     workgroupBarrier();
     if local == 0u {
         var below = 0u;
