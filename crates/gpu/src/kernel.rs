@@ -217,7 +217,14 @@ impl Tracing for ComputeTracing {
         film: &FilmBuffers,
     ) -> Result<Box<dyn Kernel>, GpuError> {
         match kind {
-            KernelKind::Hybrid => Ok(Box::new(HybridKernel::new(gpu, variant, scene, &*self.0)?)),
+            KernelKind::Hybrid => {
+                let settings = if let Integrator::Hybrid(settings) = film.integrator {
+                    settings
+                } else {
+                    Default::default()
+                };
+                Ok(Box::new(HybridKernel::new(gpu, variant, scene, &*self.0, &settings)?))
+            }
             KernelKind::Realtime => Ok(Box::new(RealtimeKernel::new(gpu, variant, scene, &*self.0)?)),
             KernelKind::Path | KernelKind::Direct | KernelKind::Aov => {
                 Ok(Box::new(Megakernel::new(gpu, kind, variant, scene, &*self.0, film)?))

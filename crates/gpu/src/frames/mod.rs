@@ -13,6 +13,7 @@ pub use timeline::{Span, Track, chrome_trace};
 
 use crate::{Gpu, GpuError};
 use backend::PassTime;
+use clock::Ticks;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
@@ -59,8 +60,10 @@ pub struct Frames {
     begun: Instant,
     waited: Duration,
     start: Instant,
-    /// The host's time at tick 0 of the device, if it has a clock: since `start`, in nanoseconds.
-    device_zero: Option<f64>,
+    /// The first tick of the device that was seen; others are counted from it, or a 64-bit float could not tell them apart.
+    first_tick: Option<u64>,
+    /// The host's time at that tick, since `start`, in nanoseconds.
+    device_zero: f64,
     nanoseconds_per_tick: f64,
     reports: Vec<FrameReport>,
     spans: Vec<Span>,
@@ -81,7 +84,8 @@ impl Frames {
             begun: now,
             waited: Duration::ZERO,
             start: now,
-            device_zero: None,
+            first_tick: None,
+            device_zero: f64::INFINITY,
             nanoseconds_per_tick: f64::from(gpu.queue.get_timestamp_period()),
             reports: Vec::new(),
             spans: Vec::new(),
@@ -91,7 +95,7 @@ impl Frames {
     }
 
     /// Finds out what time it is on the device: an empty pass, and when the host hears that it is done. That is late by what a wait
-    /// takes to end, some tens of microseconds.
+    /// takes to end, some tens of microseconds; frames make it more exact, see [`Self::heard_of`].
     fn set_clocks(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
         let clock = &mut self.clocks[0];
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -106,8 +110,17 @@ impl Frames {
         gpu.wait_for(Some(submission), "setting clocks")?;
         let now = self.start.elapsed().as_nanos() as f64;
         let ticks = clock.take(gpu)?;
-        self.device_zero = ticks.first().map(|t| now - t.end as f64 * self.nanoseconds_per_tick);
+        self.heard_of(&ticks, now);
         Ok(())
+    }
+
+    /// Sets the device's clock by what it did: all of it was over when the host heard of it, `now` nanoseconds after the start. How
+    /// late the host hears differs, by milliseconds if it is busy, so the least is what counts.
+    fn heard_of(&mut self, ticks: &[Ticks], now: f64) {
+        if let Some(last) = ticks.iter().map(|t| t.end).max() {
+            self.first_tick.get_or_insert(last);
+            self.device_zero = self.device_zero.min(now - self.since_first(last));
+        }
     }
 
     /// How many frames may be in flight.
@@ -201,32 +214,42 @@ impl Frames {
         if let Some(flight) = waiting {
             gpu.wait_for(Some(flight.submission.clone()), "waiting for a frame")?;
         }
+        let heard = self.start.elapsed().as_nanos() as f64;
         self.ring.finished(frame);
         while self.flights.front().is_some_and(|f| f.frame <= frame) {
             if let Some(flight) = self.flights.pop_front() {
-                self.report(gpu, &flight)?;
+                self.report(gpu, &flight, heard)?;
             }
         }
         Ok(())
     }
 
-    fn report(&mut self, gpu: &Gpu, flight: &Flight) -> Result<(), GpuError> {
+    fn report(&mut self, gpu: &Gpu, flight: &Flight, heard: f64) -> Result<(), GpuError> {
         let ticks = self.clocks[flight.slot].take(gpu)?;
-        let (zero, scale) = (self.device_zero.unwrap_or(0.0), self.nanoseconds_per_tick);
-        let time = |tick: u64| Duration::from_nanos((zero + tick as f64 * scale).max(0.0) as u64);
+        self.heard_of(&ticks, heard);
         let mut passes = Vec::with_capacity(ticks.len());
         for t in &ticks {
-            let (start, end) = (time(t.begin), time(t.end));
+            let (start, end) = (self.host_time(t.begin), self.host_time(t.end));
             passes.push(PassTime { name: t.name, start, duration: end.saturating_sub(start) });
             if self.spans.len() < KEPT_SPANS {
                 self.spans.push(Span { track: Track::Device, name: t.name, frame: flight.frame, start, end });
             }
         }
         let begun = flight.begun - self.start;
-        let latency = ticks.last().map(|t| time(t.end).saturating_sub(begun));
+        let latency = ticks.last().map(|t| self.host_time(t.end).saturating_sub(begun));
         let (frame, host, waited) = (flight.frame, flight.host, flight.waited);
         self.reports.push(FrameReport { frame, host, waited, latency, passes });
         Ok(())
+    }
+
+    /// When it was a tick, since `start`.
+    fn host_time(&self, tick: u64) -> Duration {
+        Duration::from_nanos((self.device_zero + self.since_first(tick)).max(0.0) as u64)
+    }
+
+    /// Nanoseconds from the first tick to another, which may be before it.
+    fn since_first(&self, tick: u64) -> f64 {
+        tick.wrapping_sub(self.first_tick.unwrap_or_default()) as i64 as f64 * self.nanoseconds_per_tick
     }
 
     fn span(&mut self, track: Track, name: &'static str, frame: u64, start: Instant, end: Instant) {

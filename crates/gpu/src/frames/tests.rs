@@ -78,10 +78,9 @@ fn frames_overlap_and_are_reported_once() {
             |frame| spans.iter().find(|s| s.track == Track::Device && s.frame == frame).expect("a span");
         let prepares =
             |frame| spans.iter().find(|s| s.name == "prepare" && s.frame == frame).expect("a span");
-        let room = Duration::from_millis(5);
-        assert!(
-            (1..8).all(|f| prepares(f).start + room >= device(f - 1).end),
-            "prepared before the slot was free"
-        );
+        assert!((1..8).all(|f| prepares(f).start >= device(f - 1).end), "prepared before the slot was free");
+        // The clocks agree: the device does not begin with what it has not been given. The host may hear late of every frame when it
+        // is busy, and of how late the trace knows only the least.
+        assert!((1..8).all(|f| device(f).end >= prepares(f).start), "done before it was prepared");
     }
 }

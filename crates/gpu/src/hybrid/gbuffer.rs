@@ -35,7 +35,7 @@ pub(crate) struct BegunFrame {
 }
 
 impl GBuffer {
-    /// Compiles the passes that find first hits.
+    /// The passes that find first hits. The first frame that needs one compiles it.
     ///
     /// # Errors
     /// As [`HybridKernel::new`].
@@ -50,9 +50,9 @@ impl GBuffer {
     /// # Errors
     /// When there is no memory.
     pub fn prepare(&mut self, gpu: &Gpu, film: &FilmBuffers) -> Result<bool, GpuError> {
-        let is_new = self.0.targets.as_ref().is_none_or(|t| !t.is_for(film));
-        self.0.prepare(gpu, film)?;
-        Ok(is_new)
+        let before = self.pixels().cloned();
+        self.0.prepare(gpu, film, 0)?;
+        Ok(self.pixels() != before.as_ref())
     }
 
     /// Writes the uniform of the next frame; `sample` says where rays go through the pixels.
@@ -69,6 +69,7 @@ impl GBuffer {
         let settings = HybridSettings { visibility, ..HybridSettings::default() };
         let rows = film.contents.picture().window_size[1];
         let (frame, plan) = self.0.plan(film, &settings, sample, (0, rows));
+        self.0.compile_first_hits(gpu, plan)?;
         write_buffer(gpu, "the frame", &self.0.buffers.frame, bytemuck::bytes_of(&frame))?;
         let HybridFrame { clip_from_world, previous_clip_from_world, eye, previous_eye, .. } = frame;
         let projections = Projections { clip_from_world, previous_clip_from_world, eye, previous_eye };

@@ -87,7 +87,13 @@ impl LiveScene {
                 let kernel = RealtimeKernel::new(&gpu, scene.variant(), &scene, &*tracer)?;
                 FrameKernel::Realtime(Box::new(kernel))
             }
-            _ => FrameKernel::Hybrid(Box::new(HybridKernel::new(&gpu, scene.variant(), &scene, &*tracer)?)),
+            other => {
+                // Frames of another integrator are refused when they come.
+                let settings =
+                    if let Integrator::Hybrid(settings) = other { settings } else { Default::default() };
+                let kernel = HybridKernel::new(&gpu, scene.variant(), &scene, &*tracer, &settings)?;
+                FrameKernel::Hybrid(Box::new(kernel))
+            }
         };
         let film = FilmBuffers::new(&gpu, view, false)?;
         let frames = Frames::new(&gpu, depth)?;
@@ -123,7 +129,10 @@ impl LiveScene {
         let was_possible = self.scene.take(&self.gpu, &mut self.ring, tables, changes)?;
         if was_possible {
             match &mut self.kernel {
-                FrameKernel::Hybrid(kernel) => kernel.bounding_sphere = tables.bounding_sphere,
+                FrameKernel::Hybrid(kernel) => {
+                    kernel.bounding_sphere = tables.bounding_sphere;
+                    kernel.light_count = tables.lights.len() as u32;
+                }
                 FrameKernel::Realtime(kernel) => kernel.set_changed(Some(tables.bounding_sphere)),
             }
         }
@@ -231,8 +240,9 @@ impl LiveScene {
         encoder.clear_buffer(&self.film.pixels, 0, None);
         match (&mut self.kernel, view.integrator) {
             (FrameKernel::Hybrid(kernel), Integrator::Hybrid(settings)) => {
-                kernel.prepare(gpu, &self.film)?;
+                let lights = kernel.prepare(gpu, &self.film, settings.rays.shadow_samples)?;
                 let (frame, plan) = kernel.plan(&self.film, &settings, sample, (0, rows));
+                kernel.compile_frame(gpu, plan, lights)?;
                 write_buffer(gpu, "the frame", &kernel.buffers.frame, bytemuck::bytes_of(&frame))?;
                 let Some(targets) = &kernel.targets else {
                     return Err(failed("there is nothing to draw to".into()));

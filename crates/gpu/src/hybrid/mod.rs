@@ -1,9 +1,9 @@
 //! The hybrid renderer: a rasteriser finds the first surface behind each pixel, rays do the rest of the frame, pass by pass.
 //!
 //! ```text
-//! cull ─▶ draw ─▶ resolve ─┐            ┌▶ direct lights ─▶ ambient occlusion ─▶ reflections ─▶ compose ─▶ film
-//!        (or: camera rays) ┴▶ pixels ───┘▲
-//!                       cluster lights ──┘
+//! cull ─▶ draw ─▶ resolve ─┬▶ direct lights ───────────────┬▶ ambient occlusion ─▶ reflections ─▶ compose ─▶ film
+//!      (or: camera rays) ──┤  (or: shadow rays ─▶ lit surfaces)
+//!           cluster lights ┘
 //! ```
 //!
 //! A frame is one sample of every pixel, at the same place in each, so that frames add up to an antialiased picture with depth
@@ -14,6 +14,7 @@
 //! Deferred attributes: Burns and Hunt, "The Visibility Buffer: A Cache-Friendly Approach to Deferred Shading", JCGT 2(2), 2013.
 //! Clusters: Olsson, Billeter and Assarsson, "Clustered Deferred and Forward Shading", HPG 2012.
 
+mod compiled;
 mod frame;
 mod gbuffer;
 mod items;
@@ -38,15 +39,23 @@ use crate::timing::{PassClock, Timer};
 use crate::tracer::Tracer;
 use crate::{Gpu, GpuError, GpuScene};
 use backend::{HybridSettings, Integrator, Visibility};
+use compiled::{CompiledDraws, CompiledPass};
 use frame::{FrameInput, SLICES, tiles};
 use items::{DrawClass, Items, MOST_ITEMS};
 use optics::camera::CameraFrame;
-use passes::{CompiledDraws, CompiledPass};
-use targets::{REFLECTING_HEAD, Targets};
+use targets::{LightWords, REFLECTING_HEAD, Targets};
 use wgpu::BufferUsages;
 
 /// Most passes of a frame.
-const FRAME_PASSES: usize = 9;
+const FRAME_PASSES: usize = 11;
+
+/// Lights from which on all are asked for before they shade. Fewer are traced where they are shaded, because a pass more takes longer
+/// than it saves with one light: see docs/performance.md.
+const MANY_LIGHTS: u32 = 4;
+
+/// Most words that say which lights are hidden from a pixel: 256 lights, or 64 with four samples each. More lights take more time
+/// than the two passes save, and more memory than they are worth.
+const MOST_HIDDEN_WORDS: u32 = 8;
 
 /// Workgroups of a row of the dispatch for reflections: with 65,535 rows, more pixels than a picture can have.
 const REFLECTION_ROW: u32 = 256;
@@ -70,6 +79,10 @@ pub struct HybridKernel {
     previous_camera: Option<CameraFrame>,
     /// Whether clusters tell which lights count where, rather than each pixel by itself. Tests compare both.
     clusters_lights: bool,
+    /// Lights of the scene.
+    light_count: u32,
+    /// Whether a pass asks which lights are hidden before another shades; by their number unless tests say it.
+    asks_lights_first: Option<bool>,
 }
 
 /// What a scene has in group 3, whatever the picture's size.
@@ -132,21 +145,40 @@ impl FrameBuffers {
 pub(crate) struct Plan {
     rasters: bool,
     culls_lights: bool,
+    shadows: bool,
     reflects: bool,
     first_row: u32,
     row_count: u32,
 }
 
 impl HybridKernel {
-    /// Compiles all passes for a scene and a tracer.
+    /// Compiles what frames with `settings` need for a scene and a tracer. Other settings compile what else they need with their
+    /// first frame.
     ///
     /// # Errors
     /// When the driver refuses a shader, or the scene has more to draw than a pixel can name.
-    pub fn new(gpu: &Gpu, variant: Variant, scene: &GpuScene, tracer: &dyn Tracer) -> Result<Self, GpuError> {
-        Self::with_passes(gpu, variant, scene, tracer, &Pass::ALL)
+    pub fn new(
+        gpu: &Gpu,
+        variant: Variant,
+        scene: &GpuScene,
+        tracer: &dyn Tracer,
+        settings: &HybridSettings,
+    ) -> Result<Self, GpuError> {
+        let mut kernel = Self::with_passes(gpu, variant, scene, tracer, &Pass::ALL)?;
+        let plan = Plan {
+            rasters: settings.visibility == Visibility::Raster,
+            culls_lights: settings.light_cutoff > 0.0,
+            shadows: settings.shadows,
+            reflects: settings.rays.max_depth > 1,
+            first_row: 0,
+            row_count: 0,
+        };
+        let lights = kernel.light_words_of([1, 1], u64::MAX, settings.rays.shadow_samples);
+        kernel.compile_frame(gpu, plan, lights)?;
+        Ok(kernel)
     }
 
-    /// The same with the first of the passes only.
+    /// The first of the passes, without compiling any.
     fn with_passes(
         gpu: &Gpu,
         variant: Variant,
@@ -176,6 +208,8 @@ impl HybridKernel {
             targets: None,
             previous_camera: None,
             clusters_lights: true,
+            light_count: scene.tables.lights.len() as u32,
+            asks_lights_first: None,
         };
         gpu.guarded(|| kernel.submit_alone(gpu, |encoder| kernel.keep_instances(encoder)))
             .map_err(|reason| GpuError::Device { doing: "copying instances", reason })?;
@@ -194,17 +228,54 @@ impl HybridKernel {
         encoder.copy_buffer_to_buffer(from, 0, to, 0, from.size());
     }
 
-    /// Makes what depends on the picture's size, and binds the film, unless it is the one that is bound.
-    fn prepare(&mut self, gpu: &Gpu, film: &FilmBuffers) -> Result<(), GpuError> {
-        if self.targets.as_ref().is_some_and(|t| t.is_for(film)) {
-            return Ok(());
+    /// Makes what depends on the picture's size and on how many shadow rays a light gets, and binds the film, unless that was done.
+    /// Returns how much it is for lights.
+    fn prepare(&mut self, gpu: &Gpu, film: &FilmBuffers, light_samples: u32) -> Result<LightWords, GpuError> {
+        let size = film.contents.picture().window_size;
+        let lights = self.light_words_of(size, gpu.limits.max_storage_buffer_binding_size, light_samples);
+        if self.targets.as_ref().is_none_or(|t| !t.is_for(film, lights)) {
+            self.targets = None;
+            self.targets = Some(Targets::new(gpu, film, &self.buffers, lights, &self.passes, &self.draws)?);
         }
-        self.targets = None;
-        let [across, down] = tiles(film.contents.picture().window_size);
-        let mask_words =
-            u64::from(across) * u64::from(down) * u64::from(SLICES) * u64::from(self.light_words);
-        self.targets = Some(Targets::new(gpu, film, &self.buffers, mask_words, &self.passes, &self.draws)?);
-        Ok(())
+        Ok(lights)
+    }
+
+    /// What a picture needs for its lights, where a buffer may have `most_bytes`.
+    fn light_words_of(&self, size: [u32; 2], most_bytes: u64, light_samples: u32) -> LightWords {
+        let [across, down] = tiles(size);
+        let masks = u64::from(across) * u64::from(down) * u64::from(SLICES) * u64::from(self.light_words);
+        let all = LightWords { masks, hidden: self.light_words.saturating_mul(light_samples) };
+        let fits = all.hidden <= MOST_HIDDEN_WORDS && all.bytes(size) <= most_bytes;
+        let wanted = self.asks_lights_first.unwrap_or(self.light_count >= MANY_LIGHTS);
+        if fits && wanted { all } else { LightWords { hidden: 0, ..all } }
+    }
+
+    /// Compiles what a frame needs and no frame before it needed.
+    fn compile_frame(&mut self, gpu: &Gpu, plan: Plan, lights: LightWords) -> Result<(), GpuError> {
+        self.compile_first_hits(gpu, plan)?;
+        Self::shading_passes(plan, lights).into_iter().try_for_each(|p| self.passes[p as usize].compile(gpu))
+    }
+
+    /// The part of that until first hits are known.
+    fn compile_first_hits(&mut self, gpu: &Gpu, plan: Plan) -> Result<(), GpuError> {
+        let visible: &[Pass] = if plan.rasters { &[Pass::Cull, Pass::Resolve] } else { &[Pass::CameraRays] };
+        let culls: &[Pass] = if plan.culls_lights { &[Pass::ClusterLights] } else { &[] };
+        visible.iter().chain(culls).try_for_each(|&pass| self.passes[pass as usize].compile(gpu))
+    }
+
+    /// The passes of a frame after its first hits.
+    fn shading_passes(plan: Plan, lights: LightWords) -> Vec<Pass> {
+        let mut passes = match (lights.hidden > 0, plan.shadows) {
+            (true, true) => vec![Pass::ShadowRays, Pass::LitSurfaces],
+            (true, false) => vec![Pass::LitSurfaces],
+            (false, _) => vec![Pass::DirectLights],
+        };
+        passes.push(Pass::AmbientOcclusion);
+        if plan.reflects {
+            passes.extend([Pass::ListReflecting, Pass::Reflections]);
+        }
+        passes.push(Pass::Compose);
+        passes
     }
 
     /// The uniform of a frame, and what the frame consists of.
@@ -232,6 +303,7 @@ impl HybridKernel {
         let plan = Plan {
             rasters: settings.visibility == Visibility::Raster && linear,
             culls_lights: frame.clustered != 0,
+            shadows: settings.shadows,
             reflects: settings.rays.max_depth > 1,
             first_row,
             row_count,
@@ -250,16 +322,21 @@ impl HybridKernel {
         self.record_first_hits(encoder, clock, targets, plan);
         let rows = [targets.size[0].div_ceil(8), plan.row_count.div_ceil(8)];
         let (head, size) = (&targets.reflecting, &self.buffers.reflection_groups);
-        encoder.copy_buffer_to_buffer(&self.buffers.no_reflections, 0, head, 0, REFLECTING_HEAD);
-        self.compute(encoder, clock, targets, Pass::DirectLights, rows);
-        self.compute(encoder, clock, targets, Pass::AmbientOcclusion, rows);
-        if plan.reflects {
-            encoder.copy_buffer_to_buffer(head, 0, size, 0, REFLECTING_HEAD);
-            self.run(encoder, clock, targets, Pass::Reflections, |pass| {
-                pass.dispatch_workgroups_indirect(size, 0);
-            });
+        for pass in Self::shading_passes(plan, targets.lights) {
+            match pass {
+                Pass::ListReflecting => {
+                    encoder.copy_buffer_to_buffer(&self.buffers.no_reflections, 0, head, 0, REFLECTING_HEAD);
+                    self.compute(encoder, clock, targets, pass, rows);
+                }
+                Pass::Reflections => {
+                    encoder.copy_buffer_to_buffer(head, 0, size, 0, REFLECTING_HEAD);
+                    self.run(encoder, clock, targets, pass, |pass| {
+                        pass.dispatch_workgroups_indirect(size, 0)
+                    });
+                }
+                _ => self.compute(encoder, clock, targets, pass, rows),
+            }
         }
-        self.compute(encoder, clock, targets, Pass::Compose, rows);
     }
 
     /// Records the passes that find which surface each pixel sees.
@@ -275,7 +352,7 @@ impl HybridKernel {
             self.compute(encoder, clock, targets, pass, groups);
         };
         if plan.culls_lights {
-            compute(encoder, Pass::ClusterLights, groups_of_64(targets.mask_words));
+            compute(encoder, Pass::ClusterLights, groups_of_64(targets.lights.masks));
         }
         if plan.rasters {
             let draws = &self.buffers.draws;
@@ -307,13 +384,15 @@ impl HybridKernel {
         pass: Pass,
         dispatch: impl FnOnce(&mut wgpu::ComputePass<'_>),
     ) {
+        // What a frame needs was compiled before it is recorded.
+        let Some(pipeline) = self.passes[pass as usize].pipeline() else { return };
         let slot = clock.slot(pass.name());
         let mut recorded = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some(pass.name()),
             timestamp_writes: slot.map(|s| s.compute()),
         });
         let bound = &targets.passes[pass as usize];
-        recorded.set_pipeline(&self.passes[pass as usize].pipeline);
+        recorded.set_pipeline(pipeline);
         recorded.set_bind_group(0, &self.scene, &[]);
         recorded.set_bind_group(1, pass.traces().then_some(&self.tracer), &[]);
         recorded.set_bind_group(2, &bound.film, &[]);
@@ -396,11 +475,12 @@ impl Kernel for HybridKernel {
         let BatchPixels::Rows { first, count } = batch.pixels else {
             return Err(failed("frames are of whole rows, not of lists of pixels".into()));
         };
-        self.prepare(gpu, film)?;
+        let lights = self.prepare(gpu, film, settings.rays.shadow_samples)?;
         let mut last = None;
         for sample in batch.first_sample..batch.first_sample + batch.sample_count {
             film.set_batch(gpu, Batch { first_sample: sample, sample_count: 1, ..batch })?;
             let (frame, plan) = self.plan(film, &settings, sample, (first, count));
+            self.compile_frame(gpu, plan, lights)?;
             write_buffer(gpu, "the frame", &self.buffers.frame, bytemuck::bytes_of(&frame))?;
             timer.reserve(gpu, FRAME_PASSES)?;
             let Some(targets) = &self.targets else {

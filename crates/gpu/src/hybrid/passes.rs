@@ -1,10 +1,10 @@
-//! The passes of a frame: their texts, what they bind, their pipelines.
+//! The passes of a frame: their texts and what they bind.
 
 use super::items::DrawClass;
-use crate::bindings::{buffer, entry, film_layout};
+use crate::Gpu;
+use crate::bindings::{buffer, entry};
 use crate::shader::{Variant, scene_text};
-use crate::tracer::{Tracer, TracerText};
-use crate::{Gpu, GpuError, GpuScene};
+use crate::tracer::TracerText;
 use wgpu::{BindingType, BufferBindingType, ShaderStages};
 
 /// What a pixel of the identifications holds: item and primitive.
@@ -23,10 +23,16 @@ pub enum Pass {
     Resolve,
     /// First hits by rays instead.
     CameraRays,
-    /// Emission, the sky, direct light.
+    /// Which lights are hidden from the first surface.
+    ShadowRays,
+    /// Emission, the sky, and direct light from lights of which it is known whether they are hidden.
+    LitSurfaces,
+    /// The two before in one, for more lights than there is memory for.
     DirectLights,
-    /// The environment's light on the first surface; and it lists the pixels that send out reflection rays.
+    /// The environment's light on the first surface.
     AmbientOcclusion,
+    /// Lists the pixels that send out reflection rays.
+    ListReflecting,
     /// What the first surface reflects and lets through.
     Reflections,
     /// Adds the frame to the film.
@@ -46,7 +52,7 @@ pub enum Slot {
     SeenItems = 3,
     /// Sizes of the draws.
     Draws = 4,
-    /// Which lights matter where.
+    /// Which lights matter to which cluster, and which of them are hidden from each pixel's first surface.
     LightMasks = 5,
     /// A record for each pixel.
     Pixels = 6,
@@ -56,6 +62,8 @@ pub enum Slot {
     Ids = 8,
     /// The pixels that send out reflection rays.
     Reflecting = 9,
+    /// How many rays were traced for each pixel.
+    RayCounts = 10,
 }
 
 /// A binding of group 3 and whether the pass writes there.
@@ -66,13 +74,16 @@ const WRITES: bool = true;
 
 impl Pass {
     /// All of them; a pass' place is its number.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 11] = [
         Self::Cull,
         Self::ClusterLights,
         Self::Resolve,
         Self::CameraRays,
+        Self::ShadowRays,
+        Self::LitSurfaces,
         Self::DirectLights,
         Self::AmbientOcclusion,
+        Self::ListReflecting,
         Self::Reflections,
         Self::Compose,
     ];
@@ -84,8 +95,11 @@ impl Pass {
             Self::ClusterLights => "cluster_lights",
             Self::Resolve => "resolve",
             Self::CameraRays => "camera_rays",
+            Self::ShadowRays => "shadow_rays",
+            Self::LitSurfaces => "lit_surfaces",
             Self::DirectLights => "direct_lights",
             Self::AmbientOcclusion => "ambient_occlusion",
+            Self::ListReflecting => "list_reflecting",
             Self::Reflections => "reflections",
             Self::Compose => "compose",
         }
@@ -98,8 +112,11 @@ impl Pass {
             Self::ClusterLights => "cluster lights",
             Self::Resolve => "resolve",
             Self::CameraRays => "camera rays",
+            Self::ShadowRays => "shadow rays",
+            Self::LitSurfaces => "lit surfaces",
             Self::DirectLights => "direct lights",
             Self::AmbientOcclusion => "ambient occlusion",
+            Self::ListReflecting => "list reflecting",
             Self::Reflections => "reflections",
             Self::Compose => "compose",
         }
@@ -108,8 +125,17 @@ impl Pass {
     /// Whether it asks the tracer.
     pub fn traces(self) -> bool {
         match self {
-            Self::CameraRays | Self::DirectLights | Self::AmbientOcclusion | Self::Reflections => true,
-            Self::Cull | Self::ClusterLights | Self::Resolve | Self::Compose => false,
+            Self::CameraRays
+            | Self::ShadowRays
+            | Self::DirectLights
+            | Self::AmbientOcclusion
+            | Self::Reflections => true,
+            Self::Cull
+            | Self::ClusterLights
+            | Self::Resolve
+            | Self::LitSurfaces
+            | Self::ListReflecting
+            | Self::Compose => false,
         }
     }
 
@@ -117,9 +143,9 @@ impl Pass {
     /// buffers than a megakernel does.
     pub fn film_bindings(self) -> &'static [u32] {
         match self {
-            Self::Cull | Self::ClusterLights | Self::Resolve => &[],
-            Self::CameraRays | Self::DirectLights | Self::AmbientOcclusion | Self::Reflections => &[2],
+            Self::CameraRays => &[2],
             Self::Compose => &[1, 2, 3],
+            _ => &[],
         }
     }
 
@@ -141,27 +167,48 @@ impl Pass {
                 (Slot::Pixels, WRITES),
                 (Slot::PreviousInstances, READS),
                 (Slot::Ids, READS),
+                (Slot::RayCounts, WRITES),
             ],
-            Self::CameraRays => {
-                &[(Slot::Frame, READS), (Slot::Pixels, WRITES), (Slot::PreviousInstances, READS)]
+            Self::CameraRays => &[
+                (Slot::Frame, READS),
+                (Slot::Pixels, WRITES),
+                (Slot::PreviousInstances, READS),
+                (Slot::RayCounts, WRITES),
+            ],
+            Self::ShadowRays | Self::DirectLights => &[
+                (Slot::Frame, READS),
+                (Slot::LightMasks, WRITES),
+                (Slot::Pixels, WRITES),
+                (Slot::RayCounts, WRITES),
+            ],
+            Self::LitSurfaces => &[(Slot::Frame, READS), (Slot::LightMasks, WRITES), (Slot::Pixels, WRITES)],
+            Self::AmbientOcclusion => {
+                &[(Slot::Frame, READS), (Slot::Pixels, WRITES), (Slot::RayCounts, WRITES)]
             }
-            Self::DirectLights => &[(Slot::Frame, READS), (Slot::LightMasks, READS), (Slot::Pixels, WRITES)],
-            Self::Compose => &[(Slot::Frame, READS), (Slot::Pixels, WRITES)],
-            Self::AmbientOcclusion | Self::Reflections => {
-                &[(Slot::Frame, READS), (Slot::Pixels, WRITES), (Slot::Reflecting, WRITES)]
-            }
+            Self::ListReflecting => &[(Slot::Pixels, WRITES), (Slot::Reflecting, WRITES)],
+            Self::Reflections => &[
+                (Slot::Frame, READS),
+                (Slot::Pixels, WRITES),
+                (Slot::Reflecting, WRITES),
+                (Slot::RayCounts, WRITES),
+            ],
+            Self::Compose => &[(Slot::Frame, READS), (Slot::Pixels, WRITES), (Slot::RayCounts, WRITES)],
         }
     }
 
     /// The text that it is in.
-    fn text(self, tracer: &TracerText, variant: Variant) -> String {
+    pub fn text(self, tracer: &TracerText, variant: Variant) -> String {
         match self {
             Self::Cull | Self::ClusterLights => cull_text(variant),
             Self::Resolve => resolve_text(variant),
             Self::Compose => compose_text(variant),
-            Self::CameraRays | Self::DirectLights | Self::AmbientOcclusion | Self::Reflections => {
-                tracing_text(tracer, variant)
-            }
+            Self::ListReflecting => listing_text(variant),
+            Self::CameraRays => camera_text(tracer, variant),
+            Self::ShadowRays
+            | Self::LitSurfaces
+            | Self::DirectLights
+            | Self::AmbientOcclusion
+            | Self::Reflections => tracing_text(tracer, variant),
         }
     }
 }
@@ -187,7 +234,7 @@ fn cull_text(variant: Variant) -> String {
 }
 
 /// The rasteriser's shaders.
-fn raster_text(variant: Variant) -> String {
+pub(super) fn raster_text(variant: Variant) -> String {
     [&scene_text(variant), FILM, FRAME, ITEMS, include_str!("../shaders/hybrid_raster.wgsl")].join("\n")
 }
 
@@ -202,135 +249,43 @@ fn compose_text(variant: Variant) -> String {
     [&scene_text(variant), FILM, FRAME, PIXELS, include_str!("../shaders/hybrid_compose.wgsl")].join("\n")
 }
 
-/// The passes that trace rays.
+/// First hits by rays.
+fn camera_text(tracer: &TracerText, variant: Variant) -> String {
+    let camera = include_str!("../shaders/hybrid_camera.wgsl");
+    [tracer.enables, &scene_text(variant), &tracer.text, FILM, RAYS, FRAME, PIXELS, camera].join("\n")
+}
+
+/// The list of pixels that reflect.
+fn listing_text(variant: Variant) -> String {
+    let listing = include_str!("../shaders/hybrid_listing.wgsl");
+    [&scene_text(variant), FILM, FRAME, PIXELS, REFLECTING, listing].join("\n")
+}
+
+/// The passes that trace rays, and the one that shades what another has traced.
 fn tracing_text(tracer: &TracerText, variant: Variant) -> String {
     let passes = include_str!("../shaders/hybrid_tracing.wgsl");
+    let lights = include_str!("../shaders/hybrid_lights.wgsl");
     let reach = include_str!("../shaders/light_reach.wgsl");
     let scene = scene_text(variant);
-    [tracer.enables, &scene, &tracer.text, FILM, RAYS, reach, DIRECT, FRAME, PIXELS, REFLECTING, passes]
-        .join("\n")
-}
-
-/// A compute pass, ready but for its buffers.
-pub struct CompiledPass {
-    pub(super) pipeline: wgpu::ComputePipeline,
-    pub(super) film_layout: wgpu::BindGroupLayout,
-    pub(super) layout: wgpu::BindGroupLayout,
-}
-
-impl CompiledPass {
-    /// Compiles a pass for a scene and a tracer.
-    ///
-    /// # Errors
-    /// When the driver refuses the shader.
-    pub fn new(
-        gpu: &Gpu,
-        pass: Pass,
-        variant: Variant,
-        scene: &GpuScene,
-        tracer: &dyn Tracer,
-    ) -> Result<Self, GpuError> {
-        // Whoever finishes the frame records first hits: the others need not be compiled twice.
-        let variant = Variant { aovs: variant.aovs && pass == Pass::Compose, ..variant };
-        let name = format!("hybrid {} on {}", pass.name(), tracer.kind().name());
-        let (film_layout, layout) = gpu
-            .guarded(|| {
-                let film = film_layout(gpu, pass.film_bindings(), ShaderStages::COMPUTE);
-                (film, slot_layout(gpu, pass.bindings(), ShaderStages::COMPUTE))
-            })
-            .map_err(|reason| GpuError::Device { doing: "binding a frame", reason })?;
-        let tracer_layout = pass.traces().then(|| tracer.layout());
-        let groups = [Some(&scene.layout), tracer_layout, Some(&film_layout), Some(&layout)];
-        let text = gpu.shader_text(&name, pass.text(&tracer.text(), variant));
-        let pipeline = text.pipeline(pass.entry_point(), &groups)?;
-        Ok(Self { pipeline, film_layout, layout })
-    }
-}
-
-/// The rasteriser's pipelines, by class, and what they bind.
-pub struct CompiledDraws {
-    pub(super) pipelines: Vec<wgpu::RenderPipeline>,
-    pub(super) scene: wgpu::BindGroup,
-    pub(super) film_layout: wgpu::BindGroupLayout,
-    pub(super) layout: wgpu::BindGroupLayout,
-}
-
-impl CompiledDraws {
-    /// Compiles them for a scene.
-    ///
-    /// # Errors
-    /// When the driver refuses a shader.
-    pub fn new(gpu: &Gpu, variant: Variant, scene: &GpuScene) -> Result<Self, GpuError> {
-        let variant = Variant { aovs: false, ..variant };
-        let module = gpu.shader_module("hybrid raster", &raster_text(variant))?;
-        let (scene_layout, scene) = scene.raster_group(gpu)?;
-        let refused = |reason| GpuError::Shader { shader: "hybrid raster".into(), reason };
-        let (film_layout, layout, pipeline_layout) = gpu
-            .guarded(|| {
-                let film = film_layout(gpu, &[], ShaderStages::VERTEX_FRAGMENT);
-                let own = slot_layout(gpu, RASTER_BINDINGS, ShaderStages::VERTEX_FRAGMENT);
-                let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                    label: Some("hybrid raster"),
-                    bind_group_layouts: &[Some(&scene_layout), None, Some(&film), Some(&own)],
-                    immediate_size: 0,
-                });
-                (film, own, layout)
-            })
-            .map_err(refused)?;
-        let make = |class| draw_pipeline(gpu, &module, &pipeline_layout, class);
-        let pipelines = gpu.guarded(|| DrawClass::ALL.map(make).to_vec()).map_err(refused)?;
-        Ok(Self { pipelines, scene, film_layout, layout })
-    }
-}
-
-fn draw_pipeline(
-    gpu: &Gpu,
-    module: &wgpu::ShaderModule,
-    layout: &wgpu::PipelineLayout,
-    class: DrawClass,
-) -> wgpu::RenderPipeline {
-    let (vertex, fragment) = match class {
-        DrawClass::Few | DrawClass::Many => ("triangle_corner", "opaque_triangle"),
-        DrawClass::FewHoled | DrawClass::ManyHoled => ("triangle_corner", "holed_triangle"),
-        DrawClass::Sphere => ("sphere_corner", "sphere"),
-    };
-    let constants = [("DRAW_CLASS", f64::from(class as u32))];
-    let of_vertex = wgpu::PipelineCompilationOptions {
-        constants: &constants,
-        ..wgpu::PipelineCompilationOptions::default()
-    };
-    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some(vertex),
-        layout: Some(layout),
-        vertex: wgpu::VertexState {
-            module,
-            entry_point: Some(vertex),
-            compilation_options: of_vertex,
-            buffers: &[],
-        },
-        // Surfaces have two sides.
-        primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format: DEPTH_FORMAT,
-            depth_write_enabled: Some(true),
-            depth_compare: Some(wgpu::CompareFunction::Greater),
-            stencil: wgpu::StencilState::default(),
-            bias: wgpu::DepthBiasState::default(),
-        }),
-        multisample: wgpu::MultisampleState::default(),
-        fragment: Some(wgpu::FragmentState {
-            module,
-            entry_point: Some(fragment),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            targets: &[Some(ID_FORMAT.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
+    [
+        tracer.enables,
+        &scene,
+        &tracer.text,
+        FILM,
+        RAYS,
+        reach,
+        DIRECT,
+        FRAME,
+        PIXELS,
+        REFLECTING,
+        passes,
+        lights,
+    ]
+    .join("\n")
 }
 
 /// Layout of group 3 with some of its bindings.
-fn slot_layout(gpu: &Gpu, bindings: &[Bound], visibility: ShaderStages) -> wgpu::BindGroupLayout {
+pub(super) fn slot_layout(gpu: &Gpu, bindings: &[Bound], visibility: ShaderStages) -> wgpu::BindGroupLayout {
     let ty = |slot: Slot, writes: bool| match slot {
         Slot::Frame => buffer(BufferBindingType::Uniform),
         Slot::Ids => BindingType::Texture {

@@ -1,7 +1,8 @@
 //! What depends on the picture's size: what is drawn to, a record for each pixel, and the bind groups with them.
 
 use super::FrameBuffers;
-use super::passes::{CompiledDraws, CompiledPass, DEPTH_FORMAT, ID_FORMAT, Pass, RASTER_BINDINGS, Slot};
+use super::compiled::{CompiledDraws, CompiledPass};
+use super::passes::{DEPTH_FORMAT, ID_FORMAT, Pass, RASTER_BINDINGS, Slot};
 use crate::film::FilmBuffers;
 use crate::scene::upload::empty_buffer;
 use crate::{Gpu, GpuError};
@@ -45,6 +46,23 @@ pub(super) struct Bound {
     pub frame: wgpu::BindGroup,
 }
 
+/// Words of 32 lights each in [`Slot::LightMasks`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct LightWords {
+    /// Of all clusters.
+    pub masks: u64,
+    /// Of a pixel; 0 if lights are traced and shaded in one pass.
+    pub hidden: u32,
+}
+
+impl LightWords {
+    /// Bytes of the buffer, for a picture.
+    pub fn bytes(&self, [width, height]: [u32; 2]) -> u64 {
+        let hidden = u64::from(width) * u64::from(height) * u64::from(self.hidden);
+        (self.masks + hidden).max(1) * size_of::<u32>() as u64
+    }
+}
+
 /// For one film.
 pub(super) struct Targets {
     /// The window, in pixels.
@@ -54,8 +72,8 @@ pub(super) struct Targets {
     pub pixels: wgpu::Buffer,
     /// The pixels that send out reflection rays, after the size of the dispatch for them.
     pub reflecting: wgpu::Buffer,
-    /// Words of [`Slot::LightMasks`].
-    pub mask_words: u64,
+    /// What its lights need.
+    pub lights: LightWords,
     /// By pass.
     pub passes: Vec<Bound>,
     pub draws: Bound,
@@ -71,7 +89,7 @@ impl Targets {
         gpu: &Gpu,
         film: &FilmBuffers,
         buffers: &FrameBuffers,
-        mask_words: u64,
+        lights: LightWords,
         passes: &[CompiledPass],
         draws: &CompiledDraws,
     ) -> Result<Self, GpuError> {
@@ -88,7 +106,9 @@ impl Targets {
         let reflecting_bytes = 4 * u64::from(size[0]) * u64::from(size[1]) + REFLECTING_HEAD;
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
         let reflecting = empty_buffer(gpu, "pixels that reflect", reflecting_bytes, usage)?;
-        let masks = empty_buffer(gpu, "lights of clusters", 4 * mask_words.max(1), BufferUsages::STORAGE)?;
+        let masks = empty_buffer(gpu, "masks of lights", lights.bytes(size), BufferUsages::STORAGE)?;
+        let count_bytes = 4 * u64::from(size[0]) * u64::from(size[1]);
+        let ray_counts = empty_buffer(gpu, "rays of pixels", count_bytes, BufferUsages::STORAGE)?;
         let resource = |slot: Slot| match slot {
             Slot::Frame => buffers.frame.as_entire_binding(),
             Slot::Items => buffers.items.as_entire_binding(),
@@ -97,6 +117,7 @@ impl Targets {
             Slot::Draws => buffers.draws.as_entire_binding(),
             Slot::LightMasks => masks.as_entire_binding(),
             Slot::Pixels => pixels.as_entire_binding(),
+            Slot::RayCounts => ray_counts.as_entire_binding(),
             Slot::Reflecting => reflecting.as_entire_binding(),
             Slot::PreviousInstances => buffers.previous_instances.as_entire_binding(),
             Slot::Ids => wgpu::BindingResource::TextureView(&ids),
@@ -129,12 +150,12 @@ impl Targets {
             })
             .map_err(|reason| GpuError::Device { doing: "binding a frame", reason })?;
         let film = film.pixels.clone();
-        Ok(Self { size, ids, depth, pixels, reflecting, mask_words, passes, draws, film })
+        Ok(Self { size, ids, depth, pixels, reflecting, lights, passes, draws, film })
     }
 
-    /// Whether they are for this film.
-    pub fn is_for(&self, film: &FilmBuffers) -> bool {
-        self.film == film.pixels
+    /// Whether they are for this film, and for so many lights.
+    pub fn is_for(&self, film: &FilmBuffers, lights: LightWords) -> bool {
+        self.film == film.pixels && self.lights == lights
     }
 }
 

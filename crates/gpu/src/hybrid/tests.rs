@@ -74,7 +74,10 @@ impl Setup {
     }
 
     fn hybrid(&self, view: &backend::View) -> HybridKernel {
-        HybridKernel::new(&self.gpu, self.variant(view), &self.scene, &self.tracer).expect("a kernel")
+        let settings =
+            if let Integrator::Hybrid(settings) = view.integrator { settings } else { Default::default() };
+        HybridKernel::new(&self.gpu, self.variant(view), &self.scene, &self.tracer, &settings)
+            .expect("a kernel")
     }
 
     /// The film after `samples` samples, and rays.
@@ -264,6 +267,49 @@ fn clusters_find_all_lights_that_count() {
         println!("cutoff {cutoff}: {clustered_rays} of {all_rays} rays");
     }
     assert!(saved, "some light is weak somewhere");
+}
+
+/// Shading lights after asking for all of their shadows is shading each as it is asked for: the same picture and the same rays.
+#[test]
+fn lights_asked_first_are_the_same_lights() {
+    let Some(setup) = Setup::new("lights_asked_first_are_the_same_lights") else { return };
+    let of = |shadow_samples, light_cutoff, shadows| {
+        let rays = DirectSettings {
+            shadow_samples,
+            reflection_samples: 0,
+            ambient_samples: 0,
+            max_depth: 1,
+            ..Default::default()
+        };
+        view(overview(), hybrid(HybridSettings { rays, light_cutoff, shadows, ..HybridSettings::default() }))
+    };
+    let mut kernel = setup.hybrid(&of(1, 0.0, true));
+    let mut render = |view: &backend::View, asks_first| {
+        kernel.asks_lights_first = Some(asks_first);
+        setup.render(&mut kernel, view, 1)
+    };
+    let (bare, _) = render(&of(1, 0.0, false), true);
+    for (samples, cutoff) in [(1, 0.0), (3, 0.5)] {
+        let (asked, asked_rays) = render(&of(samples, cutoff, true), true);
+        let (traced, traced_rays) = render(&of(samples, cutoff, true), false);
+        let more = asked_rays as f64 / traced_rays as f64;
+        println!("{samples} samples, cutoff {cutoff}: {asked_rays} and {traced_rays} rays");
+        assert_eq!(differing_share(&asked, &traced), 0.0, "{samples}, {cutoff}");
+        // Materials are not looked at before: black ones are asked for in vain.
+        assert!((1.0..1.05).contains(&more), "{more} times as many rays");
+        assert!(differing_share(&asked, &bare) > 0.1, "shadows change nothing");
+    }
+    let (unshaded, rays) = render(&of(1, 0.0, false), false);
+    assert_eq!(differing_share(&unshaded, &bare), 0.0);
+    assert_eq!(rays, render(&of(1, 0.0, false), true).1);
+    // Few lights are not asked for, nor what is too much for a buffer.
+    let words = kernel.light_words;
+    (kernel.asks_lights_first, kernel.light_count) = (None, MANY_LIGHTS - 1);
+    assert_eq!(kernel.light_words_of([8, 8], u64::MAX, 1).hidden, 0);
+    kernel.light_count = MANY_LIGHTS;
+    assert!(kernel.light_words_of([8, 8], u64::MAX, MOST_HIDDEN_WORDS / words).hidden > 0);
+    assert_eq!(kernel.light_words_of([8, 8], u64::MAX, MOST_HIDDEN_WORDS / words + 1).hidden, 0);
+    assert_eq!(kernel.light_words_of([8, 8], 256, 1).hidden, 0);
 }
 
 /// A floor and spinning boxes, all in places that the test gives, below a lamp and so many more lights.

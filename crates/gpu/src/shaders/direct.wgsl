@@ -183,25 +183,39 @@ fn direct_light(s: Surface, bsdf: Bsdf, full: bool, sampler: PixelSampler) -> ve
 
 /// A light with its shadow rays.
 fn light_with_shadows(index: u32, s: Surface, frame: Frame, bsdf: Bsdf, full: bool, sampler: PixelSampler) -> vec3f {
-    let kind = lights[index].kind;
-    // The environment is ambient light here.
-    if kind == LIGHT_ENVIRONMENT || (kind == LIGHT_TRIANGLE && !light_faces(index, s)) || !light_counts(index, s.position) {
+    if !may_light(index, s) {
         return vec3f(0.0);
     }
-    let extended = lights[index].size > 0.0 || kind == LIGHT_TRIANGLE;
-    let soft = extended && view.soft_shadows != 0u;
-    let count = select(1u, view.shadow_samples, soft && full);
+    let count = select(1u, view.shadow_samples, has_soft_shadows(index) && full);
     let wo = to_local(frame, s.wo);
     var sum = vec3f(0.0);
     for (var i = 0u; i < count; i++) {
-        var u = vec2f(0.5);
-        if soft {
-            u = draw(sampler);
+        let light = sample_one_light(index, s.position, light_draw(index, sampler));
+        let arriving = unshadowed_light(s, frame, bsdf, wo, light);
+        if any(arriving != vec3f(0.0)) && !is_hidden(s, light, sampler) {
+            sum += arriving * (1.0 / f32(count));
         }
-        let light = sample_one_light(index, s.position, u);
-        sum += light_arriving(s, frame, bsdf, wo, light, sampler) * (1.0 / f32(count));
     }
     return sum;
+}
+
+/// Whether a light can reach a surface, as far as is known before it is sampled. The environment is ambient light here.
+fn may_light(index: u32, s: Surface) -> bool {
+    let kind = lights[index].kind;
+    return kind != LIGHT_ENVIRONMENT && (kind != LIGHT_TRIANGLE || light_faces(index, s)) && light_counts(index, s.position);
+}
+
+/// Whether a light's shadows are to be soft, which takes samples of it.
+fn has_soft_shadows(index: u32) -> bool {
+    return view.soft_shadows != 0u && (lights[index].size > 0.0 || lights[index].kind == LIGHT_TRIANGLE);
+}
+
+/// Where on a light the next sample is: its centre, unless its shadows are to be soft.
+fn light_draw(index: u32, sampler: PixelSampler) -> vec2f {
+    if has_soft_shadows(index) {
+        return draw(sampler);
+    }
+    return vec2f(0.5);
 }
 
 /// Whether any of a triangle's light can reach the surface's side.
@@ -219,24 +233,26 @@ fn lit_value(bsdf: Bsdf, wo: vec3f, wi: vec3f) -> vec3f {
     return bsdf_eval(bsdf, wo, wi).value_cos;
 }
 
-fn light_arriving(s: Surface, frame: Frame, bsdf: Bsdf, wo: vec3f, light: LightSample, sampler: PixelSampler) -> vec3f {
+/// What a light's sample adds if nothing is in its way.
+fn unshadowed_light(s: Surface, frame: Frame, bsdf: Bsdf, wo: vec3f, light: LightSample) -> vec3f {
     let above = dot(light.wi, s.normal) > 0.0;
     let wi = to_local(frame, light.wi);
     if light.pdf <= 0.0 || above != (wi.z > 0.0) || !(above || bsdf_transmits(bsdf)) {
         return vec3f(0.0);
     }
     let falloff = falloff_factor(view.falloff, light.distance);
-    let arriving = lit_value(bsdf, wo, wi) * light.radiance * (falloff / light.pdf);
-    if all(arriving == vec3f(0.0)) {
-        return vec3f(0.0);
+    return lit_value(bsdf, wo, wi) * light.radiance * (falloff / light.pdf);
+}
+
+/// Whether something stands in the way of a light's sample.
+fn is_hidden(s: Surface, light: LightSample, sampler: PixelSampler) -> bool {
+    if view.shadows == 0u {
+        return false;
     }
-    let origin = ray_origin(s, above);
+    let origin = ray_origin(s, dot(light.wi, s.normal) > 0.0);
     // The offset may be longer than the way to a light that is very near.
     let distance = light.distance - dot(origin - s.position, light.wi);
-    if view.shadows != 0u && occluded(origin, light.wi, distance * SHADOW_END, sampler.scramble + next_pair) {
-        return vec3f(0.0);
-    }
-    return arriving;
+    return occluded(origin, light.wi, distance * SHADOW_END, sampler.scramble + next_pair);
 }
 
 /// The environment's light on the diffuse lobe, with occlusion.

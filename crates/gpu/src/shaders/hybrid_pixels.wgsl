@@ -18,8 +18,20 @@ struct HybridPixel {
 }
 
 @group(3) @binding(6) var<storage, read_write> pixels: array<HybridPixel>;
+/// Rays that were traced for each pixel after its first hit was found. Each pass adds its own, and the last one to the device's
+/// counters: counting within workgroups takes barriers, which software drivers compile slowly in shaders that trace.
+@group(3) @binding(10) var<storage, read_write> ray_counts: array<u32>;
 /// The instances as they stood in the frame before.
 @group(3) @binding(7) var<storage, read> previous_instances: array<Instance>;
+
+/// Whether an invocation has a pixel: of the dispatch's rows.
+fn is_in_rows(id: vec3u) -> bool {
+    return id.x < view.window_width && id.y < view.row_count;
+}
+
+fn pixel_in_rows(id: vec3u) -> vec2u {
+    return vec2u(id.x, view.first_row + id.y);
+}
 
 fn pixel_number(pixel: vec2u) -> u32 {
     return pixel.y * view.window_width + pixel.x;
@@ -55,4 +67,5 @@ fn store_first_hit(pixel: vec2u, ray: CameraRay, hit: Hit) {
         motion = hit_motion(hit, ray.origin + ray.direction * hit.t);
     }
     pixels[at] = HybridPixel(vec3f(0.0), hit.t, hit.u, hit.v, hit.instance, hit.geometry, hit.primitive, motion.x, motion.y, 0.0);
+    ray_counts[at] = 0u;
 }

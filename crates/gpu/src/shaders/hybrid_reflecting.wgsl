@@ -16,17 +16,6 @@ struct Reflecting {
 
 @group(3) @binding(9) var<storage, read_write> reflecting: Reflecting;
 
-/// Adds a pixel to the list. Its order is that in which invocations come; drivers add those of a subgroup at once.
-fn list_reflecting(pixel: u32) {
-    let place = atomicAdd(&reflecting.count, 1u);
-    reflecting.pixels[place] = pixel;
-    // The first pixel of a row of workgroups begins the row.
-    let row = REFLECTING_GROUP * reflecting.groups_across;
-    if place % row == 0u {
-        atomicMax(&reflecting.groups_down, place / row + 1u);
-    }
-}
-
 /// Where an invocation of the pass finds its pixel in the list.
 fn reflecting_index(group: vec3u, local: u32) -> u32 {
     return (group.y * reflecting.groups_across + group.x) * REFLECTING_GROUP + local;

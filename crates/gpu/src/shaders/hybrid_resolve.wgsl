@@ -34,16 +34,12 @@ fn hit_on(id: u32, ray: CameraRay) -> Hit {
     return Hit(h.t, h.u, h.v, item.instance, part.geometry, primitive);
 }
 
-fn is_in_rows(id: vec3u) -> bool {
-    return id.x < view.window_width && id.y < view.row_count;
-}
-
 @compute @workgroup_size(8, 8)
 fn resolve(@builtin(global_invocation_id) id: vec3u) {
     if !is_in_rows(id) {
         return;
     }
-    let pixel = vec2u(id.x, view.first_row + id.y);
+    let pixel = pixel_in_rows(id);
     let seen = textureLoad(ids, pixel, 0).x;
     let ray = frame_ray(pixel);
     if seen == SEES_NOTHING {

@@ -167,6 +167,7 @@ fn bvh_enter(index: u32, origin: vec3f, direction: vec3f) -> BvhRay {
 fn bvh_walk(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32, any: bool) -> Hit {
     var hit = Hit(t_max, 0.0, 0.0, NONE, NONE, NONE);
     let start = max(t_min, 0.0);
+    // Who is content with any hit visits children as they come: their order saves no box, and costs work at every node.
     let world_root = bvh_instances[0].root;
     if world_root == NONE || !bvh_is_valid(origin, direction, start, t_max) {
         return hit;
@@ -189,13 +190,14 @@ fn bvh_walk(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32, 
             if (nodes.y & BVH_NODES) != 0u {
                 size = bvh_push(size, nodes);
             }
-            let slot = (bit - 24u) ^ ray.upwards;
+            let order = select(ray.upwards, 0u, any);
+            let slot = (bit - 24u) ^ order;
             let index = nodes.x + countOneBits(nodes.y & 0xffu & ~(0xffffffffu << slot));
             let grid = bvh_grid(index);
             let links = bvh_links(index);
             let hits = bvh_hit_children(index, grid, ray, start, hit.t);
             let inner = grid.w >> 24u;
-            nodes = vec2u(links.x, (bvh_in_order(hits & inner, ray.upwards) << 24u) | inner);
+            nodes = vec2u(links.x, (bvh_in_order(hits & inner, order) << 24u) | inner);
             primitives = vec2u(links.y, bvh_in_leaves(hits & ~inner, links.zw));
         }
         while primitives.y != 0u {

@@ -30,14 +30,17 @@ pub struct ViewsArgs {
 }
 
 /// Passes in the order of a frame.
-const PASSES: [&str; 9] = [
+const PASSES: [&str; 12] = [
     "cluster lights",
     "cull",
     "draw",
     "resolve",
     "camera rays",
+    "shadow rays",
+    "lit surfaces",
     "direct lights",
     "ambient occlusion",
+    "list reflecting",
     "reflections",
     "compose",
 ];

@@ -82,7 +82,7 @@ pub fn run(args: &ShadowArgs) -> anyhow::Result<()> {
                     frame.p50.into(),
                     frame.p95.into(),
                     first_hit(&measured).into(),
-                    measured.pass("direct lights").into(),
+                    light_passes(&measured).into(),
                     slope.into(),
                     measured.rate().into(),
                 ]);
@@ -106,6 +106,11 @@ fn first_hit(measured: &Measured) -> f64 {
     ["cull", "draw", "resolve", "camera rays"].iter().map(|pass| measured.pass(pass)).sum()
 }
 
+/// Milliseconds of the passes that trace and shade lights.
+fn light_passes(measured: &Measured) -> f64 {
+    ["shadow rays", "lit surfaces", "direct lights"].iter().map(|pass| measured.pass(pass)).sum()
+}
+
 fn measure(args: &ShadowArgs, scene: &Scene, settings: HybridSettings) -> anyhow::Result<Measured> {
     let view = args.frames.view(scene, scene.default_camera(), settings);
     let mut live = args.frames.load(args.frames.open()?, scene, &view, 2)?;
@@ -127,7 +132,7 @@ fn small_lamps(args: &ShadowArgs) -> anyhow::Result<Table> {
             frame.p50.into(),
             frame.p95.into(),
             measured.pass("cluster lights").into(),
-            measured.pass("direct lights").into(),
+            light_passes(&measured).into(),
             measured.rate().into(),
         ]);
     }

@@ -1,0 +1,209 @@
+// Direct light at the first hit: every light that counts there, with its shadow rays.
+//
+// Few lights take two passes: one that only asks which of them are hidden, and leaves a bit for each ray; and one that shades. A
+// kernel that keeps no material while it traces leaves room for more rays at a time than one that does both. The bits of many
+// lights would take too much memory: those are traced and shaded in one pass, light by light.
+//
+// Sample `i` of the light with bit `b` of the cluster's word `w` is bit `b` of word `i` × `light_words` + `w`.
+
+/// Masks of clusters; then which light samples are hidden, a word of each pixel after the other.
+@group(3) @binding(5) var<storage, read_write> light_masks: array<u32>;
+
+/// The lights from 32 × `word` on that may count in a cluster, the first as the lowest bit.
+fn lights_of_cluster(cluster: u32, word: u32) -> u32 {
+    let first = 32u * word;
+    if first >= scene.light_count {
+        return 0u;
+    }
+    let existing = 0xffffffffu >> (32u - min(scene.light_count - first, 32u));
+    if frame.clustered == 0u {
+        return existing;
+    }
+    return existing & light_masks[cluster * frame.light_words + word];
+}
+
+fn cluster_at(pixel: vec2u, position: vec3f) -> u32 {
+    let tile = pixel / frame.tile;
+    let slice = cluster_slice(dot(position - frame.eye, frame.axis));
+    return (slice * frame.clusters.y + tile.y) * frame.clusters.x + tile.x;
+}
+
+/// Where a pixel's bits for sample `i` of 32 lights are, in `light_masks`.
+fn hidden_word(pixel: u32, i: u32, word: u32) -> u32 {
+    let masks = frame.clusters.x * frame.clusters.y * frame.clusters.z * frame.light_words;
+    return masks + (i * frame.light_words + word) * view.window_width * view.window_height + pixel;
+}
+
+/// Random numbers of a light's sample do not depend on the other lights.
+fn first_pair(index: u32) -> u32 {
+    return PAIR_LIGHTS + index * view.shadow_samples;
+}
+
+/// Whether a material may have a lobe that lights are sampled for. What says no is not asked for textures.
+fn may_be_lit(material: u32) -> bool {
+    let model = materials[material].model;
+    let roughness = materials[material].roughness;
+    let polished = model == MODEL_DIELECTRIC && roughness * roughness < MIN_ALPHA;
+    return model != MODEL_UNLIT && model != MODEL_MIRROR && !polished;
+}
+
+/// Whether light may go through a material.
+fn may_transmit(material: u32) -> bool {
+    return materials[material].model == MODEL_DIELECTRIC || materials[material].transmission > 0.0;
+}
+
+/// Of the lights in a mask, those whose sample `i` is hidden from a surface.
+fn hidden_lights(s: Surface, mask: u32, word: u32, i: u32, sampler: PixelSampler) -> u32 {
+    let transmits = may_transmit(s.material);
+    var answer = 0u;
+    var left = select(0u, mask, may_be_lit(s.material));
+    while left != 0u {
+        let bit = firstTrailingBit(left);
+        left &= left - 1u;
+        let index = 32u * word + bit;
+        if !may_light(index, s) || (i > 0u && !has_soft_shadows(index)) {
+            continue;
+        }
+        next_pair = first_pair(index) + i;
+        let light = light_sample(load_light(index), s.position, light_draw(index, sampler));
+        let above = dot(light.wi, s.normal) > 0.0;
+        let dark = all(light.radiance == vec3f(0.0)) && lights[index].textured_material == NONE;
+        if dark || light.pdf <= 0.0 || above != (dot(light.wi, s.shading_normal) > 0.0) || !(above || transmits) {
+            continue;
+        }
+        if is_hidden(s, light, sampler) {
+            answer |= 1u << bit;
+        }
+    }
+    return answer;
+}
+
+/// Asks which lights are hidden from the first hits.
+@compute @workgroup_size(8, 8)
+fn shadow_rays(@builtin(global_invocation_id) id: vec3u) {
+    if !is_in_rows(id) {
+        return;
+    }
+    let pixel = pixel_in_rows(id);
+    let at = pixel_number(pixel);
+    let hit = first_hit(at);
+    if hit.instance == NONE {
+        return;
+    }
+    let ray = frame_ray(pixel);
+    let s = surface_at(ray.origin, ray.direction, hit);
+    let sampler = pixel_sampler(pixel, frame.sample);
+    let cluster = cluster_at(pixel, s.position);
+    for (var word = 0u; word < frame.light_words; word++) {
+        let mask = lights_of_cluster(cluster, word);
+        for (var i = 0u; i < view.shadow_samples; i++) {
+            light_masks[hidden_word(at, i, word)] = hidden_lights(s, mask, word, i, sampler);
+        }
+    }
+    count_pixel_rays(at);
+}
+
+/// Sample `i` of a light of which it is known whether it is hidden.
+fn known_light(index: u32, i: u32, vertex: FirstVertex, there: Frame) -> vec3f {
+    let count = select(1u, view.shadow_samples, has_soft_shadows(index));
+    if i >= count || !may_light(index, vertex.surface) {
+        return vec3f(0.0);
+    }
+    next_pair = first_pair(index) + i;
+    let s = vertex.surface;
+    let light = sample_one_light(index, s.position, light_draw(index, vertex.sampler));
+    return unshadowed_light(s, there, vertex.bsdf, to_local(there, s.wo), light) * (1.0 / f32(count));
+}
+
+/// All lights that count at a first hit, by what `shadow_rays` has found.
+fn known_lights(pixel: vec2u, vertex: FirstVertex) -> vec3f {
+    let there = frame_from_normal(vertex.surface.shading_normal);
+    let cluster = cluster_at(pixel, vertex.surface.position);
+    let at = pixel_number(pixel);
+    var sum = vec3f(0.0);
+    for (var word = 0u; word < frame.light_words; word++) {
+        let mask = lights_of_cluster(cluster, word);
+        for (var i = 0u; i < view.shadow_samples; i++) {
+            var left = mask;
+            if view.shadows != 0u {
+                left &= ~light_masks[hidden_word(at, i, word)];
+            }
+            while left != 0u {
+                sum += known_light(32u * word + firstTrailingBit(left), i, vertex, there);
+                left &= left - 1u;
+            }
+        }
+    }
+    return sum;
+}
+
+/// All lights that count at a first hit, with their shadow rays.
+fn traced_lights(pixel: vec2u, vertex: FirstVertex) -> vec3f {
+    let there = frame_from_normal(vertex.surface.shading_normal);
+    let cluster = cluster_at(pixel, vertex.surface.position);
+    var sum = vec3f(0.0);
+    for (var word = 0u; word < frame.light_words; word++) {
+        var left = lights_of_cluster(cluster, word);
+        while left != 0u {
+            let index = 32u * word + firstTrailingBit(left);
+            left &= left - 1u;
+            next_pair = first_pair(index);
+            sum += light_with_shadows(index, vertex.surface, there, vertex.bsdf, true, vertex.sampler);
+        }
+    }
+    return sum;
+}
+
+/// Begins a pixel's radiance: with what its surface emits, and direct light.
+fn store_lit(at: u32, vertex: FirstVertex, direct: vec3f) {
+    pixels[at].radiance = surface_emission(vertex.surface, vertex.footprint) + direct;
+    pixels[at].reflection_weight = reflection_weight(vertex);
+}
+
+/// The same where nothing is but what lies behind everything.
+fn store_sky(at: u32, pixel: vec2u) {
+    pixels[at].radiance = distant_radiance(frame_ray(pixel).direction);
+}
+
+/// Shades what `shadow_rays` has asked.
+@compute @workgroup_size(8, 8)
+fn lit_surfaces(@builtin(global_invocation_id) id: vec3u) {
+    if !is_in_rows(id) {
+        return;
+    }
+    let pixel = pixel_in_rows(id);
+    let at = pixel_number(pixel);
+    let hit = first_hit(at);
+    if hit.instance == NONE {
+        store_sky(at, pixel);
+        return;
+    }
+    let vertex = first_vertex(pixel, hit);
+    var direct = vec3f(0.0);
+    if bsdf_has_smooth_part(vertex.bsdf) {
+        direct = known_lights(pixel, vertex);
+    }
+    store_lit(at, vertex, direct);
+}
+
+/// Traces and shades.
+@compute @workgroup_size(8, 8)
+fn direct_lights(@builtin(global_invocation_id) id: vec3u) {
+    if !is_in_rows(id) {
+        return;
+    }
+    let pixel = pixel_in_rows(id);
+    let at = pixel_number(pixel);
+    let hit = first_hit(at);
+    if hit.instance == NONE {
+        store_sky(at, pixel);
+        return;
+    }
+    let vertex = first_vertex(pixel, hit);
+    var direct = vec3f(0.0);
+    if bsdf_has_smooth_part(vertex.bsdf) {
+        direct = traced_lights(pixel, vertex);
+    }
+    store_lit(at, vertex, direct);
+    count_pixel_rays(at);
+}
