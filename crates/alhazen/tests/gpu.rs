@@ -11,66 +11,18 @@ use alhazen::gpu::tracer::TracerKind;
 use alhazen::gpu::{Gpu, GpuBackend, GpuOptions, has_hardware};
 use alhazen::{
     AlphaMode, Aov, BackendError, Control, DirectSettings, Fallback, Film, Highlights, Integrator, Job,
-    Limits, LoadOptions, PathSettings, Renderer, SamplerKind, Scene, Source, Step, Summary, View,
+    Limits, LoadOptions, PathSettings, Renderer, SamplerKind, Scene, Source, Step, View,
 };
+use common::on_gpus::{SPP, compare_on, differing_share, render};
 use common::{gpu_renderers, path};
 use film::{AovData, AovKind};
 use std::time::{Duration, Instant};
-use testkit::{Comparison, Estimate, Exclusive, WHOLE_IMAGE, scenes};
+use testkit::{Exclusive, scenes};
 
 const SIZE: u32 = 48;
-const SPP: u32 = 16;
-
-fn render(renderer: &mut Renderer, scene: &Scene, job: &Job, spp: u32) -> (Film, Summary) {
-    renderer.load(scene).unwrap_or_else(|e| panic!("{}: {e:?}", renderer.backend_name()));
-    let limits = Limits { spp, ..Limits::default() };
-    let summary = renderer
-        .render(job, &limits, &Control::new())
-        .unwrap_or_else(|e| panic!("{}: {e:?}", renderer.backend_name()));
-    (renderer.film().expect("film").expect("rendered").clone(), summary)
-}
-
-/// Share of pixels that differ by more than rounding.
-fn differing_share(a: &Film, b: &Film) -> f64 {
-    let level = b.mean().iter().sum::<f64>() / 3.0;
-    let differs = |(a, b): (&film::PixelStats, &film::PixelStats)| {
-        let pairs = a.mean().into_iter().zip(b.mean());
-        pairs.into_iter().any(|(a, b)| (a - b).abs() > 2e-3 * (a.abs() + b.abs()) + 2e-4 * level)
-    };
-    let differing = a.pixels().iter().zip(b.pixels()).filter(|&pair| differs(pair)).count();
-    differing as f64 / a.pixels().len() as f64
-}
-
 /// Compares every GPU back end with the CPU; `share` of the pixels may differ by more than rounding.
 fn compare(test: &str, scene: &Scene, job: &Job, share: f64) {
     compare_on(&mut gpu_renderers(test), test, scene, job, share);
-}
-
-/// As above, on renderers that are there already and know their shaders.
-fn compare_on(renderers: &mut [Renderer], test: &str, scene: &Scene, job: &Job, share: f64) {
-    if renderers.is_empty() {
-        return;
-    }
-    let (expected, on_cpu) = render(&mut Renderer::cpu(None).expect("threads"), scene, job, SPP);
-    for renderer in renderers {
-        let name = format!("{test} on {}", renderer.backend_name());
-        let (film, summary) = render(renderer, scene, job, SPP);
-        assert_eq!(summary.spp, SPP, "{name}");
-        assert_eq!(
-            film.total_samples() + film.invalid_samples(),
-            expected.total_samples() + expected.invalid_samples()
-        );
-        assert_eq!(film.invalid_samples(), expected.invalid_samples(), "{name}: NaN");
-        let differing = differing_share(&film, &expected);
-        let rays = summary.rays as f64 / on_cpu.rays as f64;
-        println!("{name}: {:.2} % of pixels differ, {rays:.4} of the CPU's rays", 100.0 * differing);
-        for block in [8, WHOLE_IMAGE] {
-            let comparison = Comparison::new(name.replace(' ', "-"), block);
-            comparison.assert(&Estimate::from_film(&film), &Estimate::from_film(&expected));
-        }
-        assert!(differing <= share, "{name}: {:.1} % of the pixels differ", 100.0 * differing);
-        assert!((rays - 1.0).abs() < 0.02, "{name}: {rays} times the CPU's rays");
-    }
 }
 
 fn job(scene: &Scene) -> Job {

@@ -6,8 +6,8 @@
 mod common;
 
 use alhazen::{
-    BackendChoice, Control, DirectSettings, Environment, Integrator, Job, Light, LightKind, Limits,
-    PathSettings, Renderer, RendererOptions, Scene, Shape,
+    BackendChoice, Control, DirectSettings, Environment, HybridSettings, Integrator, Job, Light, LightKind,
+    Limits, PathSettings, Renderer, RendererOptions, Scene, Shape,
 };
 use common::{assert_mean, estimate, from_above, job};
 use glam::{Affine3A, Vec3};
@@ -580,7 +580,7 @@ fn fog_does_not_change_how_bodies_refract() {
 
 // ------------------------------------------------------------------------------------------------- who cannot do it
 
-/// Nobody shows a scene with media without its media: other integrators refuse, GPUs hand over to the CPU.
+/// Nobody shows a scene with media without its media: other integrators refuse, on the CPU and on GPUs.
 #[test]
 fn media_are_never_left_out_in_silence() {
     let mut scene = under_white_sky();
@@ -606,10 +606,15 @@ fn media_are_never_left_out_in_silence() {
     let options = RendererOptions { backend: BackendChoice::Gpu, ..RendererOptions::default() };
     match Renderer::choose(&options) {
         Ok(mut chosen) => {
-            chosen.renderer.load(&scene).expect("the CPU");
-            assert_eq!(chosen.renderer.backend_name(), "cpu");
-            let notices = chosen.renderer.take_notices().join("\n");
-            assert!(notices.contains("media"), "{notices}");
+            let renderer = &mut chosen.renderer;
+            renderer.load(&scene).expect("a scene");
+            let hybrid = Integrator::Hybrid(HybridSettings::default());
+            for integrator in [direct, hybrid] {
+                let job = Job { integrator, ..job(&scene, 4, 4, 2) };
+                let error = renderer.render(&job, &limits, &Control::new()).expect_err("media");
+                assert!(format!("{error:?}").contains("media"), "{error:?}");
+            }
+            assert_ne!(renderer.backend_name(), "cpu", "nobody else has to do what nobody can");
         }
         Err(error) => testkit::skip_without_gpu("media_are_never_left_out_in_silence", &error.to_string()),
     }

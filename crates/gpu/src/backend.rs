@@ -6,6 +6,7 @@ use crate::film::{Batch, FOLD_SAMPLES, FilmBuffers, device_error};
 use crate::kernel::{Kernel, KernelKind, PathKernel, Tracing};
 use crate::plan::{Levels, Pace, Plan, most_samples};
 use crate::rounds::Rounds;
+use crate::scene::refuse_volumes;
 use crate::scene::update::StagingRing;
 use crate::shader::Variant;
 use crate::timing::Timer;
@@ -14,7 +15,7 @@ use crate::wavefront::{Queues, choice};
 use crate::{Gpu, GpuError, GpuScene};
 use backend::{
     Backend, BackendError, Control, Integrator, LoadStats, PassTime, PixelSamples, Round, Stats, View,
-    check_pixels,
+    check_media, check_pixels,
 };
 use film::{AovKind, Film};
 use scene::tables::{Changes, SceneTables};
@@ -192,10 +193,23 @@ impl GpuBackend {
         let splitting = matches!(&view.integrator, Integrator::Path(s) if s.splitting > 1);
         let aovs = self.picture.as_ref().is_some_and(|p| p.buffers.wants_aovs());
         let of_scene = self.scene.as_ref().map(|s| s.scene.variant()).unwrap_or_default();
-        let variant = Variant { aovs, splitting, ..of_scene };
+        let needs_volumes = self.scene.as_ref().is_some_and(|s| s.scene.tables.needs_volumes());
+        let volumes = needs_volumes && kind == KernelKind::Path;
+        // Where paths know what they are in, what absorbs is a medium like others.
+        let absorption = of_scene.absorption && !volumes;
+        let variant = Variant { aovs, splitting, volumes, absorption, ..of_scene };
         let all_samples = u64::from(samples) * view.window.area() as u64;
         let is_faster = |s: &Loaded| choice::is_faster(&self.gpu, self.kind, &s.scene.tables, all_samples);
         let wanted = match self.path_kernel {
+            // Its queues have no place for what paths are in.
+            PathKernel::Auto if volumes => false,
+            PathKernel::Wavefront if volumes => {
+                self.notices.push(
+                    "paths through media are followed by the megakernel; it renders without a wavefront"
+                        .into(),
+                );
+                false
+            }
             PathKernel::Auto => self.scene.as_ref().is_some_and(is_faster),
             PathKernel::Megakernel => false,
             PathKernel::Wavefront => true,
@@ -339,9 +353,11 @@ impl GpuBackend {
         control: &Control,
         work: impl FnOnce(&mut Self, &mut Stats) -> Result<(), GpuError>,
     ) -> Result<Stats, BackendError> {
-        if self.scene.is_none() {
+        let Some(loaded) = &self.scene else {
             return Err(BackendError::NoScene { backend: self.name() });
-        }
+        };
+        check_media(&loaded.scene.tables, view)?;
+        check_boundaries(&loaded.scene.tables, view).map_err(|e| device_error(self.kind.name(), e))?;
         self.prepare_film(view)?;
         let start = Instant::now();
         control.begin(samples);
@@ -466,6 +482,14 @@ impl Backend for GpuBackend {
 
     fn kernel(&self) -> Option<&'static str> {
         self.taken
+    }
+}
+
+/// Frames begin with a rasteriser, which draws what is no surface.
+fn check_boundaries(tables: &SceneTables, view: &View) -> Result<(), GpuError> {
+    match view.integrator {
+        Integrator::Hybrid(_) | Integrator::Realtime(_) => refuse_volumes(tables),
+        Integrator::Path(_) | Integrator::Direct(_) | Integrator::Aov => Ok(()),
     }
 }
 

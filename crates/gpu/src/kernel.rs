@@ -57,10 +57,15 @@ impl KernelKind {
 
     /// Its WGSL: film, integrator, and a function `render_pixel` for one pixel of the window. No entry point. Where one kernel
     /// has to do everything, those of `direct` and of `path` make the pictures of the real-time renderers.
-    pub fn text(self) -> String {
+    pub fn text(self, variant: Variant) -> String {
         let (film, rays) = (include_str!("shaders/film.wgsl"), include_str!("shaders/rays.wgsl"));
         let vertex = include_str!("shaders/path_vertex.wgsl");
         match self {
+            Self::Path if variant.volumes => {
+                let media = include_str!("shaders/volume_media.wgsl");
+                let vertices = include_str!("shaders/volume_vertex.wgsl");
+                [film, rays, vertex, media, vertices, include_str!("shaders/kernel_volumes.wgsl")].join("\n")
+            }
             Self::Path | Self::Realtime => {
                 [film, rays, vertex, include_str!("shaders/kernel_path.wgsl")].join("\n")
             }
@@ -74,8 +79,8 @@ impl KernelKind {
     }
 
     /// Its WGSL with an entry point `main` for compute shaders.
-    pub fn compute_text(self) -> String {
-        [&self.text(), include_str!("shaders/entry_compute.wgsl")].join("\n")
+    pub fn compute_text(self, variant: Variant) -> String {
+        [&self.text(variant), include_str!("shaders/entry_compute.wgsl")].join("\n")
     }
 }
 
@@ -339,7 +344,7 @@ impl Megakernel {
         tracer: &dyn Tracer,
         film: &FilmBuffers,
     ) -> Result<Self, GpuError> {
-        let text = kind.compute_text();
+        let text = kind.compute_text(variant);
         ComputePass::new(gpu, kind.name(), &text, variant, scene, tracer, &film.layout).map(Self)
     }
 }

@@ -7,8 +7,8 @@ use crate::tracer::TracerText;
 use crate::{Gpu, GpuError};
 use optics::albedo::DielectricAlbedo;
 use scene::tables::{
-    MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_CHECKERBOARD, MATERIAL_CHECKERBOARD_FADES,
-    MATERIAL_EMISSION_TWO_SIDED, MATERIAL_TANGENTS, MATERIAL_THIN, ModelTag,
+    MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_BODY, MATERIAL_CHECKERBOARD,
+    MATERIAL_CHECKERBOARD_FADES, MATERIAL_EMISSION_TWO_SIDED, MATERIAL_TANGENTS, MATERIAL_THIN, ModelTag,
 };
 use std::cell::OnceCell;
 use std::fmt::Write;
@@ -31,11 +31,15 @@ pub struct Variant {
     pub images: u32,
     /// Whether lights are many, so that they are chosen by where they are.
     pub light_tree: bool,
+    /// Whether there are ends of media that are no surfaces.
+    pub boundaries: bool,
+    /// Whether the shader's paths know what they are in. What does not know it sees through boundaries.
+    pub volumes: bool,
 }
 
 impl Variant {
-    /// All variants; what changes little else with all of the rest or nothing: binding arrays, layers, absorption, and how
-    /// lights are chosen.
+    /// All variants; what changes little else with all of the rest or nothing: binding arrays, layers, absorption, how
+    /// lights are chosen, and media.
     pub fn all() -> impl Iterator<Item = Self> {
         let of = |i: u32| Self {
             alpha: i & 1 != 0,
@@ -44,10 +48,12 @@ impl Variant {
             layers: i & 8 != 0,
             absorption: i & 16 != 0,
             light_tree: i & 32 != 0,
+            boundaries: i & 64 != 0,
+            volumes: i & 128 != 0,
             images: 0,
         };
         let with_images = move |i: u32| Self { images: 16, ..of(i) };
-        (0..8).chain([8, 16, 32, 63]).map(of).chain([0, 63].map(with_images))
+        (0..8).chain([8, 16, 32, 63, 65, 192, 255]).map(of).chain([0, 255].map(with_images))
     }
 }
 
@@ -57,10 +63,14 @@ pub fn scene_text(variant: Variant) -> String {
         0 => ("", include_str!("shaders/texels_layers.wgsl")),
         _ => ("enable wgpu_binding_array;", include_str!("shaders/texels_images.wgsl")),
     };
-    let (optics, scattering) = if variant.layers {
-        (optics::wgsl::without_volumes(), include_str!("shaders/scattering_layered.wgsl"))
-    } else {
-        (optics::wgsl::without_layers(), include_str!("shaders/scattering_plain.wgsl"))
+    let optics = match (variant.volumes, variant.layers) {
+        (true, _) => optics::wgsl::all(),
+        (false, true) => optics::wgsl::without_volumes(),
+        (false, false) => optics::wgsl::without_layers(),
+    };
+    let scattering = match variant.layers {
+        true => include_str!("shaders/scattering_layered.wgsl"),
+        false => include_str!("shaders/scattering_plain.wgsl"),
     };
     [
         enables,
@@ -91,11 +101,13 @@ fn constants(variant: Variant) -> String {
         ("MODEL_MIRROR", ModelTag::Mirror as u32),
         ("MODEL_UNLIT", ModelTag::Unlit as u32),
         ("MODEL_LAYERED", ModelTag::Layered as u32),
+        ("MODEL_BOUNDARY", ModelTag::Boundary as u32),
         ("MATERIAL_TANGENTS", MATERIAL_TANGENTS),
         ("MATERIAL_ALPHA_MASK", MATERIAL_ALPHA_MASK),
         ("MATERIAL_ALPHA_BLEND", MATERIAL_ALPHA_BLEND),
         ("MATERIAL_EMISSION_TWO_SIDED", MATERIAL_EMISSION_TWO_SIDED),
         ("MATERIAL_THIN", MATERIAL_THIN),
+        ("MATERIAL_BODY", MATERIAL_BODY),
         ("MATERIAL_CHECKERBOARD", MATERIAL_CHECKERBOARD),
         ("MATERIAL_CHECKERBOARD_FADES", MATERIAL_CHECKERBOARD_FADES),
         ("MATERIAL_EMISSIVE", crate::scene::records::MATERIAL_EMISSIVE),
@@ -103,7 +115,8 @@ fn constants(variant: Variant) -> String {
     ];
     let mut text = String::new();
     let of_layers = crate::scene::records::layer_constants().filter(|_| variant.layers);
-    for (name, value) in numbers.into_iter().chain(of_layers) {
+    let of_media = crate::scene::records::medium_constants().filter(|_| variant.volumes);
+    for (name, value) in numbers.into_iter().chain(of_layers).chain(of_media) {
         let _ = writeln!(text, "const {name}: u32 = {value}u;"); // writing to a string cannot fail
     }
     let _ = writeln!(text, "const IMAGE_SLOTS: u32 = {}u;", variant.images.max(1));
@@ -113,6 +126,8 @@ fn constants(variant: Variant) -> String {
     let _ = writeln!(text, "const WANTS_AOVS: bool = {};", variant.aovs);
     let _ = writeln!(text, "const SPLITS_PATHS: bool = {};", variant.splitting);
     let _ = writeln!(text, "const LIGHT_TREE: bool = {};", variant.light_tree);
+    let _ = writeln!(text, "const FOLLOWS_VOLUMES: bool = {};", variant.volumes);
+    let _ = writeln!(text, "const HIDES_BOUNDARIES: bool = {};", variant.boundaries && !variant.volumes);
     text
 }
 
@@ -276,6 +291,22 @@ mod tests {
         }
     }
 
+    /// Nor do scenes without media.
+    #[test]
+    fn scenes_without_media_have_none_in_their_text() {
+        let of = |volumes| {
+            let variant = Variant { volumes, ..Variant::default() };
+            scene_text(variant) + &KernelKind::Path.compute_text(variant)
+        };
+        let (plain, with_media) = (of(false), of(true));
+        for name in
+            ["interiors_enter", "medium_sample", "MEDIUM_GRID", "segment_of", "VolumePath", "phase_scatter"]
+        {
+            assert!(with_media.contains(name), "{name}");
+            assert!(!plain.contains(name), "{name}");
+        }
+    }
+
     /// Every kernel with every tracer for compute shaders: valid, and what drivers are given can be written.
     #[test]
     fn every_shader_translates_for_every_driver() {
@@ -295,7 +326,8 @@ mod tests {
             for kind in KernelKind::ALL {
                 for variant in Variant::all() {
                     let name = format!("{tracer_name}, {}, {variant:?}", kind.name());
-                    let (module, info) = validate(&name, &assemble(&tracer, &kind.compute_text(), variant));
+                    let (module, info) =
+                        validate(&name, &assemble(&tracer, &kind.compute_text(variant), variant));
                     write_all_languages(&name, &module, &info, "render_pixel");
                 }
             }

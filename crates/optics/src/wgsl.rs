@@ -49,6 +49,7 @@ mod everything {
     use crate::ggx::*;
     use crate::glossy::*;
     use crate::history::*;
+    use crate::interiors::*;
     use crate::intersect::*;
     use crate::iridescence::*;
     use crate::layered::*;

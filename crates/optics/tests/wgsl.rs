@@ -29,6 +29,7 @@ fn modules() -> Vec<(&'static str, String)> {
         ggx: optics::ggx,
         glossy: optics::glossy,
         history: optics::history,
+        interiors: optics::interiors,
         intersect: optics::intersect,
         iridescence: optics::iridescence,
         layered: optics::layered,

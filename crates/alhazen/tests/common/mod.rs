@@ -1,6 +1,8 @@
 //! Rendering and judging for tests of pictures.
 #![allow(dead_code, reason = "every test file compiles this and uses a part of it")]
 
+pub mod on_gpus;
+
 use alhazen::gpu::tracer::TracerKind;
 use alhazen::gpu::{Gpu, GpuBackend, GpuError, GpuOptions, has_hardware};
 use alhazen::{

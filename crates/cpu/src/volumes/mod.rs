@@ -23,35 +23,29 @@ use crate::surface::Surface;
 use accel::{Hit, Ray};
 use backend::{PathSettings, View};
 use film::AovSample;
-use grid::{STREAM_SHADOW, Stream};
-use interiors::{Interiors, Segment};
+use interiors::{Segment, crossed, interiors_around, relative_ior, segment};
 use optics::camera::{camera_pixel_spread, camera_ray};
 use optics::constants::FAR;
 use optics::frame::{Frame, to_local, to_world};
+use optics::interiors::{Interiors, interiors_hide};
 use optics::light_tree::ALL_SIDES;
 use optics::medium::transmittance;
 use optics::path::{
     PathState, path_add_emission, path_light_contribution, path_scatter, path_start, roulette_survival,
 };
 use optics::random::{PixelSampler, hash_combine, sample_2d};
-use optics::scatter::{BSDF_NONE, BsdfSample, BsdfValue};
+use optics::scatter::{BSDF_NONE, BsdfSample};
 use optics::vector::dot;
 use optics::volume::{
-    Medium, medium_emitted, medium_extinction, medium_sample, medium_scatters, medium_survival, phase_eval,
-    phase_sample,
+    MOST_SEGMENTS, Medium, PAIR_DISTANCE, PAIRS_PER_SEGMENT, STREAM_SHADOW, medium_emitted,
+    medium_extinction, medium_sample, medium_scatters, medium_survival, phase_scatter, phase_value,
+    stopping_distance, stream_start,
 };
 use optics::{Vec2f, Vec3f, vec2f, vec3f};
 use scene::tables::{MaterialRecord, ModelTag, NONE};
 
 const BLACK: Vec3f = vec3f(0.0, 0.0, 0.0);
 const WHITE: Vec3f = vec3f(1.0, 1.0, 1.0);
-
-/// Pairs of random numbers for each segment: those of every vertex, and one for the distance.
-const PAIRS_PER_SEGMENT: u32 = 5;
-const PAIR_DISTANCE: u32 = 4;
-
-/// Segments of a path, those between boundaries included: paths that never end otherwise end here.
-const MOST_SEGMENTS: u32 = 65_536;
 
 /// Makes single samples of the scene with its media.
 pub(crate) struct VolumeTracer<'a> {
@@ -119,7 +113,7 @@ impl<'a> VolumeTracer<'a> {
             view,
             settings,
             shading: Shading { single_scatter: view.single_scatter, pixel_spread },
-            around_camera: Interiors::around(scene, view.camera.origin),
+            around_camera: interiors_around(scene, view.camera.origin),
             radiance: BLACK,
             rays_traced: 0,
         }
@@ -180,7 +174,8 @@ impl<'a> VolumeTracer<'a> {
     fn passes(&self, surface: &Surface, inside: &Interiors) -> bool {
         let material = self.material(surface);
         let tables = &*self.scene.tables;
-        material.is_boundary() || (tables.nested && material.is_body() && inside.hide(tables, surface))
+        let hidden = || interiors_hide(*inside, material.priority);
+        material.is_boundary() || (tables.nested && material.is_body() && hidden())
     }
 
     /// Follows a path to its end.
@@ -190,7 +185,7 @@ impl<'a> VolumeTracer<'a> {
             let hit = self.closest(&path.ray);
             let surface = (!hit.is_miss()).then(|| Surface::new(self.scene, &path.ray, &hit));
             let end = if hit.is_miss() { FAR } else { hit.t };
-            let segment = path.inside.segment(&self.scene.tables, &path.ray, end, surface.as_ref());
+            let segment = segment(path.inside, &self.scene.tables, &path.ray, end, surface.as_ref());
             let scattered = segment.and_then(|segment| self.pass(&mut path, &segment));
             if let Some(vertex) = &scattered {
                 if !self.scatter(&mut path, vertex) {
@@ -207,7 +202,7 @@ impl<'a> VolumeTracer<'a> {
             path.since_vertex += hit.t;
             path.length += hit.t;
             if self.passes(&surface, &path.inside) {
-                path.inside = path.inside.crossed(&surface);
+                path.inside = crossed(path.inside, &self.scene.tables, &surface);
                 path.ray.origin = surface.ray_origin(false).to_array();
                 continue;
             }
@@ -290,8 +285,7 @@ impl<'a> VolumeTracer<'a> {
         if !self.scene.tables.lights.is_empty()
             && let Some(light) = sample_light(self.scene, position, ALL_SIDES, path.draw(PAIR_LIGHT))
         {
-            let value = phase_eval(dot(wo, light.wi), medium.anisotropy);
-            let phase = BsdfValue { value_cos: vec3f(value, value, value), pdf: value };
+            let phase = phase_value(wo, light.wi, medium.anisotropy);
             let ray = Ray {
                 origin: position.to_array(),
                 t_min: 0.0,
@@ -302,16 +296,9 @@ impl<'a> VolumeTracer<'a> {
             let c = path_light_contribution(throughput, phase, light.radiance, light.pdf, light.delta);
             self.connect(path, ray, path.inside, c);
         }
-        let wi = phase_sample(wo, medium.anisotropy, path.draw(PAIR_BSDF));
-        let sample = BsdfSample {
-            wi,
-            weight: WHITE,
-            pdf: phase_eval(dot(wo, wi), medium.anisotropy),
-            delta: false,
-            transmitted: false,
-        };
+        let sample = phase_scatter(wo, medium.anisotropy, false, path.draw(PAIR_BSDF));
         let alive = self.survive_in(path, sample);
-        path.leave(position, position, wi);
+        path.leave(position, position, sample.wi);
         alive
     }
 
@@ -333,10 +320,9 @@ impl<'a> VolumeTracer<'a> {
     /// Goes on in another direction without sampling lights, which a surface hides: what the path finds counts in full.
     fn turn(&mut self, path: &mut VolumePath, position: Vec3f, medium: Medium) -> bool {
         let wo = -vec3(path.ray.direction);
-        let wi = phase_sample(wo, medium.anisotropy, path.draw(PAIR_BSDF));
-        let sample = BsdfSample { wi, weight: WHITE, pdf: 1.0, delta: true, transmitted: false };
+        let sample = phase_scatter(wo, medium.anisotropy, true, path.draw(PAIR_BSDF));
         let alive = self.survive_in(path, sample);
-        path.leave(position, position, wi);
+        path.leave(position, position, sample.wi);
         alive
     }
 
@@ -346,7 +332,7 @@ impl<'a> VolumeTracer<'a> {
         let mut material = self.material(surface);
         let relative;
         if tables.nested && material.is_body() {
-            relative = MaterialRecord { ior: path.inside.relative_ior(tables, surface), ..*material };
+            relative = MaterialRecord { ior: relative_ior(path.inside, tables, surface), ..*material };
             material = &relative;
         }
         let footprint = self.shading.pixel_spread * path.length;
@@ -371,8 +357,11 @@ impl<'a> VolumeTracer<'a> {
     ) -> bool {
         let tables = &*self.scene.tables;
         let wo = to_local(frame, surface.wo);
-        let through =
-            if self.material(surface).is_body() { path.inside.crossed(surface) } else { path.inside };
+        let through = if self.material(surface).is_body() {
+            crossed(path.inside, tables, surface)
+        } else {
+            path.inside
+        };
         if bsdf.has_smooth_part() && !tables.lights.is_empty() {
             path.receiver = receiver(tables, bsdf, frame.normal);
             let u = path.draw(PAIR_LIGHT);
@@ -426,7 +415,7 @@ impl<'a> VolumeTracer<'a> {
     fn connect(&mut self, path: &VolumePath, ray: Ray, inside: Interiors, contribution: Vec3f) {
         // Not `> 0`: NaN must reach the film, where it is counted.
         if contribution.x + contribution.y + contribution.z != 0.0 {
-            let mut stream = Stream::new(&path.sampler, path.segments, STREAM_SHADOW);
+            let mut stream = stream_start(path.sampler, path.segments, STREAM_SHADOW);
             let left = self.visibility(ray, inside, &mut stream);
             self.radiance += contribution * left;
         }
@@ -436,9 +425,7 @@ impl<'a> VolumeTracer<'a> {
 /// The point of a segment at `distance` along the path's ray.
 fn stop(path: &mut VolumePath, distance: f32, segment: Segment) -> Vertex<'static> {
     let (origin, direction) = (vec3(path.ray.origin), vec3(path.ray.direction));
-    // Rounding must not put the point on the other side of what the segment ends at.
-    let rounding = (origin.x.abs().max(origin.y.abs()).max(origin.z.abs()) + distance) * 1e-6;
-    let distance = distance.min(segment.end - rounding).max(0.0);
+    let distance = stopping_distance(origin, distance, segment.end);
     path.length += distance;
     Vertex::Medium(origin + direction * distance, segment)
 }

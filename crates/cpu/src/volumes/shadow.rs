@@ -1,24 +1,21 @@
 //! What is left of light on its way through media and their boundaries.
 
-use super::grid::Stream;
-use super::interiors::{Interiors, Segment};
+use super::interiors::{Segment, crossed, segment};
 use super::{BLACK, VolumeTracer};
 use crate::surface::Surface;
 use accel::Ray;
+use optics::interiors::Interiors;
 use optics::medium::transmittance;
 use optics::vector::dot;
-use optics::volume::medium_extinction;
+use optics::volume::{MOST_CROSSINGS, medium_extinction};
 use optics::{Vec3f, vec3f};
 use scene::tables::NONE;
-
-/// Boundaries that light is followed through; what is behind more is dark.
-const MOST_CROSSINGS: usize = 256;
 
 impl VolumeTracer<'_> {
     /// The transmittance of a shadow ray, all of it; black if a surface is in the way.
     ///
-    /// - `inside`: what the ray's origin is in. `stream`: numbers for media whose density varies.
-    pub(super) fn visibility(&mut self, mut ray: Ray, mut inside: Interiors, stream: &mut Stream) -> Vec3f {
+    /// - `inside`: what the ray's origin is in. `stream`: state of a stream of numbers for media whose density varies.
+    pub(super) fn visibility(&mut self, mut ray: Ray, mut inside: Interiors, stream: &mut u32) -> Vec3f {
         let mut left = vec3f(1.0, 1.0, 1.0);
         for _ in 0..MOST_CROSSINGS {
             let hit = self.closest(&ray);
@@ -27,14 +24,14 @@ impl VolumeTracer<'_> {
             if surface.as_ref().is_some_and(|s| !self.passes(s, &inside)) {
                 return BLACK;
             }
-            if let Some(segment) = inside.segment(&self.scene.tables, &ray, end, surface.as_ref()) {
+            if let Some(segment) = segment(inside, &self.scene.tables, &ray, end, surface.as_ref()) {
                 left *= self.segment_transmittance(&ray, &segment, stream);
             }
             let Some(surface) = surface else { return left };
             if left.x + left.y + left.z <= 0.0 {
                 return BLACK;
             }
-            inside = inside.crossed(&surface);
+            inside = crossed(inside, &self.scene.tables, &surface);
             let origin = surface.ray_origin(false);
             let way = dot(origin - super::vec3(ray.origin), super::vec3(ray.direction));
             ray.origin = origin.to_array();
@@ -43,7 +40,7 @@ impl VolumeTracer<'_> {
         BLACK
     }
 
-    fn segment_transmittance(&self, ray: &Ray, segment: &Segment, stream: &mut Stream) -> Vec3f {
+    fn segment_transmittance(&self, ray: &Ray, segment: &Segment, stream: &mut u32) -> Vec3f {
         if segment.grid != NONE {
             return self.ratio_track(ray, segment, stream);
         }

@@ -4,6 +4,7 @@ use super::{FRAME_PASSES, HybridKernel};
 use crate::film::{Batch, BatchPixels, FilmBuffers};
 use crate::frames::Frames;
 use crate::realtime::{self, RealtimeKernel};
+use crate::scene::refuse_volumes;
 use crate::scene::update::StagingRing;
 use crate::scene::upload::write_buffer;
 use crate::tracer::bvh::BvhTracer;
@@ -69,6 +70,7 @@ impl LiveScene {
         more_lights: u32,
     ) -> Result<Self, GpuError> {
         kind.check(&gpu)?;
+        refuse_volumes(&tables)?;
         let scene = GpuScene::upload_with_room(&gpu, tables, more_lights)?;
         let (tracer, upper): (Box<dyn Tracer>, _) = match kind {
             TracerKind::Bvh => {
@@ -121,6 +123,7 @@ impl LiveScene {
     /// # Errors
     /// When the device fails.
     pub fn update(&mut self, tables: &Arc<SceneTables>) -> Result<bool, GpuError> {
+        refuse_volumes(tables)?;
         let Some(changes) = Changes::between(&self.scene.tables, tables) else { return Ok(false) };
         if changes.vertices || (changes.transforms && self.upper.is_none()) {
             return Ok(false);

@@ -64,7 +64,7 @@ pub fn hits_text(variant: Variant) -> String {
 
 /// The text of the ray generation shader of an integrator.
 pub fn kernel_text(kind: KernelKind, variant: Variant) -> String {
-    let kernel = [&kind.text(), include_str!("../shaders/entry_pipeline.wgsl")].join("\n");
+    let kernel = [&kind.text(variant), include_str!("../shaders/entry_pipeline.wgsl")].join("\n");
     generation_text(&kernel, variant)
 }
 
@@ -96,9 +96,9 @@ impl PipelineTracing {
     ///
     /// # Errors
     /// [`GpuError::Shader`] with the compiler's words.
-    fn program(&self, name: &str, text: &str) -> Result<Program, GpuError> {
+    fn program(&self, name: &str, text: &str, hits: &RayShaders) -> Result<Program, GpuError> {
         let generation = RayShaders::new(name, text)?;
-        let mut program = Program::new(&self.vulkan, &generation, &self.hits, self.structures.clone())?;
+        let mut program = Program::new(&self.vulkan, &generation, hits, self.structures.clone())?;
         program.set_table(&self.table)?;
         Ok(program)
     }
@@ -114,7 +114,14 @@ impl Tracing for PipelineTracing {
         _film: &FilmBuffers,
     ) -> Result<Box<dyn Kernel>, GpuError> {
         // A ray generation shader does all of a frame at once.
-        let program = self.program(kind.name(), &kernel_text(kind, variant))?;
+        let text = kernel_text(kind, variant);
+        let program = if variant.volumes {
+            // Only paths that know what they are in see the boundaries of media.
+            let hits = RayShaders::new("hit shaders of media", &hits_text(variant))?;
+            self.program(kind.name(), &text, &hits)?
+        } else {
+            self.program(kind.name(), &text, &self.hits)?
+        };
         Ok(Box::new(PipelineKernel { name: kind.name(), program, scene: scene_resources(scene), film: None }))
     }
 
@@ -126,7 +133,7 @@ impl Tracing for PipelineTracing {
         _rays: &RayBuffers,
     ) -> Result<Box<dyn RayKernel>, GpuError> {
         let text = generation_text(&question.pipeline_text(), scene.variant());
-        let program = self.program("rays", &text)?;
+        let program = self.program("rays", &text, &self.hits)?;
         Ok(Box::new(PipelineRays { program, scene: scene_resources(scene), hits: None }))
     }
 

@@ -58,7 +58,8 @@ fn traced(gpu: &Gpu, tables: &Arc<SceneTables>, rays: &[Ray]) -> Vec<Found> {
 
 fn traced_through(gpu: &Gpu, tracing: &PipelineTracing, scene: &GpuScene, rays: &[Ray]) -> Vec<Found> {
     let variant = scene.variant();
-    let mut program = tracing.program("test", &generation_text(KERNEL, variant)).expect("pipeline");
+    let mut program =
+        tracing.program("test", &generation_text(KERNEL, variant), &tracing.hits).expect("pipeline");
     let as_test = |r: &Ray| TestRay {
         origin: r.origin,
         t_min: r.t_min,

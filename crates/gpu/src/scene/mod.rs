@@ -57,10 +57,15 @@ pub struct GpuScene {
     places: TexelPlaces,
 }
 
-/// Refuses scenes in which paths have to know what they are in.
-fn check_media(tables: &SceneTables) -> Result<(), GpuError> {
+/// Refuses scenes in which paths have to know what they are in, for frames.
+///
+/// # Errors
+/// [`GpuError::Scene`], if it is one.
+pub(crate) fn refuse_volumes(tables: &SceneTables) -> Result<(), GpuError> {
     if tables.needs_volumes() {
-        return Err(GpuError::Scene { what: "media, nor bodies with priorities" });
+        return Err(GpuError::Scene {
+            what: "frames of scenes with media, their boundaries, or bodies with priorities",
+        });
     }
     Ok(())
 }
@@ -69,7 +74,7 @@ impl GpuScene {
     /// Copies the tables to the device.
     ///
     /// # Errors
-    /// When something is too large for the device or there is no memory, and for scenes with media; the error names it.
+    /// When something is too large for the device or there is no memory; the error names it.
     pub fn upload(gpu: &Gpu, tables: Arc<SceneTables>) -> Result<Self, GpuError> {
         Self::upload_with_room(gpu, tables, 0)
     }
@@ -79,7 +84,6 @@ impl GpuScene {
     /// # Errors
     /// As [`GpuScene::upload`].
     pub fn upload_with_room(gpu: &Gpu, tables: Arc<SceneTables>, more_lights: u32) -> Result<Self, GpuError> {
-        check_media(&tables)?;
         let words = Words::new(&tables);
         let places = TexelPlaces::new(gpu, &tables);
         let info = scene_info(&tables, &words, &places);
@@ -112,7 +116,7 @@ impl GpuScene {
             vertices: storage_buffer(gpu, "vertices", &records::vertices(&tables), input)?,
             words: roomy_buffer(
                 gpu,
-                "vertex indices and attributes",
+                words.object(),
                 &words.data,
                 records::words_of_lights(more_lights),
                 input,
@@ -153,7 +157,7 @@ impl GpuScene {
         .map_err(|reason| GpuError::Device { doing: "binding the scene for the rasteriser", reason })
     }
 
-    /// Which shader variant the scene needs.
+    /// Which shader variant the scene needs, for shaders that know nothing of media.
     pub fn variant(&self) -> Variant {
         Variant {
             alpha: self.tables.has_alpha,
@@ -161,6 +165,7 @@ impl GpuScene {
             absorption: self.tables.has_absorption(),
             images: self.places.slots(),
             light_tree: !self.tables.light_tree.is_empty(),
+            boundaries: self.tables.has_boundaries(),
             ..Variant::default()
         }
     }
@@ -189,9 +194,10 @@ fn scene_info(tables: &SceneTables, words: &Words, places: &TexelPlaces) -> Scen
         texel_height: places.folding().map_or(1, |l| l.height),
         sheen_albedo: words.sheen_albedo,
         light_tree: words.light_tree,
-        padding0: 0,
-        padding1: 0,
-        padding2: 0,
+        fog_medium: words.medium(tables.fog.medium),
+        fog_top: tables.fog.top,
+        volume_flags: if tables.nested { records::VOLUMES_NEST } else { 0 }
+            | if tables.has_bodies() { records::VOLUMES_BODIES } else { 0 },
     }
 }
 
@@ -298,6 +304,25 @@ mod tests {
         assert!(matches!(error, GpuError::BufferTooLarge { limit: 65_536, .. }), "{error}");
         assert!(error.to_string().contains("vertices") && error.to_string().contains("65536"), "{error}");
         gpu.check("testing").expect("the device is still good");
+    }
+
+    #[test]
+    fn densities_that_are_too_many_are_named() {
+        let caps = LimitCaps { storage_binding_bytes: 1 << 16, ..LimitCaps::default() };
+        let options = GpuOptions { limits: Some(caps), ..GpuOptions::default() };
+        let Some(gpu) = open_for_test("densities_that_are_too_many_are_named", &options) else { return };
+        let fog = |cells: u32| {
+            let size = [cells, cells, cells];
+            let values = vec![1.0; (cells * cells * cells) as usize];
+            let density = scene::DensityGrid::new(size, [glam::Vec3::ZERO, glam::Vec3::ONE], values);
+            let medium = scene::Medium { density: density.map(Arc::new), ..scene::Medium::default() };
+            let fog = Some(scene::Fog { medium, top: f32::INFINITY });
+            tables(&scene::Scene { fog, ..testkit::scenes::cornell() })
+        };
+        assert!(GpuScene::upload(&gpu, fog(16)).is_ok());
+        let error = GpuScene::upload(&gpu, fog(32)).err().expect("too large");
+        assert!(matches!(error, GpuError::BufferTooLarge { limit: 65_536, .. }), "{error}");
+        assert!(error.to_string().contains("densities of grids"), "{error}");
     }
 
     #[test]

@@ -6,8 +6,9 @@ use super::texels::{ImagePlace, images};
 use bytemuck::{Pod, Zeroable};
 use optics::albedo::SheenAlbedo;
 use scene::tables::{
-    FEWEST_LIGHTS, GeometryKind, GeometryRecord, InstanceRecord, LAYER_SLOTS, LAYERS_GLOSSINESS, LayerSlot,
-    LayersRecord, LightNode, LightRecord as TableLight, MaterialRecord, NONE, SceneTables,
+    FEWEST_LIGHTS, GeometryKind, GeometryRecord, GridRecord, InstanceRecord, LAYER_SLOTS, LAYERS_GLOSSINESS,
+    LayerSlot, LayersRecord, LightNode, LightRecord as TableLight, MaterialRecord, MediumRecord, NONE,
+    SceneTables,
 };
 use scene::{Filter, Wrap};
 
@@ -25,6 +26,13 @@ pub const BINDING_UV0: u32 = 4;
 pub const BINDING_ALPHA: u32 = 8;
 /// Set where a material emits; the other bits are the scene's own.
 pub const MATERIAL_EMISSIVE: u32 = 64;
+
+/// Set where bodies have priorities.
+pub const VOLUMES_NEST: u32 = 1;
+/// Set where there are bodies that paths and cameras may be inside of.
+pub const VOLUMES_BODIES: u32 = 2;
+/// Set on media that are the inside of what looks like a surface.
+pub const MEDIUM_SUBSURFACE: u32 = 1;
 
 const TEXTURE_UV1: u32 = 1;
 const TEXTURE_BILINEAR: u32 = 2;
@@ -53,9 +61,9 @@ pub struct SceneInfo {
     pub texel_height: u32,
     pub sheen_albedo: u32,
     pub light_tree: u32,
-    pub padding0: u32,
-    pub padding1: u32,
-    pub padding2: u32,
+    pub fog_medium: u32,
+    pub fog_top: f32,
+    pub volume_flags: u32,
 }
 
 /// A bottom-level structure placed in the world.
@@ -133,8 +141,8 @@ pub struct Material {
     pub checkerboard_odd: [f32; 3],
     pub padding: u32,
     pub checkerboard_fade: [f32; 2],
-    pub padding0: u32,
-    pub padding1: u32,
+    pub medium: u32,
+    pub priority: i32,
     pub absorption: [f32; 3],
     pub layers: u32,
     pub textures: [TextureUse; 5],
@@ -210,6 +218,56 @@ pub fn layer_constants() -> impl Iterator<Item = (&'static str, u32)> {
     fields.into_iter().chain(others)
 }
 
+/// A medium, in `words`; see [`scene::tables::MediumRecord`] for the fields.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Medium {
+    pub absorption: [f32; 3],
+    /// Where its grid begins, in `words`, or `NONE`.
+    pub grid: u32,
+    pub scattering: [f32; 3],
+    /// [`MEDIUM_SUBSURFACE`].
+    pub flags: u32,
+    pub emission: [f32; 3],
+    pub anisotropy: f32,
+}
+
+/// Where densities are, in `words`; see [`scene::tables::GridRecord`] for the fields.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Grid {
+    pub low: [f32; 3],
+    /// Where its densities begin, in `words`.
+    pub first: u32,
+    pub high: [f32; 3],
+    pub largest: f32,
+    pub size: [u32; 3],
+    pub padding: u32,
+}
+
+/// Names that shaders have for the places of the fields of media and grids, with their values in words.
+pub fn medium_constants() -> impl Iterator<Item = (&'static str, u32)> {
+    macro_rules! places {
+        ($($name:literal: $of:ident.$field:ident),* $(,)?) => {
+            [$(($name, (std::mem::offset_of!($of, $field) / 4) as u32)),*]
+        };
+    }
+    let fields = places! {
+        "MEDIUM_ABSORPTION": Medium.absorption,
+        "MEDIUM_GRID": Medium.grid,
+        "MEDIUM_SCATTERING": Medium.scattering,
+        "MEDIUM_FLAGS": Medium.flags,
+        "MEDIUM_EMISSION": Medium.emission,
+        "MEDIUM_ANISOTROPY": Medium.anisotropy,
+        "GRID_LOW": Grid.low,
+        "GRID_FIRST": Grid.first,
+        "GRID_HIGH": Grid.high,
+        "GRID_LARGEST": Grid.largest,
+        "GRID_SIZE": Grid.size,
+    };
+    fields.into_iter().chain([("MEDIUM_SUBSURFACE", MEDIUM_SUBSURFACE)])
+}
+
 /// A light and its slot of the alias table that chooses among lights.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 #[repr(C)]
@@ -239,6 +297,7 @@ pub(super) struct Words {
     tangents: u32,
     uv1: u32,
     colors: u32,
+    densities: u32,
     light_uvs: u32,
     pub discs: u32,
     pub disc_count: u32,
@@ -246,6 +305,7 @@ pub(super) struct Words {
     pub light_tree: u32,
     layers: u32,
     pub sheen_albedo: u32,
+    media: u32,
 }
 
 /// Bytes for the words of so many more lights: coordinates of three corners, a place among the visible ones, a trail, and the
@@ -263,8 +323,17 @@ impl Words {
         words.tangents = words.append(bytemuck::cast_slice(&tables.tangents));
         words.uv1 = words.append(bytemuck::cast_slice(&tables.uv1));
         words.colors = words.append(bytemuck::cast_slice(&tables.colors));
+        words.densities = words.append(bytemuck::cast_slice(&tables.densities));
         words.append_changeable(tables);
         words
+    }
+
+    /// What they are, for messages.
+    pub fn object(&self) -> &'static str {
+        match self.densities == self.light_uvs {
+            true => "vertex indices and attributes",
+            false => "vertex indices, attributes and densities of grids",
+        }
     }
 
     /// Where everything is, without the words.
@@ -299,6 +368,15 @@ impl Words {
             self.sheen_albedo = self.append(bytemuck::cast_slice(SheenAlbedo::shared().texels()));
             self.layers = self.append(bytemuck::cast_slice(&layers(tables)));
         }
+        let grids: Vec<Grid> = tables.grids.iter().map(|g| grid(g, self.densities)).collect();
+        let grids = self.append(bytemuck::cast_slice(&grids));
+        let media: Vec<Medium> = tables.media.iter().map(|m| medium(m, grids)).collect();
+        self.media = self.append(bytemuck::cast_slice(&media));
+    }
+
+    /// Where a medium begins; `medium`: its index, or `NONE`.
+    pub fn medium(&self, medium: u32) -> u32 {
+        if medium == NONE { NONE } else { self.media + medium * (size_of::<Medium>() / 4) as u32 }
     }
 
     /// Where the layers of a material begin.
@@ -396,7 +474,11 @@ pub(super) fn vertices(tables: &SceneTables) -> Vec<Vertex> {
 /// All materials.
 pub(super) fn materials(tables: &SceneTables, words: &Words) -> Vec<Material> {
     let images = images(tables);
-    let record = |m| Material { layers: words.layers_of(m), ..material(tables, &images, m) };
+    let record = |m: &MaterialRecord| Material {
+        layers: words.layers_of(m),
+        medium: words.medium(m.medium),
+        ..material(tables, &images, m)
+    };
     tables.materials.iter().map(record).collect()
 }
 
@@ -445,6 +527,7 @@ fn material(tables: &SceneTables, images: &[ImagePlace], m: &MaterialRecord) -> 
         checkerboard_odd: m.checkerboard_colors[1],
         checkerboard_fade: m.checkerboard_fade,
         absorption: m.absorption,
+        priority: m.priority,
         textures: slots.map(|slot| texture_use(tables, images, slot)),
         ..Material::default()
     }
@@ -477,6 +560,25 @@ fn texture_use(tables: &SceneTables, images: &[ImagePlace], slot: u32) -> Textur
         image: images.binary_search(&ImagePlace::of(texture)).unwrap_or(0) as u32,
         padding: 0,
     }
+}
+
+/// A medium; `grids`: where those begin, in `words`.
+fn medium(m: &MediumRecord, grids: u32) -> Medium {
+    let in_words = |grid: u32| grids + grid * (size_of::<Grid>() / 4) as u32;
+    Medium {
+        absorption: m.absorption,
+        grid: if m.grid == NONE { NONE } else { in_words(m.grid) },
+        scattering: m.scattering,
+        flags: if m.subsurface { MEDIUM_SUBSURFACE } else { 0 },
+        emission: m.emission,
+        anisotropy: m.anisotropy,
+    }
+}
+
+/// A grid; `densities`: where those begin, in `words`.
+fn grid(g: &GridRecord, densities: u32) -> Grid {
+    let (first, padding) = (densities + g.first, 0);
+    Grid { low: g.low, first, high: g.high, largest: g.largest, size: g.size, padding }
 }
 
 /// All lights, with the alias table that chooses among them.
@@ -531,9 +633,9 @@ mod tests {
                 texel_height,
                 sheen_albedo,
                 light_tree,
-                padding0,
-                padding1,
-                padding2,
+                fog_medium,
+                fog_top,
+                volume_flags,
             }
         );
         assert_layout!(
@@ -581,8 +683,8 @@ mod tests {
                 checkerboard_odd,
                 padding,
                 checkerboard_fade,
-                padding0,
-                padding1,
+                medium,
+                priority,
                 absorption,
                 layers,
                 textures,
@@ -626,6 +728,8 @@ mod tests {
             ("BINDING_UV0", BINDING_UV0),
             ("BINDING_ALPHA", BINDING_ALPHA),
             ("MATERIAL_EMISSIVE", MATERIAL_EMISSIVE),
+            ("VOLUMES_NEST", VOLUMES_NEST),
+            ("VOLUMES_BODIES", VOLUMES_BODIES),
             ("TEXTURE_UV1", TEXTURE_UV1),
             ("TEXTURE_BILINEAR", TEXTURE_BILINEAR),
             ("TEXTURE_SRGB", TEXTURE_SRGB),

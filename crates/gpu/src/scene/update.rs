@@ -50,7 +50,7 @@ fn fits<T: Pod>(buffer: &wgpu::Buffer, offset: u64, data: &[T]) -> bool {
 
 impl GpuScene {
     /// Takes a version of the scene in which only `changes` are new. Returns whether that was possible: where something
-    /// grows beyond its buffer, an environment image changes, or lights become many or few, nothing is done, and the scene has to be uploaded again.
+    /// grows beyond its buffer, an environment image or a grid of densities changes, lights become many or few, or there are boundaries of media where there were none, nothing is done, and the scene has to be uploaded again.
     ///
     /// # Errors
     /// When the device fails.
@@ -61,10 +61,10 @@ impl GpuScene {
         tables: &Arc<SceneTables>,
         changes: Changes,
     ) -> Result<bool, GpuError> {
-        super::check_media(tables)?;
-        // Shaders are made for lights in a tree or for few lights.
+        // Shaders are made for lights in a tree or for few lights, and for boundaries or none.
         let tree_changes = tables.light_tree.is_empty() != self.tables.light_tree.is_empty();
-        if tree_changes { Ok(false) } else { self.take(gpu, ring, tables, changes) }
+        let boundaries_change = tables.has_boundaries() != self.tables.has_boundaries();
+        if tree_changes || boundaries_change { Ok(false) } else { self.take(gpu, ring, tables, changes) }
     }
 
     /// As [`GpuScene::update`], for shaders that ask every light and choose none.
@@ -93,7 +93,8 @@ impl GpuScene {
             && fits(&b.bindings, 0, &bindings)
             && fits(&b.materials, 0, &materials)
             && fits(&b.lights, 0, &lights);
-        if image_changes || !all_fit {
+        let densities_change = changes.materials && tables.densities != self.tables.densities;
+        if image_changes || densities_change || !all_fit {
             return Ok(false);
         }
         let mut writes: Vec<(&wgpu::Buffer, u64, &[u8])> = vec![(&b.info, 0, bytemuck::bytes_of(&info))];

@@ -42,6 +42,10 @@ fn alpha_accepts(instance: u32, geometry: u32, primitive: u32, u: f32, v: f32, s
     if (binding.flags & (BINDING_ALPHA | BINDING_SPHERES)) != BINDING_ALPHA {
         return true;
     }
+    // To all others a boundary is one big hole.
+    if FOLLOWS_VOLUMES && materials[binding.material].model == MODEL_BOUNDARY {
+        return true;
+    }
     let corners = triangle_corners(binding, primitive - binding.first_in_blas);
     let weights = vec3f(1.0 - u - v, u, v);
     let position = vertices[binding.first_vertex + corners.x].position * weights.x
@@ -54,6 +58,11 @@ fn alpha_accepts(instance: u32, geometry: u32, primitive: u32, u: f32, v: f32, s
     }
     let place = hash_combine(hash_combine(instance, primitive), bitcast<u32>(u));
     return unit_float(hash_combine(place, bitcast<u32>(v))) < alpha;
+}
+
+/// Whether a sphere is there, and not only the end of a medium of which the shader knows nothing.
+fn sphere_accepts(binding: Binding) -> bool {
+    return !HIDES_BOUNDARIES || materials[binding.material].model != MODEL_BOUNDARY;
 }
 
 /// Radiance that an emissive material emits at texture coordinates.
@@ -72,6 +81,14 @@ fn surface_emission(s: Surface, footprint: f32) -> vec3f {
         return vec3f(0.0);
     }
     return emission_at(s.material, s.coords);
+}
+
+/// Index of refraction of what is behind a surface.
+fn surface_ior(s: Surface) -> f32 {
+    if FOLLOWS_VOLUMES && s.relative_ior > 0.0 {
+        return s.relative_ior;
+    }
+    return materials[s.material].ior;
 }
 
 /// Whether `surface_bsdf` needs `u_mix`.
@@ -112,14 +129,14 @@ fn surface_bsdf(s: Surface, footprint: f32, u_mix: f32, single_scatter: bool) ->
     m.metallic = saturate(metallic / max(1.0 - refracted, 1e-6));
     m.roughness = saturate(roughness);
     m.specular = materials[index].specular;
-    m.ior = materials[index].ior;
+    m.ior = surface_ior(s);
     let albedo = lookup_ggx_albedo(saturate(dot(s.wo, s.shading_normal)), m.roughness);
     return metallic_roughness_bsdf(m, albedo, single_scatter);
 }
 
 fn surface_dielectric(s: Surface, tint: vec3f, roughness: f32, single_scatter: bool) -> Bsdf {
     let thin = (materials[s.material].flags & MATERIAL_THIN) != 0u;
-    let ior = materials[s.material].ior;
+    let ior = surface_ior(s);
     let eta = select(1.0 / ior, ior, s.front || thin);
     let alpha = roughness * roughness;
     var compensation = 1.0;

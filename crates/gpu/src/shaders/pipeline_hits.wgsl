@@ -114,7 +114,7 @@ fn intersect_sphere_shader(
 ) {
     let sphere = sphere_at(bindings[hit_record.binding], primitive);
     let crossing = intersect_sphere(origin, direction, sphere.xyz, sphere.w);
-    if crossing.hit {
+    if crossing.hit && sphere_accepts(bindings[hit_record.binding]) {
         // From inside the near crossing lies behind the ray's start.
         let reported = crossing.near > t_min && report_intersection(crossing.near);
         if !reported && crossing.far > t_min {

@@ -13,10 +13,6 @@ struct Scattering {
     frame: Frame,
 }
 
-fn words_vec3(at: u32) -> vec3f {
-    return vec3f(word_f32(at), word_f32(at + 1u), word_f32(at + 2u));
-}
-
 /// Where the use of a texture by layers begins, in `words`.
 fn layer_texture(layers: u32, slot: u32) -> u32 {
     return layers + LAYERS_TEXTURES + LAYERS_TEXTURE_WORDS * slot;
@@ -98,7 +94,7 @@ fn surface_layers(s: Surface, footprint: f32, throughput: vec3f, u_dispersion: f
     let transmission = materials[index].transmission * sample_slot(index, SLOT_TRANSMISSION, s.coords).r;
     let inside = !s.front && !thin && transmission > 0.0;
     let dispersed = choose_dispersed(
-        word_f32(layers + LAYERS_DISPERSION), materials[index].ior, throughput, u_dispersion);
+        word_f32(layers + LAYERS_DISPERSION), surface_ior(s), throughput, u_dispersion);
 
     var grain = vec3f(1.0, 0.5, 1.0);
     if has_layer_texture(layers, LAYER_SLOT_ANISOTROPY) {

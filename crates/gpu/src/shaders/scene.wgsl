@@ -51,10 +51,17 @@ struct SceneInfo {
     sheen_albedo: u32,
     /// Where the tree of lights begins, in `words`: the probability of choosing from it, the lights' trails, its nodes.
     light_tree: u32,
-    padding0: u32,
-    padding1: u32,
-    padding2: u32,
+    /// Where the medium between bodies begins, in `words`, or NONE, and the height below which it is.
+    fog_medium: u32,
+    fog_top: f32,
+    /// VOLUMES_… bits.
+    volume_flags: u32,
 }
+
+/// Bodies have priorities, and refract by what is on both of their sides.
+const VOLUMES_NEST: u32 = 1u;
+/// There are bodies that paths and cameras may be inside of.
+const VOLUMES_BODIES: u32 = 2u;
 
 const INSTANCE_IDENTITY: u32 = 1u;
 const INSTANCE_MIRRORED: u32 = 2u;
@@ -165,8 +172,10 @@ struct Material {
     padding: u32,
     /// Distances between which coverage falls from 1 to 0.
     checkerboard_fade: vec2f,
-    padding0: u32,
-    padding1: u32,
+    /// Where the medium of what is inside begins, in `words`, or NONE.
+    medium: u32,
+    /// Which body is there where bodies overlap: the one of the highest.
+    priority: i32,
     /// Absorption coefficient of what is inside, m⁻¹.
     absorption: vec3f,
     /// Where the layers begin, in `words`; NONE if there are none.
@@ -221,6 +230,10 @@ fn word_f32(at: u32) -> f32 {
 
 fn words_vec2(at: u32) -> vec2f {
     return vec2f(word_f32(at), word_f32(at + 1u));
+}
+
+fn words_vec3(at: u32) -> vec3f {
+    return vec3f(word_f32(at), word_f32(at + 1u), word_f32(at + 2u));
 }
 
 fn words_vec4(at: u32) -> vec4f {

@@ -44,6 +44,9 @@ struct Surface {
     /// The shading normal without the normal map, and the frame along the texture coordinates: what layers need. Only set
     /// if SCENE_HAS_LAYERS.
     layer_frame: Frame,
+    /// Index of refraction of the body behind the surface over that of what is around it; 0: its own counts, against vacuum.
+    /// Only set if FOLLOWS_VOLUMES.
+    relative_ior: f32,
 }
 
 /// What a primitive knows of a point on it, before the viewer's side and the normal map count.

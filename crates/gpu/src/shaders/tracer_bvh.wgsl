@@ -159,6 +159,11 @@ fn bvh_enter(index: u32, origin: vec3f, direction: vec3f) -> BvhRay {
     return bvh_ray(o, d, bvh_instances[index].extent);
 }
 
+// Whether the spheres of geometry `geometry` of an instance are there.
+fn bvh_sphere_accepts(instance: u32, geometry: u32) -> bool {
+    return sphere_accepts(bindings[instances[instance].first_binding + geometry]);
+}
+
 // The nearest hit, or with `any` the first that is found.
 //
 // With BVH_TURNS each turn visits at most one node and tests at most one primitive. Threads that run in step take their turns
@@ -212,7 +217,7 @@ fn bvh_walk(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32, 
                     let s = intersect_sphere(ray.origin, ray.direction, a, b.x);
                     let t = select(s.far, s.near, s.near > start);
                     // Spheres have no holes.
-                    if s.hit && t > start && t < hit.t {
+                    if s.hit && t > start && t < hit.t && (!HIDES_BOUNDARIES || bvh_sphere_accepts(instance, p.b.w)) {
                         hit = Hit(t, 0.0, 0.0, instance, p.b.w, p.a.w);
                     }
                 } else {

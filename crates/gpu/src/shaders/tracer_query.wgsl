@@ -24,7 +24,7 @@ fn query_sphere(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, candida
         d = transform_vector(instances[instance].world_to_object, direction);
     }
     let crossing = intersect_sphere(o, d, sphere.xyz, sphere.w);
-    if !crossing.hit {
+    if !crossing.hit || !sphere_accepts(binding) {
         return 0.0;
     }
     if crossing.near > t_min && crossing.near < t_max {

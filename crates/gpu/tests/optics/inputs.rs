@@ -2,11 +2,13 @@
 
 use optics::bsdf::*;
 use optics::camera::CameraFrame;
+use optics::constants::NONE;
 use optics::dielectric::dielectric_bsdf;
 use optics::estimator::Moments;
 use optics::frame::{Frame, frame_from_normal};
 use optics::ggx::MIN_ALPHA;
 use optics::glossy::{MetallicRoughness, lambert_bsdf, metallic_roughness_bsdf, mirror_bsdf};
+use optics::interiors::{Interiors, Surroundings, interiors_enter, interiors_nothing};
 use optics::intersect::{RayShear, ray_shear};
 use optics::layered::{Layered, LayeredAlbedos, LayeredParameters, layered_bsdf};
 use optics::light::Light;
@@ -88,6 +90,11 @@ pub fn anything3(i: &mut Inputs) -> Vec3f {
 
 pub fn positive(i: &mut Inputs) -> f32 {
     i.edge(&[0.0, 1.0, 1e-5, 1e4]).unwrap_or_else(|| 10.0_f32.powf(i.between(-5.0, 4.0)))
+}
+
+/// Below zero.
+pub fn negative(i: &mut Inputs) -> f32 {
+    -size(i)
 }
 
 /// Distances and sizes, not zero.
@@ -445,6 +452,28 @@ pub fn medium(i: &mut Inputs) -> Medium {
         emission: radiance(i),
         anisotropy: anisotropy(i),
     }
+}
+
+/// A material of a body.
+pub fn body(i: &mut Inputs) -> u32 {
+    i.below(6) as u32
+}
+
+pub fn body_or_none(i: &mut Inputs) -> u32 {
+    i.edge(&[NONE]).unwrap_or_else(|| body(i))
+}
+
+pub fn priority(i: &mut Inputs) -> i32 {
+    i.below(5) as i32 - 2
+}
+
+/// None to five bodies that were entered, of which four are remembered.
+pub fn interiors(i: &mut Inputs) -> Interiors {
+    (0..i.below(6)).fold(interiors_nothing(), |inside, _| interiors_enter(inside, body(i), priority(i)))
+}
+
+pub fn surroundings(i: &mut Inputs) -> Surroundings {
+    Surroundings { around: interiors(i), passed: interiors(i), forgotten: i.below(2) as u32 }
 }
 
 pub fn path(i: &mut Inputs) -> PathState {

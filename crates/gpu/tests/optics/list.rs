@@ -357,8 +357,29 @@ functions! {
     volume::collide(m: medium, majorant: size, throughput: albedo, u: unit) within STEPS;
     volume::ratio_tracking_factor(extinction: coefficients, majorant: size) within CANCELLING;
     volume::below_height(height: real, slope: signed_cosine, top: real, end: size) within CANCELLING;
+    volume::grid_majorant(m: medium, largest: positive, diagonal: size) within ROUNDING;
+    volume::grid_place(x: real, low: negative, high: size, cells: count) within STEPS;
+    volume::collision_distance(majorant: size, u: unit) within DISTANCES;
+    volume::stream_start(sampler: sampler, segment: bits, purpose: index) within EXACT;
+    volume::stream_next(state: bits) within EXACT;
+    volume::stopping_distance(origin: point, distance: size, end: size) within CANCELLING;
+    volume::phase_value(wo: direction, wi: direction, g: anisotropy) within CANCELLING;
+    volume::phase_scatter(wo: direction, g: anisotropy, alone: flag, u: unit2) within GRAZING;
     volume::phase_eval(cos_theta: signed_cosine, g: anisotropy) within CANCELLING;
     volume::phase_sample(wo: direction, g: anisotropy, u: unit2) within GRAZING;
+    // transport/interiors.rs
+    interiors::interiors_nothing() within EXACT;
+    interiors::interiors_contain(i: interiors, material: body) within EXACT;
+    interiors::interiors_are_full(i: interiors) within EXACT;
+    interiors::interiors_enter(i: interiors, material: body, priority: priority) within EXACT;
+    interiors::interiors_leave(i: interiors, material: body) within EXACT;
+    interiors::interiors_cross(i: interiors, material: body, priority: priority, front: flag) within EXACT;
+    interiors::interiors_current(i: interiors) within EXACT;
+    interiors::interiors_hide(i: interiors, priority: priority) within EXACT;
+    interiors::interiors_along(i: interiors, seen: body_or_none) within EXACT;
+    interiors::surroundings_unknown() within EXACT;
+    interiors::surroundings_past(s: surroundings, material: body, priority: priority, front: flag) within EXACT;
+    interiors::surroundings_direction() within ROUNDING;
     // transport/path.rs
     path::path_start() within EXACT;
     path::path_add_emission(path: path, emitted: radiance, light_pdf: density) within ROUNDING;

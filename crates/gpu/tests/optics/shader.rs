@@ -108,6 +108,7 @@ impl Text {
                 ScalarKind::Float => format!("bitcast<f32>({word})"),
                 ScalarKind::Bool => format!("({word} != 0u)"),
                 ScalarKind::Uint => word,
+                ScalarKind::Sint => format!("bitcast<i32>({word})"),
                 other => panic!("{other:?} cannot be read from words"),
             }
         };
@@ -115,7 +116,7 @@ impl Text {
             TypeInner::Scalar(s) => word(*s, next),
             TypeInner::Vector { size, scalar: s } => {
                 let parts: Vec<_> = (0..*size as usize).map(|_| word(*s, next)).collect();
-                format!("vec{}f({})", *size as usize, parts.join(", "))
+                format!("vec{}({})", *size as usize, parts.join(", "))
             }
             TypeInner::Struct { members, .. } => {
                 let parts: Vec<_> = members.iter().map(|m| self.read(m.ty, next)).collect();
@@ -129,7 +130,7 @@ impl Text {
     /// Expressions for the words of a value.
     fn write(&self, value: &str, ty: Handle<Type>, words: &mut Vec<String>) {
         let word = |value: &str, s: naga::Scalar| match s.kind {
-            ScalarKind::Float => format!("bitcast<u32>({value})"),
+            ScalarKind::Float | ScalarKind::Sint => format!("bitcast<u32>({value})"),
             _ => format!("u32({value})"),
         };
         match &self.module.types[ty].inner {

@@ -1,6 +1,6 @@
 //! Optics values as the 32-bit words that shaders read and write.
 
-use optics::{Vec2f, Vec3f};
+use optics::{Vec2f, Vec3f, Vec4i, Vec4u};
 
 /// A value as words, field after field.
 pub trait Words {
@@ -22,6 +22,24 @@ impl Words for f32 {
 impl Words for u32 {
     fn put(&self, words: &mut Vec<u32>) {
         words.push(*self);
+    }
+}
+
+impl Words for i32 {
+    fn put(&self, words: &mut Vec<u32>) {
+        words.push(self.cast_unsigned());
+    }
+}
+
+impl Words for Vec4u {
+    fn put(&self, words: &mut Vec<u32>) {
+        words.extend([self.x, self.y, self.z, self.w]);
+    }
+}
+
+impl Words for Vec4i {
+    fn put(&self, words: &mut Vec<u32>) {
+        words.extend([self.x, self.y, self.z, self.w].map(i32::cast_unsigned));
     }
 }
 
@@ -77,6 +95,9 @@ structures! {
     LightBranch in light_tree { second, probability, remainder }
     Medium in volume { absorption, scattering, emission, anisotropy }
     Collision in volume { scattered, weight }
+    GridPlace in volume { cell, next, beyond }
+    Interiors in interiors { materials, priorities }
+    Surroundings in interiors { around, passed, forgotten }
     MediumSample in volume { distance, scattered, weight }
     PathState in path { throughput, radiance, pdf, specular, eta_scale, depth }
     Moments in estimator { count, mean, m2 }

@@ -15,7 +15,28 @@ pub mod volume {
     use crate::math::*;
     use crate::medium::*;
     use crate::path::*;
+    use crate::random::*;
+    use crate::scatter::*;
     use wgsl_rs::std::*;
+
+    /// Segments of a path through media, those between boundaries included: paths that never end otherwise end here.
+    pub const MOST_SEGMENTS: u32 = 65536u32;
+    /// Boundaries that light is followed through; what is behind more is dark.
+    pub const MOST_CROSSINGS: u32 = 256u32;
+    /// Pairs of random numbers for each segment: those of every vertex, and one for the distance.
+    pub const PAIRS_PER_SEGMENT: u32 = 5u32;
+    /// Which of these the distance is drawn with.
+    pub const PAIR_DISTANCE: u32 = 4u32;
+    /// What a stream of random numbers is for: the distances of a path.
+    pub const STREAM_PATH: u32 = 0u32;
+    /// The transmittance of the way to a light.
+    pub const STREAM_SHADOW: u32 = 1u32;
+    /// Tentative collisions of a segment; a path that has had more goes on as if there were nothing any more.
+    pub const MOST_COLLISIONS: u32 = 65536u32;
+    /// Tentative collisions along the diagonal of a grid that shines, at least.
+    pub const FEWEST_COLLISIONS: f32 = 16.0;
+    /// Transmittances that are less than this share are left to chance: a ray ends or counts more.
+    pub const LITTLE_LIGHT: f32 = 0.05;
 
     /// A medium at one point; the same at all points where it is homogeneous. Coefficients are m⁻¹ and ≥ 0.
     #[derive(Clone, Copy, Debug)]
@@ -48,6 +69,17 @@ pub mod volume {
         pub scattered: bool,
         /// Factor on the throughput.
         pub weight: Vec3f,
+    }
+
+    /// A place among the centres of cells along an axis of a grid.
+    #[derive(Clone, Copy, Debug)]
+    pub struct GridPlace {
+        /// The cell whose centre is before it.
+        pub cell: u32,
+        /// The next cell, or the same if there is only one.
+        pub next: u32,
+        /// How far it is beyond the first centre, in cells, in `[0, 1]`.
+        pub beyond: f32,
     }
 
     /// A medium that does nothing.
@@ -192,6 +224,56 @@ pub mod volume {
         max(vec3f(1.0, 1.0, 1.0) - extinction * (1.0 / majorant), vec3f(0.0, 0.0, 0.0))
     }
 
+    /// The extinction that paths are given in a grid's medium, m⁻¹: what the densest cell has in its densest channel. Zero
+    /// or infinite if there is nothing to go through.
+    ///
+    /// - `m`: where the density is 1. `largest`: the largest density. `diagonal`: of the grid's bounds, metres.
+    pub fn grid_majorant(m: Medium, largest: f32, diagonal: f32) -> f32 {
+        let most = max_component(medium_extinction(m));
+        if largest > 0.0 && max_component(m.emission) > 0.0 {
+            // What shines must be met to be seen: some times on the way through, however thin it is.
+            return max(most, FEWEST_COLLISIONS / (diagonal * largest)) * largest;
+        }
+        most * largest
+    }
+
+    /// Where the coordinate `x` is in a grid from `low` to `high` of so many cells; from the centres of the first and the
+    /// last cell on to the bounds, nothing changes.
+    pub fn grid_place(x: f32, low: f32, high: f32, cells: u32) -> GridPlace {
+        let last = cells - 1u32;
+        let scaled = (x - low) / (high - low) * f32(cells) - 0.5;
+        let inside = clamp(scaled, 0.0, f32(last));
+        let cell = min(u32(inside), max(last, 1u32) - 1u32);
+        GridPlace { cell: cell, next: min(cell + 1u32, last), beyond: inside - f32(cell) }
+    }
+
+    /// Metres to the next tentative collision, of which there are `majorant` a metre; `u`: uniform number.
+    pub fn collision_distance(majorant: f32, u: f32) -> f32 {
+        -log(1.0 - u) / majorant
+    }
+
+    /// The first state of a stream of uniform numbers without end, the same ones for the same segment of the same sample.
+    /// `purpose`: `STREAM_…`.
+    pub fn stream_start(sampler: PixelSampler, segment: u32, purpose: u32) -> u32 {
+        let of_sample = hash_combine(hash_combine(sampler.scramble, sampler.index), segment);
+        hash_combine(of_sample, purpose)
+    }
+
+    /// The next state of a stream; `unit_float` of it is the next number.
+    pub fn stream_next(state: u32) -> u32 {
+        hash_combine(state, 0x6d2b79f5u32)
+    }
+
+    /// Where a path that scatters stops, metres along its ray: rounding must not put the point on the other side of what its
+    /// segment ends at.
+    ///
+    /// - `origin`: of the ray. `end`: of the segment, metres.
+    pub fn stopping_distance(origin: Vec3f, distance: f32, end: f32) -> f32 {
+        let size = abs(origin);
+        let rounding = (max_component(size) + distance) * 1.0e-6;
+        max(min(distance, end - rounding), 0.0)
+    }
+
     /// Where a ray is below a height: from `x` to `y` metres along it; nowhere if `y` is not more than `x`.
     ///
     /// - `height`: of the ray's origin; `slope`: y of its unit direction; `end`: its length, metres.
@@ -212,6 +294,21 @@ pub mod volume {
     pub fn phase_eval(cos_theta: f32, g: f32) -> f32 {
         let d = max(1.0 + g * g + 2.0 * g * cos_theta, 1.0e-12);
         0.25 * INV_PI * (1.0 - g * g) / (d * sqrt(d))
+    }
+
+    /// The phase function as what scatters light from `wi` to `wo`.
+    pub fn phase_value(wo: Vec3f, wi: Vec3f, g: f32) -> BsdfValue {
+        let value = phase_eval(dot(wo, wi), g);
+        BsdfValue { value_cos: vec3f(value, value, value), pdf: value }
+    }
+
+    /// A direction sampled by the phase function, for a path.
+    ///
+    /// - `alone`: whether light is found in no other way, so that what the path comes upon counts in full.
+    pub fn phase_scatter(wo: Vec3f, g: f32, alone: bool, u: Vec2f) -> BsdfSample {
+        let wi = phase_sample(wo, g, u);
+        let pdf = select(phase_eval(dot(wo, wi), g), 1.0, alone);
+        BsdfSample { wi: wi, weight: vec3f(1.0, 1.0, 1.0), pdf: pdf, delta: alone, transmitted: false }
     }
 
     /// Samples a direction by [`phase_eval`].

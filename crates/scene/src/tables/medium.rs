@@ -112,9 +112,19 @@ impl SceneTables {
         !self.media.is_empty()
     }
 
+    /// Whether there is anything that light gets into: paths and cameras may be inside.
+    pub fn has_bodies(&self) -> bool {
+        self.materials.iter().any(MaterialRecord::is_body)
+    }
+
+    /// Whether there are ends of media that are no surfaces.
+    pub fn has_boundaries(&self) -> bool {
+        self.materials.iter().any(MaterialRecord::is_boundary)
+    }
+
     /// Whether paths have to know what they are in: there are media, bodies that overlap, or surfaces that are none.
     pub fn needs_volumes(&self) -> bool {
-        self.has_media() || self.nested || self.materials.iter().any(MaterialRecord::is_boundary)
+        self.has_media() || self.nested || self.has_boundaries()
     }
 }
 
