@@ -4,8 +4,10 @@
 mod common;
 
 use alhazen::gpu::has_hardware;
-use alhazen::{Aov, Film, Integrator, Job, PathSettings, Renderer, SamplerKind, Scene, Shape};
-use common::on_gpus::{compare_on, render};
+use alhazen::{
+    Aov, Control, Film, Integrator, Job, Limits, PathSettings, Renderer, SamplerKind, Scene, Shape,
+};
+use common::on_gpus::{compare_on, differing_share, render};
 use common::{gpu_renderers, job};
 use film::AovData;
 use glam::{Affine3A, Vec3};
@@ -128,6 +130,31 @@ fn media_path() {
     for (what, eye) in [("mist", [-1.75, 0.8, 0.5]), ("water", [1.2, 0.6, 0.5])] {
         scene.cameras[0] = camera(eye, [-1.2, 0.5, -0.1], 60.0);
         compare_on(&mut renderers, &format!("media from within {what}"), &scene, &settings(&scene), 0.1);
+    }
+    renderers.iter_mut().for_each(check_updates);
+}
+
+/// Media on the device follow changes of the scene, those that need another upload included.
+fn check_updates(renderer: &mut Renderer) {
+    let old = everything();
+    let named = |name: &str| old.materials.iter().position(|m| m.name == name).expect("it is there");
+    let mut thinner = old.clone();
+    thinner.materials[named("mist")].medium = Some(medium([0.0; 3], [0.4, 0.2, 0.1], -0.3));
+    thinner.materials[named("glass")].priority = Some(0);
+    thinner.fog = None;
+    let mut denser = thinner.clone();
+    let smoke = denser.materials[named("smoke")].medium.as_mut().expect("a medium");
+    let bounds = [Vec3::new(-0.4, 0.9, -0.4), Vec3::new(0.5, 1.6, 0.4)];
+    smoke.density = DensityGrid::new([2, 1, 1], bounds, vec![0.5, 4.0]).map(Arc::new);
+    renderer.load(&old).expect("a scene");
+    let limits = Limits { spp: 2, ..Limits::default() };
+    for (what, new) in [("thinner", &thinner), ("denser", &denser), ("as before", &old)] {
+        renderer.update(new).expect("an update");
+        renderer.render(&settings(new), &limits, &Control::new()).expect("a picture");
+        let film = renderer.film().expect("film").expect("rendered").clone();
+        let (expected, _) = render(&mut Renderer::cpu(None).expect("threads"), new, &settings(new), 2);
+        let share = differing_share(&film, &expected);
+        assert!(share <= 0.1, "{}, {what}: {share} of the pixels differ", renderer.backend_name());
     }
 }
 

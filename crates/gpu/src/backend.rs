@@ -202,14 +202,7 @@ impl GpuBackend {
         let is_faster = |s: &Loaded| choice::is_faster(&self.gpu, self.kind, &s.scene.tables, all_samples);
         let wanted = match self.path_kernel {
             // Its queues have no place for what paths are in.
-            PathKernel::Auto if volumes => false,
-            PathKernel::Wavefront if volumes => {
-                self.notices.push(
-                    "paths through media are followed by the megakernel; it renders without a wavefront"
-                        .into(),
-                );
-                false
-            }
+            _ if volumes => false,
             PathKernel::Auto => self.scene.as_ref().is_some_and(is_faster),
             PathKernel::Megakernel => false,
             PathKernel::Wavefront => true,
@@ -233,6 +226,10 @@ impl GpuBackend {
         if let (Some(Loaded { scene, tracing, kernels }), Some(picture)) = (&mut self.scene, &self.picture)
             && !kernels.contains_key(&key)
         {
+            if volumes && self.path_kernel == PathKernel::Wavefront {
+                let notice = "paths through media are followed by one kernel; it renders without a wavefront";
+                self.notices.push(notice.to_owned());
+            }
             let kernel = tracing.kernel(&self.gpu, kind, variant, scene, &picture.buffers)?;
             kernels.insert(key, CompiledKernel { kernel, pace: Pace::default() });
         }
