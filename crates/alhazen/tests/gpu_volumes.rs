@@ -5,7 +5,8 @@ mod common;
 
 use alhazen::gpu::has_hardware;
 use alhazen::{
-    Aov, Control, Film, Integrator, Job, Limits, PathSettings, Renderer, SamplerKind, Scene, Shape,
+    Aov, BackendError, Control, Film, HybridSettings, Integrator, Job, Limits, PathSettings, Renderer,
+    SamplerKind, Scene, Shape,
 };
 use common::on_gpus::{compare_on, differing_share, render};
 use common::{gpu_renderers, job};
@@ -155,6 +156,24 @@ fn check_updates(renderer: &mut Renderer) {
         let (expected, _) = render(&mut Renderer::cpu(None).expect("threads"), new, &settings(new), 2);
         let share = differing_share(&film, &expected);
         assert!(share <= 0.1, "{}, {what}: {share} of the pixels differ", renderer.backend_name());
+    }
+}
+
+/// Frames begin with a rasteriser, which would draw boundaries; who does not is asked instead.
+#[test]
+fn frames_leave_scenes_with_boundaries_to_others() {
+    let mut scene = testkit::scenes::cornell();
+    let nothing = Material { name: "nothing".into(), model: Model::Boundary, ..Material::default() };
+    let nothing = scene.add_material(nothing);
+    scene.add_shape("nothing", sphere([0.0; 3], 1.0), nothing, Affine3A::IDENTITY);
+    let hybrid = Integrator::Hybrid(HybridSettings::default());
+    let job = Job { integrator: hybrid, ..job(&scene, 4, 4, 2) };
+    let limits = Limits { spp: 1, ..Limits::default() };
+    for renderer in gpu_renderers("frames_leave_scenes_with_boundaries_to_others").iter_mut() {
+        renderer.load(&scene).expect("a scene");
+        let error = renderer.render(&job, &limits, &Control::new()).expect_err("a boundary");
+        assert!(matches!(error, BackendError::Device { .. }), "the next one would be asked: {error:?}");
+        assert!(format!("{error:?}").contains("boundaries"), "{error:?}");
     }
 }
 

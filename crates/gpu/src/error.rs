@@ -40,11 +40,13 @@ pub enum GpuError {
         /// What there is.
         offered: u64,
     },
-    /// The scene has something that no GPU back end renders.
-    #[error("GPU back ends do not render {what}; `cpu` does")]
+    /// The scene has something that no GPU back end renders so.
+    #[error("GPU back ends do not render {what}; {instead} does")]
     Scene {
         /// What it has.
         what: &'static str,
+        /// Who renders it.
+        instead: &'static str,
     },
     /// The driver would not open the device.
     #[error("cannot open {adapter}: {reason}")]

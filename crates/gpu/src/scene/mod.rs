@@ -63,9 +63,8 @@ pub struct GpuScene {
 /// [`GpuError::Scene`], if it is one.
 pub(crate) fn refuse_volumes(tables: &SceneTables) -> Result<(), GpuError> {
     if tables.needs_volumes() {
-        return Err(GpuError::Scene {
-            what: "frames of scenes with media, their boundaries, or bodies with priorities",
-        });
+        let what = "frames of scenes with media, their boundaries, or bodies with priorities";
+        return Err(GpuError::Scene { what, instead: "`path`" });
     }
     Ok(())
 }
