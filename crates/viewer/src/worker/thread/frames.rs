@@ -38,10 +38,14 @@ impl State {
         matches!(self.possible(job).integrator, Integrator::Realtime(_))
     }
 
-    /// What the back end can make of a picture: the CPU has no frames, and makes what they come near.
+    /// What the back end can make of a picture: on the CPU and of scenes with media there are no frames, but what they come near.
     pub(super) fn possible(&self, job: &Job) -> Job {
+        let has_frames = || {
+            let knows_all = !self.renderer.tables().is_some_and(|t| t.needs_volumes());
+            knows_all && self.renderer.backend_name() != "cpu"
+        };
         match job.integrator {
-            Integrator::Realtime(settings) if self.renderer.backend_name() == "cpu" => {
+            Integrator::Realtime(settings) if !has_frames() => {
                 Job { integrator: Integrator::Path(settings.path), ..job.clone() }
             }
             _ => job.clone(),
