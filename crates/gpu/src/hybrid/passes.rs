@@ -167,21 +167,16 @@ impl Pass {
                 (Slot::Pixels, WRITES),
                 (Slot::PreviousInstances, READS),
                 (Slot::Ids, READS),
-                (Slot::RayCounts, WRITES),
             ],
-            Self::CameraRays => &[
-                (Slot::Frame, READS),
-                (Slot::Pixels, WRITES),
-                (Slot::PreviousInstances, READS),
-                (Slot::RayCounts, WRITES),
-            ],
-            Self::ShadowRays | Self::DirectLights => &[
+            Self::CameraRays => {
+                &[(Slot::Frame, READS), (Slot::Pixels, WRITES), (Slot::PreviousInstances, READS)]
+            }
+            Self::ShadowRays | Self::LitSurfaces | Self::DirectLights => &[
                 (Slot::Frame, READS),
                 (Slot::LightMasks, WRITES),
                 (Slot::Pixels, WRITES),
                 (Slot::RayCounts, WRITES),
             ],
-            Self::LitSurfaces => &[(Slot::Frame, READS), (Slot::LightMasks, WRITES), (Slot::Pixels, WRITES)],
             Self::AmbientOcclusion => {
                 &[(Slot::Frame, READS), (Slot::Pixels, WRITES), (Slot::RayCounts, WRITES)]
             }

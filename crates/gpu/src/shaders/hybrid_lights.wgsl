@@ -86,6 +86,7 @@ fn shadow_rays(@builtin(global_invocation_id) id: vec3u) {
     }
     let pixel = pixel_in_rows(id);
     let at = pixel_number(pixel);
+    ray_counts[at] = 0u;
     let hit = first_hit(at);
     if hit.instance == NONE {
         return;
@@ -173,6 +174,9 @@ fn lit_surfaces(@builtin(global_invocation_id) id: vec3u) {
     }
     let pixel = pixel_in_rows(id);
     let at = pixel_number(pixel);
+    if view.shadows == 0u {
+        ray_counts[at] = 0u;
+    }
     let hit = first_hit(at);
     if hit.instance == NONE {
         store_sky(at, pixel);
@@ -194,6 +198,7 @@ fn direct_lights(@builtin(global_invocation_id) id: vec3u) {
     }
     let pixel = pixel_in_rows(id);
     let at = pixel_number(pixel);
+    ray_counts[at] = 0u;
     let hit = first_hit(at);
     if hit.instance == NONE {
         store_sky(at, pixel);

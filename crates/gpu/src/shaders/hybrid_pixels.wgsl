@@ -18,8 +18,8 @@ struct HybridPixel {
 }
 
 @group(3) @binding(6) var<storage, read_write> pixels: array<HybridPixel>;
-/// Rays that were traced for each pixel after its first hit was found. Each pass adds its own, and the last one to the device's
-/// counters: counting within workgroups takes barriers, which software drivers compile slowly in shaders that trace.
+/// Rays that were traced for each pixel after its first hit was found. The first pass that lights it begins with none, each pass adds
+/// its own, and the last one adds them to the device's counter: counting within workgroups takes barriers, which software drivers compile slowly in shaders that trace.
 @group(3) @binding(10) var<storage, read_write> ray_counts: array<u32>;
 /// The instances as they stood in the frame before.
 @group(3) @binding(7) var<storage, read> previous_instances: array<Instance>;
@@ -67,5 +67,4 @@ fn store_first_hit(pixel: vec2u, ray: CameraRay, hit: Hit) {
         motion = hit_motion(hit, ray.origin + ray.direction * hit.t);
     }
     pixels[at] = HybridPixel(vec3f(0.0), hit.t, hit.u, hit.v, hit.instance, hit.geometry, hit.primitive, motion.x, motion.y, 0.0);
-    ray_counts[at] = 0u;
 }
