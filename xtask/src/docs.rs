@@ -1,4 +1,4 @@
-//! `cargo xtask docs`: figures and pictures that are made from the code.
+//! `cargo xtask docs`: figures, tables and pictures that are made from the code.
 
 use crate::shell::{cargo, release_binary, root, run as run_command};
 use crate::{display, test};
@@ -8,10 +8,12 @@ use std::process::{Child, Command, Stdio};
 /// Size of the viewer's window in the pictures.
 const WINDOW: &str = "1280x800";
 
-/// Writes the figures, which tests compare with the code, and the pictures of media and of the viewer.
+/// Writes the figures and tables, which tests compare with the code, and the pictures of media and of the viewer.
 pub fn run() -> anyhow::Result<()> {
-    let mut command = cargo(&["test", "--package", "gpu", "--test", "shader_binding_table"]);
-    run_command(command.env("ALHAZEN_UPDATE_DOCS", "1"))?;
+    for (package, test) in [("gpu", "shader_binding_table"), ("scene", "formats_page")] {
+        let mut command = cargo(&["test", "--package", package, "--test", test]);
+        run_command(command.env("ALHAZEN_UPDATE_DOCS", "1"))?;
+    }
     realtime()?;
     volumes()?;
     viewer()

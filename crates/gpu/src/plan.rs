@@ -162,22 +162,49 @@ impl Iterator for Levels {
     }
 }
 
-impl Level {
-    /// See [`listed_batch`].
-    #[cfg(test)]
-    pub fn batch(&self, pace: &Pace, first: u32) -> Option<Batch> {
-        listed_batch(pace, self.samples, self.pixels.len() as u32, first)
-    }
+/// Fewest samples of a pixel that a dispatch for listed pixels makes, if it wants as many.
+const LEAST_LISTED_SAMPLES: u32 = 4;
+
+/// Walks through the samples of a level: all its pixels with a part of their samples at a time. A list may be too short to keep a
+/// device busy; then a dispatch takes as long as the samples of one pixel take after each other, and only fewer of those make
+/// it shorter, not fewer pixels.
+#[derive(Clone, Copy, Debug)]
+pub struct ListPlan {
+    pixels: u32,
+    samples: u32,
+    /// Samples that all pixels have.
+    done: u32,
+    /// Samples that all pixels are getting now, and the first pixel that is still to get them.
+    chunk: u32,
+    first: u32,
 }
 
-/// The batch that begins with entry `first` of a list of `pixels` pixels with `samples` samples each: as many entries as fit into a
-/// dispatch.
-pub fn listed_batch(pace: &Pace, samples: u32, pixels: u32, first: u32) -> Option<Batch> {
-    let left = u64::from(pixels.saturating_sub(first));
-    let affordable = (pace.budget() / u64::from(samples)).max(64) & !63;
-    let count = affordable.min(left).min(MOST_LISTED) as u32;
-    let pixels = BatchPixels::Listed { first, count };
-    (count > 0).then_some(Batch { pixels, first_sample: 0, sample_count: samples })
+impl ListPlan {
+    /// For a list of `pixels` pixels of which each gets `samples` samples.
+    pub fn new(pixels: u32, samples: u32) -> Self {
+        Self { pixels, samples, done: 0, chunk: 0, first: 0 }
+    }
+
+    /// The next batch; `None` when there is nothing left.
+    pub fn next(&mut self, pace: &Pace) -> Option<Batch> {
+        let left = self.samples - self.done;
+        if left == 0 || self.pixels == 0 {
+            return None;
+        }
+        if self.first == 0 {
+            let affordable = (pace.budget() / u64::from(self.pixels)).min(u64::from(left)) as u32;
+            self.chunk = affordable.max(LEAST_LISTED_SAMPLES.min(left));
+        }
+        let affordable = (pace.budget() / u64::from(self.chunk)).max(1).next_multiple_of(64);
+        let count = affordable.min(MOST_LISTED).min(u64::from(self.pixels - self.first)) as u32;
+        let pixels = BatchPixels::Listed { first: self.first, count };
+        let batch = Batch { pixels, first_sample: self.done, sample_count: self.chunk };
+        self.first += count;
+        if self.first == self.pixels {
+            (self.first, self.done) = (0, self.done + self.chunk);
+        }
+        Some(batch)
+    }
 }
 
 #[cfg(test)]
@@ -197,15 +224,65 @@ mod tests {
                 assert_eq!(p.first_sample, next[p.pixel as usize]);
                 next[p.pixel as usize] += level.samples;
             }
-            let mut first = 0;
-            while let Some(batch) = level.batch(&Pace { cost: 1e-5 }, first) {
-                assert_eq!(batch.sample_count, level.samples);
-                first += batch.pixel_count(25);
-            }
-            assert_eq!(first as usize, level.pixels.len());
         }
         assert!(pixels.iter().all(|p| next[p.pixel as usize] == 8 + p.count));
         assert!(levels < 16, "{levels}");
+    }
+
+    /// First entry and number of entries.
+    fn entries(batch: &Batch) -> (u32, u32) {
+        let BatchPixels::Listed { first, count } = batch.pixels else { panic!("rows: {batch:?}") };
+        (first, count)
+    }
+
+    /// Every sample of every entry exactly once, whatever the pace.
+    #[test]
+    fn lists_are_worked_off_once() {
+        for cost in [1e-12, 1e-7, 2e-6, 1e-4, 1.0] {
+            for (pixels, samples) in [(1, 256), (700, 1), (999, 64), (5000, 4), (0, 8)] {
+                let mut plan = ListPlan::new(pixels, samples);
+                let mut next = vec![0; pixels as usize];
+                while let Some(batch) = plan.next(&Pace { cost }) {
+                    let (first, count) = entries(&batch);
+                    for given in &mut next[first as usize..(first + count) as usize] {
+                        assert_eq!(*given, batch.first_sample, "{cost}: {pixels}, {samples}");
+                        *given += batch.sample_count;
+                    }
+                }
+                assert!(next.iter().all(|&n| n == samples), "{cost}: {pixels}, {samples}");
+            }
+        }
+    }
+
+    /// A device that is not busy takes as long for a few pixels as for many. Whoever gives it less and less because it seems slow
+    /// waits that long again and again.
+    #[test]
+    fn short_lists_do_not_take_long() {
+        const AT_A_TIME: u32 = 65_536;
+        const LATENCY: f64 = 5e-4;
+        let mut pace = Pace { cost: LATENCY / f64::from(AT_A_TIME) };
+        let mut longest: f64 = 0.0;
+        let lists =
+            [(3000, 256), (1000, 256), (1000, 256), (1000, 256), (200, 256), (20_000, 64), (800_000, 8)];
+        for (pixels, samples) in lists {
+            let mut plan = ListPlan::new(pixels, samples);
+            let mut taken = 0.0;
+            while let Some(batch) = plan.next(&pace) {
+                let waves = f64::from(entries(&batch).1.div_ceil(AT_A_TIME));
+                let seconds = waves * f64::from(batch.sample_count) * LATENCY;
+                pace.learn(
+                    u64::from(batch.sample_count) * u64::from(entries(&batch).1),
+                    Duration::from_secs_f64(seconds),
+                );
+                (taken, longest) = (taken + seconds, longest.max(seconds));
+            }
+            let least = f64::from(pixels.div_ceil(AT_A_TIME) * samples) * LATENCY;
+            assert!(
+                taken < 2.0 * least,
+                "{pixels} pixels of {samples} samples: {taken} s instead of {least}"
+            );
+        }
+        assert!(longest < 0.2, "a dispatch of {longest} s");
     }
 
     /// First row and number of rows.

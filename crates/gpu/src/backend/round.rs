@@ -3,7 +3,7 @@
 use super::{CompiledKernel, FOLD_INTERVAL, GpuBackend, IN_FLIGHT, Picture, add_time, samples_of};
 use crate::film::{Batch, FOLD_SAMPLES, device_error};
 use crate::kernel::KernelKind;
-use crate::plan::listed_batch;
+use crate::plan::ListPlan;
 use crate::rounds::{Decision, Rounds};
 use crate::timing::Timer;
 use crate::{Gpu, GpuError};
@@ -43,15 +43,14 @@ impl ListRun<'_> {
         control: &Control,
         stats: &mut Stats,
     ) -> Result<(), GpuError> {
-        let mut next = 0;
-        while let Some(batch) = listed_batch(&self.compiled.pace, samples, pixels, next) {
+        let mut plan = ListPlan::new(pixels, samples);
+        while let Some(batch) = plan.next(&self.compiled.pace) {
             if control.is_cancelled() {
                 break;
             }
             let kernel = &mut self.compiled.kernel;
             let submission = kernel.submit(self.gpu, &mut self.picture.buffers, batch, self.timer)?;
             self.under_way.push_back((submission, batch, Instant::now()));
-            next += batch.pixel_count(self.width);
             if self.under_way.len() >= IN_FLIGHT {
                 self.wait_for_one(control, stats)?;
             }

@@ -161,9 +161,16 @@ fn store_lit(at: u32, vertex: FirstVertex, direct: vec3f) {
     pixels[at].reflection_weight = reflection_weight(vertex);
 }
 
-/// The same where nothing is but what lies behind everything.
-fn store_sky(at: u32, pixel: vec2u) {
-    pixels[at].radiance = distant_radiance(frame_ray(pixel).direction);
+/// A pixel's first vertex. Returns whether there is one; where not, its radiance is that of what lies behind everything.
+fn find_first_vertex(pixel: vec2u, vertex: ptr<function, FirstVertex>) -> bool {
+    let at = pixel_number(pixel);
+    let hit = first_hit(at);
+    if hit.instance == NONE {
+        pixels[at].radiance = distant_radiance(frame_ray(pixel).direction);
+        return false;
+    }
+    *vertex = first_vertex(pixel, hit);
+    return true;
 }
 
 /// Shades what `shadow_rays` has asked.
@@ -177,17 +184,14 @@ fn lit_surfaces(@builtin(global_invocation_id) id: vec3u) {
     if view.shadows == 0u {
         ray_counts[at] = 0u;
     }
-    let hit = first_hit(at);
-    if hit.instance == NONE {
-        store_sky(at, pixel);
-        return;
+    var vertex: FirstVertex;
+    if find_first_vertex(pixel, &vertex) {
+        var direct = vec3f(0.0);
+        if bsdf_has_smooth_part(vertex.bsdf) {
+            direct = known_lights(pixel, vertex);
+        }
+        store_lit(at, vertex, direct);
     }
-    let vertex = first_vertex(pixel, hit);
-    var direct = vec3f(0.0);
-    if bsdf_has_smooth_part(vertex.bsdf) {
-        direct = known_lights(pixel, vertex);
-    }
-    store_lit(at, vertex, direct);
 }
 
 /// Traces and shades.
@@ -199,16 +203,13 @@ fn direct_lights(@builtin(global_invocation_id) id: vec3u) {
     let pixel = pixel_in_rows(id);
     let at = pixel_number(pixel);
     ray_counts[at] = 0u;
-    let hit = first_hit(at);
-    if hit.instance == NONE {
-        store_sky(at, pixel);
-        return;
+    var vertex: FirstVertex;
+    if find_first_vertex(pixel, &vertex) {
+        var direct = vec3f(0.0);
+        if bsdf_has_smooth_part(vertex.bsdf) {
+            direct = traced_lights(pixel, vertex);
+        }
+        store_lit(at, vertex, direct);
+        count_pixel_rays(at);
     }
-    let vertex = first_vertex(pixel, hit);
-    var direct = vec3f(0.0);
-    if bsdf_has_smooth_part(vertex.bsdf) {
-        direct = traced_lights(pixel, vertex);
-    }
-    store_lit(at, vertex, direct);
-    count_pixel_rays(at);
 }
