@@ -26,14 +26,14 @@ pub fn rounds() -> String {
 
 #[wgsl]
 #[inline_all]
-#[allow(unused_imports)]
+#[allow(unused_imports, reason = "the imports are the text: nothing here uses them")]
 mod choice {
     use crate::rounds::*;
 }
 
 #[wgsl]
 #[inline_all]
-#[allow(unused_imports)]
+#[allow(unused_imports, reason = "the imports are the text: nothing here uses them")]
 mod everything {
     use crate::allocation::*;
     use crate::anisotropic::*;
@@ -76,7 +76,7 @@ mod everything {
 
 #[wgsl]
 #[inline_all]
-#[allow(unused_imports)]
+#[allow(unused_imports, reason = "the imports are the text: nothing here uses them")]
 mod surfaces {
     use crate::allocation::*;
     use crate::anisotropic::*;
@@ -116,7 +116,7 @@ mod surfaces {
 
 #[wgsl]
 #[inline_all]
-#[allow(unused_imports)]
+#[allow(unused_imports, reason = "the imports are the text: nothing here uses them")]
 mod plain {
     use crate::allocation::*;
     use crate::bsdf::*;

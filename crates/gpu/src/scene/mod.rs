@@ -5,6 +5,7 @@
 //! Geometries and the bindings of instances to them are joined, so that a hit leads to its material and vertices in one
 //! look-up.
 
+pub mod media;
 pub mod records;
 pub mod texels;
 mod textures;

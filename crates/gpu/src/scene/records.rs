@@ -2,13 +2,13 @@
 
 #![allow(missing_docs, reason = "the fields are explained where shaders declare them")]
 
+use super::media::{Grid, Medium, grid_record, medium_record};
 use super::texels::{ImagePlace, images};
 use bytemuck::{Pod, Zeroable};
 use optics::albedo::SheenAlbedo;
 use scene::tables::{
-    FEWEST_LIGHTS, GeometryKind, GeometryRecord, GridRecord, InstanceRecord, LAYER_SLOTS, LAYERS_GLOSSINESS,
-    LayerSlot, LayersRecord, LightNode, LightRecord as TableLight, MaterialRecord, MediumRecord, NONE,
-    SceneTables,
+    FEWEST_LIGHTS, GeometryKind, GeometryRecord, InstanceRecord, LAYER_SLOTS, LAYERS_GLOSSINESS, LayerSlot,
+    LayersRecord, LightNode, LightRecord as TableLight, MaterialRecord, NONE, SceneTables,
 };
 use scene::{Filter, Wrap};
 
@@ -31,9 +31,6 @@ pub const MATERIAL_EMISSIVE: u32 = 64;
 pub const VOLUMES_NEST: u32 = 1;
 /// Set where there are bodies that paths and cameras may be inside of.
 pub const VOLUMES_BODIES: u32 = 2;
-/// Set on media that are the inside of what looks like a surface.
-pub const MEDIUM_SUBSURFACE: u32 = 1;
-
 const TEXTURE_UV1: u32 = 1;
 const TEXTURE_BILINEAR: u32 = 2;
 const TEXTURE_SRGB: u32 = 4;
@@ -218,56 +215,6 @@ pub fn layer_constants() -> impl Iterator<Item = (&'static str, u32)> {
     fields.into_iter().chain(others)
 }
 
-/// A medium, in `words`; see [`scene::tables::MediumRecord`] for the fields.
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-#[repr(C)]
-pub struct Medium {
-    pub absorption: [f32; 3],
-    /// Where its grid begins, in `words`, or `NONE`.
-    pub grid: u32,
-    pub scattering: [f32; 3],
-    /// [`MEDIUM_SUBSURFACE`].
-    pub flags: u32,
-    pub emission: [f32; 3],
-    pub anisotropy: f32,
-}
-
-/// Where densities are, in `words`; see [`scene::tables::GridRecord`] for the fields.
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-#[repr(C)]
-pub struct Grid {
-    pub low: [f32; 3],
-    /// Where its densities begin, in `words`.
-    pub first: u32,
-    pub high: [f32; 3],
-    pub largest: f32,
-    pub size: [u32; 3],
-    pub padding: u32,
-}
-
-/// Names that shaders have for the places of the fields of media and grids, with their values in words.
-pub fn medium_constants() -> impl Iterator<Item = (&'static str, u32)> {
-    macro_rules! places {
-        ($($name:literal: $of:ident.$field:ident),* $(,)?) => {
-            [$(($name, (std::mem::offset_of!($of, $field) / 4) as u32)),*]
-        };
-    }
-    let fields = places! {
-        "MEDIUM_ABSORPTION": Medium.absorption,
-        "MEDIUM_GRID": Medium.grid,
-        "MEDIUM_SCATTERING": Medium.scattering,
-        "MEDIUM_FLAGS": Medium.flags,
-        "MEDIUM_EMISSION": Medium.emission,
-        "MEDIUM_ANISOTROPY": Medium.anisotropy,
-        "GRID_LOW": Grid.low,
-        "GRID_FIRST": Grid.first,
-        "GRID_HIGH": Grid.high,
-        "GRID_LARGEST": Grid.largest,
-        "GRID_SIZE": Grid.size,
-    };
-    fields.into_iter().chain([("MEDIUM_SUBSURFACE", MEDIUM_SUBSURFACE)])
-}
-
 /// A light and its slot of the alias table that chooses among lights.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 #[repr(C)]
@@ -368,9 +315,9 @@ impl Words {
             self.sheen_albedo = self.append(bytemuck::cast_slice(SheenAlbedo::shared().texels()));
             self.layers = self.append(bytemuck::cast_slice(&layers(tables)));
         }
-        let grids: Vec<Grid> = tables.grids.iter().map(|g| grid(g, self.densities)).collect();
+        let grids: Vec<Grid> = tables.grids.iter().map(|g| grid_record(g, self.densities)).collect();
         let grids = self.append(bytemuck::cast_slice(&grids));
-        let media: Vec<Medium> = tables.media.iter().map(|m| medium(m, grids)).collect();
+        let media: Vec<Medium> = tables.media.iter().map(|m| medium_record(m, grids)).collect();
         self.media = self.append(bytemuck::cast_slice(&media));
     }
 
@@ -560,25 +507,6 @@ fn texture_use(tables: &SceneTables, images: &[ImagePlace], slot: u32) -> Textur
         image: images.binary_search(&ImagePlace::of(texture)).unwrap_or(0) as u32,
         padding: 0,
     }
-}
-
-/// A medium; `grids`: where those begin, in `words`.
-fn medium(m: &MediumRecord, grids: u32) -> Medium {
-    let in_words = |grid: u32| grids + grid * (size_of::<Grid>() / 4) as u32;
-    Medium {
-        absorption: m.absorption,
-        grid: if m.grid == NONE { NONE } else { in_words(m.grid) },
-        scattering: m.scattering,
-        flags: if m.subsurface { MEDIUM_SUBSURFACE } else { 0 },
-        emission: m.emission,
-        anisotropy: m.anisotropy,
-    }
-}
-
-/// A grid; `densities`: where those begin, in `words`.
-fn grid(g: &GridRecord, densities: u32) -> Grid {
-    let (first, padding) = (densities + g.first, 0);
-    Grid { low: g.low, first, high: g.high, largest: g.largest, size: g.size, padding }
 }
 
 /// All lights, with the alias table that chooses among them.
