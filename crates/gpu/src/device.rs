@@ -125,7 +125,7 @@ struct Faults {
 
 /// All adapters of this machine, the best first.
 pub fn adapters() -> Vec<AdapterSummary> {
-    ranked_adapters().iter().map(AdapterSummary::new).collect()
+    ranked_adapters(&instance(None)).iter().map(AdapterSummary::new).collect()
 }
 
 /// Whether this machine has a GPU that is not a program. Looks once.
@@ -134,13 +134,19 @@ pub fn has_hardware() -> bool {
     *FOUND.get_or_init(|| adapters().iter().any(|a| !a.is_software()))
 }
 
-fn ranked_adapters() -> Vec<wgpu::Adapter> {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+/// The drivers of this machine; with a display, those that draw on its windows do so.
+pub(crate) fn instance(display: Option<Box<dyn wgpu::wgt::WgpuHasDisplayHandle>>) -> wgpu::Instance {
+    wgpu::Instance::new(wgpu::InstanceDescriptor {
         backends: wgpu::Backends::PRIMARY.with_env(),
         // The validation layer of many systems is older than the shaders that wgpu writes and reports false errors.
         flags: wgpu::InstanceFlags::empty().with_env(),
+        display,
         ..wgpu::InstanceDescriptor::new_without_display_handle()
-    });
+    })
+}
+
+/// All adapters, the best first.
+pub(crate) fn ranked_adapters(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
     let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
     adapters.sort_by_key(|a| {
         let info = a.get_info();
@@ -163,8 +169,18 @@ impl Gpu {
     /// # Errors
     /// When there is none, its limits are too low, or the driver refuses.
     pub fn open(options: &GpuOptions) -> Result<Self, GpuError> {
-        let adapters = ranked_adapters();
-        let adapter = pick(&adapters, options)?;
+        Ok(Self::open_one(&ranked_adapters(&instance(None)), options)?.0)
+    }
+
+    /// Opens one of `adapters`, and says which: that which the options ask for, or the first that will do.
+    ///
+    /// # Errors
+    /// As [`Gpu::open`].
+    pub(crate) fn open_one<'a>(
+        adapters: &'a [wgpu::Adapter],
+        options: &GpuOptions,
+    ) -> Result<(Self, &'a wgpu::Adapter), GpuError> {
+        let adapter = pick(adapters, options)?;
         let info = adapter.get_info();
         let features = adapter.features() & WANTED & options.features;
         let limits = capped(adapter.limits(), options.limits.unwrap_or_default());
@@ -198,7 +214,8 @@ impl Gpu {
         device.set_device_lost_callback(move |reason, message| {
             lock(&sink).lost.get_or_insert_with(|| format!("{reason:?}: {message}"));
         });
-        Ok(Self { device, queue, info, features, limits, pipelines: Mutex::default(), faults })
+        let gpu = Self { device, queue, info, features, limits, pipelines: Mutex::default(), faults };
+        Ok((gpu, adapter))
     }
 
     /// What it is, for people.

@@ -56,6 +56,20 @@ pub enum GpuError {
         /// What the driver said.
         reason: String,
     },
+    /// Nothing can be shown on the window.
+    #[error("cannot draw on the window: {reason}")]
+    Screen {
+        /// What the driver said, or what is missing.
+        reason: String,
+    },
+    /// The window cannot show frames as it was asked to.
+    #[error("the window has no present mode `{wanted}`; it has {offered}")]
+    PresentMode {
+        /// What was asked for.
+        wanted: String,
+        /// What there is.
+        offered: String,
+    },
     /// An array of the scene is larger than a shader can see.
     #[error("{object} take {bytes} bytes, but a buffer of this device can have {limit}")]
     BufferTooLarge {

@@ -22,6 +22,7 @@ pub mod rays;
 pub mod realtime;
 mod rounds;
 pub mod scene;
+pub mod screen;
 pub mod shader;
 pub mod timing;
 pub mod tracer;

@@ -21,7 +21,7 @@ pub mod watch;
 mod window;
 pub mod worker;
 
-pub use window::{Options, SurfaceError, ViewerError, run};
+pub use window::{Options, PlainWindow, SurfaceError, ViewerError, run};
 
 /// Whether there is a display that a window could be opened on.
 pub fn has_display() -> bool {

@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "each test program uses some of this")]
 
+pub mod display;
+
 use std::path::Path;
 use std::process::Command;
 

@@ -7,6 +7,7 @@ use crate::realtime::{self, RealtimeKernel};
 use crate::scene::refuse_volumes;
 use crate::scene::update::StagingRing;
 use crate::scene::upload::write_buffer;
+use crate::screen::Screen;
 use crate::tracer::bvh::BvhTracer;
 use crate::tracer::query::QueryTracer;
 use crate::tracer::upper::{Place, UpperBuilder, UpperUpdate};
@@ -190,13 +191,46 @@ impl LiveScene {
     /// # Errors
     /// When the view is of another integrator, instances are to move that cannot, or the device fails.
     pub fn frame(&mut self, view: &View, motion: Option<Motion<'_>>) -> Result<u64, GpuError> {
+        self.start(view, motion, None)
+    }
+
+    /// As [`LiveScene::frame`], and shows the frame on the window that this scene's device was opened with. Waits for the window
+    /// before the host's work begins; a frame that the window cannot show is made nevertheless.
+    ///
+    /// # Errors
+    /// As [`LiveScene::frame`].
+    pub fn show(
+        &mut self,
+        view: &View,
+        motion: Option<Motion<'_>>,
+        screen: &mut Screen,
+    ) -> Result<u64, GpuError> {
+        self.start(view, motion, Some(screen))
+    }
+
+    fn start(
+        &mut self,
+        view: &View,
+        motion: Option<Motion<'_>>,
+        mut screen: Option<&mut Screen>,
+    ) -> Result<u64, GpuError> {
         if !self.film.set_view(view) {
             self.film = FilmBuffers::new(&self.gpu, view, false)?;
         }
+        let picture = match &mut screen {
+            Some(screen) => screen.acquire(&self.gpu, self.frames.depth())?,
+            None => None,
+        };
         let slot = self.frames.begin(&self.gpu)?;
         self.learn();
-        let (encoder, samples) = self.record(slot, view, motion)?;
+        let (mut encoder, samples) = self.record(slot, view, motion)?;
+        if let (Some(screen), Some(picture)) = (&mut screen, &picture) {
+            screen.record(&self.gpu, &mut encoder, self.frames.clock(slot), &self.film, picture)?;
+        }
         let frame = self.frames.submit(&self.gpu, slot, encoder)?;
+        if let (Some(screen), Some(picture)) = (screen, picture) {
+            screen.present(&self.gpu, picture)?;
+        }
         if samples > 0 {
             self.planned.push_back((frame, samples));
         }

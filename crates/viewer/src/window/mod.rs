@@ -1,7 +1,9 @@
 //! The window: events in, pictures out. What is shown and done is [`Viewer`]'s.
 
+mod plain;
 mod surface;
 
+pub use plain::PlainWindow;
 pub use surface::SurfaceError;
 
 use crate::settings::Settings;
@@ -45,6 +47,9 @@ pub enum ViewerError {
     /// The system makes no window.
     #[error("the system makes no window")]
     Window(#[from] winit::error::OsError),
+    /// The system makes no window, and does not say why.
+    #[error("the system makes no window: it never gave leave to open one")]
+    NoWindow,
     /// Nothing can draw on the window.
     #[error("cannot draw on the window")]
     Surface(#[from] SurfaceError),

@@ -3,6 +3,7 @@
 use super::ReportArgs;
 use super::frames::{FrameArgs, Measured};
 use super::report::{Cell, Percentiles, Plot, Report, Scale, Table};
+use super::stage::Stage;
 use super::views::{check_scenes, open_scene};
 use crate::console::print_result;
 use alhazen::{Camera, HybridSettings, Scene};
@@ -30,7 +31,7 @@ pub struct ViewsArgs {
 }
 
 /// Passes in the order of a frame.
-const PASSES: [&str; 12] = [
+const PASSES: [&str; 13] = [
     "cluster lights",
     "cull",
     "draw",
@@ -43,14 +44,17 @@ const PASSES: [&str; 12] = [
     "list reflecting",
     "reflections",
     "compose",
+    "screen",
 ];
 
 /// Measures, prints and writes.
 pub fn run(args: &ViewsArgs) -> anyhow::Result<()> {
-    let mut report = Report::new("views", "Views", &args.frames.settings(&args.frames.open()?));
+    let mut stage = Stage::open(&args.frames, "views")?;
+    let mut report = Report::new("views", "Views", stage.settings());
     report.text("Milliseconds a frame by the device's clock, medians; each pass by itself.");
     let mut columns = vec!["scene", "view", "frames/s", "frame ms", "p5", "p95"];
     columns.extend(PASSES);
+    columns.extend(stage.columns());
     let mut table = Table::new("passes", "Frame time by view and pass", &columns);
     check_scenes(&args.scenes)?;
     for name in &args.scenes {
@@ -59,10 +63,10 @@ pub fn run(args: &ViewsArgs) -> anyhow::Result<()> {
             Plot::new(&format!("{name}: device time"), ("frame", Scale::Linear), ("ms", Scale::Linear));
         let cameras = cameras(scene, args.around);
         let first = args.frames.view(scene, cameras[0].clone(), HybridSettings::default());
-        let mut live = args.frames.load(args.frames.open()?, scene, &first, 2)?;
+        let mut shown = stage.load(scene, &first, 2)?;
         for camera in cameras {
             let view = args.frames.view(scene, camera.clone(), HybridSettings::default());
-            let measured = args.frames.measure(&mut live, &mut |_, _| (view.clone(), None))?;
+            let measured = stage.measure(&mut shown, &mut |_, _| (view.clone(), None))?;
             table.push(row(name, &camera.name, &measured));
             // A few hundred points show a curve.
             let step = measured.device.len().div_ceil(500).max(1);
@@ -102,5 +106,6 @@ fn row(scene: &str, view: &str, measured: &Measured) -> Vec<Cell> {
     let mut row: Vec<Cell> = vec![scene.into(), view.into(), measured.rate().into()];
     row.extend([frame.p50, frame.p5, frame.p95].map(Cell::from));
     row.extend(PASSES.map(|pass| Cell::from(measured.pass(pass))));
+    row.extend(measured.shown());
     row
 }

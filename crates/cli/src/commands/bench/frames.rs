@@ -1,22 +1,21 @@
-//! What measurements of real-time frames have in common: arguments, scenes that are made for them, and the loop.
+//! What measurements of real-time frames have in common: arguments, times, and scenes that are made for them. The loop is
+//! [`Stage`](super::stage::Stage)'s.
 
-use super::report::Percentiles;
+use super::report::{Cell, Percentiles};
 use crate::commands::render::parsing::parse_share;
-use alhazen::gpu::frames::{FrameReport, chrome_trace};
-use alhazen::gpu::hybrid::LiveScene;
+use alhazen::gpu::frames::FrameReport;
+use alhazen::gpu::screen::PresentMode;
 use alhazen::gpu::tracer::TracerKind;
-use alhazen::gpu::tracer::upper::{Place, UpperUpdate};
+use alhazen::gpu::tracer::upper::Place;
 use alhazen::gpu::{Gpu, GpuOptions};
 use alhazen::{
-    Camera, HybridSettings, Instance, Integrator, Job, Light, LightKind, Material, Mesh, Model, Scene,
-    SceneTables, Shape, TriangleMesh, View,
+    Camera, HybridSettings, Instance, Integrator, Job, Light, LightKind, Material, Mesh, Model, Scene, Shape,
+    TriangleMesh, View,
 };
-use anyhow::{Context, ensure};
 use clap::{Args, ValueEnum};
 use glam::{Affine3A, Vec3};
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::time::Instant;
+use std::time::Duration;
 
 /// How frames are measured.
 #[derive(Debug, Args)]
@@ -48,6 +47,25 @@ pub struct FrameArgs {
     /// Write what host and device did in the last measured frames to this file, for chrome://tracing.
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
+    /// Show the frames in a window. Escape ends the measurement, and nothing is written then.
+    #[arg(long)]
+    pub windowed: bool,
+    /// When pictures reach the screen: auto is the first that the window has of immediate, mailbox and fifo.
+    #[arg(long, value_enum, value_name = "MODE", default_value_t = Presenting::Auto, requires = "windowed")]
+    pub present_mode: Presenting,
+}
+
+/// When pictures reach the screen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Presenting {
+    /// Without waiting for the screen, if that can be.
+    Auto,
+    /// Each in its turn, with the screen's refresh.
+    Fifo,
+    /// The latest, with the screen's refresh.
+    Mailbox,
+    /// At once.
+    Immediate,
 }
 
 /// How first hits are found.
@@ -75,7 +93,7 @@ pub enum Tracer {
 pub struct Measured {
     /// Wall time of all of them, in seconds.
     pub seconds: f64,
-    /// The host's, waiting not counted.
+    /// The host's; waiting for a slot of the ring and for the window is not counted.
     pub host: Vec<f64>,
     /// That the host waited.
     pub waited: Vec<f64>,
@@ -83,8 +101,17 @@ pub struct Measured {
     pub device: Vec<f64>,
     /// From the host's beginning to the device's end.
     pub latency: Vec<f64>,
+    /// Until the host had a picture of the window to draw on, which includes waiting for the screen; empty without a window.
+    pub acquired: Vec<f64>,
+    /// Until the host had given the picture back; empty without a window.
+    pub presented: Vec<f64>,
     /// By pass.
     pub passes: Vec<(&'static str, Vec<f64>)>,
+}
+
+/// A duration in milliseconds.
+pub fn milliseconds(d: Duration) -> f64 {
+    d.as_secs_f64() * 1e3
 }
 
 impl Measured {
@@ -98,8 +125,13 @@ impl Measured {
         self.passes.iter().find(|(n, _)| *n == name).map_or(0.0, |(_, times)| Percentiles::of(times).p50)
     }
 
-    fn add(&mut self, report: &FrameReport) {
-        let milliseconds = |d: std::time::Duration| d.as_secs_f64() * 1e3;
+    /// Cells of [`Stage::columns`](super::stage::Stage::columns).
+    pub fn shown(&self) -> impl Iterator<Item = Cell> {
+        let times = [&self.acquired, &self.presented].into_iter().filter(|times| !times.is_empty());
+        times.map(|times| Percentiles::of(times).p50.into())
+    }
+
+    pub(super) fn add(&mut self, report: &FrameReport) {
         self.waited.push(milliseconds(report.waited));
         self.device.push(milliseconds(report.device()));
         self.latency.extend(report.latency.map(milliseconds));
@@ -112,9 +144,6 @@ impl Measured {
         }
     }
 }
-
-/// What a frame shows: the view, and where instances stand, if they move.
-pub type NextFrame<'a> = &'a mut dyn FnMut(u32, &mut Vec<Place>) -> (View, Option<UpperUpdate>);
 
 impl FrameArgs {
     /// What reports say of the arguments.
@@ -129,19 +158,26 @@ impl FrameArgs {
         ]
     }
 
-    fn kind(&self) -> TracerKind {
+    pub(super) fn kind(&self) -> TracerKind {
         match self.tracer {
             Tracer::Bvh => TracerKind::Bvh,
             Tracer::Query => TracerKind::Query,
         }
     }
 
-    /// Opens the device.
-    ///
-    /// # Errors
-    /// When there is none.
-    pub fn open(&self) -> anyhow::Result<Gpu> {
-        Ok(Gpu::open(&GpuOptions { adapter: self.adapter.clone(), ..GpuOptions::default() })?)
+    /// How the device is chosen.
+    pub(super) fn gpu_options(&self) -> GpuOptions {
+        GpuOptions { adapter: self.adapter.clone(), ..GpuOptions::default() }
+    }
+
+    /// When pictures reach the screen.
+    pub(super) fn presenting(&self) -> PresentMode {
+        match self.present_mode {
+            Presenting::Auto => PresentMode::Auto,
+            Presenting::Fifo => PresentMode::Fifo,
+            Presenting::Mailbox => PresentMode::Mailbox,
+            Presenting::Immediate => PresentMode::Immediate,
+        }
     }
 
     /// Settings with what the arguments say.
@@ -158,63 +194,6 @@ impl FrameArgs {
         let integrator = Integrator::Hybrid(self.settings_of(settings));
         let (width, height) = (self.width, self.height);
         Job { camera, width, height, integrator, ..Job::for_scene(scene) }.view(0.0)
-    }
-
-    /// Loads a scene on a device.
-    ///
-    /// # Errors
-    /// When the device cannot hold it.
-    pub fn load(&self, gpu: Gpu, scene: &Scene, view: &View, depth: usize) -> anyhow::Result<LiveScene> {
-        let tables = Arc::new(SceneTables::build(scene));
-        let start = Instant::now();
-        let live = LiveScene::new(gpu, tables, self.kind(), view, depth)
-            .with_context(|| format!("cannot show {}", scene.name))?;
-        eprintln!("{}: on the device after {:.1} s", scene.name, start.elapsed().as_secs_f64());
-        Ok(live)
-    }
-
-    /// Shows frames, those of the warm-up first, and measures the others. The last measured frame has to show something.
-    ///
-    /// # Errors
-    /// When the device fails, or the picture is black or not a number.
-    pub fn measure(&self, live: &mut LiveScene, next: NextFrame<'_>) -> anyhow::Result<Measured> {
-        let mut measured = Measured::default();
-        let mut places = Vec::new();
-        let mut last = None;
-        let mut start = Instant::now();
-        for number in 0..self.warm_up + self.frames {
-            if number == self.warm_up {
-                live.finish()?;
-                live.frames().take_reports();
-                live.frames().take_spans();
-                start = Instant::now();
-            }
-            let begun = Instant::now();
-            let (view, update) = next(number, &mut places);
-            let view = View { first_sample: number, ..view };
-            live.frame(&view, update.map(|update| (&places[..], update)))?;
-            if number >= self.warm_up {
-                measured.host.push(begun.elapsed().as_secs_f64() * 1e3);
-            }
-            last = Some(view);
-        }
-        live.finish()?;
-        measured.seconds = start.elapsed().as_secs_f64();
-        live.frames().take_reports().iter().for_each(|report| measured.add(report));
-        // The loop's time holds the wait.
-        measured.host.iter_mut().zip(&measured.waited).for_each(|(host, waited)| *host -= waited);
-        if let Some(path) = &self.trace {
-            let trace = chrome_trace(&live.frames().take_spans());
-            std::fs::write(path, trace).with_context(|| format!("cannot write {}", path.display()))?;
-        }
-        if let Some(view) = last {
-            let mean = live.read(&view)?.mean();
-            ensure!(
-                mean.iter().all(|m| m.is_finite() && *m > 0.0),
-                "the last frame is not a picture: {mean:?}"
-            );
-        }
-        Ok(measured)
     }
 }
 

@@ -3,6 +3,7 @@
 use super::ReportArgs;
 use super::frames::{FrameArgs, Measured, crowd, crowd_places};
 use super::report::{Percentiles, Plot, Report, Scale, Table};
+use super::stage::Stage;
 use crate::console::print_result;
 use alhazen::HybridSettings;
 use alhazen::gpu::tracer::upper::UpperUpdate;
@@ -33,14 +34,14 @@ pub struct FramesInFlightArgs {
 
 /// Measures, prints and writes.
 pub fn run(args: &FramesInFlightArgs) -> anyhow::Result<()> {
-    let mut report =
-        Report::new("frames-in-flight", "Frames in flight", &args.frames.settings(&args.frames.open()?));
+    let mut stage = Stage::open(&args.frames, "frames in flight")?;
+    let mut report = Report::new("frames-in-flight", "Frames in flight", stage.settings());
     report.text(
         "Milliseconds a frame, medians. Host: what the processor does for a frame. Waited: what it waited for a free slot. Device: \
          all passes. Latency: from the beginning of the host's work, when input is read, to the end of the device's. Going from 1 to \
          2 frames hides the shorter of host and device time; more than that helps only where times vary.",
     );
-    let columns = [
+    let mut columns = vec![
         "models",
         "in flight",
         "frames/s",
@@ -53,17 +54,18 @@ pub fn run(args: &FramesInFlightArgs) -> anyhow::Result<()> {
         "latency p95",
         "500 frames, s",
     ];
+    columns.extend(stage.columns());
     let mut table = Table::new("throughput", "Throughput and latency by frames in flight", &columns);
     let mut rate =
         Plot::new("Frames per second", ("frames in flight", Scale::Linear), ("frames/s", Scale::Log));
     let mut latency = Plot::new("Latency", ("frames in flight", Scale::Linear), ("ms", Scale::Log));
     for &models in &args.models {
         let (mut rates, mut latencies) = (Vec::new(), Vec::new());
-        for (in_flight, measured) in measure(args, models)? {
+        for (in_flight, measured) in measure(args, &mut stage, models)? {
             let median = |values: &[f64]| Percentiles::of(values).p50;
             rates.push((in_flight, measured.rate()));
             latencies.push((in_flight, median(&measured.latency)));
-            table.push(vec![
+            let mut row = vec![
                 f64::from(models).into(),
                 in_flight.into(),
                 measured.rate().into(),
@@ -75,7 +77,9 @@ pub fn run(args: &FramesInFlightArgs) -> anyhow::Result<()> {
                 median(&measured.latency).into(),
                 Percentiles::of(&measured.latency).p95.into(),
                 (500.0 / measured.rate()).into(),
-            ]);
+            ];
+            row.extend(measured.shown());
+            table.push(row);
         }
         let name = format!("{models} models");
         (rate, latency) = (rate.with(&name, rates), latency.with(&name, latencies));
@@ -89,15 +93,19 @@ pub fn run(args: &FramesInFlightArgs) -> anyhow::Result<()> {
 }
 
 /// Times by the number of frames in flight.
-fn measure(args: &FramesInFlightArgs, models: u32) -> anyhow::Result<Vec<(f64, Measured)>> {
+fn measure(
+    args: &FramesInFlightArgs,
+    stage: &mut Stage<'_>,
+    models: u32,
+) -> anyhow::Result<Vec<(f64, Measured)>> {
     let scene = crowd(models);
     let settings = HybridSettings::default();
     let view = args.frames.view(&scene, scene.default_camera(), settings);
-    let mut live = args.frames.load(args.frames.open()?, &scene, &view, 1)?;
+    let mut shown = stage.load(&scene, &view, 1)?;
     let mut results = Vec::new();
     for &in_flight in &args.in_flight {
-        live.frames().set_depth(in_flight as usize);
-        let measured = args.frames.measure(&mut live, &mut |number, places| {
+        shown.live.frames().set_depth(in_flight as usize);
+        let measured = stage.measure(&mut shown, &mut |number, places| {
             crowd_places(models, number, places);
             (view.clone(), Some(UpperUpdate::Rebuild))
         })?;

@@ -11,6 +11,7 @@ mod lights;
 mod realtime;
 pub mod report;
 mod shadows;
+mod stage;
 mod tlas;
 mod views;
 

@@ -3,6 +3,7 @@
 use super::ReportArgs;
 use super::frames::{FrameArgs, Measured, add_small_lamps, lit_hills};
 use super::report::{Percentiles, Plot, Report, Scale, Table};
+use super::stage::Stage;
 use crate::commands::load_scene;
 use crate::console::print_result;
 use alhazen::{DirectSettings, HybridSettings, LoadOptions, Scene};
@@ -48,12 +49,13 @@ fn shadows_only() -> HybridSettings {
 
 /// Measures, prints and writes.
 pub fn run(args: &ShadowArgs) -> anyhow::Result<()> {
-    let mut report = Report::new("shadows", "Shadows", &args.frames.settings(&args.frames.open()?));
+    let mut stage = Stage::open(&args.frames, "shadows")?;
+    let mut report = Report::new("shadows", "Shadows", stage.settings());
     report.text(
         "Milliseconds a frame, by the device's clock. First hit: everything up to the record of what each pixel sees. A light more: \
          the slope from the fewest lights to the most.",
     );
-    let columns = [
+    let mut columns = vec![
         "indices",
         "lights",
         "shadows",
@@ -64,6 +66,7 @@ pub fn run(args: &ShadowArgs) -> anyhow::Result<()> {
         "a light more, ms",
         "frames/s",
     ];
+    columns.extend(stage.columns());
     let mut table = Table::new("lights", "Frame time by indices and lights", &columns);
     let mut plot = Plot::new("Frame time", ("lights", Scale::Linear), ("ms", Scale::Linear));
     for &indices in &args.indices {
@@ -71,11 +74,11 @@ pub fn run(args: &ShadowArgs) -> anyhow::Result<()> {
             let settings = HybridSettings { shadows, ..shadows_only() };
             let mut curve: Vec<(f64, f64)> = Vec::new();
             for &lights in &args.lights {
-                let measured = measure(args, &lit_hills(indices, lights), settings)?;
+                let measured = measure(args, &mut stage, &lit_hills(indices, lights), settings)?;
                 let frame = Percentiles::of(&measured.device);
                 curve.push((f64::from(lights), frame.p50));
                 let slope = (frame.p50 - curve[0].1) / (f64::from(lights) - curve[0].0);
-                table.push(vec![
+                let mut row = vec![
                     f64::from(indices).into(),
                     f64::from(lights).into(),
                     if shadows { "on" } else { "off" }.into(),
@@ -85,7 +88,9 @@ pub fn run(args: &ShadowArgs) -> anyhow::Result<()> {
                     light_passes(&measured).into(),
                     slope.into(),
                     measured.rate().into(),
-                ]);
+                ];
+                row.extend(measured.shown());
+                table.push(row);
             }
             let name = format!("{indices} indices, {}", if shadows { "shadows" } else { "no shadows" });
             plot = plot.with(&name, curve);
@@ -94,7 +99,7 @@ pub fn run(args: &ShadowArgs) -> anyhow::Result<()> {
     report.table(table);
     report.plot(plot);
     if args.small_lamps > 0 {
-        report.table(small_lamps(args)?);
+        report.table(small_lamps(args, &mut stage)?);
     }
     print_result(&report.summary())?;
     eprintln!("{}", report.write(&args.report.report)?.display());
@@ -111,30 +116,39 @@ fn light_passes(measured: &Measured) -> f64 {
     ["shadow rays", "lit surfaces", "direct lights"].iter().map(|pass| measured.pass(pass)).sum()
 }
 
-fn measure(args: &ShadowArgs, scene: &Scene, settings: HybridSettings) -> anyhow::Result<Measured> {
+fn measure(
+    args: &ShadowArgs,
+    stage: &mut Stage<'_>,
+    scene: &Scene,
+    settings: HybridSettings,
+) -> anyhow::Result<Measured> {
     let view = args.frames.view(scene, scene.default_camera(), settings);
-    let mut live = args.frames.load(args.frames.open()?, scene, &view, 2)?;
-    args.frames.measure(&mut live, &mut |_, _| (view.clone(), None))
+    let mut shown = stage.load(scene, &view, 2)?;
+    stage.measure(&mut shown, &mut |_, _| (view.clone(), None))
 }
 
 /// Many small lamps, all counted and culled.
-fn small_lamps(args: &ShadowArgs) -> anyhow::Result<Table> {
+fn small_lamps(args: &ShadowArgs, stage: &mut Stage<'_>) -> anyhow::Result<Table> {
     let mut scene = load_scene(&args.scene, &[], &LoadOptions::default())?.scene;
     add_small_lamps(&mut scene, args.small_lamps);
     let title = format!("{} small lamps in {}", args.small_lamps, args.scene);
-    let columns = ["irradiance that counts", "frame ms", "p95", "cluster lights ms", "lights ms", "frames/s"];
+    let mut columns =
+        vec!["irradiance that counts", "frame ms", "p95", "cluster lights ms", "lights ms", "frames/s"];
+    columns.extend(stage.columns());
     let mut table = Table::new("small-lamps", &title, &columns);
     for light_cutoff in [args.light_cutoff, 0.0] {
-        let measured = measure(args, &scene, HybridSettings { light_cutoff, ..shadows_only() })?;
+        let measured = measure(args, stage, &scene, HybridSettings { light_cutoff, ..shadows_only() })?;
         let frame = Percentiles::of(&measured.device);
-        table.push(vec![
+        let mut row = vec![
             f64::from(light_cutoff).into(),
             frame.p50.into(),
             frame.p95.into(),
             measured.pass("cluster lights").into(),
             light_passes(&measured).into(),
             measured.rate().into(),
-        ]);
+        ];
+        row.extend(measured.shown());
+        table.push(row);
     }
     Ok(table)
 }

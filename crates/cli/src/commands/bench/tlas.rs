@@ -3,6 +3,7 @@
 use super::ReportArgs;
 use super::frames::{FrameArgs, crowd, crowd_places};
 use super::report::{Percentiles, Plot, Report, Scale, Table};
+use super::stage::Stage;
 use crate::console::print_result;
 use alhazen::HybridSettings;
 use alhazen::gpu::tracer::upper::UpperUpdate;
@@ -26,23 +27,26 @@ pub struct TlasArgs {
 
 /// Measures, prints and writes.
 pub fn run(args: &TlasArgs) -> anyhow::Result<()> {
-    let mut report = Report::new("tlas", "Moving instances", &args.frames.settings(&args.frames.open()?));
+    let mut stage = Stage::open(&args.frames, "moving instances")?;
+    let mut report = Report::new("tlas", "Moving instances", stage.settings());
     report.text(
         "Milliseconds a frame, medians. Update: bounds, order and nodes of the upper level, and the records of instances, by the device's \
          clock. Host: computing and handing over all places, and recording the frame.",
     );
-    let columns = ["instances", "update", "update ms", "p95", "frame ms", "host ms", "host p95", "frames/s"];
+    let mut columns =
+        vec!["instances", "update", "update ms", "p95", "frame ms", "host ms", "host p95", "frames/s"];
+    columns.extend(stage.columns());
     let mut table = Table::new("update", "Upper level by instances", &columns);
     let mut plot = Plot::new("Update of the upper level", ("instances", Scale::Log), ("ms", Scale::Log));
     let (mut rebuild, mut refit) = (Vec::new(), Vec::new());
     for &instances in &args.instances {
         let scene = crowd(instances);
         let view = args.frames.view(&scene, scene.default_camera(), HybridSettings::default());
-        let mut live = args.frames.load(args.frames.open()?, &scene, &view, 2)?;
+        let mut shown = stage.load(&scene, &view, 2)?;
         for (update, name, curve) in
             [(UpperUpdate::Rebuild, "rebuild", &mut rebuild), (UpperUpdate::Refit, "refit", &mut refit)]
         {
-            let measured = args.frames.measure(&mut live, &mut |number, places| {
+            let measured = stage.measure(&mut shown, &mut |number, places| {
                 crowd_places(instances, number, places);
                 (view.clone(), Some(update))
             })?;
@@ -50,7 +54,7 @@ pub fn run(args: &TlasArgs) -> anyhow::Result<()> {
             let time = Percentiles::of(pass.map_or(&[], |(_, times)| times));
             let host = Percentiles::of(&measured.host);
             curve.push((f64::from(instances), time.p50));
-            table.push(vec![
+            let mut row = vec![
                 f64::from(instances).into(),
                 name.into(),
                 time.p50.into(),
@@ -59,7 +63,9 @@ pub fn run(args: &TlasArgs) -> anyhow::Result<()> {
                 host.p50.into(),
                 host.p95.into(),
                 measured.rate().into(),
-            ]);
+            ];
+            row.extend(measured.shown());
+            table.push(row);
         }
     }
     plot = plot.with("rebuild", rebuild).with("refit", refit);
