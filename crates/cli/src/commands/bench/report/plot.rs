@@ -33,12 +33,17 @@ pub struct Plot {
 /// Okabe and Ito's colours, which colour-blind readers can tell apart.
 const COLOURS: [&str; 6] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
 
+/// Without the legend, which is right of it.
 const WIDTH: f64 = 640.0;
 const HEIGHT: f64 = 380.0;
 const LEFT: f64 = 78.0;
 const TOP: f64 = 34.0;
 const RIGHT: f64 = 20.0;
 const BOTTOM: f64 = 52.0;
+/// From one line of the legend to the next.
+const LEGEND_LINE: f64 = 17.0;
+/// Of a letter: fonts without serifs are narrower on average.
+const LETTER_WIDTH: f64 = 7.0;
 
 impl Plot {
     /// A plot without curves; the axes have a name (with its unit) and a scale.
@@ -61,8 +66,11 @@ impl Plot {
         let y = Axis::new(self.y.1, all().map(|p| p.1));
         let at_x = |v: f64| LEFT + (WIDTH - LEFT - RIGHT) * x.place(v);
         let at_y = |v: f64| HEIGHT - BOTTOM - (HEIGHT - TOP - BOTTOM) * y.place(v);
+        let names = self.series.iter().map(|s| s.name.chars().count()).max().unwrap_or(0);
+        let width = WIDTH + 24.0 + LETTER_WIDTH * names as f64;
+        let height = HEIGHT.max(TOP + LEGEND_LINE * (self.series.len() + 1) as f64);
         let mut svg = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" \
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
              font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n\
              <text x=\"{LEFT}\" y=\"20\" font-size=\"14\">{}</text>\n",
             escape(&self.title)
@@ -113,14 +121,13 @@ impl Plot {
                 let (px, py) = point.split_once(',').unwrap_or_default();
                 let _ = write!(svg, "<circle cx=\"{px}\" cy=\"{py}\" r=\"3\" fill=\"{colour}\"/>");
             }
-            let legend = TOP + 14.0 + 17.0 * i as f64;
+            let legend = TOP + 14.0 + LEGEND_LINE * i as f64;
             let _ = writeln!(
                 svg,
-                "\n<rect x=\"{}\" y=\"{:.1}\" width=\"14\" height=\"4\" fill=\"{colour}\"/>\
-                 <text x=\"{}\" y=\"{legend:.1}\" text-anchor=\"end\">{}</text>",
-                right - 18.0,
+                "\n<rect x=\"{WIDTH}\" y=\"{:.1}\" width=\"14\" height=\"4\" fill=\"{colour}\"/>\
+                 <text x=\"{}\" y=\"{legend:.1}\">{}</text>",
                 legend - 6.0,
-                right - 24.0,
+                WIDTH + 20.0,
                 escape(&series.name)
             );
         }
@@ -209,6 +216,31 @@ mod tests {
         assert_eq!(linear.ticks(), [0.0, 2.0, 4.0, 6.0, 8.0]);
         assert_eq!(label(0.25), "0.25");
         assert_eq!(label(1e6), "1e6");
+    }
+
+    /// The legend's lines are right of all curves and inside of the picture, however many there are.
+    #[test]
+    fn legends_hide_no_curve() {
+        let points = vec![(0.0, 1.0), (1.0, 100.0)];
+        let plot = Plot::new("t", ("x", Scale::Linear), ("y", Scale::Linear));
+        let plot = (0..40).fold(plot, |p, i| p.with(&format!("curve number {i}"), points.clone()));
+        let svg = plot.svg();
+        let number = |text: &str, name: &str| -> f64 {
+            let rest = text.split_once(&format!(" {name}=\"")).expect("has it").1;
+            rest.split('"').next().unwrap().parse().unwrap()
+        };
+        let size = svg.split_once("viewBox=\"0 0 ").unwrap().1.split('"').next().unwrap();
+        let (width, height) = size.split_once(' ').unwrap();
+        let [width, height]: [f64; 2] = [width, height].map(|n| n.parse().unwrap());
+        let curves = svg.split("<circle").skip(1).map(|c| number(c, "cx"));
+        let right = curves.fold(0.0, f64::max);
+        let lines: Vec<_> = svg.lines().filter(|l| l.contains("curve number")).collect();
+        assert_eq!(lines.len(), 40);
+        for line in lines {
+            assert!(number(line, "x") > right, "{line}");
+            let text = line.split_once("<text").unwrap().1;
+            assert!(number(text, "x") + 15.0 * 6.0 < width && number(text, "y") < height, "{line}");
+        }
     }
 
     #[test]
