@@ -216,13 +216,13 @@ fn time_is_played_stepped_and_taken_back() {
     // Another seed: what was begun may have more samples.
     (harness.state_mut().render.spp, harness.state_mut().render.seed) = (4, 1);
     let rest = shows(&mut harness, &file, "at rest");
-    click(&mut harness, "Step on");
+    click(&mut harness, "Frame on");
     assert_eq!(harness.state().clock.frame(), 1);
     shows(&mut harness, &file, "frame 1");
     harness.state_mut().clock.seek(30);
     let later = shows(&mut harness, &file, "frame 30");
     assert!(later.data() != rest.data(), "nothing has moved");
-    click(&mut harness, "Play");
+    click(&mut harness, "Play time");
     let before = harness.state().shots_seen();
     until(&mut harness, "pictures while time passes", |v| {
         v.clock.frame() > 31 && v.shots_seen() > before + 3
