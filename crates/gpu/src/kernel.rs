@@ -230,7 +230,14 @@ impl Tracing for ComputeTracing {
                 };
                 Ok(Box::new(HybridKernel::new(gpu, variant, scene, &*self.0, &settings)?))
             }
-            KernelKind::Realtime => Ok(Box::new(RealtimeKernel::new(gpu, variant, scene, &*self.0)?)),
+            KernelKind::Realtime => {
+                let settings = if let Integrator::Realtime(settings) = film.integrator {
+                    settings
+                } else {
+                    Default::default()
+                };
+                Ok(Box::new(RealtimeKernel::new(gpu, variant, scene, &*self.0, &settings)?))
+            }
             KernelKind::Path | KernelKind::Direct | KernelKind::Aov => {
                 Ok(Box::new(Megakernel::new(gpu, kind, variant, scene, &*self.0, film)?))
             }

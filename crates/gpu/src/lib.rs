@@ -10,6 +10,7 @@ mod bindings;
 mod device;
 mod error;
 pub mod film;
+mod frame_pass;
 pub mod frames;
 pub mod hybrid;
 pub mod kernel;

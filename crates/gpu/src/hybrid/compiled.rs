@@ -3,77 +3,34 @@
 use super::items::DrawClass;
 use super::passes::{DEPTH_FORMAT, ID_FORMAT, Pass, RASTER_BINDINGS, raster_text, slot_layout};
 use crate::bindings::film_layout;
+use crate::frame_pass::{FramePass, PassParts};
 use crate::shader::Variant;
 use crate::tracer::Tracer;
 use crate::{Gpu, GpuError, GpuScene};
 use wgpu::ShaderStages;
 
-/// A compute pass, ready but for its buffers. It is compiled when a frame first needs it: no frame needs them all.
-pub struct CompiledPass {
+/// A pass for a scene and a tracer, not compiled yet.
+///
+/// # Errors
+/// When the device cannot bind what it needs.
+pub(super) fn frame_pass(
+    gpu: &Gpu,
     pass: Pass,
-    name: String,
-    text: String,
-    scene_layout: wgpu::BindGroupLayout,
-    tracer_layout: Option<wgpu::BindGroupLayout>,
-    pipeline: Option<wgpu::ComputePipeline>,
-    pub(super) film_layout: wgpu::BindGroupLayout,
-    pub(super) layout: wgpu::BindGroupLayout,
-}
-
-impl CompiledPass {
-    /// A pass for a scene and a tracer, not compiled yet.
-    ///
-    /// # Errors
-    /// When the device cannot bind what it needs.
-    pub fn new(
-        gpu: &Gpu,
-        pass: Pass,
-        variant: Variant,
-        scene: &GpuScene,
-        tracer: &dyn Tracer,
-    ) -> Result<Self, GpuError> {
-        // Whoever finishes the frame records first hits: the others need not be compiled twice.
-        let variant = Variant { aovs: variant.aovs && pass == Pass::Compose, ..variant };
-        let (film_layout, layout) = gpu
-            .guarded(|| {
-                let film = film_layout(gpu, pass.film_bindings(), ShaderStages::COMPUTE);
-                (film, slot_layout(gpu, pass.bindings(), ShaderStages::COMPUTE))
-            })
-            .map_err(|reason| GpuError::Device { doing: "binding a frame", reason })?;
-        Ok(Self {
-            pass,
-            name: format!("hybrid {} on {}", pass.name(), tracer.kind().name()),
-            text: pass.text(&tracer.text(), variant),
-            scene_layout: scene.layout.clone(),
-            tracer_layout: pass.traces().then(|| tracer.layout().clone()),
-            pipeline: None,
-            film_layout,
-            layout,
-        })
-    }
-
-    /// Compiles it, unless that was done.
-    ///
-    /// # Errors
-    /// When the driver refuses the shader.
-    pub fn compile(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
-        if self.pipeline.is_none() {
-            let groups = [
-                Some(&self.scene_layout),
-                self.tracer_layout.as_ref(),
-                Some(&self.film_layout),
-                Some(&self.layout),
-            ];
-            let text = gpu.shader_text(&self.name, self.text.clone());
-            self.pipeline = Some(text.pipeline(self.pass.entry_point(), &groups)?);
-        }
-        Ok(())
-    }
-
-    /// The pipeline, once it is compiled.
-    pub fn pipeline(&self) -> Option<&wgpu::ComputePipeline> {
-        self.pipeline.as_ref()
-    }
+    variant: Variant,
+    scene: &GpuScene,
+    tracer: &dyn Tracer,
+) -> Result<FramePass, GpuError> {
+    // Whoever finishes the frame records first hits: the others need not be compiled twice.
+    let variant = Variant { aovs: variant.aovs && pass == Pass::Compose, ..variant };
+    let parts = PassParts {
+        name: format!("hybrid {} on {}", pass.name(), tracer.kind().name()),
+        entry_point: pass.entry_point(),
+        text: pass.text(&tracer.text(), variant),
+        scene: Some(scene),
+        tracer: pass.traces().then_some(tracer),
+        film_bindings: Some(pass.film_bindings()),
+    };
+    FramePass::new(gpu, parts, || slot_layout(gpu, pass.bindings(), ShaderStages::COMPUTE))
 }
 
 /// The rasteriser's pipelines, by class, and what they bind.

@@ -86,8 +86,8 @@ impl LiveScene {
             }
         };
         let kernel = match view.integrator {
-            Integrator::Realtime(_) => {
-                let kernel = RealtimeKernel::new(&gpu, scene.variant(), &scene, &*tracer)?;
+            Integrator::Realtime(settings) => {
+                let kernel = RealtimeKernel::new(&gpu, scene.variant(), &scene, &*tracer, &settings)?;
                 FrameKernel::Realtime(Box::new(kernel))
             }
             other => {

@@ -31,6 +31,7 @@ pub use projection::{Picture, Projection};
 pub use targets::HybridPixel;
 
 use crate::film::{Batch, BatchPixels, FilmBuffers};
+use crate::frame_pass::FramePass;
 use crate::kernel::Kernel;
 use crate::scene::records::LightRecord;
 use crate::scene::upload::{empty_buffer, storage_buffer, write_buffer};
@@ -39,7 +40,7 @@ use crate::timing::{PassClock, Timer};
 use crate::tracer::Tracer;
 use crate::{Gpu, GpuError, GpuScene};
 use backend::{HybridSettings, Integrator, Visibility};
-use compiled::{CompiledDraws, CompiledPass};
+use compiled::{CompiledDraws, frame_pass};
 use frame::{FrameInput, SLICES, tiles};
 use items::{DrawClass, Items, MOST_ITEMS};
 use optics::camera::CameraFrame;
@@ -65,7 +66,7 @@ type DrawSize = [u32; 4];
 
 /// The hybrid renderer of a scene on a device.
 pub struct HybridKernel {
-    passes: Vec<CompiledPass>,
+    passes: Vec<FramePass>,
     draws: CompiledDraws,
     scene: wgpu::BindGroup,
     tracer: wgpu::BindGroup,
@@ -194,7 +195,7 @@ impl HybridKernel {
         }
         let buffers = FrameBuffers::new(gpu, scene, &items)?;
         (items.items, items.parts) = (Vec::new(), Vec::new());
-        let compile = |&pass| CompiledPass::new(gpu, pass, variant, scene, tracer);
+        let compile = |&pass| frame_pass(gpu, pass, variant, scene, tracer);
         let kernel = Self {
             passes: passes.iter().map(compile).collect::<Result<_, GpuError>>()?,
             draws: CompiledDraws::new(gpu, variant, scene)?,
@@ -384,20 +385,16 @@ impl HybridKernel {
         pass: Pass,
         dispatch: impl FnOnce(&mut wgpu::ComputePass<'_>),
     ) {
-        // What a frame needs was compiled before it is recorded.
-        let Some(pipeline) = self.passes[pass as usize].pipeline() else { return };
         let slot = clock.slot(pass.name());
         let mut recorded = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some(pass.name()),
             timestamp_writes: slot.map(|s| s.compute()),
         });
-        let bound = &targets.passes[pass as usize];
-        recorded.set_pipeline(pipeline);
-        recorded.set_bind_group(0, &self.scene, &[]);
-        recorded.set_bind_group(1, pass.traces().then_some(&self.tracer), &[]);
-        recorded.set_bind_group(2, &bound.film, &[]);
-        recorded.set_bind_group(3, &bound.frame, &[]);
-        dispatch(&mut recorded);
+        let (made, bound) = (&self.passes[pass as usize], &targets.passes[pass as usize]);
+        // What a frame needs was compiled before it is recorded.
+        if made.set(&mut recorded, &self.scene, &self.tracer, bound) {
+            dispatch(&mut recorded);
+        }
     }
 
     /// Draws the items that were found to be seen: which primitive is behind each pixel.
@@ -435,7 +432,7 @@ impl HybridKernel {
         });
         pass.set_scissor_rect(0, plan.first_row, targets.size[0], plan.row_count);
         pass.set_bind_group(0, &self.draws.scene, &[]);
-        pass.set_bind_group(2, &targets.draws.film, &[]);
+        pass.set_bind_group(2, targets.draws.film.as_ref(), &[]);
         pass.set_bind_group(3, &targets.draws.frame, &[]);
         for class in DrawClass::ALL {
             let next = self.items.class_first.get(class as usize + 1).copied().unwrap_or(self.item_count);

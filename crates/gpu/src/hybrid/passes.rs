@@ -216,6 +216,7 @@ const FILM: &str = include_str!("../shaders/film.wgsl");
 const FRAME: &str = include_str!("../shaders/hybrid_frame.wgsl");
 const ITEMS: &str = include_str!("../shaders/hybrid_items.wgsl");
 const PIXELS: &str = include_str!("../shaders/hybrid_pixels.wgsl");
+const GROUP_RAYS: &str = include_str!("../shaders/group_rays.wgsl");
 const REFLECTING: &str = include_str!("../shaders/hybrid_reflecting.wgsl");
 const DIRECT: &str = include_str!("../shaders/direct.wgsl");
 const RAYS: &str = include_str!("../shaders/rays.wgsl");
@@ -241,13 +242,15 @@ pub(super) fn resolve_text(variant: Variant) -> String {
 
 /// From pixels to the film.
 fn compose_text(variant: Variant) -> String {
-    [&scene_text(variant), FILM, FRAME, PIXELS, include_str!("../shaders/hybrid_compose.wgsl")].join("\n")
+    let compose = include_str!("../shaders/hybrid_compose.wgsl");
+    [&scene_text(variant), FILM, GROUP_RAYS, FRAME, PIXELS, compose].join("\n")
 }
 
 /// First hits by rays.
 fn camera_text(tracer: &TracerText, variant: Variant) -> String {
     let camera = include_str!("../shaders/hybrid_camera.wgsl");
-    [tracer.enables, &scene_text(variant), &tracer.text, FILM, RAYS, FRAME, PIXELS, camera].join("\n")
+    [tracer.enables, &scene_text(variant), &tracer.text, FILM, RAYS, GROUP_RAYS, FRAME, PIXELS, camera]
+        .join("\n")
 }
 
 /// The list of pixels that reflect.

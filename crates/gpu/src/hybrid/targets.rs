@@ -1,9 +1,10 @@
 //! What depends on the picture's size: what is drawn to, a record for each pixel, and the bind groups with them.
 
 use super::FrameBuffers;
-use super::compiled::{CompiledDraws, CompiledPass};
+use super::compiled::CompiledDraws;
 use super::passes::{DEPTH_FORMAT, ID_FORMAT, Pass, RASTER_BINDINGS, Slot};
 use crate::film::FilmBuffers;
+use crate::frame_pass::{BoundPass, FramePass};
 use crate::scene::upload::empty_buffer;
 use crate::{Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
@@ -40,12 +41,6 @@ impl HybridPixel {
 /// Bytes of `Reflecting` in `shaders/hybrid_reflecting.wgsl` before its list: workgroups in three directions, and the count.
 pub(super) const REFLECTING_HEAD: u64 = 16;
 
-/// Groups 2 and 3 of a pass.
-pub(super) struct Bound {
-    pub film: wgpu::BindGroup,
-    pub frame: wgpu::BindGroup,
-}
-
 /// Words of 32 lights each in [`Slot::LightMasks`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct LightWords {
@@ -75,8 +70,8 @@ pub(super) struct Targets {
     /// What its lights need.
     pub lights: LightWords,
     /// By pass.
-    pub passes: Vec<Bound>,
-    pub draws: Bound,
+    pub passes: Vec<BoundPass>,
+    pub draws: BoundPass,
     film: wgpu::Buffer,
 }
 
@@ -90,7 +85,7 @@ impl Targets {
         film: &FilmBuffers,
         buffers: &FrameBuffers,
         lights: LightWords,
-        passes: &[CompiledPass],
+        passes: &[FramePass],
         draws: &CompiledDraws,
     ) -> Result<Self, GpuError> {
         let size = film.contents.picture().window_size;
@@ -126,7 +121,10 @@ impl Targets {
         let group = |layout: &wgpu::BindGroupLayout, entries: &[wgpu::BindGroupEntry<'_>]| {
             gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("frame"), layout, entries })
         };
-        let bind = |film_layout, film_bindings: &[u32], layout, bindings: &[(Slot, bool)]| {
+        let bind = |film_layout: Option<&wgpu::BindGroupLayout>,
+                    film_bindings: &[u32],
+                    layout,
+                    bindings: &[(Slot, bool)]| {
             let film: Vec<_> = std::iter::once(&0)
                 .chain(film_bindings)
                 .map(|&binding| wgpu::BindGroupEntry {
@@ -138,15 +136,15 @@ impl Targets {
                 .iter()
                 .map(|&(slot, _)| wgpu::BindGroupEntry { binding: slot as u32, resource: resource(slot) })
                 .collect();
-            Bound { film: group(film_layout, &film), frame: group(layout, &frame) }
+            BoundPass { film: film_layout.map(|layout| group(layout, &film)), frame: group(layout, &frame) }
         };
         let (passes, draws) = gpu
             .guarded(|| {
                 let compiled = Pass::ALL.into_iter().zip(passes);
                 let passes = compiled.map(|(pass, made)| {
-                    bind(&made.film_layout, pass.film_bindings(), &made.layout, pass.bindings())
+                    bind(made.film_layout.as_ref(), pass.film_bindings(), &made.layout, pass.bindings())
                 });
-                (passes.collect(), bind(&draws.film_layout, &[], &draws.layout, RASTER_BINDINGS))
+                (passes.collect(), bind(Some(&draws.film_layout), &[], &draws.layout, RASTER_BINDINGS))
             })
             .map_err(|reason| GpuError::Device { doing: "binding a frame", reason })?;
         let film = film.pixels.clone();

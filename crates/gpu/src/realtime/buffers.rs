@@ -1,7 +1,8 @@
 //! What depends on the picture's size: records for each pixel, by turns now and before, and the bind groups with them.
 
-use super::passes::{CompiledPass, MOST_FILTER_PASSES, Pass, Slot};
+use super::passes::{MOST_FILTER_PASSES, Pass, Slot};
 use crate::film::FilmBuffers;
+use crate::frame_pass::{BoundPass, FramePass};
 use crate::hybrid::GBuffer;
 use crate::scene::upload::{empty_buffer, write_buffer};
 use crate::{Gpu, GpuError};
@@ -97,17 +98,11 @@ impl Buffers {
     }
 }
 
-/// Groups 2 and 3 of a pass.
-pub(super) struct Bound {
-    pub film: Option<wgpu::BindGroup>,
-    pub frame: wgpu::BindGroup,
-}
-
 /// The groups of all passes, by [`Pass::index`], for even and for odd frames; and of [`Pass::Recombine`] by how often the
 /// filter has gone from one buffer to the other.
 pub(super) struct Bindings {
-    pub passes: [Vec<Bound>; 2],
-    pub recombine: [[Bound; 2]; 2],
+    pub passes: [Vec<BoundPass>; 2],
+    pub recombine: [[BoundPass; 2]; 2],
     film: wgpu::Buffer,
 }
 
@@ -121,7 +116,7 @@ impl Bindings {
         buffers: &Buffers,
         gbuffer: &GBuffer,
         film: &FilmBuffers,
-        passes: &[CompiledPass],
+        passes: &[FramePass],
     ) -> Result<Self, GpuError> {
         let doing = "binding a frame";
         let pixels = gbuffer
@@ -177,7 +172,7 @@ impl Bindings {
             });
             let own =
                 pass.bindings().iter().map(|&(slot, _)| (slot as u32, resource(slot, pass, odd, turned)));
-            Bound { film, frame: group(&made.layout, own.collect()) }
+            BoundPass { film, frame: group(&made.layout, own.collect()) }
         };
         // The accumulation writes signals 0, which the filter's first pass reads.
         let turned = |pass: Pass| match pass {

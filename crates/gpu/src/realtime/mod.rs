@@ -22,6 +22,7 @@ mod passes;
 pub use budget::BudgetController;
 
 use crate::film::{Batch, BatchPixels, FilmBuffers};
+use crate::frame_pass::{BoundPass, FramePass};
 use crate::frames::FrameClock;
 use crate::hybrid::{BegunFrame, GBUFFER_PASSES, GBuffer};
 use crate::kernel::Kernel;
@@ -33,7 +34,7 @@ use crate::{Gpu, GpuError, GpuScene};
 use backend::{FrameSamples, Integrator, RealtimeSettings};
 use buffers::{Bindings, Buffers, DISPATCHES};
 use frame::{FrameState, RealtimeFrame, frame_samples};
-use passes::{CompiledPass, MOST_FILTER_PASSES, Pass};
+use passes::{MOST_FILTER_PASSES, Pass, frame_pass};
 use std::time::Duration;
 
 /// Most passes of a frame that are timed.
@@ -42,7 +43,7 @@ pub const FRAME_PASSES: usize = GBUFFER_PASSES + 9 + MOST_FILTER_PASSES as usize
 /// The real-time path tracer of a scene on a device.
 pub struct RealtimeKernel {
     gbuffer: GBuffer,
-    passes: Vec<CompiledPass>,
+    passes: Vec<FramePass>,
     scene: wgpu::BindGroup,
     tracer: wgpu::BindGroup,
     buffers: Option<Buffers>,
@@ -68,15 +69,22 @@ pub(crate) struct PreparedFrame {
 }
 
 impl RealtimeKernel {
-    /// Compiles all passes for a scene and a tracer.
+    /// Compiles what frames with `settings` need for a scene and a tracer. Other settings compile what else they need with their
+    /// first frame; so do first hits.
     ///
     /// # Errors
     /// When the driver refuses a shader, or the scene has more to draw than a pixel can name.
-    pub fn new(gpu: &Gpu, variant: Variant, scene: &GpuScene, tracer: &dyn Tracer) -> Result<Self, GpuError> {
-        let compile = |pass| CompiledPass::new(gpu, pass, variant, scene, tracer);
-        Ok(Self {
+    pub fn new(
+        gpu: &Gpu,
+        variant: Variant,
+        scene: &GpuScene,
+        tracer: &dyn Tracer,
+        settings: &RealtimeSettings,
+    ) -> Result<Self, GpuError> {
+        let make = |pass| frame_pass(gpu, pass, variant, scene, tracer);
+        let mut kernel = Self {
             gbuffer: GBuffer::new(gpu, variant, scene, tracer)?,
-            passes: Pass::all().map(compile).collect::<Result<_, GpuError>>()?,
+            passes: Pass::all().map(make).collect::<Result<_, GpuError>>()?,
             scene: scene.bind_group.clone(),
             tracer: tracer.bind_group().clone(),
             buffers: None,
@@ -85,7 +93,15 @@ impl RealtimeKernel {
             number: 0,
             on_film: 0,
             has_changed: false,
-        })
+        };
+        kernel.compile_frame(gpu, settings)?;
+        Ok(kernel)
+    }
+
+    /// Compiles what a frame needs and no frame before it needed.
+    fn compile_frame(&mut self, gpu: &Gpu, settings: &RealtimeSettings) -> Result<(), GpuError> {
+        let passes = Pass::of_frame(!frame_samples(settings).is_fixed(), filter_passes(settings));
+        passes.into_iter().try_for_each(|pass| self.passes[pass.index()].compile(gpu))
     }
 
     /// Bytes on the device that depend on the picture's size.
@@ -154,6 +170,7 @@ impl RealtimeKernel {
         begins: bool,
     ) -> Result<PreparedFrame, GpuError> {
         self.prepare_buffers(gpu, film)?;
+        self.compile_frame(gpu, &settings)?;
         if begins {
             self.on_film = 0;
         }
@@ -209,6 +226,11 @@ impl RealtimeKernel {
         Ok(submission)
     }
 
+    /// What comes next is dispatched as this pass, if that is compiled: what a frame needs was, before it is recorded.
+    fn set(&self, recorded: &mut wgpu::ComputePass<'_>, pass: Pass, bound: &BoundPass) -> bool {
+        self.passes[pass.index()].set(recorded, &self.scene, &self.tracer, bound)
+    }
+
     /// Records all passes of a frame.
     pub(crate) fn record(
         &mut self,
@@ -243,12 +265,11 @@ impl Recorder<'_> {
         let samples = frame_samples(settings);
         self.run("surfaces", &[Pass::Surfaces]);
         self.run("reproject", &[Pass::Reproject]);
-        // Of the unfiltered picture nothing but noise and samples depends on the past.
-        let filter_passes = if settings.filter { settings.filter_passes.min(MOST_FILTER_PASSES) } else { 0 };
+        let filter_passes = filter_passes(settings);
         if !samples.is_fixed() {
             self.encoder.clear_buffer(&self.buffers.work, 0, None);
-            self.run("noise", &[Pass::MeasureNoise, Pass::BlurAcross, Pass::BlurDown]);
-            self.run("allocation", &[Pass::Choose, Pass::CountSamples, Pass::LayOut, Pass::ListPixels]);
+            self.run("noise", &Pass::NOISE);
+            self.run("allocation", &Pass::ALLOCATION);
         }
         self.sample(samples);
         self.run("accumulate", &[Pass::Accumulate]);
@@ -281,10 +302,8 @@ impl Recorder<'_> {
         let (kernel, bindings, odd) = (self.kernel, self.bindings, self.odd);
         self.pass(name, |recorded| {
             for &pass in passes {
-                bind(kernel, recorded, pass, &bindings.passes[odd][pass.index()]);
-                if pass == Pass::LayOut {
-                    recorded.dispatch_workgroups(1, 1, 1);
-                } else {
+                let [across, down] = if pass == Pass::LayOut { [1, 1] } else { [across, down] };
+                if kernel.set(recorded, pass, &bindings.passes[odd][pass.index()]) {
                     recorded.dispatch_workgroups(across, down, 1);
                 }
             }
@@ -295,8 +314,9 @@ impl Recorder<'_> {
         let [across, down] = self.groups();
         let (kernel, bound) = (self.kernel, &self.bindings.recombine[self.odd][filter_passes as usize % 2]);
         self.pass("recombine", |recorded| {
-            bind(kernel, recorded, Pass::Recombine, bound);
-            recorded.dispatch_workgroups(across, down, 1);
+            if kernel.set(recorded, Pass::Recombine, bound) {
+                recorded.dispatch_workgroups(across, down, 1);
+            }
         });
     }
 
@@ -307,7 +327,9 @@ impl Recorder<'_> {
         let (kernel, bound) = (self.kernel, &self.bindings.passes[self.odd][Pass::Sample.index()]);
         let work = &self.buffers.work;
         self.pass(SAMPLES, |recorded| {
-            bind(kernel, recorded, Pass::Sample, bound);
+            if !kernel.set(recorded, Pass::Sample, bound) {
+                return;
+            }
             for sample in 0..samples.most {
                 if samples.is_fixed() {
                     recorded.dispatch_workgroups(across, down, 1);
@@ -319,12 +341,9 @@ impl Recorder<'_> {
     }
 }
 
-fn bind(kernel: &RealtimeKernel, recorded: &mut wgpu::ComputePass<'_>, pass: Pass, bound: &buffers::Bound) {
-    recorded.set_pipeline(&kernel.passes[pass.index()].pipeline);
-    recorded.set_bind_group(0, pass.sees_scene().then_some(&kernel.scene), &[]);
-    recorded.set_bind_group(1, pass.traces().then_some(&kernel.tracer), &[]);
-    recorded.set_bind_group(2, bound.film.as_ref(), &[]);
-    recorded.set_bind_group(3, &bound.frame, &[]);
+/// Passes of the spatial filter in a frame. Of the unfiltered picture nothing but noise and samples depends on the past.
+fn filter_passes(settings: &RealtimeSettings) -> u32 {
+    if settings.filter { settings.filter_passes.min(MOST_FILTER_PASSES) } else { 0 }
 }
 
 impl Kernel for RealtimeKernel {

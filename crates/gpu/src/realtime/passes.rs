@@ -1,6 +1,7 @@
-//! The passes of a frame behind the G-buffer: their texts, what they bind, their pipelines.
+//! The passes of a frame behind the G-buffer: their texts and what they bind.
 
-use crate::bindings::{buffer, entry, film_layout};
+use crate::bindings::{buffer, entry};
+use crate::frame_pass::{FramePass, PassParts};
 use crate::shader::{Variant, scene_text};
 use crate::tracer::{Tracer, TracerText};
 use crate::{Gpu, GpuError, GpuScene};
@@ -101,6 +102,7 @@ const WRITES: bool = true;
 
 const FILM: &str = include_str!("../shaders/film.wgsl");
 const RAYS: &str = include_str!("../shaders/rays.wgsl");
+const GROUP_RAYS: &str = include_str!("../shaders/group_rays.wgsl");
 const VERTEX: &str = include_str!("../shaders/path_vertex.wgsl");
 const HYBRID_FRAME: &str = include_str!("../shaders/hybrid_frame.wgsl");
 const PIXELS: &str = include_str!("../shaders/hybrid_pixels.wgsl");
@@ -124,6 +126,24 @@ impl Pass {
         ];
         let filters = (0..MOST_FILTER_PASSES).map(Self::Filter);
         before.into_iter().chain(filters).chain([Self::Recombine, Self::Antialias, Self::Compose])
+    }
+
+    /// What measures the noise.
+    pub const NOISE: [Self; 3] = [Self::MeasureNoise, Self::BlurAcross, Self::BlurDown];
+    /// What decides which pixels get samples.
+    pub const ALLOCATION: [Self; 4] = [Self::Choose, Self::CountSamples, Self::LayOut, Self::ListPixels];
+
+    /// Those of a frame whose samples adapt to the noise or do not, with so many passes of the filter.
+    pub fn of_frame(adapts: bool, filter_passes: u32) -> Vec<Self> {
+        let mut passes = vec![Self::Surfaces, Self::Reproject];
+        if adapts {
+            passes.extend(Self::NOISE);
+            passes.extend(Self::ALLOCATION);
+        }
+        passes.extend([Self::Sample, Self::Accumulate]);
+        passes.extend((0..filter_passes).map(Self::Filter));
+        passes.extend([Self::Recombine, Self::Antialias, Self::Compose]);
+        passes
     }
 
     /// Its place among [`Pass::all`].
@@ -295,7 +315,7 @@ impl Pass {
             Self::Sample => {
                 let paths = include_str!("../shaders/realtime_paths.wgsl");
                 let scene = scene_text(variant);
-                let own = [FILM, RAYS, VERTEX, HYBRID_FRAME, PIXELS, FRAME, lobes, paths];
+                let own = [FILM, RAYS, GROUP_RAYS, VERTEX, HYBRID_FRAME, PIXELS, FRAME, lobes, paths];
                 [&[tracer.enables, &scene, &tracer.text], &own[..]].concat().join("\n")
             }
             Self::Reproject => image_text(include_str!("../shaders/realtime_reproject.wgsl")),
@@ -321,44 +341,28 @@ pub(super) fn image_text(pass: &str) -> String {
     [&optics::wgsl::without_layers(), FRAME, pass].join("\n")
 }
 
-/// A pass, ready but for its buffers.
-pub struct CompiledPass {
-    pub pipeline: wgpu::ComputePipeline,
-    pub film_layout: Option<wgpu::BindGroupLayout>,
-    pub layout: wgpu::BindGroupLayout,
-}
-
-impl CompiledPass {
-    /// Compiles a pass for a scene and a tracer.
-    ///
-    /// # Errors
-    /// When the driver refuses the shader.
-    pub fn new(
-        gpu: &Gpu,
-        pass: Pass,
-        variant: Variant,
-        scene: &GpuScene,
-        tracer: &dyn Tracer,
-    ) -> Result<Self, GpuError> {
-        // Who finishes the frame records first hits.
-        let variant = Variant { aovs: variant.aovs && pass == Pass::Compose, splitting: false, ..variant };
-        let (film_layout, layout) = gpu
-            .guarded(|| {
-                let film = pass.film_bindings().map(|bindings| film_layout(gpu, bindings, COMPUTE));
-                (film, slot_layout(gpu, pass.bindings()))
-            })
-            .map_err(|reason| GpuError::Device { doing: "binding a frame", reason })?;
-        let groups = [
-            pass.sees_scene().then_some(&scene.layout),
-            pass.traces().then_some(tracer.layout()),
-            film_layout.as_ref(),
-            Some(&layout),
-        ];
-        let name = format!("realtime {} on {}", pass.entry_point(), tracer.kind().name());
-        let text = gpu.shader_text(&name, pass.text(&tracer.text(), variant));
-        let pipeline = text.pipeline(pass.entry_point(), &groups)?;
-        Ok(Self { pipeline, film_layout, layout })
-    }
+/// A pass for a scene and a tracer, not compiled yet.
+///
+/// # Errors
+/// When the device cannot bind what it needs.
+pub(super) fn frame_pass(
+    gpu: &Gpu,
+    pass: Pass,
+    variant: Variant,
+    scene: &GpuScene,
+    tracer: &dyn Tracer,
+) -> Result<FramePass, GpuError> {
+    // Who finishes the frame records first hits.
+    let variant = Variant { aovs: variant.aovs && pass == Pass::Compose, splitting: false, ..variant };
+    let parts = PassParts {
+        name: format!("realtime {} on {}", pass.entry_point(), tracer.kind().name()),
+        entry_point: pass.entry_point(),
+        text: pass.text(&tracer.text(), variant),
+        scene: pass.sees_scene().then_some(scene),
+        tracer: pass.traces().then_some(tracer),
+        film_bindings: pass.film_bindings(),
+    };
+    FramePass::new(gpu, parts, || slot_layout(gpu, pass.bindings()))
 }
 
 /// Layout of group 3 with some of its bindings.
@@ -411,6 +415,14 @@ mod tests {
                 assert!(count <= crate::STORAGE_BUFFERS as usize, "{name}: {count} buffers");
             }
         }
+    }
+
+    #[test]
+    fn frames_with_everything_have_all_passes() {
+        assert_eq!(Pass::of_frame(true, MOST_FILTER_PASSES), Pass::all().collect::<Vec<_>>());
+        let few = Pass::of_frame(false, 1);
+        assert!(few.contains(&Pass::Filter(0)) && !few.contains(&Pass::Filter(1)));
+        assert!(!few.contains(&Pass::Choose));
     }
 
     #[test]

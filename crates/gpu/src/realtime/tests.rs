@@ -108,7 +108,9 @@ impl Stage {
         let gpu = open_for_test(test, &crate::GpuOptions::default())?;
         let scene = GpuScene::upload(&gpu, Arc::new(SceneTables::build(&scene()))).expect("upload");
         let tracer = BvhTracer::new(&gpu, &scene).expect("structures");
-        let kernel = RealtimeKernel::new(&gpu, scene.variant(), &scene, &tracer).expect("a kernel");
+        // Settings of frames that come later need more passes: those are compiled then.
+        let kernel =
+            RealtimeKernel::new(&gpu, scene.variant(), &scene, &tracer, &settings()).expect("a kernel");
         let film = FilmBuffers::new(&gpu, &view(0.0, settings()), false).expect("memory");
         let timer = Timer::new(&gpu).expect("memory");
         Some(Self { gpu, kernel, film, timer, sample: 0 })

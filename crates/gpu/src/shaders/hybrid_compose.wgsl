@@ -1,25 +1,19 @@
 // The end of a frame: its radiance goes to the film, and the number of its rays to the device's counter.
 
-var<workgroup> group_rays: atomic<u32>;
-
 @compute @workgroup_size(8, 8)
 fn compose(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
-    if local == 0u {
-        atomicStore(&group_rays, 0u);
-    }
-    workgroupBarrier();
+    begin_group_rays(local);
+    var rays = 0u;
     if is_in_rows(id) {
-        compose_pixel(pixel_in_rows(id));
+        let pixel = pixel_in_rows(id);
+        rays = ray_counts[pixel_number(pixel)];
+        compose_pixel(pixel);
     }
-    workgroupBarrier();
-    if local == 0u {
-        count_rays(atomicLoad(&group_rays));
-    }
+    end_group_rays(local, rays);
 }
 
 fn compose_pixel(pixel: vec2u) {
     let at = pixel_number(pixel);
-    atomicAdd(&group_rays, ray_counts[at]);
     let sums = SampleSums(vec3f(0.0), vec3f(0.0), 0u, 0u);
     store_samples(pixel, add_sample(sums, pixels[at].radiance));
     if WANTS_AOVS {

@@ -2,8 +2,6 @@
 
 @group(3) @binding(14) var<storage, read_write> lights_found: array<FoundLight>;
 
-var<workgroup> group_rays: atomic<u32>;
-
 /// Light of one sample, from the diffuse and from the other lobes of the first surface.
 struct SplitLight {
     diffuse: vec3f,
@@ -104,22 +102,6 @@ fn sample_pixel(at: u32) {
     add_light(at, sample_light_at(pixel, first_hit(at), lights_found[at].drawn));
 }
 
-fn finish(local: u32) {
-    atomicAdd(&group_rays, rays_traced);
-    workgroupBarrier();
-    if local == 0u {
-        count_rays(atomicLoad(&group_rays));
-    }
-}
-
-fn begin(local: u32) {
-    if local == 0u {
-        atomicStore(&group_rays, 0u);
-    }
-    workgroupBarrier();
-    rays_traced = 0u;
-}
-
 /// The pixel that an invocation works on, or NONE. Where pixels have different numbers of samples, those of the list that want
 /// more than they had in the dispatches before: pixels that want most come first, so that each dispatch works on the list's
 /// beginning.
@@ -144,12 +126,13 @@ fn sample_pixels(
     @builtin(num_workgroups) groups: vec3u,
     @builtin(local_invocation_index) local: u32,
 ) {
-    begin(local);
+    begin_group_rays(local);
+    rays_traced = 0u;
     let at = pixel_of(group, groups, local);
     if at != NONE {
         if lights_found[at].count < lights_found[at].wanted {
             sample_pixel(at);
         }
     }
-    finish(local);
+    end_group_rays(local, rays_traced);
 }
