@@ -93,7 +93,7 @@ fn builtin_scenes_path() {
         // rounding is passed on to the next, as many times larger as the choice was improbable.
         let share = match builtin.name {
             "three-spheres" | "model" | "atrium" => 0.25,
-            "lanterns" => 0.5,
+            "lanterns" | "offices" => 0.5,
             _ => 0.08,
         };
         compare_on(&mut renderers, &format!("{} path", builtin.name), &scene, &job(&scene), share);

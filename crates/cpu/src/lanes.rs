@@ -13,7 +13,7 @@ use optics::camera::{CameraFrame, camera_ray};
 use optics::dielectric::{dielectric_bsdf, smooth_dielectric_sample};
 use optics::frame::{frame_from_normal, to_local, to_world};
 use optics::light::{LIGHT_TRIANGLE, Light, triangle_light_sample};
-use optics::light_tree::octahedral_encode;
+use optics::light_tree::{octahedral_decode, octahedral_encode};
 use optics::offset::offset_ray_origin;
 use optics::path::{PathState, path_light_contribution, roulette_survival};
 use optics::random::{PixelSampler, dither, sample_2d, sampler_new};
@@ -288,9 +288,14 @@ pub(crate) fn choose_lights_by_place(
     u: &Pairs,
     out: &mut ChoiceLanes,
 ) {
-    for lane in 0..waiting {
+    // The normal as light that is met by chance will know it.
+    let mut normal = Vectors::default();
+    for lane in 0..LANES {
         v.receiver.0[lane] = octahedral_encode(v.shading_normal.get(lane));
-        let choice = choose_by_place(tables, v.position.get(lane), v.receiver.0[lane], u.get(lane));
+        normal.set(lane, octahedral_decode(v.receiver.0[lane]));
+    }
+    for lane in 0..waiting {
+        let choice = choose_by_place(tables, v.position.get(lane), normal.get(lane), u.get(lane));
         let choice = choice.unwrap_or(LightChoice { index: 0, probability: 0.0, remainder: 0.0 });
         out.index.0[lane] = choice.index;
         out.probability.0[lane] = choice.probability;

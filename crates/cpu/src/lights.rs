@@ -24,7 +24,7 @@ pub(crate) fn sample_light(scene: &CpuScene, p: Vec3f, receiver: u32, u: Vec2f) 
     let choice = if scene.tables.light_tree.is_empty() {
         choose_by_power(&scene.tables, u.x, dither(u.x, u.y))
     } else {
-        choose_by_place(&scene.tables, p, receiver, u)
+        choose_by_place(&scene.tables, p, octahedral_decode(receiver), u)
     }?;
     let mut sample = sample_one_light(scene, choice.index, p, [choice.remainder, u.y]);
     sample.pdf *= choice.probability;
@@ -46,12 +46,13 @@ fn choose_by_power(tables: &SceneTables, u: f32, rest: f32) -> Option<LightChoic
     Some(LightChoice { index: choice.index, probability, remainder: choice.remainder })
 }
 
-/// Chooses from the tree of lights, or among those without a place.
+/// Chooses from the tree of lights, or among those without a place. `normal`: unit normal on the side that light can reach, or
+/// zero.
 #[inline(always)]
 pub(crate) fn choose_by_place(
     tables: &SceneTables,
     p: Vec3f,
-    receiver: u32,
+    normal: Vec3f,
     u: Vec2f,
 ) -> Option<LightChoice> {
     let tree = &tables.light_tree;
@@ -60,7 +61,7 @@ pub(crate) fn choose_by_place(
     if branch.second {
         return choose_by_power(tables, branch.remainder, rest);
     }
-    tree.choose(p, octahedral_decode(receiver), branch.remainder, rest)
+    tree.choose(p, normal, branch.remainder, rest)
 }
 
 /// Samples a direction towards light `index`.

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Instant;
 
 /// Name and text of every built-in scene; the first is what is rendered when nothing is named.
-const SCENES: [(&str, &str); 9] = [
+const SCENES: [(&str, &str); 10] = [
     ("three-spheres", include_str!("../../../scenes/three-spheres.toml")),
     ("cornell", include_str!("../../../scenes/cornell.toml")),
     ("material-grid", include_str!("../../../scenes/material-grid.toml")),
@@ -15,6 +15,7 @@ const SCENES: [(&str, &str); 9] = [
     ("lights", include_str!("../../../scenes/lights.toml")),
     ("layers", include_str!("../../../scenes/layers.toml")),
     ("lanterns", include_str!("../../../scenes/lanterns.toml")),
+    ("offices", include_str!("../../../scenes/offices.toml")),
     ("atrium", include_str!("../../../scenes/atrium.toml")),
 ];
 

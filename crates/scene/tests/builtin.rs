@@ -26,6 +26,7 @@ fn every_scene_is_listed_and_described() {
             "lights",
             "layers",
             "lanterns",
+            "offices",
             "atrium"
         ]
     );

@@ -8,7 +8,7 @@ use bytemuck::{Pod, Zeroable};
 use optics::albedo::SheenAlbedo;
 use scene::tables::{
     FEWEST_LIGHTS, GeometryKind, GeometryRecord, InstanceRecord, LAYER_SLOTS, LAYERS_GLOSSINESS, LayerSlot,
-    LayersRecord, LightNode, LightRecord as TableLight, MaterialRecord, NONE, SceneTables,
+    LayersRecord, LightNode, LightRecord as TableLight, LightTree, MaterialRecord, NONE, SceneTables,
 };
 use scene::{Filter, Wrap};
 
@@ -255,11 +255,15 @@ pub(super) struct Words {
     media: u32,
 }
 
-/// Bytes for the words of so many more lights: coordinates of three corners, a place among the visible ones, a trail, and the
-/// nodes of a binary tree that lead to it. The lights that there are may have no tree yet because they are few.
+/// Bytes for the words of so many more lights: coordinates of three corners, a place among the visible ones, a place in the tree
+/// of lights, and its nodes. The lights that there are may have no tree yet because they are few.
 pub fn words_of_lights(more: u32) -> u64 {
-    const A_LIGHT: u64 = (6 + 1 + 1) * 4 + 2 * size_of::<LightNode>() as u64;
-    if more == 0 { 0 } else { (u64::from(more) + FEWEST_LIGHTS as u64) * A_LIGHT }
+    const A_LIGHT: u64 = (6 + 1 + 1) * 4;
+    if more == 0 {
+        return 0;
+    }
+    let lights = u64::from(more) + FEWEST_LIGHTS as u64;
+    lights * A_LIGHT + LightTree::most_nodes(lights) * size_of::<LightNode>() as u64
 }
 
 impl Words {
@@ -309,7 +313,7 @@ impl Words {
         self.row_alias = self.append(&rows);
         let tree = &tables.light_tree;
         self.light_tree = self.append(&[tree.probability.to_bits()]);
-        self.append(&tree.trails);
+        self.append(&tree.places);
         self.append(bytemuck::cast_slice(&tree.nodes));
         if !tables.layers.is_empty() {
             self.sheen_albedo = self.append(bytemuck::cast_slice(SheenAlbedo::shared().texels()));

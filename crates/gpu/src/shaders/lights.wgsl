@@ -50,24 +50,41 @@ fn choose_by_power(u: f32, rest: f32) -> LightChoice {
 /// Chooses from the tree of lights, or among those without a place.
 fn choose_by_place(p: vec3f, receiver: u32, u: f32, rest: f32) -> LightChoice {
     let tree_probability = word_f32(scene.light_tree);
-    var branch = light_branch(tree_probability, 1.0 - tree_probability, u);
+    let branch = light_branch(tree_probability, 1.0 - tree_probability, u);
     if branch.second {
         return choose_by_power(branch.remainder, rest);
     }
     let normal = octahedral_decode(receiver);
     var probability = tree_probability;
-    var link = words[light_node(0u) + LIGHT_NODE_WORDS - 1u];
+    var remainder = branch.remainder;
+    var link = 0u;
     while (link & LIGHT_NODE_LEAF) == 0u {
-        let first = light_node(link & LIGHT_NODE_INDEX);
-        let second = first + LIGHT_NODE_WORDS;
-        branch = light_branch(node_importance(first, p, normal), node_importance(second, p, normal), branch.remainder);
-        probability *= branch.probability;
+        let node = light_node(link);
+        var importances = node_importances(node, p, normal);
+        var sum = 0.0;
+        for (var child = 0u; child < LIGHT_NODE_WIDTH; child++) {
+            sum += importances[child];
+        }
+        let chosen = remainder * sum;
+        // Children that promise nothing end where they begin, so none of them is the last to begin.
+        var child = 0u;
+        var before = 0.0;
+        var begin = 0.0;
+        for (var next = 1u; next < LIGHT_NODE_WIDTH; next++) {
+            begin += importances[next - 1u];
+            if begin <= chosen {
+                child = next;
+                before = begin;
+            }
+        }
+        probability *= light_share(importances[child], sum);
         if probability <= 0.0 {
             return LightChoice(0u, 0.0, 0.0);
         }
-        link = words[select(first, second, branch.second) + LIGHT_NODE_WORDS - 1u];
+        remainder = light_remainder(chosen, before, importances[child]);
+        link = words[node + LIGHT_NODE_LINKS + child];
     }
-    return LightChoice(link & LIGHT_NODE_INDEX, probability, refill(branch.remainder, probability, rest));
+    return LightChoice(link & LIGHT_NODE_INDEX, probability, refill(remainder, probability, rest));
 }
 
 /// Probability with which `choose_by_place` takes a light, or with which `choose_by_power` does where there is no tree.
@@ -76,23 +93,19 @@ fn light_probability(index: u32, p: vec3f, receiver: u32) -> f32 {
         return lights[index].probability;
     }
     let normal = octahedral_decode(receiver);
-    var probability = word_f32(scene.light_tree);
-    var trail = words[scene.light_tree + 1u + index];
-    var link = words[light_node(0u) + LIGHT_NODE_WORDS - 1u];
-    while (link & LIGHT_NODE_LEAF) == 0u {
-        let first = light_node(link & LIGHT_NODE_INDEX);
-        let second = first + LIGHT_NODE_WORDS;
-        let takes_second = (trail & 1u) != 0u;
-        probability *= light_branch_probability(
-            node_importance(first, p, normal), node_importance(second, p, normal), takes_second);
-        if probability <= 0.0 {
-            return 0.0;
+    var place = words[scene.light_tree + 1u + index];
+    var probability = select(word_f32(scene.light_tree), 0.0, place == NONE);
+    while place != NONE {
+        let node = light_node(place / LIGHT_NODE_WIDTH);
+        var importances = node_importances(node, p, normal);
+        var sum = 0.0;
+        for (var child = 0u; child < LIGHT_NODE_WIDTH; child++) {
+            sum += importances[child];
         }
-        link = words[select(first, second, takes_second) + LIGHT_NODE_WORDS - 1u];
-        trail >>= 1u;
+        probability *= light_share(importances[place % LIGHT_NODE_WIDTH], sum);
+        place = words[node + LIGHT_NODE_PLACE];
     }
-    // The trail of a light that is not in the tree leads to another.
-    return select(0.0, probability, (link & LIGHT_NODE_INDEX) == index);
+    return probability;
 }
 
 /// Where node `index` of the tree of lights begins, in `words`.
@@ -100,13 +113,22 @@ fn light_node(index: u32) -> u32 {
     return scene.light_tree + 1u + scene.light_count + LIGHT_NODE_WORDS * index;
 }
 
-/// How much the lights of the node at word `at` promise.
-fn node_importance(at: u32, p: vec3f, normal: vec3f) -> f32 {
-    let low = vec3f(word_f32(at), word_f32(at + 1u), word_f32(at + 2u));
-    let high = vec3f(word_f32(at + 3u), word_f32(at + 4u), word_f32(at + 5u));
-    let bounds =
-        light_bounds(low, high, word_f32(at + 6u), words[at + 7u], words[at + 8u], words[at + 9u]);
-    return light_importance(bounds, p, normal);
+/// How much each child of the node at word `node` promises.
+fn node_importances(node: u32, p: vec3f, normal: vec3f) -> array<f32, LIGHT_NODE_WIDTH> {
+    var importances: array<f32, LIGHT_NODE_WIDTH>;
+    for (var child = 0u; child < LIGHT_NODE_WIDTH; child++) {
+        importances[child] = light_importance(light_group(node + child), p, normal);
+    }
+    return importances;
+}
+
+/// What a node knows of a child. Numbers of one child are a node's width apart, from word `at` on.
+fn light_group(at: u32) -> LightGroup {
+    const STEP = LIGHT_NODE_WIDTH;
+    let center = vec3f(word_f32(at), word_f32(at + STEP), word_f32(at + 2u * STEP));
+    let axis = vec3f(word_f32(at + 5u * STEP), word_f32(at + 6u * STEP), word_f32(at + 7u * STEP));
+    return LightGroup(center, word_f32(at + 3u * STEP), word_f32(at + 4u * STEP), axis, word_f32(at + 8u * STEP),
+        word_f32(at + 9u * STEP), word_f32(at + 10u * STEP), word_f32(at + 11u * STEP));
 }
 
 /// Samples a direction towards light `index`.

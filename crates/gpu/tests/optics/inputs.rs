@@ -12,7 +12,7 @@ use optics::interiors::{Interiors, Surroundings, interiors_enter, interiors_noth
 use optics::intersect::{RayShear, ray_shear};
 use optics::layered::{Layered, LayeredAlbedos, LayeredParameters, layered_bsdf};
 use optics::light::Light;
-use optics::light_tree::{ALL_SIDES, LightBounds, octahedral_encode};
+use optics::light_tree::{ALL_SIDES, LightGroup, octahedral_encode};
 use optics::path::PathState;
 use optics::random::PixelSampler;
 use optics::scatter::{Bsdf, BsdfSample, BsdfValue, black_bsdf};
@@ -281,16 +281,17 @@ pub fn falloff(i: &mut Inputs) -> Vec3f {
     i.edge(&edges).unwrap_or_else(|| vec3f(size(i), size(i), size(i)))
 }
 
-pub fn light_bounds(i: &mut Inputs) -> LightBounds {
-    let (low, size) = (point(i), vec3f(share(i), share(i), share(i)));
-    LightBounds {
-        low,
-        high: low + size,
+pub fn light_group(i: &mut Inputs) -> LightGroup {
+    let (center, radius, cos_spread) = (point(i), share(i), signed_cosine(i));
+    LightGroup {
+        center,
+        radius,
         intensity: positive(i),
         axis: direction(i),
-        cos_spread: signed_cosine(i),
+        cos_spread,
+        sin_spread: (1.0 - cos_spread * cos_spread).max(0.0).sqrt(),
         cos_emission: signed_cosine(i),
-        two_sided: flag(i),
+        back: if flag(i) { -1.0 } else { 1.0 },
     }
 }
 

@@ -331,15 +331,12 @@ functions! {
     // lights/tree.rs
     light_tree::cos_of_difference(cos_a: signed_cosine, sin_a: share, cos_b: signed_cosine, sin_b: share) within CANCELLING;
     light_tree::sin_of_difference(cos_a: signed_cosine, sin_a: share, cos_b: signed_cosine, sin_b: share) within CANCELLING;
-    light_tree::light_importance(bounds: light_bounds, p: point, normal: receiver) within GRAZING;
+    light_tree::light_importance(lights: light_group, p: point, normal: receiver) within GRAZING;
     light_tree::light_branch(first: positive, second: positive, u: unit) within ROUNDING;
-    light_tree::light_branch_probability(first: positive, second: positive, takes_second: flag) within ROUNDING;
+    light_tree::light_share(importance: positive, sum: positive) within ROUNDING;
+    light_tree::light_remainder(chosen: positive, before: share, importance: positive) within CANCELLING;
     light_tree::octahedral_encode(v: direction) within STEPS;
     light_tree::octahedral_decode(code: octahedral) within ROUNDING;
-    light_tree::cosines_encode(cos_spread: signed_cosine, cos_emission: signed_cosine) within STEPS;
-    light_tree::cos_spread_decode(code: bits) within ROUNDING;
-    light_tree::cos_emission_decode(code: bits) within ROUNDING;
-    light_tree::light_bounds(low: point, high: far_point, intensity: positive, axis: octahedral, cosines: bits, link: bits) within ROUNDING;
     light_tree::refill(remainder: unit, probability: share, rest: unit) within STEPS;
     // transport/medium.rs
     medium::transmittance(extinction: albedo, distance: size) within POWERS;

@@ -91,7 +91,7 @@ structures! {
     Light in light { kind, position, edge1, edge2, emission, size, two_sided }
     LightReach in light { center, radius }
     LightSample in light { wi, distance, radiance, pdf, delta, barycentrics }
-    LightBounds in light_tree { low, high, intensity, axis, cos_spread, cos_emission, two_sided }
+    LightGroup in light_tree { center, radius, intensity, axis, cos_spread, sin_spread, cos_emission, back }
     LightBranch in light_tree { second, probability, remainder }
     Medium in volume { absorption, scattering, emission, anisotropy }
     Collision in volume { scattered, weight }

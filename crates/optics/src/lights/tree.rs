@@ -13,34 +13,43 @@ pub mod light_tree {
     use crate::math::*;
     use wgsl_rs::std::*;
 
-    /// 32-bit words that a node of a tree of lights takes.
-    pub const LIGHT_NODE_WORDS: u32 = 10u32;
-    /// Bit of a node's link: it is a single light, whose index the other bits are; else they are its first child.
+    /// Children of a node of a tree of lights.
+    pub const LIGHT_NODE_WIDTH: u32 = 8u32;
+    /// 32-bit words that a node takes: for each number of a [`LightGroup`], in their order, and for a link one word a child, and
+    /// then the place of the node.
+    pub const LIGHT_NODE_WORDS: u32 = 105u32;
+    /// Of the words of a node, the first link.
+    pub const LIGHT_NODE_LINKS: u32 = 96u32;
+    /// Of the words of a node, its place: eight times the index of its parent, plus which child of that it is.
+    pub const LIGHT_NODE_PLACE: u32 = 104u32;
+    /// Bit of a child's link: it is a single light, whose index the other bits are; else they are the index of a node.
     pub const LIGHT_NODE_LEAF: u32 = 0x80000000u32;
-    /// Bit of a node's link: its lights shine from both sides.
-    pub const LIGHT_NODE_TWO_SIDED: u32 = 0x40000000u32;
-    /// The bits of a node's link that are an index.
-    pub const LIGHT_NODE_INDEX: u32 = 0x3fffffffu32;
+    /// The bits of a child's link that are an index.
+    pub const LIGHT_NODE_INDEX: u32 = 0x7fffffffu32;
+    /// What importances are cut off at: eight of them have a finite sum.
+    pub const MOST_IMPORTANT: f32 = 1e30;
     /// Of surfaces that light can reach from all sides, in place of [`octahedral_encode`].
     pub const ALL_SIDES: u32 = 0u32;
 
     /// Where a group of lights is, and where it shines.
     #[derive(Clone, Copy, Debug)]
-    pub struct LightBounds {
-        /// Corners of a box around the lights, world space.
-        pub low: Vec3f,
-        /// See `low`.
-        pub high: Vec3f,
-        /// Sum of the lights' greatest radiant intensities.
+    pub struct LightGroup {
+        /// Centre of a sphere around the lights, world space.
+        pub center: Vec3f,
+        /// Radius of that sphere.
+        pub radius: f32,
+        /// Sum of the lights' greatest radiant intensities; 0: there is no light.
         pub intensity: f32,
         /// Unit axis of a cone around the lights' main directions.
         pub axis: Vec3f,
         /// Cosine of that cone's half angle.
         pub cos_spread: f32,
+        /// Sine of that angle.
+        pub sin_spread: f32,
         /// Cosine of the angle from its main direction up to which a light emits.
         pub cos_emission: f32,
-        /// Whether the lights emit around the opposite directions, too.
-        pub two_sided: bool,
+        /// −1 if the lights emit around the opposite directions, too; else 1.
+        pub back: f32,
     }
 
     /// cos(max(0, a − b)) of angles in `[0, π]` given by their cosines and sines.
@@ -54,47 +63,53 @@ pub mod light_tree {
     }
 
     /// An estimate of how much a group of lights brings to a point, up to a factor that is the same for all groups. Zero only
-    /// where it brings nothing.
+    /// where it brings nothing, at most [`MOST_IMPORTANT`].
+    ///
+    /// It has no branches, so that a loop over the groups of a node becomes vector instructions.
     ///
     /// - `p`: the point. `normal`: unit normal on the side that light can reach, or zero if it can reach both.
-    pub fn light_importance(bounds: LightBounds, p: Vec3f, normal: Vec3f) -> f32 {
-        let center = (bounds.low + bounds.high) * 0.5;
-        let half_diagonal = (bounds.high - bounds.low) * 0.5;
-        let radius2 = dot(half_diagonal, half_diagonal);
-        let to_point = p - center;
-        let distance2 = dot(to_point, to_point);
-        // Half the angle under which the box is seen from the point: from inside its sphere everything is possible.
-        let outside = distance2 > radius2 && distance2 > 0.0;
-        let sin2_seen = select(1.0, radius2 / max(distance2, 1e-30), outside);
-        let cos_seen = select(-1.0, safe_sqrt(1.0 - sin2_seen), outside);
-        let sin_seen = select(0.0, sqrt(sin2_seen), outside);
-        let direction = to_point * (1.0 / sqrt(max(distance2, 1e-30)));
+    pub fn light_importance(lights: LightGroup, p: Vec3f, normal: Vec3f) -> f32 {
+        let to_point = p - lights.center;
+        let distance2 = max(dot(to_point, to_point), 1e-30);
+        let inverse_distance = 1.0 / sqrt(distance2);
+        // Half the angle under which the sphere is seen from the point: from inside everything is possible.
+        let sine = lights.radius * inverse_distance;
+        let outside = sine < 1.0;
+        let sin_seen = select(0.0, sine, outside);
+        let cos_seen = select(-1.0, safe_sqrt(1.0 - sine * sine), outside);
 
         // The least angle between a light's main direction and the direction to the point.
-        let along = dot(bounds.axis, direction);
-        let cos_w = clamp(select(along, abs(along), bounds.two_sided), -1.0, 1.0);
+        let along = dot(lights.axis, to_point) * inverse_distance;
+        let cos_w = max(min(max(along, along * lights.back), 1.0), -1.0);
         let sin_w = safe_sqrt(1.0 - cos_w * cos_w);
-        let sin_spread = safe_sqrt(1.0 - bounds.cos_spread * bounds.cos_spread);
-        let cos_x = cos_of_difference(cos_w, sin_w, bounds.cos_spread, sin_spread);
-        let sin_x = sin_of_difference(cos_w, sin_w, bounds.cos_spread, sin_spread);
+        let cos_x = cos_of_difference(cos_w, sin_w, lights.cos_spread, lights.sin_spread);
+        let sin_x = sin_of_difference(cos_w, sin_w, lights.cos_spread, lights.sin_spread);
         let cos_least = cos_of_difference(cos_x, sin_x, cos_seen, sin_seen);
-        if cos_least <= bounds.cos_emission {
-            return 0.0;
-        }
         // Lights that are not cosine emitters shine sideways, too: never below a small share.
-        let facing = max(cos_least, 0.05);
+        let facing = select(0.0, max(cos_least, 0.05), cos_least > lights.cos_emission);
 
         // The least angle between the normal and a direction towards the lights.
         let has_side = dot(normal, normal) > 0.0;
-        let cos_i = clamp(-dot(direction, normal), -1.0, 1.0);
+        let cos_i = max(min(-dot(to_point, normal) * inverse_distance, 1.0), -1.0);
         let sin_i = safe_sqrt(1.0 - cos_i * cos_i);
-        let cos_best = cos_of_difference(cos_i, sin_i, cos_seen, sin_seen);
-        let received = select(1.0, cos_best, has_side);
-        if received <= 0.0 {
-            return 0.0;
-        }
-        // Within the box the centre's distance says nothing.
-        bounds.intensity * facing * received / max(max(distance2, radius2), 1e-30)
+        let received = select(1.0, max(cos_of_difference(cos_i, sin_i, cos_seen, sin_seen), 0.0), has_side);
+
+        // Within the sphere the centre's distance says nothing.
+        let spread2 = max(distance2, lights.radius * lights.radius);
+        min(lights.intensity * facing * received / spread2, MOST_IMPORTANT)
+    }
+
+    /// Probability of choosing one group among some, by its importance and the sum of all importances.
+    pub fn light_share(importance: f32, sum: f32) -> f32 {
+        select(0.0, importance / sum, sum > 0.0)
+    }
+
+    /// What is left of a number that has chosen a group: a fresh uniform number in `[0, 1)`.
+    ///
+    /// - `chosen`: the number that chose, times the sum of all importances. `before`: sum of the importances of the groups before
+    ///   the chosen one. `importance`: that of the chosen one.
+    pub fn light_remainder(chosen: f32, before: f32, importance: f32) -> f32 {
+        max(min((chosen - before) / max(importance, 1e-37), ONE_MINUS_EPSILON), 0.0)
     }
 
     /// Which of two groups a number chose.
@@ -127,12 +142,6 @@ pub mod light_tree {
         }
     }
 
-    /// Probability with which [`light_branch`] takes the second group, if `takes_second`, or the first.
-    pub fn light_branch_probability(first: f32, second: f32, takes_second: bool) -> f32 {
-        let branch = light_branch(first, second, select(0.0, 1.0, takes_second));
-        select(0.0, branch.probability, branch.second == takes_second)
-    }
-
     /// A unit vector in 32 bits; never [`ALL_SIDES`]. The error is below 10⁻⁴ radians.
     /// Source: Cigolle et al., "A Survey of Efficient Representations for Independent Unit Vectors", JCGT 3(2), 2014.
     pub fn octahedral_encode(v: Vec3f) -> u32 {
@@ -160,45 +169,6 @@ pub mod light_tree {
             select(unit.y, 0.0, code == ALL_SIDES),
             select(unit.z, 0.0, code == ALL_SIDES),
         )
-    }
-
-    /// Two cosines in 32 bits, each rounded down: cones become wider, never narrower.
-    pub fn cosines_encode(cos_spread: f32, cos_emission: f32) -> u32 {
-        let spread = u32(clamp((cos_spread + 1.0) * 32767.5, 0.0, 65535.0));
-        let emission = u32(clamp((cos_emission + 1.0) * 32767.5, 0.0, 65535.0));
-        spread | (emission << 16u32)
-    }
-
-    /// The first cosine of [`cosines_encode`].
-    pub fn cos_spread_decode(code: u32) -> f32 {
-        f32(code & 0xffffu32) * (1.0 / 32767.5) - 1.0
-    }
-
-    /// The second cosine of [`cosines_encode`].
-    pub fn cos_emission_decode(code: u32) -> f32 {
-        f32(code >> 16u32) * (1.0 / 32767.5) - 1.0
-    }
-
-    /// The bounds that a node's words stand for.
-    ///
-    /// - `axis`: by [`octahedral_encode`]. `cosines`: by [`cosines_encode`]. `link`: `LIGHT_NODE_…` bits and an index.
-    pub fn light_bounds(
-        low: Vec3f,
-        high: Vec3f,
-        intensity: f32,
-        axis: u32,
-        cosines: u32,
-        link: u32,
-    ) -> LightBounds {
-        LightBounds {
-            low: low,
-            high: high,
-            intensity: intensity,
-            axis: octahedral_decode(axis),
-            cos_spread: cos_spread_decode(cosines),
-            cos_emission: cos_emission_decode(cosines),
-            two_sided: (link & LIGHT_NODE_TWO_SIDED) != 0u32,
-        }
     }
 
     /// The number that is left for the light after a choice of probability `probability`, with the bits that the choice has

@@ -64,7 +64,7 @@ impl SceneTables {
         hash.records(lights);
         hash.numbers(light_alias);
         hash.numbers(&light_tree.nodes);
-        hash.numbers(&light_tree.trails);
+        hash.numbers(&light_tree.places);
         hash.records(&light_tree.probability);
         hash.environment(environment);
         hash.records(&(bounding_sphere, has_alpha));

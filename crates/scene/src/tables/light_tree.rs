@@ -1,16 +1,17 @@
-//! A binary tree over the lights that have a place, for choosing one that matters where it is asked for.
+//! A tree over the lights that have a place, for choosing one that matters where it is asked for.
 //!
 //! Source: Conty Estévez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018; costs as in Pharr,
-//! Jakob and Humphreys, "Physically Based Rendering", 4th edition, section 12.6.3.
+//! Jakob and Humphreys, "Physically Based Rendering", 4th edition, section 12.6.3. Nodes have eight children, of which the groups
+//! that are largest are divided first.
 
-use super::LightRecord;
 use super::light::luminance;
+use super::{LightRecord, NONE};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use optics::light::{LIGHT_POINT, LIGHT_SPHERE, LIGHT_SPOT, LIGHT_TRIANGLE};
+use optics::light::{LIGHT_POINT, LIGHT_SPHERE, LIGHT_SPOT, LIGHT_TRIANGLE, Light};
 use optics::light_tree::{
-    LIGHT_NODE_INDEX, LIGHT_NODE_LEAF, LIGHT_NODE_TWO_SIDED, LIGHT_NODE_WORDS, LightBounds, cosines_encode,
-    light_bounds, light_branch, light_branch_probability, light_importance, octahedral_encode, refill,
+    LIGHT_NODE_INDEX, LIGHT_NODE_LEAF, LIGHT_NODE_WIDTH, LIGHT_NODE_WORDS, LightGroup, light_importance,
+    light_remainder, light_share, refill,
 };
 use optics::{Vec3f, vec3f};
 use std::f32::consts::PI;
@@ -24,49 +25,117 @@ const MOST_COMPARED: usize = 4096;
 /// Planes between which groups are divided, for each axis.
 const BINS: usize = 12;
 
-/// Levels below the root: a light's trail has a bit for each.
+/// Levels below the root: from there on groups are halved, so that no walk is long.
 const MOST_LEVELS: u32 = 32;
 
-/// One node, as back ends read it; `LIGHT_NODE_WORDS` words.
+/// Children of a node.
+const WIDTH: usize = LIGHT_NODE_WIDTH as usize;
+
+/// One number for each child of a node.
+type Children<T> = [T; WIDTH];
+
+/// One node, as back ends read it; `LIGHT_NODE_WORDS` words. What is known of its children is kept as it is needed, so that a
+/// loop over them has nothing to decode. Children that there are not have no intensity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct LightNode {
-    /// Corner of a box around the lights, world space.
-    pub low: [f32; 3],
-    /// The other corner.
-    pub high: [f32; 3],
-    /// See [`LightBounds::intensity`].
-    pub intensity: f32,
-    /// See [`LightBounds::axis`], by `octahedral_encode`.
-    pub axis: u32,
-    /// See [`LightBounds::cos_spread`] and `cos_emission`, by `cosines_encode`.
-    pub cosines: u32,
-    /// `LIGHT_NODE_…` bits, and the index of the light, or of the first of two children that stand side by side.
-    pub link: u32,
+    /// See [`LightGroup::center`]; x of all children, y, z.
+    center: [Children<f32>; 3],
+    /// See [`LightGroup::radius`].
+    radius: Children<f32>,
+    /// See [`LightGroup::intensity`].
+    intensity: Children<f32>,
+    /// See [`LightGroup::axis`].
+    axis: [Children<f32>; 3],
+    /// See [`LightGroup::cos_spread`].
+    cos_spread: Children<f32>,
+    /// See [`LightGroup::sin_spread`].
+    sin_spread: Children<f32>,
+    /// See [`LightGroup::cos_emission`].
+    cos_emission: Children<f32>,
+    /// See [`LightGroup::back`].
+    back: Children<f32>,
+    /// `LIGHT_NODE_LEAF` or not, and the index of the light or of the node.
+    link: Children<u32>,
+    /// Where the node stands: eight times the index of its parent, plus which child of that it is. `NONE`: it is the root.
+    place: u32,
 }
 
 const _: () = assert!(size_of::<LightNode>() == 4 * LIGHT_NODE_WORDS as usize);
 
 impl LightNode {
-    fn new(bounds: &Bounds, link: u32) -> Self {
-        // What the codes lose must not make cones narrower: the axis is exact to 10⁻⁴.
-        let spread = (bounds.spread + 2e-4).min(PI);
-        Self {
-            low: bounds.low.to_array(),
-            high: bounds.high.to_array(),
-            intensity: bounds.intensity,
-            axis: octahedral_encode(vec3(bounds.axis)),
-            cosines: cosines_encode(spread.cos(), bounds.emission.cos()),
-            link: link | if bounds.two_sided { LIGHT_NODE_TWO_SIDED } else { 0 },
+    fn set(&mut self, child: usize, group: &LightGroup, link: u32) {
+        let (center, axis) = (group.center.to_array(), group.axis.to_array());
+        for i in 0..3 {
+            self.center[i][child] = center[i];
+            self.axis[i][child] = axis[i];
+        }
+        self.radius[child] = group.radius;
+        self.intensity[child] = group.intensity;
+        self.cos_spread[child] = group.cos_spread;
+        self.sin_spread[child] = group.sin_spread;
+        self.cos_emission[child] = group.cos_emission;
+        self.back[child] = group.back;
+        self.link[child] = link;
+    }
+
+    #[inline(always)]
+    fn group(&self, child: usize) -> LightGroup {
+        LightGroup {
+            center: vec3f(self.center[0][child], self.center[1][child], self.center[2][child]),
+            radius: self.radius[child],
+            intensity: self.intensity[child],
+            axis: vec3f(self.axis[0][child], self.axis[1][child], self.axis[2][child]),
+            cos_spread: self.cos_spread[child],
+            sin_spread: self.sin_spread[child],
+            cos_emission: self.cos_emission[child],
+            back: self.back[child],
         }
     }
 
-    /// What the node says, for `optics::light_tree::light_importance`.
-    #[inline]
-    pub fn bounds(&self) -> LightBounds {
-        let (low, high) = (vec3(self.low.into()), vec3(self.high.into()));
-        light_bounds(low, high, self.intensity, self.axis, self.cosines, self.link)
+    /// How much each child promises.
+    ///
+    /// A plain loop: closures would not be compiled for the instruction set of the kernel that this is a part of.
+    #[inline(always)]
+    fn importances(&self, p: Vec3f, normal: Vec3f) -> Children<f32> {
+        let mut importances = [0.0; WIDTH];
+        for (child, importance) in importances.iter_mut().enumerate() {
+            *importance = light_importance(self.group(child), p, normal);
+        }
+        importances
     }
+
+    /// Chooses a child; `u` in `[0, 1)`. With probability 0: none promises anything.
+    #[inline(always)]
+    fn choose(&self, p: Vec3f, normal: Vec3f, u: f32) -> ChosenChild {
+        let importances = self.importances(p, normal);
+        let mut before = [0.0; WIDTH];
+        for i in 1..WIDTH {
+            before[i] = before[i - 1] + importances[i - 1];
+        }
+        let sum = before[WIDTH - 1] + importances[WIDTH - 1];
+        let chosen = u * sum;
+        // Children that promise nothing end where they begin, so none of them is the last to begin.
+        let mut child = 0;
+        for begin in &before[1..] {
+            child += usize::from(*begin <= chosen);
+        }
+        ChosenChild {
+            link: self.link[child],
+            probability: light_share(importances[child], sum),
+            remainder: light_remainder(chosen, before[child], importances[child]),
+        }
+    }
+}
+
+/// A child that was chosen.
+struct ChosenChild {
+    /// Its link.
+    link: u32,
+    /// Probability of that.
+    probability: f32,
+    /// A fresh uniform number in `[0, 1)`.
+    remainder: f32,
 }
 
 /// A light that was chosen.
@@ -85,9 +154,9 @@ pub struct LightChoice {
 pub struct LightTree {
     /// Nodes; the first one is the root.
     pub nodes: Vec<LightNode>,
-    /// The way from the root to each light, as long as the lights: bit i says which child to take at level i. Of lights that
-    /// are not in the tree it leads to another light.
-    pub trails: Vec<u32>,
+    /// Where each light stands, as long as the lights: eight times the index of its node, plus which child of that it is. `NONE`
+    /// for lights that are not in the tree.
+    pub places: Vec<u32>,
     /// Probability of choosing from the tree rather than among the lights without a place.
     pub probability: f32,
 }
@@ -104,12 +173,12 @@ impl LightTree {
         let here: f64 = placed.iter().map(|leaf| power(&lights[leaf.light as usize])).sum();
         let distant = all - here;
         let mut tree = Self {
-            nodes: vec![LightNode::default()],
-            trails: vec![0; lights.len()],
+            nodes: Vec::new(),
+            places: vec![NONE; lights.len()],
             // What is infinitely far away has a power that depends on how large the scene is: neither may starve.
             probability: if distant > 1e-9 * all { (here / all).clamp(0.2, 0.8) as f32 } else { 1.0 },
         };
-        tree.build(0, &mut placed, 0, 0);
+        tree.build(&mut placed, NONE, 0);
         tree
     }
 
@@ -122,96 +191,115 @@ impl LightTree {
     ///
     /// - `p`: the point. `normal`: unit normal on the side that light can reach, or zero if it can reach both.
     /// - `u`: a uniform number in `[0, 1)`; `rest`: another one, for the bits that the choice uses up.
-    #[inline]
+    #[inline(always)]
     pub fn choose(&self, p: Vec3f, normal: Vec3f, u: f32, rest: f32) -> Option<LightChoice> {
         let mut node = self.nodes.first()?;
-        let (mut probability, mut u) = (1.0, u);
-        while node.link & LIGHT_NODE_LEAF == 0 {
-            let [first, second] = self.children(node);
-            let branch = light_branch(
-                light_importance(first.bounds(), p, normal),
-                light_importance(second.bounds(), p, normal),
-                u,
-            );
-            probability *= branch.probability;
+        let (mut probability, mut u) = (self.probability, u);
+        loop {
+            let child = node.choose(p, normal, u);
+            probability *= child.probability;
             if probability <= 0.0 {
                 return None;
             }
-            u = branch.remainder;
-            node = if branch.second { second } else { first };
+            let index = child.link & LIGHT_NODE_INDEX;
+            if child.link & LIGHT_NODE_LEAF != 0 {
+                let remainder = refill(child.remainder, probability, rest);
+                return Some(LightChoice { index, probability, remainder });
+            }
+            u = child.remainder;
+            node = &self.nodes[index as usize];
         }
-        Some(LightChoice {
-            index: node.link & LIGHT_NODE_INDEX,
-            probability: probability * self.probability,
-            remainder: refill(u, probability * self.probability, rest),
-        })
     }
 
     /// Probability with which [`LightTree::choose`] takes light `index`, counted as part of all choices of a light.
-    #[inline]
+    #[inline(always)]
     pub fn probability_of(&self, index: u32, p: Vec3f, normal: Vec3f) -> f32 {
-        let Some(mut node) = self.nodes.first() else { return 0.0 };
-        let mut trail = self.trails[index as usize];
-        let mut probability = self.probability;
-        while node.link & LIGHT_NODE_LEAF == 0 {
-            let [first, second] = self.children(node);
-            let takes_second = trail & 1 == 1;
-            probability *= light_branch_probability(
-                light_importance(first.bounds(), p, normal),
-                light_importance(second.bounds(), p, normal),
-                takes_second,
-            );
-            if probability <= 0.0 {
-                return 0.0;
+        let mut place = self.places[index as usize];
+        let mut probability = if place == NONE { 0.0 } else { self.probability };
+        while place != NONE {
+            let (node, child) = (&self.nodes[place as usize / WIDTH], place as usize % WIDTH);
+            let importances = node.importances(p, normal);
+            let mut sum = 0.0;
+            for importance in importances {
+                sum += importance;
             }
-            node = if takes_second { second } else { first };
-            trail >>= 1;
+            probability *= light_share(importances[child], sum);
+            place = node.place;
         }
-        // The trail of a light that is not in the tree leads to another.
-        if node.link & LIGHT_NODE_INDEX == index { probability } else { 0.0 }
+        probability
     }
 
     /// Whether light `index` is in the tree.
     pub fn contains(&self, index: u32) -> bool {
-        let Some(mut node) = self.nodes.first() else { return false };
-        let mut trail = self.trails[index as usize];
-        while node.link & LIGHT_NODE_LEAF == 0 {
-            node = self.children(node)[(trail & 1) as usize];
-            trail >>= 1;
-        }
-        node.link & LIGHT_NODE_INDEX == index
-    }
-
-    #[inline]
-    fn children(&self, node: &LightNode) -> [&LightNode; 2] {
-        let first = (node.link & LIGHT_NODE_INDEX) as usize;
-        [&self.nodes[first], &self.nodes[first + 1]]
+        self.places.get(index as usize).is_some_and(|&place| place != NONE)
     }
 
     /// Bytes in all arrays.
     pub fn memory_bytes(&self) -> usize {
-        size_of_val(&self.nodes[..]) + size_of_val(&self.trails[..])
+        size_of_val(&self.nodes[..]) + size_of_val(&self.places[..])
     }
 
-    /// Writes node `at` and everything below it; `trail`: the way there, of `level` bits.
-    fn build(&mut self, at: usize, leaves: &mut [Leaf], trail: u32, level: u32) -> Bounds {
-        if let [leaf] = leaves {
-            self.trails[leaf.light as usize] = trail;
-            self.nodes[at] = LightNode::new(&leaf.bounds, LIGHT_NODE_LEAF | leaf.light);
-            return leaf.bounds;
-        }
-        let levels_needed = leaves.len().next_power_of_two().trailing_zeros();
-        let middle = if level + levels_needed >= MOST_LEVELS { None } else { partition(leaves) };
-        let middle = middle.unwrap_or_else(|| halve(leaves));
-        let first = self.nodes.len();
-        self.nodes.extend([LightNode::default(); 2]);
-        let (left, right) = leaves.split_at_mut(middle);
-        let left = self.build(first, left, trail, level + 1);
-        let right = self.build(first + 1, right, trail | 1 << level, level + 1);
-        let bounds = left.union(&right);
-        self.nodes[at] = LightNode::new(&bounds, first as u32);
-        bounds
+    /// Most nodes that a tree of so many lights has: nodes are full but for the lowest ones, which have at least two lights. So
+    /// with n lights there are at most n/2 lowest nodes, and a seventh of that above them.
+    pub const fn most_nodes(lights: u64) -> u64 {
+        lights.div_ceil(2) * 8 / 7 + 1
     }
+
+    /// Appends a node at `place` and everything below it; `level`: nodes above it. Returns what is known of all its lights.
+    fn build(&mut self, leaves: &mut [Leaf], place: u32, level: u32) -> Bounds {
+        let at = self.nodes.len();
+        self.nodes.push(LightNode { place, ..LightNode::default() });
+        let mut all: Option<Bounds> = None;
+        for (child, group) in divide(leaves, level).into_iter().enumerate() {
+            let place = (at * WIDTH + child) as u32;
+            let (bounds, link) = if let [leaf] = group {
+                self.places[leaf.light as usize] = place;
+                (leaf.bounds, LIGHT_NODE_LEAF | leaf.light)
+            } else {
+                let node = self.nodes.len() as u32;
+                (self.build(group, place, level + 1), node)
+            };
+            self.nodes[at].set(child, &bounds.group(group), link);
+            all = Some(all.map_or(bounds, |all| all.union(&bounds)));
+        }
+        // No group is empty.
+        all.unwrap_or(leaves[0].bounds)
+    }
+}
+
+/// Divides lights into as many groups as a node has children. Groups that fit into one node wait until larger ones are divided;
+/// among either the one goes first whose lights are brightest and farthest apart.
+fn divide(leaves: &mut [Leaf], level: u32) -> Vec<&mut [Leaf]> {
+    let mut groups = vec![(extent(leaves), leaves)];
+    while groups.len() < WIDTH {
+        let divisible = (0..groups.len()).filter(|&i| groups[i].1.len() > 1);
+        let next = divisible.max_by(|&a, &b| {
+            let size = |i: usize| (groups[i].1.len() > WIDTH, groups[i].0);
+            let ((many_a, extent_a), (many_b, extent_b)) = (size(a), size(b));
+            many_a.cmp(&many_b).then(extent_a.total_cmp(&extent_b))
+        });
+        let Some(next) = next else { break };
+        let (_, group) = groups.swap_remove(next);
+        let levels_needed = group.len().next_power_of_two().trailing_zeros();
+        let middle = if level + levels_needed >= MOST_LEVELS { None } else { partition(group) };
+        let middle = middle.unwrap_or_else(|| halve(group));
+        let (left, right) = group.split_at_mut(middle);
+        groups.push((extent(left), left));
+        groups.push((extent(right), right));
+    }
+    groups.into_iter().map(|(_, group)| group).collect()
+}
+
+/// The sum of the lights' intensities times the area of a box around them.
+fn extent(leaves: &[Leaf]) -> f32 {
+    let low = leaves.iter().fold(Vec3::INFINITY, |low, l| low.min(l.bounds.low));
+    let high = leaves.iter().fold(Vec3::NEG_INFINITY, |high, l| high.max(l.bounds.high));
+    leaves.iter().map(|l| l.bounds.intensity).sum::<f32>() * area(high - low)
+}
+
+/// Area of a box. One on a line or at a point has none; its length must still count.
+fn area(size: Vec3) -> f32 {
+    2.0 * (size.x * size.y + size.y * size.z + size.z * size.x) + 1e-3 * size.length_squared()
 }
 
 /// A light to be put into the tree.
@@ -220,6 +308,8 @@ struct Leaf {
     light: u32,
     bounds: Bounds,
     center: Vec3,
+    /// Of a sphere around the light, from its centre.
+    radius: f32,
 }
 
 impl Leaf {
@@ -230,11 +320,26 @@ impl Leaf {
             && bounds.high.is_finite()
             && bounds.intensity.is_finite()
             && bounds.intensity > 0.0;
-        usable.then(|| Self { light, bounds, center: (bounds.low + bounds.high) * 0.5 })
+        let center = (bounds.low + bounds.high) * 0.5;
+        let radius = match record.light.kind {
+            LIGHT_TRIANGLE => {
+                corners(&record.light).map(|corner| corner.distance(center)).into_iter().fold(0.0, f32::max)
+            }
+            LIGHT_SPHERE => record.light.size,
+            _ => 0.0,
+        };
+        usable.then_some(Self { light, bounds, center, radius })
     }
 }
 
-/// As [`LightBounds`], with angles in radians.
+/// The corners of a triangle.
+fn corners(light: &Light) -> [Vec3; 3] {
+    let [position, edge1, edge2] =
+        [light.position, light.edge1, light.edge2].map(|v| Vec3::from(v.to_array()));
+    [position, position + edge1, position + edge2]
+}
+
+/// Where a group of lights is, and where it shines: as [`LightGroup`], with angles in radians and a box.
 #[derive(Clone, Copy)]
 struct Bounds {
     low: Vec3,
@@ -263,7 +368,7 @@ impl Bounds {
         };
         match light.kind {
             LIGHT_TRIANGLE => {
-                let corners = [position, position + edge1, position + edge2];
+                let corners = corners(light);
                 let normal = edge1.cross(edge2);
                 // Its power knows the mean of its texture.
                 let sides = if light.two_sided { 2.0 } else { 1.0 };
@@ -309,12 +414,27 @@ impl Bounds {
         }
     }
 
+    /// What back ends know of the group, whose lights are `leaves`.
+    fn group(&self, leaves: &[Leaf]) -> LightGroup {
+        let center = (self.low + self.high) * 0.5;
+        let radius = leaves.iter().map(|leaf| leaf.center.distance(center) + leaf.radius).fold(0.0, f32::max);
+        // Rounding must not make cones narrower, here or where they are used.
+        let (sin_spread, cos_spread) = (self.spread + 2e-4).min(PI).sin_cos();
+        LightGroup {
+            center: vec3(center),
+            radius: radius * 1.0001,
+            intensity: self.intensity,
+            axis: vec3(self.axis),
+            cos_spread,
+            sin_spread,
+            cos_emission: self.emission.cos(),
+            back: if self.two_sided { -1.0 } else { 1.0 },
+        }
+    }
+
     /// How much a group costs: its intensity, times how large it is, times how many directions it shines into.
     fn cost(&self) -> f32 {
-        let size = self.high - self.low;
-        let area = 2.0 * (size.x * size.y + size.y * size.z + size.z * size.x);
-        // A group on a line or at a point has no area; its length must still count.
-        self.intensity * (area + 1e-3 * size.length_squared()) * self.solid_angle_measure()
+        self.intensity * area(self.high - self.low) * self.solid_angle_measure()
     }
 
     /// The measure M_Ω of directions, by the cosine beyond the cone (Conty Estévez and Kulla, equation 1).
@@ -456,18 +576,36 @@ mod tests {
     }
 
     #[test]
-    fn trails_lead_to_their_lights() {
+    fn places_are_where_lights_are() {
         for count in [FEWEST_LIGHTS, 100, 10_000] {
             let lights = lights(count);
             let tree = LightTree::new(&lights);
-            assert_eq!(tree.nodes.len(), 2 * count - 1);
+            assert!(
+                tree.nodes.len() as u64 <= LightTree::most_nodes(count as u64),
+                "{} nodes",
+                tree.nodes.len()
+            );
+            for light in 0..count {
+                let place = tree.places[light] as usize;
+                let link = tree.nodes[place / WIDTH].link[place % WIDTH];
+                assert_eq!(link, LIGHT_NODE_LEAF | light as u32, "of {count} lights");
+            }
+            for (index, node) in tree.nodes.iter().enumerate().skip(1) {
+                let parent = node.place as usize;
+                assert_eq!(
+                    tree.nodes[parent / WIDTH].link[parent % WIDTH],
+                    index as u32,
+                    "of {count} lights"
+                );
+            }
+            assert_eq!(tree.nodes[0].place, NONE);
             assert!((0..count as u32).all(|i| tree.contains(i)), "{count} lights");
             assert!(!tree.contains(count as u32), "the sun has no place");
         }
         assert!(LightTree::new(&lights(FEWEST_LIGHTS - 1)).is_empty());
     }
 
-    /// Equal places and many lights on one spot must not make the tree deeper than trails are long.
+    /// Equal places and many lights on one spot must not make the tree deep.
     #[test]
     fn lights_at_one_place_make_a_flat_tree() {
         let lights = vec![LightRecord::point(Vec3::ONE, Vec3::ONE); 5000];
