@@ -67,7 +67,7 @@ mod tests {
         }
         let (mut scene, mut report) = with([Material::default()]);
         let kind = LightKind::Point { position: glam::Vec3::ZERO, intensity: glam::Vec3::ONE };
-        scene.lights.push(Light { name: "lamp".into(), kind });
+        scene.lights.push(Light::new("lamp", kind));
         assert!(!add_daylight_if_dark(&mut scene, &mut report), "there is a light source");
     }
 

@@ -71,9 +71,9 @@ pub use scene::Image as SceneImage;
 pub use scene::Part as MeshPart;
 pub use scene::{
     AlphaMode, Animation, CalibrationError, Camera, CameraPath, Checkerboard, Clip, ColorSpace, Daylight,
-    Environment, Instance, Interior, Layers, Light, LightKind, LoadError, LoadOptions, LoadReport, Loaded,
-    Material, Mesh, Model, Note, Pixels, Projection, RenderDefaults, Scene, Severity, Shape, Sky, Sphere,
-    Sun, SunError, SunPosition, Texture, TextureRef, ToneMapper, TriangleMesh,
+    Environment, Instance, Interior, Layers, Light, LightKind, LightProfile, LoadError, LoadOptions,
+    LoadReport, Loaded, Material, Mesh, Model, Note, Photometry, Pixels, Projection, RenderDefaults, Scene,
+    Severity, Shape, Sky, Sphere, Sun, SunError, SunPosition, Texture, TextureRef, ToneMapper, TriangleMesh,
 };
 pub use source::{Place, Source};
 

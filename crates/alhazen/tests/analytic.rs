@@ -24,7 +24,7 @@ fn under_white_sky() -> Scene {
 }
 
 fn add_light(scene: &mut Scene, kind: LightKind) {
-    scene.lights.push(Light { name: "light".into(), kind });
+    scene.lights.push(Light::new("light", kind));
 }
 
 /// A floor of reflectance 0.5 and a camera that looks straight down on a spot of 1 cm at its origin.

@@ -60,7 +60,7 @@ fn direct_is_path_with_two_segments_for_diffuse_scenes() {
         },
         LightKind::Directional { direction: down, irradiance: Vec3::splat(0.5), angular_diameter: 0.1 },
     ] {
-        scene.lights.push(Light { name: String::new(), kind });
+        scene.lights.push(Light::new("", kind));
     }
     let settings = DirectSettings { shadow_samples: 2, ..DirectSettings::default() };
     let direct = Job { seed: 1, integrator: Integrator::Direct(settings), ..job(&scene, SIZE, SIZE, 2) };
@@ -103,13 +103,13 @@ fn lights_chosen_by_place_add_up_to_all_lights() {
                     continue;
                 }
             };
-            scene.lights.push(Light { name: String::new(), kind });
+            scene.lights.push(Light::new("", kind));
         }
         if all_kinds {
             let direction = Vec3::new(0.3, -0.5, 0.8).normalize();
             let kind =
                 LightKind::Directional { direction, irradiance: Vec3::splat(0.5), angular_diameter: 0.0 };
-            scene.lights.push(Light { name: String::new(), kind });
+            scene.lights.push(Light::new("", kind));
         }
         assert!(!SceneTables::build(&scene).light_tree.is_empty());
         let direct = Integrator::Direct(DirectSettings { shadow_samples: 1, ..DirectSettings::default() });
@@ -192,7 +192,7 @@ fn pieces_of_a_light_add_up_to_it() {
                 // Under the floor.
                 let position = Vec3::new(0.0, -5.0 - i as f32, 0.0);
                 let kind = LightKind::Point { position, intensity: Vec3::splat(3e-4) };
-                scene.lights.push(Light { name: String::new(), kind });
+                scene.lights.push(Light::new("", kind));
             }
         });
         assert_same_coarse(&format!("light-among-many-{roughness}"), &crowd, &one);

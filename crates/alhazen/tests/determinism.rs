@@ -37,10 +37,10 @@ fn medley() -> Scene {
         veil,
         Affine3A::from_translation(Vec3::new(2.8, 1.2, 1.0)),
     );
-    scene.lights.push(Light {
-        name: "point".into(),
-        kind: LightKind::Point { position: Vec3::new(1.0, 4.0, 1.0), intensity: Vec3::splat(2.0) },
-    });
+    scene.lights.push(Light::new(
+        "point",
+        LightKind::Point { position: Vec3::new(1.0, 4.0, 1.0), intensity: Vec3::splat(2.0) },
+    ));
     scene
 }
 

@@ -178,7 +178,7 @@ fn ten_thousand_lights_add_up() {
         let strength = if i % 100 == 0 { 1.0 } else { 0.003 };
         irradiance += f64::from(strength * position.y / position.length().powi(3));
         let intensity = Vec3::splat(strength);
-        scene.lights.push(Light { name: String::new(), kind: LightKind::Point { position, intensity } });
+        scene.lights.push(Light::new("", LightKind::Point { position, intensity }));
     }
     let e = estimate(&scene, &job(&scene, 32, 32, 2), 1024);
     common::assert_mean("10,000 lights", &e, [0.5 * irradiance / std::f64::consts::PI; 3], 2e-3);
@@ -249,9 +249,7 @@ fn mirrored_instances_are_mirrored_meshes() {
             scene.instances.push(Instance { mesh: index, ..far });
         }
         let position = Vec3::new(1.5, 1.0, 0.7);
-        scene
-            .lights
-            .push(Light { name: String::new(), kind: LightKind::Point { position, intensity: Vec3::ONE } });
+        scene.lights.push(Light::new("", LightKind::Point { position, intensity: Vec3::ONE }));
         scene.cameras.push(from_above(0.0, 0.0, 3.0, 1.5));
         estimate(&scene, &job(&scene, 24, 24, 2), 64)
     };

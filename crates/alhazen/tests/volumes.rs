@@ -45,7 +45,7 @@ fn directional(direction: Vec3, irradiance: f32) -> Light {
         irradiance: Vec3::splat(irradiance),
         angular_diameter: 0.0,
     };
-    Light { name: "light".into(), kind }
+    Light::new("light", kind)
 }
 
 /// ∫ f from 0 to `end`, by the midpoint rule.
@@ -173,7 +173,7 @@ fn single_scattering_is_its_integral() {
     let lamp = Vec3::new(0.5, 1.0, 0.0);
     let kind = LightKind::Point { position: lamp, intensity: Vec3::splat(5.0) };
     let mut scene = Scene { fog: Some(Fog { medium: m, top: f32::INFINITY }), ..Scene::default() };
-    scene.lights.push(Light { name: "lamp".into(), kind });
+    scene.lights.push(Light::new("lamp", kind));
     scene.cameras.push(from_above(0.0, 0.0, 3.0, 0.01));
     let expected: [f64; 3] = std::array::from_fn(|c| {
         5.0 * f64::from(scattering[c])

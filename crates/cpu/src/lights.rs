@@ -8,6 +8,7 @@ use optics::light::{
     LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_SPHERE, LIGHT_TRIANGLE, LightSample,
     directional_light_contains, light_sample, sphere_light_pdf, triangle_light_pdf,
 };
+use optics::light_profile::{profile_cell, profile_mix};
 use optics::light_tree::{light_branch, octahedral_decode};
 use optics::random::dither;
 use optics::warp::{alias_choose_dithered, alias_slot, pdf_cone};
@@ -74,10 +75,22 @@ pub(crate) fn sample_one_light(scene: &CpuScene, index: u32, p: Vec3f, u: [f32; 
     let mut sample = light_sample(record.light, p, vec2f(u[0], u[1]));
     // A disc that is not seen cannot be found by chance: its samples count in full.
     sample.delta |= record.light.kind == LIGHT_DIRECTIONAL && !record.visible;
+    if record.profile != NONE {
+        sample.radiance *= profile_at(&scene.tables, record, -sample.wi);
+    }
     if record.textured_material != NONE {
         sample.radiance = textured_emission(scene, record, [sample.barycentrics.x, sample.barycentrics.y]);
     }
     sample
+}
+
+/// How much of a light's intensity its profile leaves in a unit direction away from it.
+fn profile_at(tables: &SceneTables, record: &LightRecord, direction: Vec3f) -> f32 {
+    let table = &tables.profiles[record.profile as usize..];
+    let (axis, zero) = (record.light.edge1, record.light.edge2.z);
+    let cell = profile_cell(axis, zero, direction, table[0], table[1]);
+    let value = |i: u32| f32::from_bits(table[2 + i as usize]);
+    profile_mix(cell, value(cell.first), value(cell.second), value(cell.third), value(cell.fourth))
 }
 
 fn sample_environment(scene: &CpuScene, u: [f32; 2]) -> LightSample {

@@ -31,6 +31,8 @@ pub struct Variant {
     pub images: u32,
     /// Whether lights are many, so that they are chosen by where they are.
     pub light_tree: bool,
+    /// Whether any light has a profile.
+    pub profiles: bool,
     /// Whether there are ends of media that are no surfaces.
     pub boundaries: bool,
     /// Whether the shader's paths know what they are in. What does not know it sees through boundaries.
@@ -50,10 +52,11 @@ impl Variant {
             light_tree: i & 32 != 0,
             boundaries: i & 64 != 0,
             volumes: i & 128 != 0,
+            profiles: i & 256 != 0,
             images: 0,
         };
         let with_images = move |i: u32| Self { images: 16, ..of(i) };
-        (0..8).chain([8, 16, 32, 63, 65, 192, 255]).map(of).chain([0, 255].map(with_images))
+        (0..8).chain([8, 16, 32, 63, 65, 192, 256, 511]).map(of).chain([0, 511].map(with_images))
     }
 }
 
@@ -126,6 +129,7 @@ fn constants(variant: Variant) -> String {
     let _ = writeln!(text, "const WANTS_AOVS: bool = {};", variant.aovs);
     let _ = writeln!(text, "const SPLITS_PATHS: bool = {};", variant.splitting);
     let _ = writeln!(text, "const LIGHT_TREE: bool = {};", variant.light_tree);
+    let _ = writeln!(text, "const SCENE_HAS_PROFILES: bool = {};", variant.profiles);
     let _ = writeln!(text, "const FOLLOWS_VOLUMES: bool = {};", variant.volumes);
     let _ = writeln!(text, "const HIDES_BOUNDARIES: bool = {};", variant.boundaries && !variant.volumes);
     text

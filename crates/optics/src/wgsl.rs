@@ -54,6 +54,7 @@ mod everything {
     use crate::iridescence::*;
     use crate::layered::*;
     use crate::light::*;
+    use crate::light_profile::*;
     use crate::light_tree::*;
     use crate::lobes::*;
     use crate::math::*;
@@ -96,6 +97,7 @@ mod surfaces {
     use crate::iridescence::*;
     use crate::layered::*;
     use crate::light::*;
+    use crate::light_profile::*;
     use crate::light_tree::*;
     use crate::lobes::*;
     use crate::math::*;
@@ -133,6 +135,7 @@ mod plain {
     use crate::history::*;
     use crate::intersect::*;
     use crate::light::*;
+    use crate::light_profile::*;
     use crate::light_tree::*;
     use crate::math::*;
     use crate::medium::*;

@@ -21,6 +21,7 @@ pub mod medium;
 pub mod merge;
 pub mod mesh;
 pub mod normals;
+pub mod photometry;
 pub mod report;
 pub mod settings;
 pub mod shapes;
@@ -43,6 +44,7 @@ pub use material::{
 };
 pub use medium::{DensityGrid, Fog, Medium};
 pub use mesh::{Instance, Mesh, Part, Shape, Sphere, TriangleMesh};
+pub use photometry::{LightProfile, Photometry};
 pub use report::{LoadReport, Note, Severity};
 pub use settings::{RenderDefaults, ToneMapper};
 pub use subsurface::Subsurface;

@@ -1,5 +1,6 @@
 //! Punctual and directional lights.
 
+use crate::Photometry;
 use glam::Vec3;
 
 /// A light without a surface of its own. Emissive meshes and spheres are lights through their material instead.
@@ -9,6 +10,16 @@ pub struct Light {
     pub name: String,
     /// Geometry and strength.
     pub kind: LightKind,
+    /// How the intensity of a point or spot depends on direction, beside what the kind says; the kind's intensity is that where the
+    /// profile is greatest.
+    pub profile: Option<Photometry>,
+}
+
+impl Light {
+    /// A light without a profile.
+    pub fn new(name: impl Into<String>, kind: LightKind) -> Self {
+        Self { name: name.into(), kind, profile: None }
+    }
 }
 
 /// Where a light's energy comes from and where it goes.

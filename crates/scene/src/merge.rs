@@ -118,7 +118,8 @@ pub fn placed_light(light: &Light, motion: &Affine3A) -> Light {
             LightKind::Directional { direction: turn(direction), irradiance, angular_diameter }
         }
     };
-    Light { name: light.name.clone(), kind }
+    let profile = light.profile.as_ref().map(|profile| profile.placed(motion));
+    Light { name: light.name.clone(), kind, profile }
 }
 
 #[cfg(test)]
@@ -142,7 +143,7 @@ mod tests {
             materials: vec![textured],
             textures: vec![Texture { image: 0, sampler: Sampler::default(), color_space: ColorSpace::Srgb }],
             images: vec![Image { name: "p".into(), width: 1, height: 1, pixels }],
-            lights: vec![Light { name: "l".into(), kind }],
+            lights: vec![Light::new("l", kind)],
             cameras: vec![Camera::perspective("c", Vec3::ZERO, Vec3::Z, 1.0)],
             ..Default::default()
         }
@@ -173,7 +174,7 @@ mod tests {
             outer_angle: 0.2,
         };
         let motion = Affine3A::from_translation(Vec3::Y) * Affine3A::from_scale(Vec3::splat(2.0));
-        let moved = placed_light(&Light { name: "s".into(), kind }, &motion);
+        let moved = placed_light(&Light::new("s", kind), &motion);
         let LightKind::Spot { position, direction, .. } = moved.kind else { panic!("still a spot light") };
         assert_eq!((position, direction), (Vec3::new(2.0, 1.0, 0.0), Vec3::X));
     }

@@ -319,8 +319,12 @@ fn time_takes_back_no_edit() {
     edits
         .materials
         .insert(0, MaterialRecord { base_color: [0.25, 0.5, 0.75, 1.0], ..(&scene.materials[0]).into() });
-    edits.lights =
-        Some(vec![LightRecord::Point { name: "p".into(), position: [1.0; 3], intensity: [3.0; 3] }]);
+    edits.lights = Some(vec![LightRecord::Point {
+        name: "p".into(),
+        position: [1.0; 3],
+        intensity: [3.0; 3],
+        profile: None,
+    }]);
     let mut edited = Editable::new(scene);
     let mut show = |edits: &Edits, time: f32| {
         edited.set_at(edits, &Resources::default(), &at(time)).unwrap_or_else(|e| panic!("{e}"));

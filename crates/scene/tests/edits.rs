@@ -9,7 +9,7 @@ use scene::edits::{
 };
 use scene::load::scene_file::{self, open_edited};
 use scene::tables::SceneTables;
-use scene::{Camera, LoadError, LoadOptions, RenderDefaults, Scene, builtin};
+use scene::{Camera, LightProfile, LoadError, LoadOptions, Photometry, RenderDefaults, Scene, builtin};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -19,6 +19,13 @@ fn cornell() -> Scene {
 
 fn fingerprint(scene: &Scene) -> String {
     SceneTables::build(scene).fingerprint()
+}
+
+/// A profile whose numbers have no short decimals, turned so that its axes have none either.
+fn lamp() -> Photometry {
+    let values = (0..3 * 4).map(|i| 1.0 / (i + 1) as f32).collect();
+    let profile = LightProfile::new(3, 4, values, 1000.0 / 3.0).expect("a profile");
+    Photometry::aimed(Arc::new(profile), Vec3::new(0.3, -1.0, 0.2).normalize(), 0.4)
 }
 
 /// Edits of everything that can be edited, of the scene `cornell`, with a model from `folder`.
@@ -48,7 +55,7 @@ fn all_edits(scene: &Scene, folder: &Path) -> (Edits, Resources) {
     edits.object(objects + 2).set_transform(&Affine3A::from_translation(Vec3::new(0.1, 0.2, 0.7)));
     let (position, intensity) = ([0.1, 0.2, 0.3], [1.0, 2.0, 3.0]);
     edits.lights = Some(vec![
-        LightRecord::Point { name: "p".into(), position, intensity },
+        LightRecord::Point { name: "p".into(), position, intensity, profile: Some(lamp()) },
         LightRecord::Spot {
             name: "s".into(),
             position,
@@ -56,6 +63,7 @@ fn all_edits(scene: &Scene, folder: &Path) -> (Edits, Resources) {
             intensity,
             inner_angle: 0.2,
             outer_angle: 0.7,
+            profile: None,
         },
     ]);
     edits.environment = Some(EnvironmentRecord::Sky(SkyRecord {

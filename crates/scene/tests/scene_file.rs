@@ -3,6 +3,7 @@
 use glam::{Vec3, Vec4};
 use proptest::prelude::*;
 use scene::load::scene_file::{self, Parameters};
+use scene::tables::SceneTables;
 use scene::{
     AlphaMode, CameraPath, Environment, LightKind, LoadError, LoadOptions, Loaded, Model, Projection,
     Severity, Shape, Wrap,
@@ -351,6 +352,54 @@ fn load_folder(files: &[(&str, &str)]) -> Result<Loaded, LoadError> {
     scene_file::load(&folder.path().join("main.toml"), &LoadOptions::default())
 }
 
+/// A cosine in three angles, 100 candela at most.
+const LAMP: &str = "IESNA91\nTILT=NONE\n1 0 10 3 1 1 2 0 0 0\n1 1 0\n0 60 90\n0\n10 5 0\n";
+
+#[test]
+fn lamps_have_profiles_of_photometric_files() {
+    let main = "
+        [[light]]
+        kind = \"point\"
+        ies = \"lamp.ies\"
+        rotate = [0, 0, 90]
+        repeat = { grid = { count = [2, 1, 1], spacing = [1, 0, 0] } }
+        [[light]]
+        kind = \"spot\"
+        target = [0, 0, -1]
+        intensity = 7
+        ies = \"lamp.ies\"
+        turn = 90
+    ";
+    let scene = load_folder(&[("main.toml", main), ("lamp.ies", LAMP)]).expect("loads").scene;
+    let LightKind::Point { intensity, .. } = scene.lights[1].kind else { panic!("a point") };
+    assert_eq!(intensity, Vec3::splat(100.0), "the file's candela");
+    let profiles: Vec<_> = scene.lights.iter().map(|l| l.profile.as_ref().expect("a profile")).collect();
+    assert!((profiles[0].axis - Vec3::X).length() < 1e-6, "turned with its lamp: {}", profiles[0].axis);
+    let LightKind::Spot { intensity, direction, .. } = scene.lights[2].kind else { panic!("a spot") };
+    assert_eq!((intensity, profiles[2].axis), (Vec3::splat(7.0), direction));
+    let tables = SceneTables::build(&scene);
+    assert_eq!(tables.profiles.len(), 2 + 181, "one table for all");
+    assert!(tables.lights.iter().all(|light| light.profile == 0));
+    // Of a point: ∫ cos, nearly, of 100 candela; of the spot less than that of its cone.
+    let pi = std::f32::consts::PI;
+    assert!((tables.lights[0].power / (100.0 * pi) - 1.0).abs() < 0.1, "{}", tables.lights[0].power);
+    assert!(tables.lights[2].power < 7.0 * pi && tables.lights[2].power > 1.0);
+
+    let with = |keys: &str| format!("[[light]]\nkind = \"point\"\n{keys}\n");
+    for (keys, reason) in [
+        ("direction = [0, 1, 0]\nintensity = 1", "go with `ies`"),
+        ("turn = 30\nintensity = 1", "it goes with `ies`"),
+        ("color = 1", "needs an `intensity`"),
+        ("ies = \"lamp.ies\"\ndirection = [0, 0, 0]", "`direction`"),
+        ("ies = \"lamp.ies\"\nintensity = -1", "`intensity`"),
+        ("ies = \"none.ies\"", "none.ies"),
+        ("ies = \"main.toml\"", "TILT="),
+    ] {
+        let error = load_folder(&[("main.toml", &with(keys)), ("lamp.ies", LAMP)]).expect_err(keys);
+        assert!(error.to_string().contains(reason), "{keys}: {error}");
+    }
+}
+
 const PART: &str = "
     [parameters]
     size = 1.0
@@ -538,7 +587,7 @@ fn daylight_is_read() {
     assert_eq!((daylight.turbidity, daylight.ground), (4.0, glam::vec3(0.1, 0.2, 0.3)));
     assert!(daylight.sun.elevation > 1.0, "a summer's afternoon");
     // The sun is seen, and the sky is sampled by its own table.
-    let tables = scene::tables::SceneTables::build(&scene);
+    let tables = SceneTables::build(&scene);
     assert!(tables.lights.len() == 2 && tables.lights[0].visible && tables.environment.width > 0);
     let error = load(&text.replace("14:30", "02:30")).unwrap_err().to_string();
     assert!(error.contains("below the horizon"), "{error}");

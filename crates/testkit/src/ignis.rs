@@ -81,13 +81,13 @@ impl Description {
         for light in self.lights.values() {
             match light["type"].as_str() {
                 Some("area") => {}
-                Some("point") => scene.lights.push(Light {
-                    name: text_of(&light["name"]),
-                    kind: LightKind::Point {
+                Some("point") => scene.lights.push(Light::new(
+                    text_of(&light["name"]),
+                    LightKind::Point {
                         position: color(&light["position"]),
                         intensity: color(&light["intensity"]),
                     },
-                }),
+                )),
                 Some("constant") => scene.environment = Environment::Constant(color(&light["radiance"])),
                 other => panic!("{}: light {other:?} is not known", path.display()),
             }

@@ -190,7 +190,15 @@ fn model_name(model: Model) -> &'static str {
 }
 
 fn light_line(light: &Light) -> String {
-    match light.kind {
+    let profile = light.profile.as_ref().map(|photometry| {
+        let (table, axis) = (&photometry.profile, vector(photometry.axis.into()));
+        format!(", with a profile of {} × {} directions aimed at {axis}", table.rows(), table.columns())
+    });
+    kind_line(light.kind) + &profile.unwrap_or_default()
+}
+
+fn kind_line(kind: LightKind) -> String {
+    match kind {
         LightKind::Point { position, intensity } => {
             format!("point at {}, {} W/sr", vector(position.into()), vector(intensity.into()))
         }

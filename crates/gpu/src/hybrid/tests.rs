@@ -325,7 +325,7 @@ fn moving_scene(more_lights: u32) -> Arc<SceneTables> {
     (1..12).for_each(|i| scene.instances.push(Instance::new(format!("{i}"), cube, still)));
     scene.instances.iter_mut().for_each(|i| i.dynamic = true);
     let kind = LightKind::Point { position: Vec3::new(2.0, 5.0, 3.0), intensity: Vec3::splat(60.0) };
-    scene.lights.push(Light { name: "lamp".into(), kind });
+    scene.lights.push(Light::new("lamp", kind));
     scene.lights.extend((0..more_lights).map(|i| {
         let (sin, cos) = (i as f32 * 2.4).sin_cos();
         let (position, intensity) =
@@ -339,7 +339,7 @@ fn moving_scene(more_lights: u32) -> Arc<SceneTables> {
                 LightKind::Spot { position, direction, intensity, inner_angle, outer_angle }
             }
         };
-        Light { name: format!("light {i}"), kind }
+        Light::new(format!("light {i}"), kind)
     }));
     scene.cameras.push(Camera::perspective("c", Vec3::new(0.0, 4.0, 7.0), Vec3::ZERO, 0.8));
     Arc::new(SceneTables::build(&scene))

@@ -165,6 +165,7 @@ impl GpuScene {
             absorption: self.tables.has_absorption(),
             images: self.places.slots(),
             light_tree: !self.tables.light_tree.is_empty(),
+            profiles: !self.tables.profiles.is_empty(),
             boundaries: self.tables.has_boundaries(),
             ..Variant::default()
         }

@@ -38,6 +38,7 @@ const TEXTURE_WRAP_U_SHIFT: u32 = 4;
 const TEXTURE_WRAP_V_SHIFT: u32 = 6;
 const LIGHT_TWO_SIDED: u32 = 1;
 const LIGHT_VISIBLE: u32 = 2;
+const LIGHT_PROFILE: u32 = 4;
 
 /// What is the same everywhere in a scene; see the shader for the fields.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
@@ -246,6 +247,7 @@ pub(super) struct Words {
     colors: u32,
     densities: u32,
     light_uvs: u32,
+    profiles: u32,
     pub discs: u32,
     pub disc_count: u32,
     pub row_alias: u32,
@@ -304,6 +306,7 @@ impl Words {
         for light in tables.lights.iter().filter(|l| l.textured_material != NONE) {
             self.append(bytemuck::cast_slice(&light.uv));
         }
+        self.profiles = self.append(&tables.profiles);
         let numbered = (0..).zip(&tables.lights);
         let discs: Vec<u32> = numbered.filter(|(_, l)| l.visible).map(|(i, _)| i).collect();
         self.disc_count = discs.len() as u32;
@@ -525,13 +528,18 @@ pub(super) fn lights(tables: &SceneTables, words: &Words) -> Vec<LightRecord> {
             size: l.light.size,
             edge2: l.light.edge2.to_array(),
             flags: if l.light.two_sided { LIGHT_TWO_SIDED } else { 0 }
-                | if l.visible { LIGHT_VISIBLE } else { 0 },
+                | if l.visible { LIGHT_VISIBLE } else { 0 }
+                | if l.profile == NONE { 0 } else { LIGHT_PROFILE },
             emission: l.light.emission.to_array(),
             textured_material: l.textured_material,
             threshold: alias.threshold,
             alias_index: alias.alias,
             probability: alias.probability,
-            first_uv: if textured { first_uv } else { NONE },
+            first_uv: match (textured, l.profile) {
+                (true, _) => first_uv,
+                (false, NONE) => NONE,
+                (false, profile) => words.profiles + profile,
+            },
         };
         first_uv += if textured { 12 } else { 0 };
         record

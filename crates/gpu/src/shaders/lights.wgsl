@@ -140,10 +140,22 @@ fn sample_one_light(index: u32, p: vec3f, u: vec2f) -> LightSample {
     // A disc that is not seen cannot be found by chance: its samples count in full.
     let unseen = lights[index].kind == LIGHT_DIRECTIONAL && (lights[index].flags & LIGHT_VISIBLE) == 0u;
     light.delta = light.delta || unseen;
+    if SCENE_HAS_PROFILES && (lights[index].flags & LIGHT_PROFILE) != 0u {
+        light.radiance *= profile_at(index, -light.wi);
+    }
     if lights[index].textured_material != NONE {
         light.radiance = textured_emission(index, light.barycentrics);
     }
     return light;
+}
+
+/// How much of a light's intensity its profile leaves in a unit direction away from it.
+fn profile_at(index: u32, direction: vec3f) -> f32 {
+    let at = lights[index].first_uv;
+    let cell = profile_cell(lights[index].edge1, lights[index].edge2.z, direction, words[at], words[at + 1u]);
+    let values = at + 2u;
+    return profile_mix(cell, word_f32(values + cell.first), word_f32(values + cell.second),
+        word_f32(values + cell.third), word_f32(values + cell.fourth));
 }
 
 fn textured_emission(index: u32, barycentrics: vec2f) -> vec3f {

@@ -185,6 +185,7 @@ struct Material {
 
 const LIGHT_TWO_SIDED: u32 = 1u;
 const LIGHT_VISIBLE: u32 = 2u;
+const LIGHT_PROFILE: u32 = 4u;
 
 /// A light and its slot of the alias table that chooses among lights.
 struct LightRecord {
@@ -194,7 +195,7 @@ struct LightRecord {
     edge1: vec3f,
     size: f32,
     edge2: vec3f,
-    /// LIGHT_TWO_SIDED, LIGHT_VISIBLE.
+    /// LIGHT_TWO_SIDED, LIGHT_VISIBLE, LIGHT_PROFILE.
     flags: u32,
     emission: vec3f,
     /// Material whose textures modulate the light, or NONE.
@@ -202,7 +203,8 @@ struct LightRecord {
     threshold: f32,
     alias_index: u32,
     probability: f32,
-    /// Where the texture coordinates of a textured triangle's vertices are, in `words`: both sets of three pairs.
+    /// Where the texture coordinates of a textured triangle's vertices are, in `words`: both sets of three pairs. Where the profile of a
+    /// point or spot is, with LIGHT_PROFILE: rows, columns, values row by row.
     first_uv: u32,
 }
 

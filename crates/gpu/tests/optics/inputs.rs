@@ -12,6 +12,7 @@ use optics::interiors::{Interiors, Surroundings, interiors_enter, interiors_noth
 use optics::intersect::{RayShear, ray_shear};
 use optics::layered::{Layered, LayeredAlbedos, LayeredParameters, layered_bsdf};
 use optics::light::Light;
+use optics::light_profile::ProfileCell;
 use optics::light_tree::{ALL_SIDES, LightGroup, octahedral_encode};
 use optics::path::PathState;
 use optics::random::PixelSampler;
@@ -272,6 +273,21 @@ pub fn light(i: &mut Inputs) -> Light {
         size: i.between(0.01, 0.5),
         two_sided: flag(i),
     }
+}
+
+/// Rows of a table of directions.
+pub fn rows(i: &mut Inputs) -> u32 {
+    2 + i.below(180) as u32
+}
+
+/// Columns of a table of directions.
+pub fn columns(i: &mut Inputs) -> u32 {
+    1 + i.below(72) as u32
+}
+
+pub fn profile_cell(i: &mut Inputs) -> ProfileCell {
+    let [first, second, third, fourth] = [0; 4].map(|_: u32| i.below(100) as u32);
+    ProfileCell { first, second, third, fourth, down: unit(i), across: unit(i) }
 }
 
 /// Coefficients of a falloff with distance.

@@ -91,6 +91,21 @@ const STEPS: Tolerance = Tolerance {
     ..ROUNDING
 };
 
+/// Angles around any axis.
+const AZIMUTHS: Tolerance = Tolerance {
+    exceptions: 0.05,
+    why: "along the axis, where some inputs lie, rounding says which angle it is",
+    ..ANGLES
+};
+
+/// Places between rows and columns that are found by an angle.
+const CELLS: Tolerance = Tolerance {
+    absolute: 2e-3,
+    relative: 0.0,
+    exceptions: 0.05,
+    why: "an angle with an error of 4096 units of the last place, in rows of a degree; next to a row or column, the error says which it is",
+};
+
 /// Powers of powers, and of what cancels.
 const FIBRES: Tolerance = Tolerance {
     absolute: 1e-4,
@@ -323,6 +338,10 @@ functions! {
     light::point_light_sample(light: light, p: point) within ROUNDING;
     light::spot_falloff(cos_axis: signed_cosine, scale: real, offset: real) within ROUNDING;
     light::spot_falloff_parameters(cos_inner: cosine, cos_outer: cosine) within ROUNDING;
+    // lights/profile.rs
+    light_profile::profile_azimuth(axis: direction, zero: turns, direction: direction) within AZIMUTHS;
+    light_profile::profile_cell(axis: direction, zero: turns, direction: direction, rows: rows, columns: columns) within CELLS;
+    light_profile::profile_mix(cell: profile_cell, first: unit, second: unit, third: unit, fourth: unit) within ROUNDING;
     // lights/sky.rs
     sky::gradient_sky(direction: direction, horizon: radiance, zenith: radiance, ground: radiance) within CANCELLING;
     sky::direction_to_equirect(direction: off_pole, rotation: turns) within ANGLES;

@@ -92,6 +92,7 @@ structures! {
     LightReach in light { center, radius }
     LightSample in light { wi, distance, radiance, pdf, delta, barycentrics }
     LightGroup in light_tree { center, radius, intensity, axis, cos_spread, sin_spread, cos_emission, back }
+    ProfileCell in light_profile { first, second, third, fourth, down, across }
     LightBranch in light_tree { second, probability, remainder }
     Medium in volume { absorption, scattering, emission, anisotropy }
     Collision in volume { scattered, weight }

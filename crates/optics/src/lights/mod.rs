@@ -1,5 +1,6 @@
 //! Where light comes from.
 pub mod falloff;
 pub mod light;
+pub mod profile;
 pub mod sky;
 pub mod tree;

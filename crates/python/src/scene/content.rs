@@ -24,7 +24,7 @@ impl Scene {
 
     fn add_light(&self, py: Python, kind: LightKind, name: String) -> PyResult<u32> {
         self.change(py, |scene| {
-            scene.lights.push(Light { name, kind });
+            scene.lights.push(Light::new(name, kind));
             Ok(scene.lights.len() as u32 - 1)
         })
     }

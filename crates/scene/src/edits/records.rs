@@ -4,8 +4,8 @@
 //! every number, so that what is read is bit for bit what was written.
 
 use crate::{
-    AlphaMode, Camera, CameraPath, Daylight, Environment, Light, LightKind, Material, Model, Projection, Sky,
-    Sun, SunPosition,
+    AlphaMode, Camera, CameraPath, Daylight, Environment, Light, LightKind, Material, Model, Photometry,
+    Projection, Sky, Sun, SunPosition,
 };
 use glam::{Vec2, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
@@ -111,7 +111,13 @@ impl MaterialRecord {
 #[allow(missing_docs, reason = "the fields are those of LightKind")]
 pub enum LightRecord {
     /// Shines in all directions.
-    Point { name: String, position: [f32; 3], intensity: [f32; 3] },
+    Point {
+        name: String,
+        position: [f32; 3],
+        intensity: [f32; 3],
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        profile: Option<Photometry>,
+    },
     /// Shines into a cone.
     Spot {
         name: String,
@@ -120,6 +126,8 @@ pub enum LightRecord {
         intensity: [f32; 3],
         inner_angle: f32,
         outer_angle: f32,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        profile: Option<Photometry>,
     },
     /// Infinitely far away.
     Directional { name: String, direction: [f32; 3], irradiance: [f32; 3], angular_diameter: f32 },
@@ -128,9 +136,10 @@ pub enum LightRecord {
 impl From<&Light> for LightRecord {
     fn from(light: &Light) -> Self {
         let name = light.name.clone();
+        let profile = light.profile.clone();
         match light.kind {
             LightKind::Point { position, intensity } => {
-                Self::Point { name, position: position.into(), intensity: intensity.into() }
+                Self::Point { name, position: position.into(), intensity: intensity.into(), profile }
             }
             LightKind::Spot { position, direction, intensity, inner_angle, outer_angle } => Self::Spot {
                 name,
@@ -139,6 +148,7 @@ impl From<&Light> for LightRecord {
                 intensity: intensity.into(),
                 inner_angle,
                 outer_angle,
+                profile,
             },
             LightKind::Directional { direction, irradiance, angular_diameter } => Self::Directional {
                 name,
@@ -157,11 +167,12 @@ impl LightRecord {
             let v = Vec3::from_array(*v);
             if v.is_normalized() { v } else { v.normalize_or(Vec3::NEG_Y) }
         };
-        let (name, kind) = match self {
-            Self::Point { name, position, intensity } => {
-                (name, LightKind::Point { position: (*position).into(), intensity: (*intensity).into() })
+        let (name, kind, profile) = match self {
+            Self::Point { name, position, intensity, profile } => {
+                let kind = LightKind::Point { position: (*position).into(), intensity: (*intensity).into() };
+                (name, kind, profile.clone())
             }
-            Self::Spot { name, position, direction, intensity, inner_angle, outer_angle } => {
+            Self::Spot { name, position, direction, intensity, inner_angle, outer_angle, profile } => {
                 let outer_angle = outer_angle.clamp(1e-3, std::f32::consts::FRAC_PI_2);
                 let kind = LightKind::Spot {
                     position: (*position).into(),
@@ -170,7 +181,8 @@ impl LightRecord {
                     inner_angle: inner_angle.clamp(0.0, outer_angle * 0.999),
                     outer_angle,
                 };
-                (name, kind)
+                // A profile is aimed as its spot is.
+                (name, kind, profile.as_ref().map(|profile| profile.aimed_along(unit(direction))))
             }
             Self::Directional { name, direction, irradiance, angular_diameter } => {
                 let kind = LightKind::Directional {
@@ -178,10 +190,10 @@ impl LightRecord {
                     irradiance: (*irradiance).into(),
                     angular_diameter: *angular_diameter,
                 };
-                (name, kind)
+                (name, kind, None)
             }
         };
-        Light { name: name.clone(), kind }
+        Light { name: name.clone(), kind, profile }
     }
 
     /// Its name.

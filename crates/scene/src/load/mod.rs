@@ -2,6 +2,7 @@
 
 pub mod environment;
 pub mod gltf;
+pub mod ies;
 pub mod meshopt;
 pub mod obj;
 pub mod pbrt;

@@ -6,7 +6,9 @@ use super::material::{
     MATERIAL_CHECKERBOARD_FADES, MATERIAL_EMISSION_TWO_SIDED, MaterialRecord, TextureRecord,
 };
 use super::{EnvironmentTable, LayersRecord, LightTree, NONE, SceneTables, build_alias_table};
-use crate::{Environment, Instance, LightKind, Mesh, Pixels, Scene, Shape, Sphere, TriangleMesh};
+use crate::{
+    Environment, Instance, LightKind, LightProfile, Mesh, Pixels, Scene, Shape, Sphere, TriangleMesh,
+};
 use glam::{Affine3A, Mat3, Vec3};
 
 impl SceneTables {
@@ -267,8 +269,9 @@ impl SceneTables {
             self.add_surface_lights(scene, i);
         }
         let radius = self.bounding_sphere[3].max(1e-3);
+        let mut places: Vec<(&LightProfile, u32)> = Vec::new();
         for light in &scene.lights {
-            self.lights.push(match light.kind {
+            let record = match light.kind {
                 LightKind::Point { position, intensity } => LightRecord::point(position, intensity),
                 LightKind::Spot { position, direction, intensity, inner_angle, outer_angle } => {
                     LightRecord::spot(position, direction, intensity, inner_angle, outer_angle)
@@ -276,7 +279,24 @@ impl SceneTables {
                 LightKind::Directional { direction, irradiance, angular_diameter } => {
                     LightRecord::directional(-direction, irradiance, angular_diameter * 0.5, false, radius)
                 }
-            });
+            };
+            let is_point = !matches!(light.kind, LightKind::Directional { .. });
+            let profile = light.profile.as_ref().filter(|_| is_point);
+            let record = match profile {
+                Some(photometry) => {
+                    let profile = &*photometry.profile;
+                    // Lamps of a row share theirs.
+                    let is_same = |other: &LightProfile| std::ptr::eq(other, profile) || other == profile;
+                    let known = places.iter().find(|known| is_same(known.0)).map(|known| known.1);
+                    let place = known.unwrap_or_else(|| self.add_profile(profile));
+                    if known.is_none() {
+                        places.push((profile, place));
+                    }
+                    record.with_profile(photometry, place)
+                }
+                None => record,
+            };
+            self.lights.push(record);
         }
         let image = match &scene.environment {
             Environment::Image { image, .. } => scene.images.get(*image as usize),
@@ -297,6 +317,14 @@ impl SceneTables {
             self.lights.push(LightRecord::environment(self.environment.mean_luminance(), radius));
         }
         self.choose_lights_with(LightTree::new(&self.lights));
+    }
+
+    /// Adds a profile; returns where it begins.
+    fn add_profile(&mut self, profile: &LightProfile) -> u32 {
+        let place = self.profiles.len() as u32;
+        self.profiles.extend([profile.rows(), profile.columns()]);
+        self.profiles.extend(profile.values().iter().map(|v| v.to_bits()));
+        place
     }
 
     /// The same scene, whose lights are chosen by power alone however many there are: what a tree of lights is compared with.

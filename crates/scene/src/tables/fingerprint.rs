@@ -36,6 +36,7 @@ impl SceneTables {
             textures,
             texels,
             lights,
+            profiles,
             light_alias,
             light_tree,
             environment,
@@ -62,6 +63,7 @@ impl SceneTables {
         hash.records(textures);
         hash.numbers(texels);
         hash.records(lights);
+        hash.numbers(profiles);
         hash.numbers(light_alias);
         hash.numbers(&light_tree.nodes);
         hash.numbers(&light_tree.places);
@@ -127,12 +129,13 @@ mod tests {
         let tables = load("material-grid");
         assert_eq!(tables.fingerprint(), load("material-grid").fingerprint());
         assert_eq!(tables.fingerprint().len(), 32);
-        let changes: [fn(&mut SceneTables); 9] = [
+        let changes: [fn(&mut SceneTables); 10] = [
             |t| t.positions[0][1] += 1e-7,
             |t| t.indices.swap(0, 1),
             |t| t.materials[0].roughness += 1e-6,
             |t| t.instances[0].object_to_world[0][0] *= 1.0 + f32::EPSILON,
             |t| t.lights[0].visible = !t.lights[0].visible,
+            |t| t.profiles.push(1),
             |t| t.has_alpha = !t.has_alpha,
             |t| t.environment.zenith[2] += 0.1,
             |t| t.bounding_sphere[3] += 1.0,

@@ -1,8 +1,10 @@
 //! Records of lights.
 
 use super::NONE;
+use crate::Photometry;
 use optics::light::{
     LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_SPHERE, LIGHT_SPOT, LIGHT_TRIANGLE, Light,
+    spot_falloff,
 };
 use optics::{Vec3f, vec3f};
 
@@ -19,11 +21,14 @@ pub struct LightRecord {
     pub power: f32,
     /// Whether a directional light's disc is seen by camera and mirrors.
     pub visible: bool,
+    /// Where a point's or spot's profile begins in [`super::SceneTables::profiles`], or [`NONE`]. The light then has the profile's axis in
+    /// `edge1`, and in `edge2.z` the azimuth of its horizontal angle 0.
+    pub profile: u32,
 }
 
 impl LightRecord {
     fn new(light: Light, power: f32) -> Self {
-        Self { light, textured_material: NONE, uv: [[[0.0; 2]; 3]; 2], power, visible: false }
+        Self { light, textured_material: NONE, uv: [[[0.0; 2]; 3]; 2], power, visible: false, profile: NONE }
     }
 
     /// A triangle that emits `emission` on its front, and on its back if `two_sided`.
@@ -66,6 +71,23 @@ impl LightRecord {
         light.edge2 = vec3f(falloff.x, falloff.y, 0.0);
         let cone = 2.0 * std::f32::consts::PI * (1.0 - 0.5 * (inner.cos() + outer.cos()));
         Self::new(light, cone * luminance(intensity))
+    }
+
+    /// A point or spot with a profile that begins at `place`. A spot's profile is aimed as the spot is.
+    #[must_use]
+    pub fn with_profile(mut self, photometry: &Photometry, place: u32) -> Self {
+        let light = &mut self.light;
+        let photometry = match light.kind {
+            LIGHT_SPOT => photometry.aimed_along(glam::Vec3::from(light.edge1.to_array())),
+            _ => photometry.clone(),
+        };
+        light.edge1 = to_optics(photometry.axis);
+        light.edge2.z = photometry.azimuth_of_zero();
+        let (is_spot, scale, offset) = (light.kind == LIGHT_SPOT, light.edge2.x, light.edge2.y);
+        let within = |cos: f32| if is_spot { spot_falloff(cos, scale, offset) } else { 1.0 };
+        self.power = photometry.profile.integral(within) * optics::math::luminance(light.emission);
+        self.profile = place;
+        self
     }
 
     /// A light infinitely far away, in unit direction `towards`; `scene_radius` turns irradiance into power.

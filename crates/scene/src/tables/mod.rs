@@ -89,6 +89,8 @@ pub struct SceneTables {
     pub texels: Vec<[u8; 4]>,
     /// Everything that next-event estimation can sample.
     pub lights: Vec<LightRecord>,
+    /// Profiles of lights, one after the other: rows, columns, and the bits of the values, row by row.
+    pub profiles: Vec<u32>,
     /// Chooses a light by power; as long as `lights`. Those in `light_tree` have no share in it.
     pub light_alias: Vec<AliasEntry>,
     /// Chooses among the lights that have a place, if they are many.
@@ -125,6 +127,7 @@ impl SceneTables {
             + bytes(&self.densities)
             + bytes(&self.texels)
             + bytes(&self.lights)
+            + bytes(&self.profiles)
             + bytes(&self.light_alias)
             + self.light_tree.memory_bytes()
             + self.environment.memory_bytes()

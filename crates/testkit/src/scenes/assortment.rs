@@ -204,5 +204,5 @@ fn add_lights(scene: &mut Scene) {
         },
         LightKind::Directional { direction: down, irradiance: Vec3::splat(0.6), angular_diameter: 0.05 },
     ];
-    scene.lights.extend(kinds.map(|kind| Light { name: "light".into(), kind }));
+    scene.lights.extend(kinds.map(|kind| Light::new("light", kind)));
 }

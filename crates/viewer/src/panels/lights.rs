@@ -99,6 +99,7 @@ fn spot(position: [f32; 3], size: f32) -> LightRecord {
         intensity: [size * size; 3],
         inner_angle: 0.3,
         outer_angle: 0.5,
+        profile: None,
     }
 }
 

@@ -332,7 +332,7 @@ impl Viewer {
         let intensity = [self.scene_size().powi(2) * 0.3; 3];
         self.edit_lights("add light", |lights| {
             let name = format!("light {}", lights.len() + 1);
-            lights.push(LightRecord::Point { name, position, intensity });
+            lights.push(LightRecord::Point { name, position, intensity, profile: None });
         });
     }
 

@@ -257,7 +257,7 @@ fn add(scene: &mut Scene, name: &str, mesh: TriangleMesh) -> u32 {
 
 fn add_lamp(scene: &mut Scene, position: Vec3, intensity: f32) {
     let kind = LightKind::Point { position, intensity: Vec3::splat(intensity) };
-    scene.lights.push(Light { name: format!("lamp {}", scene.lights.len()), kind });
+    scene.lights.push(Light::new(format!("lamp {}", scene.lights.len()), kind));
 }
 
 /// Balls of 1369 vertices each that move, above a floor, under one lamp.

@@ -36,7 +36,7 @@ impl Document<'_> {
             let Some(kind) = shown.at(world) else { continue };
             let (light, root) = (lights.len() as u32, Affine3A::IDENTITY);
             carriers.push((reference.light, AnimatedLight { light, node: placed.node, source, root }));
-            lights.push(Light { name: self.node_name(placed.node, json.name.as_deref()), kind });
+            lights.push(Light::new(self.node_name(placed.node, json.name.as_deref()), kind));
         }
         Ok(Carried { objects: lights, carriers })
     }

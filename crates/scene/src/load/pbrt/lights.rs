@@ -50,7 +50,7 @@ impl Builder<'_> {
             }
         };
         let name = format!("light {}", self.scene.lights.len());
-        self.scene.lights.push(Light { name, kind });
+        self.scene.lights.push(Light::new(name, kind));
         Ok(())
     }
 

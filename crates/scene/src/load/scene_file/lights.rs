@@ -4,11 +4,12 @@ use super::Builder;
 use super::document::{Context, Entry};
 use super::repeat::{Copy, Palette};
 use super::values::{Color, direction, within};
-use crate::load::LoadError;
+use crate::load::{LoadError, ies};
 use crate::merge::placed_light;
-use crate::{Light, LightKind};
+use crate::{Light, LightKind, Photometry};
 use glam::Vec3;
 use serde::Deserialize;
+use std::sync::Arc;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
@@ -17,11 +18,18 @@ struct PointKeys {
     position: [f32; 3],
     #[serde(default = "white")]
     color: Color,
-    /// W/sr.
-    intensity: f32,
+    /// W/sr, where the profile is greatest if there is one.
+    intensity: Option<f32>,
     /// Whether the copies share the intensity.
     #[serde(default)]
     split_intensity: bool,
+    /// A photometric file.
+    ies: Option<String>,
+    /// Where the lamp of the file is aimed.
+    direction: Option<[f32; 3]>,
+    target: Option<[f32; 3]>,
+    /// Degrees.
+    turn: Option<f32>,
 }
 
 #[derive(Deserialize)]
@@ -33,10 +41,14 @@ struct SpotKeys {
     target: Option<[f32; 3]>,
     #[serde(default = "white")]
     color: Color,
-    /// W/sr on the axis.
-    intensity: f32,
+    /// W/sr on the axis; with a profile, where that is greatest.
+    intensity: Option<f32>,
     #[serde(default)]
     split_intensity: bool,
+    /// A photometric file.
+    ies: Option<String>,
+    /// Degrees.
+    turn: Option<f32>,
     /// Degrees from the axis to the edge of the cone.
     #[serde(default = "thirty")]
     angle: f32,
@@ -73,10 +85,10 @@ impl Builder<'_> {
         let Some(object) = self.take_object(&mut entry)? else { return Ok(()) };
         let palette = entry.take_table("vary-color").map(|table| table.read::<Palette>()).transpose()?;
         let kind = entry.take_string("kind")?.unwrap_or_default();
-        let (kind, split) = match kind.as_str() {
-            "point" => point(entry.read()?, &context)?,
-            "spot" => spot(entry.read()?, &context)?,
-            "directional" => (directional(entry.read()?, &context)?, false),
+        let (kind, profile, split) = match kind.as_str() {
+            "point" => self.point(entry.read()?, &context)?,
+            "spot" => self.spot(entry.read()?, &context)?,
+            "directional" => (directional(entry.read()?, &context)?, None, false),
             other => {
                 let message = format!("unknown kind `{other}`; known are `point`, `spot` and `directional`");
                 return Err(context.error(message));
@@ -85,7 +97,7 @@ impl Builder<'_> {
         let share = if split { 1.0 / object.copies.len().max(1) as f32 } else { 1.0 };
         for (i, copy) in object.copies.iter().enumerate() {
             let kind = tinted(kind, share * tint(palette.as_ref(), copy));
-            let light = Light { name: object.copy_name("light", i), kind };
+            let light = Light { name: object.copy_name("light", i), kind, profile: profile.clone() };
             if object.visible {
                 self.scene.lights.push(placed_light(&light, &object.transform(copy)));
             }
@@ -113,28 +125,79 @@ fn strength(color: Color, value: f32, key: &str, c: &Context) -> Result<Vec3, Lo
     Ok(color.0 * within(value, [0.0, 1e12], key, c)?)
 }
 
-fn point(k: PointKeys, c: &Context) -> Result<(LightKind, bool), LoadError> {
-    let intensity = strength(k.color, k.intensity, "intensity", c)?;
-    Ok((LightKind::Point { position: k.position.into(), intensity }, k.split_intensity))
+/// A light, its profile, and whether its copies share the intensity.
+type Lamp = (LightKind, Option<Photometry>, bool);
+
+impl Builder<'_> {
+    fn point(&self, k: PointKeys, c: &Context) -> Result<Lamp, LoadError> {
+        let position = Vec3::from_array(k.position);
+        if k.ies.is_none() && (k.direction.is_some() || k.target.is_some()) {
+            return Err(c.error("a point shines in all directions: `direction` and `target` go with `ies`"));
+        }
+        let axis = match (k.direction, k.target) {
+            (None, None) => Vec3::NEG_Y,
+            aims => aim(aims, position, c)?,
+        };
+        let profile = self.profile(k.ies.as_deref(), k.turn, axis, c)?;
+        let intensity = intensity(k.color, k.intensity, profile.as_ref(), c)?;
+        Ok((LightKind::Point { position, intensity }, profile, k.split_intensity))
+    }
+
+    fn spot(&self, k: SpotKeys, c: &Context) -> Result<Lamp, LoadError> {
+        let position = Vec3::from_array(k.position);
+        let direction = aim((k.direction, k.target), position, c)?;
+        let outer = within(k.angle, [0.1, 90.0], "angle", c)?;
+        let inner = within(k.inner_angle.unwrap_or(outer * 0.8), [0.0, outer * 0.999], "inner-angle", c)?;
+        let profile = self.profile(k.ies.as_deref(), k.turn, direction, c)?;
+        let kind = LightKind::Spot {
+            position,
+            direction,
+            intensity: intensity(k.color, k.intensity, profile.as_ref(), c)?,
+            inner_angle: inner.to_radians(),
+            outer_angle: outer.to_radians(),
+        };
+        Ok((kind, profile, k.split_intensity))
+    }
+
+    /// The profile of a photometric file, aimed along `axis`.
+    fn profile(
+        &self,
+        file: Option<&str>,
+        turn: Option<f32>,
+        axis: Vec3,
+        c: &Context,
+    ) -> Result<Option<Photometry>, LoadError> {
+        let Some(file) = file else {
+            return match turn {
+                Some(_) => Err(c.error("`turn` is about the axis of a photometric file: it goes with `ies`")),
+                None => Ok(None),
+            };
+        };
+        let turn = within(turn.unwrap_or(0.0), [-360.0, 360.0], "turn", c)?.to_radians();
+        let profile = ies::load(&self.place.folder.join(file), self.options)?;
+        Ok(Some(Photometry::aimed(Arc::new(profile), axis, turn)))
+    }
 }
 
-fn spot(k: SpotKeys, c: &Context) -> Result<(LightKind, bool), LoadError> {
-    let position = Vec3::from_array(k.position);
-    let aim = match (k.direction, k.target) {
-        (Some(d), None) => direction(d.into(), "direction", c)?,
-        (None, Some(target)) => direction(Vec3::from_array(target) - position, "target − position", c)?,
-        _ => return Err(c.error("a spot light needs one of `direction` and `target`")),
-    };
-    let outer = within(k.angle, [0.1, 90.0], "angle", c)?;
-    let inner = within(k.inner_angle.unwrap_or(outer * 0.8), [0.0, outer * 0.999], "inner-angle", c)?;
-    let kind = LightKind::Spot {
-        position,
-        direction: aim,
-        intensity: strength(k.color, k.intensity, "intensity", c)?,
-        inner_angle: inner.to_radians(),
-        outer_angle: outer.to_radians(),
-    };
-    Ok((kind, k.split_intensity))
+/// The unit direction of `direction` or towards `target`.
+fn aim(aims: (Option<[f32; 3]>, Option<[f32; 3]>), position: Vec3, c: &Context) -> Result<Vec3, LoadError> {
+    match aims {
+        (Some(d), None) => direction(d.into(), "direction", c),
+        (None, Some(target)) => direction(Vec3::from_array(target) - position, "target − position", c),
+        _ => Err(c.error("the light needs one of `direction` and `target`")),
+    }
+}
+
+/// The intensity that is given, or the profile's: candela count as W/sr.
+fn intensity(
+    color: Color,
+    given: Option<f32>,
+    profile: Option<&Photometry>,
+    c: &Context,
+) -> Result<Vec3, LoadError> {
+    let value = given.or(profile.map(|p| p.profile.peak()));
+    let value = value.ok_or_else(|| c.error("the light needs an `intensity`"))?;
+    strength(color, value, "intensity", c)
 }
 
 fn directional(k: DirectionalKeys, c: &Context) -> Result<LightKind, LoadError> {
