@@ -1,7 +1,7 @@
 //! Frames on a window: its surface, when pictures are taken from it and given back, and what went wrong with it.
 //!
 //! A [`Screen`] belongs to the device that [`Gpu::open_with_screen`] opened with it. A frame takes a picture from it before it is
-//! prepared, draws the film on it at its end ([`pass`]), and gives it back once it is submitted; frames in flight stay the ring's
+//! prepared, draws the film on it at its end (`pass`), and gives it back once it is submitted; frames in flight stay the ring's
 //! ([`crate::frames`]).
 
 mod pass;
