@@ -81,6 +81,8 @@ fn measure(
     let limits = Limits { spp: u32::MAX, time: Some(args.time), ..Limits::default() };
     let mut pictures = |tables: SceneTables| -> anyhow::Result<Measured> {
         renderer.load_tables(tables)?;
+        // Shaders are compiled for the first sample, which is no cost of a picture.
+        render(renderer, &view.job, &Limits { spp: 1, ..Limits::default() })?;
         let (mut spp, mut errors) = (Vec::new(), Vec::new());
         for seed in 1..=args.seeds {
             let (picture, summary) = render(renderer, &Job { seed, ..view.job.clone() }, &limits)?;
