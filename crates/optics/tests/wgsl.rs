@@ -34,6 +34,7 @@ fn modules() -> Vec<(&'static str, String)> {
         iridescence: optics::iridescence,
         layered: optics::layered,
         light: optics::light,
+        light_profile: optics::light_profile,
         light_tree: optics::light_tree,
         lobes: optics::lobes,
         math: optics::math,
