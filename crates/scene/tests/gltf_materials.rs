@@ -162,3 +162,37 @@ fn nonsense_is_mended_and_reported() {
     let unknown = small(r#""extensions": { "KHR_materials_of_tomorrow": {} }"#);
     assert!(unknown.report.notes.iter().any(|n| n.message.contains("KHR_materials_of_tomorrow")));
 }
+
+/// The same picture as PNG and as KTX2, whose pixels a reference decoder has written into the PNG.
+#[test]
+fn compressed_and_plain_textures_give_the_same_pixels() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/ktx2");
+    let base64 = |name: &str| {
+        use base64::Engine;
+        let bytes = std::fs::read(folder.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+        base64::engine::general_purpose::STANDARD.encode(bytes)
+    };
+    let pixels = |texture: &str, images: &str| {
+        let material = r#""pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } }"#;
+        let rest = format!(r#" }}], "textures": [{{ {texture} }}], "images": [{images}], "extras": [{{ "#);
+        let loaded = small(&format!("{material}{rest}"));
+        let scene::Pixels::Rgba8(pixels) = &loaded.scene.images[0].pixels else { panic!("bytes") };
+        (pixels.clone(), loaded.report)
+    };
+    for name in ["etc1s_opaque", "etc1s_alpha", "uastc_zstd", "uastc_plain"] {
+        let png = format!(r#"{{ "uri": "data:image/png;base64,{}" }}"#, base64(&format!("{name}.png")));
+        let ktx = format!(r#"{{ "uri": "data:image/ktx2;base64,{}" }}"#, base64(&format!("{name}.ktx2")));
+        let (plain, plain_report) = pixels(r#""source": 0"#, &png);
+        let basisu = r#""extensions": { "KHR_texture_basisu": { "source": 0 } }"#;
+        let (compressed, report) = pixels(basisu, &ktx);
+        assert!(plain.len() == 46 * 38 && compressed == plain, "{name}");
+        assert_eq!(report.notes, plain_report.notes, "{name}");
+        // With a copy for readers without the extension, the copy is taken.
+        let both = r#""source": 1, "extensions": { "KHR_texture_basisu": { "source": 0 } }"#;
+        let (copy, report) = pixels(both, &format!("{ktx}, {png}"));
+        assert!(
+            copy == plain && report.notes[0].message.contains("KHR_texture_basisu"),
+            "{name}: {report:?}"
+        );
+    }
+}

@@ -92,7 +92,7 @@ pub const EXTENSIONS: &[Extension] = {
             "decoded where it is not required and the codec is not newer",
         ),
         known("KHR_node_visibility", Supported, ""),
-        known("KHR_texture_basisu", Undecoded, "the plain image is used where there is one"),
+        known("KHR_texture_basisu", Supported, "the plain image is used where there is one"),
         known("KHR_texture_transform", Supported, ""),
         known("KHR_xmp", Harmless, "metadata"),
         known("KHR_xmp_json_ld", Harmless, "metadata"),

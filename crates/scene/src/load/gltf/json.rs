@@ -531,6 +531,8 @@ pub(super) struct TextureExtensions {
     pub webp: Option<TextureSource>,
     #[serde(rename = "MSFT_texture_dds")]
     pub dds: Option<TextureSource>,
+    #[serde(rename = "KHR_texture_basisu")]
+    pub basisu: Option<TextureSource>,
     #[serde(flatten)]
     pub others: Others,
 }

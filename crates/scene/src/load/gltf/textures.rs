@@ -80,17 +80,21 @@ impl<'d> Textures<'d> {
         report: &mut LoadReport,
     ) -> Option<ImageId> {
         let webp = texture.extensions.webp.as_ref().and_then(|w| w.source);
-        let dds = texture.extensions.dds.as_ref().and_then(|d| d.source);
+        let blocks = [
+            ("MSFT_texture_dds", &texture.extensions.dds),
+            ("KHR_texture_basisu", &texture.extensions.basisu),
+        ];
+        let blocks = blocks.into_iter().find_map(|(name, e)| Some((name, e.as_ref()?.source?)));
         let other = texture.extensions.others.keys().next().map(String::as_str);
         if let Some(image) = webp.or(texture.source) {
             // Blocks have lost what the plain image has kept.
-            let other = other.or(dds.map(|_| "MSFT_texture_dds"));
+            let other = other.or(blocks.map(|(name, _)| name));
             if let Some(name) = other {
                 report.info(format!("of textures with {name}, the plain image is used"));
             }
             return self.image(document, image, neutral);
         }
-        if let Some(image) = dds {
+        if let Some((_, image)) = blocks {
             return self.image(document, image, neutral);
         }
         let reason = format!("needs the extension {}, which is not supported yet", other?);

@@ -1,81 +1,13 @@
 //! DirectDraw surfaces: the first picture of a file, from blocks of 4×4 pixels or from bits.
 
 use super::decode::{TextureError, check_size};
-use super::float::mend;
-use crate::{Image, LoadReport, Pixels};
+use super::storage::{Compression, Number, Storage};
+use crate::{Image, LoadReport};
 use ddsfile::{Caps2, Dds, DxgiFormat, FourCC, MiscFlag, PixelFormatFlags};
-use exr::prelude::f16;
 
 /// Whether the bytes start as a DirectDraw surface does.
 pub(super) fn is_dds(bytes: &[u8]) -> bool {
     bytes.starts_with(b"DDS ")
-}
-
-/// How a file stores its pixels.
-#[derive(Clone, Copy)]
-enum Storage {
-    /// Blocks of 4×4 pixels.
-    Blocks(Compression),
-    /// A number of `bits` for each pixel, the bits of whose channels are set in the masks; no bits: zero, of alpha one.
-    Masks { bits: u32, rgba: [u32; 4] },
-    /// Four numbers of 16 bits.
-    Half,
-    /// Four numbers of 32 bits.
-    Float,
-}
-
-/// Formats of blocks, as Direct3D counts them.
-#[derive(Clone, Copy)]
-enum Compression {
-    Bc1,
-    Bc2,
-    Bc3,
-    Bc4,
-    Bc5,
-    Bc6h { signed: bool },
-    Bc7,
-}
-
-impl Compression {
-    /// Bytes that a block takes.
-    fn block_bytes(self) -> usize {
-        match self {
-            Self::Bc1 | Self::Bc4 => 8,
-            Self::Bc2 | Self::Bc3 | Self::Bc5 | Self::Bc6h { .. } | Self::Bc7 => 16,
-        }
-    }
-
-    /// The 16 pixels of a block, row by row. Two channels are taken for those of a normal map, whose third follows from
-    /// them; one is grey.
-    fn rgba8(self, block: &[u8]) -> [[u8; 4]; 16] {
-        let mut rgba = [0; 64];
-        match self {
-            Self::Bc1 => bcdec_rs::bc1(block, &mut rgba, 16),
-            Self::Bc2 => bcdec_rs::bc2(block, &mut rgba, 16),
-            Self::Bc3 => bcdec_rs::bc3(block, &mut rgba, 16),
-            Self::Bc7 => bcdec_rs::bc7(block, &mut rgba, 16),
-            Self::Bc4 => {
-                let mut grey = [0; 16];
-                bcdec_rs::bc4(block, &mut grey, 4, false);
-                return grey.map(|v| [v, v, v, 255]);
-            }
-            Self::Bc5 => {
-                let mut xy = [0; 32];
-                bcdec_rs::bc5(block, &mut xy, 8, false);
-                return std::array::from_fn(|i| with_unit_length(xy[2 * i], xy[2 * i + 1]));
-            }
-            // Decoded to floats, by `radiance`.
-            Self::Bc6h { .. } => {}
-        }
-        std::array::from_fn(|i| std::array::from_fn(|c| rgba[4 * i + c]))
-    }
-}
-
-/// The colour of a unit normal of which x and y are known.
-fn with_unit_length(x: u8, y: u8) -> [u8; 4] {
-    let [fx, fy] = [x, y].map(|v| f32::from(v) / 127.5 - 1.0);
-    let z = (1.0 - fx * fx - fy * fy).max(0.0).sqrt();
-    [x, y, (127.5 + 127.5 * z).round() as u8, 255]
 }
 
 /// Decodes the largest level of the first picture in the file.
@@ -89,40 +21,7 @@ pub(super) fn decode_dds(name: &str, bytes: &[u8], report: &mut LoadReport) -> R
     if has_several_pictures(&dds) {
         report.approximated("only the first picture of a cube, an array or a volume is used");
     }
-    let storage = storage(&dds)?;
-    let size = (width as usize, height as usize);
-    let pixels = match storage {
-        Storage::Blocks(compression @ Compression::Bc6h { signed }) => {
-            let radiance = |block: &[u8]| {
-                let mut rgb = [0.0; 48];
-                bcdec_rs::bc6h_float(block, &mut rgb, 12, signed);
-                std::array::from_fn(|i| std::array::from_fn(|c| rgb[3 * i + c]))
-            };
-            Pixels::Rgb32F(mended(from_blocks(&dds.data, size, compression, radiance)?, report))
-        }
-        Storage::Blocks(compression) => {
-            if matches!(compression, Compression::Bc5) {
-                report.info("two channels are taken for those of a normal map");
-            }
-            Pixels::Rgba8(from_blocks(&dds.data, size, compression, |block| compression.rgba8(block))?)
-        }
-        Storage::Masks { bits, rgba } => {
-            let bytes = bits as usize / 8;
-            let pixels = first_picture(&dds.data, size.0 * size.1 * bytes)?.chunks_exact(bytes);
-            Pixels::Rgba8(pixels.map(|pixel| from_bits(pixel, rgba)).collect())
-        }
-        Storage::Half => {
-            let (pixels, _) = first_picture(&dds.data, size.0 * size.1 * 8)?.as_chunks::<8>();
-            let half = |p: &[u8; 8], c: usize| f16::from_le_bytes([p[2 * c], p[2 * c + 1]]).to_f32();
-            Pixels::Rgb32F(mended(pixels.iter().map(|p| [0, 1, 2].map(|c| half(p, c))).collect(), report))
-        }
-        Storage::Float => {
-            let (numbers, _) = first_picture(&dds.data, size.0 * size.1 * 16)?.as_chunks::<4>();
-            let (pixels, _) = numbers.as_chunks::<4>();
-            let rgb = pixels.iter().map(|[r, g, b, _]| [r, g, b].map(|v| f32::from_le_bytes(*v)));
-            Pixels::Rgb32F(mended(rgb.collect(), report))
-        }
-    };
+    let pixels = storage(&dds)?.pixels(&dds.data, (width as usize, height as usize), report)?;
     Ok(Image { name: name.into(), width, height, pixels })
 }
 
@@ -131,58 +30,12 @@ fn has_several_pictures(dds: &Dds) -> bool {
     dds.header.caps2.intersects(Caps2::CUBEMAP | Caps2::VOLUME) || dds.header10.as_ref().is_some_and(many)
 }
 
-fn mended(mut pixels: Vec<[f32; 3]>, report: &mut LoadReport) -> Vec<[f32; 3]> {
-    mend(&mut pixels, report);
-    pixels
-}
-
-/// The first `length` bytes: the largest level of the first picture.
-fn first_picture(data: &[u8], length: usize) -> Result<&[u8], TextureError> {
-    let short = || TextureError::Decode(format!("has {} bytes of {length} for its pixels", data.len()));
-    data.get(..length).ok_or_else(short)
-}
-
-/// Pixels row by row, from blocks that `decoded` knows how to read. Blocks at the right and lower edge may reach beyond.
-fn from_blocks<T: Copy + Default>(
-    data: &[u8],
-    (width, height): (usize, usize),
-    compression: Compression,
-    decoded: impl Fn(&[u8]) -> [T; 16],
-) -> Result<Vec<T>, TextureError> {
-    let (columns, rows) = (width.div_ceil(4), height.div_ceil(4));
-    let data = first_picture(data, columns * rows * compression.block_bytes())?;
-    let mut pixels = vec![T::default(); width * height];
-    for (i, block) in data.chunks_exact(compression.block_bytes()).enumerate() {
-        let (x, y) = (i % columns * 4, i / columns * 4);
-        let count = (width - x).min(4);
-        for (row, values) in decoded(block).as_chunks::<4>().0.iter().enumerate().take(height - y) {
-            let start = (y + row) * width + x;
-            pixels[start..start + count].copy_from_slice(&values[..count]);
-        }
-    }
-    Ok(pixels)
-}
-
-/// A pixel of one to four bytes, channels as the masks say, spread over eight bits.
-fn from_bits(pixel: &[u8], rgba: [u32; 4]) -> [u8; 4] {
-    let value = pixel.iter().rev().fold(0, |value, byte| value << 8 | u32::from(*byte));
-    let channel = |mask: u32, absent: u8| {
-        let most = u64::from(mask.checked_shr(mask.trailing_zeros()).unwrap_or(0));
-        if most == 0 {
-            return absent;
-        }
-        let stored = u64::from((value & mask) >> mask.trailing_zeros());
-        ((stored * 255 + most / 2) / most).min(255) as u8
-    };
-    let [r, g, b, a] = rgba;
-    [channel(r, 0), channel(g, 0), channel(b, 0), channel(a, 255)]
-}
-
 fn storage(dds: &Dds) -> Result<Storage, TextureError> {
     use Compression::{Bc1, Bc2, Bc3, Bc4, Bc5, Bc6h, Bc7};
     use DxgiFormat as F;
     let unknown = |what: String| TextureError::Decode(format!("the pixel format {what} is not supported"));
     let masks = |bits, rgba| Ok(Storage::Masks { bits, rgba });
+    let numbers = |kind| Ok(Storage::Numbers { kind, channels: 4 });
     if let Some(header) = &dds.header10 {
         return match header.dxgi_format {
             F::BC1_Typeless | F::BC1_UNorm | F::BC1_UNorm_sRGB => Ok(Storage::Blocks(Bc1)),
@@ -206,8 +59,8 @@ fn storage(dds: &Dds) -> Result<Storage, TextureError> {
             F::B5G6R5_UNorm => masks(16, [0xf800, 0x7e0, 0x1f, 0]),
             F::B5G5R5A1_UNorm => masks(16, [0x7c00, 0x3e0, 0x1f, 0x8000]),
             F::R8_UNorm | F::R8_Typeless => masks(8, [0xff, 0xff, 0xff, 0]),
-            F::R16G16B16A16_Float => Ok(Storage::Half),
-            F::R32G32B32A32_Float => Ok(Storage::Float),
+            F::R16G16B16A16_Float => numbers(Number::Half),
+            F::R32G32B32A32_Float => numbers(Number::Float),
             other => Err(unknown(format!("{other:?}"))),
         };
     }
@@ -219,8 +72,8 @@ fn storage(dds: &Dds) -> Result<Storage, TextureError> {
             FourCC::DXT5 => Ok(Storage::Blocks(Bc3)),
             FourCC::ATI1 | FourCC::BC4_UNORM => Ok(Storage::Blocks(Bc4)),
             FourCC::ATI2 | BC5U => Ok(Storage::Blocks(Bc5)),
-            FourCC::A16B16G16R16F => Ok(Storage::Half),
-            FourCC::A32B32G32R32F => Ok(Storage::Float),
+            FourCC::A16B16G16R16F => numbers(Number::Half),
+            FourCC::A32B32G32R32F => numbers(Number::Float),
             other => Err(unknown(String::from_utf8_lossy(&other.to_le_bytes()).escape_default().to_string())),
         };
     }
@@ -245,8 +98,10 @@ const BC5U: u32 = u32::from_le_bytes(*b"BC5U");
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Pixels;
     use crate::load::{LoadOptions, textures::decode};
     use ddsfile::{AlphaMode, D3D10ResourceDimension, D3DFormat, NewD3dParams, NewDxgiParams};
+    use exr::prelude::f16;
     use proptest::prelude::*;
 
     fn file(format: DxgiFormat, width: u32, height: u32, data: &[u8]) -> Vec<u8> {

@@ -1,6 +1,6 @@
 //! One image file's bytes to pixels, within limits.
 
-use super::{dds, float};
+use super::{dds, float, ktx2};
 use crate::load::LoadOptions;
 use crate::{Image, LoadReport, Pixels};
 use ::image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
@@ -11,7 +11,7 @@ use std::io::Cursor;
 #[non_exhaustive]
 pub enum TextureError {
     /// The bytes carry no known signature.
-    #[error("unknown image format (known are PNG, JPEG, WebP, TGA, BMP, DDS, HDR and EXR)")]
+    #[error("unknown image format (known are PNG, JPEG, WebP, TGA, BMP, DDS, KTX2, HDR and EXR)")]
     UnknownFormat,
     /// The header declares more pixels than are reasonable for the file's size.
     #[error("{width} × {height} pixels cannot come from {bytes} bytes")]
@@ -41,7 +41,7 @@ const MAX_PIXELS: u64 = 1 << 28;
 /// Above any sensible compression ratio: Deflate reaches 1032 bytes from one, eight one-bit pixels each.
 const MAX_PIXELS_PER_BYTE: u64 = 1 << 14;
 
-/// Decodes PNG, JPEG, WebP, TGA, BMP (to [`Pixels::Rgba8`]), Radiance HDR and OpenEXR (to [`Pixels::Rgb32F`]), and DDS (to
+/// Decodes PNG, JPEG, WebP, TGA, BMP (to [`Pixels::Rgba8`]), Radiance HDR and OpenEXR (to [`Pixels::Rgb32F`]), DDS and KTX2 (to
 /// either).
 ///
 /// The format is recognised by the first bytes, TGA by the ending of `name`. Sixteen-bit channels are rounded to eight
@@ -60,6 +60,8 @@ pub fn decode(
         float::decode_exr(name, bytes, report)?
     } else if dds::is_dds(bytes) {
         dds::decode_dds(name, bytes, report)?
+    } else if ktx2::is_ktx2(bytes) {
+        ktx2::decode_ktx2(name, bytes, report)?
     } else {
         match format(name, bytes)? {
             ImageFormat::Hdr => float::decode_hdr(name, bytes, report)?,

@@ -3,6 +3,8 @@
 mod dds;
 mod decode;
 mod float;
+mod ktx2;
+mod storage;
 
 pub use decode::{TextureError, decode};
 
