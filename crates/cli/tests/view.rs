@@ -161,7 +161,7 @@ fn frames_in_real_time_build_on_each_other() {
     let Some(display) = Display::open("frames_in_real_time_build_on_each_other") else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let script = "\
-integrator realtime\nspp 8\nwait 8\npicture cpu.exr\nbackend gpu-bvh\nwait 8\npicture still.exr
+spp 8\nintegrator realtime\nwait 8\npicture cpu.exr\nbackend gpu-bvh\nwait 8\npicture still.exr
 orbit 0.2\nframes 20\nwait 8\nshow history\nspp 1\nframes 5\ncommand Go to the first camera\nwait 1\npicture history.exr
 filter off\nshow samples\nwait 1\nscreenshot samples.png\n";
     let ran = display.view(folder.path(), "cornell --backend cpu --width 48 --height 48", script);
