@@ -1,5 +1,6 @@
 //! Loaders: one file a format, chosen by the file name's ending.
 
+mod cube_map;
 pub mod environment;
 pub mod gltf;
 pub mod ies;

@@ -52,6 +52,11 @@ const fn known(name: &'static str, status: ExtensionStatus, remark: &'static str
 pub const EXTENSIONS: &[Extension] = {
     use ExtensionStatus::*;
     &[
+        known(
+            "EXT_lights_image_based",
+            Supported,
+            "irradiance is that of the map; RGBD is taken as sRGB divided by alpha",
+        ),
         known("EXT_mesh_gpu_instancing", Supported, ""),
         known("EXT_meshopt_compression", Supported, ""),
         known("EXT_texture_avif", Undecoded, "the plain image is used where there is one"),

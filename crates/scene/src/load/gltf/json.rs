@@ -120,6 +120,8 @@ pub(super) struct Asset {
 pub(super) struct RootExtensions {
     #[serde(rename = "KHR_lights_punctual")]
     pub lights: Option<Lights>,
+    #[serde(rename = "EXT_lights_image_based")]
+    pub image_based: Option<ImageBasedLights>,
     #[serde(rename = "KHR_materials_variants")]
     pub variants: Option<Variants>,
 }
@@ -162,10 +164,34 @@ pub(super) struct Spot {
 }
 
 #[derive(Deserialize)]
+pub(super) struct ImageBasedLights {
+    #[serde(default)]
+    pub lights: List<ImageBasedLight>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct ImageBasedLight {
+    pub name: Option<String>,
+    pub rotation: Option<[f32; 4]>,
+    pub intensity: Option<f32>,
+    #[serde(default)]
+    pub specular_images: Vec<Vec<u32>>,
+}
+
+#[derive(Deserialize)]
 pub(super) struct Scene {
     #[serde(default)]
     pub nodes: List<u32>,
     pub extras: Option<serde_json::Value>,
+    #[serde(default)]
+    pub extensions: SceneExtensions,
+}
+
+#[derive(Default, Deserialize)]
+pub(super) struct SceneExtensions {
+    #[serde(rename = "EXT_lights_image_based")]
+    pub image_based: Option<NodeLight>,
 }
 
 #[derive(Deserialize)]

@@ -18,6 +18,7 @@ mod document;
 mod draco;
 mod extensions;
 mod factors;
+mod image_based;
 mod instances;
 mod integers;
 mod json;
@@ -96,7 +97,7 @@ fn convert(document: &Document<'_>, report: &mut LoadReport) -> Result<Scene, Lo
     let mut textures = Textures::new(document);
     let mut materials = document.materials(&placement.jobs, &mut textures, report)?;
     let mut texture_notes = LoadReport::default();
-    let ((textures, images), built) = rayon::join(
+    let ((textures, mut images), built) = rayon::join(
         || textures.decode(&mut texture_notes),
         || document.build_meshes(&placement.jobs, |m| materials.get(m), report),
     );
@@ -107,6 +108,11 @@ fn convert(document: &Document<'_>, report: &mut LoadReport) -> Result<Scene, Lo
     texture_notes.notes.into_iter().for_each(|note| report.note(note.severity, note.message));
     let lights = document.lights(&hierarchy, &motion, report)?;
     let cameras = document.cameras(&hierarchy, report)?;
+    let mut environment = lights::environment(source, report);
+    if let Some((light, image)) = document.image_based_light(source, images.len() as u32, report)? {
+        environment = light;
+        images.push(image);
+    }
     let made = Made {
         jobs: &placement.jobs,
         meshes: &kept.numbers,
@@ -125,7 +131,7 @@ fn convert(document: &Document<'_>, report: &mut LoadReport) -> Result<Scene, Lo
         images,
         lights: lights.objects,
         cameras: cameras.objects,
-        environment: lights::environment(source, report),
+        environment,
         animations: animation.into_iter().collect(),
         ..Scene::default()
     })

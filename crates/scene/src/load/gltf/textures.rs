@@ -105,24 +105,34 @@ impl<'d> Textures<'d> {
         if let Some(known) = self.images.get(&(index, neutral)) {
             return Some(*known);
         }
-        let image = document.json.images.get(index as usize)?;
-        let name = image.name.as_deref().filter(|n| !n.is_empty());
-        let name = name.map_or_else(|| format!("image {index}"), str::to_owned);
-        let id = match (&image.uri, image.buffer_view) {
-            (Some(uri), _) => match uri::resolve(document.path, &uri.0) {
-                Ok(Target::Data(bytes)) => self.loader.bytes(&name, bytes, neutral),
-                Ok(Target::File(path)) => self.loader.file(&path, neutral),
-                Err(reason) => self.loader.missing(&name, reason, neutral),
-            },
-            (None, Some(view)) => match document.view(view) {
-                Ok((bytes, _)) => self.loader.bytes(&name, bytes, neutral),
-                Err(error) => self.loader.missing(&name, error.to_string(), neutral),
-            },
-            (None, None) => self.loader.missing(&name, "has neither a URI nor a buffer view", neutral),
-        };
+        let id = add(document, &mut self.loader, index, neutral)?;
         self.images.insert((index, neutral), id);
         Some(id)
     }
+}
+
+/// Adds image `index` of the file to those that are decoded. `None` if there is no such image.
+pub(super) fn add<'d>(
+    document: &'d Document<'_>,
+    loader: &mut TextureLoader<'d>,
+    index: u32,
+    neutral: Neutral,
+) -> Option<ImageId> {
+    let image = document.json.images.get(index as usize)?;
+    let name = image.name.as_deref().filter(|n| !n.is_empty());
+    let name = name.map_or_else(|| format!("image {index}"), str::to_owned);
+    Some(match (&image.uri, image.buffer_view) {
+        (Some(uri), _) => match uri::resolve(document.path, &uri.0) {
+            Ok(Target::Data(bytes)) => loader.bytes(&name, bytes, neutral),
+            Ok(Target::File(path)) => loader.file(&path, neutral),
+            Err(reason) => loader.missing(&name, reason, neutral),
+        },
+        (None, Some(view)) => match document.view(view) {
+            Ok((bytes, _)) => loader.bytes(&name, bytes, neutral),
+            Err(error) => loader.missing(&name, error.to_string(), neutral),
+        },
+        (None, None) => loader.missing(&name, "has neither a URI nor a buffer view", neutral),
+    })
 }
 
 fn sampler(source: &json::Sampler, report: &mut LoadReport) -> Sampler {

@@ -24,6 +24,8 @@ pub enum Neutral {
     White,
     /// The flat tangent-space normal (0, 0, 1).
     FlatNormal,
+    /// Opaque black, for what shines.
+    Black,
 }
 
 impl Neutral {
@@ -32,6 +34,7 @@ impl Neutral {
         match self {
             Neutral::White => [255; 4],
             Neutral::FlatNormal => [128, 128, 255, 255],
+            Neutral::Black => [0, 0, 0, 255],
         }
     }
 
