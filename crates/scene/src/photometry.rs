@@ -1,6 +1,6 @@
 //! How a lamp's intensity depends on direction, as a photometric file says it.
 
-use glam::{Affine3A, Quat, Vec3};
+use glam::{Affine3A, DAffine3, DVec3, Quat, Vec3};
 use optics::light_profile::profile_azimuth;
 use optics::{Vec3f, vec3f};
 use serde::{Deserialize, Serialize};
@@ -95,6 +95,14 @@ impl Photometry {
         let aside = Quat::from_rotation_arc(Vec3::NEG_Y, axis) * Vec3::X;
         let zero = Quat::from_axis_angle(-axis, turn) * aside;
         Self { profile, axis, zero: at_right_angles(zero, axis) }
+    }
+
+    /// A profile that a node of glTF carries (`EXT_lights_ies`): it is aimed along the node's −Z axis, and horizontal angle 0 is towards its
+    /// +X axis. `world`: node to world, with any scale.
+    pub fn at_node(profile: Arc<LightProfile>, world: &DAffine3) -> Self {
+        let turn = |d: DVec3| world.transform_vector3(d).normalize_or(d).as_vec3();
+        let axis = turn(DVec3::NEG_Z).normalize();
+        Self { profile, axis, zero: at_right_angles(turn(DVec3::X), axis) }
     }
 
     /// The same profile aimed along another unit axis, turned there by the shortest way.

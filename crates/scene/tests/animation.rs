@@ -344,3 +344,74 @@ fn time_takes_back_no_edit() {
         "what was put stays there"
     );
 }
+
+/// A lamp of 200 candela below and 50 to the side.
+const LAMP: &str = "IESNA:LM-63-2002\nTILT=NONE\n1 1000 2 2 1 1 2 0 0 0\n1 1 60\n0 90\n0\n100 25\n";
+
+/// Photometric lights: one on a node that turns, from a URI; one on a node that stands, from a buffer view.
+fn lamps(light: Value) -> Value {
+    let text = base64::engine::general_purpose::STANDARD.encode(LAMP);
+    let uri = format!("data:application/octet-stream;base64,{text}");
+    let lights = json!([{"uri": uri}, {"bufferView": 0, "mimeType": "application/x-ies-lm-63"}]);
+    json!({
+        "scenes": [{"nodes": [0, 1]}],
+        "nodes": [
+            {"name": "turning", "extensions": {"EXT_lights_ies": {"light": 0}}},
+            {"translation": [1, 2, 3], "scale": [5, 5, 5], "extensions": {"EXT_lights_ies": light}},
+        ],
+        "extensionsRequired": ["EXT_lights_ies"],
+        "extensions": {"EXT_lights_ies": {"lights": lights}},
+    })
+}
+
+#[test]
+fn photometric_lights_are_carried_by_their_nodes() {
+    let mut b = Builder::default();
+    b.bytes.extend(LAMP.as_bytes());
+    b.views.push(json!({"buffer": 0, "byteLength": LAMP.len()}));
+    b.bytes.resize(LAMP.len().next_multiple_of(4), 0);
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    let turn = [0.0, 0.0, 0.0, 1.0, half, 0.0, 0.0, half];
+    b.channel(json!({"node": 0, "path": "rotation"}), "LINEAR", &[0.0, 2.0], ("VEC4", 4, &turn));
+    let loaded = b.load(lamps(json!({"light": 1, "multiplier": 0.5, "color": [1.0, 0.5, 2.0]})));
+    let repaired = loaded.report.notes.iter().filter(|n| n.severity == Severity::Repaired);
+    assert_eq!(repaired.count(), 1, "a colour above 1: {:?}", loaded.report);
+    let mut scene = loaded.scene;
+    let point = |scene: &Scene, i: usize| {
+        let LightKind::Point { position, intensity } = scene.lights[i].kind else { panic!("a point") };
+        let profile = scene.lights[i].profile.clone().expect("a profile");
+        (position, intensity, profile.axis, profile.zero)
+    };
+    assert_eq!(scene.lights[1].profile.as_ref().map(|p| p.profile.values()[90]), Some(0.25));
+    let standing = (vec3(1.0, 2.0, 3.0), vec3(100.0, 50.0, 100.0), Vec3::NEG_Z, Vec3::X);
+    assert_eq!(point(&scene, 1), standing);
+    assert_eq!(point(&scene, 0), (Vec3::ZERO, Vec3::splat(200.0), Vec3::NEG_Z, Vec3::X));
+    // A quarter about +X: what was aimed along −Z is aimed along +Y, however often the scene is set.
+    for _ in 0..2 {
+        scene.set_time(2.0);
+        let (_, intensity, axis, zero) = point(&scene, 0);
+        assert!((axis - Vec3::Y).length() < 1e-6 && (zero - Vec3::X).length() < 1e-6, "{axis} {zero}");
+        assert_eq!(intensity, Vec3::splat(200.0));
+        assert_eq!(point(&scene, 1), standing);
+    }
+}
+
+#[test]
+fn broken_photometric_lights_are_named_or_left_out() {
+    let load = |light: Value, lenient: bool| {
+        let mut json = lamps(light);
+        json["asset"] = json!({"version": "2.0"});
+        json["extensions"]["EXT_lights_ies"]["lights"][1] = json!({"uri": "data:text/plain;base64,aGVsbG8="});
+        let options = LoadOptions { lenient, ..LoadOptions::default() };
+        scene::load::gltf::load_bytes(Path::new("lamps.gltf"), json.to_string().as_bytes(), &options)
+    };
+    let refused = |light: Value| load(light, false).map(|_| ()).unwrap_err().to_string();
+    let missing = refused(json!({"light": 7}));
+    assert!(missing.contains("photometric light 7"), "{missing}");
+    let damaged = refused(json!({"light": 1}));
+    assert!(damaged.contains("photometric light 1") && damaged.contains("TILT="), "{damaged}");
+    let rest = load(json!({"light": 1}), true).unwrap();
+    assert_eq!((rest.scene.lights.len(), rest.report.notes.len()), (1, 1), "{:?}", rest.report);
+    let dark = load(json!({"light": 0, "multiplier": -1.0}), false).unwrap();
+    assert_eq!((dark.scene.lights.len(), dark.report.notes.len()), (1, 1), "{:?}", dark.report);
+}

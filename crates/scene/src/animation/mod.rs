@@ -19,7 +19,7 @@ pub use objects::{
 pub use rig::{Node, Placed, Rig, Skin};
 pub use track::{Interpolation, Track, TrackError};
 
-use crate::{MeshId, Scene, Shape};
+use crate::{MeshId, Photometry, Scene, Shape};
 use glam::{Affine3A, Vec3};
 use std::sync::Arc;
 
@@ -143,6 +143,8 @@ impl Animation {
             let intensity = if visible { light.source.intensity } else { 0.0 };
             if let Some(kind) = (Punctual { intensity, ..light.source }).at(&world) {
                 own.kind = kind;
+                let profile = own.profile.take();
+                own.profile = profile.map(|p| Photometry::at_node(p.profile, &world));
                 *own = crate::merge::placed_light(own, &light.root);
             }
         }

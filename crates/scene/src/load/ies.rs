@@ -1,12 +1,15 @@
-//! Photometric files: IESNA LM-63 of 1986, 1991, 1995, 2002 and 2019, type C.
+//! Photometric files: IESNA LM-63 of 1986, 1991, 1995, 2002 and 2019, of types A, B and C.
 //!
 //! Text. Lines of keywords, a line `TILT=`, then numbers between blanks, commas and ends of lines: of the lamp, of the angles, and the
 //! intensities for each horizontal angle in turn. Only half or a quarter of a lamp that is symmetric is written down.
 //!
 //! Source: ANSI/IESNA LM-63-2002, "Standard File Format for the Electronic Transfer of Photometric Data".
 
+mod planes;
+
 use super::{LoadError, LoadOptions, read_file};
 use crate::photometry::LightProfile;
+use planes::Planes;
 use std::iter::Zip;
 use std::ops::RangeFrom;
 use std::path::Path;
@@ -24,7 +27,7 @@ const MOST_ANGLES: usize = 10_000;
 ///
 /// # Errors
 /// [`LoadError::Read`], [`LoadError::TooLarge`], and [`LoadError::Malformed`], which names the line, for what is no such file, for
-/// other types of photometry, lamps whose tilt is in another file, and impossible numbers.
+/// lamps whose tilt is in another file, and impossible numbers.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<LightProfile, LoadError> {
     let bytes = read_file(path, options)?;
     parse(&bytes).map_err(|(object, message)| LoadError::malformed(path, object, message))
@@ -51,10 +54,19 @@ struct Lamp {
     vertical: Vec<f64>,
     /// Degrees, ascending.
     horizontal: Vec<f64>,
-    symmetry: Symmetry,
+    kind: Kind,
     /// All vertical angles of the first horizontal angle, then of the next.
     candelas: Vec<f64>,
     factor: f64,
+}
+
+/// What the angles are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    /// Type C: vertical angles from where the lamp is aimed, horizontal ones around that axis.
+    Around(Symmetry),
+    /// Types A and B.
+    Of(Planes),
 }
 
 /// Which part of a lamp is written down.
@@ -80,24 +92,38 @@ impl Lamp {
         let vertical = numbers.count("the number of vertical angles", 2)?;
         let horizontal = numbers.count("the number of horizontal angles", 1)?;
         let kind = numbers.next("the type of photometry")?;
-        if kind != 1.0 {
-            return Err(numbers.wrong(format!("photometry is of type {kind}; type 1 (C) is read")));
-        }
+        let planes = match kind {
+            1.0 => None,
+            2.0 => Some(Planes::Across),
+            3.0 => Some(Planes::Upright),
+            _ => {
+                let message = format!("photometry is of type {kind}; types are 1 (C), 2 (B) and 3 (A)");
+                return Err(numbers.wrong(message));
+            }
+        };
         for what in ["the type of units", "the width", "the length", "the height"] {
             numbers.next(what)?;
         }
         let ballast = numbers.factor("the factor of the ballast")?;
         let lamp = numbers.factor("the factor of ballast and lamp")?;
         numbers.next("the input in watts")?;
-        let vertical = numbers.angles("vertical angles", vertical, 180.0)?;
-        let horizontal = numbers.angles("horizontal angles", horizontal, 360.0)?;
-        let symmetry = Symmetry::of(&horizontal).ok_or_else(|| {
-            numbers.wrong(format!(
-                "horizontal angles are one, or from 0 to 90, 180 or 360, or from 90 to 270; they are from {} to {}",
-                horizontal[0],
-                horizontal[horizontal.len() - 1]
-            ))
-        })?;
+        let (most_vertical, most_horizontal) =
+            if planes.is_some() { ([-90.0, 90.0], [-90.0, 90.0]) } else { ([0.0, 180.0], [0.0, 360.0]) };
+        let vertical = numbers.angles("vertical angles", vertical, most_vertical)?;
+        let horizontal = numbers.angles("horizontal angles", horizontal, most_horizontal)?;
+        let kind = match planes {
+            Some(_) if horizontal.len() < 2 => {
+                return Err(numbers.wrong("lamps of type A and B have at least two horizontal angles".into()));
+            }
+            Some(planes) => Kind::Of(planes),
+            None => Kind::Around(Symmetry::of(&horizontal).ok_or_else(|| {
+                numbers.wrong(format!(
+                    "horizontal angles are one, or from 0 to 90, 180 or 360, or from 90 to 270; they are from {} to {}",
+                    horizontal[0],
+                    horizontal[horizontal.len() - 1]
+                ))
+            })?),
+        };
         let mut candelas = Vec::new();
         for _ in 0..vertical.len() * horizontal.len() {
             let value = numbers.next("an intensity")?;
@@ -106,21 +132,15 @@ impl Lamp {
             }
             candelas.push(value);
         }
-        Ok(Self { vertical, horizontal, symmetry, candelas, factor: multiplier * ballast * lamp })
+        Ok(Self { vertical, horizontal, kind, candelas, factor: multiplier * ballast * lamp })
     }
 
     /// The table of the whole lamp. Where the file's angles are on its steps, both are the same between them.
     fn profile(&self) -> Result<LightProfile, Wrong> {
         let strongest = self.candelas.iter().copied().fold(0.0, f64::max);
-        let down = step_of(&self.vertical, &VERTICAL_STEPS);
+        let (down, across) = self.steps();
         let rows = (180.0 / down).round() as u32 + 1;
-        let (across, columns) = match self.symmetry {
-            Symmetry::Round => (0.0, 1),
-            _ => {
-                let step = step_of(&self.horizontal, &HORIZONTAL_STEPS);
-                (step, (360.0 / step).round() as u32)
-            }
-        };
+        let columns = if across > 0.0 { (360.0 / across).round() as u32 } else { 1 };
         let value = |i: u32| {
             let (row, column) = (i / columns, i % columns);
             let candela = self.candela(f64::from(row) * down, f64::from(column) * across);
@@ -132,17 +152,31 @@ impl Lamp {
             .ok_or_else(|| ("the intensities".into(), format!("the greatest is {peak} candela")))
     }
 
-    /// The intensity without factors in a direction, degrees; 0 where no vertical angle was measured.
+    /// Steps of the table in degrees, vertical and horizontal; 0 if it is the same all around.
+    fn steps(&self) -> (f64, f64) {
+        let down = step_of(&self.vertical, &VERTICAL_STEPS);
+        match self.kind {
+            Kind::Around(Symmetry::Round) => (down, 0.0),
+            Kind::Around(_) => (down, step_of(&self.horizontal, &HORIZONTAL_STEPS)),
+            Kind::Of(_) => self.steps_of_planes(),
+        }
+    }
+
+    /// The intensity without factors in a direction of type C, degrees; 0 where no vertical angle was measured.
     fn candela(&self, vertical: f64, horizontal: f64) -> f64 {
+        let symmetry = match self.kind {
+            Kind::Around(symmetry) => symmetry,
+            Kind::Of(planes) => return self.candela_of_planes(planes, vertical, horizontal),
+        };
         let Some((row, down)) = bracket(&self.vertical, vertical) else { return 0.0 };
         let at = |column: usize| {
             let values = &self.candelas[column * self.vertical.len()..(column + 1) * self.vertical.len()];
             values[row] + (values[row + 1] - values[row]) * down
         };
-        if self.symmetry == Symmetry::Round {
+        if symmetry == Symmetry::Round {
             return at(0);
         }
-        let horizontal = self.symmetry.fold(horizontal);
+        let horizontal = symmetry.fold(horizontal);
         let last = self.horizontal.len() - 1;
         match bracket(&self.horizontal, horizontal) {
             Some((column, across)) => at(column) + (at(column + 1) - at(column)) * across,
@@ -287,13 +321,13 @@ impl<'a> Numbers<'a> {
         }
     }
 
-    /// `count` ascending angles from 0 to `most` degrees.
-    fn angles(&mut self, what: &str, count: usize, most: f64) -> Result<Vec<f64>, Wrong> {
+    /// `count` ascending angles from `least` to `most` degrees.
+    fn angles(&mut self, what: &str, count: usize, [least, most]: [f64; 2]) -> Result<Vec<f64>, Wrong> {
         let mut angles: Vec<f64> = Vec::new();
         for _ in 0..count {
             let angle = self.next(what)?;
-            if !(0.0..=most).contains(&angle) {
-                return Err(self.wrong(format!("{what} are from 0 to {most}, this is {angle}")));
+            if !(least..=most).contains(&angle) {
+                return Err(self.wrong(format!("{what} are from {least} to {most}, this is {angle}")));
             }
             if let Some(before) = angles.last().filter(|before| **before >= angle) {
                 return Err(self.wrong(format!("{what} ascend, but {angle} is behind {before}")));

@@ -52,6 +52,7 @@ const fn known(name: &'static str, status: ExtensionStatus, remark: &'static str
 pub const EXTENSIONS: &[Extension] = {
     use ExtensionStatus::*;
     &[
+        known("EXT_lights_ies", Supported, ""),
         known(
             "EXT_lights_image_based",
             Supported,

@@ -122,6 +122,8 @@ pub(super) struct RootExtensions {
     pub lights: Option<Lights>,
     #[serde(rename = "EXT_lights_image_based")]
     pub image_based: Option<ImageBasedLights>,
+    #[serde(rename = "EXT_lights_ies")]
+    pub photometric: Option<PhotometricLights>,
     #[serde(rename = "KHR_materials_variants")]
     pub variants: Option<Variants>,
 }
@@ -161,6 +163,26 @@ pub(super) struct Light {
 pub(super) struct Spot {
     pub inner_cone_angle: Option<f32>,
     pub outer_cone_angle: Option<f32>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct PhotometricLights {
+    #[serde(default)]
+    pub lights: List<PhotometricLight>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct PhotometricLight {
+    pub uri: Option<String>,
+    pub buffer_view: Option<u32>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct NodePhotometric {
+    pub light: u32,
+    pub multiplier: Option<f32>,
+    pub color: Option<[f32; 3]>,
 }
 
 #[derive(Deserialize)]
@@ -215,6 +237,8 @@ pub(super) struct Node {
 pub(super) struct NodeExtensions {
     #[serde(rename = "KHR_lights_punctual")]
     pub light: Option<NodeLight>,
+    #[serde(rename = "EXT_lights_ies")]
+    pub photometric: Option<NodePhotometric>,
     #[serde(rename = "EXT_mesh_gpu_instancing")]
     pub instancing: Option<Instancing>,
     #[serde(rename = "KHR_node_visibility")]

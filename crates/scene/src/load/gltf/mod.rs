@@ -28,6 +28,7 @@ mod materials;
 mod meshes;
 mod motion;
 mod nodes;
+mod photometric;
 mod pointers;
 mod pose;
 mod repair;
@@ -106,7 +107,8 @@ fn convert(document: &Document<'_>, report: &mut LoadReport) -> Result<Scene, Lo
     materials::settle_models(&mut materials.list, &textures, &images);
     report.bytes_read += texture_notes.bytes_read;
     texture_notes.notes.into_iter().for_each(|note| report.note(note.severity, note.message));
-    let lights = document.lights(&hierarchy, &motion, report)?;
+    let mut lights = document.lights(&hierarchy, &motion, report)?;
+    document.photometric_lights(&hierarchy, &motion, &mut lights, report)?;
     let cameras = document.cameras(&hierarchy, report)?;
     let mut environment = lights::environment(source, report);
     if let Some((light, image)) = document.image_based_light(source, images.len() as u32, report)? {

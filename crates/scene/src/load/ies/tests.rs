@@ -4,9 +4,14 @@ use optics::vec3f;
 
 /// A file with these angles and intensities; `head`: everything up to the line of the lamp.
 fn file(head: &str, vertical: &[f64], horizontal: &[f64], candelas: &[f64]) -> String {
+    file_of_type(1, head, vertical, horizontal, candelas)
+}
+
+/// The same with a type of photometry: 1 is C, 2 is B, 3 is A.
+fn file_of_type(kind: u32, head: &str, vertical: &[f64], horizontal: &[f64], candelas: &[f64]) -> String {
     let list = |numbers: &[f64]| numbers.iter().map(|n| n.to_string()).collect::<Vec<_>>().join(" ");
     format!(
-        "{head}1 1000 2.0 {} {} 1 2 0 0 0\n0.5 1.0 60\n{}\n{}\n{}\n",
+        "{head}1 1000 2.0 {} {} {kind} 2 0 0 0\n0.5 1.0 60\n{}\n{}\n{}\n",
         vertical.len(),
         horizontal.len(),
         list(vertical),
@@ -127,7 +132,9 @@ fn what_is_wrong_is_said_with_its_line() {
         (lamp("1 1000 1 1 1"), "line 3", "vertical angles must be"),
         (lamp("1 1000 1 1e9 1"), "line 3", "10000"),
         (lamp("1 1000 1 2.5 1"), "line 3", "whole number"),
-        (lamp("1 1000 1 2 1\n2 1 0 0 0"), "line 4", "type 2"),
+        (lamp("1 1000 1 2 1\n4 1 0 0 0"), "line 4", "type 4"),
+        (lamp("1 0 1 2 1 2 1 0 0 0\n1 1 0\n-90 90\n0\n1 1"), "line 6", "two horizontal angles"),
+        (lamp("1 0 1 2 2 3 1 0 0 0\n1 1 0\n-90 100\n0 90\n1 1 1 1"), "line 5", "from -90 to 90"),
         (lamp("1 0 1 2 1 1 1 0 0 0\n1 1 0\n0 200\n0\n1 1"), "line 5", "from 0 to 180"),
         (lamp("1 0 1 2 1 1 1 0 0 0\n1 1 0\n90 0\n0\n1 1"), "line 5", "ascend"),
         (lamp("1 0 1 2 2 1 1 0 0 0\n1 1 0\n0 90\n0 100\n1 1 1 1"), "line 6", "from 0 to 100"),
@@ -137,5 +144,47 @@ fn what_is_wrong_is_said_with_its_line() {
     ] {
         let (object, message) = parse(text.as_bytes()).expect_err(&text);
         assert!(object == at && message.contains(why), "{text}\n{object}: {message}");
+    }
+}
+
+/// Intensities that are a function of the direction: forward, up and to the right of who looks where the lamp is aimed.
+#[test]
+fn lamps_of_types_a_and_b_shine_where_they_were_measured() {
+    let strength = |[forward, up, right]: [f64; 3]| {
+        forward.max(0.0) * (60.0 + 20.0 * up + 30.0 * right + 10.0 * right * right)
+    };
+    let every = |from: i32| (from..=90).step_by(5).map(f64::from).collect::<Vec<f64>>();
+    let direction = |kind: u32, v: f64, h: f64| {
+        let [(sin_v, cos_v), (sin_h, cos_h)] = [v, h].map(|a| a.to_radians().sin_cos());
+        match kind {
+            2 => [cos_h * cos_v, cos_h * sin_v, sin_h],
+            _ => [cos_v * cos_h, sin_v, cos_v * sin_h],
+        }
+    };
+    let lamp = |kind: u32, horizontal: &[f64], of: &dyn Fn([f64; 3]) -> f64| {
+        let vertical = every(-90);
+        let at = |h: &f64| vertical.iter().map(|v| of(direction(kind, *v, *h))).collect::<Vec<_>>();
+        let candelas: Vec<f64> = horizontal.iter().flat_map(at).collect();
+        parsed(&file_of_type(kind, HEAD, &vertical, horizontal, &candelas))
+    };
+    for kind in [2, 3] {
+        let whole = lamp(kind, &every(-90), &strength);
+        for (vertical, around) in
+            [(0.0, 0.0), (35.0, 0.0), (50.0, 120.0), (50.0, 240.0), (75.0, 301.0), (20.0, 66.0)]
+        {
+            let (sin, cos) = f64::from(vertical).to_radians().sin_cos();
+            let (left, up) = f64::from(around).to_radians().sin_cos();
+            let expected = strength([cos, sin * up, -sin * left]) as f32;
+            // Between angles that are 5° apart, intensities are linear.
+            let found = candela(&whole, vertical, around);
+            assert!((found - expected).abs() < 0.005 * 60.0, "type {kind}: {found} instead of {expected}");
+        }
+        // To the right it is brighter than to the left, and behind it is dark.
+        assert!(candela(&whole, 60.0, 270.0) > 1.5 * candela(&whole, 60.0, 90.0));
+        assert_eq!([0.0, 140.0, 270.0].map(|around| candela(&whole, 95.0, around)), [0.0; 3]);
+        // What begins at 0° is the same on both sides.
+        let even = |[forward, up, right]: [f64; 3]| strength([forward, up, right.abs()]);
+        let (half, both) = (lamp(kind, &every(0), &even), lamp(kind, &every(-90), &even));
+        assert!(half.values().iter().zip(both.values()).all(|(a, b)| (a - b).abs() < 1e-6));
     }
 }
