@@ -14,7 +14,7 @@ use alhazen::{
     Limits, LoadOptions, PathSettings, Renderer, SamplerKind, Scene, Source, Step, View,
 };
 use common::on_gpus::{SPP, compare_on, differing_share, render};
-use common::{gpu_renderers, path};
+use common::{gpu_renderers, in_turn, path};
 use film::{AovData, AovKind};
 use std::time::{Duration, Instant};
 use testkit::{Exclusive, scenes};
@@ -86,7 +86,8 @@ fn every_setting_path() {
 fn builtin_scenes_path() {
     let mut renderers = gpu_renderers("builtin_scenes_path");
     // Software drivers take minutes to compile layers; `layers_path` compares them once.
-    for builtin in alhazen::builtin::list().into_iter().filter(|b| b.name != "layers") {
+    let builtins = alhazen::builtin::list().into_iter().filter(|b| b.name != "layers");
+    for (turn, builtin) in builtins.enumerate() {
         let scene = self::builtin(builtin.name);
         // Floors that fade decide coverage by the last bits of a hit; in the atrium, shadow rays to the sun pass
         // thousands of leaves, instances of a few, at whose edges rounding decides. Of each choice in the tree of lights
@@ -96,7 +97,8 @@ fn builtin_scenes_path() {
             "lanterns" | "offices" => 0.5,
             _ => 0.08,
         };
-        compare_on(&mut renderers, &format!("{} path", builtin.name), &scene, &job(&scene), share);
+        let renderers = in_turn(&mut renderers, turn);
+        compare_on(renderers, &format!("{} path", builtin.name), &scene, &job(&scene), share);
     }
 }
 

@@ -12,6 +12,38 @@ pub enum SamplerKind {
     Sobol,
     /// Independent uniform numbers.
     Independent,
+    /// Sobol points that also complete each other among neighbouring pixels, which spreads the error as blue noise
+    /// (Ahmed and Wonka 2020).
+    BlueNoise,
+}
+
+impl SamplerKind {
+    /// All kinds, the default first.
+    pub const ALL: [Self; 3] = [Self::Sobol, Self::Independent, Self::BlueNoise];
+
+    /// The name that users give it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sobol => "sobol",
+            Self::Independent => "independent",
+            Self::BlueNoise => "blue-noise",
+        }
+    }
+}
+
+impl std::fmt::Display for SamplerKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl std::str::FromStr for SamplerKind {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        let known = Self::ALL.into_iter().find(|kind| kind.name() == name);
+        known.ok_or_else(|| format!("unknown `{name}`; there are: {}", Self::ALL.map(Self::name).join(", ")))
+    }
 }
 
 /// Samples that one pixel is to get.

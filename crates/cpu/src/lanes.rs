@@ -116,8 +116,8 @@ impl CameraLanes {
         }
         let kind = sampler_kind(view);
         for lane in 0..LANES {
-            let pixel = self.y.0[lane] * view.width + self.x.0[lane];
-            let sampler = sampler_new(kind, pixel, self.index.0[lane], view.seed);
+            let (x, y) = (self.x.0[lane], self.y.0[lane]);
+            let sampler = sampler_new(kind, x, y, view.width, self.index.0[lane], view.seed);
             self.scramble.0[lane] = sampler.scramble;
             self.index.0[lane] = sampler.index;
         }

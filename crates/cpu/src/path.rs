@@ -28,7 +28,8 @@ use optics::light_tree::{ALL_SIDES, octahedral_encode};
 use optics::medium::transmittance;
 use optics::path::{path_add_emission, path_light_contribution, path_scatter, roulette_survival};
 use optics::random::{
-    PixelSampler, SAMPLER_INDEPENDENT, SAMPLER_SOBOL, hash_combine, sample_2d, sampler_new,
+    PixelSampler, SAMPLER_BLUE_NOISE, SAMPLER_INDEPENDENT, SAMPLER_SOBOL, hash_combine, sample_2d,
+    sampler_new,
 };
 use optics::scatter::BSDF_NONE;
 use optics::vector::dot;
@@ -519,13 +520,14 @@ pub(crate) fn sampler_kind(view: &View) -> u32 {
     match view.sampler {
         backend::SamplerKind::Sobol => SAMPLER_SOBOL,
         backend::SamplerKind::Independent => SAMPLER_INDEPENDENT,
+        backend::SamplerKind::BlueNoise => SAMPLER_BLUE_NOISE,
     }
 }
 
 /// The random numbers of a sample.
 #[inline(always)]
 pub(crate) fn new_sampler(view: &View, sample: &SampleId) -> PixelSampler {
-    sampler_new(sampler_kind(view), sample.y * view.width + sample.x, sample.index, view.seed)
+    sampler_new(sampler_kind(view), sample.x, sample.y, view.width, sample.index, view.seed)
 }
 
 /// The ray from a surface to a light sample; `above`: on the side of the surface's normal.

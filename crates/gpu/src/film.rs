@@ -11,7 +11,7 @@ use backend::{BackendError, DirectSettings, Highlights, Integrator, PathSettings
 use bytemuck::{Pod, Zeroable};
 use film::{AovSample, AovSums, Film, PixelStats};
 use optics::camera::camera_pixel_spread;
-use optics::random::{SAMPLER_INDEPENDENT, SAMPLER_SOBOL};
+use optics::random::{SAMPLER_BLUE_NOISE, SAMPLER_INDEPENDENT, SAMPLER_SOBOL};
 use wgpu::BufferUsages;
 
 /// Samples of a pixel that may gather on the device.
@@ -153,6 +153,7 @@ impl View {
             sampler: match view.sampler {
                 SamplerKind::Sobol => SAMPLER_SOBOL,
                 SamplerKind::Independent => SAMPLER_INDEPENDENT,
+                SamplerKind::BlueNoise => SAMPLER_BLUE_NOISE,
             },
             seed: view.seed,
             pixel_spread: camera_pixel_spread(view.camera, view.height as f32),

@@ -22,7 +22,7 @@
 // The macro makes an undocumentable static in every module; a test sees to it that functions and constants have docs.
 #![allow(missing_docs)]
 
-pub use wgsl_rs::std::{Vec2f, Vec3f, Vec4f, Vec4i, Vec4u, vec2f, vec3f, vec4f};
+pub use wgsl_rs::std::{Vec2f, Vec2u, Vec3f, Vec4f, Vec4i, Vec4u, vec2f, vec3f, vec4f};
 
 /// The functions of WGSL on vectors, for host code that works with the same types.
 pub mod vector {

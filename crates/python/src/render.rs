@@ -7,8 +7,8 @@ use crate::scene::{Scene, lock};
 use crate::watch::watch;
 use alhazen::{
     Aov, AovData, BackendChoice, CRYPTOMATTE_RANKS, Control, DirectSettings, Film, HybridSettings, Image,
-    Integrator, Job, Limits, PathSettings, RealtimeSettings, Rect, Renderer, RendererOptions, SamplerKind,
-    Summary, ToneMapper, ToneMapping,
+    Integrator, Job, Limits, PathSettings, RealtimeSettings, Rect, Renderer, RendererOptions, Summary,
+    ToneMapper, ToneMapping,
 };
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -210,11 +210,7 @@ pub fn job(scene: &alhazen::Scene, settings: &Settings) -> PyResult<Job> {
     job.crop = settings.crop.map(|[x, y, width, height]| Rect { x, y, width, height });
     job.integrator = integrator(settings, job.integrator)?;
     job.seed = settings.seed;
-    job.sampler = match settings.sampler.as_str() {
-        "sobol" => SamplerKind::Sobol,
-        "independent" => SamplerKind::Independent,
-        other => return Err(bad(format!("sampler: unknown `{other}`; there are: sobol, independent"))),
-    };
+    job.sampler = settings.sampler.parse().map_err(|e| bad(format!("sampler: {e}")))?;
     let layer = |name: &String| name.parse::<Aov>().map_err(|e| bad(format!("aovs: {e}")));
     job.aovs = settings.aovs.iter().map(layer).collect::<PyResult<_>>()?;
     Ok(job)

@@ -178,7 +178,7 @@ impl RenderSettings {
         }
         options.number("seed", self.seed, 0);
         options.flag("single-scatter", self.single_scatter);
-        options.flag("sampler independent", self.sampler == SamplerKind::Independent);
+        options.flag(&format!("sampler {}", self.sampler), self.sampler != SamplerKind::default());
         // Frames have their own way to choose pixels, and a film of theirs cannot tell its noise.
         if self.transport == Transport::Realtime {
             return options.0.join(" ");

@@ -108,6 +108,16 @@ pub fn gpu_renderers(test: &str) -> Exclusive<Vec<Renderer>> {
     Exclusive::new(has_hardware(), || all_gpu_renderers(test))
 }
 
+/// Of several back ends those that a scene is tried on, which is the `turn`th of a test's: all of them on hardware. Software
+/// drivers compile a kernel in half a minute, and most scenes have their own, so there the back ends take turns.
+pub fn in_turn<T>(all: &mut [T], turn: usize) -> &mut [T] {
+    if has_hardware() || all.is_empty() {
+        return all;
+    }
+    let one = turn % all.len();
+    &mut all[one..=one]
+}
+
 fn all_gpu_renderers(test: &str) -> Vec<Renderer> {
     let mut found = Vec::new();
     let named = std::env::var("ALHAZEN_TEST_BACKENDS").ok();

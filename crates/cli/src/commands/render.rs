@@ -14,7 +14,7 @@ use crate::console::ProgressDisplay;
 use crate::profile::Profile;
 use alhazen::{
     Adaptive, Aov, AovKind, BackendChoice, Control, Denoiser, Description, Limits, LoadOptions, PartJob,
-    PathKernel, Rect, Renderer, RendererOptions, Summary, SunPosition, metadata,
+    PathKernel, Rect, Renderer, RendererOptions, SamplerKind, Summary, SunPosition, metadata,
 };
 use anyhow::{Context, bail, ensure};
 use clap::{Args, FromArgMatches, ValueEnum};
@@ -187,9 +187,10 @@ pub struct RenderArgs {
     /// Paths that go on from the first hit of each camera ray.
     #[arg(long, help_heading = "Light", value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
     splitting: u32,
-    /// How samples are drawn.
-    #[arg(long, help_heading = "Light", value_enum, default_value_t = SamplerName::Sobol)]
-    sampler: SamplerName,
+    /// How samples are drawn: sobol (Owen-scrambled Sobol points), independent (uniform numbers) or blue-noise (Sobol points
+    /// that neighbouring pixels complete: the same error, spread so that eyes and filters take it away).
+    #[arg(long, help_heading = "Light", value_name = "KIND", default_value_t)]
+    sampler: SamplerKind,
     /// `direct` and `hybrid`: shadow rays for each light.
     #[arg(long, help_heading = "Light", value_name = "N")]
     shadow_samples: Option<u32>,
@@ -310,14 +311,6 @@ enum VisibilityName {
     Raster,
     /// A ray through each pixel.
     Rays,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum SamplerName {
-    /// Owen-scrambled Sobol points.
-    Sobol,
-    /// Independent uniform numbers.
-    Independent,
 }
 
 impl RenderArgs {

@@ -74,7 +74,7 @@ pub fn tiles(window: [u32; 2]) -> [u32; 2] {
 impl HybridFrame {
     /// The uniform of a frame. `light_words`: words of a cluster's mask. Returns it and whether a rasteriser can draw the view.
     pub fn new(input: &FrameInput, items: &Items, light_words: u32) -> (Self, bool) {
-        let place = sampler_new(input.sampler, 0, input.sample, input.seed);
+        let place = sampler_new(input.sampler, 0, 0, 0, input.sample, input.seed);
         let (jitter, lens) = (sample_2d(place, PAIR_FILM), sample_2d(place, PAIR_LENS));
         let reach = reach(&input.camera, input.bounding_sphere);
         let project = |camera: &CameraFrame| {

@@ -126,8 +126,7 @@ fn pixel_work(index: u32) -> PixelWork {
 
 /// The random numbers of a sample of a pixel of the window.
 fn pixel_sampler(pixel: vec2u, sample: u32) -> PixelSampler {
-    let index = (view.window_y + pixel.y) * view.width + view.window_x + pixel.x;
-    return sampler_new(view.sampler, index, sample, view.seed);
+    return sampler_new(view.sampler, view.window_x + pixel.x, view.window_y + pixel.y, view.width, sample, view.seed);
 }
 
 /// The camera ray of a sample of a pixel of the window.

@@ -157,7 +157,7 @@ pub fn axis(i: &mut Inputs) -> u32 {
 }
 
 pub fn sampler_kind(i: &mut Inputs) -> u32 {
-    i.below(2) as u32
+    i.below(3) as u32
 }
 
 pub fn tone_mapper(i: &mut Inputs) -> u32 {

@@ -173,7 +173,11 @@ functions! {
     random::hash_combine(hash: bits, value: bits) within EXACT;
     random::unit_float(bits: bits) within EXACT;
     random::dither(a: unit, b: unit) within ROUNDING;
-    random::sampler_new(kind: sampler_kind, pixel: bits, sample_index: bits, seed: bits) within EXACT;
+    random::sampler_new(kind: sampler_kind, x: bits, y: bits, width: bits, sample_index: bits, seed: bits) within EXACT;
+    random::z_order(x: bits, y: bits) within EXACT;
+    random::spread_bits(x: bits) within EXACT;
+    random::permute_quarters(place: bits, seed: bits) within EXACT;
+    random::sobol_point(index: bits, seed: bits) within EXACT;
     random::laine_karras(x: bits, seed: bits) within EXACT;
     random::sobol_second_reversed(index: bits) within EXACT;
     random::sample_2d(s: sampler, pair: index) within ROUNDING;

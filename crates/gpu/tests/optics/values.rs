@@ -1,6 +1,6 @@
 //! Optics values as the 32-bit words that shaders read and write.
 
-use optics::{Vec2f, Vec3f, Vec4i, Vec4u};
+use optics::{Vec2f, Vec2u, Vec3f, Vec4i, Vec4u};
 
 /// A value as words, field after field.
 pub trait Words {
@@ -52,6 +52,12 @@ impl Words for bool {
 impl Words for Vec2f {
     fn put(&self, words: &mut Vec<u32>) {
         words.extend([self.x, self.y].map(f32::to_bits));
+    }
+}
+
+impl Words for Vec2u {
+    fn put(&self, words: &mut Vec<u32>) {
+        words.extend([self.x, self.y]);
     }
 }
 

@@ -100,10 +100,11 @@ fn transport(ui: &mut Ui, salt: &str, on_gpu: bool, s: &mut RenderSettings) {
             }
         }
         ui.checkbox(&mut s.single_scatter, "glTF to the letter");
-        let mut independent = s.sampler == SamplerKind::Independent;
-        if ui.checkbox(&mut independent, "Independent samples").changed() {
-            s.sampler = if independent { SamplerKind::Independent } else { SamplerKind::Sobol };
-        }
+        ComboBox::from_label("Samples").selected_text(s.sampler.name()).show_ui(ui, |ui| {
+            for choice in SamplerKind::ALL {
+                ui.selectable_value(&mut s.sampler, choice, choice.name());
+            }
+        });
         count(ui, "Seed", &mut s.seed, 0..=u32::MAX);
         ui.weak("Nothing is clamped.");
     });

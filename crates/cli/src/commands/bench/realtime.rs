@@ -11,7 +11,7 @@ use alhazen::gpu::tracer::TracerKind;
 use alhazen::gpu::{Gpu, GpuOptions};
 use alhazen::{
     BackendChoice, Camera, FrameSamples, Image, Integrator, Job, Limits, PathKernel, RealtimeSettings,
-    Renderer, RendererOptions, Scene, SceneTables, View, metrics,
+    Renderer, RendererOptions, SamplerKind, Scene, SceneTables, View, metrics,
 };
 use clap::Args;
 use std::collections::BTreeMap;
@@ -53,6 +53,9 @@ pub struct RealtimeArgs {
     /// Longest path in segments, of frames and references.
     #[arg(long, value_name = "DEPTH")]
     max_depth: Option<u32>,
+    /// How samples are drawn: sobol, independent or blue-noise.
+    #[arg(long, value_name = "KIND", default_value_t)]
+    sampler: SamplerKind,
     /// How first hits are found.
     #[arg(long, value_enum, default_value_t = Visibility::Raster)]
     visibility: Visibility,
@@ -79,6 +82,7 @@ pub fn run(args: &RealtimeArgs) -> anyhow::Result<()> {
     let about = [
         ("device", args.open()?.describe()),
         ("size", format!("{}×{}", args.width, args.height)),
+        ("sampler", args.sampler.to_string()),
         ("longest path", settings.path.max_depth.to_string()),
         ("reference", format!("{} samples per pixel", args.reference_spp)),
         ("adaptive samples", adaptive.samples.to_string()),
@@ -428,7 +432,8 @@ impl<'a> Measurement<'a> {
 
 fn job(args: &RealtimeArgs, scene: &Scene, camera: Camera, integrator: Integrator) -> Job {
     let (width, height) = (args.width, args.height);
-    Job { camera, width, height, integrator, ..Job::for_scene(scene) }
+    let sampler = args.sampler;
+    Job { camera, width, height, integrator, sampler, ..Job::for_scene(scene) }
 }
 
 fn view(args: &RealtimeArgs, scene: &Scene, camera: Camera, integrator: Integrator) -> View {

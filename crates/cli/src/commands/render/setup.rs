@@ -1,11 +1,11 @@
 //! From arguments to a picture: environment, camera, integrator, limits.
 
 use super::parsing::parse_vector;
-use super::{HighlightsName, IntegratorName, RenderArgs, SamplerName, VisibilityName};
+use super::{HighlightsName, IntegratorName, RenderArgs, VisibilityName};
 use alhazen::{
     Adaptive, Camera, CameraPath, Daylight, DirectSettings, Environment, Highlights, HybridSettings,
-    Integrator, Job, Limits, LoadOptions, Loaded, NoisyPicture, PathSettings, Projection, Rect, SamplerKind,
-    Sampling, Visibility, add_daylight_if_dark,
+    Integrator, Job, Limits, LoadOptions, Loaded, NoisyPicture, PathSettings, Projection, Rect, Sampling,
+    Visibility, add_daylight_if_dark,
 };
 use anyhow::{Context, bail, ensure};
 use std::path::Path;
@@ -66,10 +66,7 @@ pub fn job(args: &RenderArgs, loaded: &Loaded) -> anyhow::Result<Job> {
     }
     scene_job.integrator = integrator(args, scene_job.integrator);
     scene_job.single_scatter = args.single_scatter;
-    scene_job.sampler = match args.sampler {
-        SamplerName::Sobol => SamplerKind::Sobol,
-        SamplerName::Independent => SamplerKind::Independent,
-    };
+    scene_job.sampler = args.sampler;
     scene_job.seed = args.seed;
     scene_job.aovs = args.aov.clone();
     if args.denoise.is_some() {
