@@ -12,7 +12,10 @@ use backend::{PathSettings, View};
 use optics::camera::{CameraFrame, camera_ray};
 use optics::dielectric::{dielectric_bsdf, smooth_dielectric_sample};
 use optics::frame::{frame_from_normal, to_local, to_world};
-use optics::light::{LIGHT_TRIANGLE, Light, triangle_light_sample};
+use optics::light::{
+    LIGHT_TRIANGLE, Light, LightSample, triangle_is_near, triangle_light_sample,
+    triangle_light_sample_by_area,
+};
 use optics::light_tree::{octahedral_decode, octahedral_encode};
 use optics::offset::offset_ray_origin;
 use optics::path::{PathState, path_light_contribution, roulette_survival};
@@ -303,6 +306,34 @@ pub(crate) fn choose_lights_by_place(
     }
 }
 
+/// So many near lights among those of all lanes are sampled one by one.
+const FEW_NEAR: u32 = 4;
+
+/// Lights that are triangles of one radiance.
+#[derive(Clone, Copy, Debug, Default)]
+struct TriangleLanes {
+    position: Vectors,
+    edge1: Vectors,
+    edge2: Vectors,
+    emission: Vectors,
+    two_sided: Lanes<u32>,
+}
+
+impl TriangleLanes {
+    #[inline(always)]
+    fn get(&self, lane: usize) -> Light {
+        Light {
+            kind: LIGHT_TRIANGLE,
+            position: self.position.get(lane),
+            edge1: self.edge1.get(lane),
+            edge2: self.edge2.get(lane),
+            emission: self.emission.get(lane),
+            size: 0.0,
+            two_sided: self.two_sided.0[lane] != 0,
+        }
+    }
+}
+
 /// Samples the light that each lane has chosen. The tables hold nothing but triangle lights without textures.
 #[inline(always)]
 pub(crate) fn sample_triangle_lights(
@@ -312,42 +343,63 @@ pub(crate) fn sample_triangle_lights(
     u: &Pairs,
     out: &mut LightLanes,
 ) {
-    let (mut p0, mut edge1, mut edge2) = (Vectors::default(), Vectors::default(), Vectors::default());
-    let (mut emission, mut two_sided) = (Vectors::default(), Lanes::<u32>::default());
+    let mut lights = TriangleLanes::default();
     for lane in 0..LANES {
         let light = &tables.lights[chosen.index.0[lane] as usize].light;
-        p0.set(lane, light.position);
-        edge1.set(lane, light.edge1);
-        edge2.set(lane, light.edge2);
-        emission.set(lane, light.emission);
-        two_sided.0[lane] = u32::from(light.two_sided);
+        lights.position.set(lane, light.position);
+        lights.edge1.set(lane, light.edge1);
+        lights.edge2.set(lane, light.edge2);
+        lights.emission.set(lane, light.emission);
+        lights.two_sided.0[lane] = u32::from(light.two_sided);
+    }
+    let mut near = Lanes::<u32>::default();
+    for lane in 0..LANES {
+        let light = lights.get(lane);
+        let to_first = light.position - v.position.get(lane);
+        near.0[lane] = u32::from(triangle_is_near(to_first, light.edge1, light.edge2));
+    }
+    // Vector instructions do for all lanes what one of them needs, and a solid angle costs as much as all the rest: few near lanes
+    // are quicker one by one.
+    if near.0.iter().sum::<u32>() > FEW_NEAR {
+        for lane in 0..LANES {
+            connect_triangle(v, &lights, chosen, u, lane, triangle_light_sample, out);
+        }
+        return;
     }
     for lane in 0..LANES {
-        let light = Light {
-            kind: LIGHT_TRIANGLE,
-            position: p0.get(lane),
-            edge1: edge1.get(lane),
-            edge2: edge2.get(lane),
-            emission: emission.get(lane),
-            size: 0.0,
-            two_sided: two_sided.0[lane] != 0,
-        };
-        let position = v.position.get(lane);
-        let sample = triangle_light_sample(light, position, vec2f(chosen.remainder.0[lane], u.y.0[lane]));
-        let cos_shading = dot(sample.wi, v.shading_normal.get(lane));
-        let above = dot(sample.wi, v.normal.get(lane)) > 0.0 && cos_shading > 0.0;
-        let pdf = pdf_cosine_hemisphere(cos_shading);
-        let value = BsdfValue { value_cos: v.color.get(lane) * pdf, pdf };
-        let light_pdf = if above { sample.pdf * chosen.probability.0[lane] } else { 0.0 };
-        let contribution =
-            path_light_contribution(v.throughput.get(lane), value, sample.radiance, light_pdf, false);
-        out.wi.set(lane, sample.wi);
-        let origin = offset_ray_origin(position, v.normal.get(lane), v.extent.0[lane]);
-        // The offset goes a part of the way: a ray of the whole length would end beyond a near light.
-        out.distance.0[lane] = sample.distance - dot(origin - position, sample.wi);
-        out.contribution.set(lane, contribution);
-        out.origin.set(lane, origin);
+        connect_triangle(v, &lights, chosen, u, lane, triangle_light_sample_by_area, out);
     }
+    for lane in (0..LANES).filter(|&lane| near.0[lane] != 0) {
+        connect_triangle(v, &lights, chosen, u, lane, triangle_light_sample, out);
+    }
+}
+
+/// What a lane's light brings it by what `sample` chooses of the light.
+#[inline(always)]
+fn connect_triangle(
+    v: &Vertices,
+    lights: &TriangleLanes,
+    chosen: &ChoiceLanes,
+    u: &Pairs,
+    lane: usize,
+    sample: impl Fn(Light, Vec3f, Vec2f) -> LightSample,
+    out: &mut LightLanes,
+) {
+    let position = v.position.get(lane);
+    let sample = sample(lights.get(lane), position, vec2f(chosen.remainder.0[lane], u.y.0[lane]));
+    let cos_shading = dot(sample.wi, v.shading_normal.get(lane));
+    let above = dot(sample.wi, v.normal.get(lane)) > 0.0 && cos_shading > 0.0;
+    let pdf = pdf_cosine_hemisphere(cos_shading);
+    let value = BsdfValue { value_cos: v.color.get(lane) * pdf, pdf };
+    let light_pdf = if above { sample.pdf * chosen.probability.0[lane] } else { 0.0 };
+    let contribution =
+        path_light_contribution(v.throughput.get(lane), value, sample.radiance, light_pdf, false);
+    out.wi.set(lane, sample.wi);
+    let origin = offset_ray_origin(position, v.normal.get(lane), v.extent.0[lane]);
+    // The offset goes a part of the way: a ray of the whole length would end beyond a near light.
+    out.distance.0[lane] = sample.distance - dot(origin - position, sample.wi);
+    out.contribution.set(lane, contribution);
+    out.origin.set(lane, origin);
 }
 
 /// Samples the cosine lobe of every lane.

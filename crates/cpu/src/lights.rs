@@ -130,7 +130,7 @@ pub(crate) fn surface_light_pdf(
     }
     let light = &scene.tables.lights[s.light as usize].light;
     let pdf = match light.kind {
-        LIGHT_TRIANGLE => triangle_light_pdf(light.edge1, light.edge2, wi, distance),
+        LIGHT_TRIANGLE => triangle_light_pdf(light.position - from, light.edge1, light.edge2, wi, distance),
         LIGHT_SPHERE => sphere_light_pdf(light.position, light.size, from),
         _ => 0.0,
     };

@@ -44,7 +44,7 @@ pub use display::tonemap::tonemap;
 pub use geometry::{camera::camera, frame::frame, intersect::intersect, offset::offset, shape::shape};
 pub use lights::{falloff::falloff, light::light, profile::light_profile, sky::sky, tree::light_tree};
 pub use realtime::{allocation::allocation, edge_stops::edge_stops, history::history, signal::signal};
-pub use sampling::{random::random, rounds::rounds, warp::warp};
+pub use sampling::{random::random, rounds::rounds, spherical_triangle::spherical_triangle, warp::warp};
 pub use surface::{
     anisotropic::anisotropic, bsdf::bsdf, dielectric::dielectric, fresnel::fresnel, ggx::ggx, glossy::glossy,
     iridescence::iridescence, layered::layered, lobes::lobes, pattern::pattern, phong::phong,

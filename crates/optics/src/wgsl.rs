@@ -70,6 +70,7 @@ mod everything {
     use crate::sheen::*;
     use crate::signal::*;
     use crate::sky::*;
+    use crate::spherical_triangle::*;
     use crate::tonemap::*;
     use crate::volume::*;
     use crate::warp::*;
@@ -112,6 +113,7 @@ mod surfaces {
     use crate::sheen::*;
     use crate::signal::*;
     use crate::sky::*;
+    use crate::spherical_triangle::*;
     use crate::tonemap::*;
     use crate::warp::*;
 }
@@ -148,6 +150,7 @@ mod plain {
     use crate::shape::*;
     use crate::signal::*;
     use crate::sky::*;
+    use crate::spherical_triangle::*;
     use crate::tonemap::*;
     use crate::warp::*;
 }

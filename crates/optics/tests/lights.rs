@@ -147,7 +147,7 @@ fn triangle_samples_lie_on_the_triangle_with_the_density_of_hits() {
             assert!(length(p + s.wi * s.distance - at) < 1e-5 * s.distance, "{s:?} misses its point {at:?}");
             assert!(s.barycentrics.x >= 0.0 && s.barycentrics.y >= 0.0);
             assert!(s.barycentrics.x + s.barycentrics.y <= 1.0 + 1e-6);
-            let pdf = triangle_light_pdf(lamp.edge1, lamp.edge2, s.wi, s.distance);
+            let pdf = triangle_light_pdf(lamp.position - p, lamp.edge1, lamp.edge2, s.wi, s.distance);
             assert_close("density of a triangle", f64::from(pdf), f64::from(s.pdf), 1e-5);
             assert!(!s.delta && s.radiance.y == 3.0);
         }

@@ -18,6 +18,7 @@ use optics::path::PathState;
 use optics::random::PixelSampler;
 use optics::scatter::{Bsdf, BsdfSample, BsdfValue, black_bsdf};
 use optics::sheen::MIN_SHEEN_ALPHA;
+use optics::spherical_triangle::{SphericalTriangle, spherical_triangle_new};
 use optics::volume::Medium;
 use optics::{Vec2f, Vec3f, vec2f, vec3f};
 use testkit::Random;
@@ -272,6 +273,16 @@ pub fn light(i: &mut Inputs) -> Light {
         emission: radiance(i),
         size: i.between(0.01, 0.5),
         two_sided: flag(i),
+    }
+}
+
+/// A triangle that can be sampled by solid angle.
+pub fn spherical_triangle(i: &mut Inputs) -> SphericalTriangle {
+    loop {
+        let seen = spherical_triangle_new(point(i) - point(i), point(i), point(i));
+        if seen.solid_angle > 0.0 {
+            return seen;
+        }
     }
 }
 

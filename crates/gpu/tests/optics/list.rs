@@ -165,6 +165,7 @@ functions! {
     math::mean_component(v: signed_color) within CANCELLING;
     math::luminance(c: signed_color) within ROUNDING;
     math::cos_sin_turns(turns: turns) within ROUNDING;
+    math::upper_angle_turns(x: real, y: size) within ROUNDING;
     math::is_finite(x: anything) within EXACT;
     math::is_finite3(v: anything3) within EXACT;
     math::power_heuristic(pdf_a: density, pdf_b: density) within ROUNDING;
@@ -181,6 +182,9 @@ functions! {
     random::laine_karras(x: bits, seed: bits) within EXACT;
     random::sobol_second_reversed(index: bits) within EXACT;
     random::sample_2d(s: sampler, pair: index) within ROUNDING;
+    // sampling/spherical_triangle.rs
+    spherical_triangle::spherical_triangle_new(to_first: far_point, edge1: point, edge2: point) within CANCELLING;
+    spherical_triangle::sample_spherical_triangle(t: spherical_triangle, u: unit2) within ROOTS;
     // sampling/warp.rs
     warp::sample_disk(u: unit2) within ROUNDING;
     warp::sample_cosine_hemisphere(u: unit2) within ROUNDING;
@@ -333,7 +337,10 @@ functions! {
     falloff::falloff_factor(coefficients: falloff, distance: size) within ROUNDING;
     falloff::falloff_distance(coefficients: falloff, ratio: size) within CANCELLING;
     light::triangle_light_sample(light: light, p: point, u: unit2) within CANCELLING;
-    light::triangle_light_pdf(edge1: point, edge2: point, wi: direction, distance: size) within CANCELLING;
+    light::triangle_is_near(to_first: far_point, edge1: point, edge2: point) within SIDES;
+    light::triangle_light_sample_by_area(light: light, p: point, u: unit2) within CANCELLING;
+    light::triangle_light_at(light: light, p: point, barycentrics: unit2, pdf: unit) within CANCELLING;
+    light::triangle_light_pdf(to_first: far_point, edge1: point, edge2: point, wi: direction, distance: size) within CANCELLING;
     light::sphere_one_minus_cos(distance2_to_center: positive, radius: share) within ROUNDING;
     light::sphere_light_sample(light: light, p: point, u: unit2) within CANCELLING;
     light::sphere_light_pdf(center: far_point, radius: share, p: point) within ROUNDING;

@@ -98,6 +98,9 @@ structures! {
     LightReach in light { center, radius }
     LightSample in light { wi, distance, radiance, pdf, delta, barycentrics }
     LightGroup in light_tree { center, radius, intensity, axis, cos_spread, sin_spread, cos_emission, back }
+    SphericalTriangle in spherical_triangle {
+        a, b, c, nearness, volume, one_plus_ab, ac_plus_bc, half_turns, solid_angle,
+    }
     ProfileCell in light_profile { first, second, third, fourth, down, across }
     LightBranch in light_tree { second, probability, remainder }
     Medium in volume { absorption, scattering, emission, anisotropy }

@@ -10,6 +10,7 @@ pub mod light {
     use crate::falloff::*;
     use crate::frame::*;
     use crate::math::*;
+    use crate::spherical_triangle::*;
     use crate::warp::*;
     use wgsl_rs::std::*;
 
@@ -25,6 +26,13 @@ pub mod light {
     pub const LIGHT_DIRECTIONAL: u32 = 4u32;
     /// An environment image. Sampled by its own table, not here.
     pub const LIGHT_ENVIRONMENT: u32 = 5u32;
+
+    /// A triangle is near, and sampled by solid angle, if the squared distance to its centroid is less than this share of its longest
+    /// edge's square; beyond, it is sampled by area.
+    ///
+    /// Samples uniform over the area have a density over solid angle that goes with the cube of distance. From this distance on, it
+    /// differs by a factor of two from corner to corner of a triangle that faces the receiver, and the cheaper way is as good.
+    pub const NEAR_TRIANGLE: f32 = 0.5;
 
     /// One light, world space.
     #[derive(Clone, Copy, Debug, PartialEq)]
@@ -130,18 +138,52 @@ pub mod light {
         LightReach { center: center, radius: min(radius, FAR) }
     }
 
-    /// Uniform over the triangle's area, with the density converted to solid angle.
+    /// Whether a triangle is so near that it is sampled by solid angle, if that is possible.
+    ///
+    /// - `to_first`: from the receiver to the first vertex. `edge1`, `edge2`: from there to the others.
+    pub fn triangle_is_near(to_first: Vec3f, edge1: Vec3f, edge2: Vec3f) -> bool {
+        let to_centroid = to_first + (edge1 + edge2) * (1.0 / 3.0);
+        let edge3 = edge2 - edge1;
+        let longest2 = max(max(dot(edge1, edge1), dot(edge2, edge2)), dot(edge3, edge3));
+        dot(to_centroid, to_centroid) < NEAR_TRIANGLE * longest2
+    }
+
+    /// Uniform over the solid angle of a triangle that is near, else over its area.
     pub fn triangle_light_sample(light: Light, p: Vec3f, u: Vec2f) -> LightSample {
-        let b = sample_triangle(u);
-        let to_light = light.position + light.edge1 * b.x + light.edge2 * b.y - p;
+        let to_first = light.position - p;
+        if triangle_is_near(to_first, light.edge1, light.edge2) {
+            let seen = spherical_triangle_new(to_first, light.edge1, light.edge2);
+            if seen.solid_angle > 0.0 {
+                return triangle_light_at(
+                    light,
+                    p,
+                    sample_spherical_triangle(seen, u),
+                    1.0 / seen.solid_angle,
+                );
+            }
+        }
+        triangle_light_sample_by_area(light, p, u)
+    }
+
+    /// Uniform over the triangle's area, with the density converted to solid angle.
+    pub fn triangle_light_sample_by_area(light: Light, p: Vec3f, u: Vec2f) -> LightSample {
+        triangle_light_at(light, p, sample_triangle(u), 0.0)
+    }
+
+    /// The sample of a triangle at a point of it, given by the barycentric weights of the second and third vertex.
+    ///
+    /// - `pdf`: density over solid angle with which the point was chosen; 0: it was uniform over the area.
+    pub fn triangle_light_at(light: Light, p: Vec3f, barycentrics: Vec2f, pdf: f32) -> LightSample {
+        let to_light = light.position + light.edge1 * barycentrics.x + light.edge2 * barycentrics.y - p;
         let distance2 = dot(to_light, to_light);
         let distance = sqrt(distance2);
         // Twice the area times the front normal.
         let normal2 = cross(light.edge1, light.edge2);
         let facing = -dot(normal2, to_light);
-        let pdf = distance2 * distance * 2.0 / abs(facing);
+        let density = select(pdf, distance2 * distance * 2.0 / abs(facing), pdf <= 0.0);
         // Edge-on, without area or at the receiver: the density has no finite value.
-        let shines = (facing > 0.0 || light.two_sided) && facing != 0.0 && distance2 > 0.0 && is_finite(pdf);
+        let shines =
+            (facing > 0.0 || light.two_sided) && facing != 0.0 && distance2 > 0.0 && is_finite(density);
         if !shines {
             return no_light_sample();
         }
@@ -149,16 +191,23 @@ pub mod light {
             wi: to_light * (1.0 / distance),
             distance: distance,
             radiance: light.emission,
-            pdf: pdf,
+            pdf: density,
             delta: false,
-            barycentrics: b,
+            barycentrics: barycentrics,
         }
     }
 
     /// Density over solid angle with which [`triangle_light_sample`] finds a point of the triangle.
     ///
-    /// - `edge1`, `edge2`: the triangle's edges from one vertex. `wi`: unit direction towards it. `distance`: to the point.
-    pub fn triangle_light_pdf(edge1: Vec3f, edge2: Vec3f, wi: Vec3f, distance: f32) -> f32 {
+    /// - `to_first`: from the receiver to the first vertex. `edge1`, `edge2`: from there to the others.
+    /// - `wi`: unit direction towards the point. `distance`: to the point.
+    pub fn triangle_light_pdf(to_first: Vec3f, edge1: Vec3f, edge2: Vec3f, wi: Vec3f, distance: f32) -> f32 {
+        if triangle_is_near(to_first, edge1, edge2) {
+            let solid_angle = spherical_triangle_new(to_first, edge1, edge2).solid_angle;
+            if solid_angle > 0.0 {
+                return 1.0 / solid_angle;
+            }
+        }
         let projected = abs(dot(cross(edge1, edge2), wi));
         distance * distance * 2.0 / max(projected, 1e-20)
     }
