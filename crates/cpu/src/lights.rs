@@ -70,7 +70,7 @@ pub(crate) fn choose_by_place(
 pub(crate) fn sample_one_light(scene: &CpuScene, index: u32, p: Vec3f, u: [f32; 2]) -> LightSample {
     let record = &scene.tables.lights[index as usize];
     if record.light.kind == LIGHT_ENVIRONMENT {
-        return sample_environment(scene, u);
+        return sample_environment(scene, p, u);
     }
     let mut sample = light_sample(record.light, p, vec2f(u[0], u[1]));
     // A disc that is not seen cannot be found by chance: its samples count in full.
@@ -93,9 +93,9 @@ fn profile_at(tables: &SceneTables, record: &LightRecord, direction: Vec3f) -> f
     profile_mix(cell, value(cell.first), value(cell.second), value(cell.third), value(cell.fourth))
 }
 
-fn sample_environment(scene: &CpuScene, u: [f32; 2]) -> LightSample {
+fn sample_environment(scene: &CpuScene, p: Vec3f, u: [f32; 2]) -> LightSample {
     let environment = &scene.tables.environment;
-    let (wi, pdf) = environment.sample(u);
+    let (wi, pdf) = environment.sample(p, u);
     let barycentrics = vec2f(0.0, 0.0);
     LightSample { wi, distance: FAR, radiance: environment.radiance(wi), pdf, delta: false, barycentrics }
 }
@@ -147,13 +147,13 @@ pub(crate) struct Distant {
     pub pdf: f32,
 }
 
-/// Calls `found` with each source that is seen infinitely far away in unit direction `wi`.
-pub(crate) fn for_each_distant(scene: &CpuScene, wi: Vec3f, mut found: impl FnMut(Distant)) {
+/// Calls `found` with each source that is seen infinitely far away from `from` in unit direction `wi`.
+pub(crate) fn for_each_distant(scene: &CpuScene, from: Vec3f, wi: Vec3f, mut found: impl FnMut(Distant)) {
     let tables = &*scene.tables;
     let environment = &tables.environment;
     let mut pdf = 0.0;
     if environment.light != NONE {
-        pdf = environment.pdf(wi) * tables.light_alias[environment.light as usize].probability;
+        pdf = environment.pdf(from, wi) * tables.light_alias[environment.light as usize].probability;
     }
     found(Distant { radiance: environment.radiance(wi), pdf });
     for &index in &scene.visible_discs {
@@ -168,6 +168,7 @@ pub(crate) fn for_each_distant(scene: &CpuScene, wi: Vec3f, mut found: impl FnMu
 /// Radiance of everything infinitely far away in a direction.
 pub(crate) fn distant_radiance(scene: &CpuScene, wi: Vec3f) -> Vec3f {
     let mut sum = vec3f(0.0, 0.0, 0.0);
-    for_each_distant(scene, wi, |d| sum += d.radiance);
+    // What is seen of portals from anywhere says something of densities only.
+    for_each_distant(scene, vec3f(0.0, 0.0, 0.0), wi, |d| sum += d.radiance);
     sum
 }

@@ -33,6 +33,8 @@ pub struct Variant {
     pub light_tree: bool,
     /// Whether any light has a profile.
     pub profiles: bool,
+    /// Whether the environment is sampled through portals.
+    pub portals: bool,
     /// Whether there are ends of media that are no surfaces.
     pub boundaries: bool,
     /// Whether the shader's paths know what they are in. What does not know it sees through boundaries.
@@ -53,10 +55,11 @@ impl Variant {
             boundaries: i & 64 != 0,
             volumes: i & 128 != 0,
             profiles: i & 256 != 0,
+            portals: i & 512 != 0,
             images: 0,
         };
         let with_images = move |i: u32| Self { images: 16, ..of(i) };
-        (0..8).chain([8, 16, 32, 63, 65, 192, 256, 511]).map(of).chain([0, 511].map(with_images))
+        (0..8).chain([8, 16, 32, 63, 65, 192, 256, 512, 1023]).map(of).chain([0, 1023].map(with_images))
     }
 }
 
@@ -130,6 +133,7 @@ fn constants(variant: Variant) -> String {
     let _ = writeln!(text, "const SPLITS_PATHS: bool = {};", variant.splitting);
     let _ = writeln!(text, "const LIGHT_TREE: bool = {};", variant.light_tree);
     let _ = writeln!(text, "const SCENE_HAS_PROFILES: bool = {};", variant.profiles);
+    let _ = writeln!(text, "const SCENE_HAS_PORTALS: bool = {};", variant.portals);
     let _ = writeln!(text, "const FOLLOWS_VOLUMES: bool = {};", variant.volumes);
     let _ = writeln!(text, "const HIDES_BOUNDARIES: bool = {};", variant.boundaries && !variant.volumes);
     text

@@ -42,7 +42,9 @@ mod transport;
 pub use base::{constants::constants, math::math};
 pub use display::tonemap::tonemap;
 pub use geometry::{camera::camera, frame::frame, intersect::intersect, offset::offset, shape::shape};
-pub use lights::{falloff::falloff, light::light, profile::light_profile, sky::sky, tree::light_tree};
+pub use lights::{
+    falloff::falloff, light::light, portal::portal, profile::light_profile, sky::sky, tree::light_tree,
+};
 pub use realtime::{allocation::allocation, edge_stops::edge_stops, history::history, signal::signal};
 pub use sampling::{random::random, rounds::rounds, spherical_triangle::spherical_triangle, warp::warp};
 pub use surface::{

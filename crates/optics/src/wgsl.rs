@@ -63,6 +63,7 @@ mod everything {
     use crate::path::*;
     use crate::pattern::*;
     use crate::phong::*;
+    use crate::portal::*;
     use crate::random::*;
     use crate::rounds::*;
     use crate::scatter::*;
@@ -107,6 +108,7 @@ mod surfaces {
     use crate::path::*;
     use crate::pattern::*;
     use crate::phong::*;
+    use crate::portal::*;
     use crate::random::*;
     use crate::scatter::*;
     use crate::shape::*;
@@ -145,6 +147,7 @@ mod plain {
     use crate::path::*;
     use crate::pattern::*;
     use crate::phong::*;
+    use crate::portal::*;
     use crate::random::*;
     use crate::scatter::*;
     use crate::shape::*;

@@ -2,6 +2,7 @@
 //! they were made of can be had back.
 
 use optics::light::{LIGHT_TRIANGLE, Light, triangle_is_near, triangle_light_pdf, triangle_light_sample};
+use optics::portal::triangle_is_passed;
 use optics::spherical_triangle::*;
 use optics::warp::sample_triangle;
 use optics::{Vec2f, Vec3f, vec2f, vec3f};
@@ -221,6 +222,24 @@ fn degenerate_triangles_give_finite_samples() {
             assert!(b.x >= 0.0 && b.y >= 0.0 && b.x + b.y <= 1.0 + 1e-6, "{t:?}, {u:?}: {s:?}");
             let pdf = triangle_light_pdf(t.to_first, t.edge1, t.edge2, s.wi, s.distance);
             assert!(pdf >= 0.0 && !pdf.is_nan(), "{t:?}, {u:?}: density {pdf}");
+        }
+    }
+}
+
+/// What is passed is what is sampled: rays through points of the triangle, and none through points beside it or behind.
+#[test]
+fn rays_pass_triangles_within_their_edges() {
+    let mut random = Random::new(41);
+    for t in triangles() {
+        for _ in 0..500 {
+            let b = [random.uniform() * 2.0 - 0.5, random.uniform() * 2.0 - 0.5];
+            let margin = b[0].min(b[1]).min(1.0 - b[0] - b[1]);
+            let wi = unit(t.at(b)).map(|c| c as f32);
+            let passes = |s: f32| {
+                triangle_is_passed(t.to_first, t.edge1, t.edge2, vec3f(s * wi[0], s * wi[1], s * wi[2]))
+            };
+            assert!(passes(1.0) == (margin > 0.0) || margin.abs() < 1e-3, "{t:?} at {b:?}");
+            assert!(!passes(-1.0), "{t:?} lies behind");
         }
     }
 }

@@ -43,6 +43,7 @@ fn modules() -> Vec<(&'static str, String)> {
         path: optics::path,
         pattern: optics::pattern,
         phong: optics::phong,
+        portal: optics::portal,
         random: optics::random,
         rounds: optics::rounds,
         scatter: optics::scatter,

@@ -22,6 +22,7 @@ pub mod merge;
 pub mod mesh;
 pub mod normals;
 pub mod photometry;
+pub mod portal;
 pub mod report;
 pub mod settings;
 pub mod shapes;
@@ -45,6 +46,7 @@ pub use material::{
 pub use medium::{DensityGrid, Fog, Medium};
 pub use mesh::{Instance, Mesh, Part, Shape, Sphere, TriangleMesh};
 pub use photometry::{LightProfile, Photometry};
+pub use portal::{Portal, PortalError};
 pub use report::{LoadReport, Note, Severity};
 pub use settings::{RenderDefaults, ToneMapper};
 pub use subsurface::Subsurface;
@@ -84,6 +86,8 @@ pub struct Scene {
     pub cameras: Vec<Camera>,
     /// Light from infinitely far away.
     pub environment: Environment,
+    /// Where that light comes in. None where it comes from everywhere.
+    pub portals: Vec<Portal>,
     /// What fills the space between bodies; `None` is vacuum.
     pub fog: Option<Fog>,
     /// What the file says about how it wants to be rendered; the command line overrides it.

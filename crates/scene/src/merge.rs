@@ -29,6 +29,7 @@ impl Scene {
     /// Appends everything that stands in `other`, with its indices moved; returns where it went.
     ///
     /// An environment image comes along as an image, but `self` keeps its own name, environment and render defaults.
+    /// Portals come along: light comes in there whatever light it is.
     pub fn merge(&mut self, mut other: Scene) -> Merged {
         let offsets = Offsets {
             meshes: self.meshes.len() as u32,
@@ -40,6 +41,7 @@ impl Scene {
             cameras: self.cameras.len() as u32,
         };
         offsets.apply(&mut other);
+        self.portals.append(&mut other.portals);
         Merged {
             meshes: append(&mut self.meshes, other.meshes),
             instances: append(&mut self.instances, other.instances),

@@ -220,9 +220,32 @@ fn environment_maps_are_turned() {
     );
 }
 
+/// Four points of the world, which is mirrored at x = 0.
+#[test]
+fn environments_have_portals() {
+    let text =
+        "WorldBegin LightSource \"infinite\" \"rgb L\" [1 1 1] \"point3 portal\" [1 0 0 3 0 0 3 1 0 1 1 0]";
+    let scene = load(text).scene;
+    let corners = scene.portals[0].corners();
+    assert_eq!(
+        (scene.portals.len(), corners[0], corners[2]),
+        (1, vec3(-1.0, 0.0, 0.0), vec3(-3.0, 1.0, 0.0))
+    );
+}
+
 #[test]
 fn errors_name_the_line() {
     for (text, line, message) in [
+        (
+            "WorldBegin\nLightSource \"infinite\" \"point3 portal\" [0 0 0 1 0 0 1 1 0 0 1 1]",
+            2,
+            "the portal is not flat",
+        ),
+        (
+            "WorldBegin\nLightSource \"infinite\" \"point3 portal\" [0 0 0 1 0 0 1 1 0]",
+            2,
+            "the portal of an infinite light needs four points",
+        ),
         (
             "WorldBegin\nShape \"trianglemesh\" \"point3 P\" [0 0 0] \"integer indices\" [0 1 2]",
             2,

@@ -106,6 +106,14 @@ fn errors_name_the_object_and_the_value() {
         ("[[shape]]\nname = \"ball\"\nkind = \"shpere\"", "shape 1 `ball`: unknown kind `shpere`"),
         ("[[shape]]\nkind = \"sphere\"\nradius = -2", "`radius` must be positive, it is -2"),
         ("[[shape]]\nkind = \"sphere\"\nmaterial = \"glas\"\n[materials.glass]", "no material `glas`"),
+        (
+            "[environment]\ncolor = 1\nportals = [{ corners = [[0, 0, 0], [1, 0, 0], [1, 2, 1], [0, 2, 0]] }]",
+            "`portals`, number 1: the portal is not flat: a corner is",
+        ),
+        (
+            "[environment]\ncolor = 1\nportals = [{ corners = [[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]] }]",
+            "`portals`, number 1: the portal has no area",
+        ),
         ("[[shape]]\nkind = \"icosphere\"\nlevel = 30", "`level` must be between 0 and 9, it is 30"),
         ("[[shape]]\nkind = \"grid\"\ndivisions = [8000, 8000]", "64000000"),
         ("[[shape]]\nkind = \"quad\"\ncorners = [[0, 0, 0]]", "four points"),
@@ -339,6 +347,12 @@ fn environments_are_what_they_say() {
     assert_eq!(parsed("").scene.environment, Environment::Black);
     let constant = parsed("[environment]\ncolor = [1, 2, 3]\nintensity = 2").scene.environment;
     assert_eq!(constant, Environment::Constant(Vec3::new(2.0, 4.0, 6.0)));
+    let window =
+        "[environment]\ncolor = 1\nportals = [{ corners = [[0, 0, 0], [1, 0, 0], [1, 2, 0], [0, 2, 0]] }]";
+    let portals = parsed(window).scene.portals;
+    assert_eq!((portals.len(), portals[0].area()), (1, 2.0));
+    let table = "[environment]\ncolor = 1\n[[environment.portals]]\ncorners = [[0, 0, 0], [1, 0, 0], [1, 2, 0], [0, 2, 0]]";
+    assert_eq!(parsed(table).scene.portals, portals);
     let missing = parse_with("[environment]\nfile = \"missing.hdr\"", &[]).expect_err("missing");
     assert!(matches!(missing, LoadError::Read { .. }), "{missing}");
 }

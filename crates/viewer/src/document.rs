@@ -250,6 +250,7 @@ pub fn outline(scene: &Scene) -> Scene {
         lights: scene.lights.clone(),
         cameras: scene.cameras.clone(),
         environment: scene.environment.clone(),
+        portals: scene.portals.clone(),
         fog: scene.fog.clone(),
         defaults: scene.defaults.clone(),
         animations: scene.animations.iter().map(without_vertices).collect(),

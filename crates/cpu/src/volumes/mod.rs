@@ -194,7 +194,7 @@ impl<'a> VolumeTracer<'a> {
                 continue;
             }
             let Some(surface) = surface else {
-                for_each_distant(self.scene, vec3(path.ray.direction), |d| {
+                for_each_distant(self.scene, path.vertex, vec3(path.ray.direction), |d| {
                     self.radiance += path_add_emission(path.light_state(), d.radiance, d.pdf).radiance;
                 });
                 return;

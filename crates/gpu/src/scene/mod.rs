@@ -166,6 +166,7 @@ impl GpuScene {
             images: self.places.slots(),
             light_tree: !self.tables.light_tree.is_empty(),
             profiles: !self.tables.profiles.is_empty(),
+            portals: !self.tables.environment.portals.is_empty(),
             boundaries: self.tables.has_boundaries(),
             ..Variant::default()
         }
@@ -199,6 +200,10 @@ fn scene_info(tables: &SceneTables, words: &Words, places: &TexelPlaces) -> Scen
         fog_top: tables.fog.top,
         volume_flags: if tables.nested { records::VOLUMES_NEST } else { 0 }
             | if tables.has_bodies() { records::VOLUMES_BODIES } else { 0 },
+        first_portal: words.portals,
+        portal_count: environment.portals.len() as u32,
+        padding0: 0,
+        padding1: 0,
     }
 }
 

@@ -62,6 +62,10 @@ pub struct SceneInfo {
     pub fog_medium: u32,
     pub fog_top: f32,
     pub volume_flags: u32,
+    pub first_portal: u32,
+    pub portal_count: u32,
+    pub padding0: u32,
+    pub padding1: u32,
 }
 
 /// A bottom-level structure placed in the world.
@@ -251,6 +255,7 @@ pub(super) struct Words {
     pub discs: u32,
     pub disc_count: u32,
     pub row_alias: u32,
+    pub portals: u32,
     pub light_tree: u32,
     layers: u32,
     pub sheen_albedo: u32,
@@ -314,6 +319,7 @@ impl Words {
         let rows = &tables.environment.row_alias;
         let rows: Vec<u32> = rows.iter().flat_map(|e| [e.threshold.to_bits(), e.alias]).collect();
         self.row_alias = self.append(&rows);
+        self.portals = self.append(bytemuck::cast_slice(&tables.environment.portals));
         let tree = &tables.light_tree;
         self.light_tree = self.append(&[tree.probability.to_bits()]);
         self.append(&tree.places);
@@ -576,6 +582,10 @@ mod tests {
                 fog_medium,
                 fog_top,
                 volume_flags,
+                first_portal,
+                portal_count,
+                padding0,
+                padding1,
             }
         );
         assert_layout!(

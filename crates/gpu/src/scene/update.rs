@@ -51,7 +51,7 @@ fn fits<T: Pod>(buffer: &wgpu::Buffer, offset: u64, data: &[T]) -> bool {
 impl GpuScene {
     /// Takes a version of the scene in which only `changes` are new. Returns whether that was possible: where something
     /// grows beyond its buffer, an environment image or a grid of densities changes, lights become many or few, or there are
-    /// profiles of lights or boundaries of media where there were none, nothing is done, and the scene has to be uploaded again.
+    /// profiles of lights, portals or boundaries of media where there were none, nothing is done, and the scene has to be uploaded again.
     ///
     /// # Errors
     /// When the device fails.
@@ -94,10 +94,12 @@ impl GpuScene {
             && fits(&b.bindings, 0, &bindings)
             && fits(&b.materials, 0, &materials)
             && fits(&b.lights, 0, &lights);
-        // Shaders are made for lights with profiles or for none.
+        // Shaders are made for lights with profiles or for none, and for portals or none.
+        let portals_change =
+            tables.environment.portals.is_empty() != self.tables.environment.portals.is_empty();
         let profiles_change = tables.profiles.is_empty() != self.tables.profiles.is_empty();
         let densities_change = changes.materials && tables.densities != self.tables.densities;
-        if image_changes || densities_change || profiles_change || !all_fit {
+        if image_changes || densities_change || profiles_change || portals_change || !all_fit {
             return Ok(false);
         }
         let mut writes: Vec<(&wgpu::Buffer, u64, &[u8])> = vec![(&b.info, 0, bytemuck::bytes_of(&info))];

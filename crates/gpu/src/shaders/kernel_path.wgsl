@@ -28,7 +28,7 @@ fn render_pixel(pixel: vec2u, first_sample: u32) {
         }
         var alive = false;
         if hit.instance == NONE {
-            path.state = path_add_distant(path.state, path.direction);
+            path.state = path_add_distant(path.state, path.origin, path.direction);
             if WANTS_AOVS && path.state.depth == 1u {
                 record_miss(pixel, sample);
             }

@@ -134,7 +134,7 @@ fn light_group(at: u32) -> LightGroup {
 /// Samples a direction towards light `index`.
 fn sample_one_light(index: u32, p: vec3f, u: vec2f) -> LightSample {
     if lights[index].kind == LIGHT_ENVIRONMENT {
-        return sample_environment(u);
+        return sample_environment(p, u);
     }
     var light = light_sample(load_light(index), p, u);
     // A disc that is not seen cannot be found by chance: its samples count in full.
@@ -217,8 +217,8 @@ fn environment_radiance(wi: vec3f) -> vec3f {
     return top * (1.0 - fy) + bottom * fy;
 }
 
-/// Density over solid angle with which `sample_environment` chooses `wi`; 0 without an image.
-fn environment_pdf(wi: vec3f) -> f32 {
+/// Density over solid angle with which the environment image's table chooses `wi`; 0 without an image.
+fn environment_image_pdf(wi: vec3f) -> f32 {
     if scene.environment_width == 0u {
         return 0.0;
     }
@@ -232,8 +232,8 @@ fn environment_pixel_count() -> f32 {
     return f32(scene.environment_width * scene.environment_height);
 }
 
-/// Samples the environment image: first a row, then a pixel of it.
-fn sample_environment(u: vec2f) -> LightSample {
+/// A unit direction by the environment image's table, first a row, then a pixel of it; and, last, its density over solid angle.
+fn sample_environment_image(u: vec2f) -> vec4f {
     let width = scene.environment_width;
     let height = scene.environment_height;
     let row_slot = alias_slot(u.y, height);
@@ -244,20 +244,122 @@ fn sample_environment(u: vec2f) -> LightSample {
     let column = alias_choose_dithered(u.x, width, slot, bitcast<f32>(entry.x), entry.y, dither(u.y, u.x));
     let uv = vec2f((f32(column.index) + column.remainder) / f32(width), (f32(row.index) + row.remainder) / f32(height));
     let probability = environment_pixel(column.index, row.index).a;
+    let pdf = equirect_pdf(probability * environment_pixel_count(), uv.y);
+    return vec4f(equirect_to_direction(uv, scene.environment_rotation), pdf);
+}
+
+/// Half of a portal, as seen from a point.
+struct PortalTriangle {
+    to_first: vec3f,
+    edge1: vec3f,
+    edge2: vec3f,
+}
+
+fn portal_triangle(index: u32, p: vec3f) -> PortalTriangle {
+    let at = scene.first_portal + 9u * index;
+    let first = vec3f(word_f32(at), word_f32(at + 1u), word_f32(at + 2u));
+    let edge1 = vec3f(word_f32(at + 3u), word_f32(at + 4u), word_f32(at + 5u));
+    let edge2 = vec3f(word_f32(at + 6u), word_f32(at + 7u), word_f32(at + 8u));
+    return PortalTriangle(first - p, edge1, edge2);
+}
+
+/// What is seen of all portals from a point, steradians.
+fn portal_solid_angle(p: vec3f) -> f32 {
+    var sum = 0.0;
+    for (var i = 0u; i < scene.portal_count; i++) {
+        let t = portal_triangle(i, p);
+        sum += spherical_triangle_new(t.to_first, t.edge1, t.edge2).solid_angle;
+    }
+    return sum;
+}
+
+/// Halves of portals that count from `p`, in unit direction `wi`, one behind the other.
+fn portals_passed(p: vec3f, wi: vec3f) -> u32 {
+    var count = 0u;
+    for (var i = 0u; i < scene.portal_count; i++) {
+        let t = portal_triangle(i, p);
+        if triangle_is_passed(t.to_first, t.edge1, t.edge2, wi) &&
+            spherical_triangle_new(t.to_first, t.edge1, t.edge2).solid_angle > 0.0 {
+            count++;
+        }
+    }
+    return count;
+}
+
+/// A direction through a portal: a triangle in proportion to its solid angle, then uniform over that. `solid_angle`: of all, positive.
+fn sample_portals(p: vec3f, solid_angle: f32, u: vec2f) -> vec3f {
+    var left = u.x * solid_angle;
+    var chosen: PortalTriangle;
+    var seen: SphericalTriangle;
+    var rest = 0.0;
+    for (var i = 0u; i < scene.portal_count; i++) {
+        let t = portal_triangle(i, p);
+        let of_this = spherical_triangle_new(t.to_first, t.edge1, t.edge2);
+        if of_this.solid_angle <= 0.0 {
+            continue;
+        }
+        chosen = t;
+        seen = of_this;
+        rest = left;
+        if left < of_this.solid_angle {
+            break;
+        }
+        left -= of_this.solid_angle;
+    }
+    let x = clamp(rest / seen.solid_angle, 0.0, ONE_MINUS_EPSILON);
+    let at = sample_spherical_triangle(seen, vec2f(x, u.y));
+    return normalize(chosen.to_first + chosen.edge1 * at.x + chosen.edge2 * at.y);
+}
+
+/// Density over solid angle of `wi` by image and portals; `passed`: see `portals_passed`.
+fn environment_mixture(wi: vec3f, passed: u32, solid_angle: f32) -> f32 {
+    let share = image_share(scene.environment_width > 0u, solid_angle);
+    return portal_mixture(share, environment_image_pdf(wi), passed, solid_angle);
+}
+
+/// Density over solid angle with which `sample_environment` chooses `wi` at `p`.
+fn environment_pdf(p: vec3f, wi: vec3f) -> f32 {
+    if SCENE_HAS_PORTALS {
+        return environment_mixture(wi, portals_passed(p, wi), portal_solid_angle(p));
+    }
+    return environment_image_pdf(wi);
+}
+
+/// Samples the environment from `p`, by its image or through portals.
+fn sample_environment(p: vec3f, u: vec2f) -> LightSample {
     var light = no_light_sample();
-    light.wi = equirect_to_direction(uv, scene.environment_rotation);
     light.distance = FAR;
-    light.radiance = environment_radiance(light.wi);
-    light.pdf = equirect_pdf(probability * environment_pixel_count(), uv.y);
     light.delta = false;
+    if SCENE_HAS_PORTALS {
+        let solid_angle = portal_solid_angle(p);
+        let share = image_share(scene.environment_width > 0u, solid_angle);
+        let branch = light_branch(share, 1.0 - share, u.x);
+        let fresh = vec2f(branch.remainder, u.y);
+        if branch.second {
+            if solid_angle <= 0.0 {
+                return light;
+            }
+            light.wi = sample_portals(p, solid_angle, fresh);
+        } else {
+            light.wi = sample_environment_image(fresh).xyz;
+        }
+        // Rounding may put a direction outside of the triangle that it was chosen from.
+        let passed = max(portals_passed(p, light.wi), select(0u, 1u, branch.second));
+        light.pdf = environment_mixture(light.wi, passed, solid_angle);
+    } else {
+        let by_image = sample_environment_image(u);
+        light.wi = by_image.xyz;
+        light.pdf = by_image.w;
+    }
+    light.radiance = environment_radiance(light.wi);
     return light;
 }
 
-/// Adds everything that is infinitely far away in unit direction `wi` to a path that goes there.
-fn path_add_distant(path: PathState, wi: vec3f) -> PathState {
+/// Adds everything that is infinitely far away in unit direction `wi` to a path that goes there from its last vertex, `origin`.
+fn path_add_distant(path: PathState, origin: vec3f, wi: vec3f) -> PathState {
     var pdf = 0.0;
-    if scene.environment_light != NONE {
-        pdf = environment_pdf(wi) * lights[scene.environment_light].probability;
+    if scene.environment_light != NONE && !path.specular {
+        pdf = environment_pdf(origin, wi) * lights[scene.environment_light].probability;
     }
     var next = path_add_emission(path, environment_radiance(wi), pdf);
     for (var i = 0u; i < scene.disc_count; i++) {
@@ -272,5 +374,5 @@ fn path_add_distant(path: PathState, wi: vec3f) -> PathState {
 
 /// Radiance of everything infinitely far away in unit direction `wi`.
 fn distant_radiance(wi: vec3f) -> vec3f {
-    return path_add_distant(path_start(), wi).radiance;
+    return path_add_distant(path_start(), vec3f(0.0), wi).radiance;
 }

@@ -44,7 +44,7 @@ fn sample_light_at(pixel: vec2u, first: Hit, index: u32) -> SplitLight {
     var hit = first;
     loop {
         if hit.instance == NONE {
-            path.state = path_add_distant(path.state, path.direction);
+            path.state = path_add_distant(path.state, path.origin, path.direction);
             break;
         }
         let s = surface_at(path.origin, path.direction, hit);

@@ -56,6 +56,11 @@ struct SceneInfo {
     fog_top: f32,
     /// VOLUMES_… bits.
     volume_flags: u32,
+    /// Where the triangles of portals begin, in `words`, nine each: a vertex and two edges; and how many there are.
+    first_portal: u32,
+    portal_count: u32,
+    padding0: u32,
+    padding1: u32,
 }
 
 /// Bodies have priorities, and refract by what is on both of their sides.

@@ -144,7 +144,7 @@ fn advance(walk: ptr<function, VolumePath>, hits: bool, t: f32, s: Surface) -> A
         return Arrival(ARRIVES_IN_MEDIUM, position, segment.medium.anisotropy, segment.subsurface, segment.open);
     }
     if !hits {
-        (*walk).path.state = path_add_distant((*walk).path.state, direction);
+        (*walk).path.state = path_add_distant((*walk).path.state, (*walk).vertex, direction);
         return arrival;
     }
     (*walk).since_vertex += t;

@@ -59,7 +59,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_ind
             let s = surface_at(path.origin, path.direction, hit);
             alive = arrive(&path, s, hit.t, branch, &shadow);
         } else if branch == 0u {
-            path.state = path_add_distant(path.state, path.direction);
+            path.state = path_add_distant(path.state, path.origin, path.direction);
         }
         if depth == 1u {
             gathered[slot] = path.state.radiance;

@@ -349,6 +349,10 @@ functions! {
     light::point_light_sample(light: light, p: point) within ROUNDING;
     light::spot_falloff(cos_axis: signed_cosine, scale: real, offset: real) within ROUNDING;
     light::spot_falloff_parameters(cos_inner: cosine, cos_outer: cosine) within ROUNDING;
+    // lights/portal.rs
+    portal::image_share(has_image: flag, solid_angle: positive) within EXACT;
+    portal::portal_mixture(share: share, image_pdf: positive, passed: index, solid_angle: size) within ROUNDING;
+    portal::triangle_is_passed(to_first: far_point, edge1: point, edge2: point, wi: direction) within SIDES;
     // lights/profile.rs
     light_profile::profile_azimuth(axis: direction, zero: turns, direction: direction) within AZIMUTHS;
     light_profile::profile_cell(axis: direction, zero: turns, direction: direction, rows: rows, columns: columns) within CELLS;

@@ -1,6 +1,7 @@
 //! Where light comes from.
 pub mod falloff;
 pub mod light;
+pub mod portal;
 pub mod profile;
 pub mod sky;
 pub mod tree;

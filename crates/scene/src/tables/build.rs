@@ -311,10 +311,15 @@ impl SceneTables {
                 radius,
             ));
         }
-        self.environment = EnvironmentTable::new(&scene.environment, image);
-        if self.environment.width > 0 {
+        self.environment = EnvironmentTable::new(&scene.environment, image, &scene.portals);
+        let mean = self.environment.mean_luminance();
+        if !self.environment.portals.is_empty() {
+            let area = scene.portals.iter().map(crate::Portal::area).sum();
             self.environment.light = self.lights.len() as u32;
-            self.lights.push(LightRecord::environment(self.environment.mean_luminance(), radius));
+            self.lights.push(LightRecord::portals(mean, area));
+        } else if self.environment.width > 0 {
+            self.environment.light = self.lights.len() as u32;
+            self.lights.push(LightRecord::environment(mean, radius));
         }
         self.choose_lights_with(LightTree::new(&self.lights));
     }

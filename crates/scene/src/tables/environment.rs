@@ -1,8 +1,8 @@
 //! The environment as a table: constant, gradient, or an image with its sampling table.
 
-use super::AliasEntry;
 use super::alias::build_alias_table;
-use crate::{Environment, Image, Pixels};
+use super::{AliasEntry, PortalTriangle};
+use crate::{Environment, Image, Pixels, Portal};
 use optics::{Vec3f, vec3f};
 
 /// What a ray sees that leaves the scene, without the sun (which is a light).
@@ -27,13 +27,15 @@ pub struct EnvironmentTable {
     /// For each row, chooses a pixel of it; as long as `texels`. Row and pixel together are chosen with a probability
     /// near the pixel's share of the radiant power, which is what `probability` says here.
     pub alias: Vec<AliasEntry>,
-    /// Index into the lights of the environment image, or [`super::NONE`].
+    /// Halves of the portals.
+    pub portals: Vec<PortalTriangle>,
+    /// Index into the lights of the environment that can be sampled, by an image or portals, or [`super::NONE`].
     pub light: u32,
 }
 
 impl EnvironmentTable {
     /// Builds the table; `image` is the environment's image if it has one.
-    pub(super) fn new(environment: &Environment, image: Option<&Image>) -> Self {
+    pub(super) fn new(environment: &Environment, image: Option<&Image>, portals: &[Portal]) -> Self {
         let mut table = Self { light: super::NONE, ..Self::default() };
         match environment {
             Environment::Black => {}
@@ -51,6 +53,9 @@ impl EnvironmentTable {
                     table.set_image(image, *rotation / std::f32::consts::TAU, *intensity);
                 }
             }
+        }
+        if table.width > 0 || [table.horizon, table.zenith, table.ground].concat().iter().any(|&c| c > 0.0) {
+            table.portals = portals.iter().flat_map(PortalTriangle::of).collect();
         }
         table
     }
@@ -97,6 +102,10 @@ impl EnvironmentTable {
 
     /// Mean luminance over all directions.
     pub(super) fn mean_luminance(&self) -> f32 {
+        if self.width == 0 {
+            let of = |c: [f32; 3]| optics::math::luminance(vec3f(c[0], c[1], c[2]));
+            return 0.5 * of(self.ground) + 0.25 * (of(self.horizon) + of(self.zenith));
+        }
         let (mut sum, mut weights) = (0.0, 0.0);
         for (i, c) in self.texels.iter().enumerate() {
             let y = i as u32 / self.width;
@@ -140,11 +149,8 @@ impl EnvironmentTable {
         top * (1.0 - fy) + bottom * fy
     }
 
-    /// Density over solid angle with which the sampling table chooses `direction`; 0 without an image.
-    pub fn pdf(&self, direction: Vec3f) -> f32 {
-        if self.width == 0 {
-            return 0.0;
-        }
+    /// Density over solid angle with which the image's sampling table chooses `direction`. Only where there is an image.
+    pub(super) fn image_pdf(&self, direction: Vec3f) -> f32 {
         let uv = optics::sky::direction_to_equirect(direction, self.rotation);
         let x = ((uv.x * self.width as f32) as u32).min(self.width - 1);
         let y = ((uv.y * self.height as f32) as u32).min(self.height - 1);
@@ -152,8 +158,8 @@ impl EnvironmentTable {
         optics::sky::equirect_pdf(entry.probability * self.texels.len() as f32, uv.y)
     }
 
-    /// Samples a unit direction and its density over solid angle; `u`: two uniform numbers in `[0, 1)`.
-    pub fn sample(&self, u: [f32; 2]) -> (Vec3f, f32) {
+    /// Samples a unit direction by the image's table, and its density over solid angle; `u`: two uniform numbers in `[0, 1)`.
+    pub(super) fn sample_image(&self, u: [f32; 2]) -> (Vec3f, f32) {
         use optics::random::dither;
         use optics::warp::{alias_choose_dithered, alias_slot};
         let choose = |table: &[AliasEntry], u: f32, dither: f32| {
@@ -176,6 +182,9 @@ impl EnvironmentTable {
 
     /// Bytes in all arrays.
     pub(super) fn memory_bytes(&self) -> usize {
-        size_of_val(&self.texels[..]) + size_of_val(&self.alias[..]) + size_of_val(&self.row_alias[..])
+        size_of_val(&self.texels[..])
+            + size_of_val(&self.alias[..])
+            + size_of_val(&self.row_alias[..])
+            + size_of_val(&self.portals[..])
     }
 }

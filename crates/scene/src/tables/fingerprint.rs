@@ -100,12 +100,14 @@ impl Fingerprint {
             texels,
             row_alias,
             alias,
+            portals,
             light,
         } = table;
         self.records(&(horizon, zenith, ground, width, height, rotation, light));
         self.numbers(texels);
         self.numbers(row_alias);
         self.numbers(alias);
+        self.numbers(portals);
     }
 }
 
@@ -129,7 +131,7 @@ mod tests {
         let tables = load("material-grid");
         assert_eq!(tables.fingerprint(), load("material-grid").fingerprint());
         assert_eq!(tables.fingerprint().len(), 32);
-        let changes: [fn(&mut SceneTables); 10] = [
+        let changes: [fn(&mut SceneTables); 11] = [
             |t| t.positions[0][1] += 1e-7,
             |t| t.indices.swap(0, 1),
             |t| t.materials[0].roughness += 1e-6,
@@ -138,6 +140,7 @@ mod tests {
             |t| t.profiles.push(1),
             |t| t.has_alpha = !t.has_alpha,
             |t| t.environment.zenith[2] += 0.1,
+            |t| t.environment.portals.push(Default::default()),
             |t| t.bounding_sphere[3] += 1.0,
             |t| t.fog.top = 3.0,
         ];

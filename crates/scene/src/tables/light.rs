@@ -111,6 +111,12 @@ impl LightRecord {
         Self { visible: visible && one_minus_cos > 0.0, ..Self::new(light, power) }
     }
 
+    /// The environment behind portals of an `area`, m²: what comes in through them.
+    pub fn portals(mean_luminance: f32, area: f32) -> Self {
+        let power = std::f32::consts::PI * mean_luminance * area;
+        Self::new(blank(LIGHT_ENVIRONMENT, glam::Vec3::ZERO, glam::Vec3::ZERO), power)
+    }
+
     /// The environment image, whose own table samples it.
     pub fn environment(mean_luminance: f32, scene_radius: f32) -> Self {
         let sphere = 4.0 * std::f32::consts::PI;

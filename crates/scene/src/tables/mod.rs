@@ -19,6 +19,7 @@ mod light;
 mod light_tree;
 mod material;
 mod medium;
+mod portals;
 
 pub use alias::{AliasEntry, build_alias_table};
 pub use changes::Changes;
@@ -36,6 +37,7 @@ pub use material::{
     TextureSlot,
 };
 pub use medium::{FogRecord, GridRecord, MediumRecord};
+pub use portals::PortalTriangle;
 
 /// "No index".
 pub const NONE: u32 = u32::MAX;

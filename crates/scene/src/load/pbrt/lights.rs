@@ -3,7 +3,7 @@
 use super::Builder;
 use super::parameters::{Parameters, Spectrum};
 use super::state::AreaLight;
-use crate::{Environment, Image, Light, LightKind, LoadError, Pixels, load};
+use crate::{Environment, Image, Light, LightKind, LoadError, Pixels, Portal, load};
 use glam::{DAffine3, DVec3, Vec3};
 
 /// Height of the picture that an environment map is turned into, pixels.
@@ -87,7 +87,7 @@ impl Builder<'_> {
 
     fn add_environment(&mut self, p: &Parameters, mut scale: f32) -> Result<(), LoadError> {
         if !p.numbers("portal").is_empty() {
-            self.report.info(format!("{}: the portal of an environment is not used", p.place));
+            self.add_portal(p)?;
         }
         if self.environment.is_some() || self.scene.environment != Environment::Black {
             self.report.ignored(format!("{}: of several infinite lights only the last is used", p.place));
@@ -113,6 +113,24 @@ impl Builder<'_> {
         }
         (self.scene.environment, self.environment) =
             (Environment::Black, Some(PendingEnvironment { image, scale }));
+        Ok(())
+    }
+
+    /// The opening that an environment is seen through, four points in world space.
+    fn add_portal(&mut self, p: &Parameters) -> Result<(), LoadError> {
+        let corner = |c: &[f32]| {
+            let world = self.mirror.transform_point3(DVec3::new(c[0].into(), c[1].into(), c[2].into()));
+            world.as_vec3()
+        };
+        let corners: Vec<Vec3> = p.numbers("portal").chunks_exact(3).map(corner).collect();
+        let Ok(corners) = <[Vec3; 4]>::try_from(corners) else {
+            return Err(self.parser.error(&p.place, "the portal of an infinite light needs four points"));
+        };
+        let portal = Portal::new(corners).map_err(|e| self.parser.error(&p.place, e.to_string()))?;
+        self.scene.portals = vec![portal];
+        // pbrt takes all other light away; here it comes in elsewhere, too, if there is a way.
+        self.report
+            .approximated(format!("{}: light of an environment comes in beside its portal, too", p.place));
         Ok(())
     }
 

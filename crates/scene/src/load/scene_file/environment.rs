@@ -2,9 +2,9 @@
 
 use super::Builder;
 use super::document::{Context, Entry};
-use super::values::{Color, direction, within};
+use super::values::{Color, Vec3Value, direction, within};
 use crate::load::{self, LoadError};
-use crate::{Daylight, Environment, Sky, Sun, SunError};
+use crate::{Daylight, Environment, Portal, Sky, Sun, SunError};
 use glam::Vec3;
 use serde::Deserialize;
 
@@ -18,6 +18,15 @@ struct EnvironmentKeys {
     /// Degrees.
     rotation: Option<f32>,
     intensity: Option<f32>,
+    #[serde(default)]
+    portals: Vec<PortalKeys>,
+}
+
+/// An opening that the environment is seen through.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+struct PortalKeys {
+    corners: [Vec3Value; 4],
 }
 
 #[derive(Deserialize)]
@@ -67,6 +76,12 @@ impl Builder<'_> {
         let intensity = within(keys.intensity.unwrap_or(1.0), [0.0, 1e9], "intensity", &context)?;
         if keys.rotation.is_some() && keys.file.is_none() {
             return Err(context.error("`rotation` needs `file`"));
+        }
+        for (number, keys) in (1..).zip(keys.portals) {
+            let portal = Portal::new(keys.corners.map(Vec3::from));
+            self.scene
+                .portals
+                .push(portal.map_err(|e| context.error(format!("`portals`, number {number}: {e}")))?);
         }
         self.scene.environment = match (keys.color, keys.file, keys.sky, keys.daylight) {
             (Some(color), None, None, None) => Environment::Constant(color.0 * intensity),

@@ -87,6 +87,9 @@ impl Builder<'_> {
             self.scene.fog.get_or_insert(fog);
         }
         let bounds = scene.bounds();
+        if !std::mem::take(&mut scene.portals).is_empty() {
+            self.report.info(format!("{name} has portals, which count only where it is rendered by itself"));
+        }
         let merged = self.scene.merge(scene);
         self.take_environment(environment, merged.images.start as u32, &name);
         let instances = self.scene.instances.split_off(merged.instances.start);

@@ -1,0 +1,119 @@
+//! Sampling the environment through portals, and the density of all its techniques together.
+
+use super::{EnvironmentTable, NONE};
+use crate::Portal;
+use bytemuck::{Pod, Zeroable};
+use optics::light_tree::light_branch;
+use optics::portal::{image_share, portal_mixture, triangle_is_passed};
+use optics::spherical_triangle::{SphericalTriangle, sample_spherical_triangle, spherical_triangle_new};
+use optics::vector::normalize;
+use optics::{Vec3f, vec2f, vec3f};
+
+/// Half of a portal, as back ends read it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct PortalTriangle {
+    /// First vertex, world space.
+    pub first: [f32; 3],
+    /// From there to the second vertex.
+    pub edge1: [f32; 3],
+    /// From the first vertex to the third.
+    pub edge2: [f32; 3],
+}
+
+fn vector(v: [f32; 3]) -> Vec3f {
+    vec3f(v[0], v[1], v[2])
+}
+
+impl PortalTriangle {
+    /// Both halves of a portal.
+    pub(super) fn of(portal: &Portal) -> [Self; 2] {
+        let [a, b, c, d] = portal.corners();
+        [[a, b, c], [a, c, d]].map(|[a, b, c]| Self {
+            first: a.to_array(),
+            edge1: (b - a).to_array(),
+            edge2: (c - a).to_array(),
+        })
+    }
+
+    fn seen_from(&self, p: Vec3f) -> SphericalTriangle {
+        spherical_triangle_new(vector(self.first) - p, vector(self.edge1), vector(self.edge2))
+    }
+
+    /// Whether it counts from a point, and a ray in unit direction `wi` passes it.
+    fn is_passed(&self, p: Vec3f, wi: Vec3f) -> bool {
+        let (to_first, edge1, edge2) = (vector(self.first) - p, vector(self.edge1), vector(self.edge2));
+        triangle_is_passed(to_first, edge1, edge2, wi) && self.seen_from(p).solid_angle > 0.0
+    }
+}
+
+impl EnvironmentTable {
+    /// Density over solid angle with which [`EnvironmentTable::sample`] chooses unit direction `wi` at `p`; 0 where it is not sampled.
+    pub fn pdf(&self, p: Vec3f, wi: Vec3f) -> f32 {
+        if self.light == NONE {
+            return 0.0;
+        }
+        if self.portals.is_empty() {
+            return self.image_pdf(wi);
+        }
+        let passed = self.portals.iter().filter(|t| t.is_passed(p, wi)).count();
+        self.mixture(wi, passed as u32, self.portal_solid_angle(p))
+    }
+
+    /// Samples a unit direction from `p` and its density over solid angle, 0 if there is nothing to sample; `u`: two uniform numbers
+    /// in `[0, 1)`.
+    ///
+    /// By portals, a triangle is chosen in proportion to its solid angle, and then a direction uniform over that. So the density of a
+    /// direction is the number of triangles in it, one behind the other, over the sum of all solid angles.
+    pub fn sample(&self, p: Vec3f, u: [f32; 2]) -> (Vec3f, f32) {
+        if self.portals.is_empty() {
+            return self.sample_image(u);
+        }
+        let solid_angle = self.portal_solid_angle(p);
+        let share = image_share(self.width > 0, solid_angle);
+        let branch = light_branch(share, 1.0 - share, u[0]);
+        let u = [branch.remainder, u[1]];
+        if !branch.second {
+            let (wi, _) = self.sample_image(u);
+            let passed = self.portals.iter().filter(|t| t.is_passed(p, wi)).count();
+            return (wi, self.mixture(wi, passed as u32, solid_angle));
+        }
+        let Some(wi) = self.sample_portals(p, solid_angle, u) else { return (vec3f(0.0, 1.0, 0.0), 0.0) };
+        let passed = self.portals.iter().filter(|t| t.is_passed(p, wi)).count();
+        // Rounding may put a direction outside of the triangle that it was chosen from.
+        (wi, self.mixture(wi, passed.max(1) as u32, solid_angle))
+    }
+
+    fn mixture(&self, wi: Vec3f, passed: u32, solid_angle: f32) -> f32 {
+        let share = image_share(self.width > 0, solid_angle);
+        let image_pdf = if self.width > 0 { self.image_pdf(wi) } else { 0.0 };
+        portal_mixture(share, image_pdf, passed, solid_angle)
+    }
+
+    /// What is seen of all portals from a point, steradians.
+    fn portal_solid_angle(&self, p: Vec3f) -> f32 {
+        self.portals.iter().map(|t| t.seen_from(p).solid_angle).sum()
+    }
+
+    /// A unit direction through a portal.
+    fn sample_portals(&self, p: Vec3f, solid_angle: f32, [u, v]: [f32; 2]) -> Option<Vec3f> {
+        let mut left = u * solid_angle;
+        let mut chosen = None;
+        for triangle in &self.portals {
+            let seen = triangle.seen_from(p);
+            if seen.solid_angle > 0.0 {
+                chosen = Some((triangle, seen, left));
+                if left < seen.solid_angle {
+                    break;
+                }
+                left -= seen.solid_angle;
+            }
+        }
+        let (triangle, seen, left) = chosen?;
+        let u = (left / seen.solid_angle).clamp(0.0, optics::constants::ONE_MINUS_EPSILON);
+        let at = sample_spherical_triangle(seen, vec2f(u, v));
+        Some(normalize(
+            vector(triangle.first) - p + vector(triangle.edge1) * at.x + vector(triangle.edge2) * at.y,
+        ))
+    }
+}
