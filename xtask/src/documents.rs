@@ -48,3 +48,42 @@ fn pictures_and_pages_that_the_readme_shows_exist() {
         );
     }
 }
+
+/// Names in `code` of the last column of the page's tables.
+fn named_tests(page: &str) -> Vec<&str> {
+    let rows = page.lines().filter(|line| line.starts_with("| ") && line.contains("` |"));
+    rows.filter_map(|row| row.trim_end_matches(" |").rsplit(" | ").next())
+        .flat_map(|cell| cell.split('`').skip(1).step_by(2))
+        .collect()
+}
+
+/// All Rust code below `folder`, as one text.
+fn code_below(folder: &Path) -> String {
+    let mut text = String::new();
+    for entry in std::fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("readable").path();
+        if path.is_dir() && path.file_name().is_some_and(|name| name != "target") {
+            text += &code_below(&path);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            text += &std::fs::read_to_string(&path).expect("text");
+        }
+    }
+    text
+}
+
+/// Those that are no functions, and no names that a macro makes functions of.
+fn missing_tests<'a>(names: &[&'a str], code: &str) -> Vec<&'a str> {
+    let is_there =
+        |name: &str| code.contains(&format!("fn {name}(")) || code.contains(&format!("    {name}: \""));
+    names.iter().copied().filter(|name| !is_there(name)).collect()
+}
+
+#[test]
+fn tests_that_the_references_name_exist() {
+    let page = read("docs/references.md");
+    let names = named_tests(&page);
+    assert!(names.len() > 60, "only {names:?}");
+    let code = code_below(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates"));
+    assert_eq!(missing_tests(&names, &code), [""; 0], "named in docs/references.md");
+    assert_eq!(missing_tests(&["no_such_test_anywhere"], &code), ["no_such_test_anywhere"]);
+}

@@ -19,7 +19,9 @@ use optics::light::{
 use optics::light_tree::{octahedral_decode, octahedral_encode};
 use optics::offset::offset_ray_origin;
 use optics::path::{PathState, path_light_contribution, roulette_survival};
-use optics::random::{PixelSampler, dither, sample_2d, sampler_new};
+use optics::random::{
+    PixelSampler, SAMPLER_BLUE_NOISE, SAMPLER_INDEPENDENT, SAMPLER_SOBOL, dither, sample_2d, sampler_new,
+};
 use optics::scatter::BsdfValue;
 use optics::vector::dot;
 use optics::warp::{alias_choose_dithered, alias_slot, pdf_cosine_hemisphere, sample_cosine_hemisphere};
@@ -85,6 +87,16 @@ impl Pairs {
 /// Random numbers of one dimension pair for all lanes.
 #[inline(always)]
 pub(crate) fn draw(kind: u32, scramble: &Lanes<u32>, index: &Lanes<u32>, pair: u32, out: &mut Pairs) {
+    // With the kind known the lanes have no branches.
+    match kind {
+        SAMPLER_SOBOL => draw_by(SAMPLER_SOBOL, scramble, index, pair, out),
+        SAMPLER_BLUE_NOISE => draw_by(SAMPLER_BLUE_NOISE, scramble, index, pair, out),
+        _ => draw_by(SAMPLER_INDEPENDENT, scramble, index, pair, out),
+    }
+}
+
+#[inline(always)]
+fn draw_by(kind: u32, scramble: &Lanes<u32>, index: &Lanes<u32>, pair: u32, out: &mut Pairs) {
     for lane in 0..LANES {
         let sampler = PixelSampler { kind, scramble: scramble.0[lane], index: index.0[lane] };
         out.set(lane, sample_2d(sampler, pair));
@@ -118,11 +130,10 @@ impl CameraLanes {
             self.index.0[lane] = sample.index;
         }
         let kind = sampler_kind(view);
-        for lane in 0..LANES {
-            let (x, y) = (self.x.0[lane], self.y.0[lane]);
-            let sampler = sampler_new(kind, x, y, view.width, self.index.0[lane], view.seed);
-            self.scramble.0[lane] = sampler.scramble;
-            self.index.0[lane] = sampler.index;
+        match kind {
+            SAMPLER_SOBOL => self.begin(SAMPLER_SOBOL, view),
+            SAMPLER_BLUE_NOISE => self.begin(SAMPLER_BLUE_NOISE, view),
+            _ => self.begin(SAMPLER_INDEPENDENT, view),
         }
         draw(kind, &self.scramble, &self.index, PAIR_FILM, &mut self.jitter);
         if camera.lens_radius > 0.0 {
@@ -136,6 +147,17 @@ impl CameraLanes {
             let ray = camera_ray(camera, film, self.lens.get(lane));
             self.origin.set(lane, ray.origin);
             self.direction.set(lane, ray.direction);
+        }
+    }
+
+    /// Where each lane's random numbers begin.
+    #[inline(always)]
+    fn begin(&mut self, kind: u32, view: &View) {
+        for lane in 0..LANES {
+            let (x, y) = (self.x.0[lane], self.y.0[lane]);
+            let sampler = sampler_new(kind, x, y, view.width, self.index.0[lane], view.seed);
+            self.scramble.0[lane] = sampler.scramble;
+            self.index.0[lane] = sampler.index;
         }
     }
 }
