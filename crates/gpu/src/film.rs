@@ -492,6 +492,18 @@ pub(crate) fn read_mapped<T>(
     Ok(value)
 }
 
+/// For tests: all of a buffer.
+#[cfg(test)]
+pub(crate) fn read_all<T: Pod>(gpu: &Gpu, buffer: &wgpu::Buffer) -> Vec<T> {
+    let mapped = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
+    let staging = empty_buffer(gpu, "a test", buffer.size(), mapped).expect("memory");
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
+    gpu.queue.submit([encoder.finish()]);
+    let all = |bytes: &[u8]| bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect();
+    read_mapped(gpu, &staging, buffer.size(), "a test", all).expect("a device")
+}
+
 fn add_pixels(film: &mut Film, pixels: &[FilmPixel]) {
     for (stats, p) in film.pixels_mut().iter_mut().zip(pixels) {
         if p.count > 0 {

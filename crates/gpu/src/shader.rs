@@ -274,6 +274,37 @@ pub(crate) fn used_bindings(name: &str, text: &str, entry_point: &str) -> Vec<(u
     bound.filter(|(group, ..)| *group >= 2).collect()
 }
 
+/// For tests: writes a module as SPIR-V, HLSL and MSL. `function`: a name that each text has to have.
+#[cfg(test)]
+pub(crate) fn write_all_languages(
+    name: &str,
+    module: &naga::Module,
+    info: &naga::valid::ModuleInfo,
+    function: &str,
+) {
+    use naga::back::{hlsl, msl, spv};
+    let options = spv::Options { lang_version: (1, 4), ..Default::default() };
+    let words = spv::write_vec(module, info, &options, None);
+    assert!(words.is_ok_and(|w| w.len() > 1000), "{name}: SPIR-V");
+
+    let options = hlsl::Options {
+        shader_model: hlsl::ShaderModel::V6_5,
+        fake_missing_bindings: true,
+        ..Default::default()
+    };
+    let mut text = String::new();
+    let pipeline = hlsl::PipelineOptions::default();
+    hlsl::Writer::new(&mut text, &options, &pipeline)
+        .write(module, info, None)
+        .unwrap_or_else(|e| panic!("{name}: HLSL: {e}"));
+    assert!(text.contains(function), "{name}: HLSL");
+
+    let options = msl::Options { lang_version: (2, 4), fake_missing_bindings: true, ..Default::default() };
+    let (text, _) = msl::write_string(module, info, &options, &msl::PipelineOptions::default())
+        .unwrap_or_else(|e| panic!("{name}: MSL: {e}"));
+    assert!(text.contains(function), "{name}: MSL");
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -355,37 +386,6 @@ mod tests {
             let (module, info) = validate(&name, &stage::shading_text(variant));
             write_all_languages(&name, &module, &info, "accumulate");
         }
-    }
-
-    /// `function`: a name that each text has to have.
-    fn write_all_languages(
-        name: &str,
-        module: &naga::Module,
-        info: &naga::valid::ModuleInfo,
-        function: &str,
-    ) {
-        use naga::back::{hlsl, msl, spv};
-        let options = spv::Options { lang_version: (1, 4), ..Default::default() };
-        let words = spv::write_vec(module, info, &options, None);
-        assert!(words.is_ok_and(|w| w.len() > 1000), "{name}: SPIR-V");
-
-        let options = hlsl::Options {
-            shader_model: hlsl::ShaderModel::V6_5,
-            fake_missing_bindings: true,
-            ..Default::default()
-        };
-        let mut text = String::new();
-        let pipeline = hlsl::PipelineOptions::default();
-        hlsl::Writer::new(&mut text, &options, &pipeline)
-            .write(module, info, None)
-            .unwrap_or_else(|e| panic!("{name}: HLSL: {e}"));
-        assert!(text.contains(function), "{name}: HLSL");
-
-        let options =
-            msl::Options { lang_version: (2, 4), fake_missing_bindings: true, ..Default::default() };
-        let (text, _) = msl::write_string(module, info, &options, &msl::PipelineOptions::default())
-            .unwrap_or_else(|e| panic!("{name}: MSL: {e}"));
-        assert!(text.contains(function), "{name}: MSL");
     }
 
     /// What a driver's compiler refuses is an error that names the shader, and the device works on.

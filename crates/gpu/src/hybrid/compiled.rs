@@ -2,6 +2,7 @@
 
 use super::items::DrawClass;
 use super::passes::{DEPTH_FORMAT, ID_FORMAT, Pass, RASTER_BINDINGS, raster_text, slot_layout};
+use super::shafts::Shafts;
 use crate::bindings::film_layout;
 use crate::frame_pass::{FramePass, PassParts};
 use crate::shader::Variant;
@@ -9,7 +10,7 @@ use crate::tracer::Tracer;
 use crate::{Gpu, GpuError, GpuScene};
 use wgpu::ShaderStages;
 
-/// A pass for a scene and a tracer, not compiled yet.
+/// A pass for a scene and a tracer, with shafts or without, not compiled yet.
 ///
 /// # Errors
 /// When the device cannot bind what it needs.
@@ -19,13 +20,14 @@ pub(super) fn frame_pass(
     variant: Variant,
     scene: &GpuScene,
     tracer: &dyn Tracer,
+    shafts: Option<&Shafts>,
 ) -> Result<FramePass, GpuError> {
     // Whoever finishes the frame records first hits: the others need not be compiled twice.
     let variant = Variant { aovs: variant.aovs && pass == Pass::Compose, ..variant };
     let parts = PassParts {
         name: format!("hybrid {} on {}", pass.name(), tracer.kind().name()),
         entry_point: pass.entry_point(),
-        text: pass.text(&tracer.text(), variant),
+        text: pass.text(&tracer.text(), shafts.map(|shafts| &shafts.tracer), variant),
         scene: Some(scene),
         tracer: pass.traces().then_some(tracer),
         film_bindings: Some(pass.film_bindings()),

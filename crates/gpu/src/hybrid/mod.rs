@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! cull ─▶ draw ─▶ resolve ─┬▶ direct lights ───────────────┬▶ ambient occlusion ─▶ reflections ─▶ compose ─▶ film
-//!      (or: camera rays) ──┤  (or: shadow rays ─▶ lit surfaces)
+//!      (or: camera rays) ──┤  (or: tile bounds ─▶ shafts ─▶ shadow rays ─▶ lit surfaces)
 //!           cluster lights ┘
 //! ```
 //!
@@ -21,6 +21,7 @@ mod items;
 mod live;
 mod passes;
 mod projection;
+mod shafts;
 mod targets;
 
 pub use frame::HybridFrame;
@@ -44,11 +45,12 @@ use compiled::{CompiledDraws, frame_pass};
 use frame::{FrameInput, SLICES, tiles};
 use items::{DrawClass, Items, MOST_ITEMS};
 use optics::camera::CameraFrame;
+use shafts::Shafts;
 use targets::{LightWords, REFLECTING_HEAD, Targets};
 use wgpu::BufferUsages;
 
 /// Most passes of a frame.
-const FRAME_PASSES: usize = 11;
+const FRAME_PASSES: usize = 13;
 
 /// Lights from which on all are asked for before they shade. Fewer are traced where they are shaded, because a pass more takes longer
 /// than it saves with one light: see docs/performance.md.
@@ -84,6 +86,8 @@ pub struct HybridKernel {
     light_count: u32,
     /// Whether a pass asks which lights are hidden before another shades; by their number unless tests say it.
     asks_lights_first: Option<bool>,
+    /// Where shadow rays begin their walk, if not at the root.
+    shafts: Option<Shafts>,
 }
 
 /// What a scene has in group 3, whatever the picture's size.
@@ -195,7 +199,8 @@ impl HybridKernel {
         }
         let buffers = FrameBuffers::new(gpu, scene, &items)?;
         (items.items, items.parts) = (Vec::new(), Vec::new());
-        let compile = |&pass| frame_pass(gpu, pass, variant, scene, tracer);
+        let shafts = Shafts::new(scene, tracer.text_below());
+        let compile = |&pass| frame_pass(gpu, pass, variant, scene, tracer, shafts.as_ref());
         let kernel = Self {
             passes: passes.iter().map(compile).collect::<Result<_, GpuError>>()?,
             draws: CompiledDraws::new(gpu, variant, scene)?,
@@ -211,6 +216,7 @@ impl HybridKernel {
             clusters_lights: true,
             light_count: scene.tables.lights.len() as u32,
             asks_lights_first: None,
+            shafts,
         };
         gpu.guarded(|| kernel.submit_alone(gpu, |encoder| kernel.keep_instances(encoder)))
             .map_err(|reason| GpuError::Device { doing: "copying instances", reason })?;
@@ -245,10 +251,12 @@ impl HybridKernel {
     fn light_words_of(&self, size: [u32; 2], most_bytes: u64, light_samples: u32) -> LightWords {
         let [across, down] = tiles(size);
         let masks = u64::from(across) * u64::from(down) * u64::from(SLICES) * u64::from(self.light_words);
-        let all = LightWords { masks, hidden: self.light_words.saturating_mul(light_samples) };
+        let hidden = self.light_words.saturating_mul(light_samples);
+        let shafts = self.shafts.as_ref().map_or(0, |shafts| shafts.words(size));
+        let all = LightWords { masks, hidden, shafts };
         let fits = all.hidden <= MOST_HIDDEN_WORDS && all.bytes(size) <= most_bytes;
         let wanted = self.asks_lights_first.unwrap_or(self.light_count >= MANY_LIGHTS);
-        if fits && wanted { all } else { LightWords { hidden: 0, ..all } }
+        if fits && wanted { all } else { LightWords { hidden: 0, shafts: 0, ..all } }
     }
 
     /// Compiles what a frame needs and no frame before it needed.
@@ -267,6 +275,9 @@ impl HybridKernel {
     /// The passes of a frame after its first hits.
     fn shading_passes(plan: Plan, lights: LightWords) -> Vec<Pass> {
         let mut passes = match (lights.hidden > 0, plan.shadows) {
+            (true, true) if lights.shafts > 0 => {
+                vec![Pass::TileBounds, Pass::Shafts, Pass::ShadowRays, Pass::LitSurfaces]
+            }
             (true, true) => vec![Pass::ShadowRays, Pass::LitSurfaces],
             (true, false) => vec![Pass::LitSurfaces],
             (false, _) => vec![Pass::DirectLights],
@@ -334,6 +345,14 @@ impl HybridKernel {
                     self.run(encoder, clock, targets, pass, |pass| {
                         pass.dispatch_workgroups_indirect(size, 0)
                     });
+                }
+                Pass::TileBounds => {
+                    let tiles = Shafts::tiles([targets.size[0], plan.row_count]);
+                    self.compute(encoder, clock, targets, pass, tiles);
+                }
+                Pass::Shafts => {
+                    let lists = Shafts::lists([targets.size[0], plan.row_count], self.light_count);
+                    self.compute(encoder, clock, targets, pass, groups_of_64(lists));
                 }
                 _ => self.compute(encoder, clock, targets, pass, rows),
             }

@@ -1,6 +1,7 @@
 //! The passes of a frame: their texts and what they bind.
 
 use super::items::DrawClass;
+use super::shafts;
 use crate::Gpu;
 use crate::bindings::{buffer, entry};
 use crate::shader::{Variant, scene_text};
@@ -23,6 +24,10 @@ pub enum Pass {
     Resolve,
     /// First hits by rays instead.
     CameraRays,
+    /// Where the shadow rays of each tile of pixels begin.
+    TileBounds,
+    /// Where in the hierarchy they have to begin their walk.
+    Shafts,
     /// Which lights are hidden from the first surface.
     ShadowRays,
     /// Emission, the sky, and direct light from lights of which it is known whether they are hidden.
@@ -74,11 +79,13 @@ const WRITES: bool = true;
 
 impl Pass {
     /// All of them; a pass' place is its number.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 13] = [
         Self::Cull,
         Self::ClusterLights,
         Self::Resolve,
         Self::CameraRays,
+        Self::TileBounds,
+        Self::Shafts,
         Self::ShadowRays,
         Self::LitSurfaces,
         Self::DirectLights,
@@ -95,6 +102,8 @@ impl Pass {
             Self::ClusterLights => "cluster_lights",
             Self::Resolve => "resolve",
             Self::CameraRays => "camera_rays",
+            Self::TileBounds => "tile_bounds",
+            Self::Shafts => "shafts",
             Self::ShadowRays => "shadow_rays",
             Self::LitSurfaces => "lit_surfaces",
             Self::DirectLights => "direct_lights",
@@ -112,6 +121,8 @@ impl Pass {
             Self::ClusterLights => "cluster lights",
             Self::Resolve => "resolve",
             Self::CameraRays => "camera rays",
+            Self::TileBounds => "tile bounds",
+            Self::Shafts => "shafts",
             Self::ShadowRays => "shadow rays",
             Self::LitSurfaces => "lit surfaces",
             Self::DirectLights => "direct lights",
@@ -126,6 +137,7 @@ impl Pass {
     pub fn traces(self) -> bool {
         match self {
             Self::CameraRays
+            | Self::Shafts
             | Self::ShadowRays
             | Self::DirectLights
             | Self::AmbientOcclusion
@@ -133,6 +145,7 @@ impl Pass {
             Self::Cull
             | Self::ClusterLights
             | Self::Resolve
+            | Self::TileBounds
             | Self::LitSurfaces
             | Self::ListReflecting
             | Self::Compose => false,
@@ -171,6 +184,8 @@ impl Pass {
             Self::CameraRays => {
                 &[(Slot::Frame, READS), (Slot::Pixels, WRITES), (Slot::PreviousInstances, READS)]
             }
+            Self::TileBounds => &[(Slot::Frame, READS), (Slot::LightMasks, WRITES), (Slot::Pixels, WRITES)],
+            Self::Shafts => &[(Slot::Frame, READS), (Slot::LightMasks, WRITES)],
             Self::ShadowRays | Self::LitSurfaces | Self::DirectLights => &[
                 (Slot::Frame, READS),
                 (Slot::LightMasks, WRITES),
@@ -191,19 +206,35 @@ impl Pass {
         }
     }
 
-    /// The text that it is in.
-    pub fn text(self, tracer: &TracerText, variant: Variant) -> String {
+    /// Whether it is there for shafts alone.
+    fn makes_shafts(self) -> bool {
+        matches!(self, Self::TileBounds | Self::Shafts)
+    }
+
+    /// Whether it knows of shafts, where there are any.
+    fn uses_shafts(self) -> bool {
+        self.makes_shafts() || self == Self::ShadowRays
+    }
+
+    /// The text that it is in. `below`: the tracer's for walks that begin below the root, if it has one.
+    pub fn text(self, tracer: &TracerText, below: Option<&TracerText>, variant: Variant) -> String {
+        let (tracer, shafts) = match below {
+            Some(below) if self.uses_shafts() => (below, shafts::text()),
+            _ => (tracer, shafts::no_text()),
+        };
         match self {
             Self::Cull | Self::ClusterLights => cull_text(variant),
             Self::Resolve => resolve_text(variant),
             Self::Compose => compose_text(variant),
             Self::ListReflecting => listing_text(variant),
             Self::CameraRays => camera_text(tracer, variant),
-            Self::ShadowRays
+            Self::TileBounds
+            | Self::Shafts
+            | Self::ShadowRays
             | Self::LitSurfaces
             | Self::DirectLights
             | Self::AmbientOcclusion
-            | Self::Reflections => tracing_text(tracer, variant),
+            | Self::Reflections => tracing_text(tracer, &shafts, variant),
         }
     }
 }
@@ -260,7 +291,7 @@ fn listing_text(variant: Variant) -> String {
 }
 
 /// The passes that trace rays, and the one that shades what another has traced.
-fn tracing_text(tracer: &TracerText, variant: Variant) -> String {
+fn tracing_text(tracer: &TracerText, shafts: &str, variant: Variant) -> String {
     let passes = include_str!("../shaders/hybrid_tracing.wgsl");
     let lights = include_str!("../shaders/hybrid_lights.wgsl");
     let reach = include_str!("../shaders/light_reach.wgsl");
@@ -277,6 +308,7 @@ fn tracing_text(tracer: &TracerText, variant: Variant) -> String {
         PIXELS,
         REFLECTING,
         passes,
+        shafts,
         lights,
     ]
     .join("\n")
@@ -304,15 +336,18 @@ pub(super) fn slot_layout(gpu: &Gpu, bindings: &[Bound], visibility: ShaderStage
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shader::{used_bindings, validate};
-    use crate::tracer::query;
+    use crate::shader::{used_bindings, validate, write_all_languages};
+    use crate::tracer::{bvh, query};
+    use scene::tables::SceneTables;
 
-    /// Every pass binds what its shader uses, reads what it only reads, and needs no more storage buffers than a device must
-    /// have.
+    /// Every pass binds what its shader uses, reads what it only reads, needs no more storage buffers than a device must have, and can
+    /// be written for every driver.
     #[test]
     fn passes_bind_what_they_use() {
         const TRACER: usize = 3;
         const SCENE: usize = 6;
+        let scene = SceneTables::build(&testkit::scenes::assortment());
+        let below = bvh::text_below_for(&bvh::encode(&scene, accel::Quality::Fast), 1 << 27);
         for variant in [
             Variant::default(),
             Variant {
@@ -324,9 +359,14 @@ mod tests {
                 ..Variant::default()
             },
         ] {
-            for pass in Pass::ALL {
-                let name = format!("{pass:?}, {variant:?}");
-                let mut used = used_bindings(&name, &pass.text(&query::TEXT, variant), pass.entry_point());
+            let without = Pass::ALL.into_iter().filter(|p| !p.makes_shafts()).map(|pass| (pass, None));
+            let with = Pass::ALL.into_iter().filter(|p| p.uses_shafts()).map(|pass| (pass, Some(&below)));
+            for (pass, below) in without.chain(with) {
+                let name = format!("{pass:?}, {variant:?}, with shafts: {}", below.is_some());
+                let text = pass.text(&query::TEXT, below, variant);
+                let (module, info) = validate(&name, &text);
+                write_all_languages(&name, &module, &info, pass.entry_point());
+                let mut used = used_bindings(&name, &text, pass.entry_point());
                 let film = pass.film_bindings().iter().map(|&b| (2, b, true));
                 let own = pass.bindings().iter().map(|&(slot, writes)| (3, slot as u32, writes));
                 let mut bound: Vec<_> = film.chain(own).collect();

@@ -41,20 +41,23 @@ impl HybridPixel {
 /// Bytes of `Reflecting` in `shaders/hybrid_reflecting.wgsl` before its list: workgroups in three directions, and the count.
 pub(super) const REFLECTING_HEAD: u64 = 16;
 
-/// Words of 32 lights each in [`Slot::LightMasks`].
+/// Words in [`Slot::LightMasks`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct LightWords {
-    /// Of all clusters.
+    /// Of all clusters, with a bit for each light.
     pub masks: u64,
-    /// Of a pixel; 0 if lights are traced and shaded in one pass.
+    /// Of a pixel, with a bit for each light's sample; 0 if lights are traced and shaded in one pass.
     pub hidden: u32,
+    /// Of all shafts, 0 if there are none.
+    pub shafts: u64,
 }
 
 impl LightWords {
     /// Bytes of the buffer, for a picture.
     pub fn bytes(&self, [width, height]: [u32; 2]) -> u64 {
         let hidden = u64::from(width) * u64::from(height) * u64::from(self.hidden);
-        (self.masks + hidden).max(1) * size_of::<u32>() as u64
+        // Shafts are read by four words.
+        (self.masks + hidden + self.shafts).next_multiple_of(4).max(4) * size_of::<u32>() as u64
     }
 }
 
@@ -65,6 +68,9 @@ pub(super) struct Targets {
     pub ids: wgpu::TextureView,
     pub depth: wgpu::TextureView,
     pub pixels: wgpu::Buffer,
+    /// What its lights have there: see [`LightWords`].
+    #[cfg(test)]
+    pub light_masks: wgpu::Buffer,
     /// The pixels that send out reflection rays, after the size of the dispatch for them.
     pub reflecting: wgpu::Buffer,
     /// What its lights need.
@@ -101,7 +107,12 @@ impl Targets {
         let reflecting_bytes = 4 * u64::from(size[0]) * u64::from(size[1]) + REFLECTING_HEAD;
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
         let reflecting = empty_buffer(gpu, "pixels that reflect", reflecting_bytes, usage)?;
-        let masks = empty_buffer(gpu, "masks of lights", lights.bytes(size), BufferUsages::STORAGE)?;
+        let masks = empty_buffer(
+            gpu,
+            "masks of lights",
+            lights.bytes(size),
+            BufferUsages::STORAGE | BufferUsages::COPY_SRC,
+        )?;
         let count_bytes = 4 * u64::from(size[0]) * u64::from(size[1]);
         let ray_counts = empty_buffer(gpu, "rays of pixels", count_bytes, BufferUsages::STORAGE)?;
         let resource = |slot: Slot| match slot {
@@ -148,7 +159,19 @@ impl Targets {
             })
             .map_err(|reason| GpuError::Device { doing: "binding a frame", reason })?;
         let film = film.pixels.clone();
-        Ok(Self { size, ids, depth, pixels, reflecting, lights, passes, draws, film })
+        Ok(Self {
+            size,
+            ids,
+            depth,
+            pixels,
+            #[cfg(test)]
+            light_masks: masks,
+            reflecting,
+            lights,
+            passes,
+            draws,
+            film,
+        })
     }
 
     /// Whether they are for this film, and for so many lights.

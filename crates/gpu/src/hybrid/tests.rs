@@ -32,7 +32,7 @@ fn camera(kind: u32, eye: Vec3, target: Vec3, half_height: f32, lens_radius: f32
     }
 }
 
-fn view(camera: CameraFrame, integrator: Integrator) -> backend::View {
+pub(super) fn view(camera: CameraFrame, integrator: Integrator) -> backend::View {
     backend::View {
         camera,
         width: WIDTH,
@@ -48,22 +48,27 @@ fn view(camera: CameraFrame, integrator: Integrator) -> backend::View {
 }
 
 /// The whole of the assortment.
-fn overview() -> CameraFrame {
+pub(super) fn overview() -> CameraFrame {
     camera(CAMERA_PERSPECTIVE, Vec3::new(0.0, 2.2, 6.5), Vec3::new(0.0, 0.9, 0.0), 0.38, 0.0)
 }
 
-/// A device with the scene that has one of everything.
-struct Setup {
-    gpu: testkit::Exclusive<Gpu>,
-    scene: GpuScene,
+/// A device with a scene.
+pub(super) struct Setup {
+    pub gpu: testkit::Exclusive<Gpu>,
+    pub scene: GpuScene,
     tracer: BvhTracer,
 }
 
 impl Setup {
-    /// `None` and a visible skip where there is no device.
+    /// With the scene that has one of everything; `None` and a visible skip where there is no device.
     fn new(test: &str) -> Option<Self> {
+        Self::with_scene(test, &testkit::scenes::assortment())
+    }
+
+    /// As [`Setup::new`], with any scene.
+    pub fn with_scene(test: &str, scene: &scene::Scene) -> Option<Self> {
         let gpu = open_for_test(test, &crate::GpuOptions::default())?;
-        let tables = Arc::new(SceneTables::build(&testkit::scenes::assortment()));
+        let tables = Arc::new(SceneTables::build(scene));
         let scene = GpuScene::upload(&gpu, tables).expect("upload");
         let tracer = BvhTracer::new(&gpu, &scene).expect("structures");
         Some(Self { gpu, scene, tracer })
@@ -73,7 +78,7 @@ impl Setup {
         Variant { aovs: !view.aovs.is_empty(), ..self.scene.variant() }
     }
 
-    fn hybrid(&self, view: &backend::View) -> HybridKernel {
+    pub fn hybrid(&self, view: &backend::View) -> HybridKernel {
         let settings =
             if let Integrator::Hybrid(settings) = view.integrator { settings } else { Default::default() };
         HybridKernel::new(&self.gpu, self.variant(view), &self.scene, &self.tracer, &settings)
@@ -81,7 +86,7 @@ impl Setup {
     }
 
     /// The film after `samples` samples, and rays.
-    fn render(&self, kernel: &mut dyn Kernel, view: &backend::View, samples: u32) -> (Film, u64) {
+    pub fn render(&self, kernel: &mut dyn Kernel, view: &backend::View, samples: u32) -> (Film, u64) {
         let mut buffers = FilmBuffers::new(&self.gpu, view, !view.aovs.is_empty()).expect("memory");
         let mut timer = Timer::new(&self.gpu).expect("memory");
         // In parts: rows, and few samples at a time, because Mesa's software driver ends a shader's loops after 65,536
@@ -105,7 +110,7 @@ impl Setup {
     }
 }
 
-fn hybrid(settings: HybridSettings) -> Integrator {
+pub(super) fn hybrid(settings: HybridSettings) -> Integrator {
     Integrator::Hybrid(settings)
 }
 
@@ -117,7 +122,7 @@ fn far_apart(a: &Film, b: &Film, pixel: usize) -> bool {
 }
 
 /// Share of the pixels whose colours are further apart than rounding puts them.
-fn differing_share(a: &Film, b: &Film) -> f64 {
+pub(super) fn differing_share(a: &Film, b: &Film) -> f64 {
     let count = a.pixels().len();
     (0..count).filter(|&i| far_apart(a, b, i)).count() as f64 / count as f64
 }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::film::read_all;
 use crate::layout::{assert_layout, constant, layout_of};
 use crate::open_for_test;
 use crate::shader::parse;
@@ -90,16 +91,6 @@ fn film_buffers(gpu: &Gpu) -> FilmBuffers {
     FilmBuffers::new(gpu, &view, false).expect("memory")
 }
 
-fn read<T: Pod>(gpu: &Gpu, buffer: &wgpu::Buffer) -> Vec<T> {
-    let mapped = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
-    let staging = empty_buffer(gpu, "a test", buffer.size(), mapped).expect("memory");
-    let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
-    gpu.queue.submit([encoder.finish()]);
-    let all = |bytes: &[u8]| bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect();
-    read_mapped(gpu, &staging, buffer.size(), "a test", all).expect("a device")
-}
-
 /// The device decides as the host does, and lists every sample that it has decided about once.
 #[test]
 fn devices_decide_as_the_host_does() {
@@ -115,7 +106,7 @@ fn devices_decide_as_the_host_does() {
         let total = (taken.iter().sum::<u64>() as f64 * growth) as u64;
         let expected = Allocation::new(&film, offset).expect("estimates").extra(total);
         let decision = rounds.decide(&gpu, 5, total, offset, &mut timer).expect("a device");
-        let plans: Vec<[u32; 4]> = read(&gpu, &rounds.plans);
+        let plans: Vec<[u32; 4]> = read_all(&gpu, &rounds.plans);
         assert!(plans.iter().zip(&taken).all(|(p, n)| u64::from(p[1]) == *n), "other numbers of samples");
         let differing = plans.iter().zip(&expected).filter(|(p, n)| p[2] != **n).count();
         assert!(differing * 100 < expected.len(), "{growth}: {differing} pixels are decided otherwise");
@@ -130,7 +121,7 @@ fn devices_decide_as_the_host_does() {
         let mut next: Vec<u32> = taken.iter().map(|n| 5 + *n as u32).collect();
         for &level in &decision.levels {
             rounds.list(&gpu, level).expect("a device");
-            let tally: Vec<[u32; 2]> = read(&gpu, &buffers.counters);
+            let tally: Vec<[u32; 2]> = read_all(&gpu, &buffers.counters);
             for &[pixel, first] in &tally[2..][..level.pixels as usize] {
                 assert_eq!(first, next[pixel as usize], "{level:?}, pixel {pixel}");
                 next[pixel as usize] += level.samples;

@@ -244,15 +244,26 @@ fn unshadowed_light(s: Surface, frame: Frame, bsdf: Bsdf, wo: vec3f, light: Ligh
     return lit_value(bsdf, wo, wi) * light.radiance * (falloff / light.pdf);
 }
 
+/// Where the ray to a light's sample begins, and how long it is.
+struct ShadowRay {
+    origin: vec3f,
+    distance: f32,
+}
+
+fn shadow_ray(s: Surface, light: LightSample) -> ShadowRay {
+    let origin = ray_origin(s, dot(light.wi, s.normal) > 0.0);
+    // The offset may be longer than the way to a light that is very near.
+    let distance = light.distance - dot(origin - s.position, light.wi);
+    return ShadowRay(origin, distance * SHADOW_END);
+}
+
 /// Whether something stands in the way of a light's sample.
 fn is_hidden(s: Surface, light: LightSample, sampler: PixelSampler) -> bool {
     if view.shadows == 0u {
         return false;
     }
-    let origin = ray_origin(s, dot(light.wi, s.normal) > 0.0);
-    // The offset may be longer than the way to a light that is very near.
-    let distance = light.distance - dot(origin - s.position, light.wi);
-    return occluded(origin, light.wi, distance * SHADOW_END, sampler.scramble + next_pair);
+    let ray = shadow_ray(s, light);
+    return occluded(ray.origin, light.wi, ray.distance, sampler.scramble + next_pair);
 }
 
 /// The environment's light on the diffuse lobe, with occlusion.

@@ -13,11 +13,6 @@ struct HybridDraw {
 /// A bit for each light, for each cluster.
 @group(3) @binding(5) var<storage, read_write> light_masks: array<u32>;
 
-/// Number of an invocation of a dispatch that is as wide as a row may be.
-fn flat_index(id: vec3u, groups: vec3u) -> u32 {
-    return id.y * groups.x * 64u + id.x;
-}
-
 /// Whether a box in the space of an instance may be seen: not all of it lies beyond one side of the view.
 fn is_in_view(instance: u32, low: vec3f, high: vec3f) -> bool {
     var beyond = 0x3fu;

@@ -58,3 +58,8 @@ fn slice_start(slice: u32) -> f32 {
     }
     return frame.cluster_near * exp2(frame.cluster_growth * f32(slice - 1u));
 }
+
+/// Number of an invocation of a dispatch that is as wide as a row may be.
+fn flat_index(id: vec3u, groups: vec3u) -> u32 {
+    return id.y * groups.x * 64u + id.x;
+}

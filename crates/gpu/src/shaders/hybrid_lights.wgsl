@@ -4,10 +4,10 @@
 // kernel that keeps no material while it traces leaves room for more rays at a time than one that does both. The bits of many
 // lights would take too much memory: those are traced and shaded in one pass, light by light.
 //
+// `light_masks` holds masks of clusters; then which light samples are hidden, a word of each pixel after the other; then shafts. The
+// text in front of this one defines how its words are read and written, and whether there are shafts.
+//
 // Sample `i` of the light with bit `b` of the cluster's word `w` is bit `b` of word `i` × `light_words` + `w`.
-
-/// Masks of clusters; then which light samples are hidden, a word of each pixel after the other.
-@group(3) @binding(5) var<storage, read_write> light_masks: array<u32>;
 
 /// The lights from 32 × `word` on that may count in a cluster, the first as the lowest bit.
 fn lights_of_cluster(cluster: u32, word: u32) -> u32 {
@@ -19,7 +19,7 @@ fn lights_of_cluster(cluster: u32, word: u32) -> u32 {
     if frame.clustered == 0u {
         return existing;
     }
-    return existing & light_masks[cluster * frame.light_words + word];
+    return existing & light_word(cluster * frame.light_words + word);
 }
 
 fn cluster_at(pixel: vec2u, position: vec3f) -> u32 {
@@ -53,7 +53,7 @@ fn may_transmit(material: u32) -> bool {
 }
 
 /// Of the lights in a mask, those whose sample `i` is hidden from a surface.
-fn hidden_lights(s: Surface, mask: u32, word: u32, i: u32, sampler: PixelSampler) -> u32 {
+fn hidden_lights(s: Surface, tile: u32, mask: u32, word: u32, i: u32, sampler: PixelSampler) -> u32 {
     let transmits = may_transmit(s.material);
     var answer = 0u;
     var left = select(0u, mask, may_be_lit(s.material));
@@ -71,7 +71,8 @@ fn hidden_lights(s: Surface, mask: u32, word: u32, i: u32, sampler: PixelSampler
         if dark || light.pdf <= 0.0 || above != (dot(light.wi, s.shading_normal) > 0.0) || !(above || transmits) {
             continue;
         }
-        if is_hidden(s, light, sampler) {
+        let ray = shadow_ray(s, light);
+        if occluded_in_shaft(tile, index, ray.origin, light.wi, ray.distance, sampler.scramble + next_pair) {
             answer |= 1u << bit;
         }
     }
@@ -98,7 +99,7 @@ fn shadow_rays(@builtin(global_invocation_id) id: vec3u) {
     for (var word = 0u; word < frame.light_words; word++) {
         let mask = lights_of_cluster(cluster, word);
         for (var i = 0u; i < view.shadow_samples; i++) {
-            light_masks[hidden_word(at, i, word)] = hidden_lights(s, mask, word, i, sampler);
+            set_light_word(hidden_word(at, i, word), hidden_lights(s, tile_of(id.xy), mask, word, i, sampler));
         }
     }
     count_pixel_rays(at);
@@ -127,7 +128,7 @@ fn known_lights(pixel: vec2u, vertex: FirstVertex) -> vec3f {
         for (var i = 0u; i < view.shadow_samples; i++) {
             var left = mask;
             if view.shadows != 0u {
-                left &= ~light_masks[hidden_word(at, i, word)];
+                left &= ~light_word(hidden_word(at, i, word));
             }
             while left != 0u {
                 sum += known_light(32u * word + firstTrailingBit(left), i, vertex, there);

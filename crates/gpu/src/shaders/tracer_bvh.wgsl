@@ -10,6 +10,9 @@
 //   BVH_HAS_TRIANGLES, BVH_HAS_SPHERES
 //   fn bvh_grid(node: u32) -> vec4u, fn bvh_links(node: u32) -> vec4u, fn bvh_planes(node: u32, at: u32) -> vec4u
 //   fn bvh_primitive(index: u32) -> BvhPrimitive
+//   BVH_BEGINS_BELOW   whether walks begin at entries, nodes below the root
+//   fn bvh_entries(ray: BvhRay, …) -> u32, fn bvh_entry(entry: u32) -> vec2u: which entries a ray may hit, and what they are;
+//                      see tracer_bvh_below.wgsl
 
 // Bits of a group's second word that stand for nodes; the lower 24 stand for primitives or instances.
 const BVH_NODES: u32 = 0xff000000u;
@@ -184,12 +187,19 @@ fn bvh_walk(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32, 
     var is_sphere = (bvh_instances[0].flags & BVH_INSTANCE_SPHERES) != 0u;
     var upper_size = 0u;
     var size = 0u;
+    // Where walks begin below the root: the entries that are left, and which structure's space the ray is in.
+    var entries = 0u;
+    var space = 0u;
     // Nodes: their base index; hits in the upper eight bits and slots that hold nodes in the lower eight.
     var nodes = vec2u(world_root, 0x80000000u);
     // Primitives or instances, which come before the next node: their base index and hits.
     var primitives = vec2u(0u);
+    if BVH_BEGINS_BELOW {
+        entries = bvh_entries(ray, origin, direction, start, t_max);
+        nodes.y = 0u;
+    }
     loop {
-        if primitives.y == 0u {
+        if primitives.y == 0u && (!BVH_BEGINS_BELOW || (nodes.y & BVH_NODES) != 0u) {
             let bit = firstLeadingBit(nodes.y);
             nodes.y &= ~(1u << bit);
             if (nodes.y & BVH_NODES) != 0u {
@@ -241,6 +251,7 @@ fn bvh_walk(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32, 
                 upper_size = size;
                 ray = bvh_enter(index, origin, direction);
                 inside = true;
+                space = index;
                 instance = bvh_instances[index].index;
                 is_sphere = (bvh_instances[index].flags & BVH_INSTANCE_SPHERES) != 0u;
                 nodes = vec2u(bvh_instances[index].root, 0x80000000u);
@@ -250,12 +261,27 @@ fn bvh_walk(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32, 
             }
         }
         if primitives.y == 0u && (nodes.y & BVH_NODES) == 0u {
-            if !BVH_SINGLE && inside && size == upper_size {
+            if !BVH_SINGLE && inside && size == upper_size && !(BVH_BEGINS_BELOW && size == 0u) {
                 inside = false;
+                space = 0u;
                 ray = bvh_ray(origin, direction, bvh_instances[0].extent);
             }
             if size == 0u {
-                break;
+                if !BVH_BEGINS_BELOW || entries == 0u {
+                    break;
+                }
+                let entry = bvh_entry(firstTrailingBit(entries));
+                entries &= entries - 1u;
+                if !BVH_SINGLE {
+                    ray = bvh_ray_in_space(ray, space, bvh_space(entry.x), origin, direction);
+                    space = bvh_space(entry.x);
+                    inside = entry.x != 0u;
+                    instance = bvh_instances[entry.x].index;
+                    is_sphere = (bvh_instances[entry.x].flags & BVH_INSTANCE_SPHERES) != 0u;
+                    upper_size = 0u;
+                }
+                nodes = vec2u(entry.y, 0x80000000u);
+                continue;
             }
             size--;
             nodes = bvh_stack[size];

@@ -17,6 +17,18 @@ const BINDINGS: &str = include_str!("../shaders/tracer_bvh_bindings.wgsl");
 /// The walk.
 const WALK: &str = include_str!("../shaders/tracer_bvh.wgsl");
 
+/// Walks that begin below the root.
+const BELOW: &str = include_str!("../shaders/tracer_bvh_below.wgsl");
+
+/// In its place where all begin at the root.
+const AT_THE_ROOT: &str = "
+const BVH_BEGINS_BELOW: bool = false;
+fn bvh_entries(ray: BvhRay, origin: vec3f, direction: vec3f, t_min: f32, t_max: f32) -> u32 { return 0u; }
+fn bvh_entry(i: u32) -> vec2u { return vec2u(0u); }
+fn bvh_space(structure: u32) -> u32 { return structure; }
+fn bvh_ray_in_space(ray: BvhRay, before: u32, space: u32, origin: vec3f, direction: vec3f) -> BvhRay { return ray; }
+";
+
 /// Binding of the first page of nodes. The instances come before it, the pages of primitives after the nodes.
 const FIRST_PAGE: u32 = 1;
 
@@ -195,7 +207,12 @@ impl Tracer for BvhTracer {
     }
 
     fn text(&self) -> TracerText {
-        TracerText { enables: "", text: self.text.clone().into() }
+        TracerText { enables: "", text: [&self.text, AT_THE_ROOT].concat().into() }
+    }
+
+    fn text_below(&self) -> Option<TracerText> {
+        let text = [&self.text, BELOW].concat();
+        Some(TracerText { enables: "", text: text.into() })
     }
 
     fn layout(&self) -> &wgpu::BindGroupLayout {
@@ -257,7 +274,7 @@ fn bind(gpu: &Gpu, buffers: &[wgpu::Buffer]) -> (wgpu::BindGroupLayout, wgpu::Bi
     (layout, bind_group)
 }
 
-/// The tracer's WGSL for a scene, and walks in which `stack` groups may wait.
+/// The tracer's WGSL for a scene but for where walks begin, and walks in which `stack` groups may wait.
 fn text(scene: &EncodedScene, nodes: Pages, primitives: Pages, stack: u32) -> String {
     let (has_triangles, has_spheres) = scene.kinds();
     [
@@ -283,7 +300,17 @@ fn text(scene: &EncodedScene, nodes: Pages, primitives: Pages, stack: u32) -> St
 pub(crate) fn text_for(scene: &EncodedScene, limit: u64) -> TracerText {
     let nodes = Pages::new(scene.nodes.len(), size_of::<EncodedNode>(), limit);
     let primitives = Pages::new(scene.primitives.len(), size_of::<EncodedPrimitive>(), limit);
-    TracerText { enables: "", text: text(scene, nodes, primitives, scene.stack_size()).into() }
+    let walk = text(scene, nodes, primitives, scene.stack_size());
+    TracerText { enables: "", text: [&walk, AT_THE_ROOT].concat().into() }
+}
+
+/// For tests: as [`text_for`], for walks that begin below the root.
+#[cfg(test)]
+pub(crate) fn text_below_for(scene: &EncodedScene, limit: u64) -> TracerText {
+    let nodes = Pages::new(scene.nodes.len(), size_of::<EncodedNode>(), limit);
+    let primitives = Pages::new(scene.primitives.len(), size_of::<EncodedPrimitive>(), limit);
+    let walk = text(scene, nodes, primitives, scene.stack_size());
+    TracerText { enables: "", text: [&walk, BELOW].concat().into() }
 }
 
 #[cfg(test)]

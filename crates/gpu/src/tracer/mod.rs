@@ -103,6 +103,12 @@ pub trait Tracer: Send {
     /// Its WGSL.
     fn text(&self) -> TracerText;
 
+    /// Its WGSL with `trace_any_below`, for walks that may begin below the root, where the tracer can do that. The shader then
+    /// defines `bvh_entry_low` and `bvh_entry_high`.
+    fn text_below(&self) -> Option<TracerText> {
+        None
+    }
+
     /// Layout of bind group 1.
     fn layout(&self) -> &wgpu::BindGroupLayout;
 

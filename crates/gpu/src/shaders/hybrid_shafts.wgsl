@@ -1,0 +1,391 @@
+// Shafts: where the shadow rays from a tile of pixels to one light may pass.
+//
+// The rays of neighbouring pixels to a light take nearly the same way through the upper levels of the hierarchy. So that way is
+// taken once for all of a tile: by the hull of where its rays begin and where they end. What is left of it is a short list of nodes
+// that the hull touches; each ray begins its walk at those of them whose boxes it hits. Where the list is empty, nothing can be in
+// the way, and no ray is traced.
+//
+// The hull of two boxes is all that a box passes which moves from the one to the other, so whether it touches a third box is asked
+// as for a ray: within which interval of the way do they overlap along each axis?
+//
+// Sources: Haines and Wallace, "Shaft Culling for Efficient Ray-Cast Radiosity", EGWR 1991; Reshetov, Soupikov and Hurley,
+// "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005, for beginning below the root.
+//
+// The text in front of this one defines SHAFT_TILE, a tile's side in pixels, a multiple of 8, and SHAFT_ENTRIES, the most nodes of a list.
+
+/// By four, because entries are read so.
+@group(3) @binding(5) var<storage, read_write> light_masks: array<vec4u>;
+
+fn light_word(at: u32) -> u32 {
+    return light_masks[at / 4u][at % 4u];
+}
+
+fn set_light_word(at: u32, word: u32) {
+    light_masks[at / 4u][at % 4u] = word;
+}
+
+/// Four words of a tile's bounds: lower and upper corner.
+const BOUNDS_SIZE: u32 = 2u;
+/// Four words of a list: how long it is, then its entries, see `bvh_entry_low` and `bvh_entry_high`.
+const LIST_SIZE: u32 = 1u + 2u * SHAFT_ENTRIES;
+
+fn shaft_tiles() -> vec2u {
+    return (vec2u(view.window_width, view.row_count) + SHAFT_TILE - 1u) / SHAFT_TILE;
+}
+
+/// Number of the tile of a pixel of the dispatch.
+fn tile_of(id: vec2u) -> u32 {
+    let tile = id / SHAFT_TILE;
+    return tile.y * shaft_tiles().x + tile.x;
+}
+
+/// Where a tile's bounds are, in `light_masks`: after what is known of pixels.
+fn tile_bounds_at(tile: u32) -> u32 {
+    return (hidden_word(0u, view.shadow_samples, 0u) + 3u) / 4u + BOUNDS_SIZE * tile;
+}
+
+/// Where the list of a tile for a light begins: after all bounds.
+fn shaft_list(tile: u32, light: u32) -> u32 {
+    let tiles = shaft_tiles();
+    return tile_bounds_at(tiles.x * tiles.y) + LIST_SIZE * (light * tiles.x * tiles.y + tile);
+}
+
+fn bvh_entry_low(list: u32, i: u32) -> vec4u {
+    return light_masks[list + 1u + 2u * i];
+}
+
+fn bvh_entry_high(list: u32, i: u32) -> vec4u {
+    return light_masks[list + 2u + 2u * i];
+}
+
+// The corners of where a tile's rays begin, as whole numbers in the order of their values.
+var<workgroup> tile_low: array<atomic<u32>, 3>;
+var<workgroup> tile_high: array<atomic<u32>, 3>;
+
+fn in_order(x: f32) -> u32 {
+    let bits = bitcast<u32>(x);
+    return select(bits | 0x80000000u, ~bits, (bits & 0x80000000u) != 0u);
+}
+
+fn from_order(bits: u32) -> f32 {
+    return bitcast<f32>(select(~bits, bits & 0x7fffffffu, (bits & 0x80000000u) != 0u));
+}
+
+fn include_pixel(id: vec2u) {
+    let pixel = pixel_in_rows(vec3u(id, 0u));
+    let hit = first_hit(pixel_number(pixel));
+    if hit.instance == NONE {
+        return;
+    }
+    let ray = frame_ray(pixel);
+    let s = surface_at(ray.origin, ray.direction, hit);
+    let one = ray_origin(s, true);
+    let other = ray_origin(s, false);
+    let low = min(one, other);
+    let high = max(one, other);
+    for (var axis = 0u; axis < 3u; axis++) {
+        atomicMin(&tile_low[axis], in_order(low[axis]));
+        atomicMax(&tile_high[axis], in_order(high[axis]));
+    }
+}
+
+/// The box around where a tile's shadow rays begin.
+@compute @workgroup_size(8, 8)
+fn tile_bounds(
+    @builtin(workgroup_id) tile: vec3u,
+    @builtin(local_invocation_id) local: vec3u,
+    @builtin(local_invocation_index) number: u32,
+) {
+    if number < 3u {
+        atomicStore(&tile_low[number], 0xffffffffu);
+        atomicStore(&tile_high[number], 0u);
+    }
+    workgroupBarrier();
+    for (var y = local.y; y < SHAFT_TILE; y += 8u) {
+        for (var x = local.x; x < SHAFT_TILE; x += 8u) {
+            let id = SHAFT_TILE * tile.xy + vec2u(x, y);
+            if is_in_rows(vec3u(id, 0u)) {
+                include_pixel(id);
+            }
+        }
+    }
+    workgroupBarrier();
+    let tiles = shaft_tiles();
+    if number == 0u && tile.x < tiles.x && tile.y < tiles.y {
+        var low = vec3f(FAR);
+        var high = vec3f(-FAR);
+        if atomicLoad(&tile_low[0]) <= atomicLoad(&tile_high[0]) {
+            for (var axis = 0u; axis < 3u; axis++) {
+                low[axis] = from_order(atomicLoad(&tile_low[axis]));
+                high[axis] = from_order(atomicLoad(&tile_high[axis]));
+            }
+        }
+        let at = tile_bounds_at(tile.y * tiles.x + tile.x);
+        light_masks[at] = vec4u(bitcast<vec3u>(low), 0u);
+        light_masks[at + 1u] = vec4u(bitcast<vec3u>(high), 0u);
+    }
+}
+
+/// A box that moves: all that it passes is the shaft.
+struct Shaft {
+    /// Where it is at the start.
+    low: vec3f,
+    high: vec3f,
+    /// By how much its corners move until the end.
+    low_step: vec3f,
+    high_step: vec3f,
+    /// Whether it is known at all.
+    known: bool,
+}
+
+/// A shaft in the space of a structure, with room for all rounding.
+struct ShaftRay {
+    low: vec3f,
+    high: vec3f,
+    low_inverse: vec3f,
+    high_inverse: vec3f,
+}
+
+/// The shaft from a box to all places of a light that are sampled.
+fn light_shaft(index: u32, low: vec3f, high: vec3f) -> Shaft {
+    let light = load_light(index);
+    var end_low = light.position;
+    var end_high = light.position;
+    if light.kind == LIGHT_SPHERE {
+        end_low -= light.size;
+        end_high += light.size;
+    } else if light.kind == LIGHT_TRIANGLE {
+        end_low += min(vec3f(0.0), min(light.edge1, light.edge2));
+        end_high += max(vec3f(0.0), max(light.edge1, light.edge2));
+    } else if light.kind == LIGHT_DIRECTIONAL {
+        // Out of the scene, whose coordinates are no larger than its extent.
+        let extent = bvh_instances[0].extent;
+        let far = 4.0 * (max(extent.x, max(extent.y, extent.z)) + max_component(max(abs(low), abs(high))));
+        // The sine of the disc's angular radius.
+        let spread = sqrt(light.size * (2.0 - light.size));
+        return Shaft(low, high, far * (light.position - spread), far * (light.position + spread), true);
+    } else if light.kind != LIGHT_POINT && light.kind != LIGHT_SPOT {
+        return Shaft(low, high, vec3f(0.0), vec3f(0.0), false);
+    }
+    return Shaft(low, high, end_low - low, end_high - high, true);
+}
+
+/// A shaft in the space of structure `index`.
+fn shaft_in(index: u32, shaft: Shaft) -> ShaftRay {
+    var low = shaft.low;
+    var high = shaft.high;
+    var end_low = low + shaft.low_step;
+    var end_high = high + shaft.high_step;
+    var size = max(max(abs(low), abs(high)), max(abs(end_low), abs(end_high)));
+    if (bvh_instances[index].flags & BVH_INSTANCE_IDENTITY) == 0u {
+        for (var row = 0u; row < 3u; row++) {
+            let r = bvh_instances[index].world_to_object[row];
+            let reach = abs(r.xyz);
+            let begin = dot(r.xyz, 0.5 * (shaft.low + shaft.high)) + r.w;
+            let begin_half = dot(reach, 0.5 * (shaft.high - shaft.low));
+            let end = dot(r.xyz, 0.5 * (shaft.low + shaft.low_step + shaft.high + shaft.high_step)) + r.w;
+            let end_half = dot(reach, 0.5 * (shaft.high + shaft.high_step - shaft.low - shaft.low_step));
+            low[row] = begin - begin_half;
+            high[row] = begin + begin_half;
+            end_low[row] = end - end_half;
+            end_high[row] = end + end_half;
+            size[row] = dot(reach, size) + abs(r.w);
+        }
+    }
+    let room = 4e-6 * (size + bvh_instances[index].extent);
+    return ShaftRay(low - room, high + room, 1.0 / never_zero(end_low - low), 1.0 / never_zero(end_high - high));
+}
+
+/// Never zero, so that its reciprocal is finite.
+fn never_zero(v: vec3f) -> vec3f {
+    return select(v, select(vec3f(-1e-20), vec3f(1e-20), v >= vec3f(0.0)), abs(v) < vec3f(1e-20));
+}
+
+/// Which of four children a shaft touches along one axis: `interval` is where on its way it is in them so far, first and last.
+///
+/// Its upper side has to be over their lower faces, and its lower side under their upper ones.
+fn shaft_interval(
+    lower: vec2u,
+    upper: vec2u,
+    scale: f32,
+    corner: f32,
+    low: f32,
+    high: f32,
+    low_inverse: f32,
+    high_inverse: f32,
+    interval: array<vec4f, 2>,
+) -> array<vec4f, 2> {
+    let over = bvh_crossings(lower, scale * high_inverse, (corner - high) * high_inverse);
+    let under = bvh_crossings(upper, scale * low_inverse, (corner - low) * low_inverse);
+    var first = interval[0];
+    var last = interval[1];
+    if high_inverse > 0.0 {
+        first = max(first, over);
+    } else {
+        last = min(last, over);
+    }
+    if low_inverse > 0.0 {
+        last = min(last, under);
+    } else {
+        first = max(first, under);
+    }
+    return array<vec4f, 2>(first, last);
+}
+
+fn grid_scale(grid: vec4u) -> vec3f {
+    return bitcast<vec3f>(vec3u(grid.w << 23u, grid.w << 15u, grid.w << 7u) & vec3u(0x7f800000u));
+}
+
+/// Which of four children a shaft touches, as bits 0 to 3; planes along x, y and z.
+fn shaft_four(lower: array<vec2u, 3>, upper: array<vec2u, 3>, grid: vec4u, shaft: ShaftRay) -> u32 {
+    let scale = grid_scale(grid);
+    let corner = bitcast<vec3f>(grid.xyz);
+    var interval = array<vec4f, 2>(vec4f(0.0), vec4f(1.0));
+    interval = shaft_interval(lower[0], upper[0], scale.x, corner.x, shaft.low.x, shaft.high.x, shaft.low_inverse.x,
+        shaft.high_inverse.x, interval);
+    interval = shaft_interval(lower[1], upper[1], scale.y, corner.y, shaft.low.y, shaft.high.y, shaft.low_inverse.y,
+        shaft.high_inverse.y, interval);
+    interval = shaft_interval(lower[2], upper[2], scale.z, corner.z, shaft.low.z, shaft.high.z, shaft.low_inverse.z,
+        shaft.high_inverse.z, interval);
+    let bits = select(vec4u(0u), vec4u(1u, 2u, 4u, 8u), interval[0] <= interval[1]);
+    return bits.x | bits.y | bits.z | bits.w;
+}
+
+/// Which children of a node a shaft touches, a bit for each slot.
+fn shaft_children(index: u32, grid: vec4u, shaft: ShaftRay) -> u32 {
+    let x = array<vec4u, 2>(bvh_planes(index, 0u), bvh_planes(index, 1u));
+    let y = array<vec4u, 2>(bvh_planes(index, 2u), bvh_planes(index, 3u));
+    let z = array<vec4u, 2>(bvh_planes(index, 4u), bvh_planes(index, 5u));
+    let first = shaft_four(
+        array<vec2u, 3>(x[0].xy, y[0].xy, z[0].xy), array<vec2u, 3>(x[1].xy, y[1].xy, z[1].xy), grid, shaft);
+    let second = shaft_four(
+        array<vec2u, 3>(x[0].zw, y[0].zw, z[0].zw), array<vec2u, 3>(x[1].zw, y[1].zw, z[1].zw), grid, shaft);
+    return first | (second << 4u);
+}
+
+/// Where a walk may begin.
+struct Entry {
+    structure: u32,
+    node: u32,
+    /// The node that it is a child of, and in which slot; NONE: it is a root.
+    parent: u32,
+    slot: u32,
+}
+
+// Entries that may be divided further, as a ring: the oldest first, so that all get to about the same depth.
+var<private> entry_ring: array<Entry, SHAFT_ENTRIES>;
+
+fn root_entry(structure: u32) -> Entry {
+    return Entry(structure, bvh_instances[structure].root, NONE, 0u);
+}
+
+/// One of the eight numbers of planes.
+fn plane_in_slot(planes: vec4u, slot: u32) -> f32 {
+    let pair = unpack2x16float(planes[slot >> 1u]);
+    return select(pair.x, pair.y, (slot & 1u) != 0u);
+}
+
+fn store_entry(list: u32, number: u32, entry: Entry) {
+    var low = vec3f(-FAR);
+    var high = vec3f(FAR);
+    if entry.parent != NONE {
+        let grid = bvh_grid(entry.parent);
+        let scale = grid_scale(grid);
+        let corner = bitcast<vec3f>(grid.xyz);
+        low = corner + scale * vec3f(
+            plane_in_slot(bvh_planes(entry.parent, 0u), entry.slot),
+            plane_in_slot(bvh_planes(entry.parent, 2u), entry.slot),
+            plane_in_slot(bvh_planes(entry.parent, 4u), entry.slot),
+        );
+        high = corner + scale * vec3f(
+            plane_in_slot(bvh_planes(entry.parent, 1u), entry.slot),
+            plane_in_slot(bvh_planes(entry.parent, 3u), entry.slot),
+            plane_in_slot(bvh_planes(entry.parent, 5u), entry.slot),
+        );
+    }
+    let at = list + 1u + 2u * number;
+    light_masks[at] = vec4u(bitcast<vec3u>(low), entry.structure);
+    light_masks[at + 1u] = vec4u(bitcast<vec3u>(high), entry.node);
+}
+
+/// The list of a shaft, written from word `list` on.
+fn write_shaft_list(list: u32, shaft: Shaft) {
+    var stored = 0u;
+    var first = 0u;
+    var size = 0u;
+    if bvh_instances[0].root != NONE {
+        entry_ring[0] = root_entry(0u);
+        size = 1u;
+    }
+    var space = 0u;
+    var there = shaft_in(space, shaft);
+    while size > 0u && shaft.known {
+        let entry = entry_ring[first];
+        if !BVH_SINGLE && bvh_space(entry.structure) != space {
+            space = bvh_space(entry.structure);
+            there = shaft_in(space, shaft);
+        }
+        first = (first + 1u) % SHAFT_ENTRIES;
+        size--;
+        let is_world = !BVH_SINGLE && entry.structure == 0u;
+        let grid = bvh_grid(entry.node);
+        let links = bvh_links(entry.node);
+        let inner = grid.w >> 24u;
+        let touched = shaft_children(entry.node, grid, there);
+        var instances_touched = bvh_in_leaves(touched & ~inner, links.zw);
+        var nodes_touched = touched & inner;
+        let more = countOneBits(nodes_touched) + countOneBits(instances_touched);
+        if (!is_world && instances_touched != 0u) || stored + size + more > SHAFT_ENTRIES {
+            store_entry(list, stored, entry);
+            stored++;
+            continue;
+        }
+        while nodes_touched != 0u {
+            let slot = firstTrailingBit(nodes_touched);
+            nodes_touched &= nodes_touched - 1u;
+            let child = links.x + countOneBits(inner & ~(0xffffffffu << slot));
+            entry_ring[(first + size) % SHAFT_ENTRIES] = Entry(entry.structure, child, entry.node, slot);
+            size++;
+        }
+        while instances_touched != 0u {
+            let index = links.y + firstTrailingBit(instances_touched);
+            instances_touched &= instances_touched - 1u;
+            entry_ring[(first + size) % SHAFT_ENTRIES] = root_entry(index);
+            size++;
+        }
+    }
+    if size > 0u {
+        store_entry(list, stored, entry_ring[first]);
+        stored++;
+    }
+    light_masks[list] = vec4u(stored);
+}
+
+/// The list of every tile and light.
+@compute @workgroup_size(64)
+fn shafts(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let index = flat_index(id, groups);
+    let tiles = shaft_tiles();
+    let light = index / (tiles.x * tiles.y);
+    let tile = index % (tiles.x * tiles.y);
+    if light >= scene.light_count {
+        return;
+    }
+    let at = tile_bounds_at(tile);
+    let low = bitcast<vec3f>(light_masks[at].xyz);
+    let high = bitcast<vec3f>(light_masks[at + 1u].xyz);
+    // Tiles without a surface have no rays.
+    if low.x <= high.x {
+        write_shaft_list(shaft_list(tile, light), light_shaft(light, low, high));
+    }
+}
+
+fn occluded_in_shaft(tile: u32, light: u32, origin: vec3f, direction: vec3f, distance: f32, salt: u32) -> bool {
+    let list = shaft_list(tile, light);
+    let count = light_masks[list].x;
+    if count == 0u {
+        return false;
+    }
+    rays_traced += 1u;
+    return trace_any_below(list, count, origin, direction, 0.0, distance, salt);
+}
