@@ -31,12 +31,14 @@ pub struct ViewsArgs {
 }
 
 /// Passes in the order of a frame.
-const PASSES: [&str; 13] = [
+const PASSES: [&str; 15] = [
     "cluster lights",
     "cull",
     "draw",
     "resolve",
     "camera rays",
+    "tile bounds",
+    "shafts",
     "shadow rays",
     "lit surfaces",
     "direct lights",

@@ -113,7 +113,8 @@ fn first_hit(measured: &Measured) -> f64 {
 
 /// Milliseconds of the passes that trace and shade lights.
 fn light_passes(measured: &Measured) -> f64 {
-    ["shadow rays", "lit surfaces", "direct lights"].iter().map(|pass| measured.pass(pass)).sum()
+    const PASSES: [&str; 5] = ["tile bounds", "shafts", "shadow rays", "lit surfaces", "direct lights"];
+    PASSES.iter().map(|pass| measured.pass(pass)).sum()
 }
 
 fn measure(
