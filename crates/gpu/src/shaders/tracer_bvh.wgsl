@@ -10,9 +10,10 @@
 //   BVH_HAS_TRIANGLES, BVH_HAS_SPHERES
 //   fn bvh_grid(node: u32) -> vec4u, fn bvh_links(node: u32) -> vec4u, fn bvh_planes(node: u32, at: u32) -> vec4u
 //   fn bvh_primitive(index: u32) -> BvhPrimitive
-//   BVH_BEGINS_BELOW   whether walks begin at entries, nodes below the root
-//   fn bvh_entries(ray: BvhRay, …) -> u32, fn bvh_entry(entry: u32) -> vec2u: which entries a ray may hit, and what they are;
-//                      see tracer_bvh_below.wgsl
+//
+// There are two walks in this text: lines after "<root" belong to the one that begins at the root, lines after "<below" to the one that
+// begins at entries, nodes below it, as tracer_bvh_below.wgsl says; lines after ">" belong to both. They are made two before a compiler
+// sees them, because even dead code changes what compilers make of the rest.
 
 // Bits of a group's second word that stand for nodes; the lower 24 stand for primitives or instances.
 const BVH_NODES: u32 = 0xff000000u;
@@ -187,19 +188,25 @@ fn bvh_walk(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32, 
     var is_sphere = (bvh_instances[0].flags & BVH_INSTANCE_SPHERES) != 0u;
     var upper_size = 0u;
     var size = 0u;
-    // Where walks begin below the root: the entries that are left, and which structure's space the ray is in.
+//<below
+    // The entries that are left, and which structure's space the ray is in.
     var entries = 0u;
     var space = 0u;
+//>
     // Nodes: their base index; hits in the upper eight bits and slots that hold nodes in the lower eight.
     var nodes = vec2u(world_root, 0x80000000u);
     // Primitives or instances, which come before the next node: their base index and hits.
     var primitives = vec2u(0u);
-    if BVH_BEGINS_BELOW {
-        entries = bvh_entries(ray, origin, direction, start, t_max);
-        nodes.y = 0u;
-    }
+//<below
+    entries = bvh_entries(ray, origin, direction, start, t_max);
+    nodes.y = 0u;
+//>
     loop {
-        if primitives.y == 0u && (!BVH_BEGINS_BELOW || (nodes.y & BVH_NODES) != 0u) {
+//<root
+        if primitives.y == 0u {
+//<below
+        if primitives.y == 0u && (nodes.y & BVH_NODES) != 0u {
+//>
             let bit = firstLeadingBit(nodes.y);
             nodes.y &= ~(1u << bit);
             if (nodes.y & BVH_NODES) != 0u {
@@ -251,7 +258,9 @@ fn bvh_walk(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32, 
                 upper_size = size;
                 ray = bvh_enter(index, origin, direction);
                 inside = true;
+//<below
                 space = index;
+//>
                 instance = bvh_instances[index].index;
                 is_sphere = (bvh_instances[index].flags & BVH_INSTANCE_SPHERES) != 0u;
                 nodes = vec2u(bvh_instances[index].root, 0x80000000u);
@@ -261,13 +270,22 @@ fn bvh_walk(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32, 
             }
         }
         if primitives.y == 0u && (nodes.y & BVH_NODES) == 0u {
-            if !BVH_SINGLE && inside && size == upper_size && !(BVH_BEGINS_BELOW && size == 0u) {
+//<root
+            if !BVH_SINGLE && inside && size == upper_size {
+//<below
+            if !BVH_SINGLE && inside && size == upper_size && size != 0u {
+//>
                 inside = false;
+//<below
                 space = 0u;
+//>
                 ray = bvh_ray(origin, direction, bvh_instances[0].extent);
             }
             if size == 0u {
-                if !BVH_BEGINS_BELOW || entries == 0u {
+//<root
+                break;
+//<below
+                if entries == 0u {
                     break;
                 }
                 let entry = bvh_entry(firstTrailingBit(entries));
@@ -282,6 +300,7 @@ fn bvh_walk(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32, 
                 }
                 nodes = vec2u(entry.y, 0x80000000u);
                 continue;
+//>
             }
             size--;
             nodes = bvh_stack[size];

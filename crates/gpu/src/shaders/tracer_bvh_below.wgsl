@@ -4,8 +4,6 @@
 // lower and the upper corner of the box of a list's entry `i` as bits of floats, and in w the structure that it is in (an index of
 // `bvh_instances`) and its node.
 
-const BVH_BEGINS_BELOW: bool = true;
-
 // The list of a walk's entries, and how many there are, at most 32.
 var<private> bvh_entry_list: u32;
 var<private> bvh_entry_count: u32;

@@ -20,14 +20,12 @@ const WALK: &str = include_str!("../shaders/tracer_bvh.wgsl");
 /// Walks that begin below the root.
 const BELOW: &str = include_str!("../shaders/tracer_bvh_below.wgsl");
 
-/// In its place where all begin at the root.
-const AT_THE_ROOT: &str = "
-const BVH_BEGINS_BELOW: bool = false;
-fn bvh_entries(ray: BvhRay, origin: vec3f, direction: vec3f, t_min: f32, t_max: f32) -> u32 { return 0u; }
-fn bvh_entry(i: u32) -> vec2u { return vec2u(0u); }
-fn bvh_space(structure: u32) -> u32 { return structure; }
-fn bvh_ray_in_space(ray: BvhRay, before: u32, space: u32, origin: vec3f, direction: vec3f) -> BvhRay { return ray; }
-";
+/// Where walks begin. Most shaders begin all of them at the root, and their text knows of nothing else.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Begin {
+    AtTheRoot,
+    Below,
+}
 
 /// Binding of the first page of nodes. The instances come before it, the pages of primitives after the nodes.
 const FIRST_PAGE: u32 = 1;
@@ -125,7 +123,8 @@ impl Pages {
 
 /// The hierarchy of a scene on a device.
 pub struct BvhTracer {
-    text: String,
+    /// The text in front of the walk's.
+    bindings: String,
     layout: wgpu::BindGroupLayout,
     bind_group: wgpu::BindGroup,
     memory_bytes: u64,
@@ -194,10 +193,10 @@ impl BvhTracer {
             .guarded(|| bind(gpu, &buffers))
             .map_err(|reason| GpuError::Device { doing: "binding the hierarchy", reason })?;
         let memory_bytes = buffers.iter().map(wgpu::Buffer::size).sum();
-        let text = text(&scene, nodes, primitives, stack);
+        let bindings = bindings_text(&scene, nodes, primitives, stack);
         let [instances, first_nodes] = [&buffers[0], &buffers[FIRST_PAGE as usize]].map(wgpu::Buffer::clone);
         let upper = scene.into_upper();
-        Ok(Self { text, layout, bind_group, memory_bytes, upper, instances, first_nodes })
+        Ok(Self { bindings, layout, bind_group, memory_bytes, upper, instances, first_nodes })
     }
 }
 
@@ -207,12 +206,11 @@ impl Tracer for BvhTracer {
     }
 
     fn text(&self) -> TracerText {
-        TracerText { enables: "", text: [&self.text, AT_THE_ROOT].concat().into() }
+        TracerText { enables: "", text: [&self.bindings, &*walk_text(Begin::AtTheRoot)].concat().into() }
     }
 
     fn text_below(&self) -> Option<TracerText> {
-        let text = [&self.text, BELOW].concat();
-        Some(TracerText { enables: "", text: text.into() })
+        Some(TracerText { enables: "", text: [&self.bindings, &*walk_text(Begin::Below)].concat().into() })
     }
 
     fn layout(&self) -> &wgpu::BindGroupLayout {
@@ -274,8 +272,8 @@ fn bind(gpu: &Gpu, buffers: &[wgpu::Buffer]) -> (wgpu::BindGroupLayout, wgpu::Bi
     (layout, bind_group)
 }
 
-/// The tracer's WGSL for a scene but for where walks begin, and walks in which `stack` groups may wait.
-fn text(scene: &EncodedScene, nodes: Pages, primitives: Pages, stack: u32) -> String {
+/// What the tracer's WGSL for a scene has in front of the walk, in which `stack` groups may wait.
+fn bindings_text(scene: &EncodedScene, nodes: Pages, primitives: Pages, stack: u32) -> String {
     let (has_triangles, has_spheres) = scene.kinds();
     [
         BINDINGS,
@@ -290,27 +288,48 @@ fn text(scene: &EncodedScene, nodes: Pages, primitives: Pages, stack: u32) -> St
         &format!("const BVH_SINGLE: bool = {};\n", scene.is_single()),
         &format!("const BVH_HAS_TRIANGLES: bool = {has_triangles};\n"),
         &format!("const BVH_HAS_SPHERES: bool = {has_spheres};\n"),
-        WALK,
     ]
     .concat()
+}
+
+/// The walk's text: lines from `//<root` on are for walks from the root, those from `//<below` on for walks that begin below, and those
+/// from `//>` on for both.
+fn walk_text(begin: Begin) -> String {
+    let mut text = String::with_capacity(WALK.len() + BELOW.len());
+    let mut wanted = true;
+    for line in WALK.lines() {
+        match line {
+            "//<root" => wanted = begin == Begin::AtTheRoot,
+            "//<below" => wanted = begin == Begin::Below,
+            "//>" => wanted = true,
+            _ if wanted => text.extend([line, "\n"]),
+            _ => {}
+        }
+    }
+    if begin == Begin::Below {
+        text.push_str(BELOW);
+    }
+    text
 }
 
 /// For tests: the WGSL for `scene` where a binding may have `limit` bytes.
 #[cfg(test)]
 pub(crate) fn text_for(scene: &EncodedScene, limit: u64) -> TracerText {
-    let nodes = Pages::new(scene.nodes.len(), size_of::<EncodedNode>(), limit);
-    let primitives = Pages::new(scene.primitives.len(), size_of::<EncodedPrimitive>(), limit);
-    let walk = text(scene, nodes, primitives, scene.stack_size());
-    TracerText { enables: "", text: [&walk, AT_THE_ROOT].concat().into() }
+    text_with(scene, limit, Begin::AtTheRoot)
 }
 
 /// For tests: as [`text_for`], for walks that begin below the root.
 #[cfg(test)]
 pub(crate) fn text_below_for(scene: &EncodedScene, limit: u64) -> TracerText {
+    text_with(scene, limit, Begin::Below)
+}
+
+#[cfg(test)]
+fn text_with(scene: &EncodedScene, limit: u64, begin: Begin) -> TracerText {
     let nodes = Pages::new(scene.nodes.len(), size_of::<EncodedNode>(), limit);
     let primitives = Pages::new(scene.primitives.len(), size_of::<EncodedPrimitive>(), limit);
-    let walk = text(scene, nodes, primitives, scene.stack_size());
-    TracerText { enables: "", text: [&walk, BELOW].concat().into() }
+    let bindings = bindings_text(scene, nodes, primitives, scene.stack_size());
+    TracerText { enables: "", text: [bindings, walk_text(begin)].concat().into() }
 }
 
 #[cfg(test)]
