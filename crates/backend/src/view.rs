@@ -5,7 +5,7 @@ use film::{Aov, Rect};
 use optics::camera::CameraFrame;
 
 /// How samples are drawn.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum SamplerKind {
     /// Owen-scrambled Sobol points (Burley 2020).
     #[default]

@@ -197,7 +197,8 @@ impl GpuBackend {
         let volumes = needs_volumes && kind == KernelKind::Path;
         // Where paths know what they are in, what absorbs is a medium like others.
         let absorption = of_scene.absorption && !volumes;
-        let variant = Variant { aovs, splitting, volumes, absorption, ..of_scene };
+        let sampler = view.sampler;
+        let variant = Variant { sampler, aovs, splitting, volumes, absorption, ..of_scene };
         let all_samples = u64::from(samples) * view.window.area() as u64;
         let is_faster = |s: &Loaded| choice::is_faster(&self.gpu, self.kind, &s.scene.tables, all_samples);
         let wanted = match self.path_kernel {

@@ -11,7 +11,6 @@ use backend::{BackendError, DirectSettings, Highlights, Integrator, PathSettings
 use bytemuck::{Pod, Zeroable};
 use film::{AovSample, AovSums, Film, PixelStats};
 use optics::camera::camera_pixel_spread;
-use optics::random::{SAMPLER_BLUE_NOISE, SAMPLER_INDEPENDENT, SAMPLER_SOBOL};
 use wgpu::BufferUsages;
 
 /// Samples of a pixel that may gather on the device.
@@ -51,7 +50,6 @@ pub struct View {
     row_count: u32,
     first_sample: u32,
     sample_count: u32,
-    sampler: u32,
     seed: u32,
     pixel_spread: f32,
     single_scatter: u32,
@@ -69,8 +67,9 @@ pub struct View {
     light_cutoff: f32,
     shadows: u32,
     phong: u32,
-    falloff: [f32; 3],
     reflection_survival: f32,
+    falloff: [f32; 3],
+    padding: u32,
 }
 
 /// A part of a pass: some pixels of the window and some samples of each.
@@ -150,11 +149,6 @@ impl View {
             window_y: view.window.y,
             window_width: view.window.width,
             window_height: view.window.height,
-            sampler: match view.sampler {
-                SamplerKind::Sobol => SAMPLER_SOBOL,
-                SamplerKind::Independent => SAMPLER_INDEPENDENT,
-                SamplerKind::BlueNoise => SAMPLER_BLUE_NOISE,
-            },
             seed: view.seed,
             pixel_spread: camera_pixel_spread(view.camera, view.height as f32),
             single_scatter: u32::from(view.single_scatter),
@@ -196,9 +190,9 @@ impl View {
         }
     }
 
-    /// `SAMPLER_…` of the optics, and the seed.
-    pub(crate) fn randomness(&self) -> (u32, u32) {
-        (self.sampler, self.seed)
+    /// What changes the noise.
+    pub(crate) fn seed(&self) -> u32 {
+        self.seed
     }
 
     fn set_direct(&mut self, settings: &DirectSettings) {
@@ -306,6 +300,8 @@ pub struct FilmBuffers {
     pub integrator: Integrator,
     /// By which camera.
     pub camera: optics::camera::CameraFrame,
+    /// With which random numbers; those of the shaders ([`Variant::sampler`](crate::shader::Variant)).
+    pub sampler: SamplerKind,
     wants_aovs: bool,
     staging: wgpu::Buffer,
 }
@@ -358,6 +354,7 @@ impl FilmBuffers {
             contents: View::new(view),
             integrator: view.integrator,
             camera: view.camera,
+            sampler: view.sampler,
             wants_aovs,
             staging,
         })
@@ -585,7 +582,6 @@ mod tests {
                 row_count,
                 first_sample,
                 sample_count,
-                sampler,
                 seed,
                 pixel_spread,
                 single_scatter,
@@ -603,8 +599,9 @@ mod tests {
                 light_cutoff,
                 shadows,
                 phong,
-                falloff,
                 reflection_survival,
+                falloff,
+                padding,
             }
         );
         assert_layout!(module, FilmPixel { sum, count, sum_of_squares, invalid });

@@ -5,7 +5,9 @@
 
 use crate::tracer::TracerText;
 use crate::{Gpu, GpuError};
+use backend::SamplerKind;
 use optics::albedo::DielectricAlbedo;
+use optics::random::{SAMPLER_BLUE_NOISE, SAMPLER_INDEPENDENT, SAMPLER_SOBOL};
 use scene::tables::{
     MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_BODY, MATERIAL_CHECKERBOARD,
     MATERIAL_CHECKERBOARD_FADES, MATERIAL_EMISSION_TWO_SIDED, MATERIAL_TANGENTS, MATERIAL_THIN, ModelTag,
@@ -17,6 +19,8 @@ use std::sync::PoisonError;
 /// What is decided when a shader is put together, because a branch at run time would cost registers or time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Variant {
+    /// How random numbers are drawn. That is asked with every one of them.
+    pub sampler: SamplerKind,
     /// Whether any surface of the scene has holes.
     pub alpha: bool,
     /// Whether first hits are recorded.
@@ -57,6 +61,7 @@ impl Variant {
             profiles: i & 256 != 0,
             portals: i & 512 != 0,
             images: 0,
+            sampler: SamplerKind::ALL[i as usize % SamplerKind::ALL.len()],
         };
         let with_images = move |i: u32| Self { images: 16, ..of(i) };
         (0..8).chain([8, 16, 32, 63, 65, 192, 256, 512, 1023]).map(of).chain([0, 1023].map(with_images))
@@ -125,6 +130,7 @@ fn constants(variant: Variant) -> String {
     for (name, value) in numbers.into_iter().chain(of_layers).chain(of_media) {
         let _ = writeln!(text, "const {name}: u32 = {value}u;"); // writing to a string cannot fail
     }
+    let _ = writeln!(text, "const SAMPLER: u32 = {}u;", sampler_kind(variant.sampler));
     let _ = writeln!(text, "const IMAGE_SLOTS: u32 = {}u;", variant.images.max(1));
     let _ = writeln!(text, "const SCENE_HAS_ALPHA: bool = {};", variant.alpha);
     let _ = writeln!(text, "const SCENE_HAS_LAYERS: bool = {};", variant.layers);
@@ -137,6 +143,15 @@ fn constants(variant: Variant) -> String {
     let _ = writeln!(text, "const FOLLOWS_VOLUMES: bool = {};", variant.volumes);
     let _ = writeln!(text, "const HIDES_BOUNDARIES: bool = {};", variant.boundaries && !variant.volumes);
     text
+}
+
+/// `SAMPLER_…` of the optics.
+pub(crate) fn sampler_kind(sampler: SamplerKind) -> u32 {
+    match sampler {
+        SamplerKind::Sobol => SAMPLER_SOBOL,
+        SamplerKind::Independent => SAMPLER_INDEPENDENT,
+        SamplerKind::BlueNoise => SAMPLER_BLUE_NOISE,
+    }
 }
 
 impl Gpu {

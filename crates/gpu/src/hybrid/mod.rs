@@ -36,7 +36,7 @@ use crate::frame_pass::FramePass;
 use crate::kernel::Kernel;
 use crate::scene::records::LightRecord;
 use crate::scene::upload::{empty_buffer, storage_buffer, write_buffer};
-use crate::shader::Variant;
+use crate::shader::{Variant, sampler_kind};
 use crate::timing::{PassClock, Timer};
 use crate::tracer::Tracer;
 use crate::{Gpu, GpuError, GpuScene};
@@ -298,15 +298,14 @@ impl HybridKernel {
         sample: u32,
         (first_row, row_count): (u32, u32),
     ) -> (HybridFrame, Plan) {
-        let (sampler, seed) = film.contents.randomness();
         let culls_lights = settings.light_cutoff > 0.0 && self.clusters_lights;
         let input = FrameInput {
             camera: film.camera,
             previous_camera: self.previous_camera.unwrap_or(film.camera),
             picture: film.contents.picture(),
-            sampler,
+            sampler: sampler_kind(film.sampler),
             sample,
-            seed,
+            seed: film.contents.seed(),
             bounding_sphere: self.bounding_sphere,
             culls_lights,
         };

@@ -47,6 +47,17 @@ pub(super) fn view(camera: CameraFrame, integrator: Integrator) -> backend::View
     }
 }
 
+/// Lights, and nothing that is reflected or comes from all around.
+pub(super) fn only_lights(shadow_samples: u32) -> DirectSettings {
+    DirectSettings {
+        shadow_samples,
+        reflection_samples: 0,
+        ambient_samples: 0,
+        max_depth: 1,
+        ..DirectSettings::default()
+    }
+}
+
 /// The whole of the assortment.
 pub(super) fn overview() -> CameraFrame {
     camera(CAMERA_PERSPECTIVE, Vec3::new(0.0, 2.2, 6.5), Vec3::new(0.0, 0.9, 0.0), 0.38, 0.0)
@@ -252,8 +263,7 @@ fn the_rasteriser_sees_what_rays_see() {
 #[test]
 fn clusters_find_all_lights_that_count() {
     let Some(setup) = Setup::new("clusters_find_all_lights_that_count") else { return };
-    let rays =
-        DirectSettings { reflection_samples: 0, ambient_samples: 0, max_depth: 1, ..Default::default() };
+    let rays = only_lights(DirectSettings::default().shadow_samples);
     let of = |light_cutoff| {
         view(overview(), hybrid(HybridSettings { rays, light_cutoff, ..HybridSettings::default() }))
     };
@@ -279,13 +289,7 @@ fn clusters_find_all_lights_that_count() {
 fn lights_asked_first_are_the_same_lights() {
     let Some(setup) = Setup::new("lights_asked_first_are_the_same_lights") else { return };
     let of = |shadow_samples, light_cutoff, shadows| {
-        let rays = DirectSettings {
-            shadow_samples,
-            reflection_samples: 0,
-            ambient_samples: 0,
-            max_depth: 1,
-            ..Default::default()
-        };
+        let rays = only_lights(shadow_samples);
         view(overview(), hybrid(HybridSettings { rays, light_cutoff, shadows, ..HybridSettings::default() }))
     };
     let mut kernel = setup.hybrid(&of(1, 0.0, true));

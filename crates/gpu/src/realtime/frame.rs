@@ -78,7 +78,7 @@ impl RealtimeFrame {
             (settings.filter && settings.filter_passes > 0, SMOOTHS),
         ];
         let Projections { clip_from_world, previous_clip_from_world, eye, previous_eye } = state.projections;
-        let (_, seed) = film.contents.randomness();
+        let seed = film.contents.seed();
         Self {
             clip_from_world,
             previous_clip_from_world,

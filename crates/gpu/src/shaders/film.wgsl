@@ -17,8 +17,6 @@ struct View {
     row_count: u32,
     first_sample: u32,
     sample_count: u32,
-    /// SAMPLER_… of the optics.
-    sampler: u32,
     seed: u32,
     /// Radius of a pixel's footprint per metre of distance.
     pixel_spread: f32,
@@ -45,10 +43,11 @@ struct View {
     shadows: u32,
     /// 0 or 1: Phong's highlights instead of microfacets.
     phong: u32,
-    /// How light fades with distance: coefficients of `falloff_factor`.
-    falloff: vec3f,
     /// `hybrid`: least probability of reflection rays.
     reflection_survival: f32,
+    /// How light fades with distance: coefficients of `falloff_factor`.
+    falloff: vec3f,
+    padding: u32,
 }
 
 /// Sums of a pixel's samples, linear RGB radiance.
@@ -126,7 +125,7 @@ fn pixel_work(index: u32) -> PixelWork {
 
 /// The random numbers of a sample of a pixel of the window.
 fn pixel_sampler(pixel: vec2u, sample: u32) -> PixelSampler {
-    return sampler_new(view.sampler, view.window_x + pixel.x, view.window_y + pixel.y, view.width, sample, view.seed);
+    return sampler_new(SAMPLER, view.window_x + pixel.x, view.window_y + pixel.y, view.width, sample, view.seed);
 }
 
 /// The camera ray of a sample of a pixel of the window.

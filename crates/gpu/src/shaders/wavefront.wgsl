@@ -112,6 +112,6 @@ fn load_path(at: u32) -> Path {
     state.specular = record.pdf < 0.0;
     state.eta_scale = record.eta_scale;
     state.depth = wave.depth;
-    let sampler = PixelSampler(view.sampler, record.scramble, record.sampler_index);
+    let sampler = PixelSampler(SAMPLER, record.scramble, record.sampler_index);
     return Path(state, sampler, record.origin, record.direction, record.length, record.receiver);
 }

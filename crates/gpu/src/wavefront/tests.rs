@@ -117,7 +117,7 @@ impl Setup {
 }
 
 fn variant(splitting: u32) -> Variant {
-    Variant { splitting: splitting > 1, ..Variant::default() }
+    Variant { sampler: view(splitting).sampler, splitting: splitting > 1, ..Variant::default() }
 }
 
 /// Share of the pixels that differ by more than rounding.

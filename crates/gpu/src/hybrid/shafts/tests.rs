@@ -1,10 +1,10 @@
 //! Shafts leave nothing out: shadows are those of walks from the root.
 
-use super::super::tests::{Setup, differing_share, hybrid, overview, view};
+use super::super::tests::{Setup, differing_share, hybrid, only_lights, overview, view};
 use super::*;
 use crate::film::read_all;
 use crate::tracer::bvh;
-use backend::{DirectSettings, HybridSettings};
+use backend::HybridSettings;
 use glam::{Affine3A, Quat, Vec3};
 use scene::Shape;
 use testkit::scenes::{Build, assortment, ground, lambert, uv_sphere};
@@ -38,13 +38,7 @@ fn detailed() -> scene::Scene {
 fn shafts_leave_nothing_out() {
     let Some(setup) = Setup::with_scene("shafts_leave_nothing_out", &detailed()) else { return };
     let of = |shadow_samples, shadows| {
-        let rays = DirectSettings {
-            shadow_samples,
-            reflection_samples: 0,
-            ambient_samples: 0,
-            max_depth: 1,
-            ..Default::default()
-        };
+        let rays = only_lights(shadow_samples);
         view(overview(), hybrid(HybridSettings { rays, light_cutoff: 0.0, shadows, ..Default::default() }))
     };
     let mut kernel = setup.hybrid(&of(2, true));
