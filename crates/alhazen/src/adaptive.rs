@@ -53,6 +53,10 @@ impl Sampling {
 /// A round makes the samples at most this many times what they were, so that the next one knows more.
 const ROUND_GROWTH: f64 = 1.5;
 
+/// What is left of a budget when it is a smaller part than this is not worth a round: pixels get whole quanta of samples, so
+/// rounds never end exactly where they should, and ever smaller ones would follow.
+const LEAST_ROUND: u64 = 64;
+
 impl Renderer {
     /// Adds samples to the pixels that need them most: one round of adaptive sampling, of a picture whose pixels have their
     /// first ones ([`Adaptive::pilot`]) by [`Renderer::render_pass`] with the same view. `None` if no pixel needs any.
@@ -107,7 +111,7 @@ impl Renderer {
             summary.spp = (made / area) as u32;
             let quiet = limits.noise.zip(summary.noise).is_some_and(|(limit, noise)| noise <= limit);
             let late = limits.time.is_some_and(|time| start.elapsed() >= time);
-            if quiet || late || made >= budget {
+            if quiet || late || budget.saturating_sub(made) <= budget / LEAST_ROUND {
                 break;
             }
             let total = next_total(made, &summary, limits, start.elapsed()).min(budget);

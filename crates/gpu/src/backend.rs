@@ -4,7 +4,8 @@ mod round;
 
 use crate::film::{Batch, FOLD_SAMPLES, FilmBuffers, device_error};
 use crate::kernel::{Kernel, KernelKind, PathKernel, Tracing};
-use crate::plan::{Levels, Pace, Plan, most_samples};
+use crate::plan::{Pace, Plan, most_samples};
+use crate::portions::portions;
 use crate::rounds::Rounds;
 use crate::scene::refuse_volumes;
 use crate::scene::update::StagingRing;
@@ -70,7 +71,7 @@ struct Picture {
     view: View,
     film: Film,
     buffers: FilmBuffers,
-    /// Samples that a pixel may have on the device.
+    /// Samples that a pixel may have on the device; see [`FOLD_SAMPLES`].
     pending: u32,
     last_fold: Instant,
     /// How often that has been moved to the host's film.
@@ -331,14 +332,14 @@ impl GpuBackend {
     ) -> Result<(), GpuError> {
         let all: u64 = pixels.iter().map(|p| u64::from(p.count)).sum();
         let mean = all.div_ceil(view.window.area().max(1) as u64);
-        let mut run = self.begin_list(view, mean)?;
-        for level in Levels::new(view.window.width, pixels, most_samples(run.gpu.is_software())) {
+        let mut run = self.begin_portions(view, mean)?;
+        run.make_room(pixels.iter().map(|p| p.count).max().unwrap_or(0))?;
+        for cut in portions([view.window.width, view.window.height], pixels) {
             if control.is_cancelled() {
                 break;
             }
-            run.make_room(level.samples)?;
-            run.picture.buffers.set_list(run.gpu, &level.pixels)?;
-            run.level(level.samples, level.pixels.len() as u32, control, stats)?;
+            run.picture.buffers.set_shares(run.gpu, &cut.shares)?;
+            run.make(cut.samples, cut.count, control, stats)?;
         }
         run.finish(control, stats)
     }

@@ -5,6 +5,7 @@
 //! device starts from zero.
 
 use crate::hybrid::Picture;
+use crate::portions::{Gathering, PORTION_BYTES, Share, pixels_in_tiles};
 use crate::scene::upload::{empty_buffer, write_buffer, write_buffer_at};
 use crate::{Gpu, GpuError};
 use backend::{BackendError, DirectSettings, Highlights, Integrator, PathSettings, SamplerKind};
@@ -13,7 +14,7 @@ use film::{AovSample, AovSums, Film, PixelStats};
 use optics::camera::camera_pixel_spread;
 use wgpu::BufferUsages;
 
-/// Samples of a pixel that may gather on the device.
+/// Samples of a pixel that may gather on the device. Portions count as one: rounding errors grow with the number of additions.
 pub const FOLD_SAMPLES: u32 = 1024;
 
 /// The optics' camera as shaders see it.
@@ -69,7 +70,7 @@ pub struct View {
     phong: u32,
     reflection_survival: f32,
     falloff: [f32; 3],
-    padding: u32,
+    portion_samples: u32,
 }
 
 /// A part of a pass: some pixels of the window and some samples of each.
@@ -77,7 +78,7 @@ pub struct View {
 pub struct Batch {
     /// Which pixels.
     pub pixels: BatchPixels,
-    /// First sample. Pixels of a list have a first sample each, to which this is added.
+    /// First sample. Portions have a first sample each, to which this is added.
     pub first_sample: u32,
     /// Number of samples.
     pub sample_count: u32,
@@ -93,21 +94,24 @@ pub enum BatchPixels {
         /// How many.
         count: u32,
     },
-    /// Entries of the list of pixels ([`FilmBuffers::set_list`]).
-    Listed {
+    /// Portions of the pixels' samples ([`FilmBuffers::set_shares`]). Once they are made, [`FilmBuffers::gather`] adds them to their
+    /// pixels.
+    Portions {
         /// The first.
         first: u32,
-        /// How many.
+        /// How many: at most [`FilmBuffers::most_portions`].
         count: u32,
+        /// Samples of each.
+        samples: u32,
     },
 }
 
 impl Batch {
-    /// Number of pixels in a window of `width` pixels.
+    /// Number of pixels, or of portions, in a window of `width` pixels.
     pub fn pixel_count(&self, width: u32) -> u32 {
         match self.pixels {
             BatchPixels::Rows { count, .. } => width * count,
-            BatchPixels::Listed { count, .. } => count,
+            BatchPixels::Portions { count, .. } => count,
         }
     }
 }
@@ -260,18 +264,13 @@ pub struct Counters {
     padding: u32,
 }
 
-/// Bytes of the counters; the list of pixels comes behind them.
+/// Bytes of the counters; the pixels' shares come behind them.
 const COUNTER_BYTES: u64 = size_of::<Counters>() as u64;
 
-/// A pixel that samples are wanted for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-#[repr(C)]
-pub struct ListedPixel {
-    /// Place in the window, row by row from the top.
-    pub pixel: u32,
-    /// Its first sample.
-    pub first_sample: u32,
-}
+/// Most portions that are summed at a time: enough to keep a large device busy, 32 MiB.
+const MOST_PORTIONS: u64 = 1 << 20;
+/// Room for portions that small windows have.
+const LEAST_PORTIONS: u64 = 1 << 12;
 
 impl Counters {
     /// Rays traced.
@@ -284,9 +283,9 @@ impl Counters {
 pub struct FilmBuffers {
     /// Binding 0: [`View`], uniform.
     pub view: wgpu::Buffer,
-    /// Binding 1: a [`FilmPixel`] for each pixel of the window, row by row.
+    /// Binding 1: a [`FilmPixel`] for each pixel of the window, row by row, and room for portions behind them.
     pub pixels: wgpu::Buffer,
-    /// Binding 2: [`Counters`], and a list of pixels with room for all of the window.
+    /// Binding 2: [`Counters`], and a [`Share`] for each pixel of the window.
     pub counters: wgpu::Buffer,
     /// Binding 3: an [`AovPixel`] for each pixel, or one for all if no layers are wanted.
     pub aovs: wgpu::Buffer,
@@ -304,6 +303,8 @@ pub struct FilmBuffers {
     pub sampler: SamplerKind,
     wants_aovs: bool,
     staging: wgpu::Buffer,
+    /// Made when it is first needed.
+    gathering: Option<Gathering>,
 }
 
 impl FilmBuffers {
@@ -315,10 +316,14 @@ impl FilmBuffers {
         let pixels = view.window.area() as u64;
         let readable = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
         let film_bytes = pixels * size_of::<FilmPixel>() as u64;
+        let most_bytes = gpu.limits.max_storage_buffer_binding_size.min(gpu.limits.max_buffer_size);
+        let room = pixels.clamp(LEAST_PORTIONS, MOST_PORTIONS) * PORTION_BYTES;
+        let room = room.min(most_bytes.saturating_sub(film_bytes) / PORTION_BYTES * PORTION_BYTES);
         let aov_bytes = if wants_aovs { pixels } else { 1 } * size_of::<AovPixel>() as u64;
-        let tally_bytes = COUNTER_BYTES + pixels * size_of::<ListedPixel>() as u64;
+        let shares = pixels_in_tiles([view.window.width, view.window.height]);
+        let tally_bytes = COUNTER_BYTES + shares * size_of::<Share>() as u64;
         let view_buffer = empty_buffer(gpu, "the view", size_of::<View>() as u64, BufferUsages::UNIFORM)?;
-        let film = empty_buffer(gpu, "the film", film_bytes, readable)?;
+        let film = empty_buffer(gpu, "the film", film_bytes + room, readable)?;
         let counters = empty_buffer(gpu, "counters", tally_bytes, readable)?;
         let aovs = empty_buffer(gpu, "the auxiliary layers", aov_bytes, readable)?;
         let staging_bytes = film_bytes + if wants_aovs { aov_bytes } else { 0 } + COUNTER_BYTES;
@@ -357,19 +362,29 @@ impl FilmBuffers {
             sampler: view.sampler,
             wants_aovs,
             staging,
+            gathering: None,
         })
     }
 
     /// Takes another view of the same size without making anything anew. Returns whether that was possible.
     pub fn set_view(&mut self, view: &backend::View) -> bool {
         let contents = View::new(view);
-        let area = u64::from(contents.window_width) * u64::from(contents.window_height);
-        let same_size = contents.picture().window_size == self.contents.picture().window_size;
-        if !same_size || area * size_of::<FilmPixel>() as u64 != self.pixels.size() {
+        if contents.picture().window_size != self.contents.picture().window_size {
             return false;
         }
         (self.contents, self.integrator, self.camera) = (contents, view.integrator, view.camera);
         true
+    }
+
+    /// Bytes of the window's pixels, at the beginning of [`FilmBuffers::pixels`].
+    pub fn pixel_bytes(&self) -> u64 {
+        let [width, height] = self.contents.picture().window_size;
+        u64::from(width) * u64::from(height) * size_of::<FilmPixel>() as u64
+    }
+
+    /// Portions that there is room for at a time; 0 where the device has none for a window of this size.
+    pub fn most_portions(&self) -> u32 {
+        ((self.pixels.size() - self.pixel_bytes()) / PORTION_BYTES) as u32
     }
 
     /// Whether first hits are recorded.
@@ -388,24 +403,41 @@ impl FilmBuffers {
     /// # Errors
     /// When there is no memory for the copy.
     pub fn set_batch(&mut self, gpu: &Gpu, batch: Batch) -> Result<(), GpuError> {
-        let (rows, list) = match batch.pixels {
-            BatchPixels::Rows { first, count } => ((first, count), (0, 0)),
-            BatchPixels::Listed { first, count } => ((0, 0), (first, count)),
+        let (rows, portions) = match batch.pixels {
+            BatchPixels::Rows { first, count } => ((first, count), (0, 0, 0)),
+            BatchPixels::Portions { first, count, samples } => ((0, 0), (first, count, samples)),
         };
-        (self.contents.first_row, self.contents.row_count) = rows;
-        (self.contents.first_listed, self.contents.listed) = list;
+        let c = &mut self.contents;
+        (c.first_row, c.row_count) = rows;
+        (c.first_listed, c.listed, c.portion_samples) = portions;
         self.contents.first_sample = batch.first_sample;
         self.contents.sample_count = batch.sample_count;
         write_buffer(gpu, "the view", &self.view, bytemuck::bytes_of(&self.contents))
     }
 
-    /// Replaces the list of pixels, which cannot be longer than the window has pixels. Dispatches submitted before still see
-    /// the one before.
+    /// Says how many portions each pixel gets. Dispatches submitted before still see what was said before.
     ///
     /// # Errors
     /// When there is no memory for the copy.
-    pub fn set_list(&self, gpu: &Gpu, list: &[ListedPixel]) -> Result<(), GpuError> {
-        write_buffer_at(gpu, "the list of pixels", &self.counters, COUNTER_BYTES, bytemuck::cast_slice(list))
+    pub fn set_shares(&self, gpu: &Gpu, shares: &[Share]) -> Result<(), GpuError> {
+        let bytes = bytemuck::cast_slice(shares);
+        write_buffer_at(gpu, "shares of pixels", &self.counters, COUNTER_BYTES, bytes)
+    }
+
+    /// Adds portions that were submitted to their pixels.
+    ///
+    /// - `first`, `count`: as in [`BatchPixels::Portions`]. `all`: portions of all pixels.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn gather(&mut self, gpu: &Gpu, first: u32, count: u32, all: u32) -> Result<(), GpuError> {
+        let gathering = match self.gathering.take() {
+            Some(gathering) => gathering,
+            None => Gathering::new(gpu, self)?,
+        };
+        let done = gathering.submit(gpu, first, count, all);
+        self.gathering = Some(gathering);
+        done
     }
 
     /// Moves everything summed on the device to `film`; returns what was counted. The device starts from zero.
@@ -414,7 +446,8 @@ impl FilmBuffers {
     /// When the device fails; `film` is unchanged then.
     pub fn fold_into(&mut self, gpu: &Gpu, film: &mut Film) -> Result<Counters, GpuError> {
         let doing = "reading the film";
-        let mut parts = vec![(&self.counters, COUNTER_BYTES), (&self.pixels, self.pixels.size())];
+        let pixel_bytes = self.pixel_bytes();
+        let mut parts = vec![(&self.counters, COUNTER_BYTES), (&self.pixels, pixel_bytes)];
         if self.wants_aovs {
             parts.push((&self.aovs, self.aovs.size()));
         }
@@ -431,7 +464,7 @@ impl FilmBuffers {
         .map_err(|reason| GpuError::Device { doing, reason })?;
         let counters = read_mapped(gpu, &self.staging, self.staging.size(), doing, |bytes| {
             let (counters, rest) = bytes.split_at(size_of::<Counters>());
-            let (pixels, layers) = rest.split_at(self.pixels.size() as usize);
+            let (pixels, layers) = rest.split_at(pixel_bytes as usize);
             add_pixels(film, bytemuck::cast_slice(pixels));
             if self.wants_aovs {
                 add_layers(film, bytemuck::cast_slice(layers));
@@ -601,7 +634,7 @@ mod tests {
                 phong,
                 reflection_survival,
                 falloff,
-                padding,
+                portion_samples,
             }
         );
         assert_layout!(module, FilmPixel { sum, count, sum_of_squares, invalid });
@@ -623,8 +656,8 @@ mod tests {
         );
         assert_layout!(module, Counters { rays_low, rays_high, invalid_aovs, padding });
         let (tally, _) = crate::layout::layout_of(&module, "Tally");
-        assert_eq!(tally, [("counters".to_owned(), 0), ("pixels".to_owned(), COUNTER_BYTES as usize)]);
-        assert_eq!(size_of::<ListedPixel>(), 8, "a vec2u");
+        assert_eq!(tally, [("counters".to_owned(), 0), ("shares".to_owned(), COUNTER_BYTES as usize)]);
+        assert_eq!(size_of::<Share>(), 8, "a vec2u");
         // The optics' structure has gaps where Rust has fields of padding.
         let (fields, size) = crate::layout::layout_of(&module, "CameraFrame");
         let rust = [

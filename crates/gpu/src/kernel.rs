@@ -356,8 +356,8 @@ impl Megakernel {
     }
 }
 
-/// Invocations for a list of `count` pixels, in workgroups of eight by eight.
-fn list_size(count: u32) -> [u32; 2] {
+/// Invocations for `count` portions, in workgroups of eight by eight.
+fn run_size(count: u32) -> [u32; 2] {
     const MOST_COLUMNS: u32 = 1024;
     let groups = count.div_ceil(64);
     let columns = groups.clamp(1, MOST_COLUMNS);
@@ -375,7 +375,7 @@ impl Kernel for Megakernel {
         film.set_batch(gpu, batch)?;
         let size = match batch.pixels {
             BatchPixels::Rows { count, .. } => [film.contents.window_width(), count],
-            BatchPixels::Listed { count, .. } => list_size(count),
+            BatchPixels::Portions { count, .. } => run_size(count),
         };
         self.0.submit(gpu, &film.bind_group, size, timer)
     }

@@ -19,6 +19,7 @@ mod layout;
 #[cfg(not(any(target_vendor = "apple", target_arch = "wasm32")))]
 pub mod pipeline;
 mod plan;
+mod portions;
 pub mod rays;
 pub mod realtime;
 mod rounds;

@@ -1,8 +1,7 @@
 //! Cutting a render into dispatches that are short enough for drivers' watchdogs and for cancelling, and long enough to
 //! keep the device busy.
 
-use crate::film::{Batch, BatchPixels, ListedPixel};
-use backend::PixelSamples;
+use crate::film::{Batch, BatchPixels};
 use std::ops::Range;
 use std::time::Duration;
 
@@ -109,101 +108,37 @@ impl Plan {
     }
 }
 
-/// Entries of a list that one dispatch may work on: what every device with a ray tracing pipeline can start in a row.
-const MOST_LISTED: u64 = 1 << 22;
+/// Portions that one dispatch may make: what every device with a ray tracing pipeline can start in a row.
+const MOST_PORTIONS: u32 = 1 << 22;
 
-/// Samples for a list of pixels, level by level: all pixels of a level get the same number of samples, so that invocations
-/// that run side by side do the same.
-#[derive(Clone, Debug)]
-pub struct Levels {
-    /// What is still to be done, by squares of a workgroup's size.
-    left: Vec<PixelSamples>,
-    /// Samples of each pixel of the next level: a power of two.
-    samples: u32,
-}
-
-/// Pixels that get the same number of samples.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Level {
-    /// The pixels; none is there twice.
-    pub pixels: Vec<ListedPixel>,
-    /// Samples of each of them.
-    pub samples: u32,
-}
-
-impl Levels {
-    /// For pixels of a window of `width` pixels, of which each gets at most `most` samples at a time: a power of two.
-    pub fn new(width: u32, pixels: &[PixelSamples], most: u32) -> Self {
-        let mut left = pixels.to_vec();
-        left.sort_by_key(|p| {
-            let (x, y) = (p.pixel % width, p.pixel / width);
-            (y / LEAST_ROWS, x / LEAST_ROWS, y, x)
-        });
-        Self { left, samples: most }
-    }
-}
-
-impl Iterator for Levels {
-    type Item = Level;
-
-    fn next(&mut self) -> Option<Level> {
-        self.left.retain(|p| p.count > 0);
-        let most = self.left.iter().map(|p| p.count).max()?;
-        while self.samples > most {
-            self.samples /= 2;
-        }
-        let samples = self.samples;
-        let level = self.left.iter_mut().filter(|p| p.count >= samples).map(|p| {
-            let listed = ListedPixel { pixel: p.pixel, first_sample: p.first };
-            (p.first, p.count) = (p.first + samples, p.count - samples);
-            listed
-        });
-        Some(Level { pixels: level.collect(), samples })
-    }
-}
-
-/// Fewest samples of a pixel that a dispatch for listed pixels makes, if it wants as many.
-const LEAST_LISTED_SAMPLES: u32 = 4;
-
-/// Walks through the samples of a level: all its pixels with a part of their samples at a time. A list may be too short to keep a
-/// device busy; then a dispatch takes as long as the samples of one pixel take after each other, and only fewer of those make
-/// it shorter, not fewer pixels.
+/// Walks through portions of equal size.
 #[derive(Clone, Copy, Debug)]
-pub struct ListPlan {
-    pixels: u32,
+pub struct PortionPlan {
+    count: u32,
     samples: u32,
-    /// Samples that all pixels have.
-    done: u32,
-    /// Samples that all pixels are getting now, and the first pixel that is still to get them.
-    chunk: u32,
+    /// Most that there is room for at a time.
+    most: u32,
+    /// The first that is still to be made.
     first: u32,
 }
 
-impl ListPlan {
-    /// For a list of `pixels` pixels of which each gets `samples` samples.
-    pub fn new(pixels: u32, samples: u32) -> Self {
-        Self { pixels, samples, done: 0, chunk: 0, first: 0 }
+impl PortionPlan {
+    /// For `count` portions of `samples` samples, of which there is room for `most` at a time, at least one.
+    pub fn new(count: u32, samples: u32, most: u32) -> Self {
+        Self { count, samples, most: most.clamp(1, MOST_PORTIONS), first: 0 }
     }
 
     /// The next batch; `None` when there is nothing left.
     pub fn next(&mut self, pace: &Pace) -> Option<Batch> {
-        let left = self.samples - self.done;
-        if left == 0 || self.pixels == 0 {
+        if self.first == self.count {
             return None;
         }
-        if self.first == 0 {
-            let affordable = (pace.budget() / u64::from(self.pixels)).min(u64::from(left)) as u32;
-            self.chunk = affordable.max(LEAST_LISTED_SAMPLES.min(left));
-        }
-        let affordable = (pace.budget() / u64::from(self.chunk)).max(1).next_multiple_of(64);
-        let count = affordable.min(MOST_LISTED).min(u64::from(self.pixels - self.first)) as u32;
-        let pixels = BatchPixels::Listed { first: self.first, count };
-        let batch = Batch { pixels, first_sample: self.done, sample_count: self.chunk };
+        // A workgroup takes as long for one portion as for all that it has room for.
+        let affordable = (pace.budget() / u64::from(self.samples)).max(1).next_multiple_of(64);
+        let count = affordable.min(u64::from(self.most.min(self.count - self.first))) as u32;
+        let pixels = BatchPixels::Portions { first: self.first, count, samples: self.samples };
         self.first += count;
-        if self.first == self.pixels {
-            (self.first, self.done) = (0, self.done + self.chunk);
-        }
-        Some(batch)
+        Some(Batch { pixels, first_sample: 0, sample_count: self.samples })
     }
 }
 
@@ -211,83 +146,54 @@ impl ListPlan {
 mod tests {
     use super::*;
 
+    /// Every portion exactly once, whatever the pace, and never more than there is room for.
     #[test]
-    fn levels_hold_every_sample_once_and_in_order() {
-        let wanted = [0, 1, 4, 12, 300, 999, 64];
-        let pixels: Vec<_> =
-            (0..500).map(|i| PixelSamples { pixel: i, first: 8, count: wanted[i as usize % 7] }).collect();
-        let mut next = vec![8; 500];
-        let mut levels = 0;
-        for level in Levels::new(25, &pixels, MOST_SAMPLES) {
-            levels += 1;
-            for p in &level.pixels {
-                assert_eq!(p.first_sample, next[p.pixel as usize]);
-                next[p.pixel as usize] += level.samples;
-            }
-        }
-        assert!(pixels.iter().all(|p| next[p.pixel as usize] == 8 + p.count));
-        assert!(levels < 16, "{levels}");
-    }
-
-    /// First entry and number of entries.
-    fn entries(batch: &Batch) -> (u32, u32) {
-        let BatchPixels::Listed { first, count } = batch.pixels else { panic!("rows: {batch:?}") };
-        (first, count)
-    }
-
-    /// Every sample of every entry exactly once, whatever the pace.
-    #[test]
-    fn lists_are_worked_off_once() {
+    fn portions_are_made_once() {
         for cost in [1e-12, 1e-7, 2e-6, 1e-4, 1.0] {
-            for (pixels, samples) in [(1, 256), (700, 1), (999, 64), (5000, 4), (0, 8)] {
-                let mut plan = ListPlan::new(pixels, samples);
-                let mut next = vec![0; pixels as usize];
+            for (portions, samples, most) in [(1, 16, 64), (700, 1, 128), (99_999, 16, 50_000), (0, 4, 64)] {
+                let mut plan = PortionPlan::new(portions, samples, most);
+                let mut next = 0;
                 while let Some(batch) = plan.next(&Pace { cost }) {
-                    let (first, count) = entries(&batch);
-                    for given in &mut next[first as usize..(first + count) as usize] {
-                        assert_eq!(*given, batch.first_sample, "{cost}: {pixels}, {samples}");
-                        *given += batch.sample_count;
-                    }
+                    let BatchPixels::Portions { first, count, samples: of_each } = batch.pixels else {
+                        panic!("rows: {batch:?}")
+                    };
+                    assert_eq!((first, of_each, batch.sample_count), (next, samples, samples));
+                    assert!((1..=most).contains(&count), "{cost}: {count}");
+                    next += count;
                 }
-                assert!(next.iter().all(|&n| n == samples), "{cost}: {pixels}, {samples}");
+                assert_eq!(next, portions, "{cost}: portions of {samples}");
             }
         }
     }
 
-    /// A device that is not busy takes as long for a few pixels as for many. Whoever gives it less and less because it seems slow
-    /// waits that long again and again.
+    /// A device that is not busy takes as long for a few portions as for many. Whoever gives it less and less because it seems
+    /// slow waits that long again and again.
     #[test]
-    fn short_lists_do_not_take_long() {
+    fn few_portions_do_not_take_long() {
         const AT_A_TIME: u32 = 65_536;
         const LATENCY: f64 = 5e-4;
         let mut pace = Pace { cost: LATENCY / f64::from(AT_A_TIME) };
         let mut longest: f64 = 0.0;
-        let lists =
-            [(3000, 256), (1000, 256), (1000, 256), (1000, 256), (200, 256), (20_000, 64), (800_000, 8)];
-        for (pixels, samples) in lists {
-            let mut plan = ListPlan::new(pixels, samples);
+        let lists = [(48_000, 16), (300, 4), (16_000, 16), (1000, 4), (3200, 16), (80_000, 16), (800_000, 4)];
+        for (portions, samples) in lists {
+            let mut plan = PortionPlan::new(portions, samples, 1 << 20);
             let mut taken = 0.0;
             while let Some(batch) = plan.next(&pace) {
-                let waves = f64::from(entries(&batch).1.div_ceil(AT_A_TIME));
-                let seconds = waves * f64::from(batch.sample_count) * LATENCY;
-                pace.learn(
-                    u64::from(batch.sample_count) * u64::from(entries(&batch).1),
-                    Duration::from_secs_f64(seconds),
-                );
+                let BatchPixels::Portions { count, .. } = batch.pixels else { panic!("rows: {batch:?}") };
+                let waves = f64::from(count.div_ceil(AT_A_TIME));
+                let seconds = waves * f64::from(samples) * LATENCY;
+                pace.learn(u64::from(samples) * u64::from(count), Duration::from_secs_f64(seconds));
                 (taken, longest) = (taken + seconds, longest.max(seconds));
             }
-            let least = f64::from(pixels.div_ceil(AT_A_TIME) * samples) * LATENCY;
-            assert!(
-                taken < 2.0 * least,
-                "{pixels} pixels of {samples} samples: {taken} s instead of {least}"
-            );
+            let least = f64::from(portions.div_ceil(AT_A_TIME) * samples) * LATENCY;
+            assert!(taken < 2.0 * least, "{portions} portions of {samples}: {taken} s instead of {least}");
         }
         assert!(longest < 0.2, "a dispatch of {longest} s");
     }
 
     /// First row and number of rows.
     fn rows(batch: &Batch) -> (u32, u32) {
-        let BatchPixels::Rows { first, count } = batch.pixels else { panic!("a list: {batch:?}") };
+        let BatchPixels::Rows { first, count } = batch.pixels else { panic!("portions: {batch:?}") };
         (first, count)
     }
 

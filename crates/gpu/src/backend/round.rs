@@ -1,9 +1,10 @@
-//! Samples of some pixels: lists that the host made, and rounds that the device decides about.
+//! Samples of some pixels: those that the host lists, and rounds that the device decides about.
 
 use super::{CompiledKernel, FOLD_INTERVAL, GpuBackend, IN_FLIGHT, Picture, add_time, samples_of};
-use crate::film::{Batch, FOLD_SAMPLES, device_error};
+use crate::film::{Batch, BatchPixels, FOLD_SAMPLES, device_error};
 use crate::kernel::KernelKind;
-use crate::plan::ListPlan;
+use crate::plan::PortionPlan;
+use crate::portions::{PORTION_BYTES, PORTIONS, portion_count};
 use crate::rounds::{Decision, Rounds};
 use crate::timing::Timer;
 use crate::{Gpu, GpuError};
@@ -11,8 +12,8 @@ use backend::{BackendError, Control, Round, Stats, View};
 use std::collections::VecDeque;
 use std::time::Instant;
 
-/// Samples of listed pixels that are being made.
-pub(super) struct ListRun<'a> {
+/// Portions of pixels' samples that are being made.
+pub(super) struct PortionRun<'a> {
     pub gpu: &'a Gpu,
     pub picture: &'a mut Picture,
     compiled: &'a mut CompiledKernel,
@@ -23,33 +24,44 @@ pub(super) struct ListRun<'a> {
     last_done: Instant,
 }
 
-impl ListRun<'_> {
-    /// Moves what the device has summed to the host, if it has no room for `samples` more of a pixel, or has not done so for long.
+impl PortionRun<'_> {
+    /// Moves what the device has summed to the host, if it has no room for the portions of `samples` more samples of a pixel, or has
+    /// not done so for long.
     pub fn make_room(&mut self, samples: u32) -> Result<(), GpuError> {
-        let full = self.picture.pending + samples > FOLD_SAMPLES;
+        let added = portion_count(samples);
+        let full = self.picture.pending + added > FOLD_SAMPLES;
         if full || self.picture.last_fold.elapsed() > FOLD_INTERVAL {
             self.picture.fold(self.gpu)?;
         }
-        self.picture.pending += samples;
+        self.picture.pending += added;
         Ok(())
     }
 
-    /// Makes `samples` samples of each of the `pixels` pixels that the list has now. The last ones may still be under way when it
-    /// returns: what is submitted later sees what they have left.
-    pub fn level(
+    /// Makes all of the `count` portions of `samples` samples that the film's shares say now. The last ones may still be under way
+    /// when it returns: what is submitted later sees what they have left.
+    pub fn make(
         &mut self,
         samples: u32,
-        pixels: u32,
+        count: u32,
         control: &Control,
         stats: &mut Stats,
     ) -> Result<(), GpuError> {
-        let mut plan = ListPlan::new(pixels, samples);
+        let most = self.picture.buffers.most_portions();
+        if most == 0 {
+            let (adapter, limit) = (self.gpu.info.name.clone(), "bytes of a bound buffer");
+            let offered = self.picture.buffers.pixels.size();
+            return Err(GpuError::Limit { adapter, limit, needed: offered + PORTION_BYTES, offered });
+        }
+        let mut plan = PortionPlan::new(count, samples, most);
         while let Some(batch) = plan.next(&self.compiled.pace) {
             if control.is_cancelled() {
                 break;
             }
             let kernel = &mut self.compiled.kernel;
             let submission = kernel.submit(self.gpu, &mut self.picture.buffers, batch, self.timer)?;
+            if let BatchPixels::Portions { first, count: made, .. } = batch.pixels {
+                self.picture.buffers.gather(self.gpu, first, made, count)?;
+            }
             self.under_way.push_back((submission, batch, Instant::now()));
             if self.under_way.len() >= IN_FLIGHT {
                 self.wait_for_one(control, stats)?;
@@ -89,8 +101,8 @@ impl ListRun<'_> {
 }
 
 impl GpuBackend {
-    /// Makes everything ready for lists of pixels that get `mean` samples each, over the whole window.
-    pub(super) fn begin_list(&mut self, view: &View, mean: u64) -> Result<ListRun<'_>, GpuError> {
+    /// Makes everything ready for portions of pixels that get `mean` samples each, over the whole window.
+    pub(super) fn begin_portions(&mut self, view: &View, mean: u64) -> Result<PortionRun<'_>, GpuError> {
         // Frames are of all pixels; of single ones other kernels make the same picture.
         let kind = match KernelKind::of(&view.integrator) {
             KernelKind::Hybrid => KernelKind::Direct,
@@ -103,7 +115,7 @@ impl GpuBackend {
             return Err(missing());
         };
         picture.rays = 0;
-        Ok(ListRun {
+        Ok(PortionRun {
             gpu: &self.gpu,
             compiled: scene.kernels.get_mut(&key).ok_or_else(missing)?,
             picture,
@@ -135,7 +147,7 @@ impl GpuBackend {
         if !is_known || samples == 0 {
             return Ok(None);
         }
-        let work = |this: &mut Self, stats: &mut Stats| this.render_levels(view, &decision, control, stats);
+        let work = |this: &mut Self, stats: &mut Stats| this.make_decided(view, &decision, control, stats);
         let mut stats = self.render_with(view, samples, control, work)?;
         stats.elapsed = start.elapsed();
         Ok(Some(stats))
@@ -159,7 +171,7 @@ impl GpuBackend {
         Ok(Some(decision))
     }
 
-    fn render_levels(
+    fn make_decided(
         &mut self,
         view: &View,
         decision: &Decision,
@@ -167,16 +179,16 @@ impl GpuBackend {
         stats: &mut Stats,
     ) -> Result<(), GpuError> {
         let mean = decision.samples().div_ceil(view.window.area().max(1) as u64);
-        let mut run = self.begin_list(view, mean)?;
-        for &level in &decision.levels {
+        let mut run = self.begin_portions(view, mean)?;
+        run.make_room(decision.most_extra)?;
+        for (size, count) in decision.portions().filter(|p| p.1 > 0) {
             if control.is_cancelled() {
                 break;
             }
-            run.make_room(level.samples)?;
             if let Some(rounds) = &mut run.picture.rounds {
-                rounds.list(run.gpu, level)?;
+                rounds.share_out(run.gpu, size)?;
             }
-            run.level(level.samples, level.pixels, control, stats)?;
+            run.make(PORTIONS[size], count, control, stats)?;
         }
         run.finish(control, stats)
     }

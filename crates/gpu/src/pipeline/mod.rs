@@ -212,7 +212,7 @@ impl Kernel for PipelineKernel {
         film.set_batch(gpu, batch)?;
         let size = match batch.pixels {
             BatchPixels::Rows { count, .. } => [film.contents.window_width(), count, 1],
-            BatchPixels::Listed { count, .. } => [count, 1, 1],
+            BatchPixels::Portions { count, .. } => [count, 1, 1],
         };
         submit_timed(gpu, &self.program, size, self.name, timer.slot(self.name))
     }

@@ -2,11 +2,11 @@
 //!
 //! A fast device makes a sample of every pixel in less time than the host needs to read a film. So the film stays where it is:
 //! passes over it find out how noisy each pixel is, how many samples all deserve, and which pixels get how many
-//! (`shaders/rounds.wgsl`; the rule itself is the optics', as that of [`film::Allocation`]). The host reads back how many pixels each
-//! level has, a few words, and starts their samples; lists are made on the device.
+//! (`shaders/rounds.wgsl`; the rule itself is the optics', as that of [`film::Allocation`]). The host reads back how many portions of
+//! samples that makes, a few words, and starts them; which pixels they belong to is known on the device.
 
 use crate::film::{FilmBuffers, FilmPixel, read_mapped};
-use crate::plan::most_samples;
+use crate::portions::PORTIONS;
 use crate::scene::upload::{empty_buffer, write_buffer};
 use crate::timing::Timer;
 use crate::{Gpu, GpuError};
@@ -14,9 +14,8 @@ use bytemuck::{Pod, Zeroable};
 use film::Film;
 use wgpu::BufferUsages;
 
-/// Levels of fewer samples than the most, and of the most.
-const SMALL_LEVELS: usize = 16;
-const LARGE_LEVELS: usize = 32;
+/// Sizes of portions that are needed: what pixels get are multiples of the last of them.
+const SIZES: usize = 2;
 /// Factors that are tried at a time, and pixels that one workgroup tries them on.
 const CANDIDATES: u64 = 8;
 const TRIED_PIXELS: u64 = 1024;
@@ -34,11 +33,10 @@ const MOST_GROUPS: u64 = 1024;
 struct Round {
     size: [u32; 2],
     first_sample: u32,
-    level: u32,
-    most: u32,
-    before: u32,
+    size_number: u32,
     total: f32,
     offset: f32,
+    padding: [u32; 2],
 }
 
 /// See `shaders/rounds.wgsl`.
@@ -51,20 +49,8 @@ struct Picture {
     least_taken: f32,
     low: f32,
     high: f32,
-    listed: u32,
-    padding: u32,
-    levels: [u32; SMALL_LEVELS + LARGE_LEVELS],
-}
-
-/// Pixels that get the same number of samples.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Level {
-    /// A power of two.
-    pub samples: u32,
-    /// How many there are.
-    pub pixels: u32,
-    /// Levels of as many samples before this one; only the largest number comes more than once.
-    before: u32,
+    most_extra: u32,
+    portions: [u32; SIZES],
 }
 
 /// What the device has found out about its film.
@@ -76,14 +62,21 @@ pub(crate) struct Decision {
     pub least_valid: u32,
     /// All samples of the pixel that has fewest.
     pub least_taken: u32,
-    /// What is to be done, the largest numbers of samples first.
-    pub levels: Vec<Level>,
+    /// Samples of the pixel that gets most.
+    pub most_extra: u32,
+    /// How many portions there are of each size.
+    counts: [u32; SIZES],
 }
 
 impl Decision {
+    /// What is to be done: which of the sizes ([`PORTIONS`]), and how many.
+    pub fn portions(&self) -> impl Iterator<Item = (usize, u32)> {
+        self.counts.into_iter().enumerate()
+    }
+
     /// Samples of all pixels.
     pub fn samples(&self) -> u64 {
-        self.levels.iter().map(|l| u64::from(l.samples) * u64::from(l.pixels)).sum()
+        self.portions().map(|(size, count)| u64::from(PORTIONS[size]) * u64::from(count)).sum()
     }
 }
 
@@ -97,11 +90,13 @@ enum Pass {
     TryFactors,
     Narrow,
     Choose,
-    ListLevel,
+    CountPortions,
+    PlaceTiles,
+    ShareOut,
 }
 
 impl Pass {
-    const ALL: [Self; 8] = [
+    const ALL: [Self; 10] = [
         Self::Estimate,
         Self::SetLevel,
         Self::Weigh,
@@ -109,7 +104,9 @@ impl Pass {
         Self::TryFactors,
         Self::Narrow,
         Self::Choose,
-        Self::ListLevel,
+        Self::CountPortions,
+        Self::PlaceTiles,
+        Self::ShareOut,
     ];
 
     fn entry_point(self) -> &'static str {
@@ -121,7 +118,9 @@ impl Pass {
             Self::TryFactors => "try_factors",
             Self::Narrow => "narrow",
             Self::Choose => "choose",
-            Self::ListLevel => "list_level",
+            Self::CountPortions => "count_portions",
+            Self::PlaceTiles => "place_tiles",
+            Self::ShareOut => "share_out",
         }
     }
 }
@@ -184,7 +183,7 @@ impl Rounds {
             plans,
             picture,
             staging,
-            round: Round { size, most: most_samples(gpu.is_software()), ..Round::default() },
+            round: Round { size, ..Round::default() },
             folds: 0,
         })
     }
@@ -250,41 +249,27 @@ impl Rounds {
         .map_err(|reason| GpuError::Device { doing, reason })?;
         let size = self.staging.size();
         let picture = read_mapped(gpu, &self.staging, size, doing, bytemuck::pod_read_unaligned::<Picture>)?;
-        Ok(self.decision(&picture))
+        Ok(decision(&picture))
     }
 
-    fn decision(&self, picture: &Picture) -> Decision {
-        let (small, large) = picture.levels.split_at(SMALL_LEVELS);
-        let large =
-            (0..).zip(large).map(|(before, &pixels)| Level { samples: self.round.most, pixels, before });
-        let small =
-            small.iter().enumerate().rev().map(|(i, &pixels)| Level { samples: 1 << i, pixels, before: 0 });
-        Decision {
-            error: f64::from(picture.squared_error).sqrt(),
-            least_valid: picture.least_valid as u32,
-            least_taken: picture.least_taken as u32,
-            levels: large.chain(small).filter(|l| l.pixels > 0).collect(),
-        }
-    }
-
-    /// Has the device write the list of a level's pixels where kernels look for it.
+    /// Has the device say which pixels the portions of a size belong to, where kernels look for it.
     ///
     /// # Errors
     /// When the device fails at once.
-    pub fn list(&mut self, gpu: &Gpu, level: Level) -> Result<(), GpuError> {
-        (self.round.level, self.round.before) = (level.samples, level.before);
+    pub fn share_out(&mut self, gpu: &Gpu, size: usize) -> Result<(), GpuError> {
+        self.round.size_number = size as u32;
         self.write_round(gpu)?;
         gpu.guarded(|| {
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            let listed = std::mem::offset_of!(Picture, listed) as u64;
-            encoder.clear_buffer(&self.picture, listed, Some(4));
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             pass.set_bind_group(0, &self.group, &[]);
-            self.dispatch(&mut pass, Pass::ListLevel);
+            for step in [Pass::CountPortions, Pass::PlaceTiles, Pass::ShareOut] {
+                self.dispatch(&mut pass, step);
+            }
             drop(pass);
             gpu.queue.submit([encoder.finish()]);
         })
-        .map_err(|reason| GpuError::Device { doing: "listing pixels", reason })
+        .map_err(|reason| GpuError::Device { doing: "sharing out portions", reason })
     }
 
     fn write_round(&self, gpu: &Gpu) -> Result<(), GpuError> {
@@ -295,17 +280,27 @@ impl Rounds {
         recorded.set_pipeline(&self.pipelines[pass as usize]);
         let [width, height] = self.round.size;
         let (x, y) = match pass {
-            Pass::SetLevel | Pass::SetRange | Pass::Narrow => (1, 1),
+            Pass::SetLevel | Pass::SetRange | Pass::Narrow | Pass::PlaceTiles => (1, 1),
             Pass::TryFactors => {
                 let groups = (u64::from(width) * u64::from(height)).div_ceil(TRIED_PIXELS);
                 let across = groups.clamp(1, MOST_GROUPS);
                 (across as u32, groups.div_ceil(across) as u32)
             }
-            Pass::Estimate | Pass::Weigh | Pass::Choose | Pass::ListLevel => {
+            Pass::Estimate | Pass::Weigh | Pass::Choose | Pass::CountPortions | Pass::ShareOut => {
                 (width.div_ceil(8), height.div_ceil(8))
             }
         };
         recorded.dispatch_workgroups(x, y, 1);
+    }
+}
+
+fn decision(picture: &Picture) -> Decision {
+    Decision {
+        error: f64::from(picture.squared_error).sqrt(),
+        least_valid: picture.least_valid as u32,
+        least_taken: picture.least_taken as u32,
+        most_extra: picture.most_extra,
+        counts: picture.portions,
     }
 }
 

@@ -2,19 +2,21 @@ use super::*;
 use crate::film::read_all;
 use crate::layout::{assert_layout, constant, layout_of};
 use crate::open_for_test;
+use crate::portions::{number_in_tiles, portions};
 use crate::shader::parse;
-use backend::{Integrator, PathSettings, SamplerKind, View};
+use backend::{Integrator, PathSettings, PixelSamples, SamplerKind, View};
 use film::{Allocation, Rect};
 use optics::camera::{CAMERA_PERSPECTIVE, CameraFrame};
+use optics::rounds::ROUND_QUANTUM;
 use optics::{vec2f, vec3f};
 
 #[test]
 fn layouts_and_constants_match_the_shader() {
     let module = parse(&text());
-    assert_layout!(module, Round { size, first_sample, level, most, before, total, offset });
+    assert_layout!(module, Round { size, first_sample, size_number, total, offset, padding });
     assert_layout!(
         module,
-        Picture { offset, squared_error, least_valid, least_taken, low, high, listed, padding, levels }
+        Picture { offset, squared_error, least_valid, least_taken, low, high, most_extra, portions }
     );
     for (name, size) in [("Estimate", ESTIMATE), ("Plan", PLAN)] {
         assert_eq!(layout_of(&module, name).1 as u64, size, "{name}");
@@ -22,16 +24,16 @@ fn layouts_and_constants_match_the_shader() {
     let film = crate::shader::scene_text(Default::default()) + include_str!("../shaders/film.wgsl");
     assert_eq!(layout_of(&module, "FilmPixel"), layout_of(&parse(&film), "FilmPixel"));
     let numbers = [
-        ("SMALL_LEVELS", SMALL_LEVELS as u64),
-        ("LARGE_LEVELS", LARGE_LEVELS as u64),
+        ("SIZES", SIZES as u64),
+        ("LARGE_PORTION", PORTIONS[0].into()),
+        ("SMALL_PORTION", PORTIONS[1].into()),
         ("CANDIDATES", CANDIDATES),
         ("TRIED_PIXELS", TRIED_PIXELS),
-        ("LEVELS", (SMALL_LEVELS + LARGE_LEVELS) as u64),
     ];
     for (name, value) in numbers {
         assert_eq!(u64::from(constant(&module, name)), value, "{name}");
     }
-    assert!(most_samples(false).ilog2() < SMALL_LEVELS as u32, "every smaller power of two has a place");
+    assert_eq!(ROUND_QUANTUM as u32 % PORTIONS[SIZES - 1], 0, "what a pixel gets is made up of portions");
 }
 
 /// No multiple of a tile, and more than one workgroup tries factors on.
@@ -117,19 +119,25 @@ fn devices_decide_as_the_host_does() {
             let expected = film.relative_error().expect("estimates");
             assert!((decision.error / expected - 1.0).abs() < 1e-4, "{} is {expected}", decision.error);
         }
-        // Each level goes on where the one before has ended.
-        let mut next: Vec<u32> = taken.iter().map(|n| 5 + *n as u32).collect();
-        for &level in &decision.levels {
-            rounds.list(&gpu, level).expect("a device");
+        assert_eq!(decision.most_extra, plans.iter().map(|p| p[2]).max().expect("pixels"));
+        // Each size goes on where the one before has ended, and the device shares out as the host would.
+        let wanted: Vec<_> = (0..)
+            .zip(&plans)
+            .map(|(pixel, p)| PixelSamples { pixel, first: 5 + p[1], count: p[2] })
+            .collect();
+        let mut cuts = portions(SIZE, &wanted);
+        for (size, count) in decision.portions().filter(|p| p.1 > 0) {
+            let cut = cuts.next().expect("as many sizes");
+            assert_eq!((PORTIONS[size], count), (cut.samples, cut.count), "{growth}");
+            rounds.share_out(&gpu, size).expect("a device");
             let tally: Vec<[u32; 2]> = read_all(&gpu, &buffers.counters);
-            for &[pixel, first] in &tally[2..][..level.pixels as usize] {
-                assert_eq!(first, next[pixel as usize], "{level:?}, pixel {pixel}");
-                next[pixel as usize] += level.samples;
+            for (y, x) in (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (y, x))) {
+                let number = number_in_tiles(SIZE[0], y * SIZE[0] + x);
+                let share = cut.shares[number];
+                assert_eq!(tally[2 + number], [share.before, share.first_sample], "{x}, {y} of size {size}");
             }
         }
-        for (i, plan) in plans.iter().enumerate() {
-            assert_eq!(next[i], 5 + plan[1] + plan[2], "pixel {i} gets other samples than it should");
-        }
+        assert!(cuts.next().is_none(), "no portions are left over");
     }
 }
 

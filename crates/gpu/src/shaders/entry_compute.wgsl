@@ -15,7 +15,7 @@ fn main(
     }
     workgroupBarrier();
     rays_traced = 0u;
-    // A workgroup is a square of the rows, or a run of the list.
+    // A workgroup is a square of the rows, or a run of portions.
     var index = id.y * view.window_width + id.x;
     var wanted = id.x < view.window_width && id.y < view.row_count;
     if view.listed > 0u {
@@ -23,8 +23,7 @@ fn main(
         wanted = index < view.listed;
     }
     if wanted {
-        let work = pixel_work(index);
-        render_pixel(work.pixel, work.first_sample);
+        render_pixel(pixel_work(index));
     }
     atomicAdd(&group_rays, rays_traced);
     workgroupBarrier();

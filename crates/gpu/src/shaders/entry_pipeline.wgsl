@@ -4,8 +4,7 @@
 @ray_generation
 fn main(@builtin(ray_invocation_id) id: vec3u) {
     rays_traced = 0u;
-    // Lists are one row.
-    let work = pixel_work(id.y * view.window_width + id.x);
-    render_pixel(work.pixel, work.first_sample);
+    // Portions are one row.
+    render_pixel(pixel_work(id.y * view.window_width + id.x));
     count_rays(rays_traced);
 }

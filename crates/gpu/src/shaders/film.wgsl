@@ -34,7 +34,7 @@ struct View {
     reflection_samples: u32,
     ambient_samples: u32,
     ambient_distance: f32,
-    /// Entries of the list of pixels that this dispatch works on, and the first of them; 0: it works on rows.
+    /// Portions that this dispatch works on, and the first of them; 0: it works on rows.
     listed: u32,
     first_listed: u32,
     /// Irradiance below which a light does not count, W/m²; 0: all lights count.
@@ -47,7 +47,8 @@ struct View {
     reflection_survival: f32,
     /// How light fades with distance: coefficients of `falloff_factor`.
     falloff: vec3f,
-    padding: u32,
+    /// Samples of a portion.
+    portion_samples: u32,
 }
 
 /// Sums of a pixel's samples, linear RGB radiance.
@@ -89,11 +90,13 @@ struct Counters {
 /// One buffer for both, because devices have few bindings.
 struct Tally {
     counters: Counters,
-    /// Pixels that samples are wanted for: place in the window, row by row from the top, and first sample.
-    pixels: array<vec2u>,
+    /// A pixel that gets many samples gets them in portions, each of which an invocation makes. For every pixel of the window, tile
+    /// by tile: how many portions those before it get, and the first sample of its own.
+    shares: array<vec2u>,
 }
 
 @group(2) @binding(0) var<uniform> view: View;
+/// The pixels of the window, row by row, then those that this dispatch's portions are summed in.
 @group(2) @binding(1) var<storage, read_write> film: array<FilmPixel>;
 @group(2) @binding(2) var<storage, read_write> tally: Tally;
 @group(2) @binding(3) var<storage, read_write> aovs: array<AovPixel>;
@@ -111,16 +114,52 @@ const PAIR_LENS: u32 = 1u;
 struct PixelWork {
     pixel: vec2u,
     first_sample: u32,
+    /// Which of this dispatch's portions they are; NONE: the dispatch works on rows.
+    portion: u32,
 }
 
-/// The work at `index` of this dispatch's rows, or entry `index` of its list.
+/// Whether this invocation records what camera rays see: of those that make portions of one pixel side by side, one does.
+var<private> records_layers: bool = true;
+
+/// The work at `index` of this dispatch's rows, or portion `index` of it.
 fn pixel_work(index: u32) -> PixelWork {
     if view.listed == 0u {
-        let row = view.first_row + index / view.window_width;
-        return PixelWork(vec2u(index % view.window_width, row), view.first_sample);
+        let pixel = vec2u(index % view.window_width, view.first_row + index / view.window_width);
+        return PixelWork(pixel, view.first_sample, NONE);
     }
-    let entry = tally.pixels[view.first_listed + index];
-    return PixelWork(vec2u(entry.x % view.window_width, entry.x / view.window_width), entry.y + view.first_sample);
+    let portion = view.first_listed + index;
+    let number = pixel_of_portion(portion);
+    let share = tally.shares[number];
+    records_layers = portion == share.x;
+    let first_sample = share.y + (portion - share.x) * view.portion_samples + view.first_sample;
+    return PixelWork(pixel_in_tiles(number), first_sample, index);
+}
+
+/// Number of the pixel, tile by tile, that a portion belongs to: the last one with no more portions before it.
+fn pixel_of_portion(portion: u32) -> u32 {
+    var first = 0u;
+    var end = arrayLength(&tally.shares);
+    while end - first > 1u {
+        let middle = (first + end) / 2u;
+        if tally.shares[middle].x <= portion {
+            first = middle;
+        } else {
+            end = middle;
+        }
+    }
+    return first;
+}
+
+/// Pixel `number`, counted by tiles of eight by eight, row by row in them and of them.
+fn pixel_in_tiles(number: u32) -> vec2u {
+    let across = (view.window_width + 7u) / 8u;
+    let tile = number / 64u;
+    return 8u * vec2u(tile % across, tile / across) + vec2u(number % 8u, number / 8u % 8u);
+}
+
+/// Where in `film` a pixel's samples are.
+fn film_place(pixel: vec2u) -> u32 {
+    return pixel.y * view.window_width + pixel.x;
 }
 
 /// The random numbers of a sample of a pixel of the window.
@@ -163,9 +202,15 @@ fn add_sample(sums: SampleSums, radiance: vec3f) -> SampleSums {
     return next;
 }
 
-/// Adds what a dispatch has made of a pixel to the film.
-fn store_samples(pixel: vec2u, sums: SampleSums) {
-    let index = pixel.y * view.window_width + pixel.x;
+/// Adds what this invocation has made to the film, or to the sums of its portion. Where those are is found only now: NVIDIA's
+/// driver 580 has ray generation shaders store to another pixel if it was found before the rays were traced.
+fn store_samples(work: PixelWork, sums: SampleSums) {
+    let portion = view.window_width * view.window_height + work.portion;
+    add_to_film(select(portion, film_place(work.pixel), work.portion == NONE), sums);
+}
+
+/// Adds to a place of the film.
+fn add_to_film(index: u32, sums: SampleSums) {
     film[index].sum += sums.sum;
     film[index].sum_of_squares += sums.sum_of_squares;
     film[index].count += sums.count;
@@ -183,7 +228,10 @@ fn valid_layer(value: vec3f) -> vec3f {
 
 /// Records that a camera ray hit nothing.
 fn record_miss(pixel: vec2u, sample: u32) {
-    let index = pixel.y * view.window_width + pixel.x;
+    if !records_layers {
+        return;
+    }
+    let index = film_place(pixel);
     aovs[index].count += 1u;
     if sample == 0u {
         aovs[index].has_first = 1u;
@@ -198,7 +246,10 @@ fn record_miss(pixel: vec2u, sample: u32) {
 
 /// Records what a camera ray hit at distance `depth`.
 fn record_hit(pixel: vec2u, sample: u32, s: Surface, depth: f32) {
-    let index = pixel.y * view.window_width + pixel.x;
+    if !records_layers {
+        return;
+    }
+    let index = film_place(pixel);
     aovs[index].count += 1u;
     aovs[index].normal += valid_layer(s.shading_normal);
     aovs[index].geometric_normal += valid_layer(s.normal);

@@ -1,9 +1,10 @@
 // The first hit only: base colour under a headlight, and auxiliary layers.
 
-fn render_pixel(pixel: vec2u, first_sample: u32) {
+fn render_pixel(work: PixelWork) {
+    let pixel = work.pixel;
     var sums = SampleSums(vec3f(0.0), vec3f(0.0), 0u, 0u);
     for (var i = 0u; i < view.sample_count; i++) {
-        let sample = first_sample + i;
+        let sample = work.first_sample + i;
         let sampler = pixel_sampler(pixel, sample);
         let ray = pixel_ray(pixel, sampler);
         let hit = closest(ray.origin, ray.direction, sampler.scramble);
@@ -21,5 +22,5 @@ fn render_pixel(pixel: vec2u, first_sample: u32) {
             record_hit(pixel, sample, s, hit.t);
         }
     }
-    store_samples(pixel, sums);
+    store_samples(work, sums);
 }

@@ -1,11 +1,12 @@
 // The fixed-cost renderer: every sample from the camera on in one invocation. What happens on the way is in `direct.wgsl`.
 
-fn render_pixel(pixel: vec2u, first_sample: u32) {
+fn render_pixel(work: PixelWork) {
+    let pixel = work.pixel;
     var sums = SampleSums(vec3f(0.0), vec3f(0.0), 0u, 0u);
     for (var i = 0u; i < view.sample_count; i++) {
-        sums = add_sample(sums, direct_radiance(pixel, first_sample + i));
+        sums = add_sample(sums, direct_radiance(pixel, work.first_sample + i));
     }
-    store_samples(pixel, sums);
+    store_samples(work, sums);
 }
 
 fn direct_radiance(pixel: vec2u, sample: u32) -> vec3f {

@@ -13,10 +13,11 @@ struct Fork {
 }
 
 /// Renders the samples of this dispatch of one pixel of the window.
-fn render_pixel(pixel: vec2u, first_sample: u32) {
+fn render_pixel(work: PixelWork) {
+    let pixel = work.pixel;
     var sums = SampleSums(vec3f(0.0), vec3f(0.0), 0u, 0u);
-    var sample = first_sample;
-    let end = first_sample + view.sample_count;
+    var sample = work.first_sample;
+    let end = work.first_sample + view.sample_count;
     var path = start_path(pixel, sample);
     var fork: Fork;
     // Not zero: the path has been at the fork before, and is sent on as this branch.
@@ -65,5 +66,5 @@ fn render_pixel(pixel: vec2u, first_sample: u32) {
         sample += 1u;
         path = start_path(pixel, sample);
     }
-    store_samples(pixel, sums);
+    store_samples(work, sums);
 }

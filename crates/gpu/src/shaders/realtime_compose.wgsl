@@ -10,7 +10,7 @@ fn compose_frame(@builtin(global_invocation_id) id: vec3u) {
     let at = place_of(id.xy);
     if sums_in[at].w > 0.0 {
         let sums = SampleSums(vec3f(0.0), vec3f(0.0), 0u, 0u);
-        store_samples(id.xy, add_sample(sums, sums_in[at].xyz));
+        add_to_film(film_place(id.xy), add_sample(sums, sums_in[at].xyz));
     }
     if WANTS_AOVS {
         let hit = first_hit(at);

@@ -17,16 +17,13 @@ struct Round {
     size: vec2u,
     /// Of the picture.
     first_sample: u32,
-    /// Samples of each pixel of the level to be listed: a power of two, at most `most`.
-    level: u32,
-    /// Samples of the largest level: a power of two.
-    most: u32,
-    /// Levels of `most` samples before this one.
-    before: u32,
+    /// Which size of portions is to be shared out.
+    size_number: u32,
     /// Samples of all pixels when the round is over.
     total: f32,
     /// What is added to the squared radiance that errors are relative to; below zero: it follows the picture's level.
     offset: f32,
+    padding: vec2u,
 }
 
 /// What is known of a pixel's samples.
@@ -62,17 +59,18 @@ struct Picture {
     /// Logarithms to base 2 between which the factor on the weights is.
     low: f32,
     high: f32,
-    /// Pixels listed so far.
-    listed: atomic<u32>,
-    padding: u32,
-    /// Pixels of each level: those of 2ⁱ samples below `most`, then as often as there are, those of `most`.
-    levels: array<atomic<u32>, LEVELS>,
+    /// Samples of the pixel that gets most.
+    most_extra: atomic<u32>,
+    /// Portions of each size.
+    portions: array<atomic<u32>, SIZES>,
 }
 
-/// Levels of less than `most` samples, and of `most`.
-const SMALL_LEVELS: u32 = 16u;
-const LARGE_LEVELS: u32 = 32u;
-const LEVELS: u32 = 48u;
+/// Samples of portions, and how many such sizes there are. What a pixel gets is made up of as few portions as possible.
+const LARGE_PORTION: u32 = 16u;
+const SMALL_PORTION: u32 = 4u;
+const SIZES: u32 = 2u;
+/// Most samples that a pixel gets in a round.
+const MOST_EXTRA: u32 = 16384u;
 /// Factors that are tried at a time, and pixels that one workgroup tries them on: invocations take a factor and every
 /// `STRIPS`th pixel each.
 const CANDIDATES: u32 = 8u;
@@ -90,21 +88,21 @@ const LEVEL_SHARE: f32 = 0.01;
 /// Samples since the host has read the film, and those before.
 @group(0) @binding(1) var<storage, read> film: array<FilmPixel>;
 @group(0) @binding(2) var<storage, read> base: array<FilmPixel>;
-/// Four words of counters, then the list of pixels: place and first sample.
+/// Four words of counters, then a share for each pixel, tile by tile: portions of pixels before it, and its first sample.
 @group(0) @binding(3) var<storage, read_write> tally: array<vec2u>;
 @group(0) @binding(4) var<storage, read_write> estimates: array<Estimate>;
 @group(0) @binding(5) var<storage, read_write> plans: array<Plan>;
-/// Of tiles, by fours; or of candidates.
-@group(0) @binding(6) var<storage, read_write> sums: array<f32>;
+/// Of tiles, by fours; or of candidates; or the portions of tiles, then of tiles before them. The bits of floats, or whole numbers.
+@group(0) @binding(6) var<storage, read_write> sums: array<u32>;
 @group(0) @binding(7) var<storage, read_write> picture: Picture;
 
 var<workgroup> gathered: array<vec4f, 64>;
-var<workgroup> level_counts: array<atomic<u32>, LEVELS>;
-var<workgroup> selected: array<atomic<u32>, 2>;
-var<workgroup> place: u32;
+var<workgroup> counted: array<u32, 64>;
+var<workgroup> group_most: atomic<u32>;
+var<workgroup> group_portions: array<atomic<u32>, SIZES>;
 var<workgroup> window_weights: array<f32, WINDOW * WINDOW>;
 
-const WORDS_BEFORE_LIST: u32 = 2u;
+const WORDS_BEFORE_SHARES: u32 = 2u;
 
 fn is_in_window(at: vec2u) -> bool {
     return all(at < task.size);
@@ -139,10 +137,10 @@ fn gather_workgroup(local: u32, value: vec4f) {
 }
 
 fn store_tile(tile: u32, value: vec4f) {
-    sums[4u * tile] = value.x;
-    sums[4u * tile + 1u] = value.y;
-    sums[4u * tile + 2u] = value.z;
-    sums[4u * tile + 3u] = value.w;
+    let bits = bitcast<vec4u>(value);
+    for (var i = 0u; i < 4u; i += 1u) {
+        sums[4u * tile + i] = bits[i];
+    }
 }
 
 /// Gathers what the tiles have stored, into `gathered[0]`.
@@ -150,7 +148,7 @@ fn gather_tiles(local: u32) {
     var value = NOTHING;
     for (var tile = local; tile < tiles(); tile += 64u) {
         let at = 4u * tile;
-        value = gather(value, vec4f(sums[at], sums[at + 1u], sums[at + 2u], sums[at + 3u]));
+        value = gather(value, bitcast<vec4f>(vec4u(sums[at], sums[at + 1u], sums[at + 2u], sums[at + 3u])));
     }
     gather_workgroup(local, value);
 }
@@ -294,7 +292,7 @@ fn try_factors(
     }
     sum = sum_strips(local, sum);
     if local < CANDIDATES && first < area {
-        sums[tile * CANDIDATES + local] = sum;
+        sums[tile * CANDIDATES + local] = bitcast<u32>(sum);
     }
 }
 
@@ -304,7 +302,7 @@ fn narrow(@builtin(local_invocation_index) local: u32) {
     let area = task.size.x * task.size.y;
     var sum = 0.0;
     for (var at = local; at < (area + TRIED_PIXELS - 1u) / TRIED_PIXELS * CANDIDATES; at += CANDIDATES * STRIPS) {
-        sum += sums[at];
+        sum += bitcast<f32>(sums[at]);
     }
     sum = sum_strips(local, sum);
     workgroupBarrier();
@@ -325,71 +323,115 @@ fn narrow(@builtin(local_invocation_index) local: u32) {
     }
 }
 
-/// Samples for each pixel, and how many pixels each level has.
+/// Portions of a size among a pixel's samples.
+fn portions_of(extra: u32, size_number: u32) -> u32 {
+    return select(extra % LARGE_PORTION / SMALL_PORTION, extra / LARGE_PORTION, size_number == 0u);
+}
+
+/// Samples for each pixel, and how many portions that makes.
 @compute @workgroup_size(8, 8)
 fn choose(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
-    if local < LEVELS {
-        atomicStore(&level_counts[local], 0u);
+    if local < SIZES {
+        atomicStore(&group_portions[local], 0u);
+    }
+    if local == 0u {
+        atomicStore(&group_most, 0u);
     }
     workgroupBarrier();
     if is_in_window(id.xy) {
         let index = index_of(id.xy);
         let taken = f32(plans[index].taken);
         let deserved = samples_deserved(exp2(picture.low), plans[index].weight, taken);
-        let extra = min(samples_of_round(deserved, taken), LARGE_LEVELS * task.most);
+        let extra = min(samples_of_round(deserved, taken), MOST_EXTRA);
         plans[index].extra = extra;
-        for (var i = 0u; i < SMALL_LEVELS && (1u << i) < task.most; i += 1u) {
-            if (extra & (1u << i)) != 0u {
-                atomicAdd(&level_counts[i], 1u);
-            }
-        }
-        for (var i = 0u; i < extra / task.most; i += 1u) {
-            atomicAdd(&level_counts[SMALL_LEVELS + i], 1u);
+        atomicMax(&group_most, extra);
+        for (var size = 0u; size < SIZES; size += 1u) {
+            atomicAdd(&group_portions[size], portions_of(extra, size));
         }
     }
     workgroupBarrier();
-    if local < LEVELS {
-        let count = atomicLoad(&level_counts[local]);
-        if count > 0u {
-            atomicAdd(&picture.levels[local], count);
-        }
+    if local < SIZES {
+        atomicAdd(&picture.portions[local], atomicLoad(&group_portions[local]));
+    }
+    if local == 0u {
+        atomicMax(&picture.most_extra, atomicLoad(&group_most));
     }
 }
 
-/// Lists the pixels of a level, those of a tile one after the other.
-@compute @workgroup_size(8, 8)
-fn list_level(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
-    if local < 2u {
-        atomicStore(&selected[local], 0u);
+/// Portions of the size that is shared out, of the pixel of this invocation.
+fn own_portions(at: vec2u) -> u32 {
+    if is_in_window(at) {
+        return portions_of(plans[index_of(at)].extra, task.size_number);
     }
+    return 0u;
+}
+
+/// Adds up the values of all invocations of a workgroup up to and with each: `counted[local]`. All must come here.
+/// Source: Hillis and Steele, "Data Parallel Algorithms", 1986.
+fn count_workgroup(local: u32, value: u32) {
+    counted[local] = value;
     workgroupBarrier();
-    var is_listed = false;
-    var given = 0u;
-    let index = index_of(id.xy);
-    if is_in_window(id.xy) {
-        let extra = plans[index].extra;
-        if task.level == task.most {
-            is_listed = extra / task.most > task.before;
-            given = task.before * task.most;
-        } else {
-            is_listed = (extra & task.level) != 0u;
-            given = extra & ~(2u * task.level - 1u);
+    for (var stride = 1u; stride < 64u; stride *= 2u) {
+        var before = 0u;
+        if local >= stride {
+            before = counted[local - stride];
         }
+        workgroupBarrier();
+        counted[local] += before;
+        workgroupBarrier();
     }
-    let bit = 1u << (local % 32u);
-    if is_listed {
-        atomicOr(&selected[local / 32u], bit);
+}
+
+/// How many portions each tile has.
+@compute @workgroup_size(8, 8)
+fn count_portions(
+    @builtin(global_invocation_id) id: vec3u,
+    @builtin(local_invocation_index) local: u32,
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+) {
+    count_workgroup(local, own_portions(id.xy));
+    if local == 63u {
+        sums[group.y * groups.x + group.x] = counted[63];
     }
-    workgroupBarrier();
-    let words = vec2u(atomicLoad(&selected[0]), atomicLoad(&selected[1]));
-    if local == 0u {
-        place = atomicAdd(&picture.listed, countOneBits(words.x) + countOneBits(words.y));
+}
+
+/// How many portions the tiles before each have: an invocation adds up a row of tiles, then knows where its row begins.
+@compute @workgroup_size(64)
+fn place_tiles(@builtin(local_invocation_index) local: u32) {
+    let each = (tiles() + 63u) / 64u;
+    let begin = min(local * each, tiles());
+    let end = min(begin + each, tiles());
+    var own = 0u;
+    for (var tile = begin; tile < end; tile += 1u) {
+        own += sums[tile];
     }
-    workgroupBarrier();
-    if is_listed {
-        let before = select(countOneBits(words.x), 0u, local < 32u);
-        let word = select(words.y, words.x, local < 32u);
-        let at = place + before + countOneBits(word & (bit - 1u));
-        tally[WORDS_BEFORE_LIST + at] = vec2u(index, task.first_sample + plans[index].taken + given);
+    count_workgroup(local, own);
+    var before = counted[local] - own;
+    for (var tile = begin; tile < end; tile += 1u) {
+        let of_tile = sums[tile];
+        sums[tile] = before;
+        before += of_tile;
     }
+}
+
+/// Tells kernels which portions are whose.
+@compute @workgroup_size(8, 8)
+fn share_out(
+    @builtin(global_invocation_id) id: vec3u,
+    @builtin(local_invocation_index) local: u32,
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+) {
+    let own = own_portions(id.xy);
+    count_workgroup(local, own);
+    let tile = group.y * groups.x + group.x;
+    var first_sample = 0u;
+    if is_in_window(id.xy) {
+        let plan = plans[index_of(id.xy)];
+        // Those of the larger size come first.
+        let given = select(plan.extra / LARGE_PORTION * LARGE_PORTION, 0u, task.size_number == 0u);
+        first_sample = task.first_sample + plan.taken + given;
+    }
+    tally[WORDS_BEFORE_SHARES + 64u * tile + local] = vec2u(sums[tile] + counted[local] - own, first_sample);
 }

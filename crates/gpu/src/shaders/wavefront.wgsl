@@ -40,7 +40,7 @@ struct ShadowRecord {
 }
 
 struct Wave {
-    /// Pixels of the wave, counted row by row, or entry by entry, from the beginning of the batch.
+    /// Pixels or portions of the wave, counted from the beginning of the batch.
     first_pixel: u32,
     pixel_count: u32,
     /// Records in each half of `paths`.

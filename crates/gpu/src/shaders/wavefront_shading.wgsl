@@ -125,5 +125,5 @@ fn accumulate(@builtin(global_invocation_id) id: vec3u) {
         }
         sums = add_sample(sums, radiance);
     }
-    store_samples(wave_work(first).pixel, sums);
+    store_samples(wave_work(first), sums);
 }
