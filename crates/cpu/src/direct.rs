@@ -18,7 +18,7 @@ use optics::bsdf::{bsdf_eval, bsdf_has_smooth_part, bsdf_sample, bsdf_transmits}
 use optics::camera::{camera_pixel_spread, camera_ray};
 use optics::falloff::falloff_factor;
 use optics::frame::{to_local, to_world};
-use optics::light::{LIGHT_ENVIRONMENT, LIGHT_TRIANGLE, LightSample};
+use optics::light::{LIGHT_ENVIRONMENT, Light, LightSample, flat_light_is_above, light_is_flat};
 use optics::phong::phong_eval;
 use optics::random::{PixelSampler, sample_2d};
 use optics::scatter::{BSDF_GLOSSY, BSDF_NONE, Bsdf};
@@ -159,10 +159,10 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
         for index in 0..self.scene.tables.lights.len() as u32 {
             let light = self.scene.tables.lights[index as usize].light;
             // The environment is ambient light here.
-            if light.kind == LIGHT_ENVIRONMENT || (light.kind == LIGHT_TRIANGLE && !faces(&light, surface)) {
+            if light.kind == LIGHT_ENVIRONMENT || !may_light(light, surface) {
                 continue;
             }
-            let extended = light.size > 0.0 || light.kind == LIGHT_TRIANGLE;
+            let extended = light.size > 0.0 || light_is_flat(light.kind);
             let soft = extended && self.settings.soft_shadows;
             let count = if soft && full { self.settings.shadow_samples.max(1) } else { 1 };
             for _ in 0..count {
@@ -303,8 +303,8 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
     }
 }
 
-/// Whether any of a triangle's light can reach the surface's side.
-fn faces(light: &optics::light::Light, surface: &Surface) -> bool {
-    let corners = [light.position, light.position + light.edge1, light.position + light.edge2];
-    corners.iter().any(|c| dot(*c - surface.position, surface.normal) > 0.0)
+/// Whether any of a light's corners, if it is flat, is on the surface's side.
+fn may_light(light: Light, surface: &Surface) -> bool {
+    !light_is_flat(light.kind)
+        || flat_light_is_above(light, light.position - surface.position, surface.normal)
 }

@@ -9,6 +9,7 @@ mod backend;
 mod bands;
 mod direct;
 mod filter;
+mod lane_lights;
 mod lanes;
 mod layers;
 mod lights;

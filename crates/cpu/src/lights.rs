@@ -5,8 +5,8 @@ use crate::scene::CpuScene;
 use crate::surface::{Surface, TexCoords};
 use optics::constants::FAR;
 use optics::light::{
-    LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_SPHERE, LIGHT_TRIANGLE, LightSample,
-    directional_light_contains, light_sample, sphere_light_pdf, triangle_light_pdf,
+    LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE, LightSample,
+    directional_light_contains, light_sample, rectangle_light_pdf, sphere_light_pdf, triangle_light_pdf,
 };
 use optics::light_profile::{profile_cell, profile_mix};
 use optics::light_tree::{light_branch, octahedral_decode};
@@ -131,6 +131,7 @@ pub(crate) fn surface_light_pdf(
     let light = &scene.tables.lights[s.light as usize].light;
     let pdf = match light.kind {
         LIGHT_TRIANGLE => triangle_light_pdf(light.position - from, light.edge1, light.edge2, wi, distance),
+        LIGHT_RECTANGLE => rectangle_light_pdf(light.position - from, light.edge1, light.edge2, wi, distance),
         LIGHT_SPHERE => sphere_light_pdf(light.position, light.size, from),
         _ => 0.0,
     };

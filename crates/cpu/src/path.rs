@@ -5,9 +5,9 @@
 //! stage's code and data in the caches. What happens at a vertex is the optics' `path` module; this is only the loop.
 
 use crate::aov::aov_sample;
+use crate::lane_lights::{choose_lights_by_place, choose_lights_by_power, sample_flat_lights};
 use crate::lanes::{
-    CameraLanes, LANES, PlainPoint, choose_lights_by_place, choose_lights_by_power, play_roulette,
-    sample_cosine_lobes, sample_smooth_interfaces, sample_triangle_lights,
+    CameraLanes, LANES, PlainPoint, play_roulette, sample_cosine_lobes, sample_smooth_interfaces,
 };
 use crate::layers::shade_layered;
 use crate::lights::{for_each_distant, sample_light, surface_light_pdf};
@@ -407,7 +407,7 @@ impl PathBatch {
             } else {
                 choose_lights_by_place(tables, &mut queue.vertices, waiting, &queue.u, &mut queue.choices);
             }
-            sample_triangle_lights(tables, &queue.vertices, &queue.choices, &queue.u, &mut queue.lights);
+            sample_flat_lights(tables, &queue.vertices, &queue.choices, &queue.u, &mut queue.lights);
             for lane in 0..waiting {
                 let contribution = queue.lights.contribution.get(lane);
                 if contribution.x + contribution.y + contribution.z != 0.0 {

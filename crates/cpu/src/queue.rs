@@ -1,6 +1,7 @@
 //! Paths between vertices, and where those on plain surfaces wait for each other.
 
-use crate::lanes::{ChoiceLanes, LANES, LightLanes, NextLanes, Pairs, PlainPoint, Vertices, draw};
+use crate::lane_lights::{ChoiceLanes, LightLanes};
+use crate::lanes::{LANES, NextLanes, Pairs, PlainPoint, Vertices, draw};
 use accel::Ray;
 use optics::light_tree::ALL_SIDES;
 use optics::path::{PathState, path_start};

@@ -2,7 +2,7 @@
 
 use crate::sites::Sites;
 use accel::{Blas, Geometry, Instance, Quality, Sphere, Tlas};
-use optics::light::LIGHT_TRIANGLE;
+use optics::light::light_is_flat;
 use optics::vector::{cross, dot};
 use optics::{Vec3f, vec3f};
 use scene::tables::{
@@ -18,7 +18,7 @@ pub(crate) struct CpuScene {
     pub sites: Sites,
     /// Indices of lights whose disc is seen in the sky.
     pub visible_discs: Vec<u32>,
-    /// Whether there are no lights but triangles without textures, which can be sampled many at a time.
+    /// Whether there are no lights but triangles and rectangles without textures, which can be sampled many at a time.
     pub plain_lights: bool,
     /// Whether paths have to know what they are in: see `volumes`.
     pub volumes: bool,
@@ -59,7 +59,7 @@ impl CpuScene {
     fn with_tlas(tables: Arc<SceneTables>, tlas: Tlas) -> Self {
         let is_disc = |&i: &u32| tables.lights[i as usize].visible;
         let visible_discs = (0..tables.lights.len() as u32).filter(is_disc).collect();
-        let is_plain = |l: &LightRecord| l.light.kind == LIGHT_TRIANGLE && l.textured_material == NONE;
+        let is_plain = |l: &LightRecord| light_is_flat(l.light.kind) && l.textured_material == NONE;
         let plain_lights = tables.lights.iter().all(is_plain);
         let sites = Sites::new(&tables);
         let volumes = tables.needs_volumes();

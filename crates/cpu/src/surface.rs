@@ -71,7 +71,6 @@ impl Surface {
             let smooth_normal = point.shading.map_or(normal, |n| bend_normal(wo, normal, n * side));
             tangent_frame(&point, smooth_normal, side)
         };
-        let first_light = records.binding.first_light;
         Self {
             position: point.position,
             extent: point.extent,
@@ -82,7 +81,7 @@ impl Surface {
             coords: point.coords,
             color: point.color,
             material: records.binding.material,
-            light: if first_light == NONE { NONE } else { first_light + records.primitive },
+            light: tables.light_of(records.binding, records.primitive),
             object: records.binding.object,
             primitive: records.primitive,
             pattern_position: point.pattern_position,

@@ -180,7 +180,7 @@ impl TriangleLanes {
             coords,
             color,
             material: site.material,
-            light: if binding.first_light == NONE { NONE } else { binding.first_light + primitive },
+            light: tables.light_of(binding, primitive),
             object: binding.object,
             primitive,
             pattern_position: [position.x, position.z],

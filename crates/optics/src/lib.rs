@@ -46,7 +46,10 @@ pub use lights::{
     falloff::falloff, light::light, portal::portal, profile::light_profile, sky::sky, tree::light_tree,
 };
 pub use realtime::{allocation::allocation, edge_stops::edge_stops, history::history, signal::signal};
-pub use sampling::{random::random, rounds::rounds, spherical_triangle::spherical_triangle, warp::warp};
+pub use sampling::{
+    random::random, rounds::rounds, spherical_rectangle::spherical_rectangle,
+    spherical_triangle::spherical_triangle, warp::warp,
+};
 pub use surface::{
     anisotropic::anisotropic, bsdf::bsdf, dielectric::dielectric, fresnel::fresnel, ggx::ggx, glossy::glossy,
     iridescence::iridescence, layered::layered, lobes::lobes, pattern::pattern, phong::phong,

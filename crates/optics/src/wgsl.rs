@@ -71,6 +71,7 @@ mod everything {
     use crate::sheen::*;
     use crate::signal::*;
     use crate::sky::*;
+    use crate::spherical_rectangle::*;
     use crate::spherical_triangle::*;
     use crate::tonemap::*;
     use crate::volume::*;
@@ -115,6 +116,7 @@ mod surfaces {
     use crate::sheen::*;
     use crate::signal::*;
     use crate::sky::*;
+    use crate::spherical_rectangle::*;
     use crate::spherical_triangle::*;
     use crate::tonemap::*;
     use crate::warp::*;
@@ -153,6 +155,7 @@ mod plain {
     use crate::shape::*;
     use crate::signal::*;
     use crate::sky::*;
+    use crate::spherical_rectangle::*;
     use crate::spherical_triangle::*;
     use crate::tonemap::*;
     use crate::warp::*;

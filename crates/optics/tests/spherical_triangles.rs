@@ -1,38 +1,15 @@
 //! Triangles sampled by solid angle: the angle is right, samples are uniform over it and stay in the triangle, and the numbers
 //! they were made of can be had back.
 
+mod double;
+
+use double::{V, dot, solid_angle, unit, wide};
 use optics::light::{LIGHT_TRIANGLE, Light, triangle_is_near, triangle_light_pdf, triangle_light_sample};
 use optics::portal::triangle_is_passed;
 use optics::spherical_triangle::*;
 use optics::warp::sample_triangle;
 use optics::{Vec2f, Vec3f, vec2f, vec3f};
-use std::f64::consts::PI;
 use testkit::{Random, assert_chi2};
-
-type V = [f64; 3];
-
-fn wide(v: Vec3f) -> V {
-    v.to_array().map(f64::from)
-}
-
-fn dot(a: V, b: V) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: V, b: V) -> V {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn unit(v: V) -> V {
-    v.map(|c| c / dot(v, v).sqrt())
-}
-
-/// Solid angle of a triangle seen from the origin. Source: Van Oosterom and Strackee 1983.
-fn solid_angle(t: [V; 3]) -> f64 {
-    let [a, b, c] = t.map(unit);
-    let angle = 2.0 * dot(a, cross(b, c)).abs().atan2(1.0 + dot(a, b) + dot(b, c) + dot(c, a));
-    angle.rem_euclid(4.0 * PI)
-}
 
 /// A triangle given by the way to its first vertex and its edges.
 #[derive(Clone, Copy, Debug)]

@@ -51,6 +51,7 @@ fn modules() -> Vec<(&'static str, String)> {
         sheen: optics::sheen,
         signal: optics::signal,
         sky: optics::sky,
+        spherical_rectangle: optics::spherical_rectangle,
         spherical_triangle: optics::spherical_triangle,
         tonemap: optics::tonemap,
         volume: optics::volume,

@@ -251,6 +251,7 @@ pub(super) struct Words {
     colors: u32,
     densities: u32,
     light_uvs: u32,
+    primitive_lights: u32,
     profiles: u32,
     pub discs: u32,
     pub disc_count: u32,
@@ -311,6 +312,7 @@ impl Words {
         for light in tables.lights.iter().filter(|l| l.textured_material != NONE) {
             self.append(bytemuck::cast_slice(&light.uv));
         }
+        self.primitive_lights = self.append(&tables.primitive_lights);
         self.profiles = self.append(&tables.profiles);
         let numbered = (0..).zip(&tables.lights);
         let discs: Vec<u32> = numbered.filter(|(_, l)| l.visible).map(|(i, _)| i).collect();
@@ -392,7 +394,7 @@ fn binding(tables: &SceneTables, words: &Words, index: usize, geometry: &Geometr
     let within = |part: u32, width: u32, first: u32| if first == NONE { NONE } else { part + width * first };
     Binding {
         material: own.material,
-        first_light: own.first_light,
+        first_light: within(words.primitive_lights, 1, own.first_light),
         object: own.object,
         flags: flag(BINDING_SPHERES, spheres)
             | flag(BINDING_NORMALS, geometry.first_normal != NONE)

@@ -202,12 +202,12 @@ fn light_with_shadows(index: u32, s: Surface, frame: Frame, bsdf: Bsdf, full: bo
 /// Whether a light can reach a surface, as far as is known before it is sampled. The environment is ambient light here.
 fn may_light(index: u32, s: Surface) -> bool {
     let kind = lights[index].kind;
-    return kind != LIGHT_ENVIRONMENT && (kind != LIGHT_TRIANGLE || light_faces(index, s)) && light_counts(index, s.position);
+    return kind != LIGHT_ENVIRONMENT && (!light_is_flat(kind) || light_faces(index, s)) && light_counts(index, s.position);
 }
 
 /// Whether a light's shadows are to be soft, which takes samples of it.
 fn has_soft_shadows(index: u32) -> bool {
-    return view.soft_shadows != 0u && (lights[index].size > 0.0 || lights[index].kind == LIGHT_TRIANGLE);
+    return view.soft_shadows != 0u && (lights[index].size > 0.0 || light_is_flat(lights[index].kind));
 }
 
 /// Where on a light the next sample is: its centre, unless its shadows are to be soft.
@@ -218,11 +218,9 @@ fn light_draw(index: u32, sampler: PixelSampler) -> vec2f {
     return vec2f(0.5);
 }
 
-/// Whether any of a triangle's light can reach the surface's side.
+/// Whether any of a flat light's corners is on the surface's side.
 fn light_faces(index: u32, s: Surface) -> bool {
-    let corner = lights[index].position - s.position;
-    return dot(corner, s.normal) > 0.0 || dot(corner + lights[index].edge1, s.normal) > 0.0
-        || dot(corner + lights[index].edge2, s.normal) > 0.0;
+    return flat_light_is_above(load_light(index), lights[index].position - s.position, s.normal);
 }
 
 /// Value times cosine, as lights shade.

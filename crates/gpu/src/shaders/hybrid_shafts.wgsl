@@ -157,6 +157,9 @@ fn light_shaft(index: u32, low: vec3f, high: vec3f) -> Shaft {
     } else if light.kind == LIGHT_TRIANGLE {
         end_low += min(vec3f(0.0), min(light.edge1, light.edge2));
         end_high += max(vec3f(0.0), max(light.edge1, light.edge2));
+    } else if light.kind == LIGHT_RECTANGLE {
+        end_low += min(vec3f(0.0), light.edge1) + min(vec3f(0.0), light.edge2);
+        end_high += max(vec3f(0.0), light.edge1) + max(vec3f(0.0), light.edge2);
     } else if light.kind == LIGHT_DIRECTIONAL {
         // Out of the scene, whose coordinates are no larger than its extent.
         let extent = bvh_instances[0].extent;

@@ -184,6 +184,9 @@ fn surface_light_pdf(s: Surface, origin: vec3f, receiver: u32, wi: vec3f, distan
     if kind == LIGHT_TRIANGLE {
         let to_first = lights[s.light].position - origin;
         pdf = triangle_light_pdf(to_first, lights[s.light].edge1, lights[s.light].edge2, wi, distance);
+    } else if kind == LIGHT_RECTANGLE {
+        let to_first = lights[s.light].position - origin;
+        pdf = rectangle_light_pdf(to_first, lights[s.light].edge1, lights[s.light].edge2, wi, distance);
     } else if kind == LIGHT_SPHERE {
         pdf = sphere_light_pdf(lights[s.light].position, lights[s.light].size, origin);
     }

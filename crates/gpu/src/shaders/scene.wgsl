@@ -94,7 +94,8 @@ const BINDING_ALPHA: u32 = 8u;
 struct Binding {
     /// Index into `materials`.
     material: u32,
-    /// Index into `lights` of the first primitive's light, or NONE if its light cannot be sampled.
+    /// Where the lights of the geometry's primitives begin in `words`, an index into `lights` each; NONE if its light cannot be
+    /// sampled.
     first_light: u32,
     /// What the user calls an instance.
     object: u32,

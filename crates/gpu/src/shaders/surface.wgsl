@@ -241,7 +241,10 @@ fn surface_at(origin: vec3f, direction: vec3f, hit: Hit) -> Surface {
     }
     s.material = binding.material;
     s.wo = wo;
-    s.light = select(binding.first_light + primitive, NONE, binding.first_light == NONE);
+    s.light = NONE;
+    if binding.first_light != NONE {
+        s.light = words[binding.first_light + primitive];
+    }
     s.coords = point.coords;
     s.color = point.color;
     s.pattern_position = point.pattern_position;

@@ -11,14 +11,16 @@ use optics::glossy::{MetallicRoughness, lambert_bsdf, metallic_roughness_bsdf, m
 use optics::interiors::{Interiors, Surroundings, interiors_enter, interiors_nothing};
 use optics::intersect::{RayShear, ray_shear};
 use optics::layered::{Layered, LayeredAlbedos, LayeredParameters, layered_bsdf};
-use optics::light::Light;
+use optics::light::{LIGHT_RECTANGLE, Light};
 use optics::light_profile::ProfileCell;
 use optics::light_tree::{ALL_SIDES, LightGroup, octahedral_encode};
 use optics::path::PathState;
 use optics::random::PixelSampler;
 use optics::scatter::{Bsdf, BsdfSample, BsdfValue, black_bsdf};
 use optics::sheen::MIN_SHEEN_ALPHA;
+use optics::spherical_rectangle::{SphericalRectangle, spherical_rectangle_new};
 use optics::spherical_triangle::{SphericalTriangle, spherical_triangle_new};
+use optics::vector::cross;
 use optics::volume::Medium;
 use optics::{Vec2f, Vec3f, vec2f, vec3f};
 use testkit::Random;
@@ -265,21 +267,45 @@ pub fn shear(i: &mut Inputs) -> RayShear {
 }
 
 pub fn light(i: &mut Inputs) -> Light {
+    let (kind, position, edge1, edge2) = (i.below(7) as u32, far_point(i), point(i), point(i));
     Light {
-        kind: i.below(6) as u32,
-        position: far_point(i),
-        edge1: point(i),
-        edge2: point(i),
+        kind,
+        position,
+        edge1,
+        edge2: if kind == LIGHT_RECTANGLE { cross(edge1, edge2) } else { edge2 },
         emission: radiance(i),
         size: i.between(0.01, 0.5),
         two_sided: flag(i),
     }
 }
 
+/// Edges at right angles, the longer one first.
+fn edges_of_rectangle(i: &mut Inputs) -> [Vec3f; 2] {
+    let (there, a, b) = (frame(i), size(i), size(i));
+    [there.tangent * a.max(b), there.bitangent * a.min(b)]
+}
+
+/// A light that is a rectangle.
+pub fn rectangle(i: &mut Inputs) -> Light {
+    let [edge1, edge2] = edges_of_rectangle(i);
+    Light { kind: LIGHT_RECTANGLE, edge1, edge2, ..light(i) }
+}
+
 /// A triangle that can be sampled by solid angle.
 pub fn spherical_triangle(i: &mut Inputs) -> SphericalTriangle {
     loop {
         let seen = spherical_triangle_new(point(i) - point(i), point(i), point(i));
+        if seen.solid_angle > 0.0 {
+            return seen;
+        }
+    }
+}
+
+/// A rectangle that can be sampled by solid angle.
+pub fn spherical_rectangle(i: &mut Inputs) -> SphericalRectangle {
+    loop {
+        let [edge1, edge2] = edges_of_rectangle(i);
+        let seen = spherical_rectangle_new(point(i) - point(i), edge1, edge2);
         if seen.solid_angle > 0.0 {
             return seen;
         }

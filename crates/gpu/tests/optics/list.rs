@@ -182,6 +182,10 @@ functions! {
     random::laine_karras(x: bits, seed: bits) within EXACT;
     random::sobol_second_reversed(index: bits) within EXACT;
     random::sample_2d(s: sampler, pair: index) within ROUNDING;
+    // sampling/spherical_rectangle.rs
+    spherical_rectangle::strip_half_angle(x: real, y: point2, depth: size, height: size) within CANCELLING;
+    spherical_rectangle::spherical_rectangle_new(to_first: far_point, edge1: point, edge2: point) within SIDES;
+    spherical_rectangle::sample_spherical_rectangle(r: spherical_rectangle, u: unit2) within GRAZING;
     // sampling/spherical_triangle.rs
     spherical_triangle::spherical_triangle_new(to_first: far_point, edge1: point, edge2: point) within CANCELLING;
     spherical_triangle::sample_spherical_triangle(t: spherical_triangle, u: unit2) within ROOTS;
@@ -336,10 +340,16 @@ functions! {
     // lights/falloff.rs
     falloff::falloff_factor(coefficients: falloff, distance: size) within ROUNDING;
     falloff::falloff_distance(coefficients: falloff, ratio: size) within CANCELLING;
+    light::light_is_flat(kind: index) within EXACT;
+    light::flat_light_is_above(light: light, to_first: far_point, normal: direction) within SIDES;
+    light::flat_light_is_near(to_first: far_point, edge1: point, edge2: point, center: share) within SIDES;
     light::triangle_light_sample(light: light, p: point, u: unit2) within CANCELLING;
     light::triangle_is_near(to_first: far_point, edge1: point, edge2: point) within SIDES;
-    light::triangle_light_sample_by_area(light: light, p: point, u: unit2) within CANCELLING;
-    light::triangle_light_at(light: light, p: point, barycentrics: unit2, pdf: unit) within CANCELLING;
+    light::rectangle_light_sample(light: rectangle, p: point, u: unit2) within GRAZING;
+    light::rectangle_is_near(to_first: far_point, edge1: point, edge2: point) within SIDES;
+    light::rectangle_light_pdf(to_first: far_point, edge1: point, edge2: point, wi: direction, distance: size) within SIDES;
+    light::flat_light_sample_by_area(light: light, p: point, u: unit2) within CANCELLING;
+    light::flat_light_at(light: light, p: point, place: unit2, pdf: unit) within CANCELLING;
     light::triangle_light_pdf(to_first: far_point, edge1: point, edge2: point, wi: direction, distance: size) within CANCELLING;
     light::sphere_one_minus_cos(distance2_to_center: positive, radius: share) within ROUNDING;
     light::sphere_light_sample(light: light, p: point, u: unit2) within CANCELLING;

@@ -101,6 +101,9 @@ structures! {
     SphericalTriangle in spherical_triangle {
         a, b, c, nearness, volume, one_plus_ab, ac_plus_bc, half_turns, solid_angle,
     }
+    SphericalRectangle in spherical_rectangle {
+        first, size, height, difference, sum, cos_inner, start, half_turns, solid_angle,
+    }
     ProfileCell in light_profile { first, second, third, fourth, down, across }
     LightBranch in light_tree { second, probability, remainder }
     Medium in volume { absorption, scattering, emission, anisotropy }

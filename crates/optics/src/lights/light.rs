@@ -10,6 +10,7 @@ pub mod light {
     use crate::falloff::*;
     use crate::frame::*;
     use crate::math::*;
+    use crate::spherical_rectangle::*;
     use crate::spherical_triangle::*;
     use crate::warp::*;
     use wgsl_rs::std::*;
@@ -26,13 +27,22 @@ pub mod light {
     pub const LIGHT_DIRECTIONAL: u32 = 4u32;
     /// An environment image. Sampled by its own table, not here.
     pub const LIGHT_ENVIRONMENT: u32 = 5u32;
+    /// A rectangle that emits: two triangles.
+    pub const LIGHT_RECTANGLE: u32 = 6u32;
 
     /// A triangle is near, and sampled by solid angle, if the squared distance to its centroid is less than this share of its longest
-    /// edge's square; beyond, it is sampled by area.
+    /// edge's square, and a rectangle, if that to its centre is less than this share of its diagonal's square; beyond, they are
+    /// sampled by area.
     ///
     /// Samples uniform over the area have a density over solid angle that goes with the cube of distance. From this distance on, it
-    /// differs by a factor of two from corner to corner of a triangle that faces the receiver, and the cheaper way is as good.
-    pub const NEAR_TRIANGLE: f32 = 0.5;
+    /// differs by a factor of two from corner to corner of a triangle or rectangle that faces the receiver, and the cheaper way is as
+    /// good.
+    pub const NEAR_FLAT: f32 = 0.5;
+
+    /// The share of both edges that leads from the first corner of a triangle to its centroid.
+    pub const TRIANGLE_CENTER: f32 = 0.33333334;
+    /// The share of both edges that leads from the first corner of a rectangle to its centre.
+    pub const RECTANGLE_CENTER: f32 = 0.5;
 
     /// One light, world space.
     #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,15 +51,17 @@ pub mod light {
         pub kind: u32,
         /// First vertex, centre, position, or unit direction towards a directional light.
         pub position: Vec3f,
-        /// Triangle: second vertex minus first. Spot: unit direction in which it shines.
+        /// Triangle: second vertex minus first. Rectangle: its longer edge from the first vertex. Spot: unit direction in which it
+        /// shines.
         pub edge1: Vec3f,
-        /// Triangle: third vertex minus first. Spot: x and y are scale and offset of the falloff.
+        /// Triangle: third vertex minus first. Rectangle: its other edge, at right angles. Spot: x and y are scale and offset of
+        /// the falloff.
         pub edge2: Vec3f,
         /// Radiance of surfaces and of directional discs, radiant intensity of points, irradiance of one direction.
         pub emission: Vec3f,
         /// Sphere: radius. Directional: 1 − cos of the disc's angular radius, 0 for one direction.
         pub size: f32,
-        /// Triangle and sphere: whether the back side emits, too.
+        /// Triangle, rectangle and sphere: whether the back side emits, too.
         pub two_sided: bool,
     }
 
@@ -66,7 +78,7 @@ pub mod light {
         pub pdf: f32,
         /// Whether no other technique can find this light.
         pub delta: bool,
-        /// Triangle: barycentric weights of the second and third vertex of the sampled point.
+        /// Triangle: barycentric weights of the second and third vertex of the sampled point. Rectangle: where on its edges it is.
         pub barycentrics: Vec2f,
     }
 
@@ -96,6 +108,9 @@ pub mod light {
         if light.kind == LIGHT_TRIANGLE {
             return triangle_light_sample(light, p, u);
         }
+        if light.kind == LIGHT_RECTANGLE {
+            return rectangle_light_sample(light, p, u);
+        }
         if light.kind == LIGHT_SPHERE {
             return sphere_light_sample(light, p, u);
         }
@@ -110,8 +125,8 @@ pub mod light {
 
     /// Where a light can give more irradiance than `cutoff` (W/m², positive) to a surface that faces it.
     ///
-    /// Bounds, the same for all directions: a point gives I/d², a sphere at most π L r²/d², a triangle at most L A/d² from its
-    /// nearest point. The channel that shines most counts. `falloff`: coefficients of [`falloff_factor`], which stand for the d²;
+    /// Bounds, the same for all directions: a point gives I/d², a sphere at most π L r²/d², a triangle or rectangle at most
+    /// L A/d² from its nearest point. The channel that shines most counts. `falloff`: coefficients of [`falloff_factor`], which stand for the d²;
     /// what is seen of
     /// a sphere is nearer than its centre, and light over physics grows with distance, so the bound holds.
     pub fn light_reach(light: Light, cutoff: f32, falloff: Vec3f) -> LightReach {
@@ -124,28 +139,56 @@ pub mod light {
         if light.kind == LIGHT_SPHERE {
             radius = max(falloff_distance(falloff, PI * sqr(light.size) * strength / cutoff), light.size);
         }
-        if light.kind == LIGHT_TRIANGLE {
-            let to_centroid = (light.edge1 + light.edge2) * (1.0 / 3.0);
-            let sides = vec3f(
-                length(to_centroid),
-                length(light.edge1 - to_centroid),
-                length(light.edge2 - to_centroid),
-            );
-            let area = 0.5 * length(cross(light.edge1, light.edge2));
-            center = light.position + to_centroid;
+        if light_is_flat(light.kind) {
+            let rectangle = light.kind == LIGHT_RECTANGLE;
+            let to_center =
+                (light.edge1 + light.edge2) * select(TRIANGLE_CENTER, RECTANGLE_CENTER, rectangle);
+            // A rectangle's corners are all as far away from its centre.
+            let sides =
+                vec3f(length(to_center), length(light.edge1 - to_center), length(light.edge2 - to_center));
+            let area = length(cross(light.edge1, light.edge2)) * select(0.5, 1.0, rectangle);
+            center = light.position + to_center;
             radius = max_component(sides) + falloff_distance(falloff, strength * area / cutoff);
         }
         LightReach { center: center, radius: min(radius, FAR) }
     }
 
-    /// Whether a triangle is so near that it is sampled by solid angle, if that is possible.
+    /// Whether a light is flat: a triangle or a rectangle, given by two edges.
+    pub fn light_is_flat(kind: u32) -> bool {
+        kind == LIGHT_TRIANGLE || kind == LIGHT_RECTANGLE
+    }
+
+    /// Whether any of a flat light's corners is on the side of a plane that its `normal` points to; `to_first`: from a point of
+    /// the plane to the light's first corner.
+    pub fn flat_light_is_above(light: Light, to_first: Vec3f, normal: Vec3f) -> bool {
+        let first = dot(to_first, normal);
+        let second = first + dot(light.edge1, normal);
+        let third = first + dot(light.edge2, normal);
+        let fourth = second + third - first;
+        let corners = max(max(first, second), third);
+        corners > 0.0 || (fourth > 0.0 && light.kind == LIGHT_RECTANGLE)
+    }
+
+    /// Whether a flat light is so near that it is sampled by solid angle, if that is possible.
     ///
-    /// - `to_first`: from the receiver to the first vertex. `edge1`, `edge2`: from there to the others.
-    pub fn triangle_is_near(to_first: Vec3f, edge1: Vec3f, edge2: Vec3f) -> bool {
-        let to_centroid = to_first + (edge1 + edge2) * (1.0 / 3.0);
+    /// - `to_first`: from the receiver to the first corner. `edge1`, `edge2`: from there to the next ones.
+    /// - `center`: [`TRIANGLE_CENTER`] or [`RECTANGLE_CENTER`].
+    pub fn flat_light_is_near(to_first: Vec3f, edge1: Vec3f, edge2: Vec3f, center: f32) -> bool {
+        let to_center = to_first + (edge1 + edge2) * center;
+        // A triangle's third edge, and as long as a rectangle's diagonal.
         let edge3 = edge2 - edge1;
         let longest2 = max(max(dot(edge1, edge1), dot(edge2, edge2)), dot(edge3, edge3));
-        dot(to_centroid, to_centroid) < NEAR_TRIANGLE * longest2
+        dot(to_center, to_center) < NEAR_FLAT * longest2
+    }
+
+    /// Whether a triangle is near: see [`flat_light_is_near`].
+    pub fn triangle_is_near(to_first: Vec3f, edge1: Vec3f, edge2: Vec3f) -> bool {
+        flat_light_is_near(to_first, edge1, edge2, TRIANGLE_CENTER)
+    }
+
+    /// Whether a rectangle is near: see [`flat_light_is_near`].
+    pub fn rectangle_is_near(to_first: Vec3f, edge1: Vec3f, edge2: Vec3f) -> bool {
+        flat_light_is_near(to_first, edge1, edge2, RECTANGLE_CENTER)
     }
 
     /// Uniform over the solid angle of a triangle that is near, else over its area.
@@ -154,33 +197,44 @@ pub mod light {
         if triangle_is_near(to_first, light.edge1, light.edge2) {
             let seen = spherical_triangle_new(to_first, light.edge1, light.edge2);
             if seen.solid_angle > 0.0 {
-                return triangle_light_at(
-                    light,
-                    p,
-                    sample_spherical_triangle(seen, u),
-                    1.0 / seen.solid_angle,
-                );
+                return flat_light_at(light, p, sample_spherical_triangle(seen, u), 1.0 / seen.solid_angle);
             }
         }
-        triangle_light_sample_by_area(light, p, u)
+        flat_light_sample_by_area(light, p, u)
     }
 
-    /// Uniform over the triangle's area, with the density converted to solid angle.
-    pub fn triangle_light_sample_by_area(light: Light, p: Vec3f, u: Vec2f) -> LightSample {
-        triangle_light_at(light, p, sample_triangle(u), 0.0)
+    /// Uniform over the solid angle of a rectangle that is near, else over its area.
+    pub fn rectangle_light_sample(light: Light, p: Vec3f, u: Vec2f) -> LightSample {
+        let to_first = light.position - p;
+        if rectangle_is_near(to_first, light.edge1, light.edge2) {
+            let seen = spherical_rectangle_new(to_first, light.edge1, light.edge2);
+            if seen.solid_angle > 0.0 {
+                return flat_light_at(light, p, sample_spherical_rectangle(seen, u), 1.0 / seen.solid_angle);
+            }
+        }
+        flat_light_sample_by_area(light, p, u)
     }
 
-    /// The sample of a triangle at a point of it, given by the barycentric weights of the second and third vertex.
+    /// Uniform over the area of a triangle or rectangle, with the density converted to solid angle.
+    pub fn flat_light_sample_by_area(light: Light, p: Vec3f, u: Vec2f) -> LightSample {
+        let of_triangle = sample_triangle(u);
+        let rectangle = light.kind == LIGHT_RECTANGLE;
+        let place = vec2f(select(of_triangle.x, u.x, rectangle), select(of_triangle.y, u.y, rectangle));
+        flat_light_at(light, p, place, 0.0)
+    }
+
+    /// The sample of a triangle or rectangle at a point of it, given by its shares of both edges from the first corner.
     ///
     /// - `pdf`: density over solid angle with which the point was chosen; 0: it was uniform over the area.
-    pub fn triangle_light_at(light: Light, p: Vec3f, barycentrics: Vec2f, pdf: f32) -> LightSample {
-        let to_light = light.position + light.edge1 * barycentrics.x + light.edge2 * barycentrics.y - p;
+    pub fn flat_light_at(light: Light, p: Vec3f, place: Vec2f, pdf: f32) -> LightSample {
+        let to_light = light.position + light.edge1 * place.x + light.edge2 * place.y - p;
         let distance2 = dot(to_light, to_light);
         let distance = sqrt(distance2);
-        // Twice the area times the front normal.
-        let normal2 = cross(light.edge1, light.edge2);
-        let facing = -dot(normal2, to_light);
-        let density = select(pdf, distance2 * distance * 2.0 / abs(facing), pdf <= 0.0);
+        // The front normal times the area of a rectangle, or twice that of a triangle.
+        let normal = cross(light.edge1, light.edge2);
+        let facing = -dot(normal, to_light);
+        let per_area = select(2.0, 1.0, light.kind == LIGHT_RECTANGLE);
+        let density = select(pdf, distance2 * distance * per_area / abs(facing), pdf <= 0.0);
         // Edge-on, without area or at the receiver: the density has no finite value.
         let shines =
             (facing > 0.0 || light.two_sided) && facing != 0.0 && distance2 > 0.0 && is_finite(density);
@@ -193,7 +247,7 @@ pub mod light {
             radiance: light.emission,
             pdf: density,
             delta: false,
-            barycentrics: barycentrics,
+            barycentrics: place,
         }
     }
 
@@ -210,6 +264,19 @@ pub mod light {
         }
         let projected = abs(dot(cross(edge1, edge2), wi));
         distance * distance * 2.0 / max(projected, 1e-20)
+    }
+
+    /// Density over solid angle with which [`rectangle_light_sample`] finds a point of the rectangle; arguments as for
+    /// [`triangle_light_pdf`].
+    pub fn rectangle_light_pdf(to_first: Vec3f, edge1: Vec3f, edge2: Vec3f, wi: Vec3f, distance: f32) -> f32 {
+        if rectangle_is_near(to_first, edge1, edge2) {
+            let solid_angle = spherical_rectangle_new(to_first, edge1, edge2).solid_angle;
+            if solid_angle > 0.0 {
+                return 1.0 / solid_angle;
+            }
+        }
+        let projected = abs(dot(cross(edge1, edge2), wi));
+        distance * distance / max(projected, 1e-20)
     }
 
     /// 1 − cos of the half angle under which a sphere is seen; 2 (all directions) from inside, and from so close to it

@@ -1,10 +1,8 @@
 //! From a [`Scene`] to [`SceneTables`].
 
 use super::geometry::{BindingRecord, BlasRecord, GeometryKind, GeometryRecord, InstanceRecord};
-use super::light::{LightRecord, luminance};
-use super::material::{
-    MATERIAL_CHECKERBOARD_FADES, MATERIAL_EMISSION_TWO_SIDED, MaterialRecord, TextureRecord,
-};
+use super::light::LightRecord;
+use super::material::{MaterialRecord, TextureRecord};
 use super::{EnvironmentTable, LayersRecord, LightTree, NONE, SceneTables, build_alias_table};
 use crate::{
     Environment, Instance, LightKind, LightProfile, Mesh, Pixels, Scene, Shape, Sphere, TriangleMesh,
@@ -349,101 +347,6 @@ impl SceneTables {
         }
         self.light_tree = tree;
     }
-
-    /// Lights of the emissive geometries of one instance.
-    fn add_surface_lights(&mut self, scene: &Scene, instance: usize) {
-        let instance = self.instances[instance];
-        let blas = self.blas[instance.blas as usize];
-        for g in 0..blas.geometry_count {
-            let binding = (instance.first_binding + g) as usize;
-            let material = self.materials[self.bindings[binding].material as usize];
-            if !material.is_emissive() {
-                continue;
-            }
-            let to_world = affine(&instance.object_to_world);
-            let geometry = self.geometries[(blas.first_geometry + g) as usize];
-            // Holes by vertex colour or by place are not known to a light record: paths find such light by themselves.
-            let unknown_holes =
-                geometry.first_color != NONE || material.flags & MATERIAL_CHECKERBOARD_FADES != 0;
-            if material.has_alpha() && unknown_holes {
-                continue;
-            }
-            match geometry.kind {
-                GeometryKind::Triangles => {
-                    self.bindings[binding].first_light = self.lights.len() as u32;
-                    let mean = self.mean_emission_texture(scene, binding);
-                    for i in 0..geometry.primitive_count {
-                        let light = self.triangle_light(&geometry, i, &to_world, binding, mean);
-                        self.lights.push(light);
-                    }
-                }
-                // An ellipsoid cannot be sampled by solid angle: it shines where paths find it by themselves.
-                GeometryKind::Spheres => {
-                    if let Some(scale) = uniform_scale(&to_world) {
-                        self.bindings[binding].first_light = self.lights.len() as u32;
-                        for i in 0..geometry.primitive_count {
-                            let [x, y, z, r] = self.spheres[(geometry.first_primitive + i) as usize];
-                            let center = to_world.transform_point3(Vec3::new(x, y, z));
-                            let emission = Vec3::from(material.emission);
-                            let two_sided = material.flags & MATERIAL_EMISSION_TWO_SIDED != 0;
-                            self.lights.push(LightRecord::sphere(center, r * scale, emission, two_sided));
-                        }
-                    }
-                }
-            }
-        }
-    }
-
-    fn triangle_light(
-        &self,
-        geometry: &GeometryRecord,
-        i: u32,
-        to_world: &Affine3A,
-        binding: usize,
-        mean: f32,
-    ) -> LightRecord {
-        let index = self.bindings[binding].material;
-        let material = &self.materials[index as usize];
-        let mut corners = self.indices[(geometry.first_primitive + i) as usize];
-        if to_world.matrix3.determinant() < 0.0 {
-            corners.swap(1, 2);
-        }
-        let vertex = |c: u32| {
-            to_world.transform_point3(Vec3::from(self.positions[(geometry.first_vertex + c) as usize]))
-        };
-        let two_sided = material.flags & MATERIAL_EMISSION_TWO_SIDED != 0;
-        let emission = Vec3::from(material.emission);
-        let mut light = LightRecord::triangle(corners.map(vertex), emission, two_sided, mean);
-        if material.emission_slot != NONE || material.has_alpha() {
-            light.textured_material = index;
-            let uv = |set: &[[f32; 2]], first: u32, c: u32| {
-                if first == NONE { [0.0; 2] } else { set[(first + c) as usize] }
-            };
-            light.uv[0] = corners.map(|c| uv(&self.uv0, geometry.first_uv0, c));
-            light.uv[1] = corners.map(|c| uv(&self.uv1, geometry.first_uv1, c));
-        }
-        light
-    }
-
-    /// Mean luminance of a binding's emission texture; 1 without one.
-    fn mean_emission_texture(&self, scene: &Scene, binding: usize) -> f32 {
-        let slot = self.materials[self.bindings[binding].material as usize].emission_slot;
-        if slot == NONE {
-            return 1.0;
-        }
-        let texture = &scene.textures[self.texture_slots[slot as usize].texture as usize];
-        let Some(image) = scene.images.get(texture.image as usize) else { return 1.0 };
-        let decode = |b: u8| optics::tonemap::srgb_decode_channel(f32::from(b) / 255.0);
-        let sum: f64 = match &image.pixels {
-            Pixels::Rgba8(pixels) => {
-                let color = |p: &[u8; 4]| Vec3::new(decode(p[0]), decode(p[1]), decode(p[2]));
-                pixels.iter().map(|p| f64::from(luminance(color(p)))).sum()
-            }
-            Pixels::Rgb32F(pixels) => pixels.iter().map(|p| f64::from(luminance(Vec3::from(*p)))).sum(),
-        };
-        // Never zero: a dim texture must still be found.
-        ((sum / (f64::from(image.width) * f64::from(image.height))) as f32).max(1e-3)
-    }
 }
 
 fn is_usable(instance: &Instance, scene: &Scene) -> bool {
@@ -469,7 +372,7 @@ fn rows(m: &Affine3A) -> [[f32; 4]; 3] {
     [a.x_axis.extend(t.x), a.y_axis.extend(t.y), a.z_axis.extend(t.z)].map(|r| r.to_array())
 }
 
-fn affine(rows: &[[f32; 4]; 3]) -> Affine3A {
+pub(super) fn affine(rows: &[[f32; 4]; 3]) -> Affine3A {
     let column = |i: usize| Vec3::new(rows[0][i], rows[1][i], rows[2][i]);
     Affine3A::from_mat3_translation(Mat3::from_cols(column(0), column(1), column(2)), column(3))
 }
@@ -480,7 +383,7 @@ fn normal_matrix(m: &Affine3A) -> Mat3 {
 }
 
 /// The factor by which a transform scales all lengths alike; `None` if it does not.
-fn uniform_scale(m: &Affine3A) -> Option<f32> {
+pub(super) fn uniform_scale(m: &Affine3A) -> Option<f32> {
     let a = Mat3::from(m.matrix3);
     let lengths = [a.x_axis.length(), a.y_axis.length(), a.z_axis.length()];
     let scale = lengths[0];

@@ -8,7 +8,7 @@ use super::{BindingRecord, InstanceRecord, MaterialRecord, SceneTables};
 pub struct Changes {
     /// `materials`, `layers`, `media`, `grids`, `densities`, `fog`, `nested`, `texture_slots`, or which material is where in `bindings`.
     pub materials: bool,
-    /// `lights`, `profiles`, `light_alias`, `light_tree`, `bounding_sphere`, or which light is where in `bindings`.
+    /// `lights`, `primitive_lights`, `profiles`, `light_alias`, `light_tree`, `bounding_sphere`, or which light is where in `bindings`.
     pub lights: bool,
     /// `environment`.
     pub environment: bool,
@@ -62,6 +62,7 @@ impl Changes {
                 || old.texture_slots != new.texture_slots
                 || old.bindings.iter().map(material).ne(new.bindings.iter().map(material)),
             lights: old.lights != new.lights
+                || old.primitive_lights != new.primitive_lights
                 || old.profiles != new.profiles
                 || old.light_alias != new.light_alias
                 || old.light_tree != new.light_tree

@@ -36,6 +36,7 @@ impl SceneTables {
             textures,
             texels,
             lights,
+            primitive_lights,
             profiles,
             light_alias,
             light_tree,
@@ -63,6 +64,7 @@ impl SceneTables {
         hash.records(textures);
         hash.numbers(texels);
         hash.records(lights);
+        hash.numbers(primitive_lights);
         hash.numbers(profiles);
         hash.numbers(light_alias);
         hash.numbers(&light_tree.nodes);
@@ -131,12 +133,13 @@ mod tests {
         let tables = load("material-grid");
         assert_eq!(tables.fingerprint(), load("material-grid").fingerprint());
         assert_eq!(tables.fingerprint().len(), 32);
-        let changes: [fn(&mut SceneTables); 11] = [
+        let changes: [fn(&mut SceneTables); 12] = [
             |t| t.positions[0][1] += 1e-7,
             |t| t.indices.swap(0, 1),
             |t| t.materials[0].roughness += 1e-6,
             |t| t.instances[0].object_to_world[0][0] *= 1.0 + f32::EPSILON,
             |t| t.lights[0].visible = !t.lights[0].visible,
+            |t| t.primitive_lights.push(0),
             |t| t.profiles.push(1),
             |t| t.has_alpha = !t.has_alpha,
             |t| t.environment.zenith[2] += 0.1,

@@ -68,7 +68,7 @@ pub struct InstanceRecord {
 pub struct BindingRecord {
     /// Index into `materials`.
     pub material: u32,
-    /// Index into `lights` of the first primitive's light, or [`super::NONE`] if its light cannot be sampled.
+    /// Index into `primitive_lights` of the first primitive's light, or [`super::NONE`] if its light cannot be sampled.
     pub first_light: u32,
     /// Index into [`crate::Scene::instances`]: what the user calls an instance.
     pub object: u32,

@@ -1,10 +1,11 @@
 //! Records of lights.
 
 use super::NONE;
+use super::rectangles::Rectangle;
 use crate::Photometry;
 use optics::light::{
-    LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_SPHERE, LIGHT_SPOT, LIGHT_TRIANGLE, Light,
-    spot_falloff,
+    LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_SPOT,
+    LIGHT_TRIANGLE, Light, spot_falloff,
 };
 use optics::{Vec3f, vec3f};
 
@@ -35,12 +36,14 @@ impl LightRecord {
     pub fn triangle(v: [glam::Vec3; 3], emission: glam::Vec3, two_sided: bool, mean_texture: f32) -> Self {
         let (edge1, edge2) = (v[1] - v[0], v[2] - v[0]);
         let area = edge1.cross(edge2).length() * 0.5;
-        let sides = if two_sided { 2.0 } else { 1.0 };
-        let mut light = blank(LIGHT_TRIANGLE, v[0], emission);
-        light.edge1 = to_optics(edge1);
-        light.edge2 = to_optics(edge2);
-        light.two_sided = two_sided;
-        Self::new(light, std::f32::consts::PI * area * sides * luminance(emission) * mean_texture)
+        let light = flat(LIGHT_TRIANGLE, [v[0], edge1, edge2], emission, two_sided);
+        Self::new(light, flat_power(&light, area) * mean_texture)
+    }
+
+    /// A rectangle that emits `emission` on its front, and on its back if `two_sided`.
+    pub(super) fn rectangle(r: &Rectangle, emission: glam::Vec3, two_sided: bool) -> Self {
+        let light = flat(LIGHT_RECTANGLE, [r.first, r.edge1, r.edge2], emission, two_sided);
+        Self::new(light, flat_power(&light, r.edge1.cross(r.edge2).length()))
     }
 
     /// A sphere that emits outwards, and inwards if `two_sided`.
@@ -129,6 +132,18 @@ fn blank(kind: u32, position: glam::Vec3, emission: glam::Vec3) -> Light {
     let zero = vec3f(0.0, 0.0, 0.0);
     let (position, emission) = (to_optics(position), to_optics(emission));
     Light { kind, position, edge1: zero, edge2: zero, emission, size: 0.0, two_sided: false }
+}
+
+/// A triangle or rectangle: its first corner and the edges from there.
+fn flat(kind: u32, [first, edge1, edge2]: [glam::Vec3; 3], emission: glam::Vec3, two_sided: bool) -> Light {
+    let (edge1, edge2) = (to_optics(edge1), to_optics(edge2));
+    Light { edge1, edge2, two_sided, ..blank(kind, first, emission) }
+}
+
+/// Power of a flat light of an `area`, m².
+fn flat_power(light: &Light, area: f32) -> f32 {
+    let sides = if light.two_sided { 2.0 } else { 1.0 };
+    std::f32::consts::PI * area * sides * optics::math::luminance(light.emission)
 }
 
 fn to_optics(v: glam::Vec3) -> Vec3f {

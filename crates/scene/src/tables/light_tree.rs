@@ -8,7 +8,7 @@ use super::light::luminance;
 use super::{LightRecord, NONE};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use optics::light::{LIGHT_POINT, LIGHT_SPHERE, LIGHT_SPOT, LIGHT_TRIANGLE, Light};
+use optics::light::{LIGHT_POINT, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_SPOT, LIGHT_TRIANGLE, Light};
 use optics::light_tree::{
     LIGHT_NODE_INDEX, LIGHT_NODE_LEAF, LIGHT_NODE_WIDTH, LIGHT_NODE_WORDS, LightGroup, light_importance,
     light_remainder, light_share, refill,
@@ -322,7 +322,7 @@ impl Leaf {
             && bounds.intensity > 0.0;
         let center = (bounds.low + bounds.high) * 0.5;
         let radius = match record.light.kind {
-            LIGHT_TRIANGLE => {
+            LIGHT_TRIANGLE | LIGHT_RECTANGLE => {
                 corners(&record.light).map(|corner| corner.distance(center)).into_iter().fold(0.0, f32::max)
             }
             LIGHT_SPHERE => record.light.size,
@@ -332,11 +332,12 @@ impl Leaf {
     }
 }
 
-/// The corners of a triangle.
-fn corners(light: &Light) -> [Vec3; 3] {
+/// The corners of a rectangle, or of a triangle, whose last one is there twice.
+fn corners(light: &Light) -> [Vec3; 4] {
     let [position, edge1, edge2] =
         [light.position, light.edge1, light.edge2].map(|v| Vec3::from(v.to_array()));
-    [position, position + edge1, position + edge2]
+    let fourth = if light.kind == LIGHT_RECTANGLE { edge1 + edge2 } else { edge2 };
+    [position, position + edge1, position + edge2, position + fourth]
 }
 
 /// Where a group of lights is, and where it shines: as [`LightGroup`], with angles in radians and a box.
@@ -367,14 +368,14 @@ impl Bounds {
             two_sided: light.two_sided,
         };
         match light.kind {
-            LIGHT_TRIANGLE => {
+            LIGHT_TRIANGLE | LIGHT_RECTANGLE => {
                 let corners = corners(light);
                 let normal = edge1.cross(edge2);
                 // Its power knows the mean of its texture.
                 let sides = if light.two_sided { 2.0 } else { 1.0 };
                 Some(Self {
-                    low: corners[0].min(corners[1]).min(corners[2]),
-                    high: corners[0].max(corners[1]).max(corners[2]),
+                    low: corners.into_iter().fold(position, Vec3::min),
+                    high: corners.into_iter().fold(position, Vec3::max),
                     intensity: record.power / (PI * sides),
                     axis: normal.try_normalize()?,
                     spread: 0.0,
@@ -540,9 +541,10 @@ fn vec3(v: Vec3) -> Vec3f {
 
 #[cfg(test)]
 mod tests {
+    use super::super::rectangles::Rectangle;
     use super::*;
 
-    /// Points, spots, spheres and triangles here and there, and the sun.
+    /// Points, spots, spheres, triangles and rectangles here and there, and the sun.
     fn lights(count: usize) -> Vec<LightRecord> {
         let mut state = 7u32;
         let mut unit = move || {
@@ -553,12 +555,16 @@ mod tests {
         let mut lights: Vec<_> = (0..count)
             .map(|i| {
                 let (p, q, power) = (point(), point(), point().abs());
-                match i % 5 {
+                match i % 6 {
                     0 => LightRecord::point(p, power),
                     1 => LightRecord::spot(p, q.normalize(), power, 0.2, 0.7),
                     2 => LightRecord::sphere(p, 0.2, power, false),
                     3 => LightRecord::triangle([p, p + Vec3::X * 0.3, p + q * 0.1], power, false, 1.0),
-                    _ => LightRecord::triangle([p, p + Vec3::Y * 0.3, p + q * 0.1], power, true, 0.5),
+                    4 => LightRecord::triangle([p, p + Vec3::Y * 0.3, p + q * 0.1], power, true, 0.5),
+                    _ => {
+                        let (edge1, edge2) = (Vec3::X * 0.4, Vec3::new(0.0, q.y, q.z).normalize() * 0.2);
+                        LightRecord::rectangle(&Rectangle { first: p, edge1, edge2 }, power, q.x > 0.0)
+                    }
                 }
             })
             .collect();

@@ -20,6 +20,8 @@ mod light_tree;
 mod material;
 mod medium;
 mod portals;
+mod rectangles;
+mod surface_lights;
 
 pub use alias::{AliasEntry, build_alias_table};
 pub use changes::Changes;
@@ -91,6 +93,9 @@ pub struct SceneTables {
     pub texels: Vec<[u8; 4]>,
     /// Everything that next-event estimation can sample.
     pub lights: Vec<LightRecord>,
+    /// Which light each primitive of emissive geometries is a part of: two triangles may be one rectangle. See
+    /// [`BindingRecord::first_light`].
+    pub primitive_lights: Vec<u32>,
     /// Profiles of lights, one after the other: rows, columns, and the bits of the values, row by row.
     pub profiles: Vec<u32>,
     /// Chooses a light by power; as long as `lights`. Those in `light_tree` have no share in it.
@@ -129,6 +134,7 @@ impl SceneTables {
             + bytes(&self.densities)
             + bytes(&self.texels)
             + bytes(&self.lights)
+            + bytes(&self.primitive_lights)
             + bytes(&self.profiles)
             + bytes(&self.light_alias)
             + self.light_tree.memory_bytes()
@@ -138,6 +144,16 @@ impl SceneTables {
     /// Whether any material absorbs light inside of bodies.
     pub fn has_absorption(&self) -> bool {
         self.materials.iter().any(MaterialRecord::absorbs)
+    }
+
+    /// The light that a primitive of a binding's geometry is a part of, as an index into `lights`; [`NONE`] if its light cannot be
+    /// sampled. `primitive`: its number within the geometry.
+    #[inline(always)]
+    pub fn light_of(&self, binding: &BindingRecord, primitive: u32) -> u32 {
+        match binding.first_light {
+            NONE => NONE,
+            first => self.primitive_lights[(first + primitive) as usize],
+        }
     }
 
     /// Number of triangles stored.
