@@ -69,13 +69,14 @@ fn direct_is_path_with_two_segments_for_diffuse_scenes() {
 }
 
 /// `direct` asks every light, `path` chooses one, by where the lights are if they are many: the picture is the same. Once with
-/// triangles alone, which are sampled many at a time, once with lights of all kinds and a sun.
+/// triangles and rectangles alone, which are sampled many at a time, once with lights of all kinds and a sun.
 #[test]
 fn lights_chosen_by_place_add_up_to_all_lights() {
     for all_kinds in [false, true] {
         let mut scene = scenes::cornell();
-        let pane = |x: f64, y: f64, z: f64| {
-            [[x, y, z], [x, y, z + 0.2], [x + 0.2, y + 0.1, z + 0.2], [x + 0.2, y + 0.1, z]]
+        // Every third one is a parallelogram, and so two lights.
+        let pane = |[x, y, z]: [f64; 3], skew: f64| {
+            [[x, y, z], [x, y, z + 0.2], [x + 0.2, y + 0.1, z + 0.2 + skew], [x + 0.2, y + 0.1, z + skew]]
         };
         for i in 0..24 {
             let t = f64::from(i);
@@ -85,7 +86,7 @@ fn lights_chosen_by_place_add_up_to_all_lights() {
             let material =
                 Material { double_sided: both, emission_two_sided: both, ..emitter("pane", emission) };
             let material = scene.add_material(material);
-            scene.add_mesh("pane", quads(&[pane(at[0], at[1], at[2])]), material);
+            scene.add_mesh("pane", quads(&[pane(at, if i % 3 == 0 { 0.05 } else { 0.0 })]), material);
             let position = Vec3::new(at[2] as f32, at[0] as f32, at[1] as f32);
             let kind = match i % 3 {
                 _ if !all_kinds => continue,
@@ -121,12 +122,17 @@ fn lights_chosen_by_place_add_up_to_all_lights() {
 
 /// A glossy and a diffuse floor, lit by what `light` adds; seen at a low angle.
 fn lit_floor(roughness: f32, light: impl Fn(&mut Scene)) -> testkit::Estimate {
+    let scene = lit_floor_scene(roughness, light);
+    estimate(&scene, &job(&scene, SIZE, SIZE, 3), 512)
+}
+
+fn lit_floor_scene(roughness: f32, light: impl Fn(&mut Scene)) -> Scene {
     let mut scene = Scene::default();
     let floor = scene.add_material(metallic_roughness("floor", [0.8; 3], 0.5, roughness));
     scene.add_mesh("floor", scenes::ground(0.0, 4.0), floor);
     light(&mut scene);
     scene.cameras.push(camera([0.0, 1.2, 3.5], [0.0, 0.3, 0.0], 45.0));
-    estimate(&scene, &job(&scene, SIZE, SIZE, 3), 512)
+    scene
 }
 
 /// Light that is sampled and light that is only met by chance are the same light: multiple importance sampling weighs
@@ -148,6 +154,53 @@ fn sampled_light_is_light_met_by_chance() {
             let what = format!("mis-box-{half}-roughness-{roughness}");
             // By chance, a pixel of a diffuse floor finds the small light in one of a hundred samples.
             assert_same_coarse(&what, &sampled, &chance);
+        }
+    }
+}
+
+/// A rectangle is one light, by solid angle where it is near; its halves, each a mesh of its own, are two. On floors from mirrors
+/// to dust, with the lamp near and far, upright and lying, among lights of other kinds, in `path` and `direct`.
+#[test]
+fn a_rectangle_is_what_its_halves_are() {
+    let lamps: [[[f64; 3]; 4]; 3] = [
+        [[-0.8, 0.25, -0.5], [0.8, 0.25, -0.5], [0.8, 0.25, 0.5], [-0.8, 0.25, 0.5]],
+        [[-0.5, 0.02, -0.6], [-0.5, 1.0, -0.6], [0.9, 1.0, -0.6], [0.9, 0.02, -0.6]],
+        [[-0.1, 2.5, -0.1], [0.1, 2.5, -0.1], [0.1, 2.5, 0.1], [-0.1, 2.5, 0.1]],
+    ];
+    for (i, lamp) in lamps.into_iter().enumerate() {
+        for (roughness, among_others) in [(0.1, false), (0.6, false), (0.6, true)] {
+            let scene = |halves: bool| {
+                let mut scene = lit_floor_scene(roughness, |scene| {
+                    let light = Material {
+                        double_sided: true,
+                        emission_two_sided: true,
+                        ..emitter("lamp", [1.0, 2.0, 0.5])
+                    };
+                    let light = scene.add_material(light);
+                    let whole = quads(&[lamp]);
+                    for triangle in whole.indices.chunks(if halves { 1 } else { 2 }) {
+                        let mesh = scene::TriangleMesh { indices: triangle.to_vec(), ..whole.clone() };
+                        scene.add_mesh("lamp", mesh, light);
+                    }
+                });
+                if among_others {
+                    let kind = LightKind::Point { position: Vec3::new(1.0, 1.0, 1.0), intensity: Vec3::ONE };
+                    scene.lights.push(Light::new("", kind));
+                }
+                scene
+            };
+            let (whole, halves) = (scene(false), scene(true));
+            let count = |scene: &Scene| SceneTables::build(scene).lights.len();
+            assert_eq!((count(&whole) + 1, count(&halves)), (count(&halves), 2 + usize::from(among_others)));
+            let what = format!("rectangle-{i}-roughness-{roughness}-{among_others}");
+            let path = |scene: &Scene, seed| estimate(scene, &Job { seed, ..job(scene, SIZE, SIZE, 3) }, 512);
+            assert_same(&what, &path(&whole, 0), &path(&halves, 1));
+            let settings = DirectSettings { shadow_samples: 2, ..DirectSettings::default() };
+            let direct = |scene: &Scene, seed| {
+                let integrator = Integrator::Direct(settings);
+                estimate(scene, &Job { seed, integrator, ..job(scene, SIZE, SIZE, 2) }, 128)
+            };
+            assert_same_coarse(&format!("{what}-direct"), &direct(&whole, 0), &direct(&halves, 1));
         }
     }
 }

@@ -41,7 +41,7 @@ fn lights_are_worth_choosing_by_place() {
     fail(
         folder.path(),
         "bench lights cornell --reference-spp 1 --report out",
-        "cornell has too few lights for a tree: 2",
+        "cornell has too few lights for a tree: 1",
     );
 }
 

@@ -156,7 +156,7 @@ fn worst_block(a: &Film, b: &Film) -> f64 {
 #[test]
 fn the_expected_picture_is_that_of_direct() {
     let Some(setup) = Setup::new("the_expected_picture_is_that_of_direct") else { return };
-    const SAMPLES: u32 = 64;
+    const SAMPLES: u32 = 128;
     let rays =
         DirectSettings { shadow_samples: 2, reflection_samples: 2, ambient_samples: 2, ..Default::default() };
     let direct = view(overview(), Integrator::Direct(rays));
@@ -176,7 +176,7 @@ fn the_expected_picture_is_that_of_direct() {
         println!("{settings:?}: whole {whole:.4}, block {:.4}, {rays} rays", worst_block(&film, &expected));
         (whole, worst_block(&film, &expected), rays as f64 / expected_rays as f64)
     };
-    // 64 samples leave a block of 64 pixels with about a hundredth of noise at edges and soft shadows.
+    // 128 samples leave a block of 64 pixels with about a hundredth of noise at edges and soft shadows.
     let (whole, block, rays) = differs(settings);
     assert!(whole < 0.006 && block < 0.06, "{whole} {block}");
     // All but the camera's rays, which the rasteriser saves.

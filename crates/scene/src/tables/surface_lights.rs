@@ -153,3 +153,101 @@ impl SceneTables {
 fn is_textured(material: &MaterialRecord) -> bool {
     material.emission_slot != NONE || material.has_alpha()
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::Scene;
+    use crate::tables::{Changes, NONE, SceneTables};
+    use crate::{Instance, Material, Mesh, Part, Shape, TextureRef, TriangleMesh};
+    use glam::{Affine3A, Quat, Vec3};
+    use optics::light::{LIGHT_RECTANGLE, LIGHT_TRIANGLE};
+
+    /// A quad and a triangle beside it, in one mesh.
+    fn panes() -> TriangleMesh {
+        TriangleMesh {
+            positions: [[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [0.0, 2.0], [3.0, 0.0]]
+                .map(|[x, y]| Vec3::new(x, y, 0.0))
+                .to_vec(),
+            indices: vec![[1, 4, 2], [0, 1, 2], [0, 2, 3]],
+            ..TriangleMesh::default()
+        }
+    }
+
+    fn emitter() -> Material {
+        Material { emission: Vec3::new(1.0, 2.0, 3.0), ..Material::default() }
+    }
+
+    /// The panes of one material at some places.
+    fn scene(material: Material, places: &[Affine3A]) -> Scene {
+        let mesh = Mesh::single("panes", Shape::Triangles(panes()), 0);
+        let at = |place: &Affine3A| Instance { dynamic: true, ..Instance::new("panes", 0, *place) };
+        Scene {
+            materials: vec![material],
+            meshes: vec![mesh],
+            instances: places.iter().map(at).collect(),
+            ..Scene::default()
+        }
+    }
+
+    fn kinds(tables: &SceneTables) -> Vec<u32> {
+        tables.lights.iter().map(|l| l.light.kind).collect()
+    }
+
+    #[test]
+    fn both_halves_lead_to_one_light_of_their_power() {
+        let skew = Affine3A::from_scale(Vec3::new(1.0, 3.0, 1.0)) * Affine3A::from_rotation_z(0.5);
+        let turned = Affine3A::from_quat(Quat::from_rotation_x(1.0));
+        let tables = SceneTables::build(&scene(emitter(), &[Affine3A::IDENTITY, turned, skew]));
+        let (flat, whole) = (LIGHT_TRIANGLE, LIGHT_RECTANGLE);
+        assert_eq!(kinds(&tables), [flat, whole, flat, whole, flat, flat, flat]);
+        assert_eq!(tables.primitive_lights, [0, 1, 1, 2, 3, 3, 4, 5, 6]);
+        let lights = |instance: usize| {
+            let binding = tables.bindings[tables.instances[instance].first_binding as usize];
+            [0, 1, 2].map(|primitive| tables.light_of(&binding, primitive))
+        };
+        assert_eq!([lights(0), lights(1), lights(2)], [[0, 1, 1], [2, 3, 3], [4, 5, 6]]);
+        // Twice the area of the triangle beside it; two triangles elsewhere.
+        let power = |i: usize| tables.lights[i].power;
+        assert!((power(1) / power(0) - 1.0).abs() < 1e-5 && (power(3) / power(1) - 1.0).abs() < 1e-5);
+        let dark = SceneTables::build(&scene(Material::default(), &[Affine3A::IDENTITY]));
+        assert!(dark.lights.is_empty() && dark.primitive_lights.is_empty());
+        assert_eq!(dark.light_of(&dark.bindings[0], 1), NONE);
+    }
+
+    /// Emission that differs from place to place has coordinates at three corners.
+    #[test]
+    fn textured_emitters_stay_triangles() {
+        let pixels = crate::Pixels::Rgba8(vec![[255, 128, 0, 255]; 4]);
+        let textured = Material { emission_texture: Some(TextureRef::new(0)), ..emitter() };
+        let mut scene = scene(textured, &[Affine3A::IDENTITY]);
+        scene.images.push(crate::Image { name: String::new(), width: 2, height: 2, pixels });
+        let (sampler, color_space) = (crate::Sampler::default(), crate::ColorSpace::Srgb);
+        scene.textures.push(crate::Texture { image: 0, sampler, color_space });
+        let tables = SceneTables::build(&scene);
+        assert_eq!(kinds(&tables), [LIGHT_TRIANGLE; 3]);
+        assert_eq!(tables.primitive_lights, [0, 1, 2]);
+    }
+
+    /// Halves in two parts of a mesh may get different materials at any time.
+    #[test]
+    fn halves_in_two_parts_stay_triangles() {
+        let mut scene = scene(emitter(), &[Affine3A::IDENTITY]);
+        let part = |i: usize| Part {
+            shape: Shape::Triangles(TriangleMesh { indices: vec![panes().indices[i]], ..panes() }),
+            material: 0,
+        };
+        scene.meshes = vec![Mesh { parts: vec![part(1), part(2)], ..scene.meshes[0].clone() }];
+        assert_eq!(kinds(&SceneTables::build(&scene)), [LIGHT_TRIANGLE; 2]);
+    }
+
+    /// A rectangle that is skewed is two lights: updates say that lights changed.
+    #[test]
+    fn changes_of_pairs_are_changes_of_lights() {
+        let before = SceneTables::build(&scene(emitter(), &[Affine3A::IDENTITY]));
+        let skew = Affine3A::from_mat3(glam::Mat3::from_cols(Vec3::X, Vec3::new(0.5, 1.0, 0.0), Vec3::Z));
+        let after = SceneTables::build(&scene(emitter(), &[skew]));
+        let changes = Changes::between(&before, &after).expect("the same mesh");
+        assert!(changes.lights && changes.transforms && !changes.vertices, "{changes:?}");
+        assert_eq!((kinds(&before).len(), kinds(&after).len()), (2, 3));
+    }
+}
