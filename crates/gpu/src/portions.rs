@@ -222,7 +222,8 @@ mod tests {
 
     #[test]
     fn sizes_that_nobody_needs_are_left_out() {
-        let pixels = [PixelSamples { pixel: 3, first: 0, count: 32 }, PixelSamples { pixel: 4, first: 2, count: 3 }];
+        let pixels =
+            [PixelSamples { pixel: 3, first: 0, count: 32 }, PixelSamples { pixel: 4, first: 2, count: 3 }];
         let sizes: Vec<_> = portions([8, 8], &pixels).map(|p| (p.samples, p.count)).collect();
         assert_eq!(sizes, [(16, 2), (1, 3)]);
         assert_eq!(portions([8, 8], &[]).count(), 0);
