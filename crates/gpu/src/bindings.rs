@@ -1,6 +1,6 @@
 //! Layouts of bind groups that passes of frames have in common.
 
-use crate::Gpu;
+use crate::{Gpu, GpuError};
 use wgpu::{BindingType, BufferBindingType, ShaderStages};
 
 /// An entry of a layout.
@@ -20,4 +20,40 @@ pub(crate) fn film_layout(gpu: &Gpu, bindings: &[u32], visibility: ShaderStages)
     let entries: Vec<_> = std::iter::once(view).chain(bindings.iter().map(storage)).collect();
     gpu.device
         .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("film"), entries: &entries })
+}
+
+/// A group for compute shaders of whole buffers, which are bound from 0 on; the first is a uniform, the others are written unless they
+/// are among `read`. And its layout.
+///
+/// # Errors
+/// When the device has no place for it.
+pub(crate) fn whole_buffers(
+    gpu: &Gpu,
+    label: &'static str,
+    buffers: &[&wgpu::Buffer],
+    read: &[u32],
+) -> Result<(wgpu::BindGroupLayout, wgpu::BindGroup), GpuError> {
+    let ty = |binding: u32| match binding {
+        0 => BufferBindingType::Uniform,
+        _ => BufferBindingType::Storage { read_only: read.contains(&binding) },
+    };
+    let bind = || {
+        let entries: Vec<_> =
+            (0..buffers.len() as u32).map(|b| entry(b, ShaderStages::COMPUTE, buffer(ty(b)))).collect();
+        let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some(label),
+            entries: &entries,
+        });
+        let entries: Vec<_> = (0..)
+            .zip(buffers)
+            .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() })
+            .collect();
+        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(label),
+            layout: &layout,
+            entries: &entries,
+        });
+        (layout, group)
+    };
+    gpu.guarded(bind).map_err(|reason| GpuError::Device { doing: label, reason })
 }

@@ -4,13 +4,13 @@
 //! whole device waiting. So they are cut into portions, each of which is made by an invocation of its own and summed in a place of
 //! its own; a pass adds these up (`shaders/portions.wgsl`), always in the same order.
 
-use crate::bindings::{buffer, entry};
+use crate::bindings::whole_buffers;
 use crate::film::{FilmBuffers, FilmPixel};
 use crate::scene::upload::{empty_buffer, write_buffer};
 use crate::{Gpu, GpuError};
 use backend::PixelSamples;
 use bytemuck::{Pod, Zeroable};
-use wgpu::{BufferBindingType, BufferUsages, ShaderStages};
+use wgpu::BufferUsages;
 
 /// Samples of a portion, those of the largest first. A pixel's samples are made up of as few of them as possible.
 ///
@@ -111,32 +111,8 @@ impl Gathering {
     /// When the driver refuses the shader.
     pub fn new(gpu: &Gpu, film: &FilmBuffers) -> Result<Self, GpuError> {
         let task = empty_buffer(gpu, "portions", size_of::<Task>() as u64, BufferUsages::UNIFORM)?;
-        let types = [
-            BufferBindingType::Uniform,
-            BufferBindingType::Storage { read_only: false },
-            BufferBindingType::Storage { read_only: true },
-        ];
         let buffers = [&task, &film.pixels, &film.counters];
-        let bind = || {
-            let entries: Vec<_> =
-                (0..).zip(types).map(|(b, ty)| entry(b, ShaderStages::COMPUTE, buffer(ty))).collect();
-            let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-                label: Some("portions"),
-                entries: &entries,
-            });
-            let entries: Vec<_> = (0..)
-                .zip(buffers)
-                .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() })
-                .collect();
-            let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("portions"),
-                layout: &layout,
-                entries: &entries,
-            });
-            (layout, group)
-        };
-        let failed = |reason| GpuError::Device { doing: "binding portions", reason };
-        let (layout, group) = gpu.guarded(bind).map_err(failed)?;
+        let (layout, group) = whole_buffers(gpu, "binding portions", &buffers, &[2])?;
         let pipeline = gpu.shader_text("portions", TEXT.to_owned()).pipeline("gather", &[Some(&layout)])?;
         let size = film.contents.picture().window_size;
         Ok(Self { pipeline, group, task, size })

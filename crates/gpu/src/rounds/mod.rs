@@ -5,6 +5,7 @@
 //! (`shaders/rounds.wgsl`; the rule itself is the optics', as that of [`film::Allocation`]). The host reads back how many portions of
 //! samples that makes, a few words, and starts them; which pixels they belong to is known on the device.
 
+use crate::bindings::whole_buffers;
 use crate::film::{FilmBuffers, FilmPixel, read_mapped};
 use crate::portions::PORTIONS;
 use crate::scene::upload::{empty_buffer, write_buffer};
@@ -168,9 +169,8 @@ impl Rounds {
         let mapped = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
         let staging = empty_buffer(gpu, "reading what a round decides", picture_bytes, mapped)?;
         let buffers = [&uniform, &film.pixels, &base, &film.counters, &estimates, &plans, &sums, &picture];
-        let (layout, group) = gpu
-            .guarded(|| bind(gpu, &buffers))
-            .map_err(|reason| GpuError::Device { doing: "binding a round", reason })?;
+        // The film is the kernels' and the host's: rounds only read it.
+        let (layout, group) = whole_buffers(gpu, "binding a round", &buffers, &[1, 2])?;
         let shader = gpu.shader_text("rounds", text());
         let pipeline = |pass: Pass| shader.pipeline(pass.entry_point(), &[Some(&layout)]);
         Ok(Self {
@@ -302,37 +302,6 @@ fn decision(picture: &Picture) -> Decision {
         most_extra: picture.most_extra,
         counts: picture.portions,
     }
-}
-
-/// The one group of all passes.
-fn bind(gpu: &Gpu, buffers: &[&wgpu::Buffer; 8]) -> (wgpu::BindGroupLayout, wgpu::BindGroup) {
-    /// Bindings that shaders only read.
-    const READ: [u32; 2] = [1, 2];
-    let ty = |binding: u32| match binding {
-        0 => wgpu::BufferBindingType::Uniform,
-        _ => wgpu::BufferBindingType::Storage { read_only: READ.contains(&binding) },
-    };
-    let entry = |binding: u32| wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: wgpu::ShaderStages::COMPUTE,
-        ty: wgpu::BindingType::Buffer { ty: ty(binding), has_dynamic_offset: false, min_binding_size: None },
-        count: None,
-    };
-    let entries: Vec<_> = (0..buffers.len() as u32).map(entry).collect();
-    let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("a round"),
-        entries: &entries,
-    });
-    let entries: Vec<_> = (0..)
-        .zip(buffers)
-        .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() })
-        .collect();
-    let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("a round"),
-        layout: &layout,
-        entries: &entries,
-    });
-    (layout, group)
 }
 
 #[cfg(test)]
