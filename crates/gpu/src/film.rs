@@ -285,7 +285,7 @@ pub struct FilmBuffers {
     pub view: wgpu::Buffer,
     /// Binding 1: a [`FilmPixel`] for each pixel of the window, row by row, and room for portions behind them.
     pub pixels: wgpu::Buffer,
-    /// Binding 2: [`Counters`], and a [`Share`] for each pixel of the window.
+    /// Binding 2: [`Counters`], and for each pixel of the window its share of portions.
     pub counters: wgpu::Buffer,
     /// Binding 3: an [`AovPixel`] for each pixel, or one for all if no layers are wanted.
     pub aovs: wgpu::Buffer,
