@@ -111,11 +111,11 @@ fn pixel_of(group: vec3u, groups: vec3u, local: u32) -> u32 {
         return select(NONE, place_of(pixel), is_in_picture(pixel));
     }
     let entry = (group.y * groups.x + group.x) * 64u + local;
-    if entry >= arrayLength(&tally.pixels) {
+    if entry >= arrayLength(&tally.shares) {
         return NONE;
     }
     // What lies behind the list's end is of earlier frames.
-    let listed = tally.pixels[entry];
+    let listed = tally.shares[entry];
     return select(NONE, listed.x, listed.y == realtime.number && listed.x < realtime.size.x * realtime.size.y);
 }
 
