@@ -57,8 +57,7 @@ fn scenes_that_are_not_there_are_errors() {
 #[test]
 fn adaptive_sampling_is_compared_at_equal_error() {
     let folder = tempfile::tempdir().unwrap();
-    let arguments =
-        "bench adaptive cornell --width 32 --height 18 --spp 32 --seeds 1 --reference-spp 512 --report out";
+    let arguments = "bench adaptive cornell --width 32 --height 18 --spp 16,32 --seeds 1 --reference-spp 512 --report out";
     let ran = succeed(folder.path(), arguments);
     assert!(ran.stdout.contains("Gains at equal relMSE"), "{}", ran.stdout);
     let text = std::fs::read_to_string(folder.path().join("out/adaptive.json")).unwrap();
