@@ -8,6 +8,7 @@ use crate::scene::refuse_volumes;
 use crate::scene::update::StagingRing;
 use crate::scene::upload::write_buffer;
 use crate::screen::Screen;
+use crate::shader::Variant;
 use crate::tracer::bvh::BvhTracer;
 use crate::tracer::query::QueryTracer;
 use crate::tracer::upper::{Place, UpperBuilder, UpperUpdate};
@@ -85,16 +86,18 @@ impl LiveScene {
                 return Err(GpuError::Unsupported { adapter, tracer, missing });
             }
         };
+        // All frames draw random numbers as the first view does.
+        let variant = Variant { sampler: view.sampler, ..scene.variant() };
         let kernel = match view.integrator {
             Integrator::Realtime(settings) => {
-                let kernel = RealtimeKernel::new(&gpu, scene.variant(), &scene, &*tracer, &settings)?;
+                let kernel = RealtimeKernel::new(&gpu, variant, &scene, &*tracer, &settings)?;
                 FrameKernel::Realtime(Box::new(kernel))
             }
             other => {
                 // Frames of another integrator are refused when they come.
                 let settings =
                     if let Integrator::Hybrid(settings) = other { settings } else { Default::default() };
-                let kernel = HybridKernel::new(&gpu, scene.variant(), &scene, &*tracer, &settings)?;
+                let kernel = HybridKernel::new(&gpu, variant, &scene, &*tracer, &settings)?;
                 FrameKernel::Hybrid(Box::new(kernel))
             }
         };
