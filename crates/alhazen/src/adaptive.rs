@@ -1,7 +1,7 @@
 //! Spreading samples over a picture by the error of its pixels ([`film::Allocation`]), round by round.
 
 use crate::renderer::{Limits, Renderer, Summary, check_view};
-use backend::{BackendError, Control, PixelSamples, Round, Stats, View};
+use backend::{AdaptiveRounds, BackendError, Control, PixelSamples, Stats, View};
 use film::{Allocation, Film, PixelStats};
 use std::time::{Duration, Instant};
 
@@ -57,6 +57,9 @@ const ROUND_GROWTH: f64 = 1.5;
 /// rounds never end exactly where they should, and ever smaller ones would follow.
 const LEAST_ROUND: u64 = 64;
 
+/// How long rounds may take that a back end makes without telling in between.
+const LONGEST_UNSEEN: Duration = Duration::from_millis(250);
+
 impl Renderer {
     /// Adds samples to the pixels that need them most: one round of adaptive sampling, of a picture whose pixels have their
     /// first ones ([`Adaptive::pilot`]) by [`Renderer::render_pass`] with the same view. `None` if no pixel needs any.
@@ -76,8 +79,8 @@ impl Renderer {
         check_view(view)?;
         let Some(film) = self.film()? else { return Ok(None) };
         let total = taken(film) + u64::from(samples) * view.window.area() as u64;
-        let round = Round { total, least: adaptive.pilot(), floor: adaptive.floor };
-        if let Some(stats) = self.render_by_itself(view, &round, control)? {
+        let rounds = AdaptiveRounds { totals: vec![total], least: adaptive.pilot(), floor: adaptive.floor };
+        if let Some(stats) = self.render_by_itself(view, &rounds, control)? {
             return Ok(Some(stats));
         }
         let Some(film) = self.film()? else { return Ok(None) };
@@ -111,12 +114,13 @@ impl Renderer {
             summary.spp = (made / area) as u32;
             let quiet = limits.noise.zip(summary.noise).is_some_and(|(limit, noise)| noise <= limit);
             let late = limits.time.is_some_and(|time| start.elapsed() >= time);
-            if quiet || late || budget.saturating_sub(made) <= budget / LEAST_ROUND {
+            if quiet || late || is_spent(made, budget) {
                 break;
             }
-            let total = next_total(made, &summary, limits, start.elapsed()).min(budget);
-            let round = Round { total, least: pilot, floor: adaptive.floor };
-            let stats = if let Some(stats) = self.render_by_itself(view, &round, control)? {
+            let totals = next_totals(made, &summary, limits, budget, start.elapsed());
+            let total = totals[0];
+            let rounds = AdaptiveRounds { totals, least: pilot, floor: adaptive.floor };
+            let stats = if let Some(stats) = self.render_by_itself(view, &rounds, control)? {
                 made += stats.samples;
                 stats
             } else {
@@ -136,6 +140,28 @@ impl Renderer {
         summary.elapsed = start.elapsed();
         Ok(summary)
     }
+}
+
+/// Whether what is left of a budget is not worth a round.
+fn is_spent(made: u64, budget: u64) -> bool {
+    budget.saturating_sub(made) <= budget / LEAST_ROUND
+}
+
+/// Samples of all pixels that there should be after each of the next rounds, at least one, which a back end may make without
+/// telling in between: noise and time are looked at after every round, and a picture is to be seen from time to time.
+fn next_totals(made: u64, summary: &Summary, limits: &Limits, budget: u64, elapsed: Duration) -> Vec<u64> {
+    let mut last = next_total(made, summary, limits, elapsed).min(budget);
+    let mut totals = vec![last];
+    let rate = made as f64 / elapsed.as_secs_f64().max(1e-6);
+    let unseen = made + (rate * LONGEST_UNSEEN.as_secs_f64()) as u64;
+    while limits.noise.is_none() && limits.time.is_none() && !is_spent(last, budget) {
+        last = (((last as f64) * ROUND_GROWTH).ceil() as u64).min(budget);
+        if last > unseen {
+            break;
+        }
+        totals.push(last);
+    }
+    totals
 }
 
 /// Samples of all pixels that there should be after the next round.
@@ -175,4 +201,35 @@ fn next_round(film: &Film, view: &View, adaptive: &Adaptive, pilot: u32, total: 
         count,
     });
     samples.filter(|s| s.first.checked_add(s.count).is_some()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BUDGET: u64 = 128_000;
+
+    /// Totals after rounds of a picture with 16,000 samples, made in some time.
+    fn totals(limits: Limits, elapsed: Duration) -> Vec<u64> {
+        next_totals(16_000, &Summary::default(), &limits, BUDGET, elapsed)
+    }
+
+    #[test]
+    fn fast_rounds_are_made_together() {
+        let all = totals(Limits::default(), Duration::from_micros(1));
+        assert_eq!(all, [24_000, 36_000, 54_000, 81_000, 121_500, 128_000]);
+        // As many as there is time for: 16,000 samples in 0.1 s are 40,000 in 0.25 s.
+        assert_eq!(totals(Limits::default(), Duration::from_millis(100)), all[..3]);
+        assert_eq!(totals(Limits::default(), Duration::from_secs(100)), all[..1]);
+        // What is left in the end is no round of its own.
+        let left = next_totals(100_000, &Summary::default(), &Limits::default(), 151_000, Duration::ZERO);
+        assert_eq!(left, [150_000]);
+    }
+
+    #[test]
+    fn noise_and_time_are_looked_at_after_every_round() {
+        let noise = Limits { noise: Some(0.01), ..Limits::default() };
+        let time = Limits { time: Some(Duration::from_secs(100)), ..Limits::default() };
+        assert_eq!([noise, time].map(|limits| totals(limits, Duration::from_micros(1)).len()), [1, 1]);
+    }
 }

@@ -1,7 +1,9 @@
 //! A back end that goes on with another one when its device fails.
 
 use crate::choice::open_step;
-use backend::{Backend, BackendError, Control, LoadStats, PassTime, PixelSamples, Round, Stats, View};
+use backend::{
+    AdaptiveRounds, Backend, BackendError, Control, LoadStats, PassTime, PixelSamples, Stats, View,
+};
 use film::Film;
 use gpu::tracer::TracerKind;
 use gpu::{GpuOptions, PathKernel};
@@ -236,17 +238,17 @@ impl Backend for Fallback {
         }
     }
 
-    fn render_round(
+    fn render_rounds(
         &mut self,
         view: &View,
-        round: &Round,
+        rounds: &AdaptiveRounds,
         control: &Control,
     ) -> Result<Option<Stats>, BackendError> {
         // A device does not know what others have made of the picture.
         if self.rescued.as_ref().is_some_and(|(of, _)| is_same(of, view)) {
             return Ok(None);
         }
-        match self.current.render_round(view, round, control) {
+        match self.current.render_rounds(view, rounds, control) {
             Err(error @ BackendError::Device { .. }) => {
                 self.rescue_pixels(view, &mut Vec::new())?;
                 self.step(error)?;

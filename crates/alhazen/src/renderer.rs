@@ -2,7 +2,9 @@
 
 use crate::part::least_samples;
 use crate::{Job, Sampling};
-use backend::{Backend, BackendError, Control, LoadStats, PassTime, PixelSamples, Round, Stats, View};
+use backend::{
+    AdaptiveRounds, Backend, BackendError, Control, LoadStats, PassTime, PixelSamples, Stats, View,
+};
 use cpu::CpuBackend;
 use film::Film;
 use scene::Scene;
@@ -257,14 +259,14 @@ impl Renderer {
         self.backend.render_pixels(view, pixels, control)
     }
 
-    /// As [`Backend::render_round`], of a view that was checked before.
+    /// As [`Backend::render_rounds`], of a view that was checked before.
     pub(crate) fn render_by_itself(
         &mut self,
         view: &View,
-        round: &Round,
+        rounds: &AdaptiveRounds,
         control: &Control,
     ) -> Result<Option<Stats>, BackendError> {
-        self.backend.render_round(view, round, control)
+        self.backend.render_rounds(view, rounds, control)
     }
 
     /// See [`Film::relative_error`]; `None` before the first picture.

@@ -5,9 +5,11 @@ mod common;
 use alhazen::{Control, Film, Job, Limits, Renderer, Scene};
 use common::{gpu_renderers, job};
 use glam::{Affine3A, Vec3};
+use gpu::tracer::TracerKind;
+use gpu::{Gpu, GpuBackend, GpuOptions, has_hardware};
 use scene::tables::{Changes, SceneTables};
 use scene::{Environment, Image, Instance, Material, Mesh, Pixels};
-use testkit::scenes;
+use testkit::{Exclusive, scenes};
 
 const SPP: u32 = 4;
 
@@ -138,5 +140,38 @@ fn updates_on_the_cpu() {
 fn updates_on_gpus() {
     for renderer in gpu_renderers("updates_on_gpus").iter_mut() {
         check(renderer);
+    }
+}
+
+/// A renderer whose shaders know whether anything is near a lamp (`knows`), or leave that open.
+fn specialised(test: &str, knows: bool) -> Option<Renderer> {
+    let opened = Gpu::open(&GpuOptions::default()).and_then(|gpu| GpuBackend::new(gpu, TracerKind::Bvh));
+    let mut backend = opened.map_err(|e| testkit::skip_without_gpu(test, &e.to_string())).ok()?;
+    backend.set_specialisation(knows);
+    Some(Renderer::new(Box::new(backend)))
+}
+
+/// Shaders that need not sample lamps that are near are not kept when something comes near one.
+#[test]
+fn something_may_come_near_a_lamp() {
+    let test = "something_may_come_near_a_lamp";
+    let mut far = scenes::cornell();
+    far.instances.iter_mut().for_each(|i| i.dynamic = true);
+    let mut near = far.clone();
+    let short = near.instances.iter_mut().find(|i| i.name == "short").expect("a box");
+    short.transform = Affine3A::from_translation(Vec3::Y * 3.0) * short.transform;
+    let may_be_near = |scene| SceneTables::build(scene).surfaces_may_be_near_flat_lights();
+    assert!(!may_be_near(&far) && may_be_near(&near));
+    let job = job(&far, 16, 16, 4);
+    let mut renderers =
+        Exclusive::new(has_hardware(), || Some([specialised(test, false)?, specialised(test, true)?]));
+    let Some([general, special]) = &mut *renderers else { return };
+    general.load(&far).expect("load");
+    special.load(&far).expect("load");
+    assert_equal("far", &picture(general, &job), &picture(special, &job));
+    for (what, scene) in [("near", &near), ("far again", &far)] {
+        general.load(scene).expect("load");
+        special.update(scene).expect("update");
+        assert_equal(what, &picture(general, &job), &picture(special, &job));
     }
 }

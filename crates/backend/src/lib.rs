@@ -110,11 +110,11 @@ pub fn check_media(scene: &SceneTables, view: &View) -> Result<(), BackendError>
     }
 }
 
-/// What [`Backend::render_round`] is to do.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Round {
-    /// Samples of all pixels together when it is over, about.
-    pub total: u64,
+/// What [`Backend::render_rounds`] is to do: rounds of adaptive sampling, one after the other.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AdaptiveRounds {
+    /// Samples of all pixels together when a round is over, about: of each round, in order. Without any, nothing is done.
+    pub totals: Vec<u64>,
     /// Samples that every pixel has to have before anything can be decided.
     pub least: u32,
     /// What is added to the squared radiance that errors are relative to; `None` follows the picture's level. See
@@ -188,15 +188,16 @@ pub trait Backend: Send {
     ) -> Result<Stats, BackendError>;
 
     /// Adds samples to the pixels of the view's picture that need them most, by the rule of [`film::Allocation`], without anybody reading
-    /// the film in between. `None` where the back end cannot decide: then callers read the film and name pixels
-    /// ([`Backend::render_pixels`]). The view's `first_sample` is that of the picture.
+    /// the film in between: round by round, fewer than asked for if there is nothing left to do or it is cancelled. `None` where the
+    /// back end cannot decide about the first: then callers read the film and name pixels ([`Backend::render_pixels`]). The view's
+    /// `first_sample` is that of the picture.
     ///
     /// # Errors
     /// As [`Backend::render`].
-    fn render_round(
+    fn render_rounds(
         &mut self,
         _view: &View,
-        _round: &Round,
+        _rounds: &AdaptiveRounds,
         _control: &Control,
     ) -> Result<Option<Stats>, BackendError> {
         Ok(None)

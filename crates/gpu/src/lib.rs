@@ -28,6 +28,7 @@ pub mod screen;
 pub mod shader;
 pub mod timing;
 pub mod tracer;
+pub mod view;
 pub mod wavefront;
 
 pub use backend::GpuBackend;

@@ -7,10 +7,12 @@ use crate::tracer::TracerText;
 use crate::{Gpu, GpuError};
 use backend::SamplerKind;
 use optics::albedo::DielectricAlbedo;
+use optics::light::LIGHT_RECTANGLE;
 use optics::random::{SAMPLER_BLUE_NOISE, SAMPLER_INDEPENDENT, SAMPLER_SOBOL};
 use scene::tables::{
     MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_BODY, MATERIAL_CHECKERBOARD,
     MATERIAL_CHECKERBOARD_FADES, MATERIAL_EMISSION_TWO_SIDED, MATERIAL_TANGENTS, MATERIAL_THIN, ModelTag,
+    NONE,
 };
 use std::cell::OnceCell;
 use std::fmt::Write;
@@ -35,6 +37,11 @@ pub struct Variant {
     pub images: u32,
     /// Whether lights are many, so that they are chosen by where they are.
     pub light_tree: bool,
+    /// The kind (`LIGHT_…` of the optics) that all lights have but the environment, if it is one and the shader is to know
+    /// no other.
+    pub light_kind: Option<u32>,
+    /// Whether no surface is near a flat light, so that the shader need not know how to sample one by solid angle.
+    pub far_lights: bool,
     /// Whether any light has a profile.
     pub profiles: bool,
     /// Whether the environment is sampled through portals.
@@ -61,6 +68,8 @@ impl Variant {
             profiles: i & 256 != 0,
             portals: i & 512 != 0,
             images: 0,
+            light_kind: (i & 2 != 0).then_some(LIGHT_RECTANGLE),
+            far_lights: i & 4 != 0,
             sampler: SamplerKind::ALL[i as usize % SamplerKind::ALL.len()],
         };
         let with_images = move |i: u32| Self { images: 16, ..of(i) };
@@ -138,6 +147,9 @@ fn constants(variant: Variant) -> String {
     let _ = writeln!(text, "const WANTS_AOVS: bool = {};", variant.aovs);
     let _ = writeln!(text, "const SPLITS_PATHS: bool = {};", variant.splitting);
     let _ = writeln!(text, "const LIGHT_TREE: bool = {};", variant.light_tree);
+    let light_kind = variant.light_kind.unwrap_or(NONE);
+    let _ = writeln!(text, "const ALL_LIGHTS_ARE: u32 = {light_kind}u;");
+    let _ = writeln!(text, "const FLAT_LIGHTS_ARE_FAR: bool = {};", variant.far_lights);
     let _ = writeln!(text, "const SCENE_HAS_PROFILES: bool = {};", variant.profiles);
     let _ = writeln!(text, "const SCENE_HAS_PORTALS: bool = {};", variant.portals);
     let _ = writeln!(text, "const FOLLOWS_VOLUMES: bool = {};", variant.volumes);

@@ -8,7 +8,7 @@ use crate::portions::{PORTION_BYTES, PORTIONS, portion_count};
 use crate::rounds::{Decision, Rounds};
 use crate::timing::Timer;
 use crate::{Gpu, GpuError};
-use backend::{BackendError, Control, Round, Stats, View};
+use backend::{AdaptiveRounds, BackendError, Control, Stats, View};
 use std::collections::VecDeque;
 use std::time::Instant;
 
@@ -74,6 +74,26 @@ impl PortionRun<'_> {
         Ok(())
     }
 
+    /// Makes all portions that the device has decided about.
+    fn make_round(
+        &mut self,
+        decision: &Decision,
+        control: &Control,
+        stats: &mut Stats,
+    ) -> Result<(), GpuError> {
+        self.make_room(decision.most_extra)?;
+        for (size, count) in decision.portions().filter(|p| p.1 > 0) {
+            if control.is_cancelled() {
+                break;
+            }
+            if let Some(rounds) = &mut self.picture.rounds {
+                rounds.share_out(self.gpu, size)?;
+            }
+            self.make(PORTIONS[size], count, control, stats)?;
+        }
+        Ok(())
+    }
+
     /// Waits for what is under way.
     pub fn finish(mut self, control: &Control, stats: &mut Stats) -> Result<(), GpuError> {
         self.drain(control, stats)?;
@@ -126,69 +146,78 @@ impl GpuBackend {
         })
     }
 
-    /// See [`backend::Backend::render_round`].
+    /// See [`backend::Backend::render_rounds`].
     pub(super) fn render_decided(
         &mut self,
         view: &View,
-        round: &Round,
+        rounds: &AdaptiveRounds,
         control: &Control,
     ) -> Result<Option<Stats>, BackendError> {
         let start = Instant::now();
         let same = |old: &View| View { first_sample: view.first_sample, ..old.clone() } == *view;
+        let (Some(&first), Some(&last)) = (rounds.totals.first(), rounds.totals.last()) else {
+            return Ok(None);
+        };
         if !self.picture.as_ref().is_some_and(|p| same(&p.view)) {
             return Ok(None);
         }
         let name = self.kind.name();
-        let decision = self.decide(view.first_sample, round).map_err(|e| device_error(name, e))?;
-        let Some(decision) = decision else { return Ok(None) };
-        // Without an estimate of every pixel the device cannot decide, and where all is quiet nobody deserves more than others.
-        let is_known = decision.least_valid >= 2 && decision.least_taken >= round.least;
-        let samples = decision.samples();
-        if !is_known || samples == 0 {
-            return Ok(None);
-        }
-        let work = |this: &mut Self, stats: &mut Stats| this.make_decided(view, &decision, control, stats);
+        let decision =
+            self.decide(view.first_sample, first, rounds.floor).map_err(|e| device_error(name, e))?;
+        let Some(decision) = decision.filter(|d| is_of_use(d, rounds)) else { return Ok(None) };
+        let samples = decision.samples() + last.saturating_sub(first);
+        let work =
+            |this: &mut Self, stats: &mut Stats| this.make_decided(view, rounds, decision, control, stats);
         let mut stats = self.render_with(view, samples, control, work)?;
         stats.elapsed = start.elapsed();
         Ok(Some(stats))
     }
 
     /// What the device says of its film; `None` where there is none.
-    fn decide(&mut self, first_sample: u32, round: &Round) -> Result<Option<Decision>, GpuError> {
+    fn decide(
+        &mut self,
+        first_sample: u32,
+        total: u64,
+        floor: Option<f64>,
+    ) -> Result<Option<Decision>, GpuError> {
         let Some(picture) = &mut self.picture else { return Ok(None) };
-        let mut rounds = match picture.rounds.take() {
-            Some(rounds) => rounds,
-            None => match Rounds::new(&self.gpu, &picture.buffers) {
-                Ok(rounds) => rounds,
+        if picture.rounds.is_none() {
+            picture.rounds = match Rounds::new(&self.gpu, &picture.buffers) {
+                Ok(rounds) => Some(rounds),
                 // The host can decide as well; it needs no memory of the device for it.
                 Err(GpuError::Allocation { .. } | GpuError::BufferTooLarge { .. }) => return Ok(None),
                 Err(error) => return Err(error),
-            },
-        };
-        rounds.follow(&self.gpu, &picture.film, picture.folds)?;
-        let decision = rounds.decide(&self.gpu, first_sample, round.total, round.floor, &mut self.timer)?;
-        picture.rounds = Some(rounds);
-        Ok(Some(decision))
+            };
+        }
+        picture.decide(&self.gpu, first_sample, total, floor, &mut self.timer)?;
+        picture.rounds.as_ref().map(|rounds| rounds.read(&self.gpu)).transpose()
     }
 
+    /// All rounds, the first of which has been decided about.
     fn make_decided(
         &mut self,
         view: &View,
-        decision: &Decision,
+        rounds: &AdaptiveRounds,
+        mut decision: Decision,
         control: &Control,
         stats: &mut Stats,
     ) -> Result<(), GpuError> {
         let mean = decision.samples().div_ceil(view.window.area().max(1) as u64);
         let mut run = self.begin_portions(view, mean)?;
-        run.make_room(decision.most_extra)?;
-        for (size, count) in decision.portions().filter(|p| p.1 > 0) {
+        run.make_round(&decision, control, stats)?;
+        for &total in &rounds.totals[1..] {
             if control.is_cancelled() {
                 break;
             }
-            if let Some(rounds) = &mut run.picture.rounds {
-                rounds.share_out(run.gpu, size)?;
+            // The device goes on with this as soon as it has the portions, while the host still waits for them.
+            run.picture.decide(run.gpu, view.first_sample, total, rounds.floor, run.timer)?;
+            run.drain(control, stats)?;
+            let Some(decider) = &run.picture.rounds else { break };
+            decision = decider.read(run.gpu)?;
+            if !is_of_use(&decision, rounds) {
+                break;
             }
-            run.make(PORTIONS[size], count, control, stats)?;
+            run.make_round(&decision, control, stats)?;
         }
         run.finish(control, stats)
     }
@@ -199,7 +228,28 @@ impl GpuBackend {
         if self.gpu.is_lost() {
             return Ok(self.picture.as_ref().and_then(|p| p.film.relative_error()));
         }
-        let error = self.decide(0, &Round::default())?;
-        Ok(error.filter(|d| d.least_valid >= 2).map(|d| d.error))
+        let decision = self.decide(0, 0, None)?;
+        Ok(decision.filter(|d| d.least_valid >= 2).map(|d| d.error))
     }
+}
+
+impl Picture {
+    /// Has the device decide about a round: see [`Rounds::decide`].
+    fn decide(
+        &mut self,
+        gpu: &Gpu,
+        first_sample: u32,
+        total: u64,
+        floor: Option<f64>,
+        timer: &mut Timer,
+    ) -> Result<(), GpuError> {
+        let Some(rounds) = &mut self.rounds else { return Ok(()) };
+        rounds.follow(gpu, &self.film, self.folds)?;
+        rounds.decide(gpu, first_sample, total, floor, timer)
+    }
+}
+
+/// Without an estimate of every pixel the device cannot decide, and where all is quiet nobody deserves more than others.
+fn is_of_use(decision: &Decision, rounds: &AdaptiveRounds) -> bool {
+    decision.least_valid >= 2 && decision.least_taken >= rounds.least && decision.samples() > 0
 }

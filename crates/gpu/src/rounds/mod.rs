@@ -25,6 +25,8 @@ const SEARCH_STEPS: usize = 7;
 /// Bytes of an estimate and of a plan.
 const ESTIMATE: u64 = 32;
 const PLAN: u64 = 16;
+/// What messages and profiles call it.
+const DECIDING: &str = "choosing pixels";
 /// Workgroups in a row of those that try factors.
 const MOST_GROUPS: u64 = 1024;
 
@@ -206,12 +208,13 @@ impl Rounds {
         Ok(())
     }
 
-    /// Decides who gets samples so that all pixels together have about `total`, and waits for the numbers.
+    /// Has the device decide who gets samples so that all pixels together have about `total`, once all that was submitted before is
+    /// done. [`Rounds::read`] says what it has decided.
     ///
     /// - `first_sample`: of the picture. `offset`: see [`film::Allocation::new`].
     ///
     /// # Errors
-    /// When the device fails.
+    /// When the device fails at once.
     pub fn decide(
         &mut self,
         gpu: &Gpu,
@@ -219,18 +222,17 @@ impl Rounds {
         total: u64,
         offset: Option<f64>,
         timer: &mut Timer,
-    ) -> Result<Decision, GpuError> {
-        let doing = "choosing pixels";
+    ) -> Result<(), GpuError> {
         self.round.first_sample = first_sample;
         self.round.total = total as f32;
         self.round.offset = offset.map_or(-1.0, |offset| offset as f32);
         self.write_round(gpu)?;
-        let slot = timer.slot(doing);
+        let slot = timer.slot(DECIDING);
         gpu.guarded(|| {
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             encoder.clear_buffer(&self.picture, 0, None);
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                label: Some(doing),
+                label: Some(DECIDING),
                 timestamp_writes: slot.map(|s| s.compute()),
             });
             pass.set_bind_group(0, &self.group, &[]);
@@ -244,11 +246,19 @@ impl Rounds {
             self.dispatch(&mut pass, Pass::Choose);
             drop(pass);
             encoder.copy_buffer_to_buffer(&self.picture, 0, &self.staging, 0, self.picture.size());
-            gpu.queue.submit([encoder.finish()])
+            gpu.queue.submit([encoder.finish()]);
         })
-        .map_err(|reason| GpuError::Device { doing, reason })?;
+        .map_err(|reason| GpuError::Device { doing: DECIDING, reason })
+    }
+
+    /// Waits for what the device decides.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn read(&self, gpu: &Gpu) -> Result<Decision, GpuError> {
         let size = self.staging.size();
-        let picture = read_mapped(gpu, &self.staging, size, doing, bytemuck::pod_read_unaligned::<Picture>)?;
+        let picture =
+            read_mapped(gpu, &self.staging, size, DECIDING, bytemuck::pod_read_unaligned::<Picture>)?;
         Ok(decision(&picture))
     }
 

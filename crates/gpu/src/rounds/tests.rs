@@ -93,6 +93,18 @@ fn film_buffers(gpu: &Gpu) -> FilmBuffers {
     FilmBuffers::new(gpu, &view, false).expect("memory")
 }
 
+fn decide(
+    gpu: &Gpu,
+    rounds: &mut Rounds,
+    first: u32,
+    total: u64,
+    offset: Option<f64>,
+    timer: &mut Timer,
+) -> Decision {
+    rounds.decide(gpu, first, total, offset, timer).expect("a device");
+    rounds.read(gpu).expect("a device")
+}
+
 /// The device decides as the host does, and lists every sample that it has decided about once.
 #[test]
 fn devices_decide_as_the_host_does() {
@@ -107,7 +119,7 @@ fn devices_decide_as_the_host_does() {
     for (offset, growth) in [(None, 1.5), (Some(0.01), 1.2), (Some(0.01), 100.0)] {
         let total = (taken.iter().sum::<u64>() as f64 * growth) as u64;
         let expected = Allocation::new(&film, offset).expect("estimates").extra(total);
-        let decision = rounds.decide(&gpu, 5, total, offset, &mut timer).expect("a device");
+        let decision = decide(&gpu, &mut rounds, 5, total, offset, &mut timer);
         let plans: Vec<[u32; 4]> = read_all(&gpu, &rounds.plans);
         assert!(plans.iter().zip(&taken).all(|(p, n)| u64::from(p[1]) == *n), "other numbers of samples");
         let differing = plans.iter().zip(&expected).filter(|(p, n)| p[2] != **n).count();
@@ -150,14 +162,14 @@ fn samples_count_wherever_they_are() {
     let (film, buffers) = (film_of_a_picture(), film_buffers(&gpu));
     let mut timer = Timer::new(&gpu).expect("memory");
     let mut rounds = Rounds::new(&gpu, &buffers).expect("a device");
-    let nothing = rounds.decide(&gpu, 0, 1000, None, &mut timer).expect("a device");
+    let nothing = decide(&gpu, &mut rounds, 0, 1000, None, &mut timer);
     assert_eq!((nothing.least_valid, nothing.samples()), (0, 0), "{nothing:?}");
     let pixels: Vec<_> = film.pixels().iter().map(FilmPixel::of).collect();
     write_buffer(&gpu, "a test", &buffers.pixels, bytemuck::cast_slice(&pixels)).expect("memory");
-    let here = rounds.decide(&gpu, 0, 1 << 20, None, &mut timer).expect("a device");
+    let here = decide(&gpu, &mut rounds, 0, 1 << 20, None, &mut timer);
     assert_eq!((here.least_valid, here.least_taken), (15, 16));
     rounds.follow(&gpu, &film, 1).expect("memory");
-    let twice = rounds.decide(&gpu, 0, 1 << 20, None, &mut timer).expect("a device");
+    let twice = decide(&gpu, &mut rounds, 0, 1 << 20, None, &mut timer);
     assert_eq!((twice.least_valid, twice.least_taken), (30, 32));
     // The same samples twice: half the variance of the mean.
     assert!((here.error / twice.error - 2f64.sqrt()).abs() < 0.05, "{} {}", here.error, twice.error);

@@ -14,6 +14,7 @@ pub mod upload;
 
 use crate::shader::Variant;
 use crate::{Gpu, GpuError};
+use optics::light::LIGHT_ENVIRONMENT;
 use records::{SceneInfo, Words};
 use scene::tables::SceneTables;
 use std::num::NonZero;
@@ -56,6 +57,8 @@ pub struct GpuScene {
     /// Where what is in the buffer of words.
     words: Words,
     places: TexelPlaces,
+    /// Whether no surface is near a flat light, as far as that is known.
+    far_lights: bool,
 }
 
 /// Refuses scenes in which paths have to know what they are in, for frames.
@@ -134,7 +137,8 @@ impl GpuScene {
             .map_err(|reason| GpuError::Device { doing: "binding the scene", reason })?;
         gpu.check("uploading the scene")?;
         let words = words.without_data();
-        Ok(Self { tables, buffers, textures, layout, bind_group, words, places })
+        let far_lights = !tables.surfaces_may_be_near_flat_lights();
+        Ok(Self { tables, buffers, textures, layout, bind_group, words, places, far_lights })
     }
 
     /// Bytes on the device.
@@ -170,6 +174,19 @@ impl GpuScene {
             boundaries: self.tables.has_boundaries(),
             ..Variant::default()
         }
+    }
+
+    /// As [`GpuScene::variant`], for shaders that are made anew when lights become others or come near: they know no lights
+    /// but those that there are.
+    pub fn variant_for_its_lights(&self) -> Variant {
+        Variant { light_kind: self.only_light_kind(), far_lights: self.far_lights, ..self.variant() }
+    }
+
+    /// The kind that all lights have but the environment, if it is one.
+    fn only_light_kind(&self) -> Option<u32> {
+        let mut kinds = self.tables.lights.iter().map(|l| l.light.kind).filter(|&k| k != LIGHT_ENVIRONMENT);
+        let first = kinds.next()?;
+        kinds.all(|kind| kind == first).then_some(first)
     }
 
     /// The views of binding 7: as many as [`Variant::images`] says, or one texture of layers.

@@ -120,6 +120,8 @@ impl GpuScene {
         ring.write(gpu, &writes)?;
         self.words = words.without_data();
         self.tables = tables.clone();
+        // What moves and changes may do so again: it is not asked anew each time.
+        self.far_lights &= !(changes.lights || changes.transforms);
         gpu.check("updating the scene")?;
         Ok(true)
     }

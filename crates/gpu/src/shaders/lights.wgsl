@@ -131,14 +131,26 @@ fn light_group(at: u32) -> LightGroup {
         word_f32(at + 9u * STEP), word_f32(at + 10u * STEP), word_f32(at + 11u * STEP));
 }
 
+/// The kind of a light that is not the environment. Where all are of one kind, the others are left out of the shader.
+fn light_kind(index: u32) -> u32 {
+    return select(ALL_LIGHTS_ARE, lights[index].kind, ALL_LIGHTS_ARE == NONE);
+}
+
 /// Samples a direction towards light `index`.
 fn sample_one_light(index: u32, p: vec3f, u: vec2f) -> LightSample {
     if lights[index].kind == LIGHT_ENVIRONMENT {
         return sample_environment(p, u);
     }
-    var light = light_sample(load_light(index), p, u);
+    var sampled = load_light(index);
+    sampled.kind = light_kind(index);
+    var light: LightSample;
+    if FLAT_LIGHTS_ARE_FAR && light_is_flat(sampled.kind) {
+        light = flat_light_sample_by_area(sampled, p, u);
+    } else {
+        light = light_sample(sampled, p, u);
+    }
     // A disc that is not seen cannot be found by chance: its samples count in full.
-    let unseen = lights[index].kind == LIGHT_DIRECTIONAL && (lights[index].flags & LIGHT_VISIBLE) == 0u;
+    let unseen = sampled.kind == LIGHT_DIRECTIONAL && (lights[index].flags & LIGHT_VISIBLE) == 0u;
     light.delta = light.delta || unseen;
     if SCENE_HAS_PROFILES && (lights[index].flags & LIGHT_PROFILE) != 0u {
         light.radiance *= profile_at(index, -light.wi);
@@ -179,9 +191,11 @@ fn surface_light_pdf(s: Surface, origin: vec3f, receiver: u32, wi: vec3f, distan
     if s.light == NONE {
         return 0.0;
     }
-    let kind = lights[s.light].kind;
+    let kind = light_kind(s.light);
     var pdf = 0.0;
-    if kind == LIGHT_TRIANGLE {
+    if FLAT_LIGHTS_ARE_FAR && light_is_flat(kind) {
+        pdf = flat_light_pdf_by_area(kind, lights[s.light].edge1, lights[s.light].edge2, wi, distance);
+    } else if kind == LIGHT_TRIANGLE {
         let to_first = lights[s.light].position - origin;
         pdf = triangle_light_pdf(to_first, lights[s.light].edge1, lights[s.light].edge2, wi, distance);
     } else if kind == LIGHT_RECTANGLE {

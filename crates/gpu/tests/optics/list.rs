@@ -349,6 +349,7 @@ functions! {
     light::rectangle_is_near(to_first: far_point, edge1: point, edge2: point) within SIDES;
     light::rectangle_light_pdf(to_first: far_point, edge1: point, edge2: point, wi: direction, distance: size) within SIDES;
     light::flat_light_sample_by_area(light: light, p: point, u: unit2) within CANCELLING;
+    light::flat_light_pdf_by_area(kind: index, edge1: point, edge2: point, wi: direction, distance: size) within CANCELLING;
     light::flat_light_at(light: light, p: point, place: unit2, pdf: unit) within CANCELLING;
     light::triangle_light_pdf(to_first: far_point, edge1: point, edge2: point, wi: direction, distance: size) within CANCELLING;
     light::sphere_one_minus_cos(distance2_to_center: positive, radius: share) within ROUNDING;

@@ -262,8 +262,7 @@ pub mod light {
                 return 1.0 / solid_angle;
             }
         }
-        let projected = abs(dot(cross(edge1, edge2), wi));
-        distance * distance * 2.0 / max(projected, 1e-20)
+        flat_light_pdf_by_area(LIGHT_TRIANGLE, edge1, edge2, wi, distance)
     }
 
     /// Density over solid angle with which [`rectangle_light_sample`] finds a point of the rectangle; arguments as for
@@ -275,8 +274,17 @@ pub mod light {
                 return 1.0 / solid_angle;
             }
         }
+        flat_light_pdf_by_area(LIGHT_RECTANGLE, edge1, edge2, wi, distance)
+    }
+
+    /// Density over solid angle with which [`flat_light_sample_by_area`] finds a point of a triangle or rectangle.
+    ///
+    /// - `kind`: which of both. `edge1`, `edge2`: from its first corner to the next ones.
+    /// - `wi`: unit direction towards the point. `distance`: to the point.
+    pub fn flat_light_pdf_by_area(kind: u32, edge1: Vec3f, edge2: Vec3f, wi: Vec3f, distance: f32) -> f32 {
         let projected = abs(dot(cross(edge1, edge2), wi));
-        distance * distance / max(projected, 1e-20)
+        let per_area = select(2.0, 1.0, kind == LIGHT_RECTANGLE);
+        distance * distance * per_area / max(projected, 1e-20)
     }
 
     /// 1 − cos of the half angle under which a sphere is seen; 2 (all directions) from inside, and from so close to it

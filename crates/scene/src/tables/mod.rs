@@ -19,6 +19,7 @@ mod light;
 mod light_tree;
 mod material;
 mod medium;
+mod near_lights;
 mod portals;
 mod rectangles;
 mod surface_lights;

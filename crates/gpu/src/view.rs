@@ -1,0 +1,235 @@
+//! What is to be rendered, as shaders see it: the uniform of bind group 2.
+
+use crate::film::{Batch, BatchPixels};
+use crate::hybrid::Picture;
+use backend::{DirectSettings, Highlights, Integrator, PathSettings};
+use bytemuck::{Pod, Zeroable};
+use optics::camera::camera_pixel_spread;
+
+/// The optics' camera as shaders see it.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct CameraFrame {
+    kind: u32,
+    padding0: [u32; 3],
+    origin: [f32; 3],
+    padding1: u32,
+    right: [f32; 3],
+    padding2: u32,
+    up: [f32; 3],
+    padding3: u32,
+    forward: [f32; 3],
+    padding4: u32,
+    half_size: [f32; 2],
+    lens_radius: f32,
+    focus_distance: f32,
+}
+
+/// What is to be rendered, as shaders see it; see `shaders/film.wgsl` for the fields.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct View {
+    camera: CameraFrame,
+    width: u32,
+    height: u32,
+    window_x: u32,
+    window_y: u32,
+    window_width: u32,
+    window_height: u32,
+    first_row: u32,
+    row_count: u32,
+    first_sample: u32,
+    sample_count: u32,
+    seed: u32,
+    pixel_spread: f32,
+    single_scatter: u32,
+    max_depth: u32,
+    roulette_start: u32,
+    roulette_min_survival: f32,
+    splitting: u32,
+    shadow_samples: u32,
+    soft_shadows: u32,
+    reflection_samples: u32,
+    ambient_samples: u32,
+    ambient_distance: f32,
+    listed: u32,
+    first_listed: u32,
+    light_cutoff: f32,
+    shadows: u32,
+    phong: u32,
+    reflection_survival: f32,
+    falloff: [f32; 3],
+    portion_samples: u32,
+}
+
+impl View {
+    /// Width of the window in pixels.
+    pub fn window_width(&self) -> u32 {
+        self.window_width
+    }
+
+    /// Longest path in segments.
+    pub fn max_depth(&self) -> u32 {
+        self.max_depth
+    }
+
+    /// Paths that go on from the first vertex of each camera ray, at least 1.
+    pub fn splitting(&self) -> u32 {
+        self.splitting.max(1)
+    }
+
+    /// What shaders need to know of `view`; the batch is filled in for each dispatch.
+    pub fn new(view: &backend::View) -> Self {
+        let c = &view.camera;
+        let mut out = Self {
+            camera: CameraFrame {
+                kind: c.kind,
+                origin: c.origin.to_array(),
+                right: c.right.to_array(),
+                up: c.up.to_array(),
+                forward: c.forward.to_array(),
+                half_size: c.half_size.to_array(),
+                lens_radius: c.lens_radius,
+                focus_distance: c.focus_distance,
+                ..CameraFrame::default()
+            },
+            width: view.width,
+            height: view.height,
+            window_x: view.window.x,
+            window_y: view.window.y,
+            window_width: view.window.width,
+            window_height: view.window.height,
+            seed: view.seed,
+            pixel_spread: camera_pixel_spread(view.camera, view.height as f32),
+            single_scatter: u32::from(view.single_scatter),
+            ..Self::default()
+        };
+        match &view.integrator {
+            Integrator::Path(settings) => out.set_path(settings),
+            Integrator::Direct(settings) => out.set_direct(settings),
+            Integrator::Hybrid(settings) => {
+                out.set_direct(&settings.rays);
+                out.light_cutoff = settings.light_cutoff.max(0.0);
+                out.shadows = u32::from(settings.shadows);
+                out.reflection_survival = settings.reflection_survival.clamp(1e-3, 1.0);
+            }
+            Integrator::Realtime(settings) => out.set_path(&PathSettings { splitting: 1, ..settings.path }),
+            Integrator::Aov => {}
+        }
+        out
+    }
+
+    /// Takes a batch: what the next dispatch works on.
+    pub(crate) fn set_batch(&mut self, batch: Batch) {
+        let (rows, portions) = match batch.pixels {
+            BatchPixels::Rows { first, count } => ((first, count), (0, 0, 0)),
+            BatchPixels::Portions { first, count, samples } => ((0, 0), (first, count, samples)),
+        };
+        (self.first_row, self.row_count) = rows;
+        (self.first_listed, self.listed, self.portion_samples) = portions;
+        self.first_sample = batch.first_sample;
+        self.sample_count = batch.sample_count;
+    }
+
+    fn set_path(&mut self, settings: &PathSettings) {
+        self.max_depth = settings.max_depth;
+        self.roulette_start = settings.roulette_start;
+        self.roulette_min_survival = settings.roulette_min_survival;
+        self.splitting = settings.splitting.max(1);
+    }
+
+    /// Radius of a pixel's footprint per metre of distance.
+    pub(crate) fn pixel_spread(&self) -> f32 {
+        self.pixel_spread
+    }
+
+    /// The picture and the window.
+    pub(crate) fn picture(&self) -> Picture {
+        Picture {
+            size: [self.width, self.height],
+            window_at: [self.window_x, self.window_y],
+            window_size: [self.window_width, self.window_height],
+        }
+    }
+
+    /// What changes the noise.
+    pub(crate) fn seed(&self) -> u32 {
+        self.seed
+    }
+
+    fn set_direct(&mut self, settings: &DirectSettings) {
+        self.max_depth = settings.max_depth;
+        self.shadow_samples = settings.shadow_samples.max(1);
+        self.soft_shadows = u32::from(settings.soft_shadows);
+        self.reflection_samples = settings.reflection_samples;
+        self.ambient_samples = settings.ambient_samples;
+        // Shader compilers may assume that nothing is infinite.
+        self.ambient_distance = settings.ambient_distance.min(f32::MAX);
+        self.shadows = 1;
+        self.phong = u32::from(settings.highlights == Highlights::Phong);
+        self.falloff = settings.falloff;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::assert_layout;
+
+    #[test]
+    fn layouts_match_the_shader() {
+        let text =
+            crate::shader::scene_text(crate::shader::Variant::default()) + include_str!("shaders/film.wgsl");
+        let module = crate::shader::parse(&text);
+        assert_layout!(
+            module,
+            View {
+                camera,
+                width,
+                height,
+                window_x,
+                window_y,
+                window_width,
+                window_height,
+                first_row,
+                row_count,
+                first_sample,
+                sample_count,
+                seed,
+                pixel_spread,
+                single_scatter,
+                max_depth,
+                roulette_start,
+                roulette_min_survival,
+                splitting,
+                shadow_samples,
+                soft_shadows,
+                reflection_samples,
+                ambient_samples,
+                ambient_distance,
+                listed,
+                first_listed,
+                light_cutoff,
+                shadows,
+                phong,
+                reflection_survival,
+                falloff,
+                portion_samples,
+            }
+        );
+        // The optics' structure has gaps where Rust has fields of padding.
+        let (fields, size) = crate::layout::layout_of(&module, "CameraFrame");
+        let rust = [
+            ("kind", std::mem::offset_of!(CameraFrame, kind)),
+            ("origin", std::mem::offset_of!(CameraFrame, origin)),
+            ("right", std::mem::offset_of!(CameraFrame, right)),
+            ("up", std::mem::offset_of!(CameraFrame, up)),
+            ("forward", std::mem::offset_of!(CameraFrame, forward)),
+            ("half_size", std::mem::offset_of!(CameraFrame, half_size)),
+            ("lens_radius", std::mem::offset_of!(CameraFrame, lens_radius)),
+            ("focus_distance", std::mem::offset_of!(CameraFrame, focus_distance)),
+        ];
+        assert_eq!(fields, rust.map(|(name, offset)| (name.to_owned(), offset)));
+        assert_eq!(size, size_of::<CameraFrame>());
+    }
+}
