@@ -109,30 +109,34 @@ impl Renderer {
         let budget = u64::from(limits.spp) * area;
         // What pixels have, all together. Where a back end decides by itself, nobody reads the film to count.
         let mut made = summary.samples;
+        // What they should have. Rounds never make quite that. Where several are made at once, nobody knows in between, and the same
+        // rounds are to be made whatever the time they take.
+        let mut planned = made;
         while !summary.cancelled && !control.is_cancelled() {
             summary.noise = if limits.noise.is_some() { self.relative_error()? } else { None };
             summary.spp = (made / area) as u32;
             let quiet = limits.noise.zip(summary.noise).is_some_and(|(limit, noise)| noise <= limit);
             let late = limits.time.is_some_and(|time| start.elapsed() >= time);
-            if quiet || late || is_spent(made, budget) {
+            if quiet || late || (is_spent(planned, budget) && is_spent(made, budget)) {
                 break;
             }
-            let totals = next_totals(made, &summary, limits, budget, start.elapsed());
-            let total = totals[0];
+            let totals = next_totals(planned, &summary, limits, budget, start.elapsed());
+            let (first, mut last) = (totals[0], totals[totals.len() - 1]);
             let rounds = AdaptiveRounds { totals, least: pilot, floor: adaptive.floor };
             let stats = if let Some(stats) = self.render_by_itself(view, &rounds, control)? {
                 made += stats.samples;
                 stats
             } else {
                 let Some(film) = self.film()? else { break };
-                let pixels = next_round(film, view, adaptive, pilot, total);
+                let pixels = next_round(film, view, adaptive, pilot, first);
                 if pixels.is_empty() {
                     break;
                 }
                 let stats = self.render_some(view, &pixels, control)?;
-                made = self.film()?.map_or(0, taken);
+                (made, last) = (self.film()?.map_or(0, taken), first);
                 stats
             };
+            planned = if looks_after_each(limits) { made } else { last };
             summary.add(&stats);
             summary.elapsed = start.elapsed();
             after_pass(&summary);
@@ -147,14 +151,19 @@ fn is_spent(made: u64, budget: u64) -> bool {
     budget.saturating_sub(made) <= budget / LEAST_ROUND
 }
 
-/// Samples of all pixels that there should be after each of the next rounds, at least one, which a back end may make without
-/// telling in between: noise and time are looked at after every round, and a picture is to be seen from time to time.
-fn next_totals(made: u64, summary: &Summary, limits: &Limits, budget: u64, elapsed: Duration) -> Vec<u64> {
-    let mut last = next_total(made, summary, limits, elapsed).min(budget);
+/// Whether noise or time decide after every round what is next.
+fn looks_after_each(limits: &Limits) -> bool {
+    limits.noise.is_some() || limits.time.is_some()
+}
+
+/// Samples of all pixels that there should be after each of the next rounds, at least one, of `planned` that there should be now. A
+/// back end makes them without telling in between, if [`looks_after_each`] allows it and a picture is still to be seen from time to time.
+fn next_totals(planned: u64, summary: &Summary, limits: &Limits, budget: u64, elapsed: Duration) -> Vec<u64> {
+    let mut last = next_total(planned, summary, limits, elapsed).min(budget);
     let mut totals = vec![last];
-    let rate = made as f64 / elapsed.as_secs_f64().max(1e-6);
-    let unseen = made + (rate * LONGEST_UNSEEN.as_secs_f64()) as u64;
-    while limits.noise.is_none() && limits.time.is_none() && !is_spent(last, budget) {
+    let rate = planned as f64 / elapsed.as_secs_f64().max(1e-6);
+    let unseen = planned + (rate * LONGEST_UNSEEN.as_secs_f64()) as u64;
+    while !looks_after_each(limits) && !is_spent(last, budget) {
         last = (((last as f64) * ROUND_GROWTH).ceil() as u64).min(budget);
         if last > unseen {
             break;
@@ -164,8 +173,8 @@ fn next_totals(made: u64, summary: &Summary, limits: &Limits, budget: u64, elaps
     totals
 }
 
-/// Samples of all pixels that there should be after the next round.
-fn next_total(taken: u64, summary: &Summary, limits: &Limits, elapsed: Duration) -> u64 {
+/// Samples of all pixels that there should be after the next round, of `planned` that there should be now.
+fn next_total(planned: u64, summary: &Summary, limits: &Limits, elapsed: Duration) -> u64 {
     let mut growth = ROUND_GROWTH;
     if let Some((limit, noise)) = limits.noise.zip(summary.noise) {
         // The error falls with the root of the samples. A little less than what is thought to be needed: more can follow.
@@ -175,7 +184,7 @@ fn next_total(taken: u64, summary: &Summary, limits: &Limits, elapsed: Duration)
         let left = time.saturating_sub(elapsed).as_secs_f64() / elapsed.as_secs_f64().max(1e-6);
         growth = growth.min(1.0 + 0.5 * left).max(1.01);
     }
-    (taken as f64 * growth).ceil() as u64
+    (planned as f64 * growth).ceil() as u64
 }
 
 /// Samples of all pixels so far.

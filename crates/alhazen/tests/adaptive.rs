@@ -164,5 +164,9 @@ fn gpus_spread_samples_as_the_cpu_does() {
         let noise = expected.relative_error().unwrap().powi(2);
         assert!(error < 0.3 * noise, "{name}: {error}, with noise of {noise}");
         assert_eq!(film.aovs(), expected.aovs());
+        // The next picture takes over the film, on the device and on the host, and finds nothing of the one before in it.
+        let other = render(gpu, &Job { seed: 7, ..job.clone() }, adaptive(), SPP);
+        assert_ne!(other, film, "{name}");
+        assert_eq!(render(gpu, &job, adaptive(), SPP), film, "{name}, again");
     }
 }

@@ -1,12 +1,12 @@
 //! [`GpuBackend`]: the trait's implementation; film, batches, passes.
 
+mod picture;
 mod round;
 
 use crate::film::{Batch, FOLD_SAMPLES, FilmBuffers, device_error};
 use crate::kernel::{Kernel, KernelKind, PathKernel, Tracing};
 use crate::plan::{Pace, Plan, most_samples};
 use crate::portions::portions;
-use crate::rounds::Rounds;
 use crate::scene::refuse_volumes;
 use crate::scene::update::StagingRing;
 use crate::shader::Variant;
@@ -19,6 +19,7 @@ use backend::{
     View, check_media, check_pixels,
 };
 use film::{AovKind, Film};
+use picture::Picture;
 use scene::tables::{Changes, SceneTables};
 use std::collections::{HashMap, VecDeque};
 use std::sync::Arc;
@@ -35,6 +36,8 @@ pub struct GpuBackend {
     kind: TracerKind,
     scene: Option<Loaded>,
     picture: Option<Picture>,
+    /// A picture that nobody wants any more. The next one takes over its memory, if that fits.
+    old_picture: Option<Picture>,
     timer: Timer,
     ring: StagingRing,
     path_kernel: PathKernel,
@@ -68,22 +71,6 @@ struct CompiledKernel {
     pace: Pace,
 }
 
-/// A film that is being accumulated.
-struct Picture {
-    view: View,
-    film: Film,
-    buffers: FilmBuffers,
-    /// Samples that a pixel may have on the device; see [`FOLD_SAMPLES`].
-    pending: u32,
-    last_fold: Instant,
-    /// How often that has been moved to the host's film.
-    folds: u32,
-    /// Rays that the current call has traced.
-    rays: u64,
-    /// What decides about rounds, once there is one.
-    rounds: Option<Rounds>,
-}
-
 impl GpuBackend {
     /// A back end on an open device that traces in the given way.
     ///
@@ -99,6 +86,7 @@ impl GpuBackend {
             kind,
             scene: None,
             picture: None,
+            old_picture: None,
             timer,
             ring,
             path_kernel: PathKernel::Auto,
@@ -146,7 +134,7 @@ impl GpuBackend {
 
     fn load_scene(&mut self, tables: Arc<SceneTables>) -> Result<LoadStats, GpuError> {
         // What the last scene takes is free before the next one needs it.
-        (self.picture, self.scene) = (None, None);
+        (self.picture, self.old_picture, self.scene) = (None, None, None);
         let table_bytes = tables.memory_bytes();
         let scene = GpuScene::upload(&self.gpu, tables)?;
         let start = Instant::now();
@@ -162,7 +150,7 @@ impl GpuBackend {
     }
 
     fn update_scene(&mut self, tables: Arc<SceneTables>, changes: Changes) -> Result<LoadStats, GpuError> {
-        self.picture = None;
+        self.give_up_picture();
         let start = Instant::now();
         let Some(loaded) = &mut self.scene else { return self.load_scene(tables) };
         // wgpu cannot refit its structures: what deforms is uploaded and built again.
@@ -187,17 +175,24 @@ impl GpuBackend {
 
     /// Makes the film for a view, or keeps the one that is being accumulated.
     fn prepare_film(&mut self, view: &View) -> Result<(), BackendError> {
-        let same = |old: &View| View { first_sample: view.first_sample, ..old.clone() } == *view;
-        if !self.picture.as_ref().is_some_and(|p| same(&p.view)) {
-            self.picture = None;
-            let film = Film::with_window(view.width, view.height, view.window, &view.aovs)?;
-            let buffers = FilmBuffers::new(&self.gpu, view, film.wants_aovs())
-                .map_err(|e| device_error(self.kind.name(), e))?;
-            let (view, last_fold) = (view.clone(), Instant::now());
-            self.picture =
-                Some(Picture { view, film, buffers, pending: 0, last_fold, folds: 0, rays: 0, rounds: None });
+        if self.picture.as_ref().is_some_and(|p| p.is_of(view)) {
+            return Ok(());
         }
+        self.give_up_picture();
+        let failed = |error| device_error(self.kind.name(), error);
+        if let Some(old) = self.old_picture.take().filter(|old| old.fits(view)) {
+            self.picture = Some(old.begin_anew(&self.gpu, view).map_err(failed)?);
+            return Ok(());
+        }
+        let film = Film::with_window(view.width, view.height, view.window, &view.aovs)?;
+        let buffers = FilmBuffers::new(&self.gpu, view, film.wants_aovs()).map_err(failed)?;
+        self.picture = Some(Picture::new(view, film, buffers));
         Ok(())
+    }
+
+    /// Nobody wants the picture any more.
+    fn give_up_picture(&mut self) {
+        self.old_picture = self.picture.take().or(self.old_picture.take());
     }
 
     /// Compiles the kernel for a view, if it is the first of its kind.
@@ -380,8 +375,7 @@ impl GpuBackend {
         let mut stats = Stats::default();
         work(self, &mut stats).map_err(|e| device_error(self.kind.name(), e))?;
         if let Some(picture) = &mut self.picture {
-            let counters = picture.buffers.take_counters(&self.gpu, &mut picture.film);
-            picture.rays += counters.map_err(|e| device_error(self.kind.name(), e))?.rays();
+            picture.count(&self.gpu).map_err(|e| device_error(self.kind.name(), e))?;
             stats.rays = picture.rays;
         }
         stats.cancelled = control.is_cancelled();
@@ -398,22 +392,6 @@ fn samples_of(batch: &Batch, width: u32) -> u64 {
 fn add_time(stats: &mut Stats, time: Option<Duration>) {
     if let Some(time) = time {
         *stats.device_time.get_or_insert_default() += time;
-    }
-}
-
-impl Picture {
-    /// Bytes on the device.
-    fn memory_bytes(&self) -> u64 {
-        self.buffers.memory_bytes() + self.rounds.as_ref().map_or(0, Rounds::memory_bytes)
-    }
-
-    /// Moves what the device has summed to the host's film.
-    fn fold(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
-        self.rays += self.buffers.fold_into(gpu, &mut self.film)?.rays();
-        self.pending = 0;
-        self.folds = self.folds.wrapping_add(1);
-        self.last_fold = Instant::now();
-        Ok(())
     }
 }
 
@@ -473,7 +451,7 @@ impl Backend for GpuBackend {
     }
 
     fn restart(&mut self) {
-        self.picture = None;
+        self.give_up_picture();
         if let Some(loaded) = &mut self.scene {
             loaded.kernels.values_mut().for_each(|k| k.kernel.forget());
         }
@@ -485,7 +463,7 @@ impl Backend for GpuBackend {
         if !self.gpu.is_lost() {
             picture.fold(&self.gpu).map_err(|e| device_error(self.kind.name(), e))?;
         }
-        Ok(Some(&picture.film))
+        Ok(Some(picture.film.get()))
     }
 
     fn take_passes(&mut self) -> Vec<PassTime> {

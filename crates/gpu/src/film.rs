@@ -123,6 +123,11 @@ impl Counters {
     pub fn rays(&self) -> u64 {
         u64::from(self.rays_high) << 32 | u64::from(self.rays_low)
     }
+
+    /// Auxiliary values dropped because they were not finite.
+    pub fn invalid_aovs(&self) -> u64 {
+        u64::from(self.invalid_aovs)
+    }
 }
 
 /// Bind group 2: view and film.
@@ -222,6 +227,21 @@ impl FilmBuffers {
         true
     }
 
+    /// Forgets everything that was summed and counted. What was submitted before still adds to it.
+    ///
+    /// # Errors
+    /// When the device fails at once.
+    pub fn clear(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
+        gpu.guarded(|| {
+            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            for part in [&self.pixels, &self.counters, &self.aovs] {
+                encoder.clear_buffer(part, 0, None);
+            }
+            gpu.queue.submit([encoder.finish()]);
+        })
+        .map_err(|reason| GpuError::Device { doing: "emptying the film", reason })
+    }
+
     /// Bytes of the window's pixels, at the beginning of [`FilmBuffers::pixels`].
     pub fn pixel_bytes(&self) -> u64 {
         let [width, height] = self.contents.picture().window_size;
@@ -309,7 +329,7 @@ impl FilmBuffers {
             }
             bytemuck::pod_read_unaligned::<Counters>(counters)
         })?;
-        film.add_invalid_aovs(u64::from(counters.invalid_aovs));
+        film.add_invalid_aovs(counters.invalid_aovs());
         Ok(counters)
     }
 
@@ -317,7 +337,7 @@ impl FilmBuffers {
     ///
     /// # Errors
     /// When the device fails.
-    pub fn take_counters(&mut self, gpu: &Gpu, film: &mut Film) -> Result<Counters, GpuError> {
+    pub fn take_counters(&mut self, gpu: &Gpu) -> Result<Counters, GpuError> {
         let doing = "reading counters";
         gpu.guarded(|| {
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -326,10 +346,7 @@ impl FilmBuffers {
             gpu.queue.submit([encoder.finish()]);
         })
         .map_err(|reason| GpuError::Device { doing, reason })?;
-        let counters =
-            read_mapped(gpu, &self.staging, COUNTER_BYTES, doing, bytemuck::pod_read_unaligned::<Counters>)?;
-        film.add_invalid_aovs(u64::from(counters.invalid_aovs));
-        Ok(counters)
+        read_mapped(gpu, &self.staging, COUNTER_BYTES, doing, bytemuck::pod_read_unaligned::<Counters>)
     }
 }
 

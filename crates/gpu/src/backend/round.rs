@@ -1,6 +1,7 @@
 //! Samples of some pixels: those that the host lists, and rounds that the device decides about.
 
-use super::{CompiledKernel, FOLD_INTERVAL, GpuBackend, IN_FLIGHT, Picture, add_time, samples_of};
+use super::picture::Picture;
+use super::{CompiledKernel, FOLD_INTERVAL, GpuBackend, IN_FLIGHT, add_time, samples_of};
 use crate::film::{Batch, BatchPixels, FOLD_SAMPLES, device_error};
 use crate::kernel::KernelKind;
 use crate::plan::PortionPlan;
@@ -154,11 +155,10 @@ impl GpuBackend {
         control: &Control,
     ) -> Result<Option<Stats>, BackendError> {
         let start = Instant::now();
-        let same = |old: &View| View { first_sample: view.first_sample, ..old.clone() } == *view;
         let (Some(&first), Some(&last)) = (rounds.totals.first(), rounds.totals.last()) else {
             return Ok(None);
         };
-        if !self.picture.as_ref().is_some_and(|p| same(&p.view)) {
+        if !self.picture.as_ref().is_some_and(|p| p.is_of(view)) {
             return Ok(None);
         }
         let name = self.kind.name();
@@ -226,26 +226,10 @@ impl GpuBackend {
     pub(super) fn error_on_device(&mut self) -> Result<Option<f64>, GpuError> {
         // Of a lost device, what was moved before is what there is.
         if self.gpu.is_lost() {
-            return Ok(self.picture.as_ref().and_then(|p| p.film.relative_error()));
+            return Ok(self.picture.as_mut().and_then(|p| p.film.get().relative_error()));
         }
         let decision = self.decide(0, 0, None)?;
         Ok(decision.filter(|d| d.least_valid >= 2).map(|d| d.error))
-    }
-}
-
-impl Picture {
-    /// Has the device decide about a round: see [`Rounds::decide`].
-    fn decide(
-        &mut self,
-        gpu: &Gpu,
-        first_sample: u32,
-        total: u64,
-        floor: Option<f64>,
-        timer: &mut Timer,
-    ) -> Result<(), GpuError> {
-        let Some(rounds) = &mut self.rounds else { return Ok(()) };
-        rounds.follow(gpu, &self.film, self.folds)?;
-        rounds.decide(gpu, first_sample, total, floor, timer)
     }
 }
 

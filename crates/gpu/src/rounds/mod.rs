@@ -208,6 +208,22 @@ impl Rounds {
         Ok(())
     }
 
+    /// Forgets what the host has: the film is empty.
+    ///
+    /// # Errors
+    /// When the device fails at once.
+    pub fn forget(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
+        if std::mem::take(&mut self.folds) == 0 {
+            return Ok(());
+        }
+        gpu.guarded(|| {
+            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            encoder.clear_buffer(&self.base, 0, None);
+            gpu.queue.submit([encoder.finish()]);
+        })
+        .map_err(|reason| GpuError::Device { doing: "forgetting samples", reason })
+    }
+
     /// Has the device decide who gets samples so that all pixels together have about `total`, once all that was submitted before is
     /// done. [`Rounds::read`] says what it has decided.
     ///
