@@ -71,10 +71,10 @@ pub use scene::Image as SceneImage;
 pub use scene::Part as MeshPart;
 pub use scene::{
     AlphaMode, Animation, CalibrationError, Camera, CameraPath, Checkerboard, Clip, ColorSpace, Daylight,
-    Environment, Instance, Interior, Layers, Light, LightKind, LightProfile, LoadError, LoadOptions,
-    LoadReport, Loaded, Material, Mesh, Model, Note, Photometry, Pixels, Portal, PortalError, Projection,
-    RenderDefaults, Scene, Severity, Shape, Sky, Sphere, Sun, SunError, SunPosition, Texture, TextureRef,
-    ToneMapper, TriangleMesh,
+    DensityGrid, Environment, Fog, Instance, Interior, Layers, Light, LightKind, LightProfile, LoadError,
+    LoadOptions, LoadReport, Loaded, Material, Medium, Mesh, Model, Note, Photometry, Pixels, Portal,
+    PortalError, Projection, RenderDefaults, Scene, Severity, Shape, Sky, Sphere, Subsurface, Sun, SunError,
+    SunPosition, Texture, TextureRef, ToneMapper, TriangleMesh,
 };
 pub use source::{Place, Source};
 

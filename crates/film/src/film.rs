@@ -2,6 +2,7 @@
 
 use crate::{Aov, AovKind, AovSample, AovSums, ExactSum, IdShares, Image, NO_ID, PixelStats, Rect};
 use id_counts::IdCounts;
+use rayon::prelude::*;
 
 /// The largest width or height of a film or an image file, in pixels.
 pub const MAX_SIDE: u32 = 65_536;
@@ -215,7 +216,8 @@ impl Film {
 
     /// Forgets all samples; size, window and layers stay.
     pub fn clear(&mut self) {
-        self.pixels.fill(PixelStats::default());
+        // Films are large: one thread writes slower than memory takes it.
+        self.pixels.par_chunks_mut(1 << 14).for_each(|pixels| pixels.fill(PixelStats::default()));
         self.aov_counts.fill(0);
         self.invalid_aovs = 0;
         for layer in &mut self.layers {

@@ -11,6 +11,7 @@ use crate::{Gpu, GpuError};
 use backend::{BackendError, Integrator, SamplerKind};
 use bytemuck::{Pod, Zeroable};
 use film::{AovSample, AovSums, Film, PixelStats};
+use rayon::prelude::*;
 use wgpu::BufferUsages;
 
 /// Samples of a pixel that may gather on the device. Portions count as one: rounding errors grow with the number of additions.
@@ -390,12 +391,18 @@ pub(crate) fn read_all<T: Pod>(gpu: &Gpu, buffer: &wgpu::Buffer) -> Vec<T> {
 }
 
 fn add_pixels(film: &mut Film, pixels: &[FilmPixel]) {
-    for (stats, p) in film.pixels_mut().iter_mut().zip(pixels) {
-        if p.count > 0 {
-            stats.add_sums(p.sum.map(f64::from), p.sum_of_squares.map(f64::from), u64::from(p.count));
+    /// Pixels that a thread adds at a time. All together they take longer than the way here.
+    const PIECE: usize = 1 << 12;
+    let pieces = film.pixels_mut().par_chunks_mut(PIECE).zip(pixels.par_chunks(PIECE));
+    pieces.for_each(|(stats, pixels)| {
+        for (stats, p) in stats.iter_mut().zip(pixels) {
+            if p.count > 0 {
+                let [sum, squares] = [p.sum, p.sum_of_squares].map(|s| s.map(f64::from));
+                stats.add_sums(sum, squares, u64::from(p.count));
+            }
+            stats.add_invalid(u64::from(p.invalid));
         }
-        stats.add_invalid(u64::from(p.invalid));
-    }
+    });
 }
 
 fn add_layers(film: &mut Film, layers: &[AovPixel]) {

@@ -12,6 +12,7 @@ mod camera;
 mod errors;
 mod light;
 mod material;
+mod medium;
 mod part;
 mod queries;
 mod render;
@@ -32,6 +33,8 @@ mod _alhazen {
     use super::camera::Camera;
     #[pymodule_export]
     use super::errors::{BackendError, Error, LoadError, PartError};
+    #[pymodule_export]
+    use super::medium::Medium;
     #[pymodule_export]
     use super::part::{Part, merge};
     #[pymodule_export]

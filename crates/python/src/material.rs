@@ -3,6 +3,7 @@
 use crate::arrays::Input;
 use crate::errors::bad;
 use crate::light::color;
+use crate::medium::BodyDescribed;
 use alhazen::{
     AlphaMode, ColorSpace, Interior, Layers, Material, Model, Pixels, Scene, SceneImage, Texture, TextureRef,
 };
@@ -28,6 +29,7 @@ pub struct Described<'py> {
     pub emission_texture: Option<Bound<'py, PyAny>>,
     pub normal_texture: Option<Bound<'py, PyAny>>,
     pub layers: LayersDescribed<'py>,
+    pub body: BodyDescribed<'py>,
 }
 
 /// What may lie on the base of a material, and what is inside.
@@ -77,7 +79,7 @@ pub fn material(scene: &mut Scene, described: &Described) -> PyResult<Material> 
         picture.as_ref().map(|p| add_texture(scene, name, p, space)).transpose()
     };
     let defaults = Material::default();
-    Ok(Material {
+    let mut material = Material {
         name: d.name.clone(),
         model,
         base_color: d.base_color.as_ref().map_or(Ok(defaults.base_color), base_color)?,
@@ -102,7 +104,9 @@ pub fn material(scene: &mut Scene, described: &Described) -> PyResult<Material> 
         layers: layers(&d.layers)?,
         interior: interior(&d.layers)?,
         ..defaults
-    })
+    };
+    d.body.apply(&mut material)?;
+    Ok(material)
 }
 
 fn layers(d: &LayersDescribed) -> PyResult<Layers> {

@@ -44,6 +44,78 @@ def test_lights_have_their_units():
     np.testing.assert_allclose(radiance, 0.5 / np.pi * (10 / 4 + 3), rtol=2e-3)
 
 
+def test_media_absorb_by_their_density():
+    """A box of 2 m with a grid of densities 1 and 3 along x: what passes is exp(-density * absorption * 2 m)."""
+    scene = alhazen.Scene()
+    density = np.ones((1, 1, 8), np.float32)
+    density[:, :, 4:] = 3
+    medium = alhazen.Medium(absorption=0.25, density=density, bounds=[[-4, -1, -1], [4, 1, 1]])
+    inside = scene.add_material(model="boundary", medium=medium)
+    x, y, z = np.meshgrid([-4, 4], [-1, 1], [-1, 1], indexing="ij")
+    corners = np.stack([x, y, z], -1).reshape(-1, 3)
+    faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    triangles = [t for a, b, c, d in faces for t in ([a, b, c], [a, c, d])]
+    scene.add_instance(scene.add_mesh(corners, triangles, material=inside))
+    scene.set_environment(1.0)
+    for x, expected in ((-3, 0.5), (3, 1.5)):
+        camera = alhazen.Camera.orthographic([x, 0, 5], [x, 0, 0], 0.1)
+        radiance = scene.render(8, 8, 256, camera=camera, backend="cpu")["color"].mean()
+        np.testing.assert_allclose(radiance, np.exp(-expected), rtol=0.02)
+
+
+def test_fog_hides_what_is_far_away():
+    scene = furnace([0.5, 0.5, 0.5])
+    camera = alhazen.Camera.orthographic([0, 0, 5], [0, 0, 0], 0.1)
+
+    def seen():
+        return scene.render(8, 8, 256, camera=camera, backend="cpu")["color"].mean()
+
+    assert seen() > 0.49
+    # The light of the environment comes through fog below the sphere's feet only.
+    scene.set_fog(alhazen.Medium(absorption=1.0), top=-1.5)
+    assert seen() > 0.3
+    scene.set_fog(alhazen.Medium(absorption=1.0))
+    assert seen() < 1e-6
+    scene.set_fog(None)
+    assert seen() > 0.49
+
+
+def test_light_comes_out_of_bodies_again():
+    """A dielectric with subsurface scattering and a white base colour keeps nothing in a furnace."""
+    scene = alhazen.Scene()
+    wax = scene.add_material(model="dielectric", base_color=[1, 1, 1], subsurface_radius=0.05)
+    scene.add_instance(scene.add_spheres([[0, 0, 0]], [1.0], material=wax))
+    scene.set_environment(1.0)
+    camera = alhazen.Camera.orthographic([0, 0, 5], [0, 0, 0], 1.0)
+    radiance = scene.render(16, 16, 64, camera=camera, max_depth=2000, backend="cpu")["color"].mean()
+    np.testing.assert_allclose(radiance, 1.0, rtol=0.05)
+
+
+def test_portals_take_noise_away():
+    """A room with a window: the same picture with less noise."""
+    scene = alhazen.Scene()
+    white = scene.add_material(model="lambert", base_color=[0.7, 0.7, 0.7])
+    x, y, z = np.meshgrid([-2, 2], [0, 3], [-2, 2], indexing="ij")
+    corners = np.stack([x, y, z], -1).reshape(-1, 3)
+    window = np.float32([[-0.4, 1, -2], [0.4, 1, -2], [0.4, 2, -2], [-0.4, 2, -2]])
+    faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [1, 5, 7, 3]]
+    # The wall with the window: four pieces around it.
+    wall = [[0, 4, 9, 8], [4, 6, 10, 9], [6, 2, 11, 10], [2, 0, 8, 11]]
+    triangles = [t for a, b, c, d in faces + wall for t in ([a, b, c], [a, c, d])]
+    scene.add_instance(scene.add_mesh(np.concatenate([corners, window]), triangles, material=white))
+    scene.set_environment(1.0)
+    camera = alhazen.Camera.look_at([0, 1.5, 1.9], [0, 1, -1])
+
+    def render():
+        return scene.render(24, 24, 64, camera=camera, max_depth=4, aovs=["standard-error"], backend="cpu")
+
+    without = render()
+    scene.add_portal(window)
+    with_portal = render()
+    assert with_portal["standard-error"].mean() < 0.5 * without["standard-error"].mean()
+    np.testing.assert_allclose(with_portal["color"].mean(), without["color"].mean(), rtol=0.05)
+
+
 def test_layers_have_names_and_types():
     names = ["depth", "normal", "albedo", "instance", "material", "samples", "uv"]
     picture = alhazen.load("cornell").render(32, 24, 2, aovs=names, backend="cpu")

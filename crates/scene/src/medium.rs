@@ -93,3 +93,12 @@ pub struct Fog {
     /// infinitely far away.
     pub top: f32,
 }
+
+impl Fog {
+    /// Whether it shines in a colour that it neither absorbs nor scatters. Along a horizontal ray, fog with a top is as endless as fog
+    /// without: it would be infinitely bright.
+    pub fn is_endlessly_bright(&self) -> bool {
+        let extinction = self.medium.absorption + self.medium.scattering;
+        (0..3).any(|i| self.medium.emission[i] > 0.0 && extinction[i] <= 0.0)
+    }
+}

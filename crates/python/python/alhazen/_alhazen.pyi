@@ -47,6 +47,18 @@ class Camera:
     def name(self) -> str: ...
     def rays(self, width: int, height: int) -> Tuple[NDArray[np.float32], NDArray[np.float32]]: ...
 
+class Medium:
+    def __init__(
+        self,
+        *,
+        absorption: Optional[ArrayLike] = None,
+        scattering: Optional[ArrayLike] = None,
+        emission: Optional[ArrayLike] = None,
+        anisotropy: float = 0.0,
+        density: Optional[ArrayLike] = None,
+        bounds: Optional[ArrayLike] = None,
+    ) -> None: ...
+
 class Hits:
     @property
     def t(self) -> NDArray[np.float32]: ...
@@ -122,6 +134,10 @@ class Scene:
         dispersion: float = 0.0,
         attenuation_color: Optional[ArrayLike] = None,
         attenuation_distance: float = ...,
+        medium: Optional[Medium] = None,
+        subsurface_radius: Optional[ArrayLike] = None,
+        subsurface_anisotropy: float = 0.0,
+        priority: Optional[int] = None,
     ) -> int: ...
     def add_point_light(self, position: ArrayLike, intensity: ArrayLike, *, name: str = "") -> int: ...
     def add_spot_light(
@@ -140,6 +156,8 @@ class Scene:
     def set_environment(
         self, radiance: Optional[ArrayLike], *, rotation: float = 0.0, intensity: float = 1.0
     ) -> None: ...
+    def add_portal(self, corners: ArrayLike) -> None: ...
+    def set_fog(self, medium: Optional[Medium], *, top: float = ...) -> None: ...
     def add_camera(self, camera: Camera) -> int: ...
     @property
     def cameras(self) -> List[Camera]: ...

@@ -6,6 +6,7 @@ use crate::camera::Camera;
 use crate::errors::bad;
 use crate::light::{color, directional, point, spot};
 use crate::material::{Described, LayersDescribed, environment_image, material};
+use crate::medium::{BodyDescribed, Medium, fog, portal};
 use alhazen::{Environment, Instance, Light, LightKind, Mesh, Shape, Sphere, TriangleMesh};
 use glam::Vec3;
 use pyo3::prelude::*;
@@ -199,8 +200,9 @@ impl Scene {
     /// Parameters
     /// ----------
     /// name : str, default ""
-    /// model : {"metallic-roughness", "lambert", "dielectric", "mirror", "unlit"}
-    ///     How the surface scatters; metallic-roughness as glTF 2.0 has it if not given.
+    /// model : {"metallic-roughness", "lambert", "dielectric", "mirror", "unlit", "boundary"}
+    ///     How the surface scatters; metallic-roughness as glTF 2.0 has it if not given. A boundary is the end of a medium and
+    ///     no surface.
     /// base_color : array_like, shape (3,) or (4,), default 0.8
     ///     Linear RGB, or RGB and alpha, each in [0, 1].
     /// metallic, roughness, specular, transmission : float
@@ -225,6 +227,13 @@ impl Scene {
     ///     20 / Abbe number; needs refraction.
     /// attenuation_distance : float, default infinity
     ///     After so many metres inside of a body, white light has `attenuation_color`; needs refraction.
+    /// medium : Medium, optional
+    ///     What is inside of a body that light gets into: dielectrics, `transmission`, boundaries.
+    /// subsurface_radius : float or array_like, shape (3,), optional
+    ///     How far light gets on average inside of a dielectric before it is scattered, metres: skin, wax, marble. The body then
+    ///     shows `base_color`; `subsurface_anisotropy` is the mean cosine of the angle by which scattered light turns.
+    /// priority : int, optional
+    ///     Which body is there where bodies overlap: the one of the highest priority.
     /// emission : float or array_like, shape (3,), default 0
     ///     Emitted radiance, linear RGB, W/(sr·m²); on the front side unless `emission_two_sided`.
     /// emission_two_sided : bool, default False
@@ -247,7 +256,8 @@ impl Scene {
         emission_texture=None, normal_texture=None, clearcoat=0.0, clearcoat_roughness=0.0, sheen_color=None,
         sheen_roughness=0.0, specular_color=None, iridescence=0.0, iridescence_ior=1.3, iridescence_thickness=400.0,
         anisotropy=0.0, anisotropy_rotation=0.0, diffuse_transmission=0.0, diffuse_transmission_color=None,
-        dispersion=0.0, attenuation_color=None, attenuation_distance=f32::INFINITY
+        dispersion=0.0, attenuation_color=None, attenuation_distance=f32::INFINITY, medium=None,
+        subsurface_radius=None, subsurface_anisotropy=0.0, priority=None
     ))]
     fn add_material(
         &self,
@@ -284,6 +294,10 @@ impl Scene {
         dispersion: f32,
         attenuation_color: Option<Bound<PyAny>>,
         attenuation_distance: f32,
+        medium: Option<Bound<Medium>>,
+        subsurface_radius: Option<Bound<PyAny>>,
+        subsurface_anisotropy: f32,
+        priority: Option<i32>,
     ) -> PyResult<u32> {
         #[rustfmt::skip]
         let layers = LayersDescribed {
@@ -291,11 +305,12 @@ impl Scene {
             iridescence_thickness, anisotropy, anisotropy_rotation, diffuse_transmission, diffuse_transmission_color,
             dispersion, attenuation_color, attenuation_distance,
         };
+        let body = BodyDescribed { medium, subsurface_radius, subsurface_anisotropy, priority };
         #[rustfmt::skip]
         let described = Described {
             name, model, base_color, metallic, roughness, ior, specular, transmission, thin_walled, emission,
             emission_two_sided, alpha_mode, alpha_cutoff, base_color_texture, metallic_roughness_texture,
-            emission_texture, normal_texture, layers,
+            emission_texture, normal_texture, layers, body,
         };
         self.change(py, |scene| {
             let material = material(scene, &described)?;
@@ -412,6 +427,37 @@ impl Scene {
                 (None, Some(color)) => Environment::Constant(color),
                 (None, None) => Environment::Black,
             };
+            Ok(())
+        })
+    }
+
+    /// Says where the light of the environment comes in, such as a window or a door: paths look for it there.
+    ///
+    /// Parameters
+    /// ----------
+    /// corners : array_like, shape (4, 3)
+    ///     Of a flat convex quadrilateral, one after the other around it, in metres. It is no surface.
+    fn add_portal(&self, py: Python, corners: &Bound<PyAny>) -> PyResult<()> {
+        let portal = portal(corners)?;
+        self.change(py, |scene| {
+            scene.portals.push(portal);
+            Ok(())
+        })
+    }
+
+    /// Fills the space between bodies with a medium.
+    ///
+    /// Parameters
+    /// ----------
+    /// medium : Medium or None
+    ///     Without a grid of densities; None is vacuum.
+    /// top : float, default infinity
+    ///     There is fog below this height only, metres. Fog that is everywhere lets nothing through from the environment.
+    #[pyo3(signature = (medium, *, top=f32::INFINITY))]
+    fn set_fog(&self, py: Python, medium: Option<Bound<Medium>>, top: f32) -> PyResult<()> {
+        let fog = medium.map(|m| fog(m.get(), top)).transpose()?;
+        self.change(py, |scene| {
+            scene.fog = fog;
             Ok(())
         })
     }

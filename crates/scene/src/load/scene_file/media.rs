@@ -154,15 +154,13 @@ impl Builder<'_> {
         let FogKeys { absorption, scattering, emission, anisotropy, top } = entry.read()?;
         let keys = MediumKeys { absorption, scattering, emission, anisotropy, density: None };
         let medium = keys.medium("", &context)?;
-        // Along a horizontal ray, fog with a top is as endless as fog without.
-        let clear = medium.absorption + medium.scattering;
-        let endless = |emission: f32, extinction: f32| emission > 0.0 && extinction <= 0.0;
-        if (0..3).any(|i| endless(medium.emission[i], clear[i])) {
+        let fog = Fog { medium, top: top.unwrap_or(f32::INFINITY) };
+        if fog.is_endlessly_bright() {
             return Err(
                 context.error("fog that shines must absorb or scatter as well, or it is infinitely bright")
             );
         }
-        self.scene.fog = Some(Fog { medium, top: top.unwrap_or(f32::INFINITY) });
+        self.scene.fog = Some(fog);
         Ok(())
     }
 }
