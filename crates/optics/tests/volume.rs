@@ -171,5 +171,8 @@ fn fog_with_a_top_is_below_it() {
     for ((height, slope, top, end), (from, to)) in cases {
         let part = below_height(height, slope, top, end);
         assert_eq!((part.x, part.y), (from, to), "from {height} by {slope}, fog up to {top}, {end} m");
+        // Rounding may leave less than nothing of a ray: it is nowhere.
+        let nowhere = below_height(height, slope, top, -1e-5);
+        assert!(nowhere.y <= nowhere.x, "from {height} by {slope}, fog up to {top}: {nowhere:?}");
     }
 }

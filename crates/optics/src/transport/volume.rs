@@ -276,13 +276,15 @@ pub mod volume {
 
     /// Where a ray is below a height: from `x` to `y` metres along it; nowhere if `y` is not more than `x`.
     ///
-    /// - `height`: of the ray's origin; `slope`: y of its unit direction; `end`: its length, metres.
+    /// - `height`: of the ray's origin; `slope`: y of its unit direction; `end`: its length, metres, or less than zero if rounding has
+    ///   left nothing of it.
     pub fn below_height(height: f32, slope: f32, top: f32, end: f32) -> Vec2f {
         let crossing = select((top - height) / slope, end, slope == 0.0);
+        let inside = max(min(crossing, end), 0.0);
         if height <= top {
-            return vec2f(0.0, select(end, clamp(crossing, 0.0, end), slope > 0.0));
+            return vec2f(0.0, select(end, inside, slope > 0.0));
         }
-        vec2f(select(end, clamp(crossing, 0.0, end), slope < 0.0), end)
+        vec2f(select(end, inside, slope < 0.0), end)
     }
 
     /// The phase function of Henyey and Greenstein, sr⁻¹; it is also the density over solid angle of [`phase_sample`].

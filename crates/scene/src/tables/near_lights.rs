@@ -7,6 +7,7 @@ use super::build::affine;
 use super::{GeometryKind, GeometryRecord, SceneTables};
 use glam::{Affine3A, Vec3};
 use optics::light::{LIGHT_RECTANGLE, Light, NEAR_FLAT, RECTANGLE_CENTER, TRIANGLE_CENTER, light_is_flat};
+use rayon::prelude::*;
 
 /// Pairs of a lamp and a primitive that are looked at: about a tenth of a second. Of more it is not known.
 const MOST_PAIRS: usize = 1 << 24;
@@ -86,7 +87,9 @@ impl SceneTables {
         }
         let near = |bounds: Bounds| lights.iter().any(|light| light.reaches(&bounds));
         self.placed_geometries().any(|(to_world, geometry)| {
-            (0..geometry.primitive_count).any(|i| near(self.bounds_at(&to_world, geometry, i)))
+            (0..geometry.primitive_count)
+                .into_par_iter()
+                .any(|i| near(self.bounds_at(&to_world, geometry, i)))
         })
     }
 
