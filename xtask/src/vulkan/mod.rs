@@ -4,6 +4,7 @@
 //! up: as a system package by root, and otherwise unpacked beside the build, where nobody else sees it.
 
 pub mod apt;
+mod lanes;
 mod probe;
 mod unpacked;
 
@@ -26,10 +27,6 @@ pub struct VulkanArgs {
     #[arg(long, conflicts_with = "unpack")]
     list: bool,
 }
-
-/// What Mesa's software driver is told, unless something else is said. Tests trace some thousand rays with each of some hundred kernels, so
-/// its compiler works most of the time. It takes half the time for vectors of four lanes, and what it makes is no slower than with eight.
-const FOUR_LANES: (&str, &str) = ("LP_NATIVE_VECTOR_WIDTH", "128");
 
 /// What tests will find.
 #[derive(Debug)]
@@ -116,10 +113,9 @@ fn tracing_device(variables: &Variables) -> anyhow::Result<Device> {
 impl Vulkan {
     /// A device that is found with these variables.
     fn ready(device: &Device, mut variables: Variables) -> Self {
-        let (name, bits) = FOUR_LANES;
-        // Other drivers do not know it.
-        if std::env::var_os(name).is_none() {
-            variables.push((name.to_owned(), bits.to_owned()));
+        match lanes::four_lanes() {
+            Ok(more) => variables.extend(more),
+            Err(error) => eprintln!("shaders are compiled for as many lanes as there are: {error:#}"),
         }
         let without =
             if device.queries { "" } else { "; it has no ray queries: tests of those will be skipped" };
@@ -138,8 +134,7 @@ mod tests {
         assert!(ready(&device).message.contains("Some GPU; it has no ray queries"));
         let vulkan = ready(&Device { queries: true, ..device });
         assert_eq!(vulkan.message, "GPU tests: Some GPU");
-        let said = std::env::var_os(FOUR_LANES.0).is_some();
-        assert_eq!(vulkan.variables.is_empty(), said, "{:?}", vulkan.variables);
+        assert_eq!(vulkan.variables, lanes::four_lanes().expect("the folder of builds can be written"));
     }
 
     #[test]
