@@ -18,6 +18,9 @@ pub struct RealtimeSettings {
     pub allocation: AllocationSettings,
     /// Time that a frame may take on the device: scales the samples of adaptive frames. `None`: as long as they take.
     pub budget: Option<Duration>,
+    /// Lights that a first surface looks at before it asks for one of them, up to [`MOST_LIGHT_CANDIDATES`](Self::MOST_LIGHT_CANDIDATES):
+    /// chosen by tiles of 8 × 8 pixels together. 0: it chooses one light, as `path` does.
+    pub light_candidates: u32,
     /// What is kept of frames before.
     pub history: HistorySettings,
     /// Whether frames are filtered. Otherwise a frame is its own samples, and the mean of many is what `path` shows.
@@ -28,6 +31,11 @@ pub struct RealtimeSettings {
     pub show: FrameView,
 }
 
+impl RealtimeSettings {
+    /// The most lights that a first surface looks at.
+    pub const MOST_LIGHT_CANDIDATES: u32 = 32;
+}
+
 impl Default for RealtimeSettings {
     fn default() -> Self {
         Self {
@@ -36,6 +44,7 @@ impl Default for RealtimeSettings {
             samples: FrameSamples { least: 1, most: 1 },
             allocation: AllocationSettings::default(),
             budget: None,
+            light_candidates: 0,
             history: HistorySettings::default(),
             filter: true,
             filter_passes: 5,

@@ -43,7 +43,8 @@ pub use base::{constants::constants, math::math};
 pub use display::tonemap::tonemap;
 pub use geometry::{camera::camera, frame::frame, intersect::intersect, offset::offset, shape::shape};
 pub use lights::{
-    falloff::falloff, light::light, portal::portal, profile::light_profile, sky::sky, tree::light_tree,
+    falloff::falloff, light::light, portal::portal, profile::light_profile, reservoir::reservoir, sky::sky,
+    tree::light_tree,
 };
 pub use realtime::{allocation::allocation, edge_stops::edge_stops, history::history, signal::signal};
 pub use sampling::{

@@ -65,6 +65,7 @@ mod everything {
     use crate::phong::*;
     use crate::portal::*;
     use crate::random::*;
+    use crate::reservoir::*;
     use crate::rounds::*;
     use crate::scatter::*;
     use crate::shape::*;
@@ -111,6 +112,7 @@ mod surfaces {
     use crate::phong::*;
     use crate::portal::*;
     use crate::random::*;
+    use crate::reservoir::*;
     use crate::scatter::*;
     use crate::shape::*;
     use crate::sheen::*;
@@ -151,6 +153,7 @@ mod plain {
     use crate::phong::*;
     use crate::portal::*;
     use crate::random::*;
+    use crate::reservoir::*;
     use crate::scatter::*;
     use crate::shape::*;
     use crate::signal::*;

@@ -45,6 +45,7 @@ fn modules() -> Vec<(&'static str, String)> {
         phong: optics::phong,
         portal: optics::portal,
         random: optics::random,
+        reservoir: optics::reservoir,
         rounds: optics::rounds,
         scatter: optics::scatter,
         shape: optics::shape,

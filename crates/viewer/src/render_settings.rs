@@ -236,6 +236,7 @@ impl Options {
         }
         let unsaid = if r.budget.is_some() { FrameSamples::ADAPTIVE } else { d.samples };
         self.number("frame-samples", r.samples, unsaid);
+        self.number("light-candidates", r.light_candidates, d.light_candidates);
         let (a, default) = (&r.allocation, &d.allocation);
         self.number("frame-tolerance", a.tolerance, default.tolerance);
         self.number("noise-radius", a.noise_radius, default.noise_radius);
@@ -312,7 +313,11 @@ mod tests {
         let said = "--budget 8.5ms --history 64 --no-filter --filter-passes 3 --show blurred-noise";
         assert_eq!(s.arguments(), said);
         (s.realtime_settings.budget, s.realtime_settings.show) = (None, FrameView::Picture);
-        assert_eq!(s.arguments(), "--frame-samples 4..16 --history 64 --no-filter --filter-passes 3");
+        s.realtime_settings.light_candidates = 8;
+        assert_eq!(
+            s.arguments(),
+            "--frame-samples 4..16 --light-candidates 8 --history 64 --no-filter --filter-passes 3"
+        );
     }
 
     /// What is dark on the screen may be noisy.

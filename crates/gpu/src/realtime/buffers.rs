@@ -10,7 +10,7 @@ use wgpu::BufferUsages;
 
 /// Bytes of a pixel's records, by the names in `shaders/realtime_frame.wgsl`.
 const GUIDE: u64 = 64;
-const FOUND_LIGHT: u64 = 48;
+const FOUND_LIGHT: u64 = 64;
 const HISTORY: u64 = 64;
 const SIGNAL: u64 = 32;
 const VEC4: u64 = 16;

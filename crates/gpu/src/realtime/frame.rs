@@ -32,8 +32,8 @@ pub struct RealtimeFrame {
     on_film: u32,
     pixel_spread: f32,
     seed: u32,
-    padding0: u32,
-    padding1: u32,
+    light_candidates: u32,
+    sample: u32,
 }
 
 const HAS_PAST: u32 = 1;
@@ -57,12 +57,19 @@ pub(super) struct FrameState {
     pub affordable: u32,
     /// Frames on the film, this one included.
     pub on_film: u32,
+    /// Number of the frame among the samples of the picture.
+    pub sample: u32,
 }
 
 /// The samples of a pixel in a frame, brought into their range.
 pub(super) fn frame_samples(settings: &RealtimeSettings) -> FrameSamples {
     let least = settings.samples.least.clamp(1, FrameSamples::MOST);
     FrameSamples { least, most: settings.samples.most.clamp(least, FrameSamples::MOST) }
+}
+
+/// Lights of its tile that a first surface looks at, brought into their range.
+pub(super) fn light_candidates(settings: &RealtimeSettings) -> u32 {
+    settings.light_candidates.min(RealtimeSettings::MOST_LIGHT_CANDIDATES)
 }
 
 impl RealtimeFrame {
@@ -104,7 +111,8 @@ impl RealtimeFrame {
             on_film: state.on_film,
             pixel_spread: film.contents.pixel_spread(),
             seed,
-            ..Self::default()
+            light_candidates: light_candidates(settings),
+            sample: state.sample,
         }
     }
 }
@@ -146,8 +154,8 @@ mod tests {
                 on_film,
                 pixel_spread,
                 seed,
-                padding0,
-                padding1,
+                light_candidates,
+                sample,
             }
         );
         let flags = [

@@ -10,7 +10,7 @@
 //! the first surface's diffuse lobe kept apart from that of the others and both freed of the surface's colour. The two signals
 //! are reprojected, accumulated and filtered by themselves. How many samples a pixel gets is decided by frames before only,
 //! so a frame's own samples are an unbiased estimate; without the filter they go to the film as they are, and the mean of
-//! frames is what `path` shows.
+//! frames is what `path` shows. First surfaces may look at lights that squares of pixels have chosen together (`presample lights`).
 //!
 //! Schied et al., "Spatiotemporal Variance-Guided Filtering", HPG 2017.
 
@@ -33,12 +33,12 @@ use crate::tracer::Tracer;
 use crate::{Gpu, GpuError, GpuScene};
 use backend::{FrameSamples, Integrator, RealtimeSettings};
 use buffers::{Bindings, Buffers, DISPATCHES};
-use frame::{FrameState, RealtimeFrame, frame_samples};
+use frame::{FrameState, RealtimeFrame, frame_samples, light_candidates};
 use passes::{MOST_FILTER_PASSES, Pass, frame_pass};
 use std::time::Duration;
 
 /// Most passes of a frame that are timed.
-pub const FRAME_PASSES: usize = GBUFFER_PASSES + 9 + MOST_FILTER_PASSES as usize;
+pub const FRAME_PASSES: usize = GBUFFER_PASSES + 10 + MOST_FILTER_PASSES as usize;
 
 /// The real-time path tracer of a scene on a device.
 pub struct RealtimeKernel {
@@ -100,7 +100,8 @@ impl RealtimeKernel {
 
     /// Compiles what a frame needs and no frame before it needed.
     fn compile_frame(&mut self, gpu: &Gpu, settings: &RealtimeSettings) -> Result<(), GpuError> {
-        let passes = Pass::of_frame(!frame_samples(settings).is_fixed(), filter_passes(settings));
+        let adapts = !frame_samples(settings).is_fixed();
+        let passes = Pass::of_frame(adapts, light_candidates(settings) > 0, filter_passes(settings));
         passes.into_iter().try_for_each(|pass| self.passes[pass.index()].compile(gpu))
     }
 
@@ -192,6 +193,7 @@ impl RealtimeKernel {
             stands_still,
             affordable,
             on_film: self.on_film,
+            sample,
         };
         let uniform = RealtimeFrame::new(&settings, film, &state);
         if let Some(buffers) = &self.buffers {
@@ -270,6 +272,9 @@ impl Recorder<'_> {
             self.encoder.clear_buffer(&self.buffers.work, 0, None);
             self.run("noise", &Pass::NOISE);
             self.run("allocation", &Pass::ALLOCATION);
+        }
+        if light_candidates(settings) > 0 {
+            self.run("presample lights", &[Pass::Presample]);
         }
         self.sample(samples);
         self.run("accumulate", &[Pass::Accumulate]);

@@ -28,6 +28,8 @@ pub enum Pass {
     LayOut,
     /// The list of the pixels that get samples.
     ListPixels,
+    /// Tiles choose lights that their pixels may look at.
+    Presample,
     /// A sample for each pixel, or for those of the list.
     Sample,
     /// New samples join the past.
@@ -107,6 +109,7 @@ const VERTEX: &str = include_str!("../shaders/path_vertex.wgsl");
 const HYBRID_FRAME: &str = include_str!("../shaders/hybrid_frame.wgsl");
 const PIXELS: &str = include_str!("../shaders/hybrid_pixels.wgsl");
 const FRAME: &str = include_str!("../shaders/realtime_frame.wgsl");
+const TILES: &str = include_str!("../shaders/realtime_tiles.wgsl");
 
 impl Pass {
     /// All of them.
@@ -121,6 +124,7 @@ impl Pass {
             Self::CountSamples,
             Self::LayOut,
             Self::ListPixels,
+            Self::Presample,
             Self::Sample,
             Self::Accumulate,
         ];
@@ -133,12 +137,16 @@ impl Pass {
     /// What decides which pixels get samples.
     pub const ALLOCATION: [Self; 4] = [Self::Choose, Self::CountSamples, Self::LayOut, Self::ListPixels];
 
-    /// Those of a frame whose samples adapt to the noise or do not, with so many passes of the filter.
-    pub fn of_frame(adapts: bool, filter_passes: u32) -> Vec<Self> {
+    /// Those of a frame whose samples adapt to the noise or do not, whose lights are chosen by tiles or are not, with so many passes
+    /// of the filter.
+    pub fn of_frame(adapts: bool, presamples: bool, filter_passes: u32) -> Vec<Self> {
         let mut passes = vec![Self::Surfaces, Self::Reproject];
         if adapts {
             passes.extend(Self::NOISE);
             passes.extend(Self::ALLOCATION);
+        }
+        if presamples {
+            passes.push(Self::Presample);
         }
         passes.extend([Self::Sample, Self::Accumulate]);
         passes.extend((0..filter_passes).map(Self::Filter));
@@ -158,12 +166,13 @@ impl Pass {
             Self::CountSamples => 6,
             Self::LayOut => 7,
             Self::ListPixels => 8,
-            Self::Sample => 9,
-            Self::Accumulate => 10,
-            Self::Filter(level) => 11 + level as usize,
-            Self::Recombine => 11 + MOST_FILTER_PASSES as usize,
-            Self::Antialias => 12 + MOST_FILTER_PASSES as usize,
-            Self::Compose => 13 + MOST_FILTER_PASSES as usize,
+            Self::Presample => 9,
+            Self::Sample => 10,
+            Self::Accumulate => 11,
+            Self::Filter(level) => 12 + level as usize,
+            Self::Recombine => 12 + MOST_FILTER_PASSES as usize,
+            Self::Antialias => 13 + MOST_FILTER_PASSES as usize,
+            Self::Compose => 14 + MOST_FILTER_PASSES as usize,
         }
     }
 
@@ -179,6 +188,7 @@ impl Pass {
             Self::CountSamples => "count_samples",
             Self::LayOut => "lay_out",
             Self::ListPixels => "list_pixels",
+            Self::Presample => "presample_lights",
             Self::Sample => "sample_pixels",
             Self::Accumulate => "accumulate",
             Self::Filter(_) => "filter_signals",
@@ -190,7 +200,7 @@ impl Pass {
 
     /// Whether it sees the scene.
     pub fn sees_scene(self) -> bool {
-        self.traces() || matches!(self, Self::Surfaces | Self::Compose)
+        self.traces() || matches!(self, Self::Surfaces | Self::Presample | Self::Compose)
     }
 
     /// Whether it asks the tracer.
@@ -201,7 +211,7 @@ impl Pass {
     /// Bindings of the film's group that it needs beside the view; `None`: not even that.
     pub fn film_bindings(self) -> Option<&'static [u32]> {
         match self {
-            Self::Surfaces => Some(&[]),
+            Self::Surfaces | Self::Presample => Some(&[]),
             Self::Sample => Some(&[2]),
             Self::Compose => Some(&[1, 2, 3]),
             _ => None,
@@ -253,7 +263,7 @@ impl Pass {
                 (Slot::Work, WRITES),
                 (Slot::Tally, WRITES),
             ],
-            Self::Sample => &[
+            Self::Presample | Self::Sample => &[
                 (Slot::Frame, READS),
                 (Slot::Pixels, WRITES),
                 (Slot::Realtime, READS),
@@ -312,10 +322,11 @@ impl Pass {
         match self {
             Self::Surfaces => scene(&[lobes, include_str!("../shaders/realtime_surfaces.wgsl")]),
             Self::Compose => scene(&[include_str!("../shaders/realtime_compose.wgsl")]),
+            Self::Presample => scene(&[TILES, include_str!("../shaders/realtime_presample.wgsl")]),
             Self::Sample => {
                 let paths = include_str!("../shaders/realtime_paths.wgsl");
                 let scene = scene_text(variant);
-                let own = [FILM, RAYS, GROUP_RAYS, VERTEX, HYBRID_FRAME, PIXELS, FRAME, lobes, paths];
+                let own = [FILM, RAYS, GROUP_RAYS, VERTEX, HYBRID_FRAME, PIXELS, FRAME, lobes, TILES, paths];
                 [&[tracer.enables, &scene, &tracer.text], &own[..]].concat().join("\n")
             }
             Self::Reproject => image_text(include_str!("../shaders/realtime_reproject.wgsl")),
@@ -390,7 +401,14 @@ mod tests {
     fn passes_bind_what_they_use() {
         const TRACER: usize = 3;
         const SCENE: usize = 6;
-        let all = Variant { alpha: true, aovs: true, layers: true, absorption: true, ..Variant::default() };
+        let all = Variant {
+            alpha: true,
+            aovs: true,
+            layers: true,
+            absorption: true,
+            light_tree: true,
+            ..Variant::default()
+        };
         for variant in [Variant::default(), all] {
             for pass in Pass::all() {
                 let name = format!("{pass:?}, {variant:?}");
@@ -419,10 +437,10 @@ mod tests {
 
     #[test]
     fn frames_with_everything_have_all_passes() {
-        assert_eq!(Pass::of_frame(true, MOST_FILTER_PASSES), Pass::all().collect::<Vec<_>>());
-        let few = Pass::of_frame(false, 1);
+        assert_eq!(Pass::of_frame(true, true, MOST_FILTER_PASSES), Pass::all().collect::<Vec<_>>());
+        let few = Pass::of_frame(false, false, 1);
         assert!(few.contains(&Pass::Filter(0)) && !few.contains(&Pass::Filter(1)));
-        assert!(!few.contains(&Pass::Choose));
+        assert!(!few.contains(&Pass::Choose) && !few.contains(&Pass::Presample));
     }
 
     #[test]

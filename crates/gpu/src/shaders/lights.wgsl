@@ -191,6 +191,11 @@ fn surface_light_pdf(s: Surface, origin: vec3f, receiver: u32, wi: vec3f, distan
     if s.light == NONE {
         return 0.0;
     }
+    return surface_direction_pdf(s, origin, wi, distance) * light_probability(s.light, origin, receiver);
+}
+
+/// The same once the light, which is not NONE, has been chosen: the density of `sample_one_light`.
+fn surface_direction_pdf(s: Surface, origin: vec3f, wi: vec3f, distance: f32) -> f32 {
     let kind = light_kind(s.light);
     var pdf = 0.0;
     if FLAT_LIGHTS_ARE_FAR && light_is_flat(kind) {
@@ -204,7 +209,7 @@ fn surface_light_pdf(s: Surface, origin: vec3f, receiver: u32, wi: vec3f, distan
     } else if kind == LIGHT_SPHERE {
         pdf = sphere_light_pdf(lights[s.light].position, lights[s.light].size, origin);
     }
-    return pdf * light_probability(s.light, origin, receiver);
+    return pdf;
 }
 
 /// Radiance of a pixel of the environment image, and the probability of sampling it.

@@ -8,7 +8,7 @@ const PAIR_BSDF: u32 = 0u;
 const PAIR_LIGHT: u32 = 1u;
 /// x: which lobe. y: Russian roulette.
 const PAIR_LOBE: u32 = 2u;
-/// x: which of the models that a material mixes.
+/// x: which of the models that a material mixes. y: which of the lights that a tile offers.
 const PAIR_MODEL: u32 = 3u;
 
 /// A path on its way to the next vertex.
@@ -65,12 +65,7 @@ fn arrive(
     branch: u32,
     shadow: ptr<function, ShadowRay>,
 ) -> bool {
-    (*path).length += t;
-    if SCENE_ABSORBS && !s.front {
-        // The far side of a body tells what the light has come through.
-        (*path).state.throughput *= transmittance(materials[s.material].absorption, t);
-    }
-    let footprint = view.pixel_spread * (*path).length;
+    let footprint = travel(path, s, t);
     if !(SPLITS_PATHS && branch > 0u) {
         let emitted = surface_emission(s, footprint);
         if emitted.x + emitted.y + emitted.z > 0.0 {
@@ -78,6 +73,28 @@ fn arrive(
             (*path).state = path_add_emission((*path).state, emitted, pdf);
         }
     }
+    return depart(path, s, footprint, branch, true, shadow);
+}
+
+/// What a segment of length `t` does to a path. Returns the footprint where it ends.
+fn travel(path: ptr<function, Path>, s: Surface, t: f32) -> f32 {
+    (*path).length += t;
+    if SCENE_ABSORBS && !s.front {
+        // The far side of a body tells what the light has come through.
+        (*path).state.throughput *= transmittance(materials[s.material].absorption, t);
+    }
+    return view.pixel_spread * (*path).length;
+}
+
+/// A light sample, if the vertex `asks_light`, and the path's continuation. Returns whether there is one. `branch`: see `arrive`.
+fn depart(
+    path: ptr<function, Path>,
+    s: Surface,
+    footprint: f32,
+    branch: u32,
+    asks_light: bool,
+    shadow: ptr<function, ShadowRay>,
+) -> bool {
     if (*path).state.depth >= view.max_depth {
         return false;
     }
@@ -86,11 +103,17 @@ fn arrive(
         (*path).state.throughput *= 1.0 / f32(view.splitting);
         (*path).sampler.scramble = hash_combine((*path).sampler.scramble, branch);
     }
-    return scatter(path, s, footprint, shadow);
+    return scatter(path, s, footprint, asks_light, shadow);
 }
 
-/// Next-event estimation and the path's continuation at a surface. Returns whether there is one.
-fn scatter(path: ptr<function, Path>, s: Surface, footprint: f32, shadow: ptr<function, ShadowRay>) -> bool {
+/// Next-event estimation, if the vertex `asks_light`, and the path's continuation at a surface. Returns whether there is one.
+fn scatter(
+    path: ptr<function, Path>,
+    s: Surface,
+    footprint: f32,
+    asks_light: bool,
+    shadow: ptr<function, ShadowRay>,
+) -> bool {
     let sampler = (*path).sampler;
     // Numbers are drawn only where something depends on them.
     let pair = PAIRS_BEFORE_VERTICES + PAIRS_PER_VERTEX * ((*path).state.depth - 1u);
@@ -105,7 +128,7 @@ fn scatter(path: ptr<function, Path>, s: Surface, footprint: f32, shadow: ptr<fu
     }
     let frame = scattering_frame(bsdf, s);
     let wo = to_local(frame, s.wo);
-    if scattering_has_smooth_part(bsdf) && scene.light_count > 0u {
+    if asks_light && scattering_has_smooth_part(bsdf) && scene.light_count > 0u {
         if LIGHT_TREE {
             (*path).receiver = ALL_SIDES;
             if !scattering_transmits(bsdf) {

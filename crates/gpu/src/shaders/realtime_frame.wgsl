@@ -37,8 +37,10 @@ struct RealtimeFrame {
     /// Radius of a pixel's footprint per metre of distance.
     pixel_spread: f32,
     seed: u32,
-    padding0: u32,
-    padding1: u32,
+    /// Lights of its tile that a first surface looks at; 0: it chooses one as `path` does.
+    light_candidates: u32,
+    /// Number of the frame among the samples of the picture.
+    sample: u32,
 }
 
 /// There is a frame before.
@@ -81,7 +83,7 @@ struct Guide {
     motion: vec2f,
 }
 
-/// Light that a frame's samples have brought to a pixel, as it was found: sums.
+/// Light that a frame's samples have brought to a pixel, as it was found: sums. And what the pixel has to offer to its tile.
 struct FoundLight {
     diffuse: vec3f,
     /// Samples of this frame.
@@ -95,6 +97,13 @@ struct FoundLight {
     drawn: u32,
     /// Samples wanted in this frame.
     wanted: u32,
+    /// A light that the tile's pixels may look at; see `realtime_tiles.wgsl`.
+    offered_light: u32,
+    /// Probability with which it was chosen; 0: none was.
+    offered_probability: f32,
+    /// The pixel from which the tile's lights were chosen.
+    tile_center: u32,
+    padding0: u32,
 }
 
 /// What a pixel's surface has received over frames, without its colour: means.

@@ -35,6 +35,66 @@ fn share_of_diffuse(lobes: FirstLobes, direction: vec3f) -> vec3f {
         scattering_eval(lobes.others, lobes.wo, wi).value_cos);
 }
 
+/// Whether first surfaces look at the lights of their tiles.
+fn uses_tiles() -> bool {
+    return realtime.light_candidates > 0u && scene.light_count > 0u;
+}
+
+/// The question whether a light sample at the first surface counts: one of some lights of the tile, in proportion to what they
+/// would bring if nothing were in between, which then stands for all of them.
+///
+/// Each candidate weighs what it would bring by itself as one of so many samples. Candidates may depend on each other, as those of
+/// one tile do, since sums of expected values do not ask for independence.
+fn tile_shadow_ray(path: Path, s: Surface, lobes: FirstLobes, pixel: vec2u) -> ShadowRay {
+    let tile = tile_of(pixel);
+    let area = tile_area(tile);
+    let count = realtime.light_candidates;
+    let u = sample_2d(path.sampler, PAIRS_BEFORE_VERTICES + PAIR_LIGHT);
+    let place = u.x * f32(area);
+    let begin = min(u32(place), area - 1u);
+    var reservoir = reservoir_empty(sample_2d(path.sampler, PAIRS_BEFORE_VERTICES + PAIR_MODEL).y);
+    var chosen = no_shadow_ray();
+    for (var i = 0u; i < count; i++) {
+        let offer = tile_place(tile, (begin + i * area / count) % area);
+        let probability = lights_found[offer].offered_probability;
+        if probability <= 0.0 {
+            continue;
+        }
+        // Points that are spread over the light: Roberts' sequence, moved by the sample's own numbers.
+        let on_light = fract(vec2f(fract(place), u.y) + f32(i) * vec2f(0.7548777, 0.5698403));
+        var light = sample_one_light(lights_found[offer].offered_light, s.position, min(on_light, vec2f(ONE_MINUS_EPSILON)));
+        light.pdf *= probability * f32(count);
+        let ray = light_shadow_ray(path, s, lobes.frame, lobes.all, lobes.wo, light);
+        let before = reservoir.sum;
+        reservoir = reservoir_add(reservoir, i, luminance(ray.contribution));
+        if reservoir.sum > before && reservoir.chosen == i {
+            chosen = ray;
+        }
+    }
+    chosen.contribution *= reservoir_factor(reservoir);
+    return chosen;
+}
+
+/// Density with which the last vertex would have sampled what the path has found by chance, as `surface_light_pdf` has it.
+fn found_light_pdf(path: Path, s: Surface, t: f32, pixel: vec2u) -> f32 {
+    if s.light == NONE || !(uses_tiles() && path.state.depth == 2u) {
+        return surface_light_pdf(s, path.origin, path.receiver, path.direction, t);
+    }
+    let center = seen_point(lights_found[place_of(pixel)].tile_center);
+    return f32(realtime.light_candidates) * tile_probability(s.light, center)
+        * surface_direction_pdf(s, path.origin, path.direction, t);
+}
+
+/// Light from infinitely far away, where a path leaves the scene.
+fn add_distant(path: Path) -> PathState {
+    var state = path.state;
+    if uses_tiles() && state.depth == 2u {
+        // Weights depend on the ratio of both densities only, and that of light samples is this factor higher.
+        state.pdf /= f32(realtime.light_candidates) * distant_share();
+    }
+    return path_add_distant(state, path.origin, path.direction);
+}
+
 /// Follows a path that begins with what the camera's ray hits.
 fn sample_light_at(pixel: vec2u, first: Hit, index: u32) -> SplitLight {
     let ray = frame_ray(pixel);
@@ -44,7 +104,7 @@ fn sample_light_at(pixel: vec2u, first: Hit, index: u32) -> SplitLight {
     var hit = first;
     loop {
         if hit.instance == NONE {
-            path.state = path_add_distant(path.state, path.origin, path.direction);
+            path.state = add_distant(path);
             break;
         }
         let s = surface_at(path.origin, path.direction, hit);
@@ -52,16 +112,22 @@ fn sample_light_at(pixel: vec2u, first: Hit, index: u32) -> SplitLight {
         if path.state.depth == 2u {
             light.hit_distance = hit.t;
         }
+        let footprint = travel(&path, s, hit.t);
         var shadow = no_shadow_ray();
         var lobes: FirstLobes;
         if is_first {
-            lobes = first_lobes(path, s, view.pixel_spread * hit.t);
-        }
-        let alive = arrive(&path, s, hit.t, 0u, &shadow);
-        if is_first {
             // What is seen directly has no noise and is kept apart.
-            path.state.radiance = vec3f(0.0);
+            lobes = first_lobes(path, s, footprint);
+            if uses_tiles() && path.state.depth < view.max_depth && scattering_has_smooth_part(lobes.all) {
+                shadow = tile_shadow_ray(path, s, lobes, pixel);
+            }
+        } else {
+            let emitted = surface_emission(s, footprint);
+            if emitted.x + emitted.y + emitted.z > 0.0 {
+                path.state = path_add_emission(path.state, emitted, found_light_pdf(path, s, hit.t, pixel));
+            }
         }
+        let alive = depart(&path, s, footprint, 0u, !(is_first && uses_tiles()), &shadow);
         if is_wanted(shadow) && !occluded(shadow.origin, shadow.direction, shadow.distance, shadow.salt) {
             if is_first {
                 let of_light = share_of_diffuse(lobes, shadow.direction);

@@ -50,5 +50,5 @@ fn surfaces(@builtin(global_invocation_id) id: vec3u) {
     // The frame's samples begin with none; how many there were in all goes on.
     let drawn = lights_found[at].drawn;
     let wanted = select(realtime.most_samples, 0u, hit.instance == NONE);
-    lights_found[at] = FoundLight(vec3f(0.0), 0u, vec3f(0.0), 0.0, vec2f(0.0), drawn, wanted);
+    lights_found[at] = FoundLight(vec3f(0.0), 0u, vec3f(0.0), 0.0, vec2f(0.0), drawn, wanted, NONE, 0.0, at, 0u);
 }

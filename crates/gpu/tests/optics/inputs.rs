@@ -16,6 +16,7 @@ use optics::light_profile::ProfileCell;
 use optics::light_tree::{ALL_SIDES, LightGroup, octahedral_encode};
 use optics::path::PathState;
 use optics::random::PixelSampler;
+use optics::reservoir::Reservoir;
 use optics::scatter::{Bsdf, BsdfSample, BsdfValue, black_bsdf};
 use optics::sheen::MIN_SHEEN_ALPHA;
 use optics::spherical_rectangle::{SphericalRectangle, spherical_rectangle_new};
@@ -332,6 +333,12 @@ pub fn falloff(i: &mut Inputs) -> Vec3f {
     let physics = vec3f(0.0, 0.0, 1.0);
     let edges = [physics, vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), vec3f(1.0, 0.09, 0.032)];
     i.edge(&edges).unwrap_or_else(|| vec3f(size(i), size(i), size(i)))
+}
+
+/// Candidates, of which there may be none so far.
+pub fn reservoir(i: &mut Inputs) -> Reservoir {
+    let (chosen, weight, remainder) = (i.below(32) as u32, positive(i), unit(i));
+    Reservoir { chosen, weight, sum: weight + positive(i), remainder }
 }
 
 pub fn light_group(i: &mut Inputs) -> LightGroup {

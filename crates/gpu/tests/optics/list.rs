@@ -373,6 +373,10 @@ functions! {
     sky::direction_to_equirect(direction: off_pole, rotation: turns) within ANGLES;
     sky::equirect_to_direction(uv: unit2, rotation: turns) within ROUNDING;
     sky::equirect_pdf(pdf_image: density, polar: unit) within ROUNDING;
+    // lights/reservoir.rs
+    reservoir::reservoir_empty(u: unit) within EXACT;
+    reservoir::reservoir_add(r: reservoir, number: depth, weight: positive) within GRAZING;
+    reservoir::reservoir_factor(r: reservoir) within ROUNDING;
     // lights/tree.rs
     light_tree::cos_of_difference(cos_a: signed_cosine, sin_a: share, cos_b: signed_cosine, sin_b: share) within CANCELLING;
     light_tree::sin_of_difference(cos_a: signed_cosine, sin_a: share, cos_b: signed_cosine, sin_b: share) within CANCELLING;

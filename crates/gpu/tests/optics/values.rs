@@ -106,6 +106,7 @@ structures! {
     }
     ProfileCell in light_profile { first, second, third, fourth, down, across }
     LightBranch in light_tree { second, probability, remainder }
+    Reservoir in reservoir { chosen, weight, sum, remainder }
     Medium in volume { absorption, scattering, emission, anisotropy }
     Collision in volume { scattered, weight }
     GridPlace in volume { cell, next, beyond }

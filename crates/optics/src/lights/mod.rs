@@ -3,5 +3,6 @@ pub mod falloff;
 pub mod light;
 pub mod portal;
 pub mod profile;
+pub mod reservoir;
 pub mod sky;
 pub mod tree;

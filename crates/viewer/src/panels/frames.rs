@@ -21,6 +21,12 @@ pub fn show(ui: &mut Ui, r: &mut RealtimeSettings) {
     }
     count(ui, "Longest path", &mut r.path.max_depth, 1..=1000);
     samples(ui, r);
+    count(
+        ui,
+        "Lights looked at (0: one, as paths do)",
+        &mut r.light_candidates,
+        0..=RealtimeSettings::MOST_LIGHT_CANDIDATES,
+    );
     history(ui, &mut r.history);
     ui.checkbox(&mut r.filter, "Filter");
     if r.filter {

@@ -17,6 +17,10 @@ pub struct FrameSettings {
     /// `realtime`: time that a frame may take on the GPU, such as 8ms: how many samples there are follows from it.
     #[arg(long, help_heading = "Real time", value_name = "TIME", value_parser = parse_budget)]
     budget: Option<Duration>,
+    /// `realtime`: lights that a first surface looks at before it asks for one of them; tiles of 8 x 8 pixels choose them together.
+    /// 0: it chooses one light by itself, as `path` does.
+    #[arg(long, help_heading = "Real time", value_name = "N", default_value_t = RealtimeSettings::default().light_candidates, value_parser = clap::value_parser!(u32).range(0..=i64::from(RealtimeSettings::MOST_LIGHT_CANDIDATES)))]
+    light_candidates: u32,
     /// `realtime`: variance of a pixel's mean, as it is seen, under which it gets no samples.
     #[arg(long, help_heading = "Real time", value_name = "VARIANCE", default_value_t = AllocationSettings::default().tolerance, value_parser = parse_positive)]
     frame_tolerance: f32,
@@ -74,6 +78,7 @@ impl FrameSettings {
                 ..d.allocation
             },
             budget: self.budget,
+            light_candidates: self.light_candidates,
             history: HistorySettings {
                 depth_tolerance: self.depth_tolerance,
                 normal_tolerance: self.normal_tolerance,

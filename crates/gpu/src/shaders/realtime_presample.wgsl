@@ -1,0 +1,66 @@
+// Each pixel chooses a light for its tile.
+
+@group(3) @binding(14) var<storage, read_write> lights_found: array<FoundLight>;
+
+/// How far behind the tile's first candidate for its centre the nearest pixel is that sees anything.
+var<workgroup> steps_to_center: atomic<u32>;
+
+/// Random bits of a frame, other ones for each `number`.
+fn presample_hash(number: u32) -> u32 {
+    let of_frame = hash_combine(hash_combine(realtime.seed, realtime.number), realtime.sample);
+    return hash_combine(of_frame ^ 0x6a09e667u, number);
+}
+
+/// Chooses a light for `center`; `u`: which; `rest`: another number for the bits that the choice uses up.
+fn choose_for_tile(center: vec3f, u: f32, rest: f32) -> LightChoice {
+    if !LIGHT_TREE {
+        return choose_by_power(u, rest);
+    }
+    let branch = light_branch(TILE_TREE_SHARE, 1.0 - TILE_TREE_SHARE, u);
+    if branch.second {
+        let index = min(u32(branch.remainder * f32(scene.light_count)), scene.light_count - 1u);
+        if any_light_probability(index) <= 0.0 {
+            return LightChoice(NONE, 0.0, 0.0);
+        }
+        return LightChoice(index, tile_probability(index, center), 0.0);
+    }
+    var choice = choose_by_place(center, ALL_SIDES, branch.remainder, rest);
+    if choice.probability > 0.0 {
+        choice.probability = TILE_TREE_SHARE * choice.probability + any_light_probability(choice.index);
+    }
+    return choice;
+}
+
+@compute @workgroup_size(8, 8)
+fn presample_lights(
+    @builtin(global_invocation_id) id: vec3u,
+    @builtin(local_invocation_id) local: vec3u,
+) {
+    let inside = is_in_picture(id.xy) && scene.light_count > 0u;
+    let tile = tile_of(min(id.xy, realtime.size - 1u));
+    let area = tile_area(tile);
+    let index = local.y * tile.size.x + local.x;
+    // Any pixel that sees something may be the centre, another one in each frame.
+    let begin = presample_hash(place_of(tile.first)) % area;
+    if local.x + local.y == 0u {
+        atomicStore(&steps_to_center, area);
+    }
+    workgroupBarrier();
+    if inside && first_hit(place_of(id.xy)).instance != NONE {
+        atomicMin(&steps_to_center, (index + area - begin) % area);
+    }
+    workgroupBarrier();
+    let steps = atomicLoad(&steps_to_center);
+    if !inside || steps == area {
+        return;
+    }
+    let at = place_of(id.xy);
+    let center = tile_place(tile, (begin + steps) % area);
+    let bits = presample_hash(~at);
+    // One number from each of as many parts of the unit interval: what the tile has chosen is spread over all lights.
+    let u = min((f32(index) + unit_float(bits)) / f32(area), ONE_MINUS_EPSILON);
+    let choice = choose_for_tile(seen_point(center), u, unit_float(pcg_hash(bits)));
+    lights_found[at].offered_light = choice.index;
+    lights_found[at].offered_probability = choice.probability;
+    lights_found[at].tile_center = center;
+}

@@ -1,0 +1,56 @@
+// Tiles of lights: squares of eight by eight pixels choose as many lights together, for a point that one of them sees, and each
+// pixel looks at some of those. Every pixel keeps the light that it has chosen for its tile.
+
+/// Pixels of a tile in a row and in a column, but for tiles that the window's edge cuts.
+const TILE: u32 = 8u;
+
+/// In scenes with a tree of lights, the share of those that the tree chooses. It chooses for one point of the tile. Others may
+/// see lights that cannot be seen from there, and those must have their chance: the rest is chosen among all alike.
+const TILE_TREE_SHARE: f32 = 0.875;
+
+/// A tile in the window.
+struct Tile {
+    first: vec2u,
+    size: vec2u,
+}
+
+fn tile_of(pixel: vec2u) -> Tile {
+    let first = pixel / TILE * TILE;
+    return Tile(first, min(vec2u(TILE), realtime.size - first));
+}
+
+fn tile_area(tile: Tile) -> u32 {
+    return tile.size.x * tile.size.y;
+}
+
+/// Place of the tile's pixel `index`, of `tile_area`.
+fn tile_place(tile: Tile, index: u32) -> u32 {
+    return place_of(tile.first + vec2u(index % tile.size.x, index / tile.size.x));
+}
+
+/// What a pixel sees first, which is not nothing.
+fn seen_point(place: u32) -> vec3f {
+    let ray = frame_ray(vec2u(place % realtime.size.x, place / realtime.size.x));
+    return ray.origin + ray.direction * first_hit(place).t;
+}
+
+/// Probability with which each of the tile's choices is light `index`, if that is no light without a place.
+///
+/// - `center`: the point that the tile chooses for.
+fn tile_probability(index: u32, center: vec3f) -> f32 {
+    if !LIGHT_TREE {
+        return lights[index].probability;
+    }
+    return TILE_TREE_SHARE * light_probability(index, center, ALL_SIDES) + any_light_probability(index);
+}
+
+/// Its part that does not depend on the point. Lights without a place are the same for all points: the tree's share is enough.
+fn any_light_probability(index: u32) -> f32 {
+    let has_place = words[scene.light_tree + 1u + index] != NONE;
+    return select(0.0, (1.0 - TILE_TREE_SHARE) / f32(scene.light_count), has_place);
+}
+
+/// By how much tiles choose lights without a place less often than `sample_light` does.
+fn distant_share() -> f32 {
+    return select(1.0, TILE_TREE_SHARE, LIGHT_TREE);
+}
