@@ -493,7 +493,7 @@ fn tiles_of_lights_show_what_paths_show() {
         };
         (0..films).map(film).collect()
     };
-    let [one, tiles, single] = [0, 16, 1].map(|candidates| render(candidates));
+    let [one, tiles, single] = [0, 16, 1].map(&mut render);
     let reference = block_means(&paths(&scene, 2048));
     let error = |films: &[Film]| {
         let blocks = block_statistics(films);
