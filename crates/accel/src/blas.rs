@@ -1,7 +1,7 @@
 //! The lower level: primitives of one object.
 
 use crate::aabb::Aabb;
-use crate::build::{self, Leaves, PrimitiveRef, Quality, Settings, WideTree};
+use crate::build::{self, Cuts, Cutting, Leaves, PrimitiveRef, Quality, Settings, Waste, WideTree};
 use crate::kernel::{self, Kernel, MAX_DEPTH};
 use crate::layout::{
     Block, ChildRef, EMPTY, LEAF, NO_PRIMITIVE, Node, SphereBlock, TriangleBlock, WIDTH, sphere_bounds,
@@ -53,6 +53,9 @@ pub struct Blas {
     split: bool,
     kernel: Kernel,
 }
+
+/// Boxes that [`Quality::High`] adds at most, as a share of the triangles.
+const CUTS: f64 = 0.3;
 
 /// The corners of a triangle, if they are finite and span an area.
 fn corners(g: &Geometry, index: usize) -> Option<[[f32; 3]; 3]> {
@@ -160,7 +163,8 @@ impl Blas {
         let settings = Settings::new(quality, WIDTH, Leaves::Lanes);
         let split = quality == Quality::High && refs.len() > WIDTH * build::TINY_BLOCKS;
         if split {
-            build::presplit(&mut refs, points);
+            let cutting = Cutting { budget: CUTS, waste: Waste::Whole };
+            refs = Cuts::new(&refs, &points, cutting).make(&refs);
         }
         let tree = build::build(&mut refs, settings);
         let blocks = fill_blocks(&tree, &refs, TriangleBlock::EMPTY, |block, lane, r| {

@@ -139,6 +139,50 @@ fn candidates_can_be_refused() {
     assert!(differ * 1000 <= rays.len(), "{differ} of {} rays differ", rays.len());
 }
 
+/// A blob of small triangles with long, slanted ones about it.
+fn blob_with_blades(rng: &mut Rng) -> Mesh {
+    let mut mesh = Mesh::blob(12);
+    for _ in 0..60 {
+        let (first, p) = (mesh.positions.len() as u32, rng.point());
+        let far = [0, 1, 2].map(|a: usize| -p[a]);
+        let beside = [far[0] + 0.02, far[1], far[2] + 0.02];
+        mesh.positions.extend([p, far, beside]);
+        mesh.indices.push([first, first + 1, first + 2]);
+    }
+    mesh
+}
+
+#[test]
+fn large_slanted_triangles_are_cut() {
+    let mut rng = Rng::new(8);
+    let mesh = blob_with_blades(&mut rng);
+    let cut = encoded(&mesh);
+    let object = Object::Triangles(vec![mesh.geometry(0)]);
+    let whole = EncodedScene::build(&[object], &[Instance::identity(0)], Quality::Fast);
+    assert_eq!(whole.primitives.len(), mesh.indices.len());
+    assert!(cut.primitives.len() > mesh.indices.len() + 30, "{}", cut.primitives.len());
+    assert!(cut.primitives.len() <= 2 * mesh.indices.len());
+    let rays = random_rays(&mut rng, amount(2000), 2.0);
+    check(&cut, &everything(&mesh), &rays);
+    let tests = |scene: &EncodedScene| {
+        let mut counts = WalkCounts::default();
+        for ray in &rays {
+            scene.closest(ray, |_| true, &mut counts);
+        }
+        counts.primitives
+    };
+    let (tests_cut, tests_whole) = (tests(&cut), tests(&whole));
+    assert!(5 * tests_cut < 3 * tests_whole, "{tests_cut} and {tests_whole}");
+}
+
+#[test]
+fn triangles_that_are_alike_stay_whole() {
+    let mesh = Mesh::blob(30);
+    assert_eq!(encoded(&mesh).primitives.len(), mesh.indices.len());
+    let few = Mesh { positions: mesh.positions.clone(), indices: mesh.indices[..40].to_vec() };
+    assert_eq!(encoded(&few).primitives.len(), 40);
+}
+
 #[test]
 fn moved_instances() {
     let mut rng = Rng::new(5);

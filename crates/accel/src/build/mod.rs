@@ -8,7 +8,7 @@ use crate::aabb::Aabb;
 use crate::layout::{ChildRef, Node};
 use crate::simd::quad::Quad;
 
-pub(crate) use presplit::presplit;
+pub(crate) use presplit::{Cuts, Cutting, Waste};
 
 /// How much time to spend on a tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -158,6 +158,8 @@ pub(crate) struct WideTree {
     pub nodes: Vec<Node>,
     pub root: ChildRef,
     pub bounds: Aabb,
+    /// What a ray through the box around it all may expect to pay, in units of the cost of a visit to a node.
+    pub cost: f32,
     /// For each block: the range of primitives (in their new order) in it.
     pub leaves: Vec<(u32, u32)>,
 }

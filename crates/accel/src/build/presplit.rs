@@ -7,8 +7,23 @@ use super::PrimitiveRef;
 use crate::aabb::Aabb;
 use rayon::prelude::*;
 
-/// How many boxes are added at most, as a share of the triangles.
-const BUDGET: f64 = 0.3;
+/// What of a triangle's box is worth cutting away.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Waste {
+    /// All that boxes around ever smaller parts would not have.
+    Whole,
+    /// No more than that of a right triangle along two axes: a floor is not cut, whose parts cost a ray more visits than its
+    /// empty half does.
+    BeyondHalf,
+}
+
+/// How many cuts to make, and which.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cutting {
+    /// How many boxes are added at most, as a share of the triangles.
+    pub budget: f64,
+    pub waste: Waste,
+}
 
 /// Cuts are made at the planes of a grid of 2 to this power cells along each axis of the scene's box: the same planes for
 /// all triangles, and the coarsest first, because that is where trees are likely to be cut, too.
@@ -17,31 +32,57 @@ const GRID_BITS: u32 = 20;
 /// Cells by which places on the grid may be off.
 const ROUNDING: f64 = 1.0 / 64.0;
 
-/// Replaces the references to triangles that gain most from it by several to parts of their boxes. `corners`: those of a
-/// reference's triangle, finite.
-pub(crate) fn presplit(
-    references: &mut Vec<PrimitiveRef>,
-    corners: impl Fn(&PrimitiveRef) -> [[f32; 3]; 3] + Sync,
-) {
-    let bounds = references.par_iter().map(PrimitiveRef::bounds).reduce(|| Aabb::EMPTY, Aabb::union);
-    let grid = Grid::new(&bounds);
-    let priorities: Vec<f32> =
-        references.par_iter().map(|r| priority(&grid, &r.bounds(), &corners(r))).collect();
-    let scale = scale_for(&priorities, (references.len() as f64 * BUDGET) as u64);
-    let whole = std::mem::take(references);
-    *references = whole
-        .par_iter()
-        .zip(&priorities)
-        .with_min_len(1024)
-        .fold(Vec::new, |mut out, (r, p)| {
-            match cuts(*p, scale) {
-                0 => out.push(*r),
-                cuts => split(&grid, r, &corners(r), cuts, &mut out),
-            }
-            out
-        })
-        .flatten()
-        .collect();
+/// The cuts of all triangles that some references stand for.
+pub(crate) struct Cuts<F> {
+    grid: Grid,
+    /// Corners of a reference's triangle, finite.
+    corners: F,
+    waste: Waste,
+    priorities: Vec<f32>,
+    /// Cuts of a triangle of priority one.
+    scale: f64,
+}
+
+impl<F: Fn(&PrimitiveRef) -> [[f32; 3]; 3] + Sync> Cuts<F> {
+    /// Shares out the cuts. `corners`: those of a reference's triangle, finite.
+    pub fn new(references: &[PrimitiveRef], corners: F, cutting: Cutting) -> Self {
+        let bounds = references.par_iter().map(PrimitiveRef::bounds).reduce(|| Aabb::EMPTY, Aabb::union);
+        let grid = Grid::new(&bounds);
+        let waste = cutting.waste;
+        let priority =
+            |r: &PrimitiveRef| priority(&grid, &r.bounds(), wasted(&r.bounds(), &corners(r), waste));
+        let priorities: Vec<f32> = references.par_iter().map(priority).collect();
+        let scale = scale_for(&priorities, (references.len() as f64 * cutting.budget) as u64);
+        Cuts { grid, corners, waste, priorities, scale }
+    }
+
+    /// Which share of the area of all boxes goes, if cuts do what they can: a bound that takes no tree to find.
+    pub fn promise(&self, references: &[PrimitiveRef]) -> f64 {
+        let of_one = |(r, &p): (&PrimitiveRef, &f32)| {
+            let (bounds, cuts) = (r.bounds(), f64::from(cuts(p, self.scale)));
+            (wasted(&bounds, &(self.corners)(r), self.waste) * cuts / (cuts + 1.0), area(&bounds))
+        };
+        let sum = |a: (f64, f64), b: (f64, f64)| (a.0 + b.0, a.1 + b.1);
+        let (saved, all) = references.par_iter().zip(&self.priorities).map(of_one).reduce(|| (0.0, 0.0), sum);
+        if all > 0.0 && saved.is_finite() { saved / all } else { 0.0 }
+    }
+
+    /// References to the parts of the triangles that are cut, and to all others as they were.
+    pub fn make(&self, references: &[PrimitiveRef]) -> Vec<PrimitiveRef> {
+        references
+            .par_iter()
+            .zip(&self.priorities)
+            .with_min_len(1024)
+            .fold(Vec::new, |mut out, (r, p)| {
+                match cuts(*p, self.scale) {
+                    0 => out.push(*r),
+                    cuts => split(&self.grid, r, &(self.corners)(r), cuts, &mut out),
+                }
+                out
+            })
+            .flatten()
+            .collect()
+    }
 }
 
 /// Cuts of a triangle of priority `p`.
@@ -65,19 +106,31 @@ fn scale_for(priorities: &[f32], budget: u64) -> f64 {
     low
 }
 
-/// What cutting a triangle promises: the area of its box that is there in vain, and more if an important plane goes through
-/// it. The cube root is the paper's: with it, the cuts of one triangle do not eat up the budget.
-fn priority(grid: &Grid, bounds: &Aabb, [a, b, c]: &[[f32; 3]; 3]) -> f32 {
-    let Some(plane) = grid.coarsest_plane(bounds) else { return 0.0 };
+fn area(bounds: &Aabb) -> f64 {
+    let [x, y, z] = [0, 1, 2].map(|i: usize| f64::from(bounds.max[i]) - f64::from(bounds.min[i]));
+    2.0 * (x * y + y * z + z * x)
+}
+
+/// The area of a triangle's box that is there in vain.
+fn wasted(bounds: &Aabb, [a, b, c]: &[[f32; 3]; 3], waste: Waste) -> f64 {
     let edge = |to: &[f32; 3]| [0, 1, 2].map(|i: usize| f64::from(to[i]) - f64::from(a[i]));
     let (u, v) = (edge(b), edge(c));
     let normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
     // What boxes around ever smaller parts add up to.
     let ideal: f64 = normal.iter().map(|n| n.abs()).sum();
-    let [x, y, z] = [0, 1, 2].map(|i: usize| f64::from(bounds.max[i]) - f64::from(bounds.min[i]));
-    let in_vain = 2.0 * (x * y + y * z + z * x) - ideal;
+    let needed = match waste {
+        Waste::Whole => ideal,
+        Waste::BeyondHalf => 2.0 * ideal,
+    };
+    (area(bounds) - needed).max(0.0)
+}
+
+/// What cutting a triangle promises: the area that is `wasted`, and more if an important plane goes through its box. The cube
+/// root is the paper's: with it, the cuts of one triangle do not eat up the budget.
+fn priority(grid: &Grid, bounds: &Aabb, wasted: f64) -> f32 {
+    let Some(plane) = grid.coarsest_plane(bounds) else { return 0.0 };
     let importance = f64::from(plane.level + 1).exp2() / f64::from(GRID_BITS).exp2();
-    let p = (importance * in_vain.max(0.0)).cbrt() as f32;
+    let p = (importance * wasted).cbrt() as f32;
     if p.is_finite() { p } else { 0.0 }
 }
 
@@ -199,9 +252,13 @@ mod tests {
         PrimitiveRef::new(&bounds, index, 7)
     }
 
-    fn area(b: &Aabb) -> f32 {
-        let [x, y, z] = [0, 1, 2].map(|a: usize| b.max[a] - b.min[a]);
-        2.0 * (x * y + y * z + z * x)
+    const CUTTING: Cutting = Cutting { budget: 0.3, waste: Waste::Whole };
+
+    fn cut(
+        references: &[PrimitiveRef],
+        corners: impl Fn(&PrimitiveRef) -> [[f32; 3]; 3] + Sync,
+    ) -> Vec<PrimitiveRef> {
+        Cuts::new(references, corners, CUTTING).make(references)
     }
 
     #[test]
@@ -211,7 +268,7 @@ mod tests {
         split(&Grid::new(&whole.bounds()), &whole, &SLANTED, 15, &mut parts);
         assert_eq!(parts.len(), 16);
         assert!(parts.iter().all(|p| (p.index(), p.geometry()) == (3, 7)));
-        assert!(parts.iter().map(|p| area(&p.bounds())).sum::<f32>() < 0.5 * area(&whole.bounds()));
+        assert!(parts.iter().map(|p| area(&p.bounds())).sum::<f64>() < 0.5 * area(&whole.bounds()));
         for (i, j) in (0..=40).flat_map(|i| (0..=40 - i).map(move |j| (i, j))) {
             let (u, v) = (f64::from(i) / 40.0, f64::from(j) / 40.0);
             let at = |a: usize| {
@@ -226,31 +283,65 @@ mod tests {
         }
     }
 
-    #[test]
-    fn the_budget_is_spent_on_those_that_gain() {
-        // Triangles in the plane of two axes fill half of their boxes, and no cut changes that much.
+    /// 99 small triangles in the plane of two axes, which fill half of their boxes, and no cut changes that much; and one that
+    /// is large and slanted.
+    fn mixed() -> Vec<[[f32; 3]; 3]> {
         let small = |i: u32| {
             let x = i as f32 * 0.01;
             [[x, 0.0, 0.0], [x + 0.01, 0.0, 0.0], [x, 0.01, 0.0]]
         };
-        let triangles: Vec<_> = (0..99).map(small).chain([SLANTED]).collect();
-        let mut references: Vec<_> = (0..).zip(&triangles).map(|(i, t)| reference(t, i)).collect();
-        presplit(&mut references, |r| triangles[r.index() as usize]);
-        let of_slanted = references.iter().filter(|r| r.index() == 99).count();
+        (0..99).map(small).chain([SLANTED]).collect()
+    }
+
+    fn references(triangles: &[[[f32; 3]; 3]]) -> Vec<PrimitiveRef> {
+        (0..).zip(triangles).map(|(i, t)| reference(t, i)).collect()
+    }
+
+    #[test]
+    fn the_budget_is_spent_on_those_that_gain() {
+        let triangles = mixed();
+        let parts = cut(&references(&triangles), |r| triangles[r.index() as usize]);
+        let of_slanted = parts.iter().filter(|r| r.index() == 99).count();
         assert!((10..=31).contains(&of_slanted), "{of_slanted}");
-        assert!(references.len() <= 130, "{}", references.len());
-        assert!((0..100).all(|i| references.iter().any(|r| r.index() == i)));
+        assert!(parts.len() <= 130, "{}", parts.len());
+        assert!((0..100).all(|i| parts.iter().any(|r| r.index() == i)));
+    }
+
+    #[test]
+    fn a_promise_is_nearly_kept() {
+        let triangles = mixed();
+        let whole = references(&triangles);
+        let cuts = Cuts::new(&whole, |r| triangles[r.index() as usize], CUTTING);
+        let sum = |refs: &[PrimitiveRef]| refs.iter().map(|r| area(&r.bounds())).sum::<f64>();
+        let saved = 1.0 - sum(&cuts.make(&whole)) / sum(&whole);
+        let promise = cuts.promise(&whole);
+        assert!(saved > 0.5 && (promise - saved).abs() < 0.2, "{promise} {saved}");
+        // Where all triangles are alike, there is little to gain.
+        let alike = references(&triangles[..99]);
+        let promise = Cuts::new(&alike, |r| triangles[r.index() as usize], CUTTING).promise(&alike);
+        assert!(promise < 0.2, "{promise}");
+    }
+
+    #[test]
+    fn a_floor_is_cut_only_if_its_empty_half_counts() {
+        let floor = [[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 0.0, 9.0]];
+        let triangles: Vec<_> = mixed().into_iter().take(99).chain([floor]).collect();
+        let whole = references(&triangles);
+        let parts = |waste| {
+            let cutting = Cutting { budget: 0.3, waste };
+            Cuts::new(&whole, |r| triangles[r.index() as usize], cutting).make(&whole).len()
+        };
+        assert!(parts(Waste::Whole) > 105);
+        assert_eq!(parts(Waste::BeyondHalf), 100);
     }
 
     #[test]
     fn nothing_to_gain_is_no_error() {
         for points in [[[0.0; 3]; 3], [[-3.0e38, 0.0, 0.0], [3.0e38, 1.0, 0.0], [0.0, 3.0e38, 3.0e38]]] {
-            let mut references = vec![reference(&points, 0); 5];
-            presplit(&mut references, |_| points);
-            assert!(references.len() >= 5);
+            let whole = vec![reference(&points, 0); 5];
+            assert!(cut(&whole, |_| points).len() >= 5);
+            assert!((0.0..=1.0).contains(&Cuts::new(&whole, |_| points, CUTTING).promise(&whole)));
         }
-        let mut none = Vec::new();
-        presplit(&mut none, |_| SLANTED);
-        assert!(none.is_empty());
+        assert!(cut(&[], |_| SLANTED).is_empty());
     }
 }

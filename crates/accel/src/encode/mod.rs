@@ -4,7 +4,8 @@
 //! shaders walk them as [`EncodedScene::closest`] and [`EncodedScene::any`], their scalar twins, do. Start at
 //! [`EncodedNode`] for the format, then see `walk.rs` for what it is good for.
 //!
-//! The trees differ from those of [`crate::Blas`]: leaves hold one to three primitives that are tested one by one.
+//! The trees differ from those of [`crate::Blas`]: leaves hold one to three primitives that are tested one by one. Where large
+//! triangles lie between small ones, they are in several leaves, each for a part of them.
 
 mod instance;
 mod node;
@@ -19,7 +20,7 @@ pub use walk::{EncodedHit, WalkCounts};
 
 use crate::aabb::Aabb;
 use crate::blas::{self, Geometry, Sphere};
-use crate::build::{Leaves, PrimitiveRef, Quality, Settings};
+use crate::build::{Cuts, Cutting, Leaves, PrimitiveRef, Quality, Settings, Waste};
 use crate::tlas::Instance;
 use node::MAX_LEAF;
 use rayon::prelude::*;
@@ -72,7 +73,7 @@ struct EncodedObject {
 pub struct EncodedScene {
     /// Nodes of both levels. The root of the upper level is the first.
     pub nodes: Vec<EncodedNode>,
-    /// Triangles and spheres of all objects.
+    /// Triangles and spheres of all objects, some triangles more than once.
     pub primitives: Vec<EncodedPrimitive>,
     /// The world itself, then what is in it, in the order of the upper level's leaves. Never empty.
     pub instances: Vec<EncodedInstance>,
@@ -90,6 +91,13 @@ struct Planned {
     plan: Plan,
     refs: Vec<PrimitiveRef>,
     skipped: usize,
+}
+
+impl Planned {
+    fn new(mut refs: Vec<PrimitiveRef>, quality: Quality, skipped: usize) -> Planned {
+        let plan = Plan::new(&mut refs, settings(quality));
+        Planned { plan, refs, skipped }
+    }
 }
 
 /// Trees for shaders.
@@ -118,8 +126,62 @@ fn plan_object(object: &Object, quality: Quality) -> Planned {
             (0..).zip(geometries).for_each(|(number, g)| add(blas::sphere_references(g.spheres, number)));
         }
     }
-    let plan = Plan::new(&mut refs, settings(quality));
-    Planned { plan, refs, skipped }
+    let whole = Planned::new(refs, quality, skipped);
+    match object {
+        Object::Triangles(geometries) if quality != Quality::Fast => {
+            cut_where_it_pays(whole, geometries, quality)
+        }
+        _ => whole,
+    }
+}
+
+/// Boxes that cuts add at first, as a share of an object's triangles, by how much that grows while it pays, and where it ends.
+const CUTS: (f64, f64, f64) = (0.1, 3.0, 1.0);
+
+/// Objects of fewer triangles are not worth the time.
+const LEAST_TO_CUT: usize = 64;
+
+/// Share of the area of all boxes from which on trees over parts are tried. Dense meshes, whose triangles are all about as
+/// small, do not come near it.
+const LEAST_PROMISE: f64 = 0.25;
+
+/// More cuts have to make a tree cheaper by this factor.
+const LEAST_GAIN: f32 = 0.95;
+
+/// The tree over parts of triangles instead, if rays are expected to pay less there. Only building it tells: parts have less
+/// empty space around them, but there are more of them.
+fn cut_where_it_pays(whole: Planned, geometries: &[Geometry], quality: Quality) -> Planned {
+    if whole.refs.len() < LEAST_TO_CUT {
+        return whole;
+    }
+    let corners = |r: &PrimitiveRef| {
+        let g = &geometries[r.geometry() as usize];
+        g.indices[r.index() as usize].map(|i| g.positions[i as usize])
+    };
+    let cuts = |waste, budget| Cuts::new(&whole.refs, corners, Cutting { budget, waste });
+    let (mut budget, factor, most) = CUTS;
+    if cuts(Waste::BeyondHalf, budget).promise(&whole.refs) < LEAST_PROMISE {
+        return whole;
+    }
+    let tree = |waste, budget| Planned::new(cuts(waste, budget).make(&whole.refs), quality, whole.skipped);
+    let cheaper = |a: &Planned, b: &Planned, factor: f32| a.plan.cost() < factor * b.plan.cost();
+    let (halves, wholes) = rayon::join(|| tree(Waste::BeyondHalf, budget), || tree(Waste::Whole, budget));
+    let (mut best, waste) = match cheaper(&wholes, &halves, 1.0) {
+        true => (wholes, Waste::Whole),
+        false => (halves, Waste::BeyondHalf),
+    };
+    if !cheaper(&best, &whole, LEAST_GAIN) {
+        return whole;
+    }
+    while budget * factor <= most {
+        budget *= factor;
+        let more = tree(waste, budget);
+        if !cheaper(&more, &best, LEAST_GAIN) {
+            break;
+        }
+        best = more;
+    }
+    best
 }
 
 fn encode_primitive(object: &Object, r: &PrimitiveRef) -> EncodedPrimitive {

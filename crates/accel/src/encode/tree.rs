@@ -95,6 +95,11 @@ impl Plan {
         self.order.len()
     }
 
+    /// What a ray through the box around everything may expect to pay, in units of the cost of a visit to a node.
+    pub fn cost(&self) -> f32 {
+        self.tree.cost
+    }
+
     /// The box around everything.
     pub fn bounds(&self) -> crate::Aabb {
         self.tree.bounds
