@@ -288,6 +288,7 @@ impl GpuBackend {
         picture.rays = 0;
         let missing = || GpuError::Device { doing: "looking up a kernel", reason: "it is gone".into() };
         let compiled = scene.kernels.get_mut(&key).ok_or_else(missing)?;
+        compiled.kernel.set_path_kernel(self.path_kernel);
         let end = view.first_sample + samples;
         let mut plan = Plan::new(view.window.width, view.window.height, view.first_sample..end);
         let most = most_samples(gpu.is_software());
@@ -331,6 +332,9 @@ impl GpuBackend {
             }
         }
         add_time(stats, timer.collect(gpu)?);
+        if key.kind == KernelKind::Realtime {
+            self.taken = Some(compiled.kernel.taken_kernel().name());
+        }
         Ok(())
     }
 

@@ -87,8 +87,8 @@ impl KernelKind {
 /// How path tracing is spread over dispatches.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum PathKernel {
-    /// The faster one by the rule of [`crate::wavefront::choice`]: the wavefront for many samples of scenes with glass
-    /// or many triangles, else the megakernel.
+    /// The faster one by the rule of [`crate::wavefront::choice`]: the wavefront for many samples of scenes with glass,
+    /// instances or many triangles, else the megakernel.
     #[default]
     Auto,
     /// One kernel follows each path from the camera to its end.
@@ -154,6 +154,14 @@ pub trait Kernel: Send {
 
     /// Nothing is to be kept of pictures before.
     fn forget(&mut self) {}
+
+    /// How paths are to be followed from now on, for who can follow them in more than one way.
+    fn set_path_kernel(&mut self, _kernel: PathKernel) {}
+
+    /// How paths were followed last.
+    fn taken_kernel(&self) -> PathKernel {
+        PathKernel::Megakernel
+    }
 }
 
 /// A scene's structures for finding hits, from which kernels are made.

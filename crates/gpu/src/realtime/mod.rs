@@ -18,6 +18,7 @@ mod budget;
 mod buffers;
 mod frame;
 mod passes;
+mod waves;
 
 pub use budget::BudgetController;
 
@@ -25,7 +26,7 @@ use crate::film::{Batch, BatchPixels, FilmBuffers};
 use crate::frame_pass::{BoundPass, FramePass};
 use crate::frames::FrameClock;
 use crate::hybrid::{BegunFrame, GBUFFER_PASSES, GBuffer};
-use crate::kernel::Kernel;
+use crate::kernel::{Kernel, PathKernel};
 use crate::scene::upload::write_buffer;
 use crate::shader::Variant;
 use crate::timing::{PassClock, Timer};
@@ -36,6 +37,7 @@ use buffers::{Bindings, Buffers, DISPATCHES};
 use frame::{FrameState, RealtimeFrame, frame_samples, light_candidates};
 use passes::{MOST_FILTER_PASSES, Pass, frame_pass};
 use std::time::Duration;
+use waves::Waves;
 
 /// Most passes of a frame that are timed.
 pub const FRAME_PASSES: usize = GBUFFER_PASSES + 10 + MOST_FILTER_PASSES as usize;
@@ -44,6 +46,10 @@ pub const FRAME_PASSES: usize = GBUFFER_PASSES + 10 + MOST_FILTER_PASSES as usiz
 pub struct RealtimeKernel {
     gbuffer: GBuffer,
     passes: Vec<FramePass>,
+    waves: Waves,
+    path_kernel: PathKernel,
+    /// How the last frame's paths were followed.
+    taken: PathKernel,
     scene: wgpu::BindGroup,
     tracer: wgpu::BindGroup,
     buffers: Option<Buffers>,
@@ -64,13 +70,15 @@ pub(crate) struct PreparedFrame {
     /// 0 or 1: which of the buffers are this frame's.
     odd: usize,
     camera: optics::camera::CameraFrame,
+    /// Longest path, if samples are waves.
+    waves: Option<u32>,
     /// Samples that it can afford in all; 0: any number.
     pub affordable: u32,
 }
 
 impl RealtimeKernel {
-    /// Compiles what frames with `settings` need for a scene and a tracer. Other settings compile what else they need with their
-    /// first frame; so do first hits.
+    /// Compiles what frames with `settings` need for a scene and a tracer, but for their samples, first hits and what other
+    /// settings need: that is compiled with the first frame.
     ///
     /// # Errors
     /// When the driver refuses a shader, or the scene has more to draw than a pixel can name.
@@ -85,6 +93,9 @@ impl RealtimeKernel {
         let mut kernel = Self {
             gbuffer: GBuffer::new(gpu, variant, scene, tracer)?,
             passes: Pass::all().map(make).collect::<Result<_, GpuError>>()?,
+            waves: Waves::new(gpu, variant, scene, tracer)?,
+            path_kernel: PathKernel::Auto,
+            taken: PathKernel::Megakernel,
             scene: scene.bind_group.clone(),
             tracer: tracer.bind_group().clone(),
             buffers: None,
@@ -102,12 +113,49 @@ impl RealtimeKernel {
     fn compile_frame(&mut self, gpu: &Gpu, settings: &RealtimeSettings) -> Result<(), GpuError> {
         let adapts = !frame_samples(settings).is_fixed();
         let passes = Pass::of_frame(adapts, light_candidates(settings) > 0, filter_passes(settings));
-        passes.into_iter().try_for_each(|pass| self.passes[pass.index()].compile(gpu))
+        let mut other = passes.into_iter().filter(|&pass| pass != Pass::Sample);
+        other.try_for_each(|pass| self.passes[pass.index()].compile(gpu))
+    }
+
+    /// Decides how the paths of a frame are followed, and compiles what follows them.
+    ///
+    /// # Errors
+    /// When the driver refuses a shader. When there is no memory for waves that were asked for.
+    fn prepare_samples(
+        &mut self,
+        gpu: &Gpu,
+        settings: &RealtimeSettings,
+        film: &FilmBuffers,
+    ) -> Result<(), GpuError> {
+        let [width, height] = film.contents.picture().window_size;
+        // A list's pixels leave one by one, and tiles have lights of their own: both are the one kernel's.
+        let is_plain = frame_samples(settings).is_fixed() && light_candidates(settings) == 0;
+        let wanted = match self.path_kernel {
+            PathKernel::Auto => self.waves.are_faster(width * height),
+            PathKernel::Megakernel => false,
+            PathKernel::Wavefront => true,
+        };
+        self.taken = PathKernel::Megakernel;
+        if let Some(buffers) = self.buffers.as_ref().filter(|_| is_plain && wanted) {
+            match self.waves.prepare(gpu, buffers, &self.gbuffer, film) {
+                Ok(true) => {
+                    self.taken = PathKernel::Wavefront;
+                    return self.waves.compile(gpu);
+                }
+                Ok(false) => {}
+                // Who did not ask for queues need not hear that there is no memory for them.
+                Err(GpuError::Allocation { .. }) if self.path_kernel == PathKernel::Auto => {
+                    self.path_kernel = PathKernel::Megakernel;
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        self.passes[Pass::Sample.index()].compile(gpu)
     }
 
     /// Bytes on the device that depend on the picture's size.
     pub fn memory_bytes(&self) -> u64 {
-        self.buffers.as_ref().map_or(0, Buffers::memory_bytes)
+        self.buffers.as_ref().map_or(0, Buffers::memory_bytes) + self.waves.memory_bytes()
     }
 
     /// The first hits of the last frame, if there is one.
@@ -145,6 +193,7 @@ impl RealtimeKernel {
             return Ok(());
         }
         self.bindings = None;
+        self.waves.release();
         if self.buffers.as_ref().is_none_or(|b| b.size != size) {
             self.buffers = None;
             self.buffers = Some(Buffers::new(gpu, size, size_of::<RealtimeFrame>() as u64)?);
@@ -172,6 +221,7 @@ impl RealtimeKernel {
     ) -> Result<PreparedFrame, GpuError> {
         self.prepare_buffers(gpu, film)?;
         self.compile_frame(gpu, &settings)?;
+        self.prepare_samples(gpu, &settings, film)?;
         if begins {
             self.on_film = 0;
         }
@@ -201,7 +251,8 @@ impl RealtimeKernel {
         }
         let odd = self.number as usize % 2;
         self.number = self.number.wrapping_add(1).max(1);
-        Ok(PreparedFrame { begun, settings, odd, camera: film.camera, affordable })
+        let waves = (self.taken == PathKernel::Wavefront).then(|| film.contents.max_depth());
+        Ok(PreparedFrame { begun, settings, odd, camera: film.camera, waves, affordable })
     }
 
     /// Submits a frame with a budget and waits for it: its time says how many samples the next one can afford.
@@ -243,7 +294,7 @@ impl RealtimeKernel {
         self.gbuffer.record(encoder, clock, &frame.begun);
         if let (Some(buffers), Some(bindings)) = (&self.buffers, &self.bindings) {
             let mut recorder = Recorder { kernel: self, encoder, clock, bindings, buffers, odd: frame.odd };
-            recorder.frame(&frame.settings);
+            recorder.frame(&frame.settings, frame.waves);
         }
         self.gbuffer.end(encoder, frame.camera);
     }
@@ -263,7 +314,7 @@ struct Recorder<'a> {
 }
 
 impl Recorder<'_> {
-    fn frame(&mut self, settings: &RealtimeSettings) {
+    fn frame(&mut self, settings: &RealtimeSettings, waves: Option<u32>) {
         let samples = frame_samples(settings);
         self.run("surfaces", &[Pass::Surfaces]);
         self.run("reproject", &[Pass::Reproject]);
@@ -276,7 +327,10 @@ impl Recorder<'_> {
         if light_candidates(settings) > 0 {
             self.run("presample lights", &[Pass::Presample]);
         }
-        self.sample(samples);
+        match waves {
+            Some(max_depth) => self.sample_waves(samples.most, max_depth),
+            None => self.sample(samples),
+        }
         self.run("accumulate", &[Pass::Accumulate]);
         for level in 0..filter_passes {
             self.run("filter", &[Pass::Filter(level)]);
@@ -321,6 +375,16 @@ impl Recorder<'_> {
         self.pass("recombine", |recorded| {
             if kernel.set(recorded, Pass::Recombine, bound) {
                 recorded.dispatch_workgroups(across, down, 1);
+            }
+        });
+    }
+
+    /// Wave after wave, a sample of each pixel.
+    fn sample_waves(&mut self, samples: u32, max_depth: u32) {
+        let (kernel, window) = (self.kernel, self.groups());
+        self.pass(SAMPLES, |recorded| {
+            for _ in 0..samples {
+                kernel.waves.record(recorded, &kernel.scene, &kernel.tracer, window, max_depth);
             }
         });
     }
@@ -397,6 +461,14 @@ impl Kernel for RealtimeKernel {
 
     fn forget(&mut self) {
         self.forget_past();
+    }
+
+    fn set_path_kernel(&mut self, kernel: PathKernel) {
+        self.path_kernel = kernel;
+    }
+
+    fn taken_kernel(&self) -> PathKernel {
+        self.taken
     }
 }
 

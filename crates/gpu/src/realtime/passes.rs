@@ -110,6 +110,7 @@ const HYBRID_FRAME: &str = include_str!("../shaders/hybrid_frame.wgsl");
 const PIXELS: &str = include_str!("../shaders/hybrid_pixels.wgsl");
 const FRAME: &str = include_str!("../shaders/realtime_frame.wgsl");
 const TILES: &str = include_str!("../shaders/realtime_tiles.wgsl");
+const FIRST: &str = include_str!("../shaders/realtime_first.wgsl");
 
 impl Pass {
     /// All of them.
@@ -310,11 +311,7 @@ impl Pass {
 
     /// The text that it is in.
     pub fn text(self, tracer: &TracerText, variant: Variant) -> String {
-        let lobes = if variant.layers {
-            include_str!("../shaders/realtime_lobes_layered.wgsl")
-        } else {
-            include_str!("../shaders/realtime_lobes_plain.wgsl")
-        };
+        let lobes = lobes_text(variant);
         let scene = |rest: &[&str]| {
             let first = [&scene_text(variant), FILM].join("\n");
             [&[first.as_str(), HYBRID_FRAME, PIXELS, FRAME], rest].concat().join("\n")
@@ -326,7 +323,8 @@ impl Pass {
             Self::Sample => {
                 let paths = include_str!("../shaders/realtime_paths.wgsl");
                 let scene = scene_text(variant);
-                let own = [FILM, RAYS, GROUP_RAYS, VERTEX, HYBRID_FRAME, PIXELS, FRAME, lobes, TILES, paths];
+                let frame = [HYBRID_FRAME, PIXELS, FRAME, lobes, FIRST];
+                let own = [&[FILM, RAYS, GROUP_RAYS, VERTEX], &frame[..], &[TILES, paths]].concat();
                 [&[tracer.enables, &scene, &tracer.text], &own[..]].concat().join("\n")
             }
             Self::Reproject => image_text(include_str!("../shaders/realtime_reproject.wgsl")),
@@ -343,6 +341,26 @@ impl Pass {
             Self::Antialias => image_text(include_str!("../shaders/realtime_antialias.wgsl")),
         }
     }
+}
+
+/// How scattering functions are divided into lobes.
+fn lobes_text(variant: Variant) -> &'static str {
+    if variant.layers {
+        include_str!("../shaders/realtime_lobes_layered.wgsl")
+    } else {
+        include_str!("../shaders/realtime_lobes_plain.wgsl")
+    }
+}
+
+/// What passes know that begin paths at first surfaces, and ask no tracer.
+pub(super) fn first_vertex_text(variant: Variant) -> String {
+    let scene = scene_text(variant);
+    [&scene, FILM, VERTEX, HYBRID_FRAME, PIXELS, FRAME, lobes_text(variant), FIRST].join("\n")
+}
+
+/// What passes know that trace rays from vertices, and know nothing of the frame.
+pub(super) fn tracing_text(tracer: &TracerText, variant: Variant) -> String {
+    [tracer.enables, &scene_text(variant), &tracer.text, FILM, RAYS, VERTEX].join("\n")
 }
 
 const COMPUTE: ShaderStages = ShaderStages::COMPUTE;

@@ -139,10 +139,15 @@ impl Stage {
 
     /// What is on the film, which is empty afterwards.
     fn film(&mut self) -> Film {
+        self.film_and_rays().0
+    }
+
+    /// The same, and the rays that it took.
+    fn film_and_rays(&mut self) -> (Film, u64) {
         let window = Rect { x: 0, y: 0, width: WIDTH, height: HEIGHT };
         let mut film = Film::with_window(WIDTH, HEIGHT, window, &[]).expect("a film");
-        self.film.fold_into(&self.gpu, &mut film).expect("read");
-        film
+        let rays = self.film.fold_into(&self.gpu, &mut film).expect("read").rays();
+        (film, rays)
     }
 
     fn read<T: Pod>(&self, buffer: &wgpu::Buffer) -> Vec<T> {
@@ -232,13 +237,14 @@ type Part = fn(&mut Stage);
 fn frames_keep_what_is_true() {
     let Some(mut stage) = Stage::new("frames_keep_what_is_true", &scene()) else { return };
     let begun = std::time::Instant::now();
-    let parts: [(&str, Part); 7] = [
+    let parts: [(&str, Part); 8] = [
         ("still views", still_views_lose_nothing),
         ("moving views", moving_views_find_their_past),
         ("numbers", what_is_no_number_is_gone),
         ("the filter", constant_light_stays_and_noise_keeps_its_mean),
         ("views", views_show_what_they_say),
         ("unfiltered frames", unfiltered_frames_are_paths),
+        ("waves", waves_make_the_same_samples),
         ("gathered frames", gathered_frames_converge_unless_they_stop_for_good),
     ];
     for (name, part) in parts {
@@ -405,6 +411,37 @@ fn unfiltered_frames_are_paths(stage: &mut Stage) {
     assert!(film.pixels().iter().all(|p| p.count() == 400), "a frame counts once");
     let comparison = Comparison::new("unfiltered real-time frames", 8);
     comparison.assert(&Estimate::from_film(&film), &Estimate::from_film(&paths(&scene(), 512)));
+}
+
+/// However paths are followed, samples, rays and what is known of second surfaces are the same, up to rounding.
+fn waves_make_the_same_samples(stage: &mut Stage) {
+    let mut followed = |kernel: PathKernel| {
+        stage.begin();
+        // New records: random numbers go on where a pixel's last ones ended.
+        (stage.kernel.buffers, stage.kernel.bindings) = (None, None);
+        stage.kernel.set_path_kernel(kernel);
+        let samples = FrameSamples { least: 2, most: 2 };
+        stage.frames(&view(0.0, RealtimeSettings { filter: false, samples, ..settings() }), 3);
+        assert_eq!(stage.kernel.taken_kernel(), kernel);
+        // Without the filter, the past is that of the last frame's samples alone.
+        let distances = stage.histories().iter().map(|h| f64::from(h.rest[4])).collect::<Vec<_>>();
+        let (film, rays) = stage.film_and_rays();
+        (film, rays as f64, distances)
+    };
+    let (expected, expected_rays, expected_distances) = followed(PathKernel::Megakernel);
+    let (found, rays, distances) = followed(PathKernel::Wavefront);
+    stage.kernel.set_path_kernel(PathKernel::Auto);
+    assert!(expected_distances.iter().filter(|d| **d > 0.0).count() > AREA / 4, "second surfaces are seen");
+    let close = |a: f64, b: f64| (a - b).abs() <= 1e-4 * (a.abs() + b.abs()) + 1e-6;
+    let pixels = expected.pixels().iter().zip(found.pixels());
+    let differ = pixels.zip(expected_distances.iter().zip(&distances)).filter(|((a, b), (d, e))| {
+        !close(**d, **e) || !a.mean().iter().zip(b.mean()).all(|(&a, b)| close(a, b))
+    });
+    let differ = differ.count();
+    assert!(differ * 50 <= AREA, "{differ} of {AREA} pixels differ");
+    assert!((rays - expected_rays).abs() <= 0.002 * expected_rays, "{rays} rays, {expected_rays} expected");
+    let sum: f64 = found.pixels().iter().flat_map(|p| p.mean()).sum();
+    assert!(sum > 10.0, "the picture is not black");
 }
 
 /// Means of 8 × 8 pixels where no surface ends.

@@ -64,12 +64,12 @@ struct Dispatches {
     shadow_rays: array<u32, 3>,
 }
 
-@group(3) @binding(0) var<storage, read_write> wave: Wave;
-@group(3) @binding(1) var<storage, read_write> paths: array<PathRecord>;
-@group(3) @binding(2) var<storage, read_write> hits: array<Hit>;
-@group(3) @binding(3) var<storage, read_write> shadow_records: array<ShadowRecord>;
-@group(3) @binding(4) var<storage, read_write> gathered: array<vec3f>;
-@group(3) @binding(5) var<storage, read_write> dispatches: Dispatches;
+@group(3) @binding(30) var<storage, read_write> wave: Wave;
+@group(3) @binding(31) var<storage, read_write> paths: array<PathRecord>;
+@group(3) @binding(32) var<storage, read_write> hits: array<Hit>;
+@group(3) @binding(33) var<storage, read_write> shadow_records: array<ShadowRecord>;
+@group(3) @binding(34) var<storage, read_write> gathered: array<vec3f>;
+@group(3) @binding(35) var<storage, read_write> dispatches: Dispatches;
 
 /// Where the paths begin that arrive at vertex `depth`.
 fn half_of(depth: u32) -> u32 {

@@ -1,10 +1,5 @@
 // The wavefront's stages that trace nothing.
 
-/// What a workgroup hands out, and where that begins in the queues: paths that go on, shadow rays.
-var<workgroup> group_leaving: atomic<u32>;
-var<workgroup> group_casting: atomic<u32>;
-var<workgroup> group_first: vec2u;
-
 /// Starts the paths of the wave at the camera.
 @compute @workgroup_size(GROUP)
 fn generate(@builtin(global_invocation_id) id: vec3u) {
@@ -37,11 +32,6 @@ fn record(@builtin(global_invocation_id) id: vec3u) {
 /// Everything that happens where paths arrive. At the first vertex there is an invocation for each branch of each path.
 @compute @workgroup_size(GROUP)
 fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
-    if local == 0u {
-        atomicStore(&group_leaving, 0u);
-        atomicStore(&group_casting, 0u);
-    }
-    workgroupBarrier();
     let depth = wave.depth;
     let branches = select(1u, branch_count(), depth == 1u);
     var path: Path;
@@ -67,29 +57,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_ind
             gathered[slot] += path.state.radiance;
         }
     }
-    // One addition a workgroup to the counters that all share; the paths of a workgroup stay neighbours.
-    let casts = is_wanted(shadow);
-    var place = vec2u(0u);
-    if alive {
-        place.x = atomicAdd(&group_leaving, 1u);
-    }
-    if casts {
-        place.y = atomicAdd(&group_casting, 1u);
-    }
-    workgroupBarrier();
-    if local == 0u {
-        group_first.x = atomicAdd(&wave.leaving, atomicLoad(&group_leaving));
-        group_first.y = atomicAdd(&wave.casting, atomicLoad(&group_casting));
-    }
-    workgroupBarrier();
-    place += group_first;
-    if alive {
-        store_path(half_of(depth + 1u) + place.x, path, slot);
-    }
-    if casts {
-        shadow_records[place.y] = ShadowRecord(
-            shadow.origin, shadow.distance, shadow.direction, shadow.salt, shadow.contribution, slot);
-    }
+    hand_on(local, path, alive, shadow, slot, depth);
 }
 
 fn groups_for(invocations: u32) -> array<u32, 3> {

@@ -1,8 +1,8 @@
 //! Which path kernel is the faster one.
 //!
 //! A rule from measurements (`docs/performance.md`, "Path tracing on a GPU"): the wavefront wins where neighbouring rays need
-//! very different times, which is where there is glass or where the hierarchy is deep, and only with millions of paths in
-//! flight. It has been measured with our own hierarchy only.
+//! very different times, which is where there is glass, where rays enter instances, or where the hierarchy is deep, and only
+//! with millions of paths in flight. It has been measured with our own hierarchy only.
 
 use super::queues;
 use crate::Gpu;
@@ -25,7 +25,8 @@ pub fn is_faster(gpu: &Gpu, kind: TracerKind, tables: &SceneTables, samples: u64
 /// Whether neighbouring rays soon need very different times.
 fn makes_rays_part(tables: &SceneTables) -> bool {
     let refracts = tables.materials.iter().any(|m| m.model == ModelTag::Dielectric || m.transmission > 0.0);
-    refracts || tables.indices.len() >= MANY_TRIANGLES
+    // What never moves and is there once is one instance by itself.
+    refracts || tables.instances.len() > 1 || tables.indices.len() >= MANY_TRIANGLES
 }
 
 #[cfg(test)]
@@ -34,12 +35,16 @@ mod tests {
     use testkit::scenes;
 
     #[test]
-    fn glass_and_many_triangles_make_rays_part() {
+    fn glass_instances_and_many_triangles_make_rays_part() {
         let tables = [scenes::cornell(), scenes::spheres(), scenes::glass()].map(|s| SceneTables::build(&s));
         assert_eq!(tables.each_ref().map(makes_rays_part), [false, false, true]);
         let mut large = tables[0].clone();
         large.indices.resize(MANY_TRIANGLES, [0; 3]);
         assert!(makes_rays_part(&large));
+        assert!(makes_rays_part(&SceneTables::build(&scenes::assortment())));
+        let mut twice = tables[1].clone();
+        twice.instances.push(twice.instances[0]);
+        assert!(makes_rays_part(&twice));
     }
 
     #[test]

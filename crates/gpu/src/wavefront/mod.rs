@@ -8,7 +8,7 @@
 //! so both make the same samples, up to rounding.
 
 pub mod choice;
-mod queues;
+pub(crate) mod queues;
 pub mod stage;
 
 pub use queues::Queues;

@@ -8,6 +8,14 @@ use wgpu::BufferUsages;
 /// Invocations of a workgroup, as in `shaders/wavefront.wgsl`.
 pub const GROUP: u32 = 64;
 
+/// Bindings of the queues in group 3: behind those of passes that have others, too.
+pub(crate) const WAVE: u32 = 30;
+pub(crate) const PATHS: u32 = 31;
+pub(crate) const HITS: u32 = 32;
+pub(crate) const SHADOW_RAYS: u32 = 33;
+pub(crate) const GATHERED: u32 = 34;
+pub(crate) const DISPATCHES: u32 = 35;
+
 /// Workgroups that every device can start at a time in one dimension.
 const MOST_GROUPS: u64 = 65_535;
 
@@ -108,7 +116,7 @@ impl Dispatches {
 pub struct Queues {
     /// Paths that may be in flight.
     capacity: u32,
-    /// By binding.
+    /// By binding, from [`WAVE`] on.
     buffers: [wgpu::Buffer; 6],
 }
 
@@ -140,12 +148,12 @@ impl Queues {
 
     /// The buffer at a binding of the group.
     pub fn buffer(&self, binding: u32) -> &wgpu::Buffer {
-        &self.buffers[binding as usize]
+        &self.buffers[(binding - WAVE) as usize]
     }
 
     /// Sizes of dispatches, at the offsets that `Dispatches` names.
     pub fn dispatches(&self) -> &wgpu::Buffer {
-        &self.buffers[5]
+        self.buffer(DISPATCHES)
     }
 
     /// Bytes on the device.
@@ -167,7 +175,7 @@ impl Queues {
             arriving: paths,
             ..Wave::default()
         };
-        write_buffer(gpu, "the wave", &self.buffers[0], bytemuck::bytes_of(&wave))
+        write_buffer(gpu, "the wave", self.buffer(WAVE), bytemuck::bytes_of(&wave))
     }
 }
 

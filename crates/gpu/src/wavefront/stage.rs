@@ -1,5 +1,6 @@
 //! The stages of the wavefront: which text they are in, and what they bind.
 
+use super::queues::{DISPATCHES, GATHERED, HITS, PATHS, SHADOW_RAYS, WAVE};
 use crate::shader::{Variant, scene_text};
 use crate::tracer::TracerText;
 
@@ -69,23 +70,25 @@ impl Stage {
     /// Bindings of the queues' group that it needs.
     pub fn queue_bindings(self) -> &'static [u32] {
         match self {
-            Self::Generate => &[0, 1],
-            Self::Extend | Self::Record => &[0, 1, 2],
-            Self::Shade => &[0, 1, 2, 3, 4],
-            Self::Prepare => &[0, 5],
-            Self::Connect => &[0, 3, 4],
-            Self::Accumulate => &[0, 4],
+            Self::Generate => &[WAVE, PATHS],
+            Self::Extend | Self::Record => &[WAVE, PATHS, HITS],
+            Self::Shade => &[WAVE, PATHS, HITS, SHADOW_RAYS, GATHERED],
+            Self::Prepare => &[WAVE, DISPATCHES],
+            Self::Connect => &[WAVE, SHADOW_RAYS, GATHERED],
+            Self::Accumulate => &[WAVE, GATHERED],
         }
     }
 }
 
+/// What the stages share of queues.
+pub(crate) const WAVEFRONT: &str = include_str!("../shaders/wavefront.wgsl");
+
+/// How paths get from one stage to the next.
+pub(crate) const HANDING: &str = include_str!("../shaders/wavefront_handing.wgsl");
+
 /// What all stages have in front of them.
 fn common() -> [&'static str; 3] {
-    [
-        include_str!("../shaders/film.wgsl"),
-        include_str!("../shaders/path_vertex.wgsl"),
-        include_str!("../shaders/wavefront.wgsl"),
-    ]
+    [include_str!("../shaders/film.wgsl"), include_str!("../shaders/path_vertex.wgsl"), WAVEFRONT]
 }
 
 /// The text of the stages that ask a tracer.
@@ -102,7 +105,7 @@ pub fn shading_text(variant: Variant) -> String {
     let stages = include_str!("../shaders/wavefront_shading.wgsl");
     let scene = scene_text(variant);
     let [film, vertex, wavefront] = common();
-    [&scene, film, vertex, wavefront, stages].join("\n")
+    [&scene, film, vertex, wavefront, HANDING, stages].join("\n")
 }
 
 #[cfg(test)]

@@ -1,0 +1,359 @@
+//! A frame's samples as waves: instead of one kernel that follows each path to its end, a kernel for each thing that happens on
+//! the way. All but the first vertices, whose light is kept apart by lobes, go through the stages of `path`'s wavefront.
+//!
+//! Both ways make the same samples. Which is the faster one, [`Waves::are_faster`] says.
+
+use super::buffers::Buffers;
+use super::passes::{Slot, first_vertex_text, tracing_text};
+use crate::bindings::{buffer, entry};
+use crate::film::FilmBuffers;
+use crate::frame_pass::{BoundPass, FramePass, PassParts};
+use crate::hybrid::GBuffer;
+use crate::scene::upload::empty_buffer;
+use crate::shader::Variant;
+use crate::tracer::{Tracer, TracerKind, TracerText};
+use crate::wavefront::queues::{Dispatches, GATHERED, HITS, PATHS, Queues, SHADOW_RAYS, WAVE};
+use crate::wavefront::stage::{self, HANDING, Stage, WAVEFRONT};
+use crate::{Gpu, GpuError, GpuScene};
+use wgpu::{BufferBindingType, BufferUsages, ShaderStages};
+
+/// What happens to all paths of a wave before the next thing does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Step {
+    /// Forgets the wave before.
+    Restart,
+    /// First vertices.
+    Begin,
+    /// Their shadow rays.
+    ConnectFirst,
+    /// How far away second vertices are.
+    Measure,
+    /// What `path`'s wavefront does, too.
+    Stage(Stage),
+    /// Adds samples to pixels.
+    Finish,
+}
+
+/// How many workgroups a step gets.
+#[derive(Clone, Copy)]
+enum Work {
+    One,
+    /// Eight by eight pixels each.
+    Window,
+    /// As many as the device has written there.
+    Counted(u64),
+}
+
+const FRAME: u32 = Slot::Frame as u32;
+const PIXELS: u32 = Slot::Pixels as u32;
+const REALTIME: u32 = Slot::Realtime as u32;
+const LIGHTS_FOUND: u32 = Slot::LightsFound as u32;
+/// Behind the slots of all other passes.
+const SPLIT_SAMPLES: u32 = 28;
+
+/// Bytes of a `SplitSample`, see `shaders/realtime_wave.wgsl`.
+const SPLIT_SAMPLE: u64 = 48;
+
+/// Paths from which on waves are worth their dispatches: somewhat less than the fewest with which that was measured.
+const ENOUGH_PATHS: u32 = 1 << 19;
+
+impl Step {
+    /// All of them.
+    const ALL: [Self; 9] = [
+        Self::Restart,
+        Self::Begin,
+        Self::ConnectFirst,
+        Self::Measure,
+        Self::Stage(Stage::Extend),
+        Self::Stage(Stage::Shade),
+        Self::Stage(Stage::Prepare),
+        Self::Stage(Stage::Connect),
+        Self::Finish,
+    ];
+
+    fn index(self) -> usize {
+        Self::ALL.iter().position(|s| *s == self).unwrap_or_default()
+    }
+
+    fn entry_point(self) -> &'static str {
+        match self {
+            Self::Restart => "restart",
+            Self::Begin => "begin_paths",
+            Self::ConnectFirst => "connect_first",
+            Self::Measure => "measure",
+            Self::Stage(stage) => stage.name(),
+            Self::Finish => "finish_paths",
+        }
+    }
+
+    fn traces(self) -> bool {
+        match self {
+            Self::ConnectFirst => true,
+            Self::Stage(stage) => stage.traces(),
+            Self::Restart | Self::Begin | Self::Measure | Self::Finish => false,
+        }
+    }
+
+    fn sees_scene(self) -> bool {
+        self.traces() || matches!(self, Self::Begin | Self::Stage(Stage::Shade))
+    }
+
+    /// Bindings of the film's group beside the view; `None`: not even that.
+    fn film_bindings(self) -> Option<&'static [u32]> {
+        match self {
+            Self::Begin | Self::ConnectFirst => Some(&[]),
+            Self::Stage(stage) => Some(stage.film_bindings()),
+            Self::Restart | Self::Measure | Self::Finish => None,
+        }
+    }
+
+    /// Bindings of group 3.
+    fn bindings(self) -> &'static [u32] {
+        match self {
+            Self::Restart => &[WAVE, PATHS],
+            Self::Begin => &[FRAME, PIXELS, REALTIME, LIGHTS_FOUND, SPLIT_SAMPLES, WAVE, PATHS, SHADOW_RAYS],
+            Self::ConnectFirst => &[SPLIT_SAMPLES, WAVE, SHADOW_RAYS],
+            Self::Measure => &[SPLIT_SAMPLES, WAVE, PATHS, HITS],
+            Self::Stage(stage) => stage.queue_bindings(),
+            Self::Finish => &[REALTIME, LIGHTS_FOUND, SPLIT_SAMPLES, GATHERED],
+        }
+    }
+
+    fn text(self, tracer: &TracerText, variant: Variant) -> String {
+        let wave = include_str!("../shaders/realtime_wave.wgsl");
+        match self {
+            Self::Restart | Self::Begin | Self::Measure | Self::Finish => {
+                let begin = include_str!("../shaders/realtime_wave_begin.wgsl");
+                let finish = include_str!("../shaders/realtime_wave_finish.wgsl");
+                [&first_vertex_text(variant), WAVEFRONT, HANDING, wave, begin, finish].join("\n")
+            }
+            Self::ConnectFirst => {
+                let connect = include_str!("../shaders/realtime_wave_connect.wgsl");
+                [&tracing_text(tracer, variant), WAVEFRONT, wave, connect].join("\n")
+            }
+            Self::Stage(stage) if stage.traces() => stage::tracing_text(tracer, variant),
+            Self::Stage(_) => stage::shading_text(variant),
+        }
+    }
+}
+
+/// The steps of waves, and the paths in flight.
+pub(super) struct Waves {
+    /// By [`Step::index`].
+    steps: Vec<FramePass>,
+    are_faster: bool,
+    bound: Option<Bound>,
+}
+
+/// What depends on the picture's size.
+struct Bound {
+    queues: Queues,
+    split_samples: wgpu::Buffer,
+    /// By [`Step::index`].
+    groups: Vec<BoundPass>,
+}
+
+impl Waves {
+    /// Waves for a scene and a tracer, not compiled yet.
+    ///
+    /// # Errors
+    /// When the device cannot bind what they need.
+    pub fn new(gpu: &Gpu, variant: Variant, scene: &GpuScene, tracer: &dyn Tracer) -> Result<Self, GpuError> {
+        let variant = Variant { aovs: false, splitting: false, ..variant };
+        let make = |step: Step| {
+            let parts = PassParts {
+                name: format!("realtime {} on {}", step.entry_point(), tracer.kind().name()),
+                entry_point: step.entry_point(),
+                text: step.text(&tracer.text(), variant),
+                scene: step.sees_scene().then_some(scene),
+                tracer: step.traces().then_some(tracer),
+                film_bindings: step.film_bindings(),
+            };
+            FramePass::new(gpu, parts, || layout(gpu, step.bindings()))
+        };
+        let steps = Step::ALL.into_iter().map(make).collect::<Result<_, GpuError>>()?;
+        let are_faster = tracer.kind() == TracerKind::Bvh && !gpu.is_software();
+        Ok(Self { steps, are_faster, bound: None })
+    }
+
+    /// Whether waves of so many paths are faster than one kernel. Measured with our own hierarchy only.
+    pub fn are_faster(&self, paths: u32) -> bool {
+        self.are_faster && paths >= ENOUGH_PATHS
+    }
+
+    /// Compiles all steps, unless that was done.
+    ///
+    /// # Errors
+    /// When the driver refuses a shader.
+    pub fn compile(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
+        self.steps.iter_mut().try_for_each(|step| step.compile(gpu))
+    }
+
+    /// Forgets the buffers of a picture that is no more.
+    pub fn release(&mut self) {
+        self.bound = None;
+    }
+
+    /// Makes what depends on the picture's size, unless it is there. Returns whether a path for each pixel has a place.
+    ///
+    /// # Errors
+    /// When there is no memory.
+    pub fn prepare(
+        &mut self,
+        gpu: &Gpu,
+        buffers: &Buffers,
+        gbuffer: &GBuffer,
+        film: &FilmBuffers,
+    ) -> Result<bool, GpuError> {
+        if self.bound.is_some() {
+            return Ok(true);
+        }
+        let [width, height] = buffers.size;
+        let area = width * height;
+        let queues = Queues::new(gpu, Some(area))?;
+        if queues.capacity() < area {
+            return Ok(false);
+        }
+        let bytes = u64::from(area) * SPLIT_SAMPLE;
+        let split_samples = empty_buffer(gpu, "samples on their way", bytes, BufferUsages::STORAGE)?;
+        let doing = "binding waves";
+        let pixels = gbuffer
+            .pixels()
+            .ok_or_else(|| GpuError::Device { doing, reason: "there are no first hits".into() })?;
+        let of_frame = |binding: u32| match binding {
+            FRAME => gbuffer.frame(),
+            PIXELS => pixels,
+            REALTIME => &buffers.realtime,
+            LIGHTS_FOUND => &buffers.lights_found,
+            SPLIT_SAMPLES => &split_samples,
+            of_queues => queues.buffer(of_queues),
+        };
+        let of_film = [&film.view, &film.pixels, &film.counters, &film.aovs];
+        let bind = |(step, made): (Step, &FramePass)| {
+            let film = made.film_layout.as_ref().map(|layout| {
+                let bindings = std::iter::once(&0).chain(step.film_bindings().unwrap_or_default());
+                group(gpu, layout, bindings.map(|&b| (b, of_film[b as usize])))
+            });
+            let frame = group(gpu, &made.layout, step.bindings().iter().map(|&b| (b, of_frame(b))));
+            BoundPass { film, frame }
+        };
+        let groups = gpu
+            .guarded(|| Step::ALL.into_iter().zip(&self.steps).map(bind).collect())
+            .map_err(|reason| GpuError::Device { doing, reason })?;
+        self.bound = Some(Bound { queues, split_samples, groups });
+        Ok(true)
+    }
+
+    /// Bytes on the device that depend on the picture's size.
+    pub fn memory_bytes(&self) -> u64 {
+        self.bound.as_ref().map_or(0, |b| b.queues.memory_bytes() + b.split_samples.size())
+    }
+
+    /// Records a sample for each pixel that wants one, if all is prepared. `window`: workgroups of eight by eight pixels.
+    pub fn record(
+        &self,
+        recorded: &mut wgpu::ComputePass<'_>,
+        scene: &wgpu::BindGroup,
+        tracer: &wgpu::BindGroup,
+        window: [u32; 2],
+        max_depth: u32,
+    ) {
+        let Some(bound) = &self.bound else { return };
+        let mut run = |step: Step, work: Work| {
+            let at = step.index();
+            if !self.steps[at].set(recorded, scene, tracer, &bound.groups[at]) {
+                return;
+            }
+            match work {
+                Work::One => recorded.dispatch_workgroups(1, 1, 1),
+                Work::Window => recorded.dispatch_workgroups(window[0], window[1], 1),
+                Work::Counted(offset) => {
+                    recorded.dispatch_workgroups_indirect(bound.queues.dispatches(), offset);
+                }
+            }
+        };
+        let paths = Work::Counted(Dispatches::PATHS);
+        let shadow_rays = Work::Counted(Dispatches::SHADOW_RAYS);
+        run(Step::Restart, Work::One);
+        run(Step::Begin, Work::Window);
+        run(Step::Stage(Stage::Prepare), Work::One);
+        run(Step::ConnectFirst, shadow_rays);
+        for vertex in 2..=max_depth {
+            run(Step::Stage(Stage::Extend), paths);
+            if vertex == 2 {
+                run(Step::Measure, paths);
+            }
+            run(Step::Stage(Stage::Shade), paths);
+            run(Step::Stage(Stage::Prepare), Work::One);
+            run(Step::Stage(Stage::Connect), shadow_rays);
+        }
+        run(Step::Finish, Work::Window);
+    }
+}
+
+fn layout(gpu: &Gpu, bindings: &[u32]) -> wgpu::BindGroupLayout {
+    let ty = |binding: u32| match binding {
+        FRAME | REALTIME => BufferBindingType::Uniform,
+        _ => BufferBindingType::Storage { read_only: false },
+    };
+    let entries: Vec<_> = bindings.iter().map(|&b| entry(b, ShaderStages::COMPUTE, buffer(ty(b)))).collect();
+    let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some("wave"), entries: &entries };
+    gpu.device.create_bind_group_layout(&descriptor)
+}
+
+fn group<'a>(
+    gpu: &Gpu,
+    layout: &wgpu::BindGroupLayout,
+    buffers: impl Iterator<Item = (u32, &'a wgpu::Buffer)>,
+) -> wgpu::BindGroup {
+    let entries: Vec<_> = buffers
+        .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() })
+        .collect();
+    let descriptor = wgpu::BindGroupDescriptor { label: Some("wave"), layout, entries: &entries };
+    gpu.device.create_bind_group(&descriptor)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::layout_of;
+    use crate::shader::{used_bindings, validate, write_all_languages};
+
+    /// Every step binds what its shader uses, needs no more storage buffers than a device must have, and can be written for all
+    /// drivers.
+    #[test]
+    fn steps_bind_what_they_use() {
+        const TRACER: usize = 3;
+        const SCENE: usize = 6;
+        let all =
+            Variant { alpha: true, layers: true, absorption: true, light_tree: true, ..Variant::default() };
+        for variant in [Variant::default(), all] {
+            for step in Step::ALL {
+                let name = format!("{step:?}, {variant:?}");
+                let text = step.text(&crate::tracer::query::TEXT, variant);
+                let (module, info) = validate(&name, &text);
+                write_all_languages(&name, &module, &info, step.entry_point());
+                let mut used = used_bindings(&name, &text, step.entry_point());
+                used.retain(|&(group, binding, _)| (group, binding) != (2, 0));
+                let mut used: Vec<_> = used.into_iter().map(|(g, b, _)| (g, b)).collect();
+                let film = step.film_bindings().unwrap_or_default().iter().map(|&b| (2, b));
+                let mut bound: Vec<_> = film.chain(step.bindings().iter().map(|&b| (3, b))).collect();
+                used.sort_unstable();
+                bound.sort_unstable();
+                assert_eq!(used, bound, "{name}");
+                let uniforms = step.bindings().iter().filter(|b| matches!(**b, FRAME | REALTIME)).count();
+                let count = if step.sees_scene() { SCENE } else { 0 }
+                    + if step.traces() { TRACER } else { 0 }
+                    + bound.len()
+                    - uniforms;
+                assert!(count <= crate::STORAGE_BUFFERS as usize, "{name}: {count} buffers");
+            }
+        }
+    }
+
+    #[test]
+    fn records_are_as_large_as_in_the_shader() {
+        let text = Step::Finish.text(&crate::tracer::query::TEXT, Variant::default());
+        assert_eq!(layout_of(&crate::shader::parse(&text), "SplitSample").1 as u64, SPLIT_SAMPLE);
+    }
+}
