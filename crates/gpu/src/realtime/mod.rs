@@ -193,7 +193,7 @@ impl RealtimeKernel {
             return Ok(());
         }
         self.bindings = None;
-        self.waves.release();
+        self.waves.unbind();
         if self.buffers.as_ref().is_none_or(|b| b.size != size) {
             self.buffers = None;
             self.buffers = Some(Buffers::new(gpu, size, size_of::<RealtimeFrame>() as u64)?);

@@ -12,7 +12,7 @@ use crate::hybrid::GBuffer;
 use crate::scene::upload::empty_buffer;
 use crate::shader::Variant;
 use crate::tracer::{Tracer, TracerKind, TracerText};
-use crate::wavefront::queues::{Dispatches, GATHERED, HITS, PATHS, Queues, SHADOW_RAYS, WAVE};
+use crate::wavefront::queues::{Dispatches, GATHERED, HITS, PATHS, Queues, SHADOW_RAYS, WAVE, most_paths};
 use crate::wavefront::stage::{self, HANDING, Stage, WAVEFRONT};
 use crate::{Gpu, GpuError, GpuScene};
 use wgpu::{BufferBindingType, BufferUsages, ShaderStages};
@@ -142,15 +142,25 @@ pub(super) struct Waves {
     /// By [`Step::index`].
     steps: Vec<FramePass>,
     are_faster: bool,
-    bound: Option<Bound>,
+    buffers: Option<WaveBuffers>,
+    /// By [`Step::index`]; nothing as long as there is nothing to bind.
+    groups: Vec<BoundPass>,
 }
 
 /// What depends on the picture's size.
-struct Bound {
+struct WaveBuffers {
+    size: [u32; 2],
     queues: Queues,
     split_samples: wgpu::Buffer,
-    /// By [`Step::index`].
-    groups: Vec<BoundPass>,
+}
+
+impl WaveBuffers {
+    fn new(gpu: &Gpu, size: [u32; 2]) -> Result<Self, GpuError> {
+        let area = size[0] * size[1];
+        let bytes = u64::from(area) * SPLIT_SAMPLE;
+        let split_samples = empty_buffer(gpu, "samples on their way", bytes, BufferUsages::STORAGE)?;
+        Ok(Self { size, queues: Queues::new(gpu, Some(area))?, split_samples })
+    }
 }
 
 impl Waves {
@@ -173,7 +183,7 @@ impl Waves {
         };
         let steps = Step::ALL.into_iter().map(make).collect::<Result<_, GpuError>>()?;
         let are_faster = tracer.kind() == TracerKind::Bvh && !gpu.is_software();
-        Ok(Self { steps, are_faster, bound: None })
+        Ok(Self { steps, are_faster, buffers: None, groups: Vec::new() })
     }
 
     /// Whether waves of so many paths are faster than one kernel. Measured with our own hierarchy only.
@@ -189,12 +199,13 @@ impl Waves {
         self.steps.iter_mut().try_for_each(|step| step.compile(gpu))
     }
 
-    /// Forgets the buffers of a picture that is no more.
-    pub fn release(&mut self) {
-        self.bound = None;
+    /// What was bound is no more.
+    pub fn unbind(&mut self) {
+        self.groups.clear();
     }
 
-    /// Makes what depends on the picture's size, unless it is there. Returns whether a path for each pixel has a place.
+    /// Makes what depends on the picture's size and binds it, unless that was done. Returns whether a path for each pixel has a
+    /// place.
     ///
     /// # Errors
     /// When there is no memory.
@@ -205,17 +216,19 @@ impl Waves {
         gbuffer: &GBuffer,
         film: &FilmBuffers,
     ) -> Result<bool, GpuError> {
-        if self.bound.is_some() {
-            return Ok(true);
-        }
         let [width, height] = buffers.size;
-        let area = width * height;
-        let queues = Queues::new(gpu, Some(area))?;
-        if queues.capacity() < area {
+        if u64::from(width) * u64::from(height) > most_paths(gpu) {
+            self.buffers = None;
             return Ok(false);
         }
-        let bytes = u64::from(area) * SPLIT_SAMPLE;
-        let split_samples = empty_buffer(gpu, "samples on their way", bytes, BufferUsages::STORAGE)?;
+        let own = match self.buffers.take().filter(|b| b.size == buffers.size) {
+            Some(own) => own,
+            None => WaveBuffers::new(gpu, buffers.size)?,
+        };
+        let own = self.buffers.insert(own);
+        if !self.groups.is_empty() {
+            return Ok(true);
+        }
         let doing = "binding waves";
         let pixels = gbuffer
             .pixels()
@@ -225,8 +238,8 @@ impl Waves {
             PIXELS => pixels,
             REALTIME => &buffers.realtime,
             LIGHTS_FOUND => &buffers.lights_found,
-            SPLIT_SAMPLES => &split_samples,
-            of_queues => queues.buffer(of_queues),
+            SPLIT_SAMPLES => &own.split_samples,
+            of_queues => own.queues.buffer(of_queues),
         };
         let of_film = [&film.view, &film.pixels, &film.counters, &film.aovs];
         let bind = |(step, made): (Step, &FramePass)| {
@@ -237,16 +250,15 @@ impl Waves {
             let frame = group(gpu, &made.layout, step.bindings().iter().map(|&b| (b, of_frame(b))));
             BoundPass { film, frame }
         };
-        let groups = gpu
+        self.groups = gpu
             .guarded(|| Step::ALL.into_iter().zip(&self.steps).map(bind).collect())
             .map_err(|reason| GpuError::Device { doing, reason })?;
-        self.bound = Some(Bound { queues, split_samples, groups });
         Ok(true)
     }
 
     /// Bytes on the device that depend on the picture's size.
     pub fn memory_bytes(&self) -> u64 {
-        self.bound.as_ref().map_or(0, |b| b.queues.memory_bytes() + b.split_samples.size())
+        self.buffers.as_ref().map_or(0, |b| b.queues.memory_bytes() + b.split_samples.size())
     }
 
     /// Records a sample for each pixel that wants one, if all is prepared. `window`: workgroups of eight by eight pixels.
@@ -258,17 +270,18 @@ impl Waves {
         window: [u32; 2],
         max_depth: u32,
     ) {
-        let Some(bound) = &self.bound else { return };
+        let Some(buffers) = &self.buffers else { return };
         let mut run = |step: Step, work: Work| {
             let at = step.index();
-            if !self.steps[at].set(recorded, scene, tracer, &bound.groups[at]) {
+            let Some(group) = self.groups.get(at) else { return };
+            if !self.steps[at].set(recorded, scene, tracer, group) {
                 return;
             }
             match work {
                 Work::One => recorded.dispatch_workgroups(1, 1, 1),
                 Work::Window => recorded.dispatch_workgroups(window[0], window[1], 1),
                 Work::Counted(offset) => {
-                    recorded.dispatch_workgroups_indirect(bound.queues.dispatches(), offset);
+                    recorded.dispatch_workgroups_indirect(buffers.queues.dispatches(), offset);
                 }
             }
         };

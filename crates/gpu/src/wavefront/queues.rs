@@ -72,7 +72,7 @@ const RADIANCE_BYTES: u64 = 16;
 const PATH_BYTES: u64 = 2 * size_of::<PathRecord>() as u64;
 
 /// Paths for which there can be queues on a device.
-fn most_paths(gpu: &Gpu) -> u64 {
+pub(crate) fn most_paths(gpu: &Gpu) -> u64 {
     let limit = gpu.limits.max_storage_buffer_binding_size.min(gpu.limits.max_buffer_size);
     (limit / PATH_BYTES).min(MOST_GROUPS * u64::from(GROUP))
 }
