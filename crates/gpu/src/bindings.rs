@@ -22,6 +22,20 @@ pub(crate) fn film_layout(gpu: &Gpu, bindings: &[u32], visibility: ShaderStages)
         .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("film"), entries: &entries })
 }
 
+/// A group of whole buffers, each at its binding.
+pub(crate) fn group<'a>(
+    gpu: &Gpu,
+    label: &str,
+    layout: &wgpu::BindGroupLayout,
+    buffers: impl Iterator<Item = (u32, &'a wgpu::Buffer)>,
+) -> wgpu::BindGroup {
+    let entries: Vec<_> = buffers
+        .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() })
+        .collect();
+    let descriptor = wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries };
+    gpu.device.create_bind_group(&descriptor)
+}
+
 /// A group for compute shaders of whole buffers, which are bound from 0 on; the first is a uniform, the others are written unless they
 /// are among `read`. And its layout.
 ///
@@ -44,15 +58,7 @@ pub(crate) fn whole_buffers(
             label: Some(label),
             entries: &entries,
         });
-        let entries: Vec<_> = (0..)
-            .zip(buffers)
-            .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() })
-            .collect();
-        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(label),
-            layout: &layout,
-            entries: &entries,
-        });
+        let group = group(gpu, label, &layout, (0..).zip(buffers.iter().copied()));
         (layout, group)
     };
     gpu.guarded(bind).map_err(|reason| GpuError::Device { doing: label, reason })

@@ -1,6 +1,7 @@
 //! What depends on the picture's size: records for each pixel, by turns now and before, and the bind groups with them.
 
 use super::passes::{MOST_FILTER_PASSES, Pass, Slot};
+use crate::bindings::group;
 use crate::film::FilmBuffers;
 use crate::frame_pass::{BoundPass, FramePass};
 use crate::hybrid::GBuffer;
@@ -150,29 +151,15 @@ impl Bindings {
             },
         };
         let of_film = [&film.view, &film.pixels, &film.counters, &film.aovs];
-        let group = |layout: &wgpu::BindGroupLayout, entries: Vec<(u32, &wgpu::Buffer)>| {
-            let entries: Vec<_> = entries
-                .into_iter()
-                .map(|(binding, buffer)| wgpu::BindGroupEntry {
-                    binding,
-                    resource: buffer.as_entire_binding(),
-                })
-                .collect();
-            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("frame"),
-                layout,
-                entries: &entries,
-            })
-        };
         let bind = |pass: Pass, odd: usize, turned: usize| {
             let made = &passes[pass.index()];
             let film = made.film_layout.as_ref().map(|layout| {
                 let bindings = std::iter::once(&0).chain(pass.film_bindings().unwrap_or_default());
-                group(layout, bindings.map(|&b| (b, of_film[b as usize])).collect())
+                group(gpu, "film", layout, bindings.map(|&b| (b, of_film[b as usize])))
             });
             let own =
                 pass.bindings().iter().map(|&(slot, _)| (slot as u32, resource(slot, pass, odd, turned)));
-            BoundPass { film, frame: group(&made.layout, own.collect()) }
+            BoundPass { film, frame: group(gpu, "frame", &made.layout, own) }
         };
         // The accumulation writes signals 0, which the filter's first pass reads.
         let turned = |pass: Pass| match pass {

@@ -358,11 +358,6 @@ pub(super) fn first_vertex_text(variant: Variant) -> String {
     [&scene, FILM, VERTEX, HYBRID_FRAME, PIXELS, FRAME, lobes_text(variant), FIRST].join("\n")
 }
 
-/// What passes know that trace rays from vertices, and know nothing of the frame.
-pub(super) fn tracing_text(tracer: &TracerText, variant: Variant) -> String {
-    [tracer.enables, &scene_text(variant), &tracer.text, FILM, RAYS, VERTEX].join("\n")
-}
-
 const COMPUTE: ShaderStages = ShaderStages::COMPUTE;
 
 /// The text of a pass that knows no scene.

@@ -4,8 +4,8 @@
 //! Both ways make the same samples. Which is the faster one, [`Waves::are_faster`] says.
 
 use super::buffers::Buffers;
-use super::passes::{Slot, first_vertex_text, tracing_text};
-use crate::bindings::{buffer, entry};
+use super::passes::{Slot, first_vertex_text};
+use crate::bindings::{buffer, entry, group};
 use crate::film::FilmBuffers;
 use crate::frame_pass::{BoundPass, FramePass, PassParts};
 use crate::hybrid::GBuffer;
@@ -129,7 +129,7 @@ impl Step {
             }
             Self::ConnectFirst => {
                 let connect = include_str!("../shaders/realtime_wave_connect.wgsl");
-                [&tracing_text(tracer, variant), WAVEFRONT, wave, connect].join("\n")
+                [&stage::tracing_text(tracer, variant), wave, connect].join("\n")
             }
             Self::Stage(stage) if stage.traces() => stage::tracing_text(tracer, variant),
             Self::Stage(_) => stage::shading_text(variant),
@@ -245,9 +245,9 @@ impl Waves {
         let bind = |(step, made): (Step, &FramePass)| {
             let film = made.film_layout.as_ref().map(|layout| {
                 let bindings = std::iter::once(&0).chain(step.film_bindings().unwrap_or_default());
-                group(gpu, layout, bindings.map(|&b| (b, of_film[b as usize])))
+                group(gpu, "wave", layout, bindings.map(|&b| (b, of_film[b as usize])))
             });
-            let frame = group(gpu, &made.layout, step.bindings().iter().map(|&b| (b, of_frame(b))));
+            let frame = group(gpu, "wave", &made.layout, step.bindings().iter().map(|&b| (b, of_frame(b))));
             BoundPass { film, frame }
         };
         self.groups = gpu
@@ -312,18 +312,6 @@ fn layout(gpu: &Gpu, bindings: &[u32]) -> wgpu::BindGroupLayout {
     let entries: Vec<_> = bindings.iter().map(|&b| entry(b, ShaderStages::COMPUTE, buffer(ty(b)))).collect();
     let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some("wave"), entries: &entries };
     gpu.device.create_bind_group_layout(&descriptor)
-}
-
-fn group<'a>(
-    gpu: &Gpu,
-    layout: &wgpu::BindGroupLayout,
-    buffers: impl Iterator<Item = (u32, &'a wgpu::Buffer)>,
-) -> wgpu::BindGroup {
-    let entries: Vec<_> = buffers
-        .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() })
-        .collect();
-    let descriptor = wgpu::BindGroupDescriptor { label: Some("wave"), layout, entries: &entries };
-    gpu.device.create_bind_group(&descriptor)
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ pub mod stage;
 
 pub use queues::Queues;
 
+use crate::bindings;
 use crate::film::{Batch, FilmBuffers};
 use crate::kernel::Kernel;
 use crate::shader::Variant;
@@ -233,11 +234,7 @@ fn bind<'a>(
     layout: &wgpu::BindGroupLayout,
     buffers: impl Iterator<Item = (u32, &'a wgpu::Buffer)>,
 ) -> Result<wgpu::BindGroup, GpuError> {
-    let entries: Vec<_> = buffers
-        .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() })
-        .collect();
-    let descriptor = wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries };
-    gpu.guarded(|| gpu.device.create_bind_group(&descriptor))
+    gpu.guarded(|| bindings::group(gpu, label, layout, buffers))
         .map_err(|reason| GpuError::Device { doing: "binding the queues", reason })
 }
 
