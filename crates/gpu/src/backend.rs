@@ -213,11 +213,10 @@ impl GpuBackend {
         let sampler = view.sampler;
         let variant = Variant { sampler, aovs, splitting, volumes, absorption, ..of_scene };
         let all_samples = u64::from(samples) * view.window.area() as u64;
-        let is_faster = |s: &Loaded| choice::is_faster(&self.gpu, self.kind, &s.scene.tables, all_samples);
         let wanted = match self.path_kernel {
             // Its queues have no place for what paths are in.
             _ if volumes => false,
-            PathKernel::Auto => self.scene.as_ref().is_some_and(is_faster),
+            PathKernel::Auto => choice::is_faster(&self.gpu, self.kind, all_samples),
             PathKernel::Megakernel => false,
             PathKernel::Wavefront => true,
         };

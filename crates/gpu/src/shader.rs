@@ -77,6 +77,9 @@ impl Variant {
     }
 }
 
+/// How records of pixels and paths lie in memory.
+pub(crate) const PLANES: &str = include_str!("shaders/planes.wgsl");
+
 /// The optics, the constants and the scene: everything that is in front of a tracer.
 pub fn scene_text(variant: Variant) -> String {
     let (enables, texels) = match variant.images {
@@ -96,6 +99,7 @@ pub fn scene_text(variant: Variant) -> String {
         enables,
         &optics,
         &constants(variant),
+        PLANES,
         include_str!("shaders/scene.wgsl"),
         texels,
         include_str!("shaders/texture.wgsl"),

@@ -343,7 +343,8 @@ impl LiveScene {
             gpu.queue.submit([encoder.finish()]);
         })
         .map_err(|reason| GpuError::Device { doing, reason })?;
-        crate::film::read_mapped(gpu, &readable, size, doing, bytemuck::pod_collect_to_vec)
+        let words = crate::film::read_mapped(gpu, &readable, size, doing, bytemuck::pod_collect_to_vec)?;
+        Ok(super::HybridPixel::from_planes(&words))
     }
 }
 

@@ -7,23 +7,20 @@ use crate::film::FilmBuffers;
 use crate::frame_pass::{BoundPass, FramePass};
 use crate::scene::upload::empty_buffer;
 use crate::{Gpu, GpuError};
-use bytemuck::{Pod, Zeroable};
 use wgpu::{BufferUsages, TextureFormat, TextureUsages};
 
-/// See `shaders/hybrid_pixels.wgsl` for the fields.
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-#[repr(C)]
+/// Words of a pixel's record in each of its planes.
+const PLANE_WORDS: usize = 4;
+/// Planes of records, by their names in `shaders/hybrid_pixels.wgsl`.
+const HIT: usize = 1;
+const MOTION: usize = 2;
+const PLANES: usize = 3;
+
+/// What a frame knows of a pixel.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct HybridPixel {
-    radiance: [f32; 3],
-    t: f32,
-    u: f32,
-    v: f32,
     instance: u32,
-    geometry: u32,
-    primitive: u32,
-    motion_x: f32,
-    motion_y: f32,
-    reflection_weight: f32,
+    motion: [f32; 2],
 }
 
 impl HybridPixel {
@@ -34,7 +31,21 @@ impl HybridPixel {
 
     /// From where the surface was in the frame before to where it is, in pixels to the right and down.
     pub fn motion(&self) -> [f32; 2] {
-        [self.motion_x, self.motion_y]
+        self.motion
+    }
+
+    /// Bytes of the record of a pixel.
+    const BYTES: u64 = (PLANES * PLANE_WORDS * size_of::<u32>()) as u64;
+
+    /// What the words of all planes say, pixel by pixel.
+    pub(crate) fn from_planes(words: &[u32]) -> Vec<Self> {
+        let area = words.len() / (PLANES * PLANE_WORDS);
+        let record = |plane: usize, at: usize| &words[(plane * area + at) * PLANE_WORDS..][..PLANE_WORDS];
+        let pixel = |at| Self {
+            instance: record(HIT, at)[3],
+            motion: [2, 3].map(|i| f32::from_bits(record(MOTION, at)[i])),
+        };
+        (0..area).map(pixel).collect()
     }
 }
 
@@ -97,7 +108,7 @@ impl Targets {
         let size = film.contents.picture().window_size;
         let ids = target(gpu, "what is seen", size, ID_FORMAT, TextureUsages::TEXTURE_BINDING)?;
         let depth = target(gpu, "depth", size, DEPTH_FORMAT, TextureUsages::empty())?;
-        let pixel_bytes = u64::from(size[0]) * u64::from(size[1]) * size_of::<HybridPixel>() as u64;
+        let pixel_bytes = u64::from(size[0]) * u64::from(size[1]) * HybridPixel::BYTES;
         let pixels = empty_buffer(
             gpu,
             "the frame's pixels",
@@ -212,26 +223,14 @@ fn target(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::layout::assert_layout;
+    use crate::layout::constant;
     use crate::shader::{Variant, parse};
 
     #[test]
-    fn layouts_match_the_shader() {
+    fn planes_are_those_of_the_shader() {
         let module = parse(&super::super::passes::resolve_text(Variant::default()));
-        assert_layout!(
-            module,
-            HybridPixel {
-                radiance,
-                t,
-                u,
-                v,
-                instance,
-                geometry,
-                primitive,
-                motion_x,
-                motion_y,
-                reflection_weight
-            }
-        );
+        for (name, plane) in [("PIXEL_HIT", HIT), ("PIXEL_MOTION", MOTION), ("PIXEL_PLANES", PLANES)] {
+            assert_eq!(constant(&module, name) as usize, plane, "{name}");
+        }
     }
 }

@@ -1,19 +1,19 @@
 //! What depends on the picture's size: records for each pixel, by turns now and before, and the bind groups with them.
 
-use super::passes::{MOST_FILTER_PASSES, Pass, Slot};
+use super::passes::{Pass, Slot};
 use crate::bindings::group;
 use crate::film::FilmBuffers;
 use crate::frame_pass::{BoundPass, FramePass};
 use crate::hybrid::GBuffer;
-use crate::scene::upload::{empty_buffer, write_buffer};
+use crate::scene::upload::empty_buffer;
 use crate::{Gpu, GpuError};
 use wgpu::BufferUsages;
 
-/// Bytes of a pixel's records, by the names in `shaders/realtime_frame.wgsl`.
-const GUIDE: u64 = 64;
-const FOUND_LIGHT: u64 = 64;
-const HISTORY: u64 = 64;
-const SIGNAL: u64 = 32;
+/// Bytes of a pixel's records, which are planes of four words each; see `shaders/realtime_frame.wgsl`.
+const GUIDE: u64 = 4 * VEC4;
+const FOUND_LIGHT: u64 = 4 * VEC4;
+const HISTORY: u64 = 4 * VEC4;
+const SIGNAL: u64 = VEC4;
 const VEC4: u64 = 16;
 const NUMBER: u64 = 4;
 
@@ -28,18 +28,15 @@ pub(super) struct Buffers {
     pub realtime: wgpu::Buffer,
     pub work: wgpu::Buffer,
     pub histories: [wgpu::Buffer; 2],
-    guides: [wgpu::Buffer; 2],
+    guides: wgpu::Buffer,
     pub shown: [wgpu::Buffer; 2],
     pub signals: [wgpu::Buffer; 2],
     pub lights_found: wgpu::Buffer,
-    keys: wgpu::Buffer,
     noise: wgpu::Buffer,
     blurred: wgpu::Buffer,
     spread: wgpu::Buffer,
     colors: wgpu::Buffer,
     sums: wgpu::Buffer,
-    /// For each pass of the filter.
-    filter_steps: Vec<wgpu::Buffer>,
 }
 
 impl Buffers {
@@ -52,27 +49,15 @@ impl Buffers {
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
         let of = |object, bytes| empty_buffer(gpu, object, area * bytes, usage);
         let two = |object, bytes| -> Result<_, GpuError> { Ok([of(object, bytes)?, of(object, bytes)?]) };
-        let step = |level: u32| -> Result<_, GpuError> {
-            let buffer = empty_buffer(gpu, "a step of the filter", VEC4, BufferUsages::UNIFORM)?;
-            write_buffer(
-                gpu,
-                "a step of the filter",
-                &buffer,
-                bytemuck::bytes_of(&[1u32 << level, 0, 0, 0]),
-            )?;
-            Ok(buffer)
-        };
         Ok(Self {
-            filter_steps: (0..MOST_FILTER_PASSES).map(step).collect::<Result<_, _>>()?,
             size,
             realtime: empty_buffer(gpu, "the frame", uniform, BufferUsages::UNIFORM)?,
             work: empty_buffer(gpu, "sizes of dispatches", WORK, usage | BufferUsages::INDIRECT)?,
             histories: two("what is kept of frames", HISTORY)?,
-            guides: two("what pixels see", GUIDE)?,
+            guides: of("what pixels see", GUIDE)?,
             shown: two("pictures", VEC4)?,
             signals: two("what is filtered", SIGNAL)?,
             lights_found: of("a frame's samples", FOUND_LIGHT)?,
-            keys: of("positions and normals", VEC4)?,
             noise: of("the map of the noise", NUMBER)?,
             blurred: of("the map of the noise, spread along rows", NUMBER)?,
             spread: of("the map of the noise, spread", NUMBER)?,
@@ -83,12 +68,12 @@ impl Buffers {
 
     /// Bytes on the device.
     pub fn memory_bytes(&self) -> u64 {
-        let twice = [&self.histories, &self.guides, &self.shown, &self.signals];
+        let twice = [&self.histories, &self.shown, &self.signals];
         let once = [
             &self.realtime,
             &self.work,
+            &self.guides,
             &self.lights_found,
-            &self.keys,
             &self.noise,
             &self.blurred,
             &self.spread,
@@ -123,19 +108,17 @@ impl Bindings {
         let pixels = gbuffer
             .pixels()
             .ok_or_else(|| GpuError::Device { doing, reason: "there is nothing to draw to".into() })?;
-        let resource = |slot: Slot, pass: Pass, odd: usize, turned: usize| match slot {
+        let resource = |slot: Slot, odd: usize, turned: usize| match slot {
             Slot::Frame => gbuffer.frame(),
             Slot::Pixels => pixels,
             Slot::PreviousInstances => gbuffer.previous_instances(),
             Slot::Realtime => &buffers.realtime,
-            Slot::Guides => &buffers.guides[odd],
-            Slot::GuidesBefore => &buffers.guides[1 - odd],
+            Slot::Guides => &buffers.guides,
             Slot::HistoriesBefore => &buffers.histories[1 - odd],
             Slot::Histories => &buffers.histories[odd],
             Slot::LightsFound => &buffers.lights_found,
             Slot::SignalsIn => &buffers.signals[turned],
             Slot::SignalsOut => &buffers.signals[1 - turned],
-            Slot::Keys => &buffers.keys,
             Slot::Noise => &buffers.noise,
             Slot::Blurred => &buffers.blurred,
             Slot::Spread => &buffers.spread,
@@ -143,12 +126,7 @@ impl Bindings {
             Slot::Colors => &buffers.colors,
             Slot::ShownBefore => &buffers.shown[1 - odd],
             Slot::ShownNow => &buffers.shown[odd],
-            Slot::Tally => &film.counters,
             Slot::Sums => &buffers.sums,
-            Slot::FilterStep => match pass {
-                Pass::Filter(level) => &buffers.filter_steps[level as usize],
-                _ => &buffers.filter_steps[0],
-            },
         };
         let of_film = [&film.view, &film.pixels, &film.counters, &film.aovs];
         let bind = |pass: Pass, odd: usize, turned: usize| {
@@ -157,8 +135,7 @@ impl Bindings {
                 let bindings = std::iter::once(&0).chain(pass.film_bindings().unwrap_or_default());
                 group(gpu, "film", layout, bindings.map(|&b| (b, of_film[b as usize])))
             });
-            let own =
-                pass.bindings().iter().map(|&(slot, _)| (slot as u32, resource(slot, pass, odd, turned)));
+            let own = pass.bindings().iter().map(|&(slot, _)| (slot as u32, resource(slot, odd, turned)));
             BoundPass { film, frame: group(gpu, "frame", &made.layout, own) }
         };
         // The accumulation writes signals 0, which the filter's first pass reads.
@@ -187,20 +164,15 @@ impl Bindings {
 mod tests {
     use super::*;
     use crate::layout::layout_of;
-    use crate::realtime::passes::image_text;
+    use crate::realtime::passes::noise_text;
     use crate::shader::parse;
 
     #[test]
-    fn records_are_as_large_as_in_the_shader() {
-        let module = parse(&image_text(include_str!("../shaders/realtime_noise.wgsl")));
-        let sizes = [("Guide", GUIDE), ("FoundLight", FOUND_LIGHT), ("History", HISTORY), ("Work", WORK)];
-        for (name, size) in sizes {
-            assert_eq!(layout_of(&module, name).1 as u64, size, "{name}");
-        }
-        let (fields, _) = layout_of(&module, "Work");
+    fn sizes_of_dispatches_are_where_the_shader_writes_them() {
+        let module = parse(&noise_text());
+        let (fields, size) = layout_of(&module, "Work");
+        assert_eq!(size as u64, WORK);
         let dispatches = fields.iter().find(|(name, _)| name == "dispatches").expect("a field").1;
         assert_eq!(dispatches as u64, DISPATCHES);
-        let module = parse(&image_text(include_str!("../shaders/realtime_accumulate.wgsl")));
-        assert_eq!(layout_of(&module, "Signal").1 as u64, SIGNAL);
     }
 }

@@ -121,13 +121,13 @@ impl RealtimeFrame {
 mod tests {
     use super::*;
     use crate::layout::{assert_layout, constant};
-    use crate::realtime::passes::image_text;
+    use crate::realtime::passes::noise_text;
     use crate::shader::parse;
     use backend::FrameView;
 
     #[test]
     fn layouts_and_constants_match_the_shader() {
-        let module = parse(&image_text(include_str!("../shaders/realtime_antialias.wgsl")));
+        let module = parse(&noise_text());
         assert_layout!(
             module,
             RealtimeFrame {

@@ -37,7 +37,7 @@ use buffers::{Bindings, Buffers, DISPATCHES};
 use frame::{FrameState, RealtimeFrame, frame_samples, light_candidates};
 use passes::{MOST_FILTER_PASSES, Pass, frame_pass};
 use std::time::Duration;
-use waves::Waves;
+use waves::{WavePixels, Waves};
 
 /// Most passes of a frame that are timed.
 pub const FRAME_PASSES: usize = GBUFFER_PASSES + 10 + MOST_FILTER_PASSES as usize;
@@ -128,15 +128,15 @@ impl RealtimeKernel {
         film: &FilmBuffers,
     ) -> Result<(), GpuError> {
         let [width, height] = film.contents.picture().window_size;
-        // A list's pixels leave one by one, and tiles have lights of their own: both are the one kernel's.
-        let is_plain = frame_samples(settings).is_fixed() && light_candidates(settings) == 0;
+        // Tiles of lights are the one kernel's.
+        let has_tiles = light_candidates(settings) > 0;
         let wanted = match self.path_kernel {
             PathKernel::Auto => self.waves.are_faster(width * height),
             PathKernel::Megakernel => false,
             PathKernel::Wavefront => true,
         };
         self.taken = PathKernel::Megakernel;
-        if let Some(buffers) = self.buffers.as_ref().filter(|_| is_plain && wanted) {
+        if let Some(buffers) = self.buffers.as_ref().filter(|_| !has_tiles && wanted) {
             match self.waves.prepare(gpu, buffers, &self.gbuffer, film) {
                 Ok(true) => {
                     self.taken = PathKernel::Wavefront;
@@ -328,7 +328,7 @@ impl Recorder<'_> {
             self.run("presample lights", &[Pass::Presample]);
         }
         match waves {
-            Some(max_depth) => self.sample_waves(samples.most, max_depth),
+            Some(max_depth) => self.sample_waves(samples, max_depth),
             None => self.sample(samples),
         }
         self.run("accumulate", &[Pass::Accumulate]);
@@ -379,12 +379,16 @@ impl Recorder<'_> {
         });
     }
 
-    /// Wave after wave, a sample of each pixel.
-    fn sample_waves(&mut self, samples: u32, max_depth: u32) {
-        let (kernel, window) = (self.kernel, self.groups());
+    /// Wave after wave, a sample of each pixel; of adaptive ones, as [`Self::sample`] has it.
+    fn sample_waves(&mut self, samples: FrameSamples, max_depth: u32) {
+        let (kernel, window, work) = (self.kernel, self.groups(), &self.buffers.work);
         self.pass(SAMPLES, |recorded| {
-            for _ in 0..samples {
-                kernel.waves.record(recorded, &kernel.scene, &kernel.tracer, window, max_depth);
+            for sample in 0..samples.most {
+                let pixels = match samples.is_fixed() {
+                    true => WavePixels::Window(window),
+                    false => WavePixels::Listed(work, dispatch_of(sample)),
+                };
+                kernel.waves.record(recorded, &kernel.scene, &kernel.tracer, pixels, max_depth);
             }
         });
     }
@@ -403,11 +407,16 @@ impl Recorder<'_> {
                 if samples.is_fixed() {
                     recorded.dispatch_workgroups(across, down, 1);
                 } else {
-                    recorded.dispatch_workgroups_indirect(work, DISPATCHES + 16 * u64::from(sample));
+                    recorded.dispatch_workgroups_indirect(work, dispatch_of(sample));
                 }
             }
         });
     }
+}
+
+/// Where in `Work` the size of the dispatch is that takes a sample of each pixel that wants more than `sample` of them.
+fn dispatch_of(sample: u32) -> u64 {
+    DISPATCHES + 16 * u64::from(sample)
 }
 
 /// Passes of the spatial filter in a frame. Of the unfiltered picture nothing but noise and samples depends on the past.

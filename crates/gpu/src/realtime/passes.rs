@@ -2,7 +2,7 @@
 
 use crate::bindings::{buffer, entry};
 use crate::frame_pass::{FramePass, PassParts};
-use crate::shader::{Variant, scene_text};
+use crate::shader::{PLANES, Variant, scene_text};
 use crate::tracer::{Tracer, TracerText};
 use crate::{Gpu, GpuError, GpuScene};
 use wgpu::{BufferBindingType, ShaderStages};
@@ -60,8 +60,6 @@ pub enum Slot {
     Realtime = 9,
     /// What pixels see.
     Guides = 10,
-    /// What they saw in the frame before.
-    GuidesBefore = 11,
     /// The past as the frame before left it.
     HistoriesBefore = 12,
     /// The past as this frame has it.
@@ -72,8 +70,6 @@ pub enum Slot {
     SignalsIn = 15,
     /// What it writes.
     SignalsOut = 16,
-    /// Positions and normals.
-    Keys = 17,
     /// The map of the noise.
     Noise = 18,
     /// The same, spread along rows.
@@ -86,14 +82,10 @@ pub enum Slot {
     ShownBefore = 22,
     /// The picture.
     ShownNow = 23,
-    /// The film's counters with the list of pixels behind them.
-    Tally = 24,
     /// The map of the noise, spread along rows and columns.
     Spread = 25,
     /// What goes to the film.
     Sums = 26,
-    /// Pixels of a step of the filter.
-    FilterStep = 27,
 }
 
 /// A binding of group 3 and whether the pass writes there.
@@ -111,6 +103,10 @@ const PIXELS: &str = include_str!("../shaders/hybrid_pixels.wgsl");
 const FRAME: &str = include_str!("../shaders/realtime_frame.wgsl");
 const TILES: &str = include_str!("../shaders/realtime_tiles.wgsl");
 const FIRST: &str = include_str!("../shaders/realtime_first.wgsl");
+// The planes of records.
+const GUIDES: &str = include_str!("../shaders/realtime_guides.wgsl");
+const FOUND: &str = include_str!("../shaders/realtime_found.wgsl");
+const HISTORY: &str = include_str!("../shaders/realtime_history.wgsl");
 
 impl Pass {
     /// All of them.
@@ -229,12 +225,10 @@ impl Pass {
                 (Slot::Realtime, READS),
                 (Slot::Guides, WRITES),
                 (Slot::LightsFound, WRITES),
-                (Slot::Keys, WRITES),
             ],
             Self::Reproject => &[
                 (Slot::Realtime, READS),
                 (Slot::Guides, READS),
-                (Slot::GuidesBefore, READS),
                 (Slot::HistoriesBefore, READS),
                 (Slot::Histories, WRITES),
             ],
@@ -258,12 +252,7 @@ impl Pass {
                 &[(Slot::Realtime, READS), (Slot::LightsFound, WRITES), (Slot::Work, WRITES)]
             }
             Self::LayOut => &[(Slot::Work, WRITES)],
-            Self::ListPixels => &[
-                (Slot::Realtime, READS),
-                (Slot::LightsFound, WRITES),
-                (Slot::Work, WRITES),
-                (Slot::Tally, WRITES),
-            ],
+            Self::ListPixels => &[(Slot::Realtime, READS), (Slot::LightsFound, WRITES), (Slot::Work, WRITES)],
             Self::Presample | Self::Sample => &[
                 (Slot::Frame, READS),
                 (Slot::Pixels, WRITES),
@@ -282,8 +271,6 @@ impl Pass {
                 (Slot::Guides, READS),
                 (Slot::SignalsIn, READS),
                 (Slot::SignalsOut, WRITES),
-                (Slot::Keys, READS),
-                (Slot::FilterStep, READS),
             ],
             Self::Recombine => &[
                 (Slot::Realtime, READS),
@@ -317,30 +304,52 @@ impl Pass {
             [&[first.as_str(), HYBRID_FRAME, PIXELS, FRAME], rest].concat().join("\n")
         };
         match self {
-            Self::Surfaces => scene(&[lobes, include_str!("../shaders/realtime_surfaces.wgsl")]),
+            Self::Surfaces => {
+                scene(&[GUIDES, FOUND, lobes, include_str!("../shaders/realtime_surfaces.wgsl")])
+            }
             Self::Compose => scene(&[include_str!("../shaders/realtime_compose.wgsl")]),
-            Self::Presample => scene(&[TILES, include_str!("../shaders/realtime_presample.wgsl")]),
+            Self::Presample => scene(&[FOUND, TILES, include_str!("../shaders/realtime_presample.wgsl")]),
             Self::Sample => {
                 let paths = include_str!("../shaders/realtime_paths.wgsl");
                 let scene = scene_text(variant);
-                let frame = [HYBRID_FRAME, PIXELS, FRAME, lobes, FIRST];
+                let frame = [HYBRID_FRAME, PIXELS, FRAME, FOUND, lobes, FIRST];
                 let own = [&[FILM, RAYS, GROUP_RAYS, VERTEX], &frame[..], &[TILES, paths]].concat();
                 [&[tracer.enables, &scene, &tracer.text], &own[..]].concat().join("\n")
             }
-            Self::Reproject => image_text(include_str!("../shaders/realtime_reproject.wgsl")),
+            Self::Reproject => {
+                image_text(&[GUIDES, HISTORY, include_str!("../shaders/realtime_reproject.wgsl")])
+            }
             Self::MeasureNoise
             | Self::BlurAcross
             | Self::BlurDown
             | Self::Choose
             | Self::CountSamples
             | Self::LayOut
-            | Self::ListPixels => image_text(include_str!("../shaders/realtime_noise.wgsl")),
-            Self::Accumulate => image_text(include_str!("../shaders/realtime_accumulate.wgsl")),
-            Self::Filter(_) => image_text(include_str!("../shaders/realtime_filter.wgsl")),
-            Self::Recombine => image_text(include_str!("../shaders/realtime_recombine.wgsl")),
-            Self::Antialias => image_text(include_str!("../shaders/realtime_antialias.wgsl")),
+            | Self::ListPixels => noise_text(),
+            Self::Accumulate => {
+                image_text(&[GUIDES, FOUND, HISTORY, include_str!("../shaders/realtime_accumulate.wgsl")])
+            }
+            Self::Filter(level) => filter_text(level),
+            Self::Recombine => {
+                image_text(&[GUIDES, FOUND, HISTORY, include_str!("../shaders/realtime_recombine.wgsl")])
+            }
+            Self::Antialias => image_text(&[GUIDES, include_str!("../shaders/realtime_antialias.wgsl")]),
         }
     }
+}
+
+/// The text of the passes that decide about samples.
+pub(super) fn noise_text() -> String {
+    image_text(&[GUIDES, FOUND, HISTORY, include_str!("../shaders/realtime_noise.wgsl")])
+}
+
+/// The text of a pass of the filter. All are compiled by themselves: where neighbours are is known then. The first one, between
+/// pixels that all differ, takes 5 × 5 of them; those behind it, between means, 3 × 3.
+fn filter_text(level: u32) -> String {
+    let radius = if level == 0 { 2 } else { 1 };
+    let step = 1 << level;
+    let steps = format!("const FILTER_STEP: i32 = {step};\nconst FILTER_RADIUS: i32 = {radius};");
+    image_text(&[GUIDES, &steps, include_str!("../shaders/realtime_filter.wgsl")])
 }
 
 /// How scattering functions are divided into lobes.
@@ -355,14 +364,14 @@ fn lobes_text(variant: Variant) -> &'static str {
 /// What passes know that begin paths at first surfaces, and ask no tracer.
 pub(super) fn first_vertex_text(variant: Variant) -> String {
     let scene = scene_text(variant);
-    [&scene, FILM, VERTEX, HYBRID_FRAME, PIXELS, FRAME, lobes_text(variant), FIRST].join("\n")
+    [&scene, FILM, VERTEX, HYBRID_FRAME, PIXELS, FRAME, FOUND, lobes_text(variant), FIRST].join("\n")
 }
 
 const COMPUTE: ShaderStages = ShaderStages::COMPUTE;
 
 /// The text of a pass that knows no scene.
-pub(super) fn image_text(pass: &str) -> String {
-    [&optics::wgsl::without_layers(), FRAME, pass].join("\n")
+fn image_text(own: &[&str]) -> String {
+    [&[&optics::wgsl::without_layers(), PLANES, FRAME], own].concat().join("\n")
 }
 
 /// A pass for a scene and a tracer, not compiled yet.
@@ -392,7 +401,7 @@ pub(super) fn frame_pass(
 /// Layout of group 3 with some of its bindings.
 fn slot_layout(gpu: &Gpu, bindings: &[Bound]) -> wgpu::BindGroupLayout {
     let ty = |slot: Slot, writes: bool| match slot {
-        Slot::Frame | Slot::Realtime | Slot::FilterStep => BufferBindingType::Uniform,
+        Slot::Frame | Slot::Realtime => BufferBindingType::Uniform,
         _ => BufferBindingType::Storage { read_only: !writes },
     };
     let entry = |&(slot, writes): &Bound| entry(slot as u32, COMPUTE, buffer(ty(slot, writes)));
@@ -435,10 +444,7 @@ mod tests {
                 if variant.aovs || pass != Pass::Compose {
                     assert_eq!(used, bound, "{name}");
                 }
-                let uniforms = pass
-                    .bindings()
-                    .iter()
-                    .filter(|b| matches!(b.0, Slot::Frame | Slot::Realtime | Slot::FilterStep));
+                let uniforms = pass.bindings().iter().filter(|b| matches!(b.0, Slot::Frame | Slot::Realtime));
                 let count = if pass.sees_scene() { SCENE } else { 0 }
                     + if pass.traces() { TRACER } else { 0 }
                     + bound.len()

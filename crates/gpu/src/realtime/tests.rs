@@ -4,7 +4,7 @@ use super::*;
 use crate::open_for_test;
 use crate::tracer::bvh::BvhTracer;
 use backend::{AllocationSettings, Backend, Control, FrameSamples, PathSettings, SamplerKind, View};
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Pod;
 use film::{Film, Rect};
 use glam::{Vec2, Vec3};
 use optics::camera::{CAMERA_PERSPECTIVE, CameraFrame};
@@ -72,25 +72,36 @@ fn settings() -> RealtimeSettings {
     RealtimeSettings { path, ..RealtimeSettings::default() }
 }
 
-/// As in `shaders/realtime_frame.wgsl`.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[repr(C)]
+/// What is kept of a pixel, as in `shaders/realtime_frame.wgsl`.
+#[derive(Clone, Copy, Debug)]
 struct History {
-    diffuse: [f32; 3],
     diffuse_count: f32,
-    specular: [f32; 3],
-    specular_count: f32,
-    rest: [f32; 8],
+    hit_distance: f32,
+    /// All numbers of it.
+    numbers: [f32; 13],
 }
 
-/// As in `shaders/realtime_frame.wgsl`.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[repr(C)]
+/// As in `shaders/realtime_frame.wgsl`, but for variances: 16-bit numbers, the deviations last.
+#[derive(Clone, Copy, Debug)]
 struct Signal {
     diffuse: [f32; 3],
     diffuse_variance: f32,
     specular: [f32; 3],
     specular_variance: f32,
+}
+
+impl Signal {
+    fn pack(&self) -> [u16; 8] {
+        let ([r, g, b], [x, y, z]) = (self.diffuse, self.specular);
+        [r, g, b, self.diffuse_variance.sqrt(), x, y, z, self.specular_variance.sqrt()]
+            .map(|number| half::f16::from_f32(number).to_bits())
+    }
+
+    fn unpack(words: [u16; 8]) -> Self {
+        let [r, g, b, diffuse, x, y, z, specular] = words.map(|word| half::f16::from_bits(word).to_f32());
+        let (diffuse_variance, specular_variance) = (diffuse * diffuse, specular * specular);
+        Self { diffuse: [r, g, b], diffuse_variance, specular: [x, y, z], specular_variance }
+    }
 }
 
 /// A device with the scene, and frames that go to a film.
@@ -172,14 +183,22 @@ impl Stage {
     }
 
     fn histories(&self) -> Vec<History> {
-        self.read(&self.buffers().histories[self.odd()])
+        let planes: Vec<[f32; 4]> = self.read(&self.buffers().histories[self.odd()]);
+        let history = |at: usize| {
+            let [diffuse, specular, moments, owner] = [0, 1, 2, 3].map(|plane| planes[plane * AREA + at]);
+            let numbers = [&diffuse[..], &specular, &moments, &owner[..1]].concat();
+            let numbers = numbers.try_into().expect("as many");
+            History { diffuse_count: diffuse[3], hit_distance: owner[0], numbers }
+        };
+        (0..AREA).map(history).collect()
     }
 
     /// Runs the spatial filter by itself over some signals, between the surfaces of the last frame.
     fn filtered(&mut self, signals: &[Signal]) -> Vec<Signal> {
         let passes = 5;
         let buffer = &self.buffers().signals[0];
-        write_buffer(&self.gpu, "signals", buffer, bytemuck::cast_slice(signals)).expect("memory");
+        let packed: Vec<_> = signals.iter().map(Signal::pack).collect();
+        write_buffer(&self.gpu, "signals", buffer, bytemuck::cast_slice(&packed)).expect("memory");
         let odd = self.odd();
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut timer = Timer::new(&self.gpu).expect("memory");
@@ -194,7 +213,7 @@ impl Stage {
         };
         (0..passes).for_each(|level| recorder.run("filter", &[Pass::Filter(level)]));
         self.gpu.queue.submit([encoder.finish()]);
-        self.read(&self.buffers().signals[passes as usize % 2])
+        self.read(&self.buffers().signals[passes as usize % 2]).into_iter().map(Signal::unpack).collect()
     }
 }
 
@@ -275,7 +294,8 @@ fn moving_views_find_their_past(stage: &mut Stage) {
     stage.frames(&view(0.0, settings()), 8);
     stage.frames(&view(step, settings()), 1);
     let histories = stage.histories();
-    let pixels: Vec<crate::hybrid::HybridPixel> = stage.read(stage.kernel.first_hits().expect("hits"));
+    let words: Vec<u32> = stage.read(stage.kernel.first_hits().expect("hits"));
+    let pixels = crate::hybrid::HybridPixel::from_planes(&words);
     let (mut seen, mut hidden) = (0, 0);
     for pixel in 0..AREA {
         let Some(point) = wall_behind(pixel, step, 1.1) else { continue };
@@ -302,18 +322,19 @@ fn what_is_no_number_is_gone(stage: &mut Stage) {
     stage.begin();
     stage.frames(&view(0.0, settings()), 6);
     let pixel = (0..AREA).rfind(|&p| wall_behind(p, 0.0, 1.3).is_some()).expect("a pixel of the wall");
-    let bad = [f32::NAN; 16];
+    let bad = [f32::NAN; 4];
     let (histories, shown) = (&stage.buffers().histories[stage.odd()], &stage.buffers().shown[stage.odd()]);
-    let at = |bytes: usize| (pixel * bytes) as u64;
+    let at = |plane: usize| 16 * (plane * AREA + pixel) as u64;
     let write = |buffer, at, words: &[f32]| {
         crate::scene::upload::write_buffer_at(&stage.gpu, "bad", buffer, at, bytemuck::cast_slice(words))
     };
-    write(histories, at(64), &bad).expect("memory");
-    write(shown, at(16), &bad[..4]).expect("memory");
+    (0..3).for_each(|plane| write(histories, at(plane), &bad).expect("memory"));
+    // Whose it is stays.
+    write(histories, at(3), &bad[..1]).expect("memory");
+    write(shown, at(0), &bad).expect("memory");
     stage.frames(&view(0.0, settings()), 1);
     let (after, shown) = (stage.histories(), stage.read::<f32>(&stage.buffers().shown[stage.odd()]));
-    let words: &[f32] = bytemuck::cast_slice(&after);
-    assert!(words.iter().all(|x| x.is_finite()), "what is kept");
+    assert!(after.iter().flat_map(|h| h.numbers).all(f32::is_finite), "what is kept");
     assert!(shown.iter().all(|x| x.is_finite()), "what is shown");
     assert_eq!(after[pixel - 1].diffuse_count, 7.0, "the neighbour's past");
 }
@@ -415,16 +436,22 @@ fn unfiltered_frames_are_paths(stage: &mut Stage) {
 
 /// However paths are followed, samples, rays and what is known of second surfaces are the same, up to rounding.
 fn waves_make_the_same_samples(stage: &mut Stage) {
+    for samples in [FrameSamples { least: 2, most: 2 }, FrameSamples { least: 1, most: 5 }] {
+        waves_make_the_same(stage, samples);
+    }
+}
+
+fn waves_make_the_same(stage: &mut Stage, samples: FrameSamples) {
     let mut followed = |kernel: PathKernel| {
         stage.begin();
         // New records: random numbers go on where a pixel's last ones ended.
         (stage.kernel.buffers, stage.kernel.bindings) = (None, None);
         stage.kernel.set_path_kernel(kernel);
-        let samples = FrameSamples { least: 2, most: 2 };
-        stage.frames(&view(0.0, RealtimeSettings { filter: false, samples, ..settings() }), 3);
+        let settings = RealtimeSettings { filter: false, samples, allocation: ALLOCATION, ..settings() };
+        stage.frames(&view(0.0, settings), 3);
         assert_eq!(stage.kernel.taken_kernel(), kernel);
         // Without the filter, the past is that of the last frame's samples alone.
-        let distances = stage.histories().iter().map(|h| f64::from(h.rest[4])).collect::<Vec<_>>();
+        let distances = stage.histories().iter().map(|h| f64::from(h.hit_distance)).collect::<Vec<_>>();
         let (film, rays) = stage.film_and_rays();
         (film, rays as f64, distances)
     };

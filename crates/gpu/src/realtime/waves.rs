@@ -38,10 +38,19 @@ enum Step {
 #[derive(Clone, Copy)]
 enum Work {
     One,
-    /// Eight by eight pixels each.
-    Window,
+    /// For the pixels that get samples.
+    Pixels,
     /// As many as the device has written there.
     Counted(u64),
+}
+
+/// The pixels of a wave.
+#[derive(Clone, Copy)]
+pub(super) enum WavePixels<'a> {
+    /// All of them, in so many workgroups of eight by eight.
+    Window([u32; 2]),
+    /// Those at the list's beginning; the size of the dispatch for them, and where it is in the buffer.
+    Listed(&'a wgpu::Buffer, u64),
 }
 
 const FRAME: u32 = Slot::Frame as u32;
@@ -51,11 +60,12 @@ const LIGHTS_FOUND: u32 = Slot::LightsFound as u32;
 /// Behind the slots of all other passes.
 const SPLIT_SAMPLES: u32 = 28;
 
-/// Bytes of a `SplitSample`, see `shaders/realtime_wave.wgsl`.
-const SPLIT_SAMPLE: u64 = 48;
+/// Bytes of a sample on its way: planes of four words each, see `shaders/realtime_wave.wgsl`.
+const SPLIT_SAMPLE: u64 = 3 * 16;
 
-/// Paths from which on waves are worth their dispatches: somewhat less than the fewest with which that was measured.
-const ENOUGH_PATHS: u32 = 1 << 19;
+/// Paths from which on waves are worth their dispatches: between the pictures of 640 × 360 and of 960 × 540 pixels of
+/// `docs/performance.md`.
+const ENOUGH_PATHS: u32 = 1 << 18;
 
 impl Step {
     /// All of them.
@@ -261,13 +271,13 @@ impl Waves {
         self.buffers.as_ref().map_or(0, |b| b.queues.memory_bytes() + b.split_samples.size())
     }
 
-    /// Records a sample for each pixel that wants one, if all is prepared. `window`: workgroups of eight by eight pixels.
+    /// Records a sample for each pixel that wants one, if all is prepared.
     pub fn record(
         &self,
         recorded: &mut wgpu::ComputePass<'_>,
         scene: &wgpu::BindGroup,
         tracer: &wgpu::BindGroup,
-        window: [u32; 2],
+        pixels: WavePixels<'_>,
         max_depth: u32,
     ) {
         let Some(buffers) = &self.buffers else { return };
@@ -279,7 +289,12 @@ impl Waves {
             }
             match work {
                 Work::One => recorded.dispatch_workgroups(1, 1, 1),
-                Work::Window => recorded.dispatch_workgroups(window[0], window[1], 1),
+                Work::Pixels => match pixels {
+                    WavePixels::Window([across, down]) => recorded.dispatch_workgroups(across, down, 1),
+                    WavePixels::Listed(sizes, offset) => {
+                        recorded.dispatch_workgroups_indirect(sizes, offset);
+                    }
+                },
                 Work::Counted(offset) => {
                     recorded.dispatch_workgroups_indirect(buffers.queues.dispatches(), offset);
                 }
@@ -288,7 +303,7 @@ impl Waves {
         let paths = Work::Counted(Dispatches::PATHS);
         let shadow_rays = Work::Counted(Dispatches::SHADOW_RAYS);
         run(Step::Restart, Work::One);
-        run(Step::Begin, Work::Window);
+        run(Step::Begin, Work::Pixels);
         run(Step::Stage(Stage::Prepare), Work::One);
         run(Step::ConnectFirst, shadow_rays);
         for vertex in 2..=max_depth {
@@ -300,7 +315,7 @@ impl Waves {
             run(Step::Stage(Stage::Prepare), Work::One);
             run(Step::Stage(Stage::Connect), shadow_rays);
         }
-        run(Step::Finish, Work::Window);
+        run(Step::Finish, Work::Pixels);
     }
 }
 
@@ -317,7 +332,7 @@ fn layout(gpu: &Gpu, bindings: &[u32]) -> wgpu::BindGroupLayout {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::layout::layout_of;
+    use crate::layout::constant;
     use crate::shader::{used_bindings, validate, write_all_languages};
 
     /// Every step binds what its shader uses, needs no more storage buffers than a device must have, and can be written for all
@@ -353,8 +368,9 @@ mod tests {
     }
 
     #[test]
-    fn records_are_as_large_as_in_the_shader() {
+    fn records_have_as_many_planes_as_in_the_shader() {
         let text = Step::Finish.text(&crate::tracer::query::TEXT, Variant::default());
-        assert_eq!(layout_of(&crate::shader::parse(&text), "SplitSample").1 as u64, SPLIT_SAMPLE);
+        let planes = constant(&crate::shader::parse(&text), "SPLIT_PLANES");
+        assert_eq!(u64::from(planes) * 16, SPLIT_SAMPLE);
     }
 }

@@ -92,7 +92,6 @@ struct Tally {
     counters: Counters,
     /// A pixel that gets many samples gets them in portions, each of which an invocation makes. For every pixel of the window, tile
     /// by tile: how many portions those before it get, and the first sample of its own.
-    /// The real-time renderer, which has no portions, lists pixels here, each with the number of the frame.
     shares: array<vec2u>,
 }
 

@@ -15,7 +15,7 @@ fn compose(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_i
 fn compose_pixel(pixel: vec2u) {
     let at = pixel_number(pixel);
     let sums = SampleSums(vec3f(0.0), vec3f(0.0), 0u, 0u);
-    add_to_film(film_place(pixel), add_sample(sums, pixels[at].radiance));
+    add_to_film(film_place(pixel), add_sample(sums, pixel_radiance(at).xyz));
     if WANTS_AOVS {
         let hit = first_hit(at);
         if hit.instance == NONE {

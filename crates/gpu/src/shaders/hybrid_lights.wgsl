@@ -158,8 +158,8 @@ fn traced_lights(pixel: vec2u, vertex: FirstVertex) -> vec3f {
 
 /// Begins a pixel's radiance: with what its surface emits, and direct light.
 fn store_lit(at: u32, vertex: FirstVertex, direct: vec3f) {
-    pixels[at].radiance = surface_emission(vertex.surface, vertex.footprint) + direct;
-    pixels[at].reflection_weight = reflection_weight(vertex);
+    let emitted = surface_emission(vertex.surface, vertex.footprint);
+    store_radiance(at, emitted + direct, reflection_weight(vertex));
 }
 
 /// A pixel's first vertex. Returns whether there is one; where not, its radiance is that of what lies behind everything.
@@ -167,7 +167,7 @@ fn find_first_vertex(pixel: vec2u, vertex: ptr<function, FirstVertex>) -> bool {
     let at = pixel_number(pixel);
     let hit = first_hit(at);
     if hit.instance == NONE {
-        pixels[at].radiance = distant_radiance(frame_ray(pixel).direction);
+        store_radiance(at, distant_radiance(frame_ray(pixel).direction), 0.0);
         return false;
     }
     *vertex = first_vertex(pixel, hit);

@@ -20,7 +20,7 @@ fn list_reflecting(@builtin(global_invocation_id) id: vec3u, @builtin(local_invo
     }
     workgroupBarrier();
     let at = pixel_number(pixel_in_rows(id));
-    let reflects = is_in_rows(id) && pixels[at].reflection_weight > 0.0;
+    let reflects = is_in_rows(id) && pixel_radiance(at).w > 0.0;
     var place = 0u;
     if reflects {
         place = atomicAdd(&listed, 1u);

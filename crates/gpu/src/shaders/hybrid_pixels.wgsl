@@ -1,23 +1,15 @@
-// What passes hand on from one to the next: a record for each pixel of the window.
+// What passes hand on from one to the next: a record for each pixel of the window, in planes.
 
-struct HybridPixel {
-    /// Radiance gathered so far in this frame.
-    radiance: vec3f,
-    /// The first hit along the camera's ray; see `Hit`.
-    t: f32,
-    u: f32,
-    v: f32,
-    instance: u32,
-    geometry: u32,
-    primitive: u32,
-    /// From where the same point of the surface was in the frame before to where it is, in pixels to the right and down.
-    motion_x: f32,
-    motion_y: f32,
-    /// What reflection rays count for: 1 over the probability with which they are sent, 0 where none are.
-    reflection_weight: f32,
-}
+/// Radiance gathered so far in this frame, and what reflection rays count for: 1 over the probability with which they are sent, 0
+/// where none are.
+const PIXEL_RADIANCE: u32 = 0u;
+/// The first hit along the camera's ray: distance, place on the primitive and instance; see `Hit`.
+const PIXEL_HIT: u32 = 1u;
+/// Its geometry and primitive, and the motion.
+const PIXEL_MOTION: u32 = 2u;
+const PIXEL_PLANES: u32 = 3u;
 
-@group(3) @binding(6) var<storage, read_write> pixels: array<HybridPixel>;
+@group(3) @binding(6) var<storage, read_write> pixels: array<vec4u>;
 /// Rays that were traced for each pixel after its first hit was found. The first pass that lights it begins with none, each pass adds
 /// its own, and the last one adds them to the device's counter: counting within workgroups takes barriers, which software drivers compile slowly in shaders that trace.
 @group(3) @binding(10) var<storage, read_write> ray_counts: array<u32>;
@@ -37,8 +29,30 @@ fn pixel_number(pixel: vec2u) -> u32 {
     return pixel.y * view.window_width + pixel.x;
 }
 
+/// Where a plane of `pixels` has the record of the pixel `at`.
+fn in_pixels(plane: u32, at: u32) -> u32 {
+    return plane * (view.window_width * view.window_height) + at;
+}
+
 fn first_hit(at: u32) -> Hit {
-    return Hit(pixels[at].t, pixels[at].u, pixels[at].v, pixels[at].instance, pixels[at].geometry, pixels[at].primitive);
+    let place = pixels[in_pixels(PIXEL_HIT, at)];
+    let primitive = pixels[in_pixels(PIXEL_MOTION, at)];
+    let t = plane_vector(place);
+    return Hit(t.x, t.y, t.z, place.w, primitive.x, primitive.y);
+}
+
+/// From where the same point of the surface was in the frame before to where it is, in pixels to the right and down.
+fn first_motion(at: u32) -> vec2f {
+    return bitcast<vec2f>(pixels[in_pixels(PIXEL_MOTION, at)].zw);
+}
+
+/// Radiance gathered so far; w: what reflection rays count for.
+fn pixel_radiance(at: u32) -> vec4f {
+    return bitcast<vec4f>(pixels[in_pixels(PIXEL_RADIANCE, at)]);
+}
+
+fn store_radiance(at: u32, radiance: vec3f, reflection_weight: f32) {
+    pixels[in_pixels(PIXEL_RADIANCE, at)] = plane_floats(radiance, reflection_weight);
 }
 
 /// Where a clip position lies in the window, in pixels to the right and down.
@@ -66,5 +80,7 @@ fn store_first_hit(pixel: vec2u, ray: CameraRay, hit: Hit) {
     if hit.instance != NONE {
         motion = hit_motion(hit, ray.origin + ray.direction * hit.t);
     }
-    pixels[at] = HybridPixel(vec3f(0.0), hit.t, hit.u, hit.v, hit.instance, hit.geometry, hit.primitive, motion.x, motion.y, 0.0);
+    store_radiance(at, vec3f(0.0), 0.0);
+    pixels[in_pixels(PIXEL_HIT, at)] = plane_words(vec3f(hit.t, hit.u, hit.v), hit.instance);
+    pixels[in_pixels(PIXEL_MOTION, at)] = vec4u(hit.geometry, hit.primitive, bitcast<vec2u>(motion));
 }

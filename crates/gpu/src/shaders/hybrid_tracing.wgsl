@@ -78,7 +78,9 @@ fn ambient_occlusion(@builtin(global_invocation_id) id: vec3u) {
     let vertex = first_vertex(pixel, hit);
     if vertex.bsdf.kind == BSDF_GLOSSY {
         next_pair = PAIR_AMBIENT;
-        pixels[at].radiance += ambient_light(vertex.surface, vertex.bsdf, true, vertex.sampler);
+        let gathered = pixel_radiance(at);
+        let ambient = ambient_light(vertex.surface, vertex.bsdf, true, vertex.sampler);
+        store_radiance(at, gathered.xyz + ambient, gathered.w);
         count_pixel_rays(at);
     }
 }
@@ -110,6 +112,7 @@ fn reflections(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_in
     let at = reflecting.pixels[index];
     let pixel = vec2u(at % view.window_width, at / view.window_width);
     let seen = reflected(pixel, first_vertex(pixel, first_hit(at)));
-    pixels[at].radiance += pixels[at].reflection_weight * seen;
+    let gathered = pixel_radiance(at);
+    store_radiance(at, gathered.xyz + gathered.w * seen, gathered.w);
     count_pixel_rays(at);
 }

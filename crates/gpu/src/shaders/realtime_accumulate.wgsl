@@ -1,10 +1,10 @@
 // A frame's samples join what was kept of those before. Samples of the pixels around say how far the past may be from the
 // present, while anything moves, and how far a single sample may stand out.
 
-@group(3) @binding(10) var<storage, read> guides: array<Guide>;
-@group(3) @binding(13) var<storage, read_write> histories: array<History>;
-@group(3) @binding(14) var<storage, read> lights_found: array<FoundLight>;
-@group(3) @binding(16) var<storage, read_write> signals: array<Signal>;
+@group(3) @binding(10) var<storage, read> guides: array<vec4u>;
+@group(3) @binding(13) var<storage, read_write> histories: array<vec4u>;
+@group(3) @binding(14) var<storage, read> lights_found: array<vec4u>;
+@group(3) @binding(16) var<storage, read_write> signals: array<vec4u>;
 
 /// Pixels beside a workgroup's own that it looks at.
 const APRON: u32 = 2u;
@@ -30,11 +30,11 @@ fn fresh_at(pixel: vec2i) -> Fresh {
         return Fresh(vec3f(0.0), 0u, vec3f(0.0), 0u);
     }
     let at = place_of(vec2u(pixel));
-    let light = lights_found[at];
-    let colors = unpack_colors(guides[at].colors);
+    let light = load_found_light(at);
+    let colors = guide_colors(at);
     let scale = 1.0 / max(f32(light.count), 1.0);
     return Fresh(demodulate(light.diffuse * scale, colors.diffuse), light.count,
-        demodulate(light.specular * scale, colors.specular), guides[at].surface);
+        demodulate(light.specular * scale, colors.specular), guide_surface(at));
 }
 
 /// The samples around a pixel, of one signal.
@@ -129,8 +129,8 @@ fn accumulate(
     }
     let at = place_of(id.xy);
     let own = tile[(local.y + APRON) * TILE_SIDE + local.x + APRON];
-    if guides[at].distance <= 0.0 {
-        signals[at] = Signal(vec3f(0.0), 0.0, vec3f(0.0), 0.0);
+    if guide_distance(at) <= 0.0 {
+        signals[at] = vec4u(0u);
         return;
     }
     var diffuse = Around(vec3f(0.0), vec3f(0.0), 0.0, vec2f(0.0), 0.0);
@@ -145,26 +145,32 @@ fn accumulate(
     diffuse = around_mean(diffuse);
     specular = around_mean(specular);
 
-    var past = histories[at];
+    var past = load_history(at);
     let count = f32(own.count);
     if !is_set(REALTIME_STANDS_STILL) && is_set(REALTIME_GATHERS) {
         past.diffuse = clipped(past.diffuse, diffuse);
         past.specular = clipped(past.specular, specular);
     }
-    let light = lights_found[at];
-    let colors = unpack_colors(guides[at].colors);
+    let light = load_found_light(at);
+    let colors = guide_colors(at);
     let luminances = vec2f(luminance(divisor(colors.diffuse)), luminance(divisor(colors.specular)));
     let squares = light.squares / max(count, 1.0) / (luminances * luminances);
     let new_diffuse = limited(own.diffuse, diffuse, past.diffuse_count);
     let new_specular = limited(own.specular, specular, past.specular_count);
     let d = joined(Mean(past.diffuse, past.diffuse_count, past.moments.xy), new_diffuse, count, squares.x);
     let s = joined(Mean(past.specular, past.specular_count, past.moments.zw), new_specular, count, squares.y);
-    var next = History(d.color, d.count, s.color, s.count, vec4f(d.moments, s.moments), past.hit_distance, 0.0, 0.0, 0.0);
+    var hit_distance = past.hit_distance;
     if count > 0.0 {
         let weight = history_weight(past.specular_count, count, realtime.most_history);
-        next.hit_distance += (light.hit_distance / count - past.hit_distance) * weight;
+        hit_distance += (light.hit_distance / count - past.hit_distance) * weight;
     }
-    histories[at] = next;
-    signals[at] = Signal(d.color, variance_of_mean(d.moments, d.count, count, diffuse),
-        s.color, variance_of_mean(s.moments, s.count, count, specular));
+    histories[in_plane(HISTORY_DIFFUSE, at)] = plane_floats(d.color, d.count);
+    histories[in_plane(HISTORY_SPECULAR, at)] = plane_floats(s.color, s.count);
+    histories[in_plane(HISTORY_MOMENTS, at)] = bitcast<vec4u>(vec4f(d.moments, s.moments));
+    histories[in_plane(HISTORY_OWNER, at)].x = bitcast<u32>(hit_distance);
+    let scale = 1.0 / realtime.white;
+    let diffuse_deviation = sqrt(max(variance_of_mean(d.moments, d.count, count, diffuse), 0.0));
+    let specular_deviation = sqrt(max(variance_of_mean(s.moments, s.count, count, specular), 0.0));
+    signals[at] = pack_signal(
+        Signal(d.color * scale, diffuse_deviation * scale, s.color * scale, specular_deviation * scale));
 }

@@ -1,6 +1,6 @@
 // Filtered pictures are antialiased by the pictures before, each of which looked through another place of the pixels.
 
-@group(3) @binding(10) var<storage, read> guides: array<Guide>;
+@group(3) @binding(10) var<storage, read> guides: array<vec4u>;
 @group(3) @binding(21) var<storage, read> colors_in: array<vec4f>;
 /// What was shown; w: how many frames it is the mean of.
 @group(3) @binding(22) var<storage, read> shown_before: array<vec4f>;
@@ -36,9 +36,10 @@ fn front_motion(pixel: vec2u) -> vec2f {
     for (var i = 0; i < 9; i++) {
         let there = clamp(vec2i(pixel) + vec2i(i % 3 - 1, i / 3 - 1), vec2i(0), vec2i(realtime.size) - 1);
         let at = place_of(vec2u(there));
-        if guides[at].distance > 0.0 && guides[at].distance < nearest {
-            nearest = guides[at].distance;
-            motion = guides[at].motion;
+        let distance = guide_distance(at);
+        if distance > 0.0 && distance < nearest {
+            nearest = distance;
+            motion = guide_motion(at);
         }
     }
     return motion;

@@ -1,6 +1,6 @@
 // The first vertex of paths, whose light is kept apart by the first surface's lobes.
 
-@group(3) @binding(14) var<storage, read_write> lights_found: array<FoundLight>;
+@group(3) @binding(14) var<storage, read_write> lights_found: array<vec4u>;
 
 /// Light of one sample, from the diffuse and from the other lobes of the first surface.
 struct SplitLight {
@@ -35,15 +35,33 @@ fn share_of_diffuse(lobes: FirstLobes, direction: vec3f) -> vec3f {
         scattering_eval(lobes.others, lobes.wo, wi).value_cos);
 }
 
+/// The pixel that an invocation works on, or NONE. Where pixels have different numbers of samples, those of the list that want
+/// more than they had in the dispatches before: pixels that want most come first, so that each dispatch works on the list's
+/// beginning.
+fn pixel_of(group: vec3u, groups: vec3u, local: u32) -> u32 {
+    if !is_set(REALTIME_ADAPTS) {
+        let pixel = 8u * group.xy + vec2u(local % 8u, local / 8u);
+        return select(NONE, place_of(pixel), is_in_picture(pixel));
+    }
+    let entry = (group.y * groups.x + group.x) * 64u + local;
+    if entry >= realtime.size.x * realtime.size.y {
+        return NONE;
+    }
+    return lights_found[in_plane(FOUND_OFFER, entry)].w;
+}
+
 /// Adds a sample to a pixel, unless it is no number.
 fn add_light(at: u32, light: SplitLight) {
-    lights_found[at].drawn += 1u;
-    if !is_valid_sample(light.diffuse) || !is_valid_sample(light.specular) {
-        return;
+    var found = load_found_light(at);
+    found.drawn += 1u;
+    if is_valid_sample(light.diffuse) && is_valid_sample(light.specular) {
+        found.diffuse += light.diffuse;
+        found.specular += light.specular;
+        found.count += 1u;
+        found.hit_distance += min(light.hit_distance, FAR);
+        found.squares += vec2f(sqr(luminance(light.diffuse)), sqr(luminance(light.specular)));
     }
-    lights_found[at].diffuse += light.diffuse;
-    lights_found[at].specular += light.specular;
-    lights_found[at].count += 1u;
-    lights_found[at].hit_distance += min(light.hit_distance, FAR);
-    lights_found[at].squares += vec2f(sqr(luminance(light.diffuse)), sqr(luminance(light.specular)));
+    lights_found[in_plane(FOUND_DIFFUSE, at)] = plane_words(found.diffuse, found.count);
+    lights_found[in_plane(FOUND_SPECULAR, at)] = plane_floats(found.specular, found.hit_distance);
+    lights_found[in_plane(FOUND_SQUARES, at)] = vec4u(bitcast<vec2u>(found.squares), found.drawn, found.wanted);
 }

@@ -64,7 +64,9 @@ const SHOW_SAMPLES: u32 = 6u;
 const SHOW_DIFFUSE: u32 = 7u;
 const SHOW_SPECULAR: u32 = 8u;
 
-/// What a pixel sees first.
+// A pixel's records, as passes compute with them. In memory they lie in planes, which the texts of the same names describe.
+
+/// What a pixel sees first; `realtime_guides.wgsl`.
 struct Guide {
     /// What it emits, and what lies behind everything where nothing is hit: W·sr⁻¹·m⁻².
     emitted: vec3f,
@@ -73,8 +75,8 @@ struct Guide {
     position: vec3f,
     /// From the camera of the frame before to where the same point was then.
     distance_before: f32,
-    /// Colours of the diffuse and the specular lobes and the roughness, as 16-bit numbers.
-    colors: vec4u,
+    /// Colours of the diffuse and the specular lobes and the roughness.
+    colors: GuideColors,
     /// Shading normal, by `octahedral_encode`.
     normal: u32,
     /// Tells surfaces apart.
@@ -83,7 +85,7 @@ struct Guide {
     motion: vec2f,
 }
 
-/// Light that a frame's samples have brought to a pixel, as it was found: sums. And what the pixel has to offer to its tile.
+/// Light that a frame's samples have brought to a pixel, as it was found: sums; `realtime_found.wgsl`.
 struct FoundLight {
     diffuse: vec3f,
     /// Samples of this frame.
@@ -97,16 +99,9 @@ struct FoundLight {
     drawn: u32,
     /// Samples wanted in this frame.
     wanted: u32,
-    /// A light that the tile's pixels may look at; see `realtime_tiles.wgsl`.
-    offered_light: u32,
-    /// Probability with which it was chosen; 0: none was.
-    offered_probability: f32,
-    /// The pixel from which the tile's lights were chosen.
-    tile_center: u32,
-    padding0: u32,
 }
 
-/// What a pixel's surface has received over frames, without its colour: means.
+/// What a pixel's surface has received over frames, without its colour: means; `realtime_history.wgsl`.
 struct History {
     diffuse: vec3f,
     /// Samples that the diffuse mean is worth.
@@ -117,18 +112,37 @@ struct History {
     moments: vec4f,
     /// Mean distance from the surface to what lights it specularly.
     hit_distance: f32,
-    padding0: f32,
-    padding1: f32,
-    padding2: f32,
 }
 
-/// What is filtered.
+/// A history from its planes.
+fn history_of(diffuse: vec4u, specular: vec4u, moments: vec4u, owner: vec4u) -> History {
+    return History(plane_vector(diffuse), bitcast<f32>(diffuse.w), plane_vector(specular), bitcast<f32>(specular.w),
+        bitcast<vec4f>(moments), bitcast<f32>(owner.x));
+}
+
+/// What is filtered: light relative to `realtime.white`, for 16 bits to hold it.
 struct Signal {
     diffuse: vec3f,
-    /// Variance of the diffuse luminance.
-    diffuse_variance: f32,
+    /// Standard deviation of the diffuse luminance.
+    diffuse_deviation: f32,
     specular: vec3f,
-    specular_variance: f32,
+    specular_deviation: f32,
+}
+
+/// The largest 16-bit number.
+const LARGEST_HALF: f32 = 65504.0;
+
+fn pack_signal(s: Signal) -> vec4u {
+    let diffuse = min(vec4f(s.diffuse, s.diffuse_deviation), vec4f(LARGEST_HALF));
+    let specular = min(vec4f(s.specular, s.specular_deviation), vec4f(LARGEST_HALF));
+    return vec4u(pack2x16float(diffuse.xy), pack2x16float(diffuse.zw), pack2x16float(specular.xy), pack2x16float(specular.zw));
+}
+
+fn unpack_signal(packed: vec4u) -> Signal {
+    let blue_diffuse = unpack2x16float(packed.y);
+    let blue_specular = unpack2x16float(packed.w);
+    return Signal(vec3f(unpack2x16float(packed.x), blue_diffuse.x), blue_diffuse.y,
+        vec3f(unpack2x16float(packed.z), blue_specular.x), blue_specular.y);
 }
 
 struct GuideColors {
@@ -160,4 +174,9 @@ fn is_in_picture(pixel: vec2u) -> bool {
 
 fn place_of(pixel: vec2u) -> u32 {
     return pixel.y * realtime.size.x + pixel.x;
+}
+
+/// Where a plane of pixels' records has that of the pixel `at`.
+fn in_plane(plane: u32, at: u32) -> u32 {
+    return plane * (realtime.size.x * realtime.size.y) + at;
 }

@@ -18,25 +18,22 @@ struct Work {
     dispatches: array<vec4u, 64>,
 }
 
-@group(3) @binding(10) var<storage, read> guides: array<Guide>;
-@group(3) @binding(13) var<storage, read> histories: array<History>;
-@group(3) @binding(14) var<storage, read_write> lights_found: array<FoundLight>;
+@group(3) @binding(10) var<storage, read> guides: array<vec4u>;
+@group(3) @binding(13) var<storage, read> histories: array<vec4u>;
+@group(3) @binding(14) var<storage, read_write> lights_found: array<vec4u>;
 @group(3) @binding(18) var<storage, read_write> noise: array<f32>;
 @group(3) @binding(19) var<storage, read_write> blurred: array<f32>;
 @group(3) @binding(25) var<storage, read_write> spread: array<f32>;
 @group(3) @binding(20) var<storage, read_write> work: Work;
-/// Places of pixels, and the number of the frame: `Tally` behind its counters, whose other words are left alone.
-@group(3) @binding(24) var<storage, read_write> tally_words: array<u32>;
 
-/// Words of `Tally` before its list.
-const TALLY_COUNTERS: u32 = 4u;
 /// Samples that a pixel's own moments need to be trusted.
 const TRUSTED_SAMPLES: f32 = 8.0;
 /// Workgroups in a row of a dispatch.
 const ROW_OF_GROUPS: u32 = 1024u;
 
-fn luminance_of(h: History) -> f32 {
-    return h.moments.x + h.moments.z;
+/// Mean luminance of both signals.
+fn luminance_of(moments: vec4f) -> f32 {
+    return moments.x + moments.z;
 }
 
 /// Variance of one sample's luminance by the pixel's own samples.
@@ -47,6 +44,7 @@ fn own_variance(h: History) -> f32 {
 
 /// The same by the means of the pixels around it that show the same surface.
 fn local_variance(pixel: vec2u, at: u32) -> f32 {
+    let surface = guide_surface(at);
     var moments = moments_empty();
     var samples = 0.0;
     let radius = i32(realtime.noise_radius);
@@ -57,9 +55,10 @@ fn local_variance(pixel: vec2u, at: u32) -> f32 {
                 continue;
             }
             let other = place_of(vec2u(there));
-            if guides[other].surface == guides[at].surface && histories[other].diffuse_count > 0.0 {
-                moments = moments_add(moments, luminance_of(histories[other]));
-                samples += histories[other].diffuse_count;
+            let count = diffuse_count(other);
+            if guide_surface(other) == surface && count > 0.0 {
+                moments = moments_add(moments, luminance_of(history_moments(other)));
+                samples += count;
             }
         }
     }
@@ -74,11 +73,11 @@ fn measure_noise(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let at = place_of(id.xy);
-    if guides[at].distance <= 0.0 {
+    if guide_distance(at) <= 0.0 {
         noise[at] = 0.0;
         return;
     }
-    let h = histories[at];
+    let h = load_history(at);
     if h.diffuse_count < 1.0 {
         noise[at] = 1.0;
         return;
@@ -87,7 +86,7 @@ fn measure_noise(@builtin(global_invocation_id) id: vec3u) {
     if h.diffuse_count < TRUSTED_SAMPLES {
         variance = max(variance, local_variance(id.xy, at));
     }
-    noise[at] = seen_variance(variance / h.diffuse_count, luminance_of(h), realtime.white);
+    noise[at] = seen_variance(variance / h.diffuse_count, luminance_of(h.moments), realtime.white);
 }
 
 /// A neighbour's noise, less by how far away it is.
@@ -134,10 +133,10 @@ fn chance(at: u32, salt: u32) -> f32 {
 
 /// Samples that a pixel wants, the frame's budget apart.
 fn samples_of(at: u32) -> u32 {
-    if guides[at].distance <= 0.0 {
+    if guide_distance(at) <= 0.0 {
         return 0u;
     }
-    let kept = histories[at].diffuse_count;
+    let kept = diffuse_count(at);
     if kept < 1.0 {
         return realtime.most_samples;
     }
@@ -168,7 +167,7 @@ fn choose(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_in
     if is_in_picture(id.xy) {
         let at = place_of(id.xy);
         let wanted = samples_of(at);
-        lights_found[at].wanted = wanted;
+        lights_found[in_plane(FOUND_SQUARES, at)].w = wanted;
         atomicAdd(&group_wanted, wanted);
     }
     workgroupBarrier();
@@ -190,11 +189,11 @@ fn count_samples(@builtin(global_invocation_id) id: vec3u, @builtin(local_invoca
     clear_group_counts(local);
     if is_in_picture(id.xy) {
         let at = place_of(id.xy);
-        var samples = min(lights_found[at].wanted, 64u);
+        var samples = min(samples_wanted_at(at), 64u);
         if realtime.affordable > 0u && samples > 0u {
             let scale = f32(realtime.affordable) / max(f32(atomicLoad(&work.wanted)), 1.0);
             samples = samples_afforded(samples, scale, chance(at, 2u));
-            lights_found[at].wanted = samples;
+            lights_found[in_plane(FOUND_SQUARES, at)].w = samples;
         }
         atomicAdd(&group_with_samples[samples], 1u);
     }
@@ -227,7 +226,7 @@ fn list_pixels(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocati
     var at = 0u;
     if is_in_picture(id.xy) {
         at = place_of(id.xy);
-        samples = min(lights_found[at].wanted, 64u);
+        samples = min(samples_wanted_at(at), 64u);
     }
     let in_group = atomicAdd(&group_with_samples[samples], 1u);
     workgroupBarrier();
@@ -239,8 +238,6 @@ fn list_pixels(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocati
     }
     workgroupBarrier();
     if samples > 0u {
-        let entry = TALLY_COUNTERS + 2u * (group_next[samples] + in_group);
-        tally_words[entry] = at;
-        tally_words[entry + 1u] = realtime.number;
+        lights_found[in_plane(FOUND_OFFER, group_next[samples] + in_group)].w = at;
     }
 }

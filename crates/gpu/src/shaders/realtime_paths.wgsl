@@ -22,13 +22,14 @@ fn tile_shadow_ray(path: Path, s: Surface, lobes: FirstLobes, pixel: vec2u) -> S
     var chosen = no_shadow_ray();
     for (var i = 0u; i < count; i++) {
         let offer = tile_place(tile, (begin + i * area / count) % area);
-        let probability = lights_found[offer].offered_probability;
+        let offered = lights_found[in_plane(FOUND_OFFER, offer)];
+        let probability = bitcast<f32>(offered.y);
         if probability <= 0.0 {
             continue;
         }
         // Points that are spread over the light: Roberts' sequence, moved by the sample's own numbers.
         let on_light = fract(vec2f(fract(place), u.y) + f32(i) * vec2f(0.7548777, 0.5698403));
-        var light = sample_one_light(lights_found[offer].offered_light, s.position, min(on_light, vec2f(ONE_MINUS_EPSILON)));
+        var light = sample_one_light(offered.x, s.position, min(on_light, vec2f(ONE_MINUS_EPSILON)));
         light.pdf *= probability * f32(count);
         let ray = light_shadow_ray(path, s, lobes.frame, lobes.all, lobes.wo, light);
         let before = reservoir.sum;
@@ -46,7 +47,7 @@ fn found_light_pdf(path: Path, s: Surface, t: f32, pixel: vec2u) -> f32 {
     if s.light == NONE || !(uses_tiles() && path.state.depth == 2u) {
         return surface_light_pdf(s, path.origin, path.receiver, path.direction, t);
     }
-    let center = seen_point(lights_found[place_of(pixel)].tile_center);
+    let center = seen_point(lights_found[in_plane(FOUND_OFFER, place_of(pixel))].z);
     return f32(realtime.light_candidates) * tile_probability(s.light, center)
         * surface_direction_pdf(s, path.origin, path.direction, t);
 }
@@ -118,24 +119,7 @@ fn sample_light_at(pixel: vec2u, first: Hit, index: u32) -> SplitLight {
 
 fn sample_pixel(at: u32) {
     let pixel = vec2u(at % realtime.size.x, at / realtime.size.x);
-    add_light(at, sample_light_at(pixel, first_hit(at), lights_found[at].drawn));
-}
-
-/// The pixel that an invocation works on, or NONE. Where pixels have different numbers of samples, those of the list that want
-/// more than they had in the dispatches before: pixels that want most come first, so that each dispatch works on the list's
-/// beginning.
-fn pixel_of(group: vec3u, groups: vec3u, local: u32) -> u32 {
-    if !is_set(REALTIME_ADAPTS) {
-        let pixel = 8u * group.xy + vec2u(local % 8u, local / 8u);
-        return select(NONE, place_of(pixel), is_in_picture(pixel));
-    }
-    let entry = (group.y * groups.x + group.x) * 64u + local;
-    if entry >= arrayLength(&tally.shares) {
-        return NONE;
-    }
-    // What lies behind the list's end is of earlier frames.
-    let listed = tally.shares[entry];
-    return select(NONE, listed.x, listed.y == realtime.number && listed.x < realtime.size.x * realtime.size.y);
+    add_light(at, sample_light_at(pixel, first_hit(at), samples_drawn(at)));
 }
 
 /// A sample for each pixel that wants one.
@@ -149,7 +133,7 @@ fn sample_pixels(
     rays_traced = 0u;
     let at = pixel_of(group, groups, local);
     if at != NONE {
-        if lights_found[at].count < lights_found[at].wanted {
+        if wants_light(at) {
             sample_pixel(at);
         }
     }

@@ -1,6 +1,6 @@
 // Each pixel chooses a light for its tile.
 
-@group(3) @binding(14) var<storage, read_write> lights_found: array<FoundLight>;
+@group(3) @binding(14) var<storage, read_write> lights_found: array<vec4u>;
 
 /// How far behind the tile's first candidate for its centre the nearest pixel is that sees anything.
 var<workgroup> steps_to_center: atomic<u32>;
@@ -60,7 +60,6 @@ fn presample_lights(
     // One number from each of as many parts of the unit interval: what the tile has chosen is spread over all lights.
     let u = min((f32(index) + unit_float(bits)) / f32(area), ONE_MINUS_EPSILON);
     let choice = choose_for_tile(seen_point(center), u, unit_float(pcg_hash(bits)));
-    lights_found[at].offered_light = choice.index;
-    lights_found[at].offered_probability = choice.probability;
-    lights_found[at].tile_center = center;
+    let offer = in_plane(FOUND_OFFER, at);
+    lights_found[offer] = vec4u(choice.index, bitcast<u32>(choice.probability), center, lights_found[offer].w);
 }

@@ -1,37 +1,41 @@
 // From light without colour to radiance, or to one of the views of what went on before.
 
-@group(3) @binding(10) var<storage, read> guides: array<Guide>;
-@group(3) @binding(13) var<storage, read> histories: array<History>;
-@group(3) @binding(14) var<storage, read> lights_found: array<FoundLight>;
-@group(3) @binding(15) var<storage, read> signals: array<Signal>;
+@group(3) @binding(10) var<storage, read> guides: array<vec4u>;
+@group(3) @binding(13) var<storage, read> histories: array<vec4u>;
+@group(3) @binding(14) var<storage, read> lights_found: array<vec4u>;
+@group(3) @binding(15) var<storage, read> signals: array<vec4u>;
 @group(3) @binding(18) var<storage, read> noise: array<f32>;
 @group(3) @binding(25) var<storage, read> spread: array<f32>;
 /// Radiance; w: 1 where there is any to show.
 @group(3) @binding(21) var<storage, read_write> colors_out: array<vec4f>;
 
 /// The frame's own samples: an unbiased estimate of the pixel, if it had any.
-fn unfiltered(guide: Guide, light: FoundLight) -> vec4f {
-    if guide.distance <= 0.0 {
-        return vec4f(guide.emitted, 1.0);
+fn unfiltered(at: u32) -> vec4f {
+    let emitted = guide_emitted(at);
+    if guide_distance(at) <= 0.0 {
+        return vec4f(emitted, 1.0);
     }
+    let light = load_found_light(at);
     let scale = 1.0 / max(f32(light.count), 1.0);
-    return vec4f(guide.emitted + (light.diffuse + light.specular) * scale, select(0.0, 1.0, light.count > 0u));
+    return vec4f(emitted + (light.diffuse + light.specular) * scale, select(0.0, 1.0, light.count > 0u));
 }
 
 fn picture(at: u32) -> vec4f {
     if !is_set(REALTIME_GATHERS) {
-        return unfiltered(guides[at], lights_found[at]);
+        return unfiltered(at);
     }
-    let colors = unpack_colors(guides[at].colors);
-    var radiance = guides[at].emitted;
-    if guides[at].distance > 0.0 {
-        radiance += remodulate(signals[at].diffuse, colors.diffuse) + remodulate(signals[at].specular, colors.specular);
+    var radiance = guide_emitted(at);
+    if guide_distance(at) > 0.0 {
+        let colors = guide_colors(at);
+        let light = unpack_signal(signals[at]);
+        radiance += remodulate(light.diffuse * realtime.white, colors.diffuse)
+            + remodulate(light.specular * realtime.white, colors.specular);
     }
     return vec4f(radiance, 1.0);
 }
 
 fn shown(at: u32) -> vec4f {
-    let h = histories[at];
+    let h = load_history(at);
     switch realtime.show {
         case SHOW_VARIANCE: {
             return vec4f(sample_variance(h.moments.x, h.moments.y, h.diffuse_count) / max(h.diffuse_count, 1.0),
@@ -47,16 +51,16 @@ fn shown(at: u32) -> vec4f {
             return vec4f(vec3f(0.5 * spread[at] / realtime.tolerance), 1.0);
         }
         case SHOW_MASK: {
-            return vec4f(vec3f(select(0.0, 1.0, lights_found[at].wanted > 0u)), 1.0);
+            return vec4f(vec3f(select(0.0, 1.0, samples_wanted_at(at) > 0u)), 1.0);
         }
         case SHOW_SAMPLES: {
-            return vec4f(vec3f(f32(lights_found[at].count) / f32(realtime.most_samples)), 1.0);
+            return vec4f(vec3f(f32(found_count(at)) / f32(realtime.most_samples)), 1.0);
         }
         case SHOW_DIFFUSE: {
-            return vec4f(signals[at].diffuse, 1.0);
+            return vec4f(unpack_signal(signals[at]).diffuse * realtime.white, 1.0);
         }
         case SHOW_SPECULAR: {
-            return vec4f(signals[at].specular, 1.0);
+            return vec4f(unpack_signal(signals[at]).specular * realtime.white, 1.0);
         }
         default: {
             return picture(at);

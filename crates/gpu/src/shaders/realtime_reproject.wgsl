@@ -1,10 +1,9 @@
 // What may be kept of the frame before: each pixel's surface is looked for where it was then. Diffuse light stays on its
 // surface; what a smooth surface reflects moves with the picture behind the mirror.
 
-@group(3) @binding(10) var<storage, read> guides: array<Guide>;
-@group(3) @binding(11) var<storage, read> guides_before: array<Guide>;
-@group(3) @binding(12) var<storage, read> histories_before: array<History>;
-@group(3) @binding(13) var<storage, read_write> histories: array<History>;
+@group(3) @binding(10) var<storage, read> guides: array<vec4u>;
+@group(3) @binding(12) var<storage, read> histories_before: array<vec4u>;
+@group(3) @binding(13) var<storage, read_write> histories: array<vec4u>;
 
 /// Reflections of surfaces rougher than this move with the surface.
 const ROUGHEST_MIRROR: f32 = 0.7;
@@ -12,7 +11,7 @@ const ROUGHEST_MIRROR: f32 = 0.7;
 const LEAST_WEIGHT: f32 = 0.02;
 
 fn no_history() -> History {
-    return History(vec3f(0.0), 0.0, vec3f(0.0), 0.0, vec4f(0.0), 0.0, 0.0, 0.0, 0.0);
+    return History(vec3f(0.0), 0.0, vec3f(0.0), 0.0, vec4f(0.0), 0.0);
 }
 
 /// A history that was found, and the weight with which it was.
@@ -26,18 +25,23 @@ fn is_sound(h: History) -> bool {
         && is_finite3(h.moments.xyz) && is_finite(h.moments.w) && is_finite(h.hit_distance);
 }
 
+fn load_before(at: u32) -> History {
+    return history_of(histories_before[in_plane(HISTORY_DIFFUSE, at)], histories_before[in_plane(HISTORY_SPECULAR, at)],
+        histories_before[in_plane(HISTORY_MOMENTS, at)], histories_before[in_plane(HISTORY_OWNER, at)]);
+}
+
 /// Whether the texel `there` of the frame before showed the surface of `guide`. `ignores_depth`: it may be another point of it.
 fn showed(guide: Guide, there: vec2i, ignores_depth: bool) -> bool {
     if any(there < vec2i(0)) || any(there >= vec2i(realtime.size)) {
         return false;
     }
-    let at = place_of(vec2u(there));
-    if guides_before[at].surface != guide.surface {
+    let owner = histories_before[in_plane(HISTORY_OWNER, place_of(vec2u(there)))];
+    if owner.y != guide.surface {
         return false;
     }
-    let found = guides_before[at].distance;
+    let found = bitcast<f32>(owner.w);
     let expected = select(guide.distance_before, found, ignores_depth);
-    let cos_between = dot(octahedral_decode(guide.normal), octahedral_decode(guides_before[at].normal));
+    let cos_between = dot(octahedral_decode(guide.normal), octahedral_decode(owner.z));
     return is_same_surface(expected, found, realtime.depth_tolerance, cos_between, realtime.normal_tolerance);
 }
 
@@ -66,7 +70,7 @@ fn history_at(guide: Guide, place: vec2f, ignores_depth: bool) -> Found {
         let there = vec2i(corner) + vec2i(vec2u(i & 1u, i >> 1u));
         let weight = bilinear_weight(place - corner, i);
         if weight > 0.0 && showed(guide, there, ignores_depth) {
-            let h = histories_before[place_of(vec2u(there))];
+            let h = load_before(place_of(vec2u(there)));
             if is_sound(h) {
                 sum = add_weighted(sum, h, weight);
             }
@@ -82,7 +86,7 @@ fn history_around(guide: Guide, place: vec2f) -> Found {
     for (var i = 0; i < 9; i++) {
         let there = center + vec2i(i % 3 - 1, i / 3 - 1);
         if showed(guide, there, false) {
-            let h = histories_before[place_of(vec2u(there))];
+            let h = load_before(place_of(vec2u(there)));
             if is_sound(h) {
                 sum = add_weighted(sum, h, 1.0);
             }
@@ -109,32 +113,25 @@ fn reflection_motion(guide: Guide, hit_distance: f32, roughness: f32) -> vec2f {
     return window_place(now) - window_place(before);
 }
 
-@compute @workgroup_size(8, 8)
-fn reproject(@builtin(global_invocation_id) id: vec3u) {
-    if !is_in_picture(id.xy) {
-        return;
-    }
-    let at = place_of(id.xy);
-    let guide = guides[at];
+/// What may be kept for a pixel that sees `guide`.
+fn kept_history(pixel: vec2u, guide: Guide) -> History {
     if !is_set(REALTIME_HAS_PAST) || guide.distance <= 0.0 {
-        histories[at] = no_history();
-        return;
+        return no_history();
     }
     let still = is_set(REALTIME_STANDS_STILL);
     let motion = select(guide.motion, vec2f(0.0), still);
-    let place = vec2f(id.xy) - motion;
+    let place = vec2f(pixel) - motion;
     var found = history_at(guide, place, false);
     if found.weight < LEAST_WEIGHT {
         found = history_around(guide, place);
     }
     if found.weight < LEAST_WEIGHT {
-        histories[at] = no_history();
-        return;
+        return no_history();
     }
     var kept = mean_of(found);
-    let roughness = unpack_colors(guide.colors).roughness;
+    let roughness = guide.colors.roughness;
     if !still && roughness < ROUGHEST_MIRROR {
-        let mirrored = history_at(guide, vec2f(id.xy) - reflection_motion(guide, kept.hit_distance, roughness), true);
+        let mirrored = history_at(guide, vec2f(pixel) - reflection_motion(guide, kept.hit_distance, roughness), true);
         if mirrored.weight >= LEAST_WEIGHT {
             let seen = mean_of(mirrored);
             kept.specular = seen.specular;
@@ -142,5 +139,20 @@ fn reproject(@builtin(global_invocation_id) id: vec3u) {
             kept.moments = vec4f(kept.moments.xy, seen.moments.zw);
         }
     }
-    histories[at] = kept;
+    return kept;
+}
+
+@compute @workgroup_size(8, 8)
+fn reproject(@builtin(global_invocation_id) id: vec3u) {
+    if !is_in_picture(id.xy) {
+        return;
+    }
+    let at = place_of(id.xy);
+    let guide = load_guide(at);
+    let kept = kept_history(id.xy, guide);
+    histories[in_plane(HISTORY_DIFFUSE, at)] = plane_floats(kept.diffuse, kept.diffuse_count);
+    histories[in_plane(HISTORY_SPECULAR, at)] = plane_floats(kept.specular, kept.specular_count);
+    histories[in_plane(HISTORY_MOMENTS, at)] = bitcast<vec4u>(kept.moments);
+    histories[in_plane(HISTORY_OWNER, at)] =
+        vec4u(bitcast<u32>(kept.hit_distance), guide.surface, guide.normal, bitcast<u32>(guide.distance));
 }

@@ -1,9 +1,7 @@
 // From first hits to what the other passes need to know of surfaces, so that only this one and the paths know a scene.
 
-@group(3) @binding(10) var<storage, read_write> guides: array<Guide>;
-@group(3) @binding(14) var<storage, read_write> lights_found: array<FoundLight>;
-/// Position, and the normal's bits: what the filter asks of each neighbour.
-@group(3) @binding(17) var<storage, read_write> keys: array<vec4f>;
+@group(3) @binding(10) var<storage, read_write> guides: array<vec4u>;
+@group(3) @binding(14) var<storage, read_write> lights_found: array<vec4u>;
 
 /// Farther away than anything that could be a neighbour.
 const NOWHERE: f32 = 1e30;
@@ -18,7 +16,7 @@ fn see_surface(ray: CameraRay, hit: Hit, pixel: Guide) -> Guide {
     }
     // Where a material mixes models, colours of one of them: they only divide and multiply.
     let scattering = surface_scattering(s, footprint, vec3f(1.0), 0.5, view.single_scatter != 0u);
-    guide.colors = pack_colors(scattering_colors(scattering));
+    guide.colors = scattering_colors(scattering);
     guide.position = s.position;
     guide.distance = hit.t;
     guide.normal = octahedral_encode(s.shading_normal);
@@ -27,6 +25,24 @@ fn see_surface(ray: CameraRay, hit: Hit, pixel: Guide) -> Guide {
     let before = transform_point(previous_instances[hit.instance].object_to_world, local);
     guide.distance_before = hit.t + length(before - frame.previous_eye) - length(s.position - frame.eye);
     return guide;
+}
+
+fn store_guide(at: u32, guide: Guide) {
+    guides[in_plane(GUIDE_EMITTED, at)] = plane_floats(guide.emitted, guide.distance);
+    guides[in_plane(GUIDE_POINT, at)] = plane_words(guide.position, guide.normal);
+    guides[in_plane(GUIDE_COLORS, at)] = pack_colors(guide.colors);
+    let before = bitcast<u32>(guide.distance_before);
+    guides[in_plane(GUIDE_PAST, at)] = vec4u(guide.surface, before, bitcast<vec2u>(guide.motion));
+}
+
+/// The frame's samples begin with none; how many there were in all goes on.
+fn begin_samples(at: u32, wanted: u32) {
+    lights_found[in_plane(FOUND_DIFFUSE, at)] = vec4u(0u);
+    lights_found[in_plane(FOUND_SPECULAR, at)] = vec4u(0u);
+    lights_found[in_plane(FOUND_SQUARES, at)] = vec4u(0u, 0u, samples_drawn(at), wanted);
+    if realtime.light_candidates > 0u || is_set(REALTIME_ADAPTS) {
+        lights_found[in_plane(FOUND_OFFER, at)] = vec4u(NONE, 0u, at, NONE);
+    }
 }
 
 @compute @workgroup_size(8, 8)
@@ -38,17 +54,13 @@ fn surfaces(@builtin(global_invocation_id) id: vec3u) {
     let hit = first_hit(at);
     let ray = frame_ray(id.xy);
     var guide: Guide;
-    guide.motion = vec2f(pixels[at].motion_x, pixels[at].motion_y);
+    guide.motion = first_motion(at);
     if hit.instance == NONE {
         guide.emitted = distant_radiance(ray.direction);
-        keys[at] = vec4f(vec3f(NOWHERE), 0.0);
+        guide.position = vec3f(NOWHERE);
     } else {
         guide = see_surface(ray, hit, guide);
-        keys[at] = vec4f(guide.position, bitcast<f32>(guide.normal));
     }
-    guides[at] = guide;
-    // The frame's samples begin with none; how many there were in all goes on.
-    let drawn = lights_found[at].drawn;
-    let wanted = select(realtime.most_samples, 0u, hit.instance == NONE);
-    lights_found[at] = FoundLight(vec3f(0.0), 0u, vec3f(0.0), 0.0, vec2f(0.0), drawn, wanted, NONE, 0.0, at, 0u);
+    store_guide(at, guide);
+    begin_samples(at, select(realtime.most_samples, 0u, hit.instance == NONE));
 }

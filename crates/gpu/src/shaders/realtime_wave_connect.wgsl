@@ -6,9 +6,11 @@ fn connect_first(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= wave.shadow_rays {
         return;
     }
-    let ray = shadow_records[id.x];
+    let ray = load_shadow_ray(id.x);
     if occluded(ray.origin, ray.direction, ray.distance, ray.salt) {
-        split_samples[ray.slot].diffuse = vec3f(0.0);
-        split_samples[ray.slot].specular = vec3f(0.0);
+        // How far away second surfaces are comes later.
+        let slot = shadow_ray_slot(id.x);
+        split_samples[in_split_samples(SPLIT_DIFFUSE, slot)] = vec4f(0.0);
+        split_samples[in_split_samples(SPLIT_SPECULAR, slot)] = vec4f(0.0);
     }
 }

@@ -3,24 +3,34 @@
 /// Notes how far away the second surfaces are.
 @compute @workgroup_size(GROUP)
 fn measure(@builtin(global_invocation_id) id: vec3u) {
-    if id.x < wave.arriving && hits[id.x].instance != NONE {
-        split_samples[paths[half_of(wave.depth) + id.x].slot].hit_distance = hits[id.x].t;
+    if id.x >= wave.arriving {
+        return;
+    }
+    let hit = load_hit(id.x);
+    if hit.instance != NONE {
+        let slot = path_slot(half_of(wave.depth) + id.x);
+        split_samples[in_split_samples(SPLIT_DIFFUSE, slot)].w = hit.t;
     }
 }
 
 /// Adds the wave's samples to their pixels.
-@compute @workgroup_size(8, 8)
-fn finish_paths(@builtin(global_invocation_id) id: vec3u) {
-    if !is_in_picture(id.xy) {
+@compute @workgroup_size(64)
+fn finish_paths(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let at = pixel_of(group, groups, local);
+    if at == NONE {
         return;
     }
-    let at = place_of(id.xy);
-    if lights_found[at].count < lights_found[at].wanted {
-        let sample = split_samples[at];
-        let radiance = gathered[at];
+    if wants_light(at) {
+        let diffuse = split_samples[in_split_samples(SPLIT_DIFFUSE, at)];
+        let specular = split_samples[in_split_samples(SPLIT_SPECULAR, at)].xyz;
+        let share = split_samples[in_split_samples(SPLIT_SHARE, at)].xyz;
+        let radiance = gathered[at].xyz;
         // The next wave adds to nothing.
-        gathered[at] = vec3f(0.0);
-        add_light(at, SplitLight(sample.diffuse + sample.diffuse_share * radiance,
-            sample.specular + (1.0 - sample.diffuse_share) * radiance, sample.hit_distance));
+        gathered[at] = vec4f(0.0);
+        add_light(at, SplitLight(diffuse.xyz + share * radiance, specular + (1.0 - share) * radiance, diffuse.w));
     }
 }

@@ -10,34 +10,26 @@
 /// Invocations of a workgroup of every stage.
 const GROUP: u32 = 64u;
 
-/// A path on its way to the next vertex.
-struct PathRecord {
-    origin: vec3f,
-    /// Of the random numbers, with `sampler_index`.
-    scramble: u32,
-    direction: vec3f,
-    /// Length of the path so far.
-    length: f32,
-    throughput: vec3f,
-    /// Density over solid angle of `direction`; negative after the camera and delta lobes.
-    pdf: f32,
-    eta_scale: f32,
-    sampler_index: u32,
-    /// Index into `gathered`.
-    slot: u32,
-    /// What light samples knew of the last surface; only where there is a LIGHT_TREE.
-    receiver: u32,
-}
+/// Planes of a path on its way to the next vertex.
+/// Origin, and `scramble` of its random numbers.
+const PATH_ORIGIN: u32 = 0u;
+/// Direction, and length of the path so far.
+const PATH_DIRECTION: u32 = 1u;
+/// Throughput, and density over solid angle of the direction; negative after the camera and delta lobes.
+const PATH_THROUGHPUT: u32 = 2u;
+/// `eta_scale`, index of its random numbers, index into `gathered`, and what light samples knew of the last surface; that only
+/// where there is a LIGHT_TREE.
+const PATH_REST: u32 = 3u;
+const PATH_PLANES: u32 = 4u;
 
-/// A `ShadowRay`, and where its contribution goes.
-struct ShadowRecord {
-    origin: vec3f,
-    distance: f32,
-    direction: vec3f,
-    salt: u32,
-    contribution: vec3f,
-    slot: u32,
-}
+/// Planes of where a path arrives: distance, place on the primitive and instance; geometry and primitive.
+const HIT_PLANES: u32 = 2u;
+
+/// Planes of a shadow ray. Origin and distance; direction and salt; contribution, and which place of `gathered` that goes to.
+const SHADOW_ORIGIN: u32 = 0u;
+const SHADOW_DIRECTION: u32 = 1u;
+const SHADOW_CONTRIBUTION: u32 = 2u;
+const SHADOW_PLANES: u32 = 3u;
 
 struct Wave {
     /// Pixels or portions of the wave, counted from the beginning of the batch.
@@ -65,10 +57,10 @@ struct Dispatches {
 }
 
 @group(3) @binding(30) var<storage, read_write> wave: Wave;
-@group(3) @binding(31) var<storage, read_write> paths: array<PathRecord>;
-@group(3) @binding(32) var<storage, read_write> hits: array<Hit>;
-@group(3) @binding(33) var<storage, read_write> shadow_records: array<ShadowRecord>;
-@group(3) @binding(34) var<storage, read_write> gathered: array<vec3f>;
+@group(3) @binding(31) var<storage, read_write> paths: array<vec4u>;
+@group(3) @binding(32) var<storage, read_write> hits: array<vec4u>;
+@group(3) @binding(33) var<storage, read_write> shadow_records: array<vec4u>;
+@group(3) @binding(34) var<storage, read_write> gathered: array<vec4f>;
 @group(3) @binding(35) var<storage, read_write> dispatches: Dispatches;
 
 /// Where the paths begin that arrive at vertex `depth`.
@@ -88,30 +80,72 @@ fn wave_work(index: u32) -> PixelWork {
     return work;
 }
 
+/// Where a plane of both halves of `paths` has its record `at`.
+fn in_paths(plane: u32, at: u32) -> u32 {
+    return plane * 2u * wave.capacity + at;
+}
+
+/// The same of `hits` and `shadow_records`.
+fn in_queue(plane: u32, at: u32) -> u32 {
+    return plane * wave.capacity + at;
+}
+
 fn store_path(at: u32, path: Path, slot: u32) {
-    paths[at].origin = path.origin;
-    paths[at].scramble = path.sampler.scramble;
-    paths[at].direction = path.direction;
-    paths[at].length = path.length;
-    paths[at].throughput = path.state.throughput;
-    paths[at].pdf = select(path.state.pdf, -1.0, path.state.specular);
-    paths[at].eta_scale = path.state.eta_scale;
-    paths[at].sampler_index = path.sampler.index;
-    paths[at].slot = slot;
-    if LIGHT_TREE {
-        paths[at].receiver = path.receiver;
-    }
+    paths[in_paths(PATH_ORIGIN, at)] = plane_words(path.origin, path.sampler.scramble);
+    paths[in_paths(PATH_DIRECTION, at)] = plane_floats(path.direction, path.length);
+    let pdf = select(path.state.pdf, -1.0, path.state.specular);
+    paths[in_paths(PATH_THROUGHPUT, at)] = plane_floats(path.state.throughput, pdf);
+    let eta_scale = bitcast<u32>(path.state.eta_scale);
+    paths[in_paths(PATH_REST, at)] = vec4u(eta_scale, path.sampler.index, slot, path.receiver);
 }
 
 /// The path, with no radiance: that is in `gathered`.
 fn load_path(at: u32) -> Path {
-    let record = paths[at];
+    let origin = paths[in_paths(PATH_ORIGIN, at)];
+    let direction = bitcast<vec4f>(paths[in_paths(PATH_DIRECTION, at)]);
+    let throughput = bitcast<vec4f>(paths[in_paths(PATH_THROUGHPUT, at)]);
+    let rest = paths[in_paths(PATH_REST, at)];
     var state = path_start();
-    state.throughput = record.throughput;
-    state.pdf = record.pdf;
-    state.specular = record.pdf < 0.0;
-    state.eta_scale = record.eta_scale;
+    state.throughput = throughput.xyz;
+    state.pdf = throughput.w;
+    state.specular = throughput.w < 0.0;
+    state.eta_scale = bitcast<f32>(rest.x);
     state.depth = wave.depth;
-    let sampler = PixelSampler(SAMPLER, record.scramble, record.sampler_index);
-    return Path(state, sampler, record.origin, record.direction, record.length, record.receiver);
+    let sampler = PixelSampler(SAMPLER, origin.w, rest.y);
+    return Path(state, sampler, plane_vector(origin), direction.xyz, direction.w, rest.w);
+}
+
+/// The place of a path in `gathered`.
+fn path_slot(at: u32) -> u32 {
+    return paths[in_paths(PATH_REST, at)].z;
+}
+
+fn store_hit(at: u32, hit: Hit) {
+    hits[in_queue(0u, at)] = plane_words(vec3f(hit.t, hit.u, hit.v), hit.instance);
+    hits[in_queue(1u, at)] = vec4u(hit.geometry, hit.primitive, 0u, 0u);
+}
+
+fn load_hit(at: u32) -> Hit {
+    let place = hits[in_queue(0u, at)];
+    let primitive = hits[in_queue(1u, at)];
+    let t = plane_vector(place);
+    return Hit(t.x, t.y, t.z, place.w, primitive.x, primitive.y);
+}
+
+/// `slot`: where its contribution goes.
+fn store_shadow_ray(at: u32, ray: ShadowRay, slot: u32) {
+    shadow_records[in_queue(SHADOW_ORIGIN, at)] = plane_floats(ray.origin, ray.distance);
+    shadow_records[in_queue(SHADOW_DIRECTION, at)] = plane_words(ray.direction, ray.salt);
+    shadow_records[in_queue(SHADOW_CONTRIBUTION, at)] = plane_words(ray.contribution, slot);
+}
+
+fn load_shadow_ray(at: u32) -> ShadowRay {
+    let origin = bitcast<vec4f>(shadow_records[in_queue(SHADOW_ORIGIN, at)]);
+    let direction = shadow_records[in_queue(SHADOW_DIRECTION, at)];
+    let contribution = shadow_records[in_queue(SHADOW_CONTRIBUTION, at)];
+    return ShadowRay(origin.xyz, origin.w, plane_vector(direction), direction.w, plane_vector(contribution));
+}
+
+fn shadow_ray_slot(at: u32) -> u32 {
+    return shadow_records[in_queue(SHADOW_CONTRIBUTION, at)].w;
 }

@@ -33,7 +33,6 @@ fn hand_on(local: u32, path: Path, alive: bool, shadow: ShadowRay, slot: u32, de
         store_path(half_of(depth + 1u) + place.x, path, slot);
     }
     if casts {
-        shadow_records[place.y] = ShadowRecord(
-            shadow.origin, shadow.distance, shadow.direction, shadow.salt, shadow.contribution, slot);
+        store_shadow_ray(place.y, shadow, slot);
     }
 }

@@ -19,7 +19,7 @@ fn record(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let path = load_path(half_of(1u) + id.x);
-    let hit = hits[id.x];
+    let hit = load_hit(id.x);
     let work = wave_work(id.x);
     if hit.instance == NONE {
         record_miss(work.pixel, work.first_sample);
@@ -43,8 +43,8 @@ fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_ind
         let branch = id.x % branches;
         let at = half_of(depth) + index;
         path = load_path(at);
-        slot = paths[at].slot + branch;
-        let hit = hits[index];
+        slot = path_slot(at) + branch;
+        let hit = load_hit(index);
         if hit.instance != NONE {
             let s = surface_at(path.origin, path.direction, hit);
             alive = arrive(&path, s, hit.t, branch, &shadow);
@@ -52,9 +52,9 @@ fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_ind
             path.state = path_add_distant(path.state, path.origin, path.direction);
         }
         if depth == 1u {
-            gathered[slot] = path.state.radiance;
+            gathered[slot] = vec4f(path.state.radiance, 0.0);
         } else if !all(path.state.radiance == vec3f(0.0)) {
-            gathered[slot] += path.state.radiance;
+            gathered[slot] += vec4f(path.state.radiance, 0.0);
         }
     }
     hand_on(local, path, alive, shadow, slot, depth);
@@ -89,7 +89,7 @@ fn accumulate(@builtin(global_invocation_id) id: vec3u) {
     for (var index = first; index < first + view.sample_count; index++) {
         var radiance = vec3f(0.0);
         for (var branch = 0u; branch < branches; branch++) {
-            radiance += gathered[index * branches + branch];
+            radiance += gathered[index * branches + branch].xyz;
         }
         sums = add_sample(sums, radiance);
     }

@@ -7,7 +7,7 @@ fn extend(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let path = load_path(half_of(wave.depth) + id.x);
-    hits[id.x] = closest(path.origin, path.direction, path_salt(path));
+    store_hit(id.x, closest(path.origin, path.direction, path_salt(path)));
 }
 
 /// Adds what lights contribute that are not hidden. A path has at most one shadow ray at a time, so nobody else adds to its
@@ -17,8 +17,8 @@ fn connect(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= wave.shadow_rays {
         return;
     }
-    let ray = shadow_records[id.x];
+    let ray = load_shadow_ray(id.x);
     if !occluded(ray.origin, ray.direction, ray.distance, ray.salt) {
-        gathered[ray.slot] += ray.contribution;
+        gathered[shadow_ray_slot(id.x)] += vec4f(ray.contribution, 0.0);
     }
 }

@@ -25,51 +25,16 @@ const PATHS_ON_GPU: u64 = 1 << 22;
 /// Paths in flight on a processor, whose caches they should not leave.
 const PATHS_ON_CPU: u64 = 1 << 14;
 
-/// A path on its way to the next vertex; see `shaders/wavefront.wgsl` for this and the following.
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-#[repr(C)]
-pub struct PathRecord {
-    origin: [f32; 3],
-    scramble: u32,
-    direction: [f32; 3],
-    length: f32,
-    throughput: [f32; 3],
-    pdf: f32,
-    eta_scale: f32,
-    sampler_index: u32,
-    slot: u32,
-    receiver: u32,
-}
+/// Bytes of a plane of records: four words of each; see `shaders/wavefront.wgsl` for this and the following.
+const PLANE: u64 = 16;
 
-/// Where a path arrives.
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-#[repr(C)]
-pub struct Hit {
-    t: f32,
-    u: f32,
-    v: f32,
-    instance: u32,
-    geometry: u32,
-    primitive: u32,
-}
-
-/// A shadow ray, and where its contribution goes.
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-#[repr(C)]
-pub struct ShadowRecord {
-    origin: [f32; 3],
-    distance: f32,
-    direction: [f32; 3],
-    salt: u32,
-    contribution: [f32; 3],
-    slot: u32,
-}
-
-/// Bytes of a path's radiance.
-const RADIANCE_BYTES: u64 = 16;
+/// Planes of a path on its way to the next vertex, of where it arrives, and of a shadow ray.
+const PATH_PLANES: u64 = 4;
+const HIT_PLANES: u64 = 2;
+const SHADOW_PLANES: u64 = 3;
 
 /// Bytes of both places of a path.
-const PATH_BYTES: u64 = 2 * size_of::<PathRecord>() as u64;
+const PATH_BYTES: u64 = 2 * PATH_PLANES * PLANE;
 
 /// Paths for which there can be queues on a device.
 pub(crate) fn most_paths(gpu: &Gpu) -> u64 {
@@ -133,9 +98,9 @@ impl Queues {
         let buffers = [
             buffer("the wave", size_of::<Wave>() as u64, none)?,
             buffer("the paths in flight", capacity * PATH_BYTES, none)?,
-            buffer("hits", capacity * size_of::<Hit>() as u64, none)?,
-            buffer("shadow rays", capacity * size_of::<ShadowRecord>() as u64, none)?,
-            buffer("gathered radiance", capacity * RADIANCE_BYTES, none)?,
+            buffer("hits", capacity * HIT_PLANES * PLANE, none)?,
+            buffer("shadow rays", capacity * SHADOW_PLANES * PLANE, none)?,
+            buffer("gathered radiance", capacity * PLANE, none)?,
             buffer("sizes of dispatches", size_of::<Dispatches>() as u64, BufferUsages::INDIRECT)?,
         ];
         Ok(Self { capacity: capacity as u32, buffers })
@@ -191,36 +156,15 @@ mod tests {
         let module = crate::shader::parse(&shading_text(Variant::default()));
         assert_layout!(
             module,
-            PathRecord {
-                origin,
-                scramble,
-                direction,
-                length,
-                throughput,
-                pdf,
-                eta_scale,
-                sampler_index,
-                slot,
-                receiver,
-            }
-        );
-        assert_layout!(module, Hit { t, u, v, instance, geometry, primitive });
-        assert_layout!(module, ShadowRecord { origin, distance, direction, salt, contribution, slot });
-        assert_layout!(
-            module,
             Wave { first_pixel, pixel_count, capacity, depth, arriving, shadow_rays, leaving, casting }
         );
         assert_layout!(module, Dispatches { paths, shadow_rays });
         assert_eq!(constant(&module, "GROUP"), GROUP);
-        let strides = module.types.iter().filter_map(|(_, t)| match t.inner {
-            naga::TypeInner::Array { base, stride, size: naga::ArraySize::Dynamic } => Some((base, stride)),
-            _ => None,
-        });
-        let vec3f = |base| {
-            matches!(module.types[base].inner, naga::TypeInner::Vector { size: naga::VectorSize::Tri, .. })
-        };
-        let radiance: Vec<u32> = strides.filter(|&(base, _)| vec3f(base)).map(|(_, stride)| stride).collect();
-        assert_eq!(radiance, [RADIANCE_BYTES as u32]);
+        let planes =
+            [("PATH_PLANES", PATH_PLANES), ("HIT_PLANES", HIT_PLANES), ("SHADOW_PLANES", SHADOW_PLANES)];
+        for (name, count) in planes {
+            assert_eq!(u64::from(constant(&module, name)), count, "{name}");
+        }
     }
 
     #[test]
@@ -230,7 +174,7 @@ mod tests {
         let Some(gpu) = crate::open_for_test("queues_fit_the_device", &options) else { return };
         let queues = Queues::new(&gpu, Some(u32::MAX)).expect("they fit");
         assert_eq!(queues.capacity(), 512);
-        assert_eq!(queues.memory_bytes(), 512 * (128 + 24 + 48 + 16) + 32 + 24);
+        assert_eq!(queues.memory_bytes(), 512 * (128 + 32 + 48 + 16) + 32 + 24);
         assert_eq!(Queues::new(&gpu, Some(100)).expect("they fit").capacity(), 100);
     }
 }

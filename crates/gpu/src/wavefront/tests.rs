@@ -160,8 +160,8 @@ fn a_stage_that_does_nothing_is_noticed() {
     let tracing = tracing_text(&setup.tracer.text(), variant(1));
     let shading = shading_text(variant(1));
     for (stage, text, line) in [
-        (Stage::Connect, tracing, "gathered[ray.slot] += ray.contribution;"),
-        (Stage::Shade, shading, "gathered[slot] = path.state.radiance;"),
+        (Stage::Connect, tracing, "gathered[shadow_ray_slot(id.x)] += vec4f(ray.contribution, 0.0);"),
+        (Stage::Shade, shading, "gathered[slot] = vec4f(path.state.radiance, 0.0);"),
     ] {
         let mut kernel = setup.wavefront(1, None);
         let broken = text.replace(line, "");

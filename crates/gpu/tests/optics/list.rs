@@ -458,6 +458,7 @@ functions! {
     history::deviation(mean: share, mean_of_squares: positive) within ROOTS;
     // realtime/edge_stops.rs
     edge_stops::spline_weight(away: axis) within EXACT;
+    edge_stops::binomial_weight(away: axis) within EXACT;
     edge_stops::normal_weight(cos_between: share, power: size) within POWERS;
     edge_stops::plane_weight(off_plane: share, allowed: positive) within POWERS;
     edge_stops::luminance_weight(difference: share, deviation: share, tolerance: positive) within POWERS;

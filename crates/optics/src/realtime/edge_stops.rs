@@ -16,6 +16,11 @@ pub mod edge_stops {
         select(select(0.0625, 0.25, away == 1u32), 0.375, away == 0u32)
     }
 
+    /// One of the three weights of the smallest binomial filter: of the middle one and of those beside it.
+    pub fn binomial_weight(away: u32) -> f32 {
+        select(0.25, 0.5, away == 0u32)
+    }
+
     /// Weight for the angle between normals: its cosine to a power.
     pub fn normal_weight(cos_between: f32, power: f32) -> f32 {
         pow(clamp(cos_between, 0.0, 1.0), power)
@@ -49,6 +54,7 @@ mod tests {
     fn spline_weights_sum_to_one() {
         let sum: f32 = [2, 1, 0, 1, 2].map(spline_weight).iter().sum();
         assert!((sum - 1.0).abs() < 1e-6);
+        assert_eq!([1, 0, 1].map(binomial_weight).iter().sum::<f32>(), 1.0);
         assert!(spline_weight(0) > spline_weight(1) && spline_weight(1) > spline_weight(2));
     }
 

@@ -10,8 +10,8 @@ use alhazen::gpu::hybrid::LiveScene;
 use alhazen::gpu::tracer::TracerKind;
 use alhazen::gpu::{Gpu, GpuOptions};
 use alhazen::{
-    BackendChoice, Camera, FrameSamples, Image, Integrator, Job, Limits, PathKernel, RealtimeSettings,
-    Renderer, RendererOptions, SamplerKind, Scene, SceneTables, View, metrics,
+    BackendChoice, Camera, FrameSamples, Image, Integrator, Job, Limits, PathKernel, PathSettings,
+    RealtimeSettings, Renderer, RendererOptions, SamplerKind, Scene, SceneTables, View, metrics,
 };
 use clap::Args;
 use std::collections::BTreeMap;
@@ -53,6 +53,9 @@ pub struct RealtimeArgs {
     /// Longest path in segments, of frames and references.
     #[arg(long, value_name = "DEPTH")]
     max_depth: Option<u32>,
+    /// First path length that Russian roulette may end, of frames.
+    #[arg(long, value_name = "DEPTH", default_value_t = 5)]
+    roulette_start: u32,
     /// How samples are drawn: sobol, independent or blue-noise.
     #[arg(long, value_name = "KIND", default_value_t)]
     sampler: SamplerKind,
@@ -84,6 +87,7 @@ pub fn run(args: &RealtimeArgs) -> anyhow::Result<()> {
         ("size", format!("{}×{}", args.width, args.height)),
         ("sampler", args.sampler.to_string()),
         ("longest path", settings.path.max_depth.to_string()),
+        ("Russian roulette", format!("from {} segments on", settings.path.roulette_start)),
         ("reference", format!("{} samples per pixel", args.reference_spp)),
         ("adaptive samples", adaptive.samples.to_string()),
         ("budget", adaptive.budget.map_or("none".into(), |b| format!("{:.1} ms", b.as_secs_f64() * 1e3))),
@@ -116,13 +120,13 @@ impl RealtimeArgs {
 
     /// One sample a pixel, filtered.
     fn realtime_settings(&self) -> RealtimeSettings {
-        let settings = self.settings.settings(self.max_depth, 5, self.visibility());
+        let settings = self.settings.settings(self.max_depth, self.roulette_start, self.visibility());
         RealtimeSettings { samples: FrameSamples { least: 1, most: 1 }, budget: None, ..settings }
     }
 
     /// As many samples as the arguments say, or as is usual.
     fn adaptive_settings(&self) -> RealtimeSettings {
-        let settings = self.settings.settings(self.max_depth, 5, self.visibility());
+        let settings = self.settings.settings(self.max_depth, self.roulette_start, self.visibility());
         let samples = if settings.samples.is_fixed() { FrameSamples::ADAPTIVE } else { settings.samples };
         RealtimeSettings { samples, ..settings }
     }
@@ -330,9 +334,11 @@ impl<'a> Measurement<'a> {
 
     /// The converged picture of a frame of the moving camera.
     fn reference(&mut self, frame: u32, settings: RealtimeSettings) -> anyhow::Result<Image> {
+        // Frames may end their paths earlier; references have no need to hurry.
+        let path = PathSettings { max_depth: settings.path.max_depth, ..PathSettings::default() };
         let job = Job {
             seed: 0x5eed_0000,
-            ..job(self.args, self.scene, self.camera(frame), Integrator::Path(settings.path))
+            ..job(self.args, self.scene, self.camera(frame), Integrator::Path(path))
         };
         let limits = Limits { spp: self.args.reference_spp, ..Limits::default() };
         Ok(render(&mut self.renderer, &job, &limits)?.0)
