@@ -256,11 +256,12 @@ type Part = fn(&mut Stage);
 fn frames_keep_what_is_true() {
     let Some(mut stage) = Stage::new("frames_keep_what_is_true", &scene()) else { return };
     let begun = std::time::Instant::now();
-    let parts: [(&str, Part); 8] = [
+    let parts: [(&str, Part); 9] = [
         ("still views", still_views_lose_nothing),
         ("moving views", moving_views_find_their_past),
         ("numbers", what_is_no_number_is_gone),
         ("the filter", constant_light_stays_and_noise_keeps_its_mean),
+        ("bright light", light_beyond_sixteen_bits_stays_finite),
         ("views", views_show_what_they_say),
         ("unfiltered frames", unfiltered_frames_are_paths),
         ("waves", waves_make_the_same_samples),
@@ -388,6 +389,25 @@ fn constant_light_stays_and_noise_keeps_its_mean(stage: &mut Stage) {
     let leaked = (0..AREA).filter(|&p| wall_behind(p, 0.0, 1.2).is_some_and(|w| w.y > 0.6));
     let most = leaked.map(|p| kept[p].diffuse[0]).fold(0.0, f32::max);
     assert!(most < 0.02, "{most} of the ball's light is on the wall");
+}
+
+/// What is filtered are 16-bit numbers relative to what is shown as white: light that is more than they hold becomes the most that
+/// they hold, neither infinite nor black.
+fn light_beyond_sixteen_bits_stays_finite(stage: &mut Stage) {
+    let wall: Vec<usize> =
+        (0..AREA).filter(|&p| wall_behind(p, 0.0, 1.2).is_some_and(|w| w.y > 0.6)).collect();
+    let mut brightest = |white| {
+        stage.begin();
+        let allocation = AllocationSettings { white, ..AllocationSettings::default() };
+        stage.frames(&view(0.0, RealtimeSettings { allocation, ..settings() }), 3);
+        let film = stage.film();
+        wall.iter().map(|&p| film.pixels()[p].mean()[1]).fold(0.0, f64::max)
+    };
+    let white = 1e-7;
+    let (usual, bounded) = (brightest(1.0), brightest(white));
+    let most = 65504.0 * f64::from(white);
+    assert!(usual > 4.0 * most, "the light of {usual} is not more than 16 bits hold");
+    assert!(bounded > 0.0 && bounded <= 1.001 * most, "{bounded} where {most} is the most");
 }
 
 /// Intermediate views are on the film.
