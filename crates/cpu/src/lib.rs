@@ -11,6 +11,7 @@ mod direct;
 mod filter;
 mod lane_lights;
 mod lanes;
+mod last_segment;
 mod layers;
 mod lights;
 mod listed;

@@ -70,16 +70,17 @@ pub(crate) struct Run {
 
 /// What a shadow ray brings if nothing is in its way.
 #[derive(Clone, Copy)]
-struct Connection {
-    slot: u32,
-    contribution: Vec3f,
+pub(crate) struct Connection {
+    /// Place of the sample in the batch.
+    pub slot: u32,
+    pub contribution: Vec3f,
 }
 
 /// Scratch memory of one worker. Everything is reused: a path allocates nothing.
 #[derive(Default)]
 pub(crate) struct PathBatch {
-    rays: Vec<Ray>,
-    paths: Vec<Path>,
+    pub(crate) rays: Vec<Ray>,
+    pub(crate) paths: Vec<Path>,
     hits: Vec<Hit>,
     next_rays: Vec<Ray>,
     next_paths: Vec<Path>,
@@ -102,11 +103,11 @@ pub(crate) struct PathBatch {
 }
 
 /// What all paths of a batch share.
-struct Context<'a> {
-    scene: &'a CpuScene,
+pub(crate) struct Context<'a> {
+    pub scene: &'a CpuScene,
     sampler_kind: u32,
     /// Segments of the paths so far: 1 after the camera ray.
-    depth: u32,
+    pub depth: u32,
     settings: &'a PathSettings,
     shading: Shading,
     wants_aovs: bool,
@@ -124,6 +125,12 @@ impl Context<'_> {
     fn draw(&self, path: &Path, pair: u32) -> Vec2f {
         let sampler = PixelSampler { kind: self.sampler_kind, scramble: path.scramble, index: path.index };
         sample_2d(sampler, self.pair() + pair)
+    }
+
+    /// Whether paths end where they arrive. Layers show the ends of first segments, which are never without meaning.
+    #[inline(always)]
+    fn are_last_segments(&self) -> bool {
+        self.depth >= self.settings.max_depth && self.depth > 1
     }
 
     /// Whether Russian roulette may end paths at this vertex.
@@ -152,6 +159,9 @@ impl PathBatch {
         self.generate(view, samples);
         let mut coherence = Coherence::Coherent;
         while !self.paths.is_empty() {
+            if context.are_last_segments() {
+                self.follow_into_the_sky(&context, filter);
+            }
             self.hits.clear();
             self.hits.resize(self.rays.len(), MISS);
             scene.tlas.closest_stream(&self.rays, &mut self.hits, filter, coherence);
@@ -476,17 +486,23 @@ impl PathBatch {
         let value = bsdf.eval(wo, wi);
         let contribution =
             path_light_contribution(path.throughput, value, light.radiance, light.pdf, light.delta);
+        self.ask(Connection { slot: path.slot, contribution }, shadow_ray(surface, light, above));
+    }
+
+    /// Queues a shadow ray, unless it brings nothing.
+    #[inline(always)]
+    pub(crate) fn ask(&mut self, connection: Connection, ray: Ray) {
+        let Vec3f { x, y, z } = connection.contribution;
         // Not `> 0`: NaN must reach the film, where it is counted.
-        if contribution.x + contribution.y + contribution.z == 0.0 {
-            return;
+        if x + y + z != 0.0 {
+            self.connections.push(connection);
+            self.shadow_rays.push(ray);
         }
-        self.connections.push(Connection { slot: path.slot, contribution });
-        self.shadow_rays.push(shadow_ray(surface, light, above));
     }
 
     /// Traces the queued shadow rays and adds what is not occluded.
     #[inline(always)]
-    fn connect<F: HitFilter>(&mut self, scene: &CpuScene, filter: &F) {
+    pub(crate) fn connect<F: HitFilter>(&mut self, scene: &CpuScene, filter: &F) {
         self.occluded.clear();
         self.occluded.resize(self.shadow_rays.len(), false);
         scene.tlas.any_stream(&self.shadow_rays, &mut self.occluded, filter, Coherence::Incoherent);

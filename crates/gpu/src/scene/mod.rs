@@ -219,8 +219,8 @@ fn scene_info(tables: &SceneTables, words: &Words, places: &TexelPlaces) -> Scen
             | if tables.has_bodies() { records::VOLUMES_BODIES } else { 0 },
         first_portal: words.portals,
         portal_count: environment.portals.len() as u32,
-        padding0: 0,
-        padding1: 0,
+        emitter_boxes: words.emitter_boxes,
+        emitter_box_count: tables.emitter_boxes.len() as u32,
     }
 }
 

@@ -7,8 +7,9 @@ use super::texels::{ImagePlace, images};
 use bytemuck::{Pod, Zeroable};
 use optics::albedo::SheenAlbedo;
 use scene::tables::{
-    FEWEST_LIGHTS, GeometryKind, GeometryRecord, InstanceRecord, LAYER_SLOTS, LAYERS_GLOSSINESS, LayerSlot,
-    LayersRecord, LightNode, LightRecord as TableLight, LightTree, MaterialRecord, NONE, SceneTables,
+    EmitterBox, FEWEST_LIGHTS, GeometryKind, GeometryRecord, InstanceRecord, LAYER_SLOTS, LAYERS_GLOSSINESS,
+    LayerSlot, LayersRecord, LightNode, LightRecord as TableLight, LightTree, MOST_BOXES, MaterialRecord,
+    NONE, SceneTables,
 };
 use scene::{Filter, Wrap};
 
@@ -64,8 +65,8 @@ pub struct SceneInfo {
     pub volume_flags: u32,
     pub first_portal: u32,
     pub portal_count: u32,
-    pub padding0: u32,
-    pub padding1: u32,
+    pub emitter_boxes: u32,
+    pub emitter_box_count: u32,
 }
 
 /// A bottom-level structure placed in the world.
@@ -257,6 +258,7 @@ pub(super) struct Words {
     pub disc_count: u32,
     pub row_alias: u32,
     pub portals: u32,
+    pub emitter_boxes: u32,
     pub light_tree: u32,
     layers: u32,
     pub sheen_albedo: u32,
@@ -322,6 +324,10 @@ impl Words {
         let rows: Vec<u32> = rows.iter().flat_map(|e| [e.threshold.to_bits(), e.alias]).collect();
         self.row_alias = self.append(&rows);
         self.portals = self.append(bytemuck::cast_slice(&tables.environment.portals));
+        // Always as many, so that those of a scene that is changed have a place.
+        let mut boxes = tables.emitter_boxes.clone();
+        boxes.resize(MOST_BOXES, EmitterBox::default());
+        self.emitter_boxes = self.append(bytemuck::cast_slice(&boxes));
         let tree = &tables.light_tree;
         self.light_tree = self.append(&[tree.probability.to_bits()]);
         self.append(&tree.places);
@@ -586,8 +592,8 @@ mod tests {
                 volume_flags,
                 first_portal,
                 portal_count,
-                padding0,
-                padding1,
+                emitter_boxes,
+                emitter_box_count,
             }
         );
         assert_layout!(

@@ -25,7 +25,7 @@ fn render_pixel(work: PixelWork) {
     while sample < end {
         var hit = fork.hit;
         if !(SPLITS_PATHS && branch > 0u) {
-            hit = closest(path.origin, path.direction, path_salt(path));
+            hit = nearest_or_any(path.origin, path.direction, path_salt(path), only_has_to_escape(path));
         }
         var alive = false;
         if hit.instance == NONE {
@@ -33,7 +33,7 @@ fn render_pixel(work: PixelWork) {
             if WANTS_AOVS && path.state.depth == 1u {
                 record_miss(pixel, sample);
             }
-        } else {
+        } else if !ends_in_the_dark(path, hit) {
             let s = surface_at(path.origin, path.direction, hit);
             if path.state.depth == 1u && !(SPLITS_PATHS && branch > 0u) {
                 if WANTS_AOVS {

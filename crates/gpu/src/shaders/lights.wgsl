@@ -394,6 +394,12 @@ fn path_add_distant(path: PathState, origin: vec3f, wi: vec3f) -> PathState {
     return next;
 }
 
+/// Whether there is light from infinitely far away in any direction.
+fn distant_light_shines() -> bool {
+    let gradient = scene.horizon + scene.zenith + scene.ground;
+    return scene.environment_width > 0u || scene.disc_count > 0u || any(gradient > vec3f(0.0));
+}
+
 /// Radiance of everything infinitely far away in unit direction `wi`.
 fn distant_radiance(wi: vec3f) -> vec3f {
     return path_add_distant(path_start(), vec3f(0.0), wi).radiance;

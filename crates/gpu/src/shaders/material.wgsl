@@ -70,6 +70,11 @@ fn emission_at(material: u32, coords: vec4f) -> vec3f {
     return materials[material].emission * sample_slot(material, SLOT_EMISSION, coords).rgb;
 }
 
+/// Whether a path may find light on surfaces of a material.
+fn may_shine(material: u32) -> bool {
+    return (materials[material].flags & MATERIAL_EMISSIVE) != 0u || materials[material].model == MODEL_UNLIT;
+}
+
 /// Radiance that the surface emits towards the viewer.
 fn surface_emission(s: Surface, footprint: f32) -> vec3f {
     if materials[s.material].model == MODEL_UNLIT {

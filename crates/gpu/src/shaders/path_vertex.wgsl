@@ -23,6 +23,10 @@ struct Path {
     receiver: u32,
 }
 
+/// Segments of which it is always asked where they end: layers show first surfaces, and filters want to know how far away from
+/// them second ones are.
+const SEGMENTS_LOOKED_AT: u32 = 2u;
+
 /// A question for the tracer: is anything between a vertex and a light sample?
 struct ShadowRay {
     origin: vec3f,
@@ -43,6 +47,38 @@ fn start_path(pixel: vec2u, sample: u32) -> Path {
 /// A number of the ray that tells tracers' questions about holes apart.
 fn path_salt(path: Path) -> u32 {
     return path.sampler.scramble + path.state.depth;
+}
+
+/// Whether nothing of the segment that the path is on counts but light at its end.
+fn is_on_last_segment(path: Path) -> bool {
+    return path.state.depth >= view.max_depth && path.state.depth > SEGMENTS_LOOKED_AT;
+}
+
+/// Whether a surface that shines may be in the path's way.
+fn may_meet_emitter(path: Path) -> bool {
+    let inverse = inverse_direction(path.direction);
+    for (var i = 0u; i < scene.emitter_box_count; i++) {
+        let low = scene.emitter_boxes + 6u * i;
+        if intersect_box(path.origin, inverse, words_vec3(low), words_vec3(low + 3u), 0.0, FAR).hit {
+            return true;
+        }
+    }
+    return false;
+}
+
+/// Whether anything can come of following the path.
+fn is_worth_following(path: Path) -> bool {
+    return !is_on_last_segment(path) || distant_light_shines() || may_meet_emitter(path);
+}
+
+/// Whether all that matters is whether the path leaves the scene, so that any hit will do.
+fn only_has_to_escape(path: Path) -> bool {
+    return is_on_last_segment(path) && !may_meet_emitter(path);
+}
+
+/// Whether the path ends where it arrives, and finds no light there.
+fn ends_in_the_dark(path: Path, hit: Hit) -> bool {
+    return is_on_last_segment(path) && !may_shine(hit_binding(hit).material);
 }
 
 fn no_shadow_ray() -> ShadowRay {
@@ -157,7 +193,7 @@ fn scatter(
     (*path).state.throughput *= 1.0 / survival;
     (*path).origin = ray_origin(s, above);
     (*path).direction = wi;
-    return true;
+    return is_worth_following(*path);
 }
 
 /// The question whether a light sample counts; none if it cannot contribute.

@@ -74,6 +74,9 @@ fn sample_light_at(pixel: vec2u, first: Hit, index: u32) -> SplitLight {
             path.state = add_distant(path);
             break;
         }
+        if ends_in_the_dark(path, hit) {
+            break;
+        }
         let s = surface_at(path.origin, path.direction, hit);
         let is_first = path.state.depth == 1u;
         if path.state.depth == 2u {
@@ -110,7 +113,7 @@ fn sample_light_at(pixel: vec2u, first: Hit, index: u32) -> SplitLight {
         if is_first && !path.state.specular {
             share = share_of_diffuse(lobes, path.direction);
         }
-        hit = closest(path.origin, path.direction, path_salt(path));
+        hit = nearest_or_any(path.origin, path.direction, path_salt(path), only_has_to_escape(path));
     }
     light.diffuse += share * path.state.radiance;
     light.specular += (1.0 - share) * path.state.radiance;

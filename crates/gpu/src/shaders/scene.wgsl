@@ -5,8 +5,10 @@
 //
 //     fn trace_closest(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32) -> Hit
 //     fn trace_any(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32) -> bool
+//     fn trace_either(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32, any: bool) -> Hit
 //
-// for t_min < t < t_max, with two-sided triangles and analytic spheres. Where SCENE_HAS_ALPHA, it asks `alpha_accepts`
+// for t_min < t < t_max, with two-sided triangles and analytic spheres. The last one finds the nearest hit or, with `any`,
+// some hit if there is one. Where SCENE_HAS_ALPHA, it asks `alpha_accepts`
 // about every candidate on a geometry whose binding has BINDING_ALPHA, and drops what is not accepted. `salt` is a number
 // of the ray that tracers hand through to that question.
 
@@ -59,8 +61,10 @@ struct SceneInfo {
     /// Where the triangles of portals begin, in `words`, nine each: a vertex and two edges; and how many there are.
     first_portal: u32,
     portal_count: u32,
-    padding0: u32,
-    padding1: u32,
+    /// Where the boxes around everything that shines begin, in `words`, six numbers each: the lowest and the highest corner; and how
+    /// many there are.
+    emitter_boxes: u32,
+    emitter_box_count: u32,
 }
 
 /// Bodies have priorities, and refract by what is on both of their sides.

@@ -316,6 +316,10 @@ fn trace_closest(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: 
     return bvh_walk(origin, direction, t_min, t_max, salt, false);
 }
 
+fn trace_either(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32, any: bool) -> Hit {
+    return bvh_walk(origin, direction, t_min, t_max, salt, any);
+}
+
 fn trace_any(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32) -> bool {
     return bvh_walk(origin, direction, t_min, t_max, salt, true).instance != NONE;
 }

@@ -20,12 +20,16 @@ fn ray_is_traceable(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32) -> 
 }
 
 fn trace_closest(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32) -> Hit {
+    return trace_either(origin, direction, t_min, t_max, salt, false);
+}
+
+fn trace_either(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32, any: bool) -> Hit {
     if !ray_is_traceable(origin, direction, t_min, t_max) {
         return hit_nothing();
     }
     payload = Payload(hit_nothing(), NONE, NONE, salt);
     let mask = ALL_INSTANCES | (RAY_RADIANCE << RAY_TYPE_SHIFT);
-    traceRay(scene_structure, RayDesc(0u, mask, max(t_min, 0.0), t_max, origin, direction), &payload);
+    traceRay(scene_structure, RayDesc(select(0u, ANY_HIT_WILL_DO, any), mask, max(t_min, 0.0), t_max, origin, direction), &payload);
     return payload.hit;
 }
 

@@ -34,8 +34,13 @@ fn query_sphere(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, candida
 }
 
 fn trace_closest(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32) -> Hit {
+    return trace_either(origin, direction, t_min, t_max, salt, false);
+}
+
+fn trace_either(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32, any: bool) -> Hit {
     var query: ray_query;
-    rayQueryInitialize(&query, structure, RayDesc(RAY_FLAG_NONE, 0xffu, t_min, t_max, origin, direction));
+    let flags = select(RAY_FLAG_NONE, RAY_FLAG_TERMINATE_ON_FIRST_HIT, any);
+    rayQueryInitialize(&query, structure, RayDesc(flags, 0xffu, t_min, t_max, origin, direction));
     var end = t_max;
     // Kept here, because Mesa's software driver (25.0) may report another candidate's distance and instance in the end.
     var sphere = hit_nothing();

@@ -45,11 +45,13 @@ fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_ind
         path = load_path(at);
         slot = path_slot(at) + branch;
         let hit = load_hit(index);
-        if hit.instance != NONE {
+        if hit.instance == NONE {
+            if branch == 0u {
+                path.state = path_add_distant(path.state, path.origin, path.direction);
+            }
+        } else if !ends_in_the_dark(path, hit) {
             let s = surface_at(path.origin, path.direction, hit);
             alive = arrive(&path, s, hit.t, branch, &shadow);
-        } else if branch == 0u {
-            path.state = path_add_distant(path.state, path.origin, path.direction);
         }
         if depth == 1u {
             gathered[slot] = vec4f(path.state.radiance, 0.0);

@@ -7,7 +7,8 @@ fn extend(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let path = load_path(half_of(wave.depth) + id.x);
-    store_hit(id.x, closest(path.origin, path.direction, path_salt(path)));
+    let any = only_has_to_escape(path);
+    store_hit(id.x, nearest_or_any(path.origin, path.direction, path_salt(path), any));
 }
 
 /// Adds what lights contribute that are not hidden. A path has at most one shadow ray at a time, so nobody else adds to its

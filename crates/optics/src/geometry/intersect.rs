@@ -212,6 +212,16 @@ pub mod intersect {
         result
     }
 
+    /// The reciprocal of each component of a direction; where that is zero or nearly so, a number beyond all distances instead of
+    /// infinity, so that no product with it is NaN.
+    pub fn inverse_direction(direction: Vec3f) -> Vec3f {
+        let tiny = 1e-20;
+        let x = select(direction.x, select(-tiny, tiny, direction.x >= 0.0), abs(direction.x) < tiny);
+        let y = select(direction.y, select(-tiny, tiny, direction.y >= 0.0), abs(direction.y) < tiny);
+        let z = select(direction.z, select(-tiny, tiny, direction.z >= 0.0), abs(direction.z) < tiny);
+        vec3f(1.0 / x, 1.0 / y, 1.0 / z)
+    }
+
     /// The part of the ray between `t_min` and `t_max` that lies in the box from `low` to `high`.
     ///
     /// `inverse_direction` is the reciprocal of each component of the direction, infinite where that is zero. Rays

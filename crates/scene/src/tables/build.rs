@@ -320,6 +320,7 @@ impl SceneTables {
             self.lights.push(LightRecord::environment(mean, radius));
         }
         self.choose_lights_with(LightTree::new(&self.lights));
+        self.add_emitter_boxes();
     }
 
     /// Adds a profile; returns where it begins.

@@ -54,7 +54,7 @@ impl EnvironmentTable {
                 }
             }
         }
-        if table.width > 0 || [table.horizon, table.zenith, table.ground].concat().iter().any(|&c| c > 0.0) {
+        if table.shines() {
             table.portals = portals.iter().flat_map(PortalTriangle::of).collect();
         }
         table
@@ -114,6 +114,11 @@ impl EnvironmentTable {
             weights += weight;
         }
         if weights > 0.0 { (sum / weights) as f32 } else { 0.0 }
+    }
+
+    /// Whether radiance comes from any direction.
+    pub fn shines(&self) -> bool {
+        self.width > 0 || [self.horizon, self.zenith, self.ground].concat().iter().any(|&c| c > 0.0)
     }
 
     /// Radiance from unit direction `direction`.

@@ -40,6 +40,8 @@ impl SceneTables {
             profiles,
             light_alias,
             light_tree,
+            // They follow from the rest.
+            emitter_boxes: _,
             environment,
             bounding_sphere,
             has_alpha,

@@ -222,9 +222,14 @@ impl MaterialRecord {
         self.layers != NONE || slots.iter().any(|&slot| slot != NONE)
     }
 
-    /// Whether the surface emits (an unlit surface does, but lights nothing).
+    /// Whether the surface emits. An unlit one does not: it has the colour that is seen.
     pub fn is_emissive(&self) -> bool {
         self.emission.iter().any(|&e| e > 0.0)
+    }
+
+    /// Whether a path may find light on it: it emits, or is unlit.
+    pub fn shines(&self) -> bool {
+        self.is_emissive() || self.model == ModelTag::Unlit
     }
 }
 

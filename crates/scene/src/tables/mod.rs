@@ -11,6 +11,7 @@
 mod alias;
 mod build;
 mod changes;
+mod emitter_boxes;
 mod environment;
 mod fingerprint;
 mod geometry;
@@ -26,6 +27,7 @@ mod surface_lights;
 
 pub use alias::{AliasEntry, build_alias_table};
 pub use changes::Changes;
+pub use emitter_boxes::{EmitterBox, MOST_BOXES};
 pub use environment::EnvironmentTable;
 pub use geometry::{BindingRecord, BlasRecord, GeometryKind, GeometryRecord, InstanceRecord};
 pub use layers::{LAYER_SLOTS, LAYERS_GLOSSINESS, LayerSlot, LayersRecord};
@@ -103,6 +105,8 @@ pub struct SceneTables {
     pub light_alias: Vec<AliasEntry>,
     /// Chooses among the lights that have a place, if they are many.
     pub light_tree: LightTree,
+    /// Boxes around all surfaces that a path may find light on; at most [`MOST_BOXES`]. They follow from the rest.
+    pub emitter_boxes: Vec<EmitterBox>,
     /// What is infinitely far away.
     pub environment: EnvironmentTable,
     /// World-space centre and radius of a sphere around everything finite; radius 0 if there is nothing.
@@ -139,6 +143,7 @@ impl SceneTables {
             + bytes(&self.profiles)
             + bytes(&self.light_alias)
             + self.light_tree.memory_bytes()
+            + bytes(&self.emitter_boxes)
             + self.environment.memory_bytes()
     }
 
