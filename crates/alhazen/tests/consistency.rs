@@ -3,9 +3,10 @@
 mod common;
 
 use alhazen::{
-    DirectSettings, Environment, Integrator, Job, Light, LightKind, PathSettings, SamplerKind, Scene,
+    Control, DirectSettings, Environment, Integrator, Job, Light, LightKind, Limits, PathSettings, Renderer,
+    SamplerKind, Scene,
 };
-use common::{assert_same, assert_same_coarse, estimate, job, path};
+use common::{SHINES, assert_same, assert_same_coarse, estimate, job, path};
 use glam::{Affine3A, Vec3};
 use scene::tables::SceneTables;
 use scene::{Material, Model};
@@ -36,6 +37,31 @@ fn what_only_changes_noise_does_not_change_the_picture() {
                 &estimate(&scene, &variant, 128),
                 &expected,
             );
+        }
+    }
+}
+
+/// Last segments that become shadow rays to the sky, or are left out, find what they would if all asked what they hit; and a scene
+/// that is said to have no lamps loses light.
+#[test]
+fn last_segments_lose_no_light() {
+    let mut sky = scenes::spheres();
+    sky.environment = Environment::Constant(Vec3::new(0.5, 0.7, 1.0));
+    for scene in [scenes::cornell(), scenes::glass(), scenes::assortment(), sky] {
+        let mut renderer = Renderer::cpu(None).expect("a renderer");
+        let [made, expected, dark] = SHINES.map(|shines| {
+            renderer.load_tables(shines(SceneTables::build(&scene))).expect("load");
+            let limits = Limits { spp: 16, ..Limits::default() };
+            let rays =
+                renderer.render(&job(&scene, SIZE, SIZE, 3), &limits, &Control::new()).expect("render").rays;
+            let film = renderer.film().expect("film").expect("rendered");
+            (film.pixels().iter().flat_map(|p| p.mean()).collect::<Vec<f64>>(), rays)
+        });
+        let close = |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-5 * (a + b);
+        assert!(made.0.iter().zip(&expected.0).all(close), "{}", scene.name);
+        if scene.environment == Environment::Black {
+            assert!(made.1 < expected.1, "{}: {} rays of {}", scene.name, made.1, expected.1);
+            assert!(!dark.0.iter().zip(&expected.0).all(close), "{}: light that is not there", scene.name);
         }
     }
 }

@@ -9,7 +9,8 @@ use alhazen::{
     Adaptive, Aov, Control, Environment, Film, Integrator, Job, Limits, LoadOptions, PathKernel,
     PathSettings, Renderer, SamplerKind, Sampling, Scene, Source, Summary,
 };
-use common::{in_turn, path};
+use common::{SHINES, in_turn, path};
+use scene::tables::SceneTables;
 use testkit::{Exclusive, scenes};
 
 const SIZE: u32 = 32;
@@ -156,6 +157,35 @@ fn every_setting_is_the_same() {
         });
         assert_eq!(layers[0], layers[1]);
         compare_adaptive(pair, &scene, &job);
+    }
+}
+
+/// Last segments that only ask whether they escape, or are left out, find what they would if all asked what they hit; and a scene
+/// that is said to have no lamps loses light.
+#[test]
+fn last_segments_lose_no_light() {
+    let mut sky = scenes::spheres();
+    sky.environment = Environment::Constant(glam::Vec3::new(0.5, 0.7, 1.0));
+    for pair in pairs("last_segments_lose_no_light").iter_mut() {
+        for scene in [scenes::cornell(), scenes::assortment(), sky.clone()] {
+            for renderer in [&mut pair.wavefront, &mut pair.megakernel] {
+                let [film, expected, dark] = SHINES.map(|shines| {
+                    renderer.load_tables(shines(SceneTables::build(&scene))).expect("load");
+                    let job = Job { integrator: path(3), ..job(&scene) };
+                    let limits = Limits { spp: 8 * SPP, ..Limits::default() };
+                    let rays = renderer.render(&job, &limits, &Control::new()).expect("render").rays;
+                    (renderer.film().expect("film").expect("rendered").clone(), rays)
+                });
+                let name = format!("{} on {}, {:?}", scene.name, renderer.backend_name(), renderer.kernel());
+                let share = differing_share(&film.0, &expected.0);
+                assert!(share < 0.005, "{name}: {:.1} % of the pixels differ", 100.0 * share);
+                if scene.environment == Environment::Black {
+                    assert!(10 * film.1 < 9 * expected.1, "{name}: {} rays of {}", film.1, expected.1);
+                    let missed = differing_share(&dark.0, &expected.0);
+                    assert!(missed > 0.02, "{name}: only {:.1} % of the pixels miss light", 100.0 * missed);
+                }
+            }
+        }
     }
 }
 

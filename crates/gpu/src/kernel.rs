@@ -87,8 +87,7 @@ impl KernelKind {
 /// How path tracing is spread over dispatches.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum PathKernel {
-    /// The faster one by the rule of [`crate::wavefront::choice`]: the wavefront for many samples of scenes with glass,
-    /// instances or many triangles, else the megakernel.
+    /// The faster one by the rule of [`crate::wavefront::choice`]: the wavefront for many samples at once, else the megakernel.
     #[default]
     Auto,
     /// One kernel follows each path from the camera to its end.

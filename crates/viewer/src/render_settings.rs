@@ -163,6 +163,8 @@ impl RenderSettings {
             Transport::Path => {
                 let (p, path) = (&self.path_settings, PathSettings::default());
                 options.number("roulette-start", p.roulette_start, path.roulette_start);
+                let (least, default) = (p.roulette_min_survival, path.roulette_min_survival);
+                options.number("roulette-min-survival", least, default);
                 options.number("splitting", p.splitting, path.splitting);
             }
             Transport::Direct => options.rays(&self.direct_settings, &DirectSettings::default()),

@@ -10,6 +10,7 @@ use alhazen::{
 };
 use glam::Vec3;
 use scene::Projection;
+use scene::tables::SceneTables;
 use testkit::{Comparison, Estimate, Exclusive, WHOLE_IMAGE};
 
 /// Path tracing up to `max_depth` segments, without Russian roulette.
@@ -32,6 +33,13 @@ pub fn from_above(x: f32, z: f32, height: f32, size: f32) -> Camera {
     camera.projection = Projection::Orthographic { height: size };
     camera
 }
+
+/// What it says of a scene where its surfaces shine: what is true, anywhere, or nowhere.
+pub const SHINES: [fn(SceneTables) -> SceneTables; 3] = [
+    |tables| tables,
+    |tables| SceneTables { emitter_boxes: vec![[[-1e4; 3], [1e4; 3]]], ..tables },
+    |tables| SceneTables { emitter_boxes: Vec::new(), ..tables },
+];
 
 /// Renders with what was noted on the way.
 pub fn render_with(scene: &Scene, job: &Job, spp: u32, threads: Option<usize>) -> (Film, Summary) {

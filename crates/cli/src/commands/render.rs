@@ -5,6 +5,7 @@ mod output;
 pub mod parsing;
 pub mod realtime;
 mod report;
+pub mod roulette;
 mod setup;
 mod split;
 mod video;
@@ -26,6 +27,7 @@ use parsing::{
 };
 use realtime::FrameSettings;
 use report::{print_loaded, report};
+use roulette::RouletteArgs;
 use setup::{job, limits, set_environment};
 use split::{Made, Saved, SplitArgs};
 use std::collections::BTreeSet;
@@ -181,9 +183,8 @@ pub struct RenderArgs {
     /// Follow glTF 2.0 to the letter: no compensation for light lost between microfacets.
     #[arg(long, help_heading = "Light")]
     single_scatter: bool,
-    /// First path length that Russian roulette may end.
-    #[arg(long, help_heading = "Light", value_name = "DEPTH", default_value_t = 5)]
-    roulette_start: u32,
+    #[command(flatten)]
+    roulette: RouletteArgs,
     /// Paths that go on from the first hit of each camera ray.
     #[arg(long, help_heading = "Light", value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
     splitting: u32,

@@ -69,12 +69,13 @@ const ENOUGH_PATHS: u32 = 1 << 18;
 
 impl Step {
     /// All of them.
-    const ALL: [Self; 9] = [
+    const ALL: [Self; 10] = [
         Self::Restart,
         Self::Begin,
         Self::ConnectFirst,
         Self::Measure,
         Self::Stage(Stage::Extend),
+        Self::Stage(Stage::ExtendLast),
         Self::Stage(Stage::Shade),
         Self::Stage(Stage::Prepare),
         Self::Stage(Stage::Connect),
@@ -307,13 +308,15 @@ impl Waves {
         run(Step::Stage(Stage::Prepare), Work::One);
         run(Step::ConnectFirst, shadow_rays);
         for vertex in 2..=max_depth {
-            run(Step::Stage(Stage::Extend), paths);
+            run(Step::Stage(Stage::extending(vertex, max_depth)), paths);
             if vertex == 2 {
                 run(Step::Measure, paths);
             }
             run(Step::Stage(Stage::Shade), paths);
-            run(Step::Stage(Stage::Prepare), Work::One);
-            run(Step::Stage(Stage::Connect), shadow_rays);
+            if vertex < max_depth {
+                run(Step::Stage(Stage::Prepare), Work::One);
+                run(Step::Stage(Stage::Connect), shadow_rays);
+            }
         }
         run(Step::Finish, Work::Pixels);
     }

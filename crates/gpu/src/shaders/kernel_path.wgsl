@@ -25,7 +25,7 @@ fn render_pixel(work: PixelWork) {
     while sample < end {
         var hit = fork.hit;
         if !(SPLITS_PATHS && branch > 0u) {
-            hit = nearest_or_any(path.origin, path.direction, path_salt(path), only_has_to_escape(path));
+            hit = closest(path.origin, path.direction, path_salt(path));
         }
         var alive = false;
         if hit.instance == NONE {

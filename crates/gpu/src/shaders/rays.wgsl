@@ -11,12 +11,6 @@ fn closest(origin: vec3f, direction: vec3f, salt: u32) -> Hit {
     return trace_closest(origin, direction, 0.0, RAY_END, salt);
 }
 
-/// The nearest hit or, with `any`, some hit if there is one.
-fn nearest_or_any(origin: vec3f, direction: vec3f, salt: u32, any: bool) -> Hit {
-    rays_traced += 1u;
-    return trace_either(origin, direction, 0.0, RAY_END, salt, any);
-}
-
 fn occluded(origin: vec3f, direction: vec3f, distance: f32, salt: u32) -> bool {
     rays_traced += 1u;
     return trace_any(origin, direction, 0.0, distance, salt);

@@ -113,7 +113,7 @@ fn sample_light_at(pixel: vec2u, first: Hit, index: u32) -> SplitLight {
         if is_first && !path.state.specular {
             share = share_of_diffuse(lobes, path.direction);
         }
-        hit = nearest_or_any(path.origin, path.direction, path_salt(path), only_has_to_escape(path));
+        hit = closest(path.origin, path.direction, path_salt(path));
     }
     light.diffuse += share * path.state.radiance;
     light.specular += (1.0 - share) * path.state.radiance;

@@ -1,6 +1,7 @@
 // A sample of each pixel as a wave of paths: what happens at the first vertex, and how the wave's light gets to its pixels.
 //
-//     restart → begin → prepare → connect_first → [extend → measure (once) → shade → prepare → connect] for each vertex → finish
+//     restart → begin → prepare → connect_first → [extend → measure (once) → shade → prepare → connect] for each
+//     vertex but the last → extend_last → shade → finish
 //
 // Those that are not here are the stages of `path`'s wavefront. The place of a path in `gathered` is its pixel's.
 

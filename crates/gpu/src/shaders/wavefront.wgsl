@@ -2,7 +2,7 @@
 //
 // A wave is all samples of some pixels. All its paths are at the same vertex at a time:
 //
-//     generate → [extend → shade → connect] for each vertex → accumulate
+//     generate → [extend → shade → connect] for each vertex but the last → extend_last → shade → accumulate
 //
 // `paths` has two halves of `wave.capacity` records. `shade` reads those that arrive from one half and writes those that go
 // on, without gaps, to the other. Radiance stays where it is: `gathered` has a place for each path of the wave.

@@ -6,6 +6,9 @@ fn generate(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= wave.arriving {
         return;
     }
+    if id.x == 0u {
+        count_rays(wave.arriving);
+    }
     let work = wave_work(id.x);
     let path = start_path(work.pixel, work.first_sample);
     store_path(half_of(1u) + id.x, path, id.x * branch_count());
@@ -71,7 +74,7 @@ fn groups_for(invocations: u32) -> array<u32, 3> {
 fn prepare() {
     let leaving = atomicExchange(&wave.leaving, 0u);
     let casting = atomicExchange(&wave.casting, 0u);
-    count_rays(wave.arriving + casting);
+    count_rays(leaving + casting);
     wave.arriving = leaving;
     wave.shadow_rays = casting;
     wave.depth += 1u;

@@ -1,4 +1,4 @@
-// The wavefront's stages that ask the tracer, and do nothing else.
+// The wavefront's stages that ask the tracer, and do nothing else. `prepare` counts the rays.
 
 /// Finds where the paths arrive.
 @compute @workgroup_size(GROUP)
@@ -7,8 +7,19 @@ fn extend(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let path = load_path(half_of(wave.depth) + id.x);
+    store_hit(id.x, closest(path.origin, path.direction, path_salt(path)));
+}
+
+/// The same on the paths' last segments. Most of them only have to escape, and for these any hit will do. It is a stage of its own
+/// because a walk that is told so at run time is slower everywhere.
+@compute @workgroup_size(GROUP)
+fn extend_last(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= wave.arriving {
+        return;
+    }
+    let path = load_path(half_of(wave.depth) + id.x);
     let any = only_has_to_escape(path);
-    store_hit(id.x, nearest_or_any(path.origin, path.direction, path_salt(path), any));
+    store_hit(id.x, trace_either(path.origin, path.direction, 0.0, RAY_END, path_salt(path), any));
 }
 
 /// Adds what lights contribute that are not hidden. A path has at most one shadow ray at a time, so nobody else adds to its

@@ -148,12 +148,16 @@ impl WavefrontKernel {
             let first = depth == 1;
             let extend = if first { Work::Invocations(paths) } else { arriving };
             let shade = if first { Work::Invocations(paths * branches) } else { arriving };
-            pass(Stage::Extend, &[(Stage::Extend, extend)]);
+            let extending = Stage::extending(depth, max_depth);
+            pass(Stage::Extend, &[(extending, extend)]);
             if first && self.wants_aovs {
                 pass(Stage::Record, &[(Stage::Record, extend)]);
             }
             pass(Stage::Shade, &[(Stage::Shade, shade)]);
-            pass(Stage::Connect, &[prepare, connect]);
+            // From the last vertex no path goes on, and no light is asked.
+            if depth < max_depth {
+                pass(Stage::Connect, &[prepare, connect]);
+            }
         }
         pass(Stage::Accumulate, &[(Stage::Accumulate, Work::Invocations(pixels))]);
     }

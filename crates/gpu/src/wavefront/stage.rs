@@ -11,6 +11,8 @@ pub enum Stage {
     Generate,
     /// Finds where paths arrive.
     Extend,
+    /// Finds what light paths that end there may meet.
+    ExtendLast,
     /// Records first hits for auxiliary layers.
     Record,
     /// Everything that happens at a vertex but tracing.
@@ -25,9 +27,10 @@ pub enum Stage {
 
 impl Stage {
     /// All of them; a stage's place is its number.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Generate,
         Self::Extend,
+        Self::ExtendLast,
         Self::Record,
         Self::Shade,
         Self::Prepare,
@@ -40,6 +43,7 @@ impl Stage {
         match self {
             Self::Generate => "generate",
             Self::Extend => "extend",
+            Self::ExtendLast => "extend_last",
             Self::Record => "record",
             Self::Shade => "shade",
             Self::Prepare => "prepare",
@@ -48,10 +52,15 @@ impl Stage {
         }
     }
 
+    /// What finds where paths arrive that are on segment `depth` of `max_depth`.
+    pub fn extending(depth: u32, max_depth: u32) -> Self {
+        if depth > 1 && depth == max_depth { Self::ExtendLast } else { Self::Extend }
+    }
+
     /// Whether it asks the tracer.
     pub fn traces(self) -> bool {
         match self {
-            Self::Extend | Self::Connect => true,
+            Self::Extend | Self::ExtendLast | Self::Connect => true,
             Self::Generate | Self::Record | Self::Shade | Self::Prepare | Self::Accumulate => false,
         }
     }
@@ -60,7 +69,7 @@ impl Stage {
     /// megakernel does, so that both run on the same devices.
     pub fn film_bindings(self) -> &'static [u32] {
         match self {
-            Self::Extend | Self::Shade | Self::Connect => &[],
+            Self::Extend | Self::ExtendLast | Self::Shade | Self::Connect => &[],
             Self::Generate | Self::Prepare => &[2],
             Self::Record => &[2, 3],
             Self::Accumulate => &[1, 2],
@@ -71,7 +80,7 @@ impl Stage {
     pub fn queue_bindings(self) -> &'static [u32] {
         match self {
             Self::Generate => &[WAVE, PATHS],
-            Self::Extend | Self::Record => &[WAVE, PATHS, HITS],
+            Self::Extend | Self::ExtendLast | Self::Record => &[WAVE, PATHS, HITS],
             Self::Shade => &[WAVE, PATHS, HITS, SHADOW_RAYS, GATHERED],
             Self::Prepare => &[WAVE, DISPATCHES],
             Self::Connect => &[WAVE, SHADOW_RAYS, GATHERED],

@@ -5,6 +5,7 @@ use super::frames::Visibility;
 use super::report::{Cell, Percentiles, Plot, Report, Scale, Table};
 use super::views::{check_scenes, open_scene, render, short_name};
 use crate::commands::render::realtime::FrameSettings;
+use crate::commands::render::roulette::RouletteArgs;
 use crate::console::print_result;
 use alhazen::gpu::hybrid::LiveScene;
 use alhazen::gpu::tracer::TracerKind;
@@ -53,9 +54,9 @@ pub struct RealtimeArgs {
     /// Longest path in segments, of frames and references.
     #[arg(long, value_name = "DEPTH")]
     max_depth: Option<u32>,
-    /// First path length that Russian roulette may end, of frames.
-    #[arg(long, value_name = "DEPTH", default_value_t = 5)]
-    roulette_start: u32,
+    /// Of frames; references have the path tracer's usual one.
+    #[command(flatten)]
+    roulette: RouletteArgs,
     /// How samples are drawn: sobol, independent or blue-noise.
     #[arg(long, value_name = "KIND", default_value_t)]
     sampler: SamplerKind,
@@ -82,12 +83,14 @@ const TIMED_FRAMES: u32 = 64;
 pub fn run(args: &RealtimeArgs) -> anyhow::Result<()> {
     let settings = args.realtime_settings();
     let adaptive = args.adaptive_settings();
+    let PathSettings { roulette_start, roulette_min_survival, .. } = settings.path;
+    let roulette = format!("from {roulette_start} segments on, {roulette_min_survival} survive at least");
     let about = [
         ("device", args.open()?.describe()),
         ("size", format!("{}×{}", args.width, args.height)),
         ("sampler", args.sampler.to_string()),
         ("longest path", settings.path.max_depth.to_string()),
-        ("Russian roulette", format!("from {} segments on", settings.path.roulette_start)),
+        ("Russian roulette", roulette),
         ("reference", format!("{} samples per pixel", args.reference_spp)),
         ("adaptive samples", adaptive.samples.to_string()),
         ("budget", adaptive.budget.map_or("none".into(), |b| format!("{:.1} ms", b.as_secs_f64() * 1e3))),
@@ -120,13 +123,13 @@ impl RealtimeArgs {
 
     /// One sample a pixel, filtered.
     fn realtime_settings(&self) -> RealtimeSettings {
-        let settings = self.settings.settings(self.max_depth, self.roulette_start, self.visibility());
+        let settings = self.settings.settings(self.max_depth, &self.roulette, self.visibility());
         RealtimeSettings { samples: FrameSamples { least: 1, most: 1 }, budget: None, ..settings }
     }
 
     /// As many samples as the arguments say, or as is usual.
     fn adaptive_settings(&self) -> RealtimeSettings {
-        let settings = self.settings.settings(self.max_depth, self.roulette_start, self.visibility());
+        let settings = self.settings.settings(self.max_depth, &self.roulette, self.visibility());
         let samples = if settings.samples.is_fixed() { FrameSamples::ADAPTIVE } else { settings.samples };
         RealtimeSettings { samples, ..settings }
     }

@@ -1,6 +1,7 @@
 //! What `alhazen render` may say about `--integrator realtime`.
 
 use super::parsing::parse_positive;
+use super::roulette::RouletteArgs;
 use alhazen::{
     AllocationSettings, FrameSamples, FrameView, HistorySettings, PathSettings, RealtimeSettings, Visibility,
 };
@@ -61,13 +62,13 @@ impl FrameSettings {
     pub fn settings(
         &self,
         max_depth: Option<u32>,
-        roulette_start: u32,
+        roulette: &RouletteArgs,
         visibility: Visibility,
     ) -> RealtimeSettings {
         let d = RealtimeSettings::default();
         let of_budget = if self.budget.is_some() { FrameSamples::ADAPTIVE } else { d.samples };
         RealtimeSettings {
-            path: PathSettings { max_depth: max_depth.unwrap_or(d.path.max_depth), roulette_start, ..d.path },
+            path: roulette.apply(PathSettings { max_depth: max_depth.unwrap_or(d.path.max_depth), ..d.path }),
             visibility,
             samples: self.frame_samples.unwrap_or(of_budget),
             allocation: AllocationSettings {

@@ -134,12 +134,11 @@ fn integrator(args: &RenderArgs, of_scene: Integrator) -> Integrator {
     let path = || {
         let scene_depth = if let Integrator::Path(p) = of_scene { Some(p.max_depth) } else { None };
         let default = PathSettings::default();
-        Integrator::Path(PathSettings {
+        Integrator::Path(args.roulette.apply(PathSettings {
             max_depth: args.max_depth.or(scene_depth).unwrap_or(default.max_depth),
-            roulette_start: args.roulette_start,
             splitting: args.splitting,
             ..default
-        })
+        }))
     };
     let rays = |d: DirectSettings| DirectSettings {
         shadow_samples: args.shadow_samples.unwrap_or(d.shadow_samples),
@@ -172,7 +171,7 @@ fn integrator(args: &RenderArgs, of_scene: Integrator) -> Integrator {
     let realtime = || {
         let scene_depth = if let Integrator::Realtime(r) = of_scene { Some(r.path.max_depth) } else { None };
         let max_depth = args.max_depth.or(scene_depth);
-        Integrator::Realtime(args.realtime.settings(max_depth, args.roulette_start, visibility))
+        Integrator::Realtime(args.realtime.settings(max_depth, &args.roulette, visibility))
     };
     match (args.integrator, of_scene) {
         (Some(IntegratorName::Path), _) | (None, Integrator::Path(_)) => path(),
