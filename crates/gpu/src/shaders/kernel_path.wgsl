@@ -33,7 +33,7 @@ fn render_pixel(work: PixelWork) {
             if WANTS_AOVS && path.state.depth == 1u {
                 record_miss(pixel, sample);
             }
-        } else if !ends_in_the_dark(path, hit) {
+        } else {
             let s = surface_at(path.origin, path.direction, hit);
             if path.state.depth == 1u && !(SPLITS_PATHS && branch > 0u) {
                 if WANTS_AOVS {
