@@ -127,10 +127,11 @@ impl Context<'_> {
         sample_2d(sampler, self.pair() + pair)
     }
 
-    /// Whether paths end where they arrive. Layers show the ends of first segments, which are never without meaning.
+    /// Whether paths end where they arrive, and nobody looks at that place for anything but its light: layers show first surfaces, and
+    /// the filters of GPUs, which trace the same rays, want to know how far away from them second ones are.
     #[inline(always)]
     fn are_last_segments(&self) -> bool {
-        self.depth >= self.settings.max_depth && self.depth > 1
+        self.depth >= self.settings.max_depth && self.depth > 2
     }
 
     /// Whether Russian roulette may end paths at this vertex.

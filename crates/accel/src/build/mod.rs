@@ -1,8 +1,9 @@
-//! Building: primitives → (parts of them) → binary tree by binned SAH → eight-wide tree, depth first.
+//! Building: primitives → (parts of them) → binary tree by binned SAH → (nodes in better places) → eight-wide tree, depth first.
 
 mod binned;
 mod collapse;
 mod presplit;
+mod reinsert;
 
 use crate::aabb::Aabb;
 use crate::layout::{ChildRef, Node};
@@ -119,12 +120,14 @@ pub(crate) struct Settings {
     /// Most bins per axis.
     pub bins: usize,
     pub leaves: Leaves,
+    /// Whether nodes are moved to better places in the end.
+    pub reinserts: bool,
 }
 
 impl Settings {
     pub fn new(quality: Quality, leaf_size: usize, leaves: Leaves) -> Settings {
         let bins = if quality == Quality::Fast { 8 } else { 16 };
-        Settings { leaf_size, bins, leaves }
+        Settings { leaf_size, bins, leaves, reinserts: false }
     }
 
     /// Whether a tree over `n` primitives should fill its leaves to the brim instead of looking for the best cuts.
@@ -167,5 +170,6 @@ pub(crate) struct WideTree {
 /// Builds a tree; `primitives` are reordered.
 pub(crate) fn build(primitives: &mut [PrimitiveRef], settings: Settings) -> WideTree {
     let binary = binned::build(primitives, settings);
+    let binary = if settings.reinserts { reinsert::reinsert(binary) } else { binary };
     collapse::collapse(&binary)
 }

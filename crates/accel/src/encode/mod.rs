@@ -102,7 +102,8 @@ impl Planned {
 
 /// Trees for shaders.
 fn settings(quality: Quality) -> Settings {
-    Settings::new(quality, MAX_LEAF, Leaves::OneByOne(PRIMITIVE_COST))
+    let settings = Settings::new(quality, MAX_LEAF, Leaves::OneByOne(PRIMITIVE_COST));
+    Settings { reinserts: quality != Quality::Fast, ..settings }
 }
 
 /// Cost of a test of a primitive, in units of the cost of a visit to a node.

@@ -220,6 +220,7 @@ functions! {
     intersect::intersect_triangle_plane(origin: point, direction: direction, p0: point, p1: point, p2: point, t_min: share, t_max: positive) within SIDES;
     intersect::nearest_triangle_point(origin: point, direction: direction, p0: point, p1: point, p2: point) within EDGES;
     intersect::intersect_sphere(origin: point, direction: direction, center: point, radius: share) within ROUNDING;
+    intersect::inverse_direction(direction: direction) within ROUNDING;
     intersect::intersect_box(origin: point, inverse_direction: signed_color, low: point, high: far_point, t_min: share, t_max: positive) within ROUNDING;
     // geometry/camera.rs
     camera::camera_ray(camera: camera, film: unit2, u_lens: unit2) within ROUNDING;
