@@ -164,7 +164,7 @@ impl Blas {
         let split = quality == Quality::High && refs.len() > WIDTH * build::TINY_BLOCKS;
         if split {
             let cutting = Cutting { budget: CUTS, waste: Waste::Whole };
-            refs = Cuts::new(&refs, &points, cutting).make(&refs);
+            refs = Cuts::new(&refs, |r: &PrimitiveRef| Some(points(r)), cutting).make(&refs);
         }
         let tree = build::build(&mut refs, settings);
         let blocks = fill_blocks(&tree, &refs, TriangleBlock::EMPTY, |block, lane, r| {

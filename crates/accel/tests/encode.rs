@@ -2,10 +2,10 @@
 
 mod support;
 
-use accel::encode::{EncodedHit, EncodedScene, Object, SphereGeometry, WalkCounts};
+use accel::encode::{EncodedHit, EncodedScene, OWNER_SPHERE, Object, SphereGeometry, WalkCounts};
 use accel::{Hit, Instance, MISS, Opaque, Quality, Ray, Sphere};
 use proptest::prelude::*;
-use support::{Everything, Mesh, Rng, amount, random_rays, same_hit};
+use support::{Everything, Mesh, Rng, amount, random_rays, same_hit, transform};
 
 fn as_hit(hit: Option<EncodedHit>) -> Hit {
     hit.map_or(MISS, |h| Hit { t: h.t, u: h.u, v: h.v, primitive: h.primitive, instance: h.instance })
@@ -64,8 +64,9 @@ fn a_lost_triangle_is_noticed() {
     check(&scene, &everything(&mesh), &random_rays(&mut rng, 2000, 2.0));
 }
 
-/// A scene of two meshes in one object, spheres in another, and instances of both.
-fn instances(rng: &mut Rng) -> (EncodedScene, Everything) {
+/// A scene of two meshes in one object, spheres in another, and instances of both; joined if they have no more than `most_joined`
+/// primitives.
+fn instances(rng: &mut Rng, most_joined: usize) -> (EncodedScene, Everything) {
     let meshes = [Mesh::soup(rng, 200, 0.2), Mesh::blob(12)];
     let first = [0, meshes[0].indices.len() as u32];
     let spheres: Vec<Sphere> =
@@ -94,32 +95,108 @@ fn instances(rng: &mut Rng) -> (EncodedScene, Everything) {
             all.add_mesh(number, first[i], mesh, &m);
         }
     }
-    (EncodedScene::build(&objects, &placed, Quality::Balanced), all)
+    // Spheres of half the size, turned about z by the angle of the triangle 3, 4, 5, and moved.
+    let turned = [[0.3, -0.4, 0.0, 1.0], [0.4, 0.3, 0.0, -2.0], [0.0, 0.0, 0.5, 0.5]];
+    placed.push(Instance { object_to_world: turned, ..Instance::identity(1) });
+    all.spheres.extend((0..).zip(&spheres).map(|(i, s)| {
+        let world = Sphere { center: transform(&turned, s.center), radius: 0.5 * s.radius };
+        (40, i, world)
+    }));
+    (EncodedScene::build_still(&objects, &placed, Quality::Balanced, most_joined), all)
 }
+
+/// Far more than there is to join.
+const ALL: usize = usize::MAX;
 
 #[test]
 fn instances_of_meshes_and_spheres() {
     let mut rng = Rng::new(3);
-    let (scene, all) = instances(&mut rng);
+    let (scene, all) = instances(&mut rng, 0);
     assert_eq!(scene.kinds(), (true, true));
-    assert!(!scene.is_single());
+    assert!(!scene.is_single() && !scene.is_joined());
     check(&scene, &all, &random_rays(&mut rng, amount(2000), 3.0));
 }
 
 #[test]
+fn instances_that_stand_still_are_one_object() {
+    let mut rng = Rng::new(3);
+    let (scene, all) = instances(&mut rng, ALL);
+    assert_eq!(scene.kinds(), (true, true));
+    assert!(scene.is_single() && scene.is_joined());
+    let rays = random_rays(&mut rng, amount(2000), 3.0);
+    check(&scene, &all, &rays);
+    let nodes = |scene: &EncodedScene| {
+        let mut counts = WalkCounts::default();
+        for ray in &rays {
+            scene.closest(ray, |_| true, &mut counts);
+        }
+        counts.nodes
+    };
+    let (joined, apart) = (nodes(&scene), nodes(&instances(&mut Rng::new(3), 0).0));
+    assert!(10 * joined < 8 * apart, "{joined} and {apart}");
+}
+
+#[test]
+fn what_cannot_be_joined_stays_apart() {
+    let spheres = [Sphere { center: [0.0; 3], radius: 1.0 }];
+    let mesh = Mesh::blob(4);
+    let triangles = || Object::Triangles(vec![mesh.geometry(0)]);
+    let ball = || Object::Spheres(vec![SphereGeometry { spheres: &spheres, first_id: 0 }]);
+    let scaled = |blas, x: f32, y: f32| {
+        let m = [[x, 0.0, 0.0, 3.0], [0.0, y, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+        Instance { object_to_world: m, ..Instance::identity(blas) }
+    };
+    let unseen = Instance { mask: 0, ..scaled(0, 1.0, 1.0) };
+    let count = mesh.indices.len();
+    for (name, objects, instances, most, joined) in [
+        ("two", vec![triangles()], vec![Instance::identity(0), scaled(0, 2.0, 1.0)], 2 * count, true),
+        (
+            "two, of which one is too many",
+            vec![triangles()],
+            vec![Instance::identity(0); 2],
+            2 * count - 1,
+            false,
+        ),
+        ("one at home", vec![triangles()], vec![Instance::identity(0)], ALL, false),
+        (
+            "one at home, and one that nobody sees",
+            vec![triangles()],
+            vec![Instance::identity(0), unseen],
+            ALL,
+            false,
+        ),
+        ("one elsewhere", vec![triangles()], vec![scaled(0, 1.0, -1.0)], ALL, true),
+        ("none", vec![triangles()], vec![unseen], ALL, false),
+        ("a sphere elsewhere", vec![ball()], vec![scaled(0, 1.0, -1.0)], ALL, true),
+        (
+            "an ellipsoid",
+            vec![triangles(), ball()],
+            vec![Instance::identity(0), scaled(1, 2.0, 1.0)],
+            ALL,
+            false,
+        ),
+    ] {
+        let scene = EncodedScene::build_still(&objects, &instances, Quality::Balanced, most);
+        assert_eq!(scene.is_joined(), joined, "{name}");
+        assert!(scene.is_single() || !joined, "{name}");
+    }
+}
+
+#[test]
 fn geometries_have_their_numbers() {
-    let (scene, _) = instances(&mut Rng::new(3));
-    for p in &scene.primitives {
-        let is_sphere = p.c == [0.0; 3];
-        let first_of_second = if is_sphere { 15 } else { 200 };
-        assert_eq!(p.geometry, u32::from(p.primitive >= first_of_second), "{p:?}");
+    for most_joined in [0, ALL] {
+        let (scene, _) = instances(&mut Rng::new(3), most_joined);
+        for p in &scene.primitives {
+            let is_sphere = p.c == [0.0; 3];
+            let first_of_second = if is_sphere { 15 } else { 200 };
+            assert_eq!(p.geometry, u32::from(p.primitive >= first_of_second), "{p:?}");
+            assert_eq!(p.owner & OWNER_SPHERE != 0, is_sphere && scene.is_joined(), "{p:?}");
+        }
     }
 }
 
 #[test]
 fn candidates_can_be_refused() {
-    let mut rng = Rng::new(4);
-    let (scene, all) = instances(&mut rng);
     struct Odd;
     impl accel::HitFilter for Odd {
         const OPAQUE: bool = false;
@@ -128,15 +205,19 @@ fn candidates_can_be_refused() {
         }
     }
     let accept = |h: &EncodedHit| (h.instance + h.primitive) % 2 == 1;
-    let rays = random_rays(&mut rng, amount(2000), 3.0);
-    let mut counts = WalkCounts::default();
-    let differ = rays.iter().filter(|ray| {
-        let expected = all.closest(ray, &Odd);
-        !same_hit(&expected, &as_hit(scene.closest(ray, accept, &mut counts)))
-            || scene.any(ray, accept, &mut counts) == expected.is_miss()
-    });
-    let differ = differ.count();
-    assert!(differ * 1000 <= rays.len(), "{differ} of {} rays differ", rays.len());
+    for most_joined in [0, ALL] {
+        let mut rng = Rng::new(4);
+        let (scene, all) = instances(&mut rng, most_joined);
+        let rays = random_rays(&mut rng, amount(2000), 3.0);
+        let mut counts = WalkCounts::default();
+        let differ = rays.iter().filter(|ray| {
+            let expected = all.closest(ray, &Odd);
+            !same_hit(&expected, &as_hit(scene.closest(ray, accept, &mut counts)))
+                || scene.any(ray, accept, &mut counts) == expected.is_miss()
+        });
+        let differ = differ.count();
+        assert!(differ * 1000 <= rays.len(), "{differ} of {} rays differ", rays.len());
+    }
 }
 
 /// A blob of small triangles with long, slanted ones about it.

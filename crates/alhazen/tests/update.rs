@@ -143,6 +143,40 @@ fn updates_on_gpus() {
     }
 }
 
+/// Instances that share a mesh and do not say that they will be moved are made one structure where that is faster. They can be moved
+/// all the same, more than once.
+#[test]
+fn instances_move_that_did_not_say_so() {
+    let test = "instances_move_that_did_not_say_so";
+    let mut old = before();
+    old.instances.iter_mut().for_each(|i| i.dynamic = false);
+    assert!(!SceneTables::build(&old).has_dynamic_instances);
+    let job = job(&old, 16, 16, 4);
+    let turned = |by: f32| {
+        let mut scene = old.clone();
+        scene.instances.iter_mut().for_each(|i| i.transform = Affine3A::from_rotation_y(by) * i.transform);
+        scene
+    };
+    for renderer in gpu_renderers(test).iter_mut() {
+        renderer.load(&old).expect("load");
+        let first = picture(renderer, &job);
+        for by in [0.2, 0.4] {
+            let new = turned(by);
+            renderer.update(&new).expect("update");
+            let updated = picture(renderer, &job);
+            let unlike = first.pixels().iter().zip(updated.pixels()).filter(|(a, b)| a.mean() != b.mean());
+            assert!(unlike.count() * 20 > first.pixels().len(), "{by}: nothing has moved");
+            let mut fresh = Renderer::cpu(None).expect("threads");
+            fresh.load(&new).expect("load");
+            assert_equal(
+                &format!("{by} on {}", renderer.backend_name()),
+                &updated,
+                &picture(&mut fresh, &job),
+            );
+        }
+    }
+}
+
 /// A renderer whose shaders know whether anything is near a lamp (`knows`), or leave that open.
 fn specialised(test: &str, knows: bool) -> Option<Renderer> {
     let opened = Gpu::open(&GpuOptions::default()).and_then(|gpu| GpuBackend::new(gpu, TracerKind::Bvh));

@@ -17,7 +17,7 @@ use accel::{Quality, Ray};
 use glam::Vec3;
 use gpu::rays::{RayBuffers, RayHit, RayQuestion};
 use gpu::timing::Timer;
-use gpu::tracer::{TracerKind, bvh};
+use gpu::tracer::{Instances, TracerKind, bvh};
 use gpu::{Gpu, GpuOptions, GpuScene};
 use scene::Scene;
 use scene::tables::SceneTables;
@@ -230,7 +230,7 @@ fn measure(
     runs: usize,
 ) -> Result<Speed, Box<dyn Error>> {
     let scene = GpuScene::upload(gpu, tables.clone())?;
-    let tracing = kind.build(gpu, &scene)?;
+    let tracing = kind.build(gpu, &scene, Instances::StandStill)?;
     let list = RayBuffers::new(gpu, &set.rays, width)?;
     let mut kernel = tracing.ray_kernel(gpu, set.question, &scene, &list)?;
     let mut timer = Timer::new(gpu)?;

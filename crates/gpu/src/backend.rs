@@ -11,7 +11,7 @@ use crate::scene::refuse_volumes;
 use crate::scene::update::StagingRing;
 use crate::shader::Variant;
 use crate::timing::Timer;
-use crate::tracer::TracerKind;
+use crate::tracer::{Instances, TracerKind};
 use crate::wavefront::{Queues, choice};
 use crate::{Gpu, GpuError, GpuScene};
 use backend::{
@@ -34,6 +34,8 @@ const FOLD_INTERVAL: Duration = Duration::from_secs(2);
 pub struct GpuBackend {
     gpu: Gpu,
     kind: TracerKind,
+    /// Of the scene that is loaded.
+    instances: Instances,
     scene: Option<Loaded>,
     picture: Option<Picture>,
     /// A picture that nobody wants any more. The next one takes over its memory, if that fits.
@@ -84,6 +86,7 @@ impl GpuBackend {
         Ok(Self {
             gpu,
             kind,
+            instances: Instances::StandStill,
             scene: None,
             picture: None,
             old_picture: None,
@@ -138,7 +141,7 @@ impl GpuBackend {
         let table_bytes = tables.memory_bytes();
         let scene = GpuScene::upload(&self.gpu, tables)?;
         let start = Instant::now();
-        let tracing = self.kind.build(&self.gpu, &scene)?;
+        let tracing = self.kind.build(&self.gpu, &scene, self.instances)?;
         let stats = LoadStats {
             build: start.elapsed(),
             acceleration_bytes: tracing.memory_bytes() as usize,
@@ -152,6 +155,10 @@ impl GpuBackend {
     fn update_scene(&mut self, tables: Arc<SceneTables>, changes: Changes) -> Result<LoadStats, GpuError> {
         self.give_up_picture();
         let start = Instant::now();
+        if changes.vertices || changes.transforms {
+            // What has moved will move again, whatever the scene says.
+            self.instances = Instances::Move;
+        }
         let Some(loaded) = &mut self.scene else { return self.load_scene(tables) };
         // wgpu cannot refit its structures: what deforms is uploaded and built again.
         if changes.vertices {
@@ -162,7 +169,7 @@ impl GpuBackend {
         }
         if !loaded.tracing.update(&self.gpu, &loaded.scene, changes)? {
             loaded.kernels.clear();
-            loaded.tracing = self.kind.build(&self.gpu, &loaded.scene)?;
+            loaded.tracing = self.kind.build(&self.gpu, &loaded.scene, self.instances)?;
         }
         loaded.kernels.values_mut().for_each(|k| k.kernel.scene_changed());
         Ok(LoadStats {
@@ -408,6 +415,7 @@ impl Backend for GpuBackend {
     }
 
     fn load(&mut self, tables: Arc<SceneTables>) -> Result<LoadStats, BackendError> {
+        self.instances = Instances::of(&tables);
         self.load_scene(tables).map_err(|e| device_error(self.kind.name(), e))
     }
 

@@ -384,6 +384,12 @@ mod tests {
             let tables = scene::tables::SceneTables::build(scene);
             bvh::text_for(&bvh::encode(&tables, accel::Quality::Fast), limit)
         };
+        let still = |scene: &scene::Scene| {
+            let tables = scene::tables::SceneTables::build(scene);
+            let encoded = bvh::encode_still(&tables, accel::Quality::Fast, true);
+            assert!(encoded.is_joined());
+            bvh::text_for(&encoded, 1 << 27)
+        };
         let three_spheres = scene::builtin::load("three-spheres", &Default::default(), &Default::default())
             .expect("a scene")
             .scene;
@@ -391,6 +397,7 @@ mod tests {
             ("query", crate::tracer::query::TEXT),
             ("bvh, one instance", bvh(&testkit::scenes::cornell(), 1 << 27)),
             ("bvh, two levels in pages", bvh(&three_spheres, 1 << 8)),
+            ("bvh, joined instances", still(&three_spheres)),
         ];
         for (tracer_name, tracer) in tracers {
             for kind in KernelKind::ALL {

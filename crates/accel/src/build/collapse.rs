@@ -36,13 +36,11 @@ fn share(left: &[f32; 7], right: &[f32; 7], n: usize) -> (f32, usize) {
 }
 
 pub(super) fn collapse(binary: &[BinaryNode]) -> WideTree {
-    let mut tree =
-        WideTree { nodes: Vec::new(), root: EMPTY, bounds: Aabb::EMPTY, cost: 0.0, leaves: Vec::new() };
+    let mut tree = WideTree { nodes: Vec::new(), root: EMPTY, bounds: Aabb::EMPTY, leaves: Vec::new() };
     if let Some(root) = binary.first() {
         tree.nodes.reserve(binary.len() / 8 + 1);
         tree.leaves.reserve(binary.len() / 2 + 1);
         tree.bounds = root.bounds.to_aabb();
-        tree.cost = root.cost[0] / root.bounds.half_area();
         tree.root = place(binary, 0, &mut tree);
     }
     tree

@@ -8,6 +8,7 @@ mod reinsert;
 use crate::aabb::Aabb;
 use crate::layout::{ChildRef, Node};
 use crate::simd::quad::Quad;
+use binned::BinaryNode;
 
 pub(crate) use presplit::{Cuts, Cutting, Waste};
 
@@ -161,15 +162,35 @@ pub(crate) struct WideTree {
     pub nodes: Vec<Node>,
     pub root: ChildRef,
     pub bounds: Aabb,
-    /// What a ray through the box around it all may expect to pay, in units of the cost of a visit to a node.
-    pub cost: f32,
     /// For each block: the range of primitives (in their new order) in it.
     pub leaves: Vec<(u32, u32)>,
 }
 
 /// Builds a tree; `primitives` are reordered.
 pub(crate) fn build(primitives: &mut [PrimitiveRef], settings: Settings) -> WideTree {
-    let binary = binned::build(primitives, settings);
-    let binary = if settings.reinserts { reinsert::reinsert(binary) } else { binary };
-    collapse::collapse(&binary)
+    Draft::new(primitives, settings).finish()
+}
+
+/// A tree as it is built first: enough to know whether it is worth finishing.
+pub(crate) struct Draft {
+    binary: Vec<BinaryNode>,
+    reinserts: bool,
+}
+
+impl Draft {
+    /// Builds from the top down; `primitives` are reordered.
+    pub fn new(primitives: &mut [PrimitiveRef], settings: Settings) -> Draft {
+        Draft { binary: binned::build(primitives, settings), reinserts: settings.reinserts }
+    }
+
+    /// What a ray through the box around it all may expect to pay, in units of the cost of a visit to a node, if no node is moved.
+    pub fn cost(&self) -> f32 {
+        self.binary.first().map_or(0.0, |root| root.cost[0] / root.bounds.half_area())
+    }
+
+    /// The tree.
+    pub fn finish(self) -> WideTree {
+        let binary = if self.reinserts { reinsert::reinsert(self.binary) } else { self.binary };
+        collapse::collapse(&binary)
+    }
 }

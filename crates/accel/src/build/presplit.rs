@@ -35,7 +35,7 @@ const ROUNDING: f64 = 1.0 / 64.0;
 /// The cuts of all triangles that some references stand for.
 pub(crate) struct Cuts<F> {
     grid: Grid,
-    /// Corners of a reference's triangle, finite.
+    /// Corners of a reference's triangle, finite; `None`: it is no triangle, and not cut.
     corners: F,
     waste: Waste,
     priorities: Vec<f32>,
@@ -43,14 +43,15 @@ pub(crate) struct Cuts<F> {
     scale: f64,
 }
 
-impl<F: Fn(&PrimitiveRef) -> [[f32; 3]; 3] + Sync> Cuts<F> {
-    /// Shares out the cuts. `corners`: those of a reference's triangle, finite.
+impl<F: Fn(&PrimitiveRef) -> Option<[[f32; 3]; 3]> + Sync> Cuts<F> {
+    /// Shares out the cuts. `corners`: those of a reference's triangle, finite; `None` if it is no triangle.
     pub fn new(references: &[PrimitiveRef], corners: F, cutting: Cutting) -> Self {
         let bounds = references.par_iter().map(PrimitiveRef::bounds).reduce(|| Aabb::EMPTY, Aabb::union);
         let grid = Grid::new(&bounds);
         let waste = cutting.waste;
-        let priority =
-            |r: &PrimitiveRef| priority(&grid, &r.bounds(), wasted(&r.bounds(), &corners(r), waste));
+        let of_triangle =
+            |bounds: &Aabb, c: [[f32; 3]; 3]| priority(&grid, bounds, wasted(bounds, &c, waste));
+        let priority = |r: &PrimitiveRef| corners(r).map_or(0.0, |c| of_triangle(&r.bounds(), c));
         let priorities: Vec<f32> = references.par_iter().map(priority).collect();
         let scale = scale_for(&priorities, (references.len() as f64 * cutting.budget) as u64);
         Cuts { grid, corners, waste, priorities, scale }
@@ -60,7 +61,8 @@ impl<F: Fn(&PrimitiveRef) -> [[f32; 3]; 3] + Sync> Cuts<F> {
     pub fn promise(&self, references: &[PrimitiveRef]) -> f64 {
         let of_one = |(r, &p): (&PrimitiveRef, &f32)| {
             let (bounds, cuts) = (r.bounds(), f64::from(cuts(p, self.scale)));
-            (wasted(&bounds, &(self.corners)(r), self.waste) * cuts / (cuts + 1.0), area(&bounds))
+            let wasted = (self.corners)(r).map_or(0.0, |c| wasted(&bounds, &c, self.waste));
+            (wasted * cuts / (cuts + 1.0), area(&bounds))
         };
         let sum = |a: (f64, f64), b: (f64, f64)| (a.0 + b.0, a.1 + b.1);
         let (saved, all) = references.par_iter().zip(&self.priorities).map(of_one).reduce(|| (0.0, 0.0), sum);
@@ -74,9 +76,9 @@ impl<F: Fn(&PrimitiveRef) -> [[f32; 3]; 3] + Sync> Cuts<F> {
             .zip(&self.priorities)
             .with_min_len(1024)
             .fold(Vec::new, |mut out, (r, p)| {
-                match cuts(*p, self.scale) {
-                    0 => out.push(*r),
-                    cuts => split(&self.grid, r, &(self.corners)(r), cuts, &mut out),
+                match (cuts(*p, self.scale), (self.corners)(r)) {
+                    (0, _) | (_, None) => out.push(*r),
+                    (cuts, Some(corners)) => split(&self.grid, r, &corners, cuts, &mut out),
                 }
                 out
             })
@@ -258,7 +260,7 @@ mod tests {
         references: &[PrimitiveRef],
         corners: impl Fn(&PrimitiveRef) -> [[f32; 3]; 3] + Sync,
     ) -> Vec<PrimitiveRef> {
-        Cuts::new(references, corners, CUTTING).make(references)
+        Cuts::new(references, |r: &PrimitiveRef| Some(corners(r)), CUTTING).make(references)
     }
 
     #[test]
@@ -311,14 +313,14 @@ mod tests {
     fn a_promise_is_nearly_kept() {
         let triangles = mixed();
         let whole = references(&triangles);
-        let cuts = Cuts::new(&whole, |r| triangles[r.index() as usize], CUTTING);
+        let cuts = Cuts::new(&whole, |r| Some(triangles[r.index() as usize]), CUTTING);
         let sum = |refs: &[PrimitiveRef]| refs.iter().map(|r| area(&r.bounds())).sum::<f64>();
         let saved = 1.0 - sum(&cuts.make(&whole)) / sum(&whole);
         let promise = cuts.promise(&whole);
         assert!(saved > 0.5 && (promise - saved).abs() < 0.2, "{promise} {saved}");
         // Where all triangles are alike, there is little to gain.
         let alike = references(&triangles[..99]);
-        let promise = Cuts::new(&alike, |r| triangles[r.index() as usize], CUTTING).promise(&alike);
+        let promise = Cuts::new(&alike, |r| Some(triangles[r.index() as usize]), CUTTING).promise(&alike);
         assert!(promise < 0.2, "{promise}");
     }
 
@@ -329,10 +331,23 @@ mod tests {
         let whole = references(&triangles);
         let parts = |waste| {
             let cutting = Cutting { budget: 0.3, waste };
-            Cuts::new(&whole, |r| triangles[r.index() as usize], cutting).make(&whole).len()
+            Cuts::new(&whole, |r| Some(triangles[r.index() as usize]), cutting).make(&whole).len()
         };
         assert!(parts(Waste::Whole) > 105);
         assert_eq!(parts(Waste::BeyondHalf), 100);
+    }
+
+    #[test]
+    fn what_is_no_triangle_is_never_cut() {
+        let triangles = mixed();
+        let whole = references(&triangles);
+        let even = |r: &PrimitiveRef| r.index().is_multiple_of(2).then(|| triangles[r.index() as usize]);
+        let parts = Cuts::new(&whole, even, Cutting { budget: 1.0, waste: Waste::Whole }).make(&whole);
+        let count = |index: u32| parts.iter().filter(|r| r.index() == index).count();
+        let indices = 0..triangles.len() as u32;
+        assert!(indices.clone().any(|i| count(i) > 1), "nothing is cut");
+        assert!(indices.filter(|i| i % 2 == 1).all(|i| count(i) == 1));
+        assert_eq!(Cuts::new(&whole, |_| None, CUTTING).promise(&whole), 0.0);
     }
 
     #[test]
@@ -340,7 +355,7 @@ mod tests {
         for points in [[[0.0; 3]; 3], [[-3.0e38, 0.0, 0.0], [3.0e38, 1.0, 0.0], [0.0, 3.0e38, 3.0e38]]] {
             let whole = vec![reference(&points, 0); 5];
             assert!(cut(&whole, |_| points).len() >= 5);
-            assert!((0.0..=1.0).contains(&Cuts::new(&whole, |_| points, CUTTING).promise(&whole)));
+            assert!((0.0..=1.0).contains(&Cuts::new(&whole, |_| Some(points), CUTTING).promise(&whole)));
         }
         assert!(cut(&[], |_| SLANTED).is_empty());
     }

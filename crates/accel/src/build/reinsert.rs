@@ -13,9 +13,11 @@ use crate::kernel::MAX_DEPTH;
 /// How often the largest nodes are looked for.
 const ROUNDS: usize = 3;
 
-/// How many they are: all of a small tree, a share of a large one, where most of what can be gained is at the top.
+/// How many they are: all of a small tree, a share of a large one, where most of what can be gained is at the top, and no more of a very
+/// large one than is done in a fifth of a second.
 const FEW: usize = 1 << 14;
 const SHARE: f32 = 0.05;
+const MANY: usize = 1 << 16;
 
 /// Places that are looked at for one node at most: where everything overlaps, bounds do not help.
 const MOST_PLACES: usize = 1 << 10;
@@ -45,7 +47,7 @@ pub(super) fn reinsert(nodes: Vec<BinaryNode>) -> Vec<BinaryNode> {
     if !can_compare {
         return nodes;
     }
-    let count = FEW.max((nodes.len() as f32 * SHARE) as usize);
+    let count = ((nodes.len() as f32 * SHARE) as usize).clamp(FEW, MANY);
     let mut tree = Linked::new(&nodes);
     let mut stack = Vec::new();
     for _ in 0..ROUNDS {

@@ -8,21 +8,26 @@
 //! triangles lie between small ones, they are in several leaves, each for a part of them.
 
 mod instance;
+mod join;
 mod node;
+mod part;
+mod plan;
 mod primitive;
 mod tree;
 mod walk;
 
 pub use instance::{EncodedInstance, INSTANCE_IDENTITY, INSTANCE_SPHERES};
 pub use node::EncodedNode;
-pub use primitive::EncodedPrimitive;
+pub use primitive::{EncodedPrimitive, OWNER_SPHERE};
 pub use walk::{EncodedHit, WalkCounts};
 
 use crate::aabb::Aabb;
-use crate::blas::{self, Geometry, Sphere};
-use crate::build::{Cuts, Cutting, Leaves, PrimitiveRef, Quality, Settings, Waste};
+use crate::blas::{Geometry, Sphere};
+use crate::build::{Leaves, Quality, Settings, build};
 use crate::tlas::Instance;
-use node::MAX_LEAF;
+use join::Joined;
+use part::Part;
+use plan::Planned;
 use rayon::prelude::*;
 use tree::Plan;
 
@@ -62,6 +67,7 @@ pub struct ObjectInfo {
 struct EncodedObject {
     root: u32,
     bounds: Aabb,
+    has_triangles: bool,
     has_spheres: bool,
 }
 
@@ -81,119 +87,11 @@ pub struct EncodedScene {
     object_depth: u32,
     upper_depth: u32,
     single: bool,
+    /// Whether the only object is made of all instances.
+    joined: bool,
     skipped: usize,
     /// Number of nodes that are set aside for the upper level.
     upper_capacity: usize,
-}
-
-/// An object's tree before it is encoded.
-struct Planned {
-    plan: Plan,
-    refs: Vec<PrimitiveRef>,
-    skipped: usize,
-}
-
-impl Planned {
-    fn new(mut refs: Vec<PrimitiveRef>, quality: Quality, skipped: usize) -> Planned {
-        let plan = Plan::new(&mut refs, settings(quality));
-        Planned { plan, refs, skipped }
-    }
-}
-
-/// Trees for shaders.
-fn settings(quality: Quality) -> Settings {
-    let settings = Settings::new(quality, MAX_LEAF, Leaves::OneByOne(PRIMITIVE_COST));
-    Settings { reinserts: quality != Quality::Fast, ..settings }
-}
-
-/// Cost of a test of a primitive, in units of the cost of a visit to a node.
-const PRIMITIVE_COST: f32 = 0.3;
-
-fn plan_object(object: &Object, quality: Quality) -> Planned {
-    let (mut refs, mut skipped) = (Vec::new(), 0);
-    let mut add = |(mut new, new_skipped): (Vec<PrimitiveRef>, usize)| {
-        skipped += new_skipped;
-        if refs.is_empty() {
-            refs = new;
-        } else {
-            refs.append(&mut new);
-        }
-    };
-    match object {
-        Object::Triangles(geometries) => {
-            (0..).zip(geometries).for_each(|(number, g)| add(blas::triangle_references(g, number)));
-        }
-        Object::Spheres(geometries) => {
-            (0..).zip(geometries).for_each(|(number, g)| add(blas::sphere_references(g.spheres, number)));
-        }
-    }
-    let whole = Planned::new(refs, quality, skipped);
-    match object {
-        Object::Triangles(geometries) if quality != Quality::Fast => {
-            cut_where_it_pays(whole, geometries, quality)
-        }
-        _ => whole,
-    }
-}
-
-/// Boxes that cuts add at first, as a share of an object's triangles, by how much that grows while it pays, and where it ends.
-const CUTS: (f64, f64, f64) = (0.1, 3.0, 1.0);
-
-/// Objects of fewer triangles are not worth the time.
-const LEAST_TO_CUT: usize = 64;
-
-/// Share of the area of all boxes from which on trees over parts are tried. Dense meshes, whose triangles are all about as
-/// small, do not come near it.
-const LEAST_PROMISE: f64 = 0.25;
-
-/// More cuts have to make a tree cheaper by this factor.
-const LEAST_GAIN: f32 = 0.95;
-
-/// The tree over parts of triangles instead, if rays are expected to pay less there. Only building it tells: parts have less
-/// empty space around them, but there are more of them.
-fn cut_where_it_pays(whole: Planned, geometries: &[Geometry], quality: Quality) -> Planned {
-    if whole.refs.len() < LEAST_TO_CUT {
-        return whole;
-    }
-    let corners = |r: &PrimitiveRef| {
-        let g = &geometries[r.geometry() as usize];
-        g.indices[r.index() as usize].map(|i| g.positions[i as usize])
-    };
-    let cuts = |waste, budget| Cuts::new(&whole.refs, corners, Cutting { budget, waste });
-    let (mut budget, factor, most) = CUTS;
-    if cuts(Waste::BeyondHalf, budget).promise(&whole.refs) < LEAST_PROMISE {
-        return whole;
-    }
-    let tree = |waste, budget| Planned::new(cuts(waste, budget).make(&whole.refs), quality, whole.skipped);
-    let cheaper = |a: &Planned, b: &Planned, factor: f32| a.plan.cost() < factor * b.plan.cost();
-    let (halves, wholes) = rayon::join(|| tree(Waste::BeyondHalf, budget), || tree(Waste::Whole, budget));
-    let (mut best, waste) = match cheaper(&wholes, &halves, 1.0) {
-        true => (wholes, Waste::Whole),
-        false => (halves, Waste::BeyondHalf),
-    };
-    if !cheaper(&best, &whole, LEAST_GAIN) {
-        return whole;
-    }
-    while budget * factor <= most {
-        budget *= factor;
-        let more = tree(waste, budget);
-        if !cheaper(&more, &best, LEAST_GAIN) {
-            break;
-        }
-        best = more;
-    }
-    best
-}
-
-fn encode_primitive(object: &Object, r: &PrimitiveRef) -> EncodedPrimitive {
-    let (geometry, index) = (r.geometry(), r.index());
-    match object {
-        Object::Triangles(g) => EncodedPrimitive::triangle(&g[geometry as usize], geometry, index),
-        Object::Spheres(g) => {
-            let g = &g[geometry as usize];
-            EncodedPrimitive::sphere(&g.spheres[index as usize], g.first_id + index, geometry)
-        }
-    }
 }
 
 impl EncodedScene {
@@ -206,8 +104,39 @@ impl EncodedScene {
     ///
     /// If an instance names an object that is not there.
     pub fn build(objects: &[Object], instances: &[Instance], quality: Quality) -> EncodedScene {
-        let planned: Vec<Planned> = objects.par_iter().map(|o| plan_object(o, quality)).collect();
-        let upper_capacity = instances.len().max(1);
+        let parts: Vec<Vec<Part>> = objects.iter().map(Part::of).collect();
+        let mut scene = EncodedScene::over(&parts, instances.len(), quality);
+        scene.update(instances);
+        scene
+    }
+
+    /// As [`EncodedScene::build`], for instances that stand still: they are joined to one object in the world, if they have no more than
+    /// `most_joined` primitives together, and [`EncodedScene::is_joined`] says so. Nothing can be moved then.
+    ///
+    /// # Panics
+    ///
+    /// If an instance names an object that is not there.
+    pub fn build_still(
+        objects: &[Object],
+        instances: &[Instance],
+        quality: Quality,
+        most_joined: usize,
+    ) -> EncodedScene {
+        let Some(joined) = Joined::new(objects, instances, most_joined) else {
+            return EncodedScene::build(objects, instances, quality);
+        };
+        let mut scene = EncodedScene::over(&[joined.parts()], 1, quality);
+        let primitives = scene.primitives.par_iter_mut().with_min_len(1024);
+        primitives.for_each(|p| (p.owner, p.geometry) = joined.owner(p.geometry));
+        scene.update(&[Instance::identity(0)]);
+        scene.joined = true;
+        scene
+    }
+
+    /// Trees over objects, with room for so many instances of them.
+    fn over(objects: &[Vec<Part>], instances: usize, quality: Quality) -> EncodedScene {
+        let planned: Vec<Planned> = objects.par_iter().map(|parts| Planned::new(parts, quality)).collect();
+        let upper_capacity = instances.max(1);
         let node_count: usize = planned.iter().map(|p| p.plan.node_count()).sum();
         let primitive_count: usize = planned.iter().map(|p| p.plan.primitives.len()).sum();
         let mut scene = EncodedScene {
@@ -218,24 +147,25 @@ impl EncodedScene {
             object_depth: planned.iter().map(|p| p.plan.depth).max().unwrap_or(0),
             upper_depth: 0,
             single: false,
+            joined: false,
             skipped: planned.iter().map(|p| p.skipped).sum(),
             upper_capacity,
         };
         scene.nodes.resize(upper_capacity, bytemuck::Zeroable::zeroed());
-        for (object, planned) in objects.iter().zip(&planned) {
-            scene.add(object, planned);
+        for (parts, planned) in objects.iter().zip(&planned) {
+            scene.add(parts, planned);
         }
-        scene.update(instances);
         scene
     }
 
-    fn add(&mut self, object: &Object, Planned { plan, refs, .. }: &Planned) {
+    fn add(&mut self, parts: &[Part], Planned { plan, refs, .. }: &Planned) {
         let (root, first_primitive) = (self.nodes.len() as u32, self.primitives.len() as u32);
         self.nodes.par_extend(plan.nodes(root, first_primitive));
         let primitives = plan.primitives.par_iter().with_min_len(1024);
-        self.primitives.par_extend(primitives.map(|&r| encode_primitive(object, &refs[r as usize])));
-        let has_spheres = matches!(object, Object::Spheres(_));
-        self.objects.push(EncodedObject { root, bounds: plan.bounds(), has_spheres });
+        self.primitives.par_extend(primitives.map(|&r| part::encode(parts, &refs[r as usize])));
+        let has = |spheres: bool| parts.iter().any(|p| p.is_spheres() == spheres);
+        let (has_triangles, has_spheres) = (has(false), has(true));
+        self.objects.push(EncodedObject { root, bounds: plan.bounds(), has_triangles, has_spheres });
     }
 
     /// Encodes the upper level again, for instances that have moved or gone. Returns how many of the first `nodes` to
@@ -243,11 +173,12 @@ impl EncodedScene {
     ///
     /// # Panics
     ///
-    /// If an instance names an object that is not there, or if there are more instances than the scene was built with.
+    /// If an instance names an object that is not there, if there are more instances than the scene was built with, or if they are joined.
     pub fn update(&mut self, instances: &[Instance]) -> usize {
+        assert!(!self.joined, "instances that are joined cannot be moved");
         assert!(instances.len() <= self.upper_capacity, "more instances than there is room for");
         let (mut refs, placed) = instance::place(instances, &self.objects);
-        let plan = Plan::new(&mut refs, Settings::new(Quality::Balanced, 1, Leaves::Lanes));
+        let plan = Plan::new(build(&mut refs, Settings::new(Quality::Balanced, 1, Leaves::Lanes)));
         let nodes: Vec<EncodedNode> = plan.nodes(0, 1).collect();
         self.nodes[..nodes.len()].copy_from_slice(&nodes);
         self.upper_depth = plan.depth;
@@ -290,6 +221,11 @@ impl EncodedScene {
         self.single
     }
 
+    /// Whether all instances are one object, so that none can be moved: primitives say which they belong to.
+    pub fn is_joined(&self) -> bool {
+        self.joined
+    }
+
     /// Whether there is nothing to hit.
     pub fn is_empty(&self) -> bool {
         self.instances.len() < 2
@@ -305,9 +241,8 @@ impl EncodedScene {
 
     /// Whether there are triangles, and whether there are spheres.
     pub fn kinds(&self) -> (bool, bool) {
-        let filled =
-            |spheres: bool| self.objects.iter().any(|o| o.has_spheres == spheres && !o.bounds.is_empty());
-        (filled(false), filled(true))
+        let filled = || self.objects.iter().filter(|o| !o.bounds.is_empty());
+        (filled().any(|o| o.has_triangles), filled().any(|o| o.has_spheres))
     }
 
     /// How many primitives were left out, because they cannot be hit.

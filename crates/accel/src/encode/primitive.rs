@@ -3,11 +3,14 @@
 use crate::blas::{Geometry, Sphere};
 use bytemuck::{Pod, Zeroable};
 
+/// Bit of [`EncodedPrimitive::owner`]: a sphere.
+pub const OWNER_SPHERE: u32 = 1 << 31;
+
 /// A triangle's corners, or a sphere, and its numbers: all that a ray needs, in three loads of sixteen bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct EncodedPrimitive {
-    /// First corner of a triangle; centre of a sphere. In object space.
+    /// First corner of a triangle; centre of a sphere. In object space, or where instances are joined in the world.
     pub a: [f32; 3],
     /// Number of the primitive in its object.
     pub primitive: u32,
@@ -17,18 +20,18 @@ pub struct EncodedPrimitive {
     pub geometry: u32,
     /// Third corner; zeros.
     pub c: [f32; 3],
-    /// Nothing.
-    pub unused: u32,
+    /// In a scene whose instances are joined: which of them it belongs to, with [`OWNER_SPHERE`] if it is a sphere. Else nothing.
+    pub owner: u32,
 }
 
 impl EncodedPrimitive {
     pub(super) fn triangle(g: &Geometry, geometry: u32, index: u32) -> EncodedPrimitive {
         let [a, b, c] = g.indices[index as usize].map(|i| g.positions[i as usize]);
-        EncodedPrimitive { a, primitive: g.first_id + index, b, geometry, c, unused: 0 }
+        EncodedPrimitive { a, primitive: g.first_id + index, b, geometry, c, owner: 0 }
     }
 
     pub(super) fn sphere(s: &Sphere, primitive: u32, geometry: u32) -> EncodedPrimitive {
         let b = [s.radius, 0.0, 0.0];
-        EncodedPrimitive { a: s.center, primitive, b, geometry, c: [0.0; 3], unused: 0 }
+        EncodedPrimitive { a: s.center, primitive, b, geometry, c: [0.0; 3], owner: 0 }
     }
 }

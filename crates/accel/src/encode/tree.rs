@@ -1,7 +1,7 @@
 //! From a wide tree to encoded nodes: where everything stands in the arrays.
 
 use super::node::{self, EMPTY_SLOT, EncodedNode, Slots};
-use crate::build::{PrimitiveRef, Settings, WideTree, build};
+use crate::build::WideTree;
 use crate::layout::{LEAF, Node, WIDTH};
 use rayon::prelude::*;
 
@@ -23,9 +23,8 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    /// Builds a tree and numbers what is in it; `primitives` are reordered.
-    pub fn new(primitives: &mut [PrimitiveRef], settings: Settings) -> Plan {
-        let mut tree = build(primitives, settings);
+    /// Numbers what is in a tree.
+    pub fn new(mut tree: WideTree) -> Plan {
         if tree.leaves.len() == 1 {
             // A lone leaf has no node to be in.
             let mut root = Node::EMPTY;
@@ -39,7 +38,7 @@ impl Plan {
         let mut plan = Plan {
             firsts: Vec::with_capacity(tree.nodes.len()),
             order: Vec::with_capacity(tree.nodes.len()),
-            primitives: Vec::with_capacity(primitives.len()),
+            primitives: Vec::with_capacity(tree.leaves.iter().map(|leaf| leaf.1 as usize).sum()),
             depth: 0,
             tree,
             slots,
@@ -93,11 +92,6 @@ impl Plan {
     /// Number of nodes.
     pub fn node_count(&self) -> usize {
         self.order.len()
-    }
-
-    /// What a ray through the box around everything may expect to pay, in units of the cost of a visit to a node.
-    pub fn cost(&self) -> f32 {
-        self.tree.cost
     }
 
     /// The box around everything.

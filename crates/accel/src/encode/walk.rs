@@ -6,6 +6,7 @@
 
 use super::instance::{INSTANCE_IDENTITY, INSTANCE_SPHERES};
 use super::node::whole_number;
+use super::primitive::OWNER_SPHERE;
 use super::{EncodedInstance, EncodedNode, EncodedPrimitive, EncodedScene};
 use crate::layout::WIDTH;
 use crate::ray::Ray;
@@ -214,15 +215,18 @@ impl EncodedScene {
             while primitives.hits != 0 {
                 let bit = 31 - primitives.hits.leading_zeros();
                 primitives.hits &= !(1 << bit);
-                let index = (primitives.base + bit) as usize;
+                let at = (primitives.base + bit) as usize;
                 if let Some(instance) = inside {
-                    let p = &self.primitives[index];
+                    let p = &self.primitives[at];
                     counts.primitives += 1;
                     let mut from = t_min;
-                    let is_sphere = instance.flags & INSTANCE_SPHERES != 0;
+                    let (index, is_sphere) = match self.is_joined() {
+                        true => (p.owner & !OWNER_SPHERE, p.owner & OWNER_SPHERE != 0),
+                        false => (instance.index, instance.flags & INSTANCE_SPHERES != 0),
+                    };
                     while let Some((t, u, v)) = hit_primitive(p, is_sphere, &ray, from, t_max) {
                         let (geometry, primitive) = (p.geometry, p.primitive);
-                        let hit = EncodedHit { t, u, v, instance: instance.index, geometry, primitive };
+                        let hit = EncodedHit { t, u, v, instance: index, geometry, primitive };
                         if accept(&hit) {
                             best = Some(hit);
                             t_max = t;
@@ -244,7 +248,7 @@ impl EncodedScene {
                         push(nodes, &mut size, &mut stack, counts);
                     }
                     upper_size = size;
-                    let instance = &self.instances[index];
+                    let instance = &self.instances[at];
                     counts.instances += 1;
                     ray = WalkRay::enter(world_ray, instance);
                     inside = Some(instance);

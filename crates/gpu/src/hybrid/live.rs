@@ -12,7 +12,7 @@ use crate::shader::Variant;
 use crate::tracer::bvh::BvhTracer;
 use crate::tracer::query::QueryTracer;
 use crate::tracer::upper::{Place, UpperBuilder, UpperUpdate};
-use crate::tracer::{Tracer, TracerKind};
+use crate::tracer::{Instances, Tracer, TracerKind};
 use crate::{Gpu, GpuError, GpuScene};
 use backend::{Integrator, View};
 use scene::tables::{Changes, SceneTables};
@@ -46,6 +46,7 @@ pub type Motion<'a> = (&'a [Place], UpperUpdate);
 
 impl LiveScene {
     /// Loads a scene for frames of the integrator `hybrid` or `realtime`, which the view's is; `depth` frames may be in flight.
+    /// Frames can move instances if one of them says that it will be moved ([`scene::Instance::dynamic`]).
     ///
     /// # Errors
     /// When the device cannot trace so, the scene is too large for it, or the view is of another integrator.
@@ -73,8 +74,12 @@ impl LiveScene {
     ) -> Result<Self, GpuError> {
         kind.check(&gpu)?;
         refuse_volumes(&tables)?;
+        let instances = Instances::of(&tables);
         let scene = GpuScene::upload_with_room(&gpu, tables, more_lights)?;
         let (tracer, upper): (Box<dyn Tracer>, _) = match kind {
+            TracerKind::Bvh if instances == Instances::StandStill => {
+                (Box::new(BvhTracer::new(&gpu, &scene, instances)?), None)
+            }
             TracerKind::Bvh => {
                 let (tracer, upper) = BvhTracer::dynamic(&gpu, &scene)?;
                 (Box::new(tracer), upper)
@@ -172,7 +177,7 @@ impl LiveScene {
         self.frames.finish(&self.gpu)
     }
 
-    /// Number of instances that [`LiveScene::frame`] takes places of; 0 where nothing can move by itself.
+    /// Number of instances that [`LiveScene::frame`] takes places of; 0 where none can be moved.
     pub fn moving_instances(&self) -> u32 {
         self.upper.as_ref().map_or(0, UpperBuilder::count)
     }

@@ -4,6 +4,7 @@ use super::*;
 use crate::kernel::{KernelKind, Megakernel};
 use crate::open_for_test;
 use crate::tracer::bvh::BvhTracer;
+use crate::tracer::{Instances, TracerKind};
 use backend::{DirectSettings, SamplerKind};
 use film::{Aov, AovData, Film, Rect};
 use glam::Vec3;
@@ -81,7 +82,7 @@ impl Setup {
         let gpu = open_for_test(test, &crate::GpuOptions::default())?;
         let tables = Arc::new(SceneTables::build(scene));
         let scene = GpuScene::upload(&gpu, tables).expect("upload");
-        let tracer = BvhTracer::new(&gpu, &scene).expect("structures");
+        let tracer = BvhTracer::new(&gpu, &scene, Instances::StandStill).expect("structures");
         Some(Self { gpu, scene, tracer })
     }
 
@@ -382,7 +383,7 @@ fn frames_do_not_depend_on_how_they_are_reached() {
     let open = |depth| {
         let gpu = open_for_test(name, &crate::GpuOptions::default())?;
         let live = |gpu| {
-            let (tables, kind) = (moving_scene(0), crate::tracer::TracerKind::Bvh);
+            let (tables, kind) = (moving_scene(0), TracerKind::Bvh);
             LiveScene::with_room(gpu, tables, kind, &view(0), depth, MOST_LIGHTS).expect("a scene")
         };
         Some(gpu.map(live))

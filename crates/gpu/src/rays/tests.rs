@@ -3,7 +3,7 @@
 use super::*;
 use crate::layout::layout_of;
 use crate::shader::{Variant, parse, scene_text};
-use crate::tracer::{TracerKind, bvh};
+use crate::tracer::{Instances, TracerKind, bvh};
 use crate::{GpuOptions, GpuScene, open_for_test};
 use accel::Quality;
 use accel::encode::{EncodedScene, WalkCounts};
@@ -60,7 +60,7 @@ fn compare(test: &str, spoil: impl Fn(&mut [RayHit])) {
     let twin = bvh::encode(&tables, Quality::Balanced);
     let rays = rays_in(&tables, 5001);
     for kind in TracerKind::ALL.into_iter().filter(|kind| kind.check(&gpu).is_ok()) {
-        let tracing = kind.build(&gpu, &scene).expect("structures");
+        let tracing = kind.build(&gpu, &scene, Instances::StandStill).expect("structures");
         let mut timer = Timer::new(&gpu).expect("timer");
         for (question, width) in [(RayQuestion::Closest, 100), (RayQuestion::Any, 1), (RayQuestion::Any, 0)] {
             let list = RayBuffers::new(&gpu, &rays, width).expect("rays");
@@ -97,7 +97,7 @@ fn an_empty_list_has_no_answers() {
     let tables = Arc::new(SceneTables::build(&testkit::scenes::cornell()));
     let scene = GpuScene::upload(&gpu, tables).expect("upload");
     let list = RayBuffers::new(&gpu, &[], 0).expect("an empty list");
-    let tracing = TracerKind::Bvh.build(&gpu, &scene).expect("structures");
+    let tracing = TracerKind::Bvh.build(&gpu, &scene, Instances::Move).expect("structures");
     let mut kernel = tracing.ray_kernel(&gpu, RayQuestion::Closest, &scene, &list).expect("kernel");
     kernel.submit(&gpu, &list, &mut Timer::new(&gpu).expect("timer")).expect("submit");
     assert!(list.read_hits(&gpu).expect("hits").is_empty());

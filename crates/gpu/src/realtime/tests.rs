@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::open_for_test;
+use crate::tracer::Instances;
 use crate::tracer::bvh::BvhTracer;
 use backend::{AllocationSettings, Backend, Control, FrameSamples, PathSettings, SamplerKind, View};
 use bytemuck::Pod;
@@ -118,7 +119,7 @@ impl Stage {
     fn new(test: &str, scene: &scene::Scene) -> Option<Self> {
         let gpu = open_for_test(test, &crate::GpuOptions::default())?;
         let scene = GpuScene::upload(&gpu, Arc::new(SceneTables::build(scene))).expect("upload");
-        let tracer = BvhTracer::new(&gpu, &scene).expect("structures");
+        let tracer = BvhTracer::new(&gpu, &scene, Instances::StandStill).expect("structures");
         // Settings of frames that come later need more passes: those are compiled then.
         let kernel =
             RealtimeKernel::new(&gpu, scene.variant(), &scene, &tracer, &settings()).expect("a kernel");

@@ -7,6 +7,7 @@
 //   BVH_STACK          how many groups may wait at a time
 //   BVH_TURNS          whether primitives are tested one a turn
 //   BVH_SINGLE         whether there is one instance that stands in the world as it is
+//   BVH_JOINED         whether that is made of several, and primitives say which they belong to
 //   BVH_HAS_TRIANGLES, BVH_HAS_SPHERES
 //   fn bvh_grid(node: u32) -> vec4u, fn bvh_links(node: u32) -> vec4u, fn bvh_planes(node: u32, at: u32) -> vec4u
 //   fn bvh_primitive(index: u32) -> BvhPrimitive
@@ -230,6 +231,10 @@ fn bvh_walk(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32, 
                 let p = bvh_primitive(index);
                 let a = bitcast<vec3f>(p.a.xyz);
                 let b = bitcast<vec3f>(p.b.xyz);
+                if BVH_JOINED {
+                    instance = p.c.w & ~BVH_OWNER_SPHERE;
+                    is_sphere = (p.c.w & BVH_OWNER_SPHERE) != 0u;
+                }
                 if BVH_HAS_SPHERES && (is_sphere || !BVH_HAS_TRIANGLES) {
                     let s = intersect_sphere(ray.origin, ray.direction, a, b.x);
                     let t = select(s.far, s.near, s.near > start);

@@ -17,11 +17,13 @@ struct BvhPrimitive {
     a: vec4u,
     // w: number of the geometry in its object.
     b: vec4u,
+    // w: where instances are joined, the one that it belongs to, and BVH_OWNER_SPHERE.
     c: vec4u,
 }
 
 const BVH_INSTANCE_IDENTITY: u32 = 1u;
 const BVH_INSTANCE_SPHERES: u32 = 2u;
+const BVH_OWNER_SPHERE: u32 = 0x80000000u;
 
 struct BvhInstance {
     // Rows of the matrix from world to object space.

@@ -1,7 +1,7 @@
 //! Tracing without ray tracing hardware: our own hierarchy, in a few storage buffers, walked in compute shaders.
 
 use super::upper::{self, UpperBuilder};
-use super::{Tracer, TracerKind, TracerText};
+use super::{Instances, Tracer, TracerKind, TracerText};
 use crate::scene::upload::{storage_buffer, write_buffer};
 use crate::{Gpu, GpuError, GpuScene};
 use accel::encode::{EncodedInstance, EncodedNode, EncodedPrimitive, EncodedScene, Object, SphereGeometry};
@@ -37,11 +37,28 @@ const TURNS_FROM_NODES: usize = 4096;
 /// Storage buffers of the groups beside this one: six of the scene, three of the film.
 const OTHER_BUFFERS: u32 = 9;
 
-/// Encodes the acceleration structures of a scene.
+/// Primitives of instances that stand still are joined to one object if there are no more than so many: a quarter of a gigabyte.
+const MOST_JOINED: usize = 1 << 22;
+
+/// The same for drivers that trace on the host, which would be busy with building for longer than that saves.
+const MOST_JOINED_IN_SOFTWARE: usize = 1 << 18;
+
+/// Encodes the acceleration structures of a scene whose instances may be moved.
 pub fn encode(tables: &SceneTables, quality: Quality) -> EncodedScene {
-    let objects: Vec<Object> = tables.blas.iter().map(|b| object(tables, b)).collect();
-    let instances: Vec<Instance> = tables.instances.iter().map(instance).collect();
+    let (objects, instances) = objects_and_instances(tables);
     EncodedScene::build(&objects, &instances, quality)
+}
+
+/// As [`encode`], of a scene whose instances stand still.
+pub fn encode_still(tables: &SceneTables, quality: Quality, is_software: bool) -> EncodedScene {
+    let (objects, instances) = objects_and_instances(tables);
+    let most_joined = if is_software { MOST_JOINED_IN_SOFTWARE } else { MOST_JOINED };
+    EncodedScene::build_still(&objects, &instances, quality, most_joined)
+}
+
+fn objects_and_instances(tables: &SceneTables) -> (Vec<Object<'_>>, Vec<Instance>) {
+    let objects = tables.blas.iter().map(|b| object(tables, b)).collect();
+    (objects, tables.instances.iter().map(instance).collect())
 }
 
 fn instance(record: &InstanceRecord) -> Instance {
@@ -140,11 +157,20 @@ impl BvhTracer {
     ///
     /// # Errors
     /// When the scene is too large for the device, or there is no memory.
-    pub fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, GpuError> {
+    pub fn new(gpu: &Gpu, scene: &GpuScene, instances: Instances) -> Result<Self, GpuError> {
+        if instances == Instances::StandStill {
+            let encoded = encode_still(&scene.tables, Quality::Balanced, gpu.is_software());
+            let is_joined = encoded.is_joined();
+            let made = Self::upload(gpu, encoded);
+            // What is too large for the device joined may not be as it is.
+            if made.is_ok() || !is_joined || gpu.is_lost() {
+                return made;
+            }
+        }
         Self::upload(gpu, encode(&scene.tables, Quality::Balanced))
     }
 
-    /// As [`BvhTracer::new`], with what builds the upper level on the device whenever instances have moved. `None` in its place
+    /// As [`BvhTracer::new`] for instances that move, with what builds the upper level on the device whenever instances have moved. `None` in its place
     /// where there is no upper level: of a single instance that stands in the world as it is.
     ///
     /// # Errors
@@ -222,6 +248,9 @@ impl Tracer for BvhTracer {
     }
 
     fn move_instances(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<bool, GpuError> {
+        if self.upper.is_joined() {
+            return Ok(false);
+        }
         let (single, stack) = (self.upper.is_single(), self.upper.stack_size());
         let instances: Vec<Instance> = scene.tables.instances.iter().map(instance).collect();
         let changed = self.upper.update(&instances);
@@ -286,6 +315,7 @@ fn bindings_text(scene: &EncodedScene, nodes: Pages, primitives: Pages, stack: u
         &format!("const BVH_STACK: u32 = {stack}u;\n"),
         &format!("const BVH_TURNS: bool = {};\n", scene.nodes.len() >= TURNS_FROM_NODES),
         &format!("const BVH_SINGLE: bool = {};\n", scene.is_single()),
+        &format!("const BVH_JOINED: bool = {};\n", scene.is_joined()),
         &format!("const BVH_HAS_TRIANGLES: bool = {has_triangles};\n"),
         &format!("const BVH_HAS_SPHERES: bool = {has_spheres};\n"),
     ]

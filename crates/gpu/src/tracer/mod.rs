@@ -9,6 +9,7 @@ pub mod upper;
 
 use crate::kernel::{ComputeTracing, Tracing};
 use crate::{Gpu, GpuError, GpuScene};
+use scene::tables::SceneTables;
 use std::borrow::Cow;
 use wgpu::Features;
 
@@ -22,6 +23,23 @@ pub enum TracerKind {
     /// The driver's ray tracing pipeline with a shader binding table. The loop over a path's vertices stays in the ray
     /// generation shader, so that the recursion is bounded: there is no wavefront.
     Pipeline,
+}
+
+/// What is known of a scene's instances when its structures are built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Instances {
+    /// They stay where they are, so that structures may be made of all of them together. If they are moved all the same, structures
+    /// are built again.
+    StandStill,
+    /// They will be moved.
+    Move,
+}
+
+impl Instances {
+    /// What a scene says of its instances.
+    pub fn of(tables: &SceneTables) -> Self {
+        if tables.has_dynamic_instances { Self::Move } else { Self::StandStill }
+    }
 }
 
 impl TracerKind {
@@ -68,10 +86,15 @@ impl TracerKind {
     ///
     /// # Errors
     /// When the device cannot trace so, or the scene is too large for it.
-    pub fn build(self, gpu: &Gpu, scene: &GpuScene) -> Result<Box<dyn Tracing>, GpuError> {
+    pub fn build(
+        self,
+        gpu: &Gpu,
+        scene: &GpuScene,
+        instances: Instances,
+    ) -> Result<Box<dyn Tracing>, GpuError> {
         self.check(gpu)?;
         match self {
-            Self::Bvh => Ok(Box::new(ComputeTracing(Box::new(bvh::BvhTracer::new(gpu, scene)?)))),
+            Self::Bvh => Ok(Box::new(ComputeTracing(Box::new(bvh::BvhTracer::new(gpu, scene, instances)?)))),
             Self::Query => Ok(Box::new(ComputeTracing(Box::new(query::QueryTracer::new(gpu, scene)?)))),
             #[cfg(not(any(target_vendor = "apple", target_arch = "wasm32")))]
             Self::Pipeline => Ok(Box::new(crate::pipeline::PipelineTracing::build(gpu, scene)?)),

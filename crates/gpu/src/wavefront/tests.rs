@@ -4,7 +4,7 @@ use super::*;
 use crate::film::BatchPixels;
 use crate::kernel::{KernelKind, Megakernel};
 use crate::open_for_test;
-use crate::tracer::{TracerKind, bvh::BvhTracer, query::QueryTracer};
+use crate::tracer::{Instances, TracerKind, bvh::BvhTracer, query::QueryTracer};
 use backend::{Integrator, PathSettings, SamplerKind};
 use film::{Film, Rect};
 use optics::camera::{CAMERA_PERSPECTIVE, CameraFrame};
@@ -72,7 +72,7 @@ impl Setup {
         let scene = GpuScene::upload(&gpu, tables).expect("upload");
         let tracer: Box<dyn Tracer> = match kind {
             TracerKind::Query => Box::new(QueryTracer::new(&gpu, &scene).expect("structures")),
-            _ => Box::new(BvhTracer::new(&gpu, &scene).expect("structures")),
+            _ => Box::new(BvhTracer::new(&gpu, &scene, Instances::StandStill).expect("structures")),
         };
         Some(Self { gpu, scene, tracer })
     }

@@ -35,6 +35,7 @@ impl SceneTables {
                 tables.add_instance(scene, object, instance, index, &parts);
             });
         }
+        tables.has_dynamic_instances = usable.iter().any(|(_, i)| i.dynamic);
         tables.bounding_sphere = bounding_sphere(scene);
         tables.add_lights(scene);
         tables

@@ -42,6 +42,7 @@ impl SceneTables {
             light_tree,
             // They follow from the rest.
             emitter_boxes: _,
+            has_dynamic_instances: _,
             environment,
             bounding_sphere,
             has_alpha,

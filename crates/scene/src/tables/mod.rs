@@ -105,6 +105,8 @@ pub struct SceneTables {
     pub light_alias: Vec<AliasEntry>,
     /// Chooses among the lights that have a place, if they are many.
     pub light_tree: LightTree,
+    /// Whether an instance says that it will be moved ([`crate::Instance::dynamic`]).
+    pub has_dynamic_instances: bool,
     /// Boxes around all surfaces that a path may find light on; at most [`MOST_BOXES`]. They follow from the rest.
     pub emitter_boxes: Vec<EmitterBox>,
     /// What is infinitely far away.

@@ -4,7 +4,7 @@ use super::*;
 use crate::layout::{constant, layout_of};
 use crate::shader::{Variant, parse, scene_text};
 use crate::{GpuOptions, LimitCaps, open_for_test};
-use accel::encode::{EncodedInstance, INSTANCE_IDENTITY, INSTANCE_SPHERES, WalkCounts};
+use accel::encode::{EncodedInstance, INSTANCE_IDENTITY, INSTANCE_SPHERES, OWNER_SPHERE, WalkCounts};
 use accel::{Blas, Hit, Opaque, Ray, Tlas};
 use bytemuck::Zeroable;
 use std::mem::offset_of;
@@ -57,6 +57,7 @@ fn layouts_match_the_shader() {
     );
     assert_eq!(offset_of!(EncodedPrimitive, primitive), 12);
     assert_eq!(offset_of!(EncodedPrimitive, geometry), 28);
+    assert_eq!(offset_of!(EncodedPrimitive, owner), 44);
     use EncodedInstance as BvhInstance;
     crate::layout::assert_layout!(
         module,
@@ -64,6 +65,7 @@ fn layouts_match_the_shader() {
     );
     assert_eq!(constant(&module, "BVH_INSTANCE_IDENTITY"), INSTANCE_IDENTITY);
     assert_eq!(constant(&module, "BVH_INSTANCE_SPHERES"), INSTANCE_SPHERES);
+    assert_eq!(constant(&module, "BVH_OWNER_SPHERE"), OWNER_SPHERE);
 }
 
 /// A hit, as the test's shader writes it.
@@ -224,9 +226,17 @@ fn scenes() -> Vec<(&'static str, SceneTables)> {
 fn hits_are_those_of_the_cpu() {
     let Some(gpu) = open_for_test("hits_are_those_of_the_cpu", &GpuOptions::default()) else { return };
     let mut kinds = std::collections::BTreeSet::new();
-    for (name, tables) in scenes() {
+    let moving =
+        scenes().into_iter().map(|(name, tables)| (name, encode(&tables, Quality::Balanced), tables));
+    let still = scenes()
+        .into_iter()
+        .map(|(name, tables)| (name, encode_still(&tables, Quality::Balanced, true), tables));
+    let mut joined = std::collections::BTreeSet::new();
+    for (name, encoded, tables) in moving.chain(still.filter(|(_, encoded, _)| encoded.is_joined())) {
         let rays = rays(&tables, 20_000, 7);
-        let encoded = encode(&tables, Quality::Balanced);
+        if encoded.is_joined() {
+            joined.insert((name, encoded.kinds()));
+        }
         kinds.insert((encoded.is_single(), encoded.nodes.len() >= TURNS_FROM_NODES));
         let found = trace(&gpu, &tables, &encoded, &rays);
         let cpu = cpu_scene(&tables);
@@ -254,6 +264,8 @@ fn hits_are_those_of_the_cpu() {
         }
     }
     assert_eq!(kinds.len(), 4, "one level and two, large and small: {kinds:?}");
+    assert!(joined.contains(&("three-spheres", (true, true))), "both kinds in one tree: {joined:?}");
+    assert!(joined.contains(&("hairy", (true, false))), "triangles of several instances: {joined:?}");
 }
 
 /// The walk must give the same through several pages.
