@@ -1,6 +1,7 @@
 //! Time that passes take on the device, by its own clock.
 
 use crate::film::read_mapped;
+use crate::frames::Ticks;
 use crate::scene::upload::empty_buffer;
 use crate::{Gpu, GpuError};
 use backend::PassTime;
@@ -59,6 +60,8 @@ impl PassClock for Timer {
 pub struct Timer {
     clock: Option<Clock>,
     passes: Vec<PassTime>,
+    /// What passes took that other clocks have timed, since the last call of [`Timer::collect`].
+    added: Duration,
 }
 
 struct Clock {
@@ -77,12 +80,12 @@ impl Timer {
     /// When there is no memory for it.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         if !gpu.features.contains(Features::TIMESTAMP_QUERY) {
-            return Ok(Self { clock: None, passes: Vec::new() });
+            return Ok(Self { clock: None, passes: Vec::new(), added: Duration::ZERO });
         }
         let sets = vec![QuerySet::new(gpu)?];
         let period = f64::from(gpu.queue.get_timestamp_period());
         let clock = Clock { sets, names: Vec::new(), period, origin: None };
-        Ok(Self { clock: Some(clock), passes: Vec::new() })
+        Ok(Self { clock: Some(clock), passes: Vec::new(), added: Duration::ZERO })
     }
 
     /// Makes sure that there are slots for the next `passes` passes.
@@ -119,29 +122,46 @@ impl Timer {
     pub fn collect(&mut self, gpu: &Gpu) -> Result<Option<Duration>, GpuError> {
         let Some(clock) = &mut self.clock else { return Ok(None) };
         let names = std::mem::take(&mut clock.names);
-        let mut total = Duration::ZERO;
+        let mut total = std::mem::take(&mut self.added);
         for (set, names) in clock.sets.iter().zip(names.chunks(SET_PASSES as usize)) {
             let ticks = set.read(gpu, names.len())?;
-            let origin = *clock.origin.get_or_insert(ticks[0][0]);
-            let nanoseconds = |ticks: u64| Duration::from_nanos((ticks as f64 * clock.period) as u64);
-            for (&name, [begin, end]) in names.iter().zip(ticks) {
-                let duration = nanoseconds(end.saturating_sub(begin));
-                total += duration;
-                if self.passes.len() < KEPT_PASSES {
-                    let start = nanoseconds(begin.saturating_sub(origin));
-                    self.passes.push(PassTime { name, start, duration });
-                }
-            }
+            let read = names.iter().zip(ticks).map(|(&name, [begin, end])| Ticks { name, begin, end });
+            total += read
+                .map(|ticks| note(&mut clock.origin, clock.period, &mut self.passes, ticks))
+                .sum::<Duration>();
         }
         // A rare batch of many passes need not be paid for ever.
         clock.sets.truncate(1);
         Ok(Some(total))
     }
 
+    /// Takes in what another clock of the device has read.
+    pub fn add(&mut self, read: &[Ticks]) {
+        let Some(clock) = &mut self.clock else { return };
+        for &ticks in read {
+            self.added += note(&mut clock.origin, clock.period, &mut self.passes, ticks);
+        }
+    }
+
     /// The passes read since the last call: the first [`KEPT_PASSES`].
     pub fn take(&mut self) -> Vec<PassTime> {
         std::mem::take(&mut self.passes)
     }
+}
+
+/// Keeps the time of a pass, from the `origin` on, which is the beginning of the first. Returns how long it took.
+fn note(origin: &mut Option<u64>, period: f64, passes: &mut Vec<PassTime>, ticks: Ticks) -> Duration {
+    let nanoseconds = |ticks: u64| Duration::from_nanos((ticks as f64 * period) as u64);
+    let origin = *origin.get_or_insert(ticks.begin);
+    let duration = nanoseconds(ticks.end.saturating_sub(ticks.begin));
+    if passes.len() < KEPT_PASSES {
+        passes.push(PassTime {
+            name: ticks.name,
+            start: nanoseconds(ticks.begin.saturating_sub(origin)),
+            duration,
+        });
+    }
+    duration
 }
 
 /// Queries for [`SET_PASSES`] passes, and their way to the host.

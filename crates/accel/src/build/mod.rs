@@ -121,14 +121,12 @@ pub(crate) struct Settings {
     /// Most bins per axis.
     pub bins: usize,
     pub leaves: Leaves,
-    /// Whether nodes are moved to better places in the end.
-    pub reinserts: bool,
 }
 
 impl Settings {
     pub fn new(quality: Quality, leaf_size: usize, leaves: Leaves) -> Settings {
         let bins = if quality == Quality::Fast { 8 } else { 16 };
-        Settings { leaf_size, bins, leaves, reinserts: false }
+        Settings { leaf_size, bins, leaves }
     }
 
     /// Whether a tree over `n` primitives should fill its leaves to the brim instead of looking for the best cuts.
@@ -174,23 +172,26 @@ pub(crate) fn build(primitives: &mut [PrimitiveRef], settings: Settings) -> Wide
 /// A tree as it is built first: enough to know whether it is worth finishing.
 pub(crate) struct Draft {
     binary: Vec<BinaryNode>,
-    reinserts: bool,
 }
 
 impl Draft {
     /// Builds from the top down; `primitives` are reordered.
     pub fn new(primitives: &mut [PrimitiveRef], settings: Settings) -> Draft {
-        Draft { binary: binned::build(primitives, settings), reinserts: settings.reinserts }
+        Draft { binary: binned::build(primitives, settings) }
     }
 
-    /// What a ray through the box around it all may expect to pay, in units of the cost of a visit to a node, if no node is moved.
+    /// The same with nodes in better places.
+    pub fn improved(self) -> Draft {
+        Draft { binary: reinsert::reinsert(self.binary) }
+    }
+
+    /// What a ray through the box around it all may expect to pay, in units of the cost of a visit to a node.
     pub fn cost(&self) -> f32 {
         self.binary.first().map_or(0.0, |root| root.cost[0] / root.bounds.half_area())
     }
 
     /// The tree.
     pub fn finish(self) -> WideTree {
-        let binary = if self.reinserts { reinsert::reinsert(self.binary) } else { self.binary };
-        collapse::collapse(&binary)
+        collapse::collapse(&self.binary)
     }
 }

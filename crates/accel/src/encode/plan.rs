@@ -31,7 +31,8 @@ struct Drafted {
 
 impl Drafted {
     fn new(mut refs: Vec<PrimitiveRef>, quality: Quality) -> Drafted {
-        Drafted { draft: Draft::new(&mut refs, settings(quality)), refs }
+        let draft = Draft::new(&mut refs, settings(quality));
+        Drafted { draft: if quality == Quality::Fast { draft } else { draft.improved() }, refs }
     }
 
     fn is_cheaper(&self, than: &Drafted, factor: f32) -> bool {
@@ -41,8 +42,7 @@ impl Drafted {
 
 /// Trees for shaders.
 fn settings(quality: Quality) -> Settings {
-    let settings = Settings::new(quality, MAX_LEAF, Leaves::OneByOne(PRIMITIVE_COST));
-    Settings { reinserts: quality != Quality::Fast, ..settings }
+    Settings::new(quality, MAX_LEAF, Leaves::OneByOne(PRIMITIVE_COST))
 }
 
 /// Cost of a test of a primitive, in units of the cost of a visit to a node.
@@ -54,7 +54,7 @@ const CUTS: (f64, f64, f64) = (0.1, 3.0, 1.0);
 /// Objects of fewer primitives are not worth the time.
 const LEAST_TO_CUT: usize = 64;
 
-/// Objects of more have one tree at a time in memory, and are cut in one way only.
+/// Objects of more have one tree at a time in memory, are cut in one way only, and nodes are moved when that is decided.
 const MANY: usize = 1 << 18;
 
 /// Share of the area of all boxes from which on trees over parts are tried. Dense meshes, whose triangles are all about as
@@ -79,8 +79,13 @@ fn best(refs: Vec<PrimitiveRef>, parts: &[Part], quality: Quality) -> Drafted {
         return cut_where_it_pays(Drafted::new(refs, quality), parts, quality);
     }
     let whole_cost = Draft::new(&mut refs.clone(), settings(quality)).cost();
-    let cut = Drafted::new(cuts(Waste::BeyondHalf).make(&refs), quality);
-    if cut.draft.cost() < LEAST_GAIN * whole_cost { cut } else { Drafted::new(refs, quality) }
+    let mut cut = cuts(Waste::BeyondHalf).make(&refs);
+    let draft = Draft::new(&mut cut, settings(quality));
+    if draft.cost() < LEAST_GAIN * whole_cost {
+        return Drafted { draft: draft.improved(), refs: cut };
+    }
+    drop(draft);
+    Drafted::new(refs, quality)
 }
 
 fn cut_where_it_pays(whole: Drafted, parts: &[Part], quality: Quality) -> Drafted {

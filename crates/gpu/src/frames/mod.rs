@@ -7,13 +7,12 @@ mod clock;
 mod ring;
 mod timeline;
 
-pub use clock::FrameClock;
+pub use clock::{FrameClock, Ticks};
 pub use ring::{FrameRing, MOST_FRAMES, Turn};
 pub use timeline::{Span, Track, chrome_trace};
 
 use crate::{Gpu, GpuError};
 use backend::PassTime;
-use clock::Ticks;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 

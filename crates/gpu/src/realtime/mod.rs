@@ -260,6 +260,7 @@ impl RealtimeKernel {
         &mut self,
         gpu: &Gpu,
         frame: &PreparedFrame,
+        timer: &mut Timer,
     ) -> Result<wgpu::SubmissionIndex, GpuError> {
         let doing = "timing a frame";
         let mut clock = FrameClock::new(gpu)?;
@@ -274,7 +275,9 @@ impl RealtimeKernel {
         gpu.wait_for(Some(submission.clone()), doing)?;
         let period = f64::from(gpu.queue.get_timestamp_period());
         let time = |ticks: u64| Duration::from_nanos((ticks as f64 * period) as u64);
-        let passes = clock.take(gpu)?.into_iter().map(|t| (t.name, time(t.end.saturating_sub(t.begin))));
+        let ticks = clock.take(gpu)?;
+        timer.add(&ticks);
+        let passes = ticks.iter().map(|t| (t.name, time(t.end.saturating_sub(t.begin))));
         self.learn(&passes.collect::<Vec<_>>(), u64::from(frame.affordable));
         Ok(submission)
     }
@@ -445,7 +448,7 @@ impl Kernel for RealtimeKernel {
             film.set_batch(gpu, Batch { first_sample: sample, sample_count: 1, ..batch })?;
             let frame = self.prepare(gpu, film, settings, sample, false)?;
             if frame.affordable > 0 {
-                last = Some(self.submit_and_learn(gpu, &frame)?);
+                last = Some(self.submit_and_learn(gpu, &frame, timer)?);
                 continue;
             }
             timer.reserve(gpu, FRAME_PASSES)?;

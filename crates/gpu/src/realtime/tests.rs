@@ -257,13 +257,14 @@ type Part = fn(&mut Stage);
 fn frames_keep_what_is_true() {
     let Some(mut stage) = Stage::new("frames_keep_what_is_true", &scene()) else { return };
     let begun = std::time::Instant::now();
-    let parts: [(&str, Part); 9] = [
+    let parts: [(&str, Part); 10] = [
         ("still views", still_views_lose_nothing),
         ("moving views", moving_views_find_their_past),
         ("numbers", what_is_no_number_is_gone),
         ("the filter", constant_light_stays_and_noise_keeps_its_mean),
         ("bright light", light_beyond_sixteen_bits_stays_finite),
         ("views", views_show_what_they_say),
+        ("budgets", budgets_limit_samples),
         ("unfiltered frames", unfiltered_frames_are_paths),
         ("waves", waves_make_the_same_samples),
         ("gathered frames", gathered_frames_converge_unless_they_stop_for_good),
@@ -429,6 +430,26 @@ fn views_show_what_they_say(stage: &mut Stage) {
     let expected = 12.0 / f64::from(RealtimeSettings::default().history.most);
     let shown = history.pixels()[wall].mean()[0];
     assert!((shown - expected).abs() < 1e-5, "{shown} instead of {expected}");
+}
+
+/// Frames with a budget take no more samples than it allows, and their times are told like those of others.
+fn budgets_limit_samples(stage: &mut Stage) {
+    let samples = FrameSamples { least: 2, most: 4 };
+    let mut rays = |budget| {
+        stage.begin();
+        stage.timer.collect(&stage.gpu).expect("times");
+        stage.timer.take();
+        stage.frames(&view(0.0, RealtimeSettings { budget: Some(budget), samples, ..settings() }), 6);
+        let time = stage.timer.collect(&stage.gpu).expect("times");
+        let passes = stage.timer.take();
+        if let Some(time) = time {
+            assert_eq!(passes.iter().map(|p| p.duration).sum::<Duration>(), time);
+            assert!(passes.iter().filter(|p| p.name == SAMPLES).count() >= 6, "{passes:?}");
+        }
+        stage.film_and_rays().1
+    };
+    let (few, many) = (rays(Duration::from_nanos(1)), rays(Duration::from_secs(60)));
+    assert!(many > 3 * few, "{few} and {many} rays");
 }
 
 /// The reference: paths on the CPU.
