@@ -54,6 +54,9 @@ const REALTIME_ADAPTS: u32 = 8u;
 /// There is a spatial filter behind, and samples that stand out are held back.
 const REALTIME_SMOOTHS: u32 = 16u;
 
+/// In the map of the noise: a pixel without a past.
+const NOTHING_KNOWN: f32 = -1.0;
+
 const SHOW_PICTURE: u32 = 0u;
 const SHOW_VARIANCE: u32 = 1u;
 const SHOW_HISTORY: u32 = 2u;

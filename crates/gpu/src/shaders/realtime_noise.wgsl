@@ -66,7 +66,7 @@ fn local_variance(pixel: vec2u, at: u32) -> f32 {
     return moments_variance(moments) * samples / max(moments.count, 1.0);
 }
 
-/// Variance of the pixel's mean as it is seen. Where nothing is known, the most that can be.
+/// Variance of one of the pixel's samples as it is seen; NOTHING_KNOWN where it has no past.
 @compute @workgroup_size(8, 8)
 fn measure_noise(@builtin(global_invocation_id) id: vec3u) {
     if !is_in_picture(id.xy) {
@@ -79,17 +79,18 @@ fn measure_noise(@builtin(global_invocation_id) id: vec3u) {
     }
     let h = load_history(at);
     if h.diffuse_count < 1.0 {
-        noise[at] = 1.0;
+        noise[at] = NOTHING_KNOWN;
         return;
     }
     var variance = own_variance(h);
     if h.diffuse_count < TRUSTED_SAMPLES {
         variance = max(variance, local_variance(id.xy, at));
     }
-    noise[at] = seen_variance(variance / h.diffuse_count, luminance_of(h.moments), realtime.white);
+    noise[at] = seen_variance(variance, luminance_of(h.moments), realtime.white);
 }
 
-/// A neighbour's noise, less by how far away it is.
+/// A neighbour's noise, less by how far away it is. It is that of a sample, so that a neighbour whose past is short does not ask for
+/// samples of a pixel whose past is long; and one without a past asks for itself only.
 fn faded(value: f32, away: i32) -> f32 {
     return value * (1.0 - f32(abs(away)) / f32(realtime.blur_radius + 1u));
 }
@@ -140,7 +141,7 @@ fn samples_of(at: u32) -> u32 {
     if kept < 1.0 {
         return realtime.most_samples;
     }
-    let missing = samples_missing(spread[at] * kept, kept, realtime.tolerance);
+    let missing = samples_missing(spread[at], kept, realtime.tolerance);
     let wanted = samples_wanted(missing, realtime.least_samples, realtime.most_samples);
     if wanted == 0u && !is_set(REALTIME_GATHERS) {
         // A frame that is its own samples has some everywhere: pixels at edges would else count what they see less often less.

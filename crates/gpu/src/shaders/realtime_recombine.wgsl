@@ -34,6 +34,11 @@ fn picture(at: u32) -> vec4f {
     return vec4f(radiance, 1.0);
 }
 
+/// Variance of a pixel's mean from that of its samples; where nothing was known of it, the most that can be.
+fn noise_of_mean(of_sample: f32, h: History) -> f32 {
+    return select(of_sample / max(h.diffuse_count, 1.0), 1.0, of_sample == NOTHING_KNOWN);
+}
+
 fn shown(at: u32) -> vec4f {
     let h = load_history(at);
     switch realtime.show {
@@ -45,10 +50,10 @@ fn shown(at: u32) -> vec4f {
             return vec4f(vec3f(h.diffuse_count / max(realtime.most_history, 1.0)), 1.0);
         }
         case SHOW_NOISE: {
-            return vec4f(vec3f(0.5 * noise[at] / realtime.tolerance), 1.0);
+            return vec4f(vec3f(0.5 * noise_of_mean(noise[at], h) / realtime.tolerance), 1.0);
         }
         case SHOW_BLURRED_NOISE: {
-            return vec4f(vec3f(0.5 * spread[at] / realtime.tolerance), 1.0);
+            return vec4f(vec3f(0.5 * noise_of_mean(spread[at], h) / realtime.tolerance), 1.0);
         }
         case SHOW_MASK: {
             return vec4f(vec3f(select(0.0, 1.0, samples_wanted_at(at) > 0u)), 1.0);
