@@ -213,13 +213,13 @@ fn query(bench: &Bench, name: &str, tlas: &Tlas, set: &Set, threads: usize) {
         });
         let differ = set.expected.iter().flatten().zip(&any).filter(|(e, a)| (e.1 != 0) != **a).count();
         report(bench, differ, n, &any.iter().any(|&a| a));
-        bench.run(&format!("{name} any_stream"), n, "Mrays/s", threads, || {
-            in_parts(&set.rays, &mut any, |rays, any| {
-                tlas.any_stream(rays, any, &Opaque, Coherence::Coherent)
+        for (coherence, word) in [(Coherence::Incoherent, ""), (Coherence::Coherent, " coherent")] {
+            bench.run(&format!("{name} any_stream{word}"), n, "Mrays/s", threads, || {
+                in_parts(&set.rays, &mut any, |rays, any| tlas.any_stream(rays, any, &Opaque, coherence));
             });
-        });
-        let differ = set.expected.iter().flatten().zip(&any).filter(|(e, a)| (e.1 != 0) != **a).count();
-        report(bench, differ, n, &any.iter().any(|&a| a));
+            let differ = set.expected.iter().flatten().zip(&any).filter(|(e, a)| (e.1 != 0) != **a).count();
+            report(bench, differ, n, &any.iter().any(|&a| a));
+        }
         return;
     }
     let mut hits = vec![MISS; n];

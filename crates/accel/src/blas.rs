@@ -4,7 +4,7 @@ use crate::aabb::Aabb;
 use crate::build::{self, Cuts, Cutting, Leaves, PrimitiveRef, Quality, Settings, Waste, WideTree};
 use crate::kernel::{self, Kernel, MAX_DEPTH};
 use crate::layout::{
-    Block, ChildRef, EMPTY, LEAF, NO_PRIMITIVE, Node, SphereBlock, TriangleBlock, WIDTH, sphere_bounds,
+    Block, ChildRef, EMPTY, LEAF, NO_PRIMITIVE, Node, SphereBlock, TriangleBlock, WIDTH, leaf_index, sphere_bounds,
 };
 use crate::ray::{Hit, HitFilter, Ray};
 use bytemuck::{Pod, Zeroable};
@@ -263,7 +263,7 @@ impl Blas {
         if child & LEAF == 0 {
             return self.nodes[child as usize].union();
         }
-        let index = (child & !LEAF) as usize;
+        let index = leaf_index(child);
         match &self.shape {
             Shape::Triangles(blocks) => blocks[index].bounds(),
             Shape::Spheres(blocks) => blocks[index].bounds(),
@@ -356,8 +356,8 @@ pub(crate) fn validate_tree(nodes: &[Node], root: ChildRef, leaves: &[Aabb]) -> 
         if child == EMPTY {
             continue;
         }
-        let index = (child & !LEAF) as usize;
         let is_leaf = child & LEAF != 0;
+        let index = if is_leaf { leaf_index(child) } else { child as usize };
         let seen = if is_leaf { &mut seen_leaves } else { &mut seen_nodes };
         match seen.get_mut(index) {
             None => return Err(format!("reference {child:#x} leads nowhere")),

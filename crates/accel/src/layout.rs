@@ -5,11 +5,22 @@ use crate::aabb::Aabb;
 /// How many children a node has, and how many primitives a block.
 pub(crate) const WIDTH: usize = 8;
 
-/// Reference to a child: a node's index, or [`LEAF`] and a block's index, or [`EMPTY`].
+/// Reference to a child: a node's index, or [`LEAF`] and a block's index, or [`INSTANCE`] and an instance's index, or
+/// [`EMPTY`].
 pub(crate) type ChildRef = u32;
 
 /// Marks a reference to a block of primitives.
 pub(crate) const LEAF: u32 = 0x8000_0000;
+
+/// Marks a reference to an instance, at the leaves of the upper level. As a number it is above all other references but those to
+/// nothing.
+pub(crate) const INSTANCE: u32 = 0xC000_0000;
+
+/// What a reference to a leaf leads to.
+#[inline(always)]
+pub(crate) fn leaf_index(child: ChildRef) -> usize {
+    (child & !INSTANCE) as usize
+}
 
 /// Reference to nothing.
 pub(crate) const EMPTY: u32 = u32::MAX;
@@ -26,7 +37,43 @@ pub(crate) struct Node {
     pub children: [ChildRef; WIDTH],
 }
 
+/// Which of a node's planes: an axis and a side.
+#[derive(Clone, Copy)]
+pub(crate) struct Plane {
+    /// Of the plane's first number in [`Node::planes`]: a multiple of [`WIDTH`] below six times that.
+    first: u32,
+}
+
+impl Plane {
+    /// The low face (`side` 0) or the high one (`side` 1) along an axis.
+    #[inline(always)]
+    pub fn new(axis: usize, side: usize) -> Self {
+        debug_assert!(axis < 3 && side < 2);
+        Plane { first: (2 * (axis as u32 % 3) + (side as u32 & 1)) * WIDTH as u32 }
+    }
+
+    /// The face on the other side.
+    #[inline(always)]
+    pub fn opposite(self) -> Self {
+        Plane { first: self.first ^ WIDTH as u32 }
+    }
+
+    /// 0: the low face; 1: the high one.
+    #[inline(always)]
+    pub fn side(self) -> usize {
+        self.first as usize / WIDTH & 1
+    }
+}
+
 impl Node {
+    /// One face of each box.
+    #[inline(always)]
+    pub fn plane(&self, plane: Plane) -> &[f32; WIDTH] {
+        let numbers = self.planes.as_flattened().as_flattened().as_ptr();
+        // SAFETY: a whole plane begins there, see `Plane`: both ways to make one see to that.
+        unsafe { &*numbers.add(plane.first as usize).cast() }
+    }
+
     pub const EMPTY: Node =
         Node { planes: [[[f32::MAX; WIDTH], [f32::MIN; WIDTH]]; 3], children: [EMPTY; WIDTH] };
 

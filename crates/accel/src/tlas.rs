@@ -4,7 +4,7 @@ use crate::aabb::Aabb;
 use crate::blas::{Blas, validate_tree};
 use crate::build::{self, Leaves, PrimitiveRef, Quality, Settings};
 use crate::kernel::{self, Kernel};
-use crate::layout::{ChildRef, EMPTY, Node};
+use crate::layout::{ChildRef, EMPTY, INSTANCE, LEAF, Node};
 use crate::ray::{Hit, HitFilter, Ray};
 use std::sync::Arc;
 
@@ -39,10 +39,6 @@ pub enum Coherence {
     Coherent,
 }
 
-/// Bytes from which on the rays of streams take turns: trees below this stay in the caches that cores share, and those are
-/// fast enough for a ray alone.
-const LARGE: usize = 16 << 20;
-
 /// An instance as queries need it.
 struct Placed {
     world_to_object: [[f32; 4]; 3],
@@ -64,8 +60,6 @@ pub struct Tlas {
     bounds: Aabb,
     /// The mask of the only instance, if there is one and it is not transformed.
     only: Option<u32>,
-    /// Whether queries mostly wait for memory, because the trees are larger than the caches.
-    in_turns: bool,
     skipped: usize,
     kernel: Kernel,
 }
@@ -88,7 +82,6 @@ impl Tlas {
             blas,
             bounds: Aabb::EMPTY,
             only: None,
-            in_turns: false,
             skipped: 0,
             kernel: Kernel::best(),
         };
@@ -121,7 +114,10 @@ impl Tlas {
         let order = tree.leaves.iter().map(|&(first, _)| refs[first as usize].index() as usize);
         self.placed = order.filter_map(|i| placed[i].take()).collect();
         self.nodes = tree.nodes;
-        self.root = tree.root;
+        self.root = instance_ref(tree.root);
+        for node in &mut self.nodes {
+            node.children = node.children.map(instance_ref);
+        }
         self.bounds = tree.bounds;
         self.extent = [0, 1, 2].map(|a: usize| {
             if tree.bounds.is_empty() { 0.0 } else { tree.bounds.min[a].abs().max(tree.bounds.max[a].abs()) }
@@ -130,7 +126,6 @@ impl Tlas {
             [one] if one.is_identity && one.index == 0 => Some(one.mask),
             _ => None,
         };
-        self.in_turns = self.memory_bytes() > LARGE;
         #[cfg(debug_assertions)]
         self.validate().expect("a tree that was just built");
     }
@@ -226,12 +221,6 @@ impl Tlas {
         self.kernel = kernel;
     }
 
-    /// Whether the rays of incoherent streams take turns, so that one waits for memory while others work; chosen by size
-    /// otherwise. For tests and comparisons.
-    pub fn set_turns(&mut self, in_turns: bool) {
-        self.in_turns = in_turns;
-    }
-
     /// Checks the structure, see [`Blas::validate`]. Does not look into the objects.
     ///
     /// # Errors
@@ -242,12 +231,6 @@ impl Tlas {
             return Err("an instance without an object".into());
         }
         validate_tree(&self.nodes, self.root, &vec![Aabb::EMPTY; self.placed.len()])
-    }
-
-    /// Whether the rays of streams take turns.
-    #[inline]
-    pub(crate) fn in_turns(&self) -> bool {
-        self.in_turns
     }
 
     /// The only object, if there is one in one instance without a transform, visible to `mask`.
@@ -278,6 +261,11 @@ impl Tlas {
         }
         Some((&self.blas[placed.blas as usize], placed.index, r))
     }
+}
+
+/// A reference of a tree whose leaves are instances.
+fn instance_ref(child: ChildRef) -> ChildRef {
+    if child & LEAF == 0 { child } else { child | INSTANCE }
 }
 
 /// The inverse of a 3×4 transform, if there is one.

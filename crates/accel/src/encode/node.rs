@@ -6,7 +6,7 @@
 //! A pair of small floats becomes a pair of ordinary ones in one instruction each, on units that were idle.
 
 use crate::aabb::Aabb;
-use crate::layout::{EMPTY, LEAF, Node, WIDTH};
+use crate::layout::{EMPTY, LEAF, Node, WIDTH, leaf_index};
 use bytemuck::{Pod, Zeroable};
 
 /// Most primitives below one slot of a node: they are counted in three bits.
@@ -175,7 +175,7 @@ pub(super) fn encode(
             encoded.inner |= 1 << slot;
             0b001_11000 | slot as u8
         } else {
-            let count = leaf_count((child & !LEAF) as usize);
+            let count = leaf_count(leaf_index(child));
             let meta = ((1u8 << count) - 1) << 5 | primitives;
             primitives += count as u8;
             meta

@@ -2,7 +2,7 @@
 
 use super::node::{self, EMPTY_SLOT, EncodedNode, Slots};
 use crate::build::WideTree;
-use crate::layout::{LEAF, Node, WIDTH};
+use crate::layout::{LEAF, Node, WIDTH, leaf_index};
 use rayon::prelude::*;
 
 /// A tree over primitives, with everything numbered but nothing encoded.
@@ -61,7 +61,7 @@ impl Plan {
                     depths[child as usize] = depths[at] + 1;
                     self.order.push(child);
                 } else {
-                    let (first, count) = self.tree.leaves[(child & !LEAF) as usize];
+                    let (first, count) = self.tree.leaves[leaf_index(child)];
                     self.primitives.extend(first..first + count);
                 }
             }

@@ -15,39 +15,67 @@ pub(super) fn dot<S: Simd>(s: S, a: [S::F; 3], b: [S::F; 3]) -> S::F {
     s.mul_add(a[0], b[0], s.mul_add(a[1], b[1], s.mul(a[2], b[2])))
 }
 
-/// Eight hits with the lines of triangles or spheres, of which those in `bits` count.
-pub(super) struct Candidates {
+/// Eight hits with the lines of triangles or spheres, of which those in `mask` count.
+pub(super) struct Candidates<S: Simd> {
+    mask: S::M,
+    /// The mask as bits, not zero.
     bits: u32,
-    t: [f32; WIDTH],
-    u: [f32; WIDTH],
-    v: [f32; WIDTH],
+    t: S::F,
+    u: S::F,
+    v: S::F,
 }
 
-impl Candidates {
+impl<S: Simd> Candidates<S> {
     /// Keeps the nearest candidate that the filter accepts.
     #[inline(always)]
-    pub fn keep_nearest<F: HitFilter>(&self, ids: &[u32; WIDTH], instance: u32, filter: &F, best: &mut Best) {
+    pub fn keep_nearest<F: HitFilter>(
+        &self,
+        s: S,
+        ids: &[u32; WIDTH],
+        instance: u32,
+        filter: &F,
+        best: &mut Best,
+    ) {
+        let (mut us, mut vs) = ([0.0; WIDTH], [0.0; WIDTH]);
+        s.store(self.u, &mut us);
+        s.store(self.v, &mut vs);
+        if F::OPAQUE {
+            let t = s.least(s.select(self.mask, s.splat(f32::INFINITY), self.t));
+            let lane = s.bits(s.and(self.mask, s.le(self.t, s.splat(t)))).trailing_zeros() as usize & 7;
+            if t < best.t_max {
+                best.t_max = t;
+                best.hit = Hit { t, u: us[lane], v: vs[lane], primitive: ids[lane], instance };
+            }
+            return;
+        }
+        let mut ts = [0.0; WIDTH];
+        s.store(self.t, &mut ts);
         let mut bits = self.bits;
         while bits != 0 {
             let lane = bits.trailing_zeros() as usize & 7;
             bits &= bits - 1;
-            let t = self.t[lane];
-            if t < best.t_max && (F::OPAQUE || filter.accept(instance, ids[lane], self.u[lane], self.v[lane]))
-            {
+            let (t, u, v) = (ts[lane], us[lane], vs[lane]);
+            if t < best.t_max && filter.accept(instance, ids[lane], u, v) {
                 best.t_max = t;
-                best.hit = Hit { t, u: self.u[lane], v: self.v[lane], primitive: ids[lane], instance };
+                best.hit = Hit { t, u, v, primitive: ids[lane], instance };
             }
         }
     }
 
     /// Whether the filter accepts any candidate.
     #[inline(always)]
-    pub fn any<F: HitFilter>(&self, ids: &[u32; WIDTH], instance: u32, filter: &F) -> bool {
+    pub fn any<F: HitFilter>(&self, s: S, ids: &[u32; WIDTH], instance: u32, filter: &F) -> bool {
+        if F::OPAQUE {
+            return true;
+        }
+        let (mut us, mut vs) = ([0.0; WIDTH], [0.0; WIDTH]);
+        s.store(self.u, &mut us);
+        s.store(self.v, &mut vs);
         let mut bits = self.bits;
         while bits != 0 {
             let lane = bits.trailing_zeros() as usize & 7;
             bits &= bits - 1;
-            if F::OPAQUE || filter.accept(instance, ids[lane], self.u[lane], self.v[lane]) {
+            if filter.accept(instance, ids[lane], us[lane], vs[lane]) {
                 return true;
             }
         }
@@ -58,14 +86,14 @@ impl Candidates {
 /// A kind of leaf: its blocks, and how a ray meets one.
 pub(super) trait Leaf<S: Simd> {
     /// Calls `found` with the hits between the ray's start and `t_max`, if there are any.
-    fn test(&self, s: S, index: usize, t_max: f32, found: impl FnMut(&Candidates, &[u32; WIDTH]));
+    fn test(&self, s: S, index: usize, t_max: f32, found: impl FnMut(&Candidates<S>, &[u32; WIDTH]));
 }
 
 /// What the triangle test needs of a ray.
 #[derive(Clone, Copy)]
 pub(super) struct Shear {
     /// The axes of object space in the order (u, v, w).
-    axes: [usize; 3],
+    axes: [u32; 3],
     /// The ray's origin in that order.
     origin: [f32; 3],
     shear: [f32; 3],
@@ -75,18 +103,19 @@ pub(super) struct Shear {
 impl Shear {
     #[inline(always)]
     pub fn new(ray: &Ray) -> Shear {
-        const AXES: [[usize; 3]; 8] =
+        const AXES: [[u32; 3]; 8] =
             [[1, 2, 0], [2, 0, 1], [0, 1, 2], [2, 0, 1], [1, 2, 0], [1, 2, 0], [0, 1, 2], [0, 1, 2]];
         // By reference: a copy is written in pieces and read back in others, which stalls.
         let d = &ray.direction;
         let (x, y, z) = (d[0].abs(), d[1].abs(), d[2].abs());
         // By table: which axis is longest is anyone's guess, and so would be a branch.
         let axes = AXES[usize::from(y > x) | usize::from(z > x) << 1 | usize::from(z > y) << 2];
-        let inverse = 1.0 / d[axes[2]];
+        let [u, v, w] = axes.map(|a| a as usize);
+        let inverse = 1.0 / d[w];
         Shear {
             axes,
-            origin: [ray.origin[axes[0]], ray.origin[axes[1]], ray.origin[axes[2]]],
-            shear: [d[axes[0]] * inverse, d[axes[1]] * inverse, inverse],
+            origin: [ray.origin[u], ray.origin[v], ray.origin[w]],
+            shear: [d[u] * inverse, d[v] * inverse, inverse],
             t_min: ray.t_min.max(0.0),
         }
     }
@@ -95,7 +124,7 @@ impl Shear {
 /// Triangles: `optics::intersect::intersect_triangle` in eight lanes.
 pub(super) struct Triangles<'a, S: Simd> {
     blocks: &'a [TriangleBlock],
-    axes: [usize; 3],
+    axes: [u32; 3],
     origin: [S::F; 3],
     shear: [S::F; 3],
     pub t_min: S::F,
@@ -109,15 +138,19 @@ impl<'a, S: Simd> Triangles<'a, S> {
     fn corner(&self, s: S, block: &TriangleBlock, i: usize) -> (S::F, S::F, S::F) {
         let [u, v, w] = self.axes;
         let p = &block.vertices[i];
-        let z = s.sub(s.load(&p[w]), self.origin[2]);
-        let x = s.neg_mul_add(self.shear[0], z, s.sub(s.load(&p[u]), self.origin[0]));
-        let y = s.neg_mul_add(self.shear[1], z, s.sub(s.load(&p[v]), self.origin[1]));
+        // SAFETY: the axes are those of a `Shear`, which takes them from its table: 0, 1 and 2 in some order.
+        let [x, y, z] = unsafe {
+            [p.get_unchecked(u as usize), p.get_unchecked(v as usize), p.get_unchecked(w as usize)]
+        };
+        let z = s.sub(s.load(z), self.origin[2]);
+        let x = s.neg_mul_add(self.shear[0], z, s.sub(s.load(x), self.origin[0]));
+        let y = s.neg_mul_add(self.shear[1], z, s.sub(s.load(y), self.origin[1]));
         (x, y, z)
     }
 
-    /// The edge functions, the determinant and the scaled distance, and for which lanes the ray's line passes inside.
+    /// Where the ray's line meets each triangle.
     #[inline(always)]
-    fn edges(&self, s: S, block: &TriangleBlock) -> ([S::F; 4], S::M) {
+    pub fn meet(&self, s: S, block: &TriangleBlock) -> Met<S> {
         let (ax, ay, az) = self.corner(s, block, 0);
         let (bx, by, bz) = self.corner(s, block, 1);
         let (cx, cy, cz) = self.corner(s, block, 2);
@@ -131,21 +164,10 @@ impl<'a, S: Simd> Triangles<'a, S> {
         let side = s.min(s.min(s.flip_sign(e0, det), s.flip_sign(e1, det)), s.flip_sign(e2, det));
         let inside = s.le(s.splat(0.0), side);
         let scaled = s.mul(self.shear[2], s.mul_add(e0, az, s.mul_add(e1, bz, s.mul(e2, cz))));
-        ([e1, e2, det, scaled], inside)
-    }
-
-    #[inline(always)]
-    fn divide(&self, s: S, [e1, e2, det, scaled]: [S::F; 4], inside: S::M) -> Met<S> {
         let inverse = s.div(s.splat(1.0), det);
         Met { inside, t: s.div(scaled, det), u: s.mul(e1, inverse), v: s.mul(e2, inverse) }
     }
 
-    /// Where the ray's line meets each triangle.
-    #[inline(always)]
-    pub fn meet(&self, s: S, block: &TriangleBlock) -> Met<S> {
-        let (edges, inside) = self.edges(s, block);
-        self.divide(s, edges, inside)
-    }
     #[inline(always)]
     pub fn new(s: S, blocks: &'a [TriangleBlock], ray: &Shear) -> Self {
         Triangles {
@@ -168,25 +190,18 @@ pub(super) struct Met<S: Simd> {
 
 impl<S: Simd> Leaf<S> for Triangles<'_, S> {
     #[inline(always)]
-    fn test(&self, s: S, index: usize, t_max: f32, mut found: impl FnMut(&Candidates, &[u32; WIDTH])) {
+    fn test(&self, s: S, index: usize, t_max: f32, mut found: impl FnMut(&Candidates<S>, &[u32; WIDTH])) {
         debug_assert!(index < self.blocks.len());
         // SAFETY: references to leaves are made by the builder, which numbers the blocks of this very slice (`validate`
         // checks them in debug builds).
         let block = unsafe { self.blocks.get_unchecked(index) };
-        let (edges, inside) = self.edges(s, block);
-        if s.bits(inside) == 0 {
-            return;
+        // Without a look at who passes inside: a second branch that cannot be foreseen costs more than the division.
+        let h = self.meet(s, block);
+        let mask = s.and(h.inside, s.and(s.lt(self.t_min, h.t), s.lt(h.t, s.splat(t_max))));
+        let bits = s.bits(mask);
+        if bits != 0 {
+            found(&Candidates { mask, bits, t: h.t, u: h.u, v: h.v }, &block.ids);
         }
-        let h = self.divide(s, edges, inside);
-        let bits = s.bits(s.and(inside, s.and(s.lt(self.t_min, h.t), s.lt(h.t, s.splat(t_max)))));
-        if bits == 0 {
-            return;
-        }
-        let mut c = Candidates { bits, t: [0.0; WIDTH], u: [0.0; WIDTH], v: [0.0; WIDTH] };
-        s.store(h.t, &mut c.t);
-        s.store(h.u, &mut c.u);
-        s.store(h.v, &mut c.v);
-        found(&c, &block.ids);
     }
 }
 
@@ -216,7 +231,7 @@ impl<'a, S: Simd> Spheres<'a, S> {
 
 impl<S: Simd> Leaf<S> for Spheres<'_, S> {
     #[inline(always)]
-    fn test(&self, s: S, index: usize, t_max: f32, mut found: impl FnMut(&Candidates, &[u32; WIDTH])) {
+    fn test(&self, s: S, index: usize, t_max: f32, mut found: impl FnMut(&Candidates<S>, &[u32; WIDTH])) {
         debug_assert!(index < self.blocks.len());
         // SAFETY: as for triangles.
         let block = unsafe { self.blocks.get_unchecked(index) };
@@ -252,15 +267,11 @@ impl<S: Simd> Leaf<S> for Spheres<'_, S> {
         }
         // Both crossings are candidates: a filter may see through one of them. The far side may stand in for the near
         // side of one sphere, so every far side is looked at after all near sides.
-        let mut c = Candidates { bits: near_bits, t: [0.0; WIDTH], u: [0.0; WIDTH], v: [0.0; WIDTH] };
-        s.store(near, &mut c.t);
         if near_bits != 0 {
-            found(&c, &block.ids);
+            found(&Candidates { mask: near_counts, bits: near_bits, t: near, u: zero, v: zero }, &block.ids);
         }
         if far_bits != 0 {
-            c.bits = far_bits;
-            s.store(far, &mut c.t);
-            found(&c, &block.ids);
+            found(&Candidates { mask: far_counts, bits: far_bits, t: far, u: zero, v: zero }, &block.ids);
         }
     }
 }

@@ -3,12 +3,13 @@
 mod leaves;
 mod packet;
 mod scalar;
+mod stack;
+mod stream;
 mod tree;
-mod turns;
 mod wide;
 
 use crate::blas::{Blas, Shape};
-use crate::layout::{ChildRef, EMPTY, TriangleBlock};
+use crate::layout::{ChildRef, EMPTY, Plane, TriangleBlock};
 use crate::ray::{Hit, HitFilter, MISS, Ray};
 use crate::tlas::Tlas;
 use packet::{PACKET, Packet};
@@ -89,8 +90,8 @@ struct Slabs {
     inverse: [f32; 3],
     near_offset: [f32; 3],
     far_offset: [f32; 3],
-    /// 0 where the low face is nearer, 1 where the high face is.
-    near_side: [usize; 3],
+    /// The face of boxes that is nearer along each axis.
+    near_plane: [Plane; 3],
     t_min: f32,
 }
 
@@ -105,7 +106,7 @@ impl Slabs {
             inverse: [0.0; 3],
             near_offset: [0.0; 3],
             far_offset: [0.0; 3],
-            near_side: [0; 3],
+            near_plane: [Plane::new(0, 0); 3],
             t_min: ray.t_min.max(0.0),
         };
         for a in 0..3 {
@@ -114,7 +115,7 @@ impl Slabs {
             s.inverse[a] = inverse;
             s.near_offset[a] = -(ray.origin[a] * inverse) - error;
             s.far_offset[a] = -(ray.origin[a] * inverse) + error;
-            s.near_side[a] = usize::from(inverse < 0.0);
+            s.near_plane[a] = Plane::new(a, usize::from(inverse < 0.0));
         }
         s
     }
@@ -187,7 +188,7 @@ pub(crate) fn tlas_any<F: HitFilter>(kernel: Kernel, tlas: &Tlas, ray: &Ray, fil
     is_worth_it(tlas.root, ray) && dispatch!(kernel, tlas_any(tlas, ray, filter))
 }
 
-/// Nearest hit of each ray, one by one or in turns.
+/// Nearest hit of each ray.
 pub(crate) fn incoherent_closest<F: HitFilter>(
     kernel: Kernel,
     tlas: &Tlas,
@@ -195,14 +196,11 @@ pub(crate) fn incoherent_closest<F: HitFilter>(
     hits: &mut [Hit],
     filter: &F,
 ) {
-    if tlas.in_turns() {
-        hits.fill(MISS);
-        return dispatch!(kernel, turns_closest(tlas, rays, hits, filter));
-    }
-    dispatch!(kernel, each_closest(tlas, rays, hits, filter));
+    hits.fill(MISS);
+    dispatch!(kernel, stream_closest(tlas, rays, hits, filter));
 }
 
-/// Whether each ray hits anything, one by one or in turns.
+/// Whether each ray hits anything.
 pub(crate) fn incoherent_any<F: HitFilter>(
     kernel: Kernel,
     tlas: &Tlas,
@@ -210,11 +208,8 @@ pub(crate) fn incoherent_any<F: HitFilter>(
     any: &mut [bool],
     filter: &F,
 ) {
-    if tlas.in_turns() {
-        any.fill(false);
-        return dispatch!(kernel, turns_any(tlas, rays, any, filter));
-    }
-    dispatch!(kernel, each_any(tlas, rays, any, filter));
+    any.fill(false);
+    dispatch!(kernel, stream_any(tlas, rays, any, filter));
 }
 
 /// The object and its leaves, if packets are of use: one object as it is, of triangles, and not just a few.

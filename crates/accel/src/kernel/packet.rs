@@ -6,7 +6,7 @@
 use super::leaves::{Candidates, Leaf, Shear, Triangles, splats};
 use super::{Best, STACK};
 use crate::blas::Blas;
-use crate::layout::{EMPTY, LEAF, Node, TriangleBlock, WIDTH};
+use crate::layout::{EMPTY, LEAF, Node, TriangleBlock, WIDTH, leaf_index};
 use crate::ray::{Hit, HitFilter, MISS, Ray};
 use crate::simd::Simd;
 
@@ -229,7 +229,7 @@ impl Packet {
                 if child == EMPTY {
                     continue;
                 }
-                let index = (child & !LEAF) as usize;
+                let index = leaf_index(child);
                 let mut has_hit = false;
                 for group in 0..GROUPS {
                     let mut active = self.touch(s, parent, slot, &f.near_side, group);
@@ -277,10 +277,10 @@ impl Packet {
         let (group, lane) = (i / WIDTH, i % WIDTH);
         let mut best = Best { hit: self.hits[i], t_max: self.t_max[group][lane] };
         let before = best.t_max;
-        Triangles::new(s, blocks, &self.shear[i]).test(s, index, before, |c: &Candidates, ids| {
+        Triangles::new(s, blocks, &self.shear[i]).test(s, index, before, |c: &Candidates<S>, ids| {
             if !ANY {
-                c.keep_nearest(ids, 0, filter, &mut best);
-            } else if c.any(ids, 0, filter) {
+                c.keep_nearest(s, ids, 0, filter, &mut best);
+            } else if c.any(s, ids, 0, filter) {
                 best.hit.primitive = 0;
                 best.t_max = -1.0;
             }

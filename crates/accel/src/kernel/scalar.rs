@@ -3,7 +3,7 @@
 use super::packet::Packet;
 use super::{Best, STACK, Slabs};
 use crate::blas::{Blas, Shape};
-use crate::layout::{Block, ChildRef, EMPTY, LEAF, NO_PRIMITIVE, Node, TriangleBlock, WIDTH};
+use crate::layout::{Block, ChildRef, EMPTY, LEAF, NO_PRIMITIVE, Node, TriangleBlock, WIDTH, leaf_index};
 use crate::ray::{Hit, HitFilter, Ray};
 use crate::tlas::Tlas;
 use optics::intersect::{RayShear, intersect_sphere, intersect_triangle, ray_shear};
@@ -32,7 +32,7 @@ fn walk(
             continue;
         }
         if child & LEAF != 0 {
-            match leaf((child & !LEAF) as usize, t_max) {
+            match leaf(leaf_index(child), t_max) {
                 Some(t) => t_max = t,
                 None => return true,
             }
@@ -43,7 +43,7 @@ fn walk(
         for lane in 0..WIDTH {
             let (mut near, mut far) = (slabs.t_min, t_max);
             for a in 0..3 {
-                let side = slabs.near_side[a];
+                let side = slabs.near_plane[a].side();
                 let enter = node.planes[a][side][lane].mul_add(slabs.inverse[a], slabs.near_offset[a]);
                 let leave = node.planes[a][side ^ 1][lane].mul_add(slabs.inverse[a], slabs.far_offset[a]);
                 // Comparisons with NaN are false: that axis drops out.
@@ -161,18 +161,15 @@ pub(super) fn tlas_any<F: HitFilter>(tlas: &Tlas, ray: &Ray, filter: &F) -> bool
 }
 
 /// Nearest hit of each ray.
-pub(super) fn each_closest<F: HitFilter>(tlas: &Tlas, rays: &[Ray], hits: &mut [Hit], filter: &F) {
+pub(super) fn stream_closest<F: HitFilter>(tlas: &Tlas, rays: &[Ray], hits: &mut [Hit], filter: &F) {
     for (ray, hit) in rays.iter().zip(hits) {
         *hit = super::tlas_closest(super::Kernel::Scalar, tlas, ray, filter);
     }
 }
 
 /// Whether each ray hits anything.
-pub(super) fn each_any<F: HitFilter>(tlas: &Tlas, rays: &[Ray], any: &mut [bool], filter: &F) {
+pub(super) fn stream_any<F: HitFilter>(tlas: &Tlas, rays: &[Ray], any: &mut [bool], filter: &F) {
     for (ray, any) in rays.iter().zip(any) {
         *any = super::tlas_any(super::Kernel::Scalar, tlas, ray, filter);
     }
 }
-
-// Without instructions for prefetching, turns are of no use.
-pub(super) use {each_any as turns_any, each_closest as turns_closest};

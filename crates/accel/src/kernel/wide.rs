@@ -5,7 +5,7 @@
 use super::leaves::{Leaf, Shear, Spheres, Triangles};
 use super::packet::Packet;
 use super::tree::{Visitor, walk};
-use super::{Best, Slabs, is_worth_it, turns};
+use super::{Best, Slabs, stream};
 use crate::blas::{Blas, Shape};
 use crate::layout::{TriangleBlock, WIDTH};
 use crate::ray::{Hit, HitFilter, Ray};
@@ -32,7 +32,7 @@ impl<S: Simd, L: Leaf<S>, F: HitFilter> Visitor<S> for Nearest<'_, L, F> {
     fn leaf(&mut self, s: S, index: usize) -> bool {
         let (instance, filter) = (self.instance, self.filter);
         let best = &mut *self.best;
-        self.leaves.test(s, index, best.t_max, |c, ids| c.keep_nearest(ids, instance, filter, best));
+        self.leaves.test(s, index, best.t_max, |c, ids| c.keep_nearest(s, ids, instance, filter, best));
         false
     }
 }
@@ -56,7 +56,7 @@ impl<S: Simd, L: Leaf<S>, F: HitFilter> Visitor<S> for First<'_, L, F> {
     #[inline(always)]
     fn leaf(&mut self, s: S, index: usize) -> bool {
         let mut hit = false;
-        self.leaves.test(s, index, self.t_max, |c, ids| hit |= c.any(ids, self.instance, self.filter));
+        self.leaves.test(s, index, self.t_max, |c, ids| hit |= c.any(s, ids, self.instance, self.filter));
         hit
     }
 }
@@ -241,38 +241,7 @@ macro_rules! entry_points {
             ///
             /// The processor must have the instructions.
             #[target_feature(enable = $features)]
-            pub unsafe fn each_closest<F: HitFilter>(
-                tlas: &Tlas,
-                rays: &[Ray],
-                hits: &mut [Hit],
-                filter: &F,
-            ) {
-                for (ray, hit) in rays.iter().zip(hits) {
-                    let mut best = Best::new(ray);
-                    if is_worth_it(tlas.root, ray) {
-                        // SAFETY: the caller's promise.
-                        unsafe { tlas_closest(tlas, ray, filter, &mut best) };
-                    }
-                    *hit = best.hit;
-                }
-            }
-
-            /// # Safety
-            ///
-            /// The processor must have the instructions.
-            #[target_feature(enable = $features)]
-            pub unsafe fn each_any<F: HitFilter>(tlas: &Tlas, rays: &[Ray], any: &mut [bool], filter: &F) {
-                for (ray, any) in rays.iter().zip(any) {
-                    // SAFETY: the caller's promise.
-                    *any = is_worth_it(tlas.root, ray) && unsafe { tlas_any(tlas, ray, filter) };
-                }
-            }
-
-            /// # Safety
-            ///
-            /// The processor must have the instructions.
-            #[target_feature(enable = $features)]
-            pub unsafe fn turns_closest<F: HitFilter>(
+            pub unsafe fn stream_closest<F: HitFilter>(
                 tlas: &Tlas,
                 rays: &[Ray],
                 hits: &mut [Hit],
@@ -280,17 +249,17 @@ macro_rules! entry_points {
             ) {
                 // SAFETY: the caller's promise.
                 let s = unsafe { <$simd>::new() };
-                turns::trace::<$simd, F, false>(s, tlas, rays, filter, |i, best| hits[i] = best.hit);
+                stream::trace::<$simd, F, false>(s, tlas, rays, filter, |i, best| hits[i] = best.hit);
             }
 
             /// # Safety
             ///
             /// The processor must have the instructions.
             #[target_feature(enable = $features)]
-            pub unsafe fn turns_any<F: HitFilter>(tlas: &Tlas, rays: &[Ray], any: &mut [bool], filter: &F) {
+            pub unsafe fn stream_any<F: HitFilter>(tlas: &Tlas, rays: &[Ray], any: &mut [bool], filter: &F) {
                 // SAFETY: the caller's promise.
                 let s = unsafe { <$simd>::new() };
-                turns::trace::<$simd, F, true>(s, tlas, rays, filter, |i, best| any[i] = !best.hit.is_miss());
+                stream::trace::<$simd, F, true>(s, tlas, rays, filter, |i, best| any[i] = !best.hit.is_miss());
             }
 
             /// # Safety

@@ -52,6 +52,8 @@ pub(crate) trait Simd: Copy {
     fn bits(self, m: Self::M) -> u32;
     /// `b` where the mask is set, `a` elsewhere.
     fn select(self, m: Self::M, a: Self::F, b: Self::F) -> Self::F;
+    /// The same bits as numbers.
+    fn from_bits(self, x: Self::U) -> Self::F;
     fn load_u(self, x: &[u32; WIDTH]) -> Self::U;
     fn store_u(self, x: Self::U, to: &mut [u32; WIDTH]);
     /// Lane `i` of the result is the lane of `table` that the low three bits of lane `i` of `index` name.
@@ -66,9 +68,10 @@ pub(crate) trait Simd: Copy {
     fn least_key(self, keys: Self::U) -> u32;
     /// The keys as signed numbers in descending order: those of lanes that were not set come last.
     fn sorted(self, keys: Self::U) -> Self::U;
-    /// Asks for all cache lines of `x`, where there is an instruction for that.
+    /// Asks for the `N` cache lines from `first` on, where there is an instruction for that. No one looks at what `first` points
+    /// to, and nothing need be there.
     #[inline(always)]
-    fn prefetch<T>(self, _: &T) {}
+    fn prefetch<const N: usize>(self, _first: *const u8) {}
     /// Moves the lanes that are set in `bits` (`m` as bits) to the front. The others are undefined.
     fn compress(self, x: Self::U, m: Self::M, bits: u32) -> Self::U;
 }

@@ -148,6 +148,11 @@ impl Simd for Neon {
     }
 
     #[inline(always)]
+    fn from_bits(self, x: Self::U) -> Self::F {
+        halves!(vreinterpretq_f32_u32, x)
+    }
+
+    #[inline(always)]
     fn load_u(self, x: &[u32; WIDTH]) -> Self::U {
         // SAFETY: `self` proves that the instruction exists; `x` is eight lanes long.
         unsafe { [vld1q_u32(x.as_ptr()), vld1q_u32(x.as_ptr().add(4))] }

@@ -110,11 +110,16 @@ macro_rules! ymm_operations {
         }
 
         #[inline(always)]
-        fn prefetch<T>(self, x: &T) {
-            let first: *const i8 = std::ptr::from_ref(x).cast();
-            for offset in (0..size_of::<T>()).step_by(64) {
-                // SAFETY: the offset stays inside of `x`, and prefetching has no effect that the program can see.
-                unsafe { _mm_prefetch::<_MM_HINT_T0>(first.add(offset)) };
+        fn from_bits(self, x: __m256i) -> __m256 {
+            // SAFETY: `self` proves that the instructions exist.
+            unsafe { _mm256_castsi256_ps(x) }
+        }
+
+        #[inline(always)]
+        fn prefetch<const N: usize>(self, first: *const u8) {
+            for line in 0..N {
+                // SAFETY: prefetching has no effect that the program can see, whatever the address.
+                unsafe { _mm_prefetch::<_MM_HINT_T0>(first.wrapping_add(64 * line).cast()) };
             }
         }
     };

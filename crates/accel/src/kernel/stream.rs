@@ -1,0 +1,334 @@
+//! Many rays under way at once.
+//!
+//! A ray alone mostly waits: for memory, for the result of the last comparison, and for what was begun on a wrong guess. So
+//! several rays are under way, and all that are at nodes take a step, one after the other, then all that are at leaves.
+//! In such a loop no step waits for the one before, the memory that a ray needs next has been asked for a round ago,
+//! and no branch depends on where a ray goes: whether its next place is a node or a leaf decides in which list it is entered.
+//! Each ray takes the steps that it would take alone.
+
+use super::leaves::{Leaf, Shear, Spheres, Triangles};
+use super::stack::{END, STREAM_STACK, StackMemory, StreamStack};
+use super::tree::{Boxes, node};
+use super::wide::{tiny_any, tiny_closest};
+use super::{Best, Slabs};
+use crate::blas::{Blas, Shape};
+use crate::layout::{ChildRef, EMPTY, INSTANCE, LEAF, Node, SphereBlock, TriangleBlock, leaf_index};
+use crate::ray::{HitFilter, Ray};
+use crate::simd::Simd;
+use crate::tlas::Tlas;
+
+/// Rays under way. Fewer wait for each other's results, more push each other's state out of the first cache.
+const UNDER_WAY: usize = 16;
+
+/// A ray on its way through both levels, or through the only object.
+#[repr(C, align(64))]
+struct Traveller<'a> {
+    /// For the boxes of `nodes`.
+    slabs: Slabs,
+    /// The nodes that `child` counts.
+    nodes: &'a [Node],
+    /// What is to be looked at next.
+    child: ChildRef,
+    stack: StreamStack<'a>,
+    best: Best,
+    /// Whether the ray is in an object.
+    in_object: bool,
+    /// The object's leaves: either triangles or spheres.
+    triangles: &'a [TriangleBlock],
+    spheres: &'a [SphereBlock],
+    instance: u32,
+    /// What triangle tests need of `ray`.
+    shear: Shear,
+    /// The ray in the space of the object that it is in.
+    ray: Ray,
+    /// Number of the ray in its stream.
+    number: usize,
+    /// For the boxes of the upper level, while the ray is in an object.
+    upper: Slabs,
+    /// The ray in world space.
+    world: Ray,
+}
+
+impl<'a> Traveller<'a> {
+    fn new(tlas: &'a Tlas, memory: &'a mut StackMemory<STREAM_STACK>) -> Self {
+        let world = Ray::new([0.0; 3], [0.0, 0.0, 1.0]);
+        let slabs = Slabs::new(&world, &tlas.extent);
+        Traveller {
+            slabs,
+            nodes: &tlas.nodes,
+            child: END,
+            stack: StreamStack::new(memory),
+            best: Best::new(&world),
+            in_object: false,
+            triangles: &[],
+            spheres: &[],
+            instance: 0,
+            shear: Shear::new(&world),
+            ray: world,
+            number: 0,
+            upper: slabs,
+            world,
+        }
+    }
+
+    /// Begins with ray `number` at the top, or in the only object.
+    #[inline(always)]
+    fn start(&mut self, number: usize, ray: &Ray, tlas: &'a Tlas, only: Option<&'a Blas>) {
+        self.number = number;
+        self.best = Best::new(ray);
+        self.stack.clear();
+        match only {
+            Some(object) => self.enter(object, 0, ray),
+            None => {
+                self.world = *ray;
+                self.in_object = false;
+                self.nodes = &tlas.nodes;
+                self.slabs = Slabs::new(ray, &tlas.extent);
+                self.child = tlas.root;
+            }
+        }
+    }
+
+    /// Goes to the root of an object.
+    #[inline(always)]
+    fn enter(&mut self, object: &'a Blas, instance: u32, ray: &Ray) {
+        self.ray = *ray;
+        self.shear = Shear::new(ray);
+        self.slabs = Slabs::new(ray, &object.extent);
+        self.nodes = &object.nodes;
+        (self.triangles, self.spheres) = match &object.shape {
+            Shape::Triangles(blocks) => (&blocks[..], &[][..]),
+            Shape::Spheres(blocks) => (&[][..], &blocks[..]),
+        };
+        self.child = object.root;
+        self.in_object = true;
+        self.instance = instance;
+    }
+
+    /// Looks at the boxes of the node that the ray is at.
+    #[inline(always)]
+    fn visit_node<S: Simd, const ANY: bool>(&mut self, s: S) {
+        let node = node(self.nodes, self.child);
+        let (near, inside) = Boxes::new(s, &self.slabs).meet(s, node, s.splat(self.best.t_max));
+        if ANY {
+            self.stack.push::<S, false>(s, node, near, inside);
+        } else {
+            self.stack.push::<S, true>(s, node, near, inside);
+        }
+        self.child = self.stack.take();
+    }
+
+    /// Tests the leaf that the ray is at.
+    #[inline(always)]
+    fn visit_leaf<S: Simd, F: HitFilter, const ANY: bool>(&mut self, s: S, filter: &F) {
+        let index = leaf_index(self.child);
+        let found = if self.spheres.is_empty() {
+            self.test::<S, F, ANY>(s, &Triangles::new(s, self.triangles, &self.shear), index, filter)
+        } else {
+            self.test::<S, F, ANY>(s, &Spheres::new(s, self.spheres, &self.ray), index, filter)
+        };
+        if found {
+            self.keep_what_was_found::<S, ANY>(s);
+        }
+        self.child = self.stack.take();
+    }
+
+    /// Whether a leaf has a hit that counts.
+    #[inline(always)]
+    fn test<S: Simd, F: HitFilter, const ANY: bool>(
+        &mut self,
+        s: S,
+        leaves: &impl Leaf<S>,
+        index: usize,
+        filter: &F,
+    ) -> bool {
+        let (instance, best) = (self.instance, &mut self.best);
+        let before = best.t_max;
+        let mut any = false;
+        leaves.test(s, index, before, |candidates, ids| {
+            if ANY {
+                any |= candidates.any(s, ids, instance, filter);
+            } else {
+                candidates.keep_nearest(s, ids, instance, filter, best);
+            }
+        });
+        any || best.t_max < before
+    }
+
+    /// Forgets what need not be visited any more after a hit.
+    #[inline(always)]
+    fn keep_what_was_found<S: Simd, const ANY: bool>(&mut self, s: S) {
+        if ANY {
+            // Some hit, no matter which.
+            self.best.hit.primitive = 0;
+            self.stack.clear();
+            self.in_object = false;
+        } else {
+            self.stack.cull(s, self.best.t_max);
+        }
+    }
+
+    /// Where the ray is neither at a node nor at an object's leaf: at a leaf of the upper level, or at an end. True if the ray
+    /// has been everywhere.
+    #[inline(always)]
+    fn change_level<S: Simd, F: HitFilter, const ANY: bool>(
+        &mut self,
+        s: S,
+        tlas: &'a Tlas,
+        only: Option<&'a Blas>,
+        filter: &F,
+    ) -> bool {
+        if self.child == END {
+            if only.is_some() || !self.in_object {
+                return true;
+            }
+            self.in_object = false;
+            self.nodes = &tlas.nodes;
+            self.slabs = self.upper;
+        } else if self.child != EMPTY {
+            // Coordinates near the end of the range of floats may let a ray into unused boxes.
+            let index = leaf_index(self.child);
+            if let Some((object, instance, ray)) = tlas.enter(index, &self.world, filter.ray_mask()) {
+                let Some(blocks) = object.tiny().filter(|_| F::OPAQUE) else {
+                    self.upper = self.slabs;
+                    self.stack.push_end(s);
+                    self.enter(object, instance, &ray);
+                    return false;
+                };
+                if self.test_tiny::<S, ANY>(s, blocks, instance, ray) {
+                    self.keep_what_was_found::<S, ANY>(s);
+                }
+            }
+        }
+        self.child = self.stack.take();
+        false
+    }
+
+    /// Whether one of a handful of blocks has a hit.
+    #[inline(always)]
+    fn test_tiny<S: Simd, const ANY: bool>(
+        &mut self,
+        s: S,
+        blocks: &[TriangleBlock],
+        instance: u32,
+        mut ray: Ray,
+    ) -> bool {
+        let before = self.best.t_max;
+        ray.t_max = before;
+        if ANY {
+            return tiny_any(s, blocks, &ray);
+        }
+        tiny_closest(s, blocks, &ray, instance, &mut self.best);
+        self.best.t_max < before
+    }
+
+    /// Asks for the memory of the next step.
+    #[inline(always)]
+    fn prefetch<S: Simd>(&self, s: S) {
+        let node = self.nodes.as_ptr().wrapping_add(self.child as usize).cast();
+        let block = self.triangles.as_ptr().wrapping_add(leaf_index(self.child)).cast();
+        s.prefetch::<{ size_of::<TriangleBlock>() / 64 }>(if self.child & LEAF == 0 { node } else { block });
+    }
+}
+
+/// Numbers of travellers; how many, is said by [`Counts`].
+type List = [u32; UNDER_WAY];
+
+/// All travellers under way by what they are at.
+#[derive(Default)]
+struct Lists {
+    nodes: List,
+    /// Leaves of objects.
+    leaves: List,
+    /// Everything else, see [`Traveller::change_level`].
+    others: List,
+}
+
+/// How long the lists are. Apart from them, so that the compiler can keep it in registers.
+#[derive(Clone, Copy, Default)]
+struct Counts {
+    nodes: usize,
+    leaves: usize,
+    others: usize,
+}
+
+impl Lists {
+    /// Enters a traveller that is in no list where it belongs. No branch depends on where that is: the place behind the end of
+    /// each list is written in any case.
+    #[inline(always)]
+    fn enter(&mut self, counts: &mut Counts, member: u32, traveller: &Traveller) {
+        let child = traveller.child;
+        let (is_node, is_other) = (child < LEAF, child >= INSTANCE);
+        self.nodes[counts.nodes % UNDER_WAY] = member;
+        counts.nodes += usize::from(is_node);
+        self.leaves[counts.leaves % UNDER_WAY] = member;
+        counts.leaves += usize::from(!is_node & !is_other);
+        self.others[counts.others % UNDER_WAY] = member;
+        counts.others += usize::from(is_other);
+    }
+}
+
+/// Answers the queries of a stream: `answer` gets the number of a ray and its best hit (for `ANY`: some hit, of which only
+/// the existence counts), in no certain order. Rays that cannot hit anything get no answer.
+#[inline(always)]
+pub(super) fn trace<S: Simd, F: HitFilter, const ANY: bool>(
+    s: S,
+    tlas: &Tlas,
+    rays: &[Ray],
+    filter: &F,
+    mut answer: impl FnMut(usize, &Best),
+) {
+    if tlas.root == EMPTY {
+        return;
+    }
+    let only = tlas.only(filter.ray_mask());
+    let mut waiting = rays.iter().enumerate().filter(|(_, ray)| ray.is_valid());
+    if let (true, Some(blocks)) = (F::OPAQUE, only.and_then(Blas::tiny)) {
+        for (number, ray) in waiting {
+            let mut best = Best::new(ray);
+            if !ANY {
+                tiny_closest(s, blocks, ray, 0, &mut best);
+            } else if tiny_any(s, blocks, ray) {
+                best.hit.primitive = 0;
+            }
+            answer(number, &best);
+        }
+        return;
+    }
+    let mut memories = [const { StackMemory::UNINIT }; UNDER_WAY];
+    let mut travellers = memories.each_mut().map(|memory| Traveller::new(tlas, memory));
+    let mut lists = Lists::default();
+    let mut counts = Counts::default();
+    for (member, (number, ray)) in (0..UNDER_WAY).zip(waiting.by_ref()) {
+        travellers[member].start(number, ray, tlas, only);
+        lists.enter(&mut counts, member as u32, &travellers[member]);
+    }
+    while counts.nodes + counts.leaves + counts.others > 0 {
+        // A list can be read while it is made anew: at most as many are entered as have been read.
+        for i in 0..std::mem::take(&mut counts.nodes) {
+            let member = lists.nodes[i % UNDER_WAY];
+            let traveller = &mut travellers[member as usize % UNDER_WAY];
+            traveller.visit_node::<S, ANY>(s);
+            traveller.prefetch(s);
+            lists.enter(&mut counts, member, traveller);
+        }
+        for i in 0..std::mem::take(&mut counts.leaves) {
+            let member = lists.leaves[i % UNDER_WAY];
+            let traveller = &mut travellers[member as usize % UNDER_WAY];
+            traveller.visit_leaf::<S, F, ANY>(s, filter);
+            traveller.prefetch(s);
+            lists.enter(&mut counts, member, traveller);
+        }
+        for i in 0..std::mem::take(&mut counts.others) {
+            let member = lists.others[i % UNDER_WAY];
+            let traveller = &mut travellers[member as usize % UNDER_WAY];
+            if traveller.change_level::<S, F, ANY>(s, tlas, only, filter) {
+                answer(traveller.number, &traveller.best);
+                let Some((number, ray)) = waiting.next() else { continue };
+                traveller.start(number, ray, tlas, only);
+            }
+            traveller.prefetch(s);
+            lists.enter(&mut counts, member, traveller);
+        }
+    }
+}
