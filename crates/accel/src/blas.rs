@@ -2,9 +2,11 @@
 
 use crate::aabb::Aabb;
 use crate::build::{self, Cuts, Cutting, Leaves, PrimitiveRef, Quality, Settings, Waste, WideTree};
+use crate::handful::Handful;
 use crate::kernel::{self, Kernel, MAX_DEPTH};
 use crate::layout::{
-    Block, ChildRef, EMPTY, LEAF, NO_PRIMITIVE, Node, SphereBlock, TriangleBlock, WIDTH, leaf_index, sphere_bounds,
+    Block, ChildRef, EMPTY, LEAF, NO_PRIMITIVE, Node, SphereBlock, TriangleBlock, WIDTH, leaf_index,
+    sphere_bounds,
 };
 use crate::ray::{Hit, HitFilter, Ray};
 use bytemuck::{Pod, Zeroable};
@@ -51,6 +53,8 @@ pub struct Blas {
     skipped: usize,
     /// Whether leaves hold parts of triangles, whose boxes are smaller than the triangles.
     split: bool,
+    /// The triangles once more, if they are few.
+    handful: Option<Handful>,
     kernel: Kernel,
 }
 
@@ -74,6 +78,13 @@ fn corners(g: &Geometry, index: usize) -> Option<[[f32; 3]; 3]> {
     let (a, b) = (edge(p[1]), edge(p[2]));
     let flat = a[1] * b[2] == a[2] * b[1] && a[2] * b[0] == a[0] * b[2] && a[0] * b[1] == a[1] * b[0];
     if flat { None } else { Some(p) }
+}
+
+fn handful_of(shape: &Shape) -> Option<Handful> {
+    match shape {
+        Shape::Triangles(blocks) => Handful::new(blocks),
+        Shape::Spheres(_) => None,
+    }
 }
 
 fn points_bounds(p: &[[f32; 3]; 3]) -> Aabb {
@@ -205,9 +216,8 @@ impl Blas {
     ) -> Blas {
         let WideTree { mut nodes, root, bounds, .. } = tree;
         nodes.shrink_to_fit();
-        let extent = extent(&bounds);
-        let blas =
-            Blas { nodes, root, shape, extent, bounds, geometries, skipped, split, kernel: Kernel::best() };
+        let (extent, handful, kernel) = (extent(&bounds), handful_of(&shape), Kernel::best());
+        let blas = Blas { nodes, root, shape, extent, bounds, geometries, skipped, split, handful, kernel };
         #[cfg(debug_assertions)]
         blas.validate().expect("a tree that was just built");
         blas
@@ -246,8 +256,15 @@ impl Blas {
         }
         self.bounds = if self.root == EMPTY { Aabb::EMPTY } else { self.child_bounds(self.root) };
         self.extent = extent(&self.bounds);
+        self.handful = handful_of(&self.shape);
         #[cfg(debug_assertions)]
         self.validate().expect("a tree that was just refitted");
+    }
+
+    /// The triangles, if they are so few that streams are faster when they test all of them.
+    #[inline(always)]
+    pub(crate) fn handful(&self) -> Option<&Handful> {
+        self.handful.as_ref()
     }
 
     /// The blocks, if they are so few that a search of all of them is faster than a tree.
@@ -303,7 +320,8 @@ impl Blas {
             Shape::Triangles(b) => b.capacity() * size_of::<TriangleBlock>(),
             Shape::Spheres(b) => b.capacity() * size_of::<SphereBlock>(),
         };
-        size_of::<Blas>() + self.nodes.capacity() * size_of::<Node>() + blocks
+        let handful = self.handful.as_ref().map_or(0, Handful::memory_bytes);
+        size_of::<Blas>() + self.nodes.capacity() * size_of::<Node>() + blocks + handful
     }
 
     /// The kernel that answers queries.

@@ -17,10 +17,12 @@ mod aabb;
 mod blas;
 mod build;
 pub mod encode;
+mod handful;
 mod kernel;
 mod layout;
 mod ray;
 mod simd;
+mod streams;
 mod tlas;
 
 pub use aabb::Aabb;
@@ -28,4 +30,5 @@ pub use blas::{Blas, Geometry, Sphere};
 pub use build::Quality;
 pub use kernel::Kernel;
 pub use ray::{Hit, HitFilter, MISS, Masked, Opaque, Ray};
+pub use streams::{HitColumns, HitStream, RayColumns, RayLanes, RayStream};
 pub use tlas::{Coherence, Instance, Tlas};

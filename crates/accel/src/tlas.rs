@@ -6,6 +6,7 @@ use crate::build::{self, Leaves, PrimitiveRef, Quality, Settings};
 use crate::kernel::{self, Kernel};
 use crate::layout::{ChildRef, EMPTY, INSTANCE, LEAF, Node};
 use crate::ray::{Hit, HitFilter, Ray};
+use crate::streams::{HitStream, RayStream};
 use std::sync::Arc;
 
 /// One appearance of an object in the world.
@@ -163,8 +164,8 @@ impl Tlas {
     /// If the lengths differ.
     pub fn closest_stream<F: HitFilter>(
         &self,
-        rays: &[Ray],
-        hits: &mut [Hit],
+        rays: &(impl RayStream + ?Sized),
+        hits: &mut (impl HitStream + ?Sized),
         filter: &F,
         coherence: Coherence,
     ) {
@@ -180,7 +181,13 @@ impl Tlas {
     /// # Panics
     ///
     /// If the lengths differ.
-    pub fn any_stream<F: HitFilter>(&self, rays: &[Ray], hit: &mut [bool], filter: &F, coherence: Coherence) {
+    pub fn any_stream<F: HitFilter>(
+        &self,
+        rays: &(impl RayStream + ?Sized),
+        hit: &mut [bool],
+        filter: &F,
+        coherence: Coherence,
+    ) {
         assert_eq!(rays.len(), hit.len(), "one answer a ray");
         if coherence == Coherence::Coherent {
             return kernel::coherent_any(self.kernel, self, rays, hit, filter);

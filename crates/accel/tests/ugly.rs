@@ -25,7 +25,7 @@ fn nothing_is_never_hit() {
     each_kernel(alone(Blas::triangles(&[nothing.geometry(0)], Quality::High)), |t| {
         assert!(t.closest(&ray, &Opaque).is_miss() && !t.any(&ray, &Opaque));
         let mut hits = [MISS; 3];
-        t.closest_stream(&[ray; 3], &mut hits, &Opaque, Coherence::Coherent);
+        t.closest_stream(&[ray; 3][..], &mut hits[..], &Opaque, Coherence::Coherent);
         assert_eq!(hits, [MISS; 3]);
     });
     each_kernel(alone(Blas::spheres(&[], 0, Quality::Fast)), |t| assert!(!t.any(&ray, &Opaque)));
@@ -121,7 +121,7 @@ fn rays_that_are_not_rays_miss() {
         let mut mixed = vec![good; 40];
         mixed[7] = bad[5];
         let mut any = vec![false; 40];
-        t.any_stream(&mixed, &mut any, &Opaque, Coherence::Coherent);
+        t.any_stream(&mixed[..], &mut any, &Opaque, Coherence::Coherent);
         assert!(any.iter().enumerate().all(|(i, &a)| a == (i != 7)));
     });
 }
@@ -148,7 +148,7 @@ fn closed_meshes_do_not_leak() {
     each_kernel(alone(Blas::triangles(&[mesh.geometry(0)], Quality::Balanced)), |t| {
         assert!(rays.iter().all(|r| !t.closest(r, &Opaque).is_miss()), "{:?} leaks", t.kernel());
         let mut any = vec![false; rays.len()];
-        t.any_stream(&rays, &mut any, &Opaque, Coherence::Coherent);
+        t.any_stream(&rays[..], &mut any, &Opaque, Coherence::Coherent);
         assert!(any.iter().all(|&a| a), "the stream of {:?} leaks", t.kernel());
     });
 }
@@ -189,7 +189,7 @@ proptest! {
         for kernel in Kernel::available() {
             tlas.set_kernel(kernel);
             let mut hits = vec![MISS; rays.len()];
-            tlas.closest_stream(&rays, &mut hits, &Opaque, Coherence::Coherent);
+            tlas.closest_stream(&rays[..], &mut hits[..], &Opaque, Coherence::Coherent);
             for (ray, streamed) in rays.iter().zip(&hits) {
                 let hit = tlas.closest(ray, &Opaque);
                 prop_assert!(hit.is_miss() || (hit.t > ray.t_min.max(0.0) && hit.t < ray.t_max), "{hit:?}");

@@ -165,7 +165,7 @@ impl PathBatch {
             }
             self.hits.clear();
             self.hits.resize(self.rays.len(), MISS);
-            scene.tlas.closest_stream(&self.rays, &mut self.hits, filter, coherence);
+            scene.tlas.closest_stream(&self.rays[..], &mut self.hits[..], filter, coherence);
             self.rays_traced += self.rays.len() as u64;
             for first in (0..self.paths.len()).step_by(LANES) {
                 let end = (first + LANES).min(self.paths.len());
@@ -506,7 +506,7 @@ impl PathBatch {
     pub(crate) fn connect<F: HitFilter>(&mut self, scene: &CpuScene, filter: &F) {
         self.occluded.clear();
         self.occluded.resize(self.shadow_rays.len(), false);
-        scene.tlas.any_stream(&self.shadow_rays, &mut self.occluded, filter, Coherence::Incoherent);
+        scene.tlas.any_stream(&self.shadow_rays[..], &mut self.occluded, filter, Coherence::Incoherent);
         self.rays_traced += self.shadow_rays.len() as u64;
         for (connection, occluded) in self.connections.iter().zip(&self.occluded) {
             if !occluded {

@@ -1,5 +1,6 @@
 //! Queries: which instruction set runs them, and what all of them share.
 
+mod in_lanes;
 mod leaves;
 mod packet;
 mod scalar;
@@ -11,6 +12,7 @@ mod wide;
 use crate::blas::{Blas, Shape};
 use crate::layout::{ChildRef, EMPTY, Plane, TriangleBlock};
 use crate::ray::{Hit, HitFilter, MISS, Ray};
+use crate::streams::{HitStream, RayStream};
 use crate::tlas::Tlas;
 use packet::{PACKET, Packet};
 
@@ -138,18 +140,18 @@ impl Best {
 
 /// Calls one of `wide`'s or `scalar`'s functions in the instruction set of `$kernel`.
 macro_rules! dispatch {
-    ($kernel:expr, $function:ident $(::<$f:ty, $any:literal>)? ($($argument:expr),*)) => {
+    ($kernel:expr, $function:ident $(::<$f:ty, _, $any:literal>)? ($($argument:expr),*)) => {
         match $kernel {
             // SAFETY: a structure's kernel is available on this processor: `Blas` and `Tlas` check when it is set.
             #[cfg(target_arch = "x86_64")]
-            Kernel::Avx512 => unsafe { wide::avx512::$function$(::<$f, $any>)?($($argument),*) },
+            Kernel::Avx512 => unsafe { wide::avx512::$function$(::<$f, _, $any>)?($($argument),*) },
             // SAFETY: as above.
             #[cfg(target_arch = "x86_64")]
-            Kernel::Avx2 => unsafe { wide::avx2::$function$(::<$f, $any>)?($($argument),*) },
+            Kernel::Avx2 => unsafe { wide::avx2::$function$(::<$f, _, $any>)?($($argument),*) },
             // SAFETY: as above.
             #[cfg(target_arch = "aarch64")]
-            Kernel::Neon => unsafe { wide::neon::$function$(::<$f, $any>)?($($argument),*) },
-            _ => scalar::$function$(::<$f, $any>)?($($argument),*),
+            Kernel::Neon => unsafe { wide::neon::$function$(::<$f, _, $any>)?($($argument),*) },
+            _ => scalar::$function$(::<$f, _, $any>)?($($argument),*),
         }
     };
 }
@@ -192,11 +194,11 @@ pub(crate) fn tlas_any<F: HitFilter>(kernel: Kernel, tlas: &Tlas, ray: &Ray, fil
 pub(crate) fn incoherent_closest<F: HitFilter>(
     kernel: Kernel,
     tlas: &Tlas,
-    rays: &[Ray],
-    hits: &mut [Hit],
+    rays: &(impl RayStream + ?Sized),
+    hits: &mut (impl HitStream + ?Sized),
     filter: &F,
 ) {
-    hits.fill(MISS);
+    hits.clear();
     dispatch!(kernel, stream_closest(tlas, rays, hits, filter));
 }
 
@@ -204,7 +206,7 @@ pub(crate) fn incoherent_closest<F: HitFilter>(
 pub(crate) fn incoherent_any<F: HitFilter>(
     kernel: Kernel,
     tlas: &Tlas,
-    rays: &[Ray],
+    rays: &(impl RayStream + ?Sized),
     any: &mut [bool],
     filter: &F,
 ) {
@@ -216,7 +218,7 @@ pub(crate) fn incoherent_any<F: HitFilter>(
 fn for_packets<'a, F: HitFilter>(tlas: &'a Tlas, filter: &F) -> Option<(&'a Blas, &'a [TriangleBlock])> {
     let blas = tlas.only(filter.ray_mask())?;
     match &blas.shape {
-        Shape::Triangles(blocks) if blas.tiny().is_none() => Some((blas, blocks)),
+        Shape::Triangles(blocks) if blas.handful().is_none() => Some((blas, blocks)),
         _ => None,
     }
 }
@@ -225,18 +227,21 @@ fn for_packets<'a, F: HitFilter>(tlas: &'a Tlas, filter: &F) -> Option<(&'a Blas
 pub(crate) fn coherent_closest<F: HitFilter>(
     kernel: Kernel,
     tlas: &Tlas,
-    rays: &[Ray],
-    hits: &mut [Hit],
+    rays: &(impl RayStream + ?Sized),
+    hits: &mut (impl HitStream + ?Sized),
     filter: &F,
 ) {
     let Some((blas, blocks)) = for_packets(tlas, filter) else {
         return incoherent_closest(kernel, tlas, rays, hits, filter);
     };
     let mut packet = Packet::new();
-    for (rays, hits) in rays.chunks(PACKET).zip(hits.chunks_mut(PACKET)) {
-        let done = dispatch!(kernel, packet::<F, false>(&mut packet, blas, blocks, rays, filter));
-        for (i, (ray, hit)) in rays.iter().zip(hits).enumerate() {
-            *hit = if done { packet.hits[i] } else { tlas_closest(kernel, tlas, ray, filter) };
+    for first in (0..rays.len()).step_by(PACKET) {
+        let some = first..(first + PACKET).min(rays.len());
+        let done =
+            dispatch!(kernel, packet::<F, _, false>(&mut packet, blas, blocks, rays, some.clone(), filter));
+        for (i, found) in some.zip(&packet.hits) {
+            let alone = || tlas_closest(kernel, tlas, &rays.ray(i), filter);
+            hits.set(i, &if done { *found } else { alone() });
         }
     }
 }
@@ -245,7 +250,7 @@ pub(crate) fn coherent_closest<F: HitFilter>(
 pub(crate) fn coherent_any<F: HitFilter>(
     kernel: Kernel,
     tlas: &Tlas,
-    rays: &[Ray],
+    rays: &(impl RayStream + ?Sized),
     any: &mut [bool],
     filter: &F,
 ) {
@@ -253,10 +258,13 @@ pub(crate) fn coherent_any<F: HitFilter>(
         return incoherent_any(kernel, tlas, rays, any, filter);
     };
     let mut packet = Packet::new();
-    for (rays, any) in rays.chunks(PACKET).zip(any.chunks_mut(PACKET)) {
-        let done = dispatch!(kernel, packet::<F, true>(&mut packet, blas, blocks, rays, filter));
-        for (i, (ray, any)) in rays.iter().zip(any).enumerate() {
-            *any = if done { !packet.hits[i].is_miss() } else { tlas_any(kernel, tlas, ray, filter) };
+    for first in (0..rays.len()).step_by(PACKET) {
+        let some = first..(first + PACKET).min(rays.len());
+        let done =
+            dispatch!(kernel, packet::<F, _, true>(&mut packet, blas, blocks, rays, some.clone(), filter));
+        for (i, found) in some.zip(&packet.hits) {
+            let alone = || tlas_any(kernel, tlas, &rays.ray(i), filter);
+            any[i] = if done { !found.is_miss() } else { alone() };
         }
     }
 }

@@ -9,6 +9,8 @@ use crate::blas::Blas;
 use crate::layout::{EMPTY, LEAF, Node, TriangleBlock, WIDTH, leaf_index};
 use crate::ray::{Hit, HitFilter, MISS, Ray};
 use crate::simd::Simd;
+use crate::streams::RayStream;
+use std::ops::Range;
 
 /// Rays in a packet.
 pub(crate) const PACKET: usize = 32;
@@ -74,17 +76,23 @@ impl Packet {
         }
     }
 
-    /// Takes up to [`PACKET`] rays, if they are alike enough. Unused lanes are filled with the first ray.
+    /// Takes up to [`PACKET`] of the rays, if they are alike enough. Unused lanes are filled with the first ray.
     #[inline(always)]
-    fn load<S: Simd>(&mut self, s: S, blas: &Blas, rays: &[Ray]) -> Option<Frustum> {
-        let first = rays.first()?;
+    fn load<S: Simd>(
+        &mut self,
+        s: S,
+        blas: &Blas,
+        rays: &(impl RayStream + ?Sized),
+        some: Range<usize>,
+    ) -> Option<Frustum> {
+        let first = &rays.ray(some.start);
         // Most packets that will not do are found out by a look at three rays.
-        if !is_alike(first, &rays[rays.len() / 2]) || !is_alike(first, &rays[rays.len() - 1]) {
+        if [some.start + some.len() / 2, some.end - 1].iter().any(|&i| !is_alike(first, &rays.ray(i))) {
             return None;
         }
         let (mut origins, mut directions) = ([[[0.0; WIDTH]; GROUPS]; 3], [[[0.0; WIDTH]; GROUPS]; 3]);
         for i in 0..PACKET {
-            let ray = rays.get(i).unwrap_or(first);
+            let ray = &if i < some.len() { rays.ray(some.start + i) } else { *first };
             if !ray.is_valid() {
                 return None;
             }
@@ -94,7 +102,7 @@ impl Packet {
                 directions[a][group][lane] = ray.direction[a];
             }
             self.t_min[group][lane] = ray.t_min.max(0.0);
-            self.t_max[group][lane] = if i < rays.len() { ray.t_max } else { -1.0 };
+            self.t_max[group][lane] = if i < some.len() { ray.t_max } else { -1.0 };
             self.shear[i] = Shear::new(ray);
             self.hits[i] = MISS;
         }
@@ -168,7 +176,8 @@ impl Packet {
         self.t_max.as_flattened().iter().fold(-1.0f32, |m, &t| if t > m { t } else { m })
     }
 
-    /// Traces `rays` through `blas`, whose leaves are `blocks`. False, and nothing done, if they are too different.
+    /// Traces some of the rays, at least one, through `blas`, whose leaves are `blocks`. False, and nothing done, if they are too
+    /// different.
     ///
     /// Any hit of a ray, if `ANY`, the nearest otherwise, is found in `hits`.
     #[inline(always)]
@@ -177,10 +186,11 @@ impl Packet {
         s: S,
         blas: &Blas,
         blocks: &[TriangleBlock],
-        rays: &[Ray],
+        rays: &(impl RayStream + ?Sized),
+        some: Range<usize>,
         filter: &F,
     ) -> bool {
-        let Some(f) = self.load(s, blas, rays) else { return false };
+        let Some(f) = self.load(s, blas, rays, some) else { return false };
         if blas.root & LEAF != 0 {
             return false;
         }

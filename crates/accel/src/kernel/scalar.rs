@@ -5,8 +5,10 @@ use super::{Best, STACK, Slabs};
 use crate::blas::{Blas, Shape};
 use crate::layout::{Block, ChildRef, EMPTY, LEAF, NO_PRIMITIVE, Node, TriangleBlock, WIDTH, leaf_index};
 use crate::ray::{Hit, HitFilter, Ray};
+use crate::streams::{HitStream, RayStream};
 use crate::tlas::Tlas;
 use optics::intersect::{RayShear, intersect_sphere, intersect_triangle, ray_shear};
+use std::ops::Range;
 use wgsl_rs::std::{Vec3f, vec3f};
 
 fn vector(a: [f32; 3]) -> Vec3f {
@@ -99,11 +101,12 @@ fn leaf_hits(
 }
 
 /// Has no packets.
-pub(super) fn packet<F: HitFilter, const ANY: bool>(
+pub(super) fn packet<F: HitFilter, R: RayStream + ?Sized, const ANY: bool>(
     _: &mut Packet,
     _: &Blas,
     _: &[TriangleBlock],
-    _: &[Ray],
+    _: &R,
+    _: Range<usize>,
     _: &F,
 ) -> bool {
     false
@@ -161,15 +164,25 @@ pub(super) fn tlas_any<F: HitFilter>(tlas: &Tlas, ray: &Ray, filter: &F) -> bool
 }
 
 /// Nearest hit of each ray.
-pub(super) fn stream_closest<F: HitFilter>(tlas: &Tlas, rays: &[Ray], hits: &mut [Hit], filter: &F) {
-    for (ray, hit) in rays.iter().zip(hits) {
-        *hit = super::tlas_closest(super::Kernel::Scalar, tlas, ray, filter);
+pub(super) fn stream_closest<F: HitFilter>(
+    tlas: &Tlas,
+    rays: &(impl RayStream + ?Sized),
+    hits: &mut (impl HitStream + ?Sized),
+    filter: &F,
+) {
+    for i in 0..rays.len() {
+        hits.set(i, &super::tlas_closest(super::Kernel::Scalar, tlas, &rays.ray(i), filter));
     }
 }
 
 /// Whether each ray hits anything.
-pub(super) fn stream_any<F: HitFilter>(tlas: &Tlas, rays: &[Ray], any: &mut [bool], filter: &F) {
-    for (ray, any) in rays.iter().zip(any) {
-        *any = super::tlas_any(super::Kernel::Scalar, tlas, ray, filter);
+pub(super) fn stream_any<F: HitFilter>(
+    tlas: &Tlas,
+    rays: &(impl RayStream + ?Sized),
+    any: &mut [bool],
+    filter: &F,
+) {
+    for (i, any) in any.iter_mut().enumerate() {
+        *any = super::tlas_any(super::Kernel::Scalar, tlas, &rays.ray(i), filter);
     }
 }

@@ -13,8 +13,9 @@ use super::wide::{tiny_any, tiny_closest};
 use super::{Best, Slabs};
 use crate::blas::{Blas, Shape};
 use crate::layout::{ChildRef, EMPTY, INSTANCE, LEAF, Node, SphereBlock, TriangleBlock, leaf_index};
-use crate::ray::{HitFilter, Ray};
+use crate::ray::{Hit, HitFilter, Ray};
 use crate::simd::Simd;
+use crate::streams::RayStream;
 use crate::tlas::Tlas;
 
 /// Rays under way. Fewer wait for each other's results, more push each other's state out of the first cache.
@@ -268,39 +269,27 @@ impl Lists {
     }
 }
 
-/// Answers the queries of a stream: `answer` gets the number of a ray and its best hit (for `ANY`: some hit, of which only
-/// the existence counts), in no certain order. Rays that cannot hit anything get no answer.
+/// Answers the queries of a stream: `answer` gets the number of a ray and its nearest hit (for `ANY`: some hit, of which only
+/// the existence counts), in no certain order. Rays that hit nothing need get no answer.
 #[inline(always)]
 pub(super) fn trace<S: Simd, F: HitFilter, const ANY: bool>(
     s: S,
     tlas: &Tlas,
-    rays: &[Ray],
+    rays: &(impl RayStream + ?Sized),
     filter: &F,
-    mut answer: impl FnMut(usize, &Best),
+    mut answer: impl FnMut(usize, &Hit),
 ) {
     if tlas.root == EMPTY {
         return;
     }
     let only = tlas.only(filter.ray_mask());
-    let mut waiting = rays.iter().enumerate().filter(|(_, ray)| ray.is_valid());
-    if let (true, Some(blocks)) = (F::OPAQUE, only.and_then(Blas::tiny)) {
-        for (number, ray) in waiting {
-            let mut best = Best::new(ray);
-            if !ANY {
-                tiny_closest(s, blocks, ray, 0, &mut best);
-            } else if tiny_any(s, blocks, ray) {
-                best.hit.primitive = 0;
-            }
-            answer(number, &best);
-        }
-        return;
-    }
+    let mut waiting = (0..rays.len()).map(|i| (i, rays.ray(i))).filter(|(_, ray)| ray.is_valid());
     let mut memories = [const { StackMemory::UNINIT }; UNDER_WAY];
     let mut travellers = memories.each_mut().map(|memory| Traveller::new(tlas, memory));
     let mut lists = Lists::default();
     let mut counts = Counts::default();
     for (member, (number, ray)) in (0..UNDER_WAY).zip(waiting.by_ref()) {
-        travellers[member].start(number, ray, tlas, only);
+        travellers[member].start(number, &ray, tlas, only);
         lists.enter(&mut counts, member as u32, &travellers[member]);
     }
     while counts.nodes + counts.leaves + counts.others > 0 {
@@ -323,9 +312,9 @@ pub(super) fn trace<S: Simd, F: HitFilter, const ANY: bool>(
             let member = lists.others[i % UNDER_WAY];
             let traveller = &mut travellers[member as usize % UNDER_WAY];
             if traveller.change_level::<S, F, ANY>(s, tlas, only, filter) {
-                answer(traveller.number, &traveller.best);
+                answer(traveller.number, &traveller.best.hit);
                 let Some((number, ray)) = waiting.next() else { continue };
-                traveller.start(number, ray, tlas, only);
+                traveller.start(number, &ray, tlas, only);
             }
             traveller.prefetch(s);
             lists.enter(&mut counts, member, traveller);

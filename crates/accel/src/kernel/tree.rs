@@ -1,7 +1,7 @@
 //! Walking a tree of eight boxes a node, for any instruction set.
 
-use super::stack::{Stack, StackMemory};
 use super::Slabs;
+use super::stack::{Stack, StackMemory};
 use crate::layout::{ChildRef, EMPTY, LEAF, Node, Plane, leaf_index};
 use crate::simd::Simd;
 

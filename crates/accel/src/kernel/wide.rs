@@ -5,12 +5,14 @@
 use super::leaves::{Leaf, Shear, Spheres, Triangles};
 use super::packet::Packet;
 use super::tree::{Visitor, walk};
-use super::{Best, Slabs, stream};
+use super::{Best, Slabs, in_lanes, stream};
 use crate::blas::{Blas, Shape};
 use crate::layout::{TriangleBlock, WIDTH};
 use crate::ray::{Hit, HitFilter, Ray};
 use crate::simd::Simd;
+use crate::streams::{HitStream, RayStream};
 use crate::tlas::Tlas;
+use std::ops::Range;
 
 /// Searches leaves for the nearest hit.
 pub(super) struct Nearest<'a, L, F> {
@@ -215,6 +217,21 @@ fn tlas_walk<S: Simd, V: Visitor<S>>(s: S, tlas: &Tlas, ray: &Ray, visitor: &mut
     walk(s, &tlas.nodes, tlas.root, &Slabs::new(ray, &tlas.extent), visitor)
 }
 
+/// Answers the queries of a stream in one way or another; see [`stream::trace`].
+#[inline(always)]
+fn stream<S: Simd, F: HitFilter, const ANY: bool>(
+    s: S,
+    tlas: &Tlas,
+    rays: &(impl RayStream + ?Sized),
+    filter: &F,
+    answer: impl FnMut(usize, &Hit),
+) {
+    match tlas.only(filter.ray_mask()).and_then(Blas::handful).filter(|_| F::OPAQUE) {
+        Some(handful) => in_lanes::trace::<S, ANY>(s, handful, rays, answer),
+        None => stream::trace::<S, F, ANY>(s, tlas, rays, filter, answer),
+    }
+}
+
 /// The entry points of one instruction set.
 macro_rules! entry_points {
     ($module:ident, $simd:path, $features:literal) => {
@@ -225,16 +242,17 @@ macro_rules! entry_points {
             ///
             /// The processor must have the instructions.
             #[target_feature(enable = $features)]
-            pub unsafe fn packet<F: HitFilter, const ANY: bool>(
+            pub unsafe fn packet<F: HitFilter, R: RayStream + ?Sized, const ANY: bool>(
                 packet: &mut Packet,
                 blas: &Blas,
                 blocks: &[TriangleBlock],
-                rays: &[Ray],
+                rays: &R,
+                some: Range<usize>,
                 filter: &F,
             ) -> bool {
                 // SAFETY: the caller's promise.
                 let s = unsafe { <$simd>::new() };
-                packet.trace::<$simd, F, ANY>(s, blas, blocks, rays, filter)
+                packet.trace::<$simd, F, ANY>(s, blas, blocks, rays, some, filter)
             }
 
             /// # Safety
@@ -243,23 +261,28 @@ macro_rules! entry_points {
             #[target_feature(enable = $features)]
             pub unsafe fn stream_closest<F: HitFilter>(
                 tlas: &Tlas,
-                rays: &[Ray],
-                hits: &mut [Hit],
+                rays: &(impl RayStream + ?Sized),
+                hits: &mut (impl HitStream + ?Sized),
                 filter: &F,
             ) {
                 // SAFETY: the caller's promise.
                 let s = unsafe { <$simd>::new() };
-                stream::trace::<$simd, F, false>(s, tlas, rays, filter, |i, best| hits[i] = best.hit);
+                super::stream::<$simd, F, false>(s, tlas, rays, filter, |i, hit| hits.set(i, hit));
             }
 
             /// # Safety
             ///
             /// The processor must have the instructions.
             #[target_feature(enable = $features)]
-            pub unsafe fn stream_any<F: HitFilter>(tlas: &Tlas, rays: &[Ray], any: &mut [bool], filter: &F) {
+            pub unsafe fn stream_any<F: HitFilter>(
+                tlas: &Tlas,
+                rays: &(impl RayStream + ?Sized),
+                any: &mut [bool],
+                filter: &F,
+            ) {
                 // SAFETY: the caller's promise.
                 let s = unsafe { <$simd>::new() };
-                stream::trace::<$simd, F, true>(s, tlas, rays, filter, |i, best| any[i] = !best.hit.is_miss());
+                super::stream::<$simd, F, true>(s, tlas, rays, filter, |i, hit| any[i] = !hit.is_miss());
             }
 
             /// # Safety

@@ -178,7 +178,7 @@ fn check_one<F: HitFilter>(tlas: &Tlas, all: &Everything, rays: &[Ray], expected
     assert!(differ * 1000 <= rays.len(), "{kernel:?}: {differ} of {} rays differ", rays.len());
     for coherence in [accel::Coherence::Incoherent, accel::Coherence::Coherent] {
         let mut hits = vec![MISS; rays.len()];
-        tlas.closest_stream(rays, &mut hits, filter, coherence);
+        tlas.closest_stream(rays, &mut hits[..], filter, coherence);
         let differ = hits.iter().zip(expected).filter(|(h, e)| !same_hit(e, h)).count();
         assert!(
             differ * 1000 <= rays.len(),

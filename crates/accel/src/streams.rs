@@ -1,0 +1,219 @@
+//! Many rays and many hits, in the two ways in which they may lie in memory: one after the other, or in columns.
+
+use crate::layout::WIDTH;
+use crate::ray::{Hit, MISS, Ray};
+
+/// Rays that are asked about together.
+pub trait RayStream: Sync {
+    /// How many.
+    fn len(&self) -> usize;
+
+    /// One of them. May panic if there is no such ray.
+    fn ray(&self, index: usize) -> Ray;
+
+    /// Whether there are none.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Eight in a row; those beyond the end have no interval in which a hit counts.
+    #[inline(always)]
+    fn lanes(&self, first: usize) -> RayLanes {
+        let mut lanes = RayLanes::NOTHING;
+        for lane in 0..WIDTH.min(self.len() - first) {
+            let ray = self.ray(first + lane);
+            for axis in 0..3 {
+                lanes.origin[axis][lane] = ray.origin[axis];
+                lanes.direction[axis][lane] = ray.direction[axis];
+            }
+            lanes.t_min[lane] = ray.t_min;
+            lanes.t_max[lane] = ray.t_max;
+        }
+        lanes
+    }
+}
+
+/// Eight rays, by axis and then by ray.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
+pub struct RayLanes {
+    /// Where the rays start.
+    pub origin: [[f32; 8]; 3],
+    /// Where they go.
+    pub direction: [[f32; 8]; 3],
+    /// See [`Ray::t_min`].
+    pub t_min: [f32; 8],
+    /// See [`Ray::t_max`].
+    pub t_max: [f32; 8],
+}
+
+impl RayLanes {
+    /// Rays that hit nothing.
+    pub const NOTHING: RayLanes = RayLanes {
+        origin: [[0.0; 8]; 3],
+        direction: [[0.0; 8], [0.0; 8], [1.0; 8]],
+        t_min: [0.0; 8],
+        t_max: [-1.0; 8],
+    };
+}
+
+impl RayStream for [Ray] {
+    #[inline(always)]
+    fn len(&self) -> usize {
+        <[Ray]>::len(self)
+    }
+
+    #[inline(always)]
+    fn ray(&self, index: usize) -> Ray {
+        self[index]
+    }
+}
+
+/// Rays whose numbers of one kind lie beside each other, all with a `t_min` of zero.
+#[derive(Clone, Copy, Debug)]
+pub struct RayColumns<'a> {
+    origin: [&'a [f32]; 3],
+    direction: [&'a [f32]; 3],
+    t_max: Option<&'a [f32]>,
+}
+
+impl<'a> RayColumns<'a> {
+    /// From coordinates by axis. Without `t_max`, rays have no end.
+    ///
+    /// # Panics
+    ///
+    /// If lengths differ.
+    pub fn new(origin: [&'a [f32]; 3], direction: [&'a [f32]; 3], t_max: Option<&'a [f32]>) -> Self {
+        let length = origin[0].len();
+        let all = origin.iter().chain(&direction).chain(&t_max);
+        assert!(all.into_iter().all(|column| column.len() == length), "columns of one length");
+        RayColumns { origin, direction, t_max }
+    }
+}
+
+impl RayStream for RayColumns<'_> {
+    #[inline(always)]
+    fn len(&self) -> usize {
+        self.origin[0].len()
+    }
+
+    #[inline(always)]
+    fn ray(&self, index: usize) -> Ray {
+        assert!(index < self.len());
+        // SAFETY: all columns have the length of the first, see `RayColumns::new`.
+        let at = |column: &[f32]| unsafe { *column.get_unchecked(index) };
+        Ray {
+            origin: self.origin.map(at),
+            t_min: 0.0,
+            direction: self.direction.map(at),
+            t_max: self.t_max.map_or(f32::INFINITY, at),
+        }
+    }
+
+    #[inline(always)]
+    fn lanes(&self, first: usize) -> RayLanes {
+        let mut lanes = RayLanes::NOTHING;
+        let count = WIDTH.min(self.len() - first);
+        let copy = |column: &[f32], to: &mut [f32; WIDTH]| {
+            // A whole vector is copied without a loop.
+            match column[first..].first_chunk::<WIDTH>() {
+                Some(whole) => *to = *whole,
+                None => to[..count].copy_from_slice(&column[first..]),
+            }
+        };
+        for axis in 0..3 {
+            copy(self.origin[axis], &mut lanes.origin[axis]);
+            copy(self.direction[axis], &mut lanes.direction[axis]);
+        }
+        match self.t_max {
+            Some(column) => copy(column, &mut lanes.t_max),
+            None => lanes.t_max[..count].fill(f32::INFINITY),
+        }
+        lanes
+    }
+}
+
+/// Where the answers to a stream's queries go.
+pub trait HitStream {
+    /// How many there is room for.
+    fn len(&self) -> usize;
+
+    /// Puts an answer in its place. May panic if there is no such place.
+    fn set(&mut self, index: usize, hit: &Hit);
+
+    /// Whether there is no room at all.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Puts [`MISS`] everywhere.
+    fn clear(&mut self) {
+        (0..self.len()).for_each(|index| self.set(index, &MISS));
+    }
+}
+
+impl HitStream for [Hit] {
+    #[inline(always)]
+    fn len(&self) -> usize {
+        <[Hit]>::len(self)
+    }
+
+    #[inline(always)]
+    fn set(&mut self, index: usize, hit: &Hit) {
+        self[index] = *hit;
+    }
+}
+
+/// Hits whose numbers of one kind lie beside each other; see [`Hit`].
+#[derive(Debug)]
+pub struct HitColumns<'a> {
+    t: &'a mut [f32],
+    uv: [&'a mut [f32]; 2],
+    primitive: &'a mut [u32],
+    instance: &'a mut [u32],
+}
+
+impl<'a> HitColumns<'a> {
+    /// Room for as many hits as the columns are long.
+    ///
+    /// # Panics
+    ///
+    /// If lengths differ.
+    pub fn new(
+        t: &'a mut [f32],
+        uv: [&'a mut [f32]; 2],
+        primitive: &'a mut [u32],
+        instance: &'a mut [u32],
+    ) -> Self {
+        let lengths = [uv[0].len(), uv[1].len(), primitive.len(), instance.len()];
+        assert_eq!(lengths, [t.len(); 4], "columns of one length");
+        HitColumns { t, uv, primitive, instance }
+    }
+}
+
+impl HitStream for HitColumns<'_> {
+    #[inline(always)]
+    fn len(&self) -> usize {
+        self.t.len()
+    }
+
+    #[inline(always)]
+    fn set(&mut self, index: usize, hit: &Hit) {
+        assert!(index < self.t.len());
+        // SAFETY: all columns have the length of the first, see `HitColumns::new`.
+        unsafe {
+            *self.t.get_unchecked_mut(index) = hit.t;
+            *self.uv[0].get_unchecked_mut(index) = hit.u;
+            *self.uv[1].get_unchecked_mut(index) = hit.v;
+            *self.primitive.get_unchecked_mut(index) = hit.primitive;
+            *self.instance.get_unchecked_mut(index) = hit.instance;
+        }
+    }
+
+    fn clear(&mut self) {
+        self.t.fill(MISS.t);
+        self.uv.iter_mut().for_each(|column| column.fill(0.0));
+        self.primitive.fill(MISS.primitive);
+        self.instance.fill(MISS.instance);
+    }
+}
