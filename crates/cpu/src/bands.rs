@@ -3,6 +3,9 @@
 use crate::direct::DirectTracer;
 use crate::path::{PathBatch, Run, SampleId};
 use crate::scene::CpuScene;
+#[cfg(target_arch = "x86_64")]
+use crate::simd::{Avx2, Avx512};
+use crate::simd::{Instructions, Portable};
 use crate::volumes::VolumeTracer;
 use accel::HitFilter;
 use backend::{DirectSettings, Integrator, PathSettings, PixelSamples, View};
@@ -55,29 +58,37 @@ impl<'a, F: HitFilter> Band<'a, F> {
                 return unsafe { self.render_avx2(pixels, aovs, batch) };
             }
         }
-        self.render_batches(pixels, aovs, batch)
+        self.render_batches(Portable, pixels, aovs, batch)
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx512f,avx512vl,avx512bw,avx512dq,avx2,bmi1,bmi2,fma")]
     fn render_avx512(&self, pixels: &mut [PixelStats], aovs: &mut FirstHits, batch: &mut PathBatch) -> u64 {
-        self.render_batches(pixels, aovs, batch)
+        // SAFETY: the function is called where the processor has the instructions.
+        self.render_batches(unsafe { Avx512::new() }, pixels, aovs, batch)
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,bmi1,bmi2,fma")]
     fn render_avx2(&self, pixels: &mut [PixelStats], aovs: &mut FirstHits, batch: &mut PathBatch) -> u64 {
-        self.render_batches(pixels, aovs, batch)
+        // SAFETY: the function is called where the processor has the instructions.
+        self.render_batches(unsafe { Avx2::new() }, pixels, aovs, batch)
     }
 
     #[inline(always)]
-    fn render_batches(&self, pixels: &mut [PixelStats], aovs: &mut FirstHits, batch: &mut PathBatch) -> u64 {
+    fn render_batches<I: Instructions>(
+        &self,
+        i: I,
+        pixels: &mut [PixelStats],
+        aovs: &mut FirstHits,
+        batch: &mut PathBatch,
+    ) -> u64 {
         let before = batch.rays_traced;
         let mut rays = 0;
         let (mut ids, mut runs) = (std::mem::take(&mut batch.ids), std::mem::take(&mut batch.runs));
         let mut walk = Walk::new(self.view.window, self.work.clone());
         while walk.next_batch(&mut ids, &mut runs) {
-            rays += self.render_batch(&ids, batch);
+            rays += self.render_batch(i, &ids, batch);
             let mut radiance = batch.radiance.iter();
             for run in &runs {
                 let samples = radiance.by_ref().take(run.count as usize);
@@ -93,11 +104,11 @@ impl<'a, F: HitFilter> Band<'a, F> {
 
     /// Fills the batch's results; returns rays that the batch itself did not count.
     #[inline(always)]
-    fn render_batch(&self, ids: &[SampleId], batch: &mut PathBatch) -> u64 {
+    fn render_batch<I: Instructions>(&self, i: I, ids: &[SampleId], batch: &mut PathBatch) -> u64 {
         match &self.view.integrator {
             Integrator::Path(settings) if self.scene.volumes => self.render_volumes(ids, batch, settings),
             Integrator::Path(settings) => {
-                batch.run(self.scene, self.view, settings, self.filter, ids);
+                batch.run(i, self.scene, self.view, settings, self.filter, ids);
                 0
             }
             Integrator::Direct(settings) => self.render_single(ids, batch, *settings, DirectTracer::sample),
@@ -107,7 +118,7 @@ impl<'a, F: HitFilter> Band<'a, F> {
             }
             // The back end has refused it.
             Integrator::Realtime(settings) => {
-                batch.run(self.scene, self.view, &settings.path, self.filter, ids);
+                batch.run(i, self.scene, self.view, &settings.path, self.filter, ids);
                 0
             }
             Integrator::Aov => {

@@ -1,48 +1,43 @@
-//! Scattering of many plain vertices at once.
+//! Sixteen of everything: numbers and vectors by lane, random numbers, camera rays.
 //!
-//! Most vertices of most pictures are on diffuse surfaces. They are collected until a vector register is full, and then
-//! random numbers, light sample (`lane_lights`), BSDF sample and the next ray are computed by loops over the lanes. The loops call the
-//! same optics functions as everything else; they have no branches left after inlining, so the compiler turns each
-//! into vector instructions of the instruction set that the kernel is compiled for.
+//! What is done for one vertex of a path is done for sixteen by loops over lanes. The loops call the same optics functions as
+//! everything else; they have no branches left after inlining, so the compiler turns each into vector instructions of the
+//! instruction set that the kernel is compiled for. Few things need [`crate::simd`].
 
 use crate::path::{PAIR_FILM, PAIR_LENS, SampleId, sampler_kind};
-use crate::queue::Path;
-use backend::{PathSettings, View};
+use backend::View;
 use optics::camera::{CameraFrame, camera_ray};
-use optics::dielectric::{dielectric_bsdf, smooth_dielectric_sample};
-use optics::frame::{frame_from_normal, to_local, to_world};
-use optics::offset::offset_ray_origin;
-use optics::path::{PathState, roulette_survival};
 use optics::random::{
     PixelSampler, SAMPLER_BLUE_NOISE, SAMPLER_INDEPENDENT, SAMPLER_SOBOL, sample_2d, sampler_new,
 };
-use optics::vector::dot;
-use optics::warp::{pdf_cosine_hemisphere, sample_cosine_hemisphere};
 use optics::{Vec2f, Vec3f, vec2f, vec3f};
 
 /// Vertices that are scattered together: single-precision numbers in the widest vector register.
 pub(crate) const LANES: usize = 16;
 
-/// One number for each lane.
+/// All lanes, as bits.
+pub(crate) const ALL_LANES: u32 = (1 << LANES) - 1;
+
+/// One number for each lane, of which there may be twice as many as are used.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
-pub(crate) struct Lanes<T>(pub [T; LANES]);
+pub(crate) struct Lanes<T, const N: usize = LANES>(pub [T; N]);
 
-impl<T: Copy + Default> Default for Lanes<T> {
+impl<T: Copy + Default, const N: usize> Default for Lanes<T, N> {
     fn default() -> Self {
-        Self([T::default(); LANES])
+        Self([T::default(); N])
     }
 }
 
 /// One vector for each lane.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Vectors {
-    x: Lanes<f32>,
-    y: Lanes<f32>,
-    z: Lanes<f32>,
+pub(crate) struct Vectors<const N: usize = LANES> {
+    pub x: Lanes<f32, N>,
+    pub y: Lanes<f32, N>,
+    pub z: Lanes<f32, N>,
 }
 
-impl Vectors {
+impl<const N: usize> Vectors<N> {
     #[inline(always)]
     pub fn get(&self, lane: usize) -> Vec3f {
         vec3f(self.x.0[lane], self.y.0[lane], self.z.0[lane])
@@ -76,9 +71,15 @@ impl Pairs {
     }
 }
 
-/// Random numbers of one dimension pair for all lanes.
+/// Random numbers of one dimension pair for sixteen lanes.
 #[inline(always)]
-pub(crate) fn draw(kind: u32, scramble: &Lanes<u32>, index: &Lanes<u32>, pair: u32, out: &mut Pairs) {
+pub(crate) fn draw<const N: usize>(
+    kind: u32,
+    scramble: &Lanes<u32, N>,
+    index: &Lanes<u32, N>,
+    pair: u32,
+    out: &mut Pairs,
+) {
     // With the kind known the lanes have no branches.
     match kind {
         SAMPLER_SOBOL => draw_by(SAMPLER_SOBOL, scramble, index, pair, out),
@@ -88,7 +89,13 @@ pub(crate) fn draw(kind: u32, scramble: &Lanes<u32>, index: &Lanes<u32>, pair: u
 }
 
 #[inline(always)]
-fn draw_by(kind: u32, scramble: &Lanes<u32>, index: &Lanes<u32>, pair: u32, out: &mut Pairs) {
+fn draw_by<const N: usize>(
+    kind: u32,
+    scramble: &Lanes<u32, N>,
+    index: &Lanes<u32, N>,
+    pair: u32,
+    out: &mut Pairs,
+) {
     for lane in 0..LANES {
         let sampler = PixelSampler { kind, scramble: scramble.0[lane], index: index.0[lane] };
         out.set(lane, sample_2d(sampler, pair));
@@ -151,153 +158,5 @@ impl CameraLanes {
             self.scramble.0[lane] = sampler.scramble;
             self.index.0[lane] = sampler.index;
         }
-    }
-}
-
-/// What vertices on plain surfaces need to go on.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Vertices {
-    /// World position.
-    pub position: Vectors,
-    /// See [`PlainPoint::extent`].
-    pub extent: Lanes<f32>,
-    /// Unit geometric normal on the side of the viewer.
-    pub normal: Vectors,
-    /// Unit shading normal on that side.
-    pub shading_normal: Vectors,
-    /// Albedo or tint.
-    pub color: Vectors,
-    /// Unit direction back along the path.
-    pub wo: Vectors,
-    /// See [`PlainPoint::eta`].
-    pub eta: Lanes<f32>,
-    /// Throughput of the path up to here.
-    pub throughput: Vectors,
-    /// See [`PixelSampler`].
-    pub scramble: Lanes<u32>,
-    /// See [`PixelSampler`].
-    pub index: Lanes<u32>,
-    /// See [`PathState::eta_scale`].
-    pub eta_scale: Lanes<f32>,
-    /// See [`Path::slot`].
-    pub slot: Lanes<u32>,
-    /// See [`Path::length`].
-    pub length: Lanes<f32>,
-    /// See [`Path::receiver`]; only where lights are chosen by place.
-    pub receiver: Lanes<u32>,
-}
-
-/// A point on a plain surface.
-pub(crate) struct PlainPoint {
-    /// World position.
-    pub position: Vec3f,
-    /// Largest magnitude of a coordinate of the primitive.
-    pub extent: f32,
-    /// Unit geometric normal on the side of the viewer.
-    pub normal: Vec3f,
-    /// Unit shading normal on that side.
-    pub shading_normal: Vec3f,
-    /// Albedo or tint.
-    pub color: Vec3f,
-    /// Unit direction back along the path.
-    pub wo: Vec3f,
-    /// Index of refraction of the far side over that of the side of `wo`.
-    pub eta: f32,
-}
-
-impl Vertices {
-    /// Puts a point into a lane.
-    #[inline(always)]
-    pub fn set_point(&mut self, lane: usize, point: &PlainPoint) {
-        self.position.set(lane, point.position);
-        self.extent.0[lane] = point.extent;
-        self.normal.set(lane, point.normal);
-        self.shading_normal.set(lane, point.shading_normal);
-        self.color.set(lane, point.color);
-        self.wo.set(lane, point.wo);
-        self.eta.0[lane] = point.eta;
-    }
-
-    /// Puts a path into a lane.
-    #[inline(always)]
-    pub fn set_path(&mut self, lane: usize, path: &Path) {
-        self.throughput.set(lane, path.throughput);
-        self.scramble.0[lane] = path.scramble;
-        self.index.0[lane] = path.index;
-        self.eta_scale.0[lane] = path.eta_scale;
-        self.slot.0[lane] = path.slot;
-        self.length.0[lane] = path.length;
-    }
-}
-
-/// Continuations of paths.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct NextLanes {
-    /// Where the next ray starts.
-    pub origin: Vectors,
-    /// Its unit direction.
-    pub wi: Vectors,
-    /// See [`Path::pdf`].
-    pub pdf: Lanes<f32>,
-    /// Throughput of the path up to the next vertex.
-    pub throughput: Vectors,
-    /// See [`PathState::eta_scale`].
-    pub eta_scale: Lanes<f32>,
-    /// Whether the path goes on: the direction is on the right side of the geometric surface, and roulette lets it live.
-    pub alive: Lanes<u32>,
-}
-
-/// Samples the cosine lobe of every lane.
-#[inline(always)]
-pub(crate) fn sample_cosine_lobes(v: &Vertices, u: &Pairs, out: &mut NextLanes) {
-    for lane in 0..LANES {
-        let normal = v.normal.get(lane);
-        let local = sample_cosine_hemisphere(u.get(lane));
-        let wi = to_world(frame_from_normal(v.shading_normal.get(lane)), local);
-        out.wi.set(lane, wi);
-        out.pdf.0[lane] = pdf_cosine_hemisphere(local.z);
-        out.alive.0[lane] = u32::from(local.z > 0.0 && dot(wi, normal) > 0.0);
-        out.origin.set(lane, offset_ray_origin(v.position.get(lane), normal, v.extent.0[lane]));
-        // Value times cosine over density of a cosine lobe.
-        out.throughput.set(lane, v.throughput.get(lane) * v.color.get(lane));
-        out.eta_scale.0[lane] = v.eta_scale.0[lane];
-    }
-}
-
-/// Chooses between reflection and refraction in every lane, by the first of two random numbers.
-#[inline(always)]
-pub(crate) fn sample_smooth_interfaces(v: &Vertices, u: &Pairs, out: &mut NextLanes) {
-    for lane in 0..LANES {
-        let (normal, eta) = (v.normal.get(lane), v.eta.0[lane]);
-        let frame = frame_from_normal(v.shading_normal.get(lane));
-        let bsdf = dielectric_bsdf(v.color.get(lane), 0.0, eta, false, 1.0);
-        let sample = smooth_dielectric_sample(bsdf, to_local(frame, v.wo.get(lane)), u.x.0[lane]);
-        let wi = to_world(frame, sample.wi);
-        let above = dot(wi, normal) > 0.0;
-        let side = if above { 1.0 } else { -1.0 };
-        out.wi.set(lane, wi);
-        out.pdf.0[lane] = -1.0;
-        out.alive.0[lane] = u32::from(above != sample.transmitted);
-        out.origin.set(lane, offset_ray_origin(v.position.get(lane), normal * side, v.extent.0[lane]));
-        out.throughput.set(lane, v.throughput.get(lane) * sample.weight);
-        out.eta_scale.0[lane] = v.eta_scale.0[lane] * if sample.transmitted { eta * eta } else { 1.0 };
-    }
-}
-
-/// Lets Russian roulette decide in every lane, by the second of two random numbers. `depth`: of the vertices.
-#[inline(always)]
-pub(crate) fn play_roulette(u: &Pairs, depth: u32, settings: &PathSettings, out: &mut NextLanes) {
-    for lane in 0..LANES {
-        let state = PathState {
-            throughput: out.throughput.get(lane),
-            radiance: vec3f(0.0, 0.0, 0.0),
-            pdf: out.pdf.0[lane],
-            specular: false,
-            eta_scale: out.eta_scale.0[lane],
-            depth: depth + 1,
-        };
-        let survival = roulette_survival(state, settings.roulette_start, settings.roulette_min_survival);
-        out.alive.0[lane] &= u32::from(u.get(lane).y < survival);
-        out.throughput.set(lane, state.throughput * (1.0 / survival));
     }
 }

@@ -19,10 +19,10 @@ impl PathBatch {
     pub(crate) fn follow_into_the_sky<F: HitFilter>(&mut self, context: &Context, filter: &F) {
         let scene = context.scene;
         let mut left = 0;
-        for i in 0..self.rays.len() {
-            let (ray, path) = (self.rays[i], self.paths[i]);
+        for at in 0..self.paths.len() {
+            let (ray, path) = (self.paths.ray(at), self.paths.path(at));
             if may_meet_emitter(scene, &ray) {
-                (self.rays[left], self.paths[left]) = (ray, path);
+                self.paths.set(left, vec3(ray.origin), vec3(ray.direction), &path);
                 left += 1;
                 continue;
             }
@@ -32,7 +32,6 @@ impl PathBatch {
             });
             self.ask(Connection { slot: path.slot, contribution }, ray);
         }
-        self.rays.truncate(left);
         self.paths.truncate(left);
         self.connect(scene, filter);
     }

@@ -5,20 +5,21 @@
 //! stage's code and data in the caches. What happens at a vertex is the optics' `path` module; this is only the loop.
 
 use crate::aov::aov_sample;
-use crate::lane_lights::{choose_lights_by_place, choose_lights_by_power, sample_flat_lights};
-use crate::lanes::{
-    CameraLanes, LANES, PlainPoint, play_roulette, sample_cosine_lobes, sample_smooth_interfaces,
-};
+use crate::lanes::{ALL_LANES, CameraLanes, LANES, Vectors};
 use crate::layers::shade_layered;
+use crate::light_lanes::sample_lights;
 use crate::lights::{for_each_distant, sample_light, surface_light_pdf};
 use crate::material::{Shading, base_color, emission, mixes_models, shade};
-use crate::queue::{Path, PlainQueue};
+use crate::scatter_lanes::{CosineLobes, play_roulette, sample_cosine_lobes, sample_smooth_interfaces};
 use crate::scattering::Scattering;
 use crate::scene::{CpuScene, vec3};
-use crate::sites::Plain;
+use crate::simd::Instructions;
+use crate::sites::Arrival;
+use crate::streams::{HitStream, Path, PathStream, ShadowStream};
 use crate::surface::Surface;
 use crate::triangles::TriangleLanes;
-use accel::{Coherence, Hit, HitFilter, MISS, Ray};
+use crate::vertices::{PlainPoint, VertexQueue};
+use accel::{Coherence, HitFilter, Ray};
 use backend::{PathSettings, View};
 use film::AovSample;
 use optics::camera::{CAMERA_PERSPECTIVE, CameraFrame, camera_pixel_spread};
@@ -79,17 +80,14 @@ pub(crate) struct Connection {
 /// Scratch memory of one worker. Everything is reused: a path allocates nothing.
 #[derive(Default)]
 pub(crate) struct PathBatch {
-    pub(crate) rays: Vec<Ray>,
-    pub(crate) paths: Vec<Path>,
-    hits: Vec<Hit>,
-    next_rays: Vec<Ray>,
-    next_paths: Vec<Path>,
-    shadow_rays: Vec<Ray>,
-    connections: Vec<Connection>,
+    pub(crate) paths: PathStream,
+    hits: HitStream,
+    next: PathStream,
+    pub(crate) shadows: ShadowStream,
     occluded: Vec<bool>,
     triangles: TriangleLanes,
-    diffuse: PlainQueue,
-    smooth: PlainQueue,
+    diffuse: VertexQueue,
+    smooth: VertexQueue,
     /// The samples being made; kept here between bands for its memory only.
     pub ids: Vec<SampleId>,
     /// How `ids` is divided among pixels; kept for its memory, too.
@@ -144,8 +142,9 @@ impl Context<'_> {
 impl PathBatch {
     /// Makes the samples; the results are in `radiance` and `aovs`, in the order of `samples`.
     #[inline(always)]
-    pub fn run<F: HitFilter>(
+    pub fn run<I: Instructions, F: HitFilter>(
         &mut self,
+        i: I,
         scene: &CpuScene,
         view: &View,
         settings: &PathSettings,
@@ -157,30 +156,25 @@ impl PathBatch {
         let wants_aovs = !view.aovs.is_empty();
         let sampler_kind = sampler_kind(view);
         let mut context = Context { scene, sampler_kind, depth: 1, settings, shading, wants_aovs };
-        self.generate(view, samples);
+        self.shadows.clear();
+        self.next.clear();
+        self.generate(i, view, samples);
         let mut coherence = Coherence::Coherent;
-        while !self.paths.is_empty() {
+        while self.paths.len() > 0 {
             if context.are_last_segments() {
                 self.follow_into_the_sky(&context, filter);
             }
-            self.hits.clear();
-            self.hits.resize(self.rays.len(), MISS);
-            scene.tlas.closest_stream(&self.rays[..], &mut self.hits[..], filter, coherence);
-            self.rays_traced += self.rays.len() as u64;
-            for first in (0..self.paths.len()).step_by(LANES) {
-                let end = (first + LANES).min(self.paths.len());
-                self.triangles.compute(scene, &self.rays[first..end], &self.hits[first..end]);
-                for i in first..end {
-                    self.shade_one(&context, i);
-                }
+            let count = self.paths.len();
+            scene.tlas.closest_stream(&self.paths.rays(), &mut self.hits.columns(count), filter, coherence);
+            self.rays_traced += count as u64;
+            for first in (0..count).step_by(LANES) {
+                self.arrive(i, &context, first, LANES.min(count - first));
             }
-            self.scatter_diffuse(&context);
-            self.scatter_smooth(&context);
+            self.scatter_diffuse(i, &context);
+            self.scatter_smooth(i, &context);
             self.connect(scene, filter);
-            std::mem::swap(&mut self.rays, &mut self.next_rays);
-            std::mem::swap(&mut self.paths, &mut self.next_paths);
-            self.next_rays.clear();
-            self.next_paths.clear();
+            std::mem::swap(&mut self.paths, &mut self.next);
+            self.next.clear();
             context.depth += 1;
             coherence = Coherence::Incoherent;
         }
@@ -188,8 +182,7 @@ impl PathBatch {
 
     /// Camera rays.
     #[inline(always)]
-    fn generate(&mut self, view: &View, samples: &[SampleId]) {
-        self.rays.clear();
+    fn generate<I: Instructions>(&mut self, i: I, view: &View, samples: &[SampleId]) {
         self.paths.clear();
         self.radiance.clear();
         self.radiance.resize(samples.len(), vec3f(0.0, 0.0, 0.0));
@@ -201,31 +194,102 @@ impl PathBatch {
         if camera.kind == CAMERA_PERSPECTIVE && camera.lens_radius <= 0.0 {
             // With these known the lanes have no branches.
             let pinhole = CameraFrame { kind: CAMERA_PERSPECTIVE, lens_radius: 0.0, ..camera };
-            self.generate_from(view, pinhole, samples);
+            self.generate_from(i, view, pinhole, samples);
         } else {
-            self.generate_from(view, camera, samples);
+            self.generate_from(i, view, camera, samples);
         }
     }
 
     #[inline(always)]
-    fn generate_from(&mut self, view: &View, camera: CameraFrame, samples: &[SampleId]) {
+    fn generate_from<I: Instructions>(
+        &mut self,
+        i: I,
+        view: &View,
+        camera: CameraFrame,
+        samples: &[SampleId],
+    ) {
         let mut lanes = CameraLanes::default();
-        for (first, samples) in (0..).step_by(LANES).zip(samples.chunks(LANES)) {
+        for samples in samples.chunks(LANES) {
             lanes.compute(view, camera, samples);
-            for lane in 0..samples.len() {
-                let (origin, direction) = (lanes.origin.get(lane), lanes.direction.get(lane));
-                self.rays.push(Ray::new(origin.to_array(), direction.to_array()));
-                let slot = first + lane as u32;
-                self.paths.push(Path::start(slot, lanes.scramble.0[lane], lanes.index.0[lane]));
+            self.paths.begin(i, &lanes, samples.len());
+        }
+    }
+
+    /// Everything that happens where `count` paths from `first` on arrive, at most sixteen.
+    #[inline(always)]
+    fn arrive<I: Instructions>(&mut self, i: I, context: &Context, first: usize, count: usize) {
+        self.triangles.compute(i, context.scene, &self.paths, &self.hits, first, count);
+        let mut rest = ALL_LANES & !self.triangles.which(i, Arrival::Nothing);
+        if context.scene.plain_sky {
+            let sky = self.triangles.which(i, Arrival::Sky);
+            rest &= !sky;
+            self.find_plain_sky(context, sky, first);
+        }
+        // First vertices that are looked at, or at which paths divide, take the way that knows of that.
+        let special = context.depth == 1 && (context.wants_aovs || context.settings.splitting > 1);
+        if !special {
+            let diffuse = self.triangles.which(i, Arrival::Lambert);
+            let smooth = self.triangles.which(i, Arrival::Smooth);
+            rest &= !(diffuse | smooth);
+            // Plain surfaces do not shine: on its last segment a path finds nothing there.
+            if context.depth < context.settings.max_depth {
+                self.queue_diffuse(i, context, diffuse, first);
+                self.queue_smooth(i, context, smooth, first);
+            }
+        }
+        while rest != 0 {
+            self.arrive_one(i, context, first, rest.trailing_zeros() as usize);
+            rest &= rest - 1;
+        }
+    }
+
+    /// Adds what paths that have left the scene find in a sky that is no light to be sampled.
+    #[inline(always)]
+    fn find_plain_sky(&mut self, context: &Context, mut mask: u32, first: usize) {
+        let sky = &context.scene.tables.environment;
+        if mask == 0 || sky.is_black() {
+            return;
+        }
+        let (directions, throughputs) =
+            (self.paths.direction.lanes(first), self.paths.throughput.lanes(first));
+        let mut found = Vectors::<LANES>::default();
+        for lane in 0..LANES {
+            found.set(lane, throughputs.get(lane) * sky.gradient(directions.get(lane)));
+        }
+        while mask != 0 {
+            let lane = mask.trailing_zeros() as usize;
+            mask &= mask - 1;
+            self.radiance[self.paths.slot.get(first + lane) as usize] += found.get(lane);
+        }
+    }
+
+    /// Collects the diffuse vertices of some lanes; scatters all that are waiting when the lanes are full.
+    #[inline(always)]
+    fn queue_diffuse<I: Instructions>(&mut self, i: I, context: &Context, mask: u32, first: usize) {
+        if mask != 0 {
+            self.diffuse.append(i, mask, &self.triangles, &self.paths, first);
+            if self.diffuse.is_full() {
+                self.scatter_diffuse(i, context);
             }
         }
     }
 
-    /// Everything that happens where path `i` arrives.
+    /// Collects vertices on smooth interfaces, likewise.
     #[inline(always)]
-    fn shade_one(&mut self, context: &Context, i: usize) {
-        let (ray, hit) = (self.rays[i], self.hits[i]);
-        let mut path = self.paths[i];
+    fn queue_smooth<I: Instructions>(&mut self, i: I, context: &Context, mask: u32, first: usize) {
+        if mask != 0 {
+            self.smooth.append(i, mask, &self.triangles, &self.paths, first);
+            if self.smooth.is_full() {
+                self.scatter_smooth(i, context);
+            }
+        }
+    }
+
+    /// What happens where the path of one lane arrives, wherever that is.
+    #[inline(always)]
+    fn arrive_one<I: Instructions>(&mut self, i: I, context: &Context, first: usize, lane: usize) {
+        let (ray, hit) = (self.paths.ray(first + lane), self.hits.get(first + lane));
+        let mut path = self.paths.path(first + lane);
         let scene = context.scene;
         if hit.is_miss() {
             for_each_distant(scene, vec3(ray.origin), vec3(ray.direction), |d| {
@@ -236,10 +300,7 @@ impl PathBatch {
         let tables = &*scene.tables;
         let first_hit = context.depth == 1 && context.wants_aovs;
         path.length += hit.t;
-        if self.shade_plain(context, i % LANES, &path) {
-            return;
-        }
-        let in_lanes = self.triangles.surface(scene, i % LANES, first_hit);
+        let in_lanes = self.triangles.surface(scene, lane, first_hit);
         let surface = in_lanes.unwrap_or_else(|| Surface::new(scene, &ray, &hit));
         let material = &tables.materials[surface.material as usize];
         if !surface.front && material.absorbs() {
@@ -261,7 +322,7 @@ impl PathBatch {
         }
         let branches = if context.depth == 1 { context.settings.splitting.max(1) } else { 1 };
         if branches == 1 {
-            self.scatter(context, &surface, path, footprint);
+            self.scatter(i, context, &surface, path, footprint);
             return;
         }
         // The branches share what comes.
@@ -269,41 +330,23 @@ impl PathBatch {
         for branch in 0..branches {
             let mut child = path;
             child.scramble = hash_combine(path.scramble, branch);
-            self.scatter(context, &surface, child, footprint);
+            self.scatter(i, context, &surface, child, footprint);
         }
-    }
-
-    /// The short way for what most vertices of most pictures are: surfaces of one colour that are ideally diffuse or
-    /// ideally smooth. Returns whether the path could take it.
-    #[inline(always)]
-    fn shade_plain(&mut self, context: &Context, lane: usize, path: &Path) -> bool {
-        let Some(site) = self.triangles.site(context.scene, lane) else { return false };
-        let special_first = context.depth == 1 && (context.wants_aovs || context.settings.splitting > 1);
-        let possible = match site.plain {
-            Plain::No => false,
-            Plain::Lambert => context.scene.plain_lights,
-            Plain::Smooth => true,
-        };
-        if special_first || !possible {
-            return false;
-        }
-        if context.depth < context.settings.max_depth {
-            let point = self.triangles.plain_point(lane, site);
-            if site.plain == Plain::Smooth {
-                self.queue_smooth(context, &point, path);
-            } else {
-                self.queue_diffuse(context, &point, path);
-            }
-        }
-        true
     }
 
     /// Next-event estimation and the path's continuation at a surface.
     #[inline(always)]
-    fn scatter(&mut self, context: &Context, surface: &Surface, path: Path, footprint: f32) {
+    fn scatter<I: Instructions>(
+        &mut self,
+        i: I,
+        context: &Context,
+        surface: &Surface,
+        path: Path,
+        footprint: f32,
+    ) {
         let tables = &*context.scene.tables;
         let material = &tables.materials[surface.material as usize];
-        if material.model == ModelTag::Lambert && context.scene.plain_lights {
+        if material.model == ModelTag::Lambert {
             let albedo = base_color(tables, material, surface, footprint);
             let point = PlainPoint {
                 position: surface.position,
@@ -313,8 +356,12 @@ impl PathBatch {
                 color: albedo,
                 wo: surface.wo,
                 eta: 1.0,
+                binding: 0,
             };
-            self.queue_diffuse(context, &point, &path);
+            self.diffuse.push(&point, &path);
+            if self.diffuse.is_full() {
+                self.scatter_diffuse(i, context);
+            }
             return;
         }
         if material.model == ModelTag::Layered {
@@ -380,76 +427,41 @@ impl PathBatch {
         }
         path = path.with_state(&state);
         path.throughput *= 1.0 / survival;
-        let origin = surface.ray_origin(above);
-        self.next_rays.push(Ray::new(origin.to_array(), wi.to_array()));
-        self.next_paths.push(path);
+        self.next.push(surface.ray_origin(above), wi, &path);
     }
 
-    /// Collects a diffuse vertex; scatters all that are waiting when the lanes are full.
-    #[inline(always)]
-    fn queue_diffuse(&mut self, context: &Context, point: &PlainPoint, path: &Path) {
-        if self.diffuse.push(point, path) {
-            self.scatter_diffuse(context);
-        }
-    }
-
-    /// Collects a vertex on a smooth interface, likewise.
-    #[inline(always)]
-    fn queue_smooth(&mut self, context: &Context, point: &PlainPoint, path: &Path) {
-        if self.smooth.push(point, path) {
-            self.scatter_smooth(context);
-        }
-    }
-
-    /// What [`PathBatch::scatter`] does, for all waiting diffuse vertices at once. Lanes without a vertex compute
+    /// What [`PathBatch::scatter`] does, for the diffuse vertices in the lanes at once. Lanes without a vertex compute
     /// something that nobody reads.
     #[inline(always)]
-    fn scatter_diffuse(&mut self, context: &Context) {
+    fn scatter_diffuse<I: Instructions>(&mut self, i: I, context: &Context) {
         let queue = &mut self.diffuse;
-        let waiting = std::mem::take(&mut queue.len);
+        let waiting = queue.waiting();
         if waiting == 0 {
             return;
         }
+        queue.find_above();
         if !context.scene.tables.lights.is_empty() {
             queue.draw(context.sampler_kind, context.pair() + PAIR_LIGHT);
-            let tables = &*context.scene.tables;
-            if tables.light_tree.is_empty() {
-                choose_lights_by_power(tables, &queue.u, &mut queue.choices);
-            } else {
-                choose_lights_by_place(tables, &mut queue.vertices, waiting, &queue.u, &mut queue.choices);
-            }
-            sample_flat_lights(tables, &queue.vertices, &queue.choices, &queue.u, &mut queue.lights);
-            for lane in 0..waiting {
-                let contribution = queue.lights.contribution.get(lane);
-                if contribution.x + contribution.y + contribution.z != 0.0 {
-                    self.connections.push(Connection { slot: queue.vertices.slot.0[lane], contribution });
-                    self.shadow_rays.push(Ray {
-                        origin: queue.lights.origin.get(lane).to_array(),
-                        t_min: 0.0,
-                        direction: queue.lights.wi.get(lane).to_array(),
-                        t_max: queue.lights.distance.0[lane] * SHADOW_END,
-                    });
-                }
-            }
+            sample_lights(context.scene, &mut queue.vertices, waiting, &queue.u, &mut queue.lights);
+            queue.connections.compute(&queue.vertices, &queue.above, &queue.lights, &CosineLobes);
+            let asking = queue.connections.asking(i, waiting);
+            self.shadows.append(i, asking, &queue.connections, queue.paths().slot);
         }
         queue.draw(context.sampler_kind, context.pair() + PAIR_BSDF);
-        sample_cosine_lobes(&queue.vertices, &queue.u, &mut queue.next);
+        sample_cosine_lobes(&queue.vertices, &queue.above, &queue.u, &mut queue.next);
         if context.meets_roulette() {
             queue.draw(context.sampler_kind, context.pair() + PAIR_LOBE);
             play_roulette(&queue.u, context.depth, context.settings, &mut queue.next);
         }
-        for lane in (0..waiting).filter(|&lane| queue.next.alive.0[lane] != 0) {
-            let (ray, path) = queue.leave(lane);
-            self.next_rays.push(ray);
-            self.next_paths.push(path);
-        }
+        self.next.append(i, queue.next.alive(i, waiting), &queue.next, queue.paths());
+        queue.advance();
     }
 
     /// The same for smooth interfaces, which no light can be sampled for.
     #[inline(always)]
-    fn scatter_smooth(&mut self, context: &Context) {
+    fn scatter_smooth<I: Instructions>(&mut self, i: I, context: &Context) {
         let queue = &mut self.smooth;
-        let waiting = std::mem::take(&mut queue.len);
+        let waiting = queue.waiting();
         if waiting == 0 {
             return;
         }
@@ -458,11 +470,8 @@ impl PathBatch {
         if context.meets_roulette() {
             play_roulette(&queue.u, context.depth, context.settings, &mut queue.next);
         }
-        for lane in (0..waiting).filter(|&lane| queue.next.alive.0[lane] != 0) {
-            let (ray, path) = queue.leave(lane);
-            self.next_rays.push(ray);
-            self.next_paths.push(path);
-        }
+        self.next.append(i, queue.next.alive(i, waiting), &queue.next, queue.paths());
+        queue.advance();
     }
 
     /// Queues the shadow ray of a light sample, if the light could contribute.
@@ -496,26 +505,25 @@ impl PathBatch {
         let Vec3f { x, y, z } = connection.contribution;
         // Not `> 0`: NaN must reach the film, where it is counted.
         if x + y + z != 0.0 {
-            self.connections.push(connection);
-            self.shadow_rays.push(ray);
+            self.shadows.push(&ray, &connection);
         }
     }
 
     /// Traces the queued shadow rays and adds what is not occluded.
     #[inline(always)]
     pub(crate) fn connect<F: HitFilter>(&mut self, scene: &CpuScene, filter: &F) {
-        self.occluded.clear();
-        self.occluded.resize(self.shadow_rays.len(), false);
-        scene.tlas.any_stream(&self.shadow_rays[..], &mut self.occluded, filter, Coherence::Incoherent);
-        self.rays_traced += self.shadow_rays.len() as u64;
-        for (connection, occluded) in self.connections.iter().zip(&self.occluded) {
+        let count = self.shadows.len();
+        // The queries write all of it.
+        self.occluded.resize(count, false);
+        scene.tlas.any_stream(&self.shadows.rays(), &mut self.occluded, filter, Coherence::Incoherent);
+        self.rays_traced += count as u64;
+        for (at, occluded) in self.occluded.iter().enumerate() {
             if !occluded {
-                let sum = &mut self.radiance[connection.slot as usize];
-                *sum += connection.contribution;
+                let Connection { slot, contribution } = self.shadows.connection(at);
+                self.radiance[slot as usize] += contribution;
             }
         }
-        self.connections.clear();
-        self.shadow_rays.clear();
+        self.shadows.clear();
     }
 
     /// Adds light that a path has found by following its own direction; see [`path_add_emission`].

@@ -20,6 +20,8 @@ pub(crate) struct CpuScene {
     pub visible_discs: Vec<u32>,
     /// Whether there are no lights but triangles and rectangles without textures, which can be sampled many at a time.
     pub plain_lights: bool,
+    /// Whether the sky is a gradient without anything in it: light that only paths find that leave the scene.
+    pub plain_sky: bool,
     /// Whether paths have to know what they are in: see `volumes`.
     pub volumes: bool,
 }
@@ -58,12 +60,14 @@ impl CpuScene {
 
     fn with_tlas(tables: Arc<SceneTables>, tlas: Tlas) -> Self {
         let is_disc = |&i: &u32| tables.lights[i as usize].visible;
-        let visible_discs = (0..tables.lights.len() as u32).filter(is_disc).collect();
+        let visible_discs: Vec<u32> = (0..tables.lights.len() as u32).filter(is_disc).collect();
+        let sky = &tables.environment;
+        let plain_sky = sky.width == 0 && sky.light == NONE && visible_discs.is_empty();
         let is_plain = |l: &LightRecord| light_is_flat(l.light.kind) && l.textured_material == NONE;
         let plain_lights = tables.lights.iter().all(is_plain);
         let sites = Sites::new(&tables);
         let volumes = tables.needs_volumes();
-        Self { tables, tlas, sites, visible_discs, plain_lights, volumes }
+        Self { tables, tlas, sites, visible_discs, plain_lights, plain_sky, volumes }
     }
 
     /// The records of a hit primitive.

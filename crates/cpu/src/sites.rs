@@ -27,55 +27,69 @@ pub(crate) struct Site {
     pub geometry: u32,
     /// Index into the tables' materials.
     pub material: u32,
-    /// Whether its hits can be computed many at a time.
-    pub in_lanes: bool,
+    /// What paths come to here.
+    pub arrival: Arrival,
     /// Whether its vertices are in world space.
     pub identity: bool,
-    /// What scatters there, if that is simple enough to be done many at a time, too.
-    pub plain: Plain,
     /// Albedo or tint of what is plain.
     pub color: [f32; 3],
     /// Index of refraction of a plain dielectric.
     pub ior: f32,
 }
 
-/// Materials that do not shine, have one colour all over, and scatter in one way.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Plain {
-    /// None of those.
-    No,
+/// What a path comes to. Surfaces from [`Arrival::Surface`] on are triangles that are computed many at a time. Those of the kinds behind it are
+/// scattered many at a time, too: their materials do not shine, have one colour all over, and scatter in one way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u32)]
+pub(crate) enum Arrival {
+    /// There is no path.
+    Nothing,
+    /// Beyond everything.
+    Sky,
+    /// A surface that takes the general way of [`crate::surface::Surface::new`].
+    General,
+    /// A surface that scatters in any way.
+    Surface,
     /// Ideal diffuse reflection.
     Lambert,
     /// A smooth interface between two media.
     Smooth,
 }
 
-impl Plain {
-    fn new(material: &MaterialRecord) -> Self {
+impl Arrival {
+    /// At a triangle that can be computed with others.
+    fn of_material(material: &MaterialRecord) -> Self {
         let untextured = material.base_color_slot == NONE && material.metallic_roughness_slot == NONE;
         let patterned = material.flags & MATERIAL_CHECKERBOARD != 0;
         if material.is_emissive() || material.absorbs() || !untextured || patterned {
-            return Plain::No;
+            return Arrival::Surface;
         }
         let alpha = material.roughness * material.roughness;
         match material.model {
-            ModelTag::Lambert => Plain::Lambert,
-            ModelTag::Dielectric if alpha < MIN_ALPHA && material.flags & MATERIAL_THIN == 0 => Plain::Smooth,
+            ModelTag::Lambert => Arrival::Lambert,
+            ModelTag::Dielectric if alpha < MIN_ALPHA && material.flags & MATERIAL_THIN == 0 => {
+                Arrival::Smooth
+            }
             ModelTag::Dielectric
             | ModelTag::MetallicRoughness
             | ModelTag::Mirror
             | ModelTag::Unlit
             | ModelTag::Boundary
-            | ModelTag::Layered => Plain::No,
+            | ModelTag::Layered => Arrival::Surface,
         }
     }
 }
 
-/// Geometries up to which a search through all of them beats a table by primitive.
+/// Geometries up to which a search through all of them beats a table by primitive that the caches cannot hold.
 const FEW: usize = 16;
+
+/// Primitives whose table they can.
+const FEW_PRIMITIVES: u32 = 1 << 16;
 
 /// How to find the geometry of a primitive.
 enum Geometries {
+    /// There is only one.
+    One,
     /// First primitives, `u32::MAX` beyond the last geometry.
     Few([u32; FEW]),
     /// Geometry by primitive.
@@ -114,6 +128,7 @@ impl Sites {
     pub fn binding(&self, instance: u32, primitive: u32) -> u32 {
         let [first_binding, blas] = self.instances[instance as usize];
         let geometry = match &self.geometries[blas as usize] {
+            Geometries::One => 0,
             // The last geometry that starts at the primitive or before it.
             Geometries::Few(first) => first.iter().map(|&f| u32::from(f <= primitive)).sum::<u32>() - 1,
             Geometries::Many(geometry) => geometry[primitive as usize],
@@ -145,9 +160,14 @@ fn site(tables: &SceneTables, instance: &InstanceRecord, geometry: u32, binding:
         first_normal: g.first_normal,
         geometry,
         material: material_index,
-        in_lanes: g.kind == GeometryKind::Triangles && !placed_oddly && bare,
+        arrival: if g.kind != GeometryKind::Triangles || placed_oddly || !bare {
+            Arrival::General
+        } else if g.first_color != NONE {
+            Arrival::Surface
+        } else {
+            Arrival::of_material(material)
+        },
         identity: instance.identity,
-        plain: if g.first_color == NONE { Plain::new(material) } else { Plain::No },
         color: [red, green, blue],
         ior: material.ior,
     }
@@ -155,7 +175,11 @@ fn site(tables: &SceneTables, instance: &InstanceRecord, geometry: u32, binding:
 
 fn geometries(tables: &SceneTables, blas: &BlasRecord) -> Geometries {
     let records = &tables.geometries[blas.first_geometry as usize..][..blas.geometry_count as usize];
-    if records.len() <= FEW {
+    if records.len() <= 1 {
+        return Geometries::One;
+    }
+    let primitives: u32 = records.iter().map(|r| r.primitive_count).sum();
+    if records.len() <= FEW && primitives > FEW_PRIMITIVES {
         let mut first = [u32::MAX; FEW];
         for (f, record) in first.iter_mut().zip(records) {
             *f = record.first_in_blas;

@@ -1,14 +1,14 @@
 //! Hit points of many triangles at once.
 //!
 //! Position and normals of sixteen hits are computed by one loop over lanes, which the compiler turns into vector
-//! instructions; only fetching vertices goes hit by hit. Spheres, and triangles with normal maps or in mirrored instances,
-//! take the general way of [`Surface::new`].
+//! instructions. Spheres, and triangles with normal maps or in mirrored instances, take the general way of [`Surface::new`].
 
-use crate::lanes::{LANES, Lanes, PlainPoint, Vectors};
+use crate::lanes::{ALL_LANES, LANES, Lanes, Vectors};
 use crate::scene::{CpuScene, transform_normal, transform_point, vec3};
-use crate::sites::Site;
+use crate::simd::Instructions;
+use crate::sites::{Arrival, Site};
+use crate::streams::{HitLanes, HitStream, PathStream};
 use crate::surface::{Surface, TexCoords, largest_coordinate, tex_coords, vertex_color};
-use accel::{Hit, Ray};
 use optics::frame::{Frame, bend_normal};
 use optics::vector::{cross, dot};
 use optics::{Vec3f, vec3f};
@@ -17,92 +17,139 @@ use scene::tables::NONE;
 /// Sixteen hits in a row.
 #[derive(Default)]
 pub(crate) struct TriangleLanes {
+    /// What each path has come to, see [`Arrival`].
+    arrival: Lanes<u32>,
     /// Vertices of each triangle, as the tables number them within its geometry.
     indices: [[u32; 3]; LANES],
+    /// Places of positions and normals in the tables.
+    position_places: [Lanes<u32>; 3],
+    normal_places: [Lanes<u32>; 3],
     corners: [Vectors; 3],
     normals: [Vectors; 3],
     /// Whether the triangle has vertex normals.
     smooth: Lanes<u32>,
+    /// Whether its vertices are in the space of its object.
+    moved: Lanes<u32>,
     u: Lanes<f32>,
     v: Lanes<f32>,
-    wo: Vectors,
-    position: Vectors,
-    extent: Lanes<f32>,
-    normal: Vectors,
-    shading_normal: Vectors,
+    ior: Lanes<f32>,
     front: Lanes<u32>,
-    /// Whether the lane holds a triangle that these loops can do.
-    plain: Lanes<u32>,
     instance: Lanes<u32>,
-    binding: Lanes<u32>,
     /// Number of the triangle in its geometry.
     primitive: Lanes<u32>,
+    /// See [`crate::sites::Sites::binding`].
+    pub binding: Lanes<u32>,
+    /// The following are those of [`crate::vertices::PlainPoint`].
+    pub wo: Vectors,
+    pub position: Vectors,
+    pub extent: Lanes<f32>,
+    pub normal: Vectors,
+    pub shading_normal: Vectors,
+    pub color: Vectors,
+    pub eta: Lanes<f32>,
+    /// Length of the path up to here.
+    pub length: Lanes<f32>,
 }
 
 impl TriangleLanes {
-    /// Computes the surfaces of at most sixteen hits.
+    /// Computes the surfaces that `count` paths from `first` on have come to, at most sixteen.
     #[inline(always)]
-    pub fn compute(&mut self, scene: &CpuScene, rays: &[Ray], hits: &[Hit]) {
-        for (lane, (ray, hit)) in rays.iter().zip(hits).enumerate() {
-            self.locate(scene, lane, ray, hit);
+    pub fn compute<I: Instructions>(
+        &mut self,
+        i: I,
+        scene: &CpuScene,
+        paths: &PathStream,
+        hits: &HitStream,
+        first: usize,
+        count: usize,
+    ) {
+        let (hits, directions, lengths) =
+            (hits.lanes(first), paths.direction.lanes(first), paths.length.lanes(first));
+        (self.u.0, self.v.0) = (*hits.u, *hits.v);
+        for lane in 0..LANES {
+            self.wo.set(lane, -directions.get(lane));
+            self.length.0[lane] = lengths[lane] + hits.t[lane];
         }
-        for lane in 0..hits.len() {
-            self.fetch_vertices(scene, lane);
+        self.arrival = Lanes::default();
+        self.smooth = Lanes::default();
+        self.moved = Lanes::default();
+        for lane in 0..count {
+            self.locate(scene, lane, &hits);
         }
+        self.fetch_vertices(i, scene);
         for lane in 0..LANES {
             self.compute_lane(lane);
         }
     }
 
+    /// Which lanes have come to this, as bits.
+    #[inline(always)]
+    pub fn which(&self, i: impl Instructions, arrival: Arrival) -> u32 {
+        i.equal(&self.arrival.0, arrival as u32)
+    }
+
     /// Finds the triangle of a hit. Apart from [`TriangleLanes::fetch_vertices`], so that the look-ups of sixteen
     /// hits, which often miss the caches, wait for memory together.
     #[inline(always)]
-    fn locate(&mut self, scene: &CpuScene, lane: usize, ray: &Ray, hit: &Hit) {
-        self.plain.0[lane] = 0;
-        if hit.is_miss() {
+    fn locate(&mut self, scene: &CpuScene, lane: usize, hits: &HitLanes) {
+        let (instance, primitive) = (hits.instance[lane], hits.primitive[lane]);
+        if primitive == NONE {
+            self.arrival.0[lane] = Arrival::Sky as u32;
             return;
         }
-        let binding = scene.sites.binding(hit.instance, hit.primitive);
+        let binding = scene.sites.binding(instance, primitive);
         let site = scene.sites.site(binding);
-        if !site.in_lanes {
+        self.arrival.0[lane] = site.arrival as u32;
+        if site.arrival == Arrival::General {
             return;
         }
-        let primitive = hit.primitive - site.first_in_blas;
-        self.indices[lane] = scene.tables.indices[(site.first_primitive + primitive) as usize];
+        let primitive = primitive - site.first_in_blas;
+        let indices = scene.tables.indices[(site.first_primitive + primitive) as usize];
+        for (k, index) in indices.into_iter().enumerate() {
+            self.position_places[k].0[lane] = site.first_vertex + index;
+            self.normal_places[k].0[lane] = site.first_normal.wrapping_add(index);
+        }
+        self.indices[lane] = indices;
         self.smooth.0[lane] = u32::from(site.first_normal != NONE);
-        self.u.0[lane] = hit.u;
-        self.v.0[lane] = hit.v;
-        self.wo.set(lane, -vec3(ray.direction));
-        self.plain.0[lane] = 1;
-        self.instance.0[lane] = hit.instance;
+        self.moved.0[lane] = u32::from(!site.identity);
+        self.color.set(lane, vec3(site.color));
+        self.ior.0[lane] = site.ior;
+        self.instance.0[lane] = instance;
         self.binding.0[lane] = binding;
         self.primitive.0[lane] = primitive;
     }
 
     #[inline(always)]
-    fn fetch_vertices(&mut self, scene: &CpuScene, lane: usize) {
-        if self.plain.0[lane] == 0 {
-            return;
-        }
+    fn fetch_vertices<I: Instructions>(&mut self, i: I, scene: &CpuScene) {
         let tables = &*scene.tables;
-        let site = scene.sites.site(self.binding.0[lane]);
-        let indices = self.indices[lane];
-        for (corner, index) in self.corners.iter_mut().zip(indices) {
-            corner.set(lane, vec3(tables.positions[(site.first_vertex + index) as usize]));
+        let elsewhere = [Arrival::Nothing, Arrival::Sky, Arrival::General];
+        let here = elsewhere.into_iter().fold(ALL_LANES, |lanes, arrival| lanes & !self.which(i, arrival));
+        let smooth = i.equal(&self.smooth.0, 1);
+        for (places, Vectors { x, y, z }) in self.position_places.iter().zip(&mut self.corners) {
+            i.fetch(&tables.positions, &places.0, here, [&mut x.0, &mut y.0, &mut z.0]);
         }
-        if site.first_normal != NONE {
-            for (normal, index) in self.normals.iter_mut().zip(indices) {
-                normal.set(lane, vec3(tables.normals[(site.first_normal + index) as usize]));
+        if smooth != 0 {
+            for (places, Vectors { x, y, z }) in self.normal_places.iter().zip(&mut self.normals) {
+                i.fetch(&tables.normals, &places.0, smooth, [&mut x.0, &mut y.0, &mut z.0]);
             }
         }
-        if !site.identity {
-            let instance = &tables.instances[self.instance.0[lane] as usize];
-            for k in 0..3 {
-                let corner = transform_point(&instance.object_to_world, self.corners[k].get(lane));
-                let normal = transform_normal(&instance.world_to_object, self.normals[k].get(lane));
-                self.corners[k].set(lane, corner);
-                self.normals[k].set(lane, normal);
-            }
+        let mut moved = i.equal(&self.moved.0, 1);
+        while moved != 0 {
+            let lane = moved.trailing_zeros() as usize;
+            moved &= moved - 1;
+            self.place(scene, lane);
+        }
+    }
+
+    /// Takes the vertices of a lane to world space.
+    #[inline(always)]
+    fn place(&mut self, scene: &CpuScene, lane: usize) {
+        let instance = &scene.tables.instances[self.instance.0[lane] as usize];
+        for k in 0..3 {
+            let corner = transform_point(&instance.object_to_world, self.corners[k].get(lane));
+            let normal = transform_normal(&instance.world_to_object, self.normals[k].get(lane));
+            self.corners[k].set(lane, corner);
+            self.normals[k].set(lane, normal);
         }
     }
 
@@ -127,26 +174,14 @@ impl TriangleLanes {
         self.normal.set(lane, normal);
         self.shading_normal.set(lane, shading);
         self.front.0[lane] = u32::from(front);
+        let ior = self.ior.0[lane];
+        self.eta.0[lane] = if front { ior } else { 1.0 / ior };
     }
 
     /// The site of one lane, if the lane is done here.
     #[inline(always)]
     pub fn site<'s>(&self, scene: &'s CpuScene, lane: usize) -> Option<&'s Site> {
-        (self.plain.0[lane] != 0).then(|| scene.sites.site(self.binding.0[lane]))
-    }
-
-    /// One lane as a point on a plain surface.
-    #[inline(always)]
-    pub fn plain_point(&self, lane: usize, site: &Site) -> PlainPoint {
-        PlainPoint {
-            position: self.position.get(lane),
-            extent: self.extent.0[lane],
-            normal: self.normal.get(lane),
-            shading_normal: self.shading_normal.get(lane),
-            color: vec3(site.color),
-            wo: self.wo.get(lane),
-            eta: if self.front.0[lane] != 0 { site.ior } else { 1.0 / site.ior },
-        }
+        (self.arrival.0[lane] >= Arrival::Surface as u32).then(|| scene.sites.site(self.binding.0[lane]))
     }
 
     /// The surface of one lane; `None` where it takes the general way.

@@ -121,16 +121,22 @@ impl EnvironmentTable {
         self.width > 0 || [self.horizon, self.zenith, self.ground].concat().iter().any(|&c| c > 0.0)
     }
 
+    /// Whether nothing comes from anywhere.
+    pub fn is_black(&self) -> bool {
+        self.width == 0 && [self.horizon, self.zenith, self.ground].as_flattened().iter().all(|c| *c == 0.0)
+    }
+
+    /// Radiance of the gradient, which counts where there is no image, from unit direction `direction`.
+    #[inline(always)]
+    pub fn gradient(&self, direction: Vec3f) -> Vec3f {
+        let color = |c: [f32; 3]| vec3f(c[0], c[1], c[2]);
+        optics::sky::gradient_sky(direction, color(self.horizon), color(self.zenith), color(self.ground))
+    }
+
     /// Radiance from unit direction `direction`.
     pub fn radiance(&self, direction: Vec3f) -> Vec3f {
         if self.width == 0 {
-            let color = |c: [f32; 3]| vec3f(c[0], c[1], c[2]);
-            return optics::sky::gradient_sky(
-                direction,
-                color(self.horizon),
-                color(self.zenith),
-                color(self.ground),
-            );
+            return self.gradient(direction);
         }
         let uv = optics::sky::direction_to_equirect(direction, self.rotation);
         self.bilinear(uv.x, uv.y)
