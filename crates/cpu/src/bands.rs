@@ -3,9 +3,7 @@
 use crate::direct::DirectTracer;
 use crate::path::{PathBatch, Run, SampleId};
 use crate::scene::CpuScene;
-#[cfg(target_arch = "x86_64")]
-use crate::simd::{Avx2, Avx512};
-use crate::simd::{Instructions, Portable};
+use crate::simd::{Instructions, Stage, call_with_best};
 use crate::volumes::VolumeTracer;
 use accel::HitFilter;
 use backend::{DirectSettings, Integrator, PathSettings, PixelSamples, View};
@@ -42,37 +40,10 @@ pub(crate) struct Band<'a, F> {
 
 impl<'a, F: HitFilter> Band<'a, F> {
     /// Renders the work into `pixels`, its estimates; returns the number of rays.
-    ///
-    /// The whole kernel is compiled for several instruction sets, of which the best that the machine has is taken.
-    /// They differ in speed only: no operation is fused or reordered.
     pub fn render(&self, pixels: &mut [PixelStats], aovs: &mut FirstHits, batch: &mut PathBatch) -> u64 {
-        #[cfg(target_arch = "x86_64")]
-        {
-            use std::arch::is_x86_feature_detected as has;
-            if has!("avx512f") && has!("avx512vl") && has!("avx512bw") && has!("avx512dq") && has!("bmi2") {
-                // SAFETY: the features that the function is compiled for have just been detected.
-                return unsafe { self.render_avx512(pixels, aovs, batch) };
-            }
-            if has!("avx2") && has!("bmi2") && has!("fma") {
-                // SAFETY: the features that the function is compiled for have just been detected.
-                return unsafe { self.render_avx2(pixels, aovs, batch) };
-            }
-        }
-        self.render_batches(Portable, pixels, aovs, batch)
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx512f,avx512vl,avx512bw,avx512dq,avx2,bmi1,bmi2,fma")]
-    fn render_avx512(&self, pixels: &mut [PixelStats], aovs: &mut FirstHits, batch: &mut PathBatch) -> u64 {
-        // SAFETY: the function is called where the processor has the instructions.
-        self.render_batches(unsafe { Avx512::new() }, pixels, aovs, batch)
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2,bmi1,bmi2,fma")]
-    fn render_avx2(&self, pixels: &mut [PixelStats], aovs: &mut FirstHits, batch: &mut PathBatch) -> u64 {
-        // SAFETY: the function is called where the processor has the instructions.
-        self.render_batches(unsafe { Avx2::new() }, pixels, aovs, batch)
+        let mut rays = 0;
+        call_with_best(RenderBand { band: self, pixels, aovs, batch, rays: &mut rays });
+        rays
     }
 
     #[inline(always)]
@@ -160,6 +131,22 @@ impl<'a, F: HitFilter> Band<'a, F> {
             }
         }
         tracer.rays_traced
+    }
+}
+
+/// [`Band::render`], compiled for some instructions.
+struct RenderBand<'a, 'b, F> {
+    band: &'a Band<'b, F>,
+    pixels: &'a mut [PixelStats],
+    aovs: &'a mut FirstHits,
+    batch: &'a mut PathBatch,
+    rays: &'a mut u64,
+}
+
+impl<F: HitFilter> Stage for RenderBand<'_, '_, F> {
+    #[inline(always)]
+    fn run<I: Instructions>(self, i: I) {
+        *self.rays = self.band.render_batches(i, self.pixels, self.aovs, self.batch);
     }
 }
 

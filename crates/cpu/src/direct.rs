@@ -8,7 +8,8 @@
 use crate::aov::{aov_sample, headlight};
 use crate::lights::{distant_radiance, sample_one_light};
 use crate::material::{Shading, emission, shade};
-use crate::path::{SampleId, new_sampler, shadow_ray};
+use crate::path::{SampleId, new_sampler};
+use crate::scatter::shadow_ray;
 use crate::scene::{CpuScene, vec3};
 use crate::surface::Surface;
 use accel::{Hit, HitFilter, Ray};

@@ -5,11 +5,13 @@
 //! threads: a sample depends on its pixel and index only, and the film's sums are exact.
 
 mod aov;
+mod arrive;
 mod backend;
 mod bands;
 mod columns;
 mod direct;
 mod filter;
+mod glossy_lanes;
 mod lanes;
 mod last_segment;
 mod layers;
@@ -19,6 +21,7 @@ mod listed;
 mod material;
 mod path;
 mod queries;
+mod scatter;
 mod scatter_lanes;
 mod scattering;
 mod scene;
@@ -30,6 +33,7 @@ mod texture;
 mod triangles;
 mod vertices;
 mod volumes;
+mod waiting;
 
 pub use backend::CpuBackend;
 pub use queries::{Hits, RayError, RayQueries, Rays, SurfacePoint};

@@ -45,7 +45,7 @@ pub(crate) struct NextLanes {
     /// See [`PathState::eta_scale`].
     pub eta_scale: Lanes<f32>,
     /// 1 if the path goes on: the direction is on the right side of the geometric surface, and roulette lets it live.
-    alive: Lanes<u32>,
+    pub alive: Lanes<u32>,
 }
 
 impl NextLanes {

@@ -21,6 +21,30 @@ pub(crate) trait Instructions: Copy {
     ///
     /// If there is no such place.
     fn fetch(self, table: &[[f32; 3]], index: &[u32; LANES], mask: u32, to: [&mut [f32; LANES]; 3]);
+
+    /// Calls a stage, which is compiled for these instructions.
+    fn call(self, stage: impl Stage);
+}
+
+/// A part of a kernel that is worth a call. What is inlined into it is compiled once for each set of instructions, however often it is
+/// called and whatever the kernel is generic over.
+pub(crate) trait Stage {
+    /// Does it. To be inlined always: on its own it would not be compiled for the instructions.
+    fn run<I: Instructions>(self, i: I);
+}
+
+/// Calls a stage with the best instructions that the processor has. They differ in speed only: no operation is fused or reordered.
+pub(crate) fn call_with_best(stage: impl Stage) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        if let Some(i) = Avx512::detect() {
+            return i.call(stage);
+        }
+        if let Some(i) = Avx2::detect() {
+            return i.call(stage);
+        }
+    }
+    Portable.call(stage);
 }
 
 /// Every lane for itself, on any processor.
@@ -57,27 +81,39 @@ impl Instructions for Portable {
             [x[lane], y[lane], z[lane]] = vector;
         }
     }
+
+    #[inline(always)]
+    fn call(self, stage: impl Stage) {
+        #[inline(never)]
+        fn compiled(stage: impl Stage) {
+            stage.run(Portable);
+        }
+        compiled(stage);
+    }
 }
 
 #[cfg(target_arch = "x86_64")]
-pub(crate) use x86::{Avx2, Avx512};
+use x86::{Avx2, Avx512};
 
 #[cfg(target_arch = "x86_64")]
 mod x86 {
-    use super::{Instructions, LANES, Portable};
+    use super::{Instructions, LANES, Portable, Stage};
+    use std::arch::is_x86_feature_detected;
     use std::arch::x86_64::*;
 
-    /// Proof that the processor has AVX-512 F, VL, DQ and BW.
+    /// Proof that the processor has AVX-512 F, VL, DQ and BW, and all of [`Avx2`].
     #[derive(Clone, Copy)]
     pub(crate) struct Avx512(());
 
     impl Avx512 {
-        /// # Safety
-        ///
-        /// The processor must have AVX-512 F, VL, DQ and BW.
-        #[inline(always)]
-        pub unsafe fn new() -> Self {
-            Avx512(())
+        /// If the processor has them.
+        pub fn detect() -> Option<Self> {
+            let has = Avx2::detect().is_some()
+                && is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512vl")
+                && is_x86_feature_detected!("avx512dq")
+                && is_x86_feature_detected!("avx512bw");
+            has.then_some(Avx512(()))
         }
     }
 
@@ -142,19 +178,31 @@ mod x86 {
                 _mm512_storeu_ps(to_z.as_mut_ptr(), z);
             }
         }
+
+        #[inline(always)]
+        fn call(self, stage: impl Stage) {
+            #[target_feature(enable = "avx512f,avx512vl,avx512bw,avx512dq,avx2,bmi1,bmi2,fma")]
+            #[inline(never)]
+            fn compiled(i: Avx512, stage: impl Stage) {
+                stage.run(i);
+            }
+            // SAFETY: `self` proves that the instructions exist.
+            unsafe { compiled(self, stage) };
+        }
     }
 
-    /// Proof that the processor has AVX2.
+    /// Proof that the processor has AVX2, BMI1, BMI2 and FMA.
     #[derive(Clone, Copy)]
     pub(crate) struct Avx2(());
 
     impl Avx2 {
-        /// # Safety
-        ///
-        /// The processor must have AVX2.
-        #[inline(always)]
-        pub unsafe fn new() -> Self {
-            Avx2(())
+        /// If the processor has them.
+        pub fn detect() -> Option<Self> {
+            let has = is_x86_feature_detected!("avx2")
+                && is_x86_feature_detected!("bmi1")
+                && is_x86_feature_detected!("bmi2")
+                && is_x86_feature_detected!("fma");
+            has.then_some(Avx2(()))
         }
     }
 
@@ -211,6 +259,17 @@ mod x86 {
         fn fetch(self, table: &[[f32; 3]], index: &[u32; LANES], mask: u32, to: [&mut [f32; LANES]; 3]) {
             Portable.fetch(table, index, mask, to);
         }
+
+        #[inline(always)]
+        fn call(self, stage: impl Stage) {
+            #[target_feature(enable = "avx2,bmi1,bmi2,fma")]
+            #[inline(never)]
+            fn compiled(i: Avx2, stage: impl Stage) {
+                stage.run(i);
+            }
+            // SAFETY: `self` proves that the instructions exist.
+            unsafe { compiled(self, stage) };
+        }
     }
 }
 
@@ -223,14 +282,11 @@ mod tests {
         check(&Portable);
         #[cfg(target_arch = "x86_64")]
         {
-            use std::arch::is_x86_feature_detected as has;
-            if has!("avx2") {
-                // SAFETY: it has just been detected.
-                check(&unsafe { Avx2::new() });
+            if let Some(i) = Avx2::detect() {
+                check(&i);
             }
-            if has!("avx512f") && has!("avx512vl") && has!("avx512dq") && has!("avx512bw") {
-                // SAFETY: they have just been detected.
-                check(&unsafe { Avx512::new() });
+            if let Some(i) = Avx512::detect() {
+                check(&i);
             }
         }
     }

@@ -35,6 +35,10 @@ pub(crate) struct Site {
     pub color: [f32; 3],
     /// Index of refraction of a plain dielectric.
     pub ior: f32,
+    /// Of a plain glossy surface: as [`optics::glossy::MetallicRoughness`] has them.
+    pub metallic: f32,
+    pub roughness: f32,
+    pub specular: f32,
 }
 
 /// What a path comes to. Surfaces from [`Arrival::Surface`] on are triangles that are computed many at a time. Those of the kinds behind it are
@@ -54,6 +58,8 @@ pub(crate) enum Arrival {
     Lambert,
     /// A smooth interface between two media.
     Smooth,
+    /// Diffuse and GGX reflection.
+    Glossy,
 }
 
 impl Arrival {
@@ -70,6 +76,7 @@ impl Arrival {
             ModelTag::Dielectric if alpha < MIN_ALPHA && material.flags & MATERIAL_THIN == 0 => {
                 Arrival::Smooth
             }
+            ModelTag::MetallicRoughness if material.transmission <= 0.0 => Arrival::Glossy,
             ModelTag::Dielectric
             | ModelTag::MetallicRoughness
             | ModelTag::Mirror
@@ -170,6 +177,9 @@ fn site(tables: &SceneTables, instance: &InstanceRecord, geometry: u32, binding:
         identity: instance.identity,
         color: [red, green, blue],
         ior: material.ior,
+        metallic: material.metallic.clamp(0.0, 1.0),
+        roughness: material.roughness.clamp(0.0, 1.0),
+        specular: material.specular,
     }
 }
 

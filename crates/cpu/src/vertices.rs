@@ -91,8 +91,9 @@ pub(crate) struct VertexQueue {
     pub vertices: Vertices,
     /// How many are waiting.
     len: usize,
-    /// The numbers drawn last.
+    /// The numbers drawn last, and those that choose between lobes or play roulette.
     pub u: Pairs,
+    pub u_lobe: Pairs,
     /// Where rays start that leave on the side of the viewer.
     pub above: Vectors,
     pub lights: LightLanes,
@@ -207,6 +208,13 @@ impl VertexQueue {
     pub fn draw(&mut self, sampler_kind: u32, pair: u32) {
         let v = &self.vertices;
         draw(sampler_kind, &v.scramble, &v.index, pair, &mut self.u);
+    }
+
+    /// The same that choose between lobes or play roulette.
+    #[inline(always)]
+    pub fn draw_lobes(&mut self, sampler_kind: u32, pair: u32) {
+        let v = &self.vertices;
+        draw(sampler_kind, &v.scramble, &v.index, pair, &mut self.u_lobe);
     }
 
     /// What paths carry past the vertices in the lanes.

@@ -47,22 +47,57 @@ impl GgxAlbedo {
     ///
     /// - `cos_theta`: cosine of `wo` with the normal, in `[0, 1]`. `roughness`: perceptual, in `[0, 1]`.
     pub fn lookup(&self, cos_theta: f32, roughness: f32) -> Vec2f {
+        let cell = Self::cell(cos_theta, roughness);
+        cell.mix(self.corners(cell.first))
+    }
+
+    /// Where in the table a pair lies: what [`GgxAlbedo::lookup`] does before it looks.
+    #[inline(always)]
+    pub fn cell(cos_theta: f32, roughness: f32) -> GgxAlbedoCell {
         let [width, height] = Self::SIZE;
         let at = albedo_coordinates(cos_theta, roughness * roughness);
-        let (x, fx) = texel_below(at.x, width);
-        let (y, fy) = texel_below(at.y, height);
-        let corner = y * width + x;
-        let (near, far) =
-            (&self.texels[corner..corner + 2], &self.texels[corner + width..corner + width + 2]);
-        let lerp = |a: f32, b: f32, t: f32| a + (b - a) * t;
-        let channel = |i: usize| lerp(lerp(near[0][i], near[1][i], fx), lerp(far[0][i], far[1][i], fx), fy);
-        vec2f(channel(0), channel(1))
+        let (x, right) = texel_below(at.x, width);
+        let (y, up) = texel_below(at.y, height);
+        GgxAlbedoCell { first: (y * width + x) as u32, right, up }
+    }
+
+    /// The texels around a cell whose first is `first`: two and, above them, two more.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such cell.
+    #[inline(always)]
+    pub fn corners(&self, first: u32) -> [[f32; 2]; 4] {
+        let (first, width) = (first as usize, Self::SIZE[0]);
+        let [a, b, .., c, d] = &self.texels[first..first + width + 2] else { unreachable!("width is not 0") };
+        [*a, *b, *c, *d]
     }
 
     /// All texels, `SIZE[0] × SIZE[1]`, x fastest. Texel centres span the whole range of
     /// [`albedo_coordinates`]: coordinate c is at texture coordinate `(c · (size − 1) + ½) / size`.
     pub fn texels(&self) -> &[[f32; 2]] {
         &self.texels
+    }
+}
+
+/// A place between four texels of [`GgxAlbedo`].
+#[derive(Clone, Copy, Debug)]
+pub struct GgxAlbedoCell {
+    /// Index of the texel that is lowest in both coordinates.
+    pub first: u32,
+    /// How far it is from there towards the next texel in x, in `[0, 1]`.
+    pub right: f32,
+    /// The same in y.
+    pub up: f32,
+}
+
+impl GgxAlbedoCell {
+    /// Interpolates between [`GgxAlbedo::corners`].
+    #[inline(always)]
+    pub fn mix(self, [a, b, c, d]: [[f32; 2]; 4]) -> Vec2f {
+        let lerp = |a: f32, b: f32, t: f32| a + (b - a) * t;
+        let channel = |i: usize| lerp(lerp(a[i], b[i], self.right), lerp(c[i], d[i], self.right), self.up);
+        vec2f(channel(0), channel(1))
     }
 }
 
@@ -205,6 +240,7 @@ fn texel_center(i: usize, size: usize) -> f32 {
 }
 
 /// The texel at or below a coordinate, and how far the coordinate is from it towards the next one. NaN is like 0.
+#[inline(always)]
 fn texel_below(coordinate: f32, size: usize) -> (usize, f32) {
     let last = (size - 1) as f32;
     let x = (coordinate * last).max(0.0).min(last);

@@ -15,8 +15,9 @@ use crate::lights::{for_each_distant, sample_light, surface_light_pdf};
 use crate::material::{Shading, emission, mixes_models, shade};
 use crate::path::{
     PAIR_BSDF, PAIR_FILM, PAIR_LENS, PAIR_LIGHT, PAIR_LOBE, PAIR_MODEL, PAIRS_BEFORE_VERTICES, SHADOW_END,
-    SampleId, new_sampler, receiver, shadow_ray,
+    SampleId, new_sampler,
 };
+use crate::scatter::{receiver, shadow_ray};
 use crate::scattering::Scattering;
 use crate::scene::{CpuScene, vec3};
 use crate::surface::Surface;

@@ -1,0 +1,177 @@
+//! Where paths arrive: what they find there, and who is to scatter them.
+
+use crate::aov::aov_sample;
+use crate::lanes::{ALL_LANES, LANES, Vectors};
+use crate::lights::{for_each_distant, surface_light_pdf};
+use crate::material::emission;
+use crate::path::{Context, PathBatch};
+use crate::scene::vec3;
+use crate::simd::{Instructions, Stage};
+use crate::sites::Arrival;
+use crate::streams::Path;
+use crate::surface::Surface;
+use crate::waiting::{ScatterDiffuse, ScatterGlossy, ScatterSmooth};
+use optics::Vec3f;
+use optics::medium::transmittance;
+use optics::path::path_add_emission;
+use optics::random::hash_combine;
+
+/// All paths arrive where their rays have hit, and those that go on leave.
+pub(crate) struct Arrive<'a, 'c>(pub &'a mut PathBatch, pub &'a Context<'c>);
+
+impl Stage for Arrive<'_, '_> {
+    #[inline(always)]
+    fn run<I: Instructions>(self, i: I) {
+        let Arrive(batch, context) = self;
+        let count = batch.paths.len();
+        for first in (0..count).step_by(LANES) {
+            batch.arrive(i, context, first, LANES.min(count - first));
+        }
+        if batch.diffuse.waiting() > 0 {
+            i.call(ScatterDiffuse(batch, context));
+        }
+        if batch.smooth.waiting() > 0 {
+            i.call(ScatterSmooth(batch, context));
+        }
+        if batch.glossy.waiting() > 0 {
+            i.call(ScatterGlossy(batch, context));
+        }
+    }
+}
+
+impl PathBatch {
+    /// Everything that happens where `count` paths from `first` on arrive, at most sixteen.
+    #[inline(always)]
+    fn arrive<I: Instructions>(&mut self, i: I, context: &Context, first: usize, count: usize) {
+        self.triangles.compute(i, context.scene, &self.paths, &self.hits, first, count);
+        let mut rest = ALL_LANES & !self.triangles.which(i, Arrival::Nothing);
+        if context.scene.plain_sky {
+            let sky = self.triangles.which(i, Arrival::Sky);
+            rest &= !sky;
+            self.find_plain_sky(context, sky, first);
+        }
+        // First vertices that are looked at, or at which paths divide, take the way that knows of that.
+        let special = context.depth == 1 && (context.wants_aovs || context.settings.splitting > 1);
+        if !special {
+            let plain = [
+                self.triangles.which(i, Arrival::Lambert),
+                self.triangles.which(i, Arrival::Smooth),
+                self.triangles.which(i, Arrival::Glossy),
+            ];
+            rest &= !plain.iter().fold(0, |all, lanes| all | lanes);
+            // Plain surfaces do not shine: on its last segment a path finds nothing there.
+            if context.depth < context.settings.max_depth {
+                self.queue_plain(i, context, plain, first);
+            }
+        }
+        while rest != 0 {
+            self.arrive_one(i, context, first, rest.trailing_zeros() as usize);
+            rest &= rest - 1;
+        }
+    }
+
+    /// Adds what paths that have left the scene find in a sky that is no light to be sampled.
+    #[inline(always)]
+    fn find_plain_sky(&mut self, context: &Context, mut mask: u32, first: usize) {
+        let sky = &context.scene.tables.environment;
+        if mask == 0 || sky.is_black() {
+            return;
+        }
+        let (directions, throughputs) =
+            (self.paths.direction.lanes(first), self.paths.throughput.lanes(first));
+        let mut found = Vectors::<LANES>::default();
+        for lane in 0..LANES {
+            found.set(lane, throughputs.get(lane) * sky.gradient(directions.get(lane)));
+        }
+        while mask != 0 {
+            let lane = mask.trailing_zeros() as usize;
+            mask &= mask - 1;
+            self.radiance[self.paths.slot.get(first + lane) as usize] += found.get(lane);
+        }
+    }
+
+    /// Collects the vertices of some lanes by the way in which their surfaces scatter; scatters those of which the lanes are full.
+    #[inline(always)]
+    fn queue_plain<I: Instructions>(
+        &mut self,
+        i: I,
+        context: &Context,
+        [diffuse, smooth, glossy]: [u32; 3],
+        first: usize,
+    ) {
+        if diffuse != 0 {
+            self.diffuse.append(i, diffuse, &self.triangles, &self.paths, first);
+            if self.diffuse.is_full() {
+                i.call(ScatterDiffuse(self, context));
+            }
+        }
+        if smooth != 0 {
+            self.smooth.append(i, smooth, &self.triangles, &self.paths, first);
+            if self.smooth.is_full() {
+                i.call(ScatterSmooth(self, context));
+            }
+        }
+        if glossy != 0 {
+            self.glossy.append(i, glossy, &self.triangles, &self.paths, first);
+            if self.glossy.is_full() {
+                i.call(ScatterGlossy(self, context));
+            }
+        }
+    }
+
+    /// What happens where the path of one lane arrives, wherever that is.
+    #[inline(always)]
+    fn arrive_one<I: Instructions>(&mut self, i: I, context: &Context, first: usize, lane: usize) {
+        let (ray, hit) = (self.paths.ray(first + lane), self.hits.get(first + lane));
+        let mut path = self.paths.path(first + lane);
+        let scene = context.scene;
+        if hit.is_miss() {
+            for_each_distant(scene, vec3(ray.origin), vec3(ray.direction), |d| {
+                self.found(context, &path, d.radiance, d.pdf);
+            });
+            return;
+        }
+        let tables = &*scene.tables;
+        let first_hit = context.depth == 1 && context.wants_aovs;
+        path.length += hit.t;
+        let in_lanes = self.triangles.surface(scene, lane, first_hit);
+        let surface = in_lanes.unwrap_or_else(|| Surface::new(scene, &ray, &hit));
+        let material = &tables.materials[surface.material as usize];
+        if !surface.front && material.absorbs() {
+            // The far side of a body tells what the light has come through.
+            path.throughput *= transmittance(vec3(material.absorption), hit.t);
+        }
+        let footprint = context.shading.pixel_spread * path.length;
+        if first_hit {
+            self.aovs[path.slot as usize] = aov_sample(tables, material, &surface, path.length, footprint);
+        }
+        let emitted = emission(tables, material, &surface, footprint);
+        if emitted.x + emitted.y + emitted.z > 0.0 {
+            let (from, wi) = (vec3(ray.origin), vec3(ray.direction));
+            let pdf = surface_light_pdf(scene, &surface, from, path.receiver, wi, hit.t);
+            self.found(context, &path, emitted, pdf);
+        }
+        if context.depth >= context.settings.max_depth {
+            return;
+        }
+        let branches = if context.depth == 1 { context.settings.splitting.max(1) } else { 1 };
+        if branches == 1 {
+            self.scatter(i, context, &surface, path, footprint);
+            return;
+        }
+        // The branches share what comes.
+        path.throughput *= 1.0 / branches as f32;
+        for branch in 0..branches {
+            let mut child = path;
+            child.scramble = hash_combine(path.scramble, branch);
+            self.scatter(i, context, &surface, child, footprint);
+        }
+    }
+
+    /// Adds light that a path has found by following its own direction; see [`path_add_emission`].
+    #[inline(always)]
+    fn found(&mut self, context: &Context, path: &Path, emitted: Vec3f, light_pdf: f32) {
+        let sum = &mut self.radiance[path.slot as usize];
+        *sum += path_add_emission(path.state(context.depth), emitted, light_pdf).radiance;
+    }
+}
