@@ -168,6 +168,17 @@ impl<'a, S: Simd> Triangles<'a, S> {
         Met { inside, t: s.div(scaled, det), u: s.mul(e1, inverse), v: s.mul(e2, inverse) }
     }
 
+    /// Where the ray's line meets the triangles of a leaf, and for which of them that is between the ray's start and `t_max`.
+    #[inline(always)]
+    pub fn meet_leaf(&self, s: S, index: usize, t_max: f32) -> (Met<S>, S::M) {
+        debug_assert!(index < self.blocks.len());
+        // SAFETY: references to leaves are made by the builder, which numbers the blocks of this very slice (`validate`
+        // checks them in debug builds).
+        let met = self.meet(s, unsafe { self.blocks.get_unchecked(index) });
+        let mask = s.and(met.inside, s.and(s.lt(self.t_min, met.t), s.lt(met.t, s.splat(t_max))));
+        (met, mask)
+    }
+
     #[inline(always)]
     pub fn new(s: S, blocks: &'a [TriangleBlock], ray: &Shear) -> Self {
         Triangles {
@@ -191,16 +202,11 @@ pub(super) struct Met<S: Simd> {
 impl<S: Simd> Leaf<S> for Triangles<'_, S> {
     #[inline(always)]
     fn test(&self, s: S, index: usize, t_max: f32, mut found: impl FnMut(&Candidates<S>, &[u32; WIDTH])) {
-        debug_assert!(index < self.blocks.len());
-        // SAFETY: references to leaves are made by the builder, which numbers the blocks of this very slice (`validate`
-        // checks them in debug builds).
-        let block = unsafe { self.blocks.get_unchecked(index) };
         // Without a look at who passes inside: a second branch that cannot be foreseen costs more than the division.
-        let h = self.meet(s, block);
-        let mask = s.and(h.inside, s.and(s.lt(self.t_min, h.t), s.lt(h.t, s.splat(t_max))));
+        let (h, mask) = self.meet_leaf(s, index, t_max);
         let bits = s.bits(mask);
         if bits != 0 {
-            found(&Candidates { mask, bits, t: h.t, u: h.u, v: h.v }, &block.ids);
+            found(&Candidates { mask, bits, t: h.t, u: h.u, v: h.v }, &self.blocks[index].ids);
         }
     }
 }

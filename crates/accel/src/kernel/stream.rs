@@ -12,7 +12,7 @@ use super::tree::{Boxes, node};
 use super::wide::{tiny_any, tiny_closest};
 use super::{Best, Slabs};
 use crate::blas::{Blas, Shape};
-use crate::layout::{ChildRef, EMPTY, INSTANCE, LEAF, Node, SphereBlock, TriangleBlock, leaf_index};
+use crate::layout::{ChildRef, EMPTY, INSTANCE, LEAF, Node, SphereBlock, TriangleBlock, WIDTH, leaf_index};
 use crate::ray::{Hit, HitFilter, Ray};
 use crate::simd::Simd;
 use crate::streams::RayStream;
@@ -38,6 +38,8 @@ struct Traveller<'a> {
     triangles: &'a [TriangleBlock],
     spheres: &'a [SphereBlock],
     instance: u32,
+    /// Distances, infinite where nothing is met, and barycentric coordinates in the leaf that was tested last.
+    met: [[f32; WIDTH]; 3],
     /// What triangle tests need of `ray`.
     shear: Shear,
     /// The ray in the space of the object that it is in.
@@ -64,6 +66,7 @@ impl<'a> Traveller<'a> {
             triangles: &[],
             spheres: &[],
             instance: 0,
+            met: [[0.0; WIDTH]; 3],
             shear: Shear::new(&world),
             ray: world,
             number: 0,
@@ -119,10 +122,26 @@ impl<'a> Traveller<'a> {
         self.child = self.stack.take();
     }
 
-    /// Tests the leaf that the ray is at.
+    /// Tests the leaf that the ray is at. True if it has nearer hits, which are then to be kept by [`Traveller::keep_nearest`].
     #[inline(always)]
-    fn visit_leaf<S: Simd, F: HitFilter, const ANY: bool>(&mut self, s: S, filter: &F) {
+    fn visit_leaf<S: Simd, F: HitFilter, const ANY: bool>(&mut self, s: S, filter: &F) -> bool {
         let index = leaf_index(self.child);
+        if F::OPAQUE && self.spheres.is_empty() {
+            let triangles = Triangles::new(s, self.triangles, &self.shear);
+            let (met, mask) = triangles.meet_leaf(s, index, self.best.t_max);
+            let found = s.bits(mask) != 0;
+            if ANY {
+                // Some hit, no matter which.
+                self.best.hit.primitive = if found { 0 } else { self.best.hit.primitive };
+                self.stack.clear_if(found);
+                self.in_object &= !found;
+                return false;
+            }
+            s.store(s.select(mask, s.splat(f32::INFINITY), met.t), &mut self.met[0]);
+            s.store(met.u, &mut self.met[1]);
+            s.store(met.v, &mut self.met[2]);
+            return found;
+        }
         let found = if self.spheres.is_empty() {
             self.test::<S, F, ANY>(s, &Triangles::new(s, self.triangles, &self.shear), index, filter)
         } else {
@@ -131,6 +150,24 @@ impl<'a> Traveller<'a> {
         if found {
             self.keep_what_was_found::<S, ANY>(s);
         }
+        false
+    }
+
+    /// Keeps the nearest of the hits that [`Traveller::visit_leaf`] has found.
+    #[inline(always)]
+    fn keep_nearest<S: Simd>(&mut self, s: S) {
+        let ts = s.load(&self.met[0]);
+        let t = s.least(ts);
+        let lane = s.bits(s.le(ts, s.splat(t))).trailing_zeros() as usize % WIDTH;
+        let primitive = self.triangles[leaf_index(self.child)].ids[lane];
+        let (u, v) = (self.met[1][lane], self.met[2][lane]);
+        self.best = Best { hit: Hit { t, u, v, primitive, instance: self.instance }, t_max: t };
+        self.stack.cull(s, t);
+    }
+
+    /// Goes on where the ray has not been yet.
+    #[inline(always)]
+    fn go_on(&mut self) {
         self.child = self.stack.take();
     }
 
@@ -241,6 +278,8 @@ struct Lists {
     nodes: List,
     /// Leaves of objects.
     leaves: List,
+    /// Those whose leaf has nearer hits.
+    found: List,
     /// Everything else, see [`Traveller::change_level`].
     others: List,
 }
@@ -301,10 +340,21 @@ pub(super) fn trace<S: Simd, F: HitFilter, const ANY: bool>(
             traveller.prefetch(s);
             lists.enter(&mut counts, member, traveller);
         }
-        for i in 0..std::mem::take(&mut counts.leaves) {
+        let leaves = std::mem::take(&mut counts.leaves);
+        let mut found = 0;
+        for i in 0..leaves {
+            let member = lists.leaves[i % UNDER_WAY];
+            let nearer = travellers[member as usize % UNDER_WAY].visit_leaf::<S, F, ANY>(s, filter);
+            lists.found[found % UNDER_WAY] = member;
+            found += usize::from(nearer);
+        }
+        for i in 0..found {
+            travellers[lists.found[i % UNDER_WAY] as usize % UNDER_WAY].keep_nearest(s);
+        }
+        for i in 0..leaves {
             let member = lists.leaves[i % UNDER_WAY];
             let traveller = &mut travellers[member as usize % UNDER_WAY];
-            traveller.visit_leaf::<S, F, ANY>(s, filter);
+            traveller.go_on();
             traveller.prefetch(s);
             lists.enter(&mut counts, member, traveller);
         }
