@@ -40,38 +40,36 @@ struct Traveller<'a> {
     instance: u32,
     /// Distances, infinite where nothing is met, and barycentric coordinates in the leaf that was tested last.
     met: [[f32; WIDTH]; 3],
-    /// What triangle tests need of `ray`.
+    /// What tests of the object's triangles need of the ray.
     shear: Shear,
-    /// The ray in the space of the object that it is in.
-    ray: Ray,
     /// Number of the ray in its stream.
     number: usize,
     /// For the boxes of the upper level, while the ray is in an object.
     upper: Slabs,
-    /// The ray in world space.
-    world: Ray,
+    /// The ray in the space of its object, if that has spheres. Not otherwise: to copy what has just been written number by number
+    /// would take as long as a step.
+    ray: Ray,
 }
 
 impl<'a> Traveller<'a> {
     fn new(tlas: &'a Tlas, memory: &'a mut StackMemory<STREAM_STACK>) -> Self {
-        let world = Ray::new([0.0; 3], [0.0, 0.0, 1.0]);
-        let slabs = Slabs::new(&world, &tlas.extent);
+        let ray = Ray::new([0.0; 3], [0.0, 0.0, 1.0]);
+        let slabs = Slabs::new(&ray, &tlas.extent);
         Traveller {
             slabs,
             nodes: &tlas.nodes,
             child: END,
             stack: StreamStack::new(memory),
-            best: Best::new(&world),
+            best: Best::new(&ray),
             in_object: false,
             triangles: &[],
             spheres: &[],
             instance: 0,
             met: [[0.0; WIDTH]; 3],
-            shear: Shear::new(&world),
-            ray: world,
+            shear: Shear::new(&ray),
             number: 0,
             upper: slabs,
-            world,
+            ray,
         }
     }
 
@@ -84,7 +82,6 @@ impl<'a> Traveller<'a> {
         match only {
             Some(object) => self.enter(object, 0, ray),
             None => {
-                self.world = *ray;
                 self.in_object = false;
                 self.nodes = &tlas.nodes;
                 self.slabs = Slabs::new(ray, &tlas.extent);
@@ -96,13 +93,15 @@ impl<'a> Traveller<'a> {
     /// Goes to the root of an object.
     #[inline(always)]
     fn enter(&mut self, object: &'a Blas, instance: u32, ray: &Ray) {
-        self.ray = *ray;
         self.shear = Shear::new(ray);
         self.slabs = Slabs::new(ray, &object.extent);
         self.nodes = &object.nodes;
         (self.triangles, self.spheres) = match &object.shape {
             Shape::Triangles(blocks) => (&blocks[..], &[][..]),
-            Shape::Spheres(blocks) => (&[][..], &blocks[..]),
+            Shape::Spheres(blocks) => {
+                self.ray = *ray;
+                (&[][..], &blocks[..])
+            }
         };
         self.child = object.root;
         self.in_object = true;
@@ -214,6 +213,7 @@ impl<'a> Traveller<'a> {
         s: S,
         tlas: &'a Tlas,
         only: Option<&'a Blas>,
+        rays: &(impl RayStream + ?Sized),
         filter: &F,
     ) -> bool {
         if self.child == END {
@@ -226,7 +226,8 @@ impl<'a> Traveller<'a> {
         } else if self.child != EMPTY {
             // Coordinates near the end of the range of floats may let a ray into unused boxes.
             let index = leaf_index(self.child);
-            if let Some((object, instance, ray)) = tlas.enter(index, &self.world, filter.ray_mask()) {
+            let world = rays.ray(self.number);
+            if let Some((object, instance, ray)) = tlas.enter(index, &world, filter.ray_mask()) {
                 let Some(blocks) = object.tiny().filter(|_| F::OPAQUE) else {
                     self.upper = self.slabs;
                     self.stack.push_end(s);
@@ -361,7 +362,7 @@ pub(super) fn trace<S: Simd, F: HitFilter, const ANY: bool>(
         for i in 0..std::mem::take(&mut counts.others) {
             let member = lists.others[i % UNDER_WAY];
             let traveller = &mut travellers[member as usize % UNDER_WAY];
-            if traveller.change_level::<S, F, ANY>(s, tlas, only, filter) {
+            if traveller.change_level::<S, F, ANY>(s, tlas, only, rays, filter) {
                 answer(traveller.number, &traveller.best.hit);
                 let Some((number, ray)) = waiting.next() else { continue };
                 traveller.start(number, &ray, tlas, only);
