@@ -16,7 +16,7 @@ pub(crate) const BAND_ROWS: u32 = 8;
 /// Pixels along a batch's side.
 pub(crate) const BLOCK_COLUMNS: u32 = 8;
 /// Samples of a batch: enough to fill streams, few enough that a batch stays in the second-level cache.
-const BATCH_SAMPLES: u32 = 512;
+const BATCH_SAMPLES: u32 = 1024;
 
 /// First hits of a piece of work: pixel, sample index, values.
 pub(crate) type FirstHits = Vec<(u32, u32, u32, AovSample)>;
