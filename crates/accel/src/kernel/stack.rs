@@ -142,12 +142,6 @@ impl<'m> StreamStack<'m> {
         self.top = BOTTOM;
     }
 
-    /// Forgets everything, if `wanted`.
-    #[inline(always)]
-    pub fn clear_if(&mut self, wanted: bool) {
-        self.top = if wanted { BOTTOM } else { self.top };
-    }
-
     /// Remembers the children in `inside`, if `ORDERED` with the nearest on top. `near` are their distances.
     #[inline(always)]
     pub fn push<S: Simd, const ORDERED: bool>(&mut self, s: S, node: &Node, near: S::F, inside: S::M) {

@@ -125,21 +125,13 @@ impl<'a> Traveller<'a> {
     #[inline(always)]
     fn visit_leaf<S: Simd, F: HitFilter, const ANY: bool>(&mut self, s: S, filter: &F) -> bool {
         let index = leaf_index(self.child);
-        if F::OPAQUE && self.spheres.is_empty() {
+        if F::OPAQUE && !ANY && self.spheres.is_empty() {
             let triangles = Triangles::new(s, self.triangles, &self.shear);
             let (met, mask) = triangles.meet_leaf(s, index, self.best.t_max);
-            let found = s.bits(mask) != 0;
-            if ANY {
-                // Some hit, no matter which.
-                self.best.hit.primitive = if found { 0 } else { self.best.hit.primitive };
-                self.stack.clear_if(found);
-                self.in_object &= !found;
-                return false;
-            }
             s.store(s.select(mask, s.splat(f32::INFINITY), met.t), &mut self.met[0]);
             s.store(met.u, &mut self.met[1]);
             s.store(met.v, &mut self.met[2]);
-            return found;
+            return s.bits(mask) != 0;
         }
         let found = if self.spheres.is_empty() {
             self.test::<S, F, ANY>(s, &Triangles::new(s, self.triangles, &self.shear), index, filter)
@@ -270,8 +262,42 @@ impl<'a> Traveller<'a> {
     }
 }
 
+/// Number of a traveller.
+#[derive(Clone, Copy, Default)]
+struct Member(u32);
+
+impl Member {
+    fn all() -> impl Iterator<Item = Member> {
+        (0..UNDER_WAY as u32).map(Member)
+    }
+
+    #[inline(always)]
+    fn of<'t, 'a>(self, travellers: &'t mut [Traveller<'a>; UNDER_WAY]) -> &'t mut Traveller<'a> {
+        // SAFETY: numbers are below `UNDER_WAY`: they come from `all`, or are zero.
+        unsafe { travellers.get_unchecked_mut(self.0 as usize) }
+    }
+}
+
 /// Numbers of travellers; how many, is said by [`Counts`].
-type List = [u32; UNDER_WAY];
+#[derive(Default)]
+struct List([Member; UNDER_WAY]);
+
+impl List {
+    #[inline(always)]
+    fn get(&self, at: usize) -> Member {
+        debug_assert!(at < UNDER_WAY);
+        // SAFETY: no list is ever longer than there are travellers: each is in one list at a time.
+        unsafe { *self.0.get_unchecked(at) }
+    }
+
+    /// Puts a traveller that is in no list behind the first `at`.
+    #[inline(always)]
+    fn put(&mut self, at: usize, member: Member) {
+        debug_assert!(at < UNDER_WAY);
+        // SAFETY: no list is ever longer than there are other travellers, when this one is in none.
+        unsafe { *self.0.get_unchecked_mut(at) = member };
+    }
+}
 
 /// All travellers under way by what they are at.
 #[derive(Default)]
@@ -279,7 +305,7 @@ struct Lists {
     nodes: List,
     /// Leaves of objects.
     leaves: List,
-    /// Those whose leaf has nearer hits.
+    /// Those of the leaves' that have nearer hits.
     found: List,
     /// Everything else, see [`Traveller::change_level`].
     others: List,
@@ -297,14 +323,14 @@ impl Lists {
     /// Enters a traveller that is in no list where it belongs. No branch depends on where that is: the place behind the end of
     /// each list is written in any case.
     #[inline(always)]
-    fn enter(&mut self, counts: &mut Counts, member: u32, traveller: &Traveller) {
+    fn enter(&mut self, counts: &mut Counts, member: Member, traveller: &Traveller) {
         let child = traveller.child;
         let (is_node, is_other) = (child < LEAF, child >= INSTANCE);
-        self.nodes[counts.nodes % UNDER_WAY] = member;
+        self.nodes.put(counts.nodes, member);
         counts.nodes += usize::from(is_node);
-        self.leaves[counts.leaves % UNDER_WAY] = member;
+        self.leaves.put(counts.leaves, member);
         counts.leaves += usize::from(!is_node & !is_other);
-        self.others[counts.others % UNDER_WAY] = member;
+        self.others.put(counts.others, member);
         counts.others += usize::from(is_other);
     }
 }
@@ -328,15 +354,16 @@ pub(super) fn trace<S: Simd, F: HitFilter, const ANY: bool>(
     let mut travellers = memories.each_mut().map(|memory| Traveller::new(tlas, memory));
     let mut lists = Lists::default();
     let mut counts = Counts::default();
-    for (member, (number, ray)) in (0..UNDER_WAY).zip(waiting.by_ref()) {
-        travellers[member].start(number, &ray, tlas, only);
-        lists.enter(&mut counts, member as u32, &travellers[member]);
+    for (member, (number, ray)) in Member::all().zip(waiting.by_ref()) {
+        let traveller = member.of(&mut travellers);
+        traveller.start(number, &ray, tlas, only);
+        lists.enter(&mut counts, member, traveller);
     }
     while counts.nodes + counts.leaves + counts.others > 0 {
         // A list can be read while it is made anew: at most as many are entered as have been read.
         for i in 0..std::mem::take(&mut counts.nodes) {
-            let member = lists.nodes[i % UNDER_WAY];
-            let traveller = &mut travellers[member as usize % UNDER_WAY];
+            let member = lists.nodes.get(i);
+            let traveller = member.of(&mut travellers);
             traveller.visit_node::<S, ANY>(s);
             traveller.prefetch(s);
             lists.enter(&mut counts, member, traveller);
@@ -344,24 +371,24 @@ pub(super) fn trace<S: Simd, F: HitFilter, const ANY: bool>(
         let leaves = std::mem::take(&mut counts.leaves);
         let mut found = 0;
         for i in 0..leaves {
-            let member = lists.leaves[i % UNDER_WAY];
-            let nearer = travellers[member as usize % UNDER_WAY].visit_leaf::<S, F, ANY>(s, filter);
-            lists.found[found % UNDER_WAY] = member;
+            let member = lists.leaves.get(i);
+            let nearer = member.of(&mut travellers).visit_leaf::<S, F, ANY>(s, filter);
+            lists.found.put(found, member);
             found += usize::from(nearer);
         }
         for i in 0..found {
-            travellers[lists.found[i % UNDER_WAY] as usize % UNDER_WAY].keep_nearest(s);
+            lists.found.get(i).of(&mut travellers).keep_nearest(s);
         }
         for i in 0..leaves {
-            let member = lists.leaves[i % UNDER_WAY];
-            let traveller = &mut travellers[member as usize % UNDER_WAY];
+            let member = lists.leaves.get(i);
+            let traveller = member.of(&mut travellers);
             traveller.go_on();
             traveller.prefetch(s);
             lists.enter(&mut counts, member, traveller);
         }
         for i in 0..std::mem::take(&mut counts.others) {
-            let member = lists.others[i % UNDER_WAY];
-            let traveller = &mut travellers[member as usize % UNDER_WAY];
+            let member = lists.others.get(i);
+            let traveller = member.of(&mut travellers);
             if traveller.change_level::<S, F, ANY>(s, tlas, only, rays, filter) {
                 answer(traveller.number, &traveller.best.hit);
                 let Some((number, ray)) = waiting.next() else { continue };
