@@ -121,18 +121,10 @@ impl<'a> Traveller<'a> {
         self.child = self.stack.take();
     }
 
-    /// Tests the leaf that the ray is at. True if it has nearer hits, which are then to be kept by [`Traveller::keep_nearest`].
+    /// Tests the leaf that the ray is at, and keeps what counts.
     #[inline(always)]
-    fn visit_leaf<S: Simd, F: HitFilter, const ANY: bool>(&mut self, s: S, filter: &F) -> bool {
+    fn visit_leaf<S: Simd, F: HitFilter, const ANY: bool>(&mut self, s: S, filter: &F) {
         let index = leaf_index(self.child);
-        if F::OPAQUE && !ANY && self.spheres.is_empty() {
-            let triangles = Triangles::new(s, self.triangles, &self.shear);
-            let (met, mask) = triangles.meet_leaf(s, index, self.best.t_max);
-            s.store(s.select(mask, s.splat(f32::INFINITY), met.t), &mut self.met[0]);
-            s.store(met.u, &mut self.met[1]);
-            s.store(met.v, &mut self.met[2]);
-            return s.bits(mask) != 0;
-        }
         let found = if self.spheres.is_empty() {
             self.test::<S, F, ANY>(s, &Triangles::new(s, self.triangles, &self.shear), index, filter)
         } else {
@@ -141,10 +133,25 @@ impl<'a> Traveller<'a> {
         if found {
             self.keep_what_was_found::<S, ANY>(s);
         }
-        false
     }
 
-    /// Keeps the nearest of the hits that [`Traveller::visit_leaf`] has found.
+    /// As [`Traveller::visit_leaf`] for nearest hits that all count, but without a branch on what is found. True if there are nearer hits:
+    /// they are left to [`Traveller::keep_nearest`].
+    #[inline(always)]
+    fn look_into_leaf<S: Simd, F: HitFilter>(&mut self, s: S, filter: &F) -> bool {
+        if !self.spheres.is_empty() {
+            self.visit_leaf::<S, F, false>(s, filter);
+            return false;
+        }
+        let triangles = Triangles::new(s, self.triangles, &self.shear);
+        let (met, mask) = triangles.meet_leaf(s, leaf_index(self.child), self.best.t_max);
+        s.store(s.select(mask, s.splat(f32::INFINITY), met.t), &mut self.met[0]);
+        s.store(met.u, &mut self.met[1]);
+        s.store(met.v, &mut self.met[2]);
+        s.bits(mask) != 0
+    }
+
+    /// Keeps the nearest of the hits that [`Traveller::look_into_leaf`] has found.
     #[inline(always)]
     fn keep_nearest<S: Simd>(&mut self, s: S) {
         let ts = s.load(&self.met[0]);
@@ -369,19 +376,24 @@ pub(super) fn trace<S: Simd, F: HitFilter, const ANY: bool>(
             lists.enter(&mut counts, member, traveller);
         }
         let leaves = std::mem::take(&mut counts.leaves);
-        let mut found = 0;
-        for i in 0..leaves {
-            let member = lists.leaves.get(i);
-            let nearer = member.of(&mut travellers).visit_leaf::<S, F, ANY>(s, filter);
-            lists.found.put(found, member);
-            found += usize::from(nearer);
-        }
-        for i in 0..found {
-            lists.found.get(i).of(&mut travellers).keep_nearest(s);
+        if !ANY && F::OPAQUE {
+            let mut found = 0;
+            for i in 0..leaves {
+                let member = lists.leaves.get(i);
+                let nearer = member.of(&mut travellers).look_into_leaf(s, filter);
+                lists.found.put(found, member);
+                found += usize::from(nearer);
+            }
+            for i in 0..found {
+                lists.found.get(i).of(&mut travellers).keep_nearest(s);
+            }
         }
         for i in 0..leaves {
             let member = lists.leaves.get(i);
             let traveller = member.of(&mut travellers);
+            if ANY || !F::OPAQUE {
+                traveller.visit_leaf::<S, F, ANY>(s, filter);
+            }
             traveller.go_on();
             traveller.prefetch(s);
             lists.enter(&mut counts, member, traveller);
