@@ -26,9 +26,9 @@ impl Corner {
 
     /// What `all` has at this place.
     #[inline(always)]
-    pub fn of<T: Copy>(self, all: &[T; MAX_CORNERS]) -> T {
+    pub fn at<T>(self, all: &[T; MAX_CORNERS]) -> &T {
         // SAFETY: a `Corner` is made for numbers below `MAX_CORNERS` only.
-        unsafe { *all.get_unchecked(usize::from(self.0)) }
+        unsafe { all.get_unchecked(usize::from(self.0)) }
     }
 }
 

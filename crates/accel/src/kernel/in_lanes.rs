@@ -120,53 +120,78 @@ pub(super) fn trace<S: Simd, const ANY: bool>(
     rays: &(impl RayStream + ?Sized),
     mut answer: impl FnMut(usize, &Hit),
 ) {
-    let mut corners = [[s.splat(0.0); 3]; MAX_CORNERS];
-    for first in (0..rays.len()).step_by(WIDTH) {
-        let lanes = rays.lanes(first);
-        let shears = Shears::new(s, &lanes);
+    let mut corners = [[[s.splat(0.0); 3]; GROUPS]; MAX_CORNERS];
+    for first in (0..rays.len()).step_by(GROUPS * WIDTH) {
+        let groups: [Group<S>; GROUPS] = [
+            Group::new(s, &rays.lanes(first)),
+            Group::new(
+                s,
+                &if first + WIDTH < rays.len() { rays.lanes(first + WIDTH) } else { RayLanes::NOTHING },
+            ),
+        ];
         for (corner, point) in corners.iter_mut().zip(&handful.corners) {
-            *corner = shears.apply(s, *point);
+            for (corner, group) in corner.iter_mut().zip(&groups) {
+                *corner = group.shears.apply(s, *point);
+            }
         }
+        let mut met = [groups[0].nothing(s), groups[1].nothing(s)];
+        for (number, face) in (0..).zip(&handful.faces) {
+            let [a, b, c, d] = face.corners;
+            let (a, b, c, d) = (a.at(&corners), b.at(&corners), c.at(&corners), d.at(&corners));
+            for g in 0..GROUPS {
+                let [one, other] = cross(s, [a[g], b[g], c[g], d[g]], &groups[g], number);
+                if ANY {
+                    met[g].t = s.min(s.min(one.t, other.t), met[g].t);
+                } else {
+                    met[g] = Crossing::nearer(s, met[g], Crossing::nearer(s, one, other));
+                }
+            }
+        }
+        for g in 0..GROUPS {
+            let first = first + g * WIDTH;
+            let mut hits = s.bits(s.lt(met[g].t, groups[g].t_max));
+            if ANY {
+                while hits != 0 {
+                    answer(first + hits.trailing_zeros() as usize, &Hit { primitive: 0, ..MISS });
+                    hits &= hits - 1;
+                }
+            } else {
+                tell(s, &handful.faces, &met[g], |lane, hit| answer(first + lane, hit));
+            }
+        }
+    }
+}
+
+const GROUPS: usize = 2;
+
+/// Eight rays.
+struct Group<S: Simd> {
+    shears: Shears<S>,
+    t_min: S::F,
+    t_max: S::F,
+}
+
+impl<S: Simd> Group<S> {
+    #[inline(always)]
+    fn new(s: S, lanes: &RayLanes) -> Self {
         // A beginning that is not a number is none: the comparison with itself is false then.
         let t_min = s.load(&lanes.t_min);
         let t_max = s.select(s.le(t_min, t_min), s.splat(-1.0), s.load(&lanes.t_max));
-        let t_min = s.max(t_min, s.splat(0.0));
-        let nothing = Crossing { t: t_max, areas: [s.splat(0.0); 3], triangle: s.splat_u(u32::MAX) };
-        let mut met = nothing;
-        for (number, face) in (0..).zip(&handful.faces) {
-            let [one, other] = cross(s, face, &corners, shears.shear[2], t_min, number);
-            if ANY {
-                met.t = s.min(s.min(one.t, other.t), met.t);
-            } else {
-                met = Crossing::nearer(s, met, Crossing::nearer(s, one, other));
-            }
-        }
-        let mut hits = s.bits(s.lt(met.t, t_max));
-        if ANY {
-            while hits != 0 {
-                answer(first + hits.trailing_zeros() as usize, &Hit { primitive: 0, ..MISS });
-                hits &= hits - 1;
-            }
-        } else {
-            tell(s, &handful.faces, &met, |lane, hit| answer(first + lane, hit));
-        }
+        Group { shears: Shears::new(s, lanes), t_min: s.max(t_min, s.splat(0.0)), t_max }
+    }
+
+    #[inline(always)]
+    fn nothing(&self, s: S) -> Crossing<S> {
+        Crossing { t: self.t_max, areas: [s.splat(0.0); 3], triangle: s.splat_u(u32::MAX) }
     }
 }
 
 /// Where rays cross the two triangles of a face.
 #[inline(always)]
-fn cross<S: Simd>(
-    s: S,
-    face: &Face,
-    corners: &[[S::F; 3]; MAX_CORNERS],
-    shear_z: S::F,
-    t_min: S::F,
-    number: u32,
-) -> [Crossing<S>; 2] {
-    let [a, b, c, d] = face.corners;
-    let (a, b, c, d) = (a.of(corners), b.of(corners), c.of(corners), d.of(corners));
+fn cross<S: Simd>(s: S, [a, b, c, d]: [[S::F; 3]; 4], group: &Group<S>, number: u32) -> [Crossing<S>; 2] {
     let (bc, ca, ab) = (area(s, b, c), area(s, c, a), area(s, a, b));
     let (cd, da, ac) = (area(s, c, d), area(s, d, a), s.sub(s.splat(0.0), ca));
+    let (shear_z, t_min) = (group.shears.shear[2], group.t_min);
     [
         Crossing::new(s, [bc, ca, ab], [a[2], b[2], c[2]], shear_z, t_min, 2 * number),
         Crossing::new(s, [cd, da, ac], [a[2], c[2], d[2]], shear_z, t_min, 2 * number + 1),
