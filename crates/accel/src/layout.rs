@@ -61,7 +61,7 @@ impl Plane {
     /// 0: the low face; 1: the high one.
     #[inline(always)]
     pub fn side(self) -> usize {
-        self.first as usize / WIDTH & 1
+        (self.first as usize / WIDTH) & 1
     }
 }
 

@@ -66,9 +66,9 @@ impl TriangleLanes {
         let (hits, directions, lengths) =
             (hits.lanes(first), paths.direction.lanes(first), paths.length.lanes(first));
         (self.u.0, self.v.0) = (*hits.u, *hits.v);
-        for lane in 0..LANES {
+        for (lane, length) in self.length.0.iter_mut().enumerate() {
             self.wo.set(lane, -directions.get(lane));
-            self.length.0[lane] = lengths[lane] + hits.t[lane];
+            *length = lengths[lane] + hits.t[lane];
         }
         self.arrival = Lanes::default();
         self.smooth = Lanes::default();

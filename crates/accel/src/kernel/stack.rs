@@ -191,7 +191,7 @@ impl<'m> StreamStack<'m> {
             // SAFETY: `at` is at most `end - WIDTH`, and all entries before `end` have been written.
             let (distances, children) = unsafe { self.memory.entries(at) };
             let (distances, children) = (s.load_u(distances), s.load_u(children));
-            let nearer = s.lt(s.from_bits(distances), limit);
+            let nearer = s.lt(s.bits_as_f(distances), limit);
             let bits = s.bits(nearer);
             // SAFETY: `kept` is at most `at`.
             let (to_distances, to_children) = unsafe { self.memory.entries(kept) };

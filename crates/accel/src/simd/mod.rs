@@ -53,7 +53,7 @@ pub(crate) trait Simd: Copy {
     /// `b` where the mask is set, `a` elsewhere.
     fn select(self, m: Self::M, a: Self::F, b: Self::F) -> Self::F;
     /// The same bits as numbers.
-    fn from_bits(self, x: Self::U) -> Self::F;
+    fn bits_as_f(self, x: Self::U) -> Self::F;
     fn load_u(self, x: &[u32; WIDTH]) -> Self::U;
     fn store_u(self, x: Self::U, to: &mut [u32; WIDTH]);
     /// Lane `i` of the result is the lane of `table` that the low three bits of lane `i` of `index` name.

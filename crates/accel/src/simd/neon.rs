@@ -148,7 +148,7 @@ impl Simd for Neon {
     }
 
     #[inline(always)]
-    fn from_bits(self, x: Self::U) -> Self::F {
+    fn bits_as_f(self, x: Self::U) -> Self::F {
         halves!(vreinterpretq_f32_u32, x)
     }
 

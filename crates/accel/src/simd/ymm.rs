@@ -110,7 +110,7 @@ macro_rules! ymm_operations {
         }
 
         #[inline(always)]
-        fn from_bits(self, x: __m256i) -> __m256 {
+        fn bits_as_f(self, x: __m256i) -> __m256 {
             // SAFETY: `self` proves that the instructions exist.
             unsafe { _mm256_castsi256_ps(x) }
         }
