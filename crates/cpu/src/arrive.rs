@@ -51,7 +51,7 @@ impl PathBatch {
             self.find_plain_sky(context, sky, first);
         }
         // First vertices that are looked at, or at which paths divide, take the way that knows of that.
-        let special = context.depth == 1 && (context.wants_aovs || context.settings.splitting > 1);
+        let special = context.depth == 1 && (context.wants_aovs || context.branches > 1);
         if !special {
             let plain = [
                 self.triangles.which(i, Arrival::Lambert),
@@ -143,7 +143,8 @@ impl PathBatch {
         }
         let footprint = context.shading.pixel_spread * path.length;
         if first_hit {
-            self.aovs[path.slot as usize] = aov_sample(tables, material, &surface, path.length, footprint);
+            self.aovs[(path.slot / context.branches) as usize] =
+                aov_sample(tables, material, &surface, path.length, footprint);
         }
         let emitted = emission(tables, material, &surface, footprint);
         if emitted.x + emitted.y + emitted.z > 0.0 {
@@ -154,7 +155,7 @@ impl PathBatch {
         if context.depth >= context.settings.max_depth {
             return;
         }
-        let branches = if context.depth == 1 { context.settings.splitting.max(1) } else { 1 };
+        let branches = if context.depth == 1 { context.branches } else { 1 };
         if branches == 1 {
             self.scatter(i, context, &surface, path, footprint);
             return;
@@ -164,6 +165,7 @@ impl PathBatch {
         for branch in 0..branches {
             let mut child = path;
             child.scramble = hash_combine(path.scramble, branch);
+            child.slot += branch;
             self.scatter(i, context, &surface, child, footprint);
         }
     }

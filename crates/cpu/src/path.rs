@@ -57,7 +57,7 @@ pub(crate) struct Run {
 /// What a shadow ray brings if nothing is in its way.
 #[derive(Clone, Copy)]
 pub(crate) struct Connection {
-    /// Place of the sample in the batch.
+    /// See [`Path::slot`].
     pub slot: u32,
     pub contribution: Vec3f,
 }
@@ -79,7 +79,8 @@ pub(crate) struct PathBatch {
     pub ids: Vec<SampleId>,
     /// How `ids` is divided among pixels; kept for its memory, too.
     pub runs: Vec<Run>,
-    /// Radiance of each sample of the batch.
+    /// Radiance of each sample of the batch. While samples are made, each branch of their paths has a sum, or slot, of its own: in
+    /// which order vertices of several branches are done depends on the batch, and sums must not.
     pub radiance: Vec<Vec3f>,
     /// First hits, parallel to `radiance`, if the view asks for auxiliary layers.
     pub aovs: Vec<AovSample>,
@@ -93,6 +94,8 @@ pub(crate) struct Context<'a> {
     pub sampler_kind: u32,
     /// Segments of the paths so far: 1 after the camera ray.
     pub depth: u32,
+    /// How many branches a path has from its first vertex on.
+    pub branches: u32,
     pub settings: &'a PathSettings,
     pub shading: Shading,
     pub wants_aovs: bool,
@@ -131,12 +134,13 @@ struct Generate<'a> {
     batch: &'a mut PathBatch,
     view: &'a View,
     samples: &'a [SampleId],
+    branches: u32,
 }
 
 impl Stage for Generate<'_> {
     #[inline(always)]
     fn run<I: Instructions>(self, i: I) {
-        self.batch.generate(i, self.view, self.samples);
+        self.batch.generate(i, self.view, self.samples, self.branches);
     }
 }
 
@@ -156,10 +160,11 @@ impl PathBatch {
         let shading = Shading { single_scatter: view.single_scatter, pixel_spread };
         let wants_aovs = !view.aovs.is_empty();
         let sampler_kind = sampler_kind(view);
-        let mut context = Context { scene, sampler_kind, depth: 1, settings, shading, wants_aovs };
+        let branches = settings.splitting.max(1);
+        let mut context = Context { scene, sampler_kind, depth: 1, branches, settings, shading, wants_aovs };
         self.shadows.clear();
         self.next.clear();
-        i.call(Generate { batch: self, view, samples });
+        i.call(Generate { batch: self, view, samples, branches });
         let mut coherence = Coherence::Coherent;
         while self.paths.len() > 0 {
             if context.are_last_segments() {
@@ -175,14 +180,26 @@ impl PathBatch {
             context.depth += 1;
             coherence = Coherence::Incoherent;
         }
+        if branches > 1 {
+            self.join_branches(samples.len(), branches as usize);
+        }
+    }
+
+    /// Sums what the branches of each sample have found.
+    fn join_branches(&mut self, samples: usize, branches: usize) {
+        for sample in 0..samples {
+            let found = &self.radiance[sample * branches..][..branches];
+            self.radiance[sample] = found.iter().fold(vec3f(0.0, 0.0, 0.0), |sum, radiance| sum + *radiance);
+        }
+        self.radiance.truncate(samples);
     }
 
     /// Camera rays.
     #[inline(always)]
-    fn generate<I: Instructions>(&mut self, i: I, view: &View, samples: &[SampleId]) {
+    fn generate<I: Instructions>(&mut self, i: I, view: &View, samples: &[SampleId], branches: u32) {
         self.paths.clear();
         self.radiance.clear();
-        self.radiance.resize(samples.len(), vec3f(0.0, 0.0, 0.0));
+        self.radiance.resize(samples.len() * branches as usize, vec3f(0.0, 0.0, 0.0));
         self.aovs.clear();
         if !view.aovs.is_empty() {
             self.aovs.resize(samples.len(), AovSample::default());
@@ -191,9 +208,9 @@ impl PathBatch {
         if camera.kind == CAMERA_PERSPECTIVE && camera.lens_radius <= 0.0 {
             // With these known the lanes have no branches.
             let pinhole = CameraFrame { kind: CAMERA_PERSPECTIVE, lens_radius: 0.0, ..camera };
-            self.generate_from(i, view, pinhole, samples);
+            self.generate_from(i, view, pinhole, samples, branches);
         } else {
-            self.generate_from(i, view, camera, samples);
+            self.generate_from(i, view, camera, samples, branches);
         }
     }
 
@@ -204,13 +221,15 @@ impl PathBatch {
         view: &View,
         camera: CameraFrame,
         samples: &[SampleId],
+        branches: u32,
     ) {
         let mut lanes = CameraLanes::default();
         for samples in samples.chunks(LANES) {
             lanes.compute(view, camera, samples);
-            self.paths.begin(i, &lanes, samples.len());
+            self.paths.begin(i, &lanes, samples.len(), branches);
         }
     }
+
     /// Queues a shadow ray, unless it brings nothing.
     #[inline(always)]
     pub(crate) fn ask(&mut self, connection: Connection, ray: Ray) {

@@ -23,7 +23,7 @@ pub(crate) struct Path {
     /// See [`optics::random::PixelSampler`].
     pub scramble: u32,
     pub index: u32,
-    /// Which sample of the batch it belongs to.
+    /// Where its light is summed, see [`PathBatch`](crate::path::PathBatch).
     pub slot: u32,
     /// Length of the path so far, for footprints.
     pub length: f32,
@@ -126,11 +126,12 @@ impl PathStream {
         }
     }
 
-    /// Adds paths that leave the camera: those of the first `count` lanes. Samples of a batch are numbered as paths are added.
+    /// Adds paths that leave the camera: those of the first `count` lanes. Each has `branches` slots, of which it takes the first.
     #[inline(always)]
-    pub fn begin(&mut self, i: impl Instructions, camera: &CameraLanes, count: usize) {
-        let (at, mask, slot) = (self.len, (1 << count) - 1, self.len as u32);
-        let path = Path::start(slot, 0, 0);
+    pub fn begin(&mut self, i: impl Instructions, camera: &CameraLanes, count: usize, branches: u32) {
+        let (at, mask) = (self.len, (1 << count) - 1);
+        let slots = std::array::from_fn(|lane| (at + lane) as u32 * branches);
+        let path = Path::start(0, 0, 0);
         let one = Lanes([1.0; LANES]);
         self.origin.append(i, at, mask, &camera.origin);
         self.direction.append(i, at, mask, &camera.direction);
@@ -139,7 +140,7 @@ impl PathStream {
         self.eta_scale.append(i, at, mask, &[path.eta_scale; LANES]);
         self.scramble.append(i, at, mask, &camera.scramble.0);
         self.index.append(i, at, mask, &camera.index.0);
-        self.slot.append(i, at, mask, &std::array::from_fn(|lane| slot + lane as u32));
+        self.slot.append(i, at, mask, &slots);
         self.length.append(i, at, mask, &[path.length; LANES]);
         self.receiver.append(i, at, mask, &[path.receiver; LANES]);
         self.len += count;
