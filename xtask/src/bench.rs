@@ -3,20 +3,22 @@
 //! Absolute figures move with the machine's load and clock, so every run of ours is followed by one of the peer's, and
 //! the ratio of the two is what is reported: its median and its spread.
 
+use crate::bench_peer::{Peer, Renderer, Task};
 use crate::bench_python::PythonBenchArgs;
 use crate::plot::{Bar, bars};
 use crate::shell::{commit, output, python_with, release_binary, root, shared_dir};
 use anyhow::{Context, bail, ensure};
+use clap::ValueEnum;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Scenes that `make_scenes.py` writes, and what to know of their comparison.
 const SCENES: [(&str, &str); 4] = [
-    ("cornell", "the same materials"),
+    ("cornell", "diffuse"),
     ("spheres", "glTF metallic-roughness with energy compensation here, the principled BSDF there"),
-    ("glass", "the same materials"),
-    ("hairy", "the same materials; 2 million triangles, 112 million with all instances"),
+    ("glass", "diffuse and smooth dielectrics"),
+    ("hairy", "diffuse; 2 million triangles, 112 million with all instances"),
 ];
 
 const SIZE: u32 = 512;
@@ -30,10 +32,13 @@ pub enum BenchCommand {
     Python(PythonBenchArgs),
 }
 
-/// The CPU back end against Mitsuba 3: 512×512 pixels, depth 8, Russian roulette from depth 5, box filter.
+/// The CPU back end against another renderer: 512×512 pixels, depth 8, Russian roulette from depth 5, box filter.
 #[derive(Debug, clap::Args)]
 pub struct CpuArgs {
-    /// A Python that has mitsuba; without one only our own speed is measured [default: the one on the path].
+    /// The other renderer.
+    #[arg(long, value_enum, default_value_t = Renderer::Mitsuba)]
+    peer: Renderer,
+    /// A Python that has mitsuba or bpy; without one only our own speed is measured [default: the one on the path].
     #[arg(long, value_name = "PATH")]
     python: Option<PathBuf>,
     /// Folder with cornell.glb, spheres.glb, glass.glb and hairy.glb [default: written to target/bench by
@@ -49,7 +54,7 @@ pub struct CpuArgs {
     /// Only scenes whose name contains this.
     #[arg(long, value_name = "NAME")]
     only: Option<String>,
-    /// The peer's variant.
+    /// Mitsuba's variant.
     #[arg(long, default_value = "llvm_ad_rgb")]
     variant: String,
     /// Write all numbers to this file.
@@ -73,9 +78,9 @@ struct Measured {
 /// Measures, prints and plots.
 pub fn run(args: &CpuArgs) -> anyhow::Result<()> {
     let binary = release_binary()?;
-    let tools = shared_dir().map(|dir| dir.join("tools"));
-    let peer = peer(args, tools.as_deref());
-    let data = data(args, tools.as_deref())?;
+    let peer = Peer::find(args.peer, args.python.as_deref());
+    let data = data(args)?;
+    let task = args.task();
     let wanted = |name: &str| args.only.as_ref().is_none_or(|only| name.contains(only.as_str()));
     println!("scene      ours Ms/s   peer Ms/s   ratio (spread)        peak memory, ours / peer");
     let mut all = Vec::new();
@@ -84,9 +89,9 @@ pub fn run(args: &CpuArgs) -> anyhow::Result<()> {
         ensure!(file.is_file(), "{} is missing", file.display());
         let mut measured = Measured { name, note, ours: vec![], theirs: vec![], ratios: vec![] };
         for _ in 0..args.repeat {
-            measured.ours.push(run_ours(&binary, &file, args.spp)?);
-            if let Some((python, script)) = &peer {
-                measured.theirs.push(run_peer(python, script, &file, args)?);
+            measured.ours.push(run_ours(&binary, &file, &task)?);
+            if let Some(peer) = &peer {
+                measured.theirs.push(peer.run(&file, &task)?);
                 let last = |runs: &[Value], key: &str| runs.last().and_then(|r| r[key].as_f64());
                 let ours = last(&measured.ours, "msamples_s").context("no speed of ours")?;
                 let theirs = last(&measured.theirs, "msamples_s").context("no speed of the peer")?;
@@ -99,17 +104,21 @@ pub fn run(args: &CpuArgs) -> anyhow::Result<()> {
     write_results(args, &all)
 }
 
-fn peer(args: &CpuArgs, tools: Option<&Path>) -> Option<(PathBuf, PathBuf)> {
-    let script = tools.map(|t| t.join("gltf_to_mitsuba.py")).filter(|s| s.is_file());
-    let python = python_with(args.python.as_deref(), "mitsuba");
-    if script.is_none() || python.is_none() {
-        eprintln!("no peer: it needs the shared data's tools and a Python with mitsuba (--python PATH)");
+impl CpuArgs {
+    /// What both renderers are asked for.
+    fn task(&self) -> Task {
+        Task {
+            size: SIZE,
+            spp: self.spp,
+            max_depth: MAX_DEPTH,
+            roulette_start: ROULETTE_START,
+            variant: self.variant.clone(),
+        }
     }
-    python.zip(script)
 }
 
 /// The folder with the scenes, which are written if need be.
-fn data(args: &CpuArgs, tools: Option<&Path>) -> anyhow::Result<PathBuf> {
+fn data(args: &CpuArgs) -> anyhow::Result<PathBuf> {
     if let Some(folder) = &args.data {
         return Ok(folder.clone());
     }
@@ -119,7 +128,7 @@ fn data(args: &CpuArgs, tools: Option<&Path>) -> anyhow::Result<PathBuf> {
     if missing.is_empty() {
         return Ok(folder);
     }
-    let script = tools.map(|t| t.join("make_scenes.py")).filter(|s| s.is_file());
+    let script = shared_dir().map(|dir| dir.join("tools/make_scenes.py")).filter(|s| s.is_file());
     let Some(script) = script else { bail!("no scenes: name their folder with --data") };
     let python = python_with(args.python.as_deref(), "numpy").or_else(|| python_with(None, "numpy"));
     let python = python.context("no scenes, and no Python with numpy to make them (--python PATH)")?;
@@ -128,15 +137,16 @@ fn data(args: &CpuArgs, tools: Option<&Path>) -> anyhow::Result<PathBuf> {
     Ok(folder)
 }
 
-fn run_ours(binary: &Path, file: &Path, spp: u32) -> anyhow::Result<Value> {
+fn run_ours(binary: &Path, file: &Path, task: &Task) -> anyhow::Result<Value> {
     let picture =
         root().join("target/bench").join(file.with_extension("exr").file_name().unwrap_or_default());
     std::fs::create_dir_all(root().join("target/bench"))?;
-    let (size, spp) = (SIZE.to_string(), spp.to_string());
+    let (size, spp) = (task.size.to_string(), task.spp.to_string());
     let mut command = Command::new(binary);
     command.arg("render").arg(file).arg("--output").arg(&picture).args(["--quiet", "--json", "--lenient"]);
     command.args(["--width", &size, "--height", &size, "--spp", &spp]);
-    command.args(["--max-depth", &MAX_DEPTH.to_string(), "--roulette-start", &ROULETTE_START.to_string()]);
+    command.args(["--max-depth", &task.max_depth.to_string()]);
+    command.args(["--roulette-start", &task.roulette_start.to_string()]);
     let mut result = last_line_as_json(&output(&mut command)?)?;
     let rate = result["samples_per_second"].as_f64().context("no samples_per_second")?;
     result["msamples_s"] = json!(rate / 1e6);
@@ -145,17 +155,8 @@ fn run_ours(binary: &Path, file: &Path, spp: u32) -> anyhow::Result<Value> {
     Ok(result)
 }
 
-fn run_peer(python: &Path, script: &Path, file: &Path, args: &CpuArgs) -> anyhow::Result<Value> {
-    let (size, spp) = (format!("{SIZE}x{SIZE}"), args.spp.to_string());
-    let mut command = Command::new(python);
-    command.arg(script).arg(file).args(["--variant", &args.variant, "--size", &size, "--spp", &spp]);
-    command.args(["--depth", &MAX_DEPTH.to_string(), "--rr", &ROULETTE_START.to_string()]);
-    // The first render of a process compiles its kernels; the second is the one that is measured.
-    command.args(["--repeat", "2"]);
-    last_line_as_json(&output(&mut command)?)
-}
-
-fn last_line_as_json(text: &str) -> anyhow::Result<Value> {
+/// What a program said last.
+pub fn last_line_as_json(text: &str) -> anyhow::Result<Value> {
     let line = text.lines().rfind(|l| l.starts_with('{')).context("no JSON in the output")?;
     serde_json::from_str(line).context("the output is not JSON")
 }
@@ -196,10 +197,8 @@ fn write_results(args: &CpuArgs, all: &[Measured]) -> anyhow::Result<()> {
     let plotted: Vec<_> =
         all.iter().filter_map(|m| Some(Bar { name: m.name.into(), ratio: spread(&m.ratios)? })).collect();
     if !plotted.is_empty() {
-        let title = format!(
-            "Samples per second against Mitsuba 3 {} (median, spread of {})",
-            args.variant, args.repeat
-        );
+        let peer = args.peer.name();
+        let title = format!("Samples per second against {peer} (median, spread of {})", args.repeat);
         write(&args.plot, &bars(&title, &plotted))?;
         println!("plot: {}", args.plot.display());
     }
@@ -208,10 +207,12 @@ fn write_results(args: &CpuArgs, all: &[Measured]) -> anyhow::Result<()> {
         json!({ "scene": m.name, "note": m.note, "ratio": spread(&m.ratios), "ratios": m.ratios, "ours": m.ours,
             "peer": m.theirs })
     };
+    let peer = args.peer.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned());
     let results = json!({
         "commit": commit(),
         // Where things lie on this machine is of no use to others.
-        "command": format!("cargo xtask bench cpu --spp {} --repeat {}", args.spp, args.repeat),
+        "command": format!("cargo xtask bench cpu --peer {peer} --spp {} --repeat {}", args.spp, args.repeat),
+        "peer": args.peer.name(),
         "threads": std::thread::available_parallelism().map_or(1, usize::from),
         "width": SIZE, "height": SIZE, "spp": args.spp, "max_depth": MAX_DEPTH, "roulette_start": ROULETTE_START,
         "filter": "box", "repeat": args.repeat,

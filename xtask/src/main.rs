@@ -1,6 +1,7 @@
 //! Commands for developers: `cargo xtask test`, `ci`, `python`, `gallery`, `bench`.
 
 mod bench;
+mod bench_peer;
 mod bench_python;
 mod ci;
 mod cluster_tools;
