@@ -24,8 +24,9 @@ impl Stage for Arrive<'_, '_> {
     fn run<I: Instructions>(self, i: I) {
         let Arrive(batch, context) = self;
         let count = batch.paths.len();
+        batch.triangles.begin(i, context.scene, &batch.hits, count);
         for first in (0..count).step_by(LANES) {
-            batch.arrive(i, context, first, LANES.min(count - first));
+            batch.arrive(i, context, first, count);
         }
         if batch.diffuse.waiting() > 0 {
             i.call(ScatterDiffuse(batch, context));
@@ -40,24 +41,21 @@ impl Stage for Arrive<'_, '_> {
 }
 
 impl PathBatch {
-    /// Everything that happens where `count` paths from `first` on arrive, at most sixteen.
+    /// Everything that happens where the row of paths from `first` on arrives, of `count` in all.
     #[inline(always)]
     fn arrive<I: Instructions>(&mut self, i: I, context: &Context, first: usize, count: usize) {
         self.triangles.compute(i, context.scene, &self.paths, &self.hits, first, count);
-        let mut rest = ALL_LANES & !self.triangles.which(i, Arrival::Nothing);
+        let triangles = self.triangles.row(first);
+        let mut rest = ALL_LANES & !triangles.which(i, Arrival::Nothing);
+        let plain = [Arrival::Lambert, Arrival::Smooth, Arrival::Glossy].map(|kind| triangles.which(i, kind));
         if context.scene.plain_sky {
-            let sky = self.triangles.which(i, Arrival::Sky);
+            let sky = triangles.which(i, Arrival::Sky);
             rest &= !sky;
             self.find_plain_sky(context, sky, first);
         }
         // First vertices that are looked at, or at which paths divide, take the way that knows of that.
         let special = context.depth == 1 && (context.wants_aovs || context.branches > 1);
         if !special {
-            let plain = [
-                self.triangles.which(i, Arrival::Lambert),
-                self.triangles.which(i, Arrival::Smooth),
-                self.triangles.which(i, Arrival::Glossy),
-            ];
             rest &= !plain.iter().fold(0, |all, lanes| all | lanes);
             // Plain surfaces do not shine: on its last segment a path finds nothing there.
             if context.depth < context.settings.max_depth {
@@ -100,19 +98,19 @@ impl PathBatch {
         first: usize,
     ) {
         if diffuse != 0 {
-            self.diffuse.append(i, diffuse, &self.triangles, &self.paths, first);
+            self.diffuse.append(i, diffuse, self.triangles.row(first), &self.paths, first);
             if self.diffuse.is_full() {
                 i.call(ScatterDiffuse(self, context));
             }
         }
         if smooth != 0 {
-            self.smooth.append(i, smooth, &self.triangles, &self.paths, first);
+            self.smooth.append(i, smooth, self.triangles.row(first), &self.paths, first);
             if self.smooth.is_full() {
                 i.call(ScatterSmooth(self, context));
             }
         }
         if glossy != 0 {
-            self.glossy.append(i, glossy, &self.triangles, &self.paths, first);
+            self.glossy.append(i, glossy, self.triangles.row(first), &self.paths, first);
             if self.glossy.is_full() {
                 i.call(ScatterGlossy(self, context));
             }
@@ -134,7 +132,7 @@ impl PathBatch {
         let tables = &*scene.tables;
         let first_hit = context.depth == 1 && context.wants_aovs;
         path.length += hit.t;
-        let in_lanes = self.triangles.surface(scene, lane, first_hit);
+        let in_lanes = self.triangles.row(first).surface(scene, lane, first_hit);
         let surface = in_lanes.unwrap_or_else(|| Surface::new(scene, &ray, &hit));
         let material = &tables.materials[surface.material as usize];
         if !surface.front && material.absorbs() {

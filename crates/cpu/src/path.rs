@@ -11,7 +11,7 @@ use crate::material::Shading;
 use crate::scene::CpuScene;
 use crate::simd::{Instructions, Stage};
 use crate::streams::{HitStream, Path, PathStream, ShadowStream};
-use crate::triangles::TriangleLanes;
+use crate::triangles::TriangleRows;
 use crate::vertices::VertexQueue;
 use accel::{Coherence, HitFilter, Ray};
 use backend::{PathSettings, View};
@@ -70,7 +70,7 @@ pub(crate) struct PathBatch {
     pub(crate) next: PathStream,
     pub(crate) shadows: ShadowStream,
     occluded: Vec<bool>,
-    pub(crate) triangles: TriangleLanes,
+    pub(crate) triangles: TriangleRows,
     pub(crate) diffuse: VertexQueue,
     pub(crate) smooth: VertexQueue,
     pub(crate) glossy: VertexQueue,

@@ -47,6 +47,19 @@ pub(crate) fn call_with_best(stage: impl Stage) {
     Portable.call(stage);
 }
 
+/// Asks for the memory at a place of a table, which need not have it.
+#[inline(always)]
+pub(crate) fn prefetch<T>(table: &[T], place: usize) {
+    #[cfg(target_arch = "x86_64")]
+    // SAFETY: all processors of this architecture have the instruction. It reads nothing, and may be given any address.
+    unsafe {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        _mm_prefetch::<_MM_HINT_T0>(table.as_ptr().wrapping_add(place).cast());
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (table, place);
+}
+
 /// Every lane for itself, on any processor.
 #[derive(Clone, Copy)]
 pub(crate) struct Portable;

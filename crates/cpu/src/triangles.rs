@@ -3,9 +3,10 @@
 //! Position and normals of sixteen hits are computed by one loop over lanes, which the compiler turns into vector
 //! instructions. Spheres, and triangles with normal maps or in mirrored instances, take the general way of [`Surface::new`].
 
+use crate::columns::Column;
 use crate::lanes::{ALL_LANES, LANES, Lanes, Vectors};
 use crate::scene::{CpuScene, transform_normal, transform_point, vec3};
-use crate::simd::Instructions;
+use crate::simd::{Instructions, prefetch};
 use crate::sites::{Arrival, Site};
 use crate::streams::{HitLanes, HitStream, PathStream};
 use crate::surface::{Surface, TexCoords, largest_coordinate, tex_coords, vertex_color};
@@ -51,8 +52,27 @@ pub(crate) struct TriangleLanes {
     pub length: Lanes<f32>,
 }
 
-impl TriangleLanes {
-    /// Computes the surfaces that `count` paths from `first` on have come to, at most sixteen.
+/// The hits of a batch, a row of sixteen after the other. From a hit to its vertices memory is waited for twice, so rows are
+/// under way at three stages: their triangles are asked for, their vertices are, and their surfaces are computed.
+#[derive(Default)]
+pub(crate) struct TriangleRows {
+    /// See [`crate::sites::Sites::binding`], for each hit that has been asked for.
+    bindings: Column<u32>,
+    /// The row that is computed, and the next one.
+    rows: [TriangleLanes; 2],
+}
+
+impl TriangleRows {
+    /// Starts with new hits.
+    #[inline(always)]
+    pub fn begin<I: Instructions>(&mut self, i: I, scene: &CpuScene, hits: &HitStream, count: usize) {
+        self.bindings.make_room(count);
+        self.ask(i, scene, hits, 0, count);
+        self.ask(i, scene, hits, LANES, count);
+        self.locate(i, scene, hits, 0, count);
+    }
+
+    /// Computes the surfaces that the row of paths from `first` on has come to, of `count` in all.
     #[inline(always)]
     pub fn compute<I: Instructions>(
         &mut self,
@@ -63,18 +83,77 @@ impl TriangleLanes {
         first: usize,
         count: usize,
     ) {
+        self.ask(i, scene, hits, first + 2 * LANES, count);
+        self.locate(i, scene, hits, first + LANES, count);
+        self.rows[first / LANES % 2].compute(i, scene, paths, hits, first);
+    }
+
+    /// The row from `first` on.
+    #[inline(always)]
+    pub fn row(&self, first: usize) -> &TriangleLanes {
+        &self.rows[first / LANES % 2]
+    }
+
+    /// Finds out in which geometries hits are, and asks for their triangles.
+    #[inline(always)]
+    fn ask<I: Instructions>(&mut self, i: I, scene: &CpuScene, hits: &HitStream, first: usize, count: usize) {
+        if first >= count {
+            return;
+        }
+        let hits = hits.lanes(first);
+        let mut rest = first_lanes(count - first) & !i.equal(hits.primitive, NONE);
+        while rest != 0 {
+            let lane = rest.trailing_zeros() as usize;
+            rest &= rest - 1;
+            let primitive = hits.primitive[lane];
+            let binding = scene.sites.binding(hits.instance[lane], primitive);
+            self.bindings.set(first + lane, binding);
+            let site = scene.sites.site(binding);
+            let triangle = site.first_primitive.wrapping_add(primitive).wrapping_sub(site.first_in_blas);
+            prefetch(&scene.tables.indices, triangle as usize);
+        }
+    }
+
+    /// Finds the triangles, and asks for their vertices.
+    #[inline(always)]
+    fn locate<I: Instructions>(
+        &mut self,
+        i: I,
+        scene: &CpuScene,
+        hits: &HitStream,
+        first: usize,
+        count: usize,
+    ) {
+        if first < count {
+            let (hits, bindings) = (hits.lanes(first), self.bindings.lanes(first));
+            self.rows[first / LANES % 2].locate(i, scene, &hits, bindings, first_lanes(count - first));
+        }
+    }
+}
+
+/// As many lanes, as bits, but not more than there are.
+#[inline(always)]
+fn first_lanes(count: usize) -> u32 {
+    ALL_LANES >> (LANES - count.min(LANES))
+}
+
+impl TriangleLanes {
+    /// Computes the surfaces that have been located for the paths from `first` on.
+    #[inline(always)]
+    fn compute<I: Instructions>(
+        &mut self,
+        i: I,
+        scene: &CpuScene,
+        paths: &PathStream,
+        hits: &HitStream,
+        first: usize,
+    ) {
         let (hits, directions, lengths) =
             (hits.lanes(first), paths.direction.lanes(first), paths.length.lanes(first));
         (self.u.0, self.v.0) = (*hits.u, *hits.v);
         for (lane, length) in self.length.0.iter_mut().enumerate() {
             self.wo.set(lane, -directions.get(lane));
             *length = lengths[lane] + hits.t[lane];
-        }
-        self.arrival = Lanes::default();
-        self.smooth = Lanes::default();
-        self.moved = Lanes::default();
-        for lane in 0..count {
-            self.locate(scene, lane, &hits);
         }
         self.fetch_vertices(i, scene);
         for lane in 0..LANES {
@@ -88,16 +167,36 @@ impl TriangleLanes {
         i.equal(&self.arrival.0, arrival as u32)
     }
 
-    /// Finds the triangle of a hit. Apart from [`TriangleLanes::fetch_vertices`], so that the look-ups of sixteen
-    /// hits, which often miss the caches, wait for memory together.
+    /// Finds the triangles of the hits in `mask`.
     #[inline(always)]
-    fn locate(&mut self, scene: &CpuScene, lane: usize, hits: &HitLanes) {
-        let (instance, primitive) = (hits.instance[lane], hits.primitive[lane]);
-        if primitive == NONE {
-            self.arrival.0[lane] = Arrival::Sky as u32;
-            return;
+    fn locate<I: Instructions>(
+        &mut self,
+        i: I,
+        scene: &CpuScene,
+        hits: &HitLanes,
+        bindings: &[u32; LANES],
+        mask: u32,
+    ) {
+        self.arrival = Lanes::default();
+        self.smooth = Lanes::default();
+        self.moved = Lanes::default();
+        let sky = mask & i.equal(hits.primitive, NONE);
+        let mut rest = sky;
+        while rest != 0 {
+            self.arrival.0[rest.trailing_zeros() as usize] = Arrival::Sky as u32;
+            rest &= rest - 1;
         }
-        let binding = scene.sites.binding(instance, primitive);
+        rest = mask & !sky;
+        while rest != 0 {
+            let lane = rest.trailing_zeros() as usize;
+            rest &= rest - 1;
+            self.locate_lane(scene, lane, hits, bindings[lane]);
+        }
+    }
+
+    #[inline(always)]
+    fn locate_lane(&mut self, scene: &CpuScene, lane: usize, hits: &HitLanes, binding: u32) {
+        let (instance, primitive) = (hits.instance[lane], hits.primitive[lane]);
         let site = scene.sites.site(binding);
         self.arrival.0[lane] = site.arrival as u32;
         if site.arrival == Arrival::General {
@@ -106,8 +205,13 @@ impl TriangleLanes {
         let primitive = primitive - site.first_in_blas;
         let indices = scene.tables.indices[(site.first_primitive + primitive) as usize];
         for (k, index) in indices.into_iter().enumerate() {
-            self.position_places[k].0[lane] = site.first_vertex + index;
-            self.normal_places[k].0[lane] = site.first_normal.wrapping_add(index);
+            let position = site.first_vertex + index;
+            // Nobody looks at the normal's place where there are no normals, and asking for it does no harm.
+            let normal = site.first_normal.wrapping_add(index);
+            prefetch(&scene.tables.positions, position as usize);
+            prefetch(&scene.tables.normals, normal as usize);
+            self.position_places[k].0[lane] = position;
+            self.normal_places[k].0[lane] = normal;
         }
         self.indices[lane] = indices;
         self.smooth.0[lane] = u32::from(site.first_normal != NONE);
