@@ -7,9 +7,9 @@ use alhazen::{
     SamplerKind, Scene,
 };
 use common::{SHINES, assert_same, assert_same_coarse, estimate, job, path};
-use glam::{Affine3A, Vec3};
+use glam::{Affine3A, Vec3, Vec4};
 use scene::tables::SceneTables;
-use scene::{Material, Model};
+use scene::{Material, Model, Shape};
 use testkit::scenes::{self, Build, camera, cuboid, emitter, lambert, metallic_roughness, quads, sphere};
 use testkit::{Comparison, WHOLE_IMAGE};
 
@@ -63,6 +63,41 @@ fn last_segments_lose_no_light() {
             assert!(made.1 < expected.1, "{}: {} rays of {}", scene.name, made.1, expected.1);
             assert!(!dark.0.iter().zip(&expected.0).all(close), "{}: light that is not there", scene.name);
         }
+    }
+}
+
+/// The CPU scatters vertices of plain materials sixteen at a time, others one by one. White vertex colours change nothing but that, so
+/// both make the same samples; only rounding may differ, and then a path now and then.
+#[test]
+fn vertices_in_lanes_do_what_single_ones_do() {
+    let mut sky = scenes::spheres();
+    sky.lights.push(Light::new(
+        "sun",
+        LightKind::Point { position: Vec3::new(3.0, 6.0, 4.0), intensity: Vec3::splat(40.0) },
+    ));
+    let mut by_place = scenes::cornell();
+    for i in 0..12 {
+        let position = Vec3::new(0.4 * i as f32 + 0.5, 3.0, 2.0);
+        let lamp = LightKind::Point { position, intensity: Vec3::splat(0.2) };
+        by_place.lights.push(Light::new(&format!("lamp {i}"), lamp));
+    }
+    for scene in [scenes::cornell(), scenes::glass(), scenes::spheres(), sky, by_place] {
+        let mut coloured = scene.clone();
+        for shape in coloured.meshes.iter_mut().flat_map(|mesh| &mut mesh.parts).map(|part| &mut part.shape) {
+            if let Shape::Triangles(triangles) = shape {
+                triangles.colors = vec![Vec4::ONE; triangles.positions.len()];
+            }
+        }
+        let [in_lanes, one_by_one] = [&scene, &coloured].map(|scene| {
+            let film = common::render(scene, &job(scene, SIZE, SIZE, 6), 16);
+            film.pixels().iter().flat_map(|p| p.mean()).collect::<Vec<f64>>()
+        });
+        let pairs = || in_lanes.iter().zip(&one_by_one);
+        let others = pairs().filter(|(a, b)| (*a - *b).abs() > 1e-4 * (*a + *b)).count();
+        assert!(others * 100 <= in_lanes.len(), "{}: {others} of {} differ", scene.name, in_lanes.len());
+        let [a, b] = [&in_lanes, &one_by_one].map(|mean| mean.iter().sum::<f64>());
+        assert!((a - b).abs() < 1e-3 * a, "{}: {a} in lanes, {b} one by one", scene.name);
+        println!("DBG {} {others} of {}; {a} {b}", scene.name, in_lanes.len());
     }
 }
 
