@@ -15,9 +15,8 @@ use crate::streams::{RayLanes, RayStream};
 
 /// What moves points into the space in which eight rays run along the third axis.
 struct Shears<S: Simd> {
-    /// 1 where x, y or z is the third axis, 0 elsewhere.
-    along: [S::F; 3],
-    /// The origin's coordinates in the order of the axes, negative.
+    axes: Axes<S>,
+    /// The origin's coordinates in the order of the axes.
     origin: [S::F; 3],
     shear: [S::F; 3],
 }
@@ -25,43 +24,49 @@ struct Shears<S: Simd> {
 impl<S: Simd> Shears<S> {
     #[inline(always)]
     fn new(s: S, rays: &RayLanes) -> Self {
-        let (zero, one) = (s.splat(0.0), s.splat(1.0));
+        let zero = s.splat(0.0);
         let direction = [s.load(&rays.direction[0]), s.load(&rays.direction[1]), s.load(&rays.direction[2])];
         let origin = [s.load(&rays.origin[0]), s.load(&rays.origin[1]), s.load(&rays.origin[2])];
         let x = s.max(direction[0], s.sub(zero, direction[0]));
         let y = s.max(direction[1], s.sub(zero, direction[1]));
         let z = s.max(direction[2], s.sub(zero, direction[2]));
         // The longest component, as `Shear::new` chooses it.
-        let along_y = s.select(s.and(s.lt(x, y), s.le(z, y)), zero, one);
-        let along_z = s.select(s.and(s.lt(x, z), s.lt(y, z)), zero, one);
-        let along = [s.sub(s.sub(one, along_y), along_z), along_y, along_z];
-        let [u, v, w] = ordered(s, along, direction, [zero; 3]);
-        let inverse = s.div(one, w);
-        let [ou, ov, ow] = ordered(s, along, origin, [zero; 3]);
-        Shears {
-            along,
-            origin: [s.sub(zero, ou), s.sub(zero, ov), s.sub(zero, ow)],
-            shear: [s.mul(u, inverse), s.mul(v, inverse), inverse],
-        }
+        let axes = Axes {
+            along_y: s.and(s.lt(x, y), s.le(z, y)),
+            along_z: s.and(s.lt(x, z), s.lt(y, z)),
+        };
+        let [u, v, w] = axes.ordered(s, direction);
+        let inverse = s.div(s.splat(1.0), w);
+        let origin = axes.ordered(s, origin);
+        Shears { axes, origin, shear: [s.mul(u, inverse), s.mul(v, inverse), inverse] }
     }
 
     /// A point relative to the rays' origins, sheared.
     #[inline(always)]
-    fn apply(&self, s: S, point: [f32; 3]) -> [S::F; 3] {
-        let [x, y, z] = ordered(s, self.along, splats(s, point), self.origin);
+    fn apply(&self, s: S, point: [S::F; 3]) -> [S::F; 3] {
+        let [x, y, z] = self.axes.ordered(s, point);
+        let [x, y, z] = [s.sub(x, self.origin[0]), s.sub(y, self.origin[1]), s.sub(z, self.origin[2])];
         [s.neg_mul_add(self.shear[0], z, x), s.neg_mul_add(self.shear[1], z, y), z]
     }
 }
 
-/// Coordinates plus `more` in the order of the axes. Sums of one number and zeros: nothing is rounded but the last one.
-#[inline(always)]
-fn ordered<S: Simd>(s: S, along: [S::F; 3], p: [S::F; 3], more: [S::F; 3]) -> [S::F; 3] {
-    let [x, y, z] = along;
-    [
-        s.mul_add(p[0], z, s.mul_add(p[1], x, s.mul_add(p[2], y, more[0]))),
-        s.mul_add(p[0], y, s.mul_add(p[1], z, s.mul_add(p[2], x, more[1]))),
-        s.mul_add(p[0], x, s.mul_add(p[1], y, s.mul_add(p[2], z, more[2]))),
-    ]
+/// Which axis is each ray's third: x where it is neither of these.
+struct Axes<S: Simd> {
+    along_y: S::M,
+    along_z: S::M,
+}
+
+impl<S: Simd> Axes<S> {
+    /// Coordinates in the order of the axes.
+    #[inline(always)]
+    fn ordered(&self, s: S, [x, y, z]: [S::F; 3]) -> [S::F; 3] {
+        let (along_y, along_z) = (self.along_y, self.along_z);
+        [
+            s.select(along_z, s.select(along_y, y, z), x),
+            s.select(along_z, s.select(along_y, z, x), y),
+            s.select(along_z, s.select(along_y, x, y), z),
+        ]
+    }
 }
 
 /// Twice the area between the axis and an edge. Not fused, so that the edge in the other direction has the same area with
@@ -130,8 +135,9 @@ pub(super) fn trace<S: Simd, const ANY: bool>(
             ),
         ];
         for (corner, point) in corners.iter_mut().zip(&handful.corners) {
+            let point = splats(s, *point);
             for (corner, group) in corner.iter_mut().zip(&groups) {
-                *corner = group.shears.apply(s, *point);
+                *corner = group.shears.apply(s, point);
             }
         }
         let mut met = [groups[0].nothing(s), groups[1].nothing(s)];
