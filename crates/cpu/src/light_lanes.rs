@@ -137,6 +137,15 @@ struct ChoiceLanes {
 #[inline(always)]
 fn choose_lights_by_power(tables: &SceneTables, u: &Pairs, out: &mut ChoiceLanes) {
     let alias = &tables.light_alias[..];
+    if let [only] = alias {
+        // Nothing has to be gathered.
+        for lane in 0..LANES {
+            let [x, rest] = [u.x.0[lane], dither(u.x.0[lane], u.y.0[lane])];
+            out.remainder.0[lane] = alias_choose_dithered(x, 1, 0, only.threshold, only.alias, rest).remainder;
+        }
+        out.probability.0.fill(only.probability);
+        return;
+    }
     let count = alias.len() as u32;
     let (mut slot, mut other) = (Lanes::<u32>::default(), Lanes::<u32>::default());
     let mut threshold = Lanes::<f32>::default();
@@ -198,15 +207,25 @@ struct FlatLanes {
 impl FlatLanes {
     #[inline(always)]
     fn load(&mut self, tables: &SceneTables, chosen: &ChoiceLanes) {
-        for lane in 0..LANES {
-            let light = &tables.lights[chosen.index.0[lane] as usize].light;
-            self.kind.0[lane] = light.kind;
-            self.position.set(lane, light.position);
-            self.edge1.set(lane, light.edge1);
-            self.edge2.set(lane, light.edge2);
-            self.emission.set(lane, light.emission);
-            self.two_sided.0[lane] = u32::from(light.two_sided);
+        if let [only] = &tables.lights[..] {
+            for lane in 0..LANES {
+                self.set(lane, &only.light);
+            }
+            return;
         }
+        for lane in 0..LANES {
+            self.set(lane, &tables.lights[chosen.index.0[lane] as usize].light);
+        }
+    }
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, light: &Light) {
+        self.kind.0[lane] = light.kind;
+        self.position.set(lane, light.position);
+        self.edge1.set(lane, light.edge1);
+        self.edge2.set(lane, light.edge2);
+        self.emission.set(lane, light.emission);
+        self.two_sided.0[lane] = u32::from(light.two_sided);
     }
 
     #[inline(always)]
