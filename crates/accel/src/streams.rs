@@ -16,11 +16,11 @@ pub trait RayStream: Sync {
         self.len() == 0
     }
 
-    /// Eight in a row; those beyond the end have no interval in which a hit counts.
+    /// Eight in a row; those beyond the end have no interval in which a hit counts. Into `lanes`, because what is returned would be copied.
     #[inline(always)]
-    fn lanes(&self, first: usize) -> RayLanes {
-        let mut lanes = RayLanes::NOTHING;
-        for lane in 0..WIDTH.min(self.len() - first) {
+    fn load(&self, first: usize, lanes: &mut RayLanes) {
+        *lanes = RayLanes::NOTHING;
+        for lane in 0..WIDTH.min(self.len().saturating_sub(first)) {
             let ray = self.ray(first + lane);
             for axis in 0..3 {
                 lanes.origin[axis][lane] = ray.origin[axis];
@@ -29,7 +29,6 @@ pub trait RayStream: Sync {
             lanes.t_min[lane] = ray.t_min;
             lanes.t_max[lane] = ray.t_max;
         }
-        lanes
     }
 }
 
@@ -111,25 +110,28 @@ impl RayStream for RayColumns<'_> {
     }
 
     #[inline(always)]
-    fn lanes(&self, first: usize) -> RayLanes {
-        let mut lanes = RayLanes::NOTHING;
-        let count = WIDTH.min(self.len() - first);
-        let copy = |column: &[f32], to: &mut [f32; WIDTH]| {
-            // A whole vector is copied without a loop.
-            match column[first..].first_chunk::<WIDTH>() {
-                Some(whole) => *to = *whole,
-                None => to[..count].copy_from_slice(&column[first..]),
+    fn load(&self, first: usize, lanes: &mut RayLanes) {
+        let rest = self.len().saturating_sub(first);
+        if rest < WIDTH {
+            *lanes = RayLanes::NOTHING;
+            for lane in 0..rest {
+                let ray = self.ray(first + lane);
+                for axis in 0..3 {
+                    lanes.origin[axis][lane] = ray.origin[axis];
+                    lanes.direction[axis][lane] = ray.direction[axis];
+                }
+                lanes.t_max[lane] = ray.t_max;
             }
-        };
+            return;
+        }
+        // SAFETY: there are eight rays from `first` on, and all columns have the same length, see `RayColumns::new`.
+        let at = |column: &[f32]| unsafe { *column.as_ptr().add(first).cast::<[f32; WIDTH]>() };
         for axis in 0..3 {
-            copy(self.origin[axis], &mut lanes.origin[axis]);
-            copy(self.direction[axis], &mut lanes.direction[axis]);
+            lanes.origin[axis] = at(self.origin[axis]);
+            lanes.direction[axis] = at(self.direction[axis]);
         }
-        match self.t_max {
-            Some(column) => copy(column, &mut lanes.t_max),
-            None => lanes.t_max[..count].fill(f32::INFINITY),
-        }
-        lanes
+        lanes.t_min = [0.0; WIDTH];
+        lanes.t_max = self.t_max.map_or([f32::INFINITY; WIDTH], at);
     }
 }
 

@@ -141,7 +141,8 @@ fn choose_lights_by_power(tables: &SceneTables, u: &Pairs, out: &mut ChoiceLanes
         // Nothing has to be gathered.
         for lane in 0..LANES {
             let [x, rest] = [u.x.0[lane], dither(u.x.0[lane], u.y.0[lane])];
-            out.remainder.0[lane] = alias_choose_dithered(x, 1, 0, only.threshold, only.alias, rest).remainder;
+            out.remainder.0[lane] =
+                alias_choose_dithered(x, 1, 0, only.threshold, only.alias, rest).remainder;
         }
         out.probability.0.fill(only.probability);
         return;

@@ -12,6 +12,7 @@ use crate::layout::{NO_PRIMITIVE, WIDTH};
 use crate::ray::{Hit, MISS};
 use crate::simd::Simd;
 use crate::streams::{RayLanes, RayStream};
+use std::mem::MaybeUninit;
 
 /// What moves points into the space in which eight rays run along the third axis.
 struct Shears<S: Simd> {
@@ -31,10 +32,7 @@ impl<S: Simd> Shears<S> {
         let y = s.max(direction[1], s.sub(zero, direction[1]));
         let z = s.max(direction[2], s.sub(zero, direction[2]));
         // The longest component, as `Shear::new` chooses it.
-        let axes = Axes {
-            along_y: s.and(s.lt(x, y), s.le(z, y)),
-            along_z: s.and(s.lt(x, z), s.lt(y, z)),
-        };
+        let axes = Axes { along_y: s.and(s.lt(x, y), s.le(z, y)), along_z: s.and(s.lt(x, z), s.lt(y, z)) };
         let [u, v, w] = axes.ordered(s, direction);
         let inverse = s.div(s.splat(1.0), w);
         let origin = axes.ordered(s, origin);
@@ -125,25 +123,29 @@ pub(super) fn trace<S: Simd, const ANY: bool>(
     rays: &(impl RayStream + ?Sized),
     mut answer: impl FnMut(usize, &Hit),
 ) {
-    let mut corners = [[[s.splat(0.0); 3]; GROUPS]; MAX_CORNERS];
+    // Not initialised: most handfuls have few corners.
+    let mut corners = [const { MaybeUninit::<[[S::F; 3]; GROUPS]>::uninit() }; MAX_CORNERS];
+    let mut lanes = [RayLanes::NOTHING; GROUPS];
     for first in (0..rays.len()).step_by(GROUPS * WIDTH) {
-        let groups: [Group<S>; GROUPS] = [
-            Group::new(s, &rays.lanes(first)),
-            Group::new(
-                s,
-                &if first + WIDTH < rays.len() { rays.lanes(first + WIDTH) } else { RayLanes::NOTHING },
-            ),
-        ];
+        rays.load(first, &mut lanes[0]);
+        rays.load(first + WIDTH, &mut lanes[1]);
+        let groups: [Group<S>; GROUPS] = [Group::new(s, &lanes[0]), Group::new(s, &lanes[1])];
         for (corner, point) in corners.iter_mut().zip(&handful.corners) {
             let point = splats(s, *point);
-            for (corner, group) in corner.iter_mut().zip(&groups) {
-                *corner = group.shears.apply(s, point);
-            }
+            corner.write([groups[0].shears.apply(s, point), groups[1].shears.apply(s, point)]);
         }
         let mut met = [groups[0].nothing(s), groups[1].nothing(s)];
         for (number, face) in (0..).zip(&handful.faces) {
             let [a, b, c, d] = face.corners;
-            let (a, b, c, d) = (a.at(&corners), b.at(&corners), c.at(&corners), d.at(&corners));
+            // SAFETY: the corners of a face are some of its handful's, all of which have just been written.
+            let (a, b, c, d) = unsafe {
+                (
+                    a.at(&corners).assume_init_ref(),
+                    b.at(&corners).assume_init_ref(),
+                    c.at(&corners).assume_init_ref(),
+                    d.at(&corners).assume_init_ref(),
+                )
+            };
             for g in 0..GROUPS {
                 let [one, other] = cross(s, [a[g], b[g], c[g], d[g]], &groups[g], number);
                 if ANY {
