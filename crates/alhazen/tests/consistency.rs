@@ -79,7 +79,7 @@ fn vertices_in_lanes_do_what_single_ones_do() {
     for i in 0..12 {
         let position = Vec3::new(0.4 * i as f32 + 0.5, 3.0, 2.0);
         let lamp = LightKind::Point { position, intensity: Vec3::splat(0.2) };
-        by_place.lights.push(Light::new(&format!("lamp {i}"), lamp));
+        by_place.lights.push(Light::new(format!("lamp {i}"), lamp));
     }
     for scene in [scenes::cornell(), scenes::glass(), scenes::spheres(), sky, by_place] {
         let mut coloured = scene.clone();
