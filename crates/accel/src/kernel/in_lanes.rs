@@ -170,6 +170,7 @@ pub(super) fn trace<S: Simd, const ANY: bool>(
     }
 }
 
+/// Groups of rays that are tested side by side: one does not wait for the results of the other, and what is read of a face serves both.
 const GROUPS: usize = 2;
 
 /// Eight rays.
