@@ -4,6 +4,8 @@
 //! reads. Kinds of rays are those of that benchmark:
 //!
 //! - primary: the pixel centres of a camera of 1920×1080
+//! - samples: 64 random points of each pixel of every 32nd row, in the path tracer's order: those of a pixel are neighbours
+//! - together: the same, asked as rays of which neighbours go nearly the same way
 //! - bounce: one cosine-distributed ray from each primary hit
 //! - shadow: one to a random point of a square light under the ceiling from each primary hit, any hit will do
 //! - shuffled: the bounce rays in random order
@@ -57,7 +59,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
             println!("{mesh}, {}, {}", kind.name(), gpu.describe());
             for set in &sets {
-                let speed = measure(&gpu, kind, &tables, set, size[0], if small { 1 } else { RUNS })?;
+                let speed = measure(&gpu, kind, &tables, set, if small { 1 } else { RUNS })?;
                 println!("{:10} {speed}", set.name);
                 json.push(speed.json(mesh, kind, set, &gpu));
             }
@@ -101,15 +103,23 @@ struct RaySet {
     name: &'static str,
     question: RayQuestion,
     rays: Vec<Ray>,
+    /// Rays in a row of what a dispatch takes in squares of eight by eight.
+    width: u32,
     expected: Vec<f32>,
 }
 
 impl RaySet {
-    fn new(name: &'static str, question: RayQuestion, twin: &EncodedScene, rays: Vec<Ray>) -> Self {
+    fn new(
+        name: &'static str,
+        question: RayQuestion,
+        twin: &EncodedScene,
+        rays: Vec<Ray>,
+        width: u32,
+    ) -> Self {
         let trace = |ray: &Ray| {
             let mut counts = WalkCounts::default();
             match question {
-                RayQuestion::Closest => {
+                RayQuestion::Closest | RayQuestion::ClosestTogether => {
                     twin.closest(ray, |_| true, &mut counts).map_or(f32::INFINITY, |h| h.t)
                 }
                 RayQuestion::Any if twin.any(ray, |_| true, &mut counts) => 0.0,
@@ -117,14 +127,14 @@ impl RaySet {
             }
         };
         let expected = in_parallel(&rays, trace);
-        Self { name, question, rays, expected }
+        Self { name, question, rays, width, expected }
     }
 
     /// How many hits are not those of the twin, up to rounding.
     fn wrong(&self, hits: &[RayHit]) -> usize {
         let differs = |(&e, h): (&f32, &RayHit)| match self.question {
             _ if e.is_infinite() || h.is_miss() => e.is_finite() == h.is_miss(),
-            RayQuestion::Closest => (e - h.t).abs() > 1e-4 * (1.0 + e),
+            RayQuestion::Closest | RayQuestion::ClosestTogether => (e - h.t).abs() > 1e-4 * (1.0 + e),
             RayQuestion::Any => false,
         };
         self.expected.iter().zip(hits).filter(|&pair| differs(pair)).count()
@@ -145,18 +155,21 @@ fn in_parallel<T: Sync, U: Send>(items: &[T], f: impl Fn(&T) -> U + Sync) -> Vec
 }
 
 /// All kinds of rays.
-fn ray_sets(tables: &SceneTables, twin: &EncodedScene, [width, height]: [u32; 2]) -> [RaySet; 4] {
+fn ray_sets(tables: &SceneTables, twin: &EncodedScene, [width, height]: [u32; 2]) -> Vec<RaySet> {
     let eye = Vec3::new(0.0, 2.4, 4.6);
     let forward = (Vec3::new(0.0, 1.0, 0.0) - eye).normalize();
     let right = forward.cross(Vec3::Y).normalize();
     let up = right.cross(forward);
     let half = [1.0 * width as f32 / height as f32, 1.0].map(|s: f32| s * 30f32.to_radians().tan());
-    let pixel = |i: u32| {
-        let x = ((i % width) as f32 + 0.5) / width as f32 * 2.0 - 1.0;
-        let y = 1.0 - ((i / width) as f32 + 0.5) / height as f32 * 2.0;
+    let ray_at = |x: f32, y: f32| {
+        let (x, y) = (x / width as f32 * 2.0 - 1.0, 1.0 - y / height as f32 * 2.0);
         Ray::new(eye.into(), (forward + right * (x * half[0]) + up * (y * half[1])).normalize().into())
     };
-    let primary: Vec<Ray> = (0..width * height).map(pixel).collect();
+    let centre = |i: u32| ray_at((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
+    let primary: Vec<Ray> = (0..width * height).map(centre).collect();
+    let mut random = Random::new(7);
+    let in_pixel = |x: u32, y: u32| ray_at(x as f32 + random.uniform_f32(), y as f32 + random.uniform_f32());
+    let samples = samples_of_pixels([width, height], in_pixel);
     let normals = in_parallel(&primary, |ray| {
         twin.closest(ray, |_| true, &mut WalkCounts::default()).map(|hit| {
             let normal = normal_of(tables, hit.geometry, hit.primitive);
@@ -180,12 +193,24 @@ fn ray_sets(tables: &SceneTables, twin: &EncodedScene, [width, height]: [u32; 2]
     for i in (1..shuffled.len()).rev() {
         shuffled.swap(i, random.bits() as usize % (i + 1));
     }
-    [
-        RaySet::new("primary", RayQuestion::Closest, twin, primary),
-        RaySet::new("bounce", RayQuestion::Closest, twin, bounce),
-        RaySet::new("shadow", RayQuestion::Any, twin, shadow),
-        RaySet::new("shuffled", RayQuestion::Closest, twin, shuffled),
+    let set = |name, question, rays, width| RaySet::new(name, question, twin, rays, width);
+    vec![
+        set("primary", RayQuestion::Closest, primary, width),
+        set("samples", RayQuestion::Closest, samples.clone(), IN_ORDER),
+        set("together", RayQuestion::ClosestTogether, samples, IN_ORDER),
+        set("bounce", RayQuestion::Closest, bounce, width),
+        set("shadow", RayQuestion::Any, shadow, width),
+        set("shuffled", RayQuestion::Closest, shuffled, width),
     ]
+}
+
+/// Rows so short that a square of them is 64 rays in order.
+const IN_ORDER: u32 = 8;
+
+/// 64 rays through each pixel of every 32nd row.
+fn samples_of_pixels([width, height]: [u32; 2], mut ray: impl FnMut(u32, u32) -> Ray) -> Vec<Ray> {
+    let pixels = (0..height).step_by(32).flat_map(|y| (0..width).map(move |x| (x, y)));
+    pixels.flat_map(|pixel| std::iter::repeat_n(pixel, 64)).map(|(x, y)| ray(x, y)).collect()
 }
 
 /// The unit normal of a triangle of the first structure, which holds all that never moves.
@@ -226,12 +251,11 @@ fn measure(
     kind: TracerKind,
     tables: &Arc<SceneTables>,
     set: &RaySet,
-    width: u32,
     runs: usize,
 ) -> Result<Speed, Box<dyn Error>> {
     let scene = GpuScene::upload(gpu, tables.clone())?;
     let tracing = kind.build(gpu, &scene, Instances::StandStill)?;
-    let list = RayBuffers::new(gpu, &set.rays, width)?;
+    let list = RayBuffers::new(gpu, &set.rays, set.width)?;
     let mut kernel = tracing.ray_kernel(gpu, set.question, &scene, &list)?;
     let mut timer = Timer::new(gpu)?;
     let start = Instant::now();

@@ -268,8 +268,13 @@ impl Tracing for ComputeTracing {
         scene: &GpuScene,
         rays: &RayBuffers,
     ) -> Result<Box<dyn RayKernel>, GpuError> {
-        let text = question.compute_text();
-        let pass = ComputePass::new(gpu, "rays", &text, scene.variant(), scene, &*self.0, &rays.layout)?;
+        let together = if question == RayQuestion::ClosestTogether { self.0.text_together() } else { None };
+        let (question, tracer) = match together {
+            None => (question.of_any_rays(), self.0.text()),
+            Some(text) => (question, text),
+        };
+        let text = assemble(&tracer, &question.compute_text(), scene.variant());
+        let pass = ComputePass::new(gpu, "rays", &text, scene, &*self.0, &rays.layout)?;
         Ok(Box::new(ComputeRays(pass)))
     }
 
@@ -292,19 +297,17 @@ struct ComputePass {
 }
 
 impl ComputePass {
-    /// Compiles the shader; `layout` is that of bind group 2.
+    /// Compiles the whole `text` of a shader; `layout` is that of bind group 2.
     fn new(
         gpu: &Gpu,
         name: &'static str,
-        kernel: &str,
-        variant: Variant,
+        text: &str,
         scene: &GpuScene,
         tracer: &dyn Tracer,
         layout: &wgpu::BindGroupLayout,
     ) -> Result<Self, GpuError> {
-        let text = assemble(&tracer.text(), kernel, variant);
         let title = format!("{name} on {}", tracer.kind().name());
-        let pipeline = gpu.compute_pipeline(&title, &text, &[&scene.layout, tracer.layout(), layout])?;
+        let pipeline = gpu.compute_pipeline(&title, text, &[&scene.layout, tracer.layout(), layout])?;
         let (scene, tracer) = (scene.bind_group.clone(), tracer.bind_group().clone());
         Ok(Self { name, pipeline, scene, tracer })
     }
@@ -358,8 +361,8 @@ impl Megakernel {
         tracer: &dyn Tracer,
         film: &FilmBuffers,
     ) -> Result<Self, GpuError> {
-        let text = kind.compute_text(variant);
-        ComputePass::new(gpu, kind.name(), &text, variant, scene, tracer, &film.layout).map(Self)
+        let text = assemble(&tracer.text(), &kind.compute_text(variant), variant);
+        ComputePass::new(gpu, kind.name(), &text, scene, tracer, &film.layout).map(Self)
     }
 }
 

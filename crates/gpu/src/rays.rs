@@ -13,15 +13,31 @@ use wgpu::BufferUsages;
 pub enum RayQuestion {
     /// The nearest.
     Closest,
+    /// The same of rays of which neighbours go nearly the same way, such as those through one pixel. Tracers that gain nothing
+    /// by that take them for any others.
+    ClosestTogether,
     /// Whether there is any. Then `instance` alone tells, and says no more than that.
     Any,
 }
 
 impl RayQuestion {
+    /// The same question of rays that may go anywhere.
+    pub(crate) fn of_any_rays(self) -> Self {
+        if self == Self::ClosestTogether { Self::Closest } else { self }
+    }
+
+    /// What is behind the kernel's WGSL.
+    fn asking_text(self) -> &'static str {
+        match self {
+            Self::Closest => include_str!("shaders/rays_closest.wgsl"),
+            Self::ClosestTogether => include_str!("shaders/rays_together.wgsl"),
+            Self::Any => include_str!("shaders/rays_any.wgsl"),
+        }
+    }
+
     /// The kernel's WGSL without an entry point; see `shaders/kernel_rays.wgsl`.
     fn text(self) -> String {
-        let any = self == Self::Any;
-        format!("const RAYS_WANT_ANY: bool = {any};\n{}", include_str!("shaders/kernel_rays.wgsl"))
+        [include_str!("shaders/kernel_rays.wgsl"), self.asking_text()].join("\n")
     }
 
     /// The kernel's WGSL with an entry point for compute shaders.

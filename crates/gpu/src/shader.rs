@@ -416,6 +416,28 @@ mod tests {
         }
     }
 
+    /// Walks together have texts of their own.
+    #[test]
+    fn walks_together_translate_for_every_driver() {
+        let encode = |scene: &scene::Scene| {
+            bvh::encode(&scene::tables::SceneTables::build(scene), accel::Quality::Fast)
+        };
+        let tracers = [
+            ("one instance", bvh::text_together_for(&encode(&testkit::scenes::cornell()), 1 << 27, 8)),
+            (
+                "two levels in pages",
+                bvh::text_together_for(&encode(&testkit::scenes::assortment()), 1 << 8, 4),
+            ),
+        ];
+        let rays = crate::rays::RayQuestion::ClosestTogether.compute_text();
+        for (name, tracer) in tracers {
+            for variant in Variant::all() {
+                let (module, info) = validate(name, &assemble(&tracer, &rays, variant));
+                write_all_languages(name, &module, &info, "main");
+            }
+        }
+    }
+
     /// The stages of the wavefront that ask no tracer.
     #[test]
     fn the_wavefront_translates_for_every_driver() {

@@ -132,7 +132,7 @@ impl Tracing for PipelineTracing {
         scene: &GpuScene,
         _rays: &RayBuffers,
     ) -> Result<Box<dyn RayKernel>, GpuError> {
-        let text = generation_text(&question.pipeline_text(), scene.variant());
+        let text = generation_text(&question.of_any_rays().pipeline_text(), scene.variant());
         let program = self.program("rays", &text, &self.hits)?;
         Ok(Box::new(PipelineRays { program, scene: scene_resources(scene), hits: None }))
     }

@@ -47,14 +47,15 @@ fn differences(twin: &EncodedScene, question: RayQuestion, rays: &[Ray], hits: &
         match expected {
             None => !hit.is_miss(),
             Some(_) if hit.is_miss() => true,
-            Some(e) => question == RayQuestion::Closest && (e.t - hit.t).abs() > 1e-4 * e.t.max(1e-3),
+            Some(e) => question != RayQuestion::Any && (e.t - hit.t).abs() > 1e-4 * e.t.max(1e-3),
         }
     };
     rays.iter().zip(hits).filter(differs).count()
 }
 
-fn compare(test: &str, spoil: impl Fn(&mut [RayHit])) {
-    let Some(gpu) = open_for_test(test, &GpuOptions::default()) else { return };
+fn compare(test: &str, features: wgpu::Features, spoil: impl Fn(&mut [RayHit])) {
+    let options = GpuOptions { features, ..GpuOptions::default() };
+    let Some(gpu) = open_for_test(test, &options) else { return };
     let tables = Arc::new(SceneTables::build(&testkit::scenes::hairy(2, 2)));
     let scene = GpuScene::upload(&gpu, tables.clone()).expect("upload");
     let twin = bvh::encode(&tables, Quality::Balanced);
@@ -62,7 +63,12 @@ fn compare(test: &str, spoil: impl Fn(&mut [RayHit])) {
     for kind in TracerKind::ALL.into_iter().filter(|kind| kind.check(&gpu).is_ok()) {
         let tracing = kind.build(&gpu, &scene, Instances::StandStill).expect("structures");
         let mut timer = Timer::new(&gpu).expect("timer");
-        for (question, width) in [(RayQuestion::Closest, 100), (RayQuestion::Any, 1), (RayQuestion::Any, 0)] {
+        for (question, width) in [
+            (RayQuestion::Closest, 100),
+            (RayQuestion::ClosestTogether, 100),
+            (RayQuestion::Any, 1),
+            (RayQuestion::Any, 0),
+        ] {
             let list = RayBuffers::new(&gpu, &rays, width).expect("rays");
             let mut kernel = tracing.ray_kernel(&gpu, question, &scene, &list).expect("kernel");
             kernel.submit(&gpu, &list, &mut timer).expect("submit");
@@ -79,7 +85,14 @@ fn compare(test: &str, spoil: impl Fn(&mut [RayHit])) {
 
 #[test]
 fn every_tracer_answers_lists_of_rays() {
-    compare("every_tracer_answers_lists_of_rays", |_| ());
+    compare("every_tracer_answers_lists_of_rays", wgpu::Features::all(), |_| ());
+}
+
+/// Where rays cannot walk together, lists of those that could are answered all the same.
+#[test]
+fn devices_without_subgroups_answer_lists_of_rays() {
+    let alone = wgpu::Features::all() - wgpu::Features::SUBGROUP;
+    compare("devices_without_subgroups_answer_lists_of_rays", alone, |_| ());
 }
 
 #[test]
@@ -88,7 +101,7 @@ fn wrong_answers_are_noticed() {
     if open_for_test("wrong_answers_are_noticed", &GpuOptions::default()).is_none() {
         panic!("skipped; otherwise answers differ");
     }
-    compare("wrong_answers_are_noticed", |hits| hits.reverse());
+    compare("wrong_answers_are_noticed", wgpu::Features::all(), |hits| hits.reverse());
 }
 
 #[test]

@@ -169,6 +169,42 @@ fn bvh_sphere_accepts(instance: u32, geometry: u32) -> bool {
     return sphere_accepts(bindings[instances[instance].first_binding + geometry]);
 }
 
+// Tests primitive `index` of an instance, or where instances are joined, of the one that it belongs to. A hit nearer than `hit` takes
+// its place.
+fn bvh_test(
+    index: u32,
+    instance: u32,
+    has_spheres: bool,
+    ray: BvhRay,
+    t_min: f32,
+    salt: u32,
+    hit: ptr<function, Hit>,
+) {
+    let p = bvh_primitive(index);
+    let a = bitcast<vec3f>(p.a.xyz);
+    let b = bitcast<vec3f>(p.b.xyz);
+    var owner = instance;
+    var is_sphere = has_spheres;
+    if BVH_JOINED {
+        owner = p.c.w & ~BVH_OWNER_SPHERE;
+        is_sphere = (p.c.w & BVH_OWNER_SPHERE) != 0u;
+    }
+    if BVH_HAS_SPHERES && (is_sphere || !BVH_HAS_TRIANGLES) {
+        let s = intersect_sphere(ray.origin, ray.direction, a, b.x);
+        let t = select(s.far, s.near, s.near > t_min);
+        // Spheres have no holes.
+        if s.hit && t > t_min && t < (*hit).t && (!HIDES_BOUNDARIES || bvh_sphere_accepts(owner, p.b.w)) {
+            *hit = Hit(t, 0.0, 0.0, owner, p.b.w, p.a.w);
+        }
+    } else {
+        let c = bitcast<vec3f>(p.c.xyz);
+        let h = intersect_triangle(ray.origin, ray.shear, a, b, c, t_min, (*hit).t);
+        if h.hit && (!SCENE_HAS_ALPHA || alpha_accepts(owner, p.b.w, p.a.w, h.u, h.v, salt)) {
+            *hit = Hit(h.t, h.u, h.v, owner, p.b.w, p.a.w);
+        }
+    }
+}
+
 // The nearest hit, or with `any` the first that is found.
 //
 // With BVH_TURNS each turn visits at most one node and tests at most one primitive. Threads that run in step take their turns
@@ -228,27 +264,7 @@ fn bvh_walk(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32, 
             let index = primitives.x + bit;
             primitives.y &= ~(1u << bit);
             if BVH_SINGLE || inside {
-                let p = bvh_primitive(index);
-                let a = bitcast<vec3f>(p.a.xyz);
-                let b = bitcast<vec3f>(p.b.xyz);
-                if BVH_JOINED {
-                    instance = p.c.w & ~BVH_OWNER_SPHERE;
-                    is_sphere = (p.c.w & BVH_OWNER_SPHERE) != 0u;
-                }
-                if BVH_HAS_SPHERES && (is_sphere || !BVH_HAS_TRIANGLES) {
-                    let s = intersect_sphere(ray.origin, ray.direction, a, b.x);
-                    let t = select(s.far, s.near, s.near > start);
-                    // Spheres have no holes.
-                    if s.hit && t > start && t < hit.t && (!HIDES_BOUNDARIES || bvh_sphere_accepts(instance, p.b.w)) {
-                        hit = Hit(t, 0.0, 0.0, instance, p.b.w, p.a.w);
-                    }
-                } else {
-                    let c = bitcast<vec3f>(p.c.xyz);
-                    let h = intersect_triangle(ray.origin, ray.shear, a, b, c, start, hit.t);
-                    if h.hit && (!SCENE_HAS_ALPHA || alpha_accepts(instance, p.b.w, p.a.w, h.u, h.v, salt)) {
-                        hit = Hit(h.t, h.u, h.v, instance, p.b.w, p.a.w);
-                    }
-                }
+                bvh_test(index, instance, is_sphere, ray, start, salt, &hit);
                 if any && hit.instance != NONE {
                     return hit;
                 }

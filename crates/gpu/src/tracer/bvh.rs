@@ -9,7 +9,7 @@ use accel::{Geometry, Instance, Quality, Sphere};
 use bytemuck::{Pod, Zeroable};
 use scene::tables::{BlasRecord, GeometryKind, GeometryRecord, InstanceRecord, SceneTables};
 use std::fmt::Write;
-use wgpu::BufferUsages;
+use wgpu::{BufferUsages, Features};
 
 /// Structures, and the buffer that is never cut into pages.
 const BINDINGS: &str = include_str!("../shaders/tracer_bvh_bindings.wgsl");
@@ -19,6 +19,9 @@ const WALK: &str = include_str!("../shaders/tracer_bvh.wgsl");
 
 /// Walks that begin below the root.
 const BELOW: &str = include_str!("../shaders/tracer_bvh_below.wgsl");
+
+/// Walks of rays that go nearly the same way.
+const TOGETHER: &str = include_str!("../shaders/tracer_bvh_together.wgsl");
 
 /// Where walks begin. Most shaders begin all of them at the root, and their text knows of nothing else.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -145,6 +148,8 @@ pub struct BvhTracer {
     layout: wgpu::BindGroupLayout,
     bind_group: wgpu::BindGroup,
     memory_bytes: u64,
+    /// Boxes that the rays of a subgroup test at a time when they walk together, where the device can do that.
+    beam_boxes: Option<u32>,
     /// The upper level on the host.
     upper: EncodedScene,
     /// Where its instances and, in front of all others, its nodes are on the device.
@@ -222,7 +227,8 @@ impl BvhTracer {
         let bindings = bindings_text(&scene, nodes, primitives, stack);
         let [instances, first_nodes] = [&buffers[0], &buffers[FIRST_PAGE as usize]].map(wgpu::Buffer::clone);
         let upper = scene.into_upper();
-        Ok(Self { bindings, layout, bind_group, memory_bytes, upper, instances, first_nodes })
+        let beam_boxes = beam_boxes(gpu);
+        Ok(Self { bindings, layout, bind_group, memory_bytes, beam_boxes, upper, instances, first_nodes })
     }
 }
 
@@ -237,6 +243,11 @@ impl Tracer for BvhTracer {
 
     fn text_below(&self) -> Option<TracerText> {
         Some(TracerText { enables: "", text: [&self.bindings, &*walk_text(Begin::Below)].concat().into() })
+    }
+
+    fn text_together(&self) -> Option<TracerText> {
+        let alone = self.text();
+        self.beam_boxes.map(|boxes| TracerText { text: with_walks_together(&alone, boxes).into(), ..alone })
     }
 
     fn layout(&self) -> &wgpu::BindGroupLayout {
@@ -271,6 +282,20 @@ impl Tracer for BvhTracer {
     fn memory_bytes(&self) -> u64 {
         self.memory_bytes
     }
+}
+
+/// How many of a node's eight boxes the invocations of a subgroup can test at a time, one each, and exchange what they find; `None` if too
+/// few. Browsers want a directive for that which naga does not know yet.
+fn beam_boxes(gpu: &Gpu) -> Option<u32> {
+    let exchange = gpu.features.contains(Features::SUBGROUP) && !cfg!(target_arch = "wasm32");
+    let least = gpu.info.subgroup_min_size; // a power of two
+    (exchange && least >= 4).then(|| least.min(8))
+}
+
+/// The WGSL of walks alone, and of those in which a subgroup tests `boxes` boxes at a time.
+fn with_walks_together(alone: &TracerText, boxes: u32) -> String {
+    let boxes = format!("const BVH_BEAM_BOXES: u32 = {boxes}u;\n");
+    [&*alone.text, &boxes, TOGETHER].concat()
 }
 
 fn bind(gpu: &Gpu, buffers: &[wgpu::Buffer]) -> (wgpu::BindGroupLayout, wgpu::BindGroup) {
@@ -310,6 +335,11 @@ fn bindings_text(scene: &EncodedScene, nodes: Pages, primitives: Pages, stack: u
         &nodes.reader("node", "bvh_grid(index: u32) -> vec4u", ".grid"),
         &nodes.reader("node", "bvh_links(index: u32) -> vec4u", ".links"),
         &nodes.reader("node", "bvh_planes(index: u32, plane: u32) -> vec4u", ".planes[plane]"),
+        &nodes.reader(
+            "node",
+            "bvh_plane_pair(index: u32, plane: u32, pair: u32) -> u32",
+            ".planes[plane][pair]",
+        ),
         &primitives.bindings("primitive", "BvhPrimitive", FIRST_PAGE + nodes.count),
         &primitives.reader("primitive", "bvh_primitive(index: u32) -> BvhPrimitive", ""),
         &format!("const BVH_STACK: u32 = {stack}u;\n"),
@@ -346,6 +376,13 @@ fn walk_text(begin: Begin) -> String {
 #[cfg(test)]
 pub(crate) fn text_for(scene: &EncodedScene, limit: u64) -> TracerText {
     text_with(scene, limit, Begin::AtTheRoot)
+}
+
+/// For tests: as [`text_for`], with walks of rays that go nearly the same way, `boxes` boxes at a time.
+#[cfg(test)]
+pub(crate) fn text_together_for(scene: &EncodedScene, limit: u64, boxes: u32) -> TracerText {
+    let alone = text_for(scene, limit);
+    TracerText { text: with_walks_together(&alone, boxes).into(), ..alone }
 }
 
 /// For tests: as [`text_for`], for walks that begin below the root.

@@ -132,6 +132,12 @@ pub trait Tracer: Send {
         None
     }
 
+    /// Its WGSL with `trace_closest_together` (`shaders/tracer_bvh_together.wgsl`), for rays that go nearly the same way, where tracer
+    /// and device can do that.
+    fn text_together(&self) -> Option<TracerText> {
+        None
+    }
+
     /// Layout of bind group 1.
     fn layout(&self) -> &wgpu::BindGroupLayout;
 

@@ -96,10 +96,35 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 }
 ";
 
-/// Traces rays on the device.
+/// As [`KERNEL`], for walks together. Those of any hit are not asked: a hit that is found says yes.
+const KERNEL_TOGETHER: &str = "
+struct Found { hit: Hit, any: u32, padding: u32 }
+@group(2) @binding(0) var<storage, read> rays: array<vec4f>;
+@group(2) @binding(1) var<storage, read_write> found: array<Found>;
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    let wanted = id.x < arrayLength(&found);
+    let index = select(0u, id.x, wanted);
+    let o = rays[2u * index];
+    let d = rays[2u * index + 1u];
+    let hit = trace_closest_together(o.xyz, d.xyz, o.w, d.w, 0u, wanted);
+    if wanted {
+        found[index] = Found(hit, select(0u, 1u, hit.instance != NONE), 0u);
+    }
+}
+";
+
+/// Traces rays on the device, each alone.
 fn trace(gpu: &Gpu, tables: &SceneTables, encoded: &EncodedScene, rays: &[Ray]) -> Vec<Found> {
-    let scene = GpuScene::upload(gpu, std::sync::Arc::new(tables.clone())).expect("upload");
     let tracer = BvhTracer::upload(gpu, encoded.clone()).expect("upload");
+    // Holes are not there for the traversals that this is compared with.
+    let text = crate::shader::assemble(&tracer.text(), KERNEL, Variant::default());
+    trace_with(gpu, tables, &tracer, &text, rays)
+}
+
+/// Traces rays with a shader.
+fn trace_with(gpu: &Gpu, tables: &SceneTables, tracer: &BvhTracer, text: &str, rays: &[Ray]) -> Vec<Found> {
+    let scene = GpuScene::upload(gpu, std::sync::Arc::new(tables.clone())).expect("upload");
     let words: Vec<[f32; 8]> = rays
         .iter()
         .map(|r| {
@@ -132,10 +157,8 @@ fn trace(gpu: &Gpu, tables: &SceneTables, encoded: &EncodedScene, rays: &[Ray]) 
             wgpu::BindGroupEntry { binding: 1, resource: output.as_entire_binding() },
         ],
     });
-    // Holes are not there for the traversals that this is compared with.
-    let text = crate::shader::assemble(&tracer.text(), KERNEL, Variant::default());
     let pipeline =
-        gpu.compute_pipeline("test", &text, &[&scene.layout, tracer.layout(), &layout]).expect("shader");
+        gpu.compute_pipeline("test", text, &[&scene.layout, tracer.layout(), &layout]).expect("shader");
     let staging = crate::scene::upload::empty_buffer(
         gpu,
         "reading",
@@ -157,6 +180,35 @@ fn trace(gpu: &Gpu, tables: &SceneTables, encoded: &EncodedScene, rays: &[Ray]) 
         bytemuck::pod_collect_to_vec(bytes)
     })
     .expect("hits")
+}
+
+/// Bundles of rays of a few sizes, from nearly one point to nearly another. Of some the origins lie apart as on a lens; some rays are
+/// short, some no rays at all; some bundles are so wide that not all of their rays go the same way along each axis.
+fn bundles(tables: &SceneTables, count: usize, seed: u64) -> Vec<Ray> {
+    let around = rays(tables, count, seed);
+    let mut random = Random::new(seed + 1);
+    let (mut bundle, mut next, mut sizes) = (0, 0, [64, 7, 32, 100].into_iter().cycle());
+    let radius = tables.bounding_sphere[3];
+    (0..count)
+        .map(|i| {
+            if i == next {
+                bundle = i;
+                next += sizes.next().unwrap_or(count);
+            }
+            let Ray { origin, direction, .. } = around[bundle];
+            let (lens, spread) = ([0.0, 0.01][i / 2000 % 2], [1e-3, 0.02, 0.5][i / 1000 % 3]);
+            let mut near = |p: f32, by: f32| p + by * radius * (2.0 * random.uniform_f32() - 1.0);
+            let mut ray = Ray::new(origin.map(|p| near(p, lens)), direction.map(|d| near(d, spread)));
+            match i % 50 {
+                3 => (ray.t_min, ray.t_max) = (0.3, 0.9),
+                13 => ray.direction = [0.0; 3],
+                23 => ray.origin[1] = f32::NAN,
+                33 => (ray.t_min, ray.t_max) = (0.9, 0.3),
+                _ => {}
+            }
+            ray
+        })
+        .collect()
 }
 
 /// The same scene for the CPU.
@@ -309,4 +361,65 @@ fn a_lost_triangle_is_noticed() {
     let cpu = cpu_scene(&tables);
     let differ = differences(&found, &rays, |ray| cpu.closest(ray, &Opaque));
     assert!(differ * 2000 <= rays.len(), "{differ} of {} rays differ", rays.len());
+}
+
+/// Of how many bundles' rays the hit is another if they walk together. `change` may spoil the shader.
+fn strays(test: &str, change: impl Fn(String) -> String) -> Option<usize> {
+    let gpu = open_for_test(test, &GpuOptions::default())?;
+    if beam_boxes(&gpu).is_none() {
+        testkit::skip_without_gpu(test, "no subgroups of four");
+        return None;
+    }
+    let scenes = scenes().into_iter().flat_map(|(name, tables)| {
+        let still = encode_still(&tables, Quality::Balanced, true);
+        let joined = still.is_joined().then(|| (name, still, tables.clone()));
+        [Some((name, encode(&tables, Quality::Balanced), tables)), joined].into_iter().flatten()
+    });
+    let mut strays = 0;
+    for (name, encoded, tables) in scenes {
+        let rays = bundles(&tables, 12_000, 11);
+        let alone = trace(&gpu, &tables, &encoded, &rays);
+        let hits = alone.iter().filter(|f| f.any == 1).count();
+        assert!(hits * 5 > rays.len() && hits < rays.len(), "{name}: {hits} of {} hit", rays.len());
+        let tracer = BvhTracer::upload(&gpu, encoded).expect("upload");
+        let text = tracer.text_together().expect("a device that can");
+        let text = crate::shader::assemble(&text, KERNEL_TOGETHER, Variant::default());
+        let together = trace_with(&gpu, &tables, &tracer, &change(text), &rays);
+        strays += alone.iter().zip(&together).filter(|(a, b)| a != b).count();
+    }
+    Some(strays)
+}
+
+/// Bit by bit, but for rays that graze the edge of a box.
+#[test]
+fn rays_that_walk_together_hit_what_they_hit_alone() {
+    let strays = strays("rays_that_walk_together_hit_what_they_hit_alone", |text| text);
+    assert!(strays.is_none_or(|strays| strays <= 3), "{strays:?} rays differ");
+}
+
+/// A device that says nothing of subgroups is not asked for them.
+#[test]
+fn walks_together_need_subgroups() {
+    let test = "walks_together_need_subgroups";
+    for features in [Features::all(), Features::all() - Features::SUBGROUP] {
+        let options = GpuOptions { features, ..GpuOptions::default() };
+        let Some(gpu) = open_for_test(test, &options) else { return };
+        let tables = SceneTables::build(&testkit::scenes::cornell());
+        let tracer = BvhTracer::upload(&gpu, encode(&tables, Quality::Fast)).expect("upload");
+        let offered = gpu.features.contains(Features::SUBGROUP);
+        assert!(!offered || features == Features::all(), "masked");
+        assert_eq!(tracer.text_together().is_some(), offered && gpu.info.subgroup_min_size >= 4);
+    }
+}
+
+/// Bundles do walk together: if they did not, nobody would miss the primitives that they test there.
+#[test]
+fn a_walk_together_that_tests_nothing_is_noticed() {
+    let change = |text: String| {
+        let spoilt = text.replace("bvh_test(primitives.x + bit, instance", "bvh_test(0u, instance");
+        assert_ne!(text, spoilt);
+        spoilt
+    };
+    let strays = strays("a_walk_together_that_tests_nothing_is_noticed", change);
+    assert!(strays.is_none_or(|strays| strays > 10_000), "{strays:?} rays differ");
 }
