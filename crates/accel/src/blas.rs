@@ -2,6 +2,7 @@
 
 use crate::aabb::Aabb;
 use crate::build::{self, Cuts, Cutting, Leaves, PrimitiveRef, Quality, Settings, Waste, WideTree};
+use crate::cover::Cover;
 use crate::handful::Handful;
 use crate::kernel::{self, Kernel, MAX_DEPTH};
 use crate::layout::{
@@ -48,6 +49,8 @@ pub struct Blas {
     /// The largest magnitude of a coordinate, by axis.
     pub(crate) extent: [f32; 3],
     bounds: Aabb,
+    /// What is known of the bounds when the object is turned.
+    cover: Cover,
     /// First id and number of triangles of each geometry.
     geometries: Vec<(u32, u32)>,
     skipped: usize,
@@ -217,7 +220,9 @@ impl Blas {
         let WideTree { mut nodes, root, bounds, .. } = tree;
         nodes.shrink_to_fit();
         let (extent, handful, kernel) = (extent(&bounds), handful_of(&shape), Kernel::best());
-        let blas = Blas { nodes, root, shape, extent, bounds, geometries, skipped, split, handful, kernel };
+        let cover = Cover::new(&nodes, root, bounds);
+        let blas =
+            Blas { nodes, root, shape, extent, bounds, cover, geometries, skipped, split, handful, kernel };
         #[cfg(debug_assertions)]
         blas.validate().expect("a tree that was just built");
         blas
@@ -256,6 +261,7 @@ impl Blas {
         }
         self.bounds = if self.root == EMPTY { Aabb::EMPTY } else { self.child_bounds(self.root) };
         self.extent = extent(&self.bounds);
+        self.cover = Cover::new(&self.nodes, self.root, self.bounds);
         self.handful = handful_of(&self.shape);
         #[cfg(debug_assertions)]
         self.validate().expect("a tree that was just refitted");
@@ -304,6 +310,11 @@ impl Blas {
         self.bounds
     }
 
+    /// A box around everything under a transform, with room for the rounding of transformed rays.
+    pub(crate) fn bounds_under(&self, object_to_world: &[[f32; 4]; 3]) -> Aabb {
+        self.cover.under(object_to_world)
+    }
+
     /// How many primitives were left out when building, because they cannot be hit.
     pub fn skipped_primitives(&self) -> usize {
         self.skipped
@@ -321,7 +332,8 @@ impl Blas {
             Shape::Spheres(b) => b.capacity() * size_of::<SphereBlock>(),
         };
         let handful = self.handful.as_ref().map_or(0, Handful::memory_bytes);
-        size_of::<Blas>() + self.nodes.capacity() * size_of::<Node>() + blocks + handful
+        let cover = self.cover.memory_bytes();
+        size_of::<Blas>() + self.nodes.capacity() * size_of::<Node>() + blocks + handful + cover
     }
 
     /// The kernel that answers queries.

@@ -16,6 +16,7 @@
 mod aabb;
 mod blas;
 mod build;
+mod cover;
 pub mod encode;
 mod handful;
 mod kernel;

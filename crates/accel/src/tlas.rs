@@ -99,10 +99,11 @@ impl Tlas {
         let mut refs = Vec::with_capacity(instances.len());
         let mut placed = Vec::with_capacity(instances.len());
         for (index, instance) in instances.iter().enumerate() {
-            let bounds = self.blas[instance.blas as usize].bounds();
+            let object = &self.blas[instance.blas as usize];
+            let bounds = object.bounds();
             let is_identity = instance.object_to_world == Instance::IDENTITY;
             let Some(world_to_object) = inverse(&instance.object_to_world) else { continue };
-            let world = if is_identity { bounds } else { transformed(&bounds, &instance.object_to_world) };
+            let world = if is_identity { bounds } else { object.bounds_under(&instance.object_to_world) };
             if bounds.is_empty() || !world.min.iter().chain(&world.max).all(|c| c.is_finite()) {
                 continue;
             }
@@ -292,23 +293,4 @@ pub(crate) fn inverse(m: &[[f32; 4]; 3]) -> Option<[[f32; 4]; 3]> {
     }
     let inverse = inverse.map(|row| row.map(|x| x as f32));
     inverse.as_flattened().iter().all(|x| x.is_finite()).then_some(inverse)
-}
-
-/// The box around a transformed box, with room for the rounding of transformed rays.
-pub(crate) fn transformed(b: &Aabb, m: &[[f32; 4]; 3]) -> Aabb {
-    let mut r = Aabb { min: [0.0; 3], max: [0.0; 3] };
-    for a in 0..3 {
-        let row = m[a].map(f64::from);
-        let (mut low, mut high, mut size) = (row[3], row[3], row[3].abs());
-        for c in 0..3 {
-            let (x, y) = (row[c] * f64::from(b.min[c]), row[c] * f64::from(b.max[c]));
-            low += x.min(y);
-            high += x.max(y);
-            size += x.abs().max(y.abs());
-        }
-        let room = size * 1e-6;
-        r.min[a] = (low - room) as f32;
-        r.max[a] = (high + room) as f32;
-    }
-    r
 }

@@ -3,7 +3,7 @@
 use super::EncodedObject;
 use crate::aabb::Aabb;
 use crate::build::PrimitiveRef;
-use crate::tlas::{Instance, inverse, transformed};
+use crate::tlas::{Instance, inverse};
 use bytemuck::{Pod, Zeroable};
 
 /// Bit of [`EncodedInstance::flags`]: object space is world space.
@@ -62,8 +62,7 @@ pub(super) fn place(
         let object = &objects[instance.blas as usize];
         let is_identity = instance.object_to_world == Instance::IDENTITY;
         let Some(world_to_object) = inverse(&instance.object_to_world) else { continue };
-        let bounds =
-            if is_identity { object.bounds } else { transformed(&object.bounds, &instance.object_to_world) };
+        let bounds = if is_identity { object.bounds } else { object.cover.under(&instance.object_to_world) };
         let finite = bounds.min.iter().chain(&bounds.max).all(|c| c.is_finite());
         if instance.mask == 0 || object.bounds.is_empty() || !finite {
             continue;

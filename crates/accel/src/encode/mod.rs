@@ -24,6 +24,7 @@ pub use walk::{EncodedHit, WalkCounts};
 use crate::aabb::Aabb;
 use crate::blas::{Geometry, Sphere};
 use crate::build::{Leaves, Quality, Settings, build};
+use crate::cover::Cover;
 use crate::tlas::Instance;
 use join::Joined;
 use part::Part;
@@ -63,10 +64,12 @@ pub struct ObjectInfo {
 }
 
 /// What is known of an encoded object, for its instances.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct EncodedObject {
     root: u32,
     bounds: Aabb,
+    /// What is known of the bounds when the object is turned.
+    cover: Cover,
     has_triangles: bool,
     has_spheres: bool,
 }
@@ -165,7 +168,8 @@ impl EncodedScene {
         self.primitives.par_extend(primitives.map(|&r| part::encode(parts, &refs[r as usize])));
         let has = |spheres: bool| parts.iter().any(|p| p.is_spheres() == spheres);
         let (has_triangles, has_spheres) = (has(false), has(true));
-        self.objects.push(EncodedObject { root, bounds: plan.bounds(), has_triangles, has_spheres });
+        let (bounds, cover) = (plan.bounds(), plan.cover());
+        self.objects.push(EncodedObject { root, bounds, cover, has_triangles, has_spheres });
     }
 
     /// Encodes the upper level again, for instances that have moved or gone. Returns how many of the first `nodes` to

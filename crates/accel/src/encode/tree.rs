@@ -2,6 +2,7 @@
 
 use super::node::{self, EMPTY_SLOT, EncodedNode, Slots};
 use crate::build::WideTree;
+use crate::cover::Cover;
 use crate::layout::{LEAF, Node, WIDTH, leaf_index};
 use rayon::prelude::*;
 
@@ -97,6 +98,11 @@ impl Plan {
     /// The box around everything.
     pub fn bounds(&self) -> crate::Aabb {
         self.tree.bounds
+    }
+
+    /// What is known of the box around everything when it is turned.
+    pub fn cover(&self) -> Cover {
+        Cover::new(&self.tree.nodes, self.tree.root, self.tree.bounds)
     }
 }
 
