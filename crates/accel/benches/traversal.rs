@@ -19,6 +19,10 @@ use std::sync::Arc;
 use std::time::Instant;
 use support::{Mesh, Rng};
 
+/// As in the front ends.
+#[global_allocator]
+static ALLOCATOR: accel::HugePages = accel::HugePages;
+
 const REPEAT: usize = 7;
 
 fn main() {

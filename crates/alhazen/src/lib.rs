@@ -19,7 +19,6 @@
 //! ```
 
 mod adaptive;
-mod allocator;
 mod checkpoint;
 mod choice;
 mod colour;
@@ -36,9 +35,8 @@ mod renderer;
 mod source;
 pub mod system;
 
-pub use accel::{Coherence, Ray};
+pub use accel::{Coherence, HugePages, Ray};
 pub use adaptive::{Adaptive, Sampling};
-pub use allocator::HugePages;
 pub use backend::{
     AllocationSettings, FrameSamples, FrameView, HistorySettings, RealtimeSettings, UnknownFrameView,
 };

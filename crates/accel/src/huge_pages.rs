@@ -42,7 +42,7 @@ unsafe impl GlobalAlloc for HugePages {
 }
 
 /// Asks for huge pages for the whole pages inside an allocation. A refusal changes nothing.
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", not(miri)))]
 fn ask_for_huge_pages(memory: *mut u8, size: usize) {
     const PAGE: usize = 4096;
     if memory.is_null() || size < LARGE {
@@ -55,7 +55,7 @@ fn ask_for_huge_pages(memory: *mut u8, size: usize) {
     unsafe { libc::madvise(first as *mut libc::c_void, length, libc::MADV_HUGEPAGE) };
 }
 
-#[cfg(not(target_os = "linux"))]
+#[cfg(not(all(target_os = "linux", not(miri))))]
 fn ask_for_huge_pages(_: *mut u8, _: usize) {}
 
 #[cfg(test)]
