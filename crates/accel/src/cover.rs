@@ -61,7 +61,7 @@ impl Cover {
             let room = 2e-6 * size(&self.bounds, &m[a]) as f32;
             let least = low[a].into_iter().fold(f32::INFINITY, f32::min) + m[a][3];
             let most = high[a].into_iter().fold(f32::NEG_INFINITY, f32::max) + m[a][3];
-            // What has overflowed says nothing.
+            // No sum is larger than the size. Where one overflows, the room does, too, and the outer box stays as it is.
             bounds.min[a] = outer.min[a].max(least - room);
             bounds.max[a] = outer.max[a].min(most + room);
         }

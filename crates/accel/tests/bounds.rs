@@ -145,3 +145,21 @@ fn encoded_balls_are_not_entered_at_their_corners() {
     }
     assert!(passed > 5, "only {passed} rays were between ball and box");
 }
+
+/// Near the largest numbers, sums over boxes overflow where those over the bounds do not. Then only the latter count.
+#[test]
+fn what_overflows_does_not_hide_an_instance() {
+    let mut mesh = Mesh::soup(&mut Rng::new(36), 60, 0.1);
+    for p in &mut mesh.positions {
+        *p = [2.0 + 0.1 * p[0], 2.0 + 0.1 * p[1], p[2]];
+    }
+    let blas = std::sync::Arc::new(Blas::triangles(&[mesh.geometry(0)], Quality::Balanced));
+    // Sums of up to 4.4e38, which the translation brings back into range.
+    let m = [[1e38, 1e38, 0.0, -3e38], [-1e38, 1e38, 0.0, 0.0], [0.0, 0.0, 1e38, 0.0]];
+    let tlas = Tlas::build(&[Instance { object_to_world: m, ..Instance::identity(0) }], vec![blas]);
+    assert_eq!(tlas.skipped_instances(), 0);
+    let along = |p: &[f32; 3]| 1e38 * f64::from(p[0]) + 1e38 * f64::from(p[1]) - 3e38;
+    let bounds = tlas.bounds();
+    let inside = |x: f64| f64::from(bounds.min[0]) <= x && x <= f64::from(bounds.max[0]);
+    assert!(mesh.positions.iter().all(|p| inside(along(p))), "{bounds:?}");
+}
