@@ -39,6 +39,7 @@ pub(crate) struct Node {
 
 /// Which of a node's planes: an axis and a side.
 #[derive(Clone, Copy)]
+#[repr(transparent)]
 pub(crate) struct Plane {
     /// Of the plane's first number in [`Node::planes`]: a multiple of [`WIDTH`] below six times that.
     first: u32,
@@ -56,6 +57,12 @@ impl Plane {
     #[inline(always)]
     pub fn opposite(self) -> Self {
         Plane { first: self.first ^ WIDTH as u32 }
+    }
+
+    /// All that it is made of, in memory as well.
+    #[inline(always)]
+    pub fn number(self) -> u32 {
+        self.first
     }
 
     /// 0: the low face; 1: the high one.

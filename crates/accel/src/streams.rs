@@ -2,6 +2,7 @@
 
 use crate::layout::WIDTH;
 use crate::ray::{Hit, MISS, Ray};
+use crate::simd;
 
 /// Rays that are asked about together.
 pub trait RayStream: Sync {
@@ -14,6 +15,12 @@ pub trait RayStream: Sync {
     /// Whether there are none.
     fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// Asks for the memory of rays from `first` on, which need not be there.
+    #[inline(always)]
+    fn prefetch(&self, first: usize) {
+        let _ = first;
     }
 
     /// Eight in a row; those beyond the end have no interval in which a hit counts. Into `lanes`, because what is returned would be copied.
@@ -107,6 +114,12 @@ impl RayStream for RayColumns<'_> {
             direction: self.direction.map(at),
             t_max: self.t_max.map_or(f32::INFINITY, at),
         }
+    }
+
+    #[inline(always)]
+    fn prefetch(&self, first: usize) {
+        let all = self.origin.iter().chain(&self.direction).chain(&self.t_max);
+        all.for_each(|column| simd::prefetch(column.as_ptr().wrapping_add(first)));
     }
 
     #[inline(always)]

@@ -7,65 +7,13 @@
 //! The arithmetic is that of [`super::leaves::Triangles`], for one triangle and eight rays instead of the other way round.
 
 use super::leaves::splats;
+use super::setup::Shears;
 use crate::handful::{Face, Handful, MAX_CORNERS};
 use crate::layout::{NO_PRIMITIVE, WIDTH};
 use crate::ray::{Hit, MISS};
 use crate::simd::Simd;
 use crate::streams::{RayLanes, RayStream};
 use std::mem::MaybeUninit;
-
-/// What moves points into the space in which eight rays run along the third axis.
-struct Shears<S: Simd> {
-    axes: Axes<S>,
-    /// The origin's coordinates in the order of the axes.
-    origin: [S::F; 3],
-    shear: [S::F; 3],
-}
-
-impl<S: Simd> Shears<S> {
-    #[inline(always)]
-    fn new(s: S, rays: &RayLanes) -> Self {
-        let zero = s.splat(0.0);
-        let direction = [s.load(&rays.direction[0]), s.load(&rays.direction[1]), s.load(&rays.direction[2])];
-        let origin = [s.load(&rays.origin[0]), s.load(&rays.origin[1]), s.load(&rays.origin[2])];
-        let x = s.max(direction[0], s.sub(zero, direction[0]));
-        let y = s.max(direction[1], s.sub(zero, direction[1]));
-        let z = s.max(direction[2], s.sub(zero, direction[2]));
-        // The longest component, as `Shear::new` chooses it.
-        let axes = Axes { along_y: s.and(s.lt(x, y), s.le(z, y)), along_z: s.and(s.lt(x, z), s.lt(y, z)) };
-        let [u, v, w] = axes.ordered(s, direction);
-        let inverse = s.div(s.splat(1.0), w);
-        let origin = axes.ordered(s, origin);
-        Shears { axes, origin, shear: [s.mul(u, inverse), s.mul(v, inverse), inverse] }
-    }
-
-    /// A point relative to the rays' origins, sheared.
-    #[inline(always)]
-    fn apply(&self, s: S, point: [S::F; 3]) -> [S::F; 3] {
-        let [x, y, z] = self.axes.ordered(s, point);
-        let [x, y, z] = [s.sub(x, self.origin[0]), s.sub(y, self.origin[1]), s.sub(z, self.origin[2])];
-        [s.neg_mul_add(self.shear[0], z, x), s.neg_mul_add(self.shear[1], z, y), z]
-    }
-}
-
-/// Which axis is each ray's third: x where it is neither of these.
-struct Axes<S: Simd> {
-    along_y: S::M,
-    along_z: S::M,
-}
-
-impl<S: Simd> Axes<S> {
-    /// Coordinates in the order of the axes.
-    #[inline(always)]
-    fn ordered(&self, s: S, [x, y, z]: [S::F; 3]) -> [S::F; 3] {
-        let (along_y, along_z) = (self.along_y, self.along_z);
-        [
-            s.select(along_z, s.select(along_y, y, z), x),
-            s.select(along_z, s.select(along_y, z, x), y),
-            s.select(along_z, s.select(along_y, x, y), z),
-        ]
-    }
-}
 
 /// Twice the area between the axis and an edge. Not fused, so that the edge in the other direction has the same area with
 /// the other sign: see the scalar function.

@@ -91,6 +91,7 @@ pub(super) trait Leaf<S: Simd> {
 
 /// What the triangle test needs of a ray.
 #[derive(Clone, Copy)]
+#[repr(C)]
 pub(super) struct Shear {
     /// The axes of object space in the order (u, v, w).
     axes: [u32; 3],
@@ -118,6 +119,18 @@ impl Shear {
             shear: [d[u] * inverse, d[v] * inverse, inverse],
             t_min: ray.t_min.max(0.0),
         }
+    }
+
+    #[cfg(test)]
+    pub fn axes(&self) -> [u32; 3] {
+        self.axes
+    }
+
+    /// All others.
+    #[cfg(test)]
+    pub fn numbers(&self) -> [f32; 7] {
+        let ([a, b, c], [d, e, f]) = (self.origin, self.shear);
+        [a, b, c, d, e, f, self.t_min]
     }
 }
 

@@ -4,6 +4,7 @@ mod in_lanes;
 mod leaves;
 mod packet;
 mod scalar;
+mod setup;
 mod stack;
 mod stream;
 mod tree;
@@ -88,6 +89,7 @@ const STACK: usize = MAX_DEPTH * 7 + 16;
 /// units in the last place of the largest coordinate; the offsets are moved apart by that, so that no box that
 /// the ray touches is missed (in the spirit of Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013, with no cost per node).
 #[derive(Clone, Copy)]
+#[repr(C)]
 struct Slabs {
     inverse: [f32; 3],
     near_offset: [f32; 3],

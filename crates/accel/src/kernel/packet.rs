@@ -3,13 +3,14 @@
 //! Boxes of nodes are tested once for all rays, with intervals of origins and reciprocal directions. Only leaves are
 //! tested ray by ray, first their boxes and then their primitives with the code for single rays.
 
-use super::leaves::{Candidates, Leaf, Shear, Triangles, splats};
+use super::leaves::{Candidates, Leaf, Triangles, splats};
+use super::setup::{EightRays, Setup, abs};
 use super::{Best, STACK};
 use crate::blas::Blas;
 use crate::layout::{EMPTY, LEAF, Node, TriangleBlock, WIDTH, leaf_index};
 use crate::ray::{Hit, HitFilter, MISS, Ray};
 use crate::simd::Simd;
-use crate::streams::RayStream;
+use crate::streams::{RayLanes, RayStream};
 use std::ops::Range;
 
 /// Rays in a packet.
@@ -33,7 +34,7 @@ pub(crate) struct Packet {
     t_min: Lanes,
     /// Where each ray's search ends by now: negative when it is over.
     t_max: Lanes,
-    shear: [Shear; PACKET],
+    setups: [[Setup; WIDTH]; GROUPS],
     /// What each ray has hit.
     pub hits: [Hit; PACKET],
 }
@@ -48,11 +49,6 @@ struct Frustum {
     t_min: f32,
 }
 
-#[inline(always)]
-fn abs<S: Simd>(s: S, x: S::F) -> S::F {
-    s.max(x, s.sub(s.splat(0.0), x))
-}
-
 /// Whether the directions of two rays are close. Not exact: `load` looks closer.
 #[inline(always)]
 fn is_alike(a: &Ray, b: &Ray) -> bool {
@@ -62,16 +58,27 @@ fn is_alike(a: &Ray, b: &Ray) -> bool {
     ab > 0.0 && ab * ab > 0.97 * aa * bb
 }
 
+/// Puts `ray` in all lanes but the first `used`.
+#[inline(always)]
+fn fill_up(lanes: &mut RayLanes, used: usize, ray: &Ray) {
+    for lane in used..WIDTH {
+        for axis in 0..3 {
+            lanes.origin[axis][lane] = ray.origin[axis];
+            lanes.direction[axis][lane] = ray.direction[axis];
+        }
+        (lanes.t_min[lane], lanes.t_max[lane]) = (ray.t_min, ray.t_max);
+    }
+}
+
 impl Packet {
     pub fn new() -> Packet {
-        let none = Shear::new(&Ray::new([0.0; 3], [0.0, 0.0, 1.0]));
         Packet {
             inverse: [[[0.0; WIDTH]; GROUPS]; 3],
             near_offset: [[[0.0; WIDTH]; GROUPS]; 3],
             far_offset: [[[0.0; WIDTH]; GROUPS]; 3],
             t_min: [[0.0; WIDTH]; GROUPS],
             t_max: [[-1.0; WIDTH]; GROUPS],
-            shear: [none; PACKET],
+            setups: [[Setup::nothing(); WIDTH]; GROUPS],
             hits: [MISS; PACKET],
         }
     }
@@ -90,76 +97,63 @@ impl Packet {
         if [some.start + some.len() / 2, some.end - 1].iter().any(|&i| !is_alike(first, &rays.ray(i))) {
             return None;
         }
-        let (mut origins, mut directions) = ([[[0.0; WIDTH]; GROUPS]; 3], [[[0.0; WIDTH]; GROUPS]; 3]);
-        for i in 0..PACKET {
-            let ray = &if i < some.len() { rays.ray(some.start + i) } else { *first };
-            if !ray.is_valid() {
-                return None;
-            }
-            let (group, lane) = (i / WIDTH, i % WIDTH);
-            for a in 0..3 {
-                origins[a][group][lane] = ray.origin[a];
-                directions[a][group][lane] = ray.direction[a];
-            }
-            self.t_min[group][lane] = ray.t_min.max(0.0);
-            self.t_max[group][lane] = if i < some.len() { ray.t_max } else { -1.0 };
-            self.shear[i] = Shear::new(ray);
-            self.hits[i] = MISS;
+        let mut lanes = [RayLanes::NOTHING; GROUPS];
+        for (group, lanes) in lanes.iter_mut().enumerate() {
+            rays.load(some.start + group * WIDTH, lanes);
+            fill_up(lanes, some.len().saturating_sub(group * WIDTH), first);
         }
-
         let d = first.direction;
         let long = if d[0].abs() > d[1].abs() { 0 } else { 1 };
         let long = if d[2].abs() > d[long].abs() { 2 } else { long };
+        let zero = s.splat(0.0);
+        let middle = splats(s, d.map(|x| x / d[long].abs()));
+        let near_side = [usize::from(d[0] < 0.0), usize::from(d[1] < 0.0), usize::from(d[2] < 0.0)];
+        let largest = s.splat(f32::MAX);
+        let [mut low, mut high, mut low_inverse, mut high_inverse] = [[largest; 3]; 4];
+        let mut t_min = s.splat(f32::INFINITY);
+        for (group, lanes) in lanes.iter().enumerate() {
+            let eight = EightRays::new(s, lanes, &blas.extent);
+            let used = some.len().saturating_sub(group * WIDTH).min(WIDTH);
+            if eight.valid != 255 {
+                return None;
+            }
+            let scale = s.div(s.splat(1.0), abs(s, s.load(&lanes.direction[long])));
+            for a in 0..3 {
+                let (o, d) = (s.load(&lanes.origin[a]), s.load(&lanes.direction[a]));
+                let apart = abs(s, s.sub(s.mul(d, scale), middle[a]));
+                let all_negative = if near_side[a] == 0 { 0 } else { 255 };
+                // NaN is apart, too.
+                if s.bits(s.le(apart, s.splat(MAX_SPREAD))) != 255 || s.bits(eight.down[a]) != all_negative {
+                    return None;
+                }
+                low[a] = s.min(low[a], o);
+                high[a] = s.min(high[a], s.sub(zero, o));
+                low_inverse[a] = s.min(low_inverse[a], eight.inverse[a]);
+                high_inverse[a] = s.min(high_inverse[a], s.sub(zero, eight.inverse[a]));
+                s.store(eight.inverse[a], &mut self.inverse[a][group]);
+                s.store(eight.near_offset[a], &mut self.near_offset[a][group]);
+                s.store(eight.far_offset[a], &mut self.far_offset[a][group]);
+            }
+            t_min = s.min(t_min, eight.t_min);
+            s.store(eight.t_min, &mut self.t_min[group]);
+            s.store(eight.t_max, &mut self.t_max[group]);
+            self.t_max[group][used..].fill(-1.0);
+            eight.write(s, &mut self.setups[group]);
+        }
+        self.hits = [MISS; PACKET];
         let mut f = Frustum {
-            near_side: [usize::from(d[0] < 0.0), usize::from(d[1] < 0.0), usize::from(d[2] < 0.0)],
+            near_side,
             near_origin: [0.0; 3],
             far_origin: [0.0; 3],
             low_inverse: [0.0; 3],
             high_inverse: [0.0; 3],
-            t_min: self.t_min.as_flattened().iter().fold(f32::INFINITY, |m, &t| if t < m { t } else { m }),
+            t_min: s.least(t_min),
         };
-        let (zero, one) = (s.splat(0.0), s.splat(1.0));
-        let mut scales = [zero; GROUPS];
-        let mut tiny = [zero; GROUPS];
-        for group in 0..GROUPS {
-            let (x, y) = (s.load(&directions[0][group]), s.load(&directions[1][group]));
-            let z = s.load(&directions[2][group]);
-            let longest = s.max(s.max(abs(s, x), abs(s, y)), abs(s, z));
-            tiny[group] = s.max(s.mul(longest, s.splat(1e-24)), s.splat(1e-37));
-            scales[group] = s.div(one, abs(s, s.load(&directions[long][group])));
-        }
         let extent = blas.extent[0].max(blas.extent[1]).max(blas.extent[2]);
         for a in 0..3 {
-            let middle = s.splat(d[a] / d[long].abs());
-            let all_negative = if f.near_side[a] == 0 { 0 } else { 255 };
-            let (mut low, mut high) = (s.splat(f32::MAX), s.splat(f32::MAX));
-            let (mut low_inverse, mut high_inverse) = (low, high);
-            for group in 0..GROUPS {
-                // As in `Slabs::new`.
-                let (o, d) = (s.load(&origins[a][group]), s.load(&directions[a][group]));
-                let d = s.select(s.lt(abs(s, d), tiny[group]), d, s.flip_sign(tiny[group], d));
-                let inverse = s.div(one, d);
-                let offset = s.mul(o, inverse);
-                let size = s.add(abs(s, o), s.splat(blas.extent[a]));
-                let error = s.mul(s.mul(size, abs(s, inverse)), s.splat(4.0 * f32::EPSILON));
-                s.store(inverse, &mut self.inverse[a][group]);
-                s.store(s.sub(s.sub(zero, offset), error), &mut self.near_offset[a][group]);
-                s.store(s.sub(error, offset), &mut self.far_offset[a][group]);
-                let apart = abs(s, s.sub(s.mul(d, scales[group]), middle));
-                // NaN is apart, too.
-                if s.bits(s.le(apart, s.splat(MAX_SPREAD))) != 255
-                    || s.bits(s.lt(inverse, zero)) != all_negative
-                {
-                    return None;
-                }
-                low = s.min(low, o);
-                high = s.min(high, s.sub(zero, o));
-                low_inverse = s.min(low_inverse, inverse);
-                high_inverse = s.min(high_inverse, s.sub(zero, inverse));
-            }
-            f.low_inverse[a] = s.least(low_inverse);
-            f.high_inverse[a] = -s.least(high_inverse);
-            let (low, high) = (s.least(low), -s.least(high));
+            f.low_inverse[a] = s.least(low_inverse[a]);
+            f.high_inverse[a] = -s.least(high_inverse[a]);
+            let (low, high) = (s.least(low[a]), -s.least(high[a]));
             if high - low > MAX_DISTANCE * extent {
                 return None;
             }
@@ -172,8 +166,13 @@ impl Packet {
 
     /// The farthest distance at which any ray still looks for hits; negative if all searches are over.
     #[inline(always)]
-    fn limit(&self) -> f32 {
-        self.t_max.as_flattened().iter().fold(-1.0f32, |m, &t| if t > m { t } else { m })
+    fn limit<S: Simd>(&self, s: S) -> f32 {
+        let zero = s.splat(0.0);
+        let mut nearest = s.splat(1.0);
+        for group in &self.t_max {
+            nearest = s.min(nearest, s.sub(zero, s.load(group)));
+        }
+        -s.least(nearest)
     }
 
     /// Traces some of the rays, at least one, through `blas`, whose leaves are `blocks`. False, and nothing done, if they are too
@@ -199,7 +198,7 @@ impl Packet {
         let low_inverse = splats(s, f.low_inverse);
         let high_inverse = splats(s, f.high_inverse);
         let t_min = s.splat(f.t_min);
-        let mut limit = self.limit();
+        let mut limit = self.limit(s);
         let (mut keys, mut parents) = ([0u32; STACK], [0u32; STACK]);
         let mut size = 0;
         let mut at = blas.root;
@@ -251,7 +250,7 @@ impl Packet {
                     }
                 }
                 if has_hit {
-                    limit = self.limit();
+                    limit = self.limit(s);
                     if limit < 0.0 {
                         return true;
                     }
@@ -287,7 +286,7 @@ impl Packet {
         let (group, lane) = (i / WIDTH, i % WIDTH);
         let mut best = Best { hit: self.hits[i], t_max: self.t_max[group][lane] };
         let before = best.t_max;
-        Triangles::new(s, blocks, &self.shear[i]).test(s, index, before, |c: &Candidates<S>, ids| {
+        Triangles::new(s, blocks, &self.setups[group][lane].shear).test(s, index, before, |c: &Candidates<S>, ids| {
             if !ANY {
                 c.keep_nearest(s, ids, 0, filter, &mut best);
             } else if c.any(s, ids, 0, filter) {

@@ -6,7 +6,8 @@
 //! and no branch depends on where a ray goes: whether its next place is a node or a leaf decides in which list it is entered.
 //! Each ray takes the steps that it would take alone.
 
-use super::leaves::{Leaf, Shear, Spheres, Triangles};
+use super::leaves::{Leaf, Spheres, Triangles};
+use super::setup::{EightRays, Setup};
 use super::stack::{END, STREAM_STACK, StackMemory, StreamStack};
 use super::tree::{Boxes, node};
 use super::wide::{tiny_any, tiny_closest};
@@ -15,7 +16,7 @@ use crate::blas::{Blas, Shape};
 use crate::layout::{ChildRef, EMPTY, INSTANCE, LEAF, Node, SphereBlock, TriangleBlock, WIDTH, leaf_index};
 use crate::ray::{Hit, HitFilter, Ray};
 use crate::simd::Simd;
-use crate::streams::RayStream;
+use crate::streams::{RayLanes, RayStream};
 use crate::tlas::Tlas;
 
 /// Rays under way. Fewer wait for each other's results, more push each other's state out of the first cache.
@@ -24,8 +25,8 @@ const UNDER_WAY: usize = 16;
 /// A ray on its way through both levels, or through the only object.
 #[repr(C, align(64))]
 struct Traveller<'a> {
-    /// For the boxes of `nodes`.
-    slabs: Slabs,
+    /// For `nodes` and the object's triangles.
+    setup: Setup,
     /// The nodes that `child` counts.
     nodes: &'a [Node],
     /// What is to be looked at next.
@@ -40,8 +41,6 @@ struct Traveller<'a> {
     instance: u32,
     /// Distances, infinite where nothing is met, and barycentric coordinates in the leaf that was tested last.
     met: [[f32; WIDTH]; 3],
-    /// What tests of the object's triangles need of the ray.
-    shear: Shear,
     /// Number of the ray in its stream.
     number: usize,
     /// For the boxes of the upper level, while the ray is in an object.
@@ -53,53 +52,56 @@ struct Traveller<'a> {
 
 impl<'a> Traveller<'a> {
     fn new(tlas: &'a Tlas, memory: &'a mut StackMemory<STREAM_STACK>) -> Self {
-        let ray = Ray::new([0.0; 3], [0.0, 0.0, 1.0]);
-        let slabs = Slabs::new(&ray, &tlas.extent);
+        let setup = Setup::nothing();
         Traveller {
-            slabs,
+            setup,
             nodes: &tlas.nodes,
             child: END,
             stack: StreamStack::new(memory),
-            best: Best::new(&ray),
+            best: setup.best(),
             in_object: false,
             triangles: &[],
             spheres: &[],
             instance: 0,
             met: [[0.0; WIDTH]; 3],
-            shear: Shear::new(&ray),
             number: 0,
-            upper: slabs,
-            ray,
+            upper: setup.slabs,
+            ray: Ray::new([0.0; 3], [0.0, 0.0, 1.0]),
         }
     }
 
-    /// Begins with ray `number` at the top, or in the only object.
+    /// Begins with ray `number` at the top, or in the only object. `setup` is for that.
     #[inline(always)]
-    fn start(&mut self, number: usize, ray: &Ray, tlas: &'a Tlas, only: Option<&'a Blas>) {
+    fn start(
+        &mut self,
+        number: usize,
+        setup: &Setup,
+        tlas: &'a Tlas,
+        only: Option<&'a Blas>,
+        rays: &(impl RayStream + ?Sized),
+    ) {
         self.number = number;
-        self.best = Best::new(ray);
+        self.setup = *setup;
+        self.best = setup.best();
         self.stack.clear();
         match only {
-            Some(object) => self.enter(object, 0, ray),
+            Some(object) => self.enter(object, 0, || rays.ray(number)),
             None => {
                 self.in_object = false;
                 self.nodes = &tlas.nodes;
-                self.slabs = Slabs::new(ray, &tlas.extent);
                 self.child = tlas.root;
             }
         }
     }
 
-    /// Goes to the root of an object.
+    /// Goes to the root of an object, for which the ray has been set up. `ray` is asked for if there are spheres.
     #[inline(always)]
-    fn enter(&mut self, object: &'a Blas, instance: u32, ray: &Ray) {
-        self.shear = Shear::new(ray);
-        self.slabs = Slabs::new(ray, &object.extent);
+    fn enter(&mut self, object: &'a Blas, instance: u32, ray: impl FnOnce() -> Ray) {
         self.nodes = &object.nodes;
         (self.triangles, self.spheres) = match &object.shape {
             Shape::Triangles(blocks) => (&blocks[..], &[][..]),
             Shape::Spheres(blocks) => {
-                self.ray = *ray;
+                self.ray = ray();
                 (&[][..], &blocks[..])
             }
         };
@@ -112,7 +114,7 @@ impl<'a> Traveller<'a> {
     #[inline(always)]
     fn visit_node<S: Simd, const ANY: bool>(&mut self, s: S) {
         let node = node(self.nodes, self.child);
-        let (near, inside) = Boxes::new(s, &self.slabs).meet(s, node, s.splat(self.best.t_max));
+        let (near, inside) = Boxes::new(s, &self.setup.slabs).meet(s, node, s.splat(self.best.t_max));
         if ANY {
             self.stack.push::<S, false>(s, node, near, inside);
         } else {
@@ -126,7 +128,7 @@ impl<'a> Traveller<'a> {
     fn visit_leaf<S: Simd, F: HitFilter, const ANY: bool>(&mut self, s: S, filter: &F) {
         let index = leaf_index(self.child);
         let found = if self.spheres.is_empty() {
-            self.test::<S, F, ANY>(s, &Triangles::new(s, self.triangles, &self.shear), index, filter)
+            self.test::<S, F, ANY>(s, &Triangles::new(s, self.triangles, &self.setup.shear), index, filter)
         } else {
             self.test::<S, F, ANY>(s, &Spheres::new(s, self.spheres, &self.ray), index, filter)
         };
@@ -143,7 +145,7 @@ impl<'a> Traveller<'a> {
             self.visit_leaf::<S, F, false>(s, filter);
             return false;
         }
-        let triangles = Triangles::new(s, self.triangles, &self.shear);
+        let triangles = Triangles::new(s, self.triangles, &self.setup.shear);
         let (met, mask) = triangles.meet_leaf(s, leaf_index(self.child), self.best.t_max);
         s.store(s.select(mask, s.splat(f32::INFINITY), met.t), &mut self.met[0]);
         s.store(met.u, &mut self.met[1]);
@@ -221,16 +223,17 @@ impl<'a> Traveller<'a> {
             }
             self.in_object = false;
             self.nodes = &tlas.nodes;
-            self.slabs = self.upper;
+            self.setup.slabs = self.upper;
         } else if self.child != EMPTY {
             // Coordinates near the end of the range of floats may let a ray into unused boxes.
             let index = leaf_index(self.child);
             let world = rays.ray(self.number);
             if let Some((object, instance, ray)) = tlas.enter(index, &world, filter.ray_mask()) {
                 let Some(blocks) = object.tiny().filter(|_| F::OPAQUE) else {
-                    self.upper = self.slabs;
+                    self.upper = self.setup.slabs;
                     self.stack.push_end(s);
-                    self.enter(object, instance, &ray);
+                    self.setup = Setup::new(&ray, &object.extent);
+                    self.enter(object, instance, || ray);
                     return false;
                 };
                 if self.test_tiny::<S, ANY>(s, blocks, instance, ray) {
@@ -266,6 +269,46 @@ impl<'a> Traveller<'a> {
         let node = self.nodes.as_ptr().wrapping_add(self.child as usize).cast();
         let block = self.triangles.as_ptr().wrapping_add(leaf_index(self.child)).cast();
         s.prefetch::<{ size_of::<TriangleBlock>() / 64 }>(if self.child & LEAF == 0 { node } else { block });
+    }
+}
+
+/// The rays of a stream that have not begun yet, eight of which have been set up.
+struct Waiting<'r, R: ?Sized> {
+    rays: &'r R,
+    /// Magnitude of the coordinates of the tree that they begin in.
+    extent: &'r [f32; 3],
+    lanes: RayLanes,
+    /// The eight, and the number of the first.
+    setups: [Setup; WIDTH],
+    first: usize,
+    /// Which of them still wait, as bits.
+    which: u32,
+    /// The first one after them.
+    next: usize,
+}
+
+impl<'r, R: RayStream + ?Sized> Waiting<'r, R> {
+    fn new(rays: &'r R, extent: &'r [f32; 3]) -> Self {
+        Waiting { rays, extent, lanes: RayLanes::NOTHING, setups: [Setup::nothing(); WIDTH], first: 0, which: 0, next: 0 }
+    }
+
+    /// The next ray: its number and its setup. Leaves out those that cannot hit anything.
+    #[inline(always)]
+    fn take<S: Simd>(&mut self, s: S) -> Option<(usize, &Setup)> {
+        while self.which == 0 {
+            if self.next >= self.rays.len() {
+                return None;
+            }
+            self.rays.load(self.next, &mut self.lanes);
+            let eight = EightRays::new(s, &self.lanes, self.extent);
+            eight.write(s, &mut self.setups);
+            self.rays.prefetch(self.next + 2 * WIDTH);
+            (self.first, self.which) = (self.next, eight.valid);
+            self.next += WIDTH;
+        }
+        let lane = self.which.trailing_zeros() as usize % WIDTH;
+        self.which &= self.which - 1;
+        Some((self.first + lane, &self.setups[lane]))
     }
 }
 
@@ -356,14 +399,16 @@ pub(super) fn trace<S: Simd, F: HitFilter, const ANY: bool>(
         return;
     }
     let only = tlas.only(filter.ray_mask());
-    let mut waiting = (0..rays.len()).map(|i| (i, rays.ray(i))).filter(|(_, ray)| ray.is_valid());
+    let mut waiting = Waiting::new(rays, only.map_or(&tlas.extent, |object| &object.extent));
     let mut memories = [const { StackMemory::UNINIT }; UNDER_WAY];
-    let mut travellers = memories.each_mut().map(|memory| Traveller::new(tlas, memory));
+    let mut memories = memories.each_mut().into_iter();
+    let mut travellers = std::array::from_fn(|_| Traveller::new(tlas, memories.next().expect("one for each")));
     let mut lists = Lists::default();
     let mut counts = Counts::default();
-    for (member, (number, ray)) in Member::all().zip(waiting.by_ref()) {
+    for member in Member::all() {
+        let Some((number, setup)) = waiting.take(s) else { break };
         let traveller = member.of(&mut travellers);
-        traveller.start(number, &ray, tlas, only);
+        traveller.start(number, setup, tlas, only, rays);
         lists.enter(&mut counts, member, traveller);
     }
     while counts.nodes + counts.leaves + counts.others > 0 {
@@ -403,8 +448,8 @@ pub(super) fn trace<S: Simd, F: HitFilter, const ANY: bool>(
             let traveller = member.of(&mut travellers);
             if traveller.change_level::<S, F, ANY>(s, tlas, only, rays, filter) {
                 answer(traveller.number, &traveller.best.hit);
-                let Some((number, ray)) = waiting.next() else { continue };
-                traveller.start(number, &ray, tlas, only);
+                let Some((number, setup)) = waiting.take(s) else { continue };
+                traveller.start(number, setup, tlas, only, rays);
             }
             traveller.prefetch(s);
             lists.enter(&mut counts, member, traveller);

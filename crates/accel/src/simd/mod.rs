@@ -28,6 +28,8 @@ pub(crate) trait Simd: Copy {
     type M: Copy;
 
     fn splat(self, x: f32) -> Self::F;
+    /// Lane `j` of vector `i` becomes lane `i` of vector `j`.
+    fn transposed(self, rows: [Self::F; WIDTH]) -> [Self::F; WIDTH];
     fn load(self, x: &[f32; WIDTH]) -> Self::F;
     fn store(self, x: Self::F, to: &mut [f32; WIDTH]);
     fn add(self, a: Self::F, b: Self::F) -> Self::F;
@@ -74,6 +76,19 @@ pub(crate) trait Simd: Copy {
     fn prefetch<const N: usize>(self, _first: *const u8) {}
     /// Moves the lanes that are set in `bits` (`m` as bits) to the front. The others are undefined.
     fn compress(self, x: Self::U, m: Self::M, bits: u32) -> Self::U;
+}
+
+/// Asks for the cache line that `place` points to, if it does; on any processor.
+#[inline(always)]
+pub(crate) fn prefetch<T>(place: *const T) {
+    #[cfg(target_arch = "x86_64")]
+    // SAFETY: all processors of this architecture have the instruction. It reads nothing, and may be given any address.
+    unsafe {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        _mm_prefetch::<_MM_HINT_T0>(place.cast());
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = place;
 }
 
 /// For each mask of eight bits, the positions of its set bits, lowest first.

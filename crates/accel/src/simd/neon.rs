@@ -45,6 +45,18 @@ impl Simd for Neon {
     }
 
     #[inline(always)]
+    fn transposed(self, rows: [Self::F; WIDTH]) -> [Self::F; WIDTH] {
+        let mut numbers = [[0.0; WIDTH]; WIDTH];
+        for (row, numbers) in rows.into_iter().zip(&mut numbers) {
+            self.store(row, numbers);
+        }
+        std::array::from_fn(|i| {
+            let column = std::array::from_fn(|j| numbers[j][i]);
+            self.load(&column)
+        })
+    }
+
+    #[inline(always)]
     fn load(self, x: &[f32; WIDTH]) -> Self::F {
         // SAFETY: `self` proves that the instruction exists; `x` is eight lanes long.
         unsafe { [vld1q_f32(x.as_ptr()), vld1q_f32(x.as_ptr().add(4))] }

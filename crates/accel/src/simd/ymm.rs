@@ -10,6 +10,40 @@ macro_rules! ymm_operations {
         }
 
         #[inline(always)]
+        fn transposed(self, [a, b, c, d, e, f, g, h]: [__m256; WIDTH]) -> [__m256; WIDTH] {
+            // SAFETY: `self` proves that the instructions exist.
+            unsafe {
+                // Pairs of numbers of two rows, pairs of pairs, halves.
+                let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
+                let (ef, gh) = (_mm256_unpacklo_ps(e, f), _mm256_unpacklo_ps(g, h));
+                let (ab_high, cd_high) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
+                let (ef_high, gh_high) = (_mm256_unpackhi_ps(e, f), _mm256_unpackhi_ps(g, h));
+                let abcd = [
+                    _mm256_shuffle_ps::<0b01_00_01_00>(ab, cd),
+                    _mm256_shuffle_ps::<0b11_10_11_10>(ab, cd),
+                    _mm256_shuffle_ps::<0b01_00_01_00>(ab_high, cd_high),
+                    _mm256_shuffle_ps::<0b11_10_11_10>(ab_high, cd_high),
+                ];
+                let efgh = [
+                    _mm256_shuffle_ps::<0b01_00_01_00>(ef, gh),
+                    _mm256_shuffle_ps::<0b11_10_11_10>(ef, gh),
+                    _mm256_shuffle_ps::<0b01_00_01_00>(ef_high, gh_high),
+                    _mm256_shuffle_ps::<0b11_10_11_10>(ef_high, gh_high),
+                ];
+                [
+                    _mm256_permute2f128_ps::<0x20>(abcd[0], efgh[0]),
+                    _mm256_permute2f128_ps::<0x20>(abcd[1], efgh[1]),
+                    _mm256_permute2f128_ps::<0x20>(abcd[2], efgh[2]),
+                    _mm256_permute2f128_ps::<0x20>(abcd[3], efgh[3]),
+                    _mm256_permute2f128_ps::<0x31>(abcd[0], efgh[0]),
+                    _mm256_permute2f128_ps::<0x31>(abcd[1], efgh[1]),
+                    _mm256_permute2f128_ps::<0x31>(abcd[2], efgh[2]),
+                    _mm256_permute2f128_ps::<0x31>(abcd[3], efgh[3]),
+                ]
+            }
+        }
+
+        #[inline(always)]
         fn load(self, x: &[f32; WIDTH]) -> __m256 {
             // SAFETY: `self` proves that the instruction exists; `x` is eight lanes long.
             unsafe { _mm256_loadu_ps(x.as_ptr()) }
