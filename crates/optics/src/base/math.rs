@@ -41,15 +41,22 @@ pub mod math {
         0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z
     }
 
+    /// The integer nearest to `x`, whose magnitude must be below 2²².
+    ///
+    /// Compilers vectorise this. Conversions to integers they do one by one: those saturate, in WGSL and in Rust.
+    pub fn nearest_integer(x: f32) -> i32 {
+        // 1.5·2²³: numbers around it have no fraction, and their bits count up.
+        bitcast_i32(x + 12582912.0) - 1262485504
+    }
+
     /// Cosine (x) and sine (y) of `turns` whole turns. Exact at multiples of a quarter turn, error below 2·10⁻⁷ else.
     ///
     /// Polynomials of Cephes (`sinf`, `cosf`) after reduction to ±1/8 turn. Being arithmetic only, it gives the same
     /// numbers on every machine, and compilers can vectorise it.
-    /// `turns` must be finite; accuracy is that of its fractional part.
+    /// The magnitude of `turns` must be below a million; accuracy is that of its fractional part.
     pub fn cos_sin_turns(turns: f32) -> Vec2f {
         let quarters = turns * 4.0;
-        // To the nearest integer by truncation: `floor` is a call into libm where the CPU has no SSE 4.1.
-        let nearest = i32(quarters + select(-0.5, 0.5, quarters >= 0.0));
+        let nearest = nearest_integer(quarters);
         let x = (quarters - f32(nearest)) * HALF_PI;
         let x2 = x * x;
         let s = x + x * x2 * (-1.6666654611e-1 + x2 * (8.3321608736e-3 - 1.9515295891e-4 * x2));
@@ -109,6 +116,17 @@ pub mod math {
 #[cfg(test)]
 mod tests {
     use super::math::*;
+
+    #[test]
+    fn integers_are_nearest() {
+        for i in -4_194_303..4_194_303 {
+            assert_eq!(nearest_integer(i as f32), i);
+        }
+        for i in -400_000..400_000 {
+            let x = i as f32 / 64.0;
+            assert_eq!(nearest_integer(x), x.round_ties_even() as i32, "{x}");
+        }
+    }
 
     #[test]
     fn cos_sin_turns_agrees_with_libm() {

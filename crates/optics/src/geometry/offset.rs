@@ -6,12 +6,13 @@ use wgsl_rs::wgsl;
 #[wgsl]
 #[inline_all]
 pub mod offset {
+    use crate::math::*;
     use wgsl_rs::std::*;
 
     /// Moves one coordinate by a number of representable steps, or, near zero, by a share of the extent.
     pub fn offset_coordinate(p: f32, n: f32, extent: f32) -> f32 {
         // 256 units in the last place: more than the error of a hit point that is not small against the surface.
-        let steps = i32(256.0 * n);
+        let steps = nearest_integer(256.0 * n);
         let moved = bitcast_f32(u32(bitcast_i32(p) + select(steps, -steps, p < 0.0)));
         // 2⁻¹⁹ of the extent: eight times the error of interpolating vertices that far out.
         select(moved, p + n * extent * 0.0000019073486328125, abs(p) < extent * 0.03125)
