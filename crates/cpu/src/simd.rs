@@ -22,6 +22,14 @@ pub(crate) trait Instructions: Copy {
     /// If there is no such place.
     fn fetch(self, table: &[[f32; 3]], index: &[u32; LANES], mask: u32, to: [&mut [f32; LANES]; 3]);
 
+    /// The rows of a table at the places `index`: number `k` of each goes to `to[k]`, by lane. The lanes whose bits are not set in `mask` get
+    /// the table's first row, or zeros if there is none.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such place.
+    fn fetch_rows(self, table: &[[u32; LANES]], index: &[u32; LANES], mask: u32, to: [&mut [u32; LANES]; LANES]);
+
     /// Calls a stage, which is compiled for these instructions.
     fn call(self, stage: impl Stage);
 }
@@ -92,6 +100,21 @@ impl Instructions for Portable {
                 None => table.first().copied().unwrap_or_default(),
             };
             [x[lane], y[lane], z[lane]] = vector;
+        }
+    }
+
+    #[inline(always)]
+    fn fetch_rows(self, table: &[[u32; LANES]], index: &[u32; LANES], mask: u32, to: [&mut [u32; LANES]; LANES]) {
+        let mut rows = [&[0; LANES]; LANES];
+        for (lane, row) in rows.iter_mut().enumerate() {
+            let place = if mask & 1 << lane != 0 { Some(index[lane] as usize) } else { None };
+            match place {
+                Some(place) => *row = &table[place],
+                None => *row = table.first().unwrap_or(row),
+            }
+        }
+        for (number, to) in to.into_iter().enumerate() {
+            *to = rows.map(|row| row[number]);
         }
     }
 
@@ -193,6 +216,67 @@ mod x86 {
         }
 
         #[inline(always)]
+        fn fetch_rows(
+            self,
+            table: &[[u32; LANES]],
+            index: &[u32; LANES],
+            mask: u32,
+            to: [&mut [u32; LANES]; LANES],
+        ) {
+            if table.is_empty() {
+                assert_eq!(mask & 0xffff, 0, "nothing to fetch from");
+                to.into_iter().for_each(|lanes| lanes.fill(0));
+                return;
+            }
+            // SAFETY: `self` proves that the instructions exist. All places are below the table's length, which is checked, and a row is
+            // sixteen numbers long, as the arrays are.
+            unsafe {
+                let places = _mm512_maskz_loadu_epi32(mask as u16, index.as_ptr().cast());
+                let length = _mm512_set1_epi32(table.len().min(i32::MAX as usize) as i32);
+                assert!(_mm512_cmpge_epu32_mask(places, length) == 0, "no such place");
+                let mut checked = [0u32; LANES];
+                _mm512_storeu_si512(checked.as_mut_ptr().cast(), places);
+                macro_rules! row {
+                    ($lane:expr) => {
+                        _mm512_loadu_ps(table.as_ptr().add(checked[$lane] as usize).cast())
+                    };
+                }
+                // Four rows: each quarter is transposed.
+                macro_rules! four {
+                    ($l:expr) => {{
+                        let (a, b, c, d) = (row!($l), row!($l + 1), row!($l + 2), row!($l + 3));
+                        let (ab, cd) = (_mm512_unpacklo_ps(a, b), _mm512_unpacklo_ps(c, d));
+                        let (ab_high, cd_high) = (_mm512_unpackhi_ps(a, b), _mm512_unpackhi_ps(c, d));
+                        [
+                            _mm512_shuffle_ps::<0b01_00_01_00>(ab, cd),
+                            _mm512_shuffle_ps::<0b11_10_11_10>(ab, cd),
+                            _mm512_shuffle_ps::<0b01_00_01_00>(ab_high, cd_high),
+                            _mm512_shuffle_ps::<0b11_10_11_10>(ab_high, cd_high),
+                        ]
+                    }};
+                }
+                let fours = [four!(0), four!(4), four!(8), four!(12)];
+                for k in 0..4 {
+                    // Then quarters are.
+                    let [a, b, c, d] = [fours[0][k], fours[1][k], fours[2][k], fours[3][k]];
+                    let (ab_even, cd_even) =
+                        (_mm512_shuffle_f32x4::<0b10_00_10_00>(a, b), _mm512_shuffle_f32x4::<0b10_00_10_00>(c, d));
+                    let (ab_odd, cd_odd) =
+                        (_mm512_shuffle_f32x4::<0b11_01_11_01>(a, b), _mm512_shuffle_f32x4::<0b11_01_11_01>(c, d));
+                    let columns = [
+                        _mm512_shuffle_f32x4::<0b10_00_10_00>(ab_even, cd_even),
+                        _mm512_shuffle_f32x4::<0b10_00_10_00>(ab_odd, cd_odd),
+                        _mm512_shuffle_f32x4::<0b11_01_11_01>(ab_even, cd_even),
+                        _mm512_shuffle_f32x4::<0b11_01_11_01>(ab_odd, cd_odd),
+                    ];
+                    for (quarter, column) in columns.into_iter().enumerate() {
+                        _mm512_storeu_ps(to[4 * quarter + k].as_mut_ptr().cast(), column);
+                    }
+                }
+            }
+        }
+
+        #[inline(always)]
         fn call(self, stage: impl Stage) {
             #[target_feature(enable = "avx512f,avx512vl,avx512bw,avx512dq,avx2,bmi1,bmi2,fma")]
             #[inline(never)]
@@ -274,6 +358,17 @@ mod x86 {
         }
 
         #[inline(always)]
+        fn fetch_rows(
+            self,
+            table: &[[u32; LANES]],
+            index: &[u32; LANES],
+            mask: u32,
+            to: [&mut [u32; LANES]; LANES],
+        ) {
+            Portable.fetch_rows(table, index, mask, to);
+        }
+
+        #[inline(always)]
         fn call(self, stage: impl Stage) {
             #[target_feature(enable = "avx2,bmi1,bmi2,fma")]
             #[inline(never)]
@@ -309,6 +404,7 @@ mod tests {
         fn compress(&self, mask: u32, from: &[u32; LANES], to: &mut [u32; LANES]);
         fn equal(&self, lanes: &[u32; LANES], value: u32) -> u32;
         fn fetch(&self, table: &[[f32; 3]], index: &[u32; LANES], mask: u32) -> [[f32; LANES]; 3];
+        fn fetch_rows(&self, table: &[[u32; LANES]], index: &[u32; LANES], mask: u32) -> [[u32; LANES]; LANES];
     }
 
     impl<I: Instructions> Erased for I {
@@ -324,6 +420,12 @@ mod tests {
             let mut to = [[f32::NAN; LANES]; 3];
             let [x, y, z] = &mut to;
             Instructions::fetch(*self, table, index, mask, [x, y, z]);
+            to
+        }
+
+        fn fetch_rows(&self, table: &[[u32; LANES]], index: &[u32; LANES], mask: u32) -> [[u32; LANES]; LANES] {
+            let mut to = [[7; LANES]; LANES];
+            Instructions::fetch_rows(*self, table, index, mask, to.each_mut());
             to
         }
     }
@@ -365,6 +467,25 @@ mod tests {
                 }
             }
             assert_eq!(i.fetch(&[], &index, 0), [[0.0; LANES]; 3]);
+        });
+    }
+
+    #[test]
+    fn rows_come_from_all_over_the_table() {
+        let table: Vec<[u32; LANES]> =
+            (0..50).map(|i| std::array::from_fn(|k| 100 * i + k as u32)).collect();
+        let index: [u32; LANES] = std::array::from_fn(|lane| (lane as u32 * 37 + 49) % 50);
+        with_all(|i| {
+            for mask in [0xffff, 0, 0b1010_0110_0000_0001] {
+                let fetched = i.fetch_rows(&table, &index, mask);
+                for lane in 0..LANES {
+                    let place = if mask & 1 << lane != 0 { index[lane] as usize } else { 0 };
+                    assert_eq!(fetched.map(|numbers| numbers[lane]), table[place], "lane {lane}");
+                }
+            }
+            assert_eq!(i.fetch_rows(&[], &index, 0), [[0; LANES]; LANES]);
+            let behind = || i.fetch_rows(&table[..20], &index, 0xffff);
+            assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(behind)).is_err());
         });
     }
 

@@ -4,7 +4,9 @@
 //! records in as many arrays, and most of the fields are about something else. Here each binding (one geometry of one
 //! instance) has what the chain would find, in a cache line.
 
+use crate::lanes::{LANES, Lanes};
 use crate::scene::determinant;
+use bytemuck::NoUninit;
 use optics::ggx::MIN_ALPHA;
 use scene::tables::{
     BlasRecord, GeometryKind, InstanceRecord, MATERIAL_CHECKERBOARD, MATERIAL_THIN, MaterialRecord, ModelTag,
@@ -12,8 +14,9 @@ use scene::tables::{
 };
 
 /// One geometry of one instance.
-#[derive(Clone, Copy, Debug)]
-#[repr(align(64))]
+/// Sixteen numbers, so that those of sixteen sites can be put side by side: see [`Sites::rows`].
+#[derive(Clone, Copy, Debug, NoUninit)]
+#[repr(C, align(64))]
 pub(crate) struct Site {
     /// Number that the bottom-level structure gives to the geometry's first primitive.
     pub first_in_blas: u32,
@@ -29,8 +32,10 @@ pub(crate) struct Site {
     pub material: u32,
     /// What paths come to here.
     pub arrival: Arrival,
-    /// Whether its vertices are in world space.
-    pub identity: bool,
+    /// 1 if its vertices are in the space of its object, 0 if they are in world space.
+    pub moved: u32,
+    /// 1 if its triangles have vertex normals.
+    pub smooth: u32,
     /// Albedo or tint of what is plain.
     pub color: [f32; 3],
     /// Index of refraction of a plain dielectric.
@@ -43,7 +48,7 @@ pub(crate) struct Site {
 
 /// What a path comes to. Surfaces from [`Arrival::Surface`] on are triangles that are computed many at a time. Those of the kinds behind it are
 /// scattered many at a time, too: their materials do not shine, have one colour all over, and scatter in one way.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, NoUninit)]
 #[repr(u32)]
 pub(crate) enum Arrival {
     /// There is no path.
@@ -87,11 +92,8 @@ impl Arrival {
     }
 }
 
-/// Geometries up to which a search through all of them beats a table by primitive that the caches cannot hold.
+/// Geometries up to which a search through all of them, for sixteen primitives at once, beats a table by primitive.
 const FEW: usize = 16;
-
-/// Primitives whose table they can.
-const FEW_PRIMITIVES: u32 = 1 << 16;
 
 /// How to find the geometry of a primitive.
 enum Geometries {
@@ -143,6 +145,50 @@ impl Sites {
         first_binding + geometry
     }
 
+    /// The bindings of the hit primitives in `mask`. Others get anything.
+    #[inline(always)]
+    pub fn bindings(
+        &self,
+        instances: &[u32; LANES],
+        primitives: &[u32; LANES],
+        mut mask: u32,
+        out: &mut Lanes<u32>,
+    ) {
+        if let [[first_binding, blas]] = self.instances[..] {
+            match &self.geometries[blas as usize] {
+                Geometries::One => {
+                    out.0.fill(first_binding);
+                    return;
+                }
+                Geometries::Few(first) => {
+                    // Indices, not iterators: only so the compiler compares all lanes at once.
+                    let mut started = [0; LANES];
+                    for first in *first {
+                        for lane in 0..LANES {
+                            started[lane] += u32::from(first <= primitives[lane]);
+                        }
+                    }
+                    for lane in 0..LANES {
+                        out.0[lane] = first_binding.wrapping_add(started[lane]).wrapping_sub(1);
+                    }
+                    return;
+                }
+                Geometries::Many(_) => {}
+            }
+        }
+        while mask != 0 {
+            let lane = mask.trailing_zeros() as usize;
+            mask &= mask - 1;
+            out.0[lane] = self.binding(instances[lane], primitives[lane]);
+        }
+    }
+
+    /// All sites as rows of numbers, in the order of the fields.
+    #[inline(always)]
+    pub fn rows(&self) -> &[[u32; LANES]] {
+        bytemuck::cast_slice(&self.sites)
+    }
+
     /// The site of a binding.
     #[inline(always)]
     pub fn site(&self, binding: u32) -> &Site {
@@ -174,7 +220,8 @@ fn site(tables: &SceneTables, instance: &InstanceRecord, geometry: u32, binding:
         } else {
             Arrival::of_material(material)
         },
-        identity: instance.identity,
+        moved: u32::from(!instance.identity),
+        smooth: u32::from(g.first_normal != NONE),
         color: [red, green, blue],
         ior: material.ior,
         metallic: material.metallic.clamp(0.0, 1.0),
@@ -188,8 +235,7 @@ fn geometries(tables: &SceneTables, blas: &BlasRecord) -> Geometries {
     if records.len() <= 1 {
         return Geometries::One;
     }
-    let primitives: u32 = records.iter().map(|r| r.primitive_count).sum();
-    if records.len() <= FEW && primitives > FEW_PRIMITIVES {
+    if records.len() <= FEW {
         let mut first = [u32::MAX; FEW];
         for (f, record) in first.iter_mut().zip(records) {
             *f = record.first_in_blas;

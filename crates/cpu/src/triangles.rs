@@ -3,9 +3,8 @@
 //! Position and normals of sixteen hits are computed by one loop over lanes, which the compiler turns into vector
 //! instructions. Spheres, and triangles with normal maps or in mirrored instances, take the general way of [`Surface::new`].
 
-use crate::columns::Column;
 use crate::lanes::{ALL_LANES, LANES, Lanes, Vectors};
-use crate::scene::{CpuScene, transform_normal, transform_point, vec3};
+use crate::scene::{CpuScene, transform_normal, transform_point};
 use crate::simd::{Instructions, prefetch};
 use crate::sites::{Arrival, Site};
 use crate::streams::{HitLanes, HitStream, PathStream};
@@ -20,20 +19,26 @@ use scene::tables::NONE;
 pub(crate) struct TriangleLanes {
     /// What each path has come to, see [`Arrival`].
     arrival: Lanes<u32>,
+    /// Which lanes have come to a triangle that is computed here, as bits.
+    here: u32,
+    /// The following are those of [`Site`].
+    first_vertex: Lanes<u32>,
+    first_normal: Lanes<u32>,
+    moved: Lanes<u32>,
+    smooth: Lanes<u32>,
+    ior: Lanes<f32>,
+    pub color: Vectors,
+    /// Places of the triangles in the table of indices.
+    triangle: Lanes<u32>,
     /// Vertices of each triangle, as the tables number them within its geometry.
-    indices: [[u32; 3]; LANES],
+    indices: [Lanes<u32>; 3],
     /// Places of positions and normals in the tables.
     position_places: [Lanes<u32>; 3],
     normal_places: [Lanes<u32>; 3],
     corners: [Vectors; 3],
     normals: [Vectors; 3],
-    /// Whether the triangle has vertex normals.
-    smooth: Lanes<u32>,
-    /// Whether its vertices are in the space of its object.
-    moved: Lanes<u32>,
     u: Lanes<f32>,
     v: Lanes<f32>,
-    ior: Lanes<f32>,
     front: Lanes<u32>,
     instance: Lanes<u32>,
     /// Number of the triangle in its geometry.
@@ -46,30 +51,26 @@ pub(crate) struct TriangleLanes {
     pub extent: Lanes<f32>,
     pub normal: Vectors,
     pub shading_normal: Vectors,
-    pub color: Vectors,
     pub eta: Lanes<f32>,
     /// Length of the path up to here.
     pub length: Lanes<f32>,
 }
 
+/// Rows that are under way.
+const ROWS: usize = 3;
+
 /// The hits of a batch, a row of sixteen after the other. From a hit to its vertices memory is waited for twice, so rows are
 /// under way at three stages: their triangles are asked for, their vertices are, and their surfaces are computed.
 #[derive(Default)]
-pub(crate) struct TriangleRows {
-    /// See [`crate::sites::Sites::binding`], for each hit that has been asked for.
-    bindings: Column<u32>,
-    /// The row that is computed, and the next one.
-    rows: [TriangleLanes; 2],
-}
+pub(crate) struct TriangleRows([TriangleLanes; ROWS]);
 
 impl TriangleRows {
     /// Starts with new hits.
     #[inline(always)]
     pub fn begin<I: Instructions>(&mut self, i: I, scene: &CpuScene, hits: &HitStream, count: usize) {
-        self.bindings.make_room(count);
         self.ask(i, scene, hits, 0, count);
         self.ask(i, scene, hits, LANES, count);
-        self.locate(i, scene, hits, 0, count);
+        self.locate(i, scene, 0, count);
     }
 
     /// Computes the surfaces that the row of paths from `first` on has come to, of `count` in all.
@@ -84,49 +85,30 @@ impl TriangleRows {
         count: usize,
     ) {
         self.ask(i, scene, hits, first + 2 * LANES, count);
-        self.locate(i, scene, hits, first + LANES, count);
-        self.rows[first / LANES % 2].compute(i, scene, paths, hits, first);
+        self.locate(i, scene, first + LANES, count);
+        self.0[first / LANES % ROWS].compute(i, scene, paths, hits, first);
     }
 
     /// The row from `first` on.
     #[inline(always)]
     pub fn row(&self, first: usize) -> &TriangleLanes {
-        &self.rows[first / LANES % 2]
+        &self.0[first / LANES % ROWS]
     }
 
     /// Finds out in which geometries hits are, and asks for their triangles.
     #[inline(always)]
     fn ask<I: Instructions>(&mut self, i: I, scene: &CpuScene, hits: &HitStream, first: usize, count: usize) {
-        if first >= count {
-            return;
-        }
-        let hits = hits.lanes(first);
-        let mut rest = first_lanes(count - first) & !i.equal(hits.primitive, NONE);
-        while rest != 0 {
-            let lane = rest.trailing_zeros() as usize;
-            rest &= rest - 1;
-            let primitive = hits.primitive[lane];
-            let binding = scene.sites.binding(hits.instance[lane], primitive);
-            self.bindings.set(first + lane, binding);
-            let site = scene.sites.site(binding);
-            let triangle = site.first_primitive.wrapping_add(primitive).wrapping_sub(site.first_in_blas);
-            prefetch(&scene.tables.indices, triangle as usize);
+        if first < count {
+            let row = &mut self.0[first / LANES % ROWS];
+            row.ask(i, scene, &hits.lanes(first), first_lanes(count - first));
         }
     }
 
     /// Finds the triangles, and asks for their vertices.
     #[inline(always)]
-    fn locate<I: Instructions>(
-        &mut self,
-        i: I,
-        scene: &CpuScene,
-        hits: &HitStream,
-        first: usize,
-        count: usize,
-    ) {
+    fn locate<I: Instructions>(&mut self, i: I, scene: &CpuScene, first: usize, count: usize) {
         if first < count {
-            let (hits, bindings) = (hits.lanes(first), self.bindings.lanes(first));
-            self.rows[first / LANES % 2].locate(i, scene, &hits, bindings, first_lanes(count - first));
+            self.0[first / LANES % ROWS].locate(i, scene);
         }
     }
 }
@@ -135,6 +117,19 @@ impl TriangleRows {
 #[inline(always)]
 fn first_lanes(count: usize) -> u32 {
     ALL_LANES >> (LANES - count.min(LANES))
+}
+
+/// The lanes whose bits are set.
+#[inline(always)]
+fn lanes(mut mask: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        if mask == 0 {
+            return None;
+        }
+        let lane = mask.trailing_zeros() as usize % LANES;
+        mask &= mask - 1;
+        Some(lane)
+    })
 }
 
 impl TriangleLanes {
@@ -167,80 +162,89 @@ impl TriangleLanes {
         i.equal(&self.arrival.0, arrival as u32)
     }
 
-    /// Finds the triangles of the hits in `mask`.
+    /// Finds out in which geometries the hits in `mask` are, and asks for their triangles.
     #[inline(always)]
-    fn locate<I: Instructions>(
-        &mut self,
-        i: I,
-        scene: &CpuScene,
-        hits: &HitLanes,
-        bindings: &[u32; LANES],
-        mask: u32,
-    ) {
-        self.arrival = Lanes::default();
-        self.smooth = Lanes::default();
-        self.moved = Lanes::default();
-        let sky = mask & i.equal(hits.primitive, NONE);
-        let mut rest = sky;
-        while rest != 0 {
-            self.arrival.0[rest.trailing_zeros() as usize] = Arrival::Sky as u32;
-            rest &= rest - 1;
+    fn ask<I: Instructions>(&mut self, i: I, scene: &CpuScene, hits: &HitLanes, mask: u32) {
+        let sky = i.equal(hits.primitive, NONE);
+        let hit = mask & !sky;
+        scene.sites.bindings(hits.instance, hits.primitive, hit, &mut self.binding);
+        let (mut arrival, mut first_in_blas, mut first_primitive) =
+            (Lanes::<u32>::default(), Lanes::<u32>::default(), Lanes::<u32>::default());
+        let mut others = [[0u32; LANES]; 5];
+        let [geometry, material, metallic, roughness, specular] = &mut others;
+        let Vectors { x, y, z } = &mut self.color;
+        // In the order of the fields of `Site`.
+        let fields = [
+            &mut first_in_blas.0,
+            &mut first_primitive.0,
+            &mut self.first_vertex.0,
+            &mut self.first_normal.0,
+            geometry,
+            material,
+            &mut arrival.0,
+            &mut self.moved.0,
+            &mut self.smooth.0,
+            bytemuck::cast_mut(&mut x.0),
+            bytemuck::cast_mut(&mut y.0),
+            bytemuck::cast_mut(&mut z.0),
+            bytemuck::cast_mut(&mut self.ior.0),
+            metallic,
+            roughness,
+            specular,
+        ];
+        i.fetch_rows(scene.sites.rows(), &self.binding.0, hit, fields);
+        self.here = hit & !i.equal(&arrival.0, Arrival::General as u32);
+        self.instance.0 = *hits.instance;
+        for lane in 0..LANES {
+            let elsewhere = if mask & 1 << lane != 0 { Arrival::Sky } else { Arrival::Nothing };
+            self.arrival.0[lane] = if hit & 1 << lane != 0 { arrival.0[lane] } else { elsewhere as u32 };
+            self.primitive.0[lane] = hits.primitive[lane].wrapping_sub(first_in_blas.0[lane]);
+            self.triangle.0[lane] = first_primitive.0[lane].wrapping_add(self.primitive.0[lane]);
         }
-        rest = mask & !sky;
-        while rest != 0 {
-            let lane = rest.trailing_zeros() as usize;
-            rest &= rest - 1;
-            self.locate_lane(scene, lane, hits, bindings[lane]);
+        for lane in lanes(self.here) {
+            prefetch(&scene.tables.indices, self.triangle.0[lane] as usize);
         }
     }
 
+    /// Finds the triangles, and asks for their vertices.
     #[inline(always)]
-    fn locate_lane(&mut self, scene: &CpuScene, lane: usize, hits: &HitLanes, binding: u32) {
-        let (instance, primitive) = (hits.instance[lane], hits.primitive[lane]);
-        let site = scene.sites.site(binding);
-        self.arrival.0[lane] = site.arrival as u32;
-        if site.arrival == Arrival::General {
-            return;
+    fn locate<I: Instructions>(&mut self, i: I, scene: &CpuScene) {
+        let [a, b, c] = &mut self.indices;
+        let indices = [a, b, c].map(|lanes| bytemuck::cast_mut::<[u32; LANES], [f32; LANES]>(&mut lanes.0));
+        i.fetch(bytemuck::cast_slice(&scene.tables.indices), &self.triangle.0, self.here, indices);
+        let smooth = self.here & i.equal(&self.smooth.0, 1);
+        for (k, indices) in self.indices.iter().enumerate() {
+            for lane in 0..LANES {
+                self.position_places[k].0[lane] = self.first_vertex.0[lane].wrapping_add(indices.0[lane]);
+                self.normal_places[k].0[lane] = self.first_normal.0[lane].wrapping_add(indices.0[lane]);
+            }
         }
-        let primitive = primitive - site.first_in_blas;
-        let indices = scene.tables.indices[(site.first_primitive + primitive) as usize];
-        for (k, index) in indices.into_iter().enumerate() {
-            let position = site.first_vertex + index;
-            // Nobody looks at the normal's place where there are no normals, and asking for it does no harm.
-            let normal = site.first_normal.wrapping_add(index);
-            prefetch(&scene.tables.positions, position as usize);
-            prefetch(&scene.tables.normals, normal as usize);
-            self.position_places[k].0[lane] = position;
-            self.normal_places[k].0[lane] = normal;
+        for lane in lanes(self.here) {
+            for places in &self.position_places {
+                prefetch(&scene.tables.positions, places.0[lane] as usize);
+            }
         }
-        self.indices[lane] = indices;
-        self.smooth.0[lane] = u32::from(site.first_normal != NONE);
-        self.moved.0[lane] = u32::from(!site.identity);
-        self.color.set(lane, vec3(site.color));
-        self.ior.0[lane] = site.ior;
-        self.instance.0[lane] = instance;
-        self.binding.0[lane] = binding;
-        self.primitive.0[lane] = primitive;
+        for lane in lanes(smooth) {
+            for places in &self.normal_places {
+                prefetch(&scene.tables.normals, places.0[lane] as usize);
+            }
+        }
     }
 
     #[inline(always)]
     fn fetch_vertices<I: Instructions>(&mut self, i: I, scene: &CpuScene) {
         let tables = &*scene.tables;
-        let elsewhere = [Arrival::Nothing, Arrival::Sky, Arrival::General];
-        let here = elsewhere.into_iter().fold(ALL_LANES, |lanes, arrival| lanes & !self.which(i, arrival));
-        let smooth = i.equal(&self.smooth.0, 1);
+        let smooth = self.here & i.equal(&self.smooth.0, 1);
         for (places, Vectors { x, y, z }) in self.position_places.iter().zip(&mut self.corners) {
-            i.fetch(&tables.positions, &places.0, here, [&mut x.0, &mut y.0, &mut z.0]);
+            i.fetch(&tables.positions, &places.0, self.here, [&mut x.0, &mut y.0, &mut z.0]);
         }
         if smooth != 0 {
             for (places, Vectors { x, y, z }) in self.normal_places.iter().zip(&mut self.normals) {
                 i.fetch(&tables.normals, &places.0, smooth, [&mut x.0, &mut y.0, &mut z.0]);
             }
         }
-        let mut moved = i.equal(&self.moved.0, 1);
-        while moved != 0 {
-            let lane = moved.trailing_zeros() as usize;
-            moved &= moved - 1;
+        let moved = self.here & i.equal(&self.moved.0, 1);
+        for lane in lanes(moved) {
             self.place(scene, lane);
         }
     }
@@ -302,7 +306,7 @@ impl TriangleLanes {
         let (mut coords, mut color) = (TexCoords::default(), [1.0; 4]);
         let material = &tables.materials[site.material as usize];
         if wants_coordinates || material.is_textured() || geometry.first_color != NONE {
-            let corners = self.indices[lane];
+            let corners = [0, 1, 2].map(|k: usize| self.indices[k].0[lane]);
             let (u, v) = (self.u.0[lane], self.v.0[lane]);
             let weights = [1.0 - u - v, u, v];
             coords = tex_coords(tables, geometry, corners, weights);
