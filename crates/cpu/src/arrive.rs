@@ -1,7 +1,7 @@
 //! Where paths arrive: what they find there, and who is to scatter them.
 
 use crate::aov::aov_sample;
-use crate::lanes::{ALL_LANES, LANES, Vectors};
+use crate::lanes::{ALL_LANES, LANES};
 use crate::lights::{for_each_distant, surface_light_pdf};
 use crate::material::emission;
 use crate::path::{Context, PathBatch};
@@ -23,6 +23,7 @@ impl Stage for Arrive<'_, '_> {
     #[inline(always)]
     fn run<I: Instructions>(self, i: I) {
         let Arrive(batch, context) = self;
+        batch.release_escaped(i, context);
         let count = batch.paths.len();
         batch.triangles.begin(i, context.scene, &batch.hits, count);
         for first in (0..count).step_by(LANES) {
@@ -65,26 +66,6 @@ impl PathBatch {
         while rest != 0 {
             self.arrive_one(i, context, first, rest.trailing_zeros() as usize);
             rest &= rest - 1;
-        }
-    }
-
-    /// Adds what paths that have left the scene find in a sky that is no light to be sampled.
-    #[inline(always)]
-    fn find_plain_sky(&mut self, context: &Context, mut mask: u32, first: usize) {
-        let sky = &context.scene.tables.environment;
-        if mask == 0 || sky.is_black() {
-            return;
-        }
-        let (directions, throughputs) =
-            (self.paths.direction.lanes(first), self.paths.throughput.lanes(first));
-        let mut found = Vectors::<LANES>::default();
-        for lane in 0..LANES {
-            found.set(lane, throughputs.get(lane) * sky.gradient(directions.get(lane)));
-        }
-        while mask != 0 {
-            let lane = mask.trailing_zeros() as usize;
-            mask &= mask - 1;
-            self.radiance[self.paths.slot.get(first + lane) as usize] += found.get(lane);
         }
     }
 

@@ -48,6 +48,13 @@ impl<T: Pod + Default> Column<T> {
         i.compress(mask, bytemuck::cast_ref(lanes), bytemuck::cast_mut::<[T; LANES], [u32; LANES]>(to));
     }
 
+    /// Moves the lanes from `first` on whose bits are set in `mask` behind the first `at`, which are not more than `first`.
+    #[inline(always)]
+    pub fn move_lanes(&mut self, i: impl Instructions, first: usize, mask: u32, at: usize) {
+        let lanes = *self.lanes(first);
+        self.append(i, at, mask, &lanes);
+    }
+
     /// Sees to it that sixteen can be appended behind the first `count`, and be read wherever one can.
     #[inline(always)]
     pub fn make_room(&mut self, count: usize) {
@@ -95,6 +102,14 @@ impl VectorColumn {
         self.x.append(i, at, mask, &lanes.x.0);
         self.y.append(i, at, mask, &lanes.y.0);
         self.z.append(i, at, mask, &lanes.z.0);
+    }
+
+    /// See [`Column::move_lanes`].
+    #[inline(always)]
+    pub fn move_lanes(&mut self, i: impl Instructions, first: usize, mask: u32, at: usize) {
+        self.x.move_lanes(i, first, mask, at);
+        self.y.move_lanes(i, first, mask, at);
+        self.z.move_lanes(i, first, mask, at);
     }
 
     /// See [`Column::make_room`].

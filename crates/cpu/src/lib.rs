@@ -10,6 +10,7 @@ mod backend;
 mod bands;
 mod columns;
 mod direct;
+mod escape;
 mod filter;
 mod glossy_lanes;
 mod lanes;

@@ -188,6 +188,21 @@ impl PathStream {
         self.make_room();
     }
 
+    /// Moves the paths of some lanes from `first` on behind the first `at`, see [`Column::move_lanes`].
+    #[inline(always)]
+    pub fn move_lanes(&mut self, i: impl Instructions, first: usize, mask: u32, at: usize) {
+        self.origin.move_lanes(i, first, mask, at);
+        self.direction.move_lanes(i, first, mask, at);
+        self.throughput.move_lanes(i, first, mask, at);
+        self.pdf.move_lanes(i, first, mask, at);
+        self.eta_scale.move_lanes(i, first, mask, at);
+        self.scramble.move_lanes(i, first, mask, at);
+        self.index.move_lanes(i, first, mask, at);
+        self.slot.move_lanes(i, first, mask, at);
+        self.length.move_lanes(i, first, mask, at);
+        self.receiver.move_lanes(i, first, mask, at);
+    }
+
     #[inline(always)]
     fn make_room(&mut self) {
         let count = self.len;
@@ -250,6 +265,16 @@ impl HitStream {
             primitive: self.primitive.get(at),
             instance: self.instance.get(at),
         }
+    }
+
+    /// As [`PathStream::move_lanes`].
+    #[inline(always)]
+    pub fn move_lanes(&mut self, i: impl Instructions, first: usize, mask: u32, at: usize) {
+        self.t.move_lanes(i, first, mask, at);
+        self.u.move_lanes(i, first, mask, at);
+        self.v.move_lanes(i, first, mask, at);
+        self.primitive.move_lanes(i, first, mask, at);
+        self.instance.move_lanes(i, first, mask, at);
     }
 
     #[inline(always)]

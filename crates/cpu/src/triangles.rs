@@ -3,7 +3,8 @@
 //! Position and normals of sixteen hits are computed by one loop over lanes, which the compiler turns into vector
 //! instructions. Spheres, and triangles with normal maps or in mirrored instances, take the general way of [`Surface::new`].
 
-use crate::lanes::{ALL_LANES, LANES, Lanes, Vectors};
+use crate::escape::first_lanes;
+use crate::lanes::{LANES, Lanes, Vectors};
 use crate::scene::{CpuScene, transform_normal, transform_point};
 use crate::simd::{Instructions, prefetch};
 use crate::sites::{Arrival, Site};
@@ -111,12 +112,6 @@ impl TriangleRows {
             self.0[first / LANES % ROWS].locate(i, scene);
         }
     }
-}
-
-/// As many lanes, as bits, but not more than there are.
-#[inline(always)]
-fn first_lanes(count: usize) -> u32 {
-    ALL_LANES >> (LANES - count.min(LANES))
 }
 
 /// The lanes whose bits are set.
