@@ -121,6 +121,18 @@ impl Shear {
         }
     }
 
+    /// The order of the axes.
+    #[inline(always)]
+    pub fn order(&self) -> [usize; 3] {
+        self.axes.map(|axis| axis as usize % 3)
+    }
+
+    /// The axis along which the ray runs most.
+    #[inline(always)]
+    pub fn third_axis(&self) -> usize {
+        self.axes[2] as usize
+    }
+
     #[cfg(test)]
     pub fn axes(&self) -> [u32; 3] {
         self.axes

@@ -241,9 +241,9 @@ pub(crate) fn coherent_closest<F: HitFilter>(
         let some = first..(first + PACKET).min(rays.len());
         let done =
             dispatch!(kernel, packet::<F, _, false>(&mut packet, blas, blocks, rays, some.clone(), filter));
-        for (i, found) in some.zip(&packet.hits) {
+        for (place, i) in some.enumerate() {
             let alone = || tlas_closest(kernel, tlas, &rays.ray(i), filter);
-            hits.set(i, &if done { *found } else { alone() });
+            hits.set(i, &if done { packet.hit(place) } else { alone() });
         }
     }
 }
@@ -264,9 +264,9 @@ pub(crate) fn coherent_any<F: HitFilter>(
         let some = first..(first + PACKET).min(rays.len());
         let done =
             dispatch!(kernel, packet::<F, _, true>(&mut packet, blas, blocks, rays, some.clone(), filter));
-        for (i, found) in some.zip(&packet.hits) {
+        for (place, i) in some.enumerate() {
             let alone = || tlas_any(kernel, tlas, &rays.ray(i), filter);
-            any[i] = if done { !found.is_miss() } else { alone() };
+            any[i] = if done { !packet.hit(place).is_miss() } else { alone() };
         }
     }
 }

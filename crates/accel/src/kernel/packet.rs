@@ -1,13 +1,14 @@
 //! Packets: rays that go almost the same way walk the tree together.
 //!
-//! Boxes of nodes are tested once for all rays, with intervals of origins and reciprocal directions. Only leaves are
-//! tested ray by ray, first their boxes and then their primitives with the code for single rays.
+//! Boxes of nodes and of triangles are tested once for all rays, with intervals of origins and reciprocal directions. The triangles
+//! that are left are tested with eight rays at a time. Their arithmetic is that of [`super::leaves::Triangles`], for one triangle and
+//! eight rays instead of the other way round, so a ray's hit is the same as alone.
 
-use super::leaves::{Candidates, Leaf, Triangles, splats};
-use super::setup::{EightRays, Setup, abs};
-use super::{Best, STACK};
+use super::STACK;
+use super::leaves::{Shear, splats};
+use super::setup::{EightRays, abs};
 use crate::blas::Blas;
-use crate::layout::{EMPTY, LEAF, Node, TriangleBlock, WIDTH, leaf_index};
+use crate::layout::{EMPTY, LEAF, NO_PRIMITIVE, Node, TriangleBlock, WIDTH, leaf_index};
 use crate::ray::{Hit, HitFilter, MISS, Ray};
 use crate::simd::Simd;
 use crate::streams::{RayLanes, RayStream};
@@ -34,9 +35,13 @@ pub(crate) struct Packet {
     t_min: Lanes,
     /// Where each ray's search ends by now: negative when it is over.
     t_max: Lanes,
-    setups: [[Setup; WIDTH]; GROUPS],
-    /// What each ray has hit.
-    pub hits: [Hit; PACKET],
+    /// What moves points into the space in which each ray runs along the third axis: see [`Shear`].
+    origin: [Lanes; 3],
+    shear: [Lanes; 3],
+    /// What each ray has hit: [`NO_PRIMITIVE`] for nothing.
+    primitive: [[u32; WIDTH]; GROUPS],
+    u: Lanes,
+    v: Lanes,
 }
 
 /// Intervals that contain all rays, rounded outwards.
@@ -47,6 +52,62 @@ struct Frustum {
     low_inverse: [f32; 3],
     high_inverse: [f32; 3],
     t_min: f32,
+    /// The order of axes in which all rays run along the third: see [`Shear`].
+    axes: [usize; 3],
+}
+
+/// [`Frustum`] in all lanes.
+struct Intervals<S: Simd> {
+    near_side: [usize; 3],
+    near_origin: [S::F; 3],
+    far_origin: [S::F; 3],
+    low_inverse: [S::F; 3],
+    high_inverse: [S::F; 3],
+    t_min: S::F,
+}
+
+impl<S: Simd> Intervals<S> {
+    #[inline(always)]
+    fn new(s: S, f: &Frustum) -> Self {
+        Intervals {
+            near_side: f.near_side,
+            near_origin: splats(s, f.near_origin),
+            far_origin: splats(s, f.far_origin),
+            low_inverse: splats(s, f.low_inverse),
+            high_inverse: splats(s, f.high_inverse),
+            t_min: s.splat(f.t_min),
+        }
+    }
+
+    /// Where rays may enter each of eight boxes, and which boxes any may meet before `limit`. `planes`: by axis, low and high.
+    #[inline(always)]
+    fn meet(&self, s: S, planes: &[[S::F; 2]; 3], limit: f32) -> (S::F, S::M) {
+        let (mut near, mut far) = (self.t_min, s.splat(limit));
+        for a in 0..3 {
+            let side = self.near_side[a] & 1;
+            let n = s.sub(planes[a][side], self.near_origin[a]);
+            let x = s.sub(planes[a][side ^ 1], self.far_origin[a]);
+            let (low, high) = (self.low_inverse[a], self.high_inverse[a]);
+            near = s.max(s.min(s.mul(n, low), s.mul(n, high)), near);
+            far = s.min(s.max(s.mul(x, low), s.mul(x, high)), far);
+        }
+        (near, s.le(near, far))
+    }
+
+    /// Which triangles any ray may meet before `limit`, as bits.
+    #[inline(always)]
+    fn triangles(&self, s: S, block: &TriangleBlock, limit: f32) -> u32 {
+        let [a, b, c] = &block.vertices;
+        let zero = s.splat(0.0);
+        let mut planes = [[zero; 2]; 3];
+        for axis in 0..3 {
+            let (a, b, c) = (s.load(&a[axis]), s.load(&b[axis]), s.load(&c[axis]));
+            planes[axis] = [s.min(s.min(a, b), c), s.max(s.max(a, b), c)];
+        }
+        let (_, inside) = self.meet(s, &planes, limit);
+        // Unused triangles are not numbers, which would drop out of the comparisons.
+        s.bits(s.and(inside, s.le(planes[0][0], planes[0][0])))
+    }
 }
 
 /// Whether the directions of two rays are close. Not exact: `load` looks closer.
@@ -78,8 +139,11 @@ impl Packet {
             far_offset: [[[0.0; WIDTH]; GROUPS]; 3],
             t_min: [[0.0; WIDTH]; GROUPS],
             t_max: [[-1.0; WIDTH]; GROUPS],
-            setups: [[Setup::nothing(); WIDTH]; GROUPS],
-            hits: [MISS; PACKET],
+            origin: [[[0.0; WIDTH]; GROUPS]; 3],
+            shear: [[[0.0; WIDTH]; GROUPS]; 3],
+            primitive: [[NO_PRIMITIVE; WIDTH]; GROUPS],
+            u: [[0.0; WIDTH]; GROUPS],
+            v: [[0.0; WIDTH]; GROUPS],
         }
     }
 
@@ -108,13 +172,14 @@ impl Packet {
         let zero = s.splat(0.0);
         let middle = splats(s, d.map(|x| x / d[long].abs()));
         let near_side = [usize::from(d[0] < 0.0), usize::from(d[1] < 0.0), usize::from(d[2] < 0.0)];
+        let shear = Shear::new(first);
         let largest = s.splat(f32::MAX);
         let [mut low, mut high, mut low_inverse, mut high_inverse] = [[largest; 3]; 4];
         let mut t_min = s.splat(f32::INFINITY);
         for (group, lanes) in lanes.iter().enumerate() {
             let eight = EightRays::new(s, lanes, &blas.extent);
             let used = some.len().saturating_sub(group * WIDTH).min(WIDTH);
-            if eight.valid != 255 {
+            if eight.valid != 255 || eight.shears.axes.bits_other_than(s, shear.third_axis()) != 0 {
                 return None;
             }
             let scale = s.div(s.splat(1.0), abs(s, s.load(&lanes.direction[long])));
@@ -138,9 +203,12 @@ impl Packet {
             s.store(eight.t_min, &mut self.t_min[group]);
             s.store(eight.t_max, &mut self.t_max[group]);
             self.t_max[group][used..].fill(-1.0);
-            eight.write(s, &mut self.setups[group]);
+            for a in 0..3 {
+                s.store(eight.shears.origin[a], &mut self.origin[a][group]);
+                s.store(eight.shears.shear[a], &mut self.shear[a][group]);
+            }
         }
-        self.hits = [MISS; PACKET];
+        self.primitive = [[NO_PRIMITIVE; WIDTH]; GROUPS];
         let mut f = Frustum {
             near_side,
             near_origin: [0.0; 3],
@@ -148,6 +216,7 @@ impl Packet {
             low_inverse: [0.0; 3],
             high_inverse: [0.0; 3],
             t_min: s.least(t_min),
+            axes: shear.order(),
         };
         let extent = blas.extent[0].max(blas.extent[1]).max(blas.extent[2]);
         for a in 0..3 {
@@ -178,7 +247,7 @@ impl Packet {
     /// Traces some of the rays, at least one, through `blas`, whose leaves are `blocks`. False, and nothing done, if they are too
     /// different.
     ///
-    /// Any hit of a ray, if `ANY`, the nearest otherwise, is found in `hits`.
+    /// Any hit of a ray, if `ANY`, the nearest otherwise, is what [`Packet::hit`] gives then.
     #[inline(always)]
     pub fn trace<S: Simd, F: HitFilter, const ANY: bool>(
         &mut self,
@@ -193,26 +262,17 @@ impl Packet {
         if blas.root & LEAF != 0 {
             return false;
         }
-        let near_origin = splats(s, f.near_origin);
-        let far_origin = splats(s, f.far_origin);
-        let low_inverse = splats(s, f.low_inverse);
-        let high_inverse = splats(s, f.high_inverse);
-        let t_min = s.splat(f.t_min);
+        let intervals = Intervals::new(s, &f);
         let mut limit = self.limit(s);
         let (mut keys, mut parents) = ([0u32; STACK], [0u32; STACK]);
         let mut size = 0;
         let mut at = blas.root;
         loop {
             let node = &blas.nodes[at as usize];
-            let (mut near, mut far) = (t_min, s.splat(limit));
-            for a in 0..3 {
-                let side = f.near_side[a] & 1;
-                let n = s.sub(s.load(&node.planes[a][side]), near_origin[a]);
-                let x = s.sub(s.load(&node.planes[a][side ^ 1]), far_origin[a]);
-                near = s.max(s.min(s.mul(n, low_inverse[a]), s.mul(n, high_inverse[a])), near);
-                far = s.min(s.max(s.mul(x, low_inverse[a]), s.mul(x, high_inverse[a])), far);
-            }
-            let inside = s.le(near, far);
+            let [[x0, x1], [y0, y1], [z0, z1]] = &node.planes;
+            let planes =
+                [[s.load(x0), s.load(x1)], [s.load(y0), s.load(y1)], [s.load(z0), s.load(z1)]];
+            let (near, inside) = intervals.meet(s, &planes, limit);
             let bits = s.bits(inside);
             if bits != 0 {
                 let sorted = s.sorted(s.keys(near, inside));
@@ -238,16 +298,17 @@ impl Packet {
                 if child == EMPTY {
                     continue;
                 }
-                let index = leaf_index(child);
-                let mut has_hit = false;
+                let block = &blocks[leaf_index(child)];
+                let mut touched = 0;
                 for group in 0..GROUPS {
-                    let mut active = self.touch(s, parent, slot, &f.near_side, group);
-                    while active != 0 {
-                        let lane = active.trailing_zeros() as usize & 7;
-                        active &= active - 1;
-                        let i = group * WIDTH + lane;
-                        has_hit |= self.test::<S, F, ANY>(s, blocks, index, i, filter);
-                    }
+                    touched |= u32::from(self.touch(s, parent, slot, &f.near_side, group)) << group;
+                }
+                let mut has_hit = false;
+                let mut triangles = if touched == 0 { 0 } else { intervals.triangles(s, block, limit) };
+                while triangles != 0 {
+                    let lane = triangles.trailing_zeros() as usize % WIDTH;
+                    triangles &= triangles - 1;
+                    has_hit |= self.test::<S, F, ANY>(s, block, lane, &f.axes, touched, filter);
                 }
                 if has_hit {
                     limit = self.limit(s);
@@ -259,9 +320,9 @@ impl Packet {
         }
     }
 
-    /// Which rays of a group touch a child's box.
+    /// Whether any ray of a group touches a child's box.
     #[inline(always)]
-    fn touch<S: Simd>(&self, s: S, node: &Node, slot: usize, near_side: &[usize; 3], group: usize) -> u32 {
+    fn touch<S: Simd>(&self, s: S, node: &Node, slot: usize, near_side: &[usize; 3], group: usize) -> bool {
         let (mut near, mut far) = (s.load(&self.t_min[group]), s.load(&self.t_max[group]));
         for a in 0..3 {
             let side = near_side[a] & 1;
@@ -270,32 +331,100 @@ impl Packet {
             near = s.max(s.mul_add(n, inverse, s.load(&self.near_offset[a][group])), near);
             far = s.min(s.mul_add(x, inverse, s.load(&self.far_offset[a][group])), far);
         }
-        s.bits(s.le(near, far))
+        s.bits(s.le(near, far)) != 0
     }
 
-    /// Tests ray `i` against a leaf. True if its search got shorter.
+    /// Tests triangle `lane` of a block with the rays of the groups in `touched`. True if the search of any got shorter.
     #[inline(always)]
     fn test<S: Simd, F: HitFilter, const ANY: bool>(
         &mut self,
         s: S,
-        blocks: &[TriangleBlock],
-        index: usize,
-        i: usize,
+        block: &TriangleBlock,
+        lane: usize,
+        axes: &[usize; 3],
+        touched: u32,
         filter: &F,
     ) -> bool {
-        let (group, lane) = (i / WIDTH, i % WIDTH);
-        let mut best = Best { hit: self.hits[i], t_max: self.t_max[group][lane] };
-        let before = best.t_max;
-        Triangles::new(s, blocks, &self.setups[group][lane].shear).test(s, index, before, |c: &Candidates<S>, ids| {
-            if !ANY {
-                c.keep_nearest(s, ids, 0, filter, &mut best);
-            } else if c.any(s, ids, 0, filter) {
-                best.hit.primitive = 0;
-                best.t_max = -1.0;
+        let [a, b, c] = [0, 1, 2].map(|vertex: usize| axes.map(|axis| block.vertices[vertex][axis % 3][lane]));
+        let primitive = block.ids[lane];
+        let (a, b, c) = (splats(s, a), splats(s, b), splats(s, c));
+        let mut has_hit = false;
+        for group in (0..GROUPS).filter(|group| touched >> group & 1 != 0) {
+            let (met, mask) = self.meet(s, [a, b, c], group);
+            if F::OPAQUE {
+                has_hit |= s.bits(mask) != 0;
+                let t = if ANY { s.splat(-1.0) } else { met[0] };
+                let t_max = s.select(mask, s.load(&self.t_max[group]), t);
+                s.store(t_max, &mut self.t_max[group]);
+                s.store(s.select(mask, s.load(&self.u[group]), met[1]), &mut self.u[group]);
+                s.store(s.select(mask, s.load(&self.v[group]), met[2]), &mut self.v[group]);
+                let found = s.select_u(mask, s.load_u(&self.primitive[group]), s.splat_u(primitive));
+                s.store_u(found, &mut self.primitive[group]);
+                continue;
             }
-        });
-        self.hits[i] = best.hit;
-        self.t_max[group][lane] = best.t_max;
-        best.t_max < before
+            let [mut t, mut u, mut v] = [[0.0; WIDTH]; 3];
+            s.store(met[0], &mut t);
+            s.store(met[1], &mut u);
+            s.store(met[2], &mut v);
+            let mut rays = s.bits(mask);
+            while rays != 0 {
+                let ray = rays.trailing_zeros() as usize % WIDTH;
+                rays &= rays - 1;
+                if filter.accept(0, primitive, u[ray], v[ray]) {
+                    has_hit = true;
+                    self.t_max[group][ray] = if ANY { -1.0 } else { t[ray] };
+                    (self.u[group][ray], self.v[group][ray]) = (u[ray], v[ray]);
+                    self.primitive[group][ray] = primitive;
+                }
+            }
+        }
+        has_hit
     }
+
+    /// Where the rays of a group meet a triangle: distances and barycentric coordinates, and for which rays that is within their search.
+    #[inline(always)]
+    fn meet<S: Simd>(&self, s: S, corners: [[S::F; 3]; 3], group: usize) -> ([S::F; 3], S::M) {
+        let origin = [&self.origin[0][group], &self.origin[1][group], &self.origin[2][group]];
+        let origin = [s.load(origin[0]), s.load(origin[1]), s.load(origin[2])];
+        let shear = [&self.shear[0][group], &self.shear[1][group], &self.shear[2][group]];
+        let shear = [s.load(shear[0]), s.load(shear[1]), s.load(shear[2])];
+        let [a, b, c] = corners;
+        let ([ax, ay, az], [bx, by, bz], [cx, cy, cz]) = (
+            sheared(s, a, &origin, &shear),
+            sheared(s, b, &origin, &shear),
+            sheared(s, c, &origin, &shear),
+        );
+        // As in `Triangles::meet`.
+        let e0 = s.sub(s.mul(cx, by), s.mul(cy, bx));
+        let e1 = s.sub(s.mul(ax, cy), s.mul(ay, cx));
+        let e2 = s.sub(s.mul(bx, ay), s.mul(by, ax));
+        let det = s.add(s.add(e0, e1), e2);
+        let side = s.min(s.min(s.flip_sign(e0, det), s.flip_sign(e1, det)), s.flip_sign(e2, det));
+        let inside = s.le(s.splat(0.0), side);
+        let scaled = s.mul(shear[2], s.mul_add(e0, az, s.mul_add(e1, bz, s.mul(e2, cz))));
+        let inverse = s.div(s.splat(1.0), det);
+        let t = s.div(scaled, det);
+        let within = s.and(s.lt(s.load(&self.t_min[group]), t), s.lt(t, s.load(&self.t_max[group])));
+        ([t, s.mul(e1, inverse), s.mul(e2, inverse)], s.and(inside, within))
+    }
+
+    /// What ray `i` has hit.
+    #[inline(always)]
+    pub fn hit(&self, i: usize) -> Hit {
+        let (group, lane) = (i / WIDTH, i % WIDTH);
+        match self.primitive[group][lane] {
+            NO_PRIMITIVE => MISS,
+            primitive => {
+                let (u, v) = (self.u[group][lane], self.v[group][lane]);
+                Hit { t: self.t_max[group][lane], u, v, primitive, instance: 0 }
+            }
+        }
+    }
+}
+
+/// A point, with coordinates in the order of the axes, relative to rays' origins and sheared.
+#[inline(always)]
+fn sheared<S: Simd>(s: S, [x, y, z]: [S::F; 3], origin: &[S::F; 3], shear: &[S::F; 3]) -> [S::F; 3] {
+    let (x, y, z) = (s.sub(x, origin[0]), s.sub(y, origin[1]), s.sub(z, origin[2]));
+    [s.neg_mul_add(shear[0], z, x), s.neg_mul_add(shear[1], z, y), z]
 }

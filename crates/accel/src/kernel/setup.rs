@@ -61,7 +61,7 @@ pub(super) struct EightRays<S: Simd> {
     pub down: [S::M; 3],
     pub t_min: S::F,
     pub t_max: S::F,
-    shears: Shears<S>,
+    pub shears: Shears<S>,
     /// Which of them may hit anything, as bits; see [`Ray::is_valid`].
     pub valid: u32,
 }
@@ -142,9 +142,9 @@ impl<S: Simd> EightRays<S> {
 
 /// What moves points into the space in which eight rays run along the third axis: [`Shear`] in lanes.
 pub(super) struct Shears<S: Simd> {
-    axes: Axes<S>,
+    pub axes: Axes<S>,
     /// The origin's coordinates in the order of the axes.
-    origin: [S::F; 3],
+    pub origin: [S::F; 3],
     pub shear: [S::F; 3],
 }
 
@@ -172,7 +172,7 @@ impl<S: Simd> Shears<S> {
 }
 
 /// Which axis is each ray's third: x where it is neither of these.
-struct Axes<S: Simd> {
+pub(super) struct Axes<S: Simd> {
     along_y: S::M,
     along_z: S::M,
 }
@@ -187,6 +187,17 @@ impl<S: Simd> Axes<S> {
             s.select(along_z, s.select(along_y, z, x), y),
             s.select(along_z, s.select(along_y, x, y), z),
         ]
+    }
+
+    /// Which rays have another third axis than this one, as bits.
+    #[inline(always)]
+    pub fn bits_other_than(&self, s: S, third: usize) -> u32 {
+        let (along_y, along_z) = (s.bits(self.along_y), s.bits(self.along_z));
+        match third {
+            0 => along_y | along_z,
+            1 => along_y ^ 255,
+            _ => along_z ^ 255,
+        }
     }
 
     /// The axes in order: 0, 1 and 2 in bits.
