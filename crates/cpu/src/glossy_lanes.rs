@@ -1,8 +1,10 @@
 //! Diffuse and GGX reflection at sixteen vertices at once: see `lanes`.
 
+use crate::escape::first_lanes;
 use crate::lanes::{LANES, Lanes, Pairs, Vectors};
 use crate::scatter_lanes::{Lobes, NextLanes};
 use crate::scene::CpuScene;
+use crate::simd::Instructions;
 use crate::vertices::Vertices;
 use optics::albedo::{GgxAlbedo, GgxAlbedoCell};
 use optics::frame::{Frame, frame_from_normal, to_local, to_world};
@@ -32,18 +34,35 @@ struct MaterialLanes {
     ior: Lanes<f32>,
 }
 
+impl MaterialLanes {
+    /// Those of the first `waiting` vertices.
+    #[inline(always)]
+    fn load<I: Instructions>(&mut self, i: I, scene: &CpuScene, v: &Vertices, waiting: usize) {
+        let mut rows = [[0u32; LANES]; LANES];
+        let binding = v.binding.0.first_chunk().expect("a row is longer");
+        i.fetch_rows(scene.sites.rows(), binding, first_lanes(waiting), rows.each_mut());
+        // In the order of the fields of `Site`, of which these are the last.
+        let [.., ior, metallic, roughness, specular] = rows;
+        self.ior.0 = ior.map(f32::from_bits);
+        self.metallic.0 = metallic.map(f32::from_bits);
+        self.roughness.0 = roughness.map(f32::from_bits);
+        self.specular.0 = specular.map(f32::from_bits);
+    }
+}
+
 impl GlossyLanes {
     /// Prepares the first `waiting` vertices.
     #[inline(always)]
-    pub fn prepare(&mut self, scene: &CpuScene, v: &Vertices, waiting: usize, single_scatter: bool) {
+    pub fn prepare<I: Instructions>(
+        &mut self,
+        i: I,
+        scene: &CpuScene,
+        v: &Vertices,
+        waiting: usize,
+        single_scatter: bool,
+    ) {
         let mut m = MaterialLanes::default();
-        for lane in 0..waiting {
-            let site = scene.sites.site(v.binding.0[lane]);
-            m.metallic.0[lane] = site.metallic;
-            m.roughness.0[lane] = site.roughness;
-            m.specular.0[lane] = site.specular;
-            m.ior.0[lane] = site.ior;
-        }
+        m.load(i, scene, v, waiting);
         let albedo = look_up_albedo(v, &m.roughness);
         for lane in 0..LANES {
             let material = MetallicRoughness {

@@ -249,10 +249,10 @@ impl PathBatch {
         scene.tlas.any_stream(&self.shadows.rays(), &mut self.occluded, filter, Coherence::Incoherent);
         self.rays_traced += count as u64;
         for (at, occluded) in self.occluded.iter().enumerate() {
-            if !occluded {
-                let Connection { slot, contribution } = self.shadows.connection(at);
-                self.radiance[slot as usize] += contribution;
-            }
+            let Connection { slot, contribution: Vec3f { x, y, z } } = self.shadows.connection(at);
+            // Every second guess of a branch would be wrong. Not by factors: what is occluded may be infinite.
+            let visible = |c: f32| f32::from_bits(if *occluded { 0 } else { c.to_bits() });
+            self.radiance[slot as usize] += vec3f(visible(x), visible(y), visible(z));
         }
         self.shadows.clear();
     }

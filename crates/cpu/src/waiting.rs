@@ -54,7 +54,7 @@ impl Stage for ScatterGlossy<'_, '_> {
         let ScatterGlossy(batch, context) = self;
         let (queue, glossy) = (&mut batch.glossy, &mut batch.glossy_lanes);
         queue.find_above();
-        glossy.prepare(context.scene, &queue.vertices, queue.waiting(), context.shading.single_scatter);
+        glossy.prepare(i, context.scene, &queue.vertices, queue.waiting(), context.shading.single_scatter);
         connect_lights(i, context, queue, glossy, &mut batch.shadows);
         queue.draw_lobes(context.sampler_kind, context.pair() + PAIR_LOBE);
         queue.draw(context.sampler_kind, context.pair() + PAIR_BSDF);

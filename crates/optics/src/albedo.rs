@@ -3,6 +3,7 @@
 //! Energy compensation divides by these numbers. They are integrals of the very functions that are rendered with, made
 //! once at start; the CPU looks them up here, a GPU back end uploads `texels` as a texture.
 
+use crate::math::nearest_integer;
 use crate::dielectric::rough_dielectric_albedo_sample;
 use crate::ggx::{albedo_coordinates, albedo_eta_coordinate, albedo_parameters, dielectric_compensation};
 use crate::glossy::ggx_albedo_sample;
@@ -244,8 +245,9 @@ fn texel_center(i: usize, size: usize) -> f32 {
 fn texel_below(coordinate: f32, size: usize) -> (usize, f32) {
     let last = (size - 1) as f32;
     let x = (coordinate * last).max(0.0).min(last);
-    let i = (x as i32 as usize).min(size - 2);
-    (i, x - i as f32)
+    // Below by rounding half a texel before. At a texel it may be the one before, and the distance one.
+    let i = (nearest_integer(x - 0.5) as u32).min(size as u32 - 2);
+    (i as usize, x - i as f32)
 }
 
 /// Points and weights over the unit square for integrands of the microfacet samplers, which are symmetric in azimuth
