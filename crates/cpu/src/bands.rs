@@ -13,10 +13,10 @@ use std::ops::Range;
 
 /// Rows of a band: the unit of work that threads steal. Bands are whole rows so that each owns its part of the film.
 pub(crate) const BAND_ROWS: u32 = 8;
-/// Pixels along a batch's side.
-pub(crate) const BLOCK_COLUMNS: u32 = 8;
+/// Columns of a batch's block of pixels, if they have many samples each.
+pub(crate) const BLOCK_COLUMNS: u32 = 16;
 /// Samples of a batch: enough to fill streams, few enough that a batch stays in the second-level cache.
-const BATCH_SAMPLES: u32 = 1024;
+const BATCH_SAMPLES: u32 = 2048;
 
 /// First hits of a piece of work: pixel, sample index, values.
 pub(crate) type FirstHits = Vec<(u32, u32, u32, AovSample)>;
@@ -186,13 +186,18 @@ impl<'a> Walk<'a> {
         runs: &mut Vec<Run>,
     ) {
         let Rect { x: left, y: top, width, .. } = self.window;
-        if self.done == samples.len() as u32 {
-            (self.at, self.done) = (self.at + BLOCK_COLUMNS, 0);
-        }
-        if self.at >= width || samples.is_empty() {
+        if samples.is_empty() {
             return;
         }
-        let columns = self.at..(self.at + BLOCK_COLUMNS).min(width);
+        // Where there are few samples of each pixel, more of them make a batch.
+        let block_columns = (BATCH_SAMPLES / (samples.len() * rows.len()) as u32).max(BLOCK_COLUMNS);
+        if self.done == samples.len() as u32 {
+            (self.at, self.done) = (self.at + block_columns, 0);
+        }
+        if self.at >= width {
+            return;
+        }
+        let columns = self.at..(self.at + block_columns).min(width);
         let step = (BATCH_SAMPLES / (columns.len() * rows.len()) as u32).max(1);
         let first = samples.start + self.done;
         let count = step.min(samples.end - first);
