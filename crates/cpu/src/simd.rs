@@ -28,7 +28,13 @@ pub(crate) trait Instructions: Copy {
     /// # Panics
     ///
     /// If there is no such place.
-    fn fetch_rows(self, table: &[[u32; LANES]], index: &[u32; LANES], mask: u32, to: [&mut [u32; LANES]; LANES]);
+    fn fetch_rows(
+        self,
+        table: &[[u32; LANES]],
+        index: &[u32; LANES],
+        mask: u32,
+        to: [&mut [u32; LANES]; LANES],
+    );
 
     /// Calls a stage, which is compiled for these instructions.
     fn call(self, stage: impl Stage);
@@ -104,7 +110,13 @@ impl Instructions for Portable {
     }
 
     #[inline(always)]
-    fn fetch_rows(self, table: &[[u32; LANES]], index: &[u32; LANES], mask: u32, to: [&mut [u32; LANES]; LANES]) {
+    fn fetch_rows(
+        self,
+        table: &[[u32; LANES]],
+        index: &[u32; LANES],
+        mask: u32,
+        to: [&mut [u32; LANES]; LANES],
+    ) {
         let mut rows = [&[0; LANES]; LANES];
         for (lane, row) in rows.iter_mut().enumerate() {
             let place = if mask & 1 << lane != 0 { Some(index[lane] as usize) } else { None };
@@ -259,10 +271,14 @@ mod x86 {
                 for k in 0..4 {
                     // Then quarters are.
                     let [a, b, c, d] = [fours[0][k], fours[1][k], fours[2][k], fours[3][k]];
-                    let (ab_even, cd_even) =
-                        (_mm512_shuffle_f32x4::<0b10_00_10_00>(a, b), _mm512_shuffle_f32x4::<0b10_00_10_00>(c, d));
-                    let (ab_odd, cd_odd) =
-                        (_mm512_shuffle_f32x4::<0b11_01_11_01>(a, b), _mm512_shuffle_f32x4::<0b11_01_11_01>(c, d));
+                    let (ab_even, cd_even) = (
+                        _mm512_shuffle_f32x4::<0b10_00_10_00>(a, b),
+                        _mm512_shuffle_f32x4::<0b10_00_10_00>(c, d),
+                    );
+                    let (ab_odd, cd_odd) = (
+                        _mm512_shuffle_f32x4::<0b11_01_11_01>(a, b),
+                        _mm512_shuffle_f32x4::<0b11_01_11_01>(c, d),
+                    );
                     let columns = [
                         _mm512_shuffle_f32x4::<0b10_00_10_00>(ab_even, cd_even),
                         _mm512_shuffle_f32x4::<0b10_00_10_00>(ab_odd, cd_odd),
@@ -404,7 +420,12 @@ mod tests {
         fn compress(&self, mask: u32, from: &[u32; LANES], to: &mut [u32; LANES]);
         fn equal(&self, lanes: &[u32; LANES], value: u32) -> u32;
         fn fetch(&self, table: &[[f32; 3]], index: &[u32; LANES], mask: u32) -> [[f32; LANES]; 3];
-        fn fetch_rows(&self, table: &[[u32; LANES]], index: &[u32; LANES], mask: u32) -> [[u32; LANES]; LANES];
+        fn fetch_rows(
+            &self,
+            table: &[[u32; LANES]],
+            index: &[u32; LANES],
+            mask: u32,
+        ) -> [[u32; LANES]; LANES];
     }
 
     impl<I: Instructions> Erased for I {
@@ -423,7 +444,12 @@ mod tests {
             to
         }
 
-        fn fetch_rows(&self, table: &[[u32; LANES]], index: &[u32; LANES], mask: u32) -> [[u32; LANES]; LANES] {
+        fn fetch_rows(
+            &self,
+            table: &[[u32; LANES]],
+            index: &[u32; LANES],
+            mask: u32,
+        ) -> [[u32; LANES]; LANES] {
             let mut to = [[7; LANES]; LANES];
             Instructions::fetch_rows(*self, table, index, mask, to.each_mut());
             to
@@ -472,8 +498,7 @@ mod tests {
 
     #[test]
     fn rows_come_from_all_over_the_table() {
-        let table: Vec<[u32; LANES]> =
-            (0..50).map(|i| std::array::from_fn(|k| 100 * i + k as u32)).collect();
+        let table: Vec<[u32; LANES]> = (0..50).map(|i| std::array::from_fn(|k| 100 * i + k as u32)).collect();
         let index: [u32; LANES] = std::array::from_fn(|lane| (lane as u32 * 37 + 49) % 50);
         with_all(|i| {
             for mask in [0xffff, 0, 0b1010_0110_0000_0001] {

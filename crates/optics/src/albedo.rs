@@ -3,10 +3,10 @@
 //! Energy compensation divides by these numbers. They are integrals of the very functions that are rendered with, made
 //! once at start; the CPU looks them up here, a GPU back end uploads `texels` as a texture.
 
-use crate::math::nearest_integer;
 use crate::dielectric::rough_dielectric_albedo_sample;
 use crate::ggx::{albedo_coordinates, albedo_eta_coordinate, albedo_parameters, dielectric_compensation};
 use crate::glossy::ggx_albedo_sample;
+use crate::math::nearest_integer;
 use crate::sheen::{sheen_albedo_coordinates, sheen_albedo_sample};
 use crate::{Vec2f, vec2f};
 use std::sync::OnceLock;

@@ -270,8 +270,7 @@ impl Packet {
         loop {
             let node = &blas.nodes[at as usize];
             let [[x0, x1], [y0, y1], [z0, z1]] = &node.planes;
-            let planes =
-                [[s.load(x0), s.load(x1)], [s.load(y0), s.load(y1)], [s.load(z0), s.load(z1)]];
+            let planes = [[s.load(x0), s.load(x1)], [s.load(y0), s.load(y1)], [s.load(z0), s.load(z1)]];
             let (near, inside) = intervals.meet(s, &planes, limit);
             let bits = s.bits(inside);
             if bits != 0 {
@@ -345,7 +344,8 @@ impl Packet {
         touched: u32,
         filter: &F,
     ) -> bool {
-        let [a, b, c] = [0, 1, 2].map(|vertex: usize| axes.map(|axis| block.vertices[vertex][axis % 3][lane]));
+        let [a, b, c] =
+            [0, 1, 2].map(|vertex: usize| axes.map(|axis| block.vertices[vertex][axis % 3][lane]));
         let primitive = block.ids[lane];
         let (a, b, c) = (splats(s, a), splats(s, b), splats(s, c));
         let mut has_hit = false;
@@ -389,11 +389,8 @@ impl Packet {
         let shear = [&self.shear[0][group], &self.shear[1][group], &self.shear[2][group]];
         let shear = [s.load(shear[0]), s.load(shear[1]), s.load(shear[2])];
         let [a, b, c] = corners;
-        let ([ax, ay, az], [bx, by, bz], [cx, cy, cz]) = (
-            sheared(s, a, &origin, &shear),
-            sheared(s, b, &origin, &shear),
-            sheared(s, c, &origin, &shear),
-        );
+        let ([ax, ay, az], [bx, by, bz], [cx, cy, cz]) =
+            (sheared(s, a, &origin, &shear), sheared(s, b, &origin, &shear), sheared(s, c, &origin, &shear));
         // As in `Triangles::meet`.
         let e0 = s.sub(s.mul(cx, by), s.mul(cy, bx));
         let e1 = s.sub(s.mul(ax, cy), s.mul(ay, cx));

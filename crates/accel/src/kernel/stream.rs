@@ -289,7 +289,15 @@ struct Waiting<'r, R: ?Sized> {
 
 impl<'r, R: RayStream + ?Sized> Waiting<'r, R> {
     fn new(rays: &'r R, extent: &'r [f32; 3]) -> Self {
-        Waiting { rays, extent, lanes: RayLanes::NOTHING, setups: [Setup::nothing(); WIDTH], first: 0, which: 0, next: 0 }
+        Waiting {
+            rays,
+            extent,
+            lanes: RayLanes::NOTHING,
+            setups: [Setup::nothing(); WIDTH],
+            first: 0,
+            which: 0,
+            next: 0,
+        }
     }
 
     /// The next ray: its number and its setup. Leaves out those that cannot hit anything.
@@ -402,7 +410,8 @@ pub(super) fn trace<S: Simd, F: HitFilter, const ANY: bool>(
     let mut waiting = Waiting::new(rays, only.map_or(&tlas.extent, |object| &object.extent));
     let mut memories = [const { StackMemory::UNINIT }; UNDER_WAY];
     let mut memories = memories.each_mut().into_iter();
-    let mut travellers = std::array::from_fn(|_| Traveller::new(tlas, memories.next().expect("one for each")));
+    let mut travellers =
+        std::array::from_fn(|_| Traveller::new(tlas, memories.next().expect("one for each")));
     let mut lists = Lists::default();
     let mut counts = Counts::default();
     for member in Member::all() {

@@ -151,8 +151,10 @@ pub mod light_tree {
         let folded_x = (1.0 - abs(y)) * select(-1.0, 1.0, x >= 0.0);
         let folded_y = (1.0 - abs(x)) * select(-1.0, 1.0, y >= 0.0);
         let below = v.z < 0.0;
-        let low = u32(nearest_integer(clamp(select(x, folded_x, below) * 32767.0 + 32767.0, 0.0, 65534.0))) + 1u32;
-        let high = u32(nearest_integer(clamp(select(y, folded_y, below) * 32767.0 + 32767.0, 0.0, 65534.0))) + 1u32;
+        let low =
+            u32(nearest_integer(clamp(select(x, folded_x, below) * 32767.0 + 32767.0, 0.0, 65534.0))) + 1u32;
+        let high =
+            u32(nearest_integer(clamp(select(y, folded_y, below) * 32767.0 + 32767.0, 0.0, 65534.0))) + 1u32;
         low | (high << 16u32)
     }
 
