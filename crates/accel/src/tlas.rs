@@ -259,16 +259,21 @@ impl Tlas {
         }
         let mut r = *ray;
         if !placed.is_identity {
-            let (o, d) = (ray.origin, ray.direction);
-            let rows = &placed.world_to_object;
-            r.origin = rows.map(|m| m[0] * o[0] + m[1] * o[1] + m[2] * o[2] + m[3]);
-            r.direction = rows.map(|m| m[0] * d[0] + m[1] * d[1] + m[2] * d[2]);
+            let ([x, y, z], [o, d]) = (&placed.world_to_object, [&ray.origin, &ray.direction]);
+            r.origin = [dot(x, o) + x[3], dot(y, o) + y[3], dot(z, o) + z[3]];
+            r.direction = [dot(x, d), dot(y, d), dot(z, d)];
             if !r.is_valid() {
                 return None;
             }
         }
         Some((&self.blas[placed.blas as usize], placed.index, r))
     }
+}
+
+/// A vector through one row of a transform, without the translation.
+#[inline(always)]
+fn dot(row: &[f32; 4], v: &[f32; 3]) -> f32 {
+    row[0] * v[0] + row[1] * v[1] + row[2] * v[2]
 }
 
 /// A reference of a tree whose leaves are instances.

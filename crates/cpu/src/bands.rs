@@ -231,3 +231,37 @@ impl<'a> Walk<'a> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::HashSet;
+
+    #[test]
+    fn batches_hold_every_sample_once_and_are_large() {
+        for (width, rows, samples) in
+            [(700, 8..16, 0..1), (37, 0..8, 5..9), (300, 3..6, 2..18), (9, 0..8, 0..3000)]
+        {
+            let window = Rect { x: 4, y: 100, width, height: 50 };
+            let work = Work::Rows { rows: rows.clone(), samples: samples.clone() };
+            let mut walk = Walk::new(window, work);
+            let (mut ids, mut runs, mut seen, mut sizes) =
+                (Vec::new(), Vec::new(), HashSet::new(), Vec::new());
+            while walk.next_batch(&mut ids, &mut runs) {
+                let in_runs = runs.iter().flat_map(|run| (0..run.count).map(|_| run.place));
+                assert!(in_runs.clone().count() == ids.len());
+                for (place, id) in in_runs.zip(&ids) {
+                    let (x, y) = (id.x - 4, id.y - 100);
+                    assert_eq!(place, (y - rows.start) * width + x, "{id:?}");
+                    assert!(seen.insert((x, y, id.index)), "{id:?} again");
+                }
+                sizes.push(ids.len() as u32);
+            }
+            let expected = width * rows.len() as u32 * samples.len() as u32;
+            assert_eq!(seen.len() as u32, expected);
+            assert!(seen.iter().all(|(x, y, i)| *x < width && rows.contains(y) && samples.contains(i)));
+            let largest = sizes.iter().copied().max().unwrap_or(0);
+            assert!(largest <= BATCH_SAMPLES && largest >= BATCH_SAMPLES.min(expected) / 2, "{sizes:?}");
+        }
+    }
+}

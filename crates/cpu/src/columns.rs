@@ -126,3 +126,36 @@ impl VectorColumn {
         [self.x.first(count), self.y.first(count), self.z.first(count)]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::{Stage, call_with_best};
+
+    /// Keeps every third number of a column.
+    struct Keep<'a>(&'a mut Column<u32>, usize, &'a mut usize);
+
+    impl Stage for Keep<'_> {
+        fn run<I: Instructions>(self, i: I) {
+            for first in (0..self.1).step_by(LANES) {
+                let there = (first..self.1.min(first + LANES)).filter(|at| at % 3 == 0);
+                let mask = there.fold(0, |mask, at| mask | 1 << (at - first));
+                self.0.move_lanes(i, first, mask, *self.2);
+                *self.2 += mask.count_ones() as usize;
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_kept_moves_together() {
+        for count in [0, 1, 15, 16, 17, 100, 1000] {
+            let mut column = Column::<u32>::default();
+            column.make_room(count);
+            (0..count).for_each(|at| column.set(at, at as u32));
+            let mut kept = 0;
+            call_with_best(Keep(&mut column, count, &mut kept));
+            let expected: Vec<u32> = (0..count as u32).step_by(3).collect();
+            assert_eq!(column.first(kept), expected, "of {count}");
+        }
+    }
+}

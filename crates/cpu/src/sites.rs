@@ -245,3 +245,50 @@ fn geometries(tables: &SceneTables, blas: &BlasRecord) -> Geometries {
     let numbered = (0..).zip(records);
     Geometries::Many(numbered.flat_map(|(i, g)| std::iter::repeat_n(i, g.primitive_count as usize)).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{Affine3A, Vec3};
+    use scene::{Instance, Material, Mesh, Part, Scene, Shape, shapes};
+
+    /// A mesh of this many parts, two triangles each, which stands so often in the world.
+    fn tables(parts: usize, instances: usize) -> SceneTables {
+        let mut scene = Scene::default();
+        scene.materials.push(Material::default());
+        let part = || Part { shape: Shape::Triangles(shapes::rectangle(glam::Vec2::ONE)), material: 0 };
+        let parts = std::iter::repeat_with(part).take(parts).collect();
+        scene.meshes.push(Mesh { name: "m".into(), parts });
+        for i in 0..instances {
+            let place = Affine3A::from_translation(Vec3::X * (10.0 * i as f32 + 1.0));
+            scene.instances.push(Instance::new("i", 0, place));
+        }
+        SceneTables::build(&scene)
+    }
+
+    #[test]
+    fn sixteen_bindings_are_those_of_each() {
+        for (parts, instances) in [(1, 1), (5, 1), (16, 1), (40, 1), (5, 3)] {
+            let tables = tables(parts, instances);
+            let (triangles, sites) = (2 * parts as u32, Sites::new(&tables));
+            let placed = tables.instances.len() as u32;
+            for start in 0..triangles {
+                let primitive: [u32; LANES] =
+                    std::array::from_fn(|lane| (start + 7 * lane as u32) % triangles);
+                let instance: [u32; LANES] = std::array::from_fn(|lane| lane as u32 % placed);
+                let mut found = Lanes::default();
+                sites.bindings(&instance, &primitive, 0xffff, &mut found);
+                for lane in 0..LANES {
+                    let binding = sites.binding(instance[lane], primitive[lane]);
+                    assert_eq!(found.0[lane], binding, "triangle {} of {parts} parts", primitive[lane]);
+                    let site = sites.site(binding);
+                    assert!(
+                        site.first_in_blas <= primitive[lane] && primitive[lane] < site.first_in_blas + 2
+                    );
+                    assert_eq!(sites.rows()[binding as usize][0], site.first_in_blas);
+                    assert_eq!(sites.rows()[binding as usize][12], site.ior.to_bits());
+                }
+            }
+        }
+    }
+}

@@ -6,7 +6,7 @@
 //! and no branch depends on where a ray goes: whether its next place is a node or a leaf decides in which list it is entered.
 //! Each ray takes the steps that it would take alone.
 
-use super::leaves::{Leaf, Spheres, Triangles};
+use super::leaves::{Leaf, Shear, Spheres, Triangles};
 use super::setup::{EightRays, Setup};
 use super::stack::{END, STREAM_STACK, StackMemory, StreamStack};
 use super::tree::{Boxes, node};
@@ -232,7 +232,9 @@ impl<'a> Traveller<'a> {
                 let Some(blocks) = object.tiny().filter(|_| F::OPAQUE) else {
                     self.upper = self.setup.slabs;
                     self.stack.push_end(s);
-                    self.setup = Setup::new(&ray, &object.extent);
+                    // Not as a whole: to copy what has just been written number by number would take as long as a step.
+                    self.setup.slabs = Slabs::new(&ray, &object.extent);
+                    self.setup.shear = Shear::new(&ray);
                     self.enter(object, instance, || ray);
                     return false;
                 };
