@@ -161,9 +161,12 @@ impl Sites {
                     return;
                 }
                 Geometries::Few(first) => {
-                    // Indices, not iterators: only so the compiler compares all lanes at once.
                     let mut started = [0; LANES];
                     for first in *first {
+                        #[expect(
+                            clippy::needless_range_loop,
+                            reason = "only so all lanes are compared at once"
+                        )]
                         for lane in 0..LANES {
                             started[lane] += u32::from(first <= primitives[lane]);
                         }
