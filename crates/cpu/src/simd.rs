@@ -163,6 +163,20 @@ mod x86 {
                 && is_x86_feature_detected!("avx512bw");
             has.then_some(Avx512(()))
         }
+
+        /// The places of the lanes in `mask`, which must be below `length`; zero for the others.
+        #[inline(always)]
+        fn checked(self, index: &[u32; LANES], mask: u32, length: usize) -> [u32; LANES] {
+            let mut checked = [0; LANES];
+            // SAFETY: `self` proves that the instructions exist; both arrays are sixteen lanes long.
+            unsafe {
+                let places = _mm512_maskz_loadu_epi32(mask as u16, index.as_ptr().cast());
+                let length = _mm512_set1_epi32(length.min(i32::MAX as usize) as i32);
+                assert!(_mm512_cmpge_epu32_mask(places, length) == 0, "no such place");
+                _mm512_storeu_si512(checked.as_mut_ptr().cast(), places);
+            }
+            checked
+        }
     }
 
     impl Instructions for Avx512 {
@@ -192,14 +206,10 @@ mod x86 {
                 to.into_iter().for_each(|lanes| lanes.fill(0.0));
                 return;
             }
-            // SAFETY: `self` proves that the instructions exist. All places are below the table's length, which is checked; of each
+            let checked = self.checked(index, mask, table.len());
+            // SAFETY: `self` proves that the instructions exist. All places are below the table's length, which has been checked; of each
             // vector three numbers are read. The arrays are sixteen lanes long.
             unsafe {
-                let places = _mm512_maskz_loadu_epi32(mask as u16, index.as_ptr().cast());
-                let length = _mm512_set1_epi32(table.len().min(i32::MAX as usize) as i32);
-                assert!(_mm512_cmpge_epu32_mask(places, length) == 0, "no such place");
-                let mut checked = [0u32; LANES];
-                _mm512_storeu_si512(checked.as_mut_ptr().cast(), places);
                 macro_rules! vector {
                     ($lane:expr) => {
                         _mm_maskz_loadu_ps(0b111, table.as_ptr().add(checked[$lane] as usize).cast())
@@ -240,14 +250,10 @@ mod x86 {
                 to.into_iter().for_each(|lanes| lanes.fill(0));
                 return;
             }
-            // SAFETY: `self` proves that the instructions exist. All places are below the table's length, which is checked, and a row is
+            let checked = self.checked(index, mask, table.len());
+            // SAFETY: `self` proves that the instructions exist. All places are below the table's length, which has been checked, and a row is
             // sixteen numbers long, as the arrays are.
             unsafe {
-                let places = _mm512_maskz_loadu_epi32(mask as u16, index.as_ptr().cast());
-                let length = _mm512_set1_epi32(table.len().min(i32::MAX as usize) as i32);
-                assert!(_mm512_cmpge_epu32_mask(places, length) == 0, "no such place");
-                let mut checked = [0u32; LANES];
-                _mm512_storeu_si512(checked.as_mut_ptr().cast(), places);
                 macro_rules! row {
                     ($lane:expr) => {
                         _mm512_loadu_ps(table.as_ptr().add(checked[$lane] as usize).cast())

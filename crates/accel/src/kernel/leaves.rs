@@ -160,7 +160,7 @@ pub(super) struct Triangles<'a, S: Simd> {
 impl<'a, S: Simd> Triangles<'a, S> {
     /// Vertex `i` of each triangle relative to the ray's origin, sheared so that the ray runs along the third axis.
     #[inline(always)]
-    fn corner(&self, s: S, block: &TriangleBlock, i: usize) -> (S::F, S::F, S::F) {
+    fn corner(&self, s: S, block: &TriangleBlock, i: usize) -> [S::F; 3] {
         let [u, v, w] = self.axes;
         let p = &block.vertices[i];
         // SAFETY: the axes are those of a `Shear`, which takes them from its table: 0, 1 and 2 in some order.
@@ -170,27 +170,14 @@ impl<'a, S: Simd> Triangles<'a, S> {
         let z = s.sub(s.load(z), self.origin[2]);
         let x = s.neg_mul_add(self.shear[0], z, s.sub(s.load(x), self.origin[0]));
         let y = s.neg_mul_add(self.shear[1], z, s.sub(s.load(y), self.origin[1]));
-        (x, y, z)
+        [x, y, z]
     }
 
     /// Where the ray's line meets each triangle.
     #[inline(always)]
     pub fn meet(&self, s: S, block: &TriangleBlock) -> Met<S> {
-        let (ax, ay, az) = self.corner(s, block, 0);
-        let (bx, by, bz) = self.corner(s, block, 1);
-        let (cx, cy, cz) = self.corner(s, block, 2);
-        // Not fused: see the scalar function.
-        let e0 = s.sub(s.mul(cx, by), s.mul(cy, bx));
-        let e1 = s.sub(s.mul(ax, cy), s.mul(ay, cx));
-        let e2 = s.sub(s.mul(bx, ay), s.mul(by, ax));
-        let det = s.add(s.add(e0, e1), e2);
-        // All three edges on the determinant's side. Where that is zero or NaN, the distance is infinite or NaN, and
-        // is not between the ray's ends.
-        let side = s.min(s.min(s.flip_sign(e0, det), s.flip_sign(e1, det)), s.flip_sign(e2, det));
-        let inside = s.le(s.splat(0.0), side);
-        let scaled = s.mul(self.shear[2], s.mul_add(e0, az, s.mul_add(e1, bz, s.mul(e2, cz))));
-        let inverse = s.div(s.splat(1.0), det);
-        Met { inside, t: s.div(scaled, det), u: s.mul(e1, inverse), v: s.mul(e2, inverse) }
+        let corners = [self.corner(s, block, 0), self.corner(s, block, 1), self.corner(s, block, 2)];
+        Met::new(s, corners, self.shear[2])
     }
 
     /// Where the ray's line meets the triangles of a leaf, and for which of them that is between the ray's start and `t_max`.
@@ -216,12 +203,32 @@ impl<'a, S: Simd> Triangles<'a, S> {
     }
 }
 
-/// Where a line meets eight triangles, where `inside` is set.
+/// Where a line meets eight triangles, or eight lines meet one, where `inside` is set.
 pub(super) struct Met<S: Simd> {
     pub inside: S::M,
     pub t: S::F,
     pub u: S::F,
     pub v: S::F,
+}
+
+impl<S: Simd> Met<S> {
+    /// Of triangles whose corners are sheared so that the line runs along the third axis; `shear_z`: what distances along that are to be
+    /// multiplied by.
+    #[inline(always)]
+    pub fn new(s: S, [[ax, ay, az], [bx, by, bz], [cx, cy, cz]]: [[S::F; 3]; 3], shear_z: S::F) -> Self {
+        // Not fused: see the scalar function.
+        let e0 = s.sub(s.mul(cx, by), s.mul(cy, bx));
+        let e1 = s.sub(s.mul(ax, cy), s.mul(ay, cx));
+        let e2 = s.sub(s.mul(bx, ay), s.mul(by, ax));
+        let det = s.add(s.add(e0, e1), e2);
+        // All three edges on the determinant's side. Where that is zero or NaN, the distance is infinite or NaN, and
+        // is not between the ray's ends.
+        let side = s.min(s.min(s.flip_sign(e0, det), s.flip_sign(e1, det)), s.flip_sign(e2, det));
+        let inside = s.le(s.splat(0.0), side);
+        let scaled = s.mul(shear_z, s.mul_add(e0, az, s.mul_add(e1, bz, s.mul(e2, cz))));
+        let inverse = s.div(s.splat(1.0), det);
+        Met { inside, t: s.div(scaled, det), u: s.mul(e1, inverse), v: s.mul(e2, inverse) }
+    }
 }
 
 impl<S: Simd> Leaf<S> for Triangles<'_, S> {

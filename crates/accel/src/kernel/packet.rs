@@ -5,7 +5,7 @@
 //! eight rays instead of the other way round, so a ray's hit is the same as alone.
 
 use super::STACK;
-use super::leaves::{Shear, splats};
+use super::leaves::{Met, Shear, splats};
 use super::setup::{EightRays, abs};
 use crate::blas::Blas;
 use crate::layout::{EMPTY, LEAF, NO_PRIMITIVE, Node, TriangleBlock, WIDTH, leaf_index};
@@ -353,19 +353,19 @@ impl Packet {
             let (met, mask) = self.meet(s, [a, b, c], group);
             if F::OPAQUE {
                 has_hit |= s.bits(mask) != 0;
-                let t = if ANY { s.splat(-1.0) } else { met[0] };
+                let t = if ANY { s.splat(-1.0) } else { met.t };
                 let t_max = s.select(mask, s.load(&self.t_max[group]), t);
                 s.store(t_max, &mut self.t_max[group]);
-                s.store(s.select(mask, s.load(&self.u[group]), met[1]), &mut self.u[group]);
-                s.store(s.select(mask, s.load(&self.v[group]), met[2]), &mut self.v[group]);
+                s.store(s.select(mask, s.load(&self.u[group]), met.u), &mut self.u[group]);
+                s.store(s.select(mask, s.load(&self.v[group]), met.v), &mut self.v[group]);
                 let found = s.select_u(mask, s.load_u(&self.primitive[group]), s.splat_u(primitive));
                 s.store_u(found, &mut self.primitive[group]);
                 continue;
             }
             let [mut t, mut u, mut v] = [[0.0; WIDTH]; 3];
-            s.store(met[0], &mut t);
-            s.store(met[1], &mut u);
-            s.store(met[2], &mut v);
+            s.store(met.t, &mut t);
+            s.store(met.u, &mut u);
+            s.store(met.v, &mut v);
             let mut rays = s.bits(mask);
             while rays != 0 {
                 let ray = rays.trailing_zeros() as usize % WIDTH;
@@ -381,28 +381,20 @@ impl Packet {
         has_hit
     }
 
-    /// Where the rays of a group meet a triangle: distances and barycentric coordinates, and for which rays that is within their search.
+    /// Where the rays of a group meet a triangle, and for which of them that is within their search.
     #[inline(always)]
-    fn meet<S: Simd>(&self, s: S, corners: [[S::F; 3]; 3], group: usize) -> ([S::F; 3], S::M) {
+    fn meet<S: Simd>(&self, s: S, corners: [[S::F; 3]; 3], group: usize) -> (Met<S>, S::M) {
         let origin = [&self.origin[0][group], &self.origin[1][group], &self.origin[2][group]];
         let origin = [s.load(origin[0]), s.load(origin[1]), s.load(origin[2])];
         let shear = [&self.shear[0][group], &self.shear[1][group], &self.shear[2][group]];
         let shear = [s.load(shear[0]), s.load(shear[1]), s.load(shear[2])];
         let [a, b, c] = corners;
-        let ([ax, ay, az], [bx, by, bz], [cx, cy, cz]) =
+        let (a, b, c) =
             (sheared(s, a, &origin, &shear), sheared(s, b, &origin, &shear), sheared(s, c, &origin, &shear));
-        // As in `Triangles::meet`.
-        let e0 = s.sub(s.mul(cx, by), s.mul(cy, bx));
-        let e1 = s.sub(s.mul(ax, cy), s.mul(ay, cx));
-        let e2 = s.sub(s.mul(bx, ay), s.mul(by, ax));
-        let det = s.add(s.add(e0, e1), e2);
-        let side = s.min(s.min(s.flip_sign(e0, det), s.flip_sign(e1, det)), s.flip_sign(e2, det));
-        let inside = s.le(s.splat(0.0), side);
-        let scaled = s.mul(shear[2], s.mul_add(e0, az, s.mul_add(e1, bz, s.mul(e2, cz))));
-        let inverse = s.div(s.splat(1.0), det);
-        let t = s.div(scaled, det);
-        let within = s.and(s.lt(s.load(&self.t_min[group]), t), s.lt(t, s.load(&self.t_max[group])));
-        ([t, s.mul(e1, inverse), s.mul(e2, inverse)], s.and(inside, within))
+        let met = Met::new(s, [a, b, c], shear[2]);
+        let within = s.and(s.lt(s.load(&self.t_min[group]), met.t), s.lt(met.t, s.load(&self.t_max[group])));
+        let mask = s.and(met.inside, within);
+        (met, mask)
     }
 
     /// What ray `i` has hit.
