@@ -147,6 +147,7 @@ impl Sites {
 
     /// The bindings of the hit primitives in `mask`. Others get anything.
     #[inline(always)]
+    #[expect(clippy::needless_range_loop, reason = "only so all lanes are compared at once")]
     pub fn bindings(
         &self,
         instances: &[u32; LANES],
@@ -163,10 +164,6 @@ impl Sites {
                 Geometries::Few(first) => {
                     let mut started = [0; LANES];
                     for first in *first {
-                        #[expect(
-                            clippy::needless_range_loop,
-                            reason = "only so all lanes are compared at once"
-                        )]
                         for lane in 0..LANES {
                             started[lane] += u32::from(first <= primitives[lane]);
                         }
