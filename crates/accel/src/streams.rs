@@ -23,18 +23,19 @@ pub trait RayStream: Sync {
         let _ = first;
     }
 
+    /// Eight in a row as they lie in memory, if they do so one after the other.
+    #[inline(always)]
+    fn rows(&self, first: usize) -> Option<&[Ray; 8]> {
+        let _ = first;
+        None
+    }
+
     /// Eight in a row; those beyond the end have no interval in which a hit counts. Into `lanes`, because what is returned would be copied.
     #[inline(always)]
     fn load(&self, first: usize, lanes: &mut RayLanes) {
         *lanes = RayLanes::NOTHING;
         for lane in 0..WIDTH.min(self.len().saturating_sub(first)) {
-            let ray = self.ray(first + lane);
-            for axis in 0..3 {
-                lanes.origin[axis][lane] = ray.origin[axis];
-                lanes.direction[axis][lane] = ray.direction[axis];
-            }
-            lanes.t_min[lane] = ray.t_min;
-            lanes.t_max[lane] = ray.t_max;
+            lanes.set(lane, &self.ray(first + lane));
         }
     }
 }
@@ -61,6 +62,16 @@ impl RayLanes {
         t_min: [0.0; 8],
         t_max: [-1.0; 8],
     };
+
+    /// Puts a ray into a lane.
+    #[inline(always)]
+    pub(crate) fn set(&mut self, lane: usize, ray: &Ray) {
+        for axis in 0..3 {
+            self.origin[axis][lane] = ray.origin[axis];
+            self.direction[axis][lane] = ray.direction[axis];
+        }
+        (self.t_min[lane], self.t_max[lane]) = (ray.t_min, ray.t_max);
+    }
 }
 
 impl RayStream for [Ray] {
@@ -72,6 +83,17 @@ impl RayStream for [Ray] {
     #[inline(always)]
     fn ray(&self, index: usize) -> Ray {
         self[index]
+    }
+
+    #[inline(always)]
+    fn prefetch(&self, first: usize) {
+        let place = self.as_ptr().wrapping_add(first);
+        (0..WIDTH).step_by(64 / size_of::<Ray>()).for_each(|ray| simd::prefetch(place.wrapping_add(ray)));
+    }
+
+    #[inline(always)]
+    fn rows(&self, first: usize) -> Option<&[Ray; 8]> {
+        self.get(first..)?.first_chunk()
     }
 }
 
@@ -128,12 +150,7 @@ impl RayStream for RayColumns<'_> {
         if rest < WIDTH {
             *lanes = RayLanes::NOTHING;
             for lane in 0..rest {
-                let ray = self.ray(first + lane);
-                for axis in 0..3 {
-                    lanes.origin[axis][lane] = ray.origin[axis];
-                    lanes.direction[axis][lane] = ray.direction[axis];
-                }
-                lanes.t_max[lane] = ray.t_max;
+                lanes.set(lane, &self.ray(first + lane));
             }
             return;
         }

@@ -7,7 +7,7 @@
 //! The arithmetic is that of [`super::leaves::Triangles`], for one triangle and eight rays instead of the other way round.
 
 use super::leaves::splats;
-use super::setup::Shears;
+use super::setup::{Shears, vectors};
 use crate::handful::{Face, Handful, MAX_CORNERS};
 use crate::layout::{NO_PRIMITIVE, WIDTH};
 use crate::ray::{Hit, MISS};
@@ -134,7 +134,11 @@ impl<S: Simd> Group<S> {
         // A beginning that is not a number is none: the comparison with itself is false then.
         let t_min = s.load(&lanes.t_min);
         let t_max = s.select(s.le(t_min, t_min), s.splat(-1.0), s.load(&lanes.t_max));
-        Group { shears: Shears::new(s, lanes), t_min: s.max(t_min, s.splat(0.0)), t_max }
+        Group {
+            shears: Shears::new(s, vectors(s, &lanes.origin), vectors(s, &lanes.direction)),
+            t_min: s.max(t_min, s.splat(0.0)),
+            t_max,
+        }
     }
 
     #[inline(always)]

@@ -123,11 +123,7 @@ fn is_alike(a: &Ray, b: &Ray) -> bool {
 #[inline(always)]
 fn fill_up(lanes: &mut RayLanes, used: usize, ray: &Ray) {
     for lane in used..WIDTH {
-        for axis in 0..3 {
-            lanes.origin[axis][lane] = ray.origin[axis];
-            lanes.direction[axis][lane] = ray.direction[axis];
-        }
-        (lanes.t_min[lane], lanes.t_max[lane]) = (ray.t_min, ray.t_max);
+        lanes.set(lane, ray);
     }
 }
 

@@ -8,7 +8,7 @@ use super::{Best, Slabs};
 use crate::layout::{Plane, WIDTH};
 use crate::ray::{MISS, Ray};
 use crate::simd::Simd;
-use crate::streams::RayLanes;
+use crate::streams::{RayLanes, RayStream};
 
 /// What the traversal of a tree needs of one ray.
 #[derive(Clone, Copy)]
@@ -51,6 +51,18 @@ pub(super) fn abs<S: Simd>(s: S, x: S::F) -> S::F {
     s.max(x, s.sub(s.splat(0.0), x))
 }
 
+/// The coordinates of eight vectors.
+#[inline(always)]
+pub(super) fn vectors<S: Simd>(s: S, [x, y, z]: &[[f32; WIDTH]; 3]) -> [S::F; 3] {
+    [s.load(x), s.load(y), s.load(z)]
+}
+
+/// All that a ray is made of, in the order of its fields.
+#[inline(always)]
+fn row<S: Simd>(s: S, ray: &Ray) -> S::F {
+    s.load(bytemuck::cast_ref(ray))
+}
+
 /// Eight rays, each number of all beside each other.
 pub(super) struct EightRays<S: Simd> {
     /// See [`Slabs`].
@@ -67,13 +79,51 @@ pub(super) struct EightRays<S: Simd> {
 }
 
 impl<S: Simd> EightRays<S> {
+    /// Those from `first` on; what is beyond the end is not valid. `lanes` is memory to be used. `extent`: as of [`Slabs::new`].
+    #[inline(always)]
+    pub fn load(
+        s: S,
+        rays: &(impl RayStream + ?Sized),
+        first: usize,
+        lanes: &mut RayLanes,
+        extent: &[f32; 3],
+    ) -> Self {
+        if let Some([a, b, c, d, e, f, g, h]) = rays.rows(first) {
+            let rows = s.transposed([
+                row(s, a),
+                row(s, b),
+                row(s, c),
+                row(s, d),
+                row(s, e),
+                row(s, f),
+                row(s, g),
+                row(s, h),
+            ]);
+            let [ox, oy, oz, t_min, dx, dy, dz, t_max] = rows;
+            return Self::from_vectors(s, [ox, oy, oz], [dx, dy, dz], t_min, t_max, extent);
+        }
+        rays.load(first, lanes);
+        Self::new(s, lanes, extent)
+    }
+
     /// `extent`: as of [`Slabs::new`].
     #[inline(always)]
     pub fn new(s: S, rays: &RayLanes, extent: &[f32; 3]) -> Self {
-        let zero = s.splat(0.0);
-        let origin = [s.load(&rays.origin[0]), s.load(&rays.origin[1]), s.load(&rays.origin[2])];
-        let direction = [s.load(&rays.direction[0]), s.load(&rays.direction[1]), s.load(&rays.direction[2])];
+        let (origin, direction) = (vectors(s, &rays.origin), vectors(s, &rays.direction));
         let (t_min, t_max) = (s.load(&rays.t_min), s.load(&rays.t_max));
+        Self::from_vectors(s, origin, direction, t_min, t_max, extent)
+    }
+
+    #[inline(always)]
+    fn from_vectors(
+        s: S,
+        origin: [S::F; 3],
+        direction: [S::F; 3],
+        t_min: S::F,
+        t_max: S::F,
+        extent: &[f32; 3],
+    ) -> Self {
+        let zero = s.splat(0.0);
         let (x, y, z) = (abs(s, direction[0]), abs(s, direction[1]), abs(s, direction[2]));
         let longest = s.max(s.max(x, y), z);
         let tiny = s.max(s.mul(longest, s.splat(1e-24)), s.splat(1e-37));
@@ -96,7 +146,7 @@ impl<S: Simd> EightRays<S> {
             far_offset[axis] = s.sub(error, offset);
             down[axis] = s.lt(inverse[axis], zero);
         }
-        let shears = Shears::new(s, rays);
+        let shears = Shears::new(s, origin, direction);
         EightRays {
             inverse,
             near_offset,
@@ -150,9 +200,7 @@ pub(super) struct Shears<S: Simd> {
 
 impl<S: Simd> Shears<S> {
     #[inline(always)]
-    pub fn new(s: S, rays: &RayLanes) -> Self {
-        let direction = [s.load(&rays.direction[0]), s.load(&rays.direction[1]), s.load(&rays.direction[2])];
-        let origin = [s.load(&rays.origin[0]), s.load(&rays.origin[1]), s.load(&rays.origin[2])];
+    pub fn new(s: S, origin: [S::F; 3], direction: [S::F; 3]) -> Self {
         let (x, y, z) = (abs(s, direction[0]), abs(s, direction[1]), abs(s, direction[2]));
         // The longest component, as `Shear::new` chooses it.
         let axes = Axes { along_y: s.and(s.lt(x, y), s.le(z, y)), along_z: s.and(s.lt(x, z), s.lt(y, z)) };
@@ -256,20 +304,24 @@ mod tests {
         let mut valid = 0;
         for eight in rays.chunks(WIDTH) {
             let mut lanes = RayLanes::NOTHING;
-            crate::streams::RayStream::load(eight, 0, &mut lanes);
-            let all = EightRays::new(s, &lanes, &extent);
-            let mut setups = [Setup::nothing(); WIDTH];
-            all.write(s, &mut setups);
-            for (lane, ray) in eight.iter().enumerate() {
-                assert_eq!(all.valid >> lane & 1 != 0, ray.is_valid(), "{ray:?}");
-                if ray.is_valid() {
-                    assert_eq!(numbers(&setups[lane]), numbers(&Setup::new(ray, &extent)), "{ray:?}");
-                    valid += 1;
+            eight.load(0, &mut lanes);
+            for all in [
+                EightRays::new(s, &lanes, &extent),
+                EightRays::load(s, eight, 0, &mut lanes.clone(), &extent),
+            ] {
+                let mut setups = [Setup::nothing(); WIDTH];
+                all.write(s, &mut setups);
+                for (lane, ray) in eight.iter().enumerate() {
+                    assert_eq!(all.valid >> lane & 1 != 0, ray.is_valid(), "{ray:?}");
+                    if ray.is_valid() {
+                        assert_eq!(numbers(&setups[lane]), numbers(&Setup::new(ray, &extent)), "{ray:?}");
+                        valid += 1;
+                    }
                 }
+                assert_eq!(all.valid >> eight.len(), 0, "lanes without a ray");
             }
-            assert_eq!(all.valid >> eight.len(), 0, "lanes without a ray");
         }
-        assert!(valid > 800, "{valid} rays were compared");
+        assert!(valid > 1600, "{valid} rays were compared");
     }
 
     #[test]

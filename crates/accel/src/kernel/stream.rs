@@ -309,8 +309,7 @@ impl<'r, R: RayStream + ?Sized> Waiting<'r, R> {
             if self.next >= self.rays.len() {
                 return None;
             }
-            self.rays.load(self.next, &mut self.lanes);
-            let eight = EightRays::new(s, &self.lanes, self.extent);
+            let eight = EightRays::load(s, self.rays, self.next, &mut self.lanes, self.extent);
             eight.write(s, &mut self.setups);
             self.rays.prefetch(self.next + 2 * WIDTH);
             (self.first, self.which) = (self.next, eight.valid);
