@@ -164,6 +164,7 @@ functions! {
     math::max_component(v: signed_color) within EXACT;
     math::mean_component(v: signed_color) within CANCELLING;
     math::luminance(c: signed_color) within ROUNDING;
+    math::nearest_integer(x: real) within EXACT;
     math::cos_sin_turns(turns: turns) within ROUNDING;
     math::upper_angle_turns(x: real, y: size) within ROUNDING;
     math::is_finite(x: anything) within EXACT;
