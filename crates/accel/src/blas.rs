@@ -56,7 +56,7 @@ pub struct Blas {
     skipped: usize,
     /// Whether leaves hold parts of triangles, whose boxes are smaller than the triangles.
     split: bool,
-    /// The triangles once more, if they are few.
+    /// The triangles that all rays of a stream are tested with, once more, if this is made of triangles.
     handful: Option<Handful>,
     kernel: Kernel,
 }
@@ -83,9 +83,9 @@ fn corners(g: &Geometry, index: usize) -> Option<[[f32; 3]; 3]> {
     if flat { None } else { Some(p) }
 }
 
-fn handful_of(shape: &Shape) -> Option<Handful> {
+fn handful_of(nodes: &[Node], root: ChildRef, shape: &Shape) -> Option<Handful> {
     match shape {
-        Shape::Triangles(blocks) => Handful::new(blocks),
+        Shape::Triangles(blocks) => Some(Handful::new(nodes, root, blocks)),
         Shape::Spheres(_) => None,
     }
 }
@@ -219,7 +219,8 @@ impl Blas {
     ) -> Blas {
         let WideTree { mut nodes, root, bounds, .. } = tree;
         nodes.shrink_to_fit();
-        let (extent, handful, kernel) = (extent(&bounds), handful_of(&shape), Kernel::best());
+        let handful = handful_of(&nodes, root, &shape);
+        let (extent, kernel) = (extent(&bounds), Kernel::best());
         let cover = Cover::new(&nodes, root, bounds);
         let blas =
             Blas { nodes, root, shape, extent, bounds, cover, geometries, skipped, split, handful, kernel };
@@ -262,12 +263,12 @@ impl Blas {
         self.bounds = if self.root == EMPTY { Aabb::EMPTY } else { self.child_bounds(self.root) };
         self.extent = extent(&self.bounds);
         self.cover = Cover::new(&self.nodes, self.root, self.bounds);
-        self.handful = handful_of(&self.shape);
+        self.handful = handful_of(&self.nodes, self.root, &self.shape);
         #[cfg(debug_assertions)]
         self.validate().expect("a tree that was just refitted");
     }
 
-    /// The triangles, if they are so few that streams are faster when they test all of them.
+    /// Triangles that streams test all rays with.
     #[inline(always)]
     pub(crate) fn handful(&self) -> Option<&Handful> {
         self.handful.as_ref()

@@ -1,18 +1,26 @@
 //! A handful of triangles as rays in lanes are tested with it: corners that are shared are there once, and triangles that
 //! share an edge are tested together.
 
-use crate::layout::{NO_PRIMITIVE, TriangleBlock, WIDTH};
+use crate::layout::{ChildRef, EMPTY, LEAF, NO_PRIMITIVE, Node, TriangleBlock, WIDTH, leaf_index};
 
-/// Most triangles that are tested one after the other. Measured: with more, walking a tree is faster.
-pub(crate) const MAX_TRIANGLES: usize = 96;
+/// Most triangles of an object that are tested one after the other. Measured: with more, walking a tree is faster.
+const MAX_TRIANGLES: usize = 96;
+
+/// Most triangles of a larger object's root that are tested so. A ray meets the boxes of many of them anyway.
+const MAX_ROOT_TRIANGLES: usize = 32;
 
 /// Most corners: room for them is made for every stream.
 pub(crate) const MAX_CORNERS: usize = 128;
+
+/// All children of a node, as bits of their places.
+pub(crate) const ALL_CHILDREN: u32 = (1 << WIDTH) - 1;
 
 /// A few triangles.
 pub(crate) struct Handful {
     pub corners: Vec<[f32; 3]>,
     pub faces: Vec<Face>,
+    /// Children of the root, as bits of their places, that hold these triangles and nothing else.
+    pub children: u32,
 }
 
 /// The number of one of at most [`MAX_CORNERS`] corners.
@@ -50,12 +58,43 @@ struct Triangle {
 }
 
 impl Handful {
-    /// The triangles of some blocks, if they are few.
-    pub fn new(blocks: &[TriangleBlock]) -> Option<Handful> {
-        if blocks.len() > MAX_TRIANGLES {
-            return None;
+    /// All triangles of an object, if they are few, or else those of leaves right below its root, the largest first, up to a few.
+    pub fn new(nodes: &[Node], root: ChildRef, blocks: &[TriangleBlock]) -> Handful {
+        if blocks.len() <= MAX_TRIANGLES
+            && let Some(all) = Handful::of(blocks.iter(), MAX_TRIANGLES, ALL_CHILDREN)
+        {
+            return all;
         }
-        let lanes = blocks.iter().flat_map(|block| (0..WIDTH).map(move |lane| (block, lane)));
+        let mut handful = Handful { corners: Vec::new(), faces: Vec::new(), children: 0 };
+        let Some(root) = nodes.get(root as usize) else { return handful };
+        let is_leaf = |slot: &usize| root.children[*slot] != EMPTY && root.children[*slot] & LEAF != 0;
+        let mut leaves: Vec<usize> = (0..WIDTH).filter(is_leaf).collect();
+        let area = |slot: usize| root.bounds(slot).half_area();
+        leaves.sort_by(|&a, &b| area(b).total_cmp(&area(a)));
+        for count in 1..=leaves.len() {
+            let first = &leaves[..count];
+            let children = first.iter().fold(0, |bits, slot| bits | 1 << slot);
+            let blocks = first.iter().map(|&slot| &blocks[leaf_index(root.children[slot])]);
+            match Handful::of(blocks, MAX_ROOT_TRIANGLES, children) {
+                Some(more) => handful = more,
+                None => break,
+            }
+        }
+        handful
+    }
+
+    /// Whether there are no other triangles.
+    pub fn is_all(&self) -> bool {
+        self.children == ALL_CHILDREN
+    }
+
+    /// The triangles of some blocks, if they are at most so many.
+    fn of<'b>(
+        blocks: impl Iterator<Item = &'b TriangleBlock>,
+        most: usize,
+        children: u32,
+    ) -> Option<Handful> {
+        let lanes = blocks.flat_map(|block| (0..WIDTH).map(move |lane| (block, lane)));
         let lanes = lanes.filter(|(block, lane)| block.ids[*lane] != NO_PRIMITIVE);
         let mut corners: Vec<[f32; 3]> = Vec::new();
         let mut triangles: Vec<Triangle> = Vec::new();
@@ -72,13 +111,13 @@ impl Handful {
                     corners.len() - 1
                 })
             });
-            if triangles.len() == MAX_TRIANGLES {
+            if triangles.len() == most {
                 return None;
             }
             let [a, b, c] = numbers.map(Corner::new);
             triangles.push(Triangle { corners: [a?, b?, c?], id });
         }
-        Some(Handful { corners, faces: faces(triangles) })
+        Some(Handful { corners, faces: faces(triangles), children })
     }
 
     /// Bytes of memory that this occupies.
@@ -122,6 +161,7 @@ fn paired(first: &Triangle, second: &Triangle) -> Option<Face> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::layout::Block;
 
     fn block(triangles: &[[[f32; 3]; 3]], first_id: u32) -> TriangleBlock {
         let mut block = TriangleBlock::EMPTY;
@@ -132,10 +172,15 @@ mod tests {
         block
     }
 
+    fn all(blocks: &[TriangleBlock]) -> Option<Handful> {
+        let handful = Handful::new(&[], LEAF, blocks);
+        handful.is_all().then_some(handful)
+    }
+
     #[test]
     fn neighbours_are_tested_together() {
         let [a, b, c, d] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.5]];
-        let handful = Handful::new(&[block(&[[b, c, a], [d, a, c]], 5)]).expect("few enough");
+        let handful = all(&[block(&[[b, c, a], [d, a, c]], 5)]).expect("few enough");
         assert_eq!(handful.corners.len(), 4);
         let [face] = handful.faces[..] else { panic!("{:?}", handful.faces) };
         let corners = face.corners.map(|c| handful.corners[usize::from(c.0)]);
@@ -147,7 +192,7 @@ mod tests {
     #[test]
     fn strangers_and_neighbours_of_the_other_winding_stay_alone() {
         let [a, b, c, d] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.5]];
-        let handful = Handful::new(&[block(&[[a, b, c], [a, d, c]], 0)]).expect("few enough");
+        let handful = all(&[block(&[[a, b, c], [a, d, c]], 0)]).expect("few enough");
         assert_eq!(handful.faces.len(), 2);
         for face in &handful.faces {
             assert_eq!(face.ids[1], NO_PRIMITIVE);
@@ -164,9 +209,33 @@ mod tests {
                 .map(|i| block(&[0, 1, 2, 3, 4, 5, 6, 7].map(|k| triangle(i + k)), i as u32))
                 .collect()
         };
-        assert!(Handful::new(&blocks(40)).is_some());
+        assert!(all(&blocks(40)).is_some());
         // 48 triangles of three corners each.
-        assert!(Handful::new(&blocks(48)).is_none());
-        assert!(Handful::new(&blocks(104)).is_none());
+        assert!(all(&blocks(48)).is_none());
+        assert!(all(&blocks(104)).is_none());
+    }
+
+    #[test]
+    fn of_many_the_largest_at_the_root_are_taken() {
+        let triangle =
+            |i: usize, size: f32| [[i as f32, 0.0, 0.0], [i as f32, size, 0.0], [i as f32, 0.0, size]];
+        // Leaves of eight, each larger than the one before, and one child that is no leaf.
+        let leaf = |n: usize| {
+            block(&[0, 1, 2, 3, 4, 5, 6, 7].map(|k| triangle(8 * n + k, 1.0 + n as f32)), 8 * n as u32)
+        };
+        let blocks: Vec<TriangleBlock> = (0..20).map(leaf).collect();
+        let mut root = Node::EMPTY;
+        for slot in 0..7 {
+            root.set_bounds(slot, &blocks[slot].bounds());
+            root.children[slot] = if slot == 5 { 1 } else { LEAF | slot as u32 };
+        }
+        let handful = Handful::new(&[root, Node::EMPTY], 0, &blocks);
+        assert!(!handful.is_all());
+        assert_eq!(handful.children, 0b101_1100, "four leaves of eight");
+        let mut ids: Vec<u32> =
+            handful.faces.iter().flat_map(|face| face.ids).filter(|id| *id != NO_PRIMITIVE).collect();
+        ids.sort();
+        let expected: Vec<u32> = [2, 3, 4, 6].into_iter().flat_map(|n| 8 * n..8 * n + 8).collect();
+        assert_eq!(ids, expected);
     }
 }

@@ -2,16 +2,23 @@
 //! bins, is lowest (Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", 2007). Large sets are
 //! worked on in parallel.
 
-use super::{Bounds, PrimitiveRef, Settings};
+use super::{Bounds, Leaves, PrimitiveRef, Settings};
 use crate::kernel::MAX_DEPTH;
 use crate::simd::quad::Quad;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Sets larger than this are split by two threads.
 const PARALLEL: usize = 8192;
 
 /// Sets larger than this are binned by several threads.
 const PARALLEL_BINNING: usize = 65536;
+
+/// A primitive whose box has more than this share of the area around all of them is large.
+const LARGE: f32 = 0.1;
+
+/// Most large primitives: more are no exceptions.
+const MOST_LARGE: usize = 32;
 
 /// From this depth on sets are halved, so that the tree's depth has a bound.
 const SAH_DEPTH: usize = MAX_DEPTH - 32;
@@ -203,6 +210,30 @@ impl Builder {
         Some((middle, child(l, set.first, cut.left), child(r, set.first + middle as u32, cut.right)))
     }
 
+    /// Moves the few largest primitives of all to the front and makes them the left side, if there are any. The planes between bins
+    /// cannot part them from what is around their centres: a floor would go with a slice of everything that stands on it.
+    fn large_apart(&self, primitives: &mut [PrimitiveRef], set: &Set) -> Option<(usize, Set, Set)> {
+        let limit = LARGE * set.bounds.half_area();
+        let is_large = |p: &PrimitiveRef| Bounds { low: p.low, high: p.high }.half_area() > limit;
+        let large: Vec<usize> = if primitives.len() < PARALLEL_BINNING {
+            primitives.iter().enumerate().filter(|(_, p)| is_large(p)).map(|(i, _)| i).collect()
+        } else {
+            primitives.par_iter().enumerate().filter(|(_, p)| is_large(p)).map(|(i, _)| i).collect()
+        };
+        if large.is_empty() || large.len() > MOST_LARGE || large.len() == primitives.len() {
+            return None;
+        }
+        // In ascending order, so none has been moved before its turn.
+        for (to, from) in large.iter().enumerate() {
+            primitives.swap(to, *from);
+        }
+        Some((
+            large.len(),
+            child(set, primitives, 0..large.len()),
+            child(set, primitives, large.len()..primitives.len()),
+        ))
+    }
+
     /// Appends the subtree of `primitives` to `nodes`.
     fn subtree(self, primitives: &mut [PrimitiveRef], set: Set, nodes: &mut Vec<BinaryNode>) {
         let at = nodes.len();
@@ -236,6 +267,13 @@ impl Builder {
     fn split(&self, primitives: &mut [PrimitiveRef], set: &Set) -> (usize, Set, Set) {
         let n = primitives.len();
         let leaf = self.settings.leaf_size;
+        if set.depth == 0
+            && !self.is_tiny
+            && matches!(self.settings.leaves, Leaves::Lanes)
+            && let Some(result) = self.large_apart(primitives, set)
+        {
+            return result;
+        }
         if set.depth < SAH_DEPTH && !self.is_tiny {
             let cut = if n < 128 || self.settings.bins <= 8 {
                 self.cut::<8>(primitives, set)
@@ -246,7 +284,6 @@ impl Builder {
                 return result;
             }
         }
-        let child = |first, bounds, centers| Set { bounds, centers, first, depth: set.depth + 1 };
         // All centres in one place, a tree grown too deep, or a tiny one that wants full blocks: halve, in whole blocks, along the longest axis.
         let size = set.centers.high.sub(set.centers.low).to_array();
         let axis = (0..3).max_by(|&a, &b| size[a].total_cmp(&size[b])).unwrap_or(0);
@@ -254,15 +291,19 @@ impl Builder {
         primitives.select_nth_unstable_by(middle, |a, b| {
             a.center2().to_array()[axis].total_cmp(&b.center2().to_array()[axis])
         });
-        let (l, r) = primitives.split_at(middle);
-        let whole = |s: &[PrimitiveRef], first| {
-            child(
-                first,
-                total_bounds(s, |p| (p.low, p.high)),
-                total_bounds(s, |p| (p.center2(), p.center2())),
-            )
-        };
-        (middle, whole(l, set.first), whole(r, set.first + middle as u32))
+        (middle, child(set, primitives, 0..middle), child(set, primitives, middle..n))
+    }
+}
+
+/// Some of the primitives of a set, as a set of its own.
+fn child(set: &Set, primitives: &[PrimitiveRef], some: Range<usize>) -> Set {
+    let first = set.first + some.start as u32;
+    let primitives = &primitives[some];
+    Set {
+        bounds: total_bounds(primitives, |p| (p.low, p.high)),
+        centers: total_bounds(primitives, |p| (p.center2(), p.center2())),
+        first,
+        depth: set.depth + 1,
     }
 }
 

@@ -3,11 +3,11 @@
 use super::Best;
 use crate::layout::{SphereBlock, TriangleBlock, WIDTH};
 use crate::ray::{Hit, HitFilter, Ray};
-use crate::simd::Simd;
+use crate::simd::{Arithmetic, Simd};
 
 #[inline(always)]
-pub(super) fn splats<S: Simd>(s: S, x: [f32; 3]) -> [S::F; 3] {
-    [s.splat(x[0]), s.splat(x[1]), s.splat(x[2])]
+pub(super) fn splats<A: Arithmetic>(a: A, x: [f32; 3]) -> [A::F; 3] {
+    [a.splat(x[0]), a.splat(x[1]), a.splat(x[2])]
 }
 
 #[inline(always)]

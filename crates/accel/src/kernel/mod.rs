@@ -1,16 +1,18 @@
 //! Queries: which instruction set runs them, and what all of them share.
 
-mod in_lanes;
 mod leaves;
 mod packet;
 mod scalar;
 mod setup;
 mod stack;
 mod stream;
+mod top;
 mod tree;
+mod waiting;
 mod wide;
 
 use crate::blas::{Blas, Shape};
+use crate::handful::Handful;
 use crate::layout::{ChildRef, EMPTY, Plane, TriangleBlock};
 use crate::ray::{Hit, HitFilter, MISS, Ray};
 use crate::streams::{HitStream, RayStream};
@@ -220,7 +222,7 @@ pub(crate) fn incoherent_any<F: HitFilter>(
 fn for_packets<'a, F: HitFilter>(tlas: &'a Tlas, filter: &F) -> Option<(&'a Blas, &'a [TriangleBlock])> {
     let blas = tlas.only(filter.ray_mask())?;
     match &blas.shape {
-        Shape::Triangles(blocks) if blas.handful().is_none() => Some((blas, blocks)),
+        Shape::Triangles(blocks) if !blas.handful().is_some_and(Handful::is_all) => Some((blas, blocks)),
         _ => None,
     }
 }

@@ -6,7 +6,7 @@
 
 use super::STACK;
 use super::leaves::{Met, Shear, splats};
-use super::setup::{EightRays, abs};
+use super::setup::{LaneRays, LaneSlabs, Shears, abs};
 use crate::blas::Blas;
 use crate::layout::{EMPTY, LEAF, NO_PRIMITIVE, Node, TriangleBlock, WIDTH, leaf_index};
 use crate::ray::{Hit, HitFilter, MISS, Ray};
@@ -173,9 +173,10 @@ impl Packet {
         let [mut low, mut high, mut low_inverse, mut high_inverse] = [[largest; 3]; 4];
         let mut t_min = s.splat(f32::INFINITY);
         for (group, lanes) in lanes.iter().enumerate() {
-            let eight = EightRays::new(s, lanes, &blas.extent);
+            let eight = LaneRays::eight(s, lanes);
+            let (slabs, shears) = (LaneSlabs::new(s, &eight, &blas.extent), Shears::new(s, &eight));
             let used = some.len().saturating_sub(group * WIDTH).min(WIDTH);
-            if eight.valid != 255 || eight.shears.axes.bits_other_than(s, shear.third_axis()) != 0 {
+            if s.bits(eight.valid) != 255 || shears.axes.bits_other_than(s, shear.third_axis(), 255) != 0 {
                 return None;
             }
             let scale = s.div(s.splat(1.0), abs(s, s.load(&lanes.direction[long])));
@@ -184,24 +185,24 @@ impl Packet {
                 let apart = abs(s, s.sub(s.mul(d, scale), middle[a]));
                 let all_negative = if near_side[a] == 0 { 0 } else { 255 };
                 // NaN is apart, too.
-                if s.bits(s.le(apart, s.splat(MAX_SPREAD))) != 255 || s.bits(eight.down[a]) != all_negative {
+                if s.bits(s.le(apart, s.splat(MAX_SPREAD))) != 255 || s.bits(slabs.down[a]) != all_negative {
                     return None;
                 }
                 low[a] = s.min(low[a], o);
                 high[a] = s.min(high[a], s.sub(zero, o));
-                low_inverse[a] = s.min(low_inverse[a], eight.inverse[a]);
-                high_inverse[a] = s.min(high_inverse[a], s.sub(zero, eight.inverse[a]));
-                s.store(eight.inverse[a], &mut self.inverse[a][group]);
-                s.store(eight.near_offset[a], &mut self.near_offset[a][group]);
-                s.store(eight.far_offset[a], &mut self.far_offset[a][group]);
+                low_inverse[a] = s.min(low_inverse[a], slabs.inverse[a]);
+                high_inverse[a] = s.min(high_inverse[a], s.sub(zero, slabs.inverse[a]));
+                s.store(slabs.inverse[a], &mut self.inverse[a][group]);
+                s.store(slabs.near_offset[a], &mut self.near_offset[a][group]);
+                s.store(slabs.far_offset[a], &mut self.far_offset[a][group]);
             }
             t_min = s.min(t_min, eight.t_min);
             s.store(eight.t_min, &mut self.t_min[group]);
             s.store(eight.t_max, &mut self.t_max[group]);
             self.t_max[group][used..].fill(-1.0);
             for a in 0..3 {
-                s.store(eight.shears.origin[a], &mut self.origin[a][group]);
-                s.store(eight.shears.shear[a], &mut self.shear[a][group]);
+                s.store(shears.origin[a], &mut self.origin[a][group]);
+                s.store(shears.shear[a], &mut self.shear[a][group]);
             }
         }
         self.primitive = [[NO_PRIMITIVE; WIDTH]; GROUPS];

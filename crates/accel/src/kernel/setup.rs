@@ -1,13 +1,13 @@
-//! What traversals need of rays, found out for eight rays at a time.
+//! What traversals need of rays, found out for many rays at a time.
 //!
 //! The numbers of a kind are computed side by side, and then turned around so that those of a ray lie together. They are the same
 //! bits as those of [`Slabs::new`] and [`Shear::new`], which take a ray as long as two nodes.
 
+use super::Slabs;
 use super::leaves::Shear;
-use super::{Best, Slabs};
 use crate::layout::{Plane, WIDTH};
-use crate::ray::{MISS, Ray};
-use crate::simd::Simd;
+use crate::ray::Ray;
+use crate::simd::{Arithmetic, Simd, Sixteen};
 use crate::streams::{RayLanes, RayStream};
 
 /// What the traversal of a tree needs of one ray.
@@ -38,22 +38,16 @@ impl Setup {
     pub fn nothing() -> Self {
         Setup::new(&Ray { t_max: -1.0, ..Ray::new([0.0; 3], [0.0, 0.0, 1.0]) }, &[0.0; 3])
     }
-
-    /// Where the search begins.
-    #[inline(always)]
-    pub fn best(&self) -> Best {
-        Best { hit: MISS, t_max: self.t_max }
-    }
 }
 
 #[inline(always)]
-pub(super) fn abs<S: Simd>(s: S, x: S::F) -> S::F {
-    s.max(x, s.sub(s.splat(0.0), x))
+pub(super) fn abs<A: Arithmetic>(a: A, x: A::F) -> A::F {
+    a.max(x, a.sub(a.splat(0.0), x))
 }
 
 /// The coordinates of eight vectors.
 #[inline(always)]
-pub(super) fn vectors<S: Simd>(s: S, [x, y, z]: &[[f32; WIDTH]; 3]) -> [S::F; 3] {
+fn vectors<S: Simd>(s: S, [x, y, z]: &[[f32; WIDTH]; 3]) -> [S::F; 3] {
     [s.load(x), s.load(y), s.load(z)]
 }
 
@@ -63,196 +57,260 @@ fn row<S: Simd>(s: S, ray: &Ray) -> S::F {
     s.load(bytemuck::cast_ref(ray))
 }
 
-/// Eight rays, each number of all beside each other.
-pub(super) struct EightRays<S: Simd> {
-    /// See [`Slabs`].
-    pub inverse: [S::F; 3],
-    pub near_offset: [S::F; 3],
-    pub far_offset: [S::F; 3],
-    /// Along which axes the rays go down.
-    pub down: [S::M; 3],
-    pub t_min: S::F,
-    pub t_max: S::F,
-    pub shears: Shears<S>,
-    /// Which of them may hit anything, as bits; see [`Ray::is_valid`].
-    pub valid: u32,
+/// Rays in lanes, each number of all beside each other.
+pub(super) struct LaneRays<A: Arithmetic> {
+    pub origin: [A::F; 3],
+    pub direction: [A::F; 3],
+    /// Not negative.
+    pub t_min: A::F,
+    /// Negative for rays that cannot hit anything.
+    pub t_max: A::F,
+    /// Which of them may hit anything; see [`Ray::is_valid`].
+    pub valid: A::M,
 }
 
-impl<S: Simd> EightRays<S> {
-    /// Those from `first` on; what is beyond the end is not valid. `lanes` is memory to be used. `extent`: as of [`Slabs::new`].
+impl<A: Arithmetic> LaneRays<A> {
     #[inline(always)]
-    pub fn load(
-        s: S,
-        rays: &(impl RayStream + ?Sized),
-        first: usize,
-        lanes: &mut RayLanes,
-        extent: &[f32; 3],
-    ) -> Self {
-        if let Some([a, b, c, d, e, f, g, h]) = rays.rows(first) {
-            let rows = s.transposed([
-                row(s, a),
-                row(s, b),
-                row(s, c),
-                row(s, d),
-                row(s, e),
-                row(s, f),
-                row(s, g),
-                row(s, h),
-            ]);
-            let [ox, oy, oz, t_min, dx, dy, dz, t_max] = rows;
-            return Self::from_vectors(s, [ox, oy, oz], [dx, dy, dz], t_min, t_max, extent);
+    fn new(a: A, origin: [A::F; 3], direction: [A::F; 3], t_min: A::F, t_max: A::F) -> Self {
+        let (zero, largest) = (a.splat(0.0), a.splat(f32::MAX));
+        let begin = a.max(t_min, zero);
+        // Comparisons with NaN are false.
+        let mut valid = a.and(a.lt(zero, longest(a, direction)), a.lt(begin, t_max));
+        valid = a.and(valid, a.le(t_min, t_min));
+        for axis in 0..3 {
+            let (o, d) = (abs(a, origin[axis]), abs(a, direction[axis]));
+            valid = a.and(valid, a.and(a.le(o, largest), a.le(d, largest)));
         }
-        rays.load(first, lanes);
-        Self::new(s, lanes, extent)
+        let t_max = a.select(valid, a.splat(-1.0), t_max);
+        LaneRays { origin, direction, t_min: begin, t_max, valid }
     }
+}
 
+impl<S: Simd> LaneRays<S> {
+    /// Eight rays.
+    #[inline(always)]
+    pub fn eight(s: S, lanes: &RayLanes) -> Self {
+        let (origin, direction) = (vectors(s, &lanes.origin), vectors(s, &lanes.direction));
+        Self::new(s, origin, direction, s.load(&lanes.t_min), s.load(&lanes.t_max))
+    }
+}
+
+/// The numbers of eight rays: origin, `t_min`, direction, `t_max`. `lanes` is memory to be used.
+#[inline(always)]
+fn numbers<S: Simd>(
+    s: S,
+    rays: &(impl RayStream + ?Sized),
+    first: usize,
+    lanes: &mut RayLanes,
+) -> [S::F; WIDTH] {
+    if let Some([a, b, c, d, e, f, g, h]) = rays.rows(first) {
+        let rows = [row(s, a), row(s, b), row(s, c), row(s, d), row(s, e), row(s, f), row(s, g), row(s, h)];
+        return s.transposed(rows);
+    }
+    rays.load(first, lanes);
+    let ([ox, oy, oz], [dx, dy, dz]) = (vectors(s, &lanes.origin), vectors(s, &lanes.direction));
+    [ox, oy, oz, s.load(&lanes.t_min), dx, dy, dz, s.load(&lanes.t_max)]
+}
+
+/// Sixteen rays of a stream, from `first` on; those beyond the end are not valid. `lanes` is memory to be used.
+#[inline(always)]
+pub(super) fn sixteen_rays<S: Simd>(
+    s: S,
+    rays: &(impl RayStream + ?Sized),
+    first: usize,
+    lanes: &mut [RayLanes; 2],
+) -> LaneRays<S::Sixteen> {
+    let w = s.sixteen();
+    let low = numbers(s, rays, first, &mut lanes[0]);
+    let high = numbers(s, rays, first + WIDTH, &mut lanes[1]);
+    let mut all = [w.splat(0.0); WIDTH];
+    for i in 0..WIDTH {
+        all[i] = w.join([low[i], high[i]]);
+    }
+    let [ox, oy, oz, t_min, dx, dy, dz, t_max] = all;
+    LaneRays::new(w, [ox, oy, oz], [dx, dy, dz], t_min, t_max)
+}
+
+/// The largest magnitude of a coordinate of each vector.
+#[inline(always)]
+fn longest<A: Arithmetic>(a: A, [x, y, z]: [A::F; 3]) -> A::F {
+    a.max(a.max(abs(a, x), abs(a, y)), abs(a, z))
+}
+
+/// What rays in lanes need to be tested with boxes: see [`Slabs`].
+pub(super) struct LaneSlabs<A: Arithmetic> {
+    pub inverse: [A::F; 3],
+    pub near_offset: [A::F; 3],
+    pub far_offset: [A::F; 3],
+    /// Along which axes the rays go down.
+    pub down: [A::M; 3],
+}
+
+impl<A: Arithmetic> LaneSlabs<A> {
     /// `extent`: as of [`Slabs::new`].
     #[inline(always)]
-    pub fn new(s: S, rays: &RayLanes, extent: &[f32; 3]) -> Self {
-        let (origin, direction) = (vectors(s, &rays.origin), vectors(s, &rays.direction));
-        let (t_min, t_max) = (s.load(&rays.t_min), s.load(&rays.t_max));
-        Self::from_vectors(s, origin, direction, t_min, t_max, extent)
-    }
-
-    #[inline(always)]
-    fn from_vectors(
-        s: S,
-        origin: [S::F; 3],
-        direction: [S::F; 3],
-        t_min: S::F,
-        t_max: S::F,
-        extent: &[f32; 3],
-    ) -> Self {
-        let zero = s.splat(0.0);
-        let (x, y, z) = (abs(s, direction[0]), abs(s, direction[1]), abs(s, direction[2]));
-        let longest = s.max(s.max(x, y), z);
-        let tiny = s.max(s.mul(longest, s.splat(1e-24)), s.splat(1e-37));
-        let t_begin = s.max(t_min, zero);
-        // Comparisons with NaN are false.
-        let mut valid = s.and(s.and(s.lt(zero, longest), s.lt(t_begin, t_max)), s.le(t_min, t_min));
-        let largest = s.splat(f32::MAX);
+    pub fn new(a: A, rays: &LaneRays<A>, extent: &[f32; 3]) -> Self {
+        let zero = a.splat(0.0);
+        let tiny = a.max(a.mul(longest(a, rays.direction), a.splat(1e-24)), a.splat(1e-37));
         let [mut inverse, mut near_offset, mut far_offset] = [[zero; 3]; 3];
-        let mut down = [s.lt(zero, zero); 3];
+        let mut down = [a.lt(zero, zero); 3];
         for axis in 0..3 {
             // As in `Slabs::new`.
-            let (o, d) = (origin[axis], direction[axis]);
-            valid = s.and(valid, s.and(s.le(abs(s, o), largest), s.le(abs(s, d), largest)));
-            let d = s.select(s.lt(abs(s, d), tiny), d, s.flip_sign(tiny, d));
-            inverse[axis] = s.div(s.splat(1.0), d);
-            let offset = s.mul(o, inverse[axis]);
-            let size = s.add(abs(s, o), s.splat(extent[axis]));
-            let error = s.mul(s.mul(size, abs(s, inverse[axis])), s.splat(4.0 * f32::EPSILON));
-            near_offset[axis] = s.sub(s.sub(zero, offset), error);
-            far_offset[axis] = s.sub(error, offset);
-            down[axis] = s.lt(inverse[axis], zero);
+            let (o, d) = (rays.origin[axis], rays.direction[axis]);
+            let d = a.select(a.lt(abs(a, d), tiny), d, a.flip_sign(tiny, d));
+            inverse[axis] = a.div(a.splat(1.0), d);
+            let offset = a.mul(o, inverse[axis]);
+            let size = a.add(abs(a, o), a.splat(extent[axis]));
+            let error = a.mul(a.mul(size, abs(a, inverse[axis])), a.splat(4.0 * f32::EPSILON));
+            near_offset[axis] = a.sub(a.sub(zero, offset), error);
+            far_offset[axis] = a.sub(error, offset);
+            down[axis] = a.lt(inverse[axis], zero);
         }
-        let shears = Shears::new(s, origin, direction);
-        EightRays {
-            inverse,
-            near_offset,
-            far_offset,
-            down,
-            t_min: t_begin,
-            t_max,
-            shears,
-            valid: s.bits(valid),
-        }
+        LaneSlabs { inverse, near_offset, far_offset, down }
     }
 
-    /// Writes down what each ray needs.
+    /// Where the rays enter a box, and which of them do before they leave it or end at `t_max`: see [`super::tree::Boxes::meet`].
     #[inline(always)]
-    pub fn write(&self, s: S, to: &mut [Setup; WIDTH]) {
-        let [[ix, iy, iz], [nx, ny, nz], [fx, fy, fz]] = [self.inverse, self.near_offset, self.far_offset];
-        let [px, py, pz] = [self.near_plane(s, 0), self.near_plane(s, 1), self.near_plane(s, 2)];
-        let [au, av, aw] = self.shears.axes.numbers(s);
-        let ([ou, ov, ow], [su, sv, sw]) = (self.shears.origin, self.shears.shear);
-        // In the order of the numbers of a `Setup`.
+    pub fn meet(&self, a: A, low: [f32; 3], high: [f32; 3], t_min: A::F, t_max: A::F) -> (A::F, A::M) {
+        let [mut near, mut far] = [[t_min; 3]; 2];
+        for axis in 0..3 {
+            let (low, high) = (a.splat(low[axis]), a.splat(high[axis]));
+            let (enter, leave) = (a.select(self.down[axis], low, high), a.select(self.down[axis], high, low));
+            near[axis] = a.mul_add(enter, self.inverse[axis], self.near_offset[axis]);
+            far[axis] = a.mul_add(leave, self.inverse[axis], self.far_offset[axis]);
+        }
+        let near = a.max(a.max(near[0], near[1]), a.max(near[2], t_min));
+        let far = a.min(a.min(far[0], far[1]), a.min(far[2], t_max));
+        (near, a.le(near, far))
+    }
+
+    /// See [`Slabs`]: the number of each ray's plane.
+    #[inline(always)]
+    fn near_plane(&self, a: A, axis: usize) -> A::F {
+        let [low, high] = [Plane::new(axis, 0).number(), Plane::new(axis, 1).number()];
+        a.bits_as_f(a.select_u(self.down[axis], a.splat_u(low), a.splat_u(high)))
+    }
+}
+
+/// Writes down what each of sixteen rays needs, if any of its eight is in `which`.
+#[inline(always)]
+pub(super) fn write_setups<S: Simd>(
+    s: S,
+    rays: &LaneRays<S::Sixteen>,
+    slabs: &LaneSlabs<S::Sixteen>,
+    shears: &Shears<S::Sixteen>,
+    which: u32,
+    to: &mut [Setup; 2 * WIDTH],
+) {
+    let w = s.sixteen();
+    let [[ix, iy, iz], [nx, ny, nz], [fx, fy, fz]] = [slabs.inverse, slabs.near_offset, slabs.far_offset];
+    let [px, py, pz] = [slabs.near_plane(w, 0), slabs.near_plane(w, 1), slabs.near_plane(w, 2)];
+    let [au, av, aw] = shears.axes.numbers(w);
+    let ([ou, ov, ow], [su, sv, sw]) = (shears.origin, shears.shear);
+    // In the order of the numbers of a `Setup`.
+    let words = [
+        [ix, iy, iz, nx, ny, nz, fx, fy],
+        [fz, px, py, pz, rays.t_min, au, av, aw],
+        [ou, ov, ow, su, sv, sw, rays.t_min, rays.t_max],
+    ];
+    for half in 0..2 {
+        if which >> (half * WIDTH) & 255 == 0 {
+            continue;
+        }
         let rows = [
-            s.transposed([ix, iy, iz, nx, ny, nz, fx, fy]),
-            s.transposed([fz, px, py, pz, self.t_min, au, av, aw]),
-            s.transposed([ou, ov, ow, su, sv, sw, self.t_min, self.t_max]),
+            s.transposed(half_of(s, &words[0], half)),
+            s.transposed(half_of(s, &words[1], half)),
+            s.transposed(half_of(s, &words[2], half)),
         ];
-        for (ray, setup) in to.iter_mut().enumerate() {
+        for ray in 0..WIDTH {
             // SAFETY: a `Setup` is twenty-four numbers of four bytes and has the alignment, see the assertion above. Its planes and axes
             // are written as such numbers, too: rows of what `Plane::new` and `Axes::numbers` give.
-            let words = unsafe { &mut *std::ptr::from_mut(setup).cast::<Words>() };
+            let words = unsafe { &mut *std::ptr::from_mut(&mut to[half * WIDTH + ray]).cast::<Words>() };
             for (row, word) in rows.iter().zip(words) {
                 s.store(row[ray], word);
             }
         }
     }
+}
 
-    /// See [`Slabs`]: the number of each ray's plane.
-    #[inline(always)]
-    fn near_plane(&self, s: S, axis: usize) -> S::F {
-        let [low, high] = [Plane::new(axis, 0).number(), Plane::new(axis, 1).number()];
-        s.bits_as_f(s.select_u(self.down[axis], s.splat_u(low), s.splat_u(high)))
+/// Lanes 0 to 7 of all vectors, or lanes 8 to 15.
+#[inline(always)]
+pub(super) fn half_of<S: Simd>(
+    s: S,
+    all: &[<S::Sixteen as Arithmetic>::F; WIDTH],
+    half: usize,
+) -> [S::F; WIDTH] {
+    let mut halves = [s.splat(0.0); WIDTH];
+    for i in 0..WIDTH {
+        halves[i] = s.sixteen().halves(all[i])[half];
     }
+    halves
 }
 
-/// What moves points into the space in which eight rays run along the third axis: [`Shear`] in lanes.
-pub(super) struct Shears<S: Simd> {
-    pub axes: Axes<S>,
+/// What moves points into the space in which rays in lanes run along the third axis: see [`Shear`].
+pub(super) struct Shears<A: Arithmetic> {
+    pub axes: Axes<A>,
     /// The origin's coordinates in the order of the axes.
-    pub origin: [S::F; 3],
-    pub shear: [S::F; 3],
+    pub origin: [A::F; 3],
+    pub shear: [A::F; 3],
 }
 
-impl<S: Simd> Shears<S> {
+impl<A: Arithmetic> Shears<A> {
     #[inline(always)]
-    pub fn new(s: S, origin: [S::F; 3], direction: [S::F; 3]) -> Self {
-        let (x, y, z) = (abs(s, direction[0]), abs(s, direction[1]), abs(s, direction[2]));
+    pub fn new(a: A, rays: &LaneRays<A>) -> Self {
+        let [x, y, z] = rays.direction;
+        let (x, y, z) = (abs(a, x), abs(a, y), abs(a, z));
         // The longest component, as `Shear::new` chooses it.
-        let axes = Axes { along_y: s.and(s.lt(x, y), s.le(z, y)), along_z: s.and(s.lt(x, z), s.lt(y, z)) };
-        let [u, v, w] = axes.ordered(s, direction);
-        let inverse = s.div(s.splat(1.0), w);
-        let origin = axes.ordered(s, origin);
-        Shears { axes, origin, shear: [s.mul(u, inverse), s.mul(v, inverse), inverse] }
+        let axes = Axes { along_y: a.and(a.lt(x, y), a.le(z, y)), along_z: a.and(a.lt(x, z), a.lt(y, z)) };
+        let [u, v, w] = axes.ordered(a, rays.direction);
+        let inverse = a.div(a.splat(1.0), w);
+        let origin = axes.ordered(a, rays.origin);
+        Shears { axes, origin, shear: [a.mul(u, inverse), a.mul(v, inverse), inverse] }
     }
 
     /// A point relative to the rays' origins, sheared.
     #[inline(always)]
-    pub fn apply(&self, s: S, point: [S::F; 3]) -> [S::F; 3] {
-        let [x, y, z] = self.axes.ordered(s, point);
-        let [x, y, z] = [s.sub(x, self.origin[0]), s.sub(y, self.origin[1]), s.sub(z, self.origin[2])];
-        [s.neg_mul_add(self.shear[0], z, x), s.neg_mul_add(self.shear[1], z, y), z]
+    pub fn apply(&self, a: A, point: [A::F; 3]) -> [A::F; 3] {
+        let [x, y, z] = self.axes.ordered(a, point);
+        let [x, y, z] = [a.sub(x, self.origin[0]), a.sub(y, self.origin[1]), a.sub(z, self.origin[2])];
+        [a.neg_mul_add(self.shear[0], z, x), a.neg_mul_add(self.shear[1], z, y), z]
     }
 }
 
 /// Which axis is each ray's third: x where it is neither of these.
-pub(super) struct Axes<S: Simd> {
-    along_y: S::M,
-    along_z: S::M,
+pub(super) struct Axes<A: Arithmetic> {
+    along_y: A::M,
+    along_z: A::M,
 }
 
-impl<S: Simd> Axes<S> {
+impl<A: Arithmetic> Axes<A> {
     /// Coordinates in the order of the axes.
     #[inline(always)]
-    fn ordered(&self, s: S, [x, y, z]: [S::F; 3]) -> [S::F; 3] {
+    fn ordered(&self, a: A, [x, y, z]: [A::F; 3]) -> [A::F; 3] {
         let (along_y, along_z) = (self.along_y, self.along_z);
         [
-            s.select(along_z, s.select(along_y, y, z), x),
-            s.select(along_z, s.select(along_y, z, x), y),
-            s.select(along_z, s.select(along_y, x, y), z),
+            a.select(along_z, a.select(along_y, y, z), x),
+            a.select(along_z, a.select(along_y, z, x), y),
+            a.select(along_z, a.select(along_y, x, y), z),
         ]
     }
 
-    /// Which rays have another third axis than this one, as bits.
+    /// Which rays have another third axis than this one, as bits. `all`: the bits of all lanes.
     #[inline(always)]
-    pub fn bits_other_than(&self, s: S, third: usize) -> u32 {
-        let (along_y, along_z) = (s.bits(self.along_y), s.bits(self.along_z));
+    pub fn bits_other_than(&self, a: A, third: usize, all: u32) -> u32 {
+        let (along_y, along_z) = (a.bits(self.along_y), a.bits(self.along_z));
         match third {
             0 => along_y | along_z,
-            1 => along_y ^ 255,
-            _ => along_z ^ 255,
+            1 => along_y ^ all,
+            _ => along_z ^ all,
         }
     }
 
     /// The axes in order: 0, 1 and 2 in bits.
     #[inline(always)]
-    fn numbers(&self, s: S) -> [S::F; 3] {
-        let [x, y, z] = [s.bits_as_f(s.splat_u(0)), s.bits_as_f(s.splat_u(1)), s.bits_as_f(s.splat_u(2))];
-        self.ordered(s, [x, y, z])
+    fn numbers(&self, a: A) -> [A::F; 3] {
+        let [x, y, z] = [a.bits_as_f(a.splat_u(0)), a.bits_as_f(a.splat_u(1)), a.bits_as_f(a.splat_u(2))];
+        self.ordered(a, [x, y, z])
     }
 }
 
@@ -288,8 +346,22 @@ mod tests {
         rays
     }
 
+    /// Rays whose numbers lie in columns, in the order of a [`Ray`].
+    struct Columns<'a>(&'a [Vec<f32>; 8]);
+
+    impl RayStream for Columns<'_> {
+        fn len(&self) -> usize {
+            self.0[0].len()
+        }
+
+        fn ray(&self, index: usize) -> Ray {
+            let [ox, oy, oz, t_min, dx, dy, dz, t_max] = self.0.each_ref().map(|column| column[index]);
+            Ray { origin: [ox, oy, oz], t_min, direction: [dx, dy, dz], t_max }
+        }
+    }
+
     /// All numbers of a setup, as bits, but for the sign of zeros.
-    fn numbers(setup: &Setup) -> Vec<u32> {
+    fn bits_of(setup: &Setup) -> Vec<u32> {
         let Setup { slabs, shear, t_max } = setup;
         let floats = [slabs.inverse, slabs.near_offset, slabs.far_offset];
         let mut all: Vec<f32> = floats.concat();
@@ -301,31 +373,36 @@ mod tests {
 
     fn check<S: Simd>(s: S) {
         let (rays, extent) = (rays(), [7.0, 0.5, 1000.0]);
+        let w = s.sixteen();
         let mut valid = 0;
-        for eight in rays.chunks(WIDTH) {
-            let mut lanes = RayLanes::NOTHING;
-            eight.load(0, &mut lanes);
+        for sixteen in rays.chunks(2 * WIDTH) {
+            let columns: [Vec<f32>; 8] = [0, 1, 2, 3, 4, 5, 6, 7].map(|i: usize| {
+                sixteen.iter().map(|ray| bytemuck::cast_ref::<Ray, [f32; 8]>(ray)[i]).collect()
+            });
+            let in_columns = Columns(&columns);
             for all in [
-                EightRays::new(s, &lanes, &extent),
-                EightRays::load(s, eight, 0, &mut lanes.clone(), &extent),
+                sixteen_rays(s, sixteen, 0, &mut [RayLanes::NOTHING; 2]),
+                sixteen_rays(s, &in_columns, 0, &mut [RayLanes::NOTHING; 2]),
             ] {
-                let mut setups = [Setup::nothing(); WIDTH];
-                all.write(s, &mut setups);
-                for (lane, ray) in eight.iter().enumerate() {
-                    assert_eq!(all.valid >> lane & 1 != 0, ray.is_valid(), "{ray:?}");
+                let mut setups = [Setup::nothing(); 2 * WIDTH];
+                let (slabs, shears) = (LaneSlabs::new(w, &all, &extent), Shears::new(w, &all));
+                write_setups(s, &all, &slabs, &shears, 0xffff, &mut setups);
+                let bits = w.bits(all.valid);
+                for (lane, ray) in sixteen.iter().enumerate() {
+                    assert_eq!(bits >> lane & 1 != 0, ray.is_valid(), "{ray:?}");
                     if ray.is_valid() {
-                        assert_eq!(numbers(&setups[lane]), numbers(&Setup::new(ray, &extent)), "{ray:?}");
+                        assert_eq!(bits_of(&setups[lane]), bits_of(&Setup::new(ray, &extent)), "{ray:?}");
                         valid += 1;
                     }
                 }
-                assert_eq!(all.valid >> eight.len(), 0, "lanes without a ray");
+                assert_eq!(bits >> sixteen.len(), 0, "lanes without a ray");
             }
         }
         assert!(valid > 1600, "{valid} rays were compared");
     }
 
     #[test]
-    fn eight_rays_are_set_up_as_each_is_alone() {
+    fn sixteen_rays_are_set_up_as_each_is_alone() {
         if Kernel::Avx2.is_available() {
             // SAFETY: the processor has the instructions.
             check(unsafe { Avx2::new() });

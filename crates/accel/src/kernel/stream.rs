@@ -7,20 +7,25 @@
 //! Each ray takes the steps that it would take alone.
 
 use super::leaves::{Leaf, Shear, Spheres, Triangles};
-use super::setup::{EightRays, Setup};
+use super::setup::Setup;
 use super::stack::{END, STREAM_STACK, StackMemory, StreamStack};
+use super::top::{ANYTHING, Top};
 use super::tree::{Boxes, node};
+use super::waiting::Waiting;
 use super::wide::{tiny_any, tiny_closest};
 use super::{Best, Slabs};
 use crate::blas::{Blas, Shape};
 use crate::layout::{ChildRef, EMPTY, INSTANCE, LEAF, Node, SphereBlock, TriangleBlock, WIDTH, leaf_index};
-use crate::ray::{Hit, HitFilter, Ray};
+use crate::ray::{Hit, HitFilter, MISS, Ray};
 use crate::simd::Simd;
-use crate::streams::{RayLanes, RayStream};
+use crate::streams::RayStream;
 use crate::tlas::Tlas;
 
 /// Rays under way. Fewer wait for each other's results, more push each other's state out of the first cache.
-const UNDER_WAY: usize = 16;
+const UNDER_WAY: usize = 24;
+
+/// Number of a ray that is none.
+const NO_RAY: usize = usize::MAX;
 
 /// A ray on its way through both levels, or through the only object.
 #[repr(C, align(64))]
@@ -51,63 +56,77 @@ struct Traveller<'a> {
 }
 
 impl<'a> Traveller<'a> {
-    fn new(tlas: &'a Tlas, memory: &'a mut StackMemory<STREAM_STACK>) -> Self {
+    fn new(tlas: &'a Tlas, only: Option<&'a Blas>, memory: &'a mut StackMemory<STREAM_STACK>) -> Self {
         let setup = Setup::nothing();
-        Traveller {
+        let mut traveller = Traveller {
             setup,
             nodes: &tlas.nodes,
             child: END,
             stack: StreamStack::new(memory),
-            best: setup.best(),
+            best: Best { hit: MISS, t_max: -1.0 },
             in_object: false,
             triangles: &[],
             spheres: &[],
             instance: 0,
             met: [[0.0; WIDTH]; 3],
-            number: 0,
+            number: NO_RAY,
             upper: setup.slabs,
             ray: Ray::new([0.0; 3], [0.0, 0.0, 1.0]),
+        };
+        if let Some(object) = only {
+            traveller.enter(object, 0);
         }
+        traveller
     }
 
-    /// Begins with ray `number` at the top, or in the only object. `setup` is for that.
+    /// Begins with a ray that has met what is at the top.
     #[inline(always)]
-    fn start(
+    fn start<R: RayStream + ?Sized, S: Simd, const ANY: bool>(
         &mut self,
-        number: usize,
-        setup: &Setup,
+        s: S,
+        lane: usize,
+        waiting: &Waiting<R, S>,
         tlas: &'a Tlas,
-        only: Option<&'a Blas>,
-        rays: &(impl RayStream + ?Sized),
+        only: bool,
     ) {
-        self.number = number;
-        self.setup = *setup;
-        self.best = setup.best();
-        self.stack.clear();
-        match only {
-            Some(object) => self.enter(object, 0, || rays.ray(number)),
-            None => {
-                self.in_object = false;
-                self.nodes = &tlas.nodes;
-                self.child = tlas.root;
+        self.number = waiting.first + lane;
+        self.setup = waiting.setups[lane];
+        self.best = waiting.bests[lane];
+        if only {
+            // The object has been entered for good.
+            if !self.spheres.is_empty() {
+                self.ray = waiting.rays.ray(self.number);
             }
+        } else {
+            self.in_object = false;
+            self.nodes = &tlas.nodes;
         }
+        self.stack.clear();
+        let near = s.load(&waiting.near[lane]);
+        self.meet::<S, ANY>(s, &waiting.top.root, near, s.lt(near, s.splat(f32::INFINITY)));
     }
 
-    /// Goes to the root of an object, for which the ray has been set up. `ray` is asked for if there are spheres.
+    /// Goes into an object.
     #[inline(always)]
-    fn enter(&mut self, object: &'a Blas, instance: u32, ray: impl FnOnce() -> Ray) {
+    fn enter(&mut self, object: &'a Blas, instance: u32) {
         self.nodes = &object.nodes;
         (self.triangles, self.spheres) = match &object.shape {
             Shape::Triangles(blocks) => (&blocks[..], &[][..]),
-            Shape::Spheres(blocks) => {
-                self.ray = ray();
-                (&[][..], &blocks[..])
-            }
+            Shape::Spheres(blocks) => (&[][..], &blocks[..]),
         };
-        self.child = object.root;
         self.in_object = true;
         self.instance = instance;
+    }
+
+    /// Goes on with the nearest of a node's children in `inside`, or any of them, and remembers the others.
+    #[inline(always)]
+    fn meet<S: Simd, const ANY: bool>(&mut self, s: S, node: &Node, near: S::F, inside: S::M) {
+        if ANY {
+            self.stack.push::<S, false>(s, node, near, inside);
+        } else {
+            self.stack.push::<S, true>(s, node, near, inside);
+        }
+        self.child = self.stack.take();
     }
 
     /// Looks at the boxes of the node that the ray is at.
@@ -115,12 +134,7 @@ impl<'a> Traveller<'a> {
     fn visit_node<S: Simd, const ANY: bool>(&mut self, s: S) {
         let node = node(self.nodes, self.child);
         let (near, inside) = Boxes::new(s, &self.setup.slabs).meet(s, node, s.splat(self.best.t_max));
-        if ANY {
-            self.stack.push::<S, false>(s, node, near, inside);
-        } else {
-            self.stack.push::<S, true>(s, node, near, inside);
-        }
-        self.child = self.stack.take();
+        self.meet::<S, ANY>(s, node, near, inside);
     }
 
     /// Tests the leaf that the ray is at, and keeps what counts.
@@ -197,8 +211,7 @@ impl<'a> Traveller<'a> {
     #[inline(always)]
     fn keep_what_was_found<S: Simd, const ANY: bool>(&mut self, s: S) {
         if ANY {
-            // Some hit, no matter which.
-            self.best.hit.primitive = 0;
+            self.best.hit = ANYTHING;
             self.stack.clear();
             self.in_object = false;
         } else {
@@ -235,7 +248,11 @@ impl<'a> Traveller<'a> {
                     // Not as a whole: to copy what has just been written number by number would take as long as a step.
                     self.setup.slabs = Slabs::new(&ray, &object.extent);
                     self.setup.shear = Shear::new(&ray);
-                    self.enter(object, instance, || ray);
+                    self.enter(object, instance);
+                    if !self.spheres.is_empty() {
+                        self.ray = ray;
+                    }
+                    self.child = object.root;
                     return false;
                 };
                 if self.test_tiny::<S, ANY>(s, blocks, instance, ray) {
@@ -271,53 +288,6 @@ impl<'a> Traveller<'a> {
         let node = self.nodes.as_ptr().wrapping_add(self.child as usize).cast();
         let block = self.triangles.as_ptr().wrapping_add(leaf_index(self.child)).cast();
         s.prefetch::<{ size_of::<TriangleBlock>() / 64 }>(if self.child & LEAF == 0 { node } else { block });
-    }
-}
-
-/// The rays of a stream that have not begun yet, eight of which have been set up.
-struct Waiting<'r, R: ?Sized> {
-    rays: &'r R,
-    /// Magnitude of the coordinates of the tree that they begin in.
-    extent: &'r [f32; 3],
-    lanes: RayLanes,
-    /// The eight, and the number of the first.
-    setups: [Setup; WIDTH],
-    first: usize,
-    /// Which of them still wait, as bits.
-    which: u32,
-    /// The first one after them.
-    next: usize,
-}
-
-impl<'r, R: RayStream + ?Sized> Waiting<'r, R> {
-    fn new(rays: &'r R, extent: &'r [f32; 3]) -> Self {
-        Waiting {
-            rays,
-            extent,
-            lanes: RayLanes::NOTHING,
-            setups: [Setup::nothing(); WIDTH],
-            first: 0,
-            which: 0,
-            next: 0,
-        }
-    }
-
-    /// The next ray: its number and its setup. Leaves out those that cannot hit anything.
-    #[inline(always)]
-    fn take<S: Simd>(&mut self, s: S) -> Option<(usize, &Setup)> {
-        while self.which == 0 {
-            if self.next >= self.rays.len() {
-                return None;
-            }
-            let eight = EightRays::load(s, self.rays, self.next, &mut self.lanes, self.extent);
-            eight.write(s, &mut self.setups);
-            self.rays.prefetch(self.next + 2 * WIDTH);
-            (self.first, self.which) = (self.next, eight.valid);
-            self.next += WIDTH;
-        }
-        let lane = self.which.trailing_zeros() as usize % WIDTH;
-        self.which &= self.which - 1;
-        Some((self.first + lane, &self.setups[lane]))
     }
 }
 
@@ -358,7 +328,7 @@ impl List {
     }
 }
 
-/// All travellers under way by what they are at.
+/// Travellers by what they are at.
 #[derive(Default)]
 struct Lists {
     nodes: List,
@@ -408,61 +378,63 @@ pub(super) fn trace<S: Simd, F: HitFilter, const ANY: bool>(
         return;
     }
     let only = tlas.only(filter.ray_mask());
-    let mut waiting = Waiting::new(rays, only.map_or(&tlas.extent, |object| &object.extent));
+    let extent = only.map_or(&tlas.extent, |object| &object.extent);
+    let mut waiting = Waiting::new(rays, Top::new::<F>(tlas, only), extent);
     let mut memories = [const { StackMemory::UNINIT }; UNDER_WAY];
     let mut memories = memories.each_mut().into_iter();
     let mut travellers =
-        std::array::from_fn(|_| Traveller::new(tlas, memories.next().expect("one for each")));
-    let mut lists = Lists::default();
+        std::array::from_fn(|_| Traveller::new(tlas, only, memories.next().expect("one for each")));
+    // Those of a round, and those of the next: how long a list is, is known long before its turn comes.
+    let (now, next) = &mut (Lists::default(), Lists::default());
+    let (mut now, mut next) = (now, next);
     let mut counts = Counts::default();
     for member in Member::all() {
-        let Some((number, setup)) = waiting.take(s) else { break };
-        let traveller = member.of(&mut travellers);
-        traveller.start(number, setup, tlas, only, rays);
-        lists.enter(&mut counts, member, traveller);
+        now.enter(&mut counts, member, member.of(&mut travellers));
     }
     while counts.nodes + counts.leaves + counts.others > 0 {
-        // A list can be read while it is made anew: at most as many are entered as have been read.
-        for i in 0..std::mem::take(&mut counts.nodes) {
-            let member = lists.nodes.get(i);
+        let Counts { nodes, leaves, others } = std::mem::take(&mut counts);
+        for i in 0..nodes {
+            let member = now.nodes.get(i);
             let traveller = member.of(&mut travellers);
             traveller.visit_node::<S, ANY>(s);
             traveller.prefetch(s);
-            lists.enter(&mut counts, member, traveller);
+            next.enter(&mut counts, member, traveller);
         }
-        let leaves = std::mem::take(&mut counts.leaves);
         if !ANY && F::OPAQUE {
             let mut found = 0;
             for i in 0..leaves {
-                let member = lists.leaves.get(i);
+                let member = now.leaves.get(i);
                 let nearer = member.of(&mut travellers).look_into_leaf(s, filter);
-                lists.found.put(found, member);
+                now.found.put(found, member);
                 found += usize::from(nearer);
             }
             for i in 0..found {
-                lists.found.get(i).of(&mut travellers).keep_nearest(s);
+                now.found.get(i).of(&mut travellers).keep_nearest(s);
             }
         }
         for i in 0..leaves {
-            let member = lists.leaves.get(i);
+            let member = now.leaves.get(i);
             let traveller = member.of(&mut travellers);
             if ANY || !F::OPAQUE {
                 traveller.visit_leaf::<S, F, ANY>(s, filter);
             }
             traveller.go_on();
             traveller.prefetch(s);
-            lists.enter(&mut counts, member, traveller);
+            next.enter(&mut counts, member, traveller);
         }
-        for i in 0..std::mem::take(&mut counts.others) {
-            let member = lists.others.get(i);
+        for i in 0..others {
+            let member = now.others.get(i);
             let traveller = member.of(&mut travellers);
             if traveller.change_level::<S, F, ANY>(s, tlas, only, rays, filter) {
-                answer(traveller.number, &traveller.best.hit);
-                let Some((number, setup)) = waiting.take(s) else { continue };
-                traveller.start(number, setup, tlas, only, rays);
+                if traveller.number != NO_RAY {
+                    answer(traveller.number, &traveller.best.hit);
+                }
+                let Some(lane) = waiting.take::<ANY>(s, &mut answer) else { continue };
+                traveller.start::<_, S, ANY>(s, lane, &waiting, tlas, only.is_some());
             }
             traveller.prefetch(s);
-            lists.enter(&mut counts, member, traveller);
+            next.enter(&mut counts, member, traveller);
         }
+        (now, next) = (next, now);
     }
 }

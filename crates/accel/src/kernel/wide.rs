@@ -5,7 +5,7 @@
 use super::leaves::{Leaf, Shear, Spheres, Triangles};
 use super::packet::Packet;
 use super::tree::{Visitor, walk};
-use super::{Best, Slabs, in_lanes, stream};
+use super::{Best, Slabs, stream};
 use crate::blas::{Blas, Shape};
 use crate::layout::{TriangleBlock, WIDTH};
 use crate::ray::{Hit, HitFilter, Ray};
@@ -217,21 +217,6 @@ fn tlas_walk<S: Simd, V: Visitor<S>>(s: S, tlas: &Tlas, ray: &Ray, visitor: &mut
     walk(s, &tlas.nodes, tlas.root, &Slabs::new(ray, &tlas.extent), visitor)
 }
 
-/// Answers the queries of a stream in one way or another; see [`stream::trace`].
-#[inline(always)]
-fn stream<S: Simd, F: HitFilter, const ANY: bool>(
-    s: S,
-    tlas: &Tlas,
-    rays: &(impl RayStream + ?Sized),
-    filter: &F,
-    answer: impl FnMut(usize, &Hit),
-) {
-    match tlas.only(filter.ray_mask()).and_then(Blas::handful).filter(|_| F::OPAQUE) {
-        Some(handful) => in_lanes::trace::<S, ANY>(s, handful, rays, answer),
-        None => stream::trace::<S, F, ANY>(s, tlas, rays, filter, answer),
-    }
-}
-
 /// The entry points of one instruction set.
 macro_rules! entry_points {
     ($module:ident, $simd:path, $features:literal) => {
@@ -267,7 +252,7 @@ macro_rules! entry_points {
             ) {
                 // SAFETY: the caller's promise.
                 let s = unsafe { <$simd>::new() };
-                super::stream::<$simd, F, false>(s, tlas, rays, filter, |i, hit| hits.set(i, hit));
+                stream::trace::<$simd, F, false>(s, tlas, rays, filter, |i, hit| hits.set(i, hit));
             }
 
             /// # Safety
@@ -282,7 +267,7 @@ macro_rules! entry_points {
             ) {
                 // SAFETY: the caller's promise.
                 let s = unsafe { <$simd>::new() };
-                super::stream::<$simd, F, true>(s, tlas, rays, filter, |i, hit| any[i] = !hit.is_miss());
+                stream::trace::<$simd, F, true>(s, tlas, rays, filter, |i, hit| any[i] = !hit.is_miss());
             }
 
             /// # Safety

@@ -1,7 +1,8 @@
 //! Eight lanes with AVX2 and FMA.
 
-use super::Simd;
-use super::ymm::ymm_operations;
+use super::pair::Pair;
+use super::ymm::{ymm_arithmetic, ymm_operations};
+use super::{Arithmetic, Part, Simd};
 use crate::layout::WIDTH;
 use std::arch::x86_64::*;
 
@@ -19,12 +20,12 @@ impl Avx2 {
     }
 }
 
-impl Simd for Avx2 {
+impl Arithmetic for Avx2 {
     type F = __m256;
     type U = __m256i;
     type M = __m256;
 
-    ymm_operations!();
+    ymm_arithmetic!();
 
     #[inline(always)]
     fn lt(self, a: __m256, b: __m256) -> __m256 {
@@ -42,6 +43,12 @@ impl Simd for Avx2 {
     fn and(self, a: __m256, b: __m256) -> __m256 {
         // SAFETY: `self` proves that the instructions exist.
         unsafe { _mm256_and_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn or(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { _mm256_or_ps(a, b) }
     }
 
     #[inline(always)]
@@ -66,6 +73,17 @@ impl Simd for Avx2 {
     fn flip_sign(self, a: __m256, b: __m256) -> __m256 {
         // SAFETY: `self` proves that the instructions exist.
         unsafe { _mm256_xor_ps(a, _mm256_and_ps(b, _mm256_set1_ps(-0.0))) }
+    }
+}
+
+impl Simd for Avx2 {
+    type Sixteen = Pair<Avx2>;
+
+    ymm_operations!();
+
+    #[inline(always)]
+    fn sixteen(self) -> Self::Sixteen {
+        Pair(self)
     }
 
     #[inline(always)]
@@ -116,5 +134,16 @@ impl Simd for Avx2 {
     fn compress(self, x: __m256i, _: __m256, bits: u32) -> __m256i {
         // SAFETY: `self` proves that the instructions exist.
         unsafe { _mm256_permutevar8x32_epi32(x, self.load_u(&super::SET_BITS[(bits & 255) as usize])) }
+    }
+
+    #[inline(always)]
+    fn call(self, part: impl Part<Self>) {
+        #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+        #[inline(never)]
+        fn compiled(s: Avx2, part: impl Part<Avx2>) {
+            part.run(s);
+        }
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { compiled(self, part) };
     }
 }

@@ -1,7 +1,8 @@
 //! Eight lanes with AVX-512 masks and compression.
 
-use super::Simd;
-use super::ymm::ymm_operations;
+use super::ymm::{ymm_arithmetic, ymm_operations};
+use super::zmm::Avx512Sixteen;
+use super::{Arithmetic, Part, Simd};
 use crate::layout::WIDTH;
 use std::arch::x86_64::*;
 
@@ -19,12 +20,12 @@ impl Avx512 {
     }
 }
 
-impl Simd for Avx512 {
+impl Arithmetic for Avx512 {
     type F = __m256;
     type U = __m256i;
     type M = __mmask8;
 
-    ymm_operations!();
+    ymm_arithmetic!();
 
     #[inline(always)]
     fn lt(self, a: __m256, b: __m256) -> __mmask8 {
@@ -41,6 +42,11 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn and(self, a: __mmask8, b: __mmask8) -> __mmask8 {
         a & b
+    }
+
+    #[inline(always)]
+    fn or(self, a: __mmask8, b: __mmask8) -> __mmask8 {
+        a | b
     }
 
     #[inline(always)]
@@ -68,6 +74,17 @@ impl Simd for Avx512 {
             // a ^ (b & sign)
             _mm256_castsi256_ps(_mm256_ternarylogic_epi32::<0x78>(a, b, _mm256_set1_epi32(i32::MIN)))
         }
+    }
+}
+
+impl Simd for Avx512 {
+    type Sixteen = Avx512Sixteen;
+
+    ymm_operations!();
+
+    #[inline(always)]
+    fn sixteen(self) -> Self::Sixteen {
+        Avx512Sixteen::new(self)
     }
 
     #[inline(always)]
@@ -122,5 +139,16 @@ impl Simd for Avx512 {
     fn compress(self, x: __m256i, m: __mmask8, _: u32) -> __m256i {
         // SAFETY: `self` proves that the instructions exist.
         unsafe { _mm256_maskz_compress_epi32(m, x) }
+    }
+
+    #[inline(always)]
+    fn call(self, part: impl Part<Self>) {
+        #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+        #[inline(never)]
+        fn compiled(s: Avx512, part: impl Part<Avx512>) {
+            part.run(s);
+        }
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { compiled(self, part) };
     }
 }

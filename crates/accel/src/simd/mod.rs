@@ -11,32 +11,30 @@ pub(crate) mod avx512;
 pub(crate) mod neon;
 #[cfg(target_arch = "x86_64")]
 mod ymm;
+#[cfg(target_arch = "x86_64")]
+mod zmm;
 
+mod pair;
 pub(crate) mod quad;
 
 use crate::layout::WIDTH;
 
-/// Eight `f32` or `u32` lanes.
+/// `f32` or `u32` lanes, however many.
 ///
 /// `min` and `max` return the second operand if either is NaN. Comparisons with NaN are false.
-pub(crate) trait Simd: Copy {
-    /// Eight `f32`.
+pub(crate) trait Arithmetic: Copy {
+    /// As many `f32` as there are lanes.
     type F: Copy;
-    /// Eight `u32`.
+    /// As many `u32`.
     type U: Copy;
-    /// Eight truth values.
+    /// As many truth values.
     type M: Copy;
 
     fn splat(self, x: f32) -> Self::F;
-    /// Lane `j` of vector `i` becomes lane `i` of vector `j`.
-    fn transposed(self, rows: [Self::F; WIDTH]) -> [Self::F; WIDTH];
-    fn load(self, x: &[f32; WIDTH]) -> Self::F;
-    fn store(self, x: Self::F, to: &mut [f32; WIDTH]);
     fn add(self, a: Self::F, b: Self::F) -> Self::F;
     fn sub(self, a: Self::F, b: Self::F) -> Self::F;
     fn mul(self, a: Self::F, b: Self::F) -> Self::F;
     fn div(self, a: Self::F, b: Self::F) -> Self::F;
-    fn sqrt(self, a: Self::F) -> Self::F;
     fn min(self, a: Self::F, b: Self::F) -> Self::F;
     fn max(self, a: Self::F, b: Self::F) -> Self::F;
     /// `a * b + c`, rounded once.
@@ -45,24 +43,38 @@ pub(crate) trait Simd: Copy {
     fn neg_mul_add(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
     /// `a`, negated where `b` is negative.
     fn flip_sign(self, a: Self::F, b: Self::F) -> Self::F;
-    /// The smallest lane.
-    fn least(self, a: Self::F) -> f32;
     fn lt(self, a: Self::F, b: Self::F) -> Self::M;
     fn le(self, a: Self::F, b: Self::F) -> Self::M;
     fn and(self, a: Self::M, b: Self::M) -> Self::M;
+    fn or(self, a: Self::M, b: Self::M) -> Self::M;
     /// Bit `i` is lane `i`.
     fn bits(self, m: Self::M) -> u32;
     /// `b` where the mask is set, `a` elsewhere.
     fn select(self, m: Self::M, a: Self::F, b: Self::F) -> Self::F;
     /// The same bits as numbers.
     fn bits_as_f(self, x: Self::U) -> Self::F;
+    fn splat_u(self, x: u32) -> Self::U;
+    /// `b` where the mask is set, `a` elsewhere.
+    fn select_u(self, m: Self::M, a: Self::U, b: Self::U) -> Self::U;
+}
+
+/// Eight lanes, which may lie in memory, be sorted and change places.
+pub(crate) trait Simd: Arithmetic {
+    /// Twice as many lanes.
+    type Sixteen: Sixteen<Self>;
+
+    fn sixteen(self) -> Self::Sixteen;
+    /// Lane `j` of vector `i` becomes lane `i` of vector `j`.
+    fn transposed(self, rows: [Self::F; WIDTH]) -> [Self::F; WIDTH];
+    fn load(self, x: &[f32; WIDTH]) -> Self::F;
+    fn store(self, x: Self::F, to: &mut [f32; WIDTH]);
+    fn sqrt(self, a: Self::F) -> Self::F;
+    /// The smallest lane.
+    fn least(self, a: Self::F) -> f32;
     fn load_u(self, x: &[u32; WIDTH]) -> Self::U;
     fn store_u(self, x: Self::U, to: &mut [u32; WIDTH]);
     /// Lane `i` of the result is the lane of `table` that the low three bits of lane `i` of `index` name.
     fn permute(self, table: Self::U, index: Self::U) -> Self::U;
-    fn splat_u(self, x: u32) -> Self::U;
-    /// `b` where the mask is set, `a` elsewhere.
-    fn select_u(self, m: Self::M, a: Self::U, b: Self::U) -> Self::U;
     /// Sort keys: the bits of the distance (not negative) with the lane in the low three bits where the mask is set,
     /// `u32::MAX` elsewhere.
     fn keys(self, distance: Self::F, m: Self::M) -> Self::U;
@@ -76,6 +88,22 @@ pub(crate) trait Simd: Copy {
     fn prefetch<const N: usize>(self, _first: *const u8) {}
     /// Moves the lanes that are set in `bits` (`m` as bits) to the front. The others are undefined.
     fn compress(self, x: Self::U, m: Self::M, bits: u32) -> Self::U;
+    /// Calls a part of a kernel, which is compiled for these instructions.
+    fn call(self, part: impl Part<Self>);
+}
+
+/// A part of a kernel that is worth a call, so that the registers of the rest are not its concern.
+pub(crate) trait Part<S: Simd> {
+    /// Does it. To be inlined always: on its own it would not be compiled for the instructions.
+    fn run(self, s: S);
+}
+
+/// Sixteen lanes: for arithmetic that many rays go through alike.
+pub(crate) trait Sixteen<Half: Arithmetic>: Arithmetic {
+    /// Lanes 0 to 7 and lanes 8 to 15.
+    fn join(self, halves: [Half::F; 2]) -> Self::F;
+    fn halves(self, x: Self::F) -> [Half::F; 2];
+    fn halves_u(self, x: Self::U) -> [Half::U; 2];
 }
 
 /// Asks for the cache line that `place` points to, if it does; on any processor.

@@ -1,6 +1,7 @@
 //! Eight lanes as two times four, with Arm's Advanced SIMD.
 
-use super::{SET_BITS, Simd};
+use super::pair::Pair;
+use super::{Arithmetic, Part, SET_BITS, Simd};
 use crate::layout::WIDTH;
 use std::arch::aarch64::*;
 
@@ -34,7 +35,7 @@ macro_rules! halves {
     };
 }
 
-impl Simd for Neon {
+impl Arithmetic for Neon {
     type F = [float32x4_t; 2];
     type U = [uint32x4_t; 2];
     type M = [uint32x4_t; 2];
@@ -42,33 +43,6 @@ impl Simd for Neon {
     #[inline(always)]
     fn splat(self, x: f32) -> Self::F {
         halves!(vdupq_n_f32, [x, x])
-    }
-
-    #[inline(always)]
-    fn transposed(self, rows: [Self::F; WIDTH]) -> [Self::F; WIDTH] {
-        let mut numbers = [[0.0; WIDTH]; WIDTH];
-        for (row, numbers) in rows.into_iter().zip(&mut numbers) {
-            self.store(row, numbers);
-        }
-        std::array::from_fn(|i| {
-            let column = std::array::from_fn(|j| numbers[j][i]);
-            self.load(&column)
-        })
-    }
-
-    #[inline(always)]
-    fn load(self, x: &[f32; WIDTH]) -> Self::F {
-        // SAFETY: `self` proves that the instruction exists; `x` is eight lanes long.
-        unsafe { [vld1q_f32(x.as_ptr()), vld1q_f32(x.as_ptr().add(4))] }
-    }
-
-    #[inline(always)]
-    fn store(self, x: Self::F, to: &mut [f32; WIDTH]) {
-        // SAFETY: `self` proves that the instruction exists; `to` is eight lanes long.
-        unsafe {
-            vst1q_f32(to.as_mut_ptr(), x[0]);
-            vst1q_f32(to.as_mut_ptr().add(4), x[1]);
-        }
     }
 
     #[inline(always)]
@@ -89,11 +63,6 @@ impl Simd for Neon {
     #[inline(always)]
     fn div(self, a: Self::F, b: Self::F) -> Self::F {
         halves!(vdivq_f32, a, b)
-    }
-
-    #[inline(always)]
-    fn sqrt(self, a: Self::F) -> Self::F {
-        halves!(vsqrtq_f32, a)
     }
 
     #[inline(always)]
@@ -126,12 +95,6 @@ impl Simd for Neon {
     }
 
     #[inline(always)]
-    fn least(self, a: Self::F) -> f32 {
-        // SAFETY: `self` proves that the instruction exists.
-        unsafe { vminvq_f32(vminq_f32(a[0], a[1])) }
-    }
-
-    #[inline(always)]
     fn lt(self, a: Self::F, b: Self::F) -> Self::M {
         halves!(vcltq_f32, a, b)
     }
@@ -144,6 +107,11 @@ impl Simd for Neon {
     #[inline(always)]
     fn and(self, a: Self::M, b: Self::M) -> Self::M {
         halves!(vandq_u32, a, b)
+    }
+
+    #[inline(always)]
+    fn or(self, a: Self::M, b: Self::M) -> Self::M {
+        halves!(vorrq_u32, a, b)
     }
 
     #[inline(always)]
@@ -165,6 +133,63 @@ impl Simd for Neon {
     }
 
     #[inline(always)]
+    fn splat_u(self, x: u32) -> Self::U {
+        halves!(vdupq_n_u32, [x, x])
+    }
+
+    #[inline(always)]
+    fn select_u(self, m: Self::M, a: Self::U, b: Self::U) -> Self::U {
+        halves!(vbslq_u32, m, b, a)
+    }
+}
+
+impl Simd for Neon {
+    type Sixteen = Pair<Neon>;
+
+    #[inline(always)]
+    fn sixteen(self) -> Self::Sixteen {
+        Pair(self)
+    }
+
+    #[inline(always)]
+    fn transposed(self, rows: [Self::F; WIDTH]) -> [Self::F; WIDTH] {
+        let mut numbers = [[0.0; WIDTH]; WIDTH];
+        for (row, numbers) in rows.into_iter().zip(&mut numbers) {
+            self.store(row, numbers);
+        }
+        std::array::from_fn(|i| {
+            let column = std::array::from_fn(|j| numbers[j][i]);
+            self.load(&column)
+        })
+    }
+
+    #[inline(always)]
+    fn load(self, x: &[f32; WIDTH]) -> Self::F {
+        // SAFETY: `self` proves that the instruction exists; `x` is eight lanes long.
+        unsafe { [vld1q_f32(x.as_ptr()), vld1q_f32(x.as_ptr().add(4))] }
+    }
+
+    #[inline(always)]
+    fn store(self, x: Self::F, to: &mut [f32; WIDTH]) {
+        // SAFETY: `self` proves that the instruction exists; `to` is eight lanes long.
+        unsafe {
+            vst1q_f32(to.as_mut_ptr(), x[0]);
+            vst1q_f32(to.as_mut_ptr().add(4), x[1]);
+        }
+    }
+
+    #[inline(always)]
+    fn sqrt(self, a: Self::F) -> Self::F {
+        halves!(vsqrtq_f32, a)
+    }
+
+    #[inline(always)]
+    fn least(self, a: Self::F) -> f32 {
+        // SAFETY: `self` proves that the instruction exists.
+        unsafe { vminvq_f32(vminq_f32(a[0], a[1])) }
+    }
+
+    #[inline(always)]
     fn load_u(self, x: &[u32; WIDTH]) -> Self::U {
         // SAFETY: `self` proves that the instruction exists; `x` is eight lanes long.
         unsafe { [vld1q_u32(x.as_ptr()), vld1q_u32(x.as_ptr().add(4))] }
@@ -177,16 +202,6 @@ impl Simd for Neon {
             vst1q_u32(to.as_mut_ptr(), x[0]);
             vst1q_u32(to.as_mut_ptr().add(4), x[1]);
         }
-    }
-
-    #[inline(always)]
-    fn splat_u(self, x: u32) -> Self::U {
-        halves!(vdupq_n_u32, [x, x])
-    }
-
-    #[inline(always)]
-    fn select_u(self, m: Self::M, a: Self::U, b: Self::U) -> Self::U {
-        halves!(vbslq_u32, m, b, a)
     }
 
     #[inline(always)]
@@ -251,5 +266,16 @@ impl Simd for Neon {
     #[inline(always)]
     fn compress(self, x: Self::U, _: Self::M, bits: u32) -> Self::U {
         self.permute(x, self.load_u(&SET_BITS[(bits & 255) as usize]))
+    }
+
+    #[inline(always)]
+    fn call(self, part: impl Part<Self>) {
+        #[target_feature(enable = "neon")]
+        #[inline(never)]
+        fn compiled(s: Neon, part: impl Part<Neon>) {
+            part.run(s);
+        }
+        // SAFETY: `self` proves that the instructions exist.
+        unsafe { compiled(self, part) };
     }
 }

@@ -1,7 +1,7 @@
 //! What AVX2 and AVX-512 do alike with eight lanes in a `ymm` register.
 
-/// The methods of [`super::Simd`] that are the same for both. The invoking module has the intrinsics in scope.
-macro_rules! ymm_operations {
+/// The methods of [`super::Arithmetic`] that are the same for both. The invoking module has the intrinsics in scope.
+macro_rules! ymm_arithmetic {
     () => {
         #[inline(always)]
         fn splat(self, x: f32) -> __m256 {
@@ -9,6 +9,71 @@ macro_rules! ymm_operations {
             unsafe { _mm256_set1_ps(x) }
         }
 
+        #[inline(always)]
+        fn add(self, a: __m256, b: __m256) -> __m256 {
+            // SAFETY: `self` proves that the instructions exist.
+            unsafe { _mm256_add_ps(a, b) }
+        }
+
+        #[inline(always)]
+        fn sub(self, a: __m256, b: __m256) -> __m256 {
+            // SAFETY: `self` proves that the instructions exist.
+            unsafe { _mm256_sub_ps(a, b) }
+        }
+
+        #[inline(always)]
+        fn mul(self, a: __m256, b: __m256) -> __m256 {
+            // SAFETY: `self` proves that the instructions exist.
+            unsafe { _mm256_mul_ps(a, b) }
+        }
+
+        #[inline(always)]
+        fn div(self, a: __m256, b: __m256) -> __m256 {
+            // SAFETY: `self` proves that the instructions exist.
+            unsafe { _mm256_div_ps(a, b) }
+        }
+
+        #[inline(always)]
+        fn min(self, a: __m256, b: __m256) -> __m256 {
+            // SAFETY: `self` proves that the instructions exist.
+            unsafe { _mm256_min_ps(a, b) }
+        }
+
+        #[inline(always)]
+        fn max(self, a: __m256, b: __m256) -> __m256 {
+            // SAFETY: `self` proves that the instructions exist.
+            unsafe { _mm256_max_ps(a, b) }
+        }
+
+        #[inline(always)]
+        fn mul_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
+            // SAFETY: `self` proves that the instructions exist.
+            unsafe { _mm256_fmadd_ps(a, b, c) }
+        }
+
+        #[inline(always)]
+        fn neg_mul_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
+            // SAFETY: `self` proves that the instructions exist.
+            unsafe { _mm256_fnmadd_ps(a, b, c) }
+        }
+
+        #[inline(always)]
+        fn splat_u(self, x: u32) -> __m256i {
+            // SAFETY: `self` proves that the instructions exist.
+            unsafe { _mm256_set1_epi32(x as i32) }
+        }
+
+        #[inline(always)]
+        fn bits_as_f(self, x: __m256i) -> __m256 {
+            // SAFETY: `self` proves that the instructions exist.
+            unsafe { _mm256_castsi256_ps(x) }
+        }
+    };
+}
+
+/// The same for [`super::Simd`].
+macro_rules! ymm_operations {
+    () => {
         #[inline(always)]
         fn transposed(self, [a, b, c, d, e, f, g, h]: [__m256; WIDTH]) -> [__m256; WIDTH] {
             // SAFETY: `self` proves that the instructions exist.
@@ -56,57 +121,9 @@ macro_rules! ymm_operations {
         }
 
         #[inline(always)]
-        fn add(self, a: __m256, b: __m256) -> __m256 {
-            // SAFETY: `self` proves that the instructions exist.
-            unsafe { _mm256_add_ps(a, b) }
-        }
-
-        #[inline(always)]
-        fn sub(self, a: __m256, b: __m256) -> __m256 {
-            // SAFETY: `self` proves that the instructions exist.
-            unsafe { _mm256_sub_ps(a, b) }
-        }
-
-        #[inline(always)]
-        fn mul(self, a: __m256, b: __m256) -> __m256 {
-            // SAFETY: `self` proves that the instructions exist.
-            unsafe { _mm256_mul_ps(a, b) }
-        }
-
-        #[inline(always)]
-        fn div(self, a: __m256, b: __m256) -> __m256 {
-            // SAFETY: `self` proves that the instructions exist.
-            unsafe { _mm256_div_ps(a, b) }
-        }
-
-        #[inline(always)]
-        fn min(self, a: __m256, b: __m256) -> __m256 {
-            // SAFETY: `self` proves that the instructions exist.
-            unsafe { _mm256_min_ps(a, b) }
-        }
-
-        #[inline(always)]
-        fn max(self, a: __m256, b: __m256) -> __m256 {
-            // SAFETY: `self` proves that the instructions exist.
-            unsafe { _mm256_max_ps(a, b) }
-        }
-
-        #[inline(always)]
         fn sqrt(self, a: __m256) -> __m256 {
             // SAFETY: `self` proves that the instructions exist.
             unsafe { _mm256_sqrt_ps(a) }
-        }
-
-        #[inline(always)]
-        fn mul_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
-            // SAFETY: `self` proves that the instructions exist.
-            unsafe { _mm256_fmadd_ps(a, b, c) }
-        }
-
-        #[inline(always)]
-        fn neg_mul_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
-            // SAFETY: `self` proves that the instructions exist.
-            unsafe { _mm256_fnmadd_ps(a, b, c) }
         }
 
         #[inline(always)]
@@ -138,18 +155,6 @@ macro_rules! ymm_operations {
         }
 
         #[inline(always)]
-        fn splat_u(self, x: u32) -> __m256i {
-            // SAFETY: `self` proves that the instructions exist.
-            unsafe { _mm256_set1_epi32(x as i32) }
-        }
-
-        #[inline(always)]
-        fn bits_as_f(self, x: __m256i) -> __m256 {
-            // SAFETY: `self` proves that the instructions exist.
-            unsafe { _mm256_castsi256_ps(x) }
-        }
-
-        #[inline(always)]
         fn prefetch<const N: usize>(self, first: *const u8) {
             for line in 0..N {
                 // SAFETY: prefetching has no effect that the program can see, whatever the address.
@@ -159,4 +164,4 @@ macro_rules! ymm_operations {
     };
 }
 
-pub(super) use ymm_operations;
+pub(super) use {ymm_arithmetic, ymm_operations};

@@ -1,0 +1,133 @@
+//! The beginning of a stream: rays meet what is at the top, sixteen at a time, and those that are not answered by that wait to walk.
+
+use super::Best;
+use super::setup::{LaneSlabs, Setup, Shears, half_of, sixteen_rays, write_setups};
+use super::top::{ANYTHING, LaneCorners, RAYS, Top, lanes};
+use crate::layout::WIDTH;
+use crate::ray::{Hit, MISS};
+use crate::simd::{Arithmetic, Part, Simd};
+use crate::streams::{RayLanes, RayStream};
+
+/// The rays of a stream that have not begun to walk yet, sixteen of which have been tested with what is at the top.
+pub(super) struct Waiting<'r, R: ?Sized, S: Simd> {
+    pub rays: &'r R,
+    pub top: Top<'r>,
+    /// Magnitude of the coordinates of the tree that they begin in.
+    extent: &'r [f32; 3],
+    lanes: [RayLanes; 2],
+    corners: LaneCorners<S::Sixteen>,
+    /// What each of the sixteen needs to walk.
+    pub setups: [Setup; RAYS],
+    /// What each has met already.
+    pub bests: [Best; RAYS],
+    /// Where each enters the root's boxes, infinite where it does not.
+    pub near: [[f32; WIDTH]; RAYS],
+    /// Number of the first.
+    pub first: usize,
+    /// Which of them still wait, as bits.
+    which: u32,
+    /// The first one after them.
+    next: usize,
+}
+
+impl<'r, R: RayStream + ?Sized, S: Simd> Waiting<'r, R, S> {
+    pub fn new(rays: &'r R, top: Top<'r>, extent: &'r [f32; 3]) -> Self {
+        Waiting {
+            rays,
+            top,
+            extent,
+            lanes: [RayLanes::NOTHING; 2],
+            corners: LaneCorners::new(),
+            setups: [Setup::nothing(); RAYS],
+            bests: [Best { hit: MISS, t_max: -1.0 }; RAYS],
+            near: [[f32::INFINITY; WIDTH]; RAYS],
+            first: 0,
+            which: 0,
+            next: 0,
+        }
+    }
+
+    /// The next ray that has to walk, as its lane. Answers those that have not.
+    #[inline(always)]
+    pub fn take<const ANY: bool>(&mut self, s: S, answer: &mut impl FnMut(usize, &Hit)) -> Option<usize> {
+        while self.which == 0 {
+            if self.next >= self.rays.len() {
+                return None;
+            }
+            s.call(MeetTop::<_, S, _, ANY>(self, answer));
+        }
+        let lane = self.which.trailing_zeros() as usize % RAYS;
+        self.which &= self.which - 1;
+        Some(lane)
+    }
+
+    /// Tests the next sixteen rays with what is at the top.
+    #[inline(always)]
+    fn meet_top<const ANY: bool>(&mut self, s: S, answer: &mut impl FnMut(usize, &Hit)) {
+        let w = s.sixteen();
+        let rays = sixteen_rays(s, self.rays, self.next, &mut self.lanes);
+        (self.first, self.next) = (self.next, self.next + RAYS);
+        self.rays.prefetch(self.next);
+        self.rays.prefetch(self.next + WIDTH);
+        let shears = Shears::new(w, &rays);
+        let met = self.top.meet_faces::<_, ANY>(w, &rays, &shears, &mut self.corners);
+        let hit = w.lt(met.t, rays.t_max);
+        let mut answered = w.bits(hit);
+        let found = if ANY { None } else { Some(self.top.found(s, &met)) };
+        if !self.top.is_all() {
+            let slabs = LaneSlabs::new(w, &rays, self.extent);
+            let t_max = if ANY { w.select(hit, rays.t_max, w.splat(-1.0)) } else { met.t };
+            let (near, walking) = self.top.meet_boxes(w, &rays, &slabs, t_max);
+            write_setups(s, &rays, &slabs, &shears, walking, &mut self.setups);
+            self.write_nearest(s, &near, walking);
+            let t_max = lanes(s, t_max);
+            for lane in bits(walking) {
+                let hit = found.as_ref().and_then(|found| found.hit(lane)).unwrap_or(MISS);
+                self.bests[lane] = Best { hit, t_max: t_max[lane / WIDTH][lane % WIDTH] };
+            }
+            self.which = walking;
+            answered &= !walking;
+        }
+        for lane in bits(answered) {
+            match &found {
+                Some(found) => answer(self.first + lane, &found.hit(lane).unwrap_or(MISS)),
+                None => answer(self.first + lane, &ANYTHING),
+            }
+        }
+    }
+
+    /// Turns around where the rays enter the boxes, where any of eight in `which` does.
+    #[inline(always)]
+    fn write_nearest(&mut self, s: S, near: &[<S::Sixteen as Arithmetic>::F; WIDTH], which: u32) {
+        for half in 0..2 {
+            if which >> (half * WIDTH) & 255 != 0 {
+                let rows = s.transposed(half_of(s, near, half));
+                for ray in 0..WIDTH {
+                    s.store(rows[ray], &mut self.near[half * WIDTH + ray]);
+                }
+            }
+        }
+    }
+}
+
+/// A call of [`Waiting::meet_top`].
+struct MeetTop<'c, 'r, R: ?Sized, S: Simd, A, const ANY: bool>(&'c mut Waiting<'r, R, S>, &'c mut A);
+
+impl<R: RayStream + ?Sized, S: Simd, A: FnMut(usize, &Hit), const ANY: bool> Part<S>
+    for MeetTop<'_, '_, R, S, A, ANY>
+{
+    #[inline(always)]
+    fn run(self, s: S) {
+        self.0.meet_top::<ANY>(s, self.1);
+    }
+}
+
+/// The numbers of the bits that are set.
+#[inline(always)]
+fn bits(mut bits: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let bit = bits.trailing_zeros() as usize;
+        bits &= bits.wrapping_sub(1);
+        (bit < 32).then_some(bit % RAYS)
+    })
+}
