@@ -5,10 +5,17 @@ use super::zmm::Avx512Sixteen;
 use super::{Arithmetic, Part, Simd};
 use crate::layout::WIDTH;
 use std::arch::x86_64::*;
+use std::hint::black_box;
 
 /// Proof that the processor has AVX-512 F, VL, DQ and BW.
 #[derive(Clone, Copy)]
-pub(crate) struct Avx512(());
+pub(crate) struct Avx512 {
+    /// Lanes that get the smaller key in a stage of the sorting network: every second one, every second pair, the upper half. The compiler
+    /// must not know them: it would make blends of what masked instructions do on the way.
+    odd: __mmask8,
+    pairs: __mmask8,
+    upper: __mmask8,
+}
 
 impl Avx512 {
     /// # Safety
@@ -16,7 +23,7 @@ impl Avx512 {
     /// The processor must have AVX-512 F, VL, DQ and BW.
     #[inline(always)]
     pub unsafe fn new() -> Self {
-        Avx512(())
+        Avx512 { odd: black_box(0b1010_1010), pairs: black_box(0b1100_1100), upper: black_box(0b1111_0000) }
     }
 }
 
@@ -120,17 +127,17 @@ impl Simd for Avx512 {
             let mut x = keys;
             // Bitonic network: each stage compares every lane with a partner and leaves the larger key in the lower lane.
             let y = _mm256_shuffle_epi32::<0b10_11_00_01>(x);
-            x = _mm256_mask_min_epi32(_mm256_max_epi32(x, y), 0b10101010, x, y);
+            x = _mm256_mask_min_epi32(_mm256_max_epi32(x, y), self.odd, x, y);
             let y = _mm256_shuffle_epi32::<0b00_01_10_11>(x);
-            x = _mm256_mask_min_epi32(_mm256_max_epi32(x, y), 0b11001100, x, y);
+            x = _mm256_mask_min_epi32(_mm256_max_epi32(x, y), self.pairs, x, y);
             let y = _mm256_shuffle_epi32::<0b10_11_00_01>(x);
-            x = _mm256_mask_min_epi32(_mm256_max_epi32(x, y), 0b10101010, x, y);
+            x = _mm256_mask_min_epi32(_mm256_max_epi32(x, y), self.odd, x, y);
             let y = _mm256_permutevar8x32_epi32(x, _mm256_setr_epi32(7, 6, 5, 4, 3, 2, 1, 0));
-            x = _mm256_mask_min_epi32(_mm256_max_epi32(x, y), 0b11110000, x, y);
+            x = _mm256_mask_min_epi32(_mm256_max_epi32(x, y), self.upper, x, y);
             let y = _mm256_shuffle_epi32::<0b01_00_11_10>(x);
-            x = _mm256_mask_min_epi32(_mm256_max_epi32(x, y), 0b11001100, x, y);
+            x = _mm256_mask_min_epi32(_mm256_max_epi32(x, y), self.pairs, x, y);
             let y = _mm256_shuffle_epi32::<0b10_11_00_01>(x);
-            x = _mm256_mask_min_epi32(_mm256_max_epi32(x, y), 0b10101010, x, y);
+            x = _mm256_mask_min_epi32(_mm256_max_epi32(x, y), self.odd, x, y);
             x
         }
     }
