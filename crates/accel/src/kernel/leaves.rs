@@ -133,13 +133,13 @@ impl Shear {
         self.axes[2] as usize
     }
 
-    #[cfg(test)]
+    #[cfg(all(test, target_arch = "x86_64"))]
     pub fn axes(&self) -> [u32; 3] {
         self.axes
     }
 
     /// All others.
-    #[cfg(test)]
+    #[cfg(all(test, target_arch = "x86_64"))]
     pub fn numbers(&self) -> [f32; 7] {
         let ([a, b, c], [d, e, f]) = (self.origin, self.shear);
         [a, b, c, d, e, f, self.t_min]
