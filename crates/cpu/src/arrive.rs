@@ -48,7 +48,12 @@ impl PathBatch {
         self.triangles.compute(i, context.scene, &self.paths, &self.hits, first, count);
         let triangles = self.triangles.row(first);
         let mut rest = ALL_LANES & !triangles.which(i, Arrival::Nothing);
-        let plain = [Arrival::Lambert, Arrival::Smooth, Arrival::Glossy].map(|kind| triangles.which(i, kind));
+        // One by one: what iterators call is not compiled for these instructions unless it happens to be inlined.
+        let plain = [
+            triangles.which(i, Arrival::Lambert),
+            triangles.which(i, Arrival::Smooth),
+            triangles.which(i, Arrival::Glossy),
+        ];
         if context.scene.plain_sky {
             let sky = triangles.which(i, Arrival::Sky);
             rest &= !sky;

@@ -85,8 +85,42 @@ impl<S: Simd> Candidates<S> {
 
 /// A kind of leaf: its blocks, and how a ray meets one.
 pub(super) trait Leaf<S: Simd> {
-    /// Calls `found` with the hits between the ray's start and `t_max`, if there are any.
-    fn test(&self, s: S, index: usize, t_max: f32, found: impl FnMut(&Candidates<S>, &[u32; WIDTH]));
+    /// Tells `found` of the hits between the ray's start and `t_max`, if there are any.
+    fn test(&self, s: S, index: usize, t_max: f32, found: &mut impl Found<S>);
+}
+
+/// What is to be done with hits. A type, not a closure: those are compiled without the kernel's instructions where they are not inlined.
+pub(super) trait Found<S: Simd> {
+    /// Gets hits of a leaf, whose triangles or spheres have the numbers `ids`.
+    fn found(&mut self, s: S, candidates: &Candidates<S>, ids: &[u32; WIDTH]);
+}
+
+/// Keeps the nearest hit.
+pub(super) struct KeepNearest<'a, F> {
+    pub instance: u32,
+    pub filter: &'a F,
+    pub best: &'a mut Best,
+}
+
+impl<S: Simd, F: HitFilter> Found<S> for KeepNearest<'_, F> {
+    #[inline(always)]
+    fn found(&mut self, s: S, candidates: &Candidates<S>, ids: &[u32; WIDTH]) {
+        candidates.keep_nearest(s, ids, self.instance, self.filter, self.best);
+    }
+}
+
+/// Finds out whether there is any hit.
+pub(super) struct FindAny<'a, F> {
+    pub instance: u32,
+    pub filter: &'a F,
+    pub any: bool,
+}
+
+impl<S: Simd, F: HitFilter> Found<S> for FindAny<'_, F> {
+    #[inline(always)]
+    fn found(&mut self, s: S, candidates: &Candidates<S>, ids: &[u32; WIDTH]) {
+        self.any |= candidates.any(s, ids, self.instance, self.filter);
+    }
 }
 
 /// What the triangle test needs of a ray.
@@ -233,12 +267,13 @@ impl<S: Simd> Met<S> {
 
 impl<S: Simd> Leaf<S> for Triangles<'_, S> {
     #[inline(always)]
-    fn test(&self, s: S, index: usize, t_max: f32, mut found: impl FnMut(&Candidates<S>, &[u32; WIDTH])) {
+    fn test(&self, s: S, index: usize, t_max: f32, found: &mut impl Found<S>) {
         // Without a look at who passes inside: a second branch that cannot be foreseen costs more than the division.
         let (h, mask) = self.meet_leaf(s, index, t_max);
         let bits = s.bits(mask);
         if bits != 0 {
-            found(&Candidates { mask, bits, t: h.t, u: h.u, v: h.v }, &self.blocks[index].ids);
+            let candidates = Candidates { mask, bits, t: h.t, u: h.u, v: h.v };
+            found.found(s, &candidates, &self.blocks[index].ids);
         }
     }
 }
@@ -269,7 +304,7 @@ impl<'a, S: Simd> Spheres<'a, S> {
 
 impl<S: Simd> Leaf<S> for Spheres<'_, S> {
     #[inline(always)]
-    fn test(&self, s: S, index: usize, t_max: f32, mut found: impl FnMut(&Candidates<S>, &[u32; WIDTH])) {
+    fn test(&self, s: S, index: usize, t_max: f32, found: &mut impl Found<S>) {
         debug_assert!(index < self.blocks.len());
         // SAFETY: as for triangles.
         let block = unsafe { self.blocks.get_unchecked(index) };
@@ -306,10 +341,12 @@ impl<S: Simd> Leaf<S> for Spheres<'_, S> {
         // Both crossings are candidates: a filter may see through one of them. The far side may stand in for the near
         // side of one sphere, so every far side is looked at after all near sides.
         if near_bits != 0 {
-            found(&Candidates { mask: near_counts, bits: near_bits, t: near, u: zero, v: zero }, &block.ids);
+            let candidates = Candidates { mask: near_counts, bits: near_bits, t: near, u: zero, v: zero };
+            found.found(s, &candidates, &block.ids);
         }
         if far_bits != 0 {
-            found(&Candidates { mask: far_counts, bits: far_bits, t: far, u: zero, v: zero }, &block.ids);
+            let candidates = Candidates { mask: far_counts, bits: far_bits, t: far, u: zero, v: zero };
+            found.found(s, &candidates, &block.ids);
         }
     }
 }

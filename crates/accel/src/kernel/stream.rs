@@ -6,7 +6,7 @@
 //! and no branch depends on where a ray goes: whether its next place is a node or a leaf decides in which list it is entered.
 //! Each ray takes the steps that it would take alone.
 
-use super::leaves::{Leaf, Shear, Spheres, Triangles};
+use super::leaves::{FindAny, KeepNearest, Leaf, Shear, Spheres, Triangles};
 use super::setup::Setup;
 use super::stack::{END, STREAM_STACK, StackMemory, StreamStack};
 use super::top::{ANYTHING, Top};
@@ -194,17 +194,15 @@ impl<'a> Traveller<'a> {
         index: usize,
         filter: &F,
     ) -> bool {
-        let (instance, best) = (self.instance, &mut self.best);
-        let before = best.t_max;
-        let mut any = false;
-        leaves.test(s, index, before, |candidates, ids| {
-            if ANY {
-                any |= candidates.any(s, ids, instance, filter);
-            } else {
-                candidates.keep_nearest(s, ids, instance, filter, best);
-            }
-        });
-        any || best.t_max < before
+        let (instance, before) = (self.instance, self.best.t_max);
+        if ANY {
+            let mut found = FindAny { instance, filter, any: false };
+            leaves.test(s, index, before, &mut found);
+            found.any
+        } else {
+            leaves.test(s, index, before, &mut KeepNearest { instance, filter, best: &mut self.best });
+            self.best.t_max < before
+        }
     }
 
     /// Forgets what need not be visited any more after a hit.

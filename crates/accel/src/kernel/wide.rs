@@ -2,7 +2,7 @@
 //!
 //! Everything here is always inlined into the entry points at the end, which enable the instructions.
 
-use super::leaves::{Leaf, Shear, Spheres, Triangles};
+use super::leaves::{FindAny, KeepNearest, Leaf, Shear, Spheres, Triangles};
 use super::packet::Packet;
 use super::tree::{Visitor, walk};
 use super::{Best, Slabs, stream};
@@ -32,9 +32,9 @@ impl<S: Simd, L: Leaf<S>, F: HitFilter> Visitor<S> for Nearest<'_, L, F> {
 
     #[inline(always)]
     fn leaf(&mut self, s: S, index: usize) -> bool {
-        let (instance, filter) = (self.instance, self.filter);
-        let best = &mut *self.best;
-        self.leaves.test(s, index, best.t_max, |c, ids| c.keep_nearest(s, ids, instance, filter, best));
+        let (t_max, best) = (self.best.t_max, &mut *self.best);
+        let mut found = KeepNearest { instance: self.instance, filter: self.filter, best };
+        self.leaves.test(s, index, t_max, &mut found);
         false
     }
 }
@@ -57,9 +57,9 @@ impl<S: Simd, L: Leaf<S>, F: HitFilter> Visitor<S> for First<'_, L, F> {
 
     #[inline(always)]
     fn leaf(&mut self, s: S, index: usize) -> bool {
-        let mut hit = false;
-        self.leaves.test(s, index, self.t_max, |c, ids| hit |= c.any(s, ids, self.instance, self.filter));
-        hit
+        let mut found = FindAny { instance: self.instance, filter: self.filter, any: false };
+        self.leaves.test(s, index, self.t_max, &mut found);
+        found.any
     }
 }
 
