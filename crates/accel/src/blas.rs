@@ -83,9 +83,9 @@ fn corners(g: &Geometry, index: usize) -> Option<[[f32; 3]; 3]> {
     if flat { None } else { Some(p) }
 }
 
-fn handful_of(nodes: &[Node], root: ChildRef, shape: &Shape) -> Option<Handful> {
+fn handful_of(nodes: &[Node], root: ChildRef, shape: &Shape, bounds: &Aabb) -> Option<Handful> {
     match shape {
-        Shape::Triangles(blocks) => Some(Handful::new(nodes, root, blocks)),
+        Shape::Triangles(blocks) => Some(Handful::new(nodes, root, blocks, bounds)),
         Shape::Spheres(_) => None,
     }
 }
@@ -219,7 +219,7 @@ impl Blas {
     ) -> Blas {
         let WideTree { mut nodes, root, bounds, .. } = tree;
         nodes.shrink_to_fit();
-        let handful = handful_of(&nodes, root, &shape);
+        let handful = handful_of(&nodes, root, &shape, &bounds);
         let (extent, kernel) = (extent(&bounds), Kernel::best());
         let cover = Cover::new(&nodes, root, bounds);
         let blas =
@@ -263,7 +263,7 @@ impl Blas {
         self.bounds = if self.root == EMPTY { Aabb::EMPTY } else { self.child_bounds(self.root) };
         self.extent = extent(&self.bounds);
         self.cover = Cover::new(&self.nodes, self.root, self.bounds);
-        self.handful = handful_of(&self.nodes, self.root, &self.shape);
+        self.handful = handful_of(&self.nodes, self.root, &self.shape, &self.bounds);
         #[cfg(debug_assertions)]
         self.validate().expect("a tree that was just refitted");
     }

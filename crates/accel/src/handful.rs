@@ -1,6 +1,10 @@
 //! A handful of triangles as rays in lanes are tested with it: corners that are shared are there once, and triangles that
 //! share an edge are tested together.
+//!
+//! Those that lie in a side of the object's bounds, as walls, floors and ceilings do, come last: whoever goes from one point within
+//! the bounds to another does not cross them.
 
+use crate::aabb::Aabb;
 use crate::layout::{ChildRef, EMPTY, LEAF, NO_PRIMITIVE, Node, TriangleBlock, WIDTH, leaf_index};
 
 /// Most triangles of an object that are tested one after the other. Measured: with more, walking a tree is faster.
@@ -18,9 +22,19 @@ pub(crate) const ALL_CHILDREN: u32 = (1 << WIDTH) - 1;
 /// A few triangles.
 pub(crate) struct Handful {
     pub corners: Vec<[f32; 3]>,
+    /// Those that lie in sides of the object's bounds are the last ones.
     pub faces: Vec<Face>,
+    /// The faces that do not.
+    pub inner: Share,
     /// Children of the root, as bits of their places, that hold these triangles and nothing else.
     pub children: u32,
+}
+
+/// So many of the first faces, and so many of the first corners, among which are all of theirs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Share {
+    pub faces: usize,
+    pub corners: usize,
 }
 
 /// The number of one of at most [`MAX_CORNERS`] corners.
@@ -59,13 +73,14 @@ struct Triangle {
 
 impl Handful {
     /// All triangles of an object, if they are few, or else those of leaves right below its root, the largest first, up to a few.
-    pub fn new(nodes: &[Node], root: ChildRef, blocks: &[TriangleBlock]) -> Handful {
+    pub fn new(nodes: &[Node], root: ChildRef, blocks: &[TriangleBlock], bounds: &Aabb) -> Handful {
         if blocks.len() <= MAX_TRIANGLES
-            && let Some(all) = Handful::of(blocks.iter(), MAX_TRIANGLES, ALL_CHILDREN)
+            && let Some(all) = Handful::of(blocks.iter(), MAX_TRIANGLES, ALL_CHILDREN, bounds)
         {
             return all;
         }
-        let mut handful = Handful { corners: Vec::new(), faces: Vec::new(), children: 0 };
+        let mut handful =
+            Handful { corners: Vec::new(), faces: Vec::new(), inner: Share::default(), children: 0 };
         let Some(root) = nodes.get(root as usize) else { return handful };
         let is_leaf = |slot: &usize| root.children[*slot] != EMPTY && root.children[*slot] & LEAF != 0;
         let mut leaves: Vec<usize> = (0..WIDTH).filter(is_leaf).collect();
@@ -75,7 +90,7 @@ impl Handful {
             let first = &leaves[..count];
             let children = first.iter().fold(0, |bits, slot| bits | 1 << slot);
             let blocks = first.iter().map(|&slot| &blocks[leaf_index(root.children[slot])]);
-            match Handful::of(blocks, MAX_ROOT_TRIANGLES, children) {
+            match Handful::of(blocks, MAX_ROOT_TRIANGLES, children, bounds) {
                 Some(more) => handful = more,
                 None => break,
             }
@@ -93,6 +108,7 @@ impl Handful {
         blocks: impl Iterator<Item = &'b TriangleBlock>,
         most: usize,
         children: u32,
+        bounds: &Aabb,
     ) -> Option<Handful> {
         let lanes = blocks.flat_map(|block| (0..WIDTH).map(move |lane| (block, lane)));
         let lanes = lanes.filter(|(block, lane)| block.ids[*lane] != NO_PRIMITIVE);
@@ -117,13 +133,49 @@ impl Handful {
             let [a, b, c] = numbers.map(Corner::new);
             triangles.push(Triangle { corners: [a?, b?, c?], id });
         }
-        Some(Handful { corners, faces: faces(triangles), children })
+        let mut handful = Handful { corners, faces: faces(triangles), inner: Share::default(), children };
+        handful.put_inner_first(bounds);
+        Some(handful)
+    }
+
+    /// Moves faces in the sides of the bounds to the end, and the corners of all others to the beginning.
+    fn put_inner_first(&mut self, bounds: &Aabb) {
+        let points = |face: &Face| face.corners.map(|corner| self.corners[usize::from(corner.0)]);
+        let (inner, outer): (Vec<Face>, Vec<Face>) =
+            self.faces.iter().partition(|face| !is_in_a_side(&points(face), bounds));
+        self.inner.faces = inner.len();
+        // The old numbers of the corners, in their new order.
+        let mut order: Vec<Corner> = Vec::new();
+        for (number, face) in inner.iter().chain(&outer).enumerate() {
+            for corner in face.corners {
+                if !order.contains(&corner) {
+                    order.push(corner);
+                }
+            }
+            if number < inner.len() {
+                self.inner.corners = order.len();
+            }
+        }
+        let renumbered = |corner: Corner| {
+            let number = order.iter().position(|old| *old == corner).expect("all have been entered");
+            Corner::new(number).expect("there are no more than before")
+        };
+        let faces = inner.into_iter().chain(outer);
+        self.faces = faces.map(|face| Face { corners: face.corners.map(renumbered), ..face }).collect();
+        self.corners = order.iter().map(|old| self.corners[usize::from(old.0)]).collect();
     }
 
     /// Bytes of memory that this occupies.
     pub fn memory_bytes(&self) -> usize {
         self.corners.capacity() * size_of::<[f32; 3]>() + self.faces.capacity() * size_of::<Face>()
     }
+}
+
+/// Whether some points lie in one of the sides of a box.
+fn is_in_a_side(points: &[[f32; 3]], bounds: &Aabb) -> bool {
+    (0..3).any(|axis| {
+        [bounds.min, bounds.max].iter().any(|side| points.iter().all(|point| point[axis] == side[axis]))
+    })
 }
 
 /// Pairs triangles, each with the first one behind it that it can be paired with.
@@ -173,7 +225,8 @@ mod tests {
     }
 
     fn all(blocks: &[TriangleBlock]) -> Option<Handful> {
-        let handful = Handful::new(&[], LEAF, blocks);
+        let bounds = blocks.iter().fold(Aabb::EMPTY, |all, block| all.union(block.bounds()));
+        let handful = Handful::new(&[], LEAF, blocks, &bounds);
         handful.is_all().then_some(handful)
     }
 
@@ -187,6 +240,24 @@ mod tests {
         assert_eq!((corners, face.ids), ([a, b, c, d], [5, 6]));
         // a is the third of b, c, a and the second of d, a, c.
         assert_eq!(face.first, [2, 1]);
+    }
+
+    /// A floor, a wall, and a table between them whose corners come first.
+    #[test]
+    fn what_lies_in_the_sides_of_the_bounds_comes_last() {
+        let quad = |a: [f32; 3], b: [f32; 3], c: [f32; 3], d: [f32; 3]| [[a, b, c], [a, c, d]];
+        let floor = quad([0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 0.0, 4.0], [0.0, 0.0, 4.0]);
+        let table = quad([1.0, 1.0, 1.0], [2.0, 1.0, 1.0], [2.0, 1.0, 2.0], [1.0, 1.0, 2.0]);
+        let wall = quad([4.0, 0.0, 0.0], [4.0, 3.0, 0.0], [4.0, 3.0, 4.0], [4.0, 0.0, 4.0]);
+        let handful = all(&[block(&[floor, table, wall].concat(), 0)]).expect("few enough");
+        assert_eq!((handful.faces.len(), handful.corners.len()), (3, 10));
+        assert_eq!(handful.inner, Share { faces: 1, corners: 4 });
+        assert_eq!(handful.faces.iter().map(|face| face.ids).collect::<Vec<_>>(), [[2, 3], [0, 1], [4, 5]]);
+        for (face, quad) in handful.faces.iter().zip([table, floor, wall]) {
+            let [a, b, c, d] = face.corners.map(|corner| handful.corners[usize::from(corner.0)]);
+            assert_eq!([[a, b, c], [a, c, d]], quad);
+        }
+        assert!(handful.faces[0].corners.iter().all(|corner| usize::from(corner.0) < handful.inner.corners));
     }
 
     #[test]
@@ -229,7 +300,7 @@ mod tests {
             root.set_bounds(slot, &blocks[slot].bounds());
             root.children[slot] = if slot == 5 { 1 } else { LEAF | slot as u32 };
         }
-        let handful = Handful::new(&[root, Node::EMPTY], 0, &blocks);
+        let handful = Handful::new(&[root, Node::EMPTY], 0, &blocks, &Aabb::EMPTY);
         assert!(!handful.is_all());
         assert_eq!(handful.children, 0b101_1100, "four leaves of eight");
         let mut ids: Vec<u32> =

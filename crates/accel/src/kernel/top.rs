@@ -3,7 +3,8 @@
 //! Near the root, rays do not go different ways yet. So each large triangle and each box there is tested with sixteen rays at
 //! once, which is a few times as fast as when a ray alone looks at eight of them, and no time is lost with questions in between. Most
 //! rays in a room have their answer then, and only those that meet a box walk the tree below it. Where there are only a few triangles,
-//! there is no tree to walk.
+//! there is no tree to walk. Shadow rays from one point within the object's bounds to another are not tested with walls that lie in
+//! their sides.
 //!
 //! Each corner of a triangle is moved into the space of sixteen rays at once, in which they run along an axis; what is left of a test
 //! are the areas between the origin and the edges, of which neighbours share one. The arithmetic is that of
@@ -13,7 +14,7 @@ use super::leaves::splats;
 use super::setup::{LaneRays, LaneSlabs, Shears};
 use crate::aabb::Aabb;
 use crate::blas::Blas;
-use crate::handful::{ALL_CHILDREN, Face, Handful, MAX_CORNERS};
+use crate::handful::{ALL_CHILDREN, Face, MAX_CORNERS, Share};
 use crate::layout::{EMPTY, LEAF, NO_PRIMITIVE, Node, WIDTH};
 use crate::ray::{Hit, HitFilter, MISS};
 use crate::simd::{Arithmetic, Simd, Sixteen};
@@ -28,6 +29,10 @@ pub(super) struct Top<'a> {
     faces: &'a [Face],
     /// Of the faces.
     corners: &'a [[f32; 3]],
+    /// What is not in the sides of the bounds.
+    inner: Share,
+    /// Of everything that rays may meet.
+    bounds: Aabb,
     /// The node whose boxes rays are tested with. Where the root is no node, one with the root as its only child.
     pub root: Node,
     /// Places of those of its children that are to be tested, as bits: not those that are empty, or whose triangles are all among
@@ -52,11 +57,12 @@ impl<'a> Top<'a> {
             None => (&tlas.nodes, tlas.root, tlas.bounds()),
         };
         let root = if root & LEAF == 0 { nodes[root as usize] } else { above(root, &bounds) };
-        let mut top = Top { faces: &[], corners: &[], root, children: ALL_CHILDREN };
-        if let Some(Handful { corners, faces, children }) = only.and_then(Blas::handful).filter(|_| F::OPAQUE)
-        {
-            (top.faces, top.corners) = (faces, corners);
-            top.children &= !children;
+        let inner = Share::default();
+        let mut top = Top { faces: &[], corners: &[], inner, bounds, root, children: ALL_CHILDREN };
+        if let Some(handful) = only.and_then(Blas::handful).filter(|_| F::OPAQUE) {
+            (top.faces, top.corners) = (&handful.faces, &handful.corners);
+            top.inner = handful.inner;
+            top.children &= !handful.children;
         }
         for (slot, child) in root.children.iter().enumerate() {
             top.children &= !(u32::from(*child == EMPTY) << slot);
@@ -79,13 +85,15 @@ impl<'a> Top<'a> {
         shears: &Shears<A>,
         corners: &mut LaneCorners<A>,
     ) -> Crossing<A> {
-        for (corner, point) in corners.0.iter_mut().zip(self.corners) {
+        let share = if ANY && self.are_within(a, rays) { self.inner } else { self.all() };
+        for (corner, point) in corners.0.iter_mut().zip(&self.corners[..share.corners]) {
             corner.write(shears.apply(a, splats(a, *point)));
         }
         let mut met = Crossing { t: rays.t_max, areas: [a.splat(0.0); 3], triangle: a.splat_u(u32::MAX) };
-        for (number, face) in (0..).zip(self.faces) {
+        for (number, face) in (0..).zip(&self.faces[..share.faces]) {
             let [p, q, r, s] = face.corners;
-            // SAFETY: the corners of a face are some of its handful's, all of which have just been written.
+            // SAFETY: the corners of so many of a handful's first faces as a `Share` says are among so many first corners, all of which
+            // have just been written.
             let corners = unsafe {
                 [
                     p.at(&corners.0).assume_init(),
@@ -104,6 +112,32 @@ impl<'a> Top<'a> {
             }
         }
         met
+    }
+
+    /// All faces and corners.
+    #[inline(always)]
+    fn all(&self) -> Share {
+        Share { faces: self.faces.len(), corners: self.corners.len() }
+    }
+
+    /// Whether all rays go from one point within the bounds to another, and so do not cross what lies in the sides. That is no
+    /// approximation: an end that is rounded once, to the nearest number, is beyond a side if the ray is.
+    #[inline(always)]
+    fn are_within<A: Arithmetic>(&self, a: A, rays: &LaneRays<A>) -> bool {
+        if self.inner.faces == self.faces.len() {
+            return false;
+        }
+        let mut within = a.le(rays.t_min, rays.t_max);
+        for axis in 0..3 {
+            let (low, high) = (a.splat(self.bounds.min[axis]), a.splat(self.bounds.max[axis]));
+            let begin = rays.origin[axis];
+            // Not a number where a ray that has no end runs beside the axis; then it is what is compared, as the second one.
+            let end = a.mul_add(rays.t_max, rays.direction[axis], begin);
+            within = a.and(within, a.lt(low, a.min(begin, end)));
+            within = a.and(within, a.lt(a.max(begin, end), high));
+        }
+        // Rays that can hit nothing do not count.
+        a.bits(a.or(within, a.lt(rays.t_max, a.splat(0.0)))) == (1 << RAYS) - 1
     }
 
     /// Where the rays enter the root's boxes before `t_max`, infinite where they do not, and which rays enter any, as bits.
@@ -302,10 +336,10 @@ mod tests {
     fn scene() -> Blas {
         let mut number = numbers();
         let mut positions = vec![
-            [-9.0, -1.0, -9.0],
-            [9.0, -1.0, -9.0],
-            [9.0, -1.0, 9.0],
-            [-9.0, -1.0, 9.0],
+            [-9.0, -2.0, -9.0],
+            [9.0, -2.0, -9.0],
+            [9.0, -2.0, 9.0],
+            [-9.0, -2.0, 9.0],
             [-9.0, 3.0, -9.0],
             [9.0, 3.0, -9.0],
             [9.0, 2.0, 9.0],
@@ -374,6 +408,35 @@ mod tests {
                     );
                 }
             }
+        }
+    }
+
+    /// Groups of sixteen shadow rays that go from one point within the bounds to another are not tested with the floor, which is their
+    /// lower side; those of which only fifteen do are.
+    #[test]
+    fn shadow_rays_within_the_bounds_find_what_is_there() {
+        let mut number = numbers();
+        let mut within = || [8.0 * number(), 0.5 + 2.4 * number(), 8.0 * number()];
+        let mut rays: Vec<Ray> = (0..1600)
+            .map(|_| {
+                let (from, to) = (within(), within());
+                Ray { t_max: 1.0, ..Ray::new(from, [0, 1, 2].map(|k: usize| to[k] - from[k])) }
+            })
+            .collect();
+        let crossing = Ray { t_max: 1.0, ..Ray::new([8.5, 0.0, 8.5], [0.0, -3.0, 0.0]) };
+        let for_ever = Ray::new([-8.5, 0.0, 8.5], [0.1, -1.0, 0.0]);
+        (rays[35], rays[70]) = (crossing, for_ever);
+        let mut tlas = Tlas::build(&[Instance::identity(0)], vec![Arc::new(scene())]);
+        let top = Top::new::<Opaque>(&tlas, tlas.only(u32::MAX));
+        assert_eq!(top.inner.faces + 1, top.faces.len(), "all but the floor");
+        tlas.set_kernel(Kernel::Scalar);
+        let expected: Vec<bool> = rays.iter().map(|ray| tlas.any(ray, &Opaque)).collect();
+        assert!(expected[35] && expected[70] && expected.iter().filter(|any| **any).count() > 300);
+        for kernel in Kernel::available() {
+            tlas.set_kernel(kernel);
+            let mut any = vec![false; rays.len()];
+            tlas.any_stream(&rays[..], &mut any, &Opaque, Coherence::Incoherent);
+            assert_eq!(any, expected, "{kernel:?}");
         }
     }
 }
