@@ -6,12 +6,12 @@ use crate::scatter_lanes::{Lobes, NextLanes};
 use crate::scene::CpuScene;
 use crate::simd::Instructions;
 use crate::vertices::Vertices;
+use optics::Vec3f;
 use optics::albedo::{GgxAlbedo, GgxAlbedoCell};
 use optics::frame::{Frame, frame_from_normal, to_local, to_world};
 use optics::glossy::{MetallicRoughness, glossy_eval, glossy_sample, metallic_roughness_bsdf};
 use optics::scatter::{BSDF_GLOSSY, Bsdf, BsdfValue, black_bsdf};
 use optics::vector::dot;
-use optics::{Vec2f, Vec3f, vec2f};
 
 /// The surfaces at vertices, prepared for their viewing directions: the fields of [`Bsdf`] that glossy ones use.
 #[derive(Clone, Copy, Debug, Default)]
@@ -142,19 +142,24 @@ fn look_up_albedo(v: &Vertices, roughness: &Lanes<f32>) -> Pairs {
         (first.0[lane], right.0[lane], up.0[lane]) = (cell.first, cell.right, cell.up);
     }
     let table = GgxAlbedo::shared();
-    let mut corners = [Pairs::default(); 4];
+    // One by one, not by a closure: see `FlatSampling`.
+    let [mut a, mut b, mut c, mut d] = [Pairs::default(); 4];
     for lane in 0..LANES {
-        for (corner, [x, y]) in corners.iter_mut().zip(table.corners(first.0[lane])) {
-            corner.set(lane, vec2f(x, y));
-        }
+        let corners = table.corners(first.0[lane]);
+        (a.x.0[lane], a.y.0[lane]) = (corners[0][0], corners[0][1]);
+        (b.x.0[lane], b.y.0[lane]) = (corners[1][0], corners[1][1]);
+        (c.x.0[lane], c.y.0[lane]) = (corners[2][0], corners[2][1]);
+        (d.x.0[lane], d.y.0[lane]) = (corners[3][0], corners[3][1]);
     }
     let mut albedo = Pairs::default();
     for lane in 0..LANES {
         let cell = GgxAlbedoCell { first: first.0[lane], right: right.0[lane], up: up.0[lane] };
-        let corners = [0, 1, 2, 3].map(|k: usize| {
-            let Vec2f { x, y } = corners[k].get(lane);
-            [x, y]
-        });
+        let corners = [
+            [a.x.0[lane], a.y.0[lane]],
+            [b.x.0[lane], b.y.0[lane]],
+            [c.x.0[lane], c.y.0[lane]],
+            [d.x.0[lane], d.y.0[lane]],
+        ];
         albedo.set(lane, cell.mix(corners));
     }
     albedo

@@ -341,10 +341,12 @@ impl Packet {
         touched: u32,
         filter: &F,
     ) -> bool {
-        let [a, b, c] =
-            [0, 1, 2].map(|vertex: usize| axes.map(|axis| block.vertices[vertex][axis % 3][lane]));
+        let [x, y, z] = [axes[0] % 3, axes[1] % 3, axes[2] % 3];
+        let [p, q, r] = &block.vertices;
+        let a = splats(s, [p[x][lane], p[y][lane], p[z][lane]]);
+        let b = splats(s, [q[x][lane], q[y][lane], q[z][lane]]);
+        let c = splats(s, [r[x][lane], r[y][lane], r[z][lane]]);
         let primitive = block.ids[lane];
-        let (a, b, c) = (splats(s, a), splats(s, b), splats(s, c));
         let mut has_hit = false;
         for group in (0..GROUPS).filter(|group| touched >> group & 1 != 0) {
             let (met, mask) = self.meet(s, [a, b, c], group);

@@ -35,6 +35,8 @@ pub(super) struct Top<'a> {
     bounds: Aabb,
     /// The node whose boxes rays are tested with. Where the root is no node, one with the root as its only child.
     pub root: Node,
+    /// Its boxes.
+    boxes: [Aabb; WIDTH],
     /// Places of those of its children that are to be tested, as bits: not those that are empty, or whose triangles are all among
     /// the faces.
     children: u32,
@@ -58,7 +60,8 @@ impl<'a> Top<'a> {
         };
         let root = if root & LEAF == 0 { nodes[root as usize] } else { above(root, &bounds) };
         let inner = Share::default();
-        let mut top = Top { faces: &[], corners: &[], inner, bounds, root, children: ALL_CHILDREN };
+        let boxes = std::array::from_fn(|slot| root.bounds(slot));
+        let mut top = Top { faces: &[], corners: &[], inner, bounds, root, boxes, children: ALL_CHILDREN };
         if let Some(handful) = only.and_then(Blas::handful).filter(|_| F::OPAQUE) {
             (top.faces, top.corners) = (&handful.faces, &handful.corners);
             top.inner = handful.inner;
@@ -153,7 +156,7 @@ impl<'a> Top<'a> {
         let (mut near, mut nearest) = ([infinite; WIDTH], infinite);
         for slot in 0..WIDTH {
             if self.children >> slot & 1 != 0 {
-                let Aabb { min, max } = self.root.bounds(slot);
+                let Aabb { min, max } = self.boxes[slot];
                 let (enter, inside) = slabs.meet(a, min, max, rays.t_min, t_max);
                 near[slot] = a.select(inside, infinite, enter);
                 nearest = a.min(nearest, near[slot]);
