@@ -1,6 +1,6 @@
 //! [`Instructions`] of AVX2: sixteen lanes are two registers.
 
-use super::{Instructions, LANES, Stage};
+use super::{Instructions, LANES, Stage, fetch_nothing};
 use std::arch::is_x86_feature_detected;
 use std::arch::x86_64::*;
 
@@ -117,9 +117,7 @@ impl Instructions for Avx2 {
     #[inline(always)]
     fn fetch(self, table: &[[f32; 3]], index: &[u32; LANES], mask: u32, to: [&mut [f32; LANES]; 3]) {
         if table.is_empty() {
-            assert_eq!(mask & 0xffff, 0, "nothing to fetch from");
-            to.into_iter().for_each(|lanes| lanes.fill(0.0));
-            return;
+            return fetch_nothing(mask, to);
         }
         let checked = self.checked(index, mask, table.len());
         let [to_x, to_y, to_z] = to;
@@ -155,9 +153,7 @@ impl Instructions for Avx2 {
         to: [&mut [u32; LANES]; LANES],
     ) {
         if table.is_empty() {
-            assert_eq!(mask & 0xffff, 0, "nothing to fetch from");
-            to.into_iter().for_each(|lanes| lanes.fill(0));
-            return;
+            return fetch_nothing(mask, to);
         }
         let checked = self.checked(index, mask, table.len());
         for half in [0, HALF] {

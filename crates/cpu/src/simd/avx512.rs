@@ -1,7 +1,7 @@
 //! [`Instructions`] of AVX-512.
 
 use super::avx2::Avx2;
-use super::{Instructions, LANES, Stage};
+use super::{Instructions, LANES, Stage, fetch_nothing};
 use std::arch::is_x86_feature_detected;
 use std::arch::x86_64::*;
 
@@ -58,9 +58,7 @@ impl Instructions for Avx512 {
     #[inline(always)]
     fn fetch(self, table: &[[f32; 3]], index: &[u32; LANES], mask: u32, to: [&mut [f32; LANES]; 3]) {
         if table.is_empty() {
-            assert_eq!(mask & 0xffff, 0, "nothing to fetch from");
-            to.into_iter().for_each(|lanes| lanes.fill(0.0));
-            return;
+            return fetch_nothing(mask, to);
         }
         let checked = self.checked(index, mask, table.len());
         // SAFETY: `self` proves that the instructions exist. All places are below the table's length, which has been checked; of each
@@ -101,9 +99,7 @@ impl Instructions for Avx512 {
         to: [&mut [u32; LANES]; LANES],
     ) {
         if table.is_empty() {
-            assert_eq!(mask & 0xffff, 0, "nothing to fetch from");
-            to.into_iter().for_each(|lanes| lanes.fill(0));
-            return;
+            return fetch_nothing(mask, to);
         }
         let checked = self.checked(index, mask, table.len());
         // SAFETY: `self` proves that the instructions exist. All places are below the table's length, which has been checked, and a row is

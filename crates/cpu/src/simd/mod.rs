@@ -68,6 +68,14 @@ pub(crate) fn call_with_best(stage: impl Stage) {
     Portable.call(stage);
 }
 
+/// Fetches from a table that is empty: zeros, if `mask` asks for nothing.
+#[cfg(target_arch = "x86_64")]
+#[cold]
+fn fetch_nothing<T: Default + Copy, const N: usize>(mask: u32, to: [&mut [T; LANES]; N]) {
+    assert_eq!(mask & 0xffff, 0, "nothing to fetch from");
+    to.into_iter().for_each(|lanes| lanes.fill(T::default()));
+}
+
 /// Asks for the memory at a place of a table, which need not have it.
 #[inline(always)]
 pub(crate) fn prefetch<T>(table: &[T], place: usize) {
