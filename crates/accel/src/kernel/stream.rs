@@ -104,6 +104,7 @@ impl<'a> Traveller<'a> {
         self.stack.clear();
         let near = s.load(&waiting.near[lane]);
         self.meet::<S, ANY>(s, &waiting.top.root, near, s.lt(near, s.splat(f32::INFINITY)));
+        self.go_on();
     }
 
     /// Goes into an object.
@@ -118,7 +119,7 @@ impl<'a> Traveller<'a> {
         self.instance = instance;
     }
 
-    /// Goes on with the nearest of a node's children in `inside`, or any of them, and remembers the others.
+    /// Remembers a node's children in `inside`, the nearest of which, or any for `ANY`, is where it goes on.
     #[inline(always)]
     fn meet<S: Simd, const ANY: bool>(&mut self, s: S, node: &Node, near: S::F, inside: S::M) {
         if ANY {
@@ -126,7 +127,6 @@ impl<'a> Traveller<'a> {
         } else {
             self.stack.push::<S, true>(s, node, near, inside);
         }
-        self.child = self.stack.take();
     }
 
     /// Looks at the boxes of the node that the ray is at.
@@ -392,9 +392,13 @@ pub(super) fn trace<S: Simd, F: HitFilter, const ANY: bool>(
     while counts.nodes + counts.leaves + counts.others > 0 {
         let Counts { nodes, leaves, others } = std::mem::take(&mut counts);
         for i in 0..nodes {
+            now.nodes.get(i).of(&mut travellers).visit_node::<S, ANY>(s);
+        }
+        // On their own: what a step has just put on a stack is not to be waited for.
+        for i in 0..nodes {
             let member = now.nodes.get(i);
             let traveller = member.of(&mut travellers);
-            traveller.visit_node::<S, ANY>(s);
+            traveller.go_on();
             traveller.prefetch(s);
             next.enter(&mut counts, member, traveller);
         }
