@@ -1,6 +1,7 @@
 //! The lower level: primitives of one object.
 
 use crate::aabb::Aabb;
+use crate::behind::Behind;
 use crate::build::{self, Cuts, Cutting, Leaves, PrimitiveRef, Quality, Settings, Waste, WideTree};
 use crate::cover::Cover;
 use crate::handful::Handful;
@@ -58,6 +59,8 @@ pub struct Blas {
     split: bool,
     /// The triangles that all rays of a stream are tested with, once more, if this is made of triangles.
     handful: Option<Handful>,
+    /// See [`Blas::find_behind`].
+    behind: Option<Behind>,
     kernel: Kernel,
 }
 
@@ -222,8 +225,20 @@ impl Blas {
         let handful = handful_of(&nodes, root, &shape, &bounds);
         let (extent, kernel) = (extent(&bounds), Kernel::best());
         let cover = Cover::new(&nodes, root, bounds);
-        let blas =
-            Blas { nodes, root, shape, extent, bounds, cover, geometries, skipped, split, handful, kernel };
+        let blas = Blas {
+            nodes,
+            root,
+            shape,
+            extent,
+            bounds,
+            cover,
+            geometries,
+            skipped,
+            split,
+            handful,
+            behind: None,
+            kernel,
+        };
         #[cfg(debug_assertions)]
         blas.validate().expect("a tree that was just built");
         blas
@@ -241,6 +256,7 @@ impl Blas {
         let shape: Vec<_> = geometries.iter().map(|g| (g.first_id, g.indices.len() as u32)).collect();
         assert_eq!(shape, self.geometries, "refit needs the geometries that the tree was built with");
         let Shape::Triangles(blocks) = &mut self.shape else { panic!("only triangles can be refitted") };
+        self.behind = None;
         let find = |id: u32| {
             let g = geometries.iter().find(|g| id.wrapping_sub(g.first_id) < g.indices.len() as u32)?;
             corners(g, (id - g.first_id) as usize)
@@ -272,6 +288,33 @@ impl Blas {
     #[inline(always)]
     pub(crate) fn handful(&self) -> Option<&Handful> {
         self.handful.as_ref()
+    }
+
+    /// Finds out what lies behind each triangle, if their ids count from zero on: streams of rays that say what they leave
+    /// ([`crate::RayColumns::leaving`]) are faster then. That takes longer than building, and is forgotten by [`Blas::refit`].
+    pub fn find_behind(&mut self) {
+        if let Shape::Triangles(blocks) = &self.shape
+            && self.can_look_behind()
+        {
+            let triangles = self.geometries.iter().map(|g| g.1 as usize).sum();
+            self.behind = Some(Behind::find(self.kernel, &self.nodes, blocks, triangles));
+        }
+    }
+
+    /// Whether that has been found out, or there is nothing to be found.
+    pub fn knows_behind(&self) -> bool {
+        self.behind.is_some() || !self.can_look_behind()
+    }
+
+    /// Whether there are triangles, and so many that there is a tree, and none of them so far away that the square of that is infinite.
+    fn can_look_behind(&self) -> bool {
+        self.handful().is_some_and(|handful| !handful.is_all()) && self.extent.iter().all(|x| *x < 1e18)
+    }
+
+    /// What lies behind each triangle; nothing if nobody has asked to find that out.
+    #[inline(always)]
+    pub(crate) fn behind(&self) -> &Behind {
+        self.behind.as_ref().unwrap_or(const { &Behind::NOTHING })
     }
 
     /// The blocks, if they are so few that a search of all of them is faster than a tree.
@@ -334,7 +377,8 @@ impl Blas {
         };
         let handful = self.handful.as_ref().map_or(0, Handful::memory_bytes);
         let cover = self.cover.memory_bytes();
-        size_of::<Blas>() + self.nodes.capacity() * size_of::<Node>() + blocks + handful + cover
+        let behind = self.behind().memory_bytes();
+        size_of::<Blas>() + self.nodes.capacity() * size_of::<Node>() + blocks + handful + cover + behind
     }
 
     /// The kernel that answers queries.

@@ -96,6 +96,16 @@ impl Node {
         }
     }
 
+    /// Places of the children that there are, as bits.
+    #[inline(always)]
+    pub fn used(&self) -> u32 {
+        let mut used = 0;
+        for slot in 0..WIDTH {
+            used |= u32::from(self.children[slot] != EMPTY) << slot;
+        }
+        used
+    }
+
     /// The box around all children.
     pub fn union(&self) -> Aabb {
         (0..WIDTH).filter(|&i| self.children[i] != EMPTY).fold(Aabb::EMPTY, |b, i| b.union(self.bounds(i)))

@@ -14,6 +14,7 @@
 )]
 
 mod aabb;
+mod behind;
 mod blas;
 mod build;
 mod cover;
@@ -28,6 +29,7 @@ mod streams;
 mod tlas;
 
 pub use aabb::Aabb;
+pub use behind::Side;
 pub use blas::{Blas, Geometry, Sphere};
 pub use build::Quality;
 pub use huge_pages::HugePages;

@@ -141,6 +141,17 @@ impl Tlas {
         Arc::get_mut(&mut self.blas[index]).expect("an object that changes must not be shared")
     }
 
+    /// The only object, if there is one instance of it that stands as the object does.
+    pub fn only_mut(&mut self) -> Option<&mut Blas> {
+        self.only?;
+        Arc::get_mut(&mut self.blas[self.placed[0].blas as usize])
+    }
+
+    /// Whether rays that say what they leave are faster here, see [`Blas::find_behind`].
+    pub fn knows_behind(&self) -> bool {
+        self.only.is_some() && !self.blas[self.placed[0].blas as usize].behind().is_empty()
+    }
+
     /// The objects.
     pub fn blas(&self) -> &[Arc<Blas>] {
         &self.blas

@@ -108,6 +108,36 @@ fn a_render_in_several_calls_is_the_same_bits() {
     );
 }
 
+/// One call asks for so many samples that it pays to find out first what lies behind triangles; calls for single ones find that out on the
+/// way. Which rays leave out what is the structure's own affair.
+#[test]
+fn looking_behind_triangles_changes_no_bit() {
+    let mut scene = scenes::cornell();
+    let glass = scene.add_material(dielectric("glass", 1.5, 0.0));
+    let metal = scene.add_material(metallic_roughness("metal", [0.9, 0.7, 0.4], 1.0, 0.3));
+    let white = scene.add_material(lambert("white", [0.8; 3]));
+    for (x, material) in [(1.0, glass), (2.7, metal), (4.3, white)] {
+        let transform = Affine3A::from_scale_rotation_translation(
+            Vec3::splat(0.6),
+            glam::Quat::IDENTITY,
+            Vec3::new(x, 3.0, 2.0),
+        );
+        let ball = Shape::Triangles(scenes::uv_sphere(16, 8));
+        scene.add_shape("ball", ball, material, transform);
+    }
+    let job = Job { integrator: path(6), ..job(&scene, 48, 48, 3) };
+    let whole = render(&scene, &job, 32);
+    let mut renderer = Renderer::cpu(None).unwrap();
+    renderer.load(&scene).unwrap();
+    let mut view = job.view(0.0);
+    for _ in 0..32 {
+        let limits = Limits { spp: 1, ..Limits::default() };
+        renderer.render_view(&view, &limits, &Control::new(), &mut |_| {}).unwrap();
+        view.first_sample += 1;
+    }
+    assert!(renderer.film().unwrap().unwrap() == &whole, "rays that say what they leave make other bits");
+}
+
 #[test]
 fn ranges_of_samples_merge_to_the_same_bits() {
     let scene = medley();

@@ -27,6 +27,8 @@ pub struct CpuBackend {
     quality: Quality,
     scene: Option<CpuScene>,
     film: Option<(View, Film)>,
+    /// Samples that have been asked for since the scene was loaded or changed.
+    samples: u64,
 }
 
 impl CpuBackend {
@@ -36,7 +38,7 @@ impl CpuBackend {
     /// When the system refuses to make threads.
     pub fn new(threads: Option<usize>) -> Result<Self, BackendError> {
         let threads = thread_pool(threads)?;
-        Ok(Self { threads, quality: Quality::Balanced, scene: None, film: None })
+        Ok(Self { threads, quality: Quality::Balanced, scene: None, film: None, samples: 0 })
     }
 
     /// Makes the film for a view, or keeps the one that is being accumulated.
@@ -47,6 +49,16 @@ impl CpuBackend {
             self.film = Some((view.clone(), film));
         }
         Ok(())
+    }
+
+    /// Looks behind the scene's triangles if so many more samples make that pay, or if so many have been made already: then as many are
+    /// likely to come.
+    fn prepare_scene(&mut self, samples: u64) {
+        self.samples += samples;
+        if let Some(scene) = &mut self.scene {
+            let samples = self.samples;
+            self.threads.install(|| scene.look_behind(samples));
+        }
     }
 }
 
@@ -67,7 +79,7 @@ impl Backend for CpuBackend {
     }
 
     fn load(&mut self, tables: Arc<SceneTables>) -> Result<LoadStats, BackendError> {
-        self.film = None;
+        (self.film, self.samples) = (None, 0);
         let start = Instant::now();
         let table_bytes = tables.memory_bytes();
         let quality = self.quality;
@@ -81,7 +93,7 @@ impl Backend for CpuBackend {
         let Some(scene) = self.scene.take() else {
             return Err(BackendError::NoScene { backend: self.name() });
         };
-        self.film = None;
+        (self.film, self.samples) = (None, 0);
         let start = Instant::now();
         let table_bytes = tables.memory_bytes();
         let quality = self.quality;
@@ -108,11 +120,13 @@ impl Backend for CpuBackend {
         }
         refuse_realtime(view)?;
         self.prepare_film(view)?;
+        let start = Instant::now();
+        let wanted = u64::from(samples) * view.window.area() as u64;
+        self.prepare_scene(wanted);
         let (Some(scene), Some((_, film))) = (&self.scene, &mut self.film) else {
             return Err(BackendError::NoScene { backend: "cpu" });
         };
-        let start = Instant::now();
-        control.begin(u64::from(samples) * view.window.area() as u64);
+        control.begin(wanted);
         let mut stats = Stats::default();
         let end = view.first_sample + samples;
         for first in (view.first_sample..end).step_by(PASS_SAMPLES as usize) {
@@ -141,11 +155,13 @@ impl Backend for CpuBackend {
             check_media(&scene.tables, view)?;
         }
         self.prepare_film(view)?;
+        let start = Instant::now();
+        let wanted = pixels.iter().map(|p| u64::from(p.count)).sum();
+        self.prepare_scene(wanted);
         let (Some(scene), Some((_, film))) = (&self.scene, &mut self.film) else {
             return Err(BackendError::NoScene { backend: "cpu" });
         };
-        let start = Instant::now();
-        control.begin(pixels.iter().map(|p| u64::from(p.count)).sum());
+        control.begin(wanted);
         let rays = self.threads.install(|| listed::render(scene, view, pixels, film, control));
         let samples = control.progress().samples_done;
         let cancelled = control.is_cancelled();

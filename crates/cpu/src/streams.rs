@@ -7,7 +7,7 @@ use crate::path::{Connection, SHADOW_END};
 use crate::scatter_lanes::NextLanes;
 use crate::simd::Instructions;
 use crate::vertices::PathLanes;
-use accel::{Hit, HitColumns, Ray, RayColumns};
+use accel::{Hit, HitColumns, Ray, RayColumns, Side};
 use optics::light_tree::ALL_SIDES;
 use optics::path::{PathState, path_start};
 use optics::{Vec3f, vec3f};
@@ -29,6 +29,8 @@ pub(crate) struct Path {
     pub length: f32,
     /// What the light samples of the last vertex knew of its surface; see `sample_light`.
     pub receiver: u32,
+    /// The side of a triangle that the ray leaves, see [`accel::RayColumns::leaving`].
+    pub leaving: Side,
 }
 
 impl Path {
@@ -44,6 +46,7 @@ impl Path {
             slot,
             length: 0.0,
             receiver: ALL_SIDES,
+            leaving: Side::NONE,
         };
         path.with_state(&path_start())
     }
@@ -73,6 +76,8 @@ impl Path {
 #[derive(Default)]
 pub(crate) struct PathStream {
     len: usize,
+    /// Whether it is said what rays leave.
+    keeps_sides: bool,
     pub origin: VectorColumn,
     pub direction: VectorColumn,
     pub throughput: VectorColumn,
@@ -83,6 +88,7 @@ pub(crate) struct PathStream {
     pub slot: Column<u32>,
     pub length: Column<f32>,
     pub receiver: Column<u32>,
+    pub leaving: Column<Side>,
 }
 
 impl PathStream {
@@ -91,9 +97,10 @@ impl PathStream {
         self.len
     }
 
+    /// Forgets all paths. `keeps_sides`: whether rays are to say which sides of triangles they leave.
     #[inline(always)]
-    pub fn clear(&mut self) {
-        self.len = 0;
+    pub fn clear(&mut self, keeps_sides: bool) {
+        (self.len, self.keeps_sides) = (0, keeps_sides);
         self.make_room();
     }
 
@@ -104,7 +111,8 @@ impl PathStream {
 
     #[inline(always)]
     pub fn rays(&self) -> RayColumns<'_> {
-        RayColumns::new(self.origin.first(self.len), self.direction.first(self.len), None)
+        let rays = RayColumns::new(self.origin.first(self.len), self.direction.first(self.len), None);
+        if self.keeps_sides { rays.leaving(self.leaving.first(self.len)) } else { rays }
     }
 
     #[inline(always)]
@@ -123,6 +131,7 @@ impl PathStream {
             slot: self.slot.get(at),
             length: self.length.get(at),
             receiver: self.receiver.get(at),
+            leaving: self.leaving.get(at),
         }
     }
 
@@ -143,6 +152,9 @@ impl PathStream {
         self.slot.append(i, at, mask, &slots);
         self.length.append(i, at, mask, &[path.length; LANES]);
         self.receiver.append(i, at, mask, &[path.receiver; LANES]);
+        if self.keeps_sides {
+            self.leaving.append(i, at, mask, &[path.leaving; LANES]);
+        }
         self.len += count;
         self.make_room();
     }
@@ -168,6 +180,7 @@ impl PathStream {
         self.slot.set(at, path.slot);
         self.length.set(at, path.length);
         self.receiver.set(at, path.receiver);
+        self.leaving.set(at, path.leaving);
     }
 
     /// Adds the paths that leave the vertices of the lanes in `mask`.
@@ -184,6 +197,9 @@ impl PathStream {
         self.slot.append(i, at, mask, from.slot);
         self.length.append(i, at, mask, from.length);
         self.receiver.append(i, at, mask, from.receiver);
+        if self.keeps_sides {
+            self.leaving.append(i, at, mask, &next.leaving.0);
+        }
         self.len += mask.count_ones() as usize;
         self.make_room();
     }
@@ -201,6 +217,9 @@ impl PathStream {
         self.slot.move_lanes(i, first, mask, at);
         self.length.move_lanes(i, first, mask, at);
         self.receiver.move_lanes(i, first, mask, at);
+        if self.keeps_sides {
+            self.leaving.move_lanes(i, first, mask, at);
+        }
     }
 
     #[inline(always)]
@@ -216,6 +235,7 @@ impl PathStream {
         self.slot.make_room(count);
         self.length.make_room(count);
         self.receiver.make_room(count);
+        self.leaving.make_room(count);
     }
 }
 
@@ -293,11 +313,14 @@ impl HitStream {
 #[derive(Default)]
 pub(crate) struct ShadowStream {
     len: usize,
+    /// See [`PathStream`].
+    keeps_sides: bool,
     origin: VectorColumn,
     direction: VectorColumn,
     t_max: Column<f32>,
     contribution: VectorColumn,
     slot: Column<u32>,
+    leaving: Column<Side>,
 }
 
 impl ShadowStream {
@@ -306,16 +329,18 @@ impl ShadowStream {
         self.len
     }
 
+    /// See [`PathStream::clear`].
     #[inline(always)]
-    pub fn clear(&mut self) {
-        self.len = 0;
+    pub fn clear(&mut self, keeps_sides: bool) {
+        (self.len, self.keeps_sides) = (0, keeps_sides);
         self.make_room();
     }
 
     #[inline(always)]
     pub fn rays(&self) -> RayColumns<'_> {
         let t_max = self.t_max.first(self.len);
-        RayColumns::new(self.origin.first(self.len), self.direction.first(self.len), Some(t_max))
+        let rays = RayColumns::new(self.origin.first(self.len), self.direction.first(self.len), Some(t_max));
+        if self.keeps_sides { rays.leaving(self.leaving.first(self.len)) } else { rays }
     }
 
     #[inline(always)]
@@ -323,9 +348,9 @@ impl ShadowStream {
         Connection { slot: self.slot.get(at), contribution: self.contribution.get(at) }
     }
 
-    /// Adds a ray, whose beginning is its origin.
+    /// Adds a ray, whose beginning is its origin. `leaving`: see [`Path::leaving`].
     #[inline(always)]
-    pub fn push(&mut self, ray: &Ray, connection: &Connection) {
+    pub fn push(&mut self, ray: &Ray, leaving: Side, connection: &Connection) {
         let at = self.len;
         let [origin, direction] = [ray.origin, ray.direction].map(|[x, y, z]| vec3f(x, y, z));
         self.origin.set(at, origin);
@@ -333,19 +358,23 @@ impl ShadowStream {
         self.t_max.set(at, ray.t_max);
         self.contribution.set(at, connection.contribution);
         self.slot.set(at, connection.slot);
+        self.leaving.set(at, leaving);
         self.len += 1;
         self.make_room();
     }
 
     /// Adds the light samples of the lanes in `mask`.
     #[inline(always)]
-    pub fn append(&mut self, i: impl Instructions, mask: u32, lights: &ConnectionLanes, slot: &[u32; LANES]) {
+    pub fn append(&mut self, i: impl Instructions, mask: u32, lights: &ConnectionLanes, from: PathLanes) {
         let at = self.len;
         self.origin.append(i, at, mask, &lights.origin);
         self.direction.append(i, at, mask, &lights.wi);
         self.t_max.append(i, at, mask, &lights.distance.0.map(|distance| distance * SHADOW_END));
         self.contribution.append(i, at, mask, &lights.contribution);
-        self.slot.append(i, at, mask, slot);
+        self.slot.append(i, at, mask, from.slot);
+        if self.keeps_sides {
+            self.leaving.append(i, at, mask, from.leaving);
+        }
         self.len += mask.count_ones() as usize;
         self.make_room();
     }
@@ -358,5 +387,6 @@ impl ShadowStream {
         self.t_max.make_room(count);
         self.contribution.make_room(count);
         self.slot.make_room(count);
+        self.leaving.make_room(count);
     }
 }

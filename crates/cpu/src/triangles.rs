@@ -10,6 +10,7 @@ use crate::simd::{Instructions, prefetch};
 use crate::sites::{Arrival, Site};
 use crate::streams::{HitLanes, HitStream, PathStream};
 use crate::surface::{Surface, TexCoords, largest_coordinate, tex_coords, vertex_color};
+use accel::Side;
 use optics::frame::{Frame, bend_normal};
 use optics::vector::{cross, dot};
 use optics::{Vec3f, vec3f};
@@ -42,8 +43,9 @@ pub(crate) struct TriangleLanes {
     v: Lanes<f32>,
     front: Lanes<u32>,
     instance: Lanes<u32>,
-    /// Number of the triangle in its geometry.
+    /// Number of the triangle in its geometry, and in its object.
     primitive: Lanes<u32>,
+    id: Lanes<u32>,
     /// See [`crate::sites::Sites::binding`].
     pub binding: Lanes<u32>,
     /// The following are those of [`crate::vertices::PlainPoint`].
@@ -53,6 +55,7 @@ pub(crate) struct TriangleLanes {
     pub normal: Vectors,
     pub shading_normal: Vectors,
     pub eta: Lanes<f32>,
+    pub leaving: Lanes<Side>,
     /// Length of the path up to here.
     pub length: Lanes<f32>,
 }
@@ -140,7 +143,7 @@ impl TriangleLanes {
     ) {
         let (hits, directions, lengths) =
             (hits.lanes(first), paths.direction.lanes(first), paths.length.lanes(first));
-        (self.u.0, self.v.0) = (*hits.u, *hits.v);
+        (self.u.0, self.v.0, self.id.0) = (*hits.u, *hits.v, *hits.primitive);
         for (lane, length) in self.length.0.iter_mut().enumerate() {
             self.wo.set(lane, -directions.get(lane));
             *length = lengths[lane] + hits.t[lane];
@@ -277,6 +280,7 @@ impl TriangleLanes {
         self.normal.set(lane, normal);
         self.shading_normal.set(lane, shading);
         self.front.0[lane] = u32::from(front);
+        self.leaving.0[lane] = Side::of(self.id.0[lane], front);
         let ior = self.ior.0[lane];
         self.eta.0[lane] = if front { ior } else { 1.0 / ior };
     }
@@ -321,6 +325,7 @@ impl TriangleLanes {
             light: tables.light_of(binding, primitive),
             object: binding.object,
             primitive,
+            leaving: self.leaving.0[lane],
             pattern_position: [position.x, position.z],
             layer_frame: Frame { tangent: shading_normal, bitangent: shading_normal, normal: shading_normal },
         })

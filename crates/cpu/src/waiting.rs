@@ -80,7 +80,7 @@ fn connect_lights<I: Instructions>(
     sample_lights(context.scene, &mut queue.vertices, waiting, &queue.u, &mut queue.lights);
     queue.connections.compute(&queue.vertices, &queue.above, &queue.lights, lobes);
     let asking = queue.connections.asking(i, waiting);
-    shadows.append(i, asking, &queue.connections, queue.paths().slot);
+    shadows.append(i, asking, &queue.connections, queue.paths());
 }
 
 /// Lets the paths go on that live. Where roulette is played, numbers for it have been drawn.

@@ -11,9 +11,10 @@ mod tree;
 mod waiting;
 mod wide;
 
+use crate::behind::{Children, Climb};
 use crate::blas::{Blas, Shape};
 use crate::handful::Handful;
-use crate::layout::{ChildRef, EMPTY, Plane, TriangleBlock};
+use crate::layout::{ChildRef, EMPTY, Plane, TriangleBlock, WIDTH};
 use crate::ray::{Hit, HitFilter, MISS, Ray};
 use crate::streams::{HitStream, RayStream};
 use crate::tlas::Tlas;
@@ -192,6 +193,11 @@ pub(crate) fn tlas_closest<F: HitFilter>(kernel: Kernel, tlas: &Tlas, ray: &Ray,
 #[inline]
 pub(crate) fn tlas_any<F: HitFilter>(kernel: Kernel, tlas: &Tlas, ray: &Ray, filter: &F) -> bool {
     is_worth_it(tlas.root, ray) && dispatch!(kernel, tlas_any(tlas, ray, filter))
+}
+
+/// What lies behind both sides of each triangle of a block.
+pub(crate) fn behind_block(kernel: Kernel, tree: &Climb, block: usize) -> [[Children; 2]; WIDTH] {
+    dispatch!(kernel, behind_block(tree, block))
 }
 
 /// Nearest hit of each ray.

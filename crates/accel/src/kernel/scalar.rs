@@ -2,6 +2,7 @@
 
 use super::packet::Packet;
 use super::{Best, STACK, Slabs};
+use crate::behind::{Children, Climb, OneByOne};
 use crate::blas::{Blas, Shape};
 use crate::layout::{Block, ChildRef, EMPTY, LEAF, NO_PRIMITIVE, Node, TriangleBlock, WIDTH, leaf_index};
 use crate::ray::{Hit, HitFilter, Ray};
@@ -13,6 +14,11 @@ use wgsl_rs::std::{Vec3f, vec3f};
 
 fn vector(a: [f32; 3]) -> Vec3f {
     vec3f(a[0], a[1], a[2])
+}
+
+/// What lies behind both sides of each triangle of a block.
+pub(super) fn behind_block(tree: &Climb, block: usize) -> [[Children; 2]; WIDTH] {
+    tree.behind_block(OneByOne, block)
 }
 
 /// Visits leaves in order of distance while `t_max` shrinks; `leaf` returns the new one, or `None` to stop.

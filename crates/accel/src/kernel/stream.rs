@@ -14,6 +14,7 @@ use super::tree::{Boxes, node};
 use super::waiting::Waiting;
 use super::wide::{tiny_any, tiny_closest};
 use super::{Best, Slabs};
+use crate::behind::Children;
 use crate::blas::{Blas, Shape};
 use crate::layout::{ChildRef, EMPTY, INSTANCE, LEAF, Node, SphereBlock, TriangleBlock, WIDTH, leaf_index};
 use crate::ray::{Hit, HitFilter, MISS, Ray};
@@ -36,6 +37,8 @@ struct Traveller<'a> {
     nodes: &'a [Node],
     /// What is to be looked at next.
     child: ChildRef,
+    /// What need not be looked at, see [`crate::RayColumns::leaving`].
+    behind: Children,
     stack: StreamStack<'a>,
     best: Best,
     /// Whether the ray is in an object.
@@ -62,6 +65,7 @@ impl<'a> Traveller<'a> {
             setup,
             nodes: &tlas.nodes,
             child: END,
+            behind: Children::NONE,
             stack: StreamStack::new(memory),
             best: Best { hit: MISS, t_max: -1.0 },
             in_object: false,
@@ -92,6 +96,7 @@ impl<'a> Traveller<'a> {
         self.number = waiting.first + lane;
         self.setup = waiting.setups[lane];
         self.best = waiting.bests[lane];
+        self.behind = waiting.behind[lane];
         if only {
             // The object has been entered for good.
             if !self.spheres.is_empty() {
@@ -134,6 +139,7 @@ impl<'a> Traveller<'a> {
     fn visit_node<S: Simd, const ANY: bool>(&mut self, s: S) {
         let node = node(self.nodes, self.child);
         let (near, inside) = Boxes::new(s, &self.setup.slabs).meet(s, node, s.splat(self.best.t_max));
+        let inside = s.and_not(inside, s.mask(self.behind.of(self.child)));
         self.meet::<S, ANY>(s, node, near, inside);
     }
 
@@ -372,7 +378,7 @@ pub(super) fn trace<S: Simd, F: HitFilter, const ANY: bool>(
     filter: &F,
     mut answer: impl FnMut(usize, &Hit),
 ) {
-    if tlas.root == EMPTY {
+    if tlas.root == EMPTY || rays.is_empty() {
         return;
     }
     let only = tlas.only(filter.ray_mask());

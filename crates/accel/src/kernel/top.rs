@@ -13,9 +13,10 @@
 use super::leaves::splats;
 use super::setup::{LaneRays, LaneSlabs, Shears};
 use crate::aabb::Aabb;
+use crate::behind::Behind;
 use crate::blas::Blas;
 use crate::handful::{ALL_CHILDREN, Face, MAX_CORNERS, Share};
-use crate::layout::{EMPTY, LEAF, NO_PRIMITIVE, Node, WIDTH};
+use crate::layout::{ChildRef, EMPTY, LEAF, NO_PRIMITIVE, Node, WIDTH};
 use crate::ray::{Hit, HitFilter, MISS};
 use crate::simd::{Arithmetic, Simd, Sixteen};
 use crate::tlas::Tlas;
@@ -35,7 +36,11 @@ pub(super) struct Top<'a> {
     bounds: Aabb,
     /// The node whose boxes rays are tested with. Where the root is no node, one with the root as its only child.
     pub root: Node,
-    /// Its boxes.
+    /// The reference to the root.
+    pub entry: ChildRef,
+    /// What is behind rays in its tree, if that is the tree of one object, and not the upper level.
+    pub behind: &'a Behind,
+    /// The boxes of the root.
     boxes: [Aabb; WIDTH],
     /// Places of those of its children that are to be tested, as bits: not those that are empty, or whose triangles are all among
     /// the faces.
@@ -58,10 +63,21 @@ impl<'a> Top<'a> {
             Some(object) => (&object.nodes, object.root, object.bounds()),
             None => (&tlas.nodes, tlas.root, tlas.bounds()),
         };
+        let (entry, behind) = (root, only.map_or(const { &Behind::NOTHING }, Blas::behind));
         let root = if root & LEAF == 0 { nodes[root as usize] } else { above(root, &bounds) };
         let inner = Share::default();
         let boxes = std::array::from_fn(|slot| root.bounds(slot));
-        let mut top = Top { faces: &[], corners: &[], inner, bounds, root, boxes, children: ALL_CHILDREN };
+        let mut top = Top {
+            faces: &[],
+            corners: &[],
+            inner,
+            bounds,
+            root,
+            entry,
+            behind,
+            boxes,
+            children: ALL_CHILDREN,
+        };
         if let Some(handful) = only.and_then(Blas::handful).filter(|_| F::OPAQUE) {
             (top.faces, top.corners) = (&handful.faces, &handful.corners);
             top.inner = handful.inner;

@@ -3,6 +3,7 @@
 use super::Best;
 use super::setup::{LaneSlabs, Setup, Shears, half_of, sixteen_rays, write_setups};
 use super::top::{ANYTHING, LaneCorners, RAYS, Top, lanes};
+use crate::behind::Children;
 use crate::layout::WIDTH;
 use crate::ray::{Hit, MISS};
 use crate::simd::{Arithmetic, Part, Simd};
@@ -22,6 +23,8 @@ pub(super) struct Waiting<'r, R: ?Sized, S: Simd> {
     pub bests: [Best; RAYS],
     /// Where each enters the root's boxes, infinite where it does not.
     pub near: [[f32; WIDTH]; RAYS],
+    /// What each need not be tested with.
+    pub behind: [Children; RAYS],
     /// Number of the first.
     pub first: usize,
     /// Which of them still wait, as bits.
@@ -41,6 +44,7 @@ impl<'r, R: RayStream + ?Sized, S: Simd> Waiting<'r, R, S> {
             setups: [Setup::nothing(); RAYS],
             bests: [Best { hit: MISS, t_max: -1.0 }; RAYS],
             near: [[f32::INFINITY; WIDTH]; RAYS],
+            behind: [Children::NONE; RAYS],
             first: 0,
             which: 0,
             next: 0,
@@ -77,9 +81,12 @@ impl<'r, R: RayStream + ?Sized, S: Simd> Waiting<'r, R, S> {
         if !self.top.is_all() {
             let slabs = LaneSlabs::new(w, &rays, self.extent);
             let t_max = if ANY { w.select(hit, rays.t_max, w.splat(-1.0)) } else { met.t };
-            let (near, walking) = self.top.meet_boxes(w, &rays, &slabs, t_max);
+            let (near, mut walking) = self.top.meet_boxes(w, &rays, &slabs, t_max);
             write_setups(s, &rays, &slabs, &shears, walking, &mut self.setups);
             self.write_nearest(s, &near, walking);
+            if !self.top.behind.is_empty() {
+                walking = self.look_behind(s, walking);
+            }
             let t_max = lanes(s, t_max);
             for lane in bits(walking) {
                 let hit = found.as_ref().and_then(|found| found.hit(lane)).unwrap_or(MISS);
@@ -94,6 +101,25 @@ impl<'r, R: RayStream + ?Sized, S: Simd> Waiting<'r, R, S> {
                 None => answer(self.first + lane, &ANYTHING),
             }
         }
+    }
+
+    /// Finds out what lies behind the rays in `walking`, and returns which of them are left that enter another of the root's boxes.
+    #[inline(always)]
+    fn look_behind(&mut self, s: S, walking: u32) -> u32 {
+        let mut left = walking;
+        let sides = [self.rays.leaving(self.first), self.rays.leaving(self.first + WIDTH)];
+        for lane in bits(walking) {
+            self.behind[lane] = self.top.behind.of(sides[lane / WIDTH][lane % WIDTH]);
+            let of_root = self.behind[lane].of(self.top.entry);
+            if of_root != 0 {
+                let near = s.load(&self.near[lane]);
+                let near = s.select(s.mask(of_root), near, s.splat(f32::INFINITY));
+                s.store(near, &mut self.near[lane]);
+                let enters = s.bits(s.lt(near, s.splat(f32::INFINITY))) != 0;
+                left &= !(u32::from(!enters) << lane);
+            }
+        }
+        left
     }
 
     /// Turns around where the rays enter the boxes, where any of eight in `which` does.

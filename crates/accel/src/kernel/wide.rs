@@ -6,6 +6,7 @@ use super::leaves::{FindAny, KeepNearest, Leaf, Shear, Spheres, Triangles};
 use super::packet::Packet;
 use super::tree::{Visitor, walk};
 use super::{Best, Slabs, stream};
+use crate::behind::{AllAtOnce, Children, Climb};
 use crate::blas::{Blas, Shape};
 use crate::layout::{TriangleBlock, WIDTH};
 use crate::ray::{Hit, HitFilter, Ray};
@@ -238,6 +239,16 @@ macro_rules! entry_points {
                 // SAFETY: the caller's promise.
                 let s = unsafe { <$simd>::new() };
                 packet.trace::<$simd, F, ANY>(s, blas, blocks, rays, some, filter)
+            }
+
+            /// # Safety
+            ///
+            /// The processor must have the instructions.
+            #[target_feature(enable = $features)]
+            pub unsafe fn behind_block(tree: &Climb, block: usize) -> [[Children; 2]; WIDTH] {
+                // SAFETY: the caller's promise.
+                let s = unsafe { <$simd>::new() };
+                tree.behind_block(AllAtOnce(s), block)
             }
 
             /// # Safety
