@@ -26,8 +26,8 @@ pub(crate) struct CpuScene {
     pub volumes: bool,
 }
 
-/// From how many samples for each triangle on it pays to find out what lies behind triangles. That takes about as long as two samples for
-/// each, and samples are up to a fifth faster then.
+/// From how many samples for each triangle on it pays to find out what lies behind triangles. That takes about as long as three samples
+/// for each, and samples are about a tenth faster then where it helps.
 const SAMPLES_A_TRIANGLE: u64 = 32;
 
 /// Where a hit leads in the tables.
