@@ -1,10 +1,10 @@
-//! A handful of triangles as rays in lanes are tested with it: corners that are shared are there once, and triangles that
-//! share an edge are tested together.
+//! A handful of triangles as rays in lanes are tested with it: those that share an edge in one plane are tested together.
 //!
 //! Those that lie in a side of the object's bounds, as walls, floors and ceilings do, come last: whoever goes from one point within
 //! the bounds to another does not cross them.
 
 use crate::aabb::Aabb;
+use crate::face::{Face, Named};
 use crate::layout::{ChildRef, EMPTY, LEAF, NO_PRIMITIVE, Node, TriangleBlock, WIDTH, leaf_index};
 
 /// Most triangles of an object that are tested one after the other. Measured: with more, walking a tree is faster.
@@ -13,62 +13,32 @@ const MAX_TRIANGLES: usize = 96;
 /// Most triangles of a larger object's root that are tested so. A ray meets the boxes of many of them anyway.
 const MAX_ROOT_TRIANGLES: usize = 32;
 
-/// Most corners: room for them is made for every stream.
-pub(crate) const MAX_CORNERS: usize = 128;
-
 /// All children of a node, as bits of their places.
 pub(crate) const ALL_CHILDREN: u32 = (1 << WIDTH) - 1;
 
 /// A few triangles.
 pub(crate) struct Handful {
-    pub corners: Vec<[f32; 3]>,
     /// Those that lie in sides of the object's bounds are the last ones.
     pub faces: Vec<Face>,
-    /// The faces that do not.
-    pub inner: Share,
+    /// How many do not.
+    pub inner: usize,
+    /// The triangles of each face, and a last one that is none.
+    pub triangles: Vec<Named>,
     /// Children of the root, as bits of their places, that hold these triangles and nothing else.
     pub children: u32,
 }
 
-/// So many of the first faces, and so many of the first corners, among which are all of theirs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Share {
-    pub faces: usize,
-    pub corners: usize,
-}
-
-/// The number of one of at most [`MAX_CORNERS`] corners.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Corner(u8);
-
-impl Corner {
-    fn new(number: usize) -> Option<Corner> {
-        (number < MAX_CORNERS).then_some(Corner(number as u8))
-    }
-
-    /// What `all` has at this place.
-    #[inline(always)]
-    pub fn at<T>(self, all: &[T; MAX_CORNERS]) -> &T {
-        // SAFETY: a `Corner` is made for numbers below `MAX_CORNERS` only.
-        unsafe { all.get_unchecked(usize::from(self.0)) }
-    }
-}
-
-/// One triangle, or two that share an edge.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Face {
-    /// The corners a, b, c and d: the triangles are abc and acd. Where there is no second triangle, d is a.
-    pub corners: [Corner; 4],
-    /// Ids of the triangles.
-    pub ids: [u32; 2],
-    /// Which corner of its triangle, in the order in which it was given, a is.
-    pub first: [u8; 2],
-}
-
-/// A triangle by the numbers of its corners.
+/// A triangle as it was given.
 struct Triangle {
-    corners: [Corner; 3],
+    corners: [[f32; 3]; 3],
     id: u32,
+}
+
+/// A face with what it was made of.
+struct Part {
+    face: Face,
+    triangles: [Named; 2],
+    in_a_side: bool,
 }
 
 impl Handful {
@@ -79,8 +49,7 @@ impl Handful {
         {
             return all;
         }
-        let mut handful =
-            Handful { corners: Vec::new(), faces: Vec::new(), inner: Share::default(), children: 0 };
+        let mut handful = Handful { faces: Vec::new(), inner: 0, triangles: vec![Named::NONE], children: 0 };
         let Some(root) = nodes.get(root as usize) else { return handful };
         let is_leaf = |slot: &usize| root.children[*slot] != EMPTY && root.children[*slot] & LEAF != 0;
         let mut leaves: Vec<usize> = (0..WIDTH).filter(is_leaf).collect();
@@ -103,7 +72,7 @@ impl Handful {
         self.children == ALL_CHILDREN
     }
 
-    /// The triangles of some blocks, if they are at most so many.
+    /// The triangles of some blocks, if they are at most so many and all can be tested so.
     fn of<'b>(
         blocks: impl Iterator<Item = &'b TriangleBlock>,
         most: usize,
@@ -111,102 +80,82 @@ impl Handful {
         bounds: &Aabb,
     ) -> Option<Handful> {
         let lanes = blocks.flat_map(|block| (0..WIDTH).map(move |lane| (block, lane)));
-        let lanes = lanes.filter(|(block, lane)| block.ids[*lane] != NO_PRIMITIVE);
-        let mut corners: Vec<[f32; 3]> = Vec::new();
         let mut triangles: Vec<Triangle> = Vec::new();
-        for (block, lane) in lanes {
+        for (block, lane) in lanes.filter(|(block, lane)| block.ids[*lane] != NO_PRIMITIVE) {
             let id = block.ids[lane];
             if triangles.iter().any(|t| t.id == id) {
                 // Parts of a triangle may be in several blocks, each with the whole of it.
                 continue;
             }
-            let numbers = block.triangle(lane).map(|corner| {
-                let same = |other: &[f32; 3]| other.map(f32::to_bits) == corner.map(f32::to_bits);
-                corners.iter().position(same).unwrap_or_else(|| {
-                    corners.push(corner);
-                    corners.len() - 1
-                })
-            });
             if triangles.len() == most {
                 return None;
             }
-            let [a, b, c] = numbers.map(Corner::new);
-            triangles.push(Triangle { corners: [a?, b?, c?], id });
+            triangles.push(Triangle { corners: block.triangle(lane), id });
         }
-        let mut handful = Handful { corners, faces: faces(triangles), inner: Share::default(), children };
-        handful.put_inner_first(bounds);
-        Some(handful)
-    }
-
-    /// Moves faces in the sides of the bounds to the end, and the corners of all others to the beginning.
-    fn put_inner_first(&mut self, bounds: &Aabb) {
-        let points = |face: &Face| face.corners.map(|corner| self.corners[usize::from(corner.0)]);
-        let (inner, outer): (Vec<Face>, Vec<Face>) =
-            self.faces.iter().partition(|face| !is_in_a_side(&points(face), bounds));
-        self.inner.faces = inner.len();
-        // The old numbers of the corners, in their new order.
-        let mut order: Vec<Corner> = Vec::new();
-        for (number, face) in inner.iter().chain(&outer).enumerate() {
-            for corner in face.corners {
-                if !order.contains(&corner) {
-                    order.push(corner);
-                }
-            }
-            if number < inner.len() {
-                self.inner.corners = order.len();
-            }
-        }
-        let renumbered = |corner: Corner| {
-            let number = order.iter().position(|old| *old == corner).expect("all have been entered");
-            Corner::new(number).expect("there are no more than before")
-        };
-        let faces = inner.into_iter().chain(outer);
-        self.faces = faces.map(|face| Face { corners: face.corners.map(renumbered), ..face }).collect();
-        self.corners = order.iter().map(|old| self.corners[usize::from(old.0)]).collect();
+        let (outer, inner): (Vec<Part>, Vec<Part>) =
+            parts(triangles, bounds)?.into_iter().partition(|part| part.in_a_side);
+        let all = || inner.iter().chain(&outer);
+        Some(Handful {
+            faces: all().map(|part| part.face).collect(),
+            inner: inner.len(),
+            triangles: all().flat_map(|part| part.triangles).chain([Named::NONE]).collect(),
+            children,
+        })
     }
 
     /// Bytes of memory that this occupies.
     pub fn memory_bytes(&self) -> usize {
-        self.corners.capacity() * size_of::<[f32; 3]>() + self.faces.capacity() * size_of::<Face>()
+        self.faces.capacity() * size_of::<Face>() + self.triangles.capacity() * size_of::<Named>()
     }
 }
 
 /// Whether some points lie in one of the sides of a box.
-fn is_in_a_side(points: &[[f32; 3]], bounds: &Aabb) -> bool {
+fn is_in_a_side<const N: usize>(points: &[[f32; 3]; N], bounds: &Aabb) -> bool {
     (0..3).any(|axis| {
         [bounds.min, bounds.max].iter().any(|side| points.iter().all(|point| point[axis] == side[axis]))
     })
 }
 
-/// Pairs triangles, each with the first one behind it that it can be paired with.
-fn faces(mut triangles: Vec<Triangle>) -> Vec<Face> {
-    let mut faces = Vec::new();
+/// Faces of each triangle with the first one behind it that it can be paired with, or alone. `None` if one can be neither.
+fn parts(mut triangles: Vec<Triangle>, bounds: &Aabb) -> Option<Vec<Part>> {
+    let size = (0..3).map(|axis| bounds.max[axis] - bounds.min[axis]).fold(0.0, f32::max);
+    let mut parts = Vec::new();
     while !triangles.is_empty() {
         let first = triangles.remove(0);
-        let found = triangles.iter().enumerate().find_map(|(i, second)| Some((i, paired(&first, second)?)));
-        faces.push(match found {
-            Some((i, face)) => {
+        let found = triangles
+            .iter()
+            .enumerate()
+            .find_map(|(i, second)| Some((i, paired(&first, second, bounds, size)?)));
+        parts.push(match found {
+            Some((i, part)) => {
                 triangles.remove(i);
-                face
+                part
             }
-            None => {
-                let [a, b, c] = first.corners;
-                Face { corners: [a, b, c, a], ids: [first.id, NO_PRIMITIVE], first: [0; 2] }
-            }
+            None => Part {
+                face: Face::new(first.corners, None, size)?,
+                triangles: [Named { id: first.id, first: 0.0 }, Named::NONE],
+                in_a_side: is_in_a_side(&first.corners, bounds),
+            },
         });
     }
-    faces
+    Some(parts)
 }
 
-/// The face of two triangles, if they share an edge and go around it in opposite directions, as neighbours do.
-fn paired(first: &Triangle, second: &Triangle) -> Option<Face> {
-    let turned = |corners: [Corner; 3], turn: usize| [0, 1, 2].map(|i: usize| corners[(i + turn) % 3]);
+/// The face of two triangles, if they share an edge, go around it in opposite directions, as neighbours do, and are flat and convex.
+fn paired(first: &Triangle, second: &Triangle, bounds: &Aabb, size: f32) -> Option<Part> {
+    let turned = |corners: [[f32; 3]; 3], turn: usize| [0, 1, 2].map(|i: usize| corners[(i + turn) % 3]);
+    let same = |x: [f32; 3], y: [f32; 3]| x.map(f32::to_bits) == y.map(f32::to_bits);
     let turns = (0..3).flat_map(|i| (0..3).map(move |j| (i, j)));
     turns.into_iter().find_map(|(i, j)| {
         let ([a, b, c], [a2, c2, d]) = (turned(first.corners, i), turned(second.corners, j));
-        // Turned so far, the corner that was given first is the last but so many.
-        let face = Face { corners: [a, b, c, d], ids: [first.id, second.id], first: [i as u8, j as u8] };
-        ((a, c) == (a2, c2)).then_some(face)
+        if !same(a, a2) || !same(c, c2) {
+            return None;
+        }
+        Some(Part {
+            face: Face::new([a, b, c], Some(d), size)?,
+            triangles: [Named { id: first.id, first: i as f32 }, Named { id: second.id, first: j as f32 }],
+            in_a_side: is_in_a_side(&[a, b, c, d], bounds),
+        })
     })
 }
 
@@ -230,16 +179,21 @@ mod tests {
         handful.is_all().then_some(handful)
     }
 
+    fn ids(handful: &Handful) -> Vec<[u32; 2]> {
+        let (pairs, last) = handful.triangles.as_chunks();
+        assert_eq!(last, [Named::NONE]);
+        assert_eq!(pairs.len(), handful.faces.len());
+        pairs.iter().map(|pair: &[Named; 2]| pair.map(|named| named.id)).collect()
+    }
+
     #[test]
     fn neighbours_are_tested_together() {
-        let [a, b, c, d] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.5]];
+        let [a, b, c, d] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
         let handful = all(&[block(&[[b, c, a], [d, a, c]], 5)]).expect("few enough");
-        assert_eq!(handful.corners.len(), 4);
-        let [face] = handful.faces[..] else { panic!("{:?}", handful.faces) };
-        let corners = face.corners.map(|c| handful.corners[usize::from(c.0)]);
-        assert_eq!((corners, face.ids), ([a, b, c, d], [5, 6]));
+        assert_eq!(ids(&handful), [[5, 6]]);
+        assert_eq!(handful.faces[0], Face::new([a, b, c], Some(d), 1.0).expect("it is flat"));
         // a is the third of b, c, a and the second of d, a, c.
-        assert_eq!(face.first, [2, 1]);
+        assert_eq!([handful.triangles[0].first, handful.triangles[1].first], [2.0, 1.0]);
     }
 
     /// A floor, a wall, and a table between them whose corners come first.
@@ -250,24 +204,23 @@ mod tests {
         let table = quad([1.0, 1.0, 1.0], [2.0, 1.0, 1.0], [2.0, 1.0, 2.0], [1.0, 1.0, 2.0]);
         let wall = quad([4.0, 0.0, 0.0], [4.0, 3.0, 0.0], [4.0, 3.0, 4.0], [4.0, 0.0, 4.0]);
         let handful = all(&[block(&[floor, table, wall].concat(), 0)]).expect("few enough");
-        assert_eq!((handful.faces.len(), handful.corners.len()), (3, 10));
-        assert_eq!(handful.inner, Share { faces: 1, corners: 4 });
-        assert_eq!(handful.faces.iter().map(|face| face.ids).collect::<Vec<_>>(), [[2, 3], [0, 1], [4, 5]]);
+        assert_eq!(handful.inner, 1);
+        assert_eq!(ids(&handful), [[2, 3], [0, 1], [4, 5]]);
         for (face, quad) in handful.faces.iter().zip([table, floor, wall]) {
-            let [a, b, c, d] = face.corners.map(|corner| handful.corners[usize::from(corner.0)]);
-            assert_eq!([[a, b, c], [a, c, d]], quad);
+            assert_eq!(face.corner, quad[0][0]);
         }
-        assert!(handful.faces[0].corners.iter().all(|corner| usize::from(corner.0) < handful.inner.corners));
     }
 
     #[test]
-    fn strangers_and_neighbours_of_the_other_winding_stay_alone() {
-        let [a, b, c, d] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.5]];
-        let handful = all(&[block(&[[a, b, c], [a, d, c]], 0)]).expect("few enough");
-        assert_eq!(handful.faces.len(), 2);
-        for face in &handful.faces {
-            assert_eq!(face.ids[1], NO_PRIMITIVE);
-            assert_eq!(face.corners[3], face.corners[0]);
+    fn strangers_and_neighbours_that_are_bent_or_of_the_other_winding_stay_alone() {
+        let [a, b, c, d] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+        let [bent, far] = [[0.0, 1.0, 0.5], [5.0, 5.0, 5.0]];
+        for second in [[a, d, c], [a, c, bent], [a, d, far]] {
+            let handful = all(&[block(&[[a, b, c], second], 0)]).expect("few enough");
+            let mut ids = ids(&handful);
+            ids.sort();
+            assert_eq!(ids, [[0, NO_PRIMITIVE], [1, NO_PRIMITIVE]]);
+            assert!(handful.triangles.iter().all(|named| named.first == 0.0));
         }
     }
 
@@ -281,8 +234,7 @@ mod tests {
                 .collect()
         };
         assert!(all(&blocks(40)).is_some());
-        // 48 triangles of three corners each.
-        assert!(all(&blocks(48)).is_none());
+        assert!(all(&blocks(96)).is_some());
         assert!(all(&blocks(104)).is_none());
     }
 
@@ -303,8 +255,8 @@ mod tests {
         let handful = Handful::new(&[root, Node::EMPTY], 0, &blocks, &Aabb::EMPTY);
         assert!(!handful.is_all());
         assert_eq!(handful.children, 0b101_1100, "four leaves of eight");
-        let mut ids: Vec<u32> =
-            handful.faces.iter().flat_map(|face| face.ids).filter(|id| *id != NO_PRIMITIVE).collect();
+        let mut ids: Vec<u32> = ids(&handful).concat();
+        ids.retain(|id| *id != NO_PRIMITIVE);
         ids.sort();
         let expected: Vec<u32> = [2, 3, 4, 6].into_iter().flat_map(|n| 8 * n..8 * n + 8).collect();
         assert_eq!(ids, expected);

@@ -200,6 +200,50 @@ impl RayStream for RayColumns<'_> {
     }
 }
 
+/// Sixteen hits, each number of all beside each other; see [`Hit`].
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub struct HitRow {
+    /// See [`Hit::t`].
+    pub t: [f32; 16],
+    /// See [`Hit::u`].
+    pub u: [f32; 16],
+    /// See [`Hit::v`].
+    pub v: [f32; 16],
+    /// See [`Hit::primitive`].
+    pub primitive: [u32; 16],
+    /// See [`Hit::instance`].
+    pub instance: [u32; 16],
+}
+
+impl HitRow {
+    /// Sixteen times [`MISS`].
+    pub const MISSES: HitRow = HitRow {
+        t: [MISS.t; 16],
+        u: [MISS.u; 16],
+        v: [MISS.v; 16],
+        primitive: [MISS.primitive; 16],
+        instance: [MISS.instance; 16],
+    };
+
+    /// One of them.
+    ///
+    /// # Panics
+    ///
+    /// If `lane` is not below 16.
+    #[inline(always)]
+    #[must_use]
+    pub fn get(&self, lane: usize) -> Hit {
+        Hit {
+            t: self.t[lane],
+            u: self.u[lane],
+            v: self.v[lane],
+            primitive: self.primitive[lane],
+            instance: self.instance[lane],
+        }
+    }
+}
+
 /// Where the answers to a stream's queries go.
 pub trait HitStream {
     /// How many there is room for.
@@ -207,6 +251,14 @@ pub trait HitStream {
 
     /// Puts an answer in its place. May panic if there is no such place.
     fn set(&mut self, index: usize, hit: &Hit);
+
+    /// Puts sixteen answers in their places from `first` on, or as many of them as there is room for.
+    #[inline(always)]
+    fn set_row(&mut self, first: usize, row: &HitRow) {
+        for lane in 0..self.len().saturating_sub(first).min(16) {
+            self.set(first + lane, &row.get(lane));
+        }
+    }
 
     /// Whether there is no room at all.
     fn is_empty(&self) -> bool {
@@ -277,10 +329,29 @@ impl HitStream for HitColumns<'_> {
         }
     }
 
+    #[inline(always)]
+    fn set_row(&mut self, first: usize, row: &HitRow) {
+        put(self.t, first, &row.t);
+        put(self.uv[0], first, &row.u);
+        put(self.uv[1], first, &row.v);
+        put(self.primitive, first, &row.primitive);
+        put(self.instance, first, &row.instance);
+    }
+
     fn clear(&mut self) {
         self.t.fill(MISS.t);
         self.uv.iter_mut().for_each(|column| column.fill(0.0));
         self.primitive.fill(MISS.primitive);
         self.instance.fill(MISS.instance);
+    }
+}
+
+/// Puts sixteen numbers into a column, as far as there is room.
+#[inline(always)]
+fn put<T: Copy>(column: &mut [T], first: usize, numbers: &[T; 16]) {
+    let rest = column.get_mut(first..).unwrap_or_default();
+    match rest.first_chunk_mut() {
+        Some(all) => *all = *numbers,
+        None => rest.copy_from_slice(&numbers[..rest.len()]),
     }
 }

@@ -40,7 +40,7 @@ impl MaterialLanes {
     fn load<I: Instructions>(&mut self, i: I, scene: &CpuScene, v: &Vertices, waiting: usize) {
         let mut rows = [[0u32; LANES]; LANES];
         let binding = v.binding.0.first_chunk().expect("a row is longer");
-        i.fetch_rows(scene.sites.rows(), binding, first_lanes(waiting), rows.each_mut());
+        scene.sites.fetch(i, binding, first_lanes(waiting), rows.each_mut());
         // In the order of the fields of `Site`, of which these are the last.
         let [.., ior, metallic, roughness, specular] = rows;
         self.ior.0 = ior.map(f32::from_bits);

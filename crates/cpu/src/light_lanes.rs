@@ -138,12 +138,8 @@ struct ChoiceLanes {
 fn choose_lights_by_power(tables: &SceneTables, u: &Pairs, out: &mut ChoiceLanes) {
     let alias = &tables.light_alias[..];
     if let [only] = alias {
-        // Nothing has to be gathered.
-        for lane in 0..LANES {
-            let [x, rest] = [u.x.0[lane], dither(u.x.0[lane], u.y.0[lane])];
-            out.remainder.0[lane] =
-                alias_choose_dithered(x, 1, 0, only.threshold, only.alias, rest).remainder;
-        }
+        // Nothing has to be gathered, and no bit of the numbers is used up.
+        out.remainder = u.x;
         out.probability.0.fill(only.probability);
         return;
     }

@@ -36,8 +36,11 @@ pub(crate) fn sample_light(scene: &CpuScene, p: Vec3f, receiver: u32, u: Vec2f) 
 #[inline(always)]
 fn choose_by_power(tables: &SceneTables, u: f32, rest: f32) -> Option<LightChoice> {
     let alias = &tables.light_alias;
-    if alias.is_empty() {
-        return None;
+    match alias[..] {
+        [] => return None,
+        // No bit of the number is used up.
+        [only] => return Some(LightChoice { index: 0, probability: only.probability, remainder: u }),
+        _ => {}
     }
     let count = alias.len() as u32;
     let slot = alias_slot(u, count);

@@ -6,6 +6,7 @@
 
 use crate::lanes::{LANES, Lanes};
 use crate::scene::determinant;
+use crate::simd::Instructions;
 use bytemuck::NoUninit;
 use optics::ggx::MIN_ALPHA;
 use scene::tables::{
@@ -109,6 +110,8 @@ enum Geometries {
 pub(crate) struct Sites {
     /// Parallel to the tables' bindings.
     sites: Vec<Site>,
+    /// The numbers of all sites by the order of the fields, if there are at most sixteen.
+    columns: Option<Box<[[u32; LANES]; LANES]>>,
     /// For each instance: its first binding and its structure.
     instances: Vec<[u32; 2]>,
     /// For each structure.
@@ -125,8 +128,10 @@ impl Sites {
         };
         let mut sites: Vec<_> = tables.instances.iter().flat_map(of_instance).collect();
         sites.sort_unstable_by_key(|(binding, _)| *binding);
+        let sites: Vec<Site> = sites.into_iter().map(|(_, site)| site).collect();
         Self {
-            sites: sites.into_iter().map(|(_, site)| site).collect(),
+            columns: columns(bytemuck::cast_slice(&sites)),
+            sites,
             instances: tables.instances.iter().map(|i| [i.first_binding, i.blas]).collect(),
             geometries: tables.blas.iter().map(|b| geometries(tables, b)).collect(),
         }
@@ -185,8 +190,27 @@ impl Sites {
 
     /// All sites as rows of numbers, in the order of the fields.
     #[inline(always)]
-    pub fn rows(&self) -> &[[u32; LANES]] {
+    fn rows(&self) -> &[[u32; LANES]] {
         bytemuck::cast_slice(&self.sites)
+    }
+
+    /// The numbers of the sites of the `bindings` in `mask`, in the order of the fields. Others get anything.
+    #[inline(always)]
+    pub fn fetch<I: Instructions>(
+        &self,
+        i: I,
+        bindings: &[u32; LANES],
+        mask: u32,
+        fields: [&mut [u32; LANES]; LANES],
+    ) {
+        match &self.columns {
+            Some(columns) => {
+                for (column, field) in columns.iter().zip(fields) {
+                    i.look_up(column, bindings, field);
+                }
+            }
+            None => i.fetch_rows(self.rows(), bindings, mask, fields),
+        }
     }
 
     /// The site of a binding.
@@ -194,6 +218,20 @@ impl Sites {
     pub fn site(&self, binding: u32) -> &Site {
         &self.sites[binding as usize]
     }
+}
+
+/// A few rows turned around.
+fn columns(rows: &[[u32; LANES]]) -> Option<Box<[[u32; LANES]; LANES]>> {
+    if rows.len() > LANES {
+        return None;
+    }
+    let mut columns = Box::new([[0; LANES]; LANES]);
+    for (place, row) in rows.iter().enumerate() {
+        for (column, number) in columns.iter_mut().zip(row) {
+            column[place] = *number;
+        }
+    }
+    Some(columns)
 }
 
 fn site(tables: &SceneTables, instance: &InstanceRecord, geometry: u32, binding: u32) -> Site {

@@ -148,9 +148,15 @@ impl TriangleLanes {
             self.wo.set(lane, -directions.get(lane));
             *length = lengths[lane] + hits.t[lane];
         }
-        self.fetch_vertices(i, scene);
+        let smooth = self.here & i.equal(&self.smooth.0, 1);
+        self.fetch_vertices(i, scene, smooth);
         for lane in 0..LANES {
             self.compute_lane(lane);
+        }
+        if smooth != 0 {
+            for lane in 0..LANES {
+                self.bend_lane(lane);
+            }
         }
     }
 
@@ -190,7 +196,7 @@ impl TriangleLanes {
             roughness,
             specular,
         ];
-        i.fetch_rows(scene.sites.rows(), &self.binding.0, hit, fields);
+        scene.sites.fetch(i, &self.binding.0, hit, fields);
         self.here = hit & !i.equal(&arrival.0, Arrival::General as u32);
         self.instance.0 = *hits.instance;
         for lane in 0..LANES {
@@ -230,9 +236,8 @@ impl TriangleLanes {
     }
 
     #[inline(always)]
-    fn fetch_vertices<I: Instructions>(&mut self, i: I, scene: &CpuScene) {
+    fn fetch_vertices<I: Instructions>(&mut self, i: I, scene: &CpuScene, smooth: u32) {
         let tables = &*scene.tables;
-        let smooth = self.here & i.equal(&self.smooth.0, 1);
         for (places, Vectors { x, y, z }) in self.position_places.iter().zip(&mut self.corners) {
             i.fetch(&tables.positions, &places.0, self.here, [&mut x.0, &mut y.0, &mut z.0]);
         }
@@ -259,30 +264,37 @@ impl TriangleLanes {
         }
     }
 
+    /// The point on a flat triangle.
     #[inline(always)]
     fn compute_lane(&mut self, lane: usize) {
         let [p0, p1, p2] = [0, 1, 2].map(|k| self.corners[k].get(lane));
-        let [n0, n1, n2] = [0, 1, 2].map(|k| self.normals[k].get(lane));
         let (u, v) = (self.u.0[lane], self.v.0[lane]);
-        let w = 1.0 - u - v;
-        let wo = self.wo.get(lane);
         let outward = unit(cross(p1 - p0, p2 - p0));
-        let interpolated = n0 * w + n1 * u + n2 * v;
-        let smooth = self.smooth.0[lane] != 0 && dot(interpolated, interpolated) > 1e-20;
-        let front = dot(outward, wo) >= 0.0;
-        let side = if front { 1.0 } else { -1.0 };
-        let normal = outward * side;
-        let bent = bend_normal(wo, normal, unit(interpolated) * side);
-        let choose = |smooth_component: f32, flat: f32| if smooth { smooth_component } else { flat };
-        let shading = vec3f(choose(bent.x, normal.x), choose(bent.y, normal.y), choose(bent.z, normal.z));
-        self.position.set(lane, p0 * w + p1 * u + p2 * v);
+        let front = dot(outward, self.wo.get(lane)) >= 0.0;
+        let normal = outward * if front { 1.0 } else { -1.0 };
+        self.position.set(lane, p0 * (1.0 - u - v) + p1 * u + p2 * v);
         self.extent.0[lane] = largest_coordinate([p0, p1, p2]);
         self.normal.set(lane, normal);
-        self.shading_normal.set(lane, shading);
+        self.shading_normal.set(lane, normal);
         self.front.0[lane] = u32::from(front);
         self.leaving.0[lane] = Side::of(self.id.0[lane], front);
         let ior = self.ior.0[lane];
         self.eta.0[lane] = if front { ior } else { 1.0 / ior };
+    }
+
+    /// The shading normal, if the triangle has vertex normals.
+    #[inline(always)]
+    fn bend_lane(&mut self, lane: usize) {
+        let [n0, n1, n2] = [0, 1, 2].map(|k| self.normals[k].get(lane));
+        let (u, v) = (self.u.0[lane], self.v.0[lane]);
+        let interpolated = n0 * (1.0 - u - v) + n1 * u + n2 * v;
+        let smooth = self.smooth.0[lane] != 0 && dot(interpolated, interpolated) > 1e-20;
+        let side = if self.front.0[lane] != 0 { 1.0 } else { -1.0 };
+        let normal = self.normal.get(lane);
+        let bent = bend_normal(self.wo.get(lane), normal, unit(interpolated) * side);
+        let choose = |smooth_component: f32, flat: f32| if smooth { smooth_component } else { flat };
+        let shading = vec3f(choose(bent.x, normal.x), choose(bent.y, normal.y), choose(bent.z, normal.z));
+        self.shading_normal.set(lane, shading);
     }
 
     /// The site of one lane, if the lane is done here.

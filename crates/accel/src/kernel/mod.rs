@@ -1,5 +1,6 @@
 //! Queries: which instruction set runs them, and what all of them share.
 
+mod answers;
 mod leaves;
 mod packet;
 mod scalar;

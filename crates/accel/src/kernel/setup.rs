@@ -267,14 +267,6 @@ impl<A: Arithmetic> Shears<A> {
         let origin = axes.ordered(a, rays.origin);
         Shears { axes, origin, shear: [a.mul(u, inverse), a.mul(v, inverse), inverse] }
     }
-
-    /// A point relative to the rays' origins, sheared.
-    #[inline(always)]
-    pub fn apply(&self, a: A, point: [A::F; 3]) -> [A::F; 3] {
-        let [x, y, z] = self.axes.ordered(a, point);
-        let [x, y, z] = [a.sub(x, self.origin[0]), a.sub(y, self.origin[1]), a.sub(z, self.origin[2])];
-        [a.neg_mul_add(self.shear[0], z, x), a.neg_mul_add(self.shear[1], z, y), z]
-    }
 }
 
 /// Which axis is each ray's third: x where it is neither of these.

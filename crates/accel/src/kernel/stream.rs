@@ -6,6 +6,7 @@
 //! and no branch depends on where a ray goes: whether its next place is a node or a leaf decides in which list it is entered.
 //! Each ray takes the steps that it would take alone.
 
+use super::answers::Answers;
 use super::leaves::{FindAny, KeepNearest, Leaf, Shear, Spheres, Triangles};
 use super::setup::Setup;
 use super::stack::{END, STREAM_STACK, StackMemory, StreamStack};
@@ -89,7 +90,7 @@ impl<'a> Traveller<'a> {
         &mut self,
         s: S,
         lane: usize,
-        waiting: &Waiting<R, S>,
+        waiting: &Waiting<R>,
         tlas: &'a Tlas,
         only: bool,
     ) {
@@ -368,15 +369,14 @@ impl Lists {
     }
 }
 
-/// Answers the queries of a stream: `answer` gets the number of a ray and its nearest hit (for `ANY`: some hit, of which only
-/// the existence counts), in no certain order. Rays that hit nothing need get no answer.
+/// Answers the queries of a stream, in no certain order, with nearest hits (for `ANY`: some hits, of which only the existence counts).
 #[inline(always)]
 pub(super) fn trace<S: Simd, F: HitFilter, const ANY: bool>(
     s: S,
     tlas: &Tlas,
     rays: &(impl RayStream + ?Sized),
     filter: &F,
-    mut answer: impl FnMut(usize, &Hit),
+    mut answers: impl Answers,
 ) {
     if tlas.root == EMPTY || rays.is_empty() {
         return;
@@ -435,9 +435,9 @@ pub(super) fn trace<S: Simd, F: HitFilter, const ANY: bool>(
             let traveller = member.of(&mut travellers);
             if traveller.change_level::<S, F, ANY>(s, tlas, only, rays, filter) {
                 if traveller.number != NO_RAY {
-                    answer(traveller.number, &traveller.best.hit);
+                    answers.one(traveller.number, &traveller.best.hit);
                 }
-                let Some(lane) = waiting.take::<ANY>(s, &mut answer) else { continue };
+                let Some(lane) = waiting.take::<S, ANY>(s, &mut answers) else { continue };
                 traveller.start::<_, S, ANY>(s, lane, &waiting, tlas, only.is_some());
             }
             traveller.prefetch(s);

@@ -6,21 +6,19 @@
 //! there is no tree to walk. Shadow rays from one point within the object's bounds to another are not tested with walls that lie in
 //! their sides.
 //!
-//! Each corner of a triangle is moved into the space of sixteen rays at once, in which they run along an axis; what is left of a test
-//! are the areas between the origin and the edges, of which neighbours share one. The arithmetic is that of
-//! [`super::leaves::Triangles`], for one triangle and sixteen rays instead of one ray and eight triangles.
+//! How a triangle is tested, see [`crate::face`].
 
-use super::leaves::splats;
-use super::setup::{LaneRays, LaneSlabs, Shears};
+use super::setup::{LaneRays, LaneSlabs, abs};
 use crate::aabb::Aabb;
 use crate::behind::Behind;
 use crate::blas::Blas;
-use crate::handful::{ALL_CHILDREN, Face, MAX_CORNERS, Share};
+use crate::face::{Face, Named};
+use crate::handful::ALL_CHILDREN;
 use crate::layout::{ChildRef, EMPTY, LEAF, NO_PRIMITIVE, Node, WIDTH};
 use crate::ray::{Hit, HitFilter, MISS};
 use crate::simd::{Arithmetic, Simd, Sixteen};
+use crate::streams::HitRow;
 use crate::tlas::Tlas;
-use std::mem::MaybeUninit;
 
 /// Rays that are tested together.
 pub(super) const RAYS: usize = 2 * WIDTH;
@@ -28,10 +26,10 @@ pub(super) const RAYS: usize = 2 * WIDTH;
 /// What rays are tested with before they go different ways.
 pub(super) struct Top<'a> {
     faces: &'a [Face],
-    /// Of the faces.
-    corners: &'a [[f32; 3]],
-    /// What is not in the sides of the bounds.
-    inner: Share,
+    /// How many of them, the first ones, are not in the sides of the bounds.
+    inner: usize,
+    /// The triangles of each face, and one that is none.
+    triangles: &'a [Named],
     /// Of everything that rays may meet.
     bounds: Aabb,
     /// The node whose boxes rays are tested with. Where the root is no node, one with the root as its only child.
@@ -47,15 +45,6 @@ pub(super) struct Top<'a> {
     children: u32,
 }
 
-/// The corners of faces in the spaces of rays in lanes. Not initialised: most handfuls have few.
-pub(super) struct LaneCorners<A: Arithmetic>([MaybeUninit<[A::F; 3]>; MAX_CORNERS]);
-
-impl<A: Arithmetic> LaneCorners<A> {
-    pub fn new() -> Self {
-        LaneCorners([const { MaybeUninit::uninit() }; MAX_CORNERS])
-    }
-}
-
 impl<'a> Top<'a> {
     /// Of the only object, or of all instances. Triangles are tested only if all hits count.
     pub fn new<F: HitFilter>(tlas: &'a Tlas, only: Option<&'a Blas>) -> Self {
@@ -65,12 +54,11 @@ impl<'a> Top<'a> {
         };
         let (entry, behind) = (root, only.map_or(const { &Behind::NOTHING }, Blas::behind));
         let root = if root & LEAF == 0 { nodes[root as usize] } else { above(root, &bounds) };
-        let inner = Share::default();
         let boxes = std::array::from_fn(|slot| root.bounds(slot));
         let mut top = Top {
             faces: &[],
-            corners: &[],
-            inner,
+            inner: 0,
+            triangles: const { &[Named::NONE] },
             bounds,
             root,
             entry,
@@ -79,8 +67,7 @@ impl<'a> Top<'a> {
             children: ALL_CHILDREN,
         };
         if let Some(handful) = only.and_then(Blas::handful).filter(|_| F::OPAQUE) {
-            (top.faces, top.corners) = (&handful.faces, &handful.corners);
-            top.inner = handful.inner;
+            (top.faces, top.inner, top.triangles) = (&handful.faces, handful.inner, &handful.triangles);
             top.children &= !handful.children;
         }
         for (slot, child) in root.children.iter().enumerate() {
@@ -95,55 +82,43 @@ impl<'a> Top<'a> {
         self.children == 0
     }
 
-    /// The nearest triangle of the faces that each ray crosses; if `ANY`, only how far away it is.
+    /// Whether there are triangles to be tested with.
     #[inline(always)]
-    pub fn meet_faces<A: Arithmetic, const ANY: bool>(
-        &self,
-        a: A,
-        rays: &LaneRays<A>,
-        shears: &Shears<A>,
-        corners: &mut LaneCorners<A>,
-    ) -> Crossing<A> {
-        let share = if ANY && self.are_within(a, rays) { self.inner } else { self.all() };
-        for (corner, point) in corners.0.iter_mut().zip(&self.corners[..share.corners]) {
-            corner.write(shears.apply(a, splats(a, *point)));
-        }
-        let mut met = Crossing { t: rays.t_max, areas: [a.splat(0.0); 3], triangle: a.splat_u(u32::MAX) };
-        for (number, face) in (0..).zip(&self.faces[..share.faces]) {
-            let [p, q, r, s] = face.corners;
-            // SAFETY: the corners of so many of a handful's first faces as a `Share` says are among so many first corners, all of which
-            // have just been written.
-            let corners = unsafe {
-                [
-                    p.at(&corners.0).assume_init(),
-                    q.at(&corners.0).assume_init(),
-                    r.at(&corners.0).assume_init(),
-                    s.at(&corners.0).assume_init(),
-                ]
-            };
-            let [one, other] = cross(a, corners, number);
-            if a.bits(a.and(one.inside, other.inside)) != 0 {
-                // A fold, or the very edge between the two.
-                met.keep_nearer::<ANY>(a, &one, rays.t_min, shears.shear[2]);
-                met.keep_nearer::<ANY>(a, &other, rays.t_min, shears.shear[2]);
-            } else {
-                met.keep_nearer::<ANY>(a, &one.or(a, &other), rays.t_min, shears.shear[2]);
-            }
+    pub fn has_faces(&self) -> bool {
+        !self.faces.is_empty()
+    }
+
+    /// The nearest triangle of the faces that each ray crosses; if `ANY`, only which rays cross any.
+    #[inline(always)]
+    pub fn meet_faces<A: Arithmetic, const ANY: bool>(&self, a: A, rays: &LaneRays<A>) -> Crossing<A> {
+        let count = if ANY && self.are_within(a, rays) { self.inner } else { self.faces.len() };
+        let across = Across::new(a, rays, self.reach(a, rays));
+        let mut met = Crossing::new(a, rays);
+        for (number, face) in (0..).zip(&self.faces[..count]) {
+            met.meet::<ANY>(a, face, number, rays, &across);
         }
         met
     }
 
-    /// All faces and corners.
+    /// How far away rays begin at most from anything within the bounds, along an axis, times the largest coordinate of their directions, and
+    /// negative, as tolerances are.
     #[inline(always)]
-    fn all(&self) -> Share {
-        Share { faces: self.faces.len(), corners: self.corners.len() }
+    fn reach<A: Arithmetic>(&self, a: A, rays: &LaneRays<A>) -> A::F {
+        let (mut distance, mut direction) = (a.splat(0.0), a.splat(0.0));
+        for axis in 0..3 {
+            let (low, high) = (a.splat(self.bounds.min[axis]), a.splat(self.bounds.max[axis]));
+            let (from_low, to_high) = (a.sub(rays.origin[axis], low), a.sub(high, rays.origin[axis]));
+            distance = a.max(distance, a.max(from_low, to_high));
+            direction = a.max(direction, abs(a, rays.direction[axis]));
+        }
+        a.sub(a.splat(0.0), a.mul(distance, direction))
     }
 
     /// Whether all rays go from one point within the bounds to another, and so do not cross what lies in the sides. That is no
     /// approximation: an end that is rounded once, to the nearest number, is beyond a side if the ray is.
     #[inline(always)]
     fn are_within<A: Arithmetic>(&self, a: A, rays: &LaneRays<A>) -> bool {
-        if self.inner.faces == self.faces.len() {
+        if self.inner == self.faces.len() {
             return false;
         }
         let mut within = a.le(rays.t_min, rays.t_max);
@@ -183,21 +158,32 @@ impl<'a> Top<'a> {
 
     /// What the rays have crossed, ray by ray.
     #[inline(always)]
-    pub fn found<S: Simd>(&self, s: S, met: &Crossing<S::Sixteen>) -> Found<'a> {
+    pub fn write_hits<S: Simd>(&self, s: S, met: &Crossing<S::Sixteen>, row: &mut HitRow) {
         let w = s.sixteen();
-        let inverse = w.div(w.splat(1.0), met.areas[2]);
-        let (second, third) = (w.mul(met.areas[0], inverse), w.mul(met.areas[1], inverse));
-        let first = w.sub(w.sub(w.splat(1.0), second), third);
-        let mut found = Found {
-            faces: self.faces,
-            t: lanes(s, met.t),
-            weights: [lanes(s, first), lanes(s, second), lanes(s, third)],
-            triangles: [[0; WIDTH]; 2],
-        };
+        let mut firsts = [[0.0; WIDTH]; 2];
         let [low, high] = w.halves_u(met.triangle);
-        s.store_u(low, &mut found.triangles[0]);
-        s.store_u(high, &mut found.triangles[1]);
-        found
+        let (low_numbers, high_numbers) = row.primitive.split_at_mut(WIDTH);
+        s.store_u(low, low_numbers.first_chunk_mut().expect("half of sixteen"));
+        s.store_u(high, high_numbers.first_chunk_mut().expect("half of sixteen"));
+        for lane in 0..RAYS {
+            let last = self.triangles.len() - 1;
+            let Named { id, first } = self.triangles[(row.primitive[lane] as usize).min(last)];
+            row.primitive[lane] = id;
+            row.instance[lane] = if id == NO_PRIMITIVE { MISS.instance } else { 0 };
+            firsts[lane / WIDTH][lane % WIDTH] = first;
+        }
+        let (zero, one) = (w.splat(0.0), w.splat(1.0));
+        // Within the tolerance, they may be a little below.
+        let (second, third) = (w.max(zero, met.second), w.max(zero, met.third));
+        let first = w.max(zero, w.sub(w.sub(one, second), third));
+        // The corners of a face's triangle begin with one that need not have been given first.
+        let firsts = w.join([s.load(&firsts[0]), s.load(&firsts[1])]);
+        let (from_second, from_third) = (w.lt(w.splat(0.5), firsts), w.lt(w.splat(1.5), firsts));
+        let u = w.select(from_third, w.select(from_second, second, first), third);
+        let v = w.select(from_third, w.select(from_second, third, second), first);
+        store(s, w.select(met.any, w.splat(MISS.t), met.t), &mut row.t);
+        store(s, w.select(met.any, zero, u), &mut row.u);
+        store(s, w.select(met.any, zero, v), &mut row.v);
     }
 }
 
@@ -209,128 +195,123 @@ fn above(child: u32, bounds: &Aabb) -> Node {
     node
 }
 
-/// The lanes in memory.
+/// Writes lanes to memory.
 #[inline(always)]
-pub(super) fn lanes<S: Simd>(s: S, x: <S::Sixteen as Arithmetic>::F) -> [[f32; WIDTH]; 2] {
-    let mut lanes = [[0.0; WIDTH]; 2];
+pub(super) fn store<S: Simd>(s: S, x: <S::Sixteen as Arithmetic>::F, to: &mut [f32; RAYS]) {
     let [low, high] = s.sixteen().halves(x);
-    s.store(low, &mut lanes[0]);
-    s.store(high, &mut lanes[1]);
-    lanes
+    let (low_lanes, high_lanes) = to.split_at_mut(WIDTH);
+    s.store(low, low_lanes.first_chunk_mut().expect("half of sixteen"));
+    s.store(high, high_lanes.first_chunk_mut().expect("half of sixteen"));
+}
+
+/// How rays in lanes come to planes.
+struct Across<A: Arithmetic> {
+    /// Of [`Top::reach`].
+    reach: A::F,
+    /// Minus one over the directions' coordinates.
+    inverse: [A::F; 3],
+    /// Tolerances of planes across the axes, but for the faces' own part.
+    tolerance: [A::F; 3],
+}
+
+impl<A: Arithmetic> Across<A> {
+    #[inline(always)]
+    fn new(a: A, rays: &LaneRays<A>, reach: A::F) -> Self {
+        let (mut inverse, mut tolerance) = ([reach; 3], [reach; 3]);
+        for axis in 0..3 {
+            inverse[axis] = a.div(a.splat(-1.0), rays.direction[axis]);
+            tolerance[axis] = Self::tolerance(a, reach, inverse[axis]);
+        }
+        Across { reach, inverse, tolerance }
+    }
+
+    #[inline(always)]
+    fn tolerance(a: A, reach: A::F, inverse: A::F) -> A::F {
+        a.mul(reach, a.flip_sign(inverse, inverse))
+    }
 }
 
 /// What rays in lanes have crossed so far.
 #[derive(Clone, Copy)]
 pub(super) struct Crossing<A: Arithmetic> {
-    /// How far away, or the rays' ends.
+    /// Which rays have crossed anything.
+    pub any: A::M,
+    /// How far away, or the rays' ends; for any hits, those.
     pub t: A::F,
-    /// Areas opposite to the triangle's second and third corner, in the order of its face, and of the whole triangle.
-    areas: [A::F; 3],
+    /// Weights of the triangle's second and third corner, in the order of its face.
+    second: A::F,
+    third: A::F,
     /// Twice the face's number, and one more for its second triangle.
     triangle: A::U,
 }
 
 impl<A: Arithmetic> Crossing<A> {
-    /// Keeps a triangle where it is nearer; if `ANY`, only how far away it is. Each number waits for those of the same kind only.
+    /// Nothing yet.
     #[inline(always)]
-    fn keep_nearer<const ANY: bool>(&mut self, a: A, with: &Lines<A>, t_min: A::F, shear_z: A::F) {
-        let t = a.div(a.mul(shear_z, with.scaled), with.areas[2]);
-        let nearer = a.and(with.inside, a.and(a.lt(t_min, t), a.lt(t, self.t)));
-        self.t = a.select(nearer, self.t, t);
+    fn new(a: A, rays: &LaneRays<A>) -> Self {
+        let zero = a.splat(0.0);
+        Crossing {
+            any: a.lt(zero, zero),
+            t: rays.t_max,
+            second: zero,
+            third: zero,
+            triangle: a.splat_u(u32::MAX),
+        }
+    }
+
+    /// Tests a face, and keeps where rays cross it if that is nearer; if `ANY`, only that they do.
+    #[inline(always)]
+    fn meet<const ANY: bool>(
+        &mut self,
+        a: A,
+        face: &Face,
+        number: u32,
+        rays: &LaneRays<A>,
+        across: &Across<A>,
+    ) {
+        let [k, i, j] = face.axis.order();
+        let from = [
+            a.sub(rays.origin[k], a.splat(face.corner[k])),
+            a.sub(rays.origin[i], a.splat(face.corner[i])),
+            a.sub(rays.origin[j], a.splat(face.corner[j])),
+        ];
+        let (dk, di, dj) = (rays.direction[k], rays.direction[i], rays.direction[j]);
+        let (t, tolerance) = if face.is_aligned() {
+            // The same numbers in less time: most walls are.
+            (a.mul(from[0], across.inverse[k]), across.tolerance[k])
+        } else {
+            let [slope_i, slope_j] = [a.splat(face.slope[0]), a.splat(face.slope[1])];
+            // Above the plane, and how fast that changes, both along the axis.
+            let height = a.mul_add(slope_j, from[2], a.mul_add(slope_i, from[1], from[0]));
+            let ascent = a.mul_add(slope_j, dj, a.mul_add(slope_i, di, dk));
+            let inverse = a.div(a.splat(-1.0), ascent);
+            (a.mul(height, inverse), Across::tolerance(a, across.reach, inverse))
+        };
+        let (x, y) = (a.mul_add(t, di, from[1]), a.mul_add(t, dj, from[2]));
+        let b = weight(a, face.b, x, y);
+        // On which side of the edge that both triangles have.
+        let beyond = a.lt(b, a.splat(face.beyond));
+        let second = a.select(beyond, b, weight(a, face.c_beyond, x, y));
+        let third = a.select(beyond, weight(a, face.c, x, y), a.mul(b, a.splat(face.d)));
+        let first = a.sub(a.sub(a.splat(1.0), second), third);
+        let lowest = a.mul(tolerance, a.splat(face.tolerance));
+        let inside = a.le(lowest, a.min(first, a.min(second, third)));
+        let crossed = a.and(inside, a.and(a.lt(rays.t_min, t), a.lt(t, self.t)));
+        self.any = a.or(self.any, crossed);
         if !ANY {
-            self.areas = [
-                a.select(nearer, self.areas[0], with.areas[0]),
-                a.select(nearer, self.areas[1], with.areas[1]),
-                a.select(nearer, self.areas[2], with.areas[2]),
-            ];
-            self.triangle = a.select_u(nearer, self.triangle, with.triangle);
+            self.t = a.select(crossed, self.t, t);
+            self.second = a.select(crossed, self.second, second);
+            self.third = a.select(crossed, self.third, third);
+            let triangle = a.select_u(beyond, a.splat_u(2 * number), a.splat_u(2 * number + 1));
+            self.triangle = a.select_u(crossed, self.triangle, triangle);
         }
     }
 }
 
-/// Where lines of rays meet a triangle.
-#[derive(Clone, Copy)]
-struct Lines<A: Arithmetic> {
-    /// Whether that is inside of it.
-    inside: A::M,
-    /// How far away along the axis, times the triangle's area.
-    scaled: A::F,
-    /// As of [`Crossing`].
-    areas: [A::F; 3],
-    triangle: A::U,
-}
-
-impl<A: Arithmetic> Lines<A> {
-    /// `e`: areas opposite to the triangle's corners; `z`: the corners' third coordinates.
-    #[inline(always)]
-    fn new(a: A, e: [A::F; 3], z: [A::F; 3], triangle: u32) -> Self {
-        let det = a.add(a.add(e[0], e[1]), e[2]);
-        let side = a.min(a.min(a.flip_sign(e[0], det), a.flip_sign(e[1], det)), a.flip_sign(e[2], det));
-        Lines {
-            inside: a.le(a.splat(0.0), side),
-            scaled: a.mul_add(e[0], z[0], a.mul_add(e[1], z[1], a.mul(e[2], z[2]))),
-            areas: [e[1], e[2], det],
-            triangle: a.splat_u(triangle),
-        }
-    }
-
-    /// Of the other triangle where lines meet that one inside, of this one elsewhere.
-    #[inline(always)]
-    fn or(&self, a: A, other: &Self) -> Self {
-        let it = other.inside;
-        Lines {
-            inside: a.or(self.inside, it),
-            scaled: a.select(it, self.scaled, other.scaled),
-            areas: [
-                a.select(it, self.areas[0], other.areas[0]),
-                a.select(it, self.areas[1], other.areas[1]),
-                a.select(it, self.areas[2], other.areas[2]),
-            ],
-            triangle: a.select_u(it, self.triangle, other.triangle),
-        }
-    }
-}
-
-/// Twice the area between the axis and an edge. Not fused, so that the edge in the other direction has the same area with
-/// the other sign: see the scalar function.
+/// The weight of a corner at a point, from the face's first corner.
 #[inline(always)]
-fn area<A: Arithmetic>(a: A, from: [A::F; 3], to: [A::F; 3]) -> A::F {
-    a.sub(a.mul(to[0], from[1]), a.mul(to[1], from[0]))
-}
-
-/// Where lines meet the two triangles of a face.
-#[inline(always)]
-fn cross<A: Arithmetic>(a: A, [p, q, r, s]: [[A::F; 3]; 4], number: u32) -> [Lines<A>; 2] {
-    let (qr, rp, pq) = (area(a, q, r), area(a, r, p), area(a, p, q));
-    let (rs, sp, pr) = (area(a, r, s), area(a, s, p), a.sub(a.splat(0.0), rp));
-    [
-        Lines::new(a, [qr, rp, pq], [p[2], q[2], r[2]], 2 * number),
-        Lines::new(a, [rs, sp, pr], [p[2], r[2], s[2]], 2 * number + 1),
-    ]
-}
-
-/// What sixteen rays have crossed.
-pub(super) struct Found<'a> {
-    faces: &'a [Face],
-    t: [[f32; WIDTH]; 2],
-    weights: [[[f32; WIDTH]; 2]; 3],
-    triangles: [[u32; WIDTH]; 2],
-}
-
-impl Found<'_> {
-    /// Of the ray in a lane: its nearest triangle, if it has crossed any.
-    #[inline(always)]
-    pub fn hit(&self, lane: usize) -> Option<Hit> {
-        let (half, lane) = (lane / WIDTH % 2, lane % WIDTH);
-        let triangle = self.triangles[half][lane] as usize;
-        let face = self.faces.get(triangle / 2)?;
-        let which = triangle & 1;
-        debug_assert_ne!(face.ids[which], NO_PRIMITIVE);
-        // The corners of a face's triangle begin with one that need not have been given first.
-        let turn = usize::from(face.first[which]) % 3;
-        let (u, v) = (self.weights[[1, 0, 2][turn]][half][lane], self.weights[[2, 1, 0][turn]][half][lane]);
-        Some(Hit { t: self.t[half][lane], u, v, primitive: face.ids[which], instance: 0 })
-    }
+fn weight<A: Arithmetic>(a: A, [along_x, along_y]: [f32; 2], x: A::F, y: A::F) -> A::F {
+    a.mul_add(a.splat(along_x), x, a.mul(a.splat(along_y), y))
 }
 
 /// Some hit, no matter which.
@@ -382,7 +363,7 @@ mod tests {
         let blas = scene();
         let top = blas.handful().expect("it is made of triangles");
         assert!(!top.is_all());
-        let mut ids: Vec<u32> = top.faces.iter().flat_map(|face| face.ids).filter(|id| *id < 4).collect();
+        let mut ids: Vec<u32> = top.triangles.iter().map(|named| named.id).filter(|id| *id < 4).collect();
         ids.sort();
         assert_eq!(ids, [0, 1, 2, 3]);
     }
@@ -447,7 +428,7 @@ mod tests {
         (rays[35], rays[70]) = (crossing, for_ever);
         let mut tlas = Tlas::build(&[Instance::identity(0)], vec![Arc::new(scene())]);
         let top = Top::new::<Opaque>(&tlas, tlas.only(u32::MAX));
-        assert_eq!(top.inner.faces + 1, top.faces.len(), "all but the floor");
+        assert_eq!(top.inner + 1, top.faces.len(), "all but the floor");
         tlas.set_kernel(Kernel::Scalar);
         let expected: Vec<bool> = rays.iter().map(|ray| tlas.any(ray, &Opaque)).collect();
         assert!(expected[35] && expected[70] && expected.iter().filter(|any| **any).count() > 300);

@@ -1,22 +1,24 @@
 //! The beginning of a stream: rays meet what is at the top, sixteen at a time, and those that are not answered by that wait to walk.
 
 use super::Best;
+use super::answers::Answers;
 use super::setup::{LaneSlabs, Setup, Shears, half_of, sixteen_rays, write_setups};
-use super::top::{ANYTHING, LaneCorners, RAYS, Top, lanes};
+use super::top::{ANYTHING, RAYS, Top, store};
 use crate::behind::Children;
 use crate::layout::WIDTH;
-use crate::ray::{Hit, MISS};
+use crate::ray::MISS;
 use crate::simd::{Arithmetic, Part, Simd};
-use crate::streams::{RayLanes, RayStream};
+use crate::streams::{HitRow, RayLanes, RayStream};
 
 /// The rays of a stream that have not begun to walk yet, sixteen of which have been tested with what is at the top.
-pub(super) struct Waiting<'r, R: ?Sized, S: Simd> {
+pub(super) struct Waiting<'r, R: ?Sized> {
     pub rays: &'r R,
     pub top: Top<'r>,
     /// Magnitude of the coordinates of the tree that they begin in.
     extent: &'r [f32; 3],
     lanes: [RayLanes; 2],
-    corners: LaneCorners<S::Sixteen>,
+    /// What each has met at the top, if nearest hits are asked for.
+    row: HitRow,
     /// What each of the sixteen needs to walk.
     pub setups: [Setup; RAYS],
     /// What each has met already.
@@ -33,14 +35,14 @@ pub(super) struct Waiting<'r, R: ?Sized, S: Simd> {
     next: usize,
 }
 
-impl<'r, R: RayStream + ?Sized, S: Simd> Waiting<'r, R, S> {
+impl<'r, R: RayStream + ?Sized> Waiting<'r, R> {
     pub fn new(rays: &'r R, top: Top<'r>, extent: &'r [f32; 3]) -> Self {
         Waiting {
             rays,
             top,
             extent,
             lanes: [RayLanes::NOTHING; 2],
-            corners: LaneCorners::new(),
+            row: HitRow::MISSES,
             setups: [Setup::nothing(); RAYS],
             bests: [Best { hit: MISS, t_max: -1.0 }; RAYS],
             near: [[f32::INFINITY; WIDTH]; RAYS],
@@ -53,12 +55,12 @@ impl<'r, R: RayStream + ?Sized, S: Simd> Waiting<'r, R, S> {
 
     /// The next ray that has to walk, as its lane. Answers those that have not.
     #[inline(always)]
-    pub fn take<const ANY: bool>(&mut self, s: S, answer: &mut impl FnMut(usize, &Hit)) -> Option<usize> {
+    pub fn take<S: Simd, const ANY: bool>(&mut self, s: S, answers: &mut impl Answers) -> Option<usize> {
         while self.which == 0 {
             if self.next >= self.rays.len() {
                 return None;
             }
-            s.call(MeetTop::<_, S, _, ANY>(self, answer));
+            s.call(MeetTop::<_, _, ANY>(self, answers));
         }
         let lane = self.which.trailing_zeros() as usize % RAYS;
         self.which &= self.which - 1;
@@ -67,45 +69,46 @@ impl<'r, R: RayStream + ?Sized, S: Simd> Waiting<'r, R, S> {
 
     /// Tests the next sixteen rays with what is at the top.
     #[inline(always)]
-    fn meet_top<const ANY: bool>(&mut self, s: S, answer: &mut impl FnMut(usize, &Hit)) {
+    fn meet_top<S: Simd, const ANY: bool>(&mut self, s: S, answers: &mut impl Answers) {
         let w = s.sixteen();
         let rays = sixteen_rays(s, self.rays, self.next, &mut self.lanes);
         (self.first, self.next) = (self.next, self.next + RAYS);
         self.rays.prefetch(self.next);
         self.rays.prefetch(self.next + WIDTH);
-        let shears = Shears::new(w, &rays);
-        let met = self.top.meet_faces::<_, ANY>(w, &rays, &shears, &mut self.corners);
-        let hit = w.lt(met.t, rays.t_max);
-        let mut answered = w.bits(hit);
-        let found = if ANY { None } else { Some(self.top.found(s, &met)) };
+        let met = self.top.meet_faces::<_, ANY>(w, &rays);
+        let mut answered = w.bits(met.any);
+        if !ANY && self.top.has_faces() {
+            // Also of those that walk on, which are answered again.
+            self.top.write_hits(s, &met, &mut self.row);
+            answers.row(self.first, &self.row);
+        }
         if !self.top.is_all() {
             let slabs = LaneSlabs::new(w, &rays, self.extent);
-            let t_max = if ANY { w.select(hit, rays.t_max, w.splat(-1.0)) } else { met.t };
+            let t_max = if ANY { w.select(met.any, rays.t_max, w.splat(-1.0)) } else { met.t };
             let (near, mut walking) = self.top.meet_boxes(w, &rays, &slabs, t_max);
-            write_setups(s, &rays, &slabs, &shears, walking, &mut self.setups);
+            write_setups(s, &rays, &slabs, &Shears::new(w, &rays), walking, &mut self.setups);
             self.write_nearest(s, &near, walking);
             if !self.top.behind.is_empty() {
                 walking = self.look_behind(s, walking);
             }
-            let t_max = lanes(s, t_max);
+            let mut ends = [0.0; RAYS];
+            store(s, t_max, &mut ends);
             for lane in bits(walking) {
-                let hit = found.as_ref().and_then(|found| found.hit(lane)).unwrap_or(MISS);
-                self.bests[lane] = Best { hit, t_max: t_max[lane / WIDTH][lane % WIDTH] };
+                self.bests[lane] = Best { hit: self.row.get(lane), t_max: ends[lane] };
             }
             self.which = walking;
             answered &= !walking;
         }
-        for lane in bits(answered) {
-            match &found {
-                Some(found) => answer(self.first + lane, &found.hit(lane).unwrap_or(MISS)),
-                None => answer(self.first + lane, &ANYTHING),
+        if ANY {
+            for lane in bits(answered) {
+                answers.one(self.first + lane, &ANYTHING);
             }
         }
     }
 
     /// Finds out what lies behind the rays in `walking`, and returns which of them are left that enter another of the root's boxes.
     #[inline(always)]
-    fn look_behind(&mut self, s: S, walking: u32) -> u32 {
+    fn look_behind<S: Simd>(&mut self, s: S, walking: u32) -> u32 {
         let mut left = walking;
         let sides = [self.rays.leaving(self.first), self.rays.leaving(self.first + WIDTH)];
         for lane in bits(walking) {
@@ -124,7 +127,7 @@ impl<'r, R: RayStream + ?Sized, S: Simd> Waiting<'r, R, S> {
 
     /// Turns around where the rays enter the boxes, where any of eight in `which` does.
     #[inline(always)]
-    fn write_nearest(&mut self, s: S, near: &[<S::Sixteen as Arithmetic>::F; WIDTH], which: u32) {
+    fn write_nearest<S: Simd>(&mut self, s: S, near: &[<S::Sixteen as Arithmetic>::F; WIDTH], which: u32) {
         for half in 0..2 {
             if which >> (half * WIDTH) & 255 != 0 {
                 let rows = s.transposed(half_of(s, near, half));
@@ -137,14 +140,12 @@ impl<'r, R: RayStream + ?Sized, S: Simd> Waiting<'r, R, S> {
 }
 
 /// A call of [`Waiting::meet_top`].
-struct MeetTop<'c, 'r, R: ?Sized, S: Simd, A, const ANY: bool>(&'c mut Waiting<'r, R, S>, &'c mut A);
+struct MeetTop<'c, 'r, R: ?Sized, A, const ANY: bool>(&'c mut Waiting<'r, R>, &'c mut A);
 
-impl<R: RayStream + ?Sized, S: Simd, A: FnMut(usize, &Hit), const ANY: bool> Part<S>
-    for MeetTop<'_, '_, R, S, A, ANY>
-{
+impl<R: RayStream + ?Sized, S: Simd, A: Answers, const ANY: bool> Part<S> for MeetTop<'_, '_, R, A, ANY> {
     #[inline(always)]
     fn run(self, s: S) {
-        self.0.meet_top::<ANY>(s, self.1);
+        self.0.meet_top::<S, ANY>(s, self.1);
     }
 }
 

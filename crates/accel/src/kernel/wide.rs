@@ -2,6 +2,7 @@
 //!
 //! Everything here is always inlined into the entry points at the end, which enable the instructions.
 
+use super::answers::{NearestHits, Occlusion};
 use super::leaves::{FindAny, KeepNearest, Leaf, Shear, Spheres, Triangles};
 use super::packet::Packet;
 use super::tree::{Visitor, walk};
@@ -263,7 +264,7 @@ macro_rules! entry_points {
             ) {
                 // SAFETY: the caller's promise.
                 let s = unsafe { <$simd>::new() };
-                stream::trace::<$simd, F, false>(s, tlas, rays, filter, |i, hit| hits.set(i, hit));
+                stream::trace::<$simd, F, false>(s, tlas, rays, filter, NearestHits(hits));
             }
 
             /// # Safety
@@ -278,7 +279,7 @@ macro_rules! entry_points {
             ) {
                 // SAFETY: the caller's promise.
                 let s = unsafe { <$simd>::new() };
-                stream::trace::<$simd, F, true>(s, tlas, rays, filter, |i, hit| any[i] = !hit.is_miss());
+                stream::trace::<$simd, F, true>(s, tlas, rays, filter, Occlusion(any));
             }
 
             /// # Safety

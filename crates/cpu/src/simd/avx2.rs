@@ -183,6 +183,23 @@ impl Instructions for Avx2 {
     }
 
     #[inline(always)]
+    fn look_up(self, table: &[u32; LANES], index: &[u32; LANES], to: &mut [u32; LANES]) {
+        // SAFETY: `self` proves that the instructions exist; all arrays are two registers long.
+        unsafe {
+            let table = table.as_ptr();
+            let (low, high) = (_mm256_loadu_ps(table.cast()), _mm256_loadu_ps(table.add(HALF).cast()));
+            for half in [0, HALF] {
+                let index = _mm256_loadu_si256(index.as_ptr().add(half).cast());
+                let (low, high) =
+                    (_mm256_permutevar8x32_ps(low, index), _mm256_permutevar8x32_ps(high, index));
+                // The fourth bit, where signs are.
+                let in_high = _mm256_castsi256_ps(_mm256_slli_epi32::<28>(index));
+                _mm256_storeu_ps(to.as_mut_ptr().add(half).cast(), _mm256_blendv_ps(low, high, in_high));
+            }
+        }
+    }
+
+    #[inline(always)]
     fn call(self, stage: impl Stage) {
         #[target_feature(enable = "avx2,bmi1,bmi2,popcnt,fma")]
         #[inline(never)]

@@ -150,6 +150,16 @@ impl Instructions for Avx512 {
     }
 
     #[inline(always)]
+    fn look_up(self, table: &[u32; LANES], index: &[u32; LANES], to: &mut [u32; LANES]) {
+        // SAFETY: `self` proves that the instructions exist; all arrays are sixteen lanes long.
+        unsafe {
+            let (table, index) =
+                (_mm512_loadu_si512(table.as_ptr().cast()), _mm512_loadu_si512(index.as_ptr().cast()));
+            _mm512_storeu_si512(to.as_mut_ptr().cast(), _mm512_permutexvar_epi32(index, table));
+        }
+    }
+
+    #[inline(always)]
     fn call(self, stage: impl Stage) {
         #[target_feature(enable = "avx512f,avx512vl,avx512bw,avx512dq,avx2,bmi1,bmi2,popcnt,fma")]
         #[inline(never)]

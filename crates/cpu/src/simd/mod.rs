@@ -43,6 +43,9 @@ pub(crate) trait Instructions: Copy {
         to: [&mut [u32; LANES]; LANES],
     );
 
+    /// The numbers of a small table at the places `index`, of which the lowest four bits count.
+    fn look_up(self, table: &[u32; LANES], index: &[u32; LANES], to: &mut [u32; LANES]);
+
     /// Calls a stage, which is compiled for these instructions.
     fn call(self, stage: impl Stage);
 }
@@ -146,6 +149,13 @@ impl Instructions for Portable {
     }
 
     #[inline(always)]
+    fn look_up(self, table: &[u32; LANES], index: &[u32; LANES], to: &mut [u32; LANES]) {
+        for lane in 0..LANES {
+            to[lane] = table[index[lane] as usize % LANES];
+        }
+    }
+
+    #[inline(always)]
     fn call(self, stage: impl Stage) {
         #[inline(never)]
         fn compiled(stage: impl Stage) {
@@ -184,6 +194,7 @@ mod tests {
             index: &[u32; LANES],
             mask: u32,
         ) -> [[u32; LANES]; LANES];
+        fn look_up(&self, table: &[u32; LANES], index: &[u32; LANES]) -> [u32; LANES];
     }
 
     impl<I: Instructions> Erased for I {
@@ -210,6 +221,12 @@ mod tests {
         ) -> [[u32; LANES]; LANES] {
             let mut to = [[7; LANES]; LANES];
             Instructions::fetch_rows(*self, table, index, mask, to.each_mut());
+            to
+        }
+
+        fn look_up(&self, table: &[u32; LANES], index: &[u32; LANES]) -> [u32; LANES] {
+            let mut to = [7; LANES];
+            Instructions::look_up(*self, table, index, &mut to);
             to
         }
     }
@@ -269,6 +286,17 @@ mod tests {
             assert_eq!(i.fetch_rows(&[], &index, 0), [[0; LANES]; LANES]);
             let behind = || i.fetch_rows(&table[..20], &index, 0xffff);
             assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(behind)).is_err());
+        });
+    }
+
+    #[test]
+    fn small_tables_are_looked_up() {
+        let table: [u32; LANES] = std::array::from_fn(|k| u32::MAX - 7 * k as u32);
+        let index: [u32; LANES] =
+            [0, 15, 8, 7, 3, 3, 16, 31, u32::MAX, 0x8000_0004, 1, 2, 12, 13, 14, 0x7fff_fff9];
+        with_all(|i| {
+            let expected = index.map(|place| table[(place & 15) as usize]);
+            assert_eq!(i.look_up(&table, &index), expected);
         });
     }
 
