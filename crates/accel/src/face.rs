@@ -13,9 +13,9 @@ use crate::layout::NO_PRIMITIVE;
 /// over a unit: a few roundings of coordinates, of the plane and of the distance.
 const ERROR: f64 = 4.0 * f32::EPSILON as f64;
 
-/// Largest tolerance of weights, for rays that begin as far away as the object is large. Triangles so slender that they need more are not
-/// tested in this way.
-const MAX_TOLERANCE: f64 = 1.0 / 128.0;
+/// Largest tolerance of weights. Triangles so slender that rays which come straight from as far away as the object is large need more are
+/// not tested in this way; rays that come from much farther or graze a triangle get no more.
+pub(crate) const MAX_TOLERANCE: f32 = 1.0 / 128.0;
 
 /// How far the fourth corner may be from the plane of the others, as a part of the largest coordinate: as much as it is rounded.
 const FLATNESS: f64 = 2.0 * f32::EPSILON as f64;
@@ -110,7 +110,7 @@ impl Face {
             steepest = steepest.max(self::steepest([c_beyond, d_beyond]));
         }
         let tolerance = ERROR * steepest;
-        if !(tolerance * f64::from(size) <= MAX_TOLERANCE) {
+        if !(tolerance * f64::from(size) <= f64::from(MAX_TOLERANCE)) {
             return None;
         }
         let pair = |[x, y]: [f64; 2]| [x as f32, y as f32];

@@ -127,31 +127,70 @@ fn rays_that_are_not_rays_miss() {
     });
 }
 
-/// From inside of a closed mesh every ray hits, also those aimed at edges and vertices.
+/// From inside of a closed mesh every ray hits, also those aimed at edges and vertices: of a large one, and of one of so few triangles that
+/// all rays of a stream are tested with all of them.
 #[test]
 fn closed_meshes_do_not_leak() {
-    let mesh = Mesh::blob(if cfg!(miri) { 4 } else { 40 });
-    let mut rng = Rng::new(11);
-    let mut rays = Vec::new();
-    for i in 0..mesh.indices.len() {
-        let [a, b, c] = mesh.corners(i);
-        let s = (rng.signed() + 1.0) / 2.0;
-        let origin = rng.point().map(|x| 0.2 * x);
-        for target in [
-            a,
-            [0, 1, 2].map(|k: usize| a[k] + s * (b[k] - a[k])),
-            [0, 1, 2].map(|k: usize| (b[k] + c[k]) / 2.0),
-        ] {
-            rays.push(Ray::new(origin, [0, 1, 2].map(|k: usize| target[k] - origin[k])));
-            rays.push(Ray::new([0.0; 3], target));
+    for (size, repeats) in [(if cfg!(miri) { 4 } else { 40 }, 1), (6, amount(400))] {
+        let mesh = Mesh::blob(size);
+        let mut rng = Rng::new(11);
+        let mut rays = Vec::new();
+        for i in (0..mesh.indices.len()).cycle().take(repeats * mesh.indices.len()) {
+            let [a, b, c] = mesh.corners(i);
+            let s = (rng.signed() + 1.0) / 2.0;
+            let origin = rng.point().map(|x| 0.2 * x);
+            for target in [
+                a,
+                [0, 1, 2].map(|k: usize| a[k] + s * (b[k] - a[k])),
+                [0, 1, 2].map(|k: usize| (b[k] + c[k]) / 2.0),
+            ] {
+                rays.push(Ray::new(origin, [0, 1, 2].map(|k: usize| target[k] - origin[k])));
+                rays.push(Ray::new([0.0; 3], target));
+            }
         }
+        each_kernel(alone(Blas::triangles(&[mesh.geometry(0)], Quality::Balanced)), |t| {
+            assert!(rays.iter().all(|r| !t.closest(r, &Opaque).is_miss()), "{:?} leaks", t.kernel());
+            for coherence in [Coherence::Coherent, Coherence::Incoherent] {
+                let mut any = vec![false; rays.len()];
+                t.any_stream(&rays[..], &mut any, &Opaque, coherence);
+                assert!(any.iter().all(|&a| a), "any hits of the stream of {:?} leak", t.kernel());
+                let mut hits = vec![MISS; rays.len()];
+                t.closest_stream(&rays[..], &mut hits[..], &Opaque, coherence);
+                assert!(hits.iter().all(|hit| !hit.is_miss()), "the stream of {:?} leaks", t.kernel());
+            }
+        });
     }
-    each_kernel(alone(Blas::triangles(&[mesh.geometry(0)], Quality::Balanced)), |t| {
-        assert!(rays.iter().all(|r| !t.closest(r, &Opaque).is_miss()), "{:?} leaks", t.kernel());
-        let mut any = vec![false; rays.len()];
-        t.any_stream(&rays[..], &mut any, &Opaque, Coherence::Coherent);
-        assert!(any.iter().all(|&a| a), "the stream of {:?} leaks", t.kernel());
-    });
+}
+
+/// Whether a ray hits a triangle, in double precision. Nothing where it passes an edge, or ends, so closely that rounding decides, or where
+/// numbers leave the range.
+fn hits_surely(ray: &Ray, triangle: &[[f32; 3]; 3]) -> Option<bool> {
+    const CLOSE: f64 = 1e-4;
+    let wide = |p: [f32; 3]| p.map(f64::from);
+    let minus = |x: [f64; 3], y: [f64; 3]| [0, 1, 2].map(|k: usize| x[k] - y[k]);
+    let cross = |x: [f64; 3], y: [f64; 3]| {
+        [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]]
+    };
+    let dot = |x: [f64; 3], y: [f64; 3]| x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
+    let ([a, b, c], d) = (triangle.map(wide), wide(ray.direction));
+    let from = minus(wide(ray.origin), a);
+    let (ab, ac) = (minus(b, a), minus(c, a));
+    let normal = cross(ab, ac);
+    let along = dot(normal, d);
+    let t = -dot(normal, from) / along;
+    let p = [0, 1, 2].map(|k: usize| from[k] + t * d[k]);
+    let area = dot(normal, normal);
+    let (v, w) = (dot(cross(p, ac), normal) / area, dot(cross(ab, p), normal) / area);
+    let closest = v.min(w).min(1.0 - v - w);
+    // How far rounding moves the point, in weights: more at grazing angles, for slender triangles, and from far away.
+    let reach =
+        dot(from, from).max(t * t * dot(d, d)).sqrt() / (area.sqrt() / dot(ab, ab).max(dot(ac, ac)).sqrt());
+    let grazing = (area * dot(d, d)).sqrt() / along.abs();
+    let room = CLOSE * (1.0 + reach * grazing);
+    let (begin, end) = (f64::from(ray.t_min.max(0.0)), f64::from(ray.t_max));
+    let is_clear = |x: f64| (t - x).abs() > CLOSE * t.abs();
+    (closest.abs() > room && is_clear(begin) && is_clear(end))
+        .then_some(closest > 0.0 && begin < t && t < end)
 }
 
 /// Any float at all, often an awkward one.
@@ -196,7 +235,16 @@ proptest! {
                 prop_assert!(hit.is_miss() || (hit.t > ray.t_min.max(0.0) && hit.t < ray.t_max), "{hit:?}");
                 prop_assert!(!hit.u.is_nan() && !hit.v.is_nan());
                 prop_assert_eq!(tlas.any(ray, &Opaque), !hit.is_miss());
-                prop_assert_eq!(streamed.is_miss(), hit.is_miss());
+                // Streams of a few triangles let in rays that pass an edge by as much as rounding may err.
+                if streamed.is_miss() != hit.is_miss() {
+                    let met = if hit.is_miss() { streamed } else { &hit };
+                    let triangle = &points[met.primitive as usize];
+                    let right = hits_surely(ray, triangle).is_none_or(|hits| hits != streamed.is_miss());
+                    prop_assert!(right, "{hit:?} {streamed:?} {ray:?} {triangle:?}");
+                }
+                prop_assert!(!streamed.u.is_nan() && !streamed.v.is_nan());
+                let ends = ray.t_min.max(0.0)..ray.t_max;
+                prop_assert!(streamed.is_miss() || (streamed.t > ends.start && streamed.t < ends.end), "{streamed:?}");
             }
         }
     }

@@ -42,7 +42,7 @@ impl MaterialLanes {
         let binding = v.binding.0.first_chunk().expect("a row is longer");
         scene.sites.fetch(i, binding, first_lanes(waiting), rows.each_mut());
         // In the order of the fields of `Site`, of which these are the last.
-        let [.., ior, metallic, roughness, specular] = rows;
+        let [.., ior, _, metallic, roughness, specular] = rows;
         self.ior.0 = ior.map(f32::from_bits);
         self.metallic.0 = metallic.map(f32::from_bits);
         self.roughness.0 = roughness.map(f32::from_bits);

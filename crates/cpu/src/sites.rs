@@ -33,19 +33,31 @@ pub(crate) struct Site {
     pub material: u32,
     /// What paths come to here.
     pub arrival: Arrival,
-    /// 1 if its vertices are in the space of its object, 0 if they are in world space.
-    pub moved: u32,
-    /// 1 if its triangles have vertex normals.
-    pub smooth: u32,
+    /// Bits of [`form`].
+    pub form: u32,
     /// Albedo or tint of what is plain.
     pub color: [f32; 3],
-    /// Index of refraction of a plain dielectric.
+    /// Index of refraction of a plain dielectric, and one over it.
     pub ior: f32,
+    pub inverse_ior: f32,
     /// Of a plain glossy surface: as [`optics::glossy::MetallicRoughness`] has them.
     pub metallic: f32,
     pub roughness: f32,
     pub specular: f32,
 }
+
+/// What the triangles of a site are like, as bits.
+pub(crate) mod form {
+    /// Their vertices are in the space of their object, not in world space.
+    pub const MOVED: u32 = 1;
+    /// They have vertex normals.
+    pub const SMOOTH: u32 = 2;
+    /// They are so many that they need not be in the first cache.
+    pub const MANY: u32 = 4;
+}
+
+/// Triangles of a geometry that are likely to be in the first cache when they are hit, at most.
+const FEW_TRIANGLES: u32 = 64;
 
 /// What a path comes to. Surfaces from [`Arrival::Surface`] on are triangles that are computed many at a time. Those of the kinds behind it are
 /// scattered many at a time, too: their materials do not shine, have one colour all over, and scatter in one way.
@@ -258,10 +270,12 @@ fn site(tables: &SceneTables, instance: &InstanceRecord, geometry: u32, binding:
         } else {
             Arrival::of_material(material)
         },
-        moved: u32::from(!instance.identity),
-        smooth: u32::from(g.first_normal != NONE),
+        form: if instance.identity { 0 } else { form::MOVED }
+            | if g.first_normal == NONE { 0 } else { form::SMOOTH }
+            | if g.primitive_count <= FEW_TRIANGLES { 0 } else { form::MANY },
         color: [red, green, blue],
         ior: material.ior,
+        inverse_ior: 1.0 / material.ior,
         metallic: material.metallic.clamp(0.0, 1.0),
         roughness: material.roughness.clamp(0.0, 1.0),
         specular: material.specular,
@@ -324,7 +338,7 @@ mod tests {
                         site.first_in_blas <= primitive[lane] && primitive[lane] < site.first_in_blas + 2
                     );
                     assert_eq!(sites.rows()[binding as usize][0], site.first_in_blas);
-                    assert_eq!(sites.rows()[binding as usize][12], site.ior.to_bits());
+                    assert_eq!(sites.rows()[binding as usize][11], site.ior.to_bits());
                 }
             }
         }

@@ -7,7 +7,7 @@ use crate::escape::first_lanes;
 use crate::lanes::{LANES, Lanes, Vectors};
 use crate::scene::{CpuScene, transform_normal, transform_point};
 use crate::simd::{Instructions, prefetch};
-use crate::sites::{Arrival, Site};
+use crate::sites::{Arrival, Site, form};
 use crate::streams::{HitLanes, HitStream, PathStream};
 use crate::surface::{Surface, TexCoords, largest_coordinate, tex_coords, vertex_color};
 use accel::Side;
@@ -26,9 +26,9 @@ pub(crate) struct TriangleLanes {
     /// The following are those of [`Site`].
     first_vertex: Lanes<u32>,
     first_normal: Lanes<u32>,
-    moved: Lanes<u32>,
-    smooth: Lanes<u32>,
+    form: Lanes<u32>,
     ior: Lanes<f32>,
+    inverse_ior: Lanes<f32>,
     pub color: Vectors,
     /// Places of the triangles in the table of indices.
     triangle: Lanes<u32>,
@@ -148,10 +148,15 @@ impl TriangleLanes {
             self.wo.set(lane, -directions.get(lane));
             *length = lengths[lane] + hits.t[lane];
         }
-        let smooth = self.here & i.equal(&self.smooth.0, 1);
+        let smooth = self.having(i, form::SMOOTH);
         self.fetch_vertices(i, scene, smooth);
         for lane in 0..LANES {
             self.compute_lane(lane);
+        }
+        // On its own, because a choice between two numbers in memory keeps the compiler from taking all lanes together.
+        for lane in 0..LANES {
+            let front = self.front.0[lane] != 0;
+            self.eta.0[lane] = if front { self.ior.0[lane] } else { self.inverse_ior.0[lane] };
         }
         if smooth != 0 {
             for lane in 0..LANES {
@@ -164,6 +169,16 @@ impl TriangleLanes {
     #[inline(always)]
     pub fn which(&self, i: impl Instructions, arrival: Arrival) -> u32 {
         i.equal(&self.arrival.0, arrival as u32)
+    }
+
+    /// Which of the lanes that are computed here have triangles with all these bits of [`form`], as bits.
+    #[inline(always)]
+    fn having(&self, i: impl Instructions, bits: u32) -> u32 {
+        let mut these = Lanes::<u32>::default();
+        for lane in 0..LANES {
+            these.0[lane] = self.form.0[lane] & bits;
+        }
+        self.here & i.equal(&these.0, bits)
     }
 
     /// Finds out in which geometries the hits in `mask` are, and asks for their triangles.
@@ -186,12 +201,12 @@ impl TriangleLanes {
             geometry,
             material,
             &mut arrival.0,
-            &mut self.moved.0,
-            &mut self.smooth.0,
+            &mut self.form.0,
             bytemuck::cast_mut(&mut x.0),
             bytemuck::cast_mut(&mut y.0),
             bytemuck::cast_mut(&mut z.0),
             bytemuck::cast_mut(&mut self.ior.0),
+            bytemuck::cast_mut(&mut self.inverse_ior.0),
             metallic,
             roughness,
             specular,
@@ -205,7 +220,7 @@ impl TriangleLanes {
             self.primitive.0[lane] = hits.primitive[lane].wrapping_sub(first_in_blas.0[lane]);
             self.triangle.0[lane] = first_primitive.0[lane].wrapping_add(self.primitive.0[lane]);
         }
-        for lane in lanes(self.here) {
+        for lane in lanes(self.having(i, form::MANY)) {
             prefetch(&scene.tables.indices, self.triangle.0[lane] as usize);
         }
     }
@@ -216,19 +231,18 @@ impl TriangleLanes {
         let [a, b, c] = &mut self.indices;
         let indices = [a, b, c].map(|lanes| bytemuck::cast_mut::<[u32; LANES], [f32; LANES]>(&mut lanes.0));
         i.fetch(bytemuck::cast_slice(&scene.tables.indices), &self.triangle.0, self.here, indices);
-        let smooth = self.here & i.equal(&self.smooth.0, 1);
         for (k, indices) in self.indices.iter().enumerate() {
             for lane in 0..LANES {
                 self.position_places[k].0[lane] = self.first_vertex.0[lane].wrapping_add(indices.0[lane]);
                 self.normal_places[k].0[lane] = self.first_normal.0[lane].wrapping_add(indices.0[lane]);
             }
         }
-        for lane in lanes(self.here) {
+        for lane in lanes(self.having(i, form::MANY)) {
             for places in &self.position_places {
                 prefetch(&scene.tables.positions, places.0[lane] as usize);
             }
         }
-        for lane in lanes(smooth) {
+        for lane in lanes(self.having(i, form::MANY | form::SMOOTH)) {
             for places in &self.normal_places {
                 prefetch(&scene.tables.normals, places.0[lane] as usize);
             }
@@ -246,8 +260,7 @@ impl TriangleLanes {
                 i.fetch(&tables.normals, &places.0, smooth, [&mut x.0, &mut y.0, &mut z.0]);
             }
         }
-        let moved = self.here & i.equal(&self.moved.0, 1);
-        for lane in lanes(moved) {
+        for lane in lanes(self.having(i, form::MOVED)) {
             self.place(scene, lane);
         }
     }
@@ -278,8 +291,6 @@ impl TriangleLanes {
         self.shading_normal.set(lane, normal);
         self.front.0[lane] = u32::from(front);
         self.leaving.0[lane] = Side::of(self.id.0[lane], front);
-        let ior = self.ior.0[lane];
-        self.eta.0[lane] = if front { ior } else { 1.0 / ior };
     }
 
     /// The shading normal, if the triangle has vertex normals.
@@ -288,7 +299,7 @@ impl TriangleLanes {
         let [n0, n1, n2] = [0, 1, 2].map(|k| self.normals[k].get(lane));
         let (u, v) = (self.u.0[lane], self.v.0[lane]);
         let interpolated = n0 * (1.0 - u - v) + n1 * u + n2 * v;
-        let smooth = self.smooth.0[lane] != 0 && dot(interpolated, interpolated) > 1e-20;
+        let smooth = self.form.0[lane] & form::SMOOTH != 0 && dot(interpolated, interpolated) > 1e-20;
         let side = if self.front.0[lane] != 0 { 1.0 } else { -1.0 };
         let normal = self.normal.get(lane);
         let bent = bend_normal(self.wo.get(lane), normal, unit(interpolated) * side);

@@ -12,7 +12,7 @@ use super::setup::{LaneRays, LaneSlabs, abs};
 use crate::aabb::Aabb;
 use crate::behind::Behind;
 use crate::blas::Blas;
-use crate::face::{Face, Named};
+use crate::face::{Face, MAX_TOLERANCE, Named};
 use crate::handful::ALL_CHILDREN;
 use crate::layout::{ChildRef, EMPTY, LEAF, NO_PRIMITIVE, Node, WIDTH};
 use crate::ray::{Hit, HitFilter, MISS};
@@ -92,26 +92,12 @@ impl<'a> Top<'a> {
     #[inline(always)]
     pub fn meet_faces<A: Arithmetic, const ANY: bool>(&self, a: A, rays: &LaneRays<A>) -> Crossing<A> {
         let count = if ANY && self.are_within(a, rays) { self.inner } else { self.faces.len() };
-        let across = Across::new(a, rays, self.reach(a, rays));
+        let across = Across::new(a, rays, &self.bounds);
         let mut met = Crossing::new(a, rays);
         for (number, face) in (0..).zip(&self.faces[..count]) {
             met.meet::<ANY>(a, face, number, rays, &across);
         }
         met
-    }
-
-    /// How far away rays begin at most from anything within the bounds, along an axis, times the largest coordinate of their directions, and
-    /// negative, as tolerances are.
-    #[inline(always)]
-    fn reach<A: Arithmetic>(&self, a: A, rays: &LaneRays<A>) -> A::F {
-        let (mut distance, mut direction) = (a.splat(0.0), a.splat(0.0));
-        for axis in 0..3 {
-            let (low, high) = (a.splat(self.bounds.min[axis]), a.splat(self.bounds.max[axis]));
-            let (from_low, to_high) = (a.sub(rays.origin[axis], low), a.sub(high, rays.origin[axis]));
-            distance = a.max(distance, a.max(from_low, to_high));
-            direction = a.max(direction, abs(a, rays.direction[axis]));
-        }
-        a.sub(a.splat(0.0), a.mul(distance, direction))
     }
 
     /// Whether all rays go from one point within the bounds to another, and so do not cross what lies in the sides. That is no
@@ -206,8 +192,12 @@ pub(super) fn store<S: Simd>(s: S, x: <S::Sixteen as Arithmetic>::F, to: &mut [f
 
 /// How rays in lanes come to planes.
 struct Across<A: Arithmetic> {
-    /// Of [`Top::reach`].
-    reach: A::F,
+    /// How far away they begin at most, along an axis, from anything within the bounds; negative, as tolerances are.
+    distance: A::F,
+    /// The largest coordinates of their directions.
+    longest: A::F,
+    /// A quarter of their directions, so that sums of coordinates stay in the range of floats.
+    quarter: [A::F; 3],
     /// Minus one over the directions' coordinates.
     inverse: [A::F; 3],
     /// Tolerances of planes across the axes, but for the faces' own part.
@@ -216,18 +206,30 @@ struct Across<A: Arithmetic> {
 
 impl<A: Arithmetic> Across<A> {
     #[inline(always)]
-    fn new(a: A, rays: &LaneRays<A>, reach: A::F) -> Self {
-        let (mut inverse, mut tolerance) = ([reach; 3], [reach; 3]);
+    fn new(a: A, rays: &LaneRays<A>, bounds: &Aabb) -> Self {
+        let zero = a.splat(0.0);
+        let (mut distance, mut longest) = (zero, zero);
         for axis in 0..3 {
-            inverse[axis] = a.div(a.splat(-1.0), rays.direction[axis]);
-            tolerance[axis] = Self::tolerance(a, reach, inverse[axis]);
+            let (low, high) = (a.splat(bounds.min[axis]), a.splat(bounds.max[axis]));
+            let (to_low, to_high) = (a.sub(low, rays.origin[axis]), a.sub(rays.origin[axis], high));
+            distance = a.min(distance, a.min(to_low, to_high));
+            longest = a.max(longest, abs(a, rays.direction[axis]));
         }
-        Across { reach, inverse, tolerance }
+        let [quarter, inverse, tolerance] = [[zero; 3]; 3];
+        let mut across = Across { distance, longest, quarter, inverse, tolerance };
+        for axis in 0..3 {
+            across.quarter[axis] = a.mul(rays.direction[axis], a.splat(0.25));
+            across.inverse[axis] = a.div(a.splat(-1.0), rays.direction[axis]);
+            across.tolerance[axis] = across.tolerance_at(a, across.inverse[axis]);
+        }
+        across
     }
 
+    /// The tolerance of a plane to which a direction rises by this.
     #[inline(always)]
-    fn tolerance(a: A, reach: A::F, inverse: A::F) -> A::F {
-        a.mul(reach, a.flip_sign(inverse, inverse))
+    fn tolerance_at(&self, a: A, inverse: A::F) -> A::F {
+        // In this order, because the first product is never far from one.
+        a.mul(a.mul(self.longest, a.flip_sign(inverse, inverse)), self.distance)
     }
 }
 
@@ -275,27 +277,28 @@ impl<A: Arithmetic> Crossing<A> {
             a.sub(rays.origin[i], a.splat(face.corner[i])),
             a.sub(rays.origin[j], a.splat(face.corner[j])),
         ];
-        let (dk, di, dj) = (rays.direction[k], rays.direction[i], rays.direction[j]);
         let (t, tolerance) = if face.is_aligned() {
             // The same numbers in less time: most walls are.
             (a.mul(from[0], across.inverse[k]), across.tolerance[k])
         } else {
             let [slope_i, slope_j] = [a.splat(face.slope[0]), a.splat(face.slope[1])];
-            // Above the plane, and how fast that changes, both along the axis.
+            // Above the plane, and a quarter of how fast that changes, both along the axis.
             let height = a.mul_add(slope_j, from[2], a.mul_add(slope_i, from[1], from[0]));
+            let [dk, di, dj] = [across.quarter[k], across.quarter[i], across.quarter[j]];
             let ascent = a.mul_add(slope_j, dj, a.mul_add(slope_i, di, dk));
-            let inverse = a.div(a.splat(-1.0), ascent);
-            (a.mul(height, inverse), Across::tolerance(a, across.reach, inverse))
+            let inverse = a.div(a.splat(-0.25), ascent);
+            (a.mul(height, inverse), across.tolerance_at(a, inverse))
         };
-        let (x, y) = (a.mul_add(t, di, from[1]), a.mul_add(t, dj, from[2]));
+        let (x, y) = (a.mul_add(t, rays.direction[i], from[1]), a.mul_add(t, rays.direction[j], from[2]));
         let b = weight(a, face.b, x, y);
         // On which side of the edge that both triangles have.
         let beyond = a.lt(b, a.splat(face.beyond));
         let second = a.select(beyond, b, weight(a, face.c_beyond, x, y));
         let third = a.select(beyond, weight(a, face.c, x, y), a.mul(b, a.splat(face.d)));
         let first = a.sub(a.sub(a.splat(1.0), second), third);
-        let lowest = a.mul(tolerance, a.splat(face.tolerance));
-        let inside = a.le(lowest, a.min(first, a.min(second, third)));
+        let lowest = a.max(a.mul(tolerance, a.splat(face.tolerance)), a.splat(-MAX_TOLERANCE));
+        // In this order it is no number where one of them is none, because then the first one is.
+        let inside = a.le(lowest, a.min(a.min(second, third), first));
         let crossed = a.and(inside, a.and(a.lt(rays.t_min, t), a.lt(t, self.t)));
         self.any = a.or(self.any, crossed);
         if !ANY {
