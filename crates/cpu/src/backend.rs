@@ -193,6 +193,8 @@ fn render_pass(
     let width = view.window.width as usize;
     let bands = film.pixels_mut().par_chunks_mut(width * BAND_ROWS as usize).enumerate();
     let done: Vec<(u64, FirstHits)> = bands
+        // Else bands are stolen a quarter of the picture at a time, and threads wait for the last one.
+        .with_max_len(1)
         .map(|(i, pixels)| {
             let mut aovs = FirstHits::new();
             if control.is_cancelled() {

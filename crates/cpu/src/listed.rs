@@ -38,7 +38,7 @@ pub(crate) fn render(
     let mut rays = 0;
     for some in pieces.chunks(at_once) {
         let done: Vec<Done> =
-            some.par_iter().map(|piece| render_piece(scene, view, piece, control)).collect();
+            some.par_iter().with_max_len(1).map(|piece| render_piece(scene, view, piece, control)).collect();
         for (piece, done) in some.iter().zip(done) {
             rays += done.rays;
             for (pixel, estimate) in piece.iter().zip(&done.estimates) {
