@@ -110,7 +110,8 @@ impl Face {
             steepest = steepest.max(self::steepest([c_beyond, d_beyond]));
         }
         let tolerance = ERROR * steepest;
-        if !(tolerance * f64::from(size) <= f64::from(MAX_TOLERANCE)) {
+        let most = tolerance * f64::from(size);
+        if most.is_nan() || most > f64::from(MAX_TOLERANCE) {
             return None;
         }
         let pair = |[x, y]: [f64; 2]| [x as f32, y as f32];
