@@ -3,7 +3,7 @@
 //! A line meets the plane first; the point there, seen along one of the axes, has weights of the corners that are linear functions of
 //! its place. All that is found out beforehand, so a test is a few dozen operations for two triangles, where moving corners into the
 //! space of each ray and measuring areas between them takes twice as many (Baldwin and Weber, "Fast Ray-Triangle Intersections by
-//! Coordinate Transformation", JCGT 5(3), 2016, with the projection of Wald's dissertation, 2004, section 7.1.1).
+//! Coordinate Transformation", JCGT 5(3), 2016, with the projection of Wald, "Realtime Ray Tracing and Interactive Global Illumination", 2004).
 //!
 //! Rays that pass an edge by as little as rounding may err are let in, so that nothing gets through between neighbours.
 
