@@ -131,7 +131,7 @@ fn rays_that_are_not_rays_miss() {
 /// all rays of a stream are tested with all of them.
 #[test]
 fn closed_meshes_do_not_leak() {
-    for (size, repeats) in [(if cfg!(miri) { 4 } else { 40 }, 1), (6, amount(400))] {
+    for (size, repeats) in [(if cfg!(miri) { 4 } else { 40 }, 1), (6, amount(100))] {
         let mesh = Mesh::blob(size);
         let mut rng = Rng::new(11);
         let mut rays = Vec::new();
