@@ -169,7 +169,8 @@ impl Tlas {
         kernel::tlas_any(self.kernel, self, ray, filter)
     }
 
-    /// The nearest hit of each ray.
+    /// The nearest hit of each ray. Where rays are tested with large or few triangles together, those that pass an edge by no more than
+    /// rounding may err hit, too, which [`Tlas::closest`] may not find.
     ///
     /// # Panics
     ///

@@ -228,7 +228,7 @@ impl<A: Arithmetic> Across<A> {
     /// The tolerance of a plane to which a direction rises by this.
     #[inline(always)]
     fn tolerance_at(&self, a: A, inverse: A::F) -> A::F {
-        // In this order, because the first product is never far from one.
+        // In this order, because the first product does not depend on the directions' length.
         a.mul(a.mul(self.longest, a.flip_sign(inverse, inverse)), self.distance)
     }
 }
