@@ -54,41 +54,59 @@ impl ExactSum {
     }
 }
 
-/// Sums of eight series of numbers in `[0, 2⁵²]`, of at most 2048 terms each, on the way to [`ExactSum`]s: the same bits, in
+/// Sums of eight series of numbers in `[0, 2³⁷]`, of at most 2048 terms each, on the way to [`ExactSum`]s: the same bits, in
 /// vector registers.
+///
+/// Each term is cut into a multiple of 2⁻¹⁴ and a rest, each rest into steps of 2⁻⁶⁴; both are integers in 64 bits. To find them
+/// takes no conversion: the last bits of a sum with a large number ([`COARSE`], [`FINE`]) are the other term in fixed point.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ExactLanes {
-    low: [u64; 8],
-    high: [u64; 8],
+    coarse: [u64; 8],
+    fine: [u64; 8],
+    count: u64,
 }
+
+/// Numbers from this to twice this are 2⁻¹⁴ apart.
+const COARSE: f64 = 274_877_906_944.0; // 2³⁸
+/// Numbers within a third of this are 2⁻⁶⁴ apart.
+const FINE: f64 = 1.5 / 4096.0; // 1.5·2⁻¹²
 
 impl ExactLanes {
     /// How many numbers may be added to each sum.
     pub const MAX_COUNT: u64 = 2048;
     /// The largest number that may be added.
-    pub const MAX_TERM: f64 = 4_503_599_627_370_496.0; // 2⁵²
+    pub const MAX_TERM: f64 = COARSE / 2.0;
 
     /// Adds one number to each sum.
     #[inline(always)]
     pub fn add(&mut self, terms: [f64; 8]) {
-        for (lane, x) in terms.iter().enumerate() {
-            // As in `ExactSum::from_f64`, with the halves of the 128 bits apart. Shifts by 64 and more give zero.
-            let bits = x.to_bits();
-            let shift = 1086 - (bits >> 52) as u32;
-            let mantissa = (bits << 11) | (1 << 63);
-            let left = |n: u32| mantissa.checked_shl(n).unwrap_or(0);
-            let right = |n: u32| mantissa.checked_shr(n).unwrap_or(0);
-            let low = left(64_u32.wrapping_sub(shift)) | right(shift.wrapping_sub(64));
-            let sum = self.low[lane].wrapping_add(low);
-            self.high[lane] += right(shift) + u64::from(sum < low);
-            self.low[lane] = sum;
+        for (lane, x) in terms.into_iter().enumerate() {
+            let with_coarse = x + COARSE;
+            // From -2⁻¹⁵ to 2⁻¹⁵; no difference here is rounded.
+            let rest = x - (with_coarse - COARSE);
+            let with_fine = rest + FINE;
+            // What has been rounded up is one step too large.
+            let too_large = u64::from(with_fine - FINE > rest);
+            self.coarse[lane] = self.coarse[lane].wrapping_add(with_coarse.to_bits());
+            self.fine[lane] = self.fine[lane].wrapping_add(with_fine.to_bits()).wrapping_sub(too_large);
         }
+        self.count += 1;
+    }
+
+    /// How many numbers have been added to each sum.
+    #[inline(always)]
+    pub fn count(&self) -> u64 {
+        self.count
     }
 
     /// One of the sums.
     #[inline(always)]
     pub fn sum(&self, lane: usize) -> ExactSum {
-        ExactSum((u128::from(self.high[lane]) << 64 | u128::from(self.low[lane])) as i128)
+        let without = |sum: u64, each: f64| sum.wrapping_sub(each.to_bits().wrapping_mul(self.count));
+        // At most 2048 terms of 2⁵¹ steps of 2⁻¹⁴, or of 2⁴⁹ steps of 2⁻⁶⁴, which may be negative.
+        let coarse = i128::from(without(self.coarse[lane], COARSE));
+        let fine = i128::from(without(self.fine[lane], FINE) as i64);
+        ExactSum((coarse << 50) + fine)
     }
 }
 
@@ -128,7 +146,7 @@ mod tests {
     proptest! {
         #[test]
         fn lanes_sum_the_same_bits(
-            terms in prop::collection::vec(prop::array::uniform8((0.0..1.0_f64, -90_i32..52)), 0..100),
+            terms in prop::collection::vec(prop::array::uniform8((0.0..1.0_f64, -90_i32..37)), 0..100),
         ) {
             let (mut lanes, mut sums) = (ExactLanes::default(), [ExactSum::ZERO; 8]);
             for row in &terms {

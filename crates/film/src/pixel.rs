@@ -45,24 +45,25 @@ impl PixelStats {
     /// huge.
     #[inline(always)]
     pub fn add_all(&mut self, samples: impl IntoIterator<Item = [f32; 3]>) {
-        const LIMIT: f32 = 67_108_864.0; // 2²⁶
+        const LIMIT: f32 = 262_144.0; // 2¹⁸
         const { assert!(LIMIT as f64 * LIMIT as f64 <= ExactLanes::MAX_TERM, "squares must fit, too") };
-        let (mut lanes, mut count) = (ExactLanes::default(), 0);
+        let mut lanes = ExactLanes::default();
         for rgb in samples {
-            if !rgb.iter().all(|c| (0.0..=LIMIT).contains(c)) || count == ExactLanes::MAX_COUNT {
+            // Adding zero makes -0 positive. Negative numbers, infinity and NaN have larger bits than the limit.
+            let [r, g, b] = rgb.map(|c| c + 0.0);
+            let largest = r.to_bits().max(g.to_bits()).max(b.to_bits());
+            if largest > LIMIT.to_bits() || lanes.count() == ExactLanes::MAX_COUNT {
                 self.add(rgb);
                 continue;
             }
-            let [r, g, b] = rgb.map(f64::from);
-            // Adding zero makes -0 positive.
-            lanes.add([r + 0.0, g + 0.0, b + 0.0, 0.0, r * r, g * g, b * b, 0.0]);
-            count += 1;
+            let [r, g, b] = [r, g, b].map(f64::from);
+            lanes.add([r, g, b, 0.0, r * r, g * g, b * b, 0.0]);
         }
         for c in 0..3 {
             self.sum[c] += lanes.sum(c);
             self.sum_of_squares[c] += lanes.sum(c + 4);
         }
-        self.count += count;
+        self.count += lanes.count();
     }
 
     /// Adds `count` samples of which only the sums are known, as a GPU keeps them. The sums count as exact.
