@@ -8,6 +8,7 @@
 //!
 //! This changes no answer: rays start a little above the surface that they leave, by more than what counts as behind may stick out.
 
+use crate::aabb::Aabb;
 use crate::handful::ALL_CHILDREN;
 use crate::kernel::{self, Kernel, MAX_DEPTH};
 use crate::layout::{ChildRef, EMPTY, LEAF, NO_PRIMITIVE, Node, TriangleBlock, WIDTH, leaf_index};
@@ -51,9 +52,9 @@ const TOLERANCE: f32 = 0.875 / (1 << 22) as f32;
 /// Relative error of a height above a plane, with room: of the normal, of a difference, of a product and of the sums.
 const ERROR: f32 = 4.0 * f32::EPSILON;
 
-/// Nodes and leaves that are looked at for the triangles of a block at most, for all of them together. Most need few; where planes cut
-/// through everything, it would be all.
-const MOST_VISITS: u32 = 512;
+/// Nodes and leaves that are looked at for one side of all triangles of a block at most. Most need few; where planes cut through
+/// everything, it would be all.
+const MOST_VISITS: u32 = 1024;
 
 /// Sides of more triangles have no numbers, children of more nodes neither.
 const MOST_TRIANGLES: usize = 1 << 30;
@@ -150,16 +151,59 @@ impl Plane {
         })
     }
 
+    /// Of no triangle.
+    const NOTHING: Plane = Plane { point: [0.0; 3], normal: [0.0; 3], tolerance: 0.0 };
+
     fn turned(self) -> Plane {
         Plane { normal: self.normal.map(|x| -x), ..self }
     }
 }
 
-/// Which of eight points are above a plane. Each number is rounded by itself, so that all kernels find the same.
+/// One side of each triangle of a block.
+struct Sides {
+    planes: [Plane; WIDTH],
+    columns: Columns,
+}
+
+/// Planes, by coordinate and lane.
+pub(crate) struct Columns {
+    point: [[f32; WIDTH]; 3],
+    normal: [[f32; WIDTH]; 3],
+    tolerance: [f32; WIDTH],
+}
+
+impl Sides {
+    fn of(planes: [Plane; WIDTH]) -> Sides {
+        let columns = Columns {
+            point: [0, 1, 2].map(|axis: usize| planes.map(|plane| plane.point[axis])),
+            normal: [0, 1, 2].map(|axis: usize| planes.map(|plane| plane.normal[axis])),
+            tolerance: planes.map(|plane| plane.tolerance),
+        };
+        Sides { planes, columns }
+    }
+
+    fn turned(&self) -> Sides {
+        Sides::of(self.planes.map(Plane::turned))
+    }
+}
+
+/// Above which of eight planes a box reaches, as bits.
+#[derive(Clone, Copy)]
+pub(crate) struct BoxAbove {
+    /// Above these a corner may be in spite of all rounding.
+    maybe: u32,
+    /// Above these a whole side is. Something in the box touches that side, and so is above them, too; if boxes were larger than what is in
+    /// them, less would be found to lie behind.
+    surely: u32,
+}
+
+/// What is above planes. Each number is rounded by itself, so that all kernels find the same.
 pub(crate) trait Measure: Copy {
-    /// Points, by coordinate and lane, whose height may be above the plane's tolerance, as bits: if `surely`, only those where it is above
-    /// in spite of all rounding. Not where coordinates are not numbers.
-    fn above(self, plane: &Plane, points: [&[f32; WIDTH]; 3], surely: bool) -> u32;
+    /// Points, by coordinate and lane, that may be above a plane in spite of all rounding, as bits. Not where coordinates are not numbers.
+    fn above(self, plane: &Plane, points: [&[f32; WIDTH]; 3]) -> u32;
+
+    /// Above which planes a box reaches that is not empty. What overflows is above.
+    fn box_above(self, planes: &Columns, bounds: Aabb) -> BoxAbove;
 }
 
 /// Lane by lane.
@@ -167,14 +211,35 @@ pub(crate) trait Measure: Copy {
 pub(crate) struct OneByOne;
 
 impl Measure for OneByOne {
-    fn above(self, plane: &Plane, points: [&[f32; WIDTH]; 3], surely: bool) -> u32 {
-        let error = if surely { -ERROR } else { ERROR };
+    fn above(self, plane: &Plane, points: [&[f32; WIDTH]; 3]) -> u32 {
         let is_above = |lane: usize| {
             let part = |axis: usize| plane.normal[axis] * (points[axis][lane] - plane.point[axis]);
             let [x, y, z] = [part(0), part(1), part(2)];
-            (x + y + z) + error * (x.abs() + y.abs() + z.abs()) > plane.tolerance
+            (x + y + z) + ERROR * (x.abs() + y.abs() + z.abs()) > plane.tolerance
         };
         (0..WIDTH).fold(0, |bits, lane| bits | u32::from(is_above(lane)) << lane)
+    }
+
+    fn box_above(self, planes: &Columns, bounds: Aabb) -> BoxAbove {
+        // As vector instructions choose where one is not a number.
+        let [larger, smaller] =
+            [|a: f32, b: f32| if a > b { a } else { b }, |a: f32, b: f32| if a < b { a } else { b }];
+        let mut above = BoxAbove { maybe: 0, surely: 0 };
+        for lane in 0..WIDTH {
+            let parts = [0, 1, 2].map(|axis: usize| {
+                let part = |end: f32| planes.normal[axis][lane] * (end - planes.point[axis][lane]);
+                [part(bounds.min[axis]), part(bounds.max[axis])]
+            });
+            let [x, y, z] = parts.map(|[a, b]| larger(a, b));
+            let [low_x, low_y, low_z] = parts.map(|[a, b]| smaller(a, b));
+            let height = (x + y + z) + ERROR * (x.abs() + y.abs() + z.abs());
+            let span = larger(x - low_x, larger(y - low_y, z - low_z));
+            let tolerance = planes.tolerance[lane];
+            let is_below = height <= tolerance; // false for NaN
+            above.maybe |= u32::from(!is_below) << lane;
+            above.surely |= u32::from((low_x + low_y + low_z) + span > tolerance) << lane;
+        }
+        above
     }
 }
 
@@ -182,22 +247,49 @@ impl Measure for OneByOne {
 #[derive(Clone, Copy)]
 pub(crate) struct AllAtOnce<S>(pub S);
 
-impl<S: Simd> Measure for AllAtOnce<S> {
+impl<S: Simd> AllAtOnce<S> {
+    /// The sum of three parts of a height, as large as rounding may have made it.
     #[inline(always)]
-    fn above(self, plane: &Plane, points: [&[f32; WIDTH]; 3], surely: bool) -> u32 {
+    fn height(self, [x, y, z]: [S::F; 3]) -> S::F {
         let s = self.0;
-        let (mut height, mut size) = (s.splat(0.0), s.splat(0.0));
-        for axis in 0..3 {
-            let away = s.sub(s.load(points[axis]), s.splat(plane.point[axis]));
-            let part = s.mul(s.splat(plane.normal[axis]), away);
-            let magnitude = s.max(part, s.sub(s.splat(0.0), part));
-            (height, size) =
-                if axis == 0 { (part, magnitude) } else { (s.add(height, part), s.add(size, magnitude)) };
-        }
-        let error = s.splat(if surely { -ERROR } else { ERROR });
-        s.bits(s.lt(s.splat(plane.tolerance), s.add(height, s.mul(error, size))))
+        let magnitude = |part: S::F| s.flip_sign(part, part);
+        let size = s.add(s.add(magnitude(x), magnitude(y)), magnitude(z));
+        s.add(s.add(s.add(x, y), z), s.mul(s.splat(ERROR), size))
     }
 }
+
+impl<S: Simd> Measure for AllAtOnce<S> {
+    #[inline(always)]
+    fn above(self, plane: &Plane, points: [&[f32; WIDTH]; 3]) -> u32 {
+        let s = self.0;
+        let part = |axis: usize| {
+            s.mul(s.splat(plane.normal[axis]), s.sub(s.load(points[axis]), s.splat(plane.point[axis])))
+        };
+        s.bits(s.lt(s.splat(plane.tolerance), self.height([part(0), part(1), part(2)])))
+    }
+
+    #[inline(always)]
+    fn box_above(self, planes: &Columns, bounds: Aabb) -> BoxAbove {
+        let s = self.0;
+        let [mut high, mut low] = [[s.splat(0.0); 3]; 2];
+        for axis in 0..3 {
+            let (normal, point) = (s.load(&planes.normal[axis]), s.load(&planes.point[axis]));
+            let part = |end: f32| s.mul(normal, s.sub(s.splat(end), point));
+            let (a, b) = (part(bounds.min[axis]), part(bounds.max[axis]));
+            (high[axis], low[axis]) = (s.max(a, b), s.min(a, b));
+        }
+        let span = |axis: usize| s.sub(high[axis], low[axis]);
+        let of_a_side = s.add(s.add(s.add(low[0], low[1]), low[2]), s.max(span(0), s.max(span(1), span(2))));
+        let tolerance = s.load(&planes.tolerance);
+        BoxAbove {
+            maybe: s.bits(s.le(self.height(high), tolerance)) ^ ALL_PLANES,
+            surely: s.bits(s.lt(tolerance, of_a_side)),
+        }
+    }
+}
+
+/// All planes of a block's side, as bits.
+const ALL_PLANES: u32 = (1 << WIDTH) - 1;
 
 #[inline(always)]
 fn rows([x, y, z]: &[[f32; WIDTH]; 3]) -> [&[f32; WIDTH]; 3] {
@@ -216,10 +308,25 @@ pub(crate) struct Climb<'a> {
 /// Room for the siblings along the deepest path.
 const ROOM: usize = WIDTH * MAX_DEPTH;
 
-/// Subtrees that are to be looked at, depth first.
+/// Subtrees that are to be looked at, depth first, and for which planes, as bits.
 struct Open {
-    children: [ChildRef; ROOM],
+    subtrees: [(ChildRef, u32); ROOM],
     count: usize,
+}
+
+impl Open {
+    #[inline(always)]
+    fn push(&mut self, child: ChildRef, planes: u32) {
+        // On each level of the tree at most eight wait: there is room.
+        self.subtrees[self.count] = (child, planes);
+        self.count += 1;
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<(ChildRef, u32)> {
+        self.count = self.count.checked_sub(1)?;
+        Some(self.subtrees[self.count])
+    }
 }
 
 impl<'a> Climb<'a> {
@@ -239,115 +346,115 @@ impl<'a> Climb<'a> {
     /// What lies behind both sides of each triangle of a block.
     #[inline(always)]
     pub fn behind_block(&self, m: impl Measure, block: usize) -> [[Children; 2]; WIDTH] {
-        let mut behind = [[Children::NONE; 2]; WIDTH];
-        let mut open = Open { children: [EMPTY; ROOM], count: 0 };
-        let mut visits = MOST_VISITS;
+        let (mut planes, mut known) = ([Plane::NOTHING; WIDTH], 0);
         for lane in 0..WIDTH {
             // Unused lanes have none.
-            let Some(plane) = Plane::of(self.blocks[block].triangle(lane)) else { continue };
-            for (side, behind) in behind[lane].iter_mut().enumerate() {
-                let plane = if side == 0 { plane } else { plane.turned() };
-                *behind = self.behind_plane(m, &plane, block, &mut visits, &mut open);
+            if let Some(plane) = Plane::of(self.blocks[block].triangle(lane)) {
+                planes[lane] = plane;
+                known |= 1 << lane;
             }
         }
-        behind
+        let mut open = Open { subtrees: [(EMPTY, 0); ROOM], count: 0 };
+        let front = Sides::of(planes);
+        let of_fronts = self.behind_sides(m, &front, known, block, &mut open);
+        let of_backs = self.behind_sides(m, &front.turned(), known, block, &mut open);
+        std::array::from_fn(|lane| [of_fronts[lane], of_backs[lane]])
     }
 
-    /// Climbs from a block as long as nothing is above a plane. What is below it where that ends lies behind.
+    /// Climbs from a block as long as nothing is above planes, those in `planes`. What is below one where that ends lies behind it.
     #[inline(always)]
-    fn behind_plane(
+    fn behind_sides(
         &self,
         m: impl Measure,
-        plane: &Plane,
+        sides: &Sides,
+        planes: u32,
         block: usize,
-        visits: &mut u32,
         open: &mut Open,
-    ) -> Children {
+    ) -> [Children; WIDTH] {
+        let mut behind = [Children::NONE; WIDTH];
+        let mut visits = MOST_VISITS;
         let (mut child, mut node) = (LEAF | block as u32, self.above_blocks[block]);
-        let mut behind = Children::NONE;
-        if !self.is_below(m, plane, child, visits, open) {
-            return behind;
-        }
-        while node != EMPTY {
-            let children = &self.nodes[node as usize].children;
-            let used = self.nodes[node as usize].used();
-            let mut higher = self.higher_children(m, plane, node);
-            let mut below = used & !higher;
-            while higher != 0 {
-                let slot = higher.trailing_zeros() as usize % WIDTH;
-                higher &= higher - 1;
-                let known = children[slot] == child;
-                if known || self.is_below(m, plane, children[slot], visits, open) {
-                    below |= 1 << slot;
+        let mut climbing = planes & !self.leaf_above(m, sides, block, planes);
+        while node != EMPTY && climbing != 0 {
+            let (here, above) = (&self.nodes[node as usize], self.above_nodes[node as usize]);
+            // Of each child, below which planes it lies; those below which all do go on.
+            let (mut below, mut on) = ([0; WIDTH], climbing);
+            for slot in used_slots(here) {
+                below[slot] = climbing;
+                if here.children[slot] != child {
+                    let maybe = climbing & m.box_above(&sides.columns, here.bounds(slot)).maybe;
+                    below[slot] &=
+                        !maybe | self.below(m, sides, here.children[slot], maybe, &mut visits, open);
                 }
+                on &= below[slot];
             }
-            behind = Children::new(node, below);
-            if below != used {
-                break;
+            let ends = if above == EMPTY { climbing } else { climbing & !on };
+            for lane in (0..WIDTH).filter(|lane| ends >> lane & 1 != 0) {
+                let which = (0..WIDTH).fold(0, |which, slot| which | (below[slot] >> lane & 1) << slot);
+                behind[lane] = Children::new(node, which);
             }
-            (child, node) = (node, self.above_nodes[node as usize]);
+            (child, node, climbing) = (node, above, on);
         }
         behind
     }
 
-    /// Places of a node's children whose boxes reach above a plane, as bits.
+    /// Of some planes, those above which nothing of a subtree is, as far as that can be seen with so many visits.
     #[inline(always)]
-    fn higher_children(&self, m: impl Measure, plane: &Plane, node: u32) -> u32 {
-        let node = &self.nodes[node as usize];
-        let [x, y, z] = [0, 1, 2].map(|axis: usize| usize::from(plane.normal[axis] >= 0.0));
-        // Unused boxes are inverted: what would be their highest corner is as far below as can be.
-        m.above(plane, [&node.planes[0][x], &node.planes[1][y], &node.planes[2][z]], false)
-    }
-
-    /// Whether the lowest corner of a child's box is above a plane: then so is all that is in it. As bits, by place.
-    #[inline(always)]
-    fn wholly_above(&self, m: impl Measure, plane: &Plane, node: u32) -> u32 {
-        let planes = &self.nodes[node as usize].planes;
-        let [x, y, z] = [0, 1, 2].map(|axis: usize| usize::from(plane.normal[axis] < 0.0));
-        m.above(plane, [&planes[0][x], &planes[1][y], &planes[2][z]], true)
-    }
-
-    /// Whether nothing of a subtree is above a plane, as far as that can be seen with so many visits.
-    #[inline(always)]
-    fn is_below(
+    fn below(
         &self,
         m: impl Measure,
-        plane: &Plane,
+        sides: &Sides,
         child: ChildRef,
+        planes: u32,
         visits: &mut u32,
         open: &mut Open,
-    ) -> bool {
-        open.children[0] = child;
-        open.count = 1;
-        while open.count > 0 {
-            if *visits == 0 {
-                return false;
-            }
-            *visits -= 1;
-            open.count -= 1;
-            let child = open.children[open.count];
-            if child & LEAF != 0 {
-                let [a, b, c] = &self.blocks[leaf_index(child)].vertices;
-                let above = m.above(plane, rows(a), false) | m.above(plane, rows(b), false);
-                if above | m.above(plane, rows(c), false) != 0 {
-                    return false;
-                }
+    ) -> u32 {
+        let mut below = planes;
+        open.count = 0;
+        open.push(child, planes);
+        while let Some((child, planes)) = open.pop() {
+            let planes = planes & below;
+            if planes == 0 {
                 continue;
             }
-            let children = &self.nodes[child as usize].children;
-            let mut higher = self.higher_children(m, plane, child);
-            if higher != 0 && higher & self.wholly_above(m, plane, child) != 0 {
-                return false;
+            if *visits == 0 {
+                return 0;
             }
-            while higher != 0 {
-                // On each level of the tree at most eight wait: there is room.
-                open.children[open.count] = children[higher.trailing_zeros() as usize];
-                open.count += 1;
-                higher &= higher - 1;
+            *visits -= 1;
+            if child & LEAF != 0 {
+                below &= !self.leaf_above(m, sides, leaf_index(child), planes);
+                continue;
+            }
+            let node = &self.nodes[child as usize];
+            for slot in used_slots(node) {
+                let above = m.box_above(&sides.columns, node.bounds(slot));
+                below &= !(above.surely & planes);
+                if above.maybe & planes != 0 {
+                    open.push(node.children[slot], above.maybe & planes);
+                }
             }
         }
-        true
+        below
     }
+
+    /// Of some planes, those above which corners of a leaf's triangles are.
+    #[inline(always)]
+    fn leaf_above(&self, m: impl Measure, sides: &Sides, leaf: usize, planes: u32) -> u32 {
+        let [a, b, c] = &self.blocks[leaf].vertices;
+        let mut found = 0;
+        for lane in (0..WIDTH).filter(|lane| planes >> lane & 1 != 0) {
+            let plane = &sides.planes[lane];
+            let above = m.above(plane, rows(a)) | m.above(plane, rows(b)) | m.above(plane, rows(c));
+            found |= u32::from(above != 0) << lane;
+        }
+        found
+    }
+}
+
+/// Places of a node's children.
+#[inline(always)]
+fn used_slots(node: &Node) -> impl Iterator<Item = usize> {
+    (0..WIDTH).filter(|slot| node.children[*slot] != EMPTY)
 }
 
 #[cfg(test)]

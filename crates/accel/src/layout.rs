@@ -84,9 +84,11 @@ impl Node {
     pub const EMPTY: Node =
         Node { planes: [[[f32::MAX; WIDTH], [f32::MIN; WIDTH]]; 3], children: [EMPTY; WIDTH] };
 
+    #[inline(always)]
     pub fn bounds(&self, child: usize) -> Aabb {
-        let face = |side: usize| [0, 1, 2].map(|a: usize| self.planes[a][side][child]);
-        Aabb { min: face(0), max: face(1) }
+        // Not by iterators or `map`: kernels' instructions are not those of their closures.
+        let [x, y, z] = &self.planes;
+        Aabb { min: [x[0][child], y[0][child], z[0][child]], max: [x[1][child], y[1][child], z[1][child]] }
     }
 
     pub fn set_bounds(&mut self, child: usize, b: &Aabb) {
@@ -94,16 +96,6 @@ impl Node {
             self.planes[a][0][child] = if b.min[a] <= b.max[a] { b.min[a] } else { f32::MAX };
             self.planes[a][1][child] = if b.min[a] <= b.max[a] { b.max[a] } else { f32::MIN };
         }
-    }
-
-    /// Places of the children that there are, as bits.
-    #[inline(always)]
-    pub fn used(&self) -> u32 {
-        let mut used = 0;
-        for slot in 0..WIDTH {
-            used |= u32::from(self.children[slot] != EMPTY) << slot;
-        }
-        used
     }
 
     /// The box around all children.

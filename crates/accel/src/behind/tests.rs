@@ -91,7 +91,10 @@ fn a_ball_is_behind_its_triangles() {
     let triangles = ball([3.0, -1.0, 0.5], 2.0, 10);
     let object = object(&triangles);
     let behind = find(Kernel::best(), &object, triangles.len());
-    let all = Children::new(object.root, object.nodes[object.root as usize].used());
+    let all = Children::new(
+        object.root,
+        used_slots(&object.nodes[object.root as usize]).fold(0, |bits, slot| bits | 1 << slot),
+    );
     let ids = || 0..triangles.len() as u32;
     let of_all = ids().filter(|id| behind.of(Side::of(*id, true)) == all).count();
     // Corners are rounded, so that a few planes cut off a part of the ball.
