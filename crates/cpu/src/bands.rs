@@ -15,8 +15,8 @@ use std::ops::Range;
 pub(crate) const BAND_ROWS: u32 = 8;
 /// Columns of a batch's block of pixels, if they have many samples each.
 pub(crate) const BLOCK_COLUMNS: u32 = 16;
-/// Samples of a batch: enough to fill streams, few enough that a batch stays in the second-level cache.
-const BATCH_SAMPLES: u32 = 2048;
+/// Samples of a batch: enough that what each stage costs once does not count, few enough that the batch stays in the caches.
+const BATCH_SAMPLES: u32 = 4096;
 
 /// First hits of a piece of work: pixel, sample index, values.
 pub(crate) type FirstHits = Vec<(u32, u32, u32, AovSample)>;

@@ -5,18 +5,20 @@ use super::{Instructions, LANES, Stage, fetch_nothing};
 use std::arch::is_x86_feature_detected;
 use std::arch::x86_64::*;
 
-/// Proof that the processor has AVX-512 F, VL, DQ and BW, and all of [`Avx2`].
+/// Proof that the processor has AVX-512 F, VL, DQ and BW, and all of [`Avx2`]; if `GFNI`, also GFNI, as all have that are younger than
+/// 2019: the compiler uses it to reverse bits, which random numbers do all the time.
 #[derive(Clone, Copy)]
-pub(crate) struct Avx512(());
+pub(crate) struct Avx512<const GFNI: bool>(());
 
-impl Avx512 {
+impl<const GFNI: bool> Avx512<GFNI> {
     /// If the processor has them.
     pub fn detect() -> Option<Self> {
         let has = Avx2::detect().is_some()
             && is_x86_feature_detected!("avx512f")
             && is_x86_feature_detected!("avx512vl")
             && is_x86_feature_detected!("avx512dq")
-            && is_x86_feature_detected!("avx512bw");
+            && is_x86_feature_detected!("avx512bw")
+            && (!GFNI || is_x86_feature_detected!("gfni"));
         has.then_some(Avx512(()))
     }
 
@@ -35,7 +37,7 @@ impl Avx512 {
     }
 }
 
-impl Instructions for Avx512 {
+impl<const GFNI: bool> Instructions for Avx512<GFNI> {
     #[inline(always)]
     fn compress(self, mask: u32, from: &[u32; LANES], to: &mut [u32; LANES]) {
         // SAFETY: `self` proves that the instructions exist; both arrays are sixteen lanes long.
@@ -163,10 +165,15 @@ impl Instructions for Avx512 {
     fn call(self, stage: impl Stage) {
         #[target_feature(enable = "avx512f,avx512vl,avx512bw,avx512dq,avx2,bmi1,bmi2,popcnt,fma")]
         #[inline(never)]
-        fn compiled(i: Avx512, stage: impl Stage) {
+        fn compiled(i: impl Instructions, stage: impl Stage) {
+            stage.run(i);
+        }
+        #[target_feature(enable = "avx512f,avx512vl,avx512bw,avx512dq,gfni,avx2,bmi1,bmi2,popcnt,fma")]
+        #[inline(never)]
+        fn compiled_with_gfni(i: impl Instructions, stage: impl Stage) {
             stage.run(i);
         }
         // SAFETY: `self` proves that the instructions exist.
-        unsafe { compiled(self, stage) };
+        unsafe { if GFNI { compiled_with_gfni(self, stage) } else { compiled(self, stage) } };
     }
 }

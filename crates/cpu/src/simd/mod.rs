@@ -61,7 +61,10 @@ pub(crate) trait Stage {
 pub(crate) fn call_with_best(stage: impl Stage) {
     #[cfg(target_arch = "x86_64")]
     {
-        if let Some(i) = Avx512::detect() {
+        if let Some(i) = Avx512::<true>::detect() {
+            return i.call(stage);
+        }
+        if let Some(i) = Avx512::<false>::detect() {
             return i.call(stage);
         }
         if let Some(i) = Avx2::detect() {
@@ -177,7 +180,10 @@ mod tests {
             if let Some(i) = Avx2::detect() {
                 check(&i);
             }
-            if let Some(i) = Avx512::detect() {
+            if let Some(i) = Avx512::<true>::detect() {
+                check(&i);
+            }
+            if let Some(i) = Avx512::<false>::detect() {
                 check(&i);
             }
         }
