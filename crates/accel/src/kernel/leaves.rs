@@ -260,7 +260,9 @@ impl<S: Simd> Met<S> {
         let side = s.min(s.min(s.flip_sign(e0, det), s.flip_sign(e1, det)), s.flip_sign(e2, det));
         let inside = s.le(s.splat(0.0), side);
         let scaled = s.mul(shear_z, s.mul_add(e0, az, s.mul_add(e1, bz, s.mul(e2, cz))));
-        let inverse = s.div(s.splat(1.0), det);
+        // Finite, so that a triangle that looks as small as denormal numbers has weights that are numbers, too.
+        let largest = f32::MAX;
+        let inverse = s.max(s.min(s.div(s.splat(1.0), det), s.splat(largest)), s.splat(-largest));
         Met { inside, t: s.div(scaled, det), u: s.mul(e1, inverse), v: s.mul(e2, inverse) }
     }
 }
