@@ -1,6 +1,6 @@
 //! Light samples of many plain vertices at once: see `lanes`.
 
-use crate::lanes::{LANES, Lanes, Pairs, Vectors};
+use crate::lanes::{ALL_LANES, LANES, Lanes, Pairs, Vectors};
 use crate::lights::{choose_by_place, sample_light};
 use crate::scatter_lanes::Lobes;
 use crate::scene::CpuScene;
@@ -89,7 +89,8 @@ impl ConnectionLanes {
 
 /// Samples lights for the first `waiting` vertices.
 #[inline(always)]
-pub(crate) fn sample_lights(
+pub(crate) fn sample_lights<I: Instructions>(
+    i: I,
     scene: &CpuScene,
     v: &mut Vertices,
     waiting: usize,
@@ -120,7 +121,7 @@ pub(crate) fn sample_lights(
     } else {
         choose_lights_by_power(tables, u, &mut choices);
     }
-    sample_flat_lights(tables, v, &choices, u, out);
+    sample_flat_lights(i, tables, v, &choices, u, out);
 }
 
 /// The light that each lane has chosen.
@@ -289,7 +290,8 @@ impl FlatSampling for ByArea {
 
 /// Samples the light that each lane has chosen. The tables hold nothing but triangles and rectangles without textures.
 #[inline(always)]
-fn sample_flat_lights(
+fn sample_flat_lights<I: Instructions>(
+    i: I,
     tables: &SceneTables,
     v: &Vertices,
     chosen: &ChoiceLanes,
@@ -299,19 +301,22 @@ fn sample_flat_lights(
     let mut lights = FlatLanes::default();
     lights.load(tables, chosen);
     let near = lights.near(v);
-    let rectangles = lights.kind.0.iter().filter(|kind| **kind == LIGHT_RECTANGLE).count();
+    let rectangles = i.equal(&lights.kind.0, LIGHT_RECTANGLE);
     // Vector instructions do for all lanes what one of them needs, and a solid angle costs as much as all the rest: few near lanes,
     // and near lanes with lights of both kinds, are quicker one by one.
-    let many = near.0.iter().sum::<u32>() > FEW_NEAR;
+    let mut near = i.equal(&near.0, 1);
+    let many = near.count_ones() > FEW_NEAR;
     // With the kind known the lanes have no branches.
     if many && rectangles == 0 {
         return sample_all::<Triangles>(v, &lights, chosen, u, out);
     }
-    if many && rectangles == LANES {
+    if many && rectangles == ALL_LANES {
         return sample_all::<Rectangles>(v, &lights, chosen, u, out);
     }
     sample_all::<ByArea>(v, &lights, chosen, u, out);
-    for lane in (0..LANES).filter(|&lane| near.0[lane] != 0) {
+    while near != 0 {
+        let lane = near.trailing_zeros() as usize % LANES;
+        near &= near - 1;
         let u = vec2f(chosen.remainder.0[lane], u.y.0[lane]);
         let sample = light_sample(lights.get(lane), v.position.get(lane), u);
         out.set(lane, &sample, chosen.probability.0[lane]);
