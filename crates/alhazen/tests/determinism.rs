@@ -64,6 +64,12 @@ fn any_number_of_threads_gives_the_same_bits() {
             assert!(one == many, "{}: {threads} threads give other bits than one", integrator.name());
         }
     }
+    // Without first hits, passes over the picture run into one another.
+    let job = Job { aovs: Vec::new(), ..medley_job(&scene) };
+    let (one, _) = render_with(&scene, &job, 50, Some(1));
+    for threads in [2, 5, 64] {
+        assert!(one == render_with(&scene, &job, 50, Some(threads)).0, "{threads} threads, several passes");
+    }
 }
 
 #[test]
@@ -171,7 +177,7 @@ fn seeds_change_the_noise_and_equal_seeds_do_not() {
 fn cancelling_keeps_what_is_finished() {
     let scene = medley();
     let job = Job { sampler: SamplerKind::Independent, aovs: Vec::new(), ..medley_job(&scene) };
-    let mut renderer = Renderer::cpu(None).unwrap();
+    let mut renderer = Renderer::cpu(Some(2)).unwrap();
     renderer.load(&scene).unwrap();
     let control = Control::new();
     let limits = Limits { spp: 1_000_000, ..Limits::default() };
@@ -192,6 +198,11 @@ fn cancelling_keeps_what_is_finished() {
         "samples were counted that are not on the film, or lost"
     );
     assert!((100_000..50_000_000).contains(&summary.samples), "{summary:?}");
+    // No part of the picture is far ahead of the others, but for what was being worked on.
+    let mut counts: Vec<_> = film.pixels().iter().map(|p| p.count()).collect();
+    counts.sort_unstable();
+    let quartiles = [counts[counts.len() / 4], counts[counts.len() * 3 / 4]];
+    assert!(quartiles[1] - quartiles[0] <= 32 && quartiles[0] > 0, "{counts:?}");
     // Whole samples only: what is there has the right mean.
     let expected = common::estimate(&scene, &Job { seed: 9, ..job.clone() }, 64);
     common::assert_same_coarse("cancelled", &testkit::Estimate::from_film(film), &expected);

@@ -1,8 +1,9 @@
-//! [`CpuBackend`]: the trait's implementation; film, threads, passes.
+//! [`CpuBackend`]: the trait's implementation; film, threads, views.
 
-use crate::bands::{BAND_ROWS, Band, FirstHits, Work};
+use crate::bands::{Band, FirstHits, Work};
 use crate::filter::AlphaFilter;
 use crate::listed;
+use crate::passes;
 use crate::path::PathBatch;
 use crate::scene::CpuScene;
 use accel::{Opaque, Quality};
@@ -11,15 +12,10 @@ use backend::{
     check_pixels,
 };
 use film::{Film, PixelStats};
-use rayon::prelude::*;
 use scene::tables::{Changes, SceneTables};
 use std::cell::RefCell;
-use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
-
-/// Samples of every pixel in one pass: the film is complete after each, so this is how soon a preview sharpens.
-const PASS_SAMPLES: u32 = 16;
 
 /// Renders on every core of the machine; always there.
 pub struct CpuBackend {
@@ -128,15 +124,8 @@ impl Backend for CpuBackend {
         };
         control.begin(wanted);
         let mut stats = Stats::default();
-        let end = view.first_sample + samples;
-        for first in (view.first_sample..end).step_by(PASS_SAMPLES as usize) {
-            let range = first..(first + PASS_SAMPLES).min(end);
-            let rays = self.threads.install(|| render_pass(scene, view, range.clone(), film, control));
-            stats.rays += rays;
-            if control.is_cancelled() {
-                break;
-            }
-        }
+        let wanted = view.first_sample..view.first_sample + samples;
+        stats.rays = self.threads.install(|| passes::render(scene, view, wanted, film, control));
         stats.samples = control.progress().samples_done;
         stats.cancelled = control.is_cancelled();
         stats.elapsed = start.elapsed();
@@ -180,38 +169,6 @@ impl Backend for CpuBackend {
 thread_local! {
     /// Scratch memory of each worker, kept from band to band.
     static BATCH: RefCell<PathBatch> = RefCell::default();
-}
-
-/// Adds samples `samples` to every pixel; returns the number of rays.
-fn render_pass(
-    scene: &CpuScene,
-    view: &View,
-    samples: Range<u32>,
-    film: &mut Film,
-    control: &Control,
-) -> u64 {
-    let width = view.window.width as usize;
-    let bands = film.pixels_mut().par_chunks_mut(width * BAND_ROWS as usize).enumerate();
-    let done: Vec<(u64, FirstHits)> = bands
-        // Else bands are stolen a quarter of the picture at a time, and threads wait for the last one.
-        .with_max_len(1)
-        .map(|(i, pixels)| {
-            let mut aovs = FirstHits::new();
-            if control.is_cancelled() {
-                return (0, aovs);
-            }
-            let first = i as u32 * BAND_ROWS;
-            let rows = first..(first + BAND_ROWS).min(view.window.height);
-            let work = Work::Rows { rows, samples: samples.clone() };
-            let rays = render_work(scene, view, work, pixels, &mut aovs);
-            control.advance(pixels.len() as u64 * samples.len() as u64);
-            (rays, aovs)
-        })
-        .collect();
-    for (x, y, index, sample) in done.iter().flat_map(|(_, aovs)| aovs) {
-        film.add_aovs(*x, *y, u64::from(*index), sample);
-    }
-    done.iter().map(|(rays, _)| rays).sum()
 }
 
 /// Renders a piece of work on this thread; returns the number of rays. Picks the kernel for the scene: alpha tests cost

@@ -20,6 +20,7 @@ mod light_lanes;
 mod lights;
 mod listed;
 mod material;
+mod passes;
 mod path;
 mod queries;
 mod scatter;

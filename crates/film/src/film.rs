@@ -10,6 +10,9 @@ pub const MAX_SIDE: u32 = 65_536;
 /// The largest number of pixels of a film.
 const MAX_PIXELS: u64 = 1 << 30;
 
+/// Pixels whose errors are summed by one thread. Fixed, so that the rounded sum of all is the same on every machine.
+const PARTIAL_SUM: usize = 4096;
+
 /// Why a film could not be made or merged.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
@@ -444,23 +447,23 @@ impl Film {
     pub fn relative_error(&self) -> Option<f64> {
         let channels = 3.0 * self.pixels.len() as f64;
         let floor = self.error_floor();
-        let mut sum = 0.0;
-        for pixel in &self.pixels {
+        let of_pixel = |pixel: &PixelStats| {
             let (mean, variance) = (pixel.mean(), pixel.variance_of_mean()?);
-            for c in 0..3 {
-                if variance[c] > 0.0 {
-                    sum += variance[c] / (mean[c] * mean[c] + floor);
-                }
-            }
-        }
-        Some((sum / channels).sqrt())
+            let errors = mean.iter().zip(&variance).filter(|(_, v)| **v > 0.0);
+            Some(errors.map(|(m, v)| v / (m * m + floor)).sum::<f64>())
+        };
+        let parts: Option<Vec<f64>> =
+            self.pixels.par_chunks(PARTIAL_SUM).map(|part| part.iter().map(of_pixel).sum()).collect();
+        Some((parts?.iter().sum::<f64>() / channels).sqrt())
     }
 
     /// The floor `0.01·L²` of [`Film::relative_error`].
     pub(crate) fn error_floor(&self) -> f64 {
         const FLOOR: f64 = 0.01;
-        let levels = self.pixels.iter().map(|p| p.mean().iter().map(|m| m.abs()).sum::<f64>());
-        let level = levels.sum::<f64>() / (3.0 * self.pixels.len() as f64);
+        let of_pixel = |pixel: &PixelStats| pixel.mean().iter().map(|m| m.abs()).sum::<f64>();
+        let parts: Vec<f64> =
+            self.pixels.par_chunks(PARTIAL_SUM).map(|part| part.iter().map(of_pixel).sum()).collect();
+        let level = parts.iter().sum::<f64>() / (3.0 * self.pixels.len() as f64);
         FLOOR * level * level
     }
 
