@@ -5,6 +5,7 @@
 
 use crate::bench_peer::{Peer, Renderer, Task};
 use crate::bench_python::PythonBenchArgs;
+use crate::bench_scaling::ScalingArgs;
 use crate::plot::{Bar, bars};
 use crate::shell::{commit, output, python_with, release_binary, root, shared_dir};
 use anyhow::{Context, bail, ensure};
@@ -29,6 +30,7 @@ const ROULETTE_START: u32 = 5;
 #[derive(Debug, clap::Subcommand)]
 pub enum BenchCommand {
     Cpu(CpuArgs),
+    Scaling(ScalingArgs),
     Python(PythonBenchArgs),
 }
 
@@ -79,17 +81,14 @@ struct Measured {
 pub fn run(args: &CpuArgs) -> anyhow::Result<()> {
     let binary = release_binary()?;
     let peer = Peer::find(args.peer, args.python.as_deref());
-    let data = data(args)?;
-    let task = args.task();
-    let wanted = |name: &str| args.only.as_ref().is_none_or(|only| name.contains(only.as_str()));
+    let folder = data(args.data.as_deref(), args.python.as_deref())?;
+    let task = task(args.spp, &args.variant);
     println!("scene      ours Ms/s   peer Ms/s   ratio (spread)        peak memory, ours / peer");
     let mut all = Vec::new();
-    for (name, note) in SCENES.into_iter().filter(|(name, _)| wanted(name)) {
-        let file = data.join(format!("{name}.glb"));
-        ensure!(file.is_file(), "{} is missing", file.display());
+    for (name, note, file) in scene_files(&folder, args.only.as_deref())? {
         let mut measured = Measured { name, note, ours: vec![], theirs: vec![], ratios: vec![] };
         for _ in 0..args.repeat {
-            measured.ours.push(run_ours(&binary, &file, &task)?);
+            measured.ours.push(run_ours(&binary, &file, &task, &[])?);
             if let Some(peer) = &peer {
                 measured.theirs.push(peer.run(&file, &task)?);
                 let last = |runs: &[Value], key: &str| runs.last().and_then(|r| r[key].as_f64());
@@ -104,23 +103,29 @@ pub fn run(args: &CpuArgs) -> anyhow::Result<()> {
     write_results(args, &all)
 }
 
-impl CpuArgs {
-    /// What both renderers are asked for.
-    fn task(&self) -> Task {
-        Task {
-            size: SIZE,
-            spp: self.spp,
-            max_depth: MAX_DEPTH,
-            roulette_start: ROULETTE_START,
-            variant: self.variant.clone(),
-        }
-    }
+/// What every renderer is asked for.
+pub fn task(spp: u32, variant: &str) -> Task {
+    Task { size: SIZE, spp, max_depth: MAX_DEPTH, roulette_start: ROULETTE_START, variant: variant.into() }
+}
+
+/// Name, note and file of each scene whose name contains `only`.
+pub fn scene_files(
+    folder: &Path,
+    only: Option<&str>,
+) -> anyhow::Result<Vec<(&'static str, &'static str, PathBuf)>> {
+    let wanted = SCENES.into_iter().filter(|(name, _)| only.is_none_or(|only| name.contains(only)));
+    let file = |(name, note)| {
+        let file = folder.join(format!("{name}.glb"));
+        ensure!(file.is_file(), "{} is missing", file.display());
+        Ok((name, note, file))
+    };
+    wanted.map(file).collect()
 }
 
 /// The folder with the scenes, which are written if need be.
-fn data(args: &CpuArgs) -> anyhow::Result<PathBuf> {
-    if let Some(folder) = &args.data {
-        return Ok(folder.clone());
+pub fn data(folder: Option<&Path>, python: Option<&Path>) -> anyhow::Result<PathBuf> {
+    if let Some(folder) = folder {
+        return Ok(folder.to_owned());
     }
     let folder = root().join("target/bench");
     let missing = SCENES.iter().map(|(name, _)| *name).filter(|n| !folder.join(format!("{n}.glb")).is_file());
@@ -130,14 +135,15 @@ fn data(args: &CpuArgs) -> anyhow::Result<PathBuf> {
     }
     let script = shared_dir().map(|dir| dir.join("tools/make_scenes.py")).filter(|s| s.is_file());
     let Some(script) = script else { bail!("no scenes: name their folder with --data") };
-    let python = python_with(args.python.as_deref(), "numpy").or_else(|| python_with(None, "numpy"));
+    let python = python_with(python, "numpy").or_else(|| python_with(None, "numpy"));
     let python = python.context("no scenes, and no Python with numpy to make them (--python PATH)")?;
     eprintln!("writing {} to {}", missing.join(", "), folder.display());
     output(Command::new(python).arg(script).arg(&folder).args(&missing))?;
     Ok(folder)
 }
 
-fn run_ours(binary: &Path, file: &Path, task: &Task) -> anyhow::Result<Value> {
+/// Renders a scene with the release binary and more `arguments`; returns what it said, with `msamples_s`.
+pub fn run_ours(binary: &Path, file: &Path, task: &Task, arguments: &[&str]) -> anyhow::Result<Value> {
     let picture =
         root().join("target/bench").join(file.with_extension("exr").file_name().unwrap_or_default());
     std::fs::create_dir_all(root().join("target/bench"))?;
@@ -146,7 +152,7 @@ fn run_ours(binary: &Path, file: &Path, task: &Task) -> anyhow::Result<Value> {
     command.arg("render").arg(file).arg("--output").arg(&picture).args(["--quiet", "--json", "--lenient"]);
     command.args(["--width", &size, "--height", &size, "--spp", &spp]);
     command.args(["--max-depth", &task.max_depth.to_string()]);
-    command.args(["--roulette-start", &task.roulette_start.to_string()]);
+    command.args(["--roulette-start", &task.roulette_start.to_string()]).args(arguments);
     let mut result = last_line_as_json(&output(&mut command)?)?;
     let rate = result["samples_per_second"].as_f64().context("no samples_per_second")?;
     result["msamples_s"] = json!(rate / 1e6);
@@ -162,7 +168,7 @@ pub fn last_line_as_json(text: &str) -> anyhow::Result<Value> {
 }
 
 /// Smallest, median and largest.
-fn spread(values: &[f64]) -> Option<[f64; 3]> {
+pub fn spread(values: &[f64]) -> Option<[f64; 3]> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let n = sorted.len();
@@ -172,7 +178,8 @@ fn spread(values: &[f64]) -> Option<[f64; 3]> {
     Some([sorted[0], (sorted[(n - 1) / 2] + sorted[n / 2]) / 2.0, sorted[n - 1]])
 }
 
-fn column(runs: &[Value], key: &str) -> Vec<f64> {
+/// A number of each run.
+pub fn column(runs: &[Value], key: &str) -> Vec<f64> {
     runs.iter().filter_map(|r| r[key].as_f64()).collect()
 }
 
@@ -223,7 +230,8 @@ fn write_results(args: &CpuArgs, all: &[Measured]) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn write(path: &Path, text: &str) -> anyhow::Result<()> {
+/// Writes a file and the folders that it lies in.
+pub fn write(path: &Path, text: &str) -> anyhow::Result<()> {
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
     }

@@ -3,6 +3,7 @@
 mod bench;
 mod bench_peer;
 mod bench_python;
+mod bench_scaling;
 mod ci;
 mod cluster_tools;
 mod display;
@@ -49,6 +50,7 @@ fn main() -> ExitCode {
         Command::Docs => docs::run(),
         Command::Gallery(args) => gallery::run(&args),
         Command::Bench(bench::BenchCommand::Cpu(args)) => bench::run(&args),
+        Command::Bench(bench::BenchCommand::Scaling(args)) => bench_scaling::run(&args),
         Command::Bench(bench::BenchCommand::Python(args)) => bench_python::run(&args),
         Command::Python(args) => python::run(&args),
         Command::Vulkan(args) => vulkan::run(&args),

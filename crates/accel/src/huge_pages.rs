@@ -10,6 +10,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 pub struct HugePages;
 
 /// Smaller allocations cannot gain: a huge page has 2 MiB.
+#[cfg(any(test, all(target_os = "linux", not(miri))))]
 const LARGE: usize = 4 << 20;
 
 // SAFETY: every call is passed on to `System`, which keeps the contract; the advice changes neither address nor content.

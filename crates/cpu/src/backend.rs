@@ -41,7 +41,8 @@ impl CpuBackend {
     fn prepare_film(&mut self, view: &View) -> Result<(), BackendError> {
         let same = |old: &View| View { first_sample: view.first_sample, ..old.clone() } == *view;
         if !self.film.as_ref().is_some_and(|(old, _)| same(old)) {
-            let film = Film::with_window(view.width, view.height, view.window, &view.aovs)?;
+            let film = || Film::with_window(view.width, view.height, view.window, &view.aovs);
+            let film = self.threads.install(film)?;
             self.film = Some((view.clone(), film));
         }
         Ok(())

@@ -2,7 +2,7 @@
 //!
 //! A band of rows is worked on by one thread at a time, which owns its part of the film meanwhile. When it has a pass more,
 //! it queues up behind the others for the next one: so the picture grows evenly, and yet nobody waits for the slowest
-//! band of each pass, only for the last of all.
+//! band of each pass. The last bands of all are cut into halves as long as there are threads without work.
 
 use crate::backend::render_work;
 use crate::bands::{BAND_ROWS, FirstHits, Work};
@@ -23,6 +23,21 @@ struct PendingBand<'a> {
     pixels: &'a mut [PixelStats],
     /// What it is to have yet.
     samples: Range<u32>,
+}
+
+impl PendingBand<'_> {
+    /// Takes the lower half away, unless there is but one row.
+    fn split_off_half(&mut self) -> Option<Self> {
+        let middle = self.rows.start + self.rows.len() as u32 / 2;
+        if middle == self.rows.start {
+            return None;
+        }
+        let (width, rows) = (self.pixels.len() / self.rows.len(), (middle - self.rows.start) as usize);
+        let (upper, lower) = std::mem::take(&mut self.pixels).split_at_mut(width * rows);
+        let half = Self { rows: middle..self.rows.end, pixels: lower, samples: self.samples.clone() };
+        (self.rows.end, self.pixels) = (middle, upper);
+        Some(half)
+    }
 }
 
 /// Adds `samples` to every pixel; returns the number of rays. Runs on the threads of the current pool.
@@ -87,6 +102,12 @@ fn render_bands(
         if control.is_cancelled() {
             break;
         }
+        if bands.is_empty()
+            && let Some(half) = band.split_off_half()
+        {
+            // The end is near: something to do for whoever is ready first.
+            bands.push(half);
+        }
         rays += render_pass(scene, view, &mut band, &mut aovs, control);
         if !band.samples.is_empty() {
             bands.push(band);
@@ -131,6 +152,21 @@ fn band_rows(height: u32, threads: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn halves_of_a_band_are_all_of_it() {
+        let mut pixels = vec![PixelStats::default(); 7 * 5];
+        let mut bands = vec![PendingBand { rows: 16..23, pixels: &mut pixels, samples: 3..9 }];
+        let mut rows = Vec::new();
+        while let Some(mut band) = bands.pop() {
+            assert_eq!((band.pixels.len(), band.samples.clone()), (5 * band.rows.len(), 3..9));
+            match band.split_off_half() {
+                Some(half) => bands.extend([half, band]),
+                None => rows.push(band.rows),
+            }
+        }
+        assert_eq!(rows, (16..23).map(|row| row..row + 1).collect::<Vec<_>>());
+    }
 
     #[test]
     fn bands_are_lower_where_there_are_many_threads() {

@@ -562,10 +562,12 @@ impl Layer {
 }
 
 /// A vector of `n` equal values, or an error instead of an abort when memory is short.
-fn filled<T: Clone>(n: usize, value: T, pixels: usize) -> Result<Vec<T>, FilmError> {
+///
+/// All threads write it: the first touch of a page of memory is what takes time.
+fn filled<T: Clone + Send + Sync>(n: usize, value: T, pixels: usize) -> Result<Vec<T>, FilmError> {
     let mut vec = Vec::new();
     vec.try_reserve_exact(n).map_err(|_| FilmError::Memory { pixels })?;
-    vec.resize(n, value);
+    vec.par_extend(rayon::iter::repeat_n(value, n));
     Ok(vec)
 }
 
