@@ -52,6 +52,9 @@ pub(crate) fn render(
     let at_once = if view.aovs.is_empty() { samples.len() } else { PASS_SAMPLES as usize };
     let mut rays = 0;
     for first in samples.clone().step_by(at_once.max(1)) {
+        if control.is_cancelled() {
+            break;
+        }
         let some = first..samples.end.min(first.saturating_add(at_once as u32));
         rays += render_together(scene, view, some, film, control);
     }
