@@ -113,13 +113,15 @@ pub fn scene_files(
     folder: &Path,
     only: Option<&str>,
 ) -> anyhow::Result<Vec<(&'static str, &'static str, PathBuf)>> {
-    let wanted = SCENES.into_iter().filter(|(name, _)| only.is_none_or(|only| name.contains(only)));
+    let wanted: Vec<_> =
+        SCENES.into_iter().filter(|(name, _)| only.is_none_or(|only| name.contains(only))).collect();
+    ensure!(!wanted.is_empty(), "no scene is called anything like `{}`", only.unwrap_or_default());
     let file = |(name, note)| {
         let file = folder.join(format!("{name}.glb"));
         ensure!(file.is_file(), "{} is missing", file.display());
         Ok((name, note, file))
     };
-    wanted.map(file).collect()
+    wanted.into_iter().map(file).collect()
 }
 
 /// The folder with the scenes, which are written if need be.
@@ -247,6 +249,13 @@ mod tests {
         assert_eq!(spread(&[]), None);
         assert_eq!(spread(&[3.0, 1.0, 2.0]), Some([1.0, 2.0, 3.0]));
         assert_eq!(spread(&[4.0, 1.0, 2.0, 3.0]), Some([1.0, 2.5, 4.0]));
+    }
+
+    #[test]
+    fn scenes_that_are_not_there_are_named() {
+        let error = |only| scene_files(Path::new("nowhere"), Some(only)).unwrap_err().to_string();
+        assert!(error("teapot").contains("`teapot`"), "{}", error("teapot"));
+        assert!(error("glass").contains("glass.glb is missing"), "{}", error("glass"));
     }
 
     #[test]
