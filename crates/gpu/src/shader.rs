@@ -138,7 +138,7 @@ fn constants(variant: Variant) -> String {
         ("DIELECTRIC_ALBEDO_HEIGHT", DielectricAlbedo::SIZE[1] as u32),
     ];
     let mut text = String::new();
-    let of_layers = crate::scene::records::layer_constants().filter(|_| variant.layers);
+    let of_layers = crate::scene::layers::layer_constants().filter(|_| variant.layers);
     let of_media = crate::scene::media::medium_constants().filter(|_| variant.volumes);
     for (name, value) in numbers.into_iter().chain(of_layers).chain(of_media) {
         let _ = writeln!(text, "const {name}: u32 = {value}u;"); // writing to a string cannot fail

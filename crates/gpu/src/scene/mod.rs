@@ -5,17 +5,20 @@
 //! Geometries and the bindings of instances to them are joined, so that a hit leads to its material and vertices in one
 //! look-up.
 
+pub mod layers;
+mod materials;
 pub mod media;
 pub mod records;
 pub mod texels;
 mod textures;
 pub mod update;
 pub mod upload;
+pub mod words;
 
 use crate::shader::Variant;
 use crate::{Gpu, GpuError};
 use optics::light::LIGHT_ENVIRONMENT;
-use records::{SceneInfo, Words};
+use records::SceneInfo;
 use scene::tables::SceneTables;
 use std::num::NonZero;
 use std::sync::Arc;
@@ -23,6 +26,7 @@ use texels::TexelPlaces;
 use textures::SceneTextures;
 use upload::{roomy_buffer, storage_buffer};
 use wgpu::BufferUsages;
+use words::Words;
 
 /// The buffers of bind group 0, for tracers that make their own bind groups of them.
 pub struct SceneBuffers {
@@ -108,7 +112,7 @@ impl GpuScene {
                 BufferUsages::COPY_SRC,
             )?,
             bindings: storage_buffer(gpu, "geometry bindings", &records::bindings(&tables, &words), none)?,
-            materials: storage_buffer(gpu, "materials", &records::materials(&tables, &words), none)?,
+            materials: storage_buffer(gpu, "materials", &materials::materials(&tables, &words), none)?,
             lights: roomy_buffer(
                 gpu,
                 "lights",
@@ -121,7 +125,7 @@ impl GpuScene {
                 gpu,
                 words.object(),
                 &words.data,
-                records::words_of_lights(more_lights),
+                words::words_of_lights(more_lights),
                 input,
             )?,
         };

@@ -2,16 +2,11 @@
 
 #![allow(missing_docs, reason = "the fields are explained where shaders declare them")]
 
-use super::media::{Grid, Medium, grid_record, medium_record};
-use super::texels::{ImagePlace, images};
+use super::words::Words;
 use bytemuck::{Pod, Zeroable};
-use optics::albedo::SheenAlbedo;
 use scene::tables::{
-    EmitterBox, FEWEST_LIGHTS, GeometryKind, GeometryRecord, InstanceRecord, LAYER_SLOTS, LAYERS_GLOSSINESS,
-    LayerSlot, LayersRecord, LightNode, LightRecord as TableLight, LightTree, MOST_BOXES, MaterialRecord,
-    NONE, SceneTables,
+    GeometryKind, GeometryRecord, InstanceRecord, LightRecord as TableLight, NONE, SceneTables,
 };
-use scene::{Filter, Wrap};
 
 /// Set where an instance's transform is the identity.
 pub const INSTANCE_IDENTITY: u32 = 1;
@@ -32,11 +27,11 @@ pub const MATERIAL_EMISSIVE: u32 = 64;
 pub const VOLUMES_NEST: u32 = 1;
 /// Set where there are bodies that paths and cameras may be inside of.
 pub const VOLUMES_BODIES: u32 = 2;
-const TEXTURE_UV1: u32 = 1;
-const TEXTURE_BILINEAR: u32 = 2;
-const TEXTURE_SRGB: u32 = 4;
-const TEXTURE_WRAP_U_SHIFT: u32 = 4;
-const TEXTURE_WRAP_V_SHIFT: u32 = 6;
+pub(super) const TEXTURE_UV1: u32 = 1;
+pub(super) const TEXTURE_BILINEAR: u32 = 2;
+pub(super) const TEXTURE_SRGB: u32 = 4;
+pub(super) const TEXTURE_WRAP_U_SHIFT: u32 = 4;
+pub(super) const TEXTURE_WRAP_V_SHIFT: u32 = 6;
 const LIGHT_TWO_SIDED: u32 = 1;
 const LIGHT_VISIBLE: u32 = 2;
 const LIGHT_PROFILE: u32 = 4;
@@ -151,76 +146,6 @@ pub struct Material {
     pub textures: [TextureUse; 5],
 }
 
-/// The layers of a material, in `words`; see [`scene::tables::LayersRecord`] for the fields.
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-#[repr(C)]
-pub struct Layers {
-    pub specular_color: [f32; 3],
-    pub reflectance_ior: f32,
-    pub coat: f32,
-    pub coat_roughness: f32,
-    pub coat_normal_scale: f32,
-    pub dispersion: f32,
-    pub sheen_color: [f32; 3],
-    pub sheen_roughness: f32,
-    pub iridescence: f32,
-    pub film_ior: f32,
-    pub film_thickness: [f32; 2],
-    pub anisotropy: f32,
-    pub anisotropy_direction: [f32; 2],
-    pub flags: u32,
-    pub diffuse_transmission: f32,
-    pub diffuse_transmission_color: [f32; 3],
-    pub textures: [TextureUse; LAYER_SLOTS],
-}
-
-/// Names that shaders have for the places of the fields, and of slots, with their values in words.
-pub fn layer_constants() -> impl Iterator<Item = (&'static str, u32)> {
-    macro_rules! places {
-        ($($name:literal: $field:ident),* $(,)?) => {
-            [$(($name, (std::mem::offset_of!(Layers, $field) / 4) as u32)),*]
-        };
-    }
-    let fields = places! {
-        "LAYERS_SPECULAR_COLOR": specular_color,
-        "LAYERS_REFLECTANCE_IOR": reflectance_ior,
-        "LAYERS_COAT": coat,
-        "LAYERS_COAT_ROUGHNESS": coat_roughness,
-        "LAYERS_COAT_NORMAL_SCALE": coat_normal_scale,
-        "LAYERS_DISPERSION": dispersion,
-        "LAYERS_SHEEN_COLOR": sheen_color,
-        "LAYERS_SHEEN_ROUGHNESS": sheen_roughness,
-        "LAYERS_IRIDESCENCE": iridescence,
-        "LAYERS_FILM_IOR": film_ior,
-        "LAYERS_FILM_THICKNESS": film_thickness,
-        "LAYERS_ANISOTROPY": anisotropy,
-        "LAYERS_ANISOTROPY_DIRECTION": anisotropy_direction,
-        "LAYERS_FLAGS": flags,
-        "LAYERS_DIFFUSE_TRANSMISSION": diffuse_transmission,
-        "LAYERS_DIFFUSE_TRANSMISSION_COLOR": diffuse_transmission_color,
-        "LAYERS_TEXTURES": textures,
-    };
-    let others = [
-        ("LAYERS_TEXTURE_WORDS", (size_of::<TextureUse>() / 4) as u32),
-        ("LAYERS_GLOSSINESS", LAYERS_GLOSSINESS),
-        ("LAYER_SLOT_COAT", LayerSlot::Coat as u32),
-        ("LAYER_SLOT_COAT_ROUGHNESS", LayerSlot::CoatRoughness as u32),
-        ("LAYER_SLOT_COAT_NORMAL", LayerSlot::CoatNormal as u32),
-        ("LAYER_SLOT_SHEEN_COLOR", LayerSlot::SheenColor as u32),
-        ("LAYER_SLOT_SHEEN_ROUGHNESS", LayerSlot::SheenRoughness as u32),
-        ("LAYER_SLOT_IRIDESCENCE", LayerSlot::Iridescence as u32),
-        ("LAYER_SLOT_FILM_THICKNESS", LayerSlot::FilmThickness as u32),
-        ("LAYER_SLOT_ANISOTROPY", LayerSlot::Anisotropy as u32),
-        ("LAYER_SLOT_DIFFUSE_TRANSMISSION", LayerSlot::DiffuseTransmission as u32),
-        ("LAYER_SLOT_DIFFUSE_TRANSMISSION_COLOR", LayerSlot::DiffuseTransmissionColor as u32),
-        ("LAYER_SLOT_SPECULAR", LayerSlot::Specular as u32),
-        ("LAYER_SLOT_SPECULAR_COLOR", LayerSlot::SpecularColor as u32),
-        ("SHEEN_ALBEDO_WIDTH", SheenAlbedo::SIZE[0] as u32),
-        ("SHEEN_ALBEDO_HEIGHT", SheenAlbedo::SIZE[1] as u32),
-    ];
-    fields.into_iter().chain(others)
-}
-
 /// A light and its slot of the alias table that chooses among lights.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 #[repr(C)]
@@ -237,127 +162,6 @@ pub struct LightRecord {
     pub alias_index: u32,
     pub probability: f32,
     pub first_uv: u32,
-}
-
-/// Everything that is looked up by word, and where each part begins. First geometry, then what belongs to lights.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Words {
-    /// The words from `first` on.
-    pub data: Vec<u32>,
-    pub first: u32,
-    indices: u32,
-    spheres: u32,
-    tangents: u32,
-    uv1: u32,
-    colors: u32,
-    densities: u32,
-    light_uvs: u32,
-    primitive_lights: u32,
-    profiles: u32,
-    pub discs: u32,
-    pub disc_count: u32,
-    pub row_alias: u32,
-    pub portals: u32,
-    pub emitter_boxes: u32,
-    pub light_tree: u32,
-    layers: u32,
-    pub sheen_albedo: u32,
-    media: u32,
-}
-
-/// Bytes for the words of so many more lights: coordinates of three corners, a place among the visible ones, a place in the tree
-/// of lights, and its nodes. The lights that there are may have no tree yet because they are few.
-pub fn words_of_lights(more: u32) -> u64 {
-    const A_LIGHT: u64 = (6 + 1 + 1) * 4;
-    if more == 0 {
-        return 0;
-    }
-    let lights = u64::from(more) + FEWEST_LIGHTS as u64;
-    lights * A_LIGHT + LightTree::most_nodes(lights) * size_of::<LightNode>() as u64
-}
-
-impl Words {
-    pub fn new(tables: &SceneTables) -> Self {
-        let mut words = Self::default();
-        words.indices = words.append(bytemuck::cast_slice(&tables.indices));
-        words.spheres = words.append(bytemuck::cast_slice(&tables.spheres));
-        words.tangents = words.append(bytemuck::cast_slice(&tables.tangents));
-        words.uv1 = words.append(bytemuck::cast_slice(&tables.uv1));
-        words.colors = words.append(bytemuck::cast_slice(&tables.colors));
-        words.densities = words.append(bytemuck::cast_slice(&tables.densities));
-        words.append_changeable(tables);
-        words
-    }
-
-    /// What they are, for messages.
-    pub fn object(&self) -> &'static str {
-        match self.densities == self.light_uvs {
-            true => "vertex indices and attributes",
-            false => "vertex indices, attributes and densities of grids",
-        }
-    }
-
-    /// Where everything is, without the words.
-    pub fn without_data(&self) -> Self {
-        Self { data: Vec::new(), ..*self }
-    }
-
-    /// The words of other lights and layers for the same geometry.
-    pub fn with_changes(&self, tables: &SceneTables) -> Self {
-        let mut words = Self { data: Vec::new(), first: self.light_uvs, ..*self };
-        words.append_changeable(tables);
-        words
-    }
-
-    fn append_changeable(&mut self, tables: &SceneTables) {
-        self.light_uvs = self.first + self.data.len() as u32;
-        for light in tables.lights.iter().filter(|l| l.textured_material != NONE) {
-            self.append(bytemuck::cast_slice(&light.uv));
-        }
-        self.primitive_lights = self.append(&tables.primitive_lights);
-        self.profiles = self.append(&tables.profiles);
-        let numbered = (0..).zip(&tables.lights);
-        let discs: Vec<u32> = numbered.filter(|(_, l)| l.visible).map(|(i, _)| i).collect();
-        self.disc_count = discs.len() as u32;
-        self.discs = self.append(&discs);
-        let rows = &tables.environment.row_alias;
-        let rows: Vec<u32> = rows.iter().flat_map(|e| [e.threshold.to_bits(), e.alias]).collect();
-        self.row_alias = self.append(&rows);
-        self.portals = self.append(bytemuck::cast_slice(&tables.environment.portals));
-        // Always as many, so that those of a scene that is changed have a place.
-        let mut boxes = tables.emitter_boxes.clone();
-        boxes.resize(MOST_BOXES, EmitterBox::default());
-        self.emitter_boxes = self.append(bytemuck::cast_slice(&boxes));
-        let tree = &tables.light_tree;
-        self.light_tree = self.append(&[tree.probability.to_bits()]);
-        self.append(&tree.places);
-        self.append(bytemuck::cast_slice(&tree.nodes));
-        if !tables.layers.is_empty() {
-            self.sheen_albedo = self.append(bytemuck::cast_slice(SheenAlbedo::shared().texels()));
-            self.layers = self.append(bytemuck::cast_slice(&layers(tables)));
-        }
-        let grids: Vec<Grid> = tables.grids.iter().map(|g| grid_record(g, self.densities)).collect();
-        let grids = self.append(bytemuck::cast_slice(&grids));
-        let media: Vec<Medium> = tables.media.iter().map(|m| medium_record(m, grids)).collect();
-        self.media = self.append(bytemuck::cast_slice(&media));
-    }
-
-    /// Where a medium begins; `medium`: its index, or `NONE`.
-    pub fn medium(&self, medium: u32) -> u32 {
-        if medium == NONE { NONE } else { self.media + medium * (size_of::<Medium>() / 4) as u32 }
-    }
-
-    /// Where the layers of a material begin.
-    fn layers_of(&self, m: &MaterialRecord) -> u32 {
-        if m.layers == NONE { NONE } else { self.layers + m.layers * (size_of::<Layers>() / 4) as u32 }
-    }
-
-    /// Appends a part; returns where it begins.
-    fn append(&mut self, part: &[u32]) -> u32 {
-        let first = self.first + self.data.len() as u32;
-        self.data.extend_from_slice(part);
-        first
-    }
 }
 
 /// All instances.
@@ -437,97 +241,6 @@ pub(super) fn vertices(tables: &SceneTables) -> Vec<Vertex> {
         }
     }
     vertices
-}
-
-/// All materials.
-pub(super) fn materials(tables: &SceneTables, words: &Words) -> Vec<Material> {
-    let images = images(tables);
-    let record = |m: &MaterialRecord| Material {
-        layers: words.layers_of(m),
-        medium: words.medium(m.medium),
-        ..material(tables, &images, m)
-    };
-    tables.materials.iter().map(record).collect()
-}
-
-/// All layers.
-fn layers(tables: &SceneTables) -> Vec<Layers> {
-    let images = images(tables);
-    let record = |l: &LayersRecord| Layers {
-        specular_color: l.specular_color,
-        reflectance_ior: l.reflectance_ior,
-        coat: l.coat,
-        coat_roughness: l.coat_roughness,
-        coat_normal_scale: l.coat_normal_scale,
-        dispersion: l.dispersion,
-        sheen_color: l.sheen_color,
-        sheen_roughness: l.sheen_roughness,
-        iridescence: l.iridescence,
-        film_ior: l.film_ior,
-        film_thickness: l.film_thickness,
-        anisotropy: l.anisotropy,
-        anisotropy_direction: l.anisotropy_direction,
-        flags: l.flags,
-        diffuse_transmission: l.diffuse_transmission,
-        diffuse_transmission_color: l.diffuse_transmission_color,
-        textures: l.slots.map(|slot| texture_use(tables, &images, slot)),
-    };
-    tables.layers.iter().map(record).collect()
-}
-
-fn material(tables: &SceneTables, images: &[ImagePlace], m: &MaterialRecord) -> Material {
-    let slots =
-        [m.base_color_slot, m.metallic_roughness_slot, m.transmission_slot, m.emission_slot, m.normal_slot];
-    Material {
-        base_color: m.base_color,
-        emission: m.emission,
-        model: m.model as u32,
-        metallic: m.metallic,
-        roughness: m.roughness,
-        specular: m.specular,
-        ior: m.ior,
-        transmission: m.transmission,
-        normal_scale: m.normal_scale,
-        alpha_cutoff: m.alpha_cutoff,
-        flags: m.flags | if m.is_emissive() { MATERIAL_EMISSIVE } else { 0 },
-        checkerboard_even: m.checkerboard_colors[0],
-        checkerboard_scale: m.checkerboard_scale,
-        checkerboard_odd: m.checkerboard_colors[1],
-        checkerboard_fade: m.checkerboard_fade,
-        absorption: m.absorption,
-        priority: m.priority,
-        textures: slots.map(|slot| texture_use(tables, images, slot)),
-        ..Material::default()
-    }
-}
-
-fn texture_use(tables: &SceneTables, images: &[ImagePlace], slot: u32) -> TextureUse {
-    if slot == NONE {
-        return TextureUse { first_texel: NONE, ..TextureUse::default() };
-    }
-    let slot = &tables.texture_slots[slot as usize];
-    let texture = &tables.textures[slot.texture as usize];
-    let [a, b, c, d, e, f] = slot.transform;
-    let flag = |bit: u32, on: bool| if on { bit } else { 0 };
-    let wrap = |mode: Wrap| match mode {
-        Wrap::Repeat => 0,
-        Wrap::MirroredRepeat => 1,
-        Wrap::ClampToEdge => 2,
-    };
-    TextureUse {
-        row_u: [a, b, c],
-        first_texel: texture.first_texel,
-        row_v: [d, e, f],
-        flags: flag(TEXTURE_UV1, slot.uv_set & 1 == 1)
-            | flag(TEXTURE_BILINEAR, texture.sampler.filter == Filter::Linear)
-            | flag(TEXTURE_SRGB, texture.srgb)
-            | wrap(texture.sampler.wrap_u) << TEXTURE_WRAP_U_SHIFT
-            | wrap(texture.sampler.wrap_v) << TEXTURE_WRAP_V_SHIFT,
-        width: texture.width,
-        height: texture.height,
-        image: images.binary_search(&ImagePlace::of(texture)).unwrap_or(0) as u32,
-        padding: 0,
-    }
 }
 
 /// All lights, with the alias table that chooses among them.

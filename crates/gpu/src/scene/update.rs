@@ -3,7 +3,7 @@
 //! Materials, lights, bindings and transforms are small beside geometry and textures. They are written anew into the
 //! buffers where they are, through staging memory that is used again and again.
 
-use super::{GpuScene, records, scene_info};
+use super::{GpuScene, materials, records, scene_info};
 use crate::{Gpu, GpuError};
 use bytemuck::Pod;
 use scene::tables::{Changes, SceneTables};
@@ -86,7 +86,7 @@ impl GpuScene {
         let info = [scene_info(tables, &words, &self.places)];
         let instances = records::instances(tables);
         let bindings = records::bindings(tables, &words);
-        let materials = records::materials(tables, &words);
+        let materials = materials::materials(tables, &words);
         let lights = records::lights(tables, &words);
         let b = &self.buffers;
         let all_fit = fits(&b.words, first_word, &words.data)

@@ -1,0 +1,129 @@
+//! What shaders look up by word: vertex indices and attributes, densities of grids, and what belongs to lights and layers.
+
+use super::layers::{Layers, layers};
+use super::media::{Grid, Medium, grid_record, medium_record};
+use optics::albedo::SheenAlbedo;
+use scene::tables::{
+    EmitterBox, FEWEST_LIGHTS, LightNode, LightTree, MOST_BOXES, MaterialRecord, NONE, SceneTables,
+};
+
+/// Everything that is looked up by word, and where each part begins. First geometry, then what belongs to lights.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Words {
+    /// The words from `first` on.
+    pub data: Vec<u32>,
+    pub first: u32,
+    pub indices: u32,
+    pub spheres: u32,
+    pub tangents: u32,
+    pub uv1: u32,
+    pub colors: u32,
+    densities: u32,
+    pub light_uvs: u32,
+    pub primitive_lights: u32,
+    pub profiles: u32,
+    pub discs: u32,
+    pub disc_count: u32,
+    pub row_alias: u32,
+    pub portals: u32,
+    pub emitter_boxes: u32,
+    pub light_tree: u32,
+    layers: u32,
+    pub sheen_albedo: u32,
+    media: u32,
+}
+
+/// Bytes for the words of so many more lights: coordinates of three corners, a place among the visible ones, a place in the tree
+/// of lights, and its nodes. The lights that there are may have no tree yet because they are few.
+pub fn words_of_lights(more: u32) -> u64 {
+    const A_LIGHT: u64 = (6 + 1 + 1) * 4;
+    if more == 0 {
+        return 0;
+    }
+    let lights = u64::from(more) + FEWEST_LIGHTS as u64;
+    lights * A_LIGHT + LightTree::most_nodes(lights) * size_of::<LightNode>() as u64
+}
+
+impl Words {
+    pub fn new(tables: &SceneTables) -> Self {
+        let mut words = Self::default();
+        words.indices = words.append(bytemuck::cast_slice(&tables.indices));
+        words.spheres = words.append(bytemuck::cast_slice(&tables.spheres));
+        words.tangents = words.append(bytemuck::cast_slice(&tables.tangents));
+        words.uv1 = words.append(bytemuck::cast_slice(&tables.uv1));
+        words.colors = words.append(bytemuck::cast_slice(&tables.colors));
+        words.densities = words.append(bytemuck::cast_slice(&tables.densities));
+        words.append_changeable(tables);
+        words
+    }
+
+    /// What they are, for messages.
+    pub fn object(&self) -> &'static str {
+        match self.densities == self.light_uvs {
+            true => "vertex indices and attributes",
+            false => "vertex indices, attributes and densities of grids",
+        }
+    }
+
+    /// Where everything is, without the words.
+    pub fn without_data(&self) -> Self {
+        Self { data: Vec::new(), ..*self }
+    }
+
+    /// The words of other lights and layers for the same geometry.
+    pub fn with_changes(&self, tables: &SceneTables) -> Self {
+        let mut words = Self { data: Vec::new(), first: self.light_uvs, ..*self };
+        words.append_changeable(tables);
+        words
+    }
+
+    fn append_changeable(&mut self, tables: &SceneTables) {
+        self.light_uvs = self.first + self.data.len() as u32;
+        for light in tables.lights.iter().filter(|l| l.textured_material != NONE) {
+            self.append(bytemuck::cast_slice(&light.uv));
+        }
+        self.primitive_lights = self.append(&tables.primitive_lights);
+        self.profiles = self.append(&tables.profiles);
+        let numbered = (0..).zip(&tables.lights);
+        let discs: Vec<u32> = numbered.filter(|(_, l)| l.visible).map(|(i, _)| i).collect();
+        self.disc_count = discs.len() as u32;
+        self.discs = self.append(&discs);
+        let rows = &tables.environment.row_alias;
+        let rows: Vec<u32> = rows.iter().flat_map(|e| [e.threshold.to_bits(), e.alias]).collect();
+        self.row_alias = self.append(&rows);
+        self.portals = self.append(bytemuck::cast_slice(&tables.environment.portals));
+        // Always as many, so that those of a scene that is changed have a place.
+        let mut boxes = tables.emitter_boxes.clone();
+        boxes.resize(MOST_BOXES, EmitterBox::default());
+        self.emitter_boxes = self.append(bytemuck::cast_slice(&boxes));
+        let tree = &tables.light_tree;
+        self.light_tree = self.append(&[tree.probability.to_bits()]);
+        self.append(&tree.places);
+        self.append(bytemuck::cast_slice(&tree.nodes));
+        if !tables.layers.is_empty() {
+            self.sheen_albedo = self.append(bytemuck::cast_slice(SheenAlbedo::shared().texels()));
+            self.layers = self.append(bytemuck::cast_slice(&layers(tables)));
+        }
+        let grids: Vec<Grid> = tables.grids.iter().map(|g| grid_record(g, self.densities)).collect();
+        let grids = self.append(bytemuck::cast_slice(&grids));
+        let media: Vec<Medium> = tables.media.iter().map(|m| medium_record(m, grids)).collect();
+        self.media = self.append(bytemuck::cast_slice(&media));
+    }
+
+    /// Where a medium begins; `medium`: its index, or `NONE`.
+    pub fn medium(&self, medium: u32) -> u32 {
+        if medium == NONE { NONE } else { self.media + medium * (size_of::<Medium>() / 4) as u32 }
+    }
+
+    /// Where the layers of a material begin.
+    pub fn layers_of(&self, m: &MaterialRecord) -> u32 {
+        if m.layers == NONE { NONE } else { self.layers + m.layers * (size_of::<Layers>() / 4) as u32 }
+    }
+
+    /// Appends a part; returns where it begins.
+    fn append(&mut self, part: &[u32]) -> u32 {
+        let first = self.first + self.data.len() as u32;
+        self.data.extend_from_slice(part);
+        first
+    }
+}
