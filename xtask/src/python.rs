@@ -134,3 +134,29 @@ impl Environment {
         command
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shell::cargo;
+    use std::collections::BTreeSet;
+
+    /// Packages with their versions and features, as they are compiled for what `selection` selects.
+    fn packages(selection: &[&str]) -> BTreeSet<String> {
+        let tree = ["tree", "--locked", "--prefix", "none", "--format", "{p} {f}"];
+        let text = output(cargo(&tree).args(selection)).expect("cargo shows trees");
+        text.lines().map(|line| line.trim_end_matches(" (*)").to_owned()).collect()
+    }
+
+    /// What the wheel is made of is what tests are made of, feature by feature: otherwise it would be compiled twice. On other systems
+    /// other features differ.
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn the_wheel_shares_what_is_compiled_for_the_tests() {
+        let wheel = packages(&["--package", "python", "--edges", "normal,build"]);
+        let tests = packages(&["--workspace", "--edges", "normal,build,dev"]);
+        assert!(wheel.iter().any(|package| package.starts_with("wgpu v")), "{wheel:?}");
+        let apart: Vec<_> = wheel.difference(&tests).collect();
+        assert!(apart.is_empty(), "add features to crates/python/Cargo.toml: {apart:?}");
+    }
+}
