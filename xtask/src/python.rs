@@ -135,7 +135,7 @@ impl Environment {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, target_os = "linux"))]
 mod tests {
     use super::*;
     use crate::shell::cargo;
@@ -151,7 +151,6 @@ mod tests {
     /// What the wheel is made of is what tests are made of, feature by feature: otherwise it would be compiled twice. On other systems
     /// other features differ.
     #[test]
-    #[cfg(target_os = "linux")]
     fn the_wheel_shares_what_is_compiled_for_the_tests() {
         let wheel = packages(&["--package", "python", "--edges", "normal,build"]);
         let tests = packages(&["--workspace", "--edges", "normal,build,dev"]);
