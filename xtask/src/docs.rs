@@ -1,15 +1,27 @@
 //! `cargo xtask docs`: figures, tables and pictures that are made from the code.
 
 use crate::shell::{cargo, release_binary, root, run as run_command};
-use crate::{display, test};
+use crate::{display, tables, test};
 use anyhow::Context;
 use std::process::{Child, Command, Stdio};
 
 /// Size of the viewer's window in the pictures.
 const WINDOW: &str = "1280x800";
 
-/// Writes the figures and tables, which tests compare with the code, and the pictures of media and of the viewer.
-pub fn run() -> anyhow::Result<()> {
+/// Write the figures, tables and pictures of docs/ that are made from the code and from docs/data.
+#[derive(Debug, clap::Args)]
+pub struct DocsArgs {
+    /// Write only the tables of measurements, from the numbers in docs/data. Nothing is built.
+    #[arg(long)]
+    tables: bool,
+}
+
+/// Writes the tables and figures, which tests compare with their sources, and the pictures.
+pub fn run(args: &DocsArgs) -> anyhow::Result<()> {
+    tables::update()?;
+    if args.tables {
+        return Ok(());
+    }
     for (package, test) in [("gpu", "shader_binding_table"), ("scene", "formats_page")] {
         let mut command = cargo(&["test", "--package", package, "--test", test]);
         run_command(command.env("ALHAZEN_UPDATE_DOCS", "1"))?;

@@ -1,6 +1,6 @@
 //! Checks of the documents against the workspace, so that they cannot fall behind.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 fn read(name: &str) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(name);
@@ -35,17 +35,104 @@ fn a_forgotten_member_is_noticed() {
     assert_eq!(unnamed(&["crates/forgotten".into()], &read("ARCHITECTURE.md")), ["crates/forgotten"]);
 }
 
+/// README.md, CHANGELOG.md and all pages below `docs`, with their folders.
+fn user_documents() -> Vec<(PathBuf, String)> {
+    let root = crate::shell::root();
+    let pages = crate::tables::pages().expect("docs can be read");
+    let all = ["README.md", "CHANGELOG.md"].map(|name| root.join(name)).into_iter().chain(pages);
+    all.map(|page| (page.clone(), std::fs::read_to_string(&page).expect("text"))).collect()
+}
+
+/// Targets of links in `page`, without those to other sites and without what follows a `#`.
+fn local_links(page: &str) -> Vec<&str> {
+    let links = page.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+    let local = links.filter(|link| !link.contains("://"));
+    local.filter_map(|link| link.split('#').next()).filter(|link| !link.is_empty()).collect()
+}
+
 #[test]
-fn pictures_and_pages_that_the_readme_shows_exist() {
-    let readme = read("README.md");
-    let links = readme.split("](").skip(1).filter_map(|rest| rest.split(')').next());
-    let local: Vec<_> = links.filter(|l| !l.contains("://")).collect();
-    assert!(local.len() > 5, "only {local:?}");
-    for link in local {
-        assert!(
-            Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(link).is_file(),
-            "README.md links to {link}"
-        );
+fn pages_and_pictures_that_documents_link_to_exist() {
+    let mut count = 0;
+    for (path, page) in user_documents() {
+        let folder = path.parent().expect("a folder");
+        for link in local_links(&page) {
+            assert!(folder.join(link).exists(), "{} links to {link}", path.display());
+            count += 1;
+        }
+    }
+    assert!(count > 50, "only {count} links");
+}
+
+#[test]
+fn links_are_found() {
+    let page = "[a](b.md#c) ![d](e.png) [f](https://g) [h](#i)";
+    assert_eq!(local_links(page), ["b.md", "e.png"]);
+}
+
+/// A heading's anchor as GitHub makes it: lower case, spaces as `-`, no punctuation.
+fn anchor(heading: &str) -> String {
+    let heading = heading.trim_start_matches('#').trim().to_lowercase();
+    let kept = heading.chars().filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_'));
+    kept.map(|c| if c == ' ' { '-' } else { c }).collect()
+}
+
+#[test]
+fn headings_that_documents_link_to_exist() {
+    let mut count = 0;
+    for (path, page) in user_documents() {
+        for link in page.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+            let Some((file, wanted)) = link.split_once(".md#") else { continue };
+            if link.contains("://") {
+                continue;
+            }
+            let target = path.parent().expect("a folder").join(format!("{file}.md"));
+            let target = std::fs::read_to_string(&target).unwrap_or_else(|e| panic!("{link}: {e}"));
+            let mut headings = target.lines().filter(|line| line.starts_with('#'));
+            assert!(headings.any(|h| anchor(h) == wanted), "{} links to {link}", path.display());
+            count += 1;
+        }
+    }
+    assert!(count > 5, "only {count} links to headings");
+    assert_eq!(anchor("## What is kept: a (b) c-d"), "what-is-kept-a-b-c-d");
+}
+
+/// Numbers of the lines that are wider than 100 columns. Tables, code and lines with a link are as
+/// wide as they need to be.
+fn wide_lines(page: &str) -> Vec<usize> {
+    let mut in_code = false;
+    let mut wide = vec![];
+    for (line, number) in page.lines().zip(1..) {
+        if line.trim_start().starts_with("```") {
+            in_code = !in_code;
+        }
+        let is_free = in_code || line.trim_start().starts_with('|') || line.contains("](");
+        if line.chars().count() > 100 && !is_free && !line.contains("://") {
+            wide.push(number);
+        }
+    }
+    wide
+}
+
+#[test]
+fn lines_of_documents_have_at_most_100_columns() {
+    for (path, page) in user_documents() {
+        assert_eq!(wide_lines(&page), [0; 0], "lines of {}", path.display());
+    }
+}
+
+#[test]
+fn wide_lines_are_noticed() {
+    let wide = "word ".repeat(21);
+    let page = format!("{wide}\n| {wide} |\n```\n{wide}\n```\n[a](b) {wide}\n{wide}\n");
+    assert_eq!(wide_lines(&page), [1, 7]);
+    assert_eq!(wide_lines(&"é".repeat(100)), [0; 0]);
+}
+
+#[test]
+fn the_performance_page_and_the_changelog_are_short() {
+    for (name, limit) in [("docs/performance.md", 150), ("CHANGELOG.md", 100)] {
+        let lines = read(name).lines().count();
+        assert!(lines <= limit, "{name} has {lines} lines, more than {limit}");
     }
 }
 

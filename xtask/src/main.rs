@@ -14,6 +14,7 @@ mod gallery;
 mod plot;
 mod python;
 mod shell;
+mod tables;
 mod test;
 mod vulkan;
 
@@ -33,8 +34,7 @@ enum Command {
     Test(test::TestArgs),
     /// Check formatting, lints, documentation and tests, as continuous integration does.
     Ci,
-    /// Write the figures of docs/ that are made from the code.
-    Docs,
+    Docs(docs::DocsArgs),
     Gallery(gallery::GalleryArgs),
     /// Measure speed against other renderers.
     #[command(subcommand)]
@@ -47,7 +47,7 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Test(args) => test::run(&args),
         Command::Ci => ci::run(),
-        Command::Docs => docs::run(),
+        Command::Docs(args) => docs::run(&args),
         Command::Gallery(args) => gallery::run(&args),
         Command::Bench(bench::BenchCommand::Cpu(args)) => bench::run(&args),
         Command::Bench(bench::BenchCommand::Scaling(args)) => bench_scaling::run(&args),
