@@ -106,7 +106,7 @@ fn edits_are_shown_saved_and_rendered_again() {
     let folder = tempfile::tempdir().expect("a folder");
     let script = "\
 spp 4\nwait 4\npicture before.exr\nmaterial 0 red 0.1\nmaterial 0 roughness 0.9\nselect 0.5 0.5
-command Add a lamp (a sphere that shines)\ncommand Duplicate the object\nwait 4\npicture after.exr\nsave edited.toml
+command Add a sphere light\ncommand Duplicate the object\nwait 4\npicture after.exr\nsave edited.toml
 command Undo\ncommand Undo\ncommand Undo\ncommand Undo\nwait 4\npicture undone.exr\nopen edited.toml\nwait 4\npicture opened.exr\n";
     display.view(folder.path(), "cornell --backend cpu --width 96 --height 96", script);
     common::succeed(folder.path(), "render edited.toml --backend cpu --spp 4 --quiet -o headless.exr");

@@ -58,10 +58,10 @@ fn every_page_shows_what_it_is_for() {
         (Tab::Render, "Tone mapper"),
         (Tab::Objects, "Add model…"),
         (Tab::Lights, "Add spot light"),
-        (Tab::Sky, "Picture from a file…"),
+        (Tab::Sky, "Environment map from a file…"),
         (Tab::Camera, "Depth of field"),
         (Tab::Speed, "Triangles"),
-        (Tab::Pixel, "Point at the picture."),
+        (Tab::Pixel, "Move the pointer over the picture."),
         (Tab::File, "Reload when the file changes"),
     ] {
         page(&mut harness, tab);
@@ -84,7 +84,7 @@ fn objects_are_selected_changed_and_brought_back() {
     let ctx = harness.ctx.clone();
     harness.state_mut().run(Command::Undo, &ctx);
     assert!(visible(&harness));
-    click(&mut harness, "Thin wall");
+    click(&mut harness, "Thin-walled");
     let material = |h: &Harness<'_, Viewer>| {
         h.state().document.as_ref().expect("open").scene().materials[selection.material as usize].clone()
     };
@@ -93,7 +93,7 @@ fn objects_are_selected_changed_and_brought_back() {
     assert!(!material(&harness).thin_walled);
     let count = |h: &Harness<'_, Viewer>| h.state().document.as_ref().expect("open").scene().materials.len();
     let before = count(&harness);
-    click(&mut harness, "Give this object its own");
+    click(&mut harness, "Make unique");
     assert_eq!(count(&harness), before + 1);
     click(&mut harness, "Delete");
     assert!(harness.state().selection.is_none() && !visible(&harness));
@@ -118,7 +118,7 @@ fn lights_come_and_go() {
 fn what_is_set_is_rendered() {
     let mut harness = open("cornell");
     page(&mut harness, Tab::Render);
-    click(&mut harness, "glTF to the letter");
+    click(&mut harness, "Strict glTF BRDF (single scattering)");
     assert!(harness.state().render.single_scatter);
     let wanted = harness.state().job();
     until(&mut harness, "the new picture", |v| v.shot().is_some_and(|s| *s.job == wanted));
@@ -216,22 +216,22 @@ fn time_is_played_stepped_and_taken_back() {
     // Another seed: what was begun may have more samples.
     (harness.state_mut().render.spp, harness.state_mut().render.seed) = (4, 1);
     let rest = shows(&mut harness, &file, "at rest");
-    click(&mut harness, "Frame on");
+    click(&mut harness, "Next frame");
     assert_eq!(harness.state().clock.frame(), 1);
     shows(&mut harness, &file, "frame 1");
     harness.state_mut().clock.seek(30);
     let later = shows(&mut harness, &file, "frame 30");
     assert!(later.data() != rest.data(), "nothing has moved");
-    click(&mut harness, "Play time");
+    click(&mut harness, "Play");
     let before = harness.state().shots_seen();
     until(&mut harness, "pictures while time passes", |v| {
         v.clock.frame() > 31 && v.shots_seen() > before + 3
     });
-    click(&mut harness, "Stop time");
+    click(&mut harness, "Pause");
     assert!(!harness.state().clock.playing);
     shows(&mut harness, &file, "where it was stopped");
     assert!(harness.state().command_line().contains("--at "), "{}", harness.state().command_line());
-    click(&mut harness, "At rest");
+    click(&mut harness, "Rest pose");
     let again = shows(&mut harness, &file, "at rest again");
     assert!(again.data() == rest.data(), "the scene at rest has changed");
 }
@@ -271,8 +271,8 @@ fn skins_follow_the_clock() {
 fn noise_ends_pictures_and_is_taken_out_of_them() {
     let mut harness = open("cornell");
     page(&mut harness, Tab::Render);
-    click(&mut harness, "More samples where the error is");
-    click(&mut harness, "Done when the noise is low");
+    click(&mut harness, "Adaptive sampling");
+    click(&mut harness, "Noise limit");
     let viewer = harness.state_mut();
     (viewer.render.noise, viewer.render.spp) = (Some(0.2), 100_000);
     viewer.shown.denoiser = Some(alhazen::Denoiser::Own);
@@ -308,7 +308,7 @@ fn frames_of_a_rasteriser_need_one() {
     harness.run_steps(3);
     click(&mut harness, "hybrid");
     assert_eq!(harness.state().render.transport, viewer::render_settings::Transport::Hybrid);
-    click(&mut harness, "First hits by the rasteriser");
+    click(&mut harness, "Rasterised first hits");
     let alhazen::Integrator::Hybrid(settings) = harness.state().job().integrator else { panic!("hybrid") };
     assert_eq!(settings.visibility, alhazen::Visibility::Rays);
 }
@@ -323,15 +323,12 @@ fn what_frames_are_made_of_and_what_they_show_is_set() {
     harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "Integrator").click();
     harness.run_steps(3);
     click(&mut harness, "realtime");
-    assert!(
-        harness.query_by_label("More samples where the error is").is_none(),
-        "frames choose by themselves"
-    );
-    click(&mut harness, "Samples where it is noisy");
-    click(&mut harness, "As many as there is time for");
-    click(&mut harness, "Filter");
-    click(&mut harness, "First hits by the rasteriser");
-    harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "Frames show").click();
+    assert!(harness.query_by_label("Adaptive sampling").is_none(), "frames choose by themselves");
+    click(&mut harness, "Adaptive frames");
+    click(&mut harness, "Time budget");
+    click(&mut harness, "Spatial filter");
+    click(&mut harness, "Rasterised first hits");
+    harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "Displayed buffer").click();
     harness.run_steps(3);
     click(&mut harness, "blurred-noise");
     let alhazen::Integrator::Realtime(settings) = harness.state().job().integrator else {
@@ -343,7 +340,7 @@ fn what_frames_are_made_of_and_what_they_show_is_set() {
     assert_eq!(settings.show, alhazen::FrameView::BlurredNoise);
     let line = harness.state().command_line();
     assert!(line.contains("--budget 8ms --no-filter --show blurred-noise"), "{line}");
-    click(&mut harness, "Samples where it is noisy");
+    click(&mut harness, "Adaptive frames");
     let alhazen::Integrator::Realtime(settings) = harness.state().job().integrator else {
         panic!("realtime")
     };

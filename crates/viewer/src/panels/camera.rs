@@ -1,4 +1,4 @@
-//! The camera: projection, lens, focus, cameras of the file, kept views, automatic orbit.
+//! The camera: projection, lens, focus, cameras of the file, saved views, automatic orbit.
 
 use super::lights::degrees;
 use super::{number, vector};
@@ -12,7 +12,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     ui.horizontal_wrapped(|ui| {
         for (name, command) in [
             ("Home", Command::Home),
-            ("Look at everything", Command::Frame),
+            ("Frame everything", Command::Frame),
             ("Perspective / orthographic", Command::ToggleProjection),
         ] {
             if ui.button(name).clicked() {
@@ -61,8 +61,8 @@ fn lens(viewer: &mut Viewer, ui: &mut Ui) {
         let speed = (camera.lens_radius * 0.02).max(1e-6);
         number(ui, "Lens radius (m)", &mut camera.lens_radius, speed, 0.0..=1e6);
         let speed = (camera.focus_distance * 5e-3).max(1e-5);
-        number(ui, "In focus at (m)", &mut camera.focus_distance, speed, 1e-4..=1e9);
-        ui.weak("Ctrl and click into the picture brings what is there into focus.");
+        number(ui, "Focus distance (m)", &mut camera.focus_distance, speed, 1e-4..=1e9);
+        ui.weak("Ctrl+click in the picture sets the focus distance.");
     }
     if camera != viewer.camera {
         viewer.camera = camera;
@@ -71,11 +71,11 @@ fn lens(viewer: &mut Viewer, ui: &mut Ui) {
 }
 
 fn orbit(viewer: &mut Viewer, ui: &mut Ui) {
-    let label = if viewer.playing { "Stop" } else { "Orbit automatically" };
+    let label = if viewer.playing { "Stop" } else { "Automatic orbit" };
     if ui.button(label).clicked() {
         viewer.run(Command::Play, &ui.ctx().clone());
     }
-    if viewer.camera.path.is_none() && ui.button("Make an orbit from here").clicked() {
+    if viewer.camera.path.is_none() && ui.button("Create an orbit from this view").clicked() {
         viewer.camera.path = Some(navigation::orbit_path(&viewer.camera, 0.0, 12.0));
         (viewer.camera_time, viewer.follows) = (0.0, None);
     }
@@ -84,8 +84,8 @@ fn orbit(viewer: &mut Viewer, ui: &mut Ui) {
     if let Some(CameraPath::Orbit { radius, height, bob, period, .. }) = &mut viewer.camera.path {
         number(ui, "Radius (m)", radius, speed, 1e-5..=1e9);
         number(ui, "Height (m)", height, speed, -1e9..=1e9);
-        number(ui, "Bob (m)", bob, speed, -1e9..=1e9);
-        number(ui, "Seconds a turn", period, 0.05, 0.1..=3600.0);
+        number(ui, "Vertical amplitude (m)", bob, speed, -1e9..=1e9);
+        number(ui, "Period (s)", period, 0.05, 0.1..=3600.0);
     }
     if viewer.camera.path != before {
         viewer.follows = None;
@@ -102,18 +102,18 @@ fn views(viewer: &mut Viewer, ui: &mut Ui) {
             own = Some(i);
         }
     }
-    ui.strong("Kept views");
+    ui.strong("Saved views");
     for (i, view) in viewer.views.iter().enumerate() {
         ui.horizontal(|ui| {
             if ui.button(&view.name).clicked() {
                 chosen = Some(view.clone());
             }
-            if ui.small_button("Forget").on_hover_text(&view.name).clicked() {
+            if ui.small_button("Remove").on_hover_text(&view.name).clicked() {
                 removed = Some(i);
             }
         });
     }
-    if ui.button("Keep this view").clicked() {
+    if ui.button("Save this view").clicked() {
         viewer.run(Command::KeepView, &ui.ctx().clone());
     }
     if let Some(i) = own {

@@ -27,7 +27,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
             ui.selectable_value(&mut environment, choice.clone(), kind(&choice));
         }
     });
-    if ui.button("Picture from a file…").clicked() {
+    if ui.button("Environment map from a file…").clicked() {
         viewer.ask_for(For::Environment);
     }
     match &mut environment {
@@ -54,10 +54,10 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
 
 fn kind(environment: &EnvironmentRecord) -> &'static str {
     match environment {
-        EnvironmentRecord::Black => "nothing",
-        EnvironmentRecord::Constant { .. } => "one colour",
-        EnvironmentRecord::Own { .. } => "the scene's picture",
-        EnvironmentRecord::File { .. } => "picture",
+        EnvironmentRecord::Black => "none",
+        EnvironmentRecord::Constant { .. } => "constant",
+        EnvironmentRecord::Own { .. } => "environment map of the scene",
+        EnvironmentRecord::File { .. } => "environment map",
         EnvironmentRecord::Sky(_) => "sky",
         EnvironmentRecord::Daylight(_) => "daylight",
     }
@@ -83,7 +83,7 @@ fn clear_daylight(ui: &mut Ui, daylight: &mut DaylightRecord) {
     if azimuth != daylight.azimuth as f32 {
         daylight.azimuth = f64::from(azimuth);
     }
-    number(ui, "Haze", &mut daylight.turbidity, 0.05, 2.0..=10.0);
+    number(ui, "Turbidity", &mut daylight.turbidity, 0.05, 2.0..=10.0);
     bright_colour(ui, "Ground", &mut daylight.ground, "");
     number(ui, "Intensity", &mut daylight.intensity, 1e-5, 0.0..=1e6);
 }
@@ -103,7 +103,7 @@ fn sky_and_sun(ui: &mut Ui, sky: &mut SkyRecord) {
     if let Some(sun) = &mut sky.sun {
         vector(ui, "Direction", &mut sun.direction, 0.01);
         bright_colour(ui, "Irradiance", &mut sun.irradiance, " W/m²");
-        degrees(ui, "Radius", &mut sun.angular_radius, 0.05..=45.0);
+        degrees(ui, "Angular radius", &mut sun.angular_radius, 0.05..=45.0);
     }
 }
 

@@ -8,7 +8,7 @@ use egui::{Grid, Ui};
 /// Shows it.
 pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     let Some(at) = viewer.pointer else {
-        ui.weak("Point at the picture.");
+        ui.weak("Move the pointer over the picture.");
         return;
     };
     viewer.ask(at, Purpose::Inspect);
@@ -22,7 +22,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
         ("Pixel", format!("{x}, {y} of {width}×{height}")),
         (viewer.shown.layer.name(), value.map(|v| format!("{v:.5}")).join("  ")),
         ("Luminance", format!("{:.5}", alhazen::luminance(value))),
-        ("Shown as", format!("{} {} {}", shown.r(), shown.g(), shown.b())),
+        ("Display value", format!("{} {} {}", shown.r(), shown.g(), shown.b())),
         ("Samples", count.to_string()),
     ];
     if let Some(other) = viewer.other_value(x, y, [width, height]) {

@@ -24,12 +24,12 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
         if ui.button("Add directional light").clicked() {
             lights.push(directional());
         }
-        if ui.button("Add lamp").clicked() {
+        if ui.button("Add sphere light").clicked() {
             viewer.run(Command::AddLamp, &ui.ctx().clone());
         }
     });
     if lights.is_empty() {
-        ui.weak("There are none. Surfaces that shine are objects with an emission.");
+        ui.weak("No lights. Emissive surfaces are objects whose material has an emission.");
     }
     let mut removed = None;
     let speed = viewer.scene_size() * 1e-3;
@@ -72,13 +72,13 @@ fn one(ui: &mut Ui, light: &mut LightRecord, speed: f32) {
             vector(ui, "Position", position, speed);
             vector(ui, "Direction", direction, 0.01);
             bright_colour(ui, "Intensity", intensity, " W/sr");
-            degrees(ui, "Cone", outer_angle, 0.5..=90.0);
-            degrees(ui, "Full up to", inner_angle, 0.0..=89.0);
+            degrees(ui, "Outer cone angle", outer_angle, 0.5..=90.0);
+            degrees(ui, "Inner cone angle", inner_angle, 0.0..=89.0);
         }
         LightRecord::Directional { direction, irradiance, angular_diameter, .. } => {
             vector(ui, "Direction", direction, 0.01);
             bright_colour(ui, "Irradiance", irradiance, " W/m²");
-            degrees(ui, "Size", angular_diameter, 0.0..=90.0);
+            degrees(ui, "Angular diameter", angular_diameter, 0.0..=90.0);
         }
     }
 }

@@ -8,11 +8,11 @@ use egui::{ComboBox, Slider, Ui};
 
 const MODELS: [(Model, &str); 6] = [
     (Model::MetallicRoughness, "metallic-roughness"),
-    (Model::Lambert, "diffuse"),
-    (Model::Dielectric, "glass"),
+    (Model::Lambert, "Lambert"),
+    (Model::Dielectric, "dielectric"),
     (Model::Mirror, "mirror"),
     (Model::Unlit, "unlit"),
-    (Model::Boundary, "boundary of a medium"),
+    (Model::Boundary, "medium boundary"),
 ];
 
 /// Shows it.
@@ -30,8 +30,11 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui, selection: Selection) {
         if ui.button("Reset material").clicked() {
             viewer.edit("reset material", |edits| drop(edits.materials.remove(&id)));
         }
-        let own = ui.button("Give this object its own");
-        if own.on_hover_text(format!("{users} objects have this material")).clicked() {
+        let own = ui.button("Make unique");
+        if own
+            .on_hover_text(format!("Copies the material for this object. {users} objects share it."))
+            .clicked()
+        {
             make_own(viewer, selection.object, id);
         }
     });
@@ -105,14 +108,14 @@ fn numbers(ui: &mut Ui, m: &mut MaterialRecord, has_normals: bool) -> bool {
     share(ui, "Specular", &mut m.specular);
     ui.add(Slider::new(&mut m.ior, 1.0..=3.0).text("Index of refraction"));
     share(ui, "Transmission", &mut m.transmission);
-    ui.checkbox(&mut m.thin_walled, "Thin wall");
+    ui.checkbox(&mut m.thin_walled, "Thin-walled");
     bright_colour(ui, "Emission", &mut m.emission, " W/sr/m²");
-    ui.checkbox(&mut m.emission_two_sided, "Emits on both sides");
+    ui.checkbox(&mut m.emission_two_sided, "Two-sided emission");
     if has_normals {
         ui.add(Slider::new(&mut m.normal_scale, -2.0..=4.0).text("Normal scale"));
     }
     alpha(ui, m);
-    ui.checkbox(&mut m.double_sided, "Two-sided");
+    ui.checkbox(&mut m.double_sided, "Double-sided");
     *m != before
 }
 
@@ -128,7 +131,7 @@ fn alpha(ui: &mut Ui, m: &mut MaterialRecord) {
         ui.selectable_value(&mut m.alpha_mode, AlphaMode::Blend, "blend");
     });
     if let AlphaMode::Mask(cutoff) = &mut m.alpha_mode {
-        share(ui, "Cutoff", cutoff);
+        share(ui, "Alpha cutoff", cutoff);
     }
     if m.alpha_mode != AlphaMode::Opaque {
         share(ui, "Opacity", &mut m.base_color[3]);

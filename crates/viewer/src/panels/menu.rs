@@ -31,7 +31,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
             ui.separator();
             items(viewer, ui, &[ResetZoom, FullScreen, SidePanel]);
             ui.checkbox(&mut viewer.settings.dark, "Dark");
-            ui.add(egui::Slider::new(&mut viewer.settings.zoom, 0.5..=3.0).text("Size of panels"));
+            ui.add(egui::Slider::new(&mut viewer.settings.zoom, 0.5..=3.0).text("Panel scale"));
         });
         ui.menu_button("Picture", |ui| {
             items(viewer, ui, &[Pause, Restart, Brighter, Darker, NextLayer, Picture]);
@@ -67,7 +67,7 @@ fn recent(viewer: &mut Viewer, ui: &mut Ui) {
             }
         }
         if viewer.settings.recent.is_empty() {
-            ui.weak("nothing yet");
+            ui.weak("none");
         }
     });
 }

@@ -15,6 +15,7 @@ mod render;
 mod report;
 mod status;
 mod time;
+mod tooltips;
 mod windows;
 
 use crate::viewer::{Command, Viewer};
@@ -156,10 +157,9 @@ fn number(
     range: std::ops::RangeInclusive<f32>,
 ) -> bool {
     ui.horizontal(|ui| {
-        let name = ui.label(label);
-        ui.add(egui::DragValue::new(value).speed(speed).range(range).max_decimals(4))
-            .labelled_by(name.id)
-            .changed()
+        let name = tooltips::explain(ui.label(label), label);
+        let drag = egui::DragValue::new(value).speed(speed).range(range).max_decimals(4);
+        tooltips::explain(ui.add(drag).labelled_by(name.id), label).changed()
     })
     .inner
 }
@@ -167,8 +167,9 @@ fn number(
 /// A whole number with a label before it; true when it was changed.
 fn count(ui: &mut Ui, label: &str, value: &mut u32, range: std::ops::RangeInclusive<u32>) -> bool {
     ui.horizontal(|ui| {
-        let name = ui.label(label);
-        ui.add(egui::DragValue::new(value).speed(0.2).range(range)).labelled_by(name.id).changed()
+        let name = tooltips::explain(ui.label(label), label);
+        let drag = egui::DragValue::new(value).speed(0.2).range(range);
+        tooltips::explain(ui.add(drag).labelled_by(name.id), label).changed()
     })
     .inner
 }
@@ -184,9 +185,25 @@ fn vector(ui: &mut Ui, label: &str, value: &mut [f32; 3], speed: f32) -> bool {
     .inner
 }
 
+/// A checkbox; true when it was changed.
+fn check(ui: &mut Ui, label: &str, value: &mut bool) -> bool {
+    tooltips::explain(ui.checkbox(value, label), label).changed()
+}
+
+/// A slider with a label behind it; true when it was changed.
+fn slider(ui: &mut Ui, label: &str, value: &mut f32, range: std::ops::RangeInclusive<f32>) -> bool {
+    tooltips::explain(ui.add(egui::Slider::new(value, range).text(label)), label).changed()
+}
+
 /// A share from 0 to 1 with a label behind it; true when it was changed.
 fn share(ui: &mut Ui, label: &str, value: &mut f32) -> bool {
-    ui.add(egui::Slider::new(value, 0.0..=1.0).text(label)).changed()
+    slider(ui, label, value, 0.0..=1.0)
+}
+
+/// A list to choose from, with a label behind it.
+fn choice(ui: &mut Ui, label: &str, selected: &str, entries: impl FnOnce(&mut Ui)) {
+    let list = egui::ComboBox::from_label(label).selected_text(selected).show_ui(ui, entries);
+    tooltips::explain(list.response, label);
 }
 
 /// A colour of any brightness, as a hue and a factor; true when it was changed.

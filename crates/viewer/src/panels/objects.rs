@@ -16,9 +16,9 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
             ("Duplicate", Command::Duplicate),
             ("Delete", Command::Delete),
             ("Hide / show", Command::Hide),
-            ("Look at", Command::Frame),
+            ("Frame selection", Command::Frame),
             ("Add model…", Command::AddModel),
-            ("Add lamp", Command::AddLamp),
+            ("Add sphere light", Command::AddLamp),
         ] {
             if ui.button(name).clicked() {
                 viewer.run(command, &ui.ctx().clone());
@@ -27,7 +27,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     });
     ui.separator();
     let Some(selection) = viewer.selection else {
-        ui.weak("Click into the picture or on a name to select an object.");
+        ui.weak("Click an object in the picture or a name to select it.");
         return;
     };
     transform(viewer, ui, selection);
@@ -72,8 +72,8 @@ fn transform(viewer: &mut Viewer, ui: &mut Ui, selection: Selection) {
     let Parts { mut position, mut rotation, mut scale } = Parts::of(&instance.transform);
     let original = document.unchanged().instances.get(selection.object as usize).map(|i| i.transform);
     let speed = viewer.scene_size() * 1e-3;
-    let mut changed = vector(ui, "Position", &mut position, speed);
-    changed |= vector(ui, "Rotation", &mut rotation, 0.5);
+    let mut changed = vector(ui, "Position (m)", &mut position, speed);
+    changed |= vector(ui, "Rotation (°)", &mut rotation, 0.5);
     changed |= vector(ui, "Scale", &mut scale, 0.01);
     if changed {
         let transform = Parts { position, rotation, scale }.transform();

@@ -28,10 +28,10 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
         ("Memory of the process", mebi(pass.memory_bytes as f64)),
         ("Scene tables", mebi(stats.table_bytes as f64)),
         ("Acceleration structures", mebi(stats.acceleration_bytes as f64)),
-        ("Built in", format!("{:.0} ms", stats.build.as_secs_f64() * 1e3)),
+        ("Build time", format!("{:.0} ms", stats.build.as_secs_f64() * 1e3)),
     ];
     if stats.device_bytes > 0 {
-        rows.push(("On the device", mebi(stats.device_bytes as f64)));
+        rows.push(("Device memory", mebi(stats.device_bytes as f64)));
     }
     if let Some(kernel) = viewer.shot().and_then(|s| s.pass.kernel) {
         rows.push(("Kernel", kernel.to_owned()));
@@ -48,7 +48,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     }
     table(ui, "speed", &rows);
     if !viewer.statistics.device.is_empty() {
-        ui.strong("Passes of the device");
+        ui.strong("Device passes");
         let rows: Vec<_> = viewer
             .statistics
             .device

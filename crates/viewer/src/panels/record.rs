@@ -11,16 +11,16 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     ui.horizontal_wrapped(|ui| {
         for (way, name) in [
             (Command::RecordTurntable, "Turntable"),
-            (Command::RecordPath, "Through kept views"),
-            (Command::RecordOrbit, "The camera's orbit"),
+            (Command::RecordPath, "Through saved views"),
+            (Command::RecordOrbit, "Camera orbit"),
         ] {
             ui.radio_value(&mut choice.way, way, name);
         }
     });
     ui.horizontal(|ui| {
-        let name = ui.label("Pictures");
+        let name = ui.label("Frames");
         ui.add(DragValue::new(&mut choice.frames).range(1..=100_000)).labelled_by(name.id);
-        let name = ui.label("a second");
+        let name = ui.label("per second");
         ui.add(DragValue::new(&mut choice.fps).range(1.0..=240.0)).labelled_by(name.id);
         let name = ui.label("spp");
         ui.add(DragValue::new(&mut choice.spp).range(1..=1_000_000)).labelled_by(name.id);

@@ -11,15 +11,17 @@ pub fn is_needed(viewer: &Viewer) -> bool {
 /// Shows it.
 pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     ui.horizontal_wrapped(|ui| {
-        let play = if viewer.clock.playing { "Stop time" } else { "Play time" };
-        for (name, command) in
-            [("Frame back", Command::StepBack), (play, Command::PlayTime), ("Frame on", Command::StepOn)]
-        {
+        let play = if viewer.clock.playing { "Pause" } else { "Play" };
+        for (name, command) in [
+            ("Previous frame", Command::StepBack),
+            (play, Command::PlayTime),
+            ("Next frame", Command::StepOn),
+        ] {
             if ui.button(name).clicked() {
                 viewer.run(command, &ui.ctx().clone());
             }
         }
-        if ui.add_enabled(viewer.clock.shown, egui::Button::new("At rest")).clicked() {
+        if ui.add_enabled(viewer.clock.shown, egui::Button::new("Rest pose")).clicked() {
             viewer.run(Command::Rest, &ui.ctx().clone());
         }
         scrubber(viewer, ui);
@@ -29,7 +31,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
         let name = ui.label("Speed");
         ui.add(DragValue::new(&mut clock.speed).speed(0.01).range(-16.0..=16.0).suffix("×"))
             .labelled_by(name.id);
-        let name = ui.label("Frames a second");
+        let name = ui.label("Frames per second");
         ui.add(DragValue::new(&mut clock.fps).speed(0.1).range(0.1..=1000.0)).labelled_by(name.id);
         clips(viewer, ui);
     });
@@ -46,7 +48,7 @@ fn scrubber(viewer: &mut Viewer, ui: &mut Ui) {
     ui.spacing_mut().slider_width = width;
     match viewer.clock.moment().time {
         Some(time) => ui.label(format!("{time:.3} of {:.3} s", viewer.clock.duration())),
-        None => ui.weak("at rest"),
+        None => ui.weak("rest pose"),
     };
 }
 

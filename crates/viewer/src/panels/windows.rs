@@ -10,11 +10,11 @@ const MOUSE: [(&str, &str); 12] = [
     ("Right drag", "look around"),
     ("Wheel, two fingers", "dolly"),
     ("Shift and two fingers", "pan"),
-    ("Ctrl and wheel, pinch", "zoom into the picture"),
+    ("Ctrl and wheel, pinch", "zoom the picture"),
     ("Alt and drag", "move the zoomed picture"),
     ("Click", "select"),
-    ("Double click", "turn about what is there"),
-    ("Ctrl and click", "bring what is there into focus"),
+    ("Double click", "set the orbit centre"),
+    ("Ctrl and click", "set the focus distance"),
     ("W A S D, Q E", "fly"),
     ("Shift", "fly faster"),
 ];
@@ -47,7 +47,7 @@ pub fn notices(viewer: &mut Viewer, ctx: &Context) {
         return;
     }
     let mut open = true;
-    let window = Window::new("Something went wrong").open(&mut open).collapsible(false);
+    let window = Window::new("Error").open(&mut open).collapsible(false);
     window.anchor(Align2::CENTER_CENTER, [0.0, 0.0]).default_width(460.0).show(ctx, |ui| {
         for notice in viewer.notices.iter().filter(|n| n.is_error) {
             ui.label(&notice.text);
