@@ -136,6 +136,24 @@ fn the_performance_page_and_the_changelog_are_short() {
     }
 }
 
+/// Messages that the first column of the page's tables quotes: what stands in `code` and has a space.
+fn quoted_messages(page: &str) -> Vec<&str> {
+    let cells = page.lines().filter_map(|line| line.strip_prefix("| ")?.split(" | ").next());
+    cells.flat_map(|cell| cell.split('`').skip(1).step_by(2)).filter(|text| text.contains(' ')).collect()
+}
+
+#[test]
+fn messages_that_the_troubleshooting_page_quotes_exist() {
+    let page = read("docs/troubleshooting.md");
+    let code = code_below(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates"));
+    let messages = quoted_messages(&page);
+    assert!(messages.len() > 8, "only {messages:?}");
+    for message in messages {
+        assert!(code.contains(message), "no source file has `{message}`");
+    }
+    assert_eq!(quoted_messages("| `a b` and `c` | `d e` |\n"), ["a b"]);
+}
+
 /// Names in `code` of the last column of the page's tables.
 fn named_tests(page: &str) -> Vec<&str> {
     let rows = page.lines().filter(|line| line.starts_with("| ") && line.contains("` |"));
