@@ -447,7 +447,7 @@ impl Viewer {
             _ => Recording::turntable(&Camera { path: None, ..camera }, choice.frames),
         };
         if cameras.is_empty() {
-            self.notice("there are no kept views to go through: keep some first", true);
+            self.notice("there are no saved views: save some first", true);
             return;
         }
         let spp = choice.spp;

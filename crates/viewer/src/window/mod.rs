@@ -44,11 +44,11 @@ pub enum ViewerError {
     /// There is no display to open a window on.
     #[error("cannot open a window")]
     Display(#[from] winit::error::EventLoopError),
-    /// The system makes no window.
-    #[error("the system makes no window")]
+    /// The system cannot create a window.
+    #[error("the system cannot create a window")]
     Window(#[from] winit::error::OsError),
-    /// The system makes no window, and does not say why.
-    #[error("the system makes no window: it never gave leave to open one")]
+    /// The system never allowed a window to be created.
+    #[error("the system never allowed a window to be created")]
     NoWindow,
     /// Nothing can draw on the window.
     #[error("cannot draw on the window")]

@@ -16,10 +16,10 @@ pub enum SurfaceError {
     #[error("no graphics driver can draw on the window")]
     Adapter(#[from] wgpu::RequestAdapterError),
     /// The driver gives no device.
-    #[error("the graphics driver gives no device")]
+    #[error("the graphics driver provides no device")]
     Device(#[from] wgpu::RequestDeviceError),
     /// The driver offers no format.
-    #[error("the graphics driver offers no format for the window")]
+    #[error("the graphics driver has no format for the window")]
     Format,
 }
 
