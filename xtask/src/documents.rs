@@ -137,6 +137,47 @@ fn the_performance_page_and_the_changelog_are_short() {
     }
 }
 
+/// Lines of shell examples in `page` that call `alhazen`, without comments.
+fn example_commands(page: &str) -> impl Iterator<Item = &str> {
+    let blocks = page.split("```sh\n").skip(1).filter_map(|rest| rest.split("```").next());
+    let lines = blocks.flat_map(str::lines).filter(|line| line.starts_with("alhazen"));
+    lines.map(|line| line.split(" #").next().unwrap_or_default().trim())
+}
+
+/// The words of a command that are neither a subcommand with a file in `commands` nor an option
+/// that the command's `code` declares.
+fn unknown_words<'a>(command: &'a str, commands: &Path, code: &str) -> Vec<&'a str> {
+    let words: Vec<_> = command.split_whitespace().skip(1).collect();
+    let is_subcommand =
+        |name: &str| commands.join(format!("{name}.rs")).exists() || commands.join(name).exists();
+    let is_option = |option: &str| {
+        let name = option.split('=').next().unwrap_or_default().trim_start_matches("--");
+        name.is_empty() // what follows `--` is for another command
+            || code.contains(&format!(" {}:", name.replace('-', "_")))
+            || code.contains(&format!("long = \"{name}\""))
+    };
+    let subcommand = words.first().filter(|word| !is_subcommand(word));
+    let options = words.iter().filter(|word| word.starts_with("--") && !is_option(word));
+    subcommand.into_iter().chain(options).copied().collect()
+}
+
+#[test]
+fn commands_of_documents_exist() {
+    let commands = crate::shell::root().join("crates/cli/src/commands");
+    let code = code_below(&commands);
+    let mut count = 0;
+    for (path, page) in user_documents() {
+        for command in example_commands(&page) {
+            let unknown = unknown_words(command, &commands, &code);
+            assert_eq!(unknown, [""; 0], "in `{command}` of {}", path.display());
+            count += 1;
+        }
+    }
+    assert!(count > 30, "only {count} commands");
+    let wrong = unknown_words("alhazen paint a.glb --spp 4 --no-such-option=1", &commands, &code);
+    assert_eq!(wrong, ["paint", "--no-such-option=1"]);
+}
+
 /// Messages that the first column of the page's tables quotes: what stands in `code` and has a space.
 fn quoted_messages(page: &str) -> Vec<&str> {
     let cells = page.lines().filter_map(|line| line.strip_prefix("| ")?.split(" | ").next());
