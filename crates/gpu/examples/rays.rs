@@ -5,7 +5,7 @@
 //!
 //! - primary: the pixel centres of a camera of 1920×1080
 //! - samples: 64 random points of each pixel of every 32nd row, in the path tracer's order: those of a pixel are neighbours
-//! - together: the same, asked as rays of which neighbours go nearly the same way
+//! - packets: the same, asked as rays of which neighbours go nearly the same way
 //! - bounce: one cosine-distributed ray from each primary hit
 //! - shadow: one to a random point of a square light under the ceiling from each primary hit, any hit will do
 //! - shuffled: the bounce rays in random order
@@ -119,7 +119,7 @@ impl RaySet {
         let trace = |ray: &Ray| {
             let mut counts = WalkCounts::default();
             match question {
-                RayQuestion::Closest | RayQuestion::ClosestTogether => {
+                RayQuestion::Closest | RayQuestion::ClosestPacket => {
                     twin.closest(ray, |_| true, &mut counts).map_or(f32::INFINITY, |h| h.t)
                 }
                 RayQuestion::Any if twin.any(ray, |_| true, &mut counts) => 0.0,
@@ -134,7 +134,7 @@ impl RaySet {
     fn wrong(&self, hits: &[RayHit]) -> usize {
         let differs = |(&e, h): (&f32, &RayHit)| match self.question {
             _ if e.is_infinite() || h.is_miss() => e.is_finite() == h.is_miss(),
-            RayQuestion::Closest | RayQuestion::ClosestTogether => (e - h.t).abs() > 1e-4 * (1.0 + e),
+            RayQuestion::Closest | RayQuestion::ClosestPacket => (e - h.t).abs() > 1e-4 * (1.0 + e),
             RayQuestion::Any => false,
         };
         self.expected.iter().zip(hits).filter(|&pair| differs(pair)).count()
@@ -197,7 +197,7 @@ fn ray_sets(tables: &SceneTables, twin: &EncodedScene, [width, height]: [u32; 2]
     vec![
         set("primary", RayQuestion::Closest, primary, width),
         set("samples", RayQuestion::Closest, samples.clone(), IN_ORDER),
-        set("together", RayQuestion::ClosestTogether, samples, IN_ORDER),
+        set("packets", RayQuestion::ClosestPacket, samples, IN_ORDER),
         set("bounce", RayQuestion::Closest, bounce, width),
         set("shadow", RayQuestion::Any, shadow, width),
         set("shuffled", RayQuestion::Closest, shuffled, width),
@@ -256,7 +256,7 @@ fn measure(
     let scene = GpuScene::upload(gpu, tables.clone())?;
     let tracing = kind.build(gpu, &scene, Instances::StandStill)?;
     let list = RayBuffers::new(gpu, &set.rays, set.width)?;
-    let mut kernel = tracing.ray_kernel(gpu, set.question, &scene, &list)?;
+    let mut kernel = tracing.ray_kernel(gpu, set.question, &scene)?;
     let mut timer = Timer::new(gpu)?;
     let start = Instant::now();
     while runs > 1 && start.elapsed() < WARM_UP {

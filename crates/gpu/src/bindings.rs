@@ -1,7 +1,53 @@
-//! Layouts of bind groups that passes of frames have in common.
+//! What passes bind, and the layouts and groups that come of it.
 
 use crate::{Gpu, GpuError};
-use wgpu::{BindingType, BufferBindingType, ShaderStages};
+use wgpu::{BindingResource, BindingType, BufferBindingType, ShaderStages};
+
+/// Something that a pass binds in one of its groups, by the number of the binding, and what its shader does with it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum PassBinding {
+    /// A uniform buffer.
+    Uniform(u32),
+    /// A storage buffer that is only read.
+    Read(u32),
+    /// A storage buffer that may be written.
+    Write(u32),
+    /// A texture of whole numbers.
+    Texture(u32),
+}
+
+impl PassBinding {
+    /// Its number in its group.
+    pub fn number(self) -> u32 {
+        match self {
+            Self::Uniform(number) | Self::Read(number) | Self::Write(number) | Self::Texture(number) => {
+                number
+            }
+        }
+    }
+
+    fn entry(self, visibility: ShaderStages) -> wgpu::BindGroupLayoutEntry {
+        let ty = match self {
+            Self::Uniform(_) => buffer(BufferBindingType::Uniform),
+            Self::Read(_) => buffer(BufferBindingType::Storage { read_only: true }),
+            Self::Write(_) => buffer(BufferBindingType::Storage { read_only: false }),
+            Self::Texture(_) => BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Uint,
+                view_dimension: wgpu::TextureViewDimension::D2,
+                multisampled: false,
+            },
+        };
+        entry(self.number(), visibility, ty)
+    }
+}
+
+/// A resource and the number that it is bound at.
+pub(crate) type Resource<'a> = (u32, BindingResource<'a>);
+
+/// A whole buffer to be bound at a number.
+pub(crate) fn whole(number: u32, buffer: &wgpu::Buffer) -> Resource<'_> {
+    (number, buffer.as_entire_binding())
+}
 
 /// An entry of a layout.
 pub(crate) fn entry(binding: u32, visibility: ShaderStages, ty: BindingType) -> wgpu::BindGroupLayoutEntry {
@@ -13,53 +59,37 @@ pub(crate) fn buffer(ty: BufferBindingType) -> BindingType {
     BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
 }
 
-/// Layout of the film's group with the view and some of its buffers.
-pub(crate) fn film_layout(gpu: &Gpu, bindings: &[u32], visibility: ShaderStages) -> wgpu::BindGroupLayout {
-    let view = entry(0, visibility, buffer(BufferBindingType::Uniform));
-    let storage = |&b: &u32| entry(b, visibility, buffer(BufferBindingType::Storage { read_only: false }));
-    let entries: Vec<_> = std::iter::once(view).chain(bindings.iter().map(storage)).collect();
-    gpu.device
-        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("film"), entries: &entries })
-}
-
-/// A group of whole buffers, each at its binding.
-pub(crate) fn group<'a>(
+/// The layout of a group. To be called where errors are caught.
+pub(crate) fn layout(
     gpu: &Gpu,
     label: &str,
-    layout: &wgpu::BindGroupLayout,
-    buffers: impl Iterator<Item = (u32, &'a wgpu::Buffer)>,
-) -> wgpu::BindGroup {
-    let entries: Vec<_> = buffers
-        .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() })
-        .collect();
-    let descriptor = wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries };
-    gpu.device.create_bind_group(&descriptor)
+    bindings: &[PassBinding],
+    visibility: ShaderStages,
+) -> wgpu::BindGroupLayout {
+    let entries: Vec<_> = bindings.iter().map(|binding| binding.entry(visibility)).collect();
+    let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries };
+    gpu.device.create_bind_group_layout(&descriptor)
 }
 
-/// A group for compute shaders of whole buffers, which are bound from 0 on; the first is a uniform, the others are written unless they
-/// are among `read`. And its layout.
+/// A group of some of `resources`, those that have a binding.
 ///
 /// # Errors
-/// When the device has no place for it.
-pub(crate) fn whole_buffers(
+/// When the device fails, or a binding has no resource.
+pub(crate) fn group(
     gpu: &Gpu,
     label: &'static str,
-    buffers: &[&wgpu::Buffer],
-    read: &[u32],
-) -> Result<(wgpu::BindGroupLayout, wgpu::BindGroup), GpuError> {
-    let ty = |binding: u32| match binding {
-        0 => BufferBindingType::Uniform,
-        _ => BufferBindingType::Storage { read_only: read.contains(&binding) },
+    layout: &wgpu::BindGroupLayout,
+    bindings: &[PassBinding],
+    resources: &[Resource<'_>],
+) -> Result<wgpu::BindGroup, GpuError> {
+    let failed = |reason| GpuError::Device { doing: label, reason };
+    let entry = |binding: &PassBinding| {
+        let binding = binding.number();
+        let found = resources.iter().find(|(number, _)| *number == binding);
+        let (_, resource) = found.ok_or_else(|| failed(format!("nothing is there for binding {binding}")))?;
+        Ok::<_, GpuError>(wgpu::BindGroupEntry { binding, resource: resource.clone() })
     };
-    let bind = || {
-        let entries: Vec<_> =
-            (0..buffers.len() as u32).map(|b| entry(b, ShaderStages::COMPUTE, buffer(ty(b)))).collect();
-        let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some(label),
-            entries: &entries,
-        });
-        let group = group(gpu, label, &layout, (0..).zip(buffers.iter().copied()));
-        (layout, group)
-    };
-    gpu.guarded(bind).map_err(|reason| GpuError::Device { doing: label, reason })
+    let entries = bindings.iter().map(entry).collect::<Result<Vec<_>, _>>()?;
+    let descriptor = wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries };
+    gpu.guarded(|| gpu.device.create_bind_group(&descriptor)).map_err(failed)
 }

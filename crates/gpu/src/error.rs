@@ -102,6 +102,9 @@ pub enum GpuError {
         /// What the driver said.
         reason: String,
     },
+    /// The modules of a shader do not fit together.
+    #[error("cannot link a shader: {0}")]
+    Modules(#[from] crate::shader::ModuleError),
     /// A shader or pipeline was refused.
     #[error("the driver refused the shader `{shader}`: {reason}")]
     Shader {

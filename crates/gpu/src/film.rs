@@ -4,6 +4,7 @@
 //! sums are moved to the host's film, which is exact, whenever somebody looks or [`FOLD_SAMPLES`] have gathered, and the
 //! device starts from zero.
 
+use crate::bindings::{PassBinding, Resource, whole};
 use crate::portions::{Gathering, PORTION_BYTES, Share, pixels_in_tiles};
 use crate::scene::upload::{empty_buffer, write_buffer, write_buffer_at};
 use crate::view::View;
@@ -131,6 +132,12 @@ impl Counters {
     }
 }
 
+/// What passes bind of group 2.
+pub(crate) const VIEW: PassBinding = PassBinding::Uniform(0);
+pub(crate) const FILM: PassBinding = PassBinding::Write(1);
+pub(crate) const TALLY: PassBinding = PassBinding::Write(2);
+pub(crate) const AOVS: PassBinding = PassBinding::Write(3);
+
 /// Bind group 2: view and film.
 pub struct FilmBuffers {
     /// Binding 0: [`View`], uniform.
@@ -141,10 +148,6 @@ pub struct FilmBuffers {
     pub counters: wgpu::Buffer,
     /// Binding 3: an [`AovPixel`] for each pixel, or one for all if no layers are wanted.
     pub aovs: wgpu::Buffer,
-    /// Layout of bind group 2.
-    pub layout: wgpu::BindGroupLayout,
-    /// Bind group 2.
-    pub bind_group: wgpu::BindGroup,
     /// What is rendered.
     pub contents: View,
     /// How, for who renders in more than one way.
@@ -185,29 +188,11 @@ impl FilmBuffers {
             staging_bytes,
             BufferUsages::MAP_READ | BufferUsages::COPY_DST,
         )?;
-        let (layout, bind_group) = gpu
-            .guarded(|| {
-                let layout = layout(gpu);
-                let buffers = [&view_buffer, &film, &counters, &aovs];
-                let entries: Vec<_> = (0..)
-                    .zip(buffers)
-                    .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() })
-                    .collect();
-                let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                    label: Some("film"),
-                    layout: &layout,
-                    entries: &entries,
-                });
-                (layout, group)
-            })
-            .map_err(|reason| GpuError::Device { doing: "binding the film", reason })?;
         Ok(Self {
             view: view_buffer,
             pixels: film,
             counters,
             aovs,
-            layout,
-            bind_group,
             contents: View::new(view),
             integrator: view.integrator,
             camera: view.camera,
@@ -216,6 +201,12 @@ impl FilmBuffers {
             staging,
             gathering: None,
         })
+    }
+
+    /// All of group 2, for passes to bind what they need of it.
+    pub(crate) fn resources(&self) -> [Resource<'_>; 4] {
+        let buffers = [&self.view, &self.pixels, &self.counters, &self.aovs];
+        [0, 1, 2, 3].map(|number| whole(number, buffers[number as usize]))
     }
 
     /// Takes another view of the same size without making anything anew. Returns whether that was possible.
@@ -430,24 +421,6 @@ fn add_layers(film: &mut Film, layers: &[AovPixel]) {
 }
 
 /// Layout of bind group 2 for compute shaders.
-fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
-    let buffer = |binding: u32, ty| wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: wgpu::ShaderStages::COMPUTE,
-        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
-        count: None,
-    };
-    let storage = wgpu::BufferBindingType::Storage { read_only: false };
-    let entries = [
-        buffer(0, wgpu::BufferBindingType::Uniform),
-        buffer(1, storage),
-        buffer(2, storage),
-        buffer(3, storage),
-    ];
-    gpu.device
-        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("film"), entries: &entries })
-}
-
 /// The back end's error for one of the device's.
 pub(crate) fn device_error(backend: &'static str, error: GpuError) -> BackendError {
     BackendError::Device { backend, source: Box::new(error) }
@@ -460,9 +433,7 @@ mod tests {
 
     #[test]
     fn layouts_match_the_shader() {
-        let text =
-            crate::shader::scene_text(crate::shader::Variant::default()) + include_str!("shaders/film.wgsl");
-        let module = crate::shader::parse(&text);
+        let module = crate::shader::check::module("film");
         assert_layout!(module, FilmPixel { sum, count, sum_of_squares, invalid });
         assert_layout!(
             module,

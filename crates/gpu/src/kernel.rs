@@ -1,10 +1,11 @@
 //! What runs on the device for a batch of samples.
 
-use crate::film::{Batch, BatchPixels, FilmBuffers};
+use crate::film::{AOVS, Batch, BatchPixels, FILM, FilmBuffers, TALLY, VIEW};
 use crate::hybrid::HybridKernel;
-use crate::rays::{RayBuffers, RayKernel, RayQuestion};
+use crate::pass::{Dispatch, Pass, PassGroups, PassSpec, compile};
+use crate::rays::{RAY_LIST, RayBuffers, RayKernel, RayQuestion};
 use crate::realtime::RealtimeKernel;
-use crate::shader::{Variant, assemble};
+use crate::shader::{Linkage, Variant};
 use crate::timing::Timer;
 use crate::tracer::Tracer;
 use crate::wavefront::{Queues, WavefrontKernel};
@@ -55,32 +56,16 @@ impl KernelKind {
         }
     }
 
-    /// Its WGSL: film, integrator, and a function `render_pixel` for one pixel of the window. No entry point. Where one kernel
-    /// has to do everything, those of `direct` and of `path` make the pictures of the real-time renderers.
-    pub fn text(self, variant: Variant) -> String {
-        let (film, rays) = (include_str!("shaders/film.wgsl"), include_str!("shaders/rays.wgsl"));
-        let vertex = include_str!("shaders/path_vertex.wgsl");
-        match self {
-            Self::Path if variant.volumes => {
-                let media = include_str!("shaders/volume_media.wgsl");
-                let vertices = include_str!("shaders/volume_vertex.wgsl");
-                [film, rays, vertex, media, vertices, include_str!("shaders/kernel_volumes.wgsl")].join("\n")
-            }
-            Self::Path | Self::Realtime => {
-                [film, rays, vertex, include_str!("shaders/kernel_path.wgsl")].join("\n")
-            }
-            Self::Direct | Self::Hybrid => {
-                let reach = include_str!("shaders/light_reach.wgsl");
-                let direct = include_str!("shaders/direct.wgsl");
-                [film, rays, reach, direct, include_str!("shaders/kernel_direct.wgsl")].join("\n")
-            }
-            Self::Aov => [film, rays, include_str!("shaders/kernel_aov.wgsl")].join("\n"),
-        }
-    }
-
-    /// Its WGSL with an entry point `main` for compute shaders.
-    pub fn compute_text(self, variant: Variant) -> String {
-        [&self.text(variant), include_str!("shaders/entry_compute.wgsl")].join("\n")
+    /// What modules are linked with that import `kernel`, which has a function `render_pixel` for one pixel of the window. Where one
+    /// kernel has to do everything, those of `direct` and of `path` make the pictures of the real-time renderers.
+    pub fn linkage(self, variant: Variant) -> Linkage {
+        let kernel = match self {
+            Self::Path if variant.volumes => "kernel_volumes",
+            Self::Path | Self::Realtime => "kernel_path",
+            Self::Direct | Self::Hybrid => "kernel_direct",
+            Self::Aov => "kernel_aov",
+        };
+        Linkage::of(variant).bind("kernel", kernel)
     }
 }
 
@@ -193,7 +178,7 @@ pub trait Tracing: Send {
         Ok(None)
     }
 
-    /// Compiles what answers lists of rays. `rays` has the layout of all later lists.
+    /// Compiles what answers lists of rays.
     ///
     /// # Errors
     /// When the driver refuses a shader.
@@ -202,7 +187,6 @@ pub trait Tracing: Send {
         gpu: &Gpu,
         question: RayQuestion,
         scene: &GpuScene,
-        rays: &RayBuffers,
     ) -> Result<Box<dyn RayKernel>, GpuError>;
 
     /// Follows a change of the scene, which has already taken it. Returns whether that was possible; otherwise the
@@ -246,7 +230,7 @@ impl Tracing for ComputeTracing {
                 Ok(Box::new(RealtimeKernel::new(gpu, variant, scene, &*self.0, &settings)?))
             }
             KernelKind::Path | KernelKind::Direct | KernelKind::Aov => {
-                Ok(Box::new(Megakernel::new(gpu, kind, variant, scene, &*self.0, film)?))
+                Ok(Box::new(Megakernel::new(gpu, kind, variant, scene, &*self.0)?))
             }
         }
     }
@@ -266,15 +250,17 @@ impl Tracing for ComputeTracing {
         gpu: &Gpu,
         question: RayQuestion,
         scene: &GpuScene,
-        rays: &RayBuffers,
     ) -> Result<Box<dyn RayKernel>, GpuError> {
-        let together = if question == RayQuestion::ClosestTogether { self.0.text_together() } else { None };
-        let (question, tracer) = match together {
-            None => (question.of_any_rays(), self.0.text()),
-            Some(text) => (question, text),
+        let packets = if question == RayQuestion::ClosestPacket { self.0.linkage_packets() } else { None };
+        let (question, tracer) = match packets {
+            None => (question.of_any_rays(), self.0.linkage()),
+            Some(packets) => (question, packets),
         };
-        let text = assemble(&tracer, &question.compute_text(), scene.variant());
-        let pass = ComputePass::new(gpu, "rays", &text, scene, &*self.0, &rays.layout)?;
+        let linkage = question.linkage(scene.variant()).with(&tracer);
+        let spec =
+            PassSpec { name: "rays", film: RAY_LIST, ..PassSpec::tracing("entry_rays_compute", "main") };
+        let mut pass = Pass::new(gpu, "list of", spec, &linkage, Some(scene), Some(&*self.0))?;
+        compile(gpu, [&mut pass])?;
         Ok(Box::new(ComputeRays(pass)))
     }
 
@@ -288,65 +274,34 @@ impl Tracing for ComputeTracing {
     }
 }
 
-/// A compute shader over a grid of invocations, eight by eight a workgroup, that sees a scene, a tracer and one group more.
-struct ComputePass {
-    name: &'static str,
-    pipeline: wgpu::ComputePipeline,
-    scene: wgpu::BindGroup,
-    tracer: wgpu::BindGroup,
-}
-
-impl ComputePass {
-    /// Compiles the whole `text` of a shader; `layout` is that of bind group 2.
-    fn new(
-        gpu: &Gpu,
-        name: &'static str,
-        text: &str,
-        scene: &GpuScene,
-        tracer: &dyn Tracer,
-        layout: &wgpu::BindGroupLayout,
-    ) -> Result<Self, GpuError> {
-        let title = format!("{name} on {}", tracer.kind().name());
-        let pipeline = gpu.compute_pipeline(&title, text, &[&scene.layout, tracer.layout(), layout])?;
-        let (scene, tracer) = (scene.bind_group.clone(), tracer.bind_group().clone());
-        Ok(Self { name, pipeline, scene, tracer })
+/// Submits a pass of at least `size` invocations, eight by eight a workgroup.
+fn submit(
+    gpu: &Gpu,
+    pass: &Pass,
+    groups: &PassGroups,
+    size: [u32; 2],
+    timer: &mut Timer,
+) -> Result<wgpu::SubmissionIndex, GpuError> {
+    let workgroups = size.map(|n| n.div_ceil(8));
+    let offered = gpu.limits.max_compute_workgroups_per_dimension;
+    if let Some(&needed) = workgroups.iter().find(|&&n| n > offered) {
+        let (adapter, needed, offered) = (gpu.info.name.clone(), needed.into(), offered.into());
+        return Err(GpuError::Limit { adapter, limit: "workgroups of one dispatch", needed, offered });
     }
-
-    /// Submits one pass of at least `size` invocations.
-    fn submit(
-        &self,
-        gpu: &Gpu,
-        group: &wgpu::BindGroup,
-        size: [u32; 2],
-        timer: &mut Timer,
-    ) -> Result<wgpu::SubmissionIndex, GpuError> {
-        let groups = size.map(|n| n.div_ceil(8));
-        let offered = gpu.limits.max_compute_workgroups_per_dimension;
-        if let Some(&needed) = groups.iter().find(|&&n| n > offered) {
-            let (adapter, needed, offered) = (gpu.info.name.clone(), needed.into(), offered.into());
-            return Err(GpuError::Limit { adapter, limit: "workgroups of one dispatch", needed, offered });
-        }
-        let slot = timer.slot(self.name);
-        gpu.guarded(|| {
-            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                label: Some(self.name),
-                timestamp_writes: slot.map(|s| s.compute()),
-            });
-            pass.set_pipeline(&self.pipeline);
-            pass.set_bind_group(0, &self.scene, &[]);
-            pass.set_bind_group(1, &self.tracer, &[]);
-            pass.set_bind_group(2, group, &[]);
-            pass.dispatch_workgroups(groups[0], groups[1], 1);
-            drop(pass);
-            gpu.queue.submit([encoder.finish()])
-        })
-        .map_err(|reason| GpuError::Device { doing: "starting a pass", reason })
-    }
+    gpu.guarded(|| {
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        pass.record(&mut encoder, timer, groups, Dispatch::Groups(workgroups));
+        gpu.queue.submit([encoder.finish()])
+    })
+    .map_err(|reason| GpuError::Device { doing: "starting a pass", reason })
 }
 
 /// One compute shader that does everything: an invocation renders all samples of a pixel.
-pub struct Megakernel(ComputePass);
+pub struct Megakernel {
+    pass: Pass,
+    /// The groups for a film, which its pixels tell from others.
+    bound: Option<(wgpu::Buffer, PassGroups)>,
+}
 
 impl Megakernel {
     /// Compiles the kernel for a scene and a tracer.
@@ -359,10 +314,13 @@ impl Megakernel {
         variant: Variant,
         scene: &GpuScene,
         tracer: &dyn Tracer,
-        film: &FilmBuffers,
     ) -> Result<Self, GpuError> {
-        let text = assemble(&tracer.text(), &kind.compute_text(variant), variant);
-        ComputePass::new(gpu, kind.name(), &text, scene, tracer, &film.layout).map(Self)
+        let linkage = kind.linkage(variant).with(&tracer.linkage());
+        let film = &[VIEW, FILM, TALLY, AOVS];
+        let spec = PassSpec { name: kind.name(), film, ..PassSpec::tracing("entry_compute", "main") };
+        let mut pass = Pass::new(gpu, "megakernel", spec, &linkage, Some(scene), Some(tracer))?;
+        compile(gpu, [&mut pass])?;
+        Ok(Self { pass, bound: None })
     }
 }
 
@@ -387,16 +345,23 @@ impl Kernel for Megakernel {
             BatchPixels::Rows { count, .. } => [film.contents.window_width(), count],
             BatchPixels::Portions { count, .. } => run_size(count),
         };
-        self.0.submit(gpu, &film.bind_group, size, timer)
+        let groups = match self.bound.take().filter(|(bound, _)| *bound == film.pixels) {
+            Some((_, groups)) => groups,
+            None => self.pass.bind(gpu, &film.resources(), &[])?,
+        };
+        let submitted = submit(gpu, &self.pass, &groups, size, timer);
+        self.bound = Some((film.pixels.clone(), groups));
+        submitted
     }
 }
 
 /// A compute shader that answers rays.
-struct ComputeRays(ComputePass);
+struct ComputeRays(Pass);
 
 impl RayKernel for ComputeRays {
     fn submit(&mut self, gpu: &Gpu, rays: &RayBuffers, timer: &mut Timer) -> Result<(), GpuError> {
-        self.0.submit(gpu, &rays.bind_group, rays.size(), timer).map(|_| ())
+        let groups = self.0.bind(gpu, &rays.resources(), &[])?;
+        submit(gpu, &self.0, &groups, rays.size(), timer).map(|_| ())
     }
 }
 

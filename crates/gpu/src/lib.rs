@@ -10,7 +10,6 @@ mod bindings;
 mod device;
 mod error;
 pub mod film;
-mod frame_pass;
 pub mod frames;
 pub mod hybrid;
 pub mod kernel;
@@ -18,6 +17,7 @@ pub mod kernel;
 mod layout;
 #[cfg(not(any(target_vendor = "apple", target_arch = "wasm32")))]
 pub mod pipeline;
+mod pass;
 mod plan;
 mod portions;
 pub mod rays;

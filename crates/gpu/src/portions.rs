@@ -4,9 +4,11 @@
 //! whole device waiting. So they are cut into portions, each of which is made by an invocation of its own and summed in a place of
 //! its own; a pass adds these up (`shaders/portions.wgsl`), always in the same order.
 
-use crate::bindings::whole_buffers;
+use crate::bindings::{PassBinding, whole};
 use crate::film::{FilmBuffers, FilmPixel};
+use crate::pass::{Dispatch, Pass, PassGroups, PassSpec, compile};
 use crate::scene::upload::{empty_buffer, write_buffer};
+use crate::shader::Linkage;
 use crate::{Gpu, GpuError};
 use backend::PixelSamples;
 use bytemuck::{Pod, Zeroable};
@@ -94,15 +96,19 @@ struct Task {
     padding: u32,
 }
 
-const TEXT: &str = include_str!("shaders/portions.wgsl");
-
 /// The pass that adds portions of a film to their pixels.
 pub(crate) struct Gathering {
-    pipeline: wgpu::ComputePipeline,
-    group: wgpu::BindGroup,
+    pass: Pass,
+    groups: PassGroups,
     task: wgpu::Buffer,
     size: [u32; 2],
 }
+
+/// What it is.
+const GATHER: PassSpec = PassSpec {
+    own: &[PassBinding::Uniform(0), PassBinding::Write(1), PassBinding::Read(2)],
+    ..PassSpec::new("portions", "gather")
+};
 
 impl Gathering {
     /// For a film.
@@ -111,11 +117,12 @@ impl Gathering {
     /// When the driver refuses the shader.
     pub fn new(gpu: &Gpu, film: &FilmBuffers) -> Result<Self, GpuError> {
         let task = empty_buffer(gpu, "portions", size_of::<Task>() as u64, BufferUsages::UNIFORM)?;
-        let buffers = [&task, &film.pixels, &film.counters];
-        let (layout, group) = whole_buffers(gpu, "binding portions", &buffers, &[2])?;
-        let pipeline = gpu.shader_text("portions", TEXT.to_owned()).pipeline("gather", &[Some(&layout)])?;
+        let mut pass = Pass::new(gpu, "portions'", GATHER, &Linkage::default(), None, None)?;
+        compile(gpu, [&mut pass])?;
+        let resources = [whole(0, &task), whole(1, &film.pixels), whole(2, &film.counters)];
+        let groups = pass.bind(gpu, &[], &resources)?;
         let size = film.contents.picture().window_size;
-        Ok(Self { pipeline, group, task, size })
+        Ok(Self { pass, groups, task, size })
     }
 
     /// Adds portions `first` to `first + count` of `all`, which have been submitted, to their pixels.
@@ -125,14 +132,12 @@ impl Gathering {
     pub fn submit(&self, gpu: &Gpu, first: u32, count: u32, all: u32) -> Result<(), GpuError> {
         let task = Task { size: self.size, first, count, all, padding: 0 };
         write_buffer(gpu, "portions", &self.task, bytemuck::bytes_of(&task))?;
-        let groups = self.size.map(|n| n.div_ceil(8));
+        let workgroups = self.size.map(|n| n.div_ceil(8));
         gpu.guarded(|| {
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            pass.set_pipeline(&self.pipeline);
-            pass.set_bind_group(0, &self.group, &[]);
-            pass.dispatch_workgroups(groups[0], groups[1], 1);
-            drop(pass);
+            let mut recorded = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            self.pass.dispatch(&mut recorded, &self.groups, Dispatch::Groups(workgroups));
+            drop(recorded);
             gpu.queue.submit([encoder.finish()]);
         })
         .map_err(|reason| GpuError::Device { doing: "adding up portions", reason })
@@ -146,16 +151,14 @@ pub(crate) const PORTION_BYTES: u64 = size_of::<FilmPixel>() as u64;
 mod tests {
     use super::*;
     use crate::layout::{assert_layout, layout_of};
-    use crate::shader::{parse, validate, write_all_languages};
+    use crate::shader::check;
 
     #[test]
     fn the_shader_fits_and_translates_for_every_driver() {
-        let module = parse(TEXT);
+        let module = check::module("portions");
         assert_layout!(module, Task { size, first, count, all, padding });
-        let film = crate::shader::scene_text(Default::default()) + include_str!("shaders/film.wgsl");
-        assert_eq!(layout_of(&module, "FilmPixel"), layout_of(&parse(&film), "FilmPixel"));
-        let (module, info) = validate("portions", TEXT);
-        write_all_languages("portions", &module, &info, "gather");
+        assert_eq!(layout_of(&module, "FilmPixel"), layout_of(&check::module("film"), "FilmPixel"));
+        check::check_pass(&GATHER, &Linkage::default(), "alone");
     }
 
     /// Every sample of every pixel is in one portion, and those of a pixel are next to each other and in order.

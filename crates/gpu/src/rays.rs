@@ -1,7 +1,9 @@
 //! Rays as a list: what each of them hits, by any tracer, without shading.
 
+use crate::bindings::{PassBinding, Resource, whole};
 use crate::film::read_mapped;
 use crate::scene::upload::{empty_buffer, storage_buffer, write_buffer};
+use crate::shader::{Linkage, Variant};
 use crate::timing::Timer;
 use crate::{Gpu, GpuError};
 use accel::Ray;
@@ -13,9 +15,9 @@ use wgpu::BufferUsages;
 pub enum RayQuestion {
     /// The nearest.
     Closest,
-    /// The same of rays of which neighbours go nearly the same way, such as those through one pixel. Tracers that gain nothing
-    /// by that take them for any others.
-    ClosestTogether,
+    /// The same of rays of which neighbours go nearly the same way, such as those through one pixel: by subgroup packet traversal,
+    /// where the tracer has that.
+    ClosestPacket,
     /// Whether there is any. Then `instance` alone tells, and says no more than that.
     Any,
 }
@@ -23,37 +25,23 @@ pub enum RayQuestion {
 impl RayQuestion {
     /// The same question of rays that may go anywhere.
     pub(crate) fn of_any_rays(self) -> Self {
-        if self == Self::ClosestTogether { Self::Closest } else { self }
+        if self == Self::ClosestPacket { Self::Closest } else { self }
     }
 
-    /// What is behind the kernel's WGSL.
-    fn asking_text(self) -> &'static str {
-        match self {
-            Self::Closest => include_str!("shaders/rays_closest.wgsl"),
-            Self::ClosestTogether => include_str!("shaders/rays_together.wgsl"),
-            Self::Any => include_str!("shaders/rays_any.wgsl"),
-        }
-    }
-
-    /// The kernel's WGSL without an entry point; see `shaders/kernel_rays.wgsl`.
-    fn text(self) -> String {
-        [include_str!("shaders/kernel_rays.wgsl"), self.asking_text()].join("\n")
-    }
-
-    /// The kernel's WGSL with an entry point for compute shaders.
-    pub fn compute_text(self) -> String {
-        let entry = "@compute @workgroup_size(8, 8)
-            fn main(@builtin(global_invocation_id) id: vec3u) { answer_ray(id.xy); }";
-        [&self.text(), entry].join("\n")
-    }
-
-    /// The kernel's WGSL with an entry point for ray tracing pipelines.
-    pub fn pipeline_text(self) -> String {
-        let entry = "@ray_generation
-            fn main(@builtin(ray_invocation_id) id: vec3u) { answer_ray(id.xy); }";
-        [&self.text(), entry].join("\n")
+    /// What modules are linked with that import `kernel_rays`.
+    pub fn linkage(self, variant: Variant) -> Linkage {
+        let question = match self {
+            Self::Closest => "rays_closest",
+            Self::ClosestPacket => "rays_closest_packet",
+            Self::Any => "rays_any",
+        };
+        Linkage::of(variant).bind("question", question)
     }
 }
+
+/// What a pass that answers rays binds of group 2.
+pub(crate) const RAY_LIST: &[PassBinding] =
+    &[PassBinding::Uniform(0), PassBinding::Read(1), PassBinding::Write(2)];
 
 /// What a ray hit, as shaders write it (`Hit` of `shaders/scene.wgsl`).
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -96,10 +84,6 @@ pub struct RayBuffers {
     pub rays: wgpu::Buffer,
     /// Binding 2: [`RayHit`]s.
     pub hits: wgpu::Buffer,
-    /// Layout of bind group 2.
-    pub layout: wgpu::BindGroupLayout,
-    /// Bind group 2.
-    pub bind_group: wgpu::BindGroup,
     staging: wgpu::Buffer,
     shape: RayList,
 }
@@ -125,10 +109,12 @@ impl RayBuffers {
         let hits = empty_buffer(gpu, "hits", hit_bytes, readable)?;
         let usage = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
         let staging = empty_buffer(gpu, "reading hits", hit_bytes, usage)?;
-        let (layout, bind_group) = gpu
-            .guarded(|| bind(gpu, [&list, &rays, &hits]))
-            .map_err(|reason| GpuError::Device { doing: "binding rays", reason })?;
-        Ok(Self { list, rays, hits, layout, bind_group, staging, shape })
+        Ok(Self { list, rays, hits, staging, shape })
+    }
+
+    /// All of the group, for a pass to bind.
+    pub(crate) fn resources(&self) -> [Resource<'_>; 3] {
+        [whole(0, &self.list), whole(1, &self.rays), whole(2, &self.hits)]
     }
 
     /// Rays in a row and rows, the last of which may not be full.
@@ -162,32 +148,6 @@ pub trait RayKernel: Send {
     /// # Errors
     /// When the device fails at once; most failures come out when somebody waits.
     fn submit(&mut self, gpu: &Gpu, rays: &RayBuffers, timer: &mut Timer) -> Result<(), GpuError>;
-}
-
-fn bind(gpu: &Gpu, [list, rays, hits]: [&wgpu::Buffer; 3]) -> (wgpu::BindGroupLayout, wgpu::BindGroup) {
-    let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: wgpu::ShaderStages::COMPUTE,
-        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
-        count: None,
-    };
-    let storage = |read_only| wgpu::BufferBindingType::Storage { read_only };
-    let uniform = wgpu::BufferBindingType::Uniform;
-    let entries = [entry(0, uniform), entry(1, storage(true)), entry(2, storage(false))];
-    let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("rays"),
-        entries: &entries,
-    });
-    let entries: Vec<_> = (0..)
-        .zip([list, rays, hits])
-        .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() })
-        .collect();
-    let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("rays"),
-        layout: &layout,
-        entries: &entries,
-    });
-    (layout, bind_group)
 }
 
 #[cfg(test)]

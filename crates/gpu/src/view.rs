@@ -178,9 +178,7 @@ mod tests {
 
     #[test]
     fn layouts_match_the_shader() {
-        let text =
-            crate::shader::scene_text(crate::shader::Variant::default()) + include_str!("shaders/film.wgsl");
-        let module = crate::shader::parse(&text);
+        let module = crate::shader::check::module("film");
         assert_layout!(
             module,
             View {

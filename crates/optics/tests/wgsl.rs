@@ -126,9 +126,6 @@ fn no_module_is_forgotten() {
     let mut imported = BTreeSet::new();
     for (_, text) in sources() {
         for (name, body) in wgsl_modules(&text) {
-            if name == "plain" || name == "surfaces" || name == "choice" {
-                continue; // parts of the whole
-            }
             if name == "everything" {
                 let uses = body.lines().filter_map(|l| l.trim().strip_prefix("use crate::"));
                 imported
@@ -154,6 +151,27 @@ fn the_complete_text_has_everything_once() {
     }
     // naga refuses second definitions, so a function that is there is there once.
     assert!(names.len() > 100, "{} functions", names.len());
+}
+
+/// Shaders are made of single modules, which have to say the same as the whole.
+#[test]
+fn modules_with_their_imports_make_the_complete_text() {
+    fn add(name: &'static str, done: &mut BTreeSet<&'static str>, text: &mut String) {
+        if done.insert(name) {
+            let module = optics::wgsl::module(name).unwrap_or_else(|| panic!("no module {name}"));
+            module.imports.iter().for_each(|import| add(import, done, text));
+            text.push_str(&module.text);
+        }
+    }
+    let (mut done, mut text) = (BTreeSet::new(), String::new());
+    optics::wgsl::modules().keys().for_each(|name| add(name, &mut done, &mut text));
+    let lines = |text: &str| {
+        let mut lines: Vec<_> = text.lines().map(str::to_owned).collect();
+        lines.sort();
+        lines
+    };
+    assert_eq!(lines(&text), lines(&optics::wgsl::all()));
+    assert!(optics::wgsl::module("nothing").is_none());
 }
 
 /// What drivers are given: SPIR-V for Vulkan, HLSL for Direct3D 12, MSL for Metal.

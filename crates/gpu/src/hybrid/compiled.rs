@@ -1,10 +1,11 @@
 //! The pipelines of a frame's passes.
 
 use super::items::DrawClass;
-use super::passes::{DEPTH_FORMAT, ID_FORMAT, Pass, RASTER_BINDINGS, raster_text, slot_layout};
+use super::passes::{DEPTH_FORMAT, ID_FORMAT, Pass, RASTER_BINDINGS, linkage};
 use super::shafts::Shafts;
-use crate::bindings::film_layout;
-use crate::frame_pass::{FramePass, PassParts};
+use crate::bindings::{Resource, group, layout};
+use crate::film::VIEW;
+use crate::pass::{self as compute, PassGroups};
 use crate::shader::Variant;
 use crate::tracer::Tracer;
 use crate::{Gpu, GpuError, GpuScene};
@@ -21,26 +22,19 @@ pub(super) fn frame_pass(
     scene: &GpuScene,
     tracer: &dyn Tracer,
     shafts: Option<&Shafts>,
-) -> Result<FramePass, GpuError> {
+) -> Result<compute::Pass, GpuError> {
     // Whoever finishes the frame records first hits: the others need not be compiled twice.
     let variant = Variant { aovs: variant.aovs && pass == Pass::Compose, ..variant };
-    let parts = PassParts {
-        name: format!("hybrid {} on {}", pass.name(), tracer.kind().name()),
-        entry_point: pass.entry_point(),
-        text: pass.text(&tracer.text(), shafts.map(|shafts| &shafts.tracer), variant),
-        scene: Some(scene),
-        tracer: pass.traces().then_some(tracer),
-        film_bindings: Some(pass.film_bindings()),
-    };
-    FramePass::new(gpu, parts, || slot_layout(gpu, pass.bindings(), ShaderStages::COMPUTE))
+    let linkage = pass.linkage(&tracer.linkage(), shafts.map(|shafts| &shafts.linkage), variant);
+    compute::Pass::new(gpu, "hybrid", pass.spec(), &linkage, Some(scene), Some(tracer))
 }
 
 /// The rasteriser's pipelines, by class, and what they bind.
 pub struct CompiledDraws {
     pub(super) pipelines: Vec<wgpu::RenderPipeline>,
     pub(super) scene: wgpu::BindGroup,
-    pub(super) film_layout: wgpu::BindGroupLayout,
-    pub(super) layout: wgpu::BindGroupLayout,
+    film_layout: wgpu::BindGroupLayout,
+    layout: wgpu::BindGroupLayout,
 }
 
 impl CompiledDraws {
@@ -50,13 +44,13 @@ impl CompiledDraws {
     /// When the driver refuses a shader.
     pub fn new(gpu: &Gpu, variant: Variant, scene: &GpuScene) -> Result<Self, GpuError> {
         let variant = Variant { aovs: false, ..variant };
-        let module = gpu.shader_module("hybrid raster", &raster_text(variant))?;
+        let module = gpu.shader_module("hybrid raster", &linkage(variant).text("hybrid_raster")?)?;
         let (scene_layout, scene) = scene.raster_group(gpu)?;
         let refused = |reason| GpuError::Shader { shader: "hybrid raster".into(), reason };
-        let (film_layout, layout, pipeline_layout) = gpu
+        let (film_layout, own_layout, pipeline_layout) = gpu
             .guarded(|| {
-                let film = film_layout(gpu, &[], ShaderStages::VERTEX_FRAGMENT);
-                let own = slot_layout(gpu, RASTER_BINDINGS, ShaderStages::VERTEX_FRAGMENT);
+                let film = layout(gpu, "film", &[VIEW], ShaderStages::VERTEX_FRAGMENT);
+                let own = layout(gpu, "hybrid raster", RASTER_BINDINGS, ShaderStages::VERTEX_FRAGMENT);
                 let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
                     label: Some("hybrid raster"),
                     bind_group_layouts: &[Some(&scene_layout), None, Some(&film), Some(&own)],
@@ -67,7 +61,24 @@ impl CompiledDraws {
             .map_err(refused)?;
         let make = |class| draw_pipeline(gpu, &module, &pipeline_layout, class);
         let pipelines = gpu.guarded(|| DrawClass::ALL.map(make).to_vec()).map_err(refused)?;
-        Ok(Self { pipelines, scene, film_layout, layout })
+        Ok(Self { pipelines, scene, film_layout, layout: own_layout })
+    }
+
+    /// Binds what draws need.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn bind(
+        &self,
+        gpu: &Gpu,
+        film: &[Resource<'_>],
+        own: &[Resource<'_>],
+    ) -> Result<PassGroups, GpuError> {
+        const DOING: &str = "binding the rasteriser";
+        Ok(PassGroups {
+            film: Some(group(gpu, DOING, &self.film_layout, &[VIEW], film)?),
+            own: Some(group(gpu, DOING, &self.layout, RASTER_BINDINGS, own)?),
+        })
     }
 }
 

@@ -126,12 +126,12 @@ fn pair(v: Vec2f) -> [f32; 2] {
 mod tests {
     use super::*;
     use crate::layout::{assert_layout, constant};
-    use crate::shader::{Variant, parse, scene_text};
+    use crate::shader::check;
 
     #[test]
     fn layouts_match_the_shader() {
         use super::super::items::{HybridItem, HybridPart, PRIMITIVE_BITS};
-        let module = parse(&super::super::passes::resolve_text(Variant::default()));
+        let module = check::module("hybrid_resolve");
         assert_layout!(
             module,
             HybridFrame {
@@ -160,7 +160,7 @@ mod tests {
         );
         assert_layout!(module, HybridItem { instance, part });
         assert_eq!(constant(&module, "PRIMITIVE_BITS"), PRIMITIVE_BITS);
-        let film = parse(&(scene_text(Variant::default()) + include_str!("../shaders/film.wgsl")));
+        let film = check::module("film");
         assert_eq!((constant(&film, "PAIR_FILM"), constant(&film, "PAIR_LENS")), (PAIR_FILM, PAIR_LENS));
     }
 }

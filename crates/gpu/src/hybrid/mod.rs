@@ -28,15 +28,21 @@ pub use frame::HybridFrame;
 pub(crate) use gbuffer::{BegunFrame, GBUFFER_PASSES, GBuffer, Projections};
 pub use live::{LiveScene, Motion};
 pub use passes::Pass;
+#[cfg(test)]
+pub(crate) use passes::linkage;
+pub(crate) use passes::slots;
 pub use projection::{Picture, Projection};
+#[cfg(test)]
+pub(crate) use shafts::linkage as shafts_linkage;
 pub use targets::HybridPixel;
 
 use crate::film::{Batch, BatchPixels, FilmBuffers};
-use crate::frame_pass::FramePass;
 use crate::kernel::Kernel;
+use crate::pass::{self, Dispatch};
 use crate::scene::records::LightRecord;
 use crate::scene::upload::{empty_buffer, storage_buffer, write_buffer};
-use crate::shader::{Variant, sampler_kind};
+use crate::shader::Variant;
+use crate::shader::variant::sampler_kind;
 use crate::timing::{PassClock, Timer};
 use crate::tracer::Tracer;
 use crate::{Gpu, GpuError, GpuScene};
@@ -68,10 +74,8 @@ type DrawSize = [u32; 4];
 
 /// The hybrid renderer of a scene on a device.
 pub struct HybridKernel {
-    passes: Vec<FramePass>,
+    passes: Vec<pass::Pass>,
     draws: CompiledDraws,
-    scene: wgpu::BindGroup,
-    tracer: wgpu::BindGroup,
     buffers: FrameBuffers,
     /// Without its lists, which the device has.
     items: Items,
@@ -199,13 +203,11 @@ impl HybridKernel {
         }
         let buffers = FrameBuffers::new(gpu, scene, &items)?;
         (items.items, items.parts) = (Vec::new(), Vec::new());
-        let shafts = Shafts::new(scene, tracer.text_below());
+        let shafts = Shafts::new(scene, tracer.linkage_below());
         let compile = |&pass| frame_pass(gpu, pass, variant, scene, tracer, shafts.as_ref());
         let kernel = Self {
             passes: passes.iter().map(compile).collect::<Result<_, GpuError>>()?,
             draws: CompiledDraws::new(gpu, variant, scene)?,
-            scene: scene.bind_group.clone(),
-            tracer: tracer.bind_group().clone(),
             buffers,
             items,
             item_count: item_count as u32,
@@ -262,14 +264,20 @@ impl HybridKernel {
     /// Compiles what a frame needs and no frame before it needed.
     fn compile_frame(&mut self, gpu: &Gpu, plan: Plan, lights: LightWords) -> Result<(), GpuError> {
         self.compile_first_hits(gpu, plan)?;
-        Self::shading_passes(plan, lights).into_iter().try_for_each(|p| self.passes[p as usize].compile(gpu))
+        self.compile(gpu, &Self::shading_passes(plan, lights))
     }
 
     /// The part of that until first hits are known.
     fn compile_first_hits(&mut self, gpu: &Gpu, plan: Plan) -> Result<(), GpuError> {
         let visible: &[Pass] = if plan.rasters { &[Pass::Cull, Pass::Resolve] } else { &[Pass::CameraRays] };
         let culls: &[Pass] = if plan.culls_lights { &[Pass::ClusterLights] } else { &[] };
-        visible.iter().chain(culls).try_for_each(|&pass| self.passes[pass as usize].compile(gpu))
+        self.compile(gpu, &[visible, culls].concat())
+    }
+
+    fn compile(&mut self, gpu: &Gpu, wanted: &[Pass]) -> Result<(), GpuError> {
+        let is_wanted = |number: usize| wanted.iter().any(|&pass| pass as usize == number);
+        let passes = self.passes.iter_mut().enumerate().filter(|(number, _)| is_wanted(*number));
+        pass::compile(gpu, passes.map(|(_, pass)| pass))
     }
 
     /// The passes of a frame after its first hits.
@@ -331,30 +339,26 @@ impl HybridKernel {
         plan: Plan,
     ) {
         self.record_first_hits(encoder, clock, targets, plan);
-        let rows = [targets.size[0].div_ceil(8), plan.row_count.div_ceil(8)];
+        let rows = Dispatch::Groups([targets.size[0].div_ceil(8), plan.row_count.div_ceil(8)]);
         let (head, size) = (&targets.reflecting, &self.buffers.reflection_groups);
         for pass in Self::shading_passes(plan, targets.lights) {
-            match pass {
+            let size_of_pass = match pass {
                 Pass::ListReflecting => {
                     encoder.copy_buffer_to_buffer(&self.buffers.no_reflections, 0, head, 0, REFLECTING_HEAD);
-                    self.compute(encoder, clock, targets, pass, rows);
+                    rows
                 }
                 Pass::Reflections => {
                     encoder.copy_buffer_to_buffer(head, 0, size, 0, REFLECTING_HEAD);
-                    self.run(encoder, clock, targets, pass, |pass| {
-                        pass.dispatch_workgroups_indirect(size, 0)
-                    });
+                    Dispatch::Indirect(size, 0)
                 }
-                Pass::TileBounds => {
-                    let tiles = Shafts::tiles([targets.size[0], plan.row_count]);
-                    self.compute(encoder, clock, targets, pass, tiles);
-                }
+                Pass::TileBounds => Dispatch::Groups(Shafts::tiles([targets.size[0], plan.row_count])),
                 Pass::Shafts => {
                     let lists = Shafts::lists([targets.size[0], plan.row_count], self.light_count);
-                    self.compute(encoder, clock, targets, pass, groups_of_64(lists));
+                    Dispatch::Groups(groups_of_64(lists))
                 }
-                _ => self.compute(encoder, clock, targets, pass, rows),
-            }
+                _ => rows,
+            };
+            self.run(encoder, clock, targets, pass, size_of_pass);
         }
     }
 
@@ -366,33 +370,21 @@ impl HybridKernel {
         targets: &Targets,
         plan: Plan,
     ) {
-        let rows = [targets.size[0].div_ceil(8), plan.row_count.div_ceil(8)];
-        let mut compute = |encoder: &mut wgpu::CommandEncoder, pass, groups| {
-            self.compute(encoder, clock, targets, pass, groups);
-        };
+        let rows = Dispatch::Groups([targets.size[0].div_ceil(8), plan.row_count.div_ceil(8)]);
         if plan.culls_lights {
-            compute(encoder, Pass::ClusterLights, groups_of_64(targets.lights.masks));
+            let clusters = Dispatch::Groups(groups_of_64(targets.lights.masks));
+            self.run(encoder, clock, targets, Pass::ClusterLights, clusters);
         }
         if plan.rasters {
             let draws = &self.buffers.draws;
             encoder.copy_buffer_to_buffer(&self.buffers.no_draws, 0, draws, 0, draws.size());
-            compute(encoder, Pass::Cull, groups_of_64(u64::from(self.item_count)));
+            let items = Dispatch::Groups(groups_of_64(u64::from(self.item_count)));
+            self.run(encoder, clock, targets, Pass::Cull, items);
             self.draw(encoder, clock, targets, plan);
-            self.compute(encoder, clock, targets, Pass::Resolve, rows);
+            self.run(encoder, clock, targets, Pass::Resolve, rows);
         } else {
-            compute(encoder, Pass::CameraRays, rows);
+            self.run(encoder, clock, targets, Pass::CameraRays, rows);
         }
-    }
-
-    fn compute(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        clock: &mut dyn PassClock,
-        targets: &Targets,
-        pass: Pass,
-        [across, down]: [u32; 2],
-    ) {
-        self.run(encoder, clock, targets, pass, |pass| pass.dispatch_workgroups(across, down, 1));
     }
 
     fn run(
@@ -401,18 +393,10 @@ impl HybridKernel {
         clock: &mut dyn PassClock,
         targets: &Targets,
         pass: Pass,
-        dispatch: impl FnOnce(&mut wgpu::ComputePass<'_>),
+        size: Dispatch<'_>,
     ) {
-        let slot = clock.slot(pass.name());
-        let mut recorded = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some(pass.name()),
-            timestamp_writes: slot.map(|s| s.compute()),
-        });
-        let (made, bound) = (&self.passes[pass as usize], &targets.passes[pass as usize]);
         // What a frame needs was compiled before it is recorded.
-        if made.set(&mut recorded, &self.scene, &self.tracer, bound) {
-            dispatch(&mut recorded);
-        }
+        self.passes[pass as usize].record(encoder, clock, &targets.passes[pass as usize], size);
     }
 
     /// Draws the items that were found to be seen: which primitive is behind each pixel.
@@ -451,7 +435,7 @@ impl HybridKernel {
         pass.set_scissor_rect(0, plan.first_row, targets.size[0], plan.row_count);
         pass.set_bind_group(0, &self.draws.scene, &[]);
         pass.set_bind_group(2, targets.draws.film.as_ref(), &[]);
-        pass.set_bind_group(3, &targets.draws.frame, &[]);
+        pass.set_bind_group(3, targets.draws.own.as_ref(), &[]);
         for class in DrawClass::ALL {
             let next = self.items.class_first.get(class as usize + 1).copied().unwrap_or(self.item_count);
             if self.items.class_first[class as usize] < next {

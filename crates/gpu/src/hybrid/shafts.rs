@@ -2,8 +2,8 @@
 
 use crate::GpuScene;
 use crate::scene::records::LightRecord;
-use crate::tracer::TracerText;
-use std::borrow::Cow;
+use crate::shader::Linkage;
+use crate::shader::variant::numbers;
 
 /// Side of a tile in pixels, a multiple of 8. With 16 the lists cost a third, and rays more than that saves: see docs/performance.md.
 const TILE: u32 = 8;
@@ -20,18 +20,19 @@ const GROUP: u64 = 4;
 /// The shafts of a scene's lights.
 #[derive(Clone, Debug)]
 pub(super) struct Shafts {
-    /// The tracer's text for walks that begin below the root.
-    pub tracer: TracerText,
+    /// What passes are linked with that make or use shafts.
+    pub linkage: Linkage,
     /// Lights that there is room for.
     lights: u64,
 }
 
 impl Shafts {
-    /// For a scene's lights, all that its buffer has room for, if they are not too many. `below`: the tracer's text for walks that
-    /// begin below the root, if it has one.
-    pub fn new(scene: &GpuScene, below: Option<TracerText>) -> Option<Self> {
+    /// For a scene's lights, all that its buffer has room for, if they are not too many. `below`: what the tracer
+    /// brings for walks that begin below the root, if it has them.
+    pub fn new(scene: &GpuScene, below: Option<Linkage>) -> Option<Self> {
         let lights = scene.buffers.lights.size() / size_of::<LightRecord>() as u64;
-        below.filter(|_| lights <= MOST_LIGHTS).map(|tracer| Self { tracer, lights })
+        let below = below.filter(|_| lights <= MOST_LIGHTS)?;
+        Some(Self { linkage: linkage(&below), lights })
     }
 
     /// Tiles of a window, or of some of its rows, to the right and downwards.
@@ -52,15 +53,13 @@ impl Shafts {
     }
 }
 
-/// The text of passes that know of shafts, behind the tracer's for walks that begin below the root.
-pub(super) fn text() -> Cow<'static, str> {
-    let numbers = format!("const SHAFT_TILE: u32 = {TILE}u;\nconst SHAFT_ENTRIES: u32 = {ENTRIES}u;\n");
-    (numbers + include_str!("../shaders/hybrid_shafts.wgsl")).into()
-}
-
-/// The text of passes that do not.
-pub(super) fn no_text() -> Cow<'static, str> {
-    include_str!("../shaders/hybrid_no_shafts.wgsl").into()
+/// What passes are linked with that make or use shafts, by a tracer whose walks may begin below the root.
+pub(crate) fn linkage(below: &Linkage) -> Linkage {
+    Linkage::default()
+        .with(below)
+        .bind("entry_lists", "hybrid_shaft_lists")
+        .bind("shafts", "hybrid_shaft_rays")
+        .generate("shaft_numbers", numbers([("SHAFT_TILE", TILE), ("SHAFT_ENTRIES", ENTRIES)]))
 }
 
 #[cfg(test)]

@@ -2,9 +2,10 @@
 
 use super::FrameBuffers;
 use super::compiled::CompiledDraws;
-use super::passes::{DEPTH_FORMAT, ID_FORMAT, Pass, RASTER_BINDINGS, Slot};
+use super::passes::{DEPTH_FORMAT, ID_FORMAT, slots};
+use crate::bindings::whole;
 use crate::film::FilmBuffers;
-use crate::frame_pass::{BoundPass, FramePass};
+use crate::pass::{Pass, PassGroups};
 use crate::scene::upload::empty_buffer;
 use crate::{Gpu, GpuError};
 use wgpu::{BufferUsages, TextureFormat, TextureUsages};
@@ -52,7 +53,7 @@ impl HybridPixel {
 /// Bytes of `Reflecting` in `shaders/hybrid_reflecting.wgsl` before its list: workgroups in three directions, and the count.
 pub(super) const REFLECTING_HEAD: u64 = 16;
 
-/// Words in [`Slot::LightMasks`].
+/// Words in [`slots::LIGHT_MASKS`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct LightWords {
     /// Of all clusters, with a bit for each light.
@@ -87,8 +88,8 @@ pub(super) struct Targets {
     /// What its lights need.
     pub lights: LightWords,
     /// By pass.
-    pub passes: Vec<BoundPass>,
-    pub draws: BoundPass,
+    pub passes: Vec<PassGroups>,
+    pub draws: PassGroups,
     film: wgpu::Buffer,
 }
 
@@ -102,7 +103,7 @@ impl Targets {
         film: &FilmBuffers,
         buffers: &FrameBuffers,
         lights: LightWords,
-        passes: &[FramePass],
+        passes: &[Pass],
         draws: &CompiledDraws,
     ) -> Result<Self, GpuError> {
         let size = film.contents.picture().window_size;
@@ -126,49 +127,22 @@ impl Targets {
         )?;
         let count_bytes = 4 * u64::from(size[0]) * u64::from(size[1]);
         let ray_counts = empty_buffer(gpu, "rays of pixels", count_bytes, BufferUsages::STORAGE)?;
-        let resource = |slot: Slot| match slot {
-            Slot::Frame => buffers.frame.as_entire_binding(),
-            Slot::Items => buffers.items.as_entire_binding(),
-            Slot::Parts => buffers.parts.as_entire_binding(),
-            Slot::SeenItems => buffers.seen_items.as_entire_binding(),
-            Slot::Draws => buffers.draws.as_entire_binding(),
-            Slot::LightMasks => masks.as_entire_binding(),
-            Slot::Pixels => pixels.as_entire_binding(),
-            Slot::RayCounts => ray_counts.as_entire_binding(),
-            Slot::Reflecting => reflecting.as_entire_binding(),
-            Slot::PreviousInstances => buffers.previous_instances.as_entire_binding(),
-            Slot::Ids => wgpu::BindingResource::TextureView(&ids),
-        };
-        let of_film = [&film.view, &film.pixels, &film.counters, &film.aovs];
-        let group = |layout: &wgpu::BindGroupLayout, entries: &[wgpu::BindGroupEntry<'_>]| {
-            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("frame"), layout, entries })
-        };
-        let bind = |film_layout: Option<&wgpu::BindGroupLayout>,
-                    film_bindings: &[u32],
-                    layout,
-                    bindings: &[(Slot, bool)]| {
-            let film: Vec<_> = std::iter::once(&0)
-                .chain(film_bindings)
-                .map(|&binding| wgpu::BindGroupEntry {
-                    binding,
-                    resource: of_film[binding as usize].as_entire_binding(),
-                })
-                .collect();
-            let frame: Vec<_> = bindings
-                .iter()
-                .map(|&(slot, _)| wgpu::BindGroupEntry { binding: slot as u32, resource: resource(slot) })
-                .collect();
-            BoundPass { film: film_layout.map(|layout| group(layout, &film)), frame: group(layout, &frame) }
-        };
-        let (passes, draws) = gpu
-            .guarded(|| {
-                let compiled = Pass::ALL.into_iter().zip(passes);
-                let passes = compiled.map(|(pass, made)| {
-                    bind(made.film_layout.as_ref(), pass.film_bindings(), &made.layout, pass.bindings())
-                });
-                (passes.collect(), bind(Some(&draws.film_layout), &[], &draws.layout, RASTER_BINDINGS))
-            })
-            .map_err(|reason| GpuError::Device { doing: "binding a frame", reason })?;
+        let own = [
+            whole(slots::FRAME, &buffers.frame),
+            whole(slots::ITEMS, &buffers.items),
+            whole(slots::PARTS, &buffers.parts),
+            whole(slots::SEEN_ITEMS, &buffers.seen_items),
+            whole(slots::DRAWS, &buffers.draws),
+            whole(slots::LIGHT_MASKS, &masks),
+            whole(slots::PIXELS, &pixels),
+            whole(slots::RAY_COUNTS, &ray_counts),
+            whole(slots::REFLECTING, &reflecting),
+            whole(slots::PREVIOUS_INSTANCES, &buffers.previous_instances),
+            (slots::IDS, wgpu::BindingResource::TextureView(&ids)),
+        ];
+        let of_film = film.resources();
+        let passes = passes.iter().map(|pass| pass.bind(gpu, &of_film, &own)).collect::<Result<_, _>>()?;
+        let draws = draws.bind(gpu, &of_film, &own)?;
         let film = film.pixels.clone();
         Ok(Self {
             size,
@@ -224,11 +198,11 @@ fn target(
 mod tests {
     use super::*;
     use crate::layout::constant;
-    use crate::shader::{Variant, parse};
+    use crate::shader::check;
 
     #[test]
     fn planes_are_those_of_the_shader() {
-        let module = parse(&super::super::passes::resolve_text(Variant::default()));
+        let module = check::module("hybrid_resolve");
         for (name, plane) in [("PIXEL_HIT", HIT), ("PIXEL_MOTION", MOTION), ("PIXEL_PLANES", PLANES)] {
             assert_eq!(constant(&module, name) as usize, plane, "{name}");
         }

@@ -161,10 +161,9 @@ fn the_expected_picture_is_that_of_direct() {
     let rays =
         DirectSettings { shadow_samples: 2, reflection_samples: 2, ambient_samples: 2, ..Default::default() };
     let direct = view(overview(), Integrator::Direct(rays));
-    let buffers = FilmBuffers::new(&setup.gpu, &direct, false).expect("memory");
     let variant = setup.variant(&direct);
     let mut megakernel =
-        Megakernel::new(&setup.gpu, KernelKind::Direct, variant, &setup.scene, &setup.tracer, &buffers)
+        Megakernel::new(&setup.gpu, KernelKind::Direct, variant, &setup.scene, &setup.tracer)
             .expect("a kernel");
     let (expected, expected_rays) = setup.render(&mut megakernel, &direct, SAMPLES);
     let settings = HybridSettings { rays, reflection_survival: 1.0, ..HybridSettings::default() };

@@ -20,7 +20,8 @@ mod tests;
 use crate::film::{Batch, BatchPixels, FilmBuffers};
 use crate::kernel::{Kernel, KernelKind, Tracing};
 use crate::rays::{RayBuffers, RayKernel, RayQuestion};
-use crate::shader::{Variant, scene_text};
+use crate::shader::variant::numbers;
+use crate::shader::{Linkage, ModuleError, Variant};
 use crate::timing::{Timer, TimerSlot};
 use crate::{Gpu, GpuError, GpuScene};
 use program::{Program, Resource};
@@ -31,41 +32,37 @@ use structures::Structures;
 use table::{HitTable, MaterialClass, RayType};
 use vulkan::Vulkan;
 
-/// Directives in front of all shaders of a pipeline.
-const ENABLES: &str = "enable wgpu_ray_tracing_pipeline;\nenable primitive_index;";
-
 /// Numbers that shaders and the table share.
 fn constants() -> String {
-    [
+    numbers([
         ("RAY_RADIANCE", RayType::Radiance as u32),
         ("RAY_SHADOW", RayType::Shadow as u32),
         ("RAY_TYPE_SHIFT", spirv::RAY_TYPE_SHIFT),
         ("CLASS_REFLECTING", MaterialClass::Reflecting as u32),
         ("CLASS_DIELECTRIC", MaterialClass::Dielectric as u32),
         ("CLASS_EMISSIVE", MaterialClass::Emissive as u32),
-    ]
-    .map(|(name, value)| format!("const {name}: u32 = {value}u;"))
-    .join("\n")
+    ])
 }
 
-/// The text of a ray generation shader: scene, tracer and `kernel`, which has the entry point.
-pub fn generation_text(kernel: &str, variant: Variant) -> String {
-    let payload = include_str!("../shaders/pipeline_payload.wgsl");
-    let tracer = include_str!("../shaders/tracer_pipeline.wgsl");
-    [ENABLES, &scene_text(variant), &constants(), payload, tracer, kernel].join("\n")
+/// What modules are linked with that trace by a ray tracing pipeline.
+pub fn linkage() -> Linkage {
+    Linkage::default().bind("tracer", "tracer_pipeline").generate("pipeline_numbers", constants())
 }
 
 /// The text of the miss, closest-hit, any-hit and intersection shaders.
-pub fn hits_text(variant: Variant) -> String {
-    let payload = include_str!("../shaders/pipeline_payload.wgsl");
-    let hits = include_str!("../shaders/pipeline_hits.wgsl");
-    [ENABLES, &scene_text(variant), &constants(), payload, hits].join("\n")
+///
+/// # Errors
+/// When modules are missing.
+pub fn hits_text(variant: Variant) -> Result<String, ModuleError> {
+    Linkage::of(variant).with(&linkage()).text("pipeline_hits")
 }
 
 /// The text of the ray generation shader of an integrator.
-pub fn kernel_text(kind: KernelKind, variant: Variant) -> String {
-    let kernel = [&kind.text(variant), include_str!("../shaders/entry_pipeline.wgsl")].join("\n");
-    generation_text(&kernel, variant)
+///
+/// # Errors
+/// When modules are missing.
+pub fn kernel_text(kind: KernelKind, variant: Variant) -> Result<String, ModuleError> {
+    kind.linkage(variant).with(&linkage()).text("entry_pipeline")
 }
 
 /// What of a scene all pipelines on it share: acceleration structures, hit shaders and the records of the shader binding
@@ -87,12 +84,12 @@ impl PipelineTracing {
         let vulkan = Vulkan::new(gpu)?;
         let table = HitTable::new(&scene.tables);
         let structures = Structures::build(&vulkan, &scene.tables, &table.instance_offsets)?;
-        let hits = RayShaders::new("hit shaders", &hits_text(scene.variant()))?;
+        let hits = RayShaders::new("hit shaders", &hits_text(scene.variant())?)?;
         gpu.check("building acceleration structures")?;
         Ok(Self { vulkan, structures: Arc::new(structures), table, hits })
     }
 
-    /// Compiles a pipeline whose ray generation shader is the only entry point of `text`; see [`generation_text`].
+    /// Compiles a pipeline whose ray generation shader is the only entry point of `text`.
     ///
     /// # Errors
     /// [`GpuError::Shader`] with the compiler's words.
@@ -114,10 +111,10 @@ impl Tracing for PipelineTracing {
         _film: &FilmBuffers,
     ) -> Result<Box<dyn Kernel>, GpuError> {
         // A ray generation shader does all of a frame at once.
-        let text = kernel_text(kind, variant);
+        let text = kernel_text(kind, variant)?;
         let program = if variant.volumes {
             // Only paths that know what they are in see the boundaries of media.
-            let hits = RayShaders::new("hit shaders of media", &hits_text(variant))?;
+            let hits = RayShaders::new("hit shaders of media", &hits_text(variant)?)?;
             self.program(kind.name(), &text, &hits)?
         } else {
             self.program(kind.name(), &text, &self.hits)?
@@ -130,9 +127,9 @@ impl Tracing for PipelineTracing {
         _gpu: &Gpu,
         question: RayQuestion,
         scene: &GpuScene,
-        _rays: &RayBuffers,
     ) -> Result<Box<dyn RayKernel>, GpuError> {
-        let text = generation_text(&question.of_any_rays().pipeline_text(), scene.variant());
+        let text =
+            question.of_any_rays().linkage(scene.variant()).with(&linkage()).text("entry_rays_pipeline")?;
         let program = self.program("rays", &text, &self.hits)?;
         Ok(Box::new(PipelineRays { program, scene: scene_resources(scene), hits: None }))
     }

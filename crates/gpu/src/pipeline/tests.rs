@@ -11,6 +11,7 @@ use wgpu::BufferUsages;
 
 /// Traces every ray of a buffer both ways and writes down what the shaders say.
 const KERNEL: &str = "
+#import tracer
 struct TestRay { origin: vec3f, t_min: f32, direction: vec3f, t_max: f32 }
 struct Found { hit: Hit, occluded: u32, material: u32, material_class: u32 }
 @group(2) @binding(0) var<storage, read> rays: array<TestRay>;
@@ -58,8 +59,8 @@ fn traced(gpu: &Gpu, tables: &Arc<SceneTables>, rays: &[Ray]) -> Vec<Found> {
 
 fn traced_through(gpu: &Gpu, tracing: &PipelineTracing, scene: &GpuScene, rays: &[Ray]) -> Vec<Found> {
     let variant = scene.variant();
-    let mut program =
-        tracing.program("test", &generation_text(KERNEL, variant), &tracing.hits).expect("pipeline");
+    let text = Linkage::of(variant).with(&linkage()).generate("test", KERNEL).text("test").expect("linked");
+    let mut program = tracing.program("test", &text, &tracing.hits).expect("pipeline");
     let as_test = |r: &Ray| TestRay {
         origin: r.origin,
         t_min: r.t_min,

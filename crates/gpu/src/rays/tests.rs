@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::layout::layout_of;
-use crate::shader::{Variant, parse, scene_text};
+use crate::shader::check;
 use crate::tracer::{Instances, TracerKind, bvh};
 use crate::{GpuOptions, GpuScene, open_for_test};
 use accel::Quality;
@@ -13,19 +13,13 @@ use testkit::Random;
 
 #[test]
 fn layouts_match_the_shader() {
-    let module = parse(&(scene_text(Variant::default()) + TRACES_NOTHING + &RayQuestion::Any.compute_text()));
+    let module = check::module("kernel_rays");
     crate::layout::assert_layout!(module, Ray { origin, t_min, direction, t_max });
     crate::layout::assert_layout!(module, RayList { count, width });
     let rust = ["t", "u", "v", "instance", "geometry", "primitive"];
     let rust = rust.iter().enumerate().map(|(i, name)| ((*name).to_owned(), 4 * i)).collect();
     assert_eq!(layout_of(&module, "Hit"), (rust, size_of::<RayHit>()));
 }
-
-/// A tracer for a shader that is only looked at.
-const TRACES_NOTHING: &str = "
-fn trace_closest(o: vec3f, d: vec3f, t_min: f32, t_max: f32, salt: u32) -> Hit { return hit_nothing(); }
-fn trace_any(o: vec3f, d: vec3f, t_min: f32, t_max: f32, salt: u32) -> bool { return false; }
-";
 
 /// Rays between random points around and in a scene.
 fn rays_in(tables: &SceneTables, count: usize) -> Vec<Ray> {
@@ -65,12 +59,12 @@ fn compare(test: &str, features: wgpu::Features, spoil: impl Fn(&mut [RayHit])) 
         let mut timer = Timer::new(&gpu).expect("timer");
         for (question, width) in [
             (RayQuestion::Closest, 100),
-            (RayQuestion::ClosestTogether, 100),
+            (RayQuestion::ClosestPacket, 100),
             (RayQuestion::Any, 1),
             (RayQuestion::Any, 0),
         ] {
             let list = RayBuffers::new(&gpu, &rays, width).expect("rays");
-            let mut kernel = tracing.ray_kernel(&gpu, question, &scene, &list).expect("kernel");
+            let mut kernel = tracing.ray_kernel(&gpu, question, &scene).expect("kernel");
             kernel.submit(&gpu, &list, &mut timer).expect("submit");
             let mut hits = list.read_hits(&gpu).expect("hits");
             spoil(&mut hits);
@@ -111,7 +105,7 @@ fn an_empty_list_has_no_answers() {
     let scene = GpuScene::upload(&gpu, tables).expect("upload");
     let list = RayBuffers::new(&gpu, &[], 0).expect("an empty list");
     let tracing = TracerKind::Bvh.build(&gpu, &scene, Instances::Move).expect("structures");
-    let mut kernel = tracing.ray_kernel(&gpu, RayQuestion::Closest, &scene, &list).expect("kernel");
+    let mut kernel = tracing.ray_kernel(&gpu, RayQuestion::Closest, &scene).expect("kernel");
     kernel.submit(&gpu, &list, &mut Timer::new(&gpu).expect("timer")).expect("submit");
     assert!(list.read_hits(&gpu).expect("hits").is_empty());
 }

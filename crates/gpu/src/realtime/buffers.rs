@@ -1,10 +1,10 @@
 //! What depends on the picture's size: records for each pixel, by turns now and before, and the bind groups with them.
 
-use super::passes::{Pass, Slot};
-use crate::bindings::group;
+use super::passes::{Pass, slots};
+use crate::bindings::whole;
 use crate::film::FilmBuffers;
-use crate::frame_pass::{BoundPass, FramePass};
-use crate::hybrid::GBuffer;
+use crate::hybrid::{GBuffer, slots as gbuffer_slots};
+use crate::pass::{self, PassGroups};
 use crate::scene::upload::empty_buffer;
 use crate::{Gpu, GpuError};
 use wgpu::BufferUsages;
@@ -87,8 +87,8 @@ impl Buffers {
 /// The groups of all passes, by [`Pass::index`], for even and for odd frames; and of [`Pass::Recombine`] by how often the
 /// filter has gone from one buffer to the other.
 pub(super) struct Bindings {
-    pub passes: [Vec<BoundPass>; 2],
-    pub recombine: [[BoundPass; 2]; 2],
+    pub passes: [Vec<PassGroups>; 2],
+    pub recombine: [[PassGroups; 2]; 2],
     film: wgpu::Buffer,
 }
 
@@ -102,41 +102,35 @@ impl Bindings {
         buffers: &Buffers,
         gbuffer: &GBuffer,
         film: &FilmBuffers,
-        passes: &[FramePass],
+        passes: &[pass::Pass],
     ) -> Result<Self, GpuError> {
         let doing = "binding a frame";
         let pixels = gbuffer
             .pixels()
             .ok_or_else(|| GpuError::Device { doing, reason: "there is nothing to draw to".into() })?;
-        let resource = |slot: Slot, odd: usize, turned: usize| match slot {
-            Slot::Frame => gbuffer.frame(),
-            Slot::Pixels => pixels,
-            Slot::PreviousInstances => gbuffer.previous_instances(),
-            Slot::Realtime => &buffers.realtime,
-            Slot::Guides => &buffers.guides,
-            Slot::HistoriesBefore => &buffers.histories[1 - odd],
-            Slot::Histories => &buffers.histories[odd],
-            Slot::LightsFound => &buffers.lights_found,
-            Slot::SignalsIn => &buffers.signals[turned],
-            Slot::SignalsOut => &buffers.signals[1 - turned],
-            Slot::Noise => &buffers.noise,
-            Slot::Blurred => &buffers.blurred,
-            Slot::Spread => &buffers.spread,
-            Slot::Work => &buffers.work,
-            Slot::Colors => &buffers.colors,
-            Slot::ShownBefore => &buffers.shown[1 - odd],
-            Slot::ShownNow => &buffers.shown[odd],
-            Slot::Sums => &buffers.sums,
-        };
-        let of_film = [&film.view, &film.pixels, &film.counters, &film.aovs];
+        let of_film = film.resources();
         let bind = |pass: Pass, odd: usize, turned: usize| {
-            let made = &passes[pass.index()];
-            let film = made.film_layout.as_ref().map(|layout| {
-                let bindings = std::iter::once(&0).chain(pass.film_bindings().unwrap_or_default());
-                group(gpu, "film", layout, bindings.map(|&b| (b, of_film[b as usize])))
-            });
-            let own = pass.bindings().iter().map(|&(slot, _)| (slot as u32, resource(slot, odd, turned)));
-            BoundPass { film, frame: group(gpu, "frame", &made.layout, own) }
+            let own = [
+                whole(gbuffer_slots::FRAME, gbuffer.frame()),
+                whole(gbuffer_slots::PIXELS, pixels),
+                whole(gbuffer_slots::PREVIOUS_INSTANCES, gbuffer.previous_instances()),
+                whole(slots::REALTIME, &buffers.realtime),
+                whole(slots::GUIDES, &buffers.guides),
+                whole(slots::HISTORIES_BEFORE, &buffers.histories[1 - odd]),
+                whole(slots::HISTORIES, &buffers.histories[odd]),
+                whole(slots::LIGHTS_FOUND, &buffers.lights_found),
+                whole(slots::SIGNALS_IN, &buffers.signals[turned]),
+                whole(slots::SIGNALS_OUT, &buffers.signals[1 - turned]),
+                whole(slots::NOISE, &buffers.noise),
+                whole(slots::BLURRED, &buffers.blurred),
+                whole(slots::SPREAD, &buffers.spread),
+                whole(slots::WORK, &buffers.work),
+                whole(slots::COLORS, &buffers.colors),
+                whole(slots::SHOWN_BEFORE, &buffers.shown[1 - odd]),
+                whole(slots::SHOWN_NOW, &buffers.shown[odd]),
+                whole(slots::SUMS, &buffers.sums),
+            ];
+            passes[pass.index()].bind(gpu, &of_film, &own)
         };
         // The accumulation writes signals 0, which the filter's first pass reads.
         let turned = |pass: Pass| match pass {
@@ -144,14 +138,15 @@ impl Bindings {
             Pass::Accumulate => 1,
             _ => 0,
         };
-        let all = |odd| Pass::all().map(|pass| bind(pass, odd, turned(pass))).collect();
-        let recombine = |odd| [0, 1].map(|turned| bind(Pass::Recombine, odd, turned));
-        gpu.guarded(|| Self {
-            passes: [all(0), all(1)],
-            recombine: [recombine(0), recombine(1)],
+        let all =
+            |odd| Pass::all().map(|pass| bind(pass, odd, turned(pass))).collect::<Result<_, GpuError>>();
+        let recombine =
+            |odd| Ok::<_, GpuError>([bind(Pass::Recombine, odd, 0)?, bind(Pass::Recombine, odd, 1)?]);
+        Ok(Self {
+            passes: [all(0)?, all(1)?],
+            recombine: [recombine(0)?, recombine(1)?],
             film: film.pixels.clone(),
         })
-        .map_err(|reason| GpuError::Device { doing, reason })
     }
 
     /// Whether they are for this film.
@@ -164,12 +159,11 @@ impl Bindings {
 mod tests {
     use super::*;
     use crate::layout::layout_of;
-    use crate::realtime::passes::noise_text;
-    use crate::shader::parse;
+    use crate::shader::check;
 
     #[test]
     fn sizes_of_dispatches_are_where_the_shader_writes_them() {
-        let module = parse(&noise_text());
+        let module = check::module("realtime_noise");
         let (fields, size) = layout_of(&module, "Work");
         assert_eq!(size as u64, WORK);
         let dispatches = fields.iter().find(|(name, _)| name == "dispatches").expect("a field").1;

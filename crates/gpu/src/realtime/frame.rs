@@ -121,13 +121,12 @@ impl RealtimeFrame {
 mod tests {
     use super::*;
     use crate::layout::{assert_layout, constant};
-    use crate::realtime::passes::noise_text;
-    use crate::shader::parse;
+    use crate::shader::check;
     use backend::FrameView;
 
     #[test]
     fn layouts_and_constants_match_the_shader() {
-        let module = parse(&noise_text());
+        let module = check::module("realtime_noise");
         assert_layout!(
             module,
             RealtimeFrame {

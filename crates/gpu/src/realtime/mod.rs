@@ -20,13 +20,16 @@ mod frame;
 mod passes;
 mod waves;
 
+#[cfg(test)]
+pub(crate) use passes::planes;
+
 pub use budget::BudgetController;
 
 use crate::film::{Batch, BatchPixels, FilmBuffers};
-use crate::frame_pass::{BoundPass, FramePass};
 use crate::frames::FrameClock;
 use crate::hybrid::{BegunFrame, GBUFFER_PASSES, GBuffer};
 use crate::kernel::{Kernel, PathKernel};
+use crate::pass::{self, Dispatch, begin};
 use crate::scene::upload::write_buffer;
 use crate::shader::Variant;
 use crate::timing::{PassClock, Timer};
@@ -37,7 +40,7 @@ use buffers::{Bindings, Buffers, DISPATCHES};
 use frame::{FrameState, RealtimeFrame, frame_samples, light_candidates};
 use passes::{MOST_FILTER_PASSES, Pass, frame_pass};
 use std::time::Duration;
-use waves::{WavePixels, Waves};
+use waves::Waves;
 
 /// Most passes of a frame that are timed.
 pub const FRAME_PASSES: usize = GBUFFER_PASSES + 10 + MOST_FILTER_PASSES as usize;
@@ -45,13 +48,11 @@ pub const FRAME_PASSES: usize = GBUFFER_PASSES + 10 + MOST_FILTER_PASSES as usiz
 /// The real-time path tracer of a scene on a device.
 pub struct RealtimeKernel {
     gbuffer: GBuffer,
-    passes: Vec<FramePass>,
+    passes: Vec<pass::Pass>,
     waves: Waves,
     path_kernel: PathKernel,
     /// How the last frame's paths were followed.
     taken: PathKernel,
-    scene: wgpu::BindGroup,
-    tracer: wgpu::BindGroup,
     buffers: Option<Buffers>,
     bindings: Option<Bindings>,
     budget: BudgetController,
@@ -96,8 +97,6 @@ impl RealtimeKernel {
             waves: Waves::new(gpu, variant, scene, tracer)?,
             path_kernel: PathKernel::Auto,
             taken: PathKernel::Megakernel,
-            scene: scene.bind_group.clone(),
-            tracer: tracer.bind_group().clone(),
             buffers: None,
             bindings: None,
             budget: BudgetController::default(),
@@ -113,8 +112,9 @@ impl RealtimeKernel {
     fn compile_frame(&mut self, gpu: &Gpu, settings: &RealtimeSettings) -> Result<(), GpuError> {
         let adapts = !frame_samples(settings).is_fixed();
         let passes = Pass::of_frame(adapts, light_candidates(settings) > 0, filter_passes(settings));
-        let mut other = passes.into_iter().filter(|&pass| pass != Pass::Sample);
-        other.try_for_each(|pass| self.passes[pass.index()].compile(gpu))
+        let is_wanted = |number| passes.iter().any(|&pass| pass != Pass::Sample && pass.index() == number);
+        let made = self.passes.iter_mut().enumerate().filter(|(number, _)| is_wanted(*number));
+        pass::compile(gpu, made.map(|(_, pass)| pass))
     }
 
     /// Decides how the paths of a frame are followed, and compiles what follows them.
@@ -150,7 +150,7 @@ impl RealtimeKernel {
                 Err(error) => return Err(error),
             }
         }
-        self.passes[Pass::Sample.index()].compile(gpu)
+        pass::compile(gpu, [&mut self.passes[Pass::Sample.index()]])
     }
 
     /// Bytes on the device that depend on the picture's size.
@@ -282,11 +282,6 @@ impl RealtimeKernel {
         Ok(submission)
     }
 
-    /// What comes next is dispatched as this pass, if that is compiled: what a frame needs was, before it is recorded.
-    fn set(&self, recorded: &mut wgpu::ComputePass<'_>, pass: Pass, bound: &BoundPass) -> bool {
-        self.passes[pass.index()].set(recorded, &self.scene, &self.tracer, bound)
-    }
-
     /// Records all passes of a frame.
     pub(crate) fn record(
         &mut self,
@@ -348,72 +343,52 @@ impl Recorder<'_> {
         self.buffers.size.map(|n| n.div_ceil(8))
     }
 
-    /// Begins a pass called `name` and lets `record` fill it.
-    fn pass(&mut self, name: &'static str, record: impl FnOnce(&mut wgpu::ComputePass<'_>)) {
-        let slot = self.clock.slot(name);
-        let mut pass = self.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some(name),
-            timestamp_writes: slot.map(|s| s.compute()),
-        });
-        record(&mut pass);
-    }
-
     /// Runs passes over the window one after the other, timed together.
     fn run(&mut self, name: &'static str, passes: &[Pass]) {
-        let [across, down] = self.groups();
-        let (kernel, bindings, odd) = (self.kernel, self.bindings, self.odd);
-        self.pass(name, |recorded| {
-            for &pass in passes {
-                let [across, down] = if pass == Pass::LayOut { [1, 1] } else { [across, down] };
-                if kernel.set(recorded, pass, &bindings.passes[odd][pass.index()]) {
-                    recorded.dispatch_workgroups(across, down, 1);
-                }
-            }
-        });
+        let window = self.groups();
+        let mut recorded = begin(self.encoder, self.clock, name);
+        for &pass in passes {
+            let groups = if pass == Pass::LayOut { [1, 1] } else { window };
+            let bound = &self.bindings.passes[self.odd][pass.index()];
+            self.kernel.passes[pass.index()].dispatch(&mut recorded, bound, Dispatch::Groups(groups));
+        }
     }
 
     fn recombine(&mut self, filter_passes: u32) {
-        let [across, down] = self.groups();
-        let (kernel, bound) = (self.kernel, &self.bindings.recombine[self.odd][filter_passes as usize % 2]);
-        self.pass("recombine", |recorded| {
-            if kernel.set(recorded, Pass::Recombine, bound) {
-                recorded.dispatch_workgroups(across, down, 1);
-            }
-        });
+        let size = Dispatch::Groups(self.groups());
+        let bound = &self.bindings.recombine[self.odd][filter_passes as usize % 2];
+        self.kernel.passes[Pass::Recombine.index()].record(self.encoder, self.clock, bound, size);
     }
 
     /// Wave after wave, a sample of each pixel; of adaptive ones, as [`Self::sample`] has it.
     fn sample_waves(&mut self, samples: FrameSamples, max_depth: u32) {
-        let (kernel, window, work) = (self.kernel, self.groups(), &self.buffers.work);
-        self.pass(SAMPLES, |recorded| {
-            for sample in 0..samples.most {
-                let pixels = match samples.is_fixed() {
-                    true => WavePixels::Window(window),
-                    false => WavePixels::Listed(work, dispatch_of(sample)),
-                };
-                kernel.waves.record(recorded, &kernel.scene, &kernel.tracer, pixels, max_depth);
-            }
-        });
+        let window = self.groups();
+        let mut recorded = begin(self.encoder, self.clock, SAMPLES);
+        for sample in 0..samples.most {
+            self.kernel.waves.record(&mut recorded, sample_size(samples, sample, window, self.buffers), max_depth);
+        }
     }
 
     /// Dispatch after dispatch, a sample of each pixel; adaptive ones work on the list's beginning, which pixels leave when
     /// they have what they want.
     fn sample(&mut self, samples: FrameSamples) {
-        let [across, down] = self.groups();
-        let (kernel, bound) = (self.kernel, &self.bindings.passes[self.odd][Pass::Sample.index()]);
-        let work = &self.buffers.work;
-        self.pass(SAMPLES, |recorded| {
-            if !kernel.set(recorded, Pass::Sample, bound) {
-                return;
-            }
+        let window = self.groups();
+        let bound = &self.bindings.passes[self.odd][Pass::Sample.index()];
+        let mut recorded = begin(self.encoder, self.clock, SAMPLES);
+        if self.kernel.passes[Pass::Sample.index()].set(&mut recorded, bound) {
             for sample in 0..samples.most {
-                if samples.is_fixed() {
-                    recorded.dispatch_workgroups(across, down, 1);
-                } else {
-                    recorded.dispatch_workgroups_indirect(work, dispatch_of(sample));
-                }
+                sample_size(samples, sample, window, self.buffers).record(&mut recorded);
             }
-        });
+        }
+    }
+}
+
+/// The size of the dispatch that takes a sample of each pixel of a window of so many workgroups; of adaptive ones, of each pixel at the
+/// beginning of the list.
+fn sample_size(samples: FrameSamples, sample: u32, window: [u32; 2], buffers: &Buffers) -> Dispatch<'_> {
+    match samples.is_fixed() {
+        true => Dispatch::Groups(window),
+        false => Dispatch::Indirect(&buffers.work, dispatch_of(sample)),
     }
 }
 

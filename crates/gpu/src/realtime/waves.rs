@@ -4,18 +4,19 @@
 //! Both ways make the same samples. Which is the faster one, [`Waves::are_faster`] says.
 
 use super::buffers::Buffers;
-use super::passes::{Slot, first_vertex_text};
-use crate::bindings::{buffer, entry, group};
-use crate::film::FilmBuffers;
-use crate::frame_pass::{BoundPass, FramePass, PassParts};
-use crate::hybrid::GBuffer;
+use super::passes::{planes, slots::{LIGHTS_FOUND, REALTIME}};
+use crate::bindings::PassBinding::{Uniform, Write};
+use crate::bindings::whole;
+use crate::film::{FilmBuffers, VIEW};
+use crate::hybrid::{GBuffer, slots::{FRAME, PIXELS}};
+use crate::pass::{Dispatch, Pass, PassGroups, PassSpec, compile};
 use crate::scene::upload::empty_buffer;
-use crate::shader::Variant;
-use crate::tracer::{Tracer, TracerKind, TracerText};
+use crate::shader::{Linkage, Variant};
+use crate::tracer::{Tracer, TracerKind};
 use crate::wavefront::queues::{Dispatches, GATHERED, HITS, PATHS, Queues, SHADOW_RAYS, WAVE, most_paths};
-use crate::wavefront::stage::{self, HANDING, Stage, WAVEFRONT};
+use crate::wavefront::stage::Stage;
 use crate::{Gpu, GpuError, GpuScene};
-use wgpu::{BufferBindingType, BufferUsages, ShaderStages};
+use wgpu::BufferUsages;
 
 /// What happens to all paths of a wave before the next thing does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,29 +35,6 @@ enum Step {
     Finish,
 }
 
-/// How many workgroups a step gets.
-#[derive(Clone, Copy)]
-enum Work {
-    One,
-    /// For the pixels that get samples.
-    Pixels,
-    /// As many as the device has written there.
-    Counted(u64),
-}
-
-/// The pixels of a wave.
-#[derive(Clone, Copy)]
-pub(super) enum WavePixels<'a> {
-    /// All of them, in so many workgroups of eight by eight.
-    Window([u32; 2]),
-    /// Those at the list's beginning; the size of the dispatch for them, and where it is in the buffer.
-    Listed(&'a wgpu::Buffer, u64),
-}
-
-const FRAME: u32 = Slot::Frame as u32;
-const PIXELS: u32 = Slot::Pixels as u32;
-const REALTIME: u32 = Slot::Realtime as u32;
-const LIGHTS_FOUND: u32 = Slot::LightsFound as u32;
 /// Behind the slots of all other passes.
 const SPLIT_SAMPLES: u32 = 28;
 
@@ -86,64 +64,39 @@ impl Step {
         Self::ALL.iter().position(|s| *s == self).unwrap_or_default()
     }
 
-    fn entry_point(self) -> &'static str {
+    fn spec(self) -> PassSpec {
         match self {
-            Self::Restart => "restart",
-            Self::Begin => "begin_paths",
-            Self::ConnectFirst => "connect_first",
-            Self::Measure => "measure",
-            Self::Stage(stage) => stage.name(),
-            Self::Finish => "finish_paths",
-        }
-    }
-
-    fn traces(self) -> bool {
-        match self {
-            Self::ConnectFirst => true,
-            Self::Stage(stage) => stage.traces(),
-            Self::Restart | Self::Begin | Self::Measure | Self::Finish => false,
-        }
-    }
-
-    fn sees_scene(self) -> bool {
-        self.traces() || matches!(self, Self::Begin | Self::Stage(Stage::Shade))
-    }
-
-    /// Bindings of the film's group beside the view; `None`: not even that.
-    fn film_bindings(self) -> Option<&'static [u32]> {
-        match self {
-            Self::Begin | Self::ConnectFirst => Some(&[]),
-            Self::Stage(stage) => Some(stage.film_bindings()),
-            Self::Restart | Self::Measure | Self::Finish => None,
-        }
-    }
-
-    /// Bindings of group 3.
-    fn bindings(self) -> &'static [u32] {
-        match self {
-            Self::Restart => &[WAVE, PATHS],
-            Self::Begin => &[FRAME, PIXELS, REALTIME, LIGHTS_FOUND, SPLIT_SAMPLES, WAVE, PATHS, SHADOW_RAYS],
-            Self::ConnectFirst => &[SPLIT_SAMPLES, WAVE, SHADOW_RAYS],
-            Self::Measure => &[SPLIT_SAMPLES, WAVE, PATHS, HITS],
-            Self::Stage(stage) => stage.queue_bindings(),
-            Self::Finish => &[REALTIME, LIGHTS_FOUND, SPLIT_SAMPLES, GATHERED],
-        }
-    }
-
-    fn text(self, tracer: &TracerText, variant: Variant) -> String {
-        let wave = include_str!("../shaders/realtime_wave.wgsl");
-        match self {
-            Self::Restart | Self::Begin | Self::Measure | Self::Finish => {
-                let begin = include_str!("../shaders/realtime_wave_begin.wgsl");
-                let finish = include_str!("../shaders/realtime_wave_finish.wgsl");
-                [&first_vertex_text(variant), WAVEFRONT, HANDING, wave, begin, finish].join("\n")
+            Self::Restart => {
+                PassSpec { own: &[WAVE, PATHS], ..PassSpec::new("realtime_wave", "restart") }
             }
-            Self::ConnectFirst => {
-                let connect = include_str!("../shaders/realtime_wave_connect.wgsl");
-                [&stage::tracing_text(tracer, variant), wave, connect].join("\n")
-            }
-            Self::Stage(stage) if stage.traces() => stage::tracing_text(tracer, variant),
-            Self::Stage(_) => stage::shading_text(variant),
+            Self::Begin => PassSpec {
+                film: &[VIEW],
+                own: &[
+                    Uniform(FRAME),
+                    Write(PIXELS),
+                    Uniform(REALTIME),
+                    Write(LIGHTS_FOUND),
+                    Write(SPLIT_SAMPLES),
+                    WAVE,
+                    PATHS,
+                    SHADOW_RAYS,
+                ],
+                ..PassSpec::of_scene("realtime_wave_begin", "begin_paths")
+            },
+            Self::ConnectFirst => PassSpec {
+                film: &[VIEW],
+                own: &[Write(SPLIT_SAMPLES), WAVE, SHADOW_RAYS],
+                ..PassSpec::tracing("realtime_wave_connect", "connect_first")
+            },
+            Self::Measure => PassSpec {
+                own: &[Write(SPLIT_SAMPLES), WAVE, PATHS, HITS],
+                ..PassSpec::new("realtime_wave_finish", "measure")
+            },
+            Self::Stage(stage) => stage.spec(),
+            Self::Finish => PassSpec {
+                own: &[Uniform(REALTIME), Write(LIGHTS_FOUND), Write(SPLIT_SAMPLES), GATHERED],
+                ..PassSpec::new("realtime_wave_finish", "finish_paths")
+            },
         }
     }
 }
@@ -151,11 +104,11 @@ impl Step {
 /// The steps of waves, and the paths in flight.
 pub(super) struct Waves {
     /// By [`Step::index`].
-    steps: Vec<FramePass>,
+    steps: Vec<Pass>,
     are_faster: bool,
     buffers: Option<WaveBuffers>,
     /// By [`Step::index`]; nothing as long as there is nothing to bind.
-    groups: Vec<BoundPass>,
+    groups: Vec<PassGroups>,
 }
 
 /// What depends on the picture's size.
@@ -181,17 +134,9 @@ impl Waves {
     /// When the device cannot bind what they need.
     pub fn new(gpu: &Gpu, variant: Variant, scene: &GpuScene, tracer: &dyn Tracer) -> Result<Self, GpuError> {
         let variant = Variant { aovs: false, splitting: false, ..variant };
-        let make = |step: Step| {
-            let parts = PassParts {
-                name: format!("realtime {} on {}", step.entry_point(), tracer.kind().name()),
-                entry_point: step.entry_point(),
-                text: step.text(&tracer.text(), variant),
-                scene: step.sees_scene().then_some(scene),
-                tracer: step.traces().then_some(tracer),
-                film_bindings: step.film_bindings(),
-            };
-            FramePass::new(gpu, parts, || layout(gpu, step.bindings()))
-        };
+        let linkage = Linkage::of(variant).with(&tracer.linkage()).with(&planes(&[]));
+        let make =
+            |step: Step| Pass::new(gpu, "realtime", step.spec(), &linkage, Some(scene), Some(tracer));
         let steps = Step::ALL.into_iter().map(make).collect::<Result<_, GpuError>>()?;
         let are_faster = tracer.kind() == TracerKind::Bvh && !gpu.is_software();
         Ok(Self { steps, are_faster, buffers: None, groups: Vec::new() })
@@ -207,7 +152,7 @@ impl Waves {
     /// # Errors
     /// When the driver refuses a shader.
     pub fn compile(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
-        self.steps.iter_mut().try_for_each(|step| step.compile(gpu))
+        compile(gpu, &mut self.steps)
     }
 
     /// What was bound is no more.
@@ -244,26 +189,19 @@ impl Waves {
         let pixels = gbuffer
             .pixels()
             .ok_or_else(|| GpuError::Device { doing, reason: "there are no first hits".into() })?;
-        let of_frame = |binding: u32| match binding {
-            FRAME => gbuffer.frame(),
-            PIXELS => pixels,
-            REALTIME => &buffers.realtime,
-            LIGHTS_FOUND => &buffers.lights_found,
-            SPLIT_SAMPLES => &own.split_samples,
-            of_queues => own.queues.buffer(of_queues),
-        };
-        let of_film = [&film.view, &film.pixels, &film.counters, &film.aovs];
-        let bind = |(step, made): (Step, &FramePass)| {
-            let film = made.film_layout.as_ref().map(|layout| {
-                let bindings = std::iter::once(&0).chain(step.film_bindings().unwrap_or_default());
-                group(gpu, "wave", layout, bindings.map(|&b| (b, of_film[b as usize])))
-            });
-            let frame = group(gpu, "wave", &made.layout, step.bindings().iter().map(|&b| (b, of_frame(b))));
-            BoundPass { film, frame }
-        };
-        self.groups = gpu
-            .guarded(|| Step::ALL.into_iter().zip(&self.steps).map(bind).collect())
-            .map_err(|reason| GpuError::Device { doing, reason })?;
+        let resources: Vec<_> = [
+            whole(FRAME, gbuffer.frame()),
+            whole(PIXELS, pixels),
+            whole(REALTIME, &buffers.realtime),
+            whole(LIGHTS_FOUND, &buffers.lights_found),
+            whole(SPLIT_SAMPLES, &own.split_samples),
+        ]
+        .into_iter()
+        .chain(own.queues.resources())
+        .collect();
+        let of_film = film.resources();
+        self.groups =
+            self.steps.iter().map(|step| step.bind(gpu, &of_film, &resources)).collect::<Result<_, _>>()?;
         Ok(true)
     }
 
@@ -272,40 +210,21 @@ impl Waves {
         self.buffers.as_ref().map_or(0, |b| b.queues.memory_bytes() + b.split_samples.size())
     }
 
-    /// Records a sample for each pixel that wants one, if all is prepared.
-    pub fn record(
-        &self,
-        recorded: &mut wgpu::ComputePass<'_>,
-        scene: &wgpu::BindGroup,
-        tracer: &wgpu::BindGroup,
-        pixels: WavePixels<'_>,
-        max_depth: u32,
-    ) {
+    /// Records a sample for each pixel that wants one, if all is prepared. `pixels`: a dispatch with an invocation for each of them.
+    pub fn record(&self, recorded: &mut wgpu::ComputePass<'_>, pixels: Dispatch<'_>, max_depth: u32) {
         let Some(buffers) = &self.buffers else { return };
-        let mut run = |step: Step, work: Work| {
+        let mut run = |step: Step, size: Dispatch<'_>| {
             let at = step.index();
-            let Some(group) = self.groups.get(at) else { return };
-            if !self.steps[at].set(recorded, scene, tracer, group) {
-                return;
-            }
-            match work {
-                Work::One => recorded.dispatch_workgroups(1, 1, 1),
-                Work::Pixels => match pixels {
-                    WavePixels::Window([across, down]) => recorded.dispatch_workgroups(across, down, 1),
-                    WavePixels::Listed(sizes, offset) => {
-                        recorded.dispatch_workgroups_indirect(sizes, offset);
-                    }
-                },
-                Work::Counted(offset) => {
-                    recorded.dispatch_workgroups_indirect(buffers.queues.dispatches(), offset);
-                }
+            if let Some(groups) = self.groups.get(at) {
+                self.steps[at].dispatch(recorded, groups, size);
             }
         };
-        let paths = Work::Counted(Dispatches::PATHS);
-        let shadow_rays = Work::Counted(Dispatches::SHADOW_RAYS);
-        run(Step::Restart, Work::One);
-        run(Step::Begin, Work::Pixels);
-        run(Step::Stage(Stage::Prepare), Work::One);
+        let one = Dispatch::Groups([1, 1]);
+        let paths = Dispatch::Indirect(buffers.queues.dispatches(), Dispatches::PATHS);
+        let shadow_rays = Dispatch::Indirect(buffers.queues.dispatches(), Dispatches::SHADOW_RAYS);
+        run(Step::Restart, one);
+        run(Step::Begin, pixels);
+        run(Step::Stage(Stage::Prepare), one);
         run(Step::ConnectFirst, shadow_rays);
         for vertex in 2..=max_depth {
             run(Step::Stage(Stage::extending(vertex, max_depth)), paths);
@@ -314,66 +233,34 @@ impl Waves {
             }
             run(Step::Stage(Stage::Shade), paths);
             if vertex < max_depth {
-                run(Step::Stage(Stage::Prepare), Work::One);
+                run(Step::Stage(Stage::Prepare), one);
                 run(Step::Stage(Stage::Connect), shadow_rays);
             }
         }
-        run(Step::Finish, Work::Pixels);
+        run(Step::Finish, pixels);
     }
-}
-
-fn layout(gpu: &Gpu, bindings: &[u32]) -> wgpu::BindGroupLayout {
-    let ty = |binding: u32| match binding {
-        FRAME | REALTIME => BufferBindingType::Uniform,
-        _ => BufferBindingType::Storage { read_only: false },
-    };
-    let entries: Vec<_> = bindings.iter().map(|&b| entry(b, ShaderStages::COMPUTE, buffer(ty(b)))).collect();
-    let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some("wave"), entries: &entries };
-    gpu.device.create_bind_group_layout(&descriptor)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::layout::constant;
-    use crate::shader::{used_bindings, validate, write_all_languages};
+    use crate::shader::check::{self, check_pass};
 
-    /// Every step binds what its shader uses, needs no more storage buffers than a device must have, and can be written for all
-    /// drivers.
     #[test]
     fn steps_bind_what_they_use() {
-        const TRACER: usize = 3;
-        const SCENE: usize = 6;
         let all =
             Variant { alpha: true, layers: true, absorption: true, light_tree: true, ..Variant::default() };
         for variant in [Variant::default(), all] {
             for step in Step::ALL {
-                let name = format!("{step:?}, {variant:?}");
-                let text = step.text(&crate::tracer::query::TEXT, variant);
-                let (module, info) = validate(&name, &text);
-                write_all_languages(&name, &module, &info, step.entry_point());
-                let mut used = used_bindings(&name, &text, step.entry_point());
-                used.retain(|&(group, binding, _)| (group, binding) != (2, 0));
-                let mut used: Vec<_> = used.into_iter().map(|(g, b, _)| (g, b)).collect();
-                let film = step.film_bindings().unwrap_or_default().iter().map(|&b| (2, b));
-                let mut bound: Vec<_> = film.chain(step.bindings().iter().map(|&b| (3, b))).collect();
-                used.sort_unstable();
-                bound.sort_unstable();
-                assert_eq!(used, bound, "{name}");
-                let uniforms = step.bindings().iter().filter(|b| matches!(**b, FRAME | REALTIME)).count();
-                let count = if step.sees_scene() { SCENE } else { 0 }
-                    + if step.traces() { TRACER } else { 0 }
-                    + bound.len()
-                    - uniforms;
-                assert!(count <= crate::STORAGE_BUFFERS as usize, "{name}: {count} buffers");
+                check_pass(&step.spec(), &check::linkage(variant), &format!("{step:?}, {variant:?}"));
             }
         }
     }
 
     #[test]
     fn records_have_as_many_planes_as_in_the_shader() {
-        let text = Step::Finish.text(&crate::tracer::query::TEXT, Variant::default());
-        let planes = constant(&crate::shader::parse(&text), "SPLIT_PLANES");
+        let planes = constant(&check::module(Step::Finish.spec().module), "SPLIT_PLANES");
         assert_eq!(u64::from(planes) * 16, SPLIT_SAMPLE);
     }
 }

@@ -5,10 +5,13 @@
 //! (`shaders/rounds.wgsl`; the rule itself is the optics', as that of [`film::Allocation`]). The host reads back how many portions of
 //! samples that makes, a few words, and starts them; which pixels they belong to is known on the device.
 
-use crate::bindings::whole_buffers;
+use crate::bindings::PassBinding::{Read, Uniform, Write};
+use crate::bindings::whole;
 use crate::film::{FilmBuffers, FilmPixel, read_mapped};
+use crate::pass::{Dispatch, Pass, PassGroups, PassSpec, begin, compile};
 use crate::portions::PORTIONS;
 use crate::scene::upload::{empty_buffer, write_buffer};
+use crate::shader::Linkage;
 use crate::timing::Timer;
 use crate::{Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
@@ -85,7 +88,7 @@ impl Decision {
 
 /// The passes, in the order in which they run.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Pass {
+enum RoundStep {
     Estimate,
     SetLevel,
     Weigh,
@@ -98,7 +101,7 @@ enum Pass {
     ShareOut,
 }
 
-impl Pass {
+impl RoundStep {
     const ALL: [Self; 10] = [
         Self::Estimate,
         Self::SetLevel,
@@ -112,8 +115,8 @@ impl Pass {
         Self::ShareOut,
     ];
 
-    fn entry_point(self) -> &'static str {
-        match self {
+    fn spec(self) -> PassSpec {
+        let entry_point = match self {
             Self::Estimate => "estimate",
             Self::SetLevel => "set_level",
             Self::Weigh => "weigh",
@@ -124,14 +127,18 @@ impl Pass {
             Self::CountPortions => "count_portions",
             Self::PlaceTiles => "place_tiles",
             Self::ShareOut => "share_out",
-        }
+        };
+        // The film is the kernels' and the host's: rounds only read it.
+        let own = &[Uniform(0), Read(1), Read(2), Write(3), Write(4), Write(5), Write(6), Write(7)];
+        PassSpec { own, ..PassSpec::new("rounds", entry_point) }
     }
 }
 
 /// Decides about rounds of one film.
 pub(crate) struct Rounds {
-    pipelines: Vec<wgpu::ComputePipeline>,
-    group: wgpu::BindGroup,
+    passes: Vec<Pass>,
+    /// All passes bind the same.
+    groups: PassGroups,
     uniform: wgpu::Buffer,
     base: wgpu::Buffer,
     #[cfg(test)]
@@ -142,11 +149,6 @@ pub(crate) struct Rounds {
     /// How often the film had been read by the host when `base` was brought there.
     folds: u32,
     bytes: u64,
-}
-
-/// The shader's text.
-fn text() -> String {
-    [&optics::wgsl::rounds(), include_str!("../shaders/rounds.wgsl")].join("\n")
 }
 
 impl Rounds {
@@ -171,14 +173,15 @@ impl Rounds {
         let mapped = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
         let staging = empty_buffer(gpu, "reading what a round decides", picture_bytes, mapped)?;
         let buffers = [&uniform, &film.pixels, &base, &film.counters, &estimates, &plans, &sums, &picture];
-        // The film is the kernels' and the host's: rounds only read it.
-        let (layout, group) = whole_buffers(gpu, "binding a round", &buffers, &[1, 2])?;
-        let shader = gpu.shader_text("rounds", text());
-        let pipeline = |pass: Pass| shader.pipeline(pass.entry_point(), &[Some(&layout)]);
+        let make = |step: RoundStep| Pass::new(gpu, "rounds'", step.spec(), &Linkage::default(), None, None);
+        let mut passes = RoundStep::ALL.into_iter().map(make).collect::<Result<Vec<_>, _>>()?;
+        compile(gpu, &mut passes)?;
+        let resources: Vec<_> = (0..).zip(buffers).map(|(number, buffer)| whole(number, buffer)).collect();
+        let groups = passes[0].bind(gpu, &[], &resources)?;
         Ok(Self {
-            pipelines: Pass::ALL.into_iter().map(pipeline).collect::<Result<_, _>>()?,
+            passes,
+            groups,
             bytes: [&base, &estimates, &plans, &sums].iter().map(|b| b.size()).sum(),
-            group,
             uniform,
             base,
             #[cfg(test)]
@@ -243,24 +246,19 @@ impl Rounds {
         self.round.total = total as f32;
         self.round.offset = offset.map_or(-1.0, |offset| offset as f32);
         self.write_round(gpu)?;
-        let slot = timer.slot(DECIDING);
         gpu.guarded(|| {
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             encoder.clear_buffer(&self.picture, 0, None);
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                label: Some(DECIDING),
-                timestamp_writes: slot.map(|s| s.compute()),
-            });
-            pass.set_bind_group(0, &self.group, &[]);
-            for step in [Pass::Estimate, Pass::SetLevel, Pass::Weigh, Pass::SetRange] {
-                self.dispatch(&mut pass, step);
+            let mut recorded = begin(&mut encoder, timer, DECIDING);
+            for step in [RoundStep::Estimate, RoundStep::SetLevel, RoundStep::Weigh, RoundStep::SetRange] {
+                self.dispatch(&mut recorded, step);
             }
             for _ in 0..SEARCH_STEPS {
-                self.dispatch(&mut pass, Pass::TryFactors);
-                self.dispatch(&mut pass, Pass::Narrow);
+                self.dispatch(&mut recorded, RoundStep::TryFactors);
+                self.dispatch(&mut recorded, RoundStep::Narrow);
             }
-            self.dispatch(&mut pass, Pass::Choose);
-            drop(pass);
+            self.dispatch(&mut recorded, RoundStep::Choose);
+            drop(recorded);
             encoder.copy_buffer_to_buffer(&self.picture, 0, &self.staging, 0, self.picture.size());
             gpu.queue.submit([encoder.finish()]);
         })
@@ -287,12 +285,11 @@ impl Rounds {
         self.write_round(gpu)?;
         gpu.guarded(|| {
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            pass.set_bind_group(0, &self.group, &[]);
-            for step in [Pass::CountPortions, Pass::PlaceTiles, Pass::ShareOut] {
-                self.dispatch(&mut pass, step);
+            let mut recorded = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            for step in [RoundStep::CountPortions, RoundStep::PlaceTiles, RoundStep::ShareOut] {
+                self.dispatch(&mut recorded, step);
             }
-            drop(pass);
+            drop(recorded);
             gpu.queue.submit([encoder.finish()]);
         })
         .map_err(|reason| GpuError::Device { doing: "sharing out portions", reason })
@@ -302,21 +299,20 @@ impl Rounds {
         write_buffer(gpu, "a round", &self.uniform, bytemuck::bytes_of(&self.round))
     }
 
-    fn dispatch(&self, recorded: &mut wgpu::ComputePass<'_>, pass: Pass) {
-        recorded.set_pipeline(&self.pipelines[pass as usize]);
+    fn dispatch(&self, recorded: &mut wgpu::ComputePass<'_>, step: RoundStep) {
         let [width, height] = self.round.size;
-        let (x, y) = match pass {
-            Pass::SetLevel | Pass::SetRange | Pass::Narrow | Pass::PlaceTiles => (1, 1),
-            Pass::TryFactors => {
+        let groups = match step {
+            RoundStep::SetLevel | RoundStep::SetRange | RoundStep::Narrow | RoundStep::PlaceTiles => [1, 1],
+            RoundStep::TryFactors => {
                 let groups = (u64::from(width) * u64::from(height)).div_ceil(TRIED_PIXELS);
                 let across = groups.clamp(1, MOST_GROUPS);
-                (across as u32, groups.div_ceil(across) as u32)
+                [across as u32, groups.div_ceil(across) as u32]
             }
-            Pass::Estimate | Pass::Weigh | Pass::Choose | Pass::CountPortions | Pass::ShareOut => {
-                (width.div_ceil(8), height.div_ceil(8))
+            RoundStep::Estimate | RoundStep::Weigh | RoundStep::Choose | RoundStep::CountPortions | RoundStep::ShareOut => {
+                [width.div_ceil(8), height.div_ceil(8)]
             }
         };
-        recorded.dispatch_workgroups(x, y, 1);
+        self.passes[step as usize].dispatch(recorded, &self.groups, Dispatch::Groups(groups));
     }
 }
 

@@ -3,7 +3,7 @@ use crate::film::read_all;
 use crate::layout::{assert_layout, constant, layout_of};
 use crate::open_for_test;
 use crate::portions::{number_in_tiles, portions};
-use crate::shader::parse;
+use crate::shader::check;
 use backend::{Integrator, PathSettings, PixelSamples, SamplerKind, View};
 use film::{Allocation, Rect};
 use optics::camera::{CAMERA_PERSPECTIVE, CameraFrame};
@@ -12,7 +12,7 @@ use optics::{vec2f, vec3f};
 
 #[test]
 fn layouts_and_constants_match_the_shader() {
-    let module = parse(&text());
+    let module = check::module("rounds");
     assert_layout!(module, Round { size, first_sample, size_number, total, offset, padding });
     assert_layout!(
         module,
@@ -21,8 +21,7 @@ fn layouts_and_constants_match_the_shader() {
     for (name, size) in [("Estimate", ESTIMATE), ("Plan", PLAN)] {
         assert_eq!(layout_of(&module, name).1 as u64, size, "{name}");
     }
-    let film = crate::shader::scene_text(Default::default()) + include_str!("../shaders/film.wgsl");
-    assert_eq!(layout_of(&module, "FilmPixel"), layout_of(&parse(&film), "FilmPixel"));
+    assert_eq!(layout_of(&module, "FilmPixel"), layout_of(&check::module("film"), "FilmPixel"));
     let numbers = [
         ("SIZES", SIZES as u64),
         ("LARGE_PORTION", PORTIONS[0].into()),

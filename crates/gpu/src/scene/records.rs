@@ -281,7 +281,7 @@ mod tests {
 
     #[test]
     fn layouts_match_the_shader() {
-        let module = crate::shader::parse(&crate::shader::scene_text(crate::shader::Variant::default()));
+        let module = crate::shader::check::module("lights");
         assert_layout!(
             module,
             SceneInfo {
@@ -384,13 +384,13 @@ mod tests {
     #[should_panic(expected = "layout of Vertex")]
     fn a_swapped_field_is_noticed() {
         let text = "struct Vertex { u: f32, position: vec3f, normal: vec3f, v: f32 }";
-        let module = crate::shader::parse(text);
+        let module = crate::shader::check::parse(text);
         assert_layout!(module, Vertex { position, u, normal, v });
     }
 
     #[test]
     fn constants_are_the_shaders() {
-        let module = crate::shader::parse(&crate::shader::scene_text(crate::shader::Variant::default()));
+        let module = crate::shader::check::module("lights");
         let constants = [
             ("INSTANCE_IDENTITY", INSTANCE_IDENTITY),
             ("INSTANCE_MIRRORED", INSTANCE_MIRRORED),

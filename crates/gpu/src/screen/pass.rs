@@ -3,6 +3,7 @@
 use crate::bindings::{buffer, entry};
 use crate::film::FilmBuffers;
 use crate::scene::upload::{empty_buffer, write_buffer};
+use crate::shader::Linkage;
 use crate::timing::PassClock;
 use crate::{Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
@@ -38,18 +39,13 @@ struct Bound {
     group: wgpu::BindGroup,
 }
 
-/// The shader: the optics in front of its own text.
-fn text() -> String {
-    [&optics::wgsl::without_layers(), include_str!("../shaders/screen.wgsl")].join("\n")
-}
-
 impl ScreenPass {
     /// Compiles it.
     ///
     /// # Errors
     /// When the driver refuses the shader, or there is no memory.
     pub fn new(gpu: &Gpu, format: wgpu::TextureFormat) -> Result<Self, GpuError> {
-        let module = gpu.shader_module("screen", &text())?;
+        let module = gpu.shader_module("screen", &Linkage::default().text("screen")?)?;
         let (pipeline, layout) = gpu
             .guarded(|| {
                 let layout = layout(gpu);

@@ -44,7 +44,7 @@ struct UpperBox {
     padding: u32,
 }
 
-/// Eight boxes; see `tracer_bvh_bindings.wgsl`.
+/// Eight boxes; see `bvh_records.wgsl`.
 struct UpperNode {
     grid: vec4u,
     links: vec4u,

@@ -8,6 +8,10 @@
 //     fn camera_missed(pixel: vec2u, sample: u32)
 //     fn camera_hit(pixel: vec2u, sample: u32, s: Surface, distance: f32)
 
+#import film, first_hits, light_reach, lights, material, rays, scene, surface, texels
+#import optics::bsdf, optics::constants, optics::falloff, optics::frame, optics::light
+#import optics::phong, optics::random, optics::scatter, optics::warp
+
 /// Pairs of random numbers are drawn one after the other; those of pixel and lens are the first.
 var<private> next_pair: u32;
 

@@ -1,6 +1,8 @@
 // The entry point of kernels that run in a compute shader: one invocation a pixel. What it calls, `render_pixel`, knows
 // nothing of how it was started.
 
+#import film, kernel, rays
+
 var<workgroup> group_rays: atomic<u32>;
 
 @compute @workgroup_size(8, 8)

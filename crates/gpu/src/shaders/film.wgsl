@@ -1,6 +1,9 @@
 // The view and the film: bind group 2. Samples are summed in registers while a dispatch works on a pixel and added to the
 // film at its end; the host adds the film to exact sums before rounding matters.
 
+#import material, surface, variant
+#import optics::camera, optics::constants, optics::math, optics::random
+
 /// What is to be rendered. Pixels count from the upper left of the whole picture.
 struct View {
     camera: CameraFrame,

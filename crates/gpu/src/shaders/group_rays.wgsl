@@ -1,5 +1,7 @@
 // Rays of a workgroup are added up among its invocations, and then once to the device's counter.
 
+#import film
+
 var<workgroup> group_rays: atomic<u32>;
 
 /// Before anything else, by all invocations.

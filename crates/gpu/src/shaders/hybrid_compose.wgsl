@@ -1,5 +1,8 @@
 // The end of a frame: its radiance goes to the film, and the number of its rays to the device's counter.
 
+#import film, group_rays, hybrid_frame, hybrid_pixels, surface, variant
+#import optics::constants
+
 @compute @workgroup_size(8, 8)
 fn compose(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
     begin_group_rays(local);

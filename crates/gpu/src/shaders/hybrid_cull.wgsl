@@ -1,5 +1,8 @@
 // Before anything is drawn: which items the camera can see, and which lights matter to which part of the view.
 
+#import draw_classes, film, hybrid_frame, hybrid_items, light_reach, scene, surface, texels
+#import optics::camera, optics::constants
+
 /// As the driver reads it.
 struct HybridDraw {
     vertex_count: u32,

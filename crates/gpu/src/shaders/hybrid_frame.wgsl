@@ -1,6 +1,9 @@
 // What all passes of the hybrid renderer know of a frame: binding 0 of group 3. A frame is one sample of each pixel, and all
 // pixels take it at the same place, which a rasteriser can do.
 
+#import film
+#import optics::camera
+
 struct HybridFrame {
     /// From world space, relative to `eye`, to clip space: x and y over the window, z reversed (1 near, 0 far).
     clip_from_world: mat4x4f,

@@ -1,5 +1,7 @@
 // What the rasteriser draws: pieces of geometries in their places.
 
+#import hybrid_frame
+
 /// Consecutive primitives of a geometry.
 struct HybridPart {
     /// Bounds in object space.

@@ -4,10 +4,14 @@
 // kernel that keeps no material while it traces leaves room for more rays at a time than one that does both. The bits of many
 // lights would take too much memory: those are traced and shaded in one pass, light by light.
 //
-// `light_masks` holds masks of clusters; then which light samples are hidden, a word of each pixel after the other; then shafts. The
-// text in front of this one defines how its words are read and written, and whether there are shafts.
+// `hybrid_light_masks.wgsl` says what `light_masks` holds. `shafts` says how its words are read and written, and whether there are
+// shafts.
 //
 // Sample `i` of the light with bit `b` of the cluster's word `w` is bit `b` of word `i` × `light_words` + `w`.
+
+#import direct, film, hybrid_frame, hybrid_light_masks, hybrid_pixels, hybrid_tracing, lights
+#import material, material_constants, scene, shafts, surface, texels
+#import optics::bsdf, optics::constants, optics::frame, optics::ggx, optics::light, optics::random
 
 /// The lights from 32 × `word` on that may count in a cluster, the first as the lowest bit.
 fn lights_of_cluster(cluster: u32, word: u32) -> u32 {
@@ -26,12 +30,6 @@ fn cluster_at(pixel: vec2u, position: vec3f) -> u32 {
     let tile = pixel / frame.tile;
     let slice = cluster_slice(dot(position - frame.eye, frame.axis));
     return (slice * frame.clusters.y + tile.y) * frame.clusters.x + tile.x;
-}
-
-/// Where a pixel's bits for sample `i` of 32 lights are, in `light_masks`.
-fn hidden_word(pixel: u32, i: u32, word: u32) -> u32 {
-    let masks = frame.clusters.x * frame.clusters.y * frame.clusters.z * frame.light_words;
-    return masks + (i * frame.light_words + word) * view.window_width * view.window_height + pixel;
 }
 
 /// Random numbers of a light's sample do not depend on the other lights.

@@ -1,6 +1,8 @@
 // Lists the pixels that send out reflection rays. A pass of its own: counting within a workgroup first takes barriers, which software
 // drivers compile slowly in long shaders, and invocations that count on the device one by one wait for each other.
 
+#import hybrid_pixels, hybrid_reflecting
+
 var<workgroup> listed: atomic<u32>;
 var<workgroup> first_place: u32;
 

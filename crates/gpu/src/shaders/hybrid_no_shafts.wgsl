@@ -1,5 +1,7 @@
 // For tracers whose walks can only begin at the root: no shafts, no lists.
 
+#import rays
+
 @group(3) @binding(5) var<storage, read_write> light_masks: array<u32>;
 
 fn light_word(at: u32) -> u32 {

@@ -1,5 +1,8 @@
 // From what the rasteriser has drawn to hits like those of rays, and from the finished frame to the film. No rays.
 
+#import hybrid_frame, hybrid_items, hybrid_pixels, scene, surface
+#import optics::camera, optics::constants, optics::intersect
+
 @group(3) @binding(8) var ids: texture_2d<u32>;
 
 /// The hit that the ray of a pixel makes on the primitive that the rasteriser saw there. At an edge, where the two may

@@ -11,52 +11,11 @@
 // Sources: Haines and Wallace, "Shaft Culling for Efficient Ray-Cast Radiosity", EGWR 1991; Reshetov, Soupikov and Hurley,
 // "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005, for beginning below the root.
 //
-// The text in front of this one defines SHAFT_TILE, a tile's side in pixels, a multiple of 8, and SHAFT_ENTRIES, the most nodes of a list.
+// This file makes the lists; `hybrid_shaft_rays.wgsl` uses them.
 
-/// By four, because entries are read so.
-@group(3) @binding(5) var<storage, read_write> light_masks: array<vec4u>;
-
-fn light_word(at: u32) -> u32 {
-    return light_masks[at / 4u][at % 4u];
-}
-
-fn set_light_word(at: u32, word: u32) {
-    light_masks[at / 4u][at % 4u] = word;
-}
-
-/// Four words of a tile's bounds: lower and upper corner.
-const BOUNDS_SIZE: u32 = 2u;
-/// Four words of a list: how long it is, then its entries, see `bvh_entry_low` and `bvh_entry_high`.
-const LIST_SIZE: u32 = 1u + 2u * SHAFT_ENTRIES;
-
-fn shaft_tiles() -> vec2u {
-    return (vec2u(view.window_width, view.row_count) + SHAFT_TILE - 1u) / SHAFT_TILE;
-}
-
-/// Number of the tile of a pixel of the dispatch.
-fn tile_of(id: vec2u) -> u32 {
-    let tile = id / SHAFT_TILE;
-    return tile.y * shaft_tiles().x + tile.x;
-}
-
-/// Where a tile's bounds are, in `light_masks`: after what is known of pixels.
-fn tile_bounds_at(tile: u32) -> u32 {
-    return (hidden_word(0u, view.shadow_samples, 0u) + 3u) / 4u + BOUNDS_SIZE * tile;
-}
-
-/// Where the list of a tile for a light begins: after all bounds.
-fn shaft_list(tile: u32, light: u32) -> u32 {
-    let tiles = shaft_tiles();
-    return tile_bounds_at(tiles.x * tiles.y) + LIST_SIZE * (light * tiles.x * tiles.y + tile);
-}
-
-fn bvh_entry_low(list: u32, i: u32) -> vec4u {
-    return light_masks[list + 1u + 2u * i];
-}
-
-fn bvh_entry_high(list: u32, i: u32) -> vec4u {
-    return light_masks[list + 2u + 2u * i];
-}
+#import bvh_entries, bvh_nodes, bvh_records, bvh_scene, hybrid_frame, hybrid_pixels
+#import hybrid_shaft_lists, lights, shaft_numbers, surface, texels
+#import optics::constants, optics::light, optics::math
 
 // The corners of where a tile's rays begin, as whole numbers in the order of their values.
 var<workgroup> tile_low: array<atomic<u32>, 3>;
@@ -381,14 +340,4 @@ fn shafts(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gro
     if low.x <= high.x {
         write_shaft_list(shaft_list(tile, light), light_shaft(light, low, high));
     }
-}
-
-fn occluded_in_shaft(tile: u32, light: u32, origin: vec3f, direction: vec3f, distance: f32, salt: u32) -> bool {
-    let list = shaft_list(tile, light);
-    let count = light_masks[list].x;
-    if count == 0u {
-        return false;
-    }
-    rays_traced += 1u;
-    return trace_any_below(list, count, origin, direction, 0.0, distance, salt);
 }

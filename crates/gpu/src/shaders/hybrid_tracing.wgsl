@@ -3,14 +3,14 @@
 // Random numbers are those of the pixel's sample; each effect has numbers of its own, so that what one effect draws does not
 // depend on another being on, nor a light's on which lights are culled.
 
+#import direct, film, hybrid_frame, hybrid_pixels, hybrid_reflecting, material, rays, scene, surface
+#import texels
+#import optics::constants, optics::glossy, optics::math, optics::random, optics::scatter
+
 const PAIR_FIRST: u32 = 2u;
 const PAIR_AMBIENT: u32 = 0x10000u;
 const PAIR_REFLECTION: u32 = 0x20000u;
 const PAIR_LIGHTS: u32 = 0x1000000u;
-
-// Whoever finishes the frame notes first hits.
-fn camera_missed(pixel: vec2u, sample: u32) {}
-fn camera_hit(pixel: vec2u, sample: u32, s: Surface, distance: f32) {}
 
 /// Adds what this invocation has traced.
 fn count_pixel_rays(at: u32) {

@@ -1,5 +1,8 @@
 // The first hit only: base colour under a headlight, and auxiliary layers.
 
+#import film, lights, material, rays, surface, variant
+#import optics::camera, optics::constants
+
 fn render_pixel(work: PixelWork) {
     let pixel = work.pixel;
     var sums = SampleSums(vec3f(0.0), vec3f(0.0), 0u, 0u);

@@ -1,5 +1,7 @@
 // The fixed-cost renderer: every sample from the camera on in one invocation. What happens on the way is in `direct.wgsl`.
 
+#import direct, film
+
 fn render_pixel(work: PixelWork) {
     let pixel = work.pixel;
     var sums = SampleSums(vec3f(0.0), vec3f(0.0), 0u, 0u);
@@ -14,16 +16,4 @@ fn direct_radiance(pixel: vec2u, sample: u32) -> vec3f {
     let ray = pixel_ray(pixel, sampler);
     next_pair = PAIR_LENS + 1u;
     return chain_radiance(new_chain(ray.origin, ray.direction), 0u, sampler, pixel, sample);
-}
-
-fn camera_missed(pixel: vec2u, sample: u32) {
-    if WANTS_AOVS {
-        record_miss(pixel, sample);
-    }
-}
-
-fn camera_hit(pixel: vec2u, sample: u32, s: Surface, distance: f32) {
-    if WANTS_AOVS {
-        record_hit(pixel, sample, s, distance);
-    }
 }

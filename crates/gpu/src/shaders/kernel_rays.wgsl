@@ -1,14 +1,9 @@
 // Rays from a list, and what they hit: for scripts and benchmarks. Nothing is shaded.
 //
-// The text behind this one says what is asked of a ray, for which of any hit only the instance is known, NONE or something else:
+// `question` says what is asked of a ray; of any hit only the instance is known then, NONE or something else:
 //   fn ask(ray: Ray, salt: u32, wanted: bool) -> Hit
 
-struct Ray {
-    origin: vec3f,
-    t_min: f32,
-    direction: vec3f,
-    t_max: f32,
-}
+#import question, ray, scene
 
 struct RayList {
     count: u32,

@@ -1,5 +1,8 @@
 // Which lights count where, if weak light may be left out.
 
+#import film, lights, scene
+#import optics::constants, optics::light
+
 /// Where a light counts. One whose texture may be brighter than its mean counts everywhere.
 fn counting_reach(index: u32) -> LightReach {
     if lights[index].textured_material != NONE {

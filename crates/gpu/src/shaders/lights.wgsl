@@ -1,5 +1,9 @@
 // Choosing lights, and the density with which a light found by chance would have been chosen.
 
+#import material, material_constants, scene, surface, texels, texture, variant
+#import optics::constants, optics::light, optics::light_profile, optics::light_tree, optics::path
+#import optics::portal, optics::random, optics::sky, optics::spherical_triangle, optics::warp
+
 fn load_light(index: u32) -> Light {
     let record = lights[index];
     return Light(record.kind, record.position, record.edge1, record.edge2, record.emission, record.size,

@@ -1,5 +1,9 @@
 // From a material and a surface to emission, coverage and a prepared BSDF.
 
+#import material_constants, scene, surface, texture, variant
+#import optics::dielectric, optics::ggx, optics::glossy, optics::pattern, optics::random
+#import optics::scatter
+
 /// Linear base colour at a surface: factor × texture × vertex colour, or the pattern's. `footprint`: radius of the ray's
 /// footprint, metres.
 fn base_color(s: Surface, footprint: f32) -> vec3f {

@@ -2,6 +2,10 @@
 // functions. Nothing here asks a tracer. Whoever follows paths, the megakernel's loop or the wavefront's stages, finds the
 // vertex, calls `arrive`, and asks for the shadow ray that it hands out.
 
+#import film, lights, material, scattering, scene, surface, texels, variant
+#import optics::constants, optics::frame, optics::intersect, optics::light, optics::light_tree
+#import optics::medium, optics::path, optics::random
+
 const PAIRS_BEFORE_VERTICES: u32 = 2u;
 const PAIRS_PER_VERTEX: u32 = 4u;
 const PAIR_BSDF: u32 = 0u;

@@ -4,6 +4,9 @@
 // intersection shader are written as something else of the same shape; `pipeline/spirv.rs` turns them into what they are
 // called, in the SPIR-V.
 
+#import material, pipeline_numbers, pipeline_payload, scene
+#import optics::constants, optics::intersect
+
 var<incoming_ray_payload> incoming: Payload;
 
 // Weights of the triangle's second and third vertex; storage class HitAttributeKHR.

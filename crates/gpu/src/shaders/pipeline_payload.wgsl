@@ -1,5 +1,9 @@
 // What the shaders of a ray tracing pipeline tell each other, and the record of the shader binding table.
 
+enable wgpu_ray_tracing_pipeline;
+enable primitive_index;
+#import scene
+
 // Travels with a ray. `hit.instance == NONE` says that nothing was met.
 struct Payload {
     hit: Hit,

@@ -18,11 +18,11 @@ struct FilmPixel {
     invalid: u32,
 }
 
-@group(0) @binding(0) var<uniform> task: Task;
+@group(3) @binding(0) var<uniform> task: Task;
 /// The pixels of the window, row by row, then those that portions are summed in.
-@group(0) @binding(1) var<storage, read_write> film: array<FilmPixel>;
+@group(3) @binding(1) var<storage, read_write> film: array<FilmPixel>;
 /// Words of counters, then the pixels' shares, tile by tile: portions before a pixel's, and its first sample.
-@group(0) @binding(2) var<storage, read> tally: array<vec2u>;
+@group(3) @binding(2) var<storage, read> tally: array<vec2u>;
 
 const WORDS_BEFORE_SHARES: u32 = 2u;
 

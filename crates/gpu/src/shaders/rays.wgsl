@@ -1,5 +1,7 @@
 // Asking the tracer, and counting what was asked.
 
+#import scene, tracer
+
 /// Farther than anything.
 const RAY_END: f32 = 3.0e38;
 

@@ -1,4 +1,7 @@
 // The nearest hit of each ray.
+
+#import ray, scene, tracer
+
 fn ask(ray: Ray, salt: u32, wanted: bool) -> Hit {
     if !wanted {
         return hit_nothing();

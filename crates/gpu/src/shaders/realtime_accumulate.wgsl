@@ -1,9 +1,9 @@
 // A frame's samples join what was kept of those before. Samples of the pixels around say how far the past may be from the
 // present, while anything moves, and how far a single sample may stand out.
 
-@group(3) @binding(10) var<storage, read> guides: array<vec4u>;
-@group(3) @binding(13) var<storage, read_write> histories: array<vec4u>;
-@group(3) @binding(14) var<storage, read> lights_found: array<vec4u>;
+#import histories, planes, realtime_found, realtime_frame, realtime_guides, realtime_history
+#import optics::allocation, optics::history, optics::signal
+
 @group(3) @binding(16) var<storage, read_write> signals: array<vec4u>;
 
 /// Pixels beside a workgroup's own that it looks at.

@@ -1,6 +1,8 @@
 // Filtered pictures are antialiased by the pictures before, each of which looked through another place of the pixels.
 
-@group(3) @binding(10) var<storage, read> guides: array<vec4u>;
+#import realtime_frame, realtime_guides
+#import optics::history, optics::math, optics::signal
+
 @group(3) @binding(21) var<storage, read> colors_in: array<vec4f>;
 /// What was shown; w: how many frames it is the mean of.
 @group(3) @binding(22) var<storage, read> shown_before: array<vec4f>;

@@ -1,5 +1,8 @@
 // The end of a frame: it goes to the film.
 
+#import film, hybrid_frame, hybrid_pixels, realtime_frame, surface, variant
+#import optics::constants
+
 @group(3) @binding(26) var<storage, read> sums_in: array<vec4f>;
 
 @compute @workgroup_size(8, 8)

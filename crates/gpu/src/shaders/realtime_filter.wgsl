@@ -1,7 +1,9 @@
 // One pass of the spatial filter: an average over pixels around, FILTER_STEP pixels apart, of those that show the same plane and
 // differ by no more than their noise explains. FILTER_RADIUS: how many steps in each direction.
 
-@group(3) @binding(10) var<storage, read> guides: array<vec4u>;
+#import filter_steps, planes, realtime_frame, realtime_guides
+#import optics::edge_stops, optics::light_tree, optics::math
+
 @group(3) @binding(15) var<storage, read> signals_in: array<vec4u>;
 @group(3) @binding(16) var<storage, read_write> signals_out: array<vec4u>;
 

@@ -1,6 +1,8 @@
 // The first vertex of paths, whose light is kept apart by the first surface's lobes.
 
-@group(3) @binding(14) var<storage, read_write> lights_found: array<vec4u>;
+#import film, lights_found, lobes, path_vertex, planes, realtime_found, realtime_frame, scattering
+#import surface
+#import optics::constants, optics::frame, optics::math, optics::random, optics::signal
 
 /// Light of one sample, from the diffuse and from the other lobes of the first surface.
 struct SplitLight {

@@ -1,6 +1,8 @@
 // What the passes of the real-time path tracer know of a frame, and what they hand on from one to the next: for each pixel of
 // the window, row by row.
 
+#import planes
+
 struct RealtimeFrame {
     /// From world space, relative to `eye`, to clip space, as in `HybridFrame`.
     clip_from_world: mat4x4f,
@@ -67,7 +69,7 @@ const SHOW_SAMPLES: u32 = 6u;
 const SHOW_DIFFUSE: u32 = 7u;
 const SHOW_SPECULAR: u32 = 8u;
 
-// A pixel's records, as passes compute with them. In memory they lie in planes, which the texts of the same names describe.
+// A pixel's records, as passes compute with them. In memory they lie in planes, which the modules of the same names describe.
 
 /// What a pixel sees first; `realtime_guides.wgsl`.
 struct Guide {

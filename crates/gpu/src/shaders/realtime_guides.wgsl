@@ -1,5 +1,7 @@
 // The planes of `guides`, for passes that bind it.
 
+#import guides, planes, realtime_frame
+
 /// What is emitted, and the distance.
 const GUIDE_EMITTED: u32 = 0u;
 /// Position and normal: what the filter asks of each neighbour.

@@ -1,5 +1,8 @@
 // The lobes of a surface told apart, for scenes with layered materials. Functions as in `realtime_lobes_plain.wgsl`.
 
+#import realtime_frame, scattering
+#import optics::bsdf, optics::scatter
+
 fn scattering_without_diffuse(b: Scattering) -> Scattering {
     var others = b;
     if b.layered {

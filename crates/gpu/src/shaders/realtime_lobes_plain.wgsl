@@ -1,5 +1,8 @@
 // The lobes of a surface told apart, for scenes without layered materials.
 
+#import realtime_frame, scattering
+#import optics::bsdf, optics::scatter
+
 /// All but the diffuse lobe; what is sampled stays the same.
 fn scattering_without_diffuse(b: Scattering) -> Scattering {
     var others = b;

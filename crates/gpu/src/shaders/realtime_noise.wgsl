@@ -1,6 +1,9 @@
 // Where samples are wanted: the map of the noise, spread; how many samples each pixel gets; and the list of those that get any,
 // the neediest first. Everything here depends on frames before only.
 
+#import lights_found, realtime_found, realtime_frame, realtime_guides, realtime_history
+#import optics::allocation, optics::estimator, optics::random
+
 /// Counts of a frame's samples, and the sizes of its dispatches, as the driver reads them.
 struct Work {
     /// Samples wanted by all pixels.
@@ -18,9 +21,6 @@ struct Work {
     dispatches: array<vec4u, 64>,
 }
 
-@group(3) @binding(10) var<storage, read> guides: array<vec4u>;
-@group(3) @binding(13) var<storage, read> histories: array<vec4u>;
-@group(3) @binding(14) var<storage, read_write> lights_found: array<vec4u>;
 @group(3) @binding(18) var<storage, read_write> noise: array<f32>;
 @group(3) @binding(19) var<storage, read_write> blurred: array<f32>;
 @group(3) @binding(25) var<storage, read_write> spread: array<f32>;

@@ -1,6 +1,12 @@
 // Paths from the first hits, each followed to its end: one sample of a pixel for each invocation, added to what the frame has
 // found there.
 
+#import film, group_rays, hybrid_frame, hybrid_pixels, lights, lights_found, material, path_vertex
+#import rays, realtime_first, realtime_found, realtime_frame, realtime_tiles, scattering, scene
+#import surface, texels
+#import optics::constants, optics::light_tree, optics::math, optics::path, optics::random
+#import optics::reservoir
+
 /// Whether first surfaces look at the lights of their tiles.
 fn uses_tiles() -> bool {
     return realtime.light_candidates > 0u && scene.light_count > 0u;

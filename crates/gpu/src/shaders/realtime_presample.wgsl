@@ -1,6 +1,8 @@
 // Each pixel chooses a light for its tile.
 
-@group(3) @binding(14) var<storage, read_write> lights_found: array<vec4u>;
+#import hybrid_pixels, lights, lights_found, realtime_found, realtime_frame, realtime_tiles, texels
+#import variant
+#import optics::constants, optics::light_tree, optics::random
 
 /// How far behind the tile's first candidate for its centre the nearest pixel is that sees anything.
 var<workgroup> steps_to_center: atomic<u32>;

@@ -1,8 +1,8 @@
 // From light without colour to radiance, or to one of the views of what went on before.
 
-@group(3) @binding(10) var<storage, read> guides: array<vec4u>;
-@group(3) @binding(13) var<storage, read> histories: array<vec4u>;
-@group(3) @binding(14) var<storage, read> lights_found: array<vec4u>;
+#import realtime_found, realtime_frame, realtime_guides, realtime_history
+#import optics::allocation, optics::math, optics::signal
+
 @group(3) @binding(15) var<storage, read> signals: array<vec4u>;
 @group(3) @binding(18) var<storage, read> noise: array<f32>;
 @group(3) @binding(25) var<storage, read> spread: array<f32>;

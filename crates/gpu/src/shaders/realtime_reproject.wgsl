@@ -1,9 +1,10 @@
 // What may be kept of the frame before: each pixel's surface is looked for where it was then. Diffuse light stays on its
 // surface; what a smooth surface reflects moves with the picture behind the mirror.
 
-@group(3) @binding(10) var<storage, read> guides: array<vec4u>;
+#import histories, planes, realtime_frame, realtime_guides, realtime_history
+#import optics::history, optics::light_tree, optics::math
+
 @group(3) @binding(12) var<storage, read> histories_before: array<vec4u>;
-@group(3) @binding(13) var<storage, read_write> histories: array<vec4u>;
 
 /// Reflections of surfaces rougher than this move with the surface.
 const ROUGHEST_MIRROR: f32 = 0.7;

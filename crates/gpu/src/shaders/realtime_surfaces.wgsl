@@ -1,7 +1,8 @@
 // From first hits to what the other passes need to know of surfaces, so that only this one and the paths know a scene.
 
-@group(3) @binding(10) var<storage, read_write> guides: array<vec4u>;
-@group(3) @binding(14) var<storage, read_write> lights_found: array<vec4u>;
+#import film, guides, hybrid_frame, hybrid_pixels, lights, lights_found, lobes, material, planes
+#import realtime_found, realtime_frame, realtime_guides, scattering, scene, surface, variant
+#import optics::camera, optics::constants, optics::light_tree, optics::medium, optics::random
 
 /// Farther away than anything that could be a neighbour.
 const NOWHERE: f32 = 1e30;

@@ -1,6 +1,9 @@
 // Tiles of lights: squares of eight by eight pixels choose as many lights together, for a point that one of them sees, and each
 // pixel looks at some of those. Every pixel keeps the light that it has chosen for its tile.
 
+#import hybrid_frame, hybrid_pixels, lights, realtime_frame, scene, texels, variant
+#import optics::constants, optics::light_tree
+
 /// Pixels of a tile in a row and in a column, but for tiles that the window's edge cuts.
 const TILE: u32 = 8u;
 

@@ -5,6 +5,8 @@
 //
 // Those that are not here are the stages of `path`'s wavefront. The place of a path in `gathered` is its pixel's.
 
+#import wavefront
+
 /// Planes of a sample on its way.
 /// What a light brings to the first surface's diffuse lobe, unless something is in between, and how far away the second surface
 /// is, metres; 0 if there is none.

@@ -1,5 +1,9 @@
 // The first vertices of a wave.
 
+#import film, hybrid_frame, hybrid_pixels, path_vertex, realtime_first, realtime_found
+#import realtime_frame, realtime_wave, surface, wavefront_handing
+#import optics::constants, optics::light_tree, optics::path
+
 /// Begins the record of a sample that a path has left to its `shadow` ray and, if it is `alive`, to what it gathers.
 fn begin_sample(at: u32, lobes: FirstLobes, path: Path, alive: bool, shadow: ShadowRay) {
     var of_light = vec3f(0.0);

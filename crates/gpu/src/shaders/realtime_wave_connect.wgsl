@@ -1,5 +1,7 @@
 // The shadow rays of a wave's first vertices.
 
+#import rays, realtime_wave, wavefront
+
 /// Takes away what lights bring to first surfaces that do not see them.
 @compute @workgroup_size(GROUP)
 fn connect_first(@builtin(global_invocation_id) id: vec3u) {

@@ -1,5 +1,8 @@
 // From a wave back to its pixels.
 
+#import realtime_first, realtime_found, realtime_wave, wavefront
+#import optics::constants
+
 /// Notes how far away the second surfaces are.
 @compute @workgroup_size(GROUP)
 fn measure(@builtin(global_invocation_id) id: vec3u) {

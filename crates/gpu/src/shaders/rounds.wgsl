@@ -3,6 +3,8 @@
 // Pixels are dealt with in tiles of eight by eight, a workgroup each; what is summed over the picture is summed by tile first,
 // always in the same order.
 
+#import optics::rounds
+
 /// Sums of a pixel's samples, as in `film.wgsl`.
 struct FilmPixel {
     sum: vec3f,
@@ -84,17 +86,17 @@ const MOST_FACTOR: f32 = 96.0;
 /// The share of the squared level of the picture that is added to the squared radiance, as on the host's film.
 const LEVEL_SHARE: f32 = 0.01;
 
-@group(0) @binding(0) var<uniform> task: Round;
+@group(3) @binding(0) var<uniform> task: Round;
 /// Samples since the host has read the film, and those before.
-@group(0) @binding(1) var<storage, read> film: array<FilmPixel>;
-@group(0) @binding(2) var<storage, read> base: array<FilmPixel>;
+@group(3) @binding(1) var<storage, read> film: array<FilmPixel>;
+@group(3) @binding(2) var<storage, read> base: array<FilmPixel>;
 /// Four words of counters, then a share for each pixel, tile by tile: portions of pixels before it, and its first sample.
-@group(0) @binding(3) var<storage, read_write> tally: array<vec2u>;
-@group(0) @binding(4) var<storage, read_write> estimates: array<Estimate>;
-@group(0) @binding(5) var<storage, read_write> plans: array<Plan>;
+@group(3) @binding(3) var<storage, read_write> tally: array<vec2u>;
+@group(3) @binding(4) var<storage, read_write> estimates: array<Estimate>;
+@group(3) @binding(5) var<storage, read_write> plans: array<Plan>;
 /// Of tiles, by fours; or of candidates; or the portions of tiles, then of tiles before them. The bits of floats, or whole numbers.
-@group(0) @binding(6) var<storage, read_write> sums: array<u32>;
-@group(0) @binding(7) var<storage, read_write> picture: Picture;
+@group(3) @binding(6) var<storage, read_write> sums: array<u32>;
+@group(3) @binding(7) var<storage, read_write> picture: Picture;
 
 var<workgroup> gathered: array<vec4f, 64>;
 var<workgroup> counted: array<u32, 64>;

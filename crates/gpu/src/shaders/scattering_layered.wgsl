@@ -4,6 +4,10 @@
 // The layers of a material lie in `words`, from the word on that `Material.layers` says; LAYERS_… are the places of their
 // fields, in words.
 
+#import layer_constants, material, material_constants, scene, surface, texels, texture
+#import optics::bsdf, optics::constants, optics::frame, optics::layered, optics::lobes
+#import optics::scatter, optics::sheen
+
 struct Scattering {
     layered: bool,
     /// What scatters, if that is not layered.

@@ -1,5 +1,8 @@
 // What a path asks of the surface that it is on, in scenes without layered materials: the optics' models as they are.
 
+#import material, surface
+#import optics::bsdf, optics::frame, optics::scatter
+
 alias Scattering = Bsdf;
 
 /// Whether `surface_scattering` needs `u_model`.

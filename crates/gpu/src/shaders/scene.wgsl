@@ -1,7 +1,7 @@
-// The scene as every shader sees it: bind group 0. Text in front of this: the optics. Text after it: textures, surfaces,
-// materials and lights; then a tracer (group 1) and a kernel (group 2).
+// The scene as every shader sees it: bind group 0. Binding 0 and the texels are in `texels_layers.wgsl` and
+// `texels_images.wgsl`.
 //
-// A tracer implements
+// A module that stands for `tracer` (group 1) implements
 //
 //     fn trace_closest(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32) -> Hit
 //     fn trace_any(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32) -> bool
@@ -11,6 +11,8 @@
 // some hit if there is one. Where SCENE_HAS_ALPHA, it asks `alpha_accepts`
 // about every candidate on a geometry whose binding has BINDING_ALPHA, and drops what is not accepted. `salt` is a number
 // of the ray that tracers hand through to that question.
+
+#import optics::constants
 
 /// What a ray hit. `instance` is NONE if nothing.
 struct Hit {

@@ -1,5 +1,7 @@
 // The film on a window: one triangle that covers all of it, a pixel of the film for each of its pixels.
 
+#import optics::tonemap
+
 /// Sums of a pixel's samples, as in `film.wgsl`.
 struct FilmPixel {
     sum: vec3f,

@@ -1,5 +1,8 @@
 // From a hit to the surface there.
 
+#import material_constants, scene, texture, variant
+#import optics::constants, optics::frame, optics::math, optics::offset, optics::shape
+
 fn transform_point(rows: array<vec4f, 3>, p: vec3f) -> vec3f {
     let h = vec4f(p, 1.0);
     return vec3f(dot(rows[0], h), dot(rows[1], h), dot(rows[2], h));

@@ -1,5 +1,8 @@
 // Every image is a texture of its own, for devices with binding arrays.
 
+enable wgpu_binding_array;
+#import scene, variant
+
 // wgpu allows no uniform buffer beside a binding array.
 @group(0) @binding(0) var<storage, read> scene: SceneInfo;
 @group(0) @binding(7) var images: binding_array<texture_2d<f32>, IMAGE_SLOTS>;

@@ -1,6 +1,9 @@
 // Textures. Wrapping and filtering are done here rather than by samplers, so that every device and the CPU agree to the
 // last bits.
 
+#import material_constants, scene, texels
+#import optics::constants, optics::ggx, optics::tonemap
+
 fn wrap_texel(i: i32, size: u32, mode: u32) -> u32 {
     let n = i32(size);
     if mode == WRAP_CLAMP {

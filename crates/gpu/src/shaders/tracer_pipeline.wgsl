@@ -1,6 +1,9 @@
 // The tracer of ray tracing pipelines: ray generation shaders call it, the driver walks its own structure and runs the
 // shaders of `pipeline_hits.wgsl`. Recursion ends here: those shaders trace no rays.
 
+#import pipeline_numbers, pipeline_payload, scene
+#import optics::constants
+
 @group(1) @binding(0) var scene_structure: acceleration_structure;
 
 var<ray_payload> payload: Payload;

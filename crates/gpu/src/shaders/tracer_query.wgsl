@@ -4,6 +4,10 @@
 // data of an instance is its index. Vulkan and DXR number primitives within each geometry, so the first primitive's number
 // in its bottom-level structure is added.
 
+enable wgpu_ray_query;
+#import material, scene, surface, variant
+#import optics::intersect
+
 @group(1) @binding(0) var structure: acceleration_structure;
 
 /// Number of the primitive within its bottom-level structure.

@@ -3,6 +3,10 @@
 //
 // Media and grids lie in `words`; MEDIUM_… and GRID_… are the places of their fields, in words.
 
+#import material_constants, medium_constants, scene, surface, texels
+#import optics::constants, optics::interiors, optics::intersect, optics::math, optics::medium
+#import optics::random, optics::volume
+
 /// A part of a ray that lies in one medium.
 struct Segment {
     /// Where its density is 1.

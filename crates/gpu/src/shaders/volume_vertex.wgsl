@@ -1,5 +1,10 @@
 // What happens to a path through media between its vertices and at them: the same decisions with the same random numbers as
-// the CPU's `volumes`. Nothing here asks a tracer. Text in front of this: `path_vertex.wgsl`, whose paths these are.
+// the CPU's `volumes`. Nothing here asks a tracer. The paths are those of `path_vertex.wgsl`.
+
+#import film, lights, material, path_vertex, rays, scattering, surface, texels, variant
+#import volume_media
+#import optics::constants, optics::frame, optics::interiors, optics::light, optics::light_tree
+#import optics::math, optics::medium, optics::path, optics::random, optics::volume
 
 /// A path that knows what it is in.
 struct VolumePath {

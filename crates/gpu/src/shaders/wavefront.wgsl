@@ -7,6 +7,9 @@
 // `paths` has two halves of `wave.capacity` records. `shade` reads those that arrive from one half and writes those that go
 // on, without gaps, to the other. Radiance stays where it is: `gathered` has a place for each path of the wave.
 
+#import film, path_vertex, planes, scene, variant
+#import optics::path, optics::random
+
 /// Invocations of a workgroup of every stage.
 const GROUP: u32 = 64u;
 

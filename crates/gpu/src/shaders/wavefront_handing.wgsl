@@ -1,5 +1,7 @@
 // From the stages at a vertex to the queues of the next ones.
 
+#import path_vertex, wavefront
+
 /// What a workgroup hands out, and where that begins in the queues: paths that go on, shadow rays.
 var<workgroup> group_leaving: atomic<u32>;
 var<workgroup> group_casting: atomic<u32>;

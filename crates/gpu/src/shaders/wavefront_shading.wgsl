@@ -1,5 +1,8 @@
 // The wavefront's stages that trace nothing.
 
+#import film, lights, path_vertex, surface, wavefront, wavefront_handing
+#import optics::constants
+
 /// Starts the paths of the wave at the camera.
 @compute @workgroup_size(GROUP)
 fn generate(@builtin(global_invocation_id) id: vec3u) {

@@ -1,5 +1,7 @@
 // The wavefront's stages that ask the tracer, and do nothing else. `prepare` counts the rays.
 
+#import path_vertex, rays, tracer, wavefront
+
 /// Finds where the paths arrive.
 @compute @workgroup_size(GROUP)
 fn extend(@builtin(global_invocation_id) id: vec3u) {

@@ -1,8 +1,10 @@
 //! Tracing without ray tracing hardware: our own hierarchy, in a few storage buffers, walked in compute shaders.
 
 use super::upper::{self, UpperBuilder};
-use super::{Instances, Tracer, TracerKind, TracerText};
+use super::{Instances, Tracer, TracerKind};
 use crate::scene::upload::{storage_buffer, write_buffer};
+use crate::shader::Linkage;
+use crate::shader::variant::numbers;
 use crate::{Gpu, GpuError, GpuScene};
 use accel::encode::{EncodedInstance, EncodedNode, EncodedPrimitive, EncodedScene, Object, SphereGeometry};
 use accel::{Geometry, Instance, Quality, Sphere};
@@ -11,24 +13,8 @@ use scene::tables::{BlasRecord, GeometryKind, GeometryRecord, InstanceRecord, Sc
 use std::fmt::Write;
 use wgpu::{BufferUsages, Features};
 
-/// Structures, and the buffer that is never cut into pages.
-const BINDINGS: &str = include_str!("../shaders/tracer_bvh_bindings.wgsl");
-
-/// The walk.
-const WALK: &str = include_str!("../shaders/tracer_bvh.wgsl");
-
-/// Walks that begin below the root.
-const BELOW: &str = include_str!("../shaders/tracer_bvh_below.wgsl");
-
-/// Walks of rays that go nearly the same way.
-const TOGETHER: &str = include_str!("../shaders/tracer_bvh_together.wgsl");
-
-/// Where walks begin. Most shaders begin all of them at the root, and their text knows of nothing else.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Begin {
-    AtTheRoot,
-    Below,
-}
+/// Defined where walks may begin below the root. Most shaders begin all of them there, and their text knows of nothing else.
+const BELOW: &str = "BVH_BELOW";
 
 /// Binding of the first page of nodes. The instances come before it, the pages of primitives after the nodes.
 const FIRST_PAGE: u32 = 1;
@@ -143,12 +129,12 @@ impl Pages {
 
 /// The hierarchy of a scene on a device.
 pub struct BvhTracer {
-    /// The text in front of the walk's.
-    bindings: String,
+    /// The module `bvh_scene`.
+    scene_module: String,
     layout: wgpu::BindGroupLayout,
     bind_group: wgpu::BindGroup,
     memory_bytes: u64,
-    /// Boxes that the rays of a subgroup test at a time when they walk together, where the device can do that.
+    /// Boxes that a subgroup tests at a time in packet traversal, where the device can do that.
     beam_boxes: Option<u32>,
     /// The upper level on the host.
     upper: EncodedScene,
@@ -224,11 +210,11 @@ impl BvhTracer {
             .guarded(|| bind(gpu, &buffers))
             .map_err(|reason| GpuError::Device { doing: "binding the hierarchy", reason })?;
         let memory_bytes = buffers.iter().map(wgpu::Buffer::size).sum();
-        let bindings = bindings_text(&scene, nodes, primitives, stack);
+        let scene_module = scene_module(&scene, nodes, primitives, stack);
         let [instances, first_nodes] = [&buffers[0], &buffers[FIRST_PAGE as usize]].map(wgpu::Buffer::clone);
         let upper = scene.into_upper();
         let beam_boxes = beam_boxes(gpu);
-        Ok(Self { bindings, layout, bind_group, memory_bytes, beam_boxes, upper, instances, first_nodes })
+        Ok(Self { scene_module, layout, bind_group, memory_bytes, beam_boxes, upper, instances, first_nodes })
     }
 }
 
@@ -237,17 +223,16 @@ impl Tracer for BvhTracer {
         TracerKind::Bvh
     }
 
-    fn text(&self) -> TracerText {
-        TracerText { enables: "", text: [&self.bindings, &*walk_text(Begin::AtTheRoot)].concat().into() }
+    fn linkage(&self) -> Linkage {
+        linkage(self.scene_module.clone())
     }
 
-    fn text_below(&self) -> Option<TracerText> {
-        Some(TracerText { enables: "", text: [&self.bindings, &*walk_text(Begin::Below)].concat().into() })
+    fn linkage_below(&self) -> Option<Linkage> {
+        Some(self.linkage().define(BELOW))
     }
 
-    fn text_together(&self) -> Option<TracerText> {
-        let alone = self.text();
-        self.beam_boxes.map(|boxes| TracerText { text: with_walks_together(&alone, boxes).into(), ..alone })
+    fn linkage_packets(&self) -> Option<Linkage> {
+        self.beam_boxes.map(|boxes| with_packets(self.linkage(), boxes))
     }
 
     fn layout(&self) -> &wgpu::BindGroupLayout {
@@ -292,10 +277,14 @@ fn beam_boxes(gpu: &Gpu) -> Option<u32> {
     (exchange && least >= 4).then(|| least.min(8))
 }
 
-/// The WGSL of walks alone, and of those in which a subgroup tests `boxes` boxes at a time.
-fn with_walks_together(alone: &TracerText, boxes: u32) -> String {
-    let boxes = format!("const BVH_BEAM_BOXES: u32 = {boxes}u;\n");
-    [&*alone.text, &boxes, TOGETHER].concat()
+/// What modules are linked with that trace through a scene's hierarchy.
+fn linkage(scene_module: String) -> Linkage {
+    Linkage::default().bind("tracer", "tracer_bvh").generate("bvh_scene", scene_module)
+}
+
+/// The same, for subgroup packet traversal in which a subgroup tests `boxes` boxes at a time.
+fn with_packets(alone: Linkage, boxes: u32) -> Linkage {
+    alone.generate("bvh_beam_boxes", numbers([("BVH_BEAM_BOXES", boxes)]))
 }
 
 fn bind(gpu: &Gpu, buffers: &[wgpu::Buffer]) -> (wgpu::BindGroupLayout, wgpu::BindGroup) {
@@ -326,11 +315,12 @@ fn bind(gpu: &Gpu, buffers: &[wgpu::Buffer]) -> (wgpu::BindGroupLayout, wgpu::Bi
     (layout, bind_group)
 }
 
-/// What the tracer's WGSL for a scene has in front of the walk, in which `stack` groups may wait.
-fn bindings_text(scene: &EncodedScene, nodes: Pages, primitives: Pages, stack: u32) -> String {
+/// The module `bvh_scene`: how the walk, in which `stack` groups may wait, reads a scene's nodes and primitives from their pages, and
+/// what it need not ask of this scene.
+fn scene_module(scene: &EncodedScene, nodes: Pages, primitives: Pages, stack: u32) -> String {
     let (has_triangles, has_spheres) = scene.kinds();
     [
-        BINDINGS,
+        "#import bvh_records\n",
         &nodes.bindings("node", "BvhNode", FIRST_PAGE),
         &nodes.reader("node", "bvh_grid(index: u32) -> vec4u", ".grid"),
         &nodes.reader("node", "bvh_links(index: u32) -> vec4u", ".links"),
@@ -342,9 +332,13 @@ fn bindings_text(scene: &EncodedScene, nodes: Pages, primitives: Pages, stack: u
         ),
         &primitives.bindings("primitive", "BvhPrimitive", FIRST_PAGE + nodes.count),
         &primitives.reader("primitive", "bvh_primitive(index: u32) -> BvhPrimitive", ""),
+        "// How many groups may wait at a time.\n",
         &format!("const BVH_STACK: u32 = {stack}u;\n"),
+        "// Whether primitives are tested one a turn.\n",
         &format!("const BVH_TURNS: bool = {};\n", scene.nodes.len() >= TURNS_FROM_NODES),
+        "// Whether there is one instance that stands in the world as it is.\n",
         &format!("const BVH_SINGLE: bool = {};\n", scene.is_single()),
+        "// Whether that is made of several, and primitives say which they belong to.\n",
         &format!("const BVH_JOINED: bool = {};\n", scene.is_joined()),
         &format!("const BVH_HAS_TRIANGLES: bool = {has_triangles};\n"),
         &format!("const BVH_HAS_SPHERES: bool = {has_spheres};\n"),
@@ -352,51 +346,24 @@ fn bindings_text(scene: &EncodedScene, nodes: Pages, primitives: Pages, stack: u
     .concat()
 }
 
-/// The walk's text: lines from `//<root` on are for walks from the root, those from `//<below` on for walks that begin below, and those
-/// from `//>` on for both.
-fn walk_text(begin: Begin) -> String {
-    let mut text = String::with_capacity(WALK.len() + BELOW.len());
-    let mut wanted = true;
-    for line in WALK.lines() {
-        match line {
-            "//<root" => wanted = begin == Begin::AtTheRoot,
-            "//<below" => wanted = begin == Begin::Below,
-            "//>" => wanted = true,
-            _ if wanted => text.extend([line, "\n"]),
-            _ => {}
-        }
-    }
-    if begin == Begin::Below {
-        text.push_str(BELOW);
-    }
-    text
-}
-
-/// For tests: the WGSL for `scene` where a binding may have `limit` bytes.
+/// For tests: the linkage for `scene` where a binding may have `limit` bytes.
 #[cfg(test)]
-pub(crate) fn text_for(scene: &EncodedScene, limit: u64) -> TracerText {
-    text_with(scene, limit, Begin::AtTheRoot)
-}
-
-/// For tests: as [`text_for`], with walks of rays that go nearly the same way, `boxes` boxes at a time.
-#[cfg(test)]
-pub(crate) fn text_together_for(scene: &EncodedScene, limit: u64, boxes: u32) -> TracerText {
-    let alone = text_for(scene, limit);
-    TracerText { text: with_walks_together(&alone, boxes).into(), ..alone }
-}
-
-/// For tests: as [`text_for`], for walks that begin below the root.
-#[cfg(test)]
-pub(crate) fn text_below_for(scene: &EncodedScene, limit: u64) -> TracerText {
-    text_with(scene, limit, Begin::Below)
-}
-
-#[cfg(test)]
-fn text_with(scene: &EncodedScene, limit: u64, begin: Begin) -> TracerText {
+pub(crate) fn linkage_for(scene: &EncodedScene, limit: u64) -> Linkage {
     let nodes = Pages::new(scene.nodes.len(), size_of::<EncodedNode>(), limit);
     let primitives = Pages::new(scene.primitives.len(), size_of::<EncodedPrimitive>(), limit);
-    let bindings = bindings_text(scene, nodes, primitives, scene.stack_size());
-    TracerText { enables: "", text: [bindings, walk_text(begin)].concat().into() }
+    linkage(scene_module(scene, nodes, primitives, scene.stack_size()))
+}
+
+/// For tests: as [`linkage_for`], with packet traversal, `boxes` boxes at a time.
+#[cfg(test)]
+pub(crate) fn linkage_packets_for(scene: &EncodedScene, limit: u64, boxes: u32) -> Linkage {
+    with_packets(linkage_for(scene, limit), boxes)
+}
+
+/// For tests: as [`linkage_for`], for walks that begin below the root.
+#[cfg(test)]
+pub(crate) fn linkage_below_for(scene: &EncodedScene, limit: u64) -> Linkage {
+    linkage_for(scene, limit).define(BELOW)
 }
 
 #[cfg(test)]

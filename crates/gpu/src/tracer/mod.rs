@@ -8,9 +8,9 @@ pub mod query;
 pub mod upper;
 
 use crate::kernel::{ComputeTracing, Tracing};
+use crate::shader::Linkage;
 use crate::{Gpu, GpuError, GpuScene};
 use scene::tables::SceneTables;
-use std::borrow::Cow;
 use wgpu::Features;
 
 /// Which way rays are traced.
@@ -109,32 +109,21 @@ impl TracerKind {
     }
 }
 
-/// The WGSL of a tracer: what has to be known of it to put a shader together.
-#[derive(Clone, Debug)]
-pub struct TracerText {
-    /// `enable` directives, which must be a module's first lines; may be empty.
-    pub enables: &'static str,
-    /// Its bindings (group 1) and the functions `trace_closest` and `trace_any`.
-    pub text: Cow<'static, str>,
-}
-
 /// A tracer for compute shaders, with its structures for one scene on the device.
 pub trait Tracer: Send {
     /// Which way it is.
     fn kind(&self) -> TracerKind;
 
-    /// Its WGSL.
-    fn text(&self) -> TracerText;
+    /// What modules are linked with that import `tracer`.
+    fn linkage(&self) -> Linkage;
 
-    /// Its WGSL with `trace_any_below`, for walks that may begin below the root, where the tracer can do that. The shader then
-    /// defines `bvh_entry_low` and `bvh_entry_high`.
-    fn text_below(&self) -> Option<TracerText> {
+    /// The same for modules that import `tracer_bvh_below`, walks that may begin below the root, where the tracer can do that.
+    fn linkage_below(&self) -> Option<Linkage> {
         None
     }
 
-    /// Its WGSL with `trace_closest_together` (`shaders/tracer_bvh_together.wgsl`), for rays that go nearly the same way, where tracer
-    /// and device can do that.
-    fn text_together(&self) -> Option<TracerText> {
+    /// The same for modules that import `tracer_bvh_packets`, subgroup packet traversal, where tracer and device can do that.
+    fn linkage_packets(&self) -> Option<Linkage> {
         None
     }
 

@@ -2,18 +2,17 @@
 //!
 //! The structures are built from the scene's own vertex and index buffers. Only spheres need a buffer more: their boxes.
 
-use super::{Tracer, TracerKind, TracerText};
+use super::{Tracer, TracerKind};
 use crate::scene::upload::storage_buffer;
+use crate::shader::Linkage;
 use crate::{Gpu, GpuError, GpuScene};
 use scene::tables::{BlasRecord, GeometryKind, GeometryRecord, SceneTables};
-use std::borrow::Cow;
 use wgpu::{AccelerationStructureFlags, AccelerationStructureGeometryFlags, AccelerationStructureUpdateMode};
 
-/// The WGSL of ray queries.
-pub const TEXT: TracerText = TracerText {
-    enables: "enable wgpu_ray_query;",
-    text: Cow::Borrowed(include_str!("../shaders/tracer_query.wgsl")),
-};
+/// What modules are linked with that trace by ray queries.
+pub fn linkage() -> Linkage {
+    Linkage::default().bind("tracer", "tracer_query")
+}
 
 /// The largest number of instances: the driver keeps 24 bits for ours.
 const MAX_INSTANCES: usize = 1 << 24;
@@ -69,8 +68,8 @@ impl Tracer for QueryTracer {
         TracerKind::Query
     }
 
-    fn text(&self) -> TracerText {
-        TEXT
+    fn linkage(&self) -> Linkage {
+        linkage()
     }
 
     fn layout(&self) -> &wgpu::BindGroupLayout {

@@ -5,13 +5,12 @@
 //! in every frame, where building on the host would cost more than the frame.
 
 use crate::scene::upload::{empty_buffer, storage_buffer, write_buffer};
+use crate::shader::Linkage;
 use crate::timing::PassClock;
 use crate::{Gpu, GpuError, GpuScene};
 use accel::encode::{INSTANCE_SPHERES, ObjectInfo};
 use bytemuck::{Pod, Zeroable};
 use wgpu::{BufferUsages, ShaderStages};
-
-const TEXT: &str = include_str!("../shaders/bvh_upper.wgsl");
 
 /// Instances that one workgroup sorts.
 const SORTED_TOGETHER: u32 = 512;
@@ -186,7 +185,8 @@ impl UpperBuilder {
         let (layout, group) = gpu
             .guarded(|| bind(gpu, &info, &buffers))
             .map_err(|reason| GpuError::Device { doing: "binding the upper level", reason })?;
-        let text = gpu.shader_text("the hierarchy's upper level", TEXT.into());
+        let text = Linkage::default().text("bvh_upper")?;
+        let text = gpu.shader_text("the hierarchy's upper level", text);
         let pipelines =
             SHADERS.iter().map(|name| text.pipeline(name, &[Some(&layout)])).collect::<Result<_, _>>()?;
         Ok(Self { count, places, pipelines, group, rebuild, refit, memory_bytes })

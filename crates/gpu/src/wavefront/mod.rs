@@ -13,43 +13,24 @@ pub mod stage;
 
 pub use queues::Queues;
 
-use crate::bindings;
 use crate::film::{Batch, FilmBuffers};
 use crate::kernel::Kernel;
-use crate::shader::Variant;
+use crate::pass::{Dispatch, Pass, PassGroups, begin, compile};
+use crate::shader::{Linkage, Variant};
 use crate::timing::Timer;
 use crate::tracer::Tracer;
 use crate::{Gpu, GpuError, GpuScene};
 use queues::{Dispatches, GROUP};
-use stage::{Stage, shading_text, tracing_text};
-use wgpu::BufferBindingType;
+use stage::Stage;
 
 /// The compiled stages for a scene and a tracer.
 pub struct WavefrontKernel {
     /// By stage.
-    stages: Vec<CompiledStage>,
-    scene: wgpu::BindGroup,
-    tracer: wgpu::BindGroup,
+    stages: Vec<Pass>,
     queues: Queues,
     wants_aovs: bool,
-    /// The pixels of the film that is bound.
-    film: Option<wgpu::Buffer>,
-}
-
-struct CompiledStage {
-    pipeline: wgpu::ComputePipeline,
-    queues: wgpu::BindGroup,
-    film_layout: wgpu::BindGroupLayout,
-    film: Option<wgpu::BindGroup>,
-}
-
-/// How many workgroups a stage gets.
-#[derive(Clone, Copy)]
-enum Work {
-    /// Enough for this many invocations.
-    Invocations(u32),
-    /// As many as the device has written there.
-    Counted(u64),
+    /// The groups of all stages for a film, which its pixels tell from others.
+    bound: Option<(wgpu::Buffer, Vec<PassGroups>)>,
 }
 
 impl WavefrontKernel {
@@ -64,40 +45,21 @@ impl WavefrontKernel {
         tracer: &dyn Tracer,
         queues: Queues,
     ) -> Result<Self, GpuError> {
-        let name = format!("wavefront on {}", tracer.kind().name());
-        let tracing = gpu.shader_text(&name, tracing_text(&tracer.text(), variant));
-        let shading = gpu.shader_text("wavefront", shading_text(variant));
-        let compile = |stage: Stage| {
-            let (queue_layout, film_layout) = gpu
-                .guarded(|| {
-                    let queues = layout(gpu, stage.queue_bindings(), false);
-                    (queues, layout(gpu, stage.film_bindings(), true))
-                })
-                .map_err(|reason| GpuError::Device { doing: "binding the queues", reason })?;
-            let (text, tracer_layout) =
-                if stage.traces() { (&tracing, Some(tracer.layout())) } else { (&shading, None) };
-            let groups = [Some(&scene.layout), tracer_layout, Some(&film_layout), Some(&queue_layout)];
-            let pipeline = text.pipeline(stage.name(), &groups)?;
-            let buffers = stage.queue_bindings().iter().map(|&b| (b, queues.buffer(b)));
-            let queues = bind(gpu, "queues", &queue_layout, buffers)?;
-            Ok(CompiledStage { pipeline, queues, film_layout, film: None })
-        };
-        let stages = Stage::ALL.into_iter().map(compile).collect::<Result<_, GpuError>>()?;
-        let (scene, tracer) = (scene.bind_group.clone(), tracer.bind_group().clone());
-        Ok(Self { stages, scene, tracer, queues, wants_aovs: variant.aovs, film: None })
+        let linkage = Linkage::of(variant).with(&tracer.linkage());
+        let make =
+            |stage: Stage| Pass::new(gpu, "wavefront", stage.spec(), &linkage, Some(scene), Some(tracer));
+        let mut stages = Stage::ALL.into_iter().map(make).collect::<Result<Vec<_>, _>>()?;
+        compile(gpu, &mut stages)?;
+        Ok(Self { stages, queues, wants_aovs: variant.aovs, bound: None })
     }
 
     /// Binds a film, if it is not the one that is bound.
     fn bind_film(&mut self, gpu: &Gpu, film: &FilmBuffers) -> Result<(), GpuError> {
-        if self.film.as_ref() == Some(&film.pixels) {
-            return Ok(());
+        if self.bound.as_ref().is_none_or(|(bound, _)| *bound != film.pixels) {
+            let (film_resources, queues) = (film.resources(), self.queues.resources());
+            let groups = self.stages.iter().map(|stage| stage.bind(gpu, &film_resources, &queues));
+            self.bound = Some((film.pixels.clone(), groups.collect::<Result<_, _>>()?));
         }
-        let buffers = [&film.view, &film.pixels, &film.counters, &film.aovs];
-        for (stage, compiled) in Stage::ALL.into_iter().zip(&mut self.stages) {
-            let bound = stage.film_bindings().iter().chain(&[0]).map(|&b| (b, buffers[b as usize]));
-            compiled.film = Some(bind(gpu, "film", &compiled.film_layout, bound)?);
-        }
-        self.film = Some(film.pixels.clone());
         Ok(())
     }
 
@@ -107,23 +69,12 @@ impl WavefrontKernel {
         encoder: &mut wgpu::CommandEncoder,
         timer: &mut Timer,
         name: &'static str,
-        work: &[(Stage, Work)],
+        work: &[(Stage, Dispatch<'_>)],
     ) {
-        let slot = timer.slot(name);
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some(name),
-            timestamp_writes: slot.map(|s| s.compute()),
-        });
-        pass.set_bind_group(0, &self.scene, &[]);
-        for &(stage, work) in work {
-            let compiled = &self.stages[stage as usize];
-            pass.set_pipeline(&compiled.pipeline);
-            pass.set_bind_group(1, stage.traces().then_some(&self.tracer), &[]);
-            pass.set_bind_group(2, &compiled.film, &[]);
-            pass.set_bind_group(3, &compiled.queues, &[]);
-            match work {
-                Work::Invocations(n) => pass.dispatch_workgroups(n.div_ceil(GROUP), 1, 1),
-                Work::Counted(at) => pass.dispatch_workgroups_indirect(self.queues.dispatches(), at),
+        let mut recorded = begin(encoder, timer, name);
+        for &(stage, size) in work {
+            if let Some((_, groups)) = &self.bound {
+                self.stages[stage as usize].dispatch(&mut recorded, &groups[stage as usize], size);
             }
         }
     }
@@ -138,16 +89,20 @@ impl WavefrontKernel {
         branches: u32,
         max_depth: u32,
     ) {
-        let arriving = Work::Counted(Dispatches::PATHS);
-        let prepare = (Stage::Prepare, Work::Invocations(1));
-        let connect = (Stage::Connect, Work::Counted(Dispatches::SHADOW_RAYS));
-        let mut pass = |stage: Stage, work: &[(Stage, Work)]| self.pass(encoder, timer, stage.name(), work);
-        pass(Stage::Generate, &[(Stage::Generate, Work::Invocations(paths))]);
+        let invocations = |count: u32| Dispatch::Groups([count.div_ceil(GROUP), 1]);
+        let arriving = Dispatch::Indirect(self.queues.dispatches(), Dispatches::PATHS);
+        let prepare = (Stage::Prepare, Dispatch::Groups([1, 1]));
+        let shadow_rays = Dispatch::Indirect(self.queues.dispatches(), Dispatches::SHADOW_RAYS);
+        let connect = (Stage::Connect, shadow_rays);
+        let mut pass = |stage: Stage, work: &[(Stage, Dispatch<'_>)]| {
+            self.pass(encoder, timer, stage.spec().name, work);
+        };
+        pass(Stage::Generate, &[(Stage::Generate, invocations(paths))]);
         for depth in 1..=max_depth {
             // The host knows how many paths there are only at the first vertex.
             let first = depth == 1;
-            let extend = if first { Work::Invocations(paths) } else { arriving };
-            let shade = if first { Work::Invocations(paths * branches) } else { arriving };
+            let extend = if first { invocations(paths) } else { arriving };
+            let shade = if first { invocations(paths * branches) } else { arriving };
             let extending = Stage::extending(depth, max_depth);
             pass(Stage::Extend, &[(extending, extend)]);
             if first && self.wants_aovs {
@@ -159,7 +114,7 @@ impl WavefrontKernel {
                 pass(Stage::Connect, &[prepare, connect]);
             }
         }
-        pass(Stage::Accumulate, &[(Stage::Accumulate, Work::Invocations(pixels))]);
+        pass(Stage::Accumulate, &[(Stage::Accumulate, invocations(pixels))]);
     }
 }
 
@@ -215,31 +170,6 @@ impl Kernel for WavefrontKernel {
         }
         last.ok_or_else(|| failed("the batch is empty".into()))
     }
-}
-
-/// Layout of a group of storage buffers at some bindings, with the view at binding 0 if `view`.
-fn layout(gpu: &Gpu, bindings: &[u32], view: bool) -> wgpu::BindGroupLayout {
-    let entry = |binding: u32, ty: BufferBindingType| wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: wgpu::ShaderStages::COMPUTE,
-        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
-        count: None,
-    };
-    let storage = bindings.iter().map(|&b| entry(b, BufferBindingType::Storage { read_only: false }));
-    let uniform = view.then(|| entry(0, BufferBindingType::Uniform));
-    let entries: Vec<_> = uniform.into_iter().chain(storage).collect();
-    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
-}
-
-/// A group of whole buffers.
-fn bind<'a>(
-    gpu: &Gpu,
-    label: &str,
-    layout: &wgpu::BindGroupLayout,
-    buffers: impl Iterator<Item = (u32, &'a wgpu::Buffer)>,
-) -> Result<wgpu::BindGroup, GpuError> {
-    gpu.guarded(|| bindings::group(gpu, label, layout, buffers))
-        .map_err(|reason| GpuError::Device { doing: "binding the queues", reason })
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! The paths in flight and the queues between stages, on the device: bind group 3 of the stages.
 
+use crate::bindings::{PassBinding, Resource, whole};
 use crate::scene::upload::{empty_buffer, write_buffer};
 use crate::{Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
@@ -9,12 +10,12 @@ use wgpu::BufferUsages;
 pub const GROUP: u32 = 64;
 
 /// Bindings of the queues in group 3: behind those of passes that have others, too.
-pub(crate) const WAVE: u32 = 30;
-pub(crate) const PATHS: u32 = 31;
-pub(crate) const HITS: u32 = 32;
-pub(crate) const SHADOW_RAYS: u32 = 33;
-pub(crate) const GATHERED: u32 = 34;
-pub(crate) const DISPATCHES: u32 = 35;
+pub(crate) const WAVE: PassBinding = PassBinding::Write(30);
+pub(crate) const PATHS: PassBinding = PassBinding::Write(31);
+pub(crate) const HITS: PassBinding = PassBinding::Write(32);
+pub(crate) const SHADOW_RAYS: PassBinding = PassBinding::Write(33);
+pub(crate) const GATHERED: PassBinding = PassBinding::Write(34);
+pub(crate) const DISPATCHES: PassBinding = PassBinding::Write(35);
 
 /// Workgroups that every device can start at a time in one dimension.
 const MOST_GROUPS: u64 = 65_535;
@@ -81,7 +82,7 @@ impl Dispatches {
 pub struct Queues {
     /// Paths that may be in flight.
     capacity: u32,
-    /// By binding, from [`WAVE`] on.
+    /// The wave, paths, hits, shadow rays, gathered radiance, and sizes of dispatches.
     buffers: [wgpu::Buffer; 6],
 }
 
@@ -111,14 +112,15 @@ impl Queues {
         self.capacity
     }
 
-    /// The buffer at a binding of the group.
-    pub fn buffer(&self, binding: u32) -> &wgpu::Buffer {
-        &self.buffers[(binding - WAVE) as usize]
+    /// All of them, for passes to bind what they need.
+    pub fn resources(&self) -> [Resource<'_>; 6] {
+        let bindings = [WAVE, PATHS, HITS, SHADOW_RAYS, GATHERED, DISPATCHES];
+        std::array::from_fn(|i| whole(bindings[i].number(), &self.buffers[i]))
     }
 
     /// Sizes of dispatches, at the offsets that `Dispatches` names.
     pub fn dispatches(&self) -> &wgpu::Buffer {
-        self.buffer(DISPATCHES)
+        &self.buffers[5]
     }
 
     /// Bytes on the device.
@@ -140,7 +142,7 @@ impl Queues {
             arriving: paths,
             ..Wave::default()
         };
-        write_buffer(gpu, "the wave", self.buffer(WAVE), bytemuck::bytes_of(&wave))
+        write_buffer(gpu, "the wave", &self.buffers[0], bytemuck::bytes_of(&wave))
     }
 }
 
@@ -148,12 +150,10 @@ impl Queues {
 mod tests {
     use super::*;
     use crate::layout::{assert_layout, constant};
-    use crate::shader::Variant;
-    use crate::wavefront::stage::shading_text;
 
     #[test]
     fn layouts_match_the_shader() {
-        let module = crate::shader::parse(&shading_text(Variant::default()));
+        let module = crate::shader::check::module("wavefront");
         assert_layout!(
             module,
             Wave { first_pixel, pixel_count, capacity, depth, arriving, shadow_rays, leaving, casting }

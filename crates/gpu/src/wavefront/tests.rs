@@ -82,10 +82,8 @@ impl Setup {
     }
 
     fn megakernel(&self, splitting: u32) -> Megakernel {
-        let film = self.film(splitting);
         let variant = variant(splitting);
-        Megakernel::new(&self.gpu, KernelKind::Path, variant, &self.scene, &*self.tracer, &film)
-            .expect("a kernel")
+        Megakernel::new(&self.gpu, KernelKind::Path, variant, &self.scene, &*self.tracer).expect("a kernel")
     }
 
     fn wavefront(&self, splitting: u32, paths: Option<u32>) -> WavefrontKernel {
@@ -157,8 +155,9 @@ fn samples_are_the_megakernels() {
 fn a_stage_that_does_nothing_is_noticed() {
     let Some(setup) = Setup::new("a_stage_that_does_nothing_is_noticed", TracerKind::Bvh) else { return };
     let (expected, _) = setup.render(&mut setup.megakernel(1), 1);
-    let tracing = tracing_text(&setup.tracer.text(), variant(1));
-    let shading = shading_text(variant(1));
+    let linkage = Linkage::of(variant(1)).with(&setup.tracer.linkage());
+    let tracing = linkage.text(Stage::Extend.spec().module).expect("linked");
+    let shading = linkage.text(Stage::Shade.spec().module).expect("linked");
     for (stage, text, line) in [
         (Stage::Connect, tracing, "gathered[shadow_ray_slot(id.x)] += vec4f(ray.contribution, 0.0);"),
         (Stage::Shade, shading, "gathered[slot] = vec4f(path.state.radiance, 0.0);"),
@@ -166,17 +165,10 @@ fn a_stage_that_does_nothing_is_noticed() {
         let mut kernel = setup.wavefront(1, None);
         let broken = text.replace(line, "");
         assert_ne!(broken, text, "{line}");
-        let (queues, film) = (
-            layout(&setup.gpu, stage.queue_bindings(), false),
-            layout(&setup.gpu, stage.film_bindings(), true),
-        );
-        let tracer = stage.traces().then(|| setup.tracer.layout());
-        let groups = [Some(&setup.scene.layout), tracer, Some(&film), Some(&queues)];
-        let broken = setup.gpu.shader_text("broken", broken);
-        kernel.stages[stage as usize].pipeline = broken.pipeline(stage.name(), &groups).expect("valid");
+        kernel.stages[stage as usize].replace(&setup.gpu, broken).expect("valid");
         let (picture, _) = setup.render(&mut kernel, 1);
         let share = differing(&picture, &expected);
-        assert!(share > TIPPED, "{}: only {:.1} % of the pixels differ", stage.name(), 100.0 * share);
+        assert!(share > TIPPED, "{}: only {:.1} % of the pixels differ", stage.spec().name, 100.0 * share);
     }
 }
 

@@ -1,9 +1,10 @@
 use super::*;
 use crate::kernel::KernelKind;
-use crate::pipeline::{generation_text, hits_text, kernel_text};
-use crate::shader::Variant;
+use crate::pipeline::{hits_text, kernel_text, linkage};
+use crate::shader::{Linkage, Variant};
 
 const KERNEL: &str = "
+#import tracer
 @group(2) @binding(0) var<storage, read_write> seen: array<f32>;
 @ray_generation fn generate(@builtin(ray_invocation_id) id: vec3u) {
     let hit = trace_closest(vec3f(0.0), vec3f(1.0), 0.0, 1.0, 0u);
@@ -12,7 +13,8 @@ const KERNEL: &str = "
 ";
 
 fn hits() -> RayShaders {
-    RayShaders::new("hits", &hits_text(Variant { alpha: true, ..Variant::default() })).expect("valid")
+    RayShaders::new("hits", &hits_text(Variant { alpha: true, ..Variant::default() }).expect("linked"))
+        .expect("valid")
 }
 
 fn storage_classes(module: &Module) -> HashSet<StorageClass> {
@@ -106,7 +108,11 @@ fn spheres_are_met_by_an_intersection_shader() {
 /// Offset, stride and miss index of every trace come from the ray type.
 #[test]
 fn traces_choose_their_records() {
-    let text = generation_text(KERNEL, Variant::default());
+    let text = Linkage::of(Variant::default())
+        .with(&linkage())
+        .generate("test", KERNEL)
+        .text("test")
+        .expect("linked");
     let module =
         RayShaders::new("generation", &text).expect("valid").patched("generate", true).expect("SPIR-V");
     let constant = |id: Word| {
@@ -141,7 +147,8 @@ fn traces_choose_their_records() {
 fn every_shader_can_be_written() {
     for variant in Variant::all() {
         for kind in KernelKind::ALL {
-            let shaders = RayShaders::new(kind.name(), &kernel_text(kind, variant)).expect("valid");
+            let shaders =
+                RayShaders::new(kind.name(), &kernel_text(kind, variant).expect("linked")).expect("valid");
             let entry_points: Vec<_> = shaders.entry_points().collect();
             assert_eq!(entry_points, [("main", naga::ShaderStage::RayGeneration)]);
             assert!(shaders.spirv("main", true).expect("SPIR-V").len() > 1000);
@@ -149,7 +156,8 @@ fn every_shader_can_be_written() {
     }
     for alpha in [false, true] {
         let hits =
-            RayShaders::new("hits", &hits_text(Variant { alpha, ..Variant::default() })).expect("valid");
+            RayShaders::new("hits", &hits_text(Variant { alpha, ..Variant::default() }).expect("linked"))
+                .expect("valid");
         let names: Vec<_> = hits.entry_points().map(|(name, _)| name.to_owned()).collect();
         assert_eq!(names.len(), 2 + 6 + 1 + 1);
         for name in names {

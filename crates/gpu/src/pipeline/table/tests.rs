@@ -189,7 +189,7 @@ fn every_class_has_a_material() {
 
 #[test]
 fn record_layout_matches_the_shader() {
-    let text = crate::pipeline::hits_text(crate::shader::Variant::default());
-    let module = crate::shader::parse(&text);
+    let text = crate::pipeline::hits_text(crate::shader::Variant::default()).expect("linked");
+    let module = crate::shader::check::parse(&text);
     crate::layout::assert_layout!(module, HitRecord { material, geometry, first_in_blas, binding });
 }

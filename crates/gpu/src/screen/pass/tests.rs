@@ -4,7 +4,7 @@ use super::*;
 use crate::film::{FilmPixel, read_mapped};
 use crate::layout::{assert_layout, layout_of};
 use crate::open_for_test;
-use crate::shader::{parse, scene_text, validate};
+use crate::shader::check;
 use crate::timing::TimerSlot;
 use backend::{Integrator, PathSettings, SamplerKind, View};
 use film::{PixelStats, Rect};
@@ -15,10 +15,9 @@ use wgpu::TextureFormat;
 
 #[test]
 fn layouts_match_the_shader() {
-    let (module, _) = validate("screen", &text());
+    let module = check::module("screen");
     assert_layout!(module, Shown { film_size, screen_size, mapper, padding0, padding1, padding2 });
-    let film = scene_text(Default::default()) + include_str!("../../shaders/film.wgsl");
-    assert_eq!(layout_of(&module, "FilmPixel"), layout_of(&parse(&film), "FilmPixel"));
+    assert_eq!(layout_of(&module, "FilmPixel"), layout_of(&check::module("film"), "FilmPixel"));
 }
 
 /// Nobody reads the times.

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::layout::{constant, layout_of};
-use crate::shader::{Variant, parse, scene_text};
+use crate::shader::{Linkage, Variant, check};
 use crate::{GpuOptions, LimitCaps, open_for_test};
 use accel::encode::{EncodedInstance, INSTANCE_IDENTITY, INSTANCE_SPHERES, OWNER_SPHERE, WalkCounts};
 use accel::{Blas, Hit, Opaque, Ray, Tlas};
@@ -27,7 +27,7 @@ fn pages_cover_all_records() {
 
 #[test]
 fn layouts_match_the_shader() {
-    let module = parse(&(scene_text(Variant::default()) + BINDINGS));
+    let module = check::module("bvh_records");
     let expect = |name: &str, fields: &[(&str, usize)], size: usize| {
         let fields = fields.iter().map(|&(name, offset)| (name.to_owned(), offset)).collect();
         assert_eq!(layout_of(&module, name), (fields, size), "{name}");
@@ -83,6 +83,7 @@ struct Found {
 }
 
 const KERNEL: &str = "
+#import tracer
 struct Found { hit: Hit, any: u32, padding: u32 }
 @group(2) @binding(0) var<storage, read> rays: array<vec4f>;
 @group(2) @binding(1) var<storage, read_write> found: array<Found>;
@@ -96,8 +97,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 }
 ";
 
-/// As [`KERNEL`], for walks together. Those of any hit are not asked: a hit that is found says yes.
-const KERNEL_TOGETHER: &str = "
+/// As [`KERNEL`], for packets. Those of any hit are not asked: a hit that is found says yes.
+const KERNEL_PACKETS: &str = "
+#import tracer_bvh_packets
 struct Found { hit: Hit, any: u32, padding: u32 }
 @group(2) @binding(0) var<storage, read> rays: array<vec4f>;
 @group(2) @binding(1) var<storage, read_write> found: array<Found>;
@@ -107,18 +109,23 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let index = select(0u, id.x, wanted);
     let o = rays[2u * index];
     let d = rays[2u * index + 1u];
-    let hit = trace_closest_together(o.xyz, d.xyz, o.w, d.w, 0u, wanted);
+    let hit = trace_closest_packet(o.xyz, d.xyz, o.w, d.w, 0u, wanted);
     if wanted {
         found[index] = Found(hit, select(0u, 1u, hit.instance != NONE), 0u);
     }
 }
 ";
 
+/// The text of a kernel.
+fn linked(tracer: &Linkage, kernel: &'static str) -> String {
+    Linkage::of(Variant::default()).with(tracer).generate("test", kernel).text("test").expect("linked")
+}
+
 /// Traces rays on the device, each alone.
 fn trace(gpu: &Gpu, tables: &SceneTables, encoded: &EncodedScene, rays: &[Ray]) -> Vec<Found> {
     let tracer = BvhTracer::upload(gpu, encoded.clone()).expect("upload");
     // Holes are not there for the traversals that this is compared with.
-    let text = crate::shader::assemble(&tracer.text(), KERNEL, Variant::default());
+    let text = linked(&tracer.linkage(), KERNEL);
     trace_with(gpu, tables, &tracer, &text, rays)
 }
 
@@ -382,25 +389,24 @@ fn strays(test: &str, change: impl Fn(String) -> String) -> Option<usize> {
         let hits = alone.iter().filter(|f| f.any == 1).count();
         assert!(hits * 5 > rays.len() && hits < rays.len(), "{name}: {hits} of {} hit", rays.len());
         let tracer = BvhTracer::upload(&gpu, encoded).expect("upload");
-        let text = tracer.text_together().expect("a device that can");
-        let text = crate::shader::assemble(&text, KERNEL_TOGETHER, Variant::default());
-        let together = trace_with(&gpu, &tables, &tracer, &change(text), &rays);
-        strays += alone.iter().zip(&together).filter(|(a, b)| a != b).count();
+        let text = linked(&tracer.linkage_packets().expect("a device that can"), KERNEL_PACKETS);
+        let packets = trace_with(&gpu, &tables, &tracer, &change(text), &rays);
+        strays += alone.iter().zip(&packets).filter(|(a, b)| a != b).count();
     }
     Some(strays)
 }
 
 /// Bit by bit, but for rays that graze the edge of a box.
 #[test]
-fn rays_that_walk_together_hit_what_they_hit_alone() {
-    let strays = strays("rays_that_walk_together_hit_what_they_hit_alone", |text| text);
+fn packets_hit_what_their_rays_hit_alone() {
+    let strays = strays("packets_hit_what_their_rays_hit_alone", |text| text);
     assert!(strays.is_none_or(|strays| strays <= 3), "{strays:?} rays differ");
 }
 
 /// A device that says nothing of subgroups is not asked for them.
 #[test]
-fn walks_together_need_subgroups() {
-    let test = "walks_together_need_subgroups";
+fn packets_need_subgroups() {
+    let test = "packets_need_subgroups";
     for features in [Features::all(), Features::all() - Features::SUBGROUP] {
         let options = GpuOptions { features, ..GpuOptions::default() };
         let Some(gpu) = open_for_test(test, &options) else { return };
@@ -408,18 +414,18 @@ fn walks_together_need_subgroups() {
         let tracer = BvhTracer::upload(&gpu, encode(&tables, Quality::Fast)).expect("upload");
         let offered = gpu.features.contains(Features::SUBGROUP);
         assert!(!offered || features == Features::all(), "masked");
-        assert_eq!(tracer.text_together().is_some(), offered && gpu.info.subgroup_min_size >= 4);
+        assert_eq!(tracer.linkage_packets().is_some(), offered && gpu.info.subgroup_min_size >= 4);
     }
 }
 
-/// Bundles do walk together: if they did not, nobody would miss the primitives that they test there.
+/// Bundles are traced as packets: if they were not, nobody would miss the primitives that packets test.
 #[test]
-fn a_walk_together_that_tests_nothing_is_noticed() {
+fn a_packet_that_tests_nothing_is_noticed() {
     let change = |text: String| {
         let spoilt = text.replace("bvh_test(primitives.x + bit, instance", "bvh_test(0u, instance");
         assert_ne!(text, spoilt);
         spoilt
     };
-    let strays = strays("a_walk_together_that_tests_nothing_is_noticed", change);
+    let strays = strays("a_packet_that_tests_nothing_is_noticed", change);
     assert!(strays.is_none_or(|strays| strays > 10_000), "{strays:?} rays differ");
 }

@@ -4,7 +4,7 @@ use super::*;
 use crate::kernel::{ComputeTracing, Tracing};
 use crate::layout::layout_of;
 use crate::rays::{RayBuffers, RayQuestion};
-use crate::shader::{parse, validate};
+use crate::shader::check;
 use crate::timing::Timer;
 use crate::tracer::bvh::{self, BvhTracer};
 use crate::{GpuOptions, open_for_test};
@@ -20,7 +20,7 @@ use testkit::scenes::{Build, cuboid, lambert};
 
 #[test]
 fn layouts_match_the_shader() {
-    let (module, _) = validate("upper level", TEXT);
+    let module = check::module("bvh_upper");
     crate::layout::assert_layout!(
         module,
         UpperInfo { count, sorted, levels, level, size, distance, padding0, padding1 }
@@ -32,7 +32,7 @@ fn layouts_match_the_shader() {
         UpperInstance { world_to_object, extent, root, index, flags, unused }
     );
     use crate::scene::records::Instance;
-    let scene = parse(&crate::shader::scene_text(crate::shader::Variant::default()));
+    let scene = check::module("scene");
     assert_eq!(layout_of(&module, "SceneInstance"), layout_of(&scene, "Instance"));
     assert_eq!(layout_of(&scene, "Instance").1, size_of::<Instance>());
     let (_, node_size) = layout_of(&module, "UpperNode");
@@ -139,7 +139,7 @@ fn moved_instances_are_hit_where_they_are() {
         (0..4000).map(|_| ray()).collect()
     };
     let list = RayBuffers::new(&gpu, &rays, 50).expect("rays");
-    let mut kernel = tracing.ray_kernel(&gpu, RayQuestion::Closest, &scene, &list).expect("a kernel");
+    let mut kernel = tracing.ray_kernel(&gpu, RayQuestion::Closest, &scene).expect("a kernel");
     let mut timer = Timer::new(&gpu).expect("timer");
     let mut places = first;
     for (round, update) in

@@ -1,4 +1,5 @@
-// Walks of rays that go nearly the same way, such as those through one pixel: all rays of a subgroup walk together.
+// Subgroup packet traversal, for rays that go nearly the same way, such as those through one pixel: all rays of a subgroup walk
+// together.
 //
 // At a node each invocation tests one of the eight boxes, against all of the rays at once (two where a subgroup is only four); in a
 // leaf each tests the primitives with its own ray. A visit costs what one box costs, not eight, and no invocation waits for others
@@ -8,6 +9,9 @@
 // together; Boulos, Wald and Shirley, "Geometric and Arithmetic Culling Methods for Entire Ray Packets", 2006, for bounds of all
 // of them by interval arithmetic; Günther, Popov, Seidel and Slusallek, "Realtime Ray Tracing on GPU with BVH-based Packet Traversal",
 // RT 2007, for the stack that they share.
+
+#import bvh_beam_boxes, bvh_nodes, bvh_records, bvh_scene, scene, tracer_bvh
+#import optics::constants
 
 // What the rays of a subgroup have in common, in the space of a structure.
 struct BvhBeam {
@@ -94,7 +98,7 @@ fn bvh_largest(t: f32) -> f32 {
 }
 
 // The nearest hit of every ray. All invocations of a subgroup have to ask; for those that are not `wanted` nothing is found.
-fn trace_closest_together(
+fn trace_closest_packet(
     ray_origin: vec3f,
     ray_direction: vec3f,
     t_min: f32,

@@ -1,0 +1,182 @@
+//! What is decided when a shader is put together, and which modules that means.
+
+use super::modules::Linkage;
+use backend::SamplerKind;
+use optics::albedo::DielectricAlbedo;
+use optics::light::LIGHT_RECTANGLE;
+use optics::random::{SAMPLER_BLUE_NOISE, SAMPLER_INDEPENDENT, SAMPLER_SOBOL};
+use scene::tables::{
+    MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_BODY, MATERIAL_CHECKERBOARD,
+    MATERIAL_CHECKERBOARD_FADES, MATERIAL_EMISSION_TWO_SIDED, MATERIAL_TANGENTS, MATERIAL_THIN, ModelTag,
+    NONE,
+};
+use std::fmt::Write;
+
+/// Abstract names that modules import, and the modules that each may stand for. [`Linkage::of`] binds those that a variant
+/// decides about; tracers, kernels and passes bind the others.
+pub const ABSTRACT: &[(&str, &[&str])] = &[
+    // Where texels are.
+    ("texels", &["texels_layers", "texels_images"]),
+    // What surfaces scatter: one model, or layers of them.
+    ("scattering", &["scattering_plain", "scattering_layered"]),
+    // How the real-time path tracer tells diffuse light from the rest.
+    ("lobes", &["realtime_lobes_plain", "realtime_lobes_layered"]),
+    // Who finds what rays hit.
+    ("tracer", &["tracer_query", "tracer_bvh", "tracer_pipeline"]),
+    // Where walks of `tracer_bvh` begin that do not begin at the root.
+    ("entry_lists", &["hybrid_shaft_lists"]),
+    // What an invocation does for a pixel, behind the entry points of megakernels.
+    ("kernel", &["kernel_path", "kernel_volumes", "kernel_direct", "kernel_aov"]),
+    // What is asked of rays from a list.
+    ("question", &["rays_closest", "rays_closest_packet", "rays_any"]),
+    // What `direct` does at first hits.
+    ("first_hits", &["first_hits_recorded", "first_hits_ignored"]),
+    // Whether shadow rays begin at the nodes of shafts.
+    ("shafts", &["hybrid_no_shafts", "hybrid_shaft_rays"]),
+];
+
+/// What is decided when a shader is put together, because a branch at run time would cost registers or time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Variant {
+    /// How random numbers are drawn. That is asked with every one of them.
+    pub sampler: SamplerKind,
+    /// Whether any surface of the scene has holes.
+    pub alpha: bool,
+    /// Whether first hits are recorded.
+    pub aovs: bool,
+    /// Whether several paths go on from the first vertex of each camera ray.
+    pub splitting: bool,
+    /// Whether any material is layered.
+    pub layers: bool,
+    /// Whether any body absorbs light.
+    pub absorption: bool,
+    /// Elements of the binding array of images; 0: all texels lie in the layers of one texture.
+    pub images: u32,
+    /// Whether lights are many, so that they are chosen by where they are.
+    pub light_tree: bool,
+    /// The kind (`LIGHT_…` of the optics) that all lights have but the environment, if it is one and the shader is to know
+    /// no other.
+    pub light_kind: Option<u32>,
+    /// Whether no surface is near a flat light, so that the shader need not know how to sample one by solid angle.
+    pub far_lights: bool,
+    /// Whether any light has a profile.
+    pub profiles: bool,
+    /// Whether the environment is sampled through portals.
+    pub portals: bool,
+    /// Whether there are ends of media that are no surfaces.
+    pub boundaries: bool,
+    /// Whether the shader's paths know what they are in. What does not know it sees through boundaries.
+    pub volumes: bool,
+}
+
+impl Variant {
+    /// All variants; what changes little else with all of the rest or nothing: binding arrays, layers, absorption, how
+    /// lights are chosen, and media.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let of = |i: u32| Self {
+            alpha: i & 1 != 0,
+            aovs: i & 2 != 0,
+            splitting: i & 4 != 0,
+            layers: i & 8 != 0,
+            absorption: i & 16 != 0,
+            light_tree: i & 32 != 0,
+            boundaries: i & 64 != 0,
+            volumes: i & 128 != 0,
+            profiles: i & 256 != 0,
+            portals: i & 512 != 0,
+            images: 0,
+            light_kind: (i & 2 != 0).then_some(LIGHT_RECTANGLE),
+            far_lights: i & 4 != 0,
+            sampler: SamplerKind::ALL[i as usize % SamplerKind::ALL.len()],
+        };
+        let with_images = move |i: u32| Self { images: 16, ..of(i) };
+        (0..8).chain([8, 16, 32, 63, 65, 192, 256, 512, 1023]).map(of).chain([0, 1023].map(with_images))
+    }
+}
+
+impl Linkage {
+    /// The modules of a variant: all but the tracer and what single passes decide.
+    pub fn of(variant: Variant) -> Self {
+        let layered = |plain, layered| if variant.layers { layered } else { plain };
+        Self::default()
+            .bind("texels", if variant.images == 0 { "texels_layers" } else { "texels_images" })
+            .bind("scattering", layered("scattering_plain", "scattering_layered"))
+            .bind("lobes", layered("realtime_lobes_plain", "realtime_lobes_layered"))
+            .bind("first_hits", "first_hits_recorded")
+            .bind("shafts", "hybrid_no_shafts")
+            .generate("variant", variant.constants())
+            .generate("material_constants", numbers(material_constants()))
+            .generate("layer_constants", numbers(crate::scene::layers::layer_constants()))
+            .generate("medium_constants", numbers(crate::scene::media::medium_constants()))
+    }
+}
+
+impl Variant {
+    /// The constants that modules ask.
+    fn constants(self) -> String {
+        let switches = [
+            ("SCENE_HAS_ALPHA", self.alpha),
+            ("SCENE_HAS_LAYERS", self.layers),
+            ("SCENE_ABSORBS", self.absorption),
+            ("WANTS_AOVS", self.aovs),
+            ("SPLITS_PATHS", self.splitting),
+            ("LIGHT_TREE", self.light_tree),
+            ("FLAT_LIGHTS_ARE_FAR", self.far_lights),
+            ("SCENE_HAS_PROFILES", self.profiles),
+            ("SCENE_HAS_PORTALS", self.portals),
+            ("FOLLOWS_VOLUMES", self.volumes),
+            ("HIDES_BOUNDARIES", self.boundaries && !self.volumes),
+        ];
+        let mut text = numbers([
+            ("SAMPLER", sampler_kind(self.sampler)),
+            ("IMAGE_SLOTS", self.images.max(1)),
+            ("ALL_LIGHTS_ARE", self.light_kind.unwrap_or(NONE)),
+        ]);
+        for (name, is_on) in switches {
+            let _ = writeln!(text, "const {name}: bool = {is_on};"); // writing to a string cannot fail
+        }
+        text
+    }
+}
+
+/// WGSL constants.
+pub(crate) fn numbers(constants: impl IntoIterator<Item = (&'static str, u32)>) -> String {
+    let mut text = String::new();
+    for (name, value) in constants {
+        let _ = writeln!(text, "const {name}: u32 = {value}u;"); // writing to a string cannot fail
+    }
+    text
+}
+
+/// What materials are told apart by, and what else Rust knows of them.
+fn material_constants() -> impl Iterator<Item = (&'static str, u32)> {
+    [
+        ("MODEL_METALLIC_ROUGHNESS", ModelTag::MetallicRoughness as u32),
+        ("MODEL_LAMBERT", ModelTag::Lambert as u32),
+        ("MODEL_DIELECTRIC", ModelTag::Dielectric as u32),
+        ("MODEL_MIRROR", ModelTag::Mirror as u32),
+        ("MODEL_UNLIT", ModelTag::Unlit as u32),
+        ("MODEL_LAYERED", ModelTag::Layered as u32),
+        ("MODEL_BOUNDARY", ModelTag::Boundary as u32),
+        ("MATERIAL_TANGENTS", MATERIAL_TANGENTS),
+        ("MATERIAL_ALPHA_MASK", MATERIAL_ALPHA_MASK),
+        ("MATERIAL_ALPHA_BLEND", MATERIAL_ALPHA_BLEND),
+        ("MATERIAL_EMISSION_TWO_SIDED", MATERIAL_EMISSION_TWO_SIDED),
+        ("MATERIAL_THIN", MATERIAL_THIN),
+        ("MATERIAL_BODY", MATERIAL_BODY),
+        ("MATERIAL_CHECKERBOARD", MATERIAL_CHECKERBOARD),
+        ("MATERIAL_CHECKERBOARD_FADES", MATERIAL_CHECKERBOARD_FADES),
+        ("MATERIAL_EMISSIVE", crate::scene::records::MATERIAL_EMISSIVE),
+        ("DIELECTRIC_ALBEDO_HEIGHT", DielectricAlbedo::SIZE[1] as u32),
+    ]
+    .into_iter()
+}
+
+/// `SAMPLER_…` of the optics.
+pub(crate) fn sampler_kind(sampler: SamplerKind) -> u32 {
+    match sampler {
+        SamplerKind::Sobol => SAMPLER_SOBOL,
+        SamplerKind::Independent => SAMPLER_INDEPENDENT,
+        SamplerKind::BlueNoise => SAMPLER_BLUE_NOISE,
+    }
+}

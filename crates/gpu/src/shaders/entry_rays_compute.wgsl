@@ -1,0 +1,8 @@
+// Where compute shaders begin that answer rays from a list.
+
+#import kernel_rays
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    answer_ray(id.xy);
+}

@@ -1,4 +1,0 @@
-// The nearest hit of each ray, of rays that go nearly the same way.
-fn ask(ray: Ray, salt: u32, wanted: bool) -> Hit {
-    return trace_closest_together(ray.origin, ray.direction, ray.t_min, ray.t_max, salt, wanted);
-}
