@@ -13,7 +13,7 @@
 #[path = "../tests/support/mod.rs"]
 mod support;
 
-use accel::{Blas, Coherence, Geometry, Hit, Instance, Kernel, MISS, Opaque, Quality, Ray, Tlas};
+use accel::{Blas, Coherence, Geometry, Hit, Instance, InstructionSet, MISS, Opaque, Quality, Ray, Tlas};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
@@ -28,7 +28,7 @@ const REPEAT: usize = 7;
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     let bench = Bench { words };
-    eprintln!("kernels: {:?}", Kernel::available());
+    eprintln!("kernels: {:?}", InstructionSet::available());
     if bench.wants_mesh("cornell") {
         cornell(&bench);
     }
@@ -192,11 +192,11 @@ fn measure(bench: &Bench, name: &str, mesh: &Mesh, sets: &[Set]) {
             bytes * 1e-6,
             bytes / triangles as f64
         );
-        for kernel in Kernel::available() {
-            tlas.set_kernel(kernel);
+        for isa in InstructionSet::available() {
+            tlas.set_instruction_set(isa);
             for set in sets {
                 for threads in [1, 2] {
-                    query(bench, &format!("{name} {quality:?} {kernel:?}"), &tlas, set, threads);
+                    query(bench, &format!("{name} {quality:?} {isa:?}"), &tlas, set, threads);
                 }
             }
         }
@@ -261,10 +261,10 @@ fn cornell(bench: &Bench) {
         mesh.positions.extend(p);
         mesh.indices.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
     };
-    let mut cuboid = |center: [f32; 3], half: [f32; 3], angle: f32, faces: &[usize]| {
+    let mut cuboid = |center: [f32; 3], half: [f32; 3], angle: f32, polygons: &[usize]| {
         let (sin, cos) = angle.sin_cos();
-        for &face in faces {
-            let (axis, sign) = (face / 2, if face % 2 == 0 { -1.0 } else { 1.0 });
+        for &polygon in polygons {
+            let (axis, sign) = (polygon / 2, if polygon % 2 == 0 { -1.0 } else { 1.0 });
             quad([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[s, t]| {
                 let mut q = [0.0; 3];
                 q[axis] = sign * half[axis];
@@ -298,10 +298,10 @@ fn cornell(bench: &Bench) {
         expected: None,
     });
     let mut tlas = tlas;
-    for kernel in Kernel::available() {
-        tlas.set_kernel(kernel);
+    for isa in InstructionSet::available() {
+        tlas.set_instruction_set(isa);
         for set in &sets {
-            query(bench, &format!("cornell{} {kernel:?}", mesh.indices.len()), &tlas, set, 1);
+            query(bench, &format!("cornell{} {isa:?}", mesh.indices.len()), &tlas, set, 1);
         }
     }
 }

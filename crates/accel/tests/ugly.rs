@@ -2,16 +2,16 @@
 
 mod support;
 
-use accel::{Blas, Coherence, Geometry, Instance, Kernel, MISS, Opaque, Quality, Ray, Sphere, Tlas};
+use accel::{Blas, Coherence, Geometry, Instance, InstructionSet, MISS, Opaque, Quality, Ray, Sphere, Tlas};
 use proptest::prelude::*;
 use std::sync::Arc;
 use support::{Everything, Mesh, Rng, alone, amount, random_rays};
 
-/// Runs `f` with every kernel.
+/// Runs `f` with every isa.
 fn each_kernel(mut tlas: Tlas, f: impl Fn(&Tlas)) {
-    for kernel in Kernel::available() {
-        tlas.set_kernel(kernel);
-        // A bare object has a kernel of its own; the upper level decides here.
+    for isa in InstructionSet::available() {
+        tlas.set_instruction_set(isa);
+        // A bare object has a isa of its own; the upper level decides here.
         f(&tlas);
     }
 }
@@ -149,14 +149,18 @@ fn closed_meshes_do_not_leak() {
             }
         }
         each_kernel(alone(Blas::triangles(&[mesh.geometry(0)], Quality::Balanced)), |t| {
-            assert!(rays.iter().all(|r| !t.closest(r, &Opaque).is_miss()), "{:?} leaks", t.kernel());
+            assert!(rays.iter().all(|r| !t.closest(r, &Opaque).is_miss()), "{:?} leaks", t.instruction_set());
             for coherence in [Coherence::Coherent, Coherence::Incoherent] {
                 let mut any = vec![false; rays.len()];
                 t.any_stream(&rays[..], &mut any, &Opaque, coherence);
-                assert!(any.iter().all(|&a| a), "any hits of the stream of {:?} leak", t.kernel());
+                assert!(any.iter().all(|&a| a), "any hits of the stream of {:?} leak", t.instruction_set());
                 let mut hits = vec![MISS; rays.len()];
                 t.closest_stream(&rays[..], &mut hits[..], &Opaque, coherence);
-                assert!(hits.iter().all(|hit| !hit.is_miss()), "the stream of {:?} leaks", t.kernel());
+                assert!(
+                    hits.iter().all(|hit| !hit.is_miss()),
+                    "the stream of {:?} leaks",
+                    t.instruction_set()
+                );
             }
         });
     }
@@ -226,8 +230,8 @@ proptest! {
         let rays: Vec<_> =
             rays.iter().map(|&(origin, direction, t_min, t_max)| Ray { origin, t_min, direction, t_max }).collect();
         let mut tlas = alone(Blas::triangles(&[mesh.geometry(0)], quality));
-        for kernel in Kernel::available() {
-            tlas.set_kernel(kernel);
+        for isa in InstructionSet::available() {
+            tlas.set_instruction_set(isa);
             let mut hits = vec![MISS; rays.len()];
             tlas.closest_stream(&rays[..], &mut hits[..], &Opaque, Coherence::Coherent);
             for (ray, streamed) in rays.iter().zip(&hits) {
@@ -268,8 +272,8 @@ proptest! {
         }
         let expected: Vec<_> = rays.iter().map(|r| all.closest(r, &Opaque)).collect();
         let mut tlas = alone(Blas::triangles(&[mesh.geometry(0)], Quality::Balanced));
-        for kernel in Kernel::available() {
-            tlas.set_kernel(kernel);
+        for isa in InstructionSet::available() {
+            tlas.set_instruction_set(isa);
             let wrong = rays.iter().zip(&expected).filter(|(r, e)| {
                 let h = tlas.closest(r, &Opaque);
                 e.is_miss() != h.is_miss() || (!h.is_miss() && (h.t - e.t).abs() > 1e-3 * e.t)

@@ -72,7 +72,7 @@ impl Backend for CpuBackend {
     }
 
     fn describe(&self) -> String {
-        format!("CPU, {:?}, {} threads", accel::Kernel::best(), self.threads.current_num_threads())
+        format!("CPU, {:?}, {} threads", accel::InstructionSet::best(), self.threads.current_num_threads())
     }
 
     fn load(&mut self, tables: Arc<SceneTables>) -> Result<LoadStats, BackendError> {

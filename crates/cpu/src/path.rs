@@ -13,7 +13,7 @@ use crate::simd::{Instructions, Stage};
 use crate::streams::{HitStream, Path, PathStream, ShadowStream};
 use crate::triangles::TriangleRows;
 use crate::vertices::VertexQueue;
-use accel::{Coherence, HitFilter, Ray, Side};
+use accel::{Coherence, HitFilter, OriginSide, Ray};
 use backend::{PathSettings, View};
 use film::AovSample;
 use optics::camera::{CAMERA_PERSPECTIVE, CameraFrame, camera_pixel_spread};
@@ -164,7 +164,7 @@ impl PathBatch {
         let sampler_kind = sampler_kind(view);
         let branches = settings.splitting.max(1);
         let mut context = Context { scene, sampler_kind, depth: 1, branches, settings, shading, wants_aovs };
-        self.keeps_sides = scene.tlas.knows_behind();
+        self.keeps_sides = scene.tlas.has_culling_table();
         self.shadows.clear(self.keeps_sides);
         self.next.clear(self.keeps_sides);
         i.call(Generate { batch: self, view, samples, branches });
@@ -235,7 +235,7 @@ impl PathBatch {
 
     /// Queues a shadow ray, unless it brings nothing. `leaving`: see [`Path::leaving`].
     #[inline(always)]
-    pub(crate) fn ask(&mut self, connection: Connection, ray: Ray, leaving: Side) {
+    pub(crate) fn ask(&mut self, connection: Connection, ray: Ray, leaving: OriginSide) {
         let Vec3f { x, y, z } = connection.contribution;
         // Not `> 0`: NaN must reach the film, where it is counted.
         if x + y + z != 0.0 {

@@ -3,7 +3,7 @@
 use crate::lanes::{LANES, Lanes, Pairs, Vectors};
 use crate::simd::Instructions;
 use crate::vertices::Vertices;
-use accel::Side;
+use accel::OriginSide;
 use backend::PathSettings;
 use optics::dielectric::{dielectric_bsdf, smooth_dielectric_sample};
 use optics::frame::{frame_from_normal, to_local, to_world};
@@ -46,7 +46,7 @@ pub(crate) struct NextLanes {
     /// See [`PathState::eta_scale`].
     pub eta_scale: Lanes<f32>,
     /// See [`crate::streams::Path::leaving`].
-    pub leaving: Lanes<Side>,
+    pub leaving: Lanes<OriginSide>,
     /// 1 if the path goes on: the direction is on the right side of the geometric surface, and roulette lets it live.
     pub alive: Lanes<u32>,
 }

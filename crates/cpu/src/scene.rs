@@ -79,12 +79,12 @@ impl CpuScene {
     /// of what it belongs to behind them.
     pub fn look_behind(&mut self, samples: u64) {
         let turning_back = self.sites.turning_back(&self.tables);
-        if let Some(object) = self.tlas.only_mut()
-            && !object.knows_behind()
+        if let Some(object) = self.tlas.single_object_mut()
+            && !object.has_culling_table()
             && samples / SAMPLES_A_TRIANGLE >= object.primitive_count() as u64
             && 2 * turning_back >= object.primitive_count() as u64
         {
-            object.find_behind();
+            object.build_culling_table();
         }
     }
 
@@ -210,17 +210,17 @@ mod tests {
         let white = || lambert("white", [0.8; 3]);
         let mut scene = CpuScene::new(tables(false, white()), Quality::Balanced);
         let triangles = scene.tlas.blas()[0].primitive_count() as u64;
-        assert!(triangles > 200 && !scene.tlas.knows_behind());
+        assert!(triangles > 200 && !scene.tlas.has_culling_table());
         scene.look_behind(SAMPLES_A_TRIANGLE * triangles - 1);
-        assert!(!scene.tlas.knows_behind(), "for so few samples it does not pay");
+        assert!(!scene.tlas.has_culling_table(), "for so few samples it does not pay");
         scene.look_behind(SAMPLES_A_TRIANGLE * triangles);
-        assert!(scene.tlas.knows_behind());
+        assert!(scene.tlas.has_culling_table());
         let mut scene = CpuScene::new(tables(true, white()), Quality::Balanced);
         scene.look_behind(u64::MAX);
-        assert!(!scene.tlas.knows_behind(), "with several instances it is of no use");
+        assert!(!scene.tlas.has_culling_table(), "with several instances it is of no use");
         let glass = scenes::dielectric("glass", 1.5, 0.0);
         let mut scene = CpuScene::new(tables(false, glass), Quality::Balanced);
         scene.look_behind(u64::MAX);
-        assert!(!scene.tlas.knows_behind(), "rays go through the ball");
+        assert!(!scene.tlas.has_culling_table(), "rays go through the ball");
     }
 }

@@ -7,7 +7,7 @@ use crate::path::{Connection, SHADOW_END};
 use crate::scatter_lanes::NextLanes;
 use crate::simd::Instructions;
 use crate::vertices::PathLanes;
-use accel::{Hit, HitColumns, Ray, RayColumns, Side};
+use accel::{Hit, HitColumns, OriginSide, Ray, RayColumns};
 use optics::light_tree::ALL_SIDES;
 use optics::path::{PathState, path_start};
 use optics::{Vec3f, vec3f};
@@ -29,8 +29,8 @@ pub(crate) struct Path {
     pub length: f32,
     /// What the light samples of the last vertex knew of its surface; see `sample_light`.
     pub receiver: u32,
-    /// The side of a triangle that the ray leaves, see [`accel::RayColumns::leaving`].
-    pub leaving: Side,
+    /// The side of a triangle that the ray leaves, see [`accel::RayColumns::with_origin_sides`].
+    pub leaving: OriginSide,
 }
 
 impl Path {
@@ -46,7 +46,7 @@ impl Path {
             slot,
             length: 0.0,
             receiver: ALL_SIDES,
-            leaving: Side::NONE,
+            leaving: OriginSide::NONE,
         };
         path.with_state(&path_start())
     }
@@ -88,7 +88,7 @@ pub(crate) struct PathStream {
     pub slot: Column<u32>,
     pub length: Column<f32>,
     pub receiver: Column<u32>,
-    pub leaving: Column<Side>,
+    pub leaving: Column<OriginSide>,
 }
 
 impl PathStream {
@@ -112,7 +112,7 @@ impl PathStream {
     #[inline(always)]
     pub fn rays(&self) -> RayColumns<'_> {
         let rays = RayColumns::new(self.origin.first(self.len), self.direction.first(self.len), None);
-        if self.keeps_sides { rays.leaving(self.leaving.first(self.len)) } else { rays }
+        if self.keeps_sides { rays.with_origin_sides(self.leaving.first(self.len)) } else { rays }
     }
 
     #[inline(always)]
@@ -320,7 +320,7 @@ pub(crate) struct ShadowStream {
     t_max: Column<f32>,
     contribution: VectorColumn,
     slot: Column<u32>,
-    leaving: Column<Side>,
+    leaving: Column<OriginSide>,
 }
 
 impl ShadowStream {
@@ -340,7 +340,7 @@ impl ShadowStream {
     pub fn rays(&self) -> RayColumns<'_> {
         let t_max = self.t_max.first(self.len);
         let rays = RayColumns::new(self.origin.first(self.len), self.direction.first(self.len), Some(t_max));
-        if self.keeps_sides { rays.leaving(self.leaving.first(self.len)) } else { rays }
+        if self.keeps_sides { rays.with_origin_sides(self.leaving.first(self.len)) } else { rays }
     }
 
     #[inline(always)]
@@ -350,7 +350,7 @@ impl ShadowStream {
 
     /// Adds a ray, whose beginning is its origin. `leaving`: see [`Path::leaving`].
     #[inline(always)]
-    pub fn push(&mut self, ray: &Ray, leaving: Side, connection: &Connection) {
+    pub fn push(&mut self, ray: &Ray, leaving: OriginSide, connection: &Connection) {
         let at = self.len;
         let [origin, direction] = [ray.origin, ray.direction].map(|[x, y, z]| vec3f(x, y, z));
         self.origin.set(at, origin);

@@ -10,7 +10,7 @@ use crate::scatter_lanes::NextLanes;
 use crate::simd::Instructions;
 use crate::streams::{Path, PathStream};
 use crate::triangles::TriangleLanes;
-use accel::Side;
+use accel::OriginSide;
 use bytemuck::Pod;
 use optics::Vec3f;
 use optics::offset::offset_ray_origin;
@@ -55,7 +55,7 @@ pub(crate) struct Vertices {
     /// See [`Path::receiver`].
     pub receiver: Row<u32>,
     /// See [`PlainPoint::leaving`].
-    pub leaving: Row<Side>,
+    pub leaving: Row<OriginSide>,
 }
 
 /// A point on a plain surface.
@@ -77,7 +77,7 @@ pub(crate) struct PlainPoint {
     /// Whose site has the other parameters of the material.
     pub binding: u32,
     /// The side of a triangle that rays leave which go to the side of the viewer, see [`Path::leaving`].
-    pub leaving: Side,
+    pub leaving: OriginSide,
 }
 
 /// What a path carries past its vertices unchanged, for sixteen lanes.
@@ -89,7 +89,7 @@ pub(crate) struct PathLanes<'a> {
     pub length: &'a [f32; LANES],
     pub receiver: &'a [u32; LANES],
     /// See [`PlainPoint::leaving`].
-    pub leaving: &'a [Side; LANES],
+    pub leaving: &'a [OriginSide; LANES],
 }
 
 /// Vertices on one kind of surface.

@@ -2,7 +2,7 @@
 
 use super::pair::Pair;
 use super::ymm::{ymm_arithmetic, ymm_operations};
-use super::{Arithmetic, Part, Simd};
+use super::{Arithmetic, Outlined, Simd};
 use crate::layout::WIDTH;
 use std::arch::x86_64::*;
 
@@ -149,13 +149,13 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn call(self, part: impl Part<Self>) {
+    fn call(self, outlined: impl Outlined<Self>) {
         #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
         #[inline(never)]
-        fn compiled(s: Avx2, part: impl Part<Avx2>) {
-            part.run(s);
+        fn compiled(s: Avx2, outlined: impl Outlined<Avx2>) {
+            outlined.run(s);
         }
         // SAFETY: `self` proves that the instructions exist.
-        unsafe { compiled(self, part) };
+        unsafe { compiled(self, outlined) };
     }
 }

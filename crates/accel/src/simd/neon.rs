@@ -1,7 +1,7 @@
 //! Eight lanes as two times four, with Arm's Advanced SIMD.
 
 use super::pair::Pair;
-use super::{Arithmetic, Part, SET_BITS, Simd};
+use super::{Arithmetic, Outlined, SET_BITS, Simd};
 use crate::layout::WIDTH;
 use std::arch::aarch64::*;
 
@@ -280,13 +280,13 @@ impl Simd for Neon {
     }
 
     #[inline(always)]
-    fn call(self, part: impl Part<Self>) {
+    fn call(self, outlined: impl Outlined<Self>) {
         #[target_feature(enable = "neon")]
         #[inline(never)]
-        fn compiled(s: Neon, part: impl Part<Neon>) {
-            part.run(s);
+        fn compiled(s: Neon, outlined: impl Outlined<Neon>) {
+            outlined.run(s);
         }
         // SAFETY: `self` proves that the instructions exist.
-        unsafe { compiled(self, part) };
+        unsafe { compiled(self, outlined) };
     }
 }
