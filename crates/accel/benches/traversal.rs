@@ -1,14 +1,17 @@
-//! Build and query speed. Run with `cargo bench -p accel`, optionally with words that the printed names must contain.
+//! Build and query speed. Run with `cargo bench -p accel`, optionally with words that the printed
+//! names must contain.
 //!
-//! With the environment variable `ALHAZEN_RAY_SETS` naming a folder, its `mesh250k` and `mesh2m` (`.mesh`, and the
-//! `.rays` and `.hits` of the sets primary, bounce, shuffled and shadow) are measured, and hits compared. Without it,
-//! a procedural mesh of 250k triangles and rays of the same kinds made from it stand in. All files are little-endian:
+//! With the environment variable `ALHAZEN_RAY_SETS` naming a folder, its `mesh250k` and `mesh2m`
+//! (`.mesh`, and the `.rays` and `.hits` of the sets primary, bounce, shuffled and shadow) are
+//! measured, and hits compared. Without it, a procedural mesh of 250k triangles and rays of the
+//! same kinds made from it stand in. All files are little-endian:
 //!
 //! - `.mesh`: u32 vertices, u32 triangles, f32 xyz each, u32 ijk each
 //! - `.rays`: per ray 8 f32: origin, t_min, direction, t_max
 //! - `.hits`: per ray f32 t (-1: miss), u32 triangle; for shadow rays, 1 is occluded and 0 free
 //!
-//! Each figure is the best and the median of several runs; compare ratios of runs that were made in turns.
+//! Each figure is the best and the median of several runs; compare ratios of runs that were made in
+//! turns.
 
 #[path = "../tests/support/mod.rs"]
 mod support;
@@ -84,7 +87,8 @@ impl Bench {
     }
 }
 
-/// Processor time of all threads so far; other programs do not count. Zero where the system does not tell.
+/// Processor time of all threads so far; other programs do not count. Zero where the system does
+/// not tell.
 fn cpu_seconds() -> f64 {
     let tasks = std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
     let nanoseconds = tasks.filter_map(|task| {
@@ -129,7 +133,8 @@ fn ray_from([ox, oy, oz, t_min, dx, dy, dz, t_max]: [f32; 8]) -> Ray {
     Ray { origin: [ox, oy, oz], t_min, direction: [dx, dy, dz], t_max }
 }
 
-/// Rays of the same kinds as in the files: from a camera, from what it sees in random directions, and to a light.
+/// Rays of the same kinds as in the files: from a camera, from what it sees in random directions,
+/// and to a light.
 fn procedural_sets(mesh: &Mesh) -> [Set; 4] {
     let tlas = tlas_of(mesh, Quality::Balanced);
     let mut primary = support::camera_rays(512, [0.0, 0.0, 2.5], 1.6);

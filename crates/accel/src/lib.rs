@@ -6,8 +6,8 @@
 //! [`HitFilter`] accepts or rejects candidate hits where a surface has holes.
 //!
 //! Traversal kernels exist for AVX-512, AVX2 and NEON. The fastest that the processor supports is
-//! chosen at run time, see [`InstructionSet`]. Scalar kernels with the formulas of `optics::intersect`
-//! run on all other processors, and tests compare the SIMD kernels with them.
+//! chosen at run time, see [`InstructionSet`]. Scalar kernels with the formulas of
+//! `optics::intersect` run on all other processors, and tests compare the SIMD kernels with them.
 //!
 //! Modules, from the lowest to the highest; none uses a module below it in this table:
 //!

@@ -146,7 +146,8 @@ fn encoded_balls_are_not_entered_at_their_corners() {
     assert!(passed > 5, "only {passed} rays were between ball and box");
 }
 
-/// Near the largest numbers, sums over boxes overflow where those over the bounds do not. Then only the latter count.
+/// Near the largest numbers, sums over boxes overflow where those over the bounds do not. Then only
+/// the latter count.
 #[test]
 fn what_overflows_does_not_hide_an_instance() {
     let mut mesh = Mesh::soup(&mut Rng::new(36), 60, 0.1);

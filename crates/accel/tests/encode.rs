@@ -64,8 +64,8 @@ fn a_lost_triangle_is_noticed() {
     check(&scene, &everything(&mesh), &random_rays(&mut rng, 2000, 2.0));
 }
 
-/// A scene of two meshes in one object, spheres in another, and instances of both; joined if they have no more than `most_joined`
-/// primitives.
+/// A scene of two meshes in one object, spheres in another, and instances of both; joined if they
+/// have no more than `most_joined` primitives.
 fn instances(rng: &mut Rng, most_joined: usize) -> (EncodedScene, Everything) {
     let meshes = [Mesh::soup(rng, 200, 0.2), Mesh::blob(12)];
     let first = [0, meshes[0].indices.len() as u32];
@@ -355,7 +355,8 @@ fn sizes_from_tiny_to_huge() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// A mesh far from the origin is as exact as its coordinates are, and no box may hide a triangle that is hit.
+    /// A mesh far from the origin is as exact as its coordinates are, and no box may hide a
+    /// triangle that is hit.
     #[test]
     fn no_box_hides_a_triangle(seed in any::<u64>(), log_ratio in -3.0f32..3.0, log_size in -3.0f32..3.0) {
         let mut rng = Rng::new(seed);

@@ -7,11 +7,11 @@ use proptest::prelude::*;
 use std::sync::Arc;
 use support::{Everything, Mesh, Rng, alone, amount, random_rays};
 
-/// Runs `f` with every isa.
+/// Runs `f` with every instruction set.
 fn each_kernel(mut tlas: Tlas, f: impl Fn(&Tlas)) {
     for isa in InstructionSet::available() {
         tlas.set_instruction_set(isa);
-        // A bare object has a isa of its own; the upper level decides here.
+        // An object has an instruction set of its own; that of the top level is used here.
         f(&tlas);
     }
 }
@@ -88,7 +88,8 @@ fn sizes_from_tiny_to_huge() {
     }
     let blas = Blas::triangles(&[mesh.geometry(0)], Quality::Balanced);
     blas.validate().unwrap();
-    // The coordinates of most are too small or too large for the products of the test: what is hit must be right.
+    // The coordinates of most are too small or too large for the products of the test: what is hit
+    // must be right.
     each_kernel(alone(blas), |t| {
         let hit = t.closest(&Ray::new([0.0; 3], [1.0, 1.0, 1.0]), &Opaque);
         let expected = mesh.corners(hit.primitive as usize)[0][0] / 3.0;
@@ -127,8 +128,8 @@ fn rays_that_are_not_rays_miss() {
     });
 }
 
-/// From inside of a closed mesh every ray hits, also those aimed at edges and vertices: of a large one, and of one of so few triangles that
-/// all rays of a stream are tested with all of them.
+/// From inside of a closed mesh every ray hits, also those aimed at edges and vertices: of a large
+/// one, and of one of so few triangles that all rays of a stream are tested with all of them.
 #[test]
 fn closed_meshes_do_not_leak() {
     for (size, repeats) in [(if cfg!(miri) { 4 } else { 40 }, 1), (6, amount(100))] {
@@ -166,8 +167,8 @@ fn closed_meshes_do_not_leak() {
     }
 }
 
-/// Whether a ray hits a triangle, in double precision. Nothing where it passes an edge, or ends, so closely that rounding decides, or where
-/// numbers leave the range.
+/// Whether a ray hits a triangle, in double precision. Nothing where it passes an edge, or ends, so
+/// closely that rounding decides, or where numbers leave the range.
 fn hits_surely(ray: &Ray, triangle: &[[f32; 3]; 3]) -> Option<bool> {
     const CLOSE: f64 = 1e-4;
     let wide = |p: [f32; 3]| p.map(f64::from);
@@ -186,7 +187,8 @@ fn hits_surely(ray: &Ray, triangle: &[[f32; 3]; 3]) -> Option<bool> {
     let area = dot(normal, normal);
     let (v, w) = (dot(cross(p, ac), normal) / area, dot(cross(ab, p), normal) / area);
     let closest = v.min(w).min(1.0 - v - w);
-    // How far rounding moves the point, in weights: more at grazing angles, for slender triangles, and from far away.
+    // How far rounding moves the point, in weights: more at grazing angles, for slender triangles,
+    // and from far away.
     let reach =
         dot(from, from).max(t * t * dot(d, d)).sqrt() / (area.sqrt() / dot(ab, ab).max(dot(ac, ac)).sqrt());
     let grazing = (area * dot(d, d)).sqrt() / along.abs();
@@ -239,7 +241,8 @@ proptest! {
                 prop_assert!(hit.is_miss() || (hit.t > ray.t_min.max(0.0) && hit.t < ray.t_max), "{hit:?}");
                 prop_assert!(!hit.u.is_nan() && !hit.v.is_nan());
                 prop_assert_eq!(tlas.any(ray, &Opaque), !hit.is_miss());
-                // Streams of a few triangles let in rays that pass an edge by as much as rounding may err.
+                // Streams of a few triangles let in rays that pass an edge by as much as rounding
+                // may err.
                 if streamed.is_miss() != hit.is_miss() {
                     let met = if hit.is_miss() { streamed } else { &hit };
                     let triangle = &points[met.primitive as usize];

@@ -205,8 +205,8 @@ impl Builder {
     }
 
     /// Moves the few large primitives to the front and makes them the left side, if there are any.
-    /// Splits between bins cannot separate them from what is near their centres: a floor would share
-    /// a child with a slice of everything that stands on it.
+    /// Splits between bins cannot separate them from what is near their centres: a floor would
+    /// share a child with a slice of everything that stands on it.
     fn split_off_large(&self, primitives: &mut [PrimitiveRef], set: &Set) -> Option<(usize, Set, Set)> {
         let limit = LARGE * set.bounds.half_area();
         let is_large = |p: &PrimitiveRef| Bounds { low: p.low, high: p.high }.half_area() > limit;
@@ -279,8 +279,8 @@ impl Builder {
                 return result;
             }
         }
-        // All centres in one place, a tree too deep, or an object that fills its blocks: split at the
-        // median along the longest axis, in whole blocks.
+        // All centres in one place, a tree too deep, or an object that fills its blocks: split at
+        // the median along the longest axis, in whole blocks.
         let size = set.centers.high.sub(set.centers.low).to_array();
         let axis = (0..3).max_by(|&a, &b| size[a].total_cmp(&size[b])).unwrap_or(0);
         let middle = n.div_ceil(leaf) / 2 * leaf;

@@ -1,7 +1,7 @@
 //! Collapses a binary tree into the eight-wide tree of lowest cost.
 //!
-//! Method: dynamic programming (Ylitie, Karras and Laine, "Efficient Incoherent Ray Traversal on GPUs
-//! Through Compressed Wide BVHs", HPG 2017).
+//! Method: dynamic programming (Ylitie, Karras and Laine, "Efficient Incoherent Ray Traversal on
+//! GPUs Through Compressed Wide BVHs", HPG 2017).
 
 use super::binary_node::BinaryNode;
 use crate::aabb::Aabb;

@@ -5,8 +5,9 @@
 //! 3. [`reinsertion`]: the largest nodes are moved to better places (trees for shaders).
 //! 4. [`collapse`]: the binary tree becomes an eight-wide one, stored depth first.
 //!
-//! [`builder`] runs steps 2 to 4. The input is a list of [`PrimitiveRef`]; the result, [`WideTree`],
-//! has ranges of reordered references as leaves, of which the caller makes leaf blocks.
+//! [`builder`] runs steps 2 to 4. The input is a list of [`PrimitiveRef`]; the result,
+//! [`WideTree`], has ranges of reordered references as leaves, of which the caller makes leaf
+//! blocks.
 
 mod binary_node;
 mod binned_sah;

@@ -1,8 +1,8 @@
-//! Splits the boxes of large, slanted triangles before the build, so that the tree has fewer boxes that
-//! are mostly empty. A split triangle is in several leaves.
+//! Splits the boxes of large, slanted triangles before the build, so that the tree has fewer boxes
+//! that are mostly empty. A split triangle is in several leaves.
 //!
-//! Source: Karras and Aila, "Fast Parallel Construction of High-Quality Bounding Volume Hierarchies",
-//! HPG 2013, section 4.
+//! Source: Karras and Aila, "Fast Parallel Construction of High-Quality Bounding Volume
+//! Hierarchies", HPG 2013, section 4.
 
 use super::primitive_ref::PrimitiveRef;
 use crate::aabb::Aabb;
@@ -13,8 +13,8 @@ use rayon::prelude::*;
 pub(crate) enum EmptyArea {
     /// All area that boxes of ever smaller parts would not have.
     Whole,
-    /// Only what exceeds the empty area of a right triangle along two axes. A floor is not split: the
-    /// visits to its parts would cost more than its empty half.
+    /// Only what exceeds the empty area of a right triangle along two axes. A floor is not split:
+    /// the visits to its parts would cost more than its empty half.
     BeyondHalf,
 }
 
@@ -26,9 +26,9 @@ pub(crate) struct PresplitSettings {
     pub empty: EmptyArea,
 }
 
-/// Splits are made at the planes of a grid with 2 to this power cells along each axis of the scene's
-/// box. All triangles share the planes, and the coarsest plane comes first, because the builder is
-/// likely to split there, too.
+/// Splits are made at the planes of a grid with 2 to this power cells along each axis of the
+/// scene's box. All triangles share the planes, and the coarsest plane comes first, because the
+/// builder is likely to split there, too.
 const GRID_BITS: u32 = 20;
 
 /// Rounding error of positions on the grid, in cells.
@@ -60,7 +60,8 @@ impl<F: Fn(&PrimitiveRef) -> Option<[[f32; 3]; 3]> + Sync> Presplits<F> {
         Presplits { grid, corners, empty, priorities, scale }
     }
 
-    /// The share of the area of all boxes that splits can remove: an upper bound that needs no tree.
+    /// The share of the area of all boxes that splits can remove: an upper bound that needs no
+    /// tree.
     pub fn removable_share(&self, references: &[PrimitiveRef]) -> f64 {
         let of_one = |(r, &p): (&PrimitiveRef, &f32)| {
             let (bounds, splits) = (r.bounds(), f64::from(splits(p, self.scale)));
@@ -296,8 +297,8 @@ mod tests {
         }
     }
 
-    /// 99 small triangles in the plane of two axes, which fill half of their boxes, and no cut changes that much; and one that
-    /// is large and slanted.
+    /// 99 small triangles in the plane of two axes, which fill half of their boxes, and no cut
+    /// changes that much; and one that is large and slanted.
     fn mixed() -> Vec<[[f32; 3]; 3]> {
         let small = |i: u32| {
             let x = i as f32 * 0.01;

@@ -1,10 +1,11 @@
 //! Optimises binary trees by reinsertion.
 //!
-//! A top-down build decides the upper levels with little information. Here each of the largest nodes
-//! is removed and inserted again where the surface area of the boxes grows least. Branch and bound
-//! searches all places of the tree. Sources: Bittner, Hapala and Havran, "Fast Insertion-Based
-//! Optimization of Bounding Volume Hierarchies", Computer Graphics Forum 32(1), 2013; Meister and
-//! Bittner, "Parallel Reinsertion for Bounding Volume Hierarchy Optimization", Eurographics 2018.
+//! A top-down build decides the upper levels with little information. Here each of the largest
+//! nodes is removed and inserted again where the surface area of the boxes grows least. Branch and
+//! bound searches all places of the tree. Sources: Bittner, Hapala and Havran, "Fast
+//! Insertion-Based Optimization of Bounding Volume Hierarchies", Computer Graphics Forum 32(1),
+//! 2013; Meister and Bittner, "Parallel Reinsertion for Bounding Volume Hierarchy Optimization",
+//! Eurographics 2018.
 
 use super::binary_node::BinaryNode;
 use super::collapse::costs;

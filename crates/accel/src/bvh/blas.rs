@@ -84,8 +84,8 @@ fn fill_blocks<B: LeafBlock>(
 impl Blas {
     /// Builds over triangles.
     ///
-    /// Triangles with a vertex that is not finite or does not exist, and triangles without area, are
-    /// left out, see [`Blas::skipped_primitives`].
+    /// Triangles with a vertex that is not finite or does not exist, and triangles without area,
+    /// are left out, see [`Blas::skipped_primitives`].
     pub fn triangles(geometries: &[Geometry], quality: Quality) -> Blas {
         let mut refs = Vec::new();
         let mut skipped = 0;
@@ -176,16 +176,16 @@ impl Blas {
         blas
     }
 
-    /// Moves the triangles to new positions. The topology of the tree stays the same, so queries get
-    /// slower the farther triangles move.
+    /// Moves the triangles to new positions. The topology of the tree stays the same, so queries
+    /// get slower the farther triangles move.
     ///
-    /// Triangles that are now not finite or have no area cannot be hit until a later refit. Triangles
-    /// that were left out of the build stay out.
+    /// Triangles that are now not finite or have no area cannot be hit until a later refit.
+    /// Triangles that were left out of the build stay out.
     ///
     /// # Panics
     ///
-    /// If this holds spheres, or if the number, ids or lengths of the geometries differ from those of
-    /// the build.
+    /// If this holds spheres, or if the number, ids or lengths of the geometries differ from those
+    /// of the build.
     pub fn refit(&mut self, geometries: &[Geometry]) {
         let lists: Vec<_> = geometries.iter().map(|g| (g.first_id, g.indices.len() as u32)).collect();
         assert_eq!(lists, self.geometries, "refit needs the geometries that the tree was built with");
@@ -320,8 +320,8 @@ impl Blas {
         self.instruction_set = isa;
     }
 
-    /// Checks the structure: every reference is valid, every node and block is reached once, every box
-    /// contains what is below it, every primitive is in a block.
+    /// Checks the structure: every reference is valid, every node and block is reached once, every
+    /// box contains what is below it, every primitive is in a block.
     ///
     /// # Errors
     ///

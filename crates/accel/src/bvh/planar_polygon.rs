@@ -5,8 +5,8 @@
 //! barycentric weights are linear functions of the coordinates. All coefficients are computed
 //! beforehand, so a test of two triangles takes a few dozen operations. The watertight test of the
 //! tree's leaves takes twice as many (Baldwin and Weber, "Fast Ray-Triangle Intersections by
-//! Coordinate Transformation", JCGT 5(3), 2016; the projection is that of Wald, "Realtime Ray Tracing
-//! and Interactive Global Illumination", 2004).
+//! Coordinate Transformation", JCGT 5(3), 2016; the projection is that of Wald, "Realtime Ray
+//! Tracing and Interactive Global Illumination", 2004).
 //!
 //! Rays that miss an edge by less than the rounding error count as hits, so that no ray passes
 //! between neighbours.
@@ -17,9 +17,9 @@ use crate::layout::NO_PRIMITIVE;
 /// the origin and the plane: a few roundings of coordinates, of the plane and of the distance.
 const ERROR: f64 = 4.0 * f32::EPSILON as f64;
 
-/// Largest tolerance of weights. Triangles so slender that perpendicular rays from a distance of the
-/// object's size need more are not made polygons. Rays from much farther away, or at grazing angles,
-/// get this tolerance.
+/// Largest tolerance of weights. Triangles so slender that perpendicular rays from a distance of
+/// the object's size need more are not made polygons. Rays from much farther away, or at grazing
+/// angles, get this tolerance.
 pub(crate) const MAX_TOLERANCE: f32 = 1.0 / 128.0;
 
 /// Largest distance of the fourth corner from the plane of the others, relative to the largest

@@ -13,8 +13,8 @@ pub struct Geometry<'a> {
     pub positions: &'a [[f32; 3]],
     /// Indices of the three positions of each triangle.
     pub indices: &'a [[u32; 3]],
-    /// Id of the first triangle; ids of the others follow. Ids must be below `u32::MAX`. They should be
-    /// unique within the `Blas`, because hits name primitives by id.
+    /// Id of the first triangle; ids of the others follow. Ids must be below `u32::MAX`. They
+    /// should be unique within the `Blas`, because hits name primitives by id.
     pub first_id: u32,
 }
 
@@ -52,8 +52,8 @@ fn points_bounds(p: &[[f32; 3]; 3]) -> Aabb {
     Aabb { min: fold(f32::min), max: fold(f32::max) }
 }
 
-/// Makes references of `count` boxes and leaves out those that are `None`. Also returns the number of
-/// those left out.
+/// Makes references of `count` boxes and leaves out those that are `None`. Also returns the number
+/// of those left out.
 fn references(
     count: usize,
     geometry: u32,

@@ -1,8 +1,8 @@
 //! Root triangles: the triangles of an object that the root stage of a stream tests before
 //! traversal. Neighbours in a plane are merged to quadrilaterals.
 //!
-//! Polygons that lie in a side of the object's bounds, such as walls, floors and ceilings, come last.
-//! A segment between two points inside the bounds cannot cross them.
+//! Polygons that lie in a side of the object's bounds, such as walls, floors and ceilings, come
+//! last. A segment between two points inside the bounds cannot cross them.
 
 use super::planar_polygon::{PlanarPolygon, PolygonTriangle};
 use crate::aabb::Aabb;
@@ -44,8 +44,8 @@ struct Source {
 }
 
 impl RootTriangles {
-    /// All triangles of an object, if there are few. Otherwise the triangles of leaves directly below
-    /// its root, in order of size, up to a limit.
+    /// All triangles of an object, if there are few. Otherwise the triangles of leaves directly
+    /// below its root, in order of size, up to a limit.
     pub fn new(nodes: &[Node], root: ChildRef, blocks: &[TriangleBlock], bounds: &Aabb) -> RootTriangles {
         if blocks.len() <= MAX_OBJECT_TRIANGLES
             && let Some(all) = RootTriangles::of(blocks.iter(), MAX_OBJECT_TRIANGLES, ALL_CHILDREN, bounds)
@@ -80,7 +80,8 @@ impl RootTriangles {
         self.replaced_children == ALL_CHILDREN
     }
 
-    /// The triangles of some blocks. `None` if there are more than `most`, or if one is too slender.
+    /// The triangles of some blocks. `None` if there are more than `most`, or if one is too
+    /// slender.
     fn of<'b>(
         blocks: impl Iterator<Item = &'b TriangleBlock>,
         most: usize,
@@ -125,8 +126,8 @@ fn is_in_a_side<const N: usize>(points: &[[f32; 3]; N], bounds: &Aabb) -> bool {
     })
 }
 
-/// Merges each triangle with the first later triangle that forms a quadrilateral with it. `None` if a
-/// triangle cannot be a polygon.
+/// Merges each triangle with the first later triangle that forms a quadrilateral with it. `None` if
+/// a triangle cannot be a polygon.
 fn merge_triangles(mut triangles: Vec<Triangle>, bounds: &Aabb) -> Option<Vec<Source>> {
     let size = (0..3).map(|axis| bounds.max[axis] - bounds.min[axis]).fold(0.0, f32::max);
     let mut sources = Vec::new();
@@ -245,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn many_are_no_handful() {
+    fn objects_of_many_triangles_have_a_tree() {
         let triangle = |i: usize| [[i as f32, 0.0, 0.0], [i as f32, 1.0, 0.0], [i as f32, 0.0, 1.0]];
         let blocks = |n: usize| -> Vec<TriangleBlock> {
             (0..n)
@@ -262,7 +263,7 @@ mod tests {
     fn of_many_the_largest_at_the_root_are_taken() {
         let triangle =
             |i: usize, size: f32| [[i as f32, 0.0, 0.0], [i as f32, size, 0.0], [i as f32, 0.0, size]];
-        // LeafCost of eight, each larger than the one before, and one child that is no leaf.
+        // Leaves of eight, each larger than the one before, and one child that is no leaf.
         let leaf = |n: usize| {
             block(&[0, 1, 2, 3, 4, 5, 6, 7].map(|k| triangle(8 * n + k, 1.0 + n as f32)), 8 * n as u32)
         };

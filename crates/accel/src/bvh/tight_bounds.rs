@@ -1,8 +1,8 @@
 //! Tight bounds of transformed objects.
 //!
-//! The box around a rotated box is up to three times as long as the object inside. For a rotated ball
-//! it has more than twice the necessary area, and every ray that hits it has to enter the object. A
-//! few dozen boxes of the object's nodes, transformed one by one, give tighter bounds.
+//! The box around a rotated box is up to three times as long as the object inside. For a rotated
+//! ball it has more than twice the necessary area, and every ray that hits it has to enter the
+//! object. A few dozen boxes of the object's nodes, transformed one by one, give tighter bounds.
 
 use crate::aabb::Aabb;
 use crate::layout::{ChildRef, EMPTY, LEAF, Node, WIDTH};
@@ -63,7 +63,8 @@ impl TightBounds {
             let room = 2e-6 * size(&self.bounds, &m[a]) as f32;
             let least = low[a].into_iter().fold(f32::INFINITY, f32::min) + m[a][3];
             let most = high[a].into_iter().fold(f32::NEG_INFINITY, f32::max) + m[a][3];
-            // No sum is larger than `size`. If a sum overflows, so does `room`, and the outer box remains.
+            // No sum is larger than `size`. If a sum overflows, so does `room`, and the outer box
+            // remains.
             bounds.min[a] = outer.min[a].max(least - room);
             bounds.max[a] = outer.max[a].min(most + room);
         }

@@ -39,8 +39,8 @@ impl Tlas {
     /// Builds over `instances` of the objects `blas`. [`Hit::instance`](crate::Hit::instance) is an
     /// index into `instances`.
     ///
-    /// Instances whose transform is not finite or has no inverse, and those of empty objects, are left
-    /// out, see [`Tlas::skipped_instances`].
+    /// Instances whose transform is not finite or has no inverse, and those of empty objects, are
+    /// left out, see [`Tlas::skipped_instances`].
     ///
     /// # Panics
     ///
@@ -61,7 +61,8 @@ impl Tlas {
         tlas
     }
 
-    /// Rebuilds the top level after instances were moved, added or removed, or objects were refitted.
+    /// Rebuilds the top level after instances were moved, added or removed, or objects were
+    /// refitted.
     ///
     /// # Panics
     ///
@@ -102,8 +103,8 @@ impl Tlas {
         self.validate().expect("a tree that was just built");
     }
 
-    /// Mutable access to object `index`, for example to refit it. Call [`Tlas::update`] before the next
-    /// query.
+    /// Mutable access to object `index`, for example to refit it. Call [`Tlas::update`] before the
+    /// next query.
     ///
     /// # Panics
     ///
@@ -112,15 +113,16 @@ impl Tlas {
         Arc::get_mut(&mut self.blas[index]).expect("an object that is modified must not be shared")
     }
 
-    /// Mutable access to the object, if there is exactly one instance and it has no transform. `None` if
-    /// the object is shared.
+    /// Mutable access to the object, if there is exactly one instance and it has no transform.
+    /// `None` if the object is shared.
     pub fn single_object_mut(&mut self) -> Option<&mut Blas> {
         self.single_mask?;
         Arc::get_mut(&mut self.blas[self.leaves[0].blas as usize])
     }
 
-    /// Whether streams make use of [`RayColumns::with_origin_sides`](crate::RayColumns::with_origin_sides):
-    /// the table of [`Blas::build_culling_table`] exists and there is a single object.
+    /// Whether streams make use of
+    /// [`RayColumns::with_origin_sides`](crate::RayColumns::with_origin_sides): the table of
+    /// [`Blas::build_culling_table`] exists and there is a single object.
     pub fn has_culling_table(&self) -> bool {
         self.single_object(u32::MAX).is_some_and(|object| !object.culling_table().is_empty())
     }
@@ -175,8 +177,8 @@ impl Tlas {
         validate_tree(&self.nodes, self.root, &vec![Aabb::EMPTY; self.leaves.len()])
     }
 
-    /// The object, if there is exactly one instance, without a transform, and `mask` can see it. Then
-    /// queries skip the top level.
+    /// The object, if there is exactly one instance, without a transform, and `mask` can see it.
+    /// Then queries skip the top level.
     #[inline(always)]
     pub(crate) fn single_object(&self, mask: u32) -> Option<&Blas> {
         match self.single_mask {
@@ -185,8 +187,8 @@ impl Tlas {
         }
     }
 
-    /// The object of the instance at leaf `leaf`, the index of the instance, and the ray in object space.
-    /// `None` if `mask` cannot see the instance.
+    /// The object of the instance at leaf `leaf`, the index of the instance, and the ray in object
+    /// space. `None` if `mask` cannot see the instance.
     #[inline(always)]
     pub(crate) fn enter(&self, leaf: usize, ray: &Ray, mask: u32) -> Option<(&Blas, u32, Ray)> {
         let leaf = &self.leaves[leaf];

@@ -1,8 +1,9 @@
 //! Flattening: static instances become one object in world space.
 //!
-//! Boxes of instances overlap where small objects stand inside large ones, such as lamps in a hall. A
-//! ray enters all of them and is transformed each time. A single tree over all primitives in world
-//! space avoids that. It takes memory for each instance, and instances cannot be to_world_space.
+//! Boxes of instances overlap where small objects stand inside large ones, such as lamps in a hall.
+//! A ray enters all of them and is transformed each time. A single tree over all primitives in
+//! world space avoids that. It takes memory for each instance, and instances cannot be
+//! to_world_space.
 
 use super::geometry_ref::GeometryRef;
 use super::object::{Object, SphereGeometry};
@@ -30,8 +31,9 @@ enum FlattenedPrimitives<'a> {
 pub(super) struct FlattenedInstances<'a>(Vec<FlattenedGeometry<'a>>);
 
 impl<'a> FlattenedInstances<'a> {
-    /// Flattens all instances that can be hit. `None` if they have more than `most_primitives` primitives,
-    /// if there is no top level anyway, or if a transform does not map spheres to spheres.
+    /// Flattens all instances that can be hit. `None` if they have more than `most_primitives`
+    /// primitives, if there is no top level anyway, or if a transform does not map spheres to
+    /// spheres.
     pub fn new(objects: &[Object<'a>], instances: &[Instance], most_primitives: usize) -> Option<Self> {
         let can_be_hit = |i: &Instance| i.mask != 0 && inverse(&i.object_to_world).is_some();
         let there: Vec<(u32, &Instance)> = (0..).zip(instances).filter(|(_, i)| can_be_hit(i)).collect();
@@ -60,8 +62,8 @@ impl<'a> FlattenedInstances<'a> {
         self.0.iter().map(FlattenedGeometry::geometry).collect()
     }
 
-    /// [`super::EncodedPrimitive::owner`] for a geometry of [`FlattenedInstances::geometries`], and its
-    /// number in its object.
+    /// [`super::EncodedPrimitive::owner`] for a geometry of [`FlattenedInstances::geometries`], and
+    /// its number in its object.
     pub fn owner(&self, geometry: u32) -> (u32, u32) {
         let FlattenedGeometry { primitives, owner: (instance, geometry), .. } = &self.0[geometry as usize];
         let kind = if matches!(primitives, FlattenedPrimitives::Spheres(_)) { OWNER_SPHERE } else { 0 };

@@ -33,8 +33,8 @@ impl<'a> GeometryRef<'a> {
         }
     }
 
-    /// References to the primitives that can be hit, and the number of all others. `number`: that of the
-    /// geometry.
+    /// References to the primitives that can be hit, and the number of all others. `number`: that
+    /// of the geometry.
     fn references(&self, number: u32) -> (Vec<PrimitiveRef>, usize) {
         match self {
             GeometryRef::Triangles(g) => bvh::triangle_references(g, number),

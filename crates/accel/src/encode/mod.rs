@@ -1,11 +1,12 @@
 //! Encoding for the GPU: a compressed eight-wide hierarchy in three plain arrays.
 //!
-//! [`EncodedScene::build`] makes nodes, primitives and instances of the objects and their instances.
-//! Shaders traverse them as their scalar twins [`EncodedScene::closest`] and [`EncodedScene::any`] do.
-//! [`EncodedNode`] documents the format, `traversal.rs` the traversal.
+//! [`EncodedScene::build`] makes nodes, primitives and instances of the objects and their
+//! instances. Shaders traverse them as their scalar twins [`EncodedScene::closest`] and
+//! [`EncodedScene::any`] do. [`EncodedNode`] documents the format, `traversal.rs` the traversal.
 //!
-//! The trees differ from those of [`crate::Blas`]: leaves hold one to three primitives, which are tested
-//! one by one. Large triangles among small ones are split, so that they are in several leaves.
+//! The trees differ from those of [`crate::Blas`]: leaves hold one to three primitives, which are
+//! tested one by one. Large triangles among small ones are split, so that they are in several
+//! leaves.
 
 mod flatten;
 mod geometry_ref;

@@ -1,9 +1,9 @@
 //! Encoded nodes: eight boxes in 128 bytes.
 //!
-//! Method: Ylitie, Karras and Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide
-//! BVHs", HPG 2017. Planes have eleven bits instead of eight and are stored as 16-bit floats. The
-//! paper's 80 bytes save bandwidth, but traversal on the measured GPUs is bound by arithmetic, half of
-//! it for unpacking bytes. A pair of 16-bit floats is converted in one instruction.
+//! Method: Ylitie, Karras and Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed
+//! Wide BVHs", HPG 2017. Planes have eleven bits instead of eight and are stored as 16-bit floats.
+//! The paper's 80 bytes save bandwidth, but traversal on the measured GPUs is bound by arithmetic,
+//! half of it for unpacking bytes. A pair of 16-bit floats is converted in one instruction.
 
 use crate::aabb::Aabb;
 use crate::layout::{EMPTY, LEAF, Node, WIDTH, leaf_index};
@@ -15,8 +15,9 @@ pub(crate) const MAX_LEAF: usize = 3;
 /// A node as shaders read it: up to eight children in numbered slots, with boxes on a grid of 2049³
 /// points.
 ///
-/// The slot of a child encodes its position: bit 0 of the slot is set on the side of larger x, bit 1 for
-/// y, bit 2 for z, as far as possible. The signs of a ray's direction then give a good visit order.
+/// The slot of a child encodes its position: bit 0 of the slot is set on the side of larger x, bit
+/// 1 for y, bit 2 for z, as far as possible. The signs of a ray's direction then give a good visit
+/// order.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct EncodedNode {
@@ -30,14 +31,15 @@ pub struct EncodedNode {
     pub first_child: u32,
     /// Index of the first primitive below, or of the first instance in the top level.
     pub first_primitive: u32,
-    /// By slot. Zero: empty. A node: `0b001_11000 | slot`. A leaf: in the upper three bits, one set bit for
-    /// each primitive; in the lower five, its first primitive relative to `first_primitive`.
+    /// By slot. Zero: empty. A node: `0b001_11000 | slot`. A leaf: in the upper three bits, one set
+    /// bit for each primitive; in the lower five, its first primitive relative to
+    /// `first_primitive`.
     ///
-    /// The upper bits, shifted left by the lower five, are what a ray visits if it hits the box: bits 0 to
-    /// 23 for primitives, bits 24 to 31 for nodes.
+    /// The upper bits, shifted left by the lower five, are what a ray visits if it hits the box:
+    /// bits 0 to 23 for primitives, bits 24 to 31 for nodes.
     pub meta: [u8; WIDTH],
-    /// Planes of the boxes by axis, then low and high, then slot, in grid steps from `origin`: integers from
-    /// 0 to `STEPS`, which 16-bit floats represent exactly.
+    /// Planes of the boxes by axis, then low and high, then slot, in grid steps from `origin`:
+    /// integers from 0 to `STEPS`, which 16-bit floats represent exactly.
     pub planes: [[[u16; WIDTH]; 2]; 3],
 }
 
@@ -112,7 +114,8 @@ impl Grid {
         let size = f64::from(high) - f64::from(low);
         let mut exponent = 1u8;
         if size > 0.0 {
-            // The exponent bits of the spacing that would do, and one more if that was no power of two.
+            // The exponent bits of the spacing that would do, and one more if that was no power of
+            // two.
             let steps = f64::from(STEPS);
             let estimate = ((size / steps).to_bits() >> 52) as i64 - 1023 + 127;
             exponent = estimate.clamp(1, 253) as u8;
@@ -151,7 +154,8 @@ fn spacing(exponent: u8) -> f64 {
     f64::from(f32::from_bits(u32::from(exponent) << 23))
 }
 
-/// Encodes a node whose children are in `slots`. `leaf_count` returns the number of primitives of a leaf.
+/// Encodes a node whose children are in `slots`. `leaf_count` returns the number of primitives of a
+/// leaf.
 pub(super) fn encode(
     node: &Node,
     slots: &Slots,

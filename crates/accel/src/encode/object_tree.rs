@@ -56,19 +56,19 @@ const PRESPLITS: (f64, f64, f64) = (0.1, 3.0, 1.0);
 /// Smaller objects are not split.
 const MIN_TO_SPLIT: usize = 64;
 
-/// For larger objects, only one tree is in memory at a time, one kind of splits is tried, and only the
-/// chosen tree is optimised.
+/// For larger objects, only one tree is in memory at a time, one kind of splits is tried, and only
+/// the chosen tree is optimised.
 const LARGE_OBJECT: usize = 1 << 18;
 
-/// Splits are tried if they can remove at least this share of the area of all boxes. Dense meshes of
-/// small triangles are far below it.
+/// Splits are tried if they can remove at least this share of the area of all boxes. Dense meshes
+/// of small triangles are far below it.
 const MIN_REMOVABLE_SHARE: f64 = 0.25;
 
 /// More splits must reduce the cost of a tree by this factor.
 const MIN_GAIN: f32 = 0.95;
 
-/// The cheapest tree. The cost of splits is only known after a build: parts have less empty area, but
-/// there are more of them.
+/// The cheapest tree. The cost of splits is only known after a build: parts have less empty area,
+/// but there are more of them.
 fn best(refs: Vec<PrimitiveRef>, geometries: &[GeometryRef], quality: Quality) -> Candidate {
     let corners = |r: &PrimitiveRef| geometry_ref::corners(geometries, r);
     let presplits = |empty| Presplits::new(&refs, corners, PresplitSettings { budget: PRESPLITS.0, empty });

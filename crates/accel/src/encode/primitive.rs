@@ -10,8 +10,8 @@ pub const OWNER_SPHERE: u32 = 1 << 31;
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct EncodedPrimitive {
-    /// First corner of a triangle; centre of a sphere. In object space, or in world space if instances are
-    /// flattened.
+    /// First corner of a triangle; centre of a sphere. In object space, or in world space if
+    /// instances are flattened.
     pub a: [f32; 3],
     /// Number of the primitive in its object.
     pub primitive: u32,
@@ -21,8 +21,8 @@ pub struct EncodedPrimitive {
     pub geometry: u32,
     /// Third corner; zeros.
     pub c: [f32; 3],
-    /// If instances are flattened: the index of the instance, with [`OWNER_SPHERE`] for spheres. Otherwise
-    /// zero.
+    /// If instances are flattened: the index of the instance, with [`OWNER_SPHERE`] for spheres.
+    /// Otherwise zero.
     pub owner: u32,
 }
 

@@ -14,8 +14,8 @@ use rayon::prelude::*;
 
 /// A scene that shaders can trace: three arrays for three buffers.
 ///
-/// The first records of `nodes` are the top level, which [`EncodedScene::update`] changes. All other
-/// records are constant.
+/// The first records of `nodes` are the top level, which [`EncodedScene::update`] changes. All
+/// other records are constant.
 #[derive(Clone)]
 pub struct EncodedScene {
     /// Nodes of both levels. The first is the root of the top level.
@@ -36,10 +36,11 @@ pub struct EncodedScene {
 }
 
 impl EncodedScene {
-    /// Builds trees with_capacity_for `objects` and with_capacity_for their `instances`, and encodes them.
+    /// Builds and encodes trees over `objects` and `instances`.
     ///
-    /// Left out are primitives that cannot be hit, as [`crate::Blas::triangles`] and [`crate::Blas::spheres`] do, and
-    /// instances that cannot be entered or have no bit in their mask.
+    /// Primitives that cannot be hit are left out, as in [`crate::Blas::triangles`] and
+    /// [`crate::Blas::spheres`], and so are instances without an inverse transform or with an empty
+    /// mask.
     ///
     /// # Panics
     ///
@@ -51,9 +52,9 @@ impl EncodedScene {
         scene
     }
 
-    /// As [`EncodedScene::build`], for static instances: they are flattened to one object in world space,
-    /// if they have at most `max_primitives` primitives. Then [`EncodedScene::is_flattened`] is true and
-    /// instances cannot be moved.
+    /// As [`EncodedScene::build`], for static instances: they are flattened to one object in world
+    /// space, if they have at most `max_primitives` primitives. Then [`EncodedScene::is_flattened`]
+    /// is true and instances cannot be moved.
     ///
     /// # Panics
     ///
@@ -113,13 +114,13 @@ impl EncodedScene {
         self.objects.push(EncodedObject { root, bounds, tight_bounds, has_triangles, has_spheres });
     }
 
-    /// Encodes the top level again after instances were moved or removed. Returns how many of the first
-    /// `nodes` have to be uploaded, besides all of `instances`.
+    /// Encodes the top level again after instances were moved or removed. Returns how many of the
+    /// first `nodes` have to be uploaded, besides all of `instances`.
     ///
     /// # Panics
     ///
-    /// If an instance refers to an object that does not exist, if there are more instances than at the
-    /// build, or if they are flattened.
+    /// If an instance refers to an object that does not exist, if there are more instances than at
+    /// the build, or if they are flattened.
     pub fn update(&mut self, instances: &[Instance]) -> usize {
         assert!(!self.flattened, "flattened instances cannot be moved");
         assert!(instances.len() <= self.top_level_capacity, "more instances than at the build");
@@ -138,7 +139,8 @@ impl EncodedScene {
         nodes.len()
     }
 
-    /// The scene without the nodes and primitives of objects. [`EncodedScene::update`] needs only this.
+    /// The scene without the nodes and primitives of objects. [`EncodedScene::update`] needs only
+    /// this.
     #[must_use]
     pub fn into_top_level(mut self) -> EncodedScene {
         self.nodes.truncate(self.top_level_capacity);
@@ -162,8 +164,8 @@ impl EncodedScene {
         self.object_depth
     }
 
-    /// Whether there is one instance, with index 0 and no transform. Then its record replaces that of the
-    /// world, and there is no top level.
+    /// Whether there is one instance, with index 0 and no transform. Then its record replaces that
+    /// of the world, and there is no top level.
     pub fn is_single(&self) -> bool {
         self.is_single_object
     }
@@ -180,8 +182,9 @@ impl EncodedScene {
 
     /// The stack size of a traversal, in groups of siblings.
     pub fn stack_size(&self) -> u32 {
-        // At a node of level n, siblings of levels 2 to n may be on the stack. On entering an instance,
-        // the nodes and the other instances beside it: (top-level depth - 1) + 2 + (object depth - 1).
+        // At a node of level n, siblings of levels 2 to n may be on the stack. On entering an
+        // instance, the nodes and the other instances beside it: (top-level depth - 1) + 2 +
+        // (object depth - 1).
         let top_level = if self.is_single_object { 0 } else { self.top_level_depth };
         (top_level + self.object_depth).max(1)
     }

@@ -1,8 +1,10 @@
-//! The scalar twin of the shaders' traversal: the same steps in the same order, for tests and counts.
+//! The scalar twin of the shaders' traversal: the same steps in the same order, for tests and
+//! counts.
 //!
-//! Method: Ylitie, Karras and Laine, HPG 2017. A group is the children of one node that the ray hits, as
-//! bits of a word. Groups of primitives are tested at once. Of a group of nodes, the one with the
-//! highest bit is visited next, and the rest is pushed on a stack, which is at most as deep as the tree.
+//! Method: Ylitie, Karras and Laine, HPG 2017. A group is the children of one node that the ray
+//! hits, as bits of a word. Groups of primitives are tested at once. Of a group of nodes, the one
+//! with the highest bit is visited next, and the rest is pushed on a stack, which is at most as
+//! deep as the tree.
 
 use super::instance::{EncodedInstance, INSTANCE_IDENTITY, INSTANCE_SPHERES};
 use super::node::{EncodedNode, whole_number};
@@ -43,8 +45,8 @@ pub struct TraversalCounts {
     pub stack: u32,
 }
 
-/// Children of a node to visit. Nodes: in the upper eight bits of `hits`, with all slots that hold nodes
-/// in the lower eight. Primitives or instances: in the lower 24.
+/// Children of a node to visit. Nodes: in the upper eight bits of `hits`, with all slots that hold
+/// nodes in the lower eight. Primitives or instances: in the lower 24.
 #[derive(Clone, Copy, Default)]
 struct Group {
     base: u32,
@@ -78,8 +80,8 @@ const ROOM: f32 = 8.0 * f32::EPSILON;
 impl TraversalRay {
     fn new(origin: Vec3f, direction: Vec3f, extent: &[f32; 3]) -> TraversalRay {
         let (o, d) = (origin.to_array(), direction.to_array());
-        // A zero direction would give infinity, and then NaN. This value is small enough to count as
-        // parallel at any distance.
+        // A zero direction would give infinity, and then NaN. This value is small enough to count
+        // as parallel at any distance.
         let tiny = (d[0].abs().max(d[1].abs()).max(d[2].abs()) * 1e-20).max(1e-37);
         let inverse = d.map(|d| 1.0 / if d.abs() < tiny { tiny.copysign(d) } else { d });
         let room = [0, 1, 2].map(|a: usize| (o[a].abs() + extent[a]) * inverse[a].abs() * ROOM);
@@ -134,7 +136,8 @@ fn hit_children(node: &EncodedNode, ray: &TraversalRay, t_min: f32, t_max: f32) 
     hits
 }
 
-/// The next hit of a primitive between `t_min` and `t_max`: distance and barycentric coordinates. A sphere may have two.
+/// The next hit of a primitive between `t_min` and `t_max`: distance and barycentric coordinates. A
+/// sphere may have two.
 fn hit_primitive(
     p: &EncodedPrimitive,
     is_sphere: bool,
@@ -184,7 +187,7 @@ impl EncodedScene {
         let mut stack = vec![Group::default(); self.stack_size() as usize];
         let mut size = 0;
         let mut ray = TraversalRay::enter(world_ray, world);
-        // The instance that the traverse is in, and how much of the stack belongs to the upper level.
+        // The current instance, and the part of the stack that belongs to the top level.
         let mut inside = self.is_single().then_some(world);
         let mut top_level_size = 0;
         let mut nodes = Group { base: world.root, hits: 1 << 31 };

@@ -9,7 +9,8 @@ use rayon::prelude::*;
 
 /// A tree with a position for each node and primitive, before encoding.
 ///
-/// The children of a node are contiguous, and so are its primitives. Parents come before their children.
+/// The children of a node are contiguous, and so are its primitives. Parents come before their
+/// children.
 pub(super) struct TreeLayout {
     tree: WideTree,
     slots: Vec<Slots>,
@@ -69,8 +70,8 @@ impl TreeLayout {
         }
     }
 
-    /// The encoded nodes. The first is at position `first_node` of the scene's nodes, the first primitive at
-    /// `first_primitive`.
+    /// The encoded nodes. The first is at position `first_node` of the scene's nodes, the first
+    /// primitive at `first_primitive`.
     pub fn nodes(
         &self,
         first_node: u32,

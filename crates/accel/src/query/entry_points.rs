@@ -1,5 +1,5 @@
-//! The kernels for each instruction set. Everything they call is always inlined into these functions,
-//! which enable the instructions.
+//! The kernels for each instruction set. Everything they call is always inlined into these
+//! functions, which enable the instructions.
 
 use super::closest_hit::ClosestHit;
 use super::hit_sink::HitSink;

@@ -75,8 +75,8 @@ impl<S: Simd> Candidates<S> {
 
 /// Intersects a ray with leaf blocks of one kind.
 pub(super) trait LeafIntersector<S: Simd> {
-    /// Passes hits with block `index` between the ray's start and `t_max` to `handler`, if there are
-    /// any.
+    /// Passes hits with block `index` between the ray's start and `t_max` to `handler`, if there
+    /// are any.
     fn intersect(&self, s: S, index: usize, t_max: f32, handler: &mut impl HitHandler<S>);
 }
 

@@ -30,9 +30,9 @@ impl Blas {
         dispatch::blas_any(self.instruction_set(), self, ray, filter)
     }
 
-    /// Builds the table for origin-plane culling, if this holds triangles whose ids count from zero.
-    /// Streams of rays with origin sides ([`crate::RayColumns::with_origin_sides`]) are then faster. This
-    /// takes longer than the build of the tree. [`Blas::refit`] drops the table.
+    /// Builds the table for origin-plane culling, if this holds triangles whose ids count from
+    /// zero. Streams of rays with origin sides ([`crate::RayColumns::with_origin_sides`]) are then
+    /// faster. This takes longer than the build of the tree. [`Blas::refit`] drops the table.
     pub fn build_culling_table(&mut self) {
         if let LeafBlocks::Triangles(blocks) = &self.leaves
             && self.can_cull()
@@ -59,8 +59,8 @@ impl Tlas {
         dispatch::tlas_any(self.instruction_set(), self, ray, filter)
     }
 
-    /// The closest hit of each ray. Rays that miss an edge of a root triangle by less than the rounding
-    /// error may hit it here and not in [`Tlas::closest`].
+    /// The closest hit of each ray. Rays that miss an edge of a root triangle by less than the
+    /// rounding error may hit it here and not in [`Tlas::closest`].
     ///
     /// # Panics
     ///

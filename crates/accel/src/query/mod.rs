@@ -3,11 +3,12 @@
 //! From top to bottom:
 //!
 //! - [`methods`]: the methods of `Blas` and `Tlas`; [`dispatch`]: the choice of instruction set;
-//!   [`entry_points`]: one set of kernels for each; [`scalar`]: the kernels that tests compare with.
-//! - [`single`]: one ray. [`packet`]: up to 32 coherent rays. [`stream`]: any rays, several in flight;
-//!   its rays wait in [`ray_queue`] after [`root_stage`].
-//! - [`node_intersector`], [`triangle_intersector`], [`sphere_intersector`], [`traversal_stack`]: the
-//!   parts that they share.
+//!   [`entry_points`]: one set of kernels for each; [`scalar`]: the kernels that tests compare
+//!   with.
+//! - [`single`]: one ray. [`packet`]: up to 32 coherent rays. [`stream`]: any rays, several in
+//!   flight; its rays wait in [`ray_queue`] after [`root_stage`].
+//! - [`node_intersector`], [`triangle_intersector`], [`sphere_intersector`], [`traversal_stack`]:
+//!   the parts that they share.
 
 mod brute_force;
 mod closest_hit;

@@ -26,8 +26,8 @@ impl<S: Simd> NodeIntersector<S> {
         }
     }
 
-    /// The distances at which the ray enters the child boxes, and the mask of boxes that it hits before
-    /// `t_max`.
+    /// The distances at which the ray enters the child boxes, and the mask of boxes that it hits
+    /// before `t_max`.
     #[inline(always)]
     pub fn intersect(&self, s: S, node: &Node, t_max: S::F) -> (S::F, S::M) {
         let [i, n, f] = [&self.inverse, &self.near_offset, &self.far_offset];
@@ -38,7 +38,8 @@ impl<S: Simd> NodeIntersector<S> {
         let x1 = s.mul_add(s.load(node.plane(x.opposite())), i[0], f[0]);
         let y1 = s.mul_add(s.load(node.plane(y.opposite())), i[1], f[1]);
         let z1 = s.mul_add(s.load(node.plane(z.opposite())), i[2], f[2]);
-        // An axis that gives NaN (overflow) has no effect: `max` and `min` return the second operand.
+        // An axis that gives NaN (overflow) has no effect: `max` and `min` return the second
+        // operand.
         let near = s.max(s.max(x0, y0), s.max(z0, self.t_min));
         let far = s.min(s.min(x1, y1), s.min(z1, t_max));
         (near, s.le(near, far))

@@ -1,9 +1,9 @@
 //! Origin-plane culling.
 //!
-//! A ray that starts on a triangle stays on one side of the triangle's plane. It cannot hit anything
-//! that lies completely on the other side. For each side of each triangle, [`build_table`] finds
-//! children of a node on the way from the triangle to the root that lie below the plane. Streams of
-//! rays that carry their [`OriginSide`](crate::OriginSide) skip those children.
+//! A ray that starts on a triangle stays on one side of the triangle's plane. It cannot hit
+//! anything that lies completely on the other side. For each side of each triangle, [`build_table`]
+//! finds children of a node on the way from the triangle to the root that lie below the plane.
+//! Streams of rays that carry their [`OriginSide`](crate::OriginSide) skip those children.
 //!
 //! Hits do not change: rays start farther above the surface than culled geometry may reach.
 
@@ -16,8 +16,8 @@ use rayon::prelude::*;
 /// The culled children for both sides of each triangle of a block.
 pub(super) type BlockSides = [[CulledChildren; 2]; WIDTH];
 
-/// Builds the table of a tree over `triangles` triangles. It is empty if ids are not `0..triangles`.
-/// `find_block` computes the entries of a block with [`BottomUpTree::find_block`].
+/// Builds the table of a tree over `triangles` triangles. It is empty if ids are not
+/// `0..triangles`. `find_block` computes the entries of a block with [`BottomUpTree::find_block`].
 pub(super) fn build_table(
     nodes: &[Node],
     blocks: &[TriangleBlock],
@@ -41,16 +41,16 @@ pub(super) fn build_table(
     CullingTable(table)
 }
 
-/// How far culled geometry may reach above a triangle's plane, relative to the largest magnitude of a
-/// coordinate of the triangle: slightly less than the offset of ray origins. It is not zero because
-/// corners of planar surfaces are rounded.
+/// How far culled geometry may reach above a triangle's plane, relative to the largest magnitude of
+/// a coordinate of the triangle: slightly less than the offset of ray origins. It is not zero
+/// because corners of planar surfaces are rounded.
 const TOLERANCE: f32 = 0.875 / (1 << 22) as f32;
 
 /// Relative error of a height above a plane: of the normal, a difference, a product and the sums.
 const ERROR: f32 = 4.0 * f32::EPSILON;
 
-/// Most nodes and leaves that are visited for one side of a block's triangles. Most need few; planes
-/// through the whole scene would need all.
+/// Most nodes and leaves that are visited for one side of a block's triangles. Most need few;
+/// planes through the whole scene would need all.
 const MAX_VISITS: u32 = 1024;
 
 /// The plane of a triangle's side.
@@ -119,14 +119,15 @@ impl BlockPlanes {
 pub(crate) struct BoxAbove {
     /// A corner of the box may be above, within rounding.
     maybe: u32,
-    /// A whole side of the box is above. A primitive in the box touches that side, so it is above, too.
+    /// A whole side of the box is above. A primitive in the box touches that side, so it is above,
+    /// too.
     surely: u32,
 }
 
 /// Tests against planes. Every operation is rounded separately, so that all instruction sets agree.
 pub(crate) trait PlaneTest: Copy {
-    /// Mask of the points, by coordinate and lane, that may be above a plane within rounding. NaN is not
-    /// above.
+    /// Mask of the points, by coordinate and lane, that may be above a plane within rounding. NaN
+    /// is not above.
     fn above(self, plane: &OriginPlane, points: [&[f32; WIDTH]; 3]) -> u32;
 
     /// Which planes a box, not empty, reaches above. Overflow counts as above.
@@ -288,8 +289,8 @@ impl<'a> BottomUpTree<'a> {
         std::array::from_fn(|lane| [of_fronts[lane], of_backs[lane]])
     }
 
-    /// Goes from a block towards the root for as long as everything below the node is below a plane. At
-    /// the node where that ends, the children that are below the plane are culled.
+    /// Goes from a block towards the root for as long as everything below the node is below a
+    /// plane. At the node where that ends, the children that are below the plane are culled.
     #[inline(always)]
     fn find_sides(
         &self,

@@ -2,8 +2,8 @@
 //!
 //! Boxes of nodes and of triangles are tested once for all rays, with intervals of origins and
 //! reciprocal directions. The remaining triangles are tested with eight rays at a time, with the
-//! arithmetic of [`TriangleIntersector`](super::triangle_intersector::TriangleIntersector). So a ray's
-//! hit is that of a single-ray query.
+//! arithmetic of [`TriangleIntersector`](super::triangle_intersector::TriangleIntersector). So a
+//! ray's hit is that of a single-ray query.
 
 use super::lane_vectors::{abs, splats};
 use super::ray_setup::{LaneRays, LaneSlabs, Shears};
@@ -81,8 +81,8 @@ impl<S: Simd> Intervals<S> {
         }
     }
 
-    /// Lower bounds of the entry distances for eight boxes, and the mask of boxes that a ray may hit
-    /// before `limit`. `planes`: by axis, low and high.
+    /// Lower bounds of the entry distances for eight boxes, and the mask of boxes that a ray may
+    /// hit before `limit`. `planes`: by axis, low and high.
     #[inline(always)]
     fn intersect(&self, s: S, planes: &[[S::F; 2]; 3], limit: f32) -> (S::F, S::M) {
         let (mut near, mut far) = (self.t_min, s.splat(limit));
@@ -246,8 +246,8 @@ impl Packet {
         -s.least(nearest)
     }
 
-    /// Traces the rays `some`, at least one, through `blas`, whose leaves are `blocks`. Returns false,
-    /// without effect, if they are not coherent.
+    /// Traces the rays `some`, at least one, through `blas`, whose leaves are `blocks`. Returns
+    /// false, without effect, if they are not coherent.
     ///
     /// Afterwards [`Packet::hit`] returns the closest hits, or any hits for `ANY`.
     #[inline(always)]
@@ -342,7 +342,8 @@ impl Packet {
         s.bits(s.le(near, far)) != 0
     }
 
-    /// Intersects triangle `lane` of a block with the rays of `groups`. True if a ray has a closer hit.
+    /// Intersects triangle `lane` of a block with the rays of `groups`. True if a ray has a closer
+    /// hit.
     #[inline(always)]
     fn intersect_triangle<S: Simd, F: HitFilter, const ANY: bool>(
         &mut self,
@@ -392,7 +393,8 @@ impl Packet {
         has_hit
     }
 
-    /// Hits of the rays of a group with a triangle, and the mask of those inside the rays' intervals.
+    /// Hits of the rays of a group with a triangle, and the mask of those inside the rays'
+    /// intervals.
     #[inline(always)]
     fn triangle_hits<S: Simd>(&self, s: S, corners: [[S::F; 3]; 3], group: usize) -> (TriangleHits<S>, S::M) {
         let origin = [&self.origin[0][group], &self.origin[1][group], &self.origin[2][group]];

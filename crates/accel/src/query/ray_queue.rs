@@ -55,7 +55,8 @@ impl<'r, R: RayStream + ?Sized> RayQueue<'r, R> {
         }
     }
 
-    /// The lane of the next ray to traverse. Rays that the root stage finishes are written to `output`.
+    /// The lane of the next ray to traverse. Rays that the root stage finishes are written to
+    /// `output`.
     #[inline(always)]
     pub fn next_ray<S: Simd, const ANY: bool>(
         &mut self,
@@ -112,8 +113,8 @@ impl<'r, R: RayStream + ?Sized> RayQueue<'r, R> {
         }
     }
 
-    /// Looks up the culled children of the pending rays. Returns the mask of rays that still hit a box of
-    /// the root.
+    /// Looks up the culled children of the pending rays. Returns the mask of rays that still hit a
+    /// box of the root.
     #[inline(always)]
     fn cull_root_children<S: Simd>(&mut self, s: S, pending: u32) -> u32 {
         let mut left = pending;

@@ -94,7 +94,8 @@ impl<S: Simd> LaneRays<S> {
     }
 }
 
-/// Eight rays of a stream as vectors: origin, `t_min`, direction, `t_max`. `lanes` is scratch memory.
+/// Eight rays of a stream as vectors: origin, `t_min`, direction, `t_max`. `lanes` is scratch
+/// memory.
 #[inline(always)]
 fn numbers<S: Simd>(s: S, rays: &(impl RayStream + ?Sized), first: usize, lanes: &mut Ray8) -> [S::F; WIDTH] {
     if let Some([a, b, c, d, e, f, g, h]) = rays.rows(first) {
@@ -106,7 +107,8 @@ fn numbers<S: Simd>(s: S, rays: &(impl RayStream + ?Sized), first: usize, lanes:
     [ox, oy, oz, s.load(&lanes.t_min), dx, dy, dz, s.load(&lanes.t_max)]
 }
 
-/// Sixteen rays of a stream from `first` on. Rays beyond the end are invalid. `lanes` is scratch memory.
+/// Sixteen rays of a stream from `first` on. Rays beyond the end are invalid. `lanes` is scratch
+/// memory.
 #[inline(always)]
 pub(super) fn sixteen_rays<S: Simd>(
     s: S,
@@ -218,9 +220,9 @@ pub(super) fn store_traversal_rays<S: Simd>(
             s.transposed(half_of(s, &words[2], half)),
         ];
         for ray in 0..WIDTH {
-            // SAFETY: a `TraversalRay` is twenty-four values of four bytes with sufficient alignment, see
-            // the assertion above. Its planes and axes are valid: they come from `NodePlane::new` and
-            // `Axes::to_bits`.
+            // SAFETY: a `TraversalRay` is twenty-four values of four bytes with sufficient
+            // alignment, see the assertion above. Its planes and axes are valid: they come from
+            // `NodePlane::new` and `Axes::to_bits`.
             let words = unsafe { &mut *std::ptr::from_mut(&mut to[half * WIDTH + ray]).cast::<Words>() };
             for (row, word) in rows.iter().zip(words) {
                 s.store(row[ray], word);

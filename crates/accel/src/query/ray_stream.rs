@@ -39,8 +39,8 @@ pub trait RayStream: Sync {
         None
     }
 
-    /// Loads eight consecutive rays. Rays beyond the end have an empty interval and hit nothing. The
-    /// result is written to `lanes`, which saves a copy.
+    /// Loads eight consecutive rays. Rays beyond the end have an empty interval and hit nothing.
+    /// The result is written to `lanes`, which saves a copy.
     #[inline(always)]
     fn load(&self, first: usize, lanes: &mut Ray8) {
         *lanes = Ray8::INACTIVE;
@@ -130,8 +130,8 @@ impl<'a> RayColumns<'a> {
     }
 
     /// Adds the triangle side that each ray starts on. If the structure has a culling table
-    /// ([`Blas::build_culling_table`](crate::Blas::build_culling_table)), such rays are traced faster,
-    /// with the same hits.
+    /// ([`Blas::build_culling_table`](crate::Blas::build_culling_table)), such rays are traced
+    /// faster, with the same hits.
     ///
     /// A ray must start above the plane of its side, by at least 2⁻²² of the largest magnitude of a
     /// coordinate of the triangle, and must not get closer to the plane. Other rays may miss
@@ -193,7 +193,8 @@ impl RayStream for RayColumns<'_> {
             }
             return;
         }
-        // SAFETY: there are eight rays from `first` on, and all columns have the same length, see `RayColumns::new`.
+        // SAFETY: there are eight rays from `first` on, and all columns have the same length, see
+        // `RayColumns::new`.
         let at = |column: &[f32]| unsafe { *column.as_ptr().add(first).cast::<[f32; WIDTH]>() };
         for axis in 0..3 {
             lanes.origin[axis] = at(self.origin[axis]);

@@ -2,10 +2,10 @@
 //! root, before any ray is traversed alone.
 //!
 //! Near the root, rays do not diverge yet. A test of one polygon or box with sixteen rays is a few
-//! times faster than a single ray's test of eight boxes, and has no branches. In a room, most rays are
-//! finished after this stage, and only those that hit a child box traverse the tree. An object of a
-//! few triangles has no tree to traverse. Shadow rays between two points inside the object's bounds
-//! are not tested with walls that lie in the bounds' sides.
+//! times faster than a single ray's test of eight boxes, and has no branches. In a room, most rays
+//! are finished after this stage, and only those that hit a child box traverse the tree. An object
+//! of a few triangles has no tree to traverse. Shadow rays between two points inside the object's
+//! bounds are not tested with walls that lie in the bounds' sides.
 //!
 //! `bvh/planar_polygon.rs` explains the polygon test.
 
@@ -43,7 +43,8 @@ pub(super) struct RootStage<'a> {
 }
 
 impl<'a> RootStage<'a> {
-    /// For the single object `object`, or for all instances. Polygons are only used if every hit counts.
+    /// For the single object `object`, or for all instances. Polygons are only used if every hit
+    /// counts.
     pub fn new<F: HitFilter>(tlas: &'a Tlas, object: Option<&'a Blas>) -> Self {
         let (nodes, root, bounds) = match object {
             Some(object) => (&object.nodes, object.root, object.bounds()),
@@ -103,8 +104,8 @@ impl<'a> RootStage<'a> {
         hits
     }
 
-    /// Whether all rays start and end inside the bounds, and so do not cross polygons in the sides. This
-    /// is exact: an end point that is rounded once is outside if the exact point is.
+    /// Whether all rays start and end inside the bounds, and so do not cross polygons in the sides.
+    /// This is exact: an end point that is rounded once is outside if the exact point is.
     #[inline(always)]
     fn are_inside_bounds<A: Arithmetic>(&self, a: A, rays: &LaneRays<A>) -> bool {
         if self.inner == self.polygons.len() {
@@ -124,8 +125,8 @@ impl<'a> RootStage<'a> {
         a.bits(a.or(within, a.lt(rays.t_max, a.splat(0.0)))) == (1 << RAYS) - 1
     }
 
-    /// The distances at which rays enter the root's boxes, infinite for misses, and the mask of rays that
-    /// hit any box before `t_max`.
+    /// The distances at which rays enter the root's boxes, infinite for misses, and the mask of
+    /// rays that hit any box before `t_max`.
     #[inline(always)]
     pub fn intersect_boxes<A: Arithmetic>(
         &self,
@@ -198,7 +199,8 @@ pub(super) fn store<S: Simd>(s: S, x: <S::Sixteen as Arithmetic>::F, to: &mut [f
 
 /// Per-ray constants of the plane tests.
 struct PlaneTests<A: Arithmetic> {
-    /// Bound of the distance between origin and geometry along an axis; negative, as tolerances are.
+    /// Bound of the distance between origin and geometry along an axis; negative, as tolerances
+    /// are.
     distance: A::F,
     /// The largest magnitude of a direction's component.
     longest: A::F,
@@ -288,7 +290,8 @@ impl<A: Arithmetic> RootHits<A> {
             (a.mul(from[0], tests.inverse[k]), tests.tolerance[k])
         } else {
             let [slope_i, slope_j] = [a.splat(polygon.slope[0]), a.splat(polygon.slope[1])];
-            // The height of the origin above the plane, and a quarter of the direction's, along the axis.
+            // The height of the origin above the plane, and a quarter of the direction's, along the
+            // axis.
             let height = a.mul_add(slope_j, from[2], a.mul_add(slope_i, from[1], from[0]));
             let [dk, di, dj] = [tests.quarter[k], tests.quarter[i], tests.quarter[j]];
             let ascent = a.mul_add(slope_j, dj, a.mul_add(slope_i, di, dk));
@@ -378,7 +381,8 @@ mod tests {
         assert_eq!(ids, [0, 1, 2, 3]);
     }
 
-    /// Streams find what single rays find with the scalar twin: of the one object as it is, and of instances of it.
+    /// Streams agree with single rays of the scalar kernels, for a single object and for instances
+    /// of it.
     #[test]
     fn streams_find_what_single_rays_find() {
         let mut number = numbers();
@@ -421,8 +425,8 @@ mod tests {
         }
     }
 
-    /// Groups of sixteen shadow rays that go from one point within the bounds to another are not tested with the floor, which is their
-    /// lower side; those of which only fifteen do are.
+    /// Batches of sixteen shadow rays between points inside the bounds are not tested with the
+    /// floor, which is the lower side of the bounds. A batch with one other ray is.
     #[test]
     fn shadow_rays_within_the_bounds_find_what_is_there() {
         let mut number = numbers();

@@ -1,5 +1,6 @@
-//! The scalar kernels: the same traversal, one box and one primitive at a time, with the formulas of
-//! `optics`. They run on processors without SIMD support, and tests compare the SIMD kernels with them.
+//! The scalar kernels: the same traversal, one box and one primitive at a time, with the formulas
+//! of `optics`. They run on processors without SIMD support, and tests compare the SIMD kernels
+//! with them.
 
 use super::closest_hit::{ClosestHit, can_hit};
 use super::hit_sink::HitSink;
@@ -75,7 +76,8 @@ fn traverse(
     false
 }
 
-/// Calls `found` for every hit in a leaf between the ray's start and `t_max`, until it returns true.
+/// Calls `found` for every hit in a leaf between the ray's start and `t_max`, until it returns
+/// true.
 fn leaf_hits(
     blas: &Blas,
     index: usize,

@@ -187,8 +187,8 @@ pub(super) fn blas_any<S: Simd, F: HitFilter>(
     }
 }
 
-/// Finds the closest hit in instances, the leaves of the top level. `closest` is the entry point for
-/// one object.
+/// Finds the closest hit in instances, the leaves of the top level. `closest` is the entry point
+/// for one object.
 struct ClosestInstanceVisitor<'a, F, C> {
     tlas: &'a Tlas,
     ray: &'a Ray,

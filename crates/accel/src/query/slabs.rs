@@ -3,13 +3,13 @@
 use crate::layout::NodePlane;
 use crate::ray::Ray;
 
-/// A ray's constants for the slab test. Along axis `a` it crosses the plane at `x` at
-/// `t = x * inverse[a] + offset`, with one offset for entry and one for exit.
+/// A ray's constants for the slab test. Along axis `a` it crosses the plane at `x` at `t = x *
+/// inverse[a] + offset`, with one offset for entry and one for exit.
 ///
-/// The fused multiply-add is exact up to the rounding of the offset and of the reciprocal. Both errors
-/// are a few units in the last place of the largest coordinate. The two offsets are moved apart by
-/// that much, so that the test never misses a box that the ray touches. This follows Ize, "Robust BVH
-/// Ray Traversal", JCGT 2(2), 2013, at no cost per node.
+/// The fused multiply-add is exact up to the rounding of the offset and of the reciprocal. Both
+/// errors are a few units in the last place of the largest coordinate. The two offsets are moved
+/// apart by that much, so that the test never misses a box that the ray touches. This follows Ize,
+/// "Robust BVH Ray Traversal", JCGT 2(2), 2013, at no cost per node.
 #[derive(Clone, Copy)]
 #[repr(C)]
 pub(super) struct Slabs {
@@ -26,8 +26,8 @@ impl Slabs {
     #[inline(always)]
     pub fn new(ray: &Ray, extent: &[f32; 3]) -> Slabs {
         let d = &ray.direction;
-        // A zero direction would give infinity, and then NaN. This value is small enough to count as
-        // parallel at any distance.
+        // A zero direction would give infinity, and then NaN. This value is small enough to count
+        // as parallel at any distance.
         let tiny = (d[0].abs().max(d[1].abs()).max(d[2].abs()) * 1e-24).max(1e-37);
         let mut s = Slabs {
             inverse: [0.0; 3],

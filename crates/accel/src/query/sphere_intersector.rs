@@ -34,8 +34,8 @@ impl<S: Simd> LeafIntersector<S> for SphereIntersector<'_, S> {
     #[inline(always)]
     fn intersect(&self, s: S, index: usize, t_max: f32, handler: &mut impl HitHandler<S>) {
         debug_assert!(index < self.blocks.len());
-        // SAFETY: leaf references are made by the builder and index the blocks of this slice (`validate`
-        // checks them in debug builds).
+        // SAFETY: leaf references are made by the builder and index the blocks of this slice
+        // (`validate` checks them in debug builds).
         let block = unsafe { self.blocks.get_unchecked(index) };
         let zero = s.splat(0.0);
         let [x, y, z] = self.origin;
@@ -67,8 +67,8 @@ impl<S: Simd> LeafIntersector<S> for SphereIntersector<'_, S> {
         if near_bits | far_bits == 0 {
             return;
         }
-        // Both crossings are candidates, because a filter may reject one of them. The far crossing of a
-        // sphere only counts if its near one was rejected, so all near crossings come first.
+        // Both crossings are candidates, because a filter may reject one of them. The far crossing
+        // of a sphere only counts if its near one was rejected, so all near crossings come first.
         if near_bits != 0 {
             let candidates = Candidates { mask: near_counts, bits: near_bits, t: near, u: zero, v: zero };
             handler.handle(s, &candidates, &block.ids);

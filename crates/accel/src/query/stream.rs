@@ -1,10 +1,10 @@
 //! Traversal of a stream of rays, several in flight at a time.
 //!
 //! A single ray mostly waits: for memory, for the last comparison, and for mispredicted branches.
-//! Therefore several rays are in flight. In each round, all rays that are at nodes take a step, then
-//! all that are at leaves. No step waits for the previous one, memory is prefetched one round ahead,
-//! and no branch depends on the path of a ray: a ray is put into the list of nodes, of leaves, or of
-//! the rest. Each ray takes the same steps as in a single-ray query.
+//! Therefore several rays are in flight. In each round, all rays that are at nodes take a step,
+//! then all that are at leaves. No step waits for the previous one, memory is prefetched one round
+//! ahead, and no branch depends on the path of a ray: a ray is put into the list of nodes, of
+//! leaves, or of the rest. Each ray takes the same steps as in a single-ray query.
 
 use super::brute_force::{brute_force_any, brute_force_closest};
 use super::closest_hit::ClosestHit;
@@ -33,7 +33,7 @@ const NO_RAY: usize = usize::MAX;
 struct StreamRay<'a> {
     /// Constants for `nodes` and the object's triangles.
     constants: TraversalRay,
-    /// The nodes that `child` lengths.
+    /// The nodes that `child` refers to.
     nodes: &'a [Node],
     /// What to visit next.
     child: ChildRef,
@@ -53,8 +53,8 @@ struct StreamRay<'a> {
     index_in_stream: usize,
     /// Constants for the boxes of the top level, while the ray is in an object.
     top_level_slabs: Slabs,
-    /// The ray in object space, if the object has spheres. Not for triangles: the copy would take as long
-    /// as a step, because the ray has just been written by component.
+    /// The ray in object space, if the object has spheres. Not for triangles: the copy would take
+    /// as long as a step, because the ray has just been written by component.
     ray: Ray,
 }
 
@@ -144,7 +144,7 @@ impl<'a> StreamRay<'a> {
         self.push_children::<S, ANY>(s, node, near, inside);
     }
 
-    /// Tests the leaf that the ray is at, and keeps what lengths.
+    /// Intersects the current leaf and keeps its hits.
     #[inline(always)]
     fn visit_leaf<S: Simd, F: HitFilter, const ANY: bool>(&mut self, s: S, filter: &F) {
         let index = leaf_index(self.child);
@@ -168,8 +168,8 @@ impl<'a> StreamRay<'a> {
         }
     }
 
-    /// As [`StreamRay::visit_leaf`] for closest hits without a filter, but with no branch on the result.
-    /// True if there are closer hits, which [`StreamRay::keep_closest`] has to handle.
+    /// As [`StreamRay::visit_leaf`] for closest hits without a filter, but with no branch on the
+    /// result. True if there are closer hits, which [`StreamRay::keep_closest`] has to handle.
     #[inline(always)]
     fn find_leaf_hits<S: Simd, F: HitFilter>(&mut self, s: S, filter: &F) -> bool {
         if !self.spheres.is_empty() {
@@ -202,7 +202,7 @@ impl<'a> StreamRay<'a> {
         self.child = self.stack.pop();
     }
 
-    /// Whether a leaf has a hit that lengths.
+    /// Intersects a leaf. Returns whether there is a closer hit, or any hit for `ANY`.
     #[inline(always)]
     fn intersect_leaf<S: Simd, F: HitFilter, const ANY: bool>(
         &mut self,
@@ -259,7 +259,8 @@ impl<'a> StreamRay<'a> {
                 let Some(blocks) = object.brute_force_blocks().filter(|_| F::OPAQUE) else {
                     self.top_level_slabs = self.constants.slabs;
                     self.stack.push_end(s);
-                    // Field by field: a copy of the whole struct would stall on the stores just made.
+                    // Field by field: a copy of the whole struct would stall on the stores just
+                    // made.
                     self.constants.slabs = Slabs::new(&ray, &object.extent);
                     self.constants.shear = Shear::new(&ray);
                     self.enter(object, instance);
@@ -305,7 +306,7 @@ impl<'a> StreamRay<'a> {
     }
 }
 
-/// StreamOutput the queries of a stream, in no certain order, with nearest hits (for `ANY`: some hits, of which single the existence lengths).
+/// Traces a stream. Rays finish in any order. For `ANY`, hits only say that there is one.
 #[inline(always)]
 pub(super) fn trace<S: Simd, F: HitFilter, const ANY: bool>(
     s: S,

@@ -67,8 +67,8 @@ pub(super) struct ListLengths {
 }
 
 impl RayLists {
-    /// Puts a ray that visits `child` next into its list. There is no branch: the ray is written behind
-    /// the end of each list, and one length is increased.
+    /// Puts a ray that visits `child` next into its list. There is no branch: the ray is written
+    /// behind the end of each list, and one length is increased.
     #[inline(always)]
     pub fn insert(&mut self, lengths: &mut ListLengths, id: RayId, child: ChildRef) {
         let (is_node, is_other) = (child < LEAF, child >= INSTANCE);

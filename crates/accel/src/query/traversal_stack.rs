@@ -54,8 +54,8 @@ impl<'m> Stack<'m> {
         Stack { memory, size: 0 }
     }
 
-    /// Pushes the children in `inside` (as `bits`, not zero) except one, which is returned: the closest if
-    /// `ORDERED`. `near` are their distances.
+    /// Pushes the children in `inside` (as `bits`, not zero) except one, which is returned: the
+    /// closest if `ORDERED`. `near` are their distances.
     #[inline(always)]
     pub fn descend<S: Simd, const ORDERED: bool>(
         &mut self,
@@ -68,8 +68,8 @@ impl<'m> Stack<'m> {
         if bits & (bits - 1) == 0 {
             return node.children[bits.trailing_zeros() as usize & 7];
         }
-        // SAFETY: each of at most MAX_DEPTH nodes on a path leaves at most seven siblings on the stack,
-        // and one more vector fits (`validate` checks the depth in debug builds).
+        // SAFETY: each of at most MAX_DEPTH nodes on a path leaves at most seven siblings on the
+        // stack, and one more vector fits (`validate` checks the depth in debug builds).
         let (distances, children) = unsafe { self.memory.entries(self.size) };
         self.size += bits.count_ones() as usize - 1;
         if ORDERED {
@@ -114,17 +114,17 @@ pub(super) const END: ChildRef = u32::MAX - 1;
 /// the ends at the bottom, and one vector more.
 pub(super) const STREAM_STACK_SIZE: usize = 2 * STACK_SIZE;
 
-/// The stack of a ray in a stream. Operations have no branches. An empty stack returns [`END`] again
-/// and again.
+/// The stack of a ray in a stream. Operations have no branches. An empty stack returns [`END`]
+/// again and again.
 pub(super) struct StreamStack<'m> {
     memory: &'m mut StackMemory<STREAM_STACK_SIZE>,
     /// Index of the top entry, at least [`BOTTOM`].
     top: usize,
 }
 
-/// The last of the ends at the bottom. They fill a cache line, so that the first entry starts a cache
-/// line and vectors of entries may reach below it. Stores that cross cache lines are slow to read
-/// back; most stacks stay in one line.
+/// The last of the ends at the bottom. They fill a cache line, so that the first entry starts a
+/// cache line and vectors of entries may reach below it. Stores that cross cache lines are slow to
+/// read back; most stacks stay in one line.
 const BOTTOM: usize = 2 * WIDTH - 1;
 
 impl<'m> StreamStack<'m> {
@@ -145,10 +145,12 @@ impl<'m> StreamStack<'m> {
         self.top = BOTTOM;
     }
 
-    /// Pushes the children in `inside`; if `ORDERED`, the closest on top. `near` are their distances.
+    /// Pushes the children in `inside`; if `ORDERED`, the closest on top. `near` are their
+    /// distances.
     #[inline(always)]
     pub fn push<S: Simd, const ORDERED: bool>(&mut self, s: S, node: &Node, near: S::F, inside: S::M) {
-        // SAFETY: as in `Stack::descend`, for both levels; see `STREAM_STACK_SIZE`. The entries are only written.
+        // SAFETY: as in `Stack::descend`, for both levels; see `STREAM_STACK_SIZE`. The entries are
+        // only written.
         let (distances, children) = unsafe { self.memory.entries(self.top + 1) };
         let bits = s.bits(inside);
         let all = s.load_u(&node.children);
@@ -175,7 +177,8 @@ impl<'m> StreamStack<'m> {
     /// Pops the top entry.
     #[inline(always)]
     pub fn pop(&mut self) -> ChildRef {
-        // SAFETY: all entries up to `top` have been written, and `top` is below `STREAM_STACK_SIZE`, as in `push`.
+        // SAFETY: all entries up to `top` have been written, and `top` is below
+        // `STREAM_STACK_SIZE`, as in `push`.
         let child = unsafe { *self.memory.children.0.as_ptr().cast::<ChildRef>().add(self.top) };
         self.top -= usize::from(self.top > BOTTOM);
         child
@@ -187,11 +190,13 @@ impl<'m> StreamStack<'m> {
         // A key's low bits hold the lane, which adds at most eight units in the last place.
         let limit = s.splat(limit * (1.0 + 8.0 * f32::EPSILON));
         let end = self.top + 1;
-        // Whole vectors up to the end. The first may start among the ends at the bottom, which are kept.
+        // Whole vectors up to the end. The first may start among the ends at the bottom, which are
+        // kept.
         let mut at = BOTTOM + 1 - ((BOTTOM + 1).wrapping_sub(end) & (WIDTH - 1));
         let mut kept = at;
         while at < end {
-            // SAFETY: `at` is at most `end - WIDTH`, and all entries before `end` have been written.
+            // SAFETY: `at` is at most `end - WIDTH`, and all entries before `end` have been
+            // written.
             let (distances, children) = unsafe { self.memory.entries(at) };
             let (distances, children) = (s.load_u(distances), s.load_u(children));
             let nearer = s.lt(s.bits_as_f(distances), limit);

@@ -1,4 +1,5 @@
-//! The watertight ray-triangle test, in SIMD lanes: a ray and eight triangles, or eight rays and one.
+//! The watertight ray-triangle test, in SIMD lanes: a ray and eight triangles, or eight rays and
+//! one.
 //!
 //! `optics::intersect::intersect_triangle` is the scalar version and names the source.
 
@@ -8,8 +9,8 @@ use crate::layout::TriangleBlock;
 use crate::ray::Ray;
 use crate::simd::Simd;
 
-/// A ray's constants for the triangle test: the order of axes, the origin, and the shear that maps the
-/// ray to the third axis.
+/// A ray's constants for the triangle test: the order of axes, the origin, and the shear that maps
+/// the ray to the third axis.
 #[derive(Clone, Copy)]
 #[repr(C)]
 pub(super) struct Shear {
@@ -83,7 +84,8 @@ impl<'a, S: Simd> TriangleIntersector<'a, S> {
     fn corner(&self, s: S, block: &TriangleBlock, i: usize) -> [S::F; 3] {
         let [u, v, w] = self.axes;
         let p = &block.vertices[i];
-        // SAFETY: the axes are those of a `Shear`, which takes them from its table: 0, 1 and 2 in some order.
+        // SAFETY: the axes are those of a `Shear`, which takes them from its table: 0, 1 and 2 in
+        // some order.
         let [x, y, z] = unsafe {
             [p.get_unchecked(u as usize), p.get_unchecked(v as usize), p.get_unchecked(w as usize)]
         };
@@ -100,12 +102,13 @@ impl<'a, S: Simd> TriangleIntersector<'a, S> {
         TriangleHits::new(s, corners, self.shear[2])
     }
 
-    /// Hits with the triangles of a leaf, and the mask of those between the ray's start and `t_max`.
+    /// Hits with the triangles of a leaf, and the mask of those between the ray's start and
+    /// `t_max`.
     #[inline(always)]
     pub fn leaf_hits(&self, s: S, index: usize, t_max: f32) -> (TriangleHits<S>, S::M) {
         debug_assert!(index < self.blocks.len());
-        // SAFETY: leaf references are made by the builder and index the blocks of this slice (`validate`
-        // checks them in debug builds).
+        // SAFETY: leaf references are made by the builder and index the blocks of this slice
+        // (`validate` checks them in debug builds).
         let hits = self.line_hits(s, unsafe { self.blocks.get_unchecked(index) });
         let mask = s.and(hits.inside, s.and(s.lt(self.t_min, hits.t), s.lt(hits.t, s.splat(t_max))));
         (hits, mask)
@@ -132,8 +135,8 @@ pub(super) struct TriangleHits<S: Simd> {
 }
 
 impl<S: Simd> TriangleHits<S> {
-    /// Corners are in sheared space, where the line is the third axis. `shear_z` scales distances along
-    /// that axis to distances along the ray.
+    /// Corners are in sheared space, where the line is the third axis. `shear_z` scales distances
+    /// along that axis to distances along the ray.
     #[inline(always)]
     pub fn new(s: S, [[ax, ay, az], [bx, by, bz], [cx, cy, cz]]: [[S::F; 3]; 3], shear_z: S::F) -> Self {
         // Not fused, see the scalar function.
@@ -141,8 +144,8 @@ impl<S: Simd> TriangleHits<S> {
         let e1 = s.sub(s.mul(ax, cy), s.mul(ay, cx));
         let e2 = s.sub(s.mul(bx, ay), s.mul(by, ax));
         let det = s.add(s.add(e0, e1), e2);
-        // All edge functions have the sign of the determinant. If that is zero or NaN, the distance is
-        // infinite or NaN, which is outside every interval.
+        // All edge functions have the sign of the determinant. If that is zero or NaN, the distance
+        // is infinite or NaN, which is outside every interval.
         let side = s.min(s.min(s.flip_sign(e0, det), s.flip_sign(e1, det)), s.flip_sign(e2, det));
         let inside = s.le(s.splat(0.0), side);
         let scaled = s.mul(shear_z, s.mul_add(e0, az, s.mul_add(e1, bz, s.mul(e2, cz))));

@@ -113,7 +113,8 @@ impl Simd for Avx2 {
         // SAFETY: `self` proves that the instructions exist.
         unsafe {
             let mut x = keys;
-            // Bitonic network: each stage compares every lane with a partner and leaves the larger key in the lower lane.
+            // Bitonic network: each stage compares every lane with a partner and leaves the larger
+            // key in the lower lane.
             let y = _mm256_shuffle_epi32::<0b10_11_00_01>(x);
             x = _mm256_blend_epi32::<0b10101010>(_mm256_max_epi32(x, y), _mm256_min_epi32(x, y));
             let y = _mm256_shuffle_epi32::<0b00_01_10_11>(x);

@@ -77,17 +77,18 @@ pub(crate) trait Simd: Arithmetic {
     fn least(self, a: Self::F) -> f32;
     fn load_u(self, x: &[u32; WIDTH]) -> Self::U;
     fn store_u(self, x: Self::U, to: &mut [u32; WIDTH]);
-    /// Lane `i` of the result is the lane of `table` that the low three bits of lane `i` of `index` name.
+    /// Lane `i` of the result is the lane of `table` that the low three bits of lane `i` of `index`
+    /// name.
     fn permute(self, table: Self::U, index: Self::U) -> Self::U;
-    /// Sort keys: the bits of the distance (not negative) with the lane in the low three bits where the mask is set,
-    /// `u32::MAX` elsewhere.
+    /// Sort keys: the bits of the distance (not negative) with the lane in the low three bits where
+    /// the mask is set, `u32::MAX` elsewhere.
     fn keys(self, distance: Self::F, m: Self::M) -> Self::U;
     /// The smallest key, as an unsigned number.
     fn least_key(self, keys: Self::U) -> u32;
     /// The keys as signed numbers in descending order: those of lanes that were not set come last.
     fn sorted(self, keys: Self::U) -> Self::U;
-    /// Prefetches `N` cache lines from `first` on, where there is an instruction for it. The address
-    /// is never dereferenced and may be invalid.
+    /// Prefetches `N` cache lines from `first` on, where there is an instruction for it. The
+    /// address is never dereferenced and may be invalid.
     #[inline(always)]
     fn prefetch<const N: usize>(self, _first: *const u8) {}
     /// Moves the lanes that are set in `bits` (`m` as bits) to the front. The others are undefined.

@@ -141,8 +141,8 @@ pub fn transform(m: &[[f32; 4]; 3], p: [f32; 3]) -> [f32; 3] {
     m.map(|r| r[0] * p[0] + r[1] * p[1] + r[2] * p[2] + r[3])
 }
 
-/// Whether `actual` is the nearest hit, or one at the same distance up to rounding. Grazing hits within rounding of an
-/// edge may differ: the caller counts how often this is false.
+/// Whether `actual` is the nearest hit, or one at the same distance up to rounding. Grazing hits
+/// within rounding of an edge may differ: the caller counts how often this is false.
 pub fn same_hit(expected: &Hit, actual: &Hit) -> bool {
     if expected.is_miss() || actual.is_miss() {
         return expected.is_miss() && actual.is_miss();
@@ -152,7 +152,7 @@ pub fn same_hit(expected: &Hit, actual: &Hit) -> bool {
     close && (!same || ((expected.u - actual.u).abs() < 1e-2 && (expected.v - actual.v).abs() < 1e-2))
 }
 
-/// Compares every isa with the loop over everything.
+/// Compares every instruction set with the loop over everything.
 pub fn check<F: HitFilter>(tlas: &mut Tlas, all: &Everything, rays: &[Ray], filter: &F) {
     let expected: Vec<Hit> = rays.iter().map(|r| all.closest(r, filter)).collect();
     for isa in InstructionSet::available() {

@@ -19,7 +19,7 @@ fn numbers() -> impl FnMut() -> f32 {
     }
 }
 
-/// A ball of so many rings, all triangles of which polygon outwards.
+/// A ball of so many rings, all triangles of which face outwards.
 fn ball(center: [f32; 3], radius: f32, rings: u32) -> Vec<Triangle> {
     let point = |i: u32, j: u32| {
         let (theta, phi) = (f64::from(i) / f64::from(rings), f64::from(j % (2 * rings)) / f64::from(rings));
@@ -125,7 +125,7 @@ fn ids_below(object: &Blas, child: ChildRef, ids: &mut Vec<u32>) {
     children.into_iter().filter(|child| *child != EMPTY).for_each(|child| ids_below(object, child, ids));
 }
 
-/// With exact numbers, nothing that is said to be behind a triangle is as far above it as rays start.
+/// In exact arithmetic, no culled geometry reaches as far above a triangle as rays start.
 #[test]
 fn what_lies_behind_is_not_above() {
     let triangles = medley();
