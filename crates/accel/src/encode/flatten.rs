@@ -3,7 +3,7 @@
 //! Boxes of instances overlap where small objects stand inside large ones, such as lamps in a hall.
 //! A ray enters all of them and is transformed each time. A single tree over all primitives in
 //! world space avoids that. It takes memory for each instance, and instances cannot be
-//! to_world_space.
+//! moved.
 
 use super::geometry_ref::GeometryRef;
 use super::object::{Object, SphereGeometry};

@@ -20,7 +20,7 @@ pub(super) struct RayQueue<'r, R: ?Sized> {
     extent: &'r [f32; 3],
     lanes: [Ray8; 2],
     /// Hits of the root stage, for closest-hit queries.
-    hits16: Hit16,
+    root_hits: Hit16,
     /// Constants for traversal, by ray of the batch.
     pub traversal_rays: [TraversalRay; RAYS],
     /// Closest hits so far, by ray of the batch.
@@ -44,7 +44,7 @@ impl<'r, R: RayStream + ?Sized> RayQueue<'r, R> {
             root_stage,
             extent,
             lanes: [Ray8::INACTIVE; 2],
-            hits16: Hit16::MISSES,
+            root_hits: Hit16::MISSES,
             traversal_rays: [TraversalRay::inactive(); RAYS],
             closest: [ClosestHit { hit: MISS, t_max: -1.0 }; RAYS],
             near: [[f32::INFINITY; WIDTH]; RAYS],
@@ -86,8 +86,8 @@ impl<'r, R: RayStream + ?Sized> RayQueue<'r, R> {
         let mut finished = w.bits(hits.any);
         if !ANY && self.root_stage.has_polygons() {
             // Rays that wait are written again after traversal.
-            self.root_stage.store_hits(s, &hits, &mut self.hits16);
-            output.write16(self.first, &self.hits16);
+            self.root_stage.store_hits(s, &hits, &mut self.root_hits);
+            output.write16(self.first, &self.root_hits);
         }
         if !self.root_stage.is_complete() {
             let slabs = LaneSlabs::new(w, &rays, self.extent);
@@ -101,7 +101,7 @@ impl<'r, R: RayStream + ?Sized> RayQueue<'r, R> {
             let mut ends = [0.0; RAYS];
             store(s, t_max, &mut ends);
             for lane in bits(pending) {
-                self.closest[lane] = ClosestHit { hit: self.hits16.get(lane), t_max: ends[lane] };
+                self.closest[lane] = ClosestHit { hit: self.root_hits.get(lane), t_max: ends[lane] };
             }
             self.pending = pending;
             finished &= !pending;

@@ -97,7 +97,12 @@ impl<S: Simd> LaneRays<S> {
 /// Eight rays of a stream as vectors: origin, `t_min`, direction, `t_max`. `lanes` is scratch
 /// memory.
 #[inline(always)]
-fn numbers<S: Simd>(s: S, rays: &(impl RayStream + ?Sized), first: usize, lanes: &mut Ray8) -> [S::F; WIDTH] {
+fn load_eight<S: Simd>(
+    s: S,
+    rays: &(impl RayStream + ?Sized),
+    first: usize,
+    lanes: &mut Ray8,
+) -> [S::F; WIDTH] {
     if let Some([a, b, c, d, e, f, g, h]) = rays.rows(first) {
         let rows = [row(s, a), row(s, b), row(s, c), row(s, d), row(s, e), row(s, f), row(s, g), row(s, h)];
         return s.transposed(rows);
@@ -117,8 +122,8 @@ pub(super) fn sixteen_rays<S: Simd>(
     lanes: &mut [Ray8; 2],
 ) -> LaneRays<S::Sixteen> {
     let w = s.sixteen();
-    let low = numbers(s, rays, first, &mut lanes[0]);
-    let high = numbers(s, rays, first + WIDTH, &mut lanes[1]);
+    let low = load_eight(s, rays, first, &mut lanes[0]);
+    let high = load_eight(s, rays, first + WIDTH, &mut lanes[1]);
     let mut all = [w.splat(0.0); WIDTH];
     for i in 0..WIDTH {
         all[i] = w.join([low[i], high[i]]);

@@ -50,7 +50,7 @@ struct StreamRay<'a> {
     /// Distances, infinite for misses, and barycentric coordinates for the last leaf.
     leaf_hits: [[f32; WIDTH]; 3],
     /// Index of the ray in its stream.
-    index_in_stream: usize,
+    stream_index: usize,
     /// Constants for the boxes of the top level, while the ray is in an object.
     top_level_slabs: Slabs,
     /// The ray in object space, if the object has spheres. Not for triangles: the copy would take
@@ -73,7 +73,7 @@ impl<'a> StreamRay<'a> {
             spheres: &[],
             instance: 0,
             leaf_hits: [[0.0; WIDTH]; 3],
-            index_in_stream: NO_RAY,
+            stream_index: NO_RAY,
             top_level_slabs: constants.slabs,
             ray: Ray::new([0.0; 3], [0.0, 0.0, 1.0]),
         };
@@ -93,14 +93,14 @@ impl<'a> StreamRay<'a> {
         tlas: &'a Tlas,
         single: bool,
     ) {
-        self.index_in_stream = queue.first + lane;
+        self.stream_index = queue.first + lane;
         self.constants = queue.traversal_rays[lane];
         self.best = queue.closest[lane];
         self.culled = queue.culled[lane];
         if single {
             // The ray never leaves the single object.
             if !self.spheres.is_empty() {
-                self.ray = queue.rays.ray(self.index_in_stream);
+                self.ray = queue.rays.ray(self.stream_index);
             }
         } else {
             self.in_object = false;
@@ -254,7 +254,7 @@ impl<'a> StreamRay<'a> {
         } else if self.child != EMPTY {
             // Coordinates near the limits of floats may let a ray hit unused boxes.
             let index = leaf_index(self.child);
-            let world = rays.ray(self.index_in_stream);
+            let world = rays.ray(self.stream_index);
             if let Some((object, instance, ray)) = tlas.enter(index, &world, filter.ray_mask()) {
                 let Some(blocks) = object.brute_force_blocks().filter(|_| F::OPAQUE) else {
                     self.top_level_slabs = self.constants.slabs;
@@ -371,8 +371,8 @@ pub(super) fn trace<S: Simd, F: HitFilter, const ANY: bool>(
             let id = now.others.get(i);
             let ray_state = id.select(&mut in_flight);
             if ray_state.change_level::<S, F, ANY>(s, tlas, single, rays, filter) {
-                if ray_state.index_in_stream != NO_RAY {
-                    output.write(ray_state.index_in_stream, &ray_state.best.hit);
+                if ray_state.stream_index != NO_RAY {
+                    output.write(ray_state.stream_index, &ray_state.best.hit);
                 }
                 let Some(lane) = queue.next_ray::<S, ANY>(s, &mut output) else { continue };
                 ray_state.start::<_, S, ANY>(s, lane, &queue, tlas, single.is_some());
