@@ -37,7 +37,7 @@ mod simd;
 
 pub use aabb::Aabb;
 pub use build::Quality;
-pub use bvh::{Blas, Geometry, Instance, OriginSide, Sphere, Tlas};
+pub use bvh::{Blas, Geometry, Instance, Sphere, Tlas};
 pub use huge_pages::HugePages;
 pub use query::{Coherence, Hit16, HitColumns, HitSink, Ray8, RayColumns, RayStream};
 pub use ray::{Hit, HitFilter, MISS, Masked, Opaque, Ray};

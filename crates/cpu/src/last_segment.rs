@@ -30,7 +30,7 @@ impl PathBatch {
             for_each_distant(scene, vec3(ray.origin), vec3(ray.direction), |d| {
                 contribution += path_add_emission(path.state(context.depth), d.radiance, d.pdf).radiance;
             });
-            self.ask(Connection { slot: path.slot, contribution }, ray, path.leaving);
+            self.ask(Connection { slot: path.slot, contribution }, ray);
         }
         self.paths.truncate(left);
         self.connect(scene, filter);

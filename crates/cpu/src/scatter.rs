@@ -44,7 +44,6 @@ impl PathBatch {
                 wo: surface.wo,
                 eta: 1.0,
                 binding: 0,
-                leaving: surface.leaving,
             };
             self.diffuse.push(&point, &path);
             if self.diffuse.is_full() {
@@ -115,7 +114,6 @@ impl PathBatch {
         }
         path = path.with_state(&state);
         path.throughput *= 1.0 / survival;
-        path.leaving = if above { surface.leaving } else { surface.leaving.other() };
         self.next.push(surface.ray_origin(above), wi, &path);
     }
 
@@ -141,8 +139,7 @@ impl PathBatch {
         let value = bsdf.eval(wo, wi);
         let contribution =
             path_light_contribution(path.throughput, value, light.radiance, light.pdf, light.delta);
-        let leaving = if above { surface.leaving } else { surface.leaving.other() };
-        self.ask(Connection { slot: path.slot, contribution }, shadow_ray(surface, light, above), leaving);
+        self.ask(Connection { slot: path.slot, contribution }, shadow_ray(surface, light, above));
     }
 }
 

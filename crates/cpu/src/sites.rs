@@ -200,12 +200,6 @@ impl Sites {
         }
     }
 
-    /// How many triangles do not let rays through, as smooth interfaces do; of all instances.
-    pub fn turning_back(&self, tables: &SceneTables) -> u64 {
-        let sites = self.sites.iter().filter(|site| site.arrival != Arrival::Smooth);
-        sites.map(|site| u64::from(tables.geometries[site.geometry as usize].primitive_count)).sum()
-    }
-
     /// All sites as rows of numbers, in the order of the fields.
     #[inline(always)]
     fn rows(&self) -> &[[u32; LANES]] {

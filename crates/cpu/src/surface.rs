@@ -3,7 +3,7 @@
 use crate::scene::{
     CpuScene, HitRecords, determinant, transform_normal, transform_point, transform_vector, vec3,
 };
-use accel::{Hit, OriginSide, Ray};
+use accel::{Hit, Ray};
 use optics::frame::{Frame, bend_normal, frame_from_normal, frame_from_tangent, map_normal};
 use optics::offset::offset_ray_origin;
 use optics::shape::{sphere_tangent, sphere_uv};
@@ -42,8 +42,6 @@ pub(crate) struct Surface {
     pub object: u32,
     /// Number of the primitive in its geometry.
     pub primitive: u32,
-    /// The side of a triangle that rays leave which go to the side of `wo`, see [`crate::streams::Path::leaving`].
-    pub leaving: OriginSide,
     /// Position in the x–z plane of object space, for procedural patterns.
     pub pattern_position: [f32; 2],
     /// The shading normal without the normal map, and the frame along the texture coordinates: what layers need.
@@ -86,7 +84,6 @@ impl Surface {
             light: tables.light_of(records.binding, records.primitive),
             object: records.binding.object,
             primitive: records.primitive,
-            leaving: OriginSide::of(hit.primitive, front),
             pattern_position: point.pattern_position,
             layer_frame,
         }

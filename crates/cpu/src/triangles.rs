@@ -10,7 +10,6 @@ use crate::simd::{Instructions, prefetch};
 use crate::sites::{Arrival, Site, form};
 use crate::streams::{HitLanes, HitStream, PathStream};
 use crate::surface::{Surface, TexCoords, largest_coordinate, tex_coords, vertex_color};
-use accel::OriginSide;
 use optics::frame::{Frame, bend_normal};
 use optics::vector::{cross, dot};
 use optics::{Vec3f, vec3f};
@@ -55,7 +54,6 @@ pub(crate) struct TriangleLanes {
     pub normal: Vectors,
     pub shading_normal: Vectors,
     pub eta: Lanes<f32>,
-    pub leaving: Lanes<OriginSide>,
     /// Length of the path up to here.
     pub length: Lanes<f32>,
 }
@@ -290,7 +288,6 @@ impl TriangleLanes {
         self.normal.set(lane, normal);
         self.shading_normal.set(lane, normal);
         self.front.0[lane] = u32::from(front);
-        self.leaving.0[lane] = OriginSide::of(self.id.0[lane], front);
     }
 
     /// The shading normal, if the triangle has vertex normals.
@@ -348,7 +345,6 @@ impl TriangleLanes {
             light: tables.light_of(binding, primitive),
             object: binding.object,
             primitive,
-            leaving: self.leaving.0[lane],
             pattern_position: [position.x, position.z],
             layer_frame: Frame { tangent: shading_normal, bitangent: shading_normal, normal: shading_normal },
         })

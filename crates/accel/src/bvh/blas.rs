@@ -1,6 +1,5 @@
 //! The bottom level: the primitives of one object.
 
-use super::culling_table::CullingTable;
 use super::primitives::{self, Geometry, Sphere, corners};
 use super::root_triangles::RootTriangles;
 use super::tight_bounds::TightBounds;
@@ -39,8 +38,6 @@ pub struct Blas {
     split: bool,
     /// The triangles that streams test in the root stage; `None` for spheres.
     root_triangles: Option<RootTriangles>,
-    /// See [`Blas::build_culling_table`].
-    culling_table: Option<CullingTable>,
     instruction_set: InstructionSet,
 }
 
@@ -168,7 +165,6 @@ impl Blas {
             skipped,
             split,
             root_triangles,
-            culling_table: None,
             instruction_set: InstructionSet::best(),
         };
         #[cfg(debug_assertions)]
@@ -192,7 +188,6 @@ impl Blas {
         let LeafBlocks::Triangles(blocks) = &mut self.leaves else {
             panic!("only triangles can be refitted")
         };
-        self.culling_table = None;
         let find = |id: u32| {
             let g = geometries.iter().find(|g| id.wrapping_sub(g.first_id) < g.indices.len() as u32)?;
             corners(g, (id - g.first_id) as usize)
@@ -224,28 +219,6 @@ impl Blas {
     #[inline(always)]
     pub(crate) fn root_triangles(&self) -> Option<&RootTriangles> {
         self.root_triangles.as_ref()
-    }
-
-    /// Whether the table for origin-plane culling is built, or would be of no use.
-    pub fn has_culling_table(&self) -> bool {
-        self.culling_table.is_some() || !self.can_cull()
-    }
-
-    /// Stores the table for origin-plane culling; [`Blas::refit`] drops it.
-    pub(crate) fn set_culling_table(&mut self, table: CullingTable) {
-        self.culling_table = Some(table);
-    }
-
-    /// Whether the object has a tree of triangles, and coordinates whose squares are finite.
-    pub(crate) fn can_cull(&self) -> bool {
-        self.root_triangles().is_some_and(|root| !root.is_whole_object())
-            && self.extent.iter().all(|x| *x < 1e18)
-    }
-
-    /// The table for origin-plane culling; empty if it is not built.
-    #[inline(always)]
-    pub(crate) fn culling_table(&self) -> &CullingTable {
-        self.culling_table.as_ref().unwrap_or(const { &CullingTable::EMPTY })
     }
 
     /// The blocks, if there are so few that testing all of them is faster than traversal.
@@ -288,11 +261,6 @@ impl Blas {
         self.geometries.iter().map(|g| g.1 as usize).sum::<usize>() - self.skipped
     }
 
-    /// Number of triangle ids, if they count from zero.
-    pub(crate) fn triangle_ids(&self) -> usize {
-        self.geometries.iter().map(|g| g.1 as usize).sum()
-    }
-
     /// Memory that this occupies, in bytes.
     pub fn memory_bytes(&self) -> usize {
         let blocks = match &self.leaves {
@@ -301,8 +269,8 @@ impl Blas {
         };
         let root_triangles = self.root_triangles.as_ref().map_or(0, RootTriangles::memory_bytes);
         let nodes = self.nodes.capacity() * size_of::<Node>();
-        let tables = self.tight_bounds.memory_bytes() + self.culling_table().memory_bytes();
-        size_of::<Blas>() + nodes + blocks + root_triangles + tables
+        let tight_bounds = self.tight_bounds.memory_bytes();
+        size_of::<Blas>() + nodes + blocks + root_triangles + tight_bounds
     }
 
     /// The instruction set that queries use.

@@ -2,7 +2,6 @@
 //! objects. This floor is data only; [`crate::query`] traverses it.
 
 mod blas;
-mod culling_table;
 mod instance;
 mod planar_polygon;
 mod primitives;
@@ -13,8 +12,6 @@ mod validate;
 
 pub use blas::Blas;
 pub(crate) use blas::LeafBlocks;
-pub use culling_table::OriginSide;
-pub(crate) use culling_table::{CulledChildren, CullingTable, MAX_NODES, MAX_TRIANGLES};
 pub use instance::Instance;
 pub(crate) use instance::inverse;
 pub(crate) use planar_polygon::{MAX_TOLERANCE, PlanarPolygon, PolygonTriangle};

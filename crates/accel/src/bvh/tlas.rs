@@ -113,20 +113,6 @@ impl Tlas {
         Arc::get_mut(&mut self.blas[index]).expect("an object that is modified must not be shared")
     }
 
-    /// Mutable access to the object, if there is exactly one instance and it has no transform.
-    /// `None` if the object is shared.
-    pub fn single_object_mut(&mut self) -> Option<&mut Blas> {
-        self.single_mask?;
-        Arc::get_mut(&mut self.blas[self.leaves[0].blas as usize])
-    }
-
-    /// Whether streams make use of
-    /// [`RayColumns::with_origin_sides`](crate::RayColumns::with_origin_sides): the table of
-    /// [`Blas::build_culling_table`] exists and there is a single object.
-    pub fn has_culling_table(&self) -> bool {
-        self.single_object(u32::MAX).is_some_and(|object| !object.culling_table().is_empty())
-    }
-
     /// The objects.
     pub fn blas(&self) -> &[Arc<Blas>] {
         &self.blas

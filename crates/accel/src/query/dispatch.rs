@@ -2,7 +2,6 @@
 
 use super::closest_hit::{ClosestHit, can_hit};
 use super::hit_sink::HitSink;
-use super::origin_plane_culling::{BlockSides, BottomUpTree};
 use super::packet::{PACKET, Packet};
 use super::ray_stream::RayStream;
 use super::{entry_points, scalar};
@@ -61,11 +60,6 @@ pub(super) fn tlas_closest<F: HitFilter>(isa: InstructionSet, tlas: &Tlas, ray: 
 #[inline]
 pub(super) fn tlas_any<F: HitFilter>(isa: InstructionSet, tlas: &Tlas, ray: &Ray, filter: &F) -> bool {
     can_hit(tlas.root, ray) && dispatch!(isa, tlas_any(tlas, ray, filter))
-}
-
-/// The culled children for both sides of each triangle of a block.
-pub(super) fn find_culled_children(isa: InstructionSet, tree: &BottomUpTree, block: usize) -> BlockSides {
-    dispatch!(isa, find_culled_children(tree, block))
 }
 
 /// The closest hit of each ray.

@@ -3,7 +3,6 @@
 
 use super::closest_hit::ClosestHit;
 use super::hit_sink::HitSink;
-use super::origin_plane_culling::{BlockSides, BottomUpTree, SimdLanes};
 use super::packet::Packet;
 use super::ray_stream::RayStream;
 use super::stream_output::{ClosestHits, Occlusion};
@@ -34,16 +33,6 @@ macro_rules! entry_points {
                 // SAFETY: the caller's promise.
                 let s = unsafe { <$simd>::new() };
                 packet.trace::<$simd, F, ANY>(s, blas, blocks, rays, some, filter)
-            }
-
-            /// # Safety
-            ///
-            /// The processor must have the instructions.
-            #[target_feature(enable = $features)]
-            pub unsafe fn find_culled_children(tree: &BottomUpTree, block: usize) -> BlockSides {
-                // SAFETY: the caller's promise.
-                let s = unsafe { <$simd>::new() };
-                tree.find_block(SimdLanes(s), block)
             }
 
             /// # Safety

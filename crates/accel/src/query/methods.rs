@@ -2,9 +2,8 @@
 
 use super::dispatch;
 use super::hit_sink::HitSink;
-use super::origin_plane_culling::build_table;
 use super::ray_stream::RayStream;
-use crate::bvh::{Blas, LeafBlocks, Tlas};
+use crate::bvh::{Blas, Tlas};
 use crate::ray::{Hit, HitFilter, Ray};
 
 /// Whether neighbouring rays of a stream are similar.
@@ -28,21 +27,6 @@ impl Blas {
     #[inline]
     pub fn any<F: HitFilter>(&self, ray: &Ray, filter: &F) -> bool {
         dispatch::blas_any(self.instruction_set(), self, ray, filter)
-    }
-
-    /// Builds the table for origin-plane culling, if this holds triangles whose ids count from
-    /// zero. Streams of rays with origin sides ([`crate::RayColumns::with_origin_sides`]) are then
-    /// faster. This takes longer than the build of the tree. [`Blas::refit`] drops the table.
-    pub fn build_culling_table(&mut self) {
-        if let LeafBlocks::Triangles(blocks) = &self.leaves
-            && self.can_cull()
-        {
-            let isa = self.instruction_set();
-            let table = build_table(&self.nodes, blocks, self.triangle_ids(), |tree, block| {
-                dispatch::find_culled_children(isa, tree, block)
-            });
-            self.set_culling_table(table);
-        }
     }
 }
 

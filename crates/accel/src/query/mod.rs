@@ -19,7 +19,6 @@ mod lane_vectors;
 mod leaf_intersector;
 mod methods;
 mod node_intersector;
-mod origin_plane_culling;
 mod packet;
 mod ray_queue;
 mod ray_setup;

@@ -7,7 +7,6 @@ use super::ray_setup::{LaneSlabs, Shears, TraversalRay, half_of, sixteen_rays, s
 use super::ray_stream::{Ray8, RayStream};
 use super::root_stage::{ANY_HIT, RAYS, RootStage, store};
 use super::stream_output::StreamOutput;
-use crate::bvh::CulledChildren;
 use crate::layout::WIDTH;
 use crate::ray::MISS;
 use crate::simd::{Arithmetic, Outlined, Simd};
@@ -27,8 +26,6 @@ pub(super) struct RayQueue<'r, R: ?Sized> {
     pub closest: [ClosestHit; RAYS],
     /// Distances at which each ray enters the root's boxes, infinite for misses.
     pub near: [[f32; WIDTH]; RAYS],
-    /// Children that each ray skips.
-    pub culled: [CulledChildren; RAYS],
     /// Index of the batch's first ray.
     pub first: usize,
     /// Mask of the rays of the batch that wait.
@@ -48,7 +45,6 @@ impl<'r, R: RayStream + ?Sized> RayQueue<'r, R> {
             traversal_rays: [TraversalRay::inactive(); RAYS],
             closest: [ClosestHit { hit: MISS, t_max: -1.0 }; RAYS],
             near: [[f32::INFINITY; WIDTH]; RAYS],
-            culled: [CulledChildren::NONE; RAYS],
             first: 0,
             pending: 0,
             next_first: 0,
@@ -92,12 +88,9 @@ impl<'r, R: RayStream + ?Sized> RayQueue<'r, R> {
         if !self.root_stage.is_complete() {
             let slabs = LaneSlabs::new(w, &rays, self.extent);
             let t_max = if ANY { w.select(hits.any, rays.t_max, w.splat(-1.0)) } else { hits.t };
-            let (near, mut pending) = self.root_stage.intersect_boxes(w, &rays, &slabs, t_max);
+            let (near, pending) = self.root_stage.intersect_boxes(w, &rays, &slabs, t_max);
             store_traversal_rays(s, &rays, &slabs, &Shears::new(w, &rays), pending, &mut self.traversal_rays);
             self.store_entry_distances(s, &near, pending);
-            if !self.root_stage.culling_table.is_empty() {
-                pending = self.cull_root_children(s, pending);
-            }
             let mut ends = [0.0; RAYS];
             store(s, t_max, &mut ends);
             for lane in bits(pending) {
@@ -111,26 +104,6 @@ impl<'r, R: RayStream + ?Sized> RayQueue<'r, R> {
                 output.write(self.first + lane, &ANY_HIT);
             }
         }
-    }
-
-    /// Looks up the culled children of the pending rays. Returns the mask of rays that still hit a
-    /// box of the root.
-    #[inline(always)]
-    fn cull_root_children<S: Simd>(&mut self, s: S, pending: u32) -> u32 {
-        let mut left = pending;
-        let sides = [self.rays.origin_sides(self.first), self.rays.origin_sides(self.first + WIDTH)];
-        for lane in bits(pending) {
-            self.culled[lane] = self.root_stage.culling_table.get(sides[lane / WIDTH][lane % WIDTH]);
-            let of_root = self.culled[lane].mask_at(self.root_stage.entry);
-            if of_root != 0 {
-                let near = s.load(&self.near[lane]);
-                let near = s.select(s.mask(of_root), near, s.splat(f32::INFINITY));
-                s.store(near, &mut self.near[lane]);
-                let enters = s.bits(s.lt(near, s.splat(f32::INFINITY))) != 0;
-                left &= !(u32::from(!enters) << lane);
-            }
-        }
-        left
     }
 
     /// Stores the entry distances by ray. Each half is only stored if a ray of it is pending.

@@ -1,6 +1,5 @@
 //! Streams of rays as input of queries: arrays of rays, or structures of arrays.
 
-use crate::bvh::OriginSide;
 use crate::layout::WIDTH;
 use crate::ray::Ray;
 use crate::simd;
@@ -16,14 +15,6 @@ pub trait RayStream: Sync {
     /// Whether there are no rays.
     fn is_empty(&self) -> bool {
         self.len() == 0
-    }
-
-    /// The triangle sides that eight consecutive rays start on, see
-    /// [`RayColumns::with_origin_sides`]. [`OriginSide::NONE`] beyond the end.
-    #[inline(always)]
-    fn origin_sides(&self, first: usize) -> [OriginSide; 8] {
-        let _ = first;
-        [OriginSide::NONE; WIDTH]
     }
 
     /// Prefetches rays from `first` on, which may be out of range.
@@ -113,7 +104,6 @@ pub struct RayColumns<'a> {
     origin: [&'a [f32]; 3],
     direction: [&'a [f32]; 3],
     t_max: Option<&'a [f32]>,
-    origin_sides: Option<&'a [OriginSide]>,
 }
 
 impl<'a> RayColumns<'a> {
@@ -126,23 +116,7 @@ impl<'a> RayColumns<'a> {
         let length = origin[0].len();
         let all = origin.iter().chain(&direction).chain(&t_max);
         assert!(all.into_iter().all(|column| column.len() == length), "columns of one length");
-        RayColumns { origin, direction, t_max, origin_sides: None }
-    }
-
-    /// Adds the triangle side that each ray starts on. If the structure has a culling table
-    /// ([`Blas::build_culling_table`](crate::Blas::build_culling_table)), such rays are traced
-    /// faster, with the same hits.
-    ///
-    /// A ray must start above the plane of its side, by at least 2⁻²² of the largest magnitude of a
-    /// coordinate of the triangle, and must not get closer to the plane. Other rays may miss
-    /// primitives.
-    ///
-    /// # Panics
-    ///
-    /// If the lengths differ.
-    pub fn with_origin_sides(self, sides: &'a [OriginSide]) -> Self {
-        assert_eq!(sides.len(), self.origin[0].len(), "columns of one length");
-        RayColumns { origin_sides: Some(sides), ..self }
+        RayColumns { origin, direction, t_max }
     }
 }
 
@@ -163,18 +137,6 @@ impl RayStream for RayColumns<'_> {
             direction: self.direction.map(at),
             t_max: self.t_max.map_or(f32::INFINITY, at),
         }
-    }
-
-    #[inline(always)]
-    fn origin_sides(&self, first: usize) -> [OriginSide; 8] {
-        let sides = self.origin_sides.unwrap_or(&[]);
-        let rest = sides.get(first..).unwrap_or(&[]);
-        if let Some(eight) = rest.first_chunk() {
-            return *eight;
-        }
-        let mut eight = [OriginSide::NONE; WIDTH];
-        eight[..rest.len()].copy_from_slice(rest);
-        eight
     }
 
     #[inline(always)]

@@ -13,8 +13,8 @@ use super::hit_sink::Hit16;
 use super::lane_vectors::abs;
 use super::ray_setup::{LaneRays, LaneSlabs};
 use crate::aabb::Aabb;
-use crate::bvh::{ALL_CHILDREN, Blas, CullingTable, MAX_TOLERANCE, PlanarPolygon, PolygonTriangle, Tlas};
-use crate::layout::{ChildRef, EMPTY, LEAF, NO_PRIMITIVE, Node, WIDTH};
+use crate::bvh::{ALL_CHILDREN, Blas, MAX_TOLERANCE, PlanarPolygon, PolygonTriangle, Tlas};
+use crate::layout::{EMPTY, LEAF, NO_PRIMITIVE, Node, WIDTH};
 use crate::ray::{Hit, HitFilter, MISS};
 use crate::simd::{Arithmetic, Simd, Sixteen};
 
@@ -32,10 +32,6 @@ pub(super) struct RootStage<'a> {
     bounds: Aabb,
     /// The root node. If the root is a leaf, a node with that leaf as its only child.
     pub root: Node,
-    /// The reference to the root.
-    pub entry: ChildRef,
-    /// The culling table of the object; empty for the top level.
-    pub culling_table: &'a CullingTable,
     /// The boxes of the root node.
     boxes: [Aabb; WIDTH],
     /// Mask of the root's children to test: not those that are empty or replaced by polygons.
@@ -50,8 +46,6 @@ impl<'a> RootStage<'a> {
             Some(object) => (&object.nodes, object.root, object.bounds()),
             None => (&tlas.nodes, tlas.root, tlas.bounds()),
         };
-        let (entry, culling_table) =
-            (root, object.map_or(const { &CullingTable::EMPTY }, Blas::culling_table));
         let root = if root & LEAF == 0 { nodes[root as usize] } else { parent_of(root, &bounds) };
         let boxes = std::array::from_fn(|slot| root.bounds(slot));
         let mut root_stage = RootStage {
@@ -60,8 +54,6 @@ impl<'a> RootStage<'a> {
             triangles: const { &[PolygonTriangle::NONE] },
             bounds,
             root,
-            entry,
-            culling_table,
             boxes,
             children: ALL_CHILDREN,
         };

@@ -4,7 +4,6 @@
 
 use super::closest_hit::{ClosestHit, can_hit};
 use super::hit_sink::HitSink;
-use super::origin_plane_culling::{BlockSides, BottomUpTree, ScalarLanes};
 use super::packet::Packet;
 use super::ray_stream::RayStream;
 use super::slabs::Slabs;
@@ -18,11 +17,6 @@ use wgsl_rs::std::{Vec3f, vec3f};
 
 fn vector(a: [f32; 3]) -> Vec3f {
     vec3f(a[0], a[1], a[2])
-}
-
-/// The culled children for both sides of each triangle of a block.
-pub(super) fn find_culled_children(tree: &BottomUpTree, block: usize) -> BlockSides {
-    tree.find_block(ScalarLanes, block)
 }
 
 /// Visits leaves in order of distance. `leaf` returns the new `t_max`, or `None` to stop.

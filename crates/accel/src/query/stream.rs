@@ -20,7 +20,7 @@ use super::stream_lists::{IN_FLIGHT, ListLengths, RayId, RayLists};
 use super::stream_output::StreamOutput;
 use super::traversal_stack::{END, STREAM_STACK_SIZE, StackMemory, StreamStack};
 use super::triangle_intersector::{Shear, TriangleIntersector};
-use crate::bvh::{Blas, CulledChildren, LeafBlocks, Tlas};
+use crate::bvh::{Blas, LeafBlocks, Tlas};
 use crate::layout::{ChildRef, EMPTY, LEAF, Node, SphereBlock, TriangleBlock, WIDTH, leaf_index};
 use crate::ray::{Hit, HitFilter, MISS, Ray};
 use crate::simd::Simd;
@@ -37,8 +37,6 @@ struct StreamRay<'a> {
     nodes: &'a [Node],
     /// What to visit next.
     child: ChildRef,
-    /// Children to skip, see [`crate::RayColumns::with_origin_sides`].
-    culled: CulledChildren,
     stack: StreamStack<'a>,
     best: ClosestHit,
     /// Whether the ray is in an object.
@@ -65,7 +63,6 @@ impl<'a> StreamRay<'a> {
             constants,
             nodes: &tlas.nodes,
             child: END,
-            culled: CulledChildren::NONE,
             stack: StreamStack::new(memory),
             best: ClosestHit { hit: MISS, t_max: -1.0 },
             in_object: false,
@@ -96,7 +93,6 @@ impl<'a> StreamRay<'a> {
         self.stream_index = queue.first + lane;
         self.constants = queue.traversal_rays[lane];
         self.best = queue.closest[lane];
-        self.culled = queue.culled[lane];
         if single {
             // The ray never leaves the single object.
             if !self.spheres.is_empty() {
@@ -140,7 +136,6 @@ impl<'a> StreamRay<'a> {
         let node = node(self.nodes, self.child);
         let (near, inside) =
             NodeIntersector::new(s, &self.constants.slabs).intersect(s, node, s.splat(self.best.t_max));
-        let inside = s.and_not(inside, s.mask(self.culled.mask_at(self.child)));
         self.push_children::<S, ANY>(s, node, near, inside);
     }
 

@@ -138,18 +138,6 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn and_not(self, a: __m256, b: __m256) -> __m256 {
-        // SAFETY: `self` proves that the instructions exist.
-        unsafe { _mm256_andnot_ps(b, a) }
-    }
-
-    #[inline(always)]
-    fn mask(self, bits: u32) -> __m256 {
-        // SAFETY: `self` proves that the instructions exist.
-        unsafe { _mm256_castsi256_ps(self.load_u(&super::LANES[(bits & 255) as usize])) }
-    }
-
-    #[inline(always)]
     fn call(self, outlined: impl Outlined<Self>) {
         #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
         #[inline(never)]

@@ -151,16 +151,6 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
-    fn and_not(self, a: __mmask8, b: __mmask8) -> __mmask8 {
-        a & !b
-    }
-
-    #[inline(always)]
-    fn mask(self, bits: u32) -> __mmask8 {
-        bits as __mmask8
-    }
-
-    #[inline(always)]
     fn call(self, outlined: impl Outlined<Self>) {
         #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
         #[inline(never)]

@@ -93,10 +93,6 @@ pub(crate) trait Simd: Arithmetic {
     fn prefetch<const N: usize>(self, _first: *const u8) {}
     /// Moves the lanes that are set in `bits` (`m` as bits) to the front. The others are undefined.
     fn compress(self, x: Self::U, m: Self::M, bits: u32) -> Self::U;
-    /// `a` where `b` is not set.
-    fn and_not(self, a: Self::M, b: Self::M) -> Self::M;
-    /// Lane `i` is set if bit `i` of the lowest eight is.
-    fn mask(self, bits: u32) -> Self::M;
     /// Calls a function that is compiled for this instruction set and not inlined.
     fn call(self, part: impl Outlined<Self>);
 }
@@ -129,22 +125,6 @@ pub(crate) fn prefetch<T>(place: *const T) {
     #[cfg(not(target_arch = "x86_64"))]
     let _ = place;
 }
-
-/// For each mask of eight bits, a vector mask: all bits of the lanes that are set.
-#[cfg(target_arch = "x86_64")]
-pub(crate) static LANES: [[u32; WIDTH]; 256] = {
-    let mut table = [[0; WIDTH]; 256];
-    let mut mask = 0;
-    while mask < 256 {
-        let mut bit = 0;
-        while bit < WIDTH {
-            table[mask][bit] = if mask & (1 << bit) != 0 { u32::MAX } else { 0 };
-            bit += 1;
-        }
-        mask += 1;
-    }
-    table
-};
 
 /// For each mask of eight bits, the positions of its set bits, lowest first.
 #[cfg_attr(target_arch = "x86_64", allow(dead_code))]

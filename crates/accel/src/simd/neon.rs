@@ -269,17 +269,6 @@ impl Simd for Neon {
     }
 
     #[inline(always)]
-    fn and_not(self, a: Self::M, b: Self::M) -> Self::M {
-        halves!(vbicq_u32, a, b)
-    }
-
-    #[inline(always)]
-    fn mask(self, bits: u32) -> Self::M {
-        let lanes = self.load_u(&[1, 2, 4, 8, 16, 32, 64, 128]);
-        halves!(vtstq_u32, self.splat_u(bits), lanes)
-    }
-
-    #[inline(always)]
     fn call(self, outlined: impl Outlined<Self>) {
         #[target_feature(enable = "neon")]
         #[inline(never)]
