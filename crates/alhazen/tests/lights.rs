@@ -63,8 +63,11 @@ fn add_light(scene: &mut Scene, kind: u32, color: Vec3, numbers: &mut Numbers) {
         }
         5 => {
             let black = Vec3::ZERO;
-            let sun =
-                Sun { direction: Vec3::new(0.5, 1.0, 0.3).normalize(), irradiance: color, angular_radius: 0.02 };
+            let sun = Sun {
+                direction: Vec3::new(0.5, 1.0, 0.3).normalize(),
+                irradiance: color,
+                angular_radius: 0.02,
+            };
             scene.environment =
                 Environment::Sky(Sky { horizon: black, zenith: black, ground: black, sun: Some(sun) });
         }
@@ -143,8 +146,9 @@ fn noise(alone: &Film, among: &Film, c: usize, count: u32) -> Noise {
 #[track_caller]
 fn assert_same_mean(what: &str, alone: &Film, among: &Film, c: usize) {
     let mean = |film: &Film| film.pixels().iter().map(|p| p.mean()[c]).sum::<f64>();
-    let variance =
-        |film: &Film| film.pixels().iter().map(|p| p.variance_of_mean().expect("many samples")[c]).sum::<f64>();
+    let variance = |film: &Film| {
+        film.pixels().iter().map(|p| p.variance_of_mean().expect("many samples")[c]).sum::<f64>()
+    };
     let (expected, found) = (mean(alone), mean(among));
     let error = (variance(alone) + variance(among)).sqrt();
     assert!(
@@ -217,7 +221,9 @@ fn render_on(renderer: &mut Renderer, scene: &Scene, spp: u32) -> Film {
     renderer.load(scene).unwrap_or_else(|e| panic!("{}: {e}", renderer.backend_name()));
     let limits = Limits { spp, ..Limits::default() };
     let job = job(scene, 160, 100, 2);
-    renderer.render(&job, &limits, &Control::new()).unwrap_or_else(|e| panic!("{}: {e}", renderer.backend_name()));
+    renderer
+        .render(&job, &limits, &Control::new())
+        .unwrap_or_else(|e| panic!("{}: {e}", renderer.backend_name()));
     renderer.film().expect("film").expect("rendered").clone()
 }
 
@@ -264,7 +270,8 @@ fn a_lamp_under_a_sky_is_seen() {
     let lamp = render_on(&mut cpu, &Scene { environment: Environment::Black, ..scene.clone() }, 64);
     let sky = render_on(&mut cpu, &Scene { lights: Vec::new(), ..scene }, 64);
     let sum = |film: &Film| {
-        let variance = film.pixels().iter().map(|p| p.variance_of_mean().expect("many samples")[1]).sum::<f64>();
+        let variance =
+            film.pixels().iter().map(|p| p.variance_of_mean().expect("many samples")[1]).sum::<f64>();
         (film.mean()[1] * film.pixels().len() as f64, variance)
     };
     let [both, lamp, sky] = [&both, &lamp, &sky].map(sum);

@@ -231,7 +231,13 @@ fn choose_lights_of_list(list: &LightNode, count: usize, v: &Vertices, u: &Pairs
 
 /// Chooses lights for the first `waiting` vertices. Each walks down the tree of lights on a way of its own.
 #[inline(always)]
-fn choose_lights_of_tree(tables: &SceneTables, v: &Vertices, waiting: usize, u: &Pairs, out: &mut ChoiceLanes) {
+fn choose_lights_of_tree(
+    tables: &SceneTables,
+    v: &Vertices,
+    waiting: usize,
+    u: &Pairs,
+    out: &mut ChoiceLanes,
+) {
     let mut normal = Vectors::<LANES>::default();
     for lane in 0..LANES {
         normal.set(lane, octahedral_decode(v.receiver.0[lane]));

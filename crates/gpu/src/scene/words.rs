@@ -4,9 +4,7 @@ use super::layers::{Layers, layers};
 use super::media::{Grid, Medium, grid_record, medium_record};
 use optics::albedo::SheenAlbedo;
 use optics::light_tree::LIGHT_NODE_WIDTH;
-use scene::tables::{
-    EmitterBox, LightNode, LightTree, MOST_BOXES, MaterialRecord, NONE, SceneTables,
-};
+use scene::tables::{EmitterBox, LightNode, LightTree, MOST_BOXES, MaterialRecord, NONE, SceneTables};
 
 /// Everything that is looked up by word, and where each part begins. First geometry, then what belongs to lights.
 #[derive(Clone, Debug, Default)]

@@ -132,10 +132,7 @@ pub mod light_tree {
 
     /// Counts one more child.
     pub fn node_importance_add(node: NodeImportance, importance: f32) -> NodeImportance {
-        NodeImportance {
-            sum: node.sum + importance,
-            count: node.count + select(0.0, 1.0, importance > 0.0),
-        }
+        NodeImportance { sum: node.sum + importance, count: node.count + select(0.0, 1.0, importance > 0.0) }
     }
 
     /// The weight in proportion to which a child is chosen.

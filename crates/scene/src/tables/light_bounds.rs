@@ -95,11 +95,7 @@ impl Bounds {
             }
             LIGHT_SPHERE => {
                 let radius = Vec3::splat(light.size);
-                Some(Self {
-                    low: position - radius,
-                    high: position + radius,
-                    ..everywhere
-                })
+                Some(Self { low: position - radius, high: position + radius, ..everywhere })
             }
             LIGHT_POINT => Some(everywhere),
             LIGHT_SPOT => {
@@ -163,7 +159,8 @@ impl Bounds {
     fn group_of_directions(&self, leaves: &[Leaf]) -> LightGroup {
         let axis = ((self.low + self.high) * 0.5).try_normalize().unwrap_or(Vec3::Y);
         let angle = |leaf: &Leaf| leaf.radius + leaf.center.dot(axis).clamp(-1.0, 1.0).acos();
-        let angle = if let [only] = leaves { only.radius } else { leaves.iter().map(angle).fold(0.0, f32::max) };
+        let angle =
+            if let [only] = leaves { only.radius } else { leaves.iter().map(angle).fold(0.0, f32::max) };
         LightGroup {
             center: vec3(axis),
             radius: if angle < PI * 0.5 { angle.sin() } else { 1.0 },

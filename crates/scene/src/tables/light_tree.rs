@@ -234,8 +234,7 @@ impl LightTree {
         let branch = light_branch(self.uniform_share, 1.0 - self.uniform_share, u);
         let choice = if branch.second {
             let choice = self.choose_by_importance(p, normal, branch.remainder)?;
-            let probability =
-                light_choice_probability(choice.probability, self.uniform_share, count as f32);
+            let probability = light_choice_probability(choice.probability, self.uniform_share, count as f32);
             LightChoice { probability, ..choice }
         } else {
             let index = uniform_light(branch.remainder, count);
@@ -531,7 +530,8 @@ mod tests {
         let count = lights.len();
         let mut lit = 0;
         for (p, n) in places() {
-            let probability: Vec<f64> = (0..count as u32).map(|i| f64::from(tree.probability_of(i, p, n))).collect();
+            let probability: Vec<f64> =
+                (0..count as u32).map(|i| f64::from(tree.probability_of(i, p, n))).collect();
             let sum: f64 = probability.iter().sum();
             assert!(sum < 1.0 + 1e-5, "at {p:?}: {sum}");
             lit += usize::from(sum > 0.4);
@@ -590,7 +590,11 @@ mod tests {
                 let sum: f32 = (0..lights.len()).map(probability).sum();
                 assert!(reaching == 0 || (sum - 1.0).abs() < 1e-5, "{count} lights at {p:?}: {sum}");
                 for i in (0..lights.len()).filter(|&i| probability(i) > 0.0) {
-                    assert!(probability(i) > least * 0.9999, "light {i} of {count} at {p:?}: {}", probability(i));
+                    assert!(
+                        probability(i) > least * 0.9999,
+                        "light {i} of {count} at {p:?}: {}",
+                        probability(i)
+                    );
                 }
             }
         }

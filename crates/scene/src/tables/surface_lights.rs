@@ -143,7 +143,9 @@ impl SceneTables {
                 let color = |p: &[u8; 4]| vec3f(decode(p[0]), decode(p[1]), decode(p[2]));
                 pixels.iter().map(|p| f64::from(strongest(color(p)))).sum()
             }
-            Pixels::Rgb32F(pixels) => pixels.iter().map(|p| f64::from(strongest(vec3f(p[0], p[1], p[2])))).sum(),
+            Pixels::Rgb32F(pixels) => {
+                pixels.iter().map(|p| f64::from(strongest(vec3f(p[0], p[1], p[2])))).sum()
+            }
         };
         // Never zero: a dim texture must still be found.
         ((sum / (f64::from(image.width) * f64::from(image.height))) as f32).max(1e-3)
