@@ -110,7 +110,7 @@ impl PathBatch {
         let mut path = self.paths.path(first + lane);
         let scene = context.scene;
         if hit.is_miss() {
-            for_each_distant(scene, vec3(ray.origin), vec3(ray.direction), |d| {
+            for_each_distant(scene, vec3(ray.origin), path.receiver, vec3(ray.direction), |d| {
                 self.found(context, &path, d.radiance, d.pdf);
             });
             return;

@@ -35,7 +35,7 @@ pub struct Variant {
     pub absorption: bool,
     /// Elements of the binding array of images; 0: all texels lie in the layers of one texture.
     pub images: u32,
-    /// Whether lights are many, so that they are chosen by where they are.
+    /// Whether there are several lights, of which one has to be chosen.
     pub light_tree: bool,
     /// The kind (`LIGHT_…` of the optics) that all lights have but the environment, if it is one and the shader is to know
     /// no other.

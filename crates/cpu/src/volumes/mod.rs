@@ -195,7 +195,8 @@ impl<'a> VolumeTracer<'a> {
                 continue;
             }
             let Some(surface) = surface else {
-                for_each_distant(self.scene, path.vertex, vec3(path.ray.direction), |d| {
+                let wi = vec3(path.ray.direction);
+                for_each_distant(self.scene, path.vertex, path.receiver, wi, |d| {
                     self.radiance += path_add_emission(path.light_state(), d.radiance, d.pdf).radiance;
                 });
                 return;

@@ -51,7 +51,7 @@ struct SceneInfo {
     texel_height: u32,
     /// Where the directional albedo of sheen begins, in `words`; only in scenes with layers.
     sheen_albedo: u32,
-    /// Where the tree of lights begins, in `words`: the probability of choosing from it, the lights' places, its nodes.
+    /// Where the tree of lights begins, in `words`: two numbers of the tree, the lights' places, its nodes; see `lights.wgsl`.
     light_tree: u32,
     /// Where the medium between bodies begins, in `words`, or NONE, and the height below which it is.
     fog_medium: u32,

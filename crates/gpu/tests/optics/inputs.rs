@@ -13,7 +13,9 @@ use optics::intersect::{RayShear, ray_shear};
 use optics::layered::{Layered, LayeredAlbedos, LayeredParameters, layered_bsdf};
 use optics::light::{LIGHT_RECTANGLE, Light};
 use optics::light_profile::ProfileCell;
-use optics::light_tree::{ALL_SIDES, LightGroup, octahedral_encode};
+use optics::light_tree::{
+    ALL_SIDES, ChildChoice, INFINITELY_FAR, LightGroup, NodeImportance, octahedral_encode,
+};
 use optics::path::PathState;
 use optics::random::PixelSampler;
 use optics::reservoir::Reservoir;
@@ -351,8 +353,19 @@ pub fn light_group(i: &mut Inputs) -> LightGroup {
         cos_spread,
         sin_spread: (1.0 - cos_spread * cos_spread).max(0.0).sqrt(),
         cos_emission: signed_cosine(i),
-        back: if flag(i) { -1.0 } else { 1.0 },
+        back: [-1.0, 1.0, INFINITELY_FAR][i.below(3) as usize],
     }
+}
+
+/// What some children promise together, or none.
+pub fn node_importance(i: &mut Inputs) -> NodeImportance {
+    let count = i.below(9) as f32;
+    NodeImportance { sum: if count > 0.0 { positive(i) } else { 0.0 }, count }
+}
+
+pub fn child_choice(i: &mut Inputs) -> ChildChoice {
+    let (child, weight, before) = (i.below(8) as u32, positive(i), share(i));
+    ChildChoice { child, weight, before, end: before + weight }
 }
 
 /// A unit vector, or zero.

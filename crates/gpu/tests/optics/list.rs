@@ -376,6 +376,9 @@ functions! {
     sky::equirect_to_direction(uv: unit2, rotation: turns) within ROUNDING;
     sky::equirect_pdf(pdf_image: density, polar: unit) within ROUNDING;
     // lights/reservoir.rs
+    reservoir::candidate_weight(contribution: radiance) within EXACT;
+    reservoir::candidate_pdf(pdf: density, probability: share, count: depth) within ROUNDING;
+    reservoir::candidate_place(u: unit2, number: depth) within CANCELLING;
     reservoir::reservoir_empty(u: unit) within EXACT;
     reservoir::reservoir_add(r: reservoir, number: depth, weight: positive) within GRAZING;
     reservoir::reservoir_factor(r: reservoir) within ROUNDING;
@@ -384,8 +387,17 @@ functions! {
     light_tree::sin_of_difference(cos_a: signed_cosine, sin_a: share, cos_b: signed_cosine, sin_b: share) within CANCELLING;
     light_tree::light_importance(lights: light_group, p: point, normal: receiver) within GRAZING;
     light_tree::light_branch(first: positive, second: positive, u: unit) within ROUNDING;
-    light_tree::light_share(importance: positive, sum: positive) within ROUNDING;
-    light_tree::light_remainder(chosen: positive, before: share, importance: positive) within CANCELLING;
+    light_tree::node_importance_zero() within EXACT;
+    light_tree::node_importance_add(node: node_importance, importance: positive) within ROUNDING;
+    light_tree::child_weight(importance: positive, node: node_importance, defends: flag) within ROUNDING;
+    light_tree::node_weight(node: node_importance, defends: flag) within ROUNDING;
+    light_tree::light_share(weight: positive, sum: positive) within ROUNDING;
+    light_tree::child_choice_none() within EXACT;
+    light_tree::child_choice_add(choice: child_choice, child: depth, weight: positive, chosen: positive) within ROUNDING;
+    light_tree::child_remainder(choice: child_choice, chosen: positive) within CANCELLING;
+    light_tree::light_choice_probability(by_importance: share, uniform_share: share, count: size) within ROUNDING;
+    light_tree::uniform_light(u: unit, count: rows) within EXACT;
+    light_tree::uniform_remainder(u: unit, count: rows) within CANCELLING;
     light_tree::octahedral_encode(v: direction) within STEPS;
     light_tree::octahedral_decode(code: octahedral) within ROUNDING;
     light_tree::refill(remainder: unit, probability: share, rest: unit) within STEPS;

@@ -105,6 +105,8 @@ structures! {
         first, size, height, difference, sum, cos_inner, start, half_turns, solid_angle,
     }
     ProfileCell in light_profile { first, second, third, fourth, down, across }
+    NodeImportance in light_tree { sum, count }
+    ChildChoice in light_tree { child, weight, before, end }
     LightBranch in light_tree { second, probability, remainder }
     Reservoir in reservoir { chosen, weight, sum, remainder }
     Medium in volume { absorption, scattering, emission, anisotropy }

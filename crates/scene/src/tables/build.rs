@@ -311,11 +311,10 @@ impl SceneTables {
             ));
         }
         self.environment = EnvironmentTable::new(&scene.environment, image, &scene.portals);
-        let mean = self.environment.mean_luminance();
+        let mean = self.environment.mean_radiance();
         if !self.environment.portals.is_empty() {
-            let area = scene.portals.iter().map(crate::Portal::area).sum();
             self.environment.light = self.lights.len() as u32;
-            self.lights.push(LightRecord::portals(mean, area));
+            self.lights.push(LightRecord::portals(mean, &scene.portals));
         } else if self.environment.width > 0 {
             self.environment.light = self.lights.len() as u32;
             self.lights.push(LightRecord::environment(mean, radius));
@@ -332,21 +331,16 @@ impl SceneTables {
         place
     }
 
-    /// The same scene, whose lights are chosen by power alone however many there are: what a tree of lights is compared with.
+    /// The same scene, whose lights are chosen by power alone, wherever they are: what a tree of lights is compared with.
     #[must_use]
     pub fn with_lights_by_power(mut self) -> Self {
         self.choose_lights_with(LightTree::default());
         self
     }
 
-    /// Lights that are not in the tree are chosen by power.
     fn choose_lights_with(&mut self, tree: LightTree) {
-        let power = |(i, l): (u32, &LightRecord)| if tree.contains(i) { 0.0 } else { f64::from(l.power) };
-        let powers: Vec<f64> = (0..).zip(&self.lights).map(power).collect();
+        let powers: Vec<f64> = self.lights.iter().map(|l| f64::from(l.power)).collect();
         self.light_alias = build_alias_table(&powers);
-        for entry in &mut self.light_alias {
-            entry.probability *= 1.0 - tree.probability;
-        }
         self.light_tree = tree;
     }
 }

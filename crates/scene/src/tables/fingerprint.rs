@@ -72,7 +72,7 @@ impl SceneTables {
         hash.numbers(light_alias);
         hash.numbers(&light_tree.nodes);
         hash.numbers(&light_tree.places);
-        hash.records(&light_tree.probability);
+        hash.records(&(light_tree.defends_root, light_tree.uniform_share));
         hash.environment(environment);
         hash.records(&(bounding_sphere, has_alpha));
         hash.0.finalize().to_hex()[..32].to_owned()

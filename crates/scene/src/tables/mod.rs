@@ -17,6 +17,7 @@ mod fingerprint;
 mod geometry;
 mod layers;
 mod light;
+mod light_bounds;
 mod light_tree;
 mod material;
 mod medium;
@@ -32,7 +33,7 @@ pub use environment::EnvironmentTable;
 pub use geometry::{BindingRecord, BlasRecord, GeometryKind, GeometryRecord, InstanceRecord};
 pub use layers::{LAYER_SLOTS, LAYERS_GLOSSINESS, LayerSlot, LayersRecord};
 pub use light::LightRecord;
-pub use light_tree::{FEWEST_LIGHTS, LightChoice, LightNode, LightTree};
+pub use light_tree::{LightChoice, LightNode, LightTree};
 pub use material::{
     MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_BODY, MATERIAL_CHECKERBOARD,
     MATERIAL_EMISSION_TWO_SIDED,
@@ -101,9 +102,9 @@ pub struct SceneTables {
     pub primitive_lights: Vec<u32>,
     /// Profiles of lights, one after the other: rows, columns, and the bits of the values, row by row.
     pub profiles: Vec<u32>,
-    /// Chooses a light by power; as long as `lights`. Those in `light_tree` have no share in it.
+    /// Chooses a light by power where there is no `light_tree`; as long as `lights`.
     pub light_alias: Vec<AliasEntry>,
-    /// Chooses among the lights that have a place, if they are many.
+    /// Chooses a light by the irradiance that it can bring, if there are several.
     pub light_tree: LightTree,
     /// Whether an instance says that it will be moved ([`crate::Instance::dynamic`]).
     pub has_dynamic_instances: bool,

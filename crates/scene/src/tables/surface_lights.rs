@@ -1,12 +1,13 @@
 //! Lights of surfaces that emit.
 
 use super::build::{affine, uniform_scale};
-use super::light::luminance;
+use super::light::strongest;
 use super::material::{MATERIAL_CHECKERBOARD_FADES, MATERIAL_EMISSION_TWO_SIDED};
 use super::rectangles::{self, Part};
 use super::{GeometryKind, GeometryRecord, LightRecord, MaterialRecord, NONE, SceneTables};
 use crate::{Pixels, Scene};
 use glam::{Affine3A, Vec3};
+use optics::vec3f;
 
 impl SceneTables {
     /// Lights of the emissive geometries of one instance.
@@ -128,7 +129,7 @@ impl SceneTables {
         light
     }
 
-    /// Mean luminance of a binding's emission texture; 1 without one.
+    /// Mean of the strongest channel of a binding's emission texture; 1 without one.
     fn mean_emission_texture(&self, scene: &Scene, binding: usize) -> f32 {
         let slot = self.materials[self.bindings[binding].material as usize].emission_slot;
         if slot == NONE {
@@ -139,10 +140,12 @@ impl SceneTables {
         let decode = |b: u8| optics::tonemap::srgb_decode_channel(f32::from(b) / 255.0);
         let sum: f64 = match &image.pixels {
             Pixels::Rgba8(pixels) => {
-                let color = |p: &[u8; 4]| Vec3::new(decode(p[0]), decode(p[1]), decode(p[2]));
-                pixels.iter().map(|p| f64::from(luminance(color(p)))).sum()
+                let color = |p: &[u8; 4]| vec3f(decode(p[0]), decode(p[1]), decode(p[2]));
+                pixels.iter().map(|p| f64::from(strongest(color(p)))).sum()
             }
-            Pixels::Rgb32F(pixels) => pixels.iter().map(|p| f64::from(luminance(Vec3::from(*p)))).sum(),
+            Pixels::Rgb32F(pixels) => {
+                pixels.iter().map(|p| f64::from(strongest(vec3f(p[0], p[1], p[2])))).sum()
+            }
         };
         // Never zero: a dim texture must still be found.
         ((sum / (f64::from(image.width) * f64::from(image.height))) as f32).max(1e-3)
