@@ -91,6 +91,10 @@ impl Exit {
             BackendError::View { .. } | BackendError::Film(_) => Self::Usage,
             _ => Self::Render,
         };
+        let load = |error: &LoadError| match error {
+            LoadError::TooLarge { .. } => Self::Refused,
+            _ => Self::Input,
+        };
         if let Some(failure) = cause.downcast_ref::<Failure>() {
             return Some(failure.exit);
         }
@@ -125,7 +129,7 @@ impl Exit {
             .map(image)
             .or_else(|| cause.downcast_ref::<PartError>().map(part))
             .or_else(|| cause.downcast_ref::<BackendError>().map(backend))
-            .or_else(|| cause.is::<LoadError>().then_some(Self::Input))
+            .or_else(|| cause.downcast_ref::<LoadError>().map(load))
             .or_else(|| (cause.is::<ChoiceError>() || cause.is::<DenoiseFilmError>()).then_some(Self::Render))
     }
 }
