@@ -54,8 +54,8 @@ pub use denoise::{DenoiseFilmError, Denoised, Denoiser};
 pub use fallback::{Fallback, Step};
 pub use film::{
     Aov, AovData, AovKind, Block, CRYPTOMATTE_RANKS, Coverage, ExrChannel, ExrCompression, ExrFile,
-    ExrSamples, Film, Image, ImageError, Merger, Part, PartError, PixelStats, Precision, ProtectedFiles, Rect,
-    prove_writable, write_atomically,
+    ExrSamples, Film, Image, ImageError, Merger, Part, PartError, PixelStats, Precision, ProtectedFiles,
+    Rect, prove_writable, write_atomically,
 };
 pub use job::{Job, NoCamera, camera_frame, check_default_camera, picture_ray};
 pub use memory::{available_memory_bytes, memory_bytes, peak_memory_bytes, total_memory_bytes};

@@ -3,7 +3,9 @@
 //!
 //! `ALHAZEN_TRUST_RUNS=N` makes N times as many.
 
-use alhazen::{Control, Job, Limits, LoadOptions, Renderer, Source, add_daylight_if_dark, check_default_camera};
+use alhazen::{
+    Control, Job, Limits, LoadOptions, Renderer, Source, add_daylight_if_dark, check_default_camera,
+};
 use std::fmt::Write;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -60,7 +62,9 @@ fn material(random: &mut Random, text: &mut String, name: &str) -> std::fmt::Res
         return writeln!(text, "model = \"{model}\"");
     }
     writeln!(text, "metallic = {}\nroughness = {}", random.share(), random.share())?;
-    for key in ["transmission", "clearcoat", "clearcoat-roughness", "sheen-roughness", "iridescence", "specular"] {
+    for key in
+        ["transmission", "clearcoat", "clearcoat-roughness", "sheen-roughness", "iridescence", "specular"]
+    {
         if random.next() % 4 == 0 {
             writeln!(text, "{key} = {}", random.share())?;
         }
@@ -75,7 +79,8 @@ fn material(random: &mut Random, text: &mut String, name: &str) -> std::fmt::Res
 }
 
 fn light(random: &mut Random, text: &mut String, size: f64) -> std::fmt::Result {
-    let (color, power) = (random.color(), random.size() * size * size);
+    // More radiance than a film can hold is counted as invalid.
+    let (color, power) = (random.color(), random.size().min(1e6) * size * size);
     match random.next() % 3 {
         0 => writeln!(
             text,
@@ -93,7 +98,7 @@ fn light(random: &mut Random, text: &mut String, size: f64) -> std::fmt::Result 
             text,
             "[[light]]\nkind = \"directional\"\ntowards = {}\ncolor = {color}\nirradiance = {}",
             random.place(1.0),
-            random.size()
+            random.size().min(1e6)
         ),
     }
 }
@@ -107,14 +112,21 @@ fn scene(random: &mut Random) -> Result<String, std::fmt::Error> {
     }
     for i in 0..3 {
         let (place, radius) = (random.place(size), size * random.size().min(10.0));
-        writeln!(text, "[[shape]]\nkind = \"sphere\"\nradius = {radius}\ntranslate = {place}\nmaterial = \"m{i}\"")?;
+        writeln!(
+            text,
+            "[[shape]]\nkind = \"sphere\"\nradius = {radius}\ntranslate = {place}\nmaterial = \"m{i}\""
+        )?;
     }
     for _ in 0..random.next() % 3 {
         light(random, &mut text, size)?;
     }
     if random.next() % 4 == 0 {
         let (scattering, absorption) = (random.size() / size, random.size() / size);
-        writeln!(text, "[fog]\nscattering = {scattering}\nabsorption = {absorption}\nemission = {}", random.share())?;
+        writeln!(
+            text,
+            "[fog]\nscattering = {scattering}\nabsorption = {absorption}\nemission = {}",
+            random.share()
+        )?;
     }
     if random.next() % 3 != 0 {
         let (eye, target) = (random.place(2.0 * size), random.place(size));

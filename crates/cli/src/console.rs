@@ -47,10 +47,7 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), ImageError> {
 
 /// Writes outputs by `write`, each even if others fail. An error says where those are kept that could not be written where
 /// they were asked for.
-pub fn keep_each(
-    paths: &[PathBuf],
-    write: impl Fn(&Path) -> anyhow::Result<()>,
-) -> anyhow::Result<()> {
+pub fn keep_each(paths: &[PathBuf], write: impl Fn(&Path) -> anyhow::Result<()>) -> anyhow::Result<()> {
     let failed = alhazen::output::write_each(paths, write);
     let mut last = None;
     for Failed { path, error, kept } in failed {

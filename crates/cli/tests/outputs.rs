@@ -46,15 +46,54 @@ fn exit_codes_tell_what_failed() {
 fn numbers_that_are_none_are_wrong_arguments() {
     let folder = folder_with_triangle();
     let render = [
-        "--saturation", "--environment-rotation", "--environment-intensity", "--exposure", "--fov", "--focus",
-        "--f-number", "--noise", "--fps", "--at", "--turntable", "--turbidity", "--light-cutoff", "--max-invalid",
-        "--reflection-survival", "--frame-tolerance", "--depth-tolerance", "--normal-tolerance", "--history",
-        "--history-clip", "--roulette-min-survival", "--time", "--every", "--budget", "--eye", "--target",
-        "--falloff", "--threads", "--crop", "--width", "--spp", "--max-depth", "--seed", "--sun",
+        "--saturation",
+        "--environment-rotation",
+        "--environment-intensity",
+        "--exposure",
+        "--fov",
+        "--focus",
+        "--f-number",
+        "--noise",
+        "--fps",
+        "--at",
+        "--turntable",
+        "--turbidity",
+        "--light-cutoff",
+        "--max-invalid",
+        "--reflection-survival",
+        "--frame-tolerance",
+        "--depth-tolerance",
+        "--normal-tolerance",
+        "--history",
+        "--history-clip",
+        "--roulette-min-survival",
+        "--time",
+        "--every",
+        "--budget",
+        "--eye",
+        "--target",
+        "--falloff",
+        "--threads",
+        "--crop",
+        "--width",
+        "--spp",
+        "--max-depth",
+        "--seed",
+        "--sun",
     ];
     let lidar = [
-        "--heading", "--elevations", "--divergence", "--noise", "--min-intensity", "--range-resolution",
-        "--position", "--range", "--azimuth", "--elevation", "--pose", "--threads",
+        "--heading",
+        "--elevations",
+        "--divergence",
+        "--noise",
+        "--min-intensity",
+        "--range-resolution",
+        "--position",
+        "--range",
+        "--azimuth",
+        "--elevation",
+        "--pose",
+        "--threads",
     ];
     let render = render.map(|option| ("render triangle.obj -q -o a.png --checkpoint c.exr", option));
     let lidar = lidar.map(|option| ("sensor lidar triangle.obj -q -o a.ply", option));
@@ -74,7 +113,8 @@ fn inputs_are_never_replaced() {
     let folder = folder.path();
     let material = "newmtl red\nKd 0.8 0.1 0.1\nmap_Kd tex.png\n";
     std::fs::write(folder.join("triangle.mtl"), material).unwrap();
-    std::fs::write(folder.join("triangle.obj"), TRIANGLE.replace("f 1 2 3", "vt 0 0\nf 1/1 2/1 3/1")).unwrap();
+    std::fs::write(folder.join("triangle.obj"), TRIANGLE.replace("f 1 2 3", "vt 0 0\nf 1/1 2/1 3/1"))
+        .unwrap();
     Image::from_fn(4, 4, |_, _| [0.5; 3]).write_png_encoded(&folder.join("tex.png")).unwrap();
     Image::from_fn(8, 4, |_, _| [0.5; 3]).write_hdr(&folder.join("sky.hdr")).unwrap();
     for output in ["tex.png", "./tex.png", "sky.hdr"] {
@@ -118,8 +158,11 @@ mod on_unix {
         let line = line.replace("alhazen", env!("CARGO_BIN_EXE_alhazen"));
         let output = Command::new("bash").args(["-c", &line]).current_dir(folder).output().unwrap();
         let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-        let ran =
-            common::Ran { code: output.status.code(), stdout: text(output.stdout), stderr: text(output.stderr) };
+        let ran = common::Ran {
+            code: output.status.code(),
+            stdout: text(output.stdout),
+            stderr: text(output.stderr),
+        };
         assert!(!ran.stderr.contains("panicked"), "{line}: {}", ran.stderr);
         ran
     }
@@ -246,7 +289,10 @@ mod on_unix {
             signal(&child, "-KILL");
             assert_eq!(child.wait().unwrap().signal(), Some(9));
             let now = samples(&checkpoint);
-            assert!(now >= saved && saved > least, "kill {kill}: {now} samples, {saved} before, {least} at first");
+            assert!(
+                now >= saved && saved > least,
+                "kill {kill}: {now} samples, {saved} before, {least} at first"
+            );
             least = now;
         }
         assert_eq!(std::fs::read(folder.join("out.png")).unwrap(), b"the old picture");
@@ -265,7 +311,8 @@ mod on_unix {
         for i in 0..runs(3) {
             let name = ["-INT", "-TERM", "-HUP"][i as usize % 3];
             let _ = (std::fs::remove_file(&checkpoint), std::fs::remove_file(folder.join("out.exr")));
-            let sitting = format!("render triangle.obj {ENDLESS} --checkpoint c.exr --every 0.05s -o out.exr");
+            let sitting =
+                format!("render triangle.obj {ENDLESS} --checkpoint c.exr --every 0.05s -o out.exr");
             let mut child = start(folder, &sitting);
             wait_for(&mut child, &checkpoint, None);
             let saved = samples(&checkpoint);

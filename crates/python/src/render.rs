@@ -7,8 +7,8 @@ use crate::scene::{Scene, lock};
 use crate::watch::watch;
 use alhazen::{
     Aov, AovData, BackendChoice, CRYPTOMATTE_RANKS, Control, DirectSettings, Film, HybridSettings, Image,
-    ImageError, Integrator, Job, Limits, PathSettings, RealtimeSettings, Rect, Renderer, RendererOptions, Summary,
-    ToneMapper, ToneMapping, check_default_camera,
+    ImageError, Integrator, Job, Limits, PathSettings, RealtimeSettings, Rect, Renderer, RendererOptions,
+    Summary, ToneMapper, ToneMapping, check_default_camera,
 };
 use pyo3::exceptions::{PyOSError, PyTypeError};
 use pyo3::prelude::*;
@@ -320,9 +320,8 @@ fn ranks(pixels: Vec<Vec<(u32, f32)>>) -> Vec<f32> {
 #[pyfunction]
 pub fn write_file(py: Python, path: PathBuf, data: &[u8]) -> PyResult<()> {
     let failed = |source| ImageError::Write { path: path.clone(), source };
-    let written = py.detach(|| {
-        alhazen::write_atomically(&path, |writer| Write::write_all(writer, data).map_err(failed))
-    });
+    let written = py
+        .detach(|| alhazen::write_atomically(&path, |writer| Write::write_all(writer, data).map_err(failed)));
     written.map_err(|error| match error {
         // As Python's own `open` raises it: FileNotFoundError, PermissionError and so on.
         ImageError::Write { source, .. } => source.into(),

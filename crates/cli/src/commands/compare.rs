@@ -173,7 +173,12 @@ mod tests {
 
     #[test]
     fn limits_are_checked() {
-        assert!(parse_limit("-1").is_err() && parse_limit("inf").is_err() && parse_limit("nan").is_err() && parse_limit("0").is_ok());
+        assert!(
+            parse_limit("-1").is_err()
+                && parse_limit("inf").is_err()
+                && parse_limit("nan").is_err()
+                && parse_limit("0").is_ok()
+        );
         assert!(
             parse_exposure("0").is_err() && parse_exposure("inf").is_err() && parse_exposure("2").is_ok()
         );

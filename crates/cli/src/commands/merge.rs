@@ -1,8 +1,8 @@
 //! `alhazen merge`: adds up the parts of a picture.
 
-use crate::console::{keep_each, say};
 use super::render::{check_output, frame_path};
 use super::tone::ToneArgs;
+use crate::console::{keep_each, say};
 use crate::exit::Exit;
 use alhazen::{Coverage, Merger, Part, ProtectedFiles, finish, output, tone_of};
 use anyhow::{Context, anyhow};

@@ -1,10 +1,8 @@
 //! `alhazen sensor`: what a sensor would measure in a scene.
 
+use super::render::parsing::{parse_finite_f64, parse_not_negative, parse_not_negative_f64, parse_threads};
 use crate::console::{bytes, keep_each, print_report, say, seconds};
 use crate::exit::Exit;
-use super::render::parsing::{
-    parse_finite_f64, parse_not_negative, parse_not_negative_f64, parse_threads,
-};
 use crate::interrupt::cancel_on_signal;
 use alhazen::{LoadOptions, ProtectedFiles, RayQueries, SceneTables, prove_writable};
 use anyhow::{Context, ensure};

@@ -9,7 +9,9 @@ use std::str::FromStr;
 use std::time::Duration;
 
 use super::{Part, PartError};
-use crate::{Aov, Block, Coverage, ExrCompression, ExrFile, ExrSamples, Film, METADATA_PREFIX, Precision, Rect};
+use crate::{
+    Aov, Block, Coverage, ExrCompression, ExrFile, ExrSamples, Film, METADATA_PREFIX, Precision, Rect,
+};
 
 /// The format of the files. Another number is another meaning of channels or metadata.
 const VERSION: &str = "1";

@@ -14,8 +14,7 @@ use crate::categories::Categories;
 use crate::error::SensorError;
 use alhazen::{
     Camera, Control, ExrChannel, ExrCompression, ExrFile, ExrSamples, Film, Image, ImageError, Job, Limits,
-    Precision, RayQueries, Rect, Renderer, Scene, SceneTables, prove_writable,
-    write_atomically,
+    Precision, RayQueries, Rect, Renderer, Scene, SceneTables, prove_writable, write_atomically,
 };
 use coco::Annotations;
 use glam::Affine3A;

@@ -1,7 +1,7 @@
 //! Where measured frames go, to nobody or to a window, and the loop that measures them.
 
-use crate::console::{say, write_text};
 use super::frames::{FrameArgs, Measured, milliseconds};
+use crate::console::{say, write_text};
 use alhazen::gpu::Gpu;
 use alhazen::gpu::frames::chrome_trace;
 use alhazen::gpu::hybrid::LiveScene;
@@ -126,7 +126,8 @@ impl<'a> Stage<'a> {
         shown.take_times(&mut measured)?;
         if let Some(path) = &args.trace {
             let trace = chrome_trace(&shown.live.frames().take_spans());
-            write_text(path, &trace.to_string()).with_context(|| format!("cannot write {}", path.display()))?;
+            write_text(path, &trace.to_string())
+                .with_context(|| format!("cannot write {}", path.display()))?;
         }
         if let Some(view) = last {
             let mean = shown.live.read(&view)?.mean();

@@ -1,8 +1,8 @@
 //! What is measured: scenes with a view each, and converged references of them.
 
-use crate::console::say;
 use crate::commands::load_scene;
 use crate::commands::render::parsing::{parse_positive, parse_threads, parse_vector};
+use crate::console::say;
 use alhazen::{
     BackendChoice, Camera, Control, ExrCompression, ExrFile, Image, Job, Limits, LoadOptions, PathKernel,
     Precision, Renderer, RendererOptions, Scene, Summary, add_daylight_if_dark, metrics,

@@ -195,7 +195,10 @@ mod tests {
             assert!(parse_duration(text).is_err() && parse_threads(text).is_err(), "{text}");
         }
         assert!(parse_threads("0").is_err() && parse_threads("100000").is_err());
-        assert_eq!((parse_cosine("-1"), parse_fraction("0.5"), parse_threads("7")), (Ok(-1.0), Ok(0.5), Ok(7)));
+        assert_eq!(
+            (parse_cosine("-1"), parse_fraction("0.5"), parse_threads("7")),
+            (Ok(-1.0), Ok(0.5), Ok(7))
+        );
         assert!(parse_turbidity("1").is_err() && parse_turbidity("2.5") == Ok(2.5));
         assert!(parse_fov("0").is_err() && parse_fov("180").is_err() && parse_fov("45").is_ok());
     }

@@ -1,7 +1,7 @@
 //! What is printed about a scene and a finished picture.
 
 use super::RenderArgs;
-use crate::console::{bytes, metric, print_report, print_result, seconds, say};
+use crate::console::{bytes, metric, print_report, print_result, say, seconds};
 use alhazen::{Job, LoadStats, Loaded, Renderer, Summary};
 use std::path::PathBuf;
 use std::time::Duration;

@@ -2,12 +2,12 @@
 
 use super::parsing::parse_vector;
 use super::{HighlightsName, IntegratorName, RenderArgs, VisibilityName};
+use crate::exit::Exit;
 use alhazen::{
     Adaptive, Camera, CameraPath, Daylight, DirectSettings, Environment, Highlights, HybridSettings,
     Integrator, Job, Limits, LoadOptions, Loaded, NoisyPicture, PathSettings, Projection, Rect, Sampling,
     Visibility, add_daylight_if_dark, check_default_camera,
 };
-use crate::exit::Exit;
 use anyhow::{Context, bail, ensure};
 use std::path::Path;
 

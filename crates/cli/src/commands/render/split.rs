@@ -158,9 +158,7 @@ impl Made {
             Self::Picture(metadata) => {
                 write_picture(renderer.film()?.context("nothing was rendered")?, &metadata)
             }
-            Self::Part(part) if args.split.makes_parts() => {
-                keep_each(paths, |path| Ok(part.write(path)?))
-            }
+            Self::Part(part) if args.split.makes_parts() => keep_each(paths, |path| Ok(part.write(path)?)),
             Self::Part(part) => {
                 let (film, metadata) = finish(*part)?;
                 write_picture(&film, &metadata)
