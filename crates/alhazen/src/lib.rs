@@ -54,10 +54,10 @@ pub use denoise::{DenoiseFilmError, Denoised, Denoiser};
 pub use fallback::{Fallback, Step};
 pub use film::{
     Aov, AovData, AovKind, Block, CRYPTOMATTE_RANKS, Coverage, ExrChannel, ExrCompression, ExrFile,
-    ExrSamples, Film, Image, ImageError, Merger, Part, PartError, PixelStats, Precision, Rect,
-    write_atomically,
+    ExrSamples, Film, Image, ImageError, Merger, Part, PartError, PixelStats, Precision, ProtectedFiles,
+    Rect, prove_writable, write_atomically,
 };
-pub use job::{Job, camera_frame, picture_ray};
+pub use job::{Job, NoCamera, camera_frame, check_default_camera, picture_ray};
 pub use memory::{available_memory_bytes, memory_bytes, peak_memory_bytes, total_memory_bytes};
 pub use metadata::{Description, metadata};
 pub use part::{PartJob, RenderPartError, Tile, UnknownTile, finish, tone_of};

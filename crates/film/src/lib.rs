@@ -27,7 +27,7 @@ mod srgb;
 
 pub use allocation::Allocation;
 pub use aov::{Aov, AovKind, AovSample, AovSums, NO_ID, UnknownAov};
-pub use atomic::{remove_temporaries, write_atomically};
+pub use atomic::{ProtectedFiles, prove_writable, remove_temporaries, write_atomically};
 pub use coverage::{Block, Coverage, UnknownBlock};
 pub use exact::ExactSum;
 pub use exr_file::{

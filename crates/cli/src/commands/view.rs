@@ -1,5 +1,6 @@
 //! `alhazen view`: the interactive window.
 
+use crate::console::{print_result, say};
 use alhazen::{BackendChoice, LoadOptions, PathKernel, RendererOptions, Source};
 use anyhow::Context;
 use std::path::PathBuf;
@@ -36,7 +37,7 @@ pub struct ViewArgs {
     #[arg(long, value_name = "NAME", default_value_t = PathKernel::Auto)]
     kernel: PathKernel,
     /// Number of threads [default: all cores].
-    #[arg(long)]
+    #[arg(long, value_parser = super::render::parsing::parse_threads)]
     threads: Option<usize>,
     /// Size of the window, WIDTHxHEIGHT in pixels.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
@@ -77,7 +78,7 @@ pub fn run_default() -> Option<anyhow::Result<()>> {
     };
     match viewer::run(options) {
         Err(error @ (ViewerError::Display(_) | ViewerError::Window(_) | ViewerError::Surface(_))) => {
-            eprintln!("no window: {:#}", anyhow::Error::from(error));
+            say!("no window: {:#}", anyhow::Error::from(error));
             None
         }
         result => Some(result.map(drop).map_err(Into::into)),
@@ -115,8 +116,7 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<()> {
         }
     };
     let report = viewer::run(Options { source, start, window: args.window, smoke, began })?;
-    report.iter().for_each(|line| println!("{line}"));
-    Ok(())
+    print_result(&report.iter().map(|line| format!("{line}\n")).collect::<String>())
 }
 
 #[cfg(test)]

@@ -14,7 +14,9 @@ pub mod textures;
 pub mod vol;
 
 use crate::{LoadReport, Scene};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 /// How a file is loaded.
@@ -31,6 +33,23 @@ pub struct LoadOptions {
     pub max_file_size: u64,
     /// Which of a glTF file's material variants is shown; `None`: the default materials. Other formats have none.
     pub variant: Option<String>,
+    /// Every file that was read, to be kept from being overwritten. Clones share the list.
+    pub files_read: FilesRead,
+}
+
+/// The files that loading has read, shared by all who load with the same options.
+#[derive(Clone, Debug, Default)]
+pub struct FilesRead(Arc<Mutex<BTreeSet<PathBuf>>>);
+
+impl FilesRead {
+    /// The files, in order.
+    pub fn list(&self) -> Vec<PathBuf> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned().collect()
+    }
+
+    fn add(&self, path: &Path) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).insert(path.to_owned());
+    }
 }
 
 impl Default for LoadOptions {
@@ -41,6 +60,7 @@ impl Default for LoadOptions {
             max_texture_size: 8192,
             max_file_size: 8 << 30,
             variant: None,
+            files_read: FilesRead::default(),
         }
     }
 }
@@ -180,5 +200,6 @@ pub(crate) fn read_file(path: &Path, options: &LoadOptions) -> Result<Vec<u8>, L
         let limit = options.max_file_size;
         return Err(LoadError::TooLarge { path: path.to_owned(), what: "the file".into(), size, limit });
     }
+    options.files_read.add(path);
     std::fs::read(path).map_err(read)
 }
