@@ -60,9 +60,11 @@ const MAX_LIBRARIES: usize = 1000;
 /// [`LoadError::Read`] and [`LoadError::TooLarge`]; [`LoadError::Malformed`] if the file holds nothing that belongs
 /// into an OBJ file. Everything else that is wrong with it, missing libraries and textures included, is mended and reported.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
-    let bytes = read_file(path, options)?;
-    let folder = path.parent().unwrap_or(Path::new(""));
-    load_from(path, &bytes, Some(folder), options)
+    options.scene_session(path, |options| {
+        let bytes = read_file(path, options)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        load_from(path, &bytes, Some(folder), options)
+    })
 }
 
 /// Parses an OBJ file that is in memory. Nothing else is read: material libraries are reported as missing.
@@ -70,7 +72,8 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
 /// # Errors
 /// As [`load`].
 pub fn parse(bytes: &[u8], options: &LoadOptions) -> Result<Loaded, LoadError> {
-    load_from(Path::new("memory.obj"), bytes, None, options)
+    let path = Path::new("memory.obj");
+    options.scene_session(path, |options| load_from(path, bytes, None, options))
 }
 
 fn load_from(
@@ -134,14 +137,14 @@ impl Libraries {
                     report.ignored(format!("more than {MAX_LIBRARIES} `mtllib` statements"));
                     break;
                 }
-                for file in find_libraries(folder, names, report) {
+                for file in find_libraries(folder, names, options, report) {
                     libraries.add(&file, options, report);
                 }
             }
         }
         let needed = changes().any(|c| matches!(c, Change::Material(_)));
         let beside = path.with_extension("mtl");
-        if seen.is_empty() && needed && folder.is_some() && beside.is_file() {
+        if seen.is_empty() && needed && folder.is_some() && options.is_file(&beside) {
             report.repaired("the file names no material library; the one with its own name is used");
             libraries.add(&beside, options, report);
         }
@@ -168,8 +171,13 @@ impl Libraries {
 }
 
 /// The files of an `mtllib` statement: one whose name may have spaces, or several.
-fn find_libraries(folder: Option<&Path>, names: &str, report: &mut LoadReport) -> Vec<PathBuf> {
-    let find = |name: &str| folder.and_then(|folder| find_file(folder, name.trim_matches('"')));
+fn find_libraries(
+    folder: Option<&Path>,
+    names: &str,
+    options: &LoadOptions,
+    report: &mut LoadReport,
+) -> Vec<PathBuf> {
+    let find = |name: &str| folder.and_then(|folder| find_file(folder, name.trim_matches('"'), options));
     if let Some(file) = find(names) {
         return vec![file];
     }

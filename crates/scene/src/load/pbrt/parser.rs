@@ -178,7 +178,7 @@ impl<'o> Parser<'o> {
             None => "the end of the file".into(),
             Some(TokenKind::Word(word)) => format!("`{word}`"),
             Some(TokenKind::Text(text)) => format!("\"{text}\""),
-            Some(TokenKind::Number(number)) => number.to_string(),
+            Some(TokenKind::Number(number)) => format!("`{number}`"),
             Some(TokenKind::Open) => "`[`".into(),
             Some(TokenKind::Close) => "`]`".into(),
         };

@@ -29,7 +29,7 @@ use values::{ValueError, Values};
 /// the file can hold, or the data end early or are not numbers. Faces with indices out of range are left out and
 /// reported.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
-    parse_named(path, &read_file(path, options)?, options)
+    options.scene_session(path, |options| parse_named(path, &read_file(path, options)?, options))
 }
 
 /// Parses a PLY file that is in memory.
@@ -37,7 +37,8 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
 /// # Errors
 /// As [`load`].
 pub fn parse(bytes: &[u8], options: &LoadOptions) -> Result<Loaded, LoadError> {
-    parse_named(Path::new("memory.ply"), bytes, options)
+    let path = Path::new("memory.ply");
+    options.scene_session(path, |options| parse_named(path, bytes, options))
 }
 
 fn parse_named(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Loaded, LoadError> {

@@ -55,6 +55,10 @@ impl Edited {
 /// # Errors
 /// As [`super::load_with_parameters`].
 pub fn open_edited(path: &Path, options: &LoadOptions) -> Result<Option<Edited>, LoadError> {
+    options.session(path, |options| open_edited_within(path, options))
+}
+
+fn open_edited_within(path: &Path, options: &LoadOptions) -> Result<Option<Edited>, LoadError> {
     let text = read_text(path, options)?;
     let mut document = Document::parse(&text, path)?;
     let folder = path.parent().unwrap_or(Path::new(""));

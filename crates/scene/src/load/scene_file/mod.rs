@@ -60,7 +60,11 @@ pub fn load_with_parameters(
     parameters: &Parameters,
     options: &LoadOptions,
 ) -> Result<Loaded, LoadError> {
-    load_nested(path, parameters, options, &mut Budget::default(), &[])
+    options.scene_session(path, |options| {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        allow_files_of(parameters, folder, options);
+        load_nested(path, parameters, options, &mut Budget::default(), &[])
+    })
 }
 
 /// Reads a scene file from text.
@@ -77,7 +81,16 @@ pub fn parse(
     parameters: &Parameters,
     options: &LoadOptions,
 ) -> Result<Loaded, LoadError> {
-    build(text, Place { path, folder, stack: &[] }, parameters, options, &mut Budget::default())
+    options.scene_session(&folder.join(path), |options| {
+        allow_files_of(parameters, folder, options);
+        build(text, Place { path, folder, stack: &[] }, parameters, options, &mut Budget::default())
+    })
+}
+
+/// Files that the user names by a parameter may be anywhere.
+fn allow_files_of(parameters: &Parameters, folder: &Path, options: &LoadOptions) {
+    let named = parameters.values().filter(|value| !value.is_empty()).map(|value| folder.join(value));
+    named.filter(|file| file.is_file()).for_each(|file| options.allow_named(&file));
 }
 
 /// Name, description and parameters of a scene file, without loading what it refers to.
