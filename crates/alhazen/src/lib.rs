@@ -32,6 +32,7 @@ mod metadata;
 pub mod output;
 mod part;
 mod renderer;
+mod sandbox;
 mod source;
 pub mod system;
 
@@ -74,6 +75,8 @@ pub use scene::{
     PortalError, Projection, RenderDefaults, Scene, Severity, Shape, Sky, Sphere, Subsurface, Sun, SunError,
     SunPosition, Texture, TextureRef, ToneMapper, TriangleMesh,
 };
+/// Text of a file as messages show it: without characters that steer terminals.
+pub use scene::report::plain;
 pub use source::{Place, Source};
 
 /// Error metrics between pictures.

@@ -2,7 +2,7 @@
 
 use crate::console::{print_report, print_result};
 use alhazen::{
-    BackendChoice, Control, Job, Limits, LoadOptions, Renderer, RendererOptions, add_daylight_if_dark,
+    BackendChoice, Control, Job, Limits, Renderer, RendererOptions, add_daylight_if_dark,
 };
 use anyhow::Context;
 use sensors::dataset::{Dataset, Poses};
@@ -34,6 +34,8 @@ pub struct DatasetArgs {
     /// Parameter of the scene, as NAME=VALUE. May be given several times.
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = super::parse_parameter)]
     parameters: Vec<(String, String)>,
+    #[command(flatten)]
+    loading: super::loading::LoadingArgs,
     /// Samples per pixel [default: what the scene says, or 64].
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
@@ -63,7 +65,7 @@ pub fn run(args: &DatasetArgs) -> anyhow::Result<()> {
         }
         None => BTreeMap::new(),
     };
-    let mut loaded = super::load_scene(&args.scene, &args.parameters, &LoadOptions::default())?;
+    let mut loaded = super::load_scene(&args.scene, &args.parameters, &args.loading.options())?;
     add_daylight_if_dark(&mut loaded.scene, &mut loaded.report);
     if !args.quiet {
         print_report(&loaded.report, false);

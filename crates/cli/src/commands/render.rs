@@ -65,6 +65,8 @@ pub struct RenderArgs {
     /// Go on without what the file requires but Alhazen does not know.
     #[arg(long)]
     lenient: bool,
+    #[command(flatten)]
+    loading: super::loading::LoadingArgs,
     /// Show one of the material variants that a glTF file has.
     #[arg(long, value_name = "NAME")]
     variant: Option<String>,
@@ -374,7 +376,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         bail!("{option} and --sampling adaptive: parts of a picture have the same samples for every pixel");
     }
     let options =
-        LoadOptions { lenient: args.lenient, variant: args.variant.clone(), ..LoadOptions::default() };
+        LoadOptions { lenient: args.lenient, variant: args.variant.clone(), ..args.loading.options() };
     let mut loaded = super::load_scene(&args.scene, &args.parameters, &options)?;
     set_environment(args, &mut loaded, &options)?;
     if !args.quiet {

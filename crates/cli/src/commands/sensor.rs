@@ -1,7 +1,7 @@
 //! `alhazen sensor`: what a sensor would measure in a scene.
 
 use crate::console::{bytes, print_report, seconds};
-use alhazen::{Control, LoadOptions, RayQueries, SceneTables};
+use alhazen::{Control, RayQueries, SceneTables};
 use anyhow::{Context, ensure};
 use clap::{Subcommand, ValueEnum};
 use glam::{DAffine3, DMat3, DVec3};
@@ -41,6 +41,8 @@ struct LidarArgs {
     /// Parameter of the scene, as NAME=VALUE. May be given several times.
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = super::parse_parameter)]
     parameters: Vec<(String, String)>,
+    #[command(flatten)]
+    loading: super::loading::LoadingArgs,
 
     /// Where the sensor stands, in metres.
     #[arg(long, help_heading = "Place", value_name = "X,Y,Z", value_parser = parse_list::<3>, default_value = "0,0,0", allow_hyphen_values = true)]
@@ -124,7 +126,7 @@ pub fn run(args: &SensorArgs) -> anyhow::Result<()> {
 }
 
 fn lidar(args: &LidarArgs) -> anyhow::Result<()> {
-    let loaded = super::load_scene(&args.scene, &args.parameters, &LoadOptions::default())?;
+    let loaded = super::load_scene(&args.scene, &args.parameters, &args.loading.options())?;
     if !args.quiet {
         print_report(&loaded.report, false);
     }

@@ -41,6 +41,8 @@ pub struct LoadOptions {
     pub max_memory: u64,
     /// Loading that takes longer fails; `None`: it may take as long as it likes.
     pub max_load_time: Option<Duration>,
+    /// The scene may be made to do harm: front ends load it in a sandbox where the system has one.
+    pub untrusted: bool,
     /// The state of a call that is going on; [`Session::default`] before.
     pub session: Session,
 }
@@ -56,6 +58,7 @@ impl Default for LoadOptions {
             allowed_paths: Vec::new(),
             max_memory: u64::MAX,
             max_load_time: None,
+            untrusted: false,
             session: Session::default(),
         }
     }

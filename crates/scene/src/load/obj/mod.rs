@@ -38,6 +38,7 @@ mod textures;
 
 pub use material::{interpret, roughness_from_exponent};
 
+use super::session::TRIANGLE;
 use super::textures::find_file;
 use super::{LoadError, LoadOptions, Loaded, read_file};
 use crate::{Instance, LoadReport, Material, Scene, Shape};
@@ -96,6 +97,8 @@ fn load_from(
     if data.positions.is_empty() && data.chunks.iter().all(|c| c.len() == 0 && c.changes.is_empty()) {
         return Err(LoadError::malformed(path, "file", "there is no OBJ statement in it"));
     }
+    let corners: u64 = data.chunks.iter().map(|chunk| chunk.len() as u64).sum();
+    options.budget().take(corners.saturating_mul(TRIANGLE / 2), "faces")?;
     let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let built = build::build(&data, &name, options.crease_angle, &mut report);
     let mut scene = Scene { name, ..Default::default() };

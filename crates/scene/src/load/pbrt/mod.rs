@@ -19,6 +19,7 @@ mod shapes;
 mod state;
 mod tokens;
 
+use super::session::instance;
 use super::textures::TextureLoader;
 use super::{LoadError, LoadOptions, Loaded, read_file};
 use crate::{Instance, LoadReport, MeshId, Scene, Texture};
@@ -343,6 +344,8 @@ impl<'o> Builder<'o> {
                         .parser
                         .error(place, format!("there are more than {MAX_INSTANCES} instances")));
                 }
+                let size: u64 = shapes.iter().map(|shape| instance(shape.name.len())).sum();
+                self.options.budget().take(size, "instances")?;
                 let to_world = self.mirror * self.state.transform;
                 for shape in shapes {
                     let transform = (to_world * shape.transform).as_affine3a();

@@ -12,6 +12,7 @@
 mod header;
 mod values;
 
+use super::session::TRIANGLE;
 use super::textures::vertex_colors;
 use super::{LoadError, LoadOptions, Loaded, read_file};
 use crate::triangulate::Triangulator;
@@ -71,6 +72,8 @@ fn parse_named(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Loade
         return Err(LoadError::malformed(path, "header", "there is no element `vertex`"));
     }
     let Reader { mut mesh, polygons, mut report, .. } = reader;
+    let triangles = (polygons.corners.len() + polygons.strips.len()) as u64;
+    options.budget().take(triangles.saturating_mul(TRIANGLE), "faces")?;
     polygons.triangulate(&mut mesh, &mut report);
     if !has_faces {
         report.ignored("it is a point cloud: points are not drawn");

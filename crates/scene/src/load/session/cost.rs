@@ -2,10 +2,10 @@
 //! acceleration structures. Rounded up; measured with `render` on the CPU.
 
 use crate::tables::{LightRecord, MaterialRecord};
-use crate::{Instance, Material, Scene, Shape};
+use crate::{Instance, Light, Material, Scene, Shape};
 
-/// A triangle of a mesh with its share of vertices: twice 60 bytes, and nodes and leaves of a hierarchy.
-pub(crate) const TRIANGLE: u64 = 260;
+/// A triangle of a mesh with its share of vertices: twice 40 bytes, and nodes and leaves of a hierarchy.
+pub(crate) const TRIANGLE: u64 = 180;
 /// A pixel with eight bits a channel: in the image and as a texel.
 pub(crate) const PIXEL: u64 = 8;
 /// A material and its row.
@@ -14,6 +14,11 @@ pub(crate) const MATERIAL: u64 = (size_of::<Material>() + size_of::<MaterialReco
 /// An instance with a name of `name` bytes: record, binding, node of the top level.
 pub(crate) fn instance(name: usize) -> u64 {
     (size_of::<Instance>() + name) as u64 + 256
+}
+
+/// A light with a name of `name` bytes.
+pub(crate) fn light(name: usize) -> u64 {
+    (size_of::<Light>() + name) as u64
 }
 
 /// A light's record, its leaf in the light tree, its box, its row in the table of probabilities.

@@ -10,7 +10,7 @@ mod listing;
 mod names;
 
 pub(crate) use budget::Budget;
-pub(crate) use cost::{MATERIAL, PIXEL, TRIANGLE, instance};
+pub(crate) use cost::{MATERIAL, PIXEL, TRIANGLE, instance, light};
 
 use super::{LoadError, LoadOptions, Loaded};
 use confinement::Confinement;
@@ -28,6 +28,14 @@ struct State {
     confinement: Confinement,
     budget: Budget,
     listings: Listings,
+}
+
+impl Session {
+    /// The budget of the call; without limits outside of one.
+    pub(crate) fn budget(&self) -> &Budget {
+        static UNLIMITED: Budget = Budget::unlimited();
+        self.0.as_ref().map_or(&UNLIMITED, |state| &state.budget)
+    }
 }
 
 impl LoadOptions {
@@ -77,8 +85,7 @@ impl LoadOptions {
 
     /// The budget of the call; without limits outside of one.
     pub(crate) fn budget(&self) -> &Budget {
-        static UNLIMITED: Budget = Budget::unlimited();
-        self.session.0.as_ref().map_or(&UNLIMITED, |state| &state.budget)
+        self.session.budget()
     }
 
     /// Allows the file that the user named as the value of a parameter, and its folder.
