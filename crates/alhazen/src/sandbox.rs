@@ -37,7 +37,9 @@ fn protect(_: &[PathBuf]) -> String {
 fn protect(folders: &[PathBuf]) -> String {
     let files = match linux::restrict_files(folders) {
         Ok(landlock::RulesetStatus::FullyEnforced) => "files are confined by Landlock",
-        Ok(landlock::RulesetStatus::PartiallyEnforced) => "files are confined by Landlock as far as the kernel can",
+        Ok(landlock::RulesetStatus::PartiallyEnforced) => {
+            "files are confined by Landlock as far as the kernel can"
+        }
         Ok(landlock::RulesetStatus::NotEnforced) | Err(_) => "no Landlock",
     };
     let calls = match linux::restrict_calls() {
@@ -91,7 +93,8 @@ mod linux {
         ];
         let refused = SeccompAction::Errno(libc::EPERM as u32);
         let rules = blocked.into_iter().map(|call| (call, Vec::new())).collect();
-        let filter = SeccompFilter::new(rules, SeccompAction::Allow, refused, std::env::consts::ARCH.try_into()?)?;
+        let filter =
+            SeccompFilter::new(rules, SeccompAction::Allow, refused, std::env::consts::ARCH.try_into()?)?;
         let program: BpfProgram = filter.try_into()?;
         seccompiler::apply_filter(&program)?;
         Ok(())

@@ -28,21 +28,32 @@ impl World {
             std::fs::write(world.outside().join(name), content).expect("a file outside");
         };
         outside("secret.png", &png(COLOR));
-        outside("secret.hdr", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n\xc9\x25\x63\x80\xc9\x25\x63\x80");
+        outside(
+            "secret.hdr",
+            b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n\xc9\x25\x63\x80\xc9\x25\x63\x80",
+        );
         outside("secret.txt", format!("{WORD} {HEIGHT} `{WORD}` more\n").as_bytes());
         outside("secret.mtl", format!("newmtl m\nKd 0 0 0\n{WORD} 1\nmap_Kd {WORD}.png\n").as_bytes());
         outside("secret.obj", format!("v 0 {HEIGHT} 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n").as_bytes());
         outside("secret.ply", ply().as_bytes());
-        outside("secret.pbrt", format!("Shape \"trianglemesh\" \"point3 P\" [0 {HEIGHT} 0 1 0 0 0 0 1]\n").as_bytes());
+        outside(
+            "secret.pbrt",
+            format!("Shape \"trianglemesh\" \"point3 P\" [0 {HEIGHT} 0 1 0 0 0 0 1]\n").as_bytes(),
+        );
         outside("secret.toml", format!("{WORD} = 1\n").as_bytes());
         outside("secret.ies", ies().as_bytes());
         outside("secret.vol", &vol());
-        let heights: Vec<u8> = [0.0, HEIGHT, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0f32].iter().flat_map(|v| v.to_le_bytes()).collect();
+        let heights: Vec<u8> = [0.0, HEIGHT, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0f32]
+            .iter()
+            .flat_map(|v| v.to_le_bytes())
+            .collect();
         outside("secret.bin", &heights);
         // Links that lead out, one to a file each, to the folder, and over another link.
         for entry in std::fs::read_dir(world.outside()).expect("outside").filter_map(Result::ok) {
             let name = entry.file_name();
-            let link = world.inside().join(Path::new("link").with_extension(Path::new(&name).extension().unwrap_or_default()));
+            let link = world
+                .inside()
+                .join(Path::new("link").with_extension(Path::new(&name).extension().unwrap_or_default()));
             symlink(entry.path(), &link).expect("a link");
             symlink(&link, world.inside().join(format!("twice-{}", name.to_string_lossy()))).expect("a link");
         }
@@ -96,7 +107,8 @@ impl World {
     /// Ways that only URIs have.
     fn uris(&self, extension: &str) -> Vec<String> {
         let absolute = self.outside().join(format!("secret.{extension}")).to_string_lossy().into_owned();
-        let mut uris = self.names(extension).into_iter().map(|name| name.replace('\\', "\\\\")).collect::<Vec<_>>();
+        let mut uris =
+            self.names(extension).into_iter().map(|name| name.replace('\\', "\\\\")).collect::<Vec<_>>();
         uris.extend([
             format!("..%2foutside%2Fsecret.{extension}"),
             format!("%2e%2e/outside/secret.{extension}"),
@@ -172,8 +184,13 @@ fn leak(result: &Result<Loaded, LoadError>) -> Option<String> {
             return Some(format!("geometry {:?}", mesh.positions));
         }
     }
-    let lamp = scene.lights.iter().filter_map(|light| light.profile.as_ref()).any(|p| close(p.profile.peak()));
-    let fog = scene.materials.iter().filter_map(|m| m.medium.as_ref()?.density.as_ref()).any(|grid| close(grid.largest()));
+    let lamp =
+        scene.lights.iter().filter_map(|light| light.profile.as_ref()).any(|p| close(p.profile.peak()));
+    let fog = scene
+        .materials
+        .iter()
+        .filter_map(|m| m.medium.as_ref()?.density.as_ref())
+        .any(|grid| close(grid.largest()));
     (lamp || fog).then(|| "a lamp or a medium".into())
 }
 
@@ -226,7 +243,8 @@ fn gltf_image(uri: &str) -> String {
 }
 
 fn mtl_texture(world: &World, name: &str) -> String {
-    std::fs::write(world.inside().join("own.mtl"), format!("newmtl m\nKd 1 1 1\nmap_Kd {name}\n")).expect("a library");
+    std::fs::write(world.inside().join("own.mtl"), format!("newmtl m\nKd 1 1 1\nmap_Kd {name}\n"))
+        .expect("a library");
     "mtllib own.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n".into()
 }
 
@@ -313,7 +331,8 @@ fn special_files_are_not_opened() {
     let world = World::new();
     let pipe = world.inside().join("pipe.bin");
     let made = std::process::Command::new("mkfifo").arg(&pipe).status();
-    let devices = ["/dev/zero", "/dev/stdin", "/proc/self/environ", "/proc/self/maps", "/sys/kernel/notes", "sub", "."];
+    let devices =
+        ["/dev/zero", "/dev/stdin", "/proc/self/environ", "/proc/self/maps", "/sys/kernel/notes", "sub", "."];
     let pipe = made.is_ok_and(|status| status.success()).then_some("pipe.bin");
     for name in devices.into_iter().chain(pipe) {
         for (loader, text) in [
@@ -370,7 +389,8 @@ fn names_do_not_steer_terminals() {
     assert!(!error.contains(char::is_control), "{error:?}");
     let named = "newmtl \u{1b}[2J\nfrobnicate\u{1b}[2J 1\n";
     std::fs::write(world.inside().join("own.mtl"), named).expect("a library");
-    let loaded = world.load("obj", "mtllib own.mtl\nusemtl \u{1b}[2Jx\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", false);
+    let loaded =
+        world.load("obj", "mtllib own.mtl\nusemtl \u{1b}[2Jx\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", false);
     let notes = loaded.expect("it loads").report.notes;
     assert!(!notes.is_empty() && notes.iter().all(|n| !n.message.contains(char::is_control)), "{notes:?}");
 }
@@ -385,6 +405,7 @@ fn included_files_are_not_quoted() {
         let error = world.load(loader, text, false).map(|_| ()).expect_err("no scene").to_string();
         assert!(error.contains("part") && error.contains("line 1") && !error.contains(WORD), "{error}");
     }
-    let error = world.load("pbrt", &format!("{WORD} 1\n"), false).map(|_| ()).expect_err("no scene").to_string();
+    let error =
+        world.load("pbrt", &format!("{WORD} 1\n"), false).map(|_| ()).expect_err("no scene").to_string();
     assert!(error.contains(WORD), "{error}");
 }

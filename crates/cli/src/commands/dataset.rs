@@ -1,9 +1,7 @@
 //! `alhazen dataset`: pictures, exact layers and annotations from a list of poses.
 
 use crate::console::{print_report, print_result};
-use alhazen::{
-    BackendChoice, Control, Job, Limits, Renderer, RendererOptions, add_daylight_if_dark,
-};
+use alhazen::{BackendChoice, Control, Job, Limits, Renderer, RendererOptions, add_daylight_if_dark};
 use anyhow::Context;
 use sensors::dataset::{Dataset, Poses};
 use std::collections::BTreeMap;

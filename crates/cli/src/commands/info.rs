@@ -34,11 +34,15 @@ pub struct InfoArgs {
 
 /// Loads the scene and prints what is in it.
 pub fn run(args: &InfoArgs) -> anyhow::Result<()> {
-    let options = LoadOptions { lenient: args.lenient, ..args.loading.options_within(most_memory(&args.scene)) };
+    let options =
+        LoadOptions { lenient: args.lenient, ..args.loading.options_within(most_memory(&args.scene)) };
     let loaded = super::load_scene(&args.scene, &args.parameters, &options)?;
     let tables = SceneTables::build(&loaded.scene);
-    let text =
-        if args.json { format!("{}\n", as_json(&loaded, &tables)) } else { as_text(&loaded, &tables)?.lines().map(|line| format!("{}\n", alhazen::plain(line))).collect() };
+    let text = if args.json {
+        format!("{}\n", as_json(&loaded, &tables))
+    } else {
+        as_text(&loaded, &tables)?.lines().map(|line| format!("{}\n", alhazen::plain(line))).collect()
+    };
     print_result(&text)
 }
 

@@ -15,8 +15,8 @@ use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::time::Duration;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 /// A scene: meshes, instances, materials, lights, cameras.
 ///
@@ -102,7 +102,8 @@ pub fn load(
     };
     let max_load_time = max_load_time.map(seconds).transpose()?;
     // As `--untrusted` of the command does.
-    let (memory, time) = if untrusted { (2_000_000_000, Some(Duration::from_secs(60))) } else { (u64::MAX, None) };
+    let (memory, time) =
+        if untrusted { (2_000_000_000, Some(Duration::from_secs(60))) } else { (u64::MAX, None) };
     let options = LoadOptions {
         lenient,
         allowed_paths: allow_paths.unwrap_or_default(),

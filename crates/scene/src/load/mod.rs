@@ -158,7 +158,12 @@ pub enum LoadError {
         known: String,
     },
     /// The file has no material variant of the name that was asked for.
-    #[error("{}: there is no material variant `{}`; there are: {}", shown(path), plain(variant), plain(known))]
+    #[error(
+        "{}: there is no material variant `{}`; there are: {}",
+        shown(path),
+        plain(variant),
+        plain(known)
+    )]
     UnknownVariant {
         /// The file.
         path: PathBuf,
@@ -168,7 +173,11 @@ pub enum LoadError {
         known: String,
     },
     /// The file requires an extension that is not known.
-    #[error("{}: requires the unknown extension {} (try --lenient to render without it)", shown(path), plain(extension))]
+    #[error(
+        "{}: requires the unknown extension {} (try --lenient to render without it)",
+        shown(path),
+        plain(extension)
+    )]
     UnknownExtension {
         /// The file.
         path: PathBuf,

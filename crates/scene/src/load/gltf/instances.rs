@@ -75,8 +75,12 @@ impl Document<'_> {
             let node = &self.json.nodes[number as usize];
             let Some(mesh) = node.mesh else { continue };
             let source = self.get(&self.json.meshes, mesh, "mesh")?;
-            let weights: Arc<[f32]> =
-                node.weights.as_ref().or(source.weights.as_ref()).map(|w| Arc::from(&w[..])).unwrap_or_default();
+            let weights: Arc<[f32]> = node
+                .weights
+                .as_ref()
+                .or(source.weights.as_ref())
+                .map(|w| Arc::from(&w[..]))
+                .unwrap_or_default();
             let name = self.node_name(number, source.name.as_deref());
             let world = hierarchy.worlds[number as usize];
             let moving = motion.moves(number);
@@ -86,7 +90,15 @@ impl Document<'_> {
             let mut add = |job: Job, local: Option<DAffine3>| {
                 let transform = local.map_or(DAffine3::IDENTITY, |local| world * local);
                 let moving = moving || job.animated;
-                placement.add(job, &key, &name, transform, Carrier { node: number, local, moving }, placed, report);
+                placement.add(
+                    job,
+                    &key,
+                    &name,
+                    transform,
+                    Carrier { node: number, local, moving },
+                    placed,
+                    report,
+                );
             };
             if let Some(skin) = self.used_skin(node.skin, mesh)? {
                 let animated = animated || skin.joints.iter().any(|joint| motion.moves(*joint));

@@ -84,6 +84,7 @@ pub fn parse(
     options: &LoadOptions,
 ) -> Result<Loaded, LoadError> {
     options.scene_session(&folder.join(path), |options| {
+        options.also_called(path);
         allow_files_of(parameters, folder, options);
         build(text, Place { path, folder, stack: &[] }, parameters, options, &mut Budget::default())
     })

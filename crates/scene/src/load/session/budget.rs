@@ -23,10 +23,16 @@ pub(crate) struct Budget {
 /// What went over a limit first.
 #[derive(Clone, Debug)]
 enum Exceeded {
-    Memory { what: String, size: u64 },
+    Memory {
+        what: String,
+        size: u64,
+    },
     Time,
     /// The system had no more.
-    Refused { what: String, size: u64 },
+    Refused {
+        what: String,
+        size: u64,
+    },
 }
 
 impl Budget {
@@ -113,7 +119,10 @@ mod tests {
         let budget = Budget::new(Path::new("a.toml"), 1000, None);
         assert!(budget.take(600, "images").is_ok());
         let error = budget.take(600, "instances").expect_err("1200 of 1000").to_string();
-        assert!(error.contains("instances") && error.contains("1200") && error.contains("--max-memory"), "{error}");
+        assert!(
+            error.contains("instances") && error.contains("1200") && error.contains("--max-memory"),
+            "{error}"
+        );
         assert_eq!(budget.outcome().expect_err("remembered").to_string(), error);
     }
 

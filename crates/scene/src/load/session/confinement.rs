@@ -71,7 +71,12 @@ impl Confinement {
     pub fn name(&self, file: &Path) {
         let folder = Root::open(file.parent().unwrap_or(Path::new("")));
         write(&self.roots).extend(folder);
-        write(&self.named).push(file.to_owned());
+        self.call(file);
+    }
+
+    /// Adds a name of a file that the user named.
+    pub fn call(&self, name: &Path) {
+        write(&self.named).push(name.to_owned());
     }
 
     /// The content of a file.
@@ -146,7 +151,8 @@ impl Confinement {
         file.map(cap_std::fs::File::into_std).map_err(|error| {
             let escaped = root.handle.symlink_metadata(&rest).is_err();
             // What is below the folder and cannot be read is worth a reason; of what is elsewhere nothing is said.
-            let worth_a_reason = error.kind() == io::ErrorKind::PermissionDenied && !escaped && is_plain(&root.handle, &rest);
+            let worth_a_reason =
+                error.kind() == io::ErrorKind::PermissionDenied && !escaped && is_plain(&root.handle, &rest);
             if worth_a_reason { error } else { not_there() }
         })
     }

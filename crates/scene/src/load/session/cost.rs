@@ -37,7 +37,9 @@ pub(super) fn lights(scene: &Scene) -> u64 {
     let own: Vec<u64> = scene
         .meshes
         .iter()
-        .map(|mesh| mesh.parts.iter().filter(|part| shines(part.material)).map(|part| count(&part.shape)).sum())
+        .map(|mesh| {
+            mesh.parts.iter().filter(|part| shines(part.material)).map(|part| count(&part.shape)).sum()
+        })
         .collect();
     let of_instance = |instance: &Instance| -> u64 {
         let Some(materials) = &instance.materials else {
@@ -45,8 +47,14 @@ pub(super) fn lights(scene: &Scene) -> u64 {
         };
         let parts = scene.meshes.get(instance.mesh as usize).map(|mesh| &mesh.parts[..]).unwrap_or_default();
         let material = |index: usize| materials.get(index).copied().unwrap_or(parts[index].material);
-        parts.iter().enumerate().filter(|(i, _)| shines(material(*i))).map(|(_, part)| count(&part.shape)).sum()
+        parts
+            .iter()
+            .enumerate()
+            .filter(|(i, _)| shines(material(*i)))
+            .map(|(_, part)| count(&part.shape))
+            .sum()
     };
-    let shining = scene.instances.iter().map(of_instance).fold(scene.lights.len() as u64, u64::saturating_add);
+    let shining =
+        scene.instances.iter().map(of_instance).fold(scene.lights.len() as u64, u64::saturating_add);
     shining.saturating_mul(LIGHT)
 }

@@ -95,6 +95,13 @@ impl LoadOptions {
         }
     }
 
+    /// Says how messages call the file that the user named, where that is no path to it.
+    pub(crate) fn also_called(&self, name: &Path) {
+        if let Some(state) = &self.session.0 {
+            state.confinement.call(name);
+        }
+    }
+
     /// The whole content of a file that the scene names, or that the user did.
     pub(crate) fn read(&self, path: &Path) -> Result<Vec<u8>, LoadError> {
         match &self.session.0 {

@@ -66,15 +66,47 @@ mod tests {
     #[test]
     fn devices_of_windows_are_recognised() {
         for name in [
-            "con", "CON", "aux.png", "NUL", "nul.tar.gz", "prn .txt", "com1", "COM9.obj", "lpt3.mtl", "com¹",
-            "LPT².png", "conin$", "CONOUT$", "textures/aux.png", "textures\\com7", "a.txt:stream",
-            "a.txt::$DATA", "secret.", "secret ", "a/b./c", "C:relative.png", "C:\\x\\nul", "c:/aux",
+            "con",
+            "CON",
+            "aux.png",
+            "NUL",
+            "nul.tar.gz",
+            "prn .txt",
+            "com1",
+            "COM9.obj",
+            "lpt3.mtl",
+            "com¹",
+            "LPT².png",
+            "conin$",
+            "CONOUT$",
+            "textures/aux.png",
+            "textures\\com7",
+            "a.txt:stream",
+            "a.txt::$DATA",
+            "secret.",
+            "secret ",
+            "a/b./c",
+            "C:relative.png",
+            "C:\\x\\nul",
+            "c:/aux",
         ] {
             assert!(is_windows_device(name), "{name:?}");
         }
         for name in [
-            "console.png", "auxiliary", "com", "com10", "lpt", "nula", "a.con", "../x.png", "./a", "C:\\x\\y.png",
-            "c:/x", "\\\\?\\C:\\x\\y.png", "textures/wood.png", "",
+            "console.png",
+            "auxiliary",
+            "com",
+            "com10",
+            "lpt",
+            "nula",
+            "a.con",
+            "../x.png",
+            "./a",
+            "C:\\x\\y.png",
+            "c:/x",
+            "\\\\?\\C:\\x\\y.png",
+            "textures/wood.png",
+            "",
         ] {
             assert!(!is_windows_device(name), "{name:?}");
         }
@@ -83,8 +115,16 @@ mod tests {
     #[test]
     fn names_of_other_machines_are_recognised() {
         for name in [
-            "\\\\server\\share\\x", "//server/share/x", "\\/server/x", "\\\\.\\pipe\\x", "//./COM1", "\\\\?\\C:\\x",
-            "//?/UNC/server/share", "\\??\\C:\\x", "/??/C:/x", "\\\\?\\GLOBALROOT\\Device",
+            "\\\\server\\share\\x",
+            "//server/share/x",
+            "\\/server/x",
+            "\\\\.\\pipe\\x",
+            "//./COM1",
+            "\\\\?\\C:\\x",
+            "//?/UNC/server/share",
+            "\\??\\C:\\x",
+            "/??/C:/x",
+            "\\\\?\\GLOBALROOT\\Device",
         ] {
             assert!(leaves_drives(name), "{name:?}");
         }

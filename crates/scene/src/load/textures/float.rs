@@ -54,7 +54,12 @@ pub(super) fn decode_exr(
     for header in &meta.headers {
         let channels = header.channels.list.len() as u64;
         let size = header.layer_size;
-        check_size((size.width() as u64).saturating_mul(channels), size.height() as u64, bytes.len(), options)?;
+        check_size(
+            (size.width() as u64).saturating_mul(channels),
+            size.height() as u64,
+            bytes.len(),
+            options,
+        )?;
         if header.deep {
             return Err(TextureError::Decode("deep images are not supported".into()));
         }

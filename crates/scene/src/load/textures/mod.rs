@@ -210,7 +210,8 @@ fn find_ignoring_case(base: &Path, name: &str, options: &LoadOptions) -> Option<
     let mut path = if name.starts_with('/') { PathBuf::from("/") } else { base.to_owned() };
     for component in name.split('/').filter(|c| !c.is_empty() && *c != ".") {
         let as_written = path.join(component);
-        path = if as_written.exists() { as_written } else { options.entry_ignoring_case(&path, component)? };
+        path =
+            if as_written.exists() { as_written } else { options.entry_ignoring_case(&path, component)? };
     }
     options.is_file(&path).then_some(path)
 }
