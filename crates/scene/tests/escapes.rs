@@ -30,7 +30,7 @@ impl World {
         outside("secret.png", &png(COLOR));
         outside(
             "secret.hdr",
-            b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n\xc9\x25\x63\x80\xc9\x25\x63\x80",
+            b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n\xc9\x25\x63\x82\xc9\x25\x63\x82",
         );
         outside("secret.txt", format!("{WORD} {HEIGHT} `{WORD}` more\n").as_bytes());
         outside("secret.mtl", format!("newmtl m\nKd 0 0 0\n{WORD} 1\nmap_Kd {WORD}.png\n").as_bytes());

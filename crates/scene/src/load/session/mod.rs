@@ -68,7 +68,7 @@ impl LoadOptions {
         self.session(named, |options| {
             let loaded = load(options)?;
             if outermost {
-                options.budget().take(cost::lights(&loaded.scene), "the scene's lights")?;
+                options.budget().take(cost::lights(&loaded.scene), "lights")?;
             }
             Ok(loaded)
         })
