@@ -18,6 +18,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+#![forbid(unsafe_code)]
+
 mod adaptive;
 mod checkpoint;
 mod choice;
@@ -32,6 +34,7 @@ mod metadata;
 pub mod output;
 mod part;
 mod renderer;
+mod sandbox;
 mod source;
 pub mod system;
 
@@ -67,6 +70,8 @@ pub use renderer::{BACKENDS, Limits, Renderer, Summary};
 pub use scene::Image as SceneImage;
 /// A piece of a mesh that has one material.
 pub use scene::Part as MeshPart;
+/// Text of a file as messages show it: without characters that steer terminals.
+pub use scene::report::plain;
 pub use scene::{
     AlphaMode, Animation, CalibrationError, Camera, CameraPath, Checkerboard, Clip, ColorSpace, Daylight,
     DensityGrid, Environment, Fog, Instance, Interior, Layers, Light, LightKind, LightProfile, LoadError,

@@ -1,5 +1,7 @@
 //! The `alhazen` command: arguments in, pictures out. Each subcommand is one file in `commands`.
 
+#![forbid(unsafe_code)]
+
 mod commands;
 mod console;
 mod exit;

@@ -7,6 +7,8 @@
 //!
 //! Every picture here is row 0 at the top, linear, scene-referred, Rec. 709 primaries unless it says otherwise.
 
+#![forbid(unsafe_code)]
+
 mod allocation;
 mod aov;
 mod atomic;

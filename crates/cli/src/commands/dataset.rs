@@ -3,9 +3,7 @@
 use crate::console::{print_report, print_result, say};
 use crate::exit::Exit;
 use crate::interrupt::cancel_on_signal;
-use alhazen::{
-    BackendChoice, Job, Limits, LoadOptions, ProtectedFiles, Renderer, RendererOptions, add_daylight_if_dark,
-};
+use alhazen::{BackendChoice, Job, Limits, ProtectedFiles, Renderer, RendererOptions, add_daylight_if_dark};
 use anyhow::Context;
 use sensors::dataset::{Dataset, Poses};
 use std::collections::BTreeMap;
@@ -36,6 +34,8 @@ pub struct DatasetArgs {
     /// Parameter of the scene, as NAME=VALUE. May be given several times.
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = super::parse_parameter)]
     parameters: Vec<(String, String)>,
+    #[command(flatten)]
+    loading: super::loading::LoadingArgs,
     /// Samples per pixel [default: what the scene says, or 64].
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
@@ -67,7 +67,7 @@ pub fn run(args: &DatasetArgs) -> anyhow::Result<()> {
         }
         None => BTreeMap::new(),
     };
-    let options = LoadOptions::default();
+    let options = args.loading.options();
     let mut loaded = super::load_scene(&args.scene, &args.parameters, &options)?;
     let mut inputs = ProtectedFiles::new(options.files_read.list());
     inputs.extend(std::iter::once(&args.poses).chain(&args.categories));

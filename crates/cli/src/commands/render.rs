@@ -69,6 +69,8 @@ pub struct RenderArgs {
     /// Go on without what the file requires but Alhazen does not know.
     #[arg(long)]
     lenient: bool,
+    #[command(flatten)]
+    loading: super::loading::LoadingArgs,
     /// Show one of the material variants that a glTF file has.
     #[arg(long, value_name = "NAME")]
     variant: Option<String>,
@@ -402,7 +404,7 @@ fn protect_inputs(args: &RenderArgs, inputs: &ProtectedFiles, pictures: &[PathBu
 pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     let (videos, pictures) = check(args).map_err(|error| Exit::Usage.or(error))?;
     let options =
-        LoadOptions { lenient: args.lenient, variant: args.variant.clone(), ..LoadOptions::default() };
+        LoadOptions { lenient: args.lenient, variant: args.variant.clone(), ..args.loading.options() };
     let mut loaded = super::load_scene(&args.scene, &args.parameters, &options)?;
     set_environment(args, &mut loaded, &options)?;
     protect_inputs(args, &ProtectedFiles::new(options.files_read.list()), &pictures)?;

@@ -4,7 +4,7 @@ use super::render::parsing::{parse_finite_f64, parse_not_negative, parse_not_neg
 use crate::console::{bytes, keep_each, print_report, say, seconds};
 use crate::exit::Exit;
 use crate::interrupt::cancel_on_signal;
-use alhazen::{LoadOptions, ProtectedFiles, RayQueries, SceneTables, prove_writable};
+use alhazen::{ProtectedFiles, RayQueries, SceneTables, prove_writable};
 use anyhow::{Context, ensure};
 use clap::{Subcommand, ValueEnum};
 use glam::{DAffine3, DMat3, DVec3};
@@ -44,6 +44,8 @@ struct LidarArgs {
     /// Parameter of the scene, as NAME=VALUE. May be given several times.
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = super::parse_parameter)]
     parameters: Vec<(String, String)>,
+    #[command(flatten)]
+    loading: super::loading::LoadingArgs,
 
     /// Where the sensor stands, in metres.
     #[arg(long, help_heading = "Place", value_name = "X,Y,Z", value_parser = parse_list::<3>, default_value = "0,0,0", allow_hyphen_values = true)]
@@ -130,7 +132,7 @@ pub fn run(args: &SensorArgs) -> anyhow::Result<()> {
 fn lidar(args: &LidarArgs) -> anyhow::Result<()> {
     let sensor = sensor(args).map_err(|error| Exit::Usage.or(error))?;
     prove_writable(&args.output)?;
-    let options = LoadOptions::default();
+    let options = args.loading.options();
     let loaded = super::load_scene(&args.scene, &args.parameters, &options)?;
     ProtectedFiles::new(options.files_read.list()).check(&args.output)?;
     if !args.quiet {

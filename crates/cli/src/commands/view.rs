@@ -21,6 +21,8 @@ pub struct ViewArgs {
     /// Go on without what the file requires but Alhazen does not know.
     #[arg(long)]
     lenient: bool,
+    #[command(flatten)]
+    loading: super::loading::LoadingArgs,
     /// Width of the picture in pixels [default: the window's].
     #[arg(long, requires = "height", value_parser = clap::value_parser!(u32).range(16..=16_384))]
     width: Option<u32>,
@@ -91,7 +93,7 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<()> {
     let mut source = Source::parse(&args.scene);
     source.parameters = args.parameters.iter().cloned().collect();
     let start = Start {
-        load: LoadOptions { lenient: args.lenient, ..LoadOptions::default() },
+        load: LoadOptions { lenient: args.lenient, ..args.loading.options() },
         renderer: RendererOptions {
             backend: args.backend,
             adapter: args.adapter.clone(),

@@ -321,6 +321,10 @@ def load(
     parameters: Optional[Dict[str, str]] = None,
     lenient: bool = False,
     daylight: bool = True,
+    allow_paths: Optional[Sequence[Union[str, "os.PathLike[str]"]]] = None,
+    max_memory: Optional[int] = None,
+    max_load_time: Optional[float] = None,
+    untrusted: bool = False,
 ) -> Scene: ...
 def backends() -> List[Backend]: ...
 def scenes() -> List[str]: ...
