@@ -123,7 +123,7 @@ impl PathBatch {
         let material = &tables.materials[surface.material as usize];
         if !surface.front && material.absorbs() {
             // The far side of a body tells what the light has come through.
-            path.throughput *= transmittance(vec3(material.absorption), hit.t);
+            path.throughput *= transmittance(material.absorption, hit.t);
         }
         let footprint = context.shading.pixel_spread * path.length;
         if first_hit {

@@ -2,7 +2,7 @@
 
 use crate::material::{coverage, emission_at};
 use crate::scene::CpuScene;
-use crate::surface::{Surface, TexCoords};
+use crate::surface::Surface;
 use optics::constants::FAR;
 use optics::light::{
     LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE, LightSample,
@@ -12,7 +12,7 @@ use optics::light_profile::{profile_cell, profile_mix};
 use optics::light_tree::{ALL_SIDES, octahedral_decode};
 use optics::random::dither;
 use optics::warp::{alias_choose_dithered, alias_slot, pdf_cone};
-use optics::{Vec2f, Vec3f, vec2f, vec3f};
+use optics::{Vec2f, Vec3f, vec2f, vec4f, vec3f};
 use scene::tables::{LightChoice, LightRecord, NONE, SceneTables};
 
 /// Samples a direction towards a light chosen by the irradiance that it can bring; the density includes the choice. `None` if no
@@ -102,13 +102,14 @@ fn sample_environment(scene: &CpuScene, p: Vec3f, u: [f32; 2]) -> LightSample {
 
 fn textured_emission(scene: &CpuScene, record: &LightRecord, [b1, b2]: [f32; 2]) -> Vec3f {
     let material = &scene.tables.materials[record.textured_material as usize];
-    let set = |uv: &[[f32; 2]; 3]| {
-        std::array::from_fn(|i| uv[0][i] * (1.0 - b1 - b2) + uv[1][i] * b1 + uv[2][i] * b2)
+    let at = |set: usize, i: usize| {
+        let [a, b, c] = record.uv[set].map(|uv| uv[i]);
+        a * (1.0 - b1 - b2) + b * b1 + c * b2
     };
-    let coords = TexCoords { sets: [set(&record.uv[0]), set(&record.uv[1])] };
-    let emitted = emission_at(&scene.tables, material, &coords);
+    let coords = vec4f(at(0, 0), at(0, 1), at(1, 0), at(1, 1));
+    let emitted = emission_at(&scene.tables, material, coords);
     if material.has_alpha() {
-        emitted * coverage(&scene.tables, material, (coords, [1.0; 4], [0.0; 2]))
+        emitted * coverage(&scene.tables, material, (coords, vec4f(1.0, 1.0, 1.0, 1.0), vec2f(0.0, 0.0)))
     } else {
         emitted
     }

@@ -57,7 +57,7 @@ impl PathBatch {
         }
         // Numbers are drawn only where something depends on them: they cost as much as the rest of the shading.
         let u_model = if mixes_models(material) { context.draw(&path, PAIR_MODEL).x } else { 0.0 };
-        let bsdf = shade(tables, material, surface, &context.shading, footprint, u_model);
+        let bsdf = shade(tables, material, surface, &context.shading, footprint, material.ior, u_model);
         if bsdf.kind == BSDF_NONE {
             return;
         }
@@ -72,7 +72,8 @@ impl PathBatch {
         let disperses = tables.layers[material.layers as usize].dispersion > 0.0;
         let u = if disperses { context.draw(&path, PAIR_MODEL).x } else { 0.0 };
         let shading = &context.shading;
-        let s = shade_layered(tables, material, surface, shading, footprint, path.throughput, u);
+        let (ior, throughput) = (material.ior, path.throughput);
+        let s = shade_layered(tables, material, surface, shading, footprint, ior, throughput, u);
         self.scatter_by(context, surface, s.frame, s.bsdf, path);
     }
 

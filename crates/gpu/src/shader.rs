@@ -4,16 +4,14 @@
 //! every combination is parsed, validated and translated in tests without one.
 
 use crate::tracer::TracerText;
+use crate::scene::records::scene_records;
+use crate::scene::word_records::layer_readers;
 use crate::{Gpu, GpuError};
 use backend::SamplerKind;
 use optics::albedo::DielectricAlbedo;
 use optics::light::LIGHT_RECTANGLE;
 use optics::random::{SAMPLER_BLUE_NOISE, SAMPLER_INDEPENDENT, SAMPLER_SOBOL};
-use scene::tables::{
-    MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_BODY, MATERIAL_CHECKERBOARD,
-    MATERIAL_CHECKERBOARD_FADES, MATERIAL_EMISSION_TWO_SIDED, MATERIAL_TANGENTS, MATERIAL_THIN, ModelTag,
-    NONE,
-};
+use scene::tables::NONE;
 use std::cell::OnceCell;
 use std::fmt::Write;
 use std::sync::PoisonError;
@@ -91,16 +89,20 @@ pub fn scene_text(variant: Variant) -> String {
         (false, true) => optics::wgsl::without_volumes(),
         (false, false) => optics::wgsl::without_layers(),
     };
-    let scattering = match variant.layers {
-        true => include_str!("shaders/scattering_layered.wgsl"),
-        false => include_str!("shaders/scattering_plain.wgsl"),
+    let (readers, scattering) = match variant.layers {
+        true => (layer_readers(), include_str!("shaders/scattering_layered.wgsl")),
+        false => ("", include_str!("shaders/scattering_plain.wgsl")),
     };
+    let records =
+        scene_records::WGSL_SOURCE.wgsl_source().expect("a test builds the text of the scene's records");
     [
         enables,
         &optics,
         &constants(variant),
         PLANES,
+        &records,
         include_str!("shaders/scene.wgsl"),
+        readers,
         texels,
         include_str!("shaders/texture.wgsl"),
         include_str!("shaders/surface.wgsl"),
@@ -119,26 +121,10 @@ pub fn assemble(tracer: &TracerText, kernel: &str, variant: Variant) -> String {
 /// Constants that Rust decides.
 fn constants(variant: Variant) -> String {
     let numbers = [
-        ("MODEL_METALLIC_ROUGHNESS", ModelTag::MetallicRoughness as u32),
-        ("MODEL_LAMBERT", ModelTag::Lambert as u32),
-        ("MODEL_DIELECTRIC", ModelTag::Dielectric as u32),
-        ("MODEL_MIRROR", ModelTag::Mirror as u32),
-        ("MODEL_UNLIT", ModelTag::Unlit as u32),
-        ("MODEL_LAYERED", ModelTag::Layered as u32),
-        ("MODEL_BOUNDARY", ModelTag::Boundary as u32),
-        ("MATERIAL_TANGENTS", MATERIAL_TANGENTS),
-        ("MATERIAL_ALPHA_MASK", MATERIAL_ALPHA_MASK),
-        ("MATERIAL_ALPHA_BLEND", MATERIAL_ALPHA_BLEND),
-        ("MATERIAL_EMISSION_TWO_SIDED", MATERIAL_EMISSION_TWO_SIDED),
-        ("MATERIAL_THIN", MATERIAL_THIN),
-        ("MATERIAL_BODY", MATERIAL_BODY),
-        ("MATERIAL_CHECKERBOARD", MATERIAL_CHECKERBOARD),
-        ("MATERIAL_CHECKERBOARD_FADES", MATERIAL_CHECKERBOARD_FADES),
-        ("MATERIAL_EMISSIVE", crate::scene::records::MATERIAL_EMISSIVE),
         ("DIELECTRIC_ALBEDO_HEIGHT", DielectricAlbedo::SIZE[1] as u32),
     ];
     let mut text = String::new();
-    let of_layers = crate::scene::layers::layer_constants().filter(|_| variant.layers);
+    let of_layers = crate::scene::materials::layer_constants().into_iter().filter(|_| variant.layers);
     let of_media = crate::scene::media::medium_constants().filter(|_| variant.volumes);
     for (name, value) in numbers.into_iter().chain(of_layers).chain(of_media) {
         let _ = writeln!(text, "const {name}: u32 = {value}u;"); // writing to a string cannot fail

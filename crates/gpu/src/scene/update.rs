@@ -5,7 +5,7 @@
 
 use super::{GpuScene, materials, records, scene_info};
 use crate::{Gpu, GpuError};
-use bytemuck::Pod;
+use bytemuck::NoUninit;
 use scene::tables::{Changes, SceneTables};
 use std::sync::Arc;
 use wgpu::util::StagingBelt;
@@ -44,7 +44,7 @@ impl StagingRing {
 }
 
 /// Whether `data` fits into a buffer from byte `offset` on.
-fn fits<T: Pod>(buffer: &wgpu::Buffer, offset: u64, data: &[T]) -> bool {
+fn fits<T: NoUninit>(buffer: &wgpu::Buffer, offset: u64, data: &[T]) -> bool {
     offset + size_of_val(data) as u64 <= buffer.size()
 }
 
@@ -102,7 +102,7 @@ impl GpuScene {
         if image_changes || densities_change || profiles_change || portals_change || !all_fit {
             return Ok(false);
         }
-        let mut writes: Vec<(&wgpu::Buffer, u64, &[u8])> = vec![(&b.info, 0, bytemuck::bytes_of(&info))];
+        let mut writes: Vec<(&wgpu::Buffer, u64, &[u8])> = vec![(&b.info, 0, bytemuck::cast_slice(&info))];
         if changes.transforms {
             writes.push((&b.instances, 0, bytemuck::cast_slice(&instances)));
         }

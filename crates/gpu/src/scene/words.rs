@@ -1,6 +1,6 @@
 //! What shaders look up by word: vertex indices and attributes, densities of grids, and what belongs to lights and layers.
 
-use super::layers::{Layers, layers};
+use super::materials::{LAYERS_WORDS, layers};
 use super::media::{Grid, Medium, grid_record, medium_record};
 use optics::albedo::SheenAlbedo;
 use optics::light_tree::LIGHT_NODE_WIDTH;
@@ -101,7 +101,7 @@ impl Words {
         self.append(bytemuck::cast_slice(&tree.nodes));
         if !tables.layers.is_empty() {
             self.sheen_albedo = self.append(bytemuck::cast_slice(SheenAlbedo::shared().texels()));
-            self.layers = self.append(bytemuck::cast_slice(&layers(tables)));
+            self.layers = self.append(&layers(tables));
         }
         let grids: Vec<Grid> = tables.grids.iter().map(|g| grid_record(g, self.densities)).collect();
         let grids = self.append(bytemuck::cast_slice(&grids));
@@ -116,7 +116,7 @@ impl Words {
 
     /// Where the layers of a material begin.
     pub fn layers_of(&self, m: &MaterialRecord) -> u32 {
-        if m.layers == NONE { NONE } else { self.layers + m.layers * (size_of::<Layers>() / 4) as u32 }
+        if m.layers == NONE { NONE } else { self.layers + m.layers * LAYERS_WORDS }
     }
 
     /// Appends a part; returns where it begins.

@@ -43,13 +43,13 @@ fn first_pair(index: u32) -> u32 {
 fn may_be_lit(material: u32) -> bool {
     let model = materials[material].model;
     let roughness = materials[material].roughness;
-    let polished = model == MODEL_DIELECTRIC && roughness * roughness < MIN_ALPHA;
-    return model != MODEL_UNLIT && model != MODEL_MIRROR && !polished;
+    let polished = model == ModelTag_Dielectric && roughness * roughness < MIN_ALPHA;
+    return model != ModelTag_Unlit && model != ModelTag_Mirror && !polished;
 }
 
 /// Whether light may go through a material.
 fn may_transmit(material: u32) -> bool {
-    return materials[material].model == MODEL_DIELECTRIC || materials[material].transmission > 0.0;
+    return materials[material].model == ModelTag_Dielectric || materials[material].transmission > 0.0;
 }
 
 /// Of the lights in a mask, those whose sample `i` is hidden from a surface.

@@ -23,7 +23,7 @@ fn is_body(material: u32) -> bool {
 }
 
 fn is_boundary(material: u32) -> bool {
-    return materials[material].model == MODEL_BOUNDARY;
+    return materials[material].model == ModelTag_Boundary;
 }
 
 fn bodies_nest() -> bool {

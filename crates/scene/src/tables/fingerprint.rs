@@ -27,12 +27,12 @@ impl SceneTables {
             bindings,
             materials,
             layers,
+            layer_textures,
             media,
             grids,
             densities,
             fog,
             nested,
-            texture_slots,
             textures,
             texels,
             lights,
@@ -61,9 +61,9 @@ impl SceneTables {
         hash.records(bindings);
         hash.records(materials);
         hash.records(layers);
+        hash.records(layer_textures);
         hash.records(&(media, grids, fog, nested));
         hash.numbers(densities);
-        hash.records(texture_slots);
         hash.records(textures);
         hash.numbers(texels);
         hash.records(lights);

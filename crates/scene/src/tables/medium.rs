@@ -1,6 +1,6 @@
 //! Records of media.
 
-use super::{MaterialRecord, ModelTag, NONE, SceneTables};
+use super::{MaterialRecord, NONE, SceneTables};
 use crate::{DensityGrid, Medium, Model, Scene};
 use optics::constants::FAR;
 use std::collections::HashMap;
@@ -85,7 +85,7 @@ impl SceneTables {
                 let medium = solved.entry(key).or_insert_with(|| subsurface.medium(color, ior)).clone();
                 if medium.is_valid() {
                     record.medium = self.media.len() as u32;
-                    let inside = MediumRecord::new(&medium, record.absorption);
+                    let inside = MediumRecord::new(&medium, record.absorption.to_array());
                     self.media.push(MediumRecord { subsurface: true, ..inside });
                 }
                 continue;
@@ -94,7 +94,7 @@ impl SceneTables {
                 && record.is_body()
             {
                 record.medium = self.media.len() as u32;
-                self.media.push(MediumRecord::new(medium, record.absorption));
+                self.media.push(MediumRecord::new(medium, record.absorption.to_array()));
                 grids.extend(medium.density.as_deref().map(|grid| (record.medium, grid)));
             }
         }
@@ -132,17 +132,5 @@ impl SceneTables {
     /// Whether paths have to know what they are in: there are media, bodies that overlap, or surfaces that are none.
     pub fn needs_volumes(&self) -> bool {
         self.has_media() || self.nested || self.has_boundaries()
-    }
-}
-
-impl MaterialRecord {
-    /// Whether light passes through the surface into a body.
-    pub fn is_body(&self) -> bool {
-        self.flags & super::MATERIAL_BODY != 0
-    }
-
-    /// Whether it is no surface, only the end of a medium.
-    pub fn is_boundary(&self) -> bool {
-        self.model == ModelTag::Boundary
     }
 }
