@@ -10,6 +10,8 @@ mod display;
 mod docs;
 #[cfg(test)]
 mod documents;
+#[cfg(test)]
+mod floors;
 mod gallery;
 mod plot;
 mod python;

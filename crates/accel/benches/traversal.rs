@@ -1,19 +1,22 @@
-//! Build and query speed. Run with `cargo bench -p accel`, optionally with words that the printed names must contain.
+//! Build and query speed. Run with `cargo bench -p accel`, optionally with words that the printed
+//! names must contain.
 //!
-//! With the environment variable `ALHAZEN_RAY_SETS` naming a folder, its `mesh250k` and `mesh2m` (`.mesh`, and the
-//! `.rays` and `.hits` of the sets primary, bounce, shuffled and shadow) are measured, and hits compared. Without it,
-//! a procedural mesh of 250k triangles and rays of the same kinds made from it stand in. All files are little-endian:
+//! With the environment variable `ALHAZEN_RAY_SETS` naming a folder, its `mesh250k` and `mesh2m`
+//! (`.mesh`, and the `.rays` and `.hits` of the sets primary, bounce, shuffled and shadow) are
+//! measured, and hits compared. Without it, a procedural mesh of 250k triangles and rays of the
+//! same kinds made from it stand in. All files are little-endian:
 //!
 //! - `.mesh`: u32 vertices, u32 triangles, f32 xyz each, u32 ijk each
 //! - `.rays`: per ray 8 f32: origin, t_min, direction, t_max
 //! - `.hits`: per ray f32 t (-1: miss), u32 triangle; for shadow rays, 1 is occluded and 0 free
 //!
-//! Each figure is the best and the median of several runs; compare ratios of runs that were made in turns.
+//! Each figure is the best and the median of several runs; compare ratios of runs that were made in
+//! turns.
 
 #[path = "../tests/support/mod.rs"]
 mod support;
 
-use accel::{Blas, Coherence, Geometry, Hit, Instance, Kernel, MISS, Opaque, Quality, Ray, Tlas};
+use accel::{Blas, Coherence, Geometry, Hit, Instance, InstructionSet, MISS, Opaque, Quality, Ray, Tlas};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
@@ -28,7 +31,7 @@ const REPEAT: usize = 7;
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     let bench = Bench { words };
-    eprintln!("kernels: {:?}", Kernel::available());
+    eprintln!("kernels: {:?}", InstructionSet::available());
     if bench.wants_mesh("cornell") {
         cornell(&bench);
     }
@@ -84,7 +87,8 @@ impl Bench {
     }
 }
 
-/// Processor time of all threads so far; other programs do not count. Zero where the system does not tell.
+/// Processor time of all threads so far; other programs do not count. Zero where the system does
+/// not tell.
 fn cpu_seconds() -> f64 {
     let tasks = std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
     let nanoseconds = tasks.filter_map(|task| {
@@ -129,7 +133,8 @@ fn ray_from([ox, oy, oz, t_min, dx, dy, dz, t_max]: [f32; 8]) -> Ray {
     Ray { origin: [ox, oy, oz], t_min, direction: [dx, dy, dz], t_max }
 }
 
-/// Rays of the same kinds as in the files: from a camera, from what it sees in random directions, and to a light.
+/// Rays of the same kinds as in the files: from a camera, from what it sees in random directions,
+/// and to a light.
 fn procedural_sets(mesh: &Mesh) -> [Set; 4] {
     let tlas = tlas_of(mesh, Quality::Balanced);
     let mut primary = support::camera_rays(512, [0.0, 0.0, 2.5], 1.6);
@@ -192,11 +197,11 @@ fn measure(bench: &Bench, name: &str, mesh: &Mesh, sets: &[Set]) {
             bytes * 1e-6,
             bytes / triangles as f64
         );
-        for kernel in Kernel::available() {
-            tlas.set_kernel(kernel);
+        for isa in InstructionSet::available() {
+            tlas.set_instruction_set(isa);
             for set in sets {
                 for threads in [1, 2] {
-                    query(bench, &format!("{name} {quality:?} {kernel:?}"), &tlas, set, threads);
+                    query(bench, &format!("{name} {quality:?} {isa:?}"), &tlas, set, threads);
                 }
             }
         }
@@ -261,10 +266,10 @@ fn cornell(bench: &Bench) {
         mesh.positions.extend(p);
         mesh.indices.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
     };
-    let mut cuboid = |center: [f32; 3], half: [f32; 3], angle: f32, faces: &[usize]| {
+    let mut cuboid = |center: [f32; 3], half: [f32; 3], angle: f32, polygons: &[usize]| {
         let (sin, cos) = angle.sin_cos();
-        for &face in faces {
-            let (axis, sign) = (face / 2, if face % 2 == 0 { -1.0 } else { 1.0 });
+        for &polygon in polygons {
+            let (axis, sign) = (polygon / 2, if polygon % 2 == 0 { -1.0 } else { 1.0 });
             quad([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[s, t]| {
                 let mut q = [0.0; 3];
                 q[axis] = sign * half[axis];
@@ -298,10 +303,10 @@ fn cornell(bench: &Bench) {
         expected: None,
     });
     let mut tlas = tlas;
-    for kernel in Kernel::available() {
-        tlas.set_kernel(kernel);
+    for isa in InstructionSet::available() {
+        tlas.set_instruction_set(isa);
         for set in &sets {
-            query(bench, &format!("cornell{} {kernel:?}", mesh.indices.len()), &tlas, set, 1);
+            query(bench, &format!("cornell{} {isa:?}", mesh.indices.len()), &tlas, set, 1);
         }
     }
 }

@@ -10,15 +10,15 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// The box that contains nothing: the start of a union.
+    /// The empty box: the neutral element of a union.
     pub const EMPTY: Aabb = Aabb { min: [f32::INFINITY; 3], max: [f32::NEG_INFINITY; 3] };
 
-    /// Whether no point is inside.
+    /// Whether the box contains no point.
     pub fn is_empty(&self) -> bool {
         (0..3).any(|a| self.min[a] > self.max[a])
     }
 
-    /// The smallest box around both.
+    /// The smallest box that contains both.
     #[must_use]
     pub fn union(self, other: Aabb) -> Aabb {
         let mut r = self;
@@ -29,7 +29,7 @@ impl Aabb {
         r
     }
 
-    /// The smallest box around this one and a point.
+    /// The smallest box that contains this one and a point.
     #[must_use]
     pub fn with_point(self, p: [f32; 3]) -> Aabb {
         self.union(Aabb { min: p, max: p })
@@ -41,8 +41,17 @@ impl Aabb {
         x * y + y * z + z * x
     }
 
-    /// Whether `other` lies inside, faces included.
+    /// Whether `other` lies inside. The boundary counts as inside.
     pub fn contains(&self, other: &Aabb) -> bool {
         (0..3).all(|a| self.min[a] <= other.min[a] && other.max[a] <= self.max[a])
+    }
+
+    /// The largest magnitude of a coordinate, by axis; zero for an empty box. Rounding errors of
+    /// coordinates in the box are relative to it.
+    pub(crate) fn extent(&self) -> [f32; 3] {
+        if self.is_empty() {
+            return [0.0; 3];
+        }
+        [0, 1, 2].map(|a: usize| self.min[a].abs().max(self.max[a].abs()))
     }
 }

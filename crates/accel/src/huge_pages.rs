@@ -1,19 +1,20 @@
-//! Memory for large arrays in huge pages.
+//! An allocator that uses huge pages for large arrays.
 //!
-//! Tracing jumps about in hundreds of megabytes of nodes, triangles and vertices; with pages of 4 KiB most of these jumps
-//! also miss the address translation cache. Linux gives huge pages to who asks for them, so large allocations ask.
-//! Measured on 112 million instanced triangles: 12 % more samples per second.
+//! Traversal accesses hundreds of megabytes of nodes, triangles and vertices at random. With pages
+//! of 4 KiB, most accesses also miss the address translation cache. Linux provides huge pages on
+//! request. Measured on 112 million instanced triangles: 12 % more samples per second.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 
-/// The system's allocator; what is large asks for huge pages.
+/// The system's allocator, with huge pages for large allocations.
 pub struct HugePages;
 
-/// Smaller allocations cannot gain: a huge page has 2 MiB.
+/// Smaller allocations do not benefit: a huge page has 2 MiB.
 #[cfg(any(test, all(target_os = "linux", not(miri))))]
 const LARGE: usize = 4 << 20;
 
-// SAFETY: every call is passed on to `System`, which keeps the contract; the advice changes neither address nor content.
+// SAFETY: every call is passed on to `System`, which keeps the contract; the advice changes neither
+// address nor content.
 unsafe impl GlobalAlloc for HugePages {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         // SAFETY: the caller keeps the contract of `alloc`, which is the same.
@@ -42,7 +43,7 @@ unsafe impl GlobalAlloc for HugePages {
     }
 }
 
-/// Asks for huge pages for the whole pages inside an allocation. A refusal changes nothing.
+/// Requests huge pages for the whole pages of an allocation. Failure is ignored.
 #[cfg(all(target_os = "linux", not(miri)))]
 fn ask_for_huge_pages(memory: *mut u8, size: usize) {
     const PAGE: usize = 4096;
@@ -51,8 +52,8 @@ fn ask_for_huge_pages(memory: *mut u8, size: usize) {
     }
     let first = (memory as usize).next_multiple_of(PAGE);
     let length = (memory as usize + size - first) / PAGE * PAGE;
-    // SAFETY: `first .. first + length` is whole pages inside a live allocation; MADV_HUGEPAGE changes how they are
-    // mapped, never what they hold.
+    // SAFETY: `first .. first + length` is whole pages inside a live allocation; MADV_HUGEPAGE
+    // changes how they are mapped, never what they hold.
     unsafe { libc::madvise(first as *mut libc::c_void, length, libc::MADV_HUGEPAGE) };
 }
 

@@ -1,71 +1,75 @@
-//! Nodes and leaves as the kernels read them.
+//! Nodes and leaf blocks in memory, as traversal reads them.
 
 use crate::aabb::Aabb;
 
-/// How many children a node has, and how many primitives a block.
+/// Children of a node, and primitives of a leaf block: one SIMD lane each.
 pub(crate) const WIDTH: usize = 8;
 
-/// Reference to a child: a node's index, or [`LEAF`] and a block's index, or [`INSTANCE`] and an instance's index, or
-/// [`EMPTY`].
+/// The deepest tree that may be built. Traversal stacks have a fixed size that relies on it.
+pub(crate) const MAX_DEPTH: usize = 64;
+
+/// Reference to a child. One of: the index of a node; [`LEAF`] and the index of a leaf block;
+/// [`INSTANCE`] and the index of an instance; [`EMPTY`].
 pub(crate) type ChildRef = u32;
 
-/// Marks a reference to a block of primitives.
+/// Marks a reference to a leaf block.
 pub(crate) const LEAF: u32 = 0x8000_0000;
 
-/// Marks a reference to an instance, at the leaves of the upper level. As a number it is above all other references but those to
-/// nothing.
+/// Marks a reference to an instance, a leaf of the top level. As numbers, these references are
+/// larger than all others except [`EMPTY`].
 pub(crate) const INSTANCE: u32 = 0xC000_0000;
 
-/// What a reference to a leaf leads to.
+/// The index of the block or instance that a leaf reference points to.
 #[inline(always)]
 pub(crate) fn leaf_index(child: ChildRef) -> usize {
     (child & !INSTANCE) as usize
 }
 
-/// Reference to nothing.
+/// Reference of an unused child.
 pub(crate) const EMPTY: u32 = u32::MAX;
 
-/// Primitive id of an unused lane of a block.
+/// Primitive id of an unused lane.
 pub(crate) const NO_PRIMITIVE: u32 = u32::MAX;
 
-/// Eight boxes and what is inside of them: four cache lines. Unused boxes come last, are inverted, and hold [`EMPTY`].
+/// An inner node: eight child boxes and references, in four cache lines. Unused children come
+/// last; their boxes are inverted and their references are [`EMPTY`].
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
-    /// Box faces by axis, then low/high, then child.
+    /// Box planes by axis, then low/high, then child.
     pub planes: [[[f32; WIDTH]; 2]; 3],
     pub children: [ChildRef; WIDTH],
 }
 
-/// Which of a node's planes: an axis and a side.
+/// Selects one plane of all child boxes: an axis and a side.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
-pub(crate) struct Plane {
-    /// Of the plane's first number in [`Node::planes`]: a multiple of [`WIDTH`] below six times that.
+pub(crate) struct NodePlane {
+    /// Offset of its first number in [`Node::planes`]: a multiple of [`WIDTH`], below `6 * WIDTH`.
     first: u32,
 }
 
-impl Plane {
-    /// The low face (`side` 0) or the high one (`side` 1) along an axis.
+impl NodePlane {
+    /// The low plane (`side` 0) or the high plane (`side` 1) of an axis.
     #[inline(always)]
     pub fn new(axis: usize, side: usize) -> Self {
         debug_assert!(axis < 3 && side < 2);
-        Plane { first: (2 * (axis as u32 % 3) + (side as u32 & 1)) * WIDTH as u32 }
+        NodePlane { first: (2 * (axis as u32 % 3) + (side as u32 & 1)) * WIDTH as u32 }
     }
 
-    /// The face on the other side.
+    /// The plane on the other side of the boxes.
     #[inline(always)]
     pub fn opposite(self) -> Self {
-        Plane { first: self.first ^ WIDTH as u32 }
+        NodePlane { first: self.first ^ WIDTH as u32 }
     }
 
-    /// All that it is made of, in memory as well.
+    /// Its representation in memory.
     #[inline(always)]
-    pub fn number(self) -> u32 {
+    pub fn to_bits(self) -> u32 {
         self.first
     }
 
-    /// 0: the low face; 1: the high one.
+    /// 0 for the low plane, 1 for the high plane.
     #[inline(always)]
     pub fn side(self) -> usize {
         (self.first as usize / WIDTH) & 1
@@ -73,11 +77,12 @@ impl Plane {
 }
 
 impl Node {
-    /// One face of each box.
+    /// One plane of each child box.
     #[inline(always)]
-    pub fn plane(&self, plane: Plane) -> &[f32; WIDTH] {
+    pub fn plane(&self, plane: NodePlane) -> &[f32; WIDTH] {
         let numbers = self.planes.as_flattened().as_flattened().as_ptr();
-        // SAFETY: a whole plane begins there, see `Plane`: both ways to make one see to that.
+        // SAFETY: a `NodePlane` is only made by `new` and `opposite`, which keep its offset at the
+        // start of a plane.
         unsafe { &*numbers.add(plane.first as usize).cast() }
     }
 
@@ -86,7 +91,7 @@ impl Node {
 
     #[inline(always)]
     pub fn bounds(&self, child: usize) -> Aabb {
-        // Not by iterators or `map`: kernels' instructions are not those of their closures.
+        // No iterators or `map`: closures are compiled without the caller's instruction set.
         let [x, y, z] = &self.planes;
         Aabb { min: [x[0][child], y[0][child], z[0][child]], max: [x[1][child], y[1][child], z[1][child]] }
     }
@@ -98,17 +103,17 @@ impl Node {
         }
     }
 
-    /// The box around all children.
+    /// The union of all child boxes.
     pub fn union(&self) -> Aabb {
         (0..WIDTH).filter(|&i| self.children[i] != EMPTY).fold(Aabb::EMPTY, |b, i| b.union(self.bounds(i)))
     }
 }
 
-/// A leaf's contents.
-pub(crate) trait Block: Copy + Send + Sync {
+/// The primitives of a leaf.
+pub(crate) trait LeafBlock: Copy + Send + Sync {
     /// Primitive ids by lane, [`NO_PRIMITIVE`] where unused.
     fn ids(&self) -> &[u32; WIDTH];
-    /// The box around one lane; empty if the lane can never be hit.
+    /// The bounds of one lane; empty if the lane can never be hit.
     fn lane_bounds(&self, lane: usize) -> Aabb;
 
     fn bounds(&self) -> Aabb {
@@ -116,7 +121,7 @@ pub(crate) trait Block: Copy + Send + Sync {
     }
 }
 
-/// Up to eight triangles: five cache lines. Unused lanes are NaN, which never hits.
+/// Up to eight triangles, in five cache lines. Unused lanes are NaN, which never hits.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 pub(crate) struct TriangleBlock {
@@ -142,7 +147,7 @@ impl TriangleBlock {
     }
 }
 
-impl Block for TriangleBlock {
+impl LeafBlock for TriangleBlock {
     fn ids(&self) -> &[u32; WIDTH] {
         &self.ids
     }
@@ -169,7 +174,7 @@ impl SphereBlock {
         SphereBlock { spheres: [[f32::NAN; WIDTH]; 4], ids: [NO_PRIMITIVE; WIDTH] };
 }
 
-impl Block for SphereBlock {
+impl LeafBlock for SphereBlock {
     fn ids(&self) -> &[u32; WIDTH] {
         &self.ids
     }
@@ -183,7 +188,7 @@ impl Block for SphereBlock {
     }
 }
 
-/// The box around a sphere, rounded outwards.
+/// The bounds of a sphere, rounded outwards.
 pub(crate) fn sphere_bounds(center: [f32; 3], radius: f32) -> Aabb {
     Aabb { min: center.map(|c| (c - radius).next_down()), max: center.map(|c| (c + radius).next_up()) }
 }

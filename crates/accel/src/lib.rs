@@ -1,11 +1,23 @@
 //! Bounding volume hierarchies: build, refit, SIMD traversal.
 //!
-//! Two levels: a [`Blas`] holds the triangles or spheres of one object, a [`Tlas`] holds instances of them. Both
-//! answer [`Tlas::closest`] and [`Tlas::any`], for one ray or for a stream of rays. This crate knows no materials:
-//! a [`HitFilter`] decides about candidate hits where a surface has holes.
+//! There are two levels: a [`Blas`] holds the triangles or spheres of one object, a [`Tlas`] holds
+//! instances of objects. Both answer closest-hit queries ([`Tlas::closest`]) and any-hit queries
+//! ([`Tlas::any`]), for single rays and for streams of rays. This crate knows no materials: a
+//! [`HitFilter`] accepts or rejects candidate hits where a surface has holes.
 //!
-//! The kernels for AVX-512, AVX2 and NEON are chosen when the program runs, see [`Kernel`]; a scalar twin, written
-//! with the formulas of `optics::intersect`, takes over elsewhere and checks them in tests.
+//! Traversal kernels exist for AVX-512, AVX2 and NEON. The fastest that the processor supports is
+//! chosen at run time, see [`InstructionSet`]. Scalar kernels with the formulas of
+//! `optics::intersect` run on all other processors, and tests compare the SIMD kernels with them.
+//!
+//! Modules, from the lowest to the highest; none uses a module below it in this table:
+//!
+//! | module | content |
+//! |---|---|
+//! | `aabb`, `ray`, `layout`, `simd` | boxes, rays and hits, nodes and leaf blocks, vectors |
+//! | `build` | from primitive bounds to an eight-wide tree |
+//! | `bvh` | [`Blas`] and [`Tlas`] as data |
+//! | `query` | traversal of both |
+//! | [`encode`] | trees for shaders; it does not use `query` |
 
 // Loops over axes and lanes index several arrays at once.
 #![allow(
@@ -14,27 +26,19 @@
 )]
 
 mod aabb;
-mod behind;
-mod blas;
 mod build;
-mod cover;
+mod bvh;
 pub mod encode;
-mod face;
-mod handful;
 mod huge_pages;
-mod kernel;
 mod layout;
+mod query;
 mod ray;
 mod simd;
-mod streams;
-mod tlas;
 
 pub use aabb::Aabb;
-pub use behind::Side;
-pub use blas::{Blas, Geometry, Sphere};
 pub use build::Quality;
+pub use bvh::{Blas, Geometry, Instance, Sphere, Tlas};
 pub use huge_pages::HugePages;
-pub use kernel::Kernel;
+pub use query::{Coherence, Hit16, HitColumns, HitSink, Ray8, RayColumns, RayStream};
 pub use ray::{Hit, HitFilter, MISS, Masked, Opaque, Ray};
-pub use streams::{HitColumns, HitRow, HitStream, RayColumns, RayLanes, RayStream};
-pub use tlas::{Coherence, Instance, Tlas};
+pub use simd::InstructionSet;

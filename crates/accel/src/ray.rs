@@ -1,19 +1,20 @@
-//! What goes into a query and what comes out.
+//! Rays, hits and hit filters: the input and output of queries.
 
 use bytemuck::{Pod, Zeroable};
 
-/// The part of a line on which hits count: `origin + t direction` for `t_min < t < t_max`.
+/// A ray with an interval: hits are at `origin + t direction` with `t_min < t < t_max`.
 ///
-/// The direction may have any length but zero; `t` is in units of that length. A negative `t_min` counts as zero. A
-/// ray with NaN anywhere, or with an infinite origin or direction, misses everything; `t_max` may be infinite.
+/// The direction may have any length except zero; `t` is in units of that length. A negative
+/// `t_min` counts as zero, and `t_max` may be infinite. A ray with a NaN, or with an infinite
+/// origin or direction, misses everything.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Ray {
-    /// Where the ray starts.
+    /// The start of the ray.
     pub origin: [f32; 3],
     /// Hits must be farther than this.
     pub t_min: f32,
-    /// Where the ray goes.
+    /// The direction of the ray.
     pub direction: [f32; 3],
     /// Hits must be nearer than this.
     pub t_max: f32,
@@ -25,13 +26,14 @@ impl Ray {
         Ray { origin, t_min: 0.0, direction, t_max: f32::INFINITY }
     }
 
-    /// Whether a query may start: all numbers finite (but `t_max`), a direction, an interval.
+    /// Whether the ray can hit anything: all values except `t_max` are finite, and neither
+    /// direction nor interval is empty.
     #[inline]
     pub(crate) fn is_valid(&self) -> bool {
         let [x, y, z] = self.direction;
         let size = x.abs().max(y.abs()).max(z.abs());
         let sum = x + y + z + self.origin[0] + self.origin[1] + self.origin[2];
-        // One sum finds NaN and infinities everywhere; if it overflows itself, look closer.
+        // The sum detects NaN and infinities. It may overflow itself; then every value is checked.
         size > 0.0
             && self.t_min.max(0.0) < self.t_max
             && !self.t_min.is_nan()
@@ -39,13 +41,14 @@ impl Ray {
     }
 }
 
-/// The nearest hit of a ray, or [`MISS`].
+/// The closest hit of a ray, or [`MISS`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Hit {
     /// Ray parameter in units of the ray's direction, infinite for a miss.
     pub t: f32,
-    /// Barycentric weight of the triangle's second vertex: the point is `(1-u-v) p0 + u p1 + v p2`. Zero for spheres.
+    /// Barycentric weight of the triangle's second vertex: the point is `(1-u-v) p0 + u p1 + v p2`.
+    /// Zero for spheres.
     pub u: f32,
     /// Barycentric weight of the triangle's third vertex. Zero for spheres.
     pub v: f32,
@@ -55,36 +58,37 @@ pub struct Hit {
     pub instance: u32,
 }
 
-/// What a query returns that finds nothing.
+/// The result of a closest-hit query without a hit.
 pub const MISS: Hit = Hit { t: f32::INFINITY, u: 0.0, v: 0.0, primitive: u32::MAX, instance: u32::MAX };
 
 impl Hit {
-    /// Whether this is no hit at all.
+    /// Whether this is a miss.
     #[inline]
     pub fn is_miss(&self) -> bool {
         self.primitive == u32::MAX
     }
 }
 
-/// Decides which candidate hits count, for surfaces with holes, and which instances a ray can see.
+/// Accepts or rejects candidate hits, for surfaces with holes, and selects the instances that a ray
+/// can see. Embree calls this an intersection filter.
 ///
-/// A query asks about candidates in any order, about some of them never, about none more than a few times: the answer
-/// must depend on the arguments alone.
+/// A query passes candidates in any order, some of them never and some several times. The result
+/// must only depend on the arguments.
 pub trait HitFilter: Sync {
-    /// Whether `accept` is always true, so that queries need not call it.
+    /// Whether `accept` is always true. Then queries do not call it.
     const OPAQUE: bool;
 
-    /// Whether the hit on `primitive` of `instance` at barycentric coordinates `u`, `v` counts.
+    /// Whether to accept the hit on `primitive` of `instance` at barycentric coordinates `u`, `v`.
     fn accept(&self, instance: u32, primitive: u32, u: f32, v: f32) -> bool;
 
-    /// Which instances exist for this query: those whose mask shares a bit with this.
+    /// The query sees instances whose mask has a bit in common with this mask.
     #[inline]
     fn ray_mask(&self) -> u32 {
         u32::MAX
     }
 }
 
-/// Every hit counts.
+/// Accepts every hit.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Opaque;
 
@@ -97,7 +101,7 @@ impl HitFilter for Opaque {
     }
 }
 
-/// Every hit counts, on instances whose mask shares a bit with this one.
+/// Accepts every hit on instances whose mask has a bit in common with this mask.
 #[derive(Clone, Copy, Debug)]
 pub struct Masked(pub u32);
 

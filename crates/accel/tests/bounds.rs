@@ -2,7 +2,7 @@
 
 mod support;
 
-use accel::encode::{EncodedScene, Object, WalkCounts};
+use accel::encode::{EncodedScene, Object, TraversalCounts};
 use accel::{Aabb, Blas, Instance, Quality, Ray, Tlas};
 use support::{Mesh, Rng, amount, transform};
 
@@ -131,7 +131,7 @@ fn encoded_balls_are_not_entered_at_their_corners() {
         let (ball, outer) = (tight(&mesh, &m), of_box(&unturned, &m));
         let center = |a: usize| 0.5 * (ball.min[a] + ball.max[a]);
         let entered = |x: f32| {
-            let mut counts = WalkCounts::default();
+            let mut counts = TraversalCounts::default();
             let ray = Ray::new([x, -5.0, center(2)], [0.0, 1.0, 0.0]);
             let _ = scene.closest(&ray, |_| true, &mut counts);
             counts.instances
@@ -146,7 +146,8 @@ fn encoded_balls_are_not_entered_at_their_corners() {
     assert!(passed > 5, "only {passed} rays were between ball and box");
 }
 
-/// Near the largest numbers, sums over boxes overflow where those over the bounds do not. Then only the latter count.
+/// Near the largest numbers, sums over boxes overflow where those over the bounds do not. Then only
+/// the latter count.
 #[test]
 fn what_overflows_does_not_hide_an_instance() {
     let mut mesh = Mesh::soup(&mut Rng::new(36), 60, 0.1);

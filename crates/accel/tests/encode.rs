@@ -2,7 +2,7 @@
 
 mod support;
 
-use accel::encode::{EncodedHit, EncodedScene, OWNER_SPHERE, Object, SphereGeometry, WalkCounts};
+use accel::encode::{EncodedHit, EncodedScene, OWNER_SPHERE, Object, SphereGeometry, TraversalCounts};
 use accel::{Hit, Instance, MISS, Opaque, Quality, Ray, Sphere};
 use proptest::prelude::*;
 use support::{Everything, Mesh, Rng, amount, random_rays, same_hit, transform};
@@ -18,7 +18,7 @@ fn encoded(mesh: &Mesh) -> EncodedScene {
 
 /// Counts the rays for which the walk and the loop differ.
 fn differences(scene: &EncodedScene, all: &Everything, rays: &[Ray]) -> usize {
-    let mut counts = WalkCounts::default();
+    let mut counts = TraversalCounts::default();
     let mut differ = 0;
     for ray in rays {
         let expected = all.closest(ray, &Opaque);
@@ -64,8 +64,8 @@ fn a_lost_triangle_is_noticed() {
     check(&scene, &everything(&mesh), &random_rays(&mut rng, 2000, 2.0));
 }
 
-/// A scene of two meshes in one object, spheres in another, and instances of both; joined if they have no more than `most_joined`
-/// primitives.
+/// A scene of two meshes in one object, spheres in another, and instances of both; joined if they
+/// have no more than `most_joined` primitives.
 fn instances(rng: &mut Rng, most_joined: usize) -> (EncodedScene, Everything) {
     let meshes = [Mesh::soup(rng, 200, 0.2), Mesh::blob(12)];
     let first = [0, meshes[0].indices.len() as u32];
@@ -102,7 +102,7 @@ fn instances(rng: &mut Rng, most_joined: usize) -> (EncodedScene, Everything) {
         let world = Sphere { center: transform(&turned, s.center), radius: 0.5 * s.radius };
         (40, i, world)
     }));
-    (EncodedScene::build_still(&objects, &placed, Quality::Balanced, most_joined), all)
+    (EncodedScene::build_flattened(&objects, &placed, Quality::Balanced, most_joined), all)
 }
 
 /// Far more than there is to join.
@@ -113,7 +113,7 @@ fn instances_of_meshes_and_spheres() {
     let mut rng = Rng::new(3);
     let (scene, all) = instances(&mut rng, 0);
     assert_eq!(scene.kinds(), (true, true));
-    assert!(!scene.is_single() && !scene.is_joined());
+    assert!(!scene.is_single() && !scene.is_flattened());
     check(&scene, &all, &random_rays(&mut rng, amount(2000), 3.0));
 }
 
@@ -122,11 +122,11 @@ fn instances_that_stand_still_are_one_object() {
     let mut rng = Rng::new(3);
     let (scene, all) = instances(&mut rng, ALL);
     assert_eq!(scene.kinds(), (true, true));
-    assert!(scene.is_single() && scene.is_joined());
+    assert!(scene.is_single() && scene.is_flattened());
     let rays = random_rays(&mut rng, amount(2000), 3.0);
     check(&scene, &all, &rays);
     let nodes = |scene: &EncodedScene| {
-        let mut counts = WalkCounts::default();
+        let mut counts = TraversalCounts::default();
         for ray in &rays {
             scene.closest(ray, |_| true, &mut counts);
         }
@@ -176,8 +176,8 @@ fn what_cannot_be_joined_stays_apart() {
             false,
         ),
     ] {
-        let scene = EncodedScene::build_still(&objects, &instances, Quality::Balanced, most);
-        assert_eq!(scene.is_joined(), joined, "{name}");
+        let scene = EncodedScene::build_flattened(&objects, &instances, Quality::Balanced, most);
+        assert_eq!(scene.is_flattened(), joined, "{name}");
         assert!(scene.is_single() || !joined, "{name}");
     }
 }
@@ -190,7 +190,7 @@ fn geometries_have_their_numbers() {
             let is_sphere = p.c == [0.0; 3];
             let first_of_second = if is_sphere { 15 } else { 200 };
             assert_eq!(p.geometry, u32::from(p.primitive >= first_of_second), "{p:?}");
-            assert_eq!(p.owner & OWNER_SPHERE != 0, is_sphere && scene.is_joined(), "{p:?}");
+            assert_eq!(p.owner & OWNER_SPHERE != 0, is_sphere && scene.is_flattened(), "{p:?}");
         }
     }
 }
@@ -209,7 +209,7 @@ fn candidates_can_be_refused() {
         let mut rng = Rng::new(4);
         let (scene, all) = instances(&mut rng, most_joined);
         let rays = random_rays(&mut rng, amount(2000), 3.0);
-        let mut counts = WalkCounts::default();
+        let mut counts = TraversalCounts::default();
         let differ = rays.iter().filter(|ray| {
             let expected = all.closest(ray, &Odd);
             !same_hit(&expected, &as_hit(scene.closest(ray, accept, &mut counts)))
@@ -246,7 +246,7 @@ fn large_slanted_triangles_are_cut() {
     let rays = random_rays(&mut rng, amount(2000), 2.0);
     check(&cut, &everything(&mesh), &rays);
     let tests = |scene: &EncodedScene| {
-        let mut counts = WalkCounts::default();
+        let mut counts = TraversalCounts::default();
         for ray in &rays {
             scene.closest(ray, |_| true, &mut counts);
         }
@@ -305,12 +305,12 @@ fn nothing_is_never_hit() {
         let scene = EncodedScene::build(&objects, &instances, Quality::Balanced);
         assert!(scene.is_empty());
         assert_eq!(scene.skipped_primitives(), skipped);
-        assert_eq!(scene.closest(&ray, |_| true, &mut WalkCounts::default()), None);
+        assert_eq!(scene.closest(&ray, |_| true, &mut TraversalCounts::default()), None);
     }
     let scene = encoded(&some);
     for bad in [f32::NAN, f32::INFINITY] {
         let broken = Ray { origin: [bad, 0.0, 0.0], ..ray };
-        assert_eq!(scene.closest(&broken, |_| true, &mut WalkCounts::default()), None);
+        assert_eq!(scene.closest(&broken, |_| true, &mut TraversalCounts::default()), None);
     }
 }
 
@@ -319,7 +319,7 @@ fn identical_triangles() {
     let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let mesh = Mesh { positions: positions.to_vec(), indices: vec![[0, 1, 2]; 10_000] };
     let scene = encoded(&mesh);
-    let mut counts = WalkCounts::default();
+    let mut counts = TraversalCounts::default();
     let hit = scene.closest(&Ray::new([0.25, 0.25, 1.0], [0.0, 0.0, -1.0]), |_| true, &mut counts);
     assert!(hit.is_some_and(|h| (h.t - 1.0).abs() < 1e-6));
     assert!(counts.stack <= scene.stack_size());
@@ -355,7 +355,8 @@ fn sizes_from_tiny_to_huge() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// A mesh far from the origin is as exact as its coordinates are, and no box may hide a triangle that is hit.
+    /// A mesh far from the origin is as exact as its coordinates are, and no box may hide a
+    /// triangle that is hit.
     #[test]
     fn no_box_hides_a_triangle(seed in any::<u64>(), log_ratio in -3.0f32..3.0, log_size in -3.0f32..3.0) {
         let mut rng = Rng::new(seed);

@@ -1,4 +1,4 @@
-//! Every kernel against a loop over all primitives.
+//! Every instruction set against a loop over all primitives.
 
 mod support;
 

@@ -2,16 +2,16 @@
 
 mod support;
 
-use accel::{Blas, Coherence, Geometry, Instance, Kernel, MISS, Opaque, Quality, Ray, Sphere, Tlas};
+use accel::{Blas, Coherence, Geometry, Instance, InstructionSet, MISS, Opaque, Quality, Ray, Sphere, Tlas};
 use proptest::prelude::*;
 use std::sync::Arc;
 use support::{Everything, Mesh, Rng, alone, amount, random_rays};
 
-/// Runs `f` with every kernel.
+/// Runs `f` with every instruction set.
 fn each_kernel(mut tlas: Tlas, f: impl Fn(&Tlas)) {
-    for kernel in Kernel::available() {
-        tlas.set_kernel(kernel);
-        // A bare object has a kernel of its own; the upper level decides here.
+    for isa in InstructionSet::available() {
+        tlas.set_instruction_set(isa);
+        // An object has an instruction set of its own; that of the top level is used here.
         f(&tlas);
     }
 }
@@ -88,7 +88,8 @@ fn sizes_from_tiny_to_huge() {
     }
     let blas = Blas::triangles(&[mesh.geometry(0)], Quality::Balanced);
     blas.validate().unwrap();
-    // The coordinates of most are too small or too large for the products of the test: what is hit must be right.
+    // The coordinates of most are too small or too large for the products of the test: what is hit
+    // must be right.
     each_kernel(alone(blas), |t| {
         let hit = t.closest(&Ray::new([0.0; 3], [1.0, 1.0, 1.0]), &Opaque);
         let expected = mesh.corners(hit.primitive as usize)[0][0] / 3.0;
@@ -127,8 +128,8 @@ fn rays_that_are_not_rays_miss() {
     });
 }
 
-/// From inside of a closed mesh every ray hits, also those aimed at edges and vertices: of a large one, and of one of so few triangles that
-/// all rays of a stream are tested with all of them.
+/// From inside of a closed mesh every ray hits, also those aimed at edges and vertices: of a large
+/// one, and of one of so few triangles that all rays of a stream are tested with all of them.
 #[test]
 fn closed_meshes_do_not_leak() {
     for (size, repeats) in [(if cfg!(miri) { 4 } else { 40 }, 1), (6, amount(100))] {
@@ -149,21 +150,25 @@ fn closed_meshes_do_not_leak() {
             }
         }
         each_kernel(alone(Blas::triangles(&[mesh.geometry(0)], Quality::Balanced)), |t| {
-            assert!(rays.iter().all(|r| !t.closest(r, &Opaque).is_miss()), "{:?} leaks", t.kernel());
+            assert!(rays.iter().all(|r| !t.closest(r, &Opaque).is_miss()), "{:?} leaks", t.instruction_set());
             for coherence in [Coherence::Coherent, Coherence::Incoherent] {
                 let mut any = vec![false; rays.len()];
                 t.any_stream(&rays[..], &mut any, &Opaque, coherence);
-                assert!(any.iter().all(|&a| a), "any hits of the stream of {:?} leak", t.kernel());
+                assert!(any.iter().all(|&a| a), "any hits of the stream of {:?} leak", t.instruction_set());
                 let mut hits = vec![MISS; rays.len()];
                 t.closest_stream(&rays[..], &mut hits[..], &Opaque, coherence);
-                assert!(hits.iter().all(|hit| !hit.is_miss()), "the stream of {:?} leaks", t.kernel());
+                assert!(
+                    hits.iter().all(|hit| !hit.is_miss()),
+                    "the stream of {:?} leaks",
+                    t.instruction_set()
+                );
             }
         });
     }
 }
 
-/// Whether a ray hits a triangle, in double precision. Nothing where it passes an edge, or ends, so closely that rounding decides, or where
-/// numbers leave the range.
+/// Whether a ray hits a triangle, in double precision. Nothing where it passes an edge, or ends, so
+/// closely that rounding decides, or where numbers leave the range.
 fn hits_surely(ray: &Ray, triangle: &[[f32; 3]; 3]) -> Option<bool> {
     const CLOSE: f64 = 1e-4;
     let wide = |p: [f32; 3]| p.map(f64::from);
@@ -182,7 +187,8 @@ fn hits_surely(ray: &Ray, triangle: &[[f32; 3]; 3]) -> Option<bool> {
     let area = dot(normal, normal);
     let (v, w) = (dot(cross(p, ac), normal) / area, dot(cross(ab, p), normal) / area);
     let closest = v.min(w).min(1.0 - v - w);
-    // How far rounding moves the point, in weights: more at grazing angles, for slender triangles, and from far away.
+    // How far rounding moves the point, in weights: more at grazing angles, for slender triangles,
+    // and from far away.
     let reach =
         dot(from, from).max(t * t * dot(d, d)).sqrt() / (area.sqrt() / dot(ab, ab).max(dot(ac, ac)).sqrt());
     let grazing = (area * dot(d, d)).sqrt() / along.abs();
@@ -226,8 +232,8 @@ proptest! {
         let rays: Vec<_> =
             rays.iter().map(|&(origin, direction, t_min, t_max)| Ray { origin, t_min, direction, t_max }).collect();
         let mut tlas = alone(Blas::triangles(&[mesh.geometry(0)], quality));
-        for kernel in Kernel::available() {
-            tlas.set_kernel(kernel);
+        for isa in InstructionSet::available() {
+            tlas.set_instruction_set(isa);
             let mut hits = vec![MISS; rays.len()];
             tlas.closest_stream(&rays[..], &mut hits[..], &Opaque, Coherence::Coherent);
             for (ray, streamed) in rays.iter().zip(&hits) {
@@ -235,7 +241,8 @@ proptest! {
                 prop_assert!(hit.is_miss() || (hit.t > ray.t_min.max(0.0) && hit.t < ray.t_max), "{hit:?}");
                 prop_assert!(!hit.u.is_nan() && !hit.v.is_nan());
                 prop_assert_eq!(tlas.any(ray, &Opaque), !hit.is_miss());
-                // Streams of a few triangles let in rays that pass an edge by as much as rounding may err.
+                // Streams of a few triangles let in rays that pass an edge by as much as rounding
+                // may err.
                 if streamed.is_miss() != hit.is_miss() {
                     let met = if hit.is_miss() { streamed } else { &hit };
                     let triangle = &points[met.primitive as usize];
@@ -268,8 +275,8 @@ proptest! {
         }
         let expected: Vec<_> = rays.iter().map(|r| all.closest(r, &Opaque)).collect();
         let mut tlas = alone(Blas::triangles(&[mesh.geometry(0)], Quality::Balanced));
-        for kernel in Kernel::available() {
-            tlas.set_kernel(kernel);
+        for isa in InstructionSet::available() {
+            tlas.set_instruction_set(isa);
             let wrong = rays.iter().zip(&expected).filter(|(r, e)| {
                 let h = tlas.closest(r, &Opaque);
                 e.is_miss() != h.is_miss() || (!h.is_miss() && (h.t - e.t).abs() > 1e-3 * e.t)

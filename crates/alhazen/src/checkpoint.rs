@@ -15,6 +15,8 @@ pub struct Checkpoint {
     last: Instant,
     /// Samples per pixel and second of the last pass.
     rate: Option<f64>,
+    /// Who hears of checkpoints that could not be written.
+    on_failure: fn(&Path, &PartError, Option<&Path>),
 }
 
 impl Checkpoint {
@@ -22,7 +24,14 @@ impl Checkpoint {
     ///
     /// Shorter intervals than a pass of one sample per pixel takes are not possible.
     pub fn new(path: impl Into<PathBuf>, every: Duration) -> Self {
-        Self { path: path.into(), every, last: Instant::now(), rate: None }
+        Self { path: path.into(), every, last: Instant::now(), rate: None, on_failure: |_, _, _| {} }
+    }
+
+    /// With `tell` to hear of checkpoints that cannot be written: the file, the reason, and where it was kept instead, if
+    /// anywhere. Rendering goes on.
+    #[must_use]
+    pub fn on_failure(self, tell: fn(&Path, &PartError, Option<&Path>)) -> Self {
+        Self { on_failure: tell, ..self }
     }
 
     /// The file.
@@ -50,6 +59,24 @@ impl Checkpoint {
         Ok(())
     }
 
+    /// Replaces the file if that is possible. A failure must not end hours of work: it is told, and the next interval tries
+    /// again.
+    pub(crate) fn save_or_tell(&mut self, part: &Part) {
+        if let Err(error) = self.save(part) {
+            (self.on_failure)(&self.path, &error, None);
+            self.last = Instant::now();
+        }
+    }
+
+    /// Writes the last state. If the file cannot be replaced, it is kept elsewhere ([`crate::output::write_each`]).
+    pub(crate) fn save_last(&mut self, part: &Part) {
+        let path = self.path.clone();
+        for failed in crate::output::write_each(&[path], |path| part.write(path)) {
+            (self.on_failure)(&failed.path, &failed.error, failed.kept.as_deref());
+        }
+        self.last = Instant::now();
+    }
+
     /// Whether it is time to write.
     pub(crate) fn is_due(&self) -> bool {
         self.last.elapsed() >= self.every
@@ -73,6 +100,29 @@ impl Checkpoint {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_file_that_cannot_be_written_is_kept_elsewhere_at_the_end() {
+        use film::{Block, Coverage, Film, Rect};
+        use std::sync::Mutex;
+        static TOLD: Mutex<Vec<Option<PathBuf>>> = Mutex::new(Vec::new());
+        let window = Rect::full(2, 2);
+        let film = Film::with_window(2, 2, window, &[]).expect("small");
+        let part = Part::new(film, Coverage::default(), Block { window, samples: 0..1 }).expect("empty");
+        let folder = tempfile::tempdir().expect("a folder");
+        let tell = |_: &Path, _: &PartError, kept: Option<&Path>| {
+            TOLD.lock().expect("no panic").push(kept.map(Path::to_owned));
+        };
+        // There is no such folder any more.
+        let mut checkpoint =
+            Checkpoint::new(folder.path().join("gone/c.exr"), Duration::ZERO).on_failure(tell);
+        checkpoint.save_or_tell(&part);
+        checkpoint.save_last(&part);
+        let told = TOLD.lock().expect("no panic");
+        let [None, Some(kept)] = &told[..] else { panic!("{told:?}") };
+        assert_eq!(Part::read(kept).expect("whole"), part);
+        std::fs::remove_file(kept).expect("removed");
+    }
 
     #[test]
     fn passes_end_near_the_interval() {

@@ -6,13 +6,15 @@ use scene::{Environment, LoadReport, Model, Scene, Sky};
 /// no lamps. A scene whose only light they are is black around them.
 const BRIGHTEST_PAPER: f32 = 1.0;
 
-/// Puts a cloudy sky around a scene without light: no environment, no light source, and no surface that is a lamp; and says so
+/// Puts a cloudy sky around a scene without light: no environment, no light source, no fog that shines, and no surface that is a lamp; and says so
 /// in the report. Returns whether it did.
 ///
 /// A scene of unlit surfaces only needs no light.
 pub fn add_daylight_if_dark(scene: &mut Scene, report: &mut LoadReport) -> bool {
     let has_lamps = scene.materials.iter().any(|m| m.emission.max_element() > BRIGHTEST_PAPER);
-    let is_lit = scene.environment != Environment::Black || !scene.lights.is_empty() || has_lamps;
+    let fog_shines = scene.fog.as_ref().is_some_and(|fog| fog.medium.emission.max_element() > 0.0);
+    let is_lit =
+        scene.environment != Environment::Black || !scene.lights.is_empty() || has_lamps || fog_shines;
     let is_flat = !scene.materials.is_empty() && scene.materials.iter().all(|m| m.model == Model::Unlit);
     if is_lit || is_flat {
         return false;

@@ -95,6 +95,34 @@ impl Job {
     }
 }
 
+/// Extents along an axis, in metres, of the scenes that a camera is found for: smaller ones are lost in the camera's
+/// rounding, and of larger ones products of lengths overflow.
+const EXTENTS: std::ops::RangeInclusive<f32> = 1.0e-6..=4.0e9;
+
+/// No camera can be found for a scene that has none.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "the scene is {extent:e} m large and has no camera; one is found for scenes of {:e} m to {:e} m: give eye and target, or \
+     scale the scene",
+    EXTENTS.start(),
+    EXTENTS.end()
+)]
+pub struct NoCamera {
+    /// The scene's extent along its longest side, metres.
+    pub extent: f32,
+}
+
+/// Whether [`Scene::default_camera`] sees the scene: it has a camera of its own, or a size that one can be found for.
+///
+/// # Errors
+/// [`NoCamera`].
+pub fn check_default_camera(scene: &Scene) -> Result<(), NoCamera> {
+    let Some((low, high)) = scene.bounds().filter(|_| scene.cameras.is_empty()) else { return Ok(()) };
+    let extent = (high - low).max_element();
+    // A point is as good as nothing: there is nothing to see.
+    if extent == 0.0 || EXTENTS.contains(&extent) { Ok(()) } else { Err(NoCamera { extent }) }
+}
+
 fn scaled(side: u32, factor: f32) -> u32 {
     ((side as f32 * factor).round() as u32).max(1)
 }
@@ -176,6 +204,20 @@ mod tests {
             let (u, v) = (fx * dx / -dz + cx, fy * -dy / -dz + cy);
             assert!((u - x).abs() < 1e-3 && (v - y).abs() < 1e-3, "({x}, {y}) came back as ({u}, {v})");
         }
+    }
+
+    #[test]
+    fn scenes_of_impossible_sizes_get_no_camera() {
+        for (size, found) in [(1e20, false), (1e-20, false), (f32::MAX, false), (1e-5, true), (1e9, true)] {
+            let sphere = scene::Sphere { center: Vec3::ZERO, radius: size / 2.0 };
+            let mesh = scene::Mesh::single("s", scene::Shape::Spheres(vec![sphere]), 0);
+            let instances = vec![scene::Instance::new("s", 0, glam::Affine3A::IDENTITY)];
+            let mut scene = Scene { meshes: vec![mesh], instances, ..Scene::default() };
+            assert_eq!(check_default_camera(&scene).is_ok(), found, "{size}");
+            scene.cameras.push(Camera::perspective("c", Vec3::ZERO, Vec3::Z, 1.0));
+            assert_eq!(check_default_camera(&scene), Ok(()));
+        }
+        assert_eq!(check_default_camera(&Scene::default()), Ok(()));
     }
 
     #[test]

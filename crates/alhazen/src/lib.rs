@@ -18,6 +18,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+#![forbid(unsafe_code)]
+
 mod adaptive;
 mod checkpoint;
 mod choice;
@@ -32,6 +34,7 @@ mod metadata;
 pub mod output;
 mod part;
 mod renderer;
+mod sandbox;
 mod source;
 pub mod system;
 
@@ -54,10 +57,10 @@ pub use denoise::{DenoiseFilmError, Denoised, Denoiser};
 pub use fallback::{Fallback, Step};
 pub use film::{
     Aov, AovData, AovKind, Block, CRYPTOMATTE_RANKS, Coverage, ExrChannel, ExrCompression, ExrFile,
-    ExrSamples, Film, Image, ImageError, Merger, Part, PartError, PixelStats, Precision, Rect,
-    write_atomically,
+    ExrSamples, Film, Image, ImageError, Merger, Part, PartError, PixelStats, Precision, ProtectedFiles,
+    Rect, prove_writable, write_atomically,
 };
-pub use job::{Job, camera_frame, picture_ray};
+pub use job::{Job, NoCamera, camera_frame, check_default_camera, picture_ray};
 pub use memory::{available_memory_bytes, memory_bytes, peak_memory_bytes, total_memory_bytes};
 pub use metadata::{Description, metadata};
 pub use part::{PartJob, RenderPartError, Tile, UnknownTile, finish, tone_of};
@@ -67,6 +70,8 @@ pub use renderer::{BACKENDS, Limits, Renderer, Summary};
 pub use scene::Image as SceneImage;
 /// A piece of a mesh that has one material.
 pub use scene::Part as MeshPart;
+/// Text of a file as messages show it: without characters that steer terminals.
+pub use scene::report::plain;
 pub use scene::{
     AlphaMode, Animation, CalibrationError, Camera, CameraPath, Checkerboard, Clip, ColorSpace, Daylight,
     DensityGrid, Environment, Fog, Instance, Interior, Layers, Light, LightKind, LightProfile, LoadError,

@@ -3,7 +3,7 @@
 use crate::ToneMapping;
 use crate::exr_camera::exr_camera;
 use crate::metadata::names_in;
-use film::{AovData, Film, Image, ImageError};
+use film::{AovData, Film, Image, ImageError, Part, ProtectedFiles};
 use film::{ExrCompression, ExrFile, Precision};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -118,4 +118,90 @@ pub fn write_as(
         }
     }
     Ok(())
+}
+
+/// A file that could not be written where it was asked for.
+#[derive(Debug)]
+pub struct Failed<E> {
+    /// Where it was to be.
+    pub path: PathBuf,
+    /// Why it is not there.
+    pub error: E,
+    /// Where the contents are instead; `None` if they could be written nowhere.
+    pub kept: Option<PathBuf>,
+}
+
+/// Writes all of `paths` by `write`, each even if others fail. What cannot be written to its place is written beside it, or
+/// else into the folder for temporary files, as `NAME.kept-PROCESS.ENDING`: hours of work must not be lost to a name.
+///
+/// Returns the files that are not where they were asked for.
+pub fn write_each<E>(paths: &[PathBuf], write: impl Fn(&Path) -> Result<(), E>) -> Vec<Failed<E>> {
+    let failed = |path: &PathBuf| {
+        let error = write(path).err()?;
+        let kept = places_beside(path).into_iter().find(|place| write(place).is_ok());
+        Some(Failed { path: path.clone(), error, kept })
+    };
+    paths.iter().filter_map(failed).collect()
+}
+
+/// Where what cannot be written to `path` may be kept.
+fn places_beside(path: &Path) -> [PathBuf; 2] {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let ending = path.extension().map_or(String::new(), |e| format!(".{}", e.to_string_lossy()));
+    let name = format!("{stem}.kept-{}{ending}", std::process::id());
+    [path.with_file_name(&name), std::env::temp_dir().join(name)]
+}
+
+/// Finds out before rendering whether a picture, or a part if `is_part`, can be written to `path` and replaces nothing that
+/// is no output: an input, or a part of a picture by a finished one.
+///
+/// # Errors
+/// See [`OutputError`]; [`film::ImageError::Protected`] and [`film::ImageError::NotAFile`] among others.
+pub fn prove(path: &Path, is_part: bool, inputs: &ProtectedFiles) -> Result<(), OutputError> {
+    Format::of(path)?;
+    inputs.check(path)?;
+    film::prove_writable(path)?;
+    if !is_part && Part::is_at(path) {
+        let reason = "there is a part of a picture or a checkpoint".into();
+        return Err(ImageError::Protected { path: path.to_owned(), reason }.into());
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_output_is_tried_and_what_fails_is_kept_elsewhere() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = |name: &str| folder.path().join(name);
+        std::fs::create_dir(at("folder.png")).expect("a folder");
+        let paths = [at("missing/a.png"), at("folder.png"), at("c.png")];
+        let failed = write_each(&paths, |path| Image::black(2, 2, 3).write_png_encoded(path));
+        assert_eq!(failed.len(), 2);
+        assert!(Image::open(at("c.png")).is_ok());
+        for failed in failed {
+            let kept = failed.kept.expect("somewhere");
+            assert_eq!(Image::open(&kept).expect("whole").width(), 2);
+            std::fs::remove_file(kept).expect("removed");
+        }
+    }
+
+    #[test]
+    fn inputs_and_parts_are_refused_before_rendering() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.exr");
+        let film = Film::with_window(2, 2, film::Rect::full(2, 2), &[]).expect("small");
+        let whole = film::Block { window: film::Rect::full(2, 2), samples: 0..1 };
+        let part = Part::new(film, film::Coverage::default(), whole).expect("empty");
+        part.write(&path).expect("written");
+        let none = ProtectedFiles::default();
+        prove(&path, true, &none).expect("parts are made again");
+        for error in [prove(&path, false, &none), prove(&path, true, &ProtectedFiles::new([&path]))] {
+            let error = error.expect_err("protected");
+            assert!(matches!(error, OutputError::Image(ImageError::Protected { .. })), "{error}");
+        }
+        assert!(Part::read(&path).is_ok(), "it is as it was");
+    }
 }

@@ -70,7 +70,7 @@ pub enum RenderPartError {
     /// The back end failed.
     #[error(transparent)]
     Backend(#[from] BackendError),
-    /// What there is of the picture cannot be added to, or the checkpoint cannot be read or written.
+    /// What there is of the picture cannot be added to.
     #[error(transparent)]
     Part(#[from] PartError),
 }
@@ -237,7 +237,8 @@ impl Renderer {
     ///
     /// The result holds what was in `so_far`, too. It has the bits that it would have if it had been rendered at once. A
     /// `checkpoint` is written at its interval and at the end, also when `control` ends the work early. Then the part has
-    /// what was finished ([`Part::covered`]), and the summary says `cancelled`.
+    /// what was finished ([`Part::covered`]), and the summary says `cancelled`. A checkpoint that cannot be written does not
+    /// end the work ([`Checkpoint::on_failure`]).
     ///
     /// # Errors
     /// See [`RenderPartError`]: among others, when `so_far` is of another picture. What the last checkpoint holds is not
@@ -266,7 +267,7 @@ impl Renderer {
             }
         }
         if let Some(checkpoint) = checkpoint {
-            checkpoint.save(&sum.part)?;
+            checkpoint.save_last(&sum.part);
         }
         let film = sum.part.film();
         (summary.spp, summary.invalid_samples) = (least_samples(film), film.invalid_samples());
@@ -301,7 +302,7 @@ impl Renderer {
                 checkpoint.learn(samples, start.elapsed());
                 let is_due = checkpoint.is_due() && !left.is_empty() && !summary.cancelled;
                 if is_due && let Some(film) = self.film()? {
-                    checkpoint.save(&sum.with(film, block)?)?;
+                    checkpoint.save_or_tell(&sum.with(film, block)?);
                 }
             }
         }

@@ -77,12 +77,14 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// On the CPU, with `threads` threads; `None` uses all cores.
+    /// On the CPU, with `threads` threads, at most 1024; `None` uses all cores.
     ///
     /// # Errors
     /// When threads cannot be started.
     pub fn cpu(threads: Option<usize>) -> Result<Self, BackendError> {
-        Ok(Self::new(Box::new(CpuBackend::new(threads)?)))
+        // Pictures do not depend on the number; what is meant by a huge one is all there is.
+        const MOST: usize = 1024;
+        Ok(Self::new(Box::new(CpuBackend::new(threads.map(|n| n.min(MOST)))?)))
     }
 
     /// On any back end.

@@ -1,5 +1,7 @@
 //! Where a scene comes from: a file or the built-in list.
 
+use crate::memory::available_memory_bytes;
+use crate::sandbox;
 use scene::load::scene_file::Parameters;
 use scene::{LoadError, LoadOptions, Loaded};
 use std::fmt;
@@ -51,7 +53,42 @@ impl Source {
     ///
     /// # Errors
     /// See [`LoadError`]. Parameters for a file that takes none are an error.
+    ///
+    /// Without a limit of its own the scene may take three quarters of the memory that is free. A scene that is
+    /// [`LoadOptions::untrusted`] is loaded in a sandbox where the system has one.
     pub fn load(&self, options: &LoadOptions) -> Result<Loaded, LoadError> {
+        let mut options = options.clone();
+        if options.max_memory == u64::MAX {
+            options.max_memory = available_memory_bytes().map_or(u64::MAX, |free| free / 4 * 3);
+        }
+        if options.untrusted {
+            return sandbox::run(&self.folders(&options), || self.load_here(&options));
+        }
+        self.load_here(&options)
+    }
+
+    /// The folders that the scene may read.
+    fn folders(&self, options: &LoadOptions) -> Vec<PathBuf> {
+        let folder = |file: &Path| match file.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
+            _ => PathBuf::from("."),
+        };
+        let mut folders = options.allowed_paths.clone();
+        let base = match &self.place {
+            Place::File(path) => {
+                folders.push(folder(path));
+                // The file may be a link; the user named it all the same.
+                folders.extend(path.canonicalize().ok().map(|path| folder(&path)));
+                folder(path)
+            }
+            Place::Builtin(_) => PathBuf::new(),
+        };
+        let named = self.parameters.values().filter(|v| !v.is_empty()).map(|value| base.join(value));
+        folders.extend(named.filter(|file| file.is_file()).map(|file| folder(&file)));
+        folders
+    }
+
+    fn load_here(&self, options: &LoadOptions) -> Result<Loaded, LoadError> {
         match &self.place {
             Place::Builtin(name) => scene::builtin::load(name, &self.parameters, options),
             Place::File(path) if self.parameters.is_empty() => scene::load::load(path, options),

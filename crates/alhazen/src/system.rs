@@ -1,6 +1,6 @@
 //! What this machine can run, and what is chosen on it.
 
-use accel::Kernel;
+use accel::InstructionSet;
 use gpu::tracer::TracerKind;
 
 /// One traversal kernel of the CPU back end on this machine.
@@ -34,13 +34,13 @@ pub struct BackendStatus {
 /// All traversal kernels, the simplest first.
 pub fn kernels() -> Vec<KernelStatus> {
     let all = [
-        (Kernel::Scalar, "scalar", "any processor"),
-        (Kernel::Neon, "neon", "Arm with Advanced SIMD"),
-        (Kernel::Avx2, "avx2", "x86-64 with AVX2, FMA, BMI1, BMI2, LZCNT, POPCNT"),
-        (Kernel::Avx512, "avx512", "x86-64 with AVX-512 F, VL, DQ, BW"),
+        (InstructionSet::Scalar, "scalar", "any processor"),
+        (InstructionSet::Neon, "neon", "Arm with Advanced SIMD"),
+        (InstructionSet::Avx2, "avx2", "x86-64 with AVX2, FMA, BMI1, BMI2, LZCNT, POPCNT"),
+        (InstructionSet::Avx512, "avx512", "x86-64 with AVX-512 F, VL, DQ, BW"),
     ];
-    let best = Kernel::best();
-    let status = |(kernel, name, needs): (Kernel, _, _)| KernelStatus {
+    let best = InstructionSet::best();
+    let status = |(kernel, name, needs): (InstructionSet, _, _)| KernelStatus {
         name,
         needs,
         available: kernel.is_available(),

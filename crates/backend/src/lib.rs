@@ -3,6 +3,8 @@
 //! A back end turns [`scene::tables::SceneTables`] and a [`View`] into samples on a [`film::Film`]. Front ends know
 //! only this, so a new back end needs no change to its callers.
 
+#![forbid(unsafe_code)]
+
 mod control;
 mod realtime;
 mod view;

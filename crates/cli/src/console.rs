@@ -1,18 +1,33 @@
 //! What people see: errors, progress, numbers with units.
 
-use alhazen::{Control, LoadReport, Severity};
+use crate::exit::Exit;
+use alhazen::output::Failed;
+use alhazen::{Control, ImageError, LoadReport, Severity};
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::Write;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+/// Prints a line to stderr, for people. A stderr that is closed or full is no reason to stop.
+macro_rules! say {
+    ($($text:tt)*) => { $crate::console::print_line(format_args!($($text)*)) };
+}
+pub(crate) use say;
+
+/// See [`say`].
+pub fn print_line(text: std::fmt::Arguments) {
+    // There is nowhere to tell that it failed.
+    let _ = writeln!(std::io::stderr().lock(), "{text}");
+}
+
 /// Prints an error and everything that led to it.
 pub fn print_error(error: &anyhow::Error) {
-    eprintln!("error: {error}");
-    error.chain().skip(1).for_each(|cause| eprintln!("  because: {cause}"));
+    say!("error: {error}");
+    error.chain().skip(1).for_each(|cause| say!("  because: {cause}"));
 }
 
 /// Writes the result of a command to stdout. A reader that has seen enough (`alhazen info x | head`) is no error.
@@ -20,15 +35,39 @@ pub fn print_result(text: &str) -> anyhow::Result<()> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-        result => result.context("cannot write to stdout"),
+        result => result.context("cannot write to stdout").map_err(|error| Exit::Output.with(error)),
     }
+}
+
+/// Writes a text file: complete, or not at all.
+pub fn write_text(path: &Path, text: &str) -> Result<(), ImageError> {
+    let failed = |source| ImageError::Write { path: path.to_owned(), source };
+    alhazen::write_atomically(path, |writer| writer.write_all(text.as_bytes()).map_err(failed))
+}
+
+/// Writes outputs by `write`, each even if others fail. An error says where those are kept that could not be written where
+/// they were asked for.
+pub fn keep_each(paths: &[PathBuf], write: impl Fn(&Path) -> anyhow::Result<()>) -> anyhow::Result<()> {
+    let failed = alhazen::output::write_each(paths, write);
+    let mut last = None;
+    for Failed { path, error, kept } in failed {
+        if let Some(earlier) = last.take() {
+            print_error(&earlier);
+        }
+        let path = path.display();
+        last = Some(match kept {
+            Some(kept) => error.context(format!("could not write {path}; it is kept as {}", kept.display())),
+            None => error.context(format!("could not write {path}, nor keep it anywhere else")),
+        });
+    }
+    last.map_or(Ok(()), |error| Err(Exit::Output.with(error)))
 }
 
 /// Prints what a loader noticed, the harmless only if `verbose`.
 pub fn print_report(report: &LoadReport, verbose: bool) {
     for note in &report.notes {
         if verbose || note.severity > Severity::Info {
-            eprintln!("  {note}");
+            say!("  {note}");
         }
     }
 }

@@ -1,7 +1,11 @@
 //! The `alhazen` command: arguments in, pictures out. Each subcommand is one file in `commands`.
 
+#![forbid(unsafe_code)]
+
 mod commands;
 mod console;
+mod exit;
+mod interrupt;
 mod profile;
 
 use clap::{CommandFactory, Parser, Subcommand};
@@ -10,18 +14,20 @@ use std::process::ExitCode;
 #[global_allocator]
 static ALLOCATOR: alhazen::HugePages = alhazen::HugePages;
 
-/// A physically based ray tracer that always gives a picture.
-///
-/// Without a command it opens the default scene in a window, or renders it to render.png where there is no display.
-#[derive(Debug, Parser)]
-#[command(name = "alhazen", version, propagate_version = true)]
-#[command(after_help = "\
+const EXAMPLES: &str = "\
 Examples:
   alhazen                                  the default scene in a window, or in render.png
   alhazen view model.glb                   open a file in a window
   alhazen render model.glb -o model.png    render a file
   alhazen scenes                           list the built-in scenes
-  alhazen help render                      all options of a command")]
+  alhazen help render                      all options of a command";
+
+/// A physically based ray tracer that always gives a picture.
+///
+/// Without a command it opens the default scene in a window, or renders it to render.png where there is no display.
+#[derive(Debug, Parser)]
+#[command(name = "alhazen", version, propagate_version = true)]
+#[command(after_help = format!("{EXAMPLES}\n\n{}", exit::HELP))]
 struct Arguments {
     #[command(subcommand)]
     command: Option<Command>,
@@ -66,7 +72,7 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             console::print_error(&error);
-            ExitCode::FAILURE
+            ExitCode::from(exit::Exit::of(&error) as u8)
         }
     }
 }

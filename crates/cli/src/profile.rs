@@ -1,5 +1,6 @@
 //! Profiles in the format of Chrome's trace viewer (`chrome://tracing`, Perfetto).
 
+use crate::console::write_text;
 use alhazen::PassTime;
 use anyhow::Context;
 use serde_json::{Value, json};
@@ -42,7 +43,7 @@ impl Profile {
     /// Writes the file.
     pub fn write(&self, path: &Path) -> anyhow::Result<()> {
         let text = json!({ "traceEvents": self.events }).to_string();
-        std::fs::write(path, text).with_context(|| format!("cannot write the profile {}", path.display()))
+        write_text(path, &text).with_context(|| format!("cannot write the profile {}", path.display()))
     }
 }
 

@@ -20,7 +20,7 @@ pub(crate) fn aov_sample(
         position: s.position.to_array(),
         normal: s.shading_normal.to_array(),
         geometric_normal: s.normal.to_array(),
-        uv: s.coords.sets[0],
+        uv: [s.coords.x, s.coords.y],
         albedo: base_color(tables, material, s, footprint).to_array(),
         material_id: s.material,
         instance_id: s.object,

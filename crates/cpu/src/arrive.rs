@@ -110,7 +110,7 @@ impl PathBatch {
         let mut path = self.paths.path(first + lane);
         let scene = context.scene;
         if hit.is_miss() {
-            for_each_distant(scene, vec3(ray.origin), vec3(ray.direction), |d| {
+            for_each_distant(scene, vec3(ray.origin), path.receiver, vec3(ray.direction), |d| {
                 self.found(context, &path, d.radiance, d.pdf);
             });
             return;
@@ -123,7 +123,7 @@ impl PathBatch {
         let material = &tables.materials[surface.material as usize];
         if !surface.front && material.absorbs() {
             // The far side of a body tells what the light has come through.
-            path.throughput *= transmittance(vec3(material.absorption), hit.t);
+            path.throughput *= transmittance(material.absorption, hit.t);
         }
         let footprint = context.shading.pixel_spread * path.length;
         if first_hit {

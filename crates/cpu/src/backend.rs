@@ -23,8 +23,6 @@ pub struct CpuBackend {
     quality: Quality,
     scene: Option<CpuScene>,
     film: Option<(View, Film)>,
-    /// Samples that have been asked for since the scene was loaded or changed.
-    samples: u64,
 }
 
 impl CpuBackend {
@@ -34,7 +32,7 @@ impl CpuBackend {
     /// When the system refuses to make threads.
     pub fn new(threads: Option<usize>) -> Result<Self, BackendError> {
         let threads = thread_pool(threads)?;
-        Ok(Self { threads, quality: Quality::Balanced, scene: None, film: None, samples: 0 })
+        Ok(Self { threads, quality: Quality::Balanced, scene: None, film: None })
     }
 
     /// Makes the film for a view, or keeps the one that is being accumulated.
@@ -46,16 +44,6 @@ impl CpuBackend {
             self.film = Some((view.clone(), film));
         }
         Ok(())
-    }
-
-    /// Looks behind the scene's triangles if so many more samples make that pay, or if so many have been made already: then as many are
-    /// likely to come.
-    fn prepare_scene(&mut self, samples: u64) {
-        self.samples += samples;
-        if let Some(scene) = &mut self.scene {
-            let samples = self.samples;
-            self.threads.install(|| scene.look_behind(samples));
-        }
     }
 }
 
@@ -72,11 +60,11 @@ impl Backend for CpuBackend {
     }
 
     fn describe(&self) -> String {
-        format!("CPU, {:?}, {} threads", accel::Kernel::best(), self.threads.current_num_threads())
+        format!("CPU, {:?}, {} threads", accel::InstructionSet::best(), self.threads.current_num_threads())
     }
 
     fn load(&mut self, tables: Arc<SceneTables>) -> Result<LoadStats, BackendError> {
-        (self.film, self.samples) = (None, 0);
+        self.film = None;
         let start = Instant::now();
         let table_bytes = tables.memory_bytes();
         let quality = self.quality;
@@ -90,7 +78,7 @@ impl Backend for CpuBackend {
         let Some(scene) = self.scene.take() else {
             return Err(BackendError::NoScene { backend: self.name() });
         };
-        (self.film, self.samples) = (None, 0);
+        self.film = None;
         let start = Instant::now();
         let table_bytes = tables.memory_bytes();
         let quality = self.quality;
@@ -119,7 +107,6 @@ impl Backend for CpuBackend {
         self.prepare_film(view)?;
         let start = Instant::now();
         let wanted = u64::from(samples) * view.window.area() as u64;
-        self.prepare_scene(wanted);
         let (Some(scene), Some((_, film))) = (&self.scene, &mut self.film) else {
             return Err(BackendError::NoScene { backend: "cpu" });
         };
@@ -147,7 +134,6 @@ impl Backend for CpuBackend {
         self.prepare_film(view)?;
         let start = Instant::now();
         let wanted = pixels.iter().map(|p| u64::from(p.count)).sum();
-        self.prepare_scene(wanted);
         let (Some(scene), Some((_, film))) = (&self.scene, &mut self.film) else {
             return Err(BackendError::NoScene { backend: "cpu" });
         };

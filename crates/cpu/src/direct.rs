@@ -135,7 +135,7 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
         let footprint = self.shading.pixel_spread * length;
         let [u_mix, u_lobe] = draws.pair();
         let mut sum = emission(tables, material, &surface, footprint);
-        let bsdf = shade(tables, material, &surface, &self.shading, footprint, u_mix);
+        let bsdf = shade(tables, material, &surface, &self.shading, footprint, material.ior, u_mix);
         if bsdf.kind == BSDF_NONE {
             return sum;
         }

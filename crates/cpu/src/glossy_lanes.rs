@@ -110,7 +110,6 @@ impl GlossyLanes {
             out.pdf.0[lane] = sample.pdf;
             out.alive.0[lane] = u32::from(sample.pdf > 0.0 && dot(wi, v.normal.get(lane)) > 0.0);
             out.origin.set(lane, origin.get(lane));
-            out.leaving.0[lane] = v.leaving.0[lane];
             out.throughput.set(lane, v.throughput.get(lane) * sample.weight);
             out.eta_scale.0[lane] = v.eta_scale.0[lane];
         }

@@ -27,10 +27,10 @@ impl PathBatch {
                 continue;
             }
             let mut contribution = vec3f(0.0, 0.0, 0.0);
-            for_each_distant(scene, vec3(ray.origin), vec3(ray.direction), |d| {
+            for_each_distant(scene, vec3(ray.origin), path.receiver, vec3(ray.direction), |d| {
                 contribution += path_add_emission(path.state(context.depth), d.radiance, d.pdf).radiance;
             });
-            self.ask(Connection { slot: path.slot, contribution }, ray, path.leaving);
+            self.ask(Connection { slot: path.slot, contribution }, ray);
         }
         self.paths.truncate(left);
         self.connect(scene, filter);

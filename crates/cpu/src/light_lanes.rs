@@ -1,7 +1,7 @@
 //! Light samples of many plain vertices at once: see `lanes`.
 
 use crate::lanes::{ALL_LANES, LANES, Lanes, Pairs, Vectors};
-use crate::lights::{choose_by_place, sample_light};
+use crate::lights::{choose_light, sample_light};
 use crate::scatter_lanes::Lobes;
 use crate::scene::CpuScene;
 use crate::simd::Instructions;
@@ -11,13 +11,17 @@ use optics::light::{
     flat_light_is_near, flat_light_sample_by_area, light_sample, rectangle_light_sample,
     triangle_light_sample,
 };
-use optics::light_tree::{octahedral_decode, octahedral_encode};
+use optics::light_tree::{
+    ChildChoice, LIGHT_NODE_WIDTH, NodeImportance, child_choice_add, child_remainder, child_weight,
+    light_importance, light_share, node_importance_add, node_weight, octahedral_decode, octahedral_encode,
+    refill,
+};
 use optics::path::path_light_contribution;
 use optics::random::dither;
 use optics::vector::dot;
 use optics::warp::{alias_choose_dithered, alias_slot};
 use optics::{Vec2f, Vec3f, vec2f};
-use scene::tables::{LightChoice, SceneTables};
+use scene::tables::{LightChoice, LightNode, SceneTables};
 
 /// Light samples of vertices: the fields of [`LightSample`].
 #[derive(Clone, Copy, Debug, Default)]
@@ -116,8 +120,10 @@ pub(crate) fn sample_lights<I: Instructions>(
         return;
     }
     let mut choices = ChoiceLanes::default();
-    if by_place {
-        choose_lights_by_place(tables, v, waiting, u, &mut choices);
+    if let Some((list, count)) = tables.light_tree.list() {
+        choose_lights_of_list(list, count, v, u, &mut choices);
+    } else if by_place {
+        choose_lights_of_tree(tables, v, waiting, u, &mut choices);
     } else {
         choose_lights_by_power(tables, u, &mut choices);
     }
@@ -166,9 +172,66 @@ fn choose_lights_by_power(tables: &SceneTables, u: &Pairs, out: &mut ChoiceLanes
     }
 }
 
-/// Chooses lights by where the first `waiting` vertices are. Each walks down the tree of lights on a way of its own.
+/// Chooses lights of a list of `count` for all lanes: the same as [`LightTree::choose`](scene::tables::LightTree::choose), a light
+/// after the other instead of a vertex after the other.
 #[inline(always)]
-fn choose_lights_by_place(
+fn choose_lights_of_list(list: &LightNode, count: usize, v: &Vertices, u: &Pairs, out: &mut ChoiceLanes) {
+    let mut normal = Vectors::<LANES>::default();
+    for lane in 0..LANES {
+        normal.set(lane, octahedral_decode(v.receiver.0[lane]));
+    }
+    let mut importances = [Lanes::<f32>::default(); LIGHT_NODE_WIDTH as usize];
+    let (mut sum, mut lights) = (Lanes::<f32>::default(), Lanes::<f32>::default());
+    for (child, importances) in importances.iter_mut().enumerate().take(count) {
+        let group = list.group(child);
+        for lane in 0..LANES {
+            let importance = light_importance(group, v.position.get(lane), normal.get(lane));
+            let before = NodeImportance { sum: sum.0[lane], count: lights.0[lane] };
+            let together = node_importance_add(before, importance);
+            importances.0[lane] = importance;
+            (sum.0[lane], lights.0[lane]) = (together.sum, together.count);
+        }
+    }
+    // Which one each lane has chosen so far, its weight, and where it begins.
+    let (mut chosen, mut end) = (Lanes::<u32>::default(), Lanes::<f32>::default());
+    let (mut weight, mut before) = (Lanes::<f32>::default(), Lanes::<f32>::default());
+    for (child, importances) in (0..).zip(&importances).take(count) {
+        for lane in 0..LANES {
+            let together = NodeImportance { sum: sum.0[lane], count: lights.0[lane] };
+            let at = u.x.0[lane] * node_weight(together, true);
+            let choice = ChildChoice {
+                child: chosen.0[lane],
+                weight: weight.0[lane],
+                before: before.0[lane],
+                end: end.0[lane],
+            };
+            let choice =
+                child_choice_add(choice, child, child_weight(importances.0[lane], together, true), at);
+            (chosen.0[lane], weight.0[lane]) = (choice.child, choice.weight);
+            (before.0[lane], end.0[lane]) = (choice.before, choice.end);
+        }
+    }
+    for lane in 0..LANES {
+        let sum = node_weight(NodeImportance { sum: sum.0[lane], count: lights.0[lane] }, true);
+        let [x, rest] = [u.x.0[lane], dither(u.x.0[lane], u.y.0[lane])];
+        let choice = ChildChoice {
+            child: chosen.0[lane],
+            weight: weight.0[lane],
+            before: before.0[lane],
+            end: end.0[lane],
+        };
+        let probability = light_share(choice.weight, sum);
+        out.probability.0[lane] = probability;
+        out.remainder.0[lane] = refill(child_remainder(choice, x * sum), probability, rest);
+    }
+    for lane in 0..LANES {
+        out.index.0[lane] = list.light(chosen.0[lane]);
+    }
+}
+
+/// Chooses lights for the first `waiting` vertices. Each walks down the tree of lights on a way of its own.
+#[inline(always)]
+fn choose_lights_of_tree(
     tables: &SceneTables,
     v: &Vertices,
     waiting: usize,
@@ -180,7 +243,7 @@ fn choose_lights_by_place(
         normal.set(lane, octahedral_decode(v.receiver.0[lane]));
     }
     for lane in 0..waiting {
-        let choice = choose_by_place(tables, v.position.get(lane), normal.get(lane), u.get(lane));
+        let choice = choose_light(tables, v.position.get(lane), normal.get(lane), u.get(lane));
         let choice = choice.unwrap_or(LightChoice { index: 0, probability: 0.0, remainder: 0.0 });
         out.index.0[lane] = choice.index;
         out.probability.0[lane] = choice.probability;

@@ -2,34 +2,40 @@
 
 use crate::material::{coverage, emission_at};
 use crate::scene::CpuScene;
-use crate::surface::{Surface, TexCoords};
+use crate::surface::Surface;
 use optics::constants::FAR;
 use optics::light::{
     LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE, LightSample,
     directional_light_contains, light_sample, rectangle_light_pdf, sphere_light_pdf, triangle_light_pdf,
 };
 use optics::light_profile::{profile_cell, profile_mix};
-use optics::light_tree::{light_branch, octahedral_decode};
+use optics::light_tree::{ALL_SIDES, octahedral_decode};
 use optics::random::dither;
 use optics::warp::{alias_choose_dithered, alias_slot, pdf_cone};
-use optics::{Vec2f, Vec3f, vec2f, vec3f};
+use optics::{Vec2f, Vec3f, vec2f, vec4f, vec3f};
 use scene::tables::{LightChoice, LightRecord, NONE, SceneTables};
 
-/// Samples a direction towards a light chosen by power or, of many, by where they are; the density includes the choice.
-/// `None` if no light can be chosen.
+/// Samples a direction towards a light chosen by the irradiance that it can bring; the density includes the choice. `None` if no
+/// light can be chosen.
 ///
-/// - `receiver`: normal of the surface on the side that light can reach, by `octahedral_encode`, or [`ALL_SIDES`].
+/// - `receiver`: normal of the surface on the side that light can reach, by `octahedral_encode`, or `ALL_SIDES`.
 /// - `u`: `u.x` chooses the light, and what is left of it goes with `u.y` into the direction.
 #[inline(always)]
 pub(crate) fn sample_light(scene: &CpuScene, p: Vec3f, receiver: u32, u: Vec2f) -> Option<LightSample> {
-    let choice = if scene.tables.light_tree.is_empty() {
-        choose_by_power(&scene.tables, u.x, dither(u.x, u.y))
-    } else {
-        choose_by_place(&scene.tables, p, octahedral_decode(receiver), u)
-    }?;
+    let choice = choose_light(&scene.tables, p, octahedral_decode(receiver), u)?;
     let mut sample = sample_one_light(scene, choice.index, p, [choice.remainder, u.y]);
     sample.pdf *= choice.probability;
     Some(sample)
+}
+
+/// Chooses a light. `normal`: unit normal on the side that light can reach, or zero.
+#[inline(always)]
+pub(crate) fn choose_light(tables: &SceneTables, p: Vec3f, normal: Vec3f, u: Vec2f) -> Option<LightChoice> {
+    let rest = dither(u.x, u.y);
+    if tables.light_tree.is_empty() {
+        return choose_by_power(tables, u.x, rest);
+    }
+    tables.light_tree.choose(p, normal, u.x, rest)
 }
 
 /// Chooses among the lights of the alias table; `rest`: another number for the bits that the choice uses up.
@@ -50,22 +56,13 @@ fn choose_by_power(tables: &SceneTables, u: f32, rest: f32) -> Option<LightChoic
     Some(LightChoice { index: choice.index, probability, remainder: choice.remainder })
 }
 
-/// Chooses from the tree of lights, or among those without a place. `normal`: unit normal on the side that light can reach, or
-/// zero.
+/// Probability with which [`choose_light`] takes light `index`. `receiver`: as it was given to [`sample_light`].
 #[inline(always)]
-pub(crate) fn choose_by_place(
-    tables: &SceneTables,
-    p: Vec3f,
-    normal: Vec3f,
-    u: Vec2f,
-) -> Option<LightChoice> {
-    let tree = &tables.light_tree;
-    let rest = dither(u.x, u.y);
-    let branch = light_branch(tree.probability, 1.0 - tree.probability, u.x);
-    if branch.second {
-        return choose_by_power(tables, branch.remainder, rest);
+fn light_probability(tables: &SceneTables, index: u32, p: Vec3f, receiver: u32) -> f32 {
+    if tables.light_tree.is_empty() {
+        return tables.light_alias[index as usize].probability;
     }
-    tree.choose(p, normal, branch.remainder, rest)
+    tables.light_tree.probability_of(index, p, octahedral_decode(receiver))
 }
 
 /// Samples a direction towards light `index`.
@@ -105,13 +102,14 @@ fn sample_environment(scene: &CpuScene, p: Vec3f, u: [f32; 2]) -> LightSample {
 
 fn textured_emission(scene: &CpuScene, record: &LightRecord, [b1, b2]: [f32; 2]) -> Vec3f {
     let material = &scene.tables.materials[record.textured_material as usize];
-    let set = |uv: &[[f32; 2]; 3]| {
-        std::array::from_fn(|i| uv[0][i] * (1.0 - b1 - b2) + uv[1][i] * b1 + uv[2][i] * b2)
+    let at = |set: usize, i: usize| {
+        let [a, b, c] = record.uv[set].map(|uv| uv[i]);
+        a * (1.0 - b1 - b2) + b * b1 + c * b2
     };
-    let coords = TexCoords { sets: [set(&record.uv[0]), set(&record.uv[1])] };
-    let emitted = emission_at(&scene.tables, material, &coords);
+    let coords = vec4f(at(0, 0), at(0, 1), at(1, 0), at(1, 1));
+    let emitted = emission_at(&scene.tables, material, coords);
     if material.has_alpha() {
-        emitted * coverage(&scene.tables, material, (coords, [1.0; 4], [0.0; 2]))
+        emitted * coverage(&scene.tables, material, (coords, vec4f(1.0, 1.0, 1.0, 1.0), vec2f(0.0, 0.0)))
     } else {
         emitted
     }
@@ -138,11 +136,7 @@ pub(crate) fn surface_light_pdf(
         LIGHT_SPHERE => sphere_light_pdf(light.position, light.size, from),
         _ => 0.0,
     };
-    let tree = &scene.tables.light_tree;
-    if tree.is_empty() {
-        return pdf * scene.tables.light_alias[s.light as usize].probability;
-    }
-    pdf * tree.probability_of(s.light, from, octahedral_decode(receiver))
+    pdf * light_probability(&scene.tables, s.light, from, receiver)
 }
 
 /// Everything infinitely far away in a direction: radiance and the density of having sampled it.
@@ -151,19 +145,26 @@ pub(crate) struct Distant {
     pub pdf: f32,
 }
 
-/// Calls `found` with each source that is seen infinitely far away from `from` in unit direction `wi`.
-pub(crate) fn for_each_distant(scene: &CpuScene, from: Vec3f, wi: Vec3f, mut found: impl FnMut(Distant)) {
+/// Calls `found` with each source that is seen infinitely far away from `from` in unit direction `wi`. `receiver`: as it was given to
+/// [`sample_light`].
+pub(crate) fn for_each_distant(
+    scene: &CpuScene,
+    from: Vec3f,
+    receiver: u32,
+    wi: Vec3f,
+    mut found: impl FnMut(Distant),
+) {
     let tables = &*scene.tables;
     let environment = &tables.environment;
     let mut pdf = 0.0;
     if environment.light != NONE {
-        pdf = environment.pdf(from, wi) * tables.light_alias[environment.light as usize].probability;
+        pdf = environment.pdf(from, wi) * light_probability(tables, environment.light, from, receiver);
     }
     found(Distant { radiance: environment.radiance(wi), pdf });
     for &index in &scene.visible_discs {
         let light = tables.lights[index as usize].light;
         if directional_light_contains(light, wi) {
-            let pdf = pdf_cone(light.size) * tables.light_alias[index as usize].probability;
+            let pdf = pdf_cone(light.size) * light_probability(tables, index, from, receiver);
             found(Distant { radiance: light.emission, pdf });
         }
     }
@@ -173,6 +174,6 @@ pub(crate) fn for_each_distant(scene: &CpuScene, from: Vec3f, wi: Vec3f, mut fou
 pub(crate) fn distant_radiance(scene: &CpuScene, wi: Vec3f) -> Vec3f {
     let mut sum = vec3f(0.0, 0.0, 0.0);
     // What is seen of portals from anywhere says something of densities only.
-    for_each_distant(scene, vec3f(0.0, 0.0, 0.0), wi, |d| sum += d.radiance);
+    for_each_distant(scene, vec3f(0.0, 0.0, 0.0), ALL_SIDES, wi, |d| sum += d.radiance);
     sum
 }

@@ -13,7 +13,7 @@ use crate::simd::{Instructions, Stage};
 use crate::streams::{HitStream, Path, PathStream, ShadowStream};
 use crate::triangles::TriangleRows;
 use crate::vertices::VertexQueue;
-use accel::{Coherence, HitFilter, Ray, Side};
+use accel::{Coherence, HitFilter, Ray};
 use backend::{PathSettings, View};
 use film::AovSample;
 use optics::camera::{CAMERA_PERSPECTIVE, CameraFrame, camera_pixel_spread};
@@ -70,8 +70,6 @@ pub(crate) struct PathBatch {
     pub(crate) next: PathStream,
     pub(crate) shadows: ShadowStream,
     occluded: Vec<bool>,
-    /// Whether rays say which sides of triangles they leave: in scenes that know what lies behind those.
-    keeps_sides: bool,
     pub(crate) triangles: TriangleRows,
     pub(crate) diffuse: VertexQueue,
     pub(crate) smooth: VertexQueue,
@@ -164,9 +162,8 @@ impl PathBatch {
         let sampler_kind = sampler_kind(view);
         let branches = settings.splitting.max(1);
         let mut context = Context { scene, sampler_kind, depth: 1, branches, settings, shading, wants_aovs };
-        self.keeps_sides = scene.tlas.knows_behind();
-        self.shadows.clear(self.keeps_sides);
-        self.next.clear(self.keeps_sides);
+        self.shadows.clear();
+        self.next.clear();
         i.call(Generate { batch: self, view, samples, branches });
         let mut coherence = Coherence::Coherent;
         while self.paths.len() > 0 {
@@ -179,7 +176,7 @@ impl PathBatch {
             i.call(Arrive(self, &context));
             self.connect(scene, filter);
             std::mem::swap(&mut self.paths, &mut self.next);
-            self.next.clear(self.keeps_sides);
+            self.next.clear();
             context.depth += 1;
             coherence = Coherence::Incoherent;
         }
@@ -200,7 +197,7 @@ impl PathBatch {
     /// Camera rays.
     #[inline(always)]
     fn generate<I: Instructions>(&mut self, i: I, view: &View, samples: &[SampleId], branches: u32) {
-        self.paths.clear(self.keeps_sides);
+        self.paths.clear();
         self.radiance.clear();
         self.radiance.resize(samples.len() * branches as usize, vec3f(0.0, 0.0, 0.0));
         self.aovs.clear();
@@ -233,13 +230,13 @@ impl PathBatch {
         }
     }
 
-    /// Queues a shadow ray, unless it brings nothing. `leaving`: see [`Path::leaving`].
+    /// Queues a shadow ray, unless it brings nothing.
     #[inline(always)]
-    pub(crate) fn ask(&mut self, connection: Connection, ray: Ray, leaving: Side) {
+    pub(crate) fn ask(&mut self, connection: Connection, ray: Ray) {
         let Vec3f { x, y, z } = connection.contribution;
         // Not `> 0`: NaN must reach the film, where it is counted.
         if x + y + z != 0.0 {
-            self.shadows.push(&ray, leaving, &connection);
+            self.shadows.push(&ray, &connection);
         }
     }
 
@@ -257,7 +254,7 @@ impl PathBatch {
             let visible = |c: f32| f32::from_bits(if *occluded { 0 } else { c.to_bits() });
             self.radiance[slot as usize] += vec3f(visible(x), visible(y), visible(z));
         }
-        self.shadows.clear(self.keeps_sides);
+        self.shadows.clear();
     }
 }
 

@@ -44,7 +44,6 @@ impl PathBatch {
                 wo: surface.wo,
                 eta: 1.0,
                 binding: 0,
-                leaving: surface.leaving,
             };
             self.diffuse.push(&point, &path);
             if self.diffuse.is_full() {
@@ -58,7 +57,7 @@ impl PathBatch {
         }
         // Numbers are drawn only where something depends on them: they cost as much as the rest of the shading.
         let u_model = if mixes_models(material) { context.draw(&path, PAIR_MODEL).x } else { 0.0 };
-        let bsdf = shade(tables, material, surface, &context.shading, footprint, u_model);
+        let bsdf = shade(tables, material, surface, &context.shading, footprint, material.ior, u_model);
         if bsdf.kind == BSDF_NONE {
             return;
         }
@@ -73,7 +72,8 @@ impl PathBatch {
         let disperses = tables.layers[material.layers as usize].dispersion > 0.0;
         let u = if disperses { context.draw(&path, PAIR_MODEL).x } else { 0.0 };
         let shading = &context.shading;
-        let s = shade_layered(tables, material, surface, shading, footprint, path.throughput, u);
+        let (ior, throughput) = (material.ior, path.throughput);
+        let s = shade_layered(tables, material, surface, shading, footprint, ior, throughput, u);
         self.scatter_by(context, surface, s.frame, s.bsdf, path);
     }
 
@@ -115,7 +115,6 @@ impl PathBatch {
         }
         path = path.with_state(&state);
         path.throughput *= 1.0 / survival;
-        path.leaving = if above { surface.leaving } else { surface.leaving.other() };
         self.next.push(surface.ray_origin(above), wi, &path);
     }
 
@@ -141,8 +140,7 @@ impl PathBatch {
         let value = bsdf.eval(wo, wi);
         let contribution =
             path_light_contribution(path.throughput, value, light.radiance, light.pdf, light.delta);
-        let leaving = if above { surface.leaving } else { surface.leaving.other() };
-        self.ask(Connection { slot: path.slot, contribution }, shadow_ray(surface, light, above), leaving);
+        self.ask(Connection { slot: path.slot, contribution }, shadow_ray(surface, light, above));
     }
 }
 

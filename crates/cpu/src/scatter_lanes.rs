@@ -3,7 +3,6 @@
 use crate::lanes::{LANES, Lanes, Pairs, Vectors};
 use crate::simd::Instructions;
 use crate::vertices::Vertices;
-use accel::Side;
 use backend::PathSettings;
 use optics::dielectric::{dielectric_bsdf, smooth_dielectric_sample};
 use optics::frame::{frame_from_normal, to_local, to_world};
@@ -45,8 +44,6 @@ pub(crate) struct NextLanes {
     pub throughput: Vectors,
     /// See [`PathState::eta_scale`].
     pub eta_scale: Lanes<f32>,
-    /// See [`crate::streams::Path::leaving`].
-    pub leaving: Lanes<Side>,
     /// 1 if the path goes on: the direction is on the right side of the geometric surface, and roulette lets it live.
     pub alive: Lanes<u32>,
 }
@@ -70,7 +67,6 @@ pub(crate) fn sample_cosine_lobes(v: &Vertices, origin: &Vectors, u: &Pairs, out
         out.pdf.0[lane] = pdf_cosine_hemisphere(local.z);
         out.alive.0[lane] = u32::from(local.z > 0.0 && dot(wi, normal) > 0.0);
         out.origin.set(lane, origin.get(lane));
-        out.leaving.0[lane] = v.leaving.0[lane];
         // Value times cosine over density of a cosine lobe.
         out.throughput.set(lane, v.throughput.get(lane) * v.color.get(lane));
         out.eta_scale.0[lane] = v.eta_scale.0[lane];
@@ -92,7 +88,6 @@ pub(crate) fn sample_smooth_interfaces(v: &Vertices, u: &Pairs, out: &mut NextLa
         out.pdf.0[lane] = -1.0;
         out.alive.0[lane] = u32::from(above != sample.transmitted);
         out.origin.set(lane, offset_ray_origin(v.position.get(lane), normal * side, v.extent.0[lane]));
-        out.leaving.0[lane] = if above { v.leaving.0[lane] } else { v.leaving.0[lane].other() };
         out.throughput.set(lane, v.throughput.get(lane) * sample.weight);
         out.eta_scale.0[lane] = v.eta_scale.0[lane] * if sample.transmitted { eta * eta } else { 1.0 };
     }

@@ -26,10 +26,6 @@ pub(crate) struct CpuScene {
     pub volumes: bool,
 }
 
-/// From how many samples for each triangle on it pays to find out what lies behind triangles. That takes about as long as three samples
-/// for each, and samples are about a tenth faster then where it helps.
-const SAMPLES_A_TRIANGLE: u64 = 32;
-
 /// Where a hit leads in the tables.
 pub(crate) struct HitRecords<'a> {
     pub instance: &'a InstanceRecord,
@@ -72,20 +68,6 @@ impl CpuScene {
         let sites = Sites::new(&tables);
         let volumes = tables.needs_volumes();
         Self { tables, tlas, sites, visible_discs, plain_lights, plain_sky, volumes }
-    }
-
-    /// Finds out what lies behind triangles, if the structure can make use of that and does not know it yet. For `samples` that are to be
-    /// made: only if there are so many that it pays, and if most triangles turn rays back. Those that go through a triangle have nothing
-    /// of what it belongs to behind them.
-    pub fn look_behind(&mut self, samples: u64) {
-        let turning_back = self.sites.turning_back(&self.tables);
-        if let Some(object) = self.tlas.only_mut()
-            && !object.knows_behind()
-            && samples / SAMPLES_A_TRIANGLE >= object.primitive_count() as u64
-            && 2 * turning_back >= object.primitive_count() as u64
-        {
-            object.find_behind();
-        }
     }
 
     /// The records of a hit primitive.
@@ -188,39 +170,4 @@ pub(crate) fn determinant(m: &[[f32; 4]; 3]) -> f32 {
 #[inline]
 pub(crate) fn vec3(a: [f32; 3]) -> Vec3f {
     vec3f(a[0], a[1], a[2])
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use scene::Material;
-    use testkit::scenes::{self, Build, lambert};
-
-    /// A room with a ball, which say that they stand still unless `moves`.
-    fn tables(moves: bool, ball: Material) -> Arc<SceneTables> {
-        let mut scene = scenes::cornell();
-        let material = scene.add_material(ball);
-        scene.add_mesh("ball", scenes::uv_sphere(16, 8), material);
-        scene.instances.last_mut().expect("the ball").dynamic = moves;
-        Arc::new(SceneTables::build(&scene))
-    }
-
-    #[test]
-    fn what_lies_behind_is_found_out_when_that_pays() {
-        let white = || lambert("white", [0.8; 3]);
-        let mut scene = CpuScene::new(tables(false, white()), Quality::Balanced);
-        let triangles = scene.tlas.blas()[0].primitive_count() as u64;
-        assert!(triangles > 200 && !scene.tlas.knows_behind());
-        scene.look_behind(SAMPLES_A_TRIANGLE * triangles - 1);
-        assert!(!scene.tlas.knows_behind(), "for so few samples it does not pay");
-        scene.look_behind(SAMPLES_A_TRIANGLE * triangles);
-        assert!(scene.tlas.knows_behind());
-        let mut scene = CpuScene::new(tables(true, white()), Quality::Balanced);
-        scene.look_behind(u64::MAX);
-        assert!(!scene.tlas.knows_behind(), "with several instances it is of no use");
-        let glass = scenes::dielectric("glass", 1.5, 0.0);
-        let mut scene = CpuScene::new(tables(false, glass), Quality::Balanced);
-        scene.look_behind(u64::MAX);
-        assert!(!scene.tlas.knows_behind(), "rays go through the ball");
-    }
 }

@@ -9,6 +9,7 @@ use crate::scene::determinant;
 use crate::simd::Instructions;
 use bytemuck::NoUninit;
 use optics::ggx::MIN_ALPHA;
+use optics::material::{SLOT_BASE_COLOR, SLOT_METALLIC_ROUGHNESS, SLOT_NORMAL};
 use scene::tables::{
     BlasRecord, GeometryKind, InstanceRecord, MATERIAL_CHECKERBOARD, MATERIAL_THIN, MaterialRecord, ModelTag,
     NONE, SceneTables,
@@ -83,9 +84,9 @@ pub(crate) enum Arrival {
 impl Arrival {
     /// At a triangle that can be computed with others.
     fn of_material(material: &MaterialRecord) -> Self {
-        let untextured = material.base_color_slot == NONE && material.metallic_roughness_slot == NONE;
+        let textured = [SLOT_BASE_COLOR, SLOT_METALLIC_ROUGHNESS].iter().any(|&s| material.texture(s).is_some());
         let patterned = material.flags & MATERIAL_CHECKERBOARD != 0;
-        if material.is_emissive() || material.absorbs() || !untextured || patterned {
+        if material.is_emissive() || material.absorbs() || textured || patterned {
             return Arrival::Surface;
         }
         let alpha = material.roughness * material.roughness;
@@ -200,12 +201,6 @@ impl Sites {
         }
     }
 
-    /// How many triangles do not let rays through, as smooth interfaces do; of all instances.
-    pub fn turning_back(&self, tables: &SceneTables) -> u64 {
-        let sites = self.sites.iter().filter(|site| site.arrival != Arrival::Smooth);
-        sites.map(|site| u64::from(tables.geometries[site.geometry as usize].primitive_count)).sum()
-    }
-
     /// All sites as rows of numbers, in the order of the fields.
     #[inline(always)]
     fn rows(&self) -> &[[u32; LANES]] {
@@ -259,9 +254,9 @@ fn site(tables: &SceneTables, instance: &InstanceRecord, geometry: u32, binding:
     // Patterns live in object space, and mirroring turns the normal.
     let patterned = material.flags & MATERIAL_CHECKERBOARD != 0;
     // Layers want tangents, and the normal without its map.
-    let bare = material.normal_slot == NONE && material.layers == NONE;
+    let bare = !material.texture(SLOT_NORMAL).is_some() && material.layers == NONE;
     let placed_oddly = !instance.identity && (patterned || determinant(&instance.object_to_world) < 0.0);
-    let [red, green, blue, _] = material.base_color;
+    let [red, green, blue, _] = material.base_color.to_array();
     Site {
         first_in_blas: g.first_in_blas,
         first_primitive: g.first_primitive,

@@ -7,7 +7,7 @@ use crate::path::{Connection, SHADOW_END};
 use crate::scatter_lanes::NextLanes;
 use crate::simd::Instructions;
 use crate::vertices::PathLanes;
-use accel::{Hit, HitColumns, Ray, RayColumns, Side};
+use accel::{Hit, HitColumns, Ray, RayColumns};
 use optics::light_tree::ALL_SIDES;
 use optics::path::{PathState, path_start};
 use optics::{Vec3f, vec3f};
@@ -29,8 +29,6 @@ pub(crate) struct Path {
     pub length: f32,
     /// What the light samples of the last vertex knew of its surface; see `sample_light`.
     pub receiver: u32,
-    /// The side of a triangle that the ray leaves, see [`accel::RayColumns::leaving`].
-    pub leaving: Side,
 }
 
 impl Path {
@@ -46,7 +44,6 @@ impl Path {
             slot,
             length: 0.0,
             receiver: ALL_SIDES,
-            leaving: Side::NONE,
         };
         path.with_state(&path_start())
     }
@@ -76,8 +73,6 @@ impl Path {
 #[derive(Default)]
 pub(crate) struct PathStream {
     len: usize,
-    /// Whether it is said what rays leave.
-    keeps_sides: bool,
     pub origin: VectorColumn,
     pub direction: VectorColumn,
     pub throughput: VectorColumn,
@@ -88,7 +83,6 @@ pub(crate) struct PathStream {
     pub slot: Column<u32>,
     pub length: Column<f32>,
     pub receiver: Column<u32>,
-    pub leaving: Column<Side>,
 }
 
 impl PathStream {
@@ -97,10 +91,10 @@ impl PathStream {
         self.len
     }
 
-    /// Forgets all paths. `keeps_sides`: whether rays are to say which sides of triangles they leave.
+    /// Forgets all paths.
     #[inline(always)]
-    pub fn clear(&mut self, keeps_sides: bool) {
-        (self.len, self.keeps_sides) = (0, keeps_sides);
+    pub fn clear(&mut self) {
+        self.len = 0;
         self.make_room();
     }
 
@@ -111,8 +105,7 @@ impl PathStream {
 
     #[inline(always)]
     pub fn rays(&self) -> RayColumns<'_> {
-        let rays = RayColumns::new(self.origin.first(self.len), self.direction.first(self.len), None);
-        if self.keeps_sides { rays.leaving(self.leaving.first(self.len)) } else { rays }
+        RayColumns::new(self.origin.first(self.len), self.direction.first(self.len), None)
     }
 
     #[inline(always)]
@@ -131,7 +124,6 @@ impl PathStream {
             slot: self.slot.get(at),
             length: self.length.get(at),
             receiver: self.receiver.get(at),
-            leaving: self.leaving.get(at),
         }
     }
 
@@ -152,9 +144,6 @@ impl PathStream {
         self.slot.append(i, at, mask, &slots);
         self.length.append(i, at, mask, &[path.length; LANES]);
         self.receiver.append(i, at, mask, &[path.receiver; LANES]);
-        if self.keeps_sides {
-            self.leaving.append(i, at, mask, &[path.leaving; LANES]);
-        }
         self.len += count;
         self.make_room();
     }
@@ -180,7 +169,6 @@ impl PathStream {
         self.slot.set(at, path.slot);
         self.length.set(at, path.length);
         self.receiver.set(at, path.receiver);
-        self.leaving.set(at, path.leaving);
     }
 
     /// Adds the paths that leave the vertices of the lanes in `mask`.
@@ -197,9 +185,6 @@ impl PathStream {
         self.slot.append(i, at, mask, from.slot);
         self.length.append(i, at, mask, from.length);
         self.receiver.append(i, at, mask, from.receiver);
-        if self.keeps_sides {
-            self.leaving.append(i, at, mask, &next.leaving.0);
-        }
         self.len += mask.count_ones() as usize;
         self.make_room();
     }
@@ -217,9 +202,6 @@ impl PathStream {
         self.slot.move_lanes(i, first, mask, at);
         self.length.move_lanes(i, first, mask, at);
         self.receiver.move_lanes(i, first, mask, at);
-        if self.keeps_sides {
-            self.leaving.move_lanes(i, first, mask, at);
-        }
     }
 
     #[inline(always)]
@@ -235,7 +217,6 @@ impl PathStream {
         self.slot.make_room(count);
         self.length.make_room(count);
         self.receiver.make_room(count);
-        self.leaving.make_room(count);
     }
 }
 
@@ -313,14 +294,11 @@ impl HitStream {
 #[derive(Default)]
 pub(crate) struct ShadowStream {
     len: usize,
-    /// See [`PathStream`].
-    keeps_sides: bool,
     origin: VectorColumn,
     direction: VectorColumn,
     t_max: Column<f32>,
     contribution: VectorColumn,
     slot: Column<u32>,
-    leaving: Column<Side>,
 }
 
 impl ShadowStream {
@@ -331,16 +309,15 @@ impl ShadowStream {
 
     /// See [`PathStream::clear`].
     #[inline(always)]
-    pub fn clear(&mut self, keeps_sides: bool) {
-        (self.len, self.keeps_sides) = (0, keeps_sides);
+    pub fn clear(&mut self) {
+        self.len = 0;
         self.make_room();
     }
 
     #[inline(always)]
     pub fn rays(&self) -> RayColumns<'_> {
         let t_max = self.t_max.first(self.len);
-        let rays = RayColumns::new(self.origin.first(self.len), self.direction.first(self.len), Some(t_max));
-        if self.keeps_sides { rays.leaving(self.leaving.first(self.len)) } else { rays }
+        RayColumns::new(self.origin.first(self.len), self.direction.first(self.len), Some(t_max))
     }
 
     #[inline(always)]
@@ -348,9 +325,9 @@ impl ShadowStream {
         Connection { slot: self.slot.get(at), contribution: self.contribution.get(at) }
     }
 
-    /// Adds a ray, whose beginning is its origin. `leaving`: see [`Path::leaving`].
+    /// Adds a ray, whose beginning is its origin.
     #[inline(always)]
-    pub fn push(&mut self, ray: &Ray, leaving: Side, connection: &Connection) {
+    pub fn push(&mut self, ray: &Ray, connection: &Connection) {
         let at = self.len;
         let [origin, direction] = [ray.origin, ray.direction].map(|[x, y, z]| vec3f(x, y, z));
         self.origin.set(at, origin);
@@ -358,7 +335,6 @@ impl ShadowStream {
         self.t_max.set(at, ray.t_max);
         self.contribution.set(at, connection.contribution);
         self.slot.set(at, connection.slot);
-        self.leaving.set(at, leaving);
         self.len += 1;
         self.make_room();
     }
@@ -372,9 +348,6 @@ impl ShadowStream {
         self.t_max.append(i, at, mask, &lights.distance.0.map(|distance| distance * SHADOW_END));
         self.contribution.append(i, at, mask, &lights.contribution);
         self.slot.append(i, at, mask, from.slot);
-        if self.keeps_sides {
-            self.leaving.append(i, at, mask, from.leaving);
-        }
         self.len += mask.count_ones() as usize;
         self.make_room();
     }
@@ -387,6 +360,5 @@ impl ShadowStream {
         self.t_max.make_room(count);
         self.contribution.make_room(count);
         self.slot.make_room(count);
-        self.leaving.make_room(count);
     }
 }

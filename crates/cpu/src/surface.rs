@@ -1,21 +1,17 @@
 //! From a hit to the surface there: position, normals, coordinates, colour.
 
+use crate::material::AlphaInputs;
 use crate::scene::{
     CpuScene, HitRecords, determinant, transform_normal, transform_point, transform_vector, vec3,
 };
-use accel::{Hit, Ray, Side};
+use accel::{Hit, Ray};
 use optics::frame::{Frame, bend_normal, frame_from_normal, frame_from_tangent, map_normal};
 use optics::offset::offset_ray_origin;
 use optics::shape::{sphere_tangent, sphere_uv};
 use optics::vector::{cross, dot, normalize};
-use optics::{Vec3f, vec3f};
+use optics::material::SLOT_NORMAL;
+use optics::{Vec2f, Vec3f, Vec4f, vec2f, vec3f, vec4f};
 use scene::tables::{GeometryKind, GeometryRecord, MATERIAL_TANGENTS, MaterialRecord, NONE, SceneTables};
-
-/// Texture coordinates of both sets.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct TexCoords {
-    pub sets: [[f32; 2]; 2],
-}
 
 /// A point on a surface as a ray arrives there. World space unless it says otherwise.
 pub(crate) struct Surface {
@@ -30,10 +26,10 @@ pub(crate) struct Surface {
     pub front: bool,
     /// Unit direction back along the ray.
     pub wo: Vec3f,
-    /// Texture coordinates.
-    pub coords: TexCoords,
+    /// Texture coordinates of both sets.
+    pub coords: Vec4f,
     /// Linear vertex colour, one where there is none.
-    pub color: [f32; 4],
+    pub color: Vec4f,
     /// Index into the tables' materials.
     pub material: u32,
     /// Index into the tables' lights, or `NONE`.
@@ -42,10 +38,8 @@ pub(crate) struct Surface {
     pub object: u32,
     /// Number of the primitive in its geometry.
     pub primitive: u32,
-    /// The side of a triangle that rays leave which go to the side of `wo`, see [`crate::streams::Path::leaving`].
-    pub leaving: Side,
     /// Position in the x–z plane of object space, for procedural patterns.
-    pub pattern_position: [f32; 2],
+    pub pattern_position: Vec2f,
     /// The shading normal without the normal map, and the frame along the texture coordinates: what layers need.
     /// Elsewhere the shading normal, and any frame.
     pub layer_frame: Frame,
@@ -86,7 +80,6 @@ impl Surface {
             light: tables.light_of(records.binding, records.primitive),
             object: records.binding.object,
             primitive: records.primitive,
-            leaving: Side::of(hit.primitive, front),
             pattern_position: point.pattern_position,
             layer_frame,
         }
@@ -167,9 +160,9 @@ struct Point {
     shading: Option<Vec3f>,
     /// Tangent and handedness, if the material needs one.
     tangent: Option<(Vec3f, f32)>,
-    coords: TexCoords,
-    color: [f32; 4],
-    pattern_position: [f32; 2],
+    coords: Vec4f,
+    color: Vec4f,
+    pattern_position: Vec2f,
 }
 
 #[inline(always)]
@@ -187,7 +180,7 @@ fn triangle_point(tables: &SceneTables, records: &HitRecords, material: &Materia
         .map(|n| to_world(vec3(n)))
         .filter(|n| dot(*n, *n) > 1e-20)
         .map(normalize);
-    let wants_tangent = material.normal_slot != NONE || material.flags & MATERIAL_TANGENTS != 0;
+    let wants_tangent = material.texture(SLOT_NORMAL).is_some() || material.flags & MATERIAL_TANGENTS != 0;
     let tangent = (geometry.first_tangent != NONE && wants_tangent).then(|| {
         let t = interpolate(&tables.tangents, geometry.first_tangent, corners, weights);
         let direction = vec3f(t[0], t[1], t[2]);
@@ -208,7 +201,7 @@ fn triangle_point(tables: &SceneTables, records: &HitRecords, material: &Materia
         tangent,
         coords: tex_coords(tables, geometry, corners, weights),
         color: vertex_color(tables, geometry, corners, weights),
-        pattern_position: [local.x, local.z],
+        pattern_position: vec2f(local.x, local.z),
     }
 }
 
@@ -250,9 +243,9 @@ fn sphere_point(tables: &SceneTables, records: &HitRecords, ray: &Ray, hit: &Hit
         normal,
         shading: None,
         tangent: Some((tangent, 1.0)),
-        coords: TexCoords { sets: [uv.to_array(); 2] },
-        color: [1.0; 4],
-        pattern_position: [on_sphere.x, on_sphere.z],
+        coords: vec4f(uv.x, uv.y, uv.x, uv.y),
+        color: vec4f(1.0, 1.0, 1.0, 1.0),
+        pattern_position: vec2f(on_sphere.x, on_sphere.z),
     }
 }
 
@@ -268,10 +261,11 @@ fn shading_normal(
     side: f32,
 ) -> Vec3f {
     let mut shading = point.shading.map_or(normal, |n| n * side);
-    if material.normal_slot != NONE {
-        let texel = crate::texture::sample(tables, material.normal_slot, &point.coords);
+    let texture = material.texture(SLOT_NORMAL);
+    if texture.is_some() {
+        let texel = crate::texture::sample(tables, texture, point.coords);
         let frame = tangent_frame(point, shading, side);
-        shading = map_normal(frame, vec3f(texel[0], texel[1], texel[2]), material.normal_scale);
+        shading = map_normal(frame, vec3f(texel.x, texel.y, texel.z), material.normal_scale);
     } else if point.shading.is_none() {
         return normal;
     }
@@ -309,11 +303,13 @@ pub(crate) fn tex_coords(
     geometry: &GeometryRecord,
     corners: [u32; 3],
     weights: [f32; 3],
-) -> TexCoords {
+) -> Vec4f {
     let set = |values: &[[f32; 2]], first: u32| {
         if first == NONE { [0.0; 2] } else { interpolate(values, first, corners, weights) }
     };
-    TexCoords { sets: [set(&tables.uv0, geometry.first_uv0), set(&tables.uv1, geometry.first_uv1)] }
+    let [u0, v0] = set(&tables.uv0, geometry.first_uv0);
+    let [u1, v1] = set(&tables.uv1, geometry.first_uv1);
+    vec4f(u0, v0, u1, v1)
 }
 
 #[inline(always)]
@@ -322,11 +318,12 @@ pub(crate) fn vertex_color(
     geometry: &GeometryRecord,
     corners: [u32; 3],
     weights: [f32; 3],
-) -> [f32; 4] {
+) -> Vec4f {
     if geometry.first_color == NONE {
-        return [1.0; 4];
+        return vec4f(1.0, 1.0, 1.0, 1.0);
     }
-    interpolate(&tables.colors, geometry.first_color, corners, weights)
+    let [r, g, b, a] = interpolate(&tables.colors, geometry.first_color, corners, weights);
+    vec4f(r, g, b, a)
 }
 
 /// Texture coordinates and vertex colour at a candidate hit, for alpha tests.
@@ -335,11 +332,11 @@ pub(crate) fn alpha_inputs(
     records: &HitRecords,
     u: f32,
     v: f32,
-) -> (TexCoords, [f32; 4], [f32; 2]) {
+) -> AlphaInputs {
     let geometry = records.geometry;
     let corners = tables.indices[(geometry.first_primitive + records.primitive) as usize];
     let weights = [1.0 - u - v, u, v];
     let p = interpolate(&tables.positions, geometry.first_vertex, corners, weights);
     let coords = tex_coords(tables, geometry, corners, weights);
-    (coords, vertex_color(tables, geometry, corners, weights), [p[0], p[2]])
+    (coords, vertex_color(tables, geometry, corners, weights), vec2f(p[0], p[2]))
 }

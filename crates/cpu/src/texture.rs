@@ -1,7 +1,8 @@
-//! Sampling textures.
+//! Fetching texels. Which ones a lookup reads, and how they are mixed, is the optics' `image_texture`.
 
-use crate::surface::TexCoords;
-use scene::tables::{SceneTables, TextureRecord};
+use optics::image_texture::{mix_texels, texel_column, texel_footprint, texel_row};
+use optics::{Vec4f, vec4f};
+use scene::tables::{SceneTables, TextureUse};
 use std::sync::LazyLock;
 
 /// Linear values of the 256 bytes: as they are (row 0) and decoded from sRGB (row 1). Looking up in one of two rows
@@ -12,35 +13,22 @@ static DECODE: LazyLock<[[f32; 256]; 2]> = LazyLock::new(|| {
     [linear, srgb]
 });
 
-/// The linear RGBA value of texture slot `slot` at the given coordinates. RGB is decoded as the texture says; alpha is
-/// always linear.
-pub(crate) fn sample(tables: &SceneTables, slot: u32, coords: &TexCoords) -> [f32; 4] {
-    let slot = &tables.texture_slots[slot as usize];
-    let texture = &tables.textures[slot.texture as usize];
-    let [u, v] = coords.sets[(slot.uv_set & 1) as usize];
-    let m = &slot.transform;
-    let x = (m[0] * u + m[1] * v + m[2]) * texture.width as f32;
-    let y = (m[3] * u + m[4] * v + m[5]) * texture.height as f32;
-    if !(x.abs() < 1e9 && y.abs() < 1e9) {
-        return texel(tables, texture, 0, 0);
+/// The linear RGBA value of a texture at the given coordinates of both sets; ones where there is no texture. RGB is
+/// decoded as the texture says; alpha is always linear.
+pub(crate) fn sample(tables: &SceneTables, texture: &TextureUse, coords: Vec4f) -> Vec4f {
+    if !texture.is_some() {
+        return vec4f(1.0, 1.0, 1.0, 1.0);
     }
-    if !texture.is_bilinear() {
-        return texel(tables, texture, x.floor() as i32, y.floor() as i32);
-    }
-    let (x, y) = (x - 0.5, y - 0.5);
-    let (x0, y0) = (x.floor(), y.floor());
-    let (fx, fy) = (x - x0, y - y0);
-    let (xi, yi) = (x0 as i32, y0 as i32);
-    let corners = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| texel(tables, texture, xi + dx, yi + dy));
-    let weights = [(1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy];
-    std::array::from_fn(|c| (0..4).map(|i| corners[i][c] * weights[i]).sum())
+    let f = texel_footprint(*texture, coords);
+    let at = |right: i32, below: i32| texel(tables, texture, f.x + right, f.y + below);
+    if f.bilinear { mix_texels(f, at(0, 0), at(1, 0), at(0, 1), at(1, 1)) } else { at(0, 0) }
 }
 
 #[inline]
-fn texel(tables: &SceneTables, texture: &TextureRecord, x: i32, y: i32) -> [f32; 4] {
-    let (x, y) = texture.wrap(x, y);
-    let [r, g, b, a] = tables.texels[(texture.first_texel + y * texture.width + x) as usize];
-    let table = &DECODE[usize::from(texture.srgb)];
+fn texel(tables: &SceneTables, texture: &TextureUse, x: i32, y: i32) -> Vec4f {
+    let place = texel_row(*texture, y) * texture.width + texel_column(*texture, x);
+    let [r, g, b, a] = tables.texels[(texture.first_texel + place) as usize];
+    let table = &DECODE[usize::from(texture.is_srgb())];
     let decode = |byte: u8| table[usize::from(byte)];
-    [decode(r), decode(g), decode(b), f32::from(a) * (1.0 / 255.0)]
+    vec4f(decode(r), decode(g), decode(b), f32::from(a) * (1.0 / 255.0))
 }

@@ -9,11 +9,10 @@ use crate::scene::{CpuScene, transform_normal, transform_point};
 use crate::simd::{Instructions, prefetch};
 use crate::sites::{Arrival, Site, form};
 use crate::streams::{HitLanes, HitStream, PathStream};
-use crate::surface::{Surface, TexCoords, largest_coordinate, tex_coords, vertex_color};
-use accel::Side;
+use crate::surface::{Surface, largest_coordinate, tex_coords, vertex_color};
 use optics::frame::{Frame, bend_normal};
 use optics::vector::{cross, dot};
-use optics::{Vec3f, vec3f};
+use optics::{Vec3f, vec2f, vec3f, vec4f};
 use scene::tables::NONE;
 
 /// Sixteen hits in a row.
@@ -55,7 +54,6 @@ pub(crate) struct TriangleLanes {
     pub normal: Vectors,
     pub shading_normal: Vectors,
     pub eta: Lanes<f32>,
-    pub leaving: Lanes<Side>,
     /// Length of the path up to here.
     pub length: Lanes<f32>,
 }
@@ -290,7 +288,6 @@ impl TriangleLanes {
         self.normal.set(lane, normal);
         self.shading_normal.set(lane, normal);
         self.front.0[lane] = u32::from(front);
-        self.leaving.0[lane] = Side::of(self.id.0[lane], front);
     }
 
     /// The shading normal, if the triangle has vertex normals.
@@ -325,7 +322,7 @@ impl TriangleLanes {
         let binding = &tables.bindings[self.binding.0[lane] as usize];
         let primitive = self.primitive.0[lane];
         let position = self.position.get(lane);
-        let (mut coords, mut color) = (TexCoords::default(), [1.0; 4]);
+        let (mut coords, mut color) = (vec4f(0.0, 0.0, 0.0, 0.0), vec4f(1.0, 1.0, 1.0, 1.0));
         let material = &tables.materials[site.material as usize];
         if wants_coordinates || material.is_textured() || geometry.first_color != NONE {
             let corners = [0, 1, 2].map(|k: usize| self.indices[k].0[lane]);
@@ -348,8 +345,7 @@ impl TriangleLanes {
             light: tables.light_of(binding, primitive),
             object: binding.object,
             primitive,
-            leaving: self.leaving.0[lane],
-            pattern_position: [position.x, position.z],
+use crate::surface::{Surface, largest_coordinate, tex_coords, vertex_color};
             layer_frame: Frame { tangent: shading_normal, bitangent: shading_normal, normal: shading_normal },
         })
     }

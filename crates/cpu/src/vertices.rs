@@ -10,7 +10,6 @@ use crate::scatter_lanes::NextLanes;
 use crate::simd::Instructions;
 use crate::streams::{Path, PathStream};
 use crate::triangles::TriangleLanes;
-use accel::Side;
 use bytemuck::Pod;
 use optics::Vec3f;
 use optics::offset::offset_ray_origin;
@@ -54,8 +53,6 @@ pub(crate) struct Vertices {
     pub length: Row<f32>,
     /// See [`Path::receiver`].
     pub receiver: Row<u32>,
-    /// See [`PlainPoint::leaving`].
-    pub leaving: Row<Side>,
 }
 
 /// A point on a plain surface.
@@ -76,8 +73,6 @@ pub(crate) struct PlainPoint {
     pub eta: f32,
     /// Whose site has the other parameters of the material.
     pub binding: u32,
-    /// The side of a triangle that rays leave which go to the side of the viewer, see [`Path::leaving`].
-    pub leaving: Side,
 }
 
 /// What a path carries past its vertices unchanged, for sixteen lanes.
@@ -88,8 +83,6 @@ pub(crate) struct PathLanes<'a> {
     pub slot: &'a [u32; LANES],
     pub length: &'a [f32; LANES],
     pub receiver: &'a [u32; LANES],
-    /// See [`PlainPoint::leaving`].
-    pub leaving: &'a [Side; LANES],
 }
 
 /// Vertices on one kind of surface.
@@ -141,7 +134,6 @@ impl VertexQueue {
         v.slot.0[lane] = path.slot;
         v.length.0[lane] = path.length;
         v.receiver.0[lane] = path.receiver;
-        v.leaving.0[lane] = point.leaving;
         self.len += 1;
     }
 
@@ -174,7 +166,6 @@ impl VertexQueue {
         append(i, at, mask, paths.slot.lanes(first), &mut v.slot);
         append(i, at, mask, &surfaces.length.0, &mut v.length);
         append(i, at, mask, paths.receiver.lanes(first), &mut v.receiver);
-        append(i, at, mask, &surfaces.leaving.0, &mut v.leaving);
         self.len += mask.count_ones() as usize;
     }
 
@@ -200,7 +191,6 @@ impl VertexQueue {
         [&mut v.extent, &mut v.eta, &mut v.eta_scale, &mut v.length].into_iter().for_each(advance);
         let rest = [&mut v.binding, &mut v.scramble, &mut v.index, &mut v.slot, &mut v.receiver];
         rest.into_iter().for_each(advance);
-        advance(&mut v.leaving);
     }
 
     /// Finds out where rays start that leave on the side of the viewer.
@@ -237,7 +227,6 @@ impl VertexQueue {
             slot: in_use(&v.slot),
             length: in_use(&v.length),
             receiver: in_use(&v.receiver),
-            leaving: in_use(&v.leaving),
         }
     }
 }

@@ -47,6 +47,22 @@ pub enum ImageError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// What is there is no file, and is not replaced by one.
+    #[error("cannot write {}: it is {what}", path.display())]
+    NotAFile {
+        /// The place.
+        path: PathBuf,
+        /// What is there.
+        what: &'static str,
+    },
+    /// The file must not be replaced.
+    #[error("cannot write {}: {reason}, which would be lost", path.display())]
+    Protected {
+        /// The file.
+        path: PathBuf,
+        /// Why it is protected.
+        reason: String,
+    },
     /// The contents are damaged, or of a kind that is not supported.
     #[error("cannot decode {}: {reason}", path.display())]
     Decode {
@@ -99,6 +115,8 @@ impl ImageError {
             Self::Shape { .. } => None,
             Self::Read { path, .. }
             | Self::Write { path, .. }
+            | Self::NotAFile { path, .. }
+            | Self::Protected { path, .. }
             | Self::Decode { path, .. }
             | Self::Encode { path, .. }
             | Self::TooLarge { path, .. }

@@ -7,6 +7,8 @@
 //!
 //! Every picture here is row 0 at the top, linear, scene-referred, Rec. 709 primaries unless it says otherwise.
 
+#![forbid(unsafe_code)]
+
 mod allocation;
 mod aov;
 mod atomic;
@@ -27,7 +29,7 @@ mod srgb;
 
 pub use allocation::Allocation;
 pub use aov::{Aov, AovKind, AovSample, AovSums, NO_ID, UnknownAov};
-pub use atomic::{remove_temporaries, write_atomically};
+pub use atomic::{ProtectedFiles, prove_writable, remove_temporaries, write_atomically};
 pub use coverage::{Block, Coverage, UnknownBlock};
 pub use exact::ExactSum;
 pub use exr_file::{

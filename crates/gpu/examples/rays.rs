@@ -14,7 +14,7 @@
 //! and range of 30 dispatches after others that nobody counts. All hits are compared with the scalar twin's.
 //! Prints a table, then the same as one JSON object a line.
 
-use accel::encode::{EncodedScene, WalkCounts};
+use accel::encode::{EncodedScene, TraversalCounts};
 use accel::{Quality, Ray};
 use glam::Vec3;
 use gpu::rays::{RayBuffers, RayHit, RayQuestion};
@@ -117,7 +117,7 @@ impl RaySet {
         width: u32,
     ) -> Self {
         let trace = |ray: &Ray| {
-            let mut counts = WalkCounts::default();
+            let mut counts = TraversalCounts::default();
             match question {
                 RayQuestion::Closest | RayQuestion::ClosestPacket => {
                     twin.closest(ray, |_| true, &mut counts).map_or(f32::INFINITY, |h| h.t)
@@ -171,7 +171,7 @@ fn ray_sets(tables: &SceneTables, twin: &EncodedScene, [width, height]: [u32; 2]
     let in_pixel = |x: u32, y: u32| ray_at(x as f32 + random.uniform_f32(), y as f32 + random.uniform_f32());
     let samples = samples_of_pixels([width, height], in_pixel);
     let normals = in_parallel(&primary, |ray| {
-        twin.closest(ray, |_| true, &mut WalkCounts::default()).map(|hit| {
+        twin.closest(ray, |_| true, &mut TraversalCounts::default()).map(|hit| {
             let normal = normal_of(tables, hit.geometry, hit.primitive);
             let normal = if normal.dot(ray.direction.into()) > 0.0 { -normal } else { normal };
             (Vec3::from(ray.origin) + Vec3::from(ray.direction) * hit.t + normal * 1e-4, normal)

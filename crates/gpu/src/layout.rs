@@ -11,6 +11,20 @@ pub(crate) fn layout_of(module: &Module, name: &str) -> (Vec<(String, usize)>, u
     (members.iter().map(field).collect(), *span as usize)
 }
 
+/// Asserts that a shader puts the fields of a record one after the other, as Rust does.
+pub(crate) fn assert_packed<T: optics::WgslRecord>(module: &Module) {
+    let found = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(T::NAME));
+    let Some((_, ty)) = found else { panic!("the shader has no structure `{}`", T::NAME) };
+    let TypeInner::Struct { members, span } = &ty.inner else { panic!("`{}` is not a structure", T::NAME) };
+    let mut end = 0;
+    for member in members {
+        let name = member.name.as_deref().unwrap_or_default();
+        assert_eq!(member.offset, end, "`{}` has a gap before `{name}`", T::NAME);
+        end += module.types[member.ty].inner.size(module.to_ctx());
+    }
+    assert_eq!((end, *span as usize), (*span, size_of::<T>()), "`{}` has a gap at its end", T::NAME);
+}
+
 /// The value of a `u32` constant.
 pub(crate) fn constant(module: &Module, name: &str) -> u32 {
     let found = module.constants.iter().find(|(_, c)| c.name.as_deref() == Some(name));

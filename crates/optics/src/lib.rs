@@ -33,6 +33,7 @@ mod base;
 mod display;
 mod geometry;
 mod lights;
+mod materials;
 mod realtime;
 mod sampling;
 mod surface;
@@ -45,6 +46,9 @@ pub use geometry::{camera::camera, frame::frame, intersect::intersect, offset::o
 pub use lights::{
     falloff::falloff, light::light, portal::portal, profile::light_profile, reservoir::reservoir, sky::sky,
     tree::light_tree,
+};
+pub use materials::{
+    image_texture::image_texture, layers::layers, material::material, plain::plain, record::WgslRecord,
 };
 pub use realtime::{allocation::allocation, edge_stops::edge_stops, history::history, signal::signal};
 pub use sampling::{

@@ -40,7 +40,7 @@ mod _alhazen {
     #[pymodule_export]
     use super::queries::Hits;
     #[pymodule_export]
-    use super::render::encode_png;
+    use super::render::{encode_png, write_file};
     #[pymodule_export]
     use super::scene::{Scene, load};
     #[pymodule_export]

@@ -153,7 +153,10 @@ pub fn fog(medium: &Medium, top: f32) -> PyResult<Fog> {
         ));
     }
     if fog.is_endlessly_bright() {
-        return Err(bad("fog that shines must absorb or scatter as well, or it is infinitely bright"));
+        return Err(bad(
+            "fog that shines must absorb or scatter at least a billionth of its emission per metre, or it is \
+             infinitely bright",
+        ));
     }
     Ok(fog)
 }

@@ -7,12 +7,14 @@ use crate::scene::{Scene, lock};
 use crate::watch::watch;
 use alhazen::{
     Aov, AovData, BackendChoice, CRYPTOMATTE_RANKS, Control, DirectSettings, Film, HybridSettings, Image,
-    Integrator, Job, Limits, PathSettings, RealtimeSettings, Rect, Renderer, RendererOptions, Summary,
-    ToneMapper, ToneMapping,
+    ImageError, Integrator, Job, Limits, PathSettings, RealtimeSettings, Rect, Renderer, RendererOptions,
+    Summary, ToneMapper, ToneMapping, check_default_camera,
 };
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyOSError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
+use std::io::Write;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
@@ -192,9 +194,13 @@ pub fn limits(scene: &alhazen::Scene, settings: &Settings) -> PyResult<Limits> {
 }
 
 pub fn job(scene: &alhazen::Scene, settings: &Settings) -> PyResult<Job> {
+    if !settings.time.is_finite() {
+        return Err(bad(format!("time: {} is not a moment", settings.time)));
+    }
     let mut job = Job::for_scene(scene);
-    if let Some(camera) = &settings.camera {
-        job.camera = camera_of(scene, camera)?;
+    match &settings.camera {
+        Some(camera) => job.camera = camera_of(scene, camera)?,
+        None => check_default_camera(scene).map_err(|e| bad(e.to_string()))?,
     }
     let aspect = job.camera.aspect.unwrap_or(job.width as f32 / job.height as f32);
     let scaled = |side: u32, factor: f32| ((side as f32 * factor).round() as u32).max(1);
@@ -303,6 +309,24 @@ fn ranks(pixels: Vec<Vec<(u32, f32)>>) -> Vec<f32> {
         shares.chain(std::iter::repeat([-1.0, 0.0])).take(CRYPTOMATTE_RANKS).flatten()
     };
     pixels.into_iter().flat_map(ranked).collect()
+}
+
+/// Writes a file: complete, or not at all, and never over a device, a pipe or a folder.
+///
+/// Parameters
+/// ----------
+/// path : str or os.PathLike
+/// data : bytes
+#[pyfunction]
+pub fn write_file(py: Python, path: PathBuf, data: &[u8]) -> PyResult<()> {
+    let failed = |source| ImageError::Write { path: path.clone(), source };
+    let written = py
+        .detach(|| alhazen::write_atomically(&path, |writer| Write::write_all(writer, data).map_err(failed)));
+    written.map_err(|error| match error {
+        // As Python's own `open` raises it: FileNotFoundError, PermissionError and so on.
+        ImageError::Write { source, .. } => source.into(),
+        other => PyOSError::new_err(other.to_string()),
+    })
 }
 
 const TONE_MAPPERS: [(&str, ToneMapper); 6] = [

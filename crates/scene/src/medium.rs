@@ -95,10 +95,14 @@ pub struct Fog {
 }
 
 impl Fog {
-    /// Whether it shines in a colour that it neither absorbs nor scatters. Along a horizontal ray, fog with a top is as endless as fog
-    /// without: it would be infinitely bright.
+    /// The most radiance that fog may have along an endless ray, W·sr⁻¹·m⁻²: as much as a surface may emit.
+    const BRIGHTEST: f32 = 1.0e9;
+
+    /// Whether it shines in a colour that it hardly absorbs or scatters: emission over extinction, the radiance of an
+    /// endless way through it, is more than can be computed with. Along a horizontal ray, fog with a top is as endless
+    /// as fog without.
     pub fn is_endlessly_bright(&self) -> bool {
         let extinction = self.medium.absorption + self.medium.scattering;
-        (0..3).any(|i| self.medium.emission[i] > 0.0 && extinction[i] <= 0.0)
+        (0..3).any(|i| self.medium.emission[i] > Self::BRIGHTEST * extinction[i])
     }
 }

@@ -1,5 +1,6 @@
 //! What a loader noticed: nothing that changes the picture happens in silence.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::time::Duration;
 
@@ -27,6 +28,33 @@ pub struct Note {
     pub count: usize,
 }
 
+/// Text of a file as messages show it: characters that steer terminals or turn the direction of writing are escaped.
+pub fn plain(text: &str) -> Cow<'_, str> {
+    let steers = |c: char| {
+        c.is_control()
+            || matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    };
+    if !text.contains(steers) {
+        return Cow::Borrowed(text);
+    }
+    let mut out = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        if steers(c) { out.extend(c.escape_default()) } else { out.push(c) }
+    }
+    Cow::Owned(out)
+}
+
+/// A message without what it quotes: everything from the first quotation mark to the last.
+pub(crate) fn without_quotes(message: &str) -> String {
+    let is_quote = |c: char| matches!(c, '`' | '"' | '\'');
+    match (message.find(is_quote), message.rfind(is_quote)) {
+        (Some(first), Some(last)) if first < last => {
+            format!("{}`…`{}", &message[..first], &message[last + 1..])
+        }
+        _ => message.to_owned(),
+    }
+}
+
 /// Everything a loader noticed, and how long it took.
 #[derive(Clone, Debug, Default)]
 pub struct LoadReport {
@@ -45,6 +73,10 @@ impl LoadReport {
     /// Adds a note, or counts it if the same one is there already.
     pub fn note(&mut self, severity: Severity, message: impl Into<String>) {
         let message = message.into();
+        let message = match plain(&message) {
+            Cow::Borrowed(_) => message,
+            Cow::Owned(escaped) => escaped,
+        };
         if let Some(known) = self.notes.iter_mut().find(|n| n.severity == severity && n.message == message) {
             known.count += 1;
         } else if self.notes.len() < MAX_NOTES {
@@ -103,5 +135,25 @@ impl fmt::Display for Note {
             write!(f, " ({} times)", self.count)?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn terminals_are_not_steered() {
+        assert_eq!(plain("a\u{1b}[31mb\n"), "a\\u{1b}[31mb\\n");
+        assert_eq!(plain("Köln `x`"), "Köln `x`");
+        let mut report = LoadReport::default();
+        report.ignored("material \u{202e}gnp");
+        assert_eq!(report.notes[0].message, "material \\u{202e}gnp");
+    }
+
+    #[test]
+    fn quotes_are_cut_from_the_first_to_the_last() {
+        assert_eq!(without_quotes("found `a`b`, expected \"c\" here"), "found `…` here");
+        assert_eq!(without_quotes("the file ends"), "the file ends");
     }
 }

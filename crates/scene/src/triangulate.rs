@@ -12,11 +12,16 @@ pub struct Triangulator {
     points: Vec<DVec2>,
     next: Vec<u32>,
     previous: Vec<u32>,
+    /// Intersection tests of all polygons so far.
+    spent: u64,
 }
 
 /// Intersection tests that a polygon may cost before ear clipping is given up: about those that an honest one of
 /// twenty thousand corners needs.
 const MAX_TESTS: u64 = 1 << 28;
+/// Tests that all polygons of one triangulator may cost together, beside a few for each corner.
+const MAX_TESTS_IN_ALL: u64 = 1 << 29;
+const TESTS_PER_CORNER: u64 = 64;
 
 impl Triangulator {
     /// Appends the triangles of the polygon `corners` to `triangles`, as indices into `corners`.
@@ -97,7 +102,9 @@ impl Triangulator {
         self.next.extend((1..count).chain([0]));
         self.previous.clear();
         self.previous.extend([count - 1].into_iter().chain(0..count - 1));
-        let mut budget = (u64::from(count) * u64::from(count)).min(MAX_TESTS);
+        let left = MAX_TESTS_IN_ALL.saturating_sub(self.spent).max(TESTS_PER_CORNER * u64::from(count));
+        let granted = (u64::from(count) * u64::from(count)).min(MAX_TESTS).min(left);
+        let mut budget = granted;
         let (mut remaining, mut corner, mut tried) = (count, 0, 0);
         let mut clean = true;
         while remaining > 3 {
@@ -118,6 +125,7 @@ impl Triangulator {
             }
         }
         triangles.push([self.previous[corner as usize], corner, self.next[corner as usize]]);
+        self.spent += granted - budget;
         clean
     }
 

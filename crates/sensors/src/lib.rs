@@ -7,6 +7,8 @@
 //!
 //! Units are metres and radians; the world has +Y up.
 
+#![forbid(unsafe_code)]
+
 mod boxes;
 mod camera;
 mod categories;

@@ -1,84 +1,88 @@
-//! Cutting the boxes of large, slanted triangles into several before a tree is built over them, so that the tree is not
-//! full of boxes that are mostly empty. A triangle is then in several leaves.
+//! Splits the boxes of large, slanted triangles before the build, so that the tree has fewer boxes
+//! that are mostly empty. A split triangle is in several leaves.
 //!
-//! Source: Karras and Aila, "Fast Parallel Construction of High-Quality Bounding Volume Hierarchies", HPG 2013, section 4.
+//! Source: Karras and Aila, "Fast Parallel Construction of High-Quality Bounding Volume
+//! Hierarchies", HPG 2013, section 4.
 
-use super::PrimitiveRef;
+use super::primitive_ref::PrimitiveRef;
 use crate::aabb::Aabb;
 use rayon::prelude::*;
 
-/// What of a triangle's box is worth cutting away.
+/// Which empty area of a triangle's box splits should remove.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Waste {
-    /// All that boxes around ever smaller parts would not have.
+pub(crate) enum EmptyArea {
+    /// All area that boxes of ever smaller parts would not have.
     Whole,
-    /// No more than that of a right triangle along two axes: a floor is not cut, whose parts cost a ray more visits than its
-    /// empty half does.
+    /// Only what exceeds the empty area of a right triangle along two axes. A floor is not split:
+    /// the visits to its parts would cost more than its empty half.
     BeyondHalf,
 }
 
-/// How many cuts to make, and which.
+/// How many splits to make, and where.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Cutting {
-    /// How many boxes are added at most, as a share of the triangles.
+pub(crate) struct PresplitSettings {
+    /// Most additional references, as a share of the triangles.
     pub budget: f64,
-    pub waste: Waste,
+    pub empty: EmptyArea,
 }
 
-/// Cuts are made at the planes of a grid of 2 to this power cells along each axis of the scene's box: the same planes for
-/// all triangles, and the coarsest first, because that is where trees are likely to be cut, too.
+/// Splits are made at the planes of a grid with 2 to this power cells along each axis of the
+/// scene's box. All triangles share the planes, and the coarsest plane comes first, because the
+/// builder is likely to split there, too.
 const GRID_BITS: u32 = 20;
 
-/// Cells by which places on the grid may be off.
+/// Rounding error of positions on the grid, in cells.
 const ROUNDING: f64 = 1.0 / 64.0;
 
-/// The cuts of all triangles that some references stand for.
-pub(crate) struct Cuts<F> {
+/// The number of splits of each reference.
+pub(crate) struct Presplits<F> {
     grid: Grid,
-    /// Corners of a reference's triangle, finite; `None`: it is no triangle, and not cut.
+    /// Corners of a reference's triangle, finite. `None` for other primitives, which are not split.
     corners: F,
-    waste: Waste,
+    empty: EmptyArea,
     priorities: Vec<f32>,
-    /// Cuts of a triangle of priority one.
+    /// Splits of a triangle of priority one.
     scale: f64,
 }
 
-impl<F: Fn(&PrimitiveRef) -> Option<[[f32; 3]; 3]> + Sync> Cuts<F> {
-    /// Shares out the cuts. `corners`: those of a reference's triangle, finite; `None` if it is no triangle.
-    pub fn new(references: &[PrimitiveRef], corners: F, cutting: Cutting) -> Self {
+impl<F: Fn(&PrimitiveRef) -> Option<[[f32; 3]; 3]> + Sync> Presplits<F> {
+    /// Distributes the splits. `corners`: those of a reference's triangle, finite; `None` for other
+    /// primitives.
+    pub fn new(references: &[PrimitiveRef], corners: F, settings: PresplitSettings) -> Self {
         let bounds = references.par_iter().map(PrimitiveRef::bounds).reduce(|| Aabb::EMPTY, Aabb::union);
         let grid = Grid::new(&bounds);
-        let waste = cutting.waste;
+        let empty = settings.empty;
         let of_triangle =
-            |bounds: &Aabb, c: [[f32; 3]; 3]| priority(&grid, bounds, wasted(bounds, &c, waste));
+            |bounds: &Aabb, c: [[f32; 3]; 3]| priority(&grid, bounds, empty_area(bounds, &c, empty));
         let priority = |r: &PrimitiveRef| corners(r).map_or(0.0, |c| of_triangle(&r.bounds(), c));
         let priorities: Vec<f32> = references.par_iter().map(priority).collect();
-        let scale = scale_for(&priorities, (references.len() as f64 * cutting.budget) as u64);
-        Cuts { grid, corners, waste, priorities, scale }
+        let scale = scale_for(&priorities, (references.len() as f64 * settings.budget) as u64);
+        Presplits { grid, corners, empty, priorities, scale }
     }
 
-    /// Which share of the area of all boxes goes, if cuts do what they can: a bound that takes no tree to find.
-    pub fn promise(&self, references: &[PrimitiveRef]) -> f64 {
+    /// The share of the area of all boxes that splits can remove: an upper bound that needs no
+    /// tree.
+    pub fn removable_share(&self, references: &[PrimitiveRef]) -> f64 {
         let of_one = |(r, &p): (&PrimitiveRef, &f32)| {
-            let (bounds, cuts) = (r.bounds(), f64::from(cuts(p, self.scale)));
-            let wasted = (self.corners)(r).map_or(0.0, |c| wasted(&bounds, &c, self.waste));
-            (wasted * cuts / (cuts + 1.0), area(&bounds))
+            let (bounds, splits) = (r.bounds(), f64::from(splits(p, self.scale)));
+            let empty_area = (self.corners)(r).map_or(0.0, |c| empty_area(&bounds, &c, self.empty));
+            (empty_area * splits / (splits + 1.0), area(&bounds))
         };
         let sum = |a: (f64, f64), b: (f64, f64)| (a.0 + b.0, a.1 + b.1);
         let (saved, all) = references.par_iter().zip(&self.priorities).map(of_one).reduce(|| (0.0, 0.0), sum);
         if all > 0.0 && saved.is_finite() { saved / all } else { 0.0 }
     }
 
-    /// References to the parts of the triangles that are cut, and to all others as they were.
-    pub fn make(&self, references: &[PrimitiveRef]) -> Vec<PrimitiveRef> {
+    /// All references, with those that are split replaced by references to their parts.
+    pub fn apply(&self, references: &[PrimitiveRef]) -> Vec<PrimitiveRef> {
         references
             .par_iter()
             .zip(&self.priorities)
             .with_min_len(1024)
             .fold(Vec::new, |mut out, (r, p)| {
-                match (cuts(*p, self.scale), (self.corners)(r)) {
+                match (splits(*p, self.scale), (self.corners)(r)) {
                     (0, _) | (_, None) => out.push(*r),
-                    (cuts, Some(corners)) => split(&self.grid, r, &corners, cuts, &mut out),
+                    (splits, Some(corners)) => split(&self.grid, r, &corners, splits, &mut out),
                 }
                 out
             })
@@ -87,19 +91,19 @@ impl<F: Fn(&PrimitiveRef) -> Option<[[f32; 3]; 3]> + Sync> Cuts<F> {
     }
 }
 
-/// Cuts of a triangle of priority `p`.
-fn cuts(p: f32, scale: f64) -> u32 {
+/// Splits of a triangle of priority `p`.
+fn splits(p: f32, scale: f64) -> u32 {
     (f64::from(p) * scale) as u32
 }
 
-/// The largest factor of priorities with which no more than `budget` cuts are made, or nearly so.
+/// The largest factor of priorities with which at most `budget` splits are made, approximately.
 fn scale_for(priorities: &[f32], budget: u64) -> f64 {
     let total: f64 = priorities.par_iter().map(|&p| f64::from(p)).sum();
     if total <= 0.0 || !total.is_finite() {
         return 0.0;
     }
-    let made = |scale: f64| priorities.par_iter().map(|&p| u64::from(cuts(p, scale))).sum::<u64>();
-    // Without rounding down, `budget / total` would be exact; with it, more than that is needed.
+    let made = |scale: f64| priorities.par_iter().map(|&p| u64::from(splits(p, scale))).sum::<u64>();
+    // Splits are rounded down, so the factor is larger than `budget / total`.
     let (mut low, mut high) = (0.0, 64.0 * budget as f64 / total);
     for _ in 0..20 {
         let middle = 0.5 * (low + high);
@@ -113,39 +117,39 @@ fn area(bounds: &Aabb) -> f64 {
     2.0 * (x * y + y * z + z * x)
 }
 
-/// The area of a triangle's box that is there in vain.
-fn wasted(bounds: &Aabb, [a, b, c]: &[[f32; 3]; 3], waste: Waste) -> f64 {
+/// The empty area of a triangle's box that splits should remove.
+fn empty_area(bounds: &Aabb, [a, b, c]: &[[f32; 3]; 3], empty: EmptyArea) -> f64 {
     let edge = |to: &[f32; 3]| [0, 1, 2].map(|i: usize| f64::from(to[i]) - f64::from(a[i]));
     let (u, v) = (edge(b), edge(c));
     let normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-    // What boxes around ever smaller parts add up to.
+    // The total area of boxes around ever smaller parts.
     let ideal: f64 = normal.iter().map(|n| n.abs()).sum();
-    let needed = match waste {
-        Waste::Whole => ideal,
-        Waste::BeyondHalf => 2.0 * ideal,
+    let needed = match empty {
+        EmptyArea::Whole => ideal,
+        EmptyArea::BeyondHalf => 2.0 * ideal,
     };
     (area(bounds) - needed).max(0.0)
 }
 
-/// What cutting a triangle promises: the area that is `wasted`, and more if an important plane goes through its box. The cube
-/// root is the paper's: with it, the cuts of one triangle do not eat up the budget.
-fn priority(grid: &Grid, bounds: &Aabb, wasted: f64) -> f32 {
+/// The priority of splitting a triangle: higher for more empty area and for a coarser plane through
+/// its box. The cube root is the paper's: it keeps one triangle from using up the budget.
+fn priority(grid: &Grid, bounds: &Aabb, empty_area: f64) -> f32 {
     let Some(plane) = grid.coarsest_plane(bounds) else { return 0.0 };
     let importance = f64::from(plane.level + 1).exp2() / f64::from(GRID_BITS).exp2();
-    let p = (importance * wasted).cbrt() as f32;
+    let p = (importance * empty_area).cbrt() as f32;
     if p.is_finite() { p } else { 0.0 }
 }
 
-/// A plane at right angles to an axis.
+/// An axis-aligned plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Plane {
+struct SplitPlane {
     axis: usize,
     at: f32,
-    /// How coarse the coarsest grid is that has it: cells of 2^level.
+    /// The plane belongs to a grid with cells of 2^level fine cells.
     level: u32,
 }
 
-/// The box of everything, divided evenly.
+/// A regular grid over the bounds of all references.
 struct Grid {
     low: [f64; 3],
     cell: [f64; 3],
@@ -158,18 +162,18 @@ impl Grid {
         Grid { low, cell: [0, 1, 2].map(|a: usize| (f64::from(bounds.max[a]) - low[a]) / cells) }
     }
 
-    /// The coarsest plane that goes through a box; among equals, that across its longest axis.
-    fn coarsest_plane(&self, bounds: &Aabb) -> Option<Plane> {
-        let mut best: Option<(u32, f64, Plane)> = None;
+    /// The coarsest plane through a box; among equals, the one across its longest axis.
+    fn coarsest_plane(&self, bounds: &Aabb) -> Option<SplitPlane> {
+        let mut best: Option<(u32, f64, SplitPlane)> = None;
         for axis in 0..3 {
             let place = |x: f32| (f64::from(x) - self.low[axis]) / self.cell[axis];
-            // Faces of a box that was cut lie on planes, up to rounding: the cells inside of them count.
+            // Sides of a box that was split lie on planes, up to rounding: only cells inside count.
             let low = (place(bounds.min[axis]) + ROUNDING) as u32;
             let high = ((place(bounds.max[axis]) - ROUNDING).max(0.0) as u32).min((1 << GRID_BITS) - 1);
             if low >= high || self.cell[axis] <= 0.0 {
                 continue;
             }
-            // The highest bit in which the cells differ; the plane is where it becomes one.
+            // The highest bit in which the cells differ; the plane is where that bit becomes one.
             let level = (low ^ high).ilog2();
             let at = (self.low[axis] + f64::from(high >> level << level) * self.cell[axis]) as f32;
             if !(bounds.min[axis] < at && at < bounds.max[axis]) {
@@ -177,37 +181,45 @@ impl Grid {
             }
             let length = f64::from(bounds.max[axis]) - f64::from(bounds.min[axis]);
             if best.is_none_or(|(l, longest, _)| (level, length) > (l, longest)) {
-                best = Some((level, length, Plane { axis, at, level }));
+                best = Some((level, length, SplitPlane { axis, at, level }));
             }
         }
         best.map(|(_, _, plane)| plane)
     }
 }
 
-/// Appends references to the parts of a triangle's box after `cuts` cuts.
-fn split(grid: &Grid, whole: &PrimitiveRef, corners: &[[f32; 3]; 3], cuts: u32, out: &mut Vec<PrimitiveRef>) {
-    let mut open = vec![(whole.bounds(), cuts)];
-    while let Some((bounds, cuts)) = open.pop() {
-        let plane = if cuts > 0 { grid.coarsest_plane(&bounds) } else { None };
+/// Appends references to the parts of a triangle's box after `splits` splits.
+fn split(
+    grid: &Grid,
+    whole: &PrimitiveRef,
+    corners: &[[f32; 3]; 3],
+    splits: u32,
+    out: &mut Vec<PrimitiveRef>,
+) {
+    let mut open = vec![(whole.bounds(), splits)];
+    while let Some((bounds, splits)) = open.pop() {
+        let plane = if splits > 0 { grid.coarsest_plane(&bounds) } else { None };
         let Some(plane) = plane else {
             out.push(PrimitiveRef::new(&bounds, whole.index(), whole.geometry()));
             continue;
         };
         let (left, right) = halves(corners, &bounds, plane);
-        // Longer parts get more of the cuts that are left.
+        // Longer parts get more of the remaining splits.
         let length = |b: &Aabb| (0..3).map(|a| b.max[a] - b.min[a]).fold(0.0, f32::max);
         let share = length(&left) / (length(&left) + length(&right));
-        let left_cuts = ((cuts - 1) as f32 * share + 0.5) as u32;
-        for (part, cuts) in [(left, left_cuts.min(cuts - 1)), (right, (cuts - 1).saturating_sub(left_cuts))] {
+        let left_splits = ((splits - 1) as f32 * share + 0.5) as u32;
+        for (part, splits) in
+            [(left, left_splits.min(splits - 1)), (right, (splits - 1).saturating_sub(left_splits))]
+        {
             if !part.is_empty() {
-                open.push((part, cuts));
+                open.push((part, splits));
             }
         }
     }
 }
 
-/// Boxes around what of a triangle is on either side of a plane, inside of `bounds`.
-fn halves(corners: &[[f32; 3]; 3], bounds: &Aabb, Plane { axis, at, .. }: Plane) -> (Aabb, Aabb) {
+/// Bounds of the parts of a triangle on either side of a plane, clipped to `bounds`.
+fn halves(corners: &[[f32; 3]; 3], bounds: &Aabb, SplitPlane { axis, at, .. }: SplitPlane) -> (Aabb, Aabb) {
     let (mut left, mut right) = (Aabb::EMPTY, Aabb::EMPTY);
     for (from, to) in [(0, 1), (1, 2), (2, 0)] {
         let (a, b) = (corners[from], corners[to]);
@@ -227,7 +239,7 @@ fn halves(corners: &[[f32; 3]; 3], bounds: &Aabb, Plane { axis, at, .. }: Plane)
     (intersection(&left, bounds), intersection(&right, bounds))
 }
 
-/// A box around the point where an edge goes through a plane, rounded outwards.
+/// Bounds of the intersection of an edge and a plane, rounded outwards.
 fn crossing(a: [f32; 3], b: [f32; 3], axis: usize, at: f32) -> Aabb {
     let (from, to) = (a.map(f64::from), b.map(f64::from));
     let t = (f64::from(at) - from[axis]) / (to[axis] - from[axis]);
@@ -254,13 +266,13 @@ mod tests {
         PrimitiveRef::new(&bounds, index, 7)
     }
 
-    const CUTTING: Cutting = Cutting { budget: 0.3, waste: Waste::Whole };
+    const SETTINGS: PresplitSettings = PresplitSettings { budget: 0.3, empty: EmptyArea::Whole };
 
     fn cut(
         references: &[PrimitiveRef],
         corners: impl Fn(&PrimitiveRef) -> [[f32; 3]; 3] + Sync,
     ) -> Vec<PrimitiveRef> {
-        Cuts::new(references, |r: &PrimitiveRef| Some(corners(r)), CUTTING).make(references)
+        Presplits::new(references, |r: &PrimitiveRef| Some(corners(r)), SETTINGS).apply(references)
     }
 
     #[test]
@@ -285,8 +297,8 @@ mod tests {
         }
     }
 
-    /// 99 small triangles in the plane of two axes, which fill half of their boxes, and no cut changes that much; and one that
-    /// is large and slanted.
+    /// 99 small triangles in the plane of two axes, which fill half of their boxes, and no cut
+    /// changes that much; and one that is large and slanted.
     fn mixed() -> Vec<[[f32; 3]; 3]> {
         let small = |i: u32| {
             let x = i as f32 * 0.01;
@@ -313,15 +325,16 @@ mod tests {
     fn a_promise_is_nearly_kept() {
         let triangles = mixed();
         let whole = references(&triangles);
-        let cuts = Cuts::new(&whole, |r| Some(triangles[r.index() as usize]), CUTTING);
+        let splits = Presplits::new(&whole, |r| Some(triangles[r.index() as usize]), SETTINGS);
         let sum = |refs: &[PrimitiveRef]| refs.iter().map(|r| area(&r.bounds())).sum::<f64>();
-        let saved = 1.0 - sum(&cuts.make(&whole)) / sum(&whole);
-        let promise = cuts.promise(&whole);
-        assert!(saved > 0.5 && (promise - saved).abs() < 0.2, "{promise} {saved}");
+        let saved = 1.0 - sum(&splits.apply(&whole)) / sum(&whole);
+        let removable_share = splits.removable_share(&whole);
+        assert!(saved > 0.5 && (removable_share - saved).abs() < 0.2, "{removable_share} {saved}");
         // Where all triangles are alike, there is little to gain.
         let alike = references(&triangles[..99]);
-        let promise = Cuts::new(&alike, |r| Some(triangles[r.index() as usize]), CUTTING).promise(&alike);
-        assert!(promise < 0.2, "{promise}");
+        let removable_share =
+            Presplits::new(&alike, |r| Some(triangles[r.index() as usize]), SETTINGS).removable_share(&alike);
+        assert!(removable_share < 0.2, "{removable_share}");
     }
 
     #[test]
@@ -329,12 +342,12 @@ mod tests {
         let floor = [[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 0.0, 9.0]];
         let triangles: Vec<_> = mixed().into_iter().take(99).chain([floor]).collect();
         let whole = references(&triangles);
-        let parts = |waste| {
-            let cutting = Cutting { budget: 0.3, waste };
-            Cuts::new(&whole, |r| Some(triangles[r.index() as usize]), cutting).make(&whole).len()
+        let parts = |empty| {
+            let settings = PresplitSettings { budget: 0.3, empty };
+            Presplits::new(&whole, |r| Some(triangles[r.index() as usize]), settings).apply(&whole).len()
         };
-        assert!(parts(Waste::Whole) > 105);
-        assert_eq!(parts(Waste::BeyondHalf), 100);
+        assert!(parts(EmptyArea::Whole) > 105);
+        assert_eq!(parts(EmptyArea::BeyondHalf), 100);
     }
 
     #[test]
@@ -342,12 +355,13 @@ mod tests {
         let triangles = mixed();
         let whole = references(&triangles);
         let even = |r: &PrimitiveRef| r.index().is_multiple_of(2).then(|| triangles[r.index() as usize]);
-        let parts = Cuts::new(&whole, even, Cutting { budget: 1.0, waste: Waste::Whole }).make(&whole);
+        let parts = Presplits::new(&whole, even, PresplitSettings { budget: 1.0, empty: EmptyArea::Whole })
+            .apply(&whole);
         let count = |index: u32| parts.iter().filter(|r| r.index() == index).count();
         let indices = 0..triangles.len() as u32;
         assert!(indices.clone().any(|i| count(i) > 1), "nothing is cut");
         assert!(indices.filter(|i| i % 2 == 1).all(|i| count(i) == 1));
-        assert_eq!(Cuts::new(&whole, |_| None, CUTTING).promise(&whole), 0.0);
+        assert_eq!(Presplits::new(&whole, |_| None, SETTINGS).removable_share(&whole), 0.0);
     }
 
     #[test]
@@ -355,7 +369,10 @@ mod tests {
         for points in [[[0.0; 3]; 3], [[-3.0e38, 0.0, 0.0], [3.0e38, 1.0, 0.0], [0.0, 3.0e38, 3.0e38]]] {
             let whole = vec![reference(&points, 0); 5];
             assert!(cut(&whole, |_| points).len() >= 5);
-            assert!((0.0..=1.0).contains(&Cuts::new(&whole, |_| Some(points), CUTTING).promise(&whole)));
+            assert!(
+                (0.0..=1.0)
+                    .contains(&Presplits::new(&whole, |_| Some(points), SETTINGS).removable_share(&whole))
+            );
         }
         assert!(cut(&[], |_| SLANTED).is_empty());
     }

@@ -1,9 +1,9 @@
-//! Objects in their places, as shaders read them.
+//! Instances as shaders read them.
 
-use super::EncodedObject;
+use super::object::EncodedObject;
 use crate::aabb::Aabb;
 use crate::build::PrimitiveRef;
-use crate::tlas::{Instance, inverse};
+use crate::bvh::{Instance, inverse};
 use bytemuck::{Pod, Zeroable};
 
 /// Bit of [`EncodedInstance::flags`]: object space is world space.
@@ -11,7 +11,7 @@ pub const INSTANCE_IDENTITY: u32 = 1;
 /// Bit of [`EncodedInstance::flags`]: the primitives are spheres.
 pub const INSTANCE_SPHERES: u32 = 2;
 
-/// What a traversal needs to enter an object.
+/// An instance: what a traversal needs to enter its object.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct EncodedInstance {
@@ -19,22 +19,22 @@ pub struct EncodedInstance {
     pub world_to_object: [[f32; 4]; 3],
     /// The largest magnitude of a coordinate of the object, by axis.
     pub extent: [f32; 3],
-    /// Index of the root node, or `u32::MAX` where there is nothing.
+    /// Index of the root node, or `u32::MAX` if the object is empty.
     pub root: u32,
-    /// Which instance of the scene this is.
+    /// Index of the instance in the scene.
     pub index: u32,
     /// [`INSTANCE_IDENTITY`] and [`INSTANCE_SPHERES`].
     pub flags: u32,
-    /// Nothing.
+    /// Padding.
     pub unused: [u32; 2],
 }
 
 impl EncodedInstance {
-    /// The record of the world itself, whose root is that of the upper level.
+    /// The record of the world, whose root is that of the top level.
     pub(super) fn world(bounds: Aabb) -> EncodedInstance {
         EncodedInstance {
             world_to_object: Instance::IDENTITY,
-            extent: extent(&bounds),
+            extent: bounds.extent(),
             root: if bounds.is_empty() { u32::MAX } else { 0 },
             index: u32::MAX,
             flags: INSTANCE_IDENTITY,
@@ -47,27 +47,27 @@ impl EncodedInstance {
     }
 }
 
-fn extent(b: &Aabb) -> [f32; 3] {
-    [0, 1, 2].map(|a: usize| if b.is_empty() { 0.0 } else { b.min[a].abs().max(b.max[a].abs()) })
-}
-
-/// The records of all instances that can be hit, and references to them by number.
-pub(super) fn place(
+/// The records of all instances that can be hit, and references to them.
+pub(super) fn encode_instances(
     instances: &[Instance],
     objects: &[EncodedObject],
 ) -> (Vec<PrimitiveRef>, Vec<EncodedInstance>) {
     let mut refs = Vec::with_capacity(instances.len());
-    let mut placed = Vec::with_capacity(instances.len());
+    let mut encoded = Vec::with_capacity(instances.len());
     for (index, instance) in (0..).zip(instances) {
         let object = &objects[instance.blas as usize];
         let is_identity = instance.object_to_world == Instance::IDENTITY;
         let Some(world_to_object) = inverse(&instance.object_to_world) else { continue };
-        let bounds = if is_identity { object.bounds } else { object.cover.under(&instance.object_to_world) };
+        let bounds = if is_identity {
+            object.bounds
+        } else {
+            object.tight_bounds.transformed(&instance.object_to_world)
+        };
         let finite = bounds.min.iter().chain(&bounds.max).all(|c| c.is_finite());
         if instance.mask == 0 || object.bounds.is_empty() || !finite {
             continue;
         }
-        refs.push(PrimitiveRef::new(&bounds, placed.len() as u32, 0));
+        refs.push(PrimitiveRef::new(&bounds, encoded.len() as u32, 0));
         let mut flags = 0;
         if is_identity {
             flags |= INSTANCE_IDENTITY;
@@ -75,8 +75,8 @@ pub(super) fn place(
         if object.has_spheres {
             flags |= INSTANCE_SPHERES;
         }
-        let (extent, root) = (extent(&object.bounds), object.root);
-        placed.push(EncodedInstance { world_to_object, extent, root, index, flags, unused: [0; 2] });
+        let (extent, root) = (object.bounds.extent(), object.root);
+        encoded.push(EncodedInstance { world_to_object, extent, root, index, flags, unused: [0; 2] });
     }
-    (refs, placed)
+    (refs, encoded)
 }

@@ -1,49 +1,52 @@
-//! Eight boxes in a cache line of 128 bytes.
+//! Encoded nodes: eight boxes in 128 bytes.
 //!
-//! Method: Ylitie, Karras and Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", HPG 2017;
-//! but faces are numbers of eleven bits and not of eight, written as floats of sixteen. Where the paper's 80 bytes save
-//! bandwidth, a traversal is bound by arithmetic on the chips that were measured, and half of that took bytes apart.
-//! A pair of small floats becomes a pair of ordinary ones in one instruction each, on units that were idle.
+//! Method: Ylitie, Karras and Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed
+//! Wide BVHs", HPG 2017. Planes have eleven bits instead of eight and are stored as 16-bit floats.
+//! The paper's 80 bytes save bandwidth, but traversal on the measured GPUs is bound by arithmetic,
+//! half of it for unpacking bytes. A pair of 16-bit floats is converted in one instruction.
 
 use crate::aabb::Aabb;
 use crate::layout::{EMPTY, LEAF, Node, WIDTH, leaf_index};
 use bytemuck::{Pod, Zeroable};
 
-/// Most primitives below one slot of a node: they are counted in three bits.
+/// Most primitives of a leaf: the node has three bits to count them.
 pub(crate) const MAX_LEAF: usize = 3;
 
-/// A node as shaders read it: up to eight children in numbered slots, their boxes on a grid of 2049³ points.
+/// A node as shaders read it: up to eight children in numbered slots, with boxes on a grid of 2049³
+/// points.
 ///
-/// A child's slot tells where it lies: bit 0 of the slot's number is set on the side of larger x, bit 1 for y, bit 2
-/// for z, as far as that can be arranged. So a ray finds a good order of visits from the signs of its direction alone.
+/// The slot of a child encodes its position: bit 0 of the slot is set on the side of larger x, bit
+/// 1 for y, bit 2 for z, as far as possible. The signs of a ray's direction then give a good visit
+/// order.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct EncodedNode {
     /// The grid's lowest corner, in the space of the structure.
     pub origin: [f32; 3],
-    /// The grid's spacing along x, y and z: powers of two, as the exponent bits of an `f32`.
+    /// The grid's spacing along x, y and z, a power of two, as the exponent bits of an `f32`.
     pub exponents: [u8; 3],
     /// Bit `s` is set if slot `s` holds a node.
     pub inner: u8,
-    /// Index of the first child that is a node; the others follow in the order of their slots.
+    /// Index of the first child that is a node; the others follow in slot order.
     pub first_child: u32,
-    /// Index of the first primitive (of the first instance, in the upper level) in the children.
+    /// Index of the first primitive below, or of the first instance in the top level.
     pub first_primitive: u32,
-    /// By slot. Zero: empty. A node: `0b001_11000 | slot`. A leaf: its primitives counted by set bits in the upper three,
-    /// and the number of its first one, relative to `first_primitive`, in the lower five.
+    /// By slot. Zero: empty. A node: `0b001_11000 | slot`. A leaf: in the upper three bits, one set
+    /// bit for each primitive; in the lower five, its first primitive relative to
+    /// `first_primitive`.
     ///
-    /// The upper bits, shifted left by the lower five, tell what a hit of the box makes a ray visit: bits 0 to 23
-    /// for primitives, bits 24 to 31 for nodes.
+    /// The upper bits, shifted left by the lower five, are what a ray visits if it hits the box:
+    /// bits 0 to 23 for primitives, bits 24 to 31 for nodes.
     pub meta: [u8; WIDTH],
-    /// Faces of the boxes by axis, then low and high, then slot, in grid steps from `origin`: whole numbers from 0 to
-    /// `STEPS` as floats of sixteen bits, which hold them exactly.
+    /// Planes of the boxes by axis, then low and high, then slot, in grid steps from `origin`:
+    /// integers from 0 to `STEPS`, which 16-bit floats represent exactly.
     pub planes: [[[u16; WIDTH]; 2]; 3],
 }
 
-/// Steps of a grid along each axis: the last whole number up to which floats of sixteen bits have them all.
+/// Grid steps along each axis: 16-bit floats represent all integers up to this one.
 const STEPS: u16 = 2048;
 
-/// The bits of a whole number up to [`STEPS`] as a float of sixteen bits.
+/// An integer up to [`STEPS`] as the bits of a 16-bit float.
 fn half_float(step: u16) -> u16 {
     if step == 0 {
         return 0;
@@ -52,20 +55,20 @@ fn half_float(step: u16) -> u16 {
     (exponent + 15) << 10 | (step << (11 - exponent) >> 1 & 0x3FF)
 }
 
-/// The whole number with these bits of a float of sixteen bits.
+/// The integer that the bits of a 16-bit float represent.
 pub(super) fn whole_number(half: u16) -> u16 {
     let exponent = (half >> 10).saturating_sub(15);
     let with_leading_bit = u32::from(half & 0x3FF | 0x400);
     if half == 0 { 0 } else { (with_leading_bit << exponent >> 10) as u16 }
 }
 
-/// Which child of a node is in which slot; [`EMPTY_SLOT`] for none.
+/// The child in each slot, or [`EMPTY_SLOT`].
 pub(super) type Slots = [u8; WIDTH];
 
-/// A slot that holds nothing.
+/// Marks an empty slot.
 pub(super) const EMPTY_SLOT: u8 = WIDTH as u8;
 
-/// Gives each child the slot that fits where it lies: the best pair first, then the best of what is left.
+/// Assigns slots by position, greedily: the best pair of child and slot first.
 pub(super) fn assign_slots(node: &Node) -> Slots {
     let count = node.children.iter().take_while(|&&c| c != EMPTY).count();
     let mut slots = [EMPTY_SLOT; WIDTH];
@@ -80,7 +83,7 @@ pub(super) fn assign_slots(node: &Node) -> Slots {
     }
     let (mut children_left, mut slots_left) = ((1u32 << count) - 1, 0xFFu32);
     while children_left != 0 {
-        // Coordinates near the end of the range of floats may not compare: then any free slot will do.
+        // Coordinates near the limits of floats may give NaN. Then any free slot is correct.
         let mut best = (f32::NEG_INFINITY, children_left.trailing_zeros(), slots_left.trailing_zeros());
         for child in (0..count as u32).filter(|c| children_left >> c & 1 == 1) {
             for slot in (0..8).filter(|s| slots_left >> s & 1 == 1) {
@@ -111,7 +114,8 @@ impl Grid {
         let size = f64::from(high) - f64::from(low);
         let mut exponent = 1u8;
         if size > 0.0 {
-            // The exponent bits of the spacing that would do, and one more if that was no power of two.
+            // The exponent bits of the spacing that would do, and one more if that was no power of
+            // two.
             let steps = f64::from(STEPS);
             let estimate = ((size / steps).to_bits() >> 52) as i64 - 1023 + 127;
             exponent = estimate.clamp(1, 253) as u8;
@@ -150,7 +154,8 @@ fn spacing(exponent: u8) -> f64 {
     f64::from(f32::from_bits(u32::from(exponent) << 23))
 }
 
-/// Encodes a node whose children are in `slots`. `leaf_count` tells how many primitives a leaf has.
+/// Encodes a node whose children are in `slots`. `leaf_count` returns the number of primitives of a
+/// leaf.
 pub(super) fn encode(
     node: &Node,
     slots: &Slots,
@@ -185,7 +190,7 @@ pub(super) fn encode(
 }
 
 impl EncodedNode {
-    /// The box of a slot as the grid has it, in double precision: low and high corner.
+    /// The box of a slot on the grid, in double precision: low and high corner.
     pub fn bounds(&self, slot: usize) -> [[f64; 3]; 2] {
         let at = |a: usize, half: u16| {
             f64::from(self.origin[a]) + f64::from(whole_number(half)) * spacing(self.exponents[a])
@@ -196,7 +201,7 @@ impl EncodedNode {
         ]
     }
 
-    /// Whether the box of a slot has `b` inside.
+    /// Whether the box of a slot contains `b`.
     pub fn contains(&self, slot: usize, b: &Aabb) -> bool {
         let [low, high] = self.bounds(slot);
         (0..3).all(|a| low[a] <= f64::from(b.min[a]) && f64::from(b.max[a]) <= high[a])

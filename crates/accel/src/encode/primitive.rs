@@ -1,16 +1,17 @@
 //! Triangles and spheres as shaders read them.
 
-use crate::blas::{Geometry, Sphere};
+use crate::bvh::{Geometry, Sphere};
 use bytemuck::{Pod, Zeroable};
 
 /// Bit of [`EncodedPrimitive::owner`]: a sphere.
 pub const OWNER_SPHERE: u32 = 1 << 31;
 
-/// A triangle's corners, or a sphere, and its numbers: all that a ray needs, in three loads of sixteen bytes.
+/// The corners of a triangle, or a sphere, with its numbers, in three loads of sixteen bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct EncodedPrimitive {
-    /// First corner of a triangle; centre of a sphere. In object space, or where instances are joined in the world.
+    /// First corner of a triangle; centre of a sphere. In object space, or in world space if
+    /// instances are flattened.
     pub a: [f32; 3],
     /// Number of the primitive in its object.
     pub primitive: u32,
@@ -20,7 +21,8 @@ pub struct EncodedPrimitive {
     pub geometry: u32,
     /// Third corner; zeros.
     pub c: [f32; 3],
-    /// In a scene whose instances are joined: which of them it belongs to, with [`OWNER_SPHERE`] if it is a sphere. Else nothing.
+    /// If instances are flattened: the index of the instance, with [`OWNER_SPHERE`] for spheres.
+    /// Otherwise zero.
     pub owner: u32,
 }
 

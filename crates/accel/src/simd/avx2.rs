@@ -2,7 +2,7 @@
 
 use super::pair::Pair;
 use super::ymm::{ymm_arithmetic, ymm_operations};
-use super::{Arithmetic, Part, Simd};
+use super::{Arithmetic, Outlined, Simd};
 use crate::layout::WIDTH;
 use std::arch::x86_64::*;
 
@@ -113,7 +113,8 @@ impl Simd for Avx2 {
         // SAFETY: `self` proves that the instructions exist.
         unsafe {
             let mut x = keys;
-            // Bitonic network: each stage compares every lane with a partner and leaves the larger key in the lower lane.
+            // Bitonic network: each stage compares every lane with a partner and leaves the larger
+            // key in the lower lane.
             let y = _mm256_shuffle_epi32::<0b10_11_00_01>(x);
             x = _mm256_blend_epi32::<0b10101010>(_mm256_max_epi32(x, y), _mm256_min_epi32(x, y));
             let y = _mm256_shuffle_epi32::<0b00_01_10_11>(x);
@@ -137,25 +138,13 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn and_not(self, a: __m256, b: __m256) -> __m256 {
-        // SAFETY: `self` proves that the instructions exist.
-        unsafe { _mm256_andnot_ps(b, a) }
-    }
-
-    #[inline(always)]
-    fn mask(self, bits: u32) -> __m256 {
-        // SAFETY: `self` proves that the instructions exist.
-        unsafe { _mm256_castsi256_ps(self.load_u(&super::LANES[(bits & 255) as usize])) }
-    }
-
-    #[inline(always)]
-    fn call(self, part: impl Part<Self>) {
+    fn call(self, outlined: impl Outlined<Self>) {
         #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
         #[inline(never)]
-        fn compiled(s: Avx2, part: impl Part<Avx2>) {
-            part.run(s);
+        fn compiled(s: Avx2, outlined: impl Outlined<Avx2>) {
+            outlined.run(s);
         }
         // SAFETY: `self` proves that the instructions exist.
-        unsafe { compiled(self, part) };
+        unsafe { compiled(self, outlined) };
     }
 }

@@ -2,7 +2,7 @@
 
 use super::ymm::{ymm_arithmetic, ymm_operations};
 use super::zmm::Avx512Sixteen;
-use super::{Arithmetic, Part, Simd};
+use super::{Arithmetic, Outlined, Simd};
 use crate::layout::WIDTH;
 use std::arch::x86_64::*;
 use std::hint::black_box;
@@ -10,8 +10,9 @@ use std::hint::black_box;
 /// Proof that the processor has AVX-512 F, VL, DQ and BW.
 #[derive(Clone, Copy)]
 pub(crate) struct Avx512 {
-    /// Lanes that get the smaller key in a stage of the sorting network: every second one, every second pair, the upper half. The compiler
-    /// must not know them: it would make blends of what masked instructions do on the way.
+    /// Lanes that get the smaller key in a stage of the sorting network: every second lane, every
+    /// second pair, the upper half. `black_box` hides their values from the compiler, which would
+    /// otherwise replace masked instructions by slower blends.
     odd: __mmask8,
     pairs: __mmask8,
     upper: __mmask8,
@@ -125,7 +126,8 @@ impl Simd for Avx512 {
         // SAFETY: `self` proves that the instructions exist.
         unsafe {
             let mut x = keys;
-            // Bitonic network: each stage compares every lane with a partner and leaves the larger key in the lower lane.
+            // Bitonic network: each stage compares every lane with a partner and leaves the larger
+            // key in the lower lane.
             let y = _mm256_shuffle_epi32::<0b10_11_00_01>(x);
             x = _mm256_mask_min_epi32(_mm256_max_epi32(x, y), self.odd, x, y);
             let y = _mm256_shuffle_epi32::<0b00_01_10_11>(x);
@@ -149,23 +151,13 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
-    fn and_not(self, a: __mmask8, b: __mmask8) -> __mmask8 {
-        a & !b
-    }
-
-    #[inline(always)]
-    fn mask(self, bits: u32) -> __mmask8 {
-        bits as __mmask8
-    }
-
-    #[inline(always)]
-    fn call(self, part: impl Part<Self>) {
+    fn call(self, outlined: impl Outlined<Self>) {
         #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
         #[inline(never)]
-        fn compiled(s: Avx512, part: impl Part<Avx512>) {
-            part.run(s);
+        fn compiled(s: Avx512, outlined: impl Outlined<Avx512>) {
+            outlined.run(s);
         }
         // SAFETY: `self` proves that the instructions exist.
-        unsafe { compiled(self, part) };
+        unsafe { compiled(self, outlined) };
     }
 }

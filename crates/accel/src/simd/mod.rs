@@ -1,7 +1,8 @@
-//! Eight lanes at a time, on every instruction set that the kernels know.
+//! SIMD operations on eight lanes, for every instruction set that traversal is compiled for.
 //!
-//! A type that implements [`Simd`] is also the proof that the processor can execute it: it is only made by
-//! [`Kernel`](crate::Kernel) dispatch, inside of a function that enables the instruction set. So its methods are safe.
+//! A value of a type that implements [`Simd`] proves that the processor has the instructions. Such
+//! values are only made inside functions that enable the instruction set, after a check of
+//! [`InstructionSet`]. Therefore the methods are safe.
 
 #[cfg(target_arch = "x86_64")]
 pub(crate) mod avx2;
@@ -14,20 +15,23 @@ mod ymm;
 #[cfg(target_arch = "x86_64")]
 mod zmm;
 
+pub(crate) mod float4;
+mod instruction_set;
 mod pair;
-pub(crate) mod quad;
+
+pub use instruction_set::InstructionSet;
 
 use crate::layout::WIDTH;
 
-/// `f32` or `u32` lanes, however many.
+/// Arithmetic on vectors of `f32` and `u32`, of any number of lanes.
 ///
 /// `min` and `max` return the second operand if either is NaN. Comparisons with NaN are false.
 pub(crate) trait Arithmetic: Copy {
-    /// As many `f32` as there are lanes.
+    /// A vector of `f32`.
     type F: Copy;
-    /// As many `u32`.
+    /// A vector of `u32`.
     type U: Copy;
-    /// As many truth values.
+    /// A mask: one truth value a lane.
     type M: Copy;
 
     fn splat(self, x: f32) -> Self::F;
@@ -51,20 +55,20 @@ pub(crate) trait Arithmetic: Copy {
     fn bits(self, m: Self::M) -> u32;
     /// `b` where the mask is set, `a` elsewhere.
     fn select(self, m: Self::M, a: Self::F, b: Self::F) -> Self::F;
-    /// The same bits as numbers.
+    /// The bits of integers as floats.
     fn bits_as_f(self, x: Self::U) -> Self::F;
     fn splat_u(self, x: u32) -> Self::U;
     /// `b` where the mask is set, `a` elsewhere.
     fn select_u(self, m: Self::M, a: Self::U, b: Self::U) -> Self::U;
 }
 
-/// Eight lanes, which may lie in memory, be sorted and change places.
+/// Vectors of eight lanes: memory access, sorting and permutations.
 pub(crate) trait Simd: Arithmetic {
-    /// Twice as many lanes.
+    /// The type for vectors of sixteen lanes.
     type Sixteen: Sixteen<Self>;
 
     fn sixteen(self) -> Self::Sixteen;
-    /// Lane `j` of vector `i` becomes lane `i` of vector `j`.
+    /// The transposed 8×8 matrix: lane `j` of vector `i` becomes lane `i` of vector `j`.
     fn transposed(self, rows: [Self::F; WIDTH]) -> [Self::F; WIDTH];
     fn load(self, x: &[f32; WIDTH]) -> Self::F;
     fn store(self, x: Self::F, to: &mut [f32; WIDTH]);
@@ -73,36 +77,35 @@ pub(crate) trait Simd: Arithmetic {
     fn least(self, a: Self::F) -> f32;
     fn load_u(self, x: &[u32; WIDTH]) -> Self::U;
     fn store_u(self, x: Self::U, to: &mut [u32; WIDTH]);
-    /// Lane `i` of the result is the lane of `table` that the low three bits of lane `i` of `index` name.
+    /// Lane `i` of the result is the lane of `table` that the low three bits of lane `i` of `index`
+    /// name.
     fn permute(self, table: Self::U, index: Self::U) -> Self::U;
-    /// Sort keys: the bits of the distance (not negative) with the lane in the low three bits where the mask is set,
-    /// `u32::MAX` elsewhere.
+    /// Sort keys: the bits of the distance (not negative) with the lane in the low three bits where
+    /// the mask is set, `u32::MAX` elsewhere.
     fn keys(self, distance: Self::F, m: Self::M) -> Self::U;
     /// The smallest key, as an unsigned number.
     fn least_key(self, keys: Self::U) -> u32;
     /// The keys as signed numbers in descending order: those of lanes that were not set come last.
     fn sorted(self, keys: Self::U) -> Self::U;
-    /// Asks for the `N` cache lines from `first` on, where there is an instruction for that. No one looks at what `first` points
-    /// to, and nothing need be there.
+    /// Prefetches `N` cache lines from `first` on, where there is an instruction for it. The
+    /// address is never dereferenced and may be invalid.
     #[inline(always)]
     fn prefetch<const N: usize>(self, _first: *const u8) {}
     /// Moves the lanes that are set in `bits` (`m` as bits) to the front. The others are undefined.
     fn compress(self, x: Self::U, m: Self::M, bits: u32) -> Self::U;
-    /// `a` where `b` is not set.
-    fn and_not(self, a: Self::M, b: Self::M) -> Self::M;
-    /// Lane `i` is set if bit `i` of the lowest eight is.
-    fn mask(self, bits: u32) -> Self::M;
-    /// Calls a part of a kernel, which is compiled for these instructions.
-    fn call(self, part: impl Part<Self>);
+    /// Calls a function that is compiled for this instruction set and not inlined.
+    fn call(self, part: impl Outlined<Self>);
 }
 
-/// A part of a kernel that is worth a call, so that the registers of the rest are not its concern.
-pub(crate) trait Part<S: Simd> {
-    /// Does it. To be inlined always: on its own it would not be compiled for the instructions.
+/// A piece of a kernel that is called instead of inlined, so that it does not compete with its
+/// caller for registers.
+pub(crate) trait Outlined<S: Simd> {
+    /// The function body. Implementations must be `#[inline(always)]`; otherwise they are compiled
+    /// without the instruction set.
     fn run(self, s: S);
 }
 
-/// Sixteen lanes: for arithmetic that many rays go through alike.
+/// Vectors of sixteen lanes, for arithmetic on sixteen rays at once.
 pub(crate) trait Sixteen<Half: Arithmetic>: Arithmetic {
     /// Lanes 0 to 7 and lanes 8 to 15.
     fn join(self, halves: [Half::F; 2]) -> Self::F;
@@ -110,11 +113,11 @@ pub(crate) trait Sixteen<Half: Arithmetic>: Arithmetic {
     fn halves_u(self, x: Self::U) -> [Half::U; 2];
 }
 
-/// Asks for the cache line that `place` points to, if it does; on any processor.
+/// Prefetches the cache line at `place`, which may be an invalid address.
 #[inline(always)]
 pub(crate) fn prefetch<T>(place: *const T) {
     #[cfg(target_arch = "x86_64")]
-    // SAFETY: all processors of this architecture have the instruction. It reads nothing, and may be given any address.
+    // SAFETY: SSE is part of x86-64. The instruction accepts any address.
     unsafe {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
         _mm_prefetch::<_MM_HINT_T0>(place.cast());
@@ -122,22 +125,6 @@ pub(crate) fn prefetch<T>(place: *const T) {
     #[cfg(not(target_arch = "x86_64"))]
     let _ = place;
 }
-
-/// For each mask of eight bits, all bits of the lanes that are set.
-#[cfg(target_arch = "x86_64")]
-pub(crate) static LANES: [[u32; WIDTH]; 256] = {
-    let mut table = [[0; WIDTH]; 256];
-    let mut mask = 0;
-    while mask < 256 {
-        let mut bit = 0;
-        while bit < WIDTH {
-            table[mask][bit] = if mask & (1 << bit) != 0 { u32::MAX } else { 0 };
-            bit += 1;
-        }
-        mask += 1;
-    }
-    table
-};
 
 /// For each mask of eight bits, the positions of its set bits, lowest first.
 #[cfg_attr(target_arch = "x86_64", allow(dead_code))]

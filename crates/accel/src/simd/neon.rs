@@ -1,7 +1,7 @@
 //! Eight lanes as two times four, with Arm's Advanced SIMD.
 
 use super::pair::Pair;
-use super::{Arithmetic, Part, SET_BITS, Simd};
+use super::{Arithmetic, Outlined, SET_BITS, Simd};
 use crate::layout::WIDTH;
 use std::arch::aarch64::*;
 
@@ -269,24 +269,13 @@ impl Simd for Neon {
     }
 
     #[inline(always)]
-    fn and_not(self, a: Self::M, b: Self::M) -> Self::M {
-        halves!(vbicq_u32, a, b)
-    }
-
-    #[inline(always)]
-    fn mask(self, bits: u32) -> Self::M {
-        let lanes = self.load_u(&[1, 2, 4, 8, 16, 32, 64, 128]);
-        halves!(vtstq_u32, self.splat_u(bits), lanes)
-    }
-
-    #[inline(always)]
-    fn call(self, part: impl Part<Self>) {
+    fn call(self, outlined: impl Outlined<Self>) {
         #[target_feature(enable = "neon")]
         #[inline(never)]
-        fn compiled(s: Neon, part: impl Part<Neon>) {
-            part.run(s);
+        fn compiled(s: Neon, outlined: impl Outlined<Neon>) {
+            outlined.run(s);
         }
         // SAFETY: `self` proves that the instructions exist.
-        unsafe { compiled(self, part) };
+        unsafe { compiled(self, outlined) };
     }
 }

@@ -1,12 +1,12 @@
-//! Sixteen lanes as two times eight.
+//! Vectors of sixteen lanes as pairs of vectors of eight.
 
 use super::{Arithmetic, Sixteen};
 
-/// Does everything twice.
+/// Applies every operation to both halves.
 #[derive(Clone, Copy)]
 pub(crate) struct Pair<S>(pub S);
 
-// No closures around vector operations: see `kernel::leaves`.
+// No closures around vector operations: they are compiled without the caller's instruction set.
 impl<S: Arithmetic> Arithmetic for Pair<S> {
     type F = [S::F; 2];
     type U = [S::U; 2];

@@ -1,6 +1,6 @@
-//! What AVX2 and AVX-512 do alike with eight lanes in a `ymm` register.
+//! Operations on `ymm` registers that AVX2 and AVX-512 have in common.
 
-/// The methods of [`super::Arithmetic`] that are the same for both. The invoking module has the intrinsics in scope.
+/// Common methods of [`super::Arithmetic`]. The invoking module has the intrinsics in scope.
 macro_rules! ymm_arithmetic {
     () => {
         #[inline(always)]
@@ -71,7 +71,7 @@ macro_rules! ymm_arithmetic {
     };
 }
 
-/// The same for [`super::Simd`].
+/// Common methods of [`super::Simd`].
 macro_rules! ymm_operations {
     () => {
         #[inline(always)]

@@ -1,7 +1,7 @@
 //! Random scenes, and the answer of a loop over all primitives.
 #![allow(dead_code, reason = "each test uses some of this")]
 
-use accel::{Blas, Hit, HitFilter, Instance, Kernel, MISS, Ray, Sphere, Tlas};
+use accel::{Blas, Hit, HitFilter, Instance, InstructionSet, MISS, Ray, Sphere, Tlas};
 use optics::intersect::{intersect_sphere, intersect_triangle, ray_shear};
 use wgsl_rs::std::vec3f;
 
@@ -141,8 +141,8 @@ pub fn transform(m: &[[f32; 4]; 3], p: [f32; 3]) -> [f32; 3] {
     m.map(|r| r[0] * p[0] + r[1] * p[1] + r[2] * p[2] + r[3])
 }
 
-/// Whether `actual` is the nearest hit, or one at the same distance up to rounding. Grazing hits within rounding of an
-/// edge may differ: the caller counts how often this is false.
+/// Whether `actual` is the nearest hit, or one at the same distance up to rounding. Grazing hits
+/// within rounding of an edge may differ: the caller counts how often this is false.
 pub fn same_hit(expected: &Hit, actual: &Hit) -> bool {
     if expected.is_miss() || actual.is_miss() {
         return expected.is_miss() && actual.is_miss();
@@ -152,21 +152,21 @@ pub fn same_hit(expected: &Hit, actual: &Hit) -> bool {
     close && (!same || ((expected.u - actual.u).abs() < 1e-2 && (expected.v - actual.v).abs() < 1e-2))
 }
 
-/// Compares every kernel with the loop over everything.
+/// Compares every instruction set with the loop over everything.
 pub fn check<F: HitFilter>(tlas: &mut Tlas, all: &Everything, rays: &[Ray], filter: &F) {
     let expected: Vec<Hit> = rays.iter().map(|r| all.closest(r, filter)).collect();
-    for kernel in Kernel::available() {
-        tlas.set_kernel(kernel);
+    for isa in InstructionSet::available() {
+        tlas.set_instruction_set(isa);
         check_one(tlas, all, rays, &expected, filter);
     }
 }
 
 fn check_one<F: HitFilter>(tlas: &Tlas, all: &Everything, rays: &[Ray], expected: &[Hit], filter: &F) {
-    let kernel = tlas.kernel();
+    let isa = tlas.instruction_set();
     let mut differ = 0;
     for (ray, e) in rays.iter().zip(expected) {
         let hit = tlas.closest(ray, filter);
-        assert!(!hit.t.is_nan() && !hit.u.is_nan() && !hit.v.is_nan(), "{kernel:?}: {hit:?}");
+        assert!(!hit.t.is_nan() && !hit.u.is_nan() && !hit.v.is_nan(), "{isa:?}: {hit:?}");
         if !same_hit(e, &hit) {
             differ += 1;
         }
@@ -175,22 +175,18 @@ fn check_one<F: HitFilter>(tlas: &Tlas, all: &Everything, rays: &[Ray], expected
         }
     }
     // Rays that graze an edge may see it or not; nothing else may differ.
-    assert!(differ * 1000 <= rays.len(), "{kernel:?}: {differ} of {} rays differ", rays.len());
+    assert!(differ * 1000 <= rays.len(), "{isa:?}: {differ} of {} rays differ", rays.len());
     for coherence in [accel::Coherence::Incoherent, accel::Coherence::Coherent] {
         let mut hits = vec![MISS; rays.len()];
         tlas.closest_stream(rays, &mut hits[..], filter, coherence);
         let differ = hits.iter().zip(expected).filter(|(h, e)| !same_hit(e, h)).count();
-        assert!(
-            differ * 1000 <= rays.len(),
-            "{kernel:?} {coherence:?}: {differ} of {} rays differ",
-            rays.len()
-        );
+        assert!(differ * 1000 <= rays.len(), "{isa:?} {coherence:?}: {differ} of {} rays differ", rays.len());
         let mut any = vec![false; rays.len()];
         tlas.any_stream(rays, &mut any, filter, coherence);
         let differ = any.iter().zip(expected).filter(|&(&a, e)| a == e.is_miss()).count();
         assert!(
             differ * 1000 <= rays.len(),
-            "{kernel:?} {coherence:?} any: {differ} of {} rays differ",
+            "{isa:?} {coherence:?} any: {differ} of {} rays differ",
             rays.len()
         );
     }

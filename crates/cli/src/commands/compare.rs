@@ -1,7 +1,7 @@
 //! `alhazen compare`: how far a picture is from a reference.
 
-use crate::console::{print_error, print_result};
-use alhazen::{Image, metrics};
+use crate::console::{print_error, print_result, say};
+use alhazen::{Image, ProtectedFiles, metrics};
 use anyhow::{Context, ensure};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -66,7 +66,7 @@ pub fn run(args: &CompareArgs) -> ExitCode {
     match compare(args) {
         Ok(reasons) if reasons.is_empty() => ExitCode::SUCCESS,
         Ok(reasons) => {
-            reasons.iter().for_each(|reason| eprintln!("{reason}"));
+            reasons.iter().for_each(|reason| say!("{reason}"));
             ExitCode::from(DIFFERENT)
         }
         Err(error) => {
@@ -86,6 +86,7 @@ fn compare(args: &CompareArgs) -> anyhow::Result<Vec<String>> {
     let actual = open(&args.actual, "the picture")?;
     if let Some(path) = &args.difference {
         // Before anything can fail for values that are no numbers: this picture shows where they are.
+        ProtectedFiles::new([&args.reference, &args.actual]).check(path)?;
         metrics::difference_picture(&reference, &actual, 0.1)?.write_png_encoded(path)?;
     }
     let measured = measure(&reference, &actual, args.exposure)?;
@@ -145,7 +146,7 @@ fn as_json(m: &Measured, reasons: &[String]) -> String {
 
 fn parse_limit(text: &str) -> anyhow::Result<f64> {
     let value: f64 = text.parse()?;
-    ensure!(value >= 0.0, "expected a number that is not negative");
+    ensure!(value >= 0.0 && value.is_finite(), "expected a number that is not negative");
     Ok(value)
 }
 
@@ -172,7 +173,12 @@ mod tests {
 
     #[test]
     fn limits_are_checked() {
-        assert!(parse_limit("-1").is_err() && parse_limit("nan").is_err() && parse_limit("0").is_ok());
+        assert!(
+            parse_limit("-1").is_err()
+                && parse_limit("inf").is_err()
+                && parse_limit("nan").is_err()
+                && parse_limit("0").is_ok()
+        );
         assert!(
             parse_exposure("0").is_err() && parse_exposure("inf").is_err() && parse_exposure("2").is_ok()
         );

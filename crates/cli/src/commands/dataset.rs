@@ -1,9 +1,9 @@
 //! `alhazen dataset`: pictures, exact layers and annotations from a list of poses.
 
-use crate::console::{print_report, print_result};
-use alhazen::{
-    BackendChoice, Control, Job, Limits, LoadOptions, Renderer, RendererOptions, add_daylight_if_dark,
-};
+use crate::console::{print_report, print_result, say};
+use crate::exit::Exit;
+use crate::interrupt::cancel_on_signal;
+use alhazen::{BackendChoice, Job, Limits, ProtectedFiles, Renderer, RendererOptions, add_daylight_if_dark};
 use anyhow::Context;
 use sensors::dataset::{Dataset, Poses};
 use std::collections::BTreeMap;
@@ -34,6 +34,8 @@ pub struct DatasetArgs {
     /// Parameter of the scene, as NAME=VALUE. May be given several times.
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = super::parse_parameter)]
     parameters: Vec<(String, String)>,
+    #[command(flatten)]
+    loading: super::loading::LoadingArgs,
     /// Samples per pixel [default: what the scene says, or 64].
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
@@ -44,7 +46,7 @@ pub struct DatasetArgs {
     #[arg(long, value_name = "NAME", default_value_t = BackendChoice::Auto)]
     backend: BackendChoice,
     /// Number of threads [default: all cores].
-    #[arg(long)]
+    #[arg(long, value_parser = super::render::parsing::parse_threads)]
     threads: Option<usize>,
     /// No progress, no report.
     #[arg(short, long)]
@@ -57,13 +59,19 @@ pub fn run(args: &DatasetArgs) -> anyhow::Result<()> {
     let categories: BTreeMap<String, String> = match &args.categories {
         Some(path) => {
             let text =
-                std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+                std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()));
+            let text = text.map_err(|error| Exit::Input.with(error))?;
             serde_json::from_str(&text)
-                .with_context(|| format!("{} is no list of categories", path.display()))?
+                .with_context(|| format!("{} is no list of categories", path.display()))
+                .map_err(|error| Exit::Input.with(error))?
         }
         None => BTreeMap::new(),
     };
-    let mut loaded = super::load_scene(&args.scene, &args.parameters, &LoadOptions::default())?;
+    let options = args.loading.options();
+    let mut loaded = super::load_scene(&args.scene, &args.parameters, &options)?;
+    let mut inputs = ProtectedFiles::new(options.files_read.list());
+    inputs.extend(std::iter::once(&args.poses).chain(&args.categories));
+    Dataset::files(&args.output, poses.poses.len()).try_for_each(|path| inputs.check(&path))?;
     add_daylight_if_dark(&mut loaded.scene, &mut loaded.report);
     if !args.quiet {
         print_report(&loaded.report, false);
@@ -78,10 +86,10 @@ pub fn run(args: &DatasetArgs) -> anyhow::Result<()> {
     let dataset = Dataset { scene: loaded.scene, poses, categories, job, limits };
     let tell = |number: usize| {
         if !args.quiet {
-            eprintln!("{} of {count}", number + 1);
+            say!("{} of {count}", number + 1);
         }
     };
-    let exported = dataset.export(&args.output, &mut renderer, &Control::new(), tell)?;
+    let exported = dataset.export(&args.output, &mut renderer, &cancel_on_signal(), tell)?;
     let (images, annotations, place) = (exported.images, exported.annotations, args.output.display());
     print_result(&format!("{images} pictures with {annotations} annotations in {place}\n"))
 }

@@ -25,6 +25,8 @@ pub struct InfoArgs {
     /// Go on without what the file requires but Alhazen does not know.
     #[arg(long)]
     lenient: bool,
+    #[command(flatten)]
+    loading: super::loading::LoadingArgs,
     /// Print everything as JSON.
     #[arg(long)]
     json: bool,
@@ -32,12 +34,25 @@ pub struct InfoArgs {
 
 /// Loads the scene and prints what is in it.
 pub fn run(args: &InfoArgs) -> anyhow::Result<()> {
-    let options = LoadOptions { lenient: args.lenient, ..LoadOptions::default() };
+    let options =
+        LoadOptions { lenient: args.lenient, ..args.loading.options_within(most_memory(&args.scene)) };
     let loaded = super::load_scene(&args.scene, &args.parameters, &options)?;
     let tables = SceneTables::build(&loaded.scene);
-    let text =
-        if args.json { format!("{}\n", as_json(&loaded, &tables)) } else { as_text(&loaded, &tables)? };
+    let text = if args.json {
+        format!("{}\n", as_json(&loaded, &tables))
+    } else {
+        as_text(&loaded, &tables)?.lines().map(|line| format!("{}\n", alhazen::plain(line))).collect()
+    };
     print_result(&text)
+}
+
+/// What looking at a scene may take, in bytes: a small file is not looked at for long, whatever it asks for.
+fn most_memory(scene: &str) -> u64 {
+    const FREE: u64 = 768 << 20;
+    const PER_BYTE: u64 = 64;
+    let size = std::fs::metadata(scene).map_or(0, |metadata| metadata.len());
+    // What a larger file refers to may be larger still.
+    if size < 1 << 20 { FREE } else { FREE.saturating_add(size.saturating_mul(PER_BYTE)) }
 }
 
 /// How many there are of what.

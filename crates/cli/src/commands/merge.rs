@@ -2,8 +2,10 @@
 
 use super::render::{check_output, frame_path};
 use super::tone::ToneArgs;
-use alhazen::{Coverage, Merger, Part, finish, output, tone_of};
-use anyhow::{Context, ensure};
+use crate::console::{keep_each, say};
+use crate::exit::Exit;
+use alhazen::{Coverage, Merger, Part, ProtectedFiles, finish, output, tone_of};
+use anyhow::{Context, anyhow};
 use std::path::PathBuf;
 
 /// Add up parts of a picture.
@@ -45,10 +47,14 @@ pub fn run(args: &MergeArgs) -> anyhow::Result<()> {
         paths.iter().map(|path| frame_path(path, args.frame)).collect()
     };
     let (parts, outputs) = (numbered(&args.parts), numbered(&args.output));
+    let inputs = ProtectedFiles::new(&parts);
     for path in &outputs {
-        check_output(path)?;
+        check_output(path, args.part, &inputs)?;
         let is_exr = output::Format::of(path)? == output::Format::Exr;
-        ensure!(is_exr || !args.part, "{} cannot hold a part: parts are .exr files", path.display());
+        if args.part && !is_exr {
+            let text = format!("{} cannot hold a part: parts are .exr files", path.display());
+            return Err(Exit::Usage.with(anyhow!(text)));
+        }
     }
     let mut merger = Merger::new();
     for path in &parts {
@@ -58,8 +64,11 @@ pub fn run(args: &MergeArgs) -> anyhow::Result<()> {
     let missing = part.missing();
     if !missing.is_empty() && !args.part {
         let what = describe(&missing);
-        ensure!(args.allow_missing, "the picture is not complete (see --allow-missing): there are no {what}");
-        eprintln!("warning: the picture is not complete: there are no {what}");
+        if !args.allow_missing {
+            let text = format!("the picture is not complete (see --allow-missing): there are no {what}");
+            return Err(Exit::Input.with(anyhow!(text)));
+        }
+        say!("warning: the picture is not complete: there are no {what}");
     }
     let names: Vec<_> = outputs.iter().map(|p| p.display().to_string()).collect();
     let summary = format!(
@@ -71,15 +80,15 @@ pub fn run(args: &MergeArgs) -> anyhow::Result<()> {
         part.whole().samples.len()
     );
     if args.part {
-        outputs.iter().try_for_each(|path| part.write(path))?;
+        keep_each(&outputs, |path| Ok(part.write(path)?))?;
     } else {
         let mut tone = tone_of(&part).context("the parts do not say how to show the picture")?;
         args.tone.apply(&mut tone);
         let (film, metadata) = finish(part)?;
-        outputs.iter().try_for_each(|path| output::write(path, &film, &tone, &metadata))?;
+        keep_each(&outputs, |path| Ok(output::write(path, &film, &tone, &metadata)?))?;
     }
     if !args.quiet {
-        eprintln!("{summary}");
+        say!("{summary}");
     }
     Ok(())
 }

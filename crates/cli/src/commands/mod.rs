@@ -6,6 +6,7 @@ pub mod completions;
 pub mod dataset;
 pub mod doctor;
 pub mod info;
+mod loading;
 pub mod man;
 pub mod merge;
 pub mod render;

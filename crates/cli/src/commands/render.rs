@@ -11,19 +11,23 @@ mod split;
 mod video;
 
 use super::tone::ToneArgs;
-use crate::console::ProgressDisplay;
+use crate::console::{ProgressDisplay, say};
+use crate::exit::Exit;
+use crate::interrupt::cancel_on_signal;
 use crate::profile::Profile;
 use alhazen::{
     Adaptive, Aov, AovKind, BackendChoice, Control, Denoiser, Description, Limits, LoadOptions, PartJob,
-    PathKernel, Rect, Renderer, RendererOptions, SamplerKind, Summary, SunPosition, metadata,
+    PathKernel, ProtectedFiles, Rect, Renderer, RendererOptions, SamplerKind, Summary, SunPosition, metadata,
+    prove_writable,
 };
-use anyhow::{Context, bail, ensure};
+use anyhow::{anyhow, bail, ensure};
 use clap::{Args, FromArgMatches, ValueEnum};
 use moving::Moving;
 use output::OutputArgs;
 use parsing::{
-    parse_crop, parse_duration, parse_falloff, parse_fov, parse_frames, parse_not_negative, parse_positive,
-    parse_seconds, parse_share, parse_turbidity, parse_vector,
+    parse_crop, parse_duration, parse_falloff, parse_finite, parse_fov, parse_fraction, parse_frames,
+    parse_not_negative, parse_positive, parse_seconds, parse_share, parse_threads, parse_turbidity,
+    parse_vector,
 };
 use realtime::FrameSettings;
 use report::{print_loaded, report};
@@ -39,7 +43,7 @@ use video::Video;
 /// Render a scene to a picture.
 ///
 /// The scene is a file (.obj, .gltf, .glb, .pbrt, .ply, .stl, or a .toml scene file) or the name of a built-in scene, see
-/// `alhazen scenes`. Progress goes to stderr. Ctrl-C stops and keeps what is there; a second one stops at once.
+/// `alhazen scenes`. Progress goes to stderr. Ctrl-C, SIGTERM and SIGHUP stop and keep what is there; a second one stops at once.
 #[derive(Debug, Clone, Args)]
 #[command(allow_negative_numbers = true)]
 #[command(after_help = "\
@@ -65,6 +69,8 @@ pub struct RenderArgs {
     /// Go on without what the file requires but Alhazen does not know.
     #[arg(long)]
     lenient: bool,
+    #[command(flatten)]
+    loading: super::loading::LoadingArgs,
     /// Show one of the material variants that a glTF file has.
     #[arg(long, value_name = "NAME")]
     variant: Option<String>,
@@ -167,6 +173,7 @@ pub struct RenderArgs {
         help_heading = "Light",
         value_name = "DEGREES",
         default_value_t = 0.0,
+        value_parser = parse_finite,
         allow_hyphen_values = true
     )]
     environment_rotation: f32,
@@ -246,8 +253,11 @@ pub struct RenderArgs {
     #[arg(long, help_heading = "Running", value_name = "FILE")]
     profile: Option<PathBuf>,
     /// Number of threads [default: all cores].
-    #[arg(long, help_heading = "Running")]
+    #[arg(long, help_heading = "Running", value_parser = parse_threads)]
     threads: Option<usize>,
+    /// Fail, with the picture written, if more than this share of the samples were NaN or infinite.
+    #[arg(long, help_heading = "Running", value_name = "SHARE", default_value_t = 0.01, value_parser = parse_fraction)]
+    max_invalid: f64,
     /// No progress, no report.
     #[arg(short, long, help_heading = "Running")]
     quiet: bool,
@@ -358,10 +368,14 @@ impl RenderArgs {
     }
 }
 
-/// Renders what the arguments ask for.
-pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
+/// Finds out before anything is loaded what of the arguments cannot be, or cannot be written. Returns the videos and the
+/// pictures among the outputs.
+fn check(args: &RenderArgs) -> anyhow::Result<(Vec<Video>, Vec<PathBuf>)> {
     let (videos, pictures) = Video::split(args)?;
-    pictures.iter().try_for_each(|path| check_output(path))?;
+    let first = args.sequence().map(|(first, _)| first);
+    for path in &pictures {
+        check_output(&frame_path(path, first), args.split.makes_parts(), &ProtectedFiles::default())?;
+    }
     args.profile.as_deref().map_or(Ok(()), check_place)?;
     args.split.check(&args.output)?;
     ensure!(
@@ -373,18 +387,36 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     {
         bail!("{option} and --sampling adaptive: parts of a picture have the same samples for every pixel");
     }
+    Ok((videos, pictures))
+}
+
+/// Refuses to replace what was read to make the picture.
+fn protect_inputs(args: &RenderArgs, inputs: &ProtectedFiles, pictures: &[PathBuf]) -> anyhow::Result<()> {
+    let numbers = args.sequence().map_or(vec![None], |(first, end)| (first..end).map(Some).collect());
+    for frame in numbers {
+        pictures.iter().try_for_each(|path| inputs.check(&frame_path(path, frame)))?;
+    }
+    let others = args.output.iter().chain(&args.profile).chain(args.split.checkpoint());
+    Ok(others.into_iter().try_for_each(|path| inputs.check(path))?)
+}
+
+/// Renders what the arguments ask for.
+pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
+    let (videos, pictures) = check(args).map_err(|error| Exit::Usage.or(error))?;
     let options =
-        LoadOptions { lenient: args.lenient, variant: args.variant.clone(), ..LoadOptions::default() };
+        LoadOptions { lenient: args.lenient, variant: args.variant.clone(), ..args.loading.options() };
     let mut loaded = super::load_scene(&args.scene, &args.parameters, &options)?;
     set_environment(args, &mut loaded, &options)?;
+    protect_inputs(args, &ProtectedFiles::new(options.files_read.list()), &pictures)?;
     if !args.quiet {
         print_loaded(&loaded);
     }
+    let usage = |error| Exit::Usage.or(error);
     let mut saved = Saved::open(&args.split)?;
-    let frames = saved.frames_left(args.sequence())?;
+    let frames = saved.frames_left(args.sequence()).map_err(usage)?;
     let first_frame = frames.start;
-    let mut moving = Moving::start(args, &mut loaded.scene, first_frame)?;
-    let mut job = job(args, &loaded)?;
+    let mut moving = Moving::start(args, &mut loaded.scene, first_frame).map_err(usage)?;
+    let mut job = job(args, &loaded).map_err(usage)?;
     let limits = limits(args, &loaded);
     let tables = alhazen::SceneTables::build(&loaded.scene);
     let description = Description::new(&args.scene, &args.parameters, &loaded.scene);
@@ -399,7 +431,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     let mut built = renderer.load_tables(tables)?;
     profile.span("load the scene", begin);
     print_notices(&mut renderer);
-    let control = cancel_on_interrupt();
+    let control = cancel_on_signal();
     for frame in frames {
         if let Some((moving, loaded)) = moving.as_mut().zip(loaded.as_mut()) {
             let begin = Instant::now();
@@ -408,7 +440,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         }
         let part_job = PartJob {
             tile: args.split.tile,
-            samples: args.split.samples(limits.spp)?,
+            samples: args.split.samples(limits.spp).map_err(usage)?,
             time: args.seconds(frame).unwrap_or(0.0),
             frame: args.sequence().is_some().then_some(frame),
             ..PartJob::whole(&job, limits.spp, &description)
@@ -425,15 +457,31 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         let begin = Instant::now();
         let written = pictures.iter().map(|path| frame_path(path, part_job.frame));
         let written: Vec<_> = written.chain(videos.iter().map(|video| video.frame(frame))).collect();
-        made.write(&mut renderer, &written, &job, args)?;
+        let files = made.write(&mut renderer, &written, &job, args);
         profile.span("write", begin);
-        report(args, &renderer, &job, &summary, load_time, &built, &written)?;
-        if summary.cancelled {
-            bail!("stopped before the end; the picture has {} samples per pixel", summary.spp);
-        }
+        let reported = report(args, &renderer, &job, &summary, load_time, &built, &written);
+        files.and(reported)?;
+        check_end(args, &summary)?;
     }
-    videos.iter().try_for_each(|video| video.finish(first_frame, args.fps))?;
+    for video in videos {
+        video.finish(first_frame, args.fps).map_err(|error| Exit::Output.or(error))?;
+    }
     args.profile.as_deref().map_or(Ok(()), |path| profile.write(path))
+}
+
+/// Whether the picture that was written is what was asked for.
+fn check_end(args: &RenderArgs, summary: &Summary) -> anyhow::Result<()> {
+    if summary.cancelled {
+        let text = format!("stopped before the end; the picture has {} samples per pixel", summary.spp);
+        return Err(Exit::Interrupted.with(anyhow!(text)));
+    }
+    let share = summary.invalid_samples as f64 / summary.samples.max(1) as f64;
+    if share > args.max_invalid {
+        let (invalid, all) = (summary.invalid_samples, summary.samples);
+        let text = format!("{invalid} of {all} samples were NaN or infinite: more than --max-invalid allows");
+        return Err(Exit::Render.with(anyhow!(text)));
+    }
+    Ok(())
 }
 
 /// Renders a picture in one go, until a limit is reached.
@@ -451,7 +499,9 @@ fn render_whole(
     display.finish();
     let backends = BTreeSet::from([renderer.backend_name().to_owned()]);
     let settings = part_job.description.settings_at(part_job.job, part_job.time);
-    let film = renderer.film()?.context("nothing was rendered")?;
+    let Some(film) = renderer.film()? else {
+        return Err(Exit::Stopped.with(anyhow!("stopped before anything was rendered")));
+    };
     let mut metadata = metadata(&settings, film, summary.spp, &backends, summary.elapsed);
     metadata.insert("sampling".into(), limits.sampling.name().into());
     Ok((Made::Picture(metadata), summary))
@@ -472,41 +522,36 @@ fn choose_renderer(args: &RenderArgs) -> anyhow::Result<Renderer> {
     };
     let chosen = Renderer::choose(&options)?;
     if !args.quiet && !chosen.reason.is_empty() {
-        eprintln!("rendering on {}", chosen.reason);
+        say!("rendering on {}", chosen.reason);
     }
     Ok(chosen.renderer)
 }
 
 /// What the back end has to say, even to who wants no progress: the picture was made in another way than asked for.
 fn print_notices(renderer: &mut Renderer) {
-    renderer.take_notices().iter().for_each(|notice| eprintln!("{notice}"));
+    renderer.take_notices().iter().for_each(|notice| say!("{notice}"));
 }
 
-/// Finds out before rendering what would keep the picture from being written.
-pub fn check_output(path: &Path) -> anyhow::Result<()> {
+/// Finds out before rendering what would keep the picture, or a part if `is_part`, from being written.
+pub fn check_output(path: &Path, is_part: bool, inputs: &ProtectedFiles) -> anyhow::Result<()> {
     alhazen::output::Format::of(path)?;
-    check_place(path)
+    check_folder(path)?;
+    Ok(alhazen::output::prove(path, is_part, inputs)?)
 }
 
-/// Whether a file can be at `path`.
+/// Finds out whether a file can be written to `path`.
 pub fn check_place(path: &Path) -> anyhow::Result<()> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    ensure!(folder.is_dir(), "cannot write {}: there is no folder {}", path.display(), folder.display());
-    ensure!(!path.is_dir(), "cannot write {}: it is a folder", path.display());
-    Ok(())
+    check_folder(path)?;
+    Ok(prove_writable(path)?)
 }
 
-fn cancel_on_interrupt() -> Arc<Control> {
-    let control = Arc::new(Control::new());
-    let handle = control.clone();
-    // Without a handler Ctrl-C still ends the program; it only keeps nothing.
-    let _ = ctrlc::set_handler(move || {
-        if handle.is_cancelled() {
-            std::process::exit(130);
-        }
-        handle.cancel();
-    });
-    control
+fn check_folder(path: &Path) -> anyhow::Result<()> {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if folder.is_dir() {
+        return Ok(());
+    }
+    let text = format!("cannot write {}: there is no folder {}", path.display(), folder.display());
+    Err(Exit::Output.with(anyhow!(text)))
 }
 
 /// Where a picture of a sequence goes: `picture.png` becomes `picture.0007.png`, and in `picture-####.png`, as in any
@@ -532,6 +577,21 @@ mod tests {
         let args = RenderArgs::default_picture();
         assert_eq!(args.scene, "three-spheres");
         assert_eq!(args.output, [PathBuf::from("render.png")]);
+    }
+
+    #[test]
+    fn too_many_invalid_samples_are_a_failure() {
+        let args = |words: &str| {
+            let words: Vec<String> = words.split_whitespace().map(str::to_owned).collect();
+            RenderArgs::parse_arguments(&words).unwrap()
+        };
+        let summary = |invalid_samples| Summary { samples: 1000, invalid_samples, ..Summary::default() };
+        let end = |args: &RenderArgs, invalid| check_end(args, &summary(invalid)).map_err(|e| Exit::of(&e));
+        let usual = args("");
+        assert_eq!((end(&usual, 0), end(&usual, 10)), (Ok(()), Ok(())));
+        assert_eq!(end(&usual, 11), Err(Exit::Render));
+        assert_eq!(end(&args("--max-invalid 0"), 1), Err(Exit::Render));
+        assert_eq!(end(&args("--max-invalid 1"), 1000), Ok(()));
     }
 
     #[test]

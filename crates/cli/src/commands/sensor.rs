@@ -1,7 +1,10 @@
 //! `alhazen sensor`: what a sensor would measure in a scene.
 
-use crate::console::{bytes, print_report, seconds};
-use alhazen::{Control, LoadOptions, RayQueries, SceneTables};
+use super::render::parsing::{parse_finite_f64, parse_not_negative, parse_not_negative_f64, parse_threads};
+use crate::console::{bytes, keep_each, print_report, say, seconds};
+use crate::exit::Exit;
+use crate::interrupt::cancel_on_signal;
+use alhazen::{ProtectedFiles, RayQueries, SceneTables, prove_writable};
 use anyhow::{Context, ensure};
 use clap::{Subcommand, ValueEnum};
 use glam::{DAffine3, DMat3, DVec3};
@@ -41,12 +44,14 @@ struct LidarArgs {
     /// Parameter of the scene, as NAME=VALUE. May be given several times.
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = super::parse_parameter)]
     parameters: Vec<(String, String)>,
+    #[command(flatten)]
+    loading: super::loading::LoadingArgs,
 
     /// Where the sensor stands, in metres.
     #[arg(long, help_heading = "Place", value_name = "X,Y,Z", value_parser = parse_list::<3>, default_value = "0,0,0", allow_hyphen_values = true)]
     position: [f64; 3],
     /// Where it looks, in degrees counter-clockwise seen from above; 0 is towards -Z.
-    #[arg(long, help_heading = "Place", value_name = "DEGREES", default_value_t = 0.0)]
+    #[arg(long, help_heading = "Place", value_name = "DEGREES", default_value_t = 0.0, value_parser = parse_finite_f64)]
     heading: f64,
     /// Sensor to world instead: twelve numbers, the rows of a rotation and a translation.
     #[arg(long, help_heading = "Place", value_name = "LIST", value_parser = parse_list::<12>, allow_hyphen_values = true, conflicts_with_all = ["position", "heading"])]
@@ -64,6 +69,7 @@ struct LidarArgs {
         help_heading = "Sensor",
         value_name = "LIST",
         value_delimiter = ',',
+        value_parser = parse_finite_f64,
         allow_hyphen_values = true
     )]
     elevations: Vec<f64>,
@@ -77,7 +83,7 @@ struct LidarArgs {
     #[arg(long, help_heading = "Sensor", value_name = "A..B", value_parser = parse_range, default_value = "0.5..120")]
     range: (f64, f64),
     /// Full angle of a beam, in milliradians.
-    #[arg(long, help_heading = "Sensor", value_name = "MRAD", default_value_t = 0.0)]
+    #[arg(long, help_heading = "Sensor", value_name = "MRAD", default_value_t = 0.0, value_parser = parse_not_negative_f64)]
     divergence: f64,
     /// Rays that sample a beam with a divergence.
     #[arg(long, help_heading = "Sensor", value_name = "N", default_value_t = 16)]
@@ -86,20 +92,20 @@ struct LidarArgs {
     #[arg(long, help_heading = "Sensor", value_enum, default_value_t = ReturnName::Strongest)]
     returns: ReturnName,
     /// Surfaces closer to each other than this melt into one return, in metres.
-    #[arg(long, help_heading = "Sensor", value_name = "METRES", default_value_t = 0.3)]
+    #[arg(long, help_heading = "Sensor", value_name = "METRES", default_value_t = 0.3, value_parser = parse_not_negative)]
     range_resolution: f32,
     /// Standard deviation of the range, in metres.
-    #[arg(long, help_heading = "Sensor", value_name = "METRES", default_value_t = 0.0)]
+    #[arg(long, help_heading = "Sensor", value_name = "METRES", default_value_t = 0.0, value_parser = parse_not_negative)]
     noise: f32,
     /// Returns of lower intensity are lost.
-    #[arg(long, help_heading = "Sensor", value_name = "SHARE", default_value_t = 0.0)]
+    #[arg(long, help_heading = "Sensor", value_name = "SHARE", default_value_t = 0.0, value_parser = parse_not_negative)]
     min_intensity: f32,
     /// Seed of the noise.
     #[arg(long, help_heading = "Sensor", default_value_t = 0)]
     seed: u32,
 
     /// Number of threads [default: all cores].
-    #[arg(long, help_heading = "Running")]
+    #[arg(long, help_heading = "Running", value_parser = parse_threads)]
     threads: Option<usize>,
     /// No report.
     #[arg(short, long, help_heading = "Running")]
@@ -124,21 +130,24 @@ pub fn run(args: &SensorArgs) -> anyhow::Result<()> {
 }
 
 fn lidar(args: &LidarArgs) -> anyhow::Result<()> {
-    let loaded = super::load_scene(&args.scene, &args.parameters, &LoadOptions::default())?;
+    let sensor = sensor(args).map_err(|error| Exit::Usage.or(error))?;
+    prove_writable(&args.output)?;
+    let options = args.loading.options();
+    let loaded = super::load_scene(&args.scene, &args.parameters, &options)?;
+    ProtectedFiles::new(options.files_read.list()).check(&args.output)?;
     if !args.quiet {
         print_report(&loaded.report, false);
     }
     let start = Instant::now();
     let queries = RayQueries::new(SceneTables::build(&loaded.scene), args.threads)?;
     let built = start.elapsed();
-    let sensor = sensor(args)?;
     let start = Instant::now();
-    let cloud = sensor.scan(&queries, &pose(args), &Control::new()).context("cannot scan")?;
+    let cloud = sensor.scan(&queries, &pose(args), &cancel_on_signal()).context("cannot scan")?;
     let scanned = start.elapsed();
-    cloud.write(&args.output)?;
+    keep_each(std::slice::from_ref(&args.output), |path| Ok(cloud.write(path)?))?;
     if !args.quiet {
         let beams = sensor.elevations.len() * sensor.azimuths as usize;
-        eprintln!(
+        say!(
             "{} of {beams} beams came back; structures built in {}, scanned in {}; {}: {}",
             cloud.len(),
             seconds(built),

@@ -5,7 +5,7 @@ mod plan;
 mod slurm;
 
 use super::render::check_place;
-use crate::console::print_result;
+use crate::console::{print_result, say, write_text};
 use anyhow::Context;
 use plan::Plan;
 use std::num::NonZeroU32;
@@ -66,7 +66,7 @@ pub fn run(args: &SubmitArgs) -> anyhow::Result<()> {
         Engine::Openjd(_) => {
             let folder = job_args.job.as_deref().and_then(|job| job.parent());
             let job = openjd::Job::new(&plan, &name, folder.unwrap_or("".as_ref()))?;
-            job.notices.iter().for_each(|notice| eprintln!("{notice}"));
+            job.notices.iter().for_each(|notice| say!("{notice}"));
             job.text
         }
         Engine::Slurm(_) => slurm::script(&plan, &name),
@@ -75,7 +75,7 @@ pub fn run(args: &SubmitArgs) -> anyhow::Result<()> {
         None => print_result(&text),
         Some(path) => {
             check_place(path)?;
-            std::fs::write(path, text).with_context(|| format!("cannot write the job {}", path.display()))
+            write_text(path, &text).with_context(|| format!("cannot write the job {}", path.display()))
         }
     }
 }

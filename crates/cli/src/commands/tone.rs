@@ -1,6 +1,6 @@
 //! How a picture is shown: arguments that several commands share.
 
-use super::render::parsing::parse_positive;
+use super::render::parsing::{parse_not_negative, parse_positive};
 use alhazen::{ToneMapper, ToneMapping};
 use clap::ValueEnum;
 
@@ -14,7 +14,7 @@ pub struct ToneArgs {
     #[arg(long, help_heading = "Display", value_enum)]
     tonemap: Option<ToneMapName>,
     /// Saturation after the curve; 1 changes nothing.
-    #[arg(long, help_heading = "Display")]
+    #[arg(long, help_heading = "Display", value_parser = parse_not_negative)]
     saturation: Option<f32>,
 }
 

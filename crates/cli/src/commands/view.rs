@@ -1,5 +1,6 @@
 //! `alhazen view`: the interactive window.
 
+use crate::console::{print_result, say};
 use alhazen::{BackendChoice, LoadOptions, PathKernel, RendererOptions, Source};
 use anyhow::Context;
 use std::path::PathBuf;
@@ -20,6 +21,8 @@ pub struct ViewArgs {
     /// Go on without what the file requires but Alhazen does not know.
     #[arg(long)]
     lenient: bool,
+    #[command(flatten)]
+    loading: super::loading::LoadingArgs,
     /// Width of the picture in pixels [default: the window's].
     #[arg(long, requires = "height", value_parser = clap::value_parser!(u32).range(16..=16_384))]
     width: Option<u32>,
@@ -36,7 +39,7 @@ pub struct ViewArgs {
     #[arg(long, value_name = "NAME", default_value_t = PathKernel::Auto)]
     kernel: PathKernel,
     /// Number of threads [default: all cores].
-    #[arg(long)]
+    #[arg(long, value_parser = super::render::parsing::parse_threads)]
     threads: Option<usize>,
     /// Size of the window, WIDTHxHEIGHT in pixels.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
@@ -77,7 +80,7 @@ pub fn run_default() -> Option<anyhow::Result<()>> {
     };
     match viewer::run(options) {
         Err(error @ (ViewerError::Display(_) | ViewerError::Window(_) | ViewerError::Surface(_))) => {
-            eprintln!("no window: {:#}", anyhow::Error::from(error));
+            say!("no window: {:#}", anyhow::Error::from(error));
             None
         }
         result => Some(result.map(drop).map_err(Into::into)),
@@ -90,7 +93,7 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<()> {
     let mut source = Source::parse(&args.scene);
     source.parameters = args.parameters.iter().cloned().collect();
     let start = Start {
-        load: LoadOptions { lenient: args.lenient, ..LoadOptions::default() },
+        load: LoadOptions { lenient: args.lenient, ..args.loading.options() },
         renderer: RendererOptions {
             backend: args.backend,
             adapter: args.adapter.clone(),
@@ -115,8 +118,7 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<()> {
         }
     };
     let report = viewer::run(Options { source, start, window: args.window, smoke, began })?;
-    report.iter().for_each(|line| println!("{line}"));
-    Ok(())
+    print_result(&report.iter().map(|line| format!("{line}\n")).collect::<String>())
 }
 
 #[cfg(test)]

@@ -83,7 +83,7 @@ impl<'a> SurfacePoint<'a> {
         let mut sum = vec3f(0.0, 0.0, 0.0);
         for i in 0..strata {
             let u_mix = (i as f32 + 0.5) / strata as f32;
-            let bsdf = shade(tables, material, surface, &shading, 0.0, u_mix);
+            let bsdf = shade(tables, material, surface, &shading, 0.0, material.ior, u_mix);
             let value: Vec3f = bsdf_eval(bsdf, wo, wo).value_cos;
             sum += value;
         }

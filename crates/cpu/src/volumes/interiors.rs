@@ -99,7 +99,7 @@ fn medium_in(tables: &SceneTables, material: &MaterialRecord) -> Option<Medium> 
     if material.medium != NONE {
         return Some(medium_at(tables, material.medium));
     }
-    let absorbing = || Medium { absorption: vec3(material.absorption), ..vacuum() };
+    let absorbing = || Medium { absorption: material.absorption, ..vacuum() };
     material.absorbs().then(absorbing)
 }
 

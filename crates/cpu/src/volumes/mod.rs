@@ -195,7 +195,8 @@ impl<'a> VolumeTracer<'a> {
                 continue;
             }
             let Some(surface) = surface else {
-                for_each_distant(self.scene, path.vertex, vec3(path.ray.direction), |d| {
+                let wi = vec3(path.ray.direction);
+                for_each_distant(self.scene, path.vertex, path.receiver, wi, |d| {
                     self.radiance += path_add_emission(path.light_state(), d.radiance, d.pdf).radiance;
                 });
                 return;
@@ -330,22 +331,19 @@ impl<'a> VolumeTracer<'a> {
     /// The same on a surface.
     fn scatter_on(&mut self, path: &mut VolumePath, surface: &Surface) -> bool {
         let tables = &*self.scene.tables;
-        let mut material = self.material(surface);
-        let relative;
-        if tables.nested && material.is_body() {
-            relative = MaterialRecord { ior: relative_ior(path.inside, tables, surface), ..*material };
-            material = &relative;
-        }
+        let material = self.material(surface);
+        let nested = tables.nested && material.is_body();
+        let ior = if nested { relative_ior(path.inside, tables, surface) } else { material.ior };
         let footprint = self.shading.pixel_spread * path.length;
         if material.model == ModelTag::Layered {
             let disperses = tables.layers[material.layers as usize].dispersion > 0.0;
             let u = if disperses { path.draw(PAIR_MODEL).x } else { 0.0 };
             let (shading, throughput) = (&self.shading, path.state.throughput);
-            let s = shade_layered(tables, material, surface, shading, footprint, throughput, u);
+            let s = shade_layered(tables, material, surface, shading, footprint, ior, throughput, u);
             return self.scatter_by(path, surface, s.frame, s.bsdf);
         }
         let u_model = if mixes_models(material) { path.draw(PAIR_MODEL).x } else { 0.0 };
-        let bsdf = shade(tables, material, surface, &self.shading, footprint, u_model);
+        let bsdf = shade(tables, material, surface, &self.shading, footprint, ior, u_model);
         bsdf.kind != BSDF_NONE && self.scatter_by(path, surface, surface.frame(), bsdf)
     }
 

@@ -2,12 +2,16 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 use std::str::FromStr;
 use std::time::Duration;
 
 use super::{Part, PartError};
-use crate::{Aov, Block, Coverage, ExrCompression, ExrFile, ExrSamples, Film, Precision, Rect};
+use crate::{
+    Aov, Block, Coverage, ExrCompression, ExrFile, ExrSamples, Film, METADATA_PREFIX, Precision, Rect,
+};
 
 /// The format of the files. Another number is another meaning of channels or metadata.
 const VERSION: &str = "1";
@@ -37,6 +41,16 @@ impl Part {
     /// [`PartError::File`].
     pub fn write(&self, path: &Path) -> Result<(), PartError> {
         Ok(self.to_exr().write_once(path, COMPRESSION)?)
+    }
+
+    /// Whether the file at `path` looks like a part, by its header alone; `false` if it cannot be read.
+    pub fn is_at(path: &Path) -> bool {
+        /// Headers list names of materials and instances, so they can be long.
+        const LONGEST_HEADER: u64 = 4 << 20;
+        let key = format!("{METADATA_PREFIX}{VERSION_KEY}\0");
+        let mut header = Vec::new();
+        let read = File::open(path).and_then(|file| file.take(LONGEST_HEADER).read_to_end(&mut header));
+        read.is_ok() && header.windows(key.len()).any(|window| window == key.as_bytes())
     }
 
     /// Reads a part and checks that it is what was written.

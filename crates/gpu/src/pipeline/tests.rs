@@ -145,7 +145,7 @@ impl HitFilter for Holes<'_> {
         let geometry = geometries.iter().position(within).expect("a geometry has it") as u32;
         let binding = &tables.bindings[(instance.first_binding + geometry) as usize];
         let material = &tables.materials[binding.material as usize];
-        blas.kind == GeometryKind::Spheres || material.base_color[3] >= material.alpha_cutoff
+        blas.kind == GeometryKind::Spheres || material.base_color.w >= material.alpha_cutoff
     }
 }
 

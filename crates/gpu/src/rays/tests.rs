@@ -6,7 +6,7 @@ use crate::shader::check;
 use crate::tracer::{Instances, TracerKind, bvh};
 use crate::{GpuOptions, GpuScene, open_for_test};
 use accel::Quality;
-use accel::encode::{EncodedScene, WalkCounts};
+use accel::encode::{EncodedScene, TraversalCounts};
 use scene::tables::SceneTables;
 use std::sync::Arc;
 use testkit::Random;
@@ -37,7 +37,7 @@ fn rays_in(tables: &SceneTables, count: usize) -> Vec<Ray> {
 fn differences(twin: &EncodedScene, question: RayQuestion, rays: &[Ray], hits: &[RayHit]) -> usize {
     assert!(!rays.is_empty() && rays.len() == hits.len(), "nothing to compare");
     let differs = |(ray, hit): &(&Ray, &RayHit)| {
-        let expected = twin.closest(ray, |_| true, &mut WalkCounts::default());
+        let expected = twin.closest(ray, |_| true, &mut TraversalCounts::default());
         match expected {
             None => !hit.is_miss(),
             Some(_) if hit.is_miss() => true,

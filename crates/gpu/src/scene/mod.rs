@@ -5,18 +5,19 @@
 //! Geometries and the bindings of instances to them are joined, so that a hit leads to its material and vertices in one
 //! look-up.
 
-pub mod layers;
-mod materials;
+pub mod materials;
 pub mod media;
 pub mod records;
 pub mod texels;
 mod textures;
 pub mod update;
 pub mod upload;
+pub mod word_records;
 pub mod words;
 
 use crate::shader::Variant;
 use crate::{Gpu, GpuError};
+use optics::Vec3f;
 use optics::light::LIGHT_ENVIRONMENT;
 use records::SceneInfo;
 use scene::tables::SceneTables;
@@ -36,7 +37,7 @@ pub struct SceneBuffers {
     pub instances: wgpu::Buffer,
     /// Binding 2: [`records::Binding`]s.
     pub bindings: wgpu::Buffer,
-    /// Binding 3: [`records::Material`]s.
+    /// Binding 3: [`scene::tables::MaterialRecord`]s.
     pub materials: wgpu::Buffer,
     /// Binding 4: [`records::LightRecord`]s.
     pub lights: wgpu::Buffer,
@@ -202,11 +203,11 @@ impl GpuScene {
 fn scene_info(tables: &SceneTables, words: &Words, places: &TexelPlaces) -> SceneInfo {
     let environment = &tables.environment;
     SceneInfo {
-        horizon: environment.horizon,
+        horizon: Vec3f::from_array(environment.horizon),
         environment_width: environment.width,
-        zenith: environment.zenith,
+        zenith: Vec3f::from_array(environment.zenith),
         environment_height: environment.height,
-        ground: environment.ground,
+        ground: Vec3f::from_array(environment.ground),
         environment_rotation: environment.rotation,
         light_count: tables.lights.len() as u32,
         environment_light: environment.light,

@@ -1,7 +1,7 @@
 //! Where on the device the texels of images are.
 
 use crate::{Gpu, STORAGE_BUFFERS};
-use scene::tables::{SceneTables, TextureRecord};
+use scene::tables::{SceneTables, TextureUse};
 use wgpu::Features;
 
 /// What shaders need to choose a texture of a binding array by a number that differs between neighbours.
@@ -65,15 +65,17 @@ pub(super) struct ImagePlace {
 
 impl ImagePlace {
     /// Of a texture's image.
-    pub fn of(texture: &TextureRecord) -> Self {
+    pub fn of(texture: &TextureUse) -> Self {
         Self { first_texel: texture.first_texel, width: texture.width, height: texture.height }
     }
 }
 
 /// The images of all textures that materials use, each once and sorted. Others have no texels.
 pub(super) fn images(tables: &SceneTables) -> Vec<ImagePlace> {
-    let textures = tables.texture_slots.iter().filter_map(|slot| tables.textures.get(slot.texture as usize));
-    let mut images: Vec<_> = textures.map(ImagePlace::of).collect();
+    let of_materials = tables.materials.iter().flat_map(|m| &m.textures);
+    let of_layers = tables.layer_textures.iter().flatten();
+    let used = of_materials.chain(of_layers).filter(|texture| texture.is_some());
+    let mut images: Vec<_> = used.map(ImagePlace::of).collect();
     images.sort_unstable();
     images.dedup();
     images

@@ -5,7 +5,7 @@
 
 use super::{GpuScene, materials, records, scene_info};
 use crate::{Gpu, GpuError};
-use bytemuck::Pod;
+use bytemuck::NoUninit;
 use scene::tables::{Changes, SceneTables};
 use std::sync::Arc;
 use wgpu::util::StagingBelt;
@@ -44,13 +44,13 @@ impl StagingRing {
 }
 
 /// Whether `data` fits into a buffer from byte `offset` on.
-fn fits<T: Pod>(buffer: &wgpu::Buffer, offset: u64, data: &[T]) -> bool {
+fn fits<T: NoUninit>(buffer: &wgpu::Buffer, offset: u64, data: &[T]) -> bool {
     offset + size_of_val(data) as u64 <= buffer.size()
 }
 
 impl GpuScene {
     /// Takes a version of the scene in which only `changes` are new. Returns whether that was possible: where something
-    /// grows beyond its buffer, an environment image or a grid of densities changes, lights become many or few, or there are
+    /// grows beyond its buffer, an environment image or a grid of densities changes, lights become several or one, or there are
     /// profiles of lights, portals or boundaries of media where there were none, nothing is done, and the scene has to be uploaded again.
     ///
     /// # Errors
@@ -62,7 +62,7 @@ impl GpuScene {
         tables: &Arc<SceneTables>,
         changes: Changes,
     ) -> Result<bool, GpuError> {
-        // Shaders are made for lights in a tree or for few lights, and for boundaries or none.
+        // Shaders are made for several lights or for one, and for boundaries or none.
         let tree_changes = tables.light_tree.is_empty() != self.tables.light_tree.is_empty();
         let boundaries_change = tables.has_boundaries() != self.tables.has_boundaries();
         if tree_changes || boundaries_change { Ok(false) } else { self.take(gpu, ring, tables, changes) }
@@ -102,7 +102,7 @@ impl GpuScene {
         if image_changes || densities_change || profiles_change || portals_change || !all_fit {
             return Ok(false);
         }
-        let mut writes: Vec<(&wgpu::Buffer, u64, &[u8])> = vec![(&b.info, 0, bytemuck::bytes_of(&info))];
+        let mut writes: Vec<(&wgpu::Buffer, u64, &[u8])> = vec![(&b.info, 0, bytemuck::cast_slice(&info))];
         if changes.transforms {
             writes.push((&b.instances, 0, bytemuck::cast_slice(&instances)));
         }

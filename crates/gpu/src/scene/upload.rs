@@ -1,7 +1,7 @@
 //! Moving arrays to the device.
 
 use crate::{Gpu, GpuError};
-use bytemuck::Pod;
+use bytemuck::NoUninit;
 use wgpu::{BufferUsages, Extent3d, TextureFormat, TextureUsages};
 
 /// A buffer that shaders read as an array, filled with `data`. An empty array gets one element of zeros, because a
@@ -9,7 +9,7 @@ use wgpu::{BufferUsages, Extent3d, TextureFormat, TextureUsages};
 ///
 /// # Errors
 /// [`GpuError::BufferTooLarge`] or [`GpuError::Allocation`], which name `object`.
-pub fn storage_buffer<T: Pod>(
+pub fn storage_buffer<T: NoUninit>(
     gpu: &Gpu,
     object: &'static str,
     data: &[T],
@@ -22,7 +22,7 @@ pub fn storage_buffer<T: Pod>(
 ///
 /// # Errors
 /// As [`storage_buffer`].
-pub fn roomy_buffer<T: Pod>(
+pub fn roomy_buffer<T: NoUninit>(
     gpu: &Gpu,
     object: &'static str,
     data: &[T],

@@ -1,11 +1,10 @@
 //! What shaders look up by word: vertex indices and attributes, densities of grids, and what belongs to lights and layers.
 
-use super::layers::{Layers, layers};
+use super::materials::{LAYERS_WORDS, layers};
 use super::media::{Grid, Medium, grid_record, medium_record};
 use optics::albedo::SheenAlbedo;
-use scene::tables::{
-    EmitterBox, FEWEST_LIGHTS, LightNode, LightTree, MOST_BOXES, MaterialRecord, NONE, SceneTables,
-};
+use optics::light_tree::LIGHT_NODE_WIDTH;
+use scene::tables::{EmitterBox, LightNode, LightTree, MOST_BOXES, MaterialRecord, NONE, SceneTables};
 
 /// Everything that is looked up by word, and where each part begins. First geometry, then what belongs to lights.
 #[derive(Clone, Debug, Default)]
@@ -34,13 +33,13 @@ pub(super) struct Words {
 }
 
 /// Bytes for the words of so many more lights: coordinates of three corners, a place among the visible ones, a place in the tree
-/// of lights, and its nodes. The lights that there are may have no tree yet because they are few.
+/// of lights, and its nodes. The lights that there are may be few, so that their tree is one node or none.
 pub fn words_of_lights(more: u32) -> u64 {
     const A_LIGHT: u64 = (6 + 1 + 1) * 4;
     if more == 0 {
         return 0;
     }
-    let lights = u64::from(more) + FEWEST_LIGHTS as u64;
+    let lights = u64::from(more) + u64::from(LIGHT_NODE_WIDTH);
     lights * A_LIGHT + LightTree::most_nodes(lights) * size_of::<LightNode>() as u64
 }
 
@@ -97,12 +96,12 @@ impl Words {
         boxes.resize(MOST_BOXES, EmitterBox::default());
         self.emitter_boxes = self.append(bytemuck::cast_slice(&boxes));
         let tree = &tables.light_tree;
-        self.light_tree = self.append(&[tree.probability.to_bits()]);
+        self.light_tree = self.append(&[u32::from(tree.defends_root), tree.uniform_share.to_bits()]);
         self.append(&tree.places);
         self.append(bytemuck::cast_slice(&tree.nodes));
         if !tables.layers.is_empty() {
             self.sheen_albedo = self.append(bytemuck::cast_slice(SheenAlbedo::shared().texels()));
-            self.layers = self.append(bytemuck::cast_slice(&layers(tables)));
+            self.layers = self.append(&layers(tables));
         }
         let grids: Vec<Grid> = tables.grids.iter().map(|g| grid_record(g, self.densities)).collect();
         let grids = self.append(bytemuck::cast_slice(&grids));
@@ -117,7 +116,7 @@ impl Words {
 
     /// Where the layers of a material begin.
     pub fn layers_of(&self, m: &MaterialRecord) -> u32 {
-        if m.layers == NONE { NONE } else { self.layers + m.layers * (size_of::<Layers>() / 4) as u32 }
+        if m.layers == NONE { NONE } else { self.layers + m.layers * LAYERS_WORDS }
     }
 
     /// Appends a part; returns where it begins.

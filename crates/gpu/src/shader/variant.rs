@@ -5,11 +5,9 @@ use backend::SamplerKind;
 use optics::albedo::DielectricAlbedo;
 use optics::light::LIGHT_RECTANGLE;
 use optics::random::{SAMPLER_BLUE_NOISE, SAMPLER_INDEPENDENT, SAMPLER_SOBOL};
-use scene::tables::{
-    MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_BODY, MATERIAL_CHECKERBOARD,
-    MATERIAL_CHECKERBOARD_FADES, MATERIAL_EMISSION_TWO_SIDED, MATERIAL_TANGENTS, MATERIAL_THIN, ModelTag,
-    NONE,
-};
+use scene::tables::NONE;
+use crate::scene::records::records_text;
+use crate::scene::word_records::layer_readers;
 use std::fmt::Write;
 
 /// Abstract names that modules import, and the modules that each may stand for. [`Linkage::of`] binds those that a variant
@@ -105,8 +103,10 @@ impl Linkage {
             .bind("first_hits", "first_hits_recorded")
             .bind("shafts", "hybrid_no_shafts")
             .generate("variant", variant.constants())
-            .generate("material_constants", numbers(material_constants()))
-            .generate("layer_constants", numbers(crate::scene::layers::layer_constants()))
+            .generate("albedo_constants", numbers([("DIELECTRIC_ALBEDO_HEIGHT", DielectricAlbedo::SIZE[1] as u32)]))
+            .generate("layer_constants", numbers(crate::scene::materials::layer_constants()))
+            .generate("layer_readers", layer_readers())
+            .generate("scene_records", records_text())
             .generate("medium_constants", numbers(crate::scene::media::medium_constants()))
     }
 }
@@ -146,30 +146,6 @@ pub(crate) fn numbers(constants: impl IntoIterator<Item = (&'static str, u32)>) 
         let _ = writeln!(text, "const {name}: u32 = {value}u;"); // writing to a string cannot fail
     }
     text
-}
-
-/// What materials are told apart by, and what else Rust knows of them.
-fn material_constants() -> impl Iterator<Item = (&'static str, u32)> {
-    [
-        ("MODEL_METALLIC_ROUGHNESS", ModelTag::MetallicRoughness as u32),
-        ("MODEL_LAMBERT", ModelTag::Lambert as u32),
-        ("MODEL_DIELECTRIC", ModelTag::Dielectric as u32),
-        ("MODEL_MIRROR", ModelTag::Mirror as u32),
-        ("MODEL_UNLIT", ModelTag::Unlit as u32),
-        ("MODEL_LAYERED", ModelTag::Layered as u32),
-        ("MODEL_BOUNDARY", ModelTag::Boundary as u32),
-        ("MATERIAL_TANGENTS", MATERIAL_TANGENTS),
-        ("MATERIAL_ALPHA_MASK", MATERIAL_ALPHA_MASK),
-        ("MATERIAL_ALPHA_BLEND", MATERIAL_ALPHA_BLEND),
-        ("MATERIAL_EMISSION_TWO_SIDED", MATERIAL_EMISSION_TWO_SIDED),
-        ("MATERIAL_THIN", MATERIAL_THIN),
-        ("MATERIAL_BODY", MATERIAL_BODY),
-        ("MATERIAL_CHECKERBOARD", MATERIAL_CHECKERBOARD),
-        ("MATERIAL_CHECKERBOARD_FADES", MATERIAL_CHECKERBOARD_FADES),
-        ("MATERIAL_EMISSIVE", crate::scene::records::MATERIAL_EMISSIVE),
-        ("DIELECTRIC_ALBEDO_HEIGHT", DielectricAlbedo::SIZE[1] as u32),
-    ]
-    .into_iter()
 }
 
 /// `SAMPLER_…` of the optics.

@@ -10,8 +10,9 @@
 // Sample `i` of the light with bit `b` of the cluster's word `w` is bit `b` of word `i` × `light_words` + `w`.
 
 #import direct, film, hybrid_frame, hybrid_light_masks, hybrid_pixels, hybrid_tracing, lights
-#import material, material_constants, scene, shafts, surface, texels
-#import optics::bsdf, optics::constants, optics::frame, optics::ggx, optics::light, optics::random
+#import material, scene, shafts, surface, texels
+#import optics::bsdf, optics::constants, optics::frame, optics::ggx, optics::light, optics::material
+#import optics::random
 
 /// The lights from 32 × `word` on that may count in a cluster, the first as the lowest bit.
 fn lights_of_cluster(cluster: u32, word: u32) -> u32 {
@@ -41,13 +42,13 @@ fn first_pair(index: u32) -> u32 {
 fn may_be_lit(material: u32) -> bool {
     let model = materials[material].model;
     let roughness = materials[material].roughness;
-    let polished = model == MODEL_DIELECTRIC && roughness * roughness < MIN_ALPHA;
-    return model != MODEL_UNLIT && model != MODEL_MIRROR && !polished;
+    let polished = model == ModelTag_Dielectric && roughness * roughness < MIN_ALPHA;
+    return model != ModelTag_Unlit && model != ModelTag_Mirror && !polished;
 }
 
 /// Whether light may go through a material.
 fn may_transmit(material: u32) -> bool {
-    return materials[material].model == MODEL_DIELECTRIC || materials[material].transmission > 0.0;
+    return materials[material].model == ModelTag_Dielectric || materials[material].transmission > 0.0;
 }
 
 /// Of the lights in a mask, those whose sample `i` is hidden from a surface.

@@ -1,7 +1,7 @@
 // The G-buffer's first half: which primitive each pixel sees. No vertex has a layout: vertices are pulled from the scene's own
 // buffers by number, indices included. An instance of the draw is an item that was not culled.
 
-#import hybrid_frame, hybrid_items, material, scene, surface
+#import hybrid_frame, hybrid_items, material, scene, scene_records, surface
 #import optics::intersect
 
 /// Which class of items is drawn.

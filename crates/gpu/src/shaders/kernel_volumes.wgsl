@@ -3,8 +3,8 @@
 // One ray a turn, whoever asks for it: the path, or a light sample, whose way may lead through many boundaries. So neighbours
 // in different situations trace their rays together, and the tracer stands once in the program.
 
-#import film, path_vertex, rays, scene, surface, texels, tracer, variant, volume_media
-#import volume_vertex
+#import film, path_vertex, rays, scene, scene_records, surface, texels, tracer, variant
+#import volume_media, volume_vertex
 #import optics::constants, optics::interiors, optics::random, optics::volume
 
 /// Who asks for the next ray. What the camera stands in:

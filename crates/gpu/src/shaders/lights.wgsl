@@ -1,8 +1,9 @@
 // Choosing lights, and the density with which a light found by chance would have been chosen.
 
-#import material, material_constants, scene, surface, texels, texture, variant
-#import optics::constants, optics::light, optics::light_profile, optics::light_tree, optics::path
-#import optics::portal, optics::random, optics::sky, optics::spherical_triangle, optics::warp
+#import material, scene, scene_records, surface, texels, variant
+#import optics::constants, optics::image_texture, optics::light, optics::light_profile
+#import optics::light_tree, optics::material, optics::path, optics::portal, optics::random
+#import optics::sky, optics::spherical_triangle, optics::warp
 
 fn load_light(index: u32) -> Light {
     let record = lights[index];
@@ -19,8 +20,8 @@ struct LightChoice {
     remainder: f32,
 }
 
-/// Samples a direction towards a light chosen by power or, of many, by where they are; the density includes the choice, 0 if
-/// no light can be chosen.
+/// Samples a direction towards a light chosen by the irradiance that it can bring; the density includes the choice, 0 if no light
+/// can be chosen.
 ///
 /// - `receiver`: normal of the surface on the side that light can reach, by `octahedral_encode`, or ALL_SIDES.
 /// - `u`: `u.x` chooses the light, and what is left of it goes with `u.y` into the direction.
@@ -28,19 +29,40 @@ fn sample_light(p: vec3f, receiver: u32, u: vec2f) -> LightSample {
     if scene.light_count == 0u {
         return no_light_sample();
     }
-    let rest = dither(u.x, u.y);
-    var choice: LightChoice;
-    if LIGHT_TREE {
-        choice = choose_by_place(p, receiver, u.x, rest);
-        if choice.probability <= 0.0 {
-            return no_light_sample();
-        }
-    } else {
-        choice = choose_by_power(u.x, rest);
+    let choice = choose_light(p, receiver, u.x, dither(u.x, u.y));
+    if choice.probability <= 0.0 {
+        return no_light_sample();
     }
     var light = sample_one_light(choice.index, p, vec2f(choice.remainder, u.y));
     light.pdf *= choice.probability;
     return light;
+}
+
+/// Chooses a light; `rest`: another number for the bits that the choice uses up.
+fn choose_light(p: vec3f, receiver: u32, u: f32, rest: f32) -> LightChoice {
+    if !LIGHT_TREE {
+        return choose_by_power(u, rest);
+    }
+    let uniform_share = word_f32(scene.light_tree + 1u);
+    var choice = LightChoice(0u, 0.0, u);
+    if uniform_share <= 0.0 {
+        choice = choose_by_importance(p, receiver, u);
+    } else {
+        let branch = light_branch(uniform_share, 1.0 - uniform_share, u);
+        if branch.second {
+            choice = choose_by_importance(p, receiver, branch.remainder);
+            if choice.probability > 0.0 {
+                choice.probability =
+                    light_choice_probability(choice.probability, uniform_share, f32(scene.light_count));
+            }
+        } else {
+            choice.index = uniform_light(branch.remainder, scene.light_count);
+            choice.probability = light_probability(choice.index, p, receiver);
+            choice.remainder = uniform_remainder(branch.remainder, scene.light_count);
+        }
+    }
+    choice.remainder = refill(choice.remainder, choice.probability, rest);
+    return choice;
 }
 
 /// Chooses among the lights of the alias table; `rest`: another number for the bits that the choice uses up.
@@ -51,79 +73,91 @@ fn choose_by_power(u: f32, rest: f32) -> LightChoice {
     return LightChoice(choice.index, lights[choice.index].probability, choice.remainder);
 }
 
-/// Chooses from the tree of lights, or among those without a place.
-fn choose_by_place(p: vec3f, receiver: u32, u: f32, rest: f32) -> LightChoice {
-    let tree_probability = word_f32(scene.light_tree);
-    let branch = light_branch(tree_probability, 1.0 - tree_probability, u);
-    if branch.second {
-        return choose_by_power(branch.remainder, rest);
-    }
+/// Walks down the tree of lights. Bits of the remainder are used up.
+fn choose_by_importance(p: vec3f, receiver: u32, u: f32) -> LightChoice {
     let normal = octahedral_decode(receiver);
-    var probability = tree_probability;
-    var remainder = branch.remainder;
+    let width = node_width();
+    var choice = LightChoice(0u, 1.0, u);
+    var defends = words[scene.light_tree] != 0u;
     var link = 0u;
     while (link & LIGHT_NODE_LEAF) == 0u {
         let node = light_node(link);
-        var importances = node_importances(node, p, normal);
-        var sum = 0.0;
-        for (var child = 0u; child < LIGHT_NODE_WIDTH; child++) {
-            sum += importances[child];
+        var importances: array<f32, LIGHT_NODE_WIDTH>;
+        let together = node_importances(node, width, p, normal, &importances);
+        let sum = node_weight(together, defends);
+        let chosen = choice.remainder * sum;
+        var child = child_choice_none();
+        for (var i = 0u; i < width; i++) {
+            child = child_choice_add(child, i, child_weight(importances[i], together, defends), chosen);
         }
-        let chosen = remainder * sum;
-        // Children that promise nothing end where they begin, so none of them is the last to begin.
-        var child = 0u;
-        var before = 0.0;
-        var begin = 0.0;
-        for (var next = 1u; next < LIGHT_NODE_WIDTH; next++) {
-            begin += importances[next - 1u];
-            if begin <= chosen {
-                child = next;
-                before = begin;
-            }
-        }
-        probability *= light_share(importances[child], sum);
-        if probability <= 0.0 {
+        choice.probability *= light_share(child.weight, sum);
+        if choice.probability <= 0.0 {
             return LightChoice(0u, 0.0, 0.0);
         }
-        remainder = light_remainder(chosen, before, importances[child]);
-        link = words[node + LIGHT_NODE_LINKS + child];
+        choice.remainder = child_remainder(child, chosen);
+        link = words[node + LIGHT_NODE_LINKS + child.child];
+        defends = false;
     }
-    return LightChoice(link & LIGHT_NODE_INDEX, probability, refill(remainder, probability, rest));
+    choice.index = link & LIGHT_NODE_INDEX;
+    return choice;
 }
 
-/// Probability with which `choose_by_place` takes a light, or with which `choose_by_power` does where there is no tree.
+/// Probability with which `choose_light` takes a light.
 fn light_probability(index: u32, p: vec3f, receiver: u32) -> f32 {
     if !LIGHT_TREE {
         return lights[index].probability;
     }
     let normal = octahedral_decode(receiver);
-    var place = words[scene.light_tree + 1u + index];
-    var probability = select(word_f32(scene.light_tree), 0.0, place == NONE);
+    let width = node_width();
+    let defends_root = words[scene.light_tree] != 0u;
+    var place = words[scene.light_tree + LIGHT_TREE_PLACES + index];
+    var probability = select(1.0, 0.0, place == NONE);
     while place != NONE {
         let node = light_node(place / LIGHT_NODE_WIDTH);
-        var importances = node_importances(node, p, normal);
-        var sum = 0.0;
-        for (var child = 0u; child < LIGHT_NODE_WIDTH; child++) {
-            sum += importances[child];
-        }
-        probability *= light_share(importances[place % LIGHT_NODE_WIDTH], sum);
-        place = words[node + LIGHT_NODE_PLACE];
+        let above = words[node + LIGHT_NODE_PLACE];
+        let defends = defends_root && above == NONE;
+        var importances: array<f32, LIGHT_NODE_WIDTH>;
+        let together = node_importances(node, width, p, normal, &importances);
+        let weight = child_weight(importances[place % LIGHT_NODE_WIDTH], together, defends);
+        probability *= light_share(weight, node_weight(together, defends));
+        place = above;
     }
-    return probability;
+    let uniform_share = word_f32(scene.light_tree + 1u);
+    if uniform_share <= 0.0 {
+        return probability;
+    }
+    return light_choice_probability(probability, uniform_share, f32(scene.light_count));
+}
+
+/// Words of the tree of lights before the lights' places: whether the root's children are defended, and the share of choices that
+/// are uniform over all lights.
+const LIGHT_TREE_PLACES: u32 = 2u;
+
+/// Children that a node can have: few lights are a list shorter than a node.
+fn node_width() -> u32 {
+    return min(scene.light_count, LIGHT_NODE_WIDTH);
 }
 
 /// Where node `index` of the tree of lights begins, in `words`.
 fn light_node(index: u32) -> u32 {
-    return scene.light_tree + 1u + scene.light_count + LIGHT_NODE_WORDS * index;
+    return scene.light_tree + LIGHT_TREE_PLACES + scene.light_count + LIGHT_NODE_WORDS * index;
 }
 
-/// How much each child of the node at word `node` promises.
-fn node_importances(node: u32, p: vec3f, normal: vec3f) -> array<f32, LIGHT_NODE_WIDTH> {
-    var importances: array<f32, LIGHT_NODE_WIDTH>;
-    for (var child = 0u; child < LIGHT_NODE_WIDTH; child++) {
-        importances[child] = light_importance(light_group(node + child), p, normal);
+/// How much each child of the node at word `node` promises, and all together.
+fn node_importances(
+    node: u32,
+    width: u32,
+    p: vec3f,
+    normal: vec3f,
+    importances: ptr<function, array<f32, LIGHT_NODE_WIDTH>>,
+) -> NodeImportance {
+    var together = node_importance_zero();
+    for (var child = 0u; child < width; child++) {
+        let importance = light_importance(light_group(node + child), p, normal);
+        (*importances)[child] = importance;
+        together = node_importance_add(together, importance);
     }
-    return importances;
+    return together;
 }
 
 /// What a node knows of a child. Numbers of one child are a node's width apart, from word `at` on.
@@ -381,21 +415,40 @@ fn sample_environment(p: vec3f, u: vec2f) -> LightSample {
     return light;
 }
 
+/// What chose the lights of a vertex: the point and the receiver that `sample_light` was given; and, of whoever chooses several
+/// times or also in another way, the number of choices like this and the sum of the other ways' probabilities.
+struct LightChooser {
+    p: vec3f,
+    receiver: u32,
+    choices: f32,
+    others: f32,
+}
+
 /// Adds everything that is infinitely far away in unit direction `wi` to a path that goes there from its last vertex, `origin`.
-fn path_add_distant(path: PathState, origin: vec3f, wi: vec3f) -> PathState {
+fn path_add_distant(path: PathState, origin: vec3f, receiver: u32, wi: vec3f) -> PathState {
+    return path_add_distant_chosen(path, origin, LightChooser(origin, receiver, 1.0, 0.0), wi);
+}
+
+/// The same where `chooser` chose the lights at `origin`.
+fn path_add_distant_chosen(path: PathState, origin: vec3f, chooser: LightChooser, wi: vec3f) -> PathState {
     var pdf = 0.0;
     if scene.environment_light != NONE && !path.specular {
-        pdf = environment_pdf(origin, wi) * lights[scene.environment_light].probability;
+        pdf = environment_pdf(origin, wi) * chosen_probability(scene.environment_light, chooser);
     }
     var next = path_add_emission(path, environment_radiance(wi), pdf);
     for (var i = 0u; i < scene.disc_count; i++) {
         let index = words[scene.first_disc + i];
         let light = load_light(index);
         if directional_light_contains(light, wi) {
-            next = path_add_emission(next, light.emission, pdf_cone(light.size) * lights[index].probability);
+            pdf = pdf_cone(light.size) * chosen_probability(index, chooser);
+            next = path_add_emission(next, light.emission, pdf);
         }
     }
     return next;
+}
+
+fn chosen_probability(index: u32, chooser: LightChooser) -> f32 {
+    return chooser.choices * light_probability(index, chooser.p, chooser.receiver) + chooser.others;
 }
 
 /// Whether there is light from infinitely far away in any direction.
@@ -406,5 +459,5 @@ fn distant_light_shines() -> bool {
 
 /// Radiance of everything infinitely far away in unit direction `wi`.
 fn distant_radiance(wi: vec3f) -> vec3f {
-    return path_add_distant(path_start(), vec3f(0.0), wi).radiance;
+    return path_add_distant(path_start(), vec3f(0.0), ALL_SIDES, wi).radiance;
 }

@@ -4,8 +4,7 @@
 #import film, group_rays, hybrid_frame, hybrid_pixels, lights, lights_found, material, path_vertex
 #import rays, realtime_first, realtime_found, realtime_frame, realtime_tiles, scattering, scene
 #import surface, texels
-#import optics::constants, optics::light_tree, optics::math, optics::path, optics::random
-#import optics::reservoir
+#import optics::constants, optics::light_tree, optics::path, optics::random, optics::reservoir
 
 /// Whether first surfaces look at the lights of their tiles.
 fn uses_tiles() -> bool {
@@ -14,9 +13,6 @@ fn uses_tiles() -> bool {
 
 /// The question whether a light sample at the first surface counts: one of some lights of the tile, in proportion to what they
 /// would bring if nothing were in between, which then stands for all of them.
-///
-/// Each candidate weighs what it would bring by itself as one of so many samples. Candidates may depend on each other, as those of
-/// one tile do, since sums of expected values do not ask for independence.
 fn tile_shadow_ray(path: Path, s: Surface, lobes: FirstLobes, pixel: vec2u) -> ShadowRay {
     let tile = tile_of(pixel);
     let area = tile_area(tile);
@@ -33,13 +29,12 @@ fn tile_shadow_ray(path: Path, s: Surface, lobes: FirstLobes, pixel: vec2u) -> S
         if probability <= 0.0 {
             continue;
         }
-        // Points that are spread over the light: Roberts' sequence, moved by the sample's own numbers.
-        let on_light = fract(vec2f(fract(place), u.y) + f32(i) * vec2f(0.7548777, 0.5698403));
-        var light = sample_one_light(offered.x, s.position, min(on_light, vec2f(ONE_MINUS_EPSILON)));
-        light.pdf *= probability * f32(count);
+        let on_light = candidate_place(vec2f(fract(place), u.y), i);
+        var light = sample_one_light(offered.x, s.position, on_light);
+        light.pdf = candidate_pdf(light.pdf, probability, count);
         let ray = light_shadow_ray(path, s, lobes.frame, lobes.all, lobes.wo, light);
         let before = reservoir.sum;
-        reservoir = reservoir_add(reservoir, i, luminance(ray.contribution));
+        reservoir = reservoir_add(reservoir, i, candidate_weight(ray.contribution));
         if reservoir.sum > before && reservoir.chosen == i {
             chosen = ray;
         }
@@ -59,13 +54,15 @@ fn found_light_pdf(path: Path, s: Surface, t: f32, pixel: vec2u) -> f32 {
 }
 
 /// Light from infinitely far away, where a path leaves the scene.
-fn add_distant(path: Path) -> PathState {
-    var state = path.state;
-    if uses_tiles() && state.depth == 2u {
-        // Weights depend on the ratio of both densities only, and that of light samples is this factor higher.
-        state.pdf /= f32(realtime.light_candidates) * distant_share();
+fn add_distant(path: Path, pixel: vec2u) -> PathState {
+    if uses_tiles() && path.state.depth == 2u {
+        let center = seen_point(lights_found[in_plane(FOUND_OFFER, place_of(pixel))].z);
+        let candidates = f32(realtime.light_candidates);
+        let chooser =
+            LightChooser(center, ALL_SIDES, candidates * tile_share(), candidates * any_light_probability());
+        return path_add_distant_chosen(path.state, path.origin, chooser, path.direction);
     }
-    return path_add_distant(state, path.origin, path.direction);
+    return path_add_distant(path.state, path.origin, path.receiver, path.direction);
 }
 
 /// Follows a path that begins with what the camera's ray hits.
@@ -77,7 +74,7 @@ fn sample_light_at(pixel: vec2u, first: Hit, index: u32) -> SplitLight {
     var hit = first;
     loop {
         if hit.instance == NONE {
-            path.state = add_distant(path);
+            path.state = add_distant(path, pixel);
             break;
         }
         if ends_in_the_dark(path, hit) {

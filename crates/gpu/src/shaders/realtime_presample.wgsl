@@ -1,7 +1,6 @@
 // Each pixel chooses a light for its tile.
 
 #import hybrid_pixels, lights, lights_found, realtime_found, realtime_frame, realtime_tiles, texels
-#import variant
 #import optics::constants, optics::light_tree, optics::random
 
 /// How far behind the tile's first candidate for its centre the nearest pixel is that sees anything.
@@ -15,20 +14,14 @@ fn presample_hash(number: u32) -> u32 {
 
 /// Chooses a light for `center`; `u`: which; `rest`: another number for the bits that the choice uses up.
 fn choose_for_tile(center: vec3f, u: f32, rest: f32) -> LightChoice {
-    if !LIGHT_TREE {
-        return choose_by_power(u, rest);
-    }
-    let branch = light_branch(TILE_TREE_SHARE, 1.0 - TILE_TREE_SHARE, u);
+    let branch = light_branch(tile_share(), 1.0 - tile_share(), u);
     if branch.second {
-        let index = min(u32(branch.remainder * f32(scene.light_count)), scene.light_count - 1u);
-        if any_light_probability(index) <= 0.0 {
-            return LightChoice(NONE, 0.0, 0.0);
-        }
+        let index = uniform_light(branch.remainder, scene.light_count);
         return LightChoice(index, tile_probability(index, center), 0.0);
     }
-    var choice = choose_by_place(center, ALL_SIDES, branch.remainder, rest);
+    var choice = choose_light(center, ALL_SIDES, branch.remainder, rest);
     if choice.probability > 0.0 {
-        choice.probability = TILE_TREE_SHARE * choice.probability + any_light_probability(choice.index);
+        choice.probability = tile_share() * choice.probability + any_light_probability();
     }
     return choice;
 }

@@ -1,13 +1,13 @@
 // Tiles of lights: squares of eight by eight pixels choose as many lights together, for a point that one of them sees, and each
 // pixel looks at some of those. Every pixel keeps the light that it has chosen for its tile.
 
-#import hybrid_frame, hybrid_pixels, lights, realtime_frame, scene, texels, variant
-#import optics::constants, optics::light_tree
+#import hybrid_frame, hybrid_pixels, lights, realtime_frame, texels, variant
+#import optics::light_tree
 
 /// Pixels of a tile in a row and in a column, but for tiles that the window's edge cuts.
 const TILE: u32 = 8u;
 
-/// In scenes with a tree of lights, the share of those that the tree chooses. It chooses for one point of the tile. Others may
+/// In scenes with several lights, the share of those that are chosen by what they can bring to one point of the tile. Others may
 /// see lights that cannot be seen from there, and those must have their chance: the rest is chosen among all alike.
 const TILE_TREE_SHARE: f32 = 0.875;
 
@@ -37,23 +37,19 @@ fn seen_point(place: u32) -> vec3f {
     return ray.origin + ray.direction * first_hit(place).t;
 }
 
-/// Probability with which each of the tile's choices is light `index`, if that is no light without a place.
+/// Probability with which each of the tile's choices is light `index`.
 ///
 /// - `center`: the point that the tile chooses for.
 fn tile_probability(index: u32, center: vec3f) -> f32 {
-    if !LIGHT_TREE {
-        return lights[index].probability;
-    }
-    return TILE_TREE_SHARE * light_probability(index, center, ALL_SIDES) + any_light_probability(index);
+    return tile_share() * light_probability(index, center, ALL_SIDES) + any_light_probability();
 }
 
-/// Its part that does not depend on the point. Lights without a place are the same for all points: the tree's share is enough.
-fn any_light_probability(index: u32) -> f32 {
-    let has_place = words[scene.light_tree + 1u + index] != NONE;
-    return select(0.0, (1.0 - TILE_TREE_SHARE) / f32(scene.light_count), has_place);
-}
-
-/// By how much tiles choose lights without a place less often than `sample_light` does.
-fn distant_share() -> f32 {
+/// Share of the choices that are made for the tile's point.
+fn tile_share() -> f32 {
     return select(1.0, TILE_TREE_SHARE, LIGHT_TREE);
+}
+
+/// Probability with which each of the tile's choices is a light, whichever, because all are chosen alike.
+fn any_light_probability() -> f32 {
+    return select(0.0, (1.0 - TILE_TREE_SHARE) / f32(scene.light_count), LIGHT_TREE);
 }

@@ -1,7 +1,8 @@
 // From a hit to the surface there.
 
-#import material_constants, scene, texture, variant
-#import optics::constants, optics::frame, optics::math, optics::offset, optics::shape
+#import scene, scene_records, texture, variant
+#import optics::constants, optics::frame, optics::material, optics::math, optics::offset
+#import optics::shape
 
 fn transform_point(rows: array<vec4f, 3>, p: vec3f) -> vec3f {
     let h = vec4f(p, 1.0);

@@ -1,7 +1,8 @@
 // Every image is a texture of its own, for devices with binding arrays.
 
 enable wgpu_binding_array;
-#import scene, variant
+#import scene_records, variant
+#import optics::image_texture
 
 // wgpu allows no uniform buffer beside a binding array.
 @group(0) @binding(0) var<storage, read> scene: SceneInfo;

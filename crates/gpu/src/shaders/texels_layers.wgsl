@@ -2,7 +2,8 @@
 // GPUs do not have; it costs one binding, however many textures there are; and unlike a storage buffer it is not limited
 // to 128 MiB.
 
-#import scene
+#import scene_records
+#import optics::image_texture
 
 @group(0) @binding(0) var<uniform> scene: SceneInfo;
 @group(0) @binding(7) var texels: texture_2d_array<f32>;

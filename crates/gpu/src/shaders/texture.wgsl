@@ -1,47 +1,21 @@
-// Textures. Wrapping and filtering are done here rather than by samplers, so that every device and the CPU agree to the
-// last bits.
+// Textures. Wrapping and filtering are the optics' `image_texture` rather than samplers', so that every device and the
+// CPU agree to the last bits.
 
-#import material_constants, scene, texels
-#import optics::constants, optics::ggx, optics::tonemap
-
-fn wrap_texel(i: i32, size: u32, mode: u32) -> u32 {
-    let n = i32(size);
-    if mode == WRAP_CLAMP {
-        return u32(clamp(i, 0, n - 1));
-    }
-    // The remainder of a negative number is negative.
-    let period = select(n, 2 * n, mode == WRAP_MIRRORED_REPEAT);
-    let r = ((i % period) + period) % period;
-    return u32(select(2 * n - 1 - r, r, r < n));
-}
+#import albedo_constants, scene, texels
+#import optics::constants, optics::ggx, optics::image_texture
 
 fn texel(use_: TextureUse, x: i32, y: i32) -> vec4f {
-    let column = wrap_texel(x, use_.width, (use_.flags >> TEXTURE_WRAP_U_SHIFT) & 3u);
-    let row = wrap_texel(y, use_.height, (use_.flags >> TEXTURE_WRAP_V_SHIFT) & 3u);
-    let stored = stored_texel(use_, column, row);
-    if (use_.flags & TEXTURE_SRGB) != 0u {
-        return vec4f(srgb_decode(stored.rgb), stored.a);
-    }
-    return stored;
+    return decode_texel(use_, stored_texel(use_, texel_column(use_, x), texel_row(use_, y)));
 }
 
 /// The linear RGBA value at texture coordinates, both sets of which are given.
 fn sample_texture(use_: TextureUse, coords: vec4f) -> vec4f {
-    let uv = vec3f(select(coords.xy, coords.zw, (use_.flags & TEXTURE_UV1) != 0u), 1.0);
-    var p = vec2f(dot(use_.row_u, uv), dot(use_.row_v, uv)) * vec2f(f32(use_.width), f32(use_.height));
-    if !(abs(p.x) < 1e9 && abs(p.y) < 1e9) {
-        return texel(use_, 0, 0);
+    let f = texel_footprint(use_, coords);
+    if !f.bilinear {
+        return texel(use_, f.x, f.y);
     }
-    if (use_.flags & TEXTURE_BILINEAR) == 0u {
-        return texel(use_, i32(floor(p.x)), i32(floor(p.y)));
-    }
-    p -= 0.5;
-    let corner = floor(p);
-    let f = p - corner;
-    let x = i32(corner.x);
-    let y = i32(corner.y);
-    return texel(use_, x, y) * ((1.0 - f.x) * (1.0 - f.y)) + texel(use_, x + 1, y) * (f.x * (1.0 - f.y))
-        + texel(use_, x, y + 1) * ((1.0 - f.x) * f.y) + texel(use_, x + 1, y + 1) * (f.x * f.y);
+    return mix_texels(f, texel(use_, f.x, f.y), texel(use_, f.x + 1, f.y),
+        texel(use_, f.x, f.y + 1), texel(use_, f.x + 1, f.y + 1));
 }
 
 /// A texture of a material, if it has one there; ones otherwise.

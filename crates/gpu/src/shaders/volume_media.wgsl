@@ -3,9 +3,9 @@
 //
 // Media and grids lie in `words`; MEDIUM_… and GRID_… are the places of their fields, in words.
 
-#import material_constants, medium_constants, scene, surface, texels
-#import optics::constants, optics::interiors, optics::intersect, optics::math, optics::medium
-#import optics::random, optics::volume
+#import medium_constants, scene, scene_records, surface, texels
+#import optics::constants, optics::interiors, optics::intersect, optics::material, optics::math
+#import optics::medium, optics::random, optics::volume
 
 /// A part of a ray that lies in one medium.
 struct Segment {
@@ -27,7 +27,7 @@ fn is_body(material: u32) -> bool {
 }
 
 fn is_boundary(material: u32) -> bool {
-    return materials[material].model == MODEL_BOUNDARY;
+    return materials[material].model == ModelTag_Boundary;
 }
 
 fn bodies_nest() -> bool {

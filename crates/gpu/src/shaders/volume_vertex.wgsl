@@ -149,7 +149,8 @@ fn advance(walk: ptr<function, VolumePath>, hits: bool, t: f32, s: Surface) -> A
         return Arrival(ARRIVES_IN_MEDIUM, position, segment.medium.anisotropy, segment.subsurface, segment.open);
     }
     if !hits {
-        (*walk).path.state = path_add_distant((*walk).path.state, (*walk).vertex, direction);
+        let path = (*walk).path;
+        (*walk).path.state = path_add_distant(path.state, (*walk).vertex, path.receiver, direction);
         return arrival;
     }
     (*walk).since_vertex += t;

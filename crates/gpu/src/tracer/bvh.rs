@@ -42,7 +42,7 @@ pub fn encode(tables: &SceneTables, quality: Quality) -> EncodedScene {
 pub fn encode_still(tables: &SceneTables, quality: Quality, is_software: bool) -> EncodedScene {
     let (objects, instances) = objects_and_instances(tables);
     let most_joined = if is_software { MOST_JOINED_IN_SOFTWARE } else { MOST_JOINED };
-    EncodedScene::build_still(&objects, &instances, quality, most_joined)
+    EncodedScene::build_flattened(&objects, &instances, quality, most_joined)
 }
 
 fn objects_and_instances(tables: &SceneTables) -> (Vec<Object<'_>>, Vec<Instance>) {
@@ -151,7 +151,7 @@ impl BvhTracer {
     pub fn new(gpu: &Gpu, scene: &GpuScene, instances: Instances) -> Result<Self, GpuError> {
         if instances == Instances::StandStill {
             let encoded = encode_still(&scene.tables, Quality::Balanced, gpu.is_software());
-            let is_joined = encoded.is_joined();
+            let is_joined = encoded.is_flattened();
             let made = Self::upload(gpu, encoded);
             // What is too large for the device joined may not be as it is.
             if made.is_ok() || !is_joined || gpu.is_lost() {
@@ -212,7 +212,7 @@ impl BvhTracer {
         let memory_bytes = buffers.iter().map(wgpu::Buffer::size).sum();
         let scene_module = scene_module(&scene, nodes, primitives, stack);
         let [instances, first_nodes] = [&buffers[0], &buffers[FIRST_PAGE as usize]].map(wgpu::Buffer::clone);
-        let upper = scene.into_upper();
+        let upper = scene.into_top_level();
         let beam_boxes = beam_boxes(gpu);
         Ok(Self { scene_module, layout, bind_group, memory_bytes, beam_boxes, upper, instances, first_nodes })
     }
@@ -244,7 +244,7 @@ impl Tracer for BvhTracer {
     }
 
     fn move_instances(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<bool, GpuError> {
-        if self.upper.is_joined() {
+        if self.upper.is_flattened() {
             return Ok(false);
         }
         let (single, stack) = (self.upper.is_single(), self.upper.stack_size());
@@ -339,7 +339,7 @@ fn scene_module(scene: &EncodedScene, nodes: Pages, primitives: Pages, stack: u3
         "// Whether there is one instance that stands in the world as it is.\n",
         &format!("const BVH_SINGLE: bool = {};\n", scene.is_single()),
         "// Whether that is made of several, and primitives say which they belong to.\n",
-        &format!("const BVH_JOINED: bool = {};\n", scene.is_joined()),
+        &format!("const BVH_JOINED: bool = {};\n", scene.is_flattened()),
         &format!("const BVH_HAS_TRIANGLES: bool = {has_triangles};\n"),
         &format!("const BVH_HAS_SPHERES: bool = {has_spheres};\n"),
     ]

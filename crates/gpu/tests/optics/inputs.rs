@@ -8,13 +8,19 @@ use optics::estimator::Moments;
 use optics::frame::{Frame, frame_from_normal};
 use optics::ggx::MIN_ALPHA;
 use optics::glossy::{MetallicRoughness, lambert_bsdf, metallic_roughness_bsdf, mirror_bsdf};
+use optics::image_texture::{TexelFootprint, TextureUse};
 use optics::interiors::{Interiors, Surroundings, interiors_enter, interiors_nothing};
 use optics::intersect::{RayShear, ray_shear};
 use optics::layered::{Layered, LayeredAlbedos, LayeredParameters, layered_bsdf};
+use optics::layers::{LayerTexels, LayeredPoint, LayersRecord, SurfaceDirections};
 use optics::light::{LIGHT_RECTANGLE, Light};
 use optics::light_profile::ProfileCell;
-use optics::light_tree::{ALL_SIDES, LightGroup, octahedral_encode};
+use optics::light_tree::{
+    ALL_SIDES, ChildChoice, INFINITELY_FAR, LightGroup, NodeImportance, octahedral_encode,
+};
+use optics::material::{MaterialRecord, ModelTag};
 use optics::path::PathState;
+use optics::plain::PlainPoint;
 use optics::random::PixelSampler;
 use optics::reservoir::Reservoir;
 use optics::scatter::{Bsdf, BsdfSample, BsdfValue, black_bsdf};
@@ -23,7 +29,7 @@ use optics::spherical_rectangle::{SphericalRectangle, spherical_rectangle_new};
 use optics::spherical_triangle::{SphericalTriangle, spherical_triangle_new};
 use optics::vector::cross;
 use optics::volume::Medium;
-use optics::{Vec2f, Vec3f, vec2f, vec3f};
+use optics::{Vec2f, Vec3f, Vec4f, vec2f, vec3f, vec4f};
 use testkit::Random;
 
 /// One in so many numbers is an edge case.
@@ -351,8 +357,19 @@ pub fn light_group(i: &mut Inputs) -> LightGroup {
         cos_spread,
         sin_spread: (1.0 - cos_spread * cos_spread).max(0.0).sqrt(),
         cos_emission: signed_cosine(i),
-        back: if flag(i) { -1.0 } else { 1.0 },
+        back: [-1.0, 1.0, INFINITELY_FAR][i.below(3) as usize],
     }
+}
+
+/// What some children promise together, or none.
+pub fn node_importance(i: &mut Inputs) -> NodeImportance {
+    let count = i.below(9) as f32;
+    NodeImportance { sum: if count > 0.0 { positive(i) } else { 0.0 }, count }
+}
+
+pub fn child_choice(i: &mut Inputs) -> ChildChoice {
+    let (child, weight, before) = (i.below(8) as u32, positive(i), share(i));
+    ChildChoice { child, weight, before, end: before + weight }
 }
 
 /// A unit vector, or zero.
@@ -438,6 +455,139 @@ pub fn layers(i: &mut Inputs) -> LayeredParameters {
         thin: flag(i),
         inside: flag(i),
     }
+}
+
+/// An RGBA texel or vertex colour.
+pub fn texel4(i: &mut Inputs) -> Vec4f {
+    let edges = [vec4f(1.0, 1.0, 1.0, 1.0), vec4f(0.0, 0.0, 0.0, 0.0)];
+    i.edge(&edges).unwrap_or_else(|| vec4f(i.uniform(), i.uniform(), i.uniform(), i.uniform()))
+}
+
+/// Two pairs of texture coordinates.
+pub fn coordinates(i: &mut Inputs) -> Vec4f {
+    let edges = [vec4f(0.0, 0.0, 1.0, 1.0), vec4f(f32::NAN, 0.0, 1e20, 0.5)];
+    let mut coordinate = || i.between(-3.0, 3.0);
+    let any = vec4f(coordinate(), coordinate(), coordinate(), coordinate());
+    i.edge(&edges).unwrap_or(any)
+}
+
+/// A texel's number before wrapping.
+pub fn texel_index(i: &mut Inputs) -> i32 {
+    i.below(400) as i32 - 200
+}
+
+pub fn texture_use(i: &mut Inputs) -> TextureUse {
+    // Every wrap mode, filter, encoding and set of coordinates.
+    let flags = i.below(8) as u32 | (i.below(3) << 4) as u32 | (i.below(3) << 6) as u32;
+    let mut row = || vec3f(i.between(-2.0, 2.0), i.between(-2.0, 2.0), i.between(-1.0, 1.0));
+    let (row_u, row_v) = (row(), row());
+    let first_texel = i.edge(&[NONE, 0]).unwrap_or_else(|| index(i));
+    let (width, height) = (1 + i.below(64) as u32, 1 + i.below(64) as u32);
+    TextureUse { row_u, first_texel, row_v, flags, width, height, image: index(i), padding: 0 }
+}
+
+pub fn texel_footprint(i: &mut Inputs) -> TexelFootprint {
+    let (x, y) = (texel_index(i), texel_index(i));
+    TexelFootprint { x, y, right: i.uniform(), below: i.uniform(), bilinear: flag(i) }
+}
+
+pub fn model(i: &mut Inputs) -> ModelTag {
+    let models = [
+        ModelTag::MetallicRoughness,
+        ModelTag::Lambert,
+        ModelTag::Dielectric,
+        ModelTag::Mirror,
+        ModelTag::Unlit,
+        ModelTag::Layered,
+        ModelTag::Boundary,
+    ];
+    models[i.below(models.len() as u64) as usize]
+}
+
+pub fn material_record(i: &mut Inputs) -> MaterialRecord {
+    MaterialRecord {
+        base_color: texel4(i),
+        emission: radiance(i),
+        model: model(i),
+        metallic: share(i),
+        roughness: share(i),
+        specular: share(i),
+        ior: ior(i),
+        transmission: share(i),
+        normal_scale: share(i),
+        alpha_cutoff: share(i),
+        flags: i.below(512) as u32,
+        checkerboard_even: albedo(i),
+        checkerboard_scale: size(i),
+        checkerboard_odd: albedo(i),
+        padding: 0,
+        checkerboard_fade: vec2f(size(i), size(i)),
+        medium: body_or_none(i),
+        priority: priority(i),
+        absorption: coefficients(i),
+        layers: body_or_none(i),
+        textures: [0; 5].map(|_: u32| texture_use(i)),
+    }
+}
+
+pub fn plain_point(i: &mut Inputs) -> PlainPoint {
+    PlainPoint {
+        model: model(i),
+        base_color: albedo(i),
+        metallic: share(i),
+        roughness: share(i),
+        specular: share(i),
+        ior: ior(i),
+        eta: eta(i),
+        thin: flag(i),
+        albedo_table: axis(i),
+    }
+}
+
+pub fn layers_record(i: &mut Inputs) -> LayersRecord {
+    let turn = i.between(0.0, 6.0);
+    LayersRecord {
+        specular_color: albedo(i),
+        reflectance_ior: i.edge(&[0.0]).unwrap_or_else(|| ior(i)),
+        sheen_color: albedo(i),
+        sheen_roughness: share(i),
+        diffuse_transmission_color: albedo(i),
+        diffuse_transmission: share(i),
+        film_thickness: vec2f(film_thickness(i), film_thickness(i)),
+        anisotropy_direction: vec2f(turn.cos(), turn.sin()),
+        anisotropy: share(i),
+        coat: share(i),
+        coat_roughness: share(i),
+        coat_normal_scale: share(i),
+        dispersion: size(i),
+        iridescence: share(i),
+        film_ior: ior(i),
+        flags: i.below(8) as u32,
+    }
+}
+
+pub fn layer_texels(i: &mut Inputs) -> LayerTexels {
+    LayerTexels {
+        layers: [0; 12].map(|_: u32| texel4(i)),
+        metallic_roughness: texel4(i),
+        transmission: texel4(i),
+    }
+}
+
+/// Directions at a point whose normals are on the viewer's side.
+pub fn surface_directions(i: &mut Inputs) -> SurfaceDirections {
+    let normal = direction(i);
+    let local = frame_from_normal(normal);
+    let mut above = || {
+        let d = upper(i);
+        local.tangent * d.x + local.bitangent * d.y + local.normal * d.z
+    };
+    let (wo, shading_normal, smooth_normal) = (above(), above(), above());
+    SurfaceDirections { wo, normal, shading_normal, layer_frame: frame_from_normal(smooth_normal) }
+}
+
+pub fn layered_point(i: &mut Inputs) -> LayeredPoint {
+    LayeredPoint { frame: frame(i), wo: upper(i), parameters: layers(i), refraction_tint: albedo(i) }
 }
 
 pub fn layer_albedos(i: &mut Inputs) -> LayeredAlbedos {

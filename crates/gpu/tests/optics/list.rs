@@ -91,6 +91,14 @@ const STEPS: Tolerance = Tolerance {
     ..ROUNDING
 };
 
+/// Which texels a lookup reads, and by what weights.
+const TEXELS: Tolerance = Tolerance {
+    absolute: 1e-3,
+    relative: 1e-5,
+    exceptions: 0.02,
+    why: "weights are fractions of numbers up to thousands; at a texel's edge, the last bit says which one it is",
+};
+
 /// Angles around any axis.
 const AZIMUTHS: Tolerance = Tolerance {
     exceptions: 0.05,
@@ -335,6 +343,34 @@ functions! {
     pattern::checkerboard(p: point2, width: share) within ROUNDING;
     pattern::footprint_width(radius: share, cos_theta: cosine) within ROUNDING;
     pattern::distance_fade(distance: positive, near: size, far: size) within ROUNDING;
+    // materials/image_texture.rs
+    image_texture::no_texture() within EXACT;
+    image_texture::wrap_texel(i: texel_index, size: count, mode: axis) within EXACT;
+    image_texture::texel_column(t: texture_use, x: texel_index) within EXACT;
+    image_texture::texel_row(t: texture_use, y: texel_index) within EXACT;
+    image_texture::decode_texel(t: texture_use, stored: texel4) within POWERS;
+    image_texture::texel_footprint(t: texture_use, coords: coordinates) within TEXELS;
+    image_texture::mix_texels(f: texel_footprint, t00: texel4, t10: texel4, t01: texel4, t11: texel4) within ROUNDING;
+    // materials/material.rs
+    material::material_base_color(m: material_record, vertex_color: texel4, texel: texel4, pattern_position: point2, footprint_width: share) within CANCELLING;
+    material::material_coverage(m: material_record, vertex_alpha: share, texel_alpha: share, pattern_position: point2) within STEPS;
+    material::material_shines(m: material_record) within EXACT;
+    material::material_emits(m: material_record, front: flag) within EXACT;
+    material::material_emission(m: material_record, texel: texel4) within ROUNDING;
+    material::material_eta(m: material_record, ior: ior, front: flag) within ROUNDING;
+    // materials/plain.rs
+    plain::material_mixes_models(m: material_record) within EXACT;
+    plain::plain_point(m: material_record, base_color: albedo, metallic_roughness: texel4, transmission: texel4, ior: ior, front: flag, u_model: unit, single_scatter: flag) within GRAZING;
+    plain::plain_bsdf(p: plain_point, albedo: ggx_albedo, single_scatter: flag) within ROUNDING;
+    // materials/layers.rs
+    layers::coat_normal(l: layers_record, s: surface_directions, texel: texel4) within GRAZING;
+    layers::anisotropy_frame(l: layers_record, s: surface_directions, texel: texel4) within GRAZING;
+    layers::layered_point(m: material_record, l: layers_record, s: surface_directions, base_color: albedo, t: layer_texels, ior: ior, front: flag, throughput: albedo, u_dispersion: unit) within GRAZING;
+    layers::has_coat(m: layers) within EXACT;
+    layers::has_sheen(m: layers) within EXACT;
+    layers::has_interface(m: layers) within EXACT;
+    layers::coat_cosine(p: layered_point) within CANCELLING;
+    layers::no_albedos() within EXACT;
     // lights/light.rs
     light::no_light_sample() within EXACT;
     light::light_sample(light: light, p: point, u: unit2) within CANCELLING;
@@ -376,6 +412,9 @@ functions! {
     sky::equirect_to_direction(uv: unit2, rotation: turns) within ROUNDING;
     sky::equirect_pdf(pdf_image: density, polar: unit) within ROUNDING;
     // lights/reservoir.rs
+    reservoir::candidate_weight(contribution: radiance) within EXACT;
+    reservoir::candidate_pdf(pdf: density, probability: share, count: depth) within ROUNDING;
+    reservoir::candidate_place(u: unit2, number: depth) within CANCELLING;
     reservoir::reservoir_empty(u: unit) within EXACT;
     reservoir::reservoir_add(r: reservoir, number: depth, weight: positive) within GRAZING;
     reservoir::reservoir_factor(r: reservoir) within ROUNDING;
@@ -384,8 +423,17 @@ functions! {
     light_tree::sin_of_difference(cos_a: signed_cosine, sin_a: share, cos_b: signed_cosine, sin_b: share) within CANCELLING;
     light_tree::light_importance(lights: light_group, p: point, normal: receiver) within GRAZING;
     light_tree::light_branch(first: positive, second: positive, u: unit) within ROUNDING;
-    light_tree::light_share(importance: positive, sum: positive) within ROUNDING;
-    light_tree::light_remainder(chosen: positive, before: share, importance: positive) within CANCELLING;
+    light_tree::node_importance_zero() within EXACT;
+    light_tree::node_importance_add(node: node_importance, importance: positive) within ROUNDING;
+    light_tree::child_weight(importance: positive, node: node_importance, defends: flag) within ROUNDING;
+    light_tree::node_weight(node: node_importance, defends: flag) within ROUNDING;
+    light_tree::light_share(weight: positive, sum: positive) within ROUNDING;
+    light_tree::child_choice_none() within EXACT;
+    light_tree::child_choice_add(choice: child_choice, child: depth, weight: positive, chosen: positive) within ROUNDING;
+    light_tree::child_remainder(choice: child_choice, chosen: positive) within CANCELLING;
+    light_tree::light_choice_probability(by_importance: share, uniform_share: share, count: size) within ROUNDING;
+    light_tree::uniform_light(u: unit, count: rows) within EXACT;
+    light_tree::uniform_remainder(u: unit, count: rows) within CANCELLING;
     light_tree::octahedral_encode(v: direction) within STEPS;
     light_tree::octahedral_decode(code: octahedral) within ROUNDING;
     light_tree::refill(remainder: unit, probability: share, rest: unit) within STEPS;

@@ -71,6 +71,7 @@ impl Text {
             TypeInner::Scalar(s) => vec![scalar(*s)],
             TypeInner::Vector { size, scalar: s } => vec![scalar(*s); *size as usize],
             TypeInner::Struct { members, .. } => members.iter().flat_map(|m| self.kinds(m.ty)).collect(),
+            TypeInner::Array { base, size, .. } => self.kinds(*base).repeat(length(*size)),
             other => panic!("values of type {other:?} cannot go through a buffer of words"),
         }
     }
@@ -123,6 +124,10 @@ impl Text {
                 let name = self.module.types[ty].name.as_deref().expect("structures have names");
                 format!("{name}({})", parts.join(", "))
             }
+            TypeInner::Array { base, size, .. } => {
+                let parts: Vec<_> = (0..length(*size)).map(|_| self.read(*base, next)).collect();
+                format!("array({})", parts.join(", "))
+            }
             other => panic!("{other:?} cannot be read from words"),
         }
     }
@@ -144,7 +149,18 @@ impl Text {
                     self.write(&format!("{value}.{name}"), m.ty, words);
                 }
             }
+            TypeInner::Array { base, size, .. } => {
+                (0..length(*size)).for_each(|i| self.write(&format!("{value}[{i}]"), *base, words));
+            }
             other => panic!("{other:?} cannot be written as words"),
         }
+    }
+}
+
+/// Elements of an array.
+fn length(size: naga::ArraySize) -> usize {
+    match size {
+        naga::ArraySize::Constant(count) => count.get() as usize,
+        other => panic!("arrays of size {other:?} cannot go through a buffer of words"),
     }
 }

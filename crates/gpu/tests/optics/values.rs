@@ -1,6 +1,7 @@
 //! Optics values as the 32-bit words that shaders read and write.
 
-use optics::{Vec2f, Vec2u, Vec3f, Vec4i, Vec4u};
+use optics::material::ModelTag;
+use optics::{Vec2f, Vec2u, Vec3f, Vec4f, Vec4i, Vec4u};
 
 /// A value as words, field after field.
 pub trait Words {
@@ -67,6 +68,24 @@ impl Words for Vec3f {
     }
 }
 
+impl Words for Vec4f {
+    fn put(&self, words: &mut Vec<u32>) {
+        words.extend([self.x, self.y, self.z, self.w].map(f32::to_bits));
+    }
+}
+
+impl Words for ModelTag {
+    fn put(&self, words: &mut Vec<u32>) {
+        words.push(*self as u32);
+    }
+}
+
+impl<T: Words, const N: usize> Words for [T; N] {
+    fn put(&self, words: &mut Vec<u32>) {
+        self.iter().for_each(|value| value.put(words));
+    }
+}
+
 macro_rules! structures {
     ($($name:ident in $module:ident { $($field:ident),* $(,)? })*) => {
         $(impl Words for optics::$module::$name {
@@ -105,6 +124,8 @@ structures! {
         first, size, height, difference, sum, cos_inner, start, half_turns, solid_angle,
     }
     ProfileCell in light_profile { first, second, third, fourth, down, across }
+    NodeImportance in light_tree { sum, count }
+    ChildChoice in light_tree { child, weight, before, end }
     LightBranch in light_tree { second, probability, remainder }
     Reservoir in reservoir { chosen, weight, sum, remainder }
     Medium in volume { absorption, scattering, emission, anisotropy }
@@ -122,6 +143,24 @@ structures! {
     }
     BsdfSample in scatter { wi, weight, pdf, delta, transmitted }
     BsdfValue in scatter { value_cos, pdf }
+    TextureUse in image_texture { row_u, first_texel, row_v, flags, width, height, image, padding }
+    TexelFootprint in image_texture { x, y, right, below, bilinear }
+    MaterialRecord in material {
+        base_color, emission, model, metallic, roughness, specular, ior, transmission, normal_scale, alpha_cutoff, flags,
+        checkerboard_even, checkerboard_scale, checkerboard_odd, padding, checkerboard_fade, medium, priority,
+        absorption, layers, textures,
+    }
+    PlainPoint in plain {
+        model, base_color, metallic, roughness, specular, ior, eta, thin, albedo_table,
+    }
+    LayersRecord in layers {
+        specular_color, reflectance_ior, sheen_color, sheen_roughness, diffuse_transmission_color,
+        diffuse_transmission, film_thickness, anisotropy_direction, anisotropy, coat, coat_roughness,
+        coat_normal_scale, dispersion, iridescence, film_ior, flags,
+    }
+    LayerTexels in layers { layers, metallic_roughness, transmission }
+    SurfaceDirections in layers { wo, normal, shading_normal, layer_frame }
+    LayeredPoint in layers { frame, wo, parameters, refraction_tint }
     MetallicRoughness in glossy { base_color, metallic, roughness, specular, ior }
     LayeredParameters in layered {
         base_color, metallic, roughness, specular, specular_color, ior, anisotropy, transmission,

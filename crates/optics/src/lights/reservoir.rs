@@ -1,5 +1,7 @@
 //! Choosing one of some candidates that come one after the other, in proportion to their weights.
 //!
+//! The candidates of a vertex are light samples: each weighs what it would bring by itself if nothing were in between.
+//!
 //! Source: Talbot, Cline and Egbert, "Importance Resampling for Global Illumination", EGSR 2005; Chao, "A General Purpose
 //! Unequal Probability Sampling Plan", Biometrika 1982, for the choice without a list.
 
@@ -24,6 +26,26 @@ pub mod reservoir {
         pub sum: f32,
         /// A uniform number in `[0, 1)`, whatever has been chosen.
         pub remainder: f32,
+    }
+
+    /// Weight of a candidate by what it would contribute: its strongest channel, so that no colour is left out.
+    pub fn candidate_weight(contribution: Vec3f) -> f32 {
+        max_component(contribution)
+    }
+
+    /// Density of a candidate as one of `count`, by its density `pdf` once its light is chosen and the `probability` of that.
+    ///
+    /// Candidates may depend on each other: sums of expected values do not ask for independence.
+    pub fn candidate_pdf(pdf: f32, probability: f32, count: u32) -> f32 {
+        pdf * (probability * f32(count))
+    }
+
+    /// Where on its light candidate `number` lies: points that are spread, moved by two uniform numbers `u`.
+    /// Source: Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018.
+    pub fn candidate_place(u: Vec2f, number: u32) -> Vec2f {
+        let x = u.x + f32(number) * 0.7548777;
+        let y = u.y + f32(number) * 0.5698403;
+        vec2f(min(x - floor(x), ONE_MINUS_EPSILON), min(y - floor(y), ONE_MINUS_EPSILON))
     }
 
     /// No candidates yet; `u`: a uniform number in `[0, 1)` that makes all choices.

@@ -1,7 +1,11 @@
-//! Choosing among many lights by where they are: what a tree of lights knows of a group, and how much that promises.
+//! Choosing a light by the irradiance that it can bring to a vertex: what a tree of lights knows of a group of them, and how one
+//! step down the tree is taken. The tree itself is the scene's; that of few lights is one node, a list.
+//!
+//! Irradiance is estimated without shadows. Where the estimate is wrong, a list of lights has a guarantee: see [`child_weight`].
 //!
 //! Source: Conty Estévez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018, with the bounds
-//! of Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th edition, section 12.6.3. The tree itself is the scene's.
+//! of Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th edition, section 12.6.3; defensive mixtures: Hesterberg,
+//! "Weighted Average Importance Sampling and Defensive Mixture Distributions", Technometrics 37(2), 1995.
 
 use inlining::inline_all;
 use wgsl_rs::wgsl;
@@ -26,19 +30,30 @@ pub mod light_tree {
     pub const LIGHT_NODE_LEAF: u32 = 0x80000000u32;
     /// The bits of a child's link that are an index.
     pub const LIGHT_NODE_INDEX: u32 = 0x7fffffffu32;
-    /// What importances are cut off at: eight of them have a finite sum.
+    /// What importances are cut off at: sums of weights of eight children are finite.
     pub const MOST_IMPORTANT: f32 = 1e30;
+    /// [`LightGroup::back`] of lights that are infinitely far away.
+    pub const INFINITELY_FAR: f32 = 0.0;
+    /// Added to the cosine at a receiver. Normals are rounded ([`octahedral_encode`]), and no light that grazes a surface may have
+    /// an importance of 0.
+    pub const COSINE_SLACK: f32 = 2e-4;
+    /// Of a tree of more than one node, the share of choices that are uniform over all lights. No light is chosen less often than
+    /// with this share divided by the number of lights, whatever importances say.
+    pub const UNIFORM_SHARE: f32 = 0.125;
     /// Of surfaces that light can reach from all sides, in place of [`octahedral_encode`].
     pub const ALL_SIDES: u32 = 0u32;
 
     /// Where a group of lights is, and where it shines.
+    ///
+    /// Lights that are infinitely far away have `back` [`INFINITELY_FAR`], and the axis opposite to `center`, with no spread.
     #[derive(Clone, Copy, Debug)]
     pub struct LightGroup {
-        /// Centre of a sphere around the lights, world space.
+        /// Centre of a sphere around the lights, world space. Infinitely far: unit axis of a cone of directions towards the lights.
         pub center: Vec3f,
-        /// Radius of that sphere.
+        /// Radius of that sphere. Infinitely far: sine of the cone's half angle, 1 for all directions.
         pub radius: f32,
-        /// Sum of the lights' greatest radiant intensities; 0: there is no light.
+        /// Sum of the lights' greatest radiant intensities, W/sr in the strongest channel; 0: there is no light. Infinitely far: sum
+        /// of irradiances at normal incidence, W/m².
         pub intensity: f32,
         /// Unit axis of a cone around the lights' main directions.
         pub axis: Vec3f,
@@ -48,7 +63,7 @@ pub mod light_tree {
         pub sin_spread: f32,
         /// Cosine of the angle from its main direction up to which a light emits.
         pub cos_emission: f32,
-        /// −1 if the lights emit around the opposite directions, too; else 1.
+        /// −1 if the lights emit around the opposite directions, too; else 1, or [`INFINITELY_FAR`].
         pub back: f32,
     }
 
@@ -62,14 +77,15 @@ pub mod light_tree {
         select(sin_a * cos_b - cos_a * sin_b, 0.0, cos_a > cos_b)
     }
 
-    /// An estimate of how much a group of lights brings to a point, up to a factor that is the same for all groups. Zero only
-    /// where it brings nothing, at most [`MOST_IMPORTANT`].
+    /// An estimate of the irradiance that a group of lights brings to a point, W/m² in the strongest channel, if nothing is in
+    /// between. Zero only where it brings nothing, at most [`MOST_IMPORTANT`].
     ///
-    /// It has no branches, so that a loop over the groups of a node becomes vector instructions.
+    /// It has no branches, so that a loop over groups becomes vector instructions.
     ///
     /// - `p`: the point. `normal`: unit normal on the side that light can reach, or zero if it can reach both.
     pub fn light_importance(lights: LightGroup, p: Vec3f, normal: Vec3f) -> f32 {
-        let to_point = p - lights.center;
+        // From what is infinitely far away all points are in one direction, and none is nearer than another.
+        let to_point = p * select(1.0, 0.0, lights.back == INFINITELY_FAR) - lights.center;
         let distance2 = max(dot(to_point, to_point), 1e-30);
         let inverse_distance = 1.0 / sqrt(distance2);
         // Half the angle under which the sphere is seen from the point: from inside everything is possible.
@@ -92,24 +108,105 @@ pub mod light_tree {
         let has_side = dot(normal, normal) > 0.0;
         let cos_i = max(min(-dot(to_point, normal) * inverse_distance, 1.0), -1.0);
         let sin_i = safe_sqrt(1.0 - cos_i * cos_i);
-        let received = select(1.0, max(cos_of_difference(cos_i, sin_i, cos_seen, sin_seen), 0.0), has_side);
+        let cos_nearest = cos_of_difference(cos_i, sin_i, cos_seen, sin_seen);
+        let received = select(1.0, max(cos_nearest + COSINE_SLACK, 0.0), has_side);
 
         // Within the sphere the centre's distance says nothing.
         let spread2 = max(distance2, lights.radius * lights.radius);
         min(lights.intensity * facing * received / spread2, MOST_IMPORTANT)
     }
 
-    /// Probability of choosing one group among some, by its importance and the sum of all importances.
-    pub fn light_share(importance: f32, sum: f32) -> f32 {
-        select(0.0, importance / sum, sum > 0.0)
+    /// What the children of a node promise together.
+    #[derive(Clone, Copy, Debug)]
+    pub struct NodeImportance {
+        /// Sum of their importances.
+        pub sum: f32,
+        /// How many have an importance above 0.
+        pub count: f32,
     }
 
-    /// What is left of a number that has chosen a group: a fresh uniform number in `[0, 1)`.
+    /// That of no children.
+    pub fn node_importance_zero() -> NodeImportance {
+        NodeImportance { sum: 0.0, count: 0.0 }
+    }
+
+    /// Counts one more child.
+    pub fn node_importance_add(node: NodeImportance, importance: f32) -> NodeImportance {
+        NodeImportance { sum: node.sum + importance, count: node.count + select(0.0, 1.0, importance > 0.0) }
+    }
+
+    /// The weight in proportion to which a child is chosen.
     ///
-    /// - `chosen`: the number that chose, times the sum of all importances. `before`: sum of the importances of the groups before
-    ///   the chosen one. `importance`: that of the chosen one.
-    pub fn light_remainder(chosen: f32, before: f32, importance: f32) -> f32 {
-        max(min((chosen - before) / max(importance, 1e-37), ONE_MINUS_EPSILON), 0.0)
+    /// - `defends`: whether a wrong importance may cost a factor of two only. Then a child with the share s of the importances of n
+    ///   children has the probability (1 + (n − 1) s) / (2 n − 1), and the least is 1 / (2 n − 1). A contribution f that is
+    ///   chosen with probability p has the variance E\[f²\]/p − E\[f\]², and E\[f\]² is at most E\[f²\]. So the variance is at most
+    ///   twice that of a choice with p = 1/n, however weak the light is and whatever hides the others.
+    pub fn child_weight(importance: f32, node: NodeImportance, defends: bool) -> f32 {
+        let defended = select(0.0, node.sum + (node.count - 1.0) * importance, importance > 0.0);
+        select(importance, defended, defends)
+    }
+
+    /// Sum of the weights of all children of a node.
+    pub fn node_weight(node: NodeImportance, defends: bool) -> f32 {
+        node.sum * select(1.0, 2.0 * node.count - 1.0, defends)
+    }
+
+    /// Probability of choosing a child, by its weight and the sum of all weights.
+    pub fn light_share(weight: f32, sum: f32) -> f32 {
+        select(0.0, weight / sum, sum > 0.0)
+    }
+
+    /// The child that a number has chosen of those seen so far.
+    #[derive(Clone, Copy, Debug)]
+    pub struct ChildChoice {
+        /// Which one; meaningless while `weight` is 0.
+        pub child: u32,
+        /// Its weight.
+        pub weight: f32,
+        /// Sum of the weights of the children before it.
+        pub before: f32,
+        /// Sum of the weights of all children so far.
+        pub end: f32,
+    }
+
+    /// No child yet.
+    pub fn child_choice_none() -> ChildChoice {
+        ChildChoice { child: 0u32, weight: 0.0, before: 0.0, end: 0.0 }
+    }
+
+    /// Looks at one more child: the last one that begins at or before the number is chosen. Without branches, as importances are.
+    ///
+    /// - `chosen`: the number that chooses, times the sum of all weights.
+    pub fn child_choice_add(choice: ChildChoice, child: u32, weight: f32, chosen: f32) -> ChildChoice {
+        // What promises nothing is never chosen, even if rounding puts the number beyond the last weight.
+        let taken = choice.end <= chosen && weight > 0.0;
+        ChildChoice {
+            child: select(choice.child, child, taken),
+            weight: select(choice.weight, weight, taken),
+            before: select(choice.before, choice.end, taken),
+            end: choice.end + weight,
+        }
+    }
+
+    /// What is left of a number that has chosen a child: a fresh uniform number in `[0, 1)`. `chosen`: see [`child_choice_add`].
+    pub fn child_remainder(choice: ChildChoice, chosen: f32) -> f32 {
+        max(min((chosen - choice.before) / max(choice.weight, 1e-37), ONE_MINUS_EPSILON), 0.0)
+    }
+
+    /// Probability of choosing a light in a tree, `uniform_share` of whose choices are uniform over `count` lights, and that
+    /// chooses it with probability `by_importance` else.
+    pub fn light_choice_probability(by_importance: f32, uniform_share: f32, count: f32) -> f32 {
+        by_importance + (1.0 / count - by_importance) * uniform_share
+    }
+
+    /// The light that a number in `[0, 1)` chooses of `count` alike.
+    pub fn uniform_light(u: f32, count: u32) -> u32 {
+        min(u32(u * f32(count)), count - 1u32)
+    }
+
+    /// What `uniform_light` leaves of the number: a fresh one in `[0, 1)`.
+    pub fn uniform_remainder(u: f32, count: u32) -> f32 {
+        min(max(u * f32(count) - f32(uniform_light(u, count)), 0.0), ONE_MINUS_EPSILON)
     }
 
     /// Which of two groups a number chose.

@@ -1,11 +1,12 @@
 """Pictures: layers by name, and what rendering them took."""
 
+import io
 import os
 from typing import Dict, List, Optional
 
 import numpy as np
 
-from ._alhazen import encode_png
+from ._alhazen import encode_png, write_file
 
 
 class Picture(Dict[str, np.ndarray]):
@@ -62,7 +63,7 @@ class Picture(Dict[str, np.ndarray]):
         return encode_png(self["color"], tonemap=tonemap, exposure=exposure)
 
     def save(self, path: "str | os.PathLike[str]", *, tonemap: str = "srgb", exposure: float = 1.0) -> None:
-        """Writes the colour as PNG, or all layers as NPZ, by the path's ending.
+        """Writes the colour as PNG, or all layers as NPZ, by the path's ending: complete, or not at all.
 
         Parameters
         ----------
@@ -75,11 +76,11 @@ class Picture(Dict[str, np.ndarray]):
         """
         ending = os.path.splitext(os.fspath(path))[1].lower()
         if ending == ".png":
-            data = self.png(tonemap=tonemap, exposure=exposure)
-            with open(path, "wb") as file:
-                file.write(data)
+            write_file(path, self.png(tonemap=tonemap, exposure=exposure))
         elif ending == ".npz":
-            np.savez_compressed(path, **self)
+            archive = io.BytesIO()
+            np.savez_compressed(archive, **self)
+            write_file(path, archive.getvalue())
         else:
             raise ValueError(f"{os.fspath(path)}: unknown picture format; known are .png and .npz")
 

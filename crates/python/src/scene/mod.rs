@@ -10,11 +10,13 @@ use crate::errors::{load_error, render_error};
 use crate::render::Prepared;
 use alhazen::{LoadOptions, RayQueries, SceneTables, Source, add_daylight_if_dark};
 use glam::Vec3;
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 /// A scene: meshes, instances, materials, lights, cameras.
 ///
@@ -62,6 +64,14 @@ pub fn lock<'a, T>(py: Python, mutex: &'a Mutex<T>) -> MutexGuard<'a, T> {
 ///     Go on without what the file requires but Alhazen does not know.
 /// daylight : bool, default True
 ///     Put a cloudy sky around a scene without lights, in which nothing is brighter than white paper.
+/// allow_paths : list of path, optional
+///     Folders that the scene may read beside its own.
+/// max_memory : int, optional
+///     Bytes that the scene may take until it is rendered; three quarters of what is free if left out.
+/// max_load_time : float, optional
+///     Seconds that loading may take.
+/// untrusted : bool, default False
+///     Load in a sandbox where the system has one, with 2 GB and a minute unless the other arguments say more.
 ///
 /// Returns
 /// -------
@@ -72,17 +82,36 @@ pub fn lock<'a, T>(py: Python, mutex: &'a Mutex<T>) -> MutexGuard<'a, T> {
 /// LoadError
 ///     If the file cannot be read or is malformed; the text names file, object and value.
 #[pyfunction]
-#[pyo3(signature = (path, *, parameters=None, lenient=false, daylight=true))]
+#[pyo3(signature = (path, *, parameters=None, lenient=false, daylight=true, allow_paths=None, max_memory=None, max_load_time=None, untrusted=false))]
 pub fn load(
     py: Python,
     path: PathBuf,
     parameters: Option<BTreeMap<String, String>>,
     lenient: bool,
     daylight: bool,
+    allow_paths: Option<Vec<PathBuf>>,
+    max_memory: Option<u64>,
+    max_load_time: Option<f64>,
+    untrusted: bool,
 ) -> PyResult<Scene> {
     let mut source = Source::parse(&path.to_string_lossy());
     source.parameters = parameters.into_iter().flatten().collect();
-    let options = LoadOptions { lenient, ..LoadOptions::default() };
+    let seconds = |s: f64| {
+        Duration::try_from_secs_f64(s)
+            .map_err(|_| PyValueError::new_err(format!("max_load_time cannot be {s} seconds")))
+    };
+    let max_load_time = max_load_time.map(seconds).transpose()?;
+    // As `--untrusted` of the command does.
+    let (memory, time) =
+        if untrusted { (2_000_000_000, Some(Duration::from_secs(60))) } else { (u64::MAX, None) };
+    let options = LoadOptions {
+        lenient,
+        allowed_paths: allow_paths.unwrap_or_default(),
+        max_memory: max_memory.unwrap_or(memory),
+        max_load_time: max_load_time.or(time),
+        untrusted,
+        ..LoadOptions::default()
+    };
     let mut loaded = py.detach(|| source.load(&options)).map_err(load_error)?;
     if daylight {
         add_daylight_if_dark(&mut loaded.scene, &mut loaded.report);

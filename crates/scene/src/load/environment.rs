@@ -14,6 +14,10 @@ use std::path::Path;
 /// [`LoadError::Read`] and [`LoadError::TooLarge`]; [`LoadError::Malformed`] if the picture cannot be decoded, EXR files
 /// with compression methods or channel layouts that are not supported among them.
 pub fn load(path: &Path, options: &LoadOptions, report: &mut LoadReport) -> Result<Image, LoadError> {
+    options.session(path, |options| load_within(path, options, report))
+}
+
+fn load_within(path: &Path, options: &LoadOptions, report: &mut LoadReport) -> Result<Image, LoadError> {
     let bytes = super::read_file(path, options)?;
     report.bytes_read += bytes.len() as u64;
     let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();

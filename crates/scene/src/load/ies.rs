@@ -29,8 +29,10 @@ const MOST_ANGLES: usize = 10_000;
 /// [`LoadError::Read`], [`LoadError::TooLarge`], and [`LoadError::Malformed`], which names the line, for what is no such file, for
 /// lamps whose tilt is in another file, and impossible numbers.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<LightProfile, LoadError> {
-    let bytes = read_file(path, options)?;
-    parse(&bytes).map_err(|(object, message)| LoadError::malformed(path, object, message))
+    options.session(path, |options| {
+        let bytes = read_file(path, options)?;
+        parse(&bytes).map_err(|(object, message)| LoadError::malformed(path, object, message))
+    })
 }
 
 /// Where a file is wrong, and what is wrong.

@@ -9,13 +9,18 @@ pub mod obj;
 pub mod pbrt;
 pub mod ply;
 pub mod scene_file;
+pub mod session;
 pub mod stl;
 pub mod textures;
 pub mod vol;
 
+use crate::report::{plain, without_quotes};
 use crate::{LoadReport, Scene};
+use session::Session;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 /// How a file is loaded.
 #[derive(Clone, Debug)]
@@ -31,6 +36,34 @@ pub struct LoadOptions {
     pub max_file_size: u64,
     /// Which of a glTF file's material variants is shown; `None`: the default materials. Other formats have none.
     pub variant: Option<String>,
+    /// Folders that the scene may read beside the one of the file that the user named, each with all below it. Files
+    /// elsewhere are taken as missing.
+    pub allowed_paths: Vec<PathBuf>,
+    /// What the scene may take until it is rendered, in bytes: files, images, geometry, tables, acceleration structures.
+    pub max_memory: u64,
+    /// Loading that takes longer fails; `None`: it may take as long as it likes.
+    pub max_load_time: Option<Duration>,
+    /// The scene may be made to do harm: front ends load it in a sandbox where the system has one.
+    pub untrusted: bool,
+    /// Every file that was read, to be kept from being overwritten. Clones share the list.
+    pub files_read: FilesRead,
+    /// The state of a call that is going on; [`Session::default`] before.
+    pub session: Session,
+}
+
+/// The files that loading has read, shared by all who load with the same options.
+#[derive(Clone, Debug, Default)]
+pub struct FilesRead(Arc<Mutex<BTreeSet<PathBuf>>>);
+
+impl FilesRead {
+    /// The files, in order.
+    pub fn list(&self) -> Vec<PathBuf> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned().collect()
+    }
+
+    fn add(&self, path: &Path) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).insert(path.to_owned());
+    }
 }
 
 impl Default for LoadOptions {
@@ -41,6 +74,12 @@ impl Default for LoadOptions {
             max_texture_size: 8192,
             max_file_size: 8 << 30,
             variant: None,
+            files_read: FilesRead::default(),
+            allowed_paths: Vec::new(),
+            max_memory: u64::MAX,
+            max_load_time: None,
+            untrusted: false,
+            session: Session::default(),
         }
     }
 }
@@ -59,7 +98,7 @@ pub struct Loaded {
 #[non_exhaustive]
 pub enum LoadError {
     /// The file could not be opened or read.
-    #[error("cannot read {path}")]
+    #[error("cannot read {}", shown(path))]
     Read {
         /// The file.
         path: PathBuf,
@@ -68,14 +107,15 @@ pub enum LoadError {
     },
     /// No loader knows the file name's ending.
     #[error(
-        "{path}: unknown file type; known are .obj, .gltf, .glb, .pbrt, .ply, .stl and .toml scene files"
+        "{}: unknown file type; known are .obj, .gltf, .glb, .pbrt, .ply, .stl and .toml scene files",
+        shown(path)
     )]
     UnknownFormat {
         /// The file.
         path: PathBuf,
     },
     /// The file is larger than [`LoadOptions::max_file_size`] or asks for more memory than it can fill.
-    #[error("{path}: {what} is too large ({size} against a limit of {limit})")]
+    #[error("{}: {what} is too large ({size} against a limit of {limit})", shown(path))]
     TooLarge {
         /// The file.
         path: PathBuf,
@@ -86,8 +126,41 @@ pub enum LoadError {
         /// The limit.
         limit: u64,
     },
+    /// The scene takes more memory than [`LoadOptions::max_memory`].
+    #[error(
+        "{}: with its {what} the scene takes {size} bytes of memory; {limit} are allowed (`--max-memory`)",
+        shown(path)
+    )]
+    OverBudget {
+        /// The scene's file.
+        path: PathBuf,
+        /// What went over the limit, a word in the plural.
+        what: String,
+        /// What the scene takes with it, in bytes.
+        size: u64,
+        /// The limit, in bytes.
+        limit: u64,
+    },
+    /// The system has no memory left.
+    #[error("{}: there is no memory for {what} of {size} bytes", shown(path))]
+    OutOfMemory {
+        /// The scene's file.
+        path: PathBuf,
+        /// What could not be allocated.
+        what: String,
+        /// Its size in bytes.
+        size: u64,
+    },
+    /// Loading takes longer than [`LoadOptions::max_load_time`].
+    #[error("{}: loading takes longer than {limit:?} (`--max-load-time`)", shown(path))]
+    TookTooLong {
+        /// The scene's file.
+        path: PathBuf,
+        /// The limit.
+        limit: Duration,
+    },
     /// The file does not follow its format.
-    #[error("{path}: {object}: {message}")]
+    #[error("{}: {}: {}", shown(path), plain(object), plain(message))]
     Malformed {
         /// The file.
         path: PathBuf,
@@ -97,7 +170,7 @@ pub enum LoadError {
         message: String,
     },
     /// There is no built-in scene of this name.
-    #[error("there is no built-in scene `{name}`; known are {known}")]
+    #[error("there is no built-in scene `{}`; known are {known}", plain(name))]
     UnknownScene {
         /// The name.
         name: String,
@@ -105,7 +178,12 @@ pub enum LoadError {
         known: String,
     },
     /// The file has no material variant of the name that was asked for.
-    #[error("{path}: there is no material variant `{variant}`; there are: {known}")]
+    #[error(
+        "{}: there is no material variant `{}`; there are: {}",
+        shown(path),
+        plain(variant),
+        plain(known)
+    )]
     UnknownVariant {
         /// The file.
         path: PathBuf,
@@ -115,7 +193,11 @@ pub enum LoadError {
         known: String,
     },
     /// The file requires an extension that is not known.
-    #[error("{path}: requires the unknown extension {extension} (try --lenient to render without it)")]
+    #[error(
+        "{}: requires the unknown extension {} (try --lenient to render without it)",
+        shown(path),
+        plain(extension)
+    )]
     UnknownExtension {
         /// The file.
         path: PathBuf,
@@ -123,7 +205,7 @@ pub enum LoadError {
         extension: String,
     },
     /// The file's data needs an extension that is known but not supported, such as a compression.
-    #[error("{path}: {object} needs the extension {extension}, which is not supported yet")]
+    #[error("{}: {} needs the extension {extension}, which is not supported yet", shown(path), plain(object))]
     UnsupportedExtension {
         /// The file.
         path: PathBuf,
@@ -141,7 +223,27 @@ impl LoadError {
     }
 }
 
+/// A path as messages show it.
+fn shown(path: &Path) -> String {
+    plain(&path.to_string_lossy()).into_owned()
+}
+
+impl LoadError {
+    /// The error without what it quotes of a file that the user did not name: whoever wrote the scene chose that file.
+    fn discreet(self, is_named: impl Fn(&Path) -> bool) -> Self {
+        match self {
+            Self::Malformed { path, object, message } if !is_named(&path) => {
+                let (object, message) = (without_quotes(&object), without_quotes(&message));
+                Self::Malformed { path, object, message }
+            }
+            other => other,
+        }
+    }
+}
+
 /// Loads a scene from a file, by its name's ending.
+///
+/// Files that it refers to are read if they are below its folder or below [`LoadOptions::allowed_paths`].
 ///
 /// # Errors
 /// See [`LoadError`]; each names the file and the object.
@@ -164,21 +266,10 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
     Ok(loaded)
 }
 
-/// Maps a file into memory or reads it, refusing what is larger than the limit.
+/// The content of a file, if the scene may read it.
 ///
 /// # Errors
-/// [`LoadError::Read`], [`LoadError::TooLarge`].
+/// [`LoadError::Read`], [`LoadError::TooLarge`], [`LoadError::OverBudget`].
 pub(crate) fn read_file(path: &Path, options: &LoadOptions) -> Result<Vec<u8>, LoadError> {
-    let read = |source| LoadError::Read { path: path.to_owned(), source };
-    let metadata = std::fs::metadata(path).map_err(read)?;
-    if !metadata.is_file() {
-        // A device or a pipe could be read for ever.
-        return Err(read(std::io::Error::other("not a regular file")));
-    }
-    let size = metadata.len();
-    if size > options.max_file_size {
-        let limit = options.max_file_size;
-        return Err(LoadError::TooLarge { path: path.to_owned(), what: "the file".into(), size, limit });
-    }
-    std::fs::read(path).map_err(read)
+    options.read(path)
 }

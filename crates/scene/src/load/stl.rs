@@ -23,7 +23,7 @@ const TRIANGLE: usize = 50;
 /// [`LoadError::Read`] and [`LoadError::TooLarge`]; [`LoadError::Malformed`] for what is neither form, and for text that is
 /// not what the format has in its place. A binary file that ends early keeps its whole triangles, which is reported.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
-    parse_named(path, &read_file(path, options)?, options)
+    options.scene_session(path, |options| parse_named(path, &read_file(path, options)?, options))
 }
 
 /// Parses an STL file that is in memory.

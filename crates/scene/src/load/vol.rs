@@ -18,8 +18,10 @@ const HEADER: usize = 48;
 /// [`LoadError::Read`], [`LoadError::TooLarge`], and [`LoadError::Malformed`] for what is no such file, for other encodings, and
 /// for densities that are negative or not finite.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<DensityGrid, LoadError> {
-    let bytes = read_file(path, options)?;
-    parse(&bytes).map_err(|(object, message)| LoadError::malformed(path, object, message))
+    options.session(path, |options| {
+        let bytes = read_file(path, options)?;
+        parse(&bytes).map_err(|(object, message)| LoadError::malformed(path, object, message))
+    })
 }
 
 /// The grid of a file's bytes.

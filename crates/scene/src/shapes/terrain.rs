@@ -4,6 +4,7 @@ use super::noise::gradient_noise;
 use super::patch::{Vertex, add_patch};
 use crate::TriangleMesh;
 use glam::{Vec2, Vec3};
+use rayon::prelude::*;
 
 /// A landscape of fractal noise over a square in the x–z plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,13 +30,22 @@ pub fn terrain(t: &Terrain) -> TriangleMesh {
     let mut mesh = TriangleMesh::default();
     let [columns, rows] = t.divisions.map(|d| d.max(1));
     let step = t.size / Vec2::new(columns as f32, rows as f32);
+    // Slopes need the neighbours' heights, beyond the border too: each is computed once, rows on all cores.
+    let place = |i: i64, j: i64| {
+        let (u, v) = (i as f32 / columns as f32, j as f32 / rows as f32);
+        Vec2::new((u - 0.5) * t.size.x, (0.5 - v) * t.size.y)
+    };
+    let row = |j: i64| (-1..=i64::from(columns) + 1).map(move |i| height(t, place(i, j)));
+    let heights: Vec<f32> = (-1..=i64::from(rows) + 1).into_par_iter().flat_map_iter(row).collect();
+    let at = |i: i64, j: i64| heights[((j + 1) * (i64::from(columns) + 3) + i + 1) as usize];
     add_patch(&mut mesh, columns, rows, |i, j| {
         let (u, v) = (i as f32 / columns as f32, j as f32 / rows as f32);
-        let p = Vec2::new((u - 0.5) * t.size.x, (0.5 - v) * t.size.y);
-        let slope_x = height(t, p + Vec2::new(step.x, 0.0)) - height(t, p - Vec2::new(step.x, 0.0));
-        let slope_z = height(t, p + Vec2::new(0.0, step.y)) - height(t, p - Vec2::new(0.0, step.y));
+        let (i, j) = (i64::from(i), i64::from(j));
+        let p = place(i, j);
+        let slope_x = at(i + 1, j) - at(i - 1, j);
+        let slope_z = at(i, j - 1) - at(i, j + 1); // rows go towards −z
         Vertex {
-            position: Vec3::new(p.x, height(t, p), p.y),
+            position: Vec3::new(p.x, at(i, j), p.y),
             normal: Vec3::new(-slope_x / (2.0 * step.x), 1.0, -slope_z / (2.0 * step.y)).normalize(),
             uv: Vec2::new(u, 1.0 - v),
         }

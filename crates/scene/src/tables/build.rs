@@ -2,10 +2,10 @@
 
 use super::geometry::{BindingRecord, BlasRecord, GeometryKind, GeometryRecord, InstanceRecord};
 use super::light::LightRecord;
-use super::material::{MaterialRecord, TextureRecord};
-use super::{EnvironmentTable, LayersRecord, LightTree, NONE, SceneTables, build_alias_table};
+use super::material::{has_layers, sampler_flags};
+use super::{EnvironmentTable, LightTree, MaterialRecord, NONE, SceneTables, TextureUse, build_alias_table};
 use crate::{
-    Environment, Instance, LightKind, LightProfile, Mesh, Pixels, Scene, Shape, Sphere, TriangleMesh,
+    ColorSpace, Environment, Instance, LightKind, LightProfile, Mesh, Pixels, Scene, Shape, Sphere, TriangleMesh,
 };
 use glam::{Affine3A, Mat3, Vec3};
 
@@ -16,8 +16,8 @@ impl SceneTables {
     /// Instances whose transform is not finite or cannot be inverted are left out, too.
     pub fn build(scene: &Scene) -> Self {
         let mut tables = SceneTables::default();
-        tables.add_materials(scene);
         tables.add_images(scene);
+        tables.add_materials(scene);
         let usable: Vec<(u32, &Instance)> =
             (0..).zip(&scene.instances).filter(|(_, i)| is_usable(i, scene)).collect();
         let mut uses = vec![0u32; scene.meshes.len()];
@@ -46,10 +46,12 @@ impl SceneTables {
         let materials =
             if scene.materials.is_empty() { std::slice::from_ref(&fallback) } else { &scene.materials };
         for material in materials {
-            let mut record = MaterialRecord::new(material, scene, &mut self.texture_slots);
-            if MaterialRecord::has_layers(material) {
+            let mut record = self.material_record(material);
+            if has_layers(material) {
                 record.layers = self.layers.len() as u32;
-                self.layers.push(LayersRecord::new(material, scene, &mut self.texture_slots));
+                let (layers, textures) = self.layers_record(material);
+                self.layers.push(layers);
+                self.layer_textures.push(textures);
             }
             self.materials.push(record);
         }
@@ -67,7 +69,7 @@ impl SceneTables {
                 Pixels::Rgb32F(pixels) => self.texels.extend(pixels.iter().map(|p| quantise(*p))),
             }
         }
-        for texture in &scene.textures {
+        for (image, texture) in (0..).zip(&scene.textures) {
             let (width, height, first_texel) = match scene.images.get(texture.image as usize) {
                 Some(image) => (image.width, image.height, first[texture.image as usize]),
                 None => {
@@ -78,8 +80,15 @@ impl SceneTables {
             // Floating-point images were encoded as sRGB when they became bytes.
             let encoded = |image: &crate::Image| matches!(image.pixels, Pixels::Rgb32F(_));
             let float = scene.images.get(texture.image as usize).is_some_and(encoded);
-            let srgb = float || TextureRecord::is_srgb(texture.color_space);
-            self.textures.push(TextureRecord { first_texel, width, height, sampler: texture.sampler, srgb });
+            let flags = sampler_flags(texture.sampler, float || texture.color_space == ColorSpace::Srgb);
+            self.textures.push(TextureUse {
+                first_texel,
+                flags,
+                width,
+                height,
+                image,
+                ..TextureUse::default()
+            });
         }
     }
 
@@ -311,11 +320,10 @@ impl SceneTables {
             ));
         }
         self.environment = EnvironmentTable::new(&scene.environment, image, &scene.portals);
-        let mean = self.environment.mean_luminance();
+        let mean = self.environment.mean_radiance();
         if !self.environment.portals.is_empty() {
-            let area = scene.portals.iter().map(crate::Portal::area).sum();
             self.environment.light = self.lights.len() as u32;
-            self.lights.push(LightRecord::portals(mean, area));
+            self.lights.push(LightRecord::portals(mean, &scene.portals));
         } else if self.environment.width > 0 {
             self.environment.light = self.lights.len() as u32;
             self.lights.push(LightRecord::environment(mean, radius));
@@ -332,21 +340,16 @@ impl SceneTables {
         place
     }
 
-    /// The same scene, whose lights are chosen by power alone however many there are: what a tree of lights is compared with.
+    /// The same scene, whose lights are chosen by power alone, wherever they are: what a tree of lights is compared with.
     #[must_use]
     pub fn with_lights_by_power(mut self) -> Self {
         self.choose_lights_with(LightTree::default());
         self
     }
 
-    /// Lights that are not in the tree are chosen by power.
     fn choose_lights_with(&mut self, tree: LightTree) {
-        let power = |(i, l): (u32, &LightRecord)| if tree.contains(i) { 0.0 } else { f64::from(l.power) };
-        let powers: Vec<f64> = (0..).zip(&self.lights).map(power).collect();
+        let powers: Vec<f64> = self.lights.iter().map(|l| f64::from(l.power)).collect();
         self.light_alias = build_alias_table(&powers);
-        for entry in &mut self.light_alias {
-            entry.probability *= 1.0 - tree.probability;
-        }
         self.light_tree = tree;
     }
 }

@@ -6,7 +6,7 @@ use super::{BindingRecord, InstanceRecord, MaterialRecord, SceneTables};
 /// the new tables need not build acceleration structures of meshes, or move vertices and texels, again.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Changes {
-    /// `materials`, `layers`, `media`, `grids`, `densities`, `fog`, `nested`, `texture_slots`, or which material is where in `bindings`.
+    /// `materials`, `layers`, `layer_textures`, `media`, `grids`, `densities`, `fog`, `nested`, or which material is where in `bindings`.
     pub materials: bool,
     /// `lights`, `primitive_lights`, `profiles`, `light_alias`, `light_tree`, `bounding_sphere`, or which light is where in `bindings`.
     pub lights: bool,
@@ -54,12 +54,12 @@ impl Changes {
         Some(Self {
             materials: old.materials != new.materials
                 || old.layers != new.layers
+                || old.layer_textures != new.layer_textures
                 || old.media != new.media
                 || old.grids != new.grids
                 || old.densities != new.densities
                 || old.fog != new.fog
                 || old.nested != new.nested
-                || old.texture_slots != new.texture_slots
                 || old.bindings.iter().map(material).ne(new.bindings.iter().map(material)),
             lights: old.lights != new.lights
                 || old.primitive_lights != new.primitive_lights

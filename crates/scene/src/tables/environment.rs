@@ -100,17 +100,17 @@ impl EnvironmentTable {
         (0..h).flat_map(row).collect()
     }
 
-    /// Mean luminance over all directions.
-    pub(super) fn mean_luminance(&self) -> f32 {
+    /// Mean radiance over all directions, in the strongest channel.
+    pub(super) fn mean_radiance(&self) -> f32 {
         if self.width == 0 {
-            let of = |c: [f32; 3]| optics::math::luminance(vec3f(c[0], c[1], c[2]));
+            let of = |c: [f32; 3]| optics::math::max_component(vec3f(c[0], c[1], c[2]));
             return 0.5 * of(self.ground) + 0.25 * (of(self.horizon) + of(self.zenith));
         }
         let (mut sum, mut weights) = (0.0, 0.0);
         for (i, c) in self.texels.iter().enumerate() {
             let y = i as u32 / self.width;
             let weight = ((f64::from(y) + 0.5) / f64::from(self.height) * std::f64::consts::PI).sin();
-            sum += f64::from(optics::math::luminance(vec3f(c[0], c[1], c[2]))) * weight;
+            sum += f64::from(optics::math::max_component(vec3f(c[0], c[1], c[2]))) * weight;
             weights += weight;
         }
         if weights > 0.0 { (sum / weights) as f32 } else { 0.0 }

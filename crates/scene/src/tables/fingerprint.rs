@@ -27,12 +27,12 @@ impl SceneTables {
             bindings,
             materials,
             layers,
+            layer_textures,
             media,
             grids,
             densities,
             fog,
             nested,
-            texture_slots,
             textures,
             texels,
             lights,
@@ -61,9 +61,9 @@ impl SceneTables {
         hash.records(bindings);
         hash.records(materials);
         hash.records(layers);
+        hash.records(layer_textures);
         hash.records(&(media, grids, fog, nested));
         hash.numbers(densities);
-        hash.records(texture_slots);
         hash.records(textures);
         hash.numbers(texels);
         hash.records(lights);
@@ -72,7 +72,7 @@ impl SceneTables {
         hash.numbers(light_alias);
         hash.numbers(&light_tree.nodes);
         hash.numbers(&light_tree.places);
-        hash.records(&light_tree.probability);
+        hash.records(&(light_tree.defends_root, light_tree.uniform_share));
         hash.environment(environment);
         hash.records(&(bounding_sphere, has_alpha));
         hash.0.finalize().to_hex()[..32].to_owned()

@@ -2,12 +2,13 @@
 
 use super::NONE;
 use super::rectangles::Rectangle;
-use crate::Photometry;
+use crate::{Photometry, Portal};
 use optics::light::{
     LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_SPOT,
     LIGHT_TRIANGLE, Light, spot_falloff,
 };
 use optics::{Vec3f, vec3f};
+use std::f32::consts::PI;
 
 /// Something that next-event estimation can sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,8 +19,13 @@ pub struct LightRecord {
     pub textured_material: u32,
     /// Texture coordinates (first and second set) of a textured triangle's vertices.
     pub uv: [[[f32; 2]; 3]; 2],
-    /// Total power, as far as selection is concerned; relative to the other lights only.
+    /// How bright it is as a source of irradiance, in the strongest channel, so that no colour counts less than another. Of lights
+    /// that have a place the greatest radiant intensity, W/sr: irradiance times squared distance. Of others irradiance, W/m².
+    pub strength: f32,
+    /// Total power in the strongest channel, relative to the other lights only. A sun's grows with the scene.
     pub power: f32,
+    /// Centre and radius of a sphere around the portals that the environment is sampled through; radius 0 if there are none.
+    pub portals: [f32; 4],
     /// Whether a directional light's disc is seen by camera and mirrors.
     pub visible: bool,
     /// Where a point's or spot's profile begins in [`super::SceneTables::profiles`], or [`NONE`]. The light then has the profile's axis in
@@ -28,8 +34,24 @@ pub struct LightRecord {
 }
 
 impl LightRecord {
-    fn new(light: Light, power: f32) -> Self {
-        Self { light, textured_material: NONE, uv: [[[0.0; 2]; 3]; 2], power, visible: false, profile: NONE }
+    fn new(light: Light, strength: f32, power: f32) -> Self {
+        Self {
+            light,
+            textured_material: NONE,
+            uv: [[[0.0; 2]; 3]; 2],
+            strength,
+            power,
+            portals: [0.0; 4],
+            visible: false,
+            profile: NONE,
+        }
+    }
+
+    /// A triangle or rectangle of an `area`, m².
+    fn flat(light: Light, area: f32, mean_texture: f32) -> Self {
+        let strength = area * strongest(light.emission) * mean_texture;
+        let sides = if light.two_sided { 2.0 } else { 1.0 };
+        Self::new(light, strength, PI * sides * strength)
     }
 
     /// A triangle that emits `emission` on its front, and on its back if `two_sided`.
@@ -37,27 +59,29 @@ impl LightRecord {
         let (edge1, edge2) = (v[1] - v[0], v[2] - v[0]);
         let area = edge1.cross(edge2).length() * 0.5;
         let light = flat(LIGHT_TRIANGLE, [v[0], edge1, edge2], emission, two_sided);
-        Self::new(light, flat_power(&light, area) * mean_texture)
+        Self::flat(light, area, mean_texture)
     }
 
     /// A rectangle that emits `emission` on its front, and on its back if `two_sided`.
     pub(super) fn rectangle(r: &Rectangle, emission: glam::Vec3, two_sided: bool) -> Self {
         let light = flat(LIGHT_RECTANGLE, [r.first, r.edge1, r.edge2], emission, two_sided);
-        Self::new(light, flat_power(&light, r.edge1.cross(r.edge2).length()))
+        Self::flat(light, r.edge1.cross(r.edge2).length(), 1.0)
     }
 
     /// A sphere that emits outwards, and inwards if `two_sided`.
     pub fn sphere(center: glam::Vec3, radius: f32, emission: glam::Vec3, two_sided: bool) -> Self {
-        let area = 4.0 * std::f32::consts::PI * radius * radius;
         let mut light = blank(LIGHT_SPHERE, center, emission);
         light.size = radius;
         light.two_sided = two_sided;
-        Self::new(light, std::f32::consts::PI * area * luminance(emission))
+        let strength = PI * radius * radius * strongest(light.emission);
+        Self::new(light, strength, 4.0 * PI * strength)
     }
 
     /// A point.
     pub fn point(position: glam::Vec3, intensity: glam::Vec3) -> Self {
-        Self::new(blank(LIGHT_POINT, position, intensity), 4.0 * std::f32::consts::PI * luminance(intensity))
+        let light = blank(LIGHT_POINT, position, intensity);
+        let strength = strongest(light.emission);
+        Self::new(light, strength, 4.0 * PI * strength)
     }
 
     /// A spot; angles from its axis, radians.
@@ -72,8 +96,9 @@ impl LightRecord {
         let falloff = optics::light::spot_falloff_parameters(inner.cos(), outer.cos());
         light.edge1 = to_optics(direction);
         light.edge2 = vec3f(falloff.x, falloff.y, 0.0);
-        let cone = 2.0 * std::f32::consts::PI * (1.0 - 0.5 * (inner.cos() + outer.cos()));
-        Self::new(light, cone * luminance(intensity))
+        let cone = 2.0 * PI * (1.0 - 0.5 * (inner.cos() + outer.cos()));
+        let strength = strongest(light.emission);
+        Self::new(light, strength, cone * strength)
     }
 
     /// A point or spot with a profile that begins at `place`. A spot's profile is aimed as the spot is.
@@ -88,7 +113,7 @@ impl LightRecord {
         light.edge2.z = photometry.azimuth_of_zero();
         let (is_spot, scale, offset) = (light.kind == LIGHT_SPOT, light.edge2.x, light.edge2.y);
         let within = |cos: f32| if is_spot { spot_falloff(cos, scale, offset) } else { 1.0 };
-        self.power = photometry.profile.integral(within) * optics::math::luminance(light.emission);
+        self.power = photometry.profile.integral(within) * strongest(light.emission);
         self.profile = place;
         self
     }
@@ -101,7 +126,8 @@ impl LightRecord {
         visible: bool,
         scene_radius: f32,
     ) -> Self {
-        let power = std::f32::consts::PI * scene_radius * scene_radius * luminance(irradiance);
+        let strength = strongest(to_optics(irradiance));
+        let power = PI * scene_radius * scene_radius * strength;
         let half_sine = (angular_radius * 0.5).sin();
         let one_minus_cos = 2.0 * half_sine * half_sine;
         let mut light = blank(LIGHT_DIRECTIONAL, towards, irradiance);
@@ -109,22 +135,29 @@ impl LightRecord {
             // Irradiance of a disc that faces the surface: radiance · π sin². The cosine inside it is counted.
             let sin2 = one_minus_cos * (2.0 - one_minus_cos);
             light.size = one_minus_cos;
-            light.emission = to_optics(irradiance / (std::f32::consts::PI * sin2));
+            light.emission = to_optics(irradiance / (PI * sin2));
         }
-        Self { visible: visible && one_minus_cos > 0.0, ..Self::new(light, power) }
+        Self { visible: visible && one_minus_cos > 0.0, ..Self::new(light, strength, power) }
     }
 
-    /// The environment behind portals of an `area`, m²: what comes in through them.
-    pub fn portals(mean_luminance: f32, area: f32) -> Self {
-        let power = std::f32::consts::PI * mean_luminance * area;
-        Self::new(blank(LIGHT_ENVIRONMENT, glam::Vec3::ZERO, glam::Vec3::ZERO), power)
+    /// The environment behind portals: what comes in through them. `mean`: of its radiance, in the strongest channel.
+    pub fn portals(mean: f32, portals: &[Portal]) -> Self {
+        let corners = || portals.iter().flat_map(Portal::corners);
+        let low = corners().fold(glam::Vec3::INFINITY, glam::Vec3::min);
+        let high = corners().fold(glam::Vec3::NEG_INFINITY, glam::Vec3::max);
+        let center = (low + high) * 0.5;
+        let radius = corners().map(|corner| corner.distance(center)).fold(f32::MIN_POSITIVE, f32::max);
+        let strength = mean * portals.iter().map(Portal::area).sum::<f32>();
+        let light = blank(LIGHT_ENVIRONMENT, glam::Vec3::ZERO, glam::Vec3::ZERO);
+        Self { portals: center.extend(radius).to_array(), ..Self::new(light, strength, PI * strength) }
     }
 
-    /// The environment image, whose own table samples it.
-    pub fn environment(mean_luminance: f32, scene_radius: f32) -> Self {
-        let sphere = 4.0 * std::f32::consts::PI;
-        let power = sphere * mean_luminance * std::f32::consts::PI * scene_radius * scene_radius;
-        Self::new(blank(LIGHT_ENVIRONMENT, glam::Vec3::ZERO, glam::Vec3::ZERO), power)
+    /// The environment image, whose own table samples it. `mean`: of its radiance, in the strongest channel.
+    pub fn environment(mean: f32, scene_radius: f32) -> Self {
+        let light = blank(LIGHT_ENVIRONMENT, glam::Vec3::ZERO, glam::Vec3::ZERO);
+        // What an environment gives to surfaces of all directions on average.
+        let strength = PI * mean;
+        Self::new(light, strength, 4.0 * PI * scene_radius * scene_radius * strength)
     }
 }
 
@@ -140,16 +173,11 @@ fn flat(kind: u32, [first, edge1, edge2]: [glam::Vec3; 3], emission: glam::Vec3,
     Light { edge1, edge2, two_sided, ..blank(kind, first, emission) }
 }
 
-/// Power of a flat light of an `area`, m².
-fn flat_power(light: &Light, area: f32) -> f32 {
-    let sides = if light.two_sided { 2.0 } else { 1.0 };
-    std::f32::consts::PI * area * sides * optics::math::luminance(light.emission)
-}
-
 fn to_optics(v: glam::Vec3) -> Vec3f {
     vec3f(v.x, v.y, v.z)
 }
 
-pub(super) fn luminance(c: glam::Vec3) -> f32 {
-    optics::math::luminance(to_optics(c))
+/// The strongest channel of a colour: what weighs lights against each other. Luminance would let blue ones starve.
+pub(super) fn strongest(c: Vec3f) -> f32 {
+    optics::math::max_component(c)
 }

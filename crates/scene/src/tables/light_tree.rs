@@ -1,23 +1,26 @@
-//! A tree over the lights that have a place, for choosing one that matters where it is asked for.
+//! A tree over the lights, for choosing one by the irradiance that it can bring to a vertex.
+//!
+//! Up to eight lights are the children of one node: a list. Of more, those that have a place are a tree; those that are infinitely
+//! far away stand beside it below the root.
 //!
 //! Source: Conty Estévez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018; costs as in Pharr,
 //! Jakob and Humphreys, "Physically Based Rendering", 4th edition, section 12.6.3. Nodes have eight children, of which the groups
 //! that are largest are divided first.
 
-use super::light::luminance;
+use super::light_bounds::{Bounds, Leaf, area};
 use super::{LightRecord, NONE};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use optics::light::{LIGHT_POINT, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_SPOT, LIGHT_TRIANGLE, Light};
 use optics::light_tree::{
-    LIGHT_NODE_INDEX, LIGHT_NODE_LEAF, LIGHT_NODE_WIDTH, LIGHT_NODE_WORDS, LightGroup, light_importance,
-    light_remainder, light_share, refill,
+    LIGHT_NODE_INDEX, LIGHT_NODE_LEAF, LIGHT_NODE_WIDTH, LIGHT_NODE_WORDS, LightGroup, NodeImportance,
+    UNIFORM_SHARE, child_choice_add, child_choice_none, child_remainder, child_weight, light_branch,
+    light_choice_probability, light_importance, light_share, node_importance_add, node_importance_zero,
+    node_weight, refill, uniform_light, uniform_remainder,
 };
 use optics::{Vec3f, vec3f};
-use std::f32::consts::PI;
 
-/// With fewer lights the tree is not worth its walk.
-pub const FEWEST_LIGHTS: usize = 9;
+/// Of fewer lights none is chosen.
+const FEWEST_LIGHTS: usize = 2;
 
 /// Groups of more lights are divided by place alone: what it costs to look at their directions grows faster than the gain.
 const MOST_COMPARED: usize = 4096;
@@ -79,8 +82,9 @@ impl LightNode {
         self.link[child] = link;
     }
 
+    /// What is known of a child.
     #[inline(always)]
-    fn group(&self, child: usize) -> LightGroup {
+    pub fn group(&self, child: usize) -> LightGroup {
         LightGroup {
             center: vec3f(self.center[0][child], self.center[1][child], self.center[2][child]),
             radius: self.radius[child],
@@ -93,37 +97,41 @@ impl LightNode {
         }
     }
 
+    /// Index of the light that a child is, of a node without nodes below it.
+    #[inline(always)]
+    pub fn light(&self, child: u32) -> u32 {
+        self.link[child as usize] & LIGHT_NODE_INDEX
+    }
+
     /// How much each child promises.
     ///
     /// A plain loop: closures would not be compiled for the instruction set of the kernel that this is a part of.
     #[inline(always)]
-    fn importances(&self, p: Vec3f, normal: Vec3f) -> Children<f32> {
+    fn importances(&self, p: Vec3f, normal: Vec3f) -> (Children<f32>, NodeImportance) {
         let mut importances = [0.0; WIDTH];
         for (child, importance) in importances.iter_mut().enumerate() {
             *importance = light_importance(self.group(child), p, normal);
         }
-        importances
+        let mut node = node_importance_zero();
+        for importance in importances {
+            node = node_importance_add(node, importance);
+        }
+        (importances, node)
     }
 
-    /// Chooses a child; `u` in `[0, 1)`. With probability 0: none promises anything.
+    /// Chooses a child; `u` in `[0, 1)`; `defends`: see [`child_weight`]. With probability 0: none promises anything.
     #[inline(always)]
-    fn choose(&self, p: Vec3f, normal: Vec3f, u: f32) -> ChosenChild {
-        let importances = self.importances(p, normal);
-        let mut before = [0.0; WIDTH];
-        for i in 1..WIDTH {
-            before[i] = before[i - 1] + importances[i - 1];
-        }
-        let sum = before[WIDTH - 1] + importances[WIDTH - 1];
-        let chosen = u * sum;
-        // Children that promise nothing end where they begin, so none of them is the last to begin.
-        let mut child = 0;
-        for begin in &before[1..] {
-            child += usize::from(*begin <= chosen);
+    fn choose(&self, p: Vec3f, normal: Vec3f, defends: bool, u: f32) -> ChosenChild {
+        let (importances, node) = self.importances(p, normal);
+        let sum = node_weight(node, defends);
+        let mut choice = child_choice_none();
+        for (child, importance) in (0..).zip(importances) {
+            choice = child_choice_add(choice, child, child_weight(importance, node, defends), u * sum);
         }
         ChosenChild {
-            link: self.link[child],
-            probability: light_share(importances[child], sum),
-            remainder: light_remainder(chosen, before[child], importances[child]),
+            link: self.link[choice.child as usize],
+            probability: light_share(choice.weight, sum),
+            remainder: child_remainder(choice, u * sum),
         }
     }
 }
@@ -149,36 +157,51 @@ pub struct LightChoice {
     pub remainder: f32,
 }
 
-/// The lights that have a place, in a tree; empty where there are too few.
+/// The lights in a tree; empty where none has to be chosen.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LightTree {
     /// Nodes; the first one is the root.
     pub nodes: Vec<LightNode>,
     /// Where each light stands, as long as the lights: eight times the index of its node, plus which child of that it is. `NONE`
-    /// for lights that are not in the tree.
+    /// for lights that never shine, which are not in the tree.
     pub places: Vec<u32>,
-    /// Probability of choosing from the tree rather than among the lights without a place.
-    pub probability: f32,
+    /// Whether the root's children are defended: see [`child_weight`].
+    pub defends_root: bool,
+    /// Share of the choices that are uniform over all lights: see [`UNIFORM_SHARE`].
+    pub uniform_share: f32,
 }
 
 impl LightTree {
     /// The tree over `lights`.
     pub fn new(lights: &[LightRecord]) -> Self {
-        let mut placed: Vec<Leaf> = (0..).zip(lights).filter_map(|(index, l)| Leaf::new(index, l)).collect();
-        if placed.len() < FEWEST_LIGHTS {
+        let mut leaves: Vec<Leaf> = (0..).zip(lights).filter_map(|(index, l)| Leaf::new(index, l)).collect();
+        if leaves.len() < FEWEST_LIGHTS {
             return Self::default();
         }
-        let power = |l: &LightRecord| if l.power.is_finite() { f64::from(l.power.max(0.0)) } else { 0.0 };
-        let all: f64 = lights.iter().map(power).sum();
-        let here: f64 = placed.iter().map(|leaf| power(&lights[leaf.light as usize])).sum();
-        let distant = all - here;
-        let mut tree = Self {
-            nodes: Vec::new(),
-            places: vec![NONE; lights.len()],
-            // What is infinitely far away has a power that depends on how large the scene is: neither may starve.
-            probability: if distant > 1e-9 * all { (here / all).clamp(0.2, 0.8) as f32 } else { 1.0 },
-        };
-        tree.build(&mut placed, NONE, 0);
+        let mut tree = Self { places: vec![NONE; lights.len()], ..Self::default() };
+        if leaves.len() <= WIDTH {
+            tree.defends_root = true;
+            tree.add_node(leaves.chunks_mut(1).collect(), NONE, 0);
+            return tree;
+        }
+        tree.uniform_share = UNIFORM_SHARE;
+        let distant = |leaf: &Leaf| leaf.bounds.infinitely_far;
+        leaves.sort_by_key(|leaf| !distant(leaf));
+        let distants = leaves.iter().filter(|leaf| distant(leaf)).count();
+        let (far, placed) = leaves.split_at_mut(distants);
+        if far.is_empty() || placed.is_empty() {
+            tree.build(if far.is_empty() { placed } else { far }, NONE, 0);
+            return tree;
+        }
+        // How much a group of many lights brings is not known well.
+        tree.defends_root = true;
+        let mut groups = vec![placed];
+        if far.len() < WIDTH {
+            groups.extend(far.chunks_mut(1));
+        } else {
+            groups.push(far);
+        }
+        tree.add_node(groups, NONE, 0);
         tree
     }
 
@@ -187,46 +210,82 @@ impl LightTree {
         self.nodes.is_empty()
     }
 
+    /// The only node, whose children are all lights, and how many it has, if they are few. Every choice is defended there.
+    #[inline(always)]
+    pub fn list(&self) -> Option<(&LightNode, usize)> {
+        match &self.nodes[..] {
+            [only] => Some((only, only.intensity.iter().filter(|i| **i > 0.0).count())),
+            _ => None,
+        }
+    }
+
     /// Chooses a light for a point of a surface. `None` if no light of the tree can reach it.
     ///
     /// - `p`: the point. `normal`: unit normal on the side that light can reach, or zero if it can reach both.
     /// - `u`: a uniform number in `[0, 1)`; `rest`: another one, for the bits that the choice uses up.
     #[inline(always)]
     pub fn choose(&self, p: Vec3f, normal: Vec3f, u: f32, rest: f32) -> Option<LightChoice> {
+        if self.uniform_share <= 0.0 {
+            let choice = self.choose_by_importance(p, normal, u)?;
+            let remainder = refill(choice.remainder, choice.probability, rest);
+            return Some(LightChoice { remainder, ..choice });
+        }
+        let count = self.places.len() as u32;
+        let branch = light_branch(self.uniform_share, 1.0 - self.uniform_share, u);
+        let choice = if branch.second {
+            let choice = self.choose_by_importance(p, normal, branch.remainder)?;
+            let probability = light_choice_probability(choice.probability, self.uniform_share, count as f32);
+            LightChoice { probability, ..choice }
+        } else {
+            let index = uniform_light(branch.remainder, count);
+            LightChoice {
+                index,
+                probability: self.probability_of(index, p, normal),
+                remainder: uniform_remainder(branch.remainder, count),
+            }
+        };
+        Some(LightChoice { remainder: refill(choice.remainder, choice.probability, rest), ..choice })
+    }
+
+    /// Walks down the tree. Bits of the remainder are used up.
+    #[inline(always)]
+    fn choose_by_importance(&self, p: Vec3f, normal: Vec3f, u: f32) -> Option<LightChoice> {
         let mut node = self.nodes.first()?;
-        let (mut probability, mut u) = (self.probability, u);
+        let mut choice = LightChoice { index: 0, probability: 1.0, remainder: u };
+        let mut defends = self.defends_root;
         loop {
-            let child = node.choose(p, normal, u);
-            probability *= child.probability;
-            if probability <= 0.0 {
+            let child = node.choose(p, normal, defends, choice.remainder);
+            choice.probability *= child.probability;
+            if choice.probability <= 0.0 {
                 return None;
             }
-            let index = child.link & LIGHT_NODE_INDEX;
+            choice.remainder = child.remainder;
+            choice.index = child.link & LIGHT_NODE_INDEX;
             if child.link & LIGHT_NODE_LEAF != 0 {
-                let remainder = refill(child.remainder, probability, rest);
-                return Some(LightChoice { index, probability, remainder });
+                return Some(choice);
             }
-            u = child.remainder;
-            node = &self.nodes[index as usize];
+            node = &self.nodes[choice.index as usize];
+            defends = false;
         }
     }
 
-    /// Probability with which [`LightTree::choose`] takes light `index`, counted as part of all choices of a light.
+    /// Probability with which [`LightTree::choose`] takes light `index`.
     #[inline(always)]
     pub fn probability_of(&self, index: u32, p: Vec3f, normal: Vec3f) -> f32 {
         let mut place = self.places[index as usize];
-        let mut probability = if place == NONE { 0.0 } else { self.probability };
+        let mut probability = if place == NONE { 0.0 } else { 1.0 };
         while place != NONE {
             let (node, child) = (&self.nodes[place as usize / WIDTH], place as usize % WIDTH);
-            let importances = node.importances(p, normal);
-            let mut sum = 0.0;
-            for importance in importances {
-                sum += importance;
-            }
-            probability *= light_share(importances[child], sum);
+            let (importances, together) = node.importances(p, normal);
+            let defends = self.defends_root && node.place == NONE;
+            let weight = child_weight(importances[child], together, defends);
+            probability *= light_share(weight, node_weight(together, defends));
             place = node.place;
         }
-        probability
+        if self.uniform_share <= 0.0 {
+            return probability;
+        }
+        light_choice_probability(probability, self.uniform_share, self.places.len() as f32)
     }
 
     /// Whether light `index` is in the tree.
@@ -240,17 +299,24 @@ impl LightTree {
     }
 
     /// Most nodes that a tree of so many lights has: nodes are full but for the lowest ones, which have at least two lights. So
-    /// with n lights there are at most n/2 lowest nodes, and a seventh of that above them.
+    /// with n lights there are at most n/2 lowest nodes, and a seventh of that above them; and a root above the trees of lights that
+    /// have a place and of those that have none.
     pub const fn most_nodes(lights: u64) -> u64 {
-        lights.div_ceil(2) * 8 / 7 + 1
+        lights.div_ceil(2) * 8 / 7 + 3
     }
 
     /// Appends a node at `place` and everything below it; `level`: nodes above it. Returns what is known of all its lights.
     fn build(&mut self, leaves: &mut [Leaf], place: u32, level: u32) -> Bounds {
+        self.add_node(divide(leaves, level), place, level)
+    }
+
+    /// The same for a node that has these groups of lights as children: some, and none of them empty.
+    fn add_node(&mut self, groups: Vec<&mut [Leaf]>, place: u32, level: u32) -> Bounds {
         let at = self.nodes.len();
         self.nodes.push(LightNode { place, ..LightNode::default() });
         let mut all: Option<Bounds> = None;
-        for (child, group) in divide(leaves, level).into_iter().enumerate() {
+        let first = groups[0][0].bounds;
+        for (child, group) in groups.into_iter().enumerate() {
             let place = (at * WIDTH + child) as u32;
             let (bounds, link) = if let [leaf] = group {
                 self.places[leaf.light as usize] = place;
@@ -262,8 +328,7 @@ impl LightTree {
             self.nodes[at].set(child, &bounds.group(group), link);
             all = Some(all.map_or(bounds, |all| all.union(&bounds)));
         }
-        // No group is empty.
-        all.unwrap_or(leaves[0].bounds)
+        all.unwrap_or(first)
     }
 }
 
@@ -295,174 +360,6 @@ fn extent(leaves: &[Leaf]) -> f32 {
     let low = leaves.iter().fold(Vec3::INFINITY, |low, l| low.min(l.bounds.low));
     let high = leaves.iter().fold(Vec3::NEG_INFINITY, |high, l| high.max(l.bounds.high));
     leaves.iter().map(|l| l.bounds.intensity).sum::<f32>() * area(high - low)
-}
-
-/// Area of a box. One on a line or at a point has none; its length must still count.
-fn area(size: Vec3) -> f32 {
-    2.0 * (size.x * size.y + size.y * size.z + size.z * size.x) + 1e-3 * size.length_squared()
-}
-
-/// A light to be put into the tree.
-#[derive(Clone, Copy)]
-struct Leaf {
-    light: u32,
-    bounds: Bounds,
-    center: Vec3,
-    /// Of a sphere around the light, from its centre.
-    radius: f32,
-}
-
-impl Leaf {
-    /// `None` for lights without a place, and for those that do not shine.
-    fn new(light: u32, record: &LightRecord) -> Option<Self> {
-        let bounds = Bounds::of(record)?;
-        let usable = bounds.low.is_finite()
-            && bounds.high.is_finite()
-            && bounds.intensity.is_finite()
-            && bounds.intensity > 0.0;
-        let center = (bounds.low + bounds.high) * 0.5;
-        let radius = match record.light.kind {
-            LIGHT_TRIANGLE | LIGHT_RECTANGLE => {
-                corners(&record.light).map(|corner| corner.distance(center)).into_iter().fold(0.0, f32::max)
-            }
-            LIGHT_SPHERE => record.light.size,
-            _ => 0.0,
-        };
-        usable.then_some(Self { light, bounds, center, radius })
-    }
-}
-
-/// The corners of a rectangle, or of a triangle, whose last one is there twice.
-fn corners(light: &Light) -> [Vec3; 4] {
-    let [position, edge1, edge2] =
-        [light.position, light.edge1, light.edge2].map(|v| Vec3::from(v.to_array()));
-    let fourth = if light.kind == LIGHT_RECTANGLE { edge1 + edge2 } else { edge2 };
-    [position, position + edge1, position + edge2, position + fourth]
-}
-
-/// Where a group of lights is, and where it shines: as [`LightGroup`], with angles in radians and a box.
-#[derive(Clone, Copy)]
-struct Bounds {
-    low: Vec3,
-    high: Vec3,
-    intensity: f32,
-    axis: Vec3,
-    spread: f32,
-    emission: f32,
-    two_sided: bool,
-}
-
-impl Bounds {
-    fn of(record: &LightRecord) -> Option<Self> {
-        let light = &record.light;
-        let position = Vec3::from(light.position.to_array());
-        let (edge1, edge2) = (Vec3::from(light.edge1.to_array()), Vec3::from(light.edge2.to_array()));
-        let emission = luminance(Vec3::from(light.emission.to_array()));
-        let everywhere = Self {
-            low: position,
-            high: position,
-            intensity: emission,
-            axis: Vec3::Z,
-            spread: PI,
-            emission: PI * 0.5,
-            two_sided: light.two_sided,
-        };
-        match light.kind {
-            LIGHT_TRIANGLE | LIGHT_RECTANGLE => {
-                let corners = corners(light);
-                let normal = edge1.cross(edge2);
-                // Its power knows the mean of its texture.
-                let sides = if light.two_sided { 2.0 } else { 1.0 };
-                Some(Self {
-                    low: corners.into_iter().fold(position, Vec3::min),
-                    high: corners.into_iter().fold(position, Vec3::max),
-                    intensity: record.power / (PI * sides),
-                    axis: normal.try_normalize()?,
-                    spread: 0.0,
-                    ..everywhere
-                })
-            }
-            LIGHT_SPHERE => {
-                let radius = Vec3::splat(light.size);
-                Some(Self {
-                    low: position - radius,
-                    high: position + radius,
-                    intensity: emission * PI * light.size * light.size,
-                    ..everywhere
-                })
-            }
-            LIGHT_POINT => Some(everywhere),
-            LIGHT_SPOT => {
-                // From [`optics::light::spot_falloff_parameters`]: zero where cos · scale + offset is.
-                let cos_outer = (-light.edge2.y / light.edge2.x).clamp(-1.0, 1.0);
-                let outer = (cos_outer.acos() + 1e-3).min(PI);
-                Some(Self { axis: edge1.try_normalize()?, spread: 0.0, emission: outer, ..everywhere })
-            }
-            _ => None,
-        }
-    }
-
-    fn union(&self, other: &Self) -> Self {
-        let (axis, spread) = union_of_cones((self.axis, self.spread), (other.axis, other.spread));
-        Self {
-            low: self.low.min(other.low),
-            high: self.high.max(other.high),
-            intensity: self.intensity + other.intensity,
-            axis,
-            spread,
-            emission: self.emission.max(other.emission),
-            two_sided: self.two_sided || other.two_sided,
-        }
-    }
-
-    /// What back ends know of the group, whose lights are `leaves`.
-    fn group(&self, leaves: &[Leaf]) -> LightGroup {
-        let center = (self.low + self.high) * 0.5;
-        let radius = leaves.iter().map(|leaf| leaf.center.distance(center) + leaf.radius).fold(0.0, f32::max);
-        // Rounding must not make cones narrower, here or where they are used.
-        let (sin_spread, cos_spread) = (self.spread + 2e-4).min(PI).sin_cos();
-        LightGroup {
-            center: vec3(center),
-            radius: radius * 1.0001,
-            intensity: self.intensity,
-            axis: vec3(self.axis),
-            cos_spread,
-            sin_spread,
-            cos_emission: self.emission.cos(),
-            back: if self.two_sided { -1.0 } else { 1.0 },
-        }
-    }
-
-    /// How much a group costs: its intensity, times how large it is, times how many directions it shines into.
-    fn cost(&self) -> f32 {
-        self.intensity * area(self.high - self.low) * self.solid_angle_measure()
-    }
-
-    /// The measure M_Ω of directions, by the cosine beyond the cone (Conty Estévez and Kulla, equation 1).
-    fn solid_angle_measure(&self) -> f32 {
-        let (sin, cos) = self.spread.sin_cos();
-        let outer = (self.spread + self.emission).min(PI);
-        2.0 * PI * (1.0 - cos)
-            + PI * 0.5
-                * (2.0 * outer * sin - (self.spread - 2.0 * outer).cos() - 2.0 * self.spread * sin + cos)
-    }
-}
-
-/// The narrowest cone around two, each a unit axis and a half angle in radians.
-fn union_of_cones(a: (Vec3, f32), b: (Vec3, f32)) -> (Vec3, f32) {
-    let (wide, narrow) = if a.1 >= b.1 { (a, b) } else { (b, a) };
-    let between = wide.0.dot(narrow.0).clamp(-1.0, 1.0).acos();
-    if (between + narrow.1).min(PI) <= wide.1 {
-        return wide;
-    }
-    let spread = (wide.1 + between + narrow.1) * 0.5;
-    let pivot = wide.0.cross(narrow.0);
-    if spread >= PI || pivot.length_squared() < 1e-20 {
-        return (wide.0, PI);
-    }
-    let turn = glam::Quat::from_axis_angle(pivot.normalize(), spread - wide.1);
-    // What rounding moves the axis by is added to the angle.
-    ((turn * wide.0).normalize(), (spread + 1e-5).min(PI))
 }
 
 /// Divides the lights so that the two groups cost least; returns how many are in the first. `None` where no plane divides
@@ -535,14 +432,12 @@ fn halve(leaves: &mut [Leaf]) -> usize {
     middle
 }
 
-fn vec3(v: Vec3) -> Vec3f {
-    vec3f(v.x, v.y, v.z)
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::light_bounds::vec3;
     use super::super::rectangles::Rectangle;
     use super::*;
+    use std::f32::consts::PI;
 
     /// Points, spots, spheres, triangles and rectangles here and there, and the sun.
     fn lights(count: usize) -> Vec<LightRecord> {
@@ -583,15 +478,16 @@ mod tests {
 
     #[test]
     fn places_are_where_lights_are() {
-        for count in [FEWEST_LIGHTS, 100, 10_000] {
+        for count in [1, WIDTH - 1, WIDTH, 100, 10_000] {
             let lights = lights(count);
             let tree = LightTree::new(&lights);
+            assert_eq!(tree.list().map(|(_, lights)| lights), (count < WIDTH).then_some(count + 1));
             assert!(
-                tree.nodes.len() as u64 <= LightTree::most_nodes(count as u64),
+                tree.nodes.len() as u64 <= LightTree::most_nodes(count as u64 + 1),
                 "{} nodes",
                 tree.nodes.len()
             );
-            for light in 0..count {
+            for light in 0..=count {
                 let place = tree.places[light] as usize;
                 let link = tree.nodes[place / WIDTH].link[place % WIDTH];
                 assert_eq!(link, LIGHT_NODE_LEAF | light as u32, "of {count} lights");
@@ -605,10 +501,9 @@ mod tests {
                 );
             }
             assert_eq!(tree.nodes[0].place, NONE);
-            assert!((0..count as u32).all(|i| tree.contains(i)), "{count} lights");
-            assert!(!tree.contains(count as u32), "the sun has no place");
+            assert!((0..=count as u32).all(|i| tree.contains(i)), "{count} lights and the sun");
         }
-        assert!(LightTree::new(&lights(FEWEST_LIGHTS - 1)).is_empty());
+        assert!(LightTree::new(&lights(0)).is_empty(), "one light need not be chosen");
     }
 
     /// Equal places and many lights on one spot must not make the tree deep.
@@ -624,23 +519,30 @@ mod tests {
     /// Where a group promises light that none of its halves does, nothing is chosen: probabilities may sum to less.
     #[test]
     fn choices_follow_the_probabilities() {
-        let lights = lights(60);
+        for count in [1, 4, 7, 60] {
+            choices_follow_the_probabilities_of(count);
+        }
+    }
+
+    fn choices_follow_the_probabilities_of(count: usize) {
+        let lights = lights(count);
         let tree = LightTree::new(&lights);
+        let count = lights.len();
         let mut lit = 0;
         for (p, n) in places() {
-            let probability: Vec<f64> = (0..61).map(|i| f64::from(tree.probability_of(i, p, n))).collect();
+            let probability: Vec<f64> =
+                (0..count as u32).map(|i| f64::from(tree.probability_of(i, p, n))).collect();
             let sum: f64 = probability.iter().sum();
-            let most = f64::from(tree.probability);
-            assert!(sum < most + 1e-5, "at {p:?}: {sum}");
-            lit += usize::from(sum > 0.4 * most);
+            assert!(sum < 1.0 + 1e-5, "at {p:?}: {sum}");
+            lit += usize::from(sum > 0.4);
             let draws = 20_000;
-            let mut seen = vec![0.0f64; 61];
+            let mut seen = vec![0.0f64; count];
             for i in 0..draws {
                 let Some(choice) = tree.choose(p, n, (i as f32 + 0.5) / draws as f32, 0.5) else { continue };
                 let expected = tree.probability_of(choice.index, p, n);
                 assert!((choice.probability - expected).abs() <= 1e-5 * expected, "{choice:?}, {expected}");
                 assert!((0.0..1.0).contains(&choice.remainder));
-                seen[choice.index as usize] += f64::from(tree.probability) / f64::from(draws);
+                seen[choice.index as usize] += 1.0 / f64::from(draws);
             }
             // Numbers at equal distances: each share is met to a few of them.
             for (i, (seen, expected)) in seen.iter().zip(&probability).enumerate() {
@@ -672,6 +574,69 @@ mod tests {
         assert!(shining > 10_000, "only {shining} samples");
     }
 
+    /// Neither strength nor distance, and no estimate of what arrives, takes more than half of a light's share from it.
+    #[test]
+    fn no_light_of_a_list_starves() {
+        for count in 1..WIDTH {
+            let mut lights = lights(count);
+            for (i, light) in lights.iter_mut().enumerate() {
+                light.strength *= 10.0_f32.powi((7 * i % 13) as i32 - 6);
+            }
+            let tree = LightTree::new(&lights);
+            for (p, n) in places() {
+                let probability = |i: usize| tree.probability_of(i as u32, p, n);
+                let reaching = (0..lights.len()).filter(|&i| probability(i) > 0.0).count();
+                let least = 1.0 / (2.0 * reaching as f32 - 1.0);
+                let sum: f32 = (0..lights.len()).map(probability).sum();
+                assert!(reaching == 0 || (sum - 1.0).abs() < 1e-5, "{count} lights at {p:?}: {sum}");
+                for i in (0..lights.len()).filter(|&i| probability(i) > 0.0) {
+                    assert!(
+                        probability(i) > least * 0.9999,
+                        "light {i} of {count} at {p:?}: {}",
+                        probability(i)
+                    );
+                }
+            }
+        }
+    }
+
+    /// A sun is as important as what it brings, however large the scene is; and colours count alike.
+    #[test]
+    fn suns_and_lamps_are_chosen_by_the_irradiance_that_they_bring() {
+        let (p, up) = (vec3(Vec3::ZERO), vec3(Vec3::Y));
+        let lamp = LightRecord::point(Vec3::Y * 2.0, Vec3::Z * 4.0);
+        for scene_radius in [1.0, 1e4] {
+            let sun = LightRecord::directional(Vec3::Y, Vec3::ONE, 0.01, true, scene_radius);
+            let sky = LightRecord::environment(1.0 / PI, scene_radius);
+            let tree = LightTree::new(&[lamp, sun, sky]);
+            for i in 0..3 {
+                let probability = tree.probability_of(i, p, up);
+                assert!((probability - 1.0 / 3.0).abs() < 1e-3, "light {i}: {probability}");
+            }
+            let below = [0, 1, 2].map(|i| tree.probability_of(i, p, vec3(-Vec3::Y)));
+            assert_eq!(below, [0.0, 0.0, 1.0], "only the sky is seen from below");
+        }
+    }
+
+    /// Many suns beside many lamps, and many suns alone.
+    #[test]
+    fn suns_have_a_tree_of_their_own_if_they_are_many() {
+        for lamps in [0, 40] {
+            let sun = |i: usize| {
+                let direction = Vec3::new((i as f32).sin(), 1.0, (i as f32 * 1.7).cos()).normalize();
+                LightRecord::directional(direction, Vec3::ONE, 0.0, false, 1.0)
+            };
+            let mut lights = lights(lamps);
+            lights.extend((0..30).map(sun));
+            let tree = LightTree::new(&lights);
+            let (p, up) = (vec3(Vec3::ZERO), vec3(Vec3::Y));
+            let of_suns: f32 = (lamps + 1..lights.len()).map(|i| tree.probability_of(i as u32, p, up)).sum();
+            assert!(of_suns > if lamps == 0 { 0.9 } else { 0.25 }, "{of_suns}");
+            let least = (0..lights.len()).map(|i| tree.probability_of(i as u32, p, up)).fold(1.0, f32::min);
+            assert!(least >= UNIFORM_SHARE / lights.len() as f32 * 0.999, "{least}");
+        }
+    }
+
     /// Near lights are what the tree is for.
     #[test]
     fn near_lights_are_preferred_to_far_ones() {
@@ -679,6 +644,8 @@ mod tests {
             (0..100).map(|i| LightRecord::point(Vec3::new(i as f32, 1.0, 0.0), Vec3::ONE)).collect();
         let tree = LightTree::new(&lights);
         let at = |i: u32| tree.probability_of(i, vec3(Vec3::new(20.0, 0.0, 0.0)), vec3(Vec3::Y));
-        assert!(at(20) > 0.2 && at(90) < 1e-3, "{} and {}", at(20), at(90));
+        // Of the choices that are uniform, each light has its share.
+        let by_chance = UNIFORM_SHARE / 100.0;
+        assert!(at(20) > 0.2 && at(90) < 1e-3 + by_chance, "{} and {}", at(20), at(90));
     }
 }

@@ -1,128 +1,34 @@
-//! Records of materials and textures.
+//! Records of materials and of their use of textures.
 
-use super::NONE;
-use crate::{AlphaMode, ColorSpace, Filter, Material, Model, Sampler, Scene, TextureRef, Wrap};
+use super::{NONE, SceneTables};
+use crate::{AlphaMode, Filter, Material, Model, Sampler, TextureRef, Wrap};
+use optics::image_texture::{
+    TEXTURE_BILINEAR, TEXTURE_SRGB, TEXTURE_UV1, TEXTURE_WRAP_U_SHIFT, TEXTURE_WRAP_V_SHIFT, WRAP_CLAMP,
+    WRAP_MIRRORED_REPEAT, WRAP_REPEAT,
+};
+use optics::{vec2f, vec3f, vec4f};
 
-/// Alpha below the cutoff is a hole.
-pub const MATERIAL_ALPHA_MASK: u32 = 1;
-/// Alpha is coverage.
-pub const MATERIAL_ALPHA_BLEND: u32 = 2;
-/// Both sides emit.
-pub const MATERIAL_EMISSION_TWO_SIDED: u32 = 4;
-/// A dielectric without thickness.
-pub const MATERIAL_THIN: u32 = 8;
-/// A checkerboard replaces the base colour.
-pub const MATERIAL_CHECKERBOARD: u32 = 16;
-/// The checkerboard's coverage falls with distance.
-pub const MATERIAL_CHECKERBOARD_FADES: u32 = 32;
+pub use optics::image_texture::TextureUse;
+pub use optics::material::{
+    MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_BODY, MATERIAL_CHECKERBOARD,
+    MATERIAL_CHECKERBOARD_FADES, MATERIAL_EMISSION_TWO_SIDED, MATERIAL_EMISSIVE, MATERIAL_TANGENTS,
+    MATERIAL_THIN, MaterialRecord, ModelTag,
+};
 
-/// Shading needs a frame along the texture coordinates. (64 is the GPU's own.)
-pub const MATERIAL_TANGENTS: u32 = 128;
-/// Light passes through the surface into a body.
-pub const MATERIAL_BODY: u32 = 256;
-
-/// [`Model`] as a number that shaders know.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum ModelTag {
-    /// See [`Model::MetallicRoughness`].
-    MetallicRoughness = 0,
-    /// See [`Model::Lambert`].
-    Lambert = 1,
-    /// See [`Model::Dielectric`].
-    Dielectric = 2,
-    /// See [`Model::Mirror`].
-    Mirror = 3,
-    /// See [`Model::Unlit`].
-    Unlit = 4,
-    /// [`Model::MetallicRoughness`] or [`Model::Dielectric`] with [`crate::Layers`] that do something.
-    Layered = 5,
-    /// See [`Model::Boundary`].
-    Boundary = 6,
+/// Whether `material` needs the layered model.
+pub(super) fn has_layers(material: &Material) -> bool {
+    let may_have = match material.model {
+        Model::MetallicRoughness | Model::Dielectric => true,
+        Model::Lambert | Model::Mirror | Model::Unlit | Model::Boundary => false,
+    };
+    may_have && material.layers.are_present()
 }
 
-/// One material. Texture fields index `texture_slots` or are [`NONE`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MaterialRecord {
-    /// The scattering model.
-    pub model: ModelTag,
-    /// `MATERIAL_…` bits.
-    pub flags: u32,
-    /// Linear base colour and alpha.
-    pub base_color: [f32; 4],
-    /// Emitted radiance; for unlit materials filled in from the base colour when shading.
-    pub emission: [f32; 3],
-    /// Metalness.
-    pub metallic: f32,
-    /// Perceptual roughness.
-    pub roughness: f32,
-    /// Strength of the dielectric reflection.
-    pub specular: f32,
-    /// Index of refraction.
-    pub ior: f32,
-    /// Share of refracted light.
-    pub transmission: f32,
-    /// Scale of the normal map.
-    pub normal_scale: f32,
-    /// Alpha below this is a hole.
-    pub alpha_cutoff: f32,
-    /// Base colour texture.
-    pub base_color_slot: u32,
-    /// Metallic-roughness texture.
-    pub metallic_roughness_slot: u32,
-    /// Transmission texture.
-    pub transmission_slot: u32,
-    /// Emission texture.
-    pub emission_slot: u32,
-    /// Normal map.
-    pub normal_slot: u32,
-    /// Colours of the checkerboard.
-    pub checkerboard_colors: [[f32; 3]; 2],
-    /// 1 / side of a square.
-    pub checkerboard_scale: f32,
-    /// Distances between which coverage falls from 1 to 0.
-    pub checkerboard_fade: [f32; 2],
-    /// Index into `layers` if the model is [`ModelTag::Layered`], else [`NONE`].
-    pub layers: u32,
-    /// Absorption coefficient of what is inside, m⁻¹; zero where nothing is, or where light does not get inside.
-    pub absorption: [f32; 3],
-    /// Index into `media` of what is inside, or [`NONE`].
-    pub medium: u32,
-    /// Which body is there where bodies overlap; see [`Material::priority`].
-    pub priority: i32,
-}
-
-/// The use of a texture by a material.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TextureSlot {
-    /// Index into `textures`.
-    pub texture: u32,
-    /// Which texture coordinates: 0 or 1.
-    pub uv_set: u32,
-    /// `uv' = (m₀₀ u + m₀₁ v + o₀, m₁₀ u + m₁₁ v + o₁)`, as `[m₀₀, m₀₁, o₀, m₁₀, m₁₁, o₁]`.
-    pub transform: [f32; 6],
-}
-
-/// An image in `texels` and how it is sampled.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TextureRecord {
-    /// Index of the first texel.
-    pub first_texel: u32,
-    /// Width in pixels.
-    pub width: u32,
-    /// Height in pixels.
-    pub height: u32,
-    /// Wrapping and filtering.
-    pub sampler: Sampler,
-    /// Whether RGB is sRGB-encoded.
-    pub srgb: bool,
-}
-
-impl MaterialRecord {
-    /// The record of `material`; its texture uses are appended to `slots`.
-    pub(super) fn new(material: &Material, scene: &Scene, slots: &mut Vec<TextureSlot>) -> Self {
-        let mut slot = |texture: &Option<TextureRef>| TextureSlot::place(texture, scene, slots);
-        let has_layers = Self::has_layers(material);
+impl SceneTables {
+    /// The record of `material`, without its layers and its medium. The tables have their textures already.
+    pub(super) fn material_record(&self, material: &Material) -> MaterialRecord {
+        let texture = |texture: &Option<TextureRef>| self.texture_use(texture);
+        let has_layers = has_layers(material);
         let layered_glass = has_layers && material.model == Model::Dielectric;
         let checker = material.checkerboard;
         let fade = checker.and_then(|c| c.fade);
@@ -135,31 +41,39 @@ impl MaterialRecord {
         let boundary = material.model == Model::Boundary || matched;
         set(MATERIAL_ALPHA_MASK, boundary || matches!(material.alpha_mode, AlphaMode::Mask(_)));
         set(MATERIAL_ALPHA_BLEND, !boundary && material.alpha_mode == AlphaMode::Blend);
+        let emission = if boundary { [0.0; 3] } else { material.emission.to_array() };
+        set(MATERIAL_EMISSIVE, emission.iter().any(|&e| e > 0.0));
         set(MATERIAL_BODY, material.refracts_into_body());
         set(MATERIAL_EMISSION_TWO_SIDED, material.emission_two_sided);
         set(MATERIAL_THIN, material.thin_walled);
         set(MATERIAL_TANGENTS, has_layers && material.layers.need_tangents());
         set(MATERIAL_CHECKERBOARD, checker.is_some());
         set(MATERIAL_CHECKERBOARD_FADES, fade.is_some());
-        Self {
-            model: match material.model {
-                _ if boundary => ModelTag::Boundary,
-                Model::MetallicRoughness | Model::Dielectric if has_layers => ModelTag::Layered,
-                Model::MetallicRoughness => ModelTag::MetallicRoughness,
-                Model::Lambert => ModelTag::Lambert,
-                Model::Dielectric => ModelTag::Dielectric,
-                Model::Mirror => ModelTag::Mirror,
-                Model::Unlit => ModelTag::Unlit,
-                Model::Boundary => ModelTag::Boundary,
-            },
-            flags,
-            base_color: match subsurface {
-                _ if boundary => [0.0; 4],
-                // The inside has the colour.
-                Some(_) => [1.0, 1.0, 1.0, material.base_color.w],
-                None => material.base_color.to_array(),
-            },
-            emission: if boundary { [0.0; 3] } else { material.emission.to_array() },
+        let model = match material.model {
+            _ if boundary => ModelTag::Boundary,
+            Model::MetallicRoughness | Model::Dielectric if has_layers => ModelTag::Layered,
+            Model::MetallicRoughness => ModelTag::MetallicRoughness,
+            Model::Lambert => ModelTag::Lambert,
+            Model::Dielectric => ModelTag::Dielectric,
+            Model::Mirror => ModelTag::Mirror,
+            Model::Unlit => ModelTag::Unlit,
+            Model::Boundary => ModelTag::Boundary,
+        };
+        let [red, green, blue, alpha] = match subsurface {
+            _ if boundary => [0.0; 4],
+            // The inside has the colour.
+            Some(_) => [1.0, 1.0, 1.0, material.base_color.w],
+            None => material.base_color.to_array(),
+        };
+        let [even, odd] = checker.map_or([[0.0; 3]; 2], |c| c.colors.map(|c| c.to_array()));
+        let [near, far] = fade.map_or([0.0; 2], |f| f.to_array());
+        let absorption =
+            if material.refracts_into_body() { material.interior.absorption().to_array() } else { [0.0; 3] };
+        let rgb = |[x, y, z]: [f32; 3]| vec3f(x, y, z);
+        MaterialRecord {
+            base_color: vec4f(red, green, blue, alpha),
+            emission: rgb(emission),
+            model,
             metallic: if layered_glass { 0.0 } else { material.metallic },
             roughness: material.roughness,
             specular: material.specular,
@@ -171,112 +85,56 @@ impl MaterialRecord {
                 AlphaMode::Mask(cutoff) => cutoff,
                 AlphaMode::Opaque | AlphaMode::Blend => 0.0,
             },
-            base_color_slot: slot(&material.base_color_texture),
-            metallic_roughness_slot: slot(&material.metallic_roughness_texture),
-            transmission_slot: slot(&material.transmission_texture),
-            emission_slot: slot(&material.emission_texture),
-            normal_slot: slot(&material.normal_texture),
-            checkerboard_colors: checker.map_or([[0.0; 3]; 2], |c| c.colors.map(|c| c.to_array())),
+            flags,
+            checkerboard_even: rgb(even),
             checkerboard_scale: checker.map_or(1.0, |c| 1.0 / c.size.max(1e-6)),
-            checkerboard_fade: fade.map_or([0.0; 2], |f| f.to_array()),
-            layers: NONE,
-            absorption: if material.refracts_into_body() {
-                material.interior.absorption().to_array()
-            } else {
-                [0.0; 3]
-            },
+            checkerboard_odd: rgb(odd),
+            padding: 0,
+            checkerboard_fade: vec2f(near, far),
             medium: NONE,
             priority: material.priority.unwrap_or(0),
+            absorption: rgb(absorption),
+            layers: NONE,
+            // By `SLOT_…`.
+            textures: [
+                texture(&material.base_color_texture),
+                texture(&material.metallic_roughness_texture),
+                texture(&material.transmission_texture),
+                texture(&material.emission_texture),
+                texture(&material.normal_texture),
+            ],
         }
     }
 
-    /// Whether `material` needs the layered model.
-    pub(super) fn has_layers(material: &Material) -> bool {
-        let may_have = match material.model {
-            Model::MetallicRoughness | Model::Dielectric => true,
-            Model::Lambert | Model::Mirror | Model::Unlit | Model::Boundary => false,
+    /// The use of a texture; none if the scene has no such texture.
+    pub(super) fn texture_use(&self, texture: &Option<TextureRef>) -> TextureUse {
+        let Some(reference) = texture else { return TextureUse::default() };
+        let Some(&image) = self.textures.get(reference.texture as usize) else {
+            return TextureUse::default();
         };
-        may_have && material.layers.are_present()
-    }
-
-    /// Whether light that passes through what is behind the surface becomes less.
-    pub fn absorbs(&self) -> bool {
-        self.absorption != [0.0; 3]
-    }
-
-    /// Whether rays may pass through the surface by its alpha.
-    pub fn has_alpha(&self) -> bool {
-        self.flags & (MATERIAL_ALPHA_MASK | MATERIAL_ALPHA_BLEND | MATERIAL_CHECKERBOARD_FADES) != 0
-    }
-
-    /// Whether any texture modulates it.
-    pub fn is_textured(&self) -> bool {
-        let slots = [
-            self.base_color_slot,
-            self.metallic_roughness_slot,
-            self.transmission_slot,
-            self.emission_slot,
-            self.normal_slot,
-        ];
-        // Layers are not asked: their surfaces have everything.
-        self.layers != NONE || slots.iter().any(|&slot| slot != NONE)
-    }
-
-    /// Whether the surface emits. An unlit one does not: it has the colour that is seen.
-    pub fn is_emissive(&self) -> bool {
-        self.emission.iter().any(|&e| e > 0.0)
-    }
-
-    /// Whether a path may find light on it: it emits, or is unlit.
-    pub fn shines(&self) -> bool {
-        self.is_emissive() || self.model == ModelTag::Unlit
-    }
-}
-
-impl TextureSlot {
-    /// Appends the use of a texture; its index, or [`NONE`] if there is no such texture.
-    pub(super) fn place(texture: &Option<TextureRef>, scene: &Scene, slots: &mut Vec<Self>) -> u32 {
-        match texture {
-            Some(t) if (t.texture as usize) < scene.textures.len() => {
-                slots.push(Self::new(t));
-                slots.len() as u32 - 1
-            }
-            _ => NONE,
+        let ([u, v], offset) = (reference.transform.rows, reference.transform.offset);
+        TextureUse {
+            row_u: vec3f(u.x, u.y, offset.x),
+            row_v: vec3f(v.x, v.y, offset.y),
+            flags: image.flags | if reference.uv_set & 1 == 1 { TEXTURE_UV1 } else { 0 },
+            ..image
         }
     }
-
-    fn new(t: &TextureRef) -> Self {
-        let ([r0, r1], o) = (t.transform.rows, t.transform.offset);
-        Self { texture: t.texture, uv_set: t.uv_set, transform: [r0.x, r0.y, o.x, r1.x, r1.y, o.y] }
-    }
 }
 
-impl TextureRecord {
-    /// Integer texel coordinates of `(x, y)` with the wrap modes applied.
-    pub fn wrap(&self, x: i32, y: i32) -> (u32, u32) {
-        (wrap(x, self.width, self.sampler.wrap_u), wrap(y, self.height, self.sampler.wrap_v))
-    }
-
-    /// Whether to interpolate.
-    pub fn is_bilinear(&self) -> bool {
-        self.sampler.filter == Filter::Linear
-    }
-
-    /// Whether RGB is sRGB-encoded.
-    pub(super) fn is_srgb(color_space: ColorSpace) -> bool {
-        color_space == ColorSpace::Srgb
-    }
-}
-
-fn wrap(i: i32, size: u32, mode: Wrap) -> u32 {
-    let n = size as i32;
-    let wrapped = match mode {
-        Wrap::Repeat => i.rem_euclid(n),
-        Wrap::MirroredRepeat => {
-            let period = i.rem_euclid(2 * n);
-            if period < n { period } else { 2 * n - 1 - period }
-        }
-        Wrap::ClampToEdge => i.clamp(0, n - 1),
+/// The `TEXTURE_…` bits of a sampler. `srgb`: whether RGB is sRGB-encoded.
+pub(super) fn sampler_flags(sampler: Sampler, srgb: bool) -> u32 {
+    let wrap = |mode: Wrap| match mode {
+        Wrap::Repeat => WRAP_REPEAT,
+        Wrap::MirroredRepeat => WRAP_MIRRORED_REPEAT,
+        Wrap::ClampToEdge => WRAP_CLAMP,
     };
-    wrapped as u32
+    let filter = match sampler.filter {
+        Filter::Linear => TEXTURE_BILINEAR,
+        Filter::Nearest => 0,
+    };
+    filter
+        | if srgb { TEXTURE_SRGB } else { 0 }
+        | wrap(sampler.wrap_u) << TEXTURE_WRAP_U_SHIFT
+        | wrap(sampler.wrap_v) << TEXTURE_WRAP_V_SHIFT
 }

@@ -1,8 +1,9 @@
 //! Records of media.
 
-use super::{MaterialRecord, ModelTag, NONE, SceneTables};
+use super::{MaterialRecord, NONE, SceneTables};
 use crate::{DensityGrid, Medium, Model, Scene};
 use optics::constants::FAR;
+use std::collections::HashMap;
 
 /// A medium; see [`Medium`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,14 +72,20 @@ impl SceneTables {
     pub(super) fn add_media(&mut self, scene: &Scene) {
         self.nested = scene.materials.iter().any(|m| m.priority.is_some() && m.refracts_into_body());
         let mut grids = Vec::new();
+        // Finding the albedo takes a while, and copies of a material have the same.
+        let mut solved: HashMap<[u32; 8], Medium> = HashMap::new();
         for (material, record) in scene.materials.iter().zip(&mut self.materials) {
             if let Some(subsurface) = material.subsurface.filter(|_| material.model == Model::Dielectric)
                 && record.is_body()
             {
-                let medium = subsurface.medium(material.base_color.truncate(), material.ior);
+                let (color, ior) = (material.base_color.truncate(), material.ior);
+                let [r, g, b] = color.to_array();
+                let [x, y, z] = subsurface.radius.to_array();
+                let key = [r, g, b, x, y, z, subsurface.anisotropy, ior].map(f32::to_bits);
+                let medium = solved.entry(key).or_insert_with(|| subsurface.medium(color, ior)).clone();
                 if medium.is_valid() {
                     record.medium = self.media.len() as u32;
-                    let inside = MediumRecord::new(&medium, record.absorption);
+                    let inside = MediumRecord::new(&medium, record.absorption.to_array());
                     self.media.push(MediumRecord { subsurface: true, ..inside });
                 }
                 continue;
@@ -87,7 +94,7 @@ impl SceneTables {
                 && record.is_body()
             {
                 record.medium = self.media.len() as u32;
-                self.media.push(MediumRecord::new(medium, record.absorption));
+                self.media.push(MediumRecord::new(medium, record.absorption.to_array()));
                 grids.extend(medium.density.as_deref().map(|grid| (record.medium, grid)));
             }
         }
@@ -125,17 +132,5 @@ impl SceneTables {
     /// Whether paths have to know what they are in: there are media, bodies that overlap, or surfaces that are none.
     pub fn needs_volumes(&self) -> bool {
         self.has_media() || self.nested || self.has_boundaries()
-    }
-}
-
-impl MaterialRecord {
-    /// Whether light passes through the surface into a body.
-    pub fn is_body(&self) -> bool {
-        self.flags & super::MATERIAL_BODY != 0
-    }
-
-    /// Whether it is no surface, only the end of a medium.
-    pub fn is_boundary(&self) -> bool {
-        self.model == ModelTag::Boundary
     }
 }

@@ -17,6 +17,7 @@ mod fingerprint;
 mod geometry;
 mod layers;
 mod light;
+mod light_bounds;
 mod light_tree;
 mod material;
 mod medium;
@@ -30,16 +31,13 @@ pub use changes::Changes;
 pub use emitter_boxes::{EmitterBox, MOST_BOXES};
 pub use environment::EnvironmentTable;
 pub use geometry::{BindingRecord, BlasRecord, GeometryKind, GeometryRecord, InstanceRecord};
-pub use layers::{LAYER_SLOTS, LAYERS_GLOSSINESS, LayerSlot, LayersRecord};
+pub use layers::{LAYER_TEXTURES, LAYERS_GLOSSINESS, LayerTextures, LayersRecord};
 pub use light::LightRecord;
-pub use light_tree::{FEWEST_LIGHTS, LightChoice, LightNode, LightTree};
+pub use light_tree::{LightChoice, LightNode, LightTree};
 pub use material::{
     MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_BODY, MATERIAL_CHECKERBOARD,
-    MATERIAL_EMISSION_TWO_SIDED,
-};
-pub use material::{
-    MATERIAL_CHECKERBOARD_FADES, MATERIAL_TANGENTS, MATERIAL_THIN, MaterialRecord, ModelTag, TextureRecord,
-    TextureSlot,
+    MATERIAL_CHECKERBOARD_FADES, MATERIAL_EMISSION_TWO_SIDED, MATERIAL_EMISSIVE, MATERIAL_TANGENTS,
+    MATERIAL_THIN, MaterialRecord, ModelTag, TextureUse,
 };
 pub use medium::{FogRecord, GridRecord, MediumRecord};
 pub use portals::PortalTriangle;
@@ -78,6 +76,8 @@ pub struct SceneTables {
     pub materials: Vec<MaterialRecord>,
     /// What lies on the base of layered materials.
     pub layers: Vec<LayersRecord>,
+    /// The textures of layers, parallel to `layers`.
+    pub layer_textures: Vec<LayerTextures>,
     /// Media inside of bodies and between them.
     pub media: Vec<MediumRecord>,
     /// Grids of densities of media.
@@ -88,10 +88,8 @@ pub struct SceneTables {
     pub fog: FogRecord,
     /// Whether bodies have priorities, and refract by what is on both of their sides.
     pub nested: bool,
-    /// Uses of textures by materials.
-    pub texture_slots: Vec<TextureSlot>,
-    /// Textures, parallel to [`crate::Scene::textures`].
-    pub textures: Vec<TextureRecord>,
+    /// Textures as they are used without a transform of coordinates, parallel to [`crate::Scene::textures`].
+    pub textures: Vec<TextureUse>,
     /// Eight-bit texels of all images, RGBA.
     pub texels: Vec<[u8; 4]>,
     /// Everything that next-event estimation can sample.
@@ -101,9 +99,9 @@ pub struct SceneTables {
     pub primitive_lights: Vec<u32>,
     /// Profiles of lights, one after the other: rows, columns, and the bits of the values, row by row.
     pub profiles: Vec<u32>,
-    /// Chooses a light by power; as long as `lights`. Those in `light_tree` have no share in it.
+    /// Chooses a light by power where there is no `light_tree`; as long as `lights`.
     pub light_alias: Vec<AliasEntry>,
-    /// Chooses among the lights that have a place, if they are many.
+    /// Chooses a light by the irradiance that it can bring, if there are several.
     pub light_tree: LightTree,
     /// Whether an instance says that it will be moved ([`crate::Instance::dynamic`]).
     pub has_dynamic_instances: bool,
@@ -136,6 +134,7 @@ impl SceneTables {
             + bytes(&self.bindings)
             + bytes(&self.materials)
             + bytes(&self.layers)
+            + bytes(&self.layer_textures)
             + bytes(&self.media)
             + bytes(&self.grids)
             + bytes(&self.densities)

@@ -1,12 +1,14 @@
 //! Lights of surfaces that emit.
 
 use super::build::{affine, uniform_scale};
-use super::light::luminance;
+use super::light::strongest;
 use super::material::{MATERIAL_CHECKERBOARD_FADES, MATERIAL_EMISSION_TWO_SIDED};
 use super::rectangles::{self, Part};
 use super::{GeometryKind, GeometryRecord, LightRecord, MaterialRecord, NONE, SceneTables};
 use crate::{Pixels, Scene};
 use glam::{Affine3A, Vec3};
+use optics::material::SLOT_EMISSION;
+use optics::vec3f;
 
 impl SceneTables {
     /// Lights of the emissive geometries of one instance.
@@ -39,7 +41,7 @@ impl SceneTables {
                         for i in 0..geometry.primitive_count {
                             let [x, y, z, r] = self.spheres[(geometry.first_primitive + i) as usize];
                             let center = to_world.transform_point3(Vec3::new(x, y, z));
-                            let emission = Vec3::from(material.emission);
+                            let emission = Vec3::from(material.emission.to_array());
                             let two_sided = material.flags & MATERIAL_EMISSION_TWO_SIDED != 0;
                             self.add_primitive_light(LightRecord::sphere(
                                 center,
@@ -84,7 +86,7 @@ impl SceneTables {
                     self.add_primitive_light(light);
                 }
                 Part::Rectangle(rectangle) => {
-                    let emission = Vec3::from(material.emission);
+                    let emission = Vec3::from(material.emission.to_array());
                     let two_sided = material.flags & MATERIAL_EMISSION_TWO_SIDED != 0;
                     self.add_primitive_light(LightRecord::rectangle(&rectangle, emission, two_sided));
                 }
@@ -115,7 +117,7 @@ impl SceneTables {
             to_world.transform_point3(Vec3::from(self.positions[(geometry.first_vertex + c) as usize]))
         };
         let two_sided = material.flags & MATERIAL_EMISSION_TWO_SIDED != 0;
-        let emission = Vec3::from(material.emission);
+        let emission = Vec3::from(material.emission.to_array());
         let mut light = LightRecord::triangle(corners.map(vertex), emission, two_sided, mean);
         if is_textured(material) {
             light.textured_material = index;
@@ -128,21 +130,23 @@ impl SceneTables {
         light
     }
 
-    /// Mean luminance of a binding's emission texture; 1 without one.
+    /// Mean of the strongest channel of a binding's emission texture; 1 without one.
     fn mean_emission_texture(&self, scene: &Scene, binding: usize) -> f32 {
-        let slot = self.materials[self.bindings[binding].material as usize].emission_slot;
-        if slot == NONE {
+        let emission = self.materials[self.bindings[binding].material as usize].texture(SLOT_EMISSION);
+        if !emission.is_some() {
             return 1.0;
         }
-        let texture = &scene.textures[self.texture_slots[slot as usize].texture as usize];
+        let texture = &scene.textures[emission.image as usize];
         let Some(image) = scene.images.get(texture.image as usize) else { return 1.0 };
         let decode = |b: u8| optics::tonemap::srgb_decode_channel(f32::from(b) / 255.0);
         let sum: f64 = match &image.pixels {
             Pixels::Rgba8(pixels) => {
-                let color = |p: &[u8; 4]| Vec3::new(decode(p[0]), decode(p[1]), decode(p[2]));
-                pixels.iter().map(|p| f64::from(luminance(color(p)))).sum()
+                let color = |p: &[u8; 4]| vec3f(decode(p[0]), decode(p[1]), decode(p[2]));
+                pixels.iter().map(|p| f64::from(strongest(color(p)))).sum()
             }
-            Pixels::Rgb32F(pixels) => pixels.iter().map(|p| f64::from(luminance(Vec3::from(*p)))).sum(),
+            Pixels::Rgb32F(pixels) => {
+                pixels.iter().map(|p| f64::from(strongest(vec3f(p[0], p[1], p[2])))).sum()
+            }
         };
         // Never zero: a dim texture must still be found.
         ((sum / (f64::from(image.width) * f64::from(image.height))) as f32).max(1e-3)
@@ -151,7 +155,7 @@ impl SceneTables {
 
 /// Whether emission differs from place to place, or has holes.
 fn is_textured(material: &MaterialRecord) -> bool {
-    material.emission_slot != NONE || material.has_alpha()
+    material.texture(SLOT_EMISSION).is_some() || material.has_alpha()
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ use crate::categories::Categories;
 use crate::error::SensorError;
 use alhazen::{
     Camera, Control, ExrChannel, ExrCompression, ExrFile, ExrSamples, Film, Image, ImageError, Job, Limits,
-    Precision, RayQueries, Rect, Renderer, Scene, SceneTables, write_atomically,
+    Precision, RayQueries, Rect, Renderer, Scene, SceneTables, prove_writable, write_atomically,
 };
 use coco::Annotations;
 use glam::Affine3A;
@@ -47,6 +47,13 @@ pub struct Exported {
 }
 
 impl Dataset {
+    /// All files that [`Dataset::export`] writes into `folder`, of a data set with so many poses.
+    pub fn files(folder: &Path, poses: usize) -> impl Iterator<Item = PathBuf> {
+        let pair = |number| [picture_name(number), layers_name(number)];
+        let names = (0..poses).flat_map(pair).chain([ANNOTATIONS.into()]);
+        names.map(|name| folder.join(name))
+    }
+
     /// Writes the data set into `folder`, which is made if need be. `after_image` hears of each picture that is done.
     ///
     /// # Errors
@@ -60,8 +67,11 @@ impl Dataset {
     ) -> Result<Exported, SensorError> {
         for part in ["images", "layers"] {
             let path = folder.join(part);
-            std::fs::create_dir_all(&path).map_err(|source| SensorError::Folder { path, source })?;
+            std::fs::create_dir_all(&path)
+                .map_err(|source| SensorError::Folder { path: path.clone(), source })?;
         }
+        // Before hours are spent on what cannot be written.
+        Self::files(folder, 1).try_for_each(|path| prove_writable(&path))?;
         let cameras = self.poses.cameras()?;
         let categories = Categories::new(&self.scene, &self.categories);
         let mut annotations = Annotations::new(&categories);
@@ -81,17 +91,15 @@ impl Dataset {
             let truth =
                 GroundTruth::observe(&scene, &queries, &categories, camera, size, Some(next), control)?;
             let film = self.picture(renderer, camera, control)?;
-            let name = format!("{number:06}");
-            let png = PathBuf::from("images").join(&name).with_extension("png");
+            let (png, exr) = (picture_name(number), layers_name(number));
             alhazen::output::write(&folder.join(&png), film, &self.job.tone, &BTreeMap::new())?;
-            let exr = PathBuf::from("layers").join(&name).with_extension("exr");
             layers(film, &truth).write(&folder.join(&exr), ExrCompression::Zip)?;
             annotations.add(&scene, &categories, &self.poses, number, &truth, [&png, &exr]);
             after_image(number);
             scene = if number + 1 < cameras.len() { next_scene } else { scene };
         }
         let text = annotations.to_json();
-        let path = folder.join("annotations.json");
+        let path = folder.join(ANNOTATIONS);
         let failed = |source| ImageError::Write { path: path.clone(), source };
         write_atomically(&path, |writer| writer.write_all(text.as_bytes()).map_err(failed))?;
         Ok(Exported { images: cameras.len(), annotations: annotations.count() })
@@ -132,6 +140,16 @@ impl Dataset {
         }
         renderer.film()?.ok_or(SensorError::Cancelled)
     }
+}
+
+const ANNOTATIONS: &str = "annotations.json";
+
+fn picture_name(number: usize) -> PathBuf {
+    format!("images/{number:06}.png").into()
+}
+
+fn layers_name(number: usize) -> PathBuf {
+    format!("layers/{number:06}.exr").into()
 }
 
 /// Colour and exact layers as one file.

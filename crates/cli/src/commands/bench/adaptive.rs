@@ -3,7 +3,7 @@
 use super::ReportArgs;
 use super::report::{Percentiles, Plot, Report, Scale, Table};
 use super::views::{View, ViewArgs, render};
-use crate::console::print_result;
+use crate::console::{print_result, say};
 use alhazen::{Adaptive, Image, Job, Limits, Renderer, Sampling, metrics};
 use clap::Args;
 
@@ -74,12 +74,12 @@ pub fn run(args: &AdaptiveArgs) -> anyhow::Result<()> {
         of(Sampling::Adaptive(settings), &[2 * args.min_spp])?;
         let adaptive = of(Sampling::Adaptive(settings), &args.spp)?;
         let measured = Measured { view, uniform, adaptive };
-        eprintln!("{}: {:.2} times fewer rays", measured.view.name, measured.gain(|p| p.rays));
+        say!("{}: {:.2} times fewer rays", measured.view.name, measured.gain(|p| p.rays));
         all.push(measured);
     }
     fill(&mut report, &all)?;
     print_result(&report.summary())?;
-    eprintln!("{}", report.write(&args.report.report)?.display());
+    say!("{}", report.write(&args.report.report)?.display());
     Ok(())
 }
 

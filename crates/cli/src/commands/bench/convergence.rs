@@ -3,7 +3,7 @@
 use super::ReportArgs;
 use super::report::{Percentiles, Plot, Report, Scale, Table};
 use super::views::{View, ViewArgs, render};
-use crate::console::print_result;
+use crate::console::{print_result, say};
 use alhazen::{Image, Job, Limits, Renderer};
 use clap::Args;
 
@@ -89,7 +89,7 @@ pub fn run(args: &ConvergenceArgs) -> anyhow::Result<()> {
         report.picture(&title, &picture)?;
     }
     print_result(&report.summary())?;
-    eprintln!("{}", report.write(&args.report.report)?.display());
+    say!("{}", report.write(&args.report.report)?.display());
     Ok(())
 }
 

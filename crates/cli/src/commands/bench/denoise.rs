@@ -3,7 +3,7 @@
 use super::ReportArgs;
 use super::report::{Report, Table};
 use super::views::{View, ViewArgs};
-use crate::console::print_result;
+use crate::console::{print_result, say};
 use alhazen::{Control, Denoiser, Image, Job, Limits, NoisyPicture, Renderer};
 use anyhow::Context;
 use clap::Args;
@@ -83,7 +83,7 @@ pub fn run(args: &DenoiseArgs) -> anyhow::Result<()> {
         report.picture(&title, &picture)?;
     }
     print_result(&report.summary())?;
-    eprintln!("{}", report.write(&args.report.report)?.display());
+    say!("{}", report.write(&args.report.report)?.display());
     Ok(())
 }
 

@@ -5,7 +5,7 @@ use super::frames::{FrameArgs, Measured};
 use super::report::{Cell, Percentiles, Plot, Report, Scale, Table};
 use super::stage::Stage;
 use super::views::{check_scenes, open_scene};
-use crate::console::print_result;
+use crate::console::{print_result, say};
 use alhazen::{Camera, HybridSettings, Scene};
 use clap::Args;
 use glam::{Quat, Vec3};
@@ -79,7 +79,7 @@ pub fn run(args: &ViewsArgs) -> anyhow::Result<()> {
     }
     report.table(table);
     print_result(&report.summary())?;
-    eprintln!("{}", report.write(&args.report.report)?.display());
+    say!("{}", report.write(&args.report.report)?.display());
     Ok(())
 }
 

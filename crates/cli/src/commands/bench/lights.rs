@@ -4,7 +4,7 @@ use super::ReportArgs;
 use super::report::{Percentiles, Report, Table};
 use super::views::{ViewArgs, open_scene, render};
 use crate::commands::render::parsing::parse_duration;
-use crate::console::print_result;
+use crate::console::{print_result, say};
 use alhazen::{Job, Limits, Renderer, SceneTables};
 use anyhow::ensure;
 use clap::Args;
@@ -58,7 +58,7 @@ pub fn run(args: &LightsArgs) -> anyhow::Result<()> {
     }
     report.table(table);
     print_result(&report.summary())?;
-    eprintln!("{}", report.write(&args.report.report)?.display());
+    say!("{}", report.write(&args.report.report)?.display());
     Ok(())
 }
 

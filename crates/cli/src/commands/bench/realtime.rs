@@ -4,9 +4,10 @@ use super::ReportArgs;
 use super::frames::Visibility;
 use super::report::{Cell, Percentiles, Plot, Report, Scale, Table};
 use super::views::{check_scenes, open_scene, render, short_name};
+use crate::commands::render::parsing::parse_not_negative;
 use crate::commands::render::realtime::FrameSettings;
 use crate::commands::render::roulette::RouletteArgs;
-use crate::console::print_result;
+use crate::console::{print_result, say};
 use alhazen::gpu::hybrid::LiveScene;
 use alhazen::gpu::tracer::TracerKind;
 use alhazen::gpu::{Gpu, GpuOptions};
@@ -43,7 +44,7 @@ pub struct RealtimeArgs {
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=1000))]
     moving_frames: u32,
     /// How far the camera moves from frame to frame, as a share of the distance to what it looks at.
-    #[arg(long, value_name = "SHARE", default_value_t = 0.004)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.004, value_parser = parse_not_negative)]
     step: f32,
     /// Frames of the camera that stands still.
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(32..=100_000))]
@@ -105,7 +106,7 @@ pub fn run(args: &RealtimeArgs) -> anyhow::Result<()> {
     }
     tables.add_to(&mut report);
     print_result(&report.summary())?;
-    eprintln!("{}", report.write(&args.report.report)?.display());
+    say!("{}", report.write(&args.report.report)?.display());
     Ok(())
 }
 

@@ -5,7 +5,8 @@ use super::frames::{FrameArgs, Measured, add_small_lamps, lit_hills};
 use super::report::{Percentiles, Plot, Report, Scale, Table};
 use super::stage::Stage;
 use crate::commands::load_scene;
-use crate::console::print_result;
+use crate::commands::render::parsing::parse_not_negative;
+use crate::console::{print_result, say};
 use alhazen::{DirectSettings, HybridSettings, LoadOptions, Scene};
 use clap::Args;
 
@@ -32,7 +33,7 @@ pub struct ShadowArgs {
     #[arg(long, value_name = "N", default_value_t = 256)]
     small_lamps: u32,
     /// Irradiance in W/m² below which a small lamp does not count.
-    #[arg(long, value_name = "IRRADIANCE", default_value_t = 0.2)]
+    #[arg(long, value_name = "IRRADIANCE", default_value_t = 0.2, value_parser = parse_not_negative)]
     light_cutoff: f32,
     #[command(flatten)]
     frames: FrameArgs,
@@ -102,7 +103,7 @@ pub fn run(args: &ShadowArgs) -> anyhow::Result<()> {
         report.table(small_lamps(args, &mut stage)?);
     }
     print_result(&report.summary())?;
-    eprintln!("{}", report.write(&args.report.report)?.display());
+    say!("{}", report.write(&args.report.report)?.display());
     Ok(())
 }
 

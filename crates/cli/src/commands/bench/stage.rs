@@ -1,6 +1,7 @@
 //! Where measured frames go, to nobody or to a window, and the loop that measures them.
 
 use super::frames::{FrameArgs, Measured, milliseconds};
+use crate::console::{say, write_text};
 use alhazen::gpu::Gpu;
 use alhazen::gpu::frames::chrome_trace;
 use alhazen::gpu::hybrid::LiveScene;
@@ -91,7 +92,7 @@ impl<'a> Stage<'a> {
         let start = Instant::now();
         let live = LiveScene::new(gpu, tables, self.args.kind(), view, depth)
             .with_context(|| format!("cannot show {}", scene.name))?;
-        eprintln!("{}: on the device after {:.1} s", scene.name, start.elapsed().as_secs_f64());
+        say!("{}: on the device after {:.1} s", scene.name, start.elapsed().as_secs_f64());
         Ok(Shown { live, screen })
     }
 
@@ -125,7 +126,8 @@ impl<'a> Stage<'a> {
         shown.take_times(&mut measured)?;
         if let Some(path) = &args.trace {
             let trace = chrome_trace(&shown.live.frames().take_spans());
-            std::fs::write(path, trace).with_context(|| format!("cannot write {}", path.display()))?;
+            write_text(path, &trace.to_string())
+                .with_context(|| format!("cannot write {}", path.display()))?;
         }
         if let Some(view) = last {
             let mean = shown.live.read(&view)?.mean();
@@ -177,7 +179,7 @@ impl Shown {
             let frames = times.len();
             ensure!(missed as usize != frames, "the window was hidden: it has shown none of {frames} frames");
             if missed > 0 {
-                eprintln!("{missed} of {frames} frames were not shown: the window was hidden");
+                say!("{missed} of {frames} frames were not shown: the window was hidden");
             }
             measured.acquired.extend(times.iter().map(|t| milliseconds(t.acquired)));
             measured.presented.extend(times.iter().map(|t| milliseconds(t.presented)));

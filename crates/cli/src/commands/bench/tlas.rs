@@ -4,7 +4,7 @@ use super::ReportArgs;
 use super::frames::{FrameArgs, crowd, crowd_places};
 use super::report::{Percentiles, Plot, Report, Scale, Table};
 use super::stage::Stage;
-use crate::console::print_result;
+use crate::console::{print_result, say};
 use alhazen::HybridSettings;
 use alhazen::gpu::tracer::upper::UpperUpdate;
 use clap::Args;
@@ -72,6 +72,6 @@ pub fn run(args: &TlasArgs) -> anyhow::Result<()> {
     report.table(table);
     report.plot(plot);
     print_result(&report.summary())?;
-    eprintln!("{}", report.write(&args.report.report)?.display());
+    say!("{}", report.write(&args.report.report)?.display());
     Ok(())
 }

@@ -1,7 +1,8 @@
 //! What is measured: scenes with a view each, and converged references of them.
 
 use crate::commands::load_scene;
-use crate::commands::render::parsing::{parse_positive, parse_vector};
+use crate::commands::render::parsing::{parse_positive, parse_threads, parse_vector};
+use crate::console::say;
 use alhazen::{
     BackendChoice, Camera, Control, ExrCompression, ExrFile, Image, Job, Limits, LoadOptions, PathKernel,
     Precision, Renderer, RendererOptions, Scene, Summary, add_daylight_if_dark, metrics,
@@ -43,7 +44,7 @@ pub struct ViewArgs {
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
     /// Number of threads [default: all cores].
-    #[arg(long)]
+    #[arg(long, value_parser = parse_threads)]
     threads: Option<usize>,
 }
 
@@ -180,7 +181,7 @@ impl ViewArgs {
         if let Some(path) = kept.as_ref().filter(|path| path.is_file()) {
             return Ok(Image::open(path)?);
         }
-        eprintln!("{name}: rendering the reference, {spp} samples per pixel");
+        say!("{name}: rendering the reference, {spp} samples per pixel");
         let job = Job { seed: REFERENCE_SEED, ..job.clone() };
         let limits = Limits { spp, ..Limits::default() };
         let (image, _) = render(renderer, &job, &limits)?;

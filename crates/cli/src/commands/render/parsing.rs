@@ -93,6 +93,48 @@ pub fn parse_share(text: &str) -> Result<f32, String> {
     }
 }
 
+/// A finite number.
+pub fn parse_finite(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err("expected a number".into()),
+    }
+}
+
+/// A finite number in double precision.
+pub fn parse_finite_f64(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err("expected a number".into()),
+    }
+}
+
+/// A finite number in double precision of at least zero.
+pub fn parse_not_negative_f64(text: &str) -> Result<f64, String> {
+    let value = parse_finite_f64(text)?;
+    if value >= 0.0 { Ok(value) } else { Err("expected a number of at least 0".into()) }
+}
+
+/// A cosine, in `[-1, 1]`.
+pub fn parse_cosine(text: &str) -> Result<f32, String> {
+    let value = parse_finite(text)?;
+    if value.abs() <= 1.0 { Ok(value) } else { Err("expected a number between -1 and 1".into()) }
+}
+
+/// A part of a whole, in `[0, 1]`.
+pub fn parse_fraction(text: &str) -> Result<f64, String> {
+    let value = parse_finite_f64(text)?;
+    if (0.0..=1.0).contains(&value) { Ok(value) } else { Err("expected a number between 0 and 1".into()) }
+}
+
+/// A number of threads: more than this only take memory.
+pub fn parse_threads(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(threads @ 1..=1024) => Ok(threads),
+        _ => Err("expected a number of threads between 1 and 1024".into()),
+    }
+}
+
 /// A number above zero.
 pub fn parse_positive(text: &str) -> Result<f32, String> {
     let value: f32 = text.parse().map_err(|_| "expected a number")?;
@@ -144,6 +186,19 @@ mod tests {
         assert!(parse_duration("-1s").is_err() && parse_duration("x").is_err());
         assert_eq!((parse_seconds("1.5"), parse_seconds("0s")), (Ok(1.5), Ok(0.0)));
         assert!(parse_seconds("-1").is_err() && parse_seconds("inf").is_err());
+        for text in ["nan", "inf", "-inf", "NaN", "infinity", "1e999", "", "x"] {
+            let parsers = [parse_finite, parse_positive, parse_not_negative, parse_share, parse_seconds];
+            let more = [parse_turbidity, parse_fov, parse_cosine];
+            parsers.into_iter().chain(more).for_each(|parse| assert!(parse(text).is_err(), "{text}"));
+            let doubles = [parse_finite_f64, parse_not_negative_f64, parse_fraction];
+            doubles.into_iter().for_each(|parse| assert!(parse(text).is_err(), "{text}"));
+            assert!(parse_duration(text).is_err() && parse_threads(text).is_err(), "{text}");
+        }
+        assert!(parse_threads("0").is_err() && parse_threads("100000").is_err());
+        assert_eq!(
+            (parse_cosine("-1"), parse_fraction("0.5"), parse_threads("7")),
+            (Ok(-1.0), Ok(0.5), Ok(7))
+        );
         assert!(parse_turbidity("1").is_err() && parse_turbidity("2.5") == Ok(2.5));
         assert!(parse_fov("0").is_err() && parse_fov("180").is_err() && parse_fov("45").is_ok());
     }

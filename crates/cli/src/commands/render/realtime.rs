@@ -1,6 +1,6 @@
 //! What `alhazen render` may say about `--integrator realtime`.
 
-use super::parsing::parse_positive;
+use super::parsing::{parse_cosine, parse_not_negative, parse_positive};
 use super::roulette::RouletteArgs;
 use alhazen::{
     AllocationSettings, FrameSamples, FrameView, HistorySettings, PathSettings, RealtimeSettings, Visibility,
@@ -38,10 +38,10 @@ pub struct FrameSettings {
     #[arg(long, help_heading = "Real time", value_name = "TENTHS", default_value_t = HistorySettings::default().depth_tolerance, value_parser = parse_positive)]
     depth_tolerance: f32,
     /// `realtime`: least cosine between normals of the same surface from frame to frame.
-    #[arg(long, help_heading = "Real time", value_name = "COSINE", default_value_t = HistorySettings::default().normal_tolerance)]
+    #[arg(long, help_heading = "Real time", value_name = "COSINE", default_value_t = HistorySettings::default().normal_tolerance, value_parser = parse_cosine)]
     normal_tolerance: f32,
     /// `realtime`: samples that earlier frames count for at most while anything moves; 0 forgets them.
-    #[arg(long, help_heading = "Real time", value_name = "SAMPLES", default_value_t = HistorySettings::default().most)]
+    #[arg(long, help_heading = "Real time", value_name = "SAMPLES", default_value_t = HistorySettings::default().most, value_parser = parse_not_negative)]
     history: f32,
     /// `realtime`: standard deviations of the samples around a pixel that its past may be away from them while anything moves.
     #[arg(long, help_heading = "Real time", value_name = "DEVIATIONS", default_value_t = HistorySettings::default().clip, value_parser = parse_positive)]

@@ -1,7 +1,7 @@
 //! What is printed about a scene and a finished picture.
 
 use super::RenderArgs;
-use crate::console::{bytes, metric, print_report, print_result, seconds};
+use crate::console::{bytes, metric, print_report, print_result, say, seconds};
 use alhazen::{Job, LoadStats, Loaded, Renderer, Summary};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -16,7 +16,7 @@ pub fn print_loaded(loaded: &Loaded) {
         format!("{unique} triangles ({instanced} instanced)")
     };
     let counts = format!("{} instances, {} materials", scene.instances.len(), scene.materials.len());
-    eprintln!("{}: {triangles}, {counts}, loaded in {}", scene.name, seconds(loaded.report.elapsed));
+    say!("{}: {triangles}, {counts}, loaded in {}", scene.name, seconds(loaded.report.elapsed));
     // Where there is nothing to see, everything that the loader noticed may be the reason.
     print_report(&loaded.report, scene.bounds().is_none());
 }
@@ -54,10 +54,10 @@ pub fn report(
         return Ok(());
     }
     if summary.invalid_samples > 0 {
-        eprintln!("  {} samples were NaN or infinite and were left out", summary.invalid_samples);
+        say!("  {} samples were NaN or infinite and were left out", summary.invalid_samples);
     }
     let names: Vec<_> = written.iter().map(|p| p.display().to_string()).collect();
-    eprintln!(
+    say!(
         "{}: {}×{}, {} spp, {} in {} ({}samples/s, {}rays/s) on {}; built in {}{}",
         names.join(", "),
         job.width,

@@ -2,10 +2,11 @@
 
 use super::parsing::parse_vector;
 use super::{HighlightsName, IntegratorName, RenderArgs, VisibilityName};
+use crate::exit::Exit;
 use alhazen::{
     Adaptive, Camera, CameraPath, Daylight, DirectSettings, Environment, Highlights, HybridSettings,
     Integrator, Job, Limits, LoadOptions, Loaded, NoisyPicture, PathSettings, Projection, Rect, Sampling,
-    Visibility, add_daylight_if_dark,
+    Visibility, add_daylight_if_dark, check_default_camera,
 };
 use anyhow::{Context, bail, ensure};
 use std::path::Path;
@@ -84,7 +85,12 @@ pub fn job(args: &RenderArgs, loaded: &Loaded) -> anyhow::Result<Job> {
 fn camera(args: &RenderArgs, loaded: &Loaded) -> anyhow::Result<Camera> {
     let cameras = &loaded.scene.cameras;
     let mut camera = match &args.camera {
-        None => loaded.scene.default_camera(),
+        None => {
+            if args.eye.is_none() || args.target.is_none() {
+                check_default_camera(&loaded.scene).map_err(|error| Exit::Input.with(error.into()))?;
+            }
+            loaded.scene.default_camera()
+        }
         Some(name) => {
             let by_number = || name.parse().ok().and_then(|i: usize| cameras.get(i));
             let found = cameras.iter().find(|c| c.name == *name).or_else(by_number);

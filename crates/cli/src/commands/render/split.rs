@@ -2,15 +2,15 @@
 
 use super::parsing::{Samples, parse_duration, parse_samples};
 use super::{RenderArgs, check_place};
-use crate::console::ProgressDisplay;
+use crate::console::{ProgressDisplay, keep_each, say};
 use alhazen::{
-    Checkpoint, Control, Coverage, Denoiser, Film, Job, Part, PartJob, Renderer, Summary, Tile, finish,
-    output,
+    Checkpoint, Control, Coverage, Denoiser, Film, Job, Part, PartError, PartJob, ProtectedFiles, Renderer,
+    Summary, Tile, finish, output,
 };
 use anyhow::{Context, bail, ensure};
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -58,7 +58,13 @@ impl SplitArgs {
         self.makes_parts() || self.checkpoint.is_some()
     }
 
-    fn makes_parts(&self) -> bool {
+    /// The checkpoint's file.
+    pub fn checkpoint(&self) -> Option<&PathBuf> {
+        self.checkpoint.as_ref()
+    }
+
+    /// Whether outputs are parts of pictures.
+    pub fn makes_parts(&self) -> bool {
         self.part || self.tile.is_some() || self.sample_range.is_some()
     }
 
@@ -97,7 +103,9 @@ impl SplitArgs {
         }
         let Some(path) = &self.checkpoint else { return Ok(()) };
         check_place(path)?;
-        ensure!(!outputs.contains(path), "{} is both the checkpoint and an output", path.display());
+        let saved = ProtectedFiles::new([path]);
+        let is_output = outputs.contains(path) || outputs.iter().any(|output| saved.check(output).is_err());
+        ensure!(!is_output, "{} is both the checkpoint and an output", path.display());
         ensure!(
             self.resume || !path.exists(),
             "the checkpoint {} is there already: go on from it with --resume, or remove it",
@@ -116,7 +124,9 @@ pub enum Made {
 }
 
 impl Made {
-    /// Writes it to all `paths`.
+    /// Writes it to all `paths`, each even if others fail.
+    ///
+    /// A picture whose noise cannot be removed is written with it.
     pub fn write(
         self,
         renderer: &mut Renderer,
@@ -127,31 +137,48 @@ impl Made {
         let encoding = args.files.encoding();
         let write_picture = |film: &Film, metadata: &BTreeMap<String, String>| -> anyhow::Result<()> {
             let mut metadata = metadata.clone();
-            let denoised = args.denoise.map(|name| Denoiser::from(name).run(film)).transpose()?;
+            let denoised = args.denoise.map(|name| Denoiser::from(name).run(film)).transpose();
+            let (denoised, failed) = match denoised {
+                Ok(denoised) => (denoised, Ok(())),
+                Err(error) => (None, Err(error).context("the picture was written with its noise")),
+            };
             if let Some(denoised) = &denoised {
                 if !args.quiet {
-                    eprintln!("denoised by {}", denoised.by);
+                    say!("denoised by {}", denoised.by);
                 }
                 metadata.insert("denoiser".into(), denoised.by.clone());
             }
             let colour = denoised.as_ref().map(|d| &d.picture);
-            let write =
-                |path: &PathBuf| output::write_as(path, film, colour, &job.tone, &metadata, &encoding);
-            Ok(paths.iter().try_for_each(write)?)
+            keep_each(paths, |path| {
+                Ok(output::write_as(path, film, colour, &job.tone, &metadata, &encoding)?)
+            })?;
+            failed
         };
         match self {
             Self::Picture(metadata) => {
                 write_picture(renderer.film()?.context("nothing was rendered")?, &metadata)
             }
-            Self::Part(part) if args.split.makes_parts() => {
-                Ok(paths.iter().try_for_each(|path| part.write(path))?)
-            }
+            Self::Part(part) if args.split.makes_parts() => keep_each(paths, |path| Ok(part.write(path)?)),
             Self::Part(part) => {
                 let (film, metadata) = finish(*part)?;
                 write_picture(&film, &metadata)
             }
         }
     }
+}
+
+/// Says that a checkpoint could not be written; rendering goes on.
+fn warn(path: &Path, error: &PartError, kept: Option<&Path>) {
+    say!("warning: cannot write the checkpoint {}: {}", path.display(), chain(error));
+    if let Some(kept) = kept {
+        say!("  it is kept as {}", kept.display());
+    }
+}
+
+/// An error and everything that led to it, in a line.
+fn chain(error: &(dyn std::error::Error + 'static)) -> String {
+    let causes = std::iter::successors(Some(error), |error| error.source());
+    causes.map(ToString::to_string).collect::<Vec<_>>().join(": ")
 }
 
 /// The checkpoint, and what there is of the picture that it was last of.
@@ -163,7 +190,8 @@ pub struct Saved {
 impl Saved {
     /// Reads the checkpoint if the arguments say so and it is there.
     pub fn open(args: &SplitArgs) -> anyhow::Result<Self> {
-        let checkpoint = args.checkpoint.as_ref().map(|path| Checkpoint::new(path, args.every));
+        let checkpoint = args.checkpoint.as_ref();
+        let checkpoint = checkpoint.map(|path| Checkpoint::new(path, args.every).on_failure(warn));
         let so_far = match &checkpoint {
             Some(checkpoint) if args.resume => {
                 checkpoint.load().context("cannot go on from the checkpoint")?

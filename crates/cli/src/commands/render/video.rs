@@ -1,11 +1,14 @@
 //! Sequences as videos, by the program ffmpeg where it is installed.
 
 use super::{RenderArgs, check_place};
+use crate::console::say;
+use alhazen::{ImageError, write_atomically};
 use anyhow::{Context, bail, ensure};
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// A video whose frames are rendered to a folder of their own, which goes when this does.
+/// A video whose frames are rendered to a folder of their own, which goes when the video is there.
 pub struct Video {
     path: PathBuf,
     folder: PathBuf,
@@ -37,8 +40,9 @@ impl Video {
         self.folder.join(format!("{number:08}.png"))
     }
 
-    /// Makes the video of all frames from `first` on, at `fps` frames a second. It is there complete, or not at all.
-    pub fn finish(&self, first: u32, fps: f32) -> anyhow::Result<()> {
+    /// Makes the video of all frames from `first` on, at `fps` frames a second. It is there complete, or not at all; then the
+    /// frames are kept.
+    pub fn finish(self, first: u32, fps: f32) -> anyhow::Result<()> {
         let made = self.folder.join("video.mp4");
         let mut command = Command::new(&self.ffmpeg);
         command.args(["-y", "-loglevel", "error", "-framerate", &fps.to_string()]);
@@ -54,18 +58,24 @@ impl Video {
             self.path.display(),
             String::from_utf8_lossy(&run.stderr).trim()
         );
-        // The folder may be on another file system: copy beside the target, then rename.
-        let beside = self.path.with_extension("mp4.part");
-        std::fs::copy(&made, &beside)
-            .and_then(|_| std::fs::rename(&beside, &self.path))
-            .with_context(|| format!("cannot write {}", self.path.display()))
+        // The folder may be on another file system.
+        let failed = |source| ImageError::Write { path: self.path.clone(), source };
+        write_atomically(&self.path, |writer| {
+            let mut made = File::open(&made).map_err(failed)?;
+            std::io::copy(&mut made, writer).map(drop).map_err(failed)
+        })?;
+        // What is left in a temporary folder harms nobody.
+        let _ = std::fs::remove_dir_all(&self.folder);
+        Ok(())
     }
 }
 
 impl Drop for Video {
     fn drop(&mut self) {
-        // What is left in a temporary folder harms nobody.
-        let _ = std::fs::remove_dir_all(&self.folder);
+        // Frames that were rendered are kept: only an empty folder can be removed so.
+        if std::fs::remove_dir(&self.folder).is_err() && self.folder.is_dir() {
+            say!("the frames of {} are kept in {}", self.path.display(), self.folder.display());
+        }
     }
 }
 

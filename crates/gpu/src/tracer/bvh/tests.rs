@@ -4,7 +4,7 @@ use super::*;
 use crate::layout::{constant, layout_of};
 use crate::shader::{Linkage, Variant, check};
 use crate::{GpuOptions, LimitCaps, open_for_test};
-use accel::encode::{EncodedInstance, INSTANCE_IDENTITY, INSTANCE_SPHERES, OWNER_SPHERE, WalkCounts};
+use accel::encode::{EncodedInstance, INSTANCE_IDENTITY, INSTANCE_SPHERES, OWNER_SPHERE, TraversalCounts};
 use accel::{Blas, Hit, Opaque, Ray, Tlas};
 use bytemuck::Zeroable;
 use std::mem::offset_of;
@@ -291,9 +291,9 @@ fn hits_are_those_of_the_cpu() {
         .into_iter()
         .map(|(name, tables)| (name, encode_still(&tables, Quality::Balanced, true), tables));
     let mut joined = std::collections::BTreeSet::new();
-    for (name, encoded, tables) in moving.chain(still.filter(|(_, encoded, _)| encoded.is_joined())) {
+    for (name, encoded, tables) in moving.chain(still.filter(|(_, encoded, _)| encoded.is_flattened())) {
         let rays = rays(&tables, 20_000, 7);
-        if encoded.is_joined() {
+        if encoded.is_flattened() {
             joined.insert((name, encoded.kinds()));
         }
         kinds.insert((encoded.is_single(), encoded.nodes.len() >= TURNS_FROM_NODES));
@@ -302,8 +302,8 @@ fn hits_are_those_of_the_cpu() {
         let differ = differences(&found, &rays, |ray| cpu.closest(ray, &Opaque));
         // Rays that graze an edge may see it or not.
         assert!(differ * 2000 <= rays.len(), "{name}: {differ} of {} rays differ from the CPU's", rays.len());
-        let mut counts = WalkCounts::default();
-        let twin = |ray: &Ray| match encoded.closest(ray, |_| true, &mut WalkCounts::default()) {
+        let mut counts = TraversalCounts::default();
+        let twin = |ray: &Ray| match encoded.closest(ray, |_| true, &mut TraversalCounts::default()) {
             None => accel::MISS,
             Some(h) => Hit { t: h.t, u: h.u, v: h.v, primitive: h.primitive, instance: h.instance },
         };
@@ -379,7 +379,7 @@ fn strays(test: &str, change: impl Fn(String) -> String) -> Option<usize> {
     }
     let scenes = scenes().into_iter().flat_map(|(name, tables)| {
         let still = encode_still(&tables, Quality::Balanced, true);
-        let joined = still.is_joined().then(|| (name, still, tables.clone()));
+        let joined = still.is_flattened().then(|| (name, still, tables.clone()));
         [Some((name, encode(&tables, Quality::Balanced), tables)), joined].into_iter().flatten()
     });
     let mut strays = 0;

@@ -8,7 +8,7 @@ use crate::shader::check;
 use crate::timing::Timer;
 use crate::tracer::bvh::{self, BvhTracer};
 use crate::{GpuOptions, open_for_test};
-use accel::encode::{EncodedInstance, EncodedNode, WalkCounts};
+use accel::encode::{EncodedInstance, EncodedNode, TraversalCounts};
 use accel::{Quality, Ray};
 use glam::{Affine3A, Quat, Vec3};
 use scene::tables::SceneTables;
@@ -164,7 +164,7 @@ fn moved_instances_are_hit_where_they_are() {
         let twin = bvh::encode(&crowd(&expected), Quality::Balanced);
         let mut found = 0;
         let differ = rays.iter().zip(&hits).filter(|(ray, hit)| {
-            match twin.closest(ray, |_| true, &mut WalkCounts::default()) {
+            match twin.closest(ray, |_| true, &mut TraversalCounts::default()) {
                 None => !hit.is_miss(),
                 Some(_) if hit.is_miss() => true,
                 Some(e) => {

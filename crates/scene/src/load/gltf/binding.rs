@@ -110,7 +110,7 @@ impl Document<'_> {
     /// The list of weights of a job's node.
     fn weight_list(&self, job: &Job, rig: &mut Rig, numbers: &mut Numbers) -> u32 {
         *numbers.weights.entry(job.node).or_insert_with(|| {
-            let mut weights = job.weights.clone();
+            let mut weights = job.weights.to_vec();
             weights.resize(self.target_count(job.mesh), 0.0);
             rig.weights.push(weights);
             rig.weights.len() as u32 - 1

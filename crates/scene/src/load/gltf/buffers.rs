@@ -130,7 +130,7 @@ impl<'a> Document<'a> {
             let binary = self.buffers.binary.filter(|_| index == 0);
             return binary.map(Cow::Borrowed).ok_or(Unreadable::Other("has no data".into()));
         };
-        let bytes = match uri::resolve(self.path, &uri.0).map_err(Unreadable::Other)? {
+        let bytes = match uri::resolve(self.path, &uri.0, self.options).map_err(Unreadable::Other)? {
             Target::Data(bytes) => bytes,
             Target::File(path) => crate::load::read_file(&path, self.options).map_err(Unreadable::File)?,
         };

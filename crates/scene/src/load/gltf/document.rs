@@ -93,6 +93,7 @@ impl<'a> Document<'a> {
             let what = "the geometry it describes".into();
             return Err(LoadError::TooLarge { path: self.path.to_owned(), what, size, limit });
         }
-        Ok(())
+        // Twice: what is read is stored again in the tables.
+        self.options.budget().take(bytes.saturating_mul(2), "geometry")
     }
 }

@@ -6,16 +6,18 @@ use super::json::{Instancing, Kind};
 use super::motion::Motion;
 use super::nodes::{Hierarchy, Placed, unit};
 use crate::animation::Skin;
+use crate::load::session::instance;
 use crate::{Instance, LoadError, LoadReport, MeshId};
 use glam::{Affine3A, DAffine3, DMat4, DQuat, DVec3, Vec3};
 use std::collections::HashMap;
+use std::sync::Arc;
 
 /// A mesh to be built: geometry in a certain pose.
 pub(super) struct Job {
     /// Index of the mesh in the file.
     pub mesh: u32,
     /// Weights of the morph targets; missing ones are 0.
-    pub weights: Vec<f32>,
+    pub weights: Arc<[f32]>,
     /// What moves the vertices.
     pub pose: Pose,
     /// The node, whose weights an animation may change.
@@ -41,7 +43,9 @@ pub(super) struct Placement {
     pub instances: Vec<Instance>,
     /// What carries each instance.
     pub carriers: Vec<Carrier>,
-    shared: HashMap<(u32, Vec<u32>), MeshId>,
+    shared: HashMap<(u32, Arc<[u32]>), MeshId>,
+    /// The one that was asked for last.
+    last: Option<(u32, Arc<[u32]>, MeshId)>,
 }
 
 /// What carries an instance.
@@ -71,16 +75,30 @@ impl Document<'_> {
             let node = &self.json.nodes[number as usize];
             let Some(mesh) = node.mesh else { continue };
             let source = self.get(&self.json.meshes, mesh, "mesh")?;
-            let weights = node.weights.as_ref().or(source.weights.as_ref()).cloned().unwrap_or_default();
+            let weights: Arc<[f32]> = node
+                .weights
+                .as_ref()
+                .or(source.weights.as_ref())
+                .map(|w| Arc::from(&w[..]))
+                .unwrap_or_default();
             let name = self.node_name(number, source.name.as_deref());
             let world = hierarchy.worlds[number as usize];
             let moving = motion.moves(number);
             let animated = motion.morphs(number);
             let rest = Job { mesh, weights, pose: Pose::Rest, node: number, animated };
+            let key: Arc<[u32]> = rest.weights.iter().map(|w| w.to_bits()).collect();
             let mut add = |job: Job, local: Option<DAffine3>| {
                 let transform = local.map_or(DAffine3::IDENTITY, |local| world * local);
                 let moving = moving || job.animated;
-                placement.add(job, &name, transform, Carrier { node: number, local, moving }, placed, report);
+                placement.add(
+                    job,
+                    &key,
+                    &name,
+                    transform,
+                    Carrier { node: number, local, moving },
+                    placed,
+                    report,
+                );
             };
             if let Some(skin) = self.used_skin(node.skin, mesh)? {
                 let animated = animated || skin.joints.iter().any(|joint| motion.moves(*joint));
@@ -91,6 +109,8 @@ impl Document<'_> {
             } else if let Some(instancing) = &node.extensions.instancing {
                 let transforms = self.instance_transforms(instancing, number)?;
                 self.reserve::<(Instance, Carrier)>(transforms.len() as u64)?;
+                let size = instance(name.len()).saturating_mul(transforms.len() as u64);
+                self.options.budget().take(size, "instances")?;
                 for transform in transforms {
                     let job = Job { pose: Pose::Rest, weights: rest.weights.clone(), ..rest };
                     add(job, Some(transform));
@@ -179,9 +199,24 @@ impl Document<'_> {
 }
 
 impl Placement {
+    /// The job of a mesh with the bits of these weights; `next` if there is none yet. Instances of a node have the same list,
+    /// so it is compared as a whole only once a node.
+    fn shared_mesh(&mut self, mesh: u32, weights: &Arc<[u32]>, next: MeshId) -> MeshId {
+        if let Some((known, list, id)) = &self.last
+            && *known == mesh
+            && Arc::ptr_eq(list, weights)
+        {
+            return *id;
+        }
+        let id = *self.shared.entry((mesh, weights.clone())).or_insert(next);
+        self.last = Some((mesh, weights.clone(), id));
+        id
+    }
+
     fn add(
         &mut self,
         mut job: Job,
+        weights: &Arc<[u32]>,
         name: &str,
         world: DAffine3,
         mut carrier: Carrier,
@@ -204,10 +239,7 @@ impl Placement {
         }
         let next = self.jobs.len() as MeshId;
         let mesh = match job.pose {
-            Pose::Rest if !job.animated => {
-                let weights = job.weights.iter().map(|w| w.to_bits()).collect();
-                *self.shared.entry((job.mesh, weights)).or_insert(next)
-            }
+            Pose::Rest if !job.animated => self.shared_mesh(job.mesh, weights, next),
             Pose::Rest | Pose::Skinned { .. } | Pose::Baked(_) => next,
         };
         if mesh == next {

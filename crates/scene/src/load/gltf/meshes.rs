@@ -9,6 +9,7 @@ use super::pose::Source;
 use super::repair::repair;
 use super::topology::Topology;
 use crate::animation::Deformation;
+use crate::load::session::TRIANGLE;
 use crate::{LoadError, LoadReport, Mesh, Part, Shape, TriangleMesh, tangents};
 use glam::{Vec2, Vec3, Vec4};
 use rayon::prelude::*;
@@ -158,7 +159,9 @@ impl Document<'_> {
         if topology == Topology::List && vertices.len() % 3 != 0 {
             report.repaired("vertices beyond the last whole triangle were left out");
         }
-        self.reserve::<[u32; 3]>(topology.triangle_count(vertices.len() as u64))?;
+        let count_of_triangles = topology.triangle_count(vertices.len() as u64);
+        self.reserve::<[u32; 3]>(count_of_triangles)?;
+        self.options.budget().take(count_of_triangles.saturating_mul(TRIANGLE / 2), "triangles")?;
         let mut triangles = topology.triangles(&vertices);
         let Some(worst) = vertices.iter().max().filter(|max| u64::from(**max) >= count) else {
             return Ok(triangles);

@@ -59,8 +59,7 @@ use textures::Textures;
 /// [`LoadError`]; each names the file and the object. With [`LoadOptions::lenient`], broken primitives and unknown
 /// required extensions are left out and reported.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
-    let file = read_file(path, options)?;
-    load_bytes(path, &file, options)
+    options.scene_session(path, |options| load_bytes(path, &read_file(path, options)?, options))
 }
 
 /// Loads a file that is in memory already; `path` is where other files are looked for and what messages say.
@@ -68,6 +67,10 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
 /// # Errors
 /// As [`load`].
 pub fn load_bytes(path: &Path, file: &[u8], options: &LoadOptions) -> Result<Loaded, LoadError> {
+    options.scene_session(path, |options| load_bytes_within(path, file, options))
+}
+
+fn load_bytes_within(path: &Path, file: &[u8], options: &LoadOptions) -> Result<Loaded, LoadError> {
     let mut report = LoadReport { bytes_read: file.len() as u64, ..LoadReport::default() };
     let container = container::split(path, file, &mut report)?;
     let mended: Vec<u8>;

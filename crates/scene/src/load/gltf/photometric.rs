@@ -8,6 +8,7 @@ use super::uri::{self, Target};
 use crate::animation::{AnimatedLight, Punctual, PunctualKind};
 use crate::load::{ies, read_file};
 use crate::photometry::LightProfile;
+use crate::report::without_quotes;
 use crate::{Light, LoadError, LoadReport, Photometry};
 use glam::{Affine3A, Vec3};
 use std::borrow::Cow;
@@ -70,7 +71,7 @@ impl Document<'_> {
         let source = self.get(sources, index, "photometric light")?;
         let object = format!("photometric light {index}");
         let bytes = match (&source.uri, source.buffer_view) {
-            (Some(uri), _) => match uri::resolve(self.path, uri) {
+            (Some(uri), _) => match uri::resolve(self.path, uri, self.options) {
                 Ok(Target::Data(bytes)) => Cow::Owned(bytes),
                 Ok(Target::File(path)) => {
                     let bytes = read_file(&path, self.options)?;
@@ -82,7 +83,10 @@ impl Document<'_> {
             (None, Some(view)) => Cow::Borrowed(self.view(view)?.0),
             (None, None) => return Err(self.malformed(object, "has neither a URI nor a buffer view")),
         };
-        ies::parse(&bytes).map_err(|(place, message)| self.malformed(format!("{object}, {place}"), message))
+        // The file may be any that this one names: what it says is not repeated.
+        ies::parse(&bytes).map_err(|(place, message)| {
+            self.malformed(format!("{object}, {place}"), without_quotes(&message))
+        })
     }
 }
 

@@ -122,7 +122,7 @@ pub(super) fn add<'d>(
     let name = image.name.as_deref().filter(|n| !n.is_empty());
     let name = name.map_or_else(|| format!("image {index}"), str::to_owned);
     Some(match (&image.uri, image.buffer_view) {
-        (Some(uri), _) => match uri::resolve(document.path, &uri.0) {
+        (Some(uri), _) => match uri::resolve(document.path, &uri.0, document.options) {
             Ok(Target::Data(bytes)) => loader.bytes(&name, bytes, neutral),
             Ok(Target::File(path)) => loader.file(&path, neutral),
             Err(reason) => loader.missing(&name, reason, neutral),

@@ -1,5 +1,6 @@
 //! Where the bytes of a buffer or an image are: in the URI itself or in a file next to this one.
 
+use crate::load::LoadOptions;
 use crate::load::textures::find_file;
 use base64::Engine;
 use base64::alphabet::STANDARD;
@@ -27,7 +28,7 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 ///
 /// Percent-encoded and plain names both work, relative or absolute; network addresses are refused. The error is a
 /// sentence for the user.
-pub(super) fn resolve(path: &Path, uri: &str) -> Result<Target, String> {
+pub(super) fn resolve(path: &Path, uri: &str, options: &LoadOptions) -> Result<Target, String> {
     if has_prefix(uri, "data:") {
         return data(uri).map(Target::Data);
     }
@@ -41,7 +42,7 @@ pub(super) fn resolve(path: &Path, uri: &str) -> Result<Target, String> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let decoded = percent_encoding::percent_decode_str(uri).decode_utf8_lossy();
     // A file may really be called `a%20b`.
-    let found = find_file(folder, &decoded).or_else(|| find_file(folder, uri));
+    let found = find_file(folder, &decoded, options).or_else(|| find_file(folder, uri, options));
     Ok(Target::File(found.unwrap_or_else(|| folder.join(&*decoded))))
 }
 
@@ -74,7 +75,9 @@ mod tests {
     use super::*;
 
     fn resolve_in(folder: &Path, uri: &str) -> Result<Target, String> {
-        resolve(&folder.join("scene.gltf"), uri)
+        let path = folder.join("scene.gltf");
+        let resolved = LoadOptions::default().session(&path, |options| Ok(resolve(&path, uri, options)));
+        resolved.expect("nothing is over the budget")
     }
 
     #[test]

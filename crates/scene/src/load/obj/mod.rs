@@ -38,6 +38,7 @@ mod textures;
 
 pub use material::{interpret, roughness_from_exponent};
 
+use super::session::TRIANGLE;
 use super::textures::find_file;
 use super::{LoadError, LoadOptions, Loaded, read_file};
 use crate::{Instance, LoadReport, Material, Scene, Shape};
@@ -60,9 +61,11 @@ const MAX_LIBRARIES: usize = 1000;
 /// [`LoadError::Read`] and [`LoadError::TooLarge`]; [`LoadError::Malformed`] if the file holds nothing that belongs
 /// into an OBJ file. Everything else that is wrong with it, missing libraries and textures included, is mended and reported.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
-    let bytes = read_file(path, options)?;
-    let folder = path.parent().unwrap_or(Path::new(""));
-    load_from(path, &bytes, Some(folder), options)
+    options.scene_session(path, |options| {
+        let bytes = read_file(path, options)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        load_from(path, &bytes, Some(folder), options)
+    })
 }
 
 /// Parses an OBJ file that is in memory. Nothing else is read: material libraries are reported as missing.
@@ -70,7 +73,8 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
 /// # Errors
 /// As [`load`].
 pub fn parse(bytes: &[u8], options: &LoadOptions) -> Result<Loaded, LoadError> {
-    load_from(Path::new("memory.obj"), bytes, None, options)
+    let path = Path::new("memory.obj");
+    options.scene_session(path, |options| load_from(path, bytes, None, options))
 }
 
 fn load_from(
@@ -93,6 +97,8 @@ fn load_from(
     if data.positions.is_empty() && data.chunks.iter().all(|c| c.len() == 0 && c.changes.is_empty()) {
         return Err(LoadError::malformed(path, "file", "there is no OBJ statement in it"));
     }
+    let corners: u64 = data.chunks.iter().map(|chunk| chunk.len() as u64).sum();
+    options.budget().take(corners.saturating_mul(TRIANGLE / 2), "faces")?;
     let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let built = build::build(&data, &name, options.crease_angle, &mut report);
     let mut scene = Scene { name, ..Default::default() };
@@ -134,14 +140,14 @@ impl Libraries {
                     report.ignored(format!("more than {MAX_LIBRARIES} `mtllib` statements"));
                     break;
                 }
-                for file in find_libraries(folder, names, report) {
+                for file in find_libraries(folder, names, options, report) {
                     libraries.add(&file, options, report);
                 }
             }
         }
         let needed = changes().any(|c| matches!(c, Change::Material(_)));
         let beside = path.with_extension("mtl");
-        if seen.is_empty() && needed && folder.is_some() && beside.is_file() {
+        if seen.is_empty() && needed && folder.is_some() && options.is_file(&beside) {
             report.repaired("the file names no material library; the one with its own name is used");
             libraries.add(&beside, options, report);
         }
@@ -168,8 +174,13 @@ impl Libraries {
 }
 
 /// The files of an `mtllib` statement: one whose name may have spaces, or several.
-fn find_libraries(folder: Option<&Path>, names: &str, report: &mut LoadReport) -> Vec<PathBuf> {
-    let find = |name: &str| folder.and_then(|folder| find_file(folder, name.trim_matches('"')));
+fn find_libraries(
+    folder: Option<&Path>,
+    names: &str,
+    options: &LoadOptions,
+    report: &mut LoadReport,
+) -> Vec<PathBuf> {
+    let find = |name: &str| folder.and_then(|folder| find_file(folder, name.trim_matches('"'), options));
     if let Some(file) = find(names) {
         return vec![file];
     }

@@ -154,13 +154,19 @@ impl MtlMaterial {
                     None => report.ignored(format!("`{keyword}` names no file")),
                 },
                 None => {
-                    let keyword: String = keyword.chars().take(24).collect();
-                    report.ignored(format!("the material statement `{keyword}` is not supported"));
+                    // Other words are not repeated: the library may be any file that its user did not choose.
+                    let known = UNSUPPORTED.contains(&keyword);
+                    let keyword = if known { format!(" `{keyword}`") } else { String::new() };
+                    report.ignored(format!("the material statement{keyword} is not supported"));
                 }
             },
         }
     }
 }
+
+/// Statements of MTL that are known to have no effect here.
+const UNSUPPORTED: [&str; 9] =
+    ["ka", "disp", "decal", "refl", "map_refl", "spectral", "xyz", "map_disp", "map_pcr"];
 
 fn slot(keyword: &str) -> Option<Slot> {
     Some(match keyword {

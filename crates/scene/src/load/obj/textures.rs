@@ -14,6 +14,7 @@ use std::path::Path;
 
 /// Collects textures of materials, then decodes and attaches them.
 pub(super) struct Textures<'a> {
+    options: &'a LoadOptions,
     loader: TextureLoader<'a>,
     recipes: Vec<Recipe>,
     wanted: Vec<Wanted>,
@@ -40,7 +41,7 @@ enum Target {
 impl<'a> Textures<'a> {
     pub(super) fn new(options: &'a LoadOptions) -> Self {
         let loader = TextureLoader::new(options, 0);
-        Self { loader, recipes: Vec::new(), wanted: Vec::new(), specular: Vec::new() }
+        Self { options, loader, recipes: Vec::new(), wanted: Vec::new(), specular: Vec::new() }
     }
 
     /// Adds the textures of a material, which will be number `index`. File names are relative to the `folders`, tried
@@ -103,7 +104,7 @@ impl<'a> Textures<'a> {
     }
 
     fn image(&mut self, map: &Map, neutral: Neutral, folders: &[&Path]) -> ImageId {
-        match folders.iter().find_map(|folder| find_file(folder, &map.file)) {
+        match folders.iter().find_map(|folder| find_file(folder, &map.file, self.options)) {
             Some(path) => self.loader.file(&path, neutral),
             None => self.loader.missing(&map.file, "the file does not exist", neutral),
         }

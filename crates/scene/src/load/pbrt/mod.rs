@@ -19,6 +19,7 @@ mod shapes;
 mod state;
 mod tokens;
 
+use super::session::instance;
 use super::textures::TextureLoader;
 use super::{LoadError, LoadOptions, Loaded, read_file};
 use crate::{Instance, LoadReport, MeshId, Scene, Texture};
@@ -39,7 +40,7 @@ const MAX_INSTANCES: usize = 1 << 22;
 /// [`LoadError::Read`] and [`LoadError::TooLarge`] for the scene and what it includes; [`LoadError::Malformed`], with the
 /// line, for what is not the format.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
-    load_bytes(path, read_file(path, options)?, options)
+    options.scene_session(path, |options| load_bytes(path, read_file(path, options)?, options))
 }
 
 /// Loads a scene that is in memory already; `path` is where other files are looked for and what messages say.
@@ -47,9 +48,11 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
 /// # Errors
 /// As [`load`].
 pub fn load_bytes(path: &Path, text: Vec<u8>, options: &LoadOptions) -> Result<Loaded, LoadError> {
-    let mut builder = Builder::new(Parser::new(path, text, options), options);
-    builder.read()?;
-    Ok(builder.finish())
+    options.scene_session(path, |options| {
+        let mut builder = Builder::new(Parser::new(path, text, options), options);
+        builder.read()?;
+        Ok(builder.finish())
+    })
 }
 
 /// A mesh of an object, or of the world, where it was defined.
@@ -341,6 +344,8 @@ impl<'o> Builder<'o> {
                         .parser
                         .error(place, format!("there are more than {MAX_INSTANCES} instances")));
                 }
+                let size: u64 = shapes.iter().map(|shape| instance(shape.name.len())).sum();
+                self.options.budget().take(size, "instances")?;
                 let to_world = self.mirror * self.state.transform;
                 for shape in shapes {
                     let transform = (to_world * shape.transform).as_affine3a();

@@ -9,6 +9,8 @@ use std::sync::Arc;
 /// Files may include each other this deep, and so many in all.
 const MAX_DEPTH: usize = 32;
 const MAX_FILES: usize = 4096;
+/// What opening a file costs in the budget, in bytes.
+const PER_FILE: u64 = 1 << 12;
 
 /// Reads the tokens of a file and of the files that it includes.
 pub(super) struct Parser<'o> {
@@ -76,6 +78,9 @@ impl<'o> Parser<'o> {
             return Err(self.error(place, format!("the scene includes more than {MAX_FILES} files")));
         }
         let text = crate::load::read_file(&path, self.options)?;
+        // Its text becomes numbers and words, each time that it is included.
+        const PER_BYTE: u64 = 16;
+        self.options.budget().take(text.len() as u64 * PER_BYTE + PER_FILE, "included files")?;
         self.bytes_read += text.len() as u64;
         self.stack.push(Tokens::new(Arc::from(path), text));
         Ok(())
@@ -178,7 +183,7 @@ impl<'o> Parser<'o> {
             None => "the end of the file".into(),
             Some(TokenKind::Word(word)) => format!("`{word}`"),
             Some(TokenKind::Text(text)) => format!("\"{text}\""),
-            Some(TokenKind::Number(number)) => number.to_string(),
+            Some(TokenKind::Number(number)) => format!("`{number}`"),
             Some(TokenKind::Open) => "`[`".into(),
             Some(TokenKind::Close) => "`]`".into(),
         };

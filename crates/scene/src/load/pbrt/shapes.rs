@@ -2,6 +2,7 @@
 
 use super::parameters::Parameters;
 use super::{Builder, MAX_INSTANCES, Placed};
+use crate::load::session::{TRIANGLE, instance};
 use crate::{Instance, LoadError, Mesh, Shape, Sphere, TriangleMesh, load};
 use glam::{DAffine3, Vec2, Vec3};
 
@@ -46,6 +47,8 @@ impl Builder<'_> {
         let material = self.shape_material(two_sided_material);
         let mesh = self.scene.meshes.len() as u32;
         let name = format!("{kind} {mesh}");
+        let triangles = if let Shape::Triangles(mesh) = &shape { mesh.indices.len() as u64 } else { 1 };
+        self.options.budget().take(triangles * TRIANGLE + instance(name.len()), "shapes")?;
         self.scene.meshes.push(Mesh::single(name.clone(), shape, material));
         self.place(name, mesh, p)
     }

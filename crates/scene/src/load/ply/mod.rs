@@ -12,6 +12,7 @@
 mod header;
 mod values;
 
+use super::session::TRIANGLE;
 use super::textures::vertex_colors;
 use super::{LoadError, LoadOptions, Loaded, read_file};
 use crate::triangulate::Triangulator;
@@ -29,7 +30,7 @@ use values::{ValueError, Values};
 /// the file can hold, or the data end early or are not numbers. Faces with indices out of range are left out and
 /// reported.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
-    parse_named(path, &read_file(path, options)?, options)
+    options.scene_session(path, |options| parse_named(path, &read_file(path, options)?, options))
 }
 
 /// Parses a PLY file that is in memory.
@@ -37,7 +38,8 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
 /// # Errors
 /// As [`load`].
 pub fn parse(bytes: &[u8], options: &LoadOptions) -> Result<Loaded, LoadError> {
-    parse_named(Path::new("memory.ply"), bytes, options)
+    let path = Path::new("memory.ply");
+    options.scene_session(path, |options| parse_named(path, bytes, options))
 }
 
 fn parse_named(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Loaded, LoadError> {
@@ -70,6 +72,8 @@ fn parse_named(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Loade
         return Err(LoadError::malformed(path, "header", "there is no element `vertex`"));
     }
     let Reader { mut mesh, polygons, mut report, .. } = reader;
+    let triangles = (polygons.corners.len() + polygons.strips.len()) as u64;
+    options.budget().take(triangles.saturating_mul(TRIANGLE), "faces")?;
     polygons.triangulate(&mut mesh, &mut report);
     if !has_faces {
         report.ignored("it is a point cloud: points are not drawn");

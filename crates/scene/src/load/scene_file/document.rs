@@ -2,24 +2,28 @@
 
 use super::values::line_of;
 use crate::load::LoadError;
+use crate::load::session::Session;
 use serde::Deserialize;
 use serde::de::{DeserializeOwned, IntoDeserializer};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::rc::Rc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// A file that is being read: sections are taken out of it until nothing is left.
 pub(super) struct Document<'a> {
-    text: &'a str,
+    lines: Rc<Lines>,
+    session: &'a Session,
     path: &'a Path,
     root: DeTable<'a>,
 }
 
 /// A table of the file with what messages call it.
 pub(super) struct Entry<'a> {
-    text: &'a str,
+    lines: Rc<Lines>,
+    session: &'a Session,
     path: &'a Path,
     /// The object's kind and number or name, for messages.
     label: String,
@@ -27,27 +31,44 @@ pub(super) struct Entry<'a> {
     table: DeTable<'a>,
 }
 
+/// Where lines begin, so that finding the line of a place does not count through the text each time.
+struct Lines(Vec<usize>);
+
+impl Lines {
+    fn new(text: &str) -> Self {
+        Self(memchr::memchr_iter(b'\n', text.as_bytes()).collect())
+    }
+
+    /// The line of a byte of the text, from 1.
+    fn of(&self, position: usize) -> usize {
+        1 + self.0.partition_point(|end| *end < position)
+    }
+}
+
 /// The largest magnitude that a number may have: its square still fits an `f32`.
 const MAX_NUMBER: f64 = 1e18;
 
 impl<'a> Document<'a> {
     /// Parses the text.
-    pub fn parse(text: &'a str, path: &'a Path) -> Result<Self, LoadError> {
+    pub fn parse(text: &'a str, path: &'a Path, session: &'a Session) -> Result<Self, LoadError> {
         let root = DeTable::parse(text).map_err(|error| {
             let line = error.span().map_or(1, |span| line_of(text, span.start));
             LoadError::malformed(path, format!("line {line}"), error.message())
         })?;
-        Ok(Self { text, path, root: root.into_inner() })
+        Ok(Self { lines: Rc::new(Lines::new(text)), session, path, root: root.into_inner() })
     }
 
     fn error(&self, position: usize, object: &str, message: impl Into<String>) -> LoadError {
-        LoadError::malformed(self.path, format!("line {}, {object}", line_of(self.text, position)), message)
+        LoadError::malformed(self.path, format!("line {}, {object}", self.lines.of(position)), message)
     }
 
     fn entry(&self, label: String, value: Spanned<DeValue<'a>>) -> Result<Entry<'a>, LoadError> {
         let span = value.span();
         match value.into_inner() {
-            DeValue::Table(table) => Ok(Entry { text: self.text, path: self.path, label, span, table }),
+            DeValue::Table(table) => {
+                let (lines, session, path) = (self.lines.clone(), self.session, self.path);
+                Ok(Entry { lines, session, path, label, span, table })
+            }
             other => {
                 Err(self.error(span.start, &label, format!("expected a table, not {}", with_article(&other))))
             }
@@ -152,24 +173,25 @@ impl<'a> Document<'a> {
 impl<'a> Entry<'a> {
     /// Reads the whole table.
     pub fn read<T: DeserializeOwned>(self) -> Result<T, LoadError> {
-        let (text, path, label, start) = (self.text, self.path, self.label, self.span.start);
+        let (lines, path, label, start) = (self.lines, self.path, self.label, self.span.start);
         let deserializer = Spanned::new(self.span, self.table).into_deserializer();
         T::deserialize(deserializer).map_err(|error| {
-            let line = line_of(text, error.span().map_or(start, |span| span.start));
+            let line = lines.of(error.span().map_or(start, |span| span.start));
             LoadError::malformed(path, format!("line {line}, {label}"), error.message())
         })
     }
 
     /// An error about this table.
     pub fn error(&self, message: impl Into<String>) -> LoadError {
-        let line = line_of(self.text, self.span.start);
+        let line = self.lines.of(self.span.start);
         LoadError::malformed(self.path, format!("line {line}, {}", self.label), message)
     }
 
     /// What makes errors about this table once it is read.
     pub fn context(&self) -> Context {
-        let line = line_of(self.text, self.span.start);
-        Context { path: self.path.to_owned(), object: format!("line {line}, {}", self.label) }
+        let line = self.lines.of(self.span.start);
+        let (path, session) = (self.path.to_owned(), self.session.clone());
+        Context { path, object: format!("line {line}, {}", self.label), session }
     }
 
     /// Takes a string out of the table; `None` if the key is missing.
@@ -190,7 +212,8 @@ impl<'a> Entry<'a> {
         let span = value.span();
         let DeValue::Table(table) = value.into_inner() else { return None };
         let label = format!("{}, `{key}`", self.label);
-        Some(Entry { text: self.text, path: self.path, label, span, table })
+        let (lines, session, path) = (self.lines.clone(), self.session, self.path);
+        Some(Entry { lines, session, path, label, span, table })
     }
 
     /// The keys that are left.
@@ -206,7 +229,8 @@ impl<'a> Entry<'a> {
                 table.insert(name, value);
             }
         }
-        Entry { text: self.text, path: self.path, label: self.label.clone(), span: self.span.clone(), table }
+        let (lines, session, path) = (self.lines.clone(), self.session, self.path);
+        Entry { lines, session, path, label: self.label.clone(), span: self.span.clone(), table }
     }
 }
 
@@ -215,12 +239,18 @@ impl<'a> Entry<'a> {
 pub(super) struct Context {
     path: std::path::PathBuf,
     object: String,
+    session: Session,
 }
 
 impl Context {
     /// An error about the object.
     pub fn error(&self, message: impl Into<String>) -> LoadError {
         LoadError::malformed(&self.path, self.object.clone(), message)
+    }
+
+    /// Takes bytes out of the scene's budget before something is made.
+    pub fn take(&self, bytes: u64, what: &str) -> Result<(), LoadError> {
+        self.session.budget().take(bytes, what)
     }
 }
 

@@ -55,8 +55,12 @@ impl Edited {
 /// # Errors
 /// As [`super::load_with_parameters`].
 pub fn open_edited(path: &Path, options: &LoadOptions) -> Result<Option<Edited>, LoadError> {
+    options.session(path, |options| open_edited_within(path, options))
+}
+
+fn open_edited_within(path: &Path, options: &LoadOptions) -> Result<Option<Edited>, LoadError> {
     let text = read_text(path, options)?;
-    let mut document = Document::parse(&text, path)?;
+    let mut document = Document::parse(&text, path, &options.session)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     document.check_numbers()?;
     read(&mut document, Place { path, folder, stack: &[] }, options, &mut Budget::default())

@@ -129,7 +129,7 @@ fn strength(color: Color, value: f32, key: &str, c: &Context) -> Result<Vec3, Lo
 type Lamp = (LightKind, Option<Photometry>, bool);
 
 impl Builder<'_> {
-    fn point(&self, k: PointKeys, c: &Context) -> Result<Lamp, LoadError> {
+    fn point(&mut self, k: PointKeys, c: &Context) -> Result<Lamp, LoadError> {
         let position = Vec3::from_array(k.position);
         if k.ies.is_none() && (k.direction.is_some() || k.target.is_some()) {
             return Err(c.error("a point shines in all directions: `direction` and `target` go with `ies`"));
@@ -143,7 +143,7 @@ impl Builder<'_> {
         Ok((LightKind::Point { position, intensity }, profile, k.split_intensity))
     }
 
-    fn spot(&self, k: SpotKeys, c: &Context) -> Result<Lamp, LoadError> {
+    fn spot(&mut self, k: SpotKeys, c: &Context) -> Result<Lamp, LoadError> {
         let position = Vec3::from_array(k.position);
         let direction = aim((k.direction, k.target), position, c)?;
         let outer = within(k.angle, [0.1, 90.0], "angle", c)?;
@@ -161,7 +161,7 @@ impl Builder<'_> {
 
     /// The profile of a photometric file, aimed along `axis`.
     fn profile(
-        &self,
+        &mut self,
         file: Option<&str>,
         turn: Option<f32>,
         axis: Vec3,
@@ -174,8 +174,16 @@ impl Builder<'_> {
             };
         };
         let turn = within(turn.unwrap_or(0.0), [-360.0, 360.0], "turn", c)?.to_radians();
-        let profile = ies::load(&self.place.folder.join(file), self.options)?;
-        Ok(Some(Photometry::aimed(Arc::new(profile), axis, turn)))
+        let path = self.place.folder.join(file);
+        let profile = match self.profiles.get(&path) {
+            Some(known) => known.clone(),
+            None => {
+                let profile = Arc::new(ies::load(&path, self.options)?);
+                self.profiles.insert(path, profile.clone());
+                profile
+            }
+        };
+        Ok(Some(Photometry::aimed(profile, axis, turn)))
     }
 }
 

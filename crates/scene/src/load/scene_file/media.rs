@@ -156,9 +156,10 @@ impl Builder<'_> {
         let medium = keys.medium("", &context)?;
         let fog = Fog { medium, top: top.unwrap_or(f32::INFINITY) };
         if fog.is_endlessly_bright() {
-            return Err(
-                context.error("fog that shines must absorb or scatter as well, or it is infinitely bright")
-            );
+            return Err(context.error(
+                "fog that shines must absorb or scatter at least a billionth of its emission per metre, or it is \
+                 infinitely bright",
+            ));
         }
         self.scene.fog = Some(fog);
         Ok(())

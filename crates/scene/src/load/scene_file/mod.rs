@@ -22,12 +22,14 @@ mod values;
 pub use edited::{Edited, open_edited};
 pub use parameters::{Parameter, Value};
 
+use super::session::Session;
 use super::textures::TextureLoader;
 use super::{LoadError, LoadOptions, Loaded};
-use crate::{LoadReport, MaterialId, RenderDefaults, Scene};
+use crate::{LightProfile, LoadReport, MaterialId, RenderDefaults, Scene};
 use document::{Document, Entry};
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Values for a scene's parameters, by name, as text: what a command line gives.
 pub type Parameters = BTreeMap<String, String>;
@@ -60,7 +62,11 @@ pub fn load_with_parameters(
     parameters: &Parameters,
     options: &LoadOptions,
 ) -> Result<Loaded, LoadError> {
-    load_nested(path, parameters, options, &mut Budget::default(), &[])
+    options.scene_session(path, |options| {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        allow_files_of(parameters, folder, options);
+        load_nested(path, parameters, options, &mut Budget::default(), &[])
+    })
 }
 
 /// Reads a scene file from text.
@@ -77,7 +83,17 @@ pub fn parse(
     parameters: &Parameters,
     options: &LoadOptions,
 ) -> Result<Loaded, LoadError> {
-    build(text, Place { path, folder, stack: &[] }, parameters, options, &mut Budget::default())
+    options.scene_session(&folder.join(path), |options| {
+        options.also_called(path);
+        allow_files_of(parameters, folder, options);
+        build(text, Place { path, folder, stack: &[] }, parameters, options, &mut Budget::default())
+    })
+}
+
+/// Files that the user names by a parameter may be anywhere.
+fn allow_files_of(parameters: &Parameters, folder: &Path, options: &LoadOptions) {
+    let named = parameters.values().filter(|value| !value.is_empty()).map(|value| folder.join(value));
+    named.filter(|file| file.is_file()).for_each(|file| options.allow_named(&file));
 }
 
 /// Name, description and parameters of a scene file, without loading what it refers to.
@@ -96,7 +112,8 @@ pub struct Description {
 /// # Errors
 /// [`LoadError::Malformed`] for what is not TOML or has malformed parameters.
 pub fn describe(text: &str, path: &Path) -> Result<Description, LoadError> {
-    let mut document = Document::parse(text, path)?;
+    let session = Session::default();
+    let mut document = Document::parse(text, path, &session)?;
     let parameters = parameters::declared(&mut document)?;
     let name = document.take_string("name")?.unwrap_or_default();
     let about = document.take_string("about")?.unwrap_or_default();
@@ -137,6 +154,8 @@ struct Builder<'a> {
     /// The file's own entries in [`Scene::textures`].
     textures: Vec<usize>,
     models: HashMap<PathBuf, models::Template>,
+    /// Photometric files: many lamps share one.
+    profiles: HashMap<PathBuf, Arc<LightProfile>>,
 }
 
 fn load_nested(
@@ -168,7 +187,7 @@ fn build(
     options: &LoadOptions,
     budget: &mut Budget,
 ) -> Result<Loaded, LoadError> {
-    let mut document = Document::parse(text, place.path)?;
+    let mut document = Document::parse(text, place.path, &options.session)?;
     let declared = parameters::declared(&mut document)?;
     let values = parameters::values(&declared, parameters, place.path)?;
     let literals = parameters::literals(&values);
@@ -187,6 +206,7 @@ fn build(
         images: TextureLoader::new(options, 0),
         textures: Vec::new(),
         models: HashMap::new(),
+        profiles: HashMap::new(),
     };
     builder.read(&mut document)?;
     Ok(builder.finish())

@@ -4,6 +4,7 @@ use super::document::{Context, Entry};
 use super::objects::Object;
 use super::values::positive;
 use super::{Budget, Builder, MAX_DEPTH, MAX_FILES, Parameters, Place, load_nested};
+use crate::load::session::{instance, light};
 use crate::load::{self, LoadError, LoadOptions, Loaded};
 use crate::merge::{placed_instance, placed_light};
 use crate::{Animation, Environment, Instance, Light, MaterialId, Scene};
@@ -132,7 +133,9 @@ impl Builder<'_> {
         let fit = self.fit(template, keys, context)?;
         let overrides = self.overrides(template, keys, replacement, context)?;
         self.spend_instances(template.instances.len().saturating_mul(object.copies.len()), context)?;
+        self.take_copies(template, &overrides, object.copies.len() as u64)?;
         for (number, copy) in object.copies.iter().enumerate() {
+            self.options.budget().check_time()?;
             let motion = object.transform(copy) * fit;
             self.place_animations(template, &motion, !object.visible, number == 0);
             for (instance, materials) in template.instances.iter().zip(&overrides) {
@@ -147,6 +150,31 @@ impl Builder<'_> {
             self.scene.lights.extend(template.lights.iter().map(|light| placed_light(light, &motion)));
         }
         Ok(())
+    }
+
+    /// Takes what `copies` of a model need out of the budget.
+    fn take_copies(
+        &self,
+        template: &Template,
+        overrides: &[Option<Vec<MaterialId>>],
+        copies: u64,
+    ) -> Result<(), LoadError> {
+        let own = |m: &Option<Vec<MaterialId>>| m.as_ref().map_or(0, |m| size_of_val(&m[..]) as u64);
+        let instances: u64 = template
+            .instances
+            .iter()
+            .zip(overrides)
+            .map(|(i, materials)| instance(i.name.len()) + own(&i.materials).max(own(materials)))
+            .sum();
+        let lights: u64 = template.lights.iter().map(|l| light(l.name.len())).sum();
+        let moving = |a: &Animation| {
+            (size_of::<Animation>() + size_of_val(&a.instances[..]) + size_of_val(&a.lights[..])) as u64
+        };
+        let animations: u64 = template.animations.iter().map(moving).sum();
+        let budget = self.options.budget();
+        budget.take(instances.saturating_mul(copies), "instances of models")?;
+        budget.take(lights.saturating_mul(copies), "lights of models")?;
+        budget.take(animations.saturating_mul(copies), "animations of models")
     }
 
     /// Animates the copy of a model that is placed next, by `motion`. What copies share is moved with the first.

@@ -5,6 +5,7 @@ use super::repeat::{Copy, Repeat};
 use super::values::Transform;
 use super::{Builder, MAX_INSTANCES};
 use crate::load::LoadError;
+use crate::load::session::instance;
 use glam::Affine3A;
 use serde::Deserialize;
 
@@ -67,10 +68,15 @@ impl Builder<'_> {
             return Ok(None);
         }
         let copies = match &repeat {
-            Some(repeat) => repeat.copies(self.budget.instances, &context)?,
+            Some(repeat) => {
+                context.take(repeat.count().saturating_mul(size_of::<Copy>() as u64), "copies")?;
+                repeat.copies(self.budget.instances, &context)?
+            }
             None => vec![Copy::default()],
         };
         self.spend_instances(copies.len(), &context)?;
+        let each = instance(raw.name.as_deref().map_or(0, str::len));
+        context.take(each.saturating_mul(copies.len() as u64), "copies")?;
         Ok(Some(Object {
             name: raw.name,
             copies,

@@ -112,7 +112,8 @@ impl Repeat {
         Ok((0..count as u32).map(|i| self.copy(i, count as u32)).collect())
     }
 
-    fn count(&self) -> u64 {
+    /// How many copies there are.
+    pub fn count(&self) -> u64 {
         if let Some(g) = &self.grid {
             return g.count.iter().map(|n| u64::from(*n)).fold(1, u64::saturating_mul);
         }

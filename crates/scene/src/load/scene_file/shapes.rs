@@ -6,6 +6,7 @@ use super::repeat::{Copy, Palette, Ramp};
 use super::values::{positive, within};
 use super::{Builder, MAX_TRIANGLES};
 use crate::load::LoadError;
+use crate::load::session::{MATERIAL, TRIANGLE};
 use crate::{Instance, MaterialId, Mesh, Shape, shapes};
 use glam::{Vec2, Vec3};
 use serde::Deserialize;
@@ -55,22 +56,32 @@ impl Builder<'_> {
         let mesh = Mesh::single(object.name.clone().unwrap_or_else(|| kind.clone()), shape, material);
         self.spend_triangles(mesh.triangle_count(), &context)?;
         self.scene.meshes.push(mesh);
-        self.place(&object, &kind, vary.as_ref(), material);
-        Ok(())
+        self.place(&object, &kind, vary.as_ref(), material, &context)
     }
 
     /// Adds the instances of the mesh that was added last.
-    fn place(&mut self, object: &Object, kind: &str, vary: Option<&Vary>, material: MaterialId) {
+    fn place(
+        &mut self,
+        object: &Object,
+        kind: &str,
+        vary: Option<&Vary>,
+        material: MaterialId,
+        context: &Context,
+    ) -> Result<(), LoadError> {
         let mesh = (self.scene.meshes.len() - 1) as u32;
         let mut variants = HashMap::new();
         for (i, copy) in object.copies.iter().enumerate() {
-            let materials = vary.map(|vary| vec![self.variant(vary, copy, material, &mut variants)]);
+            let materials = match vary {
+                Some(vary) => Some(vec![self.variant(vary, copy, material, &mut variants, context)?]),
+                None => None,
+            };
             let name = object.copy_name(kind, i);
             let mut instance = Instance::new(name, mesh, object.transform(copy));
             (instance.visible, instance.dynamic, instance.materials) =
                 (object.visible, object.dynamic, materials);
             self.scene.instances.push(instance);
         }
+        Ok(())
     }
 
     /// The material of a copy; copies whose values are equal share one.
@@ -80,7 +91,8 @@ impl Builder<'_> {
         copy: &Copy,
         base: MaterialId,
         known: &mut HashMap<[u32; 10], MaterialId>,
-    ) -> MaterialId {
+        context: &Context,
+    ) -> Result<MaterialId, LoadError> {
         let mut material = self.scene.materials[base as usize].clone();
         let ramp = |ramp: &Option<Ramp>, value: &mut f32, low: f32, high: f32| {
             if let Some(ramp) = ramp {
@@ -101,11 +113,16 @@ impl Builder<'_> {
         let [x, y, z] = material.emission.to_array();
         let numbers =
             [r, g, b, x, y, z, material.roughness, material.metallic, material.transmission, material.ior];
-        *known.entry(numbers.map(f32::to_bits)).or_insert_with(|| {
-            material.name = format!("{} {}", material.name, copy.index.0 + 1);
-            self.scene.materials.push(material);
-            (self.scene.materials.len() - 1) as MaterialId
-        })
+        let numbers = numbers.map(f32::to_bits);
+        if let Some(known) = known.get(&numbers) {
+            return Ok(*known);
+        }
+        context.take(MATERIAL + material.name.len() as u64, "materials")?;
+        material.name = format!("{} {}", material.name, copy.index.0 + 1);
+        self.scene.materials.push(material);
+        let number = (self.scene.materials.len() - 1) as MaterialId;
+        known.insert(numbers, number);
+        Ok(number)
     }
 
     fn spend_triangles(&mut self, count: usize, context: &Context) -> Result<(), LoadError> {
@@ -375,5 +392,6 @@ fn cells(divisions: [u32; 2], keys: [&str; 2], c: &Context) -> Result<[u32; 2], 
     }
     let product = u64::from(divisions[0]) * u64::from(divisions[1]);
     within(product, [1, MAX_CELLS], &format!("{} × {}", keys[0], keys[1]), c)?;
+    c.take(product.saturating_mul(2 * TRIANGLE), "triangles")?;
     Ok(divisions)
 }

@@ -2,6 +2,7 @@
 
 use super::decode::{TextureError, check_size};
 use super::storage::{Compression, Number, Storage};
+use crate::load::LoadOptions;
 use crate::{Image, LoadReport};
 use ddsfile::{Caps2, Dds, DxgiFormat, FourCC, MiscFlag, PixelFormatFlags};
 
@@ -14,10 +15,15 @@ pub(super) fn is_dds(bytes: &[u8]) -> bool {
 ///
 /// Blocks BC1 to BC5 and BC7 and anything with up to 32 bits become [`Pixels::Rgba8`], the stored numbers as they are; BC6H and
 /// four floating-point channels become [`Pixels::Rgb32F`].
-pub(super) fn decode_dds(name: &str, bytes: &[u8], report: &mut LoadReport) -> Result<Image, TextureError> {
+pub(super) fn decode_dds(
+    name: &str,
+    bytes: &[u8],
+    options: &LoadOptions,
+    report: &mut LoadReport,
+) -> Result<Image, TextureError> {
     let dds = Dds::read(bytes).map_err(|e| TextureError::Decode(e.to_string()))?;
     let (width, height) = (dds.header.width, dds.header.height);
-    check_size(width.into(), height.into(), bytes.len())?;
+    check_size(width.into(), height.into(), bytes.len(), options)?;
     if has_several_pictures(&dds) {
         report.approximated("only the first picture of a cube, an array or a volume is used");
     }

@@ -2,6 +2,7 @@
 
 use super::{dds, float, ktx2};
 use crate::load::LoadOptions;
+use crate::load::session::PIXEL;
 use crate::{Image, LoadReport, Pixels};
 use ::image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use std::io::Cursor;
@@ -57,22 +58,27 @@ pub fn decode(
     report: &mut LoadReport,
 ) -> Result<Image, TextureError> {
     let image = if float::is_exr(bytes) {
-        float::decode_exr(name, bytes, report)?
+        float::decode_exr(name, bytes, options, report)?
     } else if dds::is_dds(bytes) {
-        dds::decode_dds(name, bytes, report)?
+        dds::decode_dds(name, bytes, options, report)?
     } else if ktx2::is_ktx2(bytes) {
-        ktx2::decode_ktx2(name, bytes, report)?
+        ktx2::decode_ktx2(name, bytes, options, report)?
     } else {
         match format(name, bytes)? {
-            ImageFormat::Hdr => float::decode_hdr(name, bytes, report)?,
-            format => decode_rgba8(name, bytes, format, report)?,
+            ImageFormat::Hdr => float::decode_hdr(name, bytes, options, report)?,
+            format => decode_rgba8(name, bytes, format, options, report)?,
         }
     };
     Ok(shrink(image, options.max_texture_size, report))
 }
 
 /// Refuses sizes that the file's bytes cannot fill.
-pub(super) fn check_size(width: u64, height: u64, bytes: usize) -> Result<(), TextureError> {
+pub(super) fn check_size(
+    width: u64,
+    height: u64,
+    bytes: usize,
+    options: &LoadOptions,
+) -> Result<(), TextureError> {
     let pixels = width.saturating_mul(height);
     let plausible = (bytes as u64).saturating_mul(MAX_PIXELS_PER_BYTE).clamp(FREE_PIXELS, MAX_PIXELS);
     if pixels == 0 {
@@ -81,7 +87,9 @@ pub(super) fn check_size(width: u64, height: u64, bytes: usize) -> Result<(), Te
     if pixels > plausible {
         return Err(TextureError::TooLarge { width, height, bytes });
     }
-    Ok(())
+    // The call as a whole fails then; this image is left out so that nothing more is allocated.
+    let taken = options.budget().take(pixels.saturating_mul(PIXEL), "images");
+    taken.map_err(|error| TextureError::Decode(error.to_string()))
 }
 
 fn format(name: &str, bytes: &[u8]) -> Result<ImageFormat, TextureError> {
@@ -104,6 +112,7 @@ fn decode_rgba8(
     name: &str,
     bytes: &[u8],
     format: ImageFormat,
+    options: &LoadOptions,
     report: &mut LoadReport,
 ) -> Result<Image, TextureError> {
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
@@ -112,7 +121,7 @@ fn decode_rgba8(
     reader.limits(limits);
     let decoder = reader.into_decoder()?;
     let (width, height) = decoder.dimensions();
-    check_size(width.into(), height.into(), bytes.len())?;
+    check_size(width.into(), height.into(), bytes.len(), options)?;
     let deep = decoder.color_type().bytes_per_pixel() > decoder.color_type().channel_count();
     let decoded = DynamicImage::from_decoder(decoder)?;
     if deep {

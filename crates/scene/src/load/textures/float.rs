@@ -1,6 +1,7 @@
 //! Radiance HDR and OpenEXR pictures to linear RGB.
 
 use super::decode::{TextureError, check_size};
+use crate::load::LoadOptions;
 use crate::{Image, LoadReport, Pixels};
 use ::image::ImageDecoder;
 use ::image::codecs::hdr::HdrDecoder;
@@ -16,10 +17,15 @@ pub(super) fn is_exr(bytes: &[u8]) -> bool {
 }
 
 /// Decodes a Radiance picture.
-pub(super) fn decode_hdr(name: &str, bytes: &[u8], report: &mut LoadReport) -> Result<Image, TextureError> {
+pub(super) fn decode_hdr(
+    name: &str,
+    bytes: &[u8],
+    options: &LoadOptions,
+    report: &mut LoadReport,
+) -> Result<Image, TextureError> {
     let decoder = HdrDecoder::new(Cursor::new(bytes))?;
     let (width, height) = decoder.dimensions();
-    check_size(width.into(), height.into(), bytes.len())?;
+    check_size(width.into(), height.into(), bytes.len(), options)?;
     let exposure = decoder.metadata().exposure.filter(|e| e.is_finite() && *e > 0.0 && *e != 1.0);
     let mut raw = vec![0u8; width as usize * height as usize * 12];
     decoder.read_image(&mut raw)?;
@@ -37,13 +43,23 @@ pub(super) fn decode_hdr(name: &str, bytes: &[u8], report: &mut LoadReport) -> R
 
 /// Decodes the first layer of an OpenEXR file that has colour: channels `R`, `G`, `B`, or `Y`, at the largest
 /// resolution level.
-pub(super) fn decode_exr(name: &str, bytes: &[u8], report: &mut LoadReport) -> Result<Image, TextureError> {
+pub(super) fn decode_exr(
+    name: &str,
+    bytes: &[u8],
+    options: &LoadOptions,
+    report: &mut LoadReport,
+) -> Result<Image, TextureError> {
     let refused = |error: exr::error::Error| TextureError::Decode(error.to_string());
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(refused)?;
     for header in &meta.headers {
         let channels = header.channels.list.len() as u64;
         let size = header.layer_size;
-        check_size((size.width() as u64).saturating_mul(channels), size.height() as u64, bytes.len())?;
+        check_size(
+            (size.width() as u64).saturating_mul(channels),
+            size.height() as u64,
+            bytes.len(),
+            options,
+        )?;
         if header.deep {
             return Err(TextureError::Decode("deep images are not supported".into()));
         }

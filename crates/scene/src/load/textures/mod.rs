@@ -190,37 +190,30 @@ pub(crate) fn vertex_colors(mut colors: Vec<Vec4>, encoded: bool, report: &mut L
 /// `name` is taken relative to `base`, the folder of the file that names it. If it does not exist there, the bare file
 /// name is looked for in `base`, as files made on another machine often hold its absolute paths. Returns `None` if
 /// nothing fits.
-pub fn find_file(base: &Path, name: &str) -> Option<PathBuf> {
+///
+/// Only files that the scene may read are found, see [`LoadOptions::allowed_paths`].
+pub(crate) fn find_file(base: &Path, name: &str, options: &LoadOptions) -> Option<PathBuf> {
     let name = name.trim();
     if name.is_empty() {
         return None;
     }
     let slashes = name.replace('\\', "/");
     let bare = slashes.rsplit('/').next().unwrap_or(&slashes);
-    let exact = [name, slashes.as_str(), bare].into_iter().map(|n| base.join(n)).find(|p| p.is_file());
-    exact.or_else(|| find_ignoring_case(base, &slashes)).or_else(|| find_ignoring_case(base, bare))
+    let exact = [name, slashes.as_str(), bare].into_iter().map(|n| base.join(n)).find(|p| options.is_file(p));
+    exact
+        .or_else(|| find_ignoring_case(base, &slashes, options))
+        .or_else(|| find_ignoring_case(base, bare, options))
 }
 
 /// The file `name` below `base` with the letters of its components in any case.
-fn find_ignoring_case(base: &Path, name: &str) -> Option<PathBuf> {
+fn find_ignoring_case(base: &Path, name: &str, options: &LoadOptions) -> Option<PathBuf> {
     let mut path = if name.starts_with('/') { PathBuf::from("/") } else { base.to_owned() };
     for component in name.split('/').filter(|c| !c.is_empty() && *c != ".") {
         let as_written = path.join(component);
-        if as_written.exists() {
-            path = as_written;
-            continue;
-        }
-        let mut matches: Vec<PathBuf> =
-            std::fs::read_dir(if path.as_os_str().is_empty() { Path::new(".") } else { &path })
-                .ok()?
-                .filter_map(|entry| entry.ok())
-                .filter(|e| e.file_name().to_string_lossy().to_lowercase() == component.to_lowercase())
-                .map(|e| path.join(e.file_name()))
-                .collect();
-        matches.sort(); // the order of a folder's entries is the file system's affair
-        path = matches.into_iter().next()?;
+        path =
+            if as_written.exists() { as_written } else { options.entry_ignoring_case(&path, component)? };
     }
-    path.is_file().then_some(path)
+    options.is_file(&path).then_some(path)
 }
 
 #[cfg(test)]
@@ -282,7 +275,10 @@ mod tests {
             ("", None),
             ("../nowhere.png", None),
         ] {
-            let found = find_file(folder.path(), name);
+            let scene = folder.path().join("scene.obj");
+            let found = LoadOptions::default()
+                .session(&scene, |options| Ok(find_file(folder.path(), name, options)))
+                .expect("nothing is over the budget");
             let same = match (&found, expected) {
                 (Some(a), Some(b)) => a.canonicalize().unwrap() == b.canonicalize().unwrap(),
                 (None, None) => true,

@@ -12,6 +12,7 @@ mod uastc;
 
 use super::decode::{TextureError, check_size};
 use super::storage::first_picture;
+use crate::load::LoadOptions;
 use crate::{Image, LoadReport, Pixels};
 use ::ktx2::{ColorModel, SupercompressionScheme};
 use container::Container;
@@ -31,11 +32,16 @@ pub(super) fn is_ktx2(bytes: &[u8]) -> bool {
 ///
 /// # Errors
 /// A container or content that is damaged, and formats that are not known, which are named.
-pub(super) fn decode_ktx2(name: &str, bytes: &[u8], report: &mut LoadReport) -> Result<Image, TextureError> {
+pub(super) fn decode_ktx2(
+    name: &str,
+    bytes: &[u8],
+    options: &LoadOptions,
+    report: &mut LoadReport,
+) -> Result<Image, TextureError> {
     let file = Container::read(bytes)?;
     let header = &file.header;
     let (width, height) = (header.pixel_width, header.pixel_height.max(1));
-    check_size(width.into(), height.into(), bytes.len())?;
+    check_size(width.into(), height.into(), bytes.len(), options)?;
     if header.layer_count > 1 || header.face_count > 1 || header.pixel_depth > 1 {
         report.approximated("only the first picture of a cube, an array or a volume is used");
     }

@@ -1,0 +1,281 @@
+//! Lights do not starve: the noise of each one's own contribution is that of the light alone with its share of the samples, or
+//! little more, however large the scene is, and however strong and of whatever colour the others are.
+//!
+//! A light's contribution is measured by itself where no other light shines in the same channel. Colours do not matter to the choice
+//! of a light but by their strongest channel, so the choice stays that of white lights.
+
+mod common;
+
+use alhazen::{Control, Environment, Film, Job, Light, LightKind, Limits, Renderer, Scene, SceneImage, Sky};
+use common::{from_above, gpu_renderers, job, render};
+use glam::{Affine3A, Vec3};
+use scene::load::LoadOptions;
+use scene::tables::SceneTables;
+use scene::{Pixels, Sun};
+use std::path::PathBuf;
+use testkit::scenes::{Build, cuboid, emitter, ground, lambert, quads, sphere};
+
+const SIZE: u32 = 24;
+const SPP: u32 = 48;
+
+/// Uniform numbers in `[0, 1)`, other ones for each seed.
+struct Numbers(u32);
+
+impl Numbers {
+    fn next(&mut self) -> f32 {
+        self.0 = optics::random::pcg_hash(self.0);
+        optics::random::unit_float(self.0)
+    }
+
+    fn between(&mut self, low: f32, high: f32) -> f32 {
+        low + (high - low) * self.next()
+    }
+}
+
+/// Adds a light over the camera's square, which gives it an irradiance of about `color`.
+fn add_light(scene: &mut Scene, kind: u32, color: Vec3, numbers: &mut Numbers) {
+    let place = Vec3::new(numbers.between(-0.6, 0.6), numbers.between(0.5, 0.9), numbers.between(-0.6, 0.6));
+    let intensity = color * place.y * place.y;
+    let mut add = |kind| scene.lights.push(Light::new("light", kind));
+    match kind {
+        0 => add(LightKind::Point { position: place, intensity }),
+        1 => add(LightKind::Spot {
+            position: place,
+            direction: Vec3::new(0.2, -1.0, 0.1).normalize(),
+            intensity,
+            inner_angle: 0.3,
+            outer_angle: 0.6,
+        }),
+        2 => add(LightKind::Directional {
+            direction: Vec3::new(0.3, -1.0, place.z).normalize(),
+            irradiance: color,
+            angular_diameter: 0.0,
+        }),
+        3 => {
+            let material = scene.add_material(emitter("ball", (intensity / 0.0314).to_array()));
+            scene.add_shape("ball", sphere(place.to_array(), 0.1), material, Affine3A::IDENTITY);
+        }
+        4 => {
+            let material = scene.add_material(emitter("panel", (intensity / 0.04).to_array()));
+            let [x, y, z] = place.to_array().map(f64::from);
+            let corners = [[x, y, z], [x + 0.2, y, z], [x + 0.2, y, z + 0.2], [x, y, z + 0.2]];
+            scene.add_mesh("panel", quads(&[corners]), material);
+        }
+        5 => {
+            let black = Vec3::ZERO;
+            let sun = Sun {
+                direction: Vec3::new(0.5, 1.0, 0.3).normalize(),
+                irradiance: color,
+                angular_radius: 0.02,
+            };
+            scene.environment =
+                Environment::Sky(Sky { horizon: black, zenith: black, ground: black, sun: Some(sun) });
+        }
+        _ => {
+            let pixels = Pixels::Rgb32F(vec![(color / 3.1).to_array(); 8 * 4]);
+            scene.images.push(SceneImage { name: "sky".into(), width: 8, height: 4, pixels });
+            scene.environment = Environment::Image { image: 0, rotation: 0.0, intensity: 1.0 };
+        }
+    }
+}
+
+/// A floor of half the side `half`, a roof over a part of it, and lights of these kinds and colours.
+fn floor(half: f32, lights: &[(u32, Vec3)], seed: u32) -> Scene {
+    let mut scene = Scene { name: format!("floor of {half} m"), ..Scene::default() };
+    let material = scene.add_material(lambert("floor", [0.7; 3]));
+    scene.add_mesh("floor", ground(0.0, half), material);
+    // Only some lights come from above it: the others are hidden from where they seem to be bright.
+    scene.add_mesh("roof", cuboid([-0.9, 0.35, -0.9], [-0.3, 0.36, 0.9]), material);
+    let mut numbers = Numbers(seed);
+    for &(kind, color) in lights {
+        add_light(&mut scene, kind, color, &mut numbers);
+    }
+    scene.cameras.push(from_above(0.2, 0.0, 0.3, 1.4));
+    scene
+}
+
+/// Kinds and strengths of the lights of a scene: of those that are infinitely far away at most one of a kind.
+fn lamps(count: u32, seed: u32) -> Vec<(u32, f32)> {
+    let mut numbers = Numbers(0x51ed ^ seed);
+    let kind = |i: u32| match (i + seed) % 7 {
+        // A scene has one environment, with a sun or an image.
+        5 if i >= 7 => 0,
+        6 if i >= 7 || (0..i).any(|before| (before + seed) % 7 == 5) => 3,
+        5 if (0..i).any(|before| (before + seed) % 7 == 6) => 1,
+        kind => kind,
+    };
+    (0..count).map(|i| (kind(i), 10.0_f32.powf(numbers.between(-3.0, 3.0)))).collect()
+}
+
+/// The unit vector of a channel.
+fn channel(c: usize) -> Vec3 {
+    Vec3::from_array(std::array::from_fn(|i| f32::from(u8::from(i == c))))
+}
+
+/// Sums over pixels, relative to each pixel's squared mean: the variance of a sample of one light among others, and what is right.
+struct Noise {
+    among_others: f64,
+    with_its_share: f64,
+}
+
+impl Noise {
+    fn ratio(&self) -> f64 {
+        self.among_others / self.with_its_share
+    }
+}
+
+/// Compares pictures of a light alone and among others, of `count` lights in all, in a channel that only this one shines in.
+///
+/// A sample that is made with probability 1/n and then counts n times has the variance n E[f²] − E[f]².
+fn noise(alone: &Film, among: &Film, c: usize, count: u32) -> Noise {
+    let brightest = alone.pixels().iter().map(|p| p.mean()[c]).fold(0.0, f64::max);
+    let mut noise = Noise { among_others: 0.0, with_its_share: 0.0 };
+    for (alone, among) in alone.pixels().iter().zip(among.pixels()) {
+        let (mean, variance) = (alone.mean()[c], alone.variance().expect("many samples")[c]);
+        // Where hardly anything arrives there is nothing to compare.
+        if mean > 0.02 * brightest {
+            let square = mean * mean;
+            noise.among_others += among.variance().expect("many samples")[c] / square;
+            noise.with_its_share += (f64::from(count) * (variance + square) - square) / square;
+        }
+    }
+    noise
+}
+
+/// Asserts that two pictures have the same mean in a channel, apart from noise.
+#[track_caller]
+fn assert_same_mean(what: &str, alone: &Film, among: &Film, c: usize) {
+    let mean = |film: &Film| film.pixels().iter().map(|p| p.mean()[c]).sum::<f64>();
+    let variance = |film: &Film| {
+        film.pixels().iter().map(|p| p.variance_of_mean().expect("many samples")[c]).sum::<f64>()
+    };
+    let (expected, found) = (mean(alone), mean(among));
+    let error = (variance(alone) + variance(among)).sqrt();
+    assert!(
+        (found - expected).abs() <= 4.5 * error + 1e-4 * expected,
+        "{what}: {found} ± {error} among the others, {expected} alone"
+    );
+}
+
+/// Every light of a scene alone and among the others. Returns the largest ratio of variances.
+fn worst_noise(half: f32, count: u32, seed: u32) -> f64 {
+    let lamps = lamps(count, seed);
+    let mut worst = 0.0_f64;
+    for (i, &(kind, strength)) in (0..).zip(&lamps) {
+        let c = i % 3;
+        // The others have both of the other channels, or one of them.
+        let others = [channel((c + 1) % 3), channel((c + 2) % 3), Vec3::ONE - channel(c)];
+        let colour = |j: usize, s: f32| if j == i { channel(c) * s } else { others[j % 3] * s };
+        let all: Vec<_> = (0..).zip(&lamps).map(|(j, &(kind, s))| (kind, colour(j, s))).collect();
+        let dark = |j: usize, light: (u32, Vec3)| if j == i { light } else { (light.0, Vec3::ZERO) };
+        let only: Vec<_> = all.iter().enumerate().map(|(j, light)| dark(j, *light)).collect();
+        let picture = |lights: &[(u32, Vec3)], sample_seed| {
+            let scene = floor(half, lights, seed);
+            render(&scene, &Job { seed: sample_seed, ..job(&scene, SIZE, SIZE, 2) }, SPP)
+        };
+        let (alone, among) = (picture(&only, 1), picture(&all, 2));
+        let what = format!("light {i} (kind {kind}, {strength:.1e}) of {count} over {half} m");
+        assert_same_mean(&what, &alone, &among, c);
+        let ratio = noise(&alone, &among, c, count).ratio();
+        println!("{what}: {ratio:.2}");
+        worst = worst.max(ratio);
+    }
+    worst
+}
+
+/// The bar is two. Variances of 48 samples in some hundred pixels are known to a few per cent.
+#[test]
+fn the_noise_of_each_light_is_that_of_its_share_of_the_samples() {
+    for (seed, half) in (0..).zip([1.0, 30.0, 400.0, 1e4]) {
+        for count in [2, 3, 5, 8] {
+            let worst = worst_noise(half, count, 11 * seed + count);
+            assert!(worst < 2.1, "{worst:.2} times the variance, {count} lights over {half} m");
+        }
+    }
+}
+
+/// The measure must notice a light that starves.
+#[test]
+#[should_panic(expected = "starves")]
+fn a_light_beside_a_sun_starves_if_power_chooses() {
+    let lights = |on: [f32; 2]| [(1, channel(2) * on[0]), (2, channel(0) * on[1])];
+    let picture = |on| {
+        let scene = floor(1e4, &lights(on), 3);
+        let mut renderer = Renderer::cpu(None).expect("threads");
+        renderer.load_tables(SceneTables::build(&scene).with_lights_by_power()).expect("tables");
+        let limits = Limits { spp: SPP, ..Limits::default() };
+        renderer.render(&job(&scene, SIZE, SIZE, 2), &limits, &Control::new()).expect("a picture");
+        renderer.film().expect("film").expect("rendered").clone()
+    };
+    let ratio = noise(&picture([1.0, 0.0]), &picture([1.0, 1.0]), 2, 2).ratio();
+    assert!(ratio > 0.0 && ratio < 2.1, "starves: {ratio}");
+}
+
+/// A picture of `shared/wild/few-lights`. `None` where it is missing.
+fn shared_scene(test: &str, name: &str) -> Option<Scene> {
+    let path: PathBuf = testkit::require_shared(test)?.join("wild/few-lights").join(name);
+    Some(scene::load::load(&path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene)
+}
+
+fn render_on(renderer: &mut Renderer, scene: &Scene, spp: u32) -> Film {
+    renderer.load(scene).unwrap_or_else(|e| panic!("{}: {e}", renderer.backend_name()));
+    let limits = Limits { spp, ..Limits::default() };
+    let job = job(scene, 160, 100, 2);
+    renderer
+        .render(&job, &limits, &Control::new())
+        .unwrap_or_else(|e| panic!("{}: {e}", renderer.backend_name()));
+    renderer.film().expect("film").expect("rendered").clone()
+}
+
+/// Mean of the blue channel over some pixels, and the relative standard error of one of them.
+fn blue(film: &Film, pixels: &[usize]) -> (f64, f64) {
+    let count = pixels.len() as f64;
+    let mean = |i: usize| film.pixels()[i].mean()[2];
+    let square = |i: usize| film.pixels()[i].variance_of_mean().expect("many samples")[2] / mean(i).powi(2);
+    let error = pixels.iter().map(|&i| square(i)).sum::<f64>() / count;
+    (pixels.iter().map(|&i| mean(i)).sum::<f64>() / count, error.sqrt())
+}
+
+/// A blue spot beside a sun over a floor of 400 m: the disc that it lights is there, on every back end.
+#[test]
+fn a_spot_beside_a_sun_is_seen() {
+    const TEST: &str = "a_spot_beside_a_sun_is_seen";
+    let Some(scene) = shared_scene(TEST, "sun-and-spot.toml") else { return };
+    let is_spot = |light: &Light| matches!(light.kind, LightKind::Spot { .. });
+    let mut alone = scene.clone();
+    alone.lights.retain(is_spot);
+    let mut cpu = Renderer::cpu(None).expect("threads");
+    let alone = render_on(&mut cpu, &alone, 64);
+    let brightest = alone.pixels().iter().map(|p| p.mean()[2]).fold(0.0, f64::max);
+    let in_disc = |&i: &usize| alone.pixels()[i].mean()[2] > 0.55 * brightest;
+    let disc: Vec<usize> = (0..alone.pixels().len()).filter(in_disc).collect();
+    assert!(disc.len() > 100, "{} pixels", disc.len());
+    let check = |renderer: &mut Renderer| {
+        let (mean, error) = blue(&render_on(renderer, &scene, 64), &disc);
+        let name = renderer.backend_name();
+        println!("{name}: {mean:.4}, a pixel is off by {:.1} %", 100.0 * error);
+        assert!((mean / 0.2044 - 1.0).abs() < 0.02, "{name}: {mean} instead of 0.2044");
+        assert!(error < 0.08, "{name}: a pixel of the disc is off by {:.1} %", 100.0 * error);
+    };
+    check(&mut cpu);
+    gpu_renderers(TEST).iter_mut().for_each(check);
+}
+
+/// A lamp under a sky: its light has no more noise than without the sky.
+#[test]
+fn a_lamp_under_a_sky_is_seen() {
+    let Some(scene) = shared_scene("a_lamp_under_a_sky_is_seen", "sky-and-lamp.toml") else { return };
+    let mut cpu = Renderer::cpu(None).expect("threads");
+    let both = render_on(&mut cpu, &scene, 64);
+    let lamp = render_on(&mut cpu, &Scene { environment: Environment::Black, ..scene.clone() }, 64);
+    let sky = render_on(&mut cpu, &Scene { lights: Vec::new(), ..scene }, 64);
+    let sum = |film: &Film| {
+        let variance =
+            film.pixels().iter().map(|p| p.variance_of_mean().expect("many samples")[1]).sum::<f64>();
+        (film.mean()[1] * film.pixels().len() as f64, variance)
+    };
+    let [both, lamp, sky] = [&both, &lamp, &sky].map(sum);
+    let error = (both.1 + lamp.1 + sky.1).sqrt();
+    assert!((both.0 - lamp.0 - sky.0).abs() < 4.5 * error, "{both:?}, {lamp:?}, {sky:?}");
+    assert!(both.1 < 1.2 * (lamp.1 + sky.1), "{both:?}, {lamp:?}, {sky:?}");
+}

@@ -1,0 +1,5 @@
+pub mod image_texture;
+pub mod layers;
+pub mod material;
+pub mod plain;
+pub mod record;

@@ -1,0 +1,129 @@
+//! One call of a loader: which files it may read, and how much memory and time it may take.
+//!
+//! A session begins with the file that the user named and covers everything that this file refers to, whatever the
+//! format. `names` judges names as text, `confinement` opens files, `budget` counts, `cost` says what things cost.
+
+mod budget;
+mod confinement;
+mod cost;
+mod listing;
+mod names;
+
+pub(crate) use budget::Budget;
+pub(crate) use cost::{MATERIAL, PIXEL, TRIANGLE, instance, light};
+
+use super::{LoadError, LoadOptions, Loaded};
+use confinement::Confinement;
+use listing::Listings;
+use std::path::Path;
+use std::sync::Arc;
+
+/// The state of one call of a loader. [`Default`] before it begins; loaders fill it in.
+#[derive(Clone, Debug, Default)]
+pub struct Session(Option<Arc<State>>);
+
+/// What all loaders of a call share.
+#[derive(Debug)]
+struct State {
+    confinement: Confinement,
+    budget: Budget,
+    listings: Listings,
+}
+
+impl Session {
+    /// The budget of the call; without limits outside of one.
+    pub(crate) fn budget(&self) -> &Budget {
+        static UNLIMITED: Budget = Budget::unlimited();
+        self.0.as_ref().map_or(&UNLIMITED, |state| &state.budget)
+    }
+}
+
+impl LoadOptions {
+    /// Runs a loader for the file `named` by the user, or as part of the call that is going on already.
+    ///
+    /// # Errors
+    /// Those of `load`. What went over the budget comes first: it may be why something else is missing.
+    pub(crate) fn session<T>(
+        &self,
+        named: &Path,
+        load: impl FnOnce(&LoadOptions) -> Result<T, LoadError>,
+    ) -> Result<T, LoadError> {
+        if self.session.0.is_some() {
+            return load(self);
+        }
+        let own = self.begin(named);
+        let result = load(&own);
+        own.budget().outcome()?;
+        let is_named = |path: &Path| own.session.0.as_ref().is_some_and(|s| s.confinement.is_named(path));
+        result.map_err(|error| error.discreet(is_named))
+    }
+
+    /// As [`LoadOptions::session`], for a scene: what its tables will take is counted, too.
+    pub(crate) fn scene_session(
+        &self,
+        named: &Path,
+        load: impl FnOnce(&LoadOptions) -> Result<Loaded, LoadError>,
+    ) -> Result<Loaded, LoadError> {
+        let outermost = self.session.0.is_none();
+        self.session(named, |options| {
+            let loaded = load(options)?;
+            if outermost {
+                options.budget().take(cost::lights(&loaded.scene), "the scene's lights")?;
+            }
+            Ok(loaded)
+        })
+    }
+
+    fn begin(&self, named: &Path) -> LoadOptions {
+        let state = State {
+            confinement: Confinement::new(named, &self.allowed_paths),
+            budget: Budget::new(named, self.max_memory, self.max_load_time),
+            listings: Listings::default(),
+        };
+        LoadOptions { session: Session(Some(Arc::new(state))), ..self.clone() }
+    }
+
+    /// The budget of the call; without limits outside of one.
+    pub(crate) fn budget(&self) -> &Budget {
+        self.session.budget()
+    }
+
+    /// Allows the file that the user named as the value of a parameter, and its folder.
+    pub(crate) fn allow_named(&self, file: &Path) {
+        if let Some(state) = &self.session.0 {
+            state.confinement.name(file);
+        }
+    }
+
+    /// Says how messages call the file that the user named, where that is no path to it.
+    pub(crate) fn also_called(&self, name: &Path) {
+        if let Some(state) = &self.session.0 {
+            state.confinement.call(name);
+        }
+    }
+
+    /// The whole content of a file that the scene names, or that the user did.
+    pub(crate) fn read(&self, path: &Path) -> Result<Vec<u8>, LoadError> {
+        match &self.session.0 {
+            Some(state) => {
+                let bytes = state.confinement.read(path, self.max_file_size, &state.budget)?;
+                self.files_read.add(path);
+                Ok(bytes)
+            }
+            None => self.begin(path).read(path),
+        }
+    }
+
+    /// Whether the scene may read a regular file of this name. What it may not read is not there, as far as it can tell.
+    pub(crate) fn is_file(&self, path: &Path) -> bool {
+        self.session.0.as_ref().is_some_and(|state| state.confinement.is_file(path))
+    }
+
+    /// The entry of `folder` that is called `name` but for the case of letters; the first one in order of names.
+    pub(crate) fn entry_ignoring_case(&self, folder: &Path, name: &str) -> Option<std::path::PathBuf> {
+        let state = self.session.0.as_ref()?;
+        let canonical = state.confinement.folder(folder)?;
+        let entry = state.listings.find(&canonical, name)?;
+        Some(folder.join(entry))
+    }
+}
