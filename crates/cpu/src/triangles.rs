@@ -345,7 +345,7 @@ impl TriangleLanes {
             light: tables.light_of(binding, primitive),
             object: binding.object,
             primitive,
-use crate::surface::{Surface, largest_coordinate, tex_coords, vertex_color};
+            pattern_position: vec2f(position.x, position.z),
             layer_frame: Frame { tangent: shading_normal, bitangent: shading_normal, normal: shading_normal },
         })
     }
