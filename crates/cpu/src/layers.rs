@@ -30,7 +30,10 @@ pub(crate) struct LayeredSurface {
 ///
 /// Out of line: plain surfaces pay nothing for it.
 #[inline(never)]
-#[expect(clippy::too_many_arguments, reason = "the inputs of one evaluation; a struct would only rename them")]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "the inputs of one evaluation; a struct would only rename them"
+)]
 pub(crate) fn shade_layered(
     tables: &SceneTables,
     material: &MaterialRecord,

@@ -12,7 +12,7 @@ use optics::light_profile::{profile_cell, profile_mix};
 use optics::light_tree::{ALL_SIDES, octahedral_decode};
 use optics::random::dither;
 use optics::warp::{alias_choose_dithered, alias_slot, pdf_cone};
-use optics::{Vec2f, Vec3f, vec2f, vec4f, vec3f};
+use optics::{Vec2f, Vec3f, vec2f, vec3f, vec4f};
 use scene::tables::{LightChoice, LightRecord, NONE, SceneTables};
 
 /// Samples a direction towards a light chosen by the irradiance that it can bring; the density includes the choice. `None` if no

@@ -84,7 +84,8 @@ pub(crate) enum Arrival {
 impl Arrival {
     /// At a triangle that can be computed with others.
     fn of_material(material: &MaterialRecord) -> Self {
-        let textured = [SLOT_BASE_COLOR, SLOT_METALLIC_ROUGHNESS].iter().any(|&s| material.texture(s).is_some());
+        let textured =
+            [SLOT_BASE_COLOR, SLOT_METALLIC_ROUGHNESS].iter().any(|&s| material.texture(s).is_some());
         let patterned = material.flags & MATERIAL_CHECKERBOARD != 0;
         if material.is_emissive() || material.absorbs() || textured || patterned {
             return Arrival::Surface;

@@ -6,10 +6,10 @@ use crate::scene::{
 };
 use accel::{Hit, Ray};
 use optics::frame::{Frame, bend_normal, frame_from_normal, frame_from_tangent, map_normal};
+use optics::material::SLOT_NORMAL;
 use optics::offset::offset_ray_origin;
 use optics::shape::{sphere_tangent, sphere_uv};
 use optics::vector::{cross, dot, normalize};
-use optics::material::SLOT_NORMAL;
 use optics::{Vec2f, Vec3f, Vec4f, vec2f, vec3f, vec4f};
 use scene::tables::{GeometryKind, GeometryRecord, MATERIAL_TANGENTS, MaterialRecord, NONE, SceneTables};
 
@@ -327,12 +327,7 @@ pub(crate) fn vertex_color(
 }
 
 /// Texture coordinates and vertex colour at a candidate hit, for alpha tests.
-pub(crate) fn alpha_inputs(
-    tables: &SceneTables,
-    records: &HitRecords,
-    u: f32,
-    v: f32,
-) -> AlphaInputs {
+pub(crate) fn alpha_inputs(tables: &SceneTables, records: &HitRecords, u: f32, v: f32) -> AlphaInputs {
     let geometry = records.geometry;
     let corners = tables.indices[(geometry.first_primitive + records.primitive) as usize];
     let weights = [1.0 - u - v, u, v];

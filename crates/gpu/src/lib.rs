@@ -15,9 +15,9 @@ pub mod hybrid;
 pub mod kernel;
 #[cfg(test)]
 mod layout;
+mod pass;
 #[cfg(not(any(target_vendor = "apple", target_arch = "wasm32")))]
 pub mod pipeline;
-mod pass;
 mod plan;
 mod portions;
 pub mod rays;

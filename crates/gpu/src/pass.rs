@@ -130,7 +130,8 @@ impl Pass {
         own: &[Resource<'_>],
     ) -> Result<PassGroups, GpuError> {
         let bind = |layout: &Option<wgpu::BindGroupLayout>, bindings, resources| {
-            let bound = layout.as_ref().map(|layout| group(gpu, "binding a pass", layout, bindings, resources));
+            let bound =
+                layout.as_ref().map(|layout| group(gpu, "binding a pass", layout, bindings, resources));
             bound.transpose()
         };
         Ok(PassGroups {

@@ -365,7 +365,11 @@ impl Recorder<'_> {
         let window = self.groups();
         let mut recorded = begin(self.encoder, self.clock, SAMPLES);
         for sample in 0..samples.most {
-            self.kernel.waves.record(&mut recorded, sample_size(samples, sample, window, self.buffers), max_depth);
+            self.kernel.waves.record(
+                &mut recorded,
+                sample_size(samples, sample, window, self.buffers),
+                max_depth,
+            );
         }
     }
 

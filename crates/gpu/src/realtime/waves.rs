@@ -4,11 +4,17 @@
 //! Both ways make the same samples. Which is the faster one, [`Waves::are_faster`] says.
 
 use super::buffers::Buffers;
-use super::passes::{planes, slots::{LIGHTS_FOUND, REALTIME}};
+use super::passes::{
+    planes,
+    slots::{LIGHTS_FOUND, REALTIME},
+};
 use crate::bindings::PassBinding::{Uniform, Write};
 use crate::bindings::whole;
 use crate::film::{FilmBuffers, VIEW};
-use crate::hybrid::{GBuffer, slots::{FRAME, PIXELS}};
+use crate::hybrid::{
+    GBuffer,
+    slots::{FRAME, PIXELS},
+};
 use crate::pass::{Dispatch, Pass, PassGroups, PassSpec, compile};
 use crate::scene::upload::empty_buffer;
 use crate::shader::{Linkage, Variant};
@@ -66,9 +72,7 @@ impl Step {
 
     fn spec(self) -> PassSpec {
         match self {
-            Self::Restart => {
-                PassSpec { own: &[WAVE, PATHS], ..PassSpec::new("realtime_wave", "restart") }
-            }
+            Self::Restart => PassSpec { own: &[WAVE, PATHS], ..PassSpec::new("realtime_wave", "restart") },
             Self::Begin => PassSpec {
                 film: &[VIEW],
                 own: &[
@@ -135,8 +139,7 @@ impl Waves {
     pub fn new(gpu: &Gpu, variant: Variant, scene: &GpuScene, tracer: &dyn Tracer) -> Result<Self, GpuError> {
         let variant = Variant { aovs: false, splitting: false, ..variant };
         let linkage = Linkage::of(variant).with(&tracer.linkage()).with(&planes(&[]));
-        let make =
-            |step: Step| Pass::new(gpu, "realtime", step.spec(), &linkage, Some(scene), Some(tracer));
+        let make = |step: Step| Pass::new(gpu, "realtime", step.spec(), &linkage, Some(scene), Some(tracer));
         let steps = Step::ALL.into_iter().map(make).collect::<Result<_, GpuError>>()?;
         let are_faster = tracer.kind() == TracerKind::Bvh && !gpu.is_software();
         Ok(Self { steps, are_faster, buffers: None, groups: Vec::new() })

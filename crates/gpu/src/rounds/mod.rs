@@ -308,9 +308,11 @@ impl Rounds {
                 let across = groups.clamp(1, MOST_GROUPS);
                 [across as u32, groups.div_ceil(across) as u32]
             }
-            RoundStep::Estimate | RoundStep::Weigh | RoundStep::Choose | RoundStep::CountPortions | RoundStep::ShareOut => {
-                [width.div_ceil(8), height.div_ceil(8)]
-            }
+            RoundStep::Estimate
+            | RoundStep::Weigh
+            | RoundStep::Choose
+            | RoundStep::CountPortions
+            | RoundStep::ShareOut => [width.div_ceil(8), height.div_ceil(8)],
         };
         self.passes[step as usize].dispatch(recorded, &self.groups, Dispatch::Groups(groups));
     }

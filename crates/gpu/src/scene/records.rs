@@ -203,7 +203,7 @@ wgsl_records!(SceneInfo, Instance, Binding, Vertex, LightRecord);
 
 /// The WGSL of the records and constants.
 pub fn records_text() -> String {
-    scene_records::WGSL_SOURCE.wgsl_source().expect("a test builds the text of the records")
+    WGSL_SOURCE.wgsl_source().expect("a test builds the text of the records")
 }
 
 /// All instances.
@@ -277,7 +277,8 @@ fn vector([x, y, z]: &[f32; 3]) -> Vec3f {
 
 /// All vertices of all geometries, in the order of the tables' positions.
 pub(super) fn vertices(tables: &SceneTables) -> Vec<Vertex> {
-    let position = |p: &[f32; 3]| Vertex { position: vector(p), u: 0.0, normal: vec3f(0.0, 0.0, 0.0), v: 0.0 };
+    let position =
+        |p: &[f32; 3]| Vertex { position: vector(p), u: 0.0, normal: vec3f(0.0, 0.0, 0.0), v: 0.0 };
     let mut vertices: Vec<Vertex> = tables.positions.iter().map(position).collect();
     for g in tables.geometries.iter().filter(|g| g.kind == GeometryKind::Triangles) {
         let own = &mut vertices[g.first_vertex as usize..][..g.vertex_count as usize];

@@ -32,7 +32,9 @@ fn reader<T: WgslRecord>(declarations: &str) -> String {
         let word = member.offset / 4;
         // Writing to a string cannot fail.
         let _ = match module.types[member.ty].inner {
-            TypeInner::Scalar(Scalar { kind: ScalarKind::Float, .. }) => write!(text, "word_f32(at + {word}u), "),
+            TypeInner::Scalar(Scalar { kind: ScalarKind::Float, .. }) => {
+                write!(text, "word_f32(at + {word}u), ")
+            }
             TypeInner::Scalar(Scalar { kind: ScalarKind::Sint, .. }) => {
                 write!(text, "bitcast<i32>(words[at + {word}u]), ")
             }
@@ -56,6 +58,9 @@ mod tests {
         let text = layer_readers();
         assert!(text.contains("fn read_LayersRecord(at: u32) -> LayersRecord"), "{text}");
         let use_ = text.split("fn read_TextureUse").nth(1).expect("a second function");
-        assert!(use_.contains("words_vec3(at + 0u), words[at + 3u], words_vec3(at + 4u), words[at + 7u]"), "{use_}");
+        assert!(
+            use_.contains("words_vec3(at + 0u), words[at + 3u], words_vec3(at + 4u), words[at + 7u]"),
+            "{use_}"
+        );
     }
 }

@@ -23,7 +23,12 @@ pub(crate) fn validate(name: &str, text: &str) -> (naga::Module, naga::valid::Mo
 }
 
 /// What an entry point uses of a group.
-fn used(module: &naga::Module, info: &naga::valid::ModuleInfo, entry_point: &str, group: u32) -> Vec<PassBinding> {
+fn used(
+    module: &naga::Module,
+    info: &naga::valid::ModuleInfo,
+    entry_point: &str,
+    group: u32,
+) -> Vec<PassBinding> {
     let index = module.entry_points.iter().position(|e| e.name == entry_point);
     let info = info.get_entry_point(index.expect("an entry point"));
     let variables = module.global_variables.iter().filter(|(handle, _)| !info[*handle].is_empty());

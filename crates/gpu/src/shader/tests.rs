@@ -166,7 +166,7 @@ fn every_shader_translates_for_every_driver() {
     let still = |scene: &scene::Scene| {
         let tables = scene::tables::SceneTables::build(scene);
         let encoded = bvh::encode_still(&tables, accel::Quality::Fast, true);
-        assert!(encoded.is_joined());
+        assert!(encoded.is_flattened());
         bvh::linkage_for(&encoded, 1 << 27)
     };
     let three_spheres = scene::builtin::load("three-spheres", &Default::default(), &Default::default())

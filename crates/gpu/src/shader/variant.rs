@@ -1,13 +1,13 @@
 //! What is decided when a shader is put together, and which modules that means.
 
 use super::modules::Linkage;
+use crate::scene::records::records_text;
+use crate::scene::word_records::layer_readers;
 use backend::SamplerKind;
 use optics::albedo::DielectricAlbedo;
 use optics::light::LIGHT_RECTANGLE;
 use optics::random::{SAMPLER_BLUE_NOISE, SAMPLER_INDEPENDENT, SAMPLER_SOBOL};
 use scene::tables::NONE;
-use crate::scene::records::records_text;
-use crate::scene::word_records::layer_readers;
 use std::fmt::Write;
 
 /// Abstract names that modules import, and the modules that each may stand for. [`Linkage::of`] binds those that a variant
@@ -103,7 +103,10 @@ impl Linkage {
             .bind("first_hits", "first_hits_recorded")
             .bind("shafts", "hybrid_no_shafts")
             .generate("variant", variant.constants())
-            .generate("albedo_constants", numbers([("DIELECTRIC_ALBEDO_HEIGHT", DielectricAlbedo::SIZE[1] as u32)]))
+            .generate(
+                "albedo_constants",
+                numbers([("DIELECTRIC_ALBEDO_HEIGHT", DielectricAlbedo::SIZE[1] as u32)]),
+            )
             .generate("layer_constants", numbers(crate::scene::materials::layer_constants()))
             .generate("layer_readers", layer_readers())
             .generate("scene_records", records_text())

@@ -53,11 +53,9 @@ impl Stage {
                 own: &[WAVE, PATHS],
                 ..PassSpec::of_scene(SHADING, "generate")
             },
-            Self::Extend => PassSpec {
-                film: &[VIEW],
-                own: &[WAVE, PATHS, HITS],
-                ..PassSpec::tracing(TRACING, "extend")
-            },
+            Self::Extend => {
+                PassSpec { film: &[VIEW], own: &[WAVE, PATHS, HITS], ..PassSpec::tracing(TRACING, "extend") }
+            }
             Self::ExtendLast => PassSpec {
                 film: &[VIEW],
                 own: &[WAVE, PATHS, HITS],
@@ -95,8 +93,8 @@ impl Stage {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shader::check::{check_pass, linkage};
     use crate::shader::Variant;
+    use crate::shader::check::{check_pass, linkage};
 
     #[test]
     fn stages_bind_what_they_use() {

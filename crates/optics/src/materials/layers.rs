@@ -185,8 +185,7 @@ pub mod layers {
             coat_normal: to_local(frame, coat_normal(l, s, t.layers[2])),
             iridescence: l.iridescence * t.layers[5].x,
             film_ior: l.film_ior,
-            film_thickness: l.film_thickness.x
-                + (l.film_thickness.y - l.film_thickness.x) * t.layers[6].y,
+            film_thickness: l.film_thickness.x + (l.film_thickness.y - l.film_thickness.x) * t.layers[6].y,
             eta: select(dispersed.ior, 1.0 / dispersed.ior, inside),
             thin: thin,
             inside: inside,

@@ -120,10 +120,8 @@ pub mod material {
         footprint_width: f32,
     ) -> Vec3f {
         if (m.flags & MATERIAL_CHECKERBOARD) != 0u32 {
-            let odd = checkerboard(
-                pattern_position * m.checkerboard_scale,
-                footprint_width * m.checkerboard_scale,
-            );
+            let odd =
+                checkerboard(pattern_position * m.checkerboard_scale, footprint_width * m.checkerboard_scale);
             return m.checkerboard_even + (m.checkerboard_odd - m.checkerboard_even) * odd;
         }
         vec3f(

@@ -5,7 +5,8 @@ use super::light::LightRecord;
 use super::material::{has_layers, sampler_flags};
 use super::{EnvironmentTable, LightTree, MaterialRecord, NONE, SceneTables, TextureUse, build_alias_table};
 use crate::{
-    ColorSpace, Environment, Instance, LightKind, LightProfile, Mesh, Pixels, Scene, Shape, Sphere, TriangleMesh,
+    ColorSpace, Environment, Instance, LightKind, LightProfile, Mesh, Pixels, Scene, Shape, Sphere,
+    TriangleMesh,
 };
 use glam::{Affine3A, Mat3, Vec3};
 
