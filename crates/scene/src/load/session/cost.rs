@@ -1,5 +1,5 @@
 //! What things cost until they are rendered, in bytes: themselves, their rows in the tables, and their share of the
-//! acceleration structures. Rounded up; measured with `render` on the CPU.
+//! acceleration structures. Estimates from the sizes of the records, rounded up.
 
 use crate::tables::{LightRecord, MaterialRecord};
 use crate::{Instance, Light, Material, Scene, Shape};
