@@ -57,7 +57,7 @@ impl Random {
 
 fn material(random: &mut Random, text: &mut String, name: &str) -> std::fmt::Result {
     writeln!(text, "[materials.{name}]\nbase-color = {}", random.color())?;
-    if random.next() % 4 == 0 {
+    if random.next().is_multiple_of(4) {
         let model = random.one_of(&["lambert", "dielectric", "mirror", "unlit"]);
         return writeln!(text, "model = \"{model}\"");
     }
@@ -65,14 +65,14 @@ fn material(random: &mut Random, text: &mut String, name: &str) -> std::fmt::Res
     for key in
         ["transmission", "clearcoat", "clearcoat-roughness", "sheen-roughness", "iridescence", "specular"]
     {
-        if random.next() % 4 == 0 {
+        if random.next().is_multiple_of(4) {
             writeln!(text, "{key} = {}", random.share())?;
         }
     }
-    if random.next() % 3 == 0 {
+    if random.next().is_multiple_of(3) {
         writeln!(text, "ior = {}", 1.0 + 2.0 * random.share())?;
     }
-    if random.next() % 4 == 0 {
+    if random.next().is_multiple_of(4) {
         writeln!(text, "emission = {}\nemission-strength = {}", random.color(), random.size().min(1e9))?;
     }
     Ok(())
@@ -120,7 +120,7 @@ fn scene(random: &mut Random) -> Result<String, std::fmt::Error> {
     for _ in 0..random.next() % 3 {
         light(random, &mut text, size)?;
     }
-    if random.next() % 4 == 0 {
+    if random.next().is_multiple_of(4) {
         let (scattering, absorption) = (random.size() / size, random.size() / size);
         writeln!(
             text,
@@ -128,7 +128,7 @@ fn scene(random: &mut Random) -> Result<String, std::fmt::Error> {
             random.share()
         )?;
     }
-    if random.next() % 3 != 0 {
+    if !random.next().is_multiple_of(3) {
         let (eye, target) = (random.place(2.0 * size), random.place(size));
         writeln!(text, "[[camera]]\neye = {eye}\ntarget = {target}\nfov = {}", 1.0 + 170.0 * random.share())?;
     }

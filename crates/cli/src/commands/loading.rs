@@ -70,7 +70,7 @@ fn parse_size(text: &str) -> Result<u64, String> {
     let (number, unit) = found.unwrap_or((&lower, 1.0));
     let number: f64 = number.trim().parse().map_err(|_| "expected a size such as 2GB, 512MiB or 1000000")?;
     let bytes = number * unit;
-    if !(bytes >= 1.0 && bytes < 1e18) {
+    if !(1.0..1e18).contains(&bytes) {
         return Err(format!("a memory of {text} cannot be"));
     }
     Ok(bytes as u64)

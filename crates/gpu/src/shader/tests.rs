@@ -119,7 +119,7 @@ fn no_import_is_unneeded() {
             let choices = ABSTRACT.iter().find(|(which, _)| *which == import).map(|(_, choices)| *choices);
             for module in choices.unwrap_or(&[import]) {
                 let text = with_all.own_text(module).unwrap_or_else(|| panic!("{name}: {module}"));
-                let names = declared(&text);
+                let names = declared(text);
                 assert!(!names.is_disjoint(&used), "{name} uses nothing of {module}");
             }
         }

@@ -199,7 +199,9 @@ fn check_kind(file: &File, metadata: &std::fs::Metadata) -> io::Result<()> {
         const PROC: i64 = 0x9fa0;
         const SYSFS: i64 = 0x6265_6572;
         let system = rustix::fs::fstatfs(file)?;
-        if [PROC, SYSFS].contains(&i64::from(system.f_type)) {
+        #[allow(clippy::useless_conversion, reason = "the type differs between architectures")]
+        let kind = i64::from(system.f_type);
+        if [PROC, SYSFS].contains(&kind) {
             return Err(io::Error::new(io::ErrorKind::NotFound, NOT_THERE));
         }
     }

@@ -13,7 +13,7 @@ const NUMBERED_DEVICES: [&str; 2] = ["com", "lpt"];
 /// Whether a name can be that of an ordinary file on this system.
 pub(super) fn is_ordinary(path: &Path) -> bool {
     let text = path.to_string_lossy();
-    !text.contains('\0') && !(cfg!(windows) && is_windows_device(&text))
+    !(text.contains('\0') || cfg!(windows) && is_windows_device(&text))
 }
 
 /// Whether a name begins as those of other machines, of devices and of verbatim paths do on Windows: `\\machine`,
