@@ -259,7 +259,7 @@ fn errors_name_the_line() {
         ("# only this\nLookAt 0 0 0 0 0 0 0 1 0", 2, "LookAt has no direction"),
         ("Shape \"sphere", 1, "a string has no end"),
         ("ObjectInstance \"x\"", 1, "there is no object `x`"),
-        ("12 13", 1, "expected a directive, found 12"),
+        ("12 13", 1, "expected a directive, found `12`"),
         ("Scale 0x1 1 1", 1, "`0x1` is not a number"),
     ] {
         let error = parse(text).err().map(|e| e.to_string()).unwrap_or_default();

@@ -14,7 +14,7 @@ fn uses_tiles() -> bool {
 /// The question whether a light sample at the first surface counts: one of some lights of the tile, in proportion to what they
 /// would bring if nothing were in between, which then stands for all of them.
 fn tile_shadow_ray(path: Path, s: Surface, lobes: FirstLobes, pixel: vec2u) -> ShadowRay {
-    let tile = tile_of(pixel);
+    let tile = candidate_tile_of(pixel);
     let area = tile_area(tile);
     let count = realtime.light_candidates;
     let u = sample_2d(path.sampler, PAIRS_BEFORE_VERTICES + PAIR_LIGHT);

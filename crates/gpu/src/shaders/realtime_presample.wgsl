@@ -32,7 +32,7 @@ fn presample_lights(
     @builtin(local_invocation_id) local: vec3u,
 ) {
     let inside = is_in_picture(id.xy) && scene.light_count > 0u;
-    let tile = tile_of(min(id.xy, realtime.size - 1u));
+    let tile = candidate_tile_of(min(id.xy, realtime.size - 1u));
     let area = tile_area(tile);
     let index = local.y * tile.size.x + local.x;
     // Any pixel that sees something may be the centre, another one in each frame.

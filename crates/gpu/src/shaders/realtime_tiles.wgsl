@@ -17,7 +17,7 @@ struct Tile {
     size: vec2u,
 }
 
-fn tile_of(pixel: vec2u) -> Tile {
+fn candidate_tile_of(pixel: vec2u) -> Tile {
     let first = pixel / TILE * TILE;
     return Tile(first, min(vec2u(TILE), realtime.size - first));
 }

@@ -260,7 +260,7 @@ impl<'a> Numbers<'a> {
     /// measured without a tilt.
     fn after_tilt(text: &'a str) -> Result<Self, Wrong> {
         let mut lines = (1..).zip(text.lines());
-        let missing = || ("the file".to_owned(), "there is no line that begins with `TILT=`".to_owned());
+        let missing = || ("the file".to_owned(), "there is no line that begins with TILT=".to_owned());
         let (line, tilt) = lines
             .by_ref()
             .find_map(|(line, text)| Some((line, text.trim().strip_prefix("TILT=")?)))
