@@ -265,7 +265,7 @@ fn an_interrupt_keeps_what_is_there() {
     assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
     let output = child.wait_with_output().unwrap();
     let stderr = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert_eq!(output.status.code(), Some(130), "{stderr}");
     assert!(stderr.contains("stopped before the end") && !stderr.contains("panicked"), "{stderr}");
     assert_eq!(names(folder.path()), ["a.png"]);
 }
