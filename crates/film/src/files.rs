@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
+use image::codecs::hdr::HdrDecoder;
 use image::{DynamicImage, ImageDecoder, ImageEncoder, ImageFormat, ImageReader, Limits};
 
 use crate::atomic::write_atomically;
@@ -11,6 +12,8 @@ use crate::srgb::{srgb_to_linear, to_u8, to_u16};
 use crate::{ExrFile, Image, ImageError, MAX_SIDE, limits};
 
 const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+/// What a Radiance header begins with; the name of the writing program follows, mostly `RADIANCE`, also `RGBE`.
+const HDR_MAGIC: &[u8] = b"#?";
 
 impl Image {
     /// Opens an image file as linear RGB, or RGBA if it has an alpha channel.
@@ -37,6 +40,9 @@ impl Image {
             });
         }
         file.rewind().map_err(read_error)?;
+        if magic.starts_with(HDR_MAGIC) {
+            return decode_hdr(path, file, length);
+        }
         decode(path, file, length)
     }
 
@@ -190,17 +196,34 @@ fn decode(path: &Path, file: File, length: u64) -> Result<Image, ImageError> {
         return Err(ImageError::UnknownFormat { path: path.to_owned() });
     }
     reader.set_format(format);
-    let budget = limits::decoded_bytes(length);
+    reader.limits(allowed(length));
+    decode_pixels(path, length, reader.into_decoder().map_err(decode_error)?)
+}
+
+fn decode_hdr(path: &Path, file: File, length: u64) -> Result<Image, ImageError> {
+    let decode_error =
+        |e: image::ImageError| ImageError::Decode { path: path.to_owned(), reason: e.to_string() };
+    // The strict reader wants the name `RADIANCE`; the other one takes any line that begins with `#` as a comment.
+    let mut decoder = HdrDecoder::new_nonstrict(BufReader::new(file)).map_err(decode_error)?;
+    decoder.set_limits(allowed(length)).map_err(decode_error)?;
+    decode_pixels(path, length, decoder)
+}
+
+/// Limits for a file of `length` bytes.
+fn allowed(length: u64) -> Limits {
     let mut allowed = Limits::default();
     allowed.max_image_width = Some(MAX_SIDE);
     allowed.max_image_height = Some(MAX_SIDE);
-    allowed.max_alloc = Some(budget);
-    reader.limits(allowed);
+    allowed.max_alloc = Some(limits::decoded_bytes(length));
+    allowed
+}
 
-    let decoder = reader.into_decoder().map_err(decode_error)?;
+fn decode_pixels(path: &Path, length: u64, decoder: impl ImageDecoder) -> Result<Image, ImageError> {
+    let decode_error =
+        |e: image::ImageError| ImageError::Decode { path: path.to_owned(), reason: e.to_string() };
     let ((width, height), channels) = (decoder.dimensions(), u64::from(decoder.color_type().channel_count()));
     let (w, h) = (u64::from(width), u64::from(height));
-    if limits::bytes(w, h, channels).is_none_or(|bytes| bytes > budget) {
+    if limits::bytes(w, h, channels).is_none_or(|bytes| bytes > limits::decoded_bytes(length)) {
         return Err(ImageError::TooLarge { path: path.to_owned(), width: w, height: h, channels });
     }
     let decoded = DynamicImage::from_decoder(decoder).map_err(decode_error)?;

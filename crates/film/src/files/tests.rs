@@ -95,6 +95,20 @@ fn headers_that_promise_too_much_are_refused() {
     assert!(matches!(error, ImageError::TooLarge { width: 60000, .. }), "{error}");
 }
 
+#[test]
+fn radiance_files_may_name_any_program() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.hdr");
+    picture().write_hdr(&path).unwrap();
+    let written = std::fs::read(&path).unwrap();
+    let after_name = written.iter().position(|&b| b == b'\n').unwrap();
+    let expected = Image::open(&path).unwrap();
+    for name in ["#?RGBE", "#?RADIANCE", "#?AUTOPANO"] {
+        std::fs::write(&path, [name.as_bytes(), &written[after_name..]].concat()).unwrap();
+        assert_eq!(Image::open(&path).unwrap().data(), expected.data(), "{name}");
+    }
+}
+
 /// One small file of each format, as bytes.
 fn samples() -> Vec<(&'static str, Vec<u8>)> {
     let dir = tempfile::tempdir().unwrap();

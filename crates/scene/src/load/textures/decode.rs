@@ -63,11 +63,10 @@ pub fn decode(
         dds::decode_dds(name, bytes, options, report)?
     } else if ktx2::is_ktx2(bytes) {
         ktx2::decode_ktx2(name, bytes, options, report)?
+    } else if float::is_hdr(bytes) {
+        float::decode_hdr(name, bytes, options, report)?
     } else {
-        match format(name, bytes)? {
-            ImageFormat::Hdr => float::decode_hdr(name, bytes, options, report)?,
-            format => decode_rgba8(name, bytes, format, options, report)?,
-        }
+        decode_rgba8(name, bytes, format(name, bytes)?, options, report)?
     };
     Ok(shrink(image, options.max_texture_size, report))
 }
@@ -98,7 +97,6 @@ fn format(name: &str, bytes: &[u8]) -> Result<ImageFormat, TextureError> {
         ImageFormat::Jpeg,
         ImageFormat::WebP,
         ImageFormat::Bmp,
-        ImageFormat::Hdr,
         ImageFormat::Tga,
     ];
     match ::image::guess_format(bytes) {

@@ -16,6 +16,12 @@ pub(super) fn is_exr(bytes: &[u8]) -> bool {
     bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01])
 }
 
+/// Whether the bytes start as a Radiance picture does: `#?` and the name of the writing program, mostly `RADIANCE`,
+/// also `RGBE`.
+pub(super) fn is_hdr(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"#?")
+}
+
 /// Decodes a Radiance picture.
 pub(super) fn decode_hdr(
     name: &str,
@@ -23,7 +29,8 @@ pub(super) fn decode_hdr(
     options: &LoadOptions,
     report: &mut LoadReport,
 ) -> Result<Image, TextureError> {
-    let decoder = HdrDecoder::new(Cursor::new(bytes))?;
+    // The strict reader wants the name `RADIANCE`; the other one takes any line that begins with `#` as a comment.
+    let decoder = HdrDecoder::new_nonstrict(Cursor::new(bytes))?;
     let (width, height) = decoder.dimensions();
     check_size(width.into(), height.into(), bytes.len(), options)?;
     let exposure = decoder.metadata().exposure.filter(|e| e.is_finite() && *e > 0.0 && *e != 1.0);
@@ -179,12 +186,15 @@ mod tests {
 
     #[test]
     fn hdr_exposure_is_divided_out() {
-        let mut bytes = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=2.0\n\n-Y 1 +X 2\n".to_vec();
-        bytes.extend([128, 64, 0, 129, 128, 128, 128, 128]); // (1, 0.5, 0) and (0.5, 0.5, 0.5), then halved
-        let mut report = LoadReport::default();
-        let image = decode("a.hdr", &bytes, &LoadOptions::default(), &mut report).unwrap();
-        assert_eq!(pixels(&image), [[0.5, 0.25, 0.0], [0.25, 0.25, 0.25]]);
-        assert_eq!(report.notes.len(), 1);
+        for program in ["RADIANCE", "RGBE"] {
+            let header = format!("#?{program}\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=2.0\n\n-Y 1 +X 2\n");
+            // (1, 0.5, 0) and (0.5, 0.5, 0.5), then halved
+            let bytes = [header.as_bytes(), &[128, 64, 0, 129, 128, 128, 128, 128]].concat();
+            let mut report = LoadReport::default();
+            let image = decode("a.hdr", &bytes, &LoadOptions::default(), &mut report).unwrap();
+            assert_eq!(pixels(&image), [[0.5, 0.25, 0.0], [0.25, 0.25, 0.25]], "{program}");
+            assert_eq!(report.notes.len(), 1);
+        }
     }
 
     #[test]
