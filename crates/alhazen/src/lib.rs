@@ -51,7 +51,7 @@ pub use backend::{
 pub use checkpoint::Checkpoint;
 pub use choice::{BackendChoice, ChoiceError, Chosen, RendererOptions, UnknownBackend};
 pub use colour::{luminance, srgb_encode};
-pub use cpu::{Hits, RayError, RayQueries, Rays, SurfacePoint};
+pub use cpu::{BeamEcho, Hits, RayError, RayQueries, Rays, SurfacePoint};
 pub use daylight::add_daylight_if_dark;
 pub use denoise::{DenoiseFilmError, Denoised, Denoiser};
 pub use fallback::{Fallback, Step};

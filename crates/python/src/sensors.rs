@@ -42,12 +42,12 @@ fn sensor_error(error: SensorError) -> PyErr {
 /// azimuth : array_like, shape (2,), default (0, 2π)
 ///     Azimuths between which it measures, radians; 0 is forward, counter-clockwise seen from above.
 /// range : array_like, shape (2,), default (0.5, 120)
-///     Ranges that are measured, metres.
+///     Ranges that are measured, metres. What is nearer blocks the beam.
 /// divergence : float, default 0
 ///     Full angle of a beam, radians.
 /// beam_rays : int, default 16
 ///     Rays that sample a beam with a divergence.
-/// returns : {"first", "strongest", "last"}, default "strongest"
+/// returns : {"first", "strongest", "last", "all"}, default "strongest"
 ///     Which return counts where a beam meets several surfaces.
 /// range_resolution : float, default 0.3
 ///     Surfaces closer to each other than this melt into one return, metres.
@@ -105,8 +105,11 @@ impl Lidar {
             "first" => ReturnMode::First,
             "strongest" => ReturnMode::Strongest,
             "last" => ReturnMode::Last,
+            "all" => ReturnMode::All,
             other => {
-                return Err(bad(format!("returns: unknown `{other}`; there are: first, strongest, last")));
+                return Err(bad(format!(
+                    "returns: unknown `{other}`; there are: first, strongest, last, all"
+                )));
             }
         };
         lidar.range_resolution = range_resolution;
@@ -127,7 +130,8 @@ impl Lidar {
     /// Returns
     /// -------
     /// PointCloud
-    ///     Firing by firing, the channels of a firing together; beams without a return are left out.
+    ///     Firing by firing, the channels of a firing together, several returns of a beam nearest first; beams
+    ///     without a return are left out.
     fn scan(&self, py: Python, scene: &Scene, pose: &Bound<PyAny>) -> PyResult<PointCloud> {
         let [x, y, z] = affine_rows("pose", pose)?;
         let column = |i: usize| DVec3::new(x[i], y[i], z[i]);

@@ -6,7 +6,11 @@
 
 mod grid;
 mod interiors;
+mod optical_depth;
 mod shadow;
+
+pub(crate) use interiors::{crossed, interiors_around, ior_along, passes, relative_ior, segment};
+pub(crate) use optical_depth::optical_depth;
 
 use crate::aov::aov_sample;
 use crate::filter::{AlphaFilter, BoundaryFilter};
@@ -24,11 +28,11 @@ use crate::surface::Surface;
 use accel::{Hit, Ray};
 use backend::{PathSettings, View};
 use film::AovSample;
-use interiors::{Segment, crossed, interiors_around, relative_ior, segment};
+use interiors::Segment;
 use optics::camera::{camera_pixel_spread, camera_ray};
 use optics::constants::FAR;
 use optics::frame::{Frame, to_local, to_world};
-use optics::interiors::{Interiors, interiors_hide};
+use optics::interiors::Interiors;
 use optics::light_tree::ALL_SIDES;
 use optics::medium::transmittance;
 use optics::path::{
@@ -171,14 +175,6 @@ impl<'a> VolumeTracer<'a> {
         &self.scene.tables.materials[surface.material as usize]
     }
 
-    /// Whether light goes straight on: through the boundary of a medium, or the surface of a body that another one hides.
-    fn passes(&self, surface: &Surface, inside: &Interiors) -> bool {
-        let material = self.material(surface);
-        let tables = &*self.scene.tables;
-        let hidden = || interiors_hide(*inside, material.priority);
-        material.is_boundary() || (tables.nested && material.is_body() && hidden())
-    }
-
     /// Follows a path to its end.
     fn follow(&mut self, mut path: VolumePath) {
         while path.segments < MOST_SEGMENTS {
@@ -203,7 +199,7 @@ impl<'a> VolumeTracer<'a> {
             };
             path.since_vertex += hit.t;
             path.length += hit.t;
-            if self.passes(&surface, &path.inside) {
+            if passes(&self.scene.tables, &surface, path.inside) {
                 path.inside = crossed(path.inside, &self.scene.tables, &surface);
                 path.ray.origin = surface.ray_origin(false).to_array();
                 continue;

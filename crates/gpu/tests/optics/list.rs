@@ -273,6 +273,7 @@ functions! {
     glossy::ggx_albedo_sample(cos_o: cosine, roughness: share, u: unit2) within GRAZING;
     // surface/dielectric.rs
     dielectric::dielectric_bsdf(tint: albedo, alpha: alpha, eta: eta, thin: flag, compensation: exposure) within ROUNDING;
+    dielectric::transmitted_beam(b: bsdf, wo: upper, acceptance: unit) within GRAZING;
     dielectric::refract_at(wo: upper, h: upper, eta: eta, cos_transmitted: cosine) within ROUNDING;
     dielectric::smooth_dielectric_sample(b: smooth_dielectric, wo: upper, u_lobe: unit) within GRAZING;
     dielectric::rough_dielectric_eval(b: rough_dielectric, wo: upper, wi: direction) within GRAZING;
