@@ -28,6 +28,7 @@ mod daylight;
 mod denoise;
 mod exr_camera;
 mod fallback;
+mod finished;
 mod job;
 mod memory;
 mod metadata;
@@ -55,6 +56,7 @@ pub use cpu::{BeamEcho, Hits, RayError, RayQueries, Rays, SurfacePoint};
 pub use daylight::add_daylight_if_dark;
 pub use denoise::{DenoiseFilmError, Denoised, Denoiser};
 pub use fallback::{Fallback, Step};
+pub use finished::{FinishedError, FinishedPicture, Guides, LayerNames, write_image};
 pub use film::{
     Aov, AovData, AovKind, Block, CRYPTOMATTE_RANKS, Coverage, ExrChannel, ExrCompression, ExrFile,
     ExrSamples, Film, Image, ImageError, Merger, Part, PartError, PixelStats, Precision, ProtectedFiles,

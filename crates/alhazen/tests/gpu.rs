@@ -63,12 +63,12 @@ fn everything_direct() {
     compare("assortment direct", &scene, &Job { integrator, ..job(&scene) }, 0.45);
 }
 
-/// Roulette, splitting, Sobol points, a lens, a crop and single scattering at once.
+/// Roulette, splitting, a limit of indirect light, Sobol points, a lens, a crop and single scattering at once.
 #[test]
 fn every_setting_path() {
     let scene = scenes::assortment();
     let settings =
-        PathSettings { max_depth: 12, roulette_start: 2, roulette_min_survival: 0.2, splitting: 3 };
+        PathSettings { max_depth: 12, roulette_start: 2, roulette_min_survival: 0.2, splitting: 3, clamp_indirect: Some(1.0) };
     let mut job = Job {
         integrator: Integrator::Path(settings),
         sampler: SamplerKind::Sobol,

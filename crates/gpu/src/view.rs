@@ -60,6 +60,10 @@ pub struct View {
     reflection_survival: f32,
     falloff: [f32; 3],
     portion_samples: u32,
+    most_indirect: f32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32,
 }
 
 impl View {
@@ -113,7 +117,9 @@ impl View {
                 out.shadows = u32::from(settings.shadows);
                 out.reflection_survival = settings.reflection_survival.clamp(1e-3, 1.0);
             }
-            Integrator::Realtime(settings) => out.set_path(&PathSettings { splitting: 1, ..settings.path }),
+            Integrator::Realtime(settings) => {
+                out.set_path(&PathSettings { splitting: 1, clamp_indirect: None, ..settings.path });
+            }
             Integrator::Aov => {}
         }
         out
@@ -136,6 +142,7 @@ impl View {
         self.roulette_start = settings.roulette_start;
         self.roulette_min_survival = settings.roulette_min_survival;
         self.splitting = settings.splitting.max(1);
+        self.most_indirect = settings.most_indirect();
     }
 
     /// Radius of a pixel's footprint per metre of distance.
@@ -213,6 +220,10 @@ mod tests {
                 reflection_survival,
                 falloff,
                 portion_samples,
+                most_indirect,
+                padding0,
+                padding1,
+                padding2,
             }
         );
         // The optics' structure has gaps where Rust has fields of padding.

@@ -1,7 +1,7 @@
 //! `alhazen render`: a picture, or a sequence of pictures, of a scene.
 
 mod moving;
-mod output;
+pub mod output;
 pub mod parsing;
 pub mod realtime;
 mod report;
@@ -59,7 +59,7 @@ pub struct RenderArgs {
     /// Scene file or name of a built-in scene.
     #[arg(value_name = "FILE|SCENE", default_value = "three-spheres")]
     pub scene: String,
-    /// Picture to write: .png (tone mapped), .exr (linear, layers, metadata) or .hdr; of a sequence also .mp4, if there is
+    /// Picture to write: .png or .jpg (tone mapped), .exr (linear, layers, metadata) or .hdr; of a sequence also .mp4, if there is
     /// ffmpeg. May be given several times.
     #[arg(short, long, value_name = "FILE", default_value = "render.png")]
     pub output: Vec<PathBuf>,
@@ -195,6 +195,10 @@ pub struct RenderArgs {
     /// Paths that go on from the first hit of each camera ray.
     #[arg(long, help_heading = "Light", value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
     splitting: u32,
+    /// Limit what indirect light adds to a sample each time that a path finds some: removes bright specks, and light with
+    /// them. The picture is biased, and its metadata says so. Off by default. Only for `path`.
+    #[arg(long, help_heading = "Light", value_name = "RADIANCE", value_parser = parse_positive)]
+    clamp_indirect: Option<f32>,
     /// How samples are drawn: sobol (Owen-scrambled Sobol points), independent (uniform numbers) or blue-noise (Sobol points
     /// that neighbouring pixels complete: the same error, spread so that eyes and filters take it away).
     #[arg(long, help_heading = "Light", value_name = "KIND", default_value_t)]
@@ -280,8 +284,9 @@ enum IntegratorName {
     Aov,
 }
 
+/// What removes noise.
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum DenoiserName {
+pub enum DenoiserName {
     /// Open Image Denoise if it is installed, else our own filter.
     Auto,
     /// Our own filter.

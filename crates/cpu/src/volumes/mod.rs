@@ -36,7 +36,7 @@ use optics::interiors::Interiors;
 use optics::light_tree::ALL_SIDES;
 use optics::medium::transmittance;
 use optics::path::{
-    PathState, path_add_emission, path_light_contribution, path_scatter, path_start, roulette_survival,
+    PathState, limit_indirect, path_add_emission, path_light_contribution, path_scatter, path_start, roulette_survival,
 };
 use optics::random::{PixelSampler, hash_combine, sample_2d};
 use optics::scatter::{BSDF_NONE, BsdfSample};
@@ -192,9 +192,11 @@ impl<'a> VolumeTracer<'a> {
             }
             let Some(surface) = surface else {
                 let wi = vec3(path.ray.direction);
+                let mut found = BLACK;
                 for_each_distant(self.scene, path.vertex, path.receiver, wi, |d| {
-                    self.radiance += path_add_emission(path.light_state(), d.radiance, d.pdf).radiance;
+                    found += path_add_emission(path.light_state(), d.radiance, d.pdf).radiance;
                 });
+                self.gather(found, path.state.depth);
                 return;
             };
             path.since_vertex += hit.t;
@@ -242,8 +244,14 @@ impl<'a> VolumeTracer<'a> {
             let wi = vec3(path.ray.direction);
             let pdf =
                 surface_light_pdf(self.scene, surface, path.vertex, path.receiver, wi, path.since_vertex);
-            self.radiance += path_add_emission(path.light_state(), emitted, pdf).radiance;
+            let found = path_add_emission(path.light_state(), emitted, pdf).radiance;
+            self.gather(found, path.state.depth);
         }
+    }
+
+    /// Adds light that has come by so many segments, limited as the settings say.
+    fn gather(&mut self, found: Vec3f, segments: u32) {
+        self.radiance += limit_indirect(found, segments, self.settings.most_indirect());
     }
 
     /// Scatters the path, in several if it is the first vertex and the settings say so. Returns whether it goes on.
@@ -412,7 +420,8 @@ impl<'a> VolumeTracer<'a> {
         if contribution.x + contribution.y + contribution.z != 0.0 {
             let mut stream = stream_start(path.sampler, path.segments, STREAM_SHADOW);
             let left = self.visibility(ray, inside, &mut stream);
-            self.radiance += contribution * left;
+            let segments = path.state.depth + 1;
+            self.radiance += limit_indirect(contribution, segments, self.settings.most_indirect()) * left;
         }
     }
 }

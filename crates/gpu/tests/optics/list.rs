@@ -480,6 +480,8 @@ functions! {
     // transport/path.rs
     path::path_start() within EXACT;
     path::path_add_emission(path: path, emitted: radiance, light_pdf: density) within ROUNDING;
+    path::limit_indirect(found: radiance, segments: depth, most: unit) within ROUNDING;
+    path::path_limit_found(path: path, before: albedo, most: unit) within CANCELLING;
     path::path_light_contribution(throughput: albedo, bsdf: bsdf_value, radiance: radiance, light_pdf: density, delta: flag) within ROUNDING;
     path::path_scatter(path: path, s: scattered, eta: eta) within ROUNDING;
     path::roulette_survival(path: path, start: depth, min_survival: share) within ROUNDING;

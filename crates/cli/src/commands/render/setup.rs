@@ -66,6 +66,11 @@ pub fn job(args: &RenderArgs, loaded: &Loaded) -> anyhow::Result<Job> {
         scene_job.crop = Some(crop);
     }
     scene_job.integrator = integrator(args, scene_job.integrator);
+    ensure!(
+        args.clamp_indirect.is_none() || matches!(scene_job.integrator, Integrator::Path(_)),
+        "--clamp-indirect is for the integrator `path`, not for `{}`",
+        scene_job.integrator.name()
+    );
     scene_job.single_scatter = args.single_scatter;
     scene_job.sampler = args.sampler;
     scene_job.seed = args.seed;
@@ -143,6 +148,7 @@ fn integrator(args: &RenderArgs, of_scene: Integrator) -> Integrator {
         Integrator::Path(args.roulette.apply(PathSettings {
             max_depth: args.max_depth.or(scene_depth).unwrap_or(default.max_depth),
             splitting: args.splitting,
+            clamp_indirect: args.clamp_indirect,
             ..default
         }))
     };
