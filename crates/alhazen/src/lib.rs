@@ -76,7 +76,7 @@ pub use scene::Part as MeshPart;
 pub use scene::report::plain;
 pub use scene::{
     AlphaMode, Animation, CalibrationError, Camera, CameraPath, Checkerboard, Clip, ColorSpace, Daylight,
-    DensityGrid, Environment, Fog, Instance, Interior, Layers, Light, LightKind, LightProfile, LoadError,
+    DensityGrid, Distortion, Environment, Fog, Instance, Interior, Layers, Light, LightKind, LightProfile, LoadError,
     LoadOptions, LoadReport, Loaded, Material, Medium, Mesh, Model, Note, Photometry, Pixels, Portal,
     PortalError, Projection, RenderDefaults, Scene, Severity, Shape, Sky, Sphere, Subsurface, Sun, SunError,
     SunPosition, Texture, TextureRef, ToneMapper, TriangleMesh,

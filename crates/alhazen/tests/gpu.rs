@@ -63,7 +63,7 @@ fn everything_direct() {
     compare("assortment direct", &scene, &Job { integrator, ..job(&scene) }, 0.45);
 }
 
-/// Roulette, splitting, a limit of indirect light, Sobol points, a lens, a crop and single scattering at once.
+/// Roulette, splitting, a limit of indirect light, Sobol points, a lens that bends lines, a crop and single scattering at once.
 #[test]
 fn every_setting_path() {
     let scene = scenes::assortment();
@@ -79,6 +79,9 @@ fn every_setting_path() {
     };
     job.camera.lens_radius = 0.05;
     job.camera.focus_distance = 6.0;
+    // The picture's corners are outside of the lens' field.
+    job.camera.distortion = Some(Distortion::BrownConrady { k: [-0.8, 0.1, 0.0, 0.0, 0.0, 0.0], p: [0.002, -0.001] });
+    job.camera.skew = 0.02;
     compare("settings path", &scene, &job, 0.45);
 }
 

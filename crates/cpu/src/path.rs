@@ -17,6 +17,7 @@ use accel::{Coherence, HitFilter, Ray};
 use backend::{PathSettings, View};
 use film::AovSample;
 use optics::camera::{CAMERA_PERSPECTIVE, CameraFrame, camera_pixel_spread};
+use optics::distortion::no_distortion;
 use optics::path::limit_indirect;
 use optics::random::{
     PixelSampler, SAMPLER_BLUE_NOISE, SAMPLER_INDEPENDENT, SAMPLER_SOBOL, sample_2d, sampler_new,
@@ -227,9 +228,14 @@ impl PathBatch {
             self.aovs.resize(samples.len(), AovSample::default());
         }
         let camera = view.camera;
-        if camera.kind == CAMERA_PERSPECTIVE && camera.lens_radius <= 0.0 {
+        if camera.kind == CAMERA_PERSPECTIVE && camera.lens_radius <= 0.0 && camera.distortion.is_none() {
             // With these known the lanes have no branches.
-            let pinhole = CameraFrame { kind: CAMERA_PERSPECTIVE, lens_radius: 0.0, ..camera };
+            let pinhole = CameraFrame {
+                kind: CAMERA_PERSPECTIVE,
+                lens_radius: 0.0,
+                distortion: no_distortion(),
+                ..camera
+            };
             self.generate_from(i, view, pinhole, samples, branches);
         } else {
             self.generate_from(i, view, camera, samples, branches);

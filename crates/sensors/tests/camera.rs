@@ -109,7 +109,7 @@ fn dataset(moves: BTreeMap<String, Vec<[[f64; 4]; 4]>>) -> Dataset {
     let poses = vec![pose([0.0, 0.0, 6.0]), pose([0.1, 0.0, 6.0])];
     let job = Job::for_scene(&scene);
     let categories = BTreeMap::from([("ball".into(), "toy".into())]);
-    let poses = Poses { width: SIZE.0, height: SIZE.1, matrix: MATRIX, poses, moves };
+    let poses = Poses { width: SIZE.0, height: SIZE.1, matrix: MATRIX, distortion: vec![], fisheye: false, poses, moves };
     Dataset { scene, poses, categories, job, limits: Limits { spp: 4, ..Limits::default() } }
 }
 

@@ -25,8 +25,8 @@ use clap::{Args, FromArgMatches, ValueEnum};
 use moving::Moving;
 use output::OutputArgs;
 use parsing::{
-    parse_crop, parse_duration, parse_falloff, parse_finite, parse_fov, parse_fraction, parse_frames,
-    parse_not_negative, parse_positive, parse_seconds, parse_share, parse_threads, parse_turbidity,
+    Numbers, parse_crop, parse_duration, parse_falloff, parse_finite, parse_fov, parse_fraction,
+    parse_frames, parse_list, parse_not_negative, parse_positive, parse_seconds, parse_share, parse_threads, parse_turbidity,
     parse_vector,
 };
 use realtime::FrameSettings;
@@ -131,6 +131,16 @@ pub struct RenderArgs {
     /// Distance in focus, in metres [default: the target].
     #[arg(long, help_heading = "Camera", value_name = "METRES", value_parser = parse_positive)]
     focus: Option<f32>,
+
+    /// Intrinsics of a calibrated camera, in pixels of the picture, as OpenCV has them: pixel centres are at whole numbers.
+    #[arg(long, help_heading = "Camera", value_name = "FX,FY,CX,CY[,S]", value_parser = parse_list, allow_hyphen_values = true, conflicts_with = "fov")]
+    intrinsics: Option<Numbers>,
+    /// Coefficients of the lens in the order of OpenCV. What lies outside of its field is black.
+    #[arg(long, help_heading = "Camera", value_name = "K1,K2,P1,P2[,K3[,K4,K5,K6]]", value_parser = parse_list, allow_hyphen_values = true, conflicts_with = "fisheye")]
+    distortion: Option<Numbers>,
+    /// The same of OpenCV's fisheye.
+    #[arg(long, help_heading = "Camera", value_name = "K1,K2,K3,K4", value_parser = parse_list, allow_hyphen_values = true)]
+    fisheye: Option<Numbers>,
 
     /// Render frames A to B − 1 of a sequence, or the one frame A. The output's name gets the frame's number: before its
     /// ending, or where it has #### instead of digits.

@@ -127,10 +127,10 @@ impl<'a> VolumeTracer<'a> {
     /// The radiance of one sample.
     pub fn sample(&mut self, id: &SampleId) -> Vec3f {
         self.radiance = BLACK;
-        let (ray, sampler) = self.camera(id);
+        let (ray, sampler, weight) = self.camera(id);
         self.follow(VolumePath {
             ray,
-            state: path_start(),
+            state: PathState { throughput: WHITE * weight, ..path_start() },
             sampler,
             inside: self.around_camera,
             segments: 0,
@@ -144,7 +144,7 @@ impl<'a> VolumeTracer<'a> {
 
     /// The first surface that the sample's camera ray sees, behind all media.
     pub fn first_hit(&mut self, id: &SampleId) -> AovSample {
-        let (ray, _) = self.camera(id);
+        let (ray, _, _) = self.camera(id);
         self.rays_traced += 1;
         let hit = self.scene.tlas.closest(&ray, &AlphaFilter(self.scene));
         if hit.is_miss() {
@@ -155,7 +155,8 @@ impl<'a> VolumeTracer<'a> {
         aov_sample(&self.scene.tables, self.material(&surface), &surface, hit.t, footprint)
     }
 
-    fn camera(&self, id: &SampleId) -> (Ray, PixelSampler) {
+    /// The camera ray of a sample, its random numbers, and the ray's weight.
+    fn camera(&self, id: &SampleId) -> (Ray, PixelSampler, f32) {
         let sampler = new_sampler(self.view, id);
         let (jitter, lens) = (sample_2d(sampler, PAIR_FILM), sample_2d(sampler, PAIR_LENS));
         let film = vec2f(
@@ -163,7 +164,7 @@ impl<'a> VolumeTracer<'a> {
             (id.y as f32 + jitter.y) / self.view.height as f32,
         );
         let ray = camera_ray(self.view.camera, film, lens);
-        (Ray::new(ray.origin.to_array(), ray.direction.to_array()), sampler)
+        (Ray::new(ray.origin.to_array(), ray.direction.to_array()), sampler, ray.weight)
     }
 
     fn closest(&mut self, ray: &Ray) -> Hit {

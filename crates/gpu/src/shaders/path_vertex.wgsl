@@ -45,7 +45,9 @@ struct ShadowRay {
 fn start_path(pixel: vec2u, sample: u32) -> Path {
     let sampler = pixel_sampler(pixel, sample);
     let ray = pixel_ray(pixel, sampler);
-    return Path(path_start(), sampler, ray.origin, ray.direction, 0.0, ALL_SIDES);
+    var state = path_start();
+    state.throughput *= ray.weight;
+    return Path(state, sampler, ray.origin, ray.direction, 0.0, ALL_SIDES);
 }
 
 /// A number of the ray that tells tracers' questions about holes apart.
