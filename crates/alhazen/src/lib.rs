@@ -51,7 +51,7 @@ pub use backend::{
 };
 pub use checkpoint::Checkpoint;
 pub use choice::{BackendChoice, ChoiceError, Chosen, RendererOptions, UnknownBackend};
-pub use colour::{luminance, srgb_encode};
+pub use colour::{hex_color, luminance, srgb_encode};
 pub use cpu::{BeamEcho, Hits, RayError, RayQueries, Rays, SurfacePoint};
 pub use daylight::add_daylight_if_dark;
 pub use denoise::{DenoiseFilmError, Denoised, Denoiser};
@@ -92,12 +92,16 @@ pub use gpu::PathKernel;
 pub use scene::animation::{Moment, frame_time};
 /// The built-in scenes.
 pub use scene::builtin;
+/// The files that loading has read.
+pub use scene::load::FilesRead;
 /// Changes of a scene as values, and scene files that are made of them.
 pub mod edits {
     pub use scene::edits::file::{EditedFile, WriteError};
     pub use scene::edits::*;
     pub use scene::load::scene_file::{Edited, open_edited};
 }
+/// Scenes in one file, with all that they refer to.
+pub use scene::load::packed;
 /// Loads an equirectangular environment picture.
 pub use scene::load::environment::load as load_environment;
 /// The flat arrays that back ends read.

@@ -10,7 +10,7 @@ use alhazen::gpu::scene::texels::BINDING_ARRAYS;
 use alhazen::gpu::tracer::TracerKind;
 use alhazen::gpu::{Gpu, GpuBackend, GpuOptions, has_hardware};
 use alhazen::{
-    AlphaMode, Aov, BackendError, Control, DirectSettings, Fallback, Film, Highlights, Integrator, Job,
+    AlphaMode, Aov, BackendError, Control, DirectSettings, Distortion, Fallback, Film, Highlights, Integrator, Job,
     Limits, LoadOptions, PathSettings, Renderer, SamplerKind, Scene, Source, Step, View,
 };
 use common::on_gpus::{SPP, compare_on, differing_share, render};

@@ -1,7 +1,7 @@
 //! What goes from one stage of a batch to the next: paths under way, what they hit, and shadow rays.
 
 use crate::columns::{Column, VectorColumn};
-use crate::lanes::{CameraLanes, LANES, Lanes, Vectors};
+use crate::lanes::{CameraLanes, LANES, Vectors};
 use crate::light_lanes::ConnectionLanes;
 use crate::path::{Connection, SHADOW_END};
 use crate::scatter_lanes::NextLanes;

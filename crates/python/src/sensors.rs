@@ -3,6 +3,7 @@
 use crate::arrays::{Input, affine, affine_rows, output};
 use crate::camera::Camera;
 use crate::errors::{bad, chain, choice_error};
+use crate::protect;
 use crate::scene::Scene;
 use crate::watch::watch;
 use ::sensors::dataset::{Dataset, Poses};
@@ -144,7 +145,7 @@ impl Lidar {
     }
 
     fn __repr__(&self) -> String {
-        format!("Lidar({} channels, {} azimuths)", self.0.elevations.len(), self.0.azimuths)
+        format!("Lidar(channels={}, azimuths={})", self.0.elevations.len(), self.0.azimuths)
     }
 }
 
@@ -222,6 +223,7 @@ impl PointCloud {
     /// ----------
     /// path : str or os.PathLike
     fn save(&self, py: Python, path: PathBuf) -> PyResult<()> {
+        protect::check(&path)?;
         py.detach(|| self.0.write(&path)).map_err(sensor_error)
     }
 
@@ -230,7 +232,7 @@ impl PointCloud {
     }
 
     fn __repr__(&self) -> String {
-        format!("PointCloud of {} points", self.0.len())
+        format!("<PointCloud of {} points>", self.0.len())
     }
 }
 
@@ -320,6 +322,8 @@ pub struct Wanted<'py> {
     pub width: u32,
     pub height: u32,
     pub matrix: [[f64; 3]; 3],
+    pub distortion: Vec<f64>,
+    pub fisheye: bool,
     pub poses: Vec<[[f64; 4]; 4]>,
     pub moves: BTreeMap<String, Vec<[[f64; 4]; 4]>>,
     pub categories: BTreeMap<String, String>,
@@ -331,7 +335,7 @@ pub struct Wanted<'py> {
 
 /// Writes a data set; returns how many objects are annotated in all pictures.
 pub fn write_dataset(py: Python, scene: &Scene, wanted: Wanted) -> PyResult<usize> {
-    let Wanted { width, height, matrix, poses, moves, categories, .. } = wanted;
+    let Wanted { width, height, matrix, distortion, fisheye, poses, moves, categories, .. } = wanted;
     if poses.is_empty() || moves.values().any(|m| m.len() != poses.len()) {
         return Err(bad(
             "poses and moves: expected at least one pose, and as many matrices for each that moves",
@@ -343,7 +347,7 @@ pub fn write_dataset(py: Python, scene: &Scene, wanted: Wanted) -> PyResult<usiz
     let dataset = Dataset {
         job: Job { seed: wanted.seed, ..Job::for_scene(&description) },
         scene: description,
-        poses: Poses { width, height, matrix, poses, moves },
+        poses: Poses { width, height, matrix, distortion, fisheye, poses, moves },
         categories,
         limits: Limits { spp, ..Limits::default() },
     };

@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// How a camera maps directions to the picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Projection {
     /// Perspective with a full vertical field of view, radians, in `(0, π)`.
     Perspective {
@@ -77,7 +77,7 @@ impl Distortion {
 }
 
 /// A camera in world space.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Camera {
     /// Name from the file, or "default".
     pub name: String,
@@ -104,7 +104,7 @@ pub struct Camera {
 }
 
 /// How a camera moves. Times are in seconds.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum CameraPath {
     /// A circle around the vertical axis through `center`, looking at the camera's `target`.
     Orbit {

@@ -9,6 +9,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::str::FromStr;
+use serde::{Deserialize, Serialize};
 
 /// Lumens of a watt of radiant power in the units of this program: luminance = 683 × (0.2126 R + 0.7152 G + 0.0722 B).
 const LUMENS_PER_WATT: f64 = 683.0;
@@ -26,7 +27,7 @@ const SUN_RADIUS: f32 = 0.00465;
 const TABLE_HEIGHT: u32 = 256;
 
 /// A clear sky with its sun.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Daylight {
     /// Where the sun stands.
     pub sun: SunPosition,
@@ -39,7 +40,7 @@ pub struct Daylight {
 }
 
 /// Where the sun stands. North is −Z, east is +X.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SunPosition {
     /// Angle above the horizon, radians, in `[0, π/2]`.
     pub elevation: f64,
