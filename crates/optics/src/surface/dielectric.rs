@@ -208,8 +208,8 @@ pub mod dielectric {
     /// tilted little enough; a thin sheet turns light by twice the tilt, an interface by |1 − 1/η| times the tilt.
     pub fn transmitted_beam(b: Bsdf, wo: Vec3f, acceptance: f32) -> BsdfSample {
         let thin = b.kind == BSDF_THIN_DIELECTRIC;
-        let smooth = b.kind == BSDF_SMOOTH_DIELECTRIC;
-        if wo.z <= 0.0 || !(thin || smooth || b.kind == BSDF_ROUGH_DIELECTRIC) {
+        let polished = b.kind == BSDF_SMOOTH_DIELECTRIC;
+        if wo.z <= 0.0 || !(thin || polished || b.kind == BSDF_ROUGH_DIELECTRIC) {
             return no_sample();
         }
         let f = fresnel_dielectric(min(wo.z, 1.0), b.eta);
@@ -218,7 +218,7 @@ pub mod dielectric {
         }
         let turn_per_tilt = max(select(abs(1.0 - 1.0 / b.eta), 2.0, thin), 1e-3);
         let slope = acceptance / turn_per_tilt;
-        let alpha = select(b.alpha, 0.0, smooth);
+        let alpha = select(b.alpha, 0.0, polished);
         // Of GGX microfacets, seen along the normal, this share has a smaller slope.
         let share = slope * slope / max(slope * slope + alpha * alpha, 1e-30);
         let passed = select(1.0 - f.reflectance, 1.0 - thin_sheet_reflectance(f.reflectance), thin);
