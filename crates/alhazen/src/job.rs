@@ -178,12 +178,13 @@ fn distortion(camera: &Camera) -> optics::distortion::Distortion {
 }
 
 /// The ray through the point (`x`, `y`) of a picture of `width` × `height` pixels; pixel centres are at halves. Unit
-/// direction. Where the camera has a lens, the ray goes through its centre.
+/// direction. Where the camera has a lens, the ray goes through its centre. Outside of a lens' field the ray has no length.
 pub fn picture_ray(frame: &CameraFrame, width: u32, height: u32, x: f32, y: f32) -> accel::Ray {
     let pinhole = CameraFrame { lens_radius: 0.0, ..*frame };
     let film = vec2f(x / width as f32, y / height as f32);
     let ray = camera_ray(pinhole, film, vec2f(0.0, 0.0));
-    accel::Ray::new(ray.origin.to_array(), ray.direction.to_array())
+    let whole = accel::Ray::new(ray.origin.to_array(), ray.direction.to_array());
+    if ray.weight > 0.0 { whole } else { accel::Ray { t_max: 0.0, ..whole } }
 }
 
 #[cfg(test)]

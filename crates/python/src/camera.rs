@@ -190,7 +190,8 @@ impl Camera {
     /// Returns
     /// -------
     /// origins, directions : ndarray, float32, shape (height, width, 3)
-    ///     World space, metres; directions have unit length. Row 0 is at the top.
+    ///     World space, metres; directions have unit length. Row 0 is at the top. Outside of the field of a lens, rays start
+    ///     beyond everything and hit nothing.
     fn rays<'py>(&self, py: Python<'py>, width: u32, height: u32) -> PyResult<[Bound<'py, PyAny>; 2]> {
         if width == 0 || height == 0 || u64::from(width) * u64::from(height) > 1 << 30 {
             return Err(bad(format!("a picture of {width}×{height} pixels is not possible")));
