@@ -70,7 +70,8 @@ pub enum FinishedError {
 }
 
 /// Names of the picture itself, as [`plain_name`] has them: Blender's `Combined`, and what others call it.
-const COLOUR: &[&str] = &["combined", "beauty", "rgba", "rgb", "color", "colour", "image", "radiance", "root"];
+const COLOUR: &[&str] =
+    &["combined", "beauty", "rgba", "rgb", "color", "colour", "image", "radiance", "root"];
 /// Names of albedo: ours and pbrt's, Blender's for denoising, its diffuse pass, Mitsuba's usual ones.
 const ALBEDO: &[&str] =
     &["albedo", "denoisingalbedo", "diffcol", "diffusecolor", "basecolor", "alb", "diffusealbedo"];
@@ -160,7 +161,8 @@ impl FinishedPicture {
         let file = ExrFile::read(path)?;
         let (colour, layer) = match layer {
             Some(name) => {
-                let found = layer_names(&file).into_iter().find(|l| *l == name || plain_name(l) == plain_name(name));
+                let found =
+                    layer_names(&file).into_iter().find(|l| *l == name || plain_name(l) == plain_name(name));
                 let image = found.and_then(|l| Some((colours(&file, l)?, l.to_owned())));
                 image.ok_or_else(|| no_layer(path, &file, name))?
             }
@@ -208,7 +210,11 @@ impl FinishedPicture {
     ///
     /// # Errors
     /// See [`FinishedError`].
-    pub fn denoise(&self, denoiser: Denoiser, names: &LayerNames) -> Result<(Denoised, Guides), FinishedError> {
+    pub fn denoise(
+        &self,
+        denoiser: Denoiser,
+        names: &LayerNames,
+    ) -> Result<(Denoised, Guides), FinishedError> {
         let mut guides = Guides::default();
         let (width, height) = (self.colour.width(), self.colour.height());
         let mut clean = |image: Image| {
@@ -242,12 +248,18 @@ impl FinishedPicture {
     ) -> Result<Option<(String, Image)>, FinishedError> {
         let Some(file) = &self.file else {
             return match asked {
-                Some(name) => Err(no_layer(&self.path, &ExrFile::from_image(&self.colour, film::Precision::Float), name)),
+                Some(name) => Err(no_layer(
+                    &self.path,
+                    &ExrFile::from_image(&self.colour, film::Precision::Float),
+                    name,
+                )),
                 None => Ok(None),
             };
         };
         let found = match asked {
-            Some(name) => layer_names(file).into_iter().find(|l| *l == name || plain_name(l) == plain_name(name)),
+            Some(name) => {
+                layer_names(file).into_iter().find(|l| *l == name || plain_name(l) == plain_name(name))
+            }
             None => by_name(file, known),
         };
         let guide = found.and_then(|layer| Some((layer.to_owned(), read(file, layer)?)));
@@ -274,7 +286,11 @@ impl FinishedPicture {
         }
         let plain = || ExrFile::from_image(&self.colour, encoding.exr_precision);
         let mut file = self.file.clone().unwrap_or_else(plain);
-        let is_picture = |c: &ExrChannel| self.layer != NOISY && split(c).0 == self.layer && "RGBA".contains(&split(c).1.to_ascii_uppercase());
+        let is_picture = |c: &ExrChannel| {
+            self.layer != NOISY
+                && split(c).0 == self.layer
+                && "RGBA".contains(&split(c).1.to_ascii_uppercase())
+        };
         file.channels.retain(|c| !is_picture(c) && !(split(c).0.is_empty() && "RGBA".contains(split(c).1)));
         file.push_colour(&with_alpha(&denoised.picture, &self.colour), encoding.exr_precision);
         if !layer_names(&file).contains(&NOISY) {
@@ -294,7 +310,10 @@ const NOISY: &str = "noisy";
 fn picture_of(file: &ExrFile) -> Option<(Image, String)> {
     let of = |layer: &str| Some((colours(file, layer)?, layer.to_owned()));
     let first = || layer_names(file).into_iter().find_map(of);
-    of("").or_else(|| of(by_name(file, COLOUR)?)).or_else(first).or_else(|| Some((file.colour()?, String::new())))
+    of("")
+        .or_else(|| of(by_name(file, COLOUR)?))
+        .or_else(first)
+        .or_else(|| Some((file.colour()?, String::new())))
 }
 
 fn no_layer(path: &Path, file: &ExrFile, name: &str) -> FinishedError {
@@ -329,7 +348,9 @@ pub fn write_image(
         Format::Png => tone.apply(colour).write_png_encoded(path)?,
         Format::Jpeg => tone.apply(colour).write_jpeg_encoded(path)?,
         Format::Hdr => colour.write_hdr(path)?,
-        Format::Exr => ExrFile::from_image(colour, encoding.exr_precision).write(path, encoding.exr_compression)?,
+        Format::Exr => {
+            ExrFile::from_image(colour, encoding.exr_precision).write(path, encoding.exr_compression)?
+        }
     }
     Ok(())
 }
@@ -359,7 +380,8 @@ mod tests {
             ("ViewLayer.DiffCol", RGB, 4.0),
             ("ViewLayer.Denoising Normal", XYZ, 5.0),
         ]);
-        let pbrt = file(&[("", RGB, 2.0), ("Albedo", RGB, 3.0), ("N", XYZ, 4.0), ("Ns", XYZ, 5.0), ("P", XYZ, 6.0)]);
+        let pbrt =
+            file(&[("", RGB, 2.0), ("Albedo", RGB, 3.0), ("N", XYZ, 4.0), ("Ns", XYZ, 5.0), ("P", XYZ, 6.0)]);
         let mitsuba = file(&[("<root>", RGB, 2.0), ("albedo", RGB, 3.0), ("sh_normal", XYZ, 5.0)]);
         let ours = file(&[("", RGB, 2.0), ("noisy", RGB, 1.0), ("albedo", RGB, 3.0), ("normal", XYZ, 5.0)]);
         for (name, file) in [("Blender", blender), ("pbrt", pbrt), ("Mitsuba", mitsuba), ("Alhazen", ours)] {
@@ -388,7 +410,12 @@ mod tests {
         let (from, to) = (folder.path().join("a.exr"), folder.path().join("b.exr"));
         let mut made = file(&[("View.Combined", RGB, 0.5), ("View.Depth", ["Z", "", ""], 7.0)]);
         made.channels.retain(|c| !c.name.ends_with('.'));
-        made.push_layer("View.Combined", &["", "", "", "A"], &Image::from_data(4, 3, 4, vec![0.25; 48]).expect("fits"), Precision::Float);
+        made.push_layer(
+            "View.Combined",
+            &["", "", "", "A"],
+            &Image::from_data(4, 3, 4, vec![0.25; 48]).expect("fits"),
+            Precision::Float,
+        );
         made.channels.retain(|c| !c.name.ends_with('.'));
         made.write(&from, film::ExrCompression::Zip).expect("written");
         let picture = FinishedPicture::open(&from, None).expect("opened");
@@ -402,7 +429,11 @@ mod tests {
         names.sort_unstable();
         assert_eq!(names, ["A", "B", "G", "R", "View.Depth.Z", "noisy.B", "noisy.G", "noisy.R"]);
         let colour = file.colour().expect("colour");
-        assert!((colour.pixel(2, 1)[0] - 0.5).abs() < 1e-3 && colour.pixel(2, 1)[3] == 0.25, "{:?}", colour.pixel(2, 1));
+        assert!(
+            (colour.pixel(2, 1)[0] - 0.5).abs() < 1e-3 && colour.pixel(2, 1)[3] == 0.25,
+            "{:?}",
+            colour.pixel(2, 1)
+        );
         assert!(file.metadata["denoiser"].contains("regression"));
     }
 }

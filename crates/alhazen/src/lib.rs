@@ -56,12 +56,12 @@ pub use cpu::{BeamEcho, Hits, RayError, RayQueries, Rays, SurfacePoint};
 pub use daylight::add_daylight_if_dark;
 pub use denoise::{DenoiseFilmError, Denoised, Denoiser};
 pub use fallback::{Fallback, Step};
-pub use finished::{FinishedError, FinishedPicture, Guides, LayerNames, write_image};
 pub use film::{
     Aov, AovData, AovKind, Block, CRYPTOMATTE_RANKS, Coverage, ExrChannel, ExrCompression, ExrFile,
     ExrSamples, Film, Image, ImageError, Merger, Part, PartError, PixelStats, Precision, ProtectedFiles,
     Rect, prove_writable, write_atomically,
 };
+pub use finished::{FinishedError, FinishedPicture, Guides, LayerNames, write_image};
 pub use job::{Job, NoCamera, camera_frame, check_default_camera, picture_ray};
 pub use memory::{available_memory_bytes, memory_bytes, peak_memory_bytes, total_memory_bytes};
 pub use metadata::{Description, metadata};
@@ -76,10 +76,10 @@ pub use scene::Part as MeshPart;
 pub use scene::report::plain;
 pub use scene::{
     AlphaMode, Animation, CalibrationError, Camera, CameraPath, Checkerboard, Clip, ColorSpace, Daylight,
-    DensityGrid, Distortion, Environment, Fog, Instance, Interior, Layers, Light, LightKind, LightProfile, LoadError,
-    LoadOptions, LoadReport, Loaded, Material, Medium, Mesh, Model, Note, Photometry, Pixels, Portal,
-    PortalError, Projection, RenderDefaults, Scene, Severity, Shape, Sky, Sphere, Subsurface, Sun, SunError,
-    SunPosition, Texture, TextureRef, ToneMapper, TriangleMesh,
+    DensityGrid, Distortion, Environment, Fog, Instance, Interior, Layers, Light, LightKind, LightProfile,
+    LoadError, LoadOptions, LoadReport, Loaded, Material, Medium, Mesh, Model, Note, Photometry, Pixels,
+    Portal, PortalError, Projection, RenderDefaults, Scene, Severity, Shape, Sky, Sphere, Subsurface, Sun,
+    SunError, SunPosition, Texture, TextureRef, ToneMapper, TriangleMesh,
 };
 pub use source::{Place, Source};
 
@@ -100,9 +100,9 @@ pub mod edits {
     pub use scene::edits::*;
     pub use scene::load::scene_file::{Edited, open_edited};
 }
-/// Scenes in one file, with all that they refer to.
-pub use scene::load::packed;
 /// Loads an equirectangular environment picture.
 pub use scene::load::environment::load as load_environment;
+/// Scenes in one file, with all that they refer to.
+pub use scene::load::packed;
 /// The flat arrays that back ends read.
 pub use scene::tables::SceneTables;

@@ -100,7 +100,9 @@ pub fn metadata(
 /// What of the light is limited, which biases the picture: "none", or "indirect" and the most that it may add.
 fn clamp(integrator: &Integrator) -> String {
     match integrator {
-        Integrator::Path(path) => path.clamp_indirect.map_or("none".into(), |most| format!("indirect {most}")),
+        Integrator::Path(path) => {
+            path.clamp_indirect.map_or("none".into(), |most| format!("indirect {most}"))
+        }
         _ => "none".into(),
     }
 }

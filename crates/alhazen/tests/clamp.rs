@@ -10,7 +10,13 @@ fn cornell() -> Scene {
 }
 
 fn settings(scene: &Scene, max_depth: u32, clamp_indirect: Option<f32>, splitting: u32) -> Job {
-    let path = PathSettings { max_depth, clamp_indirect, splitting, roulette_start: u32::MAX, ..PathSettings::default() };
+    let path = PathSettings {
+        max_depth,
+        clamp_indirect,
+        splitting,
+        roulette_start: u32::MAX,
+        ..PathSettings::default()
+    };
     Job { integrator: Integrator::Path(path), ..job(scene, 24, 24, 1) }
 }
 

@@ -136,7 +136,13 @@ impl PathSettings {
 
 impl Default for PathSettings {
     fn default() -> Self {
-        Self { max_depth: 32, roulette_start: 5, roulette_min_survival: 0.05, splitting: 1, clamp_indirect: None }
+        Self {
+            max_depth: 32,
+            roulette_start: 5,
+            roulette_min_survival: 0.05,
+            splitting: 1,
+            clamp_indirect: None,
+        }
     }
 }
 

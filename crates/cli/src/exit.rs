@@ -2,7 +2,8 @@
 
 use alhazen::output::OutputError;
 use alhazen::{
-    BackendError, ChoiceError, DenoiseFilmError, FinishedError, ImageError, LoadError, PartError, RenderPartError,
+    BackendError, ChoiceError, DenoiseFilmError, FinishedError, ImageError, LoadError, PartError,
+    RenderPartError,
 };
 use sensors::SensorError;
 use std::error::Error as StdError;
@@ -124,9 +125,9 @@ impl Exit {
             return match error {
                 SensorError::Setting { .. } | SensorError::UnknownFormat { .. } => Some(Self::Usage),
                 SensorError::Folder { .. } => Some(Self::Output),
-                SensorError::Read { .. }
-                | SensorError::Malformed { .. }
-                | SensorError::Camera { .. } => Some(Self::Input),
+                SensorError::Read { .. } | SensorError::Malformed { .. } | SensorError::Camera { .. } => {
+                    Some(Self::Input)
+                }
                 SensorError::Cancelled => Some(Self::Interrupted),
                 _ => None,
             };

@@ -13,7 +13,10 @@ fn finished_pictures_are_denoised_and_shown() {
     let folder = folder_with_triangle();
     let folder = folder.path();
     let path = |name: &str| folder.join(name);
-    succeed(folder, &format!("{RENDER} --spp 4 {LAYERS} --denoise=own --exposure 0.5 -o at-once.exr -o at-once.png"));
+    succeed(
+        folder,
+        &format!("{RENDER} --spp 4 {LAYERS} --denoise=own --exposure 0.5 -o at-once.exr -o at-once.png"),
+    );
     succeed(folder, &format!("{RENDER} --spp 4 {LAYERS} --exposure 0.5 -o noisy.exr"));
     let ran = succeed(folder, "denoise noisy.exr --denoiser own -o clean.exr -o clean.png");
     assert!(ran.stderr.contains("albedo: albedo, normals: normal, errors: the file's"), "{ran:?}");
@@ -55,7 +58,9 @@ fn pictures_of_others_are_denoised() {
     let folder = folder_with_triangle();
     let folder = folder.path();
     // A flat picture with noise of ±0.1.
-    let noise = |x: u32, y: u32| (x.wrapping_mul(2654435761) ^ y.wrapping_mul(40503) ^ (x * y)).wrapping_mul(2246822519);
+    let noise = |x: u32, y: u32| {
+        (x.wrapping_mul(2654435761) ^ y.wrapping_mul(40503) ^ (x * y)).wrapping_mul(2246822519)
+    };
     let noisy = Image::from_fn(32, 32, |x, y| [0.4 + 0.2 * (noise(x, y) >> 8) as f32 / 16_777_216.0; 3]);
     let mut file = ExrFile::new(32, 32, Rect::full(32, 32));
     file.push_layer("ViewLayer.Combined", &["R", "G", "B"], &noisy, Precision::Half);

@@ -21,7 +21,10 @@ pub fn check(path: &Path) -> PyResult<()> {
     let inputs = INPUTS.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(inputs) = inputs.as_ref() else { return Ok(()) };
     inputs.check(path).map_err(|_| {
-        PyOSError::new_err(format!("cannot write {}: a scene was loaded from it, and it would be lost", path.display()))
+        PyOSError::new_err(format!(
+            "cannot write {}: a scene was loaded from it, and it would be lost",
+            path.display()
+        ))
     })
 }
 

@@ -8,9 +8,9 @@ use crate::scene::{Scene, lock};
 use crate::watch::watch;
 use alhazen::output::{Encoding, Format, OutputError};
 use alhazen::{
-    Aov, AovData, BackendChoice, CRYPTOMATTE_RANKS, Control, DirectSettings, ExrFile, Film, HybridSettings, Image,
-    ImageError, Integrator, Job, Limits, PathSettings, Precision, RealtimeSettings, Rect, Renderer, RendererOptions,
-    Summary, ToneMapper, ToneMapping, check_default_camera,
+    Aov, AovData, BackendChoice, CRYPTOMATTE_RANKS, Control, DirectSettings, ExrFile, Film, HybridSettings,
+    Image, ImageError, Integrator, Job, Limits, PathSettings, Precision, RealtimeSettings, Rect, Renderer,
+    RendererOptions, Summary, ToneMapper, ToneMapping, check_default_camera,
 };
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -280,7 +280,12 @@ fn integrator(settings: &Settings, of_scene: Integrator) -> PyResult<Integrator>
         }
         match &mut integrator {
             Integrator::Path(path) => path.clamp_indirect = Some(most),
-            other => return Err(bad(format!("clamp_indirect is for the integrator path, not for {}", other.name()))),
+            other => {
+                return Err(bad(format!(
+                    "clamp_indirect is for the integrator path, not for {}",
+                    other.name()
+                )));
+            }
         }
     }
     Ok(integrator)

@@ -122,13 +122,16 @@ mod tests {
         skewed[0][1] = 5.0;
         let camera = Camera::from_opencv(skewed, POSE, 640, 480).expect("a camera");
         assert!((camera.skew - 0.01).abs() < 1e-7);
-        let with = |c: &[f64], fisheye| camera.clone().with_opencv_distortion(c, fisheye).map(|c| c.distortion);
+        let with =
+            |c: &[f64], fisheye| camera.clone().with_opencv_distortion(c, fisheye).map(|c| c.distortion);
         let all = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0];
         let brown = Distortion::BrownConrady { k: [1.0, 2.0, 5.0, 6.0, 7.0, 8.0], p: [3.0, 4.0] };
         assert_eq!(with(&all, false), Ok(Some(brown)));
         assert_eq!(with(&all[..4], true), Ok(Some(Distortion::Fisheye { k: [1.0, 2.0, 3.0, 4.0] })));
         assert_eq!(with(&[], true), Ok(None));
-        for (wrong, fisheye) in [(&all[..3], false), (&all[..6], false), (&all[..5], true), (&[f64::NAN; 4], false)] {
+        for (wrong, fisheye) in
+            [(&all[..3], false), (&all[..6], false), (&all[..5], true), (&[f64::NAN; 4], false)]
+        {
             assert!(matches!(with(wrong, fisheye), Err(CalibrationError::Distortion(_))), "{wrong:?}");
         }
     }

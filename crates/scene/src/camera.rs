@@ -59,10 +59,9 @@ impl Distortion {
         let at = |i: usize| coefficients.get(i).map_or(0.0, |c| *c as f32);
         match (fisheye, coefficients.len()) {
             (true, 4) => Some(Self::Fisheye { k: [at(0), at(1), at(2), at(3)] }),
-            (false, 4 | 5 | 8) => Some(Self::BrownConrady {
-                k: [at(0), at(1), at(4), at(5), at(6), at(7)],
-                p: [at(2), at(3)],
-            }),
+            (false, 4 | 5 | 8) => {
+                Some(Self::BrownConrady { k: [at(0), at(1), at(4), at(5), at(6), at(7)], p: [at(2), at(3)] })
+            }
             _ => None,
         }
     }

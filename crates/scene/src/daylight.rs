@@ -7,9 +7,9 @@
 use crate::{Image, Pixels, Sun};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::str::FromStr;
-use serde::{Deserialize, Serialize};
 
 /// Lumens of a watt of radiant power in the units of this program: luminance = 683 × (0.2126 R + 0.7152 G + 0.0722 B).
 const LUMENS_PER_WATT: f64 = 683.0;

@@ -1,8 +1,8 @@
 //! Media that light is absorbed and scattered in, and that may shine: smoke, milk, fog, flames.
 
 use glam::Vec3;
-use std::sync::Arc;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// A participating medium. Coefficients are m⁻¹, linear RGB, ≥ 0.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -56,13 +56,18 @@ impl TryFrom<WrittenGrid> for DensityGrid {
 
 /// Writes a shared grid down like one that is not shared.
 mod shared_grid {
-    use super::{Arc, Deserialize, DensityGrid, Serialize};
+    use super::{Arc, DensityGrid, Deserialize, Serialize};
 
-    pub fn serialize<S: serde::Serializer>(grid: &Option<Arc<DensityGrid>>, to: S) -> Result<S::Ok, S::Error> {
+    pub fn serialize<S: serde::Serializer>(
+        grid: &Option<Arc<DensityGrid>>,
+        to: S,
+    ) -> Result<S::Ok, S::Error> {
         grid.as_deref().serialize(to)
     }
 
-    pub fn deserialize<'de, D: serde::Deserializer<'de>>(from: D) -> Result<Option<Arc<DensityGrid>>, D::Error> {
+    pub fn deserialize<'de, D: serde::Deserializer<'de>>(
+        from: D,
+    ) -> Result<Option<Arc<DensityGrid>>, D::Error> {
         Ok(Option::<DensityGrid>::deserialize(from)?.map(Arc::new))
     }
 }

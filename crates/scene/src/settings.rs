@@ -23,8 +23,7 @@ pub enum ToneMapper {
 
 impl ToneMapper {
     /// All of them, the default first.
-    pub const ALL: [Self; 6] =
-        [Self::Srgb, Self::None, Self::Reinhard, Self::Aces, Self::Agx, Self::Neutral];
+    pub const ALL: [Self; 6] = [Self::Srgb, Self::None, Self::Reinhard, Self::Aces, Self::Agx, Self::Neutral];
 }
 
 /// Defaults of one scene; every field may be absent.

@@ -3,15 +3,20 @@
 use glam::{Affine3A, Vec2, Vec3, Vec4};
 use scene::load::packed::{pack, unpack};
 use scene::{
-    Camera, DensityGrid, Distortion, Environment, Fog, Image, Instance, Light, LightKind, LoadOptions, Material,
-    Medium, Mesh, Model, Pixels, Portal, Scene, Shape, Sphere, Texture, TextureRef, TriangleMesh,
+    Camera, DensityGrid, Distortion, Environment, Fog, Image, Instance, Light, LightKind, LoadOptions,
+    Material, Medium, Mesh, Model, Pixels, Portal, Scene, Shape, Sphere, Texture, TextureRef, TriangleMesh,
 };
 use std::path::Path;
 use std::sync::Arc;
 
 fn scene() -> Scene {
     let mut scene = Scene { name: "all of it".into(), ..Scene::default() };
-    scene.images.push(Image { name: "i".into(), width: 2, height: 1, pixels: Pixels::Rgba8(vec![[1, 2, 3, 4]; 2]) });
+    scene.images.push(Image {
+        name: "i".into(),
+        width: 2,
+        height: 1,
+        pixels: Pixels::Rgba8(vec![[1, 2, 3, 4]; 2]),
+    });
     scene.textures.push(Texture { image: 0, sampler: Default::default(), color_space: Default::default() });
     scene.materials.push(Material { base_color_texture: Some(TextureRef::new(0)), ..Material::default() });
     let grid = DensityGrid::new([1, 1, 2], [Vec3::ZERO, Vec3::ONE], vec![0.25, f32::MIN_POSITIVE]);
@@ -34,8 +39,13 @@ fn scene() -> Scene {
     camera.distortion = Some(Distortion::Fisheye { k: [0.1, 0.2, 0.3, 0.4] });
     scene.cameras.push(camera);
     scene.environment = Environment::Image { image: 0, rotation: 0.5, intensity: 2.0 };
-    scene.portals.push(Portal::new([Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y]).expect("a square"));
-    scene.fog = Some(Fog { medium: Medium { absorption: Vec3::splat(0.1), ..Medium::default() }, top: f32::INFINITY });
+    scene
+        .portals
+        .push(Portal::new([Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y]).expect("a square"));
+    scene.fog = Some(Fog {
+        medium: Medium { absorption: Vec3::splat(0.1), ..Medium::default() },
+        top: f32::INFINITY,
+    });
     scene
 }
 
@@ -69,7 +79,12 @@ fn what_is_damaged_is_an_error() {
         (|s| s.instances[0].materials = Some(vec![]), "0 materials for 1 parts"),
         (|s| s.instances[1].transform.translation.x = f32::NAN, "instance 1: its transform"),
         (|s| s.meshes[1].parts[0].material = 2, "mesh 1: its material 2"),
-        (|s| s.meshes[1].parts[0].shape = Shape::Spheres(vec![Sphere { center: Vec3::ZERO, radius: -1.0 }]), "sphere 0"),
+        (
+            |s| {
+                s.meshes[1].parts[0].shape = Shape::Spheres(vec![Sphere { center: Vec3::ZERO, radius: -1.0 }])
+            },
+            "sphere 0",
+        ),
         (|s| s.images[0].width = 3, "image 0: 2 pixels for 3×1"),
         (|s| s.textures[0].image = 1, "texture 0"),
         (|s| s.environment = Environment::Image { image: 9, rotation: 0.0, intensity: 1.0 }, "environment"),

@@ -5,8 +5,8 @@ use proptest::prelude::*;
 use scene::load::scene_file::{self, Parameters};
 use scene::tables::SceneTables;
 use scene::{
-    AlphaMode, CameraPath, Distortion, Environment, LightKind, LoadError, LoadOptions, Loaded, Model, Projection,
-    Severity, Shape, Wrap,
+    AlphaMode, CameraPath, Distortion, Environment, LightKind, LoadError, LoadOptions, Loaded, Model,
+    Projection, Severity, Shape, Wrap,
 };
 use std::path::Path;
 
@@ -152,7 +152,10 @@ fn errors_name_the_object_and_the_value() {
         ("[[camera]]\neye = [0, 0, 3]\nheight = 2", "`height`"),
         ("[[camera]]\neye = [0, 0, 3]\nmatrix = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]", "`matrix-size`"),
         ("[[camera]]\neye = [0, 0, 3]\nprojection = \"panorama\"\nskew = 0.1", "`skew`"),
-        ("[[camera]]\neye = [0, 0, 3]\ndistortion = { model = \"fisheye\", k = [nan, 0, 0, 0] }", "nan is not a number"),
+        (
+            "[[camera]]\neye = [0, 0, 3]\ndistortion = { model = \"fisheye\", k = [nan, 0, 0, 0] }",
+            "nan is not a number",
+        ),
         (
             "[[camera]]\neye = [0, 0, 3]\nfov = 3\nmatrix-size = [4, 3]\nmatrix = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]",
             "excludes `fov`",

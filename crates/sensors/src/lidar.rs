@@ -111,8 +111,7 @@ impl Lidar {
             let measured = echoes.iter().filter(|e| e.range >= self.min_range).map(Echo::from);
             beam_returns(&mut measured.collect::<Vec<_>>(), self.beam_rays, self.range_resolution, self.mode)
         };
-        let found =
-            queries.beams((beams, rays), (origin, self.max_range), control, direction, returns);
+        let found = queries.beams((beams, rays), (origin, self.max_range), control, direction, returns);
         if control.is_cancelled() {
             return Err(SensorError::Cancelled);
         }

@@ -1,9 +1,9 @@
 //! From a point of the world to where a camera's picture shows it: the way back of the camera's rays.
 
 use glam::{DVec2, DVec3};
+use optics::camera::{CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA, CameraFrame};
 use optics::distortion::lens_film;
 use optics::{Vec3f, vec3f};
-use optics::camera::{CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA, CameraFrame};
 use std::f64::consts::{PI, TAU};
 
 /// Where a picture of `width` × `height` pixels shows something: column and row, (0, 0) at the upper left corner and pixel
@@ -24,7 +24,13 @@ pub fn project(frame: &CameraFrame, width: u32, height: u32, offset: DVec3) -> O
         // The film's centre may be off the axis.
         let center = DVec2::new(forward.dot(right), forward.dot(up));
         if frame.kind != CAMERA_ORTHOGRAPHIC && !frame.distortion.is_none() {
-            return through_lens(frame, width, height, DVec3::new(offset.dot(right), -offset.dot(up), depth), center);
+            return through_lens(
+                frame,
+                width,
+                height,
+                DVec3::new(offset.dot(right), -offset.dot(up), depth),
+                center,
+            );
         }
         let at_one = if frame.kind == CAMERA_ORTHOGRAPHIC {
             DVec2::new(offset.dot(right), offset.dot(up))

@@ -107,9 +107,8 @@ fn flow_is_focal_length_times_motion_over_depth() {
 #[test]
 fn lenses_show_the_scene_where_opencv_does_and_nothing_outside_of_their_field() {
     // r (1 − 2.5 r²) grows up to r = 0.365, where it is 0.243; the picture's corners are at 0.66 focal lengths.
-    let lens = |x: f64| {
-        camera([x, 0.0, 6.0]).with_opencv_distortion(&[-2.5, 0.0, 0.0, 0.0], false).expect("a lens")
-    };
+    let lens =
+        |x: f64| camera([x, 0.0, 6.0]).with_opencv_distortion(&[-2.5, 0.0, 0.0, 0.0], false).expect("a lens");
     let then = scene();
     let next = Motion { camera: &lens(0.1), scene: Some(&then) };
     let truth = observe(&scene(), &lens(0.0), Some(next));
@@ -134,7 +133,15 @@ fn dataset(moves: BTreeMap<String, Vec<[[f64; 4]; 4]>>) -> Dataset {
     let poses = vec![pose([0.0, 0.0, 6.0]), pose([0.1, 0.0, 6.0])];
     let job = Job::for_scene(&scene);
     let categories = BTreeMap::from([("ball".into(), "toy".into())]);
-    let poses = Poses { width: SIZE.0, height: SIZE.1, matrix: MATRIX, distortion: vec![], fisheye: false, poses, moves };
+    let poses = Poses {
+        width: SIZE.0,
+        height: SIZE.1,
+        matrix: MATRIX,
+        distortion: vec![],
+        fisheye: false,
+        poses,
+        moves,
+    };
     Dataset { scene, poses, categories, job, limits: Limits { spp: 4, ..Limits::default() } }
 }
 

@@ -1,8 +1,8 @@
 //! Beams of the scanner that pass glass and media, and what blocks them near by.
 
 use alhazen::{
-    AlphaMode, Control, Fog, Instance, Interior, Loaded, LoadOptions, Material, Medium, Mesh, Model, RayQueries,
-    Scene, SceneTables, Shape, Source, Subsurface, TriangleMesh,
+    AlphaMode, Control, Fog, Instance, Interior, LoadOptions, Loaded, Material, Medium, Mesh, Model,
+    RayQueries, Scene, SceneTables, Shape, Source, Subsurface, TriangleMesh,
 };
 use glam::{Affine3A, DVec3, Vec3, Vec4};
 use sensors::{Lidar, PointCloud, ReturnMode, level_pose};
@@ -161,7 +161,8 @@ fn what_is_too_near_blocks_the_beam() {
     let grey = || Material { model: Model::Lambert, ..Material::default() };
     check("post", &scene(vec![(pane(0.3), grey())]), &[]);
     check("window", &scene(vec![(pane(0.3), sheet())]), &[(5.0, 0.5 * SHEET.powi(2))]);
-    let hole = Material { alpha_mode: AlphaMode::Mask(0.5), base_color: Vec4::new(1.0, 1.0, 1.0, 0.1), ..grey() };
+    let hole =
+        Material { alpha_mode: AlphaMode::Mask(0.5), base_color: Vec4::new(1.0, 1.0, 1.0, 0.1), ..grey() };
     check("hole", &scene(vec![(pane(0.3), hole)]), &[(5.0, 0.5)]);
     let queries = RayQueries::new(SceneTables::build(&scene(vec![])), Some(1)).expect("threads");
     let short = Lidar { max_range: 4.9, ..Lidar::uniform(1, 0.0, 0.0, 1) };

@@ -1,8 +1,8 @@
 //! `alhazen denoise`: removes the noise of a finished picture.
 
+use super::render::DenoiserName;
 use super::render::check_output;
 use super::render::output::OutputArgs;
-use super::render::DenoiserName;
 use super::tone::ToneArgs;
 use crate::console::{keep_each, say};
 use alhazen::{FinishedPicture, LayerNames, ProtectedFiles};

@@ -2,8 +2,8 @@
 
 use crate::console::{bytes, print_result, seconds};
 use alhazen::{
-    AlphaMode, Camera, Distortion, Environment, Light, LightKind, LoadOptions, Loaded, Material, Model, Pixels,
-    Projection, Scene, SceneTables, Shape, TextureRef,
+    AlphaMode, Camera, Distortion, Environment, Light, LightKind, LoadOptions, Loaded, Material, Model,
+    Pixels, Projection, Scene, SceneTables, Shape, TextureRef,
 };
 use serde_json::{Value, json};
 use std::fmt::Write;

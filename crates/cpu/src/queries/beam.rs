@@ -75,7 +75,8 @@ impl RayQueries {
         let around = interiors_around(&self.scene, vec3f(origin[0], origin[1], origin[2]));
         let together = (PIECE / rays).max(1);
         let mut results = vec![T::default(); beams];
-        let trace = |(scratch, echoes): &mut (Scratch, Vec<BeamEcho>), (piece, results): (usize, &mut [T])| {
+        let trace = |(scratch, echoes): &mut (Scratch, Vec<BeamEcho>),
+                     (piece, results): (usize, &mut [T])| {
             if control.is_cancelled() {
                 return;
             }
@@ -187,7 +188,11 @@ impl RayQueries {
         let medium = tables.media.get(material.medium as usize);
         if let Some(medium) = medium.filter(|m| m.subsurface && surface.front) {
             let entered = 1.0 - fresnel_dielectric(wo.z.min(1.0), material.ior).reflectance;
-            return Encounter { back: subsurface_color(medium, material.ior) * (entered * wo.z), clear: false, ..met };
+            return Encounter {
+                back: subsurface_color(medium, material.ior) * (entered * wo.z),
+                clear: false,
+                ..met
+            };
         }
         let nested = tables.nested && material.is_body();
         let ior = if nested { relative_ior(inside, tables, surface) } else { material.ior };

@@ -36,7 +36,8 @@ use optics::interiors::Interiors;
 use optics::light_tree::ALL_SIDES;
 use optics::medium::transmittance;
 use optics::path::{
-    PathState, limit_indirect, path_add_emission, path_light_contribution, path_scatter, path_start, roulette_survival,
+    PathState, limit_indirect, path_add_emission, path_light_contribution, path_scatter, path_start,
+    roulette_survival,
 };
 use optics::random::{PixelSampler, hash_combine, sample_2d};
 use optics::scatter::{BSDF_NONE, BsdfSample};

@@ -2,9 +2,9 @@
 
 use optics::bsdf::*;
 use optics::camera::CameraFrame;
-use optics::distortion::Distortion;
 use optics::constants::NONE;
 use optics::dielectric::dielectric_bsdf;
+use optics::distortion::Distortion;
 use optics::estimator::Moments;
 use optics::frame::{Frame, frame_from_normal};
 use optics::ggx::MIN_ALPHA;

@@ -134,7 +134,8 @@ mod tests {
     #[test]
     fn distorted_rays_are_those_of_the_lens_and_leave_the_rest_black() {
         let mut c = camera(CAMERA_PERSPECTIVE);
-        c.distortion = crate::distortion::Distortion::brown_conrady([-1.0, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0; 2], 0.0);
+        c.distortion =
+            crate::distortion::Distortion::brown_conrady([-1.0, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0; 2], 0.0);
         // At 0.8 · 0.25 focal lengths to the right the lens shows r (1 − r²) = 0.2: r = 0.20914.
         let ray = camera_ray(c, vec2f(0.625, 0.5), vec2f(0.0, 0.0));
         let expected = normalize(vec3f(0.209_149, 0.0, -1.0));

@@ -141,8 +141,7 @@ pub mod distortion {
     pub fn fisheye_slope(d: Distortion, theta: f32) -> f32 {
         let t2 = theta * theta;
         1.0 + t2
-            * (3.0 * d.radial.x
-                + t2 * (5.0 * d.radial.y + t2 * (7.0 * d.radial.z + t2 * 9.0 * d.radial.w)))
+            * (3.0 * d.radial.x + t2 * (5.0 * d.radial.y + t2 * (7.0 * d.radial.z + t2 * 9.0 * d.radial.w)))
     }
 
     /// The direction that a fisheye shows at `seen`.
@@ -223,7 +222,8 @@ impl Distortion {
             let (above, below) = (1.0 + s * (k1 + s * (k2 + s * k3)), 1.0 + s * (k4 + s * (k5 + s * k6)));
             let above_slope = k1 + s * (2.0 * k2 + s * 3.0 * k3);
             let below_slope = k4 + s * (2.0 * k5 + s * 3.0 * k6);
-            let slope = above / below + 2.0 * s * (above_slope * below - above * below_slope) / (below * below);
+            let slope =
+                above / below + 2.0 * s * (above_slope * below - above * below_slope) / (below * below);
             below > 0.0 && slope > 0.0
         };
         Self {
@@ -331,7 +331,8 @@ mod tests {
         let brown = LENSES.map(|(k, p)| Distortion::brown_conrady(k, p, 0.01));
         let fisheyes = fisheyes.map(|k| Distortion::fisheye(k, -0.02));
         for d in brown.into_iter().chain(fisheyes) {
-            let most = if d.model == DISTORTION_FISHEYE { 0.98 * d.limit } else { (0.97 * d.limit).atan().min(1.4) };
+            let most =
+                if d.model == DISTORTION_FISHEYE { 0.98 * d.limit } else { (0.97 * d.limit).atan().min(1.4) };
             for i in 0..200 {
                 let (theta, phi) = (most * (i as f32 + 0.5) / 200.0, 2.4 * i as f32);
                 let direction = vec3f(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());

@@ -215,7 +215,8 @@ impl Scene {
         }
         let bytes = self.packed(py)?;
         let failed = |source| alhazen::ImageError::Write { path: path.clone(), source };
-        let write = || alhazen::write_atomically(&path, |w| std::io::Write::write_all(w, &bytes).map_err(failed));
+        let write =
+            || alhazen::write_atomically(&path, |w| std::io::Write::write_all(w, &bytes).map_err(failed));
         py.detach(write).map_err(protect::write_error)
     }
 

@@ -232,7 +232,8 @@ impl Scene {
         let s = &contents.scene;
         let (meshes, instances) = (s.meshes.len(), s.instances.len());
         let (materials, lights) = (s.materials.len(), s.lights.len());
-        let counts = format!("meshes={meshes}, instances={instances}, materials={materials}, lights={lights}");
+        let counts =
+            format!("meshes={meshes}, instances={instances}, materials={materials}, lights={lights}");
         format!("Scene(name={}, {counts})", quoted(&s.name))
     }
 }

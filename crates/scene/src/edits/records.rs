@@ -3,7 +3,10 @@
 //! Sections of scene files that people write have degrees, names and defaults. These are for programs: radians, metres,
 //! every number, so that what is read is bit for bit what was written.
 
-use crate::{AlphaMode, Camera, CameraPath, Daylight, Distortion, Environment, Light, LightKind, Material, Model, Photometry, Projection, Sky, Sun, SunPosition};
+use crate::{
+    AlphaMode, Camera, CameraPath, Daylight, Distortion, Environment, Light, LightKind, Material, Model,
+    Photometry, Projection, Sky, Sun, SunPosition,
+};
 use glam::{Vec2, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;

@@ -143,7 +143,10 @@ fn check(scene: &Scene) -> Result<(), Wrong> {
             Pixels::Rgb32F(pixels) => pixels.len(),
         };
         if pixels == 0 || pixels != there as u64 {
-            return Err((format!("image {i}"), format!("{there} pixels for {}×{}", image.width, image.height)));
+            return Err((
+                format!("image {i}"),
+                format!("{there} pixels for {}×{}", image.width, image.height),
+            ));
         }
     }
     if let Some(i) = scene.textures.iter().position(|t| t.image as usize >= scene.images.len()) {
@@ -164,7 +167,9 @@ fn check_part(scene: &Scene, part: &Part) -> Result<(), String> {
     match &part.shape {
         Shape::Triangles(mesh) => check_mesh(mesh),
         Shape::Spheres(spheres) => {
-            let wrong = spheres.iter().position(|s| !(s.center.is_finite() && s.radius > 0.0 && s.radius.is_finite()));
+            let wrong = spheres
+                .iter()
+                .position(|s| !(s.center.is_finite() && s.radius > 0.0 && s.radius.is_finite()));
             wrong.map_or(Ok(()), |i| Err(format!("sphere {i} is none")))
         }
     }

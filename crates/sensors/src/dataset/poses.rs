@@ -101,7 +101,9 @@ mod tests {
             let error = read(&text).expect_err("a mistake").to_string();
             assert!(error.contains("poses.json") && error.contains(reason), "{error}");
         }
-        let lens = read(&format!("{{{matrix}, \"distortion\": [0.1, 0, 0, 0], \"fisheye\": true, \"poses\": [{UNIT}]}}"));
+        let lens = read(&format!(
+            "{{{matrix}, \"distortion\": [0.1, 0, 0, 0], \"fisheye\": true, \"poses\": [{UNIT}]}}"
+        ));
         let cameras = lens.expect("read").cameras().expect("cameras");
         assert!(matches!(cameras[0].distortion, Some(alhazen::Distortion::Fisheye { .. })));
         let wrong = read(&format!("{{{matrix}, \"distortion\": [0.1], \"poses\": [{UNIT}]}}")).expect("read");

@@ -169,7 +169,8 @@ mod tests {
         let cameras = cameras_around(&first, 4);
         assert_eq!(cameras[0].eye, first.eye);
         assert!(cameras[1].eye.distance(Vec3::new(1.0, 2.0, -2.0)) < 1e-5, "{}", cameras[1].eye);
-        let same = |c: &Camera| ((c.eye - c.target).length() - (first.eye - first.target).length()).abs() < 1e-5;
+        let same =
+            |c: &Camera| ((c.eye - c.target).length() - (first.eye - first.target).length()).abs() < 1e-5;
         assert!(cameras.iter().all(same) && cameras[2].name == "180°");
     }
 }

@@ -94,7 +94,10 @@ pub fn run(args: &BackendsArgs) -> anyhow::Result<()> {
     let about = [
         ("size", format!("{width}×{height}")),
         ("samples per pixel", spp.to_string()),
-        ("differences", format!("to the first back end; relMSE is relative to radiance² + {}", metrics::REL_MSE_EPSILON)),
+        (
+            "differences",
+            format!("to the first back end; relMSE is relative to radiance² + {}", metrics::REL_MSE_EPSILON),
+        ),
     ];
     let mut report = Report::new("backends", "Back ends side by side", &about);
     let mut table = Table::new("backends", "Speed, and difference to the first back end", &COLUMNS);

@@ -94,7 +94,10 @@ impl<'a> Stage<'a> {
         let tables = Arc::new(SceneTables::build(scene));
         let start = Instant::now();
         if gpu.is_software() {
-            say!("{}: a software driver compiles shaders for minutes and takes seconds for a frame", scene.name);
+            say!(
+                "{}: a software driver compiles shaders for minutes and takes seconds for a frame",
+                scene.name
+            );
         }
         let live = LiveScene::new(gpu, tables, self.args.kind(), view, depth)
             .with_context(|| format!("cannot show {}", scene.name))?;

@@ -145,8 +145,7 @@ fn calibrate(args: &RenderArgs, job: &mut Job) -> anyhow::Result<()> {
             _ => bail!("--intrinsics: expected FX,FY,CX,CY or FX,FY,CX,CY,S"),
         };
         let matrix = [[fx, skew, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]];
-        let calibrated =
-            Camera::from_opencv(matrix, LEVEL, job.width, job.height).context("--intrinsics")?;
+        let calibrated = Camera::from_opencv(matrix, LEVEL, job.width, job.height).context("--intrinsics")?;
         (job.camera.projection, job.camera.skew) = (calibrated.projection, calibrated.skew);
     }
     for (option, given, fisheye) in

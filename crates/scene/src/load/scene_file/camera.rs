@@ -158,12 +158,11 @@ fn projection(k: &CameraKeys, c: &Context) -> Result<Projection, LoadError> {
 
 /// What calibration says of a perspective camera: intrinsics and the lens.
 fn calibrate(k: &CameraKeys, camera: &mut Camera, c: &Context) -> Result<(), LoadError> {
-    let keys = [
-        ("matrix", k.matrix.is_some()),
-        ("skew", k.skew.is_some()),
-        ("distortion", k.distortion.is_some()),
-    ];
-    if let Some((key, _)) = keys.iter().find(|(_, given)| *given && k.projection != ProjectionName::Perspective) {
+    let keys =
+        [("matrix", k.matrix.is_some()), ("skew", k.skew.is_some()), ("distortion", k.distortion.is_some())];
+    if let Some((key, _)) =
+        keys.iter().find(|(_, given)| *given && k.projection != ProjectionName::Perspective)
+    {
         return Err(c.error(format!("`{key}` has no meaning for this projection")));
     }
     match (k.matrix, k.matrix_size) {
