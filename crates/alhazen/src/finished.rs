@@ -35,7 +35,8 @@ pub struct Guides {
     pub albedo: Option<String>,
     /// The layer of normals, if there is one.
     pub normal: Option<String>,
-    /// Whether the file knows how noisy each pixel is; otherwise that is estimated from the picture.
+    /// Whether the file knows how noisy each pixel is; otherwise that is estimated from the
+    /// picture.
     pub has_errors: bool,
     /// Values that were NaN or infinite, and are taken as 0.
     pub invalid: usize,
@@ -69,13 +70,16 @@ pub enum FinishedError {
     Denoise(#[from] DenoiseFilmError),
 }
 
-/// Names of the picture itself, as [`plain_name`] has them: Blender's `Combined`, and what others call it.
+/// Names of the picture itself, as [`plain_name`] has them: Blender's `Combined`, and what others
+/// call it.
 const COLOUR: &[&str] =
     &["combined", "beauty", "rgba", "rgb", "color", "colour", "image", "radiance", "root"];
-/// Names of albedo: ours and pbrt's, Blender's for denoising, its diffuse pass, Mitsuba's usual ones.
+/// Names of albedo: ours and pbrt's, Blender's for denoising, its diffuse pass, Mitsuba's usual
+/// ones.
 const ALBEDO: &[&str] =
     &["albedo", "denoisingalbedo", "diffcol", "diffusecolor", "basecolor", "alb", "diffusealbedo"];
-/// Names of shading normals, then geometric ones: ours and Blender's, pbrt's `Ns` and `N`, Mitsuba's.
+/// Names of shading normals, then geometric ones: ours and Blender's, pbrt's `Ns` and `N`,
+/// Mitsuba's.
 const NORMAL: &[&str] = &[
     "normal",
     "denoisingnormal",
@@ -89,7 +93,8 @@ const NORMAL: &[&str] = &[
     "geonormal",
 ];
 
-/// The last part of a layer's name, without what is a matter of taste: `ViewLayer.Denoising Albedo` is `denoisingalbedo`.
+/// The last part of a layer's name, without what is a matter of taste: `ViewLayer.Denoising Albedo`
+/// is `denoisingalbedo`.
 fn plain_name(layer: &str) -> String {
     let last = layer.rsplit('.').next().unwrap_or_default();
     last.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect()
@@ -111,7 +116,8 @@ fn layer_names(file: &ExrFile) -> Vec<&str> {
     names
 }
 
-/// A layer as an image of the channels called so, and of a fourth if it has that; `None` if one of three is missing.
+/// A layer as an image of the channels called so, and of a fourth if it has that; `None` if one of
+/// three is missing.
 fn channels(file: &ExrFile, layer: &str, names: [&str; 3], fourth: &str) -> Option<Image> {
     let find = |name: &str| {
         let of = |c: &&ExrChannel| split(c).0 == layer && split(c).1.eq_ignore_ascii_case(name);
@@ -142,10 +148,11 @@ fn by_name<'a>(file: &'a ExrFile, wanted: &[&str]) -> Option<&'a str> {
 }
 
 impl FinishedPicture {
-    /// Opens a file: EXR with any layers, HDR, PNG or JPEG (the last two are decoded to linear light).
+    /// Opens a file: EXR with any layers, HDR, PNG or JPEG (the last two are decoded to linear
+    /// light).
     ///
-    /// `layer` is the layer to take. Without it, an EXR file's picture is R, G and B without a layer, or the layer that is
-    /// called as renderers call it, or the first that has colours.
+    /// `layer` is the layer to take. Without it, an EXR file's picture is R, G and B without a
+    /// layer, or the layer that is called as renderers call it, or the first that has colours.
     ///
     /// # Errors
     /// See [`FinishedError`].
@@ -177,7 +184,8 @@ impl FinishedPicture {
         Ok(Self { path: path.to_owned(), colour, layer, file: Some(file) })
     }
 
-    /// As [`FinishedPicture::open`], but of a picture that has been denoised before, takes what it was before.
+    /// As [`FinishedPicture::open`], but of a picture that has been denoised before, takes what it
+    /// was before.
     ///
     /// # Errors
     /// See [`FinishedError`].
@@ -239,7 +247,8 @@ impl FinishedPicture {
         Ok((denoiser.run_on(&noisy).map_err(DenoiseFilmError::from)?, guides))
     }
 
-    /// A guide's layer and its name: the one that was asked for, or one that is called as renderers call it.
+    /// A guide's layer and its name: the one that was asked for, or one that is called as renderers
+    /// call it.
     fn guide(
         &self,
         asked: &Option<String>,
@@ -269,8 +278,8 @@ impl FinishedPicture {
         }
     }
 
-    /// Writes a denoised picture. An EXR file gets all other layers of the file that it comes from, and the picture as it was
-    /// as the layer `noisy`.
+    /// Writes a denoised picture. An EXR file gets all other layers of the file that it comes from,
+    /// and the picture as it was as the layer `noisy`.
     ///
     /// # Errors
     /// See [`OutputError`].
@@ -305,8 +314,8 @@ impl FinishedPicture {
 /// The layer of a denoised picture as it was.
 const NOISY: &str = "noisy";
 
-/// The colour of an EXR file and the name of its layer: what is without a layer, what renderers call so, or the first layer
-/// with colours.
+/// The colour of an EXR file and the name of its layer: what is without a layer, what renderers
+/// call so, or the first layer with colours.
 fn picture_of(file: &ExrFile) -> Option<(Image, String)> {
     let of = |layer: &str| Some((colours(file, layer)?, layer.to_owned()));
     let first = || layer_names(file).into_iter().find_map(of);
@@ -333,7 +342,8 @@ fn with_alpha(picture: &Image, other: &Image) -> Image {
     both
 }
 
-/// Writes linear colour in any format but that of layers: tone mapped as PNG and JPEG, as it is as HDR and EXR.
+/// Writes linear colour in any format but that of layers: tone mapped as PNG and JPEG, as it is as
+/// HDR and EXR.
 ///
 /// # Errors
 /// See [`OutputError`].

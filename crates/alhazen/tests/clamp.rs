@@ -1,4 +1,5 @@
-//! `clamp_indirect`: off it does nothing, on it bounds what a sample gathers after its first bounce.
+//! `clamp_indirect`: off it does nothing, on it bounds what a sample gathers after its first
+//! bounce.
 
 mod common;
 

@@ -1,4 +1,5 @@
-//! Cameras with lenses that bend lines: what they see, and that what lies outside of their field is black.
+//! Cameras with lenses that bend lines: what they see, and that what lies outside of their field is
+//! black.
 
 mod common;
 
@@ -10,7 +11,8 @@ use glam::Vec3;
 
 const SIZE: u32 = 33;
 
-/// Light from everywhere, with a lens whose field ends at a third of the picture's width: r (1 − r²) ≤ 0.385 focal lengths.
+/// Light from everywhere, with a lens whose field ends at a third of the picture's width: r (1 −
+/// r²) ≤ 0.385 focal lengths.
 fn seen(scene: &Scene, distortion: Distortion, integrator: Integrator) -> alhazen::Film {
     let mut camera = Camera::perspective("lens", Vec3::ZERO, Vec3::NEG_Z, 1.2);
     camera.distortion = Some(distortion);
@@ -60,7 +62,8 @@ fn a_fisheye_sees_what_is_behind_it() {
         alhazen::Projection::Intrinsics { focal: glam::Vec2::splat(0.25), center: glam::Vec2::splat(0.5) };
     camera.distortion = Some(Distortion::Fisheye { k: [0.0; 4] });
     let frame = alhazen::camera_frame(&camera, 100, 100);
-    // 2.5 radians to the right are 2.5 · 25 pixels, minus 50: outside; 1.9 radians are behind the camera and in the picture.
+    // 2.5 radians to the right are 2.5 · 25 pixels, minus 50: outside; 1.9 radians are behind the
+    // camera and in the picture.
     let ray = alhazen::picture_ray(&frame, 100, 100, 50.0 + 25.0 * 1.9, 50.0);
     let expected = Vec3::new(1.9f32.sin(), 0.0, -1.9f32.cos());
     assert!(Vec3::from(ray.direction).distance(expected) < 1e-5, "{:?}", ray.direction);

@@ -1,4 +1,5 @@
-//! `alhazen denoise` and `alhazen tonemap`, on files of ours and of others, and after `merge`; `--clamp-indirect`.
+//! `alhazen denoise` and `alhazen tonemap`, on files of ours and of others, and after `merge`;
+//! `--clamp-indirect`.
 
 mod common;
 

@@ -99,7 +99,8 @@ fn the_range_through_glass_is_its_optical_length() {
     let absorbing = Material { interior: smoked, ..glass() };
     // Four tenths of a metre of it, there and back.
     check("smoked", &scene(vec![(slab, absorbing)]), &[(5.1, expected / 16.0)]);
-    // A wall inside of the glass: the beam is refracted once, and a denser medium dims by its index squared.
+    // A wall inside of the glass: the beam is refracted once, and a denser medium dims by its index
+    // squared.
     let block = cuboid(Vec3::new(-9.0, -9.0, -9.0), Vec3::new(9.0, 9.0, -2.0));
     let inside = 0.5 * 0.96f32.powi(2) / 2.25;
     check("inside", &scene(vec![(block, glass())]), &[(2.0 + 3.0 * 1.5, inside)]);
@@ -122,7 +123,8 @@ fn partly_clear_panes_have_a_return_of_their_own() {
     for (mode, instance) in [(ReturnMode::First, 0), (ReturnMode::Strongest, 0), (ReturnMode::Last, 1)] {
         assert_eq!(shoot(&scene_of_half, mode).instances, [instance], "{mode:?}");
     }
-    // Microfacets of this roughness: one in five is tilted so little that light is turned by less than 10 mrad.
+    // Microfacets of this roughness: one in five is tilted so little that light is turned by less
+    // than 10 mrad.
     let frosted = Material { roughness: 0.1, ..sheet() };
     let last = shoot(&scene(vec![(pane(2.0), frosted)]), ReturnMode::Last);
     let wall = 0.5 * (0.2 * SHEET).powi(2);

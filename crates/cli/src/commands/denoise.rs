@@ -10,10 +10,11 @@ use std::path::PathBuf;
 
 /// Remove the noise of a finished picture.
 ///
-/// The picture is an .exr file of Alhazen (also one that `alhazen merge` has made), of Blender, pbrt or Mitsuba, or any .exr,
-/// .hdr or .png. Layers of albedo and normals guide the filter; they are found by the names that these renderers give them.
-/// Without them edges and textures are kept less well: render with --aov albedo,normal,standard-error. How noisy each pixel is
-/// tells the layer standard-error; where it is missing, it is estimated from the picture.
+/// The picture is an .exr file of Alhazen (also one that `alhazen merge` has made), of Blender,
+/// pbrt or Mitsuba, or any .exr, .hdr or .png. Layers of albedo and normals guide the filter; they
+/// are found by the names that these renderers give them. Without them edges and textures are kept
+/// less well: render with --aov albedo,normal,standard-error. How noisy each pixel is tells the
+/// layer standard-error; where it is missing, it is estimated from the picture.
 ///
 /// An .exr that is written keeps all other layers, and the picture as it was as the layer `noisy`.
 #[derive(Debug, Clone, clap::Args)]
@@ -32,8 +33,8 @@ pub struct DenoiseArgs {
     /// What removes it.
     #[arg(long, value_enum, value_name = "WHAT", default_value_t = DenoiserName::Auto)]
     denoiser: DenoiserName,
-    /// Layer of the picture itself [default: `noisy` if there is one, else the one without a name, or called Combined, beauty,
-    /// rgba or the like].
+    /// Layer of the picture itself [default: `noisy` if there is one, else the one without a name,
+    /// or called Combined, beauty, rgba or the like].
     #[arg(long, help_heading = "Layers", value_name = "LAYER")]
     layer: Option<String>,
     /// Layer of the first surfaces' albedo.

@@ -12,8 +12,8 @@ use std::path::PathBuf;
 
 /// Make a .png or .jpg of a finished picture.
 ///
-/// The picture is an .exr or .hdr file of any renderer. Files of Alhazen say how they are to be shown; others are clipped and
-/// encoded as sRGB unless options say otherwise.
+/// The picture is an .exr or .hdr file of any renderer. Files of Alhazen say how they are to be
+/// shown; others are clipped and encoded as sRGB unless options say otherwise.
 #[derive(Debug, Clone, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -27,7 +27,8 @@ pub struct TonemapArgs {
     /// Picture to write: .png or .jpg. May be given several times.
     #[arg(short, long, value_name = "FILE", required = true)]
     output: Vec<PathBuf>,
-    /// Layer to show [default: the one without a name, or called Combined, beauty, rgba or the like].
+    /// Layer to show [default: the one without a name, or called Combined, beauty, rgba or the
+    /// like].
     #[arg(long, value_name = "LAYER")]
     layer: Option<String>,
     #[command(flatten)]

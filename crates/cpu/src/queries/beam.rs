@@ -1,8 +1,8 @@
 //! What comes back of a narrow beam of light, such as a laser's.
 //!
-//! A beam goes straight on through what is clear and is refracted where glass has a thickness. Light returns by the same
-//! way, so what a surface or a medium lets through dims an echo twice. Reflections are not followed: what a pane or a
-//! mirror reflects is lost.
+//! A beam goes straight on through what is clear and is refracted where glass has a thickness.
+//! Light returns by the same way, so what a surface or a medium lets through dims an echo twice.
+//! Reflections are not followed: what a pane or a mirror reflects is lost.
 
 use super::{PIECE, RayQueries, Scratch};
 use crate::filter::BoundaryFilter;
@@ -26,10 +26,11 @@ use scene::tables::{MaterialRecord, MediumRecord, ModelTag};
 /// Light that came back to where a beam started.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BeamEcho {
-    /// Half of the way that light went, each metre counted as often as the index of refraction says: what the time of
-    /// flight tells, metres.
+    /// Half of the way that light went, each metre counted as often as the index of refraction
+    /// says: what the time of flight tells, metres.
     pub range: f32,
-    /// Share of the light that comes back, linear RGB; 1 for a white diffuse surface that faces the beam, at any distance.
+    /// Share of the light that comes back, linear RGB; 1 for a white diffuse surface that faces the
+    /// beam, at any distance.
     pub intensity: [f32; 3],
     /// Index of the instance that sent it back.
     pub instance: u32,
@@ -57,12 +58,14 @@ struct Encounter {
 }
 
 impl RayQueries {
-    /// What comes back of `beams` beams, each made of `rays` rays, as `record` makes something of their echoes.
+    /// What comes back of `beams` beams, each made of `rays` rays, as `record` makes something of
+    /// their echoes.
     ///
     /// - `origin`: where all start, world space. `reach`: largest range, metres.
     /// - `direction`: of a ray by its number, unit length; the rays of a beam follow each other.
     /// - `record`: gets a beam's number and the echoes of its rays, ray by ray and nearest first.
-    /// - `control`: is told how many rays are done, and may cancel: what was not traced then is `T::default()`.
+    /// - `control`: is told how many rays are done, and may cancel: what was not traced then is
+    ///   `T::default()`.
     pub fn beams<T: Send + Clone + Default>(
         &self,
         (beams, rays): (usize, usize),
@@ -210,17 +213,19 @@ impl RayQueries {
                 eta = if bsdf.kind == BSDF_THIN_DIELECTRIC { 1.0 } else { bsdf.eta };
             }
         }
-        // The weight is that of radiance, which refraction changes by 1/η². The power of the beam does not change by it.
+        // The weight is that of radiance, which refraction changes by 1/η². The power of the beam
+        // does not change by it.
         met.through = passed * passed * (eta * eta);
         met
     }
 }
 
-/// Of light that has got into wax, skin or marble, the share that comes out again, around the same place and as from a
-/// diffuse surface.
+/// Of light that has got into wax, skin or marble, the share that comes out again, around the same
+/// place and as from a diffuse surface.
 ///
-/// Sources: van de Hulst 1980 for a half-space without a surface, with the similarity relation for the anisotropy; Saunderson
-/// 1942 for what the surface throws back inwards, whose mean is Egan and Hilgeman's (in Jensen et al. 2001).
+/// Sources: van de Hulst 1980 for a half-space without a surface, with the similarity relation for
+/// the anisotropy; Saunderson 1942 for what the surface throws back inwards, whose mean is Egan and
+/// Hilgeman's (in Jensen et al. 2001).
 fn subsurface_color(medium: &MediumRecord, ior: f32) -> Vec3f {
     let internal = (-1.44 / (ior * ior) + 0.71 / ior + 0.668 + 0.0636 * ior).clamp(0.0, 1.0);
     let of = |channel: usize| {

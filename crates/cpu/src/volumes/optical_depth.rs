@@ -1,4 +1,5 @@
-//! How much light a straight way through a medium loses, without random numbers: what a laser's beam needs.
+//! How much light a straight way through a medium loses, without random numbers: what a laser's
+//! beam needs.
 
 use super::grid::density;
 use super::interiors::Segment;
@@ -21,8 +22,8 @@ pub(crate) fn optical_depth(tables: &SceneTables, ray: &Ray, segment: &Segment) 
 
 /// The integral of a grid's density over a part of a ray, metres.
 ///
-/// Between two planes through centres of cells, the density along a line is a polynomial of degree three, which
-/// Simpson's rule integrates exactly.
+/// Between two planes through centres of cells, the density along a line is a polynomial of degree
+/// three, which Simpson's rule integrates exactly.
 fn density_along(tables: &SceneTables, grid: &GridRecord, ray: &Ray, start: f32, end: f32) -> f32 {
     let inverse = ray.direction.map(|d| 1.0 / d);
     let inside = intersect_box(
@@ -66,7 +67,8 @@ fn next_plane(grid: &GridRecord, ray: &Ray, t: f32) -> f32 {
 mod tests {
     use super::*;
 
-    /// Density 1 + x over a cube of ten cells a side: linear, so also what lies between centres is known.
+    /// Density 1 + x over a cube of ten cells a side: linear, so also what lies between centres is
+    /// known.
     #[test]
     fn the_density_along_a_line_is_integrated() {
         let n = 10;

@@ -1,11 +1,12 @@
 //! Lenses that bend lines, as OpenCV's calibration describes them.
 //!
-//! A direction (x, y, 1), x to the right and y down, is seen at a distorted place of the film. A camera needs the way back,
-//! which has no formula: Newton's method finds it within the field in which the model is one to one. What lies outside of that
-//! field is not seen.
+//! A direction (x, y, 1), x to the right and y down, is seen at a distorted place of the film. A
+//! camera needs the way back, which has no formula: Newton's method finds it within the field in
+//! which the model is one to one. What lies outside of that field is not seen.
 //!
-//! Sources: Brown, "Decentering Distortion of Lenses", 1966, with the rational radial factor of Claus and Fitzgibbon 2005, as
-//! in OpenCV's `projectPoints`; Kannala and Brandt, "A Generic Camera Model", 2006, as in its `fisheye`.
+//! Sources: Brown, "Decentering Distortion of Lenses", 1966, with the rational radial factor of
+//! Claus and Fitzgibbon 2005, as in OpenCV's `projectPoints`; Kannala and Brandt, "A Generic Camera
+//! Model", 2006, as in its `fisheye`.
 
 use inlining::inline_all;
 use wgsl_rs::wgsl;
@@ -32,8 +33,8 @@ pub mod distortion {
         pub model: u32,
         /// How far the film's columns lean: s / fx of a matrix of intrinsics.
         pub skew: f32,
-        /// The end of the field in which the model is one to one: the tangent of the angle to the axis, or for a fisheye the
-        /// angle, radians.
+        /// The end of the field in which the model is one to one: the tangent of the angle to the
+        /// axis, or for a fisheye the angle, radians.
         pub limit: f32,
         /// k1, k2, k3, k4.
         pub radial: Vec4f,
@@ -44,7 +45,8 @@ pub mod distortion {
     /// Where a place of the film looks.
     #[derive(Clone, Copy, Debug)]
     pub struct LensDirection {
-        /// To the right, down, along the axis. Brown's model has 1 along the axis, a fisheye unit length.
+        /// To the right, down, along the axis. Brown's model has 1 along the axis, a fisheye unit
+        /// length.
         pub direction: Vec3f,
         /// Whether the place is within the lens' field.
         pub valid: bool,
@@ -95,7 +97,8 @@ pub mod distortion {
 
     /// The direction that Brown's model shows at `seen`.
     ///
-    /// Newton's method in two dimensions. A step that does not come nearer is shortened, and none leaves the field.
+    /// Newton's method in two dimensions. A step that does not come nearer is shortened, and none
+    /// leaves the field.
     pub fn undistort_brown_conrady(d: Distortion, seen: Vec2f) -> LensDirection {
         let radius = length(seen);
         let accuracy = 1e-6 * (1.0 + radius);
@@ -130,8 +133,8 @@ pub mod distortion {
         LensDirection { direction: vec3f(p.x, p.y, 1.0), valid: found && unfolded && length(p) < d.limit }
     }
 
-    /// How far from the axis' image a fisheye shows what is at the angle `theta` to the axis, radians:
-    /// θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸).
+    /// How far from the axis' image a fisheye shows what is at the angle `theta` to the axis,
+    /// radians: θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸).
     pub fn fisheye_radius(d: Distortion, theta: f32) -> f32 {
         let t2 = theta * theta;
         theta * (1.0 + t2 * (d.radial.x + t2 * (d.radial.y + t2 * (d.radial.z + t2 * d.radial.w))))
@@ -174,7 +177,8 @@ pub mod distortion {
         }
     }
 
-    /// Where a place of the film looks, which is in focal lengths from where the axis meets it: to the right and down.
+    /// Where a place of the film looks, which is in focal lengths from where the axis meets it: to
+    /// the right and down.
     pub fn lens_direction(d: Distortion, film: Vec2f) -> LensDirection {
         let seen = vec2f(film.x - d.skew * film.y, film.y);
         if d.model == DISTORTION_FISHEYE {
@@ -183,8 +187,9 @@ pub mod distortion {
         undistort_brown_conrady(d, seen)
     }
 
-    /// Where a direction (to the right, down, along the axis) is seen on the film: the way back of [`lens_direction`]. `valid`: it
-    /// is within the lens' field; the result's third component has no meaning.
+    /// Where a direction (to the right, down, along the axis) is seen on the film: the way back of
+    /// [`lens_direction`]. `valid`: it is within the lens' field; the result's third component has
+    /// no meaning.
     pub fn lens_film(d: Distortion, direction: Vec3f) -> LensDirection {
         let aside = length(vec2f(direction.x, direction.y));
         let mut seen = vec2f(0.0, 0.0);
@@ -213,10 +218,12 @@ use distortion::{DISTORTION_FISHEYE, DISTORTION_NONE, Distortion};
 const WIDEST: f64 = 573.0;
 
 impl Distortion {
-    /// Brown's model or, where all coefficients are zero, a leaning film. `k`: k1 to k6. `p`: p1, p2. `skew`: s / fx.
+    /// Brown's model or, where all coefficients are zero, a leaning film. `k`: k1 to k6. `p`: p1,
+    /// p2. `skew`: s / fx.
     pub fn brown_conrady(k: [f32; 6], p: [f32; 2], skew: f32) -> Self {
         let [k1, k2, k3, k4, k5, k6] = k.map(f64::from);
-        // What the radial factor is of an odd function of the radius: the field ends where that falls, or has a pole.
+        // What the radial factor is of an odd function of the radius: the field ends where that
+        // falls, or has a pole.
         let grows = |r: f64| {
             let s = r * r;
             let (above, below) = (1.0 + s * (k1 + s * (k2 + s * k3)), 1.0 + s * (k4 + s * (k5 + s * k6)));
@@ -257,7 +264,8 @@ impl Distortion {
     }
 }
 
-/// The end of the interval from 0 on which something holds that holds at 0, at most `last`. `next`: the next place to look at.
+/// The end of the interval from 0 on which something holds that holds at 0, at most `last`. `next`:
+/// the next place to look at.
 fn end_of_growth(holds: impl Fn(f64) -> bool, next: impl Fn(f64) -> f64, last: f64) -> f32 {
     let mut low = 0.0;
     while low < last {

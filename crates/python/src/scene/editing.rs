@@ -201,8 +201,8 @@ impl Scene {
         self.contents(py).scene.lights.iter().map(|l| l.name.clone()).collect()
     }
 
-    /// Writes the scene, with all that it refers to, to a file that `load` and the command `alhazen` read. What moves is
-    /// saved as it stands.
+    /// Writes the scene, with all that it refers to, to a file that `load` and the command
+    /// `alhazen` read. What moves is saved as it stands.
     ///
     /// Parameters
     /// ----------

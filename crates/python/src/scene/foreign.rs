@@ -22,7 +22,8 @@ impl<'py> ForeignMesh<'py> {
         let Some(vertices) = attribute(object, "vertices") else { return Ok(Self::default()) };
         let triangles = attribute(object, "faces").or_else(|| attribute(object, "triangles"));
         let mut mesh = Self { triangles, ..Self::default() };
-        // Open3D has arrays of everything, which may be empty; trimesh computes smooth normals whenever it is asked for some.
+        // Open3D has arrays of everything, which may be empty; trimesh computes smooth normals
+        // whenever it is asked for some.
         let has = |what: &str| -> bool {
             let answer = object.call_method0(what).and_then(|answer| answer.extract::<bool>());
             answer.unwrap_or(false)

@@ -1,7 +1,9 @@
-//! Scenes in one file, with all that they refer to: what front ends save and send to other processes.
+//! Scenes in one file, with all that they refer to: what front ends save and send to other
+//! processes.
 //!
-//! A line that says what it is, then the [`Scene`] as CBOR (RFC 8949) with the names of its fields. Fields that a reader does
-//! not know are an error, since the picture would be another. Animations are left out: a scene is saved as it stands.
+//! A line that says what it is, then the [`Scene`] as CBOR (RFC 8949) with the names of its fields.
+//! Fields that a reader does not know are an error, since the picture would be another. Animations
+//! are left out: a scene is saved as it stands.
 
 use super::session::TRIANGLE;
 use super::{LoadError, LoadOptions, Loaded, read_file};
@@ -80,8 +82,8 @@ pub fn pack(scene: &Scene) -> Result<Vec<u8>, String> {
 /// Loads a file that holds what [`pack`] made.
 ///
 /// # Errors
-/// [`LoadError::Read`], [`LoadError::TooLarge`], [`LoadError::OverBudget`], and [`LoadError::Malformed`] for what is none, or
-/// refers to what is not there.
+/// [`LoadError::Read`], [`LoadError::TooLarge`], [`LoadError::OverBudget`], and
+/// [`LoadError::Malformed`] for what is none, or refers to what is not there.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
     options.scene_session(path, |options| {
         let bytes = read_file(path, options)?;

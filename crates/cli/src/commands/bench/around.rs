@@ -1,4 +1,5 @@
-//! Frames of the real-time path tracer from all around a scene: what `bench realtime` and `bench adaptive` do with --around.
+//! Frames of the real-time path tracer from all around a scene: what `bench realtime` and `bench
+//! adaptive` do with --around.
 
 use super::report::{Cell, Percentiles, Plot, Report, Scale, Table};
 use super::views::{open_scene, short_name};
@@ -15,8 +16,8 @@ use std::time::{Duration, Instant};
 /// Views around scenes.
 #[derive(Debug, Args)]
 pub struct AroundArgs {
-    /// Measure instead the device time of frames of the integrator `realtime` from so many views around what the camera looks
-    /// at, standing still at each.
+    /// Measure instead the device time of frames of the integrator `realtime` from so many views
+    /// around what the camera looks at, standing still at each.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=360))]
     pub around: u32,
     /// Frames at each of these views [default: 1000, or 8 where there is no GPU].
@@ -43,7 +44,8 @@ const WARM_UP: u32 = 2;
 /// How long nothing is said.
 const SILENCE: Duration = Duration::from_secs(5);
 
-/// Cameras on a circle around what `first` looks at, at its height: `around` of them, named by their angle.
+/// Cameras on a circle around what `first` looks at, at its height: `around` of them, named by
+/// their angle.
 pub fn cameras_around(first: &Camera, around: u32) -> Vec<Camera> {
     let camera = |i: u32| {
         let angle = std::f32::consts::TAU * i as f32 / around as f32;

@@ -13,11 +13,13 @@ use alhazen::{
 use clap::Args;
 use std::time::Instant;
 
-/// Render the same pictures with every back end: how fast each is, and how far its pictures are from those of the first.
+/// Render the same pictures with every back end: how fast each is, and how far its pictures are
+/// from those of the first.
 ///
-/// All back ends draw the same random numbers, so their pictures have the same noise, and what differs is rounding. The mean
-/// tells whether a back end is biased: it should differ by much less than the noise. A first picture of one sample per pixel,
-/// which compiles shaders, is timed by itself.
+/// All back ends draw the same random numbers, so their pictures have the same noise, and what
+/// differs is rounding. The mean tells whether a back end is biased: it should differ by much less
+/// than the noise. A first picture of one sample per pixel, which compiles shaders, is timed by
+/// itself.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -25,8 +27,8 @@ Examples:
   alhazen bench backends model.glb atrium --width 1920 --height 1080 --spp 256
   alhazen bench backends cornell --backends cpu,gpu-bvh")]
 pub struct BackendsArgs {
-    /// Scene files or names of built-in scenes, each with the place to look from if that is not the scene's first camera:
-    /// `room.glb@EYE:TARGET`, both X,Y,Z.
+    /// Scene files or names of built-in scenes, each with the place to look from if that is not the
+    /// scene's first camera: `room.glb@EYE:TARGET`, both X,Y,Z.
     #[arg(value_name = "FILE|SCENE[@EYE:TARGET]", default_values_t = ["cornell", "three-spheres"].map(String::from))]
     scenes: Vec<String>,
     /// Back ends, separated by commas. The others are compared with the first that there is.
