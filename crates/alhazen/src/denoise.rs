@@ -42,13 +42,20 @@ impl Denoiser {
     /// # Errors
     /// See [`DenoiseFilmError`]. With [`Denoiser::Auto`], a library that is there but fails is replaced by our own filter.
     pub fn run(self, film: &Film) -> Result<Denoised, DenoiseFilmError> {
-        let noisy = NoisyPicture::of_film(film)?;
+        Ok(self.run_on(&NoisyPicture::of_film(film)?)?)
+    }
+
+    /// Removes the noise of a picture.
+    ///
+    /// # Errors
+    /// As [`Denoiser::run`].
+    pub fn run_on(self, noisy: &NoisyPicture) -> Result<Denoised, OidnError> {
         let own =
-            |why: &str| Denoised { picture: post::denoise(&noisy), by: format!("Alhazen's regression{why}") };
+            |why: &str| Denoised { picture: post::denoise(noisy), by: format!("Alhazen's regression{why}") };
         let oidn = || -> Result<Denoised, OidnError> {
             let library = Oidn::find()?;
             let by = format!("Open Image Denoise ({})", library.path().display());
-            Ok(Denoised { picture: library.denoise(&noisy)?, by })
+            Ok(Denoised { picture: library.denoise(noisy)?, by })
         };
         match self {
             Self::Own => Ok(own("")),

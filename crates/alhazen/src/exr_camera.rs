@@ -3,6 +3,7 @@
 use film::{ExrCamera, ExrMatrix};
 use glam::{Mat4, Vec3, Vec4};
 use optics::camera::{CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA, CameraFrame};
+use optics::distortion::{DISTORTION_BROWN_CONRADY, DISTORTION_FISHEYE};
 use serde_json::json;
 use std::collections::BTreeMap;
 
@@ -31,8 +32,22 @@ pub(crate) fn camera_text(frame: &CameraFrame) -> String {
         "half_size": [frame.half_size.x, frame.half_size.y],
         "lens_radius": frame.lens_radius,
         "focus_distance": frame.focus_distance,
+        "distortion": distortion(frame),
     })
     .to_string()
+}
+
+/// The lens by the names of OpenCV; null for a pinhole. The standard attributes know no lenses: they describe the pinhole.
+fn distortion(frame: &CameraFrame) -> serde_json::Value {
+    let d = frame.distortion;
+    let ([k1, k2, k3, k4], [k5, k6, p1, p2]) = (d.radial.to_array(), d.rest.to_array());
+    match d.model {
+        DISTORTION_BROWN_CONRADY => json!({
+            "model": "brown-conrady", "k": [k1, k2, k3, k4, k5, k6], "p": [p1, p2], "skew": d.skew,
+        }),
+        DISTORTION_FISHEYE => json!({ "model": "fisheye", "k": [k1, k2, k3, k4], "skew": d.skew }),
+        _ => serde_json::Value::Null,
+    }
 }
 
 /// What a file of a picture with these metadata says of its camera; `None` if they do not name one.

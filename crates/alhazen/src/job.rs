@@ -4,9 +4,10 @@ use backend::{Integrator, PathSettings, SamplerKind, View};
 use film::{Aov, Rect};
 use glam::{Vec2, Vec3};
 use optics::camera::{CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA, CAMERA_PERSPECTIVE, CameraFrame, camera_ray};
+use optics::distortion::no_distortion;
 use optics::{vec2f, vec3f};
 use post::ToneMapping;
-use scene::{Camera, Projection, Scene};
+use scene::{Camera, Distortion, Projection, Scene};
 
 /// A picture of a scene: camera, size, how light is transported, how it is shown.
 #[derive(Clone, Debug, PartialEq)]
@@ -160,16 +161,30 @@ pub fn camera_frame(camera: &Camera, width: u32, height: u32) -> CameraFrame {
         half_size: vec2f(half_size.x, half_size.y),
         lens_radius: camera.lens_radius,
         focus_distance: camera.focus_distance,
+        distortion: distortion(camera),
+    }
+}
+
+/// How a perspective camera's lens differs from a pinhole.
+fn distortion(camera: &Camera) -> optics::distortion::Distortion {
+    use optics::distortion::Distortion as Lens;
+    match (camera.projection, camera.distortion) {
+        (Projection::Orthographic { .. } | Projection::Panorama, _) => no_distortion(),
+        (_, Some(Distortion::BrownConrady { k, p })) => Lens::brown_conrady(k, p, camera.skew),
+        (_, Some(Distortion::Fisheye { k })) => Lens::fisheye(k, camera.skew),
+        (_, None) if camera.skew != 0.0 => Lens::brown_conrady([0.0; 6], [0.0; 2], camera.skew),
+        (_, None) => no_distortion(),
     }
 }
 
 /// The ray through the point (`x`, `y`) of a picture of `width` × `height` pixels; pixel centres are at halves. Unit
-/// direction. Where the camera has a lens, the ray goes through its centre.
+/// direction. Where the camera has a lens, the ray goes through its centre. Outside of a lens' field the ray has no length.
 pub fn picture_ray(frame: &CameraFrame, width: u32, height: u32, x: f32, y: f32) -> accel::Ray {
     let pinhole = CameraFrame { lens_radius: 0.0, ..*frame };
     let film = vec2f(x / width as f32, y / height as f32);
     let ray = camera_ray(pinhole, film, vec2f(0.0, 0.0));
-    accel::Ray::new(ray.origin.to_array(), ray.direction.to_array())
+    let whole = accel::Ray::new(ray.origin.to_array(), ray.direction.to_array());
+    if ray.weight > 0.0 { whole } else { accel::Ray { t_max: 0.0, ..whole } }
 }
 
 #[cfg(test)]
@@ -203,6 +218,47 @@ mod tests {
             // Looking along -Z, the picture's y runs down.
             let (u, v) = (fx * dx / -dz + cx, fy * -dy / -dz + cy);
             assert!((u - x).abs() < 1e-3 && (v - y).abs() < 1e-3, "({x}, {y}) came back as ({u}, {v})");
+        }
+    }
+
+    #[test]
+    fn lenses_show_points_where_opencv_does() {
+        // cv2.projectPoints and cv2.fisheye.projectPoints by their formulas, in double precision.
+        let (width, height) = (640, 480);
+        let (fx, fy, cx, cy, skew) = (400.0f64, 410.0f64, 310.0f64, 250.0f64, 6.0f64);
+        let matrix = [[fx, skew, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]];
+        let pose = [[1.0, 0.0, 0.0, 1.0], [0.0, -1.0, 0.0, 2.0], [0.0, 0.0, -1.0, 3.0]];
+        let pinhole = Camera::from_opencv(matrix, pose, width, height).expect("a camera");
+        let c = [-0.28, 0.11, 0.0012, -0.0007, -0.02, 0.01, 0.02, -0.003];
+        let f = [-0.03, 0.01, -0.004, 0.0005];
+        for (coefficients, fisheye) in [(&c[..], false), (&f[..], true), (&[][..], false)] {
+            let camera = pinhole.clone().with_opencv_distortion(coefficients, fisheye).expect("a lens");
+            let frame = camera_frame(&camera, width, height);
+            for (x, y) in [(0.0f64, 0.0f64), (0.3, 0.2), (-0.6, 0.45), (0.5, -0.5)] {
+                let r2 = x * x + y * y;
+                let (u, v) = if coefficients.is_empty() {
+                    (x, y)
+                } else if fisheye {
+                    let theta = r2.sqrt().atan();
+                    let t2 = theta * theta;
+                    let bent = theta * (1.0 + t2 * (f[0] + t2 * (f[1] + t2 * (f[2] + t2 * f[3]))));
+                    let scale = if r2 > 0.0 { bent / r2.sqrt() } else { 1.0 };
+                    (x * scale, y * scale)
+                } else {
+                    let above = 1.0 + r2 * (c[0] + r2 * (c[1] + r2 * c[4]));
+                    let below = 1.0 + r2 * (c[5] + r2 * (c[6] + r2 * c[7]));
+                    (
+                        x * above / below + 2.0 * c[2] * x * y + c[3] * (r2 + 2.0 * x * x),
+                        y * above / below + c[2] * (r2 + 2.0 * y * y) + 2.0 * c[3] * x * y,
+                    )
+                };
+                // OpenCV counts pixels from their centres.
+                let (px, py) = (fx * u + skew * v + cx + 0.5, fy * v + cy + 0.5);
+                let ray = picture_ray(&frame, width, height, px as f32, py as f32);
+                let direction = Vec3::from(ray.direction);
+                let expected = Vec3::new(x as f32, -y as f32, -1.0).normalize();
+                assert!(direction.distance(expected) < 1e-5, "({x}, {y}): {direction} instead of {expected}");
+            }
         }
     }
 

@@ -28,6 +28,7 @@ mod daylight;
 mod denoise;
 mod exr_camera;
 mod fallback;
+mod finished;
 mod job;
 mod memory;
 mod metadata;
@@ -50,8 +51,8 @@ pub use backend::{
 };
 pub use checkpoint::Checkpoint;
 pub use choice::{BackendChoice, ChoiceError, Chosen, RendererOptions, UnknownBackend};
-pub use colour::{luminance, srgb_encode};
-pub use cpu::{Hits, RayError, RayQueries, Rays, SurfacePoint};
+pub use colour::{hex_color, luminance, srgb_encode};
+pub use cpu::{BeamEcho, Hits, RayError, RayQueries, Rays, SurfacePoint};
 pub use daylight::add_daylight_if_dark;
 pub use denoise::{DenoiseFilmError, Denoised, Denoiser};
 pub use fallback::{Fallback, Step};
@@ -60,6 +61,7 @@ pub use film::{
     ExrSamples, Film, Image, ImageError, Merger, Part, PartError, PixelStats, Precision, ProtectedFiles,
     Rect, prove_writable, write_atomically,
 };
+pub use finished::{FinishedError, FinishedPicture, Guides, LayerNames, write_image};
 pub use job::{Job, NoCamera, camera_frame, check_default_camera, picture_ray};
 pub use memory::{available_memory_bytes, memory_bytes, peak_memory_bytes, total_memory_bytes};
 pub use metadata::{Description, metadata};
@@ -74,10 +76,10 @@ pub use scene::Part as MeshPart;
 pub use scene::report::plain;
 pub use scene::{
     AlphaMode, Animation, CalibrationError, Camera, CameraPath, Checkerboard, Clip, ColorSpace, Daylight,
-    DensityGrid, Environment, Fog, Instance, Interior, Layers, Light, LightKind, LightProfile, LoadError,
-    LoadOptions, LoadReport, Loaded, Material, Medium, Mesh, Model, Note, Photometry, Pixels, Portal,
-    PortalError, Projection, RenderDefaults, Scene, Severity, Shape, Sky, Sphere, Subsurface, Sun, SunError,
-    SunPosition, Texture, TextureRef, ToneMapper, TriangleMesh,
+    DensityGrid, Distortion, Environment, Fog, Instance, Interior, Layers, Light, LightKind, LightProfile,
+    LoadError, LoadOptions, LoadReport, Loaded, Material, Medium, Mesh, Model, Note, Photometry, Pixels,
+    Portal, PortalError, Projection, RenderDefaults, Scene, Severity, Shape, Sky, Sphere, Subsurface, Sun,
+    SunError, SunPosition, Texture, TextureRef, ToneMapper, TriangleMesh,
 };
 pub use source::{Place, Source};
 
@@ -90,6 +92,8 @@ pub use gpu::PathKernel;
 pub use scene::animation::{Moment, frame_time};
 /// The built-in scenes.
 pub use scene::builtin;
+/// The files that loading has read.
+pub use scene::load::FilesRead;
 /// Changes of a scene as values, and scene files that are made of them.
 pub mod edits {
     pub use scene::edits::file::{EditedFile, WriteError};
@@ -98,5 +102,7 @@ pub mod edits {
 }
 /// Loads an equirectangular environment picture.
 pub use scene::load::environment::load as load_environment;
+/// Scenes in one file, with all that they refer to.
+pub use scene::load::packed;
 /// The flat arrays that back ends read.
 pub use scene::tables::SceneTables;

@@ -2,13 +2,18 @@
 
 use crate::Job;
 use crate::exr_camera::{CAMERA_FRAME, camera_text};
+use backend::Integrator;
 use film::{Aov, Film};
-use scene::Scene;
+use post::ToneMapping;
+use scene::{Scene, ToneMapper};
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 /// Materials and instances whose names are told where there is no matte of them; the ids of further ones are only numbers.
 const MOST_NAMES: usize = 1000;
+
+/// Key of how the picture is shown.
+const TONE_MAPPING: &str = "tone_mapping";
 
 /// Keys of the lists of names.
 const MATERIAL_NAMES: &str = "material_names";
@@ -58,8 +63,8 @@ impl Description {
             pair("single_scatter", job.single_scatter.to_string()),
             pair("sampler", format!("{:?}", job.sampler)),
             pair("seed", job.seed.to_string()),
-            pair("clamp", "none".into()),
-            pair("tone_mapping", format!("{:?}", job.tone)),
+            pair("clamp", clamp(&job.integrator)),
+            pair(TONE_MAPPING, format!("{:?}", job.tone)),
             pair(MATERIAL_NAMES, list(&self.materials, Aov::MaterialMatte)),
             pair(INSTANCE_NAMES, list(&self.instances, Aov::ObjectMatte)),
         ])
@@ -92,6 +97,29 @@ pub fn metadata(
     all
 }
 
+/// What of the light is limited, which biases the picture: "none", or "indirect" and the most that it may add.
+fn clamp(integrator: &Integrator) -> String {
+    match integrator {
+        Integrator::Path(path) => {
+            path.clamp_indirect.map_or("none".into(), |most| format!("indirect {most}"))
+        }
+        _ => "none".into(),
+    }
+}
+
+/// How the picture of a file with this metadata is to be shown, if it says so.
+pub(crate) fn tone_in(metadata: &BTreeMap<String, String>) -> Option<ToneMapping> {
+    let text = metadata.get(TONE_MAPPING)?;
+    let value = |key: &str| {
+        let rest = text.split_once(&format!("{key}: "))?.1;
+        rest.split([',', ' ', '}']).next()
+    };
+    let number = |key: &str| value(key)?.parse::<f32>().ok().filter(|n| n.is_finite());
+    let named = value("mapper")?;
+    let mapper = ToneMapper::ALL.into_iter().find(|mapper| format!("{mapper:?}") == named)?;
+    Some(ToneMapping { mapper, exposure: number("exposure")?, saturation: number("saturation")? })
+}
+
 /// Name and version of this program.
 pub fn software() -> String {
     format!("Alhazen {}", env!("CARGO_PKG_VERSION"))
@@ -107,4 +135,20 @@ pub(crate) fn names_in(metadata: &BTreeMap<String, String>, matte: Aov) -> Vec<S
 /// A list of names as JSON.
 fn json_list(names: &[String]) -> String {
     serde_json::Value::from(names).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tone_mapping_is_read_back() {
+        for mapper in ToneMapper::ALL {
+            let tone = ToneMapping { mapper, exposure: 0.125, saturation: 1.5 };
+            let metadata = BTreeMap::from([(TONE_MAPPING.to_owned(), format!("{tone:?}"))]);
+            assert_eq!(tone_in(&metadata), Some(tone));
+        }
+        assert_eq!(tone_in(&BTreeMap::from([(TONE_MAPPING.to_owned(), "mapper: ".to_owned())])), None);
+        assert_eq!(tone_in(&BTreeMap::new()), None);
+    }
 }

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 #[non_exhaustive]
 pub enum OutputError {
     /// No writer knows the ending.
-    #[error("{path}: unknown picture format; known are .png, .exr and .hdr")]
+    #[error("{path}: unknown picture format; known are .png, .jpg, .exr and .hdr")]
     UnknownFormat {
         /// The file.
         path: PathBuf,
@@ -28,6 +28,8 @@ pub enum OutputError {
 pub enum Format {
     /// Eight or sixteen bits, tone mapped.
     Png,
+    /// Eight bits, tone mapped, lossy.
+    Jpeg,
     /// Linear radiance, all layers, settings as metadata.
     Exr,
     /// Linear radiance, shared exponent.
@@ -42,6 +44,7 @@ impl Format {
     pub fn of(path: &Path) -> Result<Self, OutputError> {
         match path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase().as_str() {
             "png" => Ok(Self::Png),
+            "jpg" | "jpeg" => Ok(Self::Jpeg),
             "exr" => Ok(Self::Exr),
             "hdr" => Ok(Self::Hdr),
             _ => Err(OutputError::UnknownFormat { path: path.to_owned() }),
@@ -99,6 +102,7 @@ pub fn write_as(
     match Format::of(path)? {
         Format::Png if encoding.png16 => tone.apply(&shown()).write_png16_encoded(path)?,
         Format::Png => tone.apply(&shown()).write_png_encoded(path)?,
+        Format::Jpeg => tone.apply(&shown()).write_jpeg_encoded(path)?,
         Format::Hdr => shown().write_hdr(path)?,
         Format::Exr => {
             let mut file = ExrFile::new(film.width(), film.height(), film.window());

@@ -325,6 +325,11 @@ pub(crate) fn check_view(view: &View) -> Result<(), BackendError> {
             camera.half_size
         ));
     }
+    let lens = camera.distortion;
+    let numbers = [lens.radial.to_array(), lens.rest.to_array(), [lens.skew, lens.limit, 0.0, 0.0]];
+    if !numbers.as_flattened().iter().all(|x| x.is_finite()) {
+        return bad(format!("the coefficients of the lens must be finite ({lens:?})"));
+    }
     let positive = camera.lens_radius >= 0.0 && camera.focus_distance > 0.0;
     if !positive {
         return bad("lens radius and focus distance must be positive".into());

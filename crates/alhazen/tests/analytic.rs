@@ -614,7 +614,13 @@ fn roulette_does_not_change_a_furnace() {
     scene.add_mesh("wall", flipped(cuboid([-1.0; 3], [1.0; 3])), wall);
     scene.cameras.push(camera([0.2, 0.1, 0.0], [1.0, 0.3, -0.4], 70.0));
     for (roulette_start, roulette_min_survival, splitting) in [(1, 0.05, 1), (2, 0.5, 3), (3, 1.0, 1)] {
-        let settings = PathSettings { max_depth: 200, roulette_start, roulette_min_survival, splitting };
+        let settings = PathSettings {
+            max_depth: 200,
+            roulette_start,
+            roulette_min_survival,
+            splitting,
+            clamp_indirect: None,
+        };
         let job = Job { integrator: Integrator::Path(settings), ..job(&scene, 32, 32, 200) };
         let e = estimate(&scene, &job, 256);
         assert_mean(&format!("roulette {settings:?}"), &e, [5.0, 2.0, 1.0 / 0.9], ROUNDING);

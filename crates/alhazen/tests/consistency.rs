@@ -22,7 +22,13 @@ fn what_only_changes_noise_does_not_change_the_picture() {
         let base = job(&scene, SIZE, SIZE, 12);
         let expected = estimate(&scene, &base, 256);
         let path = |roulette_start, roulette_min_survival, splitting| {
-            Integrator::Path(PathSettings { max_depth: 12, roulette_start, roulette_min_survival, splitting })
+            Integrator::Path(PathSettings {
+                max_depth: 12,
+                roulette_start,
+                roulette_min_survival,
+                splitting,
+                clamp_indirect: None,
+            })
         };
         let variants = [
             ("roulette", Job { seed: 1, integrator: path(2, 0.05, 1), ..base.clone() }),

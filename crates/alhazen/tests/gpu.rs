@@ -10,8 +10,8 @@ use alhazen::gpu::scene::texels::BINDING_ARRAYS;
 use alhazen::gpu::tracer::TracerKind;
 use alhazen::gpu::{Gpu, GpuBackend, GpuOptions, has_hardware};
 use alhazen::{
-    AlphaMode, Aov, BackendError, Control, DirectSettings, Fallback, Film, Highlights, Integrator, Job,
-    Limits, LoadOptions, PathSettings, Renderer, SamplerKind, Scene, Source, Step, View,
+    AlphaMode, Aov, BackendError, Control, DirectSettings, Distortion, Fallback, Film, Highlights,
+    Integrator, Job, Limits, LoadOptions, PathSettings, Renderer, SamplerKind, Scene, Source, Step, View,
 };
 use common::on_gpus::{SPP, compare_on, differing_share, render};
 use common::{gpu_renderers, in_turn, path};
@@ -63,12 +63,17 @@ fn everything_direct() {
     compare("assortment direct", &scene, &Job { integrator, ..job(&scene) }, 0.45);
 }
 
-/// Roulette, splitting, Sobol points, a lens, a crop and single scattering at once.
+/// Roulette, splitting, a limit of indirect light, Sobol points, a lens that bends lines, a crop and single scattering at once.
 #[test]
 fn every_setting_path() {
     let scene = scenes::assortment();
-    let settings =
-        PathSettings { max_depth: 12, roulette_start: 2, roulette_min_survival: 0.2, splitting: 3 };
+    let settings = PathSettings {
+        max_depth: 12,
+        roulette_start: 2,
+        roulette_min_survival: 0.2,
+        splitting: 3,
+        clamp_indirect: Some(1.0),
+    };
     let mut job = Job {
         integrator: Integrator::Path(settings),
         sampler: SamplerKind::Sobol,
@@ -79,6 +84,10 @@ fn every_setting_path() {
     };
     job.camera.lens_radius = 0.05;
     job.camera.focus_distance = 6.0;
+    // The picture's corners are outside of the lens' field.
+    job.camera.distortion =
+        Some(Distortion::BrownConrady { k: [-0.8, 0.1, 0.0, 0.0, 0.0, 0.0], p: [0.002, -0.001] });
+    job.camera.skew = 0.02;
     compare("settings path", &scene, &job, 0.45);
 }
 

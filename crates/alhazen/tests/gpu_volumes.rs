@@ -80,8 +80,13 @@ fn everything() -> Scene {
 
 /// Everything that changes the kernel's text at once.
 fn settings(scene: &Scene) -> Job {
-    let settings =
-        PathSettings { max_depth: 12, roulette_start: 5, roulette_min_survival: 0.1, splitting: 2 };
+    let settings = PathSettings {
+        max_depth: 12,
+        roulette_start: 5,
+        roulette_min_survival: 0.1,
+        splitting: 2,
+        clamp_indirect: Some(1.0),
+    };
     Job {
         integrator: Integrator::Path(settings),
         sampler: SamplerKind::Sobol,

@@ -132,12 +132,17 @@ fn builtin_scenes_are_the_same() {
     }
 }
 
-/// Roulette, splitting, Sobol points, a lens, a crop, single scattering and layers at once.
+/// Roulette, splitting, a limit of indirect light, Sobol points, a lens, a crop, single scattering and layers at once.
 #[test]
 fn every_setting_is_the_same() {
     let scene = scenes::assortment();
-    let settings =
-        PathSettings { max_depth: 12, roulette_start: 2, roulette_min_survival: 0.2, splitting: 3 };
+    let settings = PathSettings {
+        max_depth: 12,
+        roulette_start: 2,
+        roulette_min_survival: 0.2,
+        splitting: 3,
+        clamp_indirect: Some(1.0),
+    };
     let mut job = Job {
         integrator: Integrator::Path(settings),
         sampler: SamplerKind::Sobol,

@@ -122,11 +122,27 @@ pub struct PathSettings {
     pub roulette_min_survival: f32,
     /// Paths that go on from the first vertex of each camera ray, at least 1.
     pub splitting: u32,
+    /// The most that light which a path finds after more than two segments may add to a sample, W·sr⁻¹·m⁻², positive. `None`
+    /// limits nothing. A limit removes bright specks and the light that they stand for: the picture is biased, darker.
+    pub clamp_indirect: Option<f32>,
+}
+
+impl PathSettings {
+    /// The most that indirect light may add to a branch of a path; [`f32::MAX`] limits nothing.
+    pub fn most_indirect(&self) -> f32 {
+        self.clamp_indirect.map_or(f32::MAX, |most| most / self.splitting.max(1) as f32)
+    }
 }
 
 impl Default for PathSettings {
     fn default() -> Self {
-        Self { max_depth: 32, roulette_start: 5, roulette_min_survival: 0.05, splitting: 1 }
+        Self {
+            max_depth: 32,
+            roulette_start: 5,
+            roulette_min_survival: 0.05,
+            splitting: 1,
+            clamp_indirect: None,
+        }
     }
 }
 

@@ -2,7 +2,8 @@
 
 use alhazen::output::OutputError;
 use alhazen::{
-    BackendError, ChoiceError, DenoiseFilmError, ImageError, LoadError, PartError, RenderPartError,
+    BackendError, ChoiceError, DenoiseFilmError, FinishedError, ImageError, LoadError, PartError,
+    RenderPartError,
 };
 use sensors::SensorError;
 use std::error::Error as StdError;
@@ -104,6 +105,14 @@ impl Exit {
                 _ => None, // its cause says more
             };
         }
+        if let Some(error) = cause.downcast_ref::<FinishedError>() {
+            return match error {
+                FinishedError::Image(error) => Some(image(error)),
+                FinishedError::NoLayer { .. } => Some(Self::Usage),
+                FinishedError::IsPart { .. } => Some(Self::Input),
+                _ => Some(Self::Render),
+            };
+        }
         if let Some(error) = cause.downcast_ref::<RenderPartError>() {
             return Some(match error {
                 RenderPartError::Tile { .. } | RenderPartError::Samples { .. } => Self::Usage,
@@ -116,10 +125,9 @@ impl Exit {
             return match error {
                 SensorError::Setting { .. } | SensorError::UnknownFormat { .. } => Some(Self::Usage),
                 SensorError::Folder { .. } => Some(Self::Output),
-                SensorError::Media
-                | SensorError::Read { .. }
-                | SensorError::Malformed { .. }
-                | SensorError::Camera { .. } => Some(Self::Input),
+                SensorError::Read { .. } | SensorError::Malformed { .. } | SensorError::Camera { .. } => {
+                    Some(Self::Input)
+                }
                 SensorError::Cancelled => Some(Self::Interrupted),
                 _ => None,
             };
@@ -147,7 +155,7 @@ mod tests {
         assert_eq!(Exit::of(&write().into()), Exit::Output);
         assert_eq!(Exit::of(&OutputError::from(write()).into()), Exit::Output);
         assert_eq!(Exit::of(&anyhow::Error::from(read()).context("more")), Exit::Input);
-        let format = alhazen::output::Format::of("a.jpg".as_ref()).map(drop).context("more");
+        let format = alhazen::output::Format::of("a.tif".as_ref()).map(drop).context("more");
         assert_eq!(Exit::of(&format.expect_err("unknown")), Exit::Usage);
         assert_eq!(Exit::of(&Exit::Usage.or(anyhow!("x"))), Exit::Usage);
         assert_eq!(Exit::of(&Exit::Usage.or(write().into())), Exit::Output);

@@ -73,3 +73,21 @@ fn adaptive_sampling_is_compared_at_equal_error() {
     // The same budget, but for rounding; pixels that see nothing cost less.
     assert!((0.5..2.0).contains(&(rays("adaptive") / rays("uniform"))));
 }
+
+/// A back end that is not there is a row of the table, not the end.
+#[test]
+fn back_ends_are_compared_side_by_side() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = "bench backends cornell --backends cpu,gpu-bvh --adapter no-such-device --width 24 --height 16 \
+                     --spp 4 --report out";
+    let ran = succeed(folder.path(), arguments);
+    assert!(ran.stdout.contains("Back ends") || ran.stdout.contains("back end"), "{}", ran.stdout);
+    let text = std::fs::read_to_string(folder.path().join("out/backends.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let rows = json["tables"][0]["rows"].as_array().unwrap();
+    assert_eq!((rows[0]["back end"].as_str(), rows[1]["back end"].as_str()), (Some("cpu"), Some("gpu-bvh")));
+    assert_eq!((rows[0]["relMSE"].as_f64(), rows[0]["speed over first"].as_f64()), (Some(0.0), Some(1.0)));
+    assert!(rows[0]["Mrays/s"].as_f64() > Some(0.0));
+    assert!(rows[1]["device"].as_str().unwrap().contains("not there") && rows[1]["relMSE"].is_null());
+    fail(folder.path(), "bench backends cornell --backends magic", "unknown back end `magic`");
+}

@@ -74,7 +74,7 @@ fn damaged_obj_files_are_errors_or_reported() {
 fn outputs_that_cannot_be_written() {
     let folder = folder_with_triangle();
     std::fs::create_dir(folder.path().join("folder.png")).unwrap();
-    fail(folder.path(), &format!("render triangle.obj {SMALL} -o a.jpg"), "unknown picture format");
+    fail(folder.path(), &format!("render triangle.obj {SMALL} -o a.tif"), "unknown picture format");
     fail(folder.path(), &format!("render triangle.obj {SMALL} -o a"), "unknown picture format");
     fail(
         folder.path(),

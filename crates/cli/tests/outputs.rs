@@ -23,7 +23,7 @@ fn exit_codes_tell_what_failed() {
     std::fs::write(folder.join("bright.toml"), "[fog]\nabsorption = 1e-20\nemission = 1\n").unwrap();
     let cases = [
         (format!("render triangle.obj {SMALL} --nonsense"), USAGE),
-        (format!("render triangle.obj {SMALL} -o a.jpg"), USAGE),
+        (format!("render triangle.obj {SMALL} -o a.tif"), USAGE),
         (format!("render triangle.obj {SMALL} --eye 1,1,1 --target 1,1,1 -o a.png"), USAGE),
         (format!("render triangle.obj {SMALL} --crop 0,0,99,9 -o a.png"), USAGE),
         (format!("render triangle.obj {SMALL} --frames 0..2 -o a.mp4 --tile 1/2"), USAGE),

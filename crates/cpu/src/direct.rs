@@ -64,22 +64,22 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
 
     /// The `direct` picture of one sample, and its first hit.
     pub fn sample(&mut self, id: &SampleId) -> (Vec3f, AovSample) {
-        let (ray, mut draws) = self.camera(id);
+        let (ray, mut draws, weight) = self.camera(id);
         let hit = self.closest(&ray);
         let aovs = self.first_hit(&ray, &hit).map_or_else(AovSample::default, |(surface, footprint)| {
             let tables = &*self.scene.tables;
             let material = &tables.materials[surface.material as usize];
             aov_sample(tables, material, &surface, hit.t, footprint)
         });
-        (self.radiance(&ray, &hit, 0.0, 1, true, &mut draws), aovs)
+        (self.radiance(&ray, &hit, 0.0, 1, true, &mut draws) * weight, aovs)
     }
 
     /// The `aov` picture of one sample, and its first hit.
     pub fn sample_aov(&mut self, id: &SampleId) -> (Vec3f, AovSample) {
-        let (ray, _) = self.camera(id);
+        let (ray, _, weight) = self.camera(id);
         let hit = self.closest(&ray);
         match self.first_hit(&ray, &hit) {
-            None => (distant_radiance(self.scene, vec3(ray.direction)), AovSample::default()),
+            None => (distant_radiance(self.scene, vec3(ray.direction)) * weight, AovSample::default()),
             Some((surface, footprint)) => {
                 let tables = &*self.scene.tables;
                 let material = &tables.materials[surface.material as usize];
@@ -89,7 +89,8 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
         }
     }
 
-    fn camera(&self, id: &SampleId) -> (Ray, Draws) {
+    /// The camera ray of a sample, its random numbers, and the ray's weight.
+    fn camera(&self, id: &SampleId) -> (Ray, Draws, f32) {
         let mut draws = Draws { sampler: new_sampler(self.view, id), next_pair: 0 };
         let (jitter, lens) = (draws.pair(), draws.pair());
         let film = vec2f(
@@ -97,7 +98,7 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
             (id.y as f32 + jitter[1]) / self.view.height as f32,
         );
         let ray = camera_ray(self.view.camera, film, vec2f(lens[0], lens[1]));
-        (Ray::new(ray.origin.to_array(), ray.direction.to_array()), draws)
+        (Ray::new(ray.origin.to_array(), ray.direction.to_array()), draws, ray.weight)
     }
 
     fn first_hit(&self, ray: &Ray, hit: &Hit) -> Option<(Surface, f32)> {

@@ -117,6 +117,8 @@ pub(crate) struct CameraLanes {
     pub origin: Vectors,
     /// Their unit directions.
     pub direction: Vectors,
+    /// Share of their light that reaches the film.
+    pub weight: Lanes<f32>,
 }
 
 impl CameraLanes {
@@ -146,6 +148,7 @@ impl CameraLanes {
             let ray = camera_ray(camera, film, self.lens.get(lane));
             self.origin.set(lane, ray.origin);
             self.direction.set(lane, ray.direction);
+            self.weight.0[lane] = ray.weight;
         }
     }
 

@@ -38,4 +38,4 @@ mod volumes;
 mod waiting;
 
 pub use backend::CpuBackend;
-pub use queries::{Hits, RayError, RayQueries, Rays, SurfacePoint};
+pub use queries::{BeamEcho, Hits, RayError, RayQueries, Rays, SurfacePoint};

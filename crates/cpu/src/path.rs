@@ -17,6 +17,8 @@ use accel::{Coherence, HitFilter, Ray};
 use backend::{PathSettings, View};
 use film::AovSample;
 use optics::camera::{CAMERA_PERSPECTIVE, CameraFrame, camera_pixel_spread};
+use optics::distortion::no_distortion;
+use optics::path::limit_indirect;
 use optics::random::{
     PixelSampler, SAMPLER_BLUE_NOISE, SAMPLER_INDEPENDENT, SAMPLER_SOBOL, sample_2d, sampler_new,
 };
@@ -84,6 +86,8 @@ pub(crate) struct PathBatch {
     pub radiance: Vec<Vec3f>,
     /// First hits, parallel to `radiance`, if the view asks for auxiliary layers.
     pub aovs: Vec<AovSample>,
+    /// What `radiance` was before the current step, where indirect light is limited.
+    gathered: Vec<Vec3f>,
     /// Rays traced since the batch was made.
     pub rays_traced: u64,
 }
@@ -167,6 +171,10 @@ impl PathBatch {
         i.call(Generate { batch: self, view, samples, branches });
         let mut coherence = Coherence::Coherent;
         while self.paths.len() > 0 {
+            self.gathered.clear();
+            if settings.clamp_indirect.is_some() {
+                self.gathered.extend_from_slice(&self.radiance);
+            }
             if context.are_last_segments() {
                 self.follow_into_the_sky(&context, filter);
             }
@@ -174,7 +182,9 @@ impl PathBatch {
             scene.tlas.closest_stream(&self.paths.rays(), &mut self.hits.columns(count), filter, coherence);
             self.rays_traced += count as u64;
             i.call(Arrive(self, &context));
+            self.limit_found(settings, context.depth);
             self.connect(scene, filter);
+            self.limit_found(settings, context.depth + 1);
             std::mem::swap(&mut self.paths, &mut self.next);
             self.next.clear();
             context.depth += 1;
@@ -182,6 +192,19 @@ impl PathBatch {
         }
         if branches > 1 {
             self.join_branches(samples.len(), branches as usize);
+        }
+    }
+
+    /// Limits what paths have found since `gathered` was noted, by so many segments, where the settings say so.
+    fn limit_found(&mut self, settings: &PathSettings, segments: u32) {
+        // Empty where nothing is limited.
+        for (radiance, gathered) in self.radiance.iter_mut().zip(&mut self.gathered) {
+            let found = *radiance - *gathered;
+            let limited = limit_indirect(found, segments, settings.most_indirect());
+            if limited != found {
+                *radiance = *gathered + limited;
+            }
+            *gathered = *radiance;
         }
     }
 
@@ -205,9 +228,14 @@ impl PathBatch {
             self.aovs.resize(samples.len(), AovSample::default());
         }
         let camera = view.camera;
-        if camera.kind == CAMERA_PERSPECTIVE && camera.lens_radius <= 0.0 {
+        if camera.kind == CAMERA_PERSPECTIVE && camera.lens_radius <= 0.0 && camera.distortion.is_none() {
             // With these known the lanes have no branches.
-            let pinhole = CameraFrame { kind: CAMERA_PERSPECTIVE, lens_radius: 0.0, ..camera };
+            let pinhole = CameraFrame {
+                kind: CAMERA_PERSPECTIVE,
+                lens_radius: 0.0,
+                distortion: no_distortion(),
+                ..camera
+            };
             self.generate_from(i, view, pinhole, samples, branches);
         } else {
             self.generate_from(i, view, camera, samples, branches);

@@ -1,7 +1,7 @@
 //! What goes from one stage of a batch to the next: paths under way, what they hit, and shadow rays.
 
 use crate::columns::{Column, VectorColumn};
-use crate::lanes::{CameraLanes, LANES, Lanes, Vectors};
+use crate::lanes::{CameraLanes, LANES, Vectors};
 use crate::light_lanes::ConnectionLanes;
 use crate::path::{Connection, SHADOW_END};
 use crate::scatter_lanes::NextLanes;
@@ -133,10 +133,10 @@ impl PathStream {
         let (at, mask) = (self.len, (1 << count) - 1);
         let slots = std::array::from_fn(|lane| (at + lane) as u32 * branches);
         let path = Path::start(0, 0, 0);
-        let one = Lanes([1.0; LANES]);
+        let weight = camera.weight;
         self.origin.append(i, at, mask, &camera.origin);
         self.direction.append(i, at, mask, &camera.direction);
-        self.throughput.append(i, at, mask, &Vectors { x: one, y: one, z: one });
+        self.throughput.append(i, at, mask, &Vectors { x: weight, y: weight, z: weight });
         self.pdf.append(i, at, mask, &[path.pdf; LANES]);
         self.eta_scale.append(i, at, mask, &[path.eta_scale; LANES]);
         self.scramble.append(i, at, mask, &camera.scramble.0);

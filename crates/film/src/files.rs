@@ -91,6 +91,21 @@ impl Image {
         write_whole(path, &encoded)
     }
 
+    /// As [`Image::write_png_encoded`], as a JPEG of quality 92: small, with losses, and without alpha.
+    ///
+    /// # Errors
+    /// [`ImageError::Write`], or [`ImageError::Encode`] for a picture without pixels or with a side beyond 65535.
+    pub fn write_jpeg_encoded(&self, path: &Path) -> Result<(), ImageError> {
+        const QUALITY: u8 = 92;
+        self.check_pixels(path)?;
+        let bytes: Vec<u8> = self.to_rgb().data().iter().map(|&v| to_u8(v)).collect();
+        let mut encoded = Vec::new();
+        image::codecs::jpeg::JpegEncoder::new_with_quality(&mut encoded, QUALITY)
+            .write_image(&bytes, self.width(), self.height(), image::ExtendedColorType::Rgb8)
+            .map_err(|e| write_error(path, e))?;
+        write_whole(path, &encoded)
+    }
+
     /// As [`Image::write_png_encoded`], to memory.
     ///
     /// # Errors

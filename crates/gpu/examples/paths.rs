@@ -127,5 +127,6 @@ fn camera_frame(camera: &scene::Camera, aspect: f32) -> CameraFrame {
         half_size: optics::vec2f(half_height * aspect, half_height),
         lens_radius: 0.0,
         focus_distance: 1.0,
+        distortion: optics::distortion::no_distortion(),
     }
 }

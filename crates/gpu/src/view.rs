@@ -23,6 +23,26 @@ pub struct CameraFrame {
     half_size: [f32; 2],
     lens_radius: f32,
     focus_distance: f32,
+    distortion: Distortion,
+}
+
+/// The optics' distortion as shaders see it.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Distortion {
+    model: u32,
+    skew: f32,
+    limit: f32,
+    padding: u32,
+    radial: [f32; 4],
+    rest: [f32; 4],
+}
+
+impl From<optics::distortion::Distortion> for Distortion {
+    fn from(d: optics::distortion::Distortion) -> Self {
+        let (radial, rest) = (d.radial.to_array(), d.rest.to_array());
+        Self { model: d.model, skew: d.skew, limit: d.limit, padding: 0, radial, rest }
+    }
 }
 
 /// What is to be rendered, as shaders see it; see `shaders/film.wgsl` for the fields.
@@ -60,6 +80,10 @@ pub struct View {
     reflection_survival: f32,
     falloff: [f32; 3],
     portion_samples: u32,
+    most_indirect: f32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32,
 }
 
 impl View {
@@ -91,6 +115,7 @@ impl View {
                 half_size: c.half_size.to_array(),
                 lens_radius: c.lens_radius,
                 focus_distance: c.focus_distance,
+                distortion: c.distortion.into(),
                 ..CameraFrame::default()
             },
             width: view.width,
@@ -113,7 +138,9 @@ impl View {
                 out.shadows = u32::from(settings.shadows);
                 out.reflection_survival = settings.reflection_survival.clamp(1e-3, 1.0);
             }
-            Integrator::Realtime(settings) => out.set_path(&PathSettings { splitting: 1, ..settings.path }),
+            Integrator::Realtime(settings) => {
+                out.set_path(&PathSettings { splitting: 1, clamp_indirect: None, ..settings.path });
+            }
             Integrator::Aov => {}
         }
         out
@@ -136,6 +163,7 @@ impl View {
         self.roulette_start = settings.roulette_start;
         self.roulette_min_survival = settings.roulette_min_survival;
         self.splitting = settings.splitting.max(1);
+        self.most_indirect = settings.most_indirect();
     }
 
     /// Radius of a pixel's footprint per metre of distance.
@@ -213,6 +241,10 @@ mod tests {
                 reflection_survival,
                 falloff,
                 portion_samples,
+                most_indirect,
+                padding0,
+                padding1,
+                padding2,
             }
         );
         // The optics' structure has gaps where Rust has fields of padding.
@@ -226,8 +258,19 @@ mod tests {
             ("half_size", std::mem::offset_of!(CameraFrame, half_size)),
             ("lens_radius", std::mem::offset_of!(CameraFrame, lens_radius)),
             ("focus_distance", std::mem::offset_of!(CameraFrame, focus_distance)),
+            ("distortion", std::mem::offset_of!(CameraFrame, distortion)),
         ];
         assert_eq!(fields, rust.map(|(name, offset)| (name.to_owned(), offset)));
         assert_eq!(size, size_of::<CameraFrame>());
+        let (fields, size) = crate::layout::layout_of(&module, "Distortion");
+        let rust = [
+            ("model", std::mem::offset_of!(Distortion, model)),
+            ("skew", std::mem::offset_of!(Distortion, skew)),
+            ("limit", std::mem::offset_of!(Distortion, limit)),
+            ("radial", std::mem::offset_of!(Distortion, radial)),
+            ("rest", std::mem::offset_of!(Distortion, rest)),
+        ];
+        assert_eq!(fields, rust.map(|(name, offset)| (name.to_owned(), offset)));
+        assert_eq!(size, size_of::<Distortion>());
     }
 }

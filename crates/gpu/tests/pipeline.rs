@@ -47,6 +47,7 @@ fn camera(scene: &Scene) -> CameraFrame {
         half_size: vec2f(half, half),
         lens_radius: camera.lens_radius,
         focus_distance: camera.focus_distance,
+        distortion: optics::distortion::no_distortion(),
     }
 }
 

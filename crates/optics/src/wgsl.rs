@@ -63,6 +63,7 @@ mod everything {
     use crate::camera::*;
     use crate::constants::*;
     use crate::dielectric::*;
+    use crate::distortion::*;
     use crate::edge_stops::*;
     use crate::estimator::*;
     use crate::falloff::*;

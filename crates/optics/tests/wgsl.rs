@@ -21,6 +21,7 @@ fn modules() -> Vec<(&'static str, String)> {
         camera: optics::camera,
         constants: optics::constants,
         dielectric: optics::dielectric,
+        distortion: optics::distortion,
         edge_stops: optics::edge_stops,
         estimator: optics::estimator,
         falloff: optics::falloff,

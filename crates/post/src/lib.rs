@@ -3,7 +3,7 @@
 
 mod denoise;
 
-pub use denoise::{DenoiseError, NoisyPicture, Oidn, OidnError, denoise};
+pub use denoise::{DenoiseError, NoisyPicture, Oidn, OidnError, denoise, estimate_variance};
 
 use film::Image;
 use optics::tonemap::{

@@ -1,8 +1,9 @@
 //! Cameras: by what they look at, or as OpenCV describes them.
 
-use crate::arrays::{affine_rows, output, square, vector};
+use crate::arrays::{Input, affine_rows, output, square, vector};
 use crate::errors::bad;
-use alhazen::{Camera as SceneCamera, Projection, camera_frame, picture_ray};
+use alhazen::edits::CameraRecord;
+use alhazen::{Camera as SceneCamera, Distortion, Projection, camera_frame, picture_ray};
 use glam::Vec3;
 use pyo3::prelude::*;
 
@@ -32,6 +33,12 @@ fn camera(
         return Err(bad("up: the zero vector has no direction"));
     }
     Ok(camera)
+}
+
+/// The coefficients of a lens, from an array of any shape: OpenCV makes rows and columns of them.
+pub fn coefficients(distortion: Option<&Bound<PyAny>>) -> PyResult<Vec<f64>> {
+    let Some(distortion) = distortion else { return Ok(Vec::new()) };
+    Ok(Input::<f64>::new("distortion", distortion)?.numbers()?.to_vec())
 }
 
 #[pymethods]
@@ -128,15 +135,30 @@ impl Camera {
     /// Parameters
     /// ----------
     /// matrix : array_like, shape (3, 3)
-    ///     Intrinsics ``[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]``, in pixels. Skew must be zero.
+    ///     Intrinsics ``[[fx, s, cx], [0, fy, cy], [0, 0, 1]]``, in pixels.
     /// pose : array_like, shape (4, 4) or (3, 4)
     ///     Camera to world, a rotation and a translation in metres. It is the inverse of the extrinsics ``[R | t]``.
     /// width, height : int
     ///     Size of the picture that the matrix belongs to, in pixels.
+    /// distortion : array_like, optional
+    ///     Coefficients of the lens as `cv2.calibrateCamera` returns them: k1, k2, p1, p2, and perhaps k3, and k4, k5, k6. What
+    ///     lies outside of the lens' field is black.
+    /// fisheye : bool, default False
+    ///     Whether they are k1, k2, k3, k4 of `cv2.fisheye.calibrate`.
     #[staticmethod]
-    fn from_opencv(matrix: &Bound<PyAny>, pose: &Bound<PyAny>, width: u32, height: u32) -> PyResult<Self> {
+    #[pyo3(signature = (matrix, pose, width, height, *, distortion=None, fisheye=false))]
+    fn from_opencv(
+        matrix: &Bound<PyAny>,
+        pose: &Bound<PyAny>,
+        width: u32,
+        height: u32,
+        distortion: Option<&Bound<PyAny>>,
+        fisheye: bool,
+    ) -> PyResult<Self> {
         let (matrix, pose) = (square("matrix", matrix)?, affine_rows("pose", pose)?);
-        let camera = SceneCamera::from_opencv(matrix, pose, width, height);
+        let coefficients = coefficients(distortion)?;
+        let camera = SceneCamera::from_opencv(matrix, pose, width, height)
+            .and_then(|camera| camera.with_opencv_distortion(&coefficients, fisheye));
         camera.map(Self).map_err(|e| bad(e.to_string()))
     }
 
@@ -168,7 +190,8 @@ impl Camera {
     /// Returns
     /// -------
     /// origins, directions : ndarray, float32, shape (height, width, 3)
-    ///     World space, metres; directions have unit length. Row 0 is at the top.
+    ///     World space, metres; directions have unit length. Row 0 is at the top. Outside of the field of a lens, rays start
+    ///     beyond everything and hit nothing.
     fn rays<'py>(&self, py: Python<'py>, width: u32, height: u32) -> PyResult<[Bound<'py, PyAny>; 2]> {
         if width == 0 || height == 0 || u64::from(width) * u64::from(height) > 1 << 30 {
             return Err(bad(format!("a picture of {width}×{height} pixels is not possible")));
@@ -181,7 +204,45 @@ impl Camera {
         Ok([output(py, origins.into_flattened(), &shape)?, output(py, directions.into_flattened(), &shape)?])
     }
 
+    #[staticmethod]
+    fn _unpickle(text: &str) -> PyResult<Self> {
+        let record: CameraRecord = serde_json::from_str(text).map_err(|e| bad(format!("camera: {e}")))?;
+        Ok(Self(record.camera()))
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
+        let text = serde_json::to_string(&CameraRecord::from(&self.0)).map_err(|e| bad(e.to_string()))?;
+        Ok((py.get_type::<Self>().getattr("_unpickle")?, (text,)))
+    }
+
+    fn __copy__(&self) -> Self {
+        Self(self.0.clone())
+    }
+
+    fn __deepcopy__(&self, _memo: &Bound<PyAny>) -> Self {
+        self.__copy__()
+    }
+
     fn __repr__(&self) -> String {
-        format!("Camera(eye={}, target={}, {:?})", self.0.eye, self.0.target, self.0.projection)
+        let c = &self.0;
+        let places = format!("eye={}, target={}, up={}", c.eye, c.target, c.up);
+        let lens = if c.lens_radius > 0.0 {
+            format!(", lens_radius={}, focus_distance={}", c.lens_radius, c.focus_distance)
+        } else {
+            String::new()
+        };
+        match c.projection {
+            Projection::Perspective { fov_y } => format!("Camera.look_at({places}, fov_y={fov_y}{lens})"),
+            Projection::Orthographic { height } => format!("Camera.orthographic({places}, height={height})"),
+            Projection::Panorama => format!("Camera.panorama({places})"),
+            Projection::Intrinsics { focal, center } => {
+                let lens = match c.distortion {
+                    Some(Distortion::BrownConrady { k, p }) => format!(", k={k:?}, p={p:?}"),
+                    Some(Distortion::Fisheye { k }) => format!(", fisheye k={k:?}"),
+                    None => String::new(),
+                };
+                format!("<Camera.from_opencv: {places}, focal={focal}, center={center}{lens}>")
+            }
+        }
     }
 }

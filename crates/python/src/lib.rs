@@ -14,6 +14,7 @@ mod light;
 mod material;
 mod medium;
 mod part;
+mod protect;
 mod queries;
 mod render;
 mod scene;
@@ -40,11 +41,18 @@ mod _alhazen {
     #[pymodule_export]
     use super::queries::Hits;
     #[pymodule_export]
-    use super::render::{encode_png, write_file};
+    use super::render::{encode_png, write_file, write_picture};
     #[pymodule_export]
     use super::scene::{Scene, load};
     #[pymodule_export]
     use super::sensors::{Lidar, PointCloud, level_pose};
     #[pymodule_export]
     use super::system::{backends, scenes};
+
+    /// Adds what is no class or function.
+    #[pymodule_init]
+    fn init(module: &super::Bound<'_, super::PyModule>) -> super::PyResult<()> {
+        use super::PyModuleMethods;
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
 }

@@ -2,12 +2,22 @@
 
 use crate::arrays::vector;
 use crate::errors::bad;
-use alhazen::LightKind;
+use alhazen::{LightKind, hex_color};
 use glam::Vec3;
 use pyo3::prelude::*;
 
-/// A colour or strength: linear RGB, or one number for all three; not negative.
+/// The linear RGB of a text such as "#ff8000", which is sRGB; `None` for what is no text.
+pub fn hex(name: &str, value: &Bound<PyAny>) -> PyResult<Option<[f32; 3]>> {
+    let Ok(text) = value.extract::<String>() else { return Ok(None) };
+    let color = hex_color(&text);
+    color.map(Some).ok_or_else(|| bad(format!("{name}: `{text}` is not a colour like \"#ff8000\"")))
+}
+
+/// A colour or strength: linear RGB, one number for all three, or a text such as "#ff8000" (sRGB); not negative.
 pub fn color(name: &'static str, value: &Bound<PyAny>) -> PyResult<Vec3> {
+    if let Some(color) = hex(name, value)? {
+        return Ok(color.into());
+    }
     let color = match value.extract::<f32>() {
         Ok(grey) => Vec3::splat(grey),
         Err(_) => vector::<3>(name, value)?.into(),

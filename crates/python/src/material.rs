@@ -2,7 +2,7 @@
 
 use crate::arrays::Input;
 use crate::errors::bad;
-use crate::light::color;
+use crate::light::{color, hex};
 use crate::medium::BodyDescribed;
 use alhazen::{
     AlphaMode, ColorSpace, Interior, Layers, Material, Model, Pixels, Scene, SceneImage, Texture, TextureRef,
@@ -167,8 +167,11 @@ fn share(name: &str, value: f32) -> PyResult<f32> {
     }
 }
 
-/// Linear RGB, or RGB and alpha; each in `[0, 1]`.
+/// Linear RGB, or RGB and alpha, each in `[0, 1]`; or a text such as "#ff8000" (sRGB).
 fn base_color(value: &Bound<PyAny>) -> PyResult<glam::Vec4> {
+    if let Some([r, g, b]) = hex("base_color", value)? {
+        return Ok(glam::vec4(r, g, b, 1.0));
+    }
     let input = Input::<f32>::new("base_color", value)?;
     let rgba = match *input.numbers()? {
         [grey] => [grey, grey, grey, 1.0],

@@ -1,6 +1,7 @@
 //! Parts of a picture, to be made apart and added up.
 
 use crate::errors::{PartError, bad, chain, render_error};
+use crate::protect;
 use crate::render::{self, Settings, layers};
 use crate::scene::{Scene, lock};
 use crate::watch::watch;
@@ -70,6 +71,7 @@ impl Part {
     /// ----------
     /// path : str or os.PathLike
     fn save(&self, py: Python, path: PathBuf) -> PyResult<()> {
+        protect::check(&path)?;
         py.detach(|| self.0.write(&path)).map_err(part_error)
     }
 
@@ -117,7 +119,7 @@ impl Part {
         let (film, whole) = (self.0.film(), self.0.whole());
         let state = if self.is_complete() { "complete" } else { "incomplete" };
         format!(
-            "Part of {}×{} pixels with {} samples, {state}",
+            "<Part of {}×{} pixels with {} samples, {state}>",
             film.width(),
             film.height(),
             whole.samples.len()

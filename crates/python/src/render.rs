@@ -3,14 +3,16 @@
 use crate::arrays::{Input, output};
 use crate::camera::Camera;
 use crate::errors::{bad, choice_error, render_error};
+use crate::protect;
 use crate::scene::{Scene, lock};
 use crate::watch::watch;
+use alhazen::output::{Encoding, Format, OutputError};
 use alhazen::{
-    Aov, AovData, BackendChoice, CRYPTOMATTE_RANKS, Control, DirectSettings, Film, HybridSettings, Image,
-    ImageError, Integrator, Job, Limits, PathSettings, RealtimeSettings, Rect, Renderer, RendererOptions,
-    Summary, ToneMapper, ToneMapping, check_default_camera,
+    Aov, AovData, BackendChoice, CRYPTOMATTE_RANKS, Control, DirectSettings, ExrFile, Film, HybridSettings,
+    Image, ImageError, Integrator, Job, Limits, PathSettings, Precision, RealtimeSettings, Rect, Renderer,
+    RendererOptions, Summary, ToneMapper, ToneMapping, check_default_camera,
 };
-use pyo3::exceptions::{PyOSError, PyTypeError};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use std::io::Write;
@@ -28,6 +30,7 @@ pub struct Settings<'py> {
     pub seed: u32,
     pub integrator: Option<String>,
     pub max_depth: Option<u32>,
+    pub clamp_indirect: Option<f32>,
     pub sampler: String,
     pub crop: Option<[u32; 4]>,
     pub first_sample: u32,
@@ -49,7 +52,7 @@ impl<'py> Settings<'py> {
         #[rustfmt::skip]
         let mut settings = Self {
             width, height, spp, camera: None, aovs: Vec::new(), seed: 0, integrator: None, max_depth: None,
-            sampler: "sobol".into(), crop: None, first_sample: 0, time: 0.0, time_limit: None, noise: None,
+            clamp_indirect: None, sampler: "sobol".into(), crop: None, first_sample: 0, time: 0.0, time_limit: None, noise: None,
             backend: "auto".into(), adapter: None, threads: None, progress: None,
         };
         for (key, value) in keywords.into_iter().flatten() {
@@ -59,6 +62,7 @@ impl<'py> Settings<'py> {
                 "seed" => settings.seed = value.extract()?,
                 "integrator" => settings.integrator = value.extract()?,
                 "max_depth" => settings.max_depth = value.extract()?,
+                "clamp_indirect" => settings.clamp_indirect = value.extract()?,
                 "sampler" => settings.sampler = value.extract()?,
                 "crop" => settings.crop = value.extract()?,
                 "time" => settings.time = value.extract()?,
@@ -270,6 +274,20 @@ fn integrator(settings: &Settings, of_scene: Integrator) -> PyResult<Integrator>
             Integrator::Aov => {}
         }
     }
+    if let Some(most) = settings.clamp_indirect {
+        if !(most > 0.0 && most.is_finite()) {
+            return Err(bad(format!("clamp_indirect: {most} is not a positive number")));
+        }
+        match &mut integrator {
+            Integrator::Path(path) => path.clamp_indirect = Some(most),
+            other => {
+                return Err(bad(format!(
+                    "clamp_indirect is for the integrator path, not for {}",
+                    other.name()
+                )));
+            }
+        }
+    }
     Ok(integrator)
 }
 
@@ -319,14 +337,81 @@ fn ranks(pixels: Vec<Vec<(u32, f32)>>) -> Vec<f32> {
 /// data : bytes
 #[pyfunction]
 pub fn write_file(py: Python, path: PathBuf, data: &[u8]) -> PyResult<()> {
+    protect::check(&path)?;
     let failed = |source| ImageError::Write { path: path.clone(), source };
     let written = py
         .detach(|| alhazen::write_atomically(&path, |writer| Write::write_all(writer, data).map_err(failed)));
+    written.map_err(protect::write_error)
+}
+
+/// Writes layers as an EXR file, or the colour in another format, by the path's ending: complete, or not at all.
+///
+/// Parameters
+/// ----------
+/// path : str or os.PathLike
+///     Ends in .exr, .hdr, .png, .jpg.
+/// layers : dict of str to array_like, shape (height, width) or (height, width, channels)
+///     "color" is the picture; all others go into EXR files only.
+/// tonemap, exposure
+///     For .png and .jpg, see `encode_png`.
+#[pyfunction]
+#[pyo3(signature = (path, layers, *, tonemap="srgb", exposure=1.0))]
+pub fn write_picture(
+    py: Python,
+    path: PathBuf,
+    layers: &Bound<PyDict>,
+    tonemap: &str,
+    exposure: f32,
+) -> PyResult<()> {
+    protect::check(&path)?;
+    let tone = tone(tonemap, exposure)?;
+    let mut color = None;
+    let mut others = Vec::new();
+    for (name, array) in layers {
+        let name: String = name.extract()?;
+        if name == "color" {
+            color = Some(color_image(&array)?);
+        } else if let Some(layer) = layer_image(&name, &array)? {
+            others.push((name, layer));
+        }
+    }
+    let color = color.ok_or_else(|| bad("layers: there is no `color`"))?;
+    let encoding = Encoding::default();
+    let written = py.detach(|| {
+        if Format::of(&path)? != Format::Exr {
+            return alhazen::write_image(&path, &color, &tone, &encoding);
+        }
+        let mut file = ExrFile::from_image(&color, encoding.exr_precision);
+        for (name, image) in &others {
+            let known = name.parse::<Aov>().map(Aov::channels).unwrap_or_default();
+            let channels: &[&str] = match image.channels() {
+                n if n == known.len() => known,
+                1 => &["V"],
+                2 => &["X", "Y"],
+                3 => &["R", "G", "B"],
+                _ => &["R", "G", "B", "A"],
+            };
+            file.push_layer(name, channels, image, Precision::Float);
+        }
+        Ok(file.write(&path, encoding.exr_compression)?)
+    });
     written.map_err(|error| match error {
-        // As Python's own `open` raises it: FileNotFoundError, PermissionError and so on.
-        ImageError::Write { source, .. } => source.into(),
-        other => PyOSError::new_err(other.to_string()),
+        OutputError::Image(error) => protect::write_error(error),
+        other => bad(other.to_string()),
     })
+}
+
+/// A layer of numbers; `None` for arrays that no file has a place for, such as mattes.
+fn layer_image(name: &str, array: &Bound<PyAny>) -> PyResult<Option<Image>> {
+    let input = Input::<f32>::new("layers", array)?;
+    let (height, width, channels) = match *input.shape() {
+        [height, width] => (height, width, 1),
+        [height, width, channels @ 1..=4] => (height, width, channels),
+        _ => return Ok(None),
+    };
+    let side = |n: usize| u32::try_from(n).map_err(|_| bad(format!("{name}: the layer is too large")));
+    let image = Image::from_data(side(width)?, side(height)?, channels, input.numbers()?.to_vec());
+    image.map(Some).map_err(|e| bad(e.to_string()))
 }
 
 const TONE_MAPPERS: [(&str, ToneMapper); 6] = [
@@ -337,6 +422,27 @@ const TONE_MAPPERS: [(&str, ToneMapper); 6] = [
     ("agx", ToneMapper::Agx),
     ("neutral", ToneMapper::Neutral),
 ];
+
+fn tone(tonemap: &str, exposure: f32) -> PyResult<ToneMapping> {
+    let known = TONE_MAPPERS.map(|(name, _)| name).join(", ");
+    let mapper = TONE_MAPPERS.iter().find(|(name, _)| *name == tonemap).map(|(_, mapper)| *mapper);
+    let mapper = mapper.ok_or_else(|| bad(format!("tonemap: unknown `{tonemap}`; there are: {known}")))?;
+    if !(exposure > 0.0 && exposure.is_finite()) {
+        return Err(bad(format!("exposure: {exposure} is not a positive number")));
+    }
+    Ok(ToneMapping { mapper, exposure, saturation: 1.0 })
+}
+
+/// A picture of shape (height, width, 3).
+fn color_image(color: &Bound<PyAny>) -> PyResult<Image> {
+    let input = Input::<f32>::new("color", color)?;
+    let [height, width, 3] = *input.shape() else {
+        return Err(bad("color: expected the shape (height, width, 3)"));
+    };
+    let side = |n: usize| u32::try_from(n).map_err(|_| bad("color: the picture is too large"));
+    let image = Image::from_data(side(width)?, side(height)?, 3, input.numbers()?.to_vec());
+    image.map_err(|e| bad(e.to_string()))
+}
 
 /// Tone maps a picture and encodes it as PNG.
 ///
@@ -360,20 +466,7 @@ pub fn encode_png<'py>(
     tonemap: &str,
     exposure: f32,
 ) -> PyResult<Bound<'py, PyBytes>> {
-    let known = TONE_MAPPERS.map(|(name, _)| name).join(", ");
-    let mapper = TONE_MAPPERS.iter().find(|(name, _)| *name == tonemap).map(|(_, mapper)| *mapper);
-    let mapper = mapper.ok_or_else(|| bad(format!("tonemap: unknown `{tonemap}`; there are: {known}")))?;
-    if !(exposure > 0.0 && exposure.is_finite()) {
-        return Err(bad(format!("exposure: {exposure} is not a positive number")));
-    }
-    let input = Input::<f32>::new("color", color)?;
-    let [height, width, 3] = *input.shape() else {
-        return Err(bad("color: expected the shape (height, width, 3)"));
-    };
-    let side = |n: usize| u32::try_from(n).map_err(|_| bad("color: the picture is too large"));
-    let image = Image::from_data(side(width)?, side(height)?, 3, input.numbers()?.to_vec());
-    let image = image.map_err(|e| bad(e.to_string()))?;
-    let tone = ToneMapping { mapper, exposure, saturation: 1.0 };
+    let (tone, image) = (tone(tonemap, exposure)?, color_image(color)?);
     let png = py.detach(|| tone.apply(&image).encode_png());
     Ok(PyBytes::new(py, &png.map_err(|e| bad(e.to_string()))?))
 }

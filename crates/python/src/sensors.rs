@@ -3,6 +3,7 @@
 use crate::arrays::{Input, affine, affine_rows, output};
 use crate::camera::Camera;
 use crate::errors::{bad, chain, choice_error};
+use crate::protect;
 use crate::scene::Scene;
 use crate::watch::watch;
 use ::sensors::dataset::{Dataset, Poses};
@@ -42,12 +43,12 @@ fn sensor_error(error: SensorError) -> PyErr {
 /// azimuth : array_like, shape (2,), default (0, 2π)
 ///     Azimuths between which it measures, radians; 0 is forward, counter-clockwise seen from above.
 /// range : array_like, shape (2,), default (0.5, 120)
-///     Ranges that are measured, metres.
+///     Ranges that are measured, metres. What is nearer blocks the beam.
 /// divergence : float, default 0
 ///     Full angle of a beam, radians.
 /// beam_rays : int, default 16
 ///     Rays that sample a beam with a divergence.
-/// returns : {"first", "strongest", "last"}, default "strongest"
+/// returns : {"first", "strongest", "last", "all"}, default "strongest"
 ///     Which return counts where a beam meets several surfaces.
 /// range_resolution : float, default 0.3
 ///     Surfaces closer to each other than this melt into one return, metres.
@@ -105,8 +106,11 @@ impl Lidar {
             "first" => ReturnMode::First,
             "strongest" => ReturnMode::Strongest,
             "last" => ReturnMode::Last,
+            "all" => ReturnMode::All,
             other => {
-                return Err(bad(format!("returns: unknown `{other}`; there are: first, strongest, last")));
+                return Err(bad(format!(
+                    "returns: unknown `{other}`; there are: first, strongest, last, all"
+                )));
             }
         };
         lidar.range_resolution = range_resolution;
@@ -127,7 +131,8 @@ impl Lidar {
     /// Returns
     /// -------
     /// PointCloud
-    ///     Firing by firing, the channels of a firing together; beams without a return are left out.
+    ///     Firing by firing, the channels of a firing together, several returns of a beam nearest first; beams
+    ///     without a return are left out.
     fn scan(&self, py: Python, scene: &Scene, pose: &Bound<PyAny>) -> PyResult<PointCloud> {
         let [x, y, z] = affine_rows("pose", pose)?;
         let column = |i: usize| DVec3::new(x[i], y[i], z[i]);
@@ -140,7 +145,7 @@ impl Lidar {
     }
 
     fn __repr__(&self) -> String {
-        format!("Lidar({} channels, {} azimuths)", self.0.elevations.len(), self.0.azimuths)
+        format!("Lidar(channels={}, azimuths={})", self.0.elevations.len(), self.0.azimuths)
     }
 }
 
@@ -218,6 +223,7 @@ impl PointCloud {
     /// ----------
     /// path : str or os.PathLike
     fn save(&self, py: Python, path: PathBuf) -> PyResult<()> {
+        protect::check(&path)?;
         py.detach(|| self.0.write(&path)).map_err(sensor_error)
     }
 
@@ -226,7 +232,7 @@ impl PointCloud {
     }
 
     fn __repr__(&self) -> String {
-        format!("PointCloud of {} points", self.0.len())
+        format!("<PointCloud of {} points>", self.0.len())
     }
 }
 
@@ -316,6 +322,8 @@ pub struct Wanted<'py> {
     pub width: u32,
     pub height: u32,
     pub matrix: [[f64; 3]; 3],
+    pub distortion: Vec<f64>,
+    pub fisheye: bool,
     pub poses: Vec<[[f64; 4]; 4]>,
     pub moves: BTreeMap<String, Vec<[[f64; 4]; 4]>>,
     pub categories: BTreeMap<String, String>,
@@ -327,7 +335,7 @@ pub struct Wanted<'py> {
 
 /// Writes a data set; returns how many objects are annotated in all pictures.
 pub fn write_dataset(py: Python, scene: &Scene, wanted: Wanted) -> PyResult<usize> {
-    let Wanted { width, height, matrix, poses, moves, categories, .. } = wanted;
+    let Wanted { width, height, matrix, distortion, fisheye, poses, moves, categories, .. } = wanted;
     if poses.is_empty() || moves.values().any(|m| m.len() != poses.len()) {
         return Err(bad(
             "poses and moves: expected at least one pose, and as many matrices for each that moves",
@@ -339,7 +347,7 @@ pub fn write_dataset(py: Python, scene: &Scene, wanted: Wanted) -> PyResult<usiz
     let dataset = Dataset {
         job: Job { seed: wanted.seed, ..Job::for_scene(&description) },
         scene: description,
-        poses: Poses { width, height, matrix, poses, moves },
+        poses: Poses { width, height, matrix, distortion, fisheye, poses, moves },
         categories,
         limits: Limits { spp, ..Limits::default() },
     };

@@ -1,15 +1,20 @@
 //! Cameras as computer vision describes them: a matrix of intrinsics and a pose.
 
-use crate::{Camera, Projection};
+use crate::{Camera, Distortion, Projection};
 use glam::{DVec3, Vec2};
 
 /// Why a matrix or a pose is not that of a camera.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CalibrationError {
-    /// Skewed, or not a matrix of intrinsics at all.
-    #[error("matrix: expected [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] with positive focal lengths, got {0:?}")]
+    /// Not a matrix of intrinsics.
+    #[error("matrix: expected [[fx, s, cx], [0, fy, cy], [0, 0, 1]] with positive focal lengths, got {0:?}")]
     Matrix([[f64; 3]; 3]),
+    /// Not as many coefficients as a model has, or one that is not finite.
+    #[error(
+        "distortion: expected k1, k2, p1, p2[, k3[, k4, k5, k6]], or k1, k2, k3, k4 of a fisheye, got {0:?}"
+    )]
+    Distortion(Vec<f64>),
     /// Scaled, sheared, mirrored or not finite.
     #[error("pose: the left 3×3 part of {0:?} is not a rotation")]
     Pose([[f64; 4]; 3]),
@@ -24,12 +29,12 @@ pub enum CalibrationError {
 }
 
 impl Camera {
-    /// A pinhole camera as OpenCV describes it, without distortion.
+    /// A pinhole camera as OpenCV describes it. For a lens see [`Camera::with_opencv_distortion`].
     ///
     /// Camera axes are x right, y down, z into the picture. Pixel centres are at whole numbers: (0, 0) is the centre of the
     /// upper left pixel.
     ///
-    /// - `matrix`: `[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]`, in pixels of a picture of `width` × `height`.
+    /// - `matrix`: `[[fx, s, cx], [0, fy, cy], [0, 0, 1]]`, in pixels of a picture of `width` × `height`.
     /// - `pose`: camera to world, rows of a rotation and a translation in metres.
     ///
     /// # Errors
@@ -42,7 +47,7 @@ impl Camera {
     ) -> Result<Self, CalibrationError> {
         let [[fx, skew, cx], [zero, fy, cy], last] = matrix;
         let finite = matrix.as_flattened().iter().all(|x| x.is_finite());
-        if skew != 0.0 || zero != 0.0 || last != [0.0, 0.0, 1.0] || !(finite && fx > 0.0 && fy > 0.0) {
+        if zero != 0.0 || last != [0.0, 0.0, 1.0] || !(finite && fx > 0.0 && fy > 0.0) {
             return Err(CalibrationError::Matrix(matrix));
         }
         if width == 0 || height == 0 {
@@ -62,12 +67,31 @@ impl Camera {
         let mut camera = Self::perspective("calibrated", eye.as_vec3(), target.as_vec3(), 1.0);
         camera.up = -down.as_vec3();
         camera.aspect = Some(width as f32 / height as f32);
+        camera.skew = (skew / fx) as f32;
         let (w, h) = (f64::from(width), f64::from(height));
         camera.projection = Projection::Intrinsics {
             focal: Vec2::new((fx / w) as f32, (fy / h) as f32),
             center: Vec2::new(((cx + 0.5) / w) as f32, ((cy + 0.5) / h) as f32),
         };
         Ok(camera)
+    }
+
+    /// The camera with a lens by OpenCV's coefficients: `k1, k2, p1, p2[, k3[, k4, k5, k6]]` of `calibrateCamera`, or
+    /// `k1, k2, k3, k4` of `fisheye::calibrate`; none are a pinhole.
+    ///
+    /// # Errors
+    /// [`CalibrationError::Distortion`].
+    pub fn with_opencv_distortion(
+        mut self,
+        coefficients: &[f64],
+        fisheye: bool,
+    ) -> Result<Self, CalibrationError> {
+        if !coefficients.is_empty() {
+            let distortion = Distortion::from_opencv(coefficients, fisheye);
+            let wrong = || CalibrationError::Distortion(coefficients.to_vec());
+            self.distortion = Some(distortion.ok_or_else(wrong)?);
+        }
+        Ok(self)
     }
 }
 
@@ -93,10 +117,30 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_camera_is_refused() {
+    fn coefficients_are_in_the_order_of_opencv() {
         let mut skewed = MATRIX;
-        skewed[0][1] = 0.1;
-        assert!(matches!(Camera::from_opencv(skewed, POSE, 640, 480), Err(CalibrationError::Matrix(_))));
+        skewed[0][1] = 5.0;
+        let camera = Camera::from_opencv(skewed, POSE, 640, 480).expect("a camera");
+        assert!((camera.skew - 0.01).abs() < 1e-7);
+        let with =
+            |c: &[f64], fisheye| camera.clone().with_opencv_distortion(c, fisheye).map(|c| c.distortion);
+        let all = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0];
+        let brown = Distortion::BrownConrady { k: [1.0, 2.0, 5.0, 6.0, 7.0, 8.0], p: [3.0, 4.0] };
+        assert_eq!(with(&all, false), Ok(Some(brown)));
+        assert_eq!(with(&all[..4], true), Ok(Some(Distortion::Fisheye { k: [1.0, 2.0, 3.0, 4.0] })));
+        assert_eq!(with(&[], true), Ok(None));
+        for (wrong, fisheye) in
+            [(&all[..3], false), (&all[..6], false), (&all[..5], true), (&[f64::NAN; 4], false)]
+        {
+            assert!(matches!(with(wrong, fisheye), Err(CalibrationError::Distortion(_))), "{wrong:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_camera_is_refused() {
+        let mut leaning = MATRIX;
+        leaning[1][0] = 0.1;
+        assert!(matches!(Camera::from_opencv(leaning, POSE, 640, 480), Err(CalibrationError::Matrix(_))));
         for (row, column, value) in [(0, 0, -1.0), (0, 0, 2.0), (1, 2, 0.5), (2, 3, f64::NAN)] {
             let mut pose = POSE;
             pose[row][column] = value;

@@ -1,9 +1,10 @@
 //! Cameras as the user describes them, and the paths they move along.
 
 use glam::{Vec2, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// How a camera maps directions to the picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Projection {
     /// Perspective with a full vertical field of view, radians, in `(0, π)`.
     Perspective {
@@ -27,8 +28,55 @@ pub enum Projection {
     },
 }
 
+/// How a lens bends lines that a pinhole shows straight, with the coefficients of OpenCV's calibration.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", tag = "model")]
+pub enum Distortion {
+    /// Brown and Conrady's model with a rational radial factor.
+    BrownConrady {
+        /// k1 to k6: the first three of the numerator, the others of the denominator.
+        #[serde(default)]
+        k: [f32; 6],
+        /// p1 and p2, tangential.
+        #[serde(default)]
+        p: [f32; 2],
+    },
+    /// Kannala and Brandt's fisheye: a polynomial in the angle to the axis.
+    Fisheye {
+        /// k1 to k4.
+        #[serde(default)]
+        k: [f32; 4],
+    },
+}
+
+impl Distortion {
+    /// The model of OpenCV's list of coefficients: `k1, k2, p1, p2[, k3[, k4, k5, k6]]`, or, for a fisheye, `k1, k2, k3, k4`.
+    /// `None` for another number of them, or one that is not finite.
+    pub fn from_opencv(coefficients: &[f64], fisheye: bool) -> Option<Self> {
+        if coefficients.iter().any(|c| !(*c as f32).is_finite()) {
+            return None;
+        }
+        let at = |i: usize| coefficients.get(i).map_or(0.0, |c| *c as f32);
+        match (fisheye, coefficients.len()) {
+            (true, 4) => Some(Self::Fisheye { k: [at(0), at(1), at(2), at(3)] }),
+            (false, 4 | 5 | 8) => {
+                Some(Self::BrownConrady { k: [at(0), at(1), at(4), at(5), at(6), at(7)], p: [at(2), at(3)] })
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether all coefficients are finite.
+    pub fn is_finite(&self) -> bool {
+        match self {
+            Self::BrownConrady { k, p } => k.iter().chain(p).all(|c| c.is_finite()),
+            Self::Fisheye { k } => k.iter().all(|c| c.is_finite()),
+        }
+    }
+}
+
 /// A camera in world space.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Camera {
     /// Name from the file, or "default".
     pub name: String,
@@ -48,10 +96,14 @@ pub struct Camera {
     pub focus_distance: f32,
     /// Movement over time; `None` stands still.
     pub path: Option<CameraPath>,
+    /// Of a perspective camera: how its lens bends lines. What lies outside of the lens' field is black.
+    pub distortion: Option<Distortion>,
+    /// Of a perspective camera: how far the picture's columns lean, s / fx of a matrix of intrinsics.
+    pub skew: f32,
 }
 
 /// How a camera moves. Times are in seconds.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum CameraPath {
     /// A circle around the vertical axis through `center`, looking at the camera's `target`.
     Orbit {
@@ -83,6 +135,8 @@ impl Camera {
             lens_radius: 0.0,
             focus_distance: (target - eye).length().max(1e-6),
             path: None,
+            distortion: None,
+            skew: 0.0,
         }
     }
 

@@ -7,6 +7,7 @@
 use crate::{Image, Pixels, Sun};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::str::FromStr;
 
@@ -26,7 +27,7 @@ const SUN_RADIUS: f32 = 0.00465;
 const TABLE_HEIGHT: u32 = 256;
 
 /// A clear sky with its sun.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Daylight {
     /// Where the sun stands.
     pub sun: SunPosition,
@@ -39,7 +40,7 @@ pub struct Daylight {
 }
 
 /// Where the sun stands. North is −Z, east is +X.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SunPosition {
     /// Angle above the horizon, radians, in `[0, π/2]`.
     pub elevation: f64,

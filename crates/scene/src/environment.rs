@@ -2,9 +2,10 @@
 
 use crate::{Daylight, ImageId};
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 
 /// What a ray sees that leaves the scene.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Environment {
     /// Nothing.
     #[default]
@@ -38,7 +39,7 @@ impl Environment {
 }
 
 /// A gradient between horizon and zenith, with a ground colour below and an optional sun disc.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sky {
     /// Radiance at the horizon, linear RGB.
     pub horizon: Vec3,
@@ -51,7 +52,7 @@ pub struct Sky {
 }
 
 /// A sun disc: visible, and sampled as a light.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sun {
     /// Unit direction towards the sun.
     pub direction: Vec3,

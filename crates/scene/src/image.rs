@@ -2,9 +2,10 @@
 
 use crate::{ImageId, TextureId};
 use glam::Vec2;
+use serde::{Deserialize, Serialize};
 
 /// A decoded picture, row 0 at the top.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Image {
     /// File name or glTF name, for messages.
     pub name: String,
@@ -17,7 +18,7 @@ pub struct Image {
 }
 
 /// Pixel data of an [`Image`], row 0 at the top.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Pixels {
     /// Eight bits a channel, as stored in the file; [`Texture::color_space`] says what they mean.
     Rgba8(Vec<[u8; 4]>),
@@ -26,7 +27,7 @@ pub enum Pixels {
 }
 
 /// What the numbers of an eight-bit image mean.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ColorSpace {
     /// RGB is sRGB-encoded, alpha is linear.
     #[default]
@@ -36,7 +37,7 @@ pub enum ColorSpace {
 }
 
 /// What happens outside `[0, 1]`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Wrap {
     /// The image repeats.
     #[default]
@@ -48,7 +49,7 @@ pub enum Wrap {
 }
 
 /// How values between pixel centres are found.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Filter {
     /// Bilinear interpolation.
     #[default]
@@ -58,7 +59,7 @@ pub enum Filter {
 }
 
 /// Wrapping and filtering.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Sampler {
     /// Wrapping along u.
     pub wrap_u: Wrap,
@@ -69,7 +70,7 @@ pub struct Sampler {
 }
 
 /// An image and how it is sampled.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Texture {
     /// Index into [`crate::Scene::images`].
     pub image: ImageId,
@@ -80,7 +81,7 @@ pub struct Texture {
 }
 
 /// Affine map of texture coordinates: `uv' = matrix · uv + offset` (`KHR_texture_transform`).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct UvTransform {
     /// Rows of the 2×2 matrix.
     pub rows: [Vec2; 2],
@@ -106,7 +107,7 @@ impl UvTransform {
 }
 
 /// The use of a texture by a material.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TextureRef {
     /// Index into [`crate::Scene::textures`].
     pub texture: TextureId,

@@ -33,7 +33,7 @@ pub mod triangulate;
 
 pub use animation::{Animation, Clip};
 pub use calibration::CalibrationError;
-pub use camera::{Camera, CameraPath, Projection};
+pub use camera::{Camera, CameraPath, Distortion, Projection};
 pub use daylight::{Daylight, SunError, SunPosition};
 pub use environment::{Environment, Sky, Sun};
 pub use image::{ColorSpace, Filter, Image, Pixels, Sampler, Texture, TextureRef, UvTransform, Wrap};

@@ -2,9 +2,10 @@
 
 use crate::Photometry;
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 
 /// A light without a surface of its own. Emissive meshes and spheres are lights through their material instead.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Light {
     /// Name from the file.
     pub name: String,
@@ -23,7 +24,7 @@ impl Light {
 }
 
 /// Where a light's energy comes from and where it goes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum LightKind {
     /// A point that shines equally in all directions.
     Point {

@@ -40,7 +40,7 @@ pub enum AlphaMode {
 
 /// A procedural checkerboard in the object's x–z plane that replaces the base colour, box-filtered over the ray's
 /// footprint, and optionally fades to transparent with the distance from the object's origin.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Checkerboard {
     /// Linear colours of the even and odd squares.
     pub colors: [Vec3; 2],
@@ -51,7 +51,7 @@ pub struct Checkerboard {
 }
 
 /// A clear coat of lacquer (`KHR_materials_clearcoat`), index of refraction 1.5.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Clearcoat {
     /// Share of the surface that it covers, in `[0, 1]`.
     pub strength: f32,
@@ -68,7 +68,7 @@ pub struct Clearcoat {
 }
 
 /// Fibres of a cloth (`KHR_materials_sheen`).
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sheen {
     /// Linear colour in `[0, 1]`; black is none.
     pub color: Vec3,
@@ -81,7 +81,7 @@ pub struct Sheen {
 }
 
 /// A thin film whose colour depends on the angle (`KHR_materials_iridescence`).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Iridescence {
     /// Share of the surface that it covers, in `[0, 1]`.
     pub strength: f32,
@@ -102,7 +102,7 @@ impl Default for Iridescence {
 }
 
 /// Highlights that are longer in one direction (`KHR_materials_anisotropy`).
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Anisotropy {
     /// In `[0, 1]`; 0 is none.
     pub strength: f32,
@@ -113,7 +113,7 @@ pub struct Anisotropy {
 }
 
 /// Diffuse light that leaves on the other side (`KHR_materials_diffuse_transmission`).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DiffuseTransmission {
     /// Share of the diffuse light, in `[0, 1]`.
     pub strength: f32,
@@ -133,7 +133,7 @@ impl Default for DiffuseTransmission {
 
 /// What [`Model::MetallicRoughness`] and [`Model::Dielectric`] may have besides their base. Names and meanings are those
 /// of the glTF extensions; how the parts work together is told in `optics`, in `layered`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Layers {
     /// A coat of lacquer over everything else.
     pub clearcoat: Clearcoat,
@@ -202,7 +202,7 @@ impl Layers {
 }
 
 /// The medium inside of a body.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Interior {
     /// What is left of white light after `attenuation_distance`, linear, in `[0, 1]`.
     pub attenuation_color: Vec3,
@@ -232,7 +232,7 @@ impl Interior {
 }
 
 /// A material: its model, factors, and textures multiplied into them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Material {
     /// Name from the file, for messages and overrides.
     pub name: String,

@@ -1,10 +1,11 @@
 //! Media that light is absorbed and scattered in, and that may shine: smoke, milk, fog, flames.
 
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// A participating medium. Coefficients are m⁻¹, linear RGB, ≥ 0.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Medium {
     /// Absorption coefficient.
     pub absorption: Vec3,
@@ -16,17 +17,59 @@ pub struct Medium {
     /// function is that of Henyey and Greenstein.
     pub anisotropy: f32,
     /// How dense it is where: all coefficients are multiplied with it. `None` is 1 everywhere.
+    #[serde(with = "shared_grid")]
     pub density: Option<Arc<DensityGrid>>,
 }
 
 /// Densities on a regular grid, at the centres of its cells; between them they are interpolated linearly, and outside of its
 /// bounds they are 0.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "WrittenGrid", into = "WrittenGrid")]
 pub struct DensityGrid {
     size: [u32; 3],
     bounds: [Vec3; 2],
     values: Vec<f32>,
     largest: f32,
+}
+
+/// A grid as it is written down.
+#[derive(Serialize, Deserialize)]
+struct WrittenGrid {
+    size: [u32; 3],
+    bounds: [Vec3; 2],
+    values: Vec<f32>,
+}
+
+impl From<DensityGrid> for WrittenGrid {
+    fn from(grid: DensityGrid) -> Self {
+        Self { size: grid.size, bounds: grid.bounds, values: grid.values }
+    }
+}
+
+impl TryFrom<WrittenGrid> for DensityGrid {
+    type Error = String;
+
+    fn try_from(w: WrittenGrid) -> Result<Self, String> {
+        Self::new(w.size, w.bounds, w.values).ok_or_else(|| "a grid of densities is impossible".into())
+    }
+}
+
+/// Writes a shared grid down like one that is not shared.
+mod shared_grid {
+    use super::{Arc, DensityGrid, Deserialize, Serialize};
+
+    pub fn serialize<S: serde::Serializer>(
+        grid: &Option<Arc<DensityGrid>>,
+        to: S,
+    ) -> Result<S::Ok, S::Error> {
+        grid.as_deref().serialize(to)
+    }
+
+    pub fn deserialize<'de, D: serde::Deserializer<'de>>(
+        from: D,
+    ) -> Result<Option<Arc<DensityGrid>>, D::Error> {
+        Ok(Option::<DensityGrid>::deserialize(from)?.map(Arc::new))
+    }
 }
 
 impl DensityGrid {
@@ -85,7 +128,7 @@ impl Medium {
 }
 
 /// A medium that fills the whole scene outside of bodies.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fog {
     /// What it consists of.
     pub medium: Medium,

@@ -2,9 +2,10 @@
 
 use crate::{MaterialId, MeshId};
 use glam::{Affine3A, Vec2, Vec3, Vec4};
+use serde::{Deserialize, Serialize};
 
 /// Geometry that can be instanced: one or several parts.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Mesh {
     /// Name from the file, for messages and overrides. Need not be unique.
     pub name: String,
@@ -13,7 +14,7 @@ pub struct Mesh {
 }
 
 /// A piece of a mesh that has one material.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Part {
     /// The surface.
     pub shape: Shape,
@@ -22,7 +23,7 @@ pub struct Part {
 }
 
 /// A surface in object space.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Shape {
     /// Indexed triangles.
     Triangles(TriangleMesh),
@@ -31,7 +32,7 @@ pub enum Shape {
 }
 
 /// An analytic sphere, in object space.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sphere {
     /// Centre, in metres.
     pub center: Vec3,
@@ -42,7 +43,7 @@ pub struct Sphere {
 /// Indexed triangles with optional vertex attributes.
 ///
 /// Every attribute array is either empty (absent) or as long as `positions`. Counter-clockwise winding faces front.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct TriangleMesh {
     /// Positions in object space, metres.
     pub positions: Vec<Vec3>,
@@ -61,7 +62,7 @@ pub struct TriangleMesh {
 }
 
 /// A mesh placed in the world.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Instance {
     /// Name of the node, for messages, overrides and picking.
     pub name: String,

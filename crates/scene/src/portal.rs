@@ -1,14 +1,30 @@
 //! Portals: openings that the light of the environment comes through.
 
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 
 /// An opening that the environment is seen through, such as a window or a door: a flat convex quadrilateral in world space.
 ///
 /// It is no surface: nothing is seen of it, and it lets all light pass. It says where light from infinitely far away is to be looked
 /// for. Light that comes in elsewhere is found all the same, by paths that happen to leave the scene, with more noise.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "[Vec3; 4]", into = "[Vec3; 4]")]
 pub struct Portal {
     corners: [Vec3; 4],
+}
+
+impl From<Portal> for [Vec3; 4] {
+    fn from(portal: Portal) -> Self {
+        portal.corners
+    }
+}
+
+impl TryFrom<[Vec3; 4]> for Portal {
+    type Error = PortalError;
+
+    fn try_from(corners: [Vec3; 4]) -> Result<Self, PortalError> {
+        Self::new(corners)
+    }
 }
 
 /// Why four points are no portal.

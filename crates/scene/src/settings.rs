@@ -21,6 +21,11 @@ pub enum ToneMapper {
     Neutral,
 }
 
+impl ToneMapper {
+    /// All of them, the default first.
+    pub const ALL: [Self; 6] = [Self::Srgb, Self::None, Self::Reinhard, Self::Aces, Self::Agx, Self::Neutral];
+}
+
 /// Defaults of one scene; every field may be absent.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]

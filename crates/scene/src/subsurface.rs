@@ -3,10 +3,11 @@
 use crate::Medium;
 use glam::Vec3;
 use optics::fresnel::fresnel_dielectric;
+use serde::{Deserialize, Serialize};
 
 /// Light that enters a body, is scattered many times and comes out elsewhere: skin, wax, marble, leaves. The body's colour is
 /// that of its material.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Subsurface {
     /// How far light gets on average before it is scattered, for each channel, metres, positive.
     pub radius: Vec3,

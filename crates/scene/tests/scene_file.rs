@@ -5,8 +5,8 @@ use proptest::prelude::*;
 use scene::load::scene_file::{self, Parameters};
 use scene::tables::SceneTables;
 use scene::{
-    AlphaMode, CameraPath, Environment, LightKind, LoadError, LoadOptions, Loaded, Model, Projection,
-    Severity, Shape, Wrap,
+    AlphaMode, CameraPath, Distortion, Environment, LightKind, LoadError, LoadOptions, Loaded, Model,
+    Projection, Severity, Shape, Wrap,
 };
 use std::path::Path;
 
@@ -150,6 +150,20 @@ fn errors_name_the_object_and_the_value() {
         ("[[camera]]\neye = [0, 3, 0]", "`up"),
         ("[[camera]]\neye = [0, 0, 3]\nfov = 180", "`fov`"),
         ("[[camera]]\neye = [0, 0, 3]\nheight = 2", "`height`"),
+        ("[[camera]]\neye = [0, 0, 3]\nmatrix = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]", "`matrix-size`"),
+        ("[[camera]]\neye = [0, 0, 3]\nprojection = \"panorama\"\nskew = 0.1", "`skew`"),
+        (
+            "[[camera]]\neye = [0, 0, 3]\ndistortion = { model = \"fisheye\", k = [nan, 0, 0, 0] }",
+            "nan is not a number",
+        ),
+        (
+            "[[camera]]\neye = [0, 0, 3]\nfov = 3\nmatrix-size = [4, 3]\nmatrix = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]",
+            "excludes `fov`",
+        ),
+        (
+            "[[camera]]\neye = [0, 0, 3]\nmatrix-size = [4, 3]\nmatrix = [[-1, 0, 0], [0, 1, 0], [0, 0, 1]]",
+            "positive focal lengths",
+        ),
         ("[environment]", "needs one of"),
         ("[environment]\ncolor = 1\nfile = \"x\"", "needs one of"),
         ("[environment]\ncolor = 1\nrotation = 3", "`rotation` needs `file`"),
@@ -291,6 +305,20 @@ fn materials_have_all_their_fields() {
     assert!(report.notes.iter().any(|n| n.severity > Severity::Info), "missing textures are reported");
     assert_eq!(scene.textures.len(), 2);
     assert!(scene.textures.iter().all(|t| (t.image as usize) < scene.images.len()));
+}
+
+#[test]
+fn cameras_may_be_calibrated() {
+    let text = "[[camera]]\neye = [0, 0, 3]\nmatrix = [[400, 4, 319.5], [0, 410, 239.5], [0, 0, 1]]\n\
+        matrix-size = [640, 480]\ndistortion = { model = \"brown-conrady\", k = [1, 2, 3, 4, 5, 6], p = [7, 8] }\n\
+        [[camera]]\neye = [0, 0, 3]\nfov = 60\nskew = 0.5\ndistortion = { model = \"fisheye\" }";
+    let cameras = parsed(text).scene.cameras;
+    let Projection::Intrinsics { focal, center } = cameras[0].projection else { panic!("{cameras:?}") };
+    assert!((focal.x * 640.0 - 400.0).abs() < 1e-3 && (center.y - 0.5).abs() < 1e-6);
+    assert!((cameras[0].skew - 0.01).abs() < 1e-7 && cameras[0].aspect == Some(640.0 / 480.0));
+    let brown = Distortion::BrownConrady { k: [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], p: [7.0, 8.0] };
+    assert_eq!(cameras[0].distortion, Some(brown));
+    assert_eq!((cameras[1].distortion, cameras[1].skew), (Some(Distortion::Fisheye { k: [0.0; 4] }), 0.5));
 }
 
 #[test]

@@ -21,7 +21,7 @@ pub struct GroundTruth {
     /// Unit shading normal, world space, towards the camera.
     pub normal: Vec<[f32; 3]>,
     /// How far what the pixel shows moves to the next frame: pixels to the right and down. NaN where it gets behind the
-    /// camera. What is infinitely far away moves as the camera turns. Empty without a next frame.
+    /// camera, and outside of the field of a lens. What is infinitely far away moves as the camera turns. Empty without a next frame.
     pub flow: Vec<[f32; 2]>,
     /// Index of the instance.
     pub instance: Vec<u32>,
@@ -93,6 +93,10 @@ impl GroundTruth {
             let moves = Moves::new(scene, next.scene);
             let then = camera_frame(next.camera, width, height);
             let flow_of = |(i, s): (usize, &Option<Seen>)| {
+                if ray(i).t_max <= 0.0 {
+                    // Outside of the lens' field.
+                    return [f32::NAN; 2];
+                }
                 let offset = match s {
                     Some(s) => {
                         moves.apply(s.instance, Vec3::from(s.position).as_dvec3()) - vector(then.origin)

@@ -16,9 +16,6 @@ pub enum SensorError {
         /// What is wrong with it.
         problem: &'static str,
     },
-    /// The scene has media, which beams would be lost in.
-    #[error("the scene has media that scatter light, and beams are not followed through them")]
-    Media,
     /// A file could not be read.
     #[error("cannot read {path}")]
     Read {

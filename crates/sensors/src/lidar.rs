@@ -1,9 +1,22 @@
 //! A spinning laser scanner.
+//!
+//! The model of range and intensity, ray by ray of a beam:
+//!
+//! - Range is what the time of flight tells: half of the way that light went. Inside of glass it counts as often as the
+//!   index of refraction says.
+//! - Intensity is π times the BSDF for light that goes back where it came from, times the cosine of the angle of incidence.
+//!   So a diffuse surface has its albedo times that cosine, and a white one that faces the sensor has 1 at any distance:
+//!   the loss by the square of the distance is calibrated away. Of colours, red counts.
+//! - Clear surfaces let the beam through. It is refracted at bodies and not at thin panes, and an echo from behind is dimmed
+//!   twice by what each passage leaves. What is rough lets through the share of light that it turns by less than 10 mrad.
+//!   What a pane or a mirror reflects is lost; it has a return of its own only where light comes back by itself.
+//! - Media dim an echo by their extinction, twice. They have no echo of their own.
+//! - What is nearer than the least range, or farther than the largest, has no return, but blocks the beam.
 
 use crate::cloud::PointCloud;
 use crate::error::SensorError;
-use crate::returns::{Echo, ReturnMode, beam_return};
-use alhazen::{Control, Ray, RayQueries};
+use crate::returns::{Echo, ReturnMode, beam_returns};
+use alhazen::{BeamEcho, Control, RayQueries};
 use glam::{DAffine3, DMat3, DVec3};
 use optics::random::{hash_combine, unit_float};
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -22,7 +35,7 @@ pub struct Lidar {
     pub first_azimuth: f64,
     /// Angle that the firings cover, radians; 2π is a whole turn.
     pub sweep: f64,
-    /// Nearest range that is measured, metres.
+    /// Nearest range that is measured, metres. What is nearer blocks the beam.
     pub min_range: f32,
     /// Farthest range that is measured, metres.
     pub max_range: f32,
@@ -36,7 +49,7 @@ pub struct Lidar {
     pub range_resolution: f32,
     /// Standard deviation of the range, metres; normally distributed.
     pub range_noise: f32,
-    /// Returns of lower intensity are lost. 0 keeps all, mirrors included, from which no light comes back.
+    /// Returns of lower intensity are lost. 0 keeps all, black surfaces and mirrors included, from which no light comes back.
     pub min_intensity: f32,
     /// Changes the noise.
     pub seed: u32,
@@ -75,7 +88,7 @@ impl Lidar {
     }
 
     /// One sweep from `pose` (sensor to world: a rotation and a translation). Points come firing by firing, the channels of a
-    /// firing together; beams without a return are left out.
+    /// firing together, several returns of a beam nearest first; beams without a return are left out.
     ///
     /// # Errors
     /// [`SensorError::Setting`] for impossible settings, [`SensorError::Cancelled`].
@@ -86,35 +99,30 @@ impl Lidar {
         control: &Control,
     ) -> Result<PointCloud, SensorError> {
         self.check(pose)?;
-        if queries.tables().has_media() {
-            return Err(SensorError::Media);
-        }
         let (channels, rays) = (self.elevations.len(), self.beam_rays as usize);
         let beams = channels * self.azimuths as usize;
         let origin = pose.translation.as_vec3().to_array();
         let beam_axis = |beam: usize| self.direction(beam % channels, (beam / channels) as u32);
-        let ray = |i: usize| {
-            let direction = pose.transform_vector3(self.in_beam(beam_axis(i / rays), i % rays)).normalize();
-            let direction = direction.as_vec3().to_array();
-            Ray { origin, t_min: self.min_range, direction, t_max: self.max_range }
+        let direction = |ray: usize| {
+            let axis = beam_axis(ray / rays);
+            pose.transform_vector3(self.in_beam(axis, ray % rays)).normalize().as_vec3().to_array()
         };
-        let mut echoes = queries.map(beams * rays, control, ray, |_, point| {
-            point.map(|p| Echo { range: p.distance(), intensity: p.backscatter()[0], instance: p.instance() })
-        });
+        let returns = |_, echoes: &mut Vec<BeamEcho>| {
+            let measured = echoes.iter().filter(|e| e.range >= self.min_range).map(Echo::from);
+            beam_returns(&mut measured.collect::<Vec<_>>(), self.beam_rays, self.range_resolution, self.mode)
+        };
+        let found = queries.beams((beams, rays), (origin, self.max_range), control, direction, returns);
         if control.is_cancelled() {
             return Err(SensorError::Cancelled);
         }
         let mut cloud = PointCloud::default();
-        let mut met = Vec::with_capacity(rays);
-        for (beam, echoes) in echoes.chunks_mut(rays).enumerate() {
-            met.clear();
-            met.extend(echoes.iter().flatten().copied());
-            let found = beam_return(&mut met, self.beam_rays, self.range_resolution, self.mode);
-            let Some(echo) = found.filter(|e| e.intensity >= self.min_intensity) else { continue };
-            let range = echo.range + self.range_noise * self.normal_number(beam as u32);
-            let position = (beam_axis(beam) * f64::from(range)).as_vec3().to_array();
-            let (channel, firing) = ((beam % channels) as u16, (beam / channels) as u32);
-            cloud.push(position, range, echo.intensity, channel, firing, echo.instance);
+        for (beam, returns) in found.iter().enumerate() {
+            for (number, echo) in (0..).zip(returns).filter(|(_, e)| e.intensity >= self.min_intensity) {
+                let range = echo.range + self.range_noise * self.normal_number(beam as u32, number);
+                let position = (beam_axis(beam) * f64::from(range)).as_vec3().to_array();
+                let (channel, firing) = ((beam % channels) as u16, (beam / channels) as u32);
+                cloud.push(position, range, echo.intensity, channel, firing, echo.instance);
+            }
         }
         Ok(cloud)
     }
@@ -130,12 +138,15 @@ impl Lidar {
         (axis + (x * cos + y * sin) * radius).normalize()
     }
 
-    /// A number of the standard normal distribution that belongs to a beam. Method: Box and Muller, 1958.
-    fn normal_number(&self, beam: u32) -> f32 {
+    /// A number of the standard normal distribution that belongs to a return of a beam. Method: Box and Muller, 1958.
+    fn normal_number(&self, beam: u32, number: u32) -> f32 {
         if self.range_noise <= 0.0 {
             return 0.0;
         }
-        let bits = hash_combine(self.seed, beam);
+        let mut bits = hash_combine(self.seed, beam);
+        if number > 0 {
+            bits = hash_combine(bits, number.wrapping_add(1));
+        }
         let (u, v) = (unit_float(bits), unit_float(hash_combine(bits, 1)));
         (-2.0 * f64::from(1.0 - u).ln()).sqrt() as f32 * (std::f32::consts::TAU * v).cos()
     }

@@ -1,8 +1,9 @@
 //! From a point of the world to where a camera's picture shows it: the way back of the camera's rays.
 
 use glam::{DVec2, DVec3};
-use optics::Vec3f;
 use optics::camera::{CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA, CameraFrame};
+use optics::distortion::lens_film;
+use optics::{Vec3f, vec3f};
 use std::f64::consts::{PI, TAU};
 
 /// Where a picture of `width` × `height` pixels shows something: column and row, (0, 0) at the upper left corner and pixel
@@ -22,6 +23,15 @@ pub fn project(frame: &CameraFrame, width: u32, height: u32, offset: DVec3) -> O
         let depth = offset.dot(axis);
         // The film's centre may be off the axis.
         let center = DVec2::new(forward.dot(right), forward.dot(up));
+        if frame.kind != CAMERA_ORTHOGRAPHIC && !frame.distortion.is_none() {
+            return through_lens(
+                frame,
+                width,
+                height,
+                DVec3::new(offset.dot(right), -offset.dot(up), depth),
+                center,
+            );
+        }
         let at_one = if frame.kind == CAMERA_ORTHOGRAPHIC {
             DVec2::new(offset.dot(right), offset.dot(up))
         } else if depth > 0.0 {
@@ -32,6 +42,16 @@ pub fn project(frame: &CameraFrame, width: u32, height: u32, offset: DVec3) -> O
         DVec2::new(0.5 + 0.5 * at_one.x / half_width, 0.5 - 0.5 * at_one.y / half_height)
     };
     Some(film * DVec2::new(f64::from(width), f64::from(height)))
+}
+
+/// The same through a lens. `offset`: to the right, down, along the axis. `center`: of the film, to the right and up.
+fn through_lens(frame: &CameraFrame, width: u32, height: u32, offset: DVec3, center: DVec2) -> Option<DVec2> {
+    let unit = offset.try_normalize()?.as_vec3();
+    let seen = lens_film(frame.distortion, vec3f(unit.x, unit.y, unit.z));
+    let at = DVec2::new(f64::from(seen.direction.x), -f64::from(seen.direction.y)) - center;
+    let half = DVec2::new(f64::from(frame.half_size.x), f64::from(frame.half_size.y));
+    let film = DVec2::new(0.5 + 0.5 * at.x / half.x, 0.5 - 0.5 * at.y / half.y);
+    seen.valid.then_some(film * DVec2::new(f64::from(width), f64::from(height)))
 }
 
 /// How far a point is along a camera's axis, metres; for a panorama, which has none, the distance.
@@ -50,7 +70,7 @@ pub(crate) fn vector(v: Vec3f) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use alhazen::{Camera, Projection, camera_frame, picture_ray};
+    use alhazen::{Camera, Distortion, Projection, camera_frame, picture_ray};
     use glam::{Vec2, Vec3};
 
     #[test]
@@ -62,10 +82,15 @@ mod tests {
             Projection::Panorama,
             Projection::Intrinsics { focal: Vec2::new(1.1, 1.7), center: Vec2::new(0.45, 0.61) },
         ];
-        for projection in projections {
+        let lenses = [
+            None,
+            Some(Distortion::BrownConrady { k: [-0.2, 0.05, 0.0, 0.01, 0.0, 0.0], p: [0.001, -0.002] }),
+            Some(Distortion::Fisheye { k: [-0.02, 0.003, 0.0, 0.0] }),
+        ];
+        for (projection, distortion) in projections.into_iter().flat_map(|p| lenses.map(|l| (p, l))) {
             let mut camera =
                 Camera::perspective("c", Vec3::new(1.0, 2.0, 3.0), Vec3::new(-2.0, 0.5, 1.0), 1.0);
-            camera.projection = projection;
+            (camera.projection, camera.distortion, camera.skew) = (projection, distortion, 0.02);
             let frame = camera_frame(&camera, width, height);
             for (x, y) in [(0.5, 0.5), (319.5, 10.5), (100.25, 199.5), (160.0, 100.0)] {
                 let ray = picture_ray(&frame, width, height, x, y);

@@ -1,5 +1,7 @@
 //! From the rays that sample a beam to what the receiver tells of it.
 
+use alhazen::BeamEcho;
+
 /// Which return of a beam counts where it meets several surfaces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ReturnMode {
@@ -10,9 +12,11 @@ pub enum ReturnMode {
     Strongest,
     /// The farthest.
     Last,
+    /// Every one, nearest first.
+    All,
 }
 
-/// What one ray of a beam met.
+/// What a receiver tells of a pulse of light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Echo {
     /// Distance, metres.
@@ -23,18 +27,27 @@ pub(crate) struct Echo {
     pub instance: u32,
 }
 
-/// One return of a beam from the echoes of its `rays` rays (those that met something); `None` without any.
+impl From<&BeamEcho> for Echo {
+    /// Lasers of scanners are near infrared: red is the closest that scenes know.
+    fn from(echo: &BeamEcho) -> Self {
+        Self { range: echo.range, intensity: echo.intensity[0], instance: echo.instance }
+    }
+}
+
+/// The returns of a beam from the echoes of its `rays` rays; none without any.
 ///
 /// Echoes that follow each other closer than `resolution` metres melt into one pulse. Its range is the mean of theirs, by
 /// intensity; its intensity is their sum over the number of rays, so that light which misses is missing.
-pub(crate) fn beam_return(echoes: &mut [Echo], rays: u32, resolution: f32, mode: ReturnMode) -> Option<Echo> {
+pub(crate) fn beam_returns(echoes: &mut [Echo], rays: u32, resolution: f32, mode: ReturnMode) -> Vec<Echo> {
     echoes.sort_unstable_by(|a, b| a.range.total_cmp(&b.range));
     let mut pulses = echoes.chunk_by(|a, b| b.range - a.range <= resolution).map(|p| pulse(p, rays));
-    match mode {
+    let one = match mode {
         ReturnMode::First => pulses.next(),
         ReturnMode::Last => pulses.next_back(),
         ReturnMode::Strongest => pulses.reduce(|a, b| if b.intensity > a.intensity { b } else { a }),
-    }
+        ReturnMode::All => return pulses.collect(),
+    };
+    one.into_iter().collect()
 }
 
 fn pulse(echoes: &[Echo], rays: u32) -> Echo {
@@ -62,20 +75,22 @@ mod tests {
     #[test]
     fn echoes_melt_into_pulses() {
         let all = [echo(10.0, 0.2, 2), echo(5.2, 0.5, 1), echo(5.0, 0.5, 0), echo(10.1, 0.6, 3)];
-        let of = |mode| beam_return(&mut all.clone(), 8, 0.3, mode).expect("a return");
+        let returns = |mode| beam_returns(&mut all.clone(), 8, 0.3, mode);
+        let of = |mode| returns(mode)[0];
         let (first, last) = (of(ReturnMode::First), of(ReturnMode::Last));
+        assert_eq!(returns(ReturnMode::All), [first, last]);
         assert!((first.range - 5.1).abs() < 1e-6 && (first.intensity - 1.0 / 8.0).abs() < 1e-6);
         assert!(
             (last.range - 10.075).abs() < 1e-6 && (last.intensity - 0.1).abs() < 1e-6 && last.instance == 3
         );
         assert_eq!(of(ReturnMode::Strongest), first);
-        assert_eq!(beam_return(&mut [], 8, 0.3, ReturnMode::First), None);
+        assert_eq!(beam_returns(&mut [], 8, 0.3, ReturnMode::First), []);
     }
 
     #[test]
     fn black_surfaces_have_a_range_and_no_intensity() {
-        let black = beam_return(&mut [echo(2.0, 0.0, 4), echo(2.1, 0.0, 4)], 2, 0.3, ReturnMode::Strongest);
-        let black = black.expect("a return");
+        let black = beam_returns(&mut [echo(2.0, 0.0, 4), echo(2.1, 0.0, 4)], 2, 0.3, ReturnMode::Strongest);
+        let black = black[0];
         assert!((black.range - 2.05).abs() < 1e-6 && black.intensity == 0.0 && black.instance == 4);
     }
 }

@@ -104,12 +104,44 @@ fn flow_is_focal_length_times_motion_over_depth() {
     assert!(observe(&scene(), &here, None).flow.is_empty());
 }
 
+#[test]
+fn lenses_show_the_scene_where_opencv_does_and_nothing_outside_of_their_field() {
+    // r (1 − 2.5 r²) grows up to r = 0.365, where it is 0.243; the picture's corners are at 0.66 focal lengths.
+    let lens =
+        |x: f64| camera([x, 0.0, 6.0]).with_opencv_distortion(&[-2.5, 0.0, 0.0, 0.0], false).expect("a lens");
+    let then = scene();
+    let next = Motion { camera: &lens(0.1), scene: Some(&then) };
+    let truth = observe(&scene(), &lens(0.0), Some(next));
+    for (i, (x, y)) in (0..SIZE.1).flat_map(|y| (0..SIZE.0).map(move |x| (x, y))).enumerate() {
+        let seen = ((f64::from(x) - 31.5) / 60.0).hypot((f64::from(y) - 23.5) / 60.0);
+        let sees = truth.instance[i] != GroundTruth::NOTHING;
+        // At 6 m the wall is 1.5 m high on both sides of the axis: up to a quarter of the distance.
+        if seen > 0.26 {
+            assert!(!sees && truth.flow[i][0].is_nan(), "({x}, {y}) is outside of the field");
+        } else if seen < 0.2 {
+            assert!(sees, "({x}, {y})");
+            let at = Vec3::from(truth.position[i]);
+            let r = f64::from(at.x.hypot(at.y)) / (6.0 - f64::from(at.z));
+            assert!((r * (1.0 - 2.5 * r * r) - seen).abs() < 1e-4, "({x}, {y}): {r} is seen at {seen}");
+            assert!(truth.flow[i][0] < 0.0, "what is seen moves to the left");
+        }
+    }
+}
+
 fn dataset(moves: BTreeMap<String, Vec<[[f64; 4]; 4]>>) -> Dataset {
     let scene = scene();
     let poses = vec![pose([0.0, 0.0, 6.0]), pose([0.1, 0.0, 6.0])];
     let job = Job::for_scene(&scene);
     let categories = BTreeMap::from([("ball".into(), "toy".into())]);
-    let poses = Poses { width: SIZE.0, height: SIZE.1, matrix: MATRIX, poses, moves };
+    let poses = Poses {
+        width: SIZE.0,
+        height: SIZE.1,
+        matrix: MATRIX,
+        distortion: vec![],
+        fisheye: false,
+        poses,
+        moves,
+    };
     Dataset { scene, poses, categories, job, limits: Limits { spp: 4, ..Limits::default() } }
 }
 

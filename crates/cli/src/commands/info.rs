@@ -2,8 +2,8 @@
 
 use crate::console::{bytes, print_result, seconds};
 use alhazen::{
-    AlphaMode, Camera, Environment, Light, LightKind, LoadOptions, Loaded, Material, Model, Pixels,
-    Projection, Scene, SceneTables, Shape, TextureRef,
+    AlphaMode, Camera, Distortion, Environment, Light, LightKind, LoadOptions, Loaded, Material, Model,
+    Pixels, Projection, Scene, SceneTables, Shape, TextureRef,
 };
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -246,6 +246,11 @@ fn camera_line(camera: &Camera) -> String {
     line.push_str(&format!(", at {} looking at {}", vector(camera.eye.into()), vector(camera.target.into())));
     if camera.lens_radius > 0.0 {
         line.push_str(&format!(", lens {} m, focus {} m", camera.lens_radius, camera.focus_distance));
+    }
+    match camera.distortion {
+        Some(Distortion::BrownConrady { .. }) => line.push_str(", lens by Brown and Conrady"),
+        Some(Distortion::Fisheye { .. }) => line.push_str(", fisheye lens"),
+        None => {}
     }
     if camera.path.is_some() {
         line.push_str(", moving");

@@ -22,7 +22,7 @@ pub struct MergeArgs {
     /// Parts to add up.
     #[arg(value_name = "PART", required = true)]
     parts: Vec<PathBuf>,
-    /// Picture to write: .png (tone mapped), .exr (linear, layers, metadata) or .hdr. May be given several times.
+    /// Picture to write: .png or .jpg (tone mapped), .exr (linear, layers, metadata) or .hdr. May be given several times.
     #[arg(short, long, value_name = "FILE", required = true)]
     output: Vec<PathBuf>,
     /// Write a part again (.exr), which can be merged with further ones, instead of a picture. It may be incomplete.

@@ -4,6 +4,7 @@ pub mod bench;
 pub mod compare;
 pub mod completions;
 pub mod dataset;
+pub mod denoise;
 pub mod doctor;
 pub mod info;
 mod loading;
@@ -14,6 +15,7 @@ pub mod scenes;
 pub mod sensor;
 pub mod submit;
 mod tone;
+pub mod tonemap;
 pub mod view;
 
 use alhazen::{LoadError, LoadOptions, Loaded, Source};

@@ -1,7 +1,7 @@
 //! `alhazen render`: a picture, or a sequence of pictures, of a scene.
 
 mod moving;
-mod output;
+pub mod output;
 pub mod parsing;
 pub mod realtime;
 mod report;
@@ -25,9 +25,9 @@ use clap::{Args, FromArgMatches, ValueEnum};
 use moving::Moving;
 use output::OutputArgs;
 use parsing::{
-    parse_crop, parse_duration, parse_falloff, parse_finite, parse_fov, parse_fraction, parse_frames,
-    parse_not_negative, parse_positive, parse_seconds, parse_share, parse_threads, parse_turbidity,
-    parse_vector,
+    Numbers, parse_crop, parse_duration, parse_falloff, parse_finite, parse_fov, parse_fraction,
+    parse_frames, parse_list, parse_not_negative, parse_positive, parse_seconds, parse_share, parse_threads,
+    parse_turbidity, parse_vector,
 };
 use realtime::FrameSettings;
 use report::{print_loaded, report};
@@ -59,7 +59,7 @@ pub struct RenderArgs {
     /// Scene file or name of a built-in scene.
     #[arg(value_name = "FILE|SCENE", default_value = "three-spheres")]
     pub scene: String,
-    /// Picture to write: .png (tone mapped), .exr (linear, layers, metadata) or .hdr; of a sequence also .mp4, if there is
+    /// Picture to write: .png or .jpg (tone mapped), .exr (linear, layers, metadata) or .hdr; of a sequence also .mp4, if there is
     /// ffmpeg. May be given several times.
     #[arg(short, long, value_name = "FILE", default_value = "render.png")]
     pub output: Vec<PathBuf>,
@@ -132,6 +132,16 @@ pub struct RenderArgs {
     #[arg(long, help_heading = "Camera", value_name = "METRES", value_parser = parse_positive)]
     focus: Option<f32>,
 
+    /// Intrinsics of a calibrated camera, in pixels of the picture, as OpenCV has them: pixel centres are at whole numbers.
+    #[arg(long, help_heading = "Camera", value_name = "FX,FY,CX,CY[,S]", value_parser = parse_list, allow_hyphen_values = true, conflicts_with = "fov")]
+    intrinsics: Option<Numbers>,
+    /// Coefficients of the lens in the order of OpenCV. What lies outside of its field is black.
+    #[arg(long, help_heading = "Camera", value_name = "K1,K2,P1,P2[,K3[,K4,K5,K6]]", value_parser = parse_list, allow_hyphen_values = true, conflicts_with = "fisheye")]
+    distortion: Option<Numbers>,
+    /// The same of OpenCV's fisheye.
+    #[arg(long, help_heading = "Camera", value_name = "K1,K2,K3,K4", value_parser = parse_list, allow_hyphen_values = true)]
+    fisheye: Option<Numbers>,
+
     /// Render frames A to B − 1 of a sequence, or the one frame A. The output's name gets the frame's number: before its
     /// ending, or where it has #### instead of digits.
     #[arg(long, help_heading = "Sequence", value_name = "A..B", value_parser = parse_frames)]
@@ -195,6 +205,10 @@ pub struct RenderArgs {
     /// Paths that go on from the first hit of each camera ray.
     #[arg(long, help_heading = "Light", value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
     splitting: u32,
+    /// Limit what indirect light adds to a sample each time that a path finds some: removes bright specks, and light with
+    /// them. The picture is biased, and its metadata says so. Off by default. Only for `path`.
+    #[arg(long, help_heading = "Light", value_name = "RADIANCE", value_parser = parse_positive)]
+    clamp_indirect: Option<f32>,
     /// How samples are drawn: sobol (Owen-scrambled Sobol points), independent (uniform numbers) or blue-noise (Sobol points
     /// that neighbouring pixels complete: the same error, spread so that eyes and filters take it away).
     #[arg(long, help_heading = "Light", value_name = "KIND", default_value_t)]
@@ -280,8 +294,9 @@ enum IntegratorName {
     Aov,
 }
 
+/// What removes noise.
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum DenoiserName {
+pub enum DenoiserName {
     /// Open Image Denoise if it is installed, else our own filter.
     Auto,
     /// Our own filter.

@@ -27,7 +27,10 @@ enum Sensor {
 /// Scan a scene with a spinning laser scanner.
 ///
 /// The sensor's axes are x forward, y left, z up; points are written in them. Without --pose it stands level at --position.
-/// Intensity is the share of light that comes back: 1 is a white diffuse surface that faces the sensor, at any distance.
+/// Intensity is the share of light that comes back: 1 is a white diffuse surface that faces the sensor, at any distance;
+/// it falls with the cosine of the angle of incidence.
+/// Clear glass lets beams through and dims what is behind it twice; media (fog, rain) dim it by their extinction. Beams are
+/// followed on the CPU.
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true)]
 #[command(after_help = "\
@@ -79,7 +82,7 @@ struct LidarArgs {
     /// Azimuths between which it measures, in degrees; 0 is forward, counter-clockwise.
     #[arg(long, help_heading = "Sensor", value_name = "A..B", value_parser = parse_range, default_value = "0..360", allow_hyphen_values = true)]
     azimuth: (f64, f64),
-    /// Ranges that are measured, in metres.
+    /// Ranges that are measured, in metres. What is nearer blocks the beam.
     #[arg(long, help_heading = "Sensor", value_name = "A..B", value_parser = parse_range, default_value = "0.5..120")]
     range: (f64, f64),
     /// Full angle of a beam, in milliradians.
@@ -120,6 +123,8 @@ enum ReturnName {
     Strongest,
     /// The farthest.
     Last,
+    /// Every one, nearest first.
+    All,
 }
 
 /// Measures what the arguments ask for.
@@ -147,9 +152,13 @@ fn lidar(args: &LidarArgs) -> anyhow::Result<()> {
     keep_each(std::slice::from_ref(&args.output), |path| Ok(cloud.write(path)?))?;
     if !args.quiet {
         let beams = sensor.elevations.len() * sensor.azimuths as usize;
+        // The points of a beam follow each other.
+        let mut returned: Vec<_> = cloud.firings.iter().zip(&cloud.channels).collect();
+        returned.dedup();
         say!(
-            "{} of {beams} beams came back; structures built in {}, scanned in {}; {}: {}",
-            cloud.len(),
+            "{} of {beams} beams came back{}; structures built in {}, scanned in {}; {}: {}",
+            returned.len(),
+            if returned.len() == cloud.len() { String::new() } else { format!(" ({} points)", cloud.len()) },
             seconds(built),
             seconds(scanned),
             args.output.display(),
@@ -176,6 +185,7 @@ fn sensor(args: &LidarArgs) -> anyhow::Result<Lidar> {
         ReturnName::First => ReturnMode::First,
         ReturnName::Strongest => ReturnMode::Strongest,
         ReturnName::Last => ReturnMode::Last,
+        ReturnName::All => ReturnMode::All,
     };
     lidar.range_resolution = args.range_resolution;
     lidar.range_noise = args.noise;

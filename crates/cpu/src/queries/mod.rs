@@ -1,8 +1,10 @@
 //! [`RayQueries`]: the renderer's acceleration structures for rays that the caller makes.
 
+mod beam;
 mod hits;
 mod point;
 
+pub use beam::BeamEcho;
 pub use hits::{Hits, RayError, Rays};
 pub use point::SurfacePoint;
 

@@ -109,7 +109,7 @@ fn within(ray: &Ray, grid: &GridRecord, segment: &Segment) -> Option<(f32, f32)>
 }
 
 /// The density at a point of a grid: trilinear between the centres of cells, constant from there to the bounds.
-fn density(tables: &SceneTables, grid: &GridRecord, p: Vec3f) -> f32 {
+pub(super) fn density(tables: &SceneTables, grid: &GridRecord, p: Vec3f) -> f32 {
     let x = grid_place(p.x, grid.low[0], grid.high[0], grid.size[0]);
     let y = grid_place(p.y, grid.low[1], grid.high[1], grid.size[1]);
     let z = grid_place(p.z, grid.low[2], grid.high[2], grid.size[2]);

@@ -6,8 +6,8 @@ use crate::surface::Surface;
 use accel::Ray;
 use optics::Vec3f;
 use optics::interiors::{
-    Interiors, MOST_AROUND_CAMERA, interiors_along, interiors_cross, interiors_current, interiors_leave,
-    interiors_nothing, surroundings_direction, surroundings_past, surroundings_unknown,
+    Interiors, MOST_AROUND_CAMERA, interiors_along, interiors_cross, interiors_current, interiors_hide,
+    interiors_leave, interiors_nothing, surroundings_direction, surroundings_past, surroundings_unknown,
 };
 use optics::volume::{Medium, below_height, vacuum};
 use scene::tables::{MaterialRecord, NONE, SceneTables};
@@ -52,6 +52,13 @@ pub(crate) fn interiors_around(scene: &CpuScene, point: Vec3f) -> Interiors {
     surroundings.around
 }
 
+/// Whether light goes straight on: through the boundary of a medium, or the surface of a body that another one hides.
+pub(crate) fn passes(tables: &SceneTables, surface: &Surface, inside: Interiors) -> bool {
+    let material = &tables.materials[surface.material as usize];
+    let hidden = || interiors_hide(inside, material.priority);
+    material.is_boundary() || (tables.nested && material.is_body() && hidden())
+}
+
 /// After crossing the surface of a body from the side that is seen.
 pub(crate) fn crossed(inside: Interiors, tables: &SceneTables, surface: &Surface) -> Interiors {
     let priority = tables.materials[surface.material as usize].priority;
@@ -63,6 +70,15 @@ pub(crate) fn relative_ior(inside: Interiors, tables: &SceneTables, surface: &Su
     let around = if surface.front { inside } else { interiors_leave(inside, surface.material) };
     let ior = |m: u32| tables.materials.get(m as usize).map_or(1.0, |m| m.ior);
     ior(surface.material) / ior(interiors_current(around))
+}
+
+/// The index of refraction of what a ray is in on its way to a surface; 1 in vacuum.
+///
+/// - `surface`: where the ray ends, if that is a surface.
+pub(crate) fn ior_along(inside: Interiors, tables: &SceneTables, surface: &Surface) -> f32 {
+    let seen = !surface.front && tables.materials[surface.material as usize].is_body();
+    let material = interiors_along(inside, if seen { surface.material } else { NONE });
+    tables.materials.get(material as usize).map_or(1.0, |m| m.ior)
 }
 
 /// The part of a ray that is in a medium, if any.

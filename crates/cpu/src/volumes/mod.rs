@@ -6,7 +6,11 @@
 
 mod grid;
 mod interiors;
+mod optical_depth;
 mod shadow;
+
+pub(crate) use interiors::{crossed, interiors_around, ior_along, passes, relative_ior, segment};
+pub(crate) use optical_depth::optical_depth;
 
 use crate::aov::aov_sample;
 use crate::filter::{AlphaFilter, BoundaryFilter};
@@ -24,15 +28,16 @@ use crate::surface::Surface;
 use accel::{Hit, Ray};
 use backend::{PathSettings, View};
 use film::AovSample;
-use interiors::{Segment, crossed, interiors_around, relative_ior, segment};
+use interiors::Segment;
 use optics::camera::{camera_pixel_spread, camera_ray};
 use optics::constants::FAR;
 use optics::frame::{Frame, to_local, to_world};
-use optics::interiors::{Interiors, interiors_hide};
+use optics::interiors::Interiors;
 use optics::light_tree::ALL_SIDES;
 use optics::medium::transmittance;
 use optics::path::{
-    PathState, path_add_emission, path_light_contribution, path_scatter, path_start, roulette_survival,
+    PathState, limit_indirect, path_add_emission, path_light_contribution, path_scatter, path_start,
+    roulette_survival,
 };
 use optics::random::{PixelSampler, hash_combine, sample_2d};
 use optics::scatter::{BSDF_NONE, BsdfSample};
@@ -123,10 +128,10 @@ impl<'a> VolumeTracer<'a> {
     /// The radiance of one sample.
     pub fn sample(&mut self, id: &SampleId) -> Vec3f {
         self.radiance = BLACK;
-        let (ray, sampler) = self.camera(id);
+        let (ray, sampler, weight) = self.camera(id);
         self.follow(VolumePath {
             ray,
-            state: path_start(),
+            state: PathState { throughput: WHITE * weight, ..path_start() },
             sampler,
             inside: self.around_camera,
             segments: 0,
@@ -140,7 +145,7 @@ impl<'a> VolumeTracer<'a> {
 
     /// The first surface that the sample's camera ray sees, behind all media.
     pub fn first_hit(&mut self, id: &SampleId) -> AovSample {
-        let (ray, _) = self.camera(id);
+        let (ray, _, _) = self.camera(id);
         self.rays_traced += 1;
         let hit = self.scene.tlas.closest(&ray, &AlphaFilter(self.scene));
         if hit.is_miss() {
@@ -151,7 +156,8 @@ impl<'a> VolumeTracer<'a> {
         aov_sample(&self.scene.tables, self.material(&surface), &surface, hit.t, footprint)
     }
 
-    fn camera(&self, id: &SampleId) -> (Ray, PixelSampler) {
+    /// The camera ray of a sample, its random numbers, and the ray's weight.
+    fn camera(&self, id: &SampleId) -> (Ray, PixelSampler, f32) {
         let sampler = new_sampler(self.view, id);
         let (jitter, lens) = (sample_2d(sampler, PAIR_FILM), sample_2d(sampler, PAIR_LENS));
         let film = vec2f(
@@ -159,7 +165,7 @@ impl<'a> VolumeTracer<'a> {
             (id.y as f32 + jitter.y) / self.view.height as f32,
         );
         let ray = camera_ray(self.view.camera, film, lens);
-        (Ray::new(ray.origin.to_array(), ray.direction.to_array()), sampler)
+        (Ray::new(ray.origin.to_array(), ray.direction.to_array()), sampler, ray.weight)
     }
 
     fn closest(&mut self, ray: &Ray) -> Hit {
@@ -169,14 +175,6 @@ impl<'a> VolumeTracer<'a> {
 
     fn material(&self, surface: &Surface) -> &'a MaterialRecord {
         &self.scene.tables.materials[surface.material as usize]
-    }
-
-    /// Whether light goes straight on: through the boundary of a medium, or the surface of a body that another one hides.
-    fn passes(&self, surface: &Surface, inside: &Interiors) -> bool {
-        let material = self.material(surface);
-        let tables = &*self.scene.tables;
-        let hidden = || interiors_hide(*inside, material.priority);
-        material.is_boundary() || (tables.nested && material.is_body() && hidden())
     }
 
     /// Follows a path to its end.
@@ -196,14 +194,16 @@ impl<'a> VolumeTracer<'a> {
             }
             let Some(surface) = surface else {
                 let wi = vec3(path.ray.direction);
+                let mut found = BLACK;
                 for_each_distant(self.scene, path.vertex, path.receiver, wi, |d| {
-                    self.radiance += path_add_emission(path.light_state(), d.radiance, d.pdf).radiance;
+                    found += path_add_emission(path.light_state(), d.radiance, d.pdf).radiance;
                 });
+                self.gather(found, path.state.depth);
                 return;
             };
             path.since_vertex += hit.t;
             path.length += hit.t;
-            if self.passes(&surface, &path.inside) {
+            if passes(&self.scene.tables, &surface, path.inside) {
                 path.inside = crossed(path.inside, &self.scene.tables, &surface);
                 path.ray.origin = surface.ray_origin(false).to_array();
                 continue;
@@ -246,8 +246,14 @@ impl<'a> VolumeTracer<'a> {
             let wi = vec3(path.ray.direction);
             let pdf =
                 surface_light_pdf(self.scene, surface, path.vertex, path.receiver, wi, path.since_vertex);
-            self.radiance += path_add_emission(path.light_state(), emitted, pdf).radiance;
+            let found = path_add_emission(path.light_state(), emitted, pdf).radiance;
+            self.gather(found, path.state.depth);
         }
+    }
+
+    /// Adds light that has come by so many segments, limited as the settings say.
+    fn gather(&mut self, found: Vec3f, segments: u32) {
+        self.radiance += limit_indirect(found, segments, self.settings.most_indirect());
     }
 
     /// Scatters the path, in several if it is the first vertex and the settings say so. Returns whether it goes on.
@@ -416,7 +422,8 @@ impl<'a> VolumeTracer<'a> {
         if contribution.x + contribution.y + contribution.z != 0.0 {
             let mut stream = stream_start(path.sampler, path.segments, STREAM_SHADOW);
             let left = self.visibility(ray, inside, &mut stream);
-            self.radiance += contribution * left;
+            let segments = path.state.depth + 1;
+            self.radiance += limit_indirect(contribution, segments, self.settings.most_indirect()) * left;
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What is left of light on its way through media and their boundaries.
 
-use super::interiors::{Segment, crossed, segment};
+use super::interiors::{Segment, crossed, passes, segment};
 use super::{BLACK, VolumeTracer};
 use crate::surface::Surface;
 use accel::Ray;
@@ -21,7 +21,7 @@ impl VolumeTracer<'_> {
             let hit = self.closest(&ray);
             let surface = (!hit.is_miss()).then(|| Surface::new(self.scene, &ray, &hit));
             let end = if hit.is_miss() { ray.t_max } else { hit.t };
-            if surface.as_ref().is_some_and(|s| !self.passes(s, &inside)) {
+            if surface.as_ref().is_some_and(|s| !passes(&self.scene.tables, s, inside)) {
                 return BLACK;
             }
             if let Some(segment) = segment(inside, &self.scene.tables, &ray, end, surface.as_ref()) {

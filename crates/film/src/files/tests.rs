@@ -27,6 +27,20 @@ fn png_keeps_display_values() {
 }
 
 #[test]
+fn jpeg_is_nearly_what_was_written() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.jpg");
+    let smooth = Image::from_fn(64, 48, |x, y| [x as f32 / 63.0, y as f32 / 47.0, 0.5]);
+    smooth.map(linear_to_srgb).write_jpeg_encoded(&path).unwrap();
+    assert!(close(&Image::open(&path).unwrap(), &smooth, 0.08));
+    let grey = Image::from_data(2, 1, 1, vec![0.25, f32::NAN]).unwrap();
+    grey.write_jpeg_encoded(&path).unwrap();
+    assert_eq!(Image::open(&path).unwrap().channels(), 3);
+    let error = Image::black(0, 4, 3).write_jpeg_encoded(&path).unwrap_err();
+    assert!(matches!(error, ImageError::Encode { .. }), "{error}");
+}
+
+#[test]
 fn sixteen_bit_png_keeps_what_eight_bits_lose() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("a.png");

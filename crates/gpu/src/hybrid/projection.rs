@@ -32,7 +32,8 @@ pub struct Projection {
 
 impl Projection {
     /// The projection by which a pixel's centre shows what `camera_ray` sees through the point `jitter` of the pixel, in
-    /// `[0, 1)²`, and the point of the lens that `lens` chooses. `None` for panoramas, which no linear map makes.
+    /// `[0, 1)²`, and the point of the lens that `lens` chooses. `None` for panoramas and lenses that bend lines, which no
+    /// linear map makes.
     ///
     /// - `near`: distance along the axis at which the view begins, metres, positive. `reach`: where a parallel one ends.
     pub fn new(
@@ -43,7 +44,8 @@ impl Projection {
         near: f32,
         reach: f32,
     ) -> Option<Self> {
-        if camera.kind == CAMERA_PANORAMA {
+        let bends_lines = camera.kind != CAMERA_ORTHOGRAPHIC && !camera.distortion.is_none();
+        if camera.kind == CAMERA_PANORAMA || bends_lines {
             return None;
         }
         let parallel = camera.kind == CAMERA_ORTHOGRAPHIC;
@@ -119,6 +121,7 @@ mod tests {
             half_size: vec2f(0.8, 0.45),
             lens_radius,
             focus_distance: 4.0,
+            distortion: optics::distortion::no_distortion(),
         }
     }
 

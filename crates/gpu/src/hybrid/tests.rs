@@ -30,6 +30,7 @@ fn camera(kind: u32, eye: Vec3, target: Vec3, half_height: f32, lens_radius: f32
         half_size: vec2f(half_height * WIDTH as f32 / HEIGHT as f32, half_height),
         lens_radius,
         focus_distance: (target - eye).length(),
+        distortion: optics::distortion::no_distortion(),
     }
 }
 

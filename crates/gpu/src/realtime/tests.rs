@@ -50,6 +50,7 @@ fn camera(right: f32) -> CameraFrame {
         half_size: vec2f(HALF.x, HALF.y),
         lens_radius: 0.0,
         focus_distance: 1.0,
+        distortion: optics::distortion::no_distortion(),
     }
 }
 

@@ -78,6 +78,7 @@ fn film_buffers(gpu: &Gpu) -> FilmBuffers {
             half_size: vec2f(0.5, 0.5),
             lens_radius: 0.0,
             focus_distance: 1.0,
+            distortion: optics::distortion::no_distortion(),
         },
         width: SIZE[0],
         height: SIZE[1],

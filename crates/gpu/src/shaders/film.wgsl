@@ -52,6 +52,11 @@ struct View {
     falloff: vec3f,
     /// Samples of a portion.
     portion_samples: u32,
+    /// `path`: the most that indirect light may add to a branch of a path.
+    most_indirect: f32,
+    padding0: u32,
+    padding1: u32,
+    padding2: u32,
 }
 
 /// Sums of a pixel's samples, linear RGB radiance.

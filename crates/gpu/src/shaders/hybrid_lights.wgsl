@@ -166,7 +166,8 @@ fn find_first_vertex(pixel: vec2u, vertex: ptr<function, FirstVertex>) -> bool {
     let at = pixel_number(pixel);
     let hit = first_hit(at);
     if hit.instance == NONE {
-        store_radiance(at, distant_radiance(frame_ray(pixel).direction), 0.0);
+        let ray = frame_ray(pixel);
+        store_radiance(at, ray.weight * distant_radiance(ray.direction), 0.0);
         return false;
     }
     *vertex = first_vertex(pixel, hit);

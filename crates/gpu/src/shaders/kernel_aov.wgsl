@@ -12,7 +12,7 @@ fn render_pixel(work: PixelWork) {
         let ray = pixel_ray(pixel, sampler);
         let hit = closest(ray.origin, ray.direction, sampler.scramble);
         if hit.instance == NONE {
-            sums = add_sample(sums, distant_radiance(ray.direction));
+            sums = add_sample(sums, ray.weight * distant_radiance(ray.direction));
             if WANTS_AOVS {
                 record_miss(pixel, sample);
             }

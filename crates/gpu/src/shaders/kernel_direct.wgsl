@@ -15,5 +15,5 @@ fn direct_radiance(pixel: vec2u, sample: u32) -> vec3f {
     let sampler = pixel_sampler(pixel, sample);
     let ray = pixel_ray(pixel, sampler);
     next_pair = PAIR_LENS + 1u;
-    return chain_radiance(new_chain(ray.origin, ray.direction), 0u, sampler, pixel, sample);
+    return ray.weight * chain_radiance(new_chain(ray.origin, ray.direction), 0u, sampler, pixel, sample);
 }

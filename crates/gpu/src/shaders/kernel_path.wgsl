@@ -32,7 +32,7 @@ fn render_pixel(work: PixelWork) {
         }
         var alive = false;
         if hit.instance == NONE {
-            path.state = path_add_distant(path.state, path.origin, path.receiver, path.direction);
+            path.state = escape(path, path.origin);
             if WANTS_AOVS && path.state.depth == 1u {
                 record_miss(pixel, sample);
             }

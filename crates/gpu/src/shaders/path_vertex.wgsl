@@ -45,7 +45,9 @@ struct ShadowRay {
 fn start_path(pixel: vec2u, sample: u32) -> Path {
     let sampler = pixel_sampler(pixel, sample);
     let ray = pixel_ray(pixel, sampler);
-    return Path(path_start(), sampler, ray.origin, ray.direction, 0.0, ALL_SIDES);
+    var state = path_start();
+    state.throughput *= ray.weight;
+    return Path(state, sampler, ray.origin, ray.direction, 0.0, ALL_SIDES);
 }
 
 /// A number of the ray that tells tracers' questions about holes apart.
@@ -110,10 +112,18 @@ fn arrive(
         let emitted = surface_emission(s, footprint);
         if emitted.x + emitted.y + emitted.z > 0.0 {
             let pdf = surface_light_pdf(s, (*path).origin, (*path).receiver, (*path).direction, t);
+            let before = (*path).state.radiance;
             (*path).state = path_add_emission((*path).state, emitted, pdf);
+            (*path).state = path_limit_found((*path).state, before, view.most_indirect);
         }
     }
     return depart(path, s, footprint, branch, true, shadow);
+}
+
+/// The path after leaving the scene: what is infinitely far away is what it finds.
+fn escape(path: Path, vertex: vec3f) -> PathState {
+    let found = path_add_distant(path.state, vertex, path.receiver, path.direction);
+    return path_limit_found(found, path.state.radiance, view.most_indirect);
 }
 
 /// What a segment of length `t` does to a path. Returns the footprint where it ends.
@@ -215,8 +225,8 @@ fn light_shadow_ray(
         return no_shadow_ray();
     }
     let value = scattering_eval(bsdf, wo, wi);
-    let contribution =
-        path_light_contribution(path.state.throughput, value, light.radiance, light.pdf, light.delta);
+    let found = path_light_contribution(path.state.throughput, value, light.radiance, light.pdf, light.delta);
+    let contribution = limit_indirect(found, path.state.depth + 1u, view.most_indirect);
     return shadow_ray(s, light, above, path_salt(path), contribution);
 }
 

@@ -57,7 +57,7 @@ fn surfaces(@builtin(global_invocation_id) id: vec3u) {
     var guide: Guide;
     guide.motion = first_motion(at);
     if hit.instance == NONE {
-        guide.emitted = distant_radiance(ray.direction);
+        guide.emitted = ray.weight * distant_radiance(ray.direction);
         guide.position = vec3f(NOWHERE);
     } else {
         guide = see_surface(ray, hit, guide);

@@ -149,8 +149,7 @@ fn advance(walk: ptr<function, VolumePath>, hits: bool, t: f32, s: Surface) -> A
         return Arrival(ARRIVES_IN_MEDIUM, position, segment.medium.anisotropy, segment.subsurface, segment.open);
     }
     if !hits {
-        let path = (*walk).path;
-        (*walk).path.state = path_add_distant(path.state, (*walk).vertex, path.receiver, direction);
+        (*walk).path.state = escape((*walk).path, (*walk).vertex);
         return arrival;
     }
     (*walk).since_vertex += t;
@@ -164,7 +163,9 @@ fn advance(walk: ptr<function, VolumePath>, hits: bool, t: f32, s: Surface) -> A
     let emitted = surface_emission(s, view.pixel_spread * (*walk).path.length);
     if emitted.x + emitted.y + emitted.z > 0.0 {
         let pdf = surface_light_pdf(s, (*walk).vertex, (*walk).path.receiver, direction, (*walk).since_vertex);
+        let before = (*walk).path.state.radiance;
         (*walk).path.state = path_add_emission((*walk).path.state, emitted, pdf);
+        (*walk).path.state = path_limit_found((*walk).path.state, before, view.most_indirect);
     }
     arrival.kind = ARRIVES_ON_SURFACE;
     return arrival;
@@ -273,7 +274,8 @@ fn prepare_surface(walk: VolumePath, s: ptr<function, Surface>) -> Scatterer {
 fn way_from_medium(walk: VolumePath, at: Arrival, light: LightSample) -> Way {
     let phase = phase_value(-walk.path.direction, light.wi, at.anisotropy);
     let throughput = walk.path.state.throughput;
-    let contribution = path_light_contribution(throughput, phase, light.radiance, light.pdf, light.delta);
+    let found = path_light_contribution(throughput, phase, light.radiance, light.pdf, light.delta);
+    let contribution = limit_indirect(found, walk.path.state.depth + 1u, view.most_indirect);
     let stream = stream_start(walk.path.sampler, walk.segments, STREAM_SHADOW);
     return Way(at.position, light.distance * SHADOW_END, light.wi, 0u, contribution, stream, walk.inside);
 }

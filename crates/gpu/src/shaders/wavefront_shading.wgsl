@@ -53,7 +53,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_ind
         let hit = load_hit(index);
         if hit.instance == NONE {
             if branch == 0u {
-                path.state = path_add_distant(path.state, path.origin, path.receiver, path.direction);
+                path.state = escape(path, path.origin);
             }
         } else if !ends_in_the_dark(path, hit) {
             let s = surface_at(path.origin, path.direction, hit);

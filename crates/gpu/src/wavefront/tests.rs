@@ -40,6 +40,7 @@ fn view(splitting: u32) -> backend::View {
             half_size: vec2f(0.5, 0.375),
             lens_radius: 0.0,
             focus_distance: 1.0,
+            distortion: optics::distortion::no_distortion(),
         },
         width: 24,
         height: 18,

@@ -76,6 +76,14 @@ const GRAZING: Tolerance = Tolerance {
     why: "seen at a grazing angle, half vectors magnify rounding; where it changes a choice, everything differs",
 };
 
+/// What Newton's method ends at, which may take a step more or less, and angles of directions.
+const LENSES: Tolerance = Tolerance {
+    absolute: 1e-4,
+    relative: 1e-4,
+    exceptions: 0.002,
+    why: "iterations stop by a comparison; Vulkan allows arc functions 4096 units of the last place",
+};
+
 /// Square roots of differences of nearly equal numbers.
 const ROOTS: Tolerance = Tolerance {
     absolute: 1e-3,
@@ -231,6 +239,17 @@ functions! {
     intersect::intersect_sphere(origin: point, direction: direction, center: point, radius: share) within ROUNDING;
     intersect::inverse_direction(direction: direction) within ROUNDING;
     intersect::intersect_box(origin: point, inverse_direction: signed_color, low: point, high: far_point, t_min: share, t_max: positive) within ROUNDING;
+    // geometry/distortion.rs
+    distortion::no_distortion() within EXACT;
+    distortion::brown_conrady(d: distortion, p: film_point) within CANCELLING;
+    distortion::brown_conrady_derivatives(d: distortion, p: film_point) within CANCELLING;
+    distortion::undistort_brown_conrady(d: distortion, seen: film_point) within LENSES;
+    distortion::fisheye_radius(d: distortion, theta: unit) within ROUNDING;
+    distortion::fisheye_slope(d: distortion, theta: unit) within ROUNDING;
+    distortion::undistort_fisheye(d: distortion, seen: film_point) within LENSES;
+    distortion::lens_direction(d: distortion, film: film_point) within LENSES;
+    distortion::lens_film(d: distortion, direction: ahead) within LENSES;
+    distortion::beyond_everything(origin: direction, axis: direction) within ROUNDING;
     // geometry/camera.rs
     camera::camera_ray(camera: camera, film: unit2, u_lens: unit2) within ROUNDING;
     camera::headlight(cos_theta: signed_cosine) within ROUNDING;
@@ -273,6 +292,7 @@ functions! {
     glossy::ggx_albedo_sample(cos_o: cosine, roughness: share, u: unit2) within GRAZING;
     // surface/dielectric.rs
     dielectric::dielectric_bsdf(tint: albedo, alpha: alpha, eta: eta, thin: flag, compensation: exposure) within ROUNDING;
+    dielectric::transmitted_beam(b: bsdf, wo: upper, acceptance: unit) within GRAZING;
     dielectric::refract_at(wo: upper, h: upper, eta: eta, cos_transmitted: cosine) within ROUNDING;
     dielectric::smooth_dielectric_sample(b: smooth_dielectric, wo: upper, u_lobe: unit) within GRAZING;
     dielectric::rough_dielectric_eval(b: rough_dielectric, wo: upper, wi: direction) within GRAZING;
@@ -479,6 +499,8 @@ functions! {
     // transport/path.rs
     path::path_start() within EXACT;
     path::path_add_emission(path: path, emitted: radiance, light_pdf: density) within ROUNDING;
+    path::limit_indirect(found: radiance, segments: depth, most: unit) within ROUNDING;
+    path::path_limit_found(path: path, before: albedo, most: unit) within CANCELLING;
     path::path_light_contribution(throughput: albedo, bsdf: bsdf_value, radiance: radiance, light_pdf: density, delta: flag) within ROUNDING;
     path::path_scatter(path: path, s: scattered, eta: eta) within ROUNDING;
     path::roulette_survival(path: path, start: depth, min_survival: share) within ROUNDING;

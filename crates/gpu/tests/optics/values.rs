@@ -110,8 +110,10 @@ structures! {
     TriangleHit in intersect { t, u, v, hit }
     SphereHit in intersect { near, far, hit }
     BoxHit in intersect { near, far, hit }
-    CameraFrame in camera { kind, origin, right, up, forward, half_size, lens_radius, focus_distance }
-    CameraRay in camera { origin, direction }
+    CameraFrame in camera { kind, origin, right, up, forward, half_size, lens_radius, focus_distance, distortion }
+    CameraRay in camera { origin, direction, weight }
+    Distortion in distortion { model, skew, limit, radial, rest }
+    LensDirection in distortion { direction, valid }
     Frame in frame { tangent, bitangent, normal }
     Light in light { kind, position, edge1, edge2, emission, size, two_sided }
     LightReach in light { center, radius }

@@ -7,6 +7,7 @@ use wgsl_rs::wgsl;
 #[inline_all]
 pub mod camera {
     use crate::constants::*;
+    use crate::distortion::*;
     use crate::math::*;
     use crate::warp::*;
     use wgsl_rs::std::*;
@@ -38,6 +39,8 @@ pub mod camera {
         pub lens_radius: f32,
         /// Distance of the plane in focus, along `forward`, positive.
         pub focus_distance: f32,
+        /// How a perspective differs from that of a pinhole.
+        pub distortion: Distortion,
     }
 
     /// A ray that leaves the camera.
@@ -47,6 +50,8 @@ pub mod camera {
         pub origin: Vec3f,
         /// Unit direction.
         pub direction: Vec3f,
+        /// Share of its light that reaches the film: 1, or 0 outside of a lens' field. Such a ray hits nothing.
+        pub weight: f32,
     }
 
     /// The ray through a point of the film.
@@ -63,20 +68,31 @@ pub mod camera {
             let elevation = cos_sin_turns(0.25 * y);
             let flat = camera.forward * azimuth.x + camera.right * azimuth.y;
             let direction = flat * elevation.x + camera.up * elevation.y;
-            return CameraRay { origin: camera.origin, direction: normalize(direction) };
+            return CameraRay { origin: camera.origin, direction: normalize(direction), weight: 1.0 };
         }
         let on_film = camera.right * (x * camera.half_size.x) + camera.up * (y * camera.half_size.y);
         if camera.kind == CAMERA_ORTHOGRAPHIC {
-            return CameraRay { origin: camera.origin + on_film, direction: camera.forward };
+            return CameraRay { origin: camera.origin + on_film, direction: camera.forward, weight: 1.0 };
         }
-        let through_center = on_film + camera.forward;
+        let mut through_center = on_film + camera.forward;
+        if camera.distortion.model != DISTORTION_NONE {
+            let axis = cross(camera.up, camera.right);
+            let film = vec2f(dot(through_center, camera.right), -dot(through_center, camera.up));
+            let lens = lens_direction(camera.distortion, film);
+            if !lens.valid {
+                let nowhere = beyond_everything(camera.origin, axis);
+                return CameraRay { origin: nowhere, direction: axis, weight: 0.0 };
+            }
+            let d = lens.direction;
+            through_center = camera.right * d.x - camera.up * d.y + axis * d.z;
+        }
         if camera.lens_radius <= 0.0 {
-            return CameraRay { origin: camera.origin, direction: normalize(through_center) };
+            return CameraRay { origin: camera.origin, direction: normalize(through_center), weight: 1.0 };
         }
         let lens = sample_disk(u_lens) * camera.lens_radius;
         let on_lens = camera.right * lens.x + camera.up * lens.y;
         let direction = through_center * camera.focus_distance - on_lens;
-        CameraRay { origin: camera.origin + on_lens, direction: normalize(direction) }
+        CameraRay { origin: camera.origin + on_lens, direction: normalize(direction), weight: 1.0 }
     }
 
     /// How bright a white surface is under a light at the camera, with some light from all around.
@@ -111,7 +127,25 @@ mod tests {
             half_size: vec2f(0.8, 0.5),
             lens_radius: 0.0,
             focus_distance: 4.0,
+            distortion: crate::distortion::no_distortion(),
         }
+    }
+
+    #[test]
+    fn distorted_rays_are_those_of_the_lens_and_leave_the_rest_black() {
+        let mut c = camera(CAMERA_PERSPECTIVE);
+        c.distortion =
+            crate::distortion::Distortion::brown_conrady([-1.0, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0; 2], 0.0);
+        // At 0.8 · 0.25 focal lengths to the right the lens shows r (1 − r²) = 0.2: r = 0.20914.
+        let ray = camera_ray(c, vec2f(0.625, 0.5), vec2f(0.0, 0.0));
+        let expected = normalize(vec3f(0.209_149, 0.0, -1.0));
+        assert!(ray.weight == 1.0 && length(ray.direction - expected) < 1e-5, "{ray:?}");
+        let outside = camera_ray(c, vec2f(1.0, 0.5), vec2f(0.0, 0.0));
+        assert!(outside.weight == 0.0 && outside.origin.z < -1e17, "{outside:?}");
+        // A film that leans: what is higher is further to one side.
+        c.distortion = crate::distortion::Distortion::brown_conrady([0.0; 6], [0.0; 2], 0.1);
+        let ray = camera_ray(c, vec2f(0.5, 0.0), vec2f(0.0, 0.0));
+        assert!(length(ray.direction - normalize(vec3f(0.05, 0.5, -1.0))) < 1e-6, "{ray:?}");
     }
 
     #[test]

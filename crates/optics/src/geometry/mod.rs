@@ -1,5 +1,6 @@
 //! Frames, rays, intersections and cameras.
 pub mod camera;
+pub mod distortion;
 pub mod frame;
 pub mod intersect;
 pub mod offset;

@@ -200,6 +200,39 @@ pub mod dielectric {
         }
     }
 
+    /// What goes on behind a dielectric of a narrow beam from `wo`: its direction, and the weight as of a sample.
+    ///
+    /// - `acceptance`: the largest angle, radians, by which a rough surface may turn light that still counts as the beam.
+    ///
+    /// Smooth interfaces let all through that they do not reflect. Of rough ones the share of microfacets counts that are
+    /// tilted little enough; a thin sheet turns light by twice the tilt, an interface by |1 − 1/η| times the tilt.
+    pub fn transmitted_beam(b: Bsdf, wo: Vec3f, acceptance: f32) -> BsdfSample {
+        let thin = b.kind == BSDF_THIN_DIELECTRIC;
+        let polished = b.kind == BSDF_SMOOTH_DIELECTRIC;
+        if wo.z <= 0.0 || !(thin || polished || b.kind == BSDF_ROUGH_DIELECTRIC) {
+            return no_sample();
+        }
+        let f = fresnel_dielectric(min(wo.z, 1.0), b.eta);
+        if f.reflectance >= 1.0 {
+            return no_sample();
+        }
+        let turn_per_tilt = max(select(abs(1.0 - 1.0 / b.eta), 2.0, thin), 1e-3);
+        let slope = acceptance / turn_per_tilt;
+        let alpha = select(b.alpha, 0.0, polished);
+        // Of GGX microfacets, seen along the normal, this share has a smaller slope.
+        let share = slope * slope / max(slope * slope + alpha * alpha, 1e-30);
+        let passed = select(1.0 - f.reflectance, 1.0 - thin_sheet_reflectance(f.reflectance), thin);
+        let compression = select(1.0 / (b.eta * b.eta), 1.0, thin);
+        let refracted = refract_at(wo, vec3f(0.0, 0.0, 1.0), b.eta, f.cos_transmitted);
+        BsdfSample {
+            wi: select(refracted, -wo, thin),
+            weight: b.diffuse * (share * passed * compression),
+            pdf: 1.0,
+            delta: true,
+            transmitted: true,
+        }
+    }
+
     /// The albedo of a rough interface without tint or compensation for one sampled microfacet, both lobes weighted
     /// with their probabilities; for building tables, to be averaged over `u`. Radiance compression is left out, so
     /// that a lossless interface gives 1.

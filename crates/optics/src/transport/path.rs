@@ -69,6 +69,30 @@ pub mod path {
         throughput * bsdf.value_cos * radiance * (weight / light_pdf)
     }
 
+    /// Light that a path has found, of which no more than `most` counts if it is indirect: if it has come by more than two
+    /// segments. The colour stays; the largest component becomes `most`.
+    ///
+    /// - `segments`: of the path, that to the light included.
+    pub fn limit_indirect(found: Vec3f, segments: u32, most: f32) -> Vec3f {
+        let largest = max_component(found);
+        if segments > 2u32 && largest > most {
+            return found * (most / largest);
+        }
+        found
+    }
+
+    /// A path after a step on which it may have found light, limited as [`limit_indirect`] says. `before`: what it had
+    /// gathered before the step.
+    pub fn path_limit_found(path: PathState, before: Vec3f, most: f32) -> PathState {
+        let found = path.radiance - before;
+        if path.depth <= 2u32 || max_component(found) <= most {
+            return path;
+        }
+        let mut next = path;
+        next.radiance = before + limit_indirect(found, path.depth, most);
+        next
+    }
+
     /// Follows a sampled direction to the next vertex. `eta`: relative index of refraction of a transmitted direction.
     pub fn path_scatter(path: PathState, s: BsdfSample, eta: f32) -> PathState {
         let mut next = path;

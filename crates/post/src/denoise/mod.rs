@@ -18,6 +18,7 @@ pub use oidn::{Oidn, OidnError};
 
 use film::{Aov, AovData, Film, Image};
 use signal::Signal;
+pub use signal::estimate_variance;
 
 /// What to filter.
 #[derive(Clone, Debug)]

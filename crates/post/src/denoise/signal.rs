@@ -60,6 +60,56 @@ impl Signal {
     }
 }
 
+/// The variance of each value of a picture, estimated from the picture alone, for files that do not know it.
+///
+/// What is left of the picture (its albedo divided out, if there is one) after taking the second differences along both axes is
+/// noise, and what edges are in the light. Its mean square around a pixel, over the sum of the squared weights, is the variance.
+/// Source: Immerkær, "Fast Noise Variance Estimation", 1996.
+pub fn estimate_variance(colour: &Image, albedo: &Image) -> Image {
+    const WEIGHTS: [[f32; 3]; 3] = [[1.0, -2.0, 1.0], [-2.0, 4.0, -2.0], [1.0, -2.0, 1.0]];
+    const SUM_OF_SQUARES: f32 = 36.0;
+    let (width, height) = (colour.width() as usize, colour.height() as usize);
+    let black = Image::black(colour.width(), colour.height(), 3);
+    let picture = NoisyPicture {
+        colour: colour.clone(),
+        variance: black.clone(),
+        albedo: albedo.clone(),
+        normal: black,
+    };
+    let signal = Signal::new(&picture);
+    let variance = |c: usize| -> Plane {
+        let values = &signal.irradiance[c];
+        let at = |x: usize, y: usize| values[y * width + x];
+        let square = |i: usize| {
+            let (x, y) = (i % width, i / width);
+            let column = |k: usize| (x + k).saturating_sub(1).min(width - 1);
+            let row = |k: usize| (y + k).saturating_sub(1).min(height - 1);
+            let terms = (0..9).map(|k| WEIGHTS[k / 3][k % 3] * at(column(k % 3), row(k / 3)));
+            terms.sum::<f32>().powi(2) / SUM_OF_SQUARES
+        };
+        let squares: Plane = (0..width * height).map(square).collect();
+        mean_around(&squares, width, height)
+    };
+    let planes = [0, 1, 2].map(variance);
+    Image::from_fn(colour.width(), colour.height(), |x, y| {
+        let i = y as usize * width + x as usize;
+        std::array::from_fn(|c| planes[c][i] * signal.demodulator[c][i].powi(2))
+    })
+}
+
+/// The mean of the 5×5 values around each.
+fn mean_around(values: &[f32], width: usize, height: usize) -> Plane {
+    const RADIUS: usize = 2;
+    let at = |i: usize| {
+        let (x, y) = (i % width, i / width);
+        let columns = x.saturating_sub(RADIUS)..(x + RADIUS + 1).min(width);
+        let rows = y.saturating_sub(RADIUS)..(y + RADIUS + 1).min(height);
+        let count = (columns.len() * rows.len()) as f32;
+        rows.flat_map(|y| columns.clone().map(move |x| y * width + x)).map(|i| values[i]).sum::<f32>() / count
+    };
+    (0..width * height).map(at).collect()
+}
+
 /// The three colours of a picture, each by itself.
 fn planes(image: &Image) -> [Plane; 3] {
     let image = image.to_rgb();

@@ -114,3 +114,24 @@ fn bright_specks_are_spread_and_not_lost() {
     let (before, after) = (picture.colour.mean()[0], filtered.mean()[0]);
     assert!((after / before - 1.0).abs() < 1e-3, "{before} became {after}");
 }
+
+/// Where the noise is even, the estimate is its variance; a chequered texture does not disturb it, nor does a picture without
+/// noise get any.
+#[test]
+fn variance_is_estimated_from_the_picture() {
+    let truth = truth();
+    let deviation = 0.05;
+    // Noise of the light, on the upper half, which has one albedo.
+    let picture = noisy(deviation);
+    let estimate = estimate_variance(&picture.colour, &picture.albedo);
+    let (mut sum, mut expected) = (0.0, 0.0);
+    for (x, y) in (4..60).flat_map(|x| (4..26).map(move |y| (x, y))) {
+        sum += f64::from(estimate.rgb(x, y)[0]);
+        expected += f64::from(picture.variance.rgb(x, y)[0]);
+    }
+    assert!((sum / expected - 1.0).abs() < 0.15, "{sum} instead of {expected}");
+    let clean = estimate_variance(&truth.colour, &truth.albedo);
+    let floor = |x: u32| clean.rgb(x, 45)[0] / truth.colour.rgb(x, 45)[0].powi(2);
+    assert!(floor(20) < 1e-4, "the texture is no noise: {}", floor(20));
+    assert_eq!(estimate_variance(&Image::black(1, 1, 3), &Image::black(1, 1, 3)), Image::black(1, 1, 3));
+}

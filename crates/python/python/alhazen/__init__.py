@@ -14,6 +14,7 @@ row 0 at the top.
 """
 
 from ._alhazen import (
+    __version__,
     BackendError,
     Camera,
     Error,
@@ -35,6 +36,7 @@ from ._alhazen import (
 from ._picture import Picture
 
 __all__ = [
+    "__version__",
     "BackendError",
     "Camera",
     "Error",

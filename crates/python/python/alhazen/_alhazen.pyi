@@ -8,6 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._picture import Picture
 
+__version__: str
+
 class Error(Exception): ...
 class LoadError(Error): ...
 class BackendError(Error): ...
@@ -38,7 +40,15 @@ class Camera:
     @staticmethod
     def panorama(eye: ArrayLike, target: ArrayLike, *, up: Optional[ArrayLike] = None) -> Camera: ...
     @staticmethod
-    def from_opencv(matrix: ArrayLike, pose: ArrayLike, width: int, height: int) -> Camera: ...
+    def from_opencv(
+        matrix: ArrayLike,
+        pose: ArrayLike,
+        width: int,
+        height: int,
+        *,
+        distortion: Optional[ArrayLike] = None,
+        fisheye: bool = False,
+    ) -> Camera: ...
     @property
     def eye(self) -> NDArray[np.float32]: ...
     @property
@@ -76,28 +86,53 @@ class Scene:
     def __init__(self) -> None: ...
     def add_mesh(
         self,
-        vertices: ArrayLike,
-        triangles: ArrayLike,
+        vertices: Union[ArrayLike, object],
+        triangles: Optional[ArrayLike] = None,
         *,
         normals: Optional[ArrayLike] = None,
         uvs: Optional[ArrayLike] = None,
         colors: Optional[ArrayLike] = None,
-        material: int = 0,
+        material: Union[int, str, Dict[str, object], None] = None,
         name: str = "",
     ) -> int: ...
     def add_spheres(
-        self, centers: ArrayLike, radii: ArrayLike, *, material: int = 0, name: str = ""
+        self,
+        centers: ArrayLike,
+        radii: ArrayLike,
+        *,
+        material: Union[int, str, Dict[str, object], None] = None,
+        name: str = "",
     ) -> int: ...
     def add_instance(
         self,
         mesh: int,
         *,
         transform: Optional[ArrayLike] = None,
-        material: Optional[int] = None,
+        material: Union[int, str, Dict[str, object], None] = None,
         name: str = "",
         dynamic: bool = False,
     ) -> int: ...
     def set_transform(self, instance: int, transform: ArrayLike) -> None: ...
+    def set_material(self, material: int, **settings: object) -> None: ...
+    def set_instance_material(self, instance: int, material: Optional[int]) -> None: ...
+    def set_visible(self, instance: int, visible: bool) -> None: ...
+    def set_vertices(
+        self,
+        mesh: int,
+        vertices: ArrayLike,
+        triangles: Optional[ArrayLike] = None,
+        *,
+        normals: Optional[ArrayLike] = None,
+    ) -> None: ...
+    def remove_instance(self, instance: int) -> None: ...
+    def remove_mesh(self, mesh: int) -> None: ...
+    def remove_light(self, light: int) -> None: ...
+    def remove_camera(self, camera: int) -> None: ...
+    def save(self, path: Union[str, "os.PathLike[str]"]) -> None: ...
+    @property
+    def mesh_names(self) -> List[str]: ...
+    @property
+    def light_names(self) -> List[str]: ...
     def transform(self, instance: int) -> NDArray[np.float64]: ...
     def add_material(
         self,
@@ -205,6 +240,7 @@ class Scene:
         seed: int = 0,
         integrator: Optional[str] = None,
         max_depth: Optional[int] = None,
+        clamp_indirect: Optional[float] = None,
         sampler: str = "sobol",
         crop: Optional[Sequence[int]] = None,
         first_sample: int = 0,
@@ -257,6 +293,8 @@ class Scene:
         *,
         matrix: ArrayLike,
         poses: ArrayLike,
+        distortion: Optional[ArrayLike] = None,
+        fisheye: bool = False,
         moves: Dict[str, ArrayLike] = ...,
         categories: Dict[str, str] = ...,
         spp: Optional[int] = None,
@@ -330,3 +368,6 @@ def backends() -> List[Backend]: ...
 def scenes() -> List[str]: ...
 def encode_png(color: ArrayLike, *, tonemap: str = "srgb", exposure: float = 1.0) -> bytes: ...
 def write_file(path: str | os.PathLike[str], data: bytes) -> None: ...
+def write_picture(
+    path: str | os.PathLike[str], layers: Dict[str, NDArray], *, tonemap: str = "srgb", exposure: float = 1.0
+) -> None: ...

@@ -6,7 +6,7 @@ from typing import Dict, List, Optional
 
 import numpy as np
 
-from ._alhazen import encode_png, write_file
+from ._alhazen import encode_png, write_file, write_picture
 
 
 class Picture(Dict[str, np.ndarray]):
@@ -63,26 +63,29 @@ class Picture(Dict[str, np.ndarray]):
         return encode_png(self["color"], tonemap=tonemap, exposure=exposure)
 
     def save(self, path: "str | os.PathLike[str]", *, tonemap: str = "srgb", exposure: float = 1.0) -> None:
-        """Writes the colour as PNG, or all layers as NPZ, by the path's ending: complete, or not at all.
+        """Writes the picture in the format of the path's ending: complete, or not at all.
+
+        EXR files get linear radiance and all layers but mattes, HDR files linear radiance, PNG and JPEG files the tone mapped
+        colour, NPZ archives all arrays.
 
         Parameters
         ----------
         path : str or os.PathLike
-            Ends in .png or .npz.
+            Ends in .png, .jpg, .exr, .hdr or .npz. Files that scenes were loaded from are not written over.
         tonemap : str, default "srgb"
-            For PNG, see `png`.
+            For PNG and JPEG, see `png`.
         exposure : float, default 1
-            For PNG, factor on radiance before the curve.
+            For PNG and JPEG, factor on radiance before the curve.
         """
         ending = os.path.splitext(os.fspath(path))[1].lower()
-        if ending == ".png":
-            write_file(path, self.png(tonemap=tonemap, exposure=exposure))
+        if ending in (".png", ".jpg", ".jpeg", ".exr", ".hdr"):
+            write_picture(path, dict(self), tonemap=tonemap, exposure=exposure)
         elif ending == ".npz":
             archive = io.BytesIO()
             np.savez_compressed(archive, **self)
             write_file(path, archive.getvalue())
         else:
-            raise ValueError(f"{os.fspath(path)}: unknown picture format; known are .png and .npz")
+            raise ValueError(f"{os.fspath(path)}: unknown picture format; known are .png, .jpg, .exr, .hdr and .npz")
 
     def _repr_png_(self) -> bytes:
         return self.png()

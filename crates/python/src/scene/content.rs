@@ -1,6 +1,7 @@
 //! Filling a scene from arrays.
 
 use super::Scene;
+use super::foreign::ForeignMesh;
 use crate::arrays::{Input, affine, output};
 use crate::camera::Camera;
 use crate::errors::bad;
@@ -10,8 +11,29 @@ use crate::medium::{BodyDescribed, Medium, fog, portal};
 use alhazen::{Environment, Instance, Light, LightKind, Mesh, Shape, Sphere, TriangleMesh};
 use glam::Vec3;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 impl Scene {
+    /// The index of a material that a caller names: by its index or name, by a colour such as "#ff8000", or by a dictionary of
+    /// the arguments of `add_material`. The last two are added.
+    fn material_index(slf: &Bound<Self>, value: Option<&Bound<PyAny>>) -> PyResult<u32> {
+        let Some(value) = value else { return Ok(0) };
+        if let Ok(keywords) = value.cast::<PyDict>() {
+            return slf.call_method("add_material", (), Some(keywords))?.extract();
+        }
+        if let Ok(text) = value.extract::<String>() {
+            if text.starts_with('#') {
+                let keywords = PyDict::new(slf.py());
+                keywords.set_item("base_color", text)?;
+                return slf.call_method("add_material", (), Some(&keywords))?.extract();
+            }
+            let contents = slf.get().contents(slf.py());
+            let found = contents.scene.materials.iter().position(|m| m.name == text);
+            return found.map(|i| i as u32).ok_or_else(|| bad(format!("material: there is no `{text}`")));
+        }
+        value.extract().map_err(|_| bad("material: expected an index, a name, a colour or a dictionary"))
+    }
+
     fn add_shape(&self, py: Python, shape: Shape, material: u32, name: String) -> PyResult<u32> {
         self.change(py, |scene| {
             let implied = material == 0 && scene.materials.is_empty();
@@ -37,36 +59,46 @@ impl Scene {
     ///
     /// Parameters
     /// ----------
-    /// vertices : array_like, float32, shape (n, 3)
-    ///     Positions in object space, metres.
-    /// triangles : array_like, int, shape (m, 3)
-    ///     Indices of vertices, counter-clockwise seen from the front.
+    /// vertices : array_like, float32, shape (n, 3), or a mesh
+    ///     Positions in object space, metres. A mesh of trimesh, Open3D or the like has them as `vertices`, the triangles as
+    ///     `faces` or `triangles`, and perhaps colours, texture coordinates and computed normals; these are taken as they are.
+    /// triangles : array_like, int, shape (m, 3), optional
+    ///     Indices of vertices, counter-clockwise seen from the front; those of the mesh if not given.
     /// normals : array_like, float32, shape (n, 3), optional
     ///     Unit shading normals; without them the mesh is flat-shaded.
     /// uvs : array_like, float32, shape (n, 2), optional
     ///     Texture coordinates; (0, 0) is the upper left corner of the picture.
     /// colors : array_like, float32, shape (n, 3), optional
     ///     Linear RGB, multiplied into the material's base colour.
-    /// material : int, default 0
-    ///     What `add_material` returned. A scene without materials has a grey one.
+    /// material : int, str or dict, default 0
+    ///     What `add_material` returned, the name of a material, a colour such as "#ff8000", or a dictionary of the arguments
+    ///     of `add_material`. A scene without materials has a grey one.
     /// name : str, default ""
     ///
     /// Returns
     /// -------
     /// int
     ///     Index of the mesh.
-    #[pyo3(signature = (vertices, triangles, *, normals=None, uvs=None, colors=None, material=0, name=String::new()))]
+    #[pyo3(signature = (vertices, triangles=None, *, normals=None, uvs=None, colors=None, material=None, name=String::new()))]
     fn add_mesh(
-        &self,
-        py: Python,
+        slf: &Bound<Self>,
         vertices: &Bound<PyAny>,
-        triangles: &Bound<PyAny>,
+        triangles: Option<&Bound<PyAny>>,
         normals: Option<&Bound<PyAny>>,
         uvs: Option<&Bound<PyAny>>,
         colors: Option<&Bound<PyAny>>,
-        material: u32,
+        material: Option<&Bound<PyAny>>,
         name: String,
     ) -> PyResult<u32> {
+        let foreign = match triangles {
+            Some(_) => ForeignMesh::default(),
+            None => ForeignMesh::of(vertices)?,
+        };
+        let vertices = foreign.vertices.as_ref().unwrap_or(vertices);
+        let missing = || bad("triangles: expected an array, or a mesh that has vertices and faces");
+        let triangles = triangles.or(foreign.triangles.as_ref()).ok_or_else(missing)?;
+        let normals = normals.or(foreign.normals.as_ref());
+        let (uvs, colors) = (uvs.or(foreign.uvs.as_ref()), colors.or(foreign.colors.as_ref()));
         let positions = attribute::<3, _>("vertices", Some(vertices), None, Vec3::from)?;
         let n = Some(positions.len());
         let unit = |v: [f32; 3]| Vec3::from(v).normalize_or_zero();
@@ -78,7 +110,8 @@ impl Scene {
             positions,
             ..TriangleMesh::default()
         };
-        self.add_shape(py, Shape::Triangles(mesh), material, name)
+        let material = Self::material_index(slf, material)?;
+        slf.get().add_shape(slf.py(), Shape::Triangles(mesh), material, name)
     }
 
     /// Adds analytic spheres as one mesh; they are seen where `add_instance` puts it.
@@ -89,20 +122,20 @@ impl Scene {
     ///     In object space, metres.
     /// radii : array_like, float32, shape (n,)
     ///     Metres, positive.
-    /// material : int, default 0
+    /// material : int, str or dict, default 0
+    ///     As for `add_mesh`.
     /// name : str, default ""
     ///
     /// Returns
     /// -------
     /// int
     ///     Index of the mesh.
-    #[pyo3(signature = (centers, radii, *, material=0, name=String::new()))]
+    #[pyo3(signature = (centers, radii, *, material=None, name=String::new()))]
     fn add_spheres(
-        &self,
-        py: Python,
+        slf: &Bound<Self>,
         centers: &Bound<PyAny>,
         radii: &Bound<PyAny>,
-        material: u32,
+        material: Option<&Bound<PyAny>>,
         name: String,
     ) -> PyResult<u32> {
         let (centers, radii) = (Input::<f32>::new("centers", centers)?, Input::<f32>::new("radii", radii)?);
@@ -119,7 +152,8 @@ impl Scene {
         }
         let sphere = |(c, r): (&[f32; 3], &f32)| Sphere { center: (*c).into(), radius: *r };
         let spheres = centers.iter().zip(radii).map(sphere).collect();
-        self.add_shape(py, Shape::Spheres(spheres), material, name)
+        let material = Self::material_index(slf, material)?;
+        slf.get().add_shape(slf.py(), Shape::Spheres(spheres), material, name)
     }
 
     /// Puts a mesh into the world.
@@ -130,8 +164,8 @@ impl Scene {
     ///     What `add_mesh` or `add_spheres` returned.
     /// transform : array_like, shape (4, 4) or (3, 4), optional
     ///     Object to world; the identity if not given.
-    /// material : int, optional
-    ///     Replaces the mesh's own material.
+    /// material : int, str or dict, optional
+    ///     Replaces the mesh's own material; as for `add_mesh`.
     /// name : str, default ""
     /// dynamic : bool, default False
     ///     Whether `set_transform` will move it often. Then a move does not rebuild the scene, but rays take a little longer.
@@ -142,17 +176,17 @@ impl Scene {
     ///     Index of the instance, which hits and the layer ``instance`` name.
     #[pyo3(signature = (mesh, *, transform=None, material=None, name=String::new(), dynamic=false))]
     fn add_instance(
-        &self,
-        py: Python,
+        slf: &Bound<Self>,
         mesh: u32,
         transform: Option<&Bound<PyAny>>,
-        material: Option<u32>,
+        material: Option<&Bound<PyAny>>,
         name: String,
         dynamic: bool,
     ) -> PyResult<u32> {
         let transform =
             transform.map(|t| affine("transform", t)).transpose()?.unwrap_or(glam::Affine3A::IDENTITY);
-        self.change(py, |scene| {
+        let material = material.map(|m| Self::material_index(slf, Some(m))).transpose()?;
+        slf.get().change(slf.py(), |scene| {
             let known = scene.meshes.get(mesh as usize);
             let known = known.ok_or_else(|| bad(format!("mesh: {mesh} of only {}", scene.meshes.len())))?;
             if let Some(material) = material.filter(|m| *m as usize >= scene.materials.len()) {
@@ -204,7 +238,8 @@ impl Scene {
     ///     How the surface scatters; metallic-roughness as glTF 2.0 has it if not given. A boundary is the end of a medium and
     ///     no surface.
     /// base_color : array_like, shape (3,) or (4,), default 0.8
-    ///     Linear RGB, or RGB and alpha, each in [0, 1].
+    ///     Linear RGB, or RGB and alpha, each in [0, 1]; or a text such as "#ff8000", which is sRGB. Other colours may be
+    ///     such texts as well.
     /// metallic, roughness, specular, transmission : float
     ///     In [0, 1]; roughness is perceptual, GGX's alpha is its square.
     /// ior : float, default 1.5
@@ -480,7 +515,7 @@ impl Scene {
 }
 
 /// The rows of an optional array, which must be `count` if that is given.
-fn attribute<const N: usize, T>(
+pub(super) fn attribute<const N: usize, T>(
     name: &'static str,
     value: Option<&Bound<PyAny>>,
     count: Option<usize>,
@@ -489,6 +524,9 @@ fn attribute<const N: usize, T>(
     let Some(value) = value else { return Ok(Vec::new()) };
     let input = Input::<f32>::new(name, value)?;
     let rows = input.rows::<N>()?;
+    if let Some(row) = rows.iter().position(|row| !row.iter().all(|x| x.is_finite())) {
+        return Err(bad(format!("{name}: row {row} is {:?}", rows[row])));
+    }
     match count {
         Some(count) if count != rows.len() => {
             Err(bad(format!("{name}: {} rows for {count} vertices", rows.len())))
@@ -498,7 +536,7 @@ fn attribute<const N: usize, T>(
 }
 
 /// Triangles from an array of any kind of whole numbers.
-fn indices(triangles: &Bound<PyAny>, vertices: usize) -> PyResult<Vec<[u32; 3]>> {
+pub(super) fn indices(triangles: &Bound<PyAny>, vertices: usize) -> PyResult<Vec<[u32; 3]>> {
     let array = triangles.py().import("numpy")?.call_method1("asarray", (triangles,))?;
     let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
     let size: usize = array.getattr("size")?.extract()?;

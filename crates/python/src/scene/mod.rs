@@ -1,12 +1,15 @@
 //! Scenes: from files or from arrays.
 
 mod content;
+mod editing;
+mod foreign;
 mod pictures;
 mod rays;
 
 use crate::arrays::output;
 use crate::camera::Camera;
 use crate::errors::{load_error, render_error};
+use crate::protect;
 use crate::render::Prepared;
 use alhazen::{LoadOptions, RayQueries, SceneTables, Source, add_daylight_if_dark};
 use glam::Vec3;
@@ -52,7 +55,7 @@ pub fn lock<'a, T>(py: Python, mutex: &'a Mutex<T>) -> MutexGuard<'a, T> {
     mutex.lock_py_attached(py).unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Loads a scene from a file (.obj, .gltf, .glb, .ply, .toml) or the built-in list (see `scenes`).
+/// Loads a scene from a file (.obj, .gltf, .glb, .ply, .toml, .alhazen, …) or the built-in list (see `scenes`).
 ///
 /// Parameters
 /// ----------
@@ -113,12 +116,23 @@ pub fn load(
         ..LoadOptions::default()
     };
     let mut loaded = py.detach(|| source.load(&options)).map_err(load_error)?;
+    protect::remember(&options.files_read);
     if daylight {
         add_daylight_if_dark(&mut loaded.scene, &mut loaded.report);
     }
     let report = loaded.report.notes.iter().map(ToString::to_string).collect();
     let contents = Contents { scene: loaded.scene, report, ..Contents::default() };
     Ok(Scene { contents: Mutex::new(contents), ..Scene::default() })
+}
+
+/// A text as Python writes it.
+pub fn quoted(text: &str) -> String {
+    let escaped = |c: char| match c {
+        '\\' | '\'' => format!("\\{c}"),
+        c if c.is_control() => format!("\\x{:02x}", u32::from(c)),
+        c => c.to_string(),
+    };
+    format!("'{}'", text.chars().map(escaped).collect::<String>())
 }
 
 impl Scene {
@@ -216,7 +230,10 @@ impl Scene {
     fn __repr__(&self, py: Python) -> String {
         let contents = self.contents(py);
         let s = &contents.scene;
-        let (meshes, lights) = (s.meshes.len(), s.lights.len());
-        format!("Scene({:?}: {meshes} meshes, {} instances, {lights} lights)", s.name, s.instances.len())
+        let (meshes, instances) = (s.meshes.len(), s.instances.len());
+        let (materials, lights) = (s.materials.len(), s.lights.len());
+        let counts =
+            format!("meshes={meshes}, instances={instances}, materials={materials}, lights={lights}");
+        format!("Scene(name={}, {counts})", quoted(&s.name))
     }
 }

@@ -2,6 +2,7 @@
 
 use super::Scene;
 use crate::arrays::{matrices, square};
+use crate::camera::coefficients;
 use crate::part::{Part, render_part};
 use crate::render::{Settings, render};
 use crate::sensors;
@@ -34,6 +35,9 @@ impl Scene {
     ///     How light is transported; what the scene says, or "path".
     /// max_depth : int, optional
     ///     Longest path: 1 is emission, 2 direct light.
+    /// clamp_indirect : float, optional
+    ///     The most that indirect light adds to a sample each time that a path finds some: removes bright specks, and light
+    ///     with them. For "path" only; the picture is biased.
     /// sampler : {"sobol", "independent"}, default "sobol"
     /// crop : sequence of 4 int, optional
     ///     Render only this part: x, y, width, height in pixels from the upper left.
@@ -69,7 +73,7 @@ impl Scene {
     ///     If the back end is not there, cannot hold the scene, or fails.
     #[pyo3(signature = (
         width=None, height=None, spp=None, *, camera=None, aovs=Vec::new(), seed=0, integrator=None, max_depth=None,
-        sampler="sobol".into(), crop=None, first_sample=0, time=0.0, time_limit=None, noise=None,
+        clamp_indirect=None, sampler="sobol".into(), crop=None, first_sample=0, time=0.0, time_limit=None, noise=None,
         backend="auto".into(), adapter=None, threads=None, progress=None
     ))]
     fn render<'py>(
@@ -83,6 +87,7 @@ impl Scene {
         seed: u32,
         integrator: Option<String>,
         max_depth: Option<u32>,
+        clamp_indirect: Option<f32>,
         sampler: String,
         crop: Option<[u32; 4]>,
         first_sample: u32,
@@ -96,7 +101,7 @@ impl Scene {
     ) -> PyResult<Bound<'py, PyAny>> {
         #[rustfmt::skip]
         let settings = Settings {
-            width, height, spp, camera, aovs, seed, integrator, max_depth, sampler, crop, first_sample, time,
+            width, height, spp, camera, aovs, seed, integrator, max_depth, clamp_indirect, sampler, crop, first_sample, time,
             time_limit, noise, backend, adapter, threads, progress,
         };
         render(py, self, &settings)
@@ -115,7 +120,8 @@ impl Scene {
     /// frame : int, optional
     ///     Number of the picture in a sequence: parts of different frames do not merge.
     /// **settings
-    ///     camera, aovs, seed, integrator, max_depth, sampler, crop, time, backend, adapter, threads and progress, as for `render`.
+    ///     camera, aovs, seed, integrator, max_depth, clamp_indirect, sampler, crop, time, backend, adapter, threads and
+    ///     progress, as for `render`.
     ///
     /// Returns
     /// -------
@@ -148,6 +154,9 @@ impl Scene {
     ///     Intrinsics as OpenCV has them, in pixels.
     /// poses : array_like, shape (n, 4, 4)
     ///     Camera to world for each picture, with OpenCV's camera axes.
+    /// distortion : array_like, optional
+    ///     Coefficients of the lens, and whether they are those of a `fisheye`; see `Camera.from_opencv`.
+    /// fisheye : bool, default False
     /// moves : dict of str to array_like, shape (n, 4, 4), optional
     ///     Object to world, for each picture, of instances that move, by name.
     /// categories : dict of str to str, optional
@@ -164,7 +173,7 @@ impl Scene {
     /// int
     ///     Number of annotated objects in all pictures.
     #[pyo3(signature = (
-        folder, width, height, *, matrix, poses, moves=BTreeMap::new(), categories=BTreeMap::new(), spp=None, seed=0,
+        folder, width, height, *, matrix, poses, distortion=None, fisheye=false, moves=BTreeMap::new(), categories=BTreeMap::new(), spp=None, seed=0,
         backend="auto".into(), progress=None
     ))]
     fn write_dataset<'py>(
@@ -175,6 +184,8 @@ impl Scene {
         height: u32,
         matrix: &Bound<'py, PyAny>,
         poses: &Bound<'py, PyAny>,
+        distortion: Option<&Bound<'py, PyAny>>,
+        fisheye: bool,
         moves: BTreeMap<String, Bound<'py, PyAny>>,
         categories: BTreeMap<String, String>,
         spp: Option<u32>,
@@ -188,6 +199,8 @@ impl Scene {
             width,
             height,
             matrix: square("matrix", matrix)?,
+            distortion: coefficients(distortion)?,
+            fisheye,
             poses: matrices("poses", poses)?,
             moves: moves.collect::<PyResult<_>>()?,
             categories,

@@ -4,8 +4,8 @@
 //! every number, so that what is read is bit for bit what was written.
 
 use crate::{
-    AlphaMode, Camera, CameraPath, Daylight, Environment, Light, LightKind, Material, Model, Photometry,
-    Projection, Sky, Sun, SunPosition,
+    AlphaMode, Camera, CameraPath, Daylight, Distortion, Environment, Light, LightKind, Material, Model,
+    Photometry, Projection, Sky, Sun, SunPosition,
 };
 use glam::{Vec2, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
@@ -352,6 +352,14 @@ pub struct CameraRecord {
     pub focus_distance: f32,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub orbit: Option<OrbitRecord>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub distortion: Option<Distortion>,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub skew: f32,
+}
+
+fn is_zero(number: &f32) -> bool {
+    *number == 0.0
 }
 
 /// As [`Projection`].
@@ -401,6 +409,8 @@ impl From<&Camera> for CameraRecord {
             lens_radius: c.lens_radius,
             focus_distance: c.focus_distance,
             orbit,
+            distortion: c.distortion,
+            skew: c.skew,
         }
     }
 }
@@ -434,6 +444,8 @@ impl CameraRecord {
             lens_radius: self.lens_radius,
             focus_distance: self.focus_distance,
             path,
+            distortion: self.distortion,
+            skew: self.skew,
         }
     }
 }

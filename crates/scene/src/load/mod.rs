@@ -6,6 +6,7 @@ pub mod gltf;
 pub mod ies;
 pub mod meshopt;
 pub mod obj;
+pub mod packed;
 pub mod pbrt;
 pub mod ply;
 pub mod scene_file;
@@ -107,7 +108,7 @@ pub enum LoadError {
     },
     /// No loader knows the file name's ending.
     #[error(
-        "{}: unknown file type; known are .obj, .gltf, .glb, .pbrt, .ply, .stl and .toml scene files",
+        "{}: unknown file type; known are .obj, .gltf, .glb, .pbrt, .ply, .stl, .alhazen and .toml scene files",
         shown(path)
     )]
     UnknownFormat {
@@ -257,6 +258,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
         "ply" => ply::load(path, options),
         "stl" => stl::load(path, options),
         "toml" => scene_file::load(path, options),
+        packed::ENDING => packed::load(path, options),
         _ => Err(LoadError::UnknownFormat { path: path.to_owned() }),
     }?;
     if loaded.scene.name.is_empty() {

@@ -54,7 +54,12 @@ impl Annotations {
         self.images.push(json!({
             "id": number, "width": truth.width, "height": truth.height,
             "file_name": slashes(png), "layers": slashes(exr),
-            "camera": { "matrix": poses.matrix, "pose": poses.poses[number] },
+            "camera": {
+                "matrix": poses.matrix,
+                "distortion": poses.distortion,
+                "fisheye": poses.fisheye,
+                "pose": poses.poses[number],
+            },
         }));
         for (instance, mask) in masks(truth) {
             let (width, height) = (mask.right - mask.left + 1, mask.bottom - mask.top + 1);

@@ -8,8 +8,8 @@ use std::path::Path;
 
 /// A calibrated camera and where it goes.
 ///
-/// As JSON: `{"width": 640, "height": 480, "matrix": [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], "poses": [[[…], …], …], "moves":
-/// {"car": [[[…], …], …]}}`. Matrices are lists of rows.
+/// As JSON: `{"width": 640, "height": 480, "matrix": [[fx, s, cx], [0, fy, cy], [0, 0, 1]], "distortion": [k1, k2, p1, p2, k3],
+/// "fisheye": false, "poses": [[[…], …], …], "moves": {"car": [[[…], …], …]}}`. Matrices are lists of rows.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Poses {
@@ -19,6 +19,12 @@ pub struct Poses {
     pub height: u32,
     /// Intrinsics as OpenCV has them, in pixels; pixel centres are at whole numbers.
     pub matrix: [[f64; 3]; 3],
+    /// Coefficients of the lens as OpenCV orders them; none are a pinhole.
+    #[serde(default)]
+    pub distortion: Vec<f64>,
+    /// Whether they are those of OpenCV's fisheye.
+    #[serde(default)]
+    pub fisheye: bool,
     /// Camera to world for each picture, with OpenCV's camera axes: x right, y down, z into the picture. Metres.
     pub poses: Vec<[[f64; 4]; 4]>,
     /// Object to world of instances that move, by name, one for each pose.
@@ -56,7 +62,8 @@ impl Poses {
     /// [`SensorError::Camera`].
     pub fn cameras(&self) -> Result<Vec<Camera>, SensorError> {
         let camera = |(pose, &[x, y, z, _]): (usize, &[[f64; 4]; 4])| {
-            let camera = Camera::from_opencv(self.matrix, [x, y, z], self.width, self.height);
+            let camera = Camera::from_opencv(self.matrix, [x, y, z], self.width, self.height)
+                .and_then(|camera| camera.with_opencv_distortion(&self.distortion, self.fisheye));
             camera.map_err(|source| SensorError::Camera { pose, source })
         };
         self.poses.iter().enumerate().map(camera).collect()
@@ -94,6 +101,13 @@ mod tests {
             let error = read(&text).expect_err("a mistake").to_string();
             assert!(error.contains("poses.json") && error.contains(reason), "{error}");
         }
+        let lens = read(&format!(
+            "{{{matrix}, \"distortion\": [0.1, 0, 0, 0], \"fisheye\": true, \"poses\": [{UNIT}]}}"
+        ));
+        let cameras = lens.expect("read").cameras().expect("cameras");
+        assert!(matches!(cameras[0].distortion, Some(alhazen::Distortion::Fisheye { .. })));
+        let wrong = read(&format!("{{{matrix}, \"distortion\": [0.1], \"poses\": [{UNIT}]}}")).expect("read");
+        assert!(matches!(wrong.cameras(), Err(SensorError::Camera { pose: 0, .. })));
         let mirrored = UNIT.replace("[1,0,0,0]", "[-1,0,0,0]");
         let poses = read(&format!("{{{matrix}, \"poses\": [{UNIT}, {mirrored}]}}")).expect("read");
         assert!(matches!(poses.cameras(), Err(SensorError::Camera { pose: 1, .. })));

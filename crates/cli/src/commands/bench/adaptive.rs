@@ -1,10 +1,13 @@
 //! `alhazen bench adaptive`: what adaptive sampling is worth.
 
 use super::ReportArgs;
+use super::around::{AroundArgs, Frames};
 use super::report::{Percentiles, Plot, Report, Scale, Table};
 use super::views::{View, ViewArgs, render};
 use crate::console::{print_result, say};
-use alhazen::{Adaptive, Image, Job, Limits, Renderer, Sampling, metrics};
+use alhazen::{
+    Adaptive, FrameSamples, Image, Job, Limits, RealtimeSettings, Renderer, SamplerKind, Sampling, metrics,
+};
 use clap::Args;
 
 /// Adaptive against uniform sampling, at equal error and at equal time.
@@ -17,7 +20,8 @@ use clap::Args;
 #[command(after_help = "\
 Examples:
   alhazen bench adaptive
-  alhazen bench adaptive cornell room.glb --spp 64,256 --backend gpu --width 1920 --height 1080")]
+  alhazen bench adaptive cornell room.glb --spp 64,256 --backend gpu --width 1920 --height 1080
+  alhazen bench adaptive atrium --around 8 --width 1920 --height 1080")]
 pub struct AdaptiveArgs {
     #[command(flatten)]
     views: ViewArgs,
@@ -31,6 +35,8 @@ pub struct AdaptiveArgs {
     /// Pictures of different noise at each budget.
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
     seeds: u32,
+    #[command(flatten)]
+    around: AroundArgs,
     #[command(flatten)]
     report: ReportArgs,
 }
@@ -55,6 +61,9 @@ struct Measured {
 
 /// Measures, prints and writes.
 pub fn run(args: &AdaptiveArgs) -> anyhow::Result<()> {
+    if args.around.around > 0 {
+        return run_around(args);
+    }
     let mut renderer = args.views.renderer()?;
     let mut settings = args.views.settings(&renderer);
     settings.push(("seeds", args.seeds.to_string()));
@@ -78,6 +87,30 @@ pub fn run(args: &AdaptiveArgs) -> anyhow::Result<()> {
         all.push(measured);
     }
     fill(&mut report, &all)?;
+    print_result(&report.summary())?;
+    say!("{}", report.write(&args.report.report)?.display());
+    Ok(())
+}
+
+/// Device time of frames with the same number of samples everywhere, and where noise wants them, from all around.
+fn run_around(args: &AdaptiveArgs) -> anyhow::Result<()> {
+    let most = FrameSamples::ADAPTIVE.most;
+    let with = |samples| RealtimeSettings { samples, budget: None, ..RealtimeSettings::default() };
+    let frames = Frames {
+        scenes: args.views.scenes()?,
+        size: args.views.size(),
+        adapter: args.views.adapter(),
+        sampler: SamplerKind::default(),
+        ways: vec![
+            ("uniform", with(FrameSamples { least: most, most })),
+            ("adaptive", with(FrameSamples::ADAPTIVE)),
+        ],
+    };
+    let mut settings = args.around.settings(&frames)?;
+    settings.push(("uniform samples", most.to_string()));
+    settings.push(("adaptive samples", FrameSamples::ADAPTIVE.to_string()));
+    let mut report = Report::new("adaptive", "Adaptive against uniform frames from all around", &settings);
+    args.around.measure(&frames, &mut report)?;
     print_result(&report.summary())?;
     say!("{}", report.write(&args.report.report)?.display());
     Ok(())

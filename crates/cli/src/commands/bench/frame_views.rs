@@ -1,6 +1,7 @@
 //! `alhazen bench views`: what the frames of a scene cost from several places.
 
 use super::ReportArgs;
+use super::around::cameras_around;
 use super::frames::{FrameArgs, Measured};
 use super::report::{Cell, Percentiles, Plot, Report, Scale, Table};
 use super::stage::Stage;
@@ -8,7 +9,6 @@ use super::views::{check_scenes, open_scene};
 use crate::console::{print_result, say};
 use alhazen::{Camera, HybridSettings, Scene};
 use clap::Args;
-use glam::{Quat, Vec3};
 
 /// Time of each pass of the hybrid renderer's frames, for all cameras of scenes and for a round trip about what the first one looks
 /// at.
@@ -67,6 +67,7 @@ pub fn run(args: &ViewsArgs) -> anyhow::Result<()> {
         let first = args.frames.view(scene, cameras[0].clone(), HybridSettings::default());
         let mut shown = stage.load(scene, &first, 2)?;
         for camera in cameras {
+            say!("{name}, {}", camera.name);
             let view = args.frames.view(scene, camera.clone(), HybridSettings::default());
             let measured = stage.measure(&mut shown, &mut |_, _| (view.clone(), None))?;
             table.push(row(name, &camera.name, &measured));
@@ -90,16 +91,7 @@ fn cameras(scene: &Scene, around: u32) -> Vec<Camera> {
         cameras.push(scene.default_camera());
     }
     let first = cameras[0].clone();
-    for i in 0..around {
-        let angle = std::f32::consts::TAU * i as f32 / around as f32;
-        let eye = first.target + Quat::from_axis_angle(Vec3::Y, angle) * (first.eye - first.target);
-        cameras.push(Camera {
-            name: format!("{:.0}°", angle.to_degrees()),
-            eye,
-            path: None,
-            ..first.clone()
-        });
-    }
+    cameras.extend(cameras_around(&first, around));
     cameras
 }
 

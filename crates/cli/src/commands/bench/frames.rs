@@ -7,7 +7,7 @@ use alhazen::gpu::frames::FrameReport;
 use alhazen::gpu::screen::PresentMode;
 use alhazen::gpu::tracer::TracerKind;
 use alhazen::gpu::tracer::upper::Place;
-use alhazen::gpu::{Gpu, GpuOptions};
+use alhazen::gpu::{Gpu, GpuOptions, has_hardware};
 use alhazen::{
     Camera, HybridSettings, Instance, Integrator, Job, Light, LightKind, Material, Mesh, Model, Scene, Shape,
     TriangleMesh, View,
@@ -20,18 +20,18 @@ use std::time::Duration;
 /// How frames are measured.
 #[derive(Debug, Args)]
 pub struct FrameArgs {
-    /// Width of the frames in pixels.
-    #[arg(long, default_value_t = 1920, value_parser = clap::value_parser!(u32).range(16..=16384))]
-    pub width: u32,
-    /// Height of the frames in pixels.
-    #[arg(long, default_value_t = 1080, value_parser = clap::value_parser!(u32).range(16..=16384))]
-    pub height: u32,
-    /// Frames before those that are measured.
-    #[arg(long, value_name = "N", default_value_t = 2000)]
-    pub warm_up: u32,
-    /// Frames that are measured.
-    #[arg(long, value_name = "N", default_value_t = 5000, value_parser = clap::value_parser!(u32).range(1..))]
-    pub frames: u32,
+    /// Width of the frames in pixels [default: 1920, or 320 where there is no GPU].
+    #[arg(long, value_parser = clap::value_parser!(u32).range(16..=16384))]
+    width: Option<u32>,
+    /// Height of the frames in pixels [default: 1080, or 180 where there is no GPU].
+    #[arg(long, value_parser = clap::value_parser!(u32).range(16..=16384))]
+    height: Option<u32>,
+    /// Frames before those that are measured [default: 2000, or 1 where there is no GPU].
+    #[arg(long, value_name = "N")]
+    warm_up: Option<u32>,
+    /// Frames that are measured [default: 5000, or 5 where there is no GPU].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    frames: Option<u32>,
     /// How first hits are found.
     #[arg(long, value_enum, default_value_t = Visibility::Raster)]
     pub visibility: Visibility,
@@ -145,14 +145,35 @@ impl Measured {
     }
 }
 
+/// What is usual on a GPU, or on a software driver, which takes a thousand times as long.
+pub fn usual<T>(on_gpu: T, on_software: T) -> T {
+    if has_hardware() { on_gpu } else { on_software }
+}
+
 impl FrameArgs {
+    /// Width and height of the frames in pixels.
+    pub fn size(&self) -> [u32; 2] {
+        let [width, height] = usual([1920, 1080], [320, 180]);
+        [self.width.unwrap_or(width), self.height.unwrap_or(height)]
+    }
+
+    /// Frames before those that are measured.
+    pub fn warm_up(&self) -> u32 {
+        self.warm_up.unwrap_or(usual(2000, 1))
+    }
+
+    /// Frames that are measured.
+    pub fn frames(&self) -> u32 {
+        self.frames.unwrap_or(usual(5000, 5))
+    }
+
     /// What reports say of the arguments.
     pub fn settings(&self, gpu: &Gpu) -> Vec<(&'static str, String)> {
         vec![
             ("device", gpu.describe()),
             ("tracer", self.kind().name().to_owned()),
-            ("size", format!("{}×{}", self.width, self.height)),
-            ("frames", format!("{} after {}", self.frames, self.warm_up)),
+            ("size", format!("{}×{}", self.size()[0], self.size()[1])),
+            ("frames", format!("{} after {}", self.frames(), self.warm_up())),
             ("least share of reflections", self.reflection_survival.to_string()),
             ("visibility", self.settings_of(HybridSettings::default()).visibility.name().to_owned()),
         ]
@@ -192,7 +213,7 @@ impl FrameArgs {
     /// The view of a scene's camera.
     pub fn view(&self, scene: &Scene, camera: Camera, settings: HybridSettings) -> View {
         let integrator = Integrator::Hybrid(self.settings_of(settings));
-        let (width, height) = (self.width, self.height);
+        let [width, height] = self.size();
         Job { camera, width, height, integrator, ..Job::for_scene(scene) }.view(0.0)
     }
 }

@@ -1,7 +1,7 @@
 //! `alhazen bench frames-in-flight`: what it is worth that host and device work at the same time.
 
 use super::ReportArgs;
-use super::frames::{FrameArgs, Measured, crowd, crowd_places};
+use super::frames::{FrameArgs, Measured, crowd, crowd_places, usual};
 use super::report::{Percentiles, Plot, Report, Scale, Table};
 use super::stage::Stage;
 use crate::console::{print_result, say};
@@ -19,11 +19,11 @@ Examples:
   alhazen bench frames-in-flight
   alhazen bench frames-in-flight --models 1,1000 --in-flight 1,2,3 --warm-up 50 --frames 500 --trace frames.json")]
 pub struct FramesInFlightArgs {
-    /// Numbers of models, separated by commas.
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [1, 5, 10, 100, 1000, 10_000])]
+    /// Numbers of models, separated by commas [default: 1,5,10,100,1000,10000, or 1,10 where there is no GPU].
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
     models: Vec<u32>,
-    /// Numbers of frames in flight, from 1 to 5, separated by commas.
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [1, 2, 3, 4, 5],
+    /// Numbers of frames in flight, from 1 to 5, separated by commas [default: 1,2,3,4,5, or 1,2 where there is no GPU].
+    #[arg(long, value_name = "LIST", value_delimiter = ',',
         value_parser = clap::value_parser!(u32).range(1..=5))]
     in_flight: Vec<u32>,
     #[command(flatten)]
@@ -59,7 +59,8 @@ pub fn run(args: &FramesInFlightArgs) -> anyhow::Result<()> {
     let mut rate =
         Plot::new("Frames per second", ("frames in flight", Scale::Linear), ("frames/s", Scale::Log));
     let mut latency = Plot::new("Latency", ("frames in flight", Scale::Linear), ("ms", Scale::Log));
-    for &models in &args.models {
+    for models in args.models() {
+        say!("{models} models");
         let (mut rates, mut latencies) = (Vec::new(), Vec::new());
         for (in_flight, measured) in measure(args, &mut stage, models)? {
             let median = |values: &[f64]| Percentiles::of(values).p50;
@@ -92,6 +93,18 @@ pub fn run(args: &FramesInFlightArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
+impl FramesInFlightArgs {
+    fn models(&self) -> Vec<u32> {
+        let usual: &[u32] = usual(&[1, 5, 10, 100, 1000, 10_000], &[1, 10]);
+        if self.models.is_empty() { usual.to_vec() } else { self.models.clone() }
+    }
+
+    fn in_flight(&self) -> Vec<u32> {
+        let usual: &[u32] = usual(&[1, 2, 3, 4, 5], &[1, 2]);
+        if self.in_flight.is_empty() { usual.to_vec() } else { self.in_flight.clone() }
+    }
+}
+
 /// Times by the number of frames in flight.
 fn measure(
     args: &FramesInFlightArgs,
@@ -103,7 +116,8 @@ fn measure(
     let view = args.frames.view(&scene, scene.default_camera(), settings);
     let mut shown = stage.load(&scene, &view, 1)?;
     let mut results = Vec::new();
-    for &in_flight in &args.in_flight {
+    for in_flight in args.in_flight() {
+        say!("  {in_flight} frames in flight");
         shown.live.frames().set_depth(in_flight as usize);
         let measured = stage.measure(&mut shown, &mut |number, places| {
             crowd_places(models, number, places);

@@ -2,6 +2,8 @@
 //! [`report`].
 
 mod adaptive;
+mod around;
+mod backends;
 mod convergence;
 mod denoise;
 mod frame_views;
@@ -32,6 +34,7 @@ pub struct BenchArgs {
 #[derive(Debug, Subcommand)]
 enum BenchCommand {
     Adaptive(adaptive::AdaptiveArgs),
+    Backends(backends::BackendsArgs),
     Convergence(convergence::ConvergenceArgs),
     Denoise(denoise::DenoiseArgs),
     Lights(lights::LightsArgs),
@@ -54,6 +57,7 @@ pub struct ReportArgs {
 pub fn run(args: &BenchArgs) -> anyhow::Result<()> {
     match &args.command {
         BenchCommand::Adaptive(args) => adaptive::run(args),
+        BenchCommand::Backends(args) => backends::run(args),
         BenchCommand::Convergence(args) => convergence::run(args),
         BenchCommand::Denoise(args) => denoise::run(args),
         BenchCommand::Lights(args) => lights::run(args),

@@ -1,7 +1,8 @@
 //! `alhazen bench realtime`: what the frames of the real-time path tracer cost, and how far they are from the truth.
 
 use super::ReportArgs;
-use super::frames::Visibility;
+use super::around::{AroundArgs, Frames};
+use super::frames::{Visibility, usual};
 use super::report::{Cell, Percentiles, Plot, Report, Scale, Table};
 use super::views::{check_scenes, open_scene, render, short_name};
 use crate::commands::render::parsing::parse_not_negative;
@@ -28,30 +29,32 @@ use std::sync::Arc;
 #[command(after_help = "\
 Examples:
   alhazen bench realtime cornell atrium
-  alhazen bench realtime model.glb --width 1280 --height 720 --budget 8ms")]
+  alhazen bench realtime model.glb --width 1280 --height 720 --budget 8ms
+  alhazen bench realtime atrium --around 8")]
 pub struct RealtimeArgs {
     /// Scene files or names of built-in scenes, each with the place to look from if that is not the scene's first camera:
     /// `room.glb@EYE:TARGET`, both X,Y,Z.
     #[arg(value_name = "FILE|SCENE[@EYE:TARGET]", default_values_t = ["cornell", "atrium"].map(String::from))]
     scenes: Vec<String>,
-    /// Width of the frames in pixels.
-    #[arg(long, default_value_t = 1920, value_parser = clap::value_parser!(u32).range(16..=8192))]
-    width: u32,
-    /// Height of the frames in pixels.
-    #[arg(long, default_value_t = 1080, value_parser = clap::value_parser!(u32).range(16..=8192))]
-    height: u32,
-    /// Frames of the moving camera.
-    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    moving_frames: u32,
+    /// Width of the frames in pixels [default: 1920, or 160 where there is no GPU].
+    #[arg(long, value_parser = clap::value_parser!(u32).range(16..=8192))]
+    width: Option<u32>,
+    /// Height of the frames in pixels [default: 1080, or 90 where there is no GPU].
+    #[arg(long, value_parser = clap::value_parser!(u32).range(16..=8192))]
+    height: Option<u32>,
+    /// Frames of the moving camera [default: 16, or 2 where there is no GPU].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    moving_frames: Option<u32>,
     /// How far the camera moves from frame to frame, as a share of the distance to what it looks at.
     #[arg(long, value_name = "SHARE", default_value_t = 0.004, value_parser = parse_not_negative)]
     step: f32,
-    /// Frames of the camera that stands still.
-    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(32..=100_000))]
-    still_frames: u32,
-    /// Samples per pixel of the references. Their own error adds to every error measured.
-    #[arg(long, value_name = "SPP", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(1..))]
-    reference_spp: u32,
+    /// Frames of the camera that stands still [default: 200, or 32 where there is no GPU].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(32..=100_000))]
+    still_frames: Option<u32>,
+    /// Samples per pixel of the references [default: 1024, or 32 where there is no GPU]. Their own error adds to every error
+    /// measured.
+    #[arg(long, value_name = "SPP", value_parser = clap::value_parser!(u32).range(1..))]
+    reference_spp: Option<u32>,
     /// Longest path in segments, of frames and references.
     #[arg(long, value_name = "DEPTH")]
     max_depth: Option<u32>,
@@ -70,6 +73,8 @@ pub struct RealtimeArgs {
     #[command(flatten)]
     settings: FrameSettings,
     #[command(flatten)]
+    around: AroundArgs,
+    #[command(flatten)]
     report: ReportArgs,
 }
 
@@ -82,17 +87,20 @@ const TIMED_FRAMES: u32 = 64;
 
 /// Measures, prints and writes.
 pub fn run(args: &RealtimeArgs) -> anyhow::Result<()> {
+    if args.around.around > 0 {
+        return run_around(args);
+    }
     let settings = args.realtime_settings();
     let adaptive = args.adaptive_settings();
     let PathSettings { roulette_start, roulette_min_survival, .. } = settings.path;
     let roulette = format!("from {roulette_start} segments on, {roulette_min_survival} survive at least");
     let about = [
         ("device", args.open()?.describe()),
-        ("size", format!("{}×{}", args.width, args.height)),
+        ("size", format!("{}×{}", args.size().0, args.size().1)),
         ("sampler", args.sampler.to_string()),
         ("longest path", settings.path.max_depth.to_string()),
         ("Russian roulette", roulette),
-        ("reference", format!("{} samples per pixel", args.reference_spp)),
+        ("reference", format!("{} samples per pixel", args.reference_spp())),
         ("adaptive samples", adaptive.samples.to_string()),
         ("budget", adaptive.budget.map_or("none".into(), |b| format!("{:.1} ms", b.as_secs_f64() * 1e3))),
         ("errors are relative to", format!("radiance² + {}", metrics::REL_MSE_EPSILON)),
@@ -110,7 +118,42 @@ pub fn run(args: &RealtimeArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Device time of frames from all around, of one sample and of as many as noise wants.
+fn run_around(args: &RealtimeArgs) -> anyhow::Result<()> {
+    check_scenes(&args.scenes)?;
+    let frames = Frames {
+        scenes: &args.scenes,
+        size: args.size(),
+        adapter: args.adapter.clone(),
+        sampler: args.sampler,
+        ways: vec![("1 sample", args.realtime_settings()), ("adaptive", args.adaptive_settings())],
+    };
+    let settings = args.around.settings(&frames)?;
+    let mut report = Report::new("realtime", "The real-time path tracer from all around", &settings);
+    args.around.measure(&frames, &mut report)?;
+    print_result(&report.summary())?;
+    say!("{}", report.write(&args.report.report)?.display());
+    Ok(())
+}
+
 impl RealtimeArgs {
+    fn size(&self) -> (u32, u32) {
+        let (width, height) = usual((1920, 1080), (160, 90));
+        (self.width.unwrap_or(width), self.height.unwrap_or(height))
+    }
+
+    fn moving_frames(&self) -> u32 {
+        self.moving_frames.unwrap_or(usual(16, 2))
+    }
+
+    fn still_frames(&self) -> u32 {
+        self.still_frames.unwrap_or(usual(200, 32))
+    }
+
+    fn reference_spp(&self) -> u32 {
+        self.reference_spp.unwrap_or(usual(1024, 32))
+    }
+
     fn open(&self) -> anyhow::Result<Gpu> {
         Ok(Gpu::open(&GpuOptions { adapter: self.adapter.clone(), ..GpuOptions::default() })?)
     }
@@ -213,11 +256,14 @@ impl<'a> Measurement<'a> {
     }
 
     fn run(&mut self, tables: &mut Tables, report: &mut Report) -> anyhow::Result<()> {
+        say!("{}: times of a moving camera", self.name);
         let filtered = self.args.realtime_settings();
         let raw = RealtimeSettings { filter: false, ..filtered };
         self.time_moving(raw, tables, "raw, moving")?;
         self.time_moving(filtered, tables, "filtered, moving")?;
+        say!("{}: errors of a moving camera", self.name);
         self.moving(raw, filtered, tables, report)?;
+        say!("{}: a camera that stands still", self.name);
         let flicker = [raw, filtered].map(|settings| self.flicker(settings));
         let [raw_flicker, flicker] = flicker;
         self.converging((raw_flicker?, flicker?), tables, report)
@@ -228,7 +274,7 @@ impl<'a> Measurement<'a> {
         let camera = self.scene.default_camera();
         let way = camera.target - camera.eye;
         let right = way.cross(camera.up).normalize_or_zero();
-        let frames_left = (self.args.moving_frames - 1).saturating_sub(frame) as f32;
+        let frames_left = (self.args.moving_frames() - 1).saturating_sub(frame) as f32;
         let offset = right * (way.length() * self.args.step * frames_left);
         Camera { eye: camera.eye - offset, target: camera.target - offset, path: None, ..camera }
     }
@@ -257,9 +303,9 @@ impl<'a> Measurement<'a> {
     ) -> anyhow::Result<()> {
         self.warm_up(&settings)?;
         // The first way is not counted either.
-        for way in 0..=TIMED_FRAMES.div_ceil(self.args.moving_frames) {
+        for way in 0..=TIMED_FRAMES.div_ceil(self.args.moving_frames()) {
             self.live.forget();
-            for frame in 0..self.args.moving_frames {
+            for frame in 0..self.args.moving_frames() {
                 self.live.frame(&self.view(frame, settings), None)?;
             }
             if way == 0 {
@@ -280,7 +326,7 @@ impl<'a> Measurement<'a> {
         tables: &mut Tables,
         report: &mut Report,
     ) -> anyhow::Result<()> {
-        let frames = self.args.moving_frames;
+        let frames = self.args.moving_frames();
         let raw_pictures = self.pictures(raw)?;
         self.take_times(tables, "raw, moving, read back");
         let pictures = self.pictures(filtered)?;
@@ -328,7 +374,7 @@ impl<'a> Measurement<'a> {
         self.live.forget();
         self.live.frames().take_reports();
         let mut pictures = Vec::new();
-        for frame in 0..self.args.moving_frames {
+        for frame in 0..self.args.moving_frames() {
             let view = self.view(frame, settings);
             self.live.frame(&view, None)?;
             pictures.push(self.live.read(&view)?.to_image());
@@ -344,14 +390,14 @@ impl<'a> Measurement<'a> {
             seed: 0x5eed_0000,
             ..job(self.args, self.scene, self.camera(frame), Integrator::Path(path))
         };
-        let limits = Limits { spp: self.args.reference_spp, ..Limits::default() };
+        let limits = Limits { spp: self.args.reference_spp(), ..Limits::default() };
         Ok(render(&mut self.renderer, &job, &limits)?.0)
     }
 
     /// Standard deviation of pixels over the last frames of a view that stands still, over the mean: root of the means of squares.
     fn flicker(&mut self, settings: RealtimeSettings) -> anyhow::Result<f64> {
         self.live.forget();
-        let last = self.args.moving_frames;
+        let last = self.args.moving_frames();
         let (mut sum, mut squares) = (Vec::new(), Vec::new());
         for number in 0..2 * FLICKER_FRAMES {
             let view = View { first_sample: number, ..self.view(last, settings) };
@@ -384,8 +430,8 @@ impl<'a> Measurement<'a> {
         settings.allocation.white = 1.0 / Job::for_scene(self.scene).tone.exposure.max(1e-6);
         self.warm_up(&settings)?;
         self.live.forget();
-        let last = self.args.moving_frames;
-        for number in 0..self.args.still_frames {
+        let last = self.args.moving_frames();
+        for number in 0..self.args.still_frames() {
             let view = View { first_sample: number, ..self.view(last, settings) };
             self.live.frame(&view, None)?;
         }
@@ -441,7 +487,7 @@ impl<'a> Measurement<'a> {
 }
 
 fn job(args: &RealtimeArgs, scene: &Scene, camera: Camera, integrator: Integrator) -> Job {
-    let (width, height) = (args.width, args.height);
+    let (width, height) = args.size();
     let sampler = args.sampler;
     Job { camera, width, height, integrator, sampler, ..Job::for_scene(scene) }
 }

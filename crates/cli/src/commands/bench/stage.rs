@@ -10,8 +10,11 @@ use alhazen::gpu::tracer::upper::{Place, UpperUpdate};
 use alhazen::{Scene, SceneTables, View};
 use anyhow::{Context, bail, ensure};
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use viewer::PlainWindow;
+
+/// How long nothing is said while frames are made.
+const SILENCE: Duration = Duration::from_secs(5);
 
 /// What a frame shows: the view, and where instances stand, if they move.
 pub type NextFrame<'a> = &'a mut dyn FnMut(u32, &mut Vec<Place>) -> (View, Option<UpperUpdate>);
@@ -38,7 +41,7 @@ impl<'a> Stage<'a> {
     /// # Errors
     /// When there is no display, or no device, or the window cannot present as the arguments want it.
     pub fn open(args: &'a FrameArgs, title: &str) -> anyhow::Result<Self> {
-        let size = [args.width, args.height];
+        let size = args.size();
         let window = match args.windowed {
             true => Some(PlainWindow::open(&format!("Alhazen: {title}"), size)?),
             false => None,
@@ -90,6 +93,12 @@ impl<'a> Stage<'a> {
         };
         let tables = Arc::new(SceneTables::build(scene));
         let start = Instant::now();
+        if gpu.is_software() {
+            say!(
+                "{}: a software driver compiles shaders for minutes and takes seconds for a frame",
+                scene.name
+            );
+        }
         let live = LiveScene::new(gpu, tables, self.args.kind(), view, depth)
             .with_context(|| format!("cannot show {}", scene.name))?;
         say!("{}: on the device after {:.1} s", scene.name, start.elapsed().as_secs_f64());
@@ -106,8 +115,15 @@ impl<'a> Stage<'a> {
         let mut places = Vec::new();
         let mut last = None;
         let mut start = Instant::now();
-        for number in 0..args.warm_up + args.frames {
-            if number == args.warm_up {
+        let (warm_up, all) = (args.warm_up(), args.warm_up() + args.frames());
+        let (begun_at, mut said) = (Instant::now(), Instant::now());
+        for number in 0..all {
+            if said.elapsed() > SILENCE {
+                let rate = f64::from(number) / begun_at.elapsed().as_secs_f64();
+                say!("  frame {number} of {all}, {rate:.1} a second");
+                said = Instant::now();
+            }
+            if number == warm_up {
                 shown.forget_times()?;
                 start = Instant::now();
             }
@@ -116,7 +132,7 @@ impl<'a> Stage<'a> {
             let (view, update) = next(number, &mut places);
             let view = View { first_sample: number, ..view };
             shown.frame(&view, update.map(|update| (&places[..], update)))?;
-            if number >= args.warm_up {
+            if number >= warm_up {
                 measured.host.push(milliseconds(begun.elapsed()));
             }
             last = Some(view);
@@ -143,7 +159,7 @@ impl<'a> Stage<'a> {
     fn follow_window(&mut self, shown: &mut Shown, number: u32) -> anyhow::Result<()> {
         let (Some(window), Some(screen)) = (&mut self.window, &mut shown.screen) else { return Ok(()) };
         if !window.poll() {
-            let all = self.args.warm_up + self.args.frames;
+            let all = self.args.warm_up() + self.args.frames();
             bail!("the window was closed after {number} of {all} frames; nothing is written");
         }
         screen.resize(window.size());

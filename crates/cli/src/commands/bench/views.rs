@@ -2,7 +2,7 @@
 
 use crate::commands::load_scene;
 use crate::commands::render::parsing::{parse_positive, parse_threads, parse_vector};
-use crate::console::say;
+use crate::console::{ProgressDisplay, say};
 use alhazen::{
     BackendChoice, Camera, Control, ExrCompression, ExrFile, Image, Job, Limits, LoadOptions, PathKernel,
     Precision, Renderer, RendererOptions, Scene, Summary, add_daylight_if_dark, metrics,
@@ -11,6 +11,7 @@ use anyhow::Context;
 use clap::Args;
 use glam::Vec3;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Seed of references: no measurement has it, so that none shares a reference's noise.
 const REFERENCE_SEED: u32 = 0x5eed_0000;
@@ -132,6 +133,16 @@ impl ViewArgs {
         Ok(&self.scenes)
     }
 
+    /// Width and height of the pictures in pixels.
+    pub fn size(&self) -> (u32, u32) {
+        (self.width, self.height)
+    }
+
+    /// Which GPU: a part of its name.
+    pub fn adapter(&self) -> Option<String> {
+        self.adapter.clone()
+    }
+
     /// What renders.
     ///
     /// # Errors
@@ -184,7 +195,11 @@ impl ViewArgs {
         say!("{name}: rendering the reference, {spp} samples per pixel");
         let job = Job { seed: REFERENCE_SEED, ..job.clone() };
         let limits = Limits { spp, ..Limits::default() };
-        let (image, _) = render(renderer, &job, &limits)?;
+        let control = Arc::new(Control::new());
+        let total = u64::from(width) * u64::from(height) * u64::from(spp);
+        let display = ProgressDisplay::new(control.clone(), total, false);
+        let (image, _) = render_watched(renderer, &job, &limits, &control)?;
+        display.finish();
         if let Some(path) = kept {
             let folder = path.parent().unwrap_or(Path::new("."));
             std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
@@ -220,8 +235,17 @@ impl View {
 /// # Errors
 /// When the back end fails.
 pub fn render(renderer: &mut Renderer, job: &Job, limits: &Limits) -> anyhow::Result<(Image, Summary)> {
+    render_watched(renderer, job, limits, &Control::new())
+}
+
+fn render_watched(
+    renderer: &mut Renderer,
+    job: &Job,
+    limits: &Limits,
+    control: &Control,
+) -> anyhow::Result<(Image, Summary)> {
     renderer.restart();
-    let summary = renderer.render(job, limits, &Control::new())?;
+    let summary = renderer.render(job, limits, control)?;
     let film = renderer.film()?.context("nothing was rendered")?;
     Ok((film.to_image(), summary))
 }

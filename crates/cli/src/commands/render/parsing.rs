@@ -9,6 +9,17 @@ fn parse_numbers<T: std::str::FromStr, const N: usize>(text: &str) -> Option<[T;
     numbers.try_into().ok()
 }
 
+/// Finite numbers in a list of any length.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Numbers(pub Vec<f64>);
+
+/// Parses numbers that commas separate.
+pub fn parse_list(text: &str) -> Result<Numbers, String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|t| t.trim().parse()).collect();
+    let numbers = numbers.ok().filter(|n| n.iter().all(|x| x.is_finite()));
+    numbers.map(Numbers).ok_or_else(|| "expected numbers separated by commas".into())
+}
+
 /// Three finite numbers: `X,Y,Z`.
 pub fn parse_vector(text: &str) -> Result<[f32; 3], String> {
     let numbers: Option<[f32; 3]> = parse_numbers(text);

@@ -1,6 +1,6 @@
 //! From arguments to a picture: environment, camera, integrator, limits.
 
-use super::parsing::parse_vector;
+use super::parsing::{Numbers, parse_vector};
 use super::{HighlightsName, IntegratorName, RenderArgs, VisibilityName};
 use crate::exit::Exit;
 use alhazen::{
@@ -54,6 +54,7 @@ pub fn job(args: &RenderArgs, loaded: &Loaded) -> anyhow::Result<Job> {
         (None, Some(h)) => (along(h, aspect), h),
         (None, None) => (scene_job.width, scene_job.height),
     };
+    calibrate(args, &mut scene_job)?;
     if let Some(crop) = args.crop {
         let whole = Rect::full(scene_job.width, scene_job.height);
         let Rect { x, y, width, height } = crop;
@@ -66,6 +67,11 @@ pub fn job(args: &RenderArgs, loaded: &Loaded) -> anyhow::Result<Job> {
         scene_job.crop = Some(crop);
     }
     scene_job.integrator = integrator(args, scene_job.integrator);
+    ensure!(
+        args.clamp_indirect.is_none() || matches!(scene_job.integrator, Integrator::Path(_)),
+        "--clamp-indirect is for the integrator `path`, not for `{}`",
+        scene_job.integrator.name()
+    );
     scene_job.single_scatter = args.single_scatter;
     scene_job.sampler = args.sampler;
     scene_job.seed = args.seed;
@@ -123,6 +129,36 @@ fn camera(args: &RenderArgs, loaded: &Loaded) -> anyhow::Result<Camera> {
     Ok(camera)
 }
 
+/// Gives the picture's camera the intrinsics and the lens that the arguments ask for.
+fn calibrate(args: &RenderArgs, job: &mut Job) -> anyhow::Result<()> {
+    const LEVEL: [[f64; 4]; 3] = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+    if args.intrinsics.is_none() && args.distortion.is_none() && args.fisheye.is_none() {
+        return Ok(());
+    }
+    let is_perspective =
+        matches!(job.camera.projection, Projection::Perspective { .. } | Projection::Intrinsics { .. });
+    ensure!(is_perspective, "--intrinsics, --distortion and --fisheye need a perspective camera");
+    if let Some(Numbers(numbers)) = &args.intrinsics {
+        let (fx, fy, cx, cy, skew) = match numbers[..] {
+            [fx, fy, cx, cy] => (fx, fy, cx, cy, 0.0),
+            [fx, fy, cx, cy, skew] => (fx, fy, cx, cy, skew),
+            _ => bail!("--intrinsics: expected FX,FY,CX,CY or FX,FY,CX,CY,S"),
+        };
+        let matrix = [[fx, skew, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]];
+        let calibrated = Camera::from_opencv(matrix, LEVEL, job.width, job.height).context("--intrinsics")?;
+        (job.camera.projection, job.camera.skew) = (calibrated.projection, calibrated.skew);
+    }
+    for (option, given, fisheye) in
+        [("--distortion", &args.distortion, false), ("--fisheye", &args.fisheye, true)]
+    {
+        if let Some(Numbers(coefficients)) = given {
+            let camera = job.camera.clone().with_opencv_distortion(coefficients, fisheye);
+            job.camera = camera.with_context(|| option)?;
+        }
+    }
+    Ok(())
+}
+
 /// A turn around the target, which begins where the camera is.
 fn turntable(camera: &Camera, period: f32) -> CameraPath {
     let offset = camera.eye - camera.target;
@@ -143,6 +179,7 @@ fn integrator(args: &RenderArgs, of_scene: Integrator) -> Integrator {
         Integrator::Path(args.roulette.apply(PathSettings {
             max_depth: args.max_depth.or(scene_depth).unwrap_or(default.max_depth),
             splitting: args.splitting,
+            clamp_indirect: args.clamp_indirect,
             ..default
         }))
     };

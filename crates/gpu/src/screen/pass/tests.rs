@@ -40,6 +40,7 @@ fn view() -> View {
         half_size: vec2f(0.5, 0.5),
         lens_radius: 0.0,
         focus_distance: 1.0,
+        distortion: optics::distortion::no_distortion(),
     };
     View {
         camera,

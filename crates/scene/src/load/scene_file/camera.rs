@@ -4,7 +4,7 @@ use super::Builder;
 use super::document::{Context, Entry};
 use super::values::{direction, positive, within};
 use crate::load::LoadError;
-use crate::{Camera, CameraPath, Projection};
+use crate::{Camera, CameraPath, Distortion, Projection};
 use glam::Vec3;
 use serde::Deserialize;
 
@@ -27,6 +27,11 @@ struct CameraKeys {
     focus_distance: Option<f32>,
     focus: Option<[f32; 3]>,
     orbit: Option<OrbitKeys>,
+    /// Intrinsics, in pixels of a picture of `matrix_size`.
+    matrix: Option<[[f64; 3]; 3]>,
+    matrix_size: Option<[u32; 2]>,
+    skew: Option<f32>,
+    distortion: Option<Distortion>,
 }
 
 impl Default for CameraKeys {
@@ -46,6 +51,10 @@ impl Default for CameraKeys {
             focus_distance: None,
             focus: None,
             orbit: None,
+            matrix: None,
+            matrix_size: None,
+            skew: None,
+            distortion: None,
         }
     }
 }
@@ -105,6 +114,7 @@ fn camera(k: CameraKeys, number: usize, c: &Context) -> Result<Camera, LoadError
     let axis = direction(target - camera.eye, "target − eye", c)?;
     direction(axis.cross(camera.up), "up × (target − eye)", c)?;
     camera.aspect = k.aspect.map(|a| positive(a, "aspect", c)).transpose()?;
+    calibrate(&k, &mut camera, c)?;
     camera.lens_radius = lens_radius(&k, &projection, c)?;
     camera.focus_distance = match (k.focus_distance, k.focus) {
         (Some(_), Some(_)) => return Err(c.error("`focus-distance` and `focus` exclude each other")),
@@ -144,6 +154,41 @@ fn projection(k: &CameraKeys, c: &Context) -> Result<Projection, LoadError> {
             Projection::Perspective { fov_y: within(fov, [0.01, 179.0], "fov", c)?.to_radians() }
         }
     })
+}
+
+/// What calibration says of a perspective camera: intrinsics and the lens.
+fn calibrate(k: &CameraKeys, camera: &mut Camera, c: &Context) -> Result<(), LoadError> {
+    let keys =
+        [("matrix", k.matrix.is_some()), ("skew", k.skew.is_some()), ("distortion", k.distortion.is_some())];
+    if let Some((key, _)) =
+        keys.iter().find(|(_, given)| *given && k.projection != ProjectionName::Perspective)
+    {
+        return Err(c.error(format!("`{key}` has no meaning for this projection")));
+    }
+    match (k.matrix, k.matrix_size) {
+        (None, None) => camera.skew = within(k.skew.unwrap_or(0.0), [-10.0, 10.0], "skew", c)?,
+        (Some(_), None) | (None, Some(_)) => {
+            return Err(c.error("`matrix` and `matrix-size`, in pixels, belong together"));
+        }
+        (Some(_), Some(_)) if k.fov.is_some() || k.focal_length.is_some() || k.skew.is_some() => {
+            return Err(c.error("`matrix` excludes `fov`, `focal-length` and `skew`"));
+        }
+        (Some(_), Some(_)) if k.f_number.is_some() => {
+            return Err(c.error("`f-number` has no meaning beside `matrix`: give `lens-radius`"));
+        }
+        (Some(matrix), Some([width, height])) => {
+            const LEVEL: [[f64; 4]; 3] = [[1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0]];
+            let calibrated = Camera::from_opencv(matrix, LEVEL, width, height);
+            let calibrated = calibrated.map_err(|error| c.error(error.to_string()))?;
+            (camera.projection, camera.skew) = (calibrated.projection, calibrated.skew);
+            camera.aspect = camera.aspect.or(calibrated.aspect);
+        }
+    }
+    if k.distortion.is_some_and(|d| !d.is_finite()) {
+        return Err(c.error("a coefficient of `distortion` is not finite"));
+    }
+    camera.distortion = k.distortion;
+    Ok(())
 }
 
 /// Focal length / (2 · f-number), or what the file says.
