@@ -11,6 +11,7 @@ pub mod ply;
 pub mod scene_file;
 pub mod session;
 pub mod stl;
+mod text;
 pub mod textures;
 pub mod vol;
 

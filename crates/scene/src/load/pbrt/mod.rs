@@ -49,6 +49,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
 /// As [`load`].
 pub fn load_bytes(path: &Path, text: Vec<u8>, options: &LoadOptions) -> Result<Loaded, LoadError> {
     options.scene_session(path, |options| {
+        let text = super::text::decoded(path, &text)?.into_owned();
         let mut builder = Builder::new(Parser::new(path, text, options), options);
         builder.read()?;
         Ok(builder.finish())
