@@ -38,16 +38,21 @@ use values::{ValueError, Values};
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
     options.scene_session(path, |options| {
         let folder = path.parent().unwrap_or(Path::new(""));
-        parse_named(path, &read_file(path, options)?, Some(folder), options)
+        let bytes = read_file(path, options)?;
+        parse_file(path, &bytes, Source { folder: Some(folder), is_own: true }, options)
     })
 }
 
-/// Loads the mesh of a PLY file without its texture: for scenes that have materials of their own.
+/// Loads the mesh of a PLY file without its texture, and with its normals as they are: for scenes that have materials of
+/// their own, and where normals decide which side is outside.
 ///
 /// # Errors
 /// As [`load`].
 pub(super) fn load_mesh(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
-    options.scene_session(path, |options| parse_named(path, &read_file(path, options)?, None, options))
+    options.scene_session(path, |options| {
+        let bytes = read_file(path, options)?;
+        parse_file(path, &bytes, Source { folder: None, is_own: false }, options)
+    })
 }
 
 /// Parses a PLY file that is in memory.
@@ -56,15 +61,26 @@ pub(super) fn load_mesh(path: &Path, options: &LoadOptions) -> Result<Loaded, Lo
 /// As [`load`].
 pub fn parse(bytes: &[u8], options: &LoadOptions) -> Result<Loaded, LoadError> {
     let path = Path::new("memory.ply");
-    options.scene_session(path, |options| parse_named(path, bytes, None, options))
+    options.scene_session(path, |options| {
+        parse_file(path, bytes, Source { folder: None, is_own: true }, options)
+    })
 }
 
-fn parse_named(
+/// What a file is loaded for.
+struct Source<'a> {
+    /// Where its texture is looked for.
+    folder: Option<&'a Path>,
+    /// It is a scene of its own; else its normals belong to another file, which says what they mean.
+    is_own: bool,
+}
+
+fn parse_file(
     path: &Path,
     bytes: &[u8],
-    folder: Option<&Path>,
+    source: Source,
     options: &LoadOptions,
 ) -> Result<Loaded, LoadError> {
+    let Source { folder, is_own } = source;
     let bytes = &*text::decoded(path, bytes)?;
     let header = Header::parse(path, bytes)?;
     let mut values = Values::new(&bytes[header.size..], header.format);
@@ -110,6 +126,9 @@ fn parse_named(
     }
     let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let mut meshes = [mesh];
+    if is_own && normals::turn_to_winding(&mut meshes) {
+        report.repaired("normals oppose the winding of most faces and are turned round");
+    }
     normals::generate(&mut meshes, options.crease_angle);
     let [mesh] = meshes;
     let mut scene = Scene { name: name.clone(), ..Default::default() };

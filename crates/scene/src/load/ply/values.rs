@@ -150,8 +150,7 @@ impl<'a> Values<'a> {
     fn word(&mut self) -> Result<f64, ValueError> {
         let rest = &self.bytes[self.at..];
         let start = rest.iter().position(|c| !c.is_ascii_whitespace()).ok_or(ValueError::End)?;
-        let begins_line = self.at == 0 || rest[..start].is_empty() && matches!(self.bytes[self.at - 1], b'\n' | b'\r');
-        if self.lines == Lines::AreRows && !begins_line && rest[..start].iter().any(|c| matches!(c, b'\n' | b'\r')) {
+        if self.lines == Lines::AreRows && rest[..start].iter().any(|c| matches!(c, b'\n' | b'\r')) {
             return Err(ValueError::ShortLine);
         }
         let word = &rest[start..];
