@@ -93,7 +93,9 @@ impl Exit {
             _ => Self::Render,
         };
         let load = |error: &LoadError| match error {
-            LoadError::TooLarge { .. } => Self::Refused,
+            LoadError::TooLarge { .. } | LoadError::OverBudget { .. } | LoadError::TookTooLong { .. } => {
+                Self::Refused
+            }
             _ => Self::Input,
         };
         if let Some(failure) = cause.downcast_ref::<Failure>() {
@@ -159,6 +161,8 @@ mod tests {
         assert_eq!(Exit::of(&format.expect_err("unknown")), Exit::Usage);
         assert_eq!(Exit::of(&Exit::Usage.or(anyhow!("x"))), Exit::Usage);
         assert_eq!(Exit::of(&Exit::Usage.or(write().into())), Exit::Output);
+        let limit = LoadError::OverBudget { path: "a".into(), what: "images".into(), size: 2, limit: 1 };
+        assert_eq!(Exit::of(&anyhow::Error::from(limit).context("more")), Exit::Refused);
         let kept = Exit::Interrupted.with(anyhow::Error::from(read()).context("why"));
         assert_eq!((Exit::of(&kept), format!("{kept:#}")), (Exit::Interrupted, format!("why: {}", read())));
         // Every code is documented.

@@ -45,6 +45,26 @@ pub fn generate_grouped(meshes: &mut [TriangleMesh], crease_angle: f32, groups: 
     apply(meshes, &surface, &pieces);
 }
 
+/// Turns the normals of a surface round if they oppose the winding of most of its triangles: with both at odds, surfaces
+/// are lit from behind. Returns whether it did. The meshes are the pieces of the surface; normals of zero are missing ones.
+pub(crate) fn turn_to_winding(meshes: &mut [TriangleMesh]) -> bool {
+    let (mut along, mut against) = (0usize, 0usize);
+    for mesh in meshes.iter().filter(|mesh| !mesh.normals.is_empty()) {
+        for triangle in &mesh.indices {
+            let [a, b, c] = triangle.map(|i| mesh.positions[i as usize].as_dvec3());
+            let normal: DVec3 = triangle.iter().map(|i| mesh.normals[*i as usize].as_dvec3()).sum();
+            let side = (b - a).cross(c - a).dot(normal);
+            along += usize::from(side > 0.0);
+            against += usize::from(side < 0.0);
+        }
+    }
+    let turned = against > along;
+    if turned {
+        meshes.iter_mut().flat_map(|mesh| &mut mesh.normals).for_each(|normal| *normal = -*normal);
+    }
+    turned
+}
+
 /// All triangles of all meshes, with the corners that meet in each place.
 struct Surface {
     /// Number of the first triangle and the first vertex of each mesh.

@@ -64,6 +64,8 @@ pub struct LoadReport {
     pub elapsed: Duration,
     /// Bytes read from files.
     pub bytes_read: u64,
+    /// Images that are missing or broken: a neutral colour stands in for each.
+    pub missing_images: usize,
 }
 
 /// Beyond this many distinct notes only the count of the last kind grows, so that a broken file cannot fill memory.
@@ -111,6 +113,7 @@ impl LoadReport {
     /// Takes over the notes of a file that was loaded on behalf of this one, prefixed with its name.
     pub fn absorb(&mut self, name: &str, other: LoadReport) {
         self.bytes_read += other.bytes_read;
+        self.missing_images += other.missing_images;
         for note in other.notes {
             self.note(note.severity, format!("{name}: {}", note.message));
         }

@@ -4,6 +4,8 @@ use crate::Medium;
 use glam::Vec3;
 use optics::fresnel::fresnel_dielectric;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
 
 /// Light that enters a body, is scattered many times and comes out elsewhere: skin, wax, marble, leaves. The body's colour is
 /// that of its material.
@@ -22,12 +24,12 @@ impl Subsurface {
     /// The medium of a body that shows `color` through a surface of index `ior`: of diffuse light that has got in, this share
     /// comes out of a half-space.
     pub fn medium(&self, color: Vec3, ior: f32) -> Medium {
-        let half_space = HalfSpace::behind(ior.max(1.0));
+        let ior = ior.max(1.0);
         let g = self.anisotropy;
         // What matters of a phase function deep inside is how far light gets forward: the similarity relation
         // (1 − α) / (1 − g α) = 1 − α', of van de Hulst, "Multiple Light Scattering", 1980, chapter 14.
         let albedo = |c: f32| {
-            let isotropic = half_space.albedo_that_shows(c);
+            let isotropic = albedo_behind(ior, c);
             isotropic / (1.0 - g + g * isotropic)
         };
         let albedo = Vec3::new(albedo(color.x), albedo(color.y), albedo(color.z));
@@ -39,6 +41,25 @@ impl Subsurface {
             ..Medium::default()
         }
     }
+}
+
+/// [`HalfSpace::albedo_that_shows`], which takes milliseconds, for each index and reflectance once: many bodies of a scene
+/// are of one colour.
+fn albedo_behind(ior: f32, reflectance: f32) -> f32 {
+    static KNOWN: Mutex<BTreeMap<[u32; 2], f32>> = Mutex::new(BTreeMap::new());
+    const MAX_KNOWN: usize = 1 << 14;
+    let key = [ior.to_bits(), reflectance.to_bits()];
+    let known = || KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(albedo) = known().get(&key) {
+        return *albedo;
+    }
+    let albedo = HalfSpace::behind(ior).albedo_that_shows(reflectance);
+    let mut known = known();
+    if known.len() >= MAX_KNOWN {
+        known.clear();
+    }
+    known.insert(key, albedo);
+    albedo
 }
 
 /// Directions in which light inside of a half-space is looked at: midpoints in the cosine.

@@ -375,3 +375,38 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn comments_behind_names_lose_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("a file");
+    let picture = image::RgbImage::from_pixel(2, 2, image::Rgb([200, 0, 0]));
+    for name in ["t.png", "t #1.png", "t#2.png"] {
+        picture.save(folder.path().join(name)).expect("a picture");
+    }
+    write("a.mtl", "newmtl red # the first\nKd 1 0 0 # x\nmap_Kd t.png # x\nnewmtl blue #1\nKd 0 0 1\nmap_Kd t #1.png\n\
+                    newmtl blue #2\nKd 0 1 0\nmap_Kd t#2.png -s 2 2 2 # x\n");
+    write(
+        "a.obj",
+        "mtllib a.mtl # materials\nv -1 -1 0 # vertex 12 of 99\nv 1 -1 0 # right\nv 1 1 0#\nvt 0 0 # 1\nvt 1 0\nvt 1 1\n\
+         usemtl red # x\nf 1/1 2/2 3/3\nusemtl blue #1\nf 1/1 2/2 3/3\nusemtl blue #2\nf 1/1 2/2 3/3\n",
+    );
+    let loaded = obj::load(&folder.path().join("a.obj"), &LoadOptions::default()).expect("sound");
+    assert!(loaded.report.notes.is_empty(), "{:?}", loaded.report);
+    let colors: Vec<_> = loaded.scene.materials.iter().map(|m| m.base_color.truncate().to_array()).collect();
+    assert_eq!(colors, [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]);
+    assert!(loaded.scene.materials.iter().all(|m| m.base_color_texture.is_some()));
+    let scaled = loaded.scene.materials[2].base_color_texture.expect("a texture").transform;
+    assert_eq!(scaled.rows[0].x, 2.0);
+}
+
+#[test]
+fn normals_against_the_winding_are_turned_and_reported() {
+    for (normal, turned) in [("0 0 1", false), ("0 0 -1", true)] {
+        let text = format!("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvn {normal}\nf 1//1 2//1 3//1 4//1\n");
+        let loaded = parse(&text);
+        let mesh = mesh(&loaded.scene.meshes[0].parts[0]);
+        assert!(mesh.normals.iter().all(|n| *n == Vec3::Z));
+        assert_eq!(loaded.report.notes.iter().any(|n| n.message.contains("oppose the winding")), turned);
+    }
+}

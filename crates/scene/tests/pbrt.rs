@@ -35,6 +35,46 @@ fn in_picture(loaded: &Loaded, point: Vec3) -> (f32, f32) {
     (offset.dot(right) / offset.dot(forward), offset.dot(up) / offset.dot(forward))
 }
 
+/// Normals say which side is outside, whatever the winding; `ReverseOrientation` then turns it.
+#[test]
+fn normals_decide_the_side_of_meshes() {
+    for (normal, reversed) in [(1, false), (-1, false), (1, true), (-1, true)] {
+        let lines = if reversed { "ReverseOrientation\n" } else { "" };
+        let folder = tempfile::tempdir().expect("a folder");
+        let ply = format!(
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+             property float nx\nproperty float ny\nproperty float nz\nelement face 1\n\
+             property list uchar int vertex_indices\nend_header\n0 0 0 0 0 {normal}\n1 0 0 0 0 {normal}\n0 1 0 0 0 {normal}\n3 0 1 2\n"
+        );
+        std::fs::write(folder.path().join("a.ply"), ply).expect("a file");
+        let shape = TRIANGLE.trim_end();
+        let text = format!(
+            "WorldBegin\nAreaLightSource \"diffuse\" \"rgb L\" [1 1 1]\n{lines}{shape} \"normal N\" [0 0 {normal} 0 0 {normal} 0 0 {normal}]\n\
+             Shape \"plymesh\" \"string filename\" \"a.ply\"\n"
+        );
+        let path = folder.path().join("a.pbrt");
+        std::fs::write(&path, text).expect("a file");
+        let loaded = pbrt::load(&path, &LoadOptions::default()).expect("sound");
+        let side = if reversed { -normal as f32 } else { normal as f32 };
+        for index in 0..2 {
+            let mesh = mesh(&loaded, index);
+            let [a, b, c] = mesh.indices[0].map(|i| mesh.positions[i as usize]);
+            assert_eq!((b - a).cross(c - a), Vec3::Z * side, "{normal} {reversed} {index}");
+            assert!(mesh.normals.iter().all(|n| *n == Vec3::Z * side));
+        }
+    }
+}
+
+#[test]
+fn older_versions_are_named() {
+    let text = "Film \"image\"\nWorldBegin\nMaterial \"matte\" \"rgb Kd\" [1 0 0]\n";
+    let loaded = load(&format!("{text}{TRIANGLE}"));
+    assert!(loaded.report.notes.iter().any(|n| n.message.contains("pbrt-v3")), "{:?}", loaded.report);
+    let error = parse(&format!("{text}Volume \"x\"\n")).expect_err("no such directive").to_string();
+    assert!(error.contains("pbrt-v3"), "{error}");
+    assert!(!parse("Volume \"x\"\n").expect_err("no such directive").to_string().contains("pbrt-v3"));
+}
+
 /// The example of the format's documentation, shortened.
 #[test]
 fn the_example_of_the_documentation_is_read() {

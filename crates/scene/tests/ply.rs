@@ -209,3 +209,58 @@ proptest! {
         }
     }
 }
+
+/// Two triangles, with `vertex` and `face` behind their rows and `end` behind the last.
+fn square(vertex: &str, face: &str, end: &str) -> String {
+    format!(
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 2\n\
+         property list uchar int vertex_indices\nend_header\n0 0 0{vertex}\n1 0 0{vertex}\n1 1 0{vertex}\n0 1 0{vertex}\n\
+         3 0 1 2{face}\n3 0 2 3{face}\n{end}"
+    )
+}
+
+#[test]
+fn numbers_that_are_too_many_shift_nothing() {
+    let load = |text: &str| ply::parse(text.as_bytes(), &LoadOptions::default());
+    for (vertex, face, end, said) in [
+        ("", "", "", ""),
+        ("", " 0 0", "", "2 lines have more numbers than declared, the first is line 14"),
+        (" 7", "", "", "4 lines have more numbers than declared, the first is line 10"),
+        (" 7", " 1", "1 2 3\n\n4\n", "2 lines are left over"),
+        ("", "", "1 2 3\n", "1 lines are left over"),
+    ] {
+        for line_end in ["\n", "\r\n", "\r"] {
+            let loaded = load(&square(vertex, face, end).replace('\n', line_end)).expect("two triangles");
+            let mesh = only_mesh(&loaded);
+            assert_eq!(mesh.indices.len(), 2);
+            let corner = mesh.positions.iter().fold(Vec3::ZERO, |a, b| a.max(*b));
+            assert_eq!(corner, Vec3::new(1.0, 1.0, 0.0));
+            let as_said = if said.is_empty() { loaded.report.notes.is_empty() } else { note(&loaded, said) };
+            assert!(as_said, "{:?}", loaded.report);
+        }
+    }
+    // Rows that go on in the next line, and rows that share one.
+    let free = square("", "", "").replacen("3 0 1 2\n3", "3 0\n1 2\n3", 1);
+    assert_eq!(only_mesh(&load(&free).expect("free lines")).indices.len(), 2);
+    let joined = square("", "", "").replacen("0 0 0\n1", "0 0 0 1", 1);
+    assert_eq!(only_mesh(&load(&joined).expect("joined lines")).indices.len(), 2);
+    let short = square("", "", "").replacen("3 0 1 2\n", "3 0 1\n", 1);
+    let error = load(&short).expect_err("a number is missing").to_string();
+    assert!(error.contains("line 14") && error.contains("too few numbers"), "{error}");
+}
+
+#[test]
+fn textures_in_comments_are_used() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = square(" 0 1", "", "")
+        .replacen("property float z", "property float z\nproperty float s\nproperty float t", 1)
+        .replacen("format ascii 1.0", "format ascii 1.0\ncomment TextureFile my wood.png", 1);
+    std::fs::write(folder.path().join("a.ply"), text).expect("a file");
+    let load = || ply::load(&folder.path().join("a.ply"), &LoadOptions::default()).expect("sound");
+    assert!(note(&load(), "my wood.png"), "a missing texture is reported");
+    image::RgbImage::from_pixel(2, 2, image::Rgb([200, 0, 0])).save(folder.path().join("my wood.png")).expect("a picture");
+    let loaded = load();
+    assert!(loaded.report.notes.is_empty(), "{:?}", loaded.report);
+    assert!(loaded.scene.materials[0].base_color_texture.is_some());
+    assert_eq!(loaded.scene.images[0].width, 2);
+}

@@ -76,11 +76,13 @@ fn what_is_broken_is_left_out_or_named() {
     bytes[84 + 12..84 + 16].copy_from_slice(&f32::NAN.to_le_bytes());
     let loaded = parse(&bytes).expect("the rest is sound");
     assert_eq!((mesh(&loaded).indices.len(), loaded.report.notes.len()), (3, 1));
-    bytes.truncate(84 + 3 * 50 - 1);
-    let loaded = parse(&bytes).expect("whole triangles");
+    bytes.truncate(84 + 3 * 50 - 3);
+    assert!(parse(&bytes).expect_err("cut off").to_string().contains("ends after 2 of 4 triangles"));
+    let lenient = LoadOptions { lenient: true, ..LoadOptions::default() };
+    let loaded = stl::parse(&bytes, &lenient).expect("whole triangles");
     assert_eq!((mesh(&loaded).indices.len(), loaded.report.notes.len()), (1, 2));
     let error = |bytes: &[u8]| parse(bytes).expect_err("broken").to_string();
-    assert!(error(&bytes[..84 + 49]).contains("4 triangles are declared, there is none"));
+    assert!(error(&bytes[..84 + 47]).contains("4 triangles are declared, there is none"));
     assert!(error(b"not a mesh").contains("10 bytes are neither text"));
     let wrong = text().replacen("1e0", "one", 1);
     assert!(error(wrong.as_bytes()).contains("`one` is not a coordinate"), "{}", error(wrong.as_bytes()));
@@ -95,6 +97,40 @@ fn a_declared_count_takes_no_memory() {
     let mut bytes = binary(b"");
     bytes[80..84].copy_from_slice(&u32::MAX.to_le_bytes());
     assert_eq!(mesh(&parse(&bytes).expect("four are there")).indices.len(), 4);
+}
+
+#[test]
+fn variants_of_other_writers_hold_the_same() {
+    let one_line_a_facet = text().replace("\r\n", "\n").replace("\n outer", " outer").replace("\n\t", " ");
+    let one_line_a_facet = one_line_a_facet.replace("\n endloop\n endfacet", " endloop endfacet");
+    let one_line = text().replace(['\r', '\n'], " ");
+    let utf16 = |bytes: fn(u16) -> [u8; 2], mark: &str| -> Vec<u8> {
+        format!("{mark}{}", text()).encode_utf16().flat_map(bytes).collect()
+    };
+    let solid = binary(b"solid exported by a CAD");
+    let mut uncounted = binary(b"solid");
+    uncounted[80..84].fill(0);
+    for (name, file) in [
+        ("trailing bytes", [&solid[..], &[0, 0]].concat()),
+        ("without the last bytes", solid[..solid.len() - 2].to_vec()),
+        ("no count", uncounted),
+        ("CR", text().replace("\r\n", "\n").replace('\n', "\r").into_bytes()),
+        ("CR LF", text().replace("\r\n", "\n").replace('\n', "\r\n").into_bytes()),
+        ("a facet a line", one_line_a_facet.into_bytes()),
+        ("one line", one_line.into_bytes()),
+        ("byte order mark", format!("\u{feff}{}", text()).into_bytes()),
+        ("UTF-16", utf16(u16::to_le_bytes, "\u{feff}")),
+        ("UTF-16, big-endian, no mark", utf16(u16::to_be_bytes, "")),
+        ("keywords in names", text().replace("tetrahedron", "facet of a solid").into_bytes()),
+        ("two solids", text().replacen(" endfacet\n", " endfacet\nendsolid a\nsolid facet b\n", 2).into_bytes()),
+    ] {
+        let loaded = parse(&file).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_eq!(mesh(&loaded).indices.len(), 4, "{name}");
+        assert!(mesh(&loaded).positions.iter().all(|p| p.max_element() <= 1.0), "{name}");
+    }
+    let error = |bytes: &[u8]| parse(bytes).expect_err("broken").to_string();
+    assert!(error(&solid[..solid.len() - 3]).contains("ends after 3 of 4 triangles"));
+    assert!(error(b"solid nothing\nendsolid nothing\n").contains("there is no triangle in it"));
 }
 
 proptest! {

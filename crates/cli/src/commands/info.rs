@@ -100,9 +100,13 @@ fn as_text(loaded: &Loaded, tables: &SceneTables) -> anyhow::Result<String> {
     writeln!(text, "  instances    {}{hidden}", scene.instances.len())?;
     let (images, pixels) = (scene.images.len(), counts.pixels as f64 / 1e6);
     let size = bytes(counts.image_bytes as u64);
+    let missing = match report.missing_images {
+        0 => String::new(),
+        count => format!(" ({count} missing)"),
+    };
     writeln!(
         text,
-        "  textures     {} of {images} images, {pixels:.2} megapixels, {size}",
+        "  textures     {} of {images} images{missing}, {pixels:.2} megapixels, {size}",
         scene.textures.len()
     )?;
     match scene.bounds() {
@@ -311,6 +315,7 @@ fn as_json(loaded: &Loaded, tables: &SceneTables) -> Value {
         "environment": environment(scene),
         "images": scene.images.iter().map(image).collect::<Vec<_>>(),
         "image_bytes": counts.image_bytes,
+        "missing_images": report.missing_images,
         "materials": scene.materials.iter().map(|m| material_json(scene, m)).collect::<Vec<_>>(),
         "lights": scene.lights.iter().map(|l| json!({ "name": l.name, "about": light_line(l) })).collect::<Vec<_>>(),
         "light_sources": tables.lights.len(),

@@ -12,10 +12,12 @@ pub mod ply;
 pub mod scene_file;
 pub mod session;
 pub mod stl;
+mod text;
 pub mod textures;
 pub mod vol;
+mod wording;
 
-use crate::report::{plain, without_quotes};
+use crate::report::{Severity, plain, without_quotes};
 use crate::{LoadReport, Scene};
 use session::Session;
 use std::collections::BTreeSet;
@@ -220,7 +222,8 @@ pub enum LoadError {
 impl LoadError {
     /// A [`LoadError::Malformed`].
     pub fn malformed(path: &Path, object: impl Into<String>, message: impl Into<String>) -> Self {
-        Self::Malformed { path: path.to_owned(), object: object.into(), message: message.into() }
+        let message = wording::without_types(&message.into()).into_owned();
+        Self::Malformed { path: path.to_owned(), object: object.into(), message }
     }
 }
 
@@ -261,6 +264,10 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
         packed::ENDING => packed::load(path, options),
         _ => Err(LoadError::UnknownFormat { path: path.to_owned() }),
     }?;
+    let is_empty = loaded.scene.instances.is_empty() && loaded.scene.lights.is_empty();
+    if is_empty && !loaded.report.notes.iter().any(|note| note.severity == Severity::Ignored) {
+        loaded.report.ignored("there is nothing in the file that can be drawn");
+    }
     if loaded.scene.name.is_empty() {
         loaded.scene.name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     }

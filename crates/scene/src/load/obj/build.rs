@@ -167,6 +167,7 @@ struct Counts {
     without_uv: usize,
     not_simple: usize,
     bad_normals: usize,
+    turned: usize,
 }
 
 impl Counts {
@@ -176,6 +177,7 @@ impl Counts {
         self.without_uv += other.without_uv;
         self.not_simple += other.not_simple;
         self.bad_normals += other.bad_normals;
+        self.turned += other.turned;
     }
 
     fn report(&self, report: &mut LoadReport) {
@@ -194,6 +196,12 @@ impl Counts {
         if self.not_simple > 0 {
             report.repaired(format!("{} polygons cross themselves or have no area", self.not_simple));
         }
+        if self.turned > 0 {
+            report.repaired(format!(
+                "normals of {} meshes oppose the winding of most of their faces and are turned round",
+                self.turned
+            ));
+        }
         if self.bad_normals > 0 {
             report.repaired(format!("{} normals have no length and are computed", self.bad_normals));
         }
@@ -211,6 +219,7 @@ fn build_mesh(plan: Plan, source: &Source, smoothing: bool, crease_angle: f32) -
         materials.push(material);
         counts.add(&builder.counts);
     }
+    counts.turned += usize::from(normals::turn_to_winding(&mut meshes));
     normals::generate_grouped(&mut meshes, crease_angle, &groups);
     let parts = meshes.into_iter().zip(materials);
     let parts = parts.map(|(mesh, material)| Part { shape: Shape::Triangles(mesh), material }).collect();

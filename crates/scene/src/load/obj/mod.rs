@@ -93,7 +93,8 @@ fn load_from(
         });
     }
     let mut report = LoadReport { bytes_read: size, ..Default::default() };
-    let data = parse::parse(bytes, &mut report);
+    let text = super::text::decoded(path, bytes)?;
+    let data = parse::parse(&text, &mut report);
     if data.positions.is_empty() && data.chunks.iter().all(|c| c.len() == 0 && c.changes.is_empty()) {
         return Err(LoadError::malformed(path, "file", "there is no OBJ statement in it"));
     }
@@ -109,7 +110,10 @@ fn load_from(
     scene.instances =
         instances.map(|(i, mesh)| Instance::new(mesh.name.as_str(), i as u32, Affine3A::IDENTITY)).collect();
     if scene.meshes.is_empty() {
-        report.info("the file has no faces");
+        match data.chunks.iter().map(|chunk| chunk.len()).sum::<u32>() {
+            0 => report.ignored("the file has no faces that can be drawn"),
+            count => report.ignored(format!("none of the file's {count} faces can be drawn")),
+        }
     }
     note_unused_textures(&scene, &mut report);
     Ok(Loaded { scene, report })
@@ -118,7 +122,16 @@ fn load_from(
 /// The material libraries of a file: each material with the folder of its library.
 #[derive(Default)]
 struct Libraries {
-    materials: HashMap<String, (MtlMaterial, PathBuf)>,
+    materials: Vec<(MtlMaterial, PathBuf)>,
+    /// By all that stands behind `newmtl`.
+    by_name: HashMap<String, usize>,
+    /// By what stands there before a comment.
+    by_short_name: HashMap<String, usize>,
+}
+
+/// A name without a comment behind it.
+fn short_name(name: &str) -> String {
+    text::name(text::before_comment(name.as_bytes()))
 }
 
 impl Libraries {
@@ -162,14 +175,29 @@ impl Libraries {
         };
         let mut notes = LoadReport { bytes_read: bytes.len() as u64, ..Default::default() };
         let folder = file.parent().unwrap_or(Path::new("")).to_owned();
-        for material in mtl::parse(&bytes, &mut notes) {
-            if self.materials.contains_key(&material.name) {
+        let text = match super::text::decoded(file, &bytes) {
+            Ok(text) => text,
+            Err(error) => return report.ignored(format!("material library {name}: {error}")),
+        };
+        for mut material in mtl::parse(&text, &mut notes) {
+            if self.by_name.contains_key(&material.name) {
                 notes.ignored(format!("material {}: there is one of that name already", material.name));
                 continue;
             }
-            self.materials.insert(material.name.clone(), (material, folder.clone()));
+            let (number, short) = (self.materials.len(), short_name(&material.name));
+            self.by_name.insert(material.name.clone(), number);
+            self.by_short_name.entry(short.clone()).or_insert(number);
+            material.name = short;
+            self.materials.push((material, folder.clone()));
         }
         report.absorb(&name, notes);
+    }
+
+    /// The material that a `usemtl` means: the whole name, or what stands before a comment in either place.
+    fn find(&self, name: &str) -> Option<&(MtlMaterial, PathBuf)> {
+        let short = short_name(name);
+        let number = self.by_name.get(name).or_else(|| self.by_name.get(&short));
+        number.or_else(|| self.by_short_name.get(&short)).map(|number| &self.materials[*number])
     }
 }
 
@@ -181,6 +209,10 @@ fn find_libraries(
     report: &mut LoadReport,
 ) -> Vec<PathBuf> {
     let find = |name: &str| folder.and_then(|folder| find_file(folder, name.trim_matches('"'), options));
+    if let Some(file) = find(names) {
+        return vec![file];
+    }
+    let names = &short_name(names);
     if let Some(file) = find(names) {
         return vec![file];
     }
@@ -217,7 +249,7 @@ fn add_materials(
 ) {
     let mut textures = Textures::new(options);
     for (index, name) in built.materials.iter().enumerate() {
-        let known = name.as_ref().and_then(|name| libraries.materials.get(name));
+        let known = name.as_ref().and_then(|name| libraries.find(name));
         let material = match (known, name) {
             (Some((mtl, library_folder)), _) => {
                 let material = interpret(mtl, report);
@@ -227,7 +259,7 @@ fn add_materials(
             }
             (None, Some(name)) => {
                 report.repaired(format!("material {name} is not in any library; a neutral one is used"));
-                Material { name: name.clone(), double_sided: true, ..Default::default() }
+                Material { name: short_name(name), double_sided: true, ..Default::default() }
             }
             (None, None) => {
                 report.info("faces without a material have a neutral one");

@@ -72,8 +72,10 @@ pub enum Slot {
 /// The use of a texture, with its options.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Map {
-    /// File name as written.
+    /// File name, without a comment and options behind it.
     pub file: String,
+    /// All that stands behind the options before the name: a file name may have blanks, `#` and `-` in it.
+    pub whole: String,
     /// `-s`: texture coordinates, v upwards, are multiplied by this.
     pub scale: Vec2,
     /// `-o`: then this is added.
@@ -92,6 +94,7 @@ impl Default for Map {
     fn default() -> Self {
         Self {
             file: String::new(),
+            whole: String::new(),
             scale: Vec2::ONE,
             offset: Vec2::ZERO,
             clamp: false,
@@ -128,6 +131,7 @@ pub fn parse(bytes: &[u8], report: &mut LoadReport) -> Vec<MtlMaterial> {
 
 impl MtlMaterial {
     fn statement(&mut self, keyword: &str, rest: &[u8], report: &mut LoadReport) {
+        let rest = if slot(keyword).is_some() { rest } else { text::before_hash(rest) };
         match keyword {
             "ka" => self.ambient = color(rest, report),
             "kd" => self.diffuse = color(rest, report),
@@ -246,23 +250,54 @@ fn color(mut rest: &[u8], report: &mut LoadReport) -> Option<Vec3> {
     Some(value)
 }
 
-/// Options and a file name, which goes to the end of the line.
+/// Options and a file name, which goes to the end of the line, to a comment, or to further options.
 fn map(mut rest: &[u8], report: &mut LoadReport) -> Option<Map> {
     let mut map = Map::default();
     loop {
         let mut after = rest;
         let Some(word) = text::word(&mut after) else { break };
-        if word[0] != b'-' || !option(word, &mut after, &mut map, report) {
+        if word[0] != b'-' || !option(word, &mut after, &mut map, true, report) {
             break;
         }
         rest = after;
     }
-    map.file = text::name(rest).trim_matches('"').to_owned();
+    map.whole = text::name(rest).trim_matches('"').to_owned();
+    let statement = text::before_comment(rest);
+    let (name, mut options) = statement.split_at(name_length(statement));
+    map.file = text::name(name).trim_matches('"').to_owned();
+    while let Some(word) = text::word(&mut options) {
+        if !option(word, &mut options, &mut map, false, report) {
+            report.ignored("what follows the file name of a texture");
+        }
+    }
     (!map.file.is_empty()).then_some(map)
 }
 
-/// Reads one option; `false` if the word is not one.
-fn option(word: &[u8], rest: &mut &[u8], map: &mut Map, report: &mut LoadReport) -> bool {
+/// Where the options behind a file name begin; a name in quotes ends at the second one.
+fn name_length(statement: &[u8]) -> usize {
+    let quoted = statement.strip_prefix(b"\"").and_then(|rest| memchr::memchr(b'"', rest)).map_or(0, |end| end + 2);
+    let mut rest = &statement[quoted..];
+    let mut is_name = quoted > 0;
+    while let Some(word) = text::word(&mut rest) {
+        let before = statement.len() - rest.len() - word.len();
+        if is_name && OPTIONS.contains(&word.to_ascii_lowercase().as_slice()) {
+            return before;
+        }
+        is_name = true;
+    }
+    statement.len()
+}
+
+/// The options of textures.
+const OPTIONS: [&[u8]; 14] = [
+    b"-s", b"-o", b"-t", b"-bm", b"-clamp", b"-mm", b"-imfchan", b"-colorspace", b"-cc", b"-boost", b"-texres",
+    b"-type",
+    b"-blendu", b"-blendv",
+];
+
+/// Reads one option; `false` if the word is not one. `name_follows`: the line's last word is the file name.
+fn option(word: &[u8], rest: &mut &[u8], map: &mut Map, name_follows: bool, report: &mut LoadReport) -> bool {
+    let vector = |rest: &mut &[u8], default| vector(rest, default, name_follows);
     match word.to_ascii_lowercase().as_slice() {
         b"-s" => map.scale = vector(rest, Vec2::ONE),
         b"-o" => map.offset = vector(rest, Vec2::ZERO),
@@ -296,14 +331,14 @@ fn option(word: &[u8], rest: &mut &[u8], map: &mut Map, report: &mut LoadReport)
     true
 }
 
-/// One to three numbers, of which two are kept. The line's last word is the file name, even if it is a number.
-fn vector(rest: &mut &[u8], mut value: Vec2) -> Vec2 {
+/// One to three numbers, of which two are kept. A file name that follows may be a number itself.
+fn vector(rest: &mut &[u8], mut value: Vec2, name_follows: bool) -> Vec2 {
     for component in 0..3 {
         let mut after = *rest;
         let Some(number) = text::word(&mut after).and_then(text::number).filter(|n| n.is_finite()) else {
             break;
         };
-        if text::trim(after).is_empty() {
+        if name_follows && text::trim(after).is_empty() {
             break;
         }
         if component < 2 {
@@ -338,6 +373,27 @@ mod tests {
         assert_eq!(one("map_Kd \"a b.png\"").0.maps[&Slot::Diffuse].file, "a b.png");
         assert_eq!(one("map_Kd -mine.png").0.maps[&Slot::Diffuse].file, "-mine.png");
         assert!(one("map_Kd -s 1").0.maps[&Slot::Diffuse].file == "1");
+    }
+
+    #[test]
+    fn comments_and_options_behind_names() {
+        for (text, file, scale) in [
+            ("map_Kd t.png -s 2 3 2", "t.png", Vec2::new(2.0, 3.0)),
+            ("map_Kd my t.png -clamp on -s 2 2 # x", "my t.png", Vec2::splat(2.0)),
+            ("map_Kd -s 2 2 t.png # x -s 3 3", "t.png", Vec2::splat(2.0)),
+            ("map_Kd \"a b.png\" -s 2 2", "a b.png", Vec2::splat(2.0)),
+            ("map_Kd wood#2.png", "wood#2.png", Vec2::ONE),
+            ("map_Kd a-s 2.png", "a-s 2.png", Vec2::ONE),
+        ] {
+            let (m, report) = one(text);
+            let map = &m.maps[&Slot::Diffuse];
+            assert_eq!((map.file.as_str(), map.scale), (file, scale), "{text}");
+            assert!(report.notes.is_empty(), "{text}: {:?}", report.notes);
+        }
+        assert_eq!(one("map_Kd my #1.png").0.maps[&Slot::Diffuse].whole, "my #1.png");
+        let (m, report) = one("Kd 0.5 # grey\nillum 2# x\nNs 10 #\nd 0.5 # -halo");
+        assert_eq!((m.diffuse, m.illum, m.exponent, m.dissolve), (Some(Vec3::splat(0.5)), Some(2), Some(10.0), Some(0.5)));
+        assert!(report.notes.is_empty());
     }
 
     #[test]

@@ -85,6 +85,8 @@ struct Oddities {
 /// Other statements are told apart up to this number of different ones.
 const MAX_OTHERS: usize = 16;
 const CHUNK_SIZE: usize = 1 << 20;
+/// Statements whose arguments are names, which may have a `#` in them.
+const NAMES: [&[u8]; 4] = [b"o", b"g", b"usemtl", b"mtllib"];
 
 /// Parses the text of an OBJ file. Whatever it holds, this does not fail: what cannot be understood is reported.
 pub(super) fn parse(bytes: &[u8], report: &mut LoadReport) -> Data {
@@ -129,7 +131,11 @@ impl Chunk {
         let mut chunk = Self::default();
         for line in Lines::new(text) {
             let mut rest = &*line;
-            match text::word(&mut rest) {
+            let keyword = text::word(&mut rest);
+            if keyword.is_some_and(|keyword| !NAMES.contains(&keyword)) {
+                rest = text::before_hash(rest);
+            }
+            match keyword {
                 Some(b"v") => chunk.position(rest),
                 Some(b"vt") => {
                     let ([u, v], _) = chunk.numbers::<2>(rest);
@@ -191,9 +197,6 @@ impl Chunk {
     fn face(&mut self, mut rest: &[u8]) {
         let start = self.faces.corners.len();
         while let Some(word) = text::word(&mut rest) {
-            if word[0] == b'#' {
-                break;
-            }
             self.corner(word);
         }
         if self.faces.corners.len() < start + 3 {
@@ -228,8 +231,9 @@ impl Chunk {
 
     fn statement(&mut self, keyword: &[u8], rest: &[u8]) {
         let change = match keyword {
-            b"o" => Change::Object(text::name(rest)),
-            b"g" => Change::Group(text::name(rest)),
+            b"o" => Change::Object(text::name(text::before_comment(rest))),
+            b"g" => Change::Group(text::name(text::before_comment(rest))),
+            // Comments or parts of names: what there is decides.
             b"usemtl" => Change::Material(text::name(rest)),
             b"mtllib" => Change::Library(text::name(rest)),
             b"s" => Change::Smoothing(smoothing_group(rest)),
@@ -345,6 +349,22 @@ mod tests {
             assert_eq!(faces[2].iter().map(|c| c[0]).collect::<Vec<_>>(), [3, 2, 0]);
             assert_eq!(data.positions.len(), 4);
         }
+    }
+
+    #[test]
+    fn comments_end_statements() {
+        let mut report = LoadReport::default();
+        let data = parse(
+            b"v 1 2 3 # vertex 12 of 99\nv 4 5 6#x\nv 7 8 9 1 # 2 3\nvt 0 1 # 2\nvn 0 0 1#\ng a # b\nf 1 2 3 # 4\ns off# x\nf 1 2 3#4\n#f 1\n",
+            &mut report,
+        );
+        assert_eq!(data.positions, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]].map(Vec3::from));
+        assert!(data.colors.is_empty() && report.notes.is_empty(), "{:?}", report.notes);
+        assert_eq!((data.normals[0], data.uvs[0]), (Vec3::Z, Vec2::ZERO));
+        assert_eq!(faces(&data).iter().map(Vec::len).collect::<Vec<_>>(), [3, 3]);
+        let changes = &data.chunks[0].changes;
+        assert!(matches!(&changes[0].1, Change::Group(name) if name == "a"));
+        assert!(matches!(changes[1].1, Change::Smoothing(0)));
     }
 
     #[test]

@@ -37,7 +37,7 @@ impl<'a> Iterator for Lines<'a> {
         while let Some(line) = self.physical() {
             joined.push(b' ');
             joined.extend_from_slice(line);
-            if line.last() != Some(&b'\\') {
+            if !goes_on(line) {
                 break;
             }
             joined.pop();
@@ -47,7 +47,19 @@ impl<'a> Iterator for Lines<'a> {
 }
 
 fn goes_on(line: &[u8]) -> bool {
-    line.last() == Some(&b'\\') && line.first() != Some(&b'#')
+    line.last() == Some(&b'\\') && before_comment(line).len() == line.len()
+}
+
+/// What stands before a comment: a `#` at the start of a word begins one. Inside a word it is a part of a name.
+pub(super) fn before_comment(line: &[u8]) -> &[u8] {
+    let begins = |at: &usize| *at == 0 || is_space(line[*at - 1]);
+    let comment = memchr::memchr_iter(b'#', line).find(begins);
+    trim(&line[..comment.unwrap_or(line.len())])
+}
+
+/// What stands before a comment where no name is: any `#` begins one.
+pub(super) fn before_hash(line: &[u8]) -> &[u8] {
+    &line[..memchr::memchr(b'#', line).unwrap_or(line.len())]
 }
 
 /// Text whose lines end in `\n`: that of old Macs, with `\r` alone, is converted.
@@ -180,6 +192,11 @@ mod tests {
     fn lines_are_trimmed_and_joined() {
         assert_eq!(lines("a b \r\n\n  c\\\r\n d\\\ne"), ["a b", "", "c d e"]);
         assert_eq!(lines("# C:\\\nf 1"), ["# C:\\", "f 1"]);
+        assert_eq!(lines("v 1 # C:\\\nf 1"), ["v 1 # C:\\", "f 1"]);
+        assert_eq!(lines("f 1 \\\n2 # a\\\nf 2"), ["f 1  2 # a\\", "f 2"]);
+        assert_eq!(lines("map_Kd a#\\\nb"), ["map_Kd a# b"]);
+        assert_eq!(before_comment(b"a#1 b # c # d"), b"a#1 b");
+        assert_eq!(before_comment(b"# a"), b"");
         assert_eq!(lines("f \\"), ["f "]);
         assert_eq!(lines("\\\n\\\n\\"), ["  "]);
         assert_eq!(*with_line_feeds(b"a\rb"), *b"a\nb");

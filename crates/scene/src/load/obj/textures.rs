@@ -104,7 +104,9 @@ impl<'a> Textures<'a> {
     }
 
     fn image(&mut self, map: &Map, neutral: Neutral, folders: &[&Path]) -> ImageId {
-        match folders.iter().find_map(|folder| find_file(folder, &map.file, self.options)) {
+        let find = |name: &str| folders.iter().find_map(|folder| find_file(folder, name, self.options));
+        let whole = Some(&map.whole).filter(|whole| **whole != map.file);
+        match whole.and_then(|whole| find(whole)).or_else(|| find(&map.file)) {
             Some(path) => self.loader.file(&path, neutral),
             None => self.loader.missing(&map.file, "the file does not exist", neutral),
         }

@@ -18,6 +18,7 @@ mod parser;
 mod shapes;
 mod state;
 mod tokens;
+mod version;
 
 use super::session::instance;
 use super::textures::TextureLoader;
@@ -49,8 +50,13 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
 /// As [`load`].
 pub fn load_bytes(path: &Path, text: Vec<u8>, options: &LoadOptions) -> Result<Loaded, LoadError> {
     options.scene_session(path, |options| {
+        let text = super::text::decoded(path, &text)?.into_owned();
+        let is_version_3 = version::is_3(&text);
         let mut builder = Builder::new(Parser::new(path, text, options), options);
-        builder.read()?;
+        builder.read().map_err(|error| if is_version_3 { version::explain(error) } else { error })?;
+        if is_version_3 {
+            builder.report.approximated(version::NOTE);
+        }
         Ok(builder.finish())
     })
 }

@@ -82,6 +82,7 @@ impl<'o> Parser<'o> {
         const PER_BYTE: u64 = 16;
         self.options.budget().take(text.len() as u64 * PER_BYTE + PER_FILE, "included files")?;
         self.bytes_read += text.len() as u64;
+        let text = crate::load::text::decoded(&path, &text)?.into_owned();
         self.stack.push(Tokens::new(Arc::from(path), text));
         Ok(())
     }

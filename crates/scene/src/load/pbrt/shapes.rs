@@ -36,6 +36,7 @@ impl Builder<'_> {
         let two_sided_material = match &mut shape {
             Shape::Triangles(mesh) if mesh.indices.is_empty() => return Ok(()),
             Shape::Triangles(mesh) => {
+                face_normals(mesh);
                 if self.state.reversed {
                     mesh.indices.iter_mut().for_each(|t| t.swap(1, 2));
                     mesh.normals.iter_mut().for_each(|n| *n = -*n);
@@ -142,7 +143,7 @@ impl Builder<'_> {
         }
         // Meshes without normals are flat in pbrt.
         let options = crate::LoadOptions { crease_angle: 0.0, ..self.options.clone() };
-        let loaded = load::ply::load(&path, &options)?;
+        let loaded = load::ply::load_mesh(&path, &options)?;
         self.report.absorb(name, loaded.report);
         let mesh = loaded.scene.meshes.into_iter().next().and_then(|mesh| mesh.parts.into_iter().next());
         Ok(mesh.and_then(|part| match part.shape {
@@ -185,5 +186,20 @@ impl Builder<'_> {
             }
         }
         mesh
+    }
+}
+
+/// Turns triangles round whose winding opposes their normals: in pbrt the normals say which side is outside, where
+/// lamps shine and dielectrics begin.
+fn face_normals(mesh: &mut TriangleMesh) {
+    if mesh.normals.is_empty() {
+        return;
+    }
+    for triangle in &mut mesh.indices {
+        let [a, b, c] = triangle.map(|i| mesh.positions[i as usize].as_dvec3());
+        let normals = triangle.map(|i| mesh.normals[i as usize].as_dvec3());
+        if (b - a).cross(c - a).dot(normals[0] + normals[1] + normals[2]) < 0.0 {
+            triangle.swap(1, 2);
+        }
     }
 }

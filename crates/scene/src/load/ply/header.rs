@@ -103,6 +103,8 @@ pub(super) struct Header {
     pub(super) size: usize,
     /// Number of lines with an unknown keyword.
     pub(super) unknown_lines: usize,
+    /// Names after `comment TextureFile`, a convention of MeshLab's.
+    pub(super) textures: Vec<String>,
 }
 
 /// Longer headers than this are no headers.
@@ -121,6 +123,7 @@ impl Header {
         let mut elements: Vec<Element> = Vec::new();
         let mut properties = 0;
         let mut unknown_lines = 0;
+        let mut textures = Vec::new();
         loop {
             let Some(text) = line(bytes, &mut at).filter(|_| at <= MAX_SIZE) else {
                 return Err(fail("there is no `end_header`".into()));
@@ -164,6 +167,10 @@ impl Header {
                     element.properties.push(property);
                     properties += 1;
                 }
+                ["comment" | "obj_info", keyword, ..] if keyword.eq_ignore_ascii_case("TextureFile") => {
+                    let name = text.split_once(keyword).map_or("", |(_, name)| name.trim());
+                    textures.push(name.trim_matches('"').to_owned());
+                }
                 ["comment" | "obj_info", ..] | [] => {}
                 ["end_header"] => break,
                 ["format" | "element" | "property", ..] => {
@@ -177,7 +184,7 @@ impl Header {
             }
         }
         let format = format.ok_or_else(|| fail("it states no format".into()))?;
-        let header = Self { format, elements, size: at, unknown_lines };
+        let header = Self { format, elements, size: at, unknown_lines, textures };
         header.check_counts(path, bytes.len() - at)?;
         Ok(header)
     }

@@ -7,16 +7,22 @@
 //! size, and `texcoord`, texture coordinates for each corner. Of element `tristrips`: `vertex_indices`, strips separated
 //! by −1. Other elements and properties are passed over and reported.
 //!
+//! In text files each row begins a line, if there are enough lines: numbers behind its last one are passed over and
+//! reported. `comment TextureFile NAME` names the texture of the base colour.
+//!
 //! Missing normals are computed ([`crate::normals`]). The material is a neutral grey.
 
 mod header;
 mod values;
 
 use super::session::TRIANGLE;
-use super::textures::vertex_colors;
-use super::{LoadError, LoadOptions, Loaded, read_file};
+use super::textures::{Neutral, TextureLoader, find_file, vertex_colors};
+use super::{LoadError, LoadOptions, Loaded, read_file, text};
 use crate::triangulate::Triangulator;
-use crate::{Instance, LoadReport, Material, Mesh, Scene, Shape, TriangleMesh, normals};
+use crate::{
+    ColorSpace, Instance, LoadReport, Material, Mesh, Sampler, Scene, Shape, Texture, TextureRef, TriangleMesh,
+    normals,
+};
 use glam::{Affine3A, Vec2, Vec3, Vec4};
 use header::{Element, Header, Scalar};
 use std::collections::HashMap;
@@ -30,7 +36,23 @@ use values::{ValueError, Values};
 /// the file can hold, or the data end early or are not numbers. Faces with indices out of range are left out and
 /// reported.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
-    options.scene_session(path, |options| parse_named(path, &read_file(path, options)?, options))
+    options.scene_session(path, |options| {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let bytes = read_file(path, options)?;
+        parse_file(path, &bytes, Source { folder: Some(folder), is_own: true }, options)
+    })
+}
+
+/// Loads the mesh of a PLY file without its texture, and with its normals as they are: for scenes that have materials of
+/// their own, and where normals decide which side is outside.
+///
+/// # Errors
+/// As [`load`].
+pub(super) fn load_mesh(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
+    options.scene_session(path, |options| {
+        let bytes = read_file(path, options)?;
+        parse_file(path, &bytes, Source { folder: None, is_own: false }, options)
+    })
 }
 
 /// Parses a PLY file that is in memory.
@@ -39,14 +61,36 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
 /// As [`load`].
 pub fn parse(bytes: &[u8], options: &LoadOptions) -> Result<Loaded, LoadError> {
     let path = Path::new("memory.ply");
-    options.scene_session(path, |options| parse_named(path, bytes, options))
+    options.scene_session(path, |options| {
+        parse_file(path, bytes, Source { folder: None, is_own: true }, options)
+    })
 }
 
-fn parse_named(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Loaded, LoadError> {
+/// What a file is loaded for.
+struct Source<'a> {
+    /// Where its texture is looked for.
+    folder: Option<&'a Path>,
+    /// It is a scene of its own; else its normals belong to another file, which says what they mean.
+    is_own: bool,
+}
+
+fn parse_file(
+    path: &Path,
+    bytes: &[u8],
+    source: Source,
+    options: &LoadOptions,
+) -> Result<Loaded, LoadError> {
+    let Source { folder, is_own } = source;
+    let bytes = &*text::decoded(path, bytes)?;
     let header = Header::parse(path, bytes)?;
+    let mut values = Values::new(&bytes[header.size..], header.format);
+    let rows = header.elements.iter().filter(|element| !element.properties.is_empty());
+    values.expect_rows(rows.fold(0, |sum, element| sum.saturating_add(element.count)));
     let mut reader = Reader {
         path,
-        values: Values::new(&bytes[header.size..], header.format),
+        bytes,
+        header_size: header.size,
+        values,
         mesh: TriangleMesh::default(),
         polygons: Polygons::default(),
         report: LoadReport { bytes_read: bytes.len() as u64, ..Default::default() },
@@ -71,7 +115,9 @@ fn parse_named(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Loade
     if !has_vertices {
         return Err(LoadError::malformed(path, "header", "there is no element `vertex`"));
     }
+    reader.report_left_over();
     let Reader { mut mesh, polygons, mut report, .. } = reader;
+    let faces = polygons.ends.len() + polygons.strips.len();
     let triangles = (polygons.corners.len() + polygons.strips.len()) as u64;
     options.budget().take(triangles.saturating_mul(TRIANGLE), "faces")?;
     polygons.triangulate(&mut mesh, &mut report);
@@ -80,15 +126,55 @@ fn parse_named(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Loade
     }
     let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let mut meshes = [mesh];
+    if is_own && normals::turn_to_winding(&mut meshes) {
+        report.repaired("normals oppose the winding of most faces and are turned round");
+    }
     normals::generate(&mut meshes, options.crease_angle);
     let [mesh] = meshes;
     let mut scene = Scene { name: name.clone(), ..Default::default() };
-    if !mesh.indices.is_empty() {
-        scene.materials.push(Material { double_sided: true, ..Default::default() });
-        scene.meshes.push(Mesh::single(name.clone(), Shape::Triangles(mesh), 0));
-        scene.instances.push(Instance::new(name, 0, Affine3A::IDENTITY));
+    if mesh.indices.is_empty() {
+        if has_faces {
+            report.ignored(format!("none of the file's {faces} faces can be drawn"));
+        }
+        return Ok(Loaded { scene, report });
     }
+    let mut material = Material { double_sided: true, ..Default::default() };
+    if let Some(name) = header.textures.first() {
+        let has_coordinates = !mesh.uv0.is_empty();
+        add_texture(name, folder.filter(|_| has_coordinates), options, &mut scene, &mut material, &mut report);
+        if !has_coordinates {
+            report.ignored(format!("texture {name}: vertices have no coordinates for it"));
+        }
+    }
+    if header.textures.len() > 1 {
+        let count = header.textures.len();
+        report.approximated(format!("of {count} textures (`comment TextureFile`) the first is used for all faces"));
+    }
+    scene.materials.push(material);
+    scene.meshes.push(Mesh::single(name.clone(), Shape::Triangles(mesh), 0));
+    scene.instances.push(Instance::new(name, 0, Affine3A::IDENTITY));
     Ok(Loaded { scene, report })
+}
+
+/// Gives a material the texture of that name in `folder`; without a folder it is not looked for.
+fn add_texture(
+    name: &str,
+    folder: Option<&Path>,
+    options: &LoadOptions,
+    scene: &mut Scene,
+    material: &mut Material,
+    report: &mut LoadReport,
+) {
+    let Some(folder) = folder else { return };
+    let mut images = TextureLoader::new(options, 0);
+    let image = match find_file(folder, name, options) {
+        Some(file) => images.file(&file, Neutral::White),
+        None => images.missing(name, "the file does not exist", Neutral::White),
+    };
+    scene.images = images.finish(report);
+    scene.textures.push(Texture { image, sampler: Sampler::default(), color_space: ColorSpace::Srgb });
+    material.base_color_texture = Some(TextureRef::new(0));
+    material.base_color = glam::Vec4::ONE;
 }
 
 /// Faces before triangulation: their vertices may come after them.
@@ -106,6 +192,8 @@ struct Polygons {
 
 struct Reader<'a> {
     path: &'a Path,
+    bytes: &'a [u8],
+    header_size: usize,
     values: Values<'a>,
     mesh: TriangleMesh,
     polygons: Polygons,
@@ -120,8 +208,28 @@ impl Reader<'_> {
         let message = match error {
             ValueError::End => format!("the file ends in row {row} of {}", element.count),
             ValueError::NotANumber => format!("row {row} has a word that is not a number"),
+            ValueError::ShortLine => {
+                format!("row {row}, line {}, has too few numbers", self.line(self.values.position()))
+            }
         };
         LoadError::malformed(self.path, format!("element {}", element.name), message)
+    }
+
+    /// The line of a place in the data.
+    fn line(&self, position: usize) -> usize {
+        text::line_at(self.bytes, self.header_size + position)
+    }
+
+    fn report_left_over(&mut self) {
+        if let Some((count, first)) = self.values.surplus {
+            let line = self.line(first);
+            self.report.ignored(format!(
+                "{count} lines have more numbers than declared, the first is line {line}: the rest of each is skipped"
+            ));
+        }
+        if let Some(left) = self.values.left_over() {
+            self.report.ignored(format!("{left} are left over after the last declared element"));
+        }
     }
 
     fn vertices(&mut self, element: &Element) -> Result<(), LoadError> {
@@ -134,6 +242,7 @@ impl Reader<'_> {
         let (mut not_finite, mut zero_normals) = (0usize, 0usize);
         let mut colors = Vec::new();
         for row in 0..element.count {
+            self.values.begin_row();
             for (value, property) in row_values.iter_mut().zip(&element.properties) {
                 let read = match property.count {
                     None => self.values.next(property.scalar).map(|v| *value = v),
@@ -143,6 +252,7 @@ impl Reader<'_> {
                 };
                 read.map_err(|e| self.fail(element, row, e))?;
             }
+            self.values.end_row();
             let mut get = |column: usize| {
                 let value = row_values[column] as f32;
                 not_finite += usize::from(!value.is_finite());
@@ -195,6 +305,7 @@ impl Reader<'_> {
         for row in 0..element.count {
             corners.clear();
             uvs.clear();
+            self.values.begin_row();
             for (i, property) in element.properties.iter().enumerate() {
                 self.face_property(
                     property,
@@ -203,6 +314,7 @@ impl Reader<'_> {
                 )
                 .map_err(|e| self.fail(element, row, e))?;
             }
+            self.values.end_row();
             if is_strip {
                 self.polygons.add_strips(&corners);
             } else {
@@ -249,6 +361,7 @@ impl Reader<'_> {
             return Ok(());
         }
         for row in 0..element.count {
+            self.values.begin_row();
             for property in &element.properties {
                 let read = match property.count {
                     None => self.values.skip(property.scalar, 1),
@@ -258,6 +371,7 @@ impl Reader<'_> {
                 };
                 read.map_err(|e| self.fail(element, row, e))?;
             }
+            self.values.end_row();
         }
         Ok(())
     }

@@ -173,7 +173,8 @@ fn load_nested(
 }
 
 fn read_text(path: &Path, options: &LoadOptions) -> Result<String, LoadError> {
-    String::from_utf8(super::read_file(path, options)?).map_err(|error| {
+    let bytes = super::read_file(path, options)?;
+    String::from_utf8(super::text::decoded(path, &bytes)?.into_owned()).map_err(|error| {
         let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
         let line = 1 + valid.iter().filter(|b| **b == b'\n').count();
         LoadError::malformed(path, format!("line {line}"), "the text is not UTF-8")

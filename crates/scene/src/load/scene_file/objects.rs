@@ -67,16 +67,15 @@ impl Builder<'_> {
         if raw.when.is_some_and(|c| !c.is_true()) || raw.unless.is_some_and(|c| c.is_true()) {
             return Ok(None);
         }
+        // All that copies take is counted before the first one is made.
+        let each = instance(raw.name.as_deref().map_or(0, str::len)) + size_of::<Copy>() as u64;
+        let count = repeat.as_ref().map_or(1, Repeat::count);
+        context.take(each.saturating_mul(count), "copies")?;
         let copies = match &repeat {
-            Some(repeat) => {
-                context.take(repeat.count().saturating_mul(size_of::<Copy>() as u64), "copies")?;
-                repeat.copies(self.budget.instances, &context)?
-            }
+            Some(repeat) => repeat.copies(self.budget.instances, &context)?,
             None => vec![Copy::default()],
         };
         self.spend_instances(copies.len(), &context)?;
-        let each = instance(raw.name.as_deref().map_or(0, str::len));
-        context.take(each.saturating_mul(copies.len() as u64), "copies")?;
         Ok(Some(Object {
             name: raw.name,
             copies,

@@ -159,6 +159,7 @@ impl Source<'_> {
         };
         let image = image.unwrap_or_else(|reason| {
             report.repaired(format!("{reason}; replaced by a neutral colour"));
+            report.missing_images += 1;
             self.neutral.image(self.name)
         });
         (image, report)
