@@ -42,7 +42,9 @@ mod transport;
 // `#[wgsl]` needs its module inline, so each file holds one module of its own name; here they become flat.
 pub use base::{constants::constants, math::math};
 pub use display::tonemap::tonemap;
-pub use geometry::{camera::camera, frame::frame, intersect::intersect, offset::offset, shape::shape};
+pub use geometry::{
+    camera::camera, frame::frame, intersect::intersect, offset::offset, shape::shape, terminator::terminator,
+};
 pub use lights::{
     falloff::falloff, light::light, portal::portal, profile::light_profile, reservoir::reservoir, sky::sky,
     tree::light_tree,
