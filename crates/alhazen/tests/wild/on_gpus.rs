@@ -73,18 +73,24 @@ fn everything() -> Scene {
 #[test]
 fn every_tracer_shows_it_as_the_cpu_does() {
     let scene = everything();
-    let wanted = job(&scene, 64, 40, 4);
     let mut renderers = gpu_renderers("every_tracer_shows_it_as_the_cpu_does");
-    compare_on(&mut renderers, "wild path", &scene, &wanted, 0.2);
-    // The rasteriser draws spheres by itself; without a cutoff of lights its expected picture is that of `direct`.
-    let rays = DirectSettings::default();
+    compare_on(&mut renderers, "wild path", &scene, &job(&scene, 64, 40, 4), 0.2);
+}
+
+/// The rasteriser draws spheres by itself. Without a cutoff of lights its expected picture is that of `direct`.
+#[test]
+fn the_rasteriser_shows_what_rays_see() {
+    let scene = everything();
+    let mut renderers = gpu_renderers("the_rasteriser_shows_what_rays_see");
+    let rays = DirectSettings { reflection_samples: 0, ambient_samples: 0, ..DirectSettings::default() };
     let frames =
         HybridSettings { rays, light_cutoff: 0.0, reflection_survival: 1.0, ..HybridSettings::default() };
-    let direct = Job { integrator: Integrator::Direct(rays), ..wanted.clone() };
-    let (expected, _) = render(&mut Renderer::cpu(None).expect("threads"), &scene, &direct, 64);
+    let of = |integrator| Job { integrator, ..job(&scene, 64, 40, 4) };
+    let mut cpu = Renderer::cpu(None).expect("threads");
+    let (expected, _) = render(&mut cpu, &scene, &of(Integrator::Direct(rays)), 64);
     for renderer in in_turn(&mut renderers, 1) {
-        let hybrid = Job { integrator: Integrator::Hybrid(frames), ..wanted.clone() };
-        let (film, _) = render(renderer, &scene, &hybrid, 64);
-        assert_same_coarse("wild hybrid", &Estimate::from_film(&film), &Estimate::from_film(&expected));
+        let (film, _) = render(renderer, &scene, &of(Integrator::Hybrid(frames)), 64);
+        let (seen, expected) = (Estimate::from_film(&film), Estimate::from_film(&expected));
+        assert_same_coarse("wild hybrid", &seen, &expected);
     }
 }

@@ -8,14 +8,19 @@ use testkit::Estimate;
 use testkit::scenes::{Build, camera, covering, emitter, sphere};
 
 /// A lamp above a floor of which a spot is seen, lit by next-event estimation and by chance.
-fn below_lamp(shape: Shape, material: impl FnOnce(&mut Scene) -> Material, place: Affine3A) -> Estimate {
+fn below_lamp(
+    shape: Shape,
+    material: impl FnOnce(&mut Scene) -> Material,
+    place: Affine3A,
+    spp: u32,
+) -> Estimate {
     let mut scene = Scene::default();
     add_floor(&mut scene, -2.0);
     let material = material(&mut scene);
     let material = scene.add_material(material);
     scene.add_shape("lamp", shape, material, place);
     scene.cameras.push(from_above(0.9, 0.0, -1.6, 0.01));
-    estimate(&scene, &job(&scene, 16, 16, 2), 1024)
+    estimate(&scene, &job(&scene, 16, 16, 2), spp)
 }
 
 fn glowing(texture: TextureRef, two_sided: bool) -> Material {
@@ -30,20 +35,20 @@ fn textured_lamps_light_as_they_look() {
     let grey = optics_of(137);
     let flat = |scene: &mut Scene| glowing(texture(scene, [1, 1], |_, _| [137, 137, 137, 255]), false);
     let lamp = || sphere([0.0; 3], 0.5);
-    let e = below_lamp(lamp(), flat, Affine3A::IDENTITY);
+    let e = below_lamp(lamp(), flat, Affine3A::IDENTITY, 256);
     assert_mean("a grey texture", &e, expected(10.0 * grey), 2e-3);
     let half = |scene: &mut Scene| {
         let texture = texture(scene, [1, 1], |_, _| [137, 137, 137, 255]);
         covering(glowing(texture, false), 0.5)
     };
-    let e = below_lamp(lamp(), half, Affine3A::IDENTITY);
+    let e = below_lamp(lamp(), half, Affine3A::IDENTITY, 512);
     assert_mean("half of it covered", &e, expected(5.0 * grey), 2e-3);
     // Through what is open of the near side the far side shines, too.
     let both = |scene: &mut Scene| {
         let texture = texture(scene, [1, 1], |_, _| [137, 137, 137, 255]);
         covering(glowing(texture, true), 0.5)
     };
-    let e = below_lamp(lamp(), both, Affine3A::IDENTITY);
+    let e = below_lamp(lamp(), both, Affine3A::IDENTITY, 4096);
     assert_mean("half of it covered, both sides", &e, expected(7.5 * grey), 4e-3);
 }
 
@@ -64,8 +69,8 @@ fn placed_lamps_light_as_their_meshes_do() {
                 let alpha_mode = if has_holes { AlphaMode::Mask(0.3) } else { AlphaMode::Opaque };
                 Material { base_color_texture, alpha_mode, ..lamp }
             };
-            let exact = below_lamp(sphere([0.0; 3], 0.5), material, place);
-            let mesh = below_lamp(Shape::Triangles(mesh_sphere(0.5, 96, false)), material, place);
+            let exact = below_lamp(sphere([0.0; 3], 0.5), material, place, 512);
+            let mesh = below_lamp(Shape::Triangles(mesh_sphere(0.5, 96, false)), material, place, 512);
             let expected = mesh.mean_colour();
             assert_mean(&format!("{what}, holes: {has_holes}"), &exact, expected, 0.01);
         }

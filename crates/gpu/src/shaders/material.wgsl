@@ -98,32 +98,22 @@ fn sphere_crossing(
     if !crossing.hit {
         return 0.0;
     }
-    let nearest = select(crossing.far, crossing.near, crossing.near > t_min);
-    if !SCENE_HAS_ALPHA {
-        return select(0.0, nearest, nearest > t_min && nearest < t_max);
+    var t = select(crossing.far, crossing.near, crossing.near > t_min);
+    if !(t > t_min && t < t_max) {
+        return 0.0;
     }
-    if crossing.near > t_min && crossing.near < t_max
-        && sphere_crossing_accepts(instance, geometry, primitive, sphere, origin, direction, crossing.near) {
-        return crossing.near;
+    // Once, or twice where the near side is not there: what looks for holes is in the shader once.
+    while SCENE_HAS_ALPHA {
+        let outward = normalize(origin + direction * t - sphere.xyz);
+        if sphere_accepts(instance, geometry, primitive, sphere, outward, direction) {
+            break;
+        }
+        if t == crossing.far || crossing.far >= t_max {
+            return 0.0;
+        }
+        t = crossing.far;
     }
-    if crossing.far > t_min && crossing.far < t_max
-        && sphere_crossing_accepts(instance, geometry, primitive, sphere, origin, direction, crossing.far) {
-        return crossing.far;
-    }
-    return 0.0;
-}
-
-fn sphere_crossing_accepts(
-    instance: u32,
-    geometry: u32,
-    primitive: u32,
-    sphere: vec4f,
-    origin: vec3f,
-    direction: vec3f,
-    t: f32,
-) -> bool {
-    let outward = normalize(origin + direction * t - sphere.xyz);
-    return sphere_accepts(instance, geometry, primitive, sphere, outward, direction);
+    return t;
 }
 
 /// Whether a ray meets the back of a surface whose backs are not there. `outward`: a normal of the front, of any length.

@@ -236,16 +236,17 @@ impl SceneTables {
         };
         let identity = Affine3A::IDENTITY;
         let to = to.unwrap_or(&identity);
+        let linear = Mat3::from(to.matrix3);
         let normal_matrix = normal_matrix(to);
         self.positions.extend(mesh.positions.iter().map(|p| to.transform_point3(*p).to_array()));
         if present(mesh.normals.len()) {
-            let unit = |n: &Vec3| (normal_matrix * *n).try_normalize().unwrap_or(Vec3::ZERO).to_array();
-            self.normals.extend(mesh.normals.iter().map(unit));
+            let placed = |n: &Vec3| placed_attribute(&normal_matrix, *n).to_array();
+            self.normals.extend(mesh.normals.iter().map(placed));
         }
         if present(mesh.tangents.len()) {
             let handedness = if flip { -1.0 } else { 1.0 };
             self.tangents.extend(mesh.tangents.iter().map(|t| {
-                let direction = to.transform_vector3(t.truncate()).normalize_or_zero();
+                let direction = placed_attribute(&linear, t.truncate());
                 direction.extend(t.w * handedness).to_array()
             }));
         }
@@ -402,9 +403,25 @@ fn normal_matrix(m: &Affine3A) -> Mat3 {
     Mat3::from(m.matrix3.inverse()).transpose()
 }
 
+/// A normal or tangent in world space. Of unit length if the matrix keeps shapes; else lengths between vertices stay as the
+/// matrix makes them, because only then interpolation gives what the transform makes of interpolated ones.
+fn placed_attribute(matrix: &Mat3, v: Vec3) -> Vec3 {
+    let Some(unit) = v.try_normalize() else { return Vec3::ZERO };
+    let placed = *matrix * unit;
+    if scales_alike(matrix).is_some() {
+        return placed.try_normalize().unwrap_or(Vec3::ZERO);
+    }
+    let columns = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(Vec3::length);
+    placed / columns.into_iter().fold(f32::MIN_POSITIVE, f32::max)
+}
+
 /// The factor by which a transform scales all lengths alike; `None` if it does not.
 pub(super) fn uniform_scale(m: &Affine3A) -> Option<f32> {
-    let a = Mat3::from(m.matrix3);
+    scales_alike(&Mat3::from(m.matrix3))
+}
+
+/// As [`uniform_scale`], of the linear part alone.
+fn scales_alike(a: &Mat3) -> Option<f32> {
     let lengths = [a.x_axis.length(), a.y_axis.length(), a.z_axis.length()];
     let scale = lengths[0];
     let same = lengths.iter().all(|l| (l - scale).abs() <= 1e-5 * scale);

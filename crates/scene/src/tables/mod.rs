@@ -50,9 +50,10 @@ pub const NONE: u32 = u32::MAX;
 pub struct SceneTables {
     /// Vertex positions: world space for the first bottom-level structure, object space for the others.
     pub positions: Vec<[f32; 3]>,
-    /// Unit vertex normals, in the space of the positions.
+    /// Vertex normals, in the space of the positions. Of unit length but where a static transform changes shapes: there of
+    /// lengths up to 1 that interpolate as the transform makes them.
     pub normals: Vec<[f32; 3]>,
-    /// Unit tangents and the bitangent's handedness, in the space of the positions.
+    /// Tangents, with lengths as the normals', and the bitangent's handedness, in the space of the positions.
     pub tangents: Vec<[f32; 4]>,
     /// First texture coordinates.
     pub uv0: Vec<[f32; 2]>,
