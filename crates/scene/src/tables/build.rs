@@ -240,13 +240,15 @@ impl SceneTables {
         let normal_matrix = normal_matrix(to);
         self.positions.extend(mesh.positions.iter().map(|p| to.transform_point3(*p).to_array()));
         if present(mesh.normals.len()) {
-            let placed = |n: &Vec3| placed_attribute(&normal_matrix, *n).to_array();
+            let keeps_shapes = scales_alike(&normal_matrix).is_some();
+            let placed = |n: &Vec3| placed_attribute(&normal_matrix, keeps_shapes, *n).to_array();
             self.normals.extend(mesh.normals.iter().map(placed));
         }
         if present(mesh.tangents.len()) {
             let handedness = if flip { -1.0 } else { 1.0 };
+            let keeps_shapes = scales_alike(&linear).is_some();
             self.tangents.extend(mesh.tangents.iter().map(|t| {
-                let direction = placed_attribute(&linear, t.truncate());
+                let direction = placed_attribute(&linear, keeps_shapes, t.truncate());
                 direction.extend(t.w * handedness).to_array()
             }));
         }
@@ -405,10 +407,10 @@ fn normal_matrix(m: &Affine3A) -> Mat3 {
 
 /// A normal or tangent in world space. Of unit length if the matrix keeps shapes; else lengths between vertices stay as the
 /// matrix makes them, because only then interpolation gives what the transform makes of interpolated ones.
-fn placed_attribute(matrix: &Mat3, v: Vec3) -> Vec3 {
+fn placed_attribute(matrix: &Mat3, keeps_shapes: bool, v: Vec3) -> Vec3 {
     let Some(unit) = v.try_normalize() else { return Vec3::ZERO };
     let placed = *matrix * unit;
-    if scales_alike(matrix).is_some() {
+    if keeps_shapes {
         return placed.try_normalize().unwrap_or(Vec3::ZERO);
     }
     let columns = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(Vec3::length);
