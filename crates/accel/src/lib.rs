@@ -40,5 +40,5 @@ pub use build::Quality;
 pub use bvh::{Blas, Geometry, Instance, Sphere, Tlas};
 pub use huge_pages::HugePages;
 pub use query::{Coherence, Hit16, HitColumns, HitSink, Ray8, RayColumns, RayStream};
-pub use ray::{Hit, HitFilter, MISS, Masked, Opaque, Ray};
+pub use ray::{Candidate, Hit, HitFilter, MISS, Masked, Opaque, Ray};
 pub use simd::InstructionSet;

@@ -69,6 +69,24 @@ impl Hit {
     }
 }
 
+/// A hit that may count: what a [`HitFilter`] decides about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Candidate {
+    /// Index of the instance in its [`Tlas`](crate::Tlas).
+    pub instance: u32,
+    /// Id of the primitive in its [`Blas`](crate::Blas).
+    pub primitive: u32,
+    /// Of triangles: see [`Hit::u`]. Zero for spheres.
+    pub u: f32,
+    /// Of triangles: see [`Hit::v`]. Zero for spheres.
+    pub v: f32,
+    /// The ray's direction in the space of the object, of any length.
+    pub direction: [f32; 3],
+    /// Of spheres: from the centre to the hit in the space of the object, in units of the radius.
+    /// Zero for triangles.
+    pub outward: [f32; 3],
+}
+
 /// Accepts or rejects candidate hits, for surfaces with holes, and selects the instances that a ray
 /// can see. Embree calls this an intersection filter.
 ///
@@ -78,8 +96,8 @@ pub trait HitFilter: Sync {
     /// Whether `accept` is always true. Then queries do not call it.
     const OPAQUE: bool;
 
-    /// Whether to accept the hit on `primitive` of `instance` at barycentric coordinates `u`, `v`.
-    fn accept(&self, instance: u32, primitive: u32, u: f32, v: f32) -> bool;
+    /// Whether a hit counts.
+    fn accept(&self, candidate: &Candidate) -> bool;
 
     /// The query sees instances whose mask has a bit in common with this mask.
     #[inline]
@@ -96,7 +114,7 @@ impl HitFilter for Opaque {
     const OPAQUE: bool = true;
 
     #[inline]
-    fn accept(&self, _: u32, _: u32, _: f32, _: f32) -> bool {
+    fn accept(&self, _: &Candidate) -> bool {
         true
     }
 }
@@ -109,7 +127,7 @@ impl HitFilter for Masked {
     const OPAQUE: bool = true;
 
     #[inline]
-    fn accept(&self, _: u32, _: u32, _: f32, _: f32) -> bool {
+    fn accept(&self, _: &Candidate) -> bool {
         true
     }
 

@@ -200,8 +200,8 @@ fn candidates_can_be_refused() {
     struct Odd;
     impl accel::HitFilter for Odd {
         const OPAQUE: bool = false;
-        fn accept(&self, instance: u32, primitive: u32, _: f32, _: f32) -> bool {
-            (instance + primitive) % 2 == 1
+        fn accept(&self, c: &accel::Candidate) -> bool {
+            (c.instance + c.primitive) % 2 == 1
         }
     }
     let accept = |h: &EncodedHit| (h.instance + h.primitive) % 2 == 1;

@@ -2,7 +2,7 @@
 
 mod support;
 
-use accel::{Blas, HitFilter, Instance, Masked, Opaque, Quality, Ray, Sphere, Tlas};
+use accel::{Blas, Candidate, HitFilter, Instance, Masked, Opaque, Quality, Ray, Sphere, Tlas};
 use std::sync::Arc;
 use support::*;
 
@@ -73,8 +73,10 @@ struct Holes;
 impl HitFilter for Holes {
     const OPAQUE: bool = false;
 
-    fn accept(&self, instance: u32, primitive: u32, u: f32, v: f32) -> bool {
-        !(instance + primitive).is_multiple_of(3) && u + v < 0.7
+    fn accept(&self, c: &Candidate) -> bool {
+        // Spheres have no lower part, and nothing is seen on steep ways up.
+        let (up, rises) = (c.outward[1], c.direction[1]);
+        !(c.instance + c.primitive).is_multiple_of(3) && c.u + c.v < 0.7 && up > -0.3 && rises < 0.8
     }
 }
 

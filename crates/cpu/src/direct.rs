@@ -169,7 +169,7 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
             let count = if soft && full { self.settings.shadow_samples.max(1) } else { 1 };
             for _ in 0..count {
                 let u = if soft { draws.pair() } else { [0.5, 0.5] };
-                let sample = sample_one_light(self.scene, index, surface.position, u);
+                let sample = sample_one_light(self.scene, index, surface.origin, u);
                 sum += self.light_sample(surface, bsdf, wo, &sample) * (1.0 / count as f32);
             }
         }
@@ -177,7 +177,7 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
     }
 
     fn light_sample(&mut self, surface: &Surface, bsdf: &Bsdf, wo: Vec3f, light: &LightSample) -> Vec3f {
-        let above = dot(light.wi, surface.normal) > 0.0;
+        let above = dot(light.wi, surface.horizon) > 0.0;
         let wi = to_local(surface.frame(), light.wi);
         if light.pdf <= 0.0 || above != (wi.z > 0.0) || !(above || bsdf_transmits(*bsdf)) {
             return BLACK;
@@ -206,7 +206,7 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
         for _ in 0..count {
             let u = draws.pair();
             let wi = to_world(surface.frame(), sample_cosine_hemisphere(vec2f(u[0], u[1])));
-            if dot(wi, surface.normal) <= 0.0 {
+            if dot(wi, surface.horizon) <= 0.0 {
                 continue;
             }
             let origin = surface.ray_origin(true).to_array();
@@ -241,7 +241,7 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
             let u = draws.pair();
             let sample = bsdf_sample(specular, wo, 0.0, vec2f(u[0], u[1]));
             let wi = to_world(surface.frame(), sample.wi);
-            if sample.pdf <= 0.0 || dot(wi, surface.normal) <= 0.0 {
+            if sample.pdf <= 0.0 || dot(wi, surface.horizon) <= 0.0 {
                 continue;
             }
             let origin = surface.ray_origin(true);
@@ -289,7 +289,7 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
         let wo = to_local(surface.frame(), surface.wo);
         let sample = bsdf_sample(*bsdf, wo, u_lobe, vec2f(u[0], u[1]));
         let wi = to_world(surface.frame(), sample.wi);
-        let above = dot(wi, surface.normal) > 0.0;
+        let above = dot(wi, surface.horizon) > 0.0;
         if sample.pdf <= 0.0 || above == sample.transmitted {
             return BLACK;
         }
@@ -307,6 +307,5 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
 
 /// Whether any of a light's corners, if it is flat, is on the surface's side.
 fn may_light(light: Light, surface: &Surface) -> bool {
-    !light_is_flat(light.kind)
-        || flat_light_is_above(light, light.position - surface.position, surface.normal)
+    !light_is_flat(light.kind) || flat_light_is_above(light, light.position - surface.origin, surface.horizon)
 }

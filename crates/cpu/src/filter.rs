@@ -1,34 +1,38 @@
-//! Which candidate hits count: alpha masks and coverage.
+//! Which candidate hits count: alpha masks, coverage, and backs that are not there.
 
 use crate::material::coverage;
 use crate::scene::CpuScene;
-use crate::surface::alpha_inputs;
-use accel::HitFilter;
+use crate::surface::{alpha_inputs, faces_away};
+use accel::{Candidate, HitFilter};
 use optics::random::{hash_combine, unit_float};
 use scene::tables::GeometryKind;
 
-/// Lets rays through where a surface has holes, and through the boundaries of media, which are no surfaces.
+/// Lets rays through where a surface has holes or shows a back that is culled, and through the boundaries of media, which
+/// are no surfaces.
 ///
-/// Partial coverage is decided by a hash of the hit's barycentrics: two hits that differ in their last bit decide
-/// independently, so the pattern is finer than any pixel, costs no transmittance bookkeeping, and is the same for
-/// every query of the same ray. Spheres have no texture coordinates at this point and always count.
+/// Partial coverage is decided by a hash of where on the primitive the hit is: two hits that differ in their last bit
+/// decide independently, so the pattern is finer than any pixel, costs no transmittance bookkeeping, and is the same for
+/// every query of the same ray.
 pub(crate) struct AlphaFilter<'a>(pub &'a CpuScene);
 
 impl HitFilter for AlphaFilter<'_> {
     const OPAQUE: bool = false;
 
-    fn accept(&self, instance: u32, primitive: u32, u: f32, v: f32) -> bool {
-        let records = self.0.records(instance, primitive);
+    fn accept(&self, candidate: &Candidate) -> bool {
+        let records = self.0.records(candidate.instance, candidate.primitive);
         let tables = &*self.0.tables;
         let material = &tables.materials[records.binding.material as usize];
         if material.is_boundary() {
             return false;
         }
-        if !material.has_alpha() || records.geometry.kind == GeometryKind::Spheres {
+        if material.culls_backs() && faces_away(tables, &records, candidate) {
+            return false;
+        }
+        if !material.has_holes() {
             return true;
         }
-        let alpha = coverage(tables, material, alpha_inputs(tables, &records, u, v));
-        alpha >= 1.0 || (alpha > 0.0 && hashed_threshold(instance, primitive, u, v) < alpha)
+        let alpha = coverage(tables, material, alpha_inputs(tables, &records, candidate));
+        alpha >= 1.0 || (alpha > 0.0 && hashed_threshold(records.geometry.kind, candidate) < alpha)
     }
 }
 
@@ -38,14 +42,18 @@ pub(crate) struct BoundaryFilter<'a>(pub &'a CpuScene);
 impl HitFilter for BoundaryFilter<'_> {
     const OPAQUE: bool = false;
 
-    fn accept(&self, instance: u32, primitive: u32, u: f32, v: f32) -> bool {
-        let records = self.0.records(instance, primitive);
+    fn accept(&self, candidate: &Candidate) -> bool {
+        let records = self.0.records(candidate.instance, candidate.primitive);
         let is_boundary = self.0.tables.materials[records.binding.material as usize].is_boundary();
-        is_boundary || AlphaFilter(self.0).accept(instance, primitive, u, v)
+        is_boundary || AlphaFilter(self.0).accept(candidate)
     }
 }
 
-fn hashed_threshold(instance: u32, primitive: u32, u: f32, v: f32) -> f32 {
-    let place = hash_combine(hash_combine(instance, primitive), u.to_bits());
-    unit_float(hash_combine(place, v.to_bits()))
+fn hashed_threshold(kind: GeometryKind, c: &Candidate) -> f32 {
+    let [a, b] = match kind {
+        GeometryKind::Triangles => [c.u, c.v],
+        GeometryKind::Spheres => [c.outward[0], c.outward[1]],
+    };
+    let place = hash_combine(hash_combine(c.instance, c.primitive), a.to_bits());
+    unit_float(hash_combine(place, b.to_bits()))
 }

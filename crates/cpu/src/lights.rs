@@ -6,13 +6,14 @@ use crate::surface::Surface;
 use optics::constants::FAR;
 use optics::light::{
     LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE, LightSample,
-    directional_light_contains, light_sample, rectangle_light_pdf, sphere_light_pdf, triangle_light_pdf,
+    directional_light_contains, light_sample, rectangle_light_pdf, sphere_light_side_pdf, triangle_light_pdf,
 };
 use optics::light_profile::{profile_cell, profile_mix};
 use optics::light_tree::{ALL_SIDES, octahedral_decode};
 use optics::random::dither;
+use optics::shape::{sphere_uv, turned_direction};
 use optics::warp::{alias_choose_dithered, alias_slot, pdf_cone};
-use optics::{Vec2f, Vec3f, vec2f, vec3f, vec4f};
+use optics::{Vec2f, Vec3f, Vec4f, vec2f, vec3f, vec4f};
 use scene::tables::{LightChoice, LightRecord, NONE, SceneTables};
 
 /// Samples a direction towards a light chosen by the irradiance that it can bring; the density includes the choice. `None` if no
@@ -79,7 +80,7 @@ pub(crate) fn sample_one_light(scene: &CpuScene, index: u32, p: Vec3f, u: [f32; 
         sample.radiance *= profile_at(&scene.tables, record, -sample.wi);
     }
     if record.textured_material != NONE {
-        sample.radiance = textured_emission(scene, record, [sample.barycentrics.x, sample.barycentrics.y]);
+        sample.radiance = textured_emission(scene, record, texture_coords(record, p, &sample));
     }
     sample
 }
@@ -100,15 +101,25 @@ fn sample_environment(scene: &CpuScene, p: Vec3f, u: [f32; 2]) -> LightSample {
     LightSample { wi, distance: FAR, radiance: environment.radiance(wi), pdf, delta: false, barycentrics }
 }
 
-fn textured_emission(scene: &CpuScene, record: &LightRecord, [b1, b2]: [f32; 2]) -> Vec3f {
+/// Both sets of texture coordinates at a sampled point of a textured surface.
+fn texture_coords(record: &LightRecord, p: Vec3f, sample: &LightSample) -> Vec4f {
+    let places = &record.texture_places;
+    if record.light.kind == LIGHT_SPHERE {
+        let row = |i: usize| vec3f(places[4 * i], places[4 * i + 1], places[4 * i + 2]);
+        let outward = p + sample.wi * sample.distance - record.light.position;
+        let uv = sphere_uv(turned_direction(row(0), row(1), row(2), outward));
+        return vec4f(uv.x, uv.y, uv.x, uv.y);
+    }
+    let [b1, b2] = [sample.barycentrics.x, sample.barycentrics.y];
+    // Of each set the pairs of three vertices.
+    let at = |i: usize| places[i] * (1.0 - b1 - b2) + places[i + 2] * b1 + places[i + 4] * b2;
+    vec4f(at(0), at(1), at(6), at(7))
+}
+
+fn textured_emission(scene: &CpuScene, record: &LightRecord, coords: Vec4f) -> Vec3f {
     let material = &scene.tables.materials[record.textured_material as usize];
-    let at = |set: usize, i: usize| {
-        let [a, b, c] = record.uv[set].map(|uv| uv[i]);
-        a * (1.0 - b1 - b2) + b * b1 + c * b2
-    };
-    let coords = vec4f(at(0, 0), at(0, 1), at(1, 0), at(1, 1));
     let emitted = emission_at(&scene.tables, material, coords);
-    if material.has_alpha() {
+    if material.has_holes() {
         emitted * coverage(&scene.tables, material, (coords, vec4f(1.0, 1.0, 1.0, 1.0), vec2f(0.0, 0.0)))
     } else {
         emitted
@@ -133,7 +144,7 @@ pub(crate) fn surface_light_pdf(
     let pdf = match light.kind {
         LIGHT_TRIANGLE => triangle_light_pdf(light.position - from, light.edge1, light.edge2, wi, distance),
         LIGHT_RECTANGLE => rectangle_light_pdf(light.position - from, light.edge1, light.edge2, wi, distance),
-        LIGHT_SPHERE => sphere_light_pdf(light.position, light.size, from),
+        LIGHT_SPHERE => sphere_light_side_pdf(light.position, light.size, from, s.front),
         _ => 0.0,
     };
     pdf * light_probability(&scene.tables, s.light, from, receiver)

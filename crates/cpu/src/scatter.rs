@@ -36,9 +36,9 @@ impl PathBatch {
         if material.model == ModelTag::Lambert {
             let albedo = base_color(tables, material, surface, footprint);
             let point = PlainPoint {
-                position: surface.position,
+                position: surface.origin,
                 extent: surface.extent,
-                normal: surface.normal,
+                normal: surface.horizon,
                 shading_normal: surface.shading_normal,
                 color: albedo,
                 wo: surface.wo,
@@ -92,7 +92,7 @@ impl PathBatch {
         if bsdf.has_smooth_part() && !tables.lights.is_empty() {
             let u = context.draw(&path, PAIR_LIGHT);
             path.receiver = receiver(tables, bsdf, frame.normal);
-            if let Some(light) = sample_light(context.scene, surface.position, path.receiver, u) {
+            if let Some(light) = sample_light(context.scene, surface.origin, path.receiver, u) {
                 self.add_connection(surface, &frame, bsdf, wo, &path, &light);
             }
         }
@@ -102,7 +102,7 @@ impl PathBatch {
         let u = if bsdf.is_delta() { zero } else { context.draw(&path, PAIR_BSDF) };
         let sample = bsdf.sample(wo, u_lobe.x, u);
         let wi = to_world(frame, sample.wi);
-        let above = dot(wi, surface.normal) > 0.0;
+        let above = dot(wi, surface.horizon) > 0.0;
         // Between shading and geometric normal there are directions that would leak through the surface.
         if sample.pdf <= 0.0 || above == sample.transmitted {
             return;
@@ -129,7 +129,7 @@ impl PathBatch {
         path: &Path,
         light: &LightSample,
     ) {
-        let above = dot(light.wi, surface.normal) > 0.0;
+        let above = dot(light.wi, surface.horizon) > 0.0;
         if light.pdf <= 0.0 || !(above || bsdf.transmits()) {
             return;
         }
@@ -155,7 +155,7 @@ pub(crate) fn receiver<S: Scattering>(tables: &SceneTables, bsdf: S, normal: Vec
 pub(crate) fn shadow_ray(surface: &Surface, light: &LightSample, above: bool) -> Ray {
     let origin = surface.ray_origin(above);
     // The offset may be longer than the way to a light that is very near.
-    let distance = light.distance - dot(origin - surface.position, light.wi);
+    let distance = light.distance - dot(origin - surface.origin, light.wi);
     Ray {
         origin: origin.to_array(),
         t_min: 0.0,

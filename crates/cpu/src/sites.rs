@@ -11,8 +11,8 @@ use bytemuck::NoUninit;
 use optics::ggx::MIN_ALPHA;
 use optics::material::{SLOT_BASE_COLOR, SLOT_METALLIC_ROUGHNESS, SLOT_NORMAL};
 use scene::tables::{
-    BlasRecord, GeometryKind, InstanceRecord, MATERIAL_CHECKERBOARD, MATERIAL_THIN, MaterialRecord, ModelTag,
-    NONE, SceneTables,
+    BlasRecord, GeometryKind, InstanceRecord, MATERIAL_CHECKERBOARD, MATERIAL_SMOOTH_TERMINATOR,
+    MATERIAL_THIN, MaterialRecord, ModelTag, NONE, SceneTables,
 };
 
 /// One geometry of one instance.
@@ -55,6 +55,8 @@ pub(crate) mod form {
     pub const SMOOTH: u32 = 2;
     /// They are so many that they need not be in the first cache.
     pub const MANY: u32 = 4;
+    /// They gather light where the smooth surface would be; see `optics::terminator`.
+    pub const LIFTED: u32 = 8;
 }
 
 /// Triangles of a geometry that are likely to be in the first cache when they are hit, at most.
@@ -256,7 +258,9 @@ fn site(tables: &SceneTables, instance: &InstanceRecord, geometry: u32, binding:
     let patterned = material.flags & MATERIAL_CHECKERBOARD != 0;
     // Layers want tangents, and the normal without its map.
     let bare = !material.texture(SLOT_NORMAL).is_some() && material.layers == NONE;
-    let placed_oddly = !instance.identity && (patterned || determinant(&instance.object_to_world) < 0.0);
+    let pattern_is_placed = patterned && tables.bindings[binding as usize].placement != NONE;
+    let placed_oddly = pattern_is_placed
+        || (!instance.identity && (patterned || determinant(&instance.object_to_world) < 0.0));
     let [red, green, blue, _] = material.base_color.to_array();
     Site {
         first_in_blas: g.first_in_blas,
@@ -274,6 +278,7 @@ fn site(tables: &SceneTables, instance: &InstanceRecord, geometry: u32, binding:
         },
         form: if instance.identity { 0 } else { form::MOVED }
             | if g.first_normal == NONE { 0 } else { form::SMOOTH }
+            | if material.flags & MATERIAL_SMOOTH_TERMINATOR == 0 { 0 } else { form::LIFTED }
             | if g.primitive_count <= FEW_TRIANGLES { 0 } else { form::MANY },
         color: [red, green, blue],
         ior: material.ior,

@@ -4,14 +4,18 @@ use crate::material::AlphaInputs;
 use crate::scene::{
     CpuScene, HitRecords, determinant, transform_normal, transform_point, transform_vector, vec3,
 };
-use accel::{Hit, Ray};
+use accel::{Candidate, Hit, Ray};
 use optics::frame::{Frame, bend_normal, frame_from_normal, frame_from_tangent, map_normal};
 use optics::material::SLOT_NORMAL;
 use optics::offset::offset_ray_origin;
-use optics::shape::{sphere_tangent, sphere_uv};
+use optics::shape::{sphere_tangent, sphere_uv, turned_direction};
+use optics::terminator::{TerminatorLift, terminator_lift};
 use optics::vector::{cross, dot, normalize};
 use optics::{Vec2f, Vec3f, Vec4f, vec2f, vec3f, vec4f};
-use scene::tables::{GeometryKind, GeometryRecord, MATERIAL_TANGENTS, MaterialRecord, NONE, SceneTables};
+use scene::tables::{
+    GeometryKind, GeometryRecord, MATERIAL_SMOOTH_TERMINATOR, MATERIAL_TANGENTS, MaterialRecord, NONE,
+    SceneTables,
+};
 
 /// A point on a surface as a ray arrives there. World space unless it says otherwise.
 pub(crate) struct Surface {
@@ -22,6 +26,11 @@ pub(crate) struct Surface {
     pub normal: Vec3f,
     /// Unit shading normal on that side, normal map applied.
     pub shading_normal: Vec3f,
+    /// Where light is gathered and rays start that leave on that side: the position, or where the smooth surface would be
+    /// that vertex normals stand for; see `optics::terminator`.
+    pub origin: Vec3f,
+    /// Unit normal of the plane that what can reach the surface is above: the geometric one, or that of the smooth surface.
+    pub horizon: Vec3f,
     /// Whether the ray arrives at the front (the side that the winding, or the sphere's outside, faces).
     pub front: bool,
     /// Unit direction back along the ray.
@@ -54,7 +63,7 @@ impl Surface {
         let material = &tables.materials[records.binding.material as usize];
         let wo = -vec3(ray.direction);
         let point = match records.geometry.kind {
-            GeometryKind::Triangles => triangle_point(tables, &records, material, hit),
+            GeometryKind::Triangles => triangle_point(tables, &records, material, wo, hit),
             GeometryKind::Spheres => sphere_point(tables, &records, ray, hit),
         };
         let front = dot(point.normal, wo) >= 0.0;
@@ -72,6 +81,8 @@ impl Surface {
             extent: point.extent,
             normal,
             shading_normal,
+            origin: point.position + point.lift.offset,
+            horizon: point.shading.filter(|_| point.lift.share > 0.0).map_or(normal, |n| n * side),
             front,
             wo,
             coords: point.coords,
@@ -88,8 +99,11 @@ impl Surface {
     /// Where a ray starts that leaves on the side of the viewer (`above`) or on the other.
     #[inline(always)]
     pub fn ray_origin(&self, above: bool) -> Vec3f {
-        let side = if above { self.normal } else { -self.normal };
-        offset_ray_origin(self.position, side, self.extent)
+        if above {
+            offset_ray_origin(self.origin, self.horizon, self.extent)
+        } else {
+            offset_ray_origin(self.position, -self.normal, self.extent)
+        }
     }
 
     /// The shading frame.
@@ -158,6 +172,7 @@ struct Point {
     normal: Vec3f,
     /// Unit interpolated normal of the front; `None` where the surface is flat.
     shading: Option<Vec3f>,
+    lift: TerminatorLift,
     /// Tangent and handedness, if the material needs one.
     tangent: Option<(Vec3f, f32)>,
     coords: Vec4f,
@@ -165,8 +180,17 @@ struct Point {
     pattern_position: Vec2f,
 }
 
+/// Of what has no vertex normals, or stays exact.
+const NO_LIFT: TerminatorLift = TerminatorLift { offset: vec3f(0.0, 0.0, 0.0), share: 0.0 };
+
 #[inline(always)]
-fn triangle_point(tables: &SceneTables, records: &HitRecords, material: &MaterialRecord, hit: &Hit) -> Point {
+fn triangle_point(
+    tables: &SceneTables,
+    records: &HitRecords,
+    material: &MaterialRecord,
+    wo: Vec3f,
+    hit: &Hit,
+) -> Point {
     let (geometry, instance) = (records.geometry, records.instance);
     let corners = tables.indices[(geometry.first_primitive + records.primitive) as usize];
     let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
@@ -193,16 +217,42 @@ fn triangle_point(tables: &SceneTables, records: &HitRecords, material: &Materia
         (world, if (t[3] < 0.0) != mirrored { -1.0 } else { 1.0 })
     });
     let place = |p: Vec3f| if instance.identity { p } else { transform_point(&instance.object_to_world, p) };
+    let (world, position) = ([p0, p1, p2].map(place), place(local));
+    let normal = normalize(face_normal(records, [p0, p1, p2]));
+    let mut lift = NO_LIFT;
+    if material.flags & MATERIAL_SMOOTH_TERMINATOR != 0 && shading.is_some() {
+        let vertex_normal = |c: u32| to_world(vec3(tables.normals[(geometry.first_normal + c) as usize]));
+        let ([a, b, c], [n0, n1, n2]) = (world, corners.map(vertex_normal));
+        let side = if dot(normal, wo) >= 0.0 { 1.0 } else { -1.0 };
+        let weights = vec3f(weights[0], weights[1], weights[2]);
+        lift = terminator_lift(position, a, b, c, n0, n1, n2, side, normal * side, weights);
+    }
     Point {
-        extent: largest_coordinate([place(p0), place(p1), place(p2)]),
-        position: place(local),
-        normal: normalize(face_normal(records, [p0, p1, p2])),
+        extent: largest_coordinate(world),
+        position,
+        normal,
         shading,
+        lift,
         tangent,
         coords: tex_coords(tables, geometry, corners, weights),
         color: vertex_color(tables, geometry, corners, weights),
-        pattern_position: vec2f(local.x, local.z),
+        pattern_position: pattern_position(tables, records, local),
     }
+}
+
+/// Where a point of a geometry, in the space of its bottom-level structure, lies in the x–z plane of the user's object.
+#[inline(always)]
+fn pattern_position(tables: &SceneTables, records: &HitRecords, local: Vec3f) -> Vec2f {
+    let p = tables.placement(records.binding).map_or(local, |to_object| transform_point(to_object, local));
+    vec2f(p.x, p.z)
+}
+
+/// A direction from the centre of a sphere, in the space of its bottom-level structure, in the space of the user's object.
+#[inline(always)]
+fn sphere_direction(tables: &SceneTables, records: &HitRecords, outward: Vec3f) -> Vec3f {
+    let Some(rows) = tables.placement(records.binding) else { return outward };
+    let [x, y, z] = rows.map(|[x, y, z, _]| vec3f(x, y, z));
+    turned_direction(x, y, z, outward)
 }
 
 /// The normal of a triangle's front in world space, from its corners in object space; not normalised.
@@ -228,10 +278,18 @@ fn sphere_point(tables: &SceneTables, records: &HitRecords, ray: &Ray, hit: &Hit
         let normal = normalize(transform_normal(&instance.world_to_object, outward));
         (transform_point(&instance.object_to_world, on_sphere), normal)
     };
-    let uv = sphere_uv(outward);
-    let tangent = sphere_tangent(uv.x);
-    let tangent =
-        if instance.identity { tangent } else { transform_vector(&instance.object_to_world, tangent) };
+    let uv = sphere_uv(sphere_direction(tables, records, outward));
+    let mut tangent = sphere_tangent(uv.x);
+    let mut mirrored = false;
+    // Of similar shapes only, which transform tangents as normals.
+    if let Some(to_object) = tables.placement(records.binding) {
+        tangent = transform_normal(to_object, tangent);
+        mirrored = determinant(to_object) < 0.0;
+    }
+    if !instance.identity {
+        tangent = transform_vector(&instance.object_to_world, tangent);
+        mirrored ^= determinant(&instance.object_to_world) < 0.0;
+    }
     // The sphere's own axes bound it in world space as corners bound a triangle.
     let corner = |s: f32| {
         let p = center + vec3f(radius, radius, radius) * s;
@@ -242,10 +300,11 @@ fn sphere_point(tables: &SceneTables, records: &HitRecords, ray: &Ray, hit: &Hit
         extent: largest_coordinate([corner(1.0), corner(-1.0), position]),
         normal,
         shading: None,
-        tangent: Some((tangent, 1.0)),
+        lift: NO_LIFT,
+        tangent: Some((tangent, if mirrored { -1.0 } else { 1.0 })),
         coords: vec4f(uv.x, uv.y, uv.x, uv.y),
         color: vec4f(1.0, 1.0, 1.0, 1.0),
-        pattern_position: vec2f(on_sphere.x, on_sphere.z),
+        pattern_position: pattern_position(tables, records, on_sphere),
     }
 }
 
@@ -327,11 +386,34 @@ pub(crate) fn vertex_color(
 }
 
 /// Texture coordinates and vertex colour at a candidate hit, for alpha tests.
-pub(crate) fn alpha_inputs(tables: &SceneTables, records: &HitRecords, u: f32, v: f32) -> AlphaInputs {
+pub(crate) fn alpha_inputs(tables: &SceneTables, records: &HitRecords, c: &Candidate) -> AlphaInputs {
     let geometry = records.geometry;
+    if geometry.kind == GeometryKind::Spheres {
+        let [x, y, z, radius] = tables.spheres[(geometry.first_primitive + records.primitive) as usize];
+        let outward = normalize(vec3(c.outward));
+        let uv = sphere_uv(sphere_direction(tables, records, outward));
+        let position = pattern_position(tables, records, vec3f(x, y, z) + outward * radius);
+        return (vec4f(uv.x, uv.y, uv.x, uv.y), vec4f(1.0, 1.0, 1.0, 1.0), position);
+    }
     let corners = tables.indices[(geometry.first_primitive + records.primitive) as usize];
-    let weights = [1.0 - u - v, u, v];
+    let weights = [1.0 - c.u - c.v, c.u, c.v];
     let p = interpolate(&tables.positions, geometry.first_vertex, corners, weights);
     let coords = tex_coords(tables, geometry, corners, weights);
-    (coords, vertex_color(tables, geometry, corners, weights), vec2f(p[0], p[2]))
+    let position = pattern_position(tables, records, vec3(p));
+    (coords, vertex_color(tables, geometry, corners, weights), position)
+}
+
+/// Whether a candidate hit is on the back of its surface.
+pub(crate) fn faces_away(tables: &SceneTables, records: &HitRecords, c: &Candidate) -> bool {
+    let outward = match records.geometry.kind {
+        GeometryKind::Spheres => vec3(c.outward),
+        GeometryKind::Triangles => {
+            let geometry = records.geometry;
+            let corners = tables.indices[(geometry.first_primitive + records.primitive) as usize];
+            let vertex = |c: u32| vec3(tables.positions[(geometry.first_vertex + c) as usize]);
+            let [p0, p1, p2] = corners.map(vertex);
+            cross(p1 - p0, p2 - p0)
+        }
+    };
+    dot(outward, vec3(c.direction)) > 0.0
 }

@@ -11,6 +11,7 @@ use crate::sites::{Arrival, Site, form};
 use crate::streams::{HitLanes, HitStream, PathStream};
 use crate::surface::{Surface, largest_coordinate, tex_coords, vertex_color};
 use optics::frame::{Frame, bend_normal};
+use optics::terminator::terminator_lift;
 use optics::vector::{cross, dot};
 use optics::{Vec3f, vec2f, vec3f, vec4f};
 use scene::tables::NONE;
@@ -53,6 +54,9 @@ pub(crate) struct TriangleLanes {
     pub extent: Lanes<f32>,
     pub normal: Vectors,
     pub shading_normal: Vectors,
+    /// See [`Surface::origin`] and [`Surface::horizon`].
+    pub origin: Vectors,
+    pub horizon: Vectors,
     pub eta: Lanes<f32>,
     /// Length of the path up to here.
     pub length: Lanes<f32>,
@@ -159,6 +163,11 @@ impl TriangleLanes {
         if smooth != 0 {
             for lane in 0..LANES {
                 self.bend_lane(lane);
+            }
+            if self.having(i, form::SMOOTH | form::LIFTED) != 0 {
+                for lane in 0..LANES {
+                    self.lift_lane(lane);
+                }
             }
         }
     }
@@ -283,7 +292,10 @@ impl TriangleLanes {
         let outward = unit(cross(p1 - p0, p2 - p0));
         let front = dot(outward, self.wo.get(lane)) >= 0.0;
         let normal = outward * if front { 1.0 } else { -1.0 };
-        self.position.set(lane, p0 * (1.0 - u - v) + p1 * u + p2 * v);
+        let position = p0 * (1.0 - u - v) + p1 * u + p2 * v;
+        self.position.set(lane, position);
+        self.origin.set(lane, position);
+        self.horizon.set(lane, normal);
         self.extent.0[lane] = largest_coordinate([p0, p1, p2]);
         self.normal.set(lane, normal);
         self.shading_normal.set(lane, normal);
@@ -303,6 +315,27 @@ impl TriangleLanes {
         let choose = |smooth_component: f32, flat: f32| if smooth { smooth_component } else { flat };
         let shading = vec3f(choose(bent.x, normal.x), choose(bent.y, normal.y), choose(bent.z, normal.z));
         self.shading_normal.set(lane, shading);
+    }
+
+    /// Where light is gathered, if the triangle has vertex normals and is lifted.
+    #[inline(always)]
+    fn lift_lane(&mut self, lane: usize) {
+        const LIFTED: u32 = form::SMOOTH | form::LIFTED;
+        let [p0, p1, p2] = [0, 1, 2].map(|k| self.corners[k].get(lane));
+        let [n0, n1, n2] = [0, 1, 2].map(|k| self.normals[k].get(lane));
+        let (u, v) = (self.u.0[lane], self.v.0[lane]);
+        let (position, normal) = (self.position.get(lane), self.normal.get(lane));
+        let weights = vec3f(1.0 - u - v, u, v);
+        let side = if self.front.0[lane] != 0 { 1.0 } else { -1.0 };
+        let lift = terminator_lift(position, p0, p1, p2, n0, n1, n2, side, normal, weights);
+        let smooth = unit(n0 * weights.x + n1 * weights.y + n2 * weights.z) * side;
+        let lifted = self.form.0[lane] & LIFTED == LIFTED && lift.share > 0.0;
+        let choose = |smooth: f32, flat: f32| if lifted { smooth } else { flat };
+        let (x, h) = (position + lift.offset, smooth);
+        let origin = vec3f(choose(x.x, position.x), choose(x.y, position.y), choose(x.z, position.z));
+        let horizon = vec3f(choose(h.x, normal.x), choose(h.y, normal.y), choose(h.z, normal.z));
+        self.origin.set(lane, origin);
+        self.horizon.set(lane, horizon);
     }
 
     /// The site of one lane, if the lane is done here.
@@ -337,6 +370,8 @@ impl TriangleLanes {
             extent: self.extent.0[lane],
             normal: self.normal.get(lane),
             shading_normal,
+            origin: self.origin.get(lane),
+            horizon: self.horizon.get(lane),
             front: self.front.0[lane] != 0,
             wo: self.wo.get(lane),
             coords,

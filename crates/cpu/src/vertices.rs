@@ -23,11 +23,11 @@ type Row<T> = Lanes<T, ROOM>;
 /// What waiting vertices need to go on.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Vertices {
-    /// World position.
+    /// See [`PlainPoint::position`].
     pub position: Vectors<ROOM>,
     /// See [`PlainPoint::extent`].
     pub extent: Row<f32>,
-    /// Unit geometric normal on the side of the viewer.
+    /// See [`PlainPoint::normal`].
     pub normal: Vectors<ROOM>,
     /// Unit shading normal on that side.
     pub shading_normal: Vectors<ROOM>,
@@ -57,11 +57,11 @@ pub(crate) struct Vertices {
 
 /// A point on a plain surface.
 pub(crate) struct PlainPoint {
-    /// World position.
+    /// Where light is gathered: [`crate::surface::Surface::origin`].
     pub position: Vec3f,
     /// Largest magnitude of a coordinate of the primitive.
     pub extent: f32,
-    /// Unit geometric normal on the side of the viewer.
+    /// What can reach the surface is above the plane of this unit normal: [`crate::surface::Surface::horizon`].
     pub normal: Vec3f,
     /// Unit shading normal on that side.
     pub shading_normal: Vec3f,
@@ -149,9 +149,9 @@ impl VertexQueue {
     ) {
         debug_assert!(!self.is_full());
         let (v, at) = (&mut self.vertices, self.len);
-        append_vectors(i, at, mask, &surfaces.position, &mut v.position);
+        append_vectors(i, at, mask, &surfaces.origin, &mut v.position);
         append(i, at, mask, &surfaces.extent.0, &mut v.extent);
-        append_vectors(i, at, mask, &surfaces.normal, &mut v.normal);
+        append_vectors(i, at, mask, &surfaces.horizon, &mut v.normal);
         append_vectors(i, at, mask, &surfaces.shading_normal, &mut v.shading_normal);
         append_vectors(i, at, mask, &surfaces.color, &mut v.color);
         append_vectors(i, at, mask, &surfaces.wo, &mut v.wo);

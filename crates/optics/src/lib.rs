@@ -44,6 +44,7 @@ pub use base::{constants::constants, math::math};
 pub use display::tonemap::tonemap;
 pub use geometry::{
     camera::camera, distortion::distortion, frame::frame, intersect::intersect, offset::offset, shape::shape,
+    terminator::terminator,
 };
 pub use lights::{
     falloff::falloff, light::light, portal::portal, profile::light_profile, reservoir::reservoir, sky::sky,

@@ -101,6 +101,7 @@ mod everything {
     use crate::sky::*;
     use crate::spherical_rectangle::*;
     use crate::spherical_triangle::*;
+    use crate::terminator::*;
     use crate::tonemap::*;
     use crate::volume::*;
     use crate::warp::*;

@@ -61,6 +61,7 @@ pub fn load(name: &str, parameters: &Parameters, options: &LoadOptions) -> Resul
         LoadError::UnknownScene { name: name.to_owned(), known }
     })?;
     let mut loaded = scene_file::parse(text, Path::new(name), Path::new(""), parameters, options)?;
+    options.choose_surface_rules(&mut loaded.scene);
     loaded.report.elapsed = start.elapsed();
     Ok(loaded)
 }

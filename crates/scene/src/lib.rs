@@ -48,7 +48,7 @@ pub use mesh::{Instance, Mesh, Part, Shape, Sphere, TriangleMesh};
 pub use photometry::{LightProfile, Photometry};
 pub use portal::{Portal, PortalError};
 pub use report::{LoadReport, Note, Severity};
-pub use settings::{RenderDefaults, ToneMapper};
+pub use settings::{RenderDefaults, ShadowTerminator, ToneMapper};
 pub use subsurface::Subsurface;
 
 /// Index into [`Scene::meshes`].

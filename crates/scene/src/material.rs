@@ -260,8 +260,7 @@ pub struct Material {
     pub transmission_texture: Option<TextureRef>,
     /// An infinitely thin wall: transmitted light goes straight on instead of being refracted.
     pub thin_walled: bool,
-    /// Emitted radiance, linear, W·sr⁻¹·m⁻². Triangles emit on their front side only unless `double_sided`
-    /// and `emission_two_sided` are both set.
+    /// Emitted radiance, linear, W·sr⁻¹·m⁻². Surfaces emit on their front only unless `emission_two_sided` is set.
     pub emission: Vec3,
     /// sRGB texture multiplied into `emission`.
     pub emission_texture: Option<TextureRef>,
@@ -285,8 +284,8 @@ pub struct Material {
     pub priority: Option<i32>,
     /// Use of the alpha channel.
     pub alpha_mode: AlphaMode,
-    /// Whether the back side is shaded. A single-sided surface is invisible from behind to no ray (it blocks light);
-    /// the flag only matters for loaders and raster passes that cull.
+    /// Whether the surface is meant to be seen from both sides. The back of a single-sided one is drawn and blocks light all
+    /// the same, unless [`crate::RenderDefaults::cull_backs`] says otherwise.
     pub double_sided: bool,
 }
 
@@ -335,6 +334,23 @@ impl Material {
             Model::Lambert | Model::Mirror | Model::Unlit => false,
         };
         refracts && !self.thin_walled
+    }
+
+    /// Whether light may pass through the surface, into a body or through a sheet; holes do not count.
+    pub fn transmits(&self) -> bool {
+        match self.model {
+            Model::Dielectric | Model::Boundary => true,
+            Model::MetallicRoughness => {
+                self.transmission > 0.0 || self.layers.diffuse_transmission.strength > 0.0
+            }
+            Model::Lambert | Model::Mirror | Model::Unlit => false,
+        }
+    }
+
+    /// Whether [`crate::RenderDefaults::cull_backs`] leaves out the back: the surface is single-sided, does not emit there,
+    /// and is not the boundary of a body that light passes through.
+    pub fn may_lose_backs(&self) -> bool {
+        !self.double_sided && !(self.emission_two_sided && self.is_emissive()) && !self.refracts_into_body()
     }
 
     /// All textures that it may have.

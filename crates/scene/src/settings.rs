@@ -26,6 +26,19 @@ impl ToneMapper {
     pub const ALL: [Self; 6] = [Self::Srgb, Self::None, Self::Reinhard, Self::Aces, Self::Agx, Self::Neutral];
 }
 
+/// What happens at the terminator of a mesh with vertex normals, where the light is above the smooth surface that the normals
+/// stand for, but below the triangle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ShadowTerminator {
+    /// Light is gathered where the smooth surface would be, so that the triangles do not show in their own shadow. Surfaces
+    /// that transmit light stay exact.
+    #[default]
+    Smooth,
+    /// Light is gathered on the triangles: what is below them is black.
+    Exact,
+}
+
 /// Defaults of one scene; every field may be absent.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
@@ -46,4 +59,9 @@ pub struct RenderDefaults {
     pub tonemap: Option<ToneMapper>,
     /// Saturation applied after tone mapping; 1 changes nothing.
     pub saturation: Option<f32>,
+    /// Whether the backs of single-sided surfaces are left out: no ray of any kind meets them. By default they are drawn and
+    /// block light. Bodies of glass keep theirs, and so do surfaces that emit on both sides.
+    pub cull_backs: Option<bool>,
+    /// What happens where light grazes a mesh with vertex normals.
+    pub shadow_terminator: Option<ShadowTerminator>,
 }

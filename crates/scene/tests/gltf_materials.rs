@@ -130,7 +130,9 @@ fn all_factors_arrive() {
         "KHR_materials_clearcoat": { "clearcoatFactor": 0.9, "clearcoatRoughnessFactor": 0.1 },
         "KHR_materials_sheen": { "sheenColorFactor": [0.1, 0.2, 0.3], "sheenRoughnessFactor": 0.4 } }"#,
     );
-    assert!(m.report.notes.is_empty(), "{:?}", m.report);
+    // A triangle encloses no volume; the material stays what it is.
+    let is_about_volume = |n: &scene::Note| n.message.contains("treated as a thin wall");
+    assert!(m.report.notes.iter().all(is_about_volume), "{:?}", m.report);
     let (l, m) = (&m.scene.materials[0].layers, &m.scene.materials[0]);
     assert_eq!((m.specular, m.ior, m.transmission, m.thin_walled), (0.7, 1.4, 0.5, false));
     assert_eq!((l.specular_color, l.dispersion), (vec3(2.0, 0.5, 0.0), 0.4));

@@ -153,6 +153,7 @@ impl RenderSettings {
             exposure: Some(tone.exposure),
             tonemap: Some(tone.mapper),
             saturation: Some(tone.saturation),
+            ..RenderDefaults::default()
         }
     }
 

@@ -12,7 +12,7 @@ use super::traversal_stack::STACK_SIZE;
 use super::triangle_intersector::{Shear, TriangleHits};
 use crate::bvh::Blas;
 use crate::layout::{EMPTY, LEAF, NO_PRIMITIVE, Node, TriangleBlock, WIDTH, leaf_index};
-use crate::ray::{Hit, HitFilter, MISS, Ray};
+use crate::ray::{Candidate, Hit, HitFilter, MISS, Ray};
 use crate::simd::Simd;
 use std::ops::Range;
 
@@ -382,7 +382,15 @@ impl Packet {
             while rays != 0 {
                 let ray = rays.trailing_zeros() as usize % WIDTH;
                 rays &= rays - 1;
-                if filter.accept(0, primitive, u[ray], v[ray]) {
+                let along = 1.0 / self.shear[2][group][ray];
+                let mut direction = [0.0; 3];
+                direction[x] = self.shear[0][group][ray] * along;
+                direction[y] = self.shear[1][group][ray] * along;
+                direction[z] = along;
+                let (u_here, v_here, outward) = (u[ray], v[ray], [0.0; 3]);
+                let candidate =
+                    Candidate { instance: 0, primitive, u: u_here, v: v_here, direction, outward };
+                if filter.accept(&candidate) {
                     has_hit = true;
                     self.t_max[group][ray] = if ANY { -1.0 } else { t[ray] };
                     (self.u[group][ray], self.v[group][ray]) = (u[ray], v[ray]);

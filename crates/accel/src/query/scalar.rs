@@ -10,7 +10,7 @@ use super::slabs::Slabs;
 use super::traversal_stack::STACK_SIZE;
 use crate::bvh::{Blas, LeafBlocks, Tlas};
 use crate::layout::{ChildRef, EMPTY, LEAF, LeafBlock, NO_PRIMITIVE, Node, TriangleBlock, WIDTH, leaf_index};
-use crate::ray::{Hit, HitFilter, Ray};
+use crate::ray::{Candidate, Hit, HitFilter, Ray};
 use optics::intersect::{RayShear, intersect_sphere, intersect_triangle, ray_shear};
 use std::ops::Range;
 use wgsl_rs::std::{Vec3f, vec3f};
@@ -70,17 +70,18 @@ fn traverse(
     false
 }
 
-/// Calls `found` for every hit in a leaf between the ray's start and `t_max`, until it returns
-/// true.
+/// Calls `found` with the ray parameter of every hit in a leaf between the ray's start and `t_max`,
+/// until it returns true.
 fn leaf_hits(
     blas: &Blas,
     index: usize,
     ray: &Ray,
     shear: RayShear,
     t_max: f32,
-    mut found: impl FnMut(f32, f32, f32, u32) -> bool,
+    instance: u32,
+    mut found: impl FnMut(f32, &Candidate) -> bool,
 ) -> bool {
-    let t_min = ray.t_min.max(0.0);
+    let (t_min, direction) = (ray.t_min.max(0.0), ray.direction);
     let (o, d) = (vector(ray.origin), vector(ray.direction));
     match &blas.leaves {
         LeafBlocks::Triangles(blocks) => {
@@ -88,7 +89,9 @@ fn leaf_hits(
             (0..WIDTH).any(|lane| {
                 let [a, b, c] = block.triangle(lane).map(vector);
                 let h = intersect_triangle(o, shear, a, b, c, t_min, t_max);
-                block.ids[lane] != NO_PRIMITIVE && h.hit && found(h.t, h.u, h.v, block.ids[lane])
+                let (primitive, outward) = (block.ids[lane], [0.0; 3]);
+                let candidate = Candidate { instance, primitive, u: h.u, v: h.v, direction, outward };
+                primitive != NO_PRIMITIVE && h.hit && found(h.t, &candidate)
             })
         }
         LeafBlocks::Spheres(blocks) => {
@@ -97,9 +100,12 @@ fn leaf_hits(
                 let [x, y, z, r] = block.spheres.map(|c| c[lane]);
                 let h = intersect_sphere(o, d, vec3f(x, y, z), r);
                 h.hit
-                    && [h.near, h.far]
-                        .iter()
-                        .any(|&t| t > t_min && t < t_max && found(t, 0.0, 0.0, block.ids()[lane]))
+                    && [h.near, h.far].iter().any(|&t| {
+                        let outward = ((o + d * t - vec3f(x, y, z)) * (1.0 / r)).to_array();
+                        let primitive = block.ids()[lane];
+                        let candidate = Candidate { instance, primitive, u: 0.0, v: 0.0, direction, outward };
+                        t > t_min && t < t_max && found(t, &candidate)
+                    })
             })
         }
     }
@@ -127,8 +133,9 @@ pub(super) fn blas_closest<F: HitFilter>(
     let slabs = Slabs::new(ray, &blas.extent);
     let shear = ray_shear(vector(ray.direction));
     traverse(&blas.nodes, blas.root, &slabs, best.t_max, |index, t_max| {
-        leaf_hits(blas, index, ray, shear, t_max, |t, u, v, primitive| {
-            if t < best.t_max && (F::OPAQUE || filter.accept(instance, primitive, u, v)) {
+        leaf_hits(blas, index, ray, shear, t_max, instance, |t, candidate| {
+            if t < best.t_max && (F::OPAQUE || filter.accept(candidate)) {
+                let Candidate { primitive, u, v, .. } = *candidate;
                 *best = ClosestHit { hit: Hit { t, u, v, primitive, instance }, t_max: t };
             }
             false
@@ -141,8 +148,8 @@ pub(super) fn blas_any<F: HitFilter>(blas: &Blas, ray: &Ray, instance: u32, filt
     let slabs = Slabs::new(ray, &blas.extent);
     let shear = ray_shear(vector(ray.direction));
     traverse(&blas.nodes, blas.root, &slabs, ray.t_max, |index, t_max| {
-        let hit = leaf_hits(blas, index, ray, shear, t_max, |_, u, v, primitive| {
-            F::OPAQUE || filter.accept(instance, primitive, u, v)
+        let hit = leaf_hits(blas, index, ray, shear, t_max, instance, |_, candidate| {
+            F::OPAQUE || filter.accept(candidate)
         });
         if hit { None } else { Some(t_max) }
     })

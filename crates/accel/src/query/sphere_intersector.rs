@@ -32,7 +32,7 @@ impl<'a, S: Simd> SphereIntersector<'a, S> {
 
 impl<S: Simd> LeafIntersector<S> for SphereIntersector<'_, S> {
     #[inline(always)]
-    fn intersect(&self, s: S, index: usize, t_max: f32, handler: &mut impl HitHandler<S>) {
+    fn intersect<H: HitHandler<S>>(&self, s: S, index: usize, t_max: f32, handler: &mut H) {
         debug_assert!(index < self.blocks.len());
         // SAFETY: leaf references are made by the builder and index the blocks of this slice
         // (`validate` checks them in debug builds).
@@ -69,13 +69,18 @@ impl<S: Simd> LeafIntersector<S> for SphereIntersector<'_, S> {
         }
         // Both crossings are candidates, because a filter may reject one of them. The far crossing
         // of a sphere only counts if its near one was rejected, so all near crossings come first.
-        if near_bits != 0 {
-            let candidates = Candidates { mask: near_counts, bits: near_bits, t: near, u: zero, v: zero };
-            handler.handle(s, &candidates, &block.ids);
-        }
-        if far_bits != 0 {
-            let candidates = Candidates { mask: far_counts, bits: far_bits, t: far, u: zero, v: zero };
-            handler.handle(s, &candidates, &block.ids);
+        for (mask, bits, t) in [(near_counts, near_bits, near), (far_counts, far_bits, far)] {
+            if bits != 0 {
+                let (mut outward, mut direction) = ([zero; 3], [zero; 3]);
+                if H::FILTERS {
+                    direction = self.direction;
+                    for axis in 0..3 {
+                        outward[axis] = s.div(s.mul_add(direction[axis], t, f[axis]), radius);
+                    }
+                }
+                let candidates = Candidates { mask, bits, t, u: zero, v: zero, outward, direction };
+                handler.handle(s, &candidates, &block.ids);
+            }
         }
     }
 }

@@ -95,6 +95,18 @@ impl<'a, S: Simd> TriangleIntersector<'a, S> {
         [x, y, z]
     }
 
+    /// The ray's direction, up to rounding.
+    #[inline(always)]
+    fn direction(&self, s: S) -> [S::F; 3] {
+        let along = s.div(s.splat(1.0), self.shear[2]);
+        let sheared = [s.mul(self.shear[0], along), s.mul(self.shear[1], along), along];
+        let mut direction = sheared;
+        for (axis, component) in self.axes.into_iter().zip(sheared) {
+            direction[axis as usize % 3] = component;
+        }
+        direction
+    }
+
     /// Hits of the ray's line with each triangle.
     #[inline(always)]
     pub fn line_hits(&self, s: S, block: &TriangleBlock) -> TriangleHits<S> {
@@ -158,12 +170,14 @@ impl<S: Simd> TriangleHits<S> {
 
 impl<S: Simd> LeafIntersector<S> for TriangleIntersector<'_, S> {
     #[inline(always)]
-    fn intersect(&self, s: S, index: usize, t_max: f32, handler: &mut impl HitHandler<S>) {
+    fn intersect<H: HitHandler<S>>(&self, s: S, index: usize, t_max: f32, handler: &mut H) {
         // No early exit on `inside`: a second unpredictable branch costs more than the division.
         let (h, mask) = self.leaf_hits(s, index, t_max);
         let bits = s.bits(mask);
         if bits != 0 {
-            let candidates = Candidates { mask, bits, t: h.t, u: h.u, v: h.v };
+            let zero = s.splat(0.0);
+            let direction = if H::FILTERS { self.direction(s) } else { [zero; 3] };
+            let candidates = Candidates { mask, bits, t: h.t, u: h.u, v: h.v, outward: [zero; 3], direction };
             handler.handle(s, &candidates, &self.blocks[index].ids);
         }
     }

@@ -1,7 +1,7 @@
 //! Random scenes, and the answer of a loop over all primitives.
 #![allow(dead_code, reason = "each test uses some of this")]
 
-use accel::{Blas, Hit, HitFilter, Instance, InstructionSet, MISS, Ray, Sphere, Tlas};
+use accel::{Blas, Candidate, Hit, HitFilter, Instance, InstructionSet, MISS, Ray, Sphere, Tlas};
 use optics::intersect::{intersect_sphere, intersect_triangle, ray_shear};
 use wgsl_rs::std::vec3f;
 
@@ -117,14 +117,19 @@ impl Everything {
         let mut hits = Vec::new();
         for &(instance, primitive, [a, b, c]) in &self.triangles {
             let h = intersect_triangle(o, shear, v(a), v(b), v(c), t_min, ray.t_max);
-            if h.hit && filter.accept(instance, primitive, h.u, h.v) {
+            let (direction, outward) = (ray.direction, [0.0; 3]);
+            let candidate = Candidate { instance, primitive, u: h.u, v: h.v, direction, outward };
+            if h.hit && filter.accept(&candidate) {
                 hits.push(Hit { t: h.t, u: h.u, v: h.v, primitive, instance });
             }
         }
         for &(instance, primitive, s) in &self.spheres {
             let h = intersect_sphere(o, v(ray.direction), v(s.center), s.radius);
             for t in [h.near, h.far] {
-                if h.hit && t > t_min && t < ray.t_max && filter.accept(instance, primitive, 0.0, 0.0) {
+                let outward = ((o + v(ray.direction) * t - v(s.center)) * (1.0 / s.radius)).to_array();
+                let direction = ray.direction;
+                let candidate = Candidate { instance, primitive, u: 0.0, v: 0.0, direction, outward };
+                if h.hit && t > t_min && t < ray.t_max && filter.accept(&candidate) {
                     hits.push(Hit { t, u: 0.0, v: 0.0, primitive, instance });
                 }
             }

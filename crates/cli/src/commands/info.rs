@@ -63,6 +63,8 @@ struct Counts {
     pixels: usize,
     image_bytes: usize,
     hidden: usize,
+    /// Materials whose backs may be culled.
+    single_sided: usize,
 }
 
 impl Counts {
@@ -82,8 +84,13 @@ impl Counts {
             pixels: scene.images.iter().map(|i| i.width as usize * i.height as usize).sum(),
             image_bytes: scene.images.iter().map(|i| size(&i.pixels)).sum(),
             hidden: scene.instances.iter().filter(|i| !i.visible).count(),
+            single_sided: scene.materials.iter().filter(|m| m.may_lose_backs()).count(),
         }
     }
+}
+
+fn culls_backs(scene: &Scene) -> bool {
+    scene.defaults.cull_backs.unwrap_or(false)
 }
 
 fn as_text(loaded: &Loaded, tables: &SceneTables) -> anyhow::Result<String> {
@@ -121,6 +128,16 @@ fn as_text(loaded: &Loaded, tables: &SceneTables) -> anyhow::Result<String> {
     writeln!(text, "  tables       {tables_size}, {} light sources to sample", tables.lights.len())?;
     let elapsed = seconds(report.elapsed);
     writeln!(text, "  loaded       in {elapsed}, {} read from files", bytes(report.bytes_read))?;
+
+    if counts.single_sided > 0 {
+        let fate = if culls_backs(scene) {
+            "left out"
+        } else {
+            "drawn and block light (--cull-backs leaves them out)"
+        };
+        let (single, all) = (counts.single_sided, scene.materials.len());
+        writeln!(text, "  backs        of {single} of {all} materials, which are single-sided, are {fate}")?;
+    }
 
     heading(&mut text, "materials", scene.materials.len())?;
     let width = scene.materials.iter().map(|m| m.name.chars().count()).max().unwrap_or(0).min(32);
@@ -316,6 +333,8 @@ fn as_json(loaded: &Loaded, tables: &SceneTables) -> Value {
         "images": scene.images.iter().map(image).collect::<Vec<_>>(),
         "image_bytes": counts.image_bytes,
         "missing_images": report.missing_images,
+        "single_sided_materials": counts.single_sided,
+        "culls_backs": culls_backs(scene),
         "materials": scene.materials.iter().map(|m| material_json(scene, m)).collect::<Vec<_>>(),
         "lights": scene.lights.iter().map(|l| json!({ "name": l.name, "about": light_line(l) })).collect::<Vec<_>>(),
         "light_sources": tables.lights.len(),

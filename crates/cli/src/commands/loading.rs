@@ -21,12 +21,25 @@ pub struct LoadingArgs {
     /// options say more.
     #[arg(long, help_heading = "Files of strangers")]
     untrusted: bool,
+    /// Leave out the backs of single-sided surfaces: no ray meets them. Without it they are drawn and block light. Bodies of
+    /// glass keep theirs.
+    #[arg(long, help_heading = "Surfaces")]
+    cull_backs: bool,
+    /// Gather light on the triangles of smooth meshes, not where the smooth surface would be: what is below a triangle is
+    /// black, however its normals are.
+    #[arg(long, help_heading = "Surfaces")]
+    exact_terminator: bool,
 }
 
 impl LoadingArgs {
     /// The options for loading.
     pub fn options(&self) -> LoadOptions {
-        let mut options = LoadOptions { allowed_paths: self.allow_path.clone(), ..LoadOptions::default() };
+        let mut options = LoadOptions {
+            allowed_paths: self.allow_path.clone(),
+            cull_backs: self.cull_backs,
+            exact_terminator: self.exact_terminator,
+            ..LoadOptions::default()
+        };
         if self.untrusted {
             (options.max_memory, options.max_load_time) = (UNTRUSTED_MEMORY, Some(UNTRUSTED_TIME));
             options.untrusted = true;

@@ -370,8 +370,8 @@ impl<'a> VolumeTracer<'a> {
         if bsdf.has_smooth_part() && !tables.lights.is_empty() {
             path.receiver = receiver(tables, bsdf, frame.normal);
             let u = path.draw(PAIR_LIGHT);
-            if let Some(light) = sample_light(self.scene, surface.position, path.receiver, u) {
-                let above = dot(light.wi, surface.normal) > 0.0;
+            if let Some(light) = sample_light(self.scene, surface.origin, path.receiver, u) {
+                let above = dot(light.wi, surface.horizon) > 0.0;
                 let wi = to_local(frame, light.wi);
                 let possible = light.pdf > 0.0 && (above || bsdf.transmits()) && above == (wi.z > 0.0);
                 if possible {
@@ -388,7 +388,7 @@ impl<'a> VolumeTracer<'a> {
         let u = if bsdf.is_delta() { vec2f(0.0, 0.0) } else { path.draw(PAIR_BSDF) };
         let sample = bsdf.sample(wo, u_lobe.x, u);
         let wi = to_world(frame, sample.wi);
-        let above = dot(wi, surface.normal) > 0.0;
+        let above = dot(wi, surface.horizon) > 0.0;
         // Between shading and geometric normal there are directions that would leak through the surface.
         if sample.pdf <= 0.0 || above == sample.transmitted {
             return false;
@@ -397,7 +397,7 @@ impl<'a> VolumeTracer<'a> {
         if sample.transmitted {
             path.inside = through;
         }
-        path.leave(surface.position, surface.ray_origin(above), wi);
+        path.leave(surface.origin, surface.ray_origin(above), wi);
         alive
     }
 

@@ -118,7 +118,7 @@ impl Items {
 
 fn class_of(kind: GeometryKind, count: u32, holed: bool) -> DrawClass {
     match (kind, count <= FEW, holed) {
-        // Spheres have no holes.
+        // Their fragments look for holes whether there are any or not.
         (GeometryKind::Spheres, ..) => DrawClass::Sphere,
         (GeometryKind::Triangles, true, false) => DrawClass::Few,
         (GeometryKind::Triangles, false, false) => DrawClass::Many,

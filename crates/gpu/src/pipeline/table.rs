@@ -84,7 +84,7 @@ impl HitGroup {
             RayType::Radiance => MaterialClass::of(material),
             RayType::Shadow => MaterialClass::Reflecting,
         };
-        // Spheres have no texture coordinates while rays are traced and always count, as on the CPU.
+        // Spheres look for their own holes: their intersection shader may offer the far side instead of the near one.
         let holes = primitive == GeometryKind::Triangles && material.has_alpha();
         Self { ray, primitive, holes, class }
     }

@@ -134,7 +134,8 @@ struct Holes<'a>(&'a SceneTables);
 impl HitFilter for Holes<'_> {
     const OPAQUE: bool = false;
 
-    fn accept(&self, instance: u32, primitive: u32, _: f32, _: f32) -> bool {
+    fn accept(&self, candidate: &accel::Candidate) -> bool {
+        let (instance, primitive) = (candidate.instance, candidate.primitive);
         let tables = self.0;
         let instance = &tables.instances[instance as usize];
         let blas = &tables.blas[instance.blas as usize];
@@ -145,7 +146,7 @@ impl HitFilter for Holes<'_> {
         let geometry = geometries.iter().position(within).expect("a geometry has it") as u32;
         let binding = &tables.bindings[(instance.first_binding + geometry) as usize];
         let material = &tables.materials[binding.material as usize];
-        blas.kind == GeometryKind::Spheres || material.base_color.w >= material.alpha_cutoff
+        material.alpha_cutoff <= material.base_color.w
     }
 }
 

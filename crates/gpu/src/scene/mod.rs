@@ -176,7 +176,7 @@ impl GpuScene {
             light_tree: !self.tables.light_tree.is_empty(),
             profiles: !self.tables.profiles.is_empty(),
             portals: !self.tables.environment.portals.is_empty(),
-            boundaries: self.tables.has_boundaries(),
+            smooth_terminators: self.tables.has_smooth_terminators(),
             ..Variant::default()
         }
     }

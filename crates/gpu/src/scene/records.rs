@@ -34,7 +34,7 @@ pub mod scene_records {
     /// Flag of a [`Binding`]: vertices have first texture coordinates.
     pub const BINDING_UV0: u32 = 4u32;
 
-    /// Flag of a [`Binding`]: rays may pass through the surface by its alpha.
+    /// Flag of a [`Binding`]: rays may pass through the surface, by its alpha or from behind.
     pub const BINDING_ALPHA: u32 = 8u32;
 
     /// Flag of a [`SceneInfo`]: bodies have priorities, and refract by what is on both of their sides.
@@ -147,10 +147,11 @@ pub mod scene_records {
         pub first_uv1: u32,
         /// See above.
         pub first_color: u32,
+        /// Where the three rows of four numbers from world to object space begin in `words`, of what was moved into world space and
+        /// has something that lies in the space of its object; NONE elsewhere.
+        pub placement: u32,
         /// Fills 16 bytes.
-        pub padding0: u32,
-        /// Fills 16 bytes.
-        pub padding1: u32,
+        pub padding: u32,
     }
 
     /// Position, normal (zero if there is none) and first texture coordinates.
@@ -193,9 +194,10 @@ pub mod scene_records {
         pub alias_index: u32,
         /// See above.
         pub probability: f32,
-        /// Where the texture coordinates of a textured triangle's vertices are, in `words`: both sets of three pairs. Where the profile of a
-        /// point or spot is, with LIGHT_PROFILE: rows, columns, values row by row.
-        pub first_uv: u32,
+        /// Where the twelve numbers are, in `words`, by which a sampled point of a textured surface is found on the textures: of a
+        /// triangle both sets of three pairs, of a sphere three rows from world to object space. Where the profile of a point or
+        /// spot is, with LIGHT_PROFILE: rows, columns, values row by row.
+        pub texture_places: u32,
     }
 }
 
@@ -255,7 +257,7 @@ fn binding(tables: &SceneTables, words: &Words, index: usize, geometry: &Geometr
         flags: flag(BINDING_SPHERES, spheres)
             | flag(BINDING_NORMALS, geometry.first_normal != NONE)
             | flag(BINDING_UV0, geometry.first_uv0 != NONE)
-            | flag(BINDING_ALPHA, !spheres && tables.materials[own.material as usize].has_alpha()),
+            | flag(BINDING_ALPHA, tables.materials[own.material as usize].has_alpha()),
         first_in_blas: geometry.first_in_blas,
         first_word: if spheres {
             words.spheres + 4 * geometry.first_primitive
@@ -266,8 +268,8 @@ fn binding(tables: &SceneTables, words: &Words, index: usize, geometry: &Geometr
         first_tangent: within(words.tangents, 4, geometry.first_tangent),
         first_uv1: within(words.uv1, 2, geometry.first_uv1),
         first_color: within(words.colors, 4, geometry.first_color),
-        padding0: 0,
-        padding1: 0,
+        placement: within(words.placements, 12, own.placement),
+        padding: 0,
     }
 }
 
@@ -296,7 +298,7 @@ pub(super) fn vertices(tables: &SceneTables) -> Vec<Vertex> {
 
 /// All lights, with the alias table that chooses among them.
 pub(super) fn lights(tables: &SceneTables, words: &Words) -> Vec<LightRecord> {
-    let mut first_uv = words.light_uvs;
+    let mut texture_places = words.texture_places;
     let record = |(l, alias): (&TableLight, &scene::tables::AliasEntry)| {
         let textured = l.textured_material != NONE;
         let record = LightRecord {
@@ -313,13 +315,13 @@ pub(super) fn lights(tables: &SceneTables, words: &Words) -> Vec<LightRecord> {
             threshold: alias.threshold,
             alias_index: alias.alias,
             probability: alias.probability,
-            first_uv: match (textured, l.profile) {
-                (true, _) => first_uv,
+            texture_places: match (textured, l.profile) {
+                (true, _) => texture_places,
                 (false, NONE) => NONE,
                 (false, profile) => words.profiles + profile,
             },
         };
-        first_uv += if textured { 12 } else { 0 };
+        texture_places += if textured { 12 } else { 0 };
         record
     };
     tables.lights.iter().zip(&tables.light_alias).map(record).collect()

@@ -94,12 +94,19 @@ impl GpuScene {
             && fits(&b.bindings, 0, &bindings)
             && fits(&b.materials, 0, &materials)
             && fits(&b.lights, 0, &lights);
-        // Shaders are made for lights with profiles or for none, and for portals or none.
+        // Shaders are made for lights with profiles or for none, for portals or none, and for smooth terminators or none.
         let portals_change =
             tables.environment.portals.is_empty() != self.tables.environment.portals.is_empty();
+        let terminators_change = tables.has_smooth_terminators() != self.tables.has_smooth_terminators();
         let profiles_change = tables.profiles.is_empty() != self.tables.profiles.is_empty();
         let densities_change = changes.materials && tables.densities != self.tables.densities;
-        if image_changes || densities_change || profiles_change || portals_change || !all_fit {
+        if image_changes
+            || densities_change
+            || profiles_change
+            || portals_change
+            || terminators_change
+            || !all_fit
+        {
             return Ok(false);
         }
         let mut writes: Vec<(&wgpu::Buffer, u64, &[u8])> = vec![(&b.info, 0, bytemuck::cast_slice(&info))];

@@ -18,7 +18,8 @@ pub(super) struct Words {
     pub uv1: u32,
     pub colors: u32,
     densities: u32,
-    pub light_uvs: u32,
+    pub texture_places: u32,
+    pub placements: u32,
     pub primitive_lights: u32,
     pub profiles: u32,
     pub discs: u32,
@@ -58,7 +59,7 @@ impl Words {
 
     /// What they are, for messages.
     pub fn object(&self) -> &'static str {
-        match self.densities == self.light_uvs {
+        match self.densities == self.texture_places {
             true => "vertex indices and attributes",
             false => "vertex indices, attributes and densities of grids",
         }
@@ -71,16 +72,17 @@ impl Words {
 
     /// The words of other lights and layers for the same geometry.
     pub fn with_changes(&self, tables: &SceneTables) -> Self {
-        let mut words = Self { data: Vec::new(), first: self.light_uvs, ..*self };
+        let mut words = Self { data: Vec::new(), first: self.texture_places, ..*self };
         words.append_changeable(tables);
         words
     }
 
     fn append_changeable(&mut self, tables: &SceneTables) {
-        self.light_uvs = self.first + self.data.len() as u32;
+        self.texture_places = self.first + self.data.len() as u32;
         for light in tables.lights.iter().filter(|l| l.textured_material != NONE) {
-            self.append(bytemuck::cast_slice(&light.uv));
+            self.append(bytemuck::cast_slice(&light.texture_places));
         }
+        self.placements = self.append(bytemuck::cast_slice(&tables.placements));
         self.primitive_lights = self.append(&tables.primitive_lights);
         self.profiles = self.append(&tables.profiles);
         let numbered = (0..).zip(&tables.lights);

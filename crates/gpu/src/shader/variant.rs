@@ -61,8 +61,8 @@ pub struct Variant {
     pub profiles: bool,
     /// Whether the environment is sampled through portals.
     pub portals: bool,
-    /// Whether there are ends of media that are no surfaces.
-    pub boundaries: bool,
+    /// Whether any mesh gathers light where the smooth surface would be that its normals stand for.
+    pub smooth_terminators: bool,
     /// Whether the shader's paths know what they are in. What does not know it sees through boundaries.
     pub volumes: bool,
 }
@@ -78,17 +78,17 @@ impl Variant {
             layers: i & 8 != 0,
             absorption: i & 16 != 0,
             light_tree: i & 32 != 0,
-            boundaries: i & 64 != 0,
-            volumes: i & 128 != 0,
-            profiles: i & 256 != 0,
-            portals: i & 512 != 0,
+            volumes: i & 64 != 0,
+            profiles: i & 128 != 0,
+            portals: i & 256 != 0,
+            smooth_terminators: i & 1 != 0,
             images: 0,
             light_kind: (i & 2 != 0).then_some(LIGHT_RECTANGLE),
             far_lights: i & 4 != 0,
             sampler: SamplerKind::ALL[i as usize % SamplerKind::ALL.len()],
         };
         let with_images = move |i: u32| Self { images: 16, ..of(i) };
-        (0..8).chain([8, 16, 32, 63, 65, 192, 256, 512, 1023]).map(of).chain([0, 1023].map(with_images))
+        (0..8).chain([8, 16, 32, 63, 65, 128, 256, 511]).map(of).chain([0, 511].map(with_images))
     }
 }
 
@@ -127,8 +127,8 @@ impl Variant {
             ("FLAT_LIGHTS_ARE_FAR", self.far_lights),
             ("SCENE_HAS_PROFILES", self.profiles),
             ("SCENE_HAS_PORTALS", self.portals),
+            ("SCENE_HAS_SMOOTH_TERMINATORS", self.smooth_terminators),
             ("FOLLOWS_VOLUMES", self.volumes),
-            ("HIDES_BOUNDARIES", self.boundaries && !self.volumes),
         ];
         let mut text = numbers([
             ("SAMPLER", sampler_kind(self.sampler)),

@@ -153,11 +153,6 @@ fn bvh_enter(index: u32, origin: vec3f, direction: vec3f) -> BvhRay {
     return bvh_ray(o, d, bvh_instances[index].extent);
 }
 
-// Whether the spheres of geometry `geometry` of an instance are there.
-fn bvh_sphere_accepts(instance: u32, geometry: u32) -> bool {
-    return sphere_accepts(bindings[instances[instance].first_binding + geometry]);
-}
-
 // Tests primitive `index` of an instance, or where instances are joined, of the one that it belongs to. A hit nearer than `hit` takes
 // its place.
 fn bvh_test(
@@ -179,16 +174,15 @@ fn bvh_test(
         is_sphere = (p.c.w & BVH_OWNER_SPHERE) != 0u;
     }
     if BVH_HAS_SPHERES && (is_sphere || !BVH_HAS_TRIANGLES) {
-        let s = intersect_sphere(ray.origin, ray.direction, a, b.x);
-        let t = select(s.far, s.near, s.near > t_min);
-        // Spheres have no holes.
-        if s.hit && t > t_min && t < (*hit).t && (!HIDES_BOUNDARIES || bvh_sphere_accepts(owner, p.b.w)) {
+        let sphere = vec4f(a, b.x);
+        let t = sphere_crossing(owner, p.b.w, p.a.w, sphere, ray.origin, ray.direction, t_min, (*hit).t);
+        if t > t_min {
             *hit = Hit(t, 0.0, 0.0, owner, p.b.w, p.a.w);
         }
     } else {
         let c = bitcast<vec3f>(p.c.xyz);
         let h = intersect_triangle(ray.origin, ray.shear, a, b, c, t_min, (*hit).t);
-        if h.hit && (!SCENE_HAS_ALPHA || alpha_accepts(owner, p.b.w, p.a.w, h.u, h.v, salt)) {
+        if h.hit && (!SCENE_HAS_ALPHA || alpha_accepts(owner, p.b.w, p.a.w, h.u, h.v, ray.direction, salt)) {
             *hit = Hit(h.t, h.u, h.v, owner, p.b.w, p.a.w);
         }
     }

@@ -98,7 +98,7 @@ fn reflection(seen: Chain, sampler: PixelSampler) -> Chain {
     let wi = to_world(frame, next.wi);
     var chain = new_chain(ray_origin(s, true), wi);
     chain.length = seen.length;
-    chain.depth = select(seen.depth + 1u, 0u, next.pdf <= 0.0 || dot(wi, s.normal) <= 0.0);
+    chain.depth = select(seen.depth + 1u, 0u, next.pdf <= 0.0 || dot(wi, s.horizon) <= 0.0);
     // Lights are in the direct term already, so a reflected light source itself must not count again.
     chain.sees = SEES_NO_LIGHT;
     chain.full = false;
@@ -162,7 +162,7 @@ fn go_on(chain: ptr<function, Chain>, s: Surface, bsdf: Bsdf, u_lobe: f32, sampl
     let frame = frame_from_normal(s.shading_normal);
     let next = bsdf_sample(bsdf, to_local(frame, s.wo), u_lobe, draw(sampler));
     let wi = to_world(frame, next.wi);
-    let above = dot(wi, s.normal) > 0.0;
+    let above = dot(wi, s.horizon) > 0.0;
     if next.pdf <= 0.0 || above == next.transmitted {
         return false;
     }
@@ -194,7 +194,7 @@ fn light_with_shadows(index: u32, s: Surface, frame: Frame, bsdf: Bsdf, full: bo
     let wo = to_local(frame, s.wo);
     var sum = vec3f(0.0);
     for (var i = 0u; i < count; i++) {
-        let light = sample_one_light(index, s.position, light_draw(index, sampler));
+        let light = sample_one_light(index, s.origin, light_draw(index, sampler));
         let arriving = unshadowed_light(s, frame, bsdf, wo, light);
         if any(arriving != vec3f(0.0)) && !is_hidden(s, light, sampler) {
             sum += arriving * (1.0 / f32(count));
@@ -224,7 +224,7 @@ fn light_draw(index: u32, sampler: PixelSampler) -> vec2f {
 
 /// Whether any of a flat light's corners is on the surface's side.
 fn light_faces(index: u32, s: Surface) -> bool {
-    return flat_light_is_above(load_light(index), lights[index].position - s.position, s.normal);
+    return flat_light_is_above(load_light(index), lights[index].position - s.origin, s.horizon);
 }
 
 /// Value times cosine, as lights shade.
@@ -237,7 +237,7 @@ fn lit_value(bsdf: Bsdf, wo: vec3f, wi: vec3f) -> vec3f {
 
 /// What a light's sample adds if nothing is in its way.
 fn unshadowed_light(s: Surface, frame: Frame, bsdf: Bsdf, wo: vec3f, light: LightSample) -> vec3f {
-    let above = dot(light.wi, s.normal) > 0.0;
+    let above = dot(light.wi, s.horizon) > 0.0;
     let wi = to_local(frame, light.wi);
     if light.pdf <= 0.0 || above != (wi.z > 0.0) || !(above || bsdf_transmits(bsdf)) {
         return vec3f(0.0);
@@ -253,9 +253,9 @@ struct ShadowRay {
 }
 
 fn shadow_ray(s: Surface, light: LightSample) -> ShadowRay {
-    let origin = ray_origin(s, dot(light.wi, s.normal) > 0.0);
+    let origin = ray_origin(s, dot(light.wi, s.horizon) > 0.0);
     // The offset may be longer than the way to a light that is very near.
-    let distance = light.distance - dot(origin - s.position, light.wi);
+    let distance = light.distance - dot(origin - s.origin, light.wi);
     return ShadowRay(origin, distance * SHADOW_END);
 }
 
@@ -280,7 +280,7 @@ fn ambient_light(s: Surface, bsdf: Bsdf, full: bool, sampler: PixelSampler) -> v
     var sum = vec3f(0.0);
     for (var i = 0u; i < count; i++) {
         let wi = to_world(frame, sample_cosine_hemisphere(draw(sampler)));
-        if dot(wi, s.normal) <= 0.0 {
+        if dot(wi, s.horizon) <= 0.0 {
             continue;
         }
         let salt = sampler.scramble + next_pair;

@@ -64,8 +64,8 @@ fn hidden_lights(s: Surface, tile: u32, mask: u32, word: u32, i: u32, sampler: P
             continue;
         }
         next_pair = first_pair(index) + i;
-        let light = light_sample(load_light(index), s.position, light_draw(index, sampler));
-        let above = dot(light.wi, s.normal) > 0.0;
+        let light = light_sample(load_light(index), s.origin, light_draw(index, sampler));
+        let above = dot(light.wi, s.horizon) > 0.0;
         let dark = all(light.radiance == vec3f(0.0)) && lights[index].textured_material == NONE;
         if dark || light.pdf <= 0.0 || above != (dot(light.wi, s.shading_normal) > 0.0) || !(above || transmits) {
             continue;
@@ -112,7 +112,7 @@ fn known_light(index: u32, i: u32, vertex: FirstVertex, there: Frame) -> vec3f {
     }
     next_pair = first_pair(index) + i;
     let s = vertex.surface;
-    let light = sample_one_light(index, s.position, light_draw(index, vertex.sampler));
+    let light = sample_one_light(index, s.origin, light_draw(index, vertex.sampler));
     return unshadowed_light(s, there, vertex.bsdf, to_local(there, s.wo), light) * (1.0 / f32(count));
 }
 

@@ -1,8 +1,7 @@
 // The G-buffer's first half: which primitive each pixel sees. No vertex has a layout: vertices are pulled from the scene's own
 // buffers by number, indices included. An instance of the draw is an item that was not culled.
 
-#import hybrid_frame, hybrid_items, material, scene, scene_records, surface
-#import optics::intersect
+#import hybrid_frame, hybrid_items, hybrid_spheres, material, scene, scene_records, surface
 
 /// Which class of items is drawn.
 override DRAW_CLASS: u32 = 0u;
@@ -61,7 +60,9 @@ fn holed_triangle(in: Corner) -> @location(0) u32 {
     let part = parts[item.part];
     let in_part = in.id & ((1u << PRIMITIVE_BITS) - 1u);
     let primitive = item_binding(item).first_in_blas + part.first + in_part;
-    if !alpha_accepts(item.instance, part.geometry, primitive, in.weights.x, in.weights.y, 0u) {
+    let ray = frame_ray(vec2u(in.clip.xy));
+    let direction = transform_vector(instances[item.instance].world_to_object, ray.direction);
+    if !alpha_accepts(item.instance, part.geometry, primitive, in.weights.x, in.weights.y, direction, 0u) {
         discard;
     }
     return in.id;
@@ -92,12 +93,8 @@ struct SphereSample {
 fn sphere(in: Corner) -> SphereSample {
     let item = items[in.id >> PRIMITIVE_BITS];
     let ray = frame_ray(vec2u(in.clip.xy));
-    let sphere = sphere_at(item_binding(item), parts[item.part].first);
-    let to_object = instances[item.instance].world_to_object;
-    let hit = intersect_sphere(
-        transform_point(to_object, ray.origin), transform_vector(to_object, ray.direction), sphere.xyz, sphere.w);
-    let t = select(hit.far, hit.near, hit.near > 0.0);
-    if !hit.hit || t <= 0.0 {
+    let t = seen_sphere(item.instance, parts[item.part].geometry, item_binding(item), parts[item.part].first, ray);
+    if t <= 0.0 {
         discard;
     }
     let clip = clip_position(ray.origin + ray.direction * t);

@@ -1,6 +1,6 @@
 // From what the rasteriser has drawn to hits like those of rays, and from the finished frame to the film. No rays.
 
-#import hybrid_frame, hybrid_items, hybrid_pixels, scene, scene_records, surface
+#import hybrid_frame, hybrid_items, hybrid_pixels, hybrid_spheres, scene, scene_records, surface
 #import optics::camera, optics::constants, optics::intersect
 
 @group(3) @binding(8) var ids: texture_2d<u32>;
@@ -21,9 +21,9 @@ fn hit_on(id: u32, ray: CameraRay) -> Hit {
     }
     if (binding.flags & BINDING_SPHERES) != 0u {
         let sphere = sphere_at(binding, in_geometry);
-        let s = intersect_sphere(origin, direction, sphere.xyz, sphere.w);
+        let seen = seen_sphere(item.instance, part.geometry, binding, in_geometry, ray);
         let beside = dot(sphere.xyz - origin, direction) / dot(direction, direction);
-        let t = select(beside, select(s.far, s.near, s.near > 0.0), s.hit);
+        let t = select(beside, seen, seen > 0.0);
         return Hit(t, 0.0, 0.0, item.instance, part.geometry, primitive);
     }
     let corners = triangle_corners(binding, in_geometry);

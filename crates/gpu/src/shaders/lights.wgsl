@@ -2,7 +2,7 @@
 
 #import material, scene, scene_records, surface, texels, variant
 #import optics::constants, optics::image_texture, optics::light, optics::light_profile
-#import optics::light_tree, optics::material, optics::path, optics::portal, optics::random
+#import optics::light_tree, optics::material, optics::path, optics::portal, optics::random, optics::shape
 #import optics::sky, optics::spherical_triangle, optics::warp
 
 fn load_light(index: u32) -> Light {
@@ -194,30 +194,38 @@ fn sample_one_light(index: u32, p: vec3f, u: vec2f) -> LightSample {
         light.radiance *= profile_at(index, -light.wi);
     }
     if lights[index].textured_material != NONE {
-        light.radiance = textured_emission(index, light.barycentrics);
+        light.radiance = textured_emission(index, texture_coords(index, p, light));
     }
     return light;
 }
 
 /// How much of a light's intensity its profile leaves in a unit direction away from it.
 fn profile_at(index: u32, direction: vec3f) -> f32 {
-    let at = lights[index].first_uv;
+    let at = lights[index].texture_places;
     let cell = profile_cell(lights[index].edge1, lights[index].edge2.z, direction, words[at], words[at + 1u]);
     let values = at + 2u;
     return profile_mix(cell, word_f32(values + cell.first), word_f32(values + cell.second),
         word_f32(values + cell.third), word_f32(values + cell.fourth));
 }
 
-fn textured_emission(index: u32, barycentrics: vec2f) -> vec3f {
-    let material = lights[index].textured_material;
-    let weights = vec3f(1.0 - barycentrics.x - barycentrics.y, barycentrics.x, barycentrics.y);
-    let at = lights[index].first_uv;
+/// Both sets of texture coordinates at a sampled point of a textured surface.
+fn texture_coords(index: u32, p: vec3f, light: LightSample) -> vec4f {
+    let at = lights[index].texture_places;
+    if light_kind(index) == LIGHT_SPHERE {
+        let outward = p + light.wi * light.distance - lights[index].position;
+        let local = turned_direction(words_vec3(at), words_vec3(at + 4u), words_vec3(at + 8u), outward);
+        return sphere_uv(local).xyxy;
+    }
+    let weights = vec3f(1.0 - light.barycentrics.x - light.barycentrics.y, light.barycentrics.x, light.barycentrics.y);
     let uv0 = words_vec2(at) * weights.x + words_vec2(at + 2u) * weights.y + words_vec2(at + 4u) * weights.z;
     let uv1 = words_vec2(at + 6u) * weights.x + words_vec2(at + 8u) * weights.y + words_vec2(at + 10u) * weights.z;
-    let coords = vec4f(uv0, uv1);
+    return vec4f(uv0, uv1);
+}
+
+fn textured_emission(index: u32, coords: vec4f) -> vec3f {
+    let material = lights[index].textured_material;
     let emitted = emission_at(material, coords);
-    let holes = MATERIAL_ALPHA_MASK | MATERIAL_ALPHA_BLEND | MATERIAL_CHECKERBOARD_FADES;
-    if (materials[material].flags & holes) == 0u {
+    if !material_has_holes(materials[material]) {
         return emitted;
     }
     return emitted * coverage(material, coords, vec4f(1.0), vec2f(0.0));
@@ -245,7 +253,7 @@ fn surface_direction_pdf(s: Surface, origin: vec3f, wi: vec3f, distance: f32) ->
         let to_first = lights[s.light].position - origin;
         pdf = rectangle_light_pdf(to_first, lights[s.light].edge1, lights[s.light].edge2, wi, distance);
     } else if kind == LIGHT_SPHERE {
-        pdf = sphere_light_pdf(lights[s.light].position, lights[s.light].size, origin);
+        pdf = sphere_light_side_pdf(lights[s.light].position, lights[s.light].size, origin, s.front);
     }
     return pdf;
 }

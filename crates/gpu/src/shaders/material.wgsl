@@ -1,7 +1,8 @@
 // What a material is at a surface: fetches texels and table entries for the optics' `material` and `plain`.
 
 #import scene, scene_records, surface, texture, variant
-#import optics::material, optics::pattern, optics::plain, optics::random, optics::scatter
+#import optics::intersect, optics::material, optics::pattern, optics::plain, optics::random, optics::scatter
+#import optics::shape
 
 /// Linear base colour at a surface. `footprint`: radius of the ray's footprint, metres.
 fn base_color(s: Surface, footprint: f32) -> vec3f {
@@ -16,15 +17,24 @@ fn coverage(material: u32, coords: vec4f, color: vec4f, position: vec2f) -> f32 
     return material_coverage(materials[material], color.a, texel.a, position);
 }
 
-/// Whether a candidate hit counts where a surface has holes.
+/// Whether a candidate hit on a triangle counts where a surface has holes or backs that are culled.
 ///
 /// Partial coverage is decided by a hash of the hit's barycentrics: two hits that differ in their last bit decide
 /// independently, so the pattern is finer than any pixel, costs no transmittance bookkeeping, and is the same for every
-/// query of the same ray. Spheres have no texture coordinates at this point and always count. `salt` is not used: a
-/// transmittance that is drawn anew for every ray would need it.
-fn alpha_accepts(instance: u32, geometry: u32, primitive: u32, u: f32, v: f32, salt: u32) -> bool {
+/// query of the same ray. `salt` is not used: a transmittance that is drawn anew for every ray would need it.
+///
+/// - `direction`: of the ray, in the space of the bottom-level structure, of any length.
+fn alpha_accepts(
+    instance: u32,
+    geometry: u32,
+    primitive: u32,
+    u: f32,
+    v: f32,
+    direction: vec3f,
+    salt: u32,
+) -> bool {
     let binding = bindings[instances[instance].first_binding + geometry];
-    if (binding.flags & (BINDING_ALPHA | BINDING_SPHERES)) != BINDING_ALPHA {
+    if (binding.flags & BINDING_ALPHA) == 0u {
         return true;
     }
     // To all others a boundary is one big hole.
@@ -32,22 +42,88 @@ fn alpha_accepts(instance: u32, geometry: u32, primitive: u32, u: f32, v: f32, s
         return true;
     }
     let corners = triangle_corners(binding, primitive - binding.first_in_blas);
-    let weights = vec3f(1.0 - u - v, u, v);
-    let position = vertices[binding.first_vertex + corners.x].position * weights.x
-        + vertices[binding.first_vertex + corners.y].position * weights.y
-        + vertices[binding.first_vertex + corners.z].position * weights.z;
-    let coords = triangle_coords(binding, corners, weights);
-    let alpha = coverage(binding.material, coords, triangle_color(binding, corners, weights), position.xz);
-    if alpha >= 1.0 || alpha <= 0.0 {
-        return alpha >= 1.0;
+    let p0 = vertices[binding.first_vertex + corners.x].position;
+    let p1 = vertices[binding.first_vertex + corners.y].position;
+    let p2 = vertices[binding.first_vertex + corners.z].position;
+    if is_culled(binding.material, cross(p1 - p0, p2 - p0), direction) {
+        return false;
     }
-    let place = hash_combine(hash_combine(instance, primitive), bitcast<u32>(u));
-    return unit_float(hash_combine(place, bitcast<u32>(v))) < alpha;
+    if !material_has_holes(materials[binding.material]) {
+        return true;
+    }
+    let weights = vec3f(1.0 - u - v, u, v);
+    let position = pattern_place(binding, p0 * weights.x + p1 * weights.y + p2 * weights.z);
+    let coords = triangle_coords(binding, corners, weights);
+    let alpha = coverage(binding.material, coords, triangle_color(binding, corners, weights), position);
+    return alpha >= 1.0 || (alpha > 0.0 && hashed_threshold(instance, primitive, u, v) < alpha);
 }
 
-/// Whether a sphere is there, and not only the end of a medium of which the shader knows nothing.
-fn sphere_accepts(binding: Binding) -> bool {
-    return !HIDES_BOUNDARIES || materials[binding.material].model != ModelTag_Boundary;
+/// The same of a sphere. `outward`: from its centre to the hit, of unit length, in the space of the bottom-level structure.
+fn sphere_accepts(
+    instance: u32,
+    geometry: u32,
+    primitive: u32,
+    sphere: vec4f,
+    outward: vec3f,
+    direction: vec3f,
+) -> bool {
+    let binding = bindings[instances[instance].first_binding + geometry];
+    if (binding.flags & BINDING_ALPHA) == 0u || (FOLLOWS_VOLUMES && materials[binding.material].model == ModelTag_Boundary) {
+        return true;
+    }
+    if is_culled(binding.material, outward, direction) {
+        return false;
+    }
+    if !material_has_holes(materials[binding.material]) {
+        return true;
+    }
+    let coords = sphere_uv(sphere_direction(binding, outward)).xyxy;
+    let position = pattern_place(binding, sphere.xyz + outward * sphere.w);
+    let alpha = coverage(binding.material, coords, vec4f(1.0), position);
+    return alpha >= 1.0 || (alpha > 0.0 && hashed_threshold(instance, primitive, outward.x, outward.y) < alpha);
+}
+
+/// Where a ray crosses a sphere first between `t_min` and `t_max` and the sphere is there; zero if it does not.
+fn sphere_crossing(
+    instance: u32,
+    geometry: u32,
+    primitive: u32,
+    sphere: vec4f,
+    origin: vec3f,
+    direction: vec3f,
+    t_min: f32,
+    t_max: f32,
+) -> f32 {
+    let crossing = intersect_sphere(origin, direction, sphere.xyz, sphere.w);
+    if !crossing.hit {
+        return 0.0;
+    }
+    var t = select(crossing.far, crossing.near, crossing.near > t_min);
+    if !(t > t_min && t < t_max) {
+        return 0.0;
+    }
+    // Once, or twice where the near side is not there: what looks for holes is in the shader once.
+    while SCENE_HAS_ALPHA {
+        let outward = normalize(origin + direction * t - sphere.xyz);
+        if sphere_accepts(instance, geometry, primitive, sphere, outward, direction) {
+            break;
+        }
+        if t == crossing.far || crossing.far >= t_max {
+            return 0.0;
+        }
+        t = crossing.far;
+    }
+    return t;
+}
+
+/// Whether a ray meets the back of a surface whose backs are not there. `outward`: a normal of the front, of any length.
+fn is_culled(material: u32, outward: vec3f, direction: vec3f) -> bool {
+    return (materials[material].flags & MATERIAL_CULLS_BACKS) != 0u && dot(outward, direction) > 0.0;
+}
+
+fn hashed_threshold(instance: u32, primitive: u32, a: f32, b: f32) -> f32 {
+    let place = hash_combine(hash_combine(instance, primitive), bitcast<u32>(a));
+    return unit_float(hash_combine(place, bitcast<u32>(b)));
 }
 
 /// Radiance that an emissive material emits at texture coordinates.

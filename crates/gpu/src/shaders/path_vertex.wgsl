@@ -185,7 +185,7 @@ fn scatter(
                 (*path).receiver = octahedral_encode(frame.normal);
             }
         }
-        let light = sample_light(s.position, (*path).receiver, sample_2d(sampler, pair + PAIR_LIGHT));
+        let light = sample_light(s.origin, (*path).receiver, sample_2d(sampler, pair + PAIR_LIGHT));
         *shadow = light_shadow_ray(*path, s, frame, bsdf, wo, light);
     }
     var u_lobe = vec2f(0.0);
@@ -194,7 +194,7 @@ fn scatter(
     }
     let next = scattering_sample(bsdf, wo, u_lobe.x, sample_2d(sampler, pair + PAIR_BSDF));
     let wi = to_world(frame, next.wi);
-    let above = dot(wi, s.normal) > 0.0;
+    let above = dot(wi, s.horizon) > 0.0;
     // Between shading and geometric normal there are directions that would leak through the surface.
     if next.pdf <= 0.0 || above == next.transmitted {
         return false;
@@ -219,7 +219,7 @@ fn light_shadow_ray(
     wo: vec3f,
     light: LightSample,
 ) -> ShadowRay {
-    let above = dot(light.wi, s.normal) > 0.0;
+    let above = dot(light.wi, s.horizon) > 0.0;
     let wi = to_local(frame, light.wi);
     if light.pdf <= 0.0 || !(above || scattering_transmits(bsdf)) || above != (wi.z > 0.0) {
         return no_shadow_ray();
@@ -234,6 +234,6 @@ fn light_shadow_ray(
 fn shadow_ray(s: Surface, light: LightSample, above: bool, salt: u32, contribution: vec3f) -> ShadowRay {
     let origin = ray_origin(s, above);
     // The offset may be longer than the way to a light that is very near.
-    let distance = light.distance - dot(origin - s.position, light.wi);
+    let distance = light.distance - dot(origin - s.origin, light.wi);
     return ShadowRay(origin, distance * SHADOW_END, light.wi, salt, contribution);
 }

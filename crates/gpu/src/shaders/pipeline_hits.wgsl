@@ -5,7 +5,7 @@
 // called, in the SPIR-V.
 
 #import material, pipeline_numbers, pipeline_payload, scene
-#import optics::constants, optics::intersect
+#import optics::constants
 
 var<incoming_ray_payload> incoming: Payload;
 
@@ -94,11 +94,12 @@ fn ignore_intersection() {
 fn look_for_holes(
     @builtin(instance_custom_data) instance: u32,
     @builtin(primitive_index) primitive: u32,
+    @builtin(object_ray_direction) direction: vec3f,
 ) {
     let in_blas = hit_record.first_in_blas + primitive;
     // A copy: pointers to hit attributes do not go into functions.
     let weights = hit_attribute;
-    if !alpha_accepts(instance, hit_record.geometry, in_blas, weights.x, weights.y, incoming.salt) {
+    if !alpha_accepts(instance, hit_record.geometry, in_blas, weights.x, weights.y, direction, incoming.salt) {
         ignore_intersection();
     }
 }
@@ -110,18 +111,18 @@ fn report_intersection(t: f32) -> bool {
 
 @any_hit @incoming_payload(incoming)
 fn intersect_sphere_shader(
+    @builtin(instance_custom_data) instance: u32,
     @builtin(primitive_index) primitive: u32,
     @builtin(object_ray_origin) origin: vec3f,
     @builtin(object_ray_direction) direction: vec3f,
     @builtin(ray_t_min) t_min: f32,
 ) {
     let sphere = sphere_at(bindings[hit_record.binding], primitive);
-    let crossing = intersect_sphere(origin, direction, sphere.xyz, sphere.w);
-    if crossing.hit && sphere_accepts(bindings[hit_record.binding]) {
-        // From inside the near crossing lies behind the ray's start.
-        let reported = crossing.near > t_min && report_intersection(crossing.near);
-        if !reported && crossing.far > t_min {
-            report_intersection(crossing.far);
-        }
+    let geometry = hit_record.geometry;
+    let in_blas = hit_record.first_in_blas + primitive;
+    // The driver knows where the ray ends. From inside the near crossing lies behind the ray's start.
+    let t = sphere_crossing(instance, geometry, in_blas, sphere, origin, direction, t_min, FAR);
+    if t > t_min {
+        report_intersection(t);
     }
 }

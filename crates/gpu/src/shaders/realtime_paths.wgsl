@@ -30,7 +30,7 @@ fn tile_shadow_ray(path: Path, s: Surface, lobes: FirstLobes, pixel: vec2u) -> S
             continue;
         }
         let on_light = candidate_place(vec2f(fract(place), u.y), i);
-        var light = sample_one_light(offered.x, s.position, on_light);
+        var light = sample_one_light(offered.x, s.origin, on_light);
         light.pdf = candidate_pdf(light.pdf, probability, count);
         let ray = light_shadow_ray(path, s, lobes.frame, lobes.all, lobes.wo, light);
         let before = reservoir.sum;

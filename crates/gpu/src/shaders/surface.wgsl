@@ -2,7 +2,7 @@
 
 #import scene, scene_records, texture, variant
 #import optics::constants, optics::frame, optics::material, optics::math, optics::offset
-#import optics::shape
+#import optics::shape, optics::terminator
 
 fn transform_point(rows: array<vec4f, 3>, p: vec3f) -> vec3f {
     let h = vec4f(p, 1.0);
@@ -29,6 +29,11 @@ struct Surface {
     front: bool,
     /// Unit shading normal on that side, normal map applied.
     shading_normal: vec3f,
+    /// Where light is gathered and rays start that leave on that side: the position, or where the smooth surface would be that
+    /// vertex normals stand for; see the optics' `terminator`.
+    origin: vec3f,
+    /// Unit normal of the plane that what can reach the surface is above: the geometric one, or that of the smooth surface.
+    horizon: vec3f,
     /// Index into `materials`.
     material: u32,
     /// Unit direction back along the ray.
@@ -63,6 +68,8 @@ struct SurfacePoint {
     smooth_shaded: bool,
     /// Unit interpolated normal of the front.
     shading: vec3f,
+    /// Only set if SCENE_HAS_SMOOTH_TERMINATORS.
+    lift: TerminatorLift,
     /// Of the tangent: 1 or −1; 0 if there is none.
     handedness: f32,
     tangent: vec3f,
@@ -108,7 +115,31 @@ fn triangle_color(binding: Binding, corners: vec3u, weights: vec3f) -> vec4f {
     return triangle_words4(binding.first_color, corners, weights);
 }
 
-fn triangle_point(binding: Binding, instance_index: u32, primitive: u32, barycentrics: vec2f) -> SurfacePoint {
+/// Where a point of a geometry, in the space of its bottom-level structure, lies in the x–z plane of the user's object.
+fn pattern_place(binding: Binding, local: vec3f) -> vec2f {
+    if binding.placement == NONE {
+        return local.xz;
+    }
+    let p = vec4f(local, 1.0);
+    return vec2f(dot(words_vec4(binding.placement), p), dot(words_vec4(binding.placement + 8u), p));
+}
+
+/// A direction from the centre of a sphere, in the space of its bottom-level structure, in the space of the user's object.
+fn sphere_direction(binding: Binding, outward: vec3f) -> vec3f {
+    if binding.placement == NONE {
+        return outward;
+    }
+    let at = binding.placement;
+    return turned_direction(words_vec3(at), words_vec3(at + 4u), words_vec3(at + 8u), outward);
+}
+
+fn triangle_point(
+    binding: Binding,
+    instance_index: u32,
+    primitive: u32,
+    barycentrics: vec2f,
+    wo: vec3f,
+) -> SurfacePoint {
     let corners = triangle_corners(binding, primitive);
     let weights = vec3f(1.0 - barycentrics.x - barycentrics.y, barycentrics.x, barycentrics.y);
     let v0 = vertices[binding.first_vertex + corners.x];
@@ -118,7 +149,7 @@ fn triangle_point(binding: Binding, instance_index: u32, primitive: u32, barycen
     let local_normal = cross(v1.position - v0.position, v2.position - v0.position);
     let local_shading = v0.normal * weights.x + v1.normal * weights.y + v2.normal * weights.z;
     var point: SurfacePoint;
-    point.pattern_position = local.xz;
+    point.pattern_position = pattern_place(binding, local);
     var tangent = vec4f(0.0);
     let needs_tangent = materials[binding.material].textures[SLOT_NORMAL].first_texel != NONE
         || (SCENE_HAS_LAYERS && (materials[binding.material].flags & MATERIAL_TANGENTS) != 0u);
@@ -127,13 +158,13 @@ fn triangle_point(binding: Binding, instance_index: u32, primitive: u32, barycen
         point.handedness = select(1.0, -1.0, tangent.w < 0.0);
     }
     var shading = local_shading;
+    var normals = array<vec3f, 3>(v0.normal, v1.normal, v2.normal);
+    var corners_at = array<vec3f, 3>(v0.position, v1.position, v2.position);
     let flags = instances[instance_index].flags;
     if (flags & INSTANCE_IDENTITY) != 0u {
         point.position = local;
         point.normal = normalize(local_normal);
         point.tangent = tangent.xyz;
-        point.extent = max(largest_magnitude(v0.position),
-            max(largest_magnitude(v1.position), largest_magnitude(v2.position)));
     } else {
         let to_world = instances[instance_index].object_to_world;
         let to_object = instances[instance_index].world_to_object;
@@ -144,12 +175,22 @@ fn triangle_point(binding: Binding, instance_index: u32, primitive: u32, barycen
         if (flags & INSTANCE_MIRRORED) != 0u {
             point.handedness = -point.handedness;
         }
-        point.extent = max(largest_magnitude(transform_point(to_world, v0.position)),
-            max(largest_magnitude(transform_point(to_world, v1.position)),
-                largest_magnitude(transform_point(to_world, v2.position))));
+        corners_at = array<vec3f, 3>(transform_point(to_world, v0.position), transform_point(to_world, v1.position),
+            transform_point(to_world, v2.position));
+        if SCENE_HAS_SMOOTH_TERMINATORS {
+            normals = array<vec3f, 3>(transform_normal(to_object, v0.normal), transform_normal(to_object, v1.normal),
+                transform_normal(to_object, v2.normal));
+        }
     }
+    point.extent = max(largest_magnitude(corners_at[0]), max(largest_magnitude(corners_at[1]), largest_magnitude(corners_at[2])));
     point.smooth_shaded = (binding.flags & BINDING_NORMALS) != 0u && dot(shading, shading) > 1e-20;
     point.shading = select(point.normal, normalize(shading), point.smooth_shaded);
+    if SCENE_HAS_SMOOTH_TERMINATORS && point.smooth_shaded
+        && (materials[binding.material].flags & MATERIAL_SMOOTH_TERMINATOR) != 0u {
+        let side = select(-1.0, 1.0, dot(point.normal, wo) >= 0.0);
+        point.lift = terminator_lift(point.position, corners_at[0], corners_at[1], corners_at[2], normals[0], normals[1],
+            normals[2], side, point.normal * side, weights);
+    }
     point.coords = triangle_coords(binding, corners, weights);
     point.color = triangle_color(binding, corners, weights);
     return point;
@@ -160,31 +201,42 @@ fn sphere_point(binding: Binding, instance_index: u32, primitive: u32, world: ve
     let center = sphere.xyz;
     let low = center - sphere.w;
     let high = center + sphere.w;
+    let flags = instances[instance_index].flags;
+    var local = world;
+    if (flags & INSTANCE_IDENTITY) == 0u {
+        local = transform_point(instances[instance_index].world_to_object, world);
+    }
+    // Back onto the sphere: the ray's parameter alone is off by more than an offset of the origin hides.
+    let outward = normalize(local - center);
+    let on_sphere = center + outward * sphere.w;
     var point: SurfacePoint;
-    if (instances[instance_index].flags & INSTANCE_IDENTITY) != 0u {
-        // Back onto the sphere: the ray's parameter alone is off by more than an offset of the origin hides.
-        let outward = normalize(world - center);
-        point.position = center + outward * sphere.w;
+    point.coords = sphere_uv(sphere_direction(binding, outward)).xyxy;
+    point.pattern_position = pattern_place(binding, on_sphere);
+    point.tangent = sphere_tangent(point.coords.x);
+    point.handedness = 1.0;
+    if binding.placement != NONE {
+        // Of similar shapes only, which transform tangents as normals.
+        let rows = array<vec4f, 3>(words_vec4(binding.placement), words_vec4(binding.placement + 4u),
+            words_vec4(binding.placement + 8u));
+        point.tangent = transform_normal(rows, point.tangent);
+        point.handedness = select(1.0, -1.0, dot(rows[0].xyz, cross(rows[1].xyz, rows[2].xyz)) < 0.0);
+    }
+    if (flags & INSTANCE_IDENTITY) != 0u {
+        point.position = on_sphere;
         point.normal = outward;
-        point.coords = sphere_uv(outward).xyxy;
-        point.tangent = sphere_tangent(point.coords.x);
-        point.pattern_position = point.position.xz;
-        point.extent = max(max(largest_magnitude(low), largest_magnitude(high)), largest_magnitude(point.position));
+        point.extent = max(max(largest_magnitude(low), largest_magnitude(high)), largest_magnitude(on_sphere));
     } else {
         let to_world = instances[instance_index].object_to_world;
-        let to_object = instances[instance_index].world_to_object;
-        let outward = normalize(transform_point(to_object, world) - center);
-        let on_sphere = center + outward * sphere.w;
         point.position = transform_point(to_world, on_sphere);
-        point.normal = normalize(transform_normal(to_object, outward));
-        point.coords = sphere_uv(outward).xyxy;
-        point.tangent = transform_vector(to_world, sphere_tangent(point.coords.x));
-        point.pattern_position = on_sphere.xz;
+        point.normal = normalize(transform_normal(instances[instance_index].world_to_object, outward));
+        point.tangent = transform_vector(to_world, point.tangent);
+        if (flags & INSTANCE_MIRRORED) != 0u {
+            point.handedness = -point.handedness;
+        }
         point.extent = max(
             max(largest_magnitude(transform_point(to_world, low)), largest_magnitude(transform_point(to_world, high))),
             largest_magnitude(point.position));
     }
-    point.handedness = 1.0;
     point.smooth_shaded = false;
     point.shading = point.normal;
     point.color = vec4f(1.0);
@@ -224,7 +276,7 @@ fn surface_at(origin: vec3f, direction: vec3f, hit: Hit) -> Surface {
     if (binding.flags & BINDING_SPHERES) != 0u {
         point = sphere_point(binding, hit.instance, primitive, origin + direction * hit.t);
     } else {
-        point = triangle_point(binding, hit.instance, primitive, vec2f(hit.u, hit.v));
+        point = triangle_point(binding, hit.instance, primitive, vec2f(hit.u, hit.v), -direction);
     }
     let wo = -direction;
     let front = dot(point.normal, wo) >= 0.0;
@@ -234,6 +286,12 @@ fn surface_at(origin: vec3f, direction: vec3f, hit: Hit) -> Surface {
     s.position = point.position;
     s.extent = point.extent;
     s.normal = normal;
+    s.origin = point.position;
+    s.horizon = normal;
+    if SCENE_HAS_SMOOTH_TERMINATORS && point.lift.share > 0.0 {
+        s.origin += point.lift.offset;
+        s.horizon = point.shading * side;
+    }
     s.front = front;
     s.shading_normal = mapped_normal(binding.material, point, wo, normal, side);
     if SCENE_HAS_LAYERS {
@@ -259,5 +317,5 @@ fn surface_at(origin: vec3f, direction: vec3f, hit: Hit) -> Surface {
 
 /// Where a ray starts that leaves on the side of the viewer (`above`) or on the other.
 fn ray_origin(s: Surface, above: bool) -> vec3f {
-    return offset_ray_origin(s.position, select(-s.normal, s.normal, above), s.extent);
+    return offset_ray_origin(select(s.position, s.origin, above), select(-s.normal, s.horizon, above), s.extent);
 }

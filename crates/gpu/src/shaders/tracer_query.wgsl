@@ -6,7 +6,6 @@
 
 enable wgpu_ray_query;
 #import material, scene, scene_records, surface, variant
-#import optics::intersect
 
 @group(1) @binding(0) var structure: acceleration_structure;
 
@@ -22,19 +21,27 @@ fn query_sphere(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, candida
     let binding = bindings[instances[instance].first_binding + candidate.geometry_index];
     let sphere = sphere_at(binding, candidate.primitive_index);
     var o = origin;
-    var d = direction;
     if (instances[instance].flags & INSTANCE_IDENTITY) == 0u {
         o = transform_point(instances[instance].world_to_object, origin);
-        d = transform_vector(instances[instance].world_to_object, direction);
     }
-    let crossing = intersect_sphere(o, d, sphere.xyz, sphere.w);
-    if !crossing.hit || !sphere_accepts(binding) {
-        return 0.0;
+    let d = query_direction(instance, direction);
+    let primitive = binding.first_in_blas + candidate.primitive_index;
+    return sphere_crossing(instance, candidate.geometry_index, primitive, sphere, o, d, t_min, t_max);
+}
+
+/// The ray's direction in the space of an instance's bottom-level structure.
+fn query_direction(instance: u32, direction: vec3f) -> vec3f {
+    if (instances[instance].flags & INSTANCE_IDENTITY) != 0u {
+        return direction;
     }
-    if crossing.near > t_min && crossing.near < t_max {
-        return crossing.near;
-    }
-    return select(0.0, crossing.far, crossing.far > t_min && crossing.far < t_max);
+    return transform_vector(instances[instance].world_to_object, direction);
+}
+
+/// Whether a candidate triangle counts.
+fn query_accepts(direction: vec3f, candidate: RayIntersection, salt: u32) -> bool {
+    let instance = candidate.instance_custom_data;
+    return alpha_accepts(instance, candidate.geometry_index, query_primitive(candidate), candidate.barycentrics.x,
+        candidate.barycentrics.y, query_direction(instance, direction), salt);
 }
 
 fn trace_closest(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32) -> Hit {
@@ -58,8 +65,7 @@ fn trace_either(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u
                     query_primitive(candidate));
                 rayQueryGenerateIntersection(&query, t);
             }
-        } else if !SCENE_HAS_ALPHA || alpha_accepts(candidate.instance_custom_data, candidate.geometry_index,
-                query_primitive(candidate), candidate.barycentrics.x, candidate.barycentrics.y, salt) {
+        } else if !SCENE_HAS_ALPHA || query_accepts(direction, candidate, salt) {
             end = min(end, candidate.t);
             rayQueryConfirmIntersection(&query);
         }
@@ -89,8 +95,7 @@ fn trace_any(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, salt: u32)
             if t > 0.0 {
                 rayQueryGenerateIntersection(&query, t);
             }
-        } else if !SCENE_HAS_ALPHA || alpha_accepts(candidate.instance_custom_data, candidate.geometry_index,
-                query_primitive(candidate), candidate.barycentrics.x, candidate.barycentrics.y, salt) {
+        } else if !SCENE_HAS_ALPHA || query_accepts(direction, candidate, salt) {
             rayQueryConfirmIntersection(&query);
         }
     }

@@ -207,7 +207,7 @@ fn scatter_where(walk: ptr<function, VolumePath>, at: Arrival, seen: Surface, wa
         (*walk).path.state.depth = (*walk).segments;
     }
     if !in_medium {
-        position = s.position;
+        position = s.origin;
         scatterer = prepare_surface(*walk, &s);
         if !scatters(scatterer.bsdf) {
             return false;
@@ -285,7 +285,7 @@ fn way_from_surface(walk: VolumePath, s: Surface, scatterer: Scatterer, light: L
     let ray = light_shadow_ray(walk.path, s, scatterer.frame, scatterer.bsdf, scatterer.wo, light);
     let stream = stream_start(walk.path.sampler, walk.segments, STREAM_SHADOW);
     var way = Way(ray.origin, ray.distance, ray.direction, 0u, ray.contribution, stream, walk.inside);
-    if dot(light.wi, s.normal) <= 0.0 {
+    if dot(light.wi, s.horizon) <= 0.0 {
         way.inside = scatterer.through;
     }
     return way;
@@ -301,7 +301,7 @@ fn go_on_from_surface(
 ) -> bool {
     let next = scattering_sample(scatterer.bsdf, scatterer.wo, u_lobe.x, u);
     let wi = to_world(scatterer.frame, next.wi);
-    let above = dot(wi, s.normal) > 0.0;
+    let above = dot(wi, s.horizon) > 0.0;
     // Between shading and geometric normal there are directions that would leak through the surface.
     if next.pdf <= 0.0 || above == next.transmitted {
         return false;
@@ -312,7 +312,7 @@ fn go_on_from_surface(
     if next.transmitted {
         (*walk).inside = scatterer.through;
     }
-    leave(walk, s.position, ray_origin(s, above), wi);
+    leave(walk, s.origin, ray_origin(s, above), wi);
     return u_lobe.y < survival;
 }
 

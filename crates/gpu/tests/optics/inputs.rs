@@ -204,6 +204,18 @@ pub fn upper(i: &mut Inputs) -> Vec3f {
     if d.z.abs() < 1e-3 { vec3f(0.0, 0.0, 1.0) } else { vec3f(d.x, d.y, d.z.abs()) }
 }
 
+/// 1 or −1: which side of a surface is seen.
+pub fn side(i: &mut Inputs) -> f32 {
+    if i.below(2) == 0 { 1.0 } else { -1.0 }
+}
+
+/// Barycentric weights of a point of a triangle.
+pub fn weights(i: &mut Inputs) -> Vec3f {
+    let (u, v) = (share(i), share(i));
+    let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+    vec3f(1.0 - u - v, u, v)
+}
+
 /// A point near the origin.
 pub fn point(i: &mut Inputs) -> Vec3f {
     i.edge(&[vec3f(0.0, 0.0, 0.0), vec3f(1.0, 0.0, 0.0), vec3f(-0.5, 0.5, 0.5)])

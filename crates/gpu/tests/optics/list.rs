@@ -230,6 +230,10 @@ functions! {
     // geometry/shape.rs
     shape::sphere_uv(outward: off_pole) within ANGLES;
     shape::sphere_tangent(u: turns) within ROUNDING;
+    terminator::terminator_share(cos_deviation: cosine) within ROUNDING;
+    terminator::tangent_plane_lift(from_vertex: point, normal: direction) within CANCELLING;
+    terminator::terminator_lift(p: point, p0: point, p1: point, p2: point, n0: direction, n1: direction, n2: direction, side: side, normal: direction, weights: weights) within GRAZING;
+    shape::turned_direction(row_x: direction, row_y: direction, row_z: direction, direction: direction) within GRAZING;
     // geometry/intersect.rs
     intersect::axis_last(v: signed_color, axis: axis) within EXACT;
     intersect::ray_shear(direction: direction) within ROUNDING;
@@ -374,6 +378,7 @@ functions! {
     // materials/material.rs
     material::material_base_color(m: material_record, vertex_color: texel4, texel: texel4, pattern_position: point2, footprint_width: share) within CANCELLING;
     material::material_coverage(m: material_record, vertex_alpha: share, texel_alpha: share, pattern_position: point2) within STEPS;
+    material::material_has_holes(m: material_record) within EXACT;
     material::material_shines(m: material_record) within EXACT;
     material::material_emits(m: material_record, front: flag) within EXACT;
     material::material_emission(m: material_record, texel: texel4) within ROUNDING;
@@ -413,6 +418,7 @@ functions! {
     light::sphere_one_minus_cos(distance2_to_center: positive, radius: share) within ROUNDING;
     light::sphere_light_sample(light: light, p: point, u: unit2) within CANCELLING;
     light::sphere_light_pdf(center: far_point, radius: share, p: point) within ROUNDING;
+    light::sphere_light_side_pdf(center: far_point, radius: share, p: point, front: flag) within ROUNDING;
     light::directional_light_sample(light: sun, u: unit2) within ROUNDING;
     light::directional_light_contains(light: sun, wi: direction) within ROUNDING;
     light::point_light_sample(light: light, p: point) within ROUNDING;

@@ -129,6 +129,7 @@ structures! {
     NodeImportance in light_tree { sum, count }
     ChildChoice in light_tree { child, weight, before, end }
     LightBranch in light_tree { second, probability, remainder }
+    TerminatorLift in terminator { offset, share }
     Reservoir in reservoir { chosen, weight, sum, remainder }
     Medium in volume { absorption, scattering, emission, anisotropy }
     Collision in volume { scattered, weight }

@@ -5,3 +5,4 @@ pub mod frame;
 pub mod intersect;
 pub mod offset;
 pub mod shape;
+pub mod terminator;

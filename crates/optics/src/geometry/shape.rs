@@ -10,19 +10,28 @@ pub mod shape {
     use crate::math::*;
     use wgsl_rs::std::*;
 
-    /// Texture coordinates of a sphere: u around +Y, v from the north pole (0) to the south pole (1).
+    /// Texture coordinates of a sphere, those of a mesh of longitude and latitude: u from +Z over +X around +Y, so that
+    /// images are upright and not mirrored as seen from outside; v from the north pole (0) to the south pole (1).
     ///
     /// - `outward`: unit vector from the centre, in the sphere's own space.
     pub fn sphere_uv(outward: Vec3f) -> Vec2f {
-        let u = atan2(outward.z, outward.x) * (0.5 / PI) + 0.5;
+        let turns = atan2(outward.x, outward.z) * (0.5 / PI);
         let v = acos(clamp(outward.y, -1.0, 1.0)) / PI;
-        vec2f(u, v)
+        vec2f(select(turns, turns + 1.0, turns < 0.0), v)
     }
 
-    /// Unit tangent of a sphere in the direction in which [`sphere_uv`]'s u grows, where it is `u`.
+    /// Unit tangent of a sphere in the direction in which [`sphere_uv`]'s u grows, where it is `u`. The bitangent
+    /// `outward × tangent` points to the upper side of the image.
     pub fn sphere_tangent(u: f32) -> Vec3f {
         let around = cos_sin_turns(u);
-        vec3f(around.y, 0.0, -around.x)
+        vec3f(around.x, 0.0, -around.y)
+    }
+
+    /// A direction through the rows of a matrix, of unit length: from the centre of a sphere that is turned in the world
+    /// to a point on it, in the sphere's own space. Zero where the matrix leaves nothing.
+    pub fn turned_direction(row_x: Vec3f, row_y: Vec3f, row_z: Vec3f, direction: Vec3f) -> Vec3f {
+        let turned = vec3f(dot(row_x, direction), dot(row_y, direction), dot(row_z, direction));
+        turned * (1.0 / sqrt(max(dot(turned, turned), 1e-30)))
     }
 }
 
@@ -46,6 +55,10 @@ mod tests {
             );
             assert!((length(sphere_tangent(u)) - 1.0).abs() < 1e-5);
         }
+        let right = sphere_uv(normalize(vec3f(0.3, 0.0, 1.0)));
+        assert!(right.x > 0.0 && right.x < 0.1, "from outside, u grows to the right: {right:?}");
+        let (outward, tangent) = (vec3f(0.0, 0.0, 1.0), sphere_tangent(0.0));
+        assert!(cross(outward, tangent).y > 0.999, "the bitangent points to the upper side of the image");
         assert!(sphere_uv(vec3f(0.0, 1.0, 0.0)).y < 1e-6 && sphere_uv(vec3f(0.0, -1.0, 0.0)).y > 1.0 - 1e-6);
     }
 }

@@ -343,6 +343,17 @@ pub mod light {
         pdf_cone(sphere_one_minus_cos(dot(to_center, to_center), radius))
     }
 
+    /// The same of a hit: only what is seen first from outside is sampled there. Through the holes of a sphere paths find the
+    /// far side by themselves. `front`: whether the hit is on the outside.
+    pub fn sphere_light_side_pdf(center: Vec3f, radius: f32, p: Vec3f, front: bool) -> f32 {
+        let to_center = center - p;
+        let one_minus_cos = sphere_one_minus_cos(dot(to_center, to_center), radius);
+        if !front && one_minus_cos < 2.0 {
+            return 0.0;
+        }
+        pdf_cone(one_minus_cos)
+    }
+
     /// One direction, or uniform over the disc.
     pub fn directional_light_sample(light: Light, u: Vec2f) -> LightSample {
         let frame = frame_from_normal(light.position);

@@ -28,6 +28,10 @@ pub mod material {
     pub const MATERIAL_TANGENTS: u32 = 128u32;
     /// Flag of a [`MaterialRecord`]: light passes through the surface into a body.
     pub const MATERIAL_BODY: u32 = 256u32;
+    /// Flag of a [`MaterialRecord`]: the back is not there, for no ray.
+    pub const MATERIAL_CULLS_BACKS: u32 = 512u32;
+    /// Flag of a [`MaterialRecord`]: light is gathered where the smooth surface would be that vertex normals stand for.
+    pub const MATERIAL_SMOOTH_TERMINATOR: u32 = 1024u32;
 
     /// Place of the base colour in [`MaterialRecord::textures`]: RGB, and alpha.
     pub const SLOT_BASE_COLOR: u32 = 0u32;
@@ -159,6 +163,12 @@ pub mod material {
         (m.flags & MATERIAL_EMISSIVE) != 0u32 || m.model == ModelTag::Unlit
     }
 
+    /// Whether rays pass through some points of the material's surfaces by its alpha.
+    pub fn material_has_holes(m: MaterialRecord) -> bool {
+        let holes = MATERIAL_ALPHA_MASK | MATERIAL_ALPHA_BLEND | MATERIAL_CHECKERBOARD_FADES;
+        (m.flags & holes) != 0u32
+    }
+
     /// Whether the material emits from its front (`front`) or its back.
     pub fn material_emits(m: MaterialRecord, front: bool) -> bool {
         (m.flags & MATERIAL_EMISSIVE) != 0u32 && (front || (m.flags & MATERIAL_EMISSION_TWO_SIDED) != 0u32)
@@ -177,8 +187,8 @@ pub mod material {
 }
 
 use material::{
-    MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_BODY, MATERIAL_CHECKERBOARD_FADES, MATERIAL_EMISSIVE,
-    MaterialRecord, ModelTag,
+    MATERIAL_BODY, MATERIAL_CHECKERBOARD, MATERIAL_CHECKERBOARD_FADES, MATERIAL_CULLS_BACKS,
+    MATERIAL_EMISSIVE, MaterialRecord, ModelTag,
 };
 
 crate::wgsl_records!(MaterialRecord);
@@ -193,8 +203,26 @@ impl MaterialRecord {
 
     /// Whether rays may pass through the surface by its alpha.
     #[inline(always)]
+    pub fn has_holes(&self) -> bool {
+        material::material_has_holes(*self)
+    }
+
+    /// Whether the back is not there.
+    #[inline(always)]
+    pub fn culls_backs(&self) -> bool {
+        self.flags & MATERIAL_CULLS_BACKS != 0
+    }
+
+    /// Whether rays may pass through the surface, so that tracers have to ask about every hit.
+    #[inline(always)]
     pub fn has_alpha(&self) -> bool {
-        self.flags & (MATERIAL_ALPHA_MASK | MATERIAL_ALPHA_BLEND | MATERIAL_CHECKERBOARD_FADES) != 0
+        self.has_holes() || self.culls_backs()
+    }
+
+    /// Whether a procedural pattern covers the surface, which lies in the space of the object.
+    #[inline(always)]
+    pub fn is_patterned(&self) -> bool {
+        self.flags & (MATERIAL_CHECKERBOARD | MATERIAL_CHECKERBOARD_FADES) != 0
     }
 
     /// Whether texture coordinates matter: for a texture, or for layers, which may have some.

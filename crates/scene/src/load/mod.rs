@@ -18,7 +18,7 @@ pub mod vol;
 mod wording;
 
 use crate::report::{Severity, plain, without_quotes};
-use crate::{LoadReport, Scene};
+use crate::{LoadReport, Scene, ShadowTerminator};
 use session::Session;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -48,6 +48,11 @@ pub struct LoadOptions {
     pub max_load_time: Option<Duration>,
     /// The scene may be made to do harm: front ends load it in a sandbox where the system has one.
     pub untrusted: bool,
+    /// Whether backs are culled whatever the scene says; see [`crate::RenderDefaults::cull_backs`].
+    pub cull_backs: bool,
+    /// Whether light is gathered on the triangles of smooth meshes whatever the scene says; see
+    /// [`crate::RenderDefaults::shadow_terminator`].
+    pub exact_terminator: bool,
     /// Every file that was read, to be kept from being overwritten. Clones share the list.
     pub files_read: FilesRead,
     /// The state of a call that is going on; [`Session::default`] before.
@@ -82,6 +87,8 @@ impl Default for LoadOptions {
             max_memory: u64::MAX,
             max_load_time: None,
             untrusted: false,
+            cull_backs: false,
+            exact_terminator: false,
             session: Session::default(),
         }
     }
@@ -271,8 +278,21 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
     if loaded.scene.name.is_empty() {
         loaded.scene.name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     }
+    options.choose_surface_rules(&mut loaded.scene);
     loaded.report.elapsed = start.elapsed();
     Ok(loaded)
+}
+
+impl LoadOptions {
+    /// Lets the choices about surfaces win over what the scene says itself.
+    pub(crate) fn choose_surface_rules(&self, scene: &mut Scene) {
+        if self.cull_backs {
+            scene.defaults.cull_backs = Some(true);
+        }
+        if self.exact_terminator {
+            scene.defaults.shadow_terminator = Some(ShadowTerminator::Exact);
+        }
+    }
 }
 
 /// The content of a file, if the scene may read it.

@@ -2,7 +2,7 @@
 
 use super::geometry::{BindingRecord, BlasRecord, GeometryKind, GeometryRecord, InstanceRecord};
 use super::light::LightRecord;
-use super::material::{has_layers, sampler_flags};
+use super::material::{has_layers, rules_of, sampler_flags};
 use super::{EnvironmentTable, LightTree, MaterialRecord, NONE, SceneTables, TextureUse, build_alias_table};
 use crate::{
     ColorSpace, Environment, Instance, LightKind, LightProfile, Mesh, Pixels, Scene, Shape, Sphere,
@@ -48,6 +48,7 @@ impl SceneTables {
             if scene.materials.is_empty() { std::slice::from_ref(&fallback) } else { &scene.materials };
         for material in materials {
             let mut record = self.material_record(material);
+            record.flags |= rules_of(material, &scene.defaults);
             if has_layers(material) {
                 record.layers = self.layers.len() as u32;
                 let (layers, textures) = self.layers_record(material);
@@ -121,7 +122,8 @@ impl SceneTables {
                 if let Some(geometry) = added {
                     first_in_blas += geometry.primitive_count;
                     let material = self.material_of(instance, index, part.material);
-                    self.bindings.push(BindingRecord { material, first_light: NONE, object });
+                    let placement = self.placement_of(&instance.transform, kind, material);
+                    self.bindings.push(BindingRecord { material, first_light: NONE, object, placement });
                     self.geometries.push(geometry);
                 }
             }
@@ -178,9 +180,21 @@ impl SceneTables {
         for &index in parts {
             let own = scene.meshes[instance.mesh as usize].parts[index].material;
             let material = self.material_of(instance, index, own);
-            self.bindings.push(BindingRecord { material, first_light: NONE, object });
+            self.bindings.push(BindingRecord { material, first_light: NONE, object, placement: NONE });
         }
         self.instances.push(instance_record(&instance.transform, blas, first_binding));
+    }
+
+    /// The placement of geometry that is moved into world space, or `NONE` where nothing lies in the space of its object.
+    fn placement_of(&mut self, to_world: &Affine3A, kind: GeometryKind, material: u32) -> u32 {
+        // Whatever their material, spheres have texture coordinates, which auxiliary layers show.
+        let turned = kind == GeometryKind::Spheres && !is_upright(to_world);
+        let patterned = self.materials[material as usize].is_patterned() && *to_world != Affine3A::IDENTITY;
+        if !turned && !patterned {
+            return NONE;
+        }
+        self.placements.push(rows(&to_world.inverse()));
+        self.placements.len() as u32 - 1
     }
 
     fn material_of(&self, instance: &Instance, part: usize, own: u32) -> u32 {
@@ -222,16 +236,19 @@ impl SceneTables {
         };
         let identity = Affine3A::IDENTITY;
         let to = to.unwrap_or(&identity);
+        let linear = Mat3::from(to.matrix3);
         let normal_matrix = normal_matrix(to);
         self.positions.extend(mesh.positions.iter().map(|p| to.transform_point3(*p).to_array()));
         if present(mesh.normals.len()) {
-            let unit = |n: &Vec3| (normal_matrix * *n).try_normalize().unwrap_or(Vec3::ZERO).to_array();
-            self.normals.extend(mesh.normals.iter().map(unit));
+            let keeps_shapes = scales_alike(&normal_matrix).is_some();
+            let placed = |n: &Vec3| placed_attribute(&normal_matrix, keeps_shapes, *n).to_array();
+            self.normals.extend(mesh.normals.iter().map(placed));
         }
         if present(mesh.tangents.len()) {
             let handedness = if flip { -1.0 } else { 1.0 };
+            let keeps_shapes = scales_alike(&linear).is_some();
             self.tangents.extend(mesh.tangents.iter().map(|t| {
-                let direction = to.transform_vector3(t.truncate()).normalize_or_zero();
+                let direction = placed_attribute(&linear, keeps_shapes, t.truncate());
                 direction.extend(t.w * handedness).to_array()
             }));
         }
@@ -388,14 +405,37 @@ fn normal_matrix(m: &Affine3A) -> Mat3 {
     Mat3::from(m.matrix3.inverse()).transpose()
 }
 
+/// A normal or tangent in world space. Of unit length if the matrix keeps shapes; else lengths between vertices stay as the
+/// matrix makes them, because only then interpolation gives what the transform makes of interpolated ones.
+fn placed_attribute(matrix: &Mat3, keeps_shapes: bool, v: Vec3) -> Vec3 {
+    let Some(unit) = v.try_normalize() else { return Vec3::ZERO };
+    let placed = *matrix * unit;
+    if keeps_shapes {
+        return placed.try_normalize().unwrap_or(Vec3::ZERO);
+    }
+    let columns = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(Vec3::length);
+    placed / columns.into_iter().fold(f32::MIN_POSITIVE, f32::max)
+}
+
 /// The factor by which a transform scales all lengths alike; `None` if it does not.
 pub(super) fn uniform_scale(m: &Affine3A) -> Option<f32> {
-    let a = Mat3::from(m.matrix3);
+    scales_alike(&Mat3::from(m.matrix3))
+}
+
+/// As [`uniform_scale`], of the linear part alone.
+fn scales_alike(a: &Mat3) -> Option<f32> {
     let lengths = [a.x_axis.length(), a.y_axis.length(), a.z_axis.length()];
     let scale = lengths[0];
     let same = lengths.iter().all(|l| (l - scale).abs() <= 1e-5 * scale);
     let skew = [a.x_axis.dot(a.y_axis), a.y_axis.dot(a.z_axis), a.z_axis.dot(a.x_axis)];
     (same && skew.iter().all(|s| s.abs() <= 1e-5 * scale * scale)).then_some(scale)
+}
+
+/// Whether a transform neither turns nor mirrors directions.
+fn is_upright(m: &Affine3A) -> bool {
+    let a = Mat3::from(m.matrix3);
+    let scale = a.x_axis.x;
+    scale > 0.0 && (a - Mat3::from_diagonal(Vec3::splat(scale))).abs_diff_eq(Mat3::ZERO, 1e-6 * scale)
 }
 
 fn bounding_sphere(scene: &Scene) -> [f32; 4] {

@@ -6,7 +6,7 @@ use super::{BindingRecord, InstanceRecord, MaterialRecord, SceneTables};
 /// the new tables need not build acceleration structures of meshes, or move vertices and texels, again.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Changes {
-    /// `materials`, `layers`, `layer_textures`, `media`, `grids`, `densities`, `fog`, `nested`, or which material is where in `bindings`.
+    /// `materials`, `layers`, `layer_textures`, `media`, `grids`, `densities`, `fog`, `nested`, `placements`, or which material is where in `bindings`.
     pub materials: bool,
     /// `lights`, `primitive_lights`, `profiles`, `light_alias`, `light_tree`, `bounding_sphere`, or which light is where in `bindings`.
     pub lights: bool,
@@ -49,7 +49,7 @@ impl Changes {
         {
             return None;
         }
-        let material = |b: &BindingRecord| (b.material, b.object);
+        let material = |b: &BindingRecord| (b.material, b.object, b.placement);
         let light = |b: &BindingRecord| b.first_light;
         Some(Self {
             materials: old.materials != new.materials
@@ -60,6 +60,7 @@ impl Changes {
                 || old.densities != new.densities
                 || old.fog != new.fog
                 || old.nested != new.nested
+                || old.placements != new.placements
                 || old.bindings.iter().map(material).ne(new.bindings.iter().map(material)),
             lights: old.lights != new.lights
                 || old.primitive_lights != new.primitive_lights

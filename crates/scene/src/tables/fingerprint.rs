@@ -25,6 +25,7 @@ impl SceneTables {
             blas,
             instances,
             bindings,
+            placements,
             materials,
             layers,
             layer_textures,
@@ -59,6 +60,7 @@ impl SceneTables {
         hash.records(blas);
         hash.records(instances);
         hash.records(bindings);
+        hash.numbers(placements.as_flattened());
         hash.records(materials);
         hash.records(layers);
         hash.records(layer_textures);

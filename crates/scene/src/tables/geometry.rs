@@ -72,4 +72,7 @@ pub struct BindingRecord {
     pub first_light: u32,
     /// Index into [`crate::Scene::instances`]: what the user calls an instance.
     pub object: u32,
+    /// Index into [`super::SceneTables::placements`], or [`super::NONE`]: of geometry that was moved into world space and
+    /// has something that lies in the space of the object.
+    pub placement: u32,
 }

@@ -17,8 +17,10 @@ pub struct LightRecord {
     pub light: Light,
     /// Material whose textures modulate a surface's emission or leave holes in it, or [`NONE`].
     pub textured_material: u32,
-    /// Texture coordinates (first and second set) of a textured triangle's vertices.
-    pub uv: [[[f32; 2]; 3]; 2],
+    /// What a sampled point of a textured surface is found on the textures by. Of a triangle texture coordinates: of the
+    /// first and the second set the pairs of the three vertices. Of a sphere rows of the matrix from world to object space,
+    /// whose fourth numbers are zero.
+    pub texture_places: [f32; 12],
     /// How bright it is as a source of irradiance, in the strongest channel, so that no colour counts less than another. Of lights
     /// that have a place the greatest radiant intensity, W/sr: irradiance times squared distance. Of others irradiance, W/m².
     pub strength: f32,
@@ -38,7 +40,7 @@ impl LightRecord {
         Self {
             light,
             textured_material: NONE,
-            uv: [[[0.0; 2]; 3]; 2],
+            texture_places: [0.0; 12],
             strength,
             power,
             portals: [0.0; 4],
@@ -68,12 +70,18 @@ impl LightRecord {
         Self::flat(light, r.edge1.cross(r.edge2).length(), 1.0)
     }
 
-    /// A sphere that emits outwards, and inwards if `two_sided`.
-    pub fn sphere(center: glam::Vec3, radius: f32, emission: glam::Vec3, two_sided: bool) -> Self {
+    /// A sphere that emits outwards, and inwards if `two_sided`. `mean_texture`: of its emission's texture.
+    pub fn sphere(
+        center: glam::Vec3,
+        radius: f32,
+        emission: glam::Vec3,
+        two_sided: bool,
+        mean_texture: f32,
+    ) -> Self {
         let mut light = blank(LIGHT_SPHERE, center, emission);
         light.size = radius;
         light.two_sided = two_sided;
-        let strength = PI * radius * radius * strongest(light.emission);
+        let strength = PI * radius * radius * strongest(light.emission) * mean_texture;
         Self::new(light, strength, 4.0 * PI * strength)
     }
 

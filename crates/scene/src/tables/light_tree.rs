@@ -453,7 +453,7 @@ mod tests {
                 match i % 6 {
                     0 => LightRecord::point(p, power),
                     1 => LightRecord::spot(p, q.normalize(), power, 0.2, 0.7),
-                    2 => LightRecord::sphere(p, 0.2, power, false),
+                    2 => LightRecord::sphere(p, 0.2, power, false, 1.0),
                     3 => LightRecord::triangle([p, p + Vec3::X * 0.3, p + q * 0.1], power, false, 1.0),
                     4 => LightRecord::triangle([p, p + Vec3::Y * 0.3, p + q * 0.1], power, true, 0.5),
                     _ => {

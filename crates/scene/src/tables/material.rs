@@ -1,7 +1,9 @@
 //! Records of materials and of their use of textures.
 
 use super::{NONE, SceneTables};
-use crate::{AlphaMode, Filter, Material, Model, Sampler, TextureRef, Wrap};
+use crate::{
+    AlphaMode, Filter, Material, Model, RenderDefaults, Sampler, ShadowTerminator, TextureRef, Wrap,
+};
 use optics::image_texture::{
     TEXTURE_BILINEAR, TEXTURE_SRGB, TEXTURE_UV1, TEXTURE_WRAP_U_SHIFT, TEXTURE_WRAP_V_SHIFT, WRAP_CLAMP,
     WRAP_MIRRORED_REPEAT, WRAP_REPEAT,
@@ -11,8 +13,8 @@ use optics::{vec2f, vec3f, vec4f};
 pub use optics::image_texture::TextureUse;
 pub use optics::material::{
     MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_BODY, MATERIAL_CHECKERBOARD,
-    MATERIAL_CHECKERBOARD_FADES, MATERIAL_EMISSION_TWO_SIDED, MATERIAL_EMISSIVE, MATERIAL_TANGENTS,
-    MATERIAL_THIN, MaterialRecord, ModelTag,
+    MATERIAL_CHECKERBOARD_FADES, MATERIAL_CULLS_BACKS, MATERIAL_EMISSION_TWO_SIDED, MATERIAL_EMISSIVE,
+    MATERIAL_SMOOTH_TERMINATOR, MATERIAL_TANGENTS, MATERIAL_THIN, MaterialRecord, ModelTag,
 };
 
 /// Whether `material` needs the layered model.
@@ -22,6 +24,15 @@ pub(super) fn has_layers(material: &Material) -> bool {
         Model::Lambert | Model::Mirror | Model::Unlit | Model::Boundary => false,
     };
     may_have && material.layers.are_present()
+}
+
+/// The bits of a material's record by which the scene says how rays meet its surfaces.
+pub(super) fn rules_of(material: &Material, rules: &RenderDefaults) -> u32 {
+    let culls = rules.cull_backs.unwrap_or(false) && material.may_lose_backs();
+    let smooth = rules.shadow_terminator.unwrap_or_default() == ShadowTerminator::Smooth;
+    let smooth = smooth && !material.transmits() && material.model != Model::Unlit;
+    let set = |bit: u32, on: bool| if on { bit } else { 0 };
+    set(MATERIAL_CULLS_BACKS, culls) | set(MATERIAL_SMOOTH_TERMINATOR, smooth)
 }
 
 impl SceneTables {

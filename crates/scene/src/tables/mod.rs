@@ -36,8 +36,8 @@ pub use light::LightRecord;
 pub use light_tree::{LightChoice, LightNode, LightTree};
 pub use material::{
     MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_BODY, MATERIAL_CHECKERBOARD,
-    MATERIAL_CHECKERBOARD_FADES, MATERIAL_EMISSION_TWO_SIDED, MATERIAL_EMISSIVE, MATERIAL_TANGENTS,
-    MATERIAL_THIN, MaterialRecord, ModelTag, TextureUse,
+    MATERIAL_CHECKERBOARD_FADES, MATERIAL_CULLS_BACKS, MATERIAL_EMISSION_TWO_SIDED, MATERIAL_EMISSIVE,
+    MATERIAL_SMOOTH_TERMINATOR, MATERIAL_TANGENTS, MATERIAL_THIN, MaterialRecord, ModelTag, TextureUse,
 };
 pub use medium::{FogRecord, GridRecord, MediumRecord};
 pub use portals::PortalTriangle;
@@ -50,9 +50,10 @@ pub const NONE: u32 = u32::MAX;
 pub struct SceneTables {
     /// Vertex positions: world space for the first bottom-level structure, object space for the others.
     pub positions: Vec<[f32; 3]>,
-    /// Unit vertex normals, in the space of the positions.
+    /// Vertex normals, in the space of the positions. Of unit length but where a static transform changes shapes: there of
+    /// lengths up to 1 that interpolate as the transform makes them.
     pub normals: Vec<[f32; 3]>,
-    /// Unit tangents and the bitangent's handedness, in the space of the positions.
+    /// Tangents, with lengths as the normals', and the bitangent's handedness, in the space of the positions.
     pub tangents: Vec<[f32; 4]>,
     /// First texture coordinates.
     pub uv0: Vec<[f32; 2]>,
@@ -72,6 +73,9 @@ pub struct SceneTables {
     pub instances: Vec<InstanceRecord>,
     /// One for each geometry of each instance.
     pub bindings: Vec<BindingRecord>,
+    /// Rows of 3×4 matrices from world to object space, of what was moved into world space and has something that lies in
+    /// the space of its object: procedural patterns, and texture coordinates of spheres.
+    pub placements: Vec<[[f32; 4]; 3]>,
     /// Materials, parallel to [`crate::Scene::materials`].
     pub materials: Vec<MaterialRecord>,
     /// What lies on the base of layered materials.
@@ -132,6 +136,7 @@ impl SceneTables {
             + bytes(&self.geometries)
             + bytes(&self.instances)
             + bytes(&self.bindings)
+            + bytes(&self.placements)
             + bytes(&self.materials)
             + bytes(&self.layers)
             + bytes(&self.layer_textures)
@@ -153,6 +158,12 @@ impl SceneTables {
         self.materials.iter().any(MaterialRecord::absorbs)
     }
 
+    /// Whether any mesh may gather light where the smooth surface would be that its normals stand for.
+    pub fn has_smooth_terminators(&self) -> bool {
+        let asks = |m: &MaterialRecord| m.flags & MATERIAL_SMOOTH_TERMINATOR != 0;
+        self.geometries.iter().any(|g| g.first_normal != NONE) && self.materials.iter().any(asks)
+    }
+
     /// The light that a primitive of a binding's geometry is a part of, as an index into `lights`; [`NONE`] if its light cannot be
     /// sampled. `primitive`: its number within the geometry.
     #[inline(always)]
@@ -161,6 +172,13 @@ impl SceneTables {
             NONE => NONE,
             first => self.primitive_lights[(first + primitive) as usize],
         }
+    }
+
+    /// From world space to that of the user's object, of a binding whose geometry was moved into world space; `None` where
+    /// nothing asks, or where both are the same.
+    #[inline(always)]
+    pub fn placement(&self, binding: &BindingRecord) -> Option<&[[f32; 4]; 3]> {
+        self.placements.get(binding.placement as usize)
     }
 
     /// Number of triangles stored.

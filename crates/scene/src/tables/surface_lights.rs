@@ -4,7 +4,7 @@ use super::build::{affine, uniform_scale};
 use super::light::strongest;
 use super::material::{MATERIAL_CHECKERBOARD_FADES, MATERIAL_EMISSION_TWO_SIDED};
 use super::rectangles::{self, Part};
-use super::{GeometryKind, GeometryRecord, LightRecord, MaterialRecord, NONE, SceneTables};
+use super::{GeometryKind, GeometryRecord, InstanceRecord, LightRecord, MaterialRecord, NONE, SceneTables};
 use crate::{Pixels, Scene};
 use glam::{Affine3A, Vec3};
 use optics::material::SLOT_EMISSION;
@@ -26,7 +26,7 @@ impl SceneTables {
             // Holes by vertex colour or by place are not known to a light record: paths find such light by themselves.
             let unknown_holes =
                 geometry.first_color != NONE || material.flags & MATERIAL_CHECKERBOARD_FADES != 0;
-            if material.has_alpha() && unknown_holes {
+            if material.has_holes() && unknown_holes {
                 continue;
             }
             match geometry.kind {
@@ -37,22 +37,41 @@ impl SceneTables {
                 // An ellipsoid cannot be sampled by solid angle: it shines where paths find it by themselves.
                 GeometryKind::Spheres => {
                     if let Some(scale) = uniform_scale(&to_world) {
-                        self.bindings[binding].first_light = self.primitive_lights.len() as u32;
-                        for i in 0..geometry.primitive_count {
-                            let [x, y, z, r] = self.spheres[(geometry.first_primitive + i) as usize];
-                            let center = to_world.transform_point3(Vec3::new(x, y, z));
-                            let emission = Vec3::from(material.emission.to_array());
-                            let two_sided = material.flags & MATERIAL_EMISSION_TWO_SIDED != 0;
-                            self.add_primitive_light(LightRecord::sphere(
-                                center,
-                                r * scale,
-                                emission,
-                                two_sided,
-                            ));
-                        }
+                        let mean = self.mean_emission_texture(scene, binding);
+                        self.add_sphere_lights(&geometry, &instance, scale, binding, mean);
                     }
                 }
             }
+        }
+    }
+
+    /// Lights of a geometry's spheres, which `instance` scales alike in all directions. `mean`: of its emission's texture.
+    fn add_sphere_lights(
+        &mut self,
+        geometry: &GeometryRecord,
+        instance: &InstanceRecord,
+        scale: f32,
+        binding: usize,
+        mean: f32,
+    ) {
+        let bound = self.bindings[binding];
+        let material = self.materials[bound.material as usize];
+        let emission = Vec3::from(material.emission.to_array());
+        let two_sided = material.flags & MATERIAL_EMISSION_TWO_SIDED != 0;
+        let to_world = affine(&instance.object_to_world);
+        // What is moved into world space has the identity there.
+        let to_object = self.placement(&bound).unwrap_or(&instance.world_to_object);
+        let turn = to_object.map(|[x, y, z, _]| [x, y, z, 0.0]);
+        self.bindings[binding].first_light = self.primitive_lights.len() as u32;
+        for i in 0..geometry.primitive_count {
+            let [x, y, z, r] = self.spheres[(geometry.first_primitive + i) as usize];
+            let center = to_world.transform_point3(Vec3::new(x, y, z));
+            let mut light = LightRecord::sphere(center, r * scale, emission, two_sided, mean);
+            if is_textured(&material) {
+                light.textured_material = bound.material;
+                light.texture_places.copy_from_slice(turn.as_flattened());
+            }
+            self.add_primitive_light(light);
         }
     }
 
@@ -124,8 +143,11 @@ impl SceneTables {
             let uv = |set: &[[f32; 2]], first: u32, c: u32| {
                 if first == NONE { [0.0; 2] } else { set[(first + c) as usize] }
             };
-            light.uv[0] = corners.map(|c| uv(&self.uv0, geometry.first_uv0, c));
-            light.uv[1] = corners.map(|c| uv(&self.uv1, geometry.first_uv1, c));
+            let places = [
+                corners.map(|c| uv(&self.uv0, geometry.first_uv0, c)),
+                corners.map(|c| uv(&self.uv1, geometry.first_uv1, c)),
+            ];
+            light.texture_places.copy_from_slice(places.as_flattened().as_flattened());
         }
         light
     }
@@ -155,7 +177,7 @@ impl SceneTables {
 
 /// Whether emission differs from place to place, or has holes.
 fn is_textured(material: &MaterialRecord) -> bool {
-    material.texture(SLOT_EMISSION).is_some() || material.has_alpha()
+    material.texture(SLOT_EMISSION).is_some() || material.has_holes()
 }
 
 #[cfg(test)]

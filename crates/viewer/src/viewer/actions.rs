@@ -6,7 +6,7 @@ use crate::navigation;
 use crate::queries::Purpose;
 use crate::worker::{Layer, Message, Recording, full_text};
 use alhazen::edits::{Addition, CameraRecord, EnvironmentRecord, LightRecord, Resources};
-use alhazen::{Camera, Job, LoadReport, Source};
+use alhazen::{Camera, Job, LoadReport, RenderDefaults, Source};
 use egui::{Key, KeyboardShortcut, Modifiers, Pos2};
 use std::path::{Path, PathBuf};
 
@@ -402,7 +402,10 @@ impl Viewer {
         let cameras = cameras.chain(self.views.iter().cloned()).chain(others.cloned());
         edits.cameras = Some(cameras.map(|c| CameraRecord::from(&c)).collect());
         let size = self.render.size.unwrap_or(self.room);
+        // How rays meet surfaces is the scene's own choice.
+        let RenderDefaults { cull_backs, shadow_terminator, .. } = document.scene().defaults.clone();
         let render = self.render.defaults(size, &self.shown.tone);
+        let render = RenderDefaults { cull_backs, shadow_terminator, ..render };
         let text = match document.text(&path, edits, render) {
             Ok(text) => text,
             Err(error) => return self.notice(full_text(&error), true),

@@ -51,7 +51,8 @@ fn tables(structures: &[(u32, GeometryKind)], instances: &[(u32, &[u32])]) -> Sc
             first_binding: tables.bindings.len() as u32,
             identity: true,
         });
-        let binding = |&material| BindingRecord { material, first_light: u32::MAX, object: 0 };
+        let binding =
+            |&material| BindingRecord { material, first_light: u32::MAX, object: 0, placement: u32::MAX };
         tables.bindings.extend(materials.iter().map(binding));
     }
     tables

@@ -217,9 +217,7 @@ impl<'d> Converter<'_, 'd, '_> {
         if material.is_emissive() {
             material.emission_texture = self.color_texture(&source.emissive_texture);
         }
-        if material.is_emissive() && source.double_sided {
-            self.report.approximated("double-sided emissive materials emit on their front side only");
-        }
+        material.emission_two_sided = source.double_sided;
         material.normal_texture =
             self.texture(&source.normal_texture, ColorSpace::Linear, Neutral::FlatNormal);
         material.double_sided = source.double_sided;

@@ -28,6 +28,7 @@ mod materials;
 mod meshes;
 mod motion;
 mod nodes;
+mod open_volumes;
 mod photometric;
 mod pointers;
 mod pose;
@@ -106,8 +107,9 @@ fn convert(document: &Document<'_>, report: &mut LoadReport) -> Result<Scene, Lo
         || document.build_meshes(&placement.jobs, |m| materials.get(m), report),
     );
     let (meshes, deformations) = built?;
-    let kept = Kept::new(meshes, placement.instances, &placement.carriers);
+    let mut kept = Kept::new(meshes, placement.instances, &placement.carriers);
     materials::settle_models(&mut materials.list, &textures, &images);
+    open_volumes::mend(&mut kept.meshes, &mut materials.list, report);
     report.bytes_read += texture_notes.bytes_read;
     texture_notes.notes.into_iter().for_each(|note| report.note(note.severity, note.message));
     let mut lights = document.lights(&hierarchy, &motion, report)?;

@@ -4,7 +4,7 @@ use super::parameters::Parameters;
 use super::{Builder, MAX_INSTANCES, Placed};
 use crate::load::session::{TRIANGLE, instance};
 use crate::{Instance, LoadError, Mesh, Shape, Sphere, TriangleMesh, load};
-use glam::{DAffine3, Vec2, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 
 /// Corners of a disk.
 const DISK_CORNERS: u32 = 96;
@@ -45,18 +45,22 @@ impl Builder<'_> {
             }
             Shape::Spheres(_) => false,
         };
+        let is_sphere = matches!(shape, Shape::Spheres(_));
         let material = self.shape_material(two_sided_material);
         let mesh = self.scene.meshes.len() as u32;
         let name = format!("{kind} {mesh}");
         let triangles = if let Shape::Triangles(mesh) = &shape { mesh.indices.len() as u64 } else { 1 };
         self.options.budget().take(triangles * TRIANGLE + instance(name.len()), "shapes")?;
         self.scene.meshes.push(Mesh::single(name.clone(), shape, material));
-        self.place(name, mesh, p)
+        // Texture coordinates of pbrt's spheres go around z from x to y, ours around y from z to x.
+        let axes = if is_sphere { DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X) } else { DMat3::IDENTITY };
+        self.place(name, mesh, axes, p)
     }
 
-    /// Puts a mesh into the object that is being defined, or into the world.
-    fn place(&mut self, name: String, mesh: u32, p: &Parameters) -> Result<(), LoadError> {
-        let transform = self.state.transform;
+    /// Puts a mesh into the object that is being defined, or into the world. `axes`: of the mesh in the space of the file's
+    /// shape.
+    fn place(&mut self, name: String, mesh: u32, axes: DMat3, p: &Parameters) -> Result<(), LoadError> {
+        let transform = self.state.transform * DAffine3::from_mat3(axes);
         if let Some((_, shapes)) = &mut self.object {
             shapes.push(Placed { name, mesh, transform });
             return Ok(());
