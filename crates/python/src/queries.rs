@@ -91,11 +91,6 @@ impl<'py> RayArrays<'py> {
                 "origins and directions: expected two arrays of one shape (..., 3), got {a:?} and {b:?}"
             )));
         }
-        for (name, array) in [("origins", &rays.origins), ("directions", &rays.directions)] {
-            if let Some(at) = array.numbers()?.iter().position(|x| x.is_nan()) {
-                return Err(bad(format!("{name}: number {} of ray {} is NaN", at % 3, at / 3)));
-            }
-        }
         if t_min.is_nan() || t_max.is_nan() {
             return Err(bad("t_min and t_max must be numbers"));
         }

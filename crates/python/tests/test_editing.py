@@ -194,16 +194,6 @@ def test_nan_in_arrays_raises(name):
         alhazen.Scene().add_mesh(vertices, TRIANGLE[1], **arrays)
 
 
-def test_nan_in_rays_raises():
-    scene = scene_of_a_triangle()
-    rays = np.ones((4, 3), np.float32)
-    wrong = rays.copy()
-    wrong[2, 1] = np.nan
-    for origins, directions, name in ((wrong, rays, "origins"), (rays, wrong, "directions")):
-        with pytest.raises(ValueError, match=f"{name}: number 1 of ray 2 is NaN"):
-            scene.intersect(origins, directions)
-
-
 def test_repr_reads_like_python():
     scene = scene_of_a_triangle()
     assert repr(scene) == "Scene(name='', meshes=1, instances=1, materials=1, lights=0)"

@@ -3,7 +3,7 @@
 // One loop runs over the segments of all samples of a pixel: when a path ends, the invocation goes on with the next sample
 // instead of waiting for its neighbours' longer paths.
 
-#import film, lights, path_vertex, rays, scene, surface, variant
+#import film, path_vertex, rays, scene, surface, variant
 #import optics::constants
 
 /// Where the paths of one camera ray part, if more than one goes on from its first vertex.

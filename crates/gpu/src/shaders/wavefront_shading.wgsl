@@ -1,6 +1,6 @@
 // The wavefront's stages that trace nothing.
 
-#import film, lights, path_vertex, surface, wavefront, wavefront_handing
+#import film, path_vertex, surface, wavefront, wavefront_handing
 #import optics::constants
 
 /// Starts the paths of the wave at the camera.
