@@ -82,9 +82,9 @@ fn concave_quadrilaterals_are_split_at_the_reflex_corner() {
         corners.rotate_left(shift);
         assert_all_corners(&corners);
     }
-    let bow = [vec3(0.0, 0.0, 0.0), vec3(1.0, 1.0, 0.0), vec3(2.0, 0.0, 0.0), vec3(2.0, 1.0, 0.0)];
-    assert!(triangulate(&[bow[0], bow[1], bow[3], bow[2]]).1);
-    assert!(!triangulate(&[bow[0], bow[3], bow[2], bow[1] * 0.9 + vec3(1.0, -0.5, 0.0)]).1, "it crosses itself");
+    let bow = [vec3(0.0, 0.0, 0.0), vec3(2.0, 1.0, 0.0), vec3(2.0, 0.0, 0.0), vec3(0.0, 1.5, 0.0)];
+    assert!(!triangulate(&bow).1, "it crosses itself");
+    assert!(triangulate(&[bow[0], bow[2], bow[1], bow[3]]).1);
 }
 
 #[test]
@@ -109,7 +109,7 @@ fn shapes_that_turn_often_are_filled() {
             comb.extend([dvec2(x + 1.0, 2.0), dvec2(x + 2.0, 2.0)]);
         }
         assert_all_corners(&comb);
-        comb.iter_mut().for_each(|p| *p = p.yx());
+        comb.iter_mut().for_each(|p| *p = dvec2(p.y, p.x));
         assert_all_corners(&comb);
     }
 }
@@ -182,7 +182,8 @@ fn flat(p: DVec2) -> Vec3 {
 fn a_hundred_thousand_corners_take_little_time() {
     let count = 100_000;
     let needles = (0..count / 2).map(|i| dvec2(f64::from(i + i % 2 * 30_000), f64::from(i % 2) * 1e4));
-    let needles: Vec<DVec2> = band(needles, 1.0);
+    let along = needles.clone().rev().map(|p| p - dvec2(30.0, 10.0));
+    let needles: Vec<DVec2> = needles.chain(along).collect();
     let spikes: Vec<DVec2> = (0..count)
         .map(|i| polar(if i % 2 == 0 { 1.0 } else { 0.2 }, f64::from(i) * TAU / f64::from(count)))
         .collect();
