@@ -188,9 +188,11 @@ fn a_hundred_thousand_corners_take_little_time() {
         .map(|i| polar(if i % 2 == 0 { 1.0 } else { 0.2 }, f64::from(i) * TAU / f64::from(count)))
         .collect();
     // Edges cross: the ears, too, have a limit.
-    let knot: Vec<DVec2> = (0..count).map(|i| polar(1.0 + f64::from(i * 7919 % count), f64::from(i))).collect();
+    let knot: Vec<DVec2> =
+        (0..count).map(|i| polar(1.0 + f64::from(i * 7919 % count), f64::from(i))).collect();
     let start = Instant::now();
-    for (outline, simple) in [(needles, true), (spikes, true), (spiral(count as usize), true), (knot, false)] {
+    for (outline, simple) in [(needles, true), (spikes, true), (spiral(count as usize), true), (knot, false)]
+    {
         let corners: Vec<Vec3> = outline.into_iter().map(flat).collect();
         let (triangles, clean) = triangulate(&corners);
         assert_eq!((triangles.len(), clean), (corners.len() - 2, simple));
@@ -216,7 +218,8 @@ fn random_polygon(corners: usize, grid: Option<i32>, seed: u64) -> Vec<DVec2> {
     let mut polygon = vec![dvec2(0.0, 0.0), dvec2(scale, 0.0), dvec2(0.0, scale)];
     // A corner on an edge is no crossing, but the polygon would touch itself.
     let meets = |a: [DVec2; 2], b: [DVec2; 2]| {
-        let side = |l: [DVec2; 2], p: DVec2| orientation(l[0], l[1], p).partial_cmp(&0.0).map_or(0, |o| o as i32);
+        let side =
+            |l: [DVec2; 2], p: DVec2| orientation(l[0], l[1], p).partial_cmp(&0.0).map_or(0, |o| o as i32);
         let apart = |l: [DVec2; 2], m: [DVec2; 2]| side(l, m[0]) * side(l, m[1]) > 0;
         !apart(a, b) && !apart(b, a)
     };
