@@ -384,8 +384,11 @@ fn comments_behind_names_lose_nothing() {
     for name in ["t.png", "t #1.png", "t#2.png"] {
         picture.save(folder.path().join(name)).expect("a picture");
     }
-    write("a.mtl", "newmtl red # the first\nKd 1 0 0 # x\nmap_Kd t.png # x\nnewmtl blue #1\nKd 0 0 1\nmap_Kd t #1.png\n\
-                    newmtl blue #2\nKd 0 1 0\nmap_Kd t#2.png -s 2 2 2 # x\n");
+    write(
+        "a.mtl",
+        "newmtl red # the first\nKd 1 0 0 # x\nmap_Kd t.png # x\nnewmtl blue #1\nKd 0 0 1\nmap_Kd t #1.png\n\
+                    newmtl blue #2\nKd 0 1 0\nmap_Kd t#2.png -s 2 2 2 # x\n",
+    );
     write(
         "a.obj",
         "mtllib a.mtl # materials\nv -1 -1 0 # vertex 12 of 99\nv 1 -1 0 # right\nv 1 1 0#\nvt 0 0 # 1\nvt 1 0\nvt 1 1\n\

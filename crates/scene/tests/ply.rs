@@ -258,7 +258,9 @@ fn textures_in_comments_are_used() {
     std::fs::write(folder.path().join("a.ply"), text).expect("a file");
     let load = || ply::load(&folder.path().join("a.ply"), &LoadOptions::default()).expect("sound");
     assert!(note(&load(), "my wood.png"), "a missing texture is reported");
-    image::RgbImage::from_pixel(2, 2, image::Rgb([200, 0, 0])).save(folder.path().join("my wood.png")).expect("a picture");
+    image::RgbImage::from_pixel(2, 2, image::Rgb([200, 0, 0]))
+        .save(folder.path().join("my wood.png"))
+        .expect("a picture");
     let loaded = load();
     assert!(loaded.report.notes.is_empty(), "{:?}", loaded.report);
     assert!(loaded.scene.materials[0].base_color_texture.is_some());

@@ -122,7 +122,10 @@ fn variants_of_other_writers_hold_the_same() {
         ("UTF-16", utf16(u16::to_le_bytes, "\u{feff}")),
         ("UTF-16, big-endian, no mark", utf16(u16::to_be_bytes, "")),
         ("keywords in names", text().replace("tetrahedron", "facet of a solid").into_bytes()),
-        ("two solids", text().replacen(" endfacet\n", " endfacet\nendsolid a\nsolid facet b\n", 2).into_bytes()),
+        (
+            "two solids",
+            text().replacen(" endfacet\n", " endfacet\nendsolid a\nsolid facet b\n", 2).into_bytes(),
+        ),
     ] {
         let loaded = parse(&file).unwrap_or_else(|error| panic!("{name}: {error}"));
         assert_eq!(mesh(&loaded).indices.len(), 4, "{name}");

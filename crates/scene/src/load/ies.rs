@@ -31,7 +31,8 @@ const MOST_ANGLES: usize = 10_000;
 pub fn load(path: &Path, options: &LoadOptions) -> Result<LightProfile, LoadError> {
     options.session(path, |options| {
         let bytes = read_file(path, options)?;
-        parse(&super::text::decoded(path, &bytes)?).map_err(|(object, message)| LoadError::malformed(path, object, message))
+        parse(&super::text::decoded(path, &bytes)?)
+            .map_err(|(object, message)| LoadError::malformed(path, object, message))
     })
 }
 

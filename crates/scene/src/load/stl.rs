@@ -63,7 +63,9 @@ fn parse_named(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Loade
         let (infinite, collapsed) = (builder.infinite, builder.collapsed);
         let message = match infinite + collapsed {
             0 => "there is no triangle in it".to_owned(),
-            _ => format!("none of its triangles can be drawn: {infinite} are not finite, {collapsed} have two equal corners"),
+            _ => format!(
+                "none of its triangles can be drawn: {infinite} are not finite, {collapsed} have two equal corners"
+            ),
         };
         return Err(LoadError::malformed(path, "file", message));
     }
@@ -119,8 +121,7 @@ fn declared(bytes: &[u8]) -> Option<usize> {
 fn is_text(bytes: &[u8]) -> bool {
     let fits =
         declared(bytes).and_then(|n| n.checked_mul(TRIANGLE)?.checked_add(HEADER)) == Some(bytes.len());
-    let begins =
-        bytes.trim_ascii_start().get(..5).is_some_and(|start| start.eq_ignore_ascii_case(b"solid"));
+    let begins = bytes.trim_ascii_start().get(..5).is_some_and(|start| start.eq_ignore_ascii_case(b"solid"));
     // The count and the normal of the first triangle hardly do without a zero byte.
     let has_zeros = bytes.get(80..).is_some_and(|rest| rest.iter().take(66).any(|byte| *byte == 0));
     begins && !fits && !has_zeros
@@ -143,7 +144,8 @@ fn read_binary(
     // Writers to a stream cannot go back and fill the count in.
     let unknown = (count == 0 || count == u32::MAX as usize) && data.len() >= TRIANGLE;
     if unknown {
-        report.repaired(format!("the header counts {count} triangles; the size of the file, {whole}, is used"));
+        report
+            .repaired(format!("the header counts {count} triangles; the size of the file, {whole}, is used"));
     } else if whole < count {
         if whole == 0 {
             let message = format!("{count} triangles are declared, there is none");
@@ -203,7 +205,8 @@ impl<'a> Words<'a> {
             let is = |word: &[u8], keyword: &str| word.eq_ignore_ascii_case(keyword.as_bytes());
             // A name may have the word `facet` in it, but hardly `facet normal`.
             let begins = keywords.iter().any(|k| is(word, k))
-                && (!is(word, "facet") || after.next().is_some_and(|next| is(next, "normal") || is(next, "outer")));
+                && (!is(word, "facet")
+                    || after.next().is_some_and(|next| is(next, "normal") || is(next, "outer")));
             if begins {
                 return;
             }

@@ -54,7 +54,11 @@ mod tests {
         for text in ["v 1 2 3\n", "# Köln 🎲"] {
             for mark in ["", "\u{feff}"] {
                 let marked = format!("{mark}{text}");
-                for file in [marked.clone().into_bytes(), utf16(&marked, u16::to_le_bytes), utf16(&marked, u16::to_be_bytes)] {
+                for file in [
+                    marked.clone().into_bytes(),
+                    utf16(&marked, u16::to_le_bytes),
+                    utf16(&marked, u16::to_be_bytes),
+                ] {
                     assert_eq!(decode(&file).expect("sound"), text.as_bytes());
                 }
             }

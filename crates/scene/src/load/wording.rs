@@ -57,11 +57,26 @@ mod tests {
     #[test]
     fn types_become_words() {
         for (message, expected) in [
-            ("invalid length 0, expected struct Image with 3 elements", "invalid length 0, expected a table of names and values"),
-            ("invalid length 0, expected struct Image with 3 elements at line 1 column 9", "invalid length 0, expected a table of names and values at line 1 column 9"),
-            ("invalid type: string \"a\", expected struct Node", "invalid type: string \"a\", expected a table of names and values"),
-            ("invalid type: map, expected f32 at line 2 column 1", "invalid type: map, expected a number at line 2 column 1"),
-            ("invalid value: integer `-1`, expected usize", "invalid value: integer `-1`, expected a whole number that is not negative"),
+            (
+                "invalid length 0, expected struct Image with 3 elements",
+                "invalid length 0, expected a table of names and values",
+            ),
+            (
+                "invalid length 0, expected struct Image with 3 elements at line 1 column 9",
+                "invalid length 0, expected a table of names and values at line 1 column 9",
+            ),
+            (
+                "invalid type: string \"a\", expected struct Node",
+                "invalid type: string \"a\", expected a table of names and values",
+            ),
+            (
+                "invalid type: map, expected f32 at line 2 column 1",
+                "invalid type: map, expected a number at line 2 column 1",
+            ),
+            (
+                "invalid value: integer `-1`, expected usize",
+                "invalid value: integer `-1`, expected a whole number that is not negative",
+            ),
             ("invalid type: map, expected a sequence", "invalid type: map, expected a list"),
             ("expected a string", "expected a string"),
             ("unknown field `a`, expected `b`", "unknown field `a`, expected `b`"),

@@ -63,7 +63,8 @@ impl Triangulator {
     /// Two triangles. The diagonal must start at the reflex corner, if there is one.
     fn quadrilateral(&self, triangles: &mut Vec<[u32; 3]>) -> bool {
         let is_reflex = |i: u32| self.turn([(i + 3) % 4, i, (i + 1) % 4]) < 0.0;
-        let split = if is_reflex(1) || is_reflex(3) { [[1, 2, 3], [1, 3, 0]] } else { [[0, 1, 2], [0, 2, 3]] };
+        let split =
+            if is_reflex(1) || is_reflex(3) { [[1, 2, 3], [1, 3, 0]] } else { [[0, 1, 2], [0, 2, 3]] };
         triangles.extend(split);
         split.iter().all(|triangle| self.turn(*triangle) >= 0.0)
     }

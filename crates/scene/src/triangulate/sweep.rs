@@ -233,11 +233,8 @@ impl Sweep<'_> {
         for (i, edge) in started.into_iter().enumerate() {
             winding += edge.winding;
             self.winds_once &= matches!(winding, 0 | 1);
-            let region = if i + 1 == count {
-                above.take()
-            } else {
-                (winding != 0).then(|| Region::begin(place))
-            };
+            let region =
+                if i + 1 == count { above.take() } else { (winding != 0).then(|| Region::begin(place)) };
             let key = Key { left: point, right: self.places[edge.right as usize], kind: Kind::Edge };
             let crossed = Crossed { right: edge.right, winding: edge.winding, above: winding, region };
             self.status.insert(key, crossed);

@@ -275,7 +275,8 @@ fn map(mut rest: &[u8], report: &mut LoadReport) -> Option<Map> {
 
 /// Where the options behind a file name begin; a name in quotes ends at the second one.
 fn name_length(statement: &[u8]) -> usize {
-    let quoted = statement.strip_prefix(b"\"").and_then(|rest| memchr::memchr(b'"', rest)).map_or(0, |end| end + 2);
+    let quoted =
+        statement.strip_prefix(b"\"").and_then(|rest| memchr::memchr(b'"', rest)).map_or(0, |end| end + 2);
     let mut rest = &statement[quoted..];
     let mut is_name = quoted > 0;
     while let Some(word) = text::word(&mut rest) {
@@ -290,9 +291,20 @@ fn name_length(statement: &[u8]) -> usize {
 
 /// The options of textures.
 const OPTIONS: [&[u8]; 14] = [
-    b"-s", b"-o", b"-t", b"-bm", b"-clamp", b"-mm", b"-imfchan", b"-colorspace", b"-cc", b"-boost", b"-texres",
+    b"-s",
+    b"-o",
+    b"-t",
+    b"-bm",
+    b"-clamp",
+    b"-mm",
+    b"-imfchan",
+    b"-colorspace",
+    b"-cc",
+    b"-boost",
+    b"-texres",
     b"-type",
-    b"-blendu", b"-blendv",
+    b"-blendu",
+    b"-blendv",
 ];
 
 /// Reads one option; `false` if the word is not one. `name_follows`: the line's last word is the file name.
@@ -392,7 +404,10 @@ mod tests {
         }
         assert_eq!(one("map_Kd my #1.png").0.maps[&Slot::Diffuse].whole, "my #1.png");
         let (m, report) = one("Kd 0.5 # grey\nillum 2# x\nNs 10 #\nd 0.5 # -halo");
-        assert_eq!((m.diffuse, m.illum, m.exponent, m.dissolve), (Some(Vec3::splat(0.5)), Some(2), Some(10.0), Some(0.5)));
+        assert_eq!(
+            (m.diffuse, m.illum, m.exponent, m.dissolve),
+            (Some(Vec3::splat(0.5)), Some(2), Some(10.0), Some(0.5))
+        );
         assert!(report.notes.is_empty());
     }
 

@@ -20,8 +20,8 @@ use super::textures::{Neutral, TextureLoader, find_file, vertex_colors};
 use super::{LoadError, LoadOptions, Loaded, read_file, text};
 use crate::triangulate::Triangulator;
 use crate::{
-    ColorSpace, Instance, LoadReport, Material, Mesh, Sampler, Scene, Shape, Texture, TextureRef, TriangleMesh,
-    normals,
+    ColorSpace, Instance, LoadReport, Material, Mesh, Sampler, Scene, Shape, Texture, TextureRef,
+    TriangleMesh, normals,
 };
 use glam::{Affine3A, Vec2, Vec3, Vec4};
 use header::{Element, Header, Scalar};
@@ -67,6 +67,7 @@ pub fn parse(bytes: &[u8], options: &LoadOptions) -> Result<Loaded, LoadError> {
 }
 
 /// What a file is loaded for.
+#[derive(Clone, Copy)]
 struct Source<'a> {
     /// Where its texture is looked for.
     folder: Option<&'a Path>,
@@ -74,10 +75,27 @@ struct Source<'a> {
     is_own: bool,
 }
 
-fn parse_file(
+fn parse_file(path: &Path, bytes: &[u8], source: Source, options: &LoadOptions) -> Result<Loaded, LoadError> {
+    let by_lines = parse_rows(path, bytes, source, true, options);
+    if !matches!(by_lines, Err(LoadError::Malformed { .. })) {
+        return by_lines;
+    }
+    // Some writers break lines anywhere: then the numbers must be just enough.
+    match parse_rows(path, bytes, source, false, options) {
+        Ok(loaded) if !loaded.report.notes.iter().any(|note| note.message.contains(LEFT_OVER)) => Ok(loaded),
+        _ => by_lines,
+    }
+}
+
+/// What notes about data behind the last element say.
+const LEFT_OVER: &str = "are left over after the last declared element";
+
+/// `by_lines`: lines of a text file are rows, where there are enough of them.
+fn parse_rows(
     path: &Path,
     bytes: &[u8],
     source: Source,
+    by_lines: bool,
     options: &LoadOptions,
 ) -> Result<Loaded, LoadError> {
     let Source { folder, is_own } = source;
@@ -85,7 +103,9 @@ fn parse_file(
     let header = Header::parse(path, bytes)?;
     let mut values = Values::new(&bytes[header.size..], header.format);
     let rows = header.elements.iter().filter(|element| !element.properties.is_empty());
-    values.expect_rows(rows.fold(0, |sum, element| sum.saturating_add(element.count)));
+    if by_lines {
+        values.expect_rows(rows.fold(0, |sum, element| sum.saturating_add(element.count)));
+    }
     let mut reader = Reader {
         path,
         bytes,
@@ -141,14 +161,23 @@ fn parse_file(
     let mut material = Material { double_sided: true, ..Default::default() };
     if let Some(name) = header.textures.first() {
         let has_coordinates = !mesh.uv0.is_empty();
-        add_texture(name, folder.filter(|_| has_coordinates), options, &mut scene, &mut material, &mut report);
+        add_texture(
+            name,
+            folder.filter(|_| has_coordinates),
+            options,
+            &mut scene,
+            &mut material,
+            &mut report,
+        );
         if !has_coordinates {
             report.ignored(format!("texture {name}: vertices have no coordinates for it"));
         }
     }
     if header.textures.len() > 1 {
         let count = header.textures.len();
-        report.approximated(format!("of {count} textures (`comment TextureFile`) the first is used for all faces"));
+        report.approximated(format!(
+            "of {count} textures (`comment TextureFile`) the first is used for all faces"
+        ));
     }
     scene.materials.push(material);
     scene.meshes.push(Mesh::single(name.clone(), Shape::Triangles(mesh), 0));
@@ -228,7 +257,7 @@ impl Reader<'_> {
             ));
         }
         if let Some(left) = self.values.left_over() {
-            self.report.ignored(format!("{left} are left over after the last declared element"));
+            self.report.ignored(format!("{left} {LEFT_OVER}"));
         }
     }
 
