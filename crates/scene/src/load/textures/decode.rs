@@ -92,13 +92,7 @@ pub(super) fn check_size(
 }
 
 fn format(name: &str, bytes: &[u8]) -> Result<ImageFormat, TextureError> {
-    let known = [
-        ImageFormat::Png,
-        ImageFormat::Jpeg,
-        ImageFormat::WebP,
-        ImageFormat::Bmp,
-        ImageFormat::Tga,
-    ];
+    let known = [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::WebP, ImageFormat::Bmp, ImageFormat::Tga];
     match ::image::guess_format(bytes) {
         Ok(format) if known.contains(&format) => Ok(format),
         Err(_) if name.to_ascii_lowercase().ends_with("tga") => Ok(ImageFormat::Tga),
