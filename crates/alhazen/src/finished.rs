@@ -300,7 +300,8 @@ impl FinishedPicture {
                 && split(c).0 == self.layer
                 && "RGBA".contains(&split(c).1.to_ascii_uppercase())
         };
-        file.channels.retain(|c| !is_picture(c) && !(split(c).0.is_empty() && "RGBA".contains(split(c).1)));
+        let is_plain = |c: &ExrChannel| split(c).0.is_empty() && "RGBA".contains(split(c).1);
+        file.channels.retain(|c| !(is_picture(c) || is_plain(c)));
         file.push_colour(&with_alpha(&denoised.picture, &self.colour), encoding.exr_precision);
         if !layer_names(&file).contains(&NOISY) {
             file.push_layer(NOISY, &["R", "G", "B"], &self.colour.to_rgb(), encoding.exr_precision);

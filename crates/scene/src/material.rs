@@ -350,7 +350,8 @@ impl Material {
     /// Whether [`crate::RenderDefaults::cull_backs`] leaves out the back: the surface is single-sided, does not emit there,
     /// and is not the boundary of a body that light passes through.
     pub fn may_lose_backs(&self) -> bool {
-        !self.double_sided && !(self.emission_two_sided && self.is_emissive()) && !self.refracts_into_body()
+        let shines_both_ways = self.emission_two_sided && self.is_emissive();
+        !(self.double_sided || shines_both_ways || self.refracts_into_body())
     }
 
     /// All textures that it may have.

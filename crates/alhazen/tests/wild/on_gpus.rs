@@ -82,7 +82,7 @@ fn tracers_show_it_as_the_cpu_does() {
 /// only: software drivers compile the passes of this scene for more than ten minutes.
 #[test]
 fn the_rasteriser_shows_what_rays_see() {
-    if !alhazen::gpu::has_hardware() {
+    if !gpu::has_hardware() {
         println!("the_rasteriser_shows_what_rays_see: skipped, there is no hardware");
         return;
     }

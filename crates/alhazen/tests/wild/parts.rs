@@ -24,12 +24,12 @@ pub fn data(scene: &mut Scene, size: [u32; 2], texel: fn(u32, u32) -> [u8; 4]) -
 
 /// Eight columns and four rows, of which no two are alike.
 pub fn stripes(x: u32, y: u32) -> [u8; 4] {
-    [30 * x as u8 + 20, 250 - 60 * y as u8, if (x + y) % 2 == 0 { 40 } else { 220 }, 255]
+    [30 * x as u8 + 20, 250 - 60 * y as u8, if (x + y).is_multiple_of(2) { 40 } else { 220 }, 255]
 }
 
 /// Holes in some places, partial alpha in others.
 pub fn holes(x: u32, y: u32) -> [u8; 4] {
-    [255, 255, 255, if (x + y) % 2 == 0 { 255 } else { 25 * x as u8 }]
+    [255, 255, 255, if (x + y).is_multiple_of(2) { 255 } else { 25 * x as u8 }]
 }
 
 /// Normals that lean to the right and to the upper side of the image.

@@ -192,16 +192,13 @@ pub mod distortion {
     /// no meaning.
     pub fn lens_film(d: Distortion, direction: Vec3f) -> LensDirection {
         let aside = length(vec2f(direction.x, direction.y));
-        let mut seen = vec2f(0.0, 0.0);
-        let mut valid = true;
+        let p = vec2f(direction.x, direction.y) * (1.0 / max(direction.z, 1e-20));
+        let mut seen = brown_conrady(d, p);
+        let mut valid = direction.z > 0.0 && length(p) < d.limit;
         if d.model == DISTORTION_FISHEYE {
             let theta = atan2(aside, direction.z);
             seen = vec2f(direction.x, direction.y) * (fisheye_radius(d, theta) / max(aside, 1e-20));
             valid = theta < d.limit;
-        } else {
-            let p = vec2f(direction.x, direction.y) * (1.0 / max(direction.z, 1e-20));
-            seen = brown_conrady(d, p);
-            valid = direction.z > 0.0 && length(p) < d.limit;
         }
         LensDirection { direction: vec3f(seen.x + d.skew * seen.y, seen.y, 1.0), valid: valid }
     }

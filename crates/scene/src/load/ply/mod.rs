@@ -203,7 +203,7 @@ fn add_texture(
     scene.images = images.finish(report);
     scene.textures.push(Texture { image, sampler: Sampler::default(), color_space: ColorSpace::Srgb });
     material.base_color_texture = Some(TextureRef::new(0));
-    material.base_color = glam::Vec4::ONE;
+    material.base_color = Vec4::ONE;
 }
 
 /// Faces before triangulation: their vertices may come after them.
