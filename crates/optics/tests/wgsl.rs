@@ -59,6 +59,7 @@ fn modules() -> Vec<(&'static str, String)> {
         sky: optics::sky,
         spherical_rectangle: optics::spherical_rectangle,
         spherical_triangle: optics::spherical_triangle,
+        terminator: optics::terminator,
         tonemap: optics::tonemap,
         volume: optics::volume,
         warp: optics::warp,
