@@ -108,6 +108,7 @@ fn load_from(
     let instances = scene.meshes.iter().enumerate();
     scene.instances =
         instances.map(|(i, mesh)| Instance::new(mesh.name.as_str(), i as u32, Affine3A::IDENTITY)).collect();
+    scene.settle_meshes(data.anchor, &mut report);
     if scene.meshes.is_empty() {
         report.info("the file has no faces");
     }

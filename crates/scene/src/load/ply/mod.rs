@@ -15,9 +15,10 @@ mod values;
 use super::session::TRIANGLE;
 use super::textures::vertex_colors;
 use super::{LoadError, LoadOptions, Loaded, read_file};
+use crate::origin::anchored;
 use crate::triangulate::Triangulator;
 use crate::{Instance, LoadReport, Material, Mesh, Scene, Shape, TriangleMesh, normals};
-use glam::{Affine3A, Vec2, Vec3, Vec4};
+use glam::{Affine3A, DVec3, Vec2, Vec3, Vec4};
 use header::{Element, Header, Scalar};
 use std::collections::HashMap;
 use std::path::Path;
@@ -48,6 +49,7 @@ fn parse_named(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Loade
         path,
         values: Values::new(&bytes[header.size..], header.format),
         mesh: TriangleMesh::default(),
+        anchor: DVec3::ZERO,
         polygons: Polygons::default(),
         report: LoadReport { bytes_read: bytes.len() as u64, ..Default::default() },
     };
@@ -71,7 +73,7 @@ fn parse_named(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Loade
     if !has_vertices {
         return Err(LoadError::malformed(path, "header", "there is no element `vertex`"));
     }
-    let Reader { mut mesh, polygons, mut report, .. } = reader;
+    let Reader { mut mesh, anchor, polygons, mut report, .. } = reader;
     let triangles = (polygons.corners.len() + polygons.strips.len()) as u64;
     options.budget().take(triangles.saturating_mul(TRIANGLE), "faces")?;
     polygons.triangulate(&mut mesh, &mut report);
@@ -87,6 +89,7 @@ fn parse_named(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Loade
         scene.materials.push(Material { double_sided: true, ..Default::default() });
         scene.meshes.push(Mesh::single(name.clone(), Shape::Triangles(mesh), 0));
         scene.instances.push(Instance::new(name, 0, Affine3A::IDENTITY));
+        scene.settle_meshes(anchor, &mut report);
     }
     Ok(Loaded { scene, report })
 }
@@ -108,6 +111,8 @@ struct Reader<'a> {
     path: &'a Path,
     values: Values<'a>,
     mesh: TriangleMesh,
+    /// What the positions are relative to.
+    anchor: DVec3,
     polygons: Polygons,
     report: LoadReport,
 }
@@ -133,6 +138,8 @@ impl Reader<'_> {
         let mut row_values = vec![0.0; element.properties.len()];
         let (mut not_finite, mut zero_normals) = (0usize, 0usize);
         let mut colors = Vec::new();
+        // Text and doubles have more digits than are stored.
+        let mut positions: Vec<DVec3> = Vec::new();
         for row in 0..element.count {
             for (value, property) in row_values.iter_mut().zip(&element.properties) {
                 let read = match property.count {
@@ -148,7 +155,9 @@ impl Reader<'_> {
                 not_finite += usize::from(!value.is_finite());
                 if value.is_finite() { value } else { 0.0 }
             };
-            self.mesh.positions.push(Vec3::from(position.map(&mut get)));
+            let rounded = Vec3::from(position.map(&mut get));
+            let exact = DVec3::from_array(position.map(|column| row_values[column]));
+            positions.push(if exact.is_finite() { exact } else { rounded.as_dvec3() });
             if let Some(columns) = columns.normal {
                 let normal = Vec3::from(columns.map(&mut get)).as_dvec3().try_normalize();
                 zero_normals += usize::from(normal.is_none());
@@ -166,6 +175,7 @@ impl Reader<'_> {
                 colors.push(Vec4::new(r, g, b, a));
             }
         }
+        (self.mesh.positions, self.anchor) = anchored(&positions);
         let is_float = |c: [usize; 3]| matches!(element.properties[c[0]].scalar, Scalar::F32 | Scalar::F64);
         self.mesh.colors = vertex_colors(colors, !columns.color.is_some_and(is_float), &mut self.report);
         if not_finite > 0 {
