@@ -1,6 +1,6 @@
 //! Putting one scene into another.
 
-use crate::{Animation, ImageId, Instance, Light, LightKind, MaterialId, Mesh, MeshId, Scene, TextureId};
+use crate::{Animation, ImageId, Light, LightKind, MaterialId, Mesh, MeshId, Scene, TextureId};
 use glam::{Affine3A, Vec3};
 use std::ops::Range;
 
@@ -143,7 +143,7 @@ pub fn placed_light(light: &Light, motion: &Affine3A) -> Light {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Camera, ColorSpace, Image, Material, Pixels, Sampler, Shape, Texture, TextureRef};
+    use crate::{Camera, ColorSpace, Image, Instance, Material, Pixels, Sampler, Shape, Texture, TextureRef};
 
     /// A scene with one of everything, each referring to the one before.
     fn one_of_everything() -> Scene {

@@ -1,5 +1,6 @@
 //! Scenes in geographic coordinates: what stands far from the origin has the same shape as at the origin, in every loader.
 
+use base64::Engine as _;
 use glam::{DVec3, Vec3, dvec3};
 use scene::load::scene_file::{Parameters, parse};
 use scene::{LoadOptions, Loaded, Scene, Shape};
@@ -95,9 +96,7 @@ fn text_files_keep_their_digits() {
     let folder = tempfile::tempdir().expect("a folder");
     let shape = [Vec3::ZERO, Vec3::new(1.0, 0.0, 0.25), Vec3::new(0.0, 1.0, -0.5)];
     let world = shape.map(|p| FAR + p.as_dvec3());
-    let line = |prefix: &str| {
-        world.map(|p| format!("{prefix}{:.3} {:.3} {:.3}\n", p.x, p.y, p.z)).concat()
-    };
+    let line = |prefix: &str| world.map(|p| format!("{prefix}{:.3} {:.3} {:.3}\n", p.x, p.y, p.z)).concat();
     let obj = format!("{}f 1 2 3\n", line("v "));
     let header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\nproperty double z\n\
                   element face 1\nproperty list uchar int vertex_indices\nend_header\n";
@@ -160,7 +159,7 @@ fn gltf(at: DVec3) -> String {
     floats(&[0.0, 1.0]); // times, 8 bytes
     floats(&[0.0, 0.0, 0.0, 0.5, 0.0, 0.0]); // translations, 24 bytes
     bytes.extend([0u8; 12]); // joints
-    let data: String = bytes.iter().map(|b| format!("%{b:02x}")).collect();
+    let data = base64::engine::general_purpose::STANDARD.encode(&bytes);
     let DVec3 { x, y, z } = at;
     format!(
         r#"{{"asset": {{"version": "2.0"}}, "scene": 0, "scenes": [{{"nodes": [0]}}],
@@ -178,7 +177,7 @@ fn gltf(at: DVec3) -> String {
             {{"sampler": 0, "target": {{"node": 3, "path": "translation"}}}},
             {{"sampler": 0, "target": {{"node": 4, "path": "translation"}}}},
             {{"sampler": 0, "target": {{"node": 5, "path": "translation"}}}}]}}],
-        "buffers": [{{"byteLength": 128, "uri": "data:application/octet-stream,{data}"}}],
+        "buffers": [{{"byteLength": 128, "uri": "data:application/octet-stream;base64,{data}"}}],
         "bufferViews": [{{"buffer": 0, "byteLength": 36}}, {{"buffer": 0, "byteOffset": 36, "byteLength": 48}},
             {{"buffer": 0, "byteOffset": 116, "byteLength": 12}}, {{"buffer": 0, "byteOffset": 84, "byteLength": 8}},
             {{"buffer": 0, "byteOffset": 92, "byteLength": 24}}],

@@ -114,7 +114,11 @@ fn as_text(loaded: &Loaded, tables: &SceneTables) -> anyhow::Result<String> {
         None => writeln!(text, "  bounds       nothing to see")?,
     }
     if scene.origin != DVec3::ZERO {
-        writeln!(text, "  origin       {} m: the scene is stored relative to it", position(scene, Vec3::ZERO))?;
+        writeln!(
+            text,
+            "  origin       {} m: the scene is stored relative to it",
+            position(scene, Vec3::ZERO)
+        )?;
     }
     writeln!(text, "  environment  {}", environment(scene))?;
     let tables_size = bytes(tables.memory_bytes() as u64);
@@ -247,7 +251,11 @@ fn camera_line(scene: &Scene, camera: &Camera) -> String {
             format!("calibrated, focal length {:.3} of the picture's height", focal.y)
         }
     };
-    line.push_str(&format!(", at {} looking at {}", position(scene, camera.eye), position(scene, camera.target)));
+    line.push_str(&format!(
+        ", at {} looking at {}",
+        position(scene, camera.eye),
+        position(scene, camera.target)
+    ));
     if camera.lens_radius > 0.0 {
         line.push_str(&format!(", lens {} m, focus {} m", camera.lens_radius, camera.focus_distance));
     }

@@ -26,8 +26,8 @@ use moving::Moving;
 use output::OutputArgs;
 use parsing::{
     parse_crop, parse_duration, parse_falloff, parse_finite, parse_fov, parse_fraction, parse_frames,
-    parse_not_negative, parse_positive, parse_seconds, parse_share, parse_threads, parse_turbidity,
-    parse_position,
+    parse_not_negative, parse_position, parse_positive, parse_seconds, parse_share, parse_threads,
+    parse_turbidity,
 };
 use realtime::FrameSettings;
 use report::{print_loaded, report};

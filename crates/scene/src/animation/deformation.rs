@@ -239,8 +239,7 @@ mod tests {
             uv1: vec![],
             colors: vec![Vec4::splat(1.0); 3],
         };
-        let deformation =
-            Deformation { rest: triangle(), targets: vec![target], ..Deformation::default() };
+        let deformation = Deformation { rest: triangle(), targets: vec![target], ..Deformation::default() };
         let mut mesh = triangle();
         deformation.apply(&[0.5], None, &mut mesh);
         assert_eq!(mesh.positions[1], Vec3::new(1.0, 0.0, 0.5));
@@ -258,11 +257,8 @@ mod tests {
             first: vec![0, 1, 2, 4],
             all: vec![influence(0, 1.0), influence(1, 0.25), influence(0, 1.0), influence(1, 1.0)],
         };
-        let mut deformation = Deformation {
-            rest: triangle(),
-            influences: Some(influences),
-            ..Deformation::default()
-        };
+        let mut deformation =
+            Deformation { rest: triangle(), influences: Some(influences), ..Deformation::default() };
         deformation.split(&[2]);
         deformation.rest.positions.push(Vec3::Y);
         let quarter = f64::from(FRAC_PI_2);

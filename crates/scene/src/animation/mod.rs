@@ -200,9 +200,8 @@ impl Animation {
             let Some(Shape::Triangles(mesh)) = shape else { continue };
             let weights = part.weights.map_or(&[][..], |w| &weights[w as usize]);
             let world = |node: u32| placed[node as usize].world;
-            let skin = part.skin.map(|(skin, node)| {
-                (self.rig.skins[skin as usize].matrices(world), world(node))
-            });
+            let skin =
+                part.skin.map(|(skin, node)| (self.rig.skins[skin as usize].matrices(world), world(node)));
             let unmoved = self.rig.root();
             let joints = skin.as_ref().map(|(matrices, node)| Joints { matrices, node: *node, unmoved });
             part.deformation.apply(weights, joints, mesh);

@@ -178,12 +178,7 @@ impl Kept {
     /// Removes meshes without parts, and their instances.
     ///
     /// - `anchors`: of each mesh what its vertices are relative to.
-    fn new(
-        meshes: Vec<Mesh>,
-        instances: Vec<Instance>,
-        carriers: &[Carrier],
-        anchors: &[DVec3],
-    ) -> Self {
+    fn new(meshes: Vec<Mesh>, instances: Vec<Instance>, carriers: &[Carrier], anchors: &[DVec3]) -> Self {
         let mut count = 0;
         let numbers = meshes.iter().map(|mesh| {
             let number = (!mesh.parts.is_empty()).then_some(count);

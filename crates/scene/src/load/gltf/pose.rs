@@ -8,8 +8,8 @@ use super::instances::{Job, Pose};
 use super::json::{Kind, Primitive};
 use super::materials::Use;
 use crate::animation::{Deformation, Influence, Influences, Joints, MorphTarget};
-use crate::{LoadError, LoadReport, TriangleMesh};
 use crate::origin::{Bounds, subtract};
+use crate::{LoadError, LoadReport, TriangleMesh};
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 use std::collections::BTreeMap;
 

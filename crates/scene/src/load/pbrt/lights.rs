@@ -120,9 +120,8 @@ impl Builder<'_> {
 
     /// The opening that an environment is seen through, four points in world space.
     fn add_portal(&mut self, p: &Parameters) -> Result<(), LoadError> {
-        let corner = |c: &[f32]| {
-            self.mirror.transform_point3(DVec3::new(c[0].into(), c[1].into(), c[2].into()))
-        };
+        let corner =
+            |c: &[f32]| self.mirror.transform_point3(DVec3::new(c[0].into(), c[1].into(), c[2].into()));
         let corners: Vec<DVec3> = p.numbers("portal").chunks_exact(3).map(corner).collect();
         let Ok(corners) = <[DVec3; 4]>::try_from(corners) else {
             return Err(self.parser.error(&p.place, "the portal of an infinite light needs four points"));

@@ -66,13 +66,7 @@ impl Builder<'_> {
     /// Puts a mesh into the object that is being defined, or into the world.
     ///
     /// - `anchor`: from the mesh as it is stored to the space of the shape.
-    fn place(
-        &mut self,
-        name: String,
-        mesh: u32,
-        anchor: &DAffine3,
-        p: &Parameters,
-    ) -> Result<(), LoadError> {
+    fn place(&mut self, name: String, mesh: u32, anchor: &DAffine3, p: &Parameters) -> Result<(), LoadError> {
         let transform = self.state.transform * *anchor;
         if let Some((_, shapes)) = &mut self.object {
             shapes.push(Placed { name, mesh, transform });

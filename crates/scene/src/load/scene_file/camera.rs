@@ -2,10 +2,10 @@
 
 use super::Builder;
 use super::document::{Context, Entry};
+use super::placement::View;
 use super::values::{direction, positive, within};
 use crate::load::LoadError;
 use crate::{Camera, CameraPath, Projection};
-use super::placement::View;
 use glam::{DVec3, Vec3};
 use serde::Deserialize;
 
@@ -114,9 +114,7 @@ fn camera(k: CameraKeys, number: usize, c: &Context) -> Result<(Camera, View), L
     camera.focus_distance = match (k.focus_distance, k.focus) {
         (Some(_), Some(_)) => return Err(c.error("`focus-distance` and `focus` exclude each other")),
         (Some(distance), None) => positive(distance, "focus-distance", c)?,
-        (None, Some(point)) => {
-            positive(axis.dot(relative(point) - camera.eye), "distance of `focus`", c)?
-        }
+        (None, Some(point)) => positive(axis.dot(relative(point) - camera.eye), "distance of `focus`", c)?,
         (None, None) => (target - camera.eye).length(),
     };
     let center = path.is_some().then_some(near);

@@ -2,11 +2,11 @@
 
 use super::document::{Context, Entry};
 use super::objects::Object;
+use super::placement::{View, move_media};
 use super::values::positive;
 use super::{Budget, Builder, MAX_DEPTH, MAX_FILES, Parameters, Place, load_nested};
 use crate::load::session::{instance, light};
 use crate::load::{self, LoadError, LoadOptions, Loaded};
-use super::placement::{View, move_media};
 use crate::origin::double;
 use crate::{Animation, Environment, Instance, Light, MaterialId, Scene};
 use glam::{Affine3A, DAffine3, DVec3, Vec3};

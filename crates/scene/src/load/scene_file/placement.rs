@@ -93,9 +93,10 @@ pub(super) fn move_media(scene: &mut Scene, by: DVec3) {
         fog.top = (f64::from(fog.top) + by.y) as f32;
     }
     for medium in scene.materials.iter_mut().filter_map(|material| material.medium.as_mut()) {
-        let placed = medium.density.as_ref().and_then(|grid| {
-            grid.placed(grid.bounds().map(|corner| (corner.as_dvec3() + by).as_vec3()))
-        });
+        let placed = medium
+            .density
+            .as_ref()
+            .and_then(|grid| grid.placed(grid.bounds().map(|corner| (corner.as_dvec3() + by).as_vec3())));
         medium.density = placed.map(Arc::new).or(medium.density.take());
     }
 }

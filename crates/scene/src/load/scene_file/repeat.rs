@@ -147,8 +147,9 @@ impl Repeat {
             let [nx, ny, _] = g.count.map(|n| n.max(1));
             let cell = [i % nx, i / nx % ny, i / nx / ny];
             copy.cell = std::array::from_fn(|axis| (cell[axis], g.count[axis]));
-            let offset =
-                |axis: usize| (f64::from(cell[axis]) - (f64::from(g.count[axis]) - 1.0) * 0.5) * g.spacing[axis];
+            let offset = |axis: usize| {
+                (f64::from(cell[axis]) - (f64::from(g.count[axis]) - 1.0) * 0.5) * g.spacing[axis]
+            };
             return (DVec3::new(offset(0), offset(1), offset(2)), 0.0);
         }
         if let Some(r) = &self.ring {
