@@ -9,14 +9,13 @@ fn parse_numbers<T: std::str::FromStr, const N: usize>(text: &str) -> Option<[T;
     numbers.try_into().ok()
 }
 
-/// Three finite numbers: `X,Y,Z`.
-/// A position, with all its digits: coordinates may be far from the origin.
+/// A position, `X,Y,Z`, with all its digits: coordinates may be far from the origin.
 pub fn parse_position(text: &str) -> Result<[f64; 3], String> {
     let numbers: Option<[f64; 3]> = parse_numbers(text);
     numbers.filter(|v| v.iter().all(|x| x.is_finite())).ok_or_else(|| "expected three numbers: X,Y,Z".into())
 }
 
-/// Three numbers.
+/// Three finite numbers: `X,Y,Z`.
 pub fn parse_vector(text: &str) -> Result<[f32; 3], String> {
     let numbers: Option<[f32; 3]> = parse_numbers(text);
     numbers.filter(|v| v.iter().all(|x| x.is_finite())).ok_or_else(|| "expected three numbers: X,Y,Z".into())
