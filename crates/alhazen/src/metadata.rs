@@ -28,6 +28,8 @@ pub struct Description {
     pub parameters: Vec<(String, String)>,
     materials: Vec<String>,
     instances: Vec<String>,
+    /// [`Scene::origin`], as text; empty if it is zero.
+    origin: String,
 }
 
 impl Description {
@@ -38,6 +40,12 @@ impl Description {
             parameters: parameters.to_vec(),
             materials: scene.materials.iter().map(|m| m.name.clone()).collect(),
             instances: scene.instances.iter().map(|i| i.name.clone()).collect(),
+            origin: if scene.origin == glam::DVec3::ZERO {
+                String::new()
+            } else {
+                let glam::DVec3 { x, y, z } = scene.origin;
+                format!("{x} {y} {z}")
+            },
         }
     }
 
@@ -53,7 +61,7 @@ impl Description {
             let told = if job.aovs.contains(&matte) { names.len() } else { names.len().min(MOST_NAMES) };
             json_list(&names[..told])
         };
-        BTreeMap::from([
+        let mut settings = BTreeMap::from([
             pair("software", software()),
             pair("scene", self.scene.clone()),
             pair("parameters", format!("{:?}", self.parameters)),
@@ -67,7 +75,12 @@ impl Description {
             pair(TONE_MAPPING, format!("{:?}", job.tone)),
             pair(MATERIAL_NAMES, list(&self.materials, Aov::MaterialMatte)),
             pair(INSTANCE_NAMES, list(&self.instances, Aov::ObjectMatte)),
-        ])
+        ]);
+        // Positions in the file, the camera's too, are relative to it.
+        if !self.origin.is_empty() {
+            settings.extend([pair("scene_origin", self.origin.clone())]);
+        }
+        settings
     }
 }
 

@@ -150,6 +150,15 @@ impl Camera {
         Self::perspective("default", center + direction * distance, center, fov_y)
     }
 
+    /// Moves the camera by `by`.
+    pub(crate) fn shift(&mut self, by: Vec3) {
+        self.eye += by;
+        self.target += by;
+        if let Some(CameraPath::Orbit { center, .. }) = &mut self.path {
+            *center += by;
+        }
+    }
+
     /// Where the camera is at `time` seconds.
     pub fn at(&self, time: f32) -> Self {
         let mut camera = self.clone();

@@ -21,6 +21,7 @@ pub mod medium;
 pub mod merge;
 pub mod mesh;
 pub mod normals;
+mod origin;
 pub mod photometry;
 pub mod portal;
 pub mod report;
@@ -70,6 +71,9 @@ pub type ImageId = u32;
 pub struct Scene {
     /// Name of the scene, usually the file's stem.
     pub name: String,
+    /// Where the scene's own zero is in the world of its file, metres. All positions in the scene are relative to it. Zero
+    /// unless the scene is far from its file's origin.
+    pub origin: glam::DVec3,
     /// Geometry, each stored once.
     pub meshes: Vec<Mesh>,
     /// Where meshes stand in the world.

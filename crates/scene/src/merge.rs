@@ -1,6 +1,6 @@
 //! Putting one scene into another.
 
-use crate::{Animation, ImageId, Instance, Light, LightKind, MaterialId, Mesh, MeshId, Scene, TextureId};
+use crate::{Animation, ImageId, Light, LightKind, MaterialId, Mesh, MeshId, Scene, TextureId};
 use glam::{Affine3A, Vec3};
 use std::ops::Range;
 
@@ -29,8 +29,10 @@ impl Scene {
     /// Appends everything that stands in `other`, with its indices moved; returns where it went.
     ///
     /// An environment image comes along as an image, but `self` keeps its own name, environment and render defaults.
-    /// Portals come along: light comes in there whatever light it is.
+    /// Portals come along: light comes in there whatever light it is. What is relative to another
+    /// [`Scene::origin`] is moved, so that it stays where it is in the world.
     pub fn merge(&mut self, mut other: Scene) -> Merged {
+        other.shift((other.origin - self.origin).as_vec3());
         let offsets = Offsets {
             meshes: self.meshes.len() as u32,
             materials: self.materials.len() as u32,
@@ -51,6 +53,25 @@ impl Scene {
             lights: append(&mut self.lights, other.lights),
             cameras: append(&mut self.cameras, other.cameras),
             animations: append(&mut self.animations, other.animations),
+        }
+    }
+}
+
+impl Scene {
+    /// Moves everything by `by`, as if the origin were elsewhere.
+    fn shift(&mut self, by: Vec3) {
+        if by == Vec3::ZERO {
+            return;
+        }
+        let motion = Affine3A::from_translation(by);
+        self.instances.iter_mut().for_each(|i| i.transform = motion * i.transform);
+        self.lights.iter_mut().for_each(|light| *light = placed_light(light, &motion));
+        self.cameras.iter_mut().for_each(|camera| camera.shift(by));
+        self.portals.iter_mut().for_each(|portal| portal.shift(by));
+        for animation in &mut self.animations {
+            let motion = glam::DAffine3::from_translation(by.as_dvec3());
+            animation.instances.iter_mut().for_each(|i| i.root = motion * i.root);
+            animation.lights.iter_mut().for_each(|l| l.root = motion * l.root);
         }
     }
 }
@@ -98,11 +119,6 @@ fn append<T>(all: &mut Vec<T>, added: Vec<T>) -> Range<usize> {
     start..all.len()
 }
 
-/// An instance moved by `motion`, which is applied after its own transform.
-pub fn placed_instance(instance: &Instance, motion: &Affine3A) -> Instance {
-    Instance { transform: *motion * instance.transform, ..instance.clone() }
-}
-
 /// A light moved by `motion`. Its strength stays the same, whatever the scale.
 pub fn placed_light(light: &Light, motion: &Affine3A) -> Light {
     let point = |p: Vec3| motion.transform_point3(p);
@@ -127,7 +143,7 @@ pub fn placed_light(light: &Light, motion: &Affine3A) -> Light {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Camera, ColorSpace, Image, Material, Pixels, Sampler, Shape, Texture, TextureRef};
+    use crate::{Camera, ColorSpace, Image, Instance, Material, Pixels, Sampler, Shape, Texture, TextureRef};
 
     /// A scene with one of everything, each referring to the one before.
     fn one_of_everything() -> Scene {

@@ -78,6 +78,11 @@ impl Portal {
         }
     }
 
+    /// Moves the portal by `by`.
+    pub(crate) fn shift(&mut self, by: Vec3) {
+        self.corners.iter_mut().for_each(|corner| *corner += by);
+    }
+
     /// The corners, around it.
     #[must_use]
     pub fn corners(&self) -> [Vec3; 4] {

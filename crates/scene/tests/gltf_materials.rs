@@ -99,6 +99,23 @@ fn specular_glossiness_is_a_reflectance() {
 }
 
 #[test]
+fn an_empty_object_is_no_copy_of_specular_glossiness() {
+    let extension = r#""extensions": { "KHR_materials_pbrSpecularGlossiness": {
+        "diffuseFactor": [0.8, 0.1, 0.1, 1], "specularFactor": [0.04, 0.04, 0.04], "glossinessFactor": 0.2 } }"#;
+    for own in ["", r#""pbrMetallicRoughness": {}, "#] {
+        let loaded = small(&format!("{own}{extension}"));
+        let material = &loaded.scene.materials[0];
+        assert_eq!((material.metallic, material.roughness), (0.0, 0.8), "{own}");
+        assert_eq!(material.base_color.truncate(), vec3(0.8, 0.1, 0.1), "{own}");
+        assert!(material.layers.specular_is_reflectance, "{own}");
+        let untrue = loaded.report.notes.iter().any(|note| note.message.contains("copy is used"));
+        assert!(!untrue, "{:?}", loaded.report);
+    }
+    let copy = small(&format!(r#""pbrMetallicRoughness": {{ "metallicFactor": 0.5 }}, {extension}"#));
+    assert_eq!(copy.scene.materials[0].metallic, 0.5, "a copy that says something is used");
+}
+
+#[test]
 fn variants_are_chosen_by_name() {
     let Some(scenes) = scenes("variants_are_chosen_by_name") else { return };
     let path = scenes.join("bio_18_variants/18_variants.gltf");

@@ -242,6 +242,7 @@ pub fn outline(scene: &Scene) -> Scene {
     let mesh = |mesh: &Mesh| Mesh { name: mesh.name.clone(), parts: mesh.parts.iter().map(part).collect() };
     Scene {
         name: scene.name.clone(),
+        origin: scene.origin,
         meshes: scene.meshes.iter().map(mesh).collect(),
         instances: scene.instances.clone(),
         materials: scene.materials.clone(),

@@ -55,7 +55,7 @@ pub struct DatasetArgs {
 
 /// Makes the data set.
 pub fn run(args: &DatasetArgs) -> anyhow::Result<()> {
-    let poses = Poses::read(&args.poses)?;
+    let mut poses = Poses::read(&args.poses)?;
     let categories: BTreeMap<String, String> = match &args.categories {
         Some(path) => {
             let text =
@@ -69,6 +69,7 @@ pub fn run(args: &DatasetArgs) -> anyhow::Result<()> {
     };
     let options = args.loading.options();
     let mut loaded = super::load_scene(&args.scene, &args.parameters, &options)?;
+    poses.subtract(loaded.scene.origin);
     let mut inputs = ProtectedFiles::new(options.files_read.list());
     inputs.extend(std::iter::once(&args.poses).chain(&args.categories));
     Dataset::files(&args.output, poses.poses.len()).try_for_each(|path| inputs.check(&path))?;

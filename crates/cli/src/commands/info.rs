@@ -5,6 +5,7 @@ use alhazen::{
     AlphaMode, Camera, Distortion, Environment, Light, LightKind, LoadOptions, Loaded, Material, Model,
     Pixels, Projection, Scene, SceneTables, Shape, TextureRef,
 };
+use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 use std::fmt::Write;
 
@@ -118,10 +119,17 @@ fn as_text(loaded: &Loaded, tables: &SceneTables) -> anyhow::Result<String> {
     )?;
     match scene.bounds() {
         Some((low, high)) => {
-            writeln!(text, "  bounds       {} to {} m", vector(low.into()), vector(high.into()))?;
+            writeln!(text, "  bounds       {} to {} m", position(scene, low), position(scene, high))?;
             writeln!(text, "  size         {} m", vector((high - low).into()))?;
         }
         None => writeln!(text, "  bounds       nothing to see")?,
+    }
+    if scene.origin != DVec3::ZERO {
+        writeln!(
+            text,
+            "  origin       {} m: the scene is stored relative to it",
+            position(scene, Vec3::ZERO)
+        )?;
     }
     writeln!(text, "  environment  {}", environment(scene))?;
     let tables_size = bytes(tables.memory_bytes() as u64);
@@ -146,11 +154,11 @@ fn as_text(loaded: &Loaded, tables: &SceneTables) -> anyhow::Result<String> {
     }
     heading(&mut text, "lights", scene.lights.len())?;
     for light in &scene.lights {
-        writeln!(text, "  {}: {}", light.name, light_line(light))?;
+        writeln!(text, "  {}: {}", light.name, light_line(scene, light))?;
     }
     heading(&mut text, "cameras", scene.cameras.len())?;
     for camera in &scene.cameras {
-        writeln!(text, "  {}: {}", camera.name, camera_line(camera))?;
+        writeln!(text, "  {}: {}", camera.name, camera_line(scene, camera))?;
     }
     heading(&mut text, "load report", report.notes.len())?;
     for note in &report.notes {
@@ -225,22 +233,22 @@ fn model_name(model: Model) -> &'static str {
     }
 }
 
-fn light_line(light: &Light) -> String {
+fn light_line(scene: &Scene, light: &Light) -> String {
     let profile = light.profile.as_ref().map(|photometry| {
         let (table, axis) = (&photometry.profile, vector(photometry.axis.into()));
         format!(", with a profile of {} × {} directions aimed at {axis}", table.rows(), table.columns())
     });
-    kind_line(light.kind) + &profile.unwrap_or_default()
+    kind_line(scene, light.kind) + &profile.unwrap_or_default()
 }
 
-fn kind_line(kind: LightKind) -> String {
+fn kind_line(scene: &Scene, kind: LightKind) -> String {
     match kind {
         LightKind::Point { position, intensity } => {
-            format!("point at {}, {} W/sr", vector(position.into()), vector(intensity.into()))
+            format!("point at {}, {} W/sr", self::position(scene, position), vector(intensity.into()))
         }
         LightKind::Spot { position, direction, intensity, inner_angle, outer_angle } => format!(
             "spot at {} towards {}, {} W/sr, {:.1}° to {:.1}°",
-            vector(position.into()),
+            self::position(scene, position),
             vector(direction.into()),
             vector(intensity.into()),
             inner_angle.to_degrees(),
@@ -255,7 +263,7 @@ fn kind_line(kind: LightKind) -> String {
     }
 }
 
-fn camera_line(camera: &Camera) -> String {
+fn camera_line(scene: &Scene, camera: &Camera) -> String {
     let mut line = match camera.projection {
         Projection::Perspective { fov_y } => format!("perspective, {:.1}° high", fov_y.to_degrees()),
         Projection::Orthographic { height } => format!("orthographic, {height} m high"),
@@ -264,7 +272,11 @@ fn camera_line(camera: &Camera) -> String {
             format!("calibrated, focal length {:.3} of the picture's height", focal.y)
         }
     };
-    line.push_str(&format!(", at {} looking at {}", vector(camera.eye.into()), vector(camera.target.into())));
+    line.push_str(&format!(
+        ", at {} looking at {}",
+        position(scene, camera.eye),
+        position(scene, camera.target)
+    ));
     if camera.lens_radius > 0.0 {
         line.push_str(&format!(", lens {} m, focus {} m", camera.lens_radius, camera.focus_distance));
     }
@@ -302,6 +314,26 @@ fn environment(scene: &Scene) -> String {
     }
 }
 
+/// A position in the world of the scene's file.
+fn position(scene: &Scene, position: Vec3) -> String {
+    if scene.origin == DVec3::ZERO {
+        return vector(position.into());
+    }
+    let number = |x: f64| {
+        let rounded = format!("{x:.3}");
+        rounded.trim_end_matches('0').trim_end_matches('.').to_owned()
+    };
+    format!("({})", scene.to_world(position).to_array().map(number).join(" "))
+}
+
+/// A position in the world of the scene's file, with all digits.
+fn position_json(scene: &Scene, position: Vec3) -> Value {
+    if scene.origin == DVec3::ZERO {
+        return json!(position.to_array());
+    }
+    json!(scene.to_world(position).to_array())
+}
+
 /// Three numbers with as many digits as tell something.
 fn vector(v: [f32; 3]) -> String {
     let number = |x: f32| {
@@ -328,7 +360,8 @@ fn as_json(loaded: &Loaded, tables: &SceneTables) -> Value {
         "parts": counts.parts,
         "instances": scene.instances.len(),
         "hidden_instances": counts.hidden,
-        "bounds": scene.bounds().map(|(low, high)| json!([low.to_array(), high.to_array()])),
+        "bounds": scene.bounds().map(|(low, high)| json!([position_json(scene, low), position_json(scene, high)])),
+        "origin": scene.origin.to_array(),
         "environment": environment(scene),
         "images": scene.images.iter().map(image).collect::<Vec<_>>(),
         "image_bytes": counts.image_bytes,
@@ -336,9 +369,9 @@ fn as_json(loaded: &Loaded, tables: &SceneTables) -> Value {
         "single_sided_materials": counts.single_sided,
         "culls_backs": culls_backs(scene),
         "materials": scene.materials.iter().map(|m| material_json(scene, m)).collect::<Vec<_>>(),
-        "lights": scene.lights.iter().map(|l| json!({ "name": l.name, "about": light_line(l) })).collect::<Vec<_>>(),
+        "lights": scene.lights.iter().map(|l| json!({ "name": l.name, "about": light_line(scene, l) })).collect::<Vec<_>>(),
         "light_sources": tables.lights.len(),
-        "cameras": scene.cameras.iter().map(camera_json).collect::<Vec<_>>(),
+        "cameras": scene.cameras.iter().map(|c| camera_json(scene, c)).collect::<Vec<_>>(),
         "table_bytes": tables.memory_bytes(),
         "load_seconds": report.elapsed.as_secs_f64(),
         "bytes_read": report.bytes_read,
@@ -373,7 +406,7 @@ fn material_json(scene: &Scene, m: &Material) -> Value {
     })
 }
 
-fn camera_json(camera: &Camera) -> Value {
+fn camera_json(scene: &Scene, camera: &Camera) -> Value {
     let (projection, fov, height) = match camera.projection {
         Projection::Perspective { fov_y } => ("perspective", Some(fov_y.to_degrees()), None),
         Projection::Orthographic { height } => ("orthographic", None, Some(height)),
@@ -387,8 +420,8 @@ fn camera_json(camera: &Camera) -> Value {
         "projection": projection,
         "fov_degrees": fov,
         "height": height,
-        "eye": camera.eye.to_array(),
-        "target": camera.target.to_array(),
+        "eye": position_json(scene, camera.eye),
+        "target": position_json(scene, camera.target),
         "up": camera.up.to_array(),
         "aspect": camera.aspect,
         "lens_radius": camera.lens_radius,

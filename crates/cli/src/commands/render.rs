@@ -26,8 +26,8 @@ use moving::Moving;
 use output::OutputArgs;
 use parsing::{
     Numbers, parse_crop, parse_duration, parse_falloff, parse_finite, parse_fov, parse_fraction,
-    parse_frames, parse_list, parse_not_negative, parse_positive, parse_seconds, parse_share, parse_threads,
-    parse_turbidity, parse_vector,
+    parse_frames, parse_list, parse_not_negative, parse_position, parse_positive, parse_seconds, parse_share,
+    parse_threads, parse_turbidity,
 };
 use realtime::FrameSettings;
 use report::{print_loaded, report};
@@ -117,11 +117,11 @@ pub struct RenderArgs {
     #[arg(long, help_heading = "Camera", value_name = "NAME")]
     camera: Option<String>,
     /// Position of the camera.
-    #[arg(long, help_heading = "Camera", value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
-    eye: Option<[f32; 3]>,
+    #[arg(long, help_heading = "Camera", value_name = "X,Y,Z", value_parser = parse_position, allow_hyphen_values = true)]
+    eye: Option<[f64; 3]>,
     /// Point that the camera looks at.
-    #[arg(long, help_heading = "Camera", value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
-    target: Option<[f32; 3]>,
+    #[arg(long, help_heading = "Camera", value_name = "X,Y,Z", value_parser = parse_position, allow_hyphen_values = true)]
+    target: Option<[f64; 3]>,
     /// Vertical field of view in degrees.
     #[arg(long, help_heading = "Camera", value_name = "DEGREES", value_parser = parse_fov)]
     fov: Option<f32>,

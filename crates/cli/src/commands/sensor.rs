@@ -143,11 +143,13 @@ fn lidar(args: &LidarArgs) -> anyhow::Result<()> {
     if !args.quiet {
         print_report(&loaded.report, false);
     }
+    let mut pose = pose(args);
+    pose.translation -= loaded.scene.origin;
     let start = Instant::now();
     let queries = RayQueries::new(SceneTables::build(&loaded.scene), args.threads)?;
     let built = start.elapsed();
     let start = Instant::now();
-    let cloud = sensor.scan(&queries, &pose(args), &cancel_on_signal()).context("cannot scan")?;
+    let cloud = sensor.scan(&queries, &pose, &cancel_on_signal()).context("cannot scan")?;
     let scanned = start.elapsed();
     keep_each(std::slice::from_ref(&args.output), |path| Ok(cloud.write(path)?))?;
     if !args.quiet {

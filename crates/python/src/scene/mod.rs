@@ -212,7 +212,15 @@ impl Scene {
         self.contents(py).scene.instanced_triangles()
     }
 
-    /// Smallest and largest coordinates: float32, shape (2, 3), metres. None for a scene without geometry.
+    /// Where the scene's own zero is in the world of its file: float64, shape (3,), metres. All positions of the scene, of
+    /// its cameras and of rays are relative to it. Zero unless a file's scene is far from the file's origin.
+    #[getter]
+    fn origin<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let origin = self.contents(py).scene.origin.to_array().to_vec();
+        output(py, origin, &[3])
+    }
+
+    /// Smallest and largest coordinates: float32, shape (2, 3), metres, relative to `origin`. None for a scene without geometry.
     #[getter]
     fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         let bounds = self.contents(py).scene.bounds();

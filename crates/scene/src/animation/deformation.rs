@@ -1,7 +1,7 @@
 //! Vertices that move against each other: morph targets, then a skin.
 
 use crate::TriangleMesh;
-use glam::{Affine3A, Mat3A, Vec2, Vec3, Vec3A, Vec4};
+use glam::{Affine3A, DAffine3, DVec3, Mat3A, Vec2, Vec3, Vec3A, Vec4};
 use rayon::prelude::*;
 
 /// Differences from the rest pose at weight 1. Every array is empty or as long as the mesh's positions.
@@ -50,6 +50,8 @@ impl Influences {
 pub struct Deformation {
     /// The mesh at rest, without indices.
     pub rest: TriangleMesh,
+    /// What the positions at rest are relative to where joints move them, metres: meshes may be made far from their origin.
+    pub anchor: DVec3,
     /// Morph targets.
     pub targets: Vec<MorphTarget>,
     /// The skin's influences; `None` for a mesh without joints, which moves as a whole if it has a skin.
@@ -60,9 +62,11 @@ pub struct Deformation {
 #[derive(Clone, Copy, Debug)]
 pub struct Joints<'j> {
     /// From the mesh's space to the world, for each joint.
-    pub matrices: &'j [Affine3A],
+    pub matrices: &'j [DAffine3],
     /// The same for what has no joints.
-    pub node: Affine3A,
+    pub node: DAffine3,
+    /// The same for vertices that no joint moves.
+    pub unmoved: DAffine3,
 }
 
 impl Deformation {
@@ -107,12 +111,22 @@ impl Deformation {
         }
         match (joints, &self.influences) {
             (None, _) => {}
-            (Some(joints), None) => transform(mesh, |_| joints.node),
+            (Some(joints), None) => {
+                let node = self.anchored(&joints.node);
+                transform(mesh, |_| node);
+            }
             (Some(joints), Some(influences)) => {
-                transform(mesh, |vertex| blend(influences.of(vertex), joints.matrices));
+                let matrices: Vec<Affine3A> = joints.matrices.iter().map(|m| self.anchored(m)).collect();
+                let unmoved = self.anchored(&joints.unmoved);
+                transform(mesh, |vertex| blend(influences.of(vertex), &matrices).unwrap_or(unmoved));
             }
         }
         self.settle(mesh);
+    }
+
+    /// A transform of the mesh's space as one of what the positions at rest are relative to.
+    fn anchored(&self, world: &DAffine3) -> Affine3A {
+        (*world * DAffine3::from_translation(self.anchor)).as_affine3a()
     }
 
     /// Unit vectors, finite numbers.
@@ -158,8 +172,8 @@ impl MorphTarget {
     }
 }
 
-/// The weighted mean of the joints' matrices. A vertex without influences stays where it is.
-fn blend(influences: &[Influence], joints: &[Affine3A]) -> Affine3A {
+/// The weighted mean of the joints' matrices; `None` for a vertex without influences.
+fn blend(influences: &[Influence], joints: &[Affine3A]) -> Option<Affine3A> {
     let (mut matrix3, mut translation, mut sum) = (Mat3A::ZERO, Vec3A::ZERO, 0.0);
     for influence in influences {
         let Some(joint) = joints.get(influence.joint as usize) else { continue };
@@ -168,10 +182,7 @@ fn blend(influences: &[Influence], joints: &[Affine3A]) -> Affine3A {
         sum += influence.weight;
     }
     let scale = sum.recip();
-    if !scale.is_finite() {
-        return Affine3A::IDENTITY;
-    }
-    Affine3A { matrix3: matrix3 * scale, translation: translation * scale }
+    scale.is_finite().then(|| Affine3A { matrix3: matrix3 * scale, translation: translation * scale })
 }
 
 /// Moves vertex `i` by `to(i)`.
@@ -228,7 +239,7 @@ mod tests {
             uv1: vec![],
             colors: vec![Vec4::splat(1.0); 3],
         };
-        let deformation = Deformation { rest: triangle(), targets: vec![target], influences: None };
+        let deformation = Deformation { rest: triangle(), targets: vec![target], ..Deformation::default() };
         let mut mesh = triangle();
         deformation.apply(&[0.5], None, &mut mesh);
         assert_eq!(mesh.positions[1], Vec3::new(1.0, 0.0, 0.5));
@@ -246,12 +257,15 @@ mod tests {
             first: vec![0, 1, 2, 4],
             all: vec![influence(0, 1.0), influence(1, 0.25), influence(0, 1.0), influence(1, 1.0)],
         };
-        let mut deformation = Deformation { rest: triangle(), targets: vec![], influences: Some(influences) };
+        let mut deformation =
+            Deformation { rest: triangle(), influences: Some(influences), ..Deformation::default() };
         deformation.split(&[2]);
         deformation.rest.positions.push(Vec3::Y);
-        let matrices = [Affine3A::from_translation(Vec3::Z), Affine3A::from_rotation_z(FRAC_PI_2)];
+        let quarter = f64::from(FRAC_PI_2);
+        let matrices = [DAffine3::from_translation(DVec3::Z), DAffine3::from_rotation_z(quarter)];
+        let (node, unmoved) = (DAffine3::IDENTITY, DAffine3::IDENTITY);
         let mut mesh = triangle();
-        deformation.apply(&[], Some(Joints { matrices: &matrices, node: Affine3A::IDENTITY }), &mut mesh);
+        deformation.apply(&[], Some(Joints { matrices: &matrices, node, unmoved }), &mut mesh);
         assert_eq!(mesh.positions[0], Vec3::Z);
         assert!(
             (mesh.positions[1] - Vec3::Y).length() < 1e-6,

@@ -20,7 +20,7 @@ pub use rig::{Node, Placed, Rig, Skin};
 pub use track::{Interpolation, Track, TrackError};
 
 use crate::{MeshId, Photometry, Scene, Shape};
-use glam::{Affine3A, Vec3};
+use glam::{DAffine3, Vec3};
 use std::sync::Arc;
 
 /// What a channel moves. Indices are into the rig or the lists of the [`Animation`].
@@ -133,7 +133,8 @@ impl Animation {
         self.place_instances(&placed, scene);
         for camera in &pose.cameras {
             if let Some(own) = scene.cameras.get_mut(camera.camera as usize) {
-                camera.place(&placed[camera.node as usize].world, own);
+                let shift = DAffine3::from_translation(self.rig.origin - scene.origin);
+                camera.place(&(shift * placed[camera.node as usize].world), own);
             }
         }
         for light in &pose.lights {
@@ -141,11 +142,11 @@ impl Animation {
             let Placed { world, visible } = placed[light.node as usize];
             // A hidden light stays in its place in the lists, without strength.
             let intensity = if visible { light.source.intensity } else { 0.0 };
+            let world = light.root * world;
             if let Some(kind) = (Punctual { intensity, ..light.source }).at(&world) {
                 own.kind = kind;
                 let profile = own.profile.take();
                 own.profile = profile.map(|p| Photometry::at_node(p.profile, &world));
-                *own = crate::merge::placed_light(own, &light.root);
             }
         }
         for material in pose.materials {
@@ -182,8 +183,8 @@ impl Animation {
         for bound in &self.instances {
             let Some(instance) = scene.instances.get_mut(bound.instance as usize) else { continue };
             let node = placed[bound.node as usize];
-            let local = bound.local.map_or(Affine3A::IDENTITY, |local| (node.world * local).as_affine3a());
-            let transform = bound.root * local;
+            let local = bound.local.map_or(DAffine3::IDENTITY, |local| node.world * local);
+            let transform = (bound.root * local).as_affine3a();
             if transform.is_finite() {
                 instance.transform = transform;
             }
@@ -199,10 +200,10 @@ impl Animation {
             let Some(Shape::Triangles(mesh)) = shape else { continue };
             let weights = part.weights.map_or(&[][..], |w| &weights[w as usize]);
             let world = |node: u32| placed[node as usize].world;
-            let skin = part.skin.map(|(skin, node)| {
-                (self.rig.skins[skin as usize].matrices(world), world(node).as_affine3a())
-            });
-            let joints = skin.as_ref().map(|(matrices, node)| Joints { matrices, node: *node });
+            let skin =
+                part.skin.map(|(skin, node)| (self.rig.skins[skin as usize].matrices(world), world(node)));
+            let unmoved = self.rig.root();
+            let joints = skin.as_ref().map(|(matrices, node)| Joints { matrices, node: *node, unmoved });
             part.deformation.apply(weights, joints, mesh);
         }
     }

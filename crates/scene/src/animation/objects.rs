@@ -1,7 +1,7 @@
 //! What nodes carry and animations change: instances, cameras, lights, materials.
 
 use crate::{Camera, LightKind, Material, MaterialId, Projection, TextureRef, UvTransform};
-use glam::{Affine3A, DAffine3, Vec2, Vec3, Vec4};
+use glam::{DAffine3, Vec2, Vec3, Vec4};
 
 /// An instance that a node carries.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,8 +14,8 @@ pub struct AnimatedInstance {
     pub local: Option<DAffine3>,
     /// Hidden, whatever the node says.
     pub hidden: bool,
-    /// Applied after everything else.
-    pub root: Affine3A,
+    /// Applied after everything else: from what the rig's nodes are relative to ([`super::Rig::origin`]) to the scene.
+    pub root: DAffine3,
 }
 
 /// A camera that a node carries: it looks along the node's −Z axis, +Y up.
@@ -57,8 +57,8 @@ pub struct AnimatedLight {
     pub node: u32,
     /// The light at rest.
     pub source: Punctual,
-    /// Applied after the node's own place.
-    pub root: Affine3A,
+    /// Applied after the node's own place: from what the rig's nodes are relative to to the scene.
+    pub root: DAffine3,
 }
 
 /// A punctual light as files describe it, without its place.

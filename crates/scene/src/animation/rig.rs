@@ -1,6 +1,6 @@
 //! A hierarchy of nodes that carry objects, and skins whose joints are nodes.
 
-use glam::{Affine3A, DAffine3, DQuat, DVec3};
+use glam::{DAffine3, DQuat, DVec3};
 
 /// A node: a frame of reference in its parent's.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,6 +44,9 @@ impl Node {
 /// A hierarchy in its rest pose.
 #[derive(Clone, Debug, Default)]
 pub struct Rig {
+    /// The point of the file's world that the nodes' places are relative to: what the scene of the file alone has as
+    /// [`crate::Scene::origin`].
+    pub origin: DVec3,
     /// All nodes.
     pub nodes: Vec<Node>,
     /// Their indices, parents before children. What is left out stays at the origin.
@@ -64,9 +67,15 @@ pub struct Placed {
 }
 
 impl Rig {
+    /// From the file's world to what the nodes' places are relative to.
+    pub fn root(&self) -> DAffine3 {
+        DAffine3::from_translation(-self.origin)
+    }
+
     /// Places all `nodes`, which are this rig's in some pose.
     pub fn place(&self, nodes: &[Node]) -> Vec<Placed> {
-        let mut placed = vec![Placed { world: DAffine3::IDENTITY, visible: true }; nodes.len()];
+        let root = self.root();
+        let mut placed = vec![Placed { world: root, visible: true }; nodes.len()];
         for index in &self.order {
             let node = &nodes[*index as usize];
             let own = Placed { world: node.local(), visible: node.visible };
@@ -74,7 +83,7 @@ impl Rig {
                 Some(parent) => {
                     Placed { world: parent.world * own.world, visible: parent.visible && own.visible }
                 }
-                None => own,
+                None => Placed { world: root * own.world, ..own },
             };
         }
         placed
@@ -92,8 +101,8 @@ pub struct Skin {
 
 impl Skin {
     /// From the mesh's space to the world, for each joint. `world` gives a node's place.
-    pub fn matrices(&self, world: impl Fn(u32) -> DAffine3) -> Vec<Affine3A> {
+    pub fn matrices(&self, world: impl Fn(u32) -> DAffine3) -> Vec<DAffine3> {
         let joints = self.joints.iter().zip(&self.inverse_bind);
-        joints.map(|(joint, inverse)| (world(*joint) * *inverse).as_affine3a()).collect()
+        joints.map(|(joint, inverse)| world(*joint) * *inverse).collect()
     }
 }

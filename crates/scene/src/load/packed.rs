@@ -11,6 +11,7 @@ use crate::{
     Camera, Environment, Fog, Image, Instance, Light, LoadReport, Material, Mesh, Part, Pixels, Portal,
     RenderDefaults, Scene, Shape, Texture, TriangleMesh,
 };
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -24,6 +25,7 @@ pub const ENDING: &str = "alhazen";
 #[derive(Serialize)]
 struct Written<'s> {
     name: &'s str,
+    origin: DVec3,
     meshes: &'s [Mesh],
     instances: &'s [Instance],
     materials: &'s [Material],
@@ -42,6 +44,7 @@ struct Written<'s> {
 #[serde(deny_unknown_fields)]
 struct Read {
     name: String,
+    origin: DVec3,
     meshes: Vec<Mesh>,
     instances: Vec<Instance>,
     materials: Vec<Material>,
@@ -62,6 +65,7 @@ struct Read {
 pub fn pack(scene: &Scene) -> Result<Vec<u8>, String> {
     let written = Written {
         name: &scene.name,
+        origin: scene.origin,
         meshes: &scene.meshes,
         instances: &scene.instances,
         materials: &scene.materials,
@@ -108,6 +112,7 @@ pub fn unpack(path: &Path, bytes: &[u8]) -> Result<Scene, LoadError> {
     let read: Read = ciborium::from_reader(rest).map_err(|error| malformed("contents", error.to_string()))?;
     let scene = Scene {
         name: read.name,
+        origin: read.origin,
         meshes: read.meshes,
         instances: read.instances,
         materials: read.materials,

@@ -12,7 +12,7 @@
 use super::session::TRIANGLE as TRIANGLE_COST;
 use super::{LoadError, LoadOptions, Loaded, read_file, text};
 use crate::{Instance, LoadReport, Material, Mesh, Scene, Shape, TriangleMesh, normals};
-use glam::{Affine3A, Vec3};
+use glam::{Affine3A, DVec3, Vec3};
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -77,6 +77,7 @@ fn parse_named(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Loade
     scene.materials.push(Material { double_sided: true, ..Material::default() });
     scene.meshes.push(Mesh::single(name.clone(), Shape::Triangles(mesh), 0));
     scene.instances.push(Instance::new(name, 0, Affine3A::IDENTITY));
+    scene.settle_meshes(DVec3::ZERO, &mut report);
     Ok(Loaded { scene, report })
 }
 

@@ -2,6 +2,7 @@
 
 use crate::error::SensorError;
 use alhazen::Camera;
+use glam::DVec3;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -54,6 +55,15 @@ impl Poses {
             return Err(malformed(format!("the last row of a matrix is {:?} instead of 0, 0, 0, 1", m[3])));
         }
         Ok(poses)
+    }
+
+    /// Makes all poses relative to `origin`, as a scene with that [`alhazen::Scene::origin`] is.
+    pub fn subtract(&mut self, origin: DVec3) {
+        for pose in self.poses.iter_mut().chain(self.moves.values_mut().flatten()) {
+            for (row, offset) in pose.iter_mut().zip(origin.to_array()) {
+                row[3] -= offset;
+            }
+        }
     }
 
     /// The camera at each pose.

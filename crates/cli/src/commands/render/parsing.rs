@@ -20,6 +20,12 @@ pub fn parse_list(text: &str) -> Result<Numbers, String> {
     numbers.map(Numbers).ok_or_else(|| "expected numbers separated by commas".into())
 }
 
+/// A position, `X,Y,Z`, with all its digits: coordinates may be far from the origin.
+pub fn parse_position(text: &str) -> Result<[f64; 3], String> {
+    let numbers: Option<[f64; 3]> = parse_numbers(text);
+    numbers.filter(|v| v.iter().all(|x| x.is_finite())).ok_or_else(|| "expected three numbers: X,Y,Z".into())
+}
+
 /// Three finite numbers: `X,Y,Z`.
 pub fn parse_vector(text: &str) -> Result<[f32; 3], String> {
     let numbers: Option<[f32; 3]> = parse_numbers(text);

@@ -105,8 +105,9 @@ fn camera(args: &RenderArgs, loaded: &Loaded) -> anyhow::Result<Camera> {
         }
     };
     let moved = args.eye.is_some() || args.target.is_some();
-    camera.eye = args.eye.map_or(camera.eye, Into::into);
-    camera.target = args.target.map_or(camera.target, Into::into);
+    let place = |given: Option<[f64; 3]>, own| given.map_or(own, |p| loaded.scene.from_world(p.into()));
+    camera.eye = place(args.eye, camera.eye);
+    camera.target = place(args.target, camera.target);
     if moved {
         ensure!(camera.eye != camera.target, "--eye and --target are the same point");
         camera.focus_distance = (camera.target - camera.eye).length();

@@ -65,7 +65,12 @@ impl Document<'_> {
             return Ok(None);
         }
         let mut numbers = Numbers::default();
-        let mut rig = Rig { nodes: hierarchy.nodes, order: hierarchy.order, ..Rig::default() };
+        let mut rig = Rig {
+            origin: hierarchy.origin,
+            nodes: hierarchy.nodes,
+            order: hierarchy.order,
+            ..Rig::default()
+        };
         let mut animation = Animation { instances: made.instances, ..Animation::default() };
         for part in made.deformations {
             let job = &made.jobs[part.job];

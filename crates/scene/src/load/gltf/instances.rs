@@ -8,7 +8,7 @@ use super::nodes::{Hierarchy, Placed, unit};
 use crate::animation::Skin;
 use crate::load::session::instance;
 use crate::{Instance, LoadError, LoadReport, MeshId};
-use glam::{Affine3A, DAffine3, DMat4, DQuat, DVec3, Vec3};
+use glam::{DAffine3, DMat4, DQuat, DVec3, Vec3};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -31,9 +31,9 @@ pub(super) enum Pose {
     /// Nothing: instances carry the transform.
     Rest,
     /// A skin of the file: object to world of each joint; `node` moves what has no joints.
-    Skinned { skin: u32, joints: Vec<Affine3A>, node: Affine3A },
+    Skinned { skin: u32, joints: Vec<DAffine3>, node: DAffine3 },
     /// The node's transform, which an instance cannot carry because it has no inverse.
-    Baked(Affine3A),
+    Baked(DAffine3),
 }
 
 /// Meshes to build, and their instances; an instance's mesh is the number of the job.
@@ -52,6 +52,8 @@ pub(super) struct Placement {
 #[derive(Clone, Copy)]
 pub(super) struct Carrier {
     pub node: u32,
+    /// Instance to world.
+    pub world: DAffine3,
     /// Instance to node; `None` where the vertices are in world space already.
     pub local: Option<DAffine3>,
     /// The instance moves, its vertices do, or it is not always shown.
@@ -95,7 +97,7 @@ impl Document<'_> {
                     &key,
                     &name,
                     transform,
-                    Carrier { node: number, local, moving },
+                    Carrier { node: number, world: transform, local, moving },
                     placed,
                     report,
                 );
@@ -104,7 +106,7 @@ impl Document<'_> {
                 let animated = animated || skin.joints.iter().any(|joint| motion.moves(*joint));
                 let joints = skin.matrices(|joint| hierarchy.worlds[joint as usize]);
                 let skin = node.skin.unwrap_or_default();
-                let pose = Pose::Skinned { skin, joints, node: world.as_affine3a() };
+                let pose = Pose::Skinned { skin, joints, node: world };
                 add(Job { pose, animated, ..rest }, None);
             } else if let Some(instancing) = &node.extensions.instancing {
                 let transforms = self.instance_transforms(instancing, number)?;
@@ -159,7 +161,7 @@ impl Document<'_> {
     }
 
     /// The transforms of `EXT_mesh_gpu_instancing`.
-    fn instance_transforms(&self, source: &Instancing, node: u32) -> Result<Vec<DAffine3>, LoadError> {
+    pub fn instance_transforms(&self, source: &Instancing, node: u32) -> Result<Vec<DAffine3>, LoadError> {
         let attribute = |name: &str| source.attributes.get(name).copied();
         let mut count: Option<u64> = None;
         for accessor in source.attributes.values() {
@@ -223,7 +225,7 @@ impl Placement {
         placed: &Placed,
         report: &mut LoadReport,
     ) {
-        let mut transform = world.as_affine3a();
+        let transform = world.as_affine3a();
         if !transform.is_finite() {
             return report.ignored("a node's transform is not finite: what it places is left out");
         }
@@ -233,7 +235,7 @@ impl Placement {
             }
             if matches!(job.pose, Pose::Rest) && !transform.inverse().is_finite() {
                 report.info("a node is scaled to a plane or a line: its vertices are moved into world space");
-                job.pose = Pose::Baked(std::mem::replace(&mut transform, Affine3A::IDENTITY));
+                job.pose = Pose::Baked(std::mem::replace(&mut carrier.world, DAffine3::IDENTITY));
                 carrier.local = None;
             }
         }
@@ -246,6 +248,7 @@ impl Placement {
             self.jobs.push(job);
         }
         let visible = placed.visible;
+        let transform = carrier.world.as_affine3a();
         self.instances.push(Instance { visible, ..Instance::new(name, mesh, transform) });
         self.carriers.push(carrier);
     }

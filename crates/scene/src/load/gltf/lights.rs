@@ -6,7 +6,7 @@ use super::motion::Motion;
 use super::nodes::{Carried, Hierarchy};
 use crate::animation::{AnimatedLight, Punctual, PunctualKind};
 use crate::{Environment, Light, LoadError, LoadReport};
-use glam::{Affine3A, Vec3};
+use glam::{DAffine3, Vec3};
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
 
 impl Document<'_> {
@@ -34,7 +34,7 @@ impl Document<'_> {
             };
             let shown = if placed.visible { source } else { Punctual { intensity: 0.0, ..source } };
             let Some(kind) = shown.at(world) else { continue };
-            let (light, root) = (lights.len() as u32, Affine3A::IDENTITY);
+            let (light, root) = (lights.len() as u32, DAffine3::IDENTITY);
             carriers.push((reference.light, AnimatedLight { light, node: placed.node, source, root }));
             lights.push(Light::new(self.node_name(placed.node, json.name.as_deref()), kind));
         }

@@ -151,7 +151,7 @@ impl<'d> Converter<'_, 'd, '_> {
         let mut material =
             Material { metallic: 1.0, roughness: 1.0, base_color: Vec4::ONE, ..Material::default() };
         match (&source.pbr_metallic_roughness, &source.extensions.specular_glossiness) {
-            (Some(pbr), other) => {
+            (Some(pbr), other) if other.is_none() || !pbr.is_empty() => {
                 if other.is_some() {
                     self.report.info(
                         "of materials with KHR_materials_pbrSpecularGlossiness, the metallic-roughness copy is used",
@@ -159,8 +159,8 @@ impl<'d> Converter<'_, 'd, '_> {
                 }
                 self.metallic_roughness(pbr, &mut material);
             }
-            (None, Some(specular)) => self.specular_glossiness(specular, &mut material),
-            (None, None) => {}
+            (_, Some(specular)) => self.specular_glossiness(specular, &mut material),
+            (_, None) => {}
         }
         self.surface(source, &mut material);
         self.specular_and_ior(&source.extensions, &mut material);

@@ -11,7 +11,7 @@ use super::topology::Topology;
 use crate::animation::Deformation;
 use crate::load::session::TRIANGLE;
 use crate::{LoadError, LoadReport, Mesh, Part, Shape, TriangleMesh, tangents};
-use glam::{Vec2, Vec3, Vec4};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 
 /// A primitive as a mesh, and how its vertices move if they are animated.
@@ -28,13 +28,17 @@ pub(super) struct JobDeformation {
 }
 
 impl Document<'_> {
-    /// Builds the meshes of all jobs, in parallel. `uses` gives the use of a primitive's material.
+    /// Builds the meshes of all jobs, in parallel.
+    ///
+    /// - `origin`: what the transforms of the jobs are relative to.
+    /// - `uses`: gives the use of a primitive's material.
     ///
     /// # Errors
     /// Broken or missing data; the first in file order.
     pub fn build_meshes(
         &self,
         jobs: &[Job],
+        origin: DVec3,
         uses: impl Fn(Option<u32>) -> Use + Sync,
         report: &mut LoadReport,
     ) -> Result<(Vec<Mesh>, Vec<JobDeformation>), LoadError> {
@@ -51,7 +55,7 @@ impl Document<'_> {
             .map(|(job, index)| {
                 let primitive = &self.json.meshes[jobs[*job].mesh as usize].primitives[*index];
                 let mut notes = LoadReport::default();
-                let mesh = self.build(&jobs[*job], *index, uses(primitive.material), &mut notes);
+                let mesh = self.build(&jobs[*job], *index, origin, uses(primitive.material), &mut notes);
                 (mesh, notes)
             })
             .collect();
@@ -81,13 +85,14 @@ impl Document<'_> {
         &self,
         job: &Job,
         index: usize,
+        origin: DVec3,
         material: Use,
         report: &mut LoadReport,
     ) -> Result<Option<Built>, LoadError> {
         let mesh = &self.json.meshes[job.mesh as usize];
         let name = mesh.name.as_deref().unwrap_or_default();
         let object = format!("mesh {} `{name}`, primitive {index}", job.mesh);
-        match self.build_strictly(job, &mesh.primitives[index], &object, material, report) {
+        match self.build_strictly(job, origin, &mesh.primitives[index], &object, material, report) {
             Err(error @ LoadError::UnsupportedExtension { .. }) if self.options.lenient => {
                 report.ignored(format!("{error}; it is left out"));
                 Ok(None)
@@ -103,6 +108,7 @@ impl Document<'_> {
     fn build_strictly(
         &self,
         job: &Job,
+        origin: DVec3,
         primitive: &Primitive,
         object: &str,
         material: Use,
@@ -134,7 +140,7 @@ impl Document<'_> {
         let copies = self.complete(&mut mesh, material, report)?;
         if let Some(deformation) = &mut deformation {
             deformation.split(&copies);
-            self.apply_pose(job, deformation, &mut mesh, report);
+            self.apply_pose(job, origin, deformation, &mut mesh, report);
         }
         let deformation = deformation.filter(|_| job.animated);
         Ok((!mesh.indices.is_empty()).then_some(Built { mesh, deformation }))

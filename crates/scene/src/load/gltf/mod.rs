@@ -1,7 +1,7 @@
 //! glTF 2.0: `.gltf` with its buffers and images, and `.glb`.
 //!
 //! The data flow, one file each: `container` (the two parts of a .glb) → `json` (typed, unknown fields skipped) →
-//! `extensions` (what is required) → `nodes` (hierarchy flattened) → `instances` (which meshes stand where) →
+//! `extensions` (what is required) → `nodes` (hierarchy flattened) → `origin` (what it is stored relative to) → `instances` (which meshes stand where) →
 //! `variants` (which materials primitives have) → `materials`, `layers` and `textures` (only those in use) → `meshes` (in parallel, next to the images). `buffers` and
 //! `accessor` read numbers, `document` holds what all of them need, and the limits. `animations` reads keyframes, `motion`
 //! finds what they move, `binding` says what that is in the scene.
@@ -29,6 +29,7 @@ mod meshes;
 mod motion;
 mod nodes;
 mod open_volumes;
+mod origin;
 mod photometric;
 mod pointers;
 mod pose;
@@ -40,12 +41,14 @@ mod variants;
 
 use super::{LoadError, LoadOptions, Loaded, read_file};
 use crate::animation::AnimatedInstance;
+use crate::origin::subtract;
 use crate::{Instance, LoadReport, Mesh, Scene};
 use binding::Made;
 use document::Document;
 pub use extensions::{EXTENSIONS, Extension, ExtensionStatus};
-use glam::Affine3A;
-use instances::Carrier;
+use glam::{DAffine3, DVec3};
+use instances::{Carrier, Job, Pose};
+use meshes::JobDeformation;
 use motion::Motion;
 use std::path::Path;
 use std::sync::atomic::Ordering;
@@ -95,7 +98,8 @@ fn load_bytes_within(path: &Path, file: &[u8], options: &LoadOptions) -> Result<
 
 fn convert(document: &Document<'_>, report: &mut LoadReport) -> Result<Scene, LoadError> {
     let source = document.shown_scene(report)?;
-    let hierarchy = document.hierarchy(source, report)?;
+    let mut hierarchy = document.hierarchy(source, report)?;
+    hierarchy.set_origin(document.origin(&hierarchy));
     let clips = document.clips(report);
     let motion = Motion::new(document, &clips, &hierarchy);
     let placement = document.placement(&hierarchy, &motion, report)?;
@@ -104,10 +108,12 @@ fn convert(document: &Document<'_>, report: &mut LoadReport) -> Result<Scene, Lo
     let mut texture_notes = LoadReport::default();
     let ((textures, mut images), built) = rayon::join(
         || textures.decode(&mut texture_notes),
-        || document.build_meshes(&placement.jobs, |m| materials.get(m), report),
+        || document.build_meshes(&placement.jobs, hierarchy.origin, |m| materials.get(m), report),
     );
-    let (meshes, deformations) = built?;
-    let mut kept = Kept::new(meshes, placement.instances, &placement.carriers);
+    let (mut meshes, mut deformations) = built?;
+    let anchors = settle_meshes(&mut meshes, &placement.jobs, &mut deformations);
+    let mut kept = Kept::new(meshes, placement.instances, &placement.carriers, &anchors);
+    let origin = hierarchy.origin;
     materials::settle_models(&mut materials.list, &textures, &images);
     open_volumes::mend(&mut kept.meshes, &mut materials.list, report);
     report.bytes_read += texture_notes.bytes_read;
@@ -130,7 +136,7 @@ fn convert(document: &Document<'_>, report: &mut LoadReport) -> Result<Scene, Lo
         lights: lights.carriers,
     };
     let animation = document.animation(&clips, hierarchy, &motion, made, report)?;
-    Ok(Scene {
+    let mut scene = Scene {
         meshes: kept.meshes,
         instances: kept.instances,
         materials: materials.list,
@@ -141,7 +147,23 @@ fn convert(document: &Document<'_>, report: &mut LoadReport) -> Result<Scene, Lo
         environment,
         animations: animation.into_iter().collect(),
         ..Scene::default()
-    })
+    };
+    scene.set_origin(origin, report);
+    Ok(scene)
+}
+
+/// Stores meshes that instances carry relative to their anchors, and returns those.
+fn settle_meshes(meshes: &mut [Mesh], jobs: &[Job], deformations: &mut [JobDeformation]) -> Vec<DVec3> {
+    let carried = |(mesh, job): (&mut Mesh, &Job)| {
+        let anchor = if matches!(job.pose, Pose::Rest) { mesh.anchor() } else { DVec3::ZERO };
+        mesh.subtract(anchor);
+        anchor
+    };
+    let anchors: Vec<DVec3> = meshes.iter_mut().zip(jobs).map(carried).collect();
+    for moving in deformations {
+        subtract(&mut moving.deformation.rest.positions, anchors[moving.job]);
+    }
+    anchors
 }
 
 /// Meshes that have anything to show, and their instances.
@@ -156,7 +178,9 @@ struct Kept {
 
 impl Kept {
     /// Removes meshes without parts, and their instances.
-    fn new(meshes: Vec<Mesh>, instances: Vec<Instance>, carriers: &[Carrier]) -> Self {
+    ///
+    /// - `anchors`: of each mesh what its vertices are relative to.
+    fn new(meshes: Vec<Mesh>, instances: Vec<Instance>, carriers: &[Carrier], anchors: &[DVec3]) -> Self {
         let mut count = 0;
         let numbers = meshes.iter().map(|mesh| {
             let number = (!mesh.parts.is_empty()).then_some(count);
@@ -168,14 +192,16 @@ impl Kept {
         let mut moving = Vec::new();
         for (mut instance, carrier) in instances.into_iter().zip(carriers) {
             let Some(number) = numbers[instance.mesh as usize] else { continue };
+            let anchor = DAffine3::from_translation(anchors[instance.mesh as usize]);
             instance.mesh = number;
+            instance.transform = (carrier.world * anchor).as_affine3a();
             if carrier.moving {
                 moving.push(AnimatedInstance {
                     instance: kept.len() as u32,
                     node: carrier.node,
-                    local: carrier.local,
+                    local: carrier.local.map(|local| local * anchor),
                     hidden: false,
-                    root: Affine3A::IDENTITY,
+                    root: DAffine3::IDENTITY,
                 });
             }
             kept.push(instance);

@@ -17,6 +17,8 @@ pub(super) struct Placed {
 
 /// All nodes in world space.
 pub(super) struct Hierarchy {
+    /// What `worlds` is relative to.
+    pub origin: DVec3,
     /// Node to world, for every node of the file: joints need not be in the scene.
     pub worlds: Vec<DAffine3>,
     /// Every node as animations move it; empty where nothing is animated.
@@ -73,7 +75,7 @@ impl Document<'_> {
             }
         };
         let placed = self.placed(roots, &parents, report)?;
-        Ok(Hierarchy { worlds, nodes, order, placed })
+        Ok(Hierarchy { origin: DVec3::ZERO, worlds, nodes, order, placed })
     }
 
     fn parents(&self, report: &mut LoadReport) -> Result<Vec<u32>, LoadError> {

@@ -10,7 +10,7 @@ use crate::load::{ies, read_file};
 use crate::photometry::LightProfile;
 use crate::report::without_quotes;
 use crate::{Light, LoadError, LoadReport, Photometry};
-use glam::{Affine3A, Vec3};
+use glam::{DAffine3, Vec3};
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -57,7 +57,7 @@ impl Document<'_> {
                 report.ignored("a photometric light has impossible values and is left out");
                 continue;
             };
-            let (light, root) = (lights.objects.len() as u32, Affine3A::IDENTITY);
+            let (light, root) = (lights.objects.len() as u32, DAffine3::IDENTITY);
             lights.carriers.push((NO_NUMBER, AnimatedLight { light, node: placed.node, source, root }));
             let name = self.node_name(placed.node, None);
             lights.objects.push(Light { name, kind, profile: Some(Photometry::at_node(profile, world)) });

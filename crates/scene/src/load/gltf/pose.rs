@@ -8,8 +8,9 @@ use super::instances::{Job, Pose};
 use super::json::{Kind, Primitive};
 use super::materials::Use;
 use crate::animation::{Deformation, Influence, Influences, Joints, MorphTarget};
+use crate::origin::{Bounds, subtract};
 use crate::{LoadError, LoadReport, TriangleMesh};
-use glam::{Vec2, Vec3, Vec4};
+use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 use std::collections::BTreeMap;
 
 /// No primitive has more sets of four joints.
@@ -66,27 +67,36 @@ impl Document<'_> {
             Pose::Skinned { joints, .. } => self.influences(joints.len(), source, mesh.positions.len())?,
             Pose::Rest | Pose::Baked(_) => None,
         };
-        Ok(Some(Deformation { rest: TriangleMesh::default(), targets, influences }))
+        Ok(Some(Deformation { targets, influences, ..Deformation::default() }))
     }
 
     /// Moves the vertices of `mesh` into the job's pose. The deformation remembers where they were.
+    ///
+    /// - `origin`: what the job's transforms are relative to.
     pub fn apply_pose(
         &self,
         job: &Job,
+        origin: DVec3,
         deformation: &mut Deformation,
         mesh: &mut TriangleMesh,
         report: &mut LoadReport,
     ) {
         let indices = std::mem::take(&mut mesh.indices);
         deformation.rest = std::mem::take(mesh);
+        if !matches!(job.pose, Pose::Rest) {
+            let bounds = Bounds::of(deformation.rest.positions.iter().map(|p| p.as_dvec3()));
+            deformation.anchor = bounds.anchor();
+            subtract(&mut deformation.rest.positions, deformation.anchor);
+        }
+        let unmoved = DAffine3::from_translation(-origin);
         let joints = match &job.pose {
             Pose::Rest => None,
-            Pose::Baked(node) => Some(Joints { matrices: &[], node: *node }),
+            Pose::Baked(node) => Some(Joints { matrices: &[], node: *node, unmoved }),
             Pose::Skinned { joints, node, .. } => {
                 if joints.iter().any(|j| !j.is_finite()) {
                     report.repaired("joints that are not finite leave their vertices where they are at rest");
                 }
-                Some(Joints { matrices: joints, node: *node })
+                Some(Joints { matrices: joints, node: *node, unmoved })
             }
         };
         deformation.apply(&job.weights, joints, mesh);

@@ -109,6 +109,7 @@ fn load_from(
     let instances = scene.meshes.iter().enumerate();
     scene.instances =
         instances.map(|(i, mesh)| Instance::new(mesh.name.as_str(), i as u32, Affine3A::IDENTITY)).collect();
+    scene.settle_meshes(data.anchor, &mut report);
     if scene.meshes.is_empty() {
         match data.chunks.iter().map(|chunk| chunk.len()).sum::<u32>() {
             0 => report.ignored("the file has no faces that can be drawn"),

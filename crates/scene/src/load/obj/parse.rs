@@ -2,7 +2,8 @@
 
 use super::text::{self, Lines};
 use crate::LoadReport;
-use glam::{Vec2, Vec3, Vec4};
+use crate::origin::Bounds;
+use glam::{DVec3, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -17,6 +18,8 @@ pub(super) type Corner = [i32; 3];
 /// A parsed OBJ file.
 #[derive(Default)]
 pub(super) struct Data {
+    /// What the positions are relative to.
+    pub(super) anchor: DVec3,
     pub(super) positions: Vec<Vec3>,
     /// Colour of each position, as written; empty if the file has none.
     pub(super) colors: Vec<Vec4>,
@@ -60,6 +63,8 @@ impl Faces {
 /// What one piece of the file holds.
 #[derive(Default)]
 struct Chunk {
+    /// Subtracted from positions.
+    anchor: DVec3,
     positions: Vec<Vec3>,
     colors: Vec<Vec4>,
     uvs: Vec<Vec2>,
@@ -89,13 +94,23 @@ const CHUNK_SIZE: usize = 1 << 20;
 const NAMES: [&[u8]; 4] = [b"o", b"g", b"usemtl", b"mtllib"];
 
 /// Parses the text of an OBJ file. Whatever it holds, this does not fail: what cannot be understood is reported.
+///
+/// Positions that are far from the origin are parsed once more with all their digits.
 pub(super) fn parse(bytes: &[u8], report: &mut LoadReport) -> Data {
     let text = text::with_line_feeds(bytes);
-    let chunks: Vec<Chunk> = text::chunks(&text, CHUNK_SIZE).into_par_iter().map(Chunk::parse).collect();
-    for chunk in &chunks {
+    let pieces = text::chunks(&text, CHUNK_SIZE);
+    let chunks = |anchor| pieces.par_iter().map(|text| Chunk::parse(text, anchor)).collect::<Vec<_>>();
+    let first = chunks(DVec3::ZERO);
+    for chunk in &first {
         chunk.oddities.report(report);
     }
-    put_together(chunks)
+    let mut data = put_together(first);
+    data.anchor = Bounds::of(data.positions.iter().map(|p| p.as_dvec3())).anchor();
+    if data.anchor != DVec3::ZERO {
+        let again = chunks(data.anchor);
+        data.positions = again.into_iter().flat_map(|chunk| chunk.positions).collect();
+    }
+    data
 }
 
 fn put_together(chunks: Vec<Chunk>) -> Data {
@@ -127,8 +142,8 @@ fn put_together(chunks: Vec<Chunk>) -> Data {
 }
 
 impl Chunk {
-    fn parse(text: &[u8]) -> Self {
-        let mut chunk = Self::default();
+    fn parse(text: &[u8], anchor: DVec3) -> Self {
+        let mut chunk = Self { anchor, ..Self::default() };
         for line in Lines::new(text) {
             let mut rest = &*line;
             let keyword = text::word(&mut rest);
@@ -183,7 +198,9 @@ impl Chunk {
             self.oddities.bad_numbers += 1;
         }
         let [x, y, z, r, g, b, a] = values;
-        self.positions.push(Vec3::new(x, y, z));
+        let position = Vec3::new(x, y, z);
+        let is_near = self.anchor == DVec3::ZERO;
+        self.positions.push(if is_near { position } else { self.exact_position(rest, position) });
         match count {
             4 => self.oddities.weights += usize::from(r != 1.0),
             6 | 7 => {
@@ -192,6 +209,17 @@ impl Chunk {
             }
             _ => {}
         }
+    }
+
+    /// A position relative to the anchor, from its text or else from its rounded value.
+    fn exact_position(&self, mut rest: &[u8], rounded: Vec3) -> Vec3 {
+        let mut exact = rounded.as_dvec3();
+        for axis in 0..3 {
+            let word = text::word(&mut rest).and_then(|word| std::str::from_utf8(word).ok());
+            let number = word.and_then(|word| word.parse::<f64>().ok());
+            exact[axis] = number.filter(|n| n.is_finite()).unwrap_or(exact[axis]);
+        }
+        (exact - self.anchor).as_vec3()
     }
 
     fn face(&mut self, mut rest: &[u8]) {
@@ -340,7 +368,7 @@ mod tests {
             "f -1 -2 -4\n",
         ];
         let whole = texts.concat();
-        let apart = put_together(texts.drain(..).map(|t| Chunk::parse(t.as_bytes())).collect());
+        let apart = put_together(texts.drain(..).map(|t| Chunk::parse(t.as_bytes(), DVec3::ZERO)).collect());
         let together = parse(whole.as_bytes(), &mut LoadReport::default());
         for data in [apart, together] {
             let faces = faces(&data);

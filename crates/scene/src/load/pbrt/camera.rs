@@ -71,7 +71,7 @@ impl Builder<'_> {
             }
         };
         let to_world = self.mirror * pending.camera_to_world;
-        let eye = to_world.translation.as_vec3();
+        let eye = (to_world.translation - self.scene.origin).as_vec3();
         let forward = to_world.matrix3.z_axis.as_vec3().normalize_or_zero();
         let up = to_world.matrix3.y_axis.as_vec3().normalize_or_zero();
         if !eye.is_finite() || forward.cross(up).length() < 1e-6 {

@@ -18,15 +18,16 @@ pub(super) struct PendingEnvironment {
 impl Builder<'_> {
     pub(super) fn add_light(&mut self, kind: &str, p: &Parameters) -> Result<(), LoadError> {
         let to_world = self.mirror * self.state.transform;
-        let point = |v: Vec3| to_world.transform_point3(v.as_dvec3()).as_vec3();
+        let point = |v: Vec3| to_world.transform_point3(v.as_dvec3());
         let from = p.vector("from").unwrap_or(Vec3::ZERO);
         let to = p.vector("to").unwrap_or(Vec3::Z);
-        let direction = (point(to) - point(from)).normalize_or(Vec3::NEG_Y);
+        let direction = (point(to) - point(from)).normalize_or(DVec3::NEG_Y).as_vec3();
+        let position = Vec3::ZERO;
         let scale = p.number_or("scale", 1.0);
         let kind = match kind {
             "point" => {
                 let intensity = self.color(p, "I") * scale * self.power(p, 4.0 * std::f32::consts::PI, "I");
-                LightKind::Point { position: point(from), intensity }
+                LightKind::Point { position, intensity }
             }
             "spot" => {
                 let outer = p.number_or("coneangle", 30.0).clamp(0.01, 90.0);
@@ -34,7 +35,7 @@ impl Builder<'_> {
                 let (outer_angle, inner_angle) = (outer.to_radians(), inner.to_radians());
                 let cone = std::f32::consts::TAU * (1.0 - 0.5 * (outer_angle.cos() + inner_angle.cos()));
                 let intensity = self.color(p, "I") * scale * self.power(p, cone, "I");
-                LightKind::Spot { position: point(from), direction, intensity, inner_angle, outer_angle }
+                LightKind::Spot { position, direction, intensity, inner_angle, outer_angle }
             }
             "distant" => {
                 let mut irradiance = self.color(p, "L") * scale;
@@ -51,6 +52,7 @@ impl Builder<'_> {
         };
         let name = format!("light {}", self.scene.lights.len());
         self.scene.lights.push(Light::new(name, kind));
+        self.light_positions.push(point(from));
         Ok(())
     }
 
@@ -118,16 +120,15 @@ impl Builder<'_> {
 
     /// The opening that an environment is seen through, four points in world space.
     fn add_portal(&mut self, p: &Parameters) -> Result<(), LoadError> {
-        let corner = |c: &[f32]| {
-            let world = self.mirror.transform_point3(DVec3::new(c[0].into(), c[1].into(), c[2].into()));
-            world.as_vec3()
-        };
-        let corners: Vec<Vec3> = p.numbers("portal").chunks_exact(3).map(corner).collect();
-        let Ok(corners) = <[Vec3; 4]>::try_from(corners) else {
+        let corner =
+            |c: &[f32]| self.mirror.transform_point3(DVec3::new(c[0].into(), c[1].into(), c[2].into()));
+        let corners: Vec<DVec3> = p.numbers("portal").chunks_exact(3).map(corner).collect();
+        let Ok(corners) = <[DVec3; 4]>::try_from(corners) else {
             return Err(self.parser.error(&p.place, "the portal of an infinite light needs four points"));
         };
-        let portal = Portal::new(corners).map_err(|e| self.parser.error(&p.place, e.to_string()))?;
-        self.scene.portals = vec![portal];
+        let relative = corners.map(|corner| (corner - corners[0]).as_vec3());
+        Portal::new(relative).map_err(|e| self.parser.error(&p.place, e.to_string()))?;
+        self.portal = Some(corners);
         // pbrt takes all other light away; here it comes in elsewhere, too, if there is a way.
         self.report
             .approximated(format!("{}: light of an environment comes in beside its portal, too", p.place));

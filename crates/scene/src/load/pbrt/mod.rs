@@ -23,8 +23,10 @@ mod version;
 use super::session::instance;
 use super::textures::TextureLoader;
 use super::{LoadError, LoadOptions, Loaded, read_file};
-use crate::{Instance, LoadReport, MeshId, Scene, Texture};
-use glam::{DAffine3, DMat3, DMat4, DVec3};
+use crate::merge::placed_light;
+use crate::origin::{Bounds, stored};
+use crate::{Instance, LoadReport, Mesh, MeshId, Portal, Scene, Texture};
+use glam::{Affine3A, DAffine3, DMat3, DMat4, DVec3};
 use parameters::Parameters;
 use parser::Parser;
 use state::State;
@@ -93,6 +95,12 @@ struct Builder<'o> {
     object: Option<(String, Vec<Placed>)>,
     /// Mirrors pbrt's world into this one.
     mirror: DAffine3,
+    /// Mesh to world, for each of the scene's instances.
+    worlds: Vec<DAffine3>,
+    /// World positions of the scene's lights.
+    light_positions: Vec<DVec3>,
+    /// Corners in the world.
+    portal: Option<[DVec3; 4]>,
 }
 
 /// What an attribute block ends with.
@@ -122,6 +130,9 @@ impl<'o> Builder<'o> {
             objects: HashMap::new(),
             object: None,
             mirror: DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0)),
+            worlds: Vec::new(),
+            light_positions: Vec::new(),
+            portal: None,
         };
         builder.add_default_material();
         builder
@@ -354,8 +365,9 @@ impl<'o> Builder<'o> {
                 self.options.budget().take(size, "instances")?;
                 let to_world = self.mirror * self.state.transform;
                 for shape in shapes {
-                    let transform = (to_world * shape.transform).as_affine3a();
-                    self.scene.instances.push(Instance::new(shape.name.clone(), shape.mesh, transform));
+                    self.worlds.push(to_world * shape.transform);
+                    let name = shape.name.clone();
+                    self.scene.instances.push(Instance::new(name, shape.mesh, Affine3A::IDENTITY));
                 }
             }
         }
@@ -392,8 +404,30 @@ impl<'o> Builder<'o> {
         Ok(())
     }
 
+    /// Gives the scene its origin, and everything in it its place relative to it.
+    fn place_all(&mut self) {
+        let boxes: Vec<_> = self.scene.meshes.iter().map(Mesh::bounds).collect();
+        let mut bounds = Bounds::default();
+        for (instance, world) in self.scene.instances.iter().zip(&self.worlds) {
+            if let Some((low, high)) = boxes[instance.mesh as usize] {
+                bounds.add_box(world, low.as_dvec3(), high.as_dvec3());
+            }
+        }
+        let origin = bounds.anchor();
+        self.scene.set_origin(origin, &mut self.report);
+        for (instance, world) in self.scene.instances.iter_mut().zip(&self.worlds) {
+            instance.transform = stored(world, origin);
+        }
+        for (light, world) in self.scene.lights.iter_mut().zip(&self.light_positions) {
+            *light = placed_light(light, &stored(&DAffine3::from_translation(*world), origin));
+        }
+        let portal = self.portal.map(|corners| corners.map(|corner| (corner - origin).as_vec3()));
+        self.scene.portals = portal.and_then(|corners| Portal::new(corners).ok()).into_iter().collect();
+    }
+
     fn finish(mut self) -> Loaded {
         self.report.bytes_read += self.parser.bytes_read;
+        self.place_all();
         self.finish_camera();
         let images = std::mem::replace(&mut self.images, TextureLoader::new(self.options, 0));
         self.scene.images = images.finish(&mut self.report);

@@ -4,7 +4,7 @@ use super::parameters::Parameters;
 use super::{Builder, MAX_INSTANCES, Placed};
 use crate::load::session::{TRIANGLE, instance};
 use crate::{Instance, LoadError, Mesh, Shape, Sphere, TriangleMesh, load};
-use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
+use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec2, Vec3};
 
 /// Corners of a disk.
 const DISK_CORNERS: u32 = 96;
@@ -14,6 +14,7 @@ impl Builder<'_> {
         if let Some(alpha) = p.number("alpha").filter(|a| *a < 1.0) {
             self.report.ignored(format!("{}: the shape's alpha {alpha} is taken as 1", p.place));
         }
+        let mut anchor = DVec3::ZERO;
         let shape = match kind {
             "trianglemesh" | "loopsubdiv" => {
                 if kind == "loopsubdiv" {
@@ -24,7 +25,13 @@ impl Builder<'_> {
                 Some(Shape::Triangles(self.triangle_mesh(p)?))
             }
             "bilinearmesh" => Some(Shape::Triangles(self.bilinear_mesh(p)?)),
-            "plymesh" => self.ply_mesh(p)?.map(Shape::Triangles),
+            "plymesh" => match self.ply_mesh(p)? {
+                Some((mesh, own)) => {
+                    anchor = own;
+                    Some(Shape::Triangles(mesh))
+                }
+                None => None,
+            },
             "sphere" => Some(self.sphere(p)),
             "disk" => Some(Shape::Triangles(self.disk(p))),
             other => {
@@ -51,16 +58,21 @@ impl Builder<'_> {
         let name = format!("{kind} {mesh}");
         let triangles = if let Shape::Triangles(mesh) = &shape { mesh.indices.len() as u64 } else { 1 };
         self.options.budget().take(triangles * TRIANGLE + instance(name.len()), "shapes")?;
-        self.scene.meshes.push(Mesh::single(name.clone(), shape, material));
+        let mut stored = Mesh::single(name.clone(), shape, material);
+        let own = stored.anchor();
+        stored.subtract(own);
+        self.scene.meshes.push(stored);
         // Texture coordinates of pbrt's spheres go around z from x to y, ours around y from z to x.
         let axes = if is_sphere { DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X) } else { DMat3::IDENTITY };
-        self.place(name, mesh, axes, p)
+        let stored = DAffine3::from_translation(own);
+        self.place(name, mesh, &(DAffine3::from_translation(anchor) * DAffine3::from_mat3(axes) * stored), p)
     }
 
-    /// Puts a mesh into the object that is being defined, or into the world. `axes`: of the mesh in the space of the file's
-    /// shape.
-    fn place(&mut self, name: String, mesh: u32, axes: DMat3, p: &Parameters) -> Result<(), LoadError> {
-        let transform = self.state.transform * DAffine3::from_mat3(axes);
+    /// Puts a mesh into the object that is being defined, or into the world.
+    ///
+    /// - `anchor`: from the mesh as it is stored to the space of the shape.
+    fn place(&mut self, name: String, mesh: u32, anchor: &DAffine3, p: &Parameters) -> Result<(), LoadError> {
+        let transform = self.state.transform * *anchor;
         if let Some((_, shapes)) = &mut self.object {
             shapes.push(Placed { name, mesh, transform });
             return Ok(());
@@ -68,8 +80,8 @@ impl Builder<'_> {
         if self.scene.instances.len() >= MAX_INSTANCES {
             return Err(self.parser.error(&p.place, format!("there are more than {MAX_INSTANCES} shapes")));
         }
-        let transform: DAffine3 = self.mirror * transform;
-        self.scene.instances.push(Instance::new(name, mesh, transform.as_affine3a()));
+        self.worlds.push(self.mirror * transform);
+        self.scene.instances.push(Instance::new(name, mesh, Affine3A::IDENTITY));
         Ok(())
     }
 
@@ -133,7 +145,8 @@ impl Builder<'_> {
         p.numbers("indices").iter().map(index).collect()
     }
 
-    fn ply_mesh(&mut self, p: &Parameters) -> Result<Option<TriangleMesh>, LoadError> {
+    /// A mesh, and the point of the shape's space that it is stored relative to.
+    fn ply_mesh(&mut self, p: &Parameters) -> Result<Option<(TriangleMesh, DVec3)>, LoadError> {
         let Some(name) = p.text("filename") else {
             return Err(self.parser.error(&p.place, "plymesh has no filename"));
         };
@@ -149,9 +162,11 @@ impl Builder<'_> {
         let options = crate::LoadOptions { crease_angle: 0.0, ..self.options.clone() };
         let loaded = load::ply::load_mesh(&path, &options)?;
         self.report.absorb(name, loaded.report);
+        let instance = loaded.scene.instances.first();
+        let anchor = instance.map(|i| loaded.scene.to_world(i.transform.translation.into()));
         let mesh = loaded.scene.meshes.into_iter().next().and_then(|mesh| mesh.parts.into_iter().next());
         Ok(mesh.and_then(|part| match part.shape {
-            Shape::Triangles(mesh) => Some(mesh),
+            Shape::Triangles(mesh) => Some((mesh, anchor.unwrap_or_default())),
             Shape::Spheres(_) => None,
         }))
     }

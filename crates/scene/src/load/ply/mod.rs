@@ -18,12 +18,13 @@ mod values;
 use super::session::TRIANGLE;
 use super::textures::{Neutral, TextureLoader, find_file, vertex_colors};
 use super::{LoadError, LoadOptions, Loaded, read_file, text};
+use crate::origin::anchored;
 use crate::triangulate::Triangulator;
 use crate::{
     ColorSpace, Instance, LoadReport, Material, Mesh, Sampler, Scene, Shape, Texture, TextureRef,
     TriangleMesh, normals,
 };
-use glam::{Affine3A, Vec2, Vec3, Vec4};
+use glam::{Affine3A, DVec3, Vec2, Vec3, Vec4};
 use header::{Element, Header, Scalar};
 use std::collections::HashMap;
 use std::path::Path;
@@ -112,6 +113,7 @@ fn parse_rows(
         header_size: header.size,
         values,
         mesh: TriangleMesh::default(),
+        anchor: DVec3::ZERO,
         polygons: Polygons::default(),
         report: LoadReport { bytes_read: bytes.len() as u64, ..Default::default() },
     };
@@ -136,7 +138,7 @@ fn parse_rows(
         return Err(LoadError::malformed(path, "header", "there is no element `vertex`"));
     }
     reader.report_left_over();
-    let Reader { mut mesh, polygons, mut report, .. } = reader;
+    let Reader { mut mesh, anchor, polygons, mut report, .. } = reader;
     let faces = polygons.ends.len() + polygons.strips.len();
     let triangles = (polygons.corners.len() + polygons.strips.len()) as u64;
     options.budget().take(triangles.saturating_mul(TRIANGLE), "faces")?;
@@ -182,6 +184,7 @@ fn parse_rows(
     scene.materials.push(material);
     scene.meshes.push(Mesh::single(name.clone(), Shape::Triangles(mesh), 0));
     scene.instances.push(Instance::new(name, 0, Affine3A::IDENTITY));
+    scene.settle_meshes(anchor, &mut report);
     Ok(Loaded { scene, report })
 }
 
@@ -225,6 +228,8 @@ struct Reader<'a> {
     header_size: usize,
     values: Values<'a>,
     mesh: TriangleMesh,
+    /// What the positions are relative to.
+    anchor: DVec3,
     polygons: Polygons,
     report: LoadReport,
 }
@@ -270,6 +275,8 @@ impl Reader<'_> {
         let mut row_values = vec![0.0; element.properties.len()];
         let (mut not_finite, mut zero_normals) = (0usize, 0usize);
         let mut colors = Vec::new();
+        // Text and doubles have more digits than are stored.
+        let mut positions: Vec<DVec3> = Vec::new();
         for row in 0..element.count {
             self.values.begin_row();
             for (value, property) in row_values.iter_mut().zip(&element.properties) {
@@ -287,7 +294,9 @@ impl Reader<'_> {
                 not_finite += usize::from(!value.is_finite());
                 if value.is_finite() { value } else { 0.0 }
             };
-            self.mesh.positions.push(Vec3::from(position.map(&mut get)));
+            let rounded = Vec3::from(position.map(&mut get));
+            let exact = DVec3::from_array(position.map(|column| row_values[column]));
+            positions.push(if exact.is_finite() { exact } else { rounded.as_dvec3() });
             if let Some(columns) = columns.normal {
                 let normal = Vec3::from(columns.map(&mut get)).as_dvec3().try_normalize();
                 zero_normals += usize::from(normal.is_none());
@@ -305,6 +314,7 @@ impl Reader<'_> {
                 colors.push(Vec4::new(r, g, b, a));
             }
         }
+        (self.mesh.positions, self.anchor) = anchored(&positions);
         let is_float = |c: [usize; 3]| matches!(element.properties[c[0]].scalar, Scalar::F32 | Scalar::F64);
         self.mesh.colors = vertex_colors(colors, !columns.color.is_some_and(is_float), &mut self.report);
         if not_finite > 0 {

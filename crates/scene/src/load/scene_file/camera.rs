@@ -2,10 +2,11 @@
 
 use super::Builder;
 use super::document::{Context, Entry};
+use super::placement::View;
 use super::values::{direction, positive, within};
 use crate::load::LoadError;
 use crate::{Camera, CameraPath, Distortion, Projection};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -13,8 +14,8 @@ use serde::Deserialize;
 struct CameraKeys {
     name: Option<String>,
     projection: ProjectionName,
-    eye: Option<[f32; 3]>,
-    target: [f32; 3],
+    eye: Option<[f64; 3]>,
+    target: [f64; 3],
     up: [f32; 3],
     /// Degrees.
     fov: Option<f32>,
@@ -25,7 +26,7 @@ struct CameraKeys {
     focal_length: Option<f32>,
     lens_radius: Option<f32>,
     focus_distance: Option<f32>,
-    focus: Option<[f32; 3]>,
+    focus: Option<[f64; 3]>,
     orbit: Option<OrbitKeys>,
     /// Intrinsics, in pixels of a picture of `matrix_size`.
     matrix: Option<[[f64; 3]; 3]>,
@@ -71,7 +72,7 @@ enum ProjectionName {
 #[serde(deny_unknown_fields)]
 struct OrbitKeys {
     #[serde(default)]
-    center: [f32; 3],
+    center: [f64; 3],
     radius: f32,
     #[serde(default)]
     height: f32,
@@ -91,21 +92,25 @@ impl Builder<'_> {
     /// Adds a camera.
     pub(super) fn add_camera(&mut self, entry: Entry) -> Result<(), LoadError> {
         let context = entry.context();
-        let camera = camera(entry.read()?, self.scene.cameras.len(), &context)?;
+        let (camera, view) = camera(entry.read()?, self.scene.cameras.len(), &context)?;
         self.scene.cameras.push(camera);
+        self.placement.cameras.push(view);
         Ok(())
     }
 }
 
-fn camera(k: CameraKeys, number: usize, c: &Context) -> Result<Camera, LoadError> {
-    let target = Vec3::from_array(k.target);
-    let path = k.orbit.as_ref().map(|orbit| path(orbit, c)).transpose()?;
-    let eye = match (k.eye, &path) {
+/// The camera with everything relative to a point near it, and its place in the world.
+fn camera(k: CameraKeys, number: usize, c: &Context) -> Result<(Camera, View), LoadError> {
+    let near = match (k.eye, &k.orbit) {
         (Some(_), Some(_)) => return Err(c.error("`eye` and `orbit` exclude each other")),
-        (Some(eye), None) => Vec3::from_array(eye),
-        (None, Some(_)) => Vec3::ZERO,
+        (Some(eye), None) => DVec3::from_array(eye),
+        (None, Some(orbit)) => DVec3::from_array(orbit.center),
         (None, None) => return Err(c.error("`eye` is missing")),
     };
+    let relative = |point: [f64; 3]| (DVec3::from_array(point) - near).as_vec3();
+    let target = relative(k.target);
+    let path = k.orbit.as_ref().map(|orbit| path(orbit, c)).transpose()?;
+    let eye = Vec3::ZERO;
     let projection = projection(&k, c)?;
     let name = k.name.clone().unwrap_or_else(|| format!("camera {}", number + 1));
     let mut camera = Camera { projection, path, ..Camera::perspective(name, eye, target, 1.0) };
@@ -119,12 +124,11 @@ fn camera(k: CameraKeys, number: usize, c: &Context) -> Result<Camera, LoadError
     camera.focus_distance = match (k.focus_distance, k.focus) {
         (Some(_), Some(_)) => return Err(c.error("`focus-distance` and `focus` exclude each other")),
         (Some(distance), None) => positive(distance, "focus-distance", c)?,
-        (None, Some(point)) => {
-            positive(axis.dot(Vec3::from_array(point) - camera.eye), "distance of `focus`", c)?
-        }
+        (None, Some(point)) => positive(axis.dot(relative(point) - camera.eye), "distance of `focus`", c)?,
         (None, None) => (target - camera.eye).length(),
     };
-    Ok(camera)
+    let center = path.is_some().then_some(near);
+    Ok((camera, View { eye: near, target: DVec3::from_array(k.target), center }))
 }
 
 fn projection(k: &CameraKeys, c: &Context) -> Result<Projection, LoadError> {
@@ -209,7 +213,7 @@ fn lens_radius(k: &CameraKeys, projection: &Projection, c: &Context) -> Result<f
 
 fn path(k: &OrbitKeys, c: &Context) -> Result<CameraPath, LoadError> {
     Ok(CameraPath::Orbit {
-        center: k.center.into(),
+        center: Vec3::ZERO,
         radius: positive(k.radius, "orbit.radius", c)?,
         height: k.height,
         bob: k.bob,

@@ -5,7 +5,7 @@ use super::document::{Context, Entry};
 use super::values::{Color, Vec3Value, direction, within};
 use crate::load::{self, LoadError};
 use crate::{Daylight, Environment, Portal, Sky, Sun, SunError};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -78,10 +78,10 @@ impl Builder<'_> {
             return Err(context.error("`rotation` needs `file`"));
         }
         for (number, keys) in (1..).zip(keys.portals) {
-            let portal = Portal::new(keys.corners.map(Vec3::from));
-            self.scene
-                .portals
-                .push(portal.map_err(|e| context.error(format!("`portals`, number {number}: {e}")))?);
+            let corners = keys.corners.map(DVec3::from);
+            let portal = Portal::new(corners.map(|corner| (corner - corners[0]).as_vec3()));
+            portal.map_err(|e| context.error(format!("`portals`, number {number}: {e}")))?;
+            self.placement.portals.push(corners);
         }
         self.scene.environment = match (keys.color, keys.file, keys.sky, keys.daylight) {
             (Some(color), None, None, None) => Environment::Constant(color.0 * intensity),

@@ -5,9 +5,8 @@ use super::document::{Context, Entry};
 use super::repeat::{Copy, Palette};
 use super::values::{Color, direction, within};
 use crate::load::{LoadError, ies};
-use crate::merge::placed_light;
 use crate::{Light, LightKind, Photometry};
-use glam::Vec3;
+use glam::{DAffine3, DVec3, Vec3};
 use serde::Deserialize;
 use std::sync::Arc;
 
@@ -15,7 +14,7 @@ use std::sync::Arc;
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct PointKeys {
     #[serde(default)]
-    position: [f32; 3],
+    position: [f64; 3],
     #[serde(default = "white")]
     color: Color,
     /// W/sr, where the profile is greatest if there is one.
@@ -27,7 +26,7 @@ struct PointKeys {
     ies: Option<String>,
     /// Where the lamp of the file is aimed.
     direction: Option<[f32; 3]>,
-    target: Option<[f32; 3]>,
+    target: Option<[f64; 3]>,
     /// Degrees.
     turn: Option<f32>,
 }
@@ -36,9 +35,9 @@ struct PointKeys {
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct SpotKeys {
     #[serde(default)]
-    position: [f32; 3],
+    position: [f64; 3],
     direction: Option<[f32; 3]>,
-    target: Option<[f32; 3]>,
+    target: Option<[f64; 3]>,
     #[serde(default = "white")]
     color: Color,
     /// W/sr on the axis; with a profile, where that is greatest.
@@ -85,10 +84,13 @@ impl Builder<'_> {
         let Some(object) = self.take_object(&mut entry)? else { return Ok(()) };
         let palette = entry.take_table("vary-color").map(|table| table.read::<Palette>()).transpose()?;
         let kind = entry.take_string("kind")?.unwrap_or_default();
-        let (kind, profile, split) = match kind.as_str() {
+        let Lamp { kind, at, profile, split } = match kind.as_str() {
             "point" => self.point(entry.read()?, &context)?,
             "spot" => self.spot(entry.read()?, &context)?,
-            "directional" => (directional(entry.read()?, &context)?, None, false),
+            "directional" => {
+                let kind = directional(entry.read()?, &context)?;
+                Lamp { kind, at: DAffine3::IDENTITY, profile: None, split: false }
+            }
             other => {
                 let message = format!("unknown kind `{other}`; known are `point`, `spot` and `directional`");
                 return Err(context.error(message));
@@ -99,7 +101,8 @@ impl Builder<'_> {
             let kind = tinted(kind, share * tint(palette.as_ref(), copy));
             let light = Light { name: object.copy_name("light", i), kind, profile: profile.clone() };
             if object.visible {
-                self.scene.lights.push(placed_light(&light, &object.transform(copy)));
+                self.scene.lights.push(light);
+                self.placement.lights.push(object.transform(copy) * at);
             }
         }
         Ok(())
@@ -125,12 +128,20 @@ fn strength(color: Color, value: f32, key: &str, c: &Context) -> Result<Vec3, Lo
     Ok(color.0 * within(value, [0.0, 1e12], key, c)?)
 }
 
-/// A light, its profile, and whether its copies share the intensity.
-type Lamp = (LightKind, Option<Photometry>, bool);
+/// A light before it is placed.
+struct Lamp {
+    /// The light at the origin.
+    kind: LightKind,
+    /// Its place in its object.
+    at: DAffine3,
+    profile: Option<Photometry>,
+    /// Whether its copies share the intensity.
+    split: bool,
+}
 
 impl Builder<'_> {
     fn point(&mut self, k: PointKeys, c: &Context) -> Result<Lamp, LoadError> {
-        let position = Vec3::from_array(k.position);
+        let position = DVec3::from_array(k.position);
         if k.ies.is_none() && (k.direction.is_some() || k.target.is_some()) {
             return Err(c.error("a point shines in all directions: `direction` and `target` go with `ies`"));
         }
@@ -140,23 +151,24 @@ impl Builder<'_> {
         };
         let profile = self.profile(k.ies.as_deref(), k.turn, axis, c)?;
         let intensity = intensity(k.color, k.intensity, profile.as_ref(), c)?;
-        Ok((LightKind::Point { position, intensity }, profile, k.split_intensity))
+        let kind = LightKind::Point { position: Vec3::ZERO, intensity };
+        Ok(Lamp { kind, at: DAffine3::from_translation(position), profile, split: k.split_intensity })
     }
 
     fn spot(&mut self, k: SpotKeys, c: &Context) -> Result<Lamp, LoadError> {
-        let position = Vec3::from_array(k.position);
+        let position = DVec3::from_array(k.position);
         let direction = aim((k.direction, k.target), position, c)?;
         let outer = within(k.angle, [0.1, 90.0], "angle", c)?;
         let inner = within(k.inner_angle.unwrap_or(outer * 0.8), [0.0, outer * 0.999], "inner-angle", c)?;
         let profile = self.profile(k.ies.as_deref(), k.turn, direction, c)?;
         let kind = LightKind::Spot {
-            position,
+            position: Vec3::ZERO,
             direction,
             intensity: intensity(k.color, k.intensity, profile.as_ref(), c)?,
             inner_angle: inner.to_radians(),
             outer_angle: outer.to_radians(),
         };
-        Ok((kind, profile, k.split_intensity))
+        Ok(Lamp { kind, at: DAffine3::from_translation(position), profile, split: k.split_intensity })
     }
 
     /// The profile of a photometric file, aimed along `axis`.
@@ -188,10 +200,12 @@ impl Builder<'_> {
 }
 
 /// The unit direction of `direction` or towards `target`.
-fn aim(aims: (Option<[f32; 3]>, Option<[f32; 3]>), position: Vec3, c: &Context) -> Result<Vec3, LoadError> {
+fn aim(aims: (Option<[f32; 3]>, Option<[f64; 3]>), position: DVec3, c: &Context) -> Result<Vec3, LoadError> {
     match aims {
         (Some(d), None) => direction(d.into(), "direction", c),
-        (None, Some(target)) => direction(Vec3::from_array(target) - position, "target − position", c),
+        (None, Some(target)) => {
+            direction((DVec3::from_array(target) - position).as_vec3(), "target − position", c)
+        }
         _ => Err(c.error("the light needs one of `direction` and `target`")),
     }
 }

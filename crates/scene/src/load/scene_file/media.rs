@@ -6,7 +6,7 @@ use super::materials::MaterialKeys;
 use super::values::{Color, Vec3Value, within};
 use crate::load::{LoadError, vol};
 use crate::{DensityGrid, Fog, Material, Medium, Model, Subsurface};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde::Deserialize;
 use std::sync::Arc;
 
@@ -138,7 +138,7 @@ impl Builder<'_> {
         };
         let mut grid = vol::load(&self.place.folder.join(file), self.options)?;
         if let Some(corners) = bounds {
-            let placed = grid.placed(corners.map(Vec3::from_array));
+            let placed = grid.placed(corners.map(|corner| DVec3::from_array(corner).as_vec3()));
             grid = placed.ok_or_else(|| {
                 c.error(
                     "`density.bounds` must be two corners, the second one above the first along each axis",

@@ -15,6 +15,7 @@ mod media;
 mod models;
 mod objects;
 mod parameters;
+mod placement;
 mod repeat;
 mod shapes;
 mod values;
@@ -147,6 +148,7 @@ struct Builder<'a> {
     options: &'a LoadOptions,
     budget: &'a mut Budget,
     scene: Scene,
+    placement: placement::Placement,
     report: LoadReport,
     materials: HashMap<String, MaterialId>,
     /// Images of the file's own materials; they get their place in the scene at the end.
@@ -202,6 +204,7 @@ fn build(
         options,
         budget,
         scene: Scene::default(),
+        placement: placement::Placement::default(),
         report: LoadReport::default(),
         materials: HashMap::new(),
         images: TextureLoader::new(options, 0),
@@ -265,6 +268,7 @@ impl Builder<'_> {
             self.scene.textures[texture].image += offset;
         }
         self.scene.images.extend(self.images.finish(&mut self.report));
+        self.placement.settle(&mut self.scene, &mut self.report);
         Loaded { scene: self.scene, report: self.report }
     }
 }

@@ -2,13 +2,14 @@
 
 use super::document::{Context, Entry};
 use super::objects::Object;
+use super::placement::{View, move_media};
 use super::values::positive;
 use super::{Budget, Builder, MAX_DEPTH, MAX_FILES, Parameters, Place, load_nested};
 use crate::load::session::{instance, light};
 use crate::load::{self, LoadError, LoadOptions, Loaded};
-use crate::merge::{placed_instance, placed_light};
+use crate::origin::double;
 use crate::{Animation, Environment, Instance, Light, MaterialId, Scene};
-use glam::{Affine3A, Vec3};
+use glam::{Affine3A, DAffine3, DVec3, Vec3};
 use serde::Deserialize;
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
@@ -45,6 +46,8 @@ pub(super) struct Template {
     /// Instances and lights are counted from the template's first.
     animations: Vec<Animation>,
     bounds: Option<(Vec3, Vec3)>,
+    /// From what all this is relative to to the file's world.
+    to_world: DAffine3,
 }
 
 impl Builder<'_> {
@@ -83,11 +86,14 @@ impl Builder<'_> {
             scene.animations.iter_mut().for_each(|a| a.lights.clear());
         }
         let environment = std::mem::take(&mut scene.environment);
+        let bounds = scene.bounds();
+        let origin = std::mem::take(&mut scene.origin);
+        move_media(&mut scene, origin);
+        self.placement.cameras.extend(scene.cameras.iter().map(|camera| View::of(camera, origin)));
         if let Some(fog) = scene.fog.take() {
             self.report.info(format!("{name} brings fog, unless the scene has [fog] of its own"));
             self.scene.fog.get_or_insert(fog);
         }
-        let bounds = scene.bounds();
         if !std::mem::take(&mut scene.portals).is_empty() {
             self.report.info(format!("{name} has portals, which count only where it is rendered by itself"));
         }
@@ -100,7 +106,7 @@ impl Builder<'_> {
             animation.instances.iter_mut().for_each(|i| i.instance -= merged.instances.start as u32);
             animation.lights.iter_mut().for_each(|l| l.light -= merged.lights.start as u32);
         }
-        Ok(Template { instances, lights, animations, bounds })
+        Ok(Template { instances, lights, animations, bounds, to_world: DAffine3::from_translation(origin) })
     }
 
     /// The environment of a model becomes the scene's, unless it gets one of its own.
@@ -137,9 +143,11 @@ impl Builder<'_> {
         for (number, copy) in object.copies.iter().enumerate() {
             self.options.budget().check_time()?;
             let motion = object.transform(copy) * fit;
+            let world = |transform: &Affine3A| motion * double(transform);
             self.place_animations(template, &motion, !object.visible, number == 0);
             for (instance, materials) in template.instances.iter().zip(&overrides) {
-                let mut instance = placed_instance(instance, &motion);
+                self.placement.instances.push(world(&instance.transform));
+                let mut instance = instance.clone();
                 instance.visible &= object.visible;
                 instance.dynamic |= object.dynamic;
                 if materials.is_some() {
@@ -147,7 +155,8 @@ impl Builder<'_> {
                 }
                 self.scene.instances.push(instance);
             }
-            self.scene.lights.extend(template.lights.iter().map(|light| placed_light(light, &motion)));
+            self.scene.lights.extend(template.lights.iter().cloned());
+            self.placement.lights.extend(template.lights.iter().map(|_| motion));
         }
         Ok(())
     }
@@ -178,7 +187,7 @@ impl Builder<'_> {
     }
 
     /// Animates the copy of a model that is placed next, by `motion`. What copies share is moved with the first.
-    fn place_animations(&mut self, template: &Template, motion: &Affine3A, hidden: bool, is_first: bool) {
+    fn place_animations(&mut self, template: &Template, motion: &DAffine3, hidden: bool, is_first: bool) {
         let (instances, lights) = (self.scene.instances.len() as u32, self.scene.lights.len() as u32);
         for mut animation in template.animations.iter().cloned() {
             for instance in &mut animation.instances {
@@ -199,17 +208,18 @@ impl Builder<'_> {
         }
     }
 
-    /// Scales the model to the size asked for and stands it on the ground.
-    fn fit(&self, template: &Template, keys: &ModelKeys, context: &Context) -> Result<Affine3A, LoadError> {
-        let Some(fit) = keys.fit else { return Ok(Affine3A::IDENTITY) };
+    /// From what the template is relative to to the object: scaled to the size asked for and stood on the ground, if `fit` is given.
+    fn fit(&self, template: &Template, keys: &ModelKeys, context: &Context) -> Result<DAffine3, LoadError> {
+        let Some(fit) = keys.fit else { return Ok(template.to_world) };
         positive(fit, "fit", context)?;
-        let Some((low, high)) = template.bounds else { return Ok(Affine3A::IDENTITY) };
+        let Some((low, high)) = template.bounds else { return Ok(template.to_world) };
         let extent = (high - low).max_element();
         if !(extent.is_finite() && extent > 0.0) {
             return Err(context.error(format!("`fit` cannot scale a model whose size is {extent}")));
         }
         let foot = Vec3::new((low.x + high.x) * 0.5, low.y, (low.z + high.z) * 0.5);
-        Ok(Affine3A::from_scale(Vec3::splat(fit / extent)) * Affine3A::from_translation(-foot))
+        let scale = DVec3::splat(f64::from(fit) / f64::from(extent));
+        Ok(DAffine3::from_scale(scale) * DAffine3::from_translation(-foot.as_dvec3()))
     }
 
     /// The materials of each instance, where they are replaced.

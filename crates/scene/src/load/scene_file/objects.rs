@@ -6,7 +6,7 @@ use super::values::Transform;
 use super::{Builder, MAX_INSTANCES};
 use crate::load::LoadError;
 use crate::load::session::instance;
-use glam::Affine3A;
+use glam::DAffine3;
 use serde::Deserialize;
 
 /// Keys that shapes and models share.
@@ -51,7 +51,7 @@ pub(super) struct Object {
     /// Where each copy stands.
     pub copies: Vec<Copy>,
     /// Its own transform, applied before a copy's.
-    pub own: Affine3A,
+    pub own: DAffine3,
     /// Whether it is part of the picture.
     pub visible: bool,
     /// Whether it may move later.
@@ -105,7 +105,7 @@ impl Object {
     }
 
     /// Object to world for a copy.
-    pub fn transform(&self, copy: &Copy) -> Affine3A {
+    pub fn transform(&self, copy: &Copy) -> DAffine3 {
         copy.motion * self.own
     }
 }

@@ -4,7 +4,7 @@ use super::document::Context;
 use super::values::{Color, within};
 use crate::load::LoadError;
 use crate::shapes::noise::uniform;
-use glam::{Affine3A, Quat, Vec3};
+use glam::{DAffine3, DQuat, DVec3, Vec3};
 use serde::Deserialize;
 use std::f32::consts::TAU;
 
@@ -16,9 +16,9 @@ pub(super) struct Repeat {
     ring: Option<Ring>,
     spiral: Option<Spiral>,
     scatter: Option<Scatter>,
-    at: Option<Vec<[f32; 3]>>,
+    at: Option<Vec<[f64; 3]>>,
     /// The middle of the layout.
-    center: [f32; 3],
+    center: [f64; 3],
     /// Degrees about +Y that each copy is turned further than the one before.
     turn: f32,
     /// Random shift up to this much along each axis, metres.
@@ -36,7 +36,7 @@ pub(super) struct Repeat {
 #[serde(deny_unknown_fields)]
 struct Grid {
     count: [u32; 3],
-    spacing: [f32; 3],
+    spacing: [f64; 3],
 }
 
 /// A circle about the y axis; copies are turned with it.
@@ -78,7 +78,7 @@ struct Scatter {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Copy {
     /// Applied after the object's own transform.
-    pub motion: Affine3A,
+    pub motion: DAffine3,
     /// Index along each axis of the layout, and the number of copies along it.
     pub cell: [(u32, u32); 3],
     /// Number of the copy, and how many there are.
@@ -87,7 +87,7 @@ pub(super) struct Copy {
 
 impl Default for Copy {
     fn default() -> Self {
-        Self { motion: Affine3A::IDENTITY, cell: [(0, 1); 3], index: (0, 1) }
+        Self { motion: DAffine3::IDENTITY, cell: [(0, 1); 3], index: (0, 1) }
     }
 }
 
@@ -133,42 +133,44 @@ impl Repeat {
         let random = |k: u32| 2.0 * uniform(self.seed, i.wrapping_mul(8).wrapping_add(k)) - 1.0;
         let shift = Vec3::from_array(self.jitter) * Vec3::new(random(0), random(1), random(2));
         let angle = angle + (self.turn * i as f32 + self.jitter_turn * random(3)).to_radians();
-        copy.motion = Affine3A::from_scale_rotation_translation(
-            Vec3::splat(1.0 + self.jitter_scale * random(4)),
-            Quat::from_rotation_y(angle),
-            Vec3::from_array(self.center) + place + shift,
+        copy.motion = DAffine3::from_scale_rotation_translation(
+            DVec3::splat(f64::from(1.0 + self.jitter_scale * random(4))),
+            DQuat::from_rotation_y(angle.into()),
+            DVec3::from_array(self.center) + place + shift.as_dvec3(),
         );
         copy
     }
 
     /// Where copy `i` stands, and its angle about +Y in radians.
-    fn place(&self, i: u32, count: u32, copy: &mut Copy) -> (Vec3, f32) {
+    fn place(&self, i: u32, count: u32, copy: &mut Copy) -> (DVec3, f32) {
         if let Some(g) = &self.grid {
             let [nx, ny, _] = g.count.map(|n| n.max(1));
             let cell = [i % nx, i / nx % ny, i / nx / ny];
             copy.cell = std::array::from_fn(|axis| (cell[axis], g.count[axis]));
-            let offset =
-                |axis: usize| (cell[axis] as f32 - (g.count[axis] as f32 - 1.0) * 0.5) * g.spacing[axis];
-            return (Vec3::new(offset(0), offset(1), offset(2)), 0.0);
+            let offset = |axis: usize| {
+                (f64::from(cell[axis]) - (f64::from(g.count[axis]) - 1.0) * 0.5) * g.spacing[axis]
+            };
+            return (DVec3::new(offset(0), offset(1), offset(2)), 0.0);
         }
         if let Some(r) = &self.ring {
             let steps = if r.sweep.abs() >= 360.0 { count } else { count.saturating_sub(1) };
             let angle = (r.start + r.sweep * i as f32 / steps.max(1) as f32).to_radians();
-            return (r.radius * Vec3::new(angle.sin(), 0.0, angle.cos()), angle);
+            return ((r.radius * Vec3::new(angle.sin(), 0.0, angle.cos())).as_dvec3(), angle);
         }
         if let Some(s) = &self.spiral {
             let golden = TAU * 0.381_966;
             // The centre is occupied; each copy has an area of about spacing².
             let radius = s.spacing * (i as f32 / std::f32::consts::PI * 1.15).sqrt();
             let angle = golden * i as f32;
-            return (radius * Vec3::new(angle.sin(), 0.0, angle.cos()), 0.0);
+            return ((radius * Vec3::new(angle.sin(), 0.0, angle.cos())).as_dvec3(), 0.0);
         }
         if let Some(s) = &self.scatter {
             let random = |k: u32| uniform(self.seed ^ 0x9e37, i.wrapping_mul(3).wrapping_add(k)) - 0.5;
-            return (Vec3::from_array(s.size) * Vec3::new(random(0), random(1), random(2)), 0.0);
+            let place = Vec3::from_array(s.size) * Vec3::new(random(0), random(1), random(2));
+            return (place.as_dvec3(), 0.0);
         }
         let listed = self.at.as_ref().and_then(|at| at.get(i as usize));
-        (Vec3::from_array(listed.copied().unwrap_or_default()), 0.0)
+        (DVec3::from_array(listed.copied().unwrap_or_default()), 0.0)
     }
 }
 

@@ -7,8 +7,9 @@ use super::values::{positive, within};
 use super::{Builder, MAX_TRIANGLES};
 use crate::load::LoadError;
 use crate::load::session::{MATERIAL, TRIANGLE};
+use crate::origin::anchored;
 use crate::{Instance, MaterialId, Mesh, Shape, shapes};
-use glam::{Vec2, Vec3};
+use glam::{Affine3A, DAffine3, DVec3, Vec2, Vec3};
 use serde::Deserialize;
 use std::collections::HashMap;
 
@@ -49,21 +50,25 @@ impl Builder<'_> {
         let material = self.take_material(&mut entry)?.unwrap_or_else(|| self.neutral_material());
         let vary = entry.take_table("vary").map(|table| table.read::<Vary>()).transpose()?;
         let flat: Flat = entry.split(&["flat"]).read()?;
-        let mut shape = read_shape(&kind, entry, &context)?;
+        let (mut shape, anchor) = read_shape(&kind, entry, &context)?;
+        let anchor = DAffine3::from_translation(anchor);
         if let (true, Shape::Triangles(mesh)) = (flat.flat, &mut shape) {
             mesh.normals.clear(); // which means flat shading
         }
         let mesh = Mesh::single(object.name.clone().unwrap_or_else(|| kind.clone()), shape, material);
         self.spend_triangles(mesh.triangle_count(), &context)?;
         self.scene.meshes.push(mesh);
-        self.place(&object, &kind, vary.as_ref(), material, &context)
+        self.place(&object, &kind, &anchor, vary.as_ref(), material, &context)
     }
 
     /// Adds the instances of the mesh that was added last.
+    ///
+    /// - `anchor`: from the mesh as it is stored to the object's space.
     fn place(
         &mut self,
         object: &Object,
         kind: &str,
+        anchor: &DAffine3,
         vary: Option<&Vary>,
         material: MaterialId,
         context: &Context,
@@ -76,10 +81,11 @@ impl Builder<'_> {
                 None => None,
             };
             let name = object.copy_name(kind, i);
-            let mut instance = Instance::new(name, mesh, object.transform(copy));
+            let mut instance = Instance::new(name, mesh, Affine3A::IDENTITY);
             (instance.visible, instance.dynamic, instance.materials) =
                 (object.visible, object.dynamic, materials);
             self.scene.instances.push(instance);
+            self.placement.instances.push(object.transform(copy) * *anchor);
         }
         Ok(())
     }
@@ -145,7 +151,7 @@ macro_rules! keys {
     };
 }
 
-keys!(QuadKeys { size: [f32; 2] = [1.0, 1.0], corners: Vec<[f32; 3]> = Vec::new() });
+keys!(QuadKeys { size: [f32; 2] = [1.0, 1.0], corners: Vec<[f64; 3]> = Vec::new() });
 keys!(BoxKeys { size: [f32; 3] = [1.0; 3], bevel: f32 = 0.0, segments: u32 = 3 });
 keys!(SphereKeys { radius: f32 = 1.0 });
 keys!(IcosphereKeys { radius: f32 = 1.0, level: u32 = 4 });
@@ -202,13 +208,23 @@ keys!(CurtainKeys {
     divisions: [u32; 2] = [160, 80],
     seed: u32 = 1,
 });
-keys!(TubeKeys { path: Vec<[f32; 3]> = Vec::new(), closed: bool = false, radius: f32 = 0.05, sides: u32 = 24 });
+keys!(TubeKeys { path: Vec<[f64; 3]> = Vec::new(), closed: bool = false, radius: f32 = 0.05, sides: u32 = 24 });
 
-/// Reads the keys of a kind and makes its geometry.
-fn read_shape(kind: &str, entry: Entry, c: &Context) -> Result<Shape, LoadError> {
+/// Reads the keys of a kind and makes its geometry. Shapes whose points are given in coordinates far from their origin are
+/// stored relative to an anchor, which comes with them.
+fn read_shape(kind: &str, entry: Entry, c: &Context) -> Result<(Shape, DVec3), LoadError> {
+    let mut anchor = DVec3::ZERO;
     let mesh = match kind {
-        "sphere" => return Ok(shapes::sphere(positive(entry.read::<SphereKeys>()?.radius, "radius", c)?)),
-        "quad" => quad(entry.read()?, c)?,
+        "sphere" => {
+            let radius = positive(entry.read::<SphereKeys>()?.radius, "radius", c)?;
+            return Ok((shapes::sphere(radius), anchor));
+        }
+        "quad" => {
+            let keys: QuadKeys = entry.read()?;
+            let (corners, own) = anchored(&points(&keys.corners));
+            anchor = own;
+            quad(keys.size, &corners, c)?
+        }
         "box" => {
             let k: BoxKeys = entry.read()?;
             within(k.bevel, [0.0, 1e9], "bevel", c)?;
@@ -247,7 +263,12 @@ fn read_shape(kind: &str, entry: Entry, c: &Context) -> Result<Shape, LoadError>
             shapes::torus(positive(k.radius, "radius", c)?, positive(k.tube, "tube", c)?, segments, sides)
         }
         "knot" => knot(entry.read()?, c)?,
-        "tube" => tube(entry.read()?, c)?,
+        "tube" => {
+            let keys: TubeKeys = entry.read()?;
+            let (path, own) = anchored(&points(&keys.path));
+            anchor = own;
+            tube(&keys, &path, c)?
+        }
         "blob" => blob(entry.read()?, c)?,
         "lathe" => lathe(entry.read()?, c)?,
         "column" => {
@@ -272,20 +293,23 @@ fn read_shape(kind: &str, entry: Entry, c: &Context) -> Result<Shape, LoadError>
         "curtain" => curtain(entry.read()?, c)?,
         _ => return Err(c.error(format!("unknown kind `{kind}`; known are {KINDS}"))),
     };
-    Ok(Shape::Triangles(mesh))
+    Ok((Shape::Triangles(mesh), anchor))
 }
 
-fn quad(k: QuadKeys, c: &Context) -> Result<crate::TriangleMesh, LoadError> {
-    if k.corners.is_empty() {
-        return Ok(shapes::rectangle(sizes(k.size, c)?.into()));
+fn points(points: &[[f64; 3]]) -> Vec<DVec3> {
+    points.iter().copied().map(DVec3::from_array).collect()
+}
+
+fn quad(size: [f32; 2], corners: &[Vec3], c: &Context) -> Result<crate::TriangleMesh, LoadError> {
+    if corners.is_empty() {
+        return Ok(shapes::rectangle(sizes(size, c)?.into()));
     }
-    if !k.corners.len().is_multiple_of(4) {
+    if !corners.len().is_multiple_of(4) {
         let message =
-            format!("`corners` must be four points for each quadrilateral, there are {}", k.corners.len());
+            format!("`corners` must be four points for each quadrilateral, there are {}", corners.len());
         return Err(c.error(message));
     }
-    let corners: Vec<Vec3> = k.corners.into_iter().map(Vec3::from_array).collect();
-    Ok(shapes::quads(&corners))
+    Ok(shapes::quads(corners))
 }
 
 fn terrain(k: TerrainKeys, c: &Context) -> Result<crate::TriangleMesh, LoadError> {
@@ -306,10 +330,9 @@ fn knot(k: KnotKeys, c: &Context) -> Result<crate::TriangleMesh, LoadError> {
     Ok(shapes::knot(p, q, positive(k.radius, "radius", c)?, positive(k.tube, "tube", c)?, segments, sides))
 }
 
-fn tube(k: TubeKeys, c: &Context) -> Result<crate::TriangleMesh, LoadError> {
+fn tube(k: &TubeKeys, path: &[Vec3], c: &Context) -> Result<crate::TriangleMesh, LoadError> {
     let sides = within(k.sides, [3, 1024], "sides", c)?;
-    let path: Vec<Vec3> = k.path.into_iter().map(Vec3::from_array).collect();
-    let mesh = shapes::tube(&path, k.closed, positive(k.radius, "radius", c)?, sides);
+    let mesh = shapes::tube(path, k.closed, positive(k.radius, "radius", c)?, sides);
     if mesh.indices.is_empty() {
         return Err(c.error("`path` needs at least two different points, three if `closed`"));
     }

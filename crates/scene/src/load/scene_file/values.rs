@@ -2,7 +2,7 @@
 
 use super::document::Context;
 use crate::load::LoadError;
-use glam::{Affine3A, EulerRot, Quat, Vec3};
+use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec3};
 use optics::tonemap::srgb_decode_channel;
 use serde::Deserialize;
 
@@ -61,7 +61,7 @@ fn hex(text: &str) -> Option<Vec3> {
 )]
 pub(super) enum Rotation {
     /// About x, then y, then z (fixed axes).
-    Euler([f32; 3]),
+    Euler([f64; 3]),
     /// About an axis.
     Axis(AxisAngle),
 }
@@ -69,21 +69,22 @@ pub(super) enum Rotation {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct AxisAngle {
-    axis: [f32; 3],
-    angle: f32,
+    axis: [f64; 3],
+    angle: f64,
 }
 
 impl Rotation {
     /// As a quaternion; fails if the axis is zero.
-    pub fn quat(&self, context: &Context) -> Result<Quat, LoadError> {
+    pub fn quat(&self, context: &Context) -> Result<DQuat, LoadError> {
         match self {
             Rotation::Euler(angles) => {
-                let [x, y, z] = angles.map(f32::to_radians);
-                Ok(Quat::from_euler(EulerRot::ZYX, z, y, x))
+                let [x, y, z] = angles.map(f64::to_radians);
+                Ok(DQuat::from_euler(EulerRot::ZYX, z, y, x))
             }
             Rotation::Axis(a) => {
-                let axis = direction(Vec3::from_array(a.axis), "rotate.axis", context)?;
-                Ok(Quat::from_axis_angle(axis, a.angle.to_radians()))
+                let axis = DVec3::from_array(a.axis);
+                direction(axis.as_vec3(), "rotate.axis", context)?;
+                Ok(DQuat::from_axis_angle(axis.normalize(), a.angle.to_radians()))
             }
         }
     }
@@ -94,17 +95,17 @@ impl Rotation {
 #[serde(untagged, expecting = "expected a scale: one number or [x, y, z]")]
 pub(super) enum Scale {
     /// The same along all axes.
-    Uniform(f32),
+    Uniform(f64),
     /// Along each axis.
-    Axes([f32; 3]),
+    Axes([f64; 3]),
 }
 
 impl Scale {
     /// The three factors; fails if one is 0.
-    pub fn vec(&self, context: &Context) -> Result<Vec3, LoadError> {
+    pub fn vec(&self, context: &Context) -> Result<DVec3, LoadError> {
         let scale = match *self {
-            Scale::Uniform(s) => Vec3::splat(s),
-            Scale::Axes(s) => Vec3::from_array(s),
+            Scale::Uniform(s) => DVec3::splat(s),
+            Scale::Axes(s) => DVec3::from_array(s),
         };
         if scale.abs().min_element() < 1e-9 {
             return Err(context.error(format!("`scale` must not be 0, it is {scale}")));
@@ -122,15 +123,15 @@ pub(super) struct Transform {
 }
 
 /// Three numbers.
-pub(super) type Vec3Value = [f32; 3];
+pub(super) type Vec3Value = [f64; 3];
 
 impl Transform {
     /// The matrix.
-    pub fn matrix(&self, context: &Context) -> Result<Affine3A, LoadError> {
-        let scale = self.scale.map_or(Ok(Vec3::ONE), |s| s.vec(context))?;
-        let rotation = self.rotate.map_or(Ok(Quat::IDENTITY), |r| r.quat(context))?;
-        let translation = Vec3::from_array(self.translate.unwrap_or_default());
-        Ok(Affine3A::from_scale_rotation_translation(scale, rotation, translation))
+    pub fn matrix(&self, context: &Context) -> Result<DAffine3, LoadError> {
+        let scale = self.scale.map_or(Ok(DVec3::ONE), |s| s.vec(context))?;
+        let rotation = self.rotate.map_or(Ok(DQuat::IDENTITY), |r| r.quat(context))?;
+        let translation = DVec3::from_array(self.translate.unwrap_or_default());
+        Ok(DAffine3::from_scale_rotation_translation(scale, rotation, translation))
     }
 }
 

@@ -1,8 +1,8 @@
 //! Accessors and buffers, also sparse and compressed ones.
 
 use super::Uri;
-use serde::Deserialize;
-use serde::de::IgnoredAny;
+use serde::de::{IgnoredAny, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
@@ -17,6 +17,44 @@ pub struct Accessor {
     #[serde(rename = "type")]
     pub kind: Kind,
     pub sparse: Option<Sparse>,
+    #[serde(default)]
+    pub min: Corner,
+    #[serde(default)]
+    pub max: Corner,
+}
+
+/// The first three of a list of numbers, if there are as many. Whatever else stands there is passed over.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Corner(pub Option<[f64; 3]>);
+
+impl<'de> Deserialize<'de> for Corner {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(CornerVisitor)
+    }
+}
+
+struct CornerVisitor;
+
+impl<'de> Visitor<'de> for CornerVisitor {
+    type Value = Corner;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str("numbers")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Corner, A::Error> {
+        let mut numbers = [None; 3];
+        for number in &mut numbers {
+            *number = list.next_element::<serde_json::Number>()?.and_then(|n| n.as_f64());
+        }
+        while list.next_element::<IgnoredAny>()?.is_some() {}
+        let [Some(x), Some(y), Some(z)] = numbers else { return Ok(Corner(None)) };
+        Ok(Corner(Some([x, y, z])))
+    }
+
+    fn visit_unit<E>(self) -> Result<Corner, E> {
+        Ok(Corner(None))
+    }
 }
 
 /// The shape of an accessor's elements.

@@ -34,6 +34,17 @@ pub struct MetallicRoughness {
     pub metallic_roughness_texture: Option<TextureInfo>,
 }
 
+impl MetallicRoughness {
+    /// Whether it says nothing: some writers leave an empty object beside another description of the material.
+    pub fn is_empty(&self) -> bool {
+        self.base_color_factor.is_none()
+            && self.base_color_texture.is_none()
+            && self.metallic_factor.is_none()
+            && self.roughness_factor.is_none()
+            && self.metallic_roughness_texture.is_none()
+    }
+}
+
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct TextureInfo {
