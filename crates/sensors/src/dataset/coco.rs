@@ -40,7 +40,8 @@ impl Annotations {
         self.annotations.len()
     }
 
-    /// Adds a picture and what is seen in it.
+    /// Adds a picture and what is seen in it. Poses and boxes are written in the world of the
+    /// scene's file.
     pub fn add(
         &mut self,
         scene: &Scene,
@@ -58,7 +59,7 @@ impl Annotations {
                 "matrix": poses.matrix,
                 "distortion": poses.distortion,
                 "fisheye": poses.fisheye,
-                "pose": poses.poses[number],
+                "pose": in_world(scene, &poses.poses[number]),
             },
         }));
         for (instance, mask) in masks(truth) {
@@ -79,7 +80,7 @@ impl Annotations {
                 "instance": instance,
                 "name": name,
                 "box3d": found.map(|b| json!({
-                    "center": b.center.to_array(),
+                    "center": scene.to_world(b.center).to_array(),
                     "half_axes": b.half_axes.map(|a| a.to_array()),
                     "size": b.size().to_array(),
                 })),
@@ -94,6 +95,15 @@ impl Annotations {
         });
         format!("{all}\n")
     }
+}
+
+/// A pose relative to the scene's origin as one in the world of the scene's file.
+fn in_world(scene: &Scene, pose: &[[f64; 4]; 4]) -> [[f64; 4]; 4] {
+    let mut world = *pose;
+    for (row, offset) in world.iter_mut().zip(scene.origin.to_array()) {
+        row[3] += offset;
+    }
+    world
 }
 
 /// The pixels of each instance that is seen, in the order of the instances.
