@@ -18,6 +18,7 @@ mod python;
 mod shell;
 mod tables;
 mod test;
+mod test_programs;
 mod vulkan;
 
 use clap::{Parser, Subcommand};

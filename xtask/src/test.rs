@@ -1,6 +1,7 @@
 //! `cargo xtask test`: all tests, GPU tests included, with a summary of what passed and what was skipped.
 
 use crate::shell::{cargo, shared_dir};
+use crate::test_programs::{self, Finished};
 use crate::{cluster_tools, display, vulkan};
 use anyhow::{Context, ensure};
 use std::io::{BufRead, BufReader, Read, Write};
@@ -15,6 +16,8 @@ use std::time::Instant;
 /// GPU tests run on the Vulkan driver that the machine has, if it has ray tracing pipelines. Else Mesa's software driver
 /// is set up: installed with apt by root on Debian (on Debian 12 from its backports, which are added to apt's sources),
 /// otherwise unpacked beside the build. Where neither works those tests say that they are skipped.
+///
+/// Without more arguments test programs run side by side, and the last lines name those that took longest.
 ///
 /// Tests that open windows do so on a display without a screen: Xvfb is set up in the same ways where it is missing.
 ///
@@ -86,13 +89,65 @@ pub fn driver() -> vulkan::Variables {
     vulkan.variables
 }
 
-/// Runs the tests with more arguments for `cargo test` and in an environment with `variables` in addition.
+/// Runs the tests in an environment with `variables` in addition: with more arguments as `cargo test` does, without any all
+/// programs side by side.
 pub fn run_tests(arguments: &[String], variables: &vulkan::Variables) -> anyhow::Result<()> {
     match shared_dir() {
         Some(dir) => eprintln!("test data: {}", dir.display()),
         None => eprintln!("test data: none; tests that need it will say so"),
     }
     let start = Instant::now();
+    let (mut totals, mut skipped) = (Totals::default(), Vec::new());
+    let mut passed = true;
+    let arguments = if arguments.is_empty() {
+        let finished = test_programs::run(test_programs::build()?, variables, print_program)?;
+        for program in &finished {
+            program.stdout.iter().for_each(|line| totals.add(line));
+            skipped.extend(
+                program.stderr.iter().filter_map(|line| line.strip_prefix(SKIPPED)).map(str::to_owned),
+            );
+        }
+        eprint!("{}", test_programs::slowest(&finished, SHOWN));
+        passed = finished.iter().all(|program| program.passed);
+        &["--doc".to_owned()][..]
+    } else {
+        arguments
+    };
+    passed &= run_cargo(arguments, variables, &mut totals, &mut skipped)?;
+    if !skipped.is_empty() {
+        eprintln!("{} tests were skipped, wholly or in part:", skipped.len());
+        skipped.iter().for_each(|what| eprintln!("  {what}"));
+    }
+    let Totals { programs, passed: successes, failed, ignored } = totals;
+    let seconds = start.elapsed().as_secs();
+    eprintln!(
+        "{successes} passed, {failed} failed, {ignored} ignored in {programs} test programs, {seconds} s"
+    );
+    ensure!(passed, "tests failed");
+    Ok(())
+}
+
+/// How many of the programs and tests that took longest are named.
+const SHOWN: usize = 12;
+
+/// Prints what a program said, as cargo does.
+fn print_program(program: &Finished) {
+    let seconds = program.elapsed.as_secs_f64();
+    eprintln!("     Ran {} in {seconds:.1} s", program.name);
+    program.stderr.iter().for_each(|line| eprintln!("{line}"));
+    program.stdout.iter().for_each(|line| println!("{line}"));
+    if !program.passed {
+        eprintln!("error: {} failed", program.name);
+    }
+}
+
+/// Runs `cargo test` and takes note of what its programs say. Returns whether all passed.
+fn run_cargo(
+    arguments: &[String],
+    variables: &vulkan::Variables,
+    totals: &mut Totals,
+    skipped: &mut Vec<String>,
+) -> anyhow::Result<bool> {
     let mut command = cargo(&["test", "--workspace", "--no-fail-fast"]);
     command.args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped());
     command.envs(variables.iter().map(|(name, value)| (name, value)));
@@ -100,26 +155,16 @@ pub fn run_tests(arguments: &[String], variables: &vulkan::Variables) -> anyhow:
     let stdout = child.stdout.take().context("cargo test has no output")?;
     let stderr = child.stderr.take().context("cargo test has no error output")?;
     // Skips are told on stderr, past the harness's capture.
-    let skipped = std::thread::spawn(move || {
-        let mut skipped = Vec::new();
+    let told = std::thread::spawn(move || {
+        let mut told = Vec::new();
         pass_on(stderr, std::io::stderr(), |line| {
-            skipped.extend(line.strip_prefix(SKIPPED).map(str::to_owned));
+            told.extend(line.strip_prefix(SKIPPED).map(str::to_owned));
         })
-        .map(|()| skipped)
+        .map(|()| told)
     });
-    let mut totals = Totals::default();
     pass_on(stdout, std::io::stdout(), |line| totals.add(line))?;
-    let skipped = skipped.join().map_err(|_| anyhow::anyhow!("cannot read the tests' errors"))??;
-    let status = child.wait()?;
-    if !skipped.is_empty() {
-        eprintln!("{} tests were skipped, wholly or in part:", skipped.len());
-        skipped.iter().for_each(|what| eprintln!("  {what}"));
-    }
-    let Totals { programs, passed, failed, ignored } = totals;
-    let seconds = start.elapsed().as_secs();
-    eprintln!("{passed} passed, {failed} failed, {ignored} ignored in {programs} test programs, {seconds} s");
-    ensure!(status.success(), "tests failed");
-    Ok(())
+    skipped.extend(told.join().map_err(|_| anyhow::anyhow!("cannot read the tests' errors"))??);
+    Ok(child.wait()?.success())
 }
 
 /// What a test's line begins with that skips itself.

@@ -7,6 +7,8 @@ mod console;
 mod exit;
 mod interrupt;
 mod profile;
+#[cfg(not(feature = "window"))]
+mod windowless;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use std::process::ExitCode;

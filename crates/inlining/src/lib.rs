@@ -6,12 +6,19 @@
 
 use proc_macro::{Delimiter, Group, TokenStream, TokenTree};
 
-/// Puts `#[inline(always)]` on every `pub fn` directly in the module.
+/// A module names few of them, and an import by name has precedence over that of a whole module.
+const BUILTINS: &str =
+    "#[allow(unused_imports)] use crate::builtins::{abs, clamp, max, min, saturate, smoothstep};";
+
+/// Puts `#[inline(always)]` on every `pub fn` directly in the module, and imports the crate's `builtins`, which rustc inlines,
+/// in the place of those that `wgsl_rs::std` brings.
 #[proc_macro_attribute]
 pub fn inline_all(_: TokenStream, module: TokenStream) -> TokenStream {
     let body = |tree: TokenTree| match tree {
         TokenTree::Group(group) if group.delimiter() == Delimiter::Brace => {
-            let mut inlined = Group::new(Delimiter::Brace, with_inline(group.stream()));
+            let imports = BUILTINS.parse::<TokenStream>().into_iter();
+            let items = imports.chain([with_inline(group.stream())]).collect();
+            let mut inlined = Group::new(Delimiter::Brace, items);
             inlined.set_span(group.span());
             TokenTree::Group(inlined)
         }

@@ -66,4 +66,5 @@ pub use surface::{
 pub use transport::{estimator::estimator, interiors::interiors, medium::medium, path::path, volume::volume};
 
 pub mod albedo;
+pub mod builtins;
 pub mod wgsl;

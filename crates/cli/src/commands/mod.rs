@@ -16,6 +16,7 @@ pub mod sensor;
 pub mod submit;
 mod tone;
 pub mod tonemap;
+#[cfg_attr(not(feature = "window"), path = "view_left_out.rs")]
 pub mod view;
 
 use alhazen::{LoadError, LoadOptions, Loaded, Source};

@@ -11,7 +11,11 @@ use alhazen::{Scene, SceneTables, View};
 use anyhow::{Context, bail, ensure};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+#[cfg(feature = "window")]
 use viewer::PlainWindow;
+
+#[cfg(not(feature = "window"))]
+use crate::windowless::PlainWindow;
 
 /// How long nothing is said while frames are made.
 const SILENCE: Duration = Duration::from_secs(5);
