@@ -6,6 +6,7 @@ mod bench_python;
 mod bench_scaling;
 mod ci;
 mod cluster_tools;
+mod cross;
 mod display;
 mod docs;
 #[cfg(test)]
@@ -37,6 +38,7 @@ enum Command {
     Test(test::TestArgs),
     /// Check formatting, lints, documentation and tests, as continuous integration does.
     Ci,
+    Cross(cross::CrossArgs),
     Docs(docs::DocsArgs),
     Gallery(gallery::GalleryArgs),
     /// Measure speed against other renderers.
@@ -50,6 +52,7 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Test(args) => test::run(&args),
         Command::Ci => ci::run(),
+        Command::Cross(args) => cross::run(&args),
         Command::Docs(args) => docs::run(&args),
         Command::Gallery(args) => gallery::run(&args),
         Command::Bench(bench::BenchCommand::Cpu(args)) => bench::run(&args),

@@ -4,8 +4,9 @@
 //! most errors late, through callbacks; [`Gpu::check`] and [`Gpu::guarded`] bring them back to who caused them.
 
 use crate::GpuError;
+use crate::faults::{FaultKind, InjectedFault, Reports};
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::time::Duration;
 use wgpu::{DeviceType, Features, Limits};
 
@@ -41,11 +42,13 @@ pub struct GpuOptions {
     pub features: Features,
     /// Upper bounds of what may be used of the adapter's limits. Tests lower some.
     pub limits: Option<LimitCaps>,
+    /// A fault that tests make.
+    pub fault: Option<InjectedFault>,
 }
 
 impl Default for GpuOptions {
     fn default() -> Self {
-        Self { adapter: None, allow_software: true, features: Features::all(), limits: None }
+        Self { adapter: None, allow_software: true, features: Features::all(), limits: None, fault: None }
     }
 }
 
@@ -113,14 +116,8 @@ pub struct Gpu {
     /// Compute pipelines by their entry point and text: a scene that is loaded again, or another one of the same kind, waits for no
     /// compiler.
     pub(crate) pipelines: Mutex<HashMap<String, wgpu::ComputePipeline>>,
-    faults: Arc<Mutex<Faults>>,
-}
-
-/// What the device's callbacks have reported and nobody has taken yet.
-#[derive(Default)]
-struct Faults {
-    lost: Option<String>,
-    error: Option<String>,
+    reports: Reports,
+    fault: Option<InjectedFault>,
 }
 
 /// All adapters of this machine, the best first.
@@ -205,16 +202,17 @@ impl Gpu {
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|e| GpuError::Open { adapter: info.name.clone(), reason: e.to_string() })?;
-        let faults = Arc::new(Mutex::new(Faults::default()));
-        let sink = faults.clone();
+        let reports = Reports::default();
+        let sink = reports.clone();
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
-            lock(&sink).error.get_or_insert_with(|| error_text(&error));
+            sink.lock().error.get_or_insert_with(|| error_text(&error));
         }));
-        let sink = faults.clone();
+        let sink = reports.clone();
         device.set_device_lost_callback(move |reason, message| {
-            lock(&sink).lost.get_or_insert_with(|| format!("{reason:?}: {message}"));
+            sink.lock().lost.get_or_insert_with(|| format!("{reason:?}: {message}"));
         });
-        let gpu = Self { device, queue, info, features, limits, pipelines: Mutex::default(), faults };
+        let (pipelines, fault) = (Mutex::default(), options.fault.clone());
+        let gpu = Self { device, queue, info, features, limits, pipelines, reports, fault };
         Ok((gpu, adapter))
     }
 
@@ -231,7 +229,7 @@ impl Gpu {
 
     /// Whether the device is gone for good.
     pub fn is_lost(&self) -> bool {
-        lock(&self.faults).lost.is_some()
+        self.reports.lock().lost.is_some()
     }
 
     /// What the device has reported since the last call.
@@ -239,11 +237,11 @@ impl Gpu {
     /// # Errors
     /// The first error that it reported. A lost device stays lost.
     pub fn check(&self, doing: &'static str) -> Result<(), GpuError> {
-        let mut faults = lock(&self.faults);
-        if let Some(reason) = &faults.lost {
+        let mut reported = self.reports.lock();
+        if let Some(reason) = &reported.lost {
             return Err(GpuError::Lost { reason: reason.clone() });
         }
-        match faults.error.take() {
+        match reported.error.take() {
             Some(reason) => Err(GpuError::Device { doing, reason }),
             None => Ok(()),
         }
@@ -254,6 +252,9 @@ impl Gpu {
     /// # Errors
     /// The driver's words.
     pub fn guarded<T>(&self, make: impl FnOnce() -> T) -> Result<T, String> {
+        if self.fault_of(&[FaultKind::OutOfMemory, FaultKind::Lost]) == Some(FaultKind::OutOfMemory) {
+            return Err("out of memory, as a test wants it".into());
+        }
         let scopes =
             [wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::OutOfMemory, wgpu::ErrorFilter::Internal]
                 .map(|filter| self.device.push_error_scope(filter));
@@ -264,6 +265,15 @@ impl Gpu {
             Some(error) => Err(error_text(error)),
             None => Ok(made),
         }
+    }
+
+    /// Takes a step at which a test may want one of these faults. A device that it wants lost is lost then.
+    fn fault_of(&self, kinds: &[FaultKind]) -> Option<FaultKind> {
+        let kind = self.fault.as_ref()?.step(kinds)?;
+        if kind == FaultKind::Lost {
+            self.device.destroy();
+        }
+        Some(kind)
     }
 
     /// Waits until everything submitted so far is done.
@@ -283,6 +293,9 @@ impl Gpu {
         submission: Option<wgpu::SubmissionIndex>,
         doing: &'static str,
     ) -> Result<(), GpuError> {
+        if self.fault_of(&[FaultKind::Timeout, FaultKind::Lost]) == Some(FaultKind::Timeout) {
+            return Err(GpuError::Device { doing, reason: "no answer in time, as a test wants it".into() });
+        }
         self.check(doing)?;
         // Longer than any dispatch takes: who waits forever for a hung driver cannot fall back. Programs that play GPU
         // compile a shader when it is first used, which may take minutes on a busy machine.
@@ -341,11 +354,6 @@ fn error_text(error: &wgpu::Error) -> String {
         source = cause.source();
     }
     text
-}
-
-/// A callback that panicked while it held the lock leaves nothing half-done.
-fn lock(faults: &Mutex<Faults>) -> std::sync::MutexGuard<'_, Faults> {
-    faults.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ mod backend;
 mod bindings;
 mod device;
 mod error;
+mod faults;
 pub mod film;
 pub mod frames;
 pub mod hybrid;
@@ -34,6 +35,7 @@ pub mod wavefront;
 pub use backend::GpuBackend;
 pub use device::{AdapterSummary, Gpu, GpuOptions, LimitCaps, STORAGE_BUFFERS, adapters, has_hardware};
 pub use error::GpuError;
+pub use faults::{FaultKind, InjectedFault};
 pub use kernel::PathKernel;
 pub use scene::GpuScene;
 

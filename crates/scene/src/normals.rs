@@ -46,8 +46,12 @@ pub fn generate_grouped(meshes: &mut [TriangleMesh], crease_angle: f32, groups: 
 }
 
 /// Turns the normals of a surface round if they oppose the winding of most of its triangles: with both at odds, surfaces
-/// are lit from behind. Returns whether it did. The meshes are the pieces of the surface; normals of zero are missing ones.
-pub(crate) fn turn_to_winding(meshes: &mut [TriangleMesh]) -> bool {
+/// are lit from behind. The meshes are the pieces of the surface; normals of zero are missing ones.
+///
+/// - `keep`: leave them as they are.
+///
+/// Returns what became of normals that oppose the winding, for reports.
+pub(crate) fn turn_to_winding(meshes: &mut [TriangleMesh], keep: bool) -> Option<&'static str> {
     let (mut along, mut against) = (0usize, 0usize);
     for mesh in meshes.iter().filter(|mesh| !mesh.normals.is_empty()) {
         for triangle in &mesh.indices {
@@ -58,11 +62,14 @@ pub(crate) fn turn_to_winding(meshes: &mut [TriangleMesh]) -> bool {
             against += usize::from(side < 0.0);
         }
     }
-    let turned = against > along;
-    if turned {
-        meshes.iter_mut().flat_map(|mesh| &mut mesh.normals).for_each(|normal| *normal = -*normal);
+    if against <= along {
+        return None;
     }
-    turned
+    if keep {
+        return Some("are kept as they are");
+    }
+    meshes.iter_mut().flat_map(|mesh| &mut mesh.normals).for_each(|normal| *normal = -*normal);
+    Some("are turned round")
 }
 
 /// All triangles of all meshes, with the corners that meet in each place.

@@ -412,4 +412,9 @@ fn normals_against_the_winding_are_turned_and_reported() {
         assert!(mesh.normals.iter().all(|n| *n == Vec3::Z));
         assert_eq!(loaded.report.notes.iter().any(|n| n.message.contains("oppose the winding")), turned);
     }
+    let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nvn 0 0 -1\nf 1//1 2//1 3//1\n";
+    let options = LoadOptions { keep_normals: true, ..LoadOptions::default() };
+    let kept = obj::parse(text.as_bytes(), &options).expect("sound");
+    assert_eq!(mesh(&kept.scene.meshes[0].parts[0]).normals[0], -Vec3::Z);
+    assert!(kept.report.notes.iter().any(|n| n.message.contains("kept as they are")), "{:?}", kept.report);
 }

@@ -29,6 +29,10 @@ pub struct LoadingArgs {
     /// black, however its normals are.
     #[arg(long, help_heading = "Surfaces")]
     exact_terminator: bool,
+    /// Keep normals of files that oppose the winding of most faces of their mesh. Without it they are turned round, since such
+    /// surfaces are lit from behind; both are reported.
+    #[arg(long, help_heading = "Surfaces")]
+    keep_normals: bool,
 }
 
 impl LoadingArgs {
@@ -38,6 +42,7 @@ impl LoadingArgs {
             allowed_paths: self.allow_path.clone(),
             cull_backs: self.cull_backs,
             exact_terminator: self.exact_terminator,
+            keep_normals: self.keep_normals,
             ..LoadOptions::default()
         };
         if self.untrusted {

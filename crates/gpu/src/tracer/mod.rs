@@ -99,7 +99,11 @@ impl TracerKind {
             #[cfg(not(any(target_vendor = "apple", target_arch = "wasm32")))]
             Self::Pipeline => Ok(Box::new(crate::pipeline::PipelineTracing::build(gpu, scene)?)),
             #[cfg(any(target_vendor = "apple", target_arch = "wasm32"))]
-            Self::Pipeline => Err(self.not_in_this_build(gpu)),
+            Self::Pipeline => Err(GpuError::Unsupported {
+                adapter: gpu.info.name.clone(),
+                tracer: self.name(),
+                missing: "it is not in this build".into(),
+            }),
         }
     }
 

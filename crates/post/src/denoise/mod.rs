@@ -10,6 +10,7 @@
 //! Rousselle, Manzi and Zwicker, "Robust Denoising using Feature and Color Information", 2013 (features); Bitterli et al.,
 //! "Nonlinearly Weighted First-order Regression for Denoising Monte Carlo Renderings", 2016 (regression).
 
+#[cfg_attr(target_family = "wasm", path = "oidn_left_out.rs")]
 mod oidn;
 mod regression;
 mod signal;

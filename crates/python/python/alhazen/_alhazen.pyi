@@ -362,6 +362,9 @@ def load(
     allow_paths: Optional[Sequence[Union[str, "os.PathLike[str]"]]] = None,
     max_memory: Optional[int] = None,
     max_load_time: Optional[float] = None,
+    cull_backs: bool = False,
+    exact_terminator: bool = False,
+    keep_normals: bool = False,
     untrusted: bool = False,
 ) -> Scene: ...
 def backends() -> List[Backend]: ...

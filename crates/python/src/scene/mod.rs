@@ -73,6 +73,12 @@ pub fn lock<'a, T>(py: Python, mutex: &'a Mutex<T>) -> MutexGuard<'a, T> {
 ///     Bytes that the scene may take until it is rendered; three quarters of what is free if left out.
 /// max_load_time : float, optional
 ///     Seconds that loading may take.
+/// cull_backs : bool, default False
+///     Leave out the backs of single-sided surfaces.
+/// exact_terminator : bool, default False
+///     Gather light on the triangles of smooth meshes, not where the smooth surface would be.
+/// keep_normals : bool, default False
+///     Keep normals that oppose the winding of most faces of their mesh instead of turning them round.
 /// untrusted : bool, default False
 ///     Load in a sandbox where the system has one, with 2 GB and a minute unless the other arguments say more.
 ///
@@ -85,7 +91,7 @@ pub fn lock<'a, T>(py: Python, mutex: &'a Mutex<T>) -> MutexGuard<'a, T> {
 /// LoadError
 ///     If the file cannot be read or is malformed; the text names file, object and value.
 #[pyfunction]
-#[pyo3(signature = (path, *, parameters=None, lenient=false, daylight=true, allow_paths=None, max_memory=None, max_load_time=None, untrusted=false))]
+#[pyo3(signature = (path, *, parameters=None, lenient=false, daylight=true, allow_paths=None, max_memory=None, max_load_time=None, cull_backs=false, exact_terminator=false, keep_normals=false, untrusted=false))]
 pub fn load(
     py: Python,
     path: PathBuf,
@@ -95,6 +101,9 @@ pub fn load(
     allow_paths: Option<Vec<PathBuf>>,
     max_memory: Option<u64>,
     max_load_time: Option<f64>,
+    cull_backs: bool,
+    exact_terminator: bool,
+    keep_normals: bool,
     untrusted: bool,
 ) -> PyResult<Scene> {
     let mut source = Source::parse(&path.to_string_lossy());
@@ -112,6 +121,9 @@ pub fn load(
         allowed_paths: allow_paths.unwrap_or_default(),
         max_memory: max_memory.unwrap_or(memory),
         max_load_time: max_load_time.or(time),
+        cull_backs,
+        exact_terminator,
+        keep_normals,
         untrusted,
         ..LoadOptions::default()
     };

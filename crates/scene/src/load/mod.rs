@@ -33,6 +33,8 @@ pub struct LoadOptions {
     pub lenient: bool,
     /// Where normals are missing, edges whose faces meet at more than this angle (radians) stay sharp.
     pub crease_angle: f32,
+    /// Keep normals that oppose the winding of most faces of a mesh, instead of turning them round.
+    pub keep_normals: bool,
     /// Textures larger than this (pixels along the longer side) are halved until they fit; reported.
     pub max_texture_size: u32,
     /// Files larger than this are refused, in bytes.
@@ -79,6 +81,7 @@ impl Default for LoadOptions {
         Self {
             lenient: false,
             crease_angle: 40f32.to_radians(),
+            keep_normals: false,
             max_texture_size: 8192,
             max_file_size: 8 << 30,
             variant: None,

@@ -4,7 +4,7 @@ use super::parse::{Change, Corner, Data, MISSING};
 use crate::load::textures::vertex_colors;
 use crate::normals::{self, group};
 use crate::triangulate::Triangulator;
-use crate::{LoadReport, Mesh, Part, Shape, TriangleMesh};
+use crate::{LoadOptions, LoadReport, Mesh, Part, Shape, TriangleMesh};
 use glam::{Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -38,7 +38,7 @@ pub(super) struct Built {
 const MAX_MESHES: usize = 10_000;
 
 /// Makes the meshes of a file. `name` is that of the mesh outside of all objects and groups.
-pub(super) fn build(data: &Data, name: &str, crease_angle: f32, report: &mut LoadReport) -> Built {
+pub(super) fn build(data: &Data, name: &str, options: &LoadOptions, report: &mut LoadReport) -> Built {
     let mut planner = Planner::new(data, name);
     planner.run(data);
     let Planner { mut plans, materials, smoothing, .. } = planner;
@@ -51,7 +51,7 @@ pub(super) fn build(data: &Data, name: &str, crease_angle: f32, report: &mut Loa
         .into_par_iter()
         .map(|plan| {
             let source = Source { data, colors: &colors };
-            build_mesh(plan, &source, smoothing, crease_angle)
+            build_mesh(plan, &source, smoothing, options)
         })
         .collect();
     let mut counts = Counts::default();
@@ -167,7 +167,9 @@ struct Counts {
     without_uv: usize,
     not_simple: usize,
     bad_normals: usize,
-    turned: usize,
+    /// Meshes with normals that oppose the winding, and what became of those.
+    opposing: usize,
+    done_with_opposing: &'static str,
 }
 
 impl Counts {
@@ -177,7 +179,10 @@ impl Counts {
         self.without_uv += other.without_uv;
         self.not_simple += other.not_simple;
         self.bad_normals += other.bad_normals;
-        self.turned += other.turned;
+        self.opposing += other.opposing;
+        if other.opposing > 0 {
+            self.done_with_opposing = other.done_with_opposing;
+        }
     }
 
     fn report(&self, report: &mut LoadReport) {
@@ -196,10 +201,10 @@ impl Counts {
         if self.not_simple > 0 {
             report.repaired(format!("{} polygons cross themselves or have no area", self.not_simple));
         }
-        if self.turned > 0 {
+        if self.opposing > 0 {
             report.repaired(format!(
-                "normals of {} meshes oppose the winding of most of their faces and are turned round",
-                self.turned
+                "normals of {} meshes oppose the winding of most of their faces and {}",
+                self.opposing, self.done_with_opposing
             ));
         }
         if self.bad_normals > 0 {
@@ -208,7 +213,7 @@ impl Counts {
     }
 }
 
-fn build_mesh(plan: Plan, source: &Source, smoothing: bool, crease_angle: f32) -> (Mesh, Counts) {
+fn build_mesh(plan: Plan, source: &Source, smoothing: bool, options: &LoadOptions) -> (Mesh, Counts) {
     let built: Vec<(Builder, u32)> =
         plan.parts.par_iter().map(|part| (Builder::new(source, part).build(part), part.material)).collect();
     let mut counts = Counts::default();
@@ -219,8 +224,10 @@ fn build_mesh(plan: Plan, source: &Source, smoothing: bool, crease_angle: f32) -
         materials.push(material);
         counts.add(&builder.counts);
     }
-    counts.turned += usize::from(normals::turn_to_winding(&mut meshes));
-    normals::generate_grouped(&mut meshes, crease_angle, &groups);
+    let opposing = normals::turn_to_winding(&mut meshes, options.keep_normals);
+    counts.opposing += usize::from(opposing.is_some());
+    counts.done_with_opposing = opposing.unwrap_or_default();
+    normals::generate_grouped(&mut meshes, options.crease_angle, &groups);
     let parts = meshes.into_iter().zip(materials);
     let parts = parts.map(|(mesh, material)| Part { shape: Shape::Triangles(mesh), material }).collect();
     (Mesh { name: plan.name, parts }, counts)

@@ -101,7 +101,7 @@ fn load_from(
     let corners: u64 = data.chunks.iter().map(|chunk| chunk.len() as u64).sum();
     options.budget().take(corners.saturating_mul(TRIANGLE / 2), "faces")?;
     let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-    let built = build::build(&data, &name, options.crease_angle, &mut report);
+    let built = build::build(&data, &name, options, &mut report);
     let mut scene = Scene { name, ..Default::default() };
     let libraries = Libraries::read(path, folder, &data, options, &mut report);
     add_materials(&built, &libraries, folder, options, &mut scene, &mut report);

@@ -148,8 +148,9 @@ fn parse_rows(
     }
     let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let mut meshes = [mesh];
-    if is_own && normals::turn_to_winding(&mut meshes) {
-        report.repaired("normals oppose the winding of most faces and are turned round");
+    let opposing = is_own.then(|| normals::turn_to_winding(&mut meshes, options.keep_normals)).flatten();
+    if let Some(done) = opposing {
+        report.repaired(format!("normals oppose the winding of most faces and {done}"));
     }
     normals::generate(&mut meshes, options.crease_angle);
     let [mesh] = meshes;

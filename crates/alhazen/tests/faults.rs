@@ -1,0 +1,135 @@
+//! Devices that fail at any step: the CPU goes on and the picture is whole, or the error says what happened.
+
+mod common;
+
+use alhazen::gpu::tracer::TracerKind;
+use alhazen::gpu::{FaultKind, Gpu, GpuBackend, GpuError, GpuOptions, InjectedFault, has_hardware};
+use alhazen::{Fallback, Film, Integrator, Job, Renderer, Scene, Step, memory_bytes};
+use common::on_gpus::{differing_share, render};
+use std::ops::ControlFlow;
+use testkit::{Exclusive, scenes};
+
+const SIZE: u32 = 8;
+const SPP: u32 = 2;
+
+/// First hits only: the smallest kernel of all, since every device compiles its own.
+fn job(scene: &Scene) -> Job {
+    Job { integrator: Integrator::Aov, ..common::job(scene, SIZE, SIZE, 1) }
+}
+
+fn open(fault: Option<InjectedFault>) -> Result<Gpu, GpuError> {
+    Gpu::open(&GpuOptions { fault, ..GpuOptions::default() })
+}
+
+/// Tries the fault at the first step, at the second, and so on, until it happens no more. Says how often it happened.
+fn at_every_step(kind: FaultKind, mut attempt: impl FnMut(Gpu, &str) -> ControlFlow<()>) -> u32 {
+    for steps in 0..1000 {
+        let fault = InjectedFault::after(steps, kind);
+        let gpu = open(Some(fault.clone())).expect("a device that opened before");
+        let goes_on = attempt(gpu, &format!("{kind:?} after {steps} steps"));
+        if !fault.has_happened() || goes_on.is_break() {
+            return steps;
+        }
+    }
+    panic!("{kind:?}: steps do not end")
+}
+
+/// One device at a time, or `None` and a visible skip.
+fn turn(test: &str) -> Option<Exclusive<()>> {
+    let opened = Exclusive::new(has_hardware(), || open(None));
+    if let Err(error) = &*opened {
+        testkit::skip_without_gpu(test, &error.to_string());
+        return None;
+    }
+    Some(opened.map(drop))
+}
+
+fn expected(scene: &Scene, job: &Job) -> Film {
+    render(&mut Renderer::cpu(Some(1)).expect("threads"), scene, job, SPP).0
+}
+
+const KINDS: [FaultKind; 3] = [FaultKind::OutOfMemory, FaultKind::Lost, FaultKind::Timeout];
+
+#[test]
+fn the_cpu_goes_on_after_any_fault_at_any_step() {
+    let Some(_turn) = turn("the_cpu_goes_on_after_any_fault_at_any_step") else { return };
+    let scene = scenes::cornell();
+    let job = job(&scene);
+    let expected = expected(&scene, &job);
+    for kind in KINDS {
+        let times = at_every_step(kind, |gpu, what| {
+            let backend = GpuBackend::new(gpu, TracerKind::Bvh);
+            let Ok(backend) = backend else { return ControlFlow::Continue(()) };
+            let fallback = Fallback::new(Box::new(backend), vec![Step::Cpu(Some(1))]);
+            let mut renderer = Renderer::new(Box::new(fallback));
+            let (film, _) = render(&mut renderer, &scene, &job, SPP);
+            assert_eq!(film.total_samples(), expected.total_samples(), "{what}");
+            assert!(differing_share(&film, &expected) <= 0.05, "{what}: another picture");
+            ControlFlow::Continue(())
+        });
+        println!("{kind:?}: {times} steps");
+        assert!(times >= 3, "{kind:?} happened at {times} steps only");
+    }
+}
+
+#[test]
+fn without_another_back_end_the_error_says_what_happened() {
+    let Some(_turn) = turn("without_another_back_end_the_error_says_what_happened") else { return };
+    let scene = scenes::cornell();
+    let job = job(&scene);
+    for kind in KINDS {
+        let word = match kind {
+            FaultKind::OutOfMemory => "out of memory",
+            FaultKind::Lost => "lost",
+            FaultKind::Timeout => "no answer in time",
+        };
+        at_every_step(kind, |gpu, what| {
+            let told = match GpuBackend::new(gpu, TracerKind::Bvh) {
+                Err(error) => full_text(&error),
+                Ok(backend) => {
+                    let mut renderer = Renderer::new(Box::new(backend));
+                    let control = alhazen::Control::new();
+                    let limits = alhazen::Limits { spp: SPP, ..alhazen::Limits::default() };
+                    let loaded = renderer.load(&scene).map(drop);
+                    let rendered = loaded.and_then(|()| renderer.render(&job, &limits, &control).map(drop));
+                    match rendered.and_then(|()| renderer.film().map(|film| film.is_some())) {
+                        Err(error) => full_text(&error),
+                        // What failed was not needed.
+                        Ok(has_film) => {
+                            assert!(has_film, "{what}: neither a picture nor an error");
+                            return ControlFlow::Continue(());
+                        }
+                    }
+                }
+            };
+            assert!(told.contains(word), "{what}: {told}");
+            ControlFlow::Continue(())
+        });
+    }
+}
+
+fn full_text(error: &dyn std::error::Error) -> String {
+    let causes = std::iter::successors(Some(error), |error| error.source());
+    causes.map(ToString::to_string).collect::<Vec<_>>().join(": ")
+}
+
+/// Devices that are lost again and again leave nothing behind.
+#[test]
+fn memory_stays_flat_over_lost_devices() {
+    let Some(_turn) = turn("memory_stays_flat_over_lost_devices") else { return };
+    let scene = scenes::cornell();
+    let job = job(&scene);
+    let lose = |times: u32| {
+        for _ in 0..times {
+            let gpu = open(Some(InjectedFault::after(6, FaultKind::Lost))).expect("a device");
+            let backend = GpuBackend::new(gpu, TracerKind::Bvh).expect("a back end");
+            let fallback = Fallback::new(Box::new(backend), vec![Step::Cpu(Some(1))]);
+            render(&mut Renderer::new(Box::new(fallback)), &scene, &job, 1);
+        }
+        memory_bytes()
+    };
+    let (Some(first), Some(last)) = (lose(20), lose(60)) else { return };
+    let grown = last.saturating_sub(first) as f64 / 60.0;
+    println!("{grown:.0} bytes for each lost device");
+    assert!(grown < 200_000.0, "each lost device leaves {grown:.0} bytes");
+}
