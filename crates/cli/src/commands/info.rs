@@ -73,16 +73,12 @@ impl Counts {
         let vertices =
             parts().map(|p| if let Shape::Triangles(m) = &p.shape { m.positions.len() } else { 0 }).sum();
         let spheres = parts().map(|p| if let Shape::Spheres(s) = &p.shape { s.len() } else { 0 }).sum();
-        let size = |pixels: &Pixels| match pixels {
-            Pixels::Rgba8(p) => size_of_val(p.as_slice()),
-            Pixels::Rgb32F(p) => size_of_val(p.as_slice()),
-        };
         Self {
             vertices,
             spheres,
             parts: parts().count(),
             pixels: scene.images.iter().map(|i| i.width as usize * i.height as usize).sum(),
-            image_bytes: scene.images.iter().map(|i| size(&i.pixels)).sum(),
+            image_bytes: scene.images.iter().map(|i| i.pixels.memory_bytes()).sum(),
             hidden: scene.instances.iter().filter(|i| !i.visible).count(),
             single_sided: scene.materials.iter().filter(|m| m.may_lose_backs()).count(),
         }

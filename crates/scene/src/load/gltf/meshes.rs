@@ -185,7 +185,7 @@ impl Document<'_> {
             self.attribute::<3, Vec3>(source, "POSITION", Kind::Vec3, declared)?.unwrap_or_default();
         let normals = self.attribute::<3, Vec3>(source, "NORMAL", Kind::Vec3, declared)?.unwrap_or_default();
         // Without normals, tangents are to be ignored; without a normal map, nothing needs them.
-        let tangents = if normals.is_empty() || material.normal_map_set.is_none() {
+        let tangents = if normals.is_empty() || material.tangents.is_none() {
             Vec::new()
         } else {
             self.attribute::<4, Vec4>(source, "TANGENT", Kind::Vec4, declared)?.unwrap_or_default()
@@ -223,14 +223,14 @@ impl Document<'_> {
         if material.textured.iter().zip(missing).any(|(textured, missing)| *textured && missing) {
             report.repaired("textured surfaces without texture coordinates: they are taken as (0, 0)");
         }
-        let Some(set) = material.normal_map_set.filter(|_| mesh.tangents.is_empty()) else {
+        let Some((set, transform)) = material.tangents.filter(|_| mesh.tangents.is_empty()) else {
             return Ok(Vec::new());
         };
         let uvs = if set == 0 { &mesh.uv0 } else { &mesh.uv1 };
         if !uvs.is_empty() && !mesh.indices.is_empty() {
             // Vertices are split where tangents differ: three a triangle at worst, and as much again while working.
             self.reserve::<[Vec4; 12]>(mesh.indices.len() as u64)?;
-            let (method, copies) = tangents::generate_and_split(mesh, set);
+            let (method, copies) = tangents::generate_and_split(mesh, set, &transform);
             if method == tangents::Method::PerTriangle {
                 report.approximated(
                     "tangents of a mesh with very many triangles around one point are not smooth",

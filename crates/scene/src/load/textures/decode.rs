@@ -42,8 +42,16 @@ const MAX_PIXELS: u64 = 1 << 28;
 /// Above any sensible compression ratio: Deflate reaches 1032 bytes from one, eight one-bit pixels each.
 const MAX_PIXELS_PER_BYTE: u64 = 1 << 14;
 
-/// Decodes PNG, JPEG, WebP, TGA, BMP (to [`Pixels::Rgba8`]), Radiance HDR and OpenEXR (to [`Pixels::Rgb32F`]), DDS and KTX2 (to
-/// either).
+/// What an image stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Meaning {
+    /// Colours, in the colour space that the file names.
+    Color,
+    /// Numbers such as normals, as they are stored.
+    Data,
+}
+
+/// Decodes PNG, JPEG, WebP, TGA, BMP (to [`Pixels::Rgba8`]), Radiance HDR and OpenEXR (to floats), DDS and KTX2 (to either).
 ///
 /// The format is recognised by the first bytes, TGA by the ending of `name`. Sixteen-bit channels are rounded to eight
 /// bits. Images larger than [`LoadOptions::max_texture_size`] are halved, averaging the stored numbers, until they
@@ -57,8 +65,19 @@ pub fn decode(
     options: &LoadOptions,
     report: &mut LoadReport,
 ) -> Result<Image, TextureError> {
+    decode_as(Meaning::Color, name, bytes, options, report)
+}
+
+/// As [`decode`], of colours or data.
+pub(super) fn decode_as(
+    meaning: Meaning,
+    name: &str,
+    bytes: &[u8],
+    options: &LoadOptions,
+    report: &mut LoadReport,
+) -> Result<Image, TextureError> {
     let image = if float::is_exr(bytes) {
-        float::decode_exr(name, bytes, options, report)?
+        float::decode_exr(name, bytes, meaning, options, report)?
     } else if dds::is_dds(bytes) {
         dds::decode_dds(name, bytes, options, report)?
     } else if ktx2::is_ktx2(bytes) {
@@ -137,9 +156,8 @@ fn shrink(mut image: Image, limit: u32, report: &mut LoadReport) -> Image {
                     ((sum + 2) / 4) as u8
                 })
             })),
-            Pixels::Rgb32F(pixels) => Pixels::Rgb32F(halve(pixels, width, height, |quad| {
-                std::array::from_fn(|c| quad.iter().map(|p| p[c] * 0.25).sum())
-            })),
+            Pixels::Rgb32F(pixels) => Pixels::Rgb32F(halve(pixels, width, height, mean)),
+            Pixels::Rgba32F(pixels) => Pixels::Rgba32F(halve(pixels, width, height, mean)),
         };
         (image.width, image.height) = size;
     }
@@ -148,6 +166,10 @@ fn shrink(mut image: Image, limit: u32, report: &mut LoadReport) -> Image {
         report.approximated(format!("shrunk from {width} × {height} to {} × {}", image.width, image.height));
     }
     image
+}
+
+fn mean<const N: usize>(quad: [[f32; N]; 4]) -> [f32; N] {
+    std::array::from_fn(|c| quad.iter().map(|p| p[c] * 0.25).sum())
 }
 
 /// Averages blocks of 2×2 pixels; the last column and row count twice where a side is odd.
@@ -189,7 +211,7 @@ mod tests {
     fn rgba8(image: &Image) -> &[[u8; 4]] {
         match &image.pixels {
             Pixels::Rgba8(pixels) => pixels,
-            Pixels::Rgb32F(_) => panic!("{} is a float image", image.name),
+            _ => panic!("{} is a float image", image.name),
         }
     }
 
