@@ -98,7 +98,11 @@ fn as_text(loaded: &Loaded, tables: &SceneTables) -> anyhow::Result<String> {
     writeln!(text, "  triangles    {unique} ({instanced} with all instances)")?;
     writeln!(text, "  vertices     {}", counts.vertices)?;
     writeln!(text, "  spheres      {}", counts.spheres)?;
-    writeln!(text, "  meshes       {} of {} parts", scene.meshes.len(), counts.parts)?;
+    let undrawn = match report.undrawn_primitives {
+        0 => String::new(),
+        count => format!(" ({count} primitives of points or lines are not drawn)"),
+    };
+    writeln!(text, "  meshes       {} of {} parts{undrawn}", scene.meshes.len(), counts.parts)?;
     let hidden = if counts.hidden > 0 { format!(" ({} hidden)", counts.hidden) } else { String::new() };
     writeln!(text, "  instances    {}{hidden}", scene.instances.len())?;
     let (images, pixels) = (scene.images.len(), counts.pixels as f64 / 1e6);
@@ -322,6 +326,7 @@ fn as_json(loaded: &Loaded, tables: &SceneTables) -> Value {
         "spheres": counts.spheres,
         "meshes": scene.meshes.len(),
         "parts": counts.parts,
+        "undrawn_primitives": report.undrawn_primitives,
         "instances": scene.instances.len(),
         "hidden_instances": counts.hidden,
         "bounds": scene.bounds().map(|(low, high)| json!([low.to_array(), high.to_array()])),

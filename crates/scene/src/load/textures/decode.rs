@@ -14,6 +14,9 @@ pub enum TextureError {
     /// The bytes carry no known signature.
     #[error("unknown image format (known are PNG, JPEG, WebP, TGA, BMP, DDS, KTX2, HDR and EXR)")]
     UnknownFormat,
+    /// An AVIF image, which is a frame of AV1 video.
+    #[error("AVIF is not decoded: save it as PNG, JPEG, WebP or KTX2")]
+    Avif,
     /// The header declares more pixels than are reasonable for the file's size.
     #[error("{width} × {height} pixels cannot come from {bytes} bytes")]
     TooLarge {
@@ -114,9 +117,16 @@ fn format(name: &str, bytes: &[u8]) -> Result<ImageFormat, TextureError> {
     let known = [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::WebP, ImageFormat::Bmp, ImageFormat::Tga];
     match ::image::guess_format(bytes) {
         Ok(format) if known.contains(&format) => Ok(format),
+        _ if is_avif(bytes) => Err(TextureError::Avif),
         Err(_) if name.to_ascii_lowercase().ends_with("tga") => Ok(ImageFormat::Tga),
         _ => Err(TextureError::UnknownFormat),
     }
+}
+
+/// Whether the bytes start as an AVIF file does: with a box of the file's type that names it.
+fn is_avif(bytes: &[u8]) -> bool {
+    let brand = bytes.get(4..12);
+    brand.is_some_and(|brand| brand == b"ftypavif" || brand == b"ftypavis")
 }
 
 fn decode_rgba8(
@@ -260,6 +270,13 @@ mod tests {
         bytes[22..26].copy_from_slice(&60_000u32.to_le_bytes());
         let error = decode("a.bmp", &bytes, &LoadOptions::default(), &mut LoadReport::default()).unwrap_err();
         assert!(matches!(error, TextureError::TooLarge { width: 60_000, .. }), "{error}");
+    }
+
+    #[test]
+    fn avif_is_named() {
+        let bytes = b"\0\0\0\x20ftypavif\0\0\0\0avifmif1";
+        let error = decode("x", bytes, &LoadOptions::default(), &mut LoadReport::default()).unwrap_err();
+        assert!(matches!(error, TextureError::Avif) && error.to_string().contains("AVIF"), "{error}");
     }
 
     #[test]
