@@ -532,6 +532,11 @@ pub fn texture_use(i: &mut Inputs) -> TextureUse {
     TextureUse { row_u, first_texel, row_v, flags, width, height, image: index(i), padding: 0 }
 }
 
+/// A use of an image: only its texels have places.
+pub fn placed_texture(i: &mut Inputs) -> TextureUse {
+    TextureUse { first_texel: index(i), ..texture_use(i) }
+}
+
 pub fn texel_footprint(i: &mut Inputs) -> TexelFootprint {
     let (x, y) = (texel_index(i), texel_index(i));
     TexelFootprint { x, y, right: i.uniform(), below: i.uniform(), bilinear: flag(i) }

@@ -373,7 +373,7 @@ functions! {
     image_texture::wrap_texel(i: texel_index, size: count, mode: axis) within EXACT;
     image_texture::texel_column(t: texture_use, x: texel_index) within EXACT;
     image_texture::texel_row(t: texture_use, y: texel_index) within EXACT;
-    image_texture::texel_place(t: texture_use, column: count, row: count) within EXACT;
+    image_texture::texel_place(t: placed_texture, column: count, row: count) within EXACT;
     image_texture::half_texel(rg: half_bytes, ba: half_bytes) within EXACT;
     image_texture::decode_texel(t: texture_use, stored: texel4) within POWERS;
     image_texture::texel_footprint(t: texture_use, coords: coordinates) within TEXELS;
