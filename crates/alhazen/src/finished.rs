@@ -3,7 +3,7 @@
 use crate::denoise::{DenoiseFilmError, Denoised, Denoiser};
 use crate::metadata::tone_in;
 use crate::output::{Encoding, Format, OutputError};
-use film::{ExrChannel, ExrFile, Image, ImageError, Part};
+use film::{ExrChannel, ExrFile, Image, ImageError, Part, plain_name};
 use post::{NoisyPicture, ToneMapping, estimate_variance};
 use std::path::{Path, PathBuf};
 
@@ -11,10 +11,14 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug)]
 pub struct FinishedPicture {
     path: PathBuf,
-    /// Linear colour with three or four channels.
+    /// Linear colour with three or four channels: of an EXR file what it stores, with its primaries.
+    stored: Image,
+    /// The same as it is to be seen: see [`film::ExrPicture::image`].
     colour: Image,
     /// Name of the layer that the colour comes from; empty for the one without a name.
     layer: String,
+    /// See [`film::ExrPicture::notes`].
+    notes: Vec<String>,
     /// Where it comes from an EXR file.
     file: Option<ExrFile>,
 }
@@ -70,10 +74,6 @@ pub enum FinishedError {
     Denoise(#[from] DenoiseFilmError),
 }
 
-/// Names of the picture itself, as [`plain_name`] has them: Blender's `Combined`, and what others
-/// call it.
-const COLOUR: &[&str] =
-    &["combined", "beauty", "rgba", "rgb", "color", "colour", "image", "radiance", "root"];
 /// Names of albedo: ours and pbrt's, Blender's for denoising, its diffuse pass, Mitsuba's usual
 /// ones.
 const ALBEDO: &[&str] =
@@ -93,66 +93,21 @@ const NORMAL: &[&str] = &[
     "geonormal",
 ];
 
-/// The last part of a layer's name, without what is a matter of taste: `ViewLayer.Denoising Albedo`
-/// is `denoisingalbedo`.
-fn plain_name(layer: &str) -> String {
-    let last = layer.rsplit('.').next().unwrap_or_default();
-    last.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect()
-}
-
-/// Layer and channel of a full name.
-fn split(channel: &ExrChannel) -> (&str, &str) {
-    channel.name.rsplit_once('.').unwrap_or(("", &channel.name))
-}
-
-/// Names of layers in order of appearance; the one without a name is `""`.
-fn layer_names(file: &ExrFile) -> Vec<&str> {
-    let mut names = Vec::new();
-    for (layer, _) in file.channels.iter().map(split) {
-        if !names.contains(&layer) {
-            names.push(layer);
-        }
-    }
-    names
-}
-
-/// A layer as an image of the channels called so, and of a fourth if it has that; `None` if one of
-/// three is missing.
-fn channels(file: &ExrFile, layer: &str, names: [&str; 3], fourth: &str) -> Option<Image> {
-    let find = |name: &str| {
-        let of = |c: &&ExrChannel| split(c).0 == layer && split(c).1.eq_ignore_ascii_case(name);
-        file.channels.iter().find(of).cloned()
-    };
-    let whole = film::Rect::full(file.data_width, file.data_height);
-    let mut part = ExrFile::new(file.data_width, file.data_height, whole);
-    for (name, channel) in ["R", "G", "B"].into_iter().zip(names.map(find)) {
-        part.channels.push(ExrChannel { name: name.into(), samples: channel?.samples });
-    }
-    let alpha = find(fourth).map(|c| ExrChannel { name: "A".into(), samples: c.samples });
-    part.channels.extend(alpha);
-    part.colour()
-}
-
-fn colours(file: &ExrFile, layer: &str) -> Option<Image> {
-    channels(file, layer, ["R", "G", "B"], "A")
-}
-
 fn vectors(file: &ExrFile, layer: &str) -> Option<Image> {
-    channels(file, layer, ["X", "Y", "Z"], "").or_else(|| channels(file, layer, ["R", "G", "B"], ""))
+    file.channels_of(layer, ["X", "Y", "Z"], "").or_else(|| file.channels_of(layer, ["R", "G", "B"], ""))
 }
 
-/// The layer whose name comes first among `wanted`.
-fn by_name<'a>(file: &'a ExrFile, wanted: &[&str]) -> Option<&'a str> {
-    let names = layer_names(file);
-    wanted.iter().find_map(|wanted| names.iter().copied().find(|name| plain_name(name) == *wanted))
+/// The layer called `name`, as it is written or as [`plain_name`] has it.
+fn layer_called<'a>(file: &'a ExrFile, name: &str) -> Option<&'a str> {
+    file.layer_names().into_iter().find(|l| *l == name || plain_name(l) == plain_name(name))
 }
 
 impl FinishedPicture {
     /// Opens a file: EXR with any layers, HDR, PNG or JPEG (the last two are decoded to linear
     /// light).
     ///
-    /// `layer` is the layer to take. Without it, an EXR file's picture is R, G and B without a
-    /// layer, or the layer that is called as renderers call it, or the first that has colours.
+    /// `layer` is the layer to take. Without it, an EXR file's picture is that of
+    /// [`film::ExrFile::picture`].
     ///
     /// # Errors
     /// See [`FinishedError`].
@@ -163,25 +118,28 @@ impl FinishedPicture {
         let is_exr = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
         if !is_exr {
             let colour = Image::open(path)?;
-            return Ok(Self { path: path.to_owned(), colour, layer: String::new(), file: None });
+            let (path, stored) = (path.to_owned(), colour.clone());
+            return Ok(Self { path, stored, colour, layer: String::new(), notes: Vec::new(), file: None });
         }
         let file = ExrFile::read(path)?;
-        let (colour, layer) = match layer {
+        let picture = match layer {
             Some(name) => {
-                let found =
-                    layer_names(&file).into_iter().find(|l| *l == name || plain_name(l) == plain_name(name));
-                let image = found.and_then(|l| Some((colours(&file, l)?, l.to_owned())));
-                image.ok_or_else(|| no_layer(path, &file, name))?
+                let found = layer_called(&file, name);
+                let found = found.and_then(|l| Some((l.to_owned(), file.colours(l)?)));
+                found.ok_or_else(|| no_layer(path, &file, name))?
             }
-            None => match picture_of(&file) {
-                Some(found) => found,
-                None => {
+            None => {
+                let no_colour = || {
                     let found = file.channels.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
-                    return Err(ImageError::NoColour { path: path.to_owned(), found }.into());
-                }
-            },
+                    ImageError::NoColour { path: path.to_owned(), found }
+                };
+                file.picture_layer().ok_or_else(no_colour)?
+            }
         };
-        Ok(Self { path: path.to_owned(), colour, layer, file: Some(file) })
+        let notes = if layer.is_none() { file.picture(path)?.notes } else { Vec::new() };
+        let (layer, stored) = picture;
+        let colour = file.on_display(path, &file.as_rec709(&stored))?;
+        Ok(Self { path: path.to_owned(), stored, colour, layer, notes, file: Some(file) })
     }
 
     /// As [`FinishedPicture::open`], but of a picture that has been denoised before, takes what it
@@ -191,17 +149,34 @@ impl FinishedPicture {
     /// See [`FinishedError`].
     pub fn open_noisy(path: &Path, layer: Option<&str>) -> Result<Self, FinishedError> {
         let mut picture = Self::open(path, layer)?;
-        let noisy = picture.file.as_ref().filter(|_| layer.is_none()).and_then(|file| colours(file, NOISY));
+        let noisy = picture.file.as_ref().filter(|_| layer.is_none()).and_then(|file| file.colours(NOISY));
         if let Some(noisy) = noisy {
-            picture.colour = with_alpha(&noisy.to_rgb(), &picture.colour);
+            picture.stored = with_alpha(&noisy.to_rgb(), &picture.stored);
+            picture.colour = picture.shown(&picture.stored)?;
             picture.layer = NOISY.to_owned();
+            picture.notes = vec![format!("the layer `{NOISY}` is taken: the picture before it was denoised")];
         }
         Ok(picture)
     }
 
-    /// Linear colour, with alpha if the file has it.
+    /// Linear colour with Rec. 709 primaries, with alpha if the file has it; as large as the display
+    /// window of an EXR file.
     pub fn colour(&self) -> &Image {
         &self.colour
+    }
+
+    /// What people should know of how the picture was found in its file, such as its layer among
+    /// several.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// Colours as the file stores them, as they are to be seen.
+    fn shown(&self, stored: &Image) -> Result<Image, ImageError> {
+        match &self.file {
+            Some(file) => file.on_display(&self.path, &file.as_rec709(stored)),
+            None => Ok(stored.clone()),
+        }
     }
 
     /// The layer that the colour comes from; empty if that has no name.
@@ -224,19 +199,19 @@ impl FinishedPicture {
         names: &LayerNames,
     ) -> Result<(Denoised, Guides), FinishedError> {
         let mut guides = Guides::default();
-        let (width, height) = (self.colour.width(), self.colour.height());
+        let (width, height) = (self.stored.width(), self.stored.height());
         let mut clean = |image: Image| {
             guides.invalid += image.data().iter().filter(|v| !v.is_finite()).count();
             image.map(|v| if v.is_finite() { v } else { 0.0 })
         };
-        let colour = clean(self.colour.to_rgb());
-        let albedo = self.guide(&names.albedo, ALBEDO, colours)?;
+        let colour = clean(self.stored.to_rgb());
+        let albedo = self.guide(&names.albedo, ALBEDO, ExrFile::colours)?;
         let normal = self.guide(&names.normal, NORMAL, vectors)?;
         let [albedo_image, normal_image] = [&albedo, &normal].map(|guide| match guide {
             Some((_, image)) => clean(image.to_rgb()),
             None => Image::black(width, height, 3),
         });
-        let errors = self.file.as_ref().and_then(|file| colours(file, film::Aov::StandardError.name()));
+        let errors = self.file.as_ref().and_then(|file| file.colours(film::Aov::StandardError.name()));
         (guides.albedo, guides.normal) = (albedo.map(|g| g.0), normal.map(|g| g.0));
         guides.has_errors = errors.is_some();
         let variance = match errors {
@@ -259,17 +234,15 @@ impl FinishedPicture {
             return match asked {
                 Some(name) => Err(no_layer(
                     &self.path,
-                    &ExrFile::from_image(&self.colour, film::Precision::Float),
+                    &ExrFile::from_image(&self.stored, film::Precision::Float),
                     name,
                 )),
                 None => Ok(None),
             };
         };
         let found = match asked {
-            Some(name) => {
-                layer_names(file).into_iter().find(|l| *l == name || plain_name(l) == plain_name(name))
-            }
-            None => by_name(file, known),
+            Some(name) => layer_called(file, name),
+            None => file.layer_called(known, |layer| read(file, layer).is_some()),
         };
         let guide = found.and_then(|layer| Some((layer.to_owned(), read(file, layer)?)));
         match (guide, asked) {
@@ -291,20 +264,20 @@ impl FinishedPicture {
         encoding: &Encoding,
     ) -> Result<(), OutputError> {
         if Format::of(path)? != Format::Exr {
-            return write_image(path, &denoised.picture, tone, encoding);
+            return write_image(path, &self.shown(&denoised.picture)?, tone, encoding);
         }
-        let plain = || ExrFile::from_image(&self.colour, encoding.exr_precision);
+        let plain = || ExrFile::from_image(&self.stored, encoding.exr_precision);
         let mut file = self.file.clone().unwrap_or_else(plain);
         let is_picture = |c: &ExrChannel| {
             self.layer != NOISY
-                && split(c).0 == self.layer
-                && "RGBA".contains(&split(c).1.to_ascii_uppercase())
+                && c.split().0 == self.layer
+                && "RGBA".contains(&c.split().1.to_ascii_uppercase())
         };
-        let is_plain = |c: &ExrChannel| split(c).0.is_empty() && "RGBA".contains(split(c).1);
+        let is_plain = |c: &ExrChannel| c.split().0.is_empty() && "RGBA".contains(c.split().1);
         file.channels.retain(|c| !(is_picture(c) || is_plain(c)));
-        file.push_colour(&with_alpha(&denoised.picture, &self.colour), encoding.exr_precision);
-        if !layer_names(&file).contains(&NOISY) {
-            file.push_layer(NOISY, &["R", "G", "B"], &self.colour.to_rgb(), encoding.exr_precision);
+        file.push_colour(&with_alpha(&denoised.picture, &self.stored), encoding.exr_precision);
+        if !file.layer_names().contains(&NOISY) {
+            file.push_layer(NOISY, &["R", "G", "B"], &self.stored.to_rgb(), encoding.exr_precision);
         }
         file.metadata.insert("denoiser".into(), denoised.by.clone());
         file.write(path, encoding.exr_compression)?;
@@ -315,20 +288,9 @@ impl FinishedPicture {
 /// The layer of a denoised picture as it was.
 const NOISY: &str = "noisy";
 
-/// The colour of an EXR file and the name of its layer: what is without a layer, what renderers
-/// call so, or the first layer with colours.
-fn picture_of(file: &ExrFile) -> Option<(Image, String)> {
-    let of = |layer: &str| Some((colours(file, layer)?, layer.to_owned()));
-    let first = || layer_names(file).into_iter().find_map(of);
-    of("")
-        .or_else(|| of(by_name(file, COLOUR)?))
-        .or_else(first)
-        .or_else(|| Some((file.colour()?, String::new())))
-}
-
 fn no_layer(path: &Path, file: &ExrFile, name: &str) -> FinishedError {
     let shown = |l: &str| if l.is_empty() { "(without a name)".to_owned() } else { l.to_owned() };
-    let known = layer_names(file).into_iter().map(shown).collect::<Vec<_>>().join(", ");
+    let known = file.layer_names().into_iter().map(shown).collect::<Vec<_>>().join(", ");
     FinishedError::NoLayer { path: path.to_owned(), name: name.to_owned(), known }
 }
 
@@ -397,10 +359,41 @@ mod tests {
         let ours = file(&[("", RGB, 2.0), ("noisy", RGB, 1.0), ("albedo", RGB, 3.0), ("normal", XYZ, 5.0)]);
         for (name, file) in [("Blender", blender), ("pbrt", pbrt), ("Mitsuba", mitsuba), ("Alhazen", ours)] {
             let value = |image: Option<Image>| image.expect(name).rgb(1, 1)[0];
-            assert_eq!(picture_of(&file).expect(name).0.rgb(0, 0), [2.0; 3], "{name}");
-            assert_eq!(value(by_name(&file, ALBEDO).and_then(|l| colours(&file, l))), 3.0, "{name}");
-            assert_eq!(value(by_name(&file, NORMAL).and_then(|l| vectors(&file, l))), 5.0, "{name}");
+            assert_eq!(file.picture_layer().expect(name).1.rgb(0, 0), [2.0; 3], "{name}");
+            assert_eq!(
+                value(file.layer_called(ALBEDO, |_| true).and_then(|l| file.colours(l))),
+                3.0,
+                "{name}"
+            );
+            assert_eq!(
+                value(file.layer_called(NORMAL, |_| true).and_then(|l| vectors(&file, l))),
+                5.0,
+                "{name}"
+            );
         }
+    }
+
+    /// A window within a larger picture, in other primaries: what is shown is the whole in Rec. 709.
+    #[test]
+    fn windows_and_primaries_are_those_of_the_file() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("crop.exr");
+        let mut made = ExrFile::new(6, 5, Rect { x: 1, y: 2, width: 4, height: 3 });
+        made.push_colour(&Image::from_fn(4, 3, |_, _| [0.5; 3]), Precision::Float);
+        made.write(&path, film::ExrCompression::Zip).expect("written");
+        let picture = FinishedPicture::open(&path, None).expect("opened");
+        assert_eq!((picture.colour().width(), picture.colour().height()), (6, 5));
+        assert_eq!([0, 1].map(|x| picture.colour().rgb(x, 2)[0]), [0.0, 0.5]);
+        assert_eq!(picture.notes().len(), 1);
+        let (denoised, _) = picture.denoise(Denoiser::Own, &LayerNames::default()).expect("denoised");
+        let (again, flat) = (folder.path().join("out.exr"), folder.path().join("out.png"));
+        let encoding = Encoding::default();
+        for to in [&again, &flat] {
+            picture.write_denoised(&denoised, to, &ToneMapping::default(), &encoding).expect("written");
+        }
+        let file = ExrFile::read(&again).expect("read");
+        assert_eq!((file.width, file.data_width, file.x), (6, 4, 1));
+        assert_eq!(Image::open(&flat).expect("opened").width(), 6);
     }
 
     #[test]

@@ -15,3 +15,5 @@ mod sides;
 mod spheres;
 #[path = "wild/terminator.rs"]
 mod terminator;
+#[path = "wild/textures.rs"]
+mod textures;

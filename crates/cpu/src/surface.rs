@@ -8,13 +8,13 @@ use accel::{Candidate, Hit, Ray};
 use optics::frame::{Frame, bend_normal, frame_from_normal, frame_from_tangent, map_normal};
 use optics::material::SLOT_NORMAL;
 use optics::offset::offset_ray_origin;
-use optics::shape::{sphere_tangent, sphere_uv, turned_direction};
+use optics::shape::{sphere_tangent_turned, sphere_uv, turned_direction};
 use optics::terminator::{TerminatorLift, terminator_lift};
 use optics::vector::{cross, dot, normalize};
 use optics::{Vec2f, Vec3f, Vec4f, vec2f, vec3f, vec4f};
 use scene::tables::{
-    GeometryKind, GeometryRecord, MATERIAL_SMOOTH_TERMINATOR, MATERIAL_TANGENTS, MaterialRecord, NONE,
-    SceneTables,
+    GeometryKind, GeometryRecord, MATERIAL_SMOOTH_TERMINATOR, MATERIAL_TANGENTS, MATERIAL_TANGENTS_MIRRORED,
+    MaterialRecord, NONE, SceneTables,
 };
 
 /// A point on a surface as a ray arrives there. World space unless it says otherwise.
@@ -64,7 +64,7 @@ impl Surface {
         let wo = -vec3(ray.direction);
         let point = match records.geometry.kind {
             GeometryKind::Triangles => triangle_point(tables, &records, material, wo, hit),
-            GeometryKind::Spheres => sphere_point(tables, &records, ray, hit),
+            GeometryKind::Spheres => sphere_point(tables, &records, material, ray, hit),
         };
         let front = dot(point.normal, wo) >= 0.0;
         let side = if front { 1.0 } else { -1.0 };
@@ -143,7 +143,8 @@ fn front_normals_together(scene: &CpuScene, rays: &[Ray], hits: &[Hit], normals:
         let n = match &records[i] {
             None => vec3f(0.0, 0.0, 0.0),
             Some(r) if r.geometry.kind == GeometryKind::Spheres => {
-                sphere_point(tables, r, &rays[i], &hits[i]).normal
+                let material = &tables.materials[r.binding.material as usize];
+                sphere_point(tables, r, material, &rays[i], &hits[i]).normal
             }
             Some(r) => {
                 let vertex = |c: u32| vec3(tables.positions[(r.geometry.first_vertex + c) as usize]);
@@ -263,7 +264,13 @@ fn face_normal(records: &HitRecords, [p0, p1, p2]: [Vec3f; 3]) -> Vec3f {
     if instance.identity { local } else { transform_normal(&instance.world_to_object, local) }
 }
 
-fn sphere_point(tables: &SceneTables, records: &HitRecords, ray: &Ray, hit: &Hit) -> Point {
+fn sphere_point(
+    tables: &SceneTables,
+    records: &HitRecords,
+    material: &MaterialRecord,
+    ray: &Ray,
+    hit: &Hit,
+) -> Point {
     let instance = records.instance;
     let [x, y, z, radius] = tables.spheres[(records.geometry.first_primitive + records.primitive) as usize];
     let center = vec3f(x, y, z);
@@ -279,12 +286,12 @@ fn sphere_point(tables: &SceneTables, records: &HitRecords, ray: &Ray, hit: &Hit
         (transform_point(&instance.object_to_world, on_sphere), normal)
     };
     let uv = sphere_uv(sphere_direction(tables, records, outward));
-    let mut tangent = sphere_tangent(uv.x);
-    let mut mirrored = false;
+    let mut tangent = sphere_tangent_turned(uv, material.tangent_turn);
+    let mut mirrored = material.flags & MATERIAL_TANGENTS_MIRRORED != 0;
     // Of similar shapes only, which transform tangents as normals.
     if let Some(to_object) = tables.placement(records.binding) {
         tangent = transform_normal(to_object, tangent);
-        mirrored = determinant(to_object) < 0.0;
+        mirrored ^= determinant(to_object) < 0.0;
     }
     if !instance.identity {
         tangent = transform_vector(&instance.object_to_world, tangent);

@@ -1,6 +1,9 @@
 //! Fetching texels. Which ones a lookup reads, and how they are mixed, is the optics' `image_texture`.
 
-use optics::image_texture::{mix_texels, texel_column, texel_footprint, texel_row};
+use half::f16;
+use optics::image_texture::{
+    decode_texel, mix_texels, texel_column, texel_footprint, texel_place, texel_row,
+};
 use optics::{Vec4f, vec4f};
 use scene::tables::{SceneTables, TextureUse};
 use std::sync::LazyLock;
@@ -26,9 +29,22 @@ pub(crate) fn sample(tables: &SceneTables, texture: &TextureUse, coords: Vec4f) 
 
 #[inline]
 fn texel(tables: &SceneTables, texture: &TextureUse, x: i32, y: i32) -> Vec4f {
-    let place = texel_row(*texture, y) * texture.width + texel_column(*texture, x);
-    let [r, g, b, a] = tables.texels[(texture.first_texel + place) as usize];
+    let place = texel_place(*texture, texel_column(*texture, x), texel_row(*texture, y)) as usize;
+    if texture.is_half() {
+        return half_texel(tables, texture, place);
+    }
+    let [r, g, b, a] = tables.texels[place];
     let table = &DECODE[usize::from(texture.is_srgb())];
     let decode = |byte: u8| table[usize::from(byte)];
     vec4f(decode(r), decode(g), decode(b), f32::from(a) * (1.0 / 255.0))
+}
+
+/// The value of a texel of half floats, which takes two places.
+///
+/// Out of line: images of bytes pay nothing for it.
+#[inline(never)]
+fn half_texel(tables: &SceneTables, texture: &TextureUse, place: usize) -> Vec4f {
+    let [[r0, r1, g0, g1], [b0, b1, a0, a1]] = [tables.texels[place], tables.texels[place + 1]];
+    let [r, g, b, a] = [[r0, r1], [g0, g1], [b0, b1], [a0, a1]].map(|half| f16::from_le_bytes(half).to_f32());
+    decode_texel(*texture, vec4f(r, g, b, a))
 }

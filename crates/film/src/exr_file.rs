@@ -16,9 +16,14 @@ use crate::{Aov, AovData, Film, Image, Rect};
 
 mod camera;
 mod cryptomatte;
+mod picture;
+mod primaries;
+mod windows;
 
 pub use camera::{ExrCamera, ExrMatrix};
 pub use cryptomatte::{CRYPTOMATTE_RANKS, IdShares, cryptomatte_hash};
+pub use picture::{ExrPicture, plain_name};
+pub use primaries::Primaries;
 
 /// What the keys of [`ExrFile::metadata`] are called in the file: this, then the key. It keeps them apart from the
 /// attributes that the format itself defines.
@@ -92,6 +97,8 @@ pub struct ExrFile {
     pub attributes: BTreeMap<String, String>,
     /// The camera that made the picture, if the file says.
     pub camera: Option<ExrCamera>,
+    /// See [`ExrFile::primaries`].
+    primaries: Option<Primaries>,
 }
 
 impl ExrFile {
@@ -109,6 +116,7 @@ impl ExrFile {
             metadata: BTreeMap::new(),
             attributes: BTreeMap::new(),
             camera: None,
+            primaries: None,
         }
     }
 
@@ -199,28 +207,10 @@ impl ExrFile {
         self.interleave(&found.into_iter().map(|(_, samples)| samples).collect::<Vec<_>>())
     }
 
-    /// The colour: R, G, B and, if there is one, A, of the first layer that has them (names may be in lower case),
-    /// or else luminance Y as grey.
+    /// The stored pixels of the picture as the file has them: see [`ExrFile::picture_layer`].
     #[must_use]
     pub fn colour(&self) -> Option<Image> {
-        let find = |prefix: &str, name: &str| {
-            let wanted = |c: &&ExrChannel| {
-                let (p, n) = c.name.rsplit_once('.').unwrap_or(("", &c.name));
-                p == prefix && n.eq_ignore_ascii_case(name)
-            };
-            self.channels.iter().find(wanted).map(|c| &c.samples)
-        };
-        let mut prefixes: Vec<&str> =
-            self.channels.iter().map(|c| c.name.rsplit_once('.').map_or("", |(p, _)| p)).collect();
-        prefixes.sort_by_key(|p| !p.is_empty()); // stable: the unnamed layer first, then in order of appearance
-        prefixes.dedup();
-        for prefix in &prefixes {
-            if let (Some(r), Some(g), Some(b)) = (find(prefix, "R"), find(prefix, "G"), find(prefix, "B")) {
-                let channels: Vec<_> = [r, g, b].into_iter().chain(find(prefix, "A")).collect();
-                return self.interleave(&channels);
-            }
-        }
-        prefixes.iter().find_map(|p| find(p, "Y")).and_then(|y| self.interleave(&[y, y, y]))
+        self.picture_layer().map(|(_, image)| image)
     }
 
     fn interleave(&self, channels: &[&ExrSamples]) -> Option<Image> {
@@ -345,17 +335,13 @@ impl ExrFile {
         let size = (self.data_width as usize, self.data_height as usize);
         let layer = ex::Layer::new(size, attributes, encoding, ex::AnyChannels::sort(channels));
         let mut shared = ex::ImageAttributes::with_size((self.width as usize, self.height as usize));
-        shared.chromaticities = Some(ex::attribute::Chromaticities {
-            red: ex::Vec2(0.64, 0.33),
-            green: ex::Vec2(0.30, 0.60),
-            blue: ex::Vec2(0.15, 0.06),
-            white: ex::Vec2(0.3127, 0.3290),
-        });
+        shared.chromaticities = Some(primaries::attribute(self.primaries.as_ref()));
         ex::Image::new(shared, layer)
     }
 
-    /// Reads a file: the parts of its first part's size, with all their channels. A part's name goes before its
-    /// channels' names, as in `part.channel`. Memory is limited by the length of the file.
+    /// Reads a file: all parts, with all their channels, zero where a part stores nothing and another does. A part's name goes
+    /// before its channels' names, as in `part.channel`, unless they begin so already. Memory is limited by the length of the
+    /// file.
     ///
     /// # Errors
     /// [`ImageError::Read`], [`ImageError::TooLarge`], or [`ImageError::Decode`] for damaged files, deep data,
@@ -397,17 +383,19 @@ impl ExrFile {
         };
 
         let side = |v: usize| u32::try_from(v).unwrap_or(u32::MAX); // limited by `check_headers`
+        let window = windows::around(path, &image.layer_data, length)?;
         let mut result = Self {
             width: side(image.attributes.display_window.size.0),
             height: side(image.attributes.display_window.size.1),
-            x: first.attributes.layer_position.0,
-            y: first.attributes.layer_position.1,
-            data_width: side(first.size.0),
-            data_height: side(first.size.1),
+            x: window.x,
+            y: window.y,
+            data_width: side(window.width),
+            data_height: side(window.height),
             channels: Vec::new(),
             metadata: BTreeMap::new(),
             attributes: BTreeMap::new(),
             camera: ExrCamera::of(&first.attributes),
+            primaries: primaries::named(image.attributes.chromaticities),
         };
         for (key, value) in &first.attributes.other {
             let ex::AttributeValue::Text(value) = value else { continue };
@@ -416,16 +404,21 @@ impl ExrFile {
                 None => result.attributes.insert(string(key), string(value)),
             };
         }
-        let size = first.size;
-        for layer in image.layer_data.into_iter().filter(|layer| layer.size == size) {
+        for layer in image.layer_data {
+            let stored = windows::Window::of(&layer);
             let prefix = layer.attributes.layer_name.as_ref().map(string).filter(|name| !name.is_empty());
             for channel in layer.channel_data.list {
                 let name = string(&channel.name);
-                let name = prefix.as_ref().map_or(name.clone(), |prefix| format!("{prefix}.{name}"));
+                let is_whole = |prefix: &&String| !name.starts_with(&format!("{prefix}."));
+                let prefix = prefix.as_ref().filter(is_whole);
+                let name = prefix.map_or(name.clone(), |prefix| format!("{prefix}.{name}"));
                 let samples = match channel.sample_data {
-                    ex::FlatSamples::F16(v) => ExrSamples::Half(v.into_iter().map(ex::f16::to_f32).collect()),
-                    ex::FlatSamples::F32(v) => ExrSamples::Float(v),
-                    ex::FlatSamples::U32(v) => ExrSamples::Uint(v),
+                    ex::FlatSamples::F16(v) => {
+                        let v = v.into_iter().map(ex::f16::to_f32).collect();
+                        ExrSamples::Half(windows::placed(v, stored, window))
+                    }
+                    ex::FlatSamples::F32(v) => ExrSamples::Float(windows::placed(v, stored, window)),
+                    ex::FlatSamples::U32(v) => ExrSamples::Uint(windows::placed(v, stored, window)),
                 };
                 result.channels.push(ExrChannel { name, samples });
             }

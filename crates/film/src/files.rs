@@ -9,7 +9,7 @@ use image::{DynamicImage, ImageDecoder, ImageEncoder, ImageFormat, ImageReader, 
 
 use crate::atomic::write_atomically;
 use crate::srgb::{srgb_to_linear, to_u8, to_u16};
-use crate::{ExrFile, Image, ImageError, MAX_SIDE, limits};
+use crate::{ExrFile, ExrPicture, Image, ImageError, MAX_SIDE, limits};
 
 const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 /// What a Radiance header begins with; the name of the writing program follows, mostly `RADIANCE`, also `RGBE`.
@@ -18,7 +18,7 @@ const HDR_MAGIC: &[u8] = b"#?";
 impl Image {
     /// Opens an image file as linear RGB, or RGBA if it has an alpha channel.
     ///
-    /// The format is recognised by the contents: OpenEXR (see [`ExrFile::colour`] for which layer) and Radiance HDR
+    /// The format is recognised by the contents: OpenEXR (see [`ExrFile::picture`]) and Radiance HDR
     /// are taken as linear; PNG, JPEG, WebP, BMP and TGA (the last by its name) are decoded from sRGB to linear, alpha
     /// untouched. Values may be anything the file holds, NaN included. Memory is limited by the length of the file.
     ///
@@ -26,6 +26,14 @@ impl Image {
     /// [`ImageError::Read`], [`ImageError::UnknownFormat`], [`ImageError::TooLarge`], [`ImageError::NoColour`] or
     /// [`ImageError::Decode`].
     pub fn open(path: impl AsRef<Path>) -> Result<Self, ImageError> {
+        Self::open_noting(path).map(|(image, _)| image)
+    }
+
+    /// As [`Image::open`], with what people should know of how it was read: see [`ExrPicture::notes`].
+    ///
+    /// # Errors
+    /// As [`Image::open`].
+    pub fn open_noting(path: impl AsRef<Path>) -> Result<(Self, Vec<String>), ImageError> {
         let path = path.as_ref();
         let read_error = |source| ImageError::Read { path: path.to_owned(), source };
         let mut file = File::open(path).map_err(read_error)?;
@@ -33,17 +41,14 @@ impl Image {
         let mut magic = Vec::new();
         file.by_ref().take(4).read_to_end(&mut magic).map_err(read_error)?;
         if magic == EXR_MAGIC {
-            let exr = ExrFile::read(path)?;
-            return exr.colour().ok_or_else(|| ImageError::NoColour {
-                path: path.to_owned(),
-                found: exr.channels.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", "),
-            });
+            let ExrPicture { image, notes, .. } = ExrFile::read(path)?.picture(path)?;
+            return Ok((image, notes));
         }
         file.rewind().map_err(read_error)?;
         if magic.starts_with(HDR_MAGIC) {
-            return decode_hdr(path, file, length);
+            return Ok((decode_hdr(path, file, length)?, Vec::new()));
         }
-        decode(path, file, length)
+        Ok((decode(path, file, length)?, Vec::new()))
     }
 
     /// Writes the first three channels as Radiance HDR (RGBE: 8 bits of mantissa, a common exponent, nothing

@@ -33,8 +33,8 @@ pub use atomic::{ProtectedFiles, prove_writable, remove_temporaries, write_atomi
 pub use coverage::{Block, Coverage, UnknownBlock};
 pub use exact::ExactSum;
 pub use exr_file::{
-    CRYPTOMATTE_RANKS, ExrCamera, ExrChannel, ExrCompression, ExrFile, ExrMatrix, ExrSamples, IdShares,
-    METADATA_PREFIX, Precision, cryptomatte_hash,
+    CRYPTOMATTE_RANKS, ExrCamera, ExrChannel, ExrCompression, ExrFile, ExrMatrix, ExrPicture, ExrSamples,
+    IdShares, METADATA_PREFIX, Precision, Primaries, cryptomatte_hash, plain_name,
 };
 pub use files::write_png;
 pub use film::{AovData, Film, FilmError, MAX_SIDE};

@@ -177,6 +177,10 @@ fn white_combinations_stay_white() {
         sheet,
         air,
         LayeredParameters { coat: 1.0, ..glass },
+        LayeredParameters { specular: 0.5, ..glass },
+        LayeredParameters { specular: 0.0, ..glass },
+        LayeredParameters { specular: 0.0, ..inside },
+        LayeredParameters { specular: 0.0, ..sheet },
     ];
     for (k, m) in materials.into_iter().enumerate() {
         for cos in [1.0, 0.7, 0.3, 0.1] {

@@ -183,7 +183,7 @@ fn base_color(value: &Bound<PyAny>) -> PyResult<glam::Vec4> {
     Ok(rgba.into())
 }
 
-/// Adds a picture of shape (height, width, 3 or 4), 8 bits a channel, row 0 at the top.
+/// Adds a picture of shape (height, width, 3 or 4), row 0 at the top: bytes, or linear floats.
 fn add_texture(
     scene: &mut Scene,
     name: &'static str,
@@ -192,22 +192,48 @@ fn add_texture(
 ) -> PyResult<TextureRef> {
     let kind: String =
         picture.getattr("dtype").and_then(|d| d.getattr("name")?.extract()).unwrap_or_default();
-    let input = Input::<u8>::new(name, picture)?;
-    let (height, width, pixels) = match *input.shape() {
-        [h, w, 3] if kind == "uint8" => {
-            (h, w, input.numbers()?.as_chunks().0.iter().map(|&[r, g, b]| [r, g, b, 255]).collect())
-        }
-        [h, w, 4] if kind == "uint8" => (h, w, input.numbers()?.as_chunks::<4>().0.to_vec()),
-        _ => return Err(bad(format!("{name}: expected uint8 of shape (height, width, 3 or 4)"))),
+    let (height, width, pixels) = match kind.as_str() {
+        "uint8" => byte_picture(name, picture)?,
+        "float16" | "float32" | "float64" => float_picture(name, picture)?,
+        _ => return Err(bad(expected_picture(name))),
     };
     let side = |n: usize| u32::try_from(n).ok().filter(|n| (1..=65_536).contains(n));
     let (Some(width), Some(height)) = (side(width), side(height)) else {
         return Err(bad(format!("{name}: {width}×{height} pixels are not possible")));
     };
-    scene.images.push(SceneImage { name: name.into(), width, height, pixels: Pixels::Rgba8(pixels) });
+    scene.images.push(SceneImage { name: name.into(), width, height, pixels });
     let image = scene.images.len() as u32 - 1;
     scene.textures.push(Texture { image, sampler: Default::default(), color_space });
     Ok(TextureRef::new(scene.textures.len() as u32 - 1))
+}
+
+fn expected_picture(name: &str) -> String {
+    format!("{name}: expected uint8 or floats of shape (height, width, 3 or 4)")
+}
+
+/// Height, width and pixels of a picture of bytes.
+fn byte_picture(name: &'static str, picture: &Bound<PyAny>) -> PyResult<(usize, usize, Pixels)> {
+    let input = Input::<u8>::new(name, picture)?;
+    let (height, width, pixels) = match *input.shape() {
+        [h, w, 3] => (h, w, input.numbers()?.as_chunks().0.iter().map(|&[r, g, b]| [r, g, b, 255]).collect()),
+        [h, w, 4] => (h, w, input.numbers()?.as_chunks::<4>().0.to_vec()),
+        _ => return Err(bad(expected_picture(name))),
+    };
+    Ok((height, width, Pixels::Rgba8(pixels)))
+}
+
+/// Height, width and pixels of a picture of floats, which are finite and not negative.
+fn float_picture(name: &'static str, picture: &Bound<PyAny>) -> PyResult<(usize, usize, Pixels)> {
+    let input = Input::<f32>::new(name, picture)?;
+    let (height, width, pixels) = match *input.shape() {
+        [h, w, 3] => (h, w, Pixels::Rgb32F(input.numbers()?.as_chunks().0.to_vec())),
+        [h, w, 4] => (h, w, Pixels::Rgba32F(input.numbers()?.as_chunks().0.to_vec())),
+        _ => return Err(bad(expected_picture(name))),
+    };
+    if !input.numbers()?.iter().all(|v| v.is_finite() && *v >= 0.0) {
+        return Err(bad(format!("{name}: numbers must be finite and not negative")));
+    }
+    Ok((height, width, pixels))
 }
 
 /// A picture as an environment: float32 of shape (height, width, 3), linear radiance.

@@ -60,7 +60,7 @@ def test_a_file_gives_what_was_written(tmp_path):
         (lambda s: s.add_material(model="velvet"), "unknown `velvet`; there are: .*lambert"),
         (lambda s: s.add_material(roughness=2), "roughness: 2"),
         (lambda s: s.add_material(base_color=[1, 2, 3, 4, 5]), "base_color"),
-        (lambda s: s.add_material(base_color_texture=np.zeros((2, 2, 3))), "expected uint8"),
+        (lambda s: s.add_material(base_color_texture=np.zeros((2, 2, 5))), "expected uint8"),
         (lambda s: s.add_point_light([0, 0, np.nan], 1), "position"),
         (lambda s: s.add_point_light([0, 0, 0], -1), "intensity"),
         (lambda s: s.add_spot_light([0, 0, 0], [0, 0, 0], 1), "direction"),

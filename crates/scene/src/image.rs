@@ -2,6 +2,7 @@
 
 use crate::{ImageId, TextureId};
 use glam::Vec2;
+use optics::tonemap::srgb_decode_channel;
 use serde::{Deserialize, Serialize};
 
 /// A decoded picture, row 0 at the top.
@@ -24,6 +25,65 @@ pub enum Pixels {
     Rgba8(Vec<[u8; 4]>),
     /// Linear floating point (HDR and EXR files).
     Rgb32F(Vec<[f32; 3]>),
+    /// Linear floating point with an alpha channel; colours are not multiplied by it.
+    Rgba32F(Vec<[f32; 4]>),
+}
+
+impl Pixels {
+    /// The stored numbers of a pixel, bytes as fractions of 255; alpha is 1 where there is none.
+    ///
+    /// # Panics
+    /// If there is no such pixel.
+    pub fn stored(&self, index: usize) -> [f32; 4] {
+        match self {
+            Self::Rgba8(pixels) => pixels[index].map(|byte| f32::from(byte) / 255.0),
+            Self::Rgb32F(pixels) => {
+                let [r, g, b] = pixels[index];
+                [r, g, b, 1.0]
+            }
+            Self::Rgba32F(pixels) => pixels[index],
+        }
+    }
+
+    /// Number of pixels.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Rgba8(pixels) => pixels.len(),
+            Self::Rgb32F(pixels) => pixels.len(),
+            Self::Rgba32F(pixels) => pixels.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Bytes that they take.
+    pub fn memory_bytes(&self) -> usize {
+        match self {
+            Self::Rgba8(pixels) => size_of_val(pixels.as_slice()),
+            Self::Rgb32F(pixels) => size_of_val(pixels.as_slice()),
+            Self::Rgba32F(pixels) => size_of_val(pixels.as_slice()),
+        }
+    }
+
+    /// Whether they are floating-point numbers, which are linear.
+    pub fn is_float(&self) -> bool {
+        !matches!(self, Self::Rgba8(_))
+    }
+
+    /// Linear colours without alpha; bytes are decoded from sRGB.
+    pub fn into_linear(self) -> Vec<[f32; 3]> {
+        match self {
+            Self::Rgba8(pixels) => {
+                let table: Vec<f32> = (0..256).map(|v| srgb_decode_channel(v as f32 / 255.0)).collect();
+                pixels.iter().map(|p| [p[0], p[1], p[2]].map(|byte| table[usize::from(byte)])).collect()
+            }
+            Self::Rgb32F(pixels) => pixels,
+            Self::Rgba32F(pixels) => pixels.iter().map(|p| [p[0], p[1], p[2]]).collect(),
+        }
+    }
 }
 
 /// What the numbers of an eight-bit image mean.
@@ -104,6 +164,29 @@ impl UvTransform {
         let (sin, cos) = rotation.sin_cos();
         Self { rows: [Vec2::new(cos, sin) * scale, Vec2::new(-sin, cos) * scale], offset }
     }
+
+    /// The transformed coordinates.
+    pub fn apply(&self, uv: Vec2) -> Vec2 {
+        Vec2::new(self.rows[0].dot(uv), self.rows[1].dot(uv)) + self.offset
+    }
+
+    /// Whether the transform mirrors images.
+    pub fn mirrors(&self) -> bool {
+        self.rows[0].perp_dot(self.rows[1]) < 0.0
+    }
+
+    /// The direction in the coordinates before the transform in which u grows after it and v does not, in turns from u
+    /// towards v. 0 where there is no such direction.
+    pub fn tangent_turn(&self) -> f32 {
+        let [along, across] = self.rows;
+        let determinant = along.perp_dot(across);
+        if determinant == 0.0 || !determinant.is_finite() {
+            return 0.0;
+        }
+        // A column of the inverse.
+        let direction = Vec2::new(across.y, -across.x) * determinant.signum();
+        direction.to_angle() / std::f32::consts::TAU
+    }
 }
 
 /// The use of a texture by a material.
@@ -121,5 +204,29 @@ impl TextureRef {
     /// The texture on the first set of coordinates, untransformed.
     pub fn new(texture: TextureId) -> Self {
         Self { texture, uv_set: 0, transform: UvTransform::default() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tangents_are_where_the_transformed_u_grows() {
+        let transforms = [
+            UvTransform::default(),
+            UvTransform::new(Vec2::ZERO, 0.7, Vec2::new(2.0, 3.0)),
+            UvTransform::new(Vec2::ONE, -2.0, Vec2::new(1.0, -0.5)),
+            UvTransform::new(Vec2::ONE, 1.0, Vec2::new(-1.0, -0.5)),
+        ];
+        assert_eq!(transforms.map(|t| t.mirrors()), [false, false, true, false]);
+        assert_eq!(transforms[0].tangent_turn(), 0.0);
+        for transform in transforms {
+            let step = Vec2::from_angle(transform.tangent_turn() * std::f32::consts::TAU);
+            let moved = transform.apply(step) - transform.apply(Vec2::ZERO);
+            assert!(moved.x > 0.1 && moved.y.abs() < 1e-5, "{transform:?}: {moved}");
+        }
+        let flat = UvTransform::new(Vec2::ZERO, 0.3, Vec2::new(0.0, 1.0));
+        assert_eq!((flat.tangent_turn(), flat.mirrors()), (0.0, false));
     }
 }

@@ -1,6 +1,6 @@
 //! Materials as files describe them: a model, its parameters and the textures that modulate them.
 
-use crate::image::TextureRef;
+use crate::image::{TextureRef, UvTransform};
 use crate::medium::Medium;
 use crate::subsurface::Subsurface;
 use glam::{Vec2, Vec3, Vec4};
@@ -352,6 +352,18 @@ impl Material {
     pub fn may_lose_backs(&self) -> bool {
         let shines_both_ways = self.emission_two_sided && self.is_emissive();
         !(self.double_sided || shines_both_ways || self.refracts_into_body())
+    }
+
+    /// The coordinates that tangents follow, if shading needs them: those that the normal map is looked up by, or else what
+    /// else has a direction. The set (0 or 1), and how it is transformed.
+    pub fn tangent_coordinates(&self) -> Option<(u32, UvTransform)> {
+        let of = |texture: Option<TextureRef>| texture.map(|t| (t.uv_set, t.transform));
+        let layers = &self.layers;
+        let others = || {
+            let coat = of(layers.clearcoat.normal_texture).filter(|_| layers.clearcoat.strength > 0.0);
+            coat.or(of(layers.anisotropy.texture)).unwrap_or_default()
+        };
+        of(self.normal_texture).or_else(|| layers.need_tangents().then(others))
     }
 
     /// All textures that it may have.

@@ -66,6 +66,8 @@ pub struct LoadReport {
     pub bytes_read: u64,
     /// Images that are missing or broken: a neutral colour stands in for each.
     pub missing_images: usize,
+    /// Primitives of points and lines, which are left out.
+    pub undrawn_primitives: usize,
 }
 
 /// Beyond this many distinct notes only the count of the last kind grows, so that a broken file cannot fill memory.
@@ -114,6 +116,7 @@ impl LoadReport {
     pub fn absorb(&mut self, name: &str, other: LoadReport) {
         self.bytes_read += other.bytes_read;
         self.missing_images += other.missing_images;
+        self.undrawn_primitives += other.undrawn_primitives;
         for note in other.notes {
             self.note(note.severity, format!("{name}: {}", note.message));
         }

@@ -1,9 +1,9 @@
 //! Tangents for normal maps, by the MikkTSpace algorithm that the makers of normal maps use.
 
-use crate::TriangleMesh;
+use crate::{Scene, Shape, TriangleMesh, UvTransform};
 use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 use glam::{Vec2, Vec3, Vec4};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// How tangents were found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,17 +28,23 @@ pub enum Method {
 /// Indices must be in range. Positions, normals and coordinates that are not finite give useless tangents, which are
 /// nevertheless unit vectors.
 pub fn generate(mesh: &mut TriangleMesh, uv_set: u32) -> Method {
-    generate_and_split(mesh, uv_set).0
+    generate_and_split(mesh, uv_set, &UvTransform::default()).0
 }
 
-/// As [`generate`]; also returns, for each vertex that was added, the index of the one that it is a copy of.
-pub fn generate_and_split(mesh: &mut TriangleMesh, uv_set: u32) -> (Method, Vec<u32>) {
+/// As [`generate`], of coordinates that are transformed before the normal map is looked up; also returns, for each vertex that
+/// was added, the index of the one that it is a copy of.
+pub fn generate_and_split(
+    mesh: &mut TriangleMesh,
+    uv_set: u32,
+    transform: &UvTransform,
+) -> (Method, Vec<u32>) {
     let uvs = if uv_set == 0 { &mesh.uv0 } else { &mesh.uv1 };
     if mesh.indices.is_empty() || uvs.len() != mesh.positions.len() {
         return (Method::None, Vec::new());
     }
     let crowded = is_crowded(mesh);
-    let mut corners = Corners { mesh, uv_set, tangents: vec![Vec4::ZERO; mesh.indices.len() * 3] };
+    let tangents = vec![Vec4::ZERO; mesh.indices.len() * 3];
+    let mut corners = Corners { mesh, uv_set, transform: *transform, tangents };
     if crowded {
         corners.generate_per_triangle();
     } else {
@@ -49,6 +55,57 @@ pub fn generate_and_split(mesh: &mut TriangleMesh, uv_set: u32) -> (Method, Vec<
     let copies = split(mesh, &tangents);
     (if crowded { Method::PerTriangle } else { Method::MikkTSpace }, copies)
 }
+
+impl Scene {
+    /// Gives tangents to the meshes of all instances that need some and have none: see [`Material::tangent_coordinates`].
+    /// Returns how many parts of meshes have materials that want different ones; they have those of the first.
+    ///
+    /// Meshes that change their shape are left as they are: whoever made them knows how their vertices move.
+    ///
+    /// [`Material::tangent_coordinates`]: crate::Material::tangent_coordinates
+    pub fn complete_tangents(&mut self) -> usize {
+        let deforming: HashSet<_> =
+            self.animations.iter().flat_map(|a| &a.deformations).map(|part| part.mesh).collect();
+        let mut made = HashMap::new();
+        let mut several = HashSet::new();
+        for instance in 0..self.instances.len() {
+            if deforming.contains(&self.instances[instance].mesh) {
+                continue;
+            }
+            for (place, wanted) in self.tangents_wanted(instance) {
+                let known = made.entry(place).or_insert(wanted);
+                if *known != wanted {
+                    several.insert(place);
+                }
+                self.add_tangents(place, wanted);
+            }
+        }
+        several.len()
+    }
+
+    /// For each part that wants tangents: mesh and number of the part, and the coordinates that they follow.
+    fn tangents_wanted(&self, instance: usize) -> Vec<((u32, usize), Coordinates)> {
+        let instance = &self.instances[instance];
+        let Some(mesh) = self.meshes.get(instance.mesh as usize) else { return Vec::new() };
+        let wanted = |(i, part): (usize, &crate::Part)| {
+            let own = instance.materials.as_ref().and_then(|m| m.get(i).copied()).unwrap_or(part.material);
+            let coordinates = self.materials.get(own as usize)?.tangent_coordinates()?;
+            Some(((instance.mesh, i), coordinates))
+        };
+        mesh.parts.iter().enumerate().filter_map(wanted).collect()
+    }
+
+    fn add_tangents(&mut self, (mesh, part): (u32, usize), (uv_set, transform): Coordinates) {
+        if let Shape::Triangles(mesh) = &mut self.meshes[mesh as usize].parts[part].shape
+            && mesh.tangents.is_empty()
+        {
+            generate_and_split(mesh, uv_set, &transform);
+        }
+    }
+}
+
+/// A set of texture coordinates, and how it is transformed.
+type Coordinates = (u32, UvTransform);
 
 /// Whether MikkTSpace would be too slow: it compares all corners that are at one position with each other.
 fn is_crowded(mesh: &TriangleMesh) -> bool {
@@ -69,6 +126,7 @@ fn is_crowded(mesh: &TriangleMesh) -> bool {
 struct Corners<'m> {
     mesh: &'m TriangleMesh,
     uv_set: u32,
+    transform: UvTransform,
     tangents: Vec<Vec4>,
 }
 
@@ -130,7 +188,7 @@ impl Geometry for Corners<'_> {
 
     fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
         let uvs = if self.uv_set == 0 { &self.mesh.uv0 } else { &self.mesh.uv1 };
-        let uv = uvs[self.vertex(face, corner)];
+        let uv = self.transform.apply(uvs[self.vertex(face, corner)]);
         // MikkTSpace expects v to grow upwards.
         [uv.x, 1.0 - uv.y]
     }
@@ -224,6 +282,62 @@ mod tests {
         }
     }
 
+    /// Coordinates that are turned or mirrored by a transform have the tangents of those that are so themselves.
+    #[test]
+    fn tangents_follow_the_transform_of_the_normal_map() {
+        for (rotation, scale) in [(0.4, Vec2::ONE), (-1.2, Vec2::new(2.0, 0.5)), (0.0, Vec2::new(1.0, -1.0))]
+        {
+            let transform = UvTransform::new(Vec2::new(0.3, -2.0), rotation, scale);
+            let (mut transformed, mut plain) = (quad(), quad());
+            plain.uv0.iter_mut().for_each(|uv| *uv = transform.apply(*uv));
+            generate_and_split(&mut transformed, 0, &transform);
+            generate(&mut plain, 0);
+            assert_eq!(transformed.tangents.len(), plain.tangents.len());
+            for (a, b) in transformed.tangents.iter().zip(&plain.tangents) {
+                assert!((*a - *b).length() < 1e-5, "{a} against {b}");
+            }
+            assert_eq!(transformed.tangents[0].w < 0.0, transform.mirrors());
+        }
+    }
+
+    /// Materials of parts, of instances, and none that wants tangents; a mesh that has some keeps them.
+    #[test]
+    fn meshes_of_a_scene_get_what_their_materials_want() {
+        use crate::{Instance, Material, Mesh, TextureRef};
+        let turned = |rotation| {
+            let transform = UvTransform::new(Vec2::ZERO, rotation, Vec2::ONE);
+            let texture = TextureRef { transform, ..TextureRef::new(0) };
+            Material { normal_texture: Some(texture), ..Material::default() }
+        };
+        let mesh = |material| Mesh::single("quad", Shape::Triangles(quad()), material);
+        let given = TriangleMesh { tangents: vec![Vec4::Y; 4], ..quad() };
+        let instance =
+            |mesh, materials| Instance { materials, ..Instance::new("quad", mesh, glam::Affine3A::IDENTITY) };
+        let quarter = std::f32::consts::FRAC_PI_2;
+        let mut scene = Scene {
+            materials: vec![Material::default(), turned(0.0), turned(quarter)],
+            meshes: vec![mesh(0), mesh(1), mesh(0), Mesh::single("given", Shape::Triangles(given), 1)],
+            instances: vec![
+                instance(0, None),
+                instance(1, None),
+                instance(2, Some(vec![2])),
+                instance(3, None),
+                instance(1, Some(vec![2])),
+            ],
+            ..Scene::default()
+        };
+        assert_eq!(scene.complete_tangents(), 1, "the second mesh has two materials");
+        let tangent = |mesh: usize| match &scene.meshes[mesh].parts[0].shape {
+            Shape::Triangles(mesh) => mesh.tangents.first().map(|t| t.truncate()),
+            Shape::Spheres(_) => None,
+        };
+        assert_eq!(tangent(0), None);
+        assert!(tangent(1).expect("some").abs_diff_eq(Vec3::X, 1e-5));
+        // (u, v) becomes (v, −u): u grows where v did, downwards.
+        assert!(tangent(2).expect("some").abs_diff_eq(Vec3::NEG_Y, 1e-5));
+        assert_eq!(tangent(3), Some(Vec3::Y));
+    }
+
     #[test]
     fn mirrored_halves_are_split_and_keep_their_attributes() {
         let mut mesh = quad();
@@ -245,7 +359,8 @@ mod tests {
         let mut mesh = quad();
         mesh.uv0 = vec![Vec2::ZERO, Vec2::new(0.3, 0.1), Vec2::new(0.2, 0.9), Vec2::new(-0.4, 0.5)];
         mesh.indices.truncate(1);
-        let mut corners = Corners { mesh: &mesh, uv_set: 0, tangents: vec![Vec4::ZERO; 3] };
+        let transform = UvTransform::default();
+        let mut corners = Corners { mesh: &mesh, uv_set: 0, transform, tangents: vec![Vec4::ZERO; 3] };
         corners.generate_per_triangle();
         let per_triangle = std::mem::take(&mut corners.tangents);
         generate(&mut mesh, 0);

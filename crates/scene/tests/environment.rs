@@ -16,7 +16,7 @@ fn load(path: &Path, options: &LoadOptions) -> (Image, LoadReport) {
 fn pixels(image: &Image) -> &[[f32; 3]] {
     match &image.pixels {
         Pixels::Rgb32F(pixels) => pixels,
-        Pixels::Rgba8(_) => panic!("{} is not a float image", image.name),
+        _ => panic!("{} is not RGB of floats", image.name),
     }
 }
 

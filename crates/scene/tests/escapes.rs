@@ -171,7 +171,10 @@ fn leak(result: &Result<Loaded, LoadError>) -> Option<String> {
     for image in &scene.images {
         let found = match &image.pixels {
             Pixels::Rgba8(pixels) => pixels.iter().any(|p| p[..3] == COLOR),
-            Pixels::Rgb32F(pixels) => pixels.iter().any(|p| p[0] > 1.5 && p[1] < p[0]),
+            floats => {
+                let looks_so = |[r, g, ..]: [f32; 4]| r > 1.5 && g < r;
+                (0..floats.len()).any(|i| looks_so(floats.stored(i)))
+            }
         };
         if found {
             return Some(format!("the image {}", image.name));

@@ -215,3 +215,49 @@ fn compressed_and_plain_textures_give_the_same_pixels() {
         );
     }
 }
+
+/// What glass reflects is scaled by a layered surface; other glass stays a plain interface.
+#[test]
+fn glass_whose_reflection_is_scaled_is_layered() {
+    let model = |extensions: &str| {
+        let material = format!(
+            r#""pbrMetallicRoughness": {{ "metallicFactor": 0, "roughnessFactor": 0 }}, "extensions": {{
+            "KHR_materials_transmission": {{ "transmissionFactor": 1 }} {extensions} }}"#
+        );
+        SceneTables::build(&small(&material).scene).materials[0].model
+    };
+    assert_eq!(model(""), ModelTag::Dielectric);
+    assert_eq!(model(r#", "KHR_materials_specular": {}"#), ModelTag::Dielectric);
+    assert_eq!(model(r#", "KHR_materials_specular": { "specularFactor": 0.5 }"#), ModelTag::Layered);
+    assert_eq!(model(r#", "KHR_materials_specular": { "specularFactor": 0 }"#), ModelTag::Layered);
+    let colored = r#", "KHR_materials_specular": { "specularColorFactor": [1, 0.5, 0.5] }"#;
+    assert_eq!(model(colored), ModelTag::Layered);
+}
+
+/// Points, lines and splats are left out, and the report says of which mesh; scattering in bodies is named, too.
+#[test]
+fn what_is_not_drawn_is_named_and_counted() {
+    let positions = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
+    let text = format!(
+        r#"{{ "asset": {{ "version": "2.0" }}, "scenes": [{{ "nodes": [0, 1] }}],
+        "extensionsUsed": ["KHR_gaussian_splatting"],
+        "nodes": [{{ "mesh": 0 }}, {{ "mesh": 0 }}], "meshes": [{{ "name": "cloud", "primitives": [
+            {{ "attributes": {{ "POSITION": 0 }}, "mode": 0 }}, {{ "attributes": {{ "POSITION": 0 }}, "mode": 3 }},
+            {{ "attributes": {{ "POSITION": 0 }}, "mode": 1 }}, {{ "attributes": {{ "POSITION": 0 }} }}] }}],
+        "accessors": [{{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3" }}],
+        "bufferViews": [{{ "buffer": 0, "byteLength": 36 }}],
+        "buffers": [{{ "byteLength": 36, "uri": "data:application/octet-stream;base64,{positions}" }}] }}"#
+    );
+    let loaded =
+        scene::load::gltf::load_bytes(Path::new("cloud.gltf"), text.as_bytes(), &LoadOptions::default());
+    let loaded = loaded.unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!((loaded.report.undrawn_primitives, loaded.scene.unique_triangles()), (3, 1));
+    let messages: Vec<_> = loaded.report.notes.iter().map(|n| n.message.as_str()).collect();
+    let of_mesh = "mesh 0 `cloud`: 3 of 4 primitives are not drawn: 1 of points, 2 of lines";
+    assert!(messages.contains(&of_mesh), "{messages:?}");
+    assert!(messages.iter().any(|m| m.contains("KHR_gaussian_splatting is not rendered")), "{messages:?}");
+    let scattering =
+        small(r#""extensions": { "KHR_materials_volume_scatter": { "multiscatterColor": [1, 0, 0] } }"#);
+    let named = |n: &scene::Note| n.message.contains("KHR_materials_volume_scatter is not rendered");
+    assert!(scattering.report.notes.iter().any(named), "{:?}", scattering.report);
+}

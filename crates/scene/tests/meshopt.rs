@@ -1,4 +1,4 @@
-//! Broken data of `EXT_meshopt_compression`: an error or other elements, never a panic or more memory than was asked for.
+//! Broken data of `KHR_meshopt_compression` and `EXT_meshopt_compression`: an error or other elements, never a panic or more memory than was asked for.
 
 use proptest::prelude::*;
 use scene::LoadOptions;
@@ -14,7 +14,9 @@ fn behind(header: u8) -> impl Strategy<Value = Vec<u8>> {
 
 proptest! {
     #[test]
-    fn any_attributes_end(data in behind(0xa0), count in 0usize..600, size in 0usize..300) {
+    fn any_attributes_end(version in 0u8..2, data in behind(0xa0), count in 0usize..600, size in 0usize..300) {
+        let mut data = data;
+        data[0] += version;
         match decode_vertices(&data, count, size) {
             Ok(elements) => prop_assert_eq!(elements.len(), count * size),
             Err(MeshoptError::ElementSize(found)) => prop_assert_eq!(found, size),
@@ -40,7 +42,7 @@ proptest! {
 
     #[test]
     fn any_elements_are_filtered(mut data in proptest::collection::vec(any::<u8>(), 0..256), size in 0usize..20) {
-        for filter in [Filter::Octahedral, Filter::Quaternion, Filter::Exponential] {
+        for filter in [Filter::Octahedral, Filter::Quaternion, Filter::Exponential, Filter::Color] {
             let length = data.len();
             let _ = filter.undo(&mut data, size);
             prop_assert_eq!(data.len(), length);

@@ -6,8 +6,8 @@ use super::parts::{
     add_floor, data, holes, leaning, light, masked, mesh_sphere, stripes, texture, textured_box, unlit,
 };
 use alhazen::{DirectSettings, HybridSettings, Integrator, Job, Material, Renderer, Scene, Shape};
-use glam::{Affine3A, Quat, Vec3};
-use scene::{Checkerboard, Instance};
+use glam::{Affine3A, Quat, Vec2, Vec3};
+use scene::{Checkerboard, Instance, TextureRef, UvTransform};
 use testkit::Estimate;
 use testkit::scenes::{
     Build, camera, covering, emitter, flipped, ground, lambert, metallic_roughness, sphere,
@@ -27,7 +27,8 @@ fn everything() -> Scene {
     add_floor(&mut scene, 0.0);
     let image = texture(&mut scene, [8, 4], stripes);
     let cut = texture(&mut scene, [8, 4], holes);
-    let bumps = data(&mut scene, [8, 4], leaning);
+    let transform = UvTransform::new(Vec2::ZERO, 1.1, Vec2::new(2.0, -1.0));
+    let bumps = TextureRef { transform, ..data(&mut scene, [8, 4], leaning) };
     let mirror = Vec3::new(1.0, 1.0, -1.0);
     let colors = [Vec3::new(0.9, 0.1, 0.1), Vec3::new(0.1, 0.8, 0.2)];
     let textured = Material { base_color_texture: Some(image), ..lambert("textured", [0.9; 3]) };

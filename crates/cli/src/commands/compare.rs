@@ -103,7 +103,10 @@ fn compare(args: &CompareArgs) -> anyhow::Result<Vec<String>> {
 }
 
 fn open(path: &Path, what: &str) -> anyhow::Result<Image> {
-    Image::open(path).with_context(|| format!("cannot open {what} {}", path.display()))
+    let opened = Image::open_noting(path);
+    let (image, notes) = opened.with_context(|| format!("cannot open {what} {}", path.display()))?;
+    super::tonemap::say_notes(path, &notes);
+    Ok(image)
 }
 
 fn measure(reference: &Image, actual: &Image, exposure: f32) -> anyhow::Result<Measured> {

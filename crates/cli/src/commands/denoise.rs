@@ -67,6 +67,7 @@ pub fn run(args: &DenoiseArgs) -> anyhow::Result<()> {
     }
     keep_each(&args.output, |path| Ok(picture.write_denoised(&denoised, path, &tone, &encoding)?))?;
     if !args.quiet {
+        super::tonemap::say_notes(&args.picture, picture.notes());
         let named = |layer: &Option<String>| layer.clone().unwrap_or_else(|| "none".into());
         let errors = if guides.has_errors { "the file's" } else { "estimated" };
         say!(

@@ -74,16 +74,12 @@ impl Counts {
         let vertices =
             parts().map(|p| if let Shape::Triangles(m) = &p.shape { m.positions.len() } else { 0 }).sum();
         let spheres = parts().map(|p| if let Shape::Spheres(s) = &p.shape { s.len() } else { 0 }).sum();
-        let size = |pixels: &Pixels| match pixels {
-            Pixels::Rgba8(p) => size_of_val(p.as_slice()),
-            Pixels::Rgb32F(p) => size_of_val(p.as_slice()),
-        };
         Self {
             vertices,
             spheres,
             parts: parts().count(),
             pixels: scene.images.iter().map(|i| i.width as usize * i.height as usize).sum(),
-            image_bytes: scene.images.iter().map(|i| size(&i.pixels)).sum(),
+            image_bytes: scene.images.iter().map(|i| i.pixels.memory_bytes()).sum(),
             hidden: scene.instances.iter().filter(|i| !i.visible).count(),
             single_sided: scene.materials.iter().filter(|m| m.may_lose_backs()).count(),
         }
@@ -103,7 +99,11 @@ fn as_text(loaded: &Loaded, tables: &SceneTables) -> anyhow::Result<String> {
     writeln!(text, "  triangles    {unique} ({instanced} with all instances)")?;
     writeln!(text, "  vertices     {}", counts.vertices)?;
     writeln!(text, "  spheres      {}", counts.spheres)?;
-    writeln!(text, "  meshes       {} of {} parts", scene.meshes.len(), counts.parts)?;
+    let undrawn = match report.undrawn_primitives {
+        0 => String::new(),
+        count => format!(" ({count} primitives of points or lines are not drawn)"),
+    };
+    writeln!(text, "  meshes       {} of {} parts{undrawn}", scene.meshes.len(), counts.parts)?;
     let hidden = if counts.hidden > 0 { format!(" ({} hidden)", counts.hidden) } else { String::new() };
     writeln!(text, "  instances    {}{hidden}", scene.instances.len())?;
     let (images, pixels) = (scene.images.len(), counts.pixels as f64 / 1e6);
@@ -358,6 +358,7 @@ fn as_json(loaded: &Loaded, tables: &SceneTables) -> Value {
         "spheres": counts.spheres,
         "meshes": scene.meshes.len(),
         "parts": counts.parts,
+        "undrawn_primitives": report.undrawn_primitives,
         "instances": scene.instances.len(),
         "hidden_instances": counts.hidden,
         "bounds": scene.bounds().map(|(low, high)| json!([position_json(scene, low), position_json(scene, high)])),

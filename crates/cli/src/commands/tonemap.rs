@@ -8,7 +8,7 @@ use crate::exit::Exit;
 use alhazen::output::Format;
 use alhazen::{FinishedPicture, ProtectedFiles, write_image};
 use anyhow::anyhow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Make a .png or .jpg of a finished picture.
 ///
@@ -56,10 +56,16 @@ pub fn run(args: &TonemapArgs) -> anyhow::Result<()> {
     let encoding = args.files.encoding();
     keep_each(&args.output, |path| Ok(write_image(path, picture.colour(), &tone, &encoding)?))?;
     if !args.quiet {
+        say_notes(&args.picture, picture.notes());
         let (mapper, exposure) = (tone.mapper, tone.exposure);
         say!("{} is shown by {mapper:?}, exposure {exposure}", describe(&picture));
     }
     Ok(())
+}
+
+/// Says what people should know of how a picture was read.
+pub fn say_notes(path: &Path, notes: &[String]) {
+    notes.iter().for_each(|note| say!("note: {}: {note}", path.display()));
 }
 
 /// A picture's size and layer, for people.

@@ -34,7 +34,15 @@ fn films_survive_with_every_layer_and_setting() {
         back.channels.sort_by(|a, b| a.name.cmp(&b.name));
         file.channels.sort_by(|a, b| a.name.cmp(&b.name));
         assert!(back == file, "{compression:?}");
-        assert_eq!(Image::open(&path).unwrap(), film.to_image());
+        assert_eq!(back.colour().unwrap(), film.to_image());
+        // Opened as a picture, it is the whole, black where nothing is stored.
+        let whole = Image::open(&path).unwrap();
+        assert_eq!((whole.width(), whole.height()), (40, 50));
+        assert_eq!(
+            (whole.rgb(3, 2), whole.rgb(23, 38)),
+            (film.to_image().rgb(0, 0), film.to_image().rgb(20, 36))
+        );
+        assert_eq!((whole.rgb(2, 2), whole.rgb(24, 38)), ([0.0; 3], [0.0; 3]));
     }
     let back = ExrFile::read(&path).unwrap();
     let Some(AovData::Float(depth)) = film.aov(Aov::Depth) else { panic!("no depth") };

@@ -61,12 +61,21 @@ pub(super) struct ImagePlace {
     pub first_texel: u32,
     pub width: u32,
     pub height: u32,
+    /// Whether its texels are half floats, two places each.
+    pub half: bool,
 }
 
 impl ImagePlace {
     /// Of a texture's image.
     pub fn of(texture: &TextureUse) -> Self {
-        Self { first_texel: texture.first_texel, width: texture.width, height: texture.height }
+        let TextureUse { first_texel, width, height, .. } = *texture;
+        Self { first_texel, width, height, half: texture.is_half() }
+    }
+
+    /// Places of four bytes that it takes.
+    pub fn places(&self) -> usize {
+        let texels = self.width as usize * self.height as usize;
+        if self.half { 2 * texels } else { texels }
     }
 }
 

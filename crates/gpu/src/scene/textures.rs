@@ -123,9 +123,10 @@ fn texel_layers(gpu: &Gpu, texels: &[[u8; 4]], layers: &TexelLayers) -> Result<S
 /// An image as a texture of its own.
 fn image(gpu: &Gpu, texels: &[[u8; 4]], place: &ImagePlace) -> Result<SceneTexture, GpuError> {
     let first = place.first_texel as usize;
-    let texels = &texels[first..first + place.width as usize * place.height as usize];
+    let texels = &texels[first..first + place.places()];
     let size = [place.width, place.height];
-    picture(gpu, "a texture", size, TextureFormat::Rgba8Unorm, bytemuck::cast_slice(texels))
+    let format = if place.half { TextureFormat::Rgba16Float } else { TextureFormat::Rgba8Unorm };
+    picture(gpu, "a texture", size, format, bytemuck::cast_slice(texels))
 }
 
 /// A texture of `size` texels; one texel of zeros if that is nothing.

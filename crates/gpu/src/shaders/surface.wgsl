@@ -212,14 +212,16 @@ fn sphere_point(binding: Binding, instance_index: u32, primitive: u32, world: ve
     var point: SurfacePoint;
     point.coords = sphere_uv(sphere_direction(binding, outward)).xyxy;
     point.pattern_position = pattern_place(binding, on_sphere);
-    point.tangent = sphere_tangent(point.coords.x);
-    point.handedness = 1.0;
+    point.tangent = sphere_tangent_turned(point.coords.xy, materials[binding.material].tangent_turn);
+    let mirrored = (materials[binding.material].flags & MATERIAL_TANGENTS_MIRRORED) != 0u;
+    point.handedness = select(1.0, -1.0, mirrored);
     if binding.placement != NONE {
         // Of similar shapes only, which transform tangents as normals.
         let rows = array<vec4f, 3>(words_vec4(binding.placement), words_vec4(binding.placement + 4u),
             words_vec4(binding.placement + 8u));
         point.tangent = transform_normal(rows, point.tangent);
-        point.handedness = select(1.0, -1.0, dot(rows[0].xyz, cross(rows[1].xyz, rows[2].xyz)) < 0.0);
+        let turned_over = dot(rows[0].xyz, cross(rows[1].xyz, rows[2].xyz)) < 0.0;
+        point.handedness = select(point.handedness, -point.handedness, turned_over);
     }
     if (flags & INSTANCE_IDENTITY) != 0u {
         point.position = on_sphere;

@@ -9,8 +9,16 @@
 @group(0) @binding(7) var texels: texture_2d_array<f32>;
 
 fn stored_texel(use_: TextureUse, column: u32, row: u32) -> vec4f {
-    let index = use_.first_texel + row * use_.width + column;
-    let line = index >> scene.texel_width_log2;
-    let at = vec2u(index & ((1u << scene.texel_width_log2) - 1u), line % scene.texel_height);
+    let place = texel_place(use_, column, row);
+    let first = four_bytes(place);
+    if (use_.flags & TEXTURE_HALF) == 0u {
+        return first;
+    }
+    return half_texel(first, four_bytes(place + 1u));
+}
+
+fn four_bytes(place: u32) -> vec4f {
+    let line = place >> scene.texel_width_log2;
+    let at = vec2u(place & ((1u << scene.texel_width_log2) - 1u), line % scene.texel_height);
     return textureLoad(texels, at, line / scene.texel_height, 0);
 }

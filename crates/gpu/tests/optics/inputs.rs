@@ -498,6 +498,16 @@ pub fn texel4(i: &mut Inputs) -> Vec4f {
     i.edge(&edges).unwrap_or_else(|| vec4f(i.uniform(), i.uniform(), i.uniform(), i.uniform()))
 }
 
+/// The bytes of two half floats as fractions of 255; none is infinite, no number, or too small to be normal.
+pub fn half_bytes(i: &mut Inputs) -> Vec4f {
+    let mut half = || {
+        let (low, high) = (i.below(256) as f32, (4 + i.below(0x78)) as f32);
+        (low / 255.0, high / 255.0)
+    };
+    let ((a, b), (c, d)) = (half(), half());
+    vec4f(a, b, c, d)
+}
+
 /// Two pairs of texture coordinates.
 pub fn coordinates(i: &mut Inputs) -> Vec4f {
     let edges = [vec4f(0.0, 0.0, 1.0, 1.0), vec4f(f32::NAN, 0.0, 1e20, 0.5)];
@@ -513,12 +523,18 @@ pub fn texel_index(i: &mut Inputs) -> i32 {
 
 pub fn texture_use(i: &mut Inputs) -> TextureUse {
     // Every wrap mode, filter, encoding and set of coordinates.
-    let flags = i.below(8) as u32 | (i.below(3) << 4) as u32 | (i.below(3) << 6) as u32;
+    let modes = (i.below(3) << 4) as u32 | (i.below(3) << 6) as u32;
+    let flags = i.below(16) as u32 | modes | (i.below(2) << 8) as u32;
     let mut row = || vec3f(i.between(-2.0, 2.0), i.between(-2.0, 2.0), i.between(-1.0, 1.0));
     let (row_u, row_v) = (row(), row());
     let first_texel = i.edge(&[NONE, 0]).unwrap_or_else(|| index(i));
     let (width, height) = (1 + i.below(64) as u32, 1 + i.below(64) as u32);
     TextureUse { row_u, first_texel, row_v, flags, width, height, image: index(i), padding: 0 }
+}
+
+/// A use of an image: only its texels have places.
+pub fn placed_texture(i: &mut Inputs) -> TextureUse {
+    TextureUse { first_texel: index(i), ..texture_use(i) }
 }
 
 pub fn texel_footprint(i: &mut Inputs) -> TexelFootprint {
@@ -551,11 +567,11 @@ pub fn material_record(i: &mut Inputs) -> MaterialRecord {
         transmission: share(i),
         normal_scale: share(i),
         alpha_cutoff: share(i),
-        flags: i.below(512) as u32,
+        flags: i.below(4096) as u32,
         checkerboard_even: albedo(i),
         checkerboard_scale: size(i),
         checkerboard_odd: albedo(i),
-        padding: 0,
+        tangent_turn: i.between(-1.0, 1.0),
         checkerboard_fade: vec2f(size(i), size(i)),
         medium: body_or_none(i),
         priority: priority(i),

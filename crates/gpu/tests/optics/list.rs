@@ -230,6 +230,7 @@ functions! {
     // geometry/shape.rs
     shape::sphere_uv(outward: off_pole) within ANGLES;
     shape::sphere_tangent(u: turns) within ROUNDING;
+    shape::sphere_tangent_turned(uv: point2, turn: turns) within CANCELLING;
     terminator::terminator_share(cos_deviation: cosine) within ROUNDING;
     terminator::tangent_plane_lift(from_vertex: point, normal: direction) within CANCELLING;
     terminator::terminator_lift(p: point, p0: point, p1: point, p2: point, n0: direction, n1: direction, n2: direction, side: side, normal: direction, weights: weights) within GRAZING;
@@ -372,6 +373,8 @@ functions! {
     image_texture::wrap_texel(i: texel_index, size: count, mode: axis) within EXACT;
     image_texture::texel_column(t: texture_use, x: texel_index) within EXACT;
     image_texture::texel_row(t: texture_use, y: texel_index) within EXACT;
+    image_texture::texel_place(t: placed_texture, column: count, row: count) within EXACT;
+    image_texture::half_texel(rg: half_bytes, ba: half_bytes) within EXACT;
     image_texture::decode_texel(t: texture_use, stored: texel4) within POWERS;
     image_texture::texel_footprint(t: texture_use, coords: coordinates) within TEXELS;
     image_texture::mix_texels(f: texel_footprint, t00: texel4, t10: texel4, t01: texel4, t11: texel4) within ROUNDING;

@@ -150,7 +150,7 @@ structures! {
     TexelFootprint in image_texture { x, y, right, below, bilinear }
     MaterialRecord in material {
         base_color, emission, model, metallic, roughness, specular, ior, transmission, normal_scale, alpha_cutoff, flags,
-        checkerboard_even, checkerboard_scale, checkerboard_odd, padding, checkerboard_fade, medium, priority,
+        checkerboard_even, checkerboard_scale, checkerboard_odd, tangent_turn, checkerboard_fade, medium, priority,
         absorption, layers, textures,
     }
     PlainPoint in plain {

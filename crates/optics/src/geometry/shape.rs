@@ -27,6 +27,27 @@ pub mod shape {
         vec3f(around.x, 0.0, -around.y)
     }
 
+    /// As [`sphere_tangent`], of unit length, for coordinates that are transformed before they are used.
+    ///
+    /// - `uv`: the sphere's own coordinates there. `turn`: as `MaterialRecord::tangent_turn`.
+    pub fn sphere_tangent_turned(uv: Vec2f, turn: f32) -> Vec3f {
+        let east = sphere_tangent(uv.x);
+        if turn == 0.0 {
+            return east;
+        }
+        let around = cos_sin_turns(uv.x);
+        let down = cos_sin_turns(0.5 * uv.y);
+        let south = vec3f(around.y * down.x, -down.y, around.x * down.x);
+        // A whole turn of u is once around, as long as the circle there; v is half a turn.
+        let part = cos_sin_turns(turn);
+        let tangent = east * (2.0 * down.y * part.x) + south * part.y;
+        let length2 = dot(tangent, tangent);
+        if length2 < 1e-12 {
+            return east;
+        }
+        tangent * (1.0 / sqrt(length2))
+    }
+
     /// A direction through the rows of a matrix, of unit length: from the centre of a sphere that is turned in the world
     /// to a point on it, in the sphere's own space. Zero where the matrix leaves nothing.
     pub fn turned_direction(row_x: Vec3f, row_y: Vec3f, row_z: Vec3f, direction: Vec3f) -> Vec3f {
@@ -39,6 +60,26 @@ pub mod shape {
 mod tests {
     use super::shape::*;
     use wgsl_rs::std::*;
+
+    /// The tangent is where the transformed u grows and the transformed v stays.
+    #[test]
+    fn turned_tangents_follow_transformed_coordinates() {
+        let at = |uv: Vec2f| {
+            let (around, down) = (uv.x * std::f32::consts::TAU, uv.y * std::f32::consts::PI);
+            vec3f(around.sin() * down.sin(), down.cos(), around.cos() * down.sin())
+        };
+        for i in 0..40 {
+            let uv = vec2f(0.1 + 0.02 * i as f32, 0.15 + 0.017 * i as f32);
+            let turn = 0.05 * i as f32 - 1.0;
+            let part = vec2f((turn * std::f32::consts::TAU).cos(), (turn * std::f32::consts::TAU).sin());
+            let step = 1e-3;
+            let moved = at(uv + part * step) - at(uv - part * step);
+            let expected = moved * (1.0 / length(moved));
+            let tangent = sphere_tangent_turned(uv, turn);
+            assert!(length(tangent - expected) < 1e-3, "turn {turn}: {tangent:?} {expected:?}");
+        }
+        assert_eq!(sphere_tangent_turned(vec2f(0.3, 0.0), 0.5).to_array(), sphere_tangent(0.3).to_array());
+    }
 
     #[test]
     fn tangents_point_where_u_grows() {

@@ -16,10 +16,15 @@ pub mod image_texture {
     pub const TEXTURE_BILINEAR: u32 = 2u32;
     /// Flag of a [`TextureUse`]: RGB is sRGB-encoded. Alpha is always linear.
     pub const TEXTURE_SRGB: u32 = 4u32;
+    /// Flag of a [`TextureUse`]: texels are four half floats, which take two places each; else four bytes.
+    pub const TEXTURE_HALF: u32 = 8u32;
     /// The two bits of a [`TextureUse`]'s flags from here on are the wrap mode of u.
     pub const TEXTURE_WRAP_U_SHIFT: u32 = 4u32;
     /// The two bits of a [`TextureUse`]'s flags from here on are the wrap mode of v.
     pub const TEXTURE_WRAP_V_SHIFT: u32 = 6u32;
+    /// Flag of a [`TextureUse`]: the texture stands for shares, of which there are none above 1. Half floats above that
+    /// count as 1.
+    pub const TEXTURE_SHARES: u32 = 256u32;
     /// The image repeats.
     pub const WRAP_REPEAT: u32 = 0u32;
     /// The image repeats, every second time mirrored.
@@ -33,7 +38,7 @@ pub mod image_texture {
     pub struct TextureUse {
         /// First row of the affine map of texture coordinates: `u' = dot(row_u, (u, v, 1))`.
         pub row_u: Vec3f,
-        /// Index of the image's first texel among all texels, or `NONE` for no texture.
+        /// Index of the image's first place of four bytes among all texels, or `NONE` for no texture.
         pub first_texel: u32,
         /// Second row: `v' = dot(row_v, (u, v, 1))`.
         pub row_v: Vec3f,
@@ -100,8 +105,24 @@ pub mod image_texture {
         wrap_texel(y, t.height, (t.flags >> TEXTURE_WRAP_V_SHIFT) & 3u32)
     }
 
-    /// The linear value of a stored texel in `[0, 1]`.
+    /// Index of a texel's first place of four bytes among all texels.
+    pub fn texel_place(t: TextureUse, column: u32, row: u32) -> u32 {
+        let texel = row * t.width + column;
+        t.first_texel + select(texel, 2u32 * texel, (t.flags & TEXTURE_HALF) != 0u32)
+    }
+
+    /// Four half floats whose bytes, low ones first, were read as fractions of 255. `rg`, `ba`: of two channels each.
+    pub fn half_texel(rg: Vec4f, ba: Vec4f) -> Vec4f {
+        let low = unpack2x16float(pack4x8unorm(rg));
+        let high = unpack2x16float(pack4x8unorm(ba));
+        vec4f(low.x, low.y, high.x, high.y)
+    }
+
+    /// The linear value of a stored texel: bytes as fractions of 255, half floats as they are.
     pub fn decode_texel(t: TextureUse, stored: Vec4f) -> Vec4f {
+        if (t.flags & TEXTURE_SHARES) != 0u32 {
+            return min(stored, vec4f(1.0, 1.0, 1.0, 1.0));
+        }
         if (t.flags & TEXTURE_SRGB) != 0u32 {
             let linear = srgb_decode(vec3f(stored.x, stored.y, stored.z));
             return vec4f(linear.x, linear.y, linear.z, stored.w);
@@ -157,6 +178,12 @@ impl TextureUse {
         self.flags & image_texture::TEXTURE_SRGB != 0
     }
 
+    /// Whether texels are half floats.
+    #[inline(always)]
+    pub fn is_half(&self) -> bool {
+        self.flags & image_texture::TEXTURE_HALF != 0
+    }
+
     /// Whether there is an image.
     #[inline(always)]
     pub fn is_some(&self) -> bool {
@@ -175,6 +202,24 @@ mod tests {
         assert_eq!(wrapped(WRAP_REPEAT), [3, 0, 3, 0, 3, 0, 3, 0]);
         assert_eq!(wrapped(WRAP_MIRRORED_REPEAT), [3, 3, 0, 0, 3, 3, 0, 0]);
         assert_eq!(wrapped(WRAP_CLAMP), [0, 0, 0, 0, 3, 3, 3, 3]);
+    }
+
+    #[test]
+    fn half_floats_take_two_places_and_keep_their_values() {
+        let mut t = TextureUse { width: 5, height: 4, first_texel: 7, ..no_texture() };
+        assert_eq!(texel_place(t, 2, 3), 7 + 17);
+        t.flags = TEXTURE_HALF;
+        assert_eq!(texel_place(t, 2, 3), 7 + 34);
+        // 8, 0.25, 65504 and 1, low bytes first.
+        let bytes = |b: [u8; 4]| {
+            let [x, y, z, w] = b.map(|b| f32::from(b) / 255.0);
+            vec4f(x, y, z, w)
+        };
+        let texel = half_texel(bytes([0x00, 0x48, 0x00, 0x34]), bytes([0xff, 0x7b, 0x00, 0x3c]));
+        assert_eq!(texel.to_array(), [8.0, 0.25, 65504.0, 1.0]);
+        assert_eq!(decode_texel(t, texel).to_array(), texel.to_array());
+        t.flags |= TEXTURE_SHARES;
+        assert_eq!(decode_texel(t, texel).to_array(), [1.0, 0.25, 1.0, 1.0]);
     }
 
     #[test]

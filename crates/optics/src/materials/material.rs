@@ -33,6 +33,10 @@ pub mod material {
     /// Flag of a [`MaterialRecord`]: light is gathered where the smooth surface would be that vertex normals stand for.
     pub const MATERIAL_SMOOTH_TERMINATOR: u32 = 1024u32;
 
+    /// Flag of a [`MaterialRecord`]: the coordinates that tangents follow are mirrored; see
+    /// [`MaterialRecord::tangent_turn`].
+    pub const MATERIAL_TANGENTS_MIRRORED: u32 = 2048u32;
+
     /// Place of the base colour in [`MaterialRecord::textures`]: RGB, and alpha.
     pub const SLOT_BASE_COLOR: u32 = 0u32;
     /// Place of roughness (G) and metalness (B).
@@ -96,8 +100,10 @@ pub mod material {
         pub checkerboard_scale: f32,
         /// Colour of the odd squares.
         pub checkerboard_odd: Vec3f,
-        /// Fills 16 bytes.
-        pub padding: u32,
+        /// Direction of the tangent between those in which a shape's own u and v grow, in turns from u towards v: where
+        /// the transformed u grows and the transformed v does not. For shapes whose tangents are formulas; those of meshes
+        /// have the transform in them.
+        pub tangent_turn: f32,
         /// Distances between which the checkerboard's coverage falls from 1 to 0, metres.
         pub checkerboard_fade: Vec2f,
         /// The medium inside, or `NONE`: an index into the tables' media; on a device, where it begins in `words`.

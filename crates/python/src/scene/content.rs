@@ -275,9 +275,10 @@ impl Scene {
     /// alpha_mode : {"opaque", "mask", "blend"}, default "opaque"
     ///     Use of the base colour's alpha: none, a hole below `alpha_cutoff`, or coverage.
     /// alpha_cutoff : float, default 0.5
-    /// base_color_texture, emission_texture : array_like, uint8, shape (height, width, 3 or 4), optional
-    ///     sRGB pictures multiplied into the base colour and the emission; row 0 at the top.
-    /// metallic_roughness_texture, normal_texture : array_like, uint8, shape (height, width, 3 or 4), optional
+    /// base_color_texture, emission_texture : array_like, uint8 or float32, shape (height, width, 3 or 4), optional
+    ///     Pictures multiplied into the base colour and the emission; row 0 at the top. Bytes are sRGB; floats are linear,
+    ///     and of emission and unlit colours they may be above 1.
+    /// metallic_roughness_texture, normal_texture : array_like, uint8 or float32, shape (height, width, 3 or 4), optional
     ///     Linear: roughness in G and metalness in B; the tangent-space normal.
     ///
     /// Returns

@@ -2,7 +2,6 @@
 
 use super::{LoadError, LoadOptions, textures};
 use crate::{Image, LoadReport, Pixels};
-use optics::tonemap::srgb_decode_channel;
 use std::path::Path;
 
 /// Loads an equirectangular environment map (`.hdr`, `.exr`) as linear [`Pixels::Rgb32F`], row 0 towards +Y.
@@ -23,11 +22,10 @@ fn load_within(path: &Path, options: &LoadOptions, report: &mut LoadReport) -> R
     let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
     let mut image = textures::decode(&name, &bytes, options, report)
         .map_err(|error| LoadError::malformed(path, "environment map", error.to_string()))?;
-    if let Pixels::Rgba8(encoded) = &image.pixels {
+    if !image.pixels.is_float() {
         report.approximated(format!("environment {name}: an eight-bit picture holds no bright lights"));
-        let linear = |v: u8| srgb_decode_channel(f32::from(v) / 255.0);
-        image.pixels = Pixels::Rgb32F(encoded.iter().map(|p| [p[0], p[1], p[2]].map(linear)).collect());
     }
+    image.pixels = Pixels::Rgb32F(image.pixels.into_linear());
     if u64::from(image.width) != 2 * u64::from(image.height) {
         report.info(format!("environment {name}: {} × {} is not 2 : 1", image.width, image.height));
     }

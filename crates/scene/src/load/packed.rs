@@ -8,7 +8,7 @@
 use super::session::TRIANGLE;
 use super::{LoadError, LoadOptions, Loaded, read_file};
 use crate::{
-    Camera, Environment, Fog, Image, Instance, Light, LoadReport, Material, Mesh, Part, Pixels, Portal,
+    Camera, Environment, Fog, Image, Instance, Light, LoadReport, Material, Mesh, Part, Portal,
     RenderDefaults, Scene, Shape, Texture, TriangleMesh,
 };
 use glam::DVec3;
@@ -145,10 +145,7 @@ fn check(scene: &Scene) -> Result<(), Wrong> {
     }
     for (i, image) in scene.images.iter().enumerate() {
         let pixels = u64::from(image.width) * u64::from(image.height);
-        let there = match &image.pixels {
-            Pixels::Rgba8(pixels) => pixels.len(),
-            Pixels::Rgb32F(pixels) => pixels.len(),
-        };
+        let there = image.pixels.len();
         if pixels == 0 || pixels != there as u64 {
             return Err((
                 format!("image {i}"),

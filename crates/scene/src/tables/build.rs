@@ -2,13 +2,15 @@
 
 use super::geometry::{BindingRecord, BlasRecord, GeometryKind, GeometryRecord, InstanceRecord};
 use super::light::LightRecord;
-use super::material::{has_layers, rules_of, sampler_flags};
+use super::material::{has_layers, rules_of, texture_flags};
 use super::{EnvironmentTable, LightTree, MaterialRecord, NONE, SceneTables, TextureUse, build_alias_table};
+use crate::tangents::generate_and_split;
 use crate::{
-    ColorSpace, Environment, Instance, LightKind, LightProfile, Mesh, Pixels, Scene, Shape, Sphere,
-    TriangleMesh,
+    Environment, Instance, LightKind, LightProfile, Material, Pixels, Scene, Shape, Sphere, TriangleMesh,
 };
+use exr::prelude::f16;
 use glam::{Affine3A, Mat3, Vec3};
+use std::borrow::Cow;
 
 impl SceneTables {
     /// Flattens a scene.
@@ -30,8 +32,8 @@ impl SceneTables {
         }
         let mut known = vec![None; scene.meshes.len()];
         for (object, instance) in usable.iter().copied().filter(|(_, i)| !is_static(i)) {
-            let mesh = &scene.meshes[instance.mesh as usize];
-            let blas = known[instance.mesh as usize].get_or_insert_with(|| tables.add_mesh(mesh)).clone();
+            let known = &mut known[instance.mesh as usize];
+            let blas = known.get_or_insert_with(|| tables.add_mesh(scene, instance)).clone();
             blas.into_iter().for_each(|(index, parts)| {
                 tables.add_instance(scene, object, instance, index, &parts);
             });
@@ -43,7 +45,7 @@ impl SceneTables {
     }
 
     fn add_materials(&mut self, scene: &Scene) {
-        let fallback = crate::Material::default();
+        let fallback = Material::default();
         let materials =
             if scene.materials.is_empty() { std::slice::from_ref(&fallback) } else { &scene.materials };
         for material in materials {
@@ -68,7 +70,10 @@ impl SceneTables {
             first[image as usize] = self.texels.len() as u32;
             match &scene.images[image as usize].pixels {
                 Pixels::Rgba8(pixels) => self.texels.extend_from_slice(pixels),
-                Pixels::Rgb32F(pixels) => self.texels.extend(pixels.iter().map(|p| quantise(*p))),
+                Pixels::Rgb32F(pixels) => {
+                    self.texels.extend(pixels.iter().flat_map(|[r, g, b]| halves([*r, *g, *b, 1.0])));
+                }
+                Pixels::Rgba32F(pixels) => self.texels.extend(pixels.iter().flat_map(|p| halves(*p))),
             }
         }
         for (image, texture) in (0..).zip(&scene.textures) {
@@ -79,10 +84,8 @@ impl SceneTables {
                     (1, 1, self.texels.len() as u32 - 1)
                 }
             };
-            // Floating-point images were encoded as sRGB when they became bytes.
-            let encoded = |image: &crate::Image| matches!(image.pixels, Pixels::Rgb32F(_));
-            let float = scene.images.get(texture.image as usize).is_some_and(encoded);
-            let flags = sampler_flags(texture.sampler, float || texture.color_space == ColorSpace::Srgb);
+            let half = scene.images.get(texture.image as usize).is_some_and(|i| i.pixels.is_float());
+            let flags = texture_flags(texture, half);
             self.textures.push(TextureUse {
                 first_texel,
                 flags,
@@ -104,7 +107,8 @@ impl SceneTables {
             for (index, part) in scene.meshes[instance.mesh as usize].parts.iter().enumerate() {
                 let added = match (&part.shape, kind) {
                     (Shape::Triangles(mesh), GeometryKind::Triangles) => {
-                        self.add_triangles(mesh, Some(&instance.transform), first_in_blas)
+                        let mesh = with_tangents(scene, mesh, instance, index, part.material);
+                        self.add_triangles(&mesh, Some(&instance.transform), first_in_blas)
                     }
                     (Shape::Spheres(spheres), GeometryKind::Spheres) => {
                         match uniform_scale(&instance.transform) {
@@ -146,7 +150,8 @@ impl SceneTables {
     }
 
     /// Bottom-level structures of a mesh in object space, one for each kind; with the parts that each holds.
-    fn add_mesh(&mut self, mesh: &Mesh) -> Vec<(u32, Vec<usize>)> {
+    fn add_mesh(&mut self, scene: &Scene, instance: &Instance) -> Vec<(u32, Vec<usize>)> {
+        let mesh = &scene.meshes[instance.mesh as usize];
         let mut out = Vec::new();
         for kind in [GeometryKind::Triangles, GeometryKind::Spheres] {
             let first_geometry = self.geometries.len() as u32;
@@ -154,7 +159,8 @@ impl SceneTables {
             for (index, part) in mesh.parts.iter().enumerate() {
                 let added = match (&part.shape, kind) {
                     (Shape::Triangles(mesh), GeometryKind::Triangles) => {
-                        self.add_triangles(mesh, None, first_in_blas)
+                        let mesh = with_tangents(scene, mesh, instance, index, part.material);
+                        self.add_triangles(&mesh, None, first_in_blas)
                     }
                     (Shape::Spheres(s), GeometryKind::Spheres) => {
                         self.add_spheres(s, &Affine3A::IDENTITY, 1.0, first_in_blas)
@@ -372,6 +378,27 @@ impl SceneTables {
     }
 }
 
+/// A part's mesh with the tangents that its material needs: loaders make them, who builds a scene by hand may not have.
+fn with_tangents<'m>(
+    scene: &Scene,
+    mesh: &'m TriangleMesh,
+    instance: &Instance,
+    part: usize,
+    own: u32,
+) -> Cow<'m, TriangleMesh> {
+    let material = instance.materials.as_ref().and_then(|m| m.get(part).copied()).unwrap_or(own);
+    let has_coordinates = |set: u32| [&mesh.uv0, &mesh.uv1][set as usize & 1].len() == mesh.positions.len();
+    let in_range = || mesh.indices.as_flattened().iter().all(|&i| (i as usize) < mesh.positions.len());
+    match scene.materials.get(material as usize).and_then(Material::tangent_coordinates) {
+        Some((uv_set, transform)) if mesh.tangents.is_empty() && has_coordinates(uv_set) && in_range() => {
+            let mut mesh = mesh.clone();
+            generate_and_split(&mut mesh, uv_set, &transform);
+            Cow::Owned(mesh)
+        }
+        _ => Cow::Borrowed(mesh),
+    }
+}
+
 fn is_usable(instance: &Instance, scene: &Scene) -> bool {
     let matrix = &instance.transform;
     instance.visible
@@ -444,7 +471,10 @@ fn bounding_sphere(scene: &Scene) -> [f32; 4] {
     center.extend((high - low).length() * 0.5).to_array()
 }
 
-fn quantise(p: [f32; 3]) -> [u8; 4] {
-    let byte = |c: f32| (optics::tonemap::srgb_encode_channel(c) * 255.0 + 0.5) as u8;
-    [byte(p[0]), byte(p[1]), byte(p[2]), 255]
+/// Four half floats, two in a place. What is beyond their range is the last number in it.
+fn halves(pixel: [f32; 4]) -> [[u8; 4]; 2] {
+    let largest = f16::MAX.to_f32();
+    let [[r0, r1], [g0, g1], [b0, b1], [a0, a1]] =
+        pixel.map(|v| f16::from_f32(v.clamp(-largest, largest)).to_le_bytes());
+    [[r0, r1, g0, g1], [b0, b1, a0, a1]]
 }

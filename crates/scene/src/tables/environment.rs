@@ -61,12 +61,10 @@ impl EnvironmentTable {
     }
 
     fn set_image(&mut self, image: &Image, rotation: f32, intensity: f32) {
-        let decode = |b: u8| optics::tonemap::srgb_decode_channel(f32::from(b) / 255.0);
+        let scaled = |p: [f32; 3]| p.map(|c| c * intensity);
         self.texels = match &image.pixels {
-            Pixels::Rgb32F(pixels) => pixels.iter().map(|p| p.map(|c| c * intensity)).collect(),
-            Pixels::Rgba8(pixels) => {
-                pixels.iter().map(|p| [p[0], p[1], p[2]].map(|b| decode(b) * intensity)).collect()
-            }
+            Pixels::Rgb32F(pixels) => pixels.iter().map(|p| scaled(*p)).collect(),
+            others => others.clone().into_linear().into_iter().map(scaled).collect(),
         };
         (self.width, self.height, self.rotation) = (image.width, image.height, rotation);
         let weights = self.pixel_weights();

@@ -1,5 +1,6 @@
 //! Records of what lies on the base of layered materials.
 
+use super::material::Range;
 use super::{SceneTables, TextureUse};
 use crate::Material;
 use optics::layers::{LAYER_ANISOTROPY, LAYER_COAT_NORMAL, LAYERS_ANISOTROPY, LAYERS_COAT_NORMAL};
@@ -31,7 +32,7 @@ impl SceneTables {
             &l.specular_texture,
             &l.specular_color_texture,
         ]
-        .map(|texture| self.texture_use(texture));
+        .map(|texture| self.texture_use(texture, Range::Shares));
         let mut flags = 0;
         let mut set = |bit: u32, on: bool| flags |= if on { bit } else { 0 };
         set(LAYERS_GLOSSINESS, l.glossiness);

@@ -2,11 +2,12 @@
 
 use super::{NONE, SceneTables};
 use crate::{
-    AlphaMode, Filter, Material, Model, RenderDefaults, Sampler, ShadowTerminator, TextureRef, Wrap,
+    AlphaMode, ColorSpace, Filter, Material, Model, RenderDefaults, ShadowTerminator, Texture, TextureRef,
+    Wrap,
 };
 use optics::image_texture::{
-    TEXTURE_BILINEAR, TEXTURE_SRGB, TEXTURE_UV1, TEXTURE_WRAP_U_SHIFT, TEXTURE_WRAP_V_SHIFT, WRAP_CLAMP,
-    WRAP_MIRRORED_REPEAT, WRAP_REPEAT,
+    TEXTURE_BILINEAR, TEXTURE_HALF, TEXTURE_SHARES, TEXTURE_SRGB, TEXTURE_UV1, TEXTURE_WRAP_U_SHIFT,
+    TEXTURE_WRAP_V_SHIFT, WRAP_CLAMP, WRAP_MIRRORED_REPEAT, WRAP_REPEAT,
 };
 use optics::{vec2f, vec3f, vec4f};
 
@@ -14,8 +15,18 @@ pub use optics::image_texture::TextureUse;
 pub use optics::material::{
     MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_BODY, MATERIAL_CHECKERBOARD,
     MATERIAL_CHECKERBOARD_FADES, MATERIAL_CULLS_BACKS, MATERIAL_EMISSION_TWO_SIDED, MATERIAL_EMISSIVE,
-    MATERIAL_SMOOTH_TERMINATOR, MATERIAL_TANGENTS, MATERIAL_THIN, MaterialRecord, ModelTag,
+    MATERIAL_SMOOTH_TERMINATOR, MATERIAL_TANGENTS, MATERIAL_TANGENTS_MIRRORED, MATERIAL_THIN, MaterialRecord,
+    ModelTag,
 };
+
+/// What the numbers of a texture may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Range {
+    /// Reflectances and other shares, of which there are none above 1.
+    Shares,
+    /// Anything that is not negative.
+    Radiance,
+}
 
 /// Whether `material` needs the layered model.
 pub(super) fn has_layers(material: &Material) -> bool {
@@ -23,7 +34,9 @@ pub(super) fn has_layers(material: &Material) -> bool {
         Model::MetallicRoughness | Model::Dielectric => true,
         Model::Lambert | Model::Mirror | Model::Unlit | Model::Boundary => false,
     };
-    may_have && material.layers.are_present()
+    // A dielectric's own reflection is what its index says; what is stronger or weaker is a layered surface's.
+    let scaled = material.specular != 1.0 && material.transmits();
+    may_have && (material.layers.are_present() || scaled)
 }
 
 /// The bits of a material's record by which the scene says how rays meet its surfaces.
@@ -38,7 +51,10 @@ pub(super) fn rules_of(material: &Material, rules: &RenderDefaults) -> u32 {
 impl SceneTables {
     /// The record of `material`, without its layers and its medium. The tables have their textures already.
     pub(super) fn material_record(&self, material: &Material) -> MaterialRecord {
-        let texture = |texture: &Option<TextureRef>| self.texture_use(texture);
+        let texture = |texture: &Option<TextureRef>| self.texture_use(texture, Range::Shares);
+        // What is emitted, or shown as it is, may be any number.
+        let radiance = |texture: &Option<TextureRef>| self.texture_use(texture, Range::Radiance);
+        let shown = material.model == Model::Unlit;
         let has_layers = has_layers(material);
         let layered_glass = has_layers && material.model == Model::Dielectric;
         let checker = material.checkerboard;
@@ -58,6 +74,8 @@ impl SceneTables {
         set(MATERIAL_EMISSION_TWO_SIDED, material.emission_two_sided);
         set(MATERIAL_THIN, material.thin_walled);
         set(MATERIAL_TANGENTS, has_layers && material.layers.need_tangents());
+        let tangents = material.tangent_coordinates().unwrap_or_default().1;
+        set(MATERIAL_TANGENTS_MIRRORED, tangents.mirrors());
         set(MATERIAL_CHECKERBOARD, checker.is_some());
         set(MATERIAL_CHECKERBOARD_FADES, fade.is_some());
         let model = match material.model {
@@ -100,7 +118,7 @@ impl SceneTables {
             checkerboard_even: rgb(even),
             checkerboard_scale: checker.map_or(1.0, |c| 1.0 / c.size.max(1e-6)),
             checkerboard_odd: rgb(odd),
-            padding: 0,
+            tangent_turn: tangents.tangent_turn(),
             checkerboard_fade: vec2f(near, far),
             medium: NONE,
             priority: material.priority.unwrap_or(0),
@@ -108,33 +126,41 @@ impl SceneTables {
             layers: NONE,
             // By `SLOT_…`.
             textures: [
-                texture(&material.base_color_texture),
+                self.texture_use(
+                    &material.base_color_texture,
+                    if shown { Range::Radiance } else { Range::Shares },
+                ),
                 texture(&material.metallic_roughness_texture),
                 texture(&material.transmission_texture),
-                texture(&material.emission_texture),
+                radiance(&material.emission_texture),
                 texture(&material.normal_texture),
             ],
         }
     }
 
     /// The use of a texture; none if the scene has no such texture.
-    pub(super) fn texture_use(&self, texture: &Option<TextureRef>) -> TextureUse {
+    pub(super) fn texture_use(&self, texture: &Option<TextureRef>, range: Range) -> TextureUse {
         let Some(reference) = texture else { return TextureUse::default() };
         let Some(&image) = self.textures.get(reference.texture as usize) else {
             return TextureUse::default();
         };
         let ([u, v], offset) = (reference.transform.rows, reference.transform.offset);
+        let set = |bit: u32, on: bool| if on { bit } else { 0 };
+        // Bytes are shares already.
+        let shares = set(TEXTURE_SHARES, image.is_half() && range == Range::Shares);
         TextureUse {
             row_u: vec3f(u.x, u.y, offset.x),
             row_v: vec3f(v.x, v.y, offset.y),
-            flags: image.flags | if reference.uv_set & 1 == 1 { TEXTURE_UV1 } else { 0 },
+            flags: image.flags | shares | set(TEXTURE_UV1, reference.uv_set & 1 == 1),
             ..image
         }
     }
 }
 
-/// The `TEXTURE_…` bits of a sampler. `srgb`: whether RGB is sRGB-encoded.
-pub(super) fn sampler_flags(sampler: Sampler, srgb: bool) -> u32 {
+/// The `TEXTURE_…` bits of a texture and its pixels, but for those of its use. Half floats are linear, whatever the texture
+/// says of bytes.
+pub(super) fn texture_flags(texture: &Texture, half: bool) -> u32 {
+    let sampler = texture.sampler;
     let wrap = |mode: Wrap| match mode {
         Wrap::Repeat => WRAP_REPEAT,
         Wrap::MirroredRepeat => WRAP_MIRRORED_REPEAT,
@@ -144,8 +170,9 @@ pub(super) fn sampler_flags(sampler: Sampler, srgb: bool) -> u32 {
         Filter::Linear => TEXTURE_BILINEAR,
         Filter::Nearest => 0,
     };
+    let encoding = if texture.color_space == ColorSpace::Srgb { TEXTURE_SRGB } else { 0 };
     filter
-        | if srgb { TEXTURE_SRGB } else { 0 }
+        | if half { TEXTURE_HALF } else { encoding }
         | wrap(sampler.wrap_u) << TEXTURE_WRAP_U_SHIFT
         | wrap(sampler.wrap_v) << TEXTURE_WRAP_V_SHIFT
 }

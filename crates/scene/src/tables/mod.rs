@@ -37,7 +37,8 @@ pub use light_tree::{LightChoice, LightNode, LightTree};
 pub use material::{
     MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_BODY, MATERIAL_CHECKERBOARD,
     MATERIAL_CHECKERBOARD_FADES, MATERIAL_CULLS_BACKS, MATERIAL_EMISSION_TWO_SIDED, MATERIAL_EMISSIVE,
-    MATERIAL_SMOOTH_TERMINATOR, MATERIAL_TANGENTS, MATERIAL_THIN, MaterialRecord, ModelTag, TextureUse,
+    MATERIAL_SMOOTH_TERMINATOR, MATERIAL_TANGENTS, MATERIAL_TANGENTS_MIRRORED, MATERIAL_THIN, MaterialRecord,
+    ModelTag, TextureUse,
 };
 pub use medium::{FogRecord, GridRecord, MediumRecord};
 pub use portals::PortalTriangle;
@@ -94,7 +95,7 @@ pub struct SceneTables {
     pub nested: bool,
     /// Textures as they are used without a transform of coordinates, parallel to [`crate::Scene::textures`].
     pub textures: Vec<TextureUse>,
-    /// Eight-bit texels of all images, RGBA.
+    /// Texels of all images, RGBA: four bytes, or four half floats in two places, low bytes first.
     pub texels: Vec<[u8; 4]>,
     /// Everything that next-event estimation can sample.
     pub lights: Vec<LightRecord>,

@@ -166,8 +166,9 @@ impl SceneTables {
                 let color = |p: &[u8; 4]| vec3f(decode(p[0]), decode(p[1]), decode(p[2]));
                 pixels.iter().map(|p| f64::from(strongest(color(p)))).sum()
             }
-            Pixels::Rgb32F(pixels) => {
-                pixels.iter().map(|p| f64::from(strongest(vec3f(p[0], p[1], p[2])))).sum()
+            floats => {
+                let color = |[r, g, b, _]: [f32; 4]| strongest(vec3f(r, g, b));
+                (0..floats.len()).map(|i| f64::from(color(floats.stored(i)))).sum()
             }
         };
         // Never zero: a dim texture must still be found.

@@ -33,6 +33,7 @@ struct Textures {
     holes: u32,
     data: u32,
     bumps: u32,
+    radiance: u32,
 }
 
 fn add_textures(scene: &mut Scene) -> Textures {
@@ -53,6 +54,12 @@ fn add_textures(scene: &mut Scene) -> Textures {
         scene.images.push(Image { name: name.into(), width: 8, height: 8, pixels: Pixels::Rgba8(pixels) });
     }
     scene.images.push(Image { name: "sky".into(), width: 16, height: 8, pixels: environment });
+    let radiance = |i: u32| {
+        let (x, y) = ((i % 8) as f32, (i / 8) as f32);
+        [0.4 * x, 0.05 * y * y, if i == 27 { 6.0 } else { 0.3 }, 0.1 * x]
+    };
+    let pixels = Pixels::Rgba32F((0..64).map(radiance).collect());
+    scene.images.push(Image { name: "radiance".into(), width: 8, height: 8, pixels });
     scene.environment = Environment::Image { image: 4, rotation: 0.7, intensity: 1.3 };
     let mut add = |image: u32, wrap_u: Wrap, wrap_v: Wrap, filter: Filter, color_space: ColorSpace| {
         scene.textures.push(Texture { image, sampler: Sampler { wrap_u, wrap_v, filter }, color_space });
@@ -63,6 +70,7 @@ fn add_textures(scene: &mut Scene) -> Textures {
         holes: add(1, Wrap::ClampToEdge, Wrap::Repeat, Filter::Nearest, ColorSpace::Srgb),
         data: add(2, Wrap::MirroredRepeat, Wrap::ClampToEdge, Filter::Linear, ColorSpace::Linear),
         bumps: add(3, Wrap::Repeat, Wrap::Repeat, Filter::Linear, ColorSpace::Linear),
+        radiance: add(5, Wrap::Repeat, Wrap::ClampToEdge, Filter::Linear, ColorSpace::Srgb),
     }
 }
 
@@ -116,7 +124,7 @@ fn add_panels(scene: &mut Scene, textures: &Textures) {
     };
     let glowing = Material {
         emission: Vec3::new(2.0, 1.5, 0.8),
-        emission_texture: textured(textures.stripes, 0),
+        emission_texture: textured(textures.radiance, 0),
         emission_two_sided: true,
         ..lambert("glowing", [0.2; 3])
     };
@@ -154,7 +162,11 @@ fn add_objects(scene: &mut Scene, textures: &Textures) {
         dielectric("frosted", 1.5, 0.3),
         Material { thin_walled: true, ..dielectric("sheet", 1.5, 0.2) },
         Material { model: Model::Mirror, ..lambert("mirror", [0.9, 0.85, 0.8]) },
-        Material { model: Model::Unlit, ..lambert("unlit", [0.3, 0.1, 0.4]) },
+        Material {
+            model: Model::Unlit,
+            base_color_texture: Some(TextureRef::new(textures.radiance)),
+            ..lambert("unlit", [0.3, 0.1, 0.4])
+        },
     ];
     for (i, material) in materials.into_iter().enumerate() {
         let material = scene.add_material(material);

@@ -77,7 +77,7 @@ impl<'a> Document<'a> {
         })
     }
 
-    /// The elements that `EXT_meshopt_compression` made smaller.
+    /// The elements that `KHR_meshopt_compression` or `EXT_meshopt_compression` made smaller.
     fn decode(&self, source: &Meshopt, object: &dyn Fn() -> String) -> Result<Vec<u8>, String> {
         let bytes = self.range(source.buffer, source.byte_offset, source.byte_length, object);
         let bytes = bytes.map_err(|e| e.to_string())?;
@@ -100,6 +100,7 @@ impl<'a> Document<'a> {
             Some("OCTAHEDRAL") => Some(Filter::Octahedral),
             Some("QUATERNION") => Some(Filter::Quaternion),
             Some("EXPONENTIAL") => Some(Filter::Exponential),
+            Some("COLOR") => Some(Filter::Color),
             Some(other) => return Err(format!("the compression filter {other} is not supported")),
         };
         filter.map_or(Ok(()), |filter| filter.undo(&mut decoded, size)).map_err(|e| e.to_string())?;

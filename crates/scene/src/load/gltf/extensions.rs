@@ -12,6 +12,8 @@ pub enum ExtensionStatus {
     Approximated,
     /// It says nothing about the picture, so nothing is lost.
     Harmless,
+    /// It is known by name; a note says what is drawn without it.
+    Unrendered,
     /// It encodes the data itself and cannot be decoded: what needs it is an error, or is left out and reported.
     Undecoded,
 }
@@ -23,6 +25,7 @@ impl ExtensionStatus {
             Self::Supported => "supported",
             Self::Approximated => "approximated",
             Self::Harmless => "harmless",
+            Self::Unrendered => "not rendered",
             Self::Undecoded => "not decoded",
         }
     }
@@ -68,6 +71,7 @@ pub const EXTENSIONS: &[Extension] = {
             "targets that docs/formats.md does not list stay as they are",
         ),
         known("KHR_draco_mesh_compression", Supported, ""),
+        known("KHR_gaussian_splatting", Unrendered, "splats are left out, as points are"),
         known("KHR_lights_punctual", Supported, ""),
         known("KHR_materials_anisotropy", Supported, ""),
         known("KHR_materials_clearcoat", Supported, "light that the base emits is not dimmed by the coat"),
@@ -91,12 +95,13 @@ pub const EXTENSIONS: &[Extension] = {
         known("KHR_materials_unlit", Supported, ""),
         known("KHR_materials_variants", Supported, "chosen by name; the default materials otherwise"),
         known("KHR_materials_volume", Supported, "bodies need closed surfaces"),
-        known("KHR_mesh_quantization", Supported, ""),
         known(
-            "KHR_meshopt_compression",
-            Undecoded,
-            "decoded where it is not required and the codec is not newer",
+            "KHR_materials_volume_scatter",
+            Unrendered,
+            "the body is clear or absorbs, as `KHR_materials_volume` says",
         ),
+        known("KHR_mesh_quantization", Supported, ""),
+        known("KHR_meshopt_compression", Supported, ""),
         known("KHR_node_visibility", Supported, ""),
         known("KHR_texture_basisu", Supported, "the plain image is used where there is one"),
         known("KHR_texture_transform", Supported, ""),
@@ -130,7 +135,8 @@ impl Document<'_> {
         }
         let required = &self.json.extensions_required;
         for name in self.json.extensions_used.iter().filter(|n| !required.contains(n)) {
-            if find(name).is_none() && !name.starts_with("KHR_materials_") {
+            let has_effect = find(name).is_some_and(|e| e.status != ExtensionStatus::Unrendered);
+            if !has_effect && !name.starts_with("KHR_materials_") {
                 report.ignored(unsupported(name));
             }
         }
@@ -138,7 +144,8 @@ impl Document<'_> {
     }
 
     fn missing_extension(&self, name: &str) -> LoadError {
-        if find(name).is_some_and(|e| e.status == ExtensionStatus::Undecoded) {
+        let known = [ExtensionStatus::Undecoded, ExtensionStatus::Unrendered];
+        if find(name).is_some_and(|e| known.contains(&e.status)) {
             return self.unsupported("the file", name);
         }
         LoadError::UnknownExtension { path: self.path.to_owned(), extension: name.into() }
@@ -147,7 +154,14 @@ impl Document<'_> {
 
 /// The note about an extension without effect.
 pub(super) fn unsupported(name: &str) -> String {
-    format!("the extension {name} is not supported and has no effect")
+    match find(name) {
+        Some(extension) if extension.status == ExtensionStatus::Unrendered => unrendered(extension),
+        _ => format!("the extension {name} is not supported and has no effect"),
+    }
+}
+
+fn unrendered(extension: &Extension) -> String {
+    format!("the extension {} is not rendered: {}", extension.name, extension.remark)
 }
 
 #[cfg(test)]

@@ -85,7 +85,7 @@ impl Document<'_> {
 fn face(image: &Image) -> Face {
     let linear = |v: u8| srgb_decode_channel(f32::from(v) / 255.0);
     let pixels = match &image.pixels {
-        Pixels::Rgb32F(pixels) => pixels.clone(),
+        Pixels::Rgb32F(_) | Pixels::Rgba32F(_) => image.pixels.clone().into_linear(),
         Pixels::Rgba8(pixels) => {
             // Alpha 0 would be infinitely bright; the least that can be written is 1.
             let radiance =

@@ -9,7 +9,7 @@ use super::textures::Textures;
 use crate::load::textures::Neutral;
 use crate::{
     AlphaMode, ColorSpace, Image, LoadError, LoadReport, Material, MaterialId, Model, Pixels, Texture,
-    TextureRef,
+    TextureRef, UvTransform,
 };
 use glam::{Vec3, Vec4};
 
@@ -21,8 +21,9 @@ pub(super) struct Use {
     pub uv_sets: [u32; 2],
     /// Which of the mesh's two sets textures read.
     pub textured: [bool; 2],
-    /// Which of the mesh's two sets the normal map reads.
-    pub normal_map_set: Option<u32>,
+    /// Which of the mesh's two sets tangents follow, and how it is transformed before; see
+    /// [`Material::tangent_coordinates`].
+    pub tangents: Option<(u32, UvTransform)>,
 }
 
 /// Materials in use.
@@ -42,12 +43,7 @@ impl Materials {
     pub fn get(&self, material: Option<u32>) -> Use {
         let fallback = self.uses.len() - 1;
         let index = material.map_or(fallback, |m| (m as usize).min(fallback));
-        self.uses[index].unwrap_or(Use {
-            material: 0,
-            uv_sets: [0, 1],
-            textured: [false; 2],
-            normal_map_set: None,
-        })
+        self.uses[index].unwrap_or(Use { material: 0, uv_sets: [0, 1], textured: [false; 2], tangents: None })
     }
 }
 
@@ -125,17 +121,7 @@ fn assign_uv_sets(material: &mut Material, report: &mut LoadReport) -> Use {
             }
         }
     }
-    let normal_map_set = tangent_set(material);
-    Use { material: 0, uv_sets, textured, normal_map_set }
-}
-
-/// The set of coordinates that tangents follow, if shading needs them: that of the normal map, or else of what else has a
-/// direction.
-fn tangent_set(material: &Material) -> Option<u32> {
-    let set = |texture: Option<TextureRef>| texture.map(|t| t.uv_set);
-    let layers = &material.layers;
-    let others = || set(layers.clearcoat.normal_texture).or(set(layers.anisotropy.texture)).unwrap_or(0);
-    set(material.normal_texture).or_else(|| layers.need_tangents().then(others))
+    Use { material: 0, uv_sets, textured, tangents: material.tangent_coordinates() }
 }
 
 /// Converts one material.
@@ -272,7 +258,7 @@ pub(super) fn settle_models(materials: &mut [Material], textures: &[Texture], im
         let image = textures.get(reference.texture as usize).and_then(|t| images.get(t.image as usize));
         image.is_some_and(|image| match &image.pixels {
             Pixels::Rgba8(pixels) => pixels.iter().all(|p| p[2] == 0),
-            Pixels::Rgb32F(pixels) => pixels.iter().all(|p| p[2] <= 0.0),
+            floats => (0..floats.len()).all(|i| floats.stored(i)[2] <= 0.0),
         })
     };
     for material in materials {
@@ -300,7 +286,7 @@ mod tests {
             ..Material::default()
         };
         let usage = assign_uv_sets(&mut material, &mut LoadReport::default());
-        assert_eq!((usage.uv_sets, usage.normal_map_set), ([1, 3], Some(0)));
+        assert_eq!((usage.uv_sets, usage.tangents.map(|t| t.0)), ([1, 3], Some(0)));
         assert_eq!(material.base_color_texture.map(|t| t.uv_set), Some(1));
 
         let mut report = LoadReport::default();

@@ -13,6 +13,7 @@ use crate::load::session::TRIANGLE;
 use crate::{LoadError, LoadReport, Mesh, Part, Shape, TriangleMesh, tangents};
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 
 /// A primitive as a mesh, and how its vertices move if they are animated.
 struct Built {
@@ -63,6 +64,7 @@ impl Document<'_> {
             let name = self.json.meshes[job.mesh as usize].name.as_deref().filter(|n| !n.is_empty());
             name.map_or_else(|| format!("mesh {}", job.mesh), str::to_owned)
         };
+        self.note_undrawn(jobs, report);
         let mut meshes: Vec<Mesh> = jobs.iter().map(|j| Mesh { name: name(j), parts: Vec::new() }).collect();
         let mut deformations = Vec::new();
         for ((job, index), (built, notes)) in tasks.into_iter().zip(built) {
@@ -78,6 +80,33 @@ impl Document<'_> {
             }
         }
         Ok((meshes, deformations))
+    }
+
+    /// Notes and counts the primitives of points and lines, for each mesh in use.
+    fn note_undrawn(&self, jobs: &[Job], report: &mut LoadReport) {
+        let used: BTreeSet<u32> = jobs.iter().map(|job| job.mesh).collect();
+        for index in used {
+            let mesh = &self.json.meshes[index as usize];
+            let of = |modes: &[u32]| {
+                let is_one = |p: &&Primitive| modes.contains(&p.mode.unwrap_or(4));
+                mesh.primitives.iter().filter(is_one).count()
+            };
+            let (points, lines) = (of(&[0]), of(&[1, 2, 3]));
+            let unknown = mesh.primitives.iter().filter(|p| p.mode.is_some_and(|mode| mode > 6)).count();
+            let kinds = [(points, "points"), (lines, "lines"), (unknown, "a mode that does not exist")];
+            let kinds = kinds.iter().filter(|(count, _)| *count > 0);
+            let kinds: Vec<String> = kinds.map(|(count, what)| format!("{count} of {what}")).collect();
+            if kinds.is_empty() {
+                continue;
+            }
+            let name = mesh.name.as_deref().unwrap_or_default();
+            let (left_out, all) = (points + lines + unknown, mesh.primitives.len());
+            report.undrawn_primitives += left_out;
+            report.ignored(format!(
+                "mesh {index} `{name}`: {left_out} of {all} primitives are not drawn: {}",
+                kinds.join(", ")
+            ));
+        }
     }
 
     /// One primitive; `None` if it has nothing to show.
@@ -114,10 +143,8 @@ impl Document<'_> {
         material: Use,
         report: &mut LoadReport,
     ) -> Result<Option<Built>, LoadError> {
-        let Some(topology) = Topology::from_mode(primitive.mode.unwrap_or(4)) else {
-            report.ignored("points and lines are not drawn");
-            return Ok(None);
-        };
+        // What is left out was noted by `note_undrawn`.
+        let Some(topology) = Topology::from_mode(primitive.mode.unwrap_or(4)) else { return Ok(None) };
         let Some(position) = primitive.attributes.get("POSITION").copied() else {
             report.ignored("a primitive without positions is not drawn");
             return Ok(None);
@@ -191,7 +218,7 @@ impl Document<'_> {
             self.attribute::<3, Vec3>(source, "POSITION", Kind::Vec3, declared)?.unwrap_or_default();
         let normals = self.attribute::<3, Vec3>(source, "NORMAL", Kind::Vec3, declared)?.unwrap_or_default();
         // Without normals, tangents are to be ignored; without a normal map, nothing needs them.
-        let tangents = if normals.is_empty() || material.normal_map_set.is_none() {
+        let tangents = if normals.is_empty() || material.tangents.is_none() {
             Vec::new()
         } else {
             self.attribute::<4, Vec4>(source, "TANGENT", Kind::Vec4, declared)?.unwrap_or_default()
@@ -229,14 +256,14 @@ impl Document<'_> {
         if material.textured.iter().zip(missing).any(|(textured, missing)| *textured && missing) {
             report.repaired("textured surfaces without texture coordinates: they are taken as (0, 0)");
         }
-        let Some(set) = material.normal_map_set.filter(|_| mesh.tangents.is_empty()) else {
+        let Some((set, transform)) = material.tangents.filter(|_| mesh.tangents.is_empty()) else {
             return Ok(Vec::new());
         };
         let uvs = if set == 0 { &mesh.uv0 } else { &mesh.uv1 };
         if !uvs.is_empty() && !mesh.indices.is_empty() {
             // Vertices are split where tangents differ: three a triangle at worst, and as much again while working.
             self.reserve::<[Vec4; 12]>(mesh.indices.len() as u64)?;
-            let (method, copies) = tangents::generate_and_split(mesh, set);
+            let (method, copies) = tangents::generate_and_split(mesh, set, &transform);
             if method == tangents::Method::PerTriangle {
                 report.approximated(
                     "tangents of a mesh with very many triangles around one point are not smooth",

@@ -11,6 +11,8 @@ pub enum Filter {
     Quaternion,
     /// Floating-point numbers as a power of two (8 bits) and an integer (24 bits).
     Exponential,
+    /// Colours as luma, two differences and alpha, of fewer bits: four bytes, or four 16-bit numbers.
+    Color,
 }
 
 impl Filter {
@@ -22,6 +24,8 @@ impl Filter {
         match (self, size) {
             (Self::Octahedral, 4) => data.chunks_exact_mut(4).for_each(octahedral_bytes),
             (Self::Octahedral, 8) => data.chunks_exact_mut(8).for_each(octahedral_shorts),
+            (Self::Color, 4) => data.chunks_exact_mut(4).for_each(color_bytes),
+            (Self::Color, 8) => data.chunks_exact_mut(8).for_each(color_shorts),
             (Self::Quaternion, 8) => data.chunks_exact_mut(8).for_each(quaternion),
             (Self::Exponential, size) if size > 0 && size.is_multiple_of(4) => {
                 data.chunks_exact_mut(4).for_each(exponential);
@@ -52,6 +56,29 @@ fn octahedral(x: f32, y: f32, one: f32, largest: f32) -> [i32; 3] {
     let (x, y) = (unfold(x), unfold(y));
     let scale = largest / (x * x + y * y + z * z).sqrt();
     [x, y, z].map(|v| round(v * scale))
+}
+
+fn color_bytes(element: &mut [u8]) {
+    let [co, cg] = [1, 2].map(|i| i32::from(element[i] as i8));
+    let rgba = color(element[0].into(), co, cg, element[3].into(), 255.0);
+    (0..4).for_each(|i| element[i] = rgba[i] as u8);
+}
+
+fn color_shorts(element: &mut [u8]) {
+    let unsigned = |i: usize| i32::from(short(element, i) as u16);
+    let [co, cg] = [1, 2].map(|i| i32::from(short(element, i)));
+    let rgba = color(unsigned(0), co, cg, unsigned(3), 65535.0);
+    (0..4).for_each(|i| set_short(element, i, rgba[i] as u16 as i16));
+}
+
+/// Red, green, blue and alpha in `0..=largest`. The highest bit of alpha says how many bits the numbers have.
+fn color(y: i32, co: i32, cg: i32, alpha: i32, largest: f32) -> [i32; 4] {
+    let bits = 32 - (alpha as u32).leading_zeros();
+    let one = (1i32 << bits) - 1;
+    let alpha = alpha & one >> 1;
+    let scale = largest / one.max(1) as f32;
+    let scaled = |v: i32| round((v as f32 * scale).clamp(0.0, largest));
+    [y + co - cg, y + cg, y - co - cg, alpha << 1 | alpha & 1].map(scaled)
 }
 
 fn quaternion(element: &mut [u8]) {
@@ -126,6 +153,30 @@ mod tests {
             let decoded = f32::from(short(&element, i)) / 32767.0 * sign;
             assert!((decoded - expected).abs() < 1e-3, "{i}: {decoded} for {expected}");
         }
+    }
+
+    /// Of seven bits in bytes and of twelve in shorts: Y = (r + 2g + b) / 4, Co = (r − b) / 2, Cg = (2g − r − b) / 4.
+    #[test]
+    fn colors_come_back_from_luma_and_differences() {
+        let parts = |[r, g, b]: [i32; 3]| ((r + 2 * g + b) / 4, (r - b) / 2, (2 * g - r - b) / 4);
+        // All sums are multiples of four, so that nothing is rounded.
+        let (y, co, cg) = parts([120, 60, 16]);
+        let mut element = [y as u8, co as i8 as u8, cg as i8 as u8, 64 | 63];
+        Filter::Color.undo(&mut element, 4).expect("four bytes");
+        let of_seven = |v: i32| (v as f32 * 255.0 / 127.0).round() as u8;
+        assert_eq!(element, [of_seven(120), of_seven(60), of_seven(16), 255]);
+        let (y, co, cg) = parts([4000, 100, 1000]);
+        let mut element = [0; 8];
+        for (i, v) in [y, co, cg, 2048 | 1].into_iter().enumerate() {
+            set_short(&mut element, i, v as i16);
+        }
+        Filter::Color.undo(&mut element, 8).expect("eight bytes");
+        let of_twelve = |v: i32| (v as f32 * 65535.0 / 4095.0).round() as u16;
+        let decoded = [0, 1, 2, 3].map(|i| short(&element, i) as u16);
+        assert_eq!(decoded, [of_twelve(4000), of_twelve(100), of_twelve(1000), of_twelve(3)]);
+        assert!(Filter::Color.undo(&mut [0; 12], 12).is_err());
+        let mut transparent = [0; 4];
+        Filter::Color.undo(&mut transparent, 4).expect("damaged, but of four bytes");
     }
 
     #[test]

@@ -1,6 +1,7 @@
-//! Decoders of `EXT_meshopt_compression`: vertex attributes, triangles and index sequences, and filters over attributes.
+//! Decoders of `KHR_meshopt_compression` and of `EXT_meshopt_compression`, which is its older version: vertex attributes,
+//! triangles and index sequences, and filters over attributes.
 //!
-//! Source: the extension's specification, appendix A (bitstreams) and B (filters).
+//! Source: the extensions' specifications, appendix A (bitstreams) and B (filters).
 
 mod filter;
 mod indices;
@@ -28,6 +29,9 @@ pub enum MeshoptError {
     /// Elements of a size that the encoding or the filter does not have.
     #[error("elements of {0} bytes cannot be decoded in this mode")]
     ElementSize(usize),
+    /// A channel of vertices that is stored in no known way.
+    #[error("a channel is stored in the mode {0:#04x}, which does not exist")]
+    Channel(u8),
     /// Triangles of less or more than three indices.
     #[error("{0} indices are no triangles")]
     IndexCount(usize),

@@ -1,7 +1,6 @@
 //! Images that a material needs and no file has: channels packed together, and bump maps as normal maps.
 
 use crate::{Image, ImageId, LoadReport, Pixels};
-use optics::tonemap::srgb_decode_channel;
 
 /// How an image of the scene is made from decoded ones. Indices are into the decoded images.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,6 +39,9 @@ pub(super) fn make(recipe: &Recipe, decoded: &[Image], report: &mut LoadReport) 
         Recipe::Plain(id) => image(id).clone(),
         Recipe::Opacity { color, opacity: (id, channel) } => {
             let opacity = Scalar::new(image(id), channel);
+            if let Some(color) = color.map(image).filter(|color| color.pixels.is_float()) {
+                return float_with_opacity(color, &opacity);
+            }
             combine(&image(id).name, color.map(image), Some(&opacity), |color, value| {
                 [color[0], color[1], color[2], value]
             })
@@ -69,38 +71,30 @@ pub(super) fn make(recipe: &Recipe, decoded: &[Image], report: &mut LoadReport) 
 
 /// Whether a bump map is a normal map already: mostly blue, on average pointing straight up.
 pub(super) fn looks_like_normals(image: &Image) -> bool {
-    let count = f64::from(image.width) * f64::from(image.height);
-    let Pixels::Rgba8(pixels) = &image.pixels else { return false };
-    let mean = |c: usize| pixels.iter().map(|p| f64::from(p[c])).sum::<f64>() / count;
-    (mean(0) - 127.5).abs() < 25.0 && (mean(1) - 127.5).abs() < 25.0 && mean(2) > 190.0
+    let count = image.pixels.len();
+    let sum = (0..count).fold([0.0; 3], |sum, i| {
+        let stored = image.pixels.stored(i);
+        std::array::from_fn(|c| sum[c] + f64::from(stored[c]))
+    });
+    let [x, y, z] = sum.map(|s| s / count as f64);
+    (x - 0.5).abs() < 0.1 && (y - 0.5).abs() < 0.1 && z > 0.745
 }
 
 /// Mean of the linear values of an sRGB image, per channel.
 pub(super) fn mean_color(image: &Image) -> glam::Vec3 {
-    let count = image.width as f32 * image.height as f32;
-    let sum = match &image.pixels {
-        Pixels::Rgba8(pixels) => {
-            let table: Vec<f32> = (0..256).map(|v| srgb_decode_channel(v as f32 / 255.0)).collect();
-            let add = |sum: glam::DVec3, p: &[u8; 4]| {
-                sum + glam::Vec3::new(table[p[0] as usize], table[p[1] as usize], table[p[2] as usize])
-                    .as_dvec3()
-            };
-            pixels.iter().fold(glam::DVec3::ZERO, add)
-        }
-        Pixels::Rgb32F(pixels) => {
-            pixels.iter().fold(glam::DVec3::ZERO, |sum, p| sum + glam::Vec3::from(*p).as_dvec3())
-        }
-    };
-    (sum / f64::from(count)).as_vec3()
+    let linear = image.pixels.clone().into_linear();
+    let sum = linear.iter().fold(glam::DVec3::ZERO, |sum, p| sum + glam::Vec3::from(*p).as_dvec3());
+    (sum / linear.len() as f64).as_vec3()
 }
 
 /// What the alpha channel of an image needs.
 pub(super) fn coverage(image: &Image) -> Coverage {
-    let Pixels::Rgba8(pixels) = &image.pixels else { return Coverage::Opaque };
-    let between = pixels.iter().filter(|p| (8..248).contains(&p[3])).count();
-    if pixels.iter().all(|p| p[3] >= 248) {
+    let (low, high) = (8.0 / 255.0, 248.0 / 255.0);
+    let alphas = || (0..image.pixels.len()).map(|i| image.pixels.stored(i)[3]);
+    let between = alphas().filter(|alpha| (low..high).contains(alpha)).count();
+    if alphas().all(|alpha| alpha >= high) {
         Coverage::Opaque
-    } else if between * 10 <= pixels.len() {
+    } else if between * 10 <= image.pixels.len() {
         Coverage::Cutout // up to a tenth of the pixels may be smoothed borders
     } else {
         Coverage::Gradual
@@ -115,7 +109,7 @@ struct Scalar<'a> {
 
 impl<'a> Scalar<'a> {
     fn new(image: &'a Image, channel: Channel) -> Self {
-        let has_alpha = matches!(&image.pixels, Pixels::Rgba8(p) if p.iter().any(|p| p[3] != 255));
+        let has_alpha = (0..image.pixels.len()).any(|i| image.pixels.stored(i)[3] != 1.0);
         let channel = match channel {
             Channel::AlphaOrLuminance if has_alpha => Channel::Component(3),
             Channel::AlphaOrLuminance => Channel::Luminance,
@@ -139,18 +133,33 @@ fn luminance(pixel: [u8; 4]) -> u8 {
     ((r * 2126 + g * 7152 + b * 722 + 5000) / 10_000) as u8
 }
 
-fn nearest(image: &Image, x: u32, y: u32, size: (u32, u32)) -> [u8; 4] {
+/// Number of the pixel nearest to (x + ½, y + ½) of a picture of the given size.
+fn nearest_index(image: &Image, x: u32, y: u32, size: (u32, u32)) -> usize {
     let scale = |v: u32, from: u32, to: u32| {
         ((u64::from(v) * 2 + 1) * u64::from(to) / (u64::from(from) * 2)) as usize
     };
-    let index = scale(y, size.1, image.height) * image.width as usize + scale(x, size.0, image.width);
+    scale(y, size.1, image.height) * image.width as usize + scale(x, size.0, image.width)
+}
+
+fn nearest(image: &Image, x: u32, y: u32, size: (u32, u32)) -> [u8; 4] {
+    let index = nearest_index(image, x, y, size);
     match &image.pixels {
         Pixels::Rgba8(pixels) => pixels[index],
-        Pixels::Rgb32F(pixels) => {
-            let [r, g, b] = pixels[index].map(|v| (v.clamp(0.0, 1.0) * 255.0).round() as u8);
-            [r, g, b, 255]
-        }
+        floats => floats.stored(index).map(|v| (v.clamp(0.0, 1.0) * 255.0).round() as u8),
     }
+}
+
+/// A colour of floats with the opacity of another image, as large as the larger of both.
+fn float_with_opacity(color: &Image, opacity: &Scalar) -> Image {
+    let sizes = [color, opacity.image].map(|i| (i.width, i.height));
+    let size = if sizes[0].0 * sizes[0].1 >= sizes[1].0 * sizes[1].1 { sizes[0] } else { sizes[1] };
+    let places = (0..size.1).flat_map(|y| (0..size.0).map(move |x| (x, y)));
+    let pixel = |(x, y)| {
+        let [r, g, b, _] = color.pixels.stored(nearest_index(color, x, y, size));
+        [r, g, b, f32::from(opacity.at(x, y, size)) / 255.0]
+    };
+    let pixels = Pixels::Rgba32F(places.map(pixel).collect());
+    Image { name: opacity.image.name.clone(), width: size.0, height: size.1, pixels }
 }
 
 /// A picture as large as the larger of its two sources, one of which must be there.
@@ -177,7 +186,8 @@ fn combine(
 fn normals_from_heights(heights: &Image, strength: f32) -> Image {
     let (width, height) = (heights.width, heights.height);
     let at = |x: u32, y: u32| {
-        f32::from(luminance(nearest(heights, x % width, y % height, (width, height)))) / 255.0
+        let [r, g, b, _] = heights.pixels.stored((y % height * width + x % width) as usize);
+        0.2126 * r + 0.7152 * g + 0.0722 * b
     };
     let mut pixels = Vec::with_capacity(width as usize * height as usize);
     for y in 0..height {
@@ -205,7 +215,7 @@ mod tests {
     fn pixels(image: &Image) -> &[[u8; 4]] {
         match &image.pixels {
             Pixels::Rgba8(pixels) => pixels,
-            Pixels::Rgb32F(_) => panic!("not eight bits"),
+            _ => panic!("not eight bits"),
         }
     }
 

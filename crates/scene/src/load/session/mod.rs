@@ -66,8 +66,14 @@ impl LoadOptions {
     ) -> Result<Loaded, LoadError> {
         let outermost = self.session.0.is_none();
         self.session(named, |options| {
-            let loaded = load(options)?;
+            let mut loaded = load(options)?;
             if outermost {
+                let several = loaded.scene.complete_tangents();
+                if several > 0 {
+                    loaded.report.approximated(format!(
+                        "{several} meshes have materials whose normal maps are placed differently: tangents are those of one"
+                    ));
+                }
                 options.budget().take(cost::lights(&loaded.scene), "the scene's lights")?;
             }
             Ok(loaded)

@@ -1,7 +1,7 @@
 //! DirectDraw surfaces: the first picture of a file, from blocks of 4×4 pixels or from bits.
 
 use super::decode::{TextureError, check_size};
-use super::storage::{Compression, Number, Storage};
+use super::storage::{Compression, Number, PackedFloats, Storage};
 use crate::load::LoadOptions;
 use crate::{Image, LoadReport};
 use ddsfile::{Caps2, Dds, DxgiFormat, FourCC, MiscFlag, PixelFormatFlags};
@@ -13,8 +13,8 @@ pub(super) fn is_dds(bytes: &[u8]) -> bool {
 
 /// Decodes the largest level of the first picture in the file.
 ///
-/// Blocks BC1 to BC5 and BC7 and anything with up to 32 bits become [`Pixels::Rgba8`], the stored numbers as they are; BC6H and
-/// four floating-point channels become [`Pixels::Rgb32F`].
+/// Blocks BC1 to BC5 and BC7 and bits that are no floats become [`Pixels::Rgba8`], the stored numbers as they are; BC6H and
+/// floating-point channels stay floats.
 pub(super) fn decode_dds(
     name: &str,
     bytes: &[u8],
@@ -41,7 +41,7 @@ fn storage(dds: &Dds) -> Result<Storage, TextureError> {
     use DxgiFormat as F;
     let unknown = |what: String| TextureError::Decode(format!("the pixel format {what} is not supported"));
     let masks = |bits, rgba| Ok(Storage::Masks { bits, rgba });
-    let numbers = |kind| Ok(Storage::Numbers { kind, channels: 4 });
+    let numbers = |kind, channels| Ok(Storage::Numbers { kind, channels });
     if let Some(header) = &dds.header10 {
         return match header.dxgi_format {
             F::BC1_Typeless | F::BC1_UNorm | F::BC1_UNorm_sRGB => Ok(Storage::Blocks(Bc1)),
@@ -65,8 +65,15 @@ fn storage(dds: &Dds) -> Result<Storage, TextureError> {
             F::B5G6R5_UNorm => masks(16, [0xf800, 0x7e0, 0x1f, 0]),
             F::B5G5R5A1_UNorm => masks(16, [0x7c00, 0x3e0, 0x1f, 0x8000]),
             F::R8_UNorm | F::R8_Typeless => masks(8, [0xff, 0xff, 0xff, 0]),
-            F::R16G16B16A16_Float => numbers(Number::Half),
-            F::R32G32B32A32_Float => numbers(Number::Float),
+            F::R16_Float => numbers(Number::Half, 1),
+            F::R16G16_Float => numbers(Number::Half, 2),
+            F::R16G16B16A16_Float => numbers(Number::Half, 4),
+            F::R32_Float => numbers(Number::Float, 1),
+            F::R32G32_Float => numbers(Number::Float, 2),
+            F::R32G32B32_Float => numbers(Number::Float, 3),
+            F::R32G32B32A32_Float => numbers(Number::Float, 4),
+            F::R11G11B10_Float => Ok(Storage::Packed(PackedFloats::Rg11B10)),
+            F::R9G9B9E5_SharedExp => Ok(Storage::Packed(PackedFloats::Rgb9E5)),
             other => Err(unknown(format!("{other:?}"))),
         };
     }
@@ -78,8 +85,12 @@ fn storage(dds: &Dds) -> Result<Storage, TextureError> {
             FourCC::DXT5 => Ok(Storage::Blocks(Bc3)),
             FourCC::ATI1 | FourCC::BC4_UNORM => Ok(Storage::Blocks(Bc4)),
             FourCC::ATI2 | BC5U => Ok(Storage::Blocks(Bc5)),
-            FourCC::A16B16G16R16F => numbers(Number::Half),
-            FourCC::A32B32G32R32F => numbers(Number::Float),
+            FourCC::R16F => numbers(Number::Half, 1),
+            FourCC::G16R16F => numbers(Number::Half, 2),
+            FourCC::A16B16G16R16F => numbers(Number::Half, 4),
+            FourCC::R32F => numbers(Number::Float, 1),
+            FourCC::G32R32F => numbers(Number::Float, 2),
+            FourCC::A32B32G32R32F => numbers(Number::Float, 4),
             other => Err(unknown(String::from_utf8_lossy(&other.to_le_bytes()).escape_default().to_string())),
         };
     }
@@ -149,14 +160,14 @@ mod tests {
     fn rgba8(bytes: &[u8]) -> Vec<[u8; 4]> {
         match decoded(bytes).pixels {
             Pixels::Rgba8(pixels) => pixels,
-            Pixels::Rgb32F(_) => panic!("a float image"),
+            _ => panic!("a float image"),
         }
     }
 
     fn rgb32f(bytes: &[u8]) -> Vec<[f32; 3]> {
         match decoded(bytes).pixels {
             Pixels::Rgb32F(pixels) => pixels,
-            Pixels::Rgba8(_) => panic!("an image of bytes"),
+            _ => panic!("not RGB of floats"),
         }
     }
 

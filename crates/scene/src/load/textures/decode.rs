@@ -14,6 +14,9 @@ pub enum TextureError {
     /// The bytes carry no known signature.
     #[error("unknown image format (known are PNG, JPEG, WebP, TGA, BMP, DDS, KTX2, HDR and EXR)")]
     UnknownFormat,
+    /// An AVIF image, which is a frame of AV1 video.
+    #[error("AVIF is not decoded: save it as PNG, JPEG, WebP or KTX2")]
+    Avif,
     /// The header declares more pixels than are reasonable for the file's size.
     #[error("{width} × {height} pixels cannot come from {bytes} bytes")]
     TooLarge {
@@ -42,8 +45,16 @@ const MAX_PIXELS: u64 = 1 << 28;
 /// Above any sensible compression ratio: Deflate reaches 1032 bytes from one, eight one-bit pixels each.
 const MAX_PIXELS_PER_BYTE: u64 = 1 << 14;
 
-/// Decodes PNG, JPEG, WebP, TGA, BMP (to [`Pixels::Rgba8`]), Radiance HDR and OpenEXR (to [`Pixels::Rgb32F`]), DDS and KTX2 (to
-/// either).
+/// What an image stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Meaning {
+    /// Colours, in the colour space that the file names.
+    Color,
+    /// Numbers such as normals, as they are stored.
+    Data,
+}
+
+/// Decodes PNG, JPEG, WebP, TGA, BMP (to [`Pixels::Rgba8`]), Radiance HDR and OpenEXR (to floats), DDS and KTX2 (to either).
 ///
 /// The format is recognised by the first bytes, TGA by the ending of `name`. Sixteen-bit channels are rounded to eight
 /// bits. Images larger than [`LoadOptions::max_texture_size`] are halved, averaging the stored numbers, until they
@@ -57,8 +68,19 @@ pub fn decode(
     options: &LoadOptions,
     report: &mut LoadReport,
 ) -> Result<Image, TextureError> {
+    decode_as(Meaning::Color, name, bytes, options, report)
+}
+
+/// As [`decode`], of colours or data.
+pub(super) fn decode_as(
+    meaning: Meaning,
+    name: &str,
+    bytes: &[u8],
+    options: &LoadOptions,
+    report: &mut LoadReport,
+) -> Result<Image, TextureError> {
     let image = if float::is_exr(bytes) {
-        float::decode_exr(name, bytes, options, report)?
+        float::decode_exr(name, bytes, meaning, options, report)?
     } else if dds::is_dds(bytes) {
         dds::decode_dds(name, bytes, options, report)?
     } else if ktx2::is_ktx2(bytes) {
@@ -95,9 +117,16 @@ fn format(name: &str, bytes: &[u8]) -> Result<ImageFormat, TextureError> {
     let known = [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::WebP, ImageFormat::Bmp, ImageFormat::Tga];
     match ::image::guess_format(bytes) {
         Ok(format) if known.contains(&format) => Ok(format),
+        _ if is_avif(bytes) => Err(TextureError::Avif),
         Err(_) if name.to_ascii_lowercase().ends_with("tga") => Ok(ImageFormat::Tga),
         _ => Err(TextureError::UnknownFormat),
     }
+}
+
+/// Whether the bytes start as an AVIF file does: with a box of the file's type that names it.
+fn is_avif(bytes: &[u8]) -> bool {
+    let brand = bytes.get(4..12);
+    brand.is_some_and(|brand| brand == b"ftypavif" || brand == b"ftypavis")
 }
 
 fn decode_rgba8(
@@ -137,9 +166,8 @@ fn shrink(mut image: Image, limit: u32, report: &mut LoadReport) -> Image {
                     ((sum + 2) / 4) as u8
                 })
             })),
-            Pixels::Rgb32F(pixels) => Pixels::Rgb32F(halve(pixels, width, height, |quad| {
-                std::array::from_fn(|c| quad.iter().map(|p| p[c] * 0.25).sum())
-            })),
+            Pixels::Rgb32F(pixels) => Pixels::Rgb32F(halve(pixels, width, height, mean)),
+            Pixels::Rgba32F(pixels) => Pixels::Rgba32F(halve(pixels, width, height, mean)),
         };
         (image.width, image.height) = size;
     }
@@ -148,6 +176,10 @@ fn shrink(mut image: Image, limit: u32, report: &mut LoadReport) -> Image {
         report.approximated(format!("shrunk from {width} × {height} to {} × {}", image.width, image.height));
     }
     image
+}
+
+fn mean<const N: usize>(quad: [[f32; N]; 4]) -> [f32; N] {
+    std::array::from_fn(|c| quad.iter().map(|p| p[c] * 0.25).sum())
 }
 
 /// Averages blocks of 2×2 pixels; the last column and row count twice where a side is odd.
@@ -189,7 +221,7 @@ mod tests {
     fn rgba8(image: &Image) -> &[[u8; 4]] {
         match &image.pixels {
             Pixels::Rgba8(pixels) => pixels,
-            Pixels::Rgb32F(_) => panic!("{} is a float image", image.name),
+            _ => panic!("{} is a float image", image.name),
         }
     }
 
@@ -238,6 +270,13 @@ mod tests {
         bytes[22..26].copy_from_slice(&60_000u32.to_le_bytes());
         let error = decode("a.bmp", &bytes, &LoadOptions::default(), &mut LoadReport::default()).unwrap_err();
         assert!(matches!(error, TextureError::TooLarge { width: 60_000, .. }), "{error}");
+    }
+
+    #[test]
+    fn avif_is_named() {
+        let bytes = b"\0\0\0\x20ftypavif\0\0\0\0avifmif1";
+        let error = decode("x", bytes, &LoadOptions::default(), &mut LoadReport::default()).unwrap_err();
+        assert!(matches!(error, TextureError::Avif) && error.to_string().contains("AVIF"), "{error}");
     }
 
     #[test]

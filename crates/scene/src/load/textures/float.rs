@@ -1,12 +1,14 @@
 //! Radiance HDR and OpenEXR pictures to linear RGB.
 
-use super::decode::{TextureError, check_size};
+use super::decode::{Meaning, TextureError, check_size};
 use crate::load::LoadOptions;
 use crate::{Image, LoadReport, Pixels};
 use ::image::ImageDecoder;
 use ::image::codecs::hdr::HdrDecoder;
-use exr::prelude::{AnyChannel, FlatSamples, Layer, MetaData, ReadChannels, ReadLayers, read};
+use exr::prelude::MetaData;
+use film::{ExrFile, ExrPicture, ImageError};
 use std::io::Cursor;
+use std::path::Path;
 
 /// Larger values are taken for damage: their sum over an image would overflow single precision.
 const MAX_VALUE: f32 = 1e12;
@@ -44,88 +46,84 @@ pub(super) fn decode_hdr(
         pixels.iter_mut().flatten().for_each(|v| *v /= exposure);
         report.info(format!("the header's exposure of {exposure} was divided out"));
     }
-    mend(&mut pixels, report);
+    mend(pixels.as_flattened_mut(), report);
     Ok(Image { name: name.into(), width, height, pixels: Pixels::Rgb32F(pixels) })
 }
 
-/// Decodes the first layer of an OpenEXR file that has colour: channels `R`, `G`, `B`, or `Y`, at the largest
-/// resolution level.
+/// Decodes the picture of an OpenEXR file: see [`film::ExrFile::picture`]. `meaning`: what is not colour is not converted to
+/// other primaries.
 pub(super) fn decode_exr(
     name: &str,
     bytes: &[u8],
+    meaning: Meaning,
     options: &LoadOptions,
     report: &mut LoadReport,
 ) -> Result<Image, TextureError> {
-    let refused = |error: exr::error::Error| TextureError::Decode(error.to_string());
-    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(refused)?;
+    check_exr(bytes, options)?;
+    let path = Path::new(name);
+    let file = ExrFile::from_bytes(path, bytes).map_err(refused)?;
+    let picture = match meaning {
+        Meaning::Color => file.picture(path),
+        Meaning::Data => file.without_primaries().picture(path),
+    };
+    let ExrPicture { image, notes, .. } = picture.map_err(refused)?;
+    notes.into_iter().for_each(|note| report.info(note));
+    let (width, height) = (image.width(), image.height());
+    let mut pixels: Vec<[f32; 4]> = match image.channels() {
+        4 => image.data().as_chunks().0.to_vec(),
+        _ => image.data().as_chunks().0.iter().map(|[r, g, b]| [*r, *g, *b, 1.0]).collect(),
+    };
+    mend(pixels.as_flattened_mut(), report);
+    let pixels = float_pixels(pixels);
+    if matches!(pixels, Pixels::Rgba32F(_)) {
+        report.info("colours are taken as they are, not divided by alpha");
+    }
+    Ok(Image { name: name.into(), width, height, pixels })
+}
+
+/// Refuses files whose parts are not plausible before anything is allocated.
+fn check_exr(bytes: &[u8], options: &LoadOptions) -> Result<(), TextureError> {
+    let failed = |error: exr::error::Error| TextureError::Decode(error.to_string());
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(failed)?;
     for header in &meta.headers {
         let channels = header.channels.list.len() as u64;
         let size = header.layer_size;
-        check_size(
-            (size.width() as u64).saturating_mul(channels),
-            size.height() as u64,
-            bytes.len(),
-            options,
-        )?;
+        let width = (size.width() as u64).saturating_mul(channels);
+        check_size(width, size.height() as u64, bytes.len(), options)?;
         if header.deep {
             return Err(TextureError::Decode("deep images are not supported".into()));
         }
     }
-    let layers = read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .all_layers()
-        .all_attributes()
-        .non_parallel()
-        .from_buffered(Cursor::new(bytes))
-        .map_err(refused)?
-        .layer_data;
-    let Some((layer, channels)) = layers.iter().find_map(|l| Some((l, color_channels(l)?))) else {
-        return Err(TextureError::Decode("it has no colour channels R, G, B or Y".into()));
-    };
-    if layers.len() > 1 {
-        report.info("only the first layer with colour is used");
+    match meta.headers.first() {
+        Some(header) => {
+            let display = header.shared_attributes.display_window.size;
+            check_size(display.width() as u64, display.height() as u64, bytes.len(), options)
+        }
+        None => Err(TextureError::Decode("it has no parts".into())),
     }
-    let (width, height) = (layer.size.width(), layer.size.height());
-    let at = |channel: &AnyChannel<FlatSamples>, i: usize| match &channel.sample_data {
-        FlatSamples::F16(samples) => samples.get(i).map_or(0.0, |s| s.to_f32()),
-        FlatSamples::F32(samples) => samples.get(i).copied().unwrap_or(0.0),
-        FlatSamples::U32(samples) => samples.get(i).map_or(0.0, |s| *s as f32),
-    };
-    let mut pixels: Vec<[f32; 3]> = (0..width * height).map(|i| channels.map(|c| at(c, i))).collect();
-    mend(&mut pixels, report);
-    Ok(Image {
-        name: name.into(),
-        width: width as u32,
-        height: height as u32,
-        pixels: Pixels::Rgb32F(pixels),
+}
+
+/// The reader's error, without the file's name, which the caller knows.
+fn refused(error: ImageError) -> TextureError {
+    TextureError::Decode(match error {
+        ImageError::Decode { reason, .. } => reason,
+        ImageError::NoColour { found, .. } => format!("it has no colour channels R, G, B or Y, but {found}"),
+        other => other.to_string(),
     })
 }
 
-/// The layer's red, green and blue channels, whatever prefix their names have; a luminance channel stands for all.
-fn color_channels(
-    layer: &Layer<exr::prelude::AnyChannels<FlatSamples>>,
-) -> Option<[&AnyChannel<FlatSamples>; 3]> {
-    let find = |wanted: &str| {
-        let mut channels = layer.channel_data.list.iter();
-        let last_part = |c: &&AnyChannel<FlatSamples>| {
-            let name = c.name.to_string();
-            name.rsplit('.').next().is_some_and(|n| n.eq_ignore_ascii_case(wanted))
-        };
-        channels.find(last_part)
-    };
-    match (find("R"), find("G"), find("B"), find("Y")) {
-        (Some(r), Some(g), Some(b), _) => Some([r, g, b]),
-        (_, _, _, Some(y)) => Some([y, y, y]),
-        _ => None,
+/// Floating-point pixels, with alpha only where it is not 1 everywhere.
+pub(super) fn float_pixels(pixels: Vec<[f32; 4]>) -> Pixels {
+    if pixels.iter().any(|p| p[3] != 1.0) {
+        return Pixels::Rgba32F(pixels);
     }
+    Pixels::Rgb32F(pixels.into_iter().map(|[r, g, b, _]| [r, g, b]).collect())
 }
 
 /// Radiance is finite and not negative: NaN and negative values become 0, infinite ones [`MAX_VALUE`] at most.
-pub(super) fn mend(pixels: &mut [[f32; 3]], report: &mut LoadReport) {
+pub(super) fn mend(values: &mut [f32], report: &mut LoadReport) {
     let (mut negative, mut not_finite) = (0usize, 0usize);
-    for value in pixels.iter_mut().flatten() {
+    for value in values {
         if value.is_nan() {
             not_finite += 1;
             *value = 0.0;
@@ -162,7 +160,7 @@ mod tests {
     fn pixels(image: &Image) -> &[[f32; 3]] {
         match &image.pixels {
             Pixels::Rgb32F(pixels) => pixels,
-            Pixels::Rgba8(_) => panic!("not a float image"),
+            other => panic!("not RGB of floats: {other:?}"),
         }
     }
 
@@ -182,6 +180,40 @@ mod tests {
             messages,
             ["1 negative values were set to 0", "2 values that are not finite were replaced"]
         );
+    }
+
+    /// Alpha stays, and so does a part of the picture in its place; colours of other primaries are converted, data is not.
+    #[test]
+    fn exr_files_mean_what_their_writers_meant() {
+        use film::{Precision, Rect};
+        let mut file = ExrFile::new(3, 1, Rect { x: 1, y: 0, width: 2, height: 1 });
+        let picture = film::Image::from_data(2, 1, 4, vec![8.0, 4.0, 0.5, 0.25, 1.0, 1.0, 1.0, 1.0]).unwrap();
+        file.push_layer("View.AO", &["R", "G", "B"], &film::Image::black(2, 1, 3), Precision::Half);
+        file.push_layer("View.Combined", &["R", "G", "B", "A"], &picture, Precision::Half);
+        let bytes = file.into_bytes(Path::new("a.exr"), film::ExrCompression::Zip).unwrap();
+        let mut report = LoadReport::default();
+        let image = decode("a.exr", &bytes, &LoadOptions::default(), &mut report).unwrap();
+        let Pixels::Rgba32F(pixels) = &image.pixels else { panic!("no alpha") };
+        assert_eq!(pixels[..], [[0.0; 4], [8.0, 4.0, 0.5, 0.25], [1.0; 4]]);
+        assert!(
+            report.notes.iter().any(|n| n.message.contains("`View.Combined` is the picture")),
+            "{report:?}"
+        );
+
+        let wide = [[0.708, 0.292], [0.17, 0.797], [0.131, 0.046], [0.3127, 0.329]];
+        let mut file = ExrFile::from_image(
+            &film::Image::from_data(1, 1, 3, vec![1.0, 0.0, 0.0]).unwrap(),
+            Precision::Float,
+        )
+        .with_primaries(wide);
+        file.attributes.clear();
+        let bytes = file.into_bytes(Path::new("a.exr"), film::ExrCompression::Zip).unwrap();
+        let red = |meaning| {
+            let (options, mut report) = (LoadOptions::default(), LoadReport::default());
+            decode_exr("a.exr", &bytes, meaning, &options, &mut report).unwrap().pixels.stored(0)
+        };
+        assert!((red(Meaning::Color)[0] - 1.6605).abs() < 1e-3, "{:?}", red(Meaning::Color));
+        assert_eq!(red(Meaning::Data), [1.0, 0.0, 0.0, 1.0]);
     }
 
     #[test]

@@ -6,6 +6,7 @@ mod float;
 mod ktx2;
 mod storage;
 
+use decode::{Meaning, decode_as};
 pub use decode::{TextureError, decode};
 
 use super::LoadOptions;
@@ -145,16 +146,20 @@ impl<'a> TextureLoader<'a> {
 impl Source<'_> {
     fn decode(self, options: &LoadOptions) -> (Image, LoadReport) {
         let mut report = LoadReport::default();
+        let meaning = if self.neutral == Neutral::FlatNormal { Meaning::Data } else { Meaning::Color };
+        let decode = |bytes: &[u8], report: &mut LoadReport| {
+            decode_as(meaning, &self.name, bytes, options, report).map_err(|e| e.to_string())
+        };
         let image = match self.data {
             Data::File(path) => match super::read_file(&path, options) {
                 Ok(bytes) => {
                     report.bytes_read += bytes.len() as u64;
-                    decode(&self.name, &bytes, options, &mut report).map_err(|e| e.to_string())
+                    decode(&bytes, &mut report)
                 }
                 Err(super::LoadError::Read { source, .. }) => Err(format!("cannot be read ({source})")),
                 Err(error) => Err(error.to_string()),
             },
-            Data::Bytes(bytes) => decode(&self.name, &bytes, options, &mut report).map_err(|e| e.to_string()),
+            Data::Bytes(bytes) => decode(&bytes, &mut report),
             Data::Missing(reason) => Err(reason),
         };
         let image = image.unwrap_or_else(|reason| {
@@ -162,8 +167,26 @@ impl Source<'_> {
             report.missing_images += 1;
             self.neutral.image(self.name)
         });
+        let (beyond, largest) = beyond_half(&image.pixels);
+        if beyond > 0 {
+            report.approximated(format!(
+                "{beyond} values above {largest} were set to that: textures are half floats"
+            ));
+        }
         (image, report)
     }
+}
+
+/// How many numbers are beyond the largest half float, and that.
+fn beyond_half(pixels: &Pixels) -> (usize, f32) {
+    let largest = exr::prelude::f16::MAX.to_f32();
+    let count = |values: &[f32]| values.iter().filter(|v| **v > largest).count();
+    let beyond = match pixels {
+        Pixels::Rgba8(_) => 0,
+        Pixels::Rgb32F(pixels) => count(pixels.as_flattened()),
+        Pixels::Rgba32F(pixels) => count(pixels.as_flattened()),
+    };
+    (beyond, largest)
 }
 
 /// Linear vertex colours from those of a file, which are sRGB if `encoded`, each in `[0, 1]`.
@@ -249,7 +272,7 @@ mod tests {
             .iter()
             .map(|i| match &i.pixels {
                 Pixels::Rgba8(p) => p[0],
-                Pixels::Rgb32F(_) => panic!("not a float image"),
+                _ => panic!("a float image"),
             })
             .collect();
         assert_eq!(first_pixels, [[255, 0, 0, 255], [0, 255, 0, 255], [128, 128, 255, 255], [255; 4]]);

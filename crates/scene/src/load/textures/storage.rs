@@ -1,7 +1,7 @@
 //! Pixels as files for GPUs keep them: blocks of 4×4, bits of one number, or several numbers.
 
 use super::decode::TextureError;
-use super::float::mend;
+use super::float::{float_pixels, mend};
 use crate::{LoadReport, Pixels};
 use exr::prelude::f16;
 
@@ -15,6 +15,8 @@ pub(super) enum Storage {
     Masks { bits: u32, rgba: [u32; 4] },
     /// One to four numbers for each pixel. One is grey; what is absent is zero, alpha one.
     Numbers { kind: Number, channels: usize },
+    /// A number of 32 bits for each pixel.
+    Packed(PackedFloats),
 }
 
 /// A channel of more than eight bits.
@@ -26,6 +28,15 @@ pub(super) enum Number {
     Half,
     /// A floating-point number of 32 bits.
     Float,
+}
+
+/// Three floating-point numbers without sign in 32 bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum PackedFloats {
+    /// 11 bits of red, 11 of green and 10 of blue, from the lowest on, each with 5 bits of exponent.
+    Rg11B10,
+    /// 9 bits each from the lowest on, then 5 bits of exponent that they share.
+    Rgb9E5,
 }
 
 /// Formats of blocks, as Direct3D counts them.
@@ -47,12 +58,13 @@ impl Storage {
             Self::Blocks(compression) => width.div_ceil(4) * height.div_ceil(4) * compression.block_bytes(),
             Self::Masks { bits, .. } => width * height * bits as usize / 8,
             Self::Numbers { kind, channels } => width * height * channels * kind.bytes(),
+            Self::Packed(_) => width * height * 4,
         }
     }
 
     /// The picture of `size` (width, height) at the start of `data`, row by row.
     ///
-    /// Floating-point numbers and BC6H become [`Pixels::Rgb32F`] and are mended, all else [`Pixels::Rgba8`], the stored numbers as
+    /// Floating-point numbers and BC6H stay floats and are mended, all else becomes [`Pixels::Rgba8`], the stored numbers as
     /// they are.
     ///
     /// # Errors
@@ -69,9 +81,9 @@ impl Storage {
                 let radiance = |block: &[u8; 16]| {
                     let mut rgb = [0.0; 48];
                     bcdec_rs::bc6h_float(block, &mut rgb, 12, signed);
-                    std::array::from_fn(|i| std::array::from_fn(|c| rgb[3 * i + c]))
+                    std::array::from_fn(|i| [rgb[3 * i], rgb[3 * i + 1], rgb[3 * i + 2], 1.0])
                 };
-                radiance_pixels(from_blocks(data, size, radiance), report)
+                mended(from_blocks(data, size, radiance), report)
             }
             Self::Blocks(compression) => {
                 if compression == Compression::Bc5 {
@@ -100,6 +112,10 @@ impl Storage {
                 let float = |bytes: &[u8; 4]| f32::from_le_bytes(*bytes);
                 colors(&data.as_chunks().0.iter().map(float).collect::<Vec<_>>(), channels, report)
             }
+            Self::Packed(packing) => {
+                let pixel = |bytes: &[u8; 4]| packing.unpacked(u32::from_le_bytes(*bytes));
+                mended(data.as_chunks().0.iter().map(pixel).collect(), report)
+            }
         })
     }
 }
@@ -109,6 +125,23 @@ impl Number {
         match self {
             Self::Fraction | Self::Half => 2,
             Self::Float => 4,
+        }
+    }
+}
+
+impl PackedFloats {
+    fn unpacked(self, bits: u32) -> [f32; 4] {
+        match self {
+            Self::Rg11B10 => {
+                // As half floats, which have a sign before and more digits behind.
+                let half = |bits: u32| f16::from_bits(bits as u16).to_f32();
+                [half((bits & 0x7ff) << 4), half((bits >> 11 & 0x7ff) << 4), half((bits >> 22) << 5), 1.0]
+            }
+            Self::Rgb9E5 => {
+                let scale = f32::exp2((bits >> 27) as f32 - 24.0);
+                let channel = |shift: u32| (bits >> shift & 0x1ff) as f32 * scale;
+                [channel(0), channel(9), channel(18), 1.0]
+            }
         }
     }
 }
@@ -218,14 +251,10 @@ fn spread<T: Copy + Default>(numbers: &[T], one: T) -> [T; 4] {
 }
 
 fn colors(numbers: &[f32], channels: usize, report: &mut LoadReport) -> Pixels {
-    let rgb = |numbers: &[f32]| {
-        let [r, g, b, _] = spread(numbers, 1.0);
-        [r, g, b]
-    };
-    radiance_pixels(numbers.chunks_exact(channels).map(rgb).collect(), report)
+    mended(numbers.chunks_exact(channels).map(|n| spread(n, 1.0)).collect(), report)
 }
 
-fn radiance_pixels(mut pixels: Vec<[f32; 3]>, report: &mut LoadReport) -> Pixels {
-    mend(&mut pixels, report);
-    Pixels::Rgb32F(pixels)
+fn mended(mut pixels: Vec<[f32; 4]>, report: &mut LoadReport) -> Pixels {
+    mend(pixels.as_flattened_mut(), report);
+    float_pixels(pixels)
 }

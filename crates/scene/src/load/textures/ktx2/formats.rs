@@ -1,6 +1,6 @@
 //! Formats of Vulkan that files may hold.
 
-use crate::load::textures::storage::{Compression, Number, Storage};
+use crate::load::textures::storage::{Compression, Number, PackedFloats, Storage};
 use ::ktx2::Format;
 
 /// How a format stores its pixels; `None` if it is not supported. Formats with sRGB transfer function are stored as those
@@ -33,6 +33,8 @@ pub(super) fn storage(format: Format) -> Option<Storage> {
         F::R16G16_SFLOAT => numbers(Number::Half, 2),
         F::R16G16B16_SFLOAT => numbers(Number::Half, 3),
         F::R16G16B16A16_SFLOAT => numbers(Number::Half, 4),
+        F::B10G11R11_UFLOAT_PACK32 => Some(Storage::Packed(PackedFloats::Rg11B10)),
+        F::E5B9G9R9_UFLOAT_PACK32 => Some(Storage::Packed(PackedFloats::Rgb9E5)),
         F::R32_SFLOAT => numbers(Number::Float, 1),
         F::R32G32_SFLOAT => numbers(Number::Float, 2),
         F::R32G32B32_SFLOAT => numbers(Number::Float, 3),

@@ -11,6 +11,7 @@ mod tests;
 mod uastc;
 
 use super::decode::{TextureError, check_size};
+use super::float::float_pixels;
 use super::storage::first_picture;
 use crate::load::LoadOptions;
 use crate::{Image, LoadReport, Pixels};
@@ -27,7 +28,7 @@ pub(super) fn is_ktx2(bytes: &[u8]) -> bool {
 /// Decodes the largest level of the first picture in the file.
 ///
 /// Universal formats and those of up to 16 bits without sign become [`Pixels::Rgba8`], the stored numbers as they are, whatever
-/// transfer function the file names; floating-point formats become [`Pixels::Rgb32F`]. Rows and columns that run in another
+/// transfer function the file names; floating-point formats stay floats. Rows and columns that run in another
 /// direction than right and down are turned, and channels are swapped as the file asks for.
 ///
 /// # Errors
@@ -123,6 +124,7 @@ fn turn(pixels: &mut Pixels, size: (usize, usize), orientation: &[u8]) {
     match pixels {
         Pixels::Rgba8(pixels) => mirror(pixels, size, left, up),
         Pixels::Rgb32F(pixels) => mirror(pixels, size, left, up),
+        Pixels::Rgba32F(pixels) => mirror(pixels, size, left, up),
     }
 }
 
@@ -139,23 +141,27 @@ fn mirror<T>(pixels: &mut [T], (width, height): (usize, usize), columns: bool, r
 
 /// Takes each channel from where `swizzle` says: `r`, `g`, `b`, `a`, `0` or `1`. Anything else stays.
 fn swap_channels(pixels: &mut Pixels, swizzle: &[u8]) {
-    let Pixels::Rgba8(pixels) = pixels else { return };
     let Ok(swizzle) = <[u8; 4]>::try_from(swizzle) else { return };
     if swizzle == *b"rgba" {
         return;
     }
-    for pixel in pixels {
-        let old = *pixel;
-        for (c, from) in swizzle.iter().enumerate() {
-            pixel[c] = match from {
-                b'r' => old[0],
-                b'g' => old[1],
-                b'b' => old[2],
-                b'a' => old[3],
-                b'0' => 0,
-                b'1' => 255,
-                _ => old[c],
-            };
+    match pixels {
+        Pixels::Rgba8(pixels) => pixels.iter_mut().for_each(|p| *p = swizzled(*p, swizzle, 0, 255)),
+        floats => {
+            let all = (0..floats.len()).map(|i| swizzled(floats.stored(i), swizzle, 0.0, 1.0));
+            *floats = float_pixels(all.collect());
         }
     }
+}
+
+fn swizzled<T: Copy>(old: [T; 4], swizzle: [u8; 4], zero: T, one: T) -> [T; 4] {
+    std::array::from_fn(|c| match swizzle[c] {
+        b'r' => old[0],
+        b'g' => old[1],
+        b'b' => old[2],
+        b'a' => old[3],
+        b'0' => zero,
+        b'1' => one,
+        _ => old[c],
+    })
 }
