@@ -8,7 +8,7 @@ use crate::simd::Instructions;
 use crate::vertices::Vertices;
 use optics::light::{
     LIGHT_RECTANGLE, LIGHT_TRIANGLE, Light, LightSample, RECTANGLE_CENTER, TRIANGLE_CENTER,
-    flat_light_is_near, flat_light_sample_by_area, light_sample, rectangle_light_sample,
+    flat_light_is_near, flat_light_sample_by_area, light_sample, light_way, rectangle_light_sample,
     triangle_light_sample,
 };
 use optics::light_tree::{
@@ -50,9 +50,9 @@ impl LightLanes {
 pub(crate) struct ConnectionLanes {
     /// Where the shadow ray starts.
     pub origin: Vectors,
-    /// Unit direction towards the light.
-    pub wi: Vectors,
-    /// Distance to the light.
+    /// Its unit direction.
+    pub direction: Vectors,
+    /// From there to the light.
     pub distance: Lanes<f32>,
     /// Contribution to the pixel if nothing is in the way; zero where there is nothing to ask for.
     pub contribution: Vectors,
@@ -69,10 +69,10 @@ impl ConnectionLanes {
             let pdf = if above { lights.pdf.0[lane] } else { 0.0 };
             let (radiance, delta) = (lights.radiance.get(lane), lights.delta.0[lane] != 0);
             let contribution = path_light_contribution(v.throughput.get(lane), value, radiance, pdf, delta);
-            self.wi.set(lane, wi);
             let origin = origin.get(lane);
-            // The offset goes a part of the way: a ray of the whole length would end beyond a near light.
-            self.distance.0[lane] = lights.distance.0[lane] - dot(origin - v.position.get(lane), wi);
+            let way = light_way(wi, lights.distance.0[lane], origin - v.position.get(lane));
+            self.direction.set(lane, way.direction);
+            self.distance.0[lane] = way.distance;
             self.contribution.set(lane, contribution);
             self.origin.set(lane, origin);
         }

@@ -12,7 +12,7 @@ use crate::vertices::PlainPoint;
 use crate::waiting::ScatterDiffuse;
 use accel::Ray;
 use optics::frame::{Frame, to_local, to_world};
-use optics::light::LightSample;
+use optics::light::{LightSample, light_way};
 use optics::light_tree::{ALL_SIDES, octahedral_encode};
 use optics::path::{path_light_contribution, path_scatter, roulette_survival};
 use optics::scatter::BSDF_NONE;
@@ -154,12 +154,11 @@ pub(crate) fn receiver<S: Scattering>(tables: &SceneTables, bsdf: S, normal: Vec
 #[inline(always)]
 pub(crate) fn shadow_ray(surface: &Surface, light: &LightSample, above: bool) -> Ray {
     let origin = surface.ray_origin(above);
-    // The offset may be longer than the way to a light that is very near.
-    let distance = light.distance - dot(origin - surface.origin, light.wi);
+    let way = light_way(light.wi, light.distance, origin - surface.origin);
     Ray {
         origin: origin.to_array(),
         t_min: 0.0,
-        direction: light.wi.to_array(),
-        t_max: distance * SHADOW_END,
+        direction: way.direction.to_array(),
+        t_max: way.distance * SHADOW_END,
     }
 }

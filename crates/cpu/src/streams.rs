@@ -344,7 +344,7 @@ impl ShadowStream {
     pub fn append(&mut self, i: impl Instructions, mask: u32, lights: &ConnectionLanes, from: PathLanes) {
         let at = self.len;
         self.origin.append(i, at, mask, &lights.origin);
-        self.direction.append(i, at, mask, &lights.wi);
+        self.direction.append(i, at, mask, &lights.direction);
         self.t_max.append(i, at, mask, &lights.distance.0.map(|distance| distance * SHADOW_END));
         self.contribution.append(i, at, mask, &lights.contribution);
         self.slot.append(i, at, mask, from.slot);

@@ -308,6 +308,58 @@ fn spots_fall_off_between_their_angles() {
     assert_eq!(spot_falloff(0.81, hard.x, hard.y), 1.0);
 }
 
+/// How far along a ray from `origin` a light is met first; infinite if it is not.
+fn first_meeting(light: Light, origin: Vec3f, direction: Vec3f) -> f32 {
+    if light.kind == LIGHT_SPHERE {
+        let hit = optics::intersect::intersect_sphere(origin, direction, light.position, light.size);
+        return if hit.hit { hit.near } else { f32::INFINITY };
+    }
+    let normal = cross(light.edge1, light.edge2);
+    dot(light.position - origin, normal) / dot(direction, normal)
+}
+
+/// Shadow rays of a floor of 400 m begin almost a millimetre above it. They meet the light where it was sampled, not before:
+/// lights do not hide themselves.
+#[test]
+fn ways_from_beside_the_receiver_end_where_the_light_was_sampled() {
+    let panel = Light { edge1: vec3f(0.0, 0.4, 0.0), edge2: vec3f(0.4, 0.0, 0.0), ..light(LIGHT_RECTANGLE) };
+    let lamps = [
+        sphere(vec3f(0.0, 0.0, 0.15), 0.08),
+        triangle(vec3f(0.1, 0.2, 0.5), vec3f(0.0, 0.8, 0.5), vec3f(0.9, 0.2, 0.6)),
+        Light { position: vec3f(-0.2, -0.2, 0.7), ..panel },
+    ];
+    for lamp in lamps {
+        for p in [vec3f(0.3, 0.2, 0.0), vec3f(-1.0, 0.4, 0.0), vec3f(2.0, -1.5, 0.0)] {
+            let origin = optics::offset::offset_ray_origin(p, UP, 400.0);
+            assert!(origin.z > 5e-4, "{origin:?}");
+            let (mut samples, mut hidden, mut hidden_aside) = (0, 0, 0);
+            for s in grid().step_by(7).map(|u| light_sample(lamp, p, u)).filter(|s| s.pdf > 0.0) {
+                samples += 1;
+                let way = light_way(s.wi, s.distance, origin - p);
+                let end = origin + way.direction * way.distance;
+                assert!(length(end - (p + s.wi * s.distance)) < 2e-6, "{s:?} from {p:?}: {way:?}");
+                hidden += u32::from(first_meeting(lamp, origin, way.direction) < 0.9999 * way.distance);
+                let aside = s.distance - dot(origin - p, s.wi);
+                hidden_aside += u32::from(first_meeting(lamp, origin, s.wi) < 0.9999 * aside);
+            }
+            assert!(samples > 5000, "{samples}");
+            // All that is left is the outline of a sphere.
+            assert!(hidden * 200 <= samples, "{lamp:?} hides {hidden} of {samples} samples from {p:?}");
+            assert!(hidden_aside * 10 > samples, "the test would not notice: {hidden_aside} of {samples}");
+        }
+    }
+}
+
+/// What is infinitely far away is in the same direction from everywhere, and no way has no direction.
+#[test]
+fn ways_to_distant_lights_and_to_nowhere_keep_their_direction() {
+    let wi = normalize(vec3f(0.3, -0.5, 0.8));
+    let far = light_way(wi, FAR, vec3f(3.0, 4.0, 5.0));
+    assert!(far.direction.to_array() == wi.to_array() && far.distance == FAR, "{far:?}");
+    let nowhere = light_way(UP, 0.25, UP * 0.25);
+    assert!(nowhere.direction.to_array() == UP.to_array() && nowhere.distance.is_finite(), "{nowhere:?}");
+}
+
 /// Lights without extent, and receivers on the light: no light or finite light, never NaN.
 #[test]
 fn degenerate_lights_give_finite_samples() {

@@ -246,17 +246,18 @@ fn unshadowed_light(s: Surface, frame: Frame, bsdf: Bsdf, wo: vec3f, light: Ligh
     return lit_value(bsdf, wo, wi) * light.radiance * (falloff / light.pdf);
 }
 
-/// Where the ray to a light's sample begins, and how long it is.
+/// The ray to a light's sample.
 struct ShadowRay {
     origin: vec3f,
+    /// How long it is, metres.
     distance: f32,
+    direction: vec3f,
 }
 
 fn shadow_ray(s: Surface, light: LightSample) -> ShadowRay {
     let origin = ray_origin(s, dot(light.wi, s.horizon) > 0.0);
-    // The offset may be longer than the way to a light that is very near.
-    let distance = light.distance - dot(origin - s.origin, light.wi);
-    return ShadowRay(origin, distance * SHADOW_END);
+    let way = light_way(light.wi, light.distance, origin - s.origin);
+    return ShadowRay(origin, way.distance * SHADOW_END, way.direction);
 }
 
 /// Whether something stands in the way of a light's sample.
@@ -265,7 +266,7 @@ fn is_hidden(s: Surface, light: LightSample, sampler: PixelSampler) -> bool {
         return false;
     }
     let ray = shadow_ray(s, light);
-    return occluded(ray.origin, light.wi, ray.distance, sampler.scramble + next_pair);
+    return occluded(ray.origin, ray.direction, ray.distance, sampler.scramble + next_pair);
 }
 
 /// The environment's light on the diffuse lobe, with occlusion.

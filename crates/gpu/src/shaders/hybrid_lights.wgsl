@@ -71,7 +71,7 @@ fn hidden_lights(s: Surface, tile: u32, mask: u32, word: u32, i: u32, sampler: P
             continue;
         }
         let ray = shadow_ray(s, light);
-        if occluded_in_shaft(tile, index, ray.origin, light.wi, ray.distance, sampler.scramble + next_pair) {
+        if occluded_in_shaft(tile, index, ray.origin, ray.direction, ray.distance, sampler.scramble + next_pair) {
             answer |= 1u << bit;
         }
     }

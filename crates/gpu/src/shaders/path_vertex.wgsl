@@ -233,7 +233,6 @@ fn light_shadow_ray(
 /// The way from a surface to a light sample; `above`: on the side of the surface's normal.
 fn shadow_ray(s: Surface, light: LightSample, above: bool, salt: u32, contribution: vec3f) -> ShadowRay {
     let origin = ray_origin(s, above);
-    // The offset may be longer than the way to a light that is very near.
-    let distance = light.distance - dot(origin - s.origin, light.wi);
-    return ShadowRay(origin, distance * SHADOW_END, light.wi, salt, contribution);
+    let way = light_way(light.wi, light.distance, origin - s.origin);
+    return ShadowRay(origin, way.distance * SHADOW_END, way.direction, salt, contribution);
 }

@@ -402,6 +402,7 @@ functions! {
     // lights/light.rs
     light::no_light_sample() within EXACT;
     light::light_sample(light: light, p: point, u: unit2) within CANCELLING;
+    light::light_way(wi: direction, distance: size, offset: point) within CANCELLING;
     light::light_reach(light: light, cutoff: size, falloff: falloff) within ROUNDING;
     // lights/falloff.rs
     falloff::falloff_factor(coefficients: falloff, distance: size) within ROUNDING;

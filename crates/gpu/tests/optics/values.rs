@@ -117,6 +117,7 @@ structures! {
     Frame in frame { tangent, bitangent, normal }
     Light in light { kind, position, edge1, edge2, emission, size, two_sided }
     LightReach in light { center, radius }
+    LightWay in light { direction, distance }
     LightSample in light { wi, distance, radiance, pdf, delta, barycentrics }
     LightGroup in light_tree { center, radius, intensity, axis, cos_spread, sin_spread, cos_emission, back }
     SphericalTriangle in spherical_triangle {

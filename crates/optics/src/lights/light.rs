@@ -82,6 +82,15 @@ pub mod light {
         pub barycentrics: Vec2f,
     }
 
+    /// The straight way to a light sample from where a shadow ray begins.
+    #[derive(Clone, Copy, Debug)]
+    pub struct LightWay {
+        /// Unit direction.
+        pub direction: Vec3f,
+        /// Metres; [`FAR`] to what is infinitely far away.
+        pub distance: f32,
+    }
+
     /// A sphere around the points that a light matters to.
     #[derive(Clone, Copy, Debug)]
     pub struct LightReach {
@@ -121,6 +130,25 @@ pub mod light {
             return point_light_sample(light, p);
         }
         no_light_sample()
+    }
+
+    /// The way to a sampled point from an origin beside the point that it was sampled for.
+    ///
+    /// A ray in the sample's own direction passes the sampled point by as much as its origin is moved. It may then meet the light
+    /// earlier than the sample says, so that lights hide themselves: a sphere near its outline, a panel that is close or slanted.
+    ///
+    /// - `wi`, `distance`: of the sample. `offset`: from the point that it was made for to the ray's origin, metres.
+    pub fn light_way(wi: Vec3f, distance: f32, offset: Vec3f) -> LightWay {
+        // Relative to the receiver: world coordinates would lose digits far from the world's origin.
+        let to_light = wi * distance - offset;
+        let length2 = dot(to_light, to_light);
+        let length = sqrt(length2);
+        // From everywhere, what is infinitely far away is in one direction.
+        let turns = length2 > 0.0 && distance < FAR;
+        LightWay {
+            direction: select(wi, to_light * (1.0 / max(length, 1e-30)), turns),
+            distance: select(distance, length, turns),
+        }
     }
 
     /// Where a light can give more irradiance than `cutoff` (W/m², positive) to a surface that faces it.
