@@ -387,3 +387,29 @@ fn files_without_scenes_or_nodes_are_empty_or_show_all_roots() {
         assert_eq!(loaded.scene.environment, Environment::Black);
     }
 }
+
+/// Normals on the far side of most faces are turned with their bitangents kept, unless they are to be kept themselves.
+#[test]
+fn normals_against_the_winding_are_turned_and_reported() {
+    use base64::Engine;
+    let triangle = [[0f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let floats: Vec<f32> = triangle.as_flattened().iter().copied().chain([0.0, 0.0, -1.0].repeat(3)).collect();
+    let bytes: Vec<u8> = floats.iter().flat_map(|x| x.to_le_bytes()).collect();
+    let data = base64::engine::general_purpose::STANDARD.encode(&bytes);
+    let text = format!(
+        r#"{{ "asset": {{ "version": "2.0" }}, "scenes": [{{ "nodes": [0] }}], "nodes": [{{ "mesh": 0 }}],
+        "meshes": [{{ "primitives": [{{ "attributes": {{ "POSITION": 0, "NORMAL": 1 }} }}] }}],
+        "accessors": [{{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3" }},
+            {{ "bufferView": 0, "byteOffset": 36, "componentType": 5126, "count": 3, "type": "VEC3" }}],
+        "bufferViews": [{{ "buffer": 0, "byteLength": 72 }}],
+        "buffers": [{{ "byteLength": 72, "uri": "data:application/octet-stream;base64,{data}" }}] }}"#
+    );
+    for (keep_normals, expected, done) in [(false, 1.0, "turned round"), (true, -1.0, "kept")] {
+        let options = LoadOptions { keep_normals, ..LoadOptions::default() };
+        let loaded = scene::load::gltf::load_bytes(Path::new("n.gltf"), text.as_bytes(), &options);
+        let loaded = loaded.unwrap_or_else(|e| panic!("{e}"));
+        let Shape::Triangles(mesh) = &loaded.scene.meshes[0].parts[0].shape else { panic!("triangles") };
+        assert!(mesh.normals.iter().all(|n| n.z == expected), "{:?}", mesh.normals);
+        assert!(loaded.report.notes.iter().any(|n| n.message.contains(done)), "{:?}", loaded.report);
+    }
+}

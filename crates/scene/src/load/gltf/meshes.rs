@@ -10,7 +10,7 @@ use super::repair::repair;
 use super::topology::Topology;
 use crate::animation::Deformation;
 use crate::load::session::TRIANGLE;
-use crate::{LoadError, LoadReport, Mesh, Part, Shape, TriangleMesh, tangents};
+use crate::{LoadError, LoadReport, Mesh, Part, Shape, TriangleMesh, normals, tangents};
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -162,6 +162,7 @@ impl Document<'_> {
         let source = Source { primitive, compressed: compressed.as_ref(), pick, count, object };
         let mut mesh = self.attributes(&source, material, report)?;
         mesh.indices = indices;
+        self.settle_normals(&mut mesh, primitive, report);
         let mut deformation = self.deformation(job, &source, material, &mesh)?;
         repair(&mut mesh, report);
         let copies = self.complete(&mut mesh, material, report)?;
@@ -171,6 +172,18 @@ impl Document<'_> {
         }
         let deformation = deformation.filter(|_| job.animated);
         Ok((!mesh.indices.is_empty()).then_some(Built { mesh, deformation }))
+    }
+
+    /// Turns normals that oppose the winding, unless they are to be kept. Differences of morph targets would have to be turned,
+    /// too: there they are only reported.
+    fn settle_normals(&self, mesh: &mut TriangleMesh, primitive: &Primitive, report: &mut LoadReport) {
+        let keep = self.options.keep_normals || !primitive.targets.is_empty();
+        let Some(done) = normals::turn_to_winding(std::slice::from_mut(mesh), keep) else { return };
+        if !keep {
+            // Bitangents stay where they are.
+            mesh.tangents.iter_mut().for_each(|tangent| tangent.w = -tangent.w);
+        }
+        report.repaired(format!("normals oppose the winding of most faces of a primitive and {done}"));
     }
 
     /// The primitive's triangles; all indices are less than `count`.
