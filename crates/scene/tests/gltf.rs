@@ -4,8 +4,8 @@ mod gltf_support;
 
 use gltf_support::{assert_sound, gltf_files, load};
 use scene::{
-    AlphaMode, Environment, Filter, LightKind, LoadError, Loaded, Model, Projection, Severity, Shape,
-    TriangleMesh, Wrap,
+    AlphaMode, Environment, Filter, LightKind, LoadError, LoadOptions, Loaded, Model, Projection, Severity,
+    Shape, TriangleMesh, Wrap,
 };
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -393,7 +393,8 @@ fn files_without_scenes_or_nodes_are_empty_or_show_all_roots() {
 fn normals_against_the_winding_are_turned_and_reported() {
     use base64::Engine;
     let triangle = [[0f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-    let floats: Vec<f32> = triangle.as_flattened().iter().copied().chain([0.0, 0.0, -1.0].repeat(3)).collect();
+    let floats: Vec<f32> =
+        triangle.as_flattened().iter().copied().chain([0.0, 0.0, -1.0].repeat(3)).collect();
     let bytes: Vec<u8> = floats.iter().flat_map(|x| x.to_le_bytes()).collect();
     let data = base64::engine::general_purpose::STANDARD.encode(&bytes);
     let text = format!(
