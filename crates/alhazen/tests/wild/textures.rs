@@ -222,5 +222,21 @@ fn files_of_the_reports_are_right() {
         let e = estimate(&scene, &job(&scene, 16, 16, 2), 64).mean_colour();
         assert!((e[0] - expected).abs() < 5e-4, "specular-transmission/{name}: {e:?}");
     }
+    // All four have one picture, three of them among other layers.
+    let beauty = |name: &str| {
+        let (options, mut report) = (scene::LoadOptions::default(), scene::LoadReport::default());
+        let image =
+            scene::load::environment::load(&wild.join("exr-layers").join(name), &options, &mut report);
+        let image = image.unwrap_or_else(|error| panic!("{error}"));
+        let notes: Vec<_> = report.notes.into_iter().map(|n| n.message).collect();
+        (image.pixels.into_linear(), notes)
+    };
+    let (plain, _) = beauty("plain.exr");
+    for name in ["normal.exr", "emit.exr", "blender.exr"] {
+        let (found, notes) = beauty(name);
+        println!("{name}: {:?} for {:?}, {notes:?}", found[0], plain[0]);
+        assert!(found == plain, "exr-layers/{name}: {:?} for {:?}", found[0], plain[0]);
+        assert!(notes.iter().any(|n| n.contains("is the picture; there are also")), "{name}: {notes:?}");
+    }
     assert_eq!(load("specular-transmission/factor0.gltf").materials[0].model, Model::Dielectric);
 }
