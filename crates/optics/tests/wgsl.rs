@@ -76,7 +76,11 @@ fn validate(name: &str, text: &str) -> Valid {
     let module = naga::front::wgsl::parse_str(text)
         .unwrap_or_else(|e| panic!("{name} does not parse: {}", e.emit_to_string(text)));
     let info =
-        naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::empty())
+        // WGSL without extensions. What old versions of OpenGL lack of it, `unpack2x16float`, naga counts as a capability.
+        naga::valid::Validator::new(
+            naga::valid::ValidationFlags::all(),
+            naga::valid::Capabilities::SHADER_FLOAT16_IN_FLOAT32,
+        )
             .validate(&module)
             .unwrap_or_else(|e| panic!("{name} is not valid: {}", e.emit_to_string(text)));
     Valid { module, info }

@@ -45,6 +45,7 @@ impl RayShaders {
         // Scenes have binding arrays only where the device has them.
         let capabilities = Capabilities::RAY_TRACING_PIPELINE
             | Capabilities::PRIMITIVE_INDEX
+            | Capabilities::SHADER_FLOAT16_IN_FLOAT32
             | Capabilities::TEXTURE_AND_SAMPLER_BINDING_ARRAY
             | Capabilities::TEXTURE_AND_SAMPLER_BINDING_ARRAY_NON_UNIFORM_INDEXING;
         let info = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities)

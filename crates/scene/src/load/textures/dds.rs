@@ -226,7 +226,8 @@ mod tests {
         assert_eq!(one(file(DxgiFormat::R8G8B8A8_UNorm, 2, 1, &bgra)), [1, 2, 3, 4]);
         let floats: Vec<u8> =
             [0.0_f32; 4].iter().chain(&[1.5, -2.0, 7.25, 1.0]).flat_map(|v| v.to_le_bytes()).collect();
-        assert_eq!(rgb32f(&file(DxgiFormat::R32G32B32A32_Float, 2, 1, &floats))[1], [1.5, 0.0, 7.25]);
+        let pixels = decoded(&file(DxgiFormat::R32G32B32A32_Float, 2, 1, &floats)).pixels;
+        assert_eq!([0, 1].map(|i| pixels.stored(i)), [[0.0; 4], [1.5, 0.0, 7.25, 1.0]]);
     }
 
     #[test]

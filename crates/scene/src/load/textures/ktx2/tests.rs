@@ -170,14 +170,18 @@ fn formats_of_vulkan_are_read() {
     );
     let floats = |format, numbers: &[f32]| {
         let bytes: Vec<u8> = numbers.iter().flat_map(|v| v.to_le_bytes()).collect();
-        match decoded(&plain(format, (1, 1), &bytes)).0.pixels {
-            Pixels::Rgb32F(pixels) => pixels[0],
-            _ => panic!("not RGB of floats"),
-        }
+        let pixels = decoded(&plain(format, (1, 1), &bytes)).0.pixels;
+        assert!(pixels.is_float());
+        pixels.stored(0)
     };
-    assert_eq!(floats(Format::R32G32B32A32_SFLOAT, &[1.5, -2.0, 7.25, 1.0]), [1.5, 0.0, 7.25]);
-    assert_eq!(floats(Format::R32G32B32_SFLOAT, &[1.5, 2.0, 7.25]), [1.5, 2.0, 7.25]);
-    assert_eq!(floats(Format::R32_SFLOAT, &[40.0]), [40.0; 3]);
+    assert_eq!(floats(Format::R32G32B32A32_SFLOAT, &[1.5, -2.0, 7.25, 0.25]), [1.5, 0.0, 7.25, 0.25]);
+    assert_eq!(floats(Format::R32G32B32_SFLOAT, &[1.5, 2.0, 7.25]), [1.5, 2.0, 7.25, 1.0]);
+    assert_eq!(floats(Format::R32_SFLOAT, &[40.0]), [40.0, 40.0, 40.0, 1.0]);
+    let packed = |format, bits: u32| decoded(&plain(format, (1, 1), &bits.to_le_bytes())).0.pixels.stored(0);
+    let shared = 128 | 16 << 9 | 8 << 18 | 20 << 27;
+    assert_eq!(packed(Format::E5B9G9R9_UFLOAT_PACK32, shared), [8.0, 1.0, 0.5, 1.0]);
+    let own = 0x480 | 0x3c0 << 11 | 0x1c0 << 22;
+    assert_eq!(packed(Format::B10G11R11_UFLOAT_PACK32, own), [8.0, 1.0, 0.5, 1.0]);
 }
 
 #[test]
