@@ -141,7 +141,8 @@ fn channel(c: usize) -> Vec3 {
     Vec3::from_array(std::array::from_fn(|i| f32::from(u8::from(i == c))))
 }
 
-/// Sums over pixels, relative to each pixel's brightness: the variance of a sample of one light among others, and what is right.
+/// Sums over pixels, relative to each pixel's brightness: the variance of a sample of one light
+/// among others, and what is right.
 struct Noise {
     among_others: f64,
     with_its_share: f64,
@@ -161,7 +162,8 @@ fn noise(alone: &Film, among: &Film, c: usize, count: u32) -> Noise {
     let mut noise = Noise { among_others: 0.0, with_its_share: 0.0 };
     for (alone, among) in alone.pixels().iter().zip(among.pixels()) {
         let (mean, variance) = (alone.mean()[c], alone.variance().expect("many samples")[c]);
-        // At edges of shadows few samples say how bright a pixel is: they must not count more than all others.
+        // At edges of shadows few samples say how bright a pixel is: they must not count more than
+        // all others.
         let brightness = mean * mean + (0.5 * brightest).powi(2);
         let right = f64::from(count) * (variance + mean * mean) - mean * mean;
         noise.among_others += among.variance().expect("many samples")[c] / brightness;
@@ -185,7 +187,8 @@ fn assert_same_mean(what: &str, alone: &Film, among: &Film, c: usize) {
     );
 }
 
-/// Samples of a pixel for the variance of a light to be known well, by a picture of it: the more, the fewer pixels it reaches.
+/// Samples of a pixel for the variance of a light to be known well, by a picture of it: the more,
+/// the fewer pixels it reaches.
 fn samples_wanted(alone: &Film, c: usize) -> u32 {
     let means = || alone.pixels().iter().map(|p| p.mean()[c]);
     let brightest = means().fold(0.0, f64::max);
@@ -193,17 +196,20 @@ fn samples_wanted(alone: &Film, c: usize) -> u32 {
     SPP * 32_u32.div_ceil(lit.max(4) as u32).next_power_of_two()
 }
 
-/// Makes a scene with lights of these kinds and colours: half the side of its floor, the lights, a seed for their places.
+/// Makes a scene with lights of these kinds and colours: half the side of its floor, the lights, a
+/// seed for their places.
 type Place = fn(f32, &[(u32, Vec3)], u32) -> Scene;
 
-/// The weakest lights of a scene, `measured` in number, alone and among the others. Returns the largest ratio of variances.
+/// The weakest lights of a scene, `measured` in number, alone and among the others. Returns the
+/// largest ratio of variances.
 fn worst_noise(place: Place, half: f32, count: u32, measured: usize, seed: u32) -> f64 {
     let lamps = lamps(count, seed);
     let picture = |color: &dyn Fn(usize) -> Vec3, sample_seed, spp| {
         let lights: Vec<_> =
             lamps.iter().enumerate().map(|(i, &(kind, strength))| (kind, color(i) * strength)).collect();
         let scene = place(half, &lights, seed);
-        // Of points that are evenly spread a few tell the variance of single samples, and each light is chosen as often as it should.
+        // Of points that are evenly spread a few tell the variance of single samples, and each
+        // light is chosen as often as it should.
         let sampler = SamplerKind::Sobol;
         render(&scene, &Job { seed: sample_seed, sampler, ..job(&scene, SIZE, SIZE, 2) }, spp)
     };
@@ -234,13 +240,15 @@ fn worst_noise(place: Place, half: f32, count: u32, measured: usize, seed: u32) 
 /// How many times the variance of its share of the samples a light's contribution may have.
 const MOST_NOISE: f64 = 2.0;
 
-/// Asserts the noise of each light of some scenes: how they are made, half the side of the floor, the number of lights, a seed.
+/// Asserts the noise of each light of some scenes: how they are made, half the side of the floor,
+/// the number of lights, a seed.
 #[track_caller]
 fn assert_noise(scenes: impl IntoIterator<Item = (Place, f32, u32, u32)>) {
     let noises: Vec<_> = scenes
         .into_iter()
         .map(|(place, half, count, seed)| {
-            // Strong lights are chosen more often than their share. Where there are most lights all are looked at.
+            // Strong lights are chosen more often than their share. Where there are most lights all
+            // are looked at.
             let measured = if count == 8 { 8 } else { 2 };
             (worst_noise(place, half, count, measured, seed), half, count)
         })
@@ -272,8 +280,9 @@ fn the_noise_of_each_light_is_that_of_its_share_in_rooms_and_fog() {
     assert_noise((0_u32..).zip([2.0, 400.0]).flat_map(scenes));
 }
 
-/// A lamp lights a large floor as it lights a small one: rays begin the farther from a surface the larger that is, and still have to
-/// reach what they were sampled for, without meeting the lamp earlier.
+/// A lamp lights a large floor as it lights a small one: rays begin the farther from a surface the
+/// larger that is, and still have to reach what they were sampled for, without meeting the lamp
+/// earlier.
 #[test]
 fn lamps_light_floors_of_all_sizes_alike() {
     for kind in [BALL, PANEL] {
