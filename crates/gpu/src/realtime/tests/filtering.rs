@@ -51,8 +51,8 @@ impl Stage {
     }
 }
 
-/// The filter alone: constant light stays what it is, on every surface; noise gets less and keeps its mean; light ends where
-/// a surface does.
+/// The filter alone: constant light stays what it is, on every surface; noise gets less and keeps
+/// its mean; light ends where a surface does.
 pub(super) fn constant_light_stays_and_noise_keeps_its_mean(stage: &mut Stage) {
     stage.begin();
     stage.frames(&view(0.0, settings()), 1);
@@ -102,8 +102,8 @@ pub(super) fn constant_light_stays_and_noise_keeps_its_mean(stage: &mut Stage) {
     assert!(most < 0.02, "{most} of the ball's light is on the wall");
 }
 
-/// What is filtered are 16-bit numbers relative to what is shown as white: light that is more than they hold becomes the most that
-/// they hold, neither infinite nor black.
+/// What is filtered are 16-bit numbers relative to what is shown as white: light that is more than
+/// they hold becomes the most that they hold, neither infinite nor black.
 pub(super) fn light_beyond_sixteen_bits_stays_finite(stage: &mut Stage) {
     let wall: Vec<usize> =
         (0..AREA).filter(|&p| wall_behind(p, 0.0, 1.2).is_some_and(|w| w.y > 0.6)).collect();

@@ -2,7 +2,8 @@
 
 use super::*;
 
-/// Where nothing moves every sample counts, for ever: the past is not clipped, limited or resampled.
+/// Where nothing moves every sample counts, for ever: the past is not clipped, limited or
+/// resampled.
 pub(super) fn still_views_lose_nothing(stage: &mut Stage) {
     stage.begin();
     let frames = 40;
@@ -16,8 +17,8 @@ pub(super) fn still_views_lose_nothing(stage: &mut Stage) {
     }
 }
 
-/// A camera that moves: motion is that of the projection, what was seen is found, and what comes out from behind the ball has
-/// no past.
+/// A camera that moves: motion is that of the projection, what was seen is found, and what comes
+/// out from behind the ball has no past.
 pub(super) fn moving_views_find_their_past(stage: &mut Stage) {
     stage.begin();
     let step = 1.8;
@@ -47,7 +48,8 @@ pub(super) fn moving_views_find_their_past(stage: &mut Stage) {
     assert!(seen > 100 && hidden > 10, "{seen} pixels seen before, {hidden} hidden");
 }
 
-/// One bad number in what is kept, and in what was shown: the next frame has none, and its neighbours keep their past.
+/// One bad number in what is kept, and in what was shown: the next frame has none, and its
+/// neighbours keep their past.
 pub(super) fn what_is_no_number_is_gone(stage: &mut Stage) {
     stage.begin();
     stage.frames(&view(0.0, settings()), 6);

@@ -24,7 +24,8 @@ pub(super) fn views_show_what_they_say(stage: &mut Stage) {
     assert!((shown - expected).abs() < 1e-5, "{shown} instead of {expected}");
 }
 
-/// Frames with a budget take no more samples than it allows, and their times are told like those of others.
+/// Frames with a budget take no more samples than it allows, and their times are told like those of
+/// others.
 pub(super) fn budgets_limit_samples(stage: &mut Stage) {
     let samples = FrameSamples { least: 2, most: 4 };
     let mut rays = |budget| {
@@ -56,7 +57,8 @@ pub(super) fn paths(scene: &scene::Scene, samples: u32) -> Film {
 const ALLOCATION: AllocationSettings =
     AllocationSettings { tolerance: 0.005, white: 1.0, noise_radius: 2, blur_radius: 1, refresh: 4 };
 
-/// The mean of many frames is what `path` shows, whatever number of samples each pixel had in each of them.
+/// The mean of many frames is what `path` shows, whatever number of samples each pixel had in each
+/// of them.
 pub(super) fn unfiltered_frames_are_paths(stage: &mut Stage) {
     stage.begin();
     let samples = FrameSamples { least: 2, most: 6 };
@@ -68,7 +70,8 @@ pub(super) fn unfiltered_frames_are_paths(stage: &mut Stage) {
     comparison.assert(&Estimate::from_film(&film), &Estimate::from_film(&paths(&scene(), 512)));
 }
 
-/// However paths are followed, samples, rays and what is known of second surfaces are the same, up to rounding.
+/// However paths are followed, samples, rays and what is known of second surfaces are the same, up
+/// to rounding.
 pub(super) fn waves_make_the_same_samples(stage: &mut Stage) {
     for samples in [FrameSamples { least: 2, most: 2 }, FrameSamples { least: 1, most: 5 }] {
         waves_make_the_same(stage, samples);
@@ -115,8 +118,9 @@ pub(super) fn block_means(film: &Film) -> Vec<f64> {
     blocks.map(mean).collect()
 }
 
-/// What a thousand frames have gathered, with pixels left alone once they are calm, is the reference. With a rule under which
-/// calm pixels stay alone for good, it is not: what has seen no light by chance never will.
+/// What a thousand frames have gathered, with pixels left alone once they are calm, is the
+/// reference. With a rule under which calm pixels stay alone for good, it is not: what has seen no
+/// light by chance never will.
 pub(super) fn gathered_frames_converge_unless_they_stop_for_good(stage: &mut Stage) {
     let reference = block_means(&paths(&scene(), 512));
     let mut error_of = |refresh| {

@@ -3,8 +3,8 @@
 use super::samples::{block_means, paths};
 use super::*;
 
-/// The same under a sky, with lamps of all kinds on both sides of the wall, so that there is a tree of lights: some of the
-/// pixels of a tile see what others cannot.
+/// The same under a sky, with lamps of all kinds on both sides of the wall, so that there is a tree
+/// of lights: some of the pixels of a tile see what others cannot.
 fn scene_of_many_lamps() -> scene::Scene {
     use scene::{Light, LightKind};
     use testkit::scenes::{Build, emitter, quads, sphere};
@@ -30,7 +30,8 @@ fn scene_of_many_lamps() -> scene::Scene {
     scene
 }
 
-/// The brightness of blocks of 8 × 8 pixels in pictures that are independent of each other: mean and variance of the mean.
+/// The brightness of blocks of 8 × 8 pixels in pictures that are independent of each other: mean
+/// and variance of the mean.
 fn block_statistics(films: &[Film]) -> Vec<(f64, f64)> {
     let means: Vec<Vec<f64>> = films.iter().map(block_means).collect();
     let n = films.len() as f64;
@@ -42,8 +43,9 @@ fn block_statistics(films: &[Film]) -> Vec<(f64, f64)> {
     (0..means[0].len()).map(of_block).collect()
 }
 
-/// What is expected is the picture of `path`, whatever tiles have chosen; the error is less than that of lights that are chosen one
-/// by one. Pixels of a tile share their lights, so blocks are compared by what they differ by from film to film.
+/// What is expected is the picture of `path`, whatever tiles have chosen; the error is less than
+/// that of lights that are chosen one by one. Pixels of a tile share their lights, so blocks are
+/// compared by what they differ by from film to film.
 #[test]
 fn tiles_of_lights_show_what_paths_show() {
     let scene = scene_of_many_lamps();

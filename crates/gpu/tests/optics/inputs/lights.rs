@@ -121,7 +121,8 @@ pub fn octahedral(i: &mut Inputs) -> u32 {
     if flag(i) { octahedral_encode(direction(i)) } else { ALL_SIDES }
 }
 
-/// A light infinitely far away: its position is a unit direction, its size 1 − cosine of its half angle.
+/// A light infinitely far away: its position is a unit direction, its size 1 − cosine of its half
+/// angle.
 pub fn sun(i: &mut Inputs) -> Light {
     let size = i.edge(&[0.0, 1.0]).unwrap_or_else(|| 10.0_f32.powf(i.between(-5.0, 0.0)));
     Light { position: direction(i), size, ..light(i) }
