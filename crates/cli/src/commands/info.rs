@@ -3,7 +3,7 @@
 use crate::console::{bytes, print_result, seconds};
 use alhazen::{
     AlphaMode, Camera, Distortion, Environment, Light, LightKind, LoadOptions, Loaded, Material, Model,
-    Pixels, Projection, Scene, SceneTables, Shape, TextureRef,
+    Projection, Scene, SceneTables, Shape, TextureRef,
 };
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
