@@ -161,7 +161,11 @@ pub mod layered {
         let tabulated = saturate((f0_from_ior(eta) * e.base.x + e.base.y) / reflection);
         let actual = saturate((f0 * e.base.x + f90 * e.base.y) / reflection);
         let refraction = saturate((e.whole_interface - tabulated * reflection) / max(1.0 - tabulated, 0.05));
-        mix(refraction, reflection, actual)
+        // Seen at a grazing angle, the microfacets that reflect most are those that lose it. The difference above counts
+        // that as lost by refraction: the less is reflected, the less of it is true.
+        let not_reflected = saturate(1.0 - actual / max(tabulated, 1e-4));
+        let kept = mix(refraction, 1.0, saturate(2.0 * tabulated) * not_reflected);
+        mix(kept, reflection, actual)
     }
 
     /// Reflectance at normal incidence of the dielectric part of the base, and of a film on it.
