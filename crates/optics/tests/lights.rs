@@ -318,8 +318,8 @@ fn first_meeting(light: Light, origin: Vec3f, direction: Vec3f) -> f32 {
     dot(light.position - origin, normal) / dot(direction, normal)
 }
 
-/// Shadow rays of a floor of 400 m begin almost a millimetre above it. They meet the light where it was sampled, not before:
-/// lights do not hide themselves.
+/// Shadow rays of a floor of 400 m begin almost a millimetre above it. They meet the light where it
+/// was sampled, not before: lights do not hide themselves.
 #[test]
 fn ways_from_beside_the_receiver_end_where_the_light_was_sampled() {
     let panel = Light { edge1: vec3f(0.0, 0.4, 0.0), edge2: vec3f(0.4, 0.0, 0.0), ..light(LIGHT_RECTANGLE) };
@@ -350,7 +350,8 @@ fn ways_from_beside_the_receiver_end_where_the_light_was_sampled() {
     }
 }
 
-/// What is infinitely far away is in the same direction from everywhere, and no way has no direction.
+/// What is infinitely far away is in the same direction from everywhere, and no way has no
+/// direction.
 #[test]
 fn ways_to_distant_lights_and_to_nowhere_keep_their_direction() {
     let wi = normalize(vec3f(0.3, -0.5, 0.8));

@@ -134,12 +134,15 @@ pub mod light {
 
     /// The way to a sampled point from an origin beside the point that it was sampled for.
     ///
-    /// A ray in the sample's own direction passes the sampled point by as much as its origin is moved. It may then meet the light
-    /// earlier than the sample says, so that lights hide themselves: a sphere near its outline, a panel that is close or slanted.
+    /// A ray in the sample's own direction passes the sampled point by as much as its origin is
+    /// moved. It may then meet the light earlier than the sample says, so that lights hide
+    /// themselves: a sphere near its outline, a panel that is close or slanted.
     ///
-    /// - `wi`, `distance`: of the sample. `offset`: from the point that it was made for to the ray's origin, metres.
+    /// - `wi`, `distance`: of the sample. `offset`: from the point that it was made for to the
+    ///   ray's origin, metres.
     pub fn light_way(wi: Vec3f, distance: f32, offset: Vec3f) -> LightWay {
-        // Relative to the receiver: world coordinates would lose digits far from the world's origin.
+        // Relative to the receiver: world coordinates would lose digits far from the world's
+        // origin.
         let to_light = wi * distance - offset;
         let length2 = dot(to_light, to_light);
         let length = sqrt(length2);

@@ -40,8 +40,8 @@ pub mod light_tree {
     /// Of a tree of more than one node, the share of choices that are uniform over all lights. No light is chosen less often than
     /// with this share divided by the number of lights, whatever importances say.
     pub const UNIFORM_SHARE: f32 = 0.125;
-    /// How many times the variance of a uniform choice a child's contribution may have where the children of a node are defended:
-    /// see [`child_weight`].
+    /// How many times the variance of a uniform choice a child's contribution may have where the
+    /// children of a node are defended: see [`child_weight`].
     pub const MOST_VARIANCE: f32 = 1.8;
     /// Of surfaces that light can reach from all sides, in place of [`octahedral_encode`].
     pub const ALL_SIDES: u32 = 0u32;
@@ -140,11 +140,12 @@ pub mod light_tree {
 
     /// The weight in proportion to which a child is chosen.
     ///
-    /// - `defends`: whether a wrong importance may cost no more than a factor b, [`MOST_VARIANCE`]. Then a child with the share s of
-    ///   the importances of n children has the probability (1 + (b − 1) (n − 1) s) / (1 + b (n − 1)), the least of which is that
-    ///   of s = 0. A contribution f that is chosen with probability p has the variance E\[f²\]/p − E\[f\]², and E\[f\]² is at most
-    ///   E\[f²\]. So the variance is at most b times that of a choice with p = 1/n, however weak the light is and whatever hides
-    ///   the others.
+    /// - `defends`: whether a wrong importance may cost no more than a factor b, [`MOST_VARIANCE`].
+    ///   Then a child with the share s of the importances of n children has the probability
+    ///   (1 + (b − 1) (n − 1) s) / (1 + b (n − 1)), which is least for s = 0. A contribution f that
+    ///   is chosen with probability p has the variance E\[f²\]/p − E\[f\]², and E\[f\]² is at most
+    ///   E\[f²\]. So the variance is at most b times that of a choice with p = 1/n, however weak the
+    ///   light is and whatever hides the others.
     pub fn child_weight(importance: f32, node: NodeImportance, defends: bool) -> f32 {
         let by_share = (MOST_VARIANCE - 1.0) * (node.count - 1.0) * importance;
         let defended = select(0.0, node.sum + by_share, importance > 0.0);

@@ -575,7 +575,8 @@ mod tests {
         assert!(shining > 10_000, "only {shining} samples");
     }
 
-    /// Neither strength nor distance, and no estimate of what arrives, takes more from a light's share than is allowed.
+    /// Neither strength nor distance, and no estimate of what arrives, takes more from a light's
+    /// share than is allowed.
     #[test]
     fn no_light_of_a_list_starves() {
         for count in 1..WIDTH {
