@@ -66,7 +66,7 @@ fn moments_are_framed_as_sequences_are() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     write_moving(folder);
-    const VIEW: &str = "--environment 0.5,0.5,0.5 --width 48 --height 24 --spp 4 -q --aov depth";
+    const VIEW: &str = "--environment 0.5,0.5,0.5 --width 48 --height 48 --spp 4 -q --aov depth";
     succeed(folder, &format!("render moving.gltf {VIEW} --frames 0..3 --fps 1 -o frame.exr"));
     // A sequence that begins later has the same camera.
     succeed(folder, &format!("render moving.gltf {VIEW} --frames 1..3 --fps 1 -o later.exr"));
@@ -80,8 +80,8 @@ fn moments_are_framed_as_sequences_are() {
         if i > 0 {
             assert!(frame == depth(&format!("later.000{i}.exr")), "frame {i}");
         }
-        let seen: Vec<_> = (0..48 * 24).filter(|p| frame[*p] > 0.0).map(|p| (p % 48, p / 48)).collect();
-        let at_side = |(x, y): &(usize, usize)| *x == 0 || *x == 47 || *y == 0 || *y == 23;
+        let seen: Vec<_> = (0..48 * 48).filter(|p| frame[*p] > 0.0).map(|p| (p % 48, p / 48)).collect();
+        let at_side = |(x, y): &(usize, usize)| *x == 0 || *x == 47 || *y == 0 || *y == 47;
         assert!(!seen.is_empty() && !seen.iter().any(at_side), "frame {i}: all of it is in the picture");
         centers.push(seen.iter().map(|(x, _)| *x as f64).sum::<f64>() / seen.len() as f64);
     }

@@ -289,7 +289,7 @@ mod tests {
     use crate::{Sphere, TriangleMesh};
     use glam::{Affine3A, Quat};
 
-    const EVERY: [f32; 4] = [16.0 / 9.0, 1.0, 0.5, 3.0];
+    const EVERY: [f32; 4] = [16.0 / 9.0, 4.0 / 3.0, 1.0, 0.5];
 
     /// A point cloud with a triangle at every three points.
     fn mesh(positions: Vec<Vec3>) -> Shape {

@@ -631,7 +631,7 @@ fn files_that_declare_light_are_known() {
         let loaded = scene::load::load(&folder.path().join("scene.toml"), &LoadOptions::default());
         loaded.unwrap_or_else(|e| panic!("{text}: {e}")).scene.declares_light
     };
-    let material = "[materials.lamp]\ncolor = [0, 0, 0]\nemission = [3, 3, 3]\n";
+    let material = "[materials.lamp]\nbase-color = [0, 0, 0]\nemission = [3, 3, 3]\n";
     let light = "[[light]]\nkind = \"point\"\nposition = [0, 1, 0]\nintensity = 0\n";
     let black = "[environment]\ncolor = [0, 0, 0]\n";
     for own in [material, light, black] {
