@@ -36,6 +36,7 @@ struct Written<'s> {
     environment: &'s Environment,
     portals: &'s [Portal],
     fog: &'s Option<Fog>,
+    declares_light: bool,
     defaults: &'s RenderDefaults,
 }
 
@@ -55,6 +56,7 @@ struct Read {
     environment: Environment,
     portals: Vec<Portal>,
     fog: Option<Fog>,
+    declares_light: bool,
     defaults: RenderDefaults,
 }
 
@@ -76,6 +78,7 @@ pub fn pack(scene: &Scene) -> Result<Vec<u8>, String> {
         environment: &scene.environment,
         portals: &scene.portals,
         fog: &scene.fog,
+        declares_light: scene.declares_light,
         defaults: &scene.defaults,
     };
     let mut bytes = BEGINNING.to_vec();
@@ -123,6 +126,7 @@ pub fn unpack(path: &Path, bytes: &[u8]) -> Result<Scene, LoadError> {
         environment: read.environment,
         portals: read.portals,
         fog: read.fog,
+        declares_light: read.declares_light,
         defaults: read.defaults,
         ..Scene::default()
     };
