@@ -3,6 +3,8 @@
 
 mod common;
 
+#[path = "wild/gaps.rs"]
+mod gaps;
 #[path = "wild/on_gpus.rs"]
 mod on_gpus;
 #[path = "wild/parts.rs"]

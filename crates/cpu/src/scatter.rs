@@ -37,7 +37,7 @@ impl PathBatch {
             let albedo = base_color(tables, material, surface, footprint);
             let point = PlainPoint {
                 position: surface.origin,
-                extent: surface.extent,
+                clearance: surface.clearance,
                 normal: surface.horizon,
                 shading_normal: surface.shading_normal,
                 color: albedo,

@@ -87,7 +87,8 @@ pub(crate) fn sample_smooth_interfaces(v: &Vertices, u: &Pairs, out: &mut NextLa
         out.wi.set(lane, wi);
         out.pdf.0[lane] = -1.0;
         out.alive.0[lane] = u32::from(above != sample.transmitted);
-        out.origin.set(lane, offset_ray_origin(v.position.get(lane), normal * side, v.extent.0[lane]));
+        let origin = offset_ray_origin(v.position.get(lane), normal * side, v.clearance.0[lane]);
+        out.origin.set(lane, origin);
         out.throughput.set(lane, v.throughput.get(lane) * sample.weight);
         out.eta_scale.0[lane] = v.eta_scale.0[lane] * if sample.transmitted { eta * eta } else { 1.0 };
     }

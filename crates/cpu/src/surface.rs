@@ -7,7 +7,7 @@ use crate::scene::{
 use accel::{Candidate, Hit, Ray};
 use optics::frame::{Frame, bend_normal, frame_from_normal, frame_from_tangent, map_normal};
 use optics::material::SLOT_NORMAL;
-use optics::offset::offset_ray_origin;
+use optics::offset::{offset_ray_origin, sphere_clearance, triangle_clearance};
 use optics::shape::{sphere_tangent, sphere_uv, turned_direction};
 use optics::terminator::{TerminatorLift, terminator_lift};
 use optics::vector::{cross, dot, normalize};
@@ -20,8 +20,8 @@ use scene::tables::{
 /// A point on a surface as a ray arrives there. World space unless it says otherwise.
 pub(crate) struct Surface {
     pub position: Vec3f,
-    /// Largest magnitude of a coordinate of the primitive: how far rays must start from it.
-    pub extent: f32,
+    /// How far off the primitive rays must start: see `optics::offset`.
+    pub clearance: f32,
     /// Unit geometric normal on the side of the ray's origin.
     pub normal: Vec3f,
     /// Unit shading normal on that side, normal map applied.
@@ -78,7 +78,7 @@ impl Surface {
         };
         Self {
             position: point.position,
-            extent: point.extent,
+            clearance: point.clearance,
             normal,
             shading_normal,
             origin: point.position + point.lift.offset,
@@ -100,9 +100,9 @@ impl Surface {
     #[inline(always)]
     pub fn ray_origin(&self, above: bool) -> Vec3f {
         if above {
-            offset_ray_origin(self.origin, self.horizon, self.extent)
+            offset_ray_origin(self.origin, self.horizon, self.clearance)
         } else {
-            offset_ray_origin(self.position, -self.normal, self.extent)
+            offset_ray_origin(self.position, -self.normal, self.clearance)
         }
     }
 
@@ -157,17 +157,19 @@ fn front_normals_together(scene: &CpuScene, rays: &[Ray], hits: &[Hit], normals:
     }
 }
 
-/// The largest magnitude of a coordinate of three points.
+/// In what coordinates an instance's transform rounds: the largest of three points in world space, and of the translation.
 #[inline(always)]
-pub(crate) fn largest_coordinate(points: [Vec3f; 3]) -> f32 {
-    let largest = |p: Vec3f| p.x.abs().max(p.y.abs()).max(p.z.abs());
-    largest(points[0]).max(largest(points[1])).max(largest(points[2]))
+pub(crate) fn transformed_extent(object_to_world: &[[f32; 4]; 3], points: [Vec3f; 3]) -> f32 {
+    let largest = |x: f32, y: f32, z: f32| x.abs().max(y.abs()).max(z.abs());
+    let [a, b, c] = points.map(|p| largest(p.x, p.y, p.z));
+    let [[.., x], [.., y], [.., z]] = *object_to_world;
+    a.max(b).max(c) + largest(x, y, z)
 }
 
 /// What a primitive knows of a point on it, before the viewer's side and the normal map count.
 struct Point {
     position: Vec3f,
-    extent: f32,
+    clearance: f32,
     /// Unit geometric normal of the front.
     normal: Vec3f,
     /// Unit interpolated normal of the front; `None` where the surface is flat.
@@ -227,8 +229,10 @@ fn triangle_point(
         let weights = vec3f(weights[0], weights[1], weights[2]);
         lift = terminator_lift(position, a, b, c, n0, n1, n2, side, normal * side, weights);
     }
+    let transformed =
+        if instance.identity { 0.0 } else { transformed_extent(&instance.object_to_world, world) };
     Point {
-        extent: largest_coordinate(world),
+        clearance: triangle_clearance(world[0], world[1], world[2], normal, transformed),
         position,
         normal,
         shading,
@@ -291,13 +295,18 @@ fn sphere_point(tables: &SceneTables, records: &HitRecords, ray: &Ray, hit: &Hit
         mirrored ^= determinant(&instance.object_to_world) < 0.0;
     }
     // The sphere's own axes bound it in world space as corners bound a triangle.
-    let corner = |s: f32| {
-        let p = center + vec3f(radius, radius, radius) * s;
-        if instance.identity { p } else { transform_point(&instance.object_to_world, p) }
+    let corner =
+        |s: f32| transform_point(&instance.object_to_world, center + vec3f(radius, radius, radius) * s);
+    let clearance = if instance.identity {
+        sphere_clearance(position, center, radius, normal, 0.0)
+    } else {
+        let corners = [corner(1.0), corner(-1.0), position];
+        let transformed = transformed_extent(&instance.object_to_world, corners);
+        sphere_clearance(position, position, 0.0, normal, transformed)
     };
     Point {
         position,
-        extent: largest_coordinate([corner(1.0), corner(-1.0), position]),
+        clearance,
         normal,
         shading: None,
         lift: NO_LIFT,

@@ -9,8 +9,9 @@ use crate::scene::{CpuScene, transform_normal, transform_point};
 use crate::simd::{Instructions, prefetch};
 use crate::sites::{Arrival, Site, form};
 use crate::streams::{HitLanes, HitStream, PathStream};
-use crate::surface::{Surface, largest_coordinate, tex_coords, vertex_color};
+use crate::surface::{Surface, tex_coords, transformed_extent, vertex_color};
 use optics::frame::{Frame, bend_normal};
+use optics::offset::triangle_clearance;
 use optics::terminator::terminator_lift;
 use optics::vector::{cross, dot};
 use optics::{Vec3f, vec2f, vec3f, vec4f};
@@ -39,6 +40,8 @@ pub(crate) struct TriangleLanes {
     normal_places: [Lanes<u32>; 3],
     corners: [Vectors; 3],
     normals: [Vectors; 3],
+    /// See [`transformed_extent`]; 0 where the instance has no transform.
+    transformed: Lanes<f32>,
     u: Lanes<f32>,
     v: Lanes<f32>,
     front: Lanes<u32>,
@@ -51,7 +54,7 @@ pub(crate) struct TriangleLanes {
     /// The following are those of [`crate::vertices::PlainPoint`].
     pub wo: Vectors,
     pub position: Vectors,
-    pub extent: Lanes<f32>,
+    pub clearance: Lanes<f32>,
     pub normal: Vectors,
     pub shading_normal: Vectors,
     /// See [`Surface::origin`] and [`Surface::horizon`].
@@ -267,6 +270,7 @@ impl TriangleLanes {
                 i.fetch(&tables.normals, &places.0, smooth, [&mut x.0, &mut y.0, &mut z.0]);
             }
         }
+        self.transformed = Lanes::default();
         for lane in lanes(self.having(i, form::MOVED)) {
             self.place(scene, lane);
         }
@@ -282,6 +286,8 @@ impl TriangleLanes {
             self.corners[k].set(lane, corner);
             self.normals[k].set(lane, normal);
         }
+        let corners = [0, 1, 2].map(|k: usize| self.corners[k].get(lane));
+        self.transformed.0[lane] = transformed_extent(&instance.object_to_world, corners);
     }
 
     /// The point on a flat triangle.
@@ -296,7 +302,7 @@ impl TriangleLanes {
         self.position.set(lane, position);
         self.origin.set(lane, position);
         self.horizon.set(lane, normal);
-        self.extent.0[lane] = largest_coordinate([p0, p1, p2]);
+        self.clearance.0[lane] = triangle_clearance(p0, p1, p2, outward, self.transformed.0[lane]);
         self.normal.set(lane, normal);
         self.shading_normal.set(lane, normal);
         self.front.0[lane] = u32::from(front);
@@ -367,7 +373,7 @@ impl TriangleLanes {
         let shading_normal = self.shading_normal.get(lane);
         Some(Surface {
             position,
-            extent: self.extent.0[lane],
+            clearance: self.clearance.0[lane],
             normal: self.normal.get(lane),
             shading_normal,
             origin: self.origin.get(lane),

@@ -25,8 +25,8 @@ type Row<T> = Lanes<T, ROOM>;
 pub(crate) struct Vertices {
     /// See [`PlainPoint::position`].
     pub position: Vectors<ROOM>,
-    /// See [`PlainPoint::extent`].
-    pub extent: Row<f32>,
+    /// See [`PlainPoint::clearance`].
+    pub clearance: Row<f32>,
     /// See [`PlainPoint::normal`].
     pub normal: Vectors<ROOM>,
     /// Unit shading normal on that side.
@@ -59,8 +59,8 @@ pub(crate) struct Vertices {
 pub(crate) struct PlainPoint {
     /// Where light is gathered: [`crate::surface::Surface::origin`].
     pub position: Vec3f,
-    /// Largest magnitude of a coordinate of the primitive.
-    pub extent: f32,
+    /// How far off the primitive rays must start: see `optics::offset`.
+    pub clearance: f32,
     /// What can reach the surface is above the plane of this unit normal: [`crate::surface::Surface::horizon`].
     pub normal: Vec3f,
     /// Unit shading normal on that side.
@@ -120,7 +120,7 @@ impl VertexQueue {
         debug_assert!(!self.is_full());
         let (v, lane) = (&mut self.vertices, self.len);
         v.position.set(lane, point.position);
-        v.extent.0[lane] = point.extent;
+        v.clearance.0[lane] = point.clearance;
         v.normal.set(lane, point.normal);
         v.shading_normal.set(lane, point.shading_normal);
         v.color.set(lane, point.color);
@@ -150,7 +150,7 @@ impl VertexQueue {
         debug_assert!(!self.is_full());
         let (v, at) = (&mut self.vertices, self.len);
         append_vectors(i, at, mask, &surfaces.origin, &mut v.position);
-        append(i, at, mask, &surfaces.extent.0, &mut v.extent);
+        append(i, at, mask, &surfaces.clearance.0, &mut v.clearance);
         append_vectors(i, at, mask, &surfaces.horizon, &mut v.normal);
         append_vectors(i, at, mask, &surfaces.shading_normal, &mut v.shading_normal);
         append_vectors(i, at, mask, &surfaces.color, &mut v.color);
@@ -188,7 +188,7 @@ impl VertexQueue {
         for vectors in vectors {
             [&mut vectors.x, &mut vectors.y, &mut vectors.z].into_iter().for_each(advance);
         }
-        [&mut v.extent, &mut v.eta, &mut v.eta_scale, &mut v.length].into_iter().for_each(advance);
+        [&mut v.clearance, &mut v.eta, &mut v.eta_scale, &mut v.length].into_iter().for_each(advance);
         let rest = [&mut v.binding, &mut v.scramble, &mut v.index, &mut v.slot, &mut v.receiver];
         rest.into_iter().for_each(advance);
     }
@@ -199,7 +199,7 @@ impl VertexQueue {
         let v = &self.vertices;
         for lane in 0..LANES {
             let (position, normal) = (v.position.get(lane), v.normal.get(lane));
-            self.above.set(lane, offset_ray_origin(position, normal, v.extent.0[lane]));
+            self.above.set(lane, offset_ray_origin(position, normal, v.clearance.0[lane]));
         }
     }
 

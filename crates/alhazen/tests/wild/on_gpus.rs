@@ -2,6 +2,7 @@
 
 use super::common::on_gpus::{compare_on, render};
 use super::common::{assert_same_coarse, gpu_renderers, in_turn, job};
+use super::gaps::clear;
 use super::parts::{
     add_floor, data, holes, leaning, light, masked, mesh_sphere, stripes, texture, textured_box, unlit,
 };
@@ -19,7 +20,7 @@ fn turned(x: f32, y: f32, z: f32, scale: Vec3) -> Affine3A {
 }
 
 /// Textured and holed spheres, lamps among them, turned, mirrored and moving; a turned checkerboard; backs that are culled;
-/// a coarse smooth sphere in grazing light.
+/// a coarse smooth sphere in grazing light; lamps close below panes.
 fn everything() -> Scene {
     let mut scene = Scene::default();
     scene.defaults.cull_backs = Some(true);
@@ -65,6 +66,17 @@ fn everything() -> Scene {
         let mesh = scene.instances[object].mesh;
         let place = turned(x, 1.4, -0.6, Vec3::new(0.8, 0.8, -0.8));
         scene.instances.push(Instance { dynamic: true, ..Instance::new("again", mesh, place) });
+    }
+    // What shines 10 µm below clear panes, one that stands and one that moves.
+    for (x, dynamic) in [(-0.6, false), (0.6, true)] {
+        let place = turned(x, 0.9, 1.6, Vec3::splat(0.25));
+        let below = place * Affine3A::from_translation(Vec3::new(0.0, -4e-5, 0.0));
+        for (material, place) in [(clear(), place), (emitter("below", [2.0, 1.0, 0.5]), below)] {
+            let material = scene.add_material(material);
+            scene.add_shape("gap", Shape::Triangles(ground(0.0, 1.0)), material, place);
+        }
+        let pane = scene.instances.len() - 2;
+        scene.instances[pane].dynamic = dynamic;
     }
     scene.cameras.push(camera([0.0, 1.6, 6.0], [0.0, 0.9, 0.0], 45.0));
     scene

@@ -21,8 +21,8 @@ fn transform_normal(world_to_object: array<vec4f, 3>, n: vec3f) -> vec3f {
 /// A point on a surface as a ray arrives there. World space unless it says otherwise.
 struct Surface {
     position: vec3f,
-    /// Largest magnitude of a coordinate of the primitive: how far rays must start from it.
-    extent: f32,
+    /// How far off the primitive rays must start: see the optics' `offset`.
+    clearance: f32,
     /// Unit geometric normal on the side of the ray's origin.
     normal: vec3f,
     /// Whether the ray arrives at the front.
@@ -61,7 +61,7 @@ struct Surface {
 /// What a primitive knows of a point on it, before the viewer's side and the normal map count.
 struct SurfacePoint {
     position: vec3f,
-    extent: f32,
+    clearance: f32,
     /// Unit geometric normal of the front.
     normal: vec3f,
     /// Whether `shading` counts; flat otherwise.
@@ -78,8 +78,10 @@ struct SurfacePoint {
     pattern_position: vec2f,
 }
 
-fn largest_magnitude(p: vec3f) -> f32 {
-    return max_component(abs(p));
+/// In what coordinates an instance's transform rounds: the largest of three points in world space, and of the translation.
+fn transformed_extent(to_world: array<vec4f, 3>, a: vec3f, b: vec3f, c: vec3f) -> f32 {
+    let translation = vec3f(to_world[0].w, to_world[1].w, to_world[2].w);
+    return max_component(largest_components(a, b, c)) + max_component(abs(translation));
 }
 
 /// Texture coordinates at a point of a triangle.
@@ -161,6 +163,7 @@ fn triangle_point(
     var normals = array<vec3f, 3>(v0.normal, v1.normal, v2.normal);
     var corners_at = array<vec3f, 3>(v0.position, v1.position, v2.position);
     let flags = instances[instance_index].flags;
+    var transformed = 0.0;
     if (flags & INSTANCE_IDENTITY) != 0u {
         point.position = local;
         point.normal = normalize(local_normal);
@@ -177,12 +180,13 @@ fn triangle_point(
         }
         corners_at = array<vec3f, 3>(transform_point(to_world, v0.position), transform_point(to_world, v1.position),
             transform_point(to_world, v2.position));
+        transformed = transformed_extent(to_world, corners_at[0], corners_at[1], corners_at[2]);
         if SCENE_HAS_SMOOTH_TERMINATORS {
             normals = array<vec3f, 3>(transform_normal(to_object, v0.normal), transform_normal(to_object, v1.normal),
                 transform_normal(to_object, v2.normal));
         }
     }
-    point.extent = max(largest_magnitude(corners_at[0]), max(largest_magnitude(corners_at[1]), largest_magnitude(corners_at[2])));
+    point.clearance = triangle_clearance(corners_at[0], corners_at[1], corners_at[2], point.normal, transformed);
     point.smooth_shaded = (binding.flags & BINDING_NORMALS) != 0u && dot(shading, shading) > 1e-20;
     point.shading = select(point.normal, normalize(shading), point.smooth_shaded);
     if SCENE_HAS_SMOOTH_TERMINATORS && point.smooth_shaded
@@ -199,8 +203,6 @@ fn triangle_point(
 fn sphere_point(binding: Binding, instance_index: u32, primitive: u32, world: vec3f) -> SurfacePoint {
     let sphere = sphere_at(binding, primitive);
     let center = sphere.xyz;
-    let low = center - sphere.w;
-    let high = center + sphere.w;
     let flags = instances[instance_index].flags;
     var local = world;
     if (flags & INSTANCE_IDENTITY) == 0u {
@@ -224,7 +226,7 @@ fn sphere_point(binding: Binding, instance_index: u32, primitive: u32, world: ve
     if (flags & INSTANCE_IDENTITY) != 0u {
         point.position = on_sphere;
         point.normal = outward;
-        point.extent = max(max(largest_magnitude(low), largest_magnitude(high)), largest_magnitude(on_sphere));
+        point.clearance = sphere_clearance(on_sphere, center, sphere.w, outward, 0.0);
     } else {
         let to_world = instances[instance_index].object_to_world;
         point.position = transform_point(to_world, on_sphere);
@@ -233,9 +235,11 @@ fn sphere_point(binding: Binding, instance_index: u32, primitive: u32, world: ve
         if (flags & INSTANCE_MIRRORED) != 0u {
             point.handedness = -point.handedness;
         }
-        point.extent = max(
-            max(largest_magnitude(transform_point(to_world, low)), largest_magnitude(transform_point(to_world, high))),
-            largest_magnitude(point.position));
+        // The sphere's own axes bound it in world space as corners bound a triangle.
+        let low = transform_point(to_world, center - sphere.w);
+        let high = transform_point(to_world, center + sphere.w);
+        let transformed = transformed_extent(to_world, low, high, point.position);
+        point.clearance = sphere_clearance(point.position, point.position, 0.0, point.normal, transformed);
     }
     point.smooth_shaded = false;
     point.shading = point.normal;
@@ -284,7 +288,7 @@ fn surface_at(origin: vec3f, direction: vec3f, hit: Hit) -> Surface {
     let normal = point.normal * side;
     var s: Surface;
     s.position = point.position;
-    s.extent = point.extent;
+    s.clearance = point.clearance;
     s.normal = normal;
     s.origin = point.position;
     s.horizon = normal;
@@ -317,5 +321,5 @@ fn surface_at(origin: vec3f, direction: vec3f, hit: Hit) -> Surface {
 
 /// Where a ray starts that leaves on the side of the viewer (`above`) or on the other.
 fn ray_origin(s: Surface, above: bool) -> vec3f {
-    return offset_ray_origin(select(s.position, s.origin, above), select(-s.normal, s.horizon, above), s.extent);
+    return offset_ray_origin(select(s.position, s.origin, above), select(-s.normal, s.horizon, above), s.clearance);
 }

@@ -225,8 +225,11 @@ functions! {
     frame::bend_normal(wo: direction, ng: direction, ns: direction) within GRAZING;
     frame::map_normal(f: frame, texel: texel, scale: share) within ROUNDING;
     // geometry/offset.rs
-    offset::offset_coordinate(p: real, n: signed_cosine, extent: positive) within ROUNDING;
-    offset::offset_ray_origin(p: point, n: direction, extent: positive) within ROUNDING;
+    offset::largest_components(a: point, b: point, c: point) within EXACT;
+    offset::rounding_clearance(coordinates: point, n: direction, size: positive, transformed: positive) within ROUNDING;
+    offset::triangle_clearance(p0: point, p1: point, p2: point, n: direction, transformed: positive) within CANCELLING;
+    offset::sphere_clearance(p: point, center: point, radius: positive, n: direction, transformed: positive) within ROUNDING;
+    offset::offset_ray_origin(p: point, n: direction, clearance: positive) within ROUNDING;
     // geometry/shape.rs
     shape::sphere_uv(outward: off_pole) within ANGLES;
     shape::sphere_tangent(u: turns) within ROUNDING;
