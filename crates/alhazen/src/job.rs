@@ -39,8 +39,7 @@ impl Job {
     /// camera's aspect.
     pub fn for_scene(scene: &Scene) -> Self {
         let defaults = &scene.defaults;
-        let camera = scene.default_camera();
-        let aspect = camera.aspect.filter(|a| a.is_finite() && *a > 0.0);
+        let aspect = scene.cameras.first().and_then(|c| c.aspect).filter(|a| a.is_finite() && *a > 0.0);
         let (width, height) = match (defaults.width, defaults.height) {
             (Some(w), Some(h)) => (w, h),
             (Some(w), None) => (w, scaled(w, 1.0 / aspect.unwrap_or(16.0 / 9.0))),
@@ -51,6 +50,8 @@ impl Job {
                 None => (1280, 720),
             },
         };
+        let own = scene.cameras.first().cloned();
+        let camera = own.unwrap_or_else(|| scene.framing_camera(width as f32 / height.max(1) as f32));
         let mut path = PathSettings::default();
         path.max_depth = defaults.max_depth.unwrap_or(path.max_depth);
         let integrator = match defaults.integrator.as_deref() {

@@ -29,6 +29,7 @@ mod denoise;
 mod exr_camera;
 mod fallback;
 mod finished;
+mod framing;
 mod job;
 mod memory;
 mod metadata;
@@ -77,9 +78,9 @@ pub use scene::report::plain;
 pub use scene::{
     AlphaMode, Animation, CalibrationError, Camera, CameraPath, Checkerboard, Clip, ColorSpace, Daylight,
     DensityGrid, Distortion, Environment, Fog, Instance, Interior, Layers, Light, LightKind, LightProfile,
-    LoadError, LoadOptions, LoadReport, Loaded, Material, Medium, Mesh, Model, Note, Photometry, Pixels,
-    Portal, PortalError, Projection, RenderDefaults, Scene, Severity, Shape, Sky, Sphere, Subsurface, Sun,
-    SunError, SunPosition, Texture, TextureRef, ToneMapper, TriangleMesh,
+    LoadError, LoadOptions, LoadReport, Loaded, Material, Medium, Mesh, Model, Motion, Note, Photometry,
+    Pixels, Portal, PortalError, Projection, RenderDefaults, Scene, Severity, Shape, Sky, Sphere, Subsurface,
+    Sun, SunError, SunPosition, Texture, TextureRef, ToneMapper, TriangleMesh,
 };
 pub use source::{Place, Source};
 

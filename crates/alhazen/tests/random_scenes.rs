@@ -138,7 +138,7 @@ fn scene(random: &mut Random) -> Result<String, std::fmt::Error> {
 /// Renders a scene file; `None` if it is refused.
 fn picture(path: &Path, renderer: &mut Renderer) -> Option<(Vec<f32>, u64)> {
     let mut loaded = Source::parse_file(path).load(&LoadOptions::default()).ok()?;
-    add_daylight_if_dark(&mut loaded.scene, &mut loaded.report);
+    add_daylight_if_dark(&mut loaded.scene, &mut loaded.report, None);
     check_default_camera(&loaded.scene).ok()?;
     renderer.load(&loaded.scene).ok()?;
     let job = Job { width: 8, height: 8, ..Job::for_scene(&loaded.scene) };

@@ -85,8 +85,81 @@ fn main() -> ExitCode {
 mod tests {
     use super::*;
 
+    use clap::builder::ValueParser;
+    use clap::{Arg, Command};
+    use std::any::TypeId;
+    use std::ffi::OsString;
+    use std::path::PathBuf;
+
     #[test]
     fn the_command_line_is_consistent() {
         Arguments::command().debug_assert();
+    }
+
+    /// Calls `visit` with the name and the parser of every argument of a command and of those below it.
+    fn visit_arguments(command: &Command, path: &str, visit: &mut dyn FnMut(&str, &ValueParser)) {
+        let path = format!("{path} {}", command.get_name());
+        for argument in command.get_arguments().filter(|a| a.get_action().takes_values()) {
+            visit(&format!("{path} {}", argument.get_id()), argument.get_value_parser());
+        }
+        command.get_subcommands().for_each(|below| visit_arguments(below, &path, visit));
+    }
+
+    fn is_valid(parser: &ValueParser, text: &str) -> bool {
+        let value = Arg::new("value").long("value").value_parser(parser.clone());
+        Command::new("test").arg(value).try_get_matches_from(["test", &format!("--value={text}")]).is_ok()
+    }
+
+    /// Whatever has numbers in it refuses those that are none; only texts and paths may be called so.
+    #[test]
+    fn no_option_takes_what_is_not_finite() {
+        let texts = [
+            TypeId::of::<String>(),
+            TypeId::of::<PathBuf>(),
+            TypeId::of::<OsString>(),
+            TypeId::of::<(String, String)>(),
+        ];
+        let twelve =
+            |at: usize| (0..12).map(|i| if i == at { "X" } else { "1" }).collect::<Vec<_>>().join(",");
+        let mut forms: Vec<String> = (0..12).map(twelve).collect();
+        let forms_of_few = [
+            "X",
+            "Xs",
+            "Xm",
+            "X%",
+            "X,1",
+            "1,X",
+            "X..1",
+            "1..X",
+            "X,1,1",
+            "1,X,1",
+            "1,1,X",
+            "X,1,1,1",
+            "1,1,1,X",
+            "X,1,1,1,1",
+            "1,1,1,1,X",
+            "2026-06-21T14:30+02:00@X,11",
+            "2026-06-21T14:30+02:00@48,X",
+        ];
+        forms.extend(forms_of_few.map(String::from));
+        let (mut numbers, mut lists) = (0, 0);
+        visit_arguments(&Arguments::command(), "", &mut |name, parser| {
+            if texts.iter().any(|text| parser.type_id() == *text) {
+                return;
+            }
+            let is_number =
+                parser.type_id() == TypeId::of::<f32>() || parser.type_id() == TypeId::of::<f64>();
+            numbers += u32::from(is_number);
+            lists += u32::from(
+                !is_number && ["1,1", "1..2", "1,1,1", "1,1,1,1"].iter().any(|t| is_valid(parser, t)),
+            );
+            for form in &forms {
+                for number in ["nan", "-inf", "1e999"] {
+                    let text = form.replace('X', number);
+                    assert!(!is_valid(parser, &text), "{name} takes {text}");
+                }
+            }
+        });
+        assert!(numbers >= 30 && lists >= 8, "{numbers} numbers and {lists} lists were found");
     }
 }

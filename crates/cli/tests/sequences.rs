@@ -60,6 +60,59 @@ fn frames_and_moments_are_on_one_clock() {
     );
 }
 
+/// Without a camera of its own: what a moment shows is what the frame of that moment shows, and all of the way is in the picture.
+#[test]
+fn moments_are_framed_as_sequences_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_moving(folder);
+    const VIEW: &str = "--environment 0.5,0.5,0.5 --width 48 --height 48 --spp 4 -q --aov depth";
+    succeed(folder, &format!("render moving.gltf {VIEW} --frames 0..3 --fps 1 -o frame.exr"));
+    // A sequence that begins later has the same camera.
+    succeed(folder, &format!("render moving.gltf {VIEW} --frames 1..3 --fps 1 -o later.exr"));
+    let mut centers = Vec::new();
+    for (i, at) in [(0, "0"), (1, "1"), (2, "2")] {
+        succeed(folder, &format!("render moving.gltf {VIEW} --at {at} -o still.exr"));
+        let file = |name: &str| ExrFile::read(&folder.join(name)).unwrap();
+        let depth = |name: &str| file(name).layer("depth").expect("a layer").data().to_vec();
+        let frame = depth(&format!("frame.000{i}.exr"));
+        assert!(frame == depth("still.exr"), "frame {i}");
+        if i > 0 {
+            assert!(frame == depth(&format!("later.000{i}.exr")), "frame {i}");
+        }
+        let seen: Vec<_> = (0..48 * 48).filter(|p| frame[*p] > 0.0).map(|p| (p % 48, p / 48)).collect();
+        let at_side = |(x, y): &(usize, usize)| *x == 0 || *x == 47 || *y == 0 || *y == 47;
+        assert!(!seen.is_empty() && !seen.iter().any(at_side), "frame {i}: all of it is in the picture");
+        centers.push(seen.iter().map(|(x, _)| *x as f64).sum::<f64>() / seen.len() as f64);
+    }
+    assert!(
+        centers[1] > centers[0] + 8.0 && centers[2] > centers[1] + 8.0,
+        "it goes to the right: {centers:?}"
+    );
+}
+
+#[test]
+fn sequences_that_do_not_move_say_so() {
+    let folder = folder_with_triangle();
+    let folder = folder.path();
+    write_moving(folder);
+    const SMALL: &str = "--width 8 --height 8 --spp 1 -q -o frame.png";
+    let said = |arguments: &str| succeed(folder, &format!("render {arguments} {SMALL}")).stderr;
+    let still = said("triangle.obj --frames 0..2");
+    assert!(still.contains("all 2 pictures will be equal") && still.contains("--turntable"), "{still}");
+    let over = said("moving.gltf --frames 48..50");
+    assert!(over.contains("over after 2 s, before frame 48") && over.contains("--repeat"), "{over}");
+    for moves in [
+        "triangle.obj --frames 0..1",
+        "triangle.obj --frames 0..2 --turntable 2",
+        "moving.gltf --frames 0..2",
+        "moving.gltf --frames 48..50 --repeat",
+        "three-spheres --frames 0..2",
+    ] {
+        assert!(!said(moves).contains("equal"), "{moves}");
+    }
+}
+
 #[test]
 fn a_turntable_goes_around_the_target() {
     let folder = folder_with_triangle();

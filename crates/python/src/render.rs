@@ -217,6 +217,9 @@ pub fn job(scene: &alhazen::Scene, settings: &Settings) -> PyResult<Job> {
     if job.width == 0 || job.height == 0 {
         return Err(bad(format!("a picture of {}×{} pixels is not possible", job.width, job.height)));
     }
+    if settings.camera.is_none() && scene.cameras.is_empty() {
+        job.camera = scene.framing_camera(job.width as f32 / job.height as f32);
+    }
     job.crop = settings.crop.map(|[x, y, width, height]| Rect { x, y, width, height });
     job.integrator = integrator(settings, job.integrator)?;
     job.seed = settings.seed;

@@ -169,6 +169,9 @@ pub fn level_pose<'py>(
     position: &Bound<'py, PyAny>,
     heading: f64,
 ) -> PyResult<Bound<'py, PyAny>> {
+    if !heading.is_finite() {
+        return Err(bad(format!("heading: {heading} is no angle")));
+    }
     let position = Input::<f64>::new("position", position)?.array::<3>()?;
     let pose = ::sensors::level_pose(DVec3::from(position), heading);
     output(py, glam::DMat4::from(pose).transpose().to_cols_array().to_vec(), &[4, 4])

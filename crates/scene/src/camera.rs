@@ -140,16 +140,6 @@ impl Camera {
         }
     }
 
-    /// A camera that sees the whole box (`low`, `high`) from the front right, slightly above.
-    pub fn framing(low: Vec3, high: Vec3) -> Self {
-        let center = (low + high) * 0.5;
-        let radius = ((high - low).length() * 0.5).max(1e-6);
-        let fov_y = 40f32.to_radians();
-        let direction = Vec3::new(0.45, 0.3, 1.0).normalize();
-        let distance = radius / (fov_y * 0.5).sin() * 1.02;
-        Self::perspective("default", center + direction * distance, center, fov_y)
-    }
-
     /// Where the camera is at `time` seconds.
     pub fn at(&self, time: f32) -> Self {
         let mut camera = self.clone();

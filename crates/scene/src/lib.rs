@@ -13,6 +13,7 @@ pub mod camera;
 pub mod daylight;
 pub mod edits;
 pub mod environment;
+pub mod framing;
 pub mod image;
 pub mod light;
 pub mod load;
@@ -36,6 +37,7 @@ pub use calibration::CalibrationError;
 pub use camera::{Camera, CameraPath, Distortion, Projection};
 pub use daylight::{Daylight, SunError, SunPosition};
 pub use environment::{Environment, Sky, Sun};
+pub use framing::{FilmWindow, Motion};
 pub use image::{ColorSpace, Filter, Image, Pixels, Sampler, Texture, TextureRef, UvTransform, Wrap};
 pub use light::{Light, LightKind};
 pub use load::{LoadError, LoadOptions, Loaded};
@@ -90,6 +92,9 @@ pub struct Scene {
     pub portals: Vec<Portal>,
     /// What fills the space between bodies; `None` is vacuum.
     pub fog: Option<Fog>,
+    /// Whether the file is a complete description that says itself what light there is. It is then left as dark as it is;
+    /// models are shown under a sky where their own light does not reach what is seen.
+    pub declares_light: bool,
     /// What the file says about how it wants to be rendered; the command line overrides it.
     pub defaults: RenderDefaults,
     /// What moves: see [`Scene::set_time`]. One for each animated file.
@@ -113,15 +118,6 @@ impl Scene {
             }
         }
         bounds
-    }
-
-    /// The first camera of the file, or one that frames the whole scene from its front, slightly above.
-    pub fn default_camera(&self) -> Camera {
-        if let Some(camera) = self.cameras.first() {
-            return camera.clone();
-        }
-        let (low, high) = self.bounds().unwrap_or((glam::Vec3::splat(-1.0), glam::Vec3::splat(1.0)));
-        Camera::framing(low, high)
     }
 
     /// Number of triangles stored (instances counted once).

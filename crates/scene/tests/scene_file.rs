@@ -615,6 +615,35 @@ proptest! {
     }
 }
 
+/// A file that says what light there is may be as dark as it likes; one that only places models may not.
+#[test]
+fn files_that_declare_light_are_known() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    let model = "[[model]]\nfile = \"glow.obj\"\n";
+    write("glow.obj", "mtllib glow.mtl\nusemtl glow\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    write("glow.mtl", "newmtl glow\nKd 0 0 0\nKe 5 5 5\n");
+    write("lit.toml", "[[light]]\nkind = \"point\"\nposition = [0, 1, 0]\nintensity = 1\n");
+    write("lit.pbrt", "WorldBegin\nLightSource \"point\"\nShape \"sphere\"\n");
+    write("dark.pbrt", "WorldBegin\nShape \"sphere\"\n");
+    let declares = |text: &str| {
+        write("scene.toml", text);
+        let loaded = scene::load::load(&folder.path().join("scene.toml"), &LoadOptions::default());
+        loaded.unwrap_or_else(|e| panic!("{text}: {e}")).scene.declares_light
+    };
+    let material = "[materials.lamp]\nbase-color = [0, 0, 0]\nemission = [3, 3, 3]\n";
+    let light = "[[light]]\nkind = \"point\"\nposition = [0, 1, 0]\nintensity = 0\n";
+    let black = "[environment]\ncolor = [0, 0, 0]\n";
+    for own in [material, light, black] {
+        assert!(declares(own) && declares(&format!("{model}\n{own}")), "{own}");
+    }
+    for (file, expected) in
+        [("glow.obj", false), ("lit.toml", true), ("lit.pbrt", true), ("dark.pbrt", false)]
+    {
+        assert_eq!(declares(&format!("[[model]]\nfile = \"{file}\"\n")), expected, "{file}");
+    }
+}
+
 #[test]
 fn daylight_is_read() {
     let text = "[environment.daylight]\nsun = \"2026-06-21T14:30+02:00@48.14,11.58\"\nturbidity = 4\nground = [0.1, 0.2, 0.3]\n";

@@ -252,6 +252,7 @@ pub fn outline(scene: &Scene) -> Scene {
         environment: scene.environment.clone(),
         portals: scene.portals.clone(),
         fog: scene.fog.clone(),
+        declares_light: scene.declares_light,
         defaults: scene.defaults.clone(),
         animations: scene.animations.iter().map(without_vertices).collect(),
     }

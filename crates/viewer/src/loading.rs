@@ -129,7 +129,7 @@ fn open(source: &Source, options: &LoadOptions) -> Result<Opened, LoadError> {
     let mut loaded = source.load(options)?;
     let mut edits = Edits::default();
     // As `alhazen render` does, or nothing would be seen; as an edit, so that it can be changed and is saved.
-    if add_daylight_if_dark(&mut loaded.scene, &mut loaded.report) {
+    if add_daylight_if_dark(&mut loaded.scene, &mut loaded.report, None) {
         edits.environment = Some(EnvironmentRecord::from(&loaded.scene.environment));
         loaded.scene.environment = Environment::Black;
     }

@@ -186,7 +186,7 @@ fn write_moving(folder: &Path) -> String {
 fn rendered_at(viewer: &Viewer, file: &str, seconds: Option<f32>) -> alhazen::Image {
     let mut scene: Scene =
         Source::parse(file).load(&LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene;
-    alhazen::add_daylight_if_dark(&mut scene, &mut alhazen::LoadReport::default());
+    alhazen::add_daylight_if_dark(&mut scene, &mut alhazen::LoadReport::default(), None);
     seconds.into_iter().for_each(|time| scene.set_time(time));
     let mut renderer = Renderer::cpu(None).expect("threads");
     renderer.load(&scene).expect("loads");

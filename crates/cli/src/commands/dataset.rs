@@ -72,7 +72,7 @@ pub fn run(args: &DatasetArgs) -> anyhow::Result<()> {
     let mut inputs = ProtectedFiles::new(options.files_read.list());
     inputs.extend(std::iter::once(&args.poses).chain(&args.categories));
     Dataset::files(&args.output, poses.poses.len()).try_for_each(|path| inputs.check(&path))?;
-    add_daylight_if_dark(&mut loaded.scene, &mut loaded.report);
+    add_daylight_if_dark(&mut loaded.scene, &mut loaded.report, None);
     if !args.quiet {
         print_report(&loaded.report, false);
     }

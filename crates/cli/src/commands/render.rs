@@ -22,7 +22,7 @@ use alhazen::{
 };
 use anyhow::{anyhow, bail, ensure};
 use clap::{Args, FromArgMatches, ValueEnum};
-use moving::Moving;
+use moving::{Moving, stillness};
 use output::OutputArgs;
 use parsing::{
     Numbers, parse_crop, parse_duration, parse_falloff, parse_finite, parse_fov, parse_fraction,
@@ -174,7 +174,8 @@ pub struct RenderArgs {
     #[arg(long, help_heading = "Light", value_parser = clap::value_parser!(u32).range(1..=1000))]
     max_depth: Option<u32>,
     /// Light from outside: an .hdr or .exr panorama, or a constant radiance R,G,B. Without one, a scene without
-    /// lights, in which nothing is brighter than white paper, gets a cloudy sky.
+    /// lights, in which nothing is brighter than white paper, gets a cloudy sky, and so does a model whose lights do not
+    /// reach what is seen; 0,0,0 leaves it out.
     #[arg(long, help_heading = "Light", value_name = "FILE|R,G,B")]
     environment: Option<String>,
     /// Rotation of the environment in degrees.
@@ -431,7 +432,10 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     let frames = saved.frames_left(args.sequence()).map_err(usage)?;
     let first_frame = frames.start;
     let mut moving = Moving::start(args, &mut loaded.scene, first_frame).map_err(usage)?;
-    let mut job = job(args, &loaded).map_err(usage)?;
+    let mut job = job(args, &mut loaded, args.seconds(first_frame)).map_err(usage)?;
+    if let Some(text) = stillness(args, &loaded.scene, &job.camera, &frames) {
+        say!("{text}");
+    }
     let limits = limits(args, &loaded);
     let tables = alhazen::SceneTables::build(&loaded.scene);
     let description = Description::new(&args.scene, &args.parameters, &loaded.scene);

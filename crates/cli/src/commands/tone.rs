@@ -35,6 +35,11 @@ enum ToneMapName {
 }
 
 impl ToneArgs {
+    /// The factor on radiance, where one is given.
+    pub fn exposure(&self) -> Option<f32> {
+        self.exposure
+    }
+
     /// Makes the changes.
     pub fn apply(&self, tone: &mut ToneMapping) {
         tone.exposure = self.exposure.unwrap_or(tone.exposure);

@@ -66,7 +66,8 @@ pub fn lock<'a, T>(py: Python, mutex: &'a Mutex<T>) -> MutexGuard<'a, T> {
 /// lenient : bool, default False
 ///     Go on without what the file requires but Alhazen does not know.
 /// daylight : bool, default True
-///     Put a cloudy sky around a scene without lights, in which nothing is brighter than white paper.
+///     Put a cloudy sky around a scene without lights, in which nothing is brighter than white paper, and around one whose
+///     lights do not reach what is seen. `report` says so.
 /// allow_paths : list of path, optional
 ///     Folders that the scene may read beside its own.
 /// max_memory : int, optional
@@ -118,7 +119,7 @@ pub fn load(
     let mut loaded = py.detach(|| source.load(&options)).map_err(load_error)?;
     protect::remember(&options.files_read);
     if daylight {
-        add_daylight_if_dark(&mut loaded.scene, &mut loaded.report);
+        py.detach(|| add_daylight_if_dark(&mut loaded.scene, &mut loaded.report, None));
     }
     let report = loaded.report.notes.iter().map(ToString::to_string).collect();
     let contents = Contents { scene: loaded.scene, report, ..Contents::default() };

@@ -96,7 +96,7 @@ impl<'a> Place<'a> {
 pub fn open_scene(text: &str) -> anyhow::Result<Scene> {
     let place = Place::parse(text);
     let mut loaded = load_scene(place.scene, &[], &LoadOptions::default())?;
-    add_daylight_if_dark(&mut loaded.scene, &mut loaded.report);
+    add_daylight_if_dark(&mut loaded.scene, &mut loaded.report, None);
     if let Some((eye, target)) = place.look {
         let camera = loaded.scene.default_camera();
         let (eye, target) = (Vec3::from(eye), Vec3::from(target));

@@ -2,8 +2,9 @@
 
 use super::RenderArgs;
 use super::setup::job;
-use alhazen::{Job, LoadStats, Loaded, Renderer, Scene};
+use alhazen::{Camera, Job, LoadStats, Loaded, Renderer, Scene};
 use anyhow::{Context, ensure};
+use std::ops::Range;
 
 /// A scene that is brought to each frame's moment.
 pub struct Moving {
@@ -44,10 +45,29 @@ impl Moving {
         }
         loaded.scene.set_time(time);
         self.shown = time;
-        // A scene without cameras keeps the one that framed it at first, so that the picture does not swim.
+        // A scene without cameras keeps the one that frames all of its movement.
         if !loaded.scene.cameras.is_empty() {
-            *shown = job(args, loaded)?;
+            *shown = job(args, loaded, Some(time))?;
         }
         renderer.update(&loaded.scene).map(Some).context("cannot bring the scene to the next frame")
     }
+}
+
+/// What to say of a sequence whose pictures will all be the same: why, and what makes it move.
+pub fn stillness(args: &RenderArgs, scene: &Scene, camera: &Camera, frames: &Range<u32>) -> Option<String> {
+    if args.sequence().is_none() || frames.len() < 2 || camera.path.is_some() {
+        return None;
+    }
+    let (count, last) = (frames.len(), scene.duration());
+    let is_over = !args.repeat && args.seconds(frames.start).is_some_and(|first| first >= last);
+    let (why, remedy) = if last == 0.0 {
+        let why = "nothing in the scene moves, and its camera stands still".to_owned();
+        (why, "--turntable SECONDS takes the camera around")
+    } else if is_over {
+        let why = format!("the animation is over after {last} s, before frame {}", frames.start);
+        (why, "--repeat starts it again")
+    } else {
+        return None;
+    };
+    Some(format!("{why}: all {count} pictures will be equal; {remedy}"))
 }

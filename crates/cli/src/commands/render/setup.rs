@@ -5,8 +5,8 @@ use super::{HighlightsName, IntegratorName, RenderArgs, VisibilityName};
 use crate::exit::Exit;
 use alhazen::{
     Adaptive, Camera, CameraPath, Daylight, DirectSettings, Environment, Highlights, HybridSettings,
-    Integrator, Job, Limits, LoadOptions, Loaded, NoisyPicture, PathSettings, Projection, Rect, Sampling,
-    Visibility, add_daylight_if_dark, check_default_camera,
+    Integrator, Job, Limits, LoadOptions, Loaded, Motion, NoisyPicture, PathSettings, Projection, Rect,
+    Sampling, Scene, Visibility, add_daylight_if_dark, check_default_camera,
 };
 use anyhow::{Context, bail, ensure};
 use std::path::Path;
@@ -20,7 +20,7 @@ pub fn set_environment(args: &RenderArgs, loaded: &mut Loaded, options: &LoadOpt
         return Ok(());
     }
     let Some(text) = &args.environment else {
-        add_daylight_if_dark(&mut loaded.scene, &mut loaded.report);
+        add_daylight_if_dark(&mut loaded.scene, &mut loaded.report, args.tone.exposure());
         return Ok(());
     };
     loaded.scene.environment = match parse_vector(text) {
@@ -42,10 +42,11 @@ pub fn set_environment(args: &RenderArgs, loaded: &mut Loaded, options: &LoadOpt
     Ok(())
 }
 
-/// The picture that the arguments ask for, with the scene's own wishes as defaults.
-pub fn job(args: &RenderArgs, loaded: &Loaded) -> anyhow::Result<Job> {
+/// The picture that the arguments ask for, with the scene's own wishes as defaults. `time`: when the scene is, in seconds, if
+/// a moment or a sequence was asked for.
+pub fn job(args: &RenderArgs, loaded: &mut Loaded, time: Option<f32>) -> anyhow::Result<Job> {
     let mut scene_job = Job::for_scene(&loaded.scene);
-    scene_job.camera = camera(args, loaded)?;
+    choose_camera(args, &loaded.scene, &mut scene_job)?;
     let aspect = scene_job.width as f32 / scene_job.height as f32;
     let along = |side: u32, factor: f32| ((side as f32 * factor).round() as u32).max(1);
     (scene_job.width, scene_job.height) = match (args.width, args.height) {
@@ -55,6 +56,7 @@ pub fn job(args: &RenderArgs, loaded: &Loaded) -> anyhow::Result<Job> {
         (None, None) => (scene_job.width, scene_job.height),
     };
     calibrate(args, &mut scene_job)?;
+    place_camera(args, &mut loaded.scene, &mut scene_job, time)?;
     if let Some(crop) = args.crop {
         let whole = Rect::full(scene_job.width, scene_job.height);
         let Rect { x, y, width, height } = crop;
@@ -88,45 +90,55 @@ pub fn job(args: &RenderArgs, loaded: &Loaded) -> anyhow::Result<Job> {
     Ok(scene_job)
 }
 
-fn camera(args: &RenderArgs, loaded: &Loaded) -> anyhow::Result<Camera> {
-    let cameras = &loaded.scene.cameras;
-    let mut camera = match &args.camera {
-        None => {
-            if args.eye.is_none() || args.target.is_none() {
-                check_default_camera(&loaded.scene).map_err(|error| Exit::Input.with(error.into()))?;
-            }
-            loaded.scene.default_camera()
-        }
-        Some(name) => {
-            let by_number = || name.parse().ok().and_then(|i: usize| cameras.get(i));
-            let found = cameras.iter().find(|c| c.name == *name).or_else(by_number);
-            let known: Vec<_> = cameras.iter().map(|c| c.name.as_str()).collect();
-            found.with_context(|| format!("there is no camera {name:?}; the scene has {known:?}"))?.clone()
-        }
-    };
-    let moved = args.eye.is_some() || args.target.is_some();
-    camera.eye = args.eye.map_or(camera.eye, Into::into);
-    camera.target = args.target.map_or(camera.target, Into::into);
-    if moved {
+/// Takes the camera that the arguments name, with their field of view and lens.
+fn choose_camera(args: &RenderArgs, scene: &Scene, job: &mut Job) -> anyhow::Result<()> {
+    let cameras = &scene.cameras;
+    if let Some(name) = &args.camera {
+        let by_number = || name.parse().ok().and_then(|i: usize| cameras.get(i));
+        let found = cameras.iter().find(|c| c.name == *name).or_else(by_number);
+        let known: Vec<_> = cameras.iter().map(|c| c.name.as_str()).collect();
+        job.camera =
+            found.with_context(|| format!("there is no camera {name:?}; the scene has {known:?}"))?.clone();
+    }
+    if let Some(fov) = args.fov {
+        job.camera.projection = Projection::Perspective { fov_y: fov.to_radians() };
+    }
+    if let Some(f_number) = args.f_number {
+        let Projection::Perspective { fov_y } = job.camera.projection else {
+            bail!("--f-number needs a perspective camera");
+        };
+        let focal_length = 0.012 / (fov_y * 0.5).tan();
+        job.camera.lens_radius = focal_length / (2.0 * f_number);
+    }
+    Ok(())
+}
+
+/// Places the camera where the arguments say, or where it shows all of a scene that has none: of one that moves, all that is
+/// seen while its animation plays, so that a moment's picture is framed as the frames of a sequence are.
+fn place_camera(
+    args: &RenderArgs,
+    scene: &mut Scene,
+    job: &mut Job,
+    time: Option<f32>,
+) -> anyhow::Result<()> {
+    if scene.cameras.is_empty() && (args.eye.is_none() || args.target.is_none()) {
+        check_default_camera(scene).map_err(|error| Exit::Input.with(error.into()))?;
+        let motion = Motion { plays: time.is_some(), turns: args.turntable.is_some() };
+        job.frame(scene, motion, time.unwrap_or(0.0));
+    }
+    let camera = &mut job.camera;
+    if args.eye.is_some() || args.target.is_some() {
+        camera.eye = args.eye.map_or(camera.eye, Into::into);
+        camera.target = args.target.map_or(camera.target, Into::into);
         ensure!(camera.eye != camera.target, "--eye and --target are the same point");
         camera.focus_distance = (camera.target - camera.eye).length();
         camera.path = None;
     }
-    if let Some(fov) = args.fov {
-        camera.projection = Projection::Perspective { fov_y: fov.to_radians() };
-    }
     camera.focus_distance = args.focus.unwrap_or(camera.focus_distance);
-    if let Some(f_number) = args.f_number {
-        let Projection::Perspective { fov_y } = camera.projection else {
-            bail!("--f-number needs a perspective camera");
-        };
-        let focal_length = 0.012 / (fov_y * 0.5).tan();
-        camera.lens_radius = focal_length / (2.0 * f_number);
-    }
     if let Some(period) = args.turntable {
-        camera.path = Some(turntable(&camera, period));
+        camera.path = Some(turntable(camera, period));
     }
-    Ok(camera)
+    Ok(())
 }
 
 /// Gives the picture's camera the intrinsics and the lens that the arguments ask for.

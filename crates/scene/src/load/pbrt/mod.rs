@@ -399,6 +399,8 @@ impl<'o> Builder<'o> {
         self.scene.images = images.finish(&mut self.report);
         self.finish_environment();
         self.scene.textures = self.textures;
+        self.scene.declares_light =
+            !self.scene.lights.is_empty() || self.scene.materials.iter().any(|m| m.is_emissive());
         Loaded { scene: self.scene, report: self.report }
     }
 }

@@ -25,7 +25,7 @@ pub use parameters::{Parameter, Value};
 use super::session::Session;
 use super::textures::TextureLoader;
 use super::{LoadError, LoadOptions, Loaded};
-use crate::{LightProfile, LoadReport, MaterialId, RenderDefaults, Scene};
+use crate::{LightProfile, LoadReport, Material, MaterialId, RenderDefaults, Scene};
 use document::{Document, Entry};
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
@@ -225,11 +225,15 @@ impl Builder<'_> {
             self.add_named_material(name, entry)?;
         }
         self.each(document, "shape", Self::add_shape)?;
+        let emits = self.scene.materials.iter().any(Material::is_emissive);
         self.each(document, "model", Self::add_model)?;
+        let of_models = self.scene.lights.len();
         self.each(document, "light", Self::add_light)?;
+        self.scene.declares_light |= emits || self.scene.lights.len() > of_models;
         self.each(document, "camera", Self::add_camera)?;
         if let Some(environment) = document.take_table("environment")? {
             self.set_environment(environment)?;
+            self.scene.declares_light = true;
         }
         if let Some(fog) = document.take_table("fog")? {
             self.set_fog(fog)?;

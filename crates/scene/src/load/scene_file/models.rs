@@ -87,6 +87,7 @@ impl Builder<'_> {
             self.report.info(format!("{name} brings fog, unless the scene has [fog] of its own"));
             self.scene.fog.get_or_insert(fog);
         }
+        self.scene.declares_light |= scene.declares_light;
         let bounds = scene.bounds();
         if !std::mem::take(&mut scene.portals).is_empty() {
             self.report.info(format!("{name} has portals, which count only where it is rendered by itself"));
