@@ -113,7 +113,8 @@ mod tests {
             (normal, None, 0.2, [160, 90], 0.7),
             (normal, lens(-0.25), 0.0, [160, 90], 0.8),
             (normal, lens(0.2), 0.0, [160, 90], 0.8),
-            (wide, fisheye, 0.0, [120, 90], 0.6),
+            // So wide a film could show it larger from nearer than the camera goes.
+            (wide, fisheye, 0.0, [120, 90], 0.5),
             (shifted, None, 0.0, [120, 90], 0.9),
         ];
         for (projection, distortion, skew, [width, height], least) in films {
