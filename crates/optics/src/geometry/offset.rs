@@ -141,7 +141,7 @@ mod tests {
                 let direction = numbers.leaving(n);
                 let outside = offset_ray_origin(p, n, clearance);
                 let hit = intersect_sphere(outside, direction, center, radius);
-                assert!(!hit.hit || hit.far <= 0.0, "at {center:?}, radius {radius}: {hit:?}");
+                assert!(!hit.hit || hit.far <= 0.0, "at {center:?}, radius {radius}: hit at {}", hit.far);
             }
         }
     }
