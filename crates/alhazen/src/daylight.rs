@@ -122,7 +122,7 @@ mod tests {
     }
 
     fn emitter(emission: f32) -> Material {
-        Material { emission: glam::Vec3::splat(emission), ..Material::default() }
+        Material { emission: Vec3::splat(emission), ..Material::default() }
     }
 
     fn unlit() -> Material {
@@ -148,7 +148,7 @@ mod tests {
             assert!(!add_daylight_if_dark(&mut scene, &mut report, None) && report.notes.is_empty());
         }
         let (mut scene, mut report) = with([Material::default()]);
-        let kind = LightKind::Point { position: glam::Vec3::ZERO, intensity: glam::Vec3::ONE };
+        let kind = LightKind::Point { position: Vec3::ZERO, intensity: Vec3::ONE };
         scene.lights.push(Light::new("lamp", kind));
         assert!(!add_daylight_if_dark(&mut scene, &mut report, None), "there is a light source");
     }
