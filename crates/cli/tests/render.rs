@@ -160,8 +160,13 @@ fn crops_fit_together_bit_for_bit() {
     for ending in ["exr", "png"] {
         let open = |name: &str| Image::open(folder.path().join(format!("{name}.{ending}"))).unwrap();
         let whole = open("whole");
-        assert_eq!(whole.crop(0, 0, 17, 30).data(), open("left").data(), "{ending}");
-        assert_eq!(whole.crop(17, 0, 23, 30).data(), open("right").data(), "{ending}");
+        // An .exr file says where in the whole picture its part is, and is opened as the whole.
+        let part = |name: &str, x: u32, width: u32| match open(name) {
+            image if ending == "exr" => image.crop(x, 0, width, 30),
+            image => image,
+        };
+        assert!(whole.crop(0, 0, 17, 30).data() == part("left", 0, 17).data(), "{ending}");
+        assert!(whole.crop(17, 0, 23, 30).data() == part("right", 17, 23).data(), "{ending}");
     }
     let right = ExrFile::read(&folder.path().join("right.exr")).unwrap();
     assert_eq!((right.width, right.height, right.x, right.y), (40, 30, 17, 0));
