@@ -318,8 +318,8 @@ fn first_meeting(light: Light, origin: Vec3f, direction: Vec3f) -> f32 {
     dot(light.position - origin, normal) / dot(direction, normal)
 }
 
-/// Shadow rays of a floor of 400 m begin almost a millimetre above it. They meet the light where it
-/// was sampled, not before: lights do not hide themselves.
+/// Shadow rays begin beside the point that the light was sampled for, here almost a millimetre above
+/// it. They meet the light where it was sampled, not before: lights do not hide themselves.
 #[test]
 fn ways_from_beside_the_receiver_end_where_the_light_was_sampled() {
     let panel = Light { edge1: vec3f(0.0, 0.4, 0.0), edge2: vec3f(0.4, 0.0, 0.0), ..light(LIGHT_RECTANGLE) };
@@ -330,7 +330,7 @@ fn ways_from_beside_the_receiver_end_where_the_light_was_sampled() {
     ];
     for lamp in lamps {
         for p in [vec3f(0.3, 0.2, 0.0), vec3f(-1.0, 0.4, 0.0), vec3f(2.0, -1.5, 0.0)] {
-            let origin = optics::offset::offset_ray_origin(p, UP, 400.0);
+            let origin = optics::offset::offset_ray_origin(p, UP, 7.6e-4);
             assert!(origin.z > 5e-4, "{origin:?}");
             let (mut samples, mut hidden, mut hidden_aside) = (0, 0, 0);
             for s in grid().step_by(7).map(|u| light_sample(lamp, p, u)).filter(|s| s.pdf > 0.0) {
