@@ -261,9 +261,13 @@ impl Gpu {
         let made = make();
         // Scopes are a stack: the last one pushed goes first.
         let errors: Vec<_> = scopes.into_iter().rev().filter_map(|s| pollster::block_on(s.pop())).collect();
-        match errors.first() {
-            Some(error) => Err(error_text(error)),
-            None => Ok(made),
+        let Some(error) = errors.first() else { return Ok(made) };
+        // Whatever fails on a device that is gone fails for that reason. It says so once its last work has ended.
+        let timeout = Some(Duration::from_secs(5));
+        let _ = self.device.poll(wgpu::PollType::Wait { submission_index: None, timeout });
+        match &self.reports.lock().lost {
+            Some(reason) => Err(format!("the device was lost: {reason}")),
+            None => Err(error_text(error)),
         }
     }
 
