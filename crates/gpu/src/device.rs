@@ -262,13 +262,18 @@ impl Gpu {
         // Scopes are a stack: the last one pushed goes first.
         let errors: Vec<_> = scopes.into_iter().rev().filter_map(|s| pollster::block_on(s.pop())).collect();
         let Some(error) = errors.first() else { return Ok(made) };
-        // Whatever fails on a device that is gone fails for that reason. It says so once its last work has ended.
-        let timeout = Some(Duration::from_secs(5));
-        let _ = self.device.poll(wgpu::PollType::Wait { submission_index: None, timeout });
+        // Whatever fails on a device that is gone fails for that reason.
+        self.hear_of_loss();
         match &self.reports.lock().lost {
             Some(reason) => Err(format!("the device was lost: {reason}")),
             None => Err(error_text(error)),
         }
+    }
+
+    /// Lets a device that is lost say so, which it does once its last work has ended.
+    fn hear_of_loss(&self) {
+        let timeout = Some(Duration::from_secs(5));
+        let _ = self.device.poll(wgpu::PollType::Wait { submission_index: None, timeout });
     }
 
     /// Takes a step at which a test may want one of these faults. A device that it wants lost is lost then.
@@ -307,8 +312,7 @@ impl Gpu {
         let waited = self.device.poll(wgpu::PollType::Wait { submission_index: submission, timeout });
         self.check(doing)?;
         let Err(error) = waited else { return Ok(()) };
-        // A lost device may say so only when it is looked at once more.
-        let _ = self.device.poll(wgpu::PollType::Poll);
+        self.hear_of_loss();
         self.check(doing)?;
         Err(GpuError::Device { doing, reason: error.to_string() })
     }

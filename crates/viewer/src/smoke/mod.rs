@@ -14,8 +14,9 @@ use latency::Latency;
 use std::collections::VecDeque;
 use std::path::PathBuf;
 
-/// A step that takes longer (seconds) has failed. Software drivers compile a shader for a minute.
-const STEP_LIMIT: f64 = 240.0;
+/// A step that takes longer (seconds) has failed. Software drivers compile a shader for minutes where other programs run
+/// beside them.
+const STEP_LIMIT: f64 = 600.0;
 
 /// What to do unattended.
 #[derive(Clone, Debug, Default)]
