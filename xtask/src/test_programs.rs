@@ -124,9 +124,9 @@ pub fn run(
 /// Where the standard library's shared objects lie: tests of procedural macros are linked to the compiler's.
 fn libraries() -> anyhow::Result<String> {
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
-    let sysroot = output(Command::new(rustc).args(["--print", "sysroot"]))?;
+    let own = output(Command::new(rustc).args(["--print", "target-libdir"]))?;
     let present = std::env::var("LD_LIBRARY_PATH").map(|paths| format!(":{paths}")).unwrap_or_default();
-    Ok(format!("{}/lib{present}", sysroot.trim()))
+    Ok(format!("{}{present}", own.trim()))
 }
 
 impl Program {
