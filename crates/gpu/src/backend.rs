@@ -204,7 +204,6 @@ impl GpuBackend {
 
     /// Compiles the kernel for a view, if it is the first of its kind.
     fn prepare_kernel(&mut self, view: &View, samples: u32, kind: KernelKind) -> Result<KernelKey, GpuError> {
-        let splitting = matches!(&view.integrator, Integrator::Path(s) if s.splitting > 1);
         let aovs = self.picture.as_ref().is_some_and(|p| p.buffers.wants_aovs());
         // Kernels of other kinds stay when lights become others.
         let specialises = self.specialises && kind == KernelKind::Path;
@@ -217,8 +216,7 @@ impl GpuBackend {
         let volumes = needs_volumes && kind == KernelKind::Path;
         // Where paths know what they are in, what absorbs is a medium like others.
         let absorption = of_scene.absorption && !volumes;
-        let sampler = view.sampler;
-        let variant = Variant { sampler, aovs, splitting, volumes, absorption, ..of_scene };
+        let variant = Variant { aovs, volumes, absorption, ..of_scene.for_view(view) };
         let all_samples = u64::from(samples) * view.window.area() as u64;
         let wanted = match self.path_kernel {
             // Its queues have no place for what paths are in.

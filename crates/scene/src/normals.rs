@@ -45,6 +45,22 @@ pub fn generate_grouped(meshes: &mut [TriangleMesh], crease_angle: f32, groups: 
     apply(meshes, &surface, &pieces);
 }
 
+/// Whether all vertex normals are those of the faces around them, to 10⁻⁵ radians: the mesh is flat with or without them. Not so
+/// of a mesh that has none.
+pub(crate) fn normals_are_faces(mesh: &TriangleMesh) -> bool {
+    if mesh.normals.len() != mesh.positions.len() || mesh.normals.is_empty() {
+        return false;
+    }
+    let corner = |i: u32| Some((*mesh.positions.get(i as usize)?, *mesh.normals.get(i as usize)?));
+    let is_flat = |triangle: &[u32; 3]| {
+        let [Some(a), Some(b), Some(c)] = triangle.map(corner) else { return true };
+        let face = (b.0 - a.0).cross(c.0 - a.0).normalize_or_zero();
+        let along = |n: Vec3| face.dot(n) >= 0.0 && face.cross(n).length() <= 1e-5 * n.length();
+        along(a.1) && along(b.1) && along(c.1)
+    };
+    mesh.indices.iter().all(is_flat)
+}
+
 /// Turns the normals of a surface round if they oppose the winding of most of its triangles: with both at odds, surfaces
 /// are lit from behind. The meshes are the pieces of the surface; normals of zero are missing ones.
 ///
@@ -354,6 +370,22 @@ mod tests {
 
     fn face_normal(mesh: &TriangleMesh, t: &[u32; 3]) -> Vec3 {
         triangle_shape(t.map(|i| mesh.positions[i as usize])).0
+    }
+
+    #[test]
+    fn normals_of_faces_are_told_from_those_of_smooth_surfaces() {
+        assert!(!normals_are_faces(&cube()), "it has none");
+        let mut meshes = [cube()];
+        generate(&mut meshes, 40f32.to_radians());
+        assert!(normals_are_faces(&meshes[0]));
+        let [mut mesh] = meshes;
+        mesh.normals[5] = (mesh.normals[5] + 3e-5 * mesh.normals[5].any_orthonormal_vector()).normalize();
+        assert!(!normals_are_faces(&mesh), "one of them is tilted");
+        mesh.normals.iter_mut().for_each(|n| *n = -*n);
+        assert!(!normals_are_faces(&mesh), "they point inwards");
+        let mut meshes = [cube()];
+        generate(&mut meshes, 100f32.to_radians());
+        assert!(!normals_are_faces(&meshes[0]));
     }
 
     #[test]

@@ -3,10 +3,12 @@
 mod gltf_support;
 
 use gltf_support::{assert_sound, gltf_files, load};
+use scene::load::gltf::load_bytes;
 use scene::{
     AlphaMode, Environment, Filter, LightKind, LoadError, LoadOptions, Loaded, Model, Projection, Severity,
     Shape, TriangleMesh, Wrap,
 };
+use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -412,5 +414,48 @@ fn normals_against_the_winding_are_turned_and_reported() {
         let Shape::Triangles(mesh) = &loaded.scene.meshes[0].parts[0].shape else { panic!("triangles") };
         assert!(mesh.normals.iter().all(|n| n.z == expected), "{:?}", mesh.normals);
         assert!(loaded.report.notes.iter().any(|n| n.message.contains(done)), "{:?}", loaded.report);
+    }
+}
+
+#[test]
+fn json_in_utf16_is_read_and_reported() {
+    let text = r#"{"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"name": "Bär"}]}"#;
+    let path = Path::new("x.gltf");
+    for bytes in [u16::to_le_bytes, u16::to_be_bytes] {
+        for mark in ["", "\u{feff}"] {
+            let file: Vec<u8> = mark.encode_utf16().chain(text.encode_utf16()).flat_map(bytes).collect();
+            let loaded = load_bytes(path, &file, &LoadOptions::default()).expect("UTF-16");
+            assert!(loaded.report.notes.iter().any(|n| n.message.contains("UTF-16")));
+        }
+    }
+    assert!(load_bytes(path, text.as_bytes(), &LoadOptions::default()).unwrap().report.notes.is_empty());
+}
+
+/// A file may leave its data to other programs, and ask for a later version 2; both are valid.
+#[test]
+fn meshes_without_data_and_later_versions_are_reported() {
+    let load =
+        |json: &Value| load_bytes(Path::new("x.gltf"), json.to_string().as_bytes(), &LoadOptions::default());
+    let mut file = json!({
+        "asset": { "version": "2.0" },
+        "nodes": [{ "mesh": 0 }],
+        "meshes": [{ "name": "hull", "primitives": [{ "attributes": { "POSITION": 0 } }] }],
+        "accessors": [{
+            "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0],
+        }],
+        "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
+        "buffers": [{ "byteLength": 36 }],
+    });
+    let loaded = load(&file).expect("a valid file");
+    let said = |part: &str| loaded.report.notes.iter().any(|n| n.message.contains(part));
+    assert!(said("mesh 0 `hull`, primitive 0 is not drawn") && said("buffer 0"), "{:?}", loaded.report.notes);
+    file["buffers"][0]["uri"] = json!("missing.bin");
+    assert!(matches!(load(&file), Err(LoadError::Read { .. })), "the file says where its data should be");
+
+    for (version, loads) in [("2.0", true), ("2.1", true), ("3.0", false)] {
+        let loaded = load(&json!({ "asset": { "version": "2.1", "minVersion": version } }));
+        assert_eq!(loaded.is_ok(), loads, "{version}");
+        let notes = loaded.map_or(0, |l| l.report.notes.len());
+        assert_eq!(notes, usize::from(version == "2.1"), "{version}");
     }
 }

@@ -91,8 +91,8 @@ impl LiveScene {
                 return Err(GpuError::Unsupported { adapter, tracer, missing });
             }
         };
-        // All frames draw random numbers as the first view does.
-        let variant = Variant { sampler: view.sampler, ..scene.variant() };
+        // All frames draw random numbers as the first view does; their cameras may be others.
+        let variant = Variant { lens_distortion: true, ..scene.variant().for_view(view) };
         let kernel = match view.integrator {
             Integrator::Realtime(settings) => {
                 let kernel = RealtimeKernel::new(&gpu, variant, &scene, &*tracer, &settings)?;

@@ -166,19 +166,9 @@ impl GpuScene {
         .map_err(|reason| GpuError::Device { doing: "binding the scene for the rasteriser", reason })
     }
 
-    /// Which shader variant the scene needs, for shaders that know nothing of media.
+    /// Which shader variant the scene needs, for any view, and for shaders that know nothing of media.
     pub fn variant(&self) -> Variant {
-        Variant {
-            alpha: self.tables.has_alpha,
-            layers: !self.tables.layers.is_empty(),
-            absorption: self.tables.has_absorption(),
-            images: self.places.slots(),
-            light_tree: !self.tables.light_tree.is_empty(),
-            profiles: !self.tables.profiles.is_empty(),
-            portals: !self.tables.environment.portals.is_empty(),
-            smooth_terminators: self.tables.has_smooth_terminators(),
-            ..Variant::default()
-        }
+        Variant { images: self.places.slots(), ..variant_of(&self.tables) }
     }
 
     /// As [`GpuScene::variant`], for shaders that are made anew when lights become others or come near: they know no lights
@@ -197,6 +187,28 @@ impl GpuScene {
     /// The views of binding 7: as many as [`Variant::images`] says, or one texture of layers.
     pub fn texel_views(&self) -> Vec<&wgpu::TextureView> {
         self.textures.texel_views(self.places.slots())
+    }
+}
+
+/// What of a variant follows from the scene's tables alone. Shaders made for a scene fit all others with the same.
+fn variant_of(tables: &SceneTables) -> Variant {
+    Variant {
+        alpha: tables.has_alpha,
+        sphere_holes: tables.has_sphere_holes(),
+        culled_backs: tables.culls_backs(),
+        half_texels: tables.has_half_texels(),
+        placements: !tables.placements.is_empty(),
+        turned_tangents: tables.turns_tangents(),
+        layers: !tables.layers.is_empty(),
+        absorption: tables.has_absorption(),
+        light_tree: !tables.light_tree.is_empty(),
+        profiles: !tables.profiles.is_empty(),
+        portals: !tables.environment.portals.is_empty(),
+        smooth_terminators: tables.has_smooth_terminators(),
+        // Any view may come.
+        lens_distortion: true,
+        indirect_limit: true,
+        ..Variant::default()
     }
 }
 

@@ -3,7 +3,8 @@
 //! Materials, lights, bindings and transforms are small beside geometry and textures. They are written anew into the
 //! buffers where they are, through staging memory that is used again and again.
 
-use super::{GpuScene, materials, records, scene_info};
+use super::{GpuScene, materials, records, scene_info, variant_of};
+use crate::shader::Variant;
 use crate::{Gpu, GpuError};
 use bytemuck::NoUninit;
 use scene::tables::{Changes, SceneTables};
@@ -50,8 +51,8 @@ fn fits<T: NoUninit>(buffer: &wgpu::Buffer, offset: u64, data: &[T]) -> bool {
 
 impl GpuScene {
     /// Takes a version of the scene in which only `changes` are new. Returns whether that was possible: where something
-    /// grows beyond its buffer, an environment image or a grid of densities changes, lights become several or one, or there are
-    /// profiles of lights, portals or boundaries of media where there were none, nothing is done, and the scene has to be uploaded again.
+    /// grows beyond its buffer, an environment image or a grid of densities changes, lights become several or one, or there is
+    /// something that shaders are not made for, nothing is done, and the scene has to be uploaded again.
     ///
     /// # Errors
     /// When the device fails.
@@ -94,19 +95,11 @@ impl GpuScene {
             && fits(&b.bindings, 0, &bindings)
             && fits(&b.materials, 0, &materials)
             && fits(&b.lights, 0, &lights);
-        // Shaders are made for lights with profiles or for none, for portals or none, and for smooth terminators or none.
-        let portals_change =
-            tables.environment.portals.is_empty() != self.tables.environment.portals.is_empty();
-        let terminators_change = tables.has_smooth_terminators() != self.tables.has_smooth_terminators();
-        let profiles_change = tables.profiles.is_empty() != self.tables.profiles.is_empty();
+        // Shaders are made for what is in the scene.
+        let without_choice = |tables| Variant { light_tree: false, ..variant_of(tables) };
+        let shaders_change = without_choice(tables) != without_choice(&self.tables);
         let densities_change = changes.materials && tables.densities != self.tables.densities;
-        if image_changes
-            || densities_change
-            || profiles_change
-            || portals_change
-            || terminators_change
-            || !all_fit
-        {
+        if image_changes || densities_change || shaders_change || !all_fit {
             return Ok(false);
         }
         let mut writes: Vec<(&wgpu::Buffer, u64, &[u8])> = vec![(&b.info, 0, bytemuck::cast_slice(&info))];

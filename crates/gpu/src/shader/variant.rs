@@ -3,8 +3,9 @@
 use super::modules::Linkage;
 use crate::scene::records::records_text;
 use crate::scene::word_records::layer_readers;
-use backend::SamplerKind;
+use backend::{Integrator, SamplerKind, View};
 use optics::albedo::DielectricAlbedo;
+use optics::distortion::DISTORTION_NONE;
 use optics::light::LIGHT_RECTANGLE;
 use optics::random::{SAMPLER_BLUE_NOISE, SAMPLER_INDEPENDENT, SAMPLER_SOBOL};
 use scene::tables::NONE;
@@ -38,12 +39,22 @@ pub const ABSTRACT: &[(&str, &[&str])] = &[
 pub struct Variant {
     /// How random numbers are drawn. That is asked with every one of them.
     pub sampler: SamplerKind,
-    /// Whether any surface of the scene has holes.
+    /// Whether any surface of the scene has holes, or backs that are not there.
     pub alpha: bool,
+    /// Whether any sphere has.
+    pub sphere_holes: bool,
+    /// Whether any surface cannot be seen from behind.
+    pub culled_backs: bool,
+    /// Whether texels of any texture are half floats.
+    pub half_texels: bool,
+    /// Whether anything that was moved into world space lies in the space of its object.
+    pub placements: bool,
     /// Whether first hits are recorded.
     pub aovs: bool,
     /// Whether several paths go on from the first vertex of each camera ray.
     pub splitting: bool,
+    /// Whether tangents of spheres are turned in any material.
+    pub turned_tangents: bool,
     /// Whether any material is layered.
     pub layers: bool,
     /// Whether any body absorbs light.
@@ -65,6 +76,10 @@ pub struct Variant {
     pub smooth_terminators: bool,
     /// Whether the shader's paths know what they are in. What does not know it sees through boundaries.
     pub volumes: bool,
+    /// Whether the camera's lens may bend lines.
+    pub lens_distortion: bool,
+    /// Whether what indirect light adds may be limited.
+    pub indirect_limit: bool,
 }
 
 impl Variant {
@@ -73,6 +88,13 @@ impl Variant {
     pub fn all() -> impl Iterator<Item = Self> {
         let of = |i: u32| Self {
             alpha: i & 1 != 0,
+            sphere_holes: i & 3 == 3,
+            culled_backs: i & 1 != 0,
+            half_texels: i & 2 != 0,
+            placements: i & 4 != 0,
+            turned_tangents: i & 2 != 0,
+            lens_distortion: i & 2 != 0,
+            indirect_limit: i & 4 != 0,
             aovs: i & 2 != 0,
             splitting: i & 4 != 0,
             layers: i & 8 != 0,
@@ -89,6 +111,22 @@ impl Variant {
         };
         let with_images = move |i: u32| Self { images: 16, ..of(i) };
         (0..8).chain([8, 16, 32, 63, 65, 128, 256, 511]).map(of).chain([0, 511].map(with_images))
+    }
+
+    /// The variant that makes pictures of `view`, and of others that differ in none of what is decided here.
+    #[must_use]
+    pub fn for_view(self, view: &View) -> Self {
+        let settings = match &view.integrator {
+            Integrator::Path(settings) => Some(settings),
+            _ => None,
+        };
+        Self {
+            sampler: view.sampler,
+            splitting: settings.is_some_and(|s| s.splitting > 1),
+            indirect_limit: settings.is_some_and(|s| s.clamp_indirect.is_some()),
+            lens_distortion: view.camera.distortion.model != DISTORTION_NONE,
+            ..self
+        }
     }
 }
 
@@ -119,6 +157,11 @@ impl Variant {
     fn constants(self) -> String {
         let switches = [
             ("SCENE_HAS_ALPHA", self.alpha),
+            ("SCENE_HAS_SPHERE_HOLES", self.sphere_holes),
+            ("SCENE_CULLS_BACKS", self.culled_backs),
+            ("SCENE_HAS_HALF_TEXELS", self.half_texels),
+            ("SCENE_HAS_PLACEMENTS", self.placements),
+            ("SCENE_TURNS_TANGENTS", self.turned_tangents),
             ("SCENE_HAS_LAYERS", self.layers),
             ("SCENE_ABSORBS", self.absorption),
             ("WANTS_AOVS", self.aovs),
@@ -129,6 +172,8 @@ impl Variant {
             ("SCENE_HAS_PORTALS", self.portals),
             ("SCENE_HAS_SMOOTH_TERMINATORS", self.smooth_terminators),
             ("FOLLOWS_VOLUMES", self.volumes),
+            ("LENS_DISTORTS", self.lens_distortion),
+            ("LIMITS_INDIRECT", self.indirect_limit),
         ];
         let mut text = numbers([
             ("SAMPLER", sampler_kind(self.sampler)),

@@ -183,7 +183,15 @@ fn pixel_ray(pixel: vec2u, sampler: PixelSampler) -> CameraRay {
         lens = sample_2d(sampler, PAIR_LENS);
     }
     let at = vec2f(f32(view.window_x + pixel.x) + jitter.x, f32(view.window_y + pixel.y) + jitter.y);
-    return camera_ray(view.camera, at / vec2f(f32(view.width), f32(view.height)), lens);
+    return film_ray(at / vec2f(f32(view.width), f32(view.height)), lens);
+}
+
+/// The camera's ray through a point of the film: see `camera_ray`.
+fn film_ray(film: vec2f, u_lens: vec2f) -> CameraRay {
+    if LENS_DISTORTS {
+        return camera_ray(view.camera, film, u_lens);
+    }
+    return undistorted_camera_ray(view.camera, film, u_lens);
 }
 
 /// A pixel's samples in this dispatch.

@@ -70,7 +70,7 @@ fn cluster_box(cluster: u32) -> ClusterBox {
     for (var corner = 0u; corner < 4u; corner++) {
         let pixel = vec2f(vec2u(across + (corner & 1u), down + (corner >> 1u)) * frame.tile);
         let film = (vec2f(f32(view.window_x), f32(view.window_y)) + pixel) / vec2f(f32(view.width), f32(view.height));
-        let ray = camera_ray(view.camera, film, frame.lens);
+        let ray = film_ray(film, frame.lens);
         let step = ray.direction / dot(ray.direction, frame.axis);
         let near = ray.origin + step * start;
         let far = ray.origin + step * end;

@@ -13,8 +13,11 @@ fn base_color(s: Surface, footprint: f32) -> vec3f {
 
 /// Coverage in [0, 1] at a point: `coords` and `color` as in a Surface, `position` in the x–z plane of object space.
 fn coverage(material: u32, coords: vec4f, color: vec4f, position: vec2f) -> f32 {
-    let texel = sample_slot(material, SLOT_BASE_COLOR, coords);
-    return material_coverage(materials[material], color.a, texel.a, position);
+    var texel_alpha = 1.0;
+    if material_reads_alpha(materials[material]) {
+        texel_alpha = sample_slot(material, SLOT_BASE_COLOR, coords).a;
+    }
+    return material_coverage(materials[material], color.a, texel_alpha, position);
 }
 
 /// Whether a candidate hit on a triangle counts where a surface has holes or backs that are culled.
@@ -103,7 +106,7 @@ fn sphere_crossing(
         return 0.0;
     }
     // Once, or twice where the near side is not there: what looks for holes is in the shader once.
-    while SCENE_HAS_ALPHA {
+    while SCENE_HAS_SPHERE_HOLES {
         let outward = normalize(origin + direction * t - sphere.xyz);
         if sphere_accepts(instance, geometry, primitive, sphere, outward, direction) {
             break;
@@ -118,7 +121,7 @@ fn sphere_crossing(
 
 /// Whether a ray meets the back of a surface whose backs are not there. `outward`: a normal of the front, of any length.
 fn is_culled(material: u32, outward: vec3f, direction: vec3f) -> bool {
-    return (materials[material].flags & MATERIAL_CULLS_BACKS) != 0u && dot(outward, direction) > 0.0;
+    return SCENE_CULLS_BACKS && (materials[material].flags & MATERIAL_CULLS_BACKS) != 0u && dot(outward, direction) > 0.0;
 }
 
 fn hashed_threshold(instance: u32, primitive: u32, a: f32, b: f32) -> f32 {

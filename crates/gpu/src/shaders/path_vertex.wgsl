@@ -113,8 +113,7 @@ fn arrive(
         if emitted.x + emitted.y + emitted.z > 0.0 {
             let pdf = surface_light_pdf(s, (*path).origin, (*path).receiver, (*path).direction, t);
             let before = (*path).state.radiance;
-            (*path).state = path_add_emission((*path).state, emitted, pdf);
-            (*path).state = path_limit_found((*path).state, before, view.most_indirect);
+            (*path).state = limit_found(path_add_emission((*path).state, emitted, pdf), before);
         }
     }
     return depart(path, s, footprint, branch, true, shadow);
@@ -123,7 +122,23 @@ fn arrive(
 /// The path after leaving the scene: what is infinitely far away is what it finds.
 fn escape(path: Path, vertex: vec3f) -> PathState {
     let found = path_add_distant(path.state, vertex, path.receiver, path.direction);
-    return path_limit_found(found, path.state.radiance, view.most_indirect);
+    return limit_found(found, path.state.radiance);
+}
+
+/// A path after a step on which it may have found light; `before`: what it had found until then. See `path_limit_found`.
+fn limit_found(state: PathState, before: vec3f) -> PathState {
+    if LIMITS_INDIRECT {
+        return path_limit_found(state, before, view.most_indirect);
+    }
+    return state;
+}
+
+/// What a light sample adds at the end of a path's next segment.
+fn limit_sampled(found: vec3f, path: PathState) -> vec3f {
+    if LIMITS_INDIRECT {
+        return limit_indirect(found, path.depth + 1u, view.most_indirect);
+    }
+    return found;
 }
 
 /// What a segment of length `t` does to a path. Returns the footprint where it ends.
@@ -226,8 +241,7 @@ fn light_shadow_ray(
     }
     let value = scattering_eval(bsdf, wo, wi);
     let found = path_light_contribution(path.state.throughput, value, light.radiance, light.pdf, light.delta);
-    let contribution = limit_indirect(found, path.state.depth + 1u, view.most_indirect);
-    return shadow_ray(s, light, above, path_salt(path), contribution);
+    return shadow_ray(s, light, above, path_salt(path), limit_sampled(found, path.state));
 }
 
 /// The way from a surface to a light sample; `above`: on the side of the surface's normal.

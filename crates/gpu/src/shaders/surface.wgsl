@@ -119,7 +119,7 @@ fn triangle_color(binding: Binding, corners: vec3u, weights: vec3f) -> vec4f {
 
 /// Where a point of a geometry, in the space of its bottom-level structure, lies in the x–z plane of the user's object.
 fn pattern_place(binding: Binding, local: vec3f) -> vec2f {
-    if binding.placement == NONE {
+    if !SCENE_HAS_PLACEMENTS || binding.placement == NONE {
         return local.xz;
     }
     let p = vec4f(local, 1.0);
@@ -128,7 +128,7 @@ fn pattern_place(binding: Binding, local: vec3f) -> vec2f {
 
 /// A direction from the centre of a sphere, in the space of its bottom-level structure, in the space of the user's object.
 fn sphere_direction(binding: Binding, outward: vec3f) -> vec3f {
-    if binding.placement == NONE {
+    if !SCENE_HAS_PLACEMENTS || binding.placement == NONE {
         return outward;
     }
     let at = binding.placement;
@@ -160,8 +160,13 @@ fn triangle_point(
         point.handedness = select(1.0, -1.0, tangent.w < 0.0);
     }
     var shading = local_shading;
-    var normals = array<vec3f, 3>(v0.normal, v1.normal, v2.normal);
-    var corners_at = array<vec3f, 3>(v0.position, v1.position, v2.position);
+    // In world space.
+    var p0 = v0.position;
+    var p1 = v1.position;
+    var p2 = v2.position;
+    var n0 = v0.normal;
+    var n1 = v1.normal;
+    var n2 = v2.normal;
     let flags = instances[instance_index].flags;
     var transformed = 0.0;
     if (flags & INSTANCE_IDENTITY) != 0u {
@@ -178,22 +183,23 @@ fn triangle_point(
         if (flags & INSTANCE_MIRRORED) != 0u {
             point.handedness = -point.handedness;
         }
-        corners_at = array<vec3f, 3>(transform_point(to_world, v0.position), transform_point(to_world, v1.position),
-            transform_point(to_world, v2.position));
-        transformed = transformed_extent(to_world, corners_at[0], corners_at[1], corners_at[2]);
+        p0 = transform_point(to_world, p0);
+        p1 = transform_point(to_world, p1);
+        p2 = transform_point(to_world, p2);
+        transformed = transformed_extent(to_world, p0, p1, p2);
         if SCENE_HAS_SMOOTH_TERMINATORS {
-            normals = array<vec3f, 3>(transform_normal(to_object, v0.normal), transform_normal(to_object, v1.normal),
-                transform_normal(to_object, v2.normal));
+            n0 = transform_normal(to_object, n0);
+            n1 = transform_normal(to_object, n1);
+            n2 = transform_normal(to_object, n2);
         }
     }
-    point.clearance = triangle_clearance(corners_at[0], corners_at[1], corners_at[2], point.normal, transformed);
+    point.clearance = triangle_clearance(p0, p1, p2, point.normal, transformed);
     point.smooth_shaded = (binding.flags & BINDING_NORMALS) != 0u && dot(shading, shading) > 1e-20;
     point.shading = select(point.normal, normalize(shading), point.smooth_shaded);
     if SCENE_HAS_SMOOTH_TERMINATORS && point.smooth_shaded
         && (materials[binding.material].flags & MATERIAL_SMOOTH_TERMINATOR) != 0u {
         let side = select(-1.0, 1.0, dot(point.normal, wo) >= 0.0);
-        point.lift = terminator_lift(point.position, corners_at[0], corners_at[1], corners_at[2], normals[0], normals[1],
-            normals[2], side, point.normal * side, weights);
+        point.lift = terminator_lift(point.position, p0, p1, p2, n0, n1, n2, side, point.normal * side, weights);
     }
     point.coords = triangle_coords(binding, corners, weights);
     point.color = triangle_color(binding, corners, weights);
@@ -214,10 +220,14 @@ fn sphere_point(binding: Binding, instance_index: u32, primitive: u32, world: ve
     var point: SurfacePoint;
     point.coords = sphere_uv(sphere_direction(binding, outward)).xyxy;
     point.pattern_position = pattern_place(binding, on_sphere);
-    point.tangent = sphere_tangent_turned(point.coords.xy, materials[binding.material].tangent_turn);
+    if SCENE_TURNS_TANGENTS {
+        point.tangent = sphere_tangent_turned(point.coords.xy, materials[binding.material].tangent_turn);
+    } else {
+        point.tangent = sphere_tangent(point.coords.x);
+    }
     let mirrored = (materials[binding.material].flags & MATERIAL_TANGENTS_MIRRORED) != 0u;
     point.handedness = select(1.0, -1.0, mirrored);
-    if binding.placement != NONE {
+    if SCENE_HAS_PLACEMENTS && binding.placement != NONE {
         // Of similar shapes only, which transform tangents as normals.
         let rows = array<vec4f, 3>(words_vec4(binding.placement), words_vec4(binding.placement + 4u),
             words_vec4(binding.placement + 8u));
@@ -321,7 +331,8 @@ fn surface_at(origin: vec3f, direction: vec3f, hit: Hit) -> Surface {
     return s;
 }
 
-/// Where a ray starts that leaves on the side of the viewer (`above`) or on the other.
+/// Where a ray starts that leaves on the side of the viewer (`above`) or on the other. Through surfaces whose origin is not
+/// the position nothing leaves on the other.
 fn ray_origin(s: Surface, above: bool) -> vec3f {
-    return offset_ray_origin(select(s.position, s.origin, above), select(-s.normal, s.horizon, above), s.clearance);
+    return offset_ray_origin(s.origin, select(-s.horizon, s.horizon, above), s.clearance);
 }

@@ -2,7 +2,7 @@
 // GPUs do not have; it costs one binding, however many textures there are; and unlike a storage buffer it is not limited
 // to 128 MiB.
 
-#import scene_records
+#import scene_records, variant
 #import optics::image_texture
 
 @group(0) @binding(0) var<uniform> scene: SceneInfo;
@@ -11,7 +11,7 @@
 fn stored_texel(use_: TextureUse, column: u32, row: u32) -> vec4f {
     let place = texel_place(use_, column, row);
     let first = four_bytes(place);
-    if (use_.flags & TEXTURE_HALF) == 0u {
+    if !SCENE_HAS_HALF_TEXELS || (use_.flags & TEXTURE_HALF) == 0u {
         return first;
     }
     return half_texel(first, four_bytes(place + 1u));

@@ -1,11 +1,15 @@
 // Textures. Wrapping and filtering are the optics' `image_texture` rather than samplers', so that every device and the
 // CPU agree to the last bits.
 
-#import albedo_constants, scene, texels
+#import albedo_constants, scene, texels, variant
 #import optics::constants, optics::ggx, optics::image_texture
 
 fn texel(use_: TextureUse, x: i32, y: i32) -> vec4f {
-    return decode_texel(use_, stored_texel(use_, texel_column(use_, x), texel_row(use_, y)));
+    let stored = stored_texel(use_, texel_column(use_, x), texel_row(use_, y));
+    if SCENE_HAS_HALF_TEXELS {
+        return decode_texel(use_, stored);
+    }
+    return decode_bytes(use_, stored);
 }
 
 /// The linear RGBA value at texture coordinates, both sets of which are given.

@@ -164,8 +164,7 @@ fn advance(walk: ptr<function, VolumePath>, hits: bool, t: f32, s: Surface) -> A
     if emitted.x + emitted.y + emitted.z > 0.0 {
         let pdf = surface_light_pdf(s, (*walk).vertex, (*walk).path.receiver, direction, (*walk).since_vertex);
         let before = (*walk).path.state.radiance;
-        (*walk).path.state = path_add_emission((*walk).path.state, emitted, pdf);
-        (*walk).path.state = path_limit_found((*walk).path.state, before, view.most_indirect);
+        (*walk).path.state = limit_found(path_add_emission((*walk).path.state, emitted, pdf), before);
     }
     arrival.kind = ARRIVES_ON_SURFACE;
     return arrival;
@@ -275,7 +274,7 @@ fn way_from_medium(walk: VolumePath, at: Arrival, light: LightSample) -> Way {
     let phase = phase_value(-walk.path.direction, light.wi, at.anisotropy);
     let throughput = walk.path.state.throughput;
     let found = path_light_contribution(throughput, phase, light.radiance, light.pdf, light.delta);
-    let contribution = limit_indirect(found, walk.path.state.depth + 1u, view.most_indirect);
+    let contribution = limit_sampled(found, walk.path.state);
     let stream = stream_start(walk.path.sampler, walk.segments, STREAM_SHADOW);
     return Way(at.position, light.distance * SHADOW_END, light.wi, 0u, contribution, stream, walk.inside);
 }

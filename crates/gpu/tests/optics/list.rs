@@ -260,6 +260,9 @@ functions! {
     distortion::beyond_everything(origin: direction, axis: direction) within ROUNDING;
     // geometry/camera.rs
     camera::camera_ray(camera: camera, film: unit2, u_lens: unit2) within ROUNDING;
+    camera::undistorted_camera_ray(camera: camera, film: unit2, u_lens: unit2) within ROUNDING;
+    camera::pinhole_direction(camera: camera, film: unit2) within ROUNDING;
+    camera::thin_lens_ray(camera: camera, through_center: direction, u_lens: unit2) within ROUNDING;
     camera::headlight(cos_theta: signed_cosine) within ROUNDING;
     camera::camera_pixel_spread(camera: camera, height: size) within ROUNDING;
     // surface/fresnel.rs
@@ -379,11 +382,13 @@ functions! {
     image_texture::texel_place(t: placed_texture, column: count, row: count) within EXACT;
     image_texture::half_texel(rg: half_bytes, ba: half_bytes) within EXACT;
     image_texture::decode_texel(t: texture_use, stored: texel4) within POWERS;
+    image_texture::decode_bytes(t: texture_use, stored: texel4) within POWERS;
     image_texture::texel_footprint(t: texture_use, coords: coordinates) within TEXELS;
     image_texture::mix_texels(f: texel_footprint, t00: texel4, t10: texel4, t01: texel4, t11: texel4) within ROUNDING;
     // materials/material.rs
     material::material_base_color(m: material_record, vertex_color: texel4, texel: texel4, pattern_position: point2, footprint_width: share) within CANCELLING;
     material::material_coverage(m: material_record, vertex_alpha: share, texel_alpha: share, pattern_position: point2) within STEPS;
+    material::material_reads_alpha(m: material_record) within EXACT;
     material::material_has_holes(m: material_record) within EXACT;
     material::material_shines(m: material_record) within EXACT;
     material::material_emits(m: material_record, front: flag) within EXACT;

@@ -58,9 +58,24 @@ pub mod camera {
     ///
     /// - `film`: position on the film, `(0, 0)` upper left to `(1, 1)` lower right.
     /// - `u_lens`: uniform numbers for the point on the lens.
-    ///
-    /// Thin lens after Kolb et al. 1995: all rays through one film point meet on the plane in focus.
     pub fn camera_ray(camera: CameraFrame, film: Vec2f, u_lens: Vec2f) -> CameraRay {
+        if camera.kind != CAMERA_PERSPECTIVE || camera.distortion.model == DISTORTION_NONE {
+            return undistorted_camera_ray(camera, film, u_lens);
+        }
+        let through_center = pinhole_direction(camera, film);
+        let axis = cross(camera.up, camera.right);
+        let seen = vec2f(dot(through_center, camera.right), -dot(through_center, camera.up));
+        let lens = lens_direction(camera.distortion, seen);
+        if !lens.valid {
+            let nowhere = beyond_everything(camera.origin, axis);
+            return CameraRay { origin: nowhere, direction: axis, weight: 0.0 };
+        }
+        let d = lens.direction;
+        thin_lens_ray(camera, camera.right * d.x - camera.up * d.y + axis * d.z, u_lens)
+    }
+
+    /// As [`camera_ray`], of a camera whose distortion does not count.
+    pub fn undistorted_camera_ray(camera: CameraFrame, film: Vec2f, u_lens: Vec2f) -> CameraRay {
         let x = 2.0 * film.x - 1.0;
         let y = 1.0 - 2.0 * film.y;
         if camera.kind == CAMERA_PANORAMA {
@@ -70,22 +85,23 @@ pub mod camera {
             let direction = flat * elevation.x + camera.up * elevation.y;
             return CameraRay { origin: camera.origin, direction: normalize(direction), weight: 1.0 };
         }
-        let on_film = camera.right * (x * camera.half_size.x) + camera.up * (y * camera.half_size.y);
         if camera.kind == CAMERA_ORTHOGRAPHIC {
+            let on_film = camera.right * (x * camera.half_size.x) + camera.up * (y * camera.half_size.y);
             return CameraRay { origin: camera.origin + on_film, direction: camera.forward, weight: 1.0 };
         }
-        let mut through_center = on_film + camera.forward;
-        if camera.distortion.model != DISTORTION_NONE {
-            let axis = cross(camera.up, camera.right);
-            let film = vec2f(dot(through_center, camera.right), -dot(through_center, camera.up));
-            let lens = lens_direction(camera.distortion, film);
-            if !lens.valid {
-                let nowhere = beyond_everything(camera.origin, axis);
-                return CameraRay { origin: nowhere, direction: axis, weight: 0.0 };
-            }
-            let d = lens.direction;
-            through_center = camera.right * d.x - camera.up * d.y + axis * d.z;
-        }
+        thin_lens_ray(camera, pinhole_direction(camera, film), u_lens)
+    }
+
+    /// From the pinhole to a point of the film at distance 1.
+    pub fn pinhole_direction(camera: CameraFrame, film: Vec2f) -> Vec3f {
+        let x = (2.0 * film.x - 1.0) * camera.half_size.x;
+        let y = (1.0 - 2.0 * film.y) * camera.half_size.y;
+        camera.right * x + camera.up * y + camera.forward
+    }
+
+    /// The ray through a point of a thin lens, of the rays that a pinhole would send in direction `through_center`, which has
+    /// length 1 along the axis. Kolb et al. 1995: all rays through one film point meet on the plane in focus.
+    pub fn thin_lens_ray(camera: CameraFrame, through_center: Vec3f, u_lens: Vec2f) -> CameraRay {
         if camera.lens_radius <= 0.0 {
             return CameraRay { origin: camera.origin, direction: normalize(through_center), weight: 1.0 };
         }

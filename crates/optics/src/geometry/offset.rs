@@ -45,8 +45,9 @@ pub mod offset {
         let c = p2 - p1;
         let longest = max(dot(a, a), max(dot(b, b), dot(c, c)));
         let g = cross(a, b);
-        let slenderness = min(longest / max(sqrt(dot(g, g)), 1e-30), 128.0);
-        rounding_clearance(largest_components(p0, p1, p2), n, sqrt(longest) * slenderness, transformed)
+        // Squares, of which one root is taken. Of triangles so small that these vanish the slenderness is not known.
+        let slenderness2 = clamp(longest * longest / max(dot(g, g), 1e-37), 1.0, 16384.0);
+        rounding_clearance(largest_components(p0, p1, p2), n, sqrt(longest * slenderness2), transformed)
     }
 
     /// [`rounding_clearance`] at the point `p` of the sphere around `center`, where its unit normal is `n`.

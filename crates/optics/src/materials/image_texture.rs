@@ -123,6 +123,11 @@ pub mod image_texture {
         if (t.flags & TEXTURE_SHARES) != 0u32 {
             return min(stored, vec4f(1.0, 1.0, 1.0, 1.0));
         }
+        decode_bytes(t, stored)
+    }
+
+    /// As [`decode_texel`], of bytes.
+    pub fn decode_bytes(t: TextureUse, stored: Vec4f) -> Vec4f {
         if (t.flags & TEXTURE_SRGB) != 0u32 {
             let linear = srgb_decode(vec3f(stored.x, stored.y, stored.z));
             return vec4f(linear.x, linear.y, linear.z, stored.w);

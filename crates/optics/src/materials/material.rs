@@ -141,6 +141,11 @@ pub mod material {
         )
     }
 
+    /// Whether the alpha of the base colour counts.
+    pub fn material_reads_alpha(m: MaterialRecord) -> bool {
+        (m.flags & (MATERIAL_ALPHA_MASK | MATERIAL_ALPHA_BLEND)) != 0u32
+    }
+
     /// Coverage of a point in `[0, 1]`: 0 is a hole.
     ///
     /// - `vertex_alpha`, `texel_alpha`: of vertex colour and base colour texture; 1 where there is none.
@@ -151,7 +156,7 @@ pub mod material {
         pattern_position: Vec2f,
     ) -> f32 {
         let mut alpha = 1.0;
-        if (m.flags & (MATERIAL_ALPHA_MASK | MATERIAL_ALPHA_BLEND)) != 0u32 {
+        if material_reads_alpha(m) {
             alpha = m.base_color.w * vertex_alpha * texel_alpha;
         }
         if (m.flags & MATERIAL_ALPHA_MASK) != 0u32 {

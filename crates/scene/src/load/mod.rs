@@ -182,6 +182,14 @@ pub enum LoadError {
         /// What is wrong, with the offending value.
         message: String,
     },
+    /// The file follows its format, but does not say where the data of something are.
+    #[error("{}: {}: the file does not say where its data are", shown(path), plain(object))]
+    NoData {
+        /// The file.
+        path: PathBuf,
+        /// What has no data.
+        object: String,
+    },
     /// There is no built-in scene of this name.
     #[error("there is no built-in scene `{}`; known are {known}", plain(name))]
     UnknownScene {

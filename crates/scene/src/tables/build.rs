@@ -4,6 +4,7 @@ use super::geometry::{BindingRecord, BlasRecord, GeometryKind, GeometryRecord, I
 use super::light::LightRecord;
 use super::material::{has_layers, rules_of, texture_flags};
 use super::{EnvironmentTable, LightTree, MaterialRecord, NONE, SceneTables, TextureUse, build_alias_table};
+use crate::normals::normals_are_faces;
 use crate::tangents::generate_and_split;
 use crate::{
     Environment, Instance, LightKind, LightProfile, Material, Pixels, Scene, Shape, Sphere, TriangleMesh,
@@ -226,6 +227,8 @@ impl SceneTables {
         let valid = mesh.indices.iter().filter(|t| t.iter().all(|&i| (i as usize) < vertex_count));
         self.indices.extend(valid.map(ordered));
         let present = |n: usize| n == vertex_count;
+        // Normals that say nothing new cost every ray that arrives.
+        let normals: &[Vec3] = if normals_are_faces(mesh) { &[] } else { &mesh.normals };
         let first = |n: usize, at: usize| if present(n) { at as u32 } else { NONE };
         let record = GeometryRecord {
             kind: GeometryKind::Triangles,
@@ -234,7 +237,7 @@ impl SceneTables {
             first_in_blas,
             first_vertex,
             vertex_count: vertex_count as u32,
-            first_normal: first(mesh.normals.len(), self.normals.len()),
+            first_normal: first(normals.len(), self.normals.len()),
             first_tangent: first(mesh.tangents.len(), self.tangents.len()),
             first_uv0: first(mesh.uv0.len(), self.uv0.len()),
             first_uv1: first(mesh.uv1.len(), self.uv1.len()),
@@ -245,10 +248,10 @@ impl SceneTables {
         let linear = Mat3::from(to.matrix3);
         let normal_matrix = normal_matrix(to);
         self.positions.extend(mesh.positions.iter().map(|p| to.transform_point3(*p).to_array()));
-        if present(mesh.normals.len()) {
+        if present(normals.len()) {
             let keeps_shapes = scales_alike(&normal_matrix).is_some();
             let placed = |n: &Vec3| placed_attribute(&normal_matrix, keeps_shapes, *n).to_array();
-            self.normals.extend(mesh.normals.iter().map(placed));
+            self.normals.extend(normals.iter().map(placed));
         }
         if present(mesh.tangents.len()) {
             let handedness = if flip { -1.0 } else { 1.0 };

@@ -13,6 +13,7 @@ mod build;
 mod changes;
 mod emitter_boxes;
 mod environment;
+mod features;
 mod fingerprint;
 mod geometry;
 mod layers;
@@ -152,17 +153,6 @@ impl SceneTables {
             + self.light_tree.memory_bytes()
             + bytes(&self.emitter_boxes)
             + self.environment.memory_bytes()
-    }
-
-    /// Whether any material absorbs light inside of bodies.
-    pub fn has_absorption(&self) -> bool {
-        self.materials.iter().any(MaterialRecord::absorbs)
-    }
-
-    /// Whether any mesh may gather light where the smooth surface would be that its normals stand for.
-    pub fn has_smooth_terminators(&self) -> bool {
-        let asks = |m: &MaterialRecord| m.flags & MATERIAL_SMOOTH_TERMINATOR != 0;
-        self.geometries.iter().any(|g| g.first_normal != NONE) && self.materials.iter().any(asks)
     }
 
     /// The light that a primitive of a binding's geometry is a part of, as an index into `lights`; [`NONE`] if its light cannot be

@@ -23,6 +23,8 @@ pub(super) struct Buffers<'a> {
 enum Unreadable {
     /// The file is missing, too large or unreadable.
     File(LoadError),
+    /// The file does not say where the data are.
+    Nowhere,
     /// A sentence.
     Other(String),
     /// A fallback buffer without data of this compression.
@@ -116,6 +118,9 @@ impl<'a> Document<'a> {
                 let declared = usize::try_from(self.json.buffers[index as usize].byte_length);
                 Ok(&bytes[..bytes.len().min(declared.unwrap_or(usize::MAX))])
             }
+            Err(Unreadable::Nowhere) => {
+                Err(LoadError::NoData { path: self.path.to_owned(), object: format!("buffer {index}") })
+            }
             Err(Unreadable::Other(message)) => Err(self.malformed(format!("buffer {index}"), message)),
             Err(Unreadable::Compressed(extension)) => Err(self.unsupported(user(), extension)),
             Err(Unreadable::File(error)) => Err(copy(error)),
@@ -129,7 +134,7 @@ impl<'a> Document<'a> {
                 return Err(Unreadable::Compressed(extension));
             }
             let binary = self.buffers.binary.filter(|_| index == 0);
-            return binary.map(Cow::Borrowed).ok_or(Unreadable::Other("has no data".into()));
+            return binary.map(Cow::Borrowed).ok_or(Unreadable::Nowhere);
         };
         let bytes = match uri::resolve(self.path, &uri.0, self.options).map_err(Unreadable::Other)? {
             Target::Data(bytes) => bytes,

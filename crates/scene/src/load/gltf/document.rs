@@ -2,7 +2,7 @@
 
 use super::buffers::Buffers;
 use super::json::Gltf;
-use crate::{LoadError, LoadOptions};
+use crate::{LoadError, LoadOptions, LoadReport};
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -24,25 +24,24 @@ const MEMORY_PER_BYTE: u64 = 16;
 
 impl<'a> Document<'a> {
     /// A document of parsed JSON.
-    ///
-    /// # Errors
-    /// [`LoadError::Malformed`] for what is not glTF 2.
     pub fn new(
         path: &'a Path,
         options: &'a LoadOptions,
         json: Gltf<'a>,
         binary: Option<&'a [u8]>,
         file_size: u64,
-    ) -> Result<Self, LoadError> {
+    ) -> Self {
         let compressed = json.buffer_views.iter().any(|v| v.extensions.compressed().is_some());
         let views = if compressed { json.buffer_views.len() } else { 0 };
         let buffers = Buffers::new(binary, json.buffers.len(), views);
-        let document = Self { path, options, json, buffers, file_size, used: AtomicU64::new(0) };
-        document.check_version()?;
-        Ok(document)
+        Self { path, options, json, buffers, file_size, used: AtomicU64::new(0) }
     }
 
-    fn check_version(&self) -> Result<(), LoadError> {
+    /// Looks at the version that the file is written in.
+    ///
+    /// # Errors
+    /// [`LoadError::Malformed`] for what is not glTF 2.
+    pub fn check_version(&self, report: &mut LoadReport) -> Result<(), LoadError> {
         let asset = self.json.asset.as_ref();
         let version = asset.and_then(|a| a.version.as_deref());
         let Some(version) = version else {
@@ -52,10 +51,16 @@ impl<'a> Document<'a> {
             return Err(self.malformed("asset", format!("version `{version}` is not supported, only 2.x")));
         }
         match asset.and_then(|a| a.min_version.as_deref()) {
-            None | Some("2.0") => Ok(()),
-            Some(_) if self.options.lenient => Ok(()),
-            Some(min) => Err(self.malformed("asset", format!("requires version `{min}`, supported is 2.0"))),
+            None | Some("2.0") => {}
+            // Versions of the same first number only add to what there was.
+            Some(min) if min.starts_with("2.") || self.options.lenient => report.ignored(format!(
+                "the file asks for readers of glTF {min}; this one knows 2.0, what is newer is left out"
+            )),
+            Some(min) => {
+                return Err(self.malformed("asset", format!("requires version `{min}`, supported is 2.0")));
+            }
         }
+        Ok(())
     }
 
     /// A [`LoadError::Malformed`] in this file.

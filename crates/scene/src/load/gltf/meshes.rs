@@ -130,6 +130,11 @@ impl Document<'_> {
                 report.ignored(format!("{error}; it is left out"));
                 Ok(None)
             }
+            // Such files are whole; programs that know of each other pass the data along by other ways.
+            Err(error @ LoadError::NoData { .. }) => {
+                report.ignored(format!("{object} is not drawn: {error}"));
+                Ok(None)
+            }
             other => other,
         }
     }

@@ -39,7 +39,7 @@ mod topology;
 mod uri;
 mod variants;
 
-use super::{LoadError, LoadOptions, Loaded, read_file};
+use super::{LoadError, LoadOptions, Loaded, read_file, text};
 use crate::animation::AnimatedInstance;
 use crate::origin::subtract;
 use crate::{Instance, LoadReport, Mesh, Scene};
@@ -50,6 +50,7 @@ use glam::{DAffine3, DVec3};
 use instances::{Carrier, Job, Pose};
 use meshes::JobDeformation;
 use motion::Motion;
+use std::borrow::Cow;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 use textures::Textures;
@@ -78,18 +79,23 @@ fn load_bytes_within(path: &Path, file: &[u8], options: &LoadOptions) -> Result<
     let mut report = LoadReport { bytes_read: file.len() as u64, ..LoadReport::default() };
     let container = container::split(path, file, &mut report)?;
     let mended: Vec<u8>;
-    let mut json = match serde_json::from_slice(container.json) {
+    let text = text::decoded(path, container.json)?;
+    if matches!(text, Cow::Owned(_)) {
+        report.repaired("the JSON is UTF-16 instead of UTF-8");
+    }
+    let mut json = match serde_json::from_slice(&text) {
         Ok(json) => json,
         Err(error) => {
             let malformed = || LoadError::malformed(path, "JSON", error.to_string());
-            mended = integers::mend(container.json).filter(|_| error.is_data()).ok_or_else(malformed)?;
+            mended = integers::mend(&text).filter(|_| error.is_data()).ok_or_else(malformed)?;
             serde_json::from_slice(&mended)
                 .inspect(|_| report.repaired("integers are written as fractions"))
                 .map_err(|_| malformed())?
         }
     };
     variants::choose(path, options, &mut json, &mut report)?;
-    let document = Document::new(path, options, json, container.binary, file.len() as u64)?;
+    let document = Document::new(path, options, json, container.binary, file.len() as u64);
+    document.check_version(&mut report)?;
     document.check_extensions(&mut report)?;
     let scene = convert(&document, &mut report)?;
     report.bytes_read += document.buffers.extra_bytes.load(Ordering::Relaxed);
