@@ -1,11 +1,11 @@
 //! [`CpuBackend`]: the trait's implementation; film, threads, views.
 
-use crate::bands::{Band, FirstHits, Work};
-use crate::filter::AlphaFilter;
-use crate::listed;
-use crate::passes;
-use crate::path::PathBatch;
+use crate::fetch::filter::AlphaFilter;
+use crate::integrate::path::PathBatch;
 use crate::scene::CpuScene;
+use crate::schedule::passes;
+use crate::schedule::pixel_list;
+use crate::schedule::row_blocks::{FirstHits, RowBlock, Work};
 use accel::{Opaque, Quality};
 use backend::{
     Backend, BackendError, Control, Integrator, LoadStats, PixelSamples, Stats, View, check_media,
@@ -138,7 +138,7 @@ impl Backend for CpuBackend {
             return Err(BackendError::NoScene { backend: "cpu" });
         };
         control.begin(wanted);
-        let rays = self.threads.install(|| listed::render(scene, view, pixels, film, control));
+        let rays = self.threads.install(|| pixel_list::render(scene, view, pixels, film, control));
         let samples = control.progress().samples_done;
         let cancelled = control.is_cancelled();
         Ok(Stats { samples, rays, elapsed: start.elapsed(), cancelled, device_time: None })
@@ -154,7 +154,7 @@ impl Backend for CpuBackend {
 }
 
 thread_local! {
-    /// Scratch memory of each worker, kept from band to band.
+    /// Scratch memory of each worker, kept from block to block.
     static BATCH: RefCell<PathBatch> = RefCell::default();
 }
 
@@ -169,9 +169,9 @@ pub(crate) fn render_work(
 ) -> u64 {
     BATCH.with_borrow_mut(|batch| {
         if scene.tables.has_alpha {
-            Band { scene, view, filter: &AlphaFilter(scene), work }.render(pixels, aovs, batch)
+            RowBlock { scene, view, filter: &AlphaFilter(scene), work }.render(pixels, aovs, batch)
         } else {
-            Band { scene, view, filter: &Opaque, work }.render(pixels, aovs, batch)
+            RowBlock { scene, view, filter: &Opaque, work }.render(pixels, aovs, batch)
         }
     })
 }

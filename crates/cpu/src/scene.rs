@@ -1,6 +1,6 @@
 //! A scene ready to be traced: tables and acceleration structures.
 
-use crate::sites::Sites;
+use crate::fetch::hit_records::HitRecordTable;
 use accel::{Blas, Geometry, Instance, Quality, Sphere, Tlas};
 use optics::light::light_is_flat;
 use optics::vector::{cross, dot};
@@ -15,7 +15,7 @@ use std::sync::Arc;
 pub(crate) struct CpuScene {
     pub tables: Arc<SceneTables>,
     pub tlas: Tlas,
-    pub sites: Sites,
+    pub hit_records: HitRecordTable,
     /// Indices of lights whose disc is seen in the sky.
     pub visible_discs: Vec<u32>,
     /// Whether there are no lights but triangles and rectangles without textures, which can be sampled many at a time.
@@ -65,16 +65,16 @@ impl CpuScene {
         let plain_sky = sky.width == 0 && sky.light == NONE && visible_discs.is_empty();
         let is_plain = |l: &LightRecord| light_is_flat(l.light.kind) && l.textured_material == NONE;
         let plain_lights = tables.lights.iter().all(is_plain);
-        let sites = Sites::new(&tables);
+        let hit_records = HitRecordTable::new(&tables);
         let volumes = tables.needs_volumes();
-        Self { tables, tlas, sites, visible_discs, plain_lights, plain_sky, volumes }
+        Self { tables, tlas, hit_records, visible_discs, plain_lights, plain_sky, volumes }
     }
 
     /// The records of a hit primitive.
     #[inline(always)]
     pub fn records(&self, instance: u32, primitive: u32) -> HitRecords<'_> {
-        let binding = self.sites.binding(instance, primitive);
-        let geometry = &self.tables.geometries[self.sites.site(binding).geometry as usize];
+        let binding = self.hit_records.binding(instance, primitive);
+        let geometry = &self.tables.geometries[self.hit_records.hit_record(binding).geometry as usize];
         HitRecords {
             instance: &self.tables.instances[instance as usize],
             geometry,

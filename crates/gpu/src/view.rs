@@ -72,8 +72,8 @@ pub struct View {
     reflection_samples: u32,
     ambient_samples: u32,
     ambient_distance: f32,
-    listed: u32,
-    first_listed: u32,
+    list_length: u32,
+    first_in_list: u32,
     light_cutoff: f32,
     shadows: u32,
     phong: u32,
@@ -153,7 +153,7 @@ impl View {
             BatchPixels::Portions { first, count, samples } => ((0, 0), (first, count, samples)),
         };
         (self.first_row, self.row_count) = rows;
-        (self.first_listed, self.listed, self.portion_samples) = portions;
+        (self.first_in_list, self.list_length, self.portion_samples) = portions;
         self.first_sample = batch.first_sample;
         self.sample_count = batch.sample_count;
     }
@@ -233,8 +233,8 @@ mod tests {
                 reflection_samples,
                 ambient_samples,
                 ambient_distance,
-                listed,
-                first_listed,
+                list_length,
+                first_in_list,
                 light_cutoff,
                 shadows,
                 phong,

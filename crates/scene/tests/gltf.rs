@@ -409,7 +409,7 @@ fn normals_against_the_winding_are_turned_and_reported() {
     );
     for (keep_normals, expected, done) in [(false, 1.0, "turned round"), (true, -1.0, "kept")] {
         let options = LoadOptions { keep_normals, ..LoadOptions::default() };
-        let loaded = scene::load::gltf::load_bytes(Path::new("n.gltf"), text.as_bytes(), &options);
+        let loaded = load_bytes(Path::new("n.gltf"), text.as_bytes(), &options);
         let loaded = loaded.unwrap_or_else(|e| panic!("{e}"));
         let Shape::Triangles(mesh) = &loaded.scene.meshes[0].parts[0].shape else { panic!("triangles") };
         assert!(mesh.normals.iter().all(|n| n.z == expected), "{:?}", mesh.normals);

@@ -1,8 +1,11 @@
 //! `alhazen render`: a picture, or a sequence of pictures, of a scene.
 
+mod backend;
+mod ending;
 mod moving;
 pub mod output;
 pub mod parsing;
+mod places;
 pub mod realtime;
 mod report;
 pub mod roulette;
@@ -16,12 +19,13 @@ use crate::exit::Exit;
 use crate::interrupt::cancel_on_signal;
 use crate::profile::Profile;
 use alhazen::{
-    Adaptive, Aov, AovKind, BackendChoice, Control, Denoiser, Description, Limits, LoadOptions, PartJob,
-    PathKernel, ProtectedFiles, Rect, Renderer, RendererOptions, SamplerKind, Summary, SunPosition, metadata,
-    prove_writable,
+    Adaptive, Aov, BackendChoice, Control, Denoiser, Description, Limits, LoadOptions, PartJob, PathKernel,
+    ProtectedFiles, Rect, Renderer, SamplerKind, Summary, SunPosition, metadata,
 };
-use anyhow::{anyhow, bail, ensure};
+use anyhow::anyhow;
+use backend::{choose_renderer, print_notices};
 use clap::{Args, FromArgMatches, ValueEnum};
+use ending::check_end;
 use moving::{Moving, stillness};
 use output::OutputArgs;
 use parsing::{
@@ -29,16 +33,17 @@ use parsing::{
     parse_frames, parse_list, parse_not_negative, parse_position, parse_positive, parse_seconds, parse_share,
     parse_threads, parse_turbidity,
 };
+use places::{check, protect_inputs};
+pub use places::{check_output, check_place, frame_path};
 use realtime::FrameSettings;
 use report::{print_loaded, report};
 use roulette::RouletteArgs;
 use setup::{job, limits, set_environment};
 use split::{Made, Saved, SplitArgs};
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use video::Video;
 
 /// Render a scene to a picture.
 ///
@@ -384,38 +389,6 @@ impl RenderArgs {
     }
 }
 
-/// Finds out before anything is loaded what of the arguments cannot be, or cannot be written. Returns the videos and the
-/// pictures among the outputs.
-fn check(args: &RenderArgs) -> anyhow::Result<(Vec<Video>, Vec<PathBuf>)> {
-    let (videos, pictures) = Video::split(args)?;
-    let first = args.sequence().map(|(first, _)| first);
-    for path in &pictures {
-        check_output(&frame_path(path, first), args.split.makes_parts(), &ProtectedFiles::default())?;
-    }
-    args.profile.as_deref().map_or(Ok(()), check_place)?;
-    args.split.check(&args.output)?;
-    ensure!(
-        videos.is_empty() || !args.split.is_used(),
-        "a video cannot be rendered in parts: render its frames"
-    );
-    if args.is_adaptive()
-        && let Some(option) = args.split.given()
-    {
-        bail!("{option} and --sampling adaptive: parts of a picture have the same samples for every pixel");
-    }
-    Ok((videos, pictures))
-}
-
-/// Refuses to replace what was read to make the picture.
-fn protect_inputs(args: &RenderArgs, inputs: &ProtectedFiles, pictures: &[PathBuf]) -> anyhow::Result<()> {
-    let numbers = args.sequence().map_or(vec![None], |(first, end)| (first..end).map(Some).collect());
-    for frame in numbers {
-        pictures.iter().try_for_each(|path| inputs.check(&frame_path(path, frame)))?;
-    }
-    let others = args.output.iter().chain(&args.profile).chain(args.split.checkpoint());
-    Ok(others.into_iter().try_for_each(|path| inputs.check(path))?)
-}
-
 /// Renders what the arguments ask for.
 pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     let (videos, pictures) = check(args).map_err(|error| Exit::Usage.or(error))?;
@@ -488,21 +461,6 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     args.profile.as_deref().map_or(Ok(()), |path| profile.write(path))
 }
 
-/// Whether the picture that was written is what was asked for.
-fn check_end(args: &RenderArgs, summary: &Summary) -> anyhow::Result<()> {
-    if summary.cancelled {
-        let text = format!("stopped before the end; the picture has {} samples per pixel", summary.spp);
-        return Err(Exit::Interrupted.with(anyhow!(text)));
-    }
-    let share = summary.invalid_samples as f64 / summary.samples.max(1) as f64;
-    if share > args.max_invalid {
-        let (invalid, all) = (summary.invalid_samples, summary.samples);
-        let text = format!("{invalid} of {all} samples were NaN or infinite: more than --max-invalid allows");
-        return Err(Exit::Render.with(anyhow!(text)));
-    }
-    Ok(())
-}
-
 /// Renders a picture in one go, until a limit is reached.
 fn render_whole(
     renderer: &mut Renderer,
@@ -526,67 +484,6 @@ fn render_whole(
     Ok((Made::Picture(metadata), summary))
 }
 
-/// The back end that the arguments ask for; says once which it is and why.
-fn choose_renderer(args: &RenderArgs) -> anyhow::Result<Renderer> {
-    let has_mattes = args.aov.iter().any(|aov| aov.kind() == AovKind::Shares);
-    let backend = match args.backend {
-        BackendChoice::Auto if has_mattes => BackendChoice::Cpu,
-        chosen => chosen,
-    };
-    let options = RendererOptions {
-        backend,
-        adapter: args.adapter.clone(),
-        threads: args.threads,
-        kernel: args.kernel,
-    };
-    let chosen = Renderer::choose(&options)?;
-    if !args.quiet && !chosen.reason.is_empty() {
-        say!("rendering on {}", chosen.reason);
-    }
-    Ok(chosen.renderer)
-}
-
-/// What the back end has to say, even to who wants no progress: the picture was made in another way than asked for.
-fn print_notices(renderer: &mut Renderer) {
-    renderer.take_notices().iter().for_each(|notice| say!("{notice}"));
-}
-
-/// Finds out before rendering what would keep the picture, or a part if `is_part`, from being written.
-pub fn check_output(path: &Path, is_part: bool, inputs: &ProtectedFiles) -> anyhow::Result<()> {
-    alhazen::output::Format::of(path)?;
-    check_folder(path)?;
-    Ok(alhazen::output::prove(path, is_part, inputs)?)
-}
-
-/// Finds out whether a file can be written to `path`.
-pub fn check_place(path: &Path) -> anyhow::Result<()> {
-    check_folder(path)?;
-    Ok(prove_writable(path)?)
-}
-
-fn check_folder(path: &Path) -> anyhow::Result<()> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if folder.is_dir() {
-        return Ok(());
-    }
-    let text = format!("cannot write {}: there is no folder {}", path.display(), folder.display());
-    Err(Exit::Output.with(anyhow!(text)))
-}
-
-/// Where a picture of a sequence goes: `picture.png` becomes `picture.0007.png`, and in `picture-####.png`, as in any
-/// name with `#`, these are replaced by as many digits.
-pub fn frame_path(path: &Path, frame: Option<u32>) -> PathBuf {
-    let Some(frame) = frame else { return path.to_owned() };
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    if let Some(start) = name.find('#') {
-        let digits = name[start..].chars().take_while(|c| *c == '#').count();
-        let (before, after) = (&name[..start], &name[start + digits..]);
-        return path.with_file_name(format!("{before}{frame:0digits$}{after}"));
-    }
-    let extension = path.extension().unwrap_or_default().to_string_lossy();
-    path.with_extension(format!("{frame:04}.{extension}"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -596,30 +493,5 @@ mod tests {
         let args = RenderArgs::default_picture();
         assert_eq!(args.scene, "three-spheres");
         assert_eq!(args.output, [PathBuf::from("render.png")]);
-    }
-
-    #[test]
-    fn too_many_invalid_samples_are_a_failure() {
-        let args = |words: &str| {
-            let words: Vec<String> = words.split_whitespace().map(str::to_owned).collect();
-            RenderArgs::parse_arguments(&words).unwrap()
-        };
-        let summary = |invalid_samples| Summary { samples: 1000, invalid_samples, ..Summary::default() };
-        let end = |args: &RenderArgs, invalid| check_end(args, &summary(invalid)).map_err(|e| Exit::of(&e));
-        let usual = args("");
-        assert_eq!((end(&usual, 0), end(&usual, 10)), (Ok(()), Ok(())));
-        assert_eq!(end(&usual, 11), Err(Exit::Render));
-        assert_eq!(end(&args("--max-invalid 0"), 1), Err(Exit::Render));
-        assert_eq!(end(&args("--max-invalid 1"), 1000), Ok(()));
-    }
-
-    #[test]
-    fn frames_are_numbered() {
-        let named = |name: &str, frame| frame_path(Path::new(name), frame).to_string_lossy().into_owned();
-        assert_eq!(named("a/b.png", None), "a/b.png");
-        assert_eq!(named("a/b.png", Some(7)), "a/b.0007.png");
-        assert_eq!(named("a/b.12.png", Some(12345)), "a/b.12.12345.png");
-        assert_eq!(named("a#/b_###_left.exr", Some(7)), "a#/b_007_left.exr");
-        assert_eq!(named("####.png", None), "####.png");
     }
 }

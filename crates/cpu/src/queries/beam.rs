@@ -5,10 +5,12 @@
 //! Reflections are not followed: what a pane or a mirror reflects is lost.
 
 use super::{PIECE, RayQueries, Scratch};
-use crate::filter::BoundaryFilter;
-use crate::material::{Shading, mixes_models, shade};
-use crate::surface::Surface;
-use crate::volumes::{crossed, interiors_around, ior_along, optical_depth, passes, relative_ior, segment};
+use crate::fetch::filter::BoundaryFilter;
+use crate::fetch::surface::Surface;
+use crate::integrate::volume::{
+    crossed, interiors_around, ior_along, optical_depth, passes, relative_ior, segment,
+};
+use crate::shade::material::{Shading, mixes_models, shade};
 use accel::{Coherence, Hit, MISS, Ray};
 use backend::Control;
 use optics::bsdf::bsdf_eval;

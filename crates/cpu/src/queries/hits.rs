@@ -1,7 +1,7 @@
 //! Batches of rays and what they hit, as arrays of plain numbers.
 
 use super::{PIECE, RayQueries};
-use crate::surface::front_normals;
+use crate::fetch::surface::front_normals;
 use accel::{Coherence, Hit, Ray};
 use backend::Control;
 use rayon::prelude::*;

@@ -8,7 +8,7 @@ pub use beam::BeamEcho;
 pub use hits::{Hits, RayError, Rays};
 pub use point::SurfacePoint;
 
-use crate::filter::AlphaFilter;
+use crate::fetch::filter::AlphaFilter;
 use crate::scene::CpuScene;
 use accel::{Coherence, Hit, MISS, Opaque, Quality, Ray};
 use backend::{BackendError, Control};
@@ -159,8 +159,8 @@ impl RayQueries {
     /// The user's instance of a hit, and the number of the primitive in that instance's mesh.
     #[inline]
     fn instance_and_primitive(&self, hit: &Hit) -> (u32, u32) {
-        let binding = self.scene.sites.binding(hit.instance, hit.primitive);
-        let in_geometry = hit.primitive - self.scene.sites.site(binding).first_in_blas;
+        let binding = self.scene.hit_records.binding(hit.instance, hit.primitive);
+        let in_geometry = hit.primitive - self.scene.hit_records.hit_record(binding).first_in_blas;
         let binding = binding as usize;
         (self.scene.tables.bindings[binding].object, self.first_in_mesh[binding] + in_geometry)
     }

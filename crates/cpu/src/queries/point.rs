@@ -1,8 +1,8 @@
 //! What there is to know of a point that a ray reached.
 
 use super::RayQueries;
-use crate::material::{Shading, base_color, mixes_models, shade};
-use crate::surface::Surface;
+use crate::fetch::surface::Surface;
+use crate::shade::material::{Shading, base_color, mixes_models, shade};
 use accel::{Hit, Ray};
 use optics::bsdf::bsdf_eval;
 use optics::constants::PI;

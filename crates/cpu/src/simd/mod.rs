@@ -4,7 +4,7 @@
 //! the lanes move together, or that vectors are fetched from all over a table, it does not see. A type that implements
 //! [`Instructions`] is also the proof that the processor has them; [`Portable`] is the scalar twin.
 
-use crate::lanes::LANES;
+use crate::batch::lanes::LANES;
 #[cfg(target_arch = "x86_64")]
 use {avx2::Avx2, avx512::Avx512};
 

@@ -20,9 +20,9 @@ fn main(
     // A workgroup is a square of the rows, or a run of portions.
     var index = id.y * view.window_width + id.x;
     var wanted = id.x < view.window_width && id.y < view.row_count;
-    if view.listed > 0u {
+    if view.list_length > 0u {
         index = (group.y * groups.x + group.x) * 64u + local;
-        wanted = index < view.listed;
+        wanted = index < view.list_length;
     }
     if wanted {
         render_pixel(pixel_work(index));

@@ -38,8 +38,8 @@ struct View {
     ambient_samples: u32,
     ambient_distance: f32,
     /// Portions that this dispatch works on, and the first of them; 0: it works on rows.
-    listed: u32,
-    first_listed: u32,
+    list_length: u32,
+    first_in_list: u32,
     /// Irradiance below which a light does not count, W/m²; 0: all lights count.
     light_cutoff: f32,
     /// 0 or 1: whether anything stands in the light's way.
@@ -131,11 +131,11 @@ var<private> records_layers: bool = true;
 
 /// The work at `index` of this dispatch's rows, or portion `index` of it.
 fn pixel_work(index: u32) -> PixelWork {
-    if view.listed == 0u {
+    if view.list_length == 0u {
         let pixel = vec2u(index % view.window_width, view.first_row + index / view.window_width);
         return PixelWork(pixel, view.first_sample, NONE);
     }
-    let portion = view.first_listed + index;
+    let portion = view.first_in_list + index;
     let number = pixel_of_portion(portion);
     let share = tally.shares[number];
     records_layers = portion == share.x;

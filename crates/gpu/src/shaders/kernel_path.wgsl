@@ -32,7 +32,7 @@ fn render_pixel(work: PixelWork) {
         }
         var alive = false;
         if hit.instance == NONE {
-            path.state = escape(path, path.origin);
+            path.state = shade_miss(path, path.origin);
             if WANTS_AOVS && path.state.depth == 1u {
                 record_miss(pixel, sample);
             }
@@ -47,7 +47,7 @@ fn render_pixel(work: PixelWork) {
                 }
             }
             var shadow = no_shadow_ray();
-            alive = arrive(&path, s, hit.t, branch, &shadow);
+            alive = shade_hit(&path, s, hit.t, branch, &shadow);
             if is_wanted(shadow) && !occluded(shadow.origin, shadow.direction, shadow.distance, shadow.salt) {
                 path.state.radiance += shadow.contribution;
             }

@@ -19,7 +19,7 @@ struct Fork {
     /// The path as it has arrived there.
     walk: VolumePath,
     hit: Hit,
-    arrival: Arrival,
+    event: PathEvent,
     /// Paths that have not gone on yet.
     waiting: u32,
 }
@@ -97,23 +97,23 @@ fn render_pixel(work: PixelWork) {
             walk.path.state.radiance += way.contribution;
             asks = ASKS_PATH;
         } else {
-            var arrival = fork.arrival;
+            var event = fork.event;
             if !(SPLITS_PATHS && branch > 0u) {
-                arrival = advance(&walk, hits, hit.t, s);
+                event = advance(&walk, hits, hit.t, s);
             }
-            alive = arrival.kind == ARRIVES_BEYOND;
+            alive = event.kind == EVENT_CROSSING;
             way.contribution = vec3f(0.0);
-            let is_vertex = arrival.kind == ARRIVES_IN_MEDIUM || arrival.kind == ARRIVES_ON_SURFACE;
-            if is_vertex && (arrival.subsurface || walk.path.state.depth < view.max_depth) {
-                if SPLITS_PATHS && !arrival.subsurface && walk.path.state.depth == 1u {
+            let is_vertex = event.kind == EVENT_IN_MEDIUM || event.kind == EVENT_ON_SURFACE;
+            if is_vertex && (event.subsurface || walk.path.state.depth < view.max_depth) {
+                if SPLITS_PATHS && !event.subsurface && walk.path.state.depth == 1u {
                     if branch == 0u {
-                        fork = Fork(walk, hit, arrival, view.splitting - 1u);
+                        fork = Fork(walk, hit, event, view.splitting - 1u);
                     }
                     // The branches share what comes; each draws numbers of its own.
                     walk.path.state.throughput *= 1.0 / f32(view.splitting);
                     walk.path.sampler.scramble = hash_combine(walk.path.sampler.scramble, branch);
                 }
-                alive = scatter_where(&walk, arrival, s, &way);
+                alive = scatter_where(&walk, event, s, &way);
             }
             branch = 0u;
             if !all(way.contribution == vec3f(0.0)) {

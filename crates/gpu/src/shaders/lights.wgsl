@@ -23,13 +23,13 @@ struct LightChoice {
 /// Samples a direction towards a light chosen by the irradiance that it can bring; the density includes the choice, 0 if no light
 /// can be chosen.
 ///
-/// - `receiver`: normal of the surface on the side that light can reach, by `octahedral_encode`, or ALL_SIDES.
+/// - `sampling_normal`: normal of the surface on the side that light can reach, by `octahedral_encode`, or ALL_SIDES.
 /// - `u`: `u.x` chooses the light, and what is left of it goes with `u.y` into the direction.
-fn sample_light(p: vec3f, receiver: u32, u: vec2f) -> LightSample {
+fn sample_light(p: vec3f, sampling_normal: u32, u: vec2f) -> LightSample {
     if scene.light_count == 0u {
         return no_light_sample();
     }
-    let choice = choose_light(p, receiver, u.x, dither(u.x, u.y));
+    let choice = choose_light(p, sampling_normal, u.x, dither(u.x, u.y));
     if choice.probability <= 0.0 {
         return no_light_sample();
     }
@@ -39,25 +39,25 @@ fn sample_light(p: vec3f, receiver: u32, u: vec2f) -> LightSample {
 }
 
 /// Chooses a light; `rest`: another number for the bits that the choice uses up.
-fn choose_light(p: vec3f, receiver: u32, u: f32, rest: f32) -> LightChoice {
+fn choose_light(p: vec3f, sampling_normal: u32, u: f32, rest: f32) -> LightChoice {
     if !LIGHT_TREE {
         return choose_by_power(u, rest);
     }
     let uniform_share = word_f32(scene.light_tree + 1u);
     var choice = LightChoice(0u, 0.0, u);
     if uniform_share <= 0.0 {
-        choice = choose_by_importance(p, receiver, u);
+        choice = choose_by_importance(p, sampling_normal, u);
     } else {
         let branch = light_branch(uniform_share, 1.0 - uniform_share, u);
         if branch.second {
-            choice = choose_by_importance(p, receiver, branch.remainder);
+            choice = choose_by_importance(p, sampling_normal, branch.remainder);
             if choice.probability > 0.0 {
                 choice.probability =
                     light_choice_probability(choice.probability, uniform_share, f32(scene.light_count));
             }
         } else {
             choice.index = uniform_light(branch.remainder, scene.light_count);
-            choice.probability = light_probability(choice.index, p, receiver);
+            choice.probability = light_probability(choice.index, p, sampling_normal);
             choice.remainder = uniform_remainder(branch.remainder, scene.light_count);
         }
     }
@@ -74,8 +74,8 @@ fn choose_by_power(u: f32, rest: f32) -> LightChoice {
 }
 
 /// Walks down the tree of lights. Bits of the remainder are used up.
-fn choose_by_importance(p: vec3f, receiver: u32, u: f32) -> LightChoice {
-    let normal = octahedral_decode(receiver);
+fn choose_by_importance(p: vec3f, sampling_normal: u32, u: f32) -> LightChoice {
+    let normal = octahedral_decode(sampling_normal);
     let width = node_width();
     var choice = LightChoice(0u, 1.0, u);
     var defends = words[scene.light_tree] != 0u;
@@ -103,11 +103,11 @@ fn choose_by_importance(p: vec3f, receiver: u32, u: f32) -> LightChoice {
 }
 
 /// Probability with which `choose_light` takes a light.
-fn light_probability(index: u32, p: vec3f, receiver: u32) -> f32 {
+fn light_probability(index: u32, p: vec3f, sampling_normal: u32) -> f32 {
     if !LIGHT_TREE {
         return lights[index].probability;
     }
-    let normal = octahedral_decode(receiver);
+    let normal = octahedral_decode(sampling_normal);
     let width = node_width();
     let defends_root = words[scene.light_tree] != 0u;
     var place = words[scene.light_tree + LIGHT_TREE_PLACES + index];
@@ -232,12 +232,12 @@ fn textured_emission(index: u32, coords: vec4f) -> vec3f {
 }
 
 /// Density over solid angle, seen from `origin`, with which `sample_light` would have found an emissive surface at distance
-/// `distance` in unit direction `wi`; 0 if it is not sampled. `receiver`: as it was given there.
-fn surface_light_pdf(s: Surface, origin: vec3f, receiver: u32, wi: vec3f, distance: f32) -> f32 {
+/// `distance` in unit direction `wi`; 0 if it is not sampled. `sampling_normal`: as it was given there.
+fn surface_light_pdf(s: Surface, origin: vec3f, sampling_normal: u32, wi: vec3f, distance: f32) -> f32 {
     if s.light == NONE {
         return 0.0;
     }
-    return surface_direction_pdf(s, origin, wi, distance) * light_probability(s.light, origin, receiver);
+    return surface_direction_pdf(s, origin, wi, distance) * light_probability(s.light, origin, sampling_normal);
 }
 
 /// The same once the light, which is not NONE, has been chosen: the density of `sample_one_light`.
@@ -423,18 +423,18 @@ fn sample_environment(p: vec3f, u: vec2f) -> LightSample {
     return light;
 }
 
-/// What chose the lights of a vertex: the point and the receiver that `sample_light` was given; and, of whoever chooses several
+/// What chose the lights of a vertex: the point and the normal that `sample_light` was given; and, of whoever chooses several
 /// times or also in another way, the number of choices like this and the sum of the other ways' probabilities.
 struct LightChooser {
     p: vec3f,
-    receiver: u32,
+    sampling_normal: u32,
     choices: f32,
     others: f32,
 }
 
 /// Adds everything that is infinitely far away in unit direction `wi` to a path that goes there from its last vertex, `origin`.
-fn path_add_distant(path: PathState, origin: vec3f, receiver: u32, wi: vec3f) -> PathState {
-    return path_add_distant_chosen(path, origin, LightChooser(origin, receiver, 1.0, 0.0), wi);
+fn path_add_distant(path: PathState, origin: vec3f, sampling_normal: u32, wi: vec3f) -> PathState {
+    return path_add_distant_chosen(path, origin, LightChooser(origin, sampling_normal, 1.0, 0.0), wi);
 }
 
 /// The same where `chooser` chose the lights at `origin`.
@@ -456,7 +456,7 @@ fn path_add_distant_chosen(path: PathState, origin: vec3f, chooser: LightChooser
 }
 
 fn chosen_probability(index: u32, chooser: LightChooser) -> f32 {
-    return chooser.choices * light_probability(index, chooser.p, chooser.receiver) + chooser.others;
+    return chooser.choices * light_probability(index, chooser.p, chooser.sampling_normal) + chooser.others;
 }
 
 /// Whether there is light from infinitely far away in any direction.

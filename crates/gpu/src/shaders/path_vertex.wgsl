@@ -1,6 +1,6 @@
 // What happens at a vertex of a path: the same decisions with the same random numbers as the CPU's, by the optics' path
 // functions. Nothing here asks a tracer. Whoever follows paths, the megakernel's loop or the wavefront's stages, finds the
-// vertex, calls `arrive`, and asks for the shadow ray that it hands out.
+// vertex, calls `shade_hit`, and asks for the shadow ray that it hands out.
 
 #import film, lights, material, scattering, scene, surface, texels, variant
 #import optics::constants, optics::frame, optics::intersect, optics::light, optics::light_tree
@@ -24,7 +24,7 @@ struct Path {
     /// Length of the path so far, for footprints.
     length: f32,
     /// What the light sample of the last vertex knew of its surface; see `sample_light`. Only where there is a LIGHT_TREE.
-    receiver: u32,
+    sampling_normal: u32,
 }
 
 /// Segments of which it is always asked where they end: layers show first surfaces, and filters want to know how far away from
@@ -78,7 +78,7 @@ fn is_worth_following(path: Path) -> bool {
 }
 
 /// Whether all that matters is whether the path leaves the scene, so that any hit will do.
-fn only_has_to_escape(path: Path) -> bool {
+fn only_has_to_miss(path: Path) -> bool {
     return is_on_last_segment(path) && !may_meet_emitter(path);
 }
 
@@ -100,7 +100,7 @@ fn is_wanted(ray: ShadowRay) -> bool {
 /// the path's continuation. Returns whether there is one.
 ///
 /// - `branch`: which of the paths that part at the first vertex this is. What is seen there counts for the first one only.
-fn arrive(
+fn shade_hit(
     path: ptr<function, Path>,
     s: Surface,
     t: f32,
@@ -111,7 +111,7 @@ fn arrive(
     if !(SPLITS_PATHS && branch > 0u) {
         let emitted = surface_emission(s, footprint);
         if emitted.x + emitted.y + emitted.z > 0.0 {
-            let pdf = surface_light_pdf(s, (*path).origin, (*path).receiver, (*path).direction, t);
+            let pdf = surface_light_pdf(s, (*path).origin, (*path).sampling_normal, (*path).direction, t);
             let before = (*path).state.radiance;
             (*path).state = limit_found(path_add_emission((*path).state, emitted, pdf), before);
         }
@@ -120,8 +120,8 @@ fn arrive(
 }
 
 /// The path after leaving the scene: what is infinitely far away is what it finds.
-fn escape(path: Path, vertex: vec3f) -> PathState {
-    let found = path_add_distant(path.state, vertex, path.receiver, path.direction);
+fn shade_miss(path: Path, vertex: vec3f) -> PathState {
+    let found = path_add_distant(path.state, vertex, path.sampling_normal, path.direction);
     return limit_found(found, path.state.radiance);
 }
 
@@ -151,7 +151,7 @@ fn travel(path: ptr<function, Path>, s: Surface, t: f32) -> f32 {
     return view.pixel_spread * (*path).length;
 }
 
-/// A light sample, if the vertex `asks_light`, and the path's continuation. Returns whether there is one. `branch`: see `arrive`.
+/// A light sample, if the vertex `asks_light`, and the path's continuation. Returns whether there is one. `branch`: see `shade_hit`.
 fn depart(
     path: ptr<function, Path>,
     s: Surface,
@@ -195,12 +195,12 @@ fn scatter(
     let wo = to_local(frame, s.wo);
     if asks_light && scattering_has_smooth_part(bsdf) && scene.light_count > 0u {
         if LIGHT_TREE {
-            (*path).receiver = ALL_SIDES;
+            (*path).sampling_normal = ALL_SIDES;
             if !scattering_transmits(bsdf) {
-                (*path).receiver = octahedral_encode(frame.normal);
+                (*path).sampling_normal = octahedral_encode(frame.normal);
             }
         }
-        let light = sample_light(s.origin, (*path).receiver, sample_2d(sampler, pair + PAIR_LIGHT));
+        let light = sample_light(s.origin, (*path).sampling_normal, sample_2d(sampler, pair + PAIR_LIGHT));
         *shadow = light_shadow_ray(*path, s, frame, bsdf, wo, light);
     }
     var u_lobe = vec2f(0.0);

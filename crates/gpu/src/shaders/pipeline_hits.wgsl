@@ -25,7 +25,7 @@ fn miss_shadow() {
     incoming.hit.instance = NONE;
 }
 
-fn arrive(t: f32, weights: vec2f, instance: u32, primitive: u32, material_class: u32) {
+fn report_hit(t: f32, weights: vec2f, instance: u32, primitive: u32, material_class: u32) {
     let first = hit_record.first_in_blas;
     incoming.hit = Hit(t, weights.x, weights.y, instance, hit_record.geometry, first + primitive);
     incoming.material = hit_record.material;
@@ -38,7 +38,7 @@ fn hit_triangle_reflecting(
     @builtin(instance_custom_data) instance: u32,
     @builtin(primitive_index) primitive: u32,
 ) {
-    arrive(t, hit_attribute, instance, primitive, CLASS_REFLECTING);
+    report_hit(t, hit_attribute, instance, primitive, CLASS_REFLECTING);
 }
 
 @closest_hit @incoming_payload(incoming)
@@ -47,7 +47,7 @@ fn hit_triangle_dielectric(
     @builtin(instance_custom_data) instance: u32,
     @builtin(primitive_index) primitive: u32,
 ) {
-    arrive(t, hit_attribute, instance, primitive, CLASS_DIELECTRIC);
+    report_hit(t, hit_attribute, instance, primitive, CLASS_DIELECTRIC);
 }
 
 @closest_hit @incoming_payload(incoming)
@@ -56,7 +56,7 @@ fn hit_triangle_emissive(
     @builtin(instance_custom_data) instance: u32,
     @builtin(primitive_index) primitive: u32,
 ) {
-    arrive(t, hit_attribute, instance, primitive, CLASS_EMISSIVE);
+    report_hit(t, hit_attribute, instance, primitive, CLASS_EMISSIVE);
 }
 
 @closest_hit @incoming_payload(incoming)
@@ -65,7 +65,7 @@ fn hit_sphere_reflecting(
     @builtin(instance_custom_data) instance: u32,
     @builtin(primitive_index) primitive: u32,
 ) {
-    arrive(t, vec2f(0.0), instance, primitive, CLASS_REFLECTING);
+    report_hit(t, vec2f(0.0), instance, primitive, CLASS_REFLECTING);
 }
 
 @closest_hit @incoming_payload(incoming)
@@ -74,7 +74,7 @@ fn hit_sphere_dielectric(
     @builtin(instance_custom_data) instance: u32,
     @builtin(primitive_index) primitive: u32,
 ) {
-    arrive(t, vec2f(0.0), instance, primitive, CLASS_DIELECTRIC);
+    report_hit(t, vec2f(0.0), instance, primitive, CLASS_DIELECTRIC);
 }
 
 @closest_hit @incoming_payload(incoming)
@@ -83,7 +83,7 @@ fn hit_sphere_emissive(
     @builtin(instance_custom_data) instance: u32,
     @builtin(primitive_index) primitive: u32,
 ) {
-    arrive(t, vec2f(0.0), instance, primitive, CLASS_EMISSIVE);
+    report_hit(t, vec2f(0.0), instance, primitive, CLASS_EMISSIVE);
 }
 
 // The candidate does not count; ends the shader.

@@ -46,7 +46,7 @@ fn tile_shadow_ray(path: Path, s: Surface, lobes: FirstLobes, pixel: vec2u) -> S
 /// Density with which the last vertex would have sampled what the path has found by chance, as `surface_light_pdf` has it.
 fn found_light_pdf(path: Path, s: Surface, t: f32, pixel: vec2u) -> f32 {
     if s.light == NONE || !(uses_tiles() && path.state.depth == 2u) {
-        return surface_light_pdf(s, path.origin, path.receiver, path.direction, t);
+        return surface_light_pdf(s, path.origin, path.sampling_normal, path.direction, t);
     }
     let center = seen_point(lights_found[in_plane(FOUND_OFFER, place_of(pixel))].z);
     return f32(realtime.light_candidates) * tile_probability(s.light, center)
@@ -62,7 +62,7 @@ fn add_distant(path: Path, pixel: vec2u) -> PathState {
             LightChooser(center, ALL_SIDES, candidates * tile_share(), candidates * any_light_probability());
         return path_add_distant_chosen(path.state, path.origin, chooser, path.direction);
     }
-    return path_add_distant(path.state, path.origin, path.receiver, path.direction);
+    return path_add_distant(path.state, path.origin, path.sampling_normal, path.direction);
 }
 
 /// Follows a path that begins with what the camera's ray hits.

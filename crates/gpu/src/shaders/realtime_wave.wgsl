@@ -29,8 +29,8 @@ fn in_split_samples(plane: u32, at: u32) -> u32 {
 fn restart() {
     wave.capacity = arrayLength(&paths) / (2u * PATH_PLANES);
     wave.depth = 1u;
-    wave.arriving = 0u;
+    wave.path_count = 0u;
     wave.shadow_rays = 0u;
-    atomicStore(&wave.leaving, 0u);
+    atomicStore(&wave.next_path_count, 0u);
     atomicStore(&wave.casting, 0u);
 }

@@ -6,7 +6,7 @@
 /// Notes how far away the second surfaces are.
 @compute @workgroup_size(GROUP)
 fn measure(@builtin(global_invocation_id) id: vec3u) {
-    if id.x >= wave.arriving {
+    if id.x >= wave.path_count {
         return;
     }
     let hit = load_hit(id.x);

@@ -33,14 +33,14 @@ struct Way {
 }
 
 /// The path ends where it is.
-const ARRIVES_NOWHERE: u32 = 0u;
+const EVENT_NONE: u32 = 0u;
 /// It is behind a boundary, and goes straight on.
-const ARRIVES_BEYOND: u32 = 1u;
-const ARRIVES_IN_MEDIUM: u32 = 2u;
-const ARRIVES_ON_SURFACE: u32 = 3u;
+const EVENT_CROSSING: u32 = 1u;
+const EVENT_IN_MEDIUM: u32 = 2u;
+const EVENT_ON_SURFACE: u32 = 3u;
 
 /// Where a path comes to at the end of a segment.
-struct Arrival {
+struct PathEvent {
     /// ARRIVES_….
     kind: u32,
     // The others are of a point in a medium.
@@ -132,10 +132,10 @@ fn pass_through(walk: ptr<function, VolumePath>, segment: Segment) -> Stop {
 
 /// Goes on to the next surface at distance `t`, if the ray `hits` one, or to where the path scatters before it; adds the light
 /// found on the way and at its end.
-fn advance(walk: ptr<function, VolumePath>, hits: bool, t: f32, s: Surface) -> Arrival {
-    var arrival = Arrival(ARRIVES_NOWHERE, vec3f(0.0), 0.0, false, false);
+fn advance(walk: ptr<function, VolumePath>, hits: bool, t: f32, s: Surface) -> PathEvent {
+    var event = PathEvent(EVENT_NONE, vec3f(0.0), 0.0, false, false);
     if (*walk).segments >= MOST_SEGMENTS {
-        return arrival;
+        return event;
     }
     (*walk).segments += 1u;
     let origin = (*walk).path.origin;
@@ -146,28 +146,28 @@ fn advance(walk: ptr<function, VolumePath>, hits: bool, t: f32, s: Surface) -> A
         let distance = stopping_distance(origin, stop.distance, segment.end);
         (*walk).path.length += distance;
         let position = origin + direction * distance;
-        return Arrival(ARRIVES_IN_MEDIUM, position, segment.medium.anisotropy, segment.subsurface, segment.open);
+        return PathEvent(EVENT_IN_MEDIUM, position, segment.medium.anisotropy, segment.subsurface, segment.open);
     }
     if !hits {
-        (*walk).path.state = escape((*walk).path, (*walk).vertex);
-        return arrival;
+        (*walk).path.state = shade_miss((*walk).path, (*walk).vertex);
+        return event;
     }
     (*walk).since_vertex += t;
     (*walk).path.length += t;
     if passes((*walk).inside, s) {
         (*walk).inside = crossed((*walk).inside, s);
         (*walk).path.origin = ray_origin(s, false);
-        arrival.kind = ARRIVES_BEYOND;
-        return arrival;
+        event.kind = EVENT_CROSSING;
+        return event;
     }
     let emitted = surface_emission(s, view.pixel_spread * (*walk).path.length);
     if emitted.x + emitted.y + emitted.z > 0.0 {
-        let pdf = surface_light_pdf(s, (*walk).vertex, (*walk).path.receiver, direction, (*walk).since_vertex);
+        let pdf = surface_light_pdf(s, (*walk).vertex, (*walk).path.sampling_normal, direction, (*walk).since_vertex);
         let before = (*walk).path.state.radiance;
         (*walk).path.state = limit_found(path_add_emission((*walk).path.state, emitted, pdf), before);
     }
-    arrival.kind = ARRIVES_ON_SURFACE;
-    return arrival;
+    event.kind = EVENT_ON_SURFACE;
+    return event;
 }
 
 /// Goes on from `origin` after scattering at `vertex`.
@@ -192,15 +192,15 @@ struct Scatterer {
 ///
 /// Points below a surface are steps of a random walk, which do not count as vertices; where that surface hides all lights,
 /// none is sampled, and what the path finds counts in full.
-fn scatter_where(walk: ptr<function, VolumePath>, at: Arrival, seen: Surface, way: ptr<function, Way>) -> bool {
-    let in_medium = at.kind == ARRIVES_IN_MEDIUM;
+fn scatter_where(walk: ptr<function, VolumePath>, at: PathEvent, seen: Surface, way: ptr<function, Way>) -> bool {
+    let in_medium = at.kind == EVENT_IN_MEDIUM;
     let hidden = at.subsurface && !at.open;
     let depth = (*walk).path.state.depth;
     var s = seen;
     var scatterer: Scatterer;
     var position = at.position;
     var samples_light = !hidden && scene.light_count > 0u;
-    (*walk).path.receiver = select((*walk).path.receiver, ALL_SIDES, samples_light && in_medium);
+    (*walk).path.sampling_normal = select((*walk).path.sampling_normal, ALL_SIDES, samples_light && in_medium);
     if at.subsurface {
         // Long walks of what is nearly absorbed end by roulette as long paths do.
         (*walk).path.state.depth = (*walk).segments;
@@ -213,14 +213,14 @@ fn scatter_where(walk: ptr<function, VolumePath>, at: Arrival, seen: Surface, wa
         }
         samples_light = samples_light && scattering_has_smooth_part(scatterer.bsdf);
         if LIGHT_TREE && samples_light {
-            (*walk).path.receiver = ALL_SIDES;
+            (*walk).path.sampling_normal = ALL_SIDES;
             if !scattering_transmits(scatterer.bsdf) {
-                (*walk).path.receiver = octahedral_encode(scatterer.frame.normal);
+                (*walk).path.sampling_normal = octahedral_encode(scatterer.frame.normal);
             }
         }
     }
     if samples_light {
-        let light = sample_light(position, (*walk).path.receiver, draw(*walk, PAIR_LIGHT));
+        let light = sample_light(position, (*walk).path.sampling_normal, draw(*walk, PAIR_LIGHT));
         if in_medium {
             *way = way_from_medium(*walk, at, light);
         } else {
@@ -270,7 +270,7 @@ fn prepare_surface(walk: VolumePath, s: ptr<function, Surface>) -> Scatterer {
 }
 
 /// The way from a point in a medium to a light sample.
-fn way_from_medium(walk: VolumePath, at: Arrival, light: LightSample) -> Way {
+fn way_from_medium(walk: VolumePath, at: PathEvent, light: LightSample) -> Way {
     let phase = phase_value(-walk.path.direction, light.wi, at.anisotropy);
     let throughput = walk.path.state.throughput;
     let found = path_light_contribution(throughput, phase, light.radiance, light.pdf, light.delta);

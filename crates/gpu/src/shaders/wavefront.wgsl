@@ -43,11 +43,11 @@ struct Wave {
     /// Segments up to the vertex that all paths are at.
     depth: u32,
     /// Paths that arrive there.
-    arriving: u32,
+    path_count: u32,
     /// Shadow rays from there.
     shadow_rays: u32,
     /// What `shade` has handed out so far of each.
-    leaving: atomic<u32>,
+    next_path_count: atomic<u32>,
     casting: atomic<u32>,
 }
 
@@ -99,7 +99,7 @@ fn store_path(at: u32, path: Path, slot: u32) {
     let pdf = select(path.state.pdf, -1.0, path.state.specular);
     paths[in_paths(PATH_THROUGHPUT, at)] = plane_floats(path.state.throughput, pdf);
     let eta_scale = bitcast<u32>(path.state.eta_scale);
-    paths[in_paths(PATH_REST, at)] = vec4u(eta_scale, path.sampler.index, slot, path.receiver);
+    paths[in_paths(PATH_REST, at)] = vec4u(eta_scale, path.sampler.index, slot, path.sampling_normal);
 }
 
 /// The path, with no radiance: that is in `gathered`.

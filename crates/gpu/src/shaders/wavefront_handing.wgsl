@@ -3,7 +3,7 @@
 #import path_vertex, wavefront
 
 /// What a workgroup hands out, and where that begins in the queues: paths that go on, shadow rays.
-var<workgroup> group_leaving: atomic<u32>;
+var<workgroup> group_next_paths: atomic<u32>;
 var<workgroup> group_casting: atomic<u32>;
 var<workgroup> group_first: vec2u;
 
@@ -12,21 +12,21 @@ var<workgroup> group_first: vec2u;
 /// the paths of a workgroup stay neighbours.
 fn hand_on(local: u32, path: Path, alive: bool, shadow: ShadowRay, slot: u32, depth: u32) {
     if local == 0u {
-        atomicStore(&group_leaving, 0u);
+        atomicStore(&group_next_paths, 0u);
         atomicStore(&group_casting, 0u);
     }
     workgroupBarrier();
     let casts = is_wanted(shadow);
     var place = vec2u(0u);
     if alive {
-        place.x = atomicAdd(&group_leaving, 1u);
+        place.x = atomicAdd(&group_next_paths, 1u);
     }
     if casts {
         place.y = atomicAdd(&group_casting, 1u);
     }
     workgroupBarrier();
     if local == 0u {
-        group_first.x = atomicAdd(&wave.leaving, atomicLoad(&group_leaving));
+        group_first.x = atomicAdd(&wave.next_path_count, atomicLoad(&group_next_paths));
         group_first.y = atomicAdd(&wave.casting, atomicLoad(&group_casting));
     }
     workgroupBarrier();

@@ -6,11 +6,11 @@
 /// Starts the paths of the wave at the camera.
 @compute @workgroup_size(GROUP)
 fn generate(@builtin(global_invocation_id) id: vec3u) {
-    if id.x >= wave.arriving {
+    if id.x >= wave.path_count {
         return;
     }
     if id.x == 0u {
-        count_rays(wave.arriving);
+        count_rays(wave.path_count);
     }
     let work = wave_work(id.x);
     let path = start_path(work.pixel, work.first_sample);
@@ -21,7 +21,7 @@ fn generate(@builtin(global_invocation_id) id: vec3u) {
 /// each pixel.
 @compute @workgroup_size(GROUP)
 fn record(@builtin(global_invocation_id) id: vec3u) {
-    if id.x >= wave.arriving {
+    if id.x >= wave.path_count {
         return;
     }
     let path = load_path(half_of(1u) + id.x);
@@ -44,7 +44,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_ind
     var shadow = no_shadow_ray();
     var slot = 0u;
     var alive = false;
-    if id.x < wave.arriving * branches {
+    if id.x < wave.path_count * branches {
         let index = id.x / branches;
         let branch = id.x % branches;
         let at = half_of(depth) + index;
@@ -53,11 +53,11 @@ fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_ind
         let hit = load_hit(index);
         if hit.instance == NONE {
             if branch == 0u {
-                path.state = escape(path, path.origin);
+                path.state = shade_miss(path, path.origin);
             }
         } else if !ends_in_the_dark(path, hit) {
             let s = surface_at(path.origin, path.direction, hit);
-            alive = arrive(&path, s, hit.t, branch, &shadow);
+            alive = shade_hit(&path, s, hit.t, branch, &shadow);
         }
         if depth == 1u {
             gathered[slot] = vec4f(path.state.radiance, 0.0);
@@ -75,13 +75,13 @@ fn groups_for(invocations: u32) -> array<u32, 3> {
 /// Moves on to the next vertex: what `shade` has handed out is what the next dispatches work on.
 @compute @workgroup_size(1)
 fn prepare() {
-    let leaving = atomicExchange(&wave.leaving, 0u);
+    let next_paths = atomicExchange(&wave.next_path_count, 0u);
     let casting = atomicExchange(&wave.casting, 0u);
-    count_rays(leaving + casting);
-    wave.arriving = leaving;
+    count_rays(next_paths + casting);
+    wave.path_count = next_paths;
     wave.shadow_rays = casting;
     wave.depth += 1u;
-    dispatches.paths = groups_for(leaving);
+    dispatches.paths = groups_for(next_paths);
     dispatches.shadow_rays = groups_for(casting);
 }
 

@@ -5,22 +5,22 @@
 /// Finds where the paths arrive.
 @compute @workgroup_size(GROUP)
 fn extend(@builtin(global_invocation_id) id: vec3u) {
-    if id.x >= wave.arriving {
+    if id.x >= wave.path_count {
         return;
     }
     let path = load_path(half_of(wave.depth) + id.x);
     store_hit(id.x, closest(path.origin, path.direction, path_salt(path)));
 }
 
-/// The same on the paths' last segments. Most of them only have to escape, and for these any hit will do. It is a stage of its own
+/// The same on the paths' last segments. Most of them only have to miss, and for these any hit will do. It is a stage of its own
 /// because a walk that is told so at run time is slower everywhere.
 @compute @workgroup_size(GROUP)
 fn extend_last(@builtin(global_invocation_id) id: vec3u) {
-    if id.x >= wave.arriving {
+    if id.x >= wave.path_count {
         return;
     }
     let path = load_path(half_of(wave.depth) + id.x);
-    let any = only_has_to_escape(path);
+    let any = only_has_to_miss(path);
     store_hit(id.x, trace_either(path.origin, path.direction, 0.0, RAY_END, path_salt(path), any));
 }
 

@@ -56,9 +56,9 @@ pub struct Wave {
     pixel_count: u32,
     capacity: u32,
     depth: u32,
-    arriving: u32,
+    path_count: u32,
     shadow_rays: u32,
-    leaving: u32,
+    next_path_count: u32,
     casting: u32,
 }
 
@@ -139,7 +139,7 @@ impl Queues {
             pixel_count,
             capacity: self.capacity,
             depth: 1,
-            arriving: paths,
+            path_count: paths,
             ..Wave::default()
         };
         write_buffer(gpu, "the wave", &self.buffers[0], bytemuck::bytes_of(&wave))
@@ -156,7 +156,16 @@ mod tests {
         let module = crate::shader::check::module("wavefront");
         assert_layout!(
             module,
-            Wave { first_pixel, pixel_count, capacity, depth, arriving, shadow_rays, leaving, casting }
+            Wave {
+                first_pixel,
+                pixel_count,
+                capacity,
+                depth,
+                path_count,
+                shadow_rays,
+                next_path_count,
+                casting
+            }
         );
         assert_layout!(module, Dispatches { paths, shadow_rays });
         assert_eq!(constant(&module, "GROUP"), GROUP);

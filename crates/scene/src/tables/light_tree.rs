@@ -7,144 +7,18 @@
 //! Jakob and Humphreys, "Physically Based Rendering", 4th edition, section 12.6.3. Nodes have eight children, of which the groups
 //! that are largest are divided first.
 
-use super::light_bounds::{Bounds, Leaf, area};
+use super::light_bounds::{Bounds, Leaf};
+use super::light_groups::divide;
+use super::light_node::{LightNode, WIDTH};
 use super::{LightRecord, NONE};
-use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
+use optics::Vec3f;
 use optics::light_tree::{
-    LIGHT_NODE_INDEX, LIGHT_NODE_LEAF, LIGHT_NODE_WIDTH, LIGHT_NODE_WORDS, LightGroup, NodeImportance,
-    UNIFORM_SHARE, child_choice_add, child_choice_none, child_remainder, child_weight, light_branch,
-    light_choice_probability, light_importance, light_share, node_importance_add, node_importance_zero,
-    node_weight, refill, uniform_light, uniform_remainder,
+    LIGHT_NODE_INDEX, LIGHT_NODE_LEAF, UNIFORM_SHARE, child_weight, light_branch, light_choice_probability,
+    light_share, node_weight, refill, uniform_light, uniform_remainder,
 };
-use optics::{Vec3f, vec3f};
 
 /// Of fewer lights none is chosen.
 const FEWEST_LIGHTS: usize = 2;
-
-/// Groups of more lights are divided by place alone: what it costs to look at their directions grows faster than the gain.
-const MOST_COMPARED: usize = 4096;
-
-/// Planes between which groups are divided, for each axis.
-const BINS: usize = 12;
-
-/// Levels below the root: from there on groups are halved, so that no walk is long.
-const MOST_LEVELS: u32 = 32;
-
-/// Children of a node.
-const WIDTH: usize = LIGHT_NODE_WIDTH as usize;
-
-/// One number for each child of a node.
-type Children<T> = [T; WIDTH];
-
-/// One node, as back ends read it; `LIGHT_NODE_WORDS` words. What is known of its children is kept as it is needed, so that a
-/// loop over them has nothing to decode. Children that there are not have no intensity.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub struct LightNode {
-    /// See [`LightGroup::center`]; x of all children, y, z.
-    center: [Children<f32>; 3],
-    /// See [`LightGroup::radius`].
-    radius: Children<f32>,
-    /// See [`LightGroup::intensity`].
-    intensity: Children<f32>,
-    /// See [`LightGroup::axis`].
-    axis: [Children<f32>; 3],
-    /// See [`LightGroup::cos_spread`].
-    cos_spread: Children<f32>,
-    /// See [`LightGroup::sin_spread`].
-    sin_spread: Children<f32>,
-    /// See [`LightGroup::cos_emission`].
-    cos_emission: Children<f32>,
-    /// See [`LightGroup::back`].
-    back: Children<f32>,
-    /// `LIGHT_NODE_LEAF` or not, and the index of the light or of the node.
-    link: Children<u32>,
-    /// Where the node stands: eight times the index of its parent, plus which child of that it is. `NONE`: it is the root.
-    place: u32,
-}
-
-const _: () = assert!(size_of::<LightNode>() == 4 * LIGHT_NODE_WORDS as usize);
-
-impl LightNode {
-    fn set(&mut self, child: usize, group: &LightGroup, link: u32) {
-        let (center, axis) = (group.center.to_array(), group.axis.to_array());
-        for i in 0..3 {
-            self.center[i][child] = center[i];
-            self.axis[i][child] = axis[i];
-        }
-        self.radius[child] = group.radius;
-        self.intensity[child] = group.intensity;
-        self.cos_spread[child] = group.cos_spread;
-        self.sin_spread[child] = group.sin_spread;
-        self.cos_emission[child] = group.cos_emission;
-        self.back[child] = group.back;
-        self.link[child] = link;
-    }
-
-    /// What is known of a child.
-    #[inline(always)]
-    pub fn group(&self, child: usize) -> LightGroup {
-        LightGroup {
-            center: vec3f(self.center[0][child], self.center[1][child], self.center[2][child]),
-            radius: self.radius[child],
-            intensity: self.intensity[child],
-            axis: vec3f(self.axis[0][child], self.axis[1][child], self.axis[2][child]),
-            cos_spread: self.cos_spread[child],
-            sin_spread: self.sin_spread[child],
-            cos_emission: self.cos_emission[child],
-            back: self.back[child],
-        }
-    }
-
-    /// Index of the light that a child is, of a node without nodes below it.
-    #[inline(always)]
-    pub fn light(&self, child: u32) -> u32 {
-        self.link[child as usize] & LIGHT_NODE_INDEX
-    }
-
-    /// How much each child promises.
-    ///
-    /// A plain loop: closures would not be compiled for the instruction set of the kernel that this is a part of.
-    #[inline(always)]
-    fn importances(&self, p: Vec3f, normal: Vec3f) -> (Children<f32>, NodeImportance) {
-        let mut importances = [0.0; WIDTH];
-        for (child, importance) in importances.iter_mut().enumerate() {
-            *importance = light_importance(self.group(child), p, normal);
-        }
-        let mut node = node_importance_zero();
-        for importance in importances {
-            node = node_importance_add(node, importance);
-        }
-        (importances, node)
-    }
-
-    /// Chooses a child; `u` in `[0, 1)`; `defends`: see [`child_weight`]. With probability 0: none promises anything.
-    #[inline(always)]
-    fn choose(&self, p: Vec3f, normal: Vec3f, defends: bool, u: f32) -> ChosenChild {
-        let (importances, node) = self.importances(p, normal);
-        let sum = node_weight(node, defends);
-        let mut choice = child_choice_none();
-        for (child, importance) in (0..).zip(importances) {
-            choice = child_choice_add(choice, child, child_weight(importance, node, defends), u * sum);
-        }
-        ChosenChild {
-            link: self.link[choice.child as usize],
-            probability: light_share(choice.weight, sum),
-            remainder: child_remainder(choice, u * sum),
-        }
-    }
-}
-
-/// A child that was chosen.
-struct ChosenChild {
-    /// Its link.
-    link: u32,
-    /// Probability of that.
-    probability: f32,
-    /// A fresh uniform number in `[0, 1)`.
-    remainder: f32,
-}
 
 /// A light that was chosen.
 #[derive(Clone, Copy, Debug)]
@@ -313,7 +187,7 @@ impl LightTree {
     /// The same for a node that has these groups of lights as children: some, and none of them empty.
     fn add_node(&mut self, groups: Vec<&mut [Leaf]>, place: u32, level: u32) -> Bounds {
         let at = self.nodes.len();
-        self.nodes.push(LightNode { place, ..LightNode::default() });
+        self.nodes.push(LightNode::at(place));
         let mut all: Option<Bounds> = None;
         let first = groups[0][0].bounds;
         for (child, group) in groups.into_iter().enumerate() {
@@ -332,111 +206,12 @@ impl LightTree {
     }
 }
 
-/// Divides lights into as many groups as a node has children. Groups that fit into one node wait until larger ones are divided;
-/// among either the one goes first whose lights are brightest and farthest apart.
-fn divide(leaves: &mut [Leaf], level: u32) -> Vec<&mut [Leaf]> {
-    let mut groups = vec![(extent(leaves), leaves)];
-    while groups.len() < WIDTH {
-        let divisible = (0..groups.len()).filter(|&i| groups[i].1.len() > 1);
-        let next = divisible.max_by(|&a, &b| {
-            let size = |i: usize| (groups[i].1.len() > WIDTH, groups[i].0);
-            let ((many_a, extent_a), (many_b, extent_b)) = (size(a), size(b));
-            many_a.cmp(&many_b).then(extent_a.total_cmp(&extent_b))
-        });
-        let Some(next) = next else { break };
-        let (_, group) = groups.swap_remove(next);
-        let levels_needed = group.len().next_power_of_two().trailing_zeros();
-        let middle = if level + levels_needed >= MOST_LEVELS { None } else { partition(group) };
-        let middle = middle.unwrap_or_else(|| halve(group));
-        let (left, right) = group.split_at_mut(middle);
-        groups.push((extent(left), left));
-        groups.push((extent(right), right));
-    }
-    groups.into_iter().map(|(_, group)| group).collect()
-}
-
-/// The sum of the lights' intensities times the area of a box around them.
-fn extent(leaves: &[Leaf]) -> f32 {
-    let low = leaves.iter().fold(Vec3::INFINITY, |low, l| low.min(l.bounds.low));
-    let high = leaves.iter().fold(Vec3::NEG_INFINITY, |high, l| high.max(l.bounds.high));
-    leaves.iter().map(|l| l.bounds.intensity).sum::<f32>() * area(high - low)
-}
-
-/// Divides the lights so that the two groups cost least; returns how many are in the first. `None` where no plane divides
-/// them.
-fn partition(leaves: &mut [Leaf]) -> Option<usize> {
-    if leaves.len() > MOST_COMPARED {
-        return None;
-    }
-    let low = leaves.iter().fold(Vec3::INFINITY, |low, l| low.min(l.center));
-    let high = leaves.iter().fold(Vec3::NEG_INFINITY, |high, l| high.max(l.center));
-    let size = high - low;
-    let bin = |leaf: &Leaf, axis: usize| {
-        (((leaf.center[axis] - low[axis]) / size[axis] * BINS as f32) as usize).min(BINS - 1)
-    };
-    let longest = size.max_element();
-    let mut best: Option<(f32, usize, usize)> = None;
-    for axis in (0..3).filter(|&axis| size[axis] > 1e-6 * longest) {
-        let mut bins: [Option<Bounds>; BINS] = [None; BINS];
-        for leaf in leaves.iter() {
-            let bin = &mut bins[bin(leaf, axis)];
-            *bin = Some(bin.map_or(leaf.bounds, |b| b.union(&leaf.bounds)));
-        }
-        // Thin groups are worth dividing along their length.
-        let thinness = longest / size[axis];
-        for (plane, cost) in plane_costs(&bins) {
-            let cost = cost * thinness;
-            if best.is_none_or(|(least, ..)| cost < least) {
-                best = Some((cost, axis, plane));
-            }
-        }
-    }
-    let (_, axis, plane) = best?;
-    let mut middle = 0;
-    for i in 0..leaves.len() {
-        if bin(&leaves[i], axis) < plane {
-            leaves.swap(i, middle);
-            middle += 1;
-        }
-    }
-    (middle > 0 && middle < leaves.len()).then_some(middle)
-}
-
-/// The cost of both sides of each plane that has lights on both.
-fn plane_costs(bins: &[Option<Bounds>; BINS]) -> impl Iterator<Item = (usize, f32)> {
-    let join = |a: Option<Bounds>, b: Option<Bounds>| match (a, b) {
-        (Some(a), Some(b)) => Some(a.union(&b)),
-        (a, b) => a.or(b),
-    };
-    let mut above = [None; BINS];
-    let mut sum = None;
-    for i in (0..BINS).rev() {
-        sum = join(bins[i], sum);
-        above[i] = sum;
-    }
-    let mut below = None;
-    (1..BINS).filter_map(move |plane| {
-        below = join(below, bins[plane - 1]);
-        let (below, above) = (below?, above[plane]?);
-        Some((plane, below.cost() + above.cost()))
-    })
-}
-
-/// Divides the lights into halves along the longest side of the box around them; returns how many are in the first.
-fn halve(leaves: &mut [Leaf]) -> usize {
-    let low = leaves.iter().fold(Vec3::INFINITY, |low, l| low.min(l.center));
-    let high = leaves.iter().fold(Vec3::NEG_INFINITY, |high, l| high.max(l.center));
-    let axis = (high - low).max_position();
-    let middle = leaves.len() / 2;
-    leaves.select_nth_unstable_by(middle, |a, b| a.center[axis].total_cmp(&b.center[axis]));
-    middle
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::light_bounds::vec3;
     use super::super::rectangles::Rectangle;
     use super::*;
+    use glam::Vec3;
     use optics::light_tree::MOST_VARIANCE;
     use std::f32::consts::PI;
 

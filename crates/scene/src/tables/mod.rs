@@ -19,6 +19,8 @@ mod geometry;
 mod layers;
 mod light;
 mod light_bounds;
+mod light_groups;
+mod light_node;
 mod light_tree;
 mod material;
 mod medium;
@@ -34,7 +36,8 @@ pub use environment::EnvironmentTable;
 pub use geometry::{BindingRecord, BlasRecord, GeometryKind, GeometryRecord, InstanceRecord};
 pub use layers::{LAYER_TEXTURES, LAYERS_GLOSSINESS, LayerTextures, LayersRecord};
 pub use light::LightRecord;
-pub use light_tree::{LightChoice, LightNode, LightTree};
+pub use light_node::LightNode;
+pub use light_tree::{LightChoice, LightTree};
 pub use material::{
     MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_BODY, MATERIAL_CHECKERBOARD,
     MATERIAL_CHECKERBOARD_FADES, MATERIAL_CULLS_BACKS, MATERIAL_EMISSION_TWO_SIDED, MATERIAL_EMISSIVE,

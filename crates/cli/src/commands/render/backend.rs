@@ -1,0 +1,30 @@
+//! The back end that renders.
+
+use super::RenderArgs;
+use crate::console::say;
+use alhazen::{AovKind, BackendChoice, Renderer, RendererOptions};
+
+/// The back end that the arguments ask for; says once which it is and why.
+pub fn choose_renderer(args: &RenderArgs) -> anyhow::Result<Renderer> {
+    let has_mattes = args.aov.iter().any(|aov| aov.kind() == AovKind::Shares);
+    let backend = match args.backend {
+        BackendChoice::Auto if has_mattes => BackendChoice::Cpu,
+        chosen => chosen,
+    };
+    let options = RendererOptions {
+        backend,
+        adapter: args.adapter.clone(),
+        threads: args.threads,
+        kernel: args.kernel,
+    };
+    let chosen = Renderer::choose(&options)?;
+    if !args.quiet && !chosen.reason.is_empty() {
+        say!("rendering on {}", chosen.reason);
+    }
+    Ok(chosen.renderer)
+}
+
+/// What the back end has to say, even to who wants no progress: the picture was made in another way than asked for.
+pub fn print_notices(renderer: &mut Renderer) {
+    renderer.take_notices().iter().for_each(|notice| say!("{notice}"));
+}

@@ -1,0 +1,95 @@
+//! Where pictures go, and whether they can be written there.
+
+use super::RenderArgs;
+use super::video::Video;
+use crate::exit::Exit;
+use alhazen::{ProtectedFiles, prove_writable};
+use anyhow::{anyhow, bail, ensure};
+use std::path::{Path, PathBuf};
+
+/// Finds out before anything is loaded what of the arguments cannot be, or cannot be written. Returns the videos and the
+/// pictures among the outputs.
+pub fn check(args: &RenderArgs) -> anyhow::Result<(Vec<Video>, Vec<PathBuf>)> {
+    let (videos, pictures) = Video::split(args)?;
+    let first = args.sequence().map(|(first, _)| first);
+    for path in &pictures {
+        check_output(&frame_path(path, first), args.split.makes_parts(), &ProtectedFiles::default())?;
+    }
+    args.profile.as_deref().map_or(Ok(()), check_place)?;
+    args.split.check(&args.output)?;
+    ensure!(
+        videos.is_empty() || !args.split.is_used(),
+        "a video cannot be rendered in parts: render its frames"
+    );
+    if args.is_adaptive()
+        && let Some(option) = args.split.given()
+    {
+        bail!("{option} and --sampling adaptive: parts of a picture have the same samples for every pixel");
+    }
+    Ok((videos, pictures))
+}
+
+/// Refuses to replace what was read to make the picture.
+pub fn protect_inputs(
+    args: &RenderArgs,
+    inputs: &ProtectedFiles,
+    pictures: &[PathBuf],
+) -> anyhow::Result<()> {
+    let numbers = args.sequence().map_or(vec![None], |(first, end)| (first..end).map(Some).collect());
+    for frame in numbers {
+        pictures.iter().try_for_each(|path| inputs.check(&frame_path(path, frame)))?;
+    }
+    let others = args.output.iter().chain(&args.profile).chain(args.split.checkpoint());
+    Ok(others.into_iter().try_for_each(|path| inputs.check(path))?)
+}
+
+/// Finds out before rendering what would keep the picture, or a part if `is_part`, from being written.
+pub fn check_output(path: &Path, is_part: bool, inputs: &ProtectedFiles) -> anyhow::Result<()> {
+    alhazen::output::Format::of(path)?;
+    check_folder(path)?;
+    Ok(alhazen::output::prove(path, is_part, inputs)?)
+}
+
+/// Finds out whether a file can be written to `path`.
+pub fn check_place(path: &Path) -> anyhow::Result<()> {
+    check_folder(path)?;
+    Ok(prove_writable(path)?)
+}
+
+fn check_folder(path: &Path) -> anyhow::Result<()> {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if folder.is_dir() {
+        return Ok(());
+    }
+    let text = format!("cannot write {}: there is no folder {}", path.display(), folder.display());
+    Err(Exit::Output.with(anyhow!(text)))
+}
+
+/// Where a picture of a sequence goes: `picture.png` becomes `picture.0007.png`, and in `picture-####.png`, as in any
+/// name with `#`, these are replaced by as many digits.
+pub fn frame_path(path: &Path, frame: Option<u32>) -> PathBuf {
+    let Some(frame) = frame else { return path.to_owned() };
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    if let Some(start) = name.find('#') {
+        let digits = name[start..].chars().take_while(|c| *c == '#').count();
+        let (before, after) = (&name[..start], &name[start + digits..]);
+        return path.with_file_name(format!("{before}{frame:0digits$}{after}"));
+    }
+    let extension = path.extension().unwrap_or_default().to_string_lossy();
+    path.with_extension(format!("{frame:04}.{extension}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_are_numbered() {
+        let named = |name: &str, frame| frame_path(Path::new(name), frame).to_string_lossy().into_owned();
+        assert_eq!(named("a/b.png", None), "a/b.png");
+        assert_eq!(named("a/b.png", Some(7)), "a/b.0007.png");
+        assert_eq!(named("a/b.12.png", Some(12345)), "a/b.12.12345.png");
+        assert_eq!(named("a#/b_###_left.exr", Some(7)), "a#/b_007_left.exr");
+        assert_eq!(named("####.png", None), "####.png");
+    }
+}

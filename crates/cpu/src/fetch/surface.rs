@@ -1,0 +1,435 @@
+//! From a hit to the surface there: position, normals, coordinates, colour.
+
+use crate::scene::{
+    CpuScene, HitRecords, determinant, transform_normal, transform_point, transform_vector, vec3,
+};
+use crate::shade::material::AlphaInputs;
+use accel::{Candidate, Hit, Ray};
+use optics::frame::{Frame, bend_normal, frame_from_normal, frame_from_tangent, map_normal};
+use optics::material::SLOT_NORMAL;
+use optics::offset::{offset_ray_origin, sphere_clearance, triangle_clearance};
+use optics::shape::{sphere_tangent_turned, sphere_uv, turned_direction};
+use optics::terminator::{TerminatorLift, terminator_lift};
+use optics::vector::{cross, dot, normalize};
+use optics::{Vec2f, Vec3f, Vec4f, vec2f, vec3f, vec4f};
+use scene::tables::{
+    GeometryKind, GeometryRecord, MATERIAL_SMOOTH_TERMINATOR, MATERIAL_TANGENTS, MATERIAL_TANGENTS_MIRRORED,
+    MaterialRecord, NONE, SceneTables,
+};
+
+/// A point on a surface as a ray arrives there. World space unless it says otherwise.
+pub(crate) struct Surface {
+    pub position: Vec3f,
+    /// How far off the primitive rays must start: see `optics::offset`.
+    pub clearance: f32,
+    /// Unit geometric normal on the side of the ray's origin.
+    pub normal: Vec3f,
+    /// Unit shading normal on that side, normal map applied.
+    pub shading_normal: Vec3f,
+    /// Where light is gathered and rays start that leave on that side: the position, or where the smooth surface would be
+    /// that vertex normals stand for; see `optics::terminator`.
+    pub origin: Vec3f,
+    /// Unit normal of the plane that what can reach the surface is above: the geometric one, or that of the smooth surface.
+    pub horizon: Vec3f,
+    /// Whether the ray arrives at the front (the side that the winding, or the sphere's outside, faces).
+    pub front: bool,
+    /// Unit direction back along the ray.
+    pub wo: Vec3f,
+    /// Texture coordinates of both sets.
+    pub coords: Vec4f,
+    /// Linear vertex colour, one where there is none.
+    pub color: Vec4f,
+    /// Index into the tables' materials.
+    pub material: u32,
+    /// Index into the tables' lights, or `NONE`.
+    pub light: u32,
+    /// Index of the user's instance.
+    pub object: u32,
+    /// Number of the primitive in its geometry.
+    pub primitive: u32,
+    /// Position in the x–z plane of object space, for procedural patterns.
+    pub pattern_position: Vec2f,
+    /// The shading normal without the normal map, and the frame along the texture coordinates: what layers need.
+    /// Elsewhere the shading normal, and any frame.
+    pub layer_frame: Frame,
+}
+
+impl Surface {
+    /// The surface at `hit` on `ray`, whose direction has unit length.
+    #[inline(always)]
+    pub fn new(scene: &CpuScene, ray: &Ray, hit: &Hit) -> Self {
+        let tables = &*scene.tables;
+        let records = scene.records(hit.instance, hit.primitive);
+        let material = &tables.materials[records.binding.material as usize];
+        let wo = -vec3(ray.direction);
+        let point = match records.geometry.kind {
+            GeometryKind::Triangles => triangle_point(tables, &records, material, wo, hit),
+            GeometryKind::Spheres => sphere_point(tables, &records, material, ray, hit),
+        };
+        let front = dot(point.normal, wo) >= 0.0;
+        let side = if front { 1.0 } else { -1.0 };
+        let normal = point.normal * side;
+        let shading_normal = shading_normal(tables, material, &point, wo, normal, side);
+        let layer_frame = if material.layers == NONE {
+            Frame { tangent: shading_normal, bitangent: shading_normal, normal: shading_normal }
+        } else {
+            let smooth_normal = point.shading.map_or(normal, |n| bend_normal(wo, normal, n * side));
+            tangent_frame(&point, smooth_normal, side)
+        };
+        Self {
+            position: point.position,
+            clearance: point.clearance,
+            normal,
+            shading_normal,
+            origin: point.position + point.lift.offset,
+            horizon: point.shading.filter(|_| point.lift.share > 0.0).map_or(normal, |n| n * side),
+            front,
+            wo,
+            coords: point.coords,
+            color: point.color,
+            material: records.binding.material,
+            light: tables.light_of(records.binding, records.primitive),
+            object: records.binding.object,
+            primitive: records.primitive,
+            pattern_position: point.pattern_position,
+            layer_frame,
+        }
+    }
+
+    /// Where a ray starts that leaves on the side of the viewer (`above`) or on the other.
+    #[inline(always)]
+    pub fn ray_origin(&self, above: bool) -> Vec3f {
+        if above {
+            offset_ray_origin(self.origin, self.horizon, self.clearance)
+        } else {
+            offset_ray_origin(self.position, -self.normal, self.clearance)
+        }
+    }
+
+    /// The shading frame.
+    #[inline(always)]
+    pub fn frame(&self) -> Frame {
+        frame_from_normal(self.shading_normal)
+    }
+}
+
+/// Unit geometric normals of the fronts at `hits`, whichever side the rays came from; directions may have any length. Zero
+/// for a miss, and where a triangle is too thin to have one.
+pub(crate) fn front_normals(scene: &CpuScene, rays: &[Ray], hits: &[Hit], normals: &mut [[f32; 3]]) {
+    let rays = rays.chunks(TOGETHER).zip(hits.chunks(TOGETHER));
+    for ((rays, hits), normals) in rays.zip(normals.chunks_mut(TOGETHER)) {
+        front_normals_together(scene, rays, hits, normals);
+    }
+}
+
+/// So many look-ups wait for memory together.
+const TOGETHER: usize = 64;
+
+/// As [`front_normals`], for at most [`TOGETHER`] hits. Records, corners and vertices are looked up one kind after the other:
+/// within a kind no look-up waits for another, so their cache misses overlap.
+fn front_normals_together(scene: &CpuScene, rays: &[Ray], hits: &[Hit], normals: &mut [[f32; 3]]) {
+    let tables = &*scene.tables;
+    let records: [Option<HitRecords>; TOGETHER] = std::array::from_fn(|i| {
+        let hit = hits.get(i).filter(|h| !h.is_miss())?;
+        Some(scene.records(hit.instance, hit.primitive))
+    });
+    let corners: [[u32; 3]; TOGETHER] = std::array::from_fn(|i| match &records[i] {
+        Some(r) if r.geometry.kind == GeometryKind::Triangles => {
+            tables.indices[(r.geometry.first_primitive + r.primitive) as usize]
+        }
+        _ => [0; 3],
+    });
+    for (i, normal) in normals.iter_mut().enumerate() {
+        let n = match &records[i] {
+            None => vec3f(0.0, 0.0, 0.0),
+            Some(r) if r.geometry.kind == GeometryKind::Spheres => {
+                let material = &tables.materials[r.binding.material as usize];
+                sphere_point(tables, r, material, &rays[i], &hits[i]).normal
+            }
+            Some(r) => {
+                let vertex = |c: u32| vec3(tables.positions[(r.geometry.first_vertex + c) as usize]);
+                let n = face_normal(r, corners[i].map(vertex));
+                // The square of a tiny triangle's normal would be zero.
+                let largest = n.x.abs().max(n.y.abs()).max(n.z.abs());
+                if largest > 0.0 { normalize(n * (1.0 / largest)) } else { vec3f(0.0, 0.0, 0.0) }
+            }
+        };
+        *normal = n.to_array();
+    }
+}
+
+/// In what coordinates an instance's transform rounds: the largest of three points in world space, and of the translation.
+#[inline(always)]
+pub(crate) fn transformed_extent(object_to_world: &[[f32; 4]; 3], points: [Vec3f; 3]) -> f32 {
+    let largest = |x: f32, y: f32, z: f32| x.abs().max(y.abs()).max(z.abs());
+    let [a, b, c] = points.map(|p| largest(p.x, p.y, p.z));
+    let [[.., x], [.., y], [.., z]] = *object_to_world;
+    a.max(b).max(c) + largest(x, y, z)
+}
+
+/// What a primitive knows of a point on it, before the viewer's side and the normal map count.
+struct Point {
+    position: Vec3f,
+    clearance: f32,
+    /// Unit geometric normal of the front.
+    normal: Vec3f,
+    /// Unit interpolated normal of the front; `None` where the surface is flat.
+    shading: Option<Vec3f>,
+    lift: TerminatorLift,
+    /// Tangent and handedness, if the material needs one.
+    tangent: Option<(Vec3f, f32)>,
+    coords: Vec4f,
+    color: Vec4f,
+    pattern_position: Vec2f,
+}
+
+/// Of what has no vertex normals, or stays exact.
+const NO_LIFT: TerminatorLift = TerminatorLift { offset: vec3f(0.0, 0.0, 0.0), share: 0.0 };
+
+#[inline(always)]
+fn triangle_point(
+    tables: &SceneTables,
+    records: &HitRecords,
+    material: &MaterialRecord,
+    wo: Vec3f,
+    hit: &Hit,
+) -> Point {
+    let (geometry, instance) = (records.geometry, records.instance);
+    let corners = tables.indices[(geometry.first_primitive + records.primitive) as usize];
+    let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
+    let vertex = |c: u32| vec3(tables.positions[(geometry.first_vertex + c) as usize]);
+    let [p0, p1, p2] = corners.map(vertex);
+    let local = p0 * weights[0] + p1 * weights[1] + p2 * weights[2];
+    let to_world =
+        |n: Vec3f| if instance.identity { n } else { transform_normal(&instance.world_to_object, n) };
+    let shading = (geometry.first_normal != NONE)
+        .then(|| interpolate(&tables.normals, geometry.first_normal, corners, weights))
+        .map(|n| to_world(vec3(n)))
+        .filter(|n| dot(*n, *n) > 1e-20)
+        .map(normalize);
+    let wants_tangent = material.texture(SLOT_NORMAL).is_some() || material.flags & MATERIAL_TANGENTS != 0;
+    let tangent = (geometry.first_tangent != NONE && wants_tangent).then(|| {
+        let t = interpolate(&tables.tangents, geometry.first_tangent, corners, weights);
+        let direction = vec3f(t[0], t[1], t[2]);
+        let world = if instance.identity {
+            direction
+        } else {
+            transform_vector(&instance.object_to_world, direction)
+        };
+        let mirrored = !instance.identity && determinant(&instance.object_to_world) < 0.0;
+        (world, if (t[3] < 0.0) != mirrored { -1.0 } else { 1.0 })
+    });
+    let place = |p: Vec3f| if instance.identity { p } else { transform_point(&instance.object_to_world, p) };
+    let (world, position) = ([p0, p1, p2].map(place), place(local));
+    let normal = normalize(face_normal(records, [p0, p1, p2]));
+    let mut lift = NO_LIFT;
+    if material.flags & MATERIAL_SMOOTH_TERMINATOR != 0 && shading.is_some() {
+        let vertex_normal = |c: u32| to_world(vec3(tables.normals[(geometry.first_normal + c) as usize]));
+        let ([a, b, c], [n0, n1, n2]) = (world, corners.map(vertex_normal));
+        let side = if dot(normal, wo) >= 0.0 { 1.0 } else { -1.0 };
+        let weights = vec3f(weights[0], weights[1], weights[2]);
+        lift = terminator_lift(position, a, b, c, n0, n1, n2, side, normal * side, weights);
+    }
+    let transformed =
+        if instance.identity { 0.0 } else { transformed_extent(&instance.object_to_world, world) };
+    Point {
+        clearance: triangle_clearance(world[0], world[1], world[2], normal, transformed),
+        position,
+        normal,
+        shading,
+        lift,
+        tangent,
+        coords: tex_coords(tables, geometry, corners, weights),
+        color: vertex_color(tables, geometry, corners, weights),
+        pattern_position: pattern_position(tables, records, local),
+    }
+}
+
+/// Where a point of a geometry, in the space of its bottom-level structure, lies in the x–z plane of the user's object.
+#[inline(always)]
+fn pattern_position(tables: &SceneTables, records: &HitRecords, local: Vec3f) -> Vec2f {
+    let p = tables.placement(records.binding).map_or(local, |to_object| transform_point(to_object, local));
+    vec2f(p.x, p.z)
+}
+
+/// A direction from the centre of a sphere, in the space of its bottom-level structure, in the space of the user's object.
+#[inline(always)]
+fn sphere_direction(tables: &SceneTables, records: &HitRecords, outward: Vec3f) -> Vec3f {
+    let Some(rows) = tables.placement(records.binding) else { return outward };
+    let [x, y, z] = rows.map(|[x, y, z, _]| vec3f(x, y, z));
+    turned_direction(x, y, z, outward)
+}
+
+/// The normal of a triangle's front in world space, from its corners in object space; not normalised.
+#[inline(always)]
+fn face_normal(records: &HitRecords, [p0, p1, p2]: [Vec3f; 3]) -> Vec3f {
+    let local = cross(p1 - p0, p2 - p0);
+    let instance = records.instance;
+    if instance.identity { local } else { transform_normal(&instance.world_to_object, local) }
+}
+
+fn sphere_point(
+    tables: &SceneTables,
+    records: &HitRecords,
+    material: &MaterialRecord,
+    ray: &Ray,
+    hit: &Hit,
+) -> Point {
+    let instance = records.instance;
+    let [x, y, z, radius] = tables.spheres[(records.geometry.first_primitive + records.primitive) as usize];
+    let center = vec3f(x, y, z);
+    let world = vec3(ray.origin) + vec3(ray.direction) * hit.t;
+    let local = if instance.identity { world } else { transform_point(&instance.world_to_object, world) };
+    // Back onto the sphere: the ray's parameter alone is off by more than an offset of the origin hides.
+    let outward = normalize(local - center);
+    let on_sphere = center + outward * radius;
+    let (position, normal) = if instance.identity {
+        (on_sphere, outward)
+    } else {
+        let normal = normalize(transform_normal(&instance.world_to_object, outward));
+        (transform_point(&instance.object_to_world, on_sphere), normal)
+    };
+    let uv = sphere_uv(sphere_direction(tables, records, outward));
+    let mut tangent = sphere_tangent_turned(uv, material.tangent_turn);
+    let mut mirrored = material.flags & MATERIAL_TANGENTS_MIRRORED != 0;
+    // Of similar shapes only, which transform tangents as normals.
+    if let Some(to_object) = tables.placement(records.binding) {
+        tangent = transform_normal(to_object, tangent);
+        mirrored ^= determinant(to_object) < 0.0;
+    }
+    if !instance.identity {
+        tangent = transform_vector(&instance.object_to_world, tangent);
+        mirrored ^= determinant(&instance.object_to_world) < 0.0;
+    }
+    // The sphere's own axes bound it in world space as corners bound a triangle.
+    let corner =
+        |s: f32| transform_point(&instance.object_to_world, center + vec3f(radius, radius, radius) * s);
+    let clearance = if instance.identity {
+        sphere_clearance(position, center, radius, normal, 0.0)
+    } else {
+        let corners = [corner(1.0), corner(-1.0), position];
+        let transformed = transformed_extent(&instance.object_to_world, corners);
+        sphere_clearance(position, position, 0.0, normal, transformed)
+    };
+    Point {
+        position,
+        clearance,
+        normal,
+        shading: None,
+        lift: NO_LIFT,
+        tangent: Some((tangent, if mirrored { -1.0 } else { 1.0 })),
+        coords: vec4f(uv.x, uv.y, uv.x, uv.y),
+        color: vec4f(1.0, 1.0, 1.0, 1.0),
+        pattern_position: pattern_position(tables, records, on_sphere),
+    }
+}
+
+/// The shading normal on the viewer's side, with the normal map applied and bent so that nothing reflects into the
+/// surface.
+#[inline(always)]
+fn shading_normal(
+    tables: &SceneTables,
+    material: &MaterialRecord,
+    point: &Point,
+    wo: Vec3f,
+    normal: Vec3f,
+    side: f32,
+) -> Vec3f {
+    let mut shading = point.shading.map_or(normal, |n| n * side);
+    let texture = material.texture(SLOT_NORMAL);
+    if texture.is_some() {
+        let texel = crate::fetch::texture::sample(tables, texture, point.coords);
+        let frame = tangent_frame(point, shading, side);
+        shading = map_normal(frame, vec3f(texel.x, texel.y, texel.z), material.normal_scale);
+    } else if point.shading.is_none() {
+        return normal;
+    }
+    bend_normal(wo, normal, shading)
+}
+
+/// The frame of a tangent-space map about `normal`, which is on the viewer's side.
+#[inline(always)]
+fn tangent_frame(point: &Point, normal: Vec3f, side: f32) -> Frame {
+    match point.tangent {
+        Some((tangent, handedness)) => {
+            let mut frame = frame_from_tangent(normal, tangent);
+            // The map's y belongs to the front's bitangent; seen from behind the frame's normal is turned.
+            frame.bitangent *= handedness * side;
+            frame
+        }
+        None => frame_from_normal(normal),
+    }
+}
+
+#[inline(always)]
+fn interpolate<const N: usize>(
+    values: &[[f32; N]],
+    first: u32,
+    corners: [u32; 3],
+    weights: [f32; 3],
+) -> [f32; N] {
+    let [a, b, c] = corners.map(|i| &values[(first + i) as usize]);
+    std::array::from_fn(|k| a[k] * weights[0] + b[k] * weights[1] + c[k] * weights[2])
+}
+
+#[inline(always)]
+pub(crate) fn tex_coords(
+    tables: &SceneTables,
+    geometry: &GeometryRecord,
+    corners: [u32; 3],
+    weights: [f32; 3],
+) -> Vec4f {
+    let set = |values: &[[f32; 2]], first: u32| {
+        if first == NONE { [0.0; 2] } else { interpolate(values, first, corners, weights) }
+    };
+    let [u0, v0] = set(&tables.uv0, geometry.first_uv0);
+    let [u1, v1] = set(&tables.uv1, geometry.first_uv1);
+    vec4f(u0, v0, u1, v1)
+}
+
+#[inline(always)]
+pub(crate) fn vertex_color(
+    tables: &SceneTables,
+    geometry: &GeometryRecord,
+    corners: [u32; 3],
+    weights: [f32; 3],
+) -> Vec4f {
+    if geometry.first_color == NONE {
+        return vec4f(1.0, 1.0, 1.0, 1.0);
+    }
+    let [r, g, b, a] = interpolate(&tables.colors, geometry.first_color, corners, weights);
+    vec4f(r, g, b, a)
+}
+
+/// Texture coordinates and vertex colour at a candidate hit, for alpha tests.
+pub(crate) fn alpha_inputs(tables: &SceneTables, records: &HitRecords, c: &Candidate) -> AlphaInputs {
+    let geometry = records.geometry;
+    if geometry.kind == GeometryKind::Spheres {
+        let [x, y, z, radius] = tables.spheres[(geometry.first_primitive + records.primitive) as usize];
+        let outward = normalize(vec3(c.outward));
+        let uv = sphere_uv(sphere_direction(tables, records, outward));
+        let position = pattern_position(tables, records, vec3f(x, y, z) + outward * radius);
+        return (vec4f(uv.x, uv.y, uv.x, uv.y), vec4f(1.0, 1.0, 1.0, 1.0), position);
+    }
+    let corners = tables.indices[(geometry.first_primitive + records.primitive) as usize];
+    let weights = [1.0 - c.u - c.v, c.u, c.v];
+    let p = interpolate(&tables.positions, geometry.first_vertex, corners, weights);
+    let coords = tex_coords(tables, geometry, corners, weights);
+    let position = pattern_position(tables, records, vec3(p));
+    (coords, vertex_color(tables, geometry, corners, weights), position)
+}
+
+/// Whether a candidate hit is on the back of its surface.
+pub(crate) fn faces_away(tables: &SceneTables, records: &HitRecords, c: &Candidate) -> bool {
+    let outward = match records.geometry.kind {
+        GeometryKind::Spheres => vec3(c.outward),
+        GeometryKind::Triangles => {
+            let geometry = records.geometry;
+            let corners = tables.indices[(geometry.first_primitive + records.primitive) as usize];
+            let vertex = |c: u32| vec3(tables.positions[(geometry.first_vertex + c) as usize]);
+            let [p0, p1, p2] = corners.map(vertex);
+            cross(p1 - p0, p2 - p0)
+        }
+    };
+    dot(outward, vec3(c.direction)) > 0.0
+}

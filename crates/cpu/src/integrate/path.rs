@@ -1,0 +1,302 @@
+//! Path tracing of a batch of samples, one segment of all paths at a time.
+//!
+//! The batch is a small wavefront: trace all rays as a stream, shade all hits, trace all shadow rays as a stream, go on
+//! with the paths that live. Streams let the acceleration structure use its packets where rays are alike, and keep each
+//! stage's code and data in the caches. What happens at a vertex is the optics' `path` module; this is only the loop.
+
+use crate::batch::lanes::{CameraLanes, LANES};
+use crate::batch::streams::{HitStream, Path, PathStream, ShadowStream};
+use crate::batch::vertices::VertexQueue;
+use crate::fetch::triangles::TriangleRows;
+use crate::scene::CpuScene;
+use crate::shade::glossy_lanes::GlossyLanes;
+use crate::shade::hits::ShadeHits;
+use crate::shade::material::Shading;
+use crate::simd::{Instructions, Stage};
+use accel::{Coherence, HitFilter, Ray};
+use backend::{PathSettings, View};
+use film::AovSample;
+use optics::camera::{CAMERA_PERSPECTIVE, CameraFrame, camera_pixel_spread};
+use optics::distortion::no_distortion;
+use optics::path::limit_indirect;
+use optics::random::{
+    PixelSampler, SAMPLER_BLUE_NOISE, SAMPLER_INDEPENDENT, SAMPLER_SOBOL, sample_2d, sampler_new,
+};
+use optics::{Vec2f, Vec3f, vec3f};
+
+/// Pairs of random numbers: where on the pixel and on the lens, then a fixed number for each vertex.
+pub(crate) const PAIR_FILM: u32 = 0;
+pub(crate) const PAIR_LENS: u32 = 1;
+pub(crate) const PAIRS_BEFORE_VERTICES: u32 = 2;
+const PAIRS_PER_VERTEX: u32 = 4;
+pub(crate) const PAIR_BSDF: u32 = 0;
+pub(crate) const PAIR_LIGHT: u32 = 1;
+/// x: which lobe. y: Russian roulette.
+pub(crate) const PAIR_LOBE: u32 = 2;
+/// x: which of the models that a material mixes.
+pub(crate) const PAIR_MODEL: u32 = 3;
+
+/// Shadow rays end this share of the way before the light, so that they do not hit the light itself.
+pub(crate) const SHADOW_END: f32 = 0.9999;
+
+/// One sample to be made: its pixel and its index.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SampleId {
+    pub x: u32,
+    pub y: u32,
+    pub index: u32,
+}
+
+/// Neighbours in a batch that belong to one pixel.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Run {
+    /// Place of the pixel's estimate.
+    pub place: u32,
+    /// Number of samples.
+    pub count: u32,
+}
+
+/// What a shadow ray brings if nothing is in its way.
+#[derive(Clone, Copy)]
+pub(crate) struct Connection {
+    /// See [`Path::slot`].
+    pub slot: u32,
+    pub contribution: Vec3f,
+}
+
+/// Scratch memory of one worker. Everything is reused: a path allocates nothing.
+#[derive(Default)]
+pub(crate) struct PathBatch {
+    pub(crate) paths: PathStream,
+    pub(crate) hits: HitStream,
+    pub(crate) next: PathStream,
+    pub(crate) shadows: ShadowStream,
+    occluded: Vec<bool>,
+    pub(crate) triangles: TriangleRows,
+    pub(crate) diffuse: VertexQueue,
+    pub(crate) smooth: VertexQueue,
+    pub(crate) glossy: VertexQueue,
+    pub(crate) glossy_lanes: GlossyLanes,
+    /// The samples being made; kept here between blocks for its memory only.
+    pub ids: Vec<SampleId>,
+    /// How `ids` is divided among pixels; kept for its memory, too.
+    pub runs: Vec<Run>,
+    /// Radiance of each sample of the batch. While samples are made, each branch of their paths has a sum, or slot, of its own: in
+    /// which order vertices of several branches are done depends on the batch, and sums must not.
+    pub radiance: Vec<Vec3f>,
+    /// First hits, parallel to `radiance`, if the view asks for auxiliary layers.
+    pub aovs: Vec<AovSample>,
+    /// What `radiance` was before the current step, where indirect light is limited.
+    gathered: Vec<Vec3f>,
+    /// Rays traced since the batch was made.
+    pub rays_traced: u64,
+}
+
+/// What all paths of a batch share.
+pub(crate) struct Context<'a> {
+    pub scene: &'a CpuScene,
+    pub sampler_kind: u32,
+    /// Segments of the paths so far: 1 after the camera ray.
+    pub depth: u32,
+    /// How many branches a path has from its first vertex on.
+    pub branches: u32,
+    pub settings: &'a PathSettings,
+    pub shading: Shading,
+    pub wants_aovs: bool,
+}
+
+impl Context<'_> {
+    /// The first dimension pair of this vertex.
+    #[inline(always)]
+    pub fn pair(&self) -> u32 {
+        PAIRS_BEFORE_VERTICES + PAIRS_PER_VERTEX * (self.depth - 1)
+    }
+
+    /// Random numbers of a path's vertex.
+    #[inline(always)]
+    pub fn draw(&self, path: &Path, pair: u32) -> Vec2f {
+        let sampler = PixelSampler { kind: self.sampler_kind, scramble: path.scramble, index: path.index };
+        sample_2d(sampler, self.pair() + pair)
+    }
+
+    /// Whether paths end where they arrive, and nobody looks at that place for anything but its light: layers show first surfaces, and
+    /// the filters of GPUs, which trace the same rays, want to know how far away from them second ones are.
+    #[inline(always)]
+    pub fn are_last_segments(&self) -> bool {
+        self.depth >= self.settings.max_depth && self.depth > 2
+    }
+
+    /// Whether Russian roulette may end paths at this vertex.
+    #[inline(always)]
+    pub fn meets_roulette(&self) -> bool {
+        self.depth + 1 >= self.settings.roulette_start
+    }
+}
+
+/// Makes the camera rays of samples.
+struct Generate<'a> {
+    batch: &'a mut PathBatch,
+    view: &'a View,
+    samples: &'a [SampleId],
+    branches: u32,
+}
+
+impl Stage for Generate<'_> {
+    #[inline(always)]
+    fn run<I: Instructions>(self, i: I) {
+        self.batch.generate(i, self.view, self.samples, self.branches);
+    }
+}
+
+impl PathBatch {
+    /// Makes the samples; the results are in `radiance` and `aovs`, in the order of `samples`.
+    #[inline(always)]
+    pub fn run<I: Instructions, F: HitFilter>(
+        &mut self,
+        i: I,
+        scene: &CpuScene,
+        view: &View,
+        settings: &PathSettings,
+        filter: &F,
+        samples: &[SampleId],
+    ) {
+        let pixel_spread = camera_pixel_spread(view.camera, view.height as f32);
+        let shading = Shading { single_scatter: view.single_scatter, pixel_spread };
+        let wants_aovs = !view.aovs.is_empty();
+        let sampler_kind = sampler_kind(view);
+        let branches = settings.splitting.max(1);
+        let mut context = Context { scene, sampler_kind, depth: 1, branches, settings, shading, wants_aovs };
+        self.shadows.clear();
+        self.next.clear();
+        i.call(Generate { batch: self, view, samples, branches });
+        let mut coherence = Coherence::Coherent;
+        while self.paths.len() > 0 {
+            self.gathered.clear();
+            if settings.clamp_indirect.is_some() {
+                self.gathered.extend_from_slice(&self.radiance);
+            }
+            if context.are_last_segments() {
+                self.follow_into_the_sky(&context, filter);
+            }
+            let count = self.paths.len();
+            scene.tlas.closest_stream(&self.paths.rays(), &mut self.hits.columns(count), filter, coherence);
+            self.rays_traced += count as u64;
+            i.call(ShadeHits(self, &context));
+            self.limit_found(settings, context.depth);
+            self.connect(scene, filter);
+            self.limit_found(settings, context.depth + 1);
+            std::mem::swap(&mut self.paths, &mut self.next);
+            self.next.clear();
+            context.depth += 1;
+            coherence = Coherence::Incoherent;
+        }
+        if branches > 1 {
+            self.join_branches(samples.len(), branches as usize);
+        }
+    }
+
+    /// Limits what paths have found since `gathered` was noted, by so many segments, where the settings say so.
+    fn limit_found(&mut self, settings: &PathSettings, segments: u32) {
+        // Empty where nothing is limited.
+        for (radiance, gathered) in self.radiance.iter_mut().zip(&mut self.gathered) {
+            let found = *radiance - *gathered;
+            let limited = limit_indirect(found, segments, settings.most_indirect());
+            if limited != found {
+                *radiance = *gathered + limited;
+            }
+            *gathered = *radiance;
+        }
+    }
+
+    /// Sums what the branches of each sample have found.
+    fn join_branches(&mut self, samples: usize, branches: usize) {
+        for sample in 0..samples {
+            let found = &self.radiance[sample * branches..][..branches];
+            self.radiance[sample] = found.iter().fold(vec3f(0.0, 0.0, 0.0), |sum, radiance| sum + *radiance);
+        }
+        self.radiance.truncate(samples);
+    }
+
+    /// Camera rays.
+    #[inline(always)]
+    fn generate<I: Instructions>(&mut self, i: I, view: &View, samples: &[SampleId], branches: u32) {
+        self.paths.clear();
+        self.radiance.clear();
+        self.radiance.resize(samples.len() * branches as usize, vec3f(0.0, 0.0, 0.0));
+        self.aovs.clear();
+        if !view.aovs.is_empty() {
+            self.aovs.resize(samples.len(), AovSample::default());
+        }
+        let camera = view.camera;
+        if camera.kind == CAMERA_PERSPECTIVE && camera.lens_radius <= 0.0 && camera.distortion.is_none() {
+            // With these known the lanes have no branches.
+            let pinhole = CameraFrame {
+                kind: CAMERA_PERSPECTIVE,
+                lens_radius: 0.0,
+                distortion: no_distortion(),
+                ..camera
+            };
+            self.generate_from(i, view, pinhole, samples, branches);
+        } else {
+            self.generate_from(i, view, camera, samples, branches);
+        }
+    }
+
+    #[inline(always)]
+    fn generate_from<I: Instructions>(
+        &mut self,
+        i: I,
+        view: &View,
+        camera: CameraFrame,
+        samples: &[SampleId],
+        branches: u32,
+    ) {
+        let mut lanes = CameraLanes::default();
+        for samples in samples.chunks(LANES) {
+            lanes.compute(view, camera, samples);
+            self.paths.begin(i, &lanes, samples.len(), branches);
+        }
+    }
+
+    /// Queues a shadow ray, unless it brings nothing.
+    #[inline(always)]
+    pub(crate) fn ask(&mut self, connection: Connection, ray: Ray) {
+        let Vec3f { x, y, z } = connection.contribution;
+        // Not `> 0`: NaN must reach the film, where it is counted.
+        if x + y + z != 0.0 {
+            self.shadows.push(&ray, &connection);
+        }
+    }
+
+    /// Traces the queued shadow rays and adds what is not occluded.
+    #[inline(always)]
+    pub(crate) fn connect<F: HitFilter>(&mut self, scene: &CpuScene, filter: &F) {
+        let count = self.shadows.len();
+        // The queries write all of it.
+        self.occluded.resize(count, false);
+        scene.tlas.any_stream(&self.shadows.rays(), &mut self.occluded, filter, Coherence::Incoherent);
+        self.rays_traced += count as u64;
+        for (at, occluded) in self.occluded.iter().enumerate() {
+            let Connection { slot, contribution: Vec3f { x, y, z } } = self.shadows.connection(at);
+            // Every second guess of a branch would be wrong. Not by factors: what is occluded may be infinite.
+            let visible = |c: f32| f32::from_bits(if *occluded { 0 } else { c.to_bits() });
+            self.radiance[slot as usize] += vec3f(visible(x), visible(y), visible(z));
+        }
+        self.shadows.clear();
+    }
+}
+
+/// How the view draws its samples, as the optics know it.
+pub(crate) fn sampler_kind(view: &View) -> u32 {
+    match view.sampler {
+        backend::SamplerKind::Sobol => SAMPLER_SOBOL,
+        backend::SamplerKind::Independent => SAMPLER_INDEPENDENT,
+        backend::SamplerKind::BlueNoise => SAMPLER_BLUE_NOISE,
+    }
+}
+
+/// The random numbers of a sample.
+#[inline(always)]
+pub(crate) fn new_sampler(view: &View, sample: &SampleId) -> PixelSampler {
+    sampler_new(sampler_kind(view), sample.x, sample.y, view.width, sample.index, view.seed)
+}

@@ -1,0 +1,450 @@
+//! Path tracing through media, one sample after the other.
+//!
+//! What `path` does, for scenes with something between the surfaces. A path knows what it is inside of. On its way to the
+//! next surface it may scatter in the medium there, and boundaries of media let it pass without counting as vertices.
+//! Light is sampled from every vertex, with the transmittance of the way to it.
+
+mod grid;
+mod interiors;
+mod optical_depth;
+mod shadow;
+
+pub(crate) use interiors::{crossed, interiors_around, ior_along, passes, relative_ior, segment};
+pub(crate) use optical_depth::optical_depth;
+
+use crate::fetch::filter::{AlphaFilter, BoundaryFilter};
+use crate::fetch::surface::Surface;
+use crate::integrate::aov::aov_sample;
+use crate::integrate::path::{
+    PAIR_BSDF, PAIR_FILM, PAIR_LENS, PAIR_LIGHT, PAIR_LOBE, PAIR_MODEL, PAIRS_BEFORE_VERTICES, SHADOW_END,
+    SampleId, new_sampler,
+};
+use crate::scene::{CpuScene, vec3};
+use crate::shade::layers::shade_layered;
+use crate::shade::lights::{for_each_distant, sample_light, surface_light_pdf};
+use crate::shade::material::{Shading, emission, mixes_models, shade};
+use crate::shade::scatter::{sampling_normal, shadow_ray};
+use crate::shade::scattering::Scattering;
+use accel::{Hit, Ray};
+use backend::{PathSettings, View};
+use film::AovSample;
+use interiors::Segment;
+use optics::camera::{camera_pixel_spread, camera_ray};
+use optics::constants::FAR;
+use optics::frame::{Frame, to_local, to_world};
+use optics::interiors::Interiors;
+use optics::light_tree::ALL_SIDES;
+use optics::medium::transmittance;
+use optics::path::{
+    PathState, limit_indirect, path_add_emission, path_light_contribution, path_scatter, path_start,
+    roulette_survival,
+};
+use optics::random::{PixelSampler, hash_combine, sample_2d};
+use optics::scatter::{BSDF_NONE, BsdfSample};
+use optics::vector::dot;
+use optics::volume::{
+    MOST_SEGMENTS, Medium, PAIR_DISTANCE, PAIRS_PER_SEGMENT, STREAM_SHADOW, medium_emitted,
+    medium_extinction, medium_sample, medium_scatters, medium_survival, phase_scatter, phase_value,
+    stopping_distance, stream_start,
+};
+use optics::{Vec2f, Vec3f, vec2f, vec3f};
+use scene::tables::{MaterialRecord, ModelTag, NONE};
+
+const BLACK: Vec3f = vec3f(0.0, 0.0, 0.0);
+const WHITE: Vec3f = vec3f(1.0, 1.0, 1.0);
+
+/// Makes single samples of the scene with its media.
+pub(crate) struct VolumeTracer<'a> {
+    scene: &'a CpuScene,
+    view: &'a View,
+    settings: &'a PathSettings,
+    shading: Shading,
+    /// What the camera stands in.
+    around_camera: Interiors,
+    /// Radiance of the sample that is being made.
+    radiance: Vec3f,
+    /// Rays traced so far.
+    pub rays_traced: u64,
+}
+
+/// A path on its way.
+#[derive(Clone, Copy)]
+struct VolumePath {
+    ray: Ray,
+    state: PathState,
+    sampler: PixelSampler,
+    inside: Interiors,
+    /// Segments so far, whatever they ended at.
+    segments: u32,
+    /// Where the path took its direction, and how far it has come since then.
+    vertex: Vec3f,
+    since_vertex: f32,
+    /// Length from the camera, for footprints.
+    length: f32,
+    /// See `sample_light`.
+    sampling_normal: u32,
+}
+
+impl VolumePath {
+    /// Random numbers of the current segment and the vertex at its end.
+    fn draw(&self, pair: u32) -> Vec2f {
+        sample_2d(self.sampler, PAIRS_BEFORE_VERTICES + PAIRS_PER_SEGMENT * (self.segments - 1) + pair)
+    }
+
+    /// Russian roulette: whether the path lives, and then what it counts more for it.
+    fn play(&mut self, survival: f32, u: f32) -> bool {
+        self.state.throughput *= 1.0 / survival;
+        u < survival
+    }
+
+    /// Goes on from `origin` after scattering at `vertex`.
+    fn leave(&mut self, vertex: Vec3f, origin: Vec3f, wi: Vec3f) {
+        self.ray = Ray::new(origin.to_array(), wi.to_array());
+        (self.vertex, self.since_vertex) = (vertex, 0.0);
+    }
+}
+
+/// What a path scatters at.
+enum Vertex<'s> {
+    Surface(&'s Surface),
+    /// A point of the medium of a segment.
+    Medium(Vec3f, Segment),
+}
+
+impl<'a> VolumeTracer<'a> {
+    pub fn new(scene: &'a CpuScene, view: &'a View, settings: &'a PathSettings) -> Self {
+        let pixel_spread = camera_pixel_spread(view.camera, view.height as f32);
+        Self {
+            scene,
+            view,
+            settings,
+            shading: Shading { single_scatter: view.single_scatter, pixel_spread },
+            around_camera: interiors_around(scene, view.camera.origin),
+            radiance: BLACK,
+            rays_traced: 0,
+        }
+    }
+
+    /// The radiance of one sample.
+    pub fn sample(&mut self, id: &SampleId) -> Vec3f {
+        self.radiance = BLACK;
+        let (ray, sampler, weight) = self.camera(id);
+        self.follow(VolumePath {
+            ray,
+            state: PathState { throughput: WHITE * weight, ..path_start() },
+            sampler,
+            inside: self.around_camera,
+            segments: 0,
+            vertex: vec3(ray.origin),
+            since_vertex: 0.0,
+            length: 0.0,
+            sampling_normal: ALL_SIDES,
+        });
+        self.radiance
+    }
+
+    /// The first surface that the sample's camera ray sees, behind all media.
+    pub fn first_hit(&mut self, id: &SampleId) -> AovSample {
+        let (ray, _, _) = self.camera(id);
+        self.rays_traced += 1;
+        let hit = self.scene.tlas.closest(&ray, &AlphaFilter(self.scene));
+        if hit.is_miss() {
+            return AovSample::default();
+        }
+        let surface = Surface::new(self.scene, &ray, &hit);
+        let footprint = self.shading.pixel_spread * hit.t;
+        aov_sample(&self.scene.tables, self.material(&surface), &surface, hit.t, footprint)
+    }
+
+    /// The camera ray of a sample, its random numbers, and the ray's weight.
+    fn camera(&self, id: &SampleId) -> (Ray, PixelSampler, f32) {
+        let sampler = new_sampler(self.view, id);
+        let (jitter, lens) = (sample_2d(sampler, PAIR_FILM), sample_2d(sampler, PAIR_LENS));
+        let film = vec2f(
+            (id.x as f32 + jitter.x) / self.view.width as f32,
+            (id.y as f32 + jitter.y) / self.view.height as f32,
+        );
+        let ray = camera_ray(self.view.camera, film, lens);
+        (Ray::new(ray.origin.to_array(), ray.direction.to_array()), sampler, ray.weight)
+    }
+
+    fn closest(&mut self, ray: &Ray) -> Hit {
+        self.rays_traced += 1;
+        self.scene.tlas.closest(ray, &BoundaryFilter(self.scene))
+    }
+
+    fn material(&self, surface: &Surface) -> &'a MaterialRecord {
+        &self.scene.tables.materials[surface.material as usize]
+    }
+
+    /// Follows a path to its end.
+    fn follow(&mut self, mut path: VolumePath) {
+        while path.segments < MOST_SEGMENTS {
+            path.segments += 1;
+            let hit = self.closest(&path.ray);
+            let surface = (!hit.is_miss()).then(|| Surface::new(self.scene, &path.ray, &hit));
+            let end = if hit.is_miss() { FAR } else { hit.t };
+            let segment = segment(path.inside, &self.scene.tables, &path.ray, end, surface.as_ref());
+            let scattered = segment.and_then(|segment| self.pass(&mut path, &segment));
+            if let Some(vertex) = &scattered {
+                if !self.scatter(&mut path, vertex) {
+                    return;
+                }
+                continue;
+            }
+            let Some(surface) = surface else {
+                let wi = vec3(path.ray.direction);
+                let mut found = BLACK;
+                for_each_distant(self.scene, path.vertex, path.sampling_normal, wi, |d| {
+                    found += path_add_emission(path.light_state(), d.radiance, d.pdf).radiance;
+                });
+                self.gather(found, path.state.depth);
+                return;
+            };
+            path.since_vertex += hit.t;
+            path.length += hit.t;
+            if passes(&self.scene.tables, &surface, path.inside) {
+                path.inside = crossed(path.inside, &self.scene.tables, &surface);
+                path.ray.origin = surface.ray_origin(false).to_array();
+                continue;
+            }
+            self.find(&path, &surface);
+            if !self.scatter(&mut path, &Vertex::Surface(&surface)) {
+                return;
+            }
+        }
+    }
+
+    /// Goes through a medium: adds what it emits, and returns where the path scatters in it, if it does.
+    fn pass(&mut self, path: &mut VolumePath, segment: &Segment) -> Option<Vertex<'static>> {
+        let Segment { medium, start, end, .. } = *segment;
+        if segment.grid != NONE {
+            let (distance, here) = self.track(path, segment)?;
+            return Some(stop(path, distance, here));
+        }
+        let state = &mut path.state;
+        self.radiance += state.throughput * medium_emitted(medium, end - start);
+        if !medium_scatters(medium) {
+            state.throughput *= transmittance(medium_extinction(medium), end - start);
+            return None;
+        }
+        let u = path.draw(PAIR_DISTANCE);
+        let sample = medium_sample(medium, path.state.throughput, end - start, u);
+        path.state.throughput *= sample.weight;
+        if !sample.scattered {
+            return None;
+        }
+        Some(stop(path, start + sample.distance, *segment))
+    }
+
+    /// Light that the path has come upon.
+    fn find(&mut self, path: &VolumePath, surface: &Surface) {
+        let tables = &*self.scene.tables;
+        let footprint = self.shading.pixel_spread * path.length;
+        let emitted = emission(tables, self.material(surface), surface, footprint);
+        if emitted.x + emitted.y + emitted.z > 0.0 {
+            let wi = vec3(path.ray.direction);
+            let pdf = surface_light_pdf(
+                self.scene,
+                surface,
+                path.vertex,
+                path.sampling_normal,
+                wi,
+                path.since_vertex,
+            );
+            let found = path_add_emission(path.light_state(), emitted, pdf).radiance;
+            self.gather(found, path.state.depth);
+        }
+    }
+
+    /// Adds light that has come by so many segments, limited as the settings say.
+    fn gather(&mut self, found: Vec3f, segments: u32) {
+        self.radiance += limit_indirect(found, segments, self.settings.most_indirect());
+    }
+
+    /// Scatters the path, in several if it is the first vertex and the settings say so. Returns whether it goes on.
+    fn scatter(&mut self, path: &mut VolumePath, vertex: &Vertex) -> bool {
+        let walks = matches!(vertex, Vertex::Medium(_, segment) if segment.subsurface);
+        if path.state.depth >= self.settings.max_depth && !walks {
+            return false;
+        }
+        let branches = if path.state.depth == 1 && !walks { self.settings.splitting.max(1) } else { 1 };
+        if branches == 1 {
+            return self.scatter_once(path, vertex);
+        }
+        // The branches share what comes.
+        path.state.throughput *= 1.0 / branches as f32;
+        for branch in 0..branches {
+            let mut child = *path;
+            child.sampler.scramble = hash_combine(path.sampler.scramble, branch);
+            if self.scatter_once(&mut child, vertex) {
+                self.follow(child);
+            }
+        }
+        false
+    }
+
+    fn scatter_once(&mut self, path: &mut VolumePath, vertex: &Vertex) -> bool {
+        match vertex {
+            Vertex::Medium(position, segment) if segment.subsurface => self.walk(path, *position, segment),
+            Vertex::Medium(position, segment) => self.scatter_in(path, *position, segment.medium),
+            Vertex::Surface(surface) => self.scatter_on(path, surface),
+        }
+    }
+
+    /// Next-event estimation and the path's continuation at a point of a medium.
+    fn scatter_in(&mut self, path: &mut VolumePath, position: Vec3f, medium: Medium) -> bool {
+        let wo = -vec3(path.ray.direction);
+        path.sampling_normal = ALL_SIDES;
+        if !self.scene.tables.lights.is_empty()
+            && let Some(light) = sample_light(self.scene, position, ALL_SIDES, path.draw(PAIR_LIGHT))
+        {
+            let phase = phase_value(wo, light.wi, medium.anisotropy);
+            let ray = Ray {
+                origin: position.to_array(),
+                t_min: 0.0,
+                direction: light.wi.to_array(),
+                t_max: light.distance * SHADOW_END,
+            };
+            let throughput = path.state.throughput;
+            let c = path_light_contribution(throughput, phase, light.radiance, light.pdf, light.delta);
+            self.connect(path, ray, path.inside, c);
+        }
+        let sample = phase_scatter(wo, medium.anisotropy, false, path.draw(PAIR_BSDF));
+        let alive = self.survive_in(path, sample);
+        path.leave(position, position, sample.wi);
+        alive
+    }
+
+    /// The same inside of what looks like a surface: a step of a random walk, which does not count as a vertex.
+    fn walk(&mut self, path: &mut VolumePath, position: Vec3f, segment: &Segment) -> bool {
+        let depth = path.state.depth;
+        // Long walks of what is nearly absorbed end by roulette as long paths do.
+        path.state.depth = path.segments;
+        let alive = if segment.open {
+            self.scatter_in(path, position, segment.medium)
+        } else {
+            self.turn(path, position, segment.medium)
+        };
+        path.state.depth = depth;
+        let left = path.state.throughput;
+        alive && left.x + left.y + left.z > 0.0
+    }
+
+    /// Goes on in another direction without sampling lights, which a surface hides: what the path finds counts in full.
+    fn turn(&mut self, path: &mut VolumePath, position: Vec3f, medium: Medium) -> bool {
+        let wo = -vec3(path.ray.direction);
+        let sample = phase_scatter(wo, medium.anisotropy, true, path.draw(PAIR_BSDF));
+        let alive = self.survive_in(path, sample);
+        path.leave(position, position, sample.wi);
+        alive
+    }
+
+    /// The same on a surface.
+    fn scatter_on(&mut self, path: &mut VolumePath, surface: &Surface) -> bool {
+        let tables = &*self.scene.tables;
+        let material = self.material(surface);
+        let nested = tables.nested && material.is_body();
+        let ior = if nested { relative_ior(path.inside, tables, surface) } else { material.ior };
+        let footprint = self.shading.pixel_spread * path.length;
+        if material.model == ModelTag::Layered {
+            let disperses = tables.layers[material.layers as usize].dispersion > 0.0;
+            let u = if disperses { path.draw(PAIR_MODEL).x } else { 0.0 };
+            let (shading, throughput) = (&self.shading, path.state.throughput);
+            let s = shade_layered(tables, material, surface, shading, footprint, ior, throughput, u);
+            return self.scatter_by(path, surface, s.frame, s.bsdf);
+        }
+        let u_model = if mixes_models(material) { path.draw(PAIR_MODEL).x } else { 0.0 };
+        let bsdf = shade(tables, material, surface, &self.shading, footprint, ior, u_model);
+        bsdf.kind != BSDF_NONE && self.scatter_by(path, surface, surface.frame(), bsdf)
+    }
+
+    fn scatter_by<S: Scattering>(
+        &mut self,
+        path: &mut VolumePath,
+        surface: &Surface,
+        frame: Frame,
+        bsdf: S,
+    ) -> bool {
+        let tables = &*self.scene.tables;
+        let wo = to_local(frame, surface.wo);
+        let through = if self.material(surface).is_body() {
+            crossed(path.inside, tables, surface)
+        } else {
+            path.inside
+        };
+        if bsdf.has_smooth_part() && !tables.lights.is_empty() {
+            path.sampling_normal = sampling_normal(tables, bsdf, frame.normal);
+            let u = path.draw(PAIR_LIGHT);
+            if let Some(light) = sample_light(self.scene, surface.origin, path.sampling_normal, u) {
+                let above = dot(light.wi, surface.horizon) > 0.0;
+                let wi = to_local(frame, light.wi);
+                let possible = light.pdf > 0.0 && (above || bsdf.transmits()) && above == (wi.z > 0.0);
+                if possible {
+                    let value = bsdf.eval(wo, wi);
+                    let throughput = path.state.throughput;
+                    let c =
+                        path_light_contribution(throughput, value, light.radiance, light.pdf, light.delta);
+                    let inside = if above { path.inside } else { through };
+                    self.connect(path, shadow_ray(surface, &light, above), inside, c);
+                }
+            }
+        }
+        let u_lobe = path.draw(PAIR_LOBE);
+        let u = if bsdf.is_delta() { vec2f(0.0, 0.0) } else { path.draw(PAIR_BSDF) };
+        let sample = bsdf.sample(wo, u_lobe.x, u);
+        let wi = to_world(frame, sample.wi);
+        let above = dot(wi, surface.horizon) > 0.0;
+        // Between shading and geometric normal there are directions that would leak through the surface.
+        if sample.pdf <= 0.0 || above == sample.transmitted {
+            return false;
+        }
+        let alive = self.survive(path, sample, bsdf.eta(), u_lobe.y);
+        if sample.transmitted {
+            path.inside = through;
+        }
+        path.leave(surface.origin, surface.ray_origin(above), wi);
+        alive
+    }
+
+    /// Takes a direction scattered by a surface, unless Russian roulette ends the path. `u`: uniform number for that.
+    fn survive(&self, path: &mut VolumePath, sample: BsdfSample, eta: f32, u: f32) -> bool {
+        path.state = path_scatter(path.state, sample, eta);
+        let (start, least) = (self.settings.roulette_start, self.settings.roulette_min_survival);
+        path.play(roulette_survival(path.state, start, least), u)
+    }
+
+    /// The same in a medium.
+    fn survive_in(&self, path: &mut VolumePath, sample: BsdfSample) -> bool {
+        path.state = path_scatter(path.state, sample, 1.0);
+        let (start, least) = (self.settings.roulette_start, self.settings.roulette_min_survival);
+        let u = path.draw(PAIR_LOBE).y;
+        path.play(medium_survival(path.state, start, least), u)
+    }
+
+    /// Adds what a light sample brings through what is between.
+    fn connect(&mut self, path: &VolumePath, ray: Ray, inside: Interiors, contribution: Vec3f) {
+        // Not `> 0`: NaN must reach the film, where it is counted.
+        if contribution.x + contribution.y + contribution.z != 0.0 {
+            let mut stream = stream_start(path.sampler, path.segments, STREAM_SHADOW);
+            let left = self.visibility(ray, inside, &mut stream);
+            let segments = path.state.depth + 1;
+            self.radiance += limit_indirect(contribution, segments, self.settings.most_indirect()) * left;
+        }
+    }
+}
+
+/// The point of a segment at `distance` along the path's ray.
+fn stop(path: &mut VolumePath, distance: f32, segment: Segment) -> Vertex<'static> {
+    let (origin, direction) = (vec3(path.ray.origin), vec3(path.ray.direction));
+    let distance = stopping_distance(origin, distance, segment.end);
+    path.length += distance;
+    Vertex::Medium(origin + direction * distance, segment)
+}
+
+impl VolumePath {
+    /// The state without the light found so far, which goes to the sample at once.
+    fn light_state(&self) -> PathState {
+        PathState { radiance: BLACK, ..self.state }
+    }
+}

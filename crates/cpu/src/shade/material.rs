@@ -1,0 +1,116 @@
+//! What a material is at a surface: fetches texels and table entries for the optics' `material` and `plain`.
+
+use crate::fetch::surface::Surface;
+use crate::fetch::texture;
+use optics::albedo::{DielectricAlbedo, GgxAlbedo};
+use optics::material::{
+    SLOT_BASE_COLOR, SLOT_EMISSION, SLOT_METALLIC_ROUGHNESS, SLOT_TRANSMISSION, material_base_color,
+    material_coverage, material_emission, material_emits,
+};
+use optics::pattern::footprint_width;
+use optics::plain::{ALBEDO_DIELECTRIC, ALBEDO_GGX, material_mixes_models, plain_bsdf, plain_point};
+use optics::scatter::Bsdf;
+use optics::vector::dot;
+use optics::{Vec2f, Vec3f, Vec4f, vec2f, vec3f};
+use scene::tables::{MaterialRecord, ModelTag, SceneTables};
+
+/// Decides how [`shade`] reads materials: the same for the whole picture.
+#[derive(Clone, Copy)]
+pub(crate) struct Shading {
+    /// See `View::single_scatter`.
+    pub single_scatter: bool,
+    /// Radius of a pixel's footprint per metre of distance.
+    pub pixel_spread: f32,
+}
+
+/// Texture coordinates of both sets, vertex colour, and position in the x–z plane of object space: what coverage
+/// depends on.
+pub(crate) type AlphaInputs = (Vec4f, Vec4f, Vec2f);
+
+/// Linear base colour at a surface. `footprint`: radius of the ray's footprint, metres.
+#[inline]
+pub(crate) fn base_color(
+    tables: &SceneTables,
+    material: &MaterialRecord,
+    s: &Surface,
+    footprint: f32,
+) -> Vec3f {
+    let texel = texture::sample(tables, material.texture(SLOT_BASE_COLOR), s.coords);
+    let width = footprint_width(footprint, dot(s.wo, s.normal));
+    material_base_color(*material, s.color, texel, s.pattern_position, width)
+}
+
+/// Coverage in `[0, 1]` at a candidate hit.
+pub(crate) fn coverage(
+    tables: &SceneTables,
+    material: &MaterialRecord,
+    (coords, color, position): AlphaInputs,
+) -> f32 {
+    let texel = texture::sample(tables, material.texture(SLOT_BASE_COLOR), coords);
+    material_coverage(*material, color.w, texel.w, position)
+}
+
+/// Radiance that the surface emits towards the viewer.
+#[inline]
+pub(crate) fn emission(
+    tables: &SceneTables,
+    material: &MaterialRecord,
+    s: &Surface,
+    footprint: f32,
+) -> Vec3f {
+    if material.model == ModelTag::Unlit {
+        return base_color(tables, material, s, footprint);
+    }
+    if !material_emits(*material, s.front) {
+        return vec3f(0.0, 0.0, 0.0);
+    }
+    emission_at(tables, material, s.coords)
+}
+
+/// Radiance that an emissive material emits where the texture coordinates are `coords`.
+pub(crate) fn emission_at(tables: &SceneTables, material: &MaterialRecord, coords: Vec4f) -> Vec3f {
+    material_emission(*material, texture::sample(tables, material.texture(SLOT_EMISSION), coords))
+}
+
+/// Whether [`shade`] needs `u_model`.
+#[inline]
+pub(crate) fn mixes_models(material: &MaterialRecord) -> bool {
+    material_mixes_models(*material)
+}
+
+/// The BSDF at a surface, prepared for its viewing direction; without layers.
+///
+/// - `ior`: of what is behind the surface over what is around it: the material's own but between nested bodies.
+/// - `u_model`: uniform number that chooses between refraction and reflection where a material mixes them.
+#[inline(always)]
+pub(crate) fn shade(
+    tables: &SceneTables,
+    material: &MaterialRecord,
+    s: &Surface,
+    shading: &Shading,
+    footprint: f32,
+    ior: f32,
+    u_model: f32,
+) -> Bsdf {
+    let texel = |slot| texture::sample(tables, material.texture(slot), s.coords);
+    let point = plain_point(
+        *material,
+        base_color(tables, material, s, footprint),
+        texel(SLOT_METALLIC_ROUGHNESS),
+        texel(SLOT_TRANSMISSION),
+        ior,
+        s.front,
+        u_model,
+        shading.single_scatter,
+    );
+    let cos_o = || dot(s.wo, s.shading_normal).clamp(0.0, 1.0);
+    let albedo = match point.albedo_table {
+        ALBEDO_GGX => GgxAlbedo::shared().lookup(cos_o(), point.roughness),
+        ALBEDO_DIELECTRIC => {
+            let alpha = point.roughness * point.roughness;
+            vec2f(DielectricAlbedo::shared().lookup(cos_o(), alpha, point.eta), 0.0)
+        }
+        _ => vec2f(1.0, 0.0),
+    };
+    plain_bsdf(point, albedo, shading.single_scatter)
+}
