@@ -74,16 +74,22 @@ pub(crate) fn double(transform: &Affine3A) -> DAffine3 {
     }
 }
 
+/// In single precision. What is beyond its range lies at its end.
+pub(crate) fn rounded(point: DVec3) -> Vec3 {
+    const END: DVec3 = DVec3::splat(f32::MAX as f64);
+    point.clamp(-END, END).as_vec3()
+}
+
 /// Points relative to their anchor, which is zero unless they are far away.
 pub(crate) fn anchored(points: &[DVec3]) -> (Vec<Vec3>, DVec3) {
     let anchor = Bounds::of(points.iter().copied()).anchor();
-    (points.iter().map(|point| (*point - anchor).as_vec3()).collect(), anchor)
+    (points.iter().map(|point| rounded(*point - anchor)).collect(), anchor)
 }
 
 /// Moves points to their place relative to `anchor`.
 pub(crate) fn subtract(points: &mut [Vec3], anchor: DVec3) {
     if anchor != DVec3::ZERO {
-        points.iter_mut().for_each(|point| *point = (point.as_dvec3() - anchor).as_vec3());
+        points.iter_mut().for_each(|point| *point = rounded(point.as_dvec3() - anchor));
     }
 }
 
@@ -101,7 +107,7 @@ impl Mesh {
                 Shape::Triangles(mesh) => subtract(&mut mesh.positions, anchor),
                 Shape::Spheres(spheres) => {
                     for sphere in spheres {
-                        sphere.center = (sphere.center.as_dvec3() - anchor).as_vec3();
+                        sphere.center = rounded(sphere.center.as_dvec3() - anchor);
                     }
                 }
             }

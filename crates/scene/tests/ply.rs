@@ -266,3 +266,14 @@ fn textures_in_comments_are_used() {
     assert!(loaded.scene.materials[0].base_color_texture.is_some());
     assert_eq!(loaded.scene.images[0].width, 2);
 }
+
+/// Doubles beyond the range of single precision are no positions; those within it may lie as far apart as it reaches.
+#[test]
+fn doubles_beyond_single_precision_are_not_positions() {
+    let text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\nproperty double z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1e300 1 0\n3 0 1 2";
+    let loaded = parse(text.as_bytes()).unwrap();
+    assert_eq!(only_mesh(&loaded).positions[2], Vec3::Y);
+    assert!(note(&loaded, "1 numbers that are not finite were set to 0"));
+    let far = parse(text.replace("1e300", "3e38").replace("1 0 0", "-3e38 0 0").as_bytes()).unwrap();
+    common::check(&far.scene);
+}

@@ -83,6 +83,7 @@ impl Document<'_> {
                 .or(source.weights.as_ref())
                 .map(|w| Arc::from(&w[..]))
                 .unwrap_or_default();
+            self.note_mismatches(node.skin.is_some(), mesh, weights.len(), report);
             let name = self.node_name(number, source.name.as_deref());
             let world = hierarchy.worlds[number as usize];
             let moving = motion.moves(number);
@@ -124,15 +125,27 @@ impl Document<'_> {
         Ok(placement)
     }
 
+    /// Says what a node asks of its mesh that the mesh does not have. `weights`: of morph targets, how many are given.
+    fn note_mismatches(&self, has_skin: bool, mesh: u32, weights: usize, report: &mut LoadReport) {
+        if has_skin && !self.has_joints(mesh) {
+            report.ignored(format!("mesh {mesh} has no joints: the skin of its node moves nothing"));
+        }
+        let targets = self.target_count(mesh);
+        if weights > 0 && weights != targets {
+            report
+                .ignored(format!("mesh {mesh} has {targets} morph targets, but {weights} weights are given"));
+        }
+    }
+
+    fn has_joints(&self, mesh: u32) -> bool {
+        self.json.meshes[mesh as usize].primitives.iter().any(|p| p.attributes.contains_key("JOINTS_0"))
+    }
+
     /// The skin of a node's mesh; `None` if there is none or the mesh has no joints.
     fn used_skin(&self, skin: Option<u32>, mesh: u32) -> Result<Option<Skin>, LoadError> {
         let Some(index) = skin else { return Ok(None) };
-        let primitives = &self.json.meshes[mesh as usize].primitives;
         self.get(&self.json.skins, index, "skin")?;
-        if !primitives.iter().any(|p| p.attributes.contains_key("JOINTS_0")) {
-            return Ok(None);
-        }
-        self.skin(index).map(Some)
+        if self.has_joints(mesh) { self.skin(index).map(Some) } else { Ok(None) }
     }
 
     /// A skin of the file.

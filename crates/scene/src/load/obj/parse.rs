@@ -219,7 +219,7 @@ impl Chunk {
             let number = word.and_then(|word| word.parse::<f64>().ok());
             exact[axis] = number.filter(|n| n.is_finite()).unwrap_or(exact[axis]);
         }
-        (exact - self.anchor).as_vec3()
+        crate::origin::rounded(exact - self.anchor)
     }
 
     fn face(&mut self, mut rest: &[u8]) {

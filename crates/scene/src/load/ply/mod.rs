@@ -282,9 +282,10 @@ impl Reader<'_> {
                 not_finite += usize::from(!value.is_finite());
                 if value.is_finite() { value } else { 0.0 }
             };
-            let rounded = Vec3::from(position.map(&mut get));
-            let exact = DVec3::from_array(position.map(|column| row_values[column]));
-            positions.push(if exact.is_finite() { exact } else { rounded.as_dvec3() });
+            // What single precision cannot hold is counted and becomes 0.
+            let exact =
+                |column| if get(column) == row_values[column] as f32 { row_values[column] } else { 0.0 };
+            positions.push(DVec3::from_array(position.map(exact)));
             if let Some(columns) = columns.normal {
                 let normal = Vec3::from(columns.map(&mut get)).as_dvec3().try_normalize();
                 zero_normals += usize::from(normal.is_none());
