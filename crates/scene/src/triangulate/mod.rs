@@ -53,11 +53,15 @@ impl Triangulator {
             return true;
         }
         let first = triangles.len();
-        sweep::polygon(&self.points, triangles).unwrap_or_else(|sweep::Crossing| {
-            triangles.truncate(first);
-            self.ears.clip(&self.points, triangles);
-            false
-        })
+        match sweep::polygon(&self.points, triangles) {
+            // Outlines that pass through themselves in a corner have more pieces than the sweep expects.
+            Ok(clean) if triangles.len() - first <= corners.len() - 2 => clean,
+            Ok(_) | Err(sweep::Crossing) => {
+                triangles.truncate(first);
+                self.ears.clip(&self.points, triangles);
+                false
+            }
+        }
     }
 
     /// Two triangles. The diagonal must start at the reflex corner, if there is one.

@@ -251,6 +251,15 @@ fn random_polygons_are_filled_exactly() {
     assert_all_corners(&random_polygon(400, None, 7));
 }
 
+/// The outline comes back to a corner and goes on to the other side of itself.
+#[test]
+fn outlines_that_cross_in_a_corner_are_reported() {
+    let corners = [(0, 2), (2, 0), (2, 1), (1, 2), (2, 0), (3, 3)];
+    let corners = corners.map(|(x, y)| flat(dvec2(f64::from(x), f64::from(y))));
+    let (triangles, clean) = triangulate(&corners);
+    assert_eq!((triangles.len(), clean), (4, false));
+}
+
 proptest! {
     /// Corners on the edges of a polygon, in one direction only.
     #[test]
