@@ -4,6 +4,7 @@
 //! format. `names` judges names as text, `confinement` opens files, `budget` counts, `cost` says what things cost.
 
 mod budget;
+#[cfg_attr(target_family = "wasm", path = "no_files.rs")]
 mod confinement;
 mod cost;
 mod listing;
