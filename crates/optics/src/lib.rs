@@ -47,15 +47,15 @@ pub use geometry::{
     terminator::terminator,
 };
 pub use lights::{
-    falloff::falloff, light::light, portal::portal, profile::light_profile, reservoir::reservoir, sky::sky,
-    tree::light_tree,
+    falloff::falloff, light::light, node as light_node, portal::portal, portal_triangle,
+    profile::light_profile, reservoir::reservoir, sky::sky, tree::light_tree,
 };
 pub use materials::{
     image_texture::image_texture, layers::layers, material::material, plain::plain, record::WgslRecord,
 };
 pub use realtime::{allocation::allocation, edge_stops::edge_stops, history::history, signal::signal};
 pub use sampling::{
-    random::random, rounds::rounds, spherical_rectangle::spherical_rectangle,
+    alias_table, random::random, rounds::rounds, spherical_rectangle::spherical_rectangle,
     spherical_triangle::spherical_triangle, warp::warp,
 };
 pub use surface::{

@@ -1,6 +1,9 @@
 //! What happens to a film before it is shown: denoising, if it is asked for, then exposure and tone mapping, applied once,
 //! at the end.
 
+// Only what talks to Open Image Denoise's C library is unsafe.
+#![deny(unsafe_code)]
+
 mod denoise;
 
 pub use denoise::{DenoiseError, NoisyPicture, Oidn, OidnError, denoise, estimate_variance};

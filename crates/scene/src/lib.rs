@@ -6,6 +6,8 @@
 //!
 //! Units are metres and radians, right-handed, +Y up; colours are linear with Rec. 709 primaries.
 
+#![forbid(unsafe_code)]
+
 pub mod animation;
 pub mod builtin;
 pub mod calibration;

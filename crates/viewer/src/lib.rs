@@ -4,6 +4,8 @@
 //! thread owns the renderer ([`worker`]). Loading ([`loading`]) and ray queries ([`queries`]) have threads of their own. All
 //! state that is not the window's is in [`viewer`] and can be tested without one.
 
+#![forbid(unsafe_code)]
+
 pub mod clock;
 pub mod document;
 pub mod history;

@@ -1,7 +1,9 @@
 //! Where light comes from.
 pub mod falloff;
 pub mod light;
+pub mod node;
 pub mod portal;
+pub mod portal_triangle;
 pub mod profile;
 pub mod reservoir;
 pub mod sky;

@@ -11,6 +11,7 @@
 //! "Nonlinearly Weighted First-order Regression for Denoising Monte Carlo Renderings", 2016 (regression).
 
 #[cfg_attr(target_family = "wasm", path = "oidn_left_out.rs")]
+#[allow(unsafe_code)]
 mod oidn;
 mod regression;
 mod signal;

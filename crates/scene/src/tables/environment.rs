@@ -1,7 +1,6 @@
 //! The environment as a table: constant, gradient, or an image with its sampling table.
 
-use super::alias::build_alias_table;
-use super::{AliasEntry, PortalTriangle};
+use super::{AliasEntry, PortalTriangle, build_alias_table, portals::halves};
 use crate::{Environment, Image, Pixels, Portal};
 use optics::{Vec3f, vec3f};
 
@@ -55,7 +54,7 @@ impl EnvironmentTable {
             }
         }
         if table.shines() {
-            table.portals = portals.iter().flat_map(PortalTriangle::of).collect();
+            table.portals = portals.iter().flat_map(halves).collect();
         }
         table
     }

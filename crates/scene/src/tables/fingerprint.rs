@@ -1,7 +1,7 @@
 //! A hash of a scene's tables, so that two machines can tell whether they render the same.
 
 use super::{EnvironmentTable, SceneTables};
-use bytemuck::Pod;
+use bytemuck::NoUninit;
 use std::fmt::{self, Debug, Write};
 
 impl SceneTables {
@@ -85,7 +85,7 @@ struct Fingerprint(blake3::Hasher);
 
 impl Fingerprint {
     /// A table of plain numbers, by its bytes.
-    fn numbers<T: Pod>(&mut self, table: &[T]) {
+    fn numbers<T: NoUninit>(&mut self, table: &[T]) {
         self.0.update(&(table.len() as u64).to_le_bytes());
         self.0.update(bytemuck::cast_slice(table));
     }

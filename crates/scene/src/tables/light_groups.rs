@@ -4,8 +4,8 @@
 //! section 12.6.3. Nodes have eight children, of which the groups that are largest are divided first.
 
 use super::light_bounds::{Bounds, Leaf, area};
-use super::light_node::WIDTH;
 use glam::Vec3;
+use optics::light_node::NODE_WIDTH;
 
 /// Levels below the root: from there on groups are halved, so that no walk is long.
 const MOST_LEVELS: u32 = 32;
@@ -20,10 +20,10 @@ const MOST_COMPARED: usize = 4096;
 /// among either the one goes first whose lights are brightest and farthest apart.
 pub(super) fn divide(leaves: &mut [Leaf], level: u32) -> Vec<&mut [Leaf]> {
     let mut groups = vec![(extent(leaves), leaves)];
-    while groups.len() < WIDTH {
+    while groups.len() < NODE_WIDTH {
         let divisible = (0..groups.len()).filter(|&i| groups[i].1.len() > 1);
         let next = divisible.max_by(|&a, &b| {
-            let size = |i: usize| (groups[i].1.len() > WIDTH, groups[i].0);
+            let size = |i: usize| (groups[i].1.len() > NODE_WIDTH, groups[i].0);
             let ((many_a, extent_a), (many_b, extent_b)) = (size(a), size(b));
             many_a.cmp(&many_b).then(extent_a.total_cmp(&extent_b))
         });

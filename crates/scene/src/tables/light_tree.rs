@@ -9,9 +9,9 @@
 
 use super::light_bounds::{Bounds, Leaf};
 use super::light_groups::divide;
-use super::light_node::{LightNode, WIDTH};
 use super::{LightRecord, NONE};
 use optics::Vec3f;
+use optics::light_node::{LightNode, NODE_WIDTH};
 use optics::light_tree::{
     LIGHT_NODE_INDEX, LIGHT_NODE_LEAF, UNIFORM_SHARE, child_weight, light_branch, light_choice_probability,
     light_share, node_weight, refill, uniform_light, uniform_remainder,
@@ -53,7 +53,7 @@ impl LightTree {
             return Self::default();
         }
         let mut tree = Self { places: vec![NONE; lights.len()], ..Self::default() };
-        if leaves.len() <= WIDTH {
+        if leaves.len() <= NODE_WIDTH {
             tree.defends_root = true;
             tree.add_node(leaves.chunks_mut(1).collect(), NONE, 0);
             return tree;
@@ -70,7 +70,7 @@ impl LightTree {
         // How much a group of many lights brings is not known well.
         tree.defends_root = true;
         let mut groups = vec![placed];
-        if far.len() < WIDTH {
+        if far.len() < NODE_WIDTH {
             groups.extend(far.chunks_mut(1));
         } else {
             groups.push(far);
@@ -149,7 +149,7 @@ impl LightTree {
         let mut place = self.places[index as usize];
         let mut probability = if place == NONE { 0.0 } else { 1.0 };
         while place != NONE {
-            let (node, child) = (&self.nodes[place as usize / WIDTH], place as usize % WIDTH);
+            let (node, child) = (&self.nodes[place as usize / NODE_WIDTH], place as usize % NODE_WIDTH);
             let (importances, together) = node.importances(p, normal);
             let defends = self.defends_root && node.place == NONE;
             let weight = child_weight(importances[child], together, defends);
@@ -191,7 +191,7 @@ impl LightTree {
         let mut all: Option<Bounds> = None;
         let first = groups[0][0].bounds;
         for (child, group) in groups.into_iter().enumerate() {
-            let place = (at * WIDTH + child) as u32;
+            let place = (at * NODE_WIDTH + child) as u32;
             let (bounds, link) = if let [leaf] = group {
                 self.places[leaf.light as usize] = place;
                 (leaf.bounds, LIGHT_NODE_LEAF | leaf.light)
@@ -254,10 +254,10 @@ mod tests {
 
     #[test]
     fn places_are_where_lights_are() {
-        for count in [1, WIDTH - 1, WIDTH, 100, 10_000] {
+        for count in [1, NODE_WIDTH - 1, NODE_WIDTH, 100, 10_000] {
             let lights = lights(count);
             let tree = LightTree::new(&lights);
-            assert_eq!(tree.list().map(|(_, lights)| lights), (count < WIDTH).then_some(count + 1));
+            assert_eq!(tree.list().map(|(_, lights)| lights), (count < NODE_WIDTH).then_some(count + 1));
             assert!(
                 tree.nodes.len() as u64 <= LightTree::most_nodes(count as u64 + 1),
                 "{} nodes",
@@ -265,13 +265,13 @@ mod tests {
             );
             for light in 0..=count {
                 let place = tree.places[light] as usize;
-                let link = tree.nodes[place / WIDTH].link[place % WIDTH];
+                let link = tree.nodes[place / NODE_WIDTH].link[place % NODE_WIDTH];
                 assert_eq!(link, LIGHT_NODE_LEAF | light as u32, "of {count} lights");
             }
             for (index, node) in tree.nodes.iter().enumerate().skip(1) {
                 let parent = node.place as usize;
                 assert_eq!(
-                    tree.nodes[parent / WIDTH].link[parent % WIDTH],
+                    tree.nodes[parent / NODE_WIDTH].link[parent % NODE_WIDTH],
                     index as u32,
                     "of {count} lights"
                 );
@@ -354,7 +354,7 @@ mod tests {
     /// share than is allowed.
     #[test]
     fn no_light_of_a_list_starves() {
-        for count in 1..WIDTH {
+        for count in 1..NODE_WIDTH {
             let mut lights = lights(count);
             for (i, light) in lights.iter_mut().enumerate() {
                 light.strength *= 10.0_f32.powi((7 * i % 13) as i32 - 6);

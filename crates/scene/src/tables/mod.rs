@@ -8,7 +8,6 @@
 //! [`GeometryRecord`]s cover consecutive primitives; geometry `g` of instance `i` has the
 //! [`BindingRecord`] `i.first_binding + g`, which names material, lights and the user's instance.
 
-mod alias;
 mod build;
 mod changes;
 mod emitter_boxes;
@@ -20,7 +19,6 @@ mod layers;
 mod light;
 mod light_bounds;
 mod light_groups;
-mod light_node;
 mod light_tree;
 mod material;
 mod medium;
@@ -29,14 +27,12 @@ mod portals;
 mod rectangles;
 mod surface_lights;
 
-pub use alias::{AliasEntry, build_alias_table};
 pub use changes::Changes;
 pub use emitter_boxes::{EmitterBox, MOST_BOXES};
 pub use environment::EnvironmentTable;
 pub use geometry::{BindingRecord, BlasRecord, GeometryKind, GeometryRecord, InstanceRecord};
 pub use layers::{LAYER_TEXTURES, LAYERS_GLOSSINESS, LayerTextures, LayersRecord};
 pub use light::LightRecord;
-pub use light_node::LightNode;
 pub use light_tree::{LightChoice, LightTree};
 pub use material::{
     MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_BODY, MATERIAL_CHECKERBOARD,
@@ -45,7 +41,9 @@ pub use material::{
     ModelTag, TextureUse,
 };
 pub use medium::{FogRecord, GridRecord, MediumRecord};
-pub use portals::PortalTriangle;
+pub use optics::alias_table::{AliasEntry, build_alias_table};
+pub use optics::light_node::LightNode;
+pub use optics::portal_triangle::PortalTriangle;
 
 /// "No index".
 pub const NONE: u32 = u32::MAX;

@@ -2,49 +2,17 @@
 
 use super::{EnvironmentTable, NONE};
 use crate::Portal;
-use bytemuck::{Pod, Zeroable};
 use optics::light_tree::light_branch;
-use optics::portal::{image_share, portal_mixture, triangle_is_passed};
-use optics::spherical_triangle::{SphericalTriangle, sample_spherical_triangle, spherical_triangle_new};
+use optics::portal::{image_share, portal_mixture};
+use optics::portal_triangle::PortalTriangle;
+use optics::spherical_triangle::sample_spherical_triangle;
 use optics::vector::normalize;
 use optics::{Vec3f, vec2f, vec3f};
 
-/// Half of a portal, as back ends read it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub struct PortalTriangle {
-    /// First vertex, world space.
-    pub first: [f32; 3],
-    /// From there to the second vertex.
-    pub edge1: [f32; 3],
-    /// From the first vertex to the third.
-    pub edge2: [f32; 3],
-}
-
-fn vector(v: [f32; 3]) -> Vec3f {
-    vec3f(v[0], v[1], v[2])
-}
-
-impl PortalTriangle {
-    /// Both halves of a portal.
-    pub(super) fn of(portal: &Portal) -> [Self; 2] {
-        let [a, b, c, d] = portal.corners();
-        [[a, b, c], [a, c, d]].map(|[a, b, c]| Self {
-            first: a.to_array(),
-            edge1: (b - a).to_array(),
-            edge2: (c - a).to_array(),
-        })
-    }
-
-    fn seen_from(&self, p: Vec3f) -> SphericalTriangle {
-        spherical_triangle_new(vector(self.first) - p, vector(self.edge1), vector(self.edge2))
-    }
-
-    /// Whether it counts from a point, and a ray in unit direction `wi` passes it.
-    fn is_passed(&self, p: Vec3f, wi: Vec3f) -> bool {
-        let (to_first, edge1, edge2) = (vector(self.first) - p, vector(self.edge1), vector(self.edge2));
-        triangle_is_passed(to_first, edge1, edge2, wi) && self.seen_from(p).solid_angle > 0.0
-    }
+/// Both halves of a portal.
+pub(super) fn halves(portal: &Portal) -> [PortalTriangle; 2] {
+    let [a, b, c, d] = portal.corners();
+    [[a, b, c], [a, c, d]].map(|corners| PortalTriangle::new(corners.map(|corner| corner.to_array())))
 }
 
 impl EnvironmentTable {
@@ -112,8 +80,6 @@ impl EnvironmentTable {
         let (triangle, seen, left) = chosen?;
         let u = (left / seen.solid_angle).clamp(0.0, optics::constants::ONE_MINUS_EPSILON);
         let at = sample_spherical_triangle(seen, vec2f(u, v));
-        Some(normalize(
-            vector(triangle.first) - p + vector(triangle.edge1) * at.x + vector(triangle.edge2) * at.y,
-        ))
+        Some(normalize(triangle.towards(p, at)))
     }
 }

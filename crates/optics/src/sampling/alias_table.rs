@@ -1,9 +1,9 @@
 //! Alias tables: choosing among weighted entries in constant time.
 
-use bytemuck::{Pod, Zeroable};
+use bytemuck::NoUninit;
 
-/// One slot of an alias table, to be used with `optics::warp::alias_choose`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+/// One slot of an alias table, to be used with [`crate::warp::alias_choose`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, NoUninit)]
 #[repr(C)]
 pub struct AliasEntry {
     /// Share of the slot that is its own entry, in `[0, 1]`.
@@ -50,7 +50,7 @@ pub fn build_alias_table(weights: &[f64]) -> Vec<AliasEntry> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use optics::warp::{alias_choose, alias_slot};
+    use crate::warp::{alias_choose, alias_slot};
 
     fn shares(table: &[AliasEntry]) -> Vec<f64> {
         let n = table.len() as f64;

@@ -1,22 +1,22 @@
 //! A node of the tree of lights, and the choice among its children.
 
-use bytemuck::{Pod, Zeroable};
-use optics::light_tree::{
+use crate::light_tree::{
     LIGHT_NODE_INDEX, LIGHT_NODE_WIDTH, LIGHT_NODE_WORDS, LightGroup, NodeImportance, child_choice_add,
     child_choice_none, child_remainder, child_weight, light_importance, light_share, node_importance_add,
     node_importance_zero, node_weight,
 };
-use optics::{Vec3f, vec3f};
+use crate::{Vec3f, vec3f};
+use bytemuck::NoUninit;
 
 /// Children of a node.
-pub(super) const WIDTH: usize = LIGHT_NODE_WIDTH as usize;
+pub const NODE_WIDTH: usize = LIGHT_NODE_WIDTH as usize;
 
 /// One number for each child of a node.
-pub(super) type Children<T> = [T; WIDTH];
+pub type Children<T> = [T; NODE_WIDTH];
 
 /// One node, as back ends read it; `LIGHT_NODE_WORDS` words. What is known of its children is kept as it is needed, so that a
 /// loop over them has nothing to decode. Children that there are not have no intensity.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, NoUninit)]
 #[repr(C)]
 pub struct LightNode {
     /// See [`LightGroup::center`]; x of all children, y, z.
@@ -24,7 +24,7 @@ pub struct LightNode {
     /// See [`LightGroup::radius`].
     radius: Children<f32>,
     /// See [`LightGroup::intensity`].
-    pub(super) intensity: Children<f32>,
+    pub intensity: Children<f32>,
     /// See [`LightGroup::axis`].
     axis: [Children<f32>; 3],
     /// See [`LightGroup::cos_spread`].
@@ -36,21 +36,21 @@ pub struct LightNode {
     /// See [`LightGroup::back`].
     back: Children<f32>,
     /// `LIGHT_NODE_LEAF` or not, and the index of the light or of the node.
-    pub(super) link: Children<u32>,
+    pub link: Children<u32>,
     /// Where the node stands: eight times the index of its parent, plus which child of that it is. `NONE`: it is the root.
-    pub(super) place: u32,
+    pub place: u32,
 }
 
 const _: () = assert!(size_of::<LightNode>() == 4 * LIGHT_NODE_WORDS as usize);
 
 impl LightNode {
     /// A node without children that stands at `place`.
-    pub(super) fn at(place: u32) -> Self {
+    pub fn at(place: u32) -> Self {
         Self { place, ..Self::default() }
     }
 
     /// Says what is known of a child, and what it is: `LIGHT_NODE_LEAF` or not, and an index.
-    pub(super) fn set(&mut self, child: usize, group: &LightGroup, link: u32) {
+    pub fn set(&mut self, child: usize, group: &LightGroup, link: u32) {
         let (center, axis) = (group.center.to_array(), group.axis.to_array());
         for i in 0..3 {
             self.center[i][child] = center[i];
@@ -90,8 +90,8 @@ impl LightNode {
     ///
     /// A plain loop: closures would not be compiled for the instruction set of the kernel that this is a part of.
     #[inline(always)]
-    pub(super) fn importances(&self, p: Vec3f, normal: Vec3f) -> (Children<f32>, NodeImportance) {
-        let mut importances = [0.0; WIDTH];
+    pub fn importances(&self, p: Vec3f, normal: Vec3f) -> (Children<f32>, NodeImportance) {
+        let mut importances = [0.0; NODE_WIDTH];
         for (child, importance) in importances.iter_mut().enumerate() {
             *importance = light_importance(self.group(child), p, normal);
         }
@@ -104,7 +104,7 @@ impl LightNode {
 
     /// Chooses a child; `u` in `[0, 1)`; `defends`: see [`child_weight`]. With probability 0: none promises anything.
     #[inline(always)]
-    pub(super) fn choose(&self, p: Vec3f, normal: Vec3f, defends: bool, u: f32) -> ChosenChild {
+    pub fn choose(&self, p: Vec3f, normal: Vec3f, defends: bool, u: f32) -> ChosenChild {
         let (importances, node) = self.importances(p, normal);
         let sum = node_weight(node, defends);
         let mut choice = child_choice_none();
@@ -120,7 +120,7 @@ impl LightNode {
 }
 
 /// A child that was chosen.
-pub(super) struct ChosenChild {
+pub struct ChosenChild {
     /// Its link.
     pub link: u32,
     /// Probability of that.
