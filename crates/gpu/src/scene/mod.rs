@@ -174,7 +174,12 @@ impl GpuScene {
     /// As [`GpuScene::variant`], for shaders that are made anew when lights become others or come near: they know no lights
     /// but those that there are.
     pub fn variant_for_its_lights(&self) -> Variant {
-        Variant { light_kind: self.only_light_kind(), far_lights: self.far_lights, ..self.variant() }
+        Variant {
+            light_list: self.tables.light_tree.list().map_or(0, |(_, lights)| lights as u32),
+            light_kind: self.only_light_kind(),
+            far_lights: self.far_lights,
+            ..self.variant()
+        }
     }
 
     /// The kind that all lights have but the environment, if it is one.
@@ -238,6 +243,8 @@ fn scene_info(tables: &SceneTables, words: &Words, places: &TexelPlaces) -> Scen
         portal_count: environment.portals.len() as u32,
         emitter_boxes: words.emitter_boxes,
         emitter_box_count: tables.emitter_boxes.len() as u32,
+        light_list: records::light_list(&tables.light_tree),
+        light_list_indices: records::light_list_indices(&tables.light_tree),
     }
 }
 

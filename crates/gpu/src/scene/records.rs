@@ -5,10 +5,11 @@
 #![allow(missing_docs, reason = "`#[wgsl]` makes a static that cannot be documented")]
 
 use super::words::Words;
+use optics::light_node::{LightNode, NODE_WIDTH};
 use optics::wgsl_records;
-use optics::{Vec3f, Vec4f, vec3f, vec4f};
+use optics::{Vec3f, Vec4f, Vec4u, vec3f, vec4f};
 use scene::tables::{
-    GeometryKind, GeometryRecord, InstanceRecord, LightRecord as TableLight, NONE, SceneTables,
+    GeometryKind, GeometryRecord, InstanceRecord, LightRecord as TableLight, LightTree, NONE, SceneTables,
 };
 use wgsl_rs::wgsl;
 
@@ -85,7 +86,7 @@ pub mod scene_records {
         /// Where the directional albedo of sheen begins, in `words`; only in scenes with layers.
         pub sheen_albedo: u32,
         /// Where the tree of lights begins, in `words`: two numbers of the tree, the lights' places, its
-        /// nodes; see `lights.wgsl`.
+        /// nodes; see `light_chooser_tree.wgsl`.
         pub light_tree: u32,
         /// Where the medium between bodies begins, in `words`, or NONE, and the height below which it is.
         pub fog_medium: u32,
@@ -102,6 +103,11 @@ pub mod scene_records {
         pub emitter_boxes: u32,
         /// See above.
         pub emitter_box_count: u32,
+        /// Of each light of a list of few, three vectors: centre and radius, axis and intensity, and of the cones the cosine and sine
+        /// of the spread, the cosine of the emission, and the back; see the optics' `LightGroup`.
+        pub light_list: [Vec4f; 24],
+        /// The lights of the list.
+        pub light_list_indices: [Vec4u; 2],
     }
 
     /// A bottom-level structure placed in the world.
@@ -206,6 +212,27 @@ wgsl_records!(SceneInfo, Instance, Binding, Vertex, LightRecord);
 /// The WGSL of the records and constants.
 pub fn records_text() -> String {
     WGSL_SOURCE.wgsl_source().expect("a test builds the text of the records")
+}
+
+/// See [`SceneInfo::light_list`]; zeros where lights are no list.
+pub(super) fn light_list(tree: &LightTree) -> [Vec4f; 3 * NODE_WIDTH] {
+    let zero = vec4f(0.0, 0.0, 0.0, 0.0);
+    let with = |v: Vec3f, w: f32| vec4f(v.x, v.y, v.z, w);
+    let Some((list, _)) = tree.list() else { return [zero; 3 * NODE_WIDTH] };
+    std::array::from_fn(|i| {
+        let group = list.group(i / 3);
+        match i % 3 {
+            0 => with(group.center, group.radius),
+            1 => with(group.axis, group.intensity),
+            _ => vec4f(group.cos_spread, group.sin_spread, group.cos_emission, group.back),
+        }
+    })
+}
+
+/// See [`SceneInfo::light_list_indices`]; zeros where lights are no list.
+pub(super) fn light_list_indices(tree: &LightTree) -> [Vec4u; NODE_WIDTH / 4] {
+    let light = |place| tree.list().map_or(0, |(list, _): (&LightNode, _)| list.light(place));
+    std::array::from_fn(|i| Vec4u::from_array(std::array::from_fn(|j| light((4 * i + j) as u32))))
 }
 
 /// All instances.

@@ -18,6 +18,8 @@ pub const ABSTRACT: &[(&str, &[&str])] = &[
     ("texels", &["texels_layers", "texels_images"]),
     // What surfaces scatter: one model, or layers of them.
     ("scattering", &["scattering_plain", "scattering_layered"]),
+    // How a light is chosen by what each can bring.
+    ("light_chooser", &["light_chooser_tree", "light_chooser_list"]),
     // How the real-time path tracer tells diffuse light from the rest.
     ("lobes", &["realtime_lobes_plain", "realtime_lobes_layered"]),
     // Who finds what rays hit.
@@ -63,6 +65,9 @@ pub struct Variant {
     pub images: u32,
     /// Whether lights are many, so that they are chosen by where they are.
     pub light_tree: bool,
+    /// How many lights there are to choose among, if they are few and the shader is to know no others; else 0. Only with
+    /// [`Variant::light_tree`].
+    pub light_list: u32,
     /// The kind (`LIGHT_…` of the optics) that all lights have but the environment, if it is one and the shader is to know
     /// no other.
     pub light_kind: Option<u32>,
@@ -100,6 +105,7 @@ impl Variant {
             layers: i & 8 != 0,
             absorption: i & 16 != 0,
             light_tree: i & 32 != 0,
+            light_list: if i & 34 == 34 { 3 } else { 0 },
             volumes: i & 64 != 0,
             profiles: i & 128 != 0,
             portals: i & 256 != 0,
@@ -137,6 +143,13 @@ impl Linkage {
         Self::default()
             .bind("texels", if variant.images == 0 { "texels_layers" } else { "texels_images" })
             .bind("scattering", layered("scattering_plain", "scattering_layered"))
+            .bind(
+                "light_chooser",
+                match variant.light_list {
+                    0 => "light_chooser_tree",
+                    _ => "light_chooser_list",
+                },
+            )
             .bind("lobes", layered("realtime_lobes_plain", "realtime_lobes_layered"))
             .bind("first_hits", "first_hits_recorded")
             .bind("shafts", "hybrid_no_shafts")
@@ -179,6 +192,7 @@ impl Variant {
             ("SAMPLER", sampler_kind(self.sampler)),
             ("IMAGE_SLOTS", self.images.max(1)),
             ("ALL_LIGHTS_ARE", self.light_kind.unwrap_or(NONE)),
+            ("LIGHT_LIST", self.light_list),
         ]);
         for (name, is_on) in switches {
             let _ = writeln!(text, "const {name}: bool = {is_on};"); // writing to a string cannot fail
