@@ -430,6 +430,11 @@ impl ExrFile {
 /// Refuses what would need more memory than the file can account for, before anything is allocated.
 fn check_headers(path: &Path, headers: &[exr::meta::header::Header], length: u64) -> Result<(), ImageError> {
     let mut budget = limits::decoded_bytes(length);
+    let channels: usize = headers.iter().map(|header| header.channels.list.len()).sum();
+    if channels > limits::MAX_CHANNELS {
+        let reason = format!("{channels} channels are more than {}", limits::MAX_CHANNELS);
+        return Err(ImageError::Decode { path: path.to_owned(), reason });
+    }
     for header in headers {
         let (width, height) = (header.layer_size.0 as u64, header.layer_size.1 as u64);
         let channels = header.channels.list.len() as u64;

@@ -9,6 +9,9 @@ const FREE: u64 = 64 << 20;
 /// The best that any of the formats compresses, with room to spare: deflate reaches 1032, PIZ some 4000.
 const RATIO: u64 = 8192;
 
+/// Channels of an EXR file at most. Pictures of production have some hundreds; looking for layers takes the square of it.
+pub(crate) const MAX_CHANNELS: usize = 2048;
+
 /// The largest number of bytes that a file of `length` bytes may decode to.
 pub(crate) fn decoded_bytes(length: u64) -> u64 {
     length.saturating_mul(RATIO).clamp(FREE, ABSOLUTE)

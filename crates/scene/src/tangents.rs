@@ -4,6 +4,7 @@ use crate::{Scene, Shape, TriangleMesh, UvTransform};
 use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 use glam::{Vec2, Vec3, Vec4};
 use std::collections::{HashMap, HashSet};
+use std::convert::Infallible;
 
 /// How tangents were found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,6 +65,17 @@ impl Scene {
     ///
     /// [`Material::tangent_coordinates`]: crate::Material::tangent_coordinates
     pub fn complete_tangents(&mut self) -> usize {
+        self.complete_tangents_within(|_| Ok::<_, Infallible>(())).unwrap_or_else(|never| match never {})
+    }
+
+    /// As [`Scene::complete_tangents`]; `take` hears of how many triangles tangents are made next, and may refuse.
+    ///
+    /// # Errors
+    /// What `take` says. What has tangents by then keeps them.
+    pub(crate) fn complete_tangents_within<E>(
+        &mut self,
+        mut take: impl FnMut(usize) -> Result<(), E>,
+    ) -> Result<usize, E> {
         let deforming: HashSet<_> =
             self.animations.iter().flat_map(|a| &a.deformations).map(|part| part.mesh).collect();
         let mut made = HashMap::new();
@@ -77,10 +89,14 @@ impl Scene {
                 if *known != wanted {
                     several.insert(place);
                 }
-                self.add_tangents(place, wanted);
+                if let Some(mesh) = self.without_tangents(place) {
+                    take(mesh.indices.len())?;
+                    let (uv_set, transform) = wanted;
+                    generate_and_split(mesh, uv_set, &transform);
+                }
             }
         }
-        several.len()
+        Ok(several.len())
     }
 
     /// For each part that wants tangents: mesh and number of the part, and the coordinates that they follow.
@@ -95,11 +111,10 @@ impl Scene {
         mesh.parts.iter().enumerate().filter_map(wanted).collect()
     }
 
-    fn add_tangents(&mut self, (mesh, part): (u32, usize), (uv_set, transform): Coordinates) {
-        if let Shape::Triangles(mesh) = &mut self.meshes[mesh as usize].parts[part].shape
-            && mesh.tangents.is_empty()
-        {
-            generate_and_split(mesh, uv_set, &transform);
+    fn without_tangents(&mut self, (mesh, part): (u32, usize)) -> Option<&mut TriangleMesh> {
+        match &mut self.meshes[mesh as usize].parts[part].shape {
+            Shape::Triangles(mesh) if mesh.tangents.is_empty() => Some(mesh),
+            _ => None,
         }
     }
 }

@@ -307,11 +307,112 @@ fn gltf() -> Vec<Bomb> {
     bombs
 }
 
+/// Shapes that are small in the file and many, and what is made for the triangles of a large one.
+fn many_shapes() -> Vec<Bomb> {
+    let many = |kind: &str, count: usize, keys: &str| {
+        let shape = format!("[[shape]]\nkind = \"{kind}\"\n{keys}\n");
+        bomb(format!("{count} × {kind} {keys}"), "scene.toml", shape.repeat(count))
+    };
+    let path = (0..2000).fold(String::new(), |path, i| path + &format!("[{i}, {}, 0], ", i % 2));
+    let terrain = "[[shape]]\nkind = \"terrain\"\ndivisions = [1400, 1400]\n";
+    let tangents = format!("{terrain}material = {{ anisotropy = 0.5, metallic = 1 }}\n");
+    let model = "[[model]]\nfile = \"a.toml\"\nmaterial = { anisotropy = 0.5, metallic = 1 }\n";
+    let wide = "[[shape]]\nkind = \"terrain\"\ndivisions = [800, 800]\nmaterial = { anisotropy = 1, metallic = 1 }\n";
+    vec![
+        many("icosphere", 1500, "level = 5"),
+        many("icosphere", 300, "level = 6"),
+        many("blob", 60, "level = 7"),
+        many("box", 1200, "bevel = 0.1\nsegments = 64"),
+        many("cylinder", 400, "segments = 8192"),
+        many("tube", 8, &format!("sides = 1024\npath = [{path}]")),
+        many("column", 100, "segments = 8192"),
+        bomb("tangents of a terrain", "scene.toml", tangents),
+        bomb("tangents of terrains", "scene.toml", wide.repeat(30)),
+        bomb("tangents of a model", "scene.toml", model).with("a.toml", terrain),
+    ]
+}
+
+/// Text that stands once in a file and many times in the scene.
+fn long_texts() -> Vec<Bomb> {
+    let parameter = |length: usize| format!("[parameters]\na = \"{}\"\n", "x".repeat(length));
+    let named = |i: usize| format!("[materials.m{i}]\nname = \"${{a}}\"");
+    let with = |i: usize| format!("[[model]]\nfile = \"a.toml\"\nparameters = {{ a = {i} }}");
+    let materials = |i: usize| format!("[materials.m{i}]\nroughness = 0.5\nname = \"{}\"", "n".repeat(300));
+    let sphere = "[[shape]]\nkind = \"icosphere\"\nlevel = 5\n";
+    let node = |what: &str| format!("[{}]", vec![what; 8_000].join(","));
+    let gltf = |what: &str, rest: &str| {
+        let roots = (0..8_000).map(|i| i.to_string()).collect::<Vec<_>>().join(",");
+        let nodes = node(what);
+        format!(
+            r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[{roots}]}}],"nodes":{nodes},{rest}}}"#
+        )
+    };
+    let name = "n".repeat(300_000);
+    let cameras = format!(
+        r#""cameras":[{{"type":"perspective","name":"{name}","perspective":{{"yfov":1,"znear":1}}}}]"#
+    );
+    let lights = format!(
+        r#""extensions":{{"KHR_lights_punctual":{{"lights":[{{"type":"point","name":"{name}"}}]}}}}"#
+    );
+    let meshes = format!(
+        r#""meshes":[{{"name":"{name}","primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
+        "accessors":[{{"componentType":5126,"count":3,"type":"VEC3"}}]"#
+    );
+    let faces = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[],"extensions":{"EXT_lights_image_based":{"light":0}}}],
+        "extensions":{"EXT_lights_image_based":{"lights":[{"specularImages":[[0,0,0,0,0,0]],"specularImageSize":8192,
+        "irradianceCoefficients":[]}]}},"images":[{"uri":"a.png"}]}"#;
+    vec![
+        bomb("a long name for each material", "scene.toml", parameter(100_000) + &lines(20_000, named)),
+        bomb(
+            "a text of texts",
+            "scene.toml",
+            format!("{}[materials.m]\nname = \"{}\"\n", parameter(50_000), "${a}".repeat(50_000)),
+        ),
+        bomb("materials of other parameters", "scene.toml", lines(1500, with))
+            .with("a.toml", "[parameters]\na = 0\n".to_owned() + &lines(1000, materials)),
+        bomb("shapes of other parameters", "scene.toml", lines(3000, with))
+            .with("a.toml", format!("[parameters]\na = 0\n{sphere}")),
+        bomb("cameras with a long name", "scene.gltf", gltf(r#"{"camera":0}"#, &cameras)),
+        bomb(
+            "lights with a long name",
+            "scene.gltf",
+            gltf(r#"{"extensions":{"KHR_lights_punctual":{"light":0}}}"#, &lights),
+        ),
+        bomb("meshes with a long name", "scene.gltf", gltf(r#"{"mesh":0}"#, &meshes)),
+        bomb("six faces of one picture", "scene.gltf", faces).with("a.png", png(8192)),
+        bomb("channels", "scene.toml", "[environment]\nfile = \"a.exr\"\n").with("a.exr", channels(20_000)),
+    ]
+}
+
+/// An EXR file of 16×16 pixels with so many layers of one channel.
+fn channels(count: usize) -> Vec<u8> {
+    let layer = |i: usize| film::ExrChannel {
+        name: format!("c{i:05}.R"),
+        samples: film::ExrSamples::Half(vec![0.0; 256]),
+    };
+    let mut file = film::ExrFile::new(16, 16, film::Rect { x: 0, y: 0, width: 16, height: 16 });
+    file.channels = (0..count).map(layer).collect();
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.exr");
+    file.write(&path, film::ExrCompression::Zip).expect("written");
+    std::fs::read(path).expect("read")
+}
+
 fn all() -> Vec<Bomb> {
-    [shapes(), copies(), repeated_work(), polygons(), headers(), images(), gltf()]
-        .into_iter()
-        .flatten()
-        .collect()
+    [
+        shapes(),
+        copies(),
+        repeated_work(),
+        polygons(),
+        headers(),
+        images(),
+        gltf(),
+        many_shapes(),
+        long_texts(),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }
 
 /// What a child does: loads as `alhazen info` would.

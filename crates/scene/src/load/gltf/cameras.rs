@@ -27,6 +27,8 @@ impl Document<'_> {
                     let camera = cameras.len() as u32;
                     carriers.push((index, AnimatedCamera { camera, node, projection }));
                     let name = self.node_name(node, source.name.as_deref());
+                    let size = size_of::<(Camera, AnimatedCamera)>() + name.len();
+                    self.options.budget().take(size as u64, "cameras")?;
                     let view = Camera::perspective(name, eye, eye + forward, 1.0);
                     cameras.push(Camera { up, projection, aspect, ..view });
                 }

@@ -75,6 +75,13 @@ impl Document<'_> {
                 "the pictures of an image-based light are not squares of one size: they are stretched",
             );
         }
+        // One picture may be that of all faces, each of which has numbers of its own; and they become another picture.
+        let pixels =
+            order.iter().map(|&i| u64::from(images[i as usize].width) * u64::from(images[i as usize].height));
+        let radiance = size_of::<[f32; 3]>() as u64;
+        self.options
+            .budget()
+            .take(pixels.sum::<u64>().saturating_mul(2 * radiance), "images of the environment")?;
         Ok(std::array::from_fn(|i| face(&images[order[i] as usize])))
     }
 }

@@ -108,6 +108,7 @@ impl Document<'_> {
                 let joints = skin.matrices(|joint| hierarchy.worlds[joint as usize]);
                 let skin = node.skin.unwrap_or_default();
                 let pose = Pose::Skinned { skin, joints, node: world };
+                self.options.budget().take(instance(name.len()), "instances")?;
                 add(Job { pose, animated, ..rest }, None);
             } else if let Some(instancing) = &node.extensions.instancing {
                 let transforms = self.instance_transforms(instancing, number)?;
@@ -119,6 +120,7 @@ impl Document<'_> {
                     add(job, Some(transform));
                 }
             } else {
+                self.options.budget().take(instance(name.len()), "instances")?;
                 add(rest, Some(DAffine3::IDENTITY));
             }
         }

@@ -5,6 +5,7 @@ use super::json;
 use super::motion::Motion;
 use super::nodes::{Carried, Hierarchy};
 use crate::animation::{AnimatedLight, Punctual, PunctualKind};
+use crate::load::session::light as light_size;
 use crate::{Environment, Light, LoadError, LoadReport};
 use glam::{DAffine3, Vec3};
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
@@ -36,7 +37,10 @@ impl Document<'_> {
             let Some(kind) = shown.at(world) else { continue };
             let (light, root) = (lights.len() as u32, DAffine3::IDENTITY);
             carriers.push((reference.light, AnimatedLight { light, node: placed.node, source, root }));
-            lights.push(Light::new(self.node_name(placed.node, json.name.as_deref()), kind));
+            let name = self.node_name(placed.node, json.name.as_deref());
+            let size = light_size(name.len()) + size_of::<AnimatedLight>() as u64;
+            self.options.budget().take(size, "lights")?;
+            lights.push(Light::new(name, kind));
         }
         Ok(Carried { objects: lights, carriers })
     }

@@ -135,12 +135,12 @@ impl<'a> Document<'a> {
         let mut root = std::mem::take(&mut self.root);
         let result = root.iter_mut().try_for_each(|(_, value)| {
             visit(value, &mut |value| {
-                let position = value.span().start;
-                let replaced = substituted(value.get_ref(), values)
-                    .map_err(|message| self.error(position, "a parameter", message))?;
-                if let Some(replaced) = replaced {
-                    *value.get_mut() = replaced;
-                }
+                let DeValue::String(text) = value.get_ref() else { return Ok(()) };
+                let failed = |message: String| self.error(value.span().start, "a parameter", message);
+                let Some(expanded) = expanded(text, values).map_err(failed)? else { return Ok(()) };
+                self.session.budget().take(expanded.size() as u64, "parameters")?;
+                let expanded = expanded.value();
+                *value.get_mut() = expanded;
                 Ok(())
             })
         });
@@ -252,6 +252,11 @@ impl Context {
     pub fn take(&self, bytes: u64, what: &str) -> Result<(), LoadError> {
         self.session.budget().take(bytes, what)
     }
+
+    /// Asks whether the scene's budget has room for what is counted once it is made.
+    pub fn check_room(&self, bytes: u64, what: &str) -> Result<(), LoadError> {
+        self.session.budget().check_room(bytes, what)
+    }
 }
 
 /// Calls `action` for every value in the tree that is not a list or table.
@@ -266,12 +271,37 @@ fn visit<'a, E>(
     }
 }
 
-/// What a value becomes when parameters are filled in; `None` if it has none.
-fn substituted<'a>(
-    value: &DeValue<'a>,
-    values: &BTreeMap<String, DeValue<'a>>,
-) -> Result<Option<DeValue<'a>>, String> {
-    let DeValue::String(text) = value else { return Ok(None) };
+/// A text with parameters, filled in but not yet put together.
+enum Expanded<'v, 'a> {
+    /// It is a parameter and nothing else.
+    Parameter(&'v DeValue<'a>),
+    /// Pieces of it in turns with values.
+    Text(Vec<&'v str>),
+}
+
+impl<'a> Expanded<'_, 'a> {
+    /// Bytes that the value will take.
+    fn size(&self) -> usize {
+        match self {
+            Self::Parameter(DeValue::String(text)) => text.len(),
+            Self::Parameter(_) => 0,
+            Self::Text(pieces) => pieces.iter().map(|piece| piece.len()).sum(),
+        }
+    }
+
+    fn value(&self) -> DeValue<'a> {
+        match self {
+            Self::Parameter(value) => (*value).clone(),
+            Self::Text(pieces) => DeValue::String(Cow::Owned(pieces.concat())),
+        }
+    }
+}
+
+/// What a text becomes when parameters are filled in; `None` if it has none.
+fn expanded<'v, 'a>(
+    text: &'v str,
+    values: &'v BTreeMap<String, DeValue<'a>>,
+) -> Result<Option<Expanded<'v, 'a>>, String> {
     if !text.contains("${") {
         return Ok(None);
     }
@@ -280,24 +310,25 @@ fn substituted<'a>(
     if let Some(name) = text.strip_prefix("${").and_then(|rest| rest.strip_suffix('}'))
         && !name.contains('}')
     {
-        return Ok(Some(find(name)?.clone()));
+        return Ok(Some(Expanded::Parameter(find(name)?)));
     }
-    let mut result = String::new();
-    let mut rest: &str = text;
+    let mut pieces = Vec::new();
+    let mut rest = text;
     while let Some((before, after)) = rest.split_once("${") {
         let (name, tail) = after.split_once('}').ok_or("`${` without `}`")?;
-        result.push_str(before);
-        match find(name)? {
-            DeValue::String(text) => result.push_str(text),
-            DeValue::Integer(number) => result.push_str(number.as_str()),
-            DeValue::Float(number) => result.push_str(number.as_str()),
-            DeValue::Boolean(truth) => result.push_str(if *truth { "true" } else { "false" }),
-            DeValue::Datetime(_) | DeValue::Array(_) | DeValue::Table(_) => {}
-        }
+        pieces.push(before);
+        pieces.push(match find(name)? {
+            DeValue::String(text) => text,
+            DeValue::Integer(number) => number.as_str(),
+            DeValue::Float(number) => number.as_str(),
+            DeValue::Boolean(true) => "true",
+            DeValue::Boolean(false) => "false",
+            DeValue::Datetime(_) | DeValue::Array(_) | DeValue::Table(_) => "",
+        });
         rest = tail;
     }
-    result.push_str(rest);
-    Ok(Some(DeValue::String(Cow::Owned(result))))
+    pieces.push(rest);
+    Ok(Some(Expanded::Text(pieces)))
 }
 
 fn with_article(value: &DeValue) -> String {

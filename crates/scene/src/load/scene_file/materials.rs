@@ -5,6 +5,7 @@ use super::document::{Context, Entry, NameOr};
 use super::media::{MediumKeys, SubsurfaceKeys, apply_medium};
 use super::values::{Color, within};
 use crate::load::LoadError;
+use crate::load::session::MATERIAL;
 use crate::load::textures::Neutral;
 use crate::{
     AlphaMode, Checkerboard, ColorSpace, Filter, Material, MaterialId, Model, Sampler, Texture, TextureRef,
@@ -195,6 +196,7 @@ impl Builder<'_> {
         let context = entry.context();
         let keys: MaterialKeys = entry.read()?;
         let name = keys.name.clone().unwrap_or_else(|| name.to_owned());
+        context.take(MATERIAL + name.len() as u64, "materials")?;
         let mut material = Material { name, ..Default::default() };
         apply_numbers(&keys, &mut material, &context)?;
         apply_emission(&keys, &mut material, &context)?;

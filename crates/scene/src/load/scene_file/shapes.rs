@@ -135,7 +135,7 @@ impl Builder<'_> {
         let left = self.budget.triangles.checked_sub(count);
         self.budget.triangles =
             left.ok_or_else(|| context.error(format!("the scene has more than {MAX_TRIANGLES} triangles")))?;
-        Ok(())
+        context.take((count as u64).saturating_mul(TRIANGLE), "triangles")
     }
 }
 
@@ -232,7 +232,8 @@ fn read_shape(kind: &str, entry: Entry, c: &Context) -> Result<(Shape, DVec3), L
         }
         "icosphere" => {
             let k: IcosphereKeys = entry.read()?;
-            shapes::icosphere(positive(k.radius, "radius", c)?, within(k.level, [0, 9], "level", c)?)
+            room(20 << (2 * within(k.level, [0, 9], "level", c)?), c)?;
+            shapes::icosphere(positive(k.radius, "radius", c)?, k.level)
         }
         "uv-sphere" => {
             let k: UvSphereKeys = entry.read()?;
@@ -332,6 +333,7 @@ fn knot(k: KnotKeys, c: &Context) -> Result<crate::TriangleMesh, LoadError> {
 
 fn tube(k: &TubeKeys, path: &[Vec3], c: &Context) -> Result<crate::TriangleMesh, LoadError> {
     let sides = within(k.sides, [3, 1024], "sides", c)?;
+    room(2 * path.len() as u64 * u64::from(sides), c)?;
     let mesh = shapes::tube(path, k.closed, positive(k.radius, "radius", c)?, sides);
     if mesh.indices.is_empty() {
         return Err(c.error("`path` needs at least two different points, three if `closed`"));
@@ -340,9 +342,10 @@ fn tube(k: &TubeKeys, path: &[Vec3], c: &Context) -> Result<crate::TriangleMesh,
 }
 
 fn blob(k: BlobKeys, c: &Context) -> Result<crate::TriangleMesh, LoadError> {
+    room(20 << (2 * within(k.level, [0, 8], "level", c)?), c)?;
     Ok(shapes::blob(&shapes::Blob {
         radius: positive(k.radius, "radius", c)?,
-        level: within(k.level, [0, 8], "level", c)?,
+        level: k.level,
         amplitude: within(k.amplitude, [0.0, 10.0], "amplitude", c)?,
         detail: within(k.detail, [0.0, 1.0], "detail", c)?,
         seed: k.seed,
@@ -408,6 +411,11 @@ fn sizes<const N: usize>(size: [f32; N], c: &Context) -> Result<[f32; N], LoadEr
     Ok(size)
 }
 
+/// Refuses so many triangles before they are made where there is no room for them. They are counted once they are there.
+fn room(triangles: u64, c: &Context) -> Result<(), LoadError> {
+    c.check_room(triangles.saturating_mul(TRIANGLE), "triangles")
+}
+
 /// Two numbers of divisions whose product is not too large.
 fn cells(divisions: [u32; 2], keys: [&str; 2], c: &Context) -> Result<[u32; 2], LoadError> {
     for (n, key) in divisions.into_iter().zip(keys) {
@@ -415,6 +423,6 @@ fn cells(divisions: [u32; 2], keys: [&str; 2], c: &Context) -> Result<[u32; 2], 
     }
     let product = u64::from(divisions[0]) * u64::from(divisions[1]);
     within(product, [1, MAX_CELLS], &format!("{} × {}", keys[0], keys[1]), c)?;
-    c.take(product.saturating_mul(2 * TRIANGLE), "triangles")?;
+    room(product.saturating_mul(2), c)?;
     Ok(divisions)
 }

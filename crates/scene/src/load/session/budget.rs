@@ -69,6 +69,16 @@ impl Budget {
         self.outcome()
     }
 
+    /// Whether there is room for `bytes` for a moment, which are given back. Where what is made is counted once it is known.
+    ///
+    /// # Errors
+    /// As [`Budget::take`].
+    pub fn check_room(&self, bytes: u64, what: &str) -> Result<(), LoadError> {
+        self.take(bytes, what)?;
+        self.used.fetch_sub(bytes.min(1 << 60), Ordering::Relaxed);
+        Ok(())
+    }
+
     /// Looks at the clock.
     ///
     /// # Errors
@@ -124,6 +134,13 @@ mod tests {
             "{error}"
         );
         assert_eq!(budget.outcome().expect_err("remembered").to_string(), error);
+    }
+
+    #[test]
+    fn room_is_given_back() {
+        let budget = Budget::new(Path::new("a.toml"), 1000, None);
+        assert!((0..5).all(|_| budget.check_room(900, "triangles").is_ok()));
+        assert!(budget.take(1000, "triangles").is_ok() && budget.check_room(1, "triangles").is_err());
     }
 
     #[test]

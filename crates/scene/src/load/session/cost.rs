@@ -6,14 +6,18 @@ use crate::{Instance, Light, Material, Scene, Shape};
 
 /// A triangle of a mesh with its share of vertices: twice 40 bytes, and nodes and leaves of a hierarchy.
 pub(crate) const TRIANGLE: u64 = 180;
+/// Tangents of a triangle: of its corners while they are made, and of vertices that are split by them.
+pub(crate) const TANGENTS: u64 = 320;
 /// A pixel with eight bits a channel: in the image and as a texel.
 pub(crate) const PIXEL: u64 = 8;
+/// A pixel of single-precision numbers: as the file has it, in the image, and as a texel.
+pub(crate) const FLOAT_PIXEL: u64 = 36;
 /// A material and its row.
 pub(crate) const MATERIAL: u64 = (size_of::<Material>() + size_of::<MaterialRecord>()) as u64;
 
 /// An instance with a name of `name` bytes: record, binding, node of the top level.
 pub(crate) fn instance(name: usize) -> u64 {
-    (size_of::<Instance>() + name) as u64 + 256
+    (size_of::<Instance>() + name) as u64 + 512
 }
 
 /// A light with a name of `name` bytes.

@@ -11,7 +11,7 @@ mod listing;
 mod names;
 
 pub(crate) use budget::Budget;
-pub(crate) use cost::{MATERIAL, PIXEL, TRIANGLE, instance, light};
+pub(crate) use cost::{FLOAT_PIXEL, MATERIAL, PIXEL, TRIANGLE, instance, light};
 
 use super::{LoadError, LoadOptions, Loaded};
 use confinement::Confinement;
@@ -69,7 +69,10 @@ impl LoadOptions {
         self.session(named, |options| {
             let mut loaded = load(options)?;
             if outermost {
-                let several = loaded.scene.complete_tangents();
+                let budget = options.budget();
+                let several = loaded.scene.complete_tangents_within(|triangles| {
+                    budget.take((triangles as u64).saturating_mul(cost::TANGENTS), "tangents")
+                })?;
                 if several > 0 {
                     loaded.report.approximated(format!(
                         "{several} meshes have materials whose normal maps are placed differently: tangents are those of one"

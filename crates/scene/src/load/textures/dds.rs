@@ -23,11 +23,12 @@ pub(super) fn decode_dds(
 ) -> Result<Image, TextureError> {
     let dds = Dds::read(bytes).map_err(|e| TextureError::Decode(e.to_string()))?;
     let (width, height) = (dds.header.width, dds.header.height);
-    check_size(width.into(), height.into(), bytes.len(), options)?;
+    let storage = storage(&dds)?;
+    check_size(width.into(), height.into(), bytes.len(), storage.pixel_bytes(), options)?;
     if has_several_pictures(&dds) {
         report.approximated("only the first picture of a cube, an array or a volume is used");
     }
-    let pixels = storage(&dds)?.pixels(&dds.data, (width as usize, height as usize), report)?;
+    let pixels = storage.pixels(&dds.data, (width as usize, height as usize), report)?;
     Ok(Image { name: name.into(), width, height, pixels })
 }
 

@@ -93,11 +93,12 @@ pub(super) fn decode_as(
     Ok(shrink(image, options.max_texture_size, report))
 }
 
-/// Refuses sizes that the file's bytes cannot fill.
+/// Refuses sizes that the file's bytes cannot fill, or that the scene has no memory for; `pixel`: bytes that a pixel takes.
 pub(super) fn check_size(
     width: u64,
     height: u64,
     bytes: usize,
+    pixel: u64,
     options: &LoadOptions,
 ) -> Result<(), TextureError> {
     let pixels = width.saturating_mul(height);
@@ -109,7 +110,7 @@ pub(super) fn check_size(
         return Err(TextureError::TooLarge { width, height, bytes });
     }
     // The call as a whole fails then; this image is left out so that nothing more is allocated.
-    let taken = options.budget().take(pixels.saturating_mul(PIXEL), "images");
+    let taken = options.budget().take(pixels.saturating_mul(pixel), "images");
     taken.map_err(|error| TextureError::Decode(error.to_string()))
 }
 
@@ -142,7 +143,7 @@ fn decode_rgba8(
     reader.limits(limits);
     let decoder = reader.into_decoder()?;
     let (width, height) = decoder.dimensions();
-    check_size(width.into(), height.into(), bytes.len(), options)?;
+    check_size(width.into(), height.into(), bytes.len(), PIXEL, options)?;
     let deep = decoder.color_type().bytes_per_pixel() > decoder.color_type().channel_count();
     let decoded = DynamicImage::from_decoder(decoder)?;
     if deep {

@@ -2,6 +2,7 @@
 
 use super::decode::{Meaning, TextureError, check_size};
 use crate::load::LoadOptions;
+use crate::load::session::FLOAT_PIXEL;
 use crate::{Image, LoadReport, Pixels};
 use ::image::ImageDecoder;
 use ::image::codecs::hdr::HdrDecoder;
@@ -34,7 +35,7 @@ pub(super) fn decode_hdr(
     // The strict reader wants the name `RADIANCE`; the other one takes any line that begins with `#` as a comment.
     let decoder = HdrDecoder::new_nonstrict(Cursor::new(bytes))?;
     let (width, height) = decoder.dimensions();
-    check_size(width.into(), height.into(), bytes.len(), options)?;
+    check_size(width.into(), height.into(), bytes.len(), FLOAT_PIXEL, options)?;
     let exposure = decoder.metadata().exposure.filter(|e| e.is_finite() && *e > 0.0 && *e != 1.0);
     let mut raw = vec![0u8; width as usize * height as usize * 12];
     decoder.read_image(&mut raw)?;
@@ -89,7 +90,7 @@ fn check_exr(bytes: &[u8], options: &LoadOptions) -> Result<(), TextureError> {
         let channels = header.channels.list.len() as u64;
         let size = header.layer_size;
         let width = (size.width() as u64).saturating_mul(channels);
-        check_size(width, size.height() as u64, bytes.len(), options)?;
+        check_size(width, size.height() as u64, bytes.len(), FLOAT_PIXEL, options)?;
         if header.deep {
             return Err(TextureError::Decode("deep images are not supported".into()));
         }
@@ -97,7 +98,7 @@ fn check_exr(bytes: &[u8], options: &LoadOptions) -> Result<(), TextureError> {
     match meta.headers.first() {
         Some(header) => {
             let display = header.shared_attributes.display_window.size;
-            check_size(display.width() as u64, display.height() as u64, bytes.len(), options)
+            check_size(display.width() as u64, display.height() as u64, bytes.len(), FLOAT_PIXEL, options)
         }
         None => Err(TextureError::Decode("it has no parts".into())),
     }

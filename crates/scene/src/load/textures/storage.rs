@@ -2,6 +2,7 @@
 
 use super::decode::TextureError;
 use super::float::{float_pixels, mend};
+use crate::load::session::{FLOAT_PIXEL, PIXEL};
 use crate::{LoadReport, Pixels};
 use exr::prelude::f16;
 
@@ -59,6 +60,15 @@ impl Storage {
             Self::Masks { bits, .. } => width * height * bits as usize / 8,
             Self::Numbers { kind, channels } => width * height * channels * kind.bytes(),
             Self::Packed(_) => width * height * 4,
+        }
+    }
+
+    /// What a pixel takes of the scene's memory, in bytes.
+    pub fn pixel_bytes(self) -> u64 {
+        match self {
+            Self::Blocks(Compression::Bc6h { .. }) | Self::Packed(_) => FLOAT_PIXEL,
+            Self::Numbers { kind: Number::Half | Number::Float, .. } => FLOAT_PIXEL,
+            Self::Blocks(_) | Self::Masks { .. } | Self::Numbers { kind: Number::Fraction, .. } => PIXEL,
         }
     }
 

@@ -12,8 +12,9 @@ mod uastc;
 
 use super::decode::{TextureError, check_size};
 use super::float::float_pixels;
-use super::storage::first_picture;
+use super::storage::{Storage, first_picture};
 use crate::load::LoadOptions;
+use crate::load::session::PIXEL;
 use crate::{Image, LoadReport, Pixels};
 use ::ktx2::{ColorModel, SupercompressionScheme};
 use container::Container;
@@ -42,7 +43,9 @@ pub(super) fn decode_ktx2(
     let file = Container::read(bytes)?;
     let header = &file.header;
     let (width, height) = (header.pixel_width, header.pixel_height.max(1));
-    check_size(width.into(), height.into(), bytes.len(), options)?;
+    let storage = header.format.and_then(formats::storage);
+    let pixel = storage.map_or(PIXEL, Storage::pixel_bytes);
+    check_size(width.into(), height.into(), bytes.len(), pixel, options)?;
     if header.layer_count > 1 || header.face_count > 1 || header.pixel_depth > 1 {
         report.approximated("only the first picture of a cube, an array or a volume is used");
     }
