@@ -202,6 +202,38 @@ fn restarts_leave_memory_alone() {
     assert!(percent < 5.0, "{line}");
 }
 
+/// Scenes are opened, edited, recorded and thrown away. `ALHAZEN_SOAK_SECONDS=N`: for so long.
+#[test]
+fn hours_of_editing_leave_nothing_behind() {
+    let _turn = TURN.lock();
+    let Some(display) = Display::open("hours_of_editing_leave_nothing_behind") else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let seconds = std::env::var("ALHAZEN_SOAK_SECONDS").unwrap_or("20".into());
+    let edits = "open cornell\nmaterial 0 roughness 0.3\nwait 1\ncommand Add a point light\nframes 5\n\
+         command Undo\ncommand Redo\nselect 0.5 0.5\ncommand Duplicate the object\nwait 1\n\
+         command Hide or show the object\ncommand Delete the object\nresize 340 260\nmaterial 1 emission 2\n\
+         integrator direct\nwait 1\nintegrator path\ncommand Compare two settings\nframes 3\n\
+         command End the comparison\nlayer normal\nwait 1\nlayer picture\nsave saved.toml\npicture a.exr\n\
+         resize 320 240\nopen three-spheres\nmaterial 2 transmission 0.5\nwait 1\nrecord turn.png 3 1\n\
+         drop missing.obj\nerror\nopen saved.toml\nwait 1\nreload\nwait 1\n";
+    let ran = display.view(
+        folder.path(),
+        "cornell --backend cpu --width 96 --height 72",
+        &format!("resize 320 240\nspp 1\n{edits}rounds {seconds}\n"),
+    );
+    let line = ran.stdout.lines().find(|l| l.starts_with("rounds: ")).expect("reported");
+    println!("{line}");
+    let number = |before: &str| -> f64 {
+        let (_, rest) = line.split_once(before).expect("a number");
+        rest.split([' ', ',']).next().and_then(|n| n.parse().ok()).expect("a number")
+    };
+    assert!(number("rounds: ") >= 3.0, "{line}");
+    assert!(number(" bytes, ") < 8.0, "{line}");
+    let (_, files) = line.split_once("files ").expect("files");
+    let files: Vec<f64> = files.split([' ', ',']).filter_map(|word| word.parse().ok()).take(2).collect();
+    assert!(files[1] <= files[0] + 2.0, "{line}");
+}
+
 #[test]
 fn unattended_runs_fail_loudly() {
     let _turn = TURN.lock();

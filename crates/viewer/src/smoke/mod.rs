@@ -3,6 +3,7 @@
 
 mod latency;
 mod parse;
+mod rounds;
 
 pub use parse::{ScriptError, Step, parse};
 
@@ -11,6 +12,7 @@ use crate::viewer::{COMMANDS, Viewer};
 use alhazen::edits::MaterialRecord;
 use alhazen::{RendererOptions, Source};
 use latency::Latency;
+use rounds::Rounds;
 use std::collections::VecDeque;
 use std::path::PathBuf;
 
@@ -46,6 +48,8 @@ pub struct Run {
     smoke: Smoke,
     steps: VecDeque<Step>,
     number: usize,
+    /// How often the script has begun anew.
+    rounds: Rounds,
     /// When the current step began, and what it remembers.
     begun: Option<(f64, Memory)>,
     frames: u64,
@@ -86,6 +90,7 @@ impl Run {
             smoke,
             steps,
             number: 1,
+            rounds: Rounds::new(time),
             begun: None,
             frames: 0,
             started: time,
@@ -133,6 +138,9 @@ impl Run {
         if self.is_done(&step, viewer, time - begun, pictures, &mut memory) {
             self.steps.pop_front();
             self.number += 1;
+            if let Step::Rounds(seconds) = step {
+                self.end_round(time, seconds);
+            }
             return Ok(None);
         }
         if time - begun > STEP_LIMIT {
@@ -142,6 +150,19 @@ impl Run {
         }
         self.begun = Some((begun, memory));
         Ok(None)
+    }
+
+    /// Begins the script anew, or says what all rounds left.
+    fn end_round(&mut self, time: f64, seconds: f64) {
+        match self.rounds.end_of_one(time, seconds) {
+            Some(report) => self.report.push(report),
+            None => {
+                // The steps that are done; this one is among them.
+                let done = self.number - 1;
+                self.smoke.script[..done].iter().rev().for_each(|step| self.steps.push_front(step.clone()));
+                self.number = 1;
+            }
+        }
     }
 
     /// The end: enough frames, then a picture of the window, then it closes.
@@ -218,7 +239,8 @@ impl Run {
             | Step::Frames(_)
             | Step::Play(_)
             | Step::Orbit(_)
-            | Step::Restarts(_) => {}
+            | Step::Restarts(_)
+            | Step::Rounds(_) => {}
         }
         Ok(None)
     }

@@ -79,6 +79,8 @@ pub enum Step {
     Orbit(f64),
     /// `restarts N`: begins the picture anew, and measures memory.
     Restarts(u32),
+    /// `rounds SECONDS`: all steps before it again and again, and measures memory and open files.
+    Rounds(f64),
 }
 
 /// A line that is no step.
@@ -164,6 +166,7 @@ fn step(line: &str) -> Result<Step, String> {
         "screenshot" => Step::Screenshot(all()?.into()),
         "orbit" => Step::Orbit(number(word(0)?)?),
         "restarts" => Step::Restarts(number(word(0)?)?),
+        "rounds" => Step::Rounds(number(word(0)?)?),
         _ => return Err(format!("there is no step `{verb}`")),
     })
 }
@@ -188,11 +191,12 @@ mod tests {
     #[test]
     fn steps_of_time_have_numbers_and_clips_names() {
         let steps =
-            parse("moment 3\nplay 10\nfps 24\nclip Walk cycle\nintegrator hybrid\nshow mask\nfilter off\n")
+            parse("moment 3\nplay 10\nrounds 2.5\nfps 24\nclip Walk cycle\nintegrator hybrid\nshow mask\nfilter off\n")
                 .expect("steps");
         let expected = [
             Step::Moment(3),
             Step::Play(10.0),
+            Step::Rounds(2.5),
             Step::Fps(24.0),
             Step::Clip("Walk cycle".into()),
             Step::Transport(Transport::Hybrid),
