@@ -32,6 +32,7 @@ mod finished;
 mod framing;
 mod job;
 mod memory;
+mod memory_limit;
 mod metadata;
 pub mod output;
 mod part;
@@ -64,7 +65,8 @@ pub use film::{
 };
 pub use finished::{FinishedError, FinishedPicture, Guides, LayerNames, write_image};
 pub use job::{Job, NoCamera, camera_frame, check_default_camera, picture_ray};
-pub use memory::{available_memory_bytes, memory_bytes, peak_memory_bytes, total_memory_bytes};
+pub use memory::{available_memory_bytes, memory_bytes, open_files, peak_memory_bytes, total_memory_bytes};
+pub use memory_limit::MemoryLimit;
 pub use metadata::{Description, metadata};
 pub use part::{PartJob, RenderPartError, Tile, UnknownTile, finish, tone_of};
 pub use post::{DenoiseError, NoisyPicture, OidnError, ToneMapping};

@@ -5,6 +5,7 @@ use alhazen::output::Failed;
 use alhazen::{Control, ImageError, LoadReport, Severity};
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::borrow::Cow;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -37,6 +38,17 @@ pub fn print_result(text: &str) -> anyhow::Result<()> {
         Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         result => result.context("cannot write to stdout").map_err(|error| Exit::Output.with(error)),
     }
+}
+
+/// JSON on one line, whose names of a file's author steer no terminal: what would is escaped as JSON does it.
+pub fn json_line(json: &serde_json::Value) -> String {
+    let steers = |c: char| matches!(alhazen::plain(c.encode_utf8(&mut [0; 4])), Cow::Owned(_));
+    let mut line = String::new();
+    for c in json.to_string().chars() {
+        // All that are escaped have four digits.
+        if steers(c) { line += &format!("\\u{:04x}", u32::from(c)) } else { line.push(c) }
+    }
+    line + "\n"
 }
 
 /// Writes a text file: complete, or not at all.
@@ -170,6 +182,14 @@ fn watch(bar: &ProgressBar, control: &Control, done: &AtomicBool) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn json_steers_no_terminal() {
+        let name = "a\u{1b}[31m\u{7f}\u{9b}\u{202e}é";
+        let line = json_line(&serde_json::json!({ "name": name }));
+        assert_eq!(line, "{\"name\":\"a\\u001b[31m\\u007f\\u009b\\u202eé\"}\n");
+        assert_eq!(serde_json::from_str::<serde_json::Value>(&line).expect("JSON")["name"], name);
+    }
 
     #[test]
     fn numbers_have_units() {

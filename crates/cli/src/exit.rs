@@ -26,6 +26,8 @@ pub enum Exit {
     Output = 6,
     /// Stopped before there was anything to keep.
     Stopped = 7,
+    /// The system gave no more memory. A process that aborts ends with this code as well.
+    Memory = 8,
     /// Stopped by Ctrl-C, SIGTERM, SIGHUP or their kin; what there was is kept.
     Interrupted = 130,
 }
@@ -41,6 +43,7 @@ Exit codes:
   5    rendering failed, or more samples than --max-invalid allows were NaN or infinite
   6    an output could not be written where it was asked for; the last line says where it is kept
   7    stopped before there was anything to keep
+  8    there was no more memory
   130  stopped by Ctrl-C, SIGTERM, SIGHUP, CTRL_BREAK or CTRL_CLOSE; what was rendered is kept";
 
 /// An error of which the kind is known.
@@ -96,6 +99,7 @@ impl Exit {
             LoadError::TooLarge { .. } | LoadError::OverBudget { .. } | LoadError::TookTooLong { .. } => {
                 Self::Refused
             }
+            LoadError::OutOfMemory { .. } => Self::Memory,
             _ => Self::Input,
         };
         if let Some(failure) = cause.downcast_ref::<Failure>() {
@@ -130,7 +134,7 @@ impl Exit {
                 SensorError::Read { .. } | SensorError::Malformed { .. } | SensorError::Camera { .. } => {
                     Some(Self::Input)
                 }
-                SensorError::Cancelled => Some(Self::Interrupted),
+                SensorError::Cancelled => Some(Self::Stopped),
                 _ => None,
             };
         }
@@ -163,10 +167,22 @@ mod tests {
         assert_eq!(Exit::of(&Exit::Usage.or(write().into())), Exit::Output);
         let limit = LoadError::OverBudget { path: "a".into(), what: "images".into(), size: 2, limit: 1 };
         assert_eq!(Exit::of(&anyhow::Error::from(limit).context("more")), Exit::Refused);
+        let memory = LoadError::OutOfMemory { path: "a".into(), what: "images".into(), size: 2 };
+        assert_eq!(Exit::of(&memory.into()), Exit::Memory);
         let kept = Exit::Interrupted.with(anyhow::Error::from(read()).context("why"));
         assert_eq!((Exit::of(&kept), format!("{kept:#}")), (Exit::Interrupted, format!("why: {}", read())));
         // Every code is documented.
-        for exit in [Exit::Other, Exit::Usage, Exit::Input, Exit::Refused, Exit::Render, Exit::Output] {
+        let all = [
+            Exit::Other,
+            Exit::Usage,
+            Exit::Input,
+            Exit::Refused,
+            Exit::Render,
+            Exit::Output,
+            Exit::Stopped,
+            Exit::Memory,
+        ];
+        for exit in all {
             assert!(HELP.contains(&format!("\n  {}    ", exit as u8)), "{exit:?}");
         }
     }

@@ -19,6 +19,18 @@ pub fn cancel_on_signal() -> Arc<Control> {
     control
 }
 
+/// Ends the process with a code of its own where the allocator has no more memory. Rust has said by then how many bytes it
+/// asked for; what is left is an exit instead of a crash.
+pub fn exit_when_memory_ends() {
+    #[cfg(unix)]
+    {
+        let always = Arc::new(std::sync::atomic::AtomicBool::new(true));
+        let (signal, code) = (signal_hook::consts::SIGABRT, Exit::Memory as i32);
+        // Without the handler the process still ends; only its code says less.
+        let _ = signal_hook::flag::register_conditional_shutdown(signal, code, always);
+    }
+}
+
 #[cfg(unix)]
 fn listen(stop: impl Fn() + Send + 'static) {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};

@@ -55,6 +55,7 @@ enum Command {
 }
 
 fn main() -> ExitCode {
+    interrupt::exit_when_memory_ends();
     let result = match Arguments::parse().command {
         None => commands::view::run_default()
             .unwrap_or_else(|| commands::render::run(&commands::render::RenderArgs::default_picture())),

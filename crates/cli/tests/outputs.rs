@@ -13,7 +13,11 @@ const SMALL: &str = "-q --width 16 --height 16 --spp 1 --backend cpu --threads 1
 /// Exit codes, as `alhazen --help` lists them.
 const USAGE: i32 = 2;
 const INPUT: i32 = 3;
+#[cfg(target_os = "linux")]
+const REFUSED: i32 = 4;
 const OUTPUT: i32 = 6;
+#[cfg(target_os = "linux")]
+const MEMORY: i32 = 8;
 
 #[test]
 fn exit_codes_tell_what_failed() {
@@ -201,6 +205,27 @@ mod on_unix {
         let kept = Path::new(kept.lines().next().unwrap());
         assert!(Image::open(kept).is_ok(), "{ran:?}");
         std::fs::remove_file(kept).unwrap();
+    }
+
+    /// What scenes take is counted before; here the count is told to allow what the system does not.
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn where_memory_ends_the_old_picture_stays() {
+        let folder = folder_with_triangle();
+        let folder = folder.path();
+        std::fs::write(folder.join("a.png"), "the old picture").unwrap();
+        let terrain = "[[shape]]\nkind = \"terrain\"\ndivisions = [1500, 1500]\n";
+        std::fs::write(folder.join("large.toml"), terrain).unwrap();
+        let line = format!("ulimit -v 500000; alhazen render large.toml {SMALL} -o a.png");
+        let ran = shell(folder, &format!("{line} --max-memory 1TB"));
+        assert_eq!(ran.code, Some(MEMORY), "{ran:?}");
+        assert!(ran.stderr.contains("memory"), "{ran:?}");
+        assert_eq!(std::fs::read(folder.join("a.png")).unwrap(), b"the old picture");
+        // Without that the limit of the process is known beforehand.
+        let ran = shell(folder, &line);
+        assert_eq!(ran.code, Some(REFUSED), "{ran:?}");
+        assert!(ran.stderr.contains("--max-memory"), "{ran:?}");
+        assert_eq!(names(folder), ["a.png", "large.toml", "triangle.mtl", "triangle.obj"]);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! `alhazen compare`: how far a picture is from a reference.
 
-use crate::console::{print_error, print_result, say};
+use crate::console::{json_line, print_error, print_result, say};
+use crate::exit::Exit;
 use alhazen::{Image, ProtectedFiles, metrics};
 use anyhow::{Context, ensure};
 use std::fmt::Write;
@@ -71,7 +72,8 @@ pub fn run(args: &CompareArgs) -> ExitCode {
         }
         Err(error) => {
             print_error(&error);
-            ExitCode::from(TROUBLE)
+            let output = Exit::of(&error) == Exit::Output;
+            ExitCode::from(if output { Exit::Output as u8 } else { TROUBLE })
         }
     }
 }
@@ -144,7 +146,7 @@ fn as_json(m: &Measured, reasons: &[String]) -> String {
         "flip_max": m.flip_max, "mean_reference": m.mean_reference, "mean_actual": m.mean_actual,
         "within_limits": reasons.is_empty(),
     });
-    format!("{json}\n")
+    json_line(&json)
 }
 
 fn parse_limit(text: &str) -> anyhow::Result<f64> {

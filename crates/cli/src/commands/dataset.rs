@@ -5,6 +5,7 @@ use crate::exit::Exit;
 use crate::interrupt::cancel_on_signal;
 use alhazen::{BackendChoice, Job, Limits, ProtectedFiles, Renderer, RendererOptions, add_daylight_if_dark};
 use anyhow::Context;
+use sensors::SensorError;
 use sensors::dataset::{Dataset, Poses};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -68,7 +69,9 @@ pub fn run(args: &DatasetArgs) -> anyhow::Result<()> {
         None => BTreeMap::new(),
     };
     let options = args.loading.options();
+    let memory_limit = super::loading::memory_limit(&options);
     let mut loaded = super::load_scene(&args.scene, &args.parameters, &options)?;
+    drop(memory_limit);
     poses.subtract(loaded.scene.origin);
     let mut inputs = ProtectedFiles::new(options.files_read.list());
     inputs.extend(std::iter::once(&args.poses).chain(&args.categories));
@@ -85,12 +88,18 @@ pub fn run(args: &DatasetArgs) -> anyhow::Result<()> {
     let count = poses.poses.len();
     let limits = Limits { spp, ..Limits::default() };
     let dataset = Dataset { scene: loaded.scene, poses, categories, job, limits };
+    let mut finished = 0;
     let tell = |number: usize| {
+        finished = number + 1;
         if !args.quiet {
             say!("{} of {count}", number + 1);
         }
     };
-    let exported = dataset.export(&args.output, &mut renderer, &cancel_on_signal(), tell)?;
+    let exported = dataset.export(&args.output, &mut renderer, &cancel_on_signal(), tell);
+    let exported = exported.map_err(|error| match error {
+        SensorError::Cancelled if finished > 0 => Exit::Interrupted.with(error.into()),
+        error => error.into(),
+    })?;
     let (images, annotations, place) = (exported.images, exported.annotations, args.output.display());
     print_result(&format!("{images} pictures with {annotations} annotations in {place}\n"))
 }

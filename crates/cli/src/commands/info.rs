@@ -1,6 +1,6 @@
 //! `alhazen info`: what is in a scene.
 
-use crate::console::{bytes, print_result, seconds};
+use crate::console::{bytes, json_line, print_result, seconds};
 use alhazen::{
     AlphaMode, Camera, Distortion, Environment, Light, LightKind, LoadOptions, Loaded, Material, Model,
     Projection, Scene, SceneTables, Shape, TextureRef,
@@ -37,10 +37,11 @@ pub struct InfoArgs {
 pub fn run(args: &InfoArgs) -> anyhow::Result<()> {
     let options =
         LoadOptions { lenient: args.lenient, ..args.loading.options_within(most_memory(&args.scene)) };
+    let _limit = super::loading::memory_limit(&options);
     let loaded = super::load_scene(&args.scene, &args.parameters, &options)?;
     let tables = SceneTables::build(&loaded.scene);
     let text = if args.json {
-        format!("{}\n", as_json(&loaded, &tables))
+        json_line(&as_json(&loaded, &tables))
     } else {
         as_text(&loaded, &tables)?.lines().map(|line| format!("{}\n", alhazen::plain(line))).collect()
     };

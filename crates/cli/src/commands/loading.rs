@@ -1,6 +1,6 @@
 //! Options about scenes that somebody else made: which files they may read, and how much they may take.
 
-use alhazen::LoadOptions;
+use alhazen::{LoadOptions, MemoryLimit};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ pub struct LoadingArgs {
     #[arg(long, help_heading = "Files of strangers", value_name = "DIR")]
     allow_path: Vec<PathBuf>,
     /// Memory that the scene may take until it is rendered, as 2GB, 500MB or a number of bytes [default: three
-    /// quarters of what is free].
+    /// quarters of what is free]. On Linux the process ends with exit code 8 where it would take more all the same.
     #[arg(long, help_heading = "Files of strangers", value_name = "SIZE", value_parser = parse_size)]
     max_memory: Option<u64>,
     /// Seconds that loading may take.
@@ -60,6 +60,11 @@ impl LoadingArgs {
         let limit = self.max_memory.unwrap_or(options.max_memory.min(bytes));
         LoadOptions { max_memory: limit, ..options }
     }
+}
+
+/// Has the system enforce the limit of `options`, if somebody set one.
+pub fn memory_limit(options: &LoadOptions) -> Option<MemoryLimit> {
+    (options.max_memory != LoadOptions::default().max_memory).then(|| MemoryLimit::new(options.max_memory))
 }
 
 const UNTRUSTED_MEMORY: u64 = 2_000_000_000;

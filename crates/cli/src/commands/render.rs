@@ -19,8 +19,8 @@ use crate::exit::Exit;
 use crate::interrupt::cancel_on_signal;
 use crate::profile::Profile;
 use alhazen::{
-    Adaptive, Aov, BackendChoice, Control, Denoiser, Description, Limits, LoadOptions, PartJob, PathKernel,
-    ProtectedFiles, Rect, Renderer, SamplerKind, Summary, SunPosition, metadata,
+    Adaptive, Aov, BackendChoice, Control, Denoiser, Description, Limits, LoadOptions, MemoryLimit, PartJob,
+    PathKernel, ProtectedFiles, Rect, Renderer, SamplerKind, Summary, SunPosition, metadata,
 };
 use anyhow::anyhow;
 use backend::{choose_renderer, print_notices};
@@ -394,6 +394,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     let (videos, pictures) = check(args).map_err(|error| Exit::Usage.or(error))?;
     let options =
         LoadOptions { lenient: args.lenient, variant: args.variant.clone(), ..args.loading.options() };
+    let mut memory_limit = super::loading::memory_limit(&options);
     let mut loaded = super::load_scene(&args.scene, &args.parameters, &options)?;
     set_environment(args, &mut loaded, &options)?;
     protect_inputs(args, &ProtectedFiles::new(options.files_read.list()), &pictures)?;
@@ -417,7 +418,11 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     let mut loaded = moving.is_some().then_some(loaded);
     let mut profile = Profile::new();
     let begin = Instant::now();
+    memory_limit.iter_mut().for_each(MemoryLimit::pause);
     let mut renderer = choose_renderer(args)?;
+    if renderer.backend_name() == "cpu" {
+        memory_limit.iter_mut().for_each(MemoryLimit::resume);
+    }
     profile.span("open the back end", begin);
     let begin = Instant::now();
     let mut built = renderer.load_tables(tables)?;

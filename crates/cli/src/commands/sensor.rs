@@ -138,6 +138,7 @@ fn lidar(args: &LidarArgs) -> anyhow::Result<()> {
     let sensor = sensor(args).map_err(|error| Exit::Usage.or(error))?;
     prove_writable(&args.output)?;
     let options = args.loading.options();
+    let _limit = super::loading::memory_limit(&options);
     let loaded = super::load_scene(&args.scene, &args.parameters, &options)?;
     ProtectedFiles::new(options.files_read.list()).check(&args.output)?;
     if !args.quiet {

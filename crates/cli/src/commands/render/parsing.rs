@@ -47,6 +47,9 @@ pub fn parse_crop(text: &str) -> Result<Rect, String> {
     Ok(Rect { x, y, width, height })
 }
 
+/// Frames of a sequence at most: nine hours at thirty frames a second.
+pub const MAX_FRAMES: u32 = 1_000_000;
+
 /// Frames `A..B`, or one frame `A`.
 pub fn parse_frames(text: &str) -> Result<(u32, u32), String> {
     let number = |t: &str| t.parse::<u32>().map_err(|e| format!("{t:?}: {e}"));
@@ -57,7 +60,11 @@ pub fn parse_frames(text: &str) -> Result<(u32, u32), String> {
             (frame, frame.checked_add(1).ok_or("the number is too large")?)
         }
     };
-    if a < b { Ok((a, b)) } else { Err(format!("{a}..{b} has no frames")) }
+    match b.checked_sub(a) {
+        None | Some(0) => Err(format!("{a}..{b} has no frames")),
+        Some(count) if count > MAX_FRAMES => Err(format!("{count} frames are more than {MAX_FRAMES}")),
+        Some(_) => Ok((a, b)),
+    }
 }
 
 /// Some of the samples of each pixel.

@@ -1,6 +1,7 @@
 //! Where pictures go, and whether they can be written there.
 
 use super::RenderArgs;
+use super::parsing::MAX_FRAMES;
 use super::video::Video;
 use crate::exit::Exit;
 use alhazen::{ProtectedFiles, prove_writable};
@@ -16,6 +17,8 @@ pub fn check(args: &RenderArgs) -> anyhow::Result<(Vec<Video>, Vec<PathBuf>)> {
         check_output(&frame_path(path, first), args.split.makes_parts(), &ProtectedFiles::default())?;
     }
     args.profile.as_deref().map_or(Ok(()), check_place)?;
+    check_sequence(args)?;
+    check_profile(args)?;
     args.split.check(&args.output)?;
     ensure!(
         videos.is_empty() || !args.split.is_used(),
@@ -27,6 +30,21 @@ pub fn check(args: &RenderArgs) -> anyhow::Result<(Vec<Video>, Vec<PathBuf>)> {
         bail!("{option} and --sampling adaptive: parts of a picture have the same samples for every pixel");
     }
     Ok((videos, pictures))
+}
+
+/// Refuses sequences without an end. More frames than that are several commands.
+fn check_sequence(args: &RenderArgs) -> anyhow::Result<()> {
+    let count = args.sequence().map_or(1, |(first, end)| end - first);
+    let error = || anyhow!("{count} frames are more than {MAX_FRAMES}: render some of them with --frames");
+    if count > MAX_FRAMES { Err(Exit::Usage.with(error())) } else { Ok(()) }
+}
+
+/// Refuses a profile in the place of another output.
+fn check_profile(args: &RenderArgs) -> anyhow::Result<()> {
+    let Some(profile) = &args.profile else { return Ok(()) };
+    let taken = args.output.iter().chain(args.split.checkpoint()).any(|path| path == profile);
+    let error = || anyhow!("--profile {}: another output has that name", profile.display());
+    if taken { Err(Exit::Usage.with(error())) } else { Ok(()) }
 }
 
 /// Refuses to replace what was read to make the picture.

@@ -1,8 +1,8 @@
 //! What is printed about a scene and a finished picture.
 
 use super::RenderArgs;
-use crate::console::{bytes, metric, print_report, print_result, say, seconds};
-use alhazen::{Job, LoadStats, Loaded, Renderer, Summary};
+use crate::console::{bytes, json_line, metric, print_report, print_result, say, seconds};
+use alhazen::{Job, LoadStats, Loaded, Renderer, Summary, plain};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -16,7 +16,8 @@ pub fn print_loaded(loaded: &Loaded) {
         format!("{unique} triangles ({instanced} instanced)")
     };
     let counts = format!("{} instances, {} materials", scene.instances.len(), scene.materials.len());
-    say!("{}: {triangles}, {counts}, loaded in {}", scene.name, seconds(loaded.report.elapsed));
+    let (name, time) = (plain(&scene.name), seconds(loaded.report.elapsed));
+    say!("{name}: {triangles}, {counts}, loaded in {time}");
     // Where there is nothing to see, everything that the loader noticed may be the reason.
     print_report(&loaded.report, scene.bounds().is_none());
 }
@@ -48,7 +49,7 @@ pub fn report(
             "peak_memory_bytes": memory, "noise": summary.noise, "invalid_samples": summary.invalid_samples,
             "cancelled": summary.cancelled, "output": written,
         });
-        print_result(&format!("{json}\n"))?;
+        print_result(&json_line(&json))?;
     }
     if args.quiet {
         return Ok(());

@@ -4,6 +4,9 @@ use crate::commands::render::RenderArgs;
 use anyhow::{Context, bail, ensure};
 use std::path::{Path, PathBuf};
 
+/// Tasks of a job at most. Engines take some thousands.
+const MAX_TASKS: u64 = 100_000;
+
 /// A render that is divided into tasks.
 ///
 /// Each task renders one tile and one range of samples of one frame to a part beside the output. Then a merge for each
@@ -46,6 +49,9 @@ impl Plan {
             tiles,
             ranges,
         };
+        let frames = plan.frames.map_or(1, |(first, end)| end - first);
+        let tasks = u64::from(frames).saturating_mul(u64::from(tiles)).saturating_mul(u64::from(ranges));
+        ensure!(tasks <= MAX_TASKS, "{tasks} tasks are more than {MAX_TASKS}: ask for fewer tiles or ranges");
         let folder = plan.folder();
         if let Some(other) = plan.outputs.iter().find(|o| o.parent() != Some(folder)) {
             bail!("{} is not in the folder of the first output, {folder:?}", other.display());

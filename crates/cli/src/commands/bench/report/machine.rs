@@ -40,9 +40,7 @@ fn read(path: &str) -> Option<String> {
 
 fn processor() -> String {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let text = read("/proc/cpuinfo").unwrap_or_default();
-    let line = text.lines().find_map(|l| l.strip_prefix("model name")?.split_once(':'));
-    let name = line.map_or_else(unknown, |(_, name)| name.trim().to_owned());
+    let name = alhazen::system::processor_name().unwrap_or_else(unknown);
     format!("{name}, {threads} threads")
 }
 
