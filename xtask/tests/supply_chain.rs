@@ -184,6 +184,14 @@ fn workflows_may_only_read_unless_a_job_says_otherwise() {
     }
 }
 
+#[test]
+fn deny_runs_for_the_workspace_and_for_fuzzing() {
+    let (_, workflow) = workflows().into_iter().find(|(name, _)| name == "ci.yml").expect("ci.yml");
+    assert!(workflow.contains("cargo install --locked cargo-deny --version "));
+    assert!(workflow.contains("cargo deny --locked check\n"));
+    assert!(workflow.contains("cargo deny --locked --manifest-path fuzz/Cargo.toml check "));
+}
+
 /// Names of the fuzz targets: `fuzz/Cargo.toml` has a `[[bin]]` for each.
 fn fuzz_targets() -> BTreeSet<String> {
     let manifest = std::fs::read_to_string(root().join("fuzz/Cargo.toml")).expect("fuzz/Cargo.toml");

@@ -102,7 +102,7 @@ pub fn write(platform: &Platform, programs: &Programs<'_>, folder: &Path) -> any
                 run_command(man.args(["man", "--output"]).arg(&to))?;
                 ensure!(to.join("alhazen.1").is_file(), "`alhazen man` wrote no alhazen.1");
             }
-            Origin::Notices => std::fs::write(&to, super::notices::text(platform)?)?,
+            Origin::Notices => std::fs::write(&to, super::notices::text(platform, "cli")?)?,
         }
     }
     make_executable(&folder.join(match platform.layout {

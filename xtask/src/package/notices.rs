@@ -11,12 +11,12 @@ use std::path::{Path, PathBuf};
 /// Words that names of files with licences begin with.
 const NAMES: [&str; 6] = ["licen", "copying", "copyright", "notice", "unlicense", "ofl"];
 
-/// The licences of all crates that the platform's program is made of, with their texts.
+/// The licences of all crates that `package`, `cli` or `python`, is made of on a platform, with their texts.
 ///
 /// # Errors
 /// If cargo fails, or a crate has no licence.
-pub fn text(platform: &Platform) -> anyhow::Result<String> {
-    let crates = linked(platform)?;
+pub fn text(platform: &Platform, package: &str) -> anyhow::Result<String> {
+    let crates = linked(platform, package)?;
     let folders = folders()?;
     let mut list = String::new();
     let mut users: BTreeMap<String, Vec<String>> = BTreeMap::new();
@@ -38,14 +38,14 @@ pub fn text(platform: &Platform) -> anyhow::Result<String> {
 }
 
 /// Crates of other people, as `name version`, and their licences.
-fn linked(platform: &Platform) -> anyhow::Result<BTreeMap<String, String>> {
+fn linked(platform: &Platform, package: &str) -> anyhow::Result<BTreeMap<String, String>> {
     let universal = platform.target == "universal2-apple-darwin";
     let target = if universal { APPLE_TARGETS[0] } else { platform.target };
     let mut tree = cargo(&[
         "tree",
         "--locked",
         "--package",
-        "cli",
+        package,
         "--edges",
         "normal",
         "--prefix",
@@ -53,7 +53,7 @@ fn linked(platform: &Platform) -> anyhow::Result<BTreeMap<String, String>> {
         "--no-dedupe",
     ]);
     tree.args(["--format", "{p}|{l}", "--target", target]);
-    if !platform.has_window {
+    if package == "cli" && !platform.has_window {
         tree.arg("--no-default-features");
     }
     let lines = output(&mut tree)?;

@@ -159,4 +159,24 @@ mod tests {
     fn what_is_static_has_no_window() {
         assert!(PLATFORMS.iter().all(|p| !(p.is_static() && p.has_window)));
     }
+    /// The release workflow builds each platform once and tests each at least once, and publishes after that.
+    #[test]
+    fn the_release_workflow_builds_and_tests_every_platform() {
+        let path = crate::shell::root().join(".github/workflows/release.yml");
+        let workflow = std::fs::read_to_string(path).unwrap();
+        let (build, rest) = workflow.split_once("\n  sources:\n").unwrap();
+        let (test, publish) = rest.split_once("\n  collect:\n").unwrap();
+        for platform in PLATFORMS {
+            let named = |text: &str| text.matches(&format!("target: {}", platform.target)).count();
+            assert_eq!(named(build), 1, "{} is built", platform.target);
+            assert!(named(test) > 0, "{} is not tested", platform.target);
+        }
+        assert!(publish.contains("needs: [version, checks, test, sources]\n"));
+        for job in ["draft", "pypi", "images", "publish"] {
+            let (_, job) = publish.split_once(&format!("\n  {job}:\n")).unwrap();
+            let condition = job.lines().nth(1).unwrap();
+            assert_eq!(condition.trim(), "if: github.ref_type == 'tag'");
+        }
+        assert!(publish.contains("needs: [version, collect]") && publish.contains("needs: draft"));
+    }
 }

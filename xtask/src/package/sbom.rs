@@ -28,7 +28,7 @@ pub fn is_there() -> bool {
 /// If the tool is missing or fails, or a bill lists nothing.
 pub fn make(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     ensure!(is_there(), "needs `cargo install --locked cargo-cyclonedx --version {TOOL}`");
-    // The tool writes a file beside the manifest of every member. The name is one that git ignores and nobody else has.
+    // The tool writes a file beside the manifest of every member. The name is one that no other file has.
     let name = format!("sbom-{}.tmp", std::process::id());
     let written = run_command(&mut cargo(&[
         "cyclonedx",
