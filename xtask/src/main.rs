@@ -1,4 +1,4 @@
-//! Commands for developers: `cargo xtask test`, `ci`, `python`, `gallery`, `bench`.
+//! Commands for developers: `cargo xtask test`, `ci`, `python`, `gallery`, `bench`, `package`.
 
 mod bench;
 mod bench_peer;
@@ -14,6 +14,7 @@ mod documents;
 #[cfg(test)]
 mod floors;
 mod gallery;
+mod package;
 mod plot;
 mod python;
 mod shell;
@@ -44,6 +45,7 @@ enum Command {
     /// Measure speed against other renderers.
     #[command(subcommand)]
     Bench(bench::BenchCommand),
+    Package(Box<package::PackageArgs>),
     Python(python::PythonArgs),
     Vulkan(vulkan::VulkanArgs),
 }
@@ -58,6 +60,7 @@ fn main() -> ExitCode {
         Command::Bench(bench::BenchCommand::Cpu(args)) => bench::run(&args),
         Command::Bench(bench::BenchCommand::Scaling(args)) => bench_scaling::run(&args),
         Command::Bench(bench::BenchCommand::Python(args)) => bench_python::run(&args),
+        Command::Package(args) => package::run(&args),
         Command::Python(args) => python::run(&args),
         Command::Vulkan(args) => vulkan::run(&args),
     };
