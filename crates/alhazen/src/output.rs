@@ -172,9 +172,30 @@ pub fn prove(path: &Path, is_part: bool, inputs: &ProtectedFiles) -> Result<(), 
     Ok(())
 }
 
+/// Where picture `frame` of a sequence goes: `picture.png` becomes `picture.0007.png`, and in `picture-####.png`, as in any
+/// name with `#`, these are replaced by as many digits.
+pub fn frame_path(path: &Path, frame: u32) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    if let Some(start) = name.find('#') {
+        let digits = name[start..].chars().take_while(|c| *c == '#').count();
+        let (before, after) = (&name[..start], &name[start + digits..]);
+        return path.with_file_name(format!("{before}{frame:0digits$}{after}"));
+    }
+    let extension = path.extension().unwrap_or_default().to_string_lossy();
+    path.with_extension(format!("{frame:04}.{extension}"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn frames_are_numbered() {
+        let named = |name: &str, frame| frame_path(Path::new(name), frame).to_string_lossy().into_owned();
+        assert_eq!(named("a/b.png", 7), "a/b.0007.png");
+        assert_eq!(named("a/b.12.png", 12345), "a/b.12.12345.png");
+        assert_eq!(named("a#/b_###_left.exr", 7), "a#/b_007_left.exr");
+    }
 
     #[test]
     fn every_output_is_tried_and_what_fails_is_kept_elsewhere() {

@@ -7,7 +7,8 @@ use super::{EnvironmentTable, LightTree, MaterialRecord, NONE, SceneTables, Text
 use crate::normals::normals_are_faces;
 use crate::tangents::generate_and_split;
 use crate::{
-    Environment, Instance, LightKind, LightProfile, Material, Pixels, Scene, Shape, Sphere, TriangleMesh,
+    Environment, Image, Instance, LightKind, LightProfile, Material, Pixels, Scene, Shape, Sphere,
+    TriangleMesh,
 };
 use exr::prelude::f16;
 use glam::{Affine3A, Mat3, Vec3};
@@ -67,6 +68,10 @@ impl SceneTables {
     fn add_images(&mut self, scene: &Scene) {
         let used: std::collections::BTreeSet<u32> = scene.textures.iter().map(|t| t.image).collect();
         let mut first = vec![0u32; scene.images.len()];
+        let texels = |image: &Image| image.pixels.len() * if image.pixels.is_float() { 2 } else { 1 };
+        let images = used.iter().filter_map(|&image| scene.images.get(image as usize));
+        // Exactly: what grows by doubling may ask for twice the memory that it needs.
+        self.texels.reserve_exact(images.map(texels).sum());
         for &image in used.iter().filter(|&&i| (i as usize) < scene.images.len()) {
             first[image as usize] = self.texels.len() as u32;
             match &scene.images[image as usize].pixels {

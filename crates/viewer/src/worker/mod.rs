@@ -9,7 +9,7 @@ mod show;
 mod thread;
 
 pub use pace::Pace;
-pub use recording::{Recording, frame_path};
+pub use recording::Recording;
 pub use show::{Layer, Shown, display, heat, layer_image};
 pub(crate) use thread::full_text;
 

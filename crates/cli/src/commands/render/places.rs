@@ -83,31 +83,7 @@ fn check_folder(path: &Path) -> anyhow::Result<()> {
     Err(Exit::Output.with(anyhow!(text)))
 }
 
-/// Where a picture of a sequence goes: `picture.png` becomes `picture.0007.png`, and in `picture-####.png`, as in any
-/// name with `#`, these are replaced by as many digits.
+/// Where a picture goes: that of a frame of a sequence, or the only one.
 pub fn frame_path(path: &Path, frame: Option<u32>) -> PathBuf {
-    let Some(frame) = frame else { return path.to_owned() };
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    if let Some(start) = name.find('#') {
-        let digits = name[start..].chars().take_while(|c| *c == '#').count();
-        let (before, after) = (&name[..start], &name[start + digits..]);
-        return path.with_file_name(format!("{before}{frame:0digits$}{after}"));
-    }
-    let extension = path.extension().unwrap_or_default().to_string_lossy();
-    path.with_extension(format!("{frame:04}.{extension}"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn frames_are_numbered() {
-        let named = |name: &str, frame| frame_path(Path::new(name), frame).to_string_lossy().into_owned();
-        assert_eq!(named("a/b.png", None), "a/b.png");
-        assert_eq!(named("a/b.png", Some(7)), "a/b.0007.png");
-        assert_eq!(named("a/b.12.png", Some(12345)), "a/b.12.12345.png");
-        assert_eq!(named("a#/b_###_left.exr", Some(7)), "a#/b_007_left.exr");
-        assert_eq!(named("####.png", None), "####.png");
-    }
+    frame.map_or_else(|| path.to_owned(), |frame| alhazen::output::frame_path(path, frame))
 }

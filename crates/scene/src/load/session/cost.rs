@@ -10,8 +10,8 @@ pub(crate) const TRIANGLE: u64 = 180;
 pub(crate) const TANGENTS: u64 = 320;
 /// A pixel with eight bits a channel: in the image and as a texel.
 pub(crate) const PIXEL: u64 = 8;
-/// A pixel of single-precision numbers: as the file has it, in the image, and as a texel.
-pub(crate) const FLOAT_PIXEL: u64 = 36;
+/// A pixel of single-precision numbers: as the file has it, in the image twice while it is turned into that, and as a texel.
+pub(crate) const FLOAT_PIXEL: u64 = 48;
 /// A material and its row.
 pub(crate) const MATERIAL: u64 = (size_of::<Material>() + size_of::<MaterialRecord>()) as u64;
 
