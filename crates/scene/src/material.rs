@@ -87,12 +87,20 @@ pub struct Iridescence {
     pub strength: f32,
     /// Linear texture: strength in R.
     pub texture: Option<TextureRef>,
-    /// Index of refraction of the film, ≥ 1.
+    /// Index of refraction of the film, in `[1, 10]`.
     pub ior: f32,
-    /// Thickness in nanometres where the texture is 0 and where it is 1; without a texture it is the second.
+    /// Thickness in nanometres where the texture is 0 and where it is 1; without a texture it is the second. Renderers take
+    /// what is beyond [`Iridescence::MOST_THICKNESS`] as that.
     pub thickness: [f32; 2],
     /// Linear texture: thickness in G.
     pub thickness_texture: Option<TextureRef>,
+}
+
+impl Iridescence {
+    /// A millimetre, in nanometres: colours have been grey for long.
+    pub const MOST_THICKNESS: f32 = 1e6;
+    /// Beyond any transparent substance.
+    pub const MOST_IOR: f32 = 10.0;
 }
 
 impl Default for Iridescence {
@@ -323,6 +331,9 @@ impl Default for Material {
 }
 
 impl Material {
+    /// What files may multiply emission by; films hold samples up to a thousand times that.
+    pub const MOST_EMISSIVE_STRENGTH: f32 = 1e9;
+
     /// Whether light passes through the surface into a body behind it.
     pub fn refracts_into_body(&self) -> bool {
         let refracts = match self.model {

@@ -238,7 +238,9 @@ impl AnimatedMaterial {
             MaterialValue::Metallic => material.metallic = numbers[0].clamp(0.0, 1.0),
             MaterialValue::Roughness => material.roughness = numbers[0].clamp(0.0, 1.0),
             MaterialValue::EmissiveFactor => self.emissive_factor = Vec3::from_slice(numbers).max(Vec3::ZERO),
-            MaterialValue::EmissiveStrength => self.emissive_strength = numbers[0].max(0.0),
+            MaterialValue::EmissiveStrength => {
+                self.emissive_strength = numbers[0].max(0.0).min(Material::MOST_EMISSIVE_STRENGTH)
+            }
             MaterialValue::NormalScale => material.normal_scale = numbers[0],
             MaterialValue::AlphaCutoff => {
                 if let crate::AlphaMode::Mask(cutoff) = &mut material.alpha_mode {

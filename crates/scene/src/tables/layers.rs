@@ -2,7 +2,7 @@
 
 use super::material::Range;
 use super::{SceneTables, TextureUse};
-use crate::Material;
+use crate::{Iridescence, Material};
 use optics::layers::{LAYER_ANISOTROPY, LAYER_COAT_NORMAL, LAYERS_ANISOTROPY, LAYERS_COAT_NORMAL};
 use optics::{vec2f, vec3f};
 
@@ -40,7 +40,7 @@ impl SceneTables {
         set(LAYERS_ANISOTROPY, textures[LAYER_ANISOTROPY as usize].is_some());
         let rgb = |c: glam::Vec3| vec3f(c.x, c.y, c.z);
         let (sin, cos) = grain.rotation.sin_cos();
-        let [thin, thick] = film.thickness;
+        let [thin, thick] = film.thickness.map(|t| t.clamp(0.0, Iridescence::MOST_THICKNESS));
         let record = LayersRecord {
             specular_color: rgb(l.specular_color),
             reflectance_ior: if l.specular_is_reflectance { 0.0 } else { material.ior.max(1.0) },
@@ -56,7 +56,7 @@ impl SceneTables {
             coat_normal_scale: coat.normal_scale,
             dispersion: l.dispersion,
             iridescence: film.strength,
-            film_ior: film.ior.max(1.0),
+            film_ior: film.ior.clamp(1.0, Iridescence::MOST_IOR),
             flags,
         };
         (record, textures)

@@ -19,13 +19,19 @@ impl Factors<'_> {
         default
     }
 
+    /// A number in `range`; what is beyond becomes its end.
+    pub fn within(&mut self, value: Option<f32>, default: f32, range: [f32; 2], what: &str) -> f32 {
+        let value = self.finite(value, default, what);
+        let [least, most] = range;
+        if !(least..=most).contains(&value) {
+            self.report.repaired(format!("a {what} outside [{least}, {most}] was clamped"));
+        }
+        value.clamp(least, most)
+    }
+
     /// A number in `[0, 1]`.
     pub fn unit(&mut self, value: Option<f32>, default: f32, what: &str) -> f32 {
-        let value = self.finite(value, default, what);
-        if !(0.0..=1.0).contains(&value) {
-            self.report.repaired(format!("a {what} outside [0, 1] was clamped"));
-        }
-        value.clamp(0.0, 1.0)
+        self.within(value, default, [0.0, 1.0], what)
     }
 
     /// A colour with alpha, white by default.

@@ -72,9 +72,11 @@ impl Converter<'_, '_, '_> {
             return Iridescence::default();
         }
         let mut f = self.factors();
-        let ior = f.finite(source.iridescence_ior, 1.3, "film's index of refraction").max(1.0);
-        let least = f.finite(source.iridescence_thickness_minimum, 100.0, "film's thickness").max(0.0);
-        let most = f.finite(source.iridescence_thickness_maximum, 400.0, "film's thickness").max(0.0);
+        let ior =
+            f.within(source.iridescence_ior, 1.3, [1.0, Iridescence::MOST_IOR], "film's index of refraction");
+        let thickness = [0.0, Iridescence::MOST_THICKNESS];
+        let least = f.within(source.iridescence_thickness_minimum, 100.0, thickness, "film's thickness");
+        let most = f.within(source.iridescence_thickness_maximum, 400.0, thickness, "film's thickness");
         Iridescence {
             strength,
             texture: self.data_texture(&source.iridescence_texture),

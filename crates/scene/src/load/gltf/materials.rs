@@ -193,7 +193,8 @@ impl<'d> Converter<'_, 'd, '_> {
     /// Emission, normal map, alpha and sides.
     fn surface(&mut self, source: &json::Material, material: &mut Material) {
         let strength = source.extensions.emissive_strength.as_ref().and_then(|e| e.emissive_strength);
-        let strength = self.factors().finite(strength, 1.0, "emissive strength").max(0.0);
+        let range = [0.0, Material::MOST_EMISSIVE_STRENGTH];
+        let strength = self.factors().within(strength, 1.0, range, "emissive strength");
         let factor = Vec3::from(source.emissive_factor.unwrap_or_default()) * strength;
         let sound = factor.is_finite() && factor.min_element() >= 0.0;
         if !sound {

@@ -19,6 +19,10 @@ pub(super) fn repair(mesh: &mut TriangleMesh, report: &mut LoadReport) {
     if broken.map(|color| *color = Vec4::ONE).count() > 0 {
         report.repaired("vertex colours that are not finite or negative were set to white");
     }
+    let bright = mesh.colors.iter_mut().filter(|c| c.max_element() > 1.0);
+    if bright.map(|color| *color = color.min(Vec4::ONE)).count() > 0 {
+        report.repaired("vertex colours above 1, which reflect more light than arrives, were set to 1");
+    }
 }
 
 /// Removes triangles with a vertex that is not finite and clears those vertices.

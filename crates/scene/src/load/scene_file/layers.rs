@@ -6,7 +6,7 @@ use super::materials::MaterialKeys;
 use super::values::{Color, positive, within};
 use crate::load::LoadError;
 use crate::load::textures::Neutral;
-use crate::{ColorSpace, Interior, Layers, Material};
+use crate::{ColorSpace, Interior, Iridescence, Layers, Material};
 use glam::Vec3;
 
 impl Builder<'_> {
@@ -76,7 +76,7 @@ fn apply_numbers(k: &MaterialKeys, l: &mut Layers, c: &Context) -> Result<(), Lo
     l.iridescence.ior =
         within(k.iridescence_ior.unwrap_or(l.iridescence.ior), [1.0, 10.0], "iridescence-ior", c)?;
     if let Some([least, most]) = k.iridescence_thickness {
-        let nanometres = |x: f32| within(x, [0.0, 1e6], "iridescence-thickness", c);
+        let nanometres = |x: f32| within(x, [0.0, Iridescence::MOST_THICKNESS], "iridescence-thickness", c);
         l.iridescence.thickness = [nanometres(least)?, nanometres(most)?];
     }
     l.anisotropy.rotation = k.anisotropy_rotation.unwrap_or(0.0).to_radians();
