@@ -25,7 +25,7 @@ impl MemoryLimit {
     pub fn pause(&mut self) {}
 
     /// Nothing changes.
-    pub fn resume(&mut self) {}
+    pub fn resume(&mut self, _more: u64) {}
 }
 
 /// Above the limit: what allocators keep, and stacks of threads.
@@ -42,7 +42,7 @@ impl MemoryLimit {
         let held = crate::memory::private_bytes().unwrap_or(0);
         let bytes = held.saturating_add(bytes).saturating_add(bytes / 20).saturating_add(SLACK + stacks);
         let mut limit = Self { bytes, before: None };
-        limit.resume();
+        limit.resume(0);
         limit
     }
 
@@ -54,12 +54,11 @@ impl MemoryLimit {
         }
     }
 
-    /// The limit counts again.
-    pub fn resume(&mut self) {
+    /// The limit counts again, and is `more` bytes higher.
+    pub fn resume(&mut self, more: u64) {
         use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
-        if self.before.is_some() {
-            return;
-        }
+        self.pause();
+        self.bytes = self.bytes.saturating_add(more);
         let before = getrlimit(Resource::Data);
         let allowed = before.current.into_iter().chain(before.maximum).min();
         let current = Some(allowed.map_or(self.bytes, |allowed| allowed.min(self.bytes)));
@@ -93,8 +92,8 @@ mod tests {
         assert!(during.is_some_and(|bytes| bytes > 1 << 40), "{during:?}");
         limit.pause();
         assert_eq!(limit_now(), before);
-        limit.resume();
-        assert_eq!(limit_now(), during);
+        limit.resume(1 << 30);
+        assert_eq!(limit_now(), during.map(|bytes| bytes + (1 << 30)));
         drop(limit);
         assert_eq!(limit_now(), before);
     }

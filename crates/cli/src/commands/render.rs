@@ -19,8 +19,8 @@ use crate::exit::Exit;
 use crate::interrupt::cancel_on_signal;
 use crate::profile::Profile;
 use alhazen::{
-    Adaptive, Aov, BackendChoice, Control, Denoiser, Description, Limits, LoadOptions, MemoryLimit, PartJob,
-    PathKernel, ProtectedFiles, Rect, Renderer, SamplerKind, Summary, SunPosition, metadata,
+    Adaptive, Aov, BackendChoice, Control, Denoiser, Description, Job, Limits, LoadOptions, MemoryLimit,
+    PartJob, PathKernel, ProtectedFiles, Rect, Renderer, SamplerKind, Summary, SunPosition, metadata,
 };
 use anyhow::anyhow;
 use backend::{choose_renderer, print_notices};
@@ -421,7 +421,8 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     memory_limit.iter_mut().for_each(MemoryLimit::pause);
     let mut renderer = choose_renderer(args)?;
     if renderer.backend_name() == "cpu" {
-        memory_limit.iter_mut().for_each(MemoryLimit::resume);
+        // The picture is as large as the user wants it.
+        memory_limit.iter_mut().for_each(|limit| limit.resume(picture_bytes(&job)));
     }
     profile.span("open the back end", begin);
     let begin = Instant::now();
@@ -464,6 +465,14 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         video.finish(first_frame, args.fps).map_err(|error| Exit::Output.or(error))?;
     }
     args.profile.as_deref().map_or(Ok(()), |path| profile.write(path))
+}
+
+/// What a picture takes at most, until it is written: sums, the layers, and copies of both in other formats.
+fn picture_bytes(job: &Job) -> u64 {
+    const PIXEL: u64 = 160;
+    const LAYER: u64 = 64;
+    let pixels = u64::from(job.width) * u64::from(job.height);
+    pixels.saturating_mul(PIXEL + LAYER * job.aovs.len() as u64)
 }
 
 /// Renders a picture in one go, until a limit is reached.
