@@ -213,6 +213,10 @@ fn every_fuzz_target_runs_every_week() {
     assert_eq!(listed, fuzz_targets());
     assert!(workflow.contains("schedule:") && workflow.contains("|| '1800'"), "half an hour a week");
     assert!(workflow.contains("--sanitizer address"));
+    for target in fuzz_targets() {
+        let seeds = root().join("fuzz/seeds").join(&target).read_dir();
+        assert!(seeds.is_ok_and(|mut seeds| seeds.next().is_some()), "{target} has nothing to begin from");
+    }
 }
 
 #[test]

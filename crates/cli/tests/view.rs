@@ -211,15 +211,15 @@ fn hours_of_editing_leave_nothing_behind() {
     let seconds = std::env::var("ALHAZEN_SOAK_SECONDS").unwrap_or("20".into());
     let edits = "open cornell\nmaterial 0 roughness 0.3\nwait 1\ncommand Add a point light\nframes 5\n\
          command Undo\ncommand Redo\nselect 0.5 0.5\ncommand Duplicate the object\nwait 1\n\
-         command Hide or show the object\ncommand Delete the object\nresize 340 260\nmaterial 1 emission 2\n\
+         command Hide or show the object\ncommand Delete the object\nresize 720 520\nmaterial 1 emission 2\n\
          integrator direct\nwait 1\nintegrator path\ncommand Compare two settings\nframes 3\n\
          command End the comparison\nlayer normal\nwait 1\nlayer picture\nsave saved.toml\npicture a.exr\n\
-         resize 320 240\nopen three-spheres\nmaterial 2 transmission 0.5\nwait 1\nrecord turn.png 3 1\n\
+         resize 700 500\nopen three-spheres\nmaterial 2 transmission 0.5\nwait 1\nrecord turn.png 3 1\n\
          drop missing.obj\nerror\nopen saved.toml\nwait 1\nreload\nwait 1\n";
     let ran = display.view(
         folder.path(),
         "cornell --backend cpu --width 96 --height 72",
-        &format!("resize 320 240\nspp 1\n{edits}rounds {seconds}\n"),
+        &format!("resize 700 500\nspp 1\n{edits}rounds {seconds}\n"),
     );
     let line = ran.stdout.lines().find(|l| l.starts_with("rounds: ")).expect("reported");
     println!("{line}");
