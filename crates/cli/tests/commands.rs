@@ -53,11 +53,13 @@ fn compare_exits_with_1_above_a_limit_and_2_without_a_result() {
         ("compare a.exr text.png", "text.png"),
         ("compare a.exr b.exr --max-flip nan", "--max-flip"),
         ("compare a.exr b.exr --difference d.exr", "d.exr"),
-        ("compare a.exr b.exr --difference missing/d.png", "d.png"),
         ("compare a.exr", "<ACTUAL>"),
     ] {
         assert_eq!(fail(folder.path(), arguments, reason).code, Some(2), "{arguments}");
     }
+    // As with all commands.
+    let nowhere = "compare a.exr b.exr --difference missing/d.png";
+    assert_eq!(fail(folder.path(), nowhere, "d.png").code, Some(6));
 }
 
 #[test]

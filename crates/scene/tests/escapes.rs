@@ -312,6 +312,25 @@ fn what_is_allowed_is_read() {
     assert!(seen >= 6, "{seen}");
 }
 
+/// Whoever opened a scene may learn what it was refused, to allow it. That is no name that is not there, and nothing of the
+/// system's.
+#[test]
+fn what_is_refused_is_told_to_the_caller() {
+    let world = World::new();
+    let refused = |uri: &str| {
+        let path = world.inside().join("scene.gltf");
+        std::fs::write(&path, gltf_buffer(uri)).expect("a scene");
+        let options = LoadOptions::default();
+        assert!(scene::load::load(&path, &options).is_err());
+        options.files_refused.list()
+    };
+    let secret = world.outside().join("secret.bin").canonicalize().expect("it is there");
+    assert_eq!(refused("../outside/secret.bin"), [secret]);
+    for uri in ["../outside/absent.bin", "absent.bin", "/proc/self/environ", "../outside"] {
+        assert!(refused(uri).is_empty(), "{uri}");
+    }
+}
+
 /// Whoever wrote a scene must not learn whether a file exists that it may not read.
 #[test]
 fn missing_and_forbidden_look_the_same() {

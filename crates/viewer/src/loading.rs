@@ -2,7 +2,9 @@
 
 use crate::document::Base;
 use alhazen::edits::{Edits, EnvironmentRecord, Resources, open_edited};
-use alhazen::{Environment, LoadError, LoadOptions, LoadReport, Place, Scene, Source, add_daylight_if_dark};
+use alhazen::{
+    Environment, FilesRead, LoadError, LoadOptions, LoadReport, Place, Scene, Source, add_daylight_if_dark,
+};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
@@ -53,6 +55,8 @@ pub struct Opened {
 pub struct Loading {
     /// What is being loaded.
     pub job: Job,
+    /// Files elsewhere that it was refused, as far as it has come.
+    pub refused: FilesRead,
     since: Instant,
     result: Receiver<Result<Loaded, LoadError>>,
 }
@@ -62,6 +66,8 @@ impl Loading {
     pub fn start(job: Job, options: LoadOptions, wake: impl FnOnce() + Send + 'static) -> Self {
         let (sender, result) = channel();
         let of_thread = job.clone();
+        let refused = FilesRead::default();
+        let options = LoadOptions { files_refused: refused.clone(), ..options };
         let work = move || {
             // Who has given up does not listen.
             let _ = sender.send(load(&of_thread, &options));
@@ -70,7 +76,7 @@ impl Loading {
         if let Err(error) = std::thread::Builder::new().name("load".into()).spawn(work) {
             eprintln!("cannot start a thread to load with: {error}");
         }
-        Self { job, since: Instant::now(), result }
+        Self { job, refused, since: Instant::now(), result }
     }
 
     /// How long it has taken so far.

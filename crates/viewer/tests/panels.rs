@@ -158,6 +158,47 @@ fn errors_are_shown_until_they_are_dismissed() {
     assert!(!harness.state().notices.iter().any(|n| n.is_error));
 }
 
+/// A scene with a picture beside its folder.
+fn write_scene_with_a_picture_elsewhere(folder: &Path) -> String {
+    let scene = folder.join("scene");
+    std::fs::create_dir_all(&scene).expect("a folder");
+    let picture = alhazen::Image::from_fn(2, 2, |_, _| [1.0, 0.0, 0.0]);
+    picture.write_png_encoded(&folder.join("red.png")).expect("a picture");
+    let text = "[[shape]]\nkind = \"quad\"\nmaterial = { base-color-texture = \"../red.png\" }\n";
+    let file = scene.join("scene.toml");
+    std::fs::write(&file, text).expect("a scene");
+    file.to_string_lossy().into_owned()
+}
+
+/// Pixels of the textures of the open scene.
+fn texels(viewer: &Viewer) -> usize {
+    let images = viewer.document.as_ref().map(|d| &d.scene().images[..]).unwrap_or_default();
+    images.iter().map(|image| image.pixels.len()).sum()
+}
+
+#[test]
+fn files_elsewhere_are_read_only_if_the_user_says_so() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = write_scene_with_a_picture_elsewhere(folder.path());
+    let mut harness = open(&scene);
+    until(&mut harness, "a question", |v| v.elsewhere.is_some());
+    harness.run_steps(3);
+    assert!(texels(harness.state()) < 4, "it was read before anybody was asked");
+    click(&mut harness, "Leave them out");
+    harness.state_mut().reload();
+    until(&mut harness, "the scene", |v| v.generation() == 2);
+    harness.run_steps(3);
+    assert!(harness.state().elsewhere.is_none(), "nobody is asked twice");
+
+    let mut harness = open(&scene);
+    until(&mut harness, "a question", |v| v.elsewhere.is_some());
+    harness.run_steps(3);
+    click(&mut harness, "Allow these folders");
+    until(&mut harness, "the scene", |v| v.generation() == 2);
+    assert_eq!(texels(harness.state()), 4);
+    assert!(harness.state().elsewhere.is_none());
+}
+
 /// A file with a triangle that moves by 4 m to the right within two seconds.
 fn write_moving(folder: &Path) -> String {
     let numbers: [f32; 17] = [

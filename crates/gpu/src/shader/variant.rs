@@ -192,7 +192,7 @@ impl Variant {
             ("SAMPLER", sampler_kind(self.sampler)),
             ("IMAGE_SLOTS", self.images.max(1)),
             ("ALL_LIGHTS_ARE", self.light_kind.unwrap_or(NONE)),
-            ("LIGHT_LIST", self.light_list),
+            ("LIGHT_LIST", self.light_list.max(1)),
         ]);
         for (name, is_on) in switches {
             let _ = writeln!(text, "const {name}: bool = {is_on};"); // writing to a string cannot fail

@@ -1,7 +1,7 @@
 // Choosing among few lights by what each can bring: one node of a tree whose length the shader knows. All that is known of
 // the lights stands in the scene's constants, and no place in them is computed, so that loops unroll and nothing is loaded.
 
-#import light_choice, scene, variant
+#import light_choice, texels, variant
 #import optics::light_tree
 
 /// Share of the choices that are uniform over all lights: importances alone decide, and every light is defended.

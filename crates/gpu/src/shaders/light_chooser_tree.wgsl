@@ -1,6 +1,6 @@
 // Choosing among lights by what each can bring: a walk down a tree. Lists of few lights are trees of one node.
 
-#import light_choice, scene
+#import light_choice, scene, texels
 #import optics::constants, optics::light_tree
 
 /// Share of the choices that are uniform over all lights.

@@ -57,11 +57,14 @@ pub struct LoadOptions {
     pub exact_terminator: bool,
     /// Every file that was read, to be kept from being overwritten. Clones share the list.
     pub files_read: FilesRead,
+    /// Files that the scene asked for and that are there, but elsewhere than it may read: for whoever can be asked whether it
+    /// may. Clones share the list.
+    pub files_refused: FilesRead,
     /// The state of a call that is going on; [`Session::default`] before.
     pub session: Session,
 }
 
-/// The files that loading has read, shared by all who load with the same options.
+/// Files that loading has read, or was refused, shared by all who load with the same options.
 #[derive(Clone, Debug, Default)]
 pub struct FilesRead(Arc<Mutex<BTreeSet<PathBuf>>>);
 
@@ -86,6 +89,7 @@ impl Default for LoadOptions {
             max_file_size: 8 << 30,
             variant: None,
             files_read: FilesRead::default(),
+            files_refused: FilesRead::default(),
             allowed_paths: Vec::new(),
             max_memory: u64::MAX,
             max_load_time: None,

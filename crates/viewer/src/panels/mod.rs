@@ -118,6 +118,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     palette::show(viewer, ui.ctx());
     windows::help(viewer, ui.ctx());
     windows::notices(viewer, ui.ctx());
+    windows::elsewhere(viewer, ui.ctx());
 }
 
 /// The panel on the right.

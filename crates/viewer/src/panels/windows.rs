@@ -41,6 +41,40 @@ pub fn help(viewer: &mut Viewer, ctx: &Context) {
     viewer.open.help = open;
 }
 
+/// Folders that a question names.
+const MOST_FOLDERS: usize = 12;
+
+/// Asks whether a scene may read files that are not below its folder.
+pub fn elsewhere(viewer: &mut Viewer, ctx: &Context) {
+    let Some(elsewhere) = viewer.elsewhere.clone() else { return };
+    let mut answer = None;
+    let window = Window::new("Files elsewhere").collapsible(false);
+    window.anchor(Align2::CENTER_CENTER, [0.0, 0.0]).default_width(460.0).show(ctx, |ui| {
+        let (job, files) = (elsewhere.job.to_string(), elsewhere.files);
+        ui.label(format!(
+            "{} asks for files that are not below its folder ({files}). It does not get them. They are in:",
+            alhazen::plain(&job)
+        ));
+        for folder in elsewhere.folders.iter().take(MOST_FOLDERS) {
+            ui.monospace(alhazen::plain(&folder.display().to_string()));
+        }
+        if elsewhere.folders.len() > MOST_FOLDERS {
+            ui.label(format!("and {} more folders", elsewhere.folders.len() - MOST_FOLDERS));
+        }
+        ui.horizontal(|ui| {
+            if ui.button("Allow these folders").clicked() {
+                answer = Some(true);
+            }
+            if ui.button("Leave them out").clicked() {
+                answer = Some(false);
+            }
+        });
+    });
+    if let Some(allow) = answer {
+        viewer.answer_elsewhere(allow);
+    }
+}
+
 /// Errors, until they are dismissed.
 pub fn notices(viewer: &mut Viewer, ctx: &Context) {
     if !viewer.notices.iter().any(|n| n.is_error) {

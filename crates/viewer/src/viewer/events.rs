@@ -17,6 +17,7 @@ impl Viewer {
             match self.loading[i].poll() {
                 Some(result) => {
                     let loading = self.loading.remove(i);
+                    self.note_refused(&loading.job, &loading.refused.list());
                     self.take_result(loading.job, result);
                 }
                 None => i += 1,

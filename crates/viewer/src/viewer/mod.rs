@@ -4,6 +4,7 @@
 mod actions;
 mod compare;
 mod dialogs;
+mod elsewhere;
 mod events;
 mod paint;
 mod time;
@@ -11,6 +12,7 @@ mod time;
 pub use actions::{Action, COMMANDS, Command, CommandInfo};
 pub use compare::Comparison;
 pub use dialogs::{Dialog, For};
+pub use elsewhere::Elsewhere;
 
 use crate::clock::Clock;
 use crate::document::Document;
@@ -27,6 +29,7 @@ use alhazen::{
     BackendChoice, BackendError, Camera, Job, LoadOptions, LoadStats, RendererOptions, Scene, Source,
     ToneMapping,
 };
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -123,6 +126,8 @@ pub struct Viewer {
     pub statistics: Statistics,
     /// What the user should read.
     pub notices: Vec<Notice>,
+    /// Files that a scene asks for and that the user has not been asked about.
+    pub elsewhere: Option<Elsewhere>,
     /// What is remembered.
     pub settings: Settings,
     /// Which panels and windows are open.
@@ -150,6 +155,8 @@ pub struct Viewer {
     dialog: Option<Dialog>,
     watch: Option<Watch>,
     load_options: LoadOptions,
+    /// Folders that the user has been asked about.
+    asked_about: BTreeSet<PathBuf>,
     home: Camera,
     sent: (Option<Wish>, Option<Shown>),
     time: f64,
@@ -201,6 +208,7 @@ impl Viewer {
             backend: BackendState { options: start.renderer, name: "cpu".into(), ..BackendState::default() },
             statistics: Statistics::default(),
             notices: Vec::new(),
+            elsewhere: None,
             open: crate::panels::Open { side: start.settings.side_panel, ..Default::default() },
             settings: start.settings,
             recording: None,
@@ -220,6 +228,7 @@ impl Viewer {
             dialog: None,
             watch: None,
             load_options: start.load,
+            asked_about: BTreeSet::new(),
             home: empty.camera,
             sent: (None, None),
             time: 0.0,

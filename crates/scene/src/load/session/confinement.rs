@@ -113,6 +113,16 @@ impl Confinement {
         inside.is_some_and(|i| i.root.handle.metadata(&i.rest).is_ok_and(|m| m.is_file()))
     }
 
+    /// The canonical path of a regular file that is there and that the scene may not read. What the system shows of itself is
+    /// nobody's file.
+    pub fn elsewhere(&self, path: &Path) -> Option<PathBuf> {
+        if !names::is_ordinary(path) || self.is_named(path) || self.resolve(path).is_some() {
+            return None;
+        }
+        let canonical = path.canonicalize().ok().filter(|canonical| !is_system(canonical))?;
+        canonical.is_file().then_some(canonical)
+    }
+
     /// The canonical path of a folder whose entries the scene may learn.
     pub fn folder(&self, path: &Path) -> Option<PathBuf> {
         let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };

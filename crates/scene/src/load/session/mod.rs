@@ -116,9 +116,12 @@ impl LoadOptions {
     pub(crate) fn read(&self, path: &Path) -> Result<Vec<u8>, LoadError> {
         match &self.session.0 {
             Some(state) => {
-                let bytes = state.confinement.read(path, self.max_file_size, &state.budget)?;
-                self.files_read.add(path);
-                Ok(bytes)
+                let bytes = state.confinement.read(path, self.max_file_size, &state.budget);
+                match bytes {
+                    Ok(_) => self.files_read.add(path),
+                    Err(_) => self.note_refused(state, path),
+                }
+                bytes
             }
             None => self.begin(path).read(path),
         }
@@ -126,7 +129,18 @@ impl LoadOptions {
 
     /// Whether the scene may read a regular file of this name. What it may not read is not there, as far as it can tell.
     pub(crate) fn is_file(&self, path: &Path) -> bool {
-        self.session.0.as_ref().is_some_and(|state| state.confinement.is_file(path))
+        let Some(state) = &self.session.0 else { return false };
+        let is_file = state.confinement.is_file(path);
+        if !is_file {
+            self.note_refused(state, path);
+        }
+        is_file
+    }
+
+    fn note_refused(&self, state: &State, path: &Path) {
+        if let Some(file) = state.confinement.elsewhere(path) {
+            self.files_refused.add(&file);
+        }
     }
 
     /// The entry of `folder` that is called `name` but for the case of letters; the first one in order of names.

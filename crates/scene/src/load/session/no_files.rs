@@ -44,6 +44,11 @@ impl Confinement {
         false
     }
 
+    /// The file of this name that the scene may not read.
+    pub fn elsewhere(&self, _path: &Path) -> Option<PathBuf> {
+        None
+    }
+
     /// The canonical path of a folder whose entries the scene may learn.
     pub fn folder(&self, _path: &Path) -> Option<PathBuf> {
         None
