@@ -227,6 +227,11 @@ impl MaterialValue {
     }
 }
 
+/// A strength that files may have; what is not a number is none.
+fn strength(number: f32) -> f32 {
+    if number > 0.0 { number.min(Material::MOST_EMISSIVE_STRENGTH) } else { 0.0 }
+}
+
 impl AnimatedMaterial {
     /// Sets a value of as many numbers as it has. Splines overshoot: values are brought into their range.
     pub fn set(&mut self, value: MaterialValue, numbers: &[f32]) {
@@ -238,9 +243,7 @@ impl AnimatedMaterial {
             MaterialValue::Metallic => material.metallic = numbers[0].clamp(0.0, 1.0),
             MaterialValue::Roughness => material.roughness = numbers[0].clamp(0.0, 1.0),
             MaterialValue::EmissiveFactor => self.emissive_factor = Vec3::from_slice(numbers).max(Vec3::ZERO),
-            MaterialValue::EmissiveStrength => {
-                self.emissive_strength = numbers[0].max(0.0).min(Material::MOST_EMISSIVE_STRENGTH)
-            }
+            MaterialValue::EmissiveStrength => self.emissive_strength = strength(numbers[0]),
             MaterialValue::NormalScale => material.normal_scale = numbers[0],
             MaterialValue::AlphaCutoff => {
                 if let crate::AlphaMode::Mask(cutoff) = &mut material.alpha_mode {
