@@ -14,12 +14,15 @@ impl Held {
     }
 }
 
+/// Rounds at least: slow machines make few in the time that they have.
+const LEAST: u32 = 6;
+
 /// Rounds of a script.
 #[derive(Clone, Debug)]
 pub(super) struct Rounds {
     begun: f64,
     count: u32,
-    /// After the first third of the time, when all that is allocated once is there.
+    /// After the first third of the time and of the rounds, when all that is allocated once is there.
     settled: Option<Held>,
 }
 
@@ -33,10 +36,10 @@ impl Rounds {
     pub fn end_of_one(&mut self, time: f64, seconds: f64) -> Option<String> {
         self.count += 1;
         let elapsed = time - self.begun;
-        if self.settled.is_none() && elapsed >= seconds / 3.0 {
+        if self.settled.is_none() && elapsed >= seconds / 3.0 && self.count >= LEAST / 3 {
             self.settled = Some(Held::now());
         }
-        let before = self.settled.filter(|_| elapsed >= seconds)?;
+        let before = self.settled.filter(|_| elapsed >= seconds && self.count >= LEAST)?;
         let after = Held::now();
         let growth = 100.0 * (after.bytes as f64 / before.bytes.max(1) as f64 - 1.0);
         Some(format!(
@@ -54,8 +57,10 @@ mod tests {
     fn rounds_end_after_their_time() {
         let mut rounds = Rounds::new(10.0);
         assert!(rounds.end_of_one(11.0, 9.0).is_none() && rounds.settled.is_none());
+        assert!(rounds.end_of_one(12.0, 9.0).is_none() && rounds.settled.is_none());
         assert!(rounds.end_of_one(14.0, 9.0).is_none() && rounds.settled.is_some());
-        let report = rounds.end_of_one(19.5, 9.0).expect("the time is over");
-        assert!(report.starts_with("rounds: 3 in 10 s, files "), "{report}");
+        assert!(rounds.end_of_one(20.0, 9.0).is_none() && rounds.end_of_one(21.0, 9.0).is_none(), "too few");
+        let report = rounds.end_of_one(21.5, 9.0).expect("the time is over");
+        assert!(report.starts_with("rounds: 6 in 12 s, files "), "{report}");
     }
 }
