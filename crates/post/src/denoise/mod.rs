@@ -11,7 +11,7 @@
 //! "Nonlinearly Weighted First-order Regression for Denoising Monte Carlo Renderings", 2016 (regression).
 
 #[cfg_attr(target_family = "wasm", path = "oidn_left_out.rs")]
-#[allow(unsafe_code)]
+#[allow(unsafe_code, reason = "the library has a C interface")]
 mod oidn;
 mod regression;
 mod signal;
