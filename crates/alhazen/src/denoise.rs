@@ -1,16 +1,16 @@
-//! Denoising a finished film, by what there is.
+//! Denoising a finished film.
 
 use film::{Film, Image};
-use post::{DenoiseError, NoisyPicture, Oidn, OidnError};
+use post::{DenoiseError, NoisyPicture, Oidn, OidnError, denoise, denoise_by_regression};
 
 /// What denoises.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Denoiser {
-    /// Open Image Denoise if it is installed, else our own filter.
+    /// Our own network: the same on every platform, and it keeps the light of the picture.
     #[default]
-    Auto,
-    /// Our own filter: the same result on every machine.
-    Own,
+    Network,
+    /// Weighted regression over albedo and normals, without a network.
+    Regression,
     /// Open Image Denoise, or an error.
     Oidn,
 }
@@ -28,7 +28,7 @@ pub struct Denoised {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DenoiseFilmError {
-    /// The film does not have what is needed.
+    /// What is to be denoised does not have what is needed.
     #[error(transparent)]
     Film(#[from] DenoiseError),
     /// Open Image Denoise was asked for by name.
@@ -40,31 +40,25 @@ impl Denoiser {
     /// Removes the noise of a film that has the layers [`NoisyPicture::LAYERS`].
     ///
     /// # Errors
-    /// See [`DenoiseFilmError`]. With [`Denoiser::Auto`], a library that is there but fails is replaced by our own filter.
+    /// See [`DenoiseFilmError`].
     pub fn run(self, film: &Film) -> Result<Denoised, DenoiseFilmError> {
-        Ok(self.run_on(&NoisyPicture::of_film(film)?)?)
+        self.run_on(&NoisyPicture::of_film(film)?)
     }
 
     /// Removes the noise of a picture.
     ///
     /// # Errors
-    /// As [`Denoiser::run`].
-    pub fn run_on(self, noisy: &NoisyPicture) -> Result<Denoised, OidnError> {
-        let own =
-            |why: &str| Denoised { picture: post::denoise(noisy), by: format!("Alhazen's regression{why}") };
-        let oidn = || -> Result<Denoised, OidnError> {
-            let library = Oidn::find()?;
-            let by = format!("Open Image Denoise ({})", library.path().display());
-            Ok(Denoised { picture: library.denoise(noisy)?, by })
+    /// When its images differ in size, or Open Image Denoise was asked for and is not there or fails.
+    pub fn run_on(self, noisy: &NoisyPicture) -> Result<Denoised, DenoiseFilmError> {
+        let (picture, by) = match self {
+            Self::Network => (denoise(noisy)?, "Alhazen's network".to_owned()),
+            Self::Regression => (denoise_by_regression(noisy)?, "Alhazen's regression".to_owned()),
+            Self::Oidn => {
+                let library = Oidn::find()?;
+                let by = format!("Open Image Denoise ({})", library.path().display());
+                (library.denoise(noisy)?, by)
+            }
         };
-        match self {
-            Self::Own => Ok(own("")),
-            Self::Oidn => Ok(oidn()?),
-            Self::Auto => Ok(match oidn() {
-                Ok(denoised) => denoised,
-                Err(OidnError::NotFound { .. }) => own(""),
-                Err(error) => own(&format!(" ({error})")),
-            }),
-        }
+        Ok(Denoised { picture, by })
     }
 }

@@ -4,7 +4,7 @@ use crate::denoise::{DenoiseFilmError, Denoised, Denoiser};
 use crate::metadata::tone_in;
 use crate::output::{Encoding, Format, OutputError};
 use film::{ExrChannel, ExrFile, Image, ImageError, Part, plain_name};
-use post::{NoisyPicture, ToneMapping, estimate_variance};
+use post::{NoisyPicture, ToneMapping};
 use std::path::{Path, PathBuf};
 
 /// A finished picture, with the layers of its file.
@@ -214,12 +214,9 @@ impl FinishedPicture {
         let errors = self.file.as_ref().and_then(|file| file.colours(film::Aov::StandardError.name()));
         (guides.albedo, guides.normal) = (albedo.map(|g| g.0), normal.map(|g| g.0));
         guides.has_errors = errors.is_some();
-        let variance = match errors {
-            Some(errors) => errors.to_rgb().map(|e| if e.is_finite() { e * e } else { 0.0 }),
-            None => estimate_variance(&colour, &albedo_image),
-        };
+        let variance = errors.map(|errors| errors.to_rgb().map(|e| if e.is_finite() { e * e } else { 0.0 }));
         let noisy = NoisyPicture { colour, variance, albedo: albedo_image, normal: normal_image };
-        Ok((denoiser.run_on(&noisy).map_err(DenoiseFilmError::from)?, guides))
+        Ok((denoiser.run_on(&noisy)?, guides))
     }
 
     /// A guide's layer and its name: the one that was asked for, or one that is called as renderers
@@ -385,7 +382,7 @@ mod tests {
         assert_eq!((picture.colour().width(), picture.colour().height()), (6, 5));
         assert_eq!([0, 1].map(|x| picture.colour().rgb(x, 2)[0]), [0.0, 0.5]);
         assert_eq!(picture.notes().len(), 1);
-        let (denoised, _) = picture.denoise(Denoiser::Own, &LayerNames::default()).expect("denoised");
+        let (denoised, _) = picture.denoise(Denoiser::Network, &LayerNames::default()).expect("denoised");
         let (again, flat) = (folder.path().join("out.exr"), folder.path().join("out.png"));
         let encoding = Encoding::default();
         for to in [&again, &flat] {
@@ -424,7 +421,8 @@ mod tests {
         made.write(&from, film::ExrCompression::Zip).expect("written");
         let picture = FinishedPicture::open(&from, None).expect("opened");
         assert_eq!(picture.layer(), "View.Combined");
-        let (denoised, guides) = picture.denoise(Denoiser::Own, &LayerNames::default()).expect("denoised");
+        let (denoised, guides) =
+            picture.denoise(Denoiser::Network, &LayerNames::default()).expect("denoised");
         assert_eq!(guides, Guides::default());
         let encoding = Encoding::default();
         picture.write_denoised(&denoised, &to, &ToneMapping::default(), &encoding).expect("written");

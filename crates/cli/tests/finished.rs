@@ -16,10 +16,10 @@ fn finished_pictures_are_denoised_and_shown() {
     let path = |name: &str| folder.join(name);
     succeed(
         folder,
-        &format!("{RENDER} --spp 4 {LAYERS} --denoise=own --exposure 0.5 -o at-once.exr -o at-once.png"),
+        &format!("{RENDER} --spp 4 {LAYERS} --denoise --exposure 0.5 -o at-once.exr -o at-once.png"),
     );
     succeed(folder, &format!("{RENDER} --spp 4 {LAYERS} --exposure 0.5 -o noisy.exr"));
-    let ran = succeed(folder, "denoise noisy.exr --denoiser own -o clean.exr -o clean.png");
+    let ran = succeed(folder, "denoise noisy.exr --denoiser network -o clean.exr -o clean.png");
     assert!(ran.stderr.contains("albedo: albedo, normals: normal, errors: the file's"), "{ran:?}");
     // The layers of the file have fewer bits than the film.
     let open = |name: &str| Image::open(path(name)).unwrap();
@@ -27,9 +27,9 @@ fn finished_pictures_are_denoised_and_shown() {
     assert!(distance < 1e-3, "as if it had been denoised at once: {distance}");
     let file = ExrFile::read(&path("clean.exr")).unwrap();
     assert_eq!(file.layer("noisy"), ExrFile::read(&path("noisy.exr")).unwrap().colour());
-    assert!(file.layer("albedo").is_some() && file.metadata["denoiser"].contains("regression"));
+    assert!(file.layer("albedo").is_some() && file.metadata["denoiser"].contains("network"));
     // What is denoised again begins anew.
-    succeed(folder, "denoise clean.exr --denoiser own -o again.exr -q");
+    succeed(folder, "denoise clean.exr --denoiser network -o again.exr -q");
     assert_eq!(open("again.exr"), open("clean.exr"));
     // The exposure is the one that the file tells.
     succeed(folder, "tonemap at-once.exr -o shown.png -o shown.jpg");
@@ -49,7 +49,7 @@ fn merged_pictures_are_denoised() {
     }
     fail(folder, "denoise part1.exr -o a.exr", "alhazen merge");
     succeed(folder, "merge part1.exr part2.exr -o whole.exr");
-    let ran = succeed(folder, "denoise whole.exr --denoiser own -o clean.exr");
+    let ran = succeed(folder, "denoise whole.exr --denoiser network -o clean.exr");
     assert!(ran.stderr.contains("errors: the file's"), "{ran:?}");
 }
 
@@ -70,7 +70,7 @@ fn pictures_of_others_are_denoised() {
     file.write(&folder.join("blender.exr"), ExrCompression::Zip).unwrap();
     noisy.write_hdr(&folder.join("plain.hdr")).unwrap();
     for name in ["blender.exr", "plain.hdr"] {
-        let ran = succeed(folder, &format!("denoise {name} --denoiser own -o clean.exr"));
+        let ran = succeed(folder, &format!("denoise {name} --denoiser network -o clean.exr"));
         let guided = ran.stderr.contains("albedo: ViewLayer.Denoising Albedo");
         assert_eq!(guided, name == "blender.exr", "{ran:?}");
         let clean = Image::open(folder.join("clean.exr")).unwrap();

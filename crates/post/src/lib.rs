@@ -1,12 +1,15 @@
 //! What happens to a film before it is shown: denoising, if it is asked for, then exposure and tone mapping, applied once,
 //! at the end.
 
-// Only what talks to Open Image Denoise's C library is unsafe.
+// Only what talks to Open Image Denoise's C library and the network's vector instructions are unsafe.
 #![deny(unsafe_code)]
 
 mod denoise;
 
-pub use denoise::{DenoiseError, NoisyPicture, Oidn, OidnError, denoise, estimate_variance};
+pub use denoise::{
+    DenoiseError, Network, NetworkInput, NoisyPicture, Oidn, OidnError, SizesDiffer, WeightsError, denoise,
+    denoise_by_regression,
+};
 
 use film::Image;
 use optics::tonemap::{

@@ -9,6 +9,7 @@
 
 mod arrays;
 mod camera;
+mod denoise;
 mod errors;
 mod light;
 mod material;
@@ -32,6 +33,8 @@ static ALLOCATOR: alhazen::HugePages = alhazen::HugePages;
 mod _alhazen {
     #[pymodule_export]
     use super::camera::Camera;
+    #[pymodule_export]
+    use super::denoise::denoise;
     #[pymodule_export]
     use super::errors::{BackendError, Error, LoadError, PartError};
     #[pymodule_export]

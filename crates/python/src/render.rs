@@ -436,13 +436,13 @@ fn tone(tonemap: &str, exposure: f32) -> PyResult<ToneMapping> {
     Ok(ToneMapping { mapper, exposure, saturation: 1.0 })
 }
 
-/// A picture of shape (height, width, 3).
-fn color_image(color: &Bound<PyAny>) -> PyResult<Image> {
-    let input = Input::<f32>::new("color", color)?;
+/// An image of shape (height, width, 3); `name` is that of the argument.
+pub fn rgb_image(name: &'static str, values: &Bound<PyAny>) -> PyResult<Image> {
+    let input = Input::<f32>::new(name, values)?;
     let [height, width, 3] = *input.shape() else {
-        return Err(bad("color: expected the shape (height, width, 3)"));
+        return Err(bad(format!("{name}: expected the shape (height, width, 3)")));
     };
-    let side = |n: usize| u32::try_from(n).map_err(|_| bad("color: the picture is too large"));
+    let side = |n: usize| u32::try_from(n).map_err(|_| bad(format!("{name}: the picture is too large")));
     let image = Image::from_data(side(width)?, side(height)?, 3, input.numbers()?.to_vec());
     image.map_err(|e| bad(e.to_string()))
 }
@@ -469,7 +469,7 @@ pub fn encode_png<'py>(
     tonemap: &str,
     exposure: f32,
 ) -> PyResult<Bound<'py, PyBytes>> {
-    let (tone, image) = (tone(tonemap, exposure)?, color_image(color)?);
+    let (tone, image) = (tone(tonemap, exposure)?, rgb_image("color", color)?);
     let png = py.detach(|| tone.apply(&image).encode_png());
     Ok(PyBytes::new(py, &png.map_err(|e| bad(e.to_string()))?))
 }

@@ -355,7 +355,7 @@ mod tests {
         assert_eq!(job(Layer::Aov(Aov::Depth), None).integrator, Integrator::Aov);
         assert!(matches!(job(Layer::Noise, None).integrator, Integrator::Path(_)));
         assert_eq!(job(Layer::Noise, None).aovs, [Aov::StandardError]);
-        assert_eq!(job(Layer::Picture, Some(Denoiser::Own)).aovs, NoisyPicture::LAYERS);
-        assert_eq!(job(Layer::Aov(Aov::Albedo), Some(Denoiser::Own)).aovs, [Aov::Albedo, Aov::Normal]);
+        assert_eq!(job(Layer::Picture, Some(Denoiser::Network)).aovs, NoisyPicture::LAYERS);
+        assert_eq!(job(Layer::Aov(Aov::Albedo), Some(Denoiser::Network)).aovs, [Aov::Albedo, Aov::Normal]);
     }
 }

@@ -316,7 +316,7 @@ fn noise_ends_pictures_and_is_taken_out_of_them() {
     click(&mut harness, "Noise limit");
     let viewer = harness.state_mut();
     (viewer.render.noise, viewer.render.spp) = (Some(0.2), 100_000);
-    viewer.shown.denoiser = Some(alhazen::Denoiser::Own);
+    viewer.shown.denoiser = Some(alhazen::Denoiser::Network);
     until(&mut harness, "a picture of little noise", |v| {
         v.shot().is_some_and(|s| s.pass.denoised_by.is_some())
     });
@@ -326,7 +326,7 @@ fn noise_ends_pictures_and_is_taken_out_of_them() {
     let least = shot.counts.iter().min().expect("pixels");
     assert!(*least >= 16 && shot.counts.iter().any(|n| n > least), "samples are spread evenly");
     assert!(
-        harness.state().command_line().ends_with("--noise 0.2 --denoise=own"),
+        harness.state().command_line().ends_with("--noise 0.2 --denoise"),
         "{}",
         harness.state().command_line()
     );

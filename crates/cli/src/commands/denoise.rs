@@ -14,7 +14,7 @@ use std::path::PathBuf;
 /// pbrt or Mitsuba, or any .exr, .hdr or .png. Layers of albedo and normals guide the filter; they
 /// are found by the names that these renderers give them. Without them edges and textures are kept
 /// less well: render with --aov albedo,normal,standard-error. How noisy each pixel is tells the
-/// layer standard-error; where it is missing, it is estimated from the picture.
+/// layer standard-error; where it is missing, the network judges by the picture.
 ///
 /// An .exr that is written keeps all other layers, and the picture as it was as the layer `noisy`.
 #[derive(Debug, Clone, clap::Args)]
@@ -31,7 +31,7 @@ pub struct DenoiseArgs {
     #[arg(short, long, value_name = "FILE", required = true)]
     output: Vec<PathBuf>,
     /// What removes it.
-    #[arg(long, value_enum, value_name = "WHAT", default_value_t = DenoiserName::Auto)]
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t = DenoiserName::Network)]
     denoiser: DenoiserName,
     /// Layer of the picture itself [default: `noisy` if there is one, else the one without a name,
     /// or called Combined, beauty, rgba or the like].
@@ -69,7 +69,7 @@ pub fn run(args: &DenoiseArgs) -> anyhow::Result<()> {
     if !args.quiet {
         super::tonemap::say_notes(&args.picture, picture.notes());
         let named = |layer: &Option<String>| layer.clone().unwrap_or_else(|| "none".into());
-        let errors = if guides.has_errors { "the file's" } else { "estimated" };
+        let errors = if guides.has_errors { "the file's" } else { "unknown" };
         say!(
             "denoised {} by {}; albedo: {}, normals: {}, errors: {errors}",
             super::tonemap::describe(&picture),

@@ -110,9 +110,9 @@ pub struct RenderArgs {
     /// by commas.
     #[arg(long, help_heading = "Picture", value_name = "LIST", value_delimiter = ',')]
     aov: Vec<Aov>,
-    /// Remove the noise of the finished picture, guided by albedo and normals: by Open Image Denoise if it is installed,
-    /// else by a filter of our own. An .exr file keeps the picture as it was as the layer `noisy`.
-    #[arg(long, help_heading = "Picture", value_enum, value_name = "WHAT", num_args = 0..=1, require_equals = true, default_missing_value = "auto")]
+    /// Remove the noise of the finished picture, guided by albedo and normals. An .exr file keeps the picture as it was as
+    /// the layer `noisy`.
+    #[arg(long, help_heading = "Picture", value_enum, value_name = "WHAT", num_args = 0..=1, require_equals = true, default_missing_value = "network")]
     denoise: Option<DenoiserName>,
     /// Seed of the noise.
     #[arg(long, help_heading = "Picture", default_value_t = 0)]
@@ -303,10 +303,10 @@ enum IntegratorName {
 /// What removes noise.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum DenoiserName {
-    /// Open Image Denoise if it is installed, else our own filter.
-    Auto,
-    /// Our own filter.
-    Own,
+    /// Alhazen's network, which every build has.
+    Network,
+    /// Weighted regression over albedo and normals.
+    Regression,
     /// Open Image Denoise, found where the system looks for libraries or where ALHAZEN_OIDN says.
     Oidn,
 }
@@ -314,8 +314,8 @@ pub enum DenoiserName {
 impl From<DenoiserName> for Denoiser {
     fn from(name: DenoiserName) -> Self {
         match name {
-            DenoiserName::Auto => Self::Auto,
-            DenoiserName::Own => Self::Own,
+            DenoiserName::Network => Self::Network,
+            DenoiserName::Regression => Self::Regression,
             DenoiserName::Oidn => Self::Oidn,
         }
     }

@@ -2,7 +2,7 @@
 //!
 //! The library's C interface is the same from version 1.4 to 2.x but for the name of one function.
 
-use super::NoisyPicture;
+use super::{NoisyPicture, SizesDiffer};
 use film::Image;
 use libloading::{Library, Symbol};
 use std::ffi::{CStr, c_char, c_int, c_void};
@@ -49,6 +49,9 @@ pub enum OidnError {
         /// What is missing.
         source: libloading::Error,
     },
+    /// The images are not of one picture.
+    #[error(transparent)]
+    Sizes(#[from] SizesDiffer),
     /// The library refused.
     #[error("Open Image Denoise failed: {reason}")]
     Failed {
@@ -99,8 +102,9 @@ impl Oidn {
     /// The picture without its noise.
     ///
     /// # Errors
-    /// [`OidnError::Foreign`] and [`OidnError::Failed`].
+    /// [`OidnError::Sizes`], [`OidnError::Foreign`] and [`OidnError::Failed`].
     pub fn denoise(&self, picture: &NoisyPicture) -> Result<Image, OidnError> {
+        picture.input()?;
         let (width, height) = (picture.colour.width(), picture.colour.height());
         // Rows of three floats each, which stay where they are until the filter has run.
         let mut inputs = [&picture.colour, &picture.albedo, &picture.normal].map(Image::to_rgb);
@@ -194,12 +198,8 @@ mod tests {
     fn another_library_is_an_error() {
         let Ok(other) = Oidn::load(&[PathBuf::from("libc.so.6"), PathBuf::from("libm.so.6")]) else { return };
         let image = Image::black(2, 2, 3);
-        let picture = NoisyPicture {
-            colour: image.clone(),
-            variance: image.clone(),
-            albedo: image.clone(),
-            normal: image,
-        };
+        let picture =
+            NoisyPicture { colour: image.clone(), variance: None, albedo: image.clone(), normal: image };
         assert!(matches!(other.denoise(&picture), Err(OidnError::Foreign { .. })));
     }
 }

@@ -46,7 +46,11 @@ impl Signal {
             [0, 1, 2].map(divide)
         };
         let irradiance = divided(&picture.colour, 1);
-        let variance = divided(&picture.variance, 2).map(|v| with_surroundings(&v, width, height));
+        let variance = match &picture.variance {
+            Some(variance) => divided(variance, 2),
+            None => divided(&estimate_variance(&picture.colour, &picture.albedo), 2),
+        };
+        let variance = variance.map(|v| with_surroundings(&v, width, height));
         Self { width, height, irradiance, variance, normal: planes(&picture.normal), albedo, demodulator }
     }
 
@@ -72,7 +76,7 @@ pub fn estimate_variance(colour: &Image, albedo: &Image) -> Image {
     let black = Image::black(colour.width(), colour.height(), 3);
     let picture = NoisyPicture {
         colour: colour.clone(),
-        variance: black.clone(),
+        variance: Some(black.clone()),
         albedo: albedo.clone(),
         normal: black,
     };

@@ -1,3 +1,4 @@
+use super::signal::estimate_variance;
 use super::*;
 use film::metrics::mse;
 
@@ -27,7 +28,7 @@ fn truth() -> NoisyPicture {
     };
     NoisyPicture {
         colour: Image::from_fn(WIDTH, HEIGHT, |x, y| albedo(x, y).map(|a| a * light(x, y))),
-        variance: Image::black(WIDTH, HEIGHT, 3),
+        variance: Some(Image::black(WIDTH, HEIGHT, 3)),
         albedo: Image::from_fn(WIDTH, HEIGHT, albedo),
         normal: Image::from_fn(
             WIDTH,
@@ -47,20 +48,28 @@ fn noisy(deviation: f32) -> NoisyPicture {
         std::array::from_fn(|c| v[c] * (1.0 + deviation * gaussian(x, y, c as u32)).max(0.0))
     });
     let variance = Image::from_fn(WIDTH, HEIGHT, |x, y| value(x, y).map(|v| (v * deviation).powi(2)));
-    NoisyPicture { colour, variance, ..truth }
+    NoisyPicture { colour, variance: Some(variance), ..truth }
 }
+
+/// What denoises, and its name.
+type Filter = (&'static str, fn(&NoisyPicture) -> Result<Image, DenoiseError>);
+
+/// How much of a value may change where there is no noise, of each of [`FILTERS`].
+const CHANGES: [f32; 2] = [0.05, 1e-3];
+
+const FILTERS: [Filter; 2] = [("network", denoise), ("regression", denoise_by_regression)];
 
 #[test]
 fn noise_goes_and_light_stays() {
-    for deviation in [0.1, 0.3] {
+    for ((name, filter), deviation) in FILTERS.into_iter().flat_map(|f| [0.1, 0.3].map(|d| (f, d))) {
         let picture = noisy(deviation);
         let truth = truth().colour;
-        let filtered = denoise(&picture);
+        let filtered = filter(&picture).unwrap();
         let (before, after) = (mse(&truth, &picture.colour).unwrap(), mse(&truth, &filtered).unwrap());
-        assert!(after < before / 8.0, "{deviation}: {before} became {after}");
+        assert!(after < before / 8.0, "{name}, {deviation}: {before} became {after}");
         for c in 0..3 {
             let (before, after) = (picture.colour.mean()[c], filtered.mean()[c]);
-            assert!((after / before - 1.0).abs() < 1e-3, "{deviation}: channel {c}, {before} became {after}");
+            assert!((after / before - 1.0).abs() < 1e-3, "{name}, {deviation}: {before} became {after}");
         }
     }
 }
@@ -69,10 +78,13 @@ fn noise_goes_and_light_stays() {
 fn constant_pictures_and_pictures_without_noise_stay_as_they_are() {
     let constant = NoisyPicture { colour: Image::from_fn(WIDTH, HEIGHT, |_, _| [0.4, 0.2, 7.0]), ..truth() };
     let flat = NoisyPicture { albedo: Image::from_fn(WIDTH, HEIGHT, |_, _| [0.5; 3]), ..constant };
-    for picture in [flat, truth()] {
-        let filtered = denoise(&picture);
+    let filters = FILTERS.into_iter().zip(CHANGES);
+    for (picture, ((name, filter), change)) in
+        [flat, truth()].iter().flat_map(|p| filters.clone().map(move |f| (p, f)))
+    {
+        let filtered = filter(picture).unwrap();
         for (before, after) in picture.colour.data().iter().zip(filtered.data()) {
-            assert!((before - after).abs() <= 1e-3 * before, "{before} became {after}");
+            assert!((before - after).abs() <= change * before, "{name}: {before} became {after}");
         }
     }
 }
@@ -80,7 +92,6 @@ fn constant_pictures_and_pictures_without_noise_stay_as_they_are() {
 /// Where texture, normal or a shadow have an edge, the step is as high as it was.
 #[test]
 fn edges_stay_sharp() {
-    let filtered = denoise(&noisy(0.1));
     let truth = truth().colour;
     let step = |image: &Image, a: (u32, u32), b: (u32, u32)| {
         // Along the edge, so that what noise is left does not count.
@@ -92,10 +103,13 @@ fn edges_stay_sharp() {
     };
     let edges =
         [("texture", (19, 40), (20, 40)), ("normal", (30, 29), (30, 30)), ("shadow", (45, 41), (46, 41))];
-    for (name, a, b) in edges {
-        let (expected, actual) = (step(&truth, a, b), step(&filtered, a, b));
-        assert!(expected.abs() > 0.05, "{name}: there is an edge");
-        assert!((actual / expected - 1.0).abs() < 0.15, "{name}: {expected} became {actual}");
+    for (by, filter) in FILTERS {
+        let filtered = filter(&noisy(0.1)).unwrap();
+        for (name, a, b) in edges {
+            let (expected, actual) = (step(&truth, a, b), step(&filtered, a, b));
+            assert!(expected.abs() > 0.05, "{name}: there is an edge");
+            assert!((actual / expected - 1.0).abs() < 0.15, "{by}, {name}: {expected} became {actual}");
+        }
     }
 }
 
@@ -106,13 +120,16 @@ fn bright_specks_are_spread_and_not_lost() {
     picture.albedo = Image::from_fn(WIDTH, HEIGHT, |_, _| [0.5; 3]);
     picture.normal = Image::from_fn(WIDTH, HEIGHT, |_, _| [0.0, 1.0, 0.0]);
     let at = 3 * (30 * WIDTH as usize + 30);
-    picture.variance = Image::from_fn(WIDTH, HEIGHT, |_, _| [0.01; 3]);
+    let mut variance = Image::from_fn(WIDTH, HEIGHT, |_, _| [0.01; 3]);
     picture.colour.data_mut()[at..at + 3].fill(20.0);
-    picture.variance.data_mut()[at..at + 3].fill(400.0);
-    let filtered = denoise(&picture);
-    assert!(filtered.rgb(30, 30)[0] < 3.0, "{:?}", filtered.rgb(30, 30));
-    let (before, after) = (picture.colour.mean()[0], filtered.mean()[0]);
-    assert!((after / before - 1.0).abs() < 1e-3, "{before} became {after}");
+    variance.data_mut()[at..at + 3].fill(400.0);
+    picture.variance = Some(variance);
+    for (name, filter) in FILTERS {
+        let filtered = filter(&picture).unwrap();
+        assert!(filtered.rgb(30, 30)[0] < 3.0, "{name}: {:?}", filtered.rgb(30, 30));
+        let (before, after) = (picture.colour.mean()[0], filtered.mean()[0]);
+        assert!((after / before - 1.0).abs() < 1e-3, "{name}: {before} became {after}");
+    }
 }
 
 /// Where the noise is even, the estimate is its variance; a chequered texture does not disturb it, nor does a picture without
@@ -123,15 +140,25 @@ fn variance_is_estimated_from_the_picture() {
     let deviation = 0.05;
     // Noise of the light, on the upper half, which has one albedo.
     let picture = noisy(deviation);
+    let known = picture.variance.as_ref().unwrap();
     let estimate = estimate_variance(&picture.colour, &picture.albedo);
     let (mut sum, mut expected) = (0.0, 0.0);
     for (x, y) in (4..60).flat_map(|x| (4..26).map(move |y| (x, y))) {
         sum += f64::from(estimate.rgb(x, y)[0]);
-        expected += f64::from(picture.variance.rgb(x, y)[0]);
+        expected += f64::from(known.rgb(x, y)[0]);
     }
     assert!((sum / expected - 1.0).abs() < 0.15, "{sum} instead of {expected}");
     let clean = estimate_variance(&truth.colour, &truth.albedo);
     let floor = |x: u32| clean.rgb(x, 45)[0] / truth.colour.rgb(x, 45)[0].powi(2);
     assert!(floor(20) < 1e-4, "the texture is no noise: {}", floor(20));
     assert_eq!(estimate_variance(&Image::black(1, 1, 3), &Image::black(1, 1, 3)), Image::black(1, 1, 3));
+}
+
+#[test]
+fn images_of_other_sizes_are_refused() {
+    let picture = NoisyPicture { albedo: Image::black(3, 4, 3), ..truth() };
+    for (name, filter) in FILTERS {
+        let error = filter(&picture).unwrap_err().to_string();
+        assert!(error.contains("albedo has 3×4"), "{name}: {error}");
+    }
 }

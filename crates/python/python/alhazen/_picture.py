@@ -1,12 +1,13 @@
 """Pictures: layers by name, and what rendering them took."""
 
+import copy
 import io
 import os
 from typing import Dict, List, Optional
 
 import numpy as np
 
-from ._alhazen import encode_png, write_file, write_picture
+from ._alhazen import denoise, encode_png, write_file, write_picture
 
 
 class Picture(Dict[str, np.ndarray]):
@@ -61,6 +62,23 @@ class Picture(Dict[str, np.ndarray]):
         bytes
         """
         return encode_png(self["color"], tonemap=tonemap, exposure=exposure)
+
+    def denoised(self) -> "Picture":
+        """The picture without its noise; the other layers stay, and the noisy colour becomes the layer "noisy".
+
+        Render with ``aovs=["albedo", "normal", "standard-error"]``: layers that are missing are not known to the denoiser,
+        see `alhazen.denoise`.
+
+        Returns
+        -------
+        Picture
+        """
+        known = {name: self.get(layer) for name, layer in (("albedo", "albedo"), ("normal", "normal"))}
+        error = self.get("standard-error") if self.spp > 1 else None
+        color = denoise(self["color"], error=error, **known)
+        clean = copy.copy(self)
+        clean.update({"color": color, "noisy": self["color"]})
+        return clean
 
     def save(self, path: "str | os.PathLike[str]", *, tonemap: str = "srgb", exposure: float = 1.0) -> None:
         """Writes the picture in the format of the path's ending: complete, or not at all.

@@ -190,17 +190,17 @@ fn sampling(viewer: &Viewer, ui: &mut Ui, s: &mut RenderSettings) {
 /// The denoiser.
 fn denoiser(viewer: &mut Viewer, ui: &mut Ui) {
     let mut denoises = viewer.shown.denoiser.is_some();
-    if check(ui, "Denoise when finished", &mut denoises) {
-        viewer.shown.denoiser = denoises.then_some(Denoiser::Auto);
+    if check(ui, "Denoise", &mut denoises) {
+        viewer.shown.denoiser = denoises.then_some(Denoiser::Network);
     }
     if let Some(denoiser) = &mut viewer.shown.denoiser {
         let name = |d: Denoiser| match d {
-            Denoiser::Auto => "automatic",
-            Denoiser::Own => "built-in",
+            Denoiser::Network => "network",
+            Denoiser::Regression => "regression",
             Denoiser::Oidn => "Open Image Denoise",
         };
         choice(ui, "Denoiser", name(*denoiser), |ui| {
-            for kind in [Denoiser::Auto, Denoiser::Own, Denoiser::Oidn] {
+            for kind in [Denoiser::Network, Denoiser::Regression, Denoiser::Oidn] {
                 ui.selectable_value(denoiser, kind, name(kind));
             }
         });

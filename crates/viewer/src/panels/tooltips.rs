@@ -53,11 +53,8 @@ const TOOLTIPS: &[(&str, &str)] = &[
     ("Minimum samples per pixel", "Every pixel gets these first. 2 to 65,536."),
     ("Noise limit", "The picture ends when its noise is below the limit."),
     ("Relative standard error", "Standard error of the picture relative to its values. 0.0001 to 1."),
-    (
-        "Denoise when finished",
-        "Removes noise when the picture has all its samples. Saved pictures get the same.",
-    ),
-    ("Denoiser", "automatic takes Open Image Denoise if it is installed, otherwise the built-in filter."),
+    ("Denoise", "Removes noise while the picture is rendered. Saved pictures get the same."),
+    ("Denoiser", "The network is trained on pictures of this renderer. The others are for comparison."),
     ("Fixed resolution", "Renders this size. Otherwise the size of the window."),
     ("Layer", "The picture, its noise, or an auxiliary layer."),
     ("Tone mapper", "Maps linear radiance to display values."),

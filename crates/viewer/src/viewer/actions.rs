@@ -429,8 +429,8 @@ impl Viewer {
         let scene = self.document.as_ref().map_or(String::new(), |d| d.source.to_string());
         let spp = format!("alhazen render {scene} -o picture.exr --spp {}", self.render.spp);
         let denoise = self.shown.denoiser.map_or("", |denoiser| match denoiser {
-            alhazen::Denoiser::Auto => "--denoise",
-            alhazen::Denoiser::Own => "--denoise=own",
+            alhazen::Denoiser::Network => "--denoise",
+            alhazen::Denoiser::Regression => "--denoise=regression",
             alhazen::Denoiser::Oidn => "--denoise=oidn",
         });
         let words = [spp, self.render.arguments(), self.clock.arguments(), denoise.to_owned()];

@@ -1,12 +1,13 @@
-//! `alhazen bench denoise`: what the denoiser is worth.
+//! `alhazen bench denoise`: what denoisers are worth.
 
 use super::ReportArgs;
 use super::report::{Report, Table};
 use super::views::{View, ViewArgs};
+use crate::commands::render::DenoiserName;
 use crate::console::{print_result, say};
-use alhazen::{Control, Denoiser, Image, Job, Limits, NoisyPicture, Renderer};
+use alhazen::{Control, Denoiser, Image, Job, Limits, NoisyPicture, Renderer, metrics};
 use anyhow::Context;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use std::time::Instant;
 
 /// How much closer to a converged reference pictures come by denoising.
@@ -14,101 +15,127 @@ use std::time::Instant;
 #[command(after_help = "\
 Examples:
   alhazen bench denoise
-  alhazen bench denoise room.glb --spp 4 --width 1280 --height 720")]
+  alhazen bench denoise room.glb --spp 4,64 --denoiser network,oidn --width 1280 --height 720")]
 pub struct DenoiseArgs {
     #[command(flatten)]
     views: ViewArgs,
-    /// Samples per pixel of the pictures.
-    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(2..))]
-    spp: u32,
+    /// Samples per pixel of the pictures, separated by commas.
+    #[arg(long, value_name = "LIST", default_value = "16", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
+    spp: Vec<u32>,
     /// Pictures of different noise.
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
     seeds: u32,
-    /// Denoise with Open Image Denoise instead of our own filter.
-    #[arg(long)]
-    oidn: bool,
+    /// What denoises, separated by commas.
+    #[arg(long, value_enum, value_name = "LIST", default_value = "network", value_delimiter = ',')]
+    denoiser: Vec<DenoiserName>,
     #[command(flatten)]
     report: ReportArgs,
 }
 
-/// Means over the seeds, before and after.
+/// Means over the seeds, of one denoiser.
 #[derive(Clone, Debug, Default)]
 struct Measured {
-    rel_mse: [f64; 2],
-    flip: [f64; 2],
+    rel_mse: f64,
+    flip: f64,
+    /// FLIP between pictures of different noise.
+    flicker: f64,
     /// Largest relative change of a colour's mean over the picture.
     energy: f64,
     seconds: f64,
-    pictures: Vec<Image>,
+    /// The last one.
+    picture: Option<Image>,
 }
 
 /// Measures, prints and writes.
 pub fn run(args: &DenoiseArgs) -> anyhow::Result<()> {
     let mut renderer = args.views.renderer()?;
     let mut settings = args.views.settings(&renderer);
-    settings.push(("spp", args.spp.to_string()));
     settings.push(("seeds", args.seeds.to_string()));
-    settings.push(("denoiser", if args.oidn { "Open Image Denoise" } else { "our own" }.to_owned()));
     let mut report = Report::new("denoise", "Denoising", &settings);
-    report.text("relMSE and FLIP of pictures against a converged reference, before and after denoising; means over seeds.");
-    let columns = [
-        "scene",
-        "relMSE before",
-        "after",
-        "gain",
-        "FLIP before",
-        "FLIP after",
-        "mean changed by",
-        "seconds",
-    ];
-    let mut table = Table::new("error", "Error before and after", &columns);
-    let mut gains = Vec::new();
-    let mut crops = Vec::new();
+    report.text(
+        "relMSE and FLIP against a converged reference; flicker: FLIP between pictures of different noise; means over \
+         seeds. The geometric mean of what is left of the error is over all rows of a denoiser.",
+    );
+    let columns =
+        ["scene", "spp", "denoiser", "relMSE", "left", "FLIP", "flicker", "mean changed by", "seconds"];
+    let mut table = Table::new("error", "Error after denoising", &columns);
+    let mut left = vec![Vec::new(); args.denoiser.len()];
     for scene in args.views.scenes()? {
         let view = args.views.open(scene, &mut renderer)?;
-        let m = measure(&mut renderer, &view, args)?;
-        let gain = m.rel_mse[0] / m.rel_mse[1];
-        gains.push(gain);
-        let numbers = [m.rel_mse[0], m.rel_mse[1], gain, m.flip[0], m.flip[1], m.energy, m.seconds];
-        table.push([view.name.as_str().into()].into_iter().chain(numbers.map(Into::into)).collect());
-        let pictures = [&m.pictures[..], std::slice::from_ref(&view.reference)].concat();
-        crops.push((format!("{}: noisy, denoised, reference", view.name), view.crops(&pictures)));
+        for &spp in &args.spp {
+            let measured = measure(&mut renderer, &view, spp, args)?;
+            let before = measured[0].rel_mse;
+            for (i, m) in measured.iter().enumerate() {
+                let rest = m.rel_mse / before;
+                let name = i.checked_sub(1).map_or("none".to_owned(), |i| name(args.denoiser[i]));
+                let numbers = [m.rel_mse, rest, m.flip, m.flicker, m.energy, m.seconds];
+                let row = [view.name.as_str().into(), f64::from(spp).into(), name.as_str().into()];
+                table.push(row.into_iter().chain(numbers.map(Into::into)).collect());
+                if i > 0 {
+                    left[i - 1].push(rest.ln());
+                }
+            }
+            let pictures: Vec<Image> = measured.into_iter().filter_map(|m| m.picture).collect();
+            let names = args.denoiser.iter().map(|d| name(*d)).collect::<Vec<_>>().join(", ");
+            let title = format!("{}, {spp} samples: noisy, {names}, reference", view.name);
+            report.picture(
+                &title,
+                &view.crops(&[&pictures[..], std::slice::from_ref(&view.reference)].concat()),
+            )?;
+        }
     }
-    let mean = gains.iter().sum::<f64>() / gains.len() as f64;
-    let blank = f64::NAN;
-    let numbers = [blank, blank, mean, blank, blank, blank, blank];
-    table.push(["mean".into()].into_iter().chain(numbers.map(Into::into)).collect());
+    for (denoiser, logarithms) in args.denoiser.iter().zip(left) {
+        let mean = (logarithms.iter().sum::<f64>() / logarithms.len() as f64).exp();
+        let name = name(*denoiser);
+        let row =
+            ["geometric mean".into(), f64::NAN.into(), name.as_str().into(), f64::NAN.into(), mean.into()];
+        table.push(row.into_iter().chain([f64::NAN; 4].map(Into::into)).collect());
+    }
     report.table(table);
-    for (title, picture) in crops {
-        report.picture(&title, &picture)?;
-    }
     print_result(&report.summary())?;
     say!("{}", report.write(&args.report.report)?.display());
     Ok(())
 }
 
-fn measure(renderer: &mut Renderer, view: &View, args: &DenoiseArgs) -> anyhow::Result<Measured> {
-    let denoiser = if args.oidn { Denoiser::Oidn } else { Denoiser::Own };
+/// As on the command line.
+fn name(denoiser: DenoiserName) -> String {
+    denoiser.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned())
+}
+
+/// The noisy pictures, and those of each denoiser.
+fn measure(
+    renderer: &mut Renderer,
+    view: &View,
+    spp: u32,
+    args: &DenoiseArgs,
+) -> anyhow::Result<Vec<Measured>> {
     let share = 1.0 / f64::from(args.seeds);
-    let mut measured = Measured::default();
+    let mut all = vec![Measured::default(); 1 + args.denoiser.len()];
     for seed in 1..=args.seeds {
         let job = Job { seed, aovs: NoisyPicture::LAYERS.to_vec(), ..view.job.clone() };
         renderer.restart();
-        renderer.render(&job, &Limits { spp: args.spp, ..Limits::default() }, &Control::new())?;
+        renderer.render(&job, &Limits { spp, ..Limits::default() }, &Control::new())?;
         let film = renderer.film()?.context("nothing was rendered")?;
-        let begin = Instant::now();
-        let denoised = denoiser.run(film)?;
-        measured.seconds += share * begin.elapsed().as_secs_f64();
-        let pictures = vec![film.to_image(), denoised.picture];
-        for (i, picture) in pictures.iter().enumerate() {
-            let distance = view.distance(picture)?;
-            measured.rel_mse[i] += share * distance.rel_mse;
-            measured.flip[i] += share * distance.flip;
+        let noisy = film.to_image();
+        for (i, measured) in all.iter_mut().enumerate() {
+            let begin = Instant::now();
+            let picture = match i.checked_sub(1) {
+                Some(i) => Denoiser::from(args.denoiser[i]).run(film)?.picture,
+                None => noisy.clone(),
+            };
+            measured.seconds += share * begin.elapsed().as_secs_f64();
+            let distance = view.distance(&picture)?;
+            measured.rel_mse += share * distance.rel_mse;
+            measured.flip += share * distance.flip;
+            let means = noisy.mean().into_iter().zip(picture.mean());
+            let changes = means.map(|(before, after)| (after / before.max(1e-9) - 1.0).abs());
+            measured.energy = changes.fold(measured.energy, f64::max);
+            if let Some(last) = &measured.picture {
+                let flicker = metrics::flip(last, &picture, view.job.tone.exposure.log2())?.mean;
+                measured.flicker += flicker / f64::from(args.seeds - 1);
+            }
+            measured.picture = Some(picture);
         }
-        let means = pictures[0].mean().into_iter().zip(pictures[1].mean());
-        let changes = means.map(|(before, after)| (after / before.max(1e-9) - 1.0).abs());
-        measured.energy = changes.fold(measured.energy, f64::max);
-        measured.pictures = pictures;
     }
-    Ok(measured)
+    Ok(all)
 }

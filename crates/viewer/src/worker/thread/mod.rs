@@ -14,7 +14,7 @@ use alhazen::{
 use frames::Frames;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// What the thread knows.
 pub(super) struct State {
@@ -68,11 +68,23 @@ struct Progress {
     rendered: Option<Rendered>,
     /// Whether it has all the samples that are wanted, or is good enough.
     done: bool,
-    /// It without its noise, and what has done that; while nothing is added.
-    denoised: Option<(Denoiser, Arc<Denoised>)>,
+    /// It without its noise, or as it was some passes ago.
+    clean: Option<Clean>,
     /// The film, where two pictures take turns on one renderer.
     film: Option<Film>,
     last_pass: PassReport,
+}
+
+/// A picture without its noise.
+struct Clean {
+    denoiser: Denoiser,
+    picture: Arc<Denoised>,
+    /// Whether nothing has been added to the film since.
+    is_current: bool,
+    /// When it was made.
+    made: Instant,
+    /// How long that took.
+    took: Duration,
 }
 
 /// What a film shows.

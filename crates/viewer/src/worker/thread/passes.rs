@@ -78,7 +78,13 @@ impl State {
         }
         let picture = &mut self.pictures[side];
         (picture.begun, picture.visible) = (true, true);
-        (picture.denoised, picture.done) = (None, !preview && picture.spp >= wish.spp);
+        picture.done = !preview && picture.spp >= wish.spp;
+        match &mut picture.clean {
+            // Of another size.
+            clean if picture.rendered.as_ref().is_some_and(|r| r.preview != preview) => *clean = None,
+            Some(clean) => clean.is_current = false,
+            None => {}
+        }
         picture.total += render;
         picture.rendered = Some(Rendered { job: Arc::new(whole.clone()), preview, changes: self.changes });
         picture.last_pass = PassReport {

@@ -1,38 +1,73 @@
 //! What becomes of a film: it is shown, without its noise where that is wanted, or written.
 
-use super::{Rendered, State, full_text};
+use super::{Clean, Rendered, State, full_text};
 use crate::worker::show::{display, layer_image};
 use crate::worker::{Event, Layer, PassReport, Shot};
 use alhazen::edits::Editable;
-use alhazen::{BackendError, Denoised, Description, FrameView, Integrator, Job};
+use alhazen::{BackendError, Denoised, Denoiser, Description, FrameView, Integrator, Job};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
+/// So many times as long as denoising takes is rendered before a picture is denoised again: most of the time goes into samples.
+const PATIENCE: u32 = 4;
+
+/// Pixels of a picture in a hurry that are denoised in no time.
+const FEW_PIXELS: u32 = 60_000;
+
 impl State {
-    /// The picture of a side without its noise, if that is wanted and the picture is done.
-    pub(super) fn denoised(&mut self, side: usize) -> Result<Option<Arc<Denoised>>, BackendError> {
+    /// The picture of a side without its noise, if that is wanted: as it is now if it is done, or as it was some passes ago.
+    fn denoised(&mut self, side: usize) -> Result<Option<Arc<Denoised>>, BackendError> {
         let picture = &self.pictures[side];
         let Some(denoiser) = self.shown.denoiser else { return Ok(None) };
-        if !picture.done || self.shown.layer != Layer::Picture {
+        let Some(Rendered { job, preview, .. }) = &picture.rendered else { return Ok(None) };
+        if self.shown.layer != Layer::Picture {
             return Ok(None);
         }
-        if let Some((by, denoised)) = &picture.denoised
-            && *by == denoiser
+        let grows = !self.makes_frames(job) && (!preview || job.width * job.height <= FEW_PIXELS);
+        if !picture.done && !grows {
+            return Ok(None);
+        }
+        if let Some(clean) = &picture.clean
+            && clean.denoiser == denoiser
+            && !picture.done
+            && clean.made.elapsed() < PATIENCE * clean.took
         {
-            return Ok(Some(denoised.clone()));
+            return Ok(Some(clean.picture.clone()));
+        }
+        self.denoise(side, denoiser)
+    }
+
+    /// The picture of a side as it is now, without its noise.
+    fn denoise(&mut self, side: usize, denoiser: Denoiser) -> Result<Option<Arc<Denoised>>, BackendError> {
+        let picture = &self.pictures[side];
+        if self.shown.layer != Layer::Picture {
+            return Ok(None);
+        }
+        if let Some(clean) = &picture.clean
+            && (clean.denoiser, clean.is_current) == (denoiser, true)
+        {
+            return Ok(Some(clean.picture.clone()));
         }
         let film = match &picture.film {
             Some(film) => Some(film),
             None => self.renderer.film()?,
         };
         let Some(film) = film else { return Ok(None) };
+        let begin = Instant::now();
         match denoiser.run(film) {
             Ok(denoised) => {
-                let denoised = Arc::new(denoised);
-                self.pictures[side].denoised = Some((denoiser, denoised.clone()));
-                Ok(Some(denoised))
+                let (picture, took) = (Arc::new(denoised), begin.elapsed());
+                let clean = Clean {
+                    denoiser,
+                    picture: picture.clone(),
+                    is_current: true,
+                    made: Instant::now(),
+                    took,
+                };
+                self.pictures[side].clean = Some(clean);
+                Ok(Some(picture))
             }
             Err(error) => {
                 self.tell(Event::Notice(full_text(&error)));
@@ -82,7 +117,10 @@ impl State {
 
     /// Writes the first picture as it is.
     pub(super) fn save(&mut self, path: &Path) -> Result<(), Box<dyn std::error::Error>> {
-        let denoised = self.denoised(0)?;
+        let denoised = match self.shown.denoiser {
+            Some(denoiser) => self.denoise(0, denoiser)?,
+            None => None,
+        };
         let picture = &self.pictures[0];
         let Some(Rendered { job, .. }) = picture.rendered.clone() else {
             return Err("there is no picture yet".into());

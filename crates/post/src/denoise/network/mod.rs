@@ -1,0 +1,167 @@
+//! Removing noise with a learned filter.
+//!
+//! A small network looks at the picture, its albedo and its normals at half the resolution, and
+//! says for each pixel and each level of a pyramid what the kernel of 5×5 pixels is that filters
+//! it, how far the pixel can be trusted, and how the levels are put together. `features.rs` is what
+//! it sees, `unet.rs` how it thinks, `filter.rs` what it decides about; `convolution.rs` is where
+//! the time goes. The training is in `training/denoiser`.
+
+mod convolution;
+mod features;
+mod filter;
+mod kernels;
+#[allow(unsafe_code, reason = "vector instructions; each has a scalar twin that tests compare it with")]
+mod lanes;
+mod tiles;
+mod unet;
+mod weights;
+
+pub use weights::WeightsError;
+
+use features::Scaled;
+use film::Image;
+use lanes::InstructionSet;
+use std::sync::LazyLock;
+use weights::Layers;
+
+/// What to filter: images of one size.
+#[derive(Clone, Copy, Debug)]
+pub struct NetworkInput<'a> {
+    colour: &'a Image,
+    albedo: &'a Image,
+    normal: &'a Image,
+    variance: Option<&'a Image>,
+}
+
+/// The images that belong to a picture differ in size.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "the {layer} has {}×{} pixels, but the picture has {}×{}",
+    found[0], found[1], expected[0], expected[1]
+)]
+pub struct SizesDiffer {
+    /// Which image.
+    layer: &'static str,
+    /// Its width and height, in pixels.
+    found: [u32; 2],
+    /// Width and height of the picture, in pixels.
+    expected: [u32; 2],
+}
+
+impl<'a> NetworkInput<'a> {
+    /// - `colour`: linear radiance;
+    /// - `albedo` and `normal`: at the first hit, the mean over the samples; the normal in world
+    ///   space;
+    /// - `variance`: that of each value of `colour` as a mean of samples, if it is known.
+    ///
+    /// Values that are not finite or out of range are replaced or clamped.
+    ///
+    /// # Errors
+    /// If the images differ in size.
+    pub fn new(
+        colour: &'a Image,
+        albedo: &'a Image,
+        normal: &'a Image,
+        variance: Option<&'a Image>,
+    ) -> Result<Self, SizesDiffer> {
+        let size = |image: &Image| [image.width(), image.height()];
+        let expected = size(colour);
+        let layers = [("albedo", Some(albedo)), ("normal", Some(normal)), ("variance", variance)];
+        match layers.into_iter().find(|(_, image)| image.is_some_and(|image| size(image) != expected)) {
+            Some((layer, Some(image))) => Err(SizesDiffer { layer, found: size(image), expected }),
+            _ => Ok(Self { colour, albedo, normal, variance }),
+        }
+    }
+
+    fn width(&self) -> usize {
+        self.colour.width() as usize
+    }
+
+    fn height(&self) -> usize {
+        self.colour.height() as usize
+    }
+
+    fn colour(&self, i: usize) -> [f32; 3] {
+        rgb(self.colour, i)
+    }
+
+    fn albedo(&self, i: usize) -> [f32; 3] {
+        rgb(self.albedo, i)
+    }
+
+    fn normal(&self, i: usize) -> [f32; 3] {
+        rgb(self.normal, i)
+    }
+
+    fn variance(&self, i: usize) -> Option<[f32; 3]> {
+        self.variance.map(|variance| rgb(variance, i))
+    }
+}
+
+/// Pixel `i`, row by row, of an image: its first three channels, or three times the first.
+#[inline]
+fn rgb(image: &Image, i: usize) -> [f32; 3] {
+    match &image.data()[i * image.channels()..][..image.channels()] {
+        [r, g, b, ..] => [*r, *g, *b],
+        [value, ..] => [*value; 3],
+        [] => [0.0; 3],
+    }
+}
+
+/// The learned denoiser: a network with its weights.
+#[derive(Clone, Debug)]
+pub struct Network {
+    layers: Layers,
+}
+
+impl Network {
+    /// The network that was trained for this renderer; `training/denoiser/README.md` says how.
+    #[must_use]
+    pub fn trained() -> &'static Self {
+        static TRAINED: LazyLock<Network> = LazyLock::new(|| {
+            let weights = include_bytes!("../../../weights/denoiser.safetensors");
+            Network::from_bytes(weights).expect("a test reads the weights that are compiled in")
+        });
+        &TRAINED
+    }
+
+    /// Reads weights: a safetensors file of 16-bit floats, the tensors `<layer>.weight`,
+    /// `[output][input][y][x]`, and `<layer>.bias`.
+    ///
+    /// # Errors
+    /// If it is no such file, or lacks a tensor, or one has another shape or type or a value that
+    /// is not finite.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, WeightsError> {
+        Ok(Self { layers: Layers::from_bytes(bytes)? })
+    }
+
+    /// The picture without its noise, linear radiance, three channels. Runs on all threads of the
+    /// current pool; the result does not depend on how many there are.
+    ///
+    /// The result is linear in the picture's exposure. Memory: 150 bytes per pixel, and no more than
+    /// 750 MB, besides input and result.
+    #[must_use]
+    pub fn denoise(&self, input: &NetworkInput<'_>) -> Image {
+        self.denoise_with(InstructionSet::best(), tiles::MOST_PIXELS, input)
+    }
+
+    /// The same with a set of instructions, and tiles of a size.
+    fn denoise_with(&self, set: InstructionSet, most_pixels: usize, input: &NetworkInput<'_>) -> Image {
+        let (width, height) = (input.width(), input.height());
+        let mut result = Image::black(width as u32, height as u32, 3);
+        if width == 0 || height == 0 {
+            return result;
+        }
+        let scaled = Scaled::new(input);
+        for tile in tiles::plan(width, height, most_pixels) {
+            let decoded = self.layers.decode(set, scaled.unshuffled(tile.region));
+            let rows = tile.core.y.min(height)..(tile.core.y + tile.core.height).min(height);
+            let to = &mut result.data_mut()[3 * width * rows.start..3 * width * rows.end];
+            filter::filter(set, &self.layers, decoded, scaled, tile, width, to);
+        }
+        result
+    }
+}
+
+#[cfg(test)]
+mod tests;
