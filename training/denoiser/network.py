@@ -168,6 +168,12 @@ def filtered(color: Tensor, albedo: Tensor, heads: "list[Tensor]") -> Tensor:
     return (beta * demodulator * out[:, 3:] + (1 - beta) * out[:, :3]).clamp(min=0)
 
 
+def mirrored(length: int) -> Tensor:
+    """Places of a row that is mirrored at its end, up to a multiple of `PADDING`."""
+    place = torch.arange(-(-length // PADDING) * PADDING) % (2 * length)
+    return torch.minimum(place, 2 * length - 1 - place)
+
+
 def denoise(
     model: Denoiser, color: Tensor, albedo: Tensor, normal: Tensor, variance: "Tensor | None"
 ) -> Tensor:
@@ -178,9 +184,8 @@ def denoise(
     variance = clean(variance, 0, None) if known else torch.zeros_like(color)
     scale = exposure(color)
     height, width = color.shape[2:]
-    pad = [0, -width % PADDING, 0, -height % PADDING]
-    padded = [
-        F.pad(x, pad, mode="replicate") for x in (color * scale, albedo, normal, variance * scale**2)
-    ]
+    rows, columns = mirrored(height).to(color.device), mirrored(width).to(color.device)
+    layers = (color * scale, albedo, normal, variance * scale**2)
+    padded = [x[:, :, rows][:, :, :, columns] for x in layers]
     flag = color.new_full((color.shape[0], 1, 1, 1), float(known))
     return model(*padded, flag)[:, :, :height, :width] / scale

@@ -7,16 +7,16 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-/// Built-in scenes, the width of their picture in the documentation, and samples per pixel.
+/// Built-in scenes, the width of their picture in the documentation, and samples per pixel before it is denoised.
 const PICTURES: [(&str, u32, u32); 8] = [
-    ("three-spheres", 960, 256),
-    ("cornell", 640, 1024),
-    ("material-grid", 960, 512),
-    ("glass", 960, 2048),
-    ("model", 960, 512),
-    ("lights", 960, 512),
-    ("layers", 960, 1024),
-    ("atrium", 960, 1024),
+    ("three-spheres", 960, 64),
+    ("cornell", 640, 128),
+    ("material-grid", 960, 128),
+    ("glass", 960, 128),
+    ("model", 960, 128),
+    ("lights", 960, 128),
+    ("layers", 960, 128),
+    ("atrium", 960, 64),
 ];
 
 /// Endings of scene files.
@@ -54,6 +54,7 @@ pub fn run(args: &GalleryArgs) -> anyhow::Result<()> {
         let mut command = Command::new(&binary);
         command.arg("render").arg(name).arg("--output").arg(images.join(format!("{name}.png")));
         command.args(["--width", &width.to_string(), "--spp", &args.spp.unwrap_or(spp).to_string()]);
+        command.arg("--denoise");
         run_command(&mut command)?;
     }
     let folder = args.shared.clone().or_else(|| Some(shared_dir()?.join("scenes")));

@@ -348,8 +348,8 @@ enum VisibilityName {
 impl RenderArgs {
     /// What `alhazen` alone does.
     pub fn default_picture() -> Self {
-        // Without arguments every value is a default, which the parser has checked in tests.
-        Self::parse_arguments(&[]).unwrap_or_else(|e| e.exit())
+        // All other values are defaults, which the parser has checked in tests.
+        Self::parse_arguments(&["--denoise".to_owned()]).unwrap_or_else(|e| e.exit())
     }
 
     /// Reads what would follow `alhazen render`.

@@ -1,10 +1,11 @@
 //! Removing the noise of a finished picture.
 //!
 //! A trained network sees the picture, how noisy each pixel is, and the albedo and the normal of what is seen first, and
-//! says with which weights each pixel is made of those around it (`network`). What filtering has changed of the picture's
-//! light is restored (`energy`). Open Image Denoise can be used instead where it is installed (`oidn`).
+//! says with which weights each pixel is made of those around it (`network`). What noise does not explain stays as it was
+//! (`limit`), and what filtering has changed of the picture's light is restored (`energy`). Open Image Denoise can be used instead where it is installed (`oidn`).
 
 mod energy;
+mod limit;
 mod network;
 #[cfg_attr(target_family = "wasm", path = "oidn_left_out.rs")]
 #[allow(unsafe_code, reason = "the library has a C interface")]
@@ -78,7 +79,11 @@ impl NoisyPicture {
 /// When the images differ in size.
 pub fn denoise(picture: &NoisyPicture) -> Result<Image, DenoiseError> {
     let mut filtered = Network::trained().denoise(&picture.input()?);
-    energy::restore(&picture.colour.to_rgb(), picture.variance.as_ref(), &mut filtered);
+    let (noisy, variance) = (picture.colour.to_rgb(), picture.variance.as_ref().map(Image::to_rgb));
+    if let Some(variance) = &variance {
+        limit::limit(&noisy, variance, &mut filtered);
+    }
+    energy::restore(&noisy, variance.as_ref(), &mut filtered);
     Ok(filtered)
 }
 

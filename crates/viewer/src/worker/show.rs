@@ -13,13 +13,15 @@ pub struct Shown {
     pub tone: ToneMapping,
     /// Show the luminance of radiance as false colours: this many stops around the exposure's middle grey.
     pub false_colour: Option<f32>,
-    /// What takes the noise out of the picture once it is done.
+    /// What takes the noise out of the picture.
     pub denoiser: Option<Denoiser>,
 }
 
 impl Default for Shown {
+    /// The picture, without its noise.
     fn default() -> Self {
-        Self { layer: Layer::Picture, tone: ToneMapping::default(), false_colour: None, denoiser: None }
+        let denoiser = Some(Denoiser::default());
+        Self { layer: Layer::Picture, tone: ToneMapping::default(), false_colour: None, denoiser }
     }
 }
 

@@ -29,8 +29,8 @@ pub struct Pixel {
     pub albedo: [f32; 3],
 }
 
-/// A picture with its scale, as if it had more columns and rows, which repeat the last: sides of
-/// what is filtered are multiples of 32.
+/// A picture with its scale, as if it went on beyond its right and lower edge, where it is mirrored:
+/// sides of what is filtered are multiples of 32. Repeated edges would look like stripes, not noise.
 #[derive(Clone, Copy)]
 pub struct Scaled<'a> {
     input: &'a NetworkInput<'a>,
@@ -72,10 +72,10 @@ impl<'a> Scaled<'a> {
         Self { input, scale: scale as f32 }
     }
 
-    /// A pixel; beyond the right and lower edge, the nearest there is.
+    /// A pixel; beyond the right and lower edge, its mirror image.
     #[inline]
     pub fn pixel(&self, x: usize, y: usize) -> Pixel {
-        let i = self.nearest(x, y);
+        let i = self.index(x, y);
         let (radiance, mut albedo) = (radiance(self.input, i), cleaned(self.input.albedo(i)));
         let [mut colour, mut irradiance, mut demodulator] = [[0.0; 3]; 3];
         for c in 0..3 {
@@ -87,10 +87,10 @@ impl<'a> Scaled<'a> {
         Pixel { colour, irradiance, demodulator, albedo }
     }
 
-    /// The number of the pixel that is nearest to a place.
+    /// The number of a pixel, or of the one that it is a mirror image of.
     #[inline]
-    fn nearest(&self, x: usize, y: usize) -> usize {
-        y.min(self.input.height() - 1) * self.input.width() + x.min(self.input.width() - 1)
+    fn index(&self, x: usize, y: usize) -> usize {
+        mirrored(y, self.input.height()) * self.input.width() + mirrored(x, self.input.width())
     }
 
     /// The eleven channels of a pixel: irradiance, compressed; albedo; normal; standard deviation
@@ -98,7 +98,7 @@ impl<'a> Scaled<'a> {
     #[inline]
     fn features(&self, x: usize, y: usize) -> [f32; 11] {
         let Pixel { irradiance, demodulator, albedo, .. } = self.pixel(x, y);
-        let i = self.nearest(x, y);
+        let i = self.index(x, y);
         let normal = cleaned(self.input.normal(i));
         let mut features = [0.0; 11];
         for c in 0..3 {
@@ -137,6 +137,16 @@ impl<'a> Scaled<'a> {
         });
         features
     }
+}
+
+/// A place within `length`, of one beyond it in a row that is mirrored again and again.
+#[inline]
+fn mirrored(place: usize, length: usize) -> usize {
+    if place < length {
+        return place;
+    }
+    let place = place % (2 * length);
+    if place < length { place } else { 2 * length - 1 - place }
 }
 
 /// Steep in the dark, logarithmic in the light.
