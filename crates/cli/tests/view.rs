@@ -79,7 +79,7 @@ fn every_built_in_scene_is_shown_as_it_is_rendered() {
     let Some(display) = Display::open("every_built_in_scene_is_shown_as_it_is_rendered") else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let names: Vec<_> = alhazen::builtin::list().into_iter().map(|b| b.name).collect();
-    let mut script = "spp 4\n".to_owned();
+    let mut script = "denoise off\nspp 4\n".to_owned();
     for name in &names {
         script +=
             &format!("open {name}\nspp 4\nwait 4\nframes 2\npicture {name}.exr\nscreenshot {name}.png\n");
@@ -99,13 +99,31 @@ fn every_built_in_scene_is_shown_as_it_is_rendered() {
     }
 }
 
+/// Pictures are denoised while they are rendered, and saved as they are shown.
+#[test]
+fn pictures_are_denoised() {
+    let _turn = TURN.lock();
+    let Some(display) = Display::open("pictures_are_denoised") else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let script = "spp 4\nwait 4\npicture shown.exr\ndenoise off\nwait 4\npicture noisy.exr\n";
+    display.view(folder.path(), "cornell --backend cpu --width 96 --height 96", script);
+    common::succeed(
+        folder.path(),
+        "render cornell --backend cpu --width 96 --height 96 --spp 4 --denoise -q -o headless.exr",
+    );
+    let [shown, noisy, headless] =
+        ["shown", "noisy", "headless"].map(|n| open(&folder.path().join(format!("{n}.exr"))));
+    assert_eq!(shown.data(), headless.data(), "not what the command line makes");
+    assert!(metrics::mse(&shown, &noisy).expect("the same size") > 1e-4, "nothing has been denoised");
+}
+
 #[test]
 fn edits_are_shown_saved_and_rendered_again() {
     let _turn = TURN.lock();
     let Some(display) = Display::open("edits_are_shown_saved_and_rendered_again") else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let script = "\
-spp 4\nwait 4\npicture before.exr\nmaterial 0 red 0.1\nmaterial 0 roughness 0.9\nselect 0.5 0.5
+denoise off\nspp 4\nwait 4\npicture before.exr\nmaterial 0 red 0.1\nmaterial 0 roughness 0.9\nselect 0.5 0.5
 command Add a sphere light\ncommand Duplicate the object\nwait 4\npicture after.exr\nsave edited.toml
 command Undo\ncommand Undo\ncommand Undo\ncommand Undo\nwait 4\npicture undone.exr\nopen edited.toml\nwait 4\npicture opened.exr\n";
     display.view(folder.path(), "cornell --backend cpu --width 96 --height 96", script);
@@ -161,7 +179,7 @@ fn frames_in_real_time_build_on_each_other() {
     let Some(display) = Display::open("frames_in_real_time_build_on_each_other") else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let script = "\
-spp 8\nintegrator realtime\nwait 8\npicture cpu.exr\nbackend gpu-bvh\nwait 8\npicture still.exr
+denoise off\nspp 8\nintegrator realtime\nwait 8\npicture cpu.exr\nbackend gpu-bvh\nwait 8\npicture still.exr
 orbit 0.2\nframes 20\nwait 8\nshow history\nspp 1\nframes 5\ncommand Go to the first camera\nwait 1\npicture history.exr
 filter off\nshow samples\nwait 1\nscreenshot samples.png\n";
     let ran = display.view(folder.path(), "cornell --backend cpu --width 48 --height 48", script);

@@ -10,7 +10,7 @@ pub use parse::{ScriptError, Step, parse};
 use crate::navigation;
 use crate::viewer::{COMMANDS, Viewer};
 use alhazen::edits::MaterialRecord;
-use alhazen::{RendererOptions, Source};
+use alhazen::{Denoiser, RendererOptions, Source};
 use latency::Latency;
 use rounds::Rounds;
 use std::collections::VecDeque;
@@ -200,6 +200,7 @@ impl Run {
             }
             Step::Transport(transport) => viewer.render.transport = *transport,
             Step::Show(view) => viewer.render.realtime_settings.show = *view,
+            Step::Denoise(denoise) => viewer.shown.denoiser = denoise.then(Denoiser::default),
             Step::Filter(filter) => viewer.render.realtime_settings.filter = *filter,
             Step::Moment(frame) => viewer.clock.seek(*frame),
             Step::Fps(fps) => viewer.clock.fps = *fps,

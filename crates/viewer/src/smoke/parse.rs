@@ -23,6 +23,8 @@ pub enum Step {
     Show(FrameView),
     /// `filter on|off`: of `realtime`.
     Filter(bool),
+    /// `denoise on|off`: of what is shown.
+    Denoise(bool),
     /// `moment FRAME`: of the scene's time.
     Moment(u32),
     /// `play SECONDS`: lets the scene's time pass, and measures.
@@ -132,6 +134,11 @@ fn step(line: &str) -> Result<Step, String> {
             "off" => Step::Filter(false),
             _ => return Err("the filter is `on` or `off`".into()),
         },
+        "denoise" => match all()? {
+            "on" => Step::Denoise(true),
+            "off" => Step::Denoise(false),
+            _ => return Err("denoising is `on` or `off`".into()),
+        },
         "moment" => Step::Moment(number(word(0)?)?),
         "play" => Step::Play(number(word(0)?)?),
         "fps" => match number(word(0)?)? {
@@ -221,6 +228,7 @@ mod tests {
             ("show x", "unknown view"),
             ("filter", "needs a name"),
             ("filter x", "`on` or `off`"),
+            ("denoise x", "`on` or `off`"),
         ] {
             let error = parse(&format!("reload\n{text}")).expect_err(text);
             assert!(error.line == 2 && error.to_string().contains(part), "{error}");
