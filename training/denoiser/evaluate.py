@@ -2,6 +2,7 @@
 
 python evaluate.py WEIGHTS cornell glass room.glb@0,1,2:0,1,0 --cache FOLDER --oidn LIBRARY
 
+WEIGHTS is a file of train.py, `built-in` for what the renderer ships, or `none`.
 Pictures and references are rendered once and kept in the cache. relMSE is the renderer's,
 `mean((a - r)² / (r² + 0.01))`. The mean is over all scenes and sample counts, geometric.
 """
@@ -89,6 +90,24 @@ def rendered(text: str, args: argparse.Namespace) -> "dict[str, np.ndarray]":
     return pictures
 
 
+def by_network(model: Denoiser, device: str):
+    """A function that denoises by the network alone, on a device; arrays of shape [H, W, 3]."""
+    image = lambda x: torch.from_numpy(x).to(device).permute(2, 0, 1)[None]
+
+    @torch.no_grad()
+    def run(color: np.ndarray, albedo: np.ndarray, normal: np.ndarray, error: "np.ndarray | None"):
+        variance = None if error is None else image(error**2)
+        ours = denoise(model, image(color), image(albedo), image(normal), variance)
+        return ours[0].permute(1, 2, 0).cpu().numpy()
+
+    return run
+
+
+def shipped(color: np.ndarray, albedo: np.ndarray, normal: np.ndarray, error: "np.ndarray | None"):
+    """What the renderer does, with the weights that it has and all that follows the network."""
+    return alhazen.denoise(color, albedo=albedo, normal=normal, error=error)
+
+
 def rel_mse(picture: np.ndarray, reference: np.ndarray) -> float:
     r = reference.astype(np.float64)
     return float(np.mean((picture - r) ** 2 / (r * r + 0.01)))
@@ -96,7 +115,7 @@ def rel_mse(picture: np.ndarray, reference: np.ndarray) -> float:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("weights", help="a safetensors file, or `none` to render references only")
+    parser.add_argument("weights", help="a safetensors file, `built-in`, or `none` to render references only")
     parser.add_argument("scenes", nargs="+", help="FILE|SCENE[@EYE:TARGET]")
     parser.add_argument("--cache", required=True, help="folder for pictures and references")
     parser.add_argument("--oidn", help="libOpenImageDenoise.so.2")
@@ -108,10 +127,12 @@ def main() -> None:
     parser.add_argument("--device", default="cuda" if torch.cuda.is_available() else "cpu")
     args = parser.parse_args()
     model = None
-    if args.weights != "none":
+    if args.weights == "built-in":
+        model = shipped
+    elif args.weights != "none":
         model = Denoiser().eval()
         model.load_state_dict({name: x.float() for name, x in load_file(args.weights).items()})
-        model.to(args.device)
+        model = by_network(model.to(args.device), args.device)
     library = OpenImageDenoise(args.oidn) if args.oidn else None
     ratios: "dict[int, list[float]]" = {spp: [] for spp in args.spp}
     for text in args.scenes:
@@ -125,11 +146,8 @@ def main() -> None:
             noisy = {layer: pictures[f"{layer}_{spp}"] for layer in ("color", "albedo", "normal")}
             error = pictures[f"standard-error_{spp}"]
             errors = [rel_mse(noisy["color"], pictures["reference"])]
-            image = lambda x: torch.from_numpy(x).to(args.device).permute(2, 0, 1)[None]
-            variance = image(error**2) if spp > 1 else None
-            with torch.no_grad():
-                ours = denoise(model, *(image(x) for x in noisy.values()), variance)
-            errors.append(rel_mse(ours[0].permute(1, 2, 0).cpu().numpy(), pictures["reference"]))
+            ours = model(*noisy.values(), error if spp > 1 else None)
+            errors.append(rel_mse(ours, pictures["reference"]))
             if library is not None:
                 theirs = library(noisy["color"], noisy["albedo"], noisy["normal"])
                 errors.append(rel_mse(theirs, pictures["reference"]))

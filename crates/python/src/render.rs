@@ -373,7 +373,7 @@ pub fn write_picture(
     for (name, array) in layers {
         let name: String = name.extract()?;
         if name == "color" {
-            color = Some(color_image(&array)?);
+            color = Some(rgb_image("color", &array)?);
         } else if let Some(layer) = layer_image(&name, &array)? {
             others.push((name, layer));
         }

@@ -9,7 +9,7 @@ use film::Image;
 /// Side of a block in pixels.
 const BLOCK: usize = 64;
 /// How far a filter that was trained to keep means is thought to miss them: relative standard deviation of a block.
-const EXPECTED_BIAS: f64 = 0.03;
+const EXPECTED_BIAS: f64 = 0.015;
 /// A block becomes by no more than this factor lighter or darker.
 const MOST_OF_BLOCK: f64 = 1.25;
 /// The same of the whole picture. More is not lost by filtering: it is a handful of pixels that nobody wants back.
