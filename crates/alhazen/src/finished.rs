@@ -436,6 +436,6 @@ mod tests {
             "{:?}",
             colour.pixel(2, 1)
         );
-        assert!(file.metadata["denoiser"].contains("regression"));
+        assert!(file.metadata["denoiser"].contains("network"));
     }
 }
