@@ -348,8 +348,9 @@ enum VisibilityName {
 impl RenderArgs {
     /// What `alhazen` alone does.
     pub fn default_picture() -> Self {
-        // All other values are defaults, which the parser has checked in tests.
-        Self::parse_arguments(&["--denoise".to_owned()]).unwrap_or_else(|e| e.exit())
+        // Few samples are enough to look at. A test checks that the parser takes these arguments.
+        let arguments = ["--denoise", "--spp", "8"].map(str::to_owned);
+        Self::parse_arguments(&arguments).unwrap_or_else(|e| e.exit())
     }
 
     /// Reads what would follow `alhazen render`.
