@@ -52,3 +52,21 @@ fn single_samples_are_denoised() {
     let error = |image: &Image| metrics::rel_mse(&truth, image).unwrap();
     assert!(error(&denoised) < error(&film.to_image()) / 4.0);
 }
+
+/// The library itself, if it is there: where the system looks for libraries, or where `ALHAZEN_OIDN` says.
+#[test]
+fn open_image_denoise_is_used_if_it_is_asked_for() {
+    if std::env::var_os("ALHAZEN_OIDN").is_none()
+        && Denoiser::Oidn.run(&render(&scenes::cornell(), 1, 2)).is_err()
+    {
+        eprintln!("skipped: Open Image Denoise is not there; ALHAZEN_OIDN says where it is");
+        return;
+    }
+    let scene = scenes::cornell();
+    let truth = render(&scene, 99, 256).to_image();
+    let film = render(&scene, 1, 4);
+    let denoised = Denoiser::Oidn.run(&film).expect("the library runs");
+    assert!(denoised.by.contains("Open Image Denoise"), "{}", denoised.by);
+    let error = |image: &Image| metrics::rel_mse(&truth, image).unwrap();
+    assert!(error(&denoised.picture) < error(&film.to_image()) / 2.0);
+}
