@@ -336,3 +336,16 @@ fn denoised_pictures_keep_the_noisy_one_and_name_the_filter() {
     assert!(denoised < noisy / 2.0, "{noisy} became {denoised}");
     fail(folder.path(), "render cornell --denoise --tile 1/2 -o b.exr", "cannot be used with");
 }
+
+/// What desktops call for a preview of a file: its options have to exist.
+#[test]
+fn the_thumbnailer_makes_a_picture() {
+    let folder = folder_with_triangle();
+    let entry =
+        testkit::repository_root().join("packaging/desktop/io.github.alhazen_render.alhazen.thumbnailer");
+    let text = std::fs::read_to_string(entry).expect("readable");
+    let command = text.lines().find_map(|line| line.strip_prefix("Exec=alhazen ")).expect("a command");
+    let arguments = command.replace("%s", "32").replace("%o", "preview.png").replace("%i", "triangle.obj");
+    succeed(folder.path(), &arguments.replace("--time 3s", "--time 1s"));
+    assert_eq!(Image::open(&folder.path().join("preview.png")).unwrap().width(), 32);
+}

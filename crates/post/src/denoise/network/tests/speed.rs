@@ -19,7 +19,7 @@ fn processor_seconds() -> Option<f64> {
     Some(tasks.flatten().filter_map(nanoseconds).sum::<f64>() / 1e9)
 }
 
-/// Runs something three times and gives the fewest seconds: by the clock, and of processors.
+/// Runs something five times and gives the fewest seconds: by the clock, and of processors.
 fn seconds<T>(mut run: impl FnMut() -> T) -> [f64; 2] {
     let mut least = [f64::INFINITY; 2];
     for _ in 0..5 {
