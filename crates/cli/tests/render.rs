@@ -347,5 +347,5 @@ fn the_thumbnailer_makes_a_picture() {
     let command = text.lines().find_map(|line| line.strip_prefix("Exec=alhazen ")).expect("a command");
     let arguments = command.replace("%s", "32").replace("%o", "preview.png").replace("%i", "triangle.obj");
     succeed(folder.path(), &arguments.replace("--time 3s", "--time 1s"));
-    assert_eq!(Image::open(&folder.path().join("preview.png")).unwrap().width(), 32);
+    assert_eq!(Image::open(folder.path().join("preview.png")).unwrap().width(), 32);
 }
