@@ -8,10 +8,11 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 /// Built-in scenes, the width of their picture in the documentation, and samples per pixel before it is denoised.
-const PICTURES: [(&str, u32, u32); 8] = [
+const PICTURES: [(&str, u32, u32); 9] = [
     ("three-spheres", 960, 64),
     ("cornell", 640, 128),
     ("material-grid", 960, 128),
+    ("textures", 960, 128),
     ("glass", 960, 128),
     ("model", 960, 128),
     ("lights", 960, 128),

@@ -82,7 +82,7 @@ pub use scene::{
     DensityGrid, Distortion, Environment, Fog, Instance, Interior, Layers, Light, LightKind, LightProfile,
     LoadError, LoadOptions, LoadReport, Loaded, Material, Medium, Mesh, Model, Motion, Note, Photometry,
     Pixels, Portal, PortalError, Projection, RenderDefaults, Scene, Severity, Shape, Sky, Sphere, Subsurface,
-    Sun, SunError, SunPosition, Texture, TextureRef, ToneMapper, TriangleMesh,
+    Sun, SunError, SunPosition, Texture, TextureGraph, TextureRef, ToneMapper, TriangleMesh,
 };
 pub use source::{Place, Source};
 
@@ -109,3 +109,5 @@ pub use scene::load::environment::load as load_environment;
 pub use scene::load::packed;
 /// The flat arrays that back ends read.
 pub use scene::tables::SceneTables;
+/// Textures that are computed.
+pub use scene::texture_graph;

@@ -56,6 +56,23 @@ fn layers_path() {
     compare_on(&mut renderers, "layers path", &scene, &job(&scene), 0.2);
 }
 
+/// Texture graphs, also as heights, holes and emission. One tracer is enough: what is looked up asks none.
+#[test]
+fn textures_path() {
+    let scene = builtin("textures");
+    let mut renderers = gpu_renderers("textures_path");
+    renderers.truncate(1);
+    // Steps of patterns are found by the last bits of coordinates.
+    compare_on(&mut renderers, "textures path", &scene, &job(&scene), 0.2);
+}
+
+/// Every tracer asks about holes and sees normals and colours that graphs make.
+#[test]
+fn textures_aov() {
+    let scene = builtin("textures");
+    compare("textures aov", &scene, &Job { integrator: Integrator::Aov, ..job(&scene) }, 0.05);
+}
+
 #[test]
 fn everything_direct() {
     let scene = scenes::assortment();

@@ -220,7 +220,7 @@ fn leaning(scene: &mut Scene) -> Material {
     let pixels = alhazen::Pixels::Rgba8(vec![[210, 160, 220, 255]; 4]);
     scene.images.push(alhazen::SceneImage { name: "normals".into(), width: 2, height: 2, pixels });
     let (sampler, color_space) = (scene::Sampler::default(), scene::ColorSpace::Linear);
-    scene.textures.push(scene::Texture { image: 0, sampler, color_space });
+    scene.textures.push(scene::Texture::image(0, sampler, color_space));
     Material { normal_texture: Some(TextureRef::new(0)), ..lambert("leaning", [0.8; 3]) }
 }
 

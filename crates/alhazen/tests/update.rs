@@ -121,11 +121,8 @@ fn other_geometry_textures_or_holes_are_more_than_a_change() {
     let mut textured = before();
     let pixels = Pixels::Rgba8(vec![[9; 4]]);
     textured.images.push(Image { name: "texel".into(), width: 1, height: 1, pixels });
-    textured.textures.push(scene::Texture {
-        image: 0,
-        sampler: scene::Sampler::default(),
-        color_space: scene::ColorSpace::Srgb,
-    });
+    let (sampler, color_space) = (scene::Sampler::default(), scene::ColorSpace::Srgb);
+    textured.textures.push(scene::Texture::image(0, sampler, color_space));
     for (what, new) in [("instance", grown), ("holes", holed), ("texture", textured)] {
         assert_eq!(Changes::between(&old, &SceneTables::build(&new)), None, "{what}");
     }

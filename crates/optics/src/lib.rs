@@ -37,6 +37,7 @@ mod materials;
 mod realtime;
 mod sampling;
 mod surface;
+mod textures;
 mod transport;
 
 // `#[wgsl]` needs its module inline, so each file holds one module of its own name; here they become flat.
@@ -62,6 +63,10 @@ pub use surface::{
     anisotropic::anisotropic, bsdf::bsdf, dielectric::dielectric, fresnel::fresnel, ggx::ggx, glossy::glossy,
     iridescence::iridescence, layered::layered, lobes::lobes, pattern::pattern, phong::phong,
     scatter::scatter, sheen::sheen,
+};
+pub use textures::{
+    color_nodes::color_nodes, noise::noise, patterns::patterns, texture_node::texture_node,
+    texture_point::texture_point, voronoi::voronoi,
 };
 pub use transport::{estimator::estimator, interiors::interiors, medium::medium, path::path, volume::volume};
 

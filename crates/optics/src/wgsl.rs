@@ -61,6 +61,7 @@ mod everything {
     use crate::anisotropic::*;
     use crate::bsdf::*;
     use crate::camera::*;
+    use crate::color_nodes::*;
     use crate::constants::*;
     use crate::dielectric::*;
     use crate::distortion::*;
@@ -85,9 +86,11 @@ mod everything {
     use crate::material::*;
     use crate::math::*;
     use crate::medium::*;
+    use crate::noise::*;
     use crate::offset::*;
     use crate::path::*;
     use crate::pattern::*;
+    use crate::patterns::*;
     use crate::phong::*;
     use crate::plain::*;
     use crate::portal::*;
@@ -102,7 +105,10 @@ mod everything {
     use crate::spherical_rectangle::*;
     use crate::spherical_triangle::*;
     use crate::terminator::*;
+    use crate::texture_node::*;
+    use crate::texture_point::*;
     use crate::tonemap::*;
     use crate::volume::*;
+    use crate::voronoi::*;
     use crate::warp::*;
 }

@@ -21,6 +21,7 @@ mod render;
 mod scene;
 mod sensors;
 mod system;
+mod texture_graph;
 mod watch;
 
 use pyo3::prelude::*;

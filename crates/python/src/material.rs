@@ -4,10 +4,12 @@ use crate::arrays::Input;
 use crate::errors::bad;
 use crate::light::{color, hex};
 use crate::medium::BodyDescribed;
+use crate::texture_graph::add_graph;
 use alhazen::{
     AlphaMode, ColorSpace, Interior, Layers, Material, Model, Pixels, Scene, SceneImage, Texture, TextureRef,
 };
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 /// What a caller may say of a material; `Scene.add_material` explains it.
 pub struct Described<'py> {
@@ -183,13 +185,17 @@ fn base_color(value: &Bound<PyAny>) -> PyResult<glam::Vec4> {
     Ok(rgba.into())
 }
 
-/// Adds a picture of shape (height, width, 3 or 4), row 0 at the top: bytes, or linear floats.
-fn add_texture(
+/// Adds a picture of shape (height, width, 3 or 4), row 0 at the top: bytes, or linear floats. Or a graph, which is a
+/// dictionary.
+pub fn add_texture(
     scene: &mut Scene,
     name: &'static str,
     picture: &Bound<PyAny>,
     color_space: ColorSpace,
 ) -> PyResult<TextureRef> {
+    if let Ok(graph) = picture.cast::<PyDict>() {
+        return add_graph(scene, name, graph);
+    }
     let kind: String =
         picture.getattr("dtype").and_then(|d| d.getattr("name")?.extract()).unwrap_or_default();
     let (height, width, pixels) = match kind.as_str() {
@@ -203,12 +209,12 @@ fn add_texture(
     };
     scene.images.push(SceneImage { name: name.into(), width, height, pixels });
     let image = scene.images.len() as u32 - 1;
-    scene.textures.push(Texture { image, sampler: Default::default(), color_space });
+    scene.textures.push(Texture::image(image, Default::default(), color_space));
     Ok(TextureRef::new(scene.textures.len() as u32 - 1))
 }
 
 fn expected_picture(name: &str) -> String {
-    format!("{name}: expected uint8 or floats of shape (height, width, 3 or 4)")
+    format!("{name}: expected uint8 or floats of shape (height, width, 3 or 4), or a dict of a texture node")
 }
 
 /// Height, width and pixels of a picture of bytes.

@@ -111,3 +111,30 @@ def test_transforms_must_be_affine_and_invertible():
     matrix = np.array([[0, -1, 0, 5], [1, 0, 0, 6], [0, 0, 2, 7], [0, 0, 0, 1]])
     instance = scene.add_instance(mesh, transform=matrix[:3])
     np.testing.assert_array_equal(scene.transform(instance), matrix)
+
+
+def test_textures_can_be_computed():
+    def red(**textures):
+        scene = alhazen.Scene()
+        material = scene.add_material(model="unlit", base_color=1, **textures)
+        corners = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]
+        mesh = scene.add_mesh(corners, [[0, 1, 2], [0, 2, 3]], material=material)
+        scene.add_instance(mesh)
+        camera = alhazen.Camera.look_at([0, 0, 3], [0, 0, 0], fov=30)
+        return scene.render(32, 32, 16, camera=camera, backend="cpu", max_depth=1)["color"][..., 0]
+
+    squares = {"node": "checkerboard", "a": [1, 0, 0], "b": "#000000", "space": "object", "scale": 2}
+    picture = red(base_color_texture=squares)
+    assert abs(picture.mean() - 0.5) < 0.02 and picture.std() > 0.4
+    halves = np.zeros((1, 2, 3), np.float32)
+    halves[0, 1] = 1
+    image = {"node": "triplanar", "image": halves, "space": "object", "scale": 0.5}
+    assert red(base_color_texture={"node": "invert", "input": image}).mean() > 0.1
+    for wrong, words in [
+        ({"node": "nois"}, "there is no such node"),
+        ({"node": "noise", "octaves": 99}, "from 1 to 16"),
+        ({"node": "image", "image": "a.png"}, "an image is an array"),
+        ({"node": "mix", "a": object()}, "a value is a number"),
+    ]:
+        with pytest.raises(ValueError, match=words):
+            alhazen.Scene().add_material(base_color_texture=wrong)

@@ -6,10 +6,11 @@ use std::path::Path;
 use std::time::Instant;
 
 /// Name and text of every built-in scene; the first is what is rendered when nothing is named.
-const SCENES: [(&str, &str); 10] = [
+const SCENES: [(&str, &str); 11] = [
     ("three-spheres", include_str!("../../../scenes/three-spheres.toml")),
     ("cornell", include_str!("../../../scenes/cornell.toml")),
     ("material-grid", include_str!("../../../scenes/material-grid.toml")),
+    ("textures", include_str!("../../../scenes/textures.toml")),
     ("glass", include_str!("../../../scenes/glass.toml")),
     ("model", include_str!("../../../scenes/model.toml")),
     ("lights", include_str!("../../../scenes/lights.toml")),

@@ -1,6 +1,6 @@
 //! Cameras as the user describes them, and the paths they move along.
 
-use glam::{Vec2, Vec3};
+use glam::{Affine3A, Mat3, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// How a camera maps directions to the picture.
@@ -138,6 +138,16 @@ impl Camera {
             distortion: None,
             skew: 0.0,
         }
+    }
+
+    /// From world space to the camera's: x to the right, y up, z against the direction of view. The identity where the
+    /// camera looks nowhere.
+    pub fn world_to_camera(&self) -> Affine3A {
+        let back = (self.eye - self.target).try_normalize();
+        let right = back.and_then(|back| self.up.cross(back).try_normalize().map(|right| (back, right)));
+        let Some((back, right)) = right else { return Affine3A::IDENTITY };
+        let axes = Mat3::from_cols(right, back.cross(right), back);
+        Affine3A::from_mat3_translation(axes, self.eye).inverse()
     }
 
     /// Moves the camera by `by`.

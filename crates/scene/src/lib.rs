@@ -33,6 +33,7 @@ pub mod shapes;
 pub mod subsurface;
 pub mod tables;
 pub mod tangents;
+pub mod texture_graph;
 pub mod triangulate;
 
 pub use animation::{Animation, Clip};
@@ -41,7 +42,9 @@ pub use camera::{Camera, CameraPath, Distortion, Projection};
 pub use daylight::{Daylight, SunError, SunPosition};
 pub use environment::{Environment, Sky, Sun};
 pub use framing::{FilmWindow, Motion};
-pub use image::{ColorSpace, Filter, Image, Pixels, Sampler, Texture, TextureRef, UvTransform, Wrap};
+pub use image::{
+    ColorSpace, Filter, Image, ImageTexture, Pixels, Sampler, Texture, TextureRef, UvTransform, Wrap,
+};
 pub use light::{Light, LightKind};
 pub use load::{LoadError, LoadOptions, Loaded};
 pub use material::{
@@ -55,6 +58,7 @@ pub use portal::{Portal, PortalError};
 pub use report::{LoadReport, Note, Severity};
 pub use settings::{RenderDefaults, ShadowTerminator, ToneMapper};
 pub use subsurface::Subsurface;
+pub use texture_graph::{GraphInput, TextureGraph, TextureGraphNode};
 
 /// Index into [`Scene::meshes`].
 pub type MeshId = u32;
@@ -84,7 +88,7 @@ pub struct Scene {
     pub instances: Vec<Instance>,
     /// Materials; [`Part::material`] refers to them.
     pub materials: Vec<Material>,
-    /// Textures: an image and how it is sampled.
+    /// Textures: images and how they are sampled, and graphs.
     pub textures: Vec<Texture>,
     /// Decoded pixels.
     pub images: Vec<Image>,

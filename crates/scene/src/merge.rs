@@ -100,7 +100,7 @@ impl Offsets {
         for material in scene.materials.iter_mut().chain(moving) {
             material.textures_mut().into_iter().flatten().for_each(|t| t.texture += self.textures);
         }
-        scene.textures.iter_mut().for_each(|t| t.image += self.images);
+        scene.textures.iter_mut().for_each(|t| t.shift_references(self.images, self.textures));
         scene.animations.iter_mut().for_each(|animation| self.apply_to_animation(animation));
     }
 
@@ -159,7 +159,7 @@ mod tests {
             meshes: vec![Mesh::single("m", Shape::Spheres(vec![]), 0)],
             instances: vec![instance],
             materials: vec![textured],
-            textures: vec![Texture { image: 0, sampler: Sampler::default(), color_space: ColorSpace::Srgb }],
+            textures: vec![Texture::image(0, Sampler::default(), ColorSpace::Srgb)],
             images: vec![Image { name: "p".into(), width: 1, height: 1, pixels }],
             lights: vec![Light::new("l", kind)],
             cameras: vec![Camera::perspective("c", Vec3::ZERO, Vec3::Z, 1.0)],
@@ -176,7 +176,7 @@ mod tests {
         assert_eq!(scene.meshes[1].parts[0].material, 1);
         assert_eq!(scene.instances[1].mesh, 1);
         assert_eq!(scene.instances[1].materials, Some(vec![1]));
-        assert_eq!(scene.textures[1].image, 1);
+        assert_eq!(scene.textures[1].as_image().expect("an image").image, 1);
         let textures = scene.materials[1].textures_mut();
         assert!(textures.iter().all(|t| t.is_some_and(|t| t.texture == 1)));
         assert_eq!(scene.instances[0].mesh, 0, "the first scene is left alone");

@@ -21,6 +21,7 @@ fn every_scene_is_listed_and_described() {
             "three-spheres",
             "cornell",
             "material-grid",
+            "textures",
             "glass",
             "model",
             "lights",

@@ -152,7 +152,8 @@ fn shared_files_with_known_values() {
     assert_eq!((spider.materials.len(), spider.images.len()), (4, 4));
     let skin = spider.materials.iter().find(|m| m.name == "Skin").unwrap();
     let texture = skin.base_color_texture.unwrap();
-    let image = &spider.images[spider.textures[texture.texture as usize].image as usize];
+    let shown = spider.textures[texture.texture as usize].as_image().expect("an image");
+    let image = &spider.images[shown.image as usize];
     assert_eq!((image.name.as_str(), image.width > 1), ("wal67ar_small.jpg", true));
 
     let smooth = load_shared(test, "torture_tinyobj/smoothing-normal.obj").unwrap();
@@ -262,13 +263,14 @@ fn textures_are_found_packed_and_placed() {
     let color = material.base_color_texture.unwrap();
     assert_eq!(color.transform.rows, [vec2(2.0, 0.0), vec2(0.0, 2.0)]);
     assert_eq!(color.transform.offset, vec2(0.25, -1.0));
-    let texture = &scene.textures[color.texture as usize];
+    let texture = scene.textures[color.texture as usize].as_image().expect("an image");
     assert_eq!(texture.sampler.wrap_u, Wrap::ClampToEdge);
     let Pixels::Rgba8(pixels) = &scene.images[texture.image as usize].pixels else {
         panic!("not eight bits")
     };
     assert_eq!(pixels[..], [[10, 200, 10, 255], [10, 100, 10, 0]]);
     let packed = &scene.textures[material.metallic_roughness_texture.unwrap().texture as usize];
+    let packed = packed.as_image().expect("an image");
     let Pixels::Rgba8(pixels) = &scene.images[packed.image as usize].pixels else { panic!("not eight bits") };
     assert_eq!(pixels[..], [[255, 64, 255, 255]]);
     let missing = loaded.report.notes.iter().find(|n| n.message.contains("nowhere.png")).unwrap();

@@ -17,7 +17,7 @@ fn scene() -> Scene {
         height: 1,
         pixels: Pixels::Rgba8(vec![[1, 2, 3, 4]; 2]),
     });
-    scene.textures.push(Texture { image: 0, sampler: Default::default(), color_space: Default::default() });
+    scene.textures.push(Texture::image(0, Default::default(), Default::default()));
     scene.materials.push(Material { base_color_texture: Some(TextureRef::new(0)), ..Material::default() });
     let grid = DensityGrid::new([1, 1, 2], [Vec3::ZERO, Vec3::ONE], vec![0.25, f32::MIN_POSITIVE]);
     let medium = Medium { scattering: Vec3::ONE, density: grid.map(Arc::new), ..Medium::default() };
@@ -86,7 +86,7 @@ fn what_is_damaged_is_an_error() {
             "sphere 0",
         ),
         (|s| s.images[0].width = 3, "image 0: 2 pixels for 3×1"),
-        (|s| s.textures[0].image = 1, "texture 0"),
+        (|s| s.textures[0].shift_references(1, 0), "texture 0"),
         (|s| s.environment = Environment::Image { image: 9, rotation: 0.0, intensity: 1.0 }, "environment"),
     ];
     for (damage, reason) in damages {

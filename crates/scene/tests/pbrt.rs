@@ -4,8 +4,8 @@ use glam::{Vec3, vec3};
 use proptest::prelude::*;
 use scene::load::pbrt;
 use scene::{
-    AlphaMode, Environment, LightKind, LoadError, LoadOptions, Loaded, Model, Pixels, Projection, Severity,
-    Shape, TriangleMesh,
+    AlphaMode, Environment, GraphInput, LightKind, LoadError, LoadOptions, Loaded, Model, Pixels, Projection,
+    Severity, Shape, Texture, TriangleMesh,
 };
 use std::path::Path;
 
@@ -119,12 +119,49 @@ fn the_example_of_the_documentation_is_read() {
     assert!(irradiance.x > irradiance.y && irradiance.y > irradiance.z, "3000 K is warm: {irradiance}");
     let materials: Vec<_> = scene.materials.iter().map(|m| m.model).collect();
     assert_eq!(materials, [Model::Lambert, Model::Dielectric, Model::Lambert]);
-    assert!((scene.materials[2].base_color.x - 0.45).abs() < 1e-6, "the mean of the squares");
+    let checks = scene.materials[2].base_color_texture.expect("a texture").texture as usize;
+    let Texture::Graph(graph) = &scene.textures[checks] else { panic!("a graph") };
+    let board = &graph.nodes[0];
+    assert_eq!((graph.summary().as_str(), board.inputs[1]), ("checkerboard", GraphInput::color([0.8; 3])));
+    let corner = board.placement.map.transform_point3(vec3(0.0, 1.0, 0.0));
+    assert_eq!(corner, vec3(0.0, 0.0, 0.0), "v grows upwards there");
     assert_eq!(scene.materials[2].alpha_mode, AlphaMode::Opaque);
     assert!(matches!(scene.meshes[0].parts[0].shape, Shape::Spheres(_)));
     assert_eq!(mesh(&loaded, 1).indices, [[0, 1, 3], [0, 3, 2]]);
-    let texture = "test.pbrt, line 16: checkerboard";
-    assert!(loaded.report.notes.iter().any(|n| n.message.contains(texture)), "{:?}", loaded.report);
+}
+
+/// Every texture that pbrt computes is a graph, and graphs are put together.
+#[test]
+fn procedural_textures_are_graphs() {
+    let text = "WorldBegin Rotate 30 0 0 1
+    Texture \"f\" \"float\" \"fbm\" \"integer octaves\" 4
+    Texture \"w\" \"float\" \"wrinkled\"
+    Texture \"y\" \"float\" \"windy\"
+    Texture \"m\" \"spectrum\" \"marble\" \"float variation\" .4
+    Texture \"d\" \"spectrum\" \"dots\" \"rgb inside\" [1 0 0] \"float uscale\" 8
+    Texture \"c\" \"spectrum\" \"checkerboard\" \"integer dimension\" 3 \"texture tex1\" \"m\"
+    Texture \"s\" \"spectrum\" \"scale\" \"texture tex\" \"c\" \"texture scale\" \"f\"
+    Texture \"x\" \"spectrum\" \"mix\" \"texture tex1\" \"d\" \"texture tex2\" \"m\" \"texture amount\" \"w\"
+    Texture \"n\" \"spectrum\" \"directionmix\" \"texture tex1\" \"d\" \"rgb tex2\" [0 0 1]
+    Material \"diffuse\" \"texture reflectance\" \"s\" \"texture displacement\" \"y\"
+    Material \"diffuse\" \"texture reflectance\" \"x\"
+    Material \"coateddiffuse\" \"texture reflectance\" \"n\" \"texture roughness\" \"f\"
+    Shape \"sphere\"";
+    let loaded = load(text);
+    let scene = &loaded.scene;
+    let graph =
+        |reference: Option<scene::TextureRef>| match &scene.textures[reference.unwrap().texture as usize] {
+            Texture::Graph(graph) => graph.summary(),
+            Texture::Image(_) => panic!("an image"),
+        };
+    let of = |i: usize| graph(scene.materials[i].base_color_texture);
+    assert_eq!(of(1), "noise, wave, range, mix, checkerboard, multiply");
+    assert_eq!(graph(scene.materials[1].normal_texture), "noise, magnitude, multiply");
+    assert_eq!(of(2), "dots, noise, wave, range, mix");
+    assert_eq!(of(3), "dots, facing, mix");
+    assert_eq!(graph(scene.materials[3].metallic_roughness_texture), "noise, power, combine");
+    let notes = &loaded.report.notes;
+    assert!(!notes.iter().any(|n| n.message.contains("texture")), "{notes:?}");
 }
 
 /// +x of pbrt's camera is to the right, whether the world is mirrored by the file or not.

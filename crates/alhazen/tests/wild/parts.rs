@@ -11,14 +11,15 @@ pub fn texture(scene: &mut Scene, [width, height]: [u32; 2], texel: fn(u32, u32)
     let image = scene.images.len() as u32;
     let name = format!("image {image}");
     scene.images.push(SceneImage { name, width, height, pixels: Pixels::Rgba8(pixels) });
-    scene.textures.push(Texture { image, sampler: Sampler::default(), color_space: ColorSpace::Srgb });
+    scene.textures.push(Texture::image(image, Sampler::default(), ColorSpace::Srgb));
     TextureRef::new(scene.textures.len() as u32 - 1)
 }
 
 /// As [`texture`], of numbers that are no colours.
 pub fn data(scene: &mut Scene, size: [u32; 2], texel: fn(u32, u32) -> [u8; 4]) -> TextureRef {
     let reference = texture(scene, size, texel);
-    scene.textures[reference.texture as usize].color_space = ColorSpace::Linear;
+    let image = scene.textures[reference.texture as usize].as_image_mut();
+    image.expect("an image").color_space = ColorSpace::Linear;
     reference
 }
 

@@ -7,7 +7,8 @@ use super::parts::{
 };
 use alhazen::{Camera, Film, Material, Scene, Shape};
 use glam::{Affine3A, Mat3, Quat, Vec2, Vec3};
-use scene::{Anisotropy, Checkerboard, Layers, Projection};
+use scene::texture_graph::{Placement, Space, kind_named};
+use scene::{Anisotropy, Checkerboard, Layers, Projection, Texture, TextureGraph, TextureRef};
 use testkit::scenes::{Build, emitter, lambert, metallic_roughness, sphere};
 
 /// One of each thing that may lie in the space of the object, or along its texture coordinates. No coverage is partial: the last bits
@@ -16,6 +17,12 @@ fn materials(scene: &mut Scene) -> Vec<Material> {
     let image = texture(scene, [8, 4], stripes);
     let bumps = data(scene, [8, 4], leaning);
     let cut = texture(scene, [8, 4], holes);
+    let wave = scene::TextureGraphNode {
+        placement: Placement { space: Space::Object, map: Affine3A::from_scale(Vec3::splat(3.0)) },
+        ..scene::TextureGraphNode::new(kind_named("wave").expect("a kind"))
+    };
+    scene.textures.push(Texture::Graph(TextureGraph { nodes: vec![wave] }));
+    let wave = TextureRef::new(scene.textures.len() as u32 - 1);
     let checkers = |fade: Option<Vec2>| {
         let colors = [Vec3::new(0.9, 0.1, 0.1), Vec3::new(0.1, 0.8, 0.2)];
         Some(Checkerboard { colors, size: 0.3, fade })
@@ -32,6 +39,8 @@ fn materials(scene: &mut Scene) -> Vec<Material> {
         },
         masked(Material { base_color_texture: Some(cut), ..lambert("holed", [0.8; 3]) }),
         Material { emission_texture: Some(image), ..emitter("lamp", [2.0; 3]) },
+        Material { base_color_texture: Some(wave), ..lambert("waves", [1.0; 3]) },
+        Material { base_color_texture: Some(wave), ..unlit([1.0; 3]) },
     ]
 }
 
@@ -48,7 +57,7 @@ fn placements() -> [(&'static str, Affine3A); 5] {
     ]
 }
 
-const OBJECTS: u32 = 7;
+const OBJECTS: u32 = 9;
 /// Columns and rows of an object's part of the picture.
 const SIZE: u32 = 24;
 

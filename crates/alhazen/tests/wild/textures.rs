@@ -17,7 +17,7 @@ fn float(scene: &mut Scene, pixel: [f32; 4]) -> TextureRef {
     };
     let image = scene.images.len() as u32;
     scene.images.push(SceneImage { name: "float".into(), width: 1, height: 1, pixels });
-    scene.textures.push(Texture { image, sampler: Sampler::default(), color_space: ColorSpace::Srgb });
+    scene.textures.push(Texture::image(image, Sampler::default(), ColorSpace::Srgb));
     TextureRef::new(scene.textures.len() as u32 - 1)
 }
 

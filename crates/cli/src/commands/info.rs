@@ -3,7 +3,7 @@
 use crate::console::{bytes, json_line, print_result, seconds};
 use alhazen::{
     AlphaMode, Camera, Distortion, Environment, Light, LightKind, LoadOptions, Loaded, Material, Model,
-    Projection, Scene, SceneTables, Shape, TextureRef,
+    Projection, Scene, SceneTables, Shape, Texture, TextureRef,
 };
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
@@ -207,8 +207,8 @@ fn material_line(scene: &Scene, m: &Material) -> String {
     line
 }
 
-/// The textures of a material: what each is for and the name of its image.
-fn textures<'a>(scene: &'a Scene, m: &Material) -> Vec<(&'static str, &'a str)> {
+/// The textures of a material: what each is for, and the name of its image or what its graph is made of.
+fn textures(scene: &Scene, m: &Material) -> Vec<(&'static str, String)> {
     let slots = [
         ("color-texture", m.base_color_texture),
         ("metallic-roughness-texture", m.metallic_roughness_texture),
@@ -216,9 +216,9 @@ fn textures<'a>(scene: &'a Scene, m: &Material) -> Vec<(&'static str, &'a str)> 
         ("emission-texture", m.emission_texture),
         ("normal-texture", m.normal_texture),
     ];
-    let name = |t: TextureRef| {
-        let texture = scene.textures.get(t.texture as usize)?;
-        Some(scene.images.get(texture.image as usize)?.name.as_str())
+    let name = |t: TextureRef| match scene.textures.get(t.texture as usize)? {
+        Texture::Image(shown) => Some(scene.images.get(shown.image as usize)?.name.clone()),
+        Texture::Graph(graph) => Some(graph.summary()),
     };
     slots.into_iter().filter_map(|(slot, texture)| Some((slot, name(texture?)?))).collect()
 }

@@ -1,6 +1,6 @@
 //! Which candidate hits count: alpha masks, coverage, and backs that are not there.
 
-use crate::fetch::surface::{alpha_inputs, faces_away};
+use crate::fetch::surface::{alpha_point, faces_away};
 use crate::scene::CpuScene;
 use crate::shade::material::coverage;
 use accel::{Candidate, HitFilter};
@@ -31,7 +31,7 @@ impl HitFilter for AlphaFilter<'_> {
         if !material.has_holes() {
             return true;
         }
-        let alpha = coverage(tables, material, alpha_inputs(tables, &records, candidate));
+        let alpha = coverage(tables, material, &alpha_point(tables, &records, material, candidate));
         alpha >= 1.0 || (alpha > 0.0 && hashed_threshold(records.geometry.kind, candidate) < alpha)
     }
 }

@@ -256,8 +256,8 @@ fn hit_record(tables: &SceneTables, instance: &InstanceRecord, geometry: u32, bi
     let material = &tables.materials[material_index as usize];
     // Patterns live in object space, and mirroring turns the normal.
     let patterned = material.flags & MATERIAL_CHECKERBOARD != 0;
-    // Layers want tangents, and the normal without its map.
-    let bare = !material.texture(SLOT_NORMAL).is_some() && material.layers == NONE;
+    // Layers want tangents, and the normal without its map; graphs ask where they are in every space.
+    let bare = !material.texture(SLOT_NORMAL).is_some() && material.layers == NONE && !material.has_graphs();
     let pattern_is_placed = patterned && tables.bindings[binding as usize].placement != NONE;
     let placed_oddly = pattern_is_placed
         || (!instance.identity && (patterned || determinant(&instance.object_to_world) < 0.0));

@@ -4,4 +4,5 @@ pub(crate) mod filter;
 pub(crate) mod hit_records;
 pub(crate) mod surface;
 pub(crate) mod texture;
+pub(crate) mod texture_points;
 pub(crate) mod triangles;

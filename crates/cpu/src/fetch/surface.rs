@@ -1,15 +1,18 @@
 //! From a hit to the surface there: position, normals, coordinates, colour.
 
+use crate::fetch::texture_points::{
+    bumped_normal, object_position, sphere_texture_point, triangle_texture_point,
+};
 use crate::scene::{
     CpuScene, HitRecords, determinant, transform_normal, transform_point, transform_vector, vec3,
 };
-use crate::shade::material::AlphaInputs;
 use accel::{Candidate, Hit, Ray};
 use optics::frame::{Frame, bend_normal, frame_from_normal, frame_from_tangent, map_normal};
 use optics::material::SLOT_NORMAL;
 use optics::offset::{offset_ray_origin, sphere_clearance, triangle_clearance};
 use optics::shape::{sphere_tangent_turned, sphere_uv, turned_direction};
 use optics::terminator::{TerminatorLift, terminator_lift};
+use optics::texture_point::{TexturePoint, texture_point_at};
 use optics::vector::{cross, dot, normalize};
 use optics::{Vec2f, Vec3f, Vec4f, vec2f, vec3f, vec4f};
 use scene::tables::{
@@ -47,11 +50,32 @@ pub(crate) struct Surface {
     pub object: u32,
     /// Number of the primitive in its geometry.
     pub primitive: u32,
-    /// Position in the x–z plane of object space, for procedural patterns.
-    pub pattern_position: Vec2f,
+    /// Position in object space, for procedural patterns.
+    pub object_position: Vec3f,
+    /// What only texture graphs ask; set where the material has some.
+    pub graph: GraphPlace,
     /// The shading normal without the normal map, and the frame along the texture coordinates: what layers need.
     /// Elsewhere the shading normal, and any frame.
     pub layer_frame: Frame,
+}
+
+/// How the spaces of textures lie on a surface; see [`TexturePoint`].
+#[derive(Clone, Copy)]
+pub(crate) struct GraphPlace {
+    /// Unit geometric normal in object space.
+    normal: Vec3f,
+    object_density: f32,
+    uv_density: Vec2f,
+}
+
+impl GraphPlace {
+    /// Of surfaces without graphs.
+    pub const NONE: Self =
+        Self { normal: vec3f(0.0, 0.0, 0.0), object_density: 0.0, uv_density: vec2f(0.0, 0.0) };
+
+    fn of(point: &TexturePoint) -> Self {
+        Self { normal: point.normal, object_density: point.object_density, uv_density: point.uv_density }
+    }
 }
 
 impl Surface {
@@ -69,7 +93,7 @@ impl Surface {
         let front = dot(point.normal, wo) >= 0.0;
         let side = if front { 1.0 } else { -1.0 };
         let normal = point.normal * side;
-        let shading_normal = shading_normal(tables, material, &point, wo, normal, side);
+        let shading_normal = shading_normal(tables, &records, &point, wo, normal, side, hit);
         let layer_frame = if material.layers == NONE {
             Frame { tangent: shading_normal, bitangent: shading_normal, normal: shading_normal }
         } else {
@@ -91,7 +115,8 @@ impl Surface {
             light: tables.light_of(records.binding, records.primitive),
             object: records.binding.object,
             primitive: records.primitive,
-            pattern_position: point.pattern_position,
+            object_position: point.object_position,
+            graph: point.graph,
             layer_frame,
         }
     }
@@ -103,6 +128,21 @@ impl Surface {
             offset_ray_origin(self.origin, self.horizon, self.clearance)
         } else {
             offset_ray_origin(self.position, -self.normal, self.clearance)
+        }
+    }
+
+    /// What textures ask of the surface. `width`: of the ray's footprint, metres.
+    #[inline]
+    pub fn texture_point(&self, width: f32) -> TexturePoint {
+        TexturePoint {
+            coords: self.coords,
+            color: self.color,
+            position: self.object_position,
+            width,
+            world: self.position,
+            object_density: self.graph.object_density,
+            normal: self.graph.normal,
+            uv_density: self.graph.uv_density,
         }
     }
 
@@ -180,7 +220,10 @@ struct Point {
     tangent: Option<(Vec3f, f32)>,
     coords: Vec4f,
     color: Vec4f,
-    pattern_position: Vec2f,
+    object_position: Vec3f,
+    graph: GraphPlace,
+    /// From the centre of a sphere, in the space of its bottom-level structure.
+    outward: Vec3f,
 }
 
 /// Of what has no vertex normals, or stays exact.
@@ -241,20 +284,19 @@ fn triangle_point(
         tangent,
         coords: tex_coords(tables, geometry, corners, weights),
         color: vertex_color(tables, geometry, corners, weights),
-        pattern_position: pattern_position(tables, records, local),
+        object_position: object_position(tables, records, local),
+        graph: if material.has_graphs() {
+            GraphPlace::of(&triangle_texture_point(tables, records, weights))
+        } else {
+            GraphPlace::NONE
+        },
+        outward: vec3f(0.0, 0.0, 0.0),
     }
-}
-
-/// Where a point of a geometry, in the space of its bottom-level structure, lies in the x–z plane of the user's object.
-#[inline(always)]
-fn pattern_position(tables: &SceneTables, records: &HitRecords, local: Vec3f) -> Vec2f {
-    let p = tables.placement(records.binding).map_or(local, |to_object| transform_point(to_object, local));
-    vec2f(p.x, p.z)
 }
 
 /// A direction from the centre of a sphere, in the space of its bottom-level structure, in the space of the user's object.
 #[inline(always)]
-fn sphere_direction(tables: &SceneTables, records: &HitRecords, outward: Vec3f) -> Vec3f {
+pub(crate) fn sphere_direction(tables: &SceneTables, records: &HitRecords, outward: Vec3f) -> Vec3f {
     let Some(rows) = tables.placement(records.binding) else { return outward };
     let [x, y, z] = rows.map(|[x, y, z, _]| vec3f(x, y, z));
     turned_direction(x, y, z, outward)
@@ -320,7 +362,13 @@ fn sphere_point(
         tangent: Some((tangent, if mirrored { -1.0 } else { 1.0 })),
         coords: vec4f(uv.x, uv.y, uv.x, uv.y),
         color: vec4f(1.0, 1.0, 1.0, 1.0),
-        pattern_position: pattern_position(tables, records, on_sphere),
+        object_position: object_position(tables, records, on_sphere),
+        graph: if material.has_graphs() {
+            GraphPlace::of(&sphere_texture_point(tables, records, outward))
+        } else {
+            GraphPlace::NONE
+        },
+        outward,
     }
 }
 
@@ -329,16 +377,23 @@ fn sphere_point(
 #[inline(always)]
 fn shading_normal(
     tables: &SceneTables,
-    material: &MaterialRecord,
+    records: &HitRecords,
     point: &Point,
     wo: Vec3f,
     normal: Vec3f,
     side: f32,
+    hit: &Hit,
 ) -> Vec3f {
+    let material = &tables.materials[records.binding.material as usize];
     let mut shading = point.shading.map_or(normal, |n| n * side);
     let texture = material.texture(SLOT_NORMAL);
-    if texture.is_some() {
-        let texel = crate::fetch::texture::sample(tables, texture, point.coords);
+    if texture.is_height() {
+        let frame = tangent_frame(point, shading, side);
+        let (scale, weights) = (material.normal_scale, [1.0 - hit.u - hit.v, hit.u, hit.v]);
+        shading = bumped_normal(tables, records, texture, &frame, side, scale, weights, point.outward);
+    } else if texture.is_some() {
+        let unknown = || texture_point_at(point.coords, point.color);
+        let texel = crate::fetch::texture::sample(tables, texture, point.coords, unknown);
         let frame = tangent_frame(point, shading, side);
         shading = map_normal(frame, vec3f(texel.x, texel.y, texel.z), material.normal_scale);
     } else if point.shading.is_none() {
@@ -401,22 +456,27 @@ pub(crate) fn vertex_color(
     vec4f(r, g, b, a)
 }
 
-/// Texture coordinates and vertex colour at a candidate hit, for alpha tests.
-pub(crate) fn alpha_inputs(tables: &SceneTables, records: &HitRecords, c: &Candidate) -> AlphaInputs {
+/// What coverage depends on at a candidate hit, for alpha tests: texture coordinates, vertex colour and position, and
+/// everything where the material has graphs.
+pub(crate) fn alpha_point(
+    tables: &SceneTables,
+    records: &HitRecords,
+    material: &MaterialRecord,
+    c: &Candidate,
+) -> TexturePoint {
     let geometry = records.geometry;
+    let weights = [1.0 - c.u - c.v, c.u, c.v];
     if geometry.kind == GeometryKind::Spheres {
-        let [x, y, z, radius] = tables.spheres[(geometry.first_primitive + records.primitive) as usize];
-        let outward = normalize(vec3(c.outward));
-        let uv = sphere_uv(sphere_direction(tables, records, outward));
-        let position = pattern_position(tables, records, vec3f(x, y, z) + outward * radius);
-        return (vec4f(uv.x, uv.y, uv.x, uv.y), vec4f(1.0, 1.0, 1.0, 1.0), position);
+        return sphere_texture_point(tables, records, normalize(vec3(c.outward)));
+    }
+    if material.has_graphs() {
+        return triangle_texture_point(tables, records, weights);
     }
     let corners = tables.indices[(geometry.first_primitive + records.primitive) as usize];
-    let weights = [1.0 - c.u - c.v, c.u, c.v];
     let p = interpolate(&tables.positions, geometry.first_vertex, corners, weights);
     let coords = tex_coords(tables, geometry, corners, weights);
-    let position = pattern_position(tables, records, vec3(p));
-    (coords, vertex_color(tables, geometry, corners, weights), position)
+    let position = object_position(tables, records, vec3(p));
+    TexturePoint { position, ..texture_point_at(coords, vertex_color(tables, geometry, corners, weights)) }
 }
 
 /// Whether a candidate hit is on the back of its surface.

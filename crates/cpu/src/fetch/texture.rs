@@ -4,6 +4,7 @@ use half::f16;
 use optics::image_texture::{
     decode_texel, mix_texels, texel_column, texel_footprint, texel_place, texel_row,
 };
+use optics::texture_point::TexturePoint;
 use optics::{Vec4f, vec4f};
 use scene::tables::{SceneTables, TextureUse};
 use std::sync::LazyLock;
@@ -17,11 +18,33 @@ static DECODE: LazyLock<[[f32; 256]; 2]> = LazyLock::new(|| {
 });
 
 /// The linear RGBA value of a texture at the given coordinates of both sets; ones where there is no texture. RGB is
-/// decoded as the texture says; alpha is always linear.
-pub(crate) fn sample(tables: &SceneTables, texture: &TextureUse, coords: Vec4f) -> Vec4f {
+/// decoded as the texture says; alpha is always linear. `point`: what graphs ask.
+#[inline]
+pub(crate) fn sample(
+    tables: &SceneTables,
+    texture: &TextureUse,
+    coords: Vec4f,
+    point: impl FnOnce() -> TexturePoint,
+) -> Vec4f {
     if !texture.is_some() {
         return vec4f(1.0, 1.0, 1.0, 1.0);
     }
+    if texture.is_graph() {
+        return graph(tables, texture, &point());
+    }
+    image(tables, texture, coords)
+}
+
+/// Out of line: images pay nothing for graphs.
+#[inline(never)]
+fn graph(tables: &SceneTables, texture: &TextureUse, point: &TexturePoint) -> Vec4f {
+    tables.evaluate_graph(texture, point, |shown, coords| {
+        if shown.is_some() { image(tables, shown, coords) } else { vec4f(1.0, 1.0, 1.0, 1.0) }
+    })
+}
+
+/// The value of an image.
+fn image(tables: &SceneTables, texture: &TextureUse, coords: Vec4f) -> Vec4f {
     let f = texel_footprint(*texture, coords);
     let at = |right: i32, below: i32| texel(tables, texture, f.x + right, f.y + below);
     if f.bilinear { mix_texels(f, at(0, 0), at(1, 0), at(0, 1), at(1, 1)) } else { at(0, 0) }

@@ -6,7 +6,7 @@
 use crate::batch::lanes::{LANES, Lanes, Vectors};
 use crate::batch::streams::{HitLanes, HitStream, PathStream};
 use crate::fetch::hit_records::{HitRecord, ShadingClass, form};
-use crate::fetch::surface::{Surface, tex_coords, transformed_extent, vertex_color};
+use crate::fetch::surface::{GraphPlace, Surface, tex_coords, transformed_extent, vertex_color};
 use crate::scene::{CpuScene, transform_normal, transform_point};
 use crate::shade::misses::first_lanes;
 use crate::simd::{Instructions, prefetch};
@@ -14,7 +14,7 @@ use optics::frame::{Frame, bend_normal};
 use optics::offset::triangle_clearance;
 use optics::terminator::terminator_lift;
 use optics::vector::{cross, dot};
-use optics::{Vec3f, vec2f, vec3f, vec4f};
+use optics::{Vec3f, vec3f, vec4f};
 use scene::tables::NONE;
 
 /// Sixteen hits in a row.
@@ -388,7 +388,8 @@ impl TriangleLanes {
             light: tables.light_of(binding, primitive),
             object: binding.object,
             primitive,
-            pattern_position: vec2f(position.x, position.z),
+            object_position: position,
+            graph: GraphPlace::NONE,
             layer_frame: Frame { tangent: shading_normal, bitangent: shading_normal, normal: shading_normal },
         })
     }

@@ -12,6 +12,8 @@ use optics::layers::{
     layered_point, no_albedos,
 };
 use optics::material::{SLOT_METALLIC_ROUGHNESS, SLOT_TRANSMISSION};
+use optics::pattern::footprint_width;
+use optics::vector::dot;
 use scene::tables::{MaterialRecord, SceneTables};
 
 /// A layered surface, prepared for its viewing direction.
@@ -45,10 +47,12 @@ pub(crate) fn shade_layered(
     u_dispersion: f32,
 ) -> LayeredSurface {
     let textures = &tables.layer_textures[material.layers as usize];
+    let point = || s.texture_point(footprint_width(footprint, dot(s.wo, s.normal)));
+    let texel = |texture| texture::sample(tables, texture, s.coords, point);
     let texels = LayerTexels {
-        layers: std::array::from_fn(|i| texture::sample(tables, &textures[i], s.coords)),
-        metallic_roughness: texture::sample(tables, material.texture(SLOT_METALLIC_ROUGHNESS), s.coords),
-        transmission: texture::sample(tables, material.texture(SLOT_TRANSMISSION), s.coords),
+        layers: std::array::from_fn(|i| texel(&textures[i])),
+        metallic_roughness: texel(material.texture(SLOT_METALLIC_ROUGHNESS)),
+        transmission: texel(material.texture(SLOT_TRANSMISSION)),
     };
     let directions = SurfaceDirections {
         wo: s.wo,

@@ -12,8 +12,10 @@ use optics::light_profile::{profile_cell, profile_mix};
 use optics::light_tree::{ALL_SIDES, octahedral_decode};
 use optics::random::dither;
 use optics::shape::{sphere_uv, turned_direction};
+use optics::texture_point::{TexturePoint, texture_point_at};
+use optics::vector::{cross, dot, normalize};
 use optics::warp::{alias_choose_dithered, alias_slot, pdf_cone};
-use optics::{Vec2f, Vec3f, Vec4f, vec2f, vec3f, vec4f};
+use optics::{Vec2f, Vec3f, vec2f, vec3f, vec4f};
 use scene::tables::{LightChoice, LightRecord, NONE, SceneTables};
 
 /// Samples a direction towards a light chosen by the irradiance that it can bring; the density includes the choice. `None` if no
@@ -85,7 +87,7 @@ pub(crate) fn sample_one_light(scene: &CpuScene, index: u32, p: Vec3f, u: [f32; 
         sample.radiance *= profile_at(&scene.tables, record, -sample.wi);
     }
     if record.textured_material != NONE {
-        sample.radiance = textured_emission(scene, record, texture_coords(record, p, &sample));
+        sample.radiance = textured_emission(scene, record, &light_texture_point(record, p, &sample));
     }
     sample
 }
@@ -106,29 +108,36 @@ fn sample_environment(scene: &CpuScene, p: Vec3f, u: [f32; 2]) -> LightSample {
     LightSample { wi, distance: FAR, radiance: environment.radiance(wi), pdf, delta: false, barycentrics }
 }
 
-/// Both sets of texture coordinates at a sampled point of a textured surface.
-fn texture_coords(record: &LightRecord, p: Vec3f, sample: &LightSample) -> Vec4f {
+/// A sampled point of a textured surface. Vertex colours count as ones.
+fn light_texture_point(record: &LightRecord, p: Vec3f, sample: &LightSample) -> TexturePoint {
     let places = &record.texture_places;
+    let ones = vec4f(1.0, 1.0, 1.0, 1.0);
+    let world = p + sample.wi * sample.distance;
     if record.light.kind == LIGHT_SPHERE {
         let row = |i: usize| vec3f(places[4 * i], places[4 * i + 1], places[4 * i + 2]);
-        let outward = p + sample.wi * sample.distance - record.light.position;
-        let uv = sphere_uv(turned_direction(row(0), row(1), row(2), outward));
-        return vec4f(uv.x, uv.y, uv.x, uv.y);
+        let rows = [row(0), row(1), row(2)];
+        let normal = turned_direction(rows[0], rows[1], rows[2], world - record.light.position);
+        let uv = sphere_uv(normal);
+        let along = |i: usize| dot(rows[i], world) + places[4 * i + 3];
+        let position = vec3f(along(0), along(1), along(2));
+        let point = texture_point_at(vec4f(uv.x, uv.y, uv.x, uv.y), ones);
+        return TexturePoint { position, world, normal, ..point };
     }
     let [b1, b2] = [sample.barycentrics.x, sample.barycentrics.y];
-    // Of each set the pairs of three vertices.
+    // Of each set the pairs of three vertices, then their positions.
     let at = |i: usize| places[i] * (1.0 - b1 - b2) + places[i + 2] * b1 + places[i + 4] * b2;
-    vec4f(at(0), at(1), at(6), at(7))
+    let corner = |i: usize| vec3f(places[12 + 3 * i], places[13 + 3 * i], places[14 + 3 * i]);
+    let [c0, c1, c2] = [corner(0), corner(1), corner(2)];
+    let position = c0 * (1.0 - b1 - b2) + c1 * b1 + c2 * b2;
+    let normal = normalize(cross(c1 - c0, c2 - c0));
+    let point = texture_point_at(vec4f(at(0), at(1), at(6), at(7)), ones);
+    TexturePoint { position, world, normal, ..point }
 }
 
-fn textured_emission(scene: &CpuScene, record: &LightRecord, coords: Vec4f) -> Vec3f {
+fn textured_emission(scene: &CpuScene, record: &LightRecord, point: &TexturePoint) -> Vec3f {
     let material = &scene.tables.materials[record.textured_material as usize];
-    let emitted = emission_at(&scene.tables, material, coords);
-    if material.has_holes() {
-        emitted * coverage(&scene.tables, material, (coords, vec4f(1.0, 1.0, 1.0, 1.0), vec2f(0.0, 0.0)))
-    } else {
-        emitted
-    }
+    let emitted = emission_at(&scene.tables, material, point);
+    if material.has_holes() { emitted * coverage(&scene.tables, material, point) } else { emitted }
 }
 
 /// Density over solid angle, seen from `from`, with which [`sample_light`] would have found an emissive surface at

@@ -10,8 +10,9 @@ use optics::material::{
 use optics::pattern::footprint_width;
 use optics::plain::{ALBEDO_DIELECTRIC, ALBEDO_GGX, material_mixes_models, plain_bsdf, plain_point};
 use optics::scatter::Bsdf;
+use optics::texture_point::TexturePoint;
 use optics::vector::dot;
-use optics::{Vec2f, Vec3f, Vec4f, vec2f, vec3f};
+use optics::{Vec3f, vec2f, vec3f};
 use scene::tables::{MaterialRecord, ModelTag, SceneTables};
 
 /// Decides how [`shade`] reads materials: the same for the whole picture.
@@ -23,10 +24,6 @@ pub(crate) struct Shading {
     pub pixel_spread: f32,
 }
 
-/// Texture coordinates of both sets, vertex colour, and position in the x–z plane of object space: what coverage
-/// depends on.
-pub(crate) type AlphaInputs = (Vec4f, Vec4f, Vec2f);
-
 /// Linear base colour at a surface. `footprint`: radius of the ray's footprint, metres.
 #[inline]
 pub(crate) fn base_color(
@@ -35,19 +32,17 @@ pub(crate) fn base_color(
     s: &Surface,
     footprint: f32,
 ) -> Vec3f {
-    let texel = texture::sample(tables, material.texture(SLOT_BASE_COLOR), s.coords);
     let width = footprint_width(footprint, dot(s.wo, s.normal));
-    material_base_color(*material, s.color, texel, s.pattern_position, width)
+    let texel =
+        texture::sample(tables, material.texture(SLOT_BASE_COLOR), s.coords, || s.texture_point(width));
+    let pattern_position = vec2f(s.object_position.x, s.object_position.z);
+    material_base_color(*material, s.color, texel, pattern_position, width)
 }
 
 /// Coverage in `[0, 1]` at a candidate hit.
-pub(crate) fn coverage(
-    tables: &SceneTables,
-    material: &MaterialRecord,
-    (coords, color, position): AlphaInputs,
-) -> f32 {
-    let texel = texture::sample(tables, material.texture(SLOT_BASE_COLOR), coords);
-    material_coverage(*material, color.w, texel.w, position)
+pub(crate) fn coverage(tables: &SceneTables, material: &MaterialRecord, point: &TexturePoint) -> f32 {
+    let texel = texture::sample(tables, material.texture(SLOT_BASE_COLOR), point.coords, || *point);
+    material_coverage(*material, point.color.w, texel.w, vec2f(point.position.x, point.position.z))
 }
 
 /// Radiance that the surface emits towards the viewer.
@@ -64,12 +59,14 @@ pub(crate) fn emission(
     if !material_emits(*material, s.front) {
         return vec3f(0.0, 0.0, 0.0);
     }
-    emission_at(tables, material, s.coords)
+    // A light's samples have no footprint either.
+    emission_at(tables, material, &s.texture_point(0.0))
 }
 
-/// Radiance that an emissive material emits where the texture coordinates are `coords`.
-pub(crate) fn emission_at(tables: &SceneTables, material: &MaterialRecord, coords: Vec4f) -> Vec3f {
-    material_emission(*material, texture::sample(tables, material.texture(SLOT_EMISSION), coords))
+/// Radiance that an emissive material emits at a point.
+pub(crate) fn emission_at(tables: &SceneTables, material: &MaterialRecord, point: &TexturePoint) -> Vec3f {
+    let texel = texture::sample(tables, material.texture(SLOT_EMISSION), point.coords, || *point);
+    material_emission(*material, texel)
 }
 
 /// Whether [`shade`] needs `u_model`.
@@ -92,7 +89,9 @@ pub(crate) fn shade(
     ior: f32,
     u_model: f32,
 ) -> Bsdf {
-    let texel = |slot| texture::sample(tables, material.texture(slot), s.coords);
+    let width = || footprint_width(footprint, dot(s.wo, s.normal));
+    let point = || s.texture_point(width());
+    let texel = |slot| texture::sample(tables, material.texture(slot), s.coords, point);
     let point = plain_point(
         *material,
         base_color(tables, material, s, footprint),

@@ -204,6 +204,7 @@ fn variant_of(tables: &SceneTables) -> Variant {
         half_texels: tables.has_half_texels(),
         placements: !tables.placements.is_empty(),
         turned_tangents: tables.turns_tangents(),
+        graphs: tables.has_graphs(),
         layers: !tables.layers.is_empty(),
         absorption: tables.has_absorption(),
         light_tree: !tables.light_tree.is_empty(),

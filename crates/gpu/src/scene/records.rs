@@ -348,7 +348,7 @@ pub(super) fn lights(tables: &SceneTables, words: &Words) -> Vec<LightRecord> {
                 (false, profile) => words.profiles + profile,
             },
         };
-        texture_places += if textured { 12 } else { 0 };
+        texture_places += if textured { l.texture_places.len() as u32 } else { 0 };
         record
     };
     tables.lights.iter().zip(&tables.light_alias).map(record).collect()
@@ -361,6 +361,7 @@ mod tests {
     use optics::image_texture::TextureUse;
     use optics::layers::LayersRecord;
     use optics::material::MaterialRecord;
+    use optics::texture_node::TextureNode;
 
     #[test]
     fn shaders_have_no_gaps_between_the_fields_of_records() {
@@ -373,6 +374,7 @@ mod tests {
         assert_packed::<TextureUse>(&module);
         assert_packed::<MaterialRecord>(&module);
         assert_packed::<LayersRecord>(&module);
+        assert_packed::<TextureNode>(&crate::shader::check::module("graphs_nodes"));
     }
 
     #[test]

@@ -83,7 +83,8 @@ impl ImagePlace {
 pub(super) fn images(tables: &SceneTables) -> Vec<ImagePlace> {
     let of_materials = tables.materials.iter().flat_map(|m| &m.textures);
     let of_layers = tables.layer_textures.iter().flatten();
-    let used = of_materials.chain(of_layers).filter(|texture| texture.is_some());
+    let all = of_materials.chain(of_layers).chain(&tables.graph_textures);
+    let used = all.filter(|texture| texture.is_some() && !texture.is_graph());
     let mut images: Vec<_> = used.map(ImagePlace::of).collect();
     images.sort_unstable();
     images.dedup();

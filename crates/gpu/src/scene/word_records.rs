@@ -5,19 +5,38 @@ use naga::{Scalar, ScalarKind, TypeInner, VectorSize};
 use optics::WgslRecord;
 use optics::image_texture::TextureUse;
 use optics::layers::LayersRecord;
+use optics::texture_node::TextureNode;
 use std::fmt::Write;
 use std::sync::LazyLock;
 
-/// The functions of scenes with layers: `read_LayersRecord(at)` and `read_TextureUse(at)` return the record that begins
-/// at word `at`.
+/// `read_LayersRecord(at)` returns the record that begins at word `at`.
 pub fn layer_readers() -> &'static str {
+    static TEXT: LazyLock<String> =
+        LazyLock::new(|| module::<LayersRecord, _>("layers", optics::layers::WGSL_SOURCE.wgsl_source()));
+    &TEXT
+}
+
+/// As [`layer_readers`]: `read_TextureUse(at)`.
+pub fn use_readers() -> &'static str {
     static TEXT: LazyLock<String> = LazyLock::new(|| {
-        let declarations =
-            optics::layers::WGSL_SOURCE.wgsl_source().expect("a test builds the text of every module");
-        let imports = "#import scene\n#import optics::image_texture, optics::layers\n\n".to_owned();
-        imports + &reader::<LayersRecord>(&declarations) + &reader::<TextureUse>(&declarations)
+        module::<TextureUse, _>("image_texture", optics::image_texture::WGSL_SOURCE.wgsl_source())
     });
     &TEXT
+}
+
+/// As [`layer_readers`]: `read_TextureNode(at)`.
+pub fn node_readers() -> &'static str {
+    static TEXT: LazyLock<String> = LazyLock::new(|| {
+        module::<TextureNode, _>("texture_node", optics::texture_node::WGSL_SOURCE.wgsl_source())
+    });
+    &TEXT
+}
+
+/// A module with the function that reads a record which the module `declares` of the optics declares; `text`: of that
+/// module with all that it imports.
+fn module<T: WgslRecord, E: std::fmt::Debug>(declares: &str, text: Result<String, E>) -> String {
+    let declarations = text.expect("a test builds the text of every module");
+    format!("#import scene\n#import optics::{declares}\n\n{}", reader::<T>(&declarations))
 }
 
 /// A function that reads a record; `declarations`: WGSL that declares it.
@@ -57,7 +76,7 @@ mod tests {
     fn fields_are_read_in_their_order_from_their_places() {
         let text = layer_readers();
         assert!(text.contains("fn read_LayersRecord(at: u32) -> LayersRecord"), "{text}");
-        let use_ = text.split("fn read_TextureUse").nth(1).expect("a second function");
+        let use_ = use_readers();
         assert!(
             use_.contains("words_vec3(at + 0u), words[at + 3u], words_vec3(at + 4u), words[at + 7u]"),
             "{use_}"

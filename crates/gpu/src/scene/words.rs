@@ -1,6 +1,6 @@
 //! What shaders look up by word: vertex indices and attributes, densities of grids, and what belongs to lights and layers.
 
-use super::materials::{LAYERS_WORDS, layers};
+use super::materials::{LAYERS_WORDS, graph_nodes, graph_textures, layers};
 use super::media::{Grid, Medium, grid_record, medium_record};
 use optics::albedo::SheenAlbedo;
 use optics::light_tree::LIGHT_NODE_WIDTH;
@@ -28,15 +28,16 @@ pub(super) struct Words {
     pub portals: u32,
     pub emitter_boxes: u32,
     pub light_tree: u32,
+    pub graph_nodes: u32,
     layers: u32,
     pub sheen_albedo: u32,
     media: u32,
 }
 
-/// Bytes for the words of so many more lights: coordinates of three corners, a place among the visible ones, a place in the tree
+/// Bytes for the words of so many more lights: coordinates and positions of three corners, a place among the visible ones, a place in the tree
 /// of lights, and its nodes. The lights that there are may be few, so that their tree is one node or none.
 pub fn words_of_lights(more: u32) -> u64 {
-    const A_LIGHT: u64 = (6 + 1 + 1) * 4;
+    const A_LIGHT: u64 = (21 + 1 + 1) * 4;
     if more == 0 {
         return 0;
     }
@@ -101,9 +102,11 @@ impl Words {
         self.light_tree = self.append(&[u32::from(tree.defends_root), tree.uniform_share.to_bits()]);
         self.append(&tree.places);
         self.append(bytemuck::cast_slice(&tree.nodes));
+        let shown = self.append(bytemuck::cast_slice(&graph_textures(tables)));
+        self.graph_nodes = self.append(bytemuck::cast_slice(&graph_nodes(tables, shown)));
         if !tables.layers.is_empty() {
             self.sheen_albedo = self.append(bytemuck::cast_slice(SheenAlbedo::shared().texels()));
-            self.layers = self.append(&layers(tables));
+            self.layers = self.append(&layers(tables, self.graph_nodes));
         }
         let grids: Vec<Grid> = tables.grids.iter().map(|g| grid_record(g, self.densities)).collect();
         let grids = self.append(bytemuck::cast_slice(&grids));

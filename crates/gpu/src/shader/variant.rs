@@ -2,7 +2,7 @@
 
 use super::modules::Linkage;
 use crate::scene::records::records_text;
-use crate::scene::word_records::layer_readers;
+use crate::scene::word_records::{layer_readers, node_readers, use_readers};
 use backend::{Integrator, SamplerKind, View};
 use optics::albedo::DielectricAlbedo;
 use optics::distortion::DISTORTION_NONE;
@@ -16,6 +16,8 @@ use std::fmt::Write;
 pub const ABSTRACT: &[(&str, &[&str])] = &[
     // Where texels are.
     ("texels", &["texels_layers", "texels_images"]),
+    // How texture graphs are evaluated.
+    ("graphs", &["graphs_none", "graphs_nodes"]),
     // What surfaces scatter: one model, or layers of them.
     ("scattering", &["scattering_plain", "scattering_layered"]),
     // How a light is chosen by what each can bring.
@@ -57,6 +59,8 @@ pub struct Variant {
     pub splitting: bool,
     /// Whether tangents of spheres are turned in any material.
     pub turned_tangents: bool,
+    /// Whether any texture is a graph.
+    pub graphs: bool,
     /// Whether any material is layered.
     pub layers: bool,
     /// Whether any body absorbs light.
@@ -102,6 +106,7 @@ impl Variant {
             indirect_limit: i & 4 != 0,
             aovs: i & 2 != 0,
             splitting: i & 4 != 0,
+            graphs: i & 8 != 0,
             layers: i & 8 != 0,
             absorption: i & 16 != 0,
             light_tree: i & 32 != 0,
@@ -142,6 +147,7 @@ impl Linkage {
         let layered = |plain, layered| if variant.layers { layered } else { plain };
         Self::default()
             .bind("texels", if variant.images == 0 { "texels_layers" } else { "texels_images" })
+            .bind("graphs", if variant.graphs { "graphs_nodes" } else { "graphs_none" })
             .bind("scattering", layered("scattering_plain", "scattering_layered"))
             .bind(
                 "light_chooser",
@@ -160,6 +166,9 @@ impl Linkage {
             )
             .generate("layer_constants", numbers(crate::scene::materials::layer_constants()))
             .generate("layer_readers", layer_readers())
+            .generate("use_readers", use_readers())
+            .generate("node_readers", node_readers())
+            .generate("node_constants", numbers(crate::scene::materials::node_constants()))
             .generate("scene_records", records_text())
             .generate("medium_constants", numbers(crate::scene::media::medium_constants()))
     }
@@ -175,6 +184,7 @@ impl Variant {
             ("SCENE_HAS_HALF_TEXELS", self.half_texels),
             ("SCENE_HAS_PLACEMENTS", self.placements),
             ("SCENE_TURNS_TANGENTS", self.turned_tangents),
+            ("SCENE_HAS_GRAPHS", self.graphs),
             ("SCENE_HAS_LAYERS", self.layers),
             ("SCENE_ABSORBS", self.absorption),
             ("WANTS_AOVS", self.aovs),

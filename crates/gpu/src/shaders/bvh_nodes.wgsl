@@ -2,7 +2,7 @@
 //
 // The format is that of `accel::encode`.
 
-#import bvh_records, bvh_scene, material, scene, surface, variant
+#import bvh_records, bvh_scene, material, primitive, scene, variant
 #import optics::intersect
 
 // Bits of a group's second word that stand for nodes; the lower 24 stand for primitives or instances.

@@ -1,6 +1,6 @@
 // Before anything is drawn: which items the camera can see, and which lights matter to which part of the view.
 
-#import draw_classes, film, hybrid_frame, hybrid_items, light_reach, scene, surface, texels
+#import draw_classes, film, hybrid_frame, hybrid_items, light_reach, primitive, scene, texels
 #import optics::constants
 
 /// As the driver reads it.

@@ -1,6 +1,6 @@
 // What passes hand on from one to the next: a record for each pixel of the window, in planes.
 
-#import film, hybrid_frame, planes, scene, scene_records, surface
+#import film, hybrid_frame, planes, primitive, scene, scene_records
 #import optics::camera, optics::constants
 
 /// Radiance gathered so far in this frame, and what reflection rays count for: 1 over the probability with which they are sent, 0

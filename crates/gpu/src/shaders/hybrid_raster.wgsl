@@ -1,7 +1,7 @@
 // The G-buffer's first half: which primitive each pixel sees. No vertex has a layout: vertices are pulled from the scene's own
 // buffers by number, indices included. An instance of the draw is an item that was not culled.
 
-#import hybrid_frame, hybrid_items, hybrid_spheres, material, scene, scene_records, surface
+#import hybrid_frame, hybrid_items, hybrid_spheres, material, primitive, scene, scene_records
 
 /// Which class of items is drawn.
 override DRAW_CLASS: u32 = 0u;

@@ -1,6 +1,6 @@
 // From what the rasteriser has drawn to hits like those of rays, and from the finished frame to the film. No rays.
 
-#import hybrid_frame, hybrid_items, hybrid_pixels, hybrid_spheres, scene, scene_records, surface
+#import hybrid_frame, hybrid_items, hybrid_pixels, hybrid_spheres, primitive, scene, scene_records
 #import optics::camera, optics::constants, optics::intersect
 
 @group(3) @binding(8) var ids: texture_2d<u32>;

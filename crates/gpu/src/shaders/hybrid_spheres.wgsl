@@ -1,6 +1,6 @@
 // Where the camera sees a sphere that the rasteriser draws as the cube around it.
 
-#import material, scene, scene_records, surface
+#import material, primitive, scene, scene_records
 #import optics::camera, optics::constants
 
 /// Where a camera ray meets sphere `in_geometry` of an instance's geometry first and it is there; zero if it does not.

@@ -3,7 +3,7 @@
 #import light_choice, light_chooser, material, scene, scene_records, surface, texels, variant
 #import optics::constants, optics::image_texture, optics::light, optics::light_profile
 #import optics::light_tree, optics::material, optics::path, optics::portal, optics::random, optics::shape
-#import optics::sky, optics::spherical_triangle, optics::warp
+#import optics::sky, optics::spherical_triangle, optics::texture_point, optics::warp
 
 fn load_light(index: u32) -> Light {
     let record = lights[index];
@@ -102,7 +102,7 @@ fn sample_one_light(index: u32, p: vec3f, u: vec2f) -> LightSample {
         light.radiance *= profile_at(index, -light.wi);
     }
     if lights[index].textured_material != NONE {
-        light.radiance = textured_emission(index, texture_coords(index, p, light));
+        light.radiance = textured_emission(index, light_texture_point(index, p, light));
     }
     return light;
 }
@@ -116,27 +116,45 @@ fn profile_at(index: u32, direction: vec3f) -> f32 {
         word_f32(values + cell.third), word_f32(values + cell.fourth));
 }
 
-/// Both sets of texture coordinates at a sampled point of a textured surface.
-fn texture_coords(index: u32, p: vec3f, light: LightSample) -> vec4f {
+/// A sampled point of a textured surface. Vertex colours count as ones.
+fn light_texture_point(index: u32, p: vec3f, light: LightSample) -> TexturePoint {
     let at = lights[index].texture_places;
+    let world = p + light.wi * light.distance;
     if light_kind(index) == LIGHT_SPHERE {
-        let outward = p + light.wi * light.distance - lights[index].position;
-        let local = turned_direction(words_vec3(at), words_vec3(at + 4u), words_vec3(at + 8u), outward);
-        return sphere_uv(local).xyxy;
+        let outward = world - lights[index].position;
+        let normal = turned_direction(words_vec3(at), words_vec3(at + 4u), words_vec3(at + 8u), outward);
+        var point = texture_point_at(sphere_uv(normal).xyxy, vec4f(1.0));
+        if SCENE_HAS_GRAPHS {
+            let h = vec4f(world, 1.0);
+            let rows = array<vec4f, 3>(words_vec4(at), words_vec4(at + 4u), words_vec4(at + 8u));
+            point.position = vec3f(dot(rows[0], h), dot(rows[1], h), dot(rows[2], h));
+            point.world = world;
+            point.normal = normal;
+        }
+        return point;
     }
     let weights = vec3f(1.0 - light.barycentrics.x - light.barycentrics.y, light.barycentrics.x, light.barycentrics.y);
     let uv0 = words_vec2(at) * weights.x + words_vec2(at + 2u) * weights.y + words_vec2(at + 4u) * weights.z;
     let uv1 = words_vec2(at + 6u) * weights.x + words_vec2(at + 8u) * weights.y + words_vec2(at + 10u) * weights.z;
-    return vec4f(uv0, uv1);
+    var point = texture_point_at(vec4f(uv0, uv1), vec4f(1.0));
+    if SCENE_HAS_GRAPHS {
+        let c0 = words_vec3(at + 12u);
+        let d1 = words_vec3(at + 15u) - c0;
+        let d2 = words_vec3(at + 18u) - c0;
+        point.position = c0 + d1 * weights.y + d2 * weights.z;
+        point.world = world;
+        point.normal = normalize(cross(d1, d2));
+    }
+    return point;
 }
 
-fn textured_emission(index: u32, coords: vec4f) -> vec3f {
+fn textured_emission(index: u32, point: TexturePoint) -> vec3f {
     let material = lights[index].textured_material;
-    let emitted = emission_at(material, coords);
+    let emitted = emission_at(material, point);
     if !material_has_holes(materials[material]) {
         return emitted;
     }
-    return emitted * coverage(material, coords, vec4f(1.0), vec2f(0.0));
+    return emitted * coverage(material, point);
 }
 
 /// Density over solid angle, seen from `origin`, with which `sample_light` would have found an emissive surface at distance

@@ -1,23 +1,23 @@
 // What a material is at a surface: fetches texels and table entries for the optics' `material` and `plain`.
 
-#import scene, scene_records, surface, texture, variant
+#import primitive, scene, scene_records, surface, texture, texture_points, variant
 #import optics::intersect, optics::material, optics::pattern, optics::plain, optics::random, optics::scatter
-#import optics::shape
+#import optics::shape, optics::texture_point
 
 /// Linear base colour at a surface. `footprint`: radius of the ray's footprint, metres.
 fn base_color(s: Surface, footprint: f32) -> vec3f {
-    let texel = sample_slot(s.material, SLOT_BASE_COLOR, s.coords);
     let width = footprint_width(footprint, dot(s.wo, s.normal));
-    return material_base_color(materials[s.material], s.color, texel, s.pattern_position, width);
+    let texel = sample_slot(s.material, SLOT_BASE_COLOR, texture_point(s, width));
+    return material_base_color(materials[s.material], s.color, texel, s.object_position.xz, width);
 }
 
-/// Coverage in [0, 1] at a point: `coords` and `color` as in a Surface, `position` in the x–z plane of object space.
-fn coverage(material: u32, coords: vec4f, color: vec4f, position: vec2f) -> f32 {
+/// Coverage in [0, 1] at a point.
+fn coverage(material: u32, point: TexturePoint) -> f32 {
     var texel_alpha = 1.0;
     if material_reads_alpha(materials[material]) {
-        texel_alpha = sample_slot(material, SLOT_BASE_COLOR, coords).a;
+        texel_alpha = sample_slot(material, SLOT_BASE_COLOR, point).a;
     }
-    return material_coverage(materials[material], color.a, texel_alpha, position);
+    return material_coverage(materials[material], point.color.a, texel_alpha, point.position.xz);
 }
 
 /// Whether a candidate hit on a triangle counts where a surface has holes or backs that are culled.
@@ -55,9 +55,15 @@ fn alpha_accepts(
         return true;
     }
     let weights = vec3f(1.0 - u - v, u, v);
-    let position = pattern_place(binding, p0 * weights.x + p1 * weights.y + p2 * weights.z);
-    let coords = triangle_coords(binding, corners, weights);
-    let alpha = coverage(binding.material, coords, triangle_color(binding, corners, weights), position);
+    var point: TexturePoint;
+    if SCENE_HAS_GRAPHS && has_graphs(binding.material) {
+        point = triangle_texture_point(binding, instance, primitive - binding.first_in_blas, weights);
+    } else {
+        point.coords = triangle_coords(binding, corners, weights);
+        point.color = triangle_color(binding, corners, weights);
+        point.position = object_position(binding, p0 * weights.x + p1 * weights.y + p2 * weights.z);
+    }
+    let alpha = coverage(binding.material, point);
     return alpha >= 1.0 || (alpha > 0.0 && hashed_threshold(instance, primitive, u, v) < alpha);
 }
 
@@ -80,9 +86,15 @@ fn sphere_accepts(
     if !material_has_holes(materials[binding.material]) {
         return true;
     }
-    let coords = sphere_uv(sphere_direction(binding, outward)).xyxy;
-    let position = pattern_place(binding, sphere.xyz + outward * sphere.w);
-    let alpha = coverage(binding.material, coords, vec4f(1.0), position);
+    var point: TexturePoint;
+    if SCENE_HAS_GRAPHS && has_graphs(binding.material) {
+        point = sphere_texture_point(binding, instance, primitive - binding.first_in_blas, outward);
+    } else {
+        point.coords = sphere_uv(sphere_direction(binding, outward)).xyxy;
+        point.color = vec4f(1.0);
+        point.position = object_position(binding, sphere.xyz + outward * sphere.w);
+    }
+    let alpha = coverage(binding.material, point);
     return alpha >= 1.0 || (alpha > 0.0 && hashed_threshold(instance, primitive, outward.x, outward.y) < alpha);
 }
 
@@ -129,9 +141,9 @@ fn hashed_threshold(instance: u32, primitive: u32, a: f32, b: f32) -> f32 {
     return unit_float(hash_combine(place, bitcast<u32>(b)));
 }
 
-/// Radiance that an emissive material emits at texture coordinates.
-fn emission_at(material: u32, coords: vec4f) -> vec3f {
-    return material_emission(materials[material], sample_slot(material, SLOT_EMISSION, coords));
+/// Radiance that an emissive material emits at a point.
+fn emission_at(material: u32, point: TexturePoint) -> vec3f {
+    return material_emission(materials[material], sample_slot(material, SLOT_EMISSION, point));
 }
 
 /// Whether a path may find light on surfaces of a material.
@@ -147,7 +159,8 @@ fn surface_emission(s: Surface, footprint: f32) -> vec3f {
     if !material_emits(materials[s.material], s.front) {
         return vec3f(0.0);
     }
-    return emission_at(s.material, s.coords);
+    // A light's samples have no footprint either.
+    return emission_at(s.material, texture_point(s, 0.0));
 }
 
 /// Index of refraction of what is behind a surface.
@@ -167,8 +180,9 @@ fn mixes_models(material: u32) -> bool {
 ///
 /// - `u_model`: uniform number that chooses between refraction and reflection where a material mixes them.
 fn surface_bsdf(s: Surface, footprint: f32, u_model: f32, single_scatter: bool) -> Bsdf {
-    let metallic_roughness = sample_slot(s.material, SLOT_METALLIC_ROUGHNESS, s.coords);
-    let transmission = sample_slot(s.material, SLOT_TRANSMISSION, s.coords);
+    let at = texture_point(s, footprint_width(footprint, dot(s.wo, s.normal)));
+    let metallic_roughness = sample_slot(s.material, SLOT_METALLIC_ROUGHNESS, at);
+    let transmission = sample_slot(s.material, SLOT_TRANSMISSION, at);
     let point = plain_point(materials[s.material], base_color(s, footprint), metallic_roughness, transmission,
         surface_ior(s), s.front, u_model, single_scatter);
     let cos_o = saturate(dot(s.wo, s.shading_normal));

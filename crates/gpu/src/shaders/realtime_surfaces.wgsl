@@ -1,7 +1,8 @@
 // From first hits to what the other passes need to know of surfaces, so that only this one and the paths know a scene.
 
 #import film, guides, hybrid_frame, hybrid_pixels, lights, lights_found, lobes, material, planes
-#import realtime_found, realtime_frame, realtime_guides, scattering, scene, surface, variant
+#import primitive, realtime_found, realtime_frame, realtime_guides, scattering, scene, surface
+#import variant
 #import optics::camera, optics::constants, optics::light_tree, optics::medium, optics::random
 
 /// Farther away than anything that could be a neighbour.

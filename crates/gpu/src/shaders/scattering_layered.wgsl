@@ -4,7 +4,7 @@
 // The layers of a material lie in `words`, from the word on that `MaterialRecord.layers` says: a LayersRecord, then the
 // uses of its textures.
 
-#import layer_constants, layer_readers, material, scene, surface, texels, texture
+#import layer_constants, layer_readers, material, scene, surface, texels, texture, use_readers
 #import optics::bsdf, optics::constants, optics::frame, optics::layered, optics::layers
 #import optics::lobes, optics::material, optics::scatter, optics::sheen
 
@@ -18,12 +18,12 @@ struct Scattering {
 }
 
 /// A texture of layers, if they have one there; ones otherwise.
-fn layer_texel(layers: u32, slot: u32, coords: vec4f) -> vec4f {
+fn layer_texel(layers: u32, slot: u32, point: TexturePoint) -> vec4f {
     let use_ = read_TextureUse(layers + LAYERS_RECORD_WORDS + TEXTURE_USE_WORDS * slot);
     if use_.first_texel == NONE {
         return vec4f(1.0);
     }
-    return sample_texture(use_, coords);
+    return sample_texture(use_, point);
 }
 
 /// Share of light that white fibres scatter.
@@ -60,12 +60,13 @@ fn surface_scattering(s: Surface, footprint: f32, throughput: vec3f, u_model: f3
 /// The lobes at a surface with layers.
 fn surface_layers(s: Surface, footprint: f32, throughput: vec3f, u_dispersion: f32, single_scatter: bool) -> Scattering {
     let at = materials[s.material].layers;
+    let place = texture_point(s, footprint_width(footprint, dot(s.wo, s.normal)));
     var texels: LayerTexels;
     for (var slot = 0u; slot < LAYER_TEXTURES; slot++) {
-        texels.layers[slot] = layer_texel(at, slot, s.coords);
+        texels.layers[slot] = layer_texel(at, slot, place);
     }
-    texels.metallic_roughness = sample_slot(s.material, SLOT_METALLIC_ROUGHNESS, s.coords);
-    texels.transmission = sample_slot(s.material, SLOT_TRANSMISSION, s.coords);
+    texels.metallic_roughness = sample_slot(s.material, SLOT_METALLIC_ROUGHNESS, place);
+    texels.transmission = sample_slot(s.material, SLOT_TRANSMISSION, place);
     let directions = SurfaceDirections(s.wo, s.normal, s.shading_normal, s.layer_frame);
     let point = layered_point(materials[s.material], read_LayersRecord(at), directions, base_color(s, footprint),
         texels, surface_ior(s), s.front, throughput, u_dispersion);

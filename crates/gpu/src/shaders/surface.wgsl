@@ -1,22 +1,8 @@
 // From a hit to the surface there.
 
-#import scene, scene_records, texture, variant
-#import optics::constants, optics::frame, optics::material, optics::math, optics::offset
-#import optics::shape, optics::terminator
-
-fn transform_point(rows: array<vec4f, 3>, p: vec3f) -> vec3f {
-    let h = vec4f(p, 1.0);
-    return vec3f(dot(rows[0], h), dot(rows[1], h), dot(rows[2], h));
-}
-
-fn transform_vector(rows: array<vec4f, 3>, v: vec3f) -> vec3f {
-    return vec3f(dot(rows[0].xyz, v), dot(rows[1].xyz, v), dot(rows[2].xyz, v));
-}
-
-/// A normal from object to world space, given the rows of world to object; not normalised.
-fn transform_normal(world_to_object: array<vec4f, 3>, n: vec3f) -> vec3f {
-    return world_to_object[0].xyz * n.x + world_to_object[1].xyz * n.y + world_to_object[2].xyz * n.z;
-}
+#import primitive, scene, scene_records, texture, texture_points, variant
+#import optics::constants, optics::frame, optics::image_texture, optics::material, optics::math
+#import optics::offset, optics::shape, optics::terminator, optics::texture_point
 
 /// A point on a surface as a ray arrives there. World space unless it says otherwise.
 struct Surface {
@@ -44,8 +30,13 @@ struct Surface {
     coords: vec4f,
     /// Linear vertex colour, ones where there is none.
     color: vec4f,
-    /// Position in the x–z plane of object space, for procedural patterns.
-    pattern_position: vec2f,
+    /// Position in object space, for procedural patterns.
+    object_position: vec3f,
+    /// Unit geometric normal in object space. This and the densities are only set if SCENE_HAS_GRAPHS.
+    object_normal: vec3f,
+    /// See the optics' TexturePoint.
+    object_density: f32,
+    uv_density: vec2f,
     /// What the user calls an instance.
     object: u32,
     /// Number of the primitive in its geometry.
@@ -75,64 +66,15 @@ struct SurfacePoint {
     tangent: vec3f,
     coords: vec4f,
     color: vec4f,
-    pattern_position: vec2f,
+    object_position: vec3f,
+    /// Where texture graphs are evaluated; only set if SCENE_HAS_GRAPHS and the material has some.
+    texture: TexturePoint,
 }
 
 /// In what coordinates an instance's transform rounds: the largest of three points in world space, and of the translation.
 fn transformed_extent(to_world: array<vec4f, 3>, a: vec3f, b: vec3f, c: vec3f) -> f32 {
     let translation = vec3f(to_world[0].w, to_world[1].w, to_world[2].w);
     return max_component(largest_components(a, b, c)) + max_component(abs(translation));
-}
-
-/// Texture coordinates at a point of a triangle.
-fn triangle_coords(binding: Binding, corners: vec3u, weights: vec3f) -> vec4f {
-    var coords = vec4f(0.0);
-    if (binding.flags & BINDING_UV0) != 0u {
-        let first = binding.first_vertex;
-        let us = vec3f(vertices[first + corners.x].u, vertices[first + corners.y].u, vertices[first + corners.z].u);
-        let vs = vec3f(vertices[first + corners.x].v, vertices[first + corners.y].v, vertices[first + corners.z].v);
-        coords.x = dot(us, weights);
-        coords.y = dot(vs, weights);
-    }
-    if binding.first_uv1 != NONE {
-        let uv1 = words_vec2(binding.first_uv1 + 2u * corners.x) * weights.x
-            + words_vec2(binding.first_uv1 + 2u * corners.y) * weights.y
-            + words_vec2(binding.first_uv1 + 2u * corners.z) * weights.z;
-        coords.z = uv1.x;
-        coords.w = uv1.y;
-    }
-    return coords;
-}
-
-/// Vertex colour or tangent at a point of a triangle: four numbers a vertex from word `first` on.
-fn triangle_words4(first: u32, corners: vec3u, weights: vec3f) -> vec4f {
-    return words_vec4(first + 4u * corners.x) * weights.x + words_vec4(first + 4u * corners.y) * weights.y
-        + words_vec4(first + 4u * corners.z) * weights.z;
-}
-
-fn triangle_color(binding: Binding, corners: vec3u, weights: vec3f) -> vec4f {
-    if binding.first_color == NONE {
-        return vec4f(1.0);
-    }
-    return triangle_words4(binding.first_color, corners, weights);
-}
-
-/// Where a point of a geometry, in the space of its bottom-level structure, lies in the x–z plane of the user's object.
-fn pattern_place(binding: Binding, local: vec3f) -> vec2f {
-    if !SCENE_HAS_PLACEMENTS || binding.placement == NONE {
-        return local.xz;
-    }
-    let p = vec4f(local, 1.0);
-    return vec2f(dot(words_vec4(binding.placement), p), dot(words_vec4(binding.placement + 8u), p));
-}
-
-/// A direction from the centre of a sphere, in the space of its bottom-level structure, in the space of the user's object.
-fn sphere_direction(binding: Binding, outward: vec3f) -> vec3f {
-    if !SCENE_HAS_PLACEMENTS || binding.placement == NONE {
-        return outward;
-    }
-    let at = binding.placement;
-    return turned_direction(words_vec3(at), words_vec3(at + 4u), words_vec3(at + 8u), outward);
 }
 
 fn triangle_point(
@@ -151,7 +93,10 @@ fn triangle_point(
     let local_normal = cross(v1.position - v0.position, v2.position - v0.position);
     let local_shading = v0.normal * weights.x + v1.normal * weights.y + v2.normal * weights.z;
     var point: SurfacePoint;
-    point.pattern_position = pattern_place(binding, local);
+    point.object_position = object_position(binding, local);
+    if SCENE_HAS_GRAPHS && has_graphs(binding.material) {
+        point.texture = triangle_texture_point(binding, instance_index, primitive, weights);
+    }
     var tangent = vec4f(0.0);
     let needs_tangent = materials[binding.material].textures[SLOT_NORMAL].first_texel != NONE
         || (SCENE_HAS_LAYERS && (materials[binding.material].flags & MATERIAL_TANGENTS) != 0u);
@@ -219,7 +164,10 @@ fn sphere_point(binding: Binding, instance_index: u32, primitive: u32, world: ve
     let on_sphere = center + outward * sphere.w;
     var point: SurfacePoint;
     point.coords = sphere_uv(sphere_direction(binding, outward)).xyxy;
-    point.pattern_position = pattern_place(binding, on_sphere);
+    point.object_position = object_position(binding, on_sphere);
+    if SCENE_HAS_GRAPHS && has_graphs(binding.material) {
+        point.texture = sphere_texture_point(binding, instance_index, primitive, outward);
+    }
     if SCENE_TURNS_TANGENTS {
         point.tangent = sphere_tangent_turned(point.coords.xy, materials[binding.material].tangent_turn);
     } else {
@@ -272,11 +220,22 @@ fn tangent_frame(point: SurfacePoint, normal: vec3f, side: f32) -> Frame {
 
 /// The shading normal on the viewer's side, with the normal map applied and bent so that nothing reflects into the
 /// surface. `normal`: the geometric one on that side; `side`: 1 at the front, −1 at the back.
-fn mapped_normal(material: u32, point: SurfacePoint, wo: vec3f, normal: vec3f, side: f32) -> vec3f {
+fn mapped_normal(
+    binding: Binding,
+    hit: Hit,
+    point: SurfacePoint,
+    wo: vec3f,
+    normal: vec3f,
+    side: f32,
+) -> vec3f {
+    let material = binding.material;
     var shading = select(normal, point.shading * side, point.smooth_shaded);
     let use_ = materials[material].textures[SLOT_NORMAL];
-    if use_.first_texel != NONE {
-        let stored = sample_texture(use_, point.coords);
+    if SCENE_HAS_GRAPHS && (use_.flags & TEXTURE_HEIGHT) != 0u {
+        let frame = tangent_frame(point, shading, side);
+        shading = bumped_normal(binding, hit, use_, point.texture, frame, side);
+    } else if use_.first_texel != NONE {
+        let stored = sample_texture(use_, texture_point_at(point.coords, point.color));
         shading = map_normal(tangent_frame(point, shading, side), stored.rgb, materials[material].normal_scale);
     } else if !point.smooth_shaded {
         return normal;
@@ -309,7 +268,7 @@ fn surface_at(origin: vec3f, direction: vec3f, hit: Hit) -> Surface {
         s.horizon = point.shading * side;
     }
     s.front = front;
-    s.shading_normal = mapped_normal(binding.material, point, wo, normal, side);
+    s.shading_normal = mapped_normal(binding, hit, point, wo, normal, side);
     if SCENE_HAS_LAYERS {
         var layer_normal = normal;
         if point.smooth_shaded {
@@ -325,10 +284,21 @@ fn surface_at(origin: vec3f, direction: vec3f, hit: Hit) -> Surface {
     }
     s.coords = point.coords;
     s.color = point.color;
-    s.pattern_position = point.pattern_position;
+    s.object_position = point.object_position;
+    if SCENE_HAS_GRAPHS {
+        s.object_normal = point.texture.normal;
+        s.object_density = point.texture.object_density;
+        s.uv_density = point.texture.uv_density;
+    }
     s.object = binding.object;
     s.primitive = primitive;
     return s;
+}
+
+/// What textures ask of a surface. `width`: of the ray's footprint, metres.
+fn texture_point(s: Surface, width: f32) -> TexturePoint {
+    return TexturePoint(s.coords, s.color, s.object_position, width, s.position, s.object_density, s.object_normal,
+        s.uv_density);
 }
 
 /// Where a ray starts that leaves on the side of the viewer (`above`) or on the other. Through surfaces whose origin is not

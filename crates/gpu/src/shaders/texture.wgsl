@@ -1,34 +1,23 @@
-// Textures. Wrapping and filtering are the optics' `image_texture` rather than samplers', so that every device and the
-// CPU agree to the last bits.
+// Textures: images and graphs. And the tables of directional albedos.
 
-#import albedo_constants, scene, texels, variant
-#import optics::constants, optics::ggx, optics::image_texture
+#import albedo_constants, graphs, scene, texture_images, variant
+#import optics::constants, optics::ggx, optics::image_texture, optics::texture_point
 
-fn texel(use_: TextureUse, x: i32, y: i32) -> vec4f {
-    let stored = stored_texel(use_, texel_column(use_, x), texel_row(use_, y));
-    if SCENE_HAS_HALF_TEXELS {
-        return decode_texel(use_, stored);
+/// The linear RGBA value of a texture at a point.
+fn sample_texture(use_: TextureUse, point: TexturePoint) -> vec4f {
+    if SCENE_HAS_GRAPHS && (use_.flags & TEXTURE_GRAPH) != 0u {
+        return evaluate_graph(use_, point);
     }
-    return decode_bytes(use_, stored);
-}
-
-/// The linear RGBA value at texture coordinates, both sets of which are given.
-fn sample_texture(use_: TextureUse, coords: vec4f) -> vec4f {
-    let f = texel_footprint(use_, coords);
-    if !f.bilinear {
-        return texel(use_, f.x, f.y);
-    }
-    return mix_texels(f, texel(use_, f.x, f.y), texel(use_, f.x + 1, f.y),
-        texel(use_, f.x, f.y + 1), texel(use_, f.x + 1, f.y + 1));
+    return sample_image(use_, point.coords);
 }
 
 /// A texture of a material, if it has one there; ones otherwise.
-fn sample_slot(material: u32, slot: u32, coords: vec4f) -> vec4f {
+fn sample_slot(material: u32, slot: u32, point: TexturePoint) -> vec4f {
     let use_ = materials[material].textures[slot];
     if use_.first_texel == NONE {
         return vec4f(1.0);
     }
-    return sample_texture(use_, coords);
+    return sample_texture(use_, point);
 }
 
 /// The texel below a coordinate in [0, 1] over `size` texels whose centres span it, and how far the coordinate is beyond.

@@ -5,7 +5,7 @@
 // in its bottom-level structure is added.
 
 enable wgpu_ray_query;
-#import material, scene, scene_records, surface, variant
+#import material, primitive, scene, scene_records, variant
 
 @group(1) @binding(0) var structure: acceleration_structure;
 

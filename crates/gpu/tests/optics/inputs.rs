@@ -3,11 +3,13 @@
 mod geometry;
 mod lights;
 mod materials;
+mod textures;
 mod transport;
 
 pub use geometry::*;
 pub use lights::*;
 pub use materials::*;
+pub use textures::*;
 pub use transport::*;
 
 use optics::ggx::MIN_ALPHA;

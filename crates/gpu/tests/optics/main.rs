@@ -66,7 +66,7 @@ fn every_function_is_listed() {
     assert_eq!(set.len(), listed.len(), "a function is listed twice");
     let present = Text::new(optics::wgsl::all()).function_names();
     assert!(present.len() > 100, "only {present:?}");
-    assert_eq!(set, present, "functions in `list.rs` and in the optics");
+    assert_eq!(set, present, "functions in `list` and in the optics");
 }
 
 #[test]

@@ -148,6 +148,17 @@ structures! {
     BsdfSample in scatter { wi, weight, pdf, delta, transmitted }
     BsdfValue in scatter { value_cos, pdf }
     TextureUse in image_texture { row_u, first_texel, row_v, flags, width, height, image, padding }
+    Fractal in noise { kind, octaves, lacunarity, gain, turbulent, seed }
+    VoronoiCell in voronoi { nearest, second, hash }
+    Bricks in patterns { width, height, mortar, shift, seed }
+    BrickShare in patterns { brick, tint }
+    TexturePoint in texture_point {
+        coords, color, position, width, world, object_density, normal, uv_density,
+    }
+    TextureNode in texture_node {
+        row_x, row_y, row_z, low, high, operation, space, output, texture, a, b, c, offset, scale, padding0, padding1,
+        padding2,
+    }
     TexelFootprint in image_texture { x, y, right, below, bilinear }
     MaterialRecord in material {
         base_color, emission, model, metallic, roughness, specular, ior, transmission, normal_scale, alpha_cutoff, flags,

@@ -25,6 +25,11 @@ pub mod image_texture {
     /// Flag of a [`TextureUse`]: the texture stands for shares, of which there are none above 1. Half floats above that
     /// count as 1.
     pub const TEXTURE_SHARES: u32 = 256u32;
+    /// Flag of a [`TextureUse`]: it is a graph of `width` nodes, the first of which is node `first_texel`; on a device, where
+    /// that begins in `words`.
+    pub const TEXTURE_GRAPH: u32 = 512u32;
+    /// Flag of a graph's [`TextureUse`]: its value is a height in metres, and `row_u.x` the step that slopes are taken over.
+    pub const TEXTURE_HEIGHT: u32 = 1024u32;
     /// The image repeats.
     pub const WRAP_REPEAT: u32 = 0u32;
     /// The image repeats, every second time mirrored.
@@ -189,7 +194,19 @@ impl TextureUse {
         self.flags & image_texture::TEXTURE_HALF != 0
     }
 
-    /// Whether there is an image.
+    /// Whether it is a graph of nodes.
+    #[inline(always)]
+    pub fn is_graph(&self) -> bool {
+        self.flags & image_texture::TEXTURE_GRAPH != 0
+    }
+
+    /// Whether it is a graph whose value is a height.
+    #[inline(always)]
+    pub fn is_height(&self) -> bool {
+        self.flags & image_texture::TEXTURE_HEIGHT != 0
+    }
+
+    /// Whether there is an image or a graph.
     #[inline(always)]
     pub fn is_some(&self) -> bool {
         self.first_texel != crate::constants::NONE

@@ -37,6 +37,9 @@ pub mod material {
     /// [`MaterialRecord::tangent_turn`].
     pub const MATERIAL_TANGENTS_MIRRORED: u32 = 2048u32;
 
+    /// Flag of a [`MaterialRecord`]: a texture of it is a graph, whose patterns may lie in the space of the object.
+    pub const MATERIAL_GRAPHS: u32 = 4096u32;
+
     /// Place of the base colour in [`MaterialRecord::textures`]: RGB, and alpha.
     pub const SLOT_BASE_COLOR: u32 = 0u32;
     /// Place of roughness (G) and metalness (B).
@@ -199,7 +202,7 @@ pub mod material {
 
 use material::{
     MATERIAL_BODY, MATERIAL_CHECKERBOARD, MATERIAL_CHECKERBOARD_FADES, MATERIAL_CULLS_BACKS,
-    MATERIAL_EMISSIVE, MaterialRecord, ModelTag,
+    MATERIAL_EMISSIVE, MATERIAL_GRAPHS, MaterialRecord, ModelTag,
 };
 
 crate::wgsl_records!(MaterialRecord);
@@ -233,7 +236,13 @@ impl MaterialRecord {
     /// Whether a procedural pattern covers the surface, which lies in the space of the object.
     #[inline(always)]
     pub fn is_patterned(&self) -> bool {
-        self.flags & (MATERIAL_CHECKERBOARD | MATERIAL_CHECKERBOARD_FADES) != 0
+        self.flags & (MATERIAL_CHECKERBOARD | MATERIAL_CHECKERBOARD_FADES | MATERIAL_GRAPHS) != 0
+    }
+
+    /// Whether a texture of it is a graph.
+    #[inline(always)]
+    pub fn has_graphs(&self) -> bool {
+        self.flags & MATERIAL_GRAPHS != 0
     }
 
     /// Whether texture coordinates matter: for a texture, or for layers, which may have some.

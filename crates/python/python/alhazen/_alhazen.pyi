@@ -1,7 +1,7 @@
 """Types of the compiled part. The documentation is in the docstrings: ``help(alhazen.Scene.render)``."""
 
 import os
-from typing import Callable, Dict, Iterable, List, Optional, Sequence, Tuple, TypedDict, Union
+from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence, Tuple, TypedDict, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -150,10 +150,10 @@ class Scene:
         emission_two_sided: bool = False,
         alpha_mode: str = "opaque",
         alpha_cutoff: float = 0.5,
-        base_color_texture: Union[NDArray[np.uint8], NDArray[np.float32], None] = None,
-        metallic_roughness_texture: Union[NDArray[np.uint8], NDArray[np.float32], None] = None,
-        emission_texture: Union[NDArray[np.uint8], NDArray[np.float32], None] = None,
-        normal_texture: Union[NDArray[np.uint8], NDArray[np.float32], None] = None,
+        base_color_texture: Union[NDArray[np.uint8], NDArray[np.float32], Dict[str, Any], None] = None,
+        metallic_roughness_texture: Union[NDArray[np.uint8], NDArray[np.float32], Dict[str, Any], None] = None,
+        emission_texture: Union[NDArray[np.uint8], NDArray[np.float32], Dict[str, Any], None] = None,
+        normal_texture: Union[NDArray[np.uint8], NDArray[np.float32], Dict[str, Any], None] = None,
         clearcoat: float = 0.0,
         clearcoat_roughness: float = 0.0,
         sheen_color: Optional[ArrayLike] = None,

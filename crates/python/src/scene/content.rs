@@ -277,9 +277,12 @@ impl Scene {
     /// alpha_cutoff : float, default 0.5
     /// base_color_texture, emission_texture : array_like, uint8 or float32, shape (height, width, 3 or 4), optional
     ///     Pictures multiplied into the base colour and the emission; row 0 at the top. Bytes are sRGB; floats are linear,
-    ///     and of emission and unlit colours they may be above 1.
+    ///     and of emission and unlit colours they may be above 1. Or a dict: a texture that is computed, such as
+    ///     ``{"node": "noise", "octaves": 5, "space": "object", "scale": 3}``. Its keys are those of scene files, and an
+    ///     ``image`` is an array.
     /// metallic_roughness_texture, normal_texture : array_like, uint8 or float32, shape (height, width, 3 or 4), optional
-    ///     Linear: roughness in G and metalness in B; the tangent-space normal.
+    ///     Linear: roughness in G and metalness in B; the tangent-space normal. Or a dict, whose value counts in all
+    ///     channels; of `normal_texture` it is a height in metres.
     ///
     /// Returns
     /// -------

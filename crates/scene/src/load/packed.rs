@@ -157,14 +157,22 @@ fn check(scene: &Scene) -> Result<(), Wrong> {
             ));
         }
     }
-    if let Some(i) = scene.textures.iter().position(|t| t.image as usize >= scene.images.len()) {
-        return Err((format!("texture {i}"), "its image is not there".into()));
+    for (i, texture) in scene.textures.iter().enumerate() {
+        check_texture(scene, texture).map_err(|why| (format!("texture {i}"), why))?;
     }
     match scene.environment {
         Environment::Image { image, .. } if image as usize >= scene.images.len() => {
             Err(("environment".into(), "its image is not there".into()))
         }
         _ => Ok(()),
+    }
+}
+
+fn check_texture(scene: &Scene, texture: &Texture) -> Result<(), String> {
+    match texture {
+        Texture::Image(t) if t.image as usize >= scene.images.len() => Err("its image is not there".into()),
+        Texture::Image(_) => Ok(()),
+        Texture::Graph(graph) => graph.check().map_err(|error| error.to_string()),
     }
 }
 

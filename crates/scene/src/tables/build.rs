@@ -2,7 +2,7 @@
 
 use super::geometry::{BindingRecord, BlasRecord, GeometryKind, GeometryRecord, InstanceRecord};
 use super::light::LightRecord;
-use super::material::{has_layers, rules_of, texture_flags};
+use super::material::{MATERIAL_GRAPHS, has_layers, rules_of, texture_flags};
 use super::{EnvironmentTable, LightTree, MaterialRecord, NONE, SceneTables, TextureUse, build_alias_table};
 use crate::normals::normals_are_faces;
 use crate::tangents::generate_and_split;
@@ -22,6 +22,7 @@ impl SceneTables {
     pub fn build(scene: &Scene) -> Self {
         let mut tables = SceneTables::default();
         tables.add_images(scene);
+        tables.add_graphs(scene);
         tables.add_materials(scene);
         let usable: Vec<(u32, &Instance)> =
             (0..).zip(&scene.instances).filter(|(_, i)| is_usable(i, scene)).collect();
@@ -53,12 +54,15 @@ impl SceneTables {
         for material in materials {
             let mut record = self.material_record(material);
             record.flags |= rules_of(material, &scene.defaults);
+            let mut has_graphs = record.textures.iter().any(TextureUse::is_graph);
             if has_layers(material) {
                 record.layers = self.layers.len() as u32;
                 let (layers, textures) = self.layers_record(material);
+                has_graphs |= textures.iter().any(TextureUse::is_graph);
                 self.layers.push(layers);
                 self.layer_textures.push(textures);
             }
+            record.flags |= if has_graphs { MATERIAL_GRAPHS } else { 0 };
             self.materials.push(record);
         }
         self.add_media(scene);
@@ -66,7 +70,8 @@ impl SceneTables {
     }
 
     fn add_images(&mut self, scene: &Scene) {
-        let used: std::collections::BTreeSet<u32> = scene.textures.iter().map(|t| t.image).collect();
+        let used: std::collections::BTreeSet<u32> =
+            scene.textures.iter().filter_map(|t| t.as_image()).map(|t| t.image).collect();
         let mut first = vec![0u32; scene.images.len()];
         let texels = |image: &Image| image.pixels.len() * if image.pixels.is_float() { 2 } else { 1 };
         let images = used.iter().filter_map(|&image| scene.images.get(image as usize));
@@ -83,15 +88,17 @@ impl SceneTables {
             }
         }
         for (image, texture) in (0..).zip(&scene.textures) {
-            let (width, height, first_texel) = match scene.images.get(texture.image as usize) {
-                Some(image) => (image.width, image.height, first[texture.image as usize]),
-                None => {
+            let shown = texture.as_image();
+            let pixels = shown.and_then(|t| scene.images.get(t.image as usize));
+            let (width, height, first_texel) = match (shown, pixels) {
+                (Some(t), Some(image)) => (image.width, image.height, first[t.image as usize]),
+                _ => {
                     self.texels.push([255; 4]);
                     (1, 1, self.texels.len() as u32 - 1)
                 }
             };
-            let half = scene.images.get(texture.image as usize).is_some_and(|i| i.pixels.is_float());
-            let flags = texture_flags(texture, half);
+            let half = pixels.is_some_and(|i| i.pixels.is_float());
+            let flags = shown.map_or(0, |t| texture_flags(t, half));
             self.textures.push(TextureUse {
                 first_texel,
                 flags,

@@ -6,7 +6,7 @@ use super::{BindingRecord, InstanceRecord, MaterialRecord, SceneTables};
 /// the new tables need not build acceleration structures of meshes, or move vertices and texels, again.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Changes {
-    /// `materials`, `layers`, `layer_textures`, `media`, `grids`, `densities`, `fog`, `nested`, `placements`, or which material is where in `bindings`.
+    /// `materials`, `layers`, `layer_textures`, `graph_nodes`, `media`, `grids`, `densities`, `fog`, `nested`, `placements`, or which material is where in `bindings`.
     pub materials: bool,
     /// `lights`, `primitive_lights`, `profiles`, `light_alias`, `light_tree`, `bounding_sphere`, or which light is where in `bindings`.
     pub lights: bool,
@@ -36,7 +36,9 @@ impl Changes {
             && old.spheres == new.spheres
             && old.geometries == new.geometries
             && old.blas == new.blas;
-        let same_textures = old.textures == new.textures && old.texels == new.texels;
+        let same_textures = old.textures == new.textures
+            && old.graph_textures == new.graph_textures
+            && old.texels == new.texels;
         let holes = |m: &MaterialRecord| m.has_alpha();
         let same_holes = old.materials.iter().map(holes).eq(new.materials.iter().map(holes));
         let placed = |i: &InstanceRecord| (i.blas, i.first_binding);
@@ -55,6 +57,7 @@ impl Changes {
             materials: old.materials != new.materials
                 || old.layers != new.layers
                 || old.layer_textures != new.layer_textures
+                || old.graph_nodes != new.graph_nodes
                 || old.media != new.media
                 || old.grids != new.grids
                 || old.densities != new.densities

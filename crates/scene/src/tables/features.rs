@@ -40,6 +40,11 @@ impl SceneTables {
         self.textures.iter().any(super::TextureUse::is_half)
     }
 
+    /// Whether any texture is a graph.
+    pub fn has_graphs(&self) -> bool {
+        self.materials.iter().any(MaterialRecord::has_graphs)
+    }
+
     /// Whether something that belongs to a geometry and a material holds for any instance.
     fn any_geometry(&self, holds: impl Fn(&GeometryRecord, &MaterialRecord) -> bool) -> bool {
         self.instances.iter().any(|instance| {

@@ -35,6 +35,8 @@ impl SceneTables {
             fog,
             nested,
             textures,
+            graph_nodes,
+            graph_textures,
             texels,
             lights,
             primitive_lights,
@@ -67,6 +69,7 @@ impl SceneTables {
         hash.records(&(media, grids, fog, nested));
         hash.numbers(densities);
         hash.records(textures);
+        hash.records(&(graph_nodes, graph_textures));
         hash.numbers(texels);
         hash.records(lights);
         hash.numbers(primitive_lights);

@@ -20,7 +20,7 @@ pub struct LightRecord {
     /// What a sampled point of a textured surface is found on the textures by. Of a triangle texture coordinates: of the
     /// first and the second set the pairs of the three vertices. Of a sphere rows of the matrix from world to object space,
     /// whose fourth numbers are zero.
-    pub texture_places: [f32; 12],
+    pub texture_places: [f32; 21],
     /// How bright it is as a source of irradiance, in the strongest channel, so that no colour counts less than another. Of lights
     /// that have a place the greatest radiant intensity, W/sr: irradiance times squared distance. Of others irradiance, W/m².
     pub strength: f32,
@@ -40,7 +40,7 @@ impl LightRecord {
         Self {
             light,
             textured_material: NONE,
-            texture_places: [0.0; 12],
+            texture_places: [0.0; 21],
             strength,
             power,
             portals: [0.0; 4],

@@ -2,12 +2,12 @@
 
 use super::{NONE, SceneTables};
 use crate::{
-    AlphaMode, ColorSpace, Filter, Material, Model, RenderDefaults, ShadowTerminator, Texture, TextureRef,
-    Wrap,
+    AlphaMode, ColorSpace, Filter, ImageTexture, Material, Model, RenderDefaults, ShadowTerminator,
+    TextureRef, Wrap,
 };
 use optics::image_texture::{
-    TEXTURE_BILINEAR, TEXTURE_HALF, TEXTURE_SHARES, TEXTURE_SRGB, TEXTURE_UV1, TEXTURE_WRAP_U_SHIFT,
-    TEXTURE_WRAP_V_SHIFT, WRAP_CLAMP, WRAP_MIRRORED_REPEAT, WRAP_REPEAT,
+    TEXTURE_BILINEAR, TEXTURE_HALF, TEXTURE_HEIGHT, TEXTURE_SHARES, TEXTURE_SRGB, TEXTURE_UV1,
+    TEXTURE_WRAP_U_SHIFT, TEXTURE_WRAP_V_SHIFT, WRAP_CLAMP, WRAP_MIRRORED_REPEAT, WRAP_REPEAT,
 };
 use optics::{vec2f, vec3f, vec4f};
 
@@ -15,8 +15,8 @@ pub use optics::image_texture::TextureUse;
 pub use optics::material::{
     MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_BODY, MATERIAL_CHECKERBOARD,
     MATERIAL_CHECKERBOARD_FADES, MATERIAL_CULLS_BACKS, MATERIAL_EMISSION_TWO_SIDED, MATERIAL_EMISSIVE,
-    MATERIAL_SMOOTH_TERMINATOR, MATERIAL_TANGENTS, MATERIAL_TANGENTS_MIRRORED, MATERIAL_THIN, MaterialRecord,
-    ModelTag,
+    MATERIAL_GRAPHS, MATERIAL_SMOOTH_TERMINATOR, MATERIAL_TANGENTS, MATERIAL_TANGENTS_MIRRORED,
+    MATERIAL_THIN, MaterialRecord, ModelTag,
 };
 
 /// What the numbers of a texture may be.
@@ -133,9 +133,18 @@ impl SceneTables {
                 texture(&material.metallic_roughness_texture),
                 texture(&material.transmission_texture),
                 radiance(&material.emission_texture),
-                texture(&material.normal_texture),
+                self.normal_use(&material.normal_texture),
             ],
         }
+    }
+
+    /// The use of a texture for normals: a map of directions, or a graph of heights.
+    pub(super) fn normal_use(&self, texture: &Option<TextureRef>) -> TextureUse {
+        let map = self.texture_use(texture, Range::Shares);
+        if !map.is_graph() {
+            return map;
+        }
+        TextureUse { flags: map.flags & !TEXTURE_SHARES | TEXTURE_HEIGHT, ..map }
     }
 
     /// The use of a texture; none if the scene has no such texture.
@@ -147,7 +156,8 @@ impl SceneTables {
         let ([u, v], offset) = (reference.transform.rows, reference.transform.offset);
         let set = |bit: u32, on: bool| if on { bit } else { 0 };
         // Bytes are shares already.
-        let shares = set(TEXTURE_SHARES, image.is_half() && range == Range::Shares);
+        let may_exceed = image.is_half() || image.is_graph();
+        let shares = set(TEXTURE_SHARES, may_exceed && range == Range::Shares);
         TextureUse {
             row_u: vec3f(u.x, u.y, offset.x),
             row_v: vec3f(v.x, v.y, offset.y),
@@ -159,7 +169,7 @@ impl SceneTables {
 
 /// The `TEXTURE_…` bits of a texture and its pixels, but for those of its use. Half floats are linear, whatever the texture
 /// says of bytes.
-pub(super) fn texture_flags(texture: &Texture, half: bool) -> u32 {
+pub(super) fn texture_flags(texture: &ImageTexture, half: bool) -> u32 {
     let sampler = texture.sampler;
     let wrap = |mode: Wrap| match mode {
         Wrap::Repeat => WRAP_REPEAT,

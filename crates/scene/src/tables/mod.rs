@@ -26,6 +26,7 @@ mod near_lights;
 mod portals;
 mod rectangles;
 mod surface_lights;
+mod texture_graphs;
 
 pub use changes::Changes;
 pub use emitter_boxes::{EmitterBox, MOST_BOXES};
@@ -37,13 +38,14 @@ pub use light_tree::{LightChoice, LightTree};
 pub use material::{
     MATERIAL_ALPHA_BLEND, MATERIAL_ALPHA_MASK, MATERIAL_BODY, MATERIAL_CHECKERBOARD,
     MATERIAL_CHECKERBOARD_FADES, MATERIAL_CULLS_BACKS, MATERIAL_EMISSION_TWO_SIDED, MATERIAL_EMISSIVE,
-    MATERIAL_SMOOTH_TERMINATOR, MATERIAL_TANGENTS, MATERIAL_TANGENTS_MIRRORED, MATERIAL_THIN, MaterialRecord,
-    ModelTag, TextureUse,
+    MATERIAL_GRAPHS, MATERIAL_SMOOTH_TERMINATOR, MATERIAL_TANGENTS, MATERIAL_TANGENTS_MIRRORED,
+    MATERIAL_THIN, MaterialRecord, ModelTag, TextureUse,
 };
 pub use medium::{FogRecord, GridRecord, MediumRecord};
 pub use optics::alias_table::{AliasEntry, build_alias_table};
 pub use optics::light_node::LightNode;
 pub use optics::portal_triangle::PortalTriangle;
+pub use texture_graphs::TextureNode;
 
 /// "No index".
 pub const NONE: u32 = u32::MAX;
@@ -97,6 +99,10 @@ pub struct SceneTables {
     pub nested: bool,
     /// Textures as they are used without a transform of coordinates, parallel to [`crate::Scene::textures`].
     pub textures: Vec<TextureUse>,
+    /// Nodes of all texture graphs, one graph after the other.
+    pub graph_nodes: Vec<TextureNode>,
+    /// The images that they show.
+    pub graph_textures: Vec<TextureUse>,
     /// Texels of all images, RGBA: four bytes, or four half floats in two places, low bytes first.
     pub texels: Vec<[u8; 4]>,
     /// Everything that next-event estimation can sample.
@@ -146,6 +152,8 @@ impl SceneTables {
             + bytes(&self.media)
             + bytes(&self.grids)
             + bytes(&self.densities)
+            + bytes(&self.graph_nodes)
+            + bytes(&self.graph_textures)
             + bytes(&self.texels)
             + bytes(&self.lights)
             + bytes(&self.primitive_lights)

@@ -8,7 +8,7 @@ use super::{GeometryKind, GeometryRecord, InstanceRecord, LightRecord, MaterialR
 use crate::{Pixels, Scene};
 use glam::{Affine3A, Vec3};
 use optics::material::SLOT_EMISSION;
-use optics::vec3f;
+use optics::{Vec3f, vec3f};
 
 impl SceneTables {
     /// Lights of the emissive geometries of one instance.
@@ -26,18 +26,19 @@ impl SceneTables {
             // Holes by vertex colour or by place are not known to a light record: paths find such light by themselves.
             let unknown_holes =
                 geometry.first_color != NONE || material.flags & MATERIAL_CHECKERBOARD_FADES != 0;
-            if material.has_holes() && unknown_holes {
+            let unknown_colors = geometry.first_color != NONE && material.has_graphs();
+            if (material.has_holes() && unknown_holes) || unknown_colors {
                 continue;
             }
             match geometry.kind {
                 GeometryKind::Triangles => {
-                    let mean = self.mean_emission_texture(scene, binding);
+                    let mean = self.mean_emission_texture(scene, &geometry, binding);
                     self.add_triangle_lights(&geometry, &to_world, binding, mean);
                 }
                 // An ellipsoid cannot be sampled by solid angle: it shines where paths find it by themselves.
                 GeometryKind::Spheres => {
                     if let Some(scale) = uniform_scale(&to_world) {
-                        let mean = self.mean_emission_texture(scene, binding);
+                        let mean = self.mean_emission_texture(scene, &geometry, binding);
                         self.add_sphere_lights(&geometry, &instance, scale, binding, mean);
                     }
                 }
@@ -60,8 +61,7 @@ impl SceneTables {
         let two_sided = material.flags & MATERIAL_EMISSION_TWO_SIDED != 0;
         let to_world = affine(&instance.object_to_world);
         // What is moved into world space has the identity there.
-        let to_object = self.placement(&bound).unwrap_or(&instance.world_to_object);
-        let turn = to_object.map(|[x, y, z, _]| [x, y, z, 0.0]);
+        let to_object = *self.placement(&bound).unwrap_or(&instance.world_to_object);
         self.bindings[binding].first_light = self.primitive_lights.len() as u32;
         for i in 0..geometry.primitive_count {
             let [x, y, z, r] = self.spheres[(geometry.first_primitive + i) as usize];
@@ -69,7 +69,7 @@ impl SceneTables {
             let mut light = LightRecord::sphere(center, r * scale, emission, two_sided, mean);
             if is_textured(&material) {
                 light.textured_material = bound.material;
-                light.texture_places.copy_from_slice(turn.as_flattened());
+                light.texture_places[..12].copy_from_slice(to_object.as_flattened());
             }
             self.add_primitive_light(light);
         }
@@ -147,19 +147,25 @@ impl SceneTables {
                 corners.map(|c| uv(&self.uv0, geometry.first_uv0, c)),
                 corners.map(|c| uv(&self.uv1, geometry.first_uv1, c)),
             ];
-            light.texture_places.copy_from_slice(places.as_flattened().as_flattened());
+            light.texture_places[..12].copy_from_slice(places.as_flattened().as_flattened());
+            let corner = |c: u32| Vec3f::from_array(self.positions[(geometry.first_vertex + c) as usize]);
+            let in_object = corners.map(|c| self.in_object(binding, corner(c)).to_array());
+            light.texture_places[12..].copy_from_slice(in_object.as_flattened());
         }
         light
     }
 
     /// Mean of the strongest channel of a binding's emission texture; 1 without one.
-    fn mean_emission_texture(&self, scene: &Scene, binding: usize) -> f32 {
+    fn mean_emission_texture(&self, scene: &Scene, geometry: &GeometryRecord, binding: usize) -> f32 {
         let emission = self.materials[self.bindings[binding].material as usize].texture(SLOT_EMISSION);
         if !emission.is_some() {
             return 1.0;
         }
-        let texture = &scene.textures[emission.image as usize];
-        let Some(image) = scene.images.get(texture.image as usize) else { return 1.0 };
+        if emission.is_graph() {
+            return self.mean_of_graph(emission, geometry, binding).max(1e-3);
+        }
+        let texture = scene.textures[emission.image as usize].as_image();
+        let Some(image) = texture.and_then(|t| scene.images.get(t.image as usize)) else { return 1.0 };
         let decode = |b: u8| optics::tonemap::srgb_decode_channel(f32::from(b) / 255.0);
         let sum: f64 = match &image.pixels {
             Pixels::Rgba8(pixels) => {
@@ -249,7 +255,7 @@ mod tests {
         let mut scene = scene(textured, &[Affine3A::IDENTITY]);
         scene.images.push(crate::Image { name: String::new(), width: 2, height: 2, pixels });
         let (sampler, color_space) = (crate::Sampler::default(), crate::ColorSpace::Srgb);
-        scene.textures.push(crate::Texture { image: 0, sampler, color_space });
+        scene.textures.push(crate::Texture::image(0, sampler, color_space));
         let tables = SceneTables::build(&scene);
         assert_eq!(kinds(&tables), [LIGHT_TRIANGLE; 3]);
         assert_eq!(tables.primitive_lights, [0, 1, 2]);

@@ -76,7 +76,7 @@ pub fn check(scene: &Scene) {
     for instance in &scene.instances {
         assert!((instance.mesh as usize) < scene.meshes.len());
     }
-    for texture in &scene.textures {
+    for texture in scene.textures.iter().filter_map(|t| t.as_image()) {
         assert!((texture.image as usize) < scene.images.len());
     }
     for part in scene.meshes.iter().flat_map(|m| &m.parts) {

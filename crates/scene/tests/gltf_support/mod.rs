@@ -68,7 +68,10 @@ pub fn assert_sound(what: &str, loaded: &Loaded) {
         assert!(mesh.tangents.iter().all(|t| (t.truncate().length() - 1.0).abs() < 1e-3), "{what}: tangents");
         assert!(mesh.uv0.iter().chain(&mesh.uv1).all(|uv| uv.is_finite()), "{what}: texture coordinates");
     }
-    assert!(scene.textures.iter().all(|t| (t.image as usize) < scene.images.len()), "{what}: images");
+    assert!(
+        scene.textures.iter().filter_map(|t| t.as_image()).all(|t| (t.image as usize) < scene.images.len()),
+        "{what}: images"
+    );
     for material in &scene.materials {
         let textures = [
             material.base_color_texture,

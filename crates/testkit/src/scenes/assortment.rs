@@ -62,7 +62,7 @@ fn add_textures(scene: &mut Scene) -> Textures {
     scene.images.push(Image { name: "radiance".into(), width: 8, height: 8, pixels });
     scene.environment = Environment::Image { image: 4, rotation: 0.7, intensity: 1.3 };
     let mut add = |image: u32, wrap_u: Wrap, wrap_v: Wrap, filter: Filter, color_space: ColorSpace| {
-        scene.textures.push(Texture { image, sampler: Sampler { wrap_u, wrap_v, filter }, color_space });
+        scene.textures.push(Texture::image(image, Sampler { wrap_u, wrap_v, filter }, color_space));
         scene.textures.len() as u32 - 1
     };
     Textures {

@@ -256,7 +256,8 @@ fn choose_model(source: &json::Material, material: &mut Material) {
 /// Recognises glass whose metalness is switched off by a texture, not by the factor: its default is 1.
 pub(super) fn settle_models(materials: &mut [Material], textures: &[Texture], images: &[Image]) {
     let never_metal = |reference: TextureRef| {
-        let image = textures.get(reference.texture as usize).and_then(|t| images.get(t.image as usize));
+        let image = textures.get(reference.texture as usize).and_then(|t| t.as_image());
+        let image = image.and_then(|t| images.get(t.image as usize));
         image.is_some_and(|image| match &image.pixels {
             Pixels::Rgba8(pixels) => pixels.iter().all(|p| p[2] == 0),
             floats => (0..floats.len()).all(|i| floats.stored(i)[2] <= 0.0),

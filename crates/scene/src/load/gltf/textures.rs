@@ -62,7 +62,7 @@ impl<'d> Textures<'d> {
         let texture =
             *self.numbers.entry((info.index, neutral, color_space == ColorSpace::Srgb)).or_insert(next);
         if texture == next {
-            self.textures.push(Texture { image, sampler, color_space });
+            self.textures.push(Texture::image(image, sampler, color_space));
         }
         let transform = info.extensions.transform.as_ref();
         let uv_set = transform.and_then(|t| t.tex_coord).unwrap_or(info.tex_coord);

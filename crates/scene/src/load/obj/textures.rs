@@ -221,7 +221,7 @@ fn add_texture(scene: &mut Scene, image: ImageId, target: Target, map: &Map) -> 
     };
     let color_space = if srgb { ColorSpace::Srgb } else { ColorSpace::Linear };
     let sampler = Sampler { wrap_u: wrap, wrap_v: wrap, ..Default::default() };
-    let texture = Texture { image, sampler, color_space };
+    let texture = Texture::image(image, sampler, color_space);
     let index = scene.textures.iter().position(|t| *t == texture).unwrap_or_else(|| {
         scene.textures.push(texture);
         scene.textures.len() - 1

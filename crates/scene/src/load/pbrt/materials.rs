@@ -1,25 +1,10 @@
-//! Materials and textures.
+//! Materials.
 
 use super::Builder;
 use super::parameters::{Parameters, Spectrum};
 use crate::load::textures::Neutral;
-use crate::{
-    ColorSpace, Filter, Material, Model, Sampler, Texture, TextureId, TextureRef, UvTransform, Wrap,
-};
-use glam::{Vec2, Vec3, Vec4};
-
-/// What a texture stands for: a factor, and an image multiplied into it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Value {
-    pub factor: Vec3,
-    pub image: Option<TextureRef>,
-}
-
-impl Value {
-    fn constant(factor: Vec3) -> Self {
-        Self { factor, image: None }
-    }
-}
+use crate::{ColorSpace, Material, Model, TextureRef, Wrap};
+use glam::{Vec3, Vec4};
 
 /// Reflectance at normal incidence of common metals, linear Rec. 709.
 ///
@@ -60,6 +45,7 @@ impl Builder<'_> {
         let mut material = self.model(kind, p);
         let _ = p.text("type");
         material.name = format!("{kind} {}", self.scene.materials.len());
+        self.set_roughness_texture(&mut material, p);
         if let Some(name) = p.text("normalmap") {
             let path = self.parser.resolve(&p.place, name);
             let image = self.images.file(&path, Neutral::FlatNormal);
@@ -67,7 +53,9 @@ impl Builder<'_> {
             material.normal_texture = Some(TextureRef::new(texture));
         }
         if p.texture("displacement").is_some() {
-            self.report.ignored(format!("{}: displacement is not rendered", p.place));
+            // Heights turn normals, as in pbrt: what displaces there is `shape`.
+            let heights = self.value(p, "displacement", Vec3::ZERO);
+            material.normal_texture = self.graph_of(heights);
         }
         self.scene.materials.push(material);
         self.scene.materials.len() as u32 - 1
@@ -157,25 +145,6 @@ impl Builder<'_> {
         material.base_color_texture = value.image;
     }
 
-    /// A colour or a texture.
-    fn value(&mut self, p: &Parameters, name: &str, default: Vec3) -> Value {
-        match p.spectrum(name) {
-            None => Value::constant(default),
-            Some(Spectrum::Color(color)) => Value::constant(color),
-            Some(Spectrum::Named(spectrum)) => {
-                self.report.approximated(format!("{}: the spectrum {spectrum} is not evaluated", p.place));
-                Value::constant(default)
-            }
-            Some(Spectrum::Texture(texture)) => match self.named_textures.get(&texture) {
-                Some(value) => *value,
-                None => {
-                    self.report.repaired(format!("{}: there is no texture `{texture}`", p.place));
-                    Value::constant(default)
-                }
-            },
-        }
-    }
-
     /// The colour of a metal by its name, its reflectance, or its index of refraction.
     fn metal(&mut self, p: &Parameters, prefix: &str) -> Vec3 {
         let (eta, k) = (p.spectrum(&format!("{prefix}eta")), p.spectrum(&format!("{prefix}k")));
@@ -223,9 +192,6 @@ impl Builder<'_> {
             self.report
                 .approximated(format!("{}: roughness is the same in all directions: their mean", p.place));
         }
-        if p.texture(&format!("{prefix}roughness")).is_some() {
-            self.report.ignored(format!("{}: textures of roughness are not used", p.place));
-        }
         let single = named("roughness").unwrap_or(default);
         let value = along.map_or(single, |(u, v)| 0.5 * (u + v)).clamp(0.0, 1.0);
         // Remapped, the width is the square root of the value.
@@ -253,86 +219,6 @@ impl Builder<'_> {
         let made = self.scene.materials.len() as u32 - 1;
         self.shining.insert(key, made);
         made
-    }
-
-    pub(super) fn add_texture(&mut self, name: String, value_type: &str, class: &str, p: &Parameters) {
-        let scale = |p: &Parameters| p.number_or("scale", 1.0);
-        let value = match class {
-            "constant" => self.value(p, "value", Vec3::ONE),
-            "imagemap" => match p.text("filename") {
-                Some(file) => self.image_map(file, value_type, scale(p), p),
-                None => Value::constant(Vec3::ONE),
-            },
-            "scale" => {
-                let (a, b) = (self.value(p, "tex", Vec3::ONE), self.value(p, "scale", Vec3::ONE));
-                if a.image.is_some() && b.image.is_some() {
-                    self.report
-                        .approximated(format!("{}: of two images multiplied, the first is used", p.place));
-                }
-                Value { factor: a.factor * b.factor, image: a.image.or(b.image) }
-            }
-            "mix" => {
-                let (a, b) = (self.value(p, "tex1", Vec3::ZERO), self.value(p, "tex2", Vec3::ONE));
-                let amount = p.number_or("amount", 0.5);
-                self.report.approximated(format!("{}: mixed textures are their mean colour", p.place));
-                Value { factor: a.factor.lerp(b.factor, amount), image: None }
-            }
-            "checkerboard" | "dots" => {
-                let (a, b) = (self.value(p, "tex1", Vec3::ONE), self.value(p, "tex2", Vec3::ZERO));
-                self.report.approximated(format!("{}: {class} is taken as its mean colour", p.place));
-                Value::constant(0.5 * (a.factor + b.factor))
-            }
-            other => {
-                self.report.approximated(format!("{}: the texture {other} is taken as grey", p.place));
-                Value::constant(Vec3::splat(0.5))
-            }
-        };
-        self.named_textures.insert(name, value);
-    }
-
-    fn image_map(&mut self, file: &str, value_type: &str, scale: f32, p: &Parameters) -> Value {
-        let path = self.parser.resolve(&p.place, file);
-        let image = self.images.file(&path, Neutral::White);
-        let linear = value_type == "float" || p.text("encoding").is_some_and(|e| e == "linear");
-        let space = if linear { ColorSpace::Linear } else { ColorSpace::Srgb };
-        if p.truth("invert").unwrap_or(false) {
-            self.report.ignored(format!("{}: the picture is not inverted", p.place));
-        }
-        let wrap = match p.text("wrap") {
-            None | Some("repeat") => Wrap::Repeat,
-            Some("clamp") => Wrap::ClampToEdge,
-            Some(other) => {
-                self.report.approximated(format!("{}: wrapping {other} is taken as clamp", p.place));
-                Wrap::ClampToEdge
-            }
-        };
-        let _ = (p.text("filter"), p.number("maxanisotropy"));
-        if p.text("mapping").is_some_and(|m| m != "uv") {
-            self.report.approximated(format!("{}: textures are placed by their coordinates", p.place));
-        }
-        let texture = self.texture(image, space, wrap);
-        let named = |name: &str, default| p.number_or(name, default);
-        // v grows upwards in pbrt: v' = 1 − (sv · (1 − v) + dv).
-        let (su, sv, du, dv) =
-            (named("uscale", 1.0), named("vscale", 1.0), named("udelta", 0.0), named("vdelta", 0.0));
-        let transform = UvTransform {
-            rows: [Vec2::new(su, 0.0), Vec2::new(0.0, sv)],
-            offset: Vec2::new(du, 1.0 - sv - dv),
-        };
-        let image = TextureRef { transform, ..TextureRef::new(texture) };
-        Value { factor: Vec3::splat(scale), image: Some(image) }
-    }
-
-    /// The texture of an image, each once.
-    fn texture(&mut self, image: u32, color_space: ColorSpace, wrap: Wrap) -> TextureId {
-        let sampler = Sampler { wrap_u: wrap, wrap_v: wrap, filter: Filter::Linear };
-        let texture = Texture { image, sampler, color_space };
-        let known = self.textures.iter().position(|t| *t == texture);
-        let number = known.unwrap_or_else(|| {
-            self.textures.push(texture);
-            self.textures.len() - 1
-        });
-        number as TextureId
     }
 }
 

@@ -1,7 +1,7 @@
 //! pbrt-v4 scenes: the part of the format that most exported scenes use.
 //!
 //! Read are transforms, attributes, includes, the perspective and orthographic cameras, the film's size, samples and
-//! depth, triangle and PLY meshes, spheres and disks, instances, the common materials with image textures, and the common lights.
+//! depth, triangle and PLY meshes, spheres and disks, instances, the common materials with image and procedural textures, and the common lights.
 //! Everything else is passed over and reported with its line.
 //!
 //! pbrt's world is left-handed. It is mirrored at x = 0 here, together with the camera, so that the picture is the same;
@@ -17,12 +17,13 @@ mod parameters;
 mod parser;
 mod shapes;
 mod state;
+mod textures;
 mod tokens;
 mod version;
 
 use super::session::instance;
-use super::textures::TextureLoader;
 use super::{LoadError, LoadOptions, Loaded, read_file};
+use crate::load::textures::TextureLoader;
 use crate::merge::placed_light;
 use crate::origin::{Bounds, stored};
 use crate::{Instance, LoadReport, Mesh, MeshId, Portal, Scene, Texture};
@@ -85,7 +86,7 @@ struct Builder<'o> {
     /// Named coordinate systems.
     systems: HashMap<String, DAffine3>,
     named_materials: HashMap<String, u32>,
-    named_textures: HashMap<String, materials::Value>,
+    named_textures: HashMap<String, textures::Value>,
     /// Materials of shapes that shine, by what they are made of.
     shining: HashMap<(u32, [u32; 3], bool), u32>,
     camera: Option<camera::PendingCamera>,

@@ -205,7 +205,7 @@ fn add_texture(
         None => images.missing(name, "the file does not exist", Neutral::White),
     };
     scene.images = images.finish(report);
-    scene.textures.push(Texture { image, sampler: Sampler::default(), color_space: ColorSpace::Srgb });
+    scene.textures.push(Texture::image(image, Sampler::default(), ColorSpace::Srgb));
     material.base_color_texture = Some(TextureRef::new(0));
     material.base_color = Vec4::ONE;
 }

@@ -1,16 +1,14 @@
 //! `[materials.NAME]` and materials in place.
 
 use super::Builder;
-use super::document::{Context, Entry, NameOr};
+use super::document::{Context, Entry};
 use super::media::{MediumKeys, SubsurfaceKeys, apply_medium};
+use super::textures::{TextureValue, ValueOr};
 use super::values::{Color, within};
 use crate::load::LoadError;
 use crate::load::session::MATERIAL;
 use crate::load::textures::Neutral;
-use crate::{
-    AlphaMode, Checkerboard, ColorSpace, Filter, Material, MaterialId, Model, Sampler, Texture, TextureRef,
-    UvTransform, Wrap,
-};
+use crate::{AlphaMode, Checkerboard, ColorSpace, Material, MaterialId, Model, TextureRef};
 use glam::{Vec2, Vec3};
 use serde::Deserialize;
 
@@ -20,54 +18,56 @@ use serde::Deserialize;
 pub(super) struct MaterialKeys {
     pub name: Option<String>,
     pub model: Option<ModelName>,
-    pub base_color: Option<Color>,
+    pub base_color: Option<ValueOr<Color>>,
     pub alpha: Option<f32>,
-    pub base_color_texture: Option<NameOr<TextureKeys>>,
+    pub base_color_texture: Option<TextureValue>,
     pub checkerboard: Option<CheckerboardKeys>,
-    pub metallic: Option<f32>,
-    pub roughness: Option<f32>,
-    pub metallic_roughness_texture: Option<NameOr<TextureKeys>>,
+    pub metallic: Option<ValueOr<f32>>,
+    pub roughness: Option<ValueOr<f32>>,
+    pub metallic_roughness_texture: Option<TextureValue>,
     pub specular: Option<f32>,
     pub ior: Option<f32>,
-    pub transmission: Option<f32>,
-    pub transmission_texture: Option<NameOr<TextureKeys>>,
+    pub transmission: Option<ValueOr<f32>>,
+    pub transmission_texture: Option<TextureValue>,
     pub thin_walled: Option<bool>,
-    pub emission: Option<Color>,
+    pub emission: Option<ValueOr<Color>>,
     pub emission_strength: Option<f32>,
-    pub emission_texture: Option<NameOr<TextureKeys>>,
+    pub emission_texture: Option<TextureValue>,
     pub emission_two_sided: Option<bool>,
-    pub normal_texture: Option<NameOr<TextureKeys>>,
+    pub normal_texture: Option<TextureValue>,
+    /// Metres, above the surface.
+    pub height: Option<ValueOr<f32>>,
     pub normal_scale: Option<f32>,
     pub alpha_mode: Option<AlphaModeName>,
     pub alpha_cutoff: Option<f32>,
     pub double_sided: Option<bool>,
     pub clearcoat: Option<f32>,
-    pub clearcoat_texture: Option<NameOr<TextureKeys>>,
+    pub clearcoat_texture: Option<TextureValue>,
     pub clearcoat_roughness: Option<f32>,
-    pub clearcoat_roughness_texture: Option<NameOr<TextureKeys>>,
-    pub clearcoat_normal_texture: Option<NameOr<TextureKeys>>,
+    pub clearcoat_roughness_texture: Option<TextureValue>,
+    pub clearcoat_normal_texture: Option<TextureValue>,
     pub clearcoat_normal_scale: Option<f32>,
     pub sheen_color: Option<Color>,
-    pub sheen_color_texture: Option<NameOr<TextureKeys>>,
+    pub sheen_color_texture: Option<TextureValue>,
     pub sheen_roughness: Option<f32>,
-    pub sheen_roughness_texture: Option<NameOr<TextureKeys>>,
-    pub specular_texture: Option<NameOr<TextureKeys>>,
+    pub sheen_roughness_texture: Option<TextureValue>,
+    pub specular_texture: Option<TextureValue>,
     pub specular_color: Option<Color>,
-    pub specular_color_texture: Option<NameOr<TextureKeys>>,
+    pub specular_color_texture: Option<TextureValue>,
     pub iridescence: Option<f32>,
-    pub iridescence_texture: Option<NameOr<TextureKeys>>,
+    pub iridescence_texture: Option<TextureValue>,
     pub iridescence_ior: Option<f32>,
     /// Nanometres, where the texture is 0 and 1.
     pub iridescence_thickness: Option<[f32; 2]>,
-    pub iridescence_thickness_texture: Option<NameOr<TextureKeys>>,
+    pub iridescence_thickness_texture: Option<TextureValue>,
     pub anisotropy: Option<f32>,
     /// Degrees.
     pub anisotropy_rotation: Option<f32>,
-    pub anisotropy_texture: Option<NameOr<TextureKeys>>,
+    pub anisotropy_texture: Option<TextureValue>,
     pub diffuse_transmission: Option<f32>,
-    pub diffuse_transmission_texture: Option<NameOr<TextureKeys>>,
+    pub diffuse_transmission_texture: Option<TextureValue>,
     pub diffuse_transmission_color: Option<Color>,
-    pub diffuse_transmission_color_texture: Option<NameOr<TextureKeys>>,
+    pub diffuse_transmission_color_texture: Option<TextureValue>,
     pub dispersion: Option<f32>,
     pub attenuation_color: Option<Color>,
     pub attenuation_distance: Option<f32>,
@@ -106,47 +106,6 @@ pub(super) struct CheckerboardKeys {
 
 fn one() -> f32 {
     1.0
-}
-
-/// A texture with how it is placed.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub(super) struct TextureKeys {
-    file: String,
-    #[serde(default)]
-    wrap: WrapName,
-    #[serde(default)]
-    filter: FilterName,
-    #[serde(default)]
-    uv_set: u32,
-    #[serde(default = "ones")]
-    scale: [f32; 2],
-    /// Degrees.
-    #[serde(default)]
-    rotate: f32,
-    #[serde(default)]
-    offset: [f32; 2],
-}
-
-fn ones() -> [f32; 2] {
-    [1.0, 1.0]
-}
-
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum WrapName {
-    #[default]
-    Repeat,
-    Mirror,
-    Clamp,
-}
-
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum FilterName {
-    #[default]
-    Linear,
-    Nearest,
 }
 
 impl Builder<'_> {
@@ -215,54 +174,34 @@ impl Builder<'_> {
         m.transmission_texture = self.texture(&k.transmission_texture, Linear, white, c)?;
         m.emission_texture = self.texture(&k.emission_texture, Srgb, white, c)?;
         m.normal_texture = self.texture(&k.normal_texture, Linear, Neutral::FlatNormal, c)?;
-        Ok(())
-    }
-
-    pub(super) fn texture(
-        &mut self,
-        keys: &Option<NameOr<TextureKeys>>,
-        color_space: ColorSpace,
-        neutral: Neutral,
-        context: &Context,
-    ) -> Result<Option<TextureRef>, LoadError> {
-        let (file, sampler, uv_set, transform) = match keys {
-            None => return Ok(None),
-            Some(NameOr::Name(file)) => (file, Sampler::default(), 0, UvTransform::default()),
-            Some(NameOr::Table(t)) => {
-                within(t.uv_set, [0, 1], "uv-set", context)?;
-                (&t.file, t.sampler(), t.uv_set, t.transform())
-            }
-        };
-        let image = self.images.file(&self.place.folder.join(file), neutral);
-        self.textures.push(self.scene.textures.len());
-        self.scene.textures.push(Texture { image, sampler, color_space });
-        let texture = (self.scene.textures.len() - 1) as u32;
-        Ok(Some(TextureRef { texture, uv_set, transform }))
+        self.apply_graphs(k, m, c)
     }
 }
 
-impl TextureKeys {
-    fn sampler(&self) -> Sampler {
-        let wrap = match self.wrap {
-            WrapName::Repeat => Wrap::Repeat,
-            WrapName::Mirror => Wrap::MirroredRepeat,
-            WrapName::Clamp => Wrap::ClampToEdge,
+impl Builder<'_> {
+    /// Parameters that are graphs: their factor is 1, and the graph is their texture.
+    fn apply_graphs(&mut self, k: &MaterialKeys, m: &mut Material, c: &Context) -> Result<(), LoadError> {
+        let roughness = k.roughness.as_ref().and_then(ValueOr::graph);
+        let metallic = k.metallic.as_ref().and_then(ValueOr::graph);
+        self.metallic_roughness_graph([roughness, metallic], m, c)?;
+        let mut set = |table: Option<&toml::Table>, texture: &mut Option<TextureRef>, key: &str| {
+            let Some(table) = table else { return Ok(false) };
+            if texture.is_some() {
+                return Err(c.error(format!("`{key}` has a texture and a graph")));
+            }
+            *texture = Some(self.graph(&toml::Value::Table(table.clone()), c)?);
+            Ok(true)
         };
-        let filter = match self.filter {
-            FilterName::Linear => Filter::Linear,
-            FilterName::Nearest => Filter::Nearest,
-        };
-        Sampler { wrap_u: wrap, wrap_v: wrap, filter }
-    }
-
-    /// Scale, then rotation, then offset, as in `KHR_texture_transform`.
-    fn transform(&self) -> UvTransform {
-        let (sin, cos) = self.rotate.to_radians().sin_cos();
-        let [x, y] = self.scale;
-        UvTransform {
-            rows: [Vec2::new(cos * x, sin * y), Vec2::new(-sin * x, cos * y)],
-            offset: self.offset.into(),
+        if set(k.base_color.as_ref().and_then(ValueOr::graph), &mut m.base_color_texture, "base-color")? {
+            m.base_color = Vec3::ONE.extend(m.base_color.w);
         }
+        if set(k.transmission.as_ref().and_then(ValueOr::graph), &mut m.transmission_texture, "transmission")?
+        {
+            m.transmission = 1.0;
+        }
+        set(k.emission.as_ref().and_then(ValueOr::graph), &mut m.emission_texture, "emission")?;
+        set(k.height.as_ref().and_then(ValueOr::graph), &mut m.normal_texture, "height")?;
+        Ok(())
     }
 }
 
@@ -273,10 +212,10 @@ fn apply_numbers(k: &MaterialKeys, m: &mut Material, c: &Context) -> Result<(), 
         }
         Ok::<(), LoadError>(())
     };
-    unit(k.metallic, &mut m.metallic, "metallic")?;
-    unit(k.roughness, &mut m.roughness, "roughness")?;
+    unit(k.metallic.as_ref().and_then(ValueOr::plain), &mut m.metallic, "metallic")?;
+    unit(k.roughness.as_ref().and_then(ValueOr::plain), &mut m.roughness, "roughness")?;
     unit(k.specular, &mut m.specular, "specular")?;
-    unit(k.transmission, &mut m.transmission, "transmission")?;
+    unit(k.transmission.as_ref().and_then(ValueOr::plain), &mut m.transmission, "transmission")?;
     unit(k.alpha, &mut m.base_color.w, "alpha")?;
     m.ior = within(k.ior.unwrap_or(m.ior), [1.0, 10.0], "ior", c)?;
     m.normal_scale = k.normal_scale.unwrap_or(m.normal_scale);
@@ -295,9 +234,9 @@ fn apply_numbers(k: &MaterialKeys, m: &mut Material, c: &Context) -> Result<(), 
         m.base_color = Vec3::ONE.extend(m.base_color.w);
         // Light is found through a rough surface only, so what is meant to be lit inside has one.
         let smooth = if k.subsurface.is_some() { 0.4 } else { 0.0 };
-        m.roughness = k.roughness.unwrap_or(smooth);
+        m.roughness = k.roughness.as_ref().and_then(ValueOr::plain).unwrap_or(smooth);
     }
-    if let Some(Color(color)) = k.base_color {
+    if let Some(Color(color)) = k.base_color.as_ref().and_then(ValueOr::plain) {
         within(color.max_element(), [0.0, 1.0], "base-color", c)?;
         m.base_color = color.extend(m.base_color.w);
     }
@@ -320,8 +259,9 @@ fn apply_emission(k: &MaterialKeys, m: &mut Material, c: &Context) -> Result<(),
         return Err(c.error("`emission-strength` needs `emission`"));
     }
     // A texture alone is multiplied into white.
-    let plain = if k.emission_texture.is_some() { Vec3::ONE } else { Vec3::ZERO };
-    m.emission = k.emission.map_or(plain, |color| color.0) * strength;
+    let is_graph = k.emission.as_ref().is_some_and(|value| value.graph().is_some());
+    let plain = if k.emission_texture.is_some() || is_graph { Vec3::ONE } else { Vec3::ZERO };
+    m.emission = k.emission.as_ref().and_then(ValueOr::plain).map_or(plain, |color| color.0) * strength;
     m.emission_two_sided = k.emission_two_sided.unwrap_or(false);
     Ok(())
 }

@@ -18,14 +18,15 @@ mod parameters;
 mod placement;
 mod repeat;
 mod shapes;
+mod textures;
 mod values;
 
 pub use edited::{Edited, open_edited};
 pub use parameters::{Parameter, Value};
 
 use super::session::Session;
-use super::textures::TextureLoader;
 use super::{LoadError, LoadOptions, Loaded};
+use crate::load::textures::TextureLoader;
 use crate::{LightProfile, LoadReport, Material, MaterialId, RenderDefaults, Scene};
 use document::{Document, Entry};
 use std::collections::{BTreeMap, HashMap};
@@ -153,8 +154,10 @@ struct Builder<'a> {
     materials: HashMap<String, MaterialId>,
     /// Images of the file's own materials; they get their place in the scene at the end.
     images: TextureLoader<'a>,
-    /// The file's own entries in [`Scene::textures`].
+    /// The file's own images in [`Scene::textures`].
     textures: Vec<usize>,
+    /// What `[textures.NAME]` declares.
+    named_textures: HashMap<String, toml::Value>,
     models: HashMap<PathBuf, models::Template>,
     /// Photometric files: many lamps share one.
     profiles: HashMap<PathBuf, Arc<LightProfile>>,
@@ -209,6 +212,7 @@ fn build(
         materials: HashMap::new(),
         images: TextureLoader::new(options, 0),
         textures: Vec::new(),
+        named_textures: HashMap::new(),
         models: HashMap::new(),
         profiles: HashMap::new(),
     };
@@ -224,6 +228,10 @@ impl Builder<'_> {
         if let Some(render) = document.take_table("render")? {
             self.scene.defaults = render.read::<RenderDefaults>()?;
         }
+        for (name, entry) in document.take_named("textures")? {
+            self.add_named_texture(name, entry)?;
+        }
+        self.check_named_textures()?;
         for (name, entry) in document.take_named("materials")? {
             self.add_named_material(name, entry)?;
         }
@@ -246,6 +254,7 @@ impl Builder<'_> {
             "about",
             "parameters",
             "render",
+            "textures",
             "materials",
             "shape",
             "model",
@@ -269,7 +278,7 @@ impl Builder<'_> {
     fn finish(mut self) -> Loaded {
         let offset = self.scene.images.len() as u32;
         for texture in self.textures {
-            self.scene.textures[texture].image += offset;
+            self.scene.textures[texture].shift_references(offset, 0);
         }
         self.scene.images.extend(self.images.finish(&mut self.report));
         self.placement.settle(&mut self.scene, &mut self.report);
