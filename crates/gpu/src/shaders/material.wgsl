@@ -8,7 +8,7 @@
 fn base_color(s: Surface, footprint: f32) -> vec3f {
     let texel = sample_slot(s.material, SLOT_BASE_COLOR, s.coords);
     let width = footprint_width(footprint, dot(s.wo, s.normal));
-    return material_base_color(materials[s.material], s.color, texel, s.pattern_position, width);
+    return material_base_color(material_at(s.material), s.color, texel, s.pattern_position, width);
 }
 
 /// Coverage in [0, 1] at a point: `coords` and `color` as in a Surface, `position` in the x–z plane of object space.
@@ -131,20 +131,20 @@ fn hashed_threshold(instance: u32, primitive: u32, a: f32, b: f32) -> f32 {
 
 /// Radiance that an emissive material emits at texture coordinates.
 fn emission_at(material: u32, coords: vec4f) -> vec3f {
-    return material_emission(materials[material], sample_slot(material, SLOT_EMISSION, coords));
+    return material_emission(material_at(material), sample_slot(material, SLOT_EMISSION, coords));
 }
 
 /// Whether a path may find light on surfaces of a material.
 fn may_shine(material: u32) -> bool {
-    return material_shines(materials[material]);
+    return material_shines(material_at(material));
 }
 
 /// Radiance that the surface emits towards the viewer.
 fn surface_emission(s: Surface, footprint: f32) -> vec3f {
-    if materials[s.material].model == ModelTag_Unlit {
+    if material_at(s.material).model == ModelTag_Unlit {
         return base_color(s, footprint);
     }
-    if !material_emits(materials[s.material], s.front) {
+    if !material_emits(material_at(s.material), s.front) {
         return vec3f(0.0);
     }
     return emission_at(s.material, s.coords);
@@ -160,7 +160,7 @@ fn surface_ior(s: Surface) -> f32 {
 
 /// Whether `surface_bsdf` needs `u_model`.
 fn mixes_models(material: u32) -> bool {
-    return material_mixes_models(materials[material]);
+    return material_mixes_models(material_at(material));
 }
 
 /// The BSDF at a surface, prepared for its viewing direction; without layers.
@@ -169,7 +169,7 @@ fn mixes_models(material: u32) -> bool {
 fn surface_bsdf(s: Surface, footprint: f32, u_model: f32, single_scatter: bool) -> Bsdf {
     let metallic_roughness = sample_slot(s.material, SLOT_METALLIC_ROUGHNESS, s.coords);
     let transmission = sample_slot(s.material, SLOT_TRANSMISSION, s.coords);
-    let point = plain_point(materials[s.material], base_color(s, footprint), metallic_roughness, transmission,
+    let point = plain_point(material_at(s.material), base_color(s, footprint), metallic_roughness, transmission,
         surface_ior(s), s.front, u_model, single_scatter);
     let cos_o = saturate(dot(s.wo, s.shading_normal));
     var albedo = vec2f(1.0, 0.0);

@@ -153,7 +153,7 @@ fn triangle_point(
     var point: SurfacePoint;
     point.pattern_position = pattern_place(binding, local);
     var tangent = vec4f(0.0);
-    let needs_tangent = materials[binding.material].textures[SLOT_NORMAL].first_texel != NONE
+    let needs_tangent = has_texture(binding.material, SLOT_NORMAL)
         || (SCENE_HAS_LAYERS && (materials[binding.material].flags & MATERIAL_TANGENTS) != 0u);
     if binding.first_tangent != NONE && needs_tangent {
         tangent = triangle_words4(binding.first_tangent, corners, weights);
@@ -167,7 +167,7 @@ fn triangle_point(
     var n0 = v0.normal;
     var n1 = v1.normal;
     var n2 = v2.normal;
-    let flags = instances[instance_index].flags;
+    let flags = instance_flags(instance_index);
     var transformed = 0.0;
     if (flags & INSTANCE_IDENTITY) != 0u {
         point.position = local;
@@ -209,7 +209,7 @@ fn triangle_point(
 fn sphere_point(binding: Binding, instance_index: u32, primitive: u32, world: vec3f) -> SurfacePoint {
     let sphere = sphere_at(binding, primitive);
     let center = sphere.xyz;
-    let flags = instances[instance_index].flags;
+    let flags = instance_flags(instance_index);
     var local = world;
     if (flags & INSTANCE_IDENTITY) == 0u {
         local = transform_point(instances[instance_index].world_to_object, world);
@@ -274,9 +274,8 @@ fn tangent_frame(point: SurfacePoint, normal: vec3f, side: f32) -> Frame {
 /// surface. `normal`: the geometric one on that side; `side`: 1 at the front, −1 at the back.
 fn mapped_normal(material: u32, point: SurfacePoint, wo: vec3f, normal: vec3f, side: f32) -> vec3f {
     var shading = select(normal, point.shading * side, point.smooth_shaded);
-    let use_ = materials[material].textures[SLOT_NORMAL];
-    if use_.first_texel != NONE {
-        let stored = sample_texture(use_, point.coords);
+    if has_texture(material, SLOT_NORMAL) {
+        let stored = sample_texture(materials[material].textures[SLOT_NORMAL], point.coords);
         shading = map_normal(tangent_frame(point, shading, side), stored.rgb, materials[material].normal_scale);
     } else if !point.smooth_shaded {
         return normal;

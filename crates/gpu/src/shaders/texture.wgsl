@@ -2,7 +2,7 @@
 // CPU agree to the last bits.
 
 #import albedo_constants, scene, texels, variant
-#import optics::constants, optics::ggx, optics::image_texture
+#import optics::ggx, optics::image_texture
 
 fn texel(use_: TextureUse, x: i32, y: i32) -> vec4f {
     let stored = stored_texel(use_, texel_column(use_, x), texel_row(use_, y));
@@ -24,11 +24,10 @@ fn sample_texture(use_: TextureUse, coords: vec4f) -> vec4f {
 
 /// A texture of a material, if it has one there; ones otherwise.
 fn sample_slot(material: u32, slot: u32, coords: vec4f) -> vec4f {
-    let use_ = materials[material].textures[slot];
-    if use_.first_texel == NONE {
+    if !has_texture(material, slot) {
         return vec4f(1.0);
     }
-    return sample_texture(use_, coords);
+    return sample_texture(materials[material].textures[slot], coords);
 }
 
 /// The texel below a coordinate in [0, 1] over `size` texels whose centres span it, and how far the coordinate is beyond.
