@@ -8,7 +8,7 @@ use glam::{Affine3A, Vec3};
 use gpu::tracer::TracerKind;
 use gpu::{Gpu, GpuBackend, GpuOptions, has_hardware};
 use scene::tables::{Changes, SceneTables};
-use scene::{Environment, Image, Instance, Material, Mesh, Pixels};
+use scene::{Environment, Image, Instance, Light, LightKind, Material, Mesh, Pixels};
 use testkit::{Exclusive, scenes};
 
 const SPP: u32 = 4;
@@ -174,12 +174,37 @@ fn instances_move_that_did_not_say_so() {
     }
 }
 
-/// A renderer whose shaders know whether anything is near a lamp (`knows`), or leave that open.
+/// A renderer whose shaders know what is in the scene (`knows`), or leave that open.
 fn specialised(test: &str, knows: bool) -> Option<Renderer> {
     let opened = Gpu::open(&GpuOptions::default()).and_then(|gpu| GpuBackend::new(gpu, TracerKind::Bvh));
     let mut backend = opened.map_err(|e| testkit::skip_without_gpu(test, &e.to_string())).ok()?;
     backend.set_specialisation(knows);
     Some(Renderer::new(Box::new(backend)))
+}
+
+/// Shaders that know no material and no light but those of the scene are not kept when the scene becomes another.
+#[test]
+fn shaders_know_what_is_in_the_scene() {
+    let plain = scenes::cornell();
+    let mut two_lamps = plain.clone();
+    let kind = LightKind::Point { position: Vec3::new(1.0, 4.0, 1.5), intensity: Vec3::splat(20.0) };
+    two_lamps.lights.push(Light::new("bulb", kind));
+    let mut glass = two_lamps.clone();
+    let matte = glass.materials.iter().position(|m| m.emission == Vec3::ZERO).expect("a matte material");
+    glass.materials[matte] = scenes::dielectric("new", 1.5, 0.0);
+    let renderers = || {
+        let test = "shaders_know_what_is_in_the_scene";
+        Some([specialised(test, false)?, specialised(test, true)?])
+    };
+    let mut renderers = Exclusive::new(has_hardware(), renderers);
+    let Some([general, special]) = &mut *renderers else { return };
+    let job = job(&plain, 16, 16, 4);
+    special.load(&plain).expect("load");
+    for (what, scene) in [("one lamp", &plain), ("two lamps", &two_lamps), ("glass", &glass)] {
+        general.load(scene).expect("load");
+        special.update(scene).expect("update");
+        assert_equal(what, &picture(general, &job), &picture(special, &job));
+    }
 }
 
 /// Shaders that need not sample lamps that are near are not kept when something comes near one.

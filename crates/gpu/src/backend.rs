@@ -43,7 +43,7 @@ pub struct GpuBackend {
     timer: Timer,
     ring: StagingRing,
     path_kernel: PathKernel,
-    /// Whether path tracing has shaders that know only the lights of their scene.
+    /// Whether path tracing has shaders that know only what is in their scene.
     specialises: bool,
     /// Paths that the wavefront has in flight; `None`: what suits the device.
     paths_in_flight: Option<u32>,
@@ -106,8 +106,8 @@ impl GpuBackend {
         self.path_kernel = kernel;
     }
 
-    /// Says whether path tracing has shaders that know only the lights of their scene. They are faster, by a tenth to a seventh where
-    /// there is one lamp; but scenes that share all else no longer share shaders, so software drivers, which compile one in half a
+    /// Says whether path tracing has shaders that know only what is in their scene. They are faster, by a twentieth to a half;
+    /// but scenes that share all else no longer share shaders, so software drivers, which compile one in half a
     /// minute, have none of them at first. Samples are the same, up to rounding.
     pub fn set_specialisation(&mut self, specialises: bool) {
         self.specialises = specialises;
@@ -205,10 +205,10 @@ impl GpuBackend {
     /// Compiles the kernel for a view, if it is the first of its kind.
     fn prepare_kernel(&mut self, view: &View, samples: u32, kind: KernelKind) -> Result<KernelKey, GpuError> {
         let aovs = self.picture.as_ref().is_some_and(|p| p.buffers.wants_aovs());
-        // Kernels of other kinds stay when lights become others.
+        // Kernels of other kinds stay when the scene becomes another.
         let specialises = self.specialises && kind == KernelKind::Path;
         let variant_of = |s: &Loaded| match specialises {
-            true => s.scene.variant_for_its_lights(),
+            true => s.scene.special_variant(),
             false => s.scene.variant(),
         };
         let of_scene = self.scene.as_ref().map(variant_of).unwrap_or_default();

@@ -10,10 +10,13 @@ pub mod media;
 pub mod records;
 pub mod texels;
 mod textures;
+mod traits;
 pub mod update;
 pub mod upload;
 pub mod word_records;
 pub mod words;
+
+pub use traits::SceneTraits;
 
 use crate::shader::Variant;
 use crate::{Gpu, GpuError};
@@ -64,6 +67,8 @@ pub struct GpuScene {
     places: TexelPlaces,
     /// Whether no surface is near a flat light, as far as that is known.
     far_lights: bool,
+    /// What there is at all, and has been.
+    traits: SceneTraits,
 }
 
 /// Refuses scenes in which paths have to know what they are in, for frames.
@@ -95,6 +100,10 @@ impl GpuScene {
         let words = Words::new(&tables);
         let places = TexelPlaces::new(gpu, &tables);
         let info = scene_info(&tables, &words, &places);
+        let instances = records::instances(&tables);
+        let bindings = records::bindings(&tables, &words);
+        let materials = materials::materials(&tables, &words);
+        let lights = records::lights(&tables, &words);
         let none = BufferUsages::empty();
         // Ray queries build the driver's structures from the same buffers.
         let queries = gpu.features.contains(wgpu::Features::EXPERIMENTAL_RAY_QUERY);
@@ -106,18 +115,13 @@ impl GpuScene {
                 size_of::<SceneInfo>() as u64,
                 BufferUsages::UNIFORM | BufferUsages::STORAGE,
             )?,
-            instances: storage_buffer(
-                gpu,
-                "instances",
-                &records::instances(&tables),
-                BufferUsages::COPY_SRC,
-            )?,
-            bindings: storage_buffer(gpu, "geometry bindings", &records::bindings(&tables, &words), none)?,
-            materials: storage_buffer(gpu, "materials", &materials::materials(&tables, &words), none)?,
+            instances: storage_buffer(gpu, "instances", &instances, BufferUsages::COPY_SRC)?,
+            bindings: storage_buffer(gpu, "geometry bindings", &bindings, none)?,
+            materials: storage_buffer(gpu, "materials", &materials, none)?,
             lights: roomy_buffer(
                 gpu,
                 "lights",
-                &records::lights(&tables, &words),
+                &lights,
                 u64::from(more_lights) * size_of::<records::LightRecord>() as u64,
                 none,
             )?,
@@ -143,7 +147,8 @@ impl GpuScene {
         gpu.check("uploading the scene")?;
         let words = words.without_data();
         let far_lights = !tables.surfaces_may_be_near_flat_lights();
-        Ok(Self { tables, buffers, textures, layout, bind_group, words, places, far_lights })
+        let traits = SceneTraits::of(&materials, &bindings, &instances, &lights);
+        Ok(Self { tables, buffers, textures, layout, bind_group, words, places, far_lights, traits })
     }
 
     /// Bytes on the device.
@@ -171,13 +176,15 @@ impl GpuScene {
         Variant { images: self.places.slots(), ..variant_of(&self.tables) }
     }
 
-    /// As [`GpuScene::variant`], for shaders that are made anew when lights become others or come near: they know no lights
-    /// but those that there are.
-    pub fn variant_for_its_lights(&self) -> Variant {
+    /// As [`GpuScene::variant`], for shaders that are made anew when the scene becomes another: they know no lights and no
+    /// surfaces but such as there are.
+    pub fn special_variant(&self) -> Variant {
         Variant {
             light_list: self.tables.light_tree.list().map_or(0, |(_, lights)| lights as u32),
             light_kind: self.only_light_kind(),
             far_lights: self.far_lights,
+            one_light: self.tables.lights.len() == 1,
+            traits: self.traits,
             ..self.variant()
         }
     }

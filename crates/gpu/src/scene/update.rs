@@ -3,7 +3,7 @@
 //! Materials, lights, bindings and transforms are small beside geometry and textures. They are written anew into the
 //! buffers where they are, through staging memory that is used again and again.
 
-use super::{GpuScene, materials, records, scene_info, variant_of};
+use super::{GpuScene, SceneTraits, materials, records, scene_info, variant_of};
 use crate::shader::Variant;
 use crate::{Gpu, GpuError};
 use bytemuck::NoUninit;
@@ -122,6 +122,7 @@ impl GpuScene {
         self.tables = tables.clone();
         // What moves and changes may do so again: it is not asked anew each time.
         self.far_lights &= !(changes.lights || changes.transforms);
+        self.traits = self.traits.or(SceneTraits::of(&materials, &bindings, &instances, &lights));
         gpu.check("updating the scene")?;
         Ok(true)
     }

@@ -1,6 +1,7 @@
 //! What is decided when a shader is put together, and which modules that means.
 
 use super::modules::Linkage;
+use crate::scene::SceneTraits;
 use crate::scene::records::records_text;
 use crate::scene::word_records::{layer_readers, node_readers, use_readers};
 use backend::{Integrator, SamplerKind, View};
@@ -21,7 +22,7 @@ pub const ABSTRACT: &[(&str, &[&str])] = &[
     // What surfaces scatter: one model, or layers of them.
     ("scattering", &["scattering_plain", "scattering_layered"]),
     // How a light is chosen by what each can bring.
-    ("light_chooser", &["light_chooser_tree", "light_chooser_list"]),
+    ("light_chooser", &["light_chooser_tree", "light_chooser_list", "light_chooser_pair"]),
     // How the real-time path tracer tells diffuse light from the rest.
     ("lobes", &["realtime_lobes_plain", "realtime_lobes_layered"]),
     // Who finds what rays hit.
@@ -75,6 +76,8 @@ pub struct Variant {
     /// The kind (`LIGHT_…` of the optics) that all lights have but the environment, if it is one and the shader is to know
     /// no other.
     pub light_kind: Option<u32>,
+    /// Whether there is one light, and the shader is to know no others.
+    pub one_light: bool,
     /// Whether no surface is near a flat light, so that the shader need not know how to sample one by solid angle.
     pub far_lights: bool,
     /// Whether any light has a profile.
@@ -89,6 +92,8 @@ pub struct Variant {
     pub lens_distortion: bool,
     /// Whether what indirect light adds may be limited.
     pub indirect_limit: bool,
+    /// What else there is in the scene.
+    pub traits: SceneTraits,
 }
 
 impl Variant {
@@ -110,7 +115,11 @@ impl Variant {
             layers: i & 8 != 0,
             absorption: i & 16 != 0,
             light_tree: i & 32 != 0,
-            light_list: if i & 34 == 34 { 3 } else { 0 },
+            light_list: match i & 98 {
+                34 => 2,
+                98 => 3,
+                _ => 0,
+            },
             volumes: i & 64 != 0,
             profiles: i & 128 != 0,
             portals: i & 256 != 0,
@@ -118,6 +127,8 @@ impl Variant {
             images: 0,
             light_kind: (i & 2 != 0).then_some(LIGHT_RECTANGLE),
             far_lights: i & 4 != 0,
+            one_light: i & 36 == 4,
+            traits: if i & 2 == 0 { SceneTraits::default() } else { SceneTraits::of(&[], &[], &[], &[]) },
             sampler: SamplerKind::ALL[i as usize % SamplerKind::ALL.len()],
         };
         let with_images = move |i: u32| Self { images: 16, ..of(i) };
@@ -153,6 +164,8 @@ impl Linkage {
                 "light_chooser",
                 match variant.light_list {
                     0 => "light_chooser_tree",
+                    // In media, paths keep other things.
+                    2 if !variant.volumes => "light_chooser_pair",
                     _ => "light_chooser_list",
                 },
             )
@@ -190,6 +203,7 @@ impl Variant {
             ("WANTS_AOVS", self.aovs),
             ("SPLITS_PATHS", self.splitting),
             ("LIGHT_TREE", self.light_tree),
+            ("ONE_LIGHT", self.one_light),
             ("FLAT_LIGHTS_ARE_FAR", self.far_lights),
             ("SCENE_HAS_PROFILES", self.profiles),
             ("SCENE_HAS_PORTALS", self.portals),
@@ -207,7 +221,7 @@ impl Variant {
         for (name, is_on) in switches {
             let _ = writeln!(text, "const {name}: bool = {is_on};"); // writing to a string cannot fail
         }
-        text
+        text + &self.traits.constants()
     }
 }
 

@@ -1,7 +1,7 @@
 // Choosing among few lights by what each can bring: one node of a tree whose length the shader knows. All that is known of
 // the lights stands in the scene's constants, and no place in them is computed, so that loops unroll and nothing is loaded.
 
-#import light_choice, texels, variant
+#import light_choice, light_list, variant
 #import optics::light_tree
 
 /// Share of the choices that are uniform over all lights: importances alone decide, and every light is defended.
@@ -9,17 +9,9 @@ fn uniform_light_share() -> f32 {
     return 0.0;
 }
 
-/// What is known of the light at a place of the list.
-fn listed_group(place: u32) -> LightGroup {
-    let sphere = scene.light_list[3u * place];
-    let axis = scene.light_list[3u * place + 1u];
-    let cone = scene.light_list[3u * place + 2u];
-    return LightGroup(sphere.xyz, sphere.w, axis.w, axis.xyz, cone.x, cone.y, cone.z, cone.w);
-}
-
-/// Index of the light at a place of the list.
-fn listed_light(place: u32) -> u32 {
-    return scene.light_list_indices[place / 4u][place % 4u];
+/// What a path keeps to choose lights at a point, and to know later how likely a choice was.
+fn light_key(p: vec3f, sampling_normal: u32) -> u32 {
+    return sampling_normal;
 }
 
 /// Chooses a light in proportion to its weight. Bits of the remainder are used up.

@@ -8,6 +8,11 @@ fn uniform_light_share() -> f32 {
     return word_f32(scene.light_tree + 1u);
 }
 
+/// What a path keeps to choose lights at a point, and to know later how likely a choice was.
+fn light_key(p: vec3f, sampling_normal: u32) -> u32 {
+    return sampling_normal;
+}
+
 /// Walks down the tree of lights. Bits of the remainder are used up.
 fn choose_by_importance(p: vec3f, sampling_normal: u32, u: f32) -> LightChoice {
     let normal = octahedral_decode(sampling_normal);

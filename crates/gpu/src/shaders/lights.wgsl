@@ -14,7 +14,8 @@ fn load_light(index: u32) -> Light {
 /// Samples a direction towards a light chosen by the irradiance that it can bring; the density includes the choice, 0 if no light
 /// can be chosen.
 ///
-/// - `sampling_normal`: normal of the surface on the side that light can reach, by `octahedral_encode`, or ALL_SIDES.
+/// - `sampling_normal`: normal of the surface on the side that light can reach, by `octahedral_encode`, or ALL_SIDES; or what
+///   `light_key` makes of it.
 /// - `u`: `u.x` chooses the light, and what is left of it goes with `u.y` into the direction.
 fn sample_light(p: vec3f, sampling_normal: u32, u: vec2f) -> LightSample {
     if scene.light_count == 0u {
@@ -31,6 +32,9 @@ fn sample_light(p: vec3f, sampling_normal: u32, u: vec2f) -> LightSample {
 
 /// Chooses a light; `rest`: another number for the bits that the choice uses up.
 fn choose_light(p: vec3f, sampling_normal: u32, u: f32, rest: f32) -> LightChoice {
+    if ONE_LIGHT {
+        return LightChoice(0u, 1.0, u);
+    }
     if !LIGHT_TREE {
         return choose_by_power(u, rest);
     }
@@ -66,6 +70,9 @@ fn choose_by_power(u: f32, rest: f32) -> LightChoice {
 
 /// Probability with which `choose_light` takes a light.
 fn light_probability(index: u32, p: vec3f, sampling_normal: u32) -> f32 {
+    if ONE_LIGHT {
+        return 1.0;
+    }
     if !LIGHT_TREE {
         return lights[index].probability;
     }
@@ -101,7 +108,7 @@ fn sample_one_light(index: u32, p: vec3f, u: vec2f) -> LightSample {
     if SCENE_HAS_PROFILES && (lights[index].flags & LIGHT_PROFILE) != 0u {
         light.radiance *= profile_at(index, -light.wi);
     }
-    if lights[index].textured_material != NONE {
+    if LIGHTS_HAVE_TEXTURES && lights[index].textured_material != NONE {
         light.radiance = textured_emission(index, light_texture_point(index, p, light));
     }
     return light;

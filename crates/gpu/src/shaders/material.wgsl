@@ -8,7 +8,7 @@
 fn base_color(s: Surface, footprint: f32) -> vec3f {
     let width = footprint_width(footprint, dot(s.wo, s.normal));
     let texel = sample_slot(s.material, SLOT_BASE_COLOR, texture_point(s, width));
-    return material_base_color(materials[s.material], s.color, texel, s.object_position.xz, width);
+    return material_base_color(material_at(s.material), s.color, texel, s.object_position.xz, width);
 }
 
 /// Coverage in [0, 1] at a point.
@@ -143,20 +143,20 @@ fn hashed_threshold(instance: u32, primitive: u32, a: f32, b: f32) -> f32 {
 
 /// Radiance that an emissive material emits at a point.
 fn emission_at(material: u32, point: TexturePoint) -> vec3f {
-    return material_emission(materials[material], sample_slot(material, SLOT_EMISSION, point));
+    return material_emission(material_at(material), sample_slot(material, SLOT_EMISSION, point));
 }
 
 /// Whether a path may find light on surfaces of a material.
 fn may_shine(material: u32) -> bool {
-    return material_shines(materials[material]);
+    return material_shines(material_at(material));
 }
 
 /// Radiance that the surface emits towards the viewer.
 fn surface_emission(s: Surface, footprint: f32) -> vec3f {
-    if materials[s.material].model == ModelTag_Unlit {
+    if material_at(s.material).model == ModelTag_Unlit {
         return base_color(s, footprint);
     }
-    if !material_emits(materials[s.material], s.front) {
+    if !material_emits(material_at(s.material), s.front) {
         return vec3f(0.0);
     }
     // A light's samples have no footprint either.
@@ -173,7 +173,7 @@ fn surface_ior(s: Surface) -> f32 {
 
 /// Whether `surface_bsdf` needs `u_model`.
 fn mixes_models(material: u32) -> bool {
-    return material_mixes_models(materials[material]);
+    return material_mixes_models(material_at(material));
 }
 
 /// The BSDF at a surface, prepared for its viewing direction; without layers.
@@ -183,7 +183,7 @@ fn surface_bsdf(s: Surface, footprint: f32, u_model: f32, single_scatter: bool) 
     let at = texture_point(s, footprint_width(footprint, dot(s.wo, s.normal)));
     let metallic_roughness = sample_slot(s.material, SLOT_METALLIC_ROUGHNESS, at);
     let transmission = sample_slot(s.material, SLOT_TRANSMISSION, at);
-    let point = plain_point(materials[s.material], base_color(s, footprint), metallic_roughness, transmission,
+    let point = plain_point(material_at(s.material), base_color(s, footprint), metallic_roughness, transmission,
         surface_ior(s), s.front, u_model, single_scatter);
     let cos_o = saturate(dot(s.wo, s.shading_normal));
     var albedo = vec2f(1.0, 0.0);

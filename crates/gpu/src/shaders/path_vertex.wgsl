@@ -2,7 +2,7 @@
 // functions. Nothing here asks a tracer. Whoever follows paths, the megakernel's loop or the wavefront's stages, finds the
 // vertex, calls `shade_hit`, and asks for the shadow ray that it hands out.
 
-#import film, lights, material, scattering, scene, surface, texels, variant
+#import film, light_chooser, lights, material, scattering, scene, surface, texels, variant
 #import optics::constants, optics::frame, optics::intersect, optics::light, optics::light_tree
 #import optics::medium, optics::path, optics::random
 
@@ -23,7 +23,7 @@ struct Path {
     direction: vec3f,
     /// Length of the path so far, for footprints.
     length: f32,
-    /// What the light sample of the last vertex knew of its surface; see `sample_light`. Only where there is a LIGHT_TREE.
+    /// What the light sample of the last vertex knew of its surface; see `light_key`. Only where there is a LIGHT_TREE.
     sampling_normal: u32,
 }
 
@@ -195,10 +195,11 @@ fn scatter(
     let wo = to_local(frame, s.wo);
     if asks_light && scattering_has_smooth_part(bsdf) && scene.light_count > 0u {
         if LIGHT_TREE {
-            (*path).sampling_normal = ALL_SIDES;
+            var sampling_normal = ALL_SIDES;
             if !scattering_transmits(bsdf) {
-                (*path).sampling_normal = octahedral_encode(frame.normal);
+                sampling_normal = octahedral_encode(frame.normal);
             }
+            (*path).sampling_normal = light_key(s.origin, sampling_normal);
         }
         let light = sample_light(s.origin, (*path).sampling_normal, sample_2d(sampler, pair + PAIR_LIGHT));
         *shadow = light_shadow_ray(*path, s, frame, bsdf, wo, light);

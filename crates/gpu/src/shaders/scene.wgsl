@@ -12,7 +12,7 @@
 // about every candidate on a geometry whose binding has BINDING_ALPHA, and drops what is not accepted. `salt` is a number
 // of the ray that tracers hand through to that question.
 
-#import scene_records
+#import scene_records, variant
 #import optics::constants, optics::material
 
 /// What a ray hit. `instance` is NONE if nothing.
@@ -66,7 +66,35 @@ fn words_vec4(at: u32) -> vec4f {
 
 /// The binding that a hit leads to.
 fn hit_binding(hit: Hit) -> Binding {
-    return bindings[instances[hit.instance].first_binding + hit.geometry];
+    var binding = bindings[instances[hit.instance].first_binding + hit.geometry];
+    binding.flags &= FLAGS_OF_GEOMETRIES;
+    if !SCENE_HAS_VERTEX_COLORS {
+        binding.first_color = NONE;
+    }
+    return binding;
+}
+
+/// INSTANCE_… bits of an instance.
+fn instance_flags(instance: u32) -> u32 {
+    return (instances[instance].flags & FLAGS_OF_INSTANCES) | FLAGS_OF_ALL_INSTANCES;
+}
+
+/// A material, in which what all of the scene's have in common is a constant, so that compilers leave out the rest.
+fn material_at(index: u32) -> MaterialRecord {
+    var material = materials[index];
+    material.flags &= FLAGS_OF_MATERIALS;
+    if ALL_MODELS_ARE != NONE {
+        material.model = ALL_MODELS_ARE;
+    }
+    if !SCENE_MIXES_MODELS {
+        material.transmission = 0.0;
+    }
+    return material;
+}
+
+/// Whether a material has a texture at `SLOT_…`.
+fn has_texture(material: u32, slot: u32) -> bool {
+    return (SLOTS_WITH_TEXTURES & (1u << slot)) != 0u && materials[material].textures[slot].first_texel != NONE;
 }
 
 /// Vertex numbers of a triangle, relative to the geometry's first vertex. `primitive`: number within its geometry.

@@ -98,7 +98,7 @@ fn triangle_point(
         point.texture = triangle_texture_point(binding, instance_index, primitive, weights);
     }
     var tangent = vec4f(0.0);
-    let needs_tangent = materials[binding.material].textures[SLOT_NORMAL].first_texel != NONE
+    let needs_tangent = has_texture(binding.material, SLOT_NORMAL)
         || (SCENE_HAS_LAYERS && (materials[binding.material].flags & MATERIAL_TANGENTS) != 0u);
     if binding.first_tangent != NONE && needs_tangent {
         tangent = triangle_words4(binding.first_tangent, corners, weights);
@@ -112,7 +112,7 @@ fn triangle_point(
     var n0 = v0.normal;
     var n1 = v1.normal;
     var n2 = v2.normal;
-    let flags = instances[instance_index].flags;
+    let flags = instance_flags(instance_index);
     var transformed = 0.0;
     if (flags & INSTANCE_IDENTITY) != 0u {
         point.position = local;
@@ -154,7 +154,7 @@ fn triangle_point(
 fn sphere_point(binding: Binding, instance_index: u32, primitive: u32, world: vec3f) -> SurfacePoint {
     let sphere = sphere_at(binding, primitive);
     let center = sphere.xyz;
-    let flags = instances[instance_index].flags;
+    let flags = instance_flags(instance_index);
     var local = world;
     if (flags & INSTANCE_IDENTITY) == 0u {
         local = transform_point(instances[instance_index].world_to_object, world);
@@ -234,7 +234,7 @@ fn mapped_normal(
     if SCENE_HAS_GRAPHS && (use_.flags & TEXTURE_HEIGHT) != 0u {
         let frame = tangent_frame(point, shading, side);
         shading = bumped_normal(binding, hit, use_, point.texture, frame, side);
-    } else if use_.first_texel != NONE {
+    } else if has_texture(material, SLOT_NORMAL) {
         let stored = sample_texture(use_, texture_point_at(point.coords, point.color));
         shading = map_normal(tangent_frame(point, shading, side), stored.rgb, materials[material].normal_scale);
     } else if !point.smooth_shaded {

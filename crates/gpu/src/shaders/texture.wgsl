@@ -1,7 +1,7 @@
 // Textures: images and graphs. And the tables of directional albedos.
 
 #import albedo_constants, graphs, scene, texture_images, variant
-#import optics::constants, optics::ggx, optics::image_texture, optics::texture_point
+#import optics::ggx, optics::image_texture, optics::texture_point
 
 /// The linear RGBA value of a texture at a point.
 fn sample_texture(use_: TextureUse, point: TexturePoint) -> vec4f {
@@ -13,11 +13,10 @@ fn sample_texture(use_: TextureUse, point: TexturePoint) -> vec4f {
 
 /// A texture of a material, if it has one there; ones otherwise.
 fn sample_slot(material: u32, slot: u32, point: TexturePoint) -> vec4f {
-    let use_ = materials[material].textures[slot];
-    if use_.first_texel == NONE {
+    if !has_texture(material, slot) {
         return vec4f(1.0);
     }
-    return sample_texture(use_, point);
+    return sample_texture(materials[material].textures[slot], point);
 }
 
 /// The texel below a coordinate in [0, 1] over `size` texels whose centres span it, and how far the coordinate is beyond.

@@ -10,8 +10,10 @@
 #import film, path_vertex, planes, scene, variant
 #import optics::path, optics::random
 
-/// Invocations of a workgroup of every stage.
+/// Invocations of a workgroup of every stage but `shade`.
 const GROUP: u32 = 64u;
+/// Invocations of a workgroup of `shade`, which share their additions to the counters that all share.
+const SHADE_GROUP: u32 = 128u;
 
 /// Planes of a path on its way to the next vertex.
 /// Origin, and `scramble` of its random numbers.
@@ -55,6 +57,8 @@ struct Wave {
 struct Dispatches {
     /// For the paths that arrive.
     paths: array<u32, 3>,
+    /// For `shade`, of the same paths.
+    shading: array<u32, 3>,
     /// For the shadow rays.
     shadow_rays: array<u32, 3>,
 }

@@ -36,7 +36,7 @@ fn record(@builtin(global_invocation_id) id: vec3u) {
 }
 
 /// Everything that happens where paths arrive. At the first vertex there is an invocation for each branch of each path.
-@compute @workgroup_size(GROUP)
+@compute @workgroup_size(SHADE_GROUP)
 fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
     let depth = wave.depth;
     let branches = select(1u, branch_count(), depth == 1u);
@@ -68,8 +68,8 @@ fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_ind
     hand_on(local, path, alive, shadow, slot, depth);
 }
 
-fn groups_for(invocations: u32) -> array<u32, 3> {
-    return array<u32, 3>((invocations + GROUP - 1u) / GROUP, 1u, 1u);
+fn groups_for(invocations: u32, group: u32) -> array<u32, 3> {
+    return array<u32, 3>((invocations + group - 1u) / group, 1u, 1u);
 }
 
 /// Moves on to the next vertex: what `shade` has handed out is what the next dispatches work on.
@@ -81,8 +81,9 @@ fn prepare() {
     wave.path_count = next_paths;
     wave.shadow_rays = casting;
     wave.depth += 1u;
-    dispatches.paths = groups_for(next_paths);
-    dispatches.shadow_rays = groups_for(casting);
+    dispatches.paths = groups_for(next_paths, GROUP);
+    dispatches.shading = groups_for(next_paths, SHADE_GROUP);
+    dispatches.shadow_rays = groups_for(casting, GROUP);
 }
 
 /// Adds the samples of the wave to the film.

@@ -20,7 +20,7 @@ use crate::shader::{Linkage, Variant};
 use crate::timing::Timer;
 use crate::tracer::Tracer;
 use crate::{Gpu, GpuError, GpuScene};
-use queues::{Dispatches, GROUP};
+use queues::{Dispatches, GROUP, SHADE_GROUP};
 use stage::Stage;
 
 /// The compiled stages for a scene and a tracer.
@@ -89,8 +89,10 @@ impl WavefrontKernel {
         branches: u32,
         max_depth: u32,
     ) {
-        let invocations = |count: u32| Dispatch::Groups([count.div_ceil(GROUP), 1]);
+        let groups = |count: u32, group| Dispatch::Groups([count.div_ceil(group), 1]);
+        let invocations = |count: u32| groups(count, GROUP);
         let arriving = Dispatch::Indirect(self.queues.dispatches(), Dispatches::PATHS);
+        let shading = Dispatch::Indirect(self.queues.dispatches(), Dispatches::SHADING);
         let prepare = (Stage::Prepare, Dispatch::Groups([1, 1]));
         let shadow_rays = Dispatch::Indirect(self.queues.dispatches(), Dispatches::SHADOW_RAYS);
         let connect = (Stage::Connect, shadow_rays);
@@ -102,7 +104,7 @@ impl WavefrontKernel {
             // The host knows how many paths there are only at the first vertex.
             let first = depth == 1;
             let extend = if first { invocations(paths) } else { arriving };
-            let shade = if first { invocations(paths * branches) } else { arriving };
+            let shade = if first { groups(paths * branches, SHADE_GROUP) } else { shading };
             let extending = Stage::extending(depth, max_depth);
             pass(Stage::Extend, &[(extending, extend)]);
             if first && self.wants_aovs {

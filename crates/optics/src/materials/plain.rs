@@ -79,7 +79,7 @@ pub mod plain {
         // Where nobody asks for layers, a material is what lies below them.
         if m.model == ModelTag::MetallicRoughness || m.model == ModelTag::Layered {
             let refracted = m.transmission * transmission.x * (1.0 - p.metallic);
-            if u_model < refracted {
+            if m.transmission > 0.0 && u_model < refracted {
                 p.model = ModelTag::Dielectric;
             } else {
                 p.model = ModelTag::MetallicRoughness;
