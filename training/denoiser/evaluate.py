@@ -17,6 +17,7 @@ import numpy as np
 import torch
 from safetensors.torch import load_file
 
+from after import finished
 from network import Denoiser, denoise
 
 
@@ -70,6 +71,8 @@ def rendered(text: str, args: argparse.Namespace) -> "dict[str, np.ndarray]":
     """The pictures of a scene at all sample counts, and the reference."""
     scene, camera = opened(text)
     settings = dict(camera=camera, backend=args.backend)
+    if args.threads:
+        settings["threads"] = args.threads
     name = os.path.basename(text).split("@")[0].replace(":", "_")
 
     def reference() -> "dict[str, np.ndarray]":
@@ -85,20 +88,19 @@ def rendered(text: str, args: argparse.Namespace) -> "dict[str, np.ndarray]":
         return found
 
     pictures = kept(os.path.join(args.cache, f"reference-{name}.npz"), reference)
-    if args.weights != "none":
-        pictures |= kept(os.path.join(args.cache, f"noisy-{name}.npz"), noisy)
-    return pictures
+    return pictures | kept(os.path.join(args.cache, f"noisy-{name}.npz"), noisy)
 
 
 def by_network(model: Denoiser, device: str):
-    """A function that denoises by the network alone, on a device; arrays of shape [H, W, 3]."""
+    """A function that denoises as the renderer would with these weights; arrays [H, W, 3]."""
     image = lambda x: torch.from_numpy(x).to(device).permute(2, 0, 1)[None]
 
     @torch.no_grad()
     def run(color: np.ndarray, albedo: np.ndarray, normal: np.ndarray, error: "np.ndarray | None"):
         variance = None if error is None else image(error**2)
         ours = denoise(model, image(color), image(albedo), image(normal), variance)
-        return ours[0].permute(1, 2, 0).cpu().numpy()
+        noise = None if error is None else error**2
+        return finished(color, noise, ours[0].permute(1, 2, 0).cpu().numpy())
 
     return run
 
@@ -115,7 +117,7 @@ def rel_mse(picture: np.ndarray, reference: np.ndarray) -> float:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("weights", help="a safetensors file, `built-in`, or `none` to render references only")
+    parser.add_argument("weights", help="a safetensors file, `built-in`, or `none` to render only")
     parser.add_argument("scenes", nargs="+", help="FILE|SCENE[@EYE:TARGET]")
     parser.add_argument("--cache", required=True, help="folder for pictures and references")
     parser.add_argument("--oidn", help="libOpenImageDenoise.so.2")
@@ -124,6 +126,8 @@ def main() -> None:
     parser.add_argument("--height", type=int, default=360)
     parser.add_argument("--reference", type=int, default=16384, help="samples of the references")
     parser.add_argument("--backend", default="auto")
+    parser.add_argument("--threads", type=int, help="of the CPU")
+    parser.add_argument("--table", help="a file for the table, as in docs/denoising.md")
     parser.add_argument("--device", default="cuda" if torch.cuda.is_available() else "cpu")
     args = parser.parse_args()
     model = None
@@ -135,6 +139,7 @@ def main() -> None:
         model = by_network(model.to(args.device), args.device)
     library = OpenImageDenoise(args.oidn) if args.oidn else None
     ratios: "dict[int, list[float]]" = {spp: [] for spp in args.spp}
+    rows = []
     for text in args.scenes:
         begin = time.monotonic()
         pictures = rendered(text, args)
@@ -153,6 +158,8 @@ def main() -> None:
                 errors.append(rel_mse(theirs, pictures["reference"]))
             if library is not None:
                 ratios[spp].append(errors[1] / errors[2])
+                written = f"{errors[1]:.2e} / {errors[2]:.2e}, {ratios[spp][-1]:.2f}"
+                rows.append((text, spp, written.replace("e-0", "e-")))
             cells.append(" ".join(f"{e:.2e}" for e in errors))
         ratio = " ".join(f"{ratios[spp][-1]:.2f}" for spp in args.spp) if ratios[args.spp[0]] else ""
         name = os.path.basename(text).split("@")[0]
@@ -161,6 +168,18 @@ def main() -> None:
         means = {spp: float(np.exp(np.mean(np.log(r)))) for spp, r in ratios.items()}
         everything = float(np.exp(np.mean(np.log([x for r in ratios.values() for x in r]))))
         print("ours / Open Image Denoise, geometric mean:", everything, means)
+    if args.table and rows:
+        names = list(dict.fromkeys(text for text, _, _ in rows))
+        found = {(text, spp): written for text, spp, written in rows}
+        lines = ["| scene | " + " | ".join(f"{spp}" for spp in args.spp) + " |"]
+        lines.append("|---" * (1 + len(args.spp)) + "|")
+        for text in names:
+            name = os.path.basename(text).split("@")[0]
+            lines.append(f"| {name} | " + " | ".join(found[text, spp] for spp in args.spp) + " |")
+        cells = " | ".join(f"{means[spp]:.2f}" for spp in args.spp)
+        lines.append(f"| geometric mean of the ratios | {cells} |")
+        with open(args.table, "w") as file:
+            file.write("\n".join(lines) + "\n")
 
 
 if __name__ == "__main__":

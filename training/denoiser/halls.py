@@ -141,7 +141,7 @@ def office(kit):
     shell(kit, width, depth, height, openings)
     if openings:
         kit.sky(None, kit.between(0.02, 1))
-        window(kit, wall_frame(2, width, depth)[0], openings[2][0], True)
+        window(kit, wall_frame(2, width, depth)[0], openings[2][0])
     side = rng.choice([0.05, 0.12, 0.3, 0.6])
     columns, rows = int(rng.integers(3, 8)), int(rng.integers(3, 8))
     strength = kit.between(0.5, 3) * width * depth / (columns * rows * side * side)

@@ -442,3 +442,38 @@ class Kit:
         )
         ends = self.scene.add_material(model="boundary", medium=medium)
         self.put(shapes.box(high - low), ends, **dict(zip("xyz", (low + high) / 2)))
+
+    def ballast(self):
+        """A speck far below the floor with all that shaders are made for.
+
+        A GPU's shaders leave out what a scene does not have, and compiling them takes longer than
+        rendering. With the speck all scenes have the same shaders, and the driver keeps them.
+        """
+        scene, below = self.scene, -40.0
+        holes = np.zeros((4, 4, 4), np.uint8)
+        holes[::2, :, 3] = 255
+        add = scene.add_material
+        materials = [
+            add(base_color_texture=holes, base_color=[1.0] * 3, alpha_mode="mask"),
+            add(clearcoat=1.0, anisotropy=0.5, anisotropy_rotation=0.7),
+            add(normal_texture=np.full((2, 2, 3), 0.5, np.float32)),
+            add(
+                transmission=1.0,
+                attenuation_color=[0.5, 0.6, 0.7],
+                attenuation_distance=1.0,
+            ),
+        ]
+        # The number of textures in a shader is a power of two.
+        for i in range(34):
+            texel = np.full((1, 1, 3), i, np.uint8)
+            materials.append(add(base_color_texture=texel, base_color=[1.0] * 3))
+        angle = np.linspace(0, np.pi, 6)
+        ball = shapes.lathe(np.stack([np.sin(angle), -np.cos(angle)], 1) * 0.01, 6)
+        for i, material in enumerate(materials):
+            self.put(ball, material, x=0.03 * i, y=below)
+        for i, material in enumerate(materials[:2]):
+            self.balls([[0.03 * i, below, 0.1]], 0.01, material)
+        # More lights than fit into a list, of two kinds, near to other things, and nearly dark.
+        glow = add(base_color=[0.0] * 3, emission=[1e-5] * 3)
+        self.put(shapes.box([0.01] * 3), glow, y=below, z=0.2)
+        self.balls([[0.03, below, 0.2]], 0.01, glow)

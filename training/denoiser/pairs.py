@@ -1,20 +1,24 @@
-"""Makes training pairs: noisy pictures, their auxiliary layers and a reference, of random scenes.
+"""Renders what the denoiser learns from: several independent noisy pictures of random scenes.
 
-    python pairs.py OUT --seed 1 --scenes 500 --views 3 --size 256 --reference 4096 --backend gpu \
-        --processes 12 --seconds 480
-    python pairs.py --contact-sheet OUT sheet.png
+    python pairs.py OUT --seed 1 --scenes 6000 --views 4 --seconds 480 --processes 64
+    python pairs.py OUT --contact-sheet sheet.png
 
-Each view becomes OUT/NNNNNN_V.npz, NNNNNN being the number of the scene and V that of the view:
+Nothing is rendered until it is clean. One picture of a view is the input, and the mean of others,
+which are independent of it, the reference (Lehtinen et al., "Noise2Noise", 2018). So a view costs
+a hundred samples a pixel and not thousands, and in the same time many more scenes are rendered.
 
-- `reference`, `reference_error`: float16 [3, H, W], linear radiance and its standard error;
-  `reference_samples`: its samples per pixel.
-- for s of 1, 2, 4, 8, 16, 64 and 256 samples per pixel `color_s`, `albedo_s`, `normal_s` (world
-  space) and `error_s` (standard error of the mean; of one sample it is unknown, and 0), float16
-  [3, H, W]. All renders are independent.
-- `scale`: the factor that all colours and errors have been multiplied by, so that the geometric
-  mean of the reference is 0.18; `seed` of the scene; `family`, its name; `max_depth` of its paths.
+Each scene becomes OUT/NNNNNN.npz, NNNNNN being its number:
 
-A file is complete once it has its name. Seeds of scenes are 10⁶ · `--seed` + NNNNNN.
+- `light`: float16 [views, 6, 6, H, W], for each of the six pictures of a view the colour (linear
+  radiance) and its standard error, which is 0 for a single sample: then it is unknown;
+- `guide`: uint8 [views, 6, 6, H, W], the square root of the albedo times 255, and the normal in
+  world space times 127 plus 128;
+- `samples`: int32 [views, 6], samples per pixel of the pictures, one of `PLANS`;
+- `scale`: float32 [views], the factor that colours and errors have been multiplied by, so that the
+  geometric mean of the last picture is 0.18; `family`, the scene's name; `seed`.
+
+A file is complete once it has its name. Seeds of scenes are 10⁶ · `--seed` + NNNNNN. The first
+`--held-out` scenes are for validation, with a last picture of many samples.
 """
 
 import argparse
@@ -28,9 +32,15 @@ import time
 
 import numpy as np
 
-SAMPLES = (1, 2, 4, 8, 16, 64, 256)
+PLANS = {
+    "few": (1, 2, 4, 8, 16, 32),
+    "some": (2, 8, 16, 32, 64, 64),
+    "many": (1, 4, 16, 64, 128, 256),
+    "held out": (1, 4, 16, 64, 128, 512),
+}
+"""Samples per pixel of the six pictures of a view."""
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
-THUMBNAIL = 192  # pixels of a side on contact sheets
+THUMBNAIL = 128  # pixels of a side on contact sheets
 LARGEST = 60000.0  # below the largest half, 65504
 
 
@@ -53,78 +63,106 @@ def scale_of(color):
     return 0.18 / np.exp(np.log(means).mean())
 
 
-def half(picture, factor=1.0):
-    """A picture [H, W, 3] times a factor as float16 [3, H, W]."""
-    return np.clip(picture * factor, -LARGEST, LARGEST).transpose(2, 0, 1).astype(np.float16)
+def plan_of(rng, number, view, options):
+    """Which pictures are made of a view: those of many samples are few."""
+    if number < options.held_out:
+        return PLANS["held out"]
+    return PLANS[rng.choice(["few", "some", "many"], p=[0.8, 0.15, 0.05])]
 
 
-def render_view(scene, camera, settings, seeds, options):
-    """The arrays of one view, without `seed`."""
-
-    def render(samples, seed, aovs):
-        threads = {"threads": options.threads} if options.backend == "cpu" else {}
-        return scene.render(
+def render_view(scene, camera, settings, plan, seeds, options):
+    """The pictures of one view: (light, guide, scale)."""
+    threads = {"threads": 1} if options.backend == "cpu" else {}
+    pictures = []
+    for samples, seed in zip(plan, seeds):
+        picture = scene.render(
             options.size,
             options.size,
             samples,
             camera=camera,
-            aovs=aovs,
+            aovs=["albedo", "normal", "standard-error"],
             seed=int(seed),
             integrator="path",
             max_depth=min(settings["max_depth"], options.max_depth),
             backend=options.backend,
             **threads,
         )
-
-    reference = render(options.reference, seeds[0], ["standard-error"])
-    color = reference["color"]
-    if not np.isfinite(color).all():
-        raise Unusable("the reference has invalid values")
-    if not color.mean() > 0:
-        raise Unusable("the reference is black")
-    scale = scale_of(color)
-    arrays = {
-        "reference": half(color, scale),
-        "reference_error": half(np.nan_to_num(reference["standard-error"]), scale),
-        "reference_samples": options.reference, "scale": np.float32(scale),
-        "family": settings["family"],
-        "max_depth": settings["max_depth"],
-    }
-    for samples, seed in zip(SAMPLES, seeds[1:]):
-        noisy = render(samples, seed, ["albedo", "normal", "standard-error"])
-        if not np.isfinite(noisy["color"]).all():
+        if not np.isfinite(picture["color"]).all():
             raise Unusable(f"the picture of {samples} samples has invalid values")
-        arrays[f"color_{samples}"] = half(noisy["color"], scale)
-        arrays[f"albedo_{samples}"] = half(noisy["albedo"])
-        arrays[f"normal_{samples}"] = half(noisy["normal"])
-        arrays[f"error_{samples}"] = half(np.nan_to_num(noisy["standard-error"]), scale)
-    return arrays
+        pictures.append(picture)
+    if not pictures[-1]["color"].mean() > 0:
+        raise Unusable("the picture is black")
+    scale = scale_of(pictures[-1]["color"])
+    light = np.empty((len(plan), 6, options.size, options.size), np.float16)
+    guide = np.empty(light.shape, np.uint8)
+    for i, picture in enumerate(pictures):
+        error = np.nan_to_num(picture["standard-error"])
+        if plan[i] == 1:
+            error = np.zeros_like(error)
+        for half, layer in ((light[i, :3], picture["color"]), (light[i, 3:], error)):
+            half[:] = np.clip(layer * scale, 0, LARGEST).transpose(2, 0, 1)
+        albedo = 255 * np.sqrt(np.clip(picture["albedo"], 0, 1))
+        normal = 128 + 127 * np.clip(picture["normal"], -1, 1)
+        guide[i, :3] = np.round(albedo).transpose(2, 0, 1)
+        guide[i, 3:] = np.round(normal).transpose(2, 0, 1)
+    return light, guide, scale
+
+
+def make_scene(number, options, connection):
+    """Makes the views of a scene and writes its file; returns how many there are."""
+    import scenes
+
+    seed = options.seed * 10**6 + number
+    wanted = 1 if number < options.held_out else options.views
+    begin = time.monotonic()
+    scene, cameras, settings = scenes.random_scene(seed, wanted, options.family)
+    built = time.monotonic()
+    views, plans = [], []
+    for view, camera in enumerate(cameras):
+        rng = np.random.default_rng([seed, view])
+        plan = plan_of(rng, number, view, options)
+        seeds = rng.integers(0, 2**31, len(plan))
+        try:
+            views.append(render_view(scene, camera, settings, plan, seeds, options))
+        except Unusable as why:
+            connection.send(("failed", f"{settings['family']} {number:06}_{view}: {why}"))
+            continue
+        plans.append(plan)
+        # What is done so far is kept if the rest would take too long.
+        if time.monotonic() - begin > options.enough:
+            break
+    if not views:
+        return 0
+    rendered = time.monotonic()
+    path = options.out / f"{number:06}.npz"
+    unfinished = path.with_name(f".{path.stem}.{os.getpid()}.tmp")
+    with open(unfinished, "wb") as file:
+        np.savez(
+            file,
+            light=np.stack([light for light, _, _ in views]),
+            guide=np.stack([guide for _, guide, _ in views]),
+            scale=np.array([scale for _, _, scale in views], np.float32),
+            samples=np.array(plans, np.int32),
+            family=settings["family"],
+            seed=np.int64(seed),
+        )
+    os.replace(unfinished, path)
+    samples = int(np.sum(plans)) * options.size**2
+    times = (built - begin, rendered - built, time.monotonic() - rendered)
+    connection.send(("scene", settings["family"], len(views), samples, times))
+    return len(views)
 
 
 def work(connection, options):
     """A worker: makes the scenes whose numbers it receives, until it receives None.
 
-    Sends ("view", family), ("failed", why) for each view or scene, and ("done", number).
+    Sends ("scene", family, views, samples, seconds of building, rendering and writing),
+    ("failed", why), and ("done", number).
     """
-    import scenes
-
+    os.environ["RAYON_NUM_THREADS"] = "1"
     while (number := connection.recv()) is not None:
         try:
-            seed = options.seed * 10**6 + number
-            scene, cameras, settings = scenes.random_scene(seed, options.views, options.family)
-            for view, camera in enumerate(cameras):
-                path = options.out / f"{number:06}_{view}.npz"
-                seeds = np.random.SeedSequence([seed, view]).generate_state(1 + len(SAMPLES)) >> 1
-                try:
-                    arrays = render_view(scene, camera, settings, seeds, options)
-                except Unusable as why:
-                    connection.send(("failed", f"{settings['family']} {number:06}_{view}: {why}"))
-                    continue
-                unfinished = path.with_name(f".{path.stem}.{os.getpid()}.tmp")
-                with open(unfinished, "wb") as file:
-                    np.savez(file, seed=np.int64(seed), **arrays)
-                os.replace(unfinished, path)
-                connection.send(("view", settings["family"]))
+            make_scene(number, options, connection)
         except KeyboardInterrupt:
             return
         except BaseException as why:  # also panics of the renderer: the others go on
@@ -154,17 +192,18 @@ class Worker:
 
 
 def make(options):
-    """Makes all pairs; returns how many views there are."""
+    """Makes all scenes; returns how many views there are."""
     options.out.mkdir(parents=True, exist_ok=True)
     context = multiprocessing.get_context("spawn")
     start = time.monotonic()
     pool = [Worker(context, options) for _ in range(min(options.processes, options.scenes))]
     queue = collections.deque(range(options.first, options.first + options.scenes))
-    families, failures, scenes_done, shown = collections.Counter(), [], 0, 0.0
+    families, failures = collections.Counter(), []
+    scenes_done, views, samples, shown, times = 0, 0, 0, 0.0, np.zeros(3)
 
     def fail(message):
         failures.append(message)
-        print("failed:", message, flush=True)
+        print("failed:", message[:200], flush=True)
 
     for worker in pool:
         worker.give(queue.popleft())
@@ -173,46 +212,39 @@ def make(options):
         if now - start > options.seconds:
             print("time is up", flush=True)
             break
-        if now - shown > 5:
-            shown = now
-            views, passed = sum(families.values()), now - start
-            left = min(
-                options.seconds - passed,
-                passed / max(scenes_done, 1) * (options.scenes - scenes_done),
-            )
+        if now - shown > 10:
+            shown, passed = now, now - start
             print(
-                f"{scenes_done}/{options.scenes} scenes, {views} views, "
-                f"{views / passed:.2f} views/s, "
-                f"{passed:.0f} s, about {left:.0f} s left",
+                f"{passed:.0f} s: {scenes_done} scenes, {views} views, "
+                f"{samples / passed / 1e6:.1f} Msamples/s, seconds of building, rendering, "
+                f"writing a scene {np.round(times / max(scenes_done, 1), 2)}",
                 flush=True,
             )
-        ready = multiprocessing.connection.wait(
-            [w.connection for w in pool if w.number is not None], 0.5
-        )
-        for i, worker in enumerate(pool):
-            if worker.connection in ready:
+        busy = {w.connection: i for i, w in enumerate(pool) if w.number is not None}
+        ready = multiprocessing.connection.wait(busy, 0.5)
+        for connection, i in busy.items():
+            worker, kind = pool[i], None
+            if connection in ready:
                 try:
-                    kind, what = worker.connection.recv()
+                    kind, *what = connection.recv()
                 except (EOFError, OSError):
                     worker.process.join(5)
-                    kind, what = "dead", worker.process.exitcode
-                if kind == "view":
-                    families[what] += 1
+                    kind = "dead"
+                    fail(f"scene {worker.number:06}: ended with {worker.process.exitcode}")
+                if kind == "scene":
+                    families[what[0]] += what[1]
+                    views, samples = views + what[1], samples + what[2]
+                    times += what[3]
                 elif kind == "failed":
-                    fail(what)
+                    fail(what[0])
                 elif kind == "done":
                     scenes_done += 1
                     worker.number = None
-                else:
-                    fail(f"scene {worker.number:06}: the process ended with {what}")
             elif worker.number is not None and now - worker.since > options.scene_seconds:
                 fail(f"scene {worker.number:06}: longer than {options.scene_seconds:.0f} s")
                 kind = "dead"
-            else:
-                continue
             if kind == "dead":
                 worker.stop()
-                scenes_done += 1
                 pool[i] = worker = Worker(context, options)
             if worker.number is None and queue:
                 worker.give(queue.popleft())
@@ -220,70 +252,66 @@ def make(options):
         worker.stop()
     for unfinished in options.out.glob(".*.tmp"):
         unfinished.unlink()
-    views, passed = sum(families.values()), time.monotonic() - start
-    print(f"{views} views of {scenes_done} scenes in {passed:.0f} s, {len(failures)} failures")
+    passed = time.monotonic() - start
+    print(
+        f"{views} views of {scenes_done} scenes in {passed:.0f} s, "
+        f"{samples / 1e6:.0f} million samples, {len(failures)} failures"
+    )
     for name, count in families.most_common():
         print(f"  {name}: {count}")
     return views
 
 
-def contact_sheet(folder, path, limit=240, columns=12):
-    """Writes a PNG with the tone-mapped references of a folder, in the order of their names."""
+def contact_sheet(folder, path, limit=144, columns=12):
+    """Writes a PNG with the tone-mapped last pictures of a folder, in the order of their names."""
     import alhazen
 
     files = sorted(folder.glob("*.npz"))
-    files = [
-        files[i]
-        for i in np.unique(np.linspace(0, len(files) - 1, min(limit, len(files))).astype(int))
-    ]
+    chosen = np.unique(np.linspace(0, len(files) - 1, min(limit, len(files))).astype(int))
     tiles = []
-    for file in files:
-        with np.load(file) as arrays:
-            picture = arrays["reference"].astype(np.float32)
-        side = picture.shape[1] // THUMBNAIL * THUMBNAIL or picture.shape[1]
-        step = max(1, side // THUMBNAIL)
-        blocks = picture[:, :side, :side].reshape(3, side // step, step, side // step, step)
-        tiles.append(blocks.mean((2, 4)).transpose(1, 2, 0))
-    size = tiles[0].shape[0]
+    for i in chosen:
+        with np.load(files[i]) as arrays:
+            tiles.append(arrays["light"][0, -1, :3].astype(np.float32))
+    step = max(1, tiles[0].shape[1] // THUMBNAIL)
+    size = tiles[0].shape[1] // step
     rows = -(-len(tiles) // columns)
     sheet = np.zeros((rows * (size + 4), columns * (size + 4), 3), np.float32)
     for i, tile in enumerate(tiles):
+        tile = tile[:, : size * step, : size * step]
+        means = tile.reshape(3, size, step, size, step).mean((2, 4)).transpose(1, 2, 0)
         y, x = i // columns * (size + 4), i % columns * (size + 4)
-        sheet[y : y + size, x : x + size] = tile
+        sheet[y : y + size, x : x + size] = means
     path.write_bytes(alhazen.encode_png(sheet, tonemap="agx", exposure=1.0))
-    print(f"{len(tiles)} references in {path}")
+    print(f"{len(tiles)} pictures in {path}")
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("out", type=pathlib.Path, help="folder for the pairs, or to look at")
-    parser.add_argument("sheet", type=pathlib.Path, nargs="?", help="PNG file of the contact sheet")
+    parser.add_argument("out", type=pathlib.Path, help="folder for the scenes, or to look at")
     parser.add_argument(
-        "--contact-sheet", action="store_true", help="write a sheet of what is there, and stop"
+        "--contact-sheet", type=pathlib.Path, help="write a PNG of what is there, and stop"
     )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--scenes", type=int, default=500)
     parser.add_argument("--first", type=int, default=0, help="number of the first scene")
-    parser.add_argument("--views", type=int, default=3, help="views of each scene, at most")
+    parser.add_argument("--views", type=int, default=4, help="views of each scene, at most")
     parser.add_argument("--size", type=int, default=256, help="pixels of a side")
-    parser.add_argument(
-        "--reference", type=int, default=4096, help="samples per pixel of the reference"
-    )
-    parser.add_argument("--backend", default="gpu", help='"gpu", "cpu" or another of the package')
-    parser.add_argument("--processes", type=int, default=12)
+    parser.add_argument("--held-out", type=int, default=24, help="scenes for validation")
+    parser.add_argument("--backend", default="gpu-bvh", help="of the renderer")
+    parser.add_argument("--processes", type=int, default=os.cpu_count())
     parser.add_argument("--seconds", type=float, default=480.0, help="stop after so long")
     parser.add_argument(
-        "--scene-seconds", type=float, default=120.0, help="give a scene up after so long"
+        "--enough", type=float, default=20.0, help="no more views of a scene after so long"
     )
-    parser.add_argument("--max-depth", type=int, default=8, help="limit of the depths that scenes ask for")
+    parser.add_argument(
+        "--scene-seconds", type=float, default=45.0, help="give a scene up after so long"
+    )
+    parser.add_argument("--max-depth", type=int, default=8, help="limits what scenes ask for")
     parser.add_argument("--family", help="scenes of this family only")
     options = parser.parse_args()
     if options.contact_sheet:
-        if options.sheet is None:
-            parser.error("--contact-sheet needs a folder and a PNG file")
-        contact_sheet(options.out, options.sheet)
+        contact_sheet(options.out, options.contact_sheet)
         return
-    options.threads = max(1, (os.cpu_count() or 1) // options.processes)
     sys.exit(0 if make(options) else 1)
 
 

@@ -50,8 +50,8 @@ def wall_frame(side, width, depth):
     return place(x, 0, z, turn), (width if side < 2 else depth)
 
 
-def window(kit, frame, opening, environment):
-    """Bars, a pane, a curtain and a portal for an opening of a wall."""
+def window(kit, frame, opening):
+    """Bars, a pane and a curtain for an opening of a wall."""
     rng = kit.rng
     u0, u1, v0, v1 = opening
     width, height, center = u1 - u0, v1 - v0, (u0 + u1) / 2
@@ -84,11 +84,6 @@ def window(kit, frame, opening, environment):
                     shapes.moved(sheet, frame @ place(center + side * width * 0.5, 0.03, 0.1)),
                     cloth,
                 )
-    if environment and kit.chance(0.6):
-        corners = np.array(
-            [[u0, v0, -0.05, 1], [u1, v0, -0.05, 1], [u1, v1, -0.05, 1], [u0, v1, -0.05, 1]]
-        )
-        kit.scene.add_portal((corners @ frame.T)[:, :3])
 
 
 def shell(kit, width, depth, height, openings, skip=(), roof=True):
@@ -301,7 +296,7 @@ def lamps(kit, width, depth, height, kind):
     elif kind == "indirect":
         for _ in range(int(rng.integers(1, 4))):
             x, z = rng.uniform(-0.4, 0.4) * width, rng.uniform(-0.4, 0.4) * depth
-            y = rng.uniform(1.5, height - 0.5)
+            y = rng.uniform(min(1.5, height - 0.6), height - 0.5)
             kit.put(shapes.box([0.6, 0.03, 0.4]), kit.opaque(), x=x, y=y, z=z)
             kit.put(
                 shapes.plane(0.5, 0.3), kit.glow(level * width * depth * 2.5), x=x, y=y + 0.02, z=z
@@ -368,7 +363,7 @@ def room(kit):
     width, depth, height = rng.uniform(2.5, 8), rng.uniform(2.5, 8), rng.uniform(2.3, 3.6)
     main = rng.choice(
         ["window", "panels", "pendants", "small", "spots", "indirect", "floor"],
-        p=[0.42, 0.13, 0.11, 0.08, 0.08, 0.08, 0.1],
+        p=[0.3, 0.12, 0.15, 0.15, 0.09, 0.07, 0.12],
     )
     openings = {}
     for side in rng.permutation(4)[
@@ -405,7 +400,7 @@ def room(kit):
         frame, length = wall_frame(side, width, depth)
         blocked = list(openings.get(side, []))
         for opening in openings.get(side, []):
-            window(kit, frame, opening, True)
+            window(kit, frame, opening)
         if kit.chance(0.7):
             hang(kit, frame, length, height, blocked)
     if kit.chance(0.25):

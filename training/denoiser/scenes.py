@@ -3,6 +3,7 @@
 import numpy as np
 
 import halls
+import plain
 import rooms
 import shapes
 import textures
@@ -324,18 +325,20 @@ def jumble(kit):
 
 # Families and how often they are drawn.
 FAMILIES = {
-    rooms.room: 0.23,
-    halls.hall: 0.1,
-    halls.office: 0.08,
-    rooms.cornell: 0.08,
-    table_top: 0.12,
-    ground: 0.1,
-    material_grid: 0.08,
-    detail: 0.07,
-    many_lamps: 0.05,
-    volumes: 0.05,
-    jumble: 0.02,
+    rooms.room: 0.2,
+    plain.bodies: 0.14,
+    plain.bare_rooms: 0.12,
+    table_top: 0.1,
+    halls.hall: 0.08,
+    ground: 0.07,
+    rooms.cornell: 0.07,
+    halls.office: 0.05,
+    material_grid: 0.05,
+    many_lamps: 0.04,
+    detail: 0.04,
+    volumes: 0.03,
     town: 0.02,
+    jumble: 0.01,
 }
 
 
@@ -406,5 +409,6 @@ def random_scene(seed, views=3, family=None):
                 if len(cameras) == views:
                     break
         if cameras:
+            kit.ballast()
             return kit.scene, cameras, {"max_depth": max_depth, "family": family}
     raise ValueError(f"no usable scene of family {family} for seed {seed}")

@@ -1,5 +1,7 @@
 """Trains the denoiser: python train.py OUT PAIRS... --minutes 20 [--resume OUT/checkpoint.pt].
 
+On several GPUs: torchrun --nproc-per-node 4 train.py ...; each has a part of the scenes.
+
 Every few minutes OUT/checkpoint.pt is written, with all that is needed to go on, and at the end
 OUT/denoiser.safetensors, the weights that are committed.
 """
@@ -11,93 +13,107 @@ import os
 import time
 
 import torch
-from safetensors.torch import save_file
-from torch import Tensor
+from safetensors.torch import load_file, save_file
+from torch import Tensor, distributed
 from torch.nn import functional as F
 
 import data
 from data import Batch, Views
-from network import CONVOLUTIONS, HEADS, Denoiser, compressed
+from network import CONVOLUTIONS, HEADS, Denoiser
+
+FLOOR = 0.01
+"""Added to squares of radiance that errors are divided by, as in the renderer's relMSE."""
 
 
 def gradients(x: Tensor) -> "tuple[Tensor, Tensor]":
     return x[..., 1:] - x[..., :-1], x[..., 1:, :] - x[..., :-1, :]
 
 
-def losses(output: Tensor, reference: Tensor) -> Tensor:
-    """One loss for each picture, [N].
+def capped(x: Tensor, limit: Tensor) -> Tensor:
+    """The square of values, linear above `limit`; the mean for each picture, [N]."""
+    size = x.abs()
+    squares = torch.where(size < limit, size**2, limit * (2 * size - limit))
+    return squares.mean((1, 2, 3))
 
-    The difference on a logarithmic scale, that of its gradients, and the relative squared error,
-    linear where it is large, so that single pixels do not outweigh the rest.
+
+def losses(output: Tensor, batch: Batch) -> "tuple[Tensor, Tensor]":
+    """One loss for each picture, and what it would be without the reference's own noise, [N] each.
+
+    The mean of the reference's noise is zero, so the expected squared error is least where the
+    output is the mean of all pictures that there could be. That holds for sums of squares with
+    weights that do not depend on the noise, and for no other loss: no logarithms, no absolute
+    values. So the error is divided by what the output is, not the reference, and single pixels are
+    capped only where they are far above the noise.
+
+    There are errors of pixels, of means of 4×4 and 16×16, where noise hides less, and of edges.
+    Pictures of little noise have more weight: what counts is by which factor noise is reduced.
     """
-    mean = lambda x: x.mean((1, 2, 3))
-    ours, theirs = compressed(output), compressed(reference)
-    tone = mean((ours - theirs).abs())
-    edges = sum(mean((a - b).abs()) for a, b in zip(gradients(ours), gradients(theirs)))
-    brightness = reference.mean(1, True)
-    relative = (output - reference) / (brightness**2 + 0.01).sqrt()
-    squared = mean(F.huber_loss(relative, torch.zeros_like(relative), delta=1.0, reduction="none"))
-    return tone + 0.5 * edges + squared
+    with torch.no_grad():
+        around = F.avg_pool2d(batch.reference, 7, 1, 3, count_include_pad=False)
+        divisor = (0.5 * (output + around)) ** 2 + FLOOR
+        doubt = (batch.doubt / divisor).clamp(max=10.0).mean((1, 2, 3))
+        # The film says it of the reference; the input has fewer samples.
+        noise = doubt * batch.reference_samples / batch.samples
+        weight = (noise + 1e-3) ** -0.7
+        limit = (0.5 + 6 * doubt.sqrt())[:, None, None, None]
+    difference = output - batch.reference
+    relative = difference / divisor.sqrt()
+    pixels = capped(relative, limit)
+    total = pixels
+    for side, share in ((4, 1.0), (16, 2.0)):
+        means = F.avg_pool2d(difference, side) / F.avg_pool2d(divisor, side).sqrt()
+        total = total + share * capped(means, 0.25 + limit / side)
+    for edges in gradients(relative):
+        total = total + 0.1 * capped(edges, 1.5 * limit)
+    with torch.no_grad():
+        clean = (pixels - torch.minimum(batch.doubt / divisor, limit**2).mean((1, 2, 3))) * weight
+    return total * weight, clean
 
 
 class Balance:
     """Weights of the sample counts: each counts by its relative, not its absolute error."""
 
     def __init__(self, device: str) -> None:
-        self.mean = torch.full((len(data.SAMPLES),), 0.05, device=device)
+        self.mean = torch.full((9,), 0.05, device=device)
 
-    def weights(self, level: Tensor, loss: Tensor) -> Tensor:
+    def weights(self, samples: Tensor, loss: Tensor) -> Tensor:
+        """`samples` [N]: of the inputs; `loss` [N]: their errors without those of references."""
         with torch.no_grad():
+            level = samples.log2().round().long().clamp(0, len(self.mean) - 1)
             sums = torch.zeros_like(self.mean).index_add_(0, level, loss)
             counts = torch.zeros_like(self.mean).index_add_(0, level, torch.ones_like(loss))
             fresh = torch.where(counts > 0, sums / counts.clamp(min=1), self.mean)
-            self.mean.lerp_(fresh, 0.02)
-            weights = self.mean ** -0.7
+            self.mean.lerp_(fresh, 0.01)
+            weights = self.mean.clamp(min=float(self.mean.mean().clamp(min=1e-6)) * 0.1) ** -0.6
             return (weights / weights.mean())[level]
 
 
-def rel_mse(output: Tensor, reference: Tensor) -> Tensor:
-    """As the renderer's `metrics::rel_mse`, for each picture."""
-    return ((output - reference) ** 2 / (reference**2 + 0.01)).mean((1, 2, 3))
+def rel_mse(output: Tensor, batch: Batch) -> Tensor:
+    """As the renderer's `metrics::rel_mse`, for each picture, less the reference's own error."""
+    squares = (output - batch.reference) ** 2 - batch.doubt
+    return (squares / (batch.reference**2 + 0.01)).mean((1, 2, 3))
 
 
 @torch.no_grad()
-def validate(model: Denoiser, views: Views, count: int = 48) -> "dict[int, list[float]]":
+def validate(model: Denoiser, views: Views) -> "dict[int, list[float]]":
     """relMSE before and after, the geometric mean over held-out views, for each sample count."""
     model.eval()
-    device = views.reference.device
-    side = views.reference.shape[2]
+    device = views.light.device
+    side = views.light.shape[3]
     result = {}
-    for level, spp in enumerate(data.SAMPLES):
+    for level, spp in enumerate(data.PLANS["held out"][:-1]):
         logs = []
-        for first in range(0, min(count, len(views)), 16):
-            which = torch.arange(first, min(first + 16, count, len(views)), device=device)
+        for first in range(0, len(views), 16):
+            which = torch.arange(first, min(first + 16, len(views)), device=device)
             zero = torch.zeros_like(which)
-            batch = data.crops(views, zero + level, which, zero, zero, side)
+            pick = lambda k: F.one_hot(zero + k, 6).float()
+            batch = data.crops(views, which, pick(level), pick(5), zero, zero, side)
             output = model(batch.color, batch.albedo, batch.normal, batch.variance, batch.known)
-            pair = [rel_mse(x, batch.reference).clamp(min=1e-9).log() for x in (batch.color, output)]
+            pair = [rel_mse(x, batch).clamp(min=1e-5).log() for x in (batch.color, output)]
             logs.append(torch.stack(pair, 1))
         result[spp] = torch.cat(logs).mean(0).exp().tolist()
     model.train()
     return result
-
-
-def profile(run, views: Views, args: argparse.Namespace, levels: "list[float]") -> None:
-    """Prints where the time of a step goes."""
-    for timed in (False, True):
-        with torch.profiler.profile() as profiler:
-            begin = time.monotonic()
-            for _ in range(8):
-                batch = data.random_batch(views, args.batch, args.size, levels)
-                torch.cuda.synchronize()
-                loaded = time.monotonic()
-                output = run(batch.color, batch.albedo, batch.normal, batch.variance, batch.known)
-                losses(output, batch.reference).mean().backward()
-                torch.cuda.synchronize()
-        if timed:
-            ended = time.monotonic()
-            print(f"last step {ended - loaded:.3f} s, all {(ended - begin) / 8:.3f} s a step")
-            print(profiler.key_averages().table(sort_by="self_device_time_total", row_limit=18, max_name_column_width=50))
 
 
 def export(state: "dict[str, Tensor]", path: str) -> None:
@@ -106,44 +122,91 @@ def export(state: "dict[str, Tensor]", path: str) -> None:
     save_file({name: state[name].half().contiguous().cpu() for name in names}, path)
 
 
+class Team:
+    """The processes that train together, one for each GPU."""
+
+    def __init__(self, device: str) -> None:
+        self.size = int(os.environ.get("WORLD_SIZE", 1))
+        self.rank = int(os.environ.get("RANK", 0))
+        self.device = f"cuda:{self.rank}" if device == "cuda" else device
+        if device == "cuda":
+            torch.cuda.set_device(self.rank)
+        if self.size > 1:
+            distributed.init_process_group("nccl" if device == "cuda" else "gloo")
+
+    def average(self, tensors: "list[Tensor]") -> None:
+        """Replaces tensors by their means over all processes."""
+        if self.size == 1:
+            return
+        flat = torch.cat([x.reshape(-1) for x in tensors])
+        distributed.all_reduce(flat)
+        flat /= self.size
+        for x, mean in zip(tensors, flat.split([x.numel() for x in tensors])):
+            x.copy_(mean.view_as(x))
+
+    def agreed(self, value: float) -> float:
+        """What the first process says."""
+        if self.size == 1:
+            return value
+        told = torch.tensor([value], device=self.device, dtype=torch.float64)
+        distributed.broadcast(told, 0)
+        return float(told)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("out", help="folder to write")
     parser.add_argument("pairs", nargs="+", help="folders of pairs.py")
     parser.add_argument("--minutes", type=float, default=20, help="how long this run may take")
-    parser.add_argument("--total", type=float, help="minutes of all runs together, for the schedule")
+    parser.add_argument("--steps", type=int, help="stop after so many, for tests")
+    parser.add_argument("--total", type=float, help="minutes of all runs, for the schedule")
     parser.add_argument("--resume", help="a checkpoint to go on from")
-    parser.add_argument("--batch", type=int, default=32)
-    parser.add_argument("--size", type=int, default=128, help="side of the crops, a multiple of 32")
+    parser.add_argument("--begin", help="weights to begin with, a safetensors file")
+    parser.add_argument("--batch", type=int, default=28, help="crops of a step, for each GPU")
+    parser.add_argument("--size", type=int, default=192, help="side of the crops, a multiple of 32")
     parser.add_argument("--rate", type=float, default=1e-3)
     parser.add_argument("--device", default="cuda")
     parser.add_argument("--compile", action="store_true", help="fuse the filter (takes a minute)")
-    parser.add_argument("--profile", action="store_true", help="say where the time of a step goes")
     parser.add_argument("--seed", type=int, default=1)
     args = parser.parse_args()
-    torch.manual_seed(args.seed)
+    team = Team(args.device)
+    device, first = team.device, team.rank == 0
     torch.backends.cuda.matmul.allow_tf32 = True
     torch.backends.cudnn.benchmark = True
     os.makedirs(args.out, exist_ok=True)
     begin = time.monotonic()
-    views, held_out = data.load(args.pairs, args.device)
-    print(f"{len(views)} views, {len(held_out)} held out, {time.monotonic() - begin:.0f} s", flush=True)
-    model = Denoiser().to(args.device).to(memory_format=torch.channels_last)
+    views, held_out = data.load(args.pairs, device, team.rank, team.size)
+    print(
+        f"GPU {team.rank}: {len(views)} views, {len(held_out)} held out, "
+        f"{time.monotonic() - begin:.0f} s",
+        flush=True,
+    )
+    torch.manual_seed(args.seed)
+    model = Denoiser().to(device).to(memory_format=torch.channels_last)
+    torch.manual_seed(args.seed + team.rank)
     average = {name: value.clone() for name, value in model.state_dict().items()}
-    optimiser = torch.optim.AdamW(model.parameters(), lr=args.rate, betas=(0.9, 0.99), weight_decay=1e-4)
-    balance = Balance(args.device)
+    optimiser = torch.optim.AdamW(
+        model.parameters(), lr=args.rate, betas=(0.9, 0.99), weight_decay=1e-4
+    )
+    balance = Balance(device)
     step, spent = 0, 0.0
+    if args.begin:
+        model.load_state_dict({name: x.float() for name, x in load_file(args.begin).items()})
+        average = {name: value.clone() for name, value in model.state_dict().items()}
     if args.resume:
-        stored = torch.load(args.resume, map_location=args.device)
+        stored = torch.load(args.resume, map_location=device)
         model.load_state_dict(stored["model"])
         optimiser.load_state_dict(stored["optimiser"])
         average, balance.mean = stored["average"], stored["balance"]
         step, spent = stored["step"], stored["seconds"]
     total = 60 * (args.total or args.minutes + spent / 60)
     run = torch.compile(model) if args.compile else model
-    levels = [1.0, 0.7, 1.0, 0.7, 1.0, 1.0, 0.8]
-    log = open(os.path.join(args.out, "log.jsonl"), "a")
-    running, shown, written = 0.0, time.monotonic(), time.monotonic()
+    # Views of many samples are few.
+    most = views.samples.amax(1)
+    weights = 1.0 + 0.5 * (most >= 64).float() + 0.5 * (most >= 256).float()
+    log = open(os.path.join(args.out, "log.jsonl"), "a") if first else None
+    begun, shown, written = step, time.monotonic(), time.monotonic()
+    seconds = team.agreed(time.monotonic() - begin)
 
     def keep() -> None:
         stored = {
@@ -155,47 +218,62 @@ def main() -> None:
         os.replace(path + ".tmp", path)
         export(average, os.path.join(args.out, "denoiser.safetensors"))
 
-    if args.profile:
-        profile(run, views, args, levels)
-    while (seconds := time.monotonic() - begin) < 60 * args.minutes:
+    def judge() -> "dict[int, list[float]]":
+        judged = Denoiser().to(device)
+        judged.load_state_dict({n: v.half().float() for n, v in average.items()})
+        return validate(judged, held_out)
+
+    while seconds < 60 * args.minutes and (args.steps is None or step - begun < args.steps):
         progress = min((spent + seconds) / total, 1.0)
-        rate = args.rate * min(1.0, (step + 1) / 500) * (0.01 + 0.99 * 0.5 * (1 + math.cos(math.pi * progress)))
+        cosine = 0.01 + 0.99 * 0.5 * (1 + math.cos(math.pi * progress))
         for group in optimiser.param_groups:
-            group["lr"] = rate
-        batch = data.random_batch(views, args.batch, args.size, levels)
+            group["lr"] = args.rate * min(1.0, (step - begun + 1) / 300) * cosine
+        batch = data.random_batch(views, args.batch, args.size, weights)
         output = run(batch.color, batch.albedo, batch.normal, batch.variance, batch.known)
-        loss = losses(output, batch.reference)
-        total_loss = (balance.weights(batch.level, loss) * loss).mean()
+        loss, clean = losses(output, batch)
+        total_loss = (balance.weights(batch.samples, clean) * loss).mean()
         optimiser.zero_grad(set_to_none=True)
         total_loss.backward()
+        slopes = [p.grad for p in model.parameters()]
+        team.average(slopes)
+        for slope in slopes:
+            slope.nan_to_num_(0.0, 0.0, 0.0)
         torch.nn.utils.clip_grad_norm_(model.parameters(), 1.0, error_if_nonfinite=False)
         optimiser.step()
         step += 1
         decay = min(0.999, step / (step + 10))
         with torch.no_grad():
-            torch._foreach_lerp_(list(average.values()), list(model.state_dict().values()), 1 - decay)
-        if step % 50 == 0:
+            values = list(model.state_dict().values())
+            torch._foreach_lerp_(list(average.values()), values, 1 - decay)
+        if step % 20 == 0:
+            seconds = team.agreed(time.monotonic() - begin)
+        if step % 100 == 0:
             value = float(total_loss.detach())
             if not math.isfinite(value):
                 raise SystemExit(f"the loss is {value} at step {step}; the last checkpoint stands")
-            running = value if running == 0 else 0.9 * running + 0.1 * value
-        if time.monotonic() - shown > 30:
+        if first and time.monotonic() - shown > 20:
             shown = time.monotonic()
-            rounds = f"{step / (spent + seconds):.1f} steps/s"
-            print(f"{seconds:6.0f} s  step {step}  loss {running:.4f}  rate {rate:.1e}  {rounds}", flush=True)
-        if time.monotonic() - written > 150:
+            print(
+                f"{seconds:6.0f} s  step {step}  loss {float(total_loss.detach()):.4f}  "
+                f"balance {[round(x, 3) for x in balance.mean.tolist()]}",
+                flush=True,
+            )
+        if first and time.monotonic() - written > 100:
             written = time.monotonic()
             keep()
-            judged = Denoiser().to(args.device)
-            judged.load_state_dict(average)
-            errors = validate(judged, held_out)
-            line = {"step": step, "seconds": spent + seconds, "loss": running, "relmse": errors}
+            errors = judge()
+            line = {"step": step, "seconds": spent + seconds, "relmse": errors}
             print(json.dumps(line), file=log, flush=True)
             print("   ", {spp: f"{a:.3g}>{b:.3g}" for spp, (a, b) in errors.items()}, flush=True)
-    keep()
-    judged = Denoiser().to(args.device)
-    judged.load_state_dict({n: v.half().float() for n, v in average.items()})
-    print("final", {spp: f"{a:.4g}>{b:.4g}" for spp, (a, b) in validate(judged, held_out).items()})
+    if first:
+        keep()
+        errors = judge()
+        print(json.dumps({"step": step, "relmse": errors}), file=log, flush=True)
+        shown = {spp: f"{a:.4g}>{b:.4g}" for spp, (a, b) in errors.items()}
+        print("final", step, shown, flush=True)
+    if team.size > 1:
+        distributed.barrier()
+        distributed.destroy_process_group()
 
 
 if __name__ == "__main__":

@@ -111,8 +111,9 @@ fn every_setting_path() {
 #[test]
 fn builtin_scenes_path() {
     let mut renderers = gpu_renderers("builtin_scenes_path");
-    // Software drivers take minutes to compile layers; `layers_path` compares them once.
-    let builtins = alhazen::builtin::list().into_iter().filter(|b| b.name != "layers");
+    // Software drivers take minutes to compile layers and graphs; `layers_path` and `textures_path` compare them once.
+    let of_their_own = ["layers", "textures"];
+    let builtins = alhazen::builtin::list().into_iter().filter(|b| !of_their_own.contains(&b.name));
     for (turn, builtin) in builtins.enumerate() {
         let scene = self::builtin(builtin.name);
         // Floors that fade decide coverage by the last bits of a hit; in the atrium, shadow rays to the sun pass

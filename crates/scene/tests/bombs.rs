@@ -384,6 +384,24 @@ fn long_texts() -> Vec<Bomb> {
     ]
 }
 
+/// Textures that consist of textures.
+fn graphs() -> Vec<Bomb> {
+    let chain = lines(12_000, |i| format!("[textures.t{i}]\nnode = \"invert\"\ninput = \"t{}\"", i + 1));
+    let doubled =
+        lines(500, |i| format!("[textures.t{i}]\nnode = \"add\"\na = \"t{0}\"\nb = \"t{0}\"", i + 1));
+    let circle =
+        lines(500, |i| format!("[textures.t{i}]\nnode = \"invert\"\ninput = \"t{}\"", (i + 1) % 500));
+    let ramp = format!(
+        "[textures.t]\nnode = \"ramp\"\ninput = 0.5\nstops = [{}]\n",
+        (0..60_000).map(|i| format!("[{i},0],")).collect::<String>()
+    );
+    let node = "{ node = \"noise\", octaves = 16 }";
+    let many = lines(8_000, |i| format!("[materials.m{i}]\nbase-color = {node}\nroughness = {node}"));
+    [("chain", chain), ("doubled", doubled), ("circle", circle), ("ramp", ramp), ("many graphs", many)]
+        .map(|(name, text)| bomb(format!("textures: {name}"), "scene.toml", text))
+        .into()
+}
+
 /// An EXR file of 16×16 pixels with so many layers of one channel.
 fn channels(count: usize) -> Vec<u8> {
     let layer = |i: usize| film::ExrChannel {
@@ -409,6 +427,7 @@ fn all() -> Vec<Bomb> {
         gltf(),
         many_shapes(),
         long_texts(),
+        graphs(),
     ]
     .into_iter()
     .flatten()

@@ -179,6 +179,11 @@ impl GraphSources for Sources<'_, '_> {
             self.failed.get_or_insert_with(|| format!("the texture `{name}` consists of itself"));
             return None;
         }
+        // A graph has at least a node for each name, so deeper ones would be refused in the end.
+        if self.looked_up.len() >= TextureGraph::MOST_NODES {
+            self.failed.get_or_insert_with(|| format!("the texture `{name}` is nested too deeply"));
+            return None;
+        }
         self.looked_up.push(name.to_owned());
         let graph = parse_graph(&value, self);
         self.looked_up.pop();
