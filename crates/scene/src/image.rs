@@ -21,7 +21,7 @@ pub struct Image {
 /// Pixel data of an [`Image`], row 0 at the top.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Pixels {
-    /// Eight bits a channel, as stored in the file; [`Texture::color_space`] says what they mean.
+    /// Eight bits a channel, as stored in the file; [`ImageTexture::color_space`] says what they mean.
     Rgba8(Vec<[u8; 4]>),
     /// Linear floating point (HDR and EXR files).
     Rgb32F(Vec<[f32; 3]>),
