@@ -120,7 +120,7 @@ def test_textures_can_be_computed():
         corners = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]
         mesh = scene.add_mesh(corners, [[0, 1, 2], [0, 2, 3]], material=material)
         scene.add_instance(mesh)
-        camera = alhazen.Camera.look_at([0, 0, 3], [0, 0, 0], fov=30)
+        camera = alhazen.Camera.look_at([0, 0, 3], [0, 0, 0], fov_y=0.5)
         return scene.render(32, 32, 16, camera=camera, backend="cpu", max_depth=1)["color"][..., 0]
 
     squares = {"node": "checkerboard", "a": [1, 0, 0], "b": "#000000", "space": "object", "scale": 2}
