@@ -3,6 +3,7 @@
 mod common;
 
 use alhazen::{Control, Film, Job, Limits, Renderer, Scene};
+use common::on_gpus::compare_on;
 use common::{gpu_renderers, job};
 use glam::{Affine3A, Vec3};
 use gpu::tracer::TracerKind;
@@ -204,6 +205,19 @@ fn shaders_know_what_is_in_the_scene() {
         general.load(scene).expect("load");
         special.update(scene).expect("update");
         assert_equal(what, &picture(general, &job), &picture(special, &job));
+    }
+}
+
+/// Shaders that know what is in a scene show all of it: images of every kind, and graphs.
+#[test]
+fn shaders_that_know_their_scene_leave_out_nothing_of_it() {
+    let test = "shaders_that_know_their_scene_leave_out_nothing_of_it";
+    let graphs = alhazen::Source::parse("textures").load(&Default::default()).expect("built in").scene;
+    let mut renderers = Exclusive::new(has_hardware(), || specialised(test, true));
+    let Some(special) = &mut *renderers else { return };
+    for (what, scene, share) in [("assortment", &scenes::assortment(), 0.35), ("graphs", &graphs, 0.2)] {
+        let name = format!("{what} by shaders that know it");
+        compare_on(std::slice::from_mut(special), &name, scene, &job(scene, 48, 48, 8), share);
     }
 }
 
