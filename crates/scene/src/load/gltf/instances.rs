@@ -44,8 +44,8 @@ pub(super) struct Placement {
     /// What carries each instance.
     pub carriers: Vec<Carrier>,
     shared: HashMap<(u32, Arc<[u32]>), MeshId>,
-    /// The one that was asked for last.
-    last: Option<(u32, Arc<[u32]>, MeshId)>,
+    /// For each mesh the one that was asked for last.
+    last: HashMap<u32, (Arc<[u32]>, MeshId)>,
 }
 
 /// What carries an instance.
@@ -72,24 +72,26 @@ impl Document<'_> {
         report: &mut LoadReport,
     ) -> Result<Placement, LoadError> {
         let mut placement = Placement::default();
+        // Weights of meshes by their number: copied and compared once, however many nodes have none of their own.
+        let mut of_meshes: HashMap<u32, (Arc<[f32]>, Arc<[u32]>)> = HashMap::new();
         for placed in &hierarchy.placed {
             let Placed { node: number, .. } = *placed;
             let node = &self.json.nodes[number as usize];
             let Some(mesh) = node.mesh else { continue };
             let source = self.get(&self.json.meshes, mesh, "mesh")?;
-            let weights: Arc<[f32]> = node
-                .weights
-                .as_ref()
-                .or(source.weights.as_ref())
-                .map(|w| Arc::from(&w[..]))
-                .unwrap_or_default();
+            let (weights, key) = match &node.weights {
+                Some(own) => with_bits(own),
+                None => of_meshes
+                    .entry(mesh)
+                    .or_insert_with(|| with_bits(source.weights.as_deref().unwrap_or_default()))
+                    .clone(),
+            };
             self.note_mismatches(node.skin.is_some(), mesh, weights.len(), report);
             let name = self.node_name(number, source.name.as_deref());
             let world = hierarchy.worlds[number as usize];
             let moving = motion.moves(number);
             let animated = motion.morphs(number);
             let rest = Job { mesh, weights, pose: Pose::Rest, node: number, animated };
-            let key: Arc<[u32]> = rest.weights.iter().map(|w| w.to_bits()).collect();
             let mut add = |job: Job, local: Option<DAffine3>| {
                 let transform = local.map_or(DAffine3::IDENTITY, |local| world * local);
                 let moving = moving || job.animated;
@@ -215,18 +217,22 @@ impl Document<'_> {
     }
 }
 
+/// Weights and their bits, by which they are compared.
+fn with_bits(weights: &[f32]) -> (Arc<[f32]>, Arc<[u32]>) {
+    (Arc::from(weights), weights.iter().map(|w| w.to_bits()).collect())
+}
+
 impl Placement {
     /// The job of a mesh with the bits of these weights; `next` if there is none yet. Instances of a node have the same list,
-    /// so it is compared as a whole only once a node.
+    /// and so have nodes without weights of their own, so it is compared as a whole only where it is another one.
     fn shared_mesh(&mut self, mesh: u32, weights: &Arc<[u32]>, next: MeshId) -> MeshId {
-        if let Some((known, list, id)) = &self.last
-            && *known == mesh
+        if let Some((list, id)) = self.last.get(&mesh)
             && Arc::ptr_eq(list, weights)
         {
             return *id;
         }
         let id = *self.shared.entry((mesh, weights.clone())).or_insert(next);
-        self.last = Some((mesh, weights.clone(), id));
+        self.last.insert(mesh, (weights.clone(), id));
         id
     }
 
