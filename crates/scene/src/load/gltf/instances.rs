@@ -73,7 +73,7 @@ impl Document<'_> {
     ) -> Result<Placement, LoadError> {
         let mut placement = Placement::default();
         // Weights of meshes by their number: copied and compared once, however many nodes have none of their own.
-        let mut of_meshes: HashMap<u32, (Arc<[f32]>, Arc<[u32]>)> = HashMap::new();
+        let mut of_meshes: HashMap<u32, Weights> = HashMap::new();
         for placed in &hierarchy.placed {
             let Placed { node: number, .. } = *placed;
             let node = &self.json.nodes[number as usize];
@@ -218,7 +218,9 @@ impl Document<'_> {
 }
 
 /// Weights and their bits, by which they are compared.
-fn with_bits(weights: &[f32]) -> (Arc<[f32]>, Arc<[u32]>) {
+type Weights = (Arc<[f32]>, Arc<[u32]>);
+
+fn with_bits(weights: &[f32]) -> Weights {
     (Arc::from(weights), weights.iter().map(|w| w.to_bits()).collect())
 }
 
