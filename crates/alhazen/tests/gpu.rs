@@ -56,6 +56,23 @@ fn layers_path() {
     compare_on(&mut renderers, "layers path", &scene, &job(&scene), 0.2);
 }
 
+/// As above: all lobes with lights, sky and what they reflect, and the colours of first hits.
+#[test]
+fn layers_direct() {
+    let scene = builtin("layers");
+    let mut renderers = gpu_renderers("layers_direct");
+    renderers.truncate(1);
+    let direct = Integrator::Direct(DirectSettings::default());
+    compare_on(&mut renderers, "layers direct", &scene, &Job { integrator: direct, ..job(&scene) }, 0.2);
+    compare_on(
+        &mut renderers,
+        "layers aov",
+        &scene,
+        &Job { integrator: Integrator::Aov, ..job(&scene) },
+        0.05,
+    );
+}
+
 /// Texture graphs, also as heights, holes and emission. One tracer is enough: what is looked up asks none.
 #[test]
 fn textures_path() {

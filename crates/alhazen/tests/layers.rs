@@ -6,12 +6,13 @@
 
 mod common;
 
-use alhazen::{Environment, Job, Light, LightKind, Scene};
-use common::{assert_mean, estimate, from_above, job};
-use glam::Vec3;
+use alhazen::{Aov, AovData, DirectSettings, Environment, Integrator, Job, Light, LightKind, Scene};
+use common::{assert_mean, assert_same, assert_same_coarse, estimate, from_above, job, render};
+use glam::{Affine3A, Vec3};
 use scene::{Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, Layers, Material, Sheen, Sky};
 use std::f64::consts::PI;
-use testkit::scenes::{Build, camera, dielectric, ground, lambert, metallic_roughness};
+use testkit::Estimate;
+use testkit::scenes::{Build, camera, dielectric, emitter, ground, lambert, metallic_roughness, sphere};
 
 const ROUNDING: f64 = 1e-3;
 const IRRADIANCE: f64 = 3.0;
@@ -243,4 +244,102 @@ fn colours_have_their_own_critical_angles() {
             assert!((mean > 0.5) == (channel < bright), "channel {channel} at {angle} rad: {mean}");
         }
     }
+}
+
+/// One material in two panes, under a sky, a lamp above and one below, and a sun.
+fn panes(material: Material) -> Scene {
+    let sky = Sky {
+        horizon: Vec3::new(0.3, 0.4, 0.5),
+        zenith: Vec3::new(0.5, 0.6, 1.0),
+        ground: Vec3::splat(0.2),
+        sun: None,
+    };
+    let mut scene = Scene { environment: Environment::Sky(sky), ..Scene::default() };
+    let index = scene.add_material(Material { double_sided: true, ..material });
+    scene.add_mesh("pane", ground(0.0, 1.0), index);
+    for (height, radiance) in [(0.9, [9.0, 7.0, 5.0]), (-0.7, [4.0, 6.0, 9.0])] {
+        let lamp = scene.add_material(emitter("lamp", radiance));
+        scene.add_shape("lamp", sphere([0.3, height, -0.2], 0.2), lamp, Affine3A::IDENTITY);
+    }
+    let direction = Vec3::new(0.3, -0.9, 0.2).normalize();
+    let kind = LightKind::Directional { direction, irradiance: Vec3::splat(0.7), angular_diameter: 0.2 };
+    scene.lights.push(Light::new("sun", kind));
+    scene.cameras.push(camera([0.0, 0.8, 1.6], [0.0, 0.0, 0.1], 35.0));
+    scene
+}
+
+/// What `direct` shows without anything to reflect but lights and sky is what `path` shows with two segments.
+#[test]
+fn direct_has_all_layers() {
+    let gloss = || metallic_roughness("gloss", [0.7, 0.3, 0.2], 0.3, 0.4);
+    let clearcoat = Clearcoat { strength: 0.8, roughness: 0.3, ..Clearcoat::default() };
+    let sheen = Sheen { color: Vec3::new(0.2, 0.9, 0.4), roughness: 0.6, ..Sheen::default() };
+    let iridescence =
+        Iridescence { strength: 1.0, ior: 1.4, thickness: [400.0; 2], ..Iridescence::default() };
+    let anisotropy = Anisotropy { strength: 0.7, rotation: 0.6, ..Anisotropy::default() };
+    let diffuse_transmission =
+        DiffuseTransmission { strength: 0.6, color: Vec3::new(0.2, 0.8, 0.3), ..Default::default() };
+    let layers = [
+        ("coat", Layers { clearcoat: clearcoat.clone(), ..Layers::default() }, 0.0),
+        ("sheen", Layers { sheen: sheen.clone(), ..Layers::default() }, 0.0),
+        ("film", Layers { iridescence: iridescence.clone(), ..Layers::default() }, 0.0),
+        ("brushed", Layers { anisotropy: anisotropy.clone(), ..Layers::default() }, 0.0),
+        ("paper", Layers { diffuse_transmission: diffuse_transmission.clone(), ..Layers::default() }, 0.0),
+        ("coated pane", Layers { clearcoat: clearcoat.clone(), ..Layers::default() }, 0.7),
+        (
+            "all",
+            Layers { clearcoat, sheen, iridescence, anisotropy, diffuse_transmission, ..Layers::default() },
+            0.4,
+        ),
+    ];
+    for (name, layers, transmission) in layers {
+        let scene = panes(Material { layers, transmission, ..gloss() });
+        let settings = DirectSettings { max_depth: 2, reflection_samples: 2, ..DirectSettings::default() };
+        let direct = Job { seed: 1, integrator: Integrator::Direct(settings), ..job(&scene, 24, 16, 2) };
+        let (a, b) = (estimate(&scene, &direct, 512), estimate(&scene, &job(&scene, 24, 16, 2), 1024));
+        assert_same(&format!("direct {name}"), &a, &b);
+        // And layers are seen at all.
+        let mut plain = scene.clone();
+        plain.materials[0].layers = Layers::default();
+        let c = estimate(&plain, &direct, 512);
+        let far = |(a, c): (&[f64; 3], &[f64; 3])| (0..3).any(|i| (a[i] - c[i]).abs() > 0.05 * a[i]);
+        let changed = a.mean.iter().zip(&c.mean).filter(|pair| far(*pair)).count();
+        assert!(10 * changed > a.mean.len(), "{name}: {changed} of {} pixels", a.mean.len());
+    }
+}
+
+/// Dispersing glass with a coat: what lamps send through it is found one segment later than without.
+#[test]
+fn direct_looks_through_layered_glass() {
+    let clearcoat = Clearcoat { strength: 0.5, roughness: 0.5, ..Clearcoat::default() };
+    let layers = Layers { dispersion: 5.0, clearcoat, ..Layers::default() };
+    let mut scene = Scene::default();
+    let glass = scene.add_material(Material { layers, ..dielectric("glass", 1.5, 0.45) });
+    scene.add_shape("ball", sphere([0.0, 0.0, 0.0], 0.6), glass, Affine3A::IDENTITY);
+    let kind = LightKind::Point { position: Vec3::new(0.4, 1.5, 1.2), intensity: Vec3::splat(5.0) };
+    scene.lights.push(Light::new("lamp", kind));
+    let kind = LightKind::Point { position: Vec3::new(-0.4, 0.5, -1.5), intensity: Vec3::splat(9.0) };
+    scene.lights.push(Light::new("behind", kind));
+    scene.cameras.push(camera([0.0, 0.0, 2.5], [0.0, 0.0, 0.0], 35.0));
+    let settings = DirectSettings { max_depth: 2, ..DirectSettings::default() };
+    let direct = Job { seed: 1, integrator: Integrator::Direct(settings), ..job(&scene, 16, 16, 2) };
+    let (a, b) = (estimate(&scene, &direct, 4096), estimate(&scene, &job(&scene, 16, 16, 3), 4096));
+    assert_same_coarse("direct glass", &a, &b);
+}
+
+/// The layer `albedo`, and the picture of `aov`, have the colours of layers.
+#[test]
+fn first_hits_have_the_colour_of_layers() {
+    let color = Vec3::new(0.2, 0.8, 0.3);
+    let diffuse_transmission = DiffuseTransmission { strength: 0.5, color, ..Default::default() };
+    let layers = Layers { diffuse_transmission, ..Layers::default() };
+    let paper = Material { specular: 0.0, layers, ..metallic_roughness("paper", [0.6, 0.4, 0.5], 0.0, 0.5) };
+    let scene = lit(paper, 0.3, 0.0);
+    let job = Job { integrator: Integrator::Aov, aovs: vec![Aov::Albedo], ..job(&scene, 2, 2, 1) };
+    let film = render(&scene, &job, 2);
+    let AovData::Float(albedo) = film.aov(Aov::Albedo).expect("asked for") else { panic!("colours") };
+    for (a, b) in albedo.data()[..3].iter().zip([0.4, 0.6, 0.4]) {
+        assert!((a - b).abs() < 1e-5, "{a} {b}");
+    }
+    assert_mean("aov", &Estimate::from_film(&film), [0.4, 0.6, 0.4], 1e-3);
 }

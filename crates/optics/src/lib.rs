@@ -60,15 +60,18 @@ pub use sampling::{
     spherical_triangle::spherical_triangle, warp::warp,
 };
 pub use surface::{
-    anisotropic::anisotropic, bsdf::bsdf, dielectric::dielectric, fresnel::fresnel, ggx::ggx, glossy::glossy,
-    iridescence::iridescence, layered::layered, lobes::lobes, pattern::pattern, phong::phong,
-    scatter::scatter, sheen::sheen,
+    anisotropic::anisotropic, bsdf::bsdf, closure::closure, dielectric::dielectric, fresnel::fresnel,
+    ggx::ggx, glossy::glossy, iridescence::iridescence, layered::layered, lobes::lobes, pattern::pattern,
+    phong::phong, scatter::scatter, sheen::sheen,
 };
 pub use textures::{
     color_nodes::color_nodes, noise::noise, patterns::patterns, texture_node::texture_node,
     texture_point::texture_point, voronoi::voronoi,
 };
-pub use transport::{estimator::estimator, interiors::interiors, medium::medium, path::path, volume::volume};
+pub use transport::{
+    direct_light::direct_light, estimator::estimator, interiors::interiors, medium::medium, path::path,
+    vertex::vertex, volume::volume,
+};
 
 pub mod albedo;
 pub mod builtins;

@@ -61,9 +61,11 @@ mod everything {
     use crate::anisotropic::*;
     use crate::bsdf::*;
     use crate::camera::*;
+    use crate::closure::*;
     use crate::color_nodes::*;
     use crate::constants::*;
     use crate::dielectric::*;
+    use crate::direct_light::*;
     use crate::distortion::*;
     use crate::edge_stops::*;
     use crate::estimator::*;
@@ -108,6 +110,7 @@ mod everything {
     use crate::texture_node::*;
     use crate::texture_point::*;
     use crate::tonemap::*;
+    use crate::vertex::*;
     use crate::volume::*;
     use crate::voronoi::*;
     use crate::warp::*;

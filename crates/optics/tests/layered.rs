@@ -193,6 +193,70 @@ fn white_combinations_stay_white() {
     }
 }
 
+/// The lobes but the diffuse ones: the rest is two cosine lobes, and samples have the density that they say.
+#[test]
+fn lobes_are_told_apart() {
+    let mut random = Random::new(12);
+    let mut compared = 0;
+    for k in 0..300 {
+        let m = random_material(&mut random);
+        let wo = direction(random.uniform_f32().max(0.05), random.uniform_f32());
+        let whole = prepare(m, wo);
+        let others = layered_without_diffuse(whole);
+        for _ in 0..8 {
+            let wi = direction(2.0 * random.uniform_f32() - 1.0, random.uniform_f32());
+            let albedo = if wi.z > 0.0 { whole.diffuse } else { whole.diffuse_below };
+            let diffuse = albedo * (wi.z.abs() / std::f32::consts::PI);
+            let (a, b) = (layered_eval(whole, wo, wi).value_cos, layered_eval(others, wo, wi).value_cos);
+            for (a, b) in a.to_array().into_iter().zip((b + diffuse).to_array()) {
+                assert!((a - b).abs() <= 1e-5 + 1e-4 * a.abs(), "material {k}: {a} {b}");
+            }
+        }
+        if !layered_reflects(whole) {
+            continue;
+        }
+        let sum = others.p_specular + others.p_refracted + others.p_sheen + others.p_coat;
+        assert!((sum - 1.0).abs() < 1e-5, "material {k}: {sum}");
+        // The same integral by samples of all lobes and by those of the others alone, where neither has noise to speak of.
+        if whole.widths.x.min(whole.widths.y).min(whole.coat_alpha) < 0.2 || whole.p_refracted > 0.0 {
+            continue;
+        }
+        let n = 8192;
+        let (mut all, mut alone) = (0.0f64, 0.0f64);
+        for _ in 0..n {
+            let (u_lobe, u) = (random.uniform_f32(), vec2f(random.uniform_f32(), random.uniform_f32()));
+            let s = layered_sample(whole, wo, u_lobe, u);
+            if s.pdf > 0.0 {
+                all += f64::from(layered_eval(others, wo, s.wi).value_cos.x / s.pdf);
+            }
+            alone += f64::from(layered_sample(others, wo, u_lobe, u).weight.x);
+        }
+        let (all, alone) = (all / f64::from(n), alone / f64::from(n));
+        assert!((all - alone).abs() < 0.02 + 0.05 * alone, "material {k}: {all} {alone}");
+        compared += 1;
+    }
+    assert!(compared > 20, "{compared}");
+}
+
+/// Base colour is what layers leave alone; paper and velvet have colours of their own.
+#[test]
+fn layers_have_a_colour() {
+    let near = |a: Vec3f, b: Vec3f| {
+        let close = |(a, b): (f32, f32)| (a - b).abs() < 1e-6;
+        assert!(a.to_array().into_iter().zip(b.to_array()).all(close), "{a:?} {b:?}");
+    };
+    let (red, green) = (vec3f(0.8, 0.1, 0.1), vec3f(0.0, 1.0, 0.0));
+    let coated = LayeredParameters { base_color: red, coat: 1.0, iridescence: 1.0, ..plain() };
+    near(layered_color(coated, 0.0), red);
+    let paper = LayeredParameters { diffuse_transmission: 0.5, diffuse_transmission_color: green, ..coated };
+    near(layered_color(paper, 0.0), (red + green) * 0.5);
+    let metal = LayeredParameters { metallic: 1.0, ..paper };
+    near(layered_color(metal, 0.0), red);
+    let velvet = LayeredParameters { sheen_color: green * 0.5, ..coated };
+    near(layered_color(velvet, 0.4), red * 0.8 + green * 0.2);
+    near(layered_color(LayeredParameters { inside: true, ..velvet }, 0.4), red);
+}
+
 /// Without layers the model is metallic-roughness, value by value.
 #[test]
 fn no_layers_are_metallic_roughness() {

@@ -4,12 +4,13 @@
 //! everything else; they have no branches left after inlining, so the compiler turns each into vector instructions of the
 //! instruction set that the kernel is compiled for. Few things need [`crate::simd`].
 
-use crate::integrate::path::{PAIR_FILM, PAIR_LENS, SampleId, sampler_kind};
+use crate::integrate::path::{SampleId, sampler_kind};
 use backend::View;
 use optics::camera::{CameraFrame, camera_ray};
 use optics::random::{
     PixelSampler, SAMPLER_BLUE_NOISE, SAMPLER_INDEPENDENT, SAMPLER_SOBOL, sample_2d, sampler_new,
 };
+use optics::vertex::{PAIR_FILM, PAIR_LENS};
 use optics::{Vec2f, Vec3f, vec2f, vec3f};
 
 /// Vertices that are scattered together: single-precision numbers in the widest vector register.

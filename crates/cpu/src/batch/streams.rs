@@ -3,13 +3,14 @@
 use crate::batch::columns::{Column, VectorColumn};
 use crate::batch::lanes::{CameraLanes, LANES, Vectors};
 use crate::batch::vertices::PathLanes;
-use crate::integrate::path::{Connection, SHADOW_END};
+use crate::integrate::path::Connection;
 use crate::shade::light_lanes::ConnectionLanes;
 use crate::shade::scatter_lanes::NextLanes;
 use crate::simd::Instructions;
 use accel::{Hit, HitColumns, Ray, RayColumns};
 use optics::light_tree::ALL_SIDES;
 use optics::path::{PathState, path_start};
+use optics::vertex::SHADOW_END;
 use optics::{Vec3f, vec3f};
 
 /// A path between two vertices: its state without what is elsewhere. The ray stands beside it, the

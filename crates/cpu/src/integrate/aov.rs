@@ -1,7 +1,7 @@
 //! What a camera ray sees first: auxiliary layers, and the integrator that shows nothing else.
 
 use crate::fetch::surface::Surface;
-use crate::shade::material::base_color;
+use crate::shade::closures::surface_albedo;
 use film::AovSample;
 use optics::Vec3f;
 use optics::vector::dot;
@@ -21,19 +21,19 @@ pub(crate) fn aov_sample(
         normal: s.shading_normal.to_array(),
         geometric_normal: s.normal.to_array(),
         uv: [s.coords.x, s.coords.y],
-        albedo: base_color(tables, material, s, footprint).to_array(),
+        albedo: surface_albedo(tables, material, s, footprint).to_array(),
         material_id: s.material,
         instance_id: s.object,
         primitive_id: s.primitive,
     }
 }
 
-/// Base colour under a light at the camera: the picture of the `aov` integrator.
+/// The surface's colour under a light at the camera: the picture of the `aov` integrator.
 pub(crate) fn headlight(
     tables: &SceneTables,
     material: &MaterialRecord,
     s: &Surface,
     footprint: f32,
 ) -> Vec3f {
-    base_color(tables, material, s, footprint) * optics::camera::headlight(dot(s.wo, s.shading_normal))
+    surface_albedo(tables, material, s, footprint) * optics::camera::headlight(dot(s.wo, s.shading_normal))
 }

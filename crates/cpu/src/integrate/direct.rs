@@ -1,29 +1,33 @@
 //! The fixed-cost renderer: direct light with shadows, reflection, refraction and ambient occlusion; no global
 //! illumination. And the `aov` integrator, which stops at the first hit.
 //!
-//! At the first hit every light gets a fixed number of shadow rays, the specular lobe a fixed number of reflection
-//! rays, and the environment, as ambient light on the diffuse lobe, a fixed number of occlusion rays. What reflection
-//! rays see is lit with one shadow ray a light. Mirrors and glass are followed until the depth is used up.
+//! At the first hit every light gets a fixed number of shadow rays, the lobes that are not diffuse a fixed number of
+//! reflection rays, and the environment, as ambient light on the diffuse lobes, a fixed number of occlusion rays. What
+//! reflection rays see is lit with one shadow ray a light. Mirrors and glass are followed until the depth is used up.
 
 use crate::fetch::surface::Surface;
 use crate::integrate::aov::{aov_sample, headlight};
 use crate::integrate::path::{SampleId, new_sampler};
 use crate::scene::{CpuScene, vec3};
+use crate::shade::closures::{Incoming, closure_at};
 use crate::shade::lights::{distant_radiance, sample_one_light};
-use crate::shade::material::{Shading, emission, shade};
+use crate::shade::material::{Shading, emission};
 use crate::shade::scatter::shadow_ray;
 use accel::{Hit, HitFilter, Ray};
 use backend::{DirectSettings, Highlights, View};
 use film::AovSample;
-use optics::bsdf::{bsdf_eval, bsdf_has_smooth_part, bsdf_sample, bsdf_transmits};
 use optics::camera::{camera_pixel_spread, camera_ray};
-use optics::falloff::falloff_factor;
-use optics::frame::{to_local, to_world};
+use optics::closure::{
+    Closure, closure_diffuse_albedo, closure_diffuse_albedo_below, closure_eval, closure_has_smooth_part,
+    closure_is_interface, closure_phong_eval, closure_reflects, closure_sample, closure_scatters,
+    closure_transmits, closure_without_diffuse,
+};
+use optics::direct_light::direct_contribution;
+use optics::frame::{Frame, to_local, to_world};
 use optics::light::{LIGHT_ENVIRONMENT, Light, LightSample, flat_light_is_above, light_is_flat};
-use optics::phong::phong_eval;
 use optics::random::{PixelSampler, sample_2d};
-use optics::scatter::{BSDF_GLOSSY, BSDF_NONE, Bsdf};
 use optics::vector::dot;
+use optics::vertex::{leaves_surface, light_side};
 use optics::warp::sample_cosine_hemisphere;
 use optics::{Vec3f, vec2f, vec3f};
 use scene::tables::SceneTables;
@@ -41,6 +45,36 @@ impl Draws {
         self.next_pair += 1;
         let u = sample_2d(self.sampler, self.next_pair - 1);
         [u.x, u.y]
+    }
+}
+
+/// What a ray may see.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Sees {
+    All,
+    /// After a lobe for which lights were sampled already, what they are sampled on is black: surfaces that shine, and
+    /// the sun.
+    NoLight,
+}
+
+/// A path through mirrors, gloss and glass, at its next ray.
+#[derive(Clone, Copy)]
+struct Way {
+    /// Length of the path before the ray, metres.
+    length: f32,
+    /// Segments, with that of the ray.
+    depth: u32,
+    sees: Sees,
+    /// Whether the ray's vertex gets the whole number of rays, as all do that the camera sees directly, in mirrors or
+    /// in polished glass.
+    full: bool,
+    /// Of the path before the ray; layers that disperse light depend on it.
+    throughput: Vec3f,
+}
+
+impl Way {
+    fn of_camera() -> Self {
+        Self { length: 0.0, depth: 1, sees: Sees::All, full: true, throughput: vec3f(1.0, 1.0, 1.0) }
     }
 }
 
@@ -71,7 +105,7 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
             let material = &tables.materials[surface.material as usize];
             aov_sample(tables, material, &surface, hit.t, footprint)
         });
-        (self.radiance(&ray, &hit, 0.0, 1, true, &mut draws) * weight, aovs)
+        (self.radiance(&ray, &hit, Way::of_camera(), &mut draws) * weight, aovs)
     }
 
     /// The `aov` picture of one sample, and its first hit.
@@ -115,48 +149,50 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
         !self.scene.tlas.any(ray, self.filter)
     }
 
-    /// Radiance back along a ray. `length`: of the path before it; `full`: whether this vertex gets the whole number
-    /// of rays, as everything does that the camera sees directly, in mirrors or through glass.
-    fn radiance(
-        &mut self,
-        ray: &Ray,
-        hit: &Hit,
-        length: f32,
-        depth: u32,
-        full: bool,
-        draws: &mut Draws,
-    ) -> Vec3f {
+    /// Radiance back along a ray.
+    fn radiance(&mut self, ray: &Ray, hit: &Hit, way: Way, draws: &mut Draws) -> Vec3f {
         if hit.is_miss() {
-            return distant_radiance(self.scene, vec3(ray.direction));
+            let wi = vec3(ray.direction);
+            return match way.sees {
+                Sees::All => distant_radiance(self.scene, wi),
+                Sees::NoLight => self.scene.tables.environment.radiance(wi),
+            };
         }
         let surface = Surface::new(self.scene, ray, hit);
+        if way.sees == Sees::NoLight && surface.light != scene::tables::NONE {
+            return BLACK;
+        }
         let tables: &SceneTables = &self.scene.tables;
         let material = &tables.materials[surface.material as usize];
-        let length = length + hit.t;
-        let footprint = self.shading.pixel_spread * length;
-        let [u_mix, u_lobe] = draws.pair();
+        let way = Way { length: way.length + hit.t, ..way };
+        let footprint = self.shading.pixel_spread * way.length;
+        let [u_model, u_lobe] = draws.pair();
         let mut sum = emission(tables, material, &surface, footprint);
-        let bsdf = shade(tables, material, &surface, &self.shading, footprint, material.ior, u_mix);
-        if bsdf.kind == BSDF_NONE {
+        let incoming = Incoming { footprint, ior: material.ior, throughput: way.throughput, u_model };
+        let closure = closure_at(tables, material, &surface, &self.shading, incoming);
+        if !closure_scatters(closure) {
             return sum;
         }
-        if bsdf_has_smooth_part(bsdf) {
-            sum += self.direct_light(&surface, &bsdf, full, draws);
+        if closure_has_smooth_part(closure) {
+            sum += self.direct_light(&surface, &closure, way.full, draws);
         }
-        if bsdf.kind == BSDF_GLOSSY {
-            sum += self.ambient(&surface, &bsdf, full, draws);
-            if full && depth < self.settings.max_depth {
-                sum += self.reflections(&surface, &bsdf, length, depth, draws);
+        sum += self.ambient(&surface, &closure, way.full, draws);
+        let deep = way.depth >= self.settings.max_depth;
+        let others = closure_without_diffuse(closure);
+        if closure_is_interface(closure) {
+            if !deep {
+                let u = draws.pair();
+                sum += self.follow(&surface, &others, way, u_lobe, u, draws);
             }
-        } else if depth < self.settings.max_depth {
-            sum += self.follow(&surface, &bsdf, length, depth, full, u_lobe, draws);
+        } else if way.full && !deep && closure_reflects(closure) {
+            sum += self.reflections(&surface, &others, way, draws);
         }
         sum
     }
 
     /// Every light with its shadow rays.
-    fn direct_light(&mut self, surface: &Surface, bsdf: &Bsdf, full: bool, draws: &mut Draws) -> Vec3f {
-        let wo = to_local(surface.frame(), surface.wo);
+    fn direct_light(&mut self, surface: &Surface, closure: &Closure, full: bool, draws: &mut Draws) -> Vec3f {
+        let wo = to_local(closure.frame, surface.wo);
         let mut sum = BLACK;
         for index in 0..self.scene.tables.lights.len() as u32 {
             let light = self.scene.tables.lights[index as usize].light;
@@ -170,46 +206,68 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
             for _ in 0..count {
                 let u = if soft { draws.pair() } else { [0.5, 0.5] };
                 let sample = sample_one_light(self.scene, index, surface.origin, u);
-                sum += self.light_sample(surface, bsdf, wo, &sample) * (1.0 / count as f32);
+                sum += self.light_sample(surface, closure, wo, &sample) * (1.0 / count as f32);
             }
         }
         sum
     }
 
-    fn light_sample(&mut self, surface: &Surface, bsdf: &Bsdf, wo: Vec3f, light: &LightSample) -> Vec3f {
-        let above = dot(light.wi, surface.horizon) > 0.0;
-        let wi = to_local(surface.frame(), light.wi);
-        if light.pdf <= 0.0 || above != (wi.z > 0.0) || !(above || bsdf_transmits(*bsdf)) {
+    fn light_sample(
+        &mut self,
+        surface: &Surface,
+        closure: &Closure,
+        wo: Vec3f,
+        light: &LightSample,
+    ) -> Vec3f {
+        let transmits = closure_transmits(*closure);
+        let side = light_side(light.wi, light.pdf, closure.frame, surface.horizon, transmits);
+        if !side.possible {
             return BLACK;
         }
         let value_cos = match self.settings.highlights {
-            Highlights::Phong if bsdf.kind == BSDF_GLOSSY => phong_eval(*bsdf, wo, wi),
-            _ => bsdf_eval(*bsdf, wo, wi).value_cos,
+            Highlights::Phong => closure_phong_eval(*closure, wo, side.wi),
+            Highlights::Microfacets => closure_eval(*closure, wo, side.wi).value_cos,
         };
-        let falloff = falloff_factor(self.settings.falloff.into(), light.distance);
-        let light_arrives = value_cos * light.radiance * (falloff / light.pdf);
-        if light_arrives == BLACK || !self.visible(&shadow_ray(surface, light, above)) {
+        let light_arrives = direct_contribution(value_cos, *light, self.settings.falloff.into());
+        if light_arrives == BLACK || !self.visible(&shadow_ray(surface, light, side.above)) {
             return BLACK;
         }
         light_arrives
     }
 
-    /// The environment's light on the diffuse lobe, with occlusion.
-    fn ambient(&mut self, surface: &Surface, bsdf: &Bsdf, full: bool, draws: &mut Draws) -> Vec3f {
-        let albedo = bsdf.diffuse * bsdf.diffuse_scale;
-        if albedo == BLACK {
-            return BLACK;
+    /// The environment's light on the diffuse lobes, with occlusion.
+    fn ambient(&mut self, surface: &Surface, closure: &Closure, full: bool, draws: &mut Draws) -> Vec3f {
+        let (above, below) = (closure_diffuse_albedo(*closure), closure_diffuse_albedo_below(*closure));
+        let mut sum = BLACK;
+        if above != BLACK {
+            sum += above * self.ambient_side(surface, closure.frame, 1.0, full, draws);
         }
+        if below != BLACK {
+            sum += below * self.ambient_side(surface, closure.frame, -1.0, full, draws);
+        }
+        sum
+    }
+
+    /// The mean of what the environment brings to one side of a surface, 1 or −1, by the cosine.
+    fn ambient_side(
+        &mut self,
+        surface: &Surface,
+        frame: Frame,
+        side: f32,
+        full: bool,
+        draws: &mut Draws,
+    ) -> Vec3f {
         let occlusion_rays = if full { self.settings.ambient_samples } else { 0 };
         let count = occlusion_rays.max(1);
         let mut sum = BLACK;
         for _ in 0..count {
             let u = draws.pair();
-            let wi = to_world(surface.frame(), sample_cosine_hemisphere(vec2f(u[0], u[1])));
-            if dot(wi, surface.horizon) <= 0.0 {
+            let local = sample_cosine_hemisphere(vec2f(u[0], u[1])) * vec3f(1.0, 1.0, side);
+            let wi = to_world(frame, local);
+            if dot(wi, surface.horizon) * side <= 0.0 {
                 continue;
             }
-            let origin = surface.ray_origin(true).to_array();
+            let origin = surface.ray_origin(side > 0.0).to_array();
             let t_max = self.settings.ambient_distance;
             let open = occlusion_rays == 0
                 || self.visible(&Ray { origin, t_min: 0.0, direction: wi.to_array(), t_max });
@@ -217,91 +275,48 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
                 sum += self.scene.tables.environment.radiance(wi);
             }
         }
-        albedo * sum * (1.0 / count as f32)
+        sum * (1.0 / count as f32)
     }
 
-    /// Rays through the specular lobe.
-    fn reflections(
-        &mut self,
-        surface: &Surface,
-        bsdf: &Bsdf,
-        length: f32,
-        depth: u32,
-        draws: &mut Draws,
-    ) -> Vec3f {
-        if bsdf.specular_probability <= 0.0 || self.settings.reflection_samples == 0 {
-            return BLACK;
-        }
-        let mut specular = *bsdf;
-        specular.diffuse = BLACK;
-        specular.specular_probability = 1.0;
-        let wo = to_local(surface.frame(), surface.wo);
+    /// Rays through the lobes that are not diffuse.
+    fn reflections(&mut self, surface: &Surface, others: &Closure, way: Way, draws: &mut Draws) -> Vec3f {
         let mut sum = BLACK;
         for _ in 0..self.settings.reflection_samples {
             let u = draws.pair();
-            let sample = bsdf_sample(specular, wo, 0.0, vec2f(u[0], u[1]));
-            let wi = to_world(surface.frame(), sample.wi);
-            if sample.pdf <= 0.0 || dot(wi, surface.horizon) <= 0.0 {
-                continue;
-            }
-            let origin = surface.ray_origin(true);
-            let ray = Ray::new(origin.to_array(), wi.to_array());
-            let hit = self.closest(&ray);
-            // Lights are in the direct term already, so a reflected light source itself must not count again.
-            let seen = if hit.is_miss() {
-                self.scene.tables.environment.radiance(wi)
-            } else {
-                self.radiance_without_lights(&ray, &hit, length, depth + 1, draws)
-            };
-            sum += sample.weight * seen;
+            let u_lobe = if others.layered { draws.pair()[0] } else { 0.0 };
+            sum += self.follow(surface, others, way, u_lobe, u, draws);
         }
-        sum * (1.0 / self.settings.reflection_samples as f32)
+        sum * (1.0 / self.settings.reflection_samples.max(1) as f32)
     }
 
-    fn radiance_without_lights(
-        &mut self,
-        ray: &Ray,
-        hit: &Hit,
-        length: f32,
-        depth: u32,
-        draws: &mut Draws,
-    ) -> Vec3f {
-        let surface = Surface::new(self.scene, ray, hit);
-        if surface.light != scene::tables::NONE {
-            return BLACK;
-        }
-        self.radiance(ray, hit, length, depth, false, draws)
-    }
-
-    /// Mirrors and dielectrics: one sampled direction.
-    #[allow(clippy::too_many_arguments, reason = "the recursion's state; a struct would only rename it")]
+    /// One sampled direction.
     fn follow(
         &mut self,
         surface: &Surface,
-        bsdf: &Bsdf,
-        length: f32,
-        depth: u32,
-        full: bool,
+        closure: &Closure,
+        way: Way,
         u_lobe: f32,
+        u: [f32; 2],
         draws: &mut Draws,
     ) -> Vec3f {
-        let u = draws.pair();
-        let wo = to_local(surface.frame(), surface.wo);
-        let sample = bsdf_sample(*bsdf, wo, u_lobe, vec2f(u[0], u[1]));
-        let wi = to_world(surface.frame(), sample.wi);
+        let wo = to_local(closure.frame, surface.wo);
+        let sample = closure_sample(*closure, wo, u_lobe, vec2f(u[0], u[1]));
+        let wi = to_world(closure.frame, sample.wi);
         let above = dot(wi, surface.horizon) > 0.0;
-        if sample.pdf <= 0.0 || above == sample.transmitted {
+        if !leaves_surface(sample, above) {
             return BLACK;
         }
-        let origin = surface.ray_origin(above);
-        let ray = Ray::new(origin.to_array(), wi.to_array());
+        let ray = Ray::new(surface.ray_origin(above).to_array(), wi.to_array());
         let hit = self.closest(&ray);
-        let seen = if sample.delta || hit.is_miss() {
-            self.radiance(&ray, &hit, length, depth + 1, full, draws)
-        } else {
-            self.radiance_without_lights(&ray, &hit, length, depth + 1, draws)
+        let next = Way {
+            depth: way.depth + 1,
+            // Lights are in the direct term already, so one that such a lobe finds must not count again.
+            sees: if sample.delta { Sees::All } else { Sees::NoLight },
+            full: way.full && sample.delta,
+            throughput: way.throughput * sample.weight,
+            ..way
         };
-        sample.weight * seen
+        sample.weight * self.radiance(&ray, &hit, next, draws)
     }
 }
 

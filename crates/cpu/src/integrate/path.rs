@@ -22,22 +22,8 @@ use optics::path::limit_indirect;
 use optics::random::{
     PixelSampler, SAMPLER_BLUE_NOISE, SAMPLER_INDEPENDENT, SAMPLER_SOBOL, sample_2d, sampler_new,
 };
+use optics::vertex::{Roulette, is_last_segment, vertex_pair};
 use optics::{Vec2f, Vec3f, vec3f};
-
-/// Pairs of random numbers: where on the pixel and on the lens, then a fixed number for each vertex.
-pub(crate) const PAIR_FILM: u32 = 0;
-pub(crate) const PAIR_LENS: u32 = 1;
-pub(crate) const PAIRS_BEFORE_VERTICES: u32 = 2;
-const PAIRS_PER_VERTEX: u32 = 4;
-pub(crate) const PAIR_BSDF: u32 = 0;
-pub(crate) const PAIR_LIGHT: u32 = 1;
-/// x: which lobe. y: Russian roulette.
-pub(crate) const PAIR_LOBE: u32 = 2;
-/// x: which of the models that a material mixes.
-pub(crate) const PAIR_MODEL: u32 = 3;
-
-/// Shadow rays end this share of the way before the light, so that they do not hit the light itself.
-pub(crate) const SHADOW_END: f32 = 0.9999;
 
 /// One sample to be made: its pixel and its index.
 #[derive(Clone, Copy, Debug)]
@@ -109,7 +95,7 @@ impl Context<'_> {
     /// The first dimension pair of this vertex.
     #[inline(always)]
     pub fn pair(&self) -> u32 {
-        PAIRS_BEFORE_VERTICES + PAIRS_PER_VERTEX * (self.depth - 1)
+        vertex_pair(self.depth)
     }
 
     /// Random numbers of a path's vertex.
@@ -123,7 +109,13 @@ impl Context<'_> {
     /// the filters of GPUs, which trace the same rays, want to know how far away from them second ones are.
     #[inline(always)]
     pub fn are_last_segments(&self) -> bool {
-        self.depth >= self.settings.max_depth && self.depth > 2
+        is_last_segment(self.depth, self.settings.max_depth)
+    }
+
+    /// How paths end by chance.
+    #[inline(always)]
+    pub fn roulette(&self) -> Roulette {
+        roulette(self.settings)
     }
 
     /// Whether Russian roulette may end paths at this vertex.
@@ -284,6 +276,12 @@ impl PathBatch {
         }
         self.shadows.clear();
     }
+}
+
+/// How the settings end paths by chance, as the optics know it.
+#[inline(always)]
+pub(crate) fn roulette(settings: &PathSettings) -> Roulette {
+    Roulette { start: settings.roulette_start, min_survival: settings.roulette_min_survival }
 }
 
 /// How the view draws its samples, as the optics know it.

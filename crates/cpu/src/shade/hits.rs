@@ -15,6 +15,7 @@ use optics::Vec3f;
 use optics::medium::transmittance;
 use optics::path::path_add_emission;
 use optics::random::hash_combine;
+use optics::vertex::path_branch;
 
 /// All paths arrive where their rays have hit, and those that go on leave.
 pub(crate) struct ShadeHits<'a, 'c>(pub &'a mut PathBatch, pub &'a Context<'c>);
@@ -144,8 +145,7 @@ impl PathBatch {
             self.scatter(i, context, &surface, path, footprint);
             return;
         }
-        // The branches share what comes.
-        path.throughput *= 1.0 / branches as f32;
+        path = path.with_state(&path_branch(path.state(context.depth), branches));
         for branch in 0..branches {
             let mut child = path;
             child.scramble = hash_combine(path.scramble, branch);

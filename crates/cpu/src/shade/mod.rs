@@ -1,8 +1,8 @@
 //! What happens where paths hit and miss: emission, light samples, scattering.
 
+pub(crate) mod closures;
 pub(crate) mod glossy_lanes;
 pub(crate) mod hits;
-pub(crate) mod layers;
 pub(crate) mod light_lanes;
 pub(crate) mod lights;
 pub(crate) mod material;

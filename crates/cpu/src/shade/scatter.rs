@@ -3,22 +3,22 @@
 use crate::batch::streams::Path;
 use crate::batch::vertices::PlainPoint;
 use crate::fetch::surface::Surface;
-use crate::integrate::path::{
-    Connection, Context, PAIR_BSDF, PAIR_LIGHT, PAIR_LOBE, PAIR_MODEL, PathBatch, SHADOW_END,
-};
-use crate::shade::layers::shade_layered;
+use crate::integrate::path::{Connection, Context, PathBatch};
+use crate::shade::closures::{Incoming, layers_at, wants_model_number};
 use crate::shade::lights::sample_light;
-use crate::shade::material::{base_color, mixes_models, shade};
+use crate::shade::material::{base_color, shade};
 use crate::shade::scattering::Scattering;
 use crate::shade::stages::ScatterDiffuse;
 use crate::simd::Instructions;
 use accel::Ray;
-use optics::frame::{Frame, to_local, to_world};
-use optics::light::{LightSample, light_way};
-use optics::light_tree::{ALL_SIDES, octahedral_encode};
-use optics::path::{path_light_contribution, path_scatter, roulette_survival};
+use optics::frame::{Frame, to_local};
+use optics::light::LightSample;
+use optics::light_tree::{ALL_SIDES, sampling_normal};
+use optics::path::path_light_contribution;
 use optics::scatter::BSDF_NONE;
-use optics::vector::dot;
+use optics::vertex::{
+    PAIR_BSDF, PAIR_LIGHT, PAIR_LOBE, PAIR_MODEL, continue_from_surface, light_side, shadow_way,
+};
 use optics::{Vec3f, vec2f};
 use scene::tables::{ModelTag, SceneTables};
 
@@ -58,7 +58,8 @@ impl PathBatch {
             return;
         }
         // Numbers are drawn only where something depends on them: they cost as much as the rest of the shading.
-        let u_model = if mixes_models(material) { context.draw(&path, PAIR_MODEL).x } else { 0.0 };
+        let wants_number = wants_model_number(tables, material);
+        let u_model = if wants_number { context.draw(&path, PAIR_MODEL).x } else { 0.0 };
         let bsdf = shade(tables, material, surface, &context.shading, footprint, material.ior, u_model);
         if bsdf.kind == BSDF_NONE {
             return;
@@ -71,12 +72,11 @@ impl PathBatch {
     fn scatter_layered(&mut self, context: &Context, surface: &Surface, path: Path, footprint: f32) {
         let tables = &*context.scene.tables;
         let material = &tables.materials[surface.material as usize];
-        let disperses = tables.layers[material.layers as usize].dispersion > 0.0;
-        let u = if disperses { context.draw(&path, PAIR_MODEL).x } else { 0.0 };
-        let shading = &context.shading;
-        let (ior, throughput) = (material.ior, path.throughput);
-        let s = shade_layered(tables, material, surface, shading, footprint, ior, throughput, u);
-        self.scatter_by(context, surface, s.frame, s.bsdf, path);
+        let wants_number = wants_model_number(tables, material);
+        let u_model = if wants_number { context.draw(&path, PAIR_MODEL).x } else { 0.0 };
+        let incoming = Incoming { footprint, ior: material.ior, throughput: path.throughput, u_model };
+        let layers = layers_at(tables, material, surface, &context.shading, incoming);
+        self.scatter_by(context, surface, layers.frame, layers, path);
     }
 
     /// Next-event estimation and the path's continuation where it is known what scatters.
@@ -93,7 +93,7 @@ impl PathBatch {
         let wo = to_local(frame, surface.wo);
         if bsdf.has_smooth_part() && !tables.lights.is_empty() {
             let u = context.draw(&path, PAIR_LIGHT);
-            path.sampling_normal = sampling_normal(tables, bsdf, frame.normal);
+            path.sampling_normal = normal_for_lights(tables, bsdf, frame.normal);
             if let Some(light) = sample_light(context.scene, surface.origin, path.sampling_normal, u) {
                 self.add_connection(surface, &frame, bsdf, wo, &path, &light);
             }
@@ -103,21 +103,20 @@ impl PathBatch {
         let u_lobe = if wants_lobe { context.draw(&path, PAIR_LOBE) } else { zero };
         let u = if bsdf.is_delta() { zero } else { context.draw(&path, PAIR_BSDF) };
         let sample = bsdf.sample(wo, u_lobe.x, u);
-        let wi = to_world(frame, sample.wi);
-        let above = dot(wi, surface.horizon) > 0.0;
-        // Between shading and geometric normal there are directions that would leak through the surface.
-        if sample.pdf <= 0.0 || above == sample.transmitted {
-            return;
+        let state = path.state(context.depth);
+        let next = continue_from_surface(
+            state,
+            sample,
+            frame,
+            surface.horizon,
+            bsdf.eta(),
+            context.roulette(),
+            u_lobe.y,
+        );
+        if next.alive {
+            path = path.with_state(&next.state);
+            self.next.push(surface.ray_origin(next.above), next.wi, &path);
         }
-        let state = path_scatter(path.state(context.depth), sample, bsdf.eta());
-        let settings = context.settings;
-        let survival = roulette_survival(state, settings.roulette_start, settings.roulette_min_survival);
-        if u_lobe.y >= survival {
-            return;
-        }
-        path = path.with_state(&state);
-        path.throughput *= 1.0 / survival;
-        self.next.push(surface.ray_origin(above), wi, &path);
     }
 
     /// Queues the shadow ray of a light sample, if the light could contribute.
@@ -131,36 +130,27 @@ impl PathBatch {
         path: &Path,
         light: &LightSample,
     ) {
-        let above = dot(light.wi, surface.horizon) > 0.0;
-        if light.pdf <= 0.0 || !(above || bsdf.transmits()) {
+        let side = light_side(light.wi, light.pdf, *frame, surface.horizon, bsdf.transmits());
+        if !side.possible {
             return;
         }
-        let wi = to_local(*frame, light.wi);
-        if above != (wi.z > 0.0) {
-            return;
-        }
-        let value = bsdf.eval(wo, wi);
+        let value = bsdf.eval(wo, side.wi);
         let contribution =
             path_light_contribution(path.throughput, value, light.radiance, light.pdf, light.delta);
-        self.ask(Connection { slot: path.slot, contribution }, shadow_ray(surface, light, above));
+        self.ask(Connection { slot: path.slot, contribution }, shadow_ray(surface, light, side.above));
     }
 }
 
 /// What the choice of a light is to know of a surface of unit `normal`; nothing where it does not ask.
 #[inline(always)]
-pub(crate) fn sampling_normal<S: Scattering>(tables: &SceneTables, bsdf: S, normal: Vec3f) -> u32 {
-    if tables.light_tree.is_empty() || bsdf.transmits() { ALL_SIDES } else { octahedral_encode(normal) }
+pub(crate) fn normal_for_lights<S: Scattering>(tables: &SceneTables, bsdf: S, normal: Vec3f) -> u32 {
+    if tables.light_tree.is_empty() { ALL_SIDES } else { sampling_normal(normal, bsdf.transmits()) }
 }
 
 /// The ray from a surface to a light sample; `above`: on the side of the surface's normal.
 #[inline(always)]
 pub(crate) fn shadow_ray(surface: &Surface, light: &LightSample, above: bool) -> Ray {
     let origin = surface.ray_origin(above);
-    let way = light_way(light.wi, light.distance, origin - surface.origin);
-    Ray {
-        origin: origin.to_array(),
-        t_min: 0.0,
-        direction: way.direction.to_array(),
-        t_max: way.distance * SHADOW_END,
-    }
+    let way = shadow_way(light.wi, light.distance, origin - surface.origin);
+    Ray { origin: origin.to_array(), t_min: 0.0, direction: way.direction.to_array(), t_max: way.distance }
 }

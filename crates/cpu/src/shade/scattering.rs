@@ -3,8 +3,10 @@
 use optics::bsdf::{
     bsdf_eval, bsdf_has_lobes, bsdf_has_smooth_part, bsdf_is_delta, bsdf_sample, bsdf_transmits,
 };
-use optics::layered::Layered;
-use optics::lobes::{layered_eval, layered_sample, layered_transmits};
+use optics::closure::{
+    Closure, closure_eta, closure_eval, closure_has_lobes, closure_has_smooth_part, closure_is_delta,
+    closure_sample, closure_transmits,
+};
 use optics::scatter::{Bsdf, BsdfSample, BsdfValue};
 use optics::{Vec2f, Vec3f};
 
@@ -64,34 +66,34 @@ impl Scattering for Bsdf {
 }
 
 /// Out of line: the kernels that follow paths are made for plain surfaces.
-impl Scattering for Layered {
+impl Scattering for Closure {
     #[inline(never)]
     fn sample(self, wo: Vec3f, u_lobe: f32, u: Vec2f) -> BsdfSample {
-        layered_sample(self, wo, u_lobe, u)
+        closure_sample(self, wo, u_lobe, u)
     }
 
     #[inline(never)]
     fn eval(self, wo: Vec3f, wi: Vec3f) -> BsdfValue {
-        layered_eval(self, wo, wi)
+        closure_eval(self, wo, wi)
     }
 
     fn has_smooth_part(self) -> bool {
-        true
+        closure_has_smooth_part(self)
     }
 
     fn has_lobes(self) -> bool {
-        true
+        closure_has_lobes(self)
     }
 
     fn is_delta(self) -> bool {
-        false
+        closure_is_delta(self)
     }
 
     fn transmits(self) -> bool {
-        layered_transmits(self)
+        closure_transmits(self)
     }
 
     fn eta(self) -> f32 {
-        self.eta
+        closure_eta(self)
     }
 }

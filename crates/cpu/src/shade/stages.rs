@@ -5,12 +5,13 @@
 
 use crate::batch::streams::{PathStream, ShadowStream};
 use crate::batch::vertices::VertexQueue;
-use crate::integrate::path::{Context, PAIR_BSDF, PAIR_LIGHT, PAIR_LOBE, PathBatch};
+use crate::integrate::path::{Context, PathBatch};
 use crate::shade::light_lanes::sample_lights;
 use crate::shade::scatter_lanes::{
     CosineLobes, Lobes, play_roulette, sample_cosine_lobes, sample_smooth_interfaces,
 };
 use crate::simd::{Instructions, Stage};
+use optics::vertex::{PAIR_BSDF, PAIR_LIGHT, PAIR_LOBE};
 
 /// Scatters the diffuse vertices that are waiting, at most sixteen.
 pub(crate) struct ScatterDiffuse<'a, 'c>(pub &'a mut PathBatch, pub &'a Context<'c>);

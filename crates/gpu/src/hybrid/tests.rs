@@ -199,6 +199,32 @@ fn the_expected_picture_is_that_of_direct() {
     }
 }
 
+/// Layers as `direct` has them: all lobes in lights, sky and reflections.
+#[test]
+fn layers_are_those_of_direct() {
+    let name = "layers_are_those_of_direct";
+    let loaded = scene::builtin::load("layers", &Default::default(), &scene::LoadOptions::default());
+    let scene = loaded.expect("built in").scene;
+    let Some(setup) = Setup::with_scene(name, &scene) else { return };
+    let (eye, target) = (Vec3::new(0.0, 2.35, 8.6), Vec3::new(0.0, 0.72, 0.0));
+    let camera = camera(CAMERA_PERSPECTIVE, eye, target, 0.24, 0.0);
+    let rays = DirectSettings { max_depth: 3, ..DirectSettings::default() };
+    let direct = view(camera, Integrator::Direct(rays));
+    let variant = setup.variant(&direct);
+    let mut megakernel =
+        Megakernel::new(&setup.gpu, KernelKind::Direct, variant, &setup.scene, &setup.tracer)
+            .expect("a kernel");
+    let (expected, _) = setup.render(&mut megakernel, &direct, 64);
+    let settings = HybridSettings { rays, reflection_survival: 1.0, ..HybridSettings::default() };
+    let mut kernel = setup.hybrid(&direct);
+    let (film, _) = setup.render(&mut kernel, &view(camera, hybrid(settings)), 64);
+    let means = film.mean().into_iter().zip(expected.mean());
+    let whole = means.map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
+    let block = worst_block(&film, &expected);
+    println!("{name}: whole {whole:.4}, block {block:.4}");
+    assert!(whole < 0.01 && block < 0.15, "{whole} {block}");
+}
+
 /// The rasteriser sees what rays see, with every projection, and what follows is the same picture.
 #[test]
 fn the_rasteriser_sees_what_rays_see() {

@@ -40,16 +40,6 @@ fn with_pipelines() -> Option<Linkage> {
 
 /// What a module is linked with, by how its rays are traced.
 fn tracings(name: &str) -> Vec<Linkage> {
-    let tracings = tracings_of_plain(name);
-    // Lobes are those of what scatters.
-    if name != "realtime_lobes_layered" {
-        return tracings;
-    }
-    tracings.into_iter().map(|linkage| linkage.bind("scattering", "scattering_layered")).collect()
-}
-
-/// As [`tracings`], where surfaces have no layers.
-fn tracings_of_plain(name: &str) -> Vec<Linkage> {
     let by_queries = with_queries().modules(name);
     match by_queries {
         // Only ray generation shaders trace by a ray tracing pipeline, and only they know of it.
@@ -72,14 +62,10 @@ fn every_module_is_complete_by_its_imports() {
             validate(name, &text);
             count += 1;
             for &(which, choices) in ABSTRACT {
-                // The tracer was chosen above, with what follows from that; lobes follow from what scatters.
-                let decided = ["tracer", "entry_lists", "shafts", "question", "lobes"].contains(&which)
-                    || (which == "scattering" && name.starts_with("realtime_lobes_"));
+                // The tracer was chosen above, with what follows from that.
+                let decided = ["tracer", "entry_lists", "shafts", "question"].contains(&which);
                 for &choice in choices.iter().filter(|_| !decided) {
-                    let mut other = linkage.clone().bind(which, choice);
-                    if choice == "scattering_layered" {
-                        other = other.bind("lobes", "realtime_lobes_layered");
-                    }
+                    let other = linkage.clone().bind(which, choice);
                     let other = other.text(name).unwrap_or_else(|e| panic!("{name} with {choice}: {e}"));
                     if other != text {
                         validate(&format!("{name} with {choice}"), &other);

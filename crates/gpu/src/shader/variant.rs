@@ -23,8 +23,6 @@ pub const ABSTRACT: &[(&str, &[&str])] = &[
     ("scattering", &["scattering_plain", "scattering_layered"]),
     // How a light is chosen by what each can bring.
     ("light_chooser", &["light_chooser_tree", "light_chooser_list", "light_chooser_pair"]),
-    // How the real-time path tracer tells diffuse light from the rest.
-    ("lobes", &["realtime_lobes_plain", "realtime_lobes_layered"]),
     // Who finds what rays hit.
     ("tracer", &["tracer_query", "tracer_bvh", "tracer_pipeline"]),
     // Where walks of `tracer_bvh` begin that do not begin at the root.
@@ -169,7 +167,6 @@ impl Linkage {
                     _ => "light_chooser_list",
                 },
             )
-            .bind("lobes", layered("realtime_lobes_plain", "realtime_lobes_layered"))
             .bind("first_hits", "first_hits_recorded")
             .bind("shafts", "hybrid_no_shafts")
             .generate("variant", variant.constants())

@@ -8,9 +8,9 @@
 //     fn camera_missed(pixel: vec2u, sample: u32)
 //     fn camera_hit(pixel: vec2u, sample: u32, s: Surface, distance: f32)
 
-#import film, first_hits, light_reach, lights, material, rays, scene, surface, texels
-#import optics::bsdf, optics::constants, optics::falloff, optics::frame, optics::light
-#import optics::phong, optics::random, optics::scatter, optics::warp
+#import film, first_hits, light_reach, lights, material, rays, scattering, scene, surface, texels
+#import optics::constants, optics::direct_light, optics::frame, optics::light, optics::random
+#import optics::vertex, optics::warp
 
 /// Pairs of random numbers are drawn one after the other; those of pixel and lens are the first.
 var<private> next_pair: u32;
@@ -22,10 +22,8 @@ fn draw(sampler: PixelSampler) -> vec2f {
 
 /// What a ray may see.
 const SEES_ALL: u32 = 0u;
-/// After a lobe for which lights were sampled already, a surface that lights are sampled on is black.
-const SEES_NO_SAMPLED_LIGHT: u32 = 1u;
-/// So is the sun.
-const SEES_NO_LIGHT: u32 = 2u;
+/// After a lobe for which lights were sampled already, what they are sampled on is black: surfaces that shine, and the sun.
+const SEES_NO_LIGHT: u32 = 1u;
 
 /// A ray through mirrors and glass, and where it ended.
 struct Chain {
@@ -41,10 +39,10 @@ struct Chain {
     full: bool,
     throughput: vec3f,
     radiance: vec3f,
-    /// Whether it ended at a glossy surface that may reflect: the two below.
+    /// Whether it ended at a surface that may reflect: the two below.
     reflects: bool,
     surface: Surface,
-    bsdf: Bsdf,
+    bsdf: Scattering,
 }
 
 fn new_chain(origin: vec3f, direction: vec3f) -> Chain {
@@ -87,22 +85,19 @@ fn chain_radiance(start: Chain, first_round: u32, sampler: PixelSampler, pixel: 
     return radiance;
 }
 
-/// A ray through the specular lobe at the end of a chain; depth 0 if there is none.
+/// A ray through one of the lobes that are not diffuse at the end of a chain; depth 0 if there is none.
 fn reflection(seen: Chain, sampler: PixelSampler) -> Chain {
-    let s = seen.surface;
-    var specular = seen.bsdf;
-    specular.diffuse = vec3f(0.0);
-    specular.specular_probability = 1.0;
-    let frame = frame_from_normal(s.shading_normal);
-    let next = bsdf_sample(specular, to_local(frame, s.wo), 0.0, draw(sampler));
-    let wi = to_world(frame, next.wi);
-    var chain = new_chain(ray_origin(s, true), wi);
-    chain.length = seen.length;
-    chain.depth = select(seen.depth + 1u, 0u, next.pdf <= 0.0 || dot(wi, s.horizon) <= 0.0);
-    // Lights are in the direct term already, so a reflected light source itself must not count again.
-    chain.sees = SEES_NO_LIGHT;
-    chain.full = false;
-    chain.throughput = seen.throughput * next.weight;
+    var chain = seen;
+    chain.reflects = false;
+    chain.radiance = vec3f(0.0);
+    let u = draw(sampler);
+    var u_lobe = 0.0;
+    if scattering_is_layered(seen.bsdf) {
+        u_lobe = draw(sampler).x;
+    }
+    if !go_on(&chain, seen.surface, scattering_without_diffuse(seen.bsdf), u_lobe, u) {
+        chain.depth = 0u;
+    }
     return chain;
 }
 
@@ -116,7 +111,7 @@ fn follow(chain: ptr<function, Chain>, sampler: PixelSampler, pixel: vec2u, samp
                 camera_missed(pixel, sample);
             }
             var distant = environment_radiance((*chain).direction);
-            if (*chain).sees != SEES_NO_LIGHT {
+            if (*chain).sees == SEES_ALL {
                 distant = distant_radiance((*chain).direction);
             }
             (*chain).radiance += (*chain).throughput * distant;
@@ -133,51 +128,50 @@ fn follow(chain: ptr<function, Chain>, sampler: PixelSampler, pixel: vec2u, samp
         let footprint = view.pixel_spread * (*chain).length;
         let u = draw(sampler);
         (*chain).radiance += (*chain).throughput * surface_emission(s, footprint);
-        let bsdf = surface_bsdf(s, footprint, u.x, view.single_scatter != 0u);
-        if bsdf.kind == BSDF_NONE {
+        let bsdf = surface_scattering(s, footprint, (*chain).throughput, u.x, view.single_scatter != 0u);
+        if !scatters(bsdf) {
             return;
         }
-        if bsdf_has_smooth_part(bsdf) {
-            (*chain).radiance += (*chain).throughput * direct_light(s, bsdf, (*chain).full, sampler);
+        let full = (*chain).full;
+        if scattering_has_smooth_part(bsdf) {
+            (*chain).radiance += (*chain).throughput * direct_light(s, bsdf, full, sampler);
         }
-        if bsdf.kind == BSDF_GLOSSY {
-            (*chain).radiance += (*chain).throughput * ambient_light(s, bsdf, (*chain).full, sampler);
-            let deep = (*chain).depth >= view.max_depth;
-            (*chain).reflects = (*chain).full && !deep && bsdf.specular_probability > 0.0;
+        (*chain).radiance += (*chain).throughput * ambient_light(s, bsdf, full, sampler);
+        let deep = (*chain).depth >= view.max_depth;
+        if !scattering_is_interface(bsdf) {
+            (*chain).reflects = full && !deep && scattering_reflects(bsdf);
             (*chain).surface = s;
             (*chain).bsdf = bsdf;
             return;
         }
-        if (*chain).depth >= view.max_depth {
-            return;
-        }
-        if !go_on(chain, s, bsdf, u.y, sampler) {
+        if deep || !go_on(chain, s, scattering_without_diffuse(bsdf), u.y, draw(sampler)) {
             return;
         }
     }
 }
 
-/// Turns a chain at a mirror or dielectric into one sampled direction. Returns whether there is one.
-fn go_on(chain: ptr<function, Chain>, s: Surface, bsdf: Bsdf, u_lobe: f32, sampler: PixelSampler) -> bool {
-    let frame = frame_from_normal(s.shading_normal);
-    let next = bsdf_sample(bsdf, to_local(frame, s.wo), u_lobe, draw(sampler));
+/// Sends a chain on in one sampled direction. Returns whether there is one.
+fn go_on(chain: ptr<function, Chain>, s: Surface, bsdf: Scattering, u_lobe: f32, u: vec2f) -> bool {
+    let frame = scattering_frame(bsdf, s);
+    let next = scattering_sample(bsdf, to_local(frame, s.wo), u_lobe, u);
     let wi = to_world(frame, next.wi);
     let above = dot(wi, s.horizon) > 0.0;
-    if next.pdf <= 0.0 || above == next.transmitted {
+    if !leaves_surface(next, above) {
         return false;
     }
     (*chain).origin = ray_origin(s, above);
     (*chain).direction = wi;
     (*chain).throughput *= next.weight;
     (*chain).depth += 1u;
-    (*chain).sees = select(SEES_NO_SAMPLED_LIGHT, SEES_ALL, next.delta);
+    // Lights are in the direct term already, so one that such a lobe finds must not count again.
+    (*chain).sees = select(SEES_NO_LIGHT, SEES_ALL, next.delta);
     (*chain).full = (*chain).full && next.delta;
     return true;
 }
 
 /// Every light with its shadow rays.
-fn direct_light(s: Surface, bsdf: Bsdf, full: bool, sampler: PixelSampler) -> vec3f {
-    let frame = frame_from_normal(s.shading_normal);
+fn direct_light(s: Surface, bsdf: Scattering, full: bool, sampler: PixelSampler) -> vec3f {
+    let frame = scattering_frame(bsdf, s);
     var sum = vec3f(0.0);
     for (var index = 0u; index < scene.light_count; index++) {
         sum += light_with_shadows(index, s, frame, bsdf, full, sampler);
@@ -186,7 +180,14 @@ fn direct_light(s: Surface, bsdf: Bsdf, full: bool, sampler: PixelSampler) -> ve
 }
 
 /// A light with its shadow rays.
-fn light_with_shadows(index: u32, s: Surface, frame: Frame, bsdf: Bsdf, full: bool, sampler: PixelSampler) -> vec3f {
+fn light_with_shadows(
+    index: u32,
+    s: Surface,
+    frame: Frame,
+    bsdf: Scattering,
+    full: bool,
+    sampler: PixelSampler,
+) -> vec3f {
     if !may_light(index, s) {
         return vec3f(0.0);
     }
@@ -228,22 +229,20 @@ fn light_faces(index: u32, s: Surface) -> bool {
 }
 
 /// Value times cosine, as lights shade.
-fn lit_value(bsdf: Bsdf, wo: vec3f, wi: vec3f) -> vec3f {
-    if view.phong != 0u && bsdf.kind == BSDF_GLOSSY {
-        return phong_eval(bsdf, wo, wi);
+fn lit_value(bsdf: Scattering, wo: vec3f, wi: vec3f) -> vec3f {
+    if view.phong != 0u {
+        return scattering_phong_eval(bsdf, wo, wi);
     }
-    return bsdf_eval(bsdf, wo, wi).value_cos;
+    return scattering_eval(bsdf, wo, wi).value_cos;
 }
 
 /// What a light's sample adds if nothing is in its way.
-fn unshadowed_light(s: Surface, frame: Frame, bsdf: Bsdf, wo: vec3f, light: LightSample) -> vec3f {
-    let above = dot(light.wi, s.horizon) > 0.0;
-    let wi = to_local(frame, light.wi);
-    if light.pdf <= 0.0 || above != (wi.z > 0.0) || !(above || bsdf_transmits(bsdf)) {
+fn unshadowed_light(s: Surface, frame: Frame, bsdf: Scattering, wo: vec3f, light: LightSample) -> vec3f {
+    let side = light_side(light.wi, light.pdf, frame, s.horizon, scattering_transmits(bsdf));
+    if !side.possible {
         return vec3f(0.0);
     }
-    let falloff = falloff_factor(view.falloff, light.distance);
-    return lit_value(bsdf, wo, wi) * light.radiance * (falloff / light.pdf);
+    return direct_contribution(lit_value(bsdf, wo, side.wi), light, view.falloff);
 }
 
 /// The ray to a light's sample.
@@ -256,8 +255,8 @@ struct ShadowRay {
 
 fn shadow_ray(s: Surface, light: LightSample) -> ShadowRay {
     let origin = ray_origin(s, dot(light.wi, s.horizon) > 0.0);
-    let way = light_way(light.wi, light.distance, origin - s.origin);
-    return ShadowRay(origin, way.distance * SHADOW_END, way.direction);
+    let way = shadow_way(light.wi, light.distance, origin - s.origin);
+    return ShadowRay(origin, way.distance, way.direction);
 }
 
 /// Whether something stands in the way of a light's sample.
@@ -269,25 +268,34 @@ fn is_hidden(s: Surface, light: LightSample, sampler: PixelSampler) -> bool {
     return occluded(ray.origin, ray.direction, ray.distance, sampler.scramble + next_pair);
 }
 
-/// The environment's light on the diffuse lobe, with occlusion.
-fn ambient_light(s: Surface, bsdf: Bsdf, full: bool, sampler: PixelSampler) -> vec3f {
-    let albedo = bsdf.diffuse * bsdf.diffuse_scale;
-    if all(albedo == vec3f(0.0)) {
-        return vec3f(0.0);
+/// The environment's light on the diffuse lobes, with occlusion.
+fn ambient_light(s: Surface, bsdf: Scattering, full: bool, sampler: PixelSampler) -> vec3f {
+    let above = scattering_diffuse_albedo(bsdf);
+    let below = scattering_diffuse_albedo_below(bsdf);
+    var sum = vec3f(0.0);
+    if any(above != vec3f(0.0)) {
+        sum += above * ambient_side(s, scattering_frame(bsdf, s), 1.0, full, sampler);
     }
+    if any(below != vec3f(0.0)) {
+        sum += below * ambient_side(s, scattering_frame(bsdf, s), -1.0, full, sampler);
+    }
+    return sum;
+}
+
+/// The mean of what the environment brings to one side of a surface, 1 or -1, by the cosine.
+fn ambient_side(s: Surface, frame: Frame, side: f32, full: bool, sampler: PixelSampler) -> vec3f {
     let occlusion_rays = select(0u, view.ambient_samples, full);
     let count = max(occlusion_rays, 1u);
-    let frame = frame_from_normal(s.shading_normal);
     var sum = vec3f(0.0);
     for (var i = 0u; i < count; i++) {
-        let wi = to_world(frame, sample_cosine_hemisphere(draw(sampler)));
-        if dot(wi, s.horizon) <= 0.0 {
+        let wi = to_world(frame, sample_cosine_hemisphere(draw(sampler)) * vec3f(1.0, 1.0, side));
+        if dot(wi, s.horizon) * side <= 0.0 {
             continue;
         }
         let salt = sampler.scramble + next_pair;
-        if occlusion_rays == 0u || !occluded(ray_origin(s, true), wi, view.ambient_distance, salt) {
+        if occlusion_rays == 0u || !occluded(ray_origin(s, side > 0.0), wi, view.ambient_distance, salt) {
             sum += environment_radiance(wi);
         }
     }
-    return albedo * sum * (1.0 / f32(count));
+    return sum * (1.0 / f32(count));
 }

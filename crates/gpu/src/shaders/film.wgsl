@@ -1,8 +1,8 @@
 // The view and the film: bind group 2. Samples are summed in registers while a dispatch works on a pixel and added to the
 // film at its end; the host adds the film to exact sums before rounding matters.
 
-#import material, surface, variant
-#import optics::camera, optics::constants, optics::math, optics::random
+#import scattering, surface, variant
+#import optics::camera, optics::constants, optics::math, optics::random, optics::vertex
 
 /// What is to be rendered. Pixels count from the upper left of the whole picture.
 struct View {
@@ -109,14 +109,8 @@ struct Tally {
 @group(2) @binding(2) var<storage, read_write> tally: Tally;
 @group(2) @binding(3) var<storage, read_write> aovs: array<AovPixel>;
 
-/// Shadow rays end this share of the way before the light, so that they do not hit the light itself.
-const SHADOW_END: f32 = 0.9999;
 /// The largest radiance that a sample may have, as on the film of the host: 2⁴⁰.
 const MAX_SAMPLE: f32 = 1099511627776.0;
-
-/// Random numbers by pairs: where on the pixel and where on the lens come first.
-const PAIR_FILM: u32 = 0u;
-const PAIR_LENS: u32 = 1u;
 
 /// A pixel of the window, and the first of its samples in this dispatch.
 struct PixelWork {
@@ -269,7 +263,7 @@ fn record_hit(pixel: vec2u, sample: u32, s: Surface, depth: f32) {
     aovs[index].count += 1u;
     aovs[index].normal += valid_layer(s.shading_normal);
     aovs[index].geometric_normal += valid_layer(s.normal);
-    aovs[index].albedo += valid_layer(base_color(s, view.pixel_spread * depth));
+    aovs[index].albedo += valid_layer(surface_albedo(s, view.pixel_spread * depth));
     if sample == 0u {
         aovs[index].has_first = 1u;
         aovs[index].depth = depth;

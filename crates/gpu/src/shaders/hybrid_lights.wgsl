@@ -10,8 +10,8 @@
 // Sample `i` of the light with bit `b` of the cluster's word `w` is bit `b` of word `i` × `light_words` + `w`.
 
 #import direct, film, hybrid_frame, hybrid_light_masks, hybrid_pixels, hybrid_tracing, lights
-#import material, scene, shafts, surface, texels
-#import optics::bsdf, optics::constants, optics::frame, optics::ggx, optics::light, optics::material
+#import material, scattering, scene, shafts, surface, texels
+#import optics::constants, optics::frame, optics::ggx, optics::light, optics::material
 #import optics::random
 
 /// The lights from 32 × `word` on that may count in a cluster, the first as the lowest bit.
@@ -44,11 +44,6 @@ fn may_be_lit(material: u32) -> bool {
     let roughness = materials[material].roughness;
     let polished = model == ModelTag_Dielectric && roughness * roughness < MIN_ALPHA;
     return model != ModelTag_Unlit && model != ModelTag_Mirror && !polished;
-}
-
-/// Whether light may go through a material.
-fn may_transmit(material: u32) -> bool {
-    return materials[material].model == ModelTag_Dielectric || materials[material].transmission > 0.0;
 }
 
 /// Of the lights in a mask, those whose sample `i` is hidden from a surface.
@@ -118,7 +113,7 @@ fn known_light(index: u32, i: u32, vertex: FirstVertex, there: Frame) -> vec3f {
 
 /// All lights that count at a first hit, by what `shadow_rays` has found.
 fn known_lights(pixel: vec2u, vertex: FirstVertex) -> vec3f {
-    let there = frame_from_normal(vertex.surface.shading_normal);
+    let there = scattering_frame(vertex.bsdf, vertex.surface);
     let cluster = cluster_at(pixel, vertex.surface.position);
     let at = pixel_number(pixel);
     var sum = vec3f(0.0);
@@ -140,7 +135,7 @@ fn known_lights(pixel: vec2u, vertex: FirstVertex) -> vec3f {
 
 /// All lights that count at a first hit, with their shadow rays.
 fn traced_lights(pixel: vec2u, vertex: FirstVertex) -> vec3f {
-    let there = frame_from_normal(vertex.surface.shading_normal);
+    let there = scattering_frame(vertex.bsdf, vertex.surface);
     let cluster = cluster_at(pixel, vertex.surface.position);
     var sum = vec3f(0.0);
     for (var word = 0u; word < frame.light_words; word++) {
@@ -188,7 +183,7 @@ fn lit_surfaces(@builtin(global_invocation_id) id: vec3u) {
     var vertex: FirstVertex;
     if find_first_vertex(pixel, &vertex) {
         var direct = vec3f(0.0);
-        if bsdf_has_smooth_part(vertex.bsdf) {
+        if scattering_has_smooth_part(vertex.bsdf) {
             direct = known_lights(pixel, vertex);
         }
         store_lit(at, vertex, direct);
@@ -207,7 +202,7 @@ fn direct_lights(@builtin(global_invocation_id) id: vec3u) {
     var vertex: FirstVertex;
     if find_first_vertex(pixel, &vertex) {
         var direct = vec3f(0.0);
-        if bsdf_has_smooth_part(vertex.bsdf) {
+        if scattering_has_smooth_part(vertex.bsdf) {
             direct = traced_lights(pixel, vertex);
         }
         store_lit(at, vertex, direct);

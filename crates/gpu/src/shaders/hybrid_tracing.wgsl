@@ -3,9 +3,9 @@
 // Random numbers are those of the pixel's sample; each effect has numbers of its own, so that what one effect draws does not
 // depend on another being on, nor a light's on which lights are culled.
 
-#import direct, film, hybrid_frame, hybrid_pixels, hybrid_reflecting, material, rays, scene, surface
-#import texels
-#import optics::constants, optics::glossy, optics::math, optics::random, optics::scatter
+#import direct, film, hybrid_frame, hybrid_pixels, hybrid_reflecting, rays, scattering, scene
+#import surface, texels
+#import optics::constants, optics::random
 
 const PAIR_FIRST: u32 = 2u;
 const PAIR_AMBIENT: u32 = 0x10000u;
@@ -20,7 +20,7 @@ fn count_pixel_rays(at: u32) {
 /// A pixel's first surface, with what every effect needs of it.
 struct FirstVertex {
     surface: Surface,
-    bsdf: Bsdf,
+    bsdf: Scattering,
     sampler: PixelSampler,
     u_lobe: f32,
     distance: f32,
@@ -37,25 +37,25 @@ fn first_vertex(pixel: vec2u, hit: Hit) -> FirstVertex {
     vertex.footprint = view.pixel_spread * hit.t;
     let u = sample_2d(vertex.sampler, PAIR_FIRST);
     vertex.u_lobe = u.y;
-    vertex.bsdf = surface_bsdf(vertex.surface, vertex.footprint, u.x, view.single_scatter != 0u);
+    let single_scatter = view.single_scatter != 0u;
+    vertex.bsdf = surface_scattering(vertex.surface, vertex.footprint, vec3f(1.0), u.x, single_scatter);
     return vertex;
 }
 
 /// What the pixel's reflection rays count for, 0 if none are sent. Glossy surfaces play Russian roulette with about what they
 /// reflect; mirrors and glass always go on.
 fn reflection_weight(vertex: FirstVertex) -> f32 {
-    if view.max_depth <= 1u || vertex.bsdf.kind == BSDF_NONE {
+    if view.max_depth <= 1u || !scatters(vertex.bsdf) {
         return 0.0;
     }
-    if vertex.bsdf.kind != BSDF_GLOSSY {
+    if scattering_is_interface(vertex.bsdf) {
         return 1.0;
     }
-    if vertex.bsdf.specular_probability <= 0.0 || view.reflection_samples == 0u {
+    if !scattering_reflects(vertex.bsdf) || view.reflection_samples == 0u {
         return 0.0;
     }
     let cos_o = dot(vertex.surface.wo, vertex.surface.shading_normal);
-    let reflected = max_component(glossy_reflectance(vertex.bsdf, cos_o));
-    let survival = clamp(reflected, view.reflection_survival, 1.0);
+    let survival = max(scattering_reflected_share(vertex.bsdf, cos_o), view.reflection_survival);
     return select(0.0, 1.0 / survival, vertex.u_lobe < survival);
 }
 
@@ -76,7 +76,7 @@ fn ambient_occlusion(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let vertex = first_vertex(pixel, hit);
-    if vertex.bsdf.kind == BSDF_GLOSSY {
+    if any(scattering_diffuse_albedo(vertex.bsdf) + scattering_diffuse_albedo_below(vertex.bsdf) != vec3f(0.0)) {
         next_pair = PAIR_AMBIENT;
         let gathered = pixel_radiance(at);
         let ambient = ambient_light(vertex.surface, vertex.bsdf, true, vertex.sampler);
@@ -90,13 +90,14 @@ fn reflected(pixel: vec2u, vertex: FirstVertex) -> vec3f {
     next_pair = PAIR_REFLECTION;
     var chain = new_chain(vertex.surface.position, -vertex.surface.wo);
     chain.length = vertex.distance;
-    if vertex.bsdf.kind == BSDF_GLOSSY {
+    if !scattering_is_interface(vertex.bsdf) {
         chain.reflects = true;
         chain.surface = vertex.surface;
         chain.bsdf = vertex.bsdf;
         return chain_radiance(chain, 1u, vertex.sampler, pixel, frame.sample);
     }
-    if !go_on(&chain, vertex.surface, vertex.bsdf, vertex.u_lobe, vertex.sampler) {
+    let others = scattering_without_diffuse(vertex.bsdf);
+    if !go_on(&chain, vertex.surface, others, vertex.u_lobe, draw(vertex.sampler)) {
         return vec3f(0.0);
     }
     return chain_radiance(chain, 0u, vertex.sampler, pixel, frame.sample);

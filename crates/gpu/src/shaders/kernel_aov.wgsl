@@ -1,6 +1,6 @@
-// The first hit only: base colour under a headlight, and auxiliary layers.
+// The first hit only: the surface's colour under a headlight, and auxiliary layers.
 
-#import film, lights, material, rays, surface, variant
+#import film, lights, rays, scattering, surface, variant
 #import optics::camera, optics::constants
 
 fn render_pixel(work: PixelWork) {
@@ -19,7 +19,7 @@ fn render_pixel(work: PixelWork) {
             continue;
         }
         let s = surface_at(ray.origin, ray.direction, hit);
-        let color = base_color(s, view.pixel_spread * hit.t);
+        let color = surface_albedo(s, view.pixel_spread * hit.t);
         sums = add_sample(sums, color * headlight(dot(s.wo, s.shading_normal)));
         if WANTS_AOVS {
             record_hit(pixel, sample, s, hit.t);

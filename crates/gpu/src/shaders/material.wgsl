@@ -171,6 +171,11 @@ fn surface_ior(s: Surface) -> f32 {
     return materials[s.material].ior;
 }
 
+/// Whether light may come through a material without layers.
+fn may_refract(material: u32) -> bool {
+    return material_may_refract(material_at(material));
+}
+
 /// Whether `surface_bsdf` needs `u_model`.
 fn mixes_models(material: u32) -> bool {
     return material_mixes_models(material_at(material));

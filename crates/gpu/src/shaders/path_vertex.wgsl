@@ -4,16 +4,7 @@
 
 #import film, light_chooser, lights, material, scattering, scene, surface, texels, variant
 #import optics::constants, optics::frame, optics::intersect, optics::light, optics::light_tree
-#import optics::medium, optics::path, optics::random
-
-const PAIRS_BEFORE_VERTICES: u32 = 2u;
-const PAIRS_PER_VERTEX: u32 = 4u;
-const PAIR_BSDF: u32 = 0u;
-const PAIR_LIGHT: u32 = 1u;
-/// x: which lobe. y: Russian roulette.
-const PAIR_LOBE: u32 = 2u;
-/// x: which of the models that a material mixes. y: which of the lights that a tile offers.
-const PAIR_MODEL: u32 = 3u;
+#import optics::medium, optics::path, optics::random, optics::vertex
 
 /// A path on its way to the next vertex.
 struct Path {
@@ -26,10 +17,6 @@ struct Path {
     /// What the light sample of the last vertex knew of its surface; see `light_key`. Only where there is a LIGHT_TREE.
     sampling_normal: u32,
 }
-
-/// Segments of which it is always asked where they end: layers show first surfaces, and filters want to know how far away from
-/// them second ones are.
-const SEGMENTS_LOOKED_AT: u32 = 2u;
 
 /// A question for the tracer: is anything between a vertex and a light sample?
 struct ShadowRay {
@@ -57,7 +44,7 @@ fn path_salt(path: Path) -> u32 {
 
 /// Whether nothing of the segment that the path is on counts but light at its end.
 fn is_on_last_segment(path: Path) -> bool {
-    return path.state.depth >= view.max_depth && path.state.depth > SEGMENTS_LOOKED_AT;
+    return is_last_segment(path.state.depth, view.max_depth);
 }
 
 /// Whether a surface that shines may be in the path's way.
@@ -164,8 +151,8 @@ fn depart(
         return false;
     }
     if SPLITS_PATHS && (*path).state.depth == 1u {
-        // The branches share what comes; each draws numbers of its own.
-        (*path).state.throughput *= 1.0 / f32(view.splitting);
+        // Each branch draws numbers of its own.
+        (*path).state = path_branch((*path).state, view.splitting);
         (*path).sampler.scramble = hash_combine((*path).sampler.scramble, branch);
     }
     return scatter(path, s, footprint, asks_light, shadow);
@@ -181,7 +168,7 @@ fn scatter(
 ) -> bool {
     let sampler = (*path).sampler;
     // Numbers are drawn only where something depends on them.
-    let pair = PAIRS_BEFORE_VERTICES + PAIRS_PER_VERTEX * ((*path).state.depth - 1u);
+    let pair = vertex_pair((*path).state.depth);
     var u_model = 0.0;
     if wants_model_number(s.material) {
         u_model = sample_2d(sampler, pair + PAIR_MODEL).x;
@@ -195,11 +182,7 @@ fn scatter(
     let wo = to_local(frame, s.wo);
     if asks_light && scattering_has_smooth_part(bsdf) && scene.light_count > 0u {
         if LIGHT_TREE {
-            var sampling_normal = ALL_SIDES;
-            if !scattering_transmits(bsdf) {
-                sampling_normal = octahedral_encode(frame.normal);
-            }
-            (*path).sampling_normal = light_key(s.origin, sampling_normal);
+            (*path).sampling_normal = light_key(s.origin, sampling_normal(frame.normal, scattering_transmits(bsdf)));
         }
         let light = sample_light(s.origin, (*path).sampling_normal, sample_2d(sampler, pair + PAIR_LIGHT));
         *shadow = light_shadow_ray(*path, s, frame, bsdf, wo, light);
@@ -209,21 +192,20 @@ fn scatter(
         u_lobe = sample_2d(sampler, pair + PAIR_LOBE);
     }
     let next = scattering_sample(bsdf, wo, u_lobe.x, sample_2d(sampler, pair + PAIR_BSDF));
-    let wi = to_world(frame, next.wi);
-    let above = dot(wi, s.horizon) > 0.0;
-    // Between shading and geometric normal there are directions that would leak through the surface.
-    if next.pdf <= 0.0 || above == next.transmitted {
+    let continuation = continue_from_surface((*path).state, next, frame, s.horizon, scattering_eta(bsdf),
+        path_roulette(), u_lobe.y);
+    if !continuation.alive {
         return false;
     }
-    (*path).state = path_scatter((*path).state, next, scattering_eta(bsdf));
-    let survival = roulette_survival((*path).state, view.roulette_start, view.roulette_min_survival);
-    if u_lobe.y >= survival {
-        return false;
-    }
-    (*path).state.throughput *= 1.0 / survival;
-    (*path).origin = ray_origin(s, above);
-    (*path).direction = wi;
+    (*path).state = continuation.state;
+    (*path).origin = ray_origin(s, continuation.above);
+    (*path).direction = continuation.wi;
     return is_worth_following(*path);
+}
+
+/// How paths of this picture end by chance.
+fn path_roulette() -> Roulette {
+    return Roulette(view.roulette_start, view.roulette_min_survival);
 }
 
 /// The question whether a light sample counts; none if it cannot contribute.
@@ -235,19 +217,18 @@ fn light_shadow_ray(
     wo: vec3f,
     light: LightSample,
 ) -> ShadowRay {
-    let above = dot(light.wi, s.horizon) > 0.0;
-    let wi = to_local(frame, light.wi);
-    if light.pdf <= 0.0 || !(above || scattering_transmits(bsdf)) || above != (wi.z > 0.0) {
+    let side = light_side(light.wi, light.pdf, frame, s.horizon, scattering_transmits(bsdf));
+    if !side.possible {
         return no_shadow_ray();
     }
-    let value = scattering_eval(bsdf, wo, wi);
+    let value = scattering_eval(bsdf, wo, side.wi);
     let found = path_light_contribution(path.state.throughput, value, light.radiance, light.pdf, light.delta);
-    return shadow_ray(s, light, above, path_salt(path), limit_sampled(found, path.state));
+    return shadow_ray(s, light, side.above, path_salt(path), limit_sampled(found, path.state));
 }
 
 /// The way from a surface to a light sample; `above`: on the side of the surface's normal.
 fn shadow_ray(s: Surface, light: LightSample, above: bool, salt: u32, contribution: vec3f) -> ShadowRay {
     let origin = ray_origin(s, above);
-    let way = light_way(light.wi, light.distance, origin - s.origin);
-    return ShadowRay(origin, way.distance * SHADOW_END, way.direction, salt, contribution);
+    let way = shadow_way(light.wi, light.distance, origin - s.origin);
+    return ShadowRay(origin, way.distance, way.direction, salt, contribution);
 }

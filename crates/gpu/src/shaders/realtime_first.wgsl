@@ -1,8 +1,9 @@
 // The first vertex of paths, whose light is kept apart by the first surface's lobes.
 
-#import film, lights_found, lobes, path_vertex, planes, realtime_found, realtime_frame, scattering
+#import film, lights_found, path_vertex, planes, realtime_found, realtime_frame, scattering
 #import surface
 #import optics::constants, optics::frame, optics::math, optics::random, optics::signal
+#import optics::vertex
 
 /// Light of one sample, from the diffuse and from the other lobes of the first surface.
 struct SplitLight {
@@ -24,7 +25,7 @@ struct FirstLobes {
 fn first_lobes(path: Path, s: Surface, footprint: f32) -> FirstLobes {
     var u_model = 0.0;
     if wants_model_number(s.material) {
-        u_model = sample_2d(path.sampler, PAIRS_BEFORE_VERTICES + PAIR_MODEL).x;
+        u_model = sample_2d(path.sampler, vertex_pair(1u) + PAIR_MODEL).x;
     }
     let all = surface_scattering(s, footprint, path.state.throughput, u_model, view.single_scatter != 0u);
     let frame = scattering_frame(all, s);

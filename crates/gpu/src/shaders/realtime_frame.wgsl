@@ -2,6 +2,7 @@
 // the window, row by row.
 
 #import planes
+#import optics::scatter
 
 struct RealtimeFrame {
     /// From world space, relative to `eye`, to clip space, as in `HybridFrame`.
@@ -81,7 +82,7 @@ struct Guide {
     /// From the camera of the frame before to where the same point was then.
     distance_before: f32,
     /// Colours of the diffuse and the specular lobes and the roughness.
-    colors: GuideColors,
+    colors: LobeColors,
     /// Shading normal, by `octahedral_encode`.
     normal: u32,
     /// Tells surfaces apart.
@@ -150,20 +151,14 @@ fn unpack_signal(packed: vec4u) -> Signal {
         vec3f(unpack2x16float(packed.z), blue_specular.x), blue_specular.y);
 }
 
-struct GuideColors {
-    diffuse: vec3f,
-    specular: vec3f,
-    roughness: f32,
-}
-
-fn pack_colors(c: GuideColors) -> vec4u {
+fn pack_colors(c: LobeColors) -> vec4u {
     return vec4u(pack2x16float(c.diffuse.xy), pack2x16float(vec2f(c.diffuse.z, c.specular.x)),
         pack2x16float(c.specular.yz), pack2x16float(vec2f(c.roughness, 0.0)));
 }
 
-fn unpack_colors(packed: vec4u) -> GuideColors {
+fn unpack_colors(packed: vec4u) -> LobeColors {
     let middle = unpack2x16float(packed.y);
-    return GuideColors(vec3f(unpack2x16float(packed.x), middle.x), vec3f(middle.y, unpack2x16float(packed.z)),
+    return LobeColors(vec3f(unpack2x16float(packed.x), middle.x), vec3f(middle.y, unpack2x16float(packed.z)),
         unpack2x16float(packed.w).x);
 }
 

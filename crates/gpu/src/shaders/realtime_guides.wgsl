@@ -1,6 +1,7 @@
 // The planes of `guides`, for passes that bind it.
 
 #import guides, planes, realtime_frame
+#import optics::scatter
 
 /// What is emitted, and the distance.
 const GUIDE_EMITTED: u32 = 0u;
@@ -25,7 +26,7 @@ fn guide_point(at: u32) -> vec4u {
     return guides[in_plane(GUIDE_POINT, at)];
 }
 
-fn guide_colors(at: u32) -> GuideColors {
+fn guide_colors(at: u32) -> LobeColors {
     return unpack_colors(guides[in_plane(GUIDE_COLORS, at)]);
 }
 

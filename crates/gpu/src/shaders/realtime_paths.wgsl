@@ -5,6 +5,7 @@
 #import rays, realtime_first, realtime_found, realtime_frame, realtime_tiles, scattering, scene
 #import surface, texels
 #import optics::constants, optics::light_tree, optics::path, optics::random, optics::reservoir
+#import optics::vertex
 
 /// Whether first surfaces look at the lights of their tiles.
 fn uses_tiles() -> bool {
@@ -17,10 +18,10 @@ fn tile_shadow_ray(path: Path, s: Surface, lobes: FirstLobes, pixel: vec2u) -> S
     let tile = candidate_tile_of(pixel);
     let area = tile_area(tile);
     let count = realtime.light_candidates;
-    let u = sample_2d(path.sampler, PAIRS_BEFORE_VERTICES + PAIR_LIGHT);
+    let u = sample_2d(path.sampler, vertex_pair(1u) + PAIR_LIGHT);
     let place = u.x * f32(area);
     let begin = min(u32(place), area - 1u);
-    var reservoir = reservoir_empty(sample_2d(path.sampler, PAIRS_BEFORE_VERTICES + PAIR_MODEL).y);
+    var reservoir = reservoir_empty(sample_2d(path.sampler, vertex_pair(1u) + PAIR_MODEL).y);
     var chosen = no_shadow_ray();
     for (var i = 0u; i < count; i++) {
         let offer = tile_place(tile, (begin + i * area / count) % area);

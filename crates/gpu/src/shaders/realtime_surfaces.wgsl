@@ -1,6 +1,6 @@
 // From first hits to what the other passes need to know of surfaces, so that only this one and the paths know a scene.
 
-#import film, guides, hybrid_frame, hybrid_pixels, lights, lights_found, lobes, material, planes
+#import film, guides, hybrid_frame, hybrid_pixels, lights, lights_found, material, planes
 #import primitive, realtime_found, realtime_frame, realtime_guides, scattering, scene, surface
 #import variant
 #import optics::camera, optics::constants, optics::light_tree, optics::medium, optics::random
@@ -18,7 +18,7 @@ fn see_surface(ray: CameraRay, hit: Hit, pixel: Guide) -> Guide {
     }
     // Where a material mixes models, colours of one of them: they only divide and multiply.
     let scattering = surface_scattering(s, footprint, vec3f(1.0), 0.5, view.single_scatter != 0u);
-    guide.colors = scattering_colors(scattering);
+    guide.colors = scattering_lobe_colors(scattering);
     guide.position = s.position;
     guide.distance = hit.t;
     guide.normal = octahedral_encode(s.shading_normal);

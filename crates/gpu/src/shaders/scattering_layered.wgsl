@@ -5,17 +5,10 @@
 // uses of its textures.
 
 #import layer_constants, layer_readers, material, scene, surface, texels, texture, use_readers
-#import optics::bsdf, optics::constants, optics::frame, optics::layered, optics::layers
-#import optics::lobes, optics::material, optics::scatter, optics::sheen
+#import optics::closure, optics::constants, optics::frame, optics::layered, optics::layers
+#import optics::material, optics::scatter, optics::sheen
 
-struct Scattering {
-    layered: bool,
-    /// What scatters, if that is not layered.
-    plain: Bsdf,
-    layers: Layered,
-    /// The shading frame of layers; its X is the direction of anisotropy.
-    frame: Frame,
-}
+alias Scattering = Closure;
 
 /// A texture of layers, if they have one there; ones otherwise.
 fn layer_texel(layers: u32, slot: u32, point: TexturePoint) -> vec4f {
@@ -53,12 +46,11 @@ fn surface_scattering(s: Surface, footprint: f32, throughput: vec3f, u_model: f3
     if is_layered(s.material) {
         return surface_layers(s, footprint, throughput, u_model, single_scatter);
     }
-    let plain = surface_bsdf(s, footprint, u_model, single_scatter);
-    return Scattering(false, plain, no_layers(), frame_from_normal(s.shading_normal));
+    return plain_closure(surface_bsdf(s, footprint, u_model, single_scatter), s.shading_normal);
 }
 
-/// The lobes at a surface with layers.
-fn surface_layers(s: Surface, footprint: f32, throughput: vec3f, u_dispersion: f32, single_scatter: bool) -> Scattering {
+/// A material with layers at a surface.
+fn surface_layered_point(s: Surface, footprint: f32, throughput: vec3f, u_dispersion: f32) -> LayeredPoint {
     let at = materials[s.material].layers;
     let place = texture_point(s, footprint_width(footprint, dot(s.wo, s.normal)));
     var texels: LayerTexels;
@@ -68,10 +60,29 @@ fn surface_layers(s: Surface, footprint: f32, throughput: vec3f, u_dispersion: f
     texels.metallic_roughness = sample_slot(s.material, SLOT_METALLIC_ROUGHNESS, place);
     texels.transmission = sample_slot(s.material, SLOT_TRANSMISSION, place);
     let directions = SurfaceDirections(s.wo, s.normal, s.shading_normal, s.layer_frame);
-    let point = layered_point(materials[s.material], read_LayersRecord(at), directions, base_color(s, footprint),
+    return layered_point(materials[s.material], read_LayersRecord(at), directions, base_color(s, footprint),
         texels, surface_ior(s), s.front, throughput, u_dispersion);
-    let b = layered_bsdf(point.parameters, layer_albedos(point), point.wo, point.refraction_tint, single_scatter);
-    return Scattering(true, black_bsdf(), b, point.frame);
+}
+
+/// The lobes at a surface with layers.
+fn surface_layers(s: Surface, footprint: f32, throughput: vec3f, u_dispersion: f32, single_scatter: bool) -> Scattering {
+    let point = surface_layered_point(s, footprint, throughput, u_dispersion);
+    let tint = point.refraction_tint;
+    return layered_closure(layered_bsdf(point.parameters, layer_albedos(point), point.wo, tint, single_scatter), point.frame);
+}
+
+/// Colour for auxiliary layers: base colour, or that of layers.
+fn surface_albedo(s: Surface, footprint: f32) -> vec3f {
+    if !is_layered(s.material) {
+        return base_color(s, footprint);
+    }
+    let point = surface_layered_point(s, footprint, vec3f(1.0), 0.5);
+    return layered_color(point.parameters, layer_albedos(point).sheen);
+}
+
+/// Whether light may come through a material.
+fn may_transmit(material: u32) -> bool {
+    return is_layered(material) || may_refract(material);
 }
 
 /// Directional albedos of the lobes that are there.
@@ -92,40 +103,70 @@ fn layer_albedos(p: LayeredPoint) -> LayeredAlbedos {
     return e;
 }
 
-fn scatters(b: Scattering) -> bool {
-    return b.layered || b.plain.kind != BSDF_NONE;
+fn scattering_is_layered(b: Scattering) -> bool {
+    return b.layered;
 }
 
 fn scattering_frame(b: Scattering, s: Surface) -> Frame {
     return b.frame;
 }
 
+fn scatters(b: Scattering) -> bool {
+    return closure_scatters(b);
+}
+
 fn scattering_has_smooth_part(b: Scattering) -> bool {
-    return b.layered || bsdf_has_smooth_part(b.plain);
+    return closure_has_smooth_part(b);
 }
 
 fn scattering_has_lobes(b: Scattering) -> bool {
-    return b.layered || bsdf_has_lobes(b.plain);
+    return closure_has_lobes(b);
 }
 
 fn scattering_transmits(b: Scattering) -> bool {
-    return select(bsdf_transmits(b.plain), layered_transmits(b.layers), b.layered);
+    return closure_transmits(b);
 }
 
 fn scattering_eval(b: Scattering, wo: vec3f, wi: vec3f) -> BsdfValue {
-    if b.layered {
-        return layered_eval(b.layers, wo, wi);
-    }
-    return bsdf_eval(b.plain, wo, wi);
+    return closure_eval(b, wo, wi);
 }
 
 fn scattering_sample(b: Scattering, wo: vec3f, u_lobe: f32, u: vec2f) -> BsdfSample {
-    if b.layered {
-        return layered_sample(b.layers, wo, u_lobe, u);
-    }
-    return bsdf_sample(b.plain, wo, u_lobe, u);
+    return closure_sample(b, wo, u_lobe, u);
 }
 
 fn scattering_eta(b: Scattering) -> f32 {
-    return select(b.plain.eta, b.layers.eta, b.layered);
+    return closure_eta(b);
+}
+
+fn scattering_diffuse_albedo(b: Scattering) -> vec3f {
+    return closure_diffuse_albedo(b);
+}
+
+fn scattering_diffuse_albedo_below(b: Scattering) -> vec3f {
+    return closure_diffuse_albedo_below(b);
+}
+
+fn scattering_without_diffuse(b: Scattering) -> Scattering {
+    return closure_without_diffuse(b);
+}
+
+fn scattering_lobe_colors(b: Scattering) -> LobeColors {
+    return closure_lobe_colors(b);
+}
+
+fn scattering_reflects(b: Scattering) -> bool {
+    return closure_reflects(b);
+}
+
+fn scattering_is_interface(b: Scattering) -> bool {
+    return closure_is_interface(b);
+}
+
+fn scattering_reflected_share(b: Scattering, cos_o: f32) -> f32 {
+    return closure_reflected_share(b, cos_o);
+}
+
+fn scattering_phong_eval(b: Scattering, wo: vec3f, wi: vec3f) -> vec3f {
+    return closure_phong_eval(b, wo, wi);
 }

@@ -4,7 +4,7 @@
 #import film, lights, material, path_vertex, rays, scattering, surface, texels, variant
 #import volume_media
 #import optics::constants, optics::frame, optics::interiors, optics::light, optics::light_tree
-#import optics::math, optics::medium, optics::path, optics::random, optics::volume
+#import optics::math, optics::medium, optics::path, optics::random, optics::vertex, optics::volume
 
 /// A path that knows what it is in.
 struct VolumePath {
@@ -79,7 +79,7 @@ fn way_along(origin: vec3f, direction: vec3f) -> Way {
 
 /// Random numbers of the current segment and the vertex at its end.
 fn draw(walk: VolumePath, pair: u32) -> vec2f {
-    return sample_2d(walk.path.sampler, PAIRS_BEFORE_VERTICES + PAIRS_PER_SEGMENT * (walk.segments - 1u) + pair);
+    return sample_2d(walk.path.sampler, segment_pair(walk.segments) + pair);
 }
 
 /// Follows a path through a grid's medium, which it may scatter in: delta tracking.
@@ -202,7 +202,7 @@ fn scatter_where(walk: ptr<function, VolumePath>, at: PathEvent, seen: Surface, 
     var samples_light = !hidden && scene.light_count > 0u;
     (*walk).path.sampling_normal = select((*walk).path.sampling_normal, ALL_SIDES, samples_light && in_medium);
     if at.subsurface {
-        // Long walks of what is nearly absorbed end by roulette as long paths do.
+        // What lights bring to a random walk counts as indirect light: see `limit_sampled`.
         (*walk).path.state.depth = (*walk).segments;
     }
     if !in_medium {
@@ -213,10 +213,8 @@ fn scatter_where(walk: ptr<function, VolumePath>, at: PathEvent, seen: Surface, 
         }
         samples_light = samples_light && scattering_has_smooth_part(scatterer.bsdf);
         if LIGHT_TREE && samples_light {
-            (*walk).path.sampling_normal = ALL_SIDES;
-            if !scattering_transmits(scatterer.bsdf) {
-                (*walk).path.sampling_normal = octahedral_encode(scatterer.frame.normal);
-            }
+            let transmits = scattering_transmits(scatterer.bsdf);
+            (*walk).path.sampling_normal = sampling_normal(scatterer.frame.normal, transmits);
         }
     }
     if samples_light {
@@ -232,18 +230,13 @@ fn scatter_where(walk: ptr<function, VolumePath>, at: PathEvent, seen: Surface, 
     if !in_medium {
         return go_on_from_surface(walk, s, scatterer, u_lobe, u);
     }
-    let next = phase_scatter(-(*walk).path.direction, at.anisotropy, hidden, u);
-    (*walk).path.state = path_scatter((*walk).path.state, next, 1.0);
-    let survival = medium_survival((*walk).path.state, view.roulette_start, view.roulette_min_survival);
-    (*walk).path.state.throughput *= 1.0 / survival;
-    leave(walk, position, position, next.wi);
-    let lives = u_lobe.y < survival;
-    if !at.subsurface {
-        return lives;
-    }
     (*walk).path.state.depth = depth;
-    let left = (*walk).path.state.throughput;
-    return lives && left.x + left.y + left.z > 0.0;
+    let next = phase_scatter(-(*walk).path.direction, at.anisotropy, hidden, u);
+    let steps = select(0u, (*walk).segments, at.subsurface);
+    let continuation = continue_in_medium((*walk).path.state, next, steps, path_roulette(), u_lobe.y);
+    (*walk).path.state = continuation.state;
+    leave(walk, position, position, continuation.wi);
+    return continuation.alive;
 }
 
 /// What a surface does; of nested bodies, by the indices of refraction on both of its sides.
@@ -299,20 +292,17 @@ fn go_on_from_surface(
     u: vec2f,
 ) -> bool {
     let next = scattering_sample(scatterer.bsdf, scatterer.wo, u_lobe.x, u);
-    let wi = to_world(scatterer.frame, next.wi);
-    let above = dot(wi, s.horizon) > 0.0;
-    // Between shading and geometric normal there are directions that would leak through the surface.
-    if next.pdf <= 0.0 || above == next.transmitted {
+    let continuation = continue_from_surface((*walk).path.state, next, scatterer.frame, s.horizon,
+        scattering_eta(scatterer.bsdf), path_roulette(), u_lobe.y);
+    if !continuation.alive {
         return false;
     }
-    (*walk).path.state = path_scatter((*walk).path.state, next, scattering_eta(scatterer.bsdf));
-    let survival = roulette_survival((*walk).path.state, view.roulette_start, view.roulette_min_survival);
-    (*walk).path.state.throughput *= 1.0 / survival;
+    (*walk).path.state = continuation.state;
     if next.transmitted {
         (*walk).inside = scatterer.through;
     }
-    leave(walk, s.origin, ray_origin(s, above), wi);
-    return u_lobe.y < survival;
+    leave(walk, s.origin, ray_origin(s, continuation.above), continuation.wi);
+    return true;
 }
 
 /// Follows a way to a light sample past a surface at distance `t`, if it `hits` one. Returns whether it goes on; if not, its

@@ -340,6 +340,7 @@ functions! {
     light_tree::uniform_light(u: unit, count: rows) within EXACT;
     light_tree::uniform_remainder(u: unit, count: rows) within CANCELLING;
     light_tree::octahedral_encode(v: direction) within STEPS;
+    light_tree::sampling_normal(normal: direction, transmits: flag) within STEPS;
     light_tree::octahedral_decode(code: octahedral) within ROUNDING;
     light_tree::refill(remainder: unit, probability: share, rest: unit) within STEPS;
     // transport/medium.rs
@@ -368,6 +369,8 @@ functions! {
     volume::phase_scatter(wo: direction, g: anisotropy, alone: flag, u: unit2) within GRAZING;
     volume::phase_eval(cos_theta: signed_cosine, g: anisotropy) within CANCELLING;
     volume::phase_sample(wo: direction, g: anisotropy, u: unit2) within GRAZING;
+    volume::segment_pair(segment: depth) within EXACT;
+    volume::continue_in_medium(path: path, s: scattered, walk: body, roulette: roulette, u: unit) within SIDES;
     // transport/interiors.rs
     interiors::interiors_nothing() within EXACT;
     interiors::interiors_contain(i: interiors, material: body) within EXACT;
@@ -389,6 +392,16 @@ functions! {
     path::path_light_contribution(throughput: albedo, bsdf: bsdf_value, radiance: radiance, light_pdf: density, delta: flag) within ROUNDING;
     path::path_scatter(path: path, s: scattered, eta: eta) within ROUNDING;
     path::roulette_survival(path: path, start: depth, min_survival: share) within ROUNDING;
+    // transport/direct_light.rs
+    direct_light::direct_contribution(value_cos: albedo, light: light_sample, falloff: falloff) within ROUNDING;
+    // transport/vertex.rs
+    vertex::vertex_pair(depth: depth) within EXACT;
+    vertex::is_last_segment(depth: depth, max_depth: depth) within EXACT;
+    vertex::path_branch(path: path, branches: depth) within ROUNDING;
+    vertex::light_side(wi: direction, pdf: density, frame: frame, horizon: direction, transmits: flag) within CANCELLING;
+    vertex::shadow_way(wi: direction, distance: size, offset: point) within CANCELLING;
+    vertex::leaves_surface(s: scattered, above: flag) within EXACT;
+    vertex::continue_from_surface(path: path, s: scattered, frame: frame, horizon: direction, eta: eta, roulette: roulette, u: unit) within SIDES;
     // transport/estimator.rs
     estimator::moments_empty() within EXACT;
     estimator::moments_add(m: moments, x: positive) within ROUNDING;

@@ -138,6 +138,9 @@ structures! {
     Interiors in interiors { materials, priorities }
     Surroundings in interiors { around, passed, forgotten }
     MediumSample in volume { distance, scattered, weight }
+    Roulette in vertex { start, min_survival }
+    LightSide in vertex { wi, above, possible }
+    Continuation in vertex { state, wi, above, alive }
     PathState in path { throughput, radiance, pdf, specular, eta_scale, depth }
     Moments in estimator { count, mean, m2 }
     DielectricFresnel in fresnel { reflectance, cos_transmitted }
@@ -147,6 +150,7 @@ structures! {
     }
     BsdfSample in scatter { wi, weight, pdf, delta, transmitted }
     BsdfValue in scatter { value_cos, pdf }
+    LobeColors in scatter { diffuse, specular, roughness }
     TextureUse in image_texture { row_u, first_texel, row_v, flags, width, height, image, padding }
     Fractal in noise { kind, octaves, lacunarity, gain, turbulent, seed }
     VoronoiCell in voronoi { nearest, second, hash }
@@ -189,6 +193,7 @@ structures! {
         p_sheen, p_coat,
     }
     Dispersed in layered { ior, tint }
+    Closure in closure { layered, plain, layers, frame }
     AliasChoice in warp { index, remainder }
     PixelSampler in random { kind, scramble, index }
 }

@@ -261,6 +261,15 @@ pub mod light_tree {
         low | (high << 16u32)
     }
 
+    /// What the choice of a light is to know of a surface of unit `normal`. `transmits`: whether light can arrive from
+    /// below.
+    pub fn sampling_normal(normal: Vec3f, transmits: bool) -> u32 {
+        if transmits {
+            return ALL_SIDES;
+        }
+        octahedral_encode(normal)
+    }
+
     /// The inverse of [`octahedral_encode`]; zero for [`ALL_SIDES`].
     pub fn octahedral_decode(code: u32) -> Vec3f {
         let x = (f32(code & 0xffffu32) - 32768.0) * (1.0 / 32767.0);

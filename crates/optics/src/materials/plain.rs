@@ -48,6 +48,11 @@ pub mod plain {
         m.transmission > 0.0
     }
 
+    /// Whether light may come through the material.
+    pub fn material_may_refract(m: MaterialRecord) -> bool {
+        m.model == ModelTag::Dielectric || m.transmission > 0.0
+    }
+
     /// A material at a point.
     ///
     /// - `base_color`: see [`material_base_color`]. `metallic_roughness`, `transmission`: texels of these textures, ones
@@ -76,8 +81,7 @@ pub mod plain {
             thin: (m.flags & MATERIAL_THIN) != 0u32,
             albedo_table: ALBEDO_NONE,
         };
-        // Where nobody asks for layers, a material is what lies below them.
-        if m.model == ModelTag::MetallicRoughness || m.model == ModelTag::Layered {
+        if m.model == ModelTag::MetallicRoughness {
             let refracted = m.transmission * transmission.x * (1.0 - p.metallic);
             if m.transmission > 0.0 && u_model < refracted {
                 p.model = ModelTag::Dielectric;

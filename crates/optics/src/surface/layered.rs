@@ -299,6 +299,17 @@ pub mod layered {
         b
     }
 
+    /// The colour of the surface, which is to layers what base colour is to other materials: that of the base and of light
+    /// that shines through it, under fibres. Coats and films have no colour of their own.
+    ///
+    /// - `sheen_albedo`: see [`LayeredAlbedos`].
+    pub fn layered_color(m: LayeredParameters, sheen_albedo: f32) -> Vec3f {
+        let through = (1.0 - m.metallic) * (1.0 - m.transmission) * m.diffuse_transmission;
+        let base = m.base_color + (m.diffuse_transmission_color - m.base_color) * through;
+        let fibres = m.sheen_color * select(min(sheen_albedo, 1.0), 0.0, m.inside);
+        base * (1.0 - saturate(max_component(fibres))) + fibres
+    }
+
     /// A surface that scatters nothing.
     pub fn no_layers() -> Layered {
         let black = vec3f(0.0, 0.0, 0.0);

@@ -23,6 +23,32 @@ pub mod lobes {
         b.p_diffuse_below > 0.0 || b.p_refracted > 0.0
     }
 
+    /// About which share of the scattered light the lobes have that are not diffuse, in `[0, 1]`.
+    pub fn layered_reflected_share(b: Layered) -> f32 {
+        b.p_specular + b.p_refracted + b.p_sheen + b.p_coat
+    }
+
+    /// Whether there are lobes that are not diffuse.
+    pub fn layered_reflects(b: Layered) -> bool {
+        layered_reflected_share(b) > 0.0
+    }
+
+    /// All lobes but the diffuse ones: values of the others stay as they are, and one of them is sampled always.
+    pub fn layered_without_diffuse(b: Layered) -> Layered {
+        let share = layered_reflected_share(b);
+        let scale = select(0.0, 1.0 / max(share, 1e-30), share > 1e-20);
+        let mut others = b;
+        others.diffuse = vec3f(0.0, 0.0, 0.0);
+        others.diffuse_below = vec3f(0.0, 0.0, 0.0);
+        others.p_diffuse = 0.0;
+        others.p_diffuse_below = 0.0;
+        others.p_specular = b.p_specular * scale;
+        others.p_refracted = b.p_refracted * scale;
+        others.p_sheen = b.p_sheen * scale;
+        others.p_coat = b.p_coat * scale;
+        others
+    }
+
     /// Value times cosine and density, for `wi` on either side of the surface.
     ///
     /// - `wo`: as it was prepared for. `wi`: unit vector in the shading frame.

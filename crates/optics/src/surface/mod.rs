@@ -1,6 +1,7 @@
 //! How surfaces scatter light.
 pub mod anisotropic;
 pub mod bsdf;
+pub mod closure;
 pub mod dielectric;
 pub mod fresnel;
 pub mod ggx;

@@ -70,6 +70,17 @@ pub mod scatter {
         pub pdf: f32,
     }
 
+    /// What the lobes of a surface look like, for filters that treat the diffuse one apart.
+    #[derive(Clone, Copy, Debug)]
+    pub struct LobeColors {
+        /// Albedo of the diffuse lobe; black if there is none.
+        pub diffuse: Vec3f,
+        /// Colour of the other lobes.
+        pub specular: Vec3f,
+        /// Perceptual roughness of these in `[0, 1]`.
+        pub roughness: f32,
+    }
+
     /// The sample of a path that ends here.
     pub fn no_sample() -> BsdfSample {
         BsdfSample {

@@ -17,6 +17,7 @@ pub mod volume {
     use crate::path::*;
     use crate::random::*;
     use crate::scatter::*;
+    use crate::vertex::*;
     use wgsl_rs::std::*;
 
     /// Segments of a path through media, those between boundaries included: paths that never end otherwise end here.
@@ -184,6 +185,41 @@ pub mod volume {
             return 1.0;
         }
         clamp(max_component(path.throughput) * path.eta_scale, min_survival, 1.0)
+    }
+
+    /// The first pair of random numbers of a segment of a path through media, and of the vertex at its end.
+    ///
+    /// - `segment`: how many the path has had with this one, ≥ 1.
+    pub fn segment_pair(segment: u32) -> u32 {
+        PAIRS_BEFORE_VERTICES + PAIRS_PER_SEGMENT * (segment - 1u32)
+    }
+
+    /// The path's continuation at a point of a medium.
+    ///
+    /// - `wi`: of the sample, which is in world space. `u`: uniform number for Russian roulette.
+    /// - `walk`: 0, or, where the medium is the inside of what looks like a surface, the path's segments so far. Steps of
+    ///   such a random walk are no vertices: they do not count for the path's depth, but long walks of what is nearly
+    ///   absorbed end by roulette as long paths do.
+    pub fn continue_in_medium(
+        path: PathState,
+        s: BsdfSample,
+        walk: u32,
+        roulette: Roulette,
+        u: f32,
+    ) -> Continuation {
+        let mut state = path;
+        if walk > 0u32 {
+            state.depth = walk;
+        }
+        let mut next = path_scatter(state, s, 1.0);
+        let survival = medium_survival(next, roulette.start, roulette.min_survival);
+        next.throughput = next.throughput * (1.0 / survival);
+        let mut alive = u < survival;
+        if walk > 0u32 {
+            next.depth = path.depth;
+            alive = alive && next.throughput.x + next.throughput.y + next.throughput.z > 0.0;
+        }
+        Continuation { state: next, wi: s.wi, above: true, alive: alive }
     }
 
     /// The medium at a point where it has a density.

@@ -15,40 +15,39 @@ pub(crate) use optical_depth::optical_depth;
 use crate::fetch::filter::{AlphaFilter, BoundaryFilter};
 use crate::fetch::surface::Surface;
 use crate::integrate::aov::aov_sample;
-use crate::integrate::path::{
-    PAIR_BSDF, PAIR_FILM, PAIR_LENS, PAIR_LIGHT, PAIR_LOBE, PAIR_MODEL, PAIRS_BEFORE_VERTICES, SHADOW_END,
-    SampleId, new_sampler,
-};
+use crate::integrate::path::{SampleId, new_sampler, roulette};
 use crate::scene::{CpuScene, vec3};
-use crate::shade::layers::shade_layered;
+use crate::shade::closures::{Incoming, closure_at, wants_model_number};
 use crate::shade::lights::{for_each_distant, sample_light, surface_light_pdf};
-use crate::shade::material::{Shading, emission, mixes_models, shade};
-use crate::shade::scatter::{sampling_normal, shadow_ray};
-use crate::shade::scattering::Scattering;
+use crate::shade::material::{Shading, emission};
+use crate::shade::scatter::{normal_for_lights, shadow_ray};
 use accel::{Hit, Ray};
 use backend::{PathSettings, View};
 use film::AovSample;
 use interiors::Segment;
 use optics::camera::{camera_pixel_spread, camera_ray};
+use optics::closure::{
+    Closure, closure_eta, closure_eval, closure_has_smooth_part, closure_is_delta, closure_sample,
+    closure_scatters, closure_transmits,
+};
 use optics::constants::FAR;
-use optics::frame::{Frame, to_local, to_world};
+use optics::frame::to_local;
 use optics::interiors::Interiors;
 use optics::light_tree::ALL_SIDES;
 use optics::medium::transmittance;
-use optics::path::{
-    PathState, limit_indirect, path_add_emission, path_light_contribution, path_scatter, path_start,
-    roulette_survival,
-};
+use optics::path::{PathState, limit_indirect, path_add_emission, path_light_contribution, path_start};
 use optics::random::{PixelSampler, hash_combine, sample_2d};
-use optics::scatter::{BSDF_NONE, BsdfSample};
-use optics::vector::dot;
+use optics::vertex::{
+    PAIR_BSDF, PAIR_FILM, PAIR_LENS, PAIR_LIGHT, PAIR_LOBE, PAIR_MODEL, SHADOW_END, continue_from_surface,
+    light_side, path_branch,
+};
 use optics::volume::{
-    MOST_SEGMENTS, Medium, PAIR_DISTANCE, PAIRS_PER_SEGMENT, STREAM_SHADOW, medium_emitted,
-    medium_extinction, medium_sample, medium_scatters, medium_survival, phase_scatter, phase_value,
-    stopping_distance, stream_start,
+    MOST_SEGMENTS, PAIR_DISTANCE, STREAM_SHADOW, continue_in_medium, medium_emitted, medium_extinction,
+    medium_sample, medium_scatters, phase_scatter, phase_value, segment_pair, stopping_distance,
+    stream_start,
 };
 use optics::{Vec2f, Vec3f, vec2f, vec3f};
-use scene::tables::{MaterialRecord, ModelTag, NONE};
+use scene::tables::{MaterialRecord, NONE};
 
 const BLACK: Vec3f = vec3f(0.0, 0.0, 0.0);
 const WHITE: Vec3f = vec3f(1.0, 1.0, 1.0);
@@ -88,13 +87,7 @@ struct VolumePath {
 impl VolumePath {
     /// Random numbers of the current segment and the vertex at its end.
     fn draw(&self, pair: u32) -> Vec2f {
-        sample_2d(self.sampler, PAIRS_BEFORE_VERTICES + PAIRS_PER_SEGMENT * (self.segments - 1) + pair)
-    }
-
-    /// Russian roulette: whether the path lives, and then what it counts more for it.
-    fn play(&mut self, survival: f32, u: f32) -> bool {
-        self.state.throughput *= 1.0 / survival;
-        u < survival
+        sample_2d(self.sampler, segment_pair(self.segments) + pair)
     }
 
     /// Goes on from `origin` after scattering at `vertex`.
@@ -272,8 +265,7 @@ impl<'a> VolumeTracer<'a> {
         if branches == 1 {
             return self.scatter_once(path, vertex);
         }
-        // The branches share what comes.
-        path.state.throughput *= 1.0 / branches as f32;
+        path.state = path_branch(path.state, branches);
         for branch in 0..branches {
             let mut child = *path;
             child.sampler.scramble = hash_combine(path.sampler.scramble, branch);
@@ -286,58 +278,50 @@ impl<'a> VolumeTracer<'a> {
 
     fn scatter_once(&mut self, path: &mut VolumePath, vertex: &Vertex) -> bool {
         match vertex {
-            Vertex::Medium(position, segment) if segment.subsurface => self.walk(path, *position, segment),
-            Vertex::Medium(position, segment) => self.scatter_in(path, *position, segment.medium),
+            Vertex::Medium(position, segment) => self.scatter_in(path, *position, segment),
             Vertex::Surface(surface) => self.scatter_on(path, surface),
         }
     }
 
     /// Next-event estimation and the path's continuation at a point of a medium.
-    fn scatter_in(&mut self, path: &mut VolumePath, position: Vec3f, medium: Medium) -> bool {
+    ///
+    /// Inside of what looks like a surface that is a step of a random walk, which does not count as a vertex. Where that
+    /// surface hides all lights, none is sampled, and what the path finds counts in full.
+    fn scatter_in(&mut self, path: &mut VolumePath, position: Vec3f, segment: &Segment) -> bool {
         let wo = -vec3(path.ray.direction);
-        path.sampling_normal = ALL_SIDES;
-        if !self.scene.tables.lights.is_empty()
-            && let Some(light) = sample_light(self.scene, position, ALL_SIDES, path.draw(PAIR_LIGHT))
-        {
-            let phase = phase_value(wo, light.wi, medium.anisotropy);
-            let ray = Ray {
-                origin: position.to_array(),
-                t_min: 0.0,
-                direction: light.wi.to_array(),
-                t_max: light.distance * SHADOW_END,
-            };
-            let throughput = path.state.throughput;
-            let c = path_light_contribution(throughput, phase, light.radiance, light.pdf, light.delta);
-            self.connect(path, ray, path.inside, c);
+        let anisotropy = segment.medium.anisotropy;
+        let hidden = segment.subsurface && !segment.open;
+        let walk = if segment.subsurface { path.segments } else { 0 };
+        if !hidden {
+            path.sampling_normal = ALL_SIDES;
+            self.light_in(path, position, wo, anisotropy, path.state.depth.max(walk));
         }
-        let sample = phase_scatter(wo, medium.anisotropy, false, path.draw(PAIR_BSDF));
-        let alive = self.survive_in(path, sample);
-        path.leave(position, position, sample.wi);
-        alive
+        let sample = phase_scatter(wo, anisotropy, hidden, path.draw(PAIR_BSDF));
+        let u = path.draw(PAIR_LOBE).y;
+        let next = continue_in_medium(path.state, sample, walk, roulette(self.settings), u);
+        path.state = next.state;
+        path.leave(position, position, next.wi);
+        next.alive
     }
 
-    /// The same inside of what looks like a surface: a step of a random walk, which does not count as a vertex.
-    fn walk(&mut self, path: &mut VolumePath, position: Vec3f, segment: &Segment) -> bool {
-        let depth = path.state.depth;
-        // Long walks of what is nearly absorbed end by roulette as long paths do.
-        path.state.depth = path.segments;
-        let alive = if segment.open {
-            self.scatter_in(path, position, segment.medium)
-        } else {
-            self.turn(path, position, segment.medium)
+    /// Next-event estimation at a point of a medium. `depth`: of the path for limits of indirect light.
+    fn light_in(&mut self, path: &VolumePath, position: Vec3f, wo: Vec3f, anisotropy: f32, depth: u32) {
+        if self.scene.tables.lights.is_empty() {
+            return;
+        }
+        let Some(light) = sample_light(self.scene, position, ALL_SIDES, path.draw(PAIR_LIGHT)) else {
+            return;
         };
-        path.state.depth = depth;
-        let left = path.state.throughput;
-        alive && left.x + left.y + left.z > 0.0
-    }
-
-    /// Goes on in another direction without sampling lights, which a surface hides: what the path finds counts in full.
-    fn turn(&mut self, path: &mut VolumePath, position: Vec3f, medium: Medium) -> bool {
-        let wo = -vec3(path.ray.direction);
-        let sample = phase_scatter(wo, medium.anisotropy, true, path.draw(PAIR_BSDF));
-        let alive = self.survive_in(path, sample);
-        path.leave(position, position, sample.wi);
-        alive
+        let phase = phase_value(wo, light.wi, anisotropy);
+        let ray = Ray {
+            origin: position.to_array(),
+            t_min: 0.0,
+            direction: light.wi.to_array(),
+            t_max: light.distance * SHADOW_END,
+        };
+        let throughput = path.state.throughput;
+        let c = path_light_contribution(throughput, phase, light.radiance, light.pdf, light.delta);
+        self.connect(path, ray, path.inside, c, depth);
     }
 
     /// The same on a surface.
@@ -347,89 +331,65 @@ impl<'a> VolumeTracer<'a> {
         let nested = tables.nested && material.is_body();
         let ior = if nested { relative_ior(path.inside, tables, surface) } else { material.ior };
         let footprint = self.shading.pixel_spread * path.length;
-        if material.model == ModelTag::Layered {
-            let disperses = tables.layers[material.layers as usize].dispersion > 0.0;
-            let u = if disperses { path.draw(PAIR_MODEL).x } else { 0.0 };
-            let (shading, throughput) = (&self.shading, path.state.throughput);
-            let s = shade_layered(tables, material, surface, shading, footprint, ior, throughput, u);
-            return self.scatter_by(path, surface, s.frame, s.bsdf);
-        }
-        let u_model = if mixes_models(material) { path.draw(PAIR_MODEL).x } else { 0.0 };
-        let bsdf = shade(tables, material, surface, &self.shading, footprint, ior, u_model);
-        bsdf.kind != BSDF_NONE && self.scatter_by(path, surface, surface.frame(), bsdf)
-    }
-
-    fn scatter_by<S: Scattering>(
-        &mut self,
-        path: &mut VolumePath,
-        surface: &Surface,
-        frame: Frame,
-        bsdf: S,
-    ) -> bool {
-        let tables = &*self.scene.tables;
-        let wo = to_local(frame, surface.wo);
-        let through = if self.material(surface).is_body() {
-            crossed(path.inside, tables, surface)
-        } else {
-            path.inside
-        };
-        if bsdf.has_smooth_part() && !tables.lights.is_empty() {
-            path.sampling_normal = sampling_normal(tables, bsdf, frame.normal);
-            let u = path.draw(PAIR_LIGHT);
-            if let Some(light) = sample_light(self.scene, surface.origin, path.sampling_normal, u) {
-                let above = dot(light.wi, surface.horizon) > 0.0;
-                let wi = to_local(frame, light.wi);
-                let possible = light.pdf > 0.0 && (above || bsdf.transmits()) && above == (wi.z > 0.0);
-                if possible {
-                    let value = bsdf.eval(wo, wi);
-                    let throughput = path.state.throughput;
-                    let c =
-                        path_light_contribution(throughput, value, light.radiance, light.pdf, light.delta);
-                    let inside = if above { path.inside } else { through };
-                    self.connect(path, shadow_ray(surface, &light, above), inside, c);
-                }
-            }
-        }
-        let u_lobe = path.draw(PAIR_LOBE);
-        let u = if bsdf.is_delta() { vec2f(0.0, 0.0) } else { path.draw(PAIR_BSDF) };
-        let sample = bsdf.sample(wo, u_lobe.x, u);
-        let wi = to_world(frame, sample.wi);
-        let above = dot(wi, surface.horizon) > 0.0;
-        // Between shading and geometric normal there are directions that would leak through the surface.
-        if sample.pdf <= 0.0 || above == sample.transmitted {
+        let wants_number = wants_model_number(tables, material);
+        let u_model = if wants_number { path.draw(PAIR_MODEL).x } else { 0.0 };
+        let incoming = Incoming { footprint, ior, throughput: path.state.throughput, u_model };
+        let closure = closure_at(tables, material, surface, &self.shading, incoming);
+        if !closure_scatters(closure) {
             return false;
         }
-        let alive = self.survive(path, sample, bsdf.eta(), u_lobe.y);
+        let through = if material.is_body() { crossed(path.inside, tables, surface) } else { path.inside };
+        let wo = to_local(closure.frame, surface.wo);
+        if closure_has_smooth_part(closure) && !tables.lights.is_empty() {
+            path.sampling_normal = normal_for_lights(tables, closure, closure.frame.normal);
+            self.light_on(path, surface, &closure, wo, through);
+        }
+        let u_lobe = path.draw(PAIR_LOBE);
+        let u = if closure_is_delta(closure) { vec2f(0.0, 0.0) } else { path.draw(PAIR_BSDF) };
+        let sample = closure_sample(closure, wo, u_lobe.x, u);
+        let (frame, eta, chance) = (closure.frame, closure_eta(closure), roulette(self.settings));
+        let next = continue_from_surface(path.state, sample, frame, surface.horizon, eta, chance, u_lobe.y);
+        if !next.alive {
+            return false;
+        }
+        path.state = next.state;
         if sample.transmitted {
             path.inside = through;
         }
-        path.leave(surface.origin, surface.ray_origin(above), wi);
-        alive
+        path.leave(surface.origin, surface.ray_origin(next.above), next.wi);
+        true
     }
 
-    /// Takes a direction scattered by a surface, unless Russian roulette ends the path. `u`: uniform number for that.
-    fn survive(&self, path: &mut VolumePath, sample: BsdfSample, eta: f32, u: f32) -> bool {
-        path.state = path_scatter(path.state, sample, eta);
-        let (start, least) = (self.settings.roulette_start, self.settings.roulette_min_survival);
-        path.play(roulette_survival(path.state, start, least), u)
+    /// Next-event estimation on a surface. `through`: what is behind it.
+    fn light_on(
+        &mut self,
+        path: &VolumePath,
+        surface: &Surface,
+        closure: &Closure,
+        wo: Vec3f,
+        through: Interiors,
+    ) {
+        let u = path.draw(PAIR_LIGHT);
+        let Some(light) = sample_light(self.scene, surface.origin, path.sampling_normal, u) else { return };
+        let transmits = closure_transmits(*closure);
+        let side = light_side(light.wi, light.pdf, closure.frame, surface.horizon, transmits);
+        if !side.possible {
+            return;
+        }
+        let value = closure_eval(*closure, wo, side.wi);
+        let throughput = path.state.throughput;
+        let c = path_light_contribution(throughput, value, light.radiance, light.pdf, light.delta);
+        let inside = if side.above { path.inside } else { through };
+        self.connect(path, shadow_ray(surface, &light, side.above), inside, c, path.state.depth);
     }
 
-    /// The same in a medium.
-    fn survive_in(&self, path: &mut VolumePath, sample: BsdfSample) -> bool {
-        path.state = path_scatter(path.state, sample, 1.0);
-        let (start, least) = (self.settings.roulette_start, self.settings.roulette_min_survival);
-        let u = path.draw(PAIR_LOBE).y;
-        path.play(medium_survival(path.state, start, least), u)
-    }
-
-    /// Adds what a light sample brings through what is between.
-    fn connect(&mut self, path: &VolumePath, ray: Ray, inside: Interiors, contribution: Vec3f) {
+    /// Adds what a light sample brings through what is between. `depth`: of the path for limits of indirect light.
+    fn connect(&mut self, path: &VolumePath, ray: Ray, inside: Interiors, contribution: Vec3f, depth: u32) {
         // Not `> 0`: NaN must reach the film, where it is counted.
         if contribution.x + contribution.y + contribution.z != 0.0 {
             let mut stream = stream_start(path.sampler, path.segments, STREAM_SHADOW);
             let left = self.visibility(ray, inside, &mut stream);
-            let segments = path.state.depth + 1;
-            self.radiance += limit_indirect(contribution, segments, self.settings.most_indirect()) * left;
+            self.radiance += limit_indirect(contribution, depth + 1, self.settings.most_indirect()) * left;
         }
     }
 }

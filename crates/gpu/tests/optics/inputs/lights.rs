@@ -1,7 +1,7 @@
 //! Lights, what is known of groups of them, and how one is chosen.
 
 use super::*;
-use optics::light::{LIGHT_RECTANGLE, Light};
+use optics::light::{LIGHT_RECTANGLE, Light, LightSample};
 use optics::light_profile::ProfileCell;
 use optics::light_tree::{
     ALL_SIDES, ChildChoice, INFINITELY_FAR, LightGroup, NodeImportance, octahedral_encode,
@@ -10,7 +10,19 @@ use optics::reservoir::Reservoir;
 use optics::spherical_rectangle::{SphericalRectangle, spherical_rectangle_new};
 use optics::spherical_triangle::{SphericalTriangle, spherical_triangle_new};
 use optics::vector::cross;
-use optics::{Vec3f, vec3f};
+use optics::{Vec3f, vec2f, vec3f};
+
+/// A sample of a light that shines.
+pub fn light_sample(i: &mut Inputs) -> LightSample {
+    LightSample {
+        wi: direction(i),
+        distance: size(i),
+        radiance: radiance(i),
+        pdf: i.between(0.1, 10.0),
+        delta: flag(i),
+        barycentrics: vec2f(i.uniform(), i.uniform()),
+    }
+}
 
 pub fn light(i: &mut Inputs) -> Light {
     let (kind, position, edge1, edge2) = (i.below(7) as u32, far_point(i), point(i), point(i));

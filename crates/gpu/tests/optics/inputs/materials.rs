@@ -2,6 +2,7 @@
 
 use super::*;
 use optics::bsdf::bsdf_sample;
+use optics::closure::{Closure, layered_closure, plain_closure};
 use optics::constants::NONE;
 use optics::dielectric::dielectric_bsdf;
 use optics::frame::frame_from_normal;
@@ -279,6 +280,11 @@ pub fn bsdf(i: &mut Inputs) -> Bsdf {
         5 => black_bsdf(),
         _ => glossy(i),
     }
+}
+
+/// Any surface, with layers or without.
+pub fn closure(i: &mut Inputs) -> Closure {
+    if flag(i) { layered_closure(layered(i), frame(i)) } else { plain_closure(bsdf(i), direction(i)) }
 }
 
 pub fn bsdf_value(i: &mut Inputs) -> BsdfValue {

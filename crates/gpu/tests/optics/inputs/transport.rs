@@ -6,6 +6,7 @@ use optics::estimator::Moments;
 use optics::interiors::{Interiors, Surroundings, interiors_enter, interiors_nothing};
 use optics::path::PathState;
 use optics::random::PixelSampler;
+use optics::vertex::Roulette;
 use optics::volume::Medium;
 use optics::{Vec3f, vec3f};
 
@@ -63,6 +64,10 @@ pub fn path(i: &mut Inputs) -> PathState {
 
 pub fn depth(i: &mut Inputs) -> u32 {
     1 + i.below(12) as u32
+}
+
+pub fn roulette(i: &mut Inputs) -> Roulette {
+    Roulette { start: depth(i), min_survival: i.between(0.01, 1.0) }
 }
 
 pub fn moments(i: &mut Inputs) -> Moments {

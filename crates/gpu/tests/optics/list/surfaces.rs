@@ -85,12 +85,16 @@ functions! {
     layered::dielectric_f0(m: layers, cos_theta: cosine) within INTERFERENCE;
     layered::film_f0(m: layers, f0: albedo, cos_theta: cosine) within INTERFERENCE;
     layered::layered_bsdf(m: layers, e: layer_albedos, wo: upper, refraction_tint: albedo, single_scatter: flag) within INTERFERENCE;
+    layered::layered_color(m: layers, sheen_albedo: share) within ROUNDING;
     layered::no_layers() within EXACT;
     layered::refraction_schlick(cos_theta: cosine, eta: eta) within GRAZING;
     layered::anisotropy_axis(f: frame, rotation: point2, texel: share2) within CANCELLING;
     layered::choose_dispersed(dispersion: size, ior: ior, throughput: albedo, u: unit) within GRAZING;
     // surface/lobes.rs
     lobes::layered_transmits(b: layered) within EXACT;
+    lobes::layered_reflected_share(b: layered) within ROUNDING;
+    lobes::layered_reflects(b: layered) within EXACT;
+    lobes::layered_without_diffuse(b: layered) within ROUNDING;
     lobes::layered_eval(b: layered, wo: upper, wi: direction) within GRAZING;
     lobes::lobes_above(b: layered, wo: upper, wi: upper) within GRAZING;
     lobes::anisotropic_lobe(wo: upper, wi: upper, h: upper, widths: widths) within ROUNDING;
@@ -108,6 +112,33 @@ functions! {
     bsdf::bsdf_has_lobes(b: bsdf) within EXACT;
     bsdf::bsdf_transmits(b: bsdf) within EXACT;
     bsdf::bsdf_is_delta(b: bsdf) within EXACT;
+    bsdf::bsdf_scatters(b: bsdf) within EXACT;
+    bsdf::bsdf_diffuse_albedo(b: bsdf) within ROUNDING;
+    bsdf::bsdf_lobe_colors(b: bsdf) within ROUNDING;
+    bsdf::bsdf_without_diffuse(b: bsdf) within EXACT;
+    bsdf::bsdf_reflects(b: bsdf) within EXACT;
+    bsdf::bsdf_is_interface(b: bsdf) within EXACT;
+    bsdf::bsdf_reflected_share(b: bsdf, cos_o: cosine) within ROUNDING;
+    bsdf::bsdf_phong_eval(b: bsdf, wo: upper, wi: direction) within GRAZING;
+    // surface/closure.rs
+    closure::plain_closure(b: bsdf, normal: direction) within CANCELLING;
+    closure::layered_closure(b: layered, frame: frame) within EXACT;
+    closure::closure_scatters(c: closure) within EXACT;
+    closure::closure_has_smooth_part(c: closure) within EXACT;
+    closure::closure_has_lobes(c: closure) within EXACT;
+    closure::closure_is_delta(c: closure) within EXACT;
+    closure::closure_transmits(c: closure) within EXACT;
+    closure::closure_eta(c: closure) within EXACT;
+    closure::closure_eval(c: closure, wo: upper, wi: direction) within GRAZING;
+    closure::closure_sample(c: closure, wo: upper, u_lobe: unit, u: unit2) within GRAZING;
+    closure::closure_diffuse_albedo(c: closure) within ROUNDING;
+    closure::closure_diffuse_albedo_below(c: closure) within EXACT;
+    closure::closure_lobe_colors(c: closure) within ROUNDING;
+    closure::closure_without_diffuse(c: closure) within ROUNDING;
+    closure::closure_reflects(c: closure) within EXACT;
+    closure::closure_is_interface(c: closure) within EXACT;
+    closure::closure_reflected_share(c: closure, cos_o: cosine) within ROUNDING;
+    closure::closure_phong_eval(c: closure, wo: upper, wi: direction) within GRAZING;
     // surface/pattern.rs
     pattern::square_wave_integral(x: real) within ROUNDING;
     pattern::checkerboard(p: point2, width: share) within ROUNDING;
@@ -134,6 +165,7 @@ functions! {
     material::material_emission(m: material_record, texel: texel4) within ROUNDING;
     material::material_eta(m: material_record, ior: ior, front: flag) within ROUNDING;
     // materials/plain.rs
+    plain::material_may_refract(m: material_record) within EXACT;
     plain::material_mixes_models(m: material_record) within EXACT;
     plain::plain_point(m: material_record, base_color: albedo, metallic_roughness: texel4, transmission: texel4, ior: ior, front: flag, u_model: unit, single_scatter: flag) within GRAZING;
     plain::plain_bsdf(p: plain_point, albedo: ggx_albedo, single_scatter: flag) within ROUNDING;
