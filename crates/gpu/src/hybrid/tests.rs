@@ -199,30 +199,39 @@ fn the_expected_picture_is_that_of_direct() {
     }
 }
 
+/// The assortment with layers on all that has none of glass or mirrors.
+fn layered_assortment() -> scene::Scene {
+    let mut scene = testkit::scenes::assortment();
+    for material in scene.materials.iter_mut().filter(|m| m.model == scene::Model::MetallicRoughness) {
+        let layers = &mut material.layers;
+        (layers.clearcoat.strength, layers.clearcoat.roughness) = (0.8, 0.4);
+        (layers.sheen.color, layers.sheen.roughness) = (Vec3::new(0.3, 0.6, 0.2), 0.7);
+        layers.diffuse_transmission.strength = 0.3;
+    }
+    scene
+}
+
 /// Layers as `direct` has them: all lobes in lights, sky and reflections.
 #[test]
 fn layers_are_those_of_direct() {
-    let name = "layers_are_those_of_direct";
-    let loaded = scene::builtin::load("layers", &Default::default(), &scene::LoadOptions::default());
-    let scene = loaded.expect("built in").scene;
-    let Some(setup) = Setup::with_scene(name, &scene) else { return };
-    let (eye, target) = (Vec3::new(0.0, 2.35, 8.6), Vec3::new(0.0, 0.72, 0.0));
-    let camera = camera(CAMERA_PERSPECTIVE, eye, target, 0.24, 0.0);
-    let rays = DirectSettings { max_depth: 3, ..DirectSettings::default() };
-    let direct = view(camera, Integrator::Direct(rays));
+    let Some(setup) = Setup::with_scene("layers_are_those_of_direct", &layered_assortment()) else { return };
+    const SAMPLES: u32 = 128;
+    let rays =
+        DirectSettings { shadow_samples: 2, reflection_samples: 2, ambient_samples: 2, ..Default::default() };
+    let direct = view(overview(), Integrator::Direct(rays));
     let variant = setup.variant(&direct);
+    assert!(variant.layers);
     let mut megakernel =
         Megakernel::new(&setup.gpu, KernelKind::Direct, variant, &setup.scene, &setup.tracer)
             .expect("a kernel");
-    let (expected, _) = setup.render(&mut megakernel, &direct, 64);
+    let (expected, _) = setup.render(&mut megakernel, &direct, SAMPLES);
     let settings = HybridSettings { rays, reflection_survival: 1.0, ..HybridSettings::default() };
     let mut kernel = setup.hybrid(&direct);
-    let (film, _) = setup.render(&mut kernel, &view(camera, hybrid(settings)), 64);
+    let (film, _) = setup.render(&mut kernel, &view(overview(), hybrid(settings)), SAMPLES);
     let means = film.mean().into_iter().zip(expected.mean());
     let whole = means.map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
     let block = worst_block(&film, &expected);
-    println!("{name}: whole {whole:.4}, block {block:.4}");
-    assert!(whole < 0.01 && block < 0.15, "{whole} {block}");
+    assert!(whole < 0.006 && block < 0.06, "{whole} {block}");
 }
 
 /// The rasteriser sees what rays see, with every projection, and what follows is the same picture.

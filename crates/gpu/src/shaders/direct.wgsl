@@ -25,8 +25,15 @@ const SEES_ALL: u32 = 0u;
 /// After a lobe for which lights were sampled already, what they are sampled on is black: surfaces that shine, and the sun.
 const SEES_NO_LIGHT: u32 = 1u;
 
-/// A ray through mirrors and glass, and where it ended.
+/// A way through mirrors and glass: the vertex or the ray that it has come to, and what it has gathered.
 struct Chain {
+    /// Whether the next ray leaves `surface`, as `bsdf` scatters by the two random numbers. Else it is the one below.
+    departs: bool,
+    surface: Surface,
+    bsdf: Scattering,
+    u_lobe: f32,
+    u: vec2f,
+    /// The next ray.
     origin: vec3f,
     direction: vec3f,
     /// Length of the path before it.
@@ -39,10 +46,8 @@ struct Chain {
     full: bool,
     throughput: vec3f,
     radiance: vec3f,
-    /// Whether it ended at a surface that may reflect: the two below.
+    /// Whether it ended at `surface`, which may reflect.
     reflects: bool,
-    surface: Surface,
-    bsdf: Scattering,
 }
 
 fn new_chain(origin: vec3f, direction: vec3f) -> Chain {
@@ -56,6 +61,15 @@ fn new_chain(origin: vec3f, direction: vec3f) -> Chain {
     return chain;
 }
 
+/// Makes a chain leave a vertex by one of the lobes that are not diffuse.
+fn depart(chain: ptr<function, Chain>, s: Surface, bsdf: Scattering, u_lobe: f32, u: vec2f) {
+    (*chain).departs = true;
+    (*chain).surface = s;
+    (*chain).bsdf = scattering_without_diffuse(bsdf);
+    (*chain).u_lobe = u_lobe;
+    (*chain).u = u;
+}
+
 /// The radiance that a chain of the camera gathers, and the reflections at its end. `first_round`: 0, or 1 if the chain has come to
 /// its end already.
 fn chain_radiance(start: Chain, first_round: u32, sampler: PixelSampler, pixel: vec2u, sample: u32) -> vec3f {
@@ -67,9 +81,6 @@ fn chain_radiance(start: Chain, first_round: u32, sampler: PixelSampler, pixel: 
     for (var round = first_round; round < rounds; round++) {
         if round > 0u {
             chain = reflection(seen, sampler);
-            if chain.depth == 0u {
-                continue;
-            }
         }
         follow(&chain, sampler, pixel, sample);
         if round > 0u {
@@ -85,7 +96,7 @@ fn chain_radiance(start: Chain, first_round: u32, sampler: PixelSampler, pixel: 
     return radiance;
 }
 
-/// A ray through one of the lobes that are not diffuse at the end of a chain; depth 0 if there is none.
+/// A chain that leaves the end of another one.
 fn reflection(seen: Chain, sampler: PixelSampler) -> Chain {
     var chain = seen;
     chain.reflects = false;
@@ -95,15 +106,16 @@ fn reflection(seen: Chain, sampler: PixelSampler) -> Chain {
     if scattering_is_layered(seen.bsdf) {
         u_lobe = draw(sampler).x;
     }
-    if !go_on(&chain, seen.surface, scattering_without_diffuse(seen.bsdf), u_lobe, u) {
-        chain.depth = 0u;
-    }
+    depart(&chain, seen.surface, seen.bsdf, u_lobe, u);
     return chain;
 }
 
 /// Follows a chain to its end and gathers its light.
 fn follow(chain: ptr<function, Chain>, sampler: PixelSampler, pixel: vec2u, sample: u32) {
     loop {
+        if (*chain).departs && !scatter(chain) {
+            return;
+        }
         let hit = closest((*chain).origin, (*chain).direction, sampler.scramble + next_pair);
         let from_camera = (*chain).depth == 1u;
         if hit.instance == NONE {
@@ -144,18 +156,21 @@ fn follow(chain: ptr<function, Chain>, sampler: PixelSampler, pixel: vec2u, samp
             (*chain).bsdf = bsdf;
             return;
         }
-        if deep || !go_on(chain, s, scattering_without_diffuse(bsdf), u.y, draw(sampler)) {
+        if deep {
             return;
         }
+        depart(chain, s, bsdf, u.y, draw(sampler));
     }
 }
 
-/// Sends a chain on in one sampled direction. Returns whether there is one.
-fn go_on(chain: ptr<function, Chain>, s: Surface, bsdf: Scattering, u_lobe: f32, u: vec2f) -> bool {
-    let frame = scattering_frame(bsdf, s);
-    let next = scattering_sample(bsdf, to_local(frame, s.wo), u_lobe, u);
+/// Sends a chain on from its vertex in one sampled direction. Returns whether there is one.
+fn scatter(chain: ptr<function, Chain>) -> bool {
+    let s = (*chain).surface;
+    let frame = scattering_frame((*chain).bsdf, s);
+    let next = scattering_sample((*chain).bsdf, to_local(frame, s.wo), (*chain).u_lobe, (*chain).u);
     let wi = to_world(frame, next.wi);
     let above = dot(wi, s.horizon) > 0.0;
+    (*chain).departs = false;
     if !leaves_surface(next, above) {
         return false;
     }

@@ -90,17 +90,15 @@ fn reflected(pixel: vec2u, vertex: FirstVertex) -> vec3f {
     next_pair = PAIR_REFLECTION;
     var chain = new_chain(vertex.surface.position, -vertex.surface.wo);
     chain.length = vertex.distance;
-    if !scattering_is_interface(vertex.bsdf) {
+    let at_end = !scattering_is_interface(vertex.bsdf);
+    if at_end {
         chain.reflects = true;
         chain.surface = vertex.surface;
         chain.bsdf = vertex.bsdf;
-        return chain_radiance(chain, 1u, vertex.sampler, pixel, frame.sample);
+    } else {
+        depart(&chain, vertex.surface, vertex.bsdf, vertex.u_lobe, draw(vertex.sampler));
     }
-    let others = scattering_without_diffuse(vertex.bsdf);
-    if !go_on(&chain, vertex.surface, others, vertex.u_lobe, draw(vertex.sampler)) {
-        return vec3f(0.0);
-    }
-    return chain_radiance(chain, 0u, vertex.sampler, pixel, frame.sample);
+    return chain_radiance(chain, select(0u, 1u, at_end), vertex.sampler, pixel, frame.sample);
 }
 
 /// For the pixels of the list.
