@@ -21,71 +21,81 @@ RESERVED = 16 << 30
 """Bytes of a GPU's memory that are left to the training."""
 
 
-@dataclass
 class Views:
-    """Views of scenes on one device; see pairs.py for the layers.
+    """Views of scenes on one device, with room for more; see pairs.py for the layers.
 
-    light : float16 [views, 6, 6, H, W]: colour and standard error of each picture
-    guide : uint8 [views, 6, 6, H, W]: albedo and normal
+    light : float16 [room, 6, 6, H, W]: colour and standard error of each picture
+    guide : uint8 [room, 6, 6, H, W]: albedo and normal
     samples : float32 [views, 6]: samples per pixel
     """
 
-    light: Tensor
-    guide: Tensor
-    samples: Tensor
+    def __init__(self, device: str) -> None:
+        self.device = device
+        self.samples = torch.zeros((0, 6), device=device)
 
     def __len__(self) -> int:
         return len(self.samples)
 
+    def add(self, light: np.ndarray, guide: np.ndarray, samples: np.ndarray, most: int) -> None:
+        """Adds the views of a scene, as long as there are no more than `most`."""
+        if len(self) == 0:
+            self.light = torch.empty((most, *light.shape[1:]), dtype=torch.float16, device=self.device)
+            self.guide = torch.empty((most, *guide.shape[1:]), dtype=torch.uint8, device=self.device)
+        begin, end = len(self), len(self) + len(samples)
+        if end > len(self.light):
+            return
+        self.light[begin:end].copy_(torch.from_numpy(light))
+        self.guide[begin:end].copy_(torch.from_numpy(guide))
+        fresh = torch.from_numpy(samples.astype(np.float32)).to(self.device)
+        self.samples = torch.cat([self.samples, fresh])
 
-def load(
-    folders: Sequence[str], device: str, part: int = 0, parts: int = 1
-) -> "tuple[Views, Views]":
-    """Part `part` of `parts` of the scenes to train on, and all those that are held out.
 
-    What does not fit into the GPU's memory is left out.
+class Scenes:
+    """The scenes in folders that pairs.py may still be writing to.
+
+    Part `part` of `parts` is for training, and every part has all that are held out. What does not
+    fit into the GPU's memory is left out.
     """
-    paths = sorted(path for folder in folders for path in glob.glob(os.path.join(folder, "*.npz")))
-    with concurrent.futures.ThreadPoolExecutor(16) as pool:
-        counts = dict(zip(paths, pool.map(_samples, paths)))
-    kept_out = tuple(PLANS["held out"])
-    is_held_out = lambda path: tuple(counts[path][0]) == kept_out
-    held_out = [path for path in paths if is_held_out(path)]
-    training = [path for path in paths if not is_held_out(path)]
-    views = _read(training[part::parts], counts, device)
-    return views, _read(held_out or training[:8], counts, device)
 
+    def __init__(self, folders: Sequence[str], device: str, part: int = 0, parts: int = 1) -> None:
+        self.folders, self.device, self.part, self.parts = folders, device, part, parts
+        self.views, self.held_out = Views(device), Views(device)
+        self.seen: "set[str]" = set()
 
-def _samples(path: str) -> np.ndarray:
-    with np.load(path) as file:
-        return file["samples"]
+    def refresh(self) -> None:
+        """Takes up the scenes that are new."""
+        paths = [path for folder in self.folders for path in glob.glob(os.path.join(folder, "*.npz"))]
+        fresh = sorted(set(paths) - self.seen)
+        self.seen.update(fresh)
+        with concurrent.futures.ThreadPoolExecutor(8) as pool:
+            for first in range(0, len(fresh), 64):
+                for arrays in pool.map(self._read, fresh[first : first + 64]):
+                    if arrays is not None:
+                        self._add(*arrays)
 
-
-def _read(paths: "list[str]", counts: "dict[str, np.ndarray]", device: str) -> Views:
-    with np.load(paths[0]) as file:
-        shape = file["light"].shape[1:]
-    bytes_each = 3 * int(np.prod(shape))
-    most = len(paths) * 16
-    if device.startswith("cuda"):
-        most = (torch.cuda.mem_get_info(device)[0] - RESERVED) // bytes_each
-    begins, total = {}, 0
-    for path in paths:
-        if total + len(counts[path]) <= most:
-            begins[path] = total
-            total += len(counts[path])
-    light = torch.empty((total, *shape), dtype=torch.float16, device=device)
-    guide = torch.empty((total, *shape), dtype=torch.uint8, device=device)
-    samples = np.concatenate([counts[path] for path in begins]).astype(np.float32)
-
-    def fill(path: str) -> None:
+    def _read(self, path: str) -> "tuple[np.ndarray, np.ndarray, np.ndarray] | None":
+        number = int(os.path.basename(path).split(".")[0])
         with np.load(path) as file:
-            where = slice(begins[path], begins[path] + len(counts[path]))
-            light[where].copy_(torch.from_numpy(file["light"]))
-            guide[where].copy_(torch.from_numpy(file["guide"]))
+            samples = file["samples"]
+            if not is_held_out(samples) and number % self.parts != self.part:
+                return None
+            return file["light"], file["guide"], samples
 
-    with concurrent.futures.ThreadPoolExecutor(12) as pool:
-        list(pool.map(fill, begins))
-    return Views(light, guide, torch.from_numpy(samples).to(device))
+    def _add(self, light: np.ndarray, guide: np.ndarray, samples: np.ndarray) -> None:
+        if is_held_out(samples):
+            self.held_out.add(light, guide, samples, 64)
+        else:
+            self.views.add(light, guide, samples, self._room(light[0].size))
+
+    def _room(self, values: int) -> int:
+        """How many views of so many values the memory has room for."""
+        if not self.device.startswith("cuda"):
+            return 512
+        return (torch.cuda.mem_get_info(self.device)[0] - RESERVED) // (3 * values)
+
+
+def is_held_out(samples: np.ndarray) -> bool:
+    return tuple(samples[0]) == tuple(PLANS["held out"])
 
 
 @dataclass

@@ -133,16 +133,28 @@ class Denoiser(nn.Module):
         return filtered(color, albedo, [h.float() for h in heads])
 
 
+def weighted_sums(weighted: Tensor, logits: Tensor) -> Tensor:
+    """Sums over the 5×5 around each pixel with weights exp(`logits`), up to a factor of the pixel.
+
+    `weighted`: [N, C, H, W]; `logits`: [N, 25, H, W]. What is outside is 0.
+    """
+    if weighted.is_cuda:
+        import kernels
+
+        return kernels.sums(weighted, logits)
+    n, channels, height, width = weighted.shape
+    kernel = (logits - logits.amax(1, True)).exp()
+    taps = F.unfold(weighted, TAPS, padding=TAPS // 2).view(n, channels, TAPS**2, height, width)
+    return (taps * kernel[:, None]).sum(2)
+
+
 def weighted_kernel(picture: Tensor, trust: Tensor, logits: Tensor) -> Tensor:
     """Each pixel's weighted mean of the 5×5 around it that lie inside; `picture`: [N, 6, H, W].
 
     Outside the picture nothing is trusted, so those pixels have no weight.
     """
-    n, channels, height, width = picture.shape
-    kernel = (logits - logits.amax(1, True)).exp()
-    weighted = torch.cat([trust * picture, trust], 1)
-    taps = F.unfold(weighted, TAPS, padding=TAPS // 2).view(n, channels + 1, TAPS**2, height, width)
-    sums = (taps * kernel[:, None]).sum(2)
+    channels = picture.shape[1]
+    sums = weighted_sums(torch.cat([trust * picture, trust], 1), logits)
     return sums[:, :channels] / sums[:, channels:].clamp(min=1e-30)
 
 

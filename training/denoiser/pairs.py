@@ -70,16 +70,25 @@ def plan_of(rng, number, view, options):
     return PLANS[rng.choice(["few", "some", "many"], p=[0.8, 0.15, 0.05])]
 
 
-def render_view(scene, camera, settings, plan, seeds, options):
+def window_of(rng, options):
+    """(side, x, y): a view is a part of a square picture, so that there are all resolutions."""
+    side = round(options.size * np.exp(rng.uniform(0, np.log(options.zoom))))
+    x, y = rng.integers(0, side - options.size + 1, 2)
+    return side, int(x), int(y)
+
+
+def render_view(scene, camera, settings, plan, window, seeds, options):
     """The pictures of one view: (light, guide, scale)."""
+    side, x, y = window
     threads = {"threads": 1} if options.backend == "cpu" else {}
     pictures = []
     for samples, seed in zip(plan, seeds):
         picture = scene.render(
-            options.size,
-            options.size,
+            side,
+            side,
             samples,
             camera=camera,
+            crop=[x, y, options.size, options.size],
             aovs=["albedo", "normal", "standard-error"],
             seed=int(seed),
             integrator="path",
@@ -120,10 +129,10 @@ def make_scene(number, options, connection):
     views, plans = [], []
     for view, camera in enumerate(cameras):
         rng = np.random.default_rng([seed, view])
-        plan = plan_of(rng, number, view, options)
+        plan, window = plan_of(rng, number, view, options), window_of(rng, options)
         seeds = rng.integers(0, 2**31, len(plan))
         try:
-            views.append(render_view(scene, camera, settings, plan, seeds, options))
+            views.append(render_view(scene, camera, settings, plan, window, seeds, options))
         except Unusable as why:
             connection.send(("failed", f"{settings['family']} {number:06}_{view}: {why}"))
             continue
@@ -295,7 +304,10 @@ def main():
     parser.add_argument("--scenes", type=int, default=500)
     parser.add_argument("--first", type=int, default=0, help="number of the first scene")
     parser.add_argument("--views", type=int, default=4, help="views of each scene, at most")
-    parser.add_argument("--size", type=int, default=256, help="pixels of a side")
+    parser.add_argument("--size", type=int, default=192, help="pixels of a side")
+    parser.add_argument(
+        "--zoom", type=float, default=2.5, help="a view is part of a picture up to so much larger"
+    )
     parser.add_argument("--held-out", type=int, default=24, help="scenes for validation")
     parser.add_argument("--backend", default="gpu-bvh", help="of the renderer")
     parser.add_argument("--processes", type=int, default=os.cpu_count())

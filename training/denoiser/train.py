@@ -98,9 +98,10 @@ def rel_mse(output: Tensor, batch: Batch) -> Tensor:
 def validate(model: Denoiser, views: Views) -> "dict[int, list[float]]":
     """relMSE before and after, the geometric mean over held-out views, for each sample count."""
     model.eval()
-    device = views.light.device
-    side = views.light.shape[3]
     result = {}
+    if len(views) == 0:
+        return result
+    device, side = views.light.device, views.light.shape[3]
     for level, spp in enumerate(data.PLANS["held out"][:-1]):
         logs = []
         for first in range(0, len(views), 16):
@@ -166,7 +167,7 @@ def main() -> None:
     parser.add_argument("--size", type=int, default=192, help="side of the crops, a multiple of 32")
     parser.add_argument("--rate", type=float, default=1e-3)
     parser.add_argument("--device", default="cuda")
-    parser.add_argument("--compile", action="store_true", help="fuse the filter (takes a minute)")
+    parser.add_argument("--compile", action="store_true", help="fuse operations (takes a minute)")
     parser.add_argument("--seed", type=int, default=1)
     args = parser.parse_args()
     team = Team(args.device)
@@ -175,12 +176,18 @@ def main() -> None:
     torch.backends.cudnn.benchmark = True
     os.makedirs(args.out, exist_ok=True)
     begin = time.monotonic()
-    views, held_out = data.load(args.pairs, device, team.rank, team.size)
-    print(
-        f"GPU {team.rank}: {len(views)} views, {len(held_out)} held out, "
-        f"{time.monotonic() - begin:.0f} s",
-        flush=True,
-    )
+    scenes = data.Scenes(args.pairs, device, team.rank, team.size)
+    views = scenes.views
+
+    def refresh() -> Tensor:
+        """Takes up new scenes; returns how often each view is drawn."""
+        scenes.refresh()
+        most = views.samples.amax(1)
+        # Views of many samples are few.
+        return 1.0 + 0.5 * (most >= 64).float() + 0.5 * (most >= 256).float()
+
+    weights = refresh()
+    print(f"GPU {team.rank}: {len(views)} views, {time.monotonic() - begin:.0f} s", flush=True)
     torch.manual_seed(args.seed)
     model = Denoiser().to(device).to(memory_format=torch.channels_last)
     torch.manual_seed(args.seed + team.rank)
@@ -201,11 +208,8 @@ def main() -> None:
         step, spent = stored["step"], stored["seconds"]
     total = 60 * (args.total or args.minutes + spent / 60)
     run = torch.compile(model) if args.compile else model
-    # Views of many samples are few.
-    most = views.samples.amax(1)
-    weights = 1.0 + 0.5 * (most >= 64).float() + 0.5 * (most >= 256).float()
     log = open(os.path.join(args.out, "log.jsonl"), "a") if first else None
-    begun, shown, written = step, time.monotonic(), time.monotonic()
+    begun, shown, written, refreshed = step, *[time.monotonic()] * 3
     seconds = team.agreed(time.monotonic() - begin)
 
     def keep() -> None:
@@ -221,7 +225,7 @@ def main() -> None:
     def judge() -> "dict[int, list[float]]":
         judged = Denoiser().to(device)
         judged.load_state_dict({n: v.half().float() for n, v in average.items()})
-        return validate(judged, held_out)
+        return validate(judged, scenes.held_out)
 
     while seconds < 60 * args.minutes and (args.steps is None or step - begun < args.steps):
         progress = min((spent + seconds) / total, 1.0)
@@ -247,6 +251,8 @@ def main() -> None:
             torch._foreach_lerp_(list(average.values()), values, 1 - decay)
         if step % 20 == 0:
             seconds = team.agreed(time.monotonic() - begin)
+        if step % 100 == 0 and time.monotonic() - refreshed > 20:
+            weights, refreshed = refresh(), time.monotonic()
         if step % 100 == 0:
             value = float(total_loss.detach())
             if not math.isfinite(value):
@@ -254,7 +260,7 @@ def main() -> None:
         if first and time.monotonic() - shown > 20:
             shown = time.monotonic()
             print(
-                f"{seconds:6.0f} s  step {step}  loss {float(total_loss.detach()):.4f}  "
+                f"{seconds:6.0f} s  step {step}  views {len(views)}  loss {float(total_loss.detach()):.4f}  "
                 f"balance {[round(x, 3) for x in balance.mean.tolist()]}",
                 flush=True,
             )

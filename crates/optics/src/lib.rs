@@ -22,7 +22,7 @@
 // The macro makes an undocumentable static in every module; a test sees to it that functions and constants have docs.
 #![allow(missing_docs)]
 
-pub use wgsl_rs::std::{Vec2f, Vec2u, Vec3f, Vec4f, Vec4i, Vec4u, vec2f, vec3f, vec4f};
+pub use wgsl_rs::std::{Vec2f, Vec2u, Vec3f, Vec4f, Vec4i, Vec4u, vec2f, vec2u, vec3f, vec4f};
 
 /// The functions of WGSL on vectors, for host code that works with the same types.
 pub mod vector {
@@ -48,7 +48,7 @@ pub use geometry::{
     terminator::terminator,
 };
 pub use lights::{
-    falloff::falloff, light::light, node as light_node, portal::portal, portal_triangle,
+    equirect::equirect, falloff::falloff, light::light, node as light_node, portal::portal, portal_triangle,
     profile::light_profile, reservoir::reservoir, sky::sky, tree::light_tree,
 };
 pub use materials::{

@@ -68,6 +68,7 @@ mod everything {
     use crate::direct_light::*;
     use crate::distortion::*;
     use crate::edge_stops::*;
+    use crate::equirect::*;
     use crate::estimator::*;
     use crate::falloff::*;
     use crate::frame::*;

@@ -26,6 +26,7 @@ fn modules() -> Vec<(&'static str, String)> {
         direct_light: optics::direct_light,
         distortion: optics::distortion,
         edge_stops: optics::edge_stops,
+        equirect: optics::equirect,
         estimator: optics::estimator,
         falloff: optics::falloff,
         frame: optics::frame,

@@ -7,7 +7,7 @@ use crate::scene::{
     CpuScene, HitRecords, determinant, transform_normal, transform_point, transform_vector, vec3,
 };
 use accel::{Candidate, Hit, Ray};
-use optics::frame::{Frame, bend_normal, frame_from_normal, frame_from_tangent, map_normal};
+use optics::frame::{Frame, bend_normal, frame_from_normal, map_normal, tangent_space};
 use optics::material::SLOT_NORMAL;
 use optics::offset::{offset_ray_origin, sphere_clearance, triangle_clearance};
 use optics::shape::{sphere_tangent_turned, sphere_uv, turned_direction};
@@ -405,15 +405,8 @@ fn shading_normal(
 /// The frame of a tangent-space map about `normal`, which is on the viewer's side.
 #[inline(always)]
 fn tangent_frame(point: &Point, normal: Vec3f, side: f32) -> Frame {
-    match point.tangent {
-        Some((tangent, handedness)) => {
-            let mut frame = frame_from_tangent(normal, tangent);
-            // The map's y belongs to the front's bitangent; seen from behind the frame's normal is turned.
-            frame.bitangent *= handedness * side;
-            frame
-        }
-        None => frame_from_normal(normal),
-    }
+    let (tangent, handedness) = point.tangent.unwrap_or((normal, 0.0));
+    tangent_space(normal, tangent, handedness, side)
 }
 
 #[inline(always)]

@@ -2,9 +2,11 @@
 
 use crate::fetch::surface::{sphere_direction, tex_coords, vertex_color};
 use crate::scene::{HitRecords, transform_point, transform_vector, vec3};
-use optics::frame::Frame;
+use optics::frame::{Frame, to_world};
 use optics::shape::sphere_uv;
-use optics::texture_point::{TexturePoint, area_density, barycentric_step, bump_step, height_normal};
+use optics::texture_point::{
+    TexturePoint, area_density, barycentric_step, bump_step, height_normal, sphere_uv_density,
+};
 use optics::vector::{cross, dot, normalize};
 use optics::{Vec3f, vec2f, vec3f, vec4f};
 use scene::tables::{GeometryKind, SceneTables, TextureUse};
@@ -79,8 +81,7 @@ pub(crate) fn sphere_texture_point(
         length(if instance.identity { step } else { transform_vector(&instance.object_to_world, step) });
     let in_object = tables.placement(records.binding).map_or(step, |rows| transform_vector(rows, step));
     let world_radius = in_world.max(1e-30);
-    // A whole sphere has coordinates of area 1.
-    let uv_density = 1.0 / (world_radius * (4.0 * std::f32::consts::PI).sqrt());
+    let uv_density = sphere_uv_density(world_radius);
     TexturePoint {
         coords: vec4f(uv.x, uv.y, uv.x, uv.y),
         color: vec4f(1.0, 1.0, 1.0, 1.0),
@@ -138,7 +139,7 @@ pub(crate) fn bumped_normal(
     };
     let [h, t, b] = [vec3f(0.0, 0.0, 0.0), frame.tangent * step, frame.bitangent * step].map(height);
     let n = height_normal(h, t, b, step);
-    frame.tangent * n.x + frame.bitangent * n.y + frame.normal * n.z
+    to_world(*frame, n)
 }
 
 /// Two edges of a triangle in world space.

@@ -1,9 +1,9 @@
 // Choosing lights, and the density with which a light found by chance would have been chosen.
 
 #import light_choice, light_chooser, material, scene, scene_records, surface, texels, variant
-#import optics::constants, optics::image_texture, optics::light, optics::light_profile
-#import optics::light_tree, optics::material, optics::path, optics::portal, optics::random, optics::shape
-#import optics::sky, optics::spherical_triangle, optics::texture_point, optics::warp
+#import optics::constants, optics::equirect, optics::light, optics::light_profile, optics::light_tree
+#import optics::material, optics::path, optics::portal, optics::random, optics::shape, optics::sky
+#import optics::spherical_triangle, optics::texture_point, optics::warp
 
 fn load_light(index: u32) -> Light {
     let record = lights[index];
@@ -203,19 +203,9 @@ fn environment_radiance(wi: vec3f) -> vec3f {
         return gradient_sky(wi, scene.horizon, scene.zenith, scene.ground);
     }
     let uv = direction_to_equirect(wi, scene.environment_rotation);
-    let width = scene.environment_width;
-    let height = scene.environment_height;
-    let x = uv.x * f32(width) - 0.5;
-    let y = clamp(uv.y * f32(height) - 0.5, 0.0, f32(height - 1u));
-    let fx = x - floor(x);
-    let fy = y - floor(y);
-    let x0 = wrap_texel(i32(floor(x)), width, WRAP_REPEAT);
-    let x1 = select(x0 + 1u, 0u, x0 + 1u == width);
-    let y0 = u32(y);
-    let y1 = min(y0 + 1u, height - 1u);
-    let top = environment_pixel(x0, y0).rgb * (1.0 - fx) + environment_pixel(x1, y0).rgb * fx;
-    let bottom = environment_pixel(x0, y1).rgb * (1.0 - fx) + environment_pixel(x1, y1).rgb * fx;
-    return top * (1.0 - fy) + bottom * fy;
+    let at = equirect_place(uv, scene.environment_width, scene.environment_height);
+    return equirect_mix(at, environment_pixel(at.left, at.top).rgb, environment_pixel(at.right, at.top).rgb,
+        environment_pixel(at.left, at.bottom).rgb, environment_pixel(at.right, at.bottom).rgb);
 }
 
 /// Density over solid angle with which the environment image's table chooses `wi`; 0 without an image.
@@ -224,13 +214,12 @@ fn environment_image_pdf(wi: vec3f) -> f32 {
         return 0.0;
     }
     let uv = direction_to_equirect(wi, scene.environment_rotation);
-    let x = min(u32(uv.x * f32(scene.environment_width)), scene.environment_width - 1u);
-    let y = min(u32(uv.y * f32(scene.environment_height)), scene.environment_height - 1u);
-    return equirect_pdf(environment_pixel(x, y).a * environment_pixel_count(), uv.y);
+    let pixel = equirect_pixel(uv, scene.environment_width, scene.environment_height);
+    return equirect_pixel_pdf(environment_pixel(pixel.x, pixel.y).a, environment_pixel_count(), uv.y);
 }
 
-fn environment_pixel_count() -> f32 {
-    return f32(scene.environment_width * scene.environment_height);
+fn environment_pixel_count() -> u32 {
+    return scene.environment_width * scene.environment_height;
 }
 
 /// A unit direction by the environment image's table, first a row, then a pixel of it; and, last, its density over solid angle.
@@ -243,9 +232,9 @@ fn sample_environment_image(u: vec2f) -> vec4f {
     let slot = alias_slot(u.x, width);
     let entry = textureLoad(environment_alias, vec2u(slot, row.index), 0).xy;
     let column = alias_choose_dithered(u.x, width, slot, bitcast<f32>(entry.x), entry.y, dither(u.y, u.x));
-    let uv = vec2f((f32(column.index) + column.remainder) / f32(width), (f32(row.index) + row.remainder) / f32(height));
+    let uv = equirect_point(vec2u(column.index, row.index), vec2f(column.remainder, row.remainder), width, height);
     let probability = environment_pixel(column.index, row.index).a;
-    let pdf = equirect_pdf(probability * environment_pixel_count(), uv.y);
+    let pdf = equirect_pixel_pdf(probability, environment_pixel_count(), uv.y);
     return vec4f(equirect_to_direction(uv, scene.environment_rotation), pdf);
 }
 
@@ -307,8 +296,7 @@ fn sample_portals(p: vec3f, solid_angle: f32, u: vec2f) -> vec3f {
         }
         left -= of_this.solid_angle;
     }
-    let x = clamp(rest / seen.solid_angle, 0.0, ONE_MINUS_EPSILON);
-    let at = sample_spherical_triangle(seen, vec2f(x, u.y));
+    let at = sample_spherical_triangle(seen, vec2f(rest_of_choice(rest, seen.solid_angle), u.y));
     return normalize(chosen.to_first + chosen.edge1 * at.x + chosen.edge2 * at.y);
 }
 

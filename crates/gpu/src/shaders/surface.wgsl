@@ -207,17 +207,6 @@ fn sphere_point(binding: Binding, instance_index: u32, primitive: u32, world: ve
     return point;
 }
 
-/// The frame of a tangent-space map about `normal`, which is on the viewer's side.
-fn tangent_frame(point: SurfacePoint, normal: vec3f, side: f32) -> Frame {
-    var frame = frame_from_normal(normal);
-    if point.handedness != 0.0 {
-        frame = frame_from_tangent(normal, point.tangent);
-        // The map's y belongs to the front's bitangent; seen from behind the frame's normal is turned.
-        frame.bitangent *= point.handedness * side;
-    }
-    return frame;
-}
-
 /// The shading normal on the viewer's side, with the normal map applied and bent so that nothing reflects into the
 /// surface. `normal`: the geometric one on that side; `side`: 1 at the front, −1 at the back.
 fn mapped_normal(
@@ -232,11 +221,11 @@ fn mapped_normal(
     var shading = select(normal, point.shading * side, point.smooth_shaded);
     let use_ = materials[material].textures[SLOT_NORMAL];
     if SCENE_HAS_GRAPHS && (use_.flags & TEXTURE_HEIGHT) != 0u {
-        let frame = tangent_frame(point, shading, side);
+        let frame = tangent_space(shading, point.tangent, point.handedness, side);
         shading = bumped_normal(binding, hit, use_, point.texture, frame, side);
     } else if has_texture(material, SLOT_NORMAL) {
         let stored = sample_texture(use_, texture_point_at(point.coords, point.color));
-        shading = map_normal(tangent_frame(point, shading, side), stored.rgb, materials[material].normal_scale);
+        shading = map_normal(tangent_space(shading, point.tangent, point.handedness, side), stored.rgb, materials[material].normal_scale);
     } else if !point.smooth_shaded {
         return normal;
     }
@@ -274,7 +263,7 @@ fn surface_at(origin: vec3f, direction: vec3f, hit: Hit) -> Surface {
         if point.smooth_shaded {
             layer_normal = bend_normal(wo, normal, point.shading * side);
         }
-        s.layer_frame = tangent_frame(point, layer_normal, side);
+        s.layer_frame = tangent_space(layer_normal, point.tangent, point.handedness, side);
     }
     s.material = binding.material;
     s.wo = wo;

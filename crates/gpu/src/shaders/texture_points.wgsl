@@ -1,7 +1,7 @@
 // What texture graphs ask of a point: its place in every space, and how dense these are. Only used if SCENE_HAS_GRAPHS.
 
 #import primitive, scene, scene_records, texture
-#import optics::constants, optics::frame, optics::image_texture, optics::material, optics::shape, optics::texture_point
+#import optics::frame, optics::image_texture, optics::material, optics::shape, optics::texture_point
 
 /// Whether a texture of a material is a graph.
 fn has_graphs(material: u32) -> bool {
@@ -54,8 +54,7 @@ fn sphere_texture_point(binding: Binding, instance_index: u32, primitive: u32, o
         1e-30,
     );
     let object_radius = length(object_position(binding, sphere.xyz + edge) - object_position(binding, sphere.xyz));
-    // A whole sphere has coordinates of area 1.
-    let uv_density = 1.0 / (world_radius * sqrt(4.0 * PI));
+    let uv_density = sphere_uv_density(world_radius);
     var point: TexturePoint;
     point.coords = sphere_uv(sphere_direction(binding, outward)).xyxy;
     point.color = vec4f(1.0);
@@ -94,7 +93,7 @@ fn bumped_normal(
         heights[i] = sample_texture(use_, moved).x * scale;
     }
     let n = height_normal(heights[0], heights[1], heights[2], step);
-    return frame.tangent * n.x + frame.bitangent * n.y + frame.normal * n.z;
+    return to_world(frame, n);
 }
 
 /// The point of the same primitive that is reached by the way `along`, in world space.

@@ -59,7 +59,7 @@ fn relative_ior(inside: Interiors, s: Surface) -> f32 {
     if !s.front {
         around = interiors_leave(inside, s.material);
     }
-    return body_ior(s.material) / body_ior(interiors_current(around));
+    return ior_across(body_ior(s.material), body_ior(interiors_current(around)));
 }
 
 /// The medium that begins at word `at`.
@@ -135,10 +135,9 @@ fn grid_density(grid: u32, p: vec3f) -> f32 {
     let below = vec4u(near + y.cell * columns, near + y.next * columns, far + y.cell * columns, far + y.next * columns);
     var along_x: vec4f;
     for (var i = 0u; i < 4u; i++) {
-        along_x[i] = word_f32(below[i] + x.cell) * (1.0 - x.beyond) + word_f32(below[i] + x.next) * x.beyond;
+        along_x[i] = grid_mix(x, word_f32(below[i] + x.cell), word_f32(below[i] + x.next));
     }
-    let along_y = along_x.xz * (1.0 - y.beyond) + along_x.yw * y.beyond;
-    return along_y.x * (1.0 - z.beyond) + along_y.y * z.beyond;
+    return grid_mix(z, grid_mix(y, along_x.x, along_x.y), grid_mix(y, along_x.z, along_x.w));
 }
 
 /// An estimate of the transmittance of a grid's medium: ratio tracking.

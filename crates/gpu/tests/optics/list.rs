@@ -229,6 +229,7 @@ functions! {
     // geometry/frame.rs
     frame::frame_from_normal(normal: direction) within ROUNDING;
     frame::frame_from_tangent(normal: direction, tangent: signed_color) within CANCELLING;
+    frame::tangent_space(normal: direction, tangent: signed_color, handedness: sign_or_none, side: sign) within CANCELLING;
     frame::to_local(f: frame, v: signed_color) within ROUNDING;
     frame::to_world(f: frame, v: signed_color) within CANCELLING;
     frame::bend_normal(wo: direction, ng: direction, ns: direction) within GRAZING;
@@ -316,6 +317,13 @@ functions! {
     sky::direction_to_equirect(direction: off_pole, rotation: turns) within ANGLES;
     sky::equirect_to_direction(uv: unit2, rotation: turns) within ROUNDING;
     sky::equirect_pdf(pdf_image: density, polar: unit) within ROUNDING;
+    // lights/equirect.rs
+    equirect::equirect_place(uv: unit2, width: count, height: count) within TEXELS;
+    equirect::equirect_mix(p: equirect_place, top_left: albedo, top_right: albedo, bottom_left: albedo, bottom_right: albedo) within ROUNDING;
+    equirect::equirect_pixel(uv: unit2, width: count, height: count) within STEPS;
+    equirect::equirect_pixel_pdf(probability: share, pixels: count, polar: unit) within ROUNDING;
+    equirect::equirect_point(pixel: pixel, within: unit2, width: count, height: count) within ROUNDING;
+    equirect::rest_of_choice(rest: share, size: size) within ROUNDING;
     // lights/reservoir.rs
     reservoir::candidate_weight(contribution: radiance) within EXACT;
     reservoir::candidate_pdf(pdf: density, probability: share, count: depth) within ROUNDING;
@@ -369,6 +377,8 @@ functions! {
     volume::phase_scatter(wo: direction, g: anisotropy, alone: flag, u: unit2) within GRAZING;
     volume::phase_eval(cos_theta: signed_cosine, g: anisotropy) within CANCELLING;
     volume::phase_sample(wo: direction, g: anisotropy, u: unit2) within GRAZING;
+    volume::grid_mix(p: between_cells, cell: share, next: share) within ROUNDING;
+    volume::ior_across(inside: ior, around: ior) within ROUNDING;
     volume::segment_pair(segment: depth) within EXACT;
     volume::continue_in_medium(path: path, s: scattered, walk: body, roulette: roulette, u: unit) within SIDES;
     // transport/interiors.rs

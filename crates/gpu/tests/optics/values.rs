@@ -127,6 +127,7 @@ structures! {
         first, size, height, difference, sum, cos_inner, start, half_turns, solid_angle,
     }
     ProfileCell in light_profile { first, second, third, fourth, down, across }
+    EquirectPlace in equirect { left, right, top, bottom, across, down }
     NodeImportance in light_tree { sum, count }
     ChildChoice in light_tree { child, weight, before, end }
     LightBranch in light_tree { second, probability, remainder }

@@ -47,6 +47,18 @@ pub mod frame {
         frame_from_normal(normal)
     }
 
+    /// The frame of a tangent-space map about `normal`, which is on the viewer's side.
+    ///
+    /// - `tangent`: of the front. `handedness`: of the front's bitangent, 1 or −1; 0: there is no tangent, and any frame will do.
+    /// - `side`: 1 at the front, −1 at the back: the map's y belongs to the front's bitangent, while the frame's normal is turned.
+    pub fn tangent_space(normal: Vec3f, tangent: Vec3f, handedness: f32, side: f32) -> Frame {
+        if handedness == 0.0 {
+            return frame_from_normal(normal);
+        }
+        let f = frame_from_tangent(normal, tangent);
+        Frame { tangent: f.tangent, bitangent: f.bitangent * (handedness * side), normal: f.normal }
+    }
+
     /// A world-space vector in local coordinates.
     pub fn to_local(f: Frame, v: Vec3f) -> Vec3f {
         vec3f(dot(f.tangent, v), dot(f.bitangent, v), dot(f.normal, v))

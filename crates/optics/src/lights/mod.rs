@@ -1,4 +1,5 @@
 //! Where light comes from.
+pub mod equirect;
 pub mod falloff;
 pub mod light;
 pub mod node;

@@ -6,6 +6,7 @@ use wgsl_rs::wgsl;
 #[wgsl]
 #[inline_all]
 pub mod texture_point {
+    use crate::constants::*;
     use wgsl_rs::std::*;
 
     /// What the value of a texture may depend on.
@@ -53,6 +54,11 @@ pub mod texture_point {
             return 0.0;
         }
         sqrt(sqrt(dot(m, m) / area2))
+    }
+
+    /// Texture coordinates per metre on a sphere, which as a whole has coordinates of area 1. `radius`: metres, positive.
+    pub fn sphere_uv_density(radius: f32) -> f32 {
+        1.0 / (radius * sqrt(4.0 * PI))
     }
 
     /// By how much the barycentric weights of the second and third corner change on the way `step`, which is in the plane of

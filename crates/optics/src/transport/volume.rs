@@ -222,6 +222,16 @@ pub mod volume {
         Continuation { state: next, wi: s.wi, above: true, alive: alive }
     }
 
+    /// A density between two cells along an axis.
+    pub fn grid_mix(p: GridPlace, cell: f32, next: f32) -> f32 {
+        cell * (1.0 - p.beyond) + next * p.beyond
+    }
+
+    /// The index of refraction of a body over that of what is around it.
+    pub fn ior_across(inside: f32, around: f32) -> f32 {
+        inside / around
+    }
+
     /// The medium at a point where it has a density.
     pub fn diluted(m: Medium, density: f32) -> Medium {
         Medium {

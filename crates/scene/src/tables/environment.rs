@@ -2,7 +2,9 @@
 
 use super::{AliasEntry, PortalTriangle, build_alias_table, portals::halves};
 use crate::{Environment, Image, Pixels, Portal};
-use optics::{Vec3f, vec3f};
+use optics::equirect::{equirect_mix, equirect_pixel, equirect_pixel_pdf, equirect_place, equirect_point};
+use optics::sky::{direction_to_equirect, equirect_to_direction};
+use optics::{Vec3f, vec2f, vec2u, vec3f};
 
 /// What a ray sees that leaves the scene, without the sun (which is a light).
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -135,35 +137,21 @@ impl EnvironmentTable {
         if self.width == 0 {
             return self.gradient(direction);
         }
-        let uv = optics::sky::direction_to_equirect(direction, self.rotation);
-        self.bilinear(uv.x, uv.y)
-    }
-
-    /// Bilinear interpolation; wraps around horizontally, stops at the poles.
-    fn bilinear(&self, u: f32, v: f32) -> Vec3f {
-        let x = u * self.width as f32 - 0.5;
-        let y = (v * self.height as f32 - 0.5).clamp(0.0, (self.height - 1) as f32);
-        let (fx, fy) = (x - x.floor(), y - y.floor());
-        let x0 = (x.floor() as i64).rem_euclid(i64::from(self.width)) as u32;
-        let x1 = if x0 + 1 == self.width { 0 } else { x0 + 1 };
-        let y0 = y as u32;
-        let y1 = (y0 + 1).min(self.height - 1);
+        let place = equirect_place(direction_to_equirect(direction, self.rotation), self.width, self.height);
         let texel = |x: u32, y: u32| {
             let c = self.texels[(y * self.width + x) as usize];
             vec3f(c[0], c[1], c[2])
         };
-        let top = texel(x0, y0) * (1.0 - fx) + texel(x1, y0) * fx;
-        let bottom = texel(x0, y1) * (1.0 - fx) + texel(x1, y1) * fx;
-        top * (1.0 - fy) + bottom * fy
+        let [top, bottom] = [place.top, place.bottom].map(|y| [texel(place.left, y), texel(place.right, y)]);
+        equirect_mix(place, top[0], top[1], bottom[0], bottom[1])
     }
 
     /// Density over solid angle with which the image's sampling table chooses `direction`. Only where there is an image.
     pub(super) fn image_pdf(&self, direction: Vec3f) -> f32 {
-        let uv = optics::sky::direction_to_equirect(direction, self.rotation);
-        let x = ((uv.x * self.width as f32) as u32).min(self.width - 1);
-        let y = ((uv.y * self.height as f32) as u32).min(self.height - 1);
-        let entry = self.alias[(y * self.width + x) as usize];
-        optics::sky::equirect_pdf(entry.probability * self.texels.len() as f32, uv.y)
+        let uv = direction_to_equirect(direction, self.rotation);
+        let pixel = equirect_pixel(uv, self.width, self.height);
+        let entry = self.alias[(pixel.y * self.width + pixel.x) as usize];
+        equirect_pixel_pdf(entry.probability, self.width * self.height, uv.y)
     }
 
     /// Samples a unit direction by the image's table, and its density over solid angle; `u`: two uniform numbers in `[0, 1)`.
@@ -179,13 +167,11 @@ impl EnvironmentTable {
         let row = choose(&self.row_alias, u[1], dither(u[0], u[1]));
         let pixels = &self.alias[(row.index * self.width) as usize..][..self.width as usize];
         let column = choose(pixels, u[0], dither(u[1], u[0]));
-        let uv = optics::vec2f(
-            (column.index as f32 + column.remainder) / self.width as f32,
-            (row.index as f32 + row.remainder) / self.height as f32,
-        );
+        let within = vec2f(column.remainder, row.remainder);
+        let uv = equirect_point(vec2u(column.index, row.index), within, self.width, self.height);
         let probability = pixels[column.index as usize].probability;
-        let pdf = optics::sky::equirect_pdf(probability * self.texels.len() as f32, uv.y);
-        (optics::sky::equirect_to_direction(uv, self.rotation), pdf)
+        let pdf = equirect_pixel_pdf(probability, self.width * self.height, uv.y);
+        (equirect_to_direction(uv, self.rotation), pdf)
     }
 
     /// Bytes in all arrays.

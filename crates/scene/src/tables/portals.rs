@@ -2,6 +2,7 @@
 
 use super::{EnvironmentTable, NONE};
 use crate::Portal;
+use optics::equirect::rest_of_choice;
 use optics::light_tree::light_branch;
 use optics::portal::{image_share, portal_mixture};
 use optics::portal_triangle::PortalTriangle;
@@ -78,7 +79,7 @@ impl EnvironmentTable {
             }
         }
         let (triangle, seen, left) = chosen?;
-        let u = (left / seen.solid_angle).clamp(0.0, optics::constants::ONE_MINUS_EPSILON);
+        let u = rest_of_choice(left, seen.solid_angle);
         let at = sample_spherical_triangle(seen, vec2f(u, v));
         Some(normalize(triangle.towards(p, at)))
     }

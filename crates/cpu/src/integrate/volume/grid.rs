@@ -16,7 +16,7 @@ use optics::vec3f;
 use optics::vector::length;
 use optics::volume::{
     LITTLE_LIGHT, MOST_COLLISIONS, STREAM_PATH, collide, collision_distance, diluted, grid_majorant,
-    grid_place, medium_extinction, ratio_tracking_factor, stream_next, stream_start,
+    grid_mix, grid_place, medium_extinction, ratio_tracking_factor, stream_next, stream_start,
 };
 use scene::tables::{GridRecord, SceneTables};
 
@@ -117,10 +117,9 @@ pub(super) fn density(tables: &SceneTables, grid: &GridRecord, p: Vec3f) -> f32 
         let index = (z as usize * grid.size[1] as usize + y as usize) * grid.size[0] as usize + x as usize;
         tables.densities[grid.first as usize + index]
     };
-    let mix = |a: f32, b: f32, beyond: f32| a * (1.0 - beyond) + b * beyond;
-    let along_x = |y: u32, z: u32| mix(value(x.cell, y, z), value(x.next, y, z), x.beyond);
-    let along_y = |z: u32| mix(along_x(y.cell, z), along_x(y.next, z), y.beyond);
-    mix(along_y(z.cell), along_y(z.next), z.beyond)
+    let along_x = |y: u32, z: u32| grid_mix(x, value(x.cell, y, z), value(x.next, y, z));
+    let along_y = |z: u32| grid_mix(y, along_x(y.cell, z), along_x(y.next, z));
+    grid_mix(z, along_y(z.cell), along_y(z.next))
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use optics::interiors::{
     Interiors, MOST_AROUND_CAMERA, interiors_along, interiors_cross, interiors_current, interiors_hide,
     interiors_leave, interiors_nothing, surroundings_direction, surroundings_past, surroundings_unknown,
 };
-use optics::volume::{Medium, below_height, vacuum};
+use optics::volume::{Medium, below_height, ior_across, vacuum};
 use scene::tables::{MaterialRecord, NONE, SceneTables};
 
 /// A part of a ray that lies in one medium.
@@ -69,7 +69,7 @@ pub(crate) fn crossed(inside: Interiors, tables: &SceneTables, surface: &Surface
 pub(crate) fn relative_ior(inside: Interiors, tables: &SceneTables, surface: &Surface) -> f32 {
     let around = if surface.front { inside } else { interiors_leave(inside, surface.material) };
     let ior = |m: u32| tables.materials.get(m as usize).map_or(1.0, |m| m.ior);
-    ior(surface.material) / ior(interiors_current(around))
+    ior_across(ior(surface.material), ior(interiors_current(around)))
 }
 
 /// The index of refraction of what a ray is in on its way to a surface; 1 in vacuum.

@@ -11,6 +11,15 @@ pub fn frame(i: &mut Inputs) -> Frame {
     frame_from_normal(direction(i))
 }
 
+/// 1 or −1.
+pub fn sign(i: &mut Inputs) -> f32 {
+    if flag(i) { 1.0 } else { -1.0 }
+}
+
+pub fn sign_or_none(i: &mut Inputs) -> f32 {
+    i.edge(&[0.0]).unwrap_or_else(|| sign(i))
+}
+
 pub fn camera(i: &mut Inputs) -> CameraFrame {
     let f = frame(i);
     let lens_radius = i.edge(&[0.0]).unwrap_or_else(|| i.uniform() * 0.1);

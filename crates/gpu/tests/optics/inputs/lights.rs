@@ -1,6 +1,7 @@
 //! Lights, what is known of groups of them, and how one is chosen.
 
 use super::*;
+use optics::equirect::EquirectPlace;
 use optics::light::{LIGHT_RECTANGLE, Light, LightSample};
 use optics::light_profile::ProfileCell;
 use optics::light_tree::{
@@ -10,7 +11,17 @@ use optics::reservoir::Reservoir;
 use optics::spherical_rectangle::{SphericalRectangle, spherical_rectangle_new};
 use optics::spherical_triangle::{SphericalTriangle, spherical_triangle_new};
 use optics::vector::cross;
-use optics::{Vec3f, vec2f, vec3f};
+use optics::{Vec2u, Vec3f, vec2f, vec3f};
+
+/// A place in an image of any size.
+pub fn equirect_place(i: &mut Inputs) -> EquirectPlace {
+    optics::equirect::equirect_place(vec2f(i.uniform(), i.uniform()), count(i), count(i))
+}
+
+/// Column and row.
+pub fn pixel(i: &mut Inputs) -> Vec2u {
+    Vec2u { x: i.below(100) as u32, y: i.below(100) as u32 }
+}
 
 /// A sample of a light that shines.
 pub fn light_sample(i: &mut Inputs) -> LightSample {

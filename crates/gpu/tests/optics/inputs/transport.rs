@@ -7,7 +7,7 @@ use optics::interiors::{Interiors, Surroundings, interiors_enter, interiors_noth
 use optics::path::PathState;
 use optics::random::PixelSampler;
 use optics::vertex::Roulette;
-use optics::volume::Medium;
+use optics::volume::{GridPlace, Medium};
 use optics::{Vec3f, vec3f};
 
 /// Mean cosines of phase functions.
@@ -64,6 +64,11 @@ pub fn path(i: &mut Inputs) -> PathState {
 
 pub fn depth(i: &mut Inputs) -> u32 {
     1 + i.below(12) as u32
+}
+
+/// Between two cells of a grid.
+pub fn between_cells(i: &mut Inputs) -> GridPlace {
+    GridPlace { cell: 3, next: 4, beyond: share(i) }
 }
 
 pub fn roulette(i: &mut Inputs) -> Roulette {

@@ -62,6 +62,7 @@ functions! {
     color_nodes::blackbody_color(kelvin: kelvin) within NODES;
     // textures/texture_point.rs
     texture_point::texture_point_at(coords: texel4, color: texel4) within EXACT;
+    texture_point::sphere_uv_density(radius: positive) within ROUNDING;
     texture_point::area_density(e1: point, e2: far_point, d1: point, d2: far_point) within ROOTS;
     texture_point::barycentric_step(e1: point, e2: far_point, step: point) within GRAZING;
     texture_point::bump_step(world: point) within ROUNDING;
