@@ -35,13 +35,13 @@ def forward_kernel(
     plane = height * width
     logit_at = logits + image * ln + row * ly + column * lx
     top = tl.full((BLOCK,), float("-inf"), tl.float32)
-    for tap in tl.static_range(TAPS * TAPS):
+    for tap in range(TAPS * TAPS):
         top = tl.maximum(top, tl.load(logit_at + tap * lc, mask=exists, other=0.0).to(tl.float32))
     tl.store(greatest + pixel, top, mask=exists)
     first = weighted + image * CHANNELS * plane
     for channel in tl.static_range(CHANNELS):
         total_here = tl.zeros((BLOCK,), tl.float32)
-        for tap in tl.static_range(TAPS * TAPS):
+        for tap in range(TAPS * TAPS):
             y, x = row + (tap // TAPS - TAPS // 2), column + (tap % TAPS - TAPS // 2)
             near = exists & (y >= 0) & (y < height) & (x >= 0) & (x < width)
             logit = tl.load(logit_at + tap * lc, mask=exists, other=0.0).to(tl.float32)
@@ -63,7 +63,7 @@ def logits_kernel(
     plane = height * width
     top = tl.load(greatest + pixel, mask=exists, other=0.0)
     first = image * CHANNELS * plane
-    for tap in tl.static_range(TAPS * TAPS):
+    for tap in range(TAPS * TAPS):
         y, x = row + (tap // TAPS - TAPS // 2), column + (tap % TAPS - TAPS // 2)
         near = exists & (y >= 0) & (y < height) & (x >= 0) & (x < width)
         at = logits + image * ln + row * ly + column * lx + tap * lc
@@ -88,7 +88,7 @@ def weighted_kernel(
     first = image * CHANNELS * plane
     for channel in tl.static_range(CHANNELS):
         total_here = tl.zeros((BLOCK,), tl.float32)
-        for tap in tl.static_range(TAPS * TAPS):
+        for tap in range(TAPS * TAPS):
             y, x = row - (tap // TAPS - TAPS // 2), column - (tap % TAPS - TAPS // 2)
             near = exists & (y >= 0) & (y < height) & (x >= 0) & (x < width)
             at = logits + image * ln + y * ly + x * lx + tap * lc

@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// Crates that are held to the limit.
-const CRATES: [&str; 1] = ["accel"];
+const CRATES: [&str; 2] = ["accel", "cpu"];
 
 /// Most files of a circle.
 const MAX_CIRCLE: usize = 4;

@@ -1,11 +1,11 @@
 //! [`CpuBackend`]: the trait's implementation; film, threads, views.
 
 use crate::fetch::filter::AlphaFilter;
-use crate::integrate::path::PathBatch;
 use crate::scene::CpuScene;
 use crate::schedule::passes;
 use crate::schedule::pixel_list;
 use crate::schedule::row_blocks::{FirstHits, RowBlock, Work};
+use crate::shade::path_batch::PathBatch;
 use accel::{Opaque, Quality};
 use backend::{
     Backend, BackendError, Control, Integrator, LoadStats, PixelSamples, Stats, View, check_media,

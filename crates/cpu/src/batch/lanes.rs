@@ -4,7 +4,7 @@
 //! everything else; they have no branches left after inlining, so the compiler turns each into vector instructions of the
 //! instruction set that the kernel is compiled for. Few things need [`crate::simd`].
 
-use crate::integrate::path::{SampleId, sampler_kind};
+use crate::batch::samples::{SampleId, sampler_kind};
 use backend::View;
 use optics::camera::{CameraFrame, camera_ray};
 use optics::random::{
@@ -18,6 +18,12 @@ pub(crate) const LANES: usize = 16;
 
 /// All lanes, as bits.
 pub(crate) const ALL_LANES: u32 = (1 << LANES) - 1;
+
+/// As many lanes, as bits, but not more than there are.
+#[inline(always)]
+pub(crate) fn first_lanes(count: usize) -> u32 {
+    ALL_LANES >> (LANES - count.min(LANES))
+}
 
 /// One number for each lane, of which there may be twice as many as are used.
 #[derive(Clone, Copy, Debug)]

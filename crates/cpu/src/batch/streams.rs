@@ -1,11 +1,9 @@
 //! What goes from one stage of a batch to the next: paths under way, what they hit, and shadow rays.
 
 use crate::batch::columns::{Column, VectorColumn};
+use crate::batch::departures::{ConnectionLanes, NextLanes};
 use crate::batch::lanes::{CameraLanes, LANES, Vectors};
 use crate::batch::vertices::PathLanes;
-use crate::integrate::path::Connection;
-use crate::shade::light_lanes::ConnectionLanes;
-use crate::shade::scatter_lanes::NextLanes;
 use crate::simd::Instructions;
 use accel::{Hit, HitColumns, Ray, RayColumns};
 use optics::light_tree::ALL_SIDES;
@@ -24,7 +22,7 @@ pub(crate) struct Path {
     /// See [`optics::random::PixelSampler`].
     pub scramble: u32,
     pub index: u32,
-    /// Where its light is summed, see [`PathBatch`](crate::integrate::path::PathBatch).
+    /// Where its light is summed, see [`PathBatch`](crate::shade::path_batch::PathBatch).
     pub slot: u32,
     /// Length of the path so far, for footprints.
     pub length: f32,
@@ -68,6 +66,14 @@ impl Path {
         let pdf = if state.specular { -1.0 } else { state.pdf };
         Path { throughput: state.throughput, pdf, eta_scale: state.eta_scale, ..self }
     }
+}
+
+/// What a shadow ray brings if nothing is in its way.
+#[derive(Clone, Copy)]
+pub(crate) struct Connection {
+    /// See [`Path::slot`].
+    pub slot: u32,
+    pub contribution: Vec3f,
 }
 
 /// Paths under way, with their rays. The fields of a path are those of [`Path`].

@@ -4,11 +4,10 @@
 //! way in which they scatter; as soon as there are sixteen, [`crate::shade::scatter_lanes`] does for all of them what paths do at
 //! vertices.
 
+use crate::batch::departures::{ConnectionLanes, LightLanes, NextLanes};
 use crate::batch::lanes::{LANES, Lanes, Pairs, Vectors, draw};
 use crate::batch::streams::{Path, PathStream};
 use crate::fetch::triangles::TriangleLanes;
-use crate::shade::light_lanes::{ConnectionLanes, LightLanes};
-use crate::shade::scatter_lanes::NextLanes;
 use crate::simd::Instructions;
 use bytemuck::Pod;
 use optics::Vec3f;

@@ -5,10 +5,10 @@
 //! reflection rays, and the environment, as ambient light on the diffuse lobes, a fixed number of occlusion rays. What
 //! reflection rays see is lit with one shadow ray a light. Mirrors and glass are followed until the depth is used up.
 
+use crate::batch::samples::{SampleId, new_sampler};
 use crate::fetch::surface::Surface;
-use crate::integrate::aov::{aov_sample, headlight};
-use crate::integrate::path::{SampleId, new_sampler};
 use crate::scene::{CpuScene, vec3};
+use crate::shade::aov::{aov_sample, headlight};
 use crate::shade::closures::{Incoming, closure_at};
 use crate::shade::lights::{distant_radiance, sample_one_light};
 use crate::shade::material::{Shading, emission};

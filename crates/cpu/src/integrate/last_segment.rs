@@ -4,9 +4,10 @@
 //! ray to what is infinitely far away: a question that is cheaper than what the nearest surface is, and not asked at all where
 //! the sky is black.
 
-use crate::integrate::path::{Connection, Context, PathBatch};
+use crate::batch::streams::Connection;
 use crate::scene::{CpuScene, vec3};
 use crate::shade::lights::for_each_distant;
+use crate::shade::path_batch::{Context, PathBatch};
 use accel::{HitFilter, Ray};
 use optics::intersect::{intersect_box, inverse_direction};
 use optics::path::path_add_emission;

@@ -1,9 +1,10 @@
 //! Cutting the picture into work for threads, and that into batches.
 
+use crate::batch::samples::{Run, SampleId};
 use crate::integrate::direct::DirectTracer;
-use crate::integrate::path::{PathBatch, Run, SampleId};
 use crate::integrate::volume::VolumeTracer;
 use crate::scene::CpuScene;
+use crate::shade::path_batch::PathBatch;
 use crate::simd::{Instructions, Stage, call_with_best};
 use accel::HitFilter;
 use backend::{DirectSettings, Integrator, PathSettings, PixelSamples, View};

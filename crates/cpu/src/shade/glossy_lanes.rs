@@ -1,10 +1,10 @@
 //! Diffuse and GGX reflection at sixteen vertices at once: see `lanes`.
 
-use crate::batch::lanes::{LANES, Lanes, Pairs, Vectors};
+use crate::batch::departures::NextLanes;
+use crate::batch::lanes::{LANES, Lanes, Pairs, Vectors, first_lanes};
 use crate::batch::vertices::Vertices;
 use crate::scene::CpuScene;
-use crate::shade::misses::first_lanes;
-use crate::shade::scatter_lanes::{Lobes, NextLanes};
+use crate::shade::scatter_lanes::Lobes;
 use crate::simd::Instructions;
 use optics::Vec3f;
 use optics::albedo::{GgxAlbedo, GgxAlbedoCell};

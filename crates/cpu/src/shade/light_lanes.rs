@@ -1,5 +1,6 @@
 //! Light samples of many plain vertices at once: see `lanes`.
 
+use crate::batch::departures::{ConnectionLanes, LightLanes};
 use crate::batch::lanes::{ALL_LANES, LANES, Lanes, Pairs, Vectors};
 use crate::batch::vertices::Vertices;
 use crate::scene::CpuScene;
@@ -23,17 +24,6 @@ use optics::warp::{alias_choose_dithered, alias_slot};
 use optics::{Vec2f, Vec3f, vec2f};
 use scene::tables::{LightChoice, LightNode, SceneTables};
 
-/// Light samples of vertices: the fields of [`LightSample`].
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct LightLanes {
-    wi: Vectors,
-    distance: Lanes<f32>,
-    radiance: Vectors,
-    /// Density with the choice of the light; 0 where there is nothing to ask for.
-    pdf: Lanes<f32>,
-    delta: Lanes<u32>,
-}
-
 impl LightLanes {
     #[inline(always)]
     fn set(&mut self, lane: usize, sample: &LightSample, probability: f32) {
@@ -43,19 +33,6 @@ impl LightLanes {
         self.pdf.0[lane] = sample.pdf * probability;
         self.delta.0[lane] = u32::from(sample.delta);
     }
-}
-
-/// Shadow rays to light samples.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct ConnectionLanes {
-    /// Where the shadow ray starts.
-    pub origin: Vectors,
-    /// Its unit direction.
-    pub direction: Vectors,
-    /// From there to the light.
-    pub distance: Lanes<f32>,
-    /// Contribution to the pixel if nothing is in the way; zero where there is nothing to ask for.
-    pub contribution: Vectors,
 }
 
 impl ConnectionLanes {
@@ -76,18 +53,6 @@ impl ConnectionLanes {
             self.contribution.set(lane, contribution);
             self.origin.set(lane, origin);
         }
-    }
-
-    /// Which of the first `waiting` lanes have something to ask for, as bits.
-    #[inline(always)]
-    pub fn asking(&self, i: impl Instructions, waiting: usize) -> u32 {
-        let mut nothing = Lanes::<u32>::default();
-        for lane in 0..LANES {
-            let Vec3f { x, y, z } = self.contribution.get(lane);
-            // Not `<= 0`: NaN must reach the film, where it is counted.
-            nothing.0[lane] = u32::from(x + y + z == 0.0);
-        }
-        i.equal(&nothing.0, 0) & ((1 << waiting) - 1)
     }
 }
 

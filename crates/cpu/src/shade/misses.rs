@@ -3,8 +3,8 @@
 //! What they find there is little work. Were they left among the others, lanes that compute surfaces would be idle for each of
 //! them: in pictures with much sky that is every second one.
 
-use crate::batch::lanes::{ALL_LANES, LANES, Vectors};
-use crate::integrate::path::{Context, PathBatch};
+use crate::batch::lanes::{LANES, Vectors, first_lanes};
+use crate::shade::path_batch::{Context, PathBatch};
 use crate::simd::Instructions;
 use scene::tables::NONE;
 
@@ -58,10 +58,4 @@ impl PathBatch {
             self.radiance[self.paths.slot.get(first + lane) as usize] += found.get(lane);
         }
     }
-}
-
-/// As many lanes, as bits, but not more than there are.
-#[inline(always)]
-pub(crate) fn first_lanes(count: usize) -> u32 {
-    ALL_LANES >> (LANES - count.min(LANES))
 }

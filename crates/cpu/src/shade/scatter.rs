@@ -1,12 +1,12 @@
 //! Scattering of paths one by one, at whatever surface.
 
-use crate::batch::streams::Path;
+use crate::batch::streams::{Connection, Path};
 use crate::batch::vertices::PlainPoint;
 use crate::fetch::surface::Surface;
-use crate::integrate::path::{Connection, Context, PathBatch};
 use crate::shade::closures::{Incoming, layers_at, wants_model_number};
 use crate::shade::lights::sample_light;
 use crate::shade::material::{base_color, shade};
+use crate::shade::path_batch::{Context, PathBatch};
 use crate::shade::scattering::Scattering;
 use crate::shade::stages::ScatterDiffuse;
 use crate::simd::Instructions;

@@ -1,8 +1,8 @@
 //! Scattering of sixteen vertices at once: see `lanes`.
 
-use crate::batch::lanes::{LANES, Lanes, Pairs, Vectors};
+use crate::batch::departures::NextLanes;
+use crate::batch::lanes::{LANES, Pairs, Vectors};
 use crate::batch::vertices::Vertices;
-use crate::simd::Instructions;
 use backend::PathSettings;
 use optics::dielectric::{dielectric_bsdf, smooth_dielectric_sample};
 use optics::frame::{frame_from_normal, to_local, to_world};
@@ -28,31 +28,6 @@ impl Lobes for CosineLobes {
     fn eval(&self, v: &Vertices, lane: usize, wi: Vec3f) -> BsdfValue {
         let pdf = pdf_cosine_hemisphere(dot(wi, v.shading_normal.get(lane)));
         BsdfValue { value_cos: v.color.get(lane) * pdf, pdf }
-    }
-}
-
-/// Continuations of paths.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct NextLanes {
-    /// Where the next ray starts.
-    pub origin: Vectors,
-    /// Its unit direction.
-    pub wi: Vectors,
-    /// See [`crate::batch::streams::Path::pdf`].
-    pub pdf: Lanes<f32>,
-    /// Throughput of the path up to the next vertex.
-    pub throughput: Vectors,
-    /// See [`PathState::eta_scale`].
-    pub eta_scale: Lanes<f32>,
-    /// 1 if the path goes on: the direction is on the right side of the geometric surface, and roulette lets it live.
-    pub alive: Lanes<u32>,
-}
-
-impl NextLanes {
-    /// Which of the first `waiting` lanes go on, as bits.
-    #[inline(always)]
-    pub fn alive(&self, i: impl Instructions, waiting: usize) -> u32 {
-        i.equal(&self.alive.0, 1) & ((1 << waiting) - 1)
     }
 }
 

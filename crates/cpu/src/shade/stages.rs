@@ -5,8 +5,8 @@
 
 use crate::batch::streams::{PathStream, ShadowStream};
 use crate::batch::vertices::VertexQueue;
-use crate::integrate::path::{Context, PathBatch};
 use crate::shade::light_lanes::sample_lights;
+use crate::shade::path_batch::{Context, PathBatch};
 use crate::shade::scatter_lanes::{
     CosineLobes, Lobes, play_roulette, sample_cosine_lobes, sample_smooth_interfaces,
 };

@@ -12,14 +12,15 @@ mod shadow;
 pub(crate) use interiors::{crossed, interiors_around, ior_along, passes, relative_ior, segment};
 pub(crate) use optical_depth::optical_depth;
 
+use crate::batch::samples::{SampleId, new_sampler};
 use crate::fetch::filter::{AlphaFilter, BoundaryFilter};
 use crate::fetch::surface::Surface;
-use crate::integrate::aov::aov_sample;
-use crate::integrate::path::{SampleId, new_sampler, roulette};
 use crate::scene::{CpuScene, vec3};
+use crate::shade::aov::aov_sample;
 use crate::shade::closures::{Incoming, closure_at, wants_model_number};
 use crate::shade::lights::{for_each_distant, sample_light, surface_light_pdf};
 use crate::shade::material::{Shading, emission};
+use crate::shade::path_batch::roulette;
 use crate::shade::scatter::{normal_for_lights, shadow_ray};
 use accel::{Hit, Ray};
 use backend::{PathSettings, View};

@@ -1,0 +1,36 @@
+//! The samples that a batch makes, and how their random numbers are drawn.
+
+use backend::View;
+use optics::random::{PixelSampler, SAMPLER_BLUE_NOISE, SAMPLER_INDEPENDENT, SAMPLER_SOBOL, sampler_new};
+
+/// One sample to be made: its pixel and its index.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SampleId {
+    pub x: u32,
+    pub y: u32,
+    pub index: u32,
+}
+
+/// Neighbours in a batch that belong to one pixel.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Run {
+    /// Place of the pixel's estimate.
+    pub place: u32,
+    /// Number of samples.
+    pub count: u32,
+}
+
+/// How the view draws its samples, as the optics know it.
+pub(crate) fn sampler_kind(view: &View) -> u32 {
+    match view.sampler {
+        backend::SamplerKind::Sobol => SAMPLER_SOBOL,
+        backend::SamplerKind::Independent => SAMPLER_INDEPENDENT,
+        backend::SamplerKind::BlueNoise => SAMPLER_BLUE_NOISE,
+    }
+}
+
+/// The random numbers of a sample.
+#[inline(always)]
+pub(crate) fn new_sampler(view: &View, sample: &SampleId) -> PixelSampler {
+    sampler_new(sampler_kind(view), sample.x, sample.y, view.width, sample.index, view.seed)
+}
