@@ -351,3 +351,38 @@ fn densities_are_read_from_files_and_placed() {
     let error = load("\"none.vol\"").expect_err("no file");
     assert!(matches!(error, LoadError::Read { .. }), "{error}");
 }
+
+/// A texture graph as a density: declared or in place, with its bounds; and what is wrong with others.
+#[test]
+fn densities_are_texture_graphs_too() {
+    let text = |density: &str| {
+        format!(
+            "[textures.billows]\nnode = \"noise\"\nspace = \"world\"\nlow = -1\n\n\
+             [materials.a]\nmodel = \"boundary\"\nmedium = {{ scattering = 1, density = {density} }}\n"
+        )
+    };
+    let bounds = "bounds = [[-1, 0, -1], [1, 2, 1]]";
+    let billows = format!("{{ texture = \"billows\", {bounds}, size = [8, 9, 10] }}");
+    let in_place = "{ node = \"gradient\", space = \"world\" }";
+    for (density, size) in [(billows, [8, 9, 10]), (format!("{{ texture = {in_place}, {bounds} }}"), [64; 3])]
+    {
+        let medium = parsed(&text(&density)).scene.materials[0].medium.clone().expect("a medium");
+        let grid = medium.density.expect("a density");
+        assert_eq!(grid.size(), size);
+        assert_eq!(grid.bounds(), [Vec3::new(-1.0, 0.0, -1.0), Vec3::new(1.0, 2.0, 1.0)]);
+        assert!(grid.values().iter().any(|v| *v > 0.0) && grid.values().contains(&0.0));
+    }
+    for (density, says) in [
+        ("{ texture = \"billows\" }", "needs `bounds`"),
+        ("{ texture = \"billows\", bounds = [[0, 0, 0], [0, 1, 1]] }", "above the first"),
+        (&format!("{{ texture = \"billows\", {bounds}, size = [0, 1, 1] }}"), "density.size"),
+        (&format!("{{ texture = \"billows\", {bounds}, size = [1024, 1024, 1024] }}"), "too many"),
+        (&format!("{{ file = \"a.vol\", texture = \"billows\", {bounds} }}"), "either `file`"),
+        (&format!("{{ file = \"a.vol\", size = [2, 2, 2] }}"), "either `file`"),
+        (&format!("{{ texture = {{ node = \"smoke\" }}, {bounds} }}"), "no such node"),
+        (&format!("{{ texture = {{ node = \"image\", image = \"a.png\" }}, {bounds} }}"), "an image"),
+    ] {
+        let error = message(&text(density));
+        assert!(error.contains(says), "{error}");
+    }
+}

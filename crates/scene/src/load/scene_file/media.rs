@@ -24,13 +24,17 @@ pub(super) struct MediumKeys {
     density: Option<NameOr<DensityKeys>>,
 }
 
-/// A file of densities and where it is.
+/// Densities of a file or a texture graph, and where they are.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct DensityKeys {
-    file: String,
-    /// Lower and upper corner, world space, metres; the file's own without them.
+    file: Option<String>,
+    /// A texture that the file declares, or a graph.
+    texture: Option<toml::Value>,
+    /// Lower and upper corner, world space, metres; a file's own without them.
     bounds: Option<[Vec3Value; 2]>,
+    /// Cells along x, y and z at which a texture is evaluated.
+    size: Option<[u32; 3]>,
 }
 
 /// Light that comes out elsewhere.
@@ -82,9 +86,12 @@ impl MediumKeys {
     }
 }
 
+/// Most cells along an axis of a texture's grid.
+const MOST_CELLS: u32 = 1024;
+
 /// The medium of a material, and its priority.
 pub(super) fn apply_medium(
-    builder: &Builder,
+    builder: &mut Builder,
     k: &MaterialKeys,
     m: &mut Material,
     c: &Context,
@@ -125,27 +132,59 @@ pub(super) fn apply_medium(
 }
 
 impl Builder<'_> {
-    /// The grid of a file.
+    /// The grid of a medium's `density`.
     fn density(
-        &self,
+        &mut self,
         keys: Option<&NameOr<DensityKeys>>,
         c: &Context,
     ) -> Result<Option<Arc<DensityGrid>>, LoadError> {
-        let (file, bounds) = match keys {
+        let grid = match keys {
             None => return Ok(None),
-            Some(NameOr::Name(file)) => (file, None),
-            Some(NameOr::Table(t)) => (&t.file, t.bounds),
+            Some(NameOr::Name(file)) => self.density_of_file(file, None, c)?,
+            Some(NameOr::Table(keys)) => match (&keys.file, &keys.texture) {
+                (Some(file), None) if keys.size.is_none() => self.density_of_file(file, keys.bounds, c)?,
+                (None, Some(texture)) => self.density_of_texture(texture, keys, c)?,
+                _ => {
+                    return Err(c.error(
+                        "`density` needs either `file`, or `texture` with `bounds` and perhaps `size`",
+                    ));
+                }
+            },
         };
-        let mut grid = vol::load(&self.place.folder.join(file), self.options)?;
-        if let Some(corners) = bounds {
-            let placed = grid.placed(corners.map(|corner| DVec3::from_array(corner).as_vec3()));
-            grid = placed.ok_or_else(|| {
-                c.error(
-                    "`density.bounds` must be two corners, the second one above the first along each axis",
-                )
-            })?;
-        }
         Ok(Some(Arc::new(grid)))
+    }
+
+    fn density_of_file(
+        &self,
+        file: &str,
+        bounds: Option<[Vec3Value; 2]>,
+        c: &Context,
+    ) -> Result<DensityGrid, LoadError> {
+        let grid = vol::load(&self.place.folder.join(file), self.options)?;
+        let Some(corners) = bounds else { return Ok(grid) };
+        let placed = grid.placed(corners.map(|corner| DVec3::from_array(corner).as_vec3()));
+        placed.ok_or_else(|| {
+            c.error("`density.bounds` must be two corners, the second one above the first along each axis")
+        })
+    }
+
+    /// A texture graph, evaluated on a grid.
+    fn density_of_texture(
+        &mut self,
+        texture: &toml::Value,
+        keys: &DensityKeys,
+        c: &Context,
+    ) -> Result<DensityGrid, LoadError> {
+        let corners = keys.bounds.ok_or_else(|| c.error("`density.texture` needs `bounds`"))?;
+        let size = keys.size.unwrap_or([64; 3]);
+        for cells in size {
+            within(cells, [1, MOST_CELLS], "density.size", c)?;
+        }
+        let cells: u64 = size.iter().map(|&n| u64::from(n)).product();
+        c.take(cells * size_of::<f32>() as u64, "densities")?;
+        let graph = self.parse_graph(texture).map_err(|why| c.error(format!("`density.texture`: {why}")))?;
+        let bounds = corners.map(|corner| DVec3::from_array(corner).as_vec3());
+        graph.density(size, bounds).map_err(|why| c.error(format!("`density`: {why}")))
     }
 
     /// `[fog]`.

@@ -242,13 +242,17 @@ impl Builder<'_> {
         names.sort_unstable();
         for name in names {
             let about = format!("texture `{name}`");
-            self.parse(&Value::String(name))
+            self.parse_graph(&Value::String(name))
                 .map_err(|why| LoadError::malformed(self.place.path, about.clone(), why))?;
         }
         Ok(())
     }
 
-    fn parse(&mut self, value: &Value) -> Result<TextureGraph, String> {
+    /// The graph of a value.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub(super) fn parse_graph(&mut self, value: &Value) -> Result<TextureGraph, String> {
         let mut sources = Sources { builder: self, looked_up: Vec::new(), failed: None };
         let graph = parse_graph(value, &mut sources);
         match sources.failed {
@@ -259,7 +263,7 @@ impl Builder<'_> {
 
     /// The texture of a graph.
     pub(super) fn graph(&mut self, value: &Value, context: &Context) -> Result<TextureRef, LoadError> {
-        let graph = self.parse(value).map_err(|why| context.error(why))?;
+        let graph = self.parse_graph(value).map_err(|why| context.error(why))?;
         self.add_graph(graph, context)
     }
 
@@ -322,7 +326,8 @@ impl Builder<'_> {
         let mut part = |builder: &mut Self, table: Option<&Table>, factor: &mut f32| {
             let Some(table) = table else { return Ok(GraphInput::number(1.0)) };
             *factor = 1.0;
-            let parsed = builder.parse(&Value::Table(table.clone())).map_err(|why| context.error(why))?;
+            let parsed =
+                builder.parse_graph(&Value::Table(table.clone())).map_err(|why| context.error(why))?;
             Ok::<_, LoadError>(graph.append(&parsed))
         };
         let green = part(self, roughness, &mut material.roughness)?;

@@ -1,0 +1,149 @@
+//! The value of a graph on the host: back ends on CPUs, and what is made of graphs while a scene is loaded.
+
+use super::{GraphError, Program, TextureGraph};
+use crate::DensityGrid;
+use glam::{Affine3A, Vec3};
+use optics::texture_node::{
+    GRAPH_REGISTERS, NODE_IMAGE, NODE_TRIPLANAR, TextureNode, evaluate_node, graph_value, node_coordinates,
+    triplanar_coords,
+};
+use optics::texture_point::{TexturePoint, texture_point_at};
+use optics::{Vec3f, Vec4f, vec4f};
+use rayon::prelude::*;
+
+/// The value of the last of some nodes at a point.
+///
+/// - `image`: the texel of a node's image at both sets of texture coordinates. `shares`: see [`graph_value`].
+pub fn evaluate(
+    nodes: &[TextureNode],
+    point: &TexturePoint,
+    image: impl Fn(u32, Vec4f) -> Vec4f,
+    shares: bool,
+) -> Vec4f {
+    let zeros = vec4f(0.0, 0.0, 0.0, 0.0);
+    let mut registers = [zeros; GRAPH_REGISTERS as usize];
+    let mut value = zeros;
+    for node in nodes {
+        let input = |register: u32| registers.get(register as usize).copied().unwrap_or(zeros);
+        let [mut a, mut b, mut c] = [node.a, node.b, node.c].map(input);
+        let offset = input(node.offset);
+        if node.operation == NODE_IMAGE {
+            a = image(node.texture, point.coords);
+        } else if node.operation == NODE_TRIPLANAR {
+            let at = node_coordinates(*node, *point, offset);
+            [a, b, c] = [0, 1, 2].map(|axis| image(node.texture, triplanar_coords(at, axis)));
+        }
+        value = evaluate_node(*node, *point, a, b, c, offset);
+        registers[node.output as usize] = value;
+    }
+    graph_value(value, shares)
+}
+
+/// Why a graph is no density.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum DensityError {
+    /// It cannot be evaluated.
+    #[error(transparent)]
+    Graph(#[from] GraphError),
+    /// Images lie on surfaces.
+    #[error("a density cannot show an image")]
+    Image,
+    /// Evaluating it would take too long.
+    #[error("{cells} cells of {nodes} nodes are too many: {most} of one node are the most", most = TextureGraph::MOST_DENSITIES)]
+    TooLarge {
+        /// Cells of the grid.
+        cells: u64,
+        /// Nodes that are evaluated in each.
+        nodes: usize,
+    },
+    /// Nothing is between the bounds, or there are no cells.
+    #[error(
+        "the bounds must be two corners, the second one above the first along each axis, and each size 1 or more"
+    )]
+    Bounds,
+}
+
+impl TextureGraph {
+    /// Limit of cells times nodes of a grid of densities: some seconds of evaluation.
+    pub const MOST_DENSITIES: u64 = 1 << 26;
+
+    /// The densities that a graph has at the centres of a grid's cells: its red channel, 0 where that is negative.
+    ///
+    /// Object, world and camera space are all world space; texture coordinates go from 0 to 1 along x and y. Patterns are
+    /// filtered over a cell.
+    ///
+    /// # Errors
+    /// See [`DensityError`].
+    pub fn density(&self, size: [u32; 3], bounds: [Vec3; 2]) -> Result<DensityGrid, DensityError> {
+        let program = Program::new(self, Affine3A::IDENTITY)?;
+        if !program.images.is_empty() {
+            return Err(DensityError::Image);
+        }
+        let cells = size.iter().map(|&n| u64::from(n)).fold(1, u64::saturating_mul);
+        let nodes = program.nodes.len();
+        if cells.saturating_mul(nodes as u64) > Self::MOST_DENSITIES {
+            return Err(DensityError::TooLarge { cells, nodes });
+        }
+        let [low, high] = bounds;
+        let [columns, rows, slices] = size;
+        let cell = (high - low) / Vec3::new(columns as f32, rows as f32, slices as f32);
+        let value = |x: u32, y: u32, z: u32| {
+            let center = low + cell * (Vec3::new(x as f32, y as f32, z as f32) + 0.5);
+            let share = (center - low) / (high - low);
+            let ones = vec4f(1.0, 1.0, 1.0, 1.0);
+            let place = Vec3f::from_array(center.to_array());
+            let point = TexturePoint {
+                position: place,
+                world: place,
+                width: cell.max_element(),
+                ..texture_point_at(vec4f(share.x, share.y, share.x, share.y), ones)
+            };
+            evaluate(&program.nodes, &point, |_, _| ones, false).x.max(0.0)
+        };
+        let row = |i: u32| (0..columns).map(move |x| (x, i % rows.max(1), i / rows.max(1)));
+        let all = (0..rows.saturating_mul(slices)).into_par_iter().flat_map_iter(row);
+        let values = all.map(|(x, y, z)| value(x, y, z)).collect();
+        DensityGrid::new(size, bounds, values).ok_or(DensityError::Bounds)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Placement, Space, TextureGraphNode, kind_named};
+    use super::*;
+
+    fn gradient(space: Space) -> TextureGraph {
+        let placement = Placement { space, ..Placement::default() };
+        let node = TextureGraphNode::new(kind_named("gradient").expect("a kind"));
+        TextureGraph { nodes: vec![TextureGraphNode { placement, ..node }] }
+    }
+
+    #[test]
+    fn densities_are_the_graphs_values_at_centres() {
+        let bounds = [Vec3::new(0.0, -1.0, 2.0), Vec3::new(0.5, 1.0, 3.0)];
+        let grid = gradient(Space::World).density([2, 1, 2], bounds).expect("a density");
+        assert_eq!((grid.size(), grid.bounds()), ([2, 1, 2], bounds));
+        assert_eq!(grid.values(), [0.125, 0.375, 0.125, 0.375]);
+        let grid = gradient(Space::Uv).density([2, 1, 1], bounds).expect("a density");
+        assert_eq!(grid.values(), [0.25, 0.75]);
+    }
+
+    #[test]
+    fn what_is_no_density_is_refused() {
+        let cube = [Vec3::ZERO, Vec3::ONE];
+        let none = gradient(Space::World).density([0, 1, 1], cube);
+        assert_eq!(none, Err(DensityError::Bounds));
+        let large = gradient(Space::World).density([1024; 3], cube);
+        assert!(matches!(large, Err(DensityError::TooLarge { .. })));
+        let flat = gradient(Space::World).density([2, 2, 2], [Vec3::ZERO, Vec3::X]);
+        assert_eq!(flat, Err(DensityError::Bounds));
+        assert_eq!(
+            TextureGraph::default().density([1, 1, 1], cube),
+            Err(DensityError::Graph(GraphError::Empty))
+        );
+        let node = TextureGraphNode::new(kind_named("image").expect("a kind"));
+        let image = Some(crate::TextureRef::new(0));
+        let shown = TextureGraph { nodes: vec![TextureGraphNode { image, ..node }] };
+        assert_eq!(shown.density([1, 1, 1], cube), Err(DensityError::Image));
+    }
+}
