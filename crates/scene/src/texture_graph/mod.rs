@@ -1,11 +1,11 @@
 //! Textures that are computed: small graphs of nodes, evaluated by the optics at every hit.
 
-mod evaluate;
+mod density;
 mod kinds;
 mod parse;
 mod program;
 
-pub use evaluate::{DensityError, evaluate};
+pub use density::{DensityError, evaluate};
 pub use kinds::{InputKind, KINDS, NodeKind, Parameter, kind_named};
 pub use parse::{GraphSources, parse_graph};
 pub use program::Program;
