@@ -18,7 +18,11 @@
 //! What is decided for a pixel are functions of the optics ([`optics::rounds`]), which GPUs run on films of their own.
 
 use crate::{Film, PixelStats, Rect};
-use optics::rounds::{ROUND_RADIUS, neighbour_weight, relative_variance, samples_deserved, samples_of_round};
+use optics::rounds::{
+    ROUND_RADIUS, neighbour_weight, neighbours_add, neighbours_none, neighbours_say, samples_deserved,
+    samples_of_round,
+};
+use optics::{Vec3f, vec3f};
 use rayon::prelude::*;
 
 /// Pixels whose samples are added up by one thread: sums do not depend on the number of threads.
@@ -47,7 +51,7 @@ impl Allocation {
         let floor = floor.unwrap_or_else(|| film.error_floor()) as f32;
         let estimates: Vec<Estimate> = pixels.par_iter().map(Estimate::of).collect();
         let neighbours = Neighbours { estimates: &estimates, window: film.window(), floor };
-        let weights = (0..pixels.len()).into_par_iter().map(|i| neighbours.variance(i).sqrt()).collect();
+        let weights = (0..pixels.len()).into_par_iter().map(|i| neighbours.weight(i)).collect();
         Some(Self { weights, taken: pixels.iter().map(PixelStats::taken).collect() })
     }
 
@@ -101,14 +105,14 @@ impl Allocation {
 /// What is known of a pixel.
 #[derive(Clone, Copy)]
 struct Estimate {
-    mean: [f32; 3],
+    mean: Vec3f,
     /// Of one sample.
-    variance: [f32; 3],
+    variance: Vec3f,
 }
 
 impl Estimate {
     fn of(pixel: &PixelStats) -> Self {
-        let single = |values: [f64; 3]| values.map(|v| v as f32);
+        let single = |v: [f64; 3]| vec3f(v[0] as f32, v[1] as f32, v[2] as f32);
         Self { mean: single(pixel.mean()), variance: single(pixel.variance().unwrap_or_default()) }
     }
 }
@@ -121,28 +125,20 @@ struct Neighbours<'a> {
 }
 
 impl Neighbours<'_> {
-    /// Variance of a sample of pixel `index` relative to its squared radiance, the mean of the colours. One if it has no
-    /// neighbours.
-    fn variance(&self, index: usize) -> f32 {
+    /// The root of the relative variance of a sample of pixel `index`, as its neighbours have it. One if it has none.
+    fn weight(&self, index: usize) -> f32 {
         let width = self.window.width as usize;
         let (x, y) = ((index % width) as u32, (index / width) as u32);
         let range = |at: u32, end: u32| at.saturating_sub(ROUND_RADIUS)..(at + ROUND_RADIUS + 1).min(end);
-        let (mut mean, mut variance, mut sum) = ([0.0; 3], [0.0; 3], 0.0);
+        let mut neighbours = neighbours_none();
         for row in range(y, self.window.height) {
             for column in range(x, self.window.width) {
                 let weight = neighbour_weight(column as f32 - x as f32, row as f32 - y as f32);
                 let neighbour = &self.estimates[row as usize * width + column as usize];
-                for c in 0..3 {
-                    mean[c] += weight * neighbour.mean[c];
-                    variance[c] += weight * neighbour.variance[c];
-                }
-                sum += weight;
+                neighbours = neighbours_add(neighbours, weight, neighbour.mean, neighbour.variance);
             }
         }
-        if sum == 0.0 {
-            return 1.0;
-        }
-        (0..3).map(|c| relative_variance(mean[c] / sum, variance[c] / sum, self.floor)).sum::<f32>() / 3.0
+        neighbours_say(neighbours, self.floor)
     }
 }
 

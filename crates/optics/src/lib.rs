@@ -44,17 +44,21 @@ mod transport;
 pub use base::{constants::constants, math::math};
 pub use display::tonemap::tonemap;
 pub use geometry::{
-    camera::camera, distortion::distortion, frame::frame, intersect::intersect, offset::offset, shape::shape,
-    terminator::terminator,
+    bounds::bounds, camera::camera, distortion::distortion, frame::frame, intersect::intersect,
+    offset::offset, shape::shape, terminator::terminator,
 };
 pub use lights::{
     equirect::equirect, falloff::falloff, light::light, node as light_node, portal::portal, portal_triangle,
-    profile::light_profile, reservoir::reservoir, sky::sky, tree::light_tree,
+    profile::light_profile, reservoir::reservoir, shaft::shaft, sky::sky, tree::light_tree,
 };
 pub use materials::{
     image_texture::image_texture, layers::layers, material::material, plain::plain, record::WgslRecord,
 };
-pub use realtime::{allocation::allocation, edge_stops::edge_stops, history::history, signal::signal};
+pub use realtime::{
+    accumulation::accumulation, allocation::allocation, antialiasing::antialiasing, clusters::clusters,
+    edge_stops::edge_stops, history::history, reprojection::reprojection, signal::signal,
+    spatial_filter::spatial_filter,
+};
 pub use sampling::{
     alias_table, random::random, rounds::rounds, spherical_rectangle::spherical_rectangle,
     spherical_triangle::spherical_triangle, warp::warp,

@@ -57,11 +57,15 @@ fn collect_types(source: &'static Source, types: &mut ir::TypeImports) {
 #[inline_all]
 #[allow(unused_imports, reason = "the imports are the text: nothing here uses them")]
 mod everything {
+    use crate::accumulation::*;
     use crate::allocation::*;
     use crate::anisotropic::*;
+    use crate::antialiasing::*;
+    use crate::bounds::*;
     use crate::bsdf::*;
     use crate::camera::*;
     use crate::closure::*;
+    use crate::clusters::*;
     use crate::color_nodes::*;
     use crate::constants::*;
     use crate::dielectric::*;
@@ -98,13 +102,16 @@ mod everything {
     use crate::plain::*;
     use crate::portal::*;
     use crate::random::*;
+    use crate::reprojection::*;
     use crate::reservoir::*;
     use crate::rounds::*;
     use crate::scatter::*;
+    use crate::shaft::*;
     use crate::shape::*;
     use crate::sheen::*;
     use crate::signal::*;
     use crate::sky::*;
+    use crate::spatial_filter::*;
     use crate::spherical_rectangle::*;
     use crate::spherical_triangle::*;
     use crate::terminator::*;

@@ -3,6 +3,8 @@
 //! Linking needs no device, so every module and every combination is parsed, validated and translated in tests without one.
 
 #[cfg(test)]
+mod arithmetic;
+#[cfg(test)]
 pub(crate) mod check;
 pub mod modules;
 #[cfg(test)]

@@ -39,7 +39,7 @@ fn with_pipelines() -> Option<Linkage> {
 }
 
 /// What a module is linked with, by how its rays are traced.
-fn tracings(name: &str) -> Vec<Linkage> {
+pub(super) fn tracings(name: &str) -> Vec<Linkage> {
     let by_queries = with_queries().modules(name);
     match by_queries {
         // Only ray generation shaders trace by a ray tracing pipeline, and only they know of it.
@@ -79,7 +79,7 @@ fn every_module_is_complete_by_its_imports() {
 }
 
 /// What a text declares at its top level.
-fn declared(text: &str) -> BTreeSet<&str> {
+pub(super) fn declared(text: &str) -> BTreeSet<&str> {
     text.lines().filter_map(declared_in).collect()
 }
 

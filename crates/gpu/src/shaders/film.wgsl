@@ -2,7 +2,7 @@
 // film at its end; the host adds the film to exact sums before rounding matters.
 
 #import scattering, surface, variant
-#import optics::camera, optics::constants, optics::math, optics::random, optics::vertex
+#import optics::camera, optics::constants, optics::estimator, optics::random, optics::vertex
 
 /// What is to be rendered. Pixels count from the upper left of the whole picture.
 struct View {
@@ -109,9 +109,6 @@ struct Tally {
 @group(2) @binding(2) var<storage, read_write> tally: Tally;
 @group(2) @binding(3) var<storage, read_write> aovs: array<AovPixel>;
 
-/// The largest radiance that a sample may have, as on the film of the host: 2⁴⁰.
-const MAX_SAMPLE: f32 = 1099511627776.0;
-
 /// A pixel of the window, and the first of its samples in this dispatch.
 struct PixelWork {
     pixel: vec2u,
@@ -177,7 +174,7 @@ fn pixel_ray(pixel: vec2u, sampler: PixelSampler) -> CameraRay {
         lens = sample_2d(sampler, PAIR_LENS);
     }
     let at = vec2f(f32(view.window_x + pixel.x) + jitter.x, f32(view.window_y + pixel.y) + jitter.y);
-    return film_ray(at / vec2f(f32(view.width), f32(view.height)), lens);
+    return film_ray(film_position(at, vec2f(f32(view.width), f32(view.height))), lens);
 }
 
 /// The camera's ray through a point of the film: see `camera_ray`.
@@ -197,14 +194,14 @@ struct SampleSums {
 }
 
 fn is_valid_sample(c: vec3f) -> bool {
-    return is_finite3(c) && max_component(abs(c)) <= MAX_SAMPLE;
+    return is_valid_radiance(c);
 }
 
 fn add_sample(sums: SampleSums, radiance: vec3f) -> SampleSums {
     var next = sums;
     if is_valid_sample(radiance) {
         next.sum += radiance;
-        next.sum_of_squares += radiance * radiance;
+        next.sum_of_squares += squared(radiance);
         next.count += 1u;
     } else {
         next.invalid += 1u;
@@ -263,7 +260,7 @@ fn record_hit(pixel: vec2u, sample: u32, s: Surface, depth: f32) {
     aovs[index].count += 1u;
     aovs[index].normal += valid_layer(s.shading_normal);
     aovs[index].geometric_normal += valid_layer(s.normal);
-    aovs[index].albedo += valid_layer(surface_albedo(s, view.pixel_spread * depth));
+    aovs[index].albedo += valid_layer(surface_albedo(s, pixel_footprint(view.pixel_spread, depth)));
     if sample == 0u {
         aovs[index].has_first = 1u;
         aovs[index].depth = depth;

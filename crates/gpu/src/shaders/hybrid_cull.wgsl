@@ -1,7 +1,7 @@
 // Before anything is drawn: which items the camera can see, and which lights matter to which part of the view.
 
 #import draw_classes, film, hybrid_frame, hybrid_items, light_reach, primitive, scene, texels
-#import optics::constants
+#import optics::bounds, optics::camera, optics::clusters, optics::constants
 
 /// As the driver reads it.
 struct HybridDraw {
@@ -53,32 +53,21 @@ fn cull(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     seen_items[class_start(class_) + slot] = index;
 }
 
-/// An axis-parallel box in world space.
-struct ClusterBox {
-    low: vec3f,
-    high: vec3f,
-}
-
 /// The box around a cluster, a little larger than it is: positions are rounded.
-fn cluster_box(cluster: u32) -> ClusterBox {
+fn cluster_box(cluster: u32) -> AxisBox {
     let across = cluster % frame.clusters.x;
     let down = cluster / frame.clusters.x % frame.clusters.y;
     let slice = cluster / (frame.clusters.x * frame.clusters.y);
     let start = slice_start(slice);
     let end = select(slice_start(slice + 1u), FAR, slice + 1u == frame.clusters.z);
-    var bounds = ClusterBox(vec3f(FAR), vec3f(-FAR));
+    var bounds = box_of_nothing();
     for (var corner = 0u; corner < 4u; corner++) {
         let pixel = vec2f(vec2u(across + (corner & 1u), down + (corner >> 1u)) * frame.tile);
-        let film = (vec2f(f32(view.window_x), f32(view.window_y)) + pixel) / vec2f(f32(view.width), f32(view.height));
-        let ray = film_ray(film, frame.lens);
-        let step = ray.direction / dot(ray.direction, frame.axis);
-        let near = ray.origin + step * start;
-        let far = ray.origin + step * end;
-        bounds.low = min(bounds.low, min(near, far));
-        bounds.high = max(bounds.high, max(near, far));
+        let at = vec2f(f32(view.window_x), f32(view.window_y)) + pixel;
+        let ray = film_ray(film_position(at, vec2f(f32(view.width), f32(view.height))), frame.lens);
+        bounds = cluster_add_edge(bounds, ray.origin, ray.direction, frame.axis, start, end);
     }
-    let room = 1e-4 * (max(abs(bounds.low), abs(bounds.high)) + end);
-    return ClusterBox(bounds.low - room, bounds.high + room);
+    return cluster_with_room(bounds, end);
 }
 
 @compute @workgroup_size(64)
@@ -92,9 +81,7 @@ fn cluster_lights(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgro
     let first = 32u * (index % frame.light_words);
     var mask = 0u;
     for (var bit = 0u; bit < 32u && first + bit < scene.light_count; bit++) {
-        let reach = counting_reach(first + bit);
-        let nearest = clamp(reach.center, bounds.low, bounds.high);
-        if length(nearest - reach.center) <= reach.radius {
+        if is_within_reach(bounds, counting_reach(first + bit)) {
             mask |= 1u << bit;
         }
     }

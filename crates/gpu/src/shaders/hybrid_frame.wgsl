@@ -1,8 +1,8 @@
 // What all passes of the hybrid renderer know of a frame: binding 0 of group 3. A frame is one sample of each pixel, and all
 // pixels take it at the same place, which a rasteriser can do.
 
-#import film
-#import optics::camera
+#import film, projection
+#import optics::camera, optics::clusters
 
 struct HybridFrame {
     /// From world space, relative to `eye`, to clip space: x and y over the window, z reversed (1 near, 0 far).
@@ -41,25 +41,21 @@ struct HybridFrame {
 /// The camera ray through a pixel of the window.
 fn frame_ray(pixel: vec2u) -> CameraRay {
     let at = vec2f(vec2u(view.window_x, view.window_y) + pixel) + frame.jitter;
-    return film_ray(at / vec2f(f32(view.width), f32(view.height)), frame.lens);
+    return film_ray(film_position(at, vec2f(f32(view.width), f32(view.height))), frame.lens);
 }
 
 fn clip_position(world: vec3f) -> vec4f {
-    return frame.clip_from_world * vec4f(world - frame.eye, 1.0);
+    return clip_from(frame.clip_from_world, frame.eye, world);
 }
 
 /// Number of the slice of clusters at a distance along `frame.axis`.
 fn cluster_slice(depth: f32) -> u32 {
-    let slice = 1.0 + log2(max(depth, 1e-30) / frame.cluster_near) / frame.cluster_growth;
-    return u32(clamp(slice, 0.0, f32(frame.clusters.z) - 1.0));
+    return slice_at(depth, frame.cluster_near, frame.cluster_growth, frame.clusters.z);
 }
 
 /// Where a slice of clusters begins along `frame.axis`.
 fn slice_start(slice: u32) -> f32 {
-    if slice == 0u {
-        return 0.0;
-    }
-    return frame.cluster_near * exp2(frame.cluster_growth * f32(slice - 1u));
+    return slice_begin(slice, frame.cluster_near, frame.cluster_growth);
 }
 
 /// Number of an invocation of a dispatch that is as wide as a row may be.

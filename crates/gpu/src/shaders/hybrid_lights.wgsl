@@ -11,8 +11,8 @@
 
 #import direct, film, hybrid_frame, hybrid_light_masks, hybrid_pixels, hybrid_tracing, lights
 #import material, scattering, scene, shafts, surface, texels
-#import optics::constants, optics::frame, optics::ggx, optics::light, optics::material
-#import optics::random
+#import optics::camera, optics::constants, optics::direct_light, optics::frame
+#import optics::ggx, optics::light, optics::material, optics::random, optics::vertex
 
 /// The lights from 32 × `word` on that may count in a cluster, the first as the lowest bit.
 fn lights_of_cluster(cluster: u32, word: u32) -> u32 {
@@ -29,7 +29,7 @@ fn lights_of_cluster(cluster: u32, word: u32) -> u32 {
 
 fn cluster_at(pixel: vec2u, position: vec3f) -> u32 {
     let tile = pixel / frame.tile;
-    let slice = cluster_slice(dot(position - frame.eye, frame.axis));
+    let slice = cluster_slice(view_depth(position, frame.eye, frame.axis));
     return (slice * frame.clusters.y + tile.y) * frame.clusters.x + tile.x;
 }
 
@@ -41,8 +41,7 @@ fn first_pair(index: u32) -> u32 {
 /// Whether a material may have a lobe that lights are sampled for. What says no is not asked for textures.
 fn may_be_lit(material: u32) -> bool {
     let model = materials[material].model;
-    let roughness = materials[material].roughness;
-    let polished = model == ModelTag_Dielectric && roughness * roughness < MIN_ALPHA;
+    let polished = model == ModelTag_Dielectric && is_polished(materials[material].roughness);
     return model != ModelTag_Unlit && model != ModelTag_Mirror && !polished;
 }
 
@@ -60,9 +59,8 @@ fn hidden_lights(s: Surface, tile: u32, mask: u32, word: u32, i: u32, sampler: P
         }
         next_pair = first_pair(index) + i;
         let light = light_sample(load_light(index), s.origin, light_draw(index, sampler));
-        let above = dot(light.wi, s.horizon) > 0.0;
         let dark = all(light.radiance == vec3f(0.0)) && lights[index].textured_material == NONE;
-        if dark || light.pdf <= 0.0 || above != (dot(light.wi, s.shading_normal) > 0.0) || !(above || transmits) {
+        if dark || !light_is_possible(light.wi, light.pdf, s.shading_normal, s.horizon, transmits) {
             continue;
         }
         let ray = shadow_ray(s, light);
@@ -108,7 +106,7 @@ fn known_light(index: u32, i: u32, vertex: FirstVertex, there: Frame) -> vec3f {
     next_pair = first_pair(index) + i;
     let s = vertex.surface;
     let light = sample_one_light(index, s.origin, light_draw(index, vertex.sampler));
-    return unshadowed_light(s, there, vertex.bsdf, to_local(there, s.wo), light) * (1.0 / f32(count));
+    return share_of_samples(unshadowed_light(s, there, vertex.bsdf, to_local(there, s.wo), light), count);
 }
 
 /// All lights that count at a first hit, by what `shadow_rays` has found.
@@ -162,7 +160,7 @@ fn find_first_vertex(pixel: vec2u, vertex: ptr<function, FirstVertex>) -> bool {
     let hit = first_hit(at);
     if hit.instance == NONE {
         let ray = frame_ray(pixel);
-        store_radiance(at, ray.weight * distant_radiance(ray.direction), 0.0);
+        store_radiance(at, seen_radiance(ray, distant_radiance(ray.direction)), 0.0);
         return false;
     }
     *vertex = first_vertex(pixel, hit);

@@ -1,7 +1,7 @@
 // What passes hand on from one to the next: a record for each pixel of the window, in planes.
 
-#import film, hybrid_frame, planes, primitive, scene, scene_records
-#import optics::camera, optics::constants
+#import film, hybrid_frame, planes, primitive, projection, scene, scene_records
+#import optics::camera, optics::constants, optics::reprojection
 
 /// Radiance gathered so far in this frame, and what reflection rays count for: 1 over the probability with which they are sent, 0
 /// where none are.
@@ -58,22 +58,13 @@ fn store_radiance(at: u32, radiance: vec3f, reflection_weight: f32) {
     pixels[in_pixels(PIXEL_RADIANCE, at)] = plane_floats(radiance, reflection_weight);
 }
 
-/// Where a clip position lies in the window, in pixels to the right and down.
-fn window_position(clip: vec4f) -> vec2f {
-    return vec2f(0.5 + 0.5 * clip.x / clip.w, 0.5 - 0.5 * clip.y / clip.w)
-        * vec2f(f32(view.window_width), f32(view.window_height));
-}
-
 /// How the point at a hit has moved in the window; zero where nothing was hit, and where it was not in front of the camera.
 fn hit_motion(hit: Hit, world: vec3f) -> vec2f {
     let local = transform_point(instances[hit.instance].world_to_object, world);
     let before = transform_point(previous_instances[hit.instance].object_to_world, local);
-    let clip = frame.previous_clip_from_world * vec4f(before - frame.previous_eye, 1.0);
-    let now = clip_position(world);
-    if clip.w <= 0.0 || now.w <= 0.0 {
-        return vec2f(0.0);
-    }
-    return window_position(now) - window_position(clip);
+    let clip = clip_from(frame.previous_clip_from_world, frame.previous_eye, before);
+    let size = vec2f(f32(view.window_width), f32(view.window_height));
+    return window_motion(clip_position(world), clip, size, vec2f(0.0));
 }
 
 /// Begins a pixel's record with what its ray hit.
@@ -81,7 +72,7 @@ fn store_first_hit(pixel: vec2u, ray: CameraRay, hit: Hit) {
     let at = pixel_number(pixel);
     var motion = vec2f(0.0);
     if hit.instance != NONE {
-        motion = hit_motion(hit, ray.origin + ray.direction * hit.t);
+        motion = hit_motion(hit, camera_ray_point(ray, hit.t));
     }
     store_radiance(at, vec3f(0.0), 0.0);
     pixels[in_pixels(PIXEL_HIT, at)] = plane_words(vec3f(hit.t, hit.u, hit.v), hit.instance);

@@ -2,6 +2,7 @@
 // buffers by number, indices included. An instance of the draw is an item that was not culled.
 
 #import hybrid_frame, hybrid_items, hybrid_spheres, material, primitive, scene, scene_records
+#import optics::bounds, optics::camera, optics::reprojection
 
 /// Which class of items is drawn.
 override DRAW_CLASS: u32 = 0u;
@@ -76,11 +77,11 @@ fn sphere_corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) sl
     let face = vertex / 6u;
     // Two triangles from the four corners of a side.
     let quad = (0x312210u >> (4u * (vertex % 6u))) & 3u;
-    let side = vec3f(vec3u(face / 3u, quad & 1u, quad >> 1u)) * 2.0 - 1.0;
+    let side = select(vec3f(-1.0), vec3f(1.0), vec3u(face / 3u, quad & 1u, quad >> 1u) != vec3u(0u));
     let axis = face % 3u;
     let cube = select(select(side.yzx, side.zxy, axis == 1u), side, axis == 0u);
     let sphere = sphere_at(item_binding(item), parts[item.part].first);
-    let world = world_position(item.instance, sphere.xyz + cube * (sphere.w * 1.0001));
+    let world = world_position(item.instance, sphere_box_corner(sphere.xyz, sphere.w, cube));
     return Corner(clip_position(world), index << PRIMITIVE_BITS, vec2f(0.0));
 }
 
@@ -97,6 +98,5 @@ fn sphere(in: Corner) -> SphereSample {
     if t <= 0.0 {
         discard;
     }
-    let clip = clip_position(ray.origin + ray.direction * t);
-    return SphereSample(in.id, clip.z / clip.w);
+    return SphereSample(in.id, clip_depth(clip_position(camera_ray_point(ray, t))));
 }

@@ -22,8 +22,7 @@ fn hit_on(id: u32, ray: CameraRay) -> Hit {
     if (binding.flags & BINDING_SPHERES) != 0u {
         let sphere = sphere_at(binding, in_geometry);
         let seen = seen_sphere(item.instance, part.geometry, binding, in_geometry, ray);
-        let beside = dot(sphere.xyz - origin, direction) / dot(direction, direction);
-        let t = select(beside, seen, seen > 0.0);
+        let t = select(nearest_to_point(origin, direction, sphere.xyz), seen, seen > 0.0);
         return Hit(t, 0.0, 0.0, item.instance, part.geometry, primitive);
     }
     let corners = triangle_corners(binding, in_geometry);

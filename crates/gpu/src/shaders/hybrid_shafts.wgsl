@@ -15,7 +15,7 @@
 
 #import bvh_entries, bvh_nodes, bvh_records, bvh_scene, hybrid_frame, hybrid_pixels
 #import hybrid_shaft_lists, lights, shaft_numbers, surface, texels
-#import optics::constants, optics::light, optics::math
+#import optics::bounds, optics::constants, optics::shaft
 
 // The corners of where a tile's rays begin, as whole numbers in the order of their values.
 var<workgroup> tile_low: array<atomic<u32>, 3>;
@@ -38,13 +38,10 @@ fn include_pixel(id: vec2u) {
     }
     let ray = frame_ray(pixel);
     let s = surface_at(ray.origin, ray.direction, hit);
-    let one = ray_origin(s, true);
-    let other = ray_origin(s, false);
-    let low = min(one, other);
-    let high = max(one, other);
+    let origins = box_of_two(ray_origin(s, true), ray_origin(s, false));
     for (var axis = 0u; axis < 3u; axis++) {
-        atomicMin(&tile_low[axis], in_order(low[axis]));
-        atomicMax(&tile_high[axis], in_order(high[axis]));
+        atomicMin(&tile_low[axis], in_order(origins.low[axis]));
+        atomicMax(&tile_high[axis], in_order(origins.high[axis]));
     }
 }
 
@@ -85,88 +82,18 @@ fn tile_bounds(
     }
 }
 
-/// A box that moves: all that it passes is the shaft.
-struct Shaft {
-    /// Where it is at the start.
-    low: vec3f,
-    high: vec3f,
-    /// By how much its corners move until the end.
-    low_step: vec3f,
-    high_step: vec3f,
-    /// Whether it is known at all.
-    known: bool,
-}
-
-/// A shaft in the space of a structure, with room for all rounding.
-struct ShaftRay {
-    low: vec3f,
-    high: vec3f,
-    low_inverse: vec3f,
-    high_inverse: vec3f,
-}
-
-/// The shaft from a box to all places of a light that are sampled.
-fn light_shaft(index: u32, low: vec3f, high: vec3f) -> Shaft {
-    let light = load_light(index);
-    var end_low = light.position;
-    var end_high = light.position;
-    if light.kind == LIGHT_SPHERE {
-        end_low -= light.size;
-        end_high += light.size;
-    } else if light.kind == LIGHT_TRIANGLE {
-        end_low += min(vec3f(0.0), min(light.edge1, light.edge2));
-        end_high += max(vec3f(0.0), max(light.edge1, light.edge2));
-    } else if light.kind == LIGHT_RECTANGLE {
-        end_low += min(vec3f(0.0), light.edge1) + min(vec3f(0.0), light.edge2);
-        end_high += max(vec3f(0.0), light.edge1) + max(vec3f(0.0), light.edge2);
-    } else if light.kind == LIGHT_DIRECTIONAL {
-        // Out of the scene, whose coordinates are no larger than its extent.
-        let extent = bvh_instances[0].extent;
-        let far = 4.0 * (max(extent.x, max(extent.y, extent.z)) + max_component(max(abs(low), abs(high))));
-        // The sine of the disc's angular radius.
-        let spread = sqrt(light.size * (2.0 - light.size));
-        return Shaft(low, high, far * (light.position - spread), far * (light.position + spread), true);
-    } else if light.kind != LIGHT_POINT && light.kind != LIGHT_SPOT {
-        return Shaft(low, high, vec3f(0.0), vec3f(0.0), false);
-    }
-    return Shaft(low, high, end_low - low, end_high - high, true);
-}
-
 /// A shaft in the space of structure `index`.
 fn shaft_in(index: u32, shaft: Shaft) -> ShaftRay {
-    var low = shaft.low;
-    var high = shaft.high;
-    var end_low = low + shaft.low_step;
-    var end_high = high + shaft.high_step;
-    var size = max(max(abs(low), abs(high)), max(abs(end_low), abs(end_high)));
-    if (bvh_instances[index].flags & BVH_INSTANCE_IDENTITY) == 0u {
-        for (var row = 0u; row < 3u; row++) {
-            let r = bvh_instances[index].world_to_object[row];
-            let reach = abs(r.xyz);
-            let begin = dot(r.xyz, 0.5 * (shaft.low + shaft.high)) + r.w;
-            let begin_half = dot(reach, 0.5 * (shaft.high - shaft.low));
-            let end = dot(r.xyz, 0.5 * (shaft.low + shaft.low_step + shaft.high + shaft.high_step)) + r.w;
-            let end_half = dot(reach, 0.5 * (shaft.high + shaft.high_step - shaft.low - shaft.low_step));
-            low[row] = begin - begin_half;
-            high[row] = begin + begin_half;
-            end_low[row] = end - end_half;
-            end_high[row] = end + end_half;
-            size[row] = dot(reach, size) + abs(r.w);
-        }
+    let extent = bvh_instances[index].extent;
+    if (bvh_instances[index].flags & BVH_INSTANCE_IDENTITY) != 0u {
+        return shaft_ray(shaft_ends(shaft), extent);
     }
-    let room = 4e-6 * (size + bvh_instances[index].extent);
-    return ShaftRay(low - room, high + room, 1.0 / never_zero(end_low - low), 1.0 / never_zero(end_high - high));
+    let rows = bvh_instances[index].world_to_object;
+    return shaft_ray(shaft_ends_in(shaft, rows[0], rows[1], rows[2]), extent);
 }
 
-/// Never zero, so that its reciprocal is finite.
-fn never_zero(v: vec3f) -> vec3f {
-    return select(v, select(vec3f(-1e-20), vec3f(1e-20), v >= vec3f(0.0)), abs(v) < vec3f(1e-20));
-}
-
-/// Which of four children a shaft touches along one axis: `interval` is where on its way it is in them so far, first and last.
-///
-/// Its upper side has to be over their lower faces, and its lower side under their upper ones.
-fn shaft_interval(
+/// Which of four children a shaft touches along one axis: what is left of where on its way it is in them so far.
+fn shaft_axis(
     lower: vec2u,
     upper: vec2u,
     scale: f32,
@@ -175,23 +102,12 @@ fn shaft_interval(
     high: f32,
     low_inverse: f32,
     high_inverse: f32,
-    interval: array<vec4f, 2>,
-) -> array<vec4f, 2> {
-    let over = bvh_crossings(lower, scale * high_inverse, (corner - high) * high_inverse);
-    let under = bvh_crossings(upper, scale * low_inverse, (corner - low) * low_inverse);
-    var first = interval[0];
-    var last = interval[1];
-    if high_inverse > 0.0 {
-        first = max(first, over);
-    } else {
-        last = min(last, over);
-    }
-    if low_inverse > 0.0 {
-        last = min(last, under);
-    } else {
-        first = max(first, under);
-    }
-    return array<vec4f, 2>(first, last);
+    interval: ShaftInterval,
+) -> ShaftInterval {
+    let over = shaft_crossing(scale, corner, high, high_inverse);
+    let under = shaft_crossing(scale, corner, low, low_inverse);
+    return shaft_within(interval, bvh_crossings(lower, over.x, over.y), bvh_crossings(upper, under.x, under.y),
+        low_inverse, high_inverse);
 }
 
 fn grid_scale(grid: vec4u) -> vec3f {
@@ -202,14 +118,14 @@ fn grid_scale(grid: vec4u) -> vec3f {
 fn shaft_four(lower: array<vec2u, 3>, upper: array<vec2u, 3>, grid: vec4u, shaft: ShaftRay) -> u32 {
     let scale = grid_scale(grid);
     let corner = bitcast<vec3f>(grid.xyz);
-    var interval = array<vec4f, 2>(vec4f(0.0), vec4f(1.0));
-    interval = shaft_interval(lower[0], upper[0], scale.x, corner.x, shaft.low.x, shaft.high.x, shaft.low_inverse.x,
+    var interval = ShaftInterval(vec4f(0.0), vec4f(1.0));
+    interval = shaft_axis(lower[0], upper[0], scale.x, corner.x, shaft.low.x, shaft.high.x, shaft.low_inverse.x,
         shaft.high_inverse.x, interval);
-    interval = shaft_interval(lower[1], upper[1], scale.y, corner.y, shaft.low.y, shaft.high.y, shaft.low_inverse.y,
+    interval = shaft_axis(lower[1], upper[1], scale.y, corner.y, shaft.low.y, shaft.high.y, shaft.low_inverse.y,
         shaft.high_inverse.y, interval);
-    interval = shaft_interval(lower[2], upper[2], scale.z, corner.z, shaft.low.z, shaft.high.z, shaft.low_inverse.z,
+    interval = shaft_axis(lower[2], upper[2], scale.z, corner.z, shaft.low.z, shaft.high.z, shaft.low_inverse.z,
         shaft.high_inverse.z, interval);
-    let bits = select(vec4u(0u), vec4u(1u, 2u, 4u, 8u), interval[0] <= interval[1]);
+    let bits = select(vec4u(0u), vec4u(1u, 2u, 4u, 8u), interval.first <= interval.last);
     return bits.x | bits.y | bits.z | bits.w;
 }
 
@@ -254,16 +170,16 @@ fn store_entry(list: u32, number: u32, entry: Entry) {
         let grid = bvh_grid(entry.parent);
         let scale = grid_scale(grid);
         let corner = bitcast<vec3f>(grid.xyz);
-        low = corner + scale * vec3f(
+        low = grid_point(corner, scale, vec3f(
             plane_in_slot(bvh_planes(entry.parent, 0u), entry.slot),
             plane_in_slot(bvh_planes(entry.parent, 2u), entry.slot),
             plane_in_slot(bvh_planes(entry.parent, 4u), entry.slot),
-        );
-        high = corner + scale * vec3f(
+        ));
+        high = grid_point(corner, scale, vec3f(
             plane_in_slot(bvh_planes(entry.parent, 1u), entry.slot),
             plane_in_slot(bvh_planes(entry.parent, 3u), entry.slot),
             plane_in_slot(bvh_planes(entry.parent, 5u), entry.slot),
-        );
+        ));
     }
     let at = list + 1u + 2u * number;
     light_masks[at] = vec4u(bitcast<vec3u>(low), entry.structure);
@@ -338,6 +254,6 @@ fn shafts(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gro
     let high = bitcast<vec3f>(light_masks[at + 1u].xyz);
     // Tiles without a surface have no rays.
     if low.x <= high.x {
-        write_shaft_list(shaft_list(tile, light), light_shaft(light, low, high));
+        write_shaft_list(shaft_list(tile, light), light_shaft(load_light(light), low, high, bvh_instances[0].extent));
     }
 }

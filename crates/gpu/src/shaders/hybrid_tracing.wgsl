@@ -5,7 +5,7 @@
 
 #import direct, film, hybrid_frame, hybrid_pixels, hybrid_reflecting, rays, scattering, scene
 #import surface, texels
-#import optics::constants, optics::random
+#import optics::camera, optics::constants, optics::direct_light, optics::frame, optics::random
 
 const PAIR_FIRST: u32 = 2u;
 const PAIR_AMBIENT: u32 = 0x10000u;
@@ -34,7 +34,7 @@ fn first_vertex(pixel: vec2u, hit: Hit) -> FirstVertex {
     vertex.sampler = pixel_sampler(pixel, frame.sample);
     vertex.surface = surface_at(ray.origin, ray.direction, hit);
     vertex.distance = hit.t;
-    vertex.footprint = view.pixel_spread * hit.t;
+    vertex.footprint = pixel_footprint(view.pixel_spread, hit.t);
     let u = sample_2d(vertex.sampler, PAIR_FIRST);
     vertex.u_lobe = u.y;
     let single_scatter = view.single_scatter != 0u;
@@ -54,9 +54,9 @@ fn reflection_weight(vertex: FirstVertex) -> f32 {
     if !scattering_reflects(vertex.bsdf) || view.reflection_samples == 0u {
         return 0.0;
     }
-    let cos_o = dot(vertex.surface.wo, vertex.surface.shading_normal);
-    let survival = max(scattering_reflected_share(vertex.bsdf, cos_o), view.reflection_survival);
-    return select(0.0, 1.0 / survival, vertex.u_lobe < survival);
+    let cos_o = unit_cosine(vertex.surface.wo, vertex.surface.shading_normal);
+    let reflected = scattering_reflected_share(vertex.bsdf, cos_o);
+    return reflection_roulette(reflected, view.reflection_survival, vertex.u_lobe);
 }
 
 fn environment_is_black() -> bool {
@@ -112,6 +112,6 @@ fn reflections(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_in
     let pixel = vec2u(at % view.window_width, at / view.window_width);
     let seen = reflected(pixel, first_vertex(pixel, first_hit(at)));
     let gathered = pixel_radiance(at);
-    store_radiance(at, gathered.xyz + gathered.w * seen, gathered.w);
+    store_radiance(at, with_reflection(gathered.xyz, gathered.w, seen), gathered.w);
     count_pixel_rays(at);
 }

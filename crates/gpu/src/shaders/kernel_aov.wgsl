@@ -12,15 +12,15 @@ fn render_pixel(work: PixelWork) {
         let ray = pixel_ray(pixel, sampler);
         let hit = closest(ray.origin, ray.direction, sampler.scramble);
         if hit.instance == NONE {
-            sums = add_sample(sums, ray.weight * distant_radiance(ray.direction));
+            sums = add_sample(sums, seen_radiance(ray, distant_radiance(ray.direction)));
             if WANTS_AOVS {
                 record_miss(pixel, sample);
             }
             continue;
         }
         let s = surface_at(ray.origin, ray.direction, hit);
-        let color = surface_albedo(s, view.pixel_spread * hit.t);
-        sums = add_sample(sums, color * headlight(dot(s.wo, s.shading_normal)));
+        let color = surface_albedo(s, pixel_footprint(view.pixel_spread, hit.t));
+        sums = add_sample(sums, headlit_color(color, s.wo, s.shading_normal));
         if WANTS_AOVS {
             record_hit(pixel, sample, s, hit.t);
         }

@@ -1,6 +1,7 @@
 // The fixed-cost renderer: every sample from the camera on in one invocation. What happens on the way is in `direct.wgsl`.
 
 #import direct, film
+#import optics::camera
 
 fn render_pixel(work: PixelWork) {
     let pixel = work.pixel;
@@ -15,5 +16,6 @@ fn direct_radiance(pixel: vec2u, sample: u32) -> vec3f {
     let sampler = pixel_sampler(pixel, sample);
     let ray = pixel_ray(pixel, sampler);
     next_pair = PAIR_LENS + 1u;
-    return ray.weight * chain_radiance(new_chain(ray.origin, ray.direction), 0u, sampler, pixel, sample);
+    let chain = new_chain(ray.origin, ray.direction);
+    return seen_radiance(ray, chain_radiance(chain, 0u, sampler, pixel, sample));
 }

@@ -5,7 +5,8 @@
 
 #import film, path_vertex, rays, scene, scene_records, surface, texels, tracer, variant
 #import volume_media, volume_vertex
-#import optics::constants, optics::interiors, optics::random, optics::volume
+#import optics::camera, optics::constants, optics::interiors, optics::random, optics::vertex
+#import optics::volume
 
 /// Who asks for the next ray. What the camera stands in:
 const ASKS_AROUND: u32 = 0u;
@@ -83,7 +84,7 @@ fn render_pixel(work: PixelWork) {
                 continue;
             }
             if hits {
-                record_hit(pixel, sample, s, dot(s.position - walk.path.origin, walk.path.direction));
+                record_hit(pixel, sample, s, view_depth(s.position, walk.path.origin, walk.path.direction));
             } else {
                 record_miss(pixel, sample);
             }
@@ -110,7 +111,7 @@ fn render_pixel(work: PixelWork) {
                         fork = Fork(walk, hit, event, view.splitting - 1u);
                     }
                     // The branches share what comes; each draws numbers of its own.
-                    walk.path.state.throughput *= 1.0 / f32(view.splitting);
+                    walk.path.state = path_branch(walk.path.state, view.splitting);
                     walk.path.sampler.scramble = hash_combine(walk.path.sampler.scramble, branch);
                 }
                 alive = scatter_where(&walk, event, s, &way);

@@ -16,6 +16,5 @@ fn light_counts(index: u32, p: vec3f) -> bool {
     if view.light_cutoff <= 0.0 {
         return true;
     }
-    let reach = counting_reach(index);
-    return length(reach.center - p) <= reach.radius;
+    return is_reached(counting_reach(index), p);
 }

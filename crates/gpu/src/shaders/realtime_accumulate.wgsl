@@ -2,7 +2,7 @@
 // present, while anything moves, and how far a single sample may stand out.
 
 #import histories, planes, realtime_found, realtime_frame, realtime_guides, realtime_history
-#import optics::allocation, optics::history, optics::signal
+#import optics::accumulation, optics::signal
 
 @group(3) @binding(16) var<storage, read_write> signals: array<vec4u>;
 
@@ -10,8 +10,6 @@
 const APRON: u32 = 2u;
 const TILE_SIDE: u32 = 8u + 2u * APRON;
 const TILE_AREA: u32 = TILE_SIDE * TILE_SIDE;
-/// Histories of fewer samples have no variance of their own that could be trusted.
-const TRUSTED_SAMPLES: f32 = 4.0;
 /// The past of pixels with more samples is not disturbed by single ones.
 const CALM_SAMPLES: f32 = 64.0;
 
@@ -32,81 +30,12 @@ fn fresh_at(pixel: vec2i) -> Fresh {
     let at = place_of(vec2u(pixel));
     let light = load_found_light(at);
     let colors = guide_colors(at);
-    let scale = 1.0 / max(f32(light.count), 1.0);
-    return Fresh(demodulate(light.diffuse * scale, colors.diffuse), light.count,
-        demodulate(light.specular * scale, colors.specular), guide_surface(at));
+    return Fresh(demodulate(found_mean(light.diffuse, light.count), colors.diffuse), light.count,
+        demodulate(found_mean(light.specular, light.count), colors.specular), guide_surface(at));
 }
 
-/// The samples around a pixel, of one signal.
-struct Around {
-    mean: vec3f,
-    mean_of_squares: vec3f,
-    /// Largest luminance of the others.
-    brightest: f32,
-    /// Mean and mean of squares of luminance.
-    luminance: vec2f,
-    count: f32,
-}
-
-fn add_around(sum: Around, c: vec3f, is_other: bool) -> Around {
-    var next = sum;
-    let y = luminance(c);
-    let encoded = ycocg_encode(c);
-    next.mean += encoded;
-    next.mean_of_squares += encoded * encoded;
-    next.luminance += vec2f(y, y * y);
-    next.brightest = max(next.brightest, select(0.0, y, is_other));
-    next.count += 1.0;
-    return next;
-}
-
-fn around_mean(sum: Around) -> Around {
-    let scale = 1.0 / max(sum.count, 1.0);
-    return Around(sum.mean * scale, sum.mean_of_squares * scale, sum.brightest, sum.luminance * scale, sum.count);
-}
-
-fn clipped(past: vec3f, around: Around) -> vec3f {
-    if around.count < 4.0 {
-        return past;
-    }
-    let half = vec3f(deviation(around.mean.x, around.mean_of_squares.x), deviation(around.mean.y, around.mean_of_squares.y),
-        deviation(around.mean.z, around.mean_of_squares.z)) * realtime.clip;
-    return max(ycocg_decode(clip_to_box(ycocg_encode(past), around.mean, half)), vec3f(0.0));
-}
-
-/// Variance of the mean of `count` samples: by the pixel's own moments, or by the pixels around it while those are few.
-fn variance_of_mean(moments: vec2f, count: f32, fresh: f32, around: Around) -> f32 {
-    var variance = sample_variance(moments.x, moments.y, count);
-    if count < TRUSTED_SAMPLES {
-        let spatial = max(around.luminance.y - around.luminance.x * around.luminance.x, 0.0) * max(fresh, 1.0);
-        variance = max(variance, spatial);
-    }
-    return variance / max(count, 1.0);
-}
-
-/// One signal's share of a history.
-struct Mean {
-    color: vec3f,
-    count: f32,
-    moments: vec2f,
-}
-
-/// A frame's mean of `count` samples joins the past; `square`: mean of squares of the samples' luminance.
-fn joined(past: Mean, now: vec3f, count: f32, square: f32) -> Mean {
-    if count <= 0.0 {
-        return past;
-    }
-    let most = select(realtime.most_history, 1e9, is_set(REALTIME_STANDS_STILL));
-    let weight = history_weight(past.count, count, most);
-    var next = past;
-    next.color += (now - past.color) * weight;
-    next.moments += (vec2f(luminance(now), square) - past.moments) * weight;
-    next.count = min(past.count, most) + count;
-    return next;
-}
-
-fn limited(c: vec3f, around: Around, past: f32) -> vec3f {
-    if is_set(REALTIME_SMOOTHS) && around.count > 4.0 && past < CALM_SAMPLES {
+fn limited(c: vec3f, around: Neighbourhood, past: f32) -> vec3f {
+    if is_set(REALTIME_SMOOTHS) && around.count > LEAST_NEIGHBOURS && past < CALM_SAMPLES {
         return limit_luminance(c, around.brightest);
     }
     return c;
@@ -133,44 +62,42 @@ fn accumulate(
         signals[at] = vec4u(0u);
         return;
     }
-    var diffuse = Around(vec3f(0.0), vec3f(0.0), 0.0, vec2f(0.0), 0.0);
-    var specular = diffuse;
+    var diffuse = neighbourhood_empty();
+    var specular = neighbourhood_empty();
     for (var i = 0u; i < 25u; i++) {
         let there = tile[(local.y + i / 5u) * TILE_SIDE + local.x + i % 5u];
         if there.count > 0u && there.surface == own.surface {
-            diffuse = add_around(diffuse, there.diffuse, i != 12u);
-            specular = add_around(specular, there.specular, i != 12u);
+            diffuse = neighbourhood_add(diffuse, there.diffuse, i != 12u);
+            specular = neighbourhood_add(specular, there.specular, i != 12u);
         }
     }
-    diffuse = around_mean(diffuse);
-    specular = around_mean(specular);
+    diffuse = neighbourhood_mean(diffuse);
+    specular = neighbourhood_mean(specular);
 
     var past = load_history(at);
     let count = f32(own.count);
     if !is_set(REALTIME_STANDS_STILL) && is_set(REALTIME_GATHERS) {
-        past.diffuse = clipped(past.diffuse, diffuse);
-        past.specular = clipped(past.specular, specular);
+        past.diffuse = clip_to_neighbourhood(past.diffuse, diffuse, realtime.clip);
+        past.specular = clip_to_neighbourhood(past.specular, specular, realtime.clip);
     }
     let light = load_found_light(at);
     let colors = guide_colors(at);
-    let luminances = vec2f(luminance(divisor(colors.diffuse)), luminance(divisor(colors.specular)));
-    let squares = light.squares / max(count, 1.0) / (luminances * luminances);
+    let squares = demodulated_squares(light.squares, count, colors.diffuse, colors.specular);
+    let most = select(realtime.most_history, 1e9, is_set(REALTIME_STANDS_STILL));
     let new_diffuse = limited(own.diffuse, diffuse, past.diffuse_count);
     let new_specular = limited(own.specular, specular, past.specular_count);
-    let d = joined(Mean(past.diffuse, past.diffuse_count, past.moments.xy), new_diffuse, count, squares.x);
-    let s = joined(Mean(past.specular, past.specular_count, past.moments.zw), new_specular, count, squares.y);
-    var hit_distance = past.hit_distance;
-    if count > 0.0 {
-        let weight = history_weight(past.specular_count, count, realtime.most_history);
-        hit_distance += (light.hit_distance / count - past.hit_distance) * weight;
-    }
+    let past_diffuse = SignalMean(past.diffuse, past.diffuse_count, past.moments.xy);
+    let past_specular = SignalMean(past.specular, past.specular_count, past.moments.zw);
+    let d = signal_mean_join(past_diffuse, new_diffuse, count, squares.x, most);
+    let s = signal_mean_join(past_specular, new_specular, count, squares.y, most);
+    let hit_distance = hit_distance_join(
+        past.hit_distance, past.specular_count, light.hit_distance, count, realtime.most_history);
     histories[in_plane(HISTORY_DIFFUSE, at)] = plane_floats(d.color, d.count);
     histories[in_plane(HISTORY_SPECULAR, at)] = plane_floats(s.color, s.count);
     histories[in_plane(HISTORY_MOMENTS, at)] = bitcast<vec4u>(vec4f(d.moments, s.moments));
     histories[in_plane(HISTORY_OWNER, at)].x = bitcast<u32>(hit_distance);
-    let scale = 1.0 / realtime.white;
-    let diffuse_deviation = sqrt(max(variance_of_mean(d.moments, d.count, count, diffuse), 0.0));
-    let specular_deviation = sqrt(max(variance_of_mean(s.moments, s.count, count, specular), 0.0));
+    let diffuse_variance = variance_of_mean(d.moments, d.count, count, diffuse);
+    let specular_variance = variance_of_mean(s.moments, s.count, count, specular);
     signals[at] = pack_signal(
-        Signal(d.color * scale, diffuse_deviation * scale, s.color * scale, specular_deviation * scale));
+        signal_of_means(d.color, diffuse_variance, s.color, specular_variance, realtime.white));
 }

@@ -2,16 +2,7 @@
 
 #import film, lights_found, path_vertex, planes, realtime_found, realtime_frame, scattering
 #import surface
-#import optics::constants, optics::frame, optics::math, optics::random, optics::signal
-#import optics::vertex
-
-/// Light of one sample, from the diffuse and from the other lobes of the first surface.
-struct SplitLight {
-    diffuse: vec3f,
-    specular: vec3f,
-    /// From the first surface to the second, metres; 0 if there is none.
-    hit_distance: f32,
-}
+#import optics::constants, optics::frame, optics::random, optics::signal, optics::vertex
 
 /// The first surface as its lobes are told apart.
 struct FirstLobes {
@@ -58,11 +49,7 @@ fn add_light(at: u32, light: SplitLight) {
     var found = load_found_light(at);
     found.drawn += 1u;
     if is_valid_sample(light.diffuse) && is_valid_sample(light.specular) {
-        found.diffuse += light.diffuse;
-        found.specular += light.specular;
-        found.count += 1u;
-        found.hit_distance += min(light.hit_distance, FAR);
-        found.squares += vec2f(sqr(luminance(light.diffuse)), sqr(luminance(light.specular)));
+        found = found_light_add(found, light);
     }
     lights_found[in_plane(FOUND_DIFFUSE, at)] = plane_words(found.diffuse, found.count);
     lights_found[in_plane(FOUND_SPECULAR, at)] = plane_floats(found.specular, found.hit_distance);

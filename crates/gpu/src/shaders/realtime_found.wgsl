@@ -1,6 +1,7 @@
 // The planes of `lights_found`, for passes that bind it.
 
 #import lights_found, planes, realtime_frame
+#import optics::signal
 
 /// Sum of diffuse light, and how many samples that are.
 const FOUND_DIFFUSE: u32 = 0u;

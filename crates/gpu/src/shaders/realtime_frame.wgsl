@@ -2,7 +2,7 @@
 // the window, row by row.
 
 #import planes
-#import optics::scatter
+#import optics::history, optics::scatter, optics::signal
 
 struct RealtimeFrame {
     /// From world space, relative to `eye`, to clip space, as in `HybridFrame`.
@@ -57,9 +57,6 @@ const REALTIME_ADAPTS: u32 = 8u;
 /// There is a spatial filter behind, and samples that stand out are held back.
 const REALTIME_SMOOTHS: u32 = 16u;
 
-/// In the map of the noise: a pixel without a past.
-const NOTHING_KNOWN: f32 = -1.0;
-
 const SHOW_PICTURE: u32 = 0u;
 const SHOW_VARIANCE: u32 = 1u;
 const SHOW_HISTORY: u32 = 2u;
@@ -70,7 +67,8 @@ const SHOW_SAMPLES: u32 = 6u;
 const SHOW_DIFFUSE: u32 = 7u;
 const SHOW_SPECULAR: u32 = 8u;
 
-// A pixel's records, as passes compute with them. In memory they lie in planes, which the modules of the same names describe.
+// A pixel's records, as passes compute with them: those below, and `FoundLight`, `History` and `Signal` of the optics. In
+// memory they lie in planes, which the modules of the same names describe.
 
 /// What a pixel sees first; `realtime_guides.wgsl`.
 struct Guide {
@@ -91,57 +89,16 @@ struct Guide {
     motion: vec2f,
 }
 
-/// Light that a frame's samples have brought to a pixel, as it was found: sums; `realtime_found.wgsl`.
-struct FoundLight {
-    diffuse: vec3f,
-    /// Samples of this frame.
-    count: u32,
-    specular: vec3f,
-    /// Sum of the distances from the first surface to the second.
-    hit_distance: f32,
-    /// Sums of the squares of the luminance, diffuse and specular.
-    squares: vec2f,
-    /// Samples of the pixel in all frames so far.
-    drawn: u32,
-    /// Samples wanted in this frame.
-    wanted: u32,
-}
-
-/// What a pixel's surface has received over frames, without its colour: means; `realtime_history.wgsl`.
-struct History {
-    diffuse: vec3f,
-    /// Samples that the diffuse mean is worth.
-    diffuse_count: f32,
-    specular: vec3f,
-    specular_count: f32,
-    /// Means and means of squares of luminance: diffuse, diffuse², specular, specular².
-    moments: vec4f,
-    /// Mean distance from the surface to what lights it specularly.
-    hit_distance: f32,
-}
-
 /// A history from its planes.
 fn history_of(diffuse: vec4u, specular: vec4u, moments: vec4u, owner: vec4u) -> History {
     return History(plane_vector(diffuse), bitcast<f32>(diffuse.w), plane_vector(specular), bitcast<f32>(specular.w),
         bitcast<vec4f>(moments), bitcast<f32>(owner.x));
 }
 
-/// What is filtered: light relative to `realtime.white`, for 16 bits to hold it.
-struct Signal {
-    diffuse: vec3f,
-    /// Standard deviation of the diffuse luminance.
-    diffuse_deviation: f32,
-    specular: vec3f,
-    specular_deviation: f32,
-}
-
-/// The largest 16-bit number.
-const LARGEST_HALF: f32 = 65504.0;
-
 fn pack_signal(s: Signal) -> vec4u {
-    let diffuse = min(vec4f(s.diffuse, s.diffuse_deviation), vec4f(LARGEST_HALF));
-    let specular = min(vec4f(s.specular, s.specular_deviation), vec4f(LARGEST_HALF));
-    return vec4u(pack2x16float(diffuse.xy), pack2x16float(diffuse.zw), pack2x16float(specular.xy), pack2x16float(specular.zw));
+    let held = signal_in_halves(s);
+    return vec4u(pack2x16float(held.diffuse.xy), pack2x16float(vec2f(held.diffuse.z, held.diffuse_deviation)),
+        pack2x16float(held.specular.xy), pack2x16float(vec2f(held.specular.z, held.specular_deviation)));
 }
 
 fn unpack_signal(packed: vec4u) -> Signal {
@@ -166,6 +123,11 @@ fn unpack_colors(packed: vec4u) -> LobeColors {
 
 fn is_set(flag: u32) -> bool {
     return (realtime.flags & flag) != 0u;
+}
+
+/// The window, for places between pixels.
+fn picture_size() -> vec2f {
+    return vec2f(realtime.size);
 }
 
 fn is_in_picture(pixel: vec2u) -> bool {

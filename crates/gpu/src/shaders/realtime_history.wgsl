@@ -1,6 +1,7 @@
 // The planes of `histories`, for passes that bind it.
 
 #import histories, realtime_frame
+#import optics::history
 
 /// Mean of diffuse light, and how many samples that is worth.
 const HISTORY_DIFFUSE: u32 = 0u;

@@ -2,7 +2,7 @@
 // the neediest first. Everything here depends on frames before only.
 
 #import lights_found, realtime_found, realtime_frame, realtime_guides, realtime_history
-#import optics::allocation, optics::estimator, optics::random
+#import optics::allocation, optics::estimator, optics::history, optics::random
 
 /// Counts of a frame's samples, and the sizes of its dispatches, as the driver reads them.
 struct Work {
@@ -62,8 +62,7 @@ fn local_variance(pixel: vec2u, at: u32) -> f32 {
             }
         }
     }
-    // Means of several samples vary less than samples do.
-    return moments_variance(moments) * samples / max(moments.count, 1.0);
+    return variance_of_means(moments, samples);
 }
 
 /// Variance of one of the pixel's samples as it is seen; NOTHING_KNOWN where it has no past.
@@ -82,17 +81,11 @@ fn measure_noise(@builtin(global_invocation_id) id: vec3u) {
         noise[at] = NOTHING_KNOWN;
         return;
     }
-    var variance = own_variance(h);
+    var around = 0.0;
     if h.diffuse_count < TRUSTED_SAMPLES {
-        variance = max(variance, local_variance(id.xy, at));
+        around = local_variance(id.xy, at);
     }
-    noise[at] = seen_variance(variance, luminance_of(h.moments), realtime.white);
-}
-
-/// A neighbour's noise, less by how far away it is. It is that of a sample, so that a neighbour whose past is short does not ask for
-/// samples of a pixel whose past is long; and one without a past asks for itself only.
-fn faded(value: f32, away: i32) -> f32 {
-    return value * (1.0 - f32(abs(away)) / f32(realtime.blur_radius + 1u));
+    noise[at] = seen_noise(own_variance(h), around, luminance_of(h.moments), realtime.white);
 }
 
 @compute @workgroup_size(8, 8)
@@ -105,7 +98,7 @@ fn blur_across(@builtin(global_invocation_id) id: vec3u) {
     for (var i = -radius; i <= radius; i++) {
         let x = i32(id.x) + i;
         if x >= 0 && x < i32(realtime.size.x) {
-            most = max(most, faded(noise[place_of(vec2u(u32(x), id.y))], i));
+            most = spread_noise(most, noise[place_of(vec2u(u32(x), id.y))], u32(abs(i)), realtime.blur_radius);
         }
     }
     blurred[place_of(id.xy)] = most;
@@ -121,7 +114,7 @@ fn blur_down(@builtin(global_invocation_id) id: vec3u) {
     for (var i = -radius; i <= radius; i++) {
         let y = i32(id.y) + i;
         if y >= 0 && y < i32(realtime.size.y) {
-            most = max(most, faded(blurred[place_of(vec2u(id.x, u32(y)))], i));
+            most = spread_noise(most, blurred[place_of(vec2u(id.x, u32(y)))], u32(abs(i)), realtime.blur_radius);
         }
     }
     spread[place_of(id.xy)] = most;
@@ -147,7 +140,7 @@ fn samples_of(at: u32) -> u32 {
         // A frame that is its own samples has some everywhere: pixels at edges would else count what they see less often less.
         return 1u;
     }
-    if wanted == 0u && realtime.refresh > 0u && chance(at, 1u) * f32(realtime.refresh) < 1.0 {
+    if wanted == 0u && is_refreshed(chance(at, 1u), realtime.refresh) {
         return 1u;
     }
     return wanted;
@@ -192,7 +185,7 @@ fn count_samples(@builtin(global_invocation_id) id: vec3u, @builtin(local_invoca
         let at = place_of(id.xy);
         var samples = min(samples_wanted_at(at), 64u);
         if realtime.affordable > 0u && samples > 0u {
-            let scale = f32(realtime.affordable) / max(f32(atomicLoad(&work.wanted)), 1.0);
+            let scale = affordable_share(realtime.affordable, atomicLoad(&work.wanted));
             samples = samples_afforded(samples, scale, chance(at, 2u));
             lights_found[in_plane(FOUND_SQUARES, at)].w = samples;
         }

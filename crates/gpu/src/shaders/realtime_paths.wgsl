@@ -5,7 +5,7 @@
 #import rays, realtime_first, realtime_found, realtime_frame, realtime_tiles, scattering, scene
 #import surface, texels
 #import optics::constants, optics::light_tree, optics::path, optics::random, optics::reservoir
-#import optics::vertex
+#import optics::signal, optics::vertex
 
 /// Whether first surfaces look at the lights of their tiles.
 fn uses_tiles() -> bool {
@@ -19,8 +19,8 @@ fn tile_shadow_ray(path: Path, s: Surface, lobes: FirstLobes, pixel: vec2u) -> S
     let area = tile_area(tile);
     let count = realtime.light_candidates;
     let u = sample_2d(path.sampler, vertex_pair(1u) + PAIR_LIGHT);
-    let place = u.x * f32(area);
-    let begin = min(u32(place), area - 1u);
+    let begin = uniform_light(u.x, area);
+    let fraction = candidate_fraction(u.x, area);
     var reservoir = reservoir_empty(sample_2d(path.sampler, vertex_pair(1u) + PAIR_MODEL).y);
     var chosen = no_shadow_ray();
     for (var i = 0u; i < count; i++) {
@@ -30,7 +30,7 @@ fn tile_shadow_ray(path: Path, s: Surface, lobes: FirstLobes, pixel: vec2u) -> S
         if probability <= 0.0 {
             continue;
         }
-        let on_light = candidate_place(vec2f(fract(place), u.y), i);
+        let on_light = candidate_place(vec2f(fraction, u.y), i);
         var light = sample_one_light(offered.x, s.origin, on_light);
         light.pdf = candidate_pdf(light.pdf, probability, count);
         let ray = light_shadow_ray(path, s, lobes.frame, lobes.all, lobes.wo, light);
@@ -40,7 +40,7 @@ fn tile_shadow_ray(path: Path, s: Surface, lobes: FirstLobes, pixel: vec2u) -> S
             chosen = ray;
         }
     }
-    chosen.contribution *= reservoir_factor(reservoir);
+    chosen.contribution = reservoir_contribution(reservoir, chosen.contribution);
     return chosen;
 }
 
@@ -50,17 +50,17 @@ fn found_light_pdf(path: Path, s: Surface, t: f32, pixel: vec2u) -> f32 {
         return surface_light_pdf(s, path.origin, path.sampling_normal, path.direction, t);
     }
     let center = seen_point(lights_found[in_plane(FOUND_OFFER, place_of(pixel))].z);
-    return f32(realtime.light_candidates) * tile_probability(s.light, center)
-        * surface_direction_pdf(s, path.origin, path.direction, t);
+    return candidates_pdf(realtime.light_candidates, tile_probability(s.light, center),
+        surface_direction_pdf(s, path.origin, path.direction, t));
 }
 
 /// Light from infinitely far away, where a path leaves the scene.
 fn add_distant(path: Path, pixel: vec2u) -> PathState {
     if uses_tiles() && path.state.depth == 2u {
         let center = seen_point(lights_found[in_plane(FOUND_OFFER, place_of(pixel))].z);
-        let candidates = f32(realtime.light_candidates);
-        let chooser =
-            LightChooser(center, ALL_SIDES, candidates * tile_share(), candidates * any_light_probability());
+        let count = realtime.light_candidates;
+        let chooser = LightChooser(center, ALL_SIDES, expected_candidates(count, tile_share()),
+            expected_candidates(count, any_light_probability()));
         return path_add_distant_chosen(path.state, path.origin, chooser, path.direction);
     }
     return path_add_distant(path.state, path.origin, path.sampling_normal, path.direction);
@@ -104,9 +104,7 @@ fn sample_light_at(pixel: vec2u, first: Hit, index: u32) -> SplitLight {
         let alive = depart(&path, s, footprint, 0u, !(is_first && uses_tiles()), &shadow);
         if is_wanted(shadow) && !occluded(shadow.origin, shadow.direction, shadow.distance, shadow.salt) {
             if is_first {
-                let of_light = share_of_diffuse(lobes, shadow.direction);
-                light.diffuse += of_light * shadow.contribution;
-                light.specular += (1.0 - of_light) * shadow.contribution;
+                light = split_light_add(light, share_of_diffuse(lobes, shadow.direction), shadow.contribution);
             } else {
                 path.state.radiance += shadow.contribution;
             }
@@ -119,9 +117,7 @@ fn sample_light_at(pixel: vec2u, first: Hit, index: u32) -> SplitLight {
         }
         hit = closest(path.origin, path.direction, path_salt(path));
     }
-    light.diffuse += share * path.state.radiance;
-    light.specular += (1.0 - share) * path.state.radiance;
-    return light;
+    return split_light_add(light, share, path.state.radiance);
 }
 
 fn sample_pixel(at: u32) {

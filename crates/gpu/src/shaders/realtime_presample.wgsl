@@ -1,7 +1,7 @@
 // Each pixel chooses a light for its tile.
 
 #import hybrid_pixels, lights, lights_found, realtime_found, realtime_frame, realtime_tiles, texels
-#import optics::constants, optics::light_tree, optics::random
+#import optics::constants, optics::light_tree, optics::random, optics::reservoir
 
 /// How far behind the tile's first candidate for its centre the nearest pixel is that sees anything.
 var<workgroup> steps_to_center: atomic<u32>;
@@ -21,7 +21,8 @@ fn choose_for_tile(center: vec3f, u: f32, rest: f32) -> LightChoice {
     }
     var choice = choose_light(center, ALL_SIDES, branch.remainder, rest);
     if choice.probability > 0.0 {
-        choice.probability = tile_share() * choice.probability + any_light_probability();
+        choice.probability =
+            tile_light_probability(tile_share(), choice.probability, any_light_probability());
     }
     return choice;
 }
@@ -53,7 +54,7 @@ fn presample_lights(
     let center = tile_place(tile, (begin + steps) % area);
     let bits = presample_hash(~at);
     // One number from each of as many parts of the unit interval: what the tile has chosen is spread over all lights.
-    let u = min((f32(index) + unit_float(bits)) / f32(area), ONE_MINUS_EPSILON);
+    let u = stratified_number(index, unit_float(bits), area);
     let choice = choose_for_tile(seen_point(center), u, unit_float(pcg_hash(bits)));
     let offer = in_plane(FOUND_OFFER, at);
     lights_found[offer] = vec4u(choice.index, bitcast<u32>(choice.probability), center, lights_found[offer].w);

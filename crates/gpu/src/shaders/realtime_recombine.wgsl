@@ -16,8 +16,8 @@ fn unfiltered(at: u32) -> vec4f {
         return vec4f(emitted, 1.0);
     }
     let light = load_found_light(at);
-    let scale = 1.0 / max(f32(light.count), 1.0);
-    return vec4f(emitted + (light.diffuse + light.specular) * scale, select(0.0, 1.0, light.count > 0u));
+    let reflected = found_mean(light.diffuse + light.specular, light.count);
+    return vec4f(emitted + reflected, select(0.0, 1.0, light.count > 0u));
 }
 
 fn picture(at: u32) -> vec4f {
@@ -28,44 +28,42 @@ fn picture(at: u32) -> vec4f {
     if guide_distance(at) > 0.0 {
         let colors = guide_colors(at);
         let light = unpack_signal(signals[at]);
-        radiance += remodulate(light.diffuse * realtime.white, colors.diffuse)
-            + remodulate(light.specular * realtime.white, colors.specular);
+        radiance += signal_radiance(light, realtime.white, colors.diffuse, colors.specular);
     }
     return vec4f(radiance, 1.0);
 }
 
-/// Variance of a pixel's mean from that of its samples; where nothing was known of it, the most that can be.
-fn noise_of_mean(of_sample: f32, h: History) -> f32 {
-    return select(of_sample / max(h.diffuse_count, 1.0), 1.0, of_sample == NOTHING_KNOWN);
+fn grey(value: f32) -> vec4f {
+    return vec4f(vec3f(value), 1.0);
 }
 
 fn shown(at: u32) -> vec4f {
     let h = load_history(at);
     switch realtime.show {
         case SHOW_VARIANCE: {
-            return vec4f(sample_variance(h.moments.x, h.moments.y, h.diffuse_count) / max(h.diffuse_count, 1.0),
-                sample_variance(h.moments.z, h.moments.w, h.specular_count) / max(h.specular_count, 1.0), 0.0, 1.0);
+            return vec4f(mean_variance(h.moments.x, h.moments.y, h.diffuse_count),
+                mean_variance(h.moments.z, h.moments.w, h.specular_count), 0.0, 1.0);
         }
         case SHOW_HISTORY: {
-            return vec4f(vec3f(h.diffuse_count / max(realtime.most_history, 1.0)), 1.0);
+            return grey(shown_samples(h.diffuse_count, realtime.most_history));
         }
         case SHOW_NOISE: {
-            return vec4f(vec3f(0.5 * noise_of_mean(noise[at], h) / realtime.tolerance), 1.0);
+            return grey(shown_noise(noise_of_mean(noise[at], h.diffuse_count), realtime.tolerance));
         }
         case SHOW_BLURRED_NOISE: {
-            return vec4f(vec3f(0.5 * noise_of_mean(spread[at], h) / realtime.tolerance), 1.0);
+            return grey(shown_noise(noise_of_mean(spread[at], h.diffuse_count), realtime.tolerance));
         }
         case SHOW_MASK: {
-            return vec4f(vec3f(select(0.0, 1.0, samples_wanted_at(at) > 0u)), 1.0);
+            return grey(select(0.0, 1.0, samples_wanted_at(at) > 0u));
         }
         case SHOW_SAMPLES: {
-            return vec4f(vec3f(f32(found_count(at)) / f32(realtime.most_samples)), 1.0);
+            return grey(shown_samples(f32(found_count(at)), f32(realtime.most_samples)));
         }
         case SHOW_DIFFUSE: {
-            return vec4f(unpack_signal(signals[at]).diffuse * realtime.white, 1.0);
+            return vec4f(signal_light(unpack_signal(signals[at]).diffuse, realtime.white), 1.0);
         }
         case SHOW_SPECULAR: {
-            return vec4f(unpack_signal(signals[at]).specular * realtime.white, 1.0);
+            return vec4f(signal_light(unpack_signal(signals[at]).specular, realtime.white), 1.0);
         }
         default: {
             return picture(at);

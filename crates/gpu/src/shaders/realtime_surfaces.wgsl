@@ -3,7 +3,8 @@
 #import film, guides, hybrid_frame, hybrid_pixels, lights, lights_found, material, planes
 #import primitive, realtime_found, realtime_frame, realtime_guides, scattering, scene, surface
 #import variant
-#import optics::camera, optics::constants, optics::light_tree, optics::medium, optics::random
+#import optics::camera, optics::constants, optics::history, optics::light_tree, optics::medium
+#import optics::random
 
 /// Farther away than anything that could be a neighbour.
 const NOWHERE: f32 = 1e30;
@@ -11,10 +12,10 @@ const NOWHERE: f32 = 1e30;
 fn see_surface(ray: CameraRay, hit: Hit, pixel: Guide) -> Guide {
     var guide = pixel;
     let s = surface_at(ray.origin, ray.direction, hit);
-    let footprint = view.pixel_spread * hit.t;
+    let footprint = pixel_footprint(view.pixel_spread, hit.t);
     guide.emitted = surface_emission(s, footprint);
     if SCENE_ABSORBS && !s.front {
-        guide.emitted *= transmittance(materials[s.material].absorption, hit.t);
+        guide.emitted = transmitted_radiance(guide.emitted, materials[s.material].absorption, hit.t);
     }
     // Where a material mixes models, colours of one of them: they only divide and multiply.
     let scattering = surface_scattering(s, footprint, vec3f(1.0), 0.5, view.single_scatter != 0u);
@@ -25,7 +26,7 @@ fn see_surface(ray: CameraRay, hit: Hit, pixel: Guide) -> Guide {
     guide.surface = hash_combine(hash_combine(hit.instance, hit.geometry), s.material);
     let local = transform_point(instances[hit.instance].world_to_object, s.position);
     let before = transform_point(previous_instances[hit.instance].object_to_world, local);
-    guide.distance_before = hit.t + length(before - frame.previous_eye) - length(s.position - frame.eye);
+    guide.distance_before = distance_before(hit.t, s.position, frame.eye, before, frame.previous_eye);
     return guide;
 }
 
@@ -58,7 +59,7 @@ fn surfaces(@builtin(global_invocation_id) id: vec3u) {
     var guide: Guide;
     guide.motion = first_motion(at);
     if hit.instance == NONE {
-        guide.emitted = ray.weight * distant_radiance(ray.direction);
+        guide.emitted = seen_radiance(ray, distant_radiance(ray.direction));
         guide.position = vec3f(NOWHERE);
     } else {
         guide = see_surface(ray, hit, guide);

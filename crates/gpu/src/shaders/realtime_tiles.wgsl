@@ -2,7 +2,7 @@
 // pixel looks at some of those. Every pixel keeps the light that it has chosen for its tile.
 
 #import hybrid_frame, hybrid_pixels, lights, realtime_frame, texels, variant
-#import optics::light_tree
+#import optics::camera, optics::light_tree, optics::reservoir
 
 /// Pixels of a tile in a row and in a column, but for tiles that the window's edge cuts.
 const TILE: u32 = 8u;
@@ -34,14 +34,15 @@ fn tile_place(tile: Tile, index: u32) -> u32 {
 /// What a pixel sees first, which is not nothing.
 fn seen_point(place: u32) -> vec3f {
     let ray = frame_ray(vec2u(place % realtime.size.x, place / realtime.size.x));
-    return ray.origin + ray.direction * first_hit(place).t;
+    return camera_ray_point(ray, first_hit(place).t);
 }
 
 /// Probability with which each of the tile's choices is light `index`.
 ///
 /// - `center`: the point that the tile chooses for.
 fn tile_probability(index: u32, center: vec3f) -> f32 {
-    return tile_share() * light_probability(index, center, ALL_SIDES) + any_light_probability();
+    let by_importance = light_probability(index, center, ALL_SIDES);
+    return tile_light_probability(tile_share(), by_importance, any_light_probability());
 }
 
 /// Share of the choices that are made for the tile's point.
@@ -51,5 +52,5 @@ fn tile_share() -> f32 {
 
 /// Probability with which each of the tile's choices is a light, whichever, because all are chosen alike.
 fn any_light_probability() -> f32 {
-    return select(0.0, (1.0 - TILE_TREE_SHARE) / f32(scene.light_count), LIGHT_TREE);
+    return select(0.0, tile_uniform_probability(TILE_TREE_SHARE, scene.light_count), LIGHT_TREE);
 }

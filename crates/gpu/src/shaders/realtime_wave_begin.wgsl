@@ -2,20 +2,20 @@
 
 #import film, hybrid_frame, hybrid_pixels, path_vertex, realtime_first, realtime_found
 #import realtime_frame, realtime_wave, surface, wavefront_handing
-#import optics::constants, optics::light_tree, optics::path
+#import optics::constants, optics::light_tree, optics::path, optics::signal
 
 /// Begins the record of a sample that a path has left to its `shadow` ray and, if it is `alive`, to what it gathers.
 fn begin_sample(at: u32, lobes: FirstLobes, path: Path, alive: bool, shadow: ShadowRay) {
-    var of_light = vec3f(0.0);
+    var light = SplitLight(vec3f(0.0), vec3f(0.0), 0.0);
     if is_wanted(shadow) {
-        of_light = share_of_diffuse(lobes, shadow.direction);
+        light = split_light_add(light, share_of_diffuse(lobes, shadow.direction), shadow.contribution);
     }
     var share = vec3f(0.0);
     if alive && !path.state.specular {
         share = share_of_diffuse(lobes, path.direction);
     }
-    split_samples[in_split_samples(SPLIT_DIFFUSE, at)] = vec4f(of_light * shadow.contribution, 0.0);
-    split_samples[in_split_samples(SPLIT_SPECULAR, at)] = vec4f((1.0 - of_light) * shadow.contribution, 0.0);
+    split_samples[in_split_samples(SPLIT_DIFFUSE, at)] = vec4f(light.diffuse, 0.0);
+    split_samples[in_split_samples(SPLIT_SPECULAR, at)] = vec4f(light.specular, 0.0);
     split_samples[in_split_samples(SPLIT_SHARE, at)] = vec4f(share, 0.0);
 }
 

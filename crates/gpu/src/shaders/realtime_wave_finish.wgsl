@@ -1,7 +1,7 @@
 // From a wave back to its pixels.
 
 #import realtime_first, realtime_found, realtime_wave, wavefront
-#import optics::constants
+#import optics::constants, optics::signal
 
 /// Notes how far away the second surfaces are.
 @compute @workgroup_size(GROUP)
@@ -34,6 +34,6 @@ fn finish_paths(
         let radiance = gathered[at].xyz;
         // The next wave adds to nothing.
         gathered[at] = vec4f(0.0);
-        add_light(at, SplitLight(diffuse.xyz + share * radiance, specular + (1.0 - share) * radiance, diffuse.w));
+        add_light(at, split_light_add(SplitLight(diffuse.xyz, specular, diffuse.w), share, radiance));
     }
 }

@@ -3,7 +3,7 @@
 // Pixels are dealt with in tiles of eight by eight, a workgroup each; what is summed over the picture is summed by tile first,
 // always in the same order.
 
-#import optics::rounds
+#import optics::estimator, optics::rounds
 
 /// Sums of a pixel's samples, as in `film.wgsl`.
 struct FilmPixel {
@@ -83,8 +83,6 @@ const WINDOW: u32 = 2u * ROUND_RADIUS + 1u;
 /// Between which powers of two the factor on the weights is looked for.
 const LEAST_FACTOR: f32 = -32.0;
 const MOST_FACTOR: f32 = 96.0;
-/// The share of the squared level of the picture that is added to the squared radiance, as on the host's film.
-const LEVEL_SHARE: f32 = 0.01;
 
 @group(3) @binding(0) var<uniform> task: Round;
 /// Samples since the host has read the film, and those before.
@@ -119,11 +117,7 @@ fn tiles() -> u32 {
     return across.x * across.y;
 }
 
-/// Two summands, then two of which the least counts.
-fn gather(a: vec4f, b: vec4f) -> vec4f {
-    return vec4f(a.xy + b.xy, min(a.zw, b.zw));
-}
-
+/// What `round_gather` joins to anything without changing it.
 const NOTHING: vec4f = vec4f(0.0, 0.0, 3e38, 3e38);
 
 /// Gathers the values of a workgroup; all invocations must come here. The result is in `gathered[0]`.
@@ -132,7 +126,7 @@ fn gather_workgroup(local: u32, value: vec4f) {
     workgroupBarrier();
     for (var stride = 32u; stride > 0u; stride /= 2u) {
         if local < stride {
-            gathered[local] = gather(gathered[local], gathered[local + stride]);
+            gathered[local] = round_gather(gathered[local], gathered[local + stride]);
         }
         workgroupBarrier();
     }
@@ -150,7 +144,7 @@ fn gather_tiles(local: u32) {
     var value = NOTHING;
     for (var tile = local; tile < tiles(); tile += 64u) {
         let at = 4u * tile;
-        value = gather(value, bitcast<vec4f>(vec4u(sums[at], sums[at + 1u], sums[at + 2u], sums[at + 3u])));
+        value = round_gather(value, bitcast<vec4f>(vec4u(sums[at], sums[at + 1u], sums[at + 2u], sums[at + 3u])));
     }
     gather_workgroup(local, value);
 }
@@ -170,16 +164,10 @@ fn estimate(
         let sum = film[index].sum + base[index].sum;
         let squares = film[index].sum_of_squares + base[index].sum_of_squares;
         let taken = film[index].count + base[index].count + film[index].invalid + base[index].invalid;
-        let mean = sum / max(count, 1.0);
-        let variance = vec3f(
-            variance_of_sums(sum.x, squares.x, count),
-            variance_of_sums(sum.y, squares.y, count),
-            variance_of_sums(sum.z, squares.z, count),
-        );
-        estimates[index] = Estimate(mean, count, variance, 0.0);
+        let mean = mean_of_sum(sum, count);
+        estimates[index] = Estimate(mean, count, variances_of_sums(sum, squares, count), 0.0);
         plans[index].taken = taken;
-        let level = (abs(mean.x) + abs(mean.y) + abs(mean.z)) / 3.0;
-        value = vec4f(level, 0.0, count, f32(taken));
+        value = vec4f(pixel_level(mean), 0.0, count, f32(taken));
     }
     gather_workgroup(local, value);
     if local == 0u {
@@ -192,18 +180,11 @@ fn estimate(
 fn set_level(@builtin(local_invocation_index) local: u32) {
     gather_tiles(local);
     if local == 0u {
-        let level = gathered[0].x / f32(task.size.x * task.size.y);
-        picture.offset = select(task.offset, LEVEL_SHARE * level * level, task.offset < 0.0);
+        let level = mean_of_pixels(gathered[0].x, task.size.x * task.size.y);
+        picture.offset = error_offset(task.offset, level);
         picture.least_valid = gathered[0].z;
         picture.least_taken = gathered[0].w;
     }
-}
-
-/// The mean of the colours' relative variances.
-fn relative_variances(mean: vec3f, variance: vec3f) -> f32 {
-    let offset = picture.offset;
-    return (relative_variance(mean.x, variance.x, offset) + relative_variance(mean.y, variance.y, offset)
-        + relative_variance(mean.z, variance.z, offset)) / 3.0;
 }
 
 /// What a pixel's neighbours say of it, and its share of the picture's error.
@@ -224,23 +205,19 @@ fn weigh(
     if is_in_window(id.xy) {
         let low = max(id.xy, vec2u(ROUND_RADIUS)) - vec2u(ROUND_RADIUS);
         let high = min(id.xy + vec2u(ROUND_RADIUS), task.size - vec2u(1u));
-        var mean = vec3f(0.0);
-        var variance = vec3f(0.0);
-        var sum = 0.0;
+        var neighbours = neighbours_none();
         for (var y = low.y; y <= high.y; y += 1u) {
             for (var x = low.x; x <= high.x; x += 1u) {
                 let weight = window_weights[(y + ROUND_RADIUS - id.y) * WINDOW + x + ROUND_RADIUS - id.x];
                 let neighbour = index_of(vec2u(x, y));
-                mean += weight * estimates[neighbour].mean;
-                variance += weight * estimates[neighbour].variance;
-                sum += weight;
+                neighbours =
+                    neighbours_add(neighbours, weight, estimates[neighbour].mean, estimates[neighbour].variance);
             }
         }
         let index = index_of(id.xy);
-        let said = relative_variances(mean / max(sum, 1e-20), variance / max(sum, 1e-20));
-        plans[index].weight = sqrt(select(1.0, said, sum > 0.0));
+        plans[index].weight = neighbours_say(neighbours, picture.offset);
         let own = estimates[index];
-        value.x = relative_variances(own.mean, own.variance / max(own.count, 1.0));
+        value.x = relative_error(own.mean, own.variance, own.count, picture.offset);
     }
     gather_workgroup(local, value);
     if local == 0u {
@@ -253,7 +230,7 @@ fn weigh(
 fn set_range(@builtin(local_invocation_index) local: u32) {
     gather_tiles(local);
     if local == 0u {
-        picture.squared_error = gathered[0].x / f32(task.size.x * task.size.y);
+        picture.squared_error = mean_of_pixels(gathered[0].x, task.size.x * task.size.y);
         picture.low = LEAST_FACTOR;
         picture.high = MOST_FACTOR;
     }
@@ -261,7 +238,7 @@ fn set_range(@builtin(local_invocation_index) local: u32) {
 
 /// The logarithm of a factor that is tried: the last one is the upper end.
 fn candidate(number: u32) -> f32 {
-    return mix(picture.low, picture.high, f32(number + 1u) / f32(CANDIDATES));
+    return factor_logarithm(picture.low, picture.high, number, CANDIDATES);
 }
 
 /// Adds up what the strips of a candidate have gathered; the first invocations come out with the sums of the candidates.
@@ -287,7 +264,7 @@ fn try_factors(
     let tile = group.y * groups.x + group.x;
     let area = task.size.x * task.size.y;
     let first = tile * TRIED_PIXELS;
-    let factor = exp2(candidate(local % CANDIDATES));
+    let factor = factor_of(candidate(local % CANDIDATES));
     var sum = 0.0;
     for (var index = first + local / CANDIDATES; index < min(first + TRIED_PIXELS, area); index += STRIPS) {
         sum += samples_deserved(factor, plans[index].weight, f32(plans[index].taken));
@@ -343,7 +320,7 @@ fn choose(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_in
     if is_in_window(id.xy) {
         let index = index_of(id.xy);
         let taken = f32(plans[index].taken);
-        let deserved = samples_deserved(exp2(picture.low), plans[index].weight, taken);
+        let deserved = samples_deserved(factor_of(picture.low), plans[index].weight, taken);
         let extra = min(samples_of_round(deserved, taken), MOST_EXTRA);
         plans[index].extra = extra;
         atomicMax(&group_most, extra);

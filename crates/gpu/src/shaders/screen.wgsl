@@ -1,6 +1,6 @@
 // The film on a window: one triangle that covers all of it, a pixel of the film for each of its pixels.
 
-#import optics::tonemap
+#import optics::estimator, optics::tonemap
 
 /// Sums of a pixel's samples, as in `film.wgsl`.
 struct FilmPixel {
@@ -28,7 +28,7 @@ struct Shown {
 /// The corners (−1, −1), (3, −1) and (−1, 3).
 @vertex
 fn corner(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
-    return vec4f(4.0 * f32(index & 1u) - 1.0, 4.0 * f32(index >> 1u) - 1.0, 0.0, 1.0);
+    return vec4f(select(-1.0, 3.0, index == 1u), select(-1.0, 3.0, index == 2u), 0.0, 1.0);
 }
 
 /// Where sizes differ, the nearest pixel.
@@ -37,6 +37,5 @@ fn film_pixel(@builtin(position) at: vec4f) -> @location(0) vec4f {
     let place = vec2u(at.xy * vec2f(shown.film_size) / vec2f(shown.screen_size));
     let pixel = min(place, shown.film_size - 1u);
     let sums = film[pixel.y * shown.film_size.x + pixel.x];
-    let radiance = sums.sum / f32(max(sums.count, 1u));
-    return vec4f(tonemap(shown.mapper, radiance, 1.0, 1.0), 1.0);
+    return vec4f(tonemap(shown.mapper, mean_of_sum(sums.sum, f32(sums.count)), 1.0, 1.0), 1.0);
 }

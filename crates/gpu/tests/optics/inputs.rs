@@ -3,12 +3,14 @@
 mod geometry;
 mod lights;
 mod materials;
+mod realtime;
 mod textures;
 mod transport;
 
 pub use geometry::*;
 pub use lights::*;
 pub use materials::*;
+pub use realtime::*;
 pub use textures::*;
 pub use transport::*;
 

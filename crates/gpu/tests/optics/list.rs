@@ -4,6 +4,22 @@ use crate::compare::Tolerance;
 use crate::inputs::{self, Inputs};
 use crate::values::Words;
 
+/// Sums of products of numbers of very different sizes.
+const FAR_APART: Tolerance = Tolerance {
+    absolute: 0.05,
+    relative: 1e-4,
+    exceptions: 0.01,
+    why: "products of numbers up to ten thousand nearly cancel each other",
+};
+
+/// One over differences that may be nearly zero.
+const RECIPROCALS: Tolerance = Tolerance {
+    absolute: 1e-3,
+    relative: 1e-3,
+    exceptions: 0.01,
+    why: "one over what rounding leaves of a difference",
+};
+
 /// Integers, choices and copies.
 const EXACT: Tolerance =
     Tolerance { absolute: 0.0, relative: 0.0, exceptions: 0.0, why: "nothing is rounded" };
@@ -171,12 +187,13 @@ macro_rules! functions {
     };
 }
 
+mod realtime;
 mod surfaces;
 mod textures;
 
 /// All functions of the optics.
 pub fn functions() -> Vec<Function> {
-    let parts = [others(), surfaces::surfaces(), textures::textures()];
+    let parts = [others(), realtime::realtime(), surfaces::surfaces(), textures::textures()];
     parts.into_iter().flatten().collect()
 }
 
@@ -199,6 +216,7 @@ functions! {
     random::pcg_hash(x: bits) within EXACT;
     random::hash_combine(hash: bits, value: bits) within EXACT;
     random::unit_float(bits: bits) within EXACT;
+    random::stratified_number(index: depth, jitter: unit, count: rows) within ROUNDING;
     random::dither(a: unit, b: unit) within ROUNDING;
     random::sampler_new(kind: sampler_kind, x: bits, y: bits, width: bits, sample_index: bits, seed: bits) within EXACT;
     random::z_order(x: bits, y: bits) within EXACT;
@@ -230,6 +248,7 @@ functions! {
     frame::frame_from_normal(normal: direction) within ROUNDING;
     frame::frame_from_tangent(normal: direction, tangent: signed_color) within CANCELLING;
     frame::tangent_space(normal: direction, tangent: signed_color, handedness: sign_or_none, side: sign) within CANCELLING;
+    frame::unit_cosine(a: direction, b: direction) within CANCELLING;
     frame::to_local(f: frame, v: signed_color) within ROUNDING;
     frame::to_world(f: frame, v: signed_color) within CANCELLING;
     frame::bend_normal(wo: direction, ng: direction, ns: direction) within GRAZING;
@@ -255,6 +274,7 @@ functions! {
     intersect::intersect_triangle_plane(origin: point, direction: direction, p0: point, p1: point, p2: point, t_min: share, t_max: positive) within SIDES;
     intersect::nearest_triangle_point(origin: point, direction: direction, p0: point, p1: point, p2: point) within EDGES;
     intersect::intersect_sphere(origin: point, direction: direction, center: point, radius: share) within ROUNDING;
+    intersect::nearest_to_point(origin: point, direction: direction, point: far_point) within CANCELLING;
     intersect::inverse_direction(direction: direction) within ROUNDING;
     intersect::intersect_box(origin: point, inverse_direction: signed_color, low: point, high: far_point, t_min: share, t_max: positive) within ROUNDING;
     // geometry/distortion.rs
@@ -275,11 +295,23 @@ functions! {
     camera::thin_lens_ray(camera: camera, through_center: direction, u_lens: unit2) within ROUNDING;
     camera::headlight(cos_theta: signed_cosine) within ROUNDING;
     camera::camera_pixel_spread(camera: camera, height: size) within ROUNDING;
+    camera::camera_ray_point(ray: camera_ray, distance: share) within CANCELLING;
+    camera::view_depth(position: point, eye: far_point, axis: direction) within CANCELLING;
+    camera::headlit_color(color: albedo, wo: direction, normal: direction) within CANCELLING;
+    camera::seen_radiance(ray: camera_ray, radiance: radiance) within ROUNDING;
+    camera::pixel_footprint(spread: share, distance: size) within ROUNDING;
+    camera::film_position(at: sizes2, size: sizes2) within ROUNDING;
+    // geometry/bounds.rs
+    bounds::box_of_nothing() within EXACT;
+    bounds::box_of_two(a: point, b: point) within EXACT;
+    bounds::grid_point(corner: point, scale: albedo, steps: point) within CANCELLING;
+    bounds::sphere_box_corner(center: point, radius: share, cube: direction) within CANCELLING;
     // lights/light.rs
     light::no_light_sample() within EXACT;
     light::light_sample(light: light, p: point, u: unit2) within CANCELLING;
     light::light_way(wi: direction, distance: size, offset: point) within CANCELLING;
     light::light_reach(light: light, cutoff: size, falloff: falloff) within ROUNDING;
+    light::is_reached(reach: light_reach, p: point) within SIDES;
     // lights/falloff.rs
     falloff::falloff_factor(coefficients: falloff, distance: size) within ROUNDING;
     falloff::falloff_distance(coefficients: falloff, ratio: size) within CANCELLING;
@@ -312,6 +344,16 @@ functions! {
     light_profile::profile_azimuth(axis: direction, zero: turns, direction: direction) within AZIMUTHS;
     light_profile::profile_cell(axis: direction, zero: turns, direction: direction, rows: rows, columns: columns) within CELLS;
     light_profile::profile_mix(cell: profile_cell, first: unit, second: unit, third: unit, fourth: unit) within ROUNDING;
+    // lights/shaft.rs
+    shaft::light_shaft(light: light, low: point, high: point, extent: point) within CANCELLING;
+    shaft::shaft_ends(s: shaft) within ROUNDING;
+    shaft::shaft_row(row: reals4, s: shaft, size: radiance) within FAR_APART;
+    shaft::shaft_ends_in(s: shaft, row_x: reals4, row_y: reals4, row_z: reals4) within FAR_APART;
+    shaft::shaft_ray(e: ends_of_shaft, extent: albedo) within RECIPROCALS;
+    shaft::never_zero(x: real) within EXACT;
+    shaft::never_zero3(v: signed_color) within EXACT;
+    shaft::shaft_crossing(scale: size, corner: real, side: real, inverse: real) within ROUNDING;
+    shaft::shaft_within(interval: shaft_interval, over: reals4, under: reals4, low_inverse: real, high_inverse: real) within EXACT;
     // lights/sky.rs
     sky::gradient_sky(direction: direction, horizon: radiance, zenith: radiance, ground: radiance) within CANCELLING;
     sky::direction_to_equirect(direction: off_pole, rotation: turns) within ANGLES;
@@ -328,9 +370,15 @@ functions! {
     reservoir::candidate_weight(contribution: radiance) within EXACT;
     reservoir::candidate_pdf(pdf: density, probability: share, count: depth) within ROUNDING;
     reservoir::candidate_place(u: unit2, number: depth) within CANCELLING;
+    reservoir::candidate_fraction(u: unit, count: count) within TEXELS;
+    reservoir::candidates_pdf(count: depth, probability: share, pdf: density) within ROUNDING;
+    reservoir::expected_candidates(count: depth, probability: share) within ROUNDING;
+    reservoir::tile_light_probability(tree_share: share, by_importance: share, uniform: share) within ROUNDING;
+    reservoir::tile_uniform_probability(tree_share: share, count: count) within ROUNDING;
     reservoir::reservoir_empty(u: unit) within EXACT;
     reservoir::reservoir_add(r: reservoir, number: depth, weight: positive) within GRAZING;
     reservoir::reservoir_factor(r: reservoir) within ROUNDING;
+    reservoir::reservoir_contribution(r: reservoir, contribution: radiance) within ROUNDING;
     // lights/tree.rs
     light_tree::cos_of_difference(cos_a: signed_cosine, sin_a: share, cos_b: signed_cosine, sin_b: share) within CANCELLING;
     light_tree::sin_of_difference(cos_a: signed_cosine, sin_a: share, cos_b: signed_cosine, sin_b: share) within CANCELLING;
@@ -353,6 +401,7 @@ functions! {
     light_tree::refill(remainder: unit, probability: share, rest: unit) within STEPS;
     // transport/medium.rs
     medium::transmittance(extinction: albedo, distance: size) within POWERS;
+    medium::transmitted_radiance(radiance: radiance, extinction: albedo, distance: size) within POWERS;
     // transport/volume.rs
     volume::vacuum() within EXACT;
     volume::medium_extinction(m: medium) within ROUNDING;
@@ -404,11 +453,15 @@ functions! {
     path::roulette_survival(path: path, start: depth, min_survival: share) within ROUNDING;
     // transport/direct_light.rs
     direct_light::direct_contribution(value_cos: albedo, light: light_sample, falloff: falloff) within ROUNDING;
+    direct_light::share_of_samples(contribution: radiance, count: depth) within ROUNDING;
+    direct_light::reflection_roulette(reflected: share, least: size, u: unit) within ROUNDING;
+    direct_light::with_reflection(radiance: radiance, weight: positive, seen: radiance) within ROUNDING;
     // transport/vertex.rs
     vertex::vertex_pair(depth: depth) within EXACT;
     vertex::is_last_segment(depth: depth, max_depth: depth) within EXACT;
     vertex::path_branch(path: path, branches: depth) within ROUNDING;
     vertex::light_side(wi: direction, pdf: density, frame: frame, horizon: direction, transmits: flag) within CANCELLING;
+    vertex::light_is_possible(wi: direction, pdf: density, normal: direction, horizon: direction, transmits: flag) within SIDES;
     vertex::shadow_way(wi: direction, distance: size, offset: point) within CANCELLING;
     vertex::leaves_surface(s: scattered, above: flag) within EXACT;
     vertex::continue_from_surface(path: path, s: scattered, frame: frame, horizon: direction, eta: eta, roulette: roulette, u: unit) within SIDES;
@@ -417,44 +470,11 @@ functions! {
     estimator::moments_add(m: moments, x: positive) within ROUNDING;
     estimator::moments_merge(a: moments, b: moments) within ROUNDING;
     estimator::moments_variance(m: moments) within ROUNDING;
+    estimator::variance_of_means(means: moments, samples: positive) within ROUNDING;
+    estimator::is_valid_radiance(c: anything3) within EXACT;
+    estimator::squared(c: signed_color) within ROUNDING;
+    estimator::mean_of_sum(sum: radiance, count: positive) within ROUNDING;
     estimator::moments_standard_error(m: moments) within ROUNDING;
-    // realtime/signal.rs
-    signal::diffuse_share(whole: radiance, others: radiance) within ROUNDING;
-    signal::divisor(reflectance: albedo) within EXACT;
-    signal::demodulate(radiance: radiance, reflectance: albedo) within ROUNDING;
-    signal::remodulate(light: radiance, reflectance: albedo) within ROUNDING;
-    signal::compress(c: radiance) within ROUNDING;
-    signal::expand(c: albedo) within ROUNDING;
-    signal::limit_luminance(c: radiance, limit: positive) within ROUNDING;
-    signal::ycocg_encode(c: albedo) within CANCELLING;
-    signal::ycocg_decode(c: albedo) within CANCELLING;
-    // realtime/history.rs
-    history::is_same_surface(expected: positive, found: positive, depth_tolerance: share, cos_between: signed_cosine, normal_tolerance: signed_cosine) within EDGES;
-    history::bilinear_weight(fraction: unit2, corner: index) within ROUNDING;
-    history::history_weight(kept: positive, new_samples: positive, most: positive) within ROUNDING;
-    history::mirror_share(roughness: share) within ROUNDING;
-    history::virtual_point(eye: point, surface: point, hit_distance: size, share: share) within CANCELLING;
-    history::clip_to_box(value: signed_color, center: signed_color, half_size: radiance) within CANCELLING;
-    history::deviation(mean: share, mean_of_squares: positive) within ROOTS;
-    // realtime/edge_stops.rs
-    edge_stops::spline_weight(away: axis) within EXACT;
-    edge_stops::binomial_weight(away: axis) within EXACT;
-    edge_stops::normal_weight(cos_between: share, power: size) within POWERS;
-    edge_stops::plane_weight(off_plane: share, allowed: positive) within POWERS;
-    edge_stops::luminance_weight(difference: share, deviation: share, tolerance: positive) within POWERS;
-    edge_stops::lobe_share(roughness: share) within ROUNDING;
-    // sampling/rounds.rs
-    rounds::variance_of_sums(sum: share, sum_of_squares: positive, count: positive) within CANCELLING;
-    rounds::neighbour_weight(dx: share, dy: share) within POWERS;
-    rounds::relative_variance(mean: share, variance: positive, offset: share) within ROUNDING;
-    rounds::samples_deserved(scale: positive, weight: share, taken: positive) within ROUNDING;
-    rounds::samples_of_round(deserved: positive, taken: share) within STEPS;
-    // realtime/allocation.rs
-    allocation::sample_variance(mean: share, mean_of_squares: positive, count: positive) within CANCELLING;
-    allocation::seen_variance(variance: positive, mean: share, white: size) within ROUNDING;
-    allocation::samples_missing(variance: positive, kept: share, tolerance: share) within CANCELLING;
-    allocation::samples_wanted(missing: positive, least: depth, most: depth) within EXACT;
-    allocation::samples_afforded(wanted: depth, scale: share, u: unit) within STEPS;
     // display/tonemap.rs
     tonemap::srgb_encode_channel(x: share) within POWERS;
     tonemap::srgb_decode_channel(x: share) within POWERS;

@@ -117,6 +117,22 @@ structures! {
     Frame in frame { tangent, bitangent, normal }
     Light in light { kind, position, edge1, edge2, emission, size, two_sided }
     LightReach in light { center, radius }
+    AxisBox in bounds { low, high }
+    Shaft in shaft { low, high, low_step, high_step, known }
+    ShaftEnds in shaft { low, high, end_low, end_high, size }
+    ShaftRow in shaft { low, high, end_low, end_high, size }
+    ShaftRay in shaft { low, high, low_inverse, high_inverse }
+    ShaftInterval in shaft { first, last }
+    SplitLight in signal { diffuse, specular, hit_distance }
+    FoundLight in signal { diffuse, count, specular, hit_distance, squares, drawn, wanted }
+    Signal in signal { diffuse, diffuse_deviation, specular, specular_deviation }
+    History in history { diffuse, diffuse_count, specular, specular_count, moments, hit_distance }
+    HistorySum in history { history, weight }
+    Neighbourhood in accumulation { mean, mean_of_squares, brightest, luminance, count }
+    SignalMean in accumulation { color, count, moments }
+    ShownColors in antialiasing { mean, squares }
+    FilterSum in spatial_filter { diffuse, specular, weights }
+    Neighbours in rounds { mean, variance, weight }
     LightWay in light { direction, distance }
     LightSample in light { wi, distance, radiance, pdf, delta, barycentrics }
     LightGroup in light_tree { center, radius, intensity, axis, cos_spread, sin_spread, cos_emission, back }

@@ -54,6 +54,31 @@ pub mod camera {
         pub weight: f32,
     }
 
+    /// A point along a ray, metres from its origin.
+    pub fn camera_ray_point(ray: CameraRay, distance: f32) -> Vec3f {
+        ray.origin + ray.direction * distance
+    }
+
+    /// Distance of a point from the eye along a unit `axis`, metres.
+    pub fn view_depth(position: Vec3f, eye: Vec3f, axis: Vec3f) -> f32 {
+        dot(position - eye, axis)
+    }
+
+    /// What reaches the film of the radiance that a ray sees.
+    pub fn seen_radiance(ray: CameraRay, radiance: Vec3f) -> Vec3f {
+        ray.weight * radiance
+    }
+
+    /// Radius of a pixel's footprint at a distance; `spread`: of [`camera_pixel_spread`].
+    pub fn pixel_footprint(spread: f32, distance: f32) -> f32 {
+        spread * distance
+    }
+
+    /// Position on the film of a point of a picture, both from the upper left: pixels, of `size` pixels.
+    pub fn film_position(at: Vec2f, size: Vec2f) -> Vec2f {
+        at / size
+    }
+
     /// The ray through a point of the film.
     ///
     /// - `film`: position on the film, `(0, 0)` upper left to `(1, 1)` lower right.
@@ -116,6 +141,11 @@ pub mod camera {
     /// - `cos_theta`: between the viewing direction and the shading normal.
     pub fn headlight(cos_theta: f32) -> f32 {
         0.2 + 0.8 * max(cos_theta, 0.0)
+    }
+
+    /// A surface's colour under [`headlight`]. `wo`, `normal`: unit vectors to the camera and away from the surface.
+    pub fn headlit_color(color: Vec3f, wo: Vec3f, normal: Vec3f) -> Vec3f {
+        color * headlight(dot(wo, normal))
     }
 
     /// How fast the footprint of a pixel grows with distance along its ray: metres of radius per metre. Used to filter

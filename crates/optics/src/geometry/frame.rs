@@ -20,6 +20,11 @@ pub mod frame {
         pub normal: Vec3f,
     }
 
+    /// Cosine of the angle between two unit vectors.
+    pub fn unit_cosine(a: Vec3f, b: Vec3f) -> f32 {
+        dot(a, b)
+    }
+
     /// A frame around a unit normal, with an arbitrary but continuous tangent except across `normal.z = −0.55`.
     ///
     /// Source: Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017, who change signs at 0. But walls,

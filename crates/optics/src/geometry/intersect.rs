@@ -185,6 +185,11 @@ pub mod intersect {
         TriangleHit { t: t, u: u, v: v, hit: true }
     }
 
+    /// Where a ray is nearest to a point: distance in units of `direction`, which need not be a unit vector.
+    pub fn nearest_to_point(origin: Vec3f, direction: Vec3f, point: Vec3f) -> f32 {
+        dot(point - origin, direction) / dot(direction, direction)
+    }
+
     /// Both crossings of the line `origin + t direction` with a sphere.
     ///
     /// Keeps its precision for small spheres far away and for large ones. A radius of zero or less, or NaN, never

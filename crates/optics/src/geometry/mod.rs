@@ -1,4 +1,5 @@
 //! Frames, rays, intersections and cameras.
+pub mod bounds;
 pub mod camera;
 pub mod distortion;
 pub mod frame;

@@ -100,6 +100,11 @@ pub mod light {
         pub radius: f32,
     }
 
+    /// Whether a point is where a light counts.
+    pub fn is_reached(reach: LightReach, p: Vec3f) -> bool {
+        length(reach.center - p) <= reach.radius
+    }
+
     /// The sample of a light that does not shine here.
     pub fn no_light_sample() -> LightSample {
         LightSample {

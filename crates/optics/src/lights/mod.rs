@@ -7,5 +7,6 @@ pub mod portal;
 pub mod portal_triangle;
 pub mod profile;
 pub mod reservoir;
+pub mod shaft;
 pub mod sky;
 pub mod tree;

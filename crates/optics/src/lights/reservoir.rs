@@ -48,6 +48,34 @@ pub mod reservoir {
         vec2f(min(x - floor(x), ONE_MINUS_EPSILON), min(y - floor(y), ONE_MINUS_EPSILON))
     }
 
+    /// What is left of a number `u` in `[0, 1)` that has chosen one of `count` candidates: a fresh one.
+    pub fn candidate_fraction(u: f32, count: u32) -> f32 {
+        fract(u * f32(count))
+    }
+
+    /// Density with which `count` candidates together find a direction: each chooses its light with a `probability`, and then the
+    /// direction with density `pdf`.
+    pub fn candidates_pdf(count: u32, probability: f32, pdf: f32) -> f32 {
+        f32(count) * probability * pdf
+    }
+
+    /// How many of `count` candidates are expected to be what is chosen with a `probability`.
+    pub fn expected_candidates(count: u32, probability: f32) -> f32 {
+        f32(count) * probability
+    }
+
+    /// Probability with which a tile of pixels chooses a light: a share of the choices goes by what lights bring to one point of it.
+    ///
+    /// - `by_importance`: probability of the light there. `uniform`: of [`tile_uniform_probability`].
+    pub fn tile_light_probability(tree_share: f32, by_importance: f32, uniform: f32) -> f32 {
+        tree_share * by_importance + uniform
+    }
+
+    /// Probability with which a tile of pixels chooses each of `count` lights because it chooses among all alike.
+    pub fn tile_uniform_probability(tree_share: f32, count: u32) -> f32 {
+        (1.0 - tree_share) / f32(count)
+    }
+
     /// No candidates yet; `u`: a uniform number in `[0, 1)` that makes all choices.
     pub fn reservoir_empty(u: f32) -> Reservoir {
         Reservoir { chosen: 0u32, weight: 0.0, sum: 0.0, remainder: u }
@@ -70,6 +98,11 @@ pub mod reservoir {
             next.remainder = min((r.remainder - share) / max(1.0 - share, 1e-30), ONE_MINUS_EPSILON);
         }
         next
+    }
+
+    /// What the chosen candidate brings, for all of them; see [`reservoir_factor`].
+    pub fn reservoir_contribution(r: Reservoir, contribution: Vec3f) -> Vec3f {
+        contribution * reservoir_factor(r)
     }
 
     /// By how much more the chosen candidate has to count, as it stands for all: one over the probability of its choice.

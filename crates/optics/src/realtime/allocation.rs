@@ -26,6 +26,55 @@ pub mod allocation {
         variance * slope * slope
     }
 
+    /// In a map of noise: a pixel without a past.
+    pub const NOTHING_KNOWN: f32 = -1.0;
+
+    /// Variance of a mean of `count` samples, from mean and mean of squares of these.
+    pub fn mean_variance(mean: f32, mean_of_squares: f32, count: f32) -> f32 {
+        sample_variance(mean, mean_of_squares, count) / max(count, 1.0)
+    }
+
+    /// Variance of a pixel's samples as it is seen: the larger one of what the pixel itself says of it, and what those around it do.
+    /// For the others see [`seen_variance`].
+    pub fn seen_noise(own: f32, around: f32, mean: f32, white: f32) -> f32 {
+        seen_variance(max(own, around), mean, white)
+    }
+
+    /// The noise around a pixel spreads to it: `most` so far, and that of a neighbour `away` pixels from it, which counts less by
+    /// how far away it is, to nothing beyond `radius`.
+    ///
+    /// It is that of a sample, so that a neighbour whose past is short does not ask for samples of a pixel whose past is long; and one
+    /// without a past asks for itself only.
+    pub fn spread_noise(most: f32, noise: f32, away: u32, radius: u32) -> f32 {
+        max(most, noise * (1.0 - f32(away) / f32(radius + 1u32)))
+    }
+
+    /// Noise of a pixel's mean from that of its samples; where nothing was known of it, the most that can be.
+    pub fn noise_of_mean(noise: f32, count: f32) -> f32 {
+        select(noise / max(count, 1.0), 1.0, noise == NOTHING_KNOWN)
+    }
+
+    /// Whether a pixel that needs no samples gets one for the sake of what may have changed: once in `period` frames on average.
+    /// `u`: uniform number in `[0, 1)`.
+    pub fn is_refreshed(u: f32, period: u32) -> bool {
+        period > 0u32 && u * f32(period) < 1.0
+    }
+
+    /// What a frame can afford of what its pixels want, for [`samples_afforded`].
+    pub fn affordable_share(affordable: u32, wanted: u32) -> f32 {
+        f32(affordable) / max(f32(wanted), 1.0)
+    }
+
+    /// Noise as a grey: what is tolerated is shown as one half.
+    pub fn shown_noise(noise: f32, tolerance: f32) -> f32 {
+        0.5 * noise / tolerance
+    }
+
+    /// A number of samples as a grey, of which `most` are white.
+    pub fn shown_samples(count: f32, most: f32) -> f32 {
+        count / max(most, 1.0)
+    }
+
     /// Samples that a pixel still needs until the variance of its mean is at most `tolerance`.
     ///
     /// - `variance`: of one sample, as the tolerance has it. `kept`: samples that its history is worth.
@@ -80,6 +129,15 @@ mod tests {
         assert_eq!(need(0.01, 10.0), 0, "converged");
         assert_eq!(need(0.0, 0.0), 0);
         assert_eq!(samples_wanted(f32::INFINITY, 4, 16), 16);
+    }
+
+    #[test]
+    fn noise_spreads_less_far_away() {
+        assert_eq!(spread_noise(0.0, 1.0, 0, 3), 1.0);
+        assert_eq!(spread_noise(0.0, 1.0, 2, 3), 0.5);
+        assert_eq!(spread_noise(0.7, 1.0, 2, 3), 0.7);
+        assert_eq!(noise_of_mean(NOTHING_KNOWN, 0.0), 1.0);
+        assert_eq!(noise_of_mean(0.5, 2.0), 0.25);
     }
 
     /// What is left after rounding is what the scale says, on average.

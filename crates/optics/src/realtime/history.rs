@@ -6,6 +6,7 @@ use wgsl_rs::wgsl;
 #[wgsl]
 #[inline_all]
 pub mod history {
+    use crate::light_tree::*;
     use crate::math::*;
     use wgsl_rs::std::*;
 
@@ -74,12 +75,111 @@ pub mod history {
     pub fn deviation(mean: f32, mean_of_squares: f32) -> f32 {
         safe_sqrt(mean_of_squares - mean * mean)
     }
+
+    /// Half the size of a box that reaches so many standard `deviations` from the mean, from means and means of squares.
+    pub fn box_of_deviations(mean: Vec3f, squares: Vec3f, deviations: f32) -> Vec3f {
+        vec3f(deviation(mean.x, squares.x), deviation(mean.y, squares.y), deviation(mean.z, squares.z))
+            * deviations
+    }
+
+    /// Cosine between two unit vectors, by their codes of [`octahedral_encode`].
+    pub fn cos_of_codes(a: u32, b: u32) -> f32 {
+        dot(octahedral_decode(a), octahedral_decode(b))
+    }
+
+    /// From the camera of the frame before to where a surface's point was then, metres.
+    ///
+    /// - `distance`: of the point from the camera now, along its ray. `point`, `eye`: point and camera now; `…_before`: then.
+    pub fn distance_before(
+        distance: f32,
+        point: Vec3f,
+        eye: Vec3f,
+        point_before: Vec3f,
+        eye_before: Vec3f,
+    ) -> f32 {
+        distance + length(point_before - eye_before) - length(point - eye)
+    }
+
+    /// What a pixel's surface has received over frames, without its colour: means.
+    #[derive(Clone, Copy, Debug)]
+    pub struct History {
+        /// Light of the diffuse lobe.
+        pub diffuse: Vec3f,
+        /// Samples that the diffuse mean is worth.
+        pub diffuse_count: f32,
+        /// Light of the other lobes.
+        pub specular: Vec3f,
+        /// Samples that the specular mean is worth.
+        pub specular_count: f32,
+        /// Means and means of squares of luminance: diffuse, diffuse², specular, specular².
+        pub moments: Vec4f,
+        /// Mean distance from the surface to what lights it specularly, metres.
+        pub hit_distance: f32,
+    }
+
+    /// Nothing received.
+    pub fn history_empty() -> History {
+        History {
+            diffuse: vec3f(0.0, 0.0, 0.0),
+            diffuse_count: 0.0,
+            specular: vec3f(0.0, 0.0, 0.0),
+            specular_count: 0.0,
+            moments: vec4f(0.0, 0.0, 0.0, 0.0),
+            hit_distance: 0.0,
+        }
+    }
+
+    /// Whether all numbers of a history are finite.
+    pub fn history_is_sound(h: History) -> bool {
+        is_finite3(h.diffuse)
+            && is_finite3(h.specular)
+            && is_finite(h.diffuse_count)
+            && is_finite(h.specular_count)
+            && is_finite3(vec3f(h.moments.x, h.moments.y, h.moments.z))
+            && is_finite(h.moments.w)
+            && is_finite(h.hit_distance)
+    }
+
+    /// A sum of weighted histories, and the sum of the weights.
+    #[derive(Clone, Copy, Debug)]
+    pub struct HistorySum {
+        /// Times its weight.
+        pub history: History,
+        /// Its weight.
+        pub weight: f32,
+    }
+
+    /// The sum of none.
+    pub fn history_sum_empty() -> HistorySum {
+        HistorySum { history: history_empty(), weight: 0.0 }
+    }
+
+    /// Adds a history.
+    pub fn history_sum_add(sum: HistorySum, h: History, weight: f32) -> HistorySum {
+        let s = sum.history;
+        HistorySum {
+            history: History {
+                diffuse: s.diffuse + h.diffuse * weight,
+                diffuse_count: s.diffuse_count + h.diffuse_count * weight,
+                specular: s.specular + h.specular * weight,
+                specular_count: s.specular_count + h.specular_count * weight,
+                moments: s.moments + h.moments * weight,
+                hit_distance: s.hit_distance + h.hit_distance * weight,
+            },
+            weight: sum.weight + weight,
+        }
+    }
+
+    /// The mean of a sum.
+    pub fn history_sum_mean(sum: HistorySum) -> History {
+        history_sum_add(history_sum_empty(), sum.history, 1.0 / max(sum.weight, 1e-6)).history
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::history::*;
-    use crate::{vec2f, vec3f};
+    use crate::{vec2f, vec3f, vec4f};
 
     #[test]
     fn tests_know_surfaces_apart() {
@@ -123,6 +223,20 @@ mod tests {
         assert!((clipped.x - 1.5).abs() < 1e-6 && clipped.y == 1.0);
         let flat = clip_to_box(vec3f(3.0, 1.0, 1.0), center, vec3f(0.0, 0.0, 0.0));
         assert!((flat.x - 1.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn histories_are_mixed_by_their_weights() {
+        let mut h = history_empty();
+        h.diffuse = vec3f(1.0, 2.0, 3.0);
+        h.moments = vec4f(1.0, 2.0, 3.0, 4.0);
+        h.diffuse_count = 8.0;
+        let sum = history_sum_add(history_sum_empty(), h, 0.75);
+        let mean = history_sum_mean(history_sum_add(sum, history_empty(), 0.25));
+        assert!((mean.diffuse.z - 2.25).abs() < 1e-6 && (mean.diffuse_count - 6.0).abs() < 1e-5);
+        assert!((mean.moments.w - 3.0).abs() < 1e-6 && history_is_sound(mean));
+        h.moments.w = f32::NAN;
+        assert!(!history_is_sound(h));
     }
 
     #[test]

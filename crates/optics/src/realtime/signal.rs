@@ -6,6 +6,7 @@ use wgsl_rs::wgsl;
 #[wgsl]
 #[inline_all]
 pub mod signal {
+    use crate::constants::*;
     use crate::math::*;
     use wgsl_rs::std::*;
 
@@ -34,6 +35,106 @@ pub mod signal {
     /// Reflected radiance from what [`demodulate`] has made of it.
     pub fn remodulate(light: Vec3f, reflectance: Vec3f) -> Vec3f {
         light * divisor(reflectance)
+    }
+
+    /// Squares of luminances, as of light that was demodulated: means, diffuse and specular.
+    ///
+    /// - `sums`: of squares of the luminances of radiance, over `count` samples. `diffuse`, `specular`: reflectances.
+    pub fn demodulated_squares(sums: Vec2f, count: f32, diffuse: Vec3f, specular: Vec3f) -> Vec2f {
+        let luminances = vec2f(luminance(divisor(diffuse)), luminance(divisor(specular)));
+        sums / max(count, 1.0) / (luminances * luminances)
+    }
+
+    /// The mean of `count` samples; of none, the sum.
+    pub fn found_mean(sum: Vec3f, count: u32) -> Vec3f {
+        sum * (1.0 / max(f32(count), 1.0))
+    }
+
+    /// Light of one sample, from the diffuse and from the other lobes of the first surface.
+    #[derive(Clone, Copy, Debug)]
+    pub struct SplitLight {
+        /// Radiance from the diffuse lobe.
+        pub diffuse: Vec3f,
+        /// Radiance from the others.
+        pub specular: Vec3f,
+        /// From the first surface to the second, metres; 0 if there is none.
+        pub hit_distance: f32,
+    }
+
+    /// Adds radiance, of which the diffuse lobe has a `share`; see [`diffuse_share`].
+    pub fn split_light_add(light: SplitLight, share: Vec3f, radiance: Vec3f) -> SplitLight {
+        SplitLight {
+            diffuse: light.diffuse + share * radiance,
+            specular: light.specular + (1.0 - share) * radiance,
+            hit_distance: light.hit_distance,
+        }
+    }
+
+    /// Light that a frame's samples have brought to a pixel, as it was found: sums.
+    #[derive(Clone, Copy, Debug)]
+    pub struct FoundLight {
+        /// Radiance from the diffuse lobe.
+        pub diffuse: Vec3f,
+        /// Samples of this frame.
+        pub count: u32,
+        /// Radiance from the other lobes.
+        pub specular: Vec3f,
+        /// Of the distances from the first surface to the second, metres.
+        pub hit_distance: f32,
+        /// Of the squares of the luminance, diffuse and specular.
+        pub squares: Vec2f,
+        /// Samples of the pixel in all frames so far.
+        pub drawn: u32,
+        /// Samples wanted in this frame.
+        pub wanted: u32,
+    }
+
+    /// Adds the light of a sample that was drawn.
+    pub fn found_light_add(found: FoundLight, light: SplitLight) -> FoundLight {
+        let mut next = found;
+        next.diffuse = found.diffuse + light.diffuse;
+        next.specular = found.specular + light.specular;
+        next.count = found.count + 1u32;
+        next.hit_distance = found.hit_distance + min(light.hit_distance, FAR);
+        next.squares = found.squares + vec2f(sqr(luminance(light.diffuse)), sqr(luminance(light.specular)));
+        next
+    }
+
+    /// What is filtered: light relative to a white, for 16 bits to hold it.
+    #[derive(Clone, Copy, Debug)]
+    pub struct Signal {
+        /// Light of the diffuse lobe.
+        pub diffuse: Vec3f,
+        /// Standard deviation of its luminance.
+        pub diffuse_deviation: f32,
+        /// Light of the other lobes.
+        pub specular: Vec3f,
+        /// Standard deviation of its luminance.
+        pub specular_deviation: f32,
+    }
+
+    /// The largest 16-bit floating-point number.
+    pub const LARGEST_HALF: f32 = 65504.0;
+
+    /// A signal that 16 bits can hold.
+    pub fn signal_in_halves(s: Signal) -> Signal {
+        Signal {
+            diffuse: min(s.diffuse, vec3f(LARGEST_HALF, LARGEST_HALF, LARGEST_HALF)),
+            diffuse_deviation: min(s.diffuse_deviation, LARGEST_HALF),
+            specular: min(s.specular, vec3f(LARGEST_HALF, LARGEST_HALF, LARGEST_HALF)),
+            specular_deviation: min(s.specular_deviation, LARGEST_HALF),
+        }
+    }
+
+    /// Light of a signal that is relative to `white`.
+    pub fn signal_light(light: Vec3f, white: f32) -> Vec3f {
+        light * white
+    }
+
+    /// Radiance of a signal that is relative to `white`, by the reflectances of its surface.
+    pub fn signal_radiance(s: Signal, white: f32, diffuse: Vec3f, specular: Vec3f) -> Vec3f {
+        remodulate(signal_light(s.diffuse, white), diffuse)
+            + remodulate(signal_light(s.specular, white), specular)
     }
 
     /// A colour brought into the range in which pictures are shown, for means that single bright pixels must not rule;
@@ -68,7 +169,7 @@ pub mod signal {
 #[cfg(test)]
 mod tests {
     use super::signal::*;
-    use crate::vec3f;
+    use crate::{vec2f, vec3f};
 
     #[test]
     fn what_is_taken_apart_is_put_together() {
@@ -104,6 +205,26 @@ mod tests {
         assert!((0.0..=1.0).contains(&share.z));
         let black = diffuse_share(vec3f(0.0, 0.0, 0.0), vec3f(0.0, 0.0, 0.0));
         assert_eq!((black.x, black.y, black.z), (0.0, 0.0, 0.0));
+    }
+
+    #[test]
+    fn light_is_split_and_none_is_lost() {
+        let none =
+            SplitLight { diffuse: vec3f(0.0, 0.0, 0.0), specular: vec3f(0.0, 0.0, 0.0), hit_distance: 2.0 };
+        let light = split_light_add(none, vec3f(0.25, 0.0, 1.0), vec3f(4.0, 2.0, 3.0));
+        assert_eq!((light.diffuse.x, light.diffuse.y, light.diffuse.z), (1.0, 0.0, 3.0));
+        assert_eq!((light.specular.x, light.specular.y, light.specular.z), (3.0, 2.0, 0.0));
+        let found = FoundLight {
+            diffuse: vec3f(1.0, 1.0, 1.0),
+            count: 3,
+            specular: vec3f(0.0, 0.0, 0.0),
+            hit_distance: 1.0,
+            squares: vec2f(0.0, 0.0),
+            drawn: 7,
+            wanted: 4,
+        };
+        let found = found_light_add(found, light);
+        assert_eq!((found.diffuse.x, found.count, found.hit_distance, found.drawn), (2.0, 4, 3.0, 7));
     }
 
     #[test]

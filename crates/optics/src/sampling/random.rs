@@ -6,6 +6,7 @@ use wgsl_rs::wgsl;
 #[wgsl]
 #[inline_all]
 pub mod random {
+    use crate::constants::*;
     use wgsl_rs::std::*;
 
     /// How a [`PixelSampler`] draws: independent uniform numbers.
@@ -44,6 +45,11 @@ pub mod random {
     /// Uniform number in `[0, 1)` from the upper 24 bits.
     pub fn unit_float(bits: u32) -> f32 {
         f32(bits >> 8u32) * 5.9604644775390625e-8
+    }
+
+    /// A number in `[0, 1)` from the part `index` of `count` equal ones. `jitter`: where in it, in `[0, 1)`.
+    pub fn stratified_number(index: u32, jitter: f32, count: u32) -> f32 {
+        min((f32(index) + jitter) / f32(count), ONE_MINUS_EPSILON)
     }
 
     /// A number in `[0, 1)` from the last bits of two others: what to go on with where they have been used up.

@@ -10,6 +10,7 @@ use wgsl_rs::wgsl;
 #[wgsl]
 #[inline_all]
 pub mod rounds {
+    use crate::estimator::*;
     use wgsl_rs::std::*;
 
     /// Half the side of the window of neighbours, in pixels.
@@ -21,6 +22,93 @@ pub mod rounds {
     /// A round makes the samples of a pixel at most this many times what they were: variances that few samples have found are
     /// uncertain.
     pub const ROUND_GROWTH: f32 = 4.0;
+
+    /// The share of the squared level of a picture that is added to the squared radiance that errors are relative to.
+    pub const LEVEL_SHARE: f32 = 0.01;
+
+    /// Joins what parts of a picture say: x, y are summed up, of z, w the least counts.
+    pub fn round_gather(a: Vec4f, b: Vec4f) -> Vec4f {
+        vec4f(a.x + b.x, a.y + b.y, min(a.z, b.z), min(a.w, b.w))
+    }
+
+    /// The level of a pixel: the mean of its colours' magnitudes.
+    pub fn pixel_level(mean: Vec3f) -> f32 {
+        (abs(mean.x) + abs(mean.y) + abs(mean.z)) / 3.0
+    }
+
+    /// The mean over all pixels.
+    pub fn mean_of_pixels(sum: f32, pixels: u32) -> f32 {
+        sum / f32(pixels)
+    }
+
+    /// What is added to the squared radiance that errors are relative to: `given`, or, if that is below zero, what follows from the
+    /// picture's `level`.
+    pub fn error_offset(given: f32, level: f32) -> f32 {
+        select(given, LEVEL_SHARE * level * level, given < 0.0)
+    }
+
+    /// [`variance_of_sums`] of each colour.
+    pub fn variances_of_sums(sums: Vec3f, sums_of_squares: Vec3f, count: f32) -> Vec3f {
+        vec3f(
+            variance_of_sums(sums.x, sums_of_squares.x, count),
+            variance_of_sums(sums.y, sums_of_squares.y, count),
+            variance_of_sums(sums.z, sums_of_squares.z, count),
+        )
+    }
+
+    /// The mean of the colours' relative variances; see [`relative_variance`].
+    pub fn relative_variances(mean: Vec3f, variance: Vec3f, offset: f32) -> f32 {
+        (relative_variance(mean.x, variance.x, offset)
+            + relative_variance(mean.y, variance.y, offset)
+            + relative_variance(mean.z, variance.z, offset))
+            / 3.0
+    }
+
+    /// The relative variance of a pixel's mean of `count` samples, by the variance of one.
+    pub fn relative_error(mean: Vec3f, variance: Vec3f, count: f32, offset: f32) -> f32 {
+        relative_variances(mean, mean_of_sum(variance, count), offset)
+    }
+
+    /// What a pixel's neighbours say: weighted sums of their means and of the variances of their samples.
+    #[derive(Clone, Copy, Debug)]
+    pub struct Neighbours {
+        /// Of the means.
+        pub mean: Vec3f,
+        /// Of the variances of one sample.
+        pub variance: Vec3f,
+        /// Of the weights.
+        pub weight: f32,
+    }
+
+    /// No neighbours yet.
+    pub fn neighbours_none() -> Neighbours {
+        Neighbours { mean: vec3f(0.0, 0.0, 0.0), variance: vec3f(0.0, 0.0, 0.0), weight: 0.0 }
+    }
+
+    /// Adds a neighbour, by its weight of [`neighbour_weight`].
+    pub fn neighbours_add(n: Neighbours, weight: f32, mean: Vec3f, variance: Vec3f) -> Neighbours {
+        Neighbours {
+            mean: n.mean + weight * mean,
+            variance: n.variance + weight * variance,
+            weight: n.weight + weight,
+        }
+    }
+
+    /// √v of a pixel, where v is the relative variance that its neighbours have; 1 if it has none.
+    pub fn neighbours_say(n: Neighbours, offset: f32) -> f32 {
+        let sum = max(n.weight, 1e-20);
+        sqrt(select(1.0, relative_variances(n.mean / sum, n.variance / sum, offset), n.weight > 0.0))
+    }
+
+    /// The logarithm of factor `number` of `count` that divide a range; the last one is its upper end.
+    pub fn factor_logarithm(low: f32, high: f32, number: u32, count: u32) -> f32 {
+        mix(low, high, f32(number + 1u32) / f32(count))
+    }
+
+    /// A factor from its logarithm to base 2.
+    pub fn factor_of(logarithm: f32) -> f32 {
+        exp2(logarithm)
+    }
 
     /// The unbiased variance of one of `count` samples, at least zero; 0 below two samples.
     pub fn variance_of_sums(sum: f32, sum_of_squares: f32, count: f32) -> f32 {
@@ -55,6 +143,7 @@ pub mod rounds {
 #[cfg(test)]
 mod tests {
     use super::rounds::*;
+    use crate::vec3f;
 
     #[test]
     fn variances_are_those_of_the_definition() {
@@ -78,6 +167,17 @@ mod tests {
         assert_eq!(relative_variance(5.0, 0.0, 0.0), 0.0);
         assert!((relative_variance(0.3, 0.5, 0.01) - 5.0).abs() < 1e-5);
         assert!(relative_variance(0.0, 1e-3, 0.0).is_finite());
+    }
+
+    #[test]
+    fn equal_neighbours_say_what_each_does() {
+        let (mean, variance) = (vec3f(2.0, 2.0, 2.0), vec3f(1.0, 2.0, 3.0));
+        let both =
+            neighbours_add(neighbours_add(neighbours_none(), 0.3, mean, variance), 0.2, mean, variance);
+        assert!((neighbours_say(both, 0.0) - 0.5f32.sqrt()).abs() < 1e-5);
+        assert_eq!(neighbours_say(neighbours_none(), 0.0), 1.0);
+        assert_eq!(error_offset(0.5, 3.0), 0.5);
+        assert!((error_offset(-1.0, 3.0) - 0.09).abs() < 1e-6);
     }
 
     #[test]

@@ -13,6 +13,11 @@ pub mod ggx {
     /// Narrower distributions are treated as this width: below it, `f32` cannot represent the peak's shape.
     pub const MIN_ALPHA: f32 = 0.001;
 
+    /// Whether a surface is so smooth that its lobe is a mirror's. `roughness`: perceptual, in `[0, 1]`.
+    pub fn is_polished(roughness: f32) -> bool {
+        roughness * roughness < MIN_ALPHA
+    }
+
     /// Density of microfacet normals, per solid angle and projected area.
     ///
     /// - `h`: unit half vector in the shading frame. `alpha`: width in `[MIN_ALPHA, 1]`.

@@ -6,7 +6,21 @@ use wgsl_rs::wgsl;
 #[wgsl]
 #[inline_all]
 pub mod estimator {
+    use crate::math::*;
     use wgsl_rs::std::*;
+
+    /// The largest radiance that a sample may have: 2⁴⁰.
+    pub const MAX_SAMPLE: f32 = 1099511627776.0;
+
+    /// Whether a sample's radiance can be counted.
+    pub fn is_valid_radiance(c: Vec3f) -> bool {
+        is_finite3(c) && max_component(abs(c)) <= MAX_SAMPLE
+    }
+
+    /// The squares of a sample's colours.
+    pub fn squared(c: Vec3f) -> Vec3f {
+        c * c
+    }
 
     /// Running mean and sum of squared differences from it.
     #[derive(Clone, Copy, Debug)]
@@ -46,6 +60,17 @@ pub mod estimator {
     /// Unbiased variance of one sample; 0 for fewer than two.
     pub fn moments_variance(m: Moments) -> f32 {
         select(0.0, m.m2 / max(m.count - 1.0, 1.0), m.count >= 2.0)
+    }
+
+    /// Variance of one sample by moments of means, which have `samples` samples in all: means of several samples vary less than
+    /// samples do.
+    pub fn variance_of_means(means: Moments, samples: f32) -> f32 {
+        moments_variance(means) * samples / max(means.count, 1.0)
+    }
+
+    /// The mean of `count` samples; of none, the sum.
+    pub fn mean_of_sum(sum: Vec3f, count: f32) -> Vec3f {
+        sum / max(count, 1.0)
     }
 
     /// Standard error of the mean.

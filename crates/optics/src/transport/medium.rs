@@ -14,4 +14,9 @@ pub mod medium {
     pub fn transmittance(extinction: Vec3f, distance: f32) -> Vec3f {
         vec3f(exp(-extinction.x * distance), exp(-extinction.y * distance), exp(-extinction.z * distance))
     }
+
+    /// Radiance that is left after such a way.
+    pub fn transmitted_radiance(radiance: Vec3f, extinction: Vec3f, distance: f32) -> Vec3f {
+        radiance * transmittance(extinction, distance)
+    }
 }

@@ -105,6 +105,12 @@ pub mod vertex {
         LightSide { wi: local, above: above, possible: pdf > 0.0 && (above || transmits) && one_side }
     }
 
+    /// As [`light_side`], for who asks only whether the sample can contribute. `normal`: for shading, unit.
+    pub fn light_is_possible(wi: Vec3f, pdf: f32, normal: Vec3f, horizon: Vec3f, transmits: bool) -> bool {
+        let above = dot(wi, horizon) > 0.0;
+        pdf > 0.0 && (above || transmits) && above == (dot(wi, normal) > 0.0)
+    }
+
     /// The shadow ray to a light sample. `offset`: from the point that the sample was made for to the ray's origin, metres.
     pub fn shadow_way(wi: Vec3f, distance: f32, offset: Vec3f) -> LightWay {
         let way = light_way(wi, distance, offset);
