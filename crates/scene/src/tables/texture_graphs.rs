@@ -1,15 +1,12 @@
 //! Texture graphs as programs, and their evaluation where images are not at hand.
 
 use super::{GeometryKind, GeometryRecord, SceneTables, TextureUse};
-use crate::texture_graph::Program;
+use crate::texture_graph::{Program, node_value};
 use crate::{Scene, Texture};
 use glam::Affine3A;
 use optics::image_texture::{TEXTURE_GRAPH, TEXTURE_SHARES};
 use optics::shape::sphere_uv;
-use optics::texture_node::{
-    GRAPH_REGISTERS, NODE_IMAGE, NODE_TRIPLANAR, evaluate_node, graph_value, node_coordinates,
-    triplanar_coords,
-};
+use optics::texture_node::{GRAPH_REGISTERS, NODE_IMAGE, NODE_TRIPLANAR, graph_value};
 use optics::texture_point::{TexturePoint, texture_point_at};
 use optics::vector::dot;
 use optics::{Vec3f, Vec4f, vec4f};
@@ -66,16 +63,9 @@ impl SceneTables {
         let mut value = zeros;
         for node in self.graph(texture) {
             let input = |register: u32| registers.get(register as usize).copied().unwrap_or(zeros);
-            let [mut a, mut b, mut c] = [node.a, node.b, node.c].map(input);
-            let offset = input(node.offset);
-            if node.operation == NODE_IMAGE {
-                a = image(&self.graph_textures[node.texture as usize], point.coords);
-            } else if node.operation == NODE_TRIPLANAR {
-                let shown = &self.graph_textures[node.texture as usize];
-                let at = node_coordinates(*node, *point, offset);
-                [a, b, c] = [0, 1, 2].map(|axis| image(shown, triplanar_coords(at, axis)));
-            }
-            value = evaluate_node(*node, *point, a, b, c, offset);
+            let shown = |coords| image(&self.graph_textures[node.texture as usize], coords);
+            let inputs = [node.a, node.b, node.c].map(input);
+            value = node_value(node, point, inputs, input(node.offset), shown);
             registers[node.output as usize] = value;
         }
         graph_value(value, texture.flags & TEXTURE_SHARES != 0)
