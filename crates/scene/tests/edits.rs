@@ -170,7 +170,7 @@ fn graphs(folder: &Path) -> Scene {
 
         [[shape]]
         kind = "sphere"
-        material = {{ base-color-texture = "{png}", emission-texture = "{png}", emission = 0.1, roughness = {{ node = "mix", a = "cloud", b = [0.1, 0.2, 0.3], factor = {{ node = "triplanar", image = {{ file = "{png}", uv-scale = [3, 1], uv-rotate = 20 }} }} }} }}
+        material = {{ base-color-texture = "{png}", emission-texture = "{png}", emission = 0.1, roughness = {{ node = "mix", a = "cloud", b = [0.1, 0.2, 0.3], factor = {{ node = "triplanar", image = {{ file = "{png}", scale = [3, 1], rotate = 20 }} }} }} }}
         "#
     );
     let file = folder.join("graphs.toml");

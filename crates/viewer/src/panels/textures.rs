@@ -4,7 +4,7 @@ use super::graph;
 use crate::node_previews::graph_of;
 use crate::thumbnails::SIDE;
 use crate::viewer::Viewer;
-use alhazen::{Material, Texture, TextureRef};
+use alhazen::{Material, Scene, Texture, TextureRef};
 use egui::load::SizedTexture;
 use egui::{CollapsingHeader, Image, Ui, vec2};
 
@@ -31,7 +31,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui, material: u32) {
 }
 
 /// Parameters of a material that have a texture, as the user calls them.
-fn slots(m: &Material, scene: &alhazen::Scene) -> Vec<(&'static str, TextureRef)> {
+fn slots(m: &Material, scene: &Scene) -> Vec<(&'static str, TextureRef)> {
     let l = &m.layers;
     let is_graph = |shown: &TextureRef| graph_of(scene, shown.texture).is_some();
     // Where there are heights, they take the place of a normal map.
@@ -58,6 +58,13 @@ fn slots(m: &Material, scene: &alhazen::Scene) -> Vec<(&'static str, TextureRef)
     all.into_iter().filter_map(|(name, texture)| Some((name, (*texture)?))).collect()
 }
 
+/// Number of materials that have a texture.
+fn users(scene: &Scene, id: u32) -> usize {
+    let uses = |m: &&Material| slots(m, scene).iter().any(|(_, shown)| shown.texture == id);
+    scene.materials.iter().filter(uses).count()
+}
+
+/// One texture: a picture, or nodes.
 fn texture(viewer: &mut Viewer, ui: &mut Ui, id: u32) {
     let Some(document) = &viewer.document else { return };
     match document.scene().textures.get(id as usize) {
@@ -74,6 +81,10 @@ fn texture(viewer: &mut Viewer, ui: &mut Ui, id: u32) {
         }
         Some(Texture::Graph(nodes)) => {
             let nodes = nodes.clone();
+            let users = users(document.scene(), id);
+            if users > 1 {
+                ui.weak(format!("{users} materials share it."));
+            }
             graph::show(viewer, ui, id, &nodes);
         }
     }
