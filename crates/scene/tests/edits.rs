@@ -299,7 +299,9 @@ fn broken_graphs_are_named_with_their_texture_and_node() {
     assert!(attempt(id, &gain(f32::NAN)).to_string().starts_with(&place));
     let number = InputRecord::Number;
     let input = |kind: &'static str, name: &'static str, value: InputRecord| -> Change {
-        Box::new(move |r| drop(node_of(r, kind).inputs.insert(name.into(), value)))
+        Box::new(move |r| {
+            node_of(r, kind).inputs.insert(name.into(), value);
+        })
     };
     let changes: [(&str, Change); 9] = [
         ("there is no such node", Box::new(|r| node_of(r, "noise").node = "nois".into())),

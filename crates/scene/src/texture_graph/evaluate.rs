@@ -35,7 +35,7 @@ pub(crate) fn node_value(
 impl TextureGraph {
     /// Values of each node over a square of `side` × `side` points, row 0 at the top, for people to look at. Both sets of
     /// texture coordinates go from 0 to 1, v downwards; so do x and y, upwards, of all other spaces, on a surface that
-    /// faces z and has white vertices.
+    /// faces z and has white vertices. Patterns are means over the distance between points.
     ///
     /// - `image`: RGBA of the texture that a node shows, at transformed texture coordinates.
     ///
@@ -51,7 +51,8 @@ impl TextureGraph {
         let mut all = vec![Vec::with_capacity((side * side) as usize); self.nodes.len()];
         for i in 0..side * side {
             let share = |pixel: u32| (pixel as f32 + 0.5) / side as f32;
-            let values = self.values_at(&records, &point(share(i % side), share(i / side)), &image);
+            let values =
+                self.values_at(&records, &point(share(i % side), share(i / side), 1.0 / side as f32), &image);
             all.iter_mut().zip(values).for_each(|(of_node, value)| of_node.push(value.to_array()));
         }
         Ok(all)
@@ -89,11 +90,13 @@ impl TextureGraph {
 }
 
 /// A point of a square whose corners are at 0 and 1 in every space.
-fn point(u: f32, v: f32) -> TexturePoint {
+/// `width`: of its footprint.
+fn point(u: f32, v: f32, width: f32) -> TexturePoint {
     let position = vec3f(u, 1.0 - v, 0.0);
     TexturePoint {
         position,
         world: position,
+        width,
         normal: vec3f(0.0, 0.0, 1.0),
         ..texture_point_at(vec4f(u, v, u, v), vec4f(1.0, 1.0, 1.0, 1.0))
     }
