@@ -108,6 +108,18 @@ pub enum Wrap {
     ClampToEdge,
 }
 
+impl Wrap {
+    /// The pixel of a row of `size` that a coordinate lies in.
+    fn pixel(self, x: f32, size: u32) -> u32 {
+        let within = match self {
+            Self::Repeat => x - x.floor(),
+            Self::MirroredRepeat => 1.0 - (x.rem_euclid(2.0) - 1.0).abs(),
+            Self::ClampToEdge => x.clamp(0.0, 1.0),
+        };
+        ((within * size as f32) as u32).min(size.saturating_sub(1))
+    }
+}
+
 /// How values between pixel centres are found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Filter {
@@ -180,6 +192,25 @@ pub struct ImageTexture {
     pub color_space: ColorSpace,
 }
 
+impl ImageTexture {
+    /// The pixel of its image that texture coordinates lie in, linear RGB and alpha: what a preview shows. White where
+    /// `image` has no pixels.
+    pub fn pixel_at(&self, image: &Image, uv: Vec2) -> [f32; 4] {
+        let column = self.sampler.wrap_u.pixel(uv.x, image.width);
+        let row = self.sampler.wrap_v.pixel(uv.y, image.height);
+        let index = row as usize * image.width as usize + column as usize;
+        if index >= image.pixels.len() {
+            return [1.0; 4];
+        }
+        let [r, g, b, a] = image.pixels.stored(index);
+        if image.pixels.is_float() || self.color_space == ColorSpace::Linear {
+            return [r, g, b, a];
+        }
+        let [r, g, b] = [r, g, b].map(srgb_decode_channel);
+        [r, g, b, a]
+    }
+}
+
 /// Affine map of texture coordinates: `uv' = matrix · uv + offset` (`KHR_texture_transform`).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct UvTransform {
@@ -250,6 +281,25 @@ impl TextureRef {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn pixels_are_wrapped_and_decoded() {
+        let pixels = Pixels::Rgba8(vec![[0, 0, 0, 255], [255, 255, 255, 128]]);
+        let image = Image { name: "two".into(), width: 2, height: 1, pixels };
+        let read = |wrap_u, color_space, u| {
+            let sampler = Sampler { wrap_u, ..Sampler::default() };
+            ImageTexture { image: 0, sampler, color_space }.pixel_at(&image, Vec2::new(u, 0.5))[0]
+        };
+        let row = |wrap| [-0.25, 0.25, 0.75, 1.25].map(|u| read(wrap, ColorSpace::Srgb, u));
+        assert_eq!(row(Wrap::Repeat), [1.0, 0.0, 1.0, 0.0]);
+        assert_eq!(row(Wrap::MirroredRepeat), [0.0, 0.0, 1.0, 1.0]);
+        assert_eq!(row(Wrap::ClampToEdge), [0.0, 0.0, 1.0, 1.0]);
+        let grey = Image { pixels: Pixels::Rgba8(vec![[51, 51, 51, 255]]), width: 1, ..image.clone() };
+        let texture = ImageTexture { image: 0, sampler: Sampler::default(), color_space: ColorSpace::Linear };
+        assert_eq!(texture.pixel_at(&grey, Vec2::NAN)[0], 0.2);
+        let decoded = ImageTexture { color_space: ColorSpace::Srgb, ..texture };
+        assert!(decoded.pixel_at(&grey, Vec2::ZERO)[0] < 0.1);
+    }
 
     #[test]
     fn tangents_are_where_the_transformed_u_grows() {

@@ -4,12 +4,15 @@ use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
 use scene::edits::file::EditedFile;
 use scene::edits::{
-    Addition, CameraRecord, EditError, Editable, Edits, EnvironmentRecord, LightRecord, MaterialRecord,
-    Resources, SkyRecord, SunRecord,
+    Addition, CameraRecord, EditError, Editable, Edits, EnvironmentRecord, GraphRecord, InputRecord,
+    LightRecord, MaterialRecord, ParameterRecord, PlacementRecord, Resources, ShownRecord, SkyRecord,
+    SunRecord,
 };
 use scene::load::scene_file::{self, open_edited};
 use scene::tables::SceneTables;
-use scene::{Camera, LightProfile, LoadError, LoadOptions, Photometry, RenderDefaults, Scene, builtin};
+use scene::{
+    Camera, LightProfile, LoadError, LoadOptions, Photometry, RenderDefaults, Scene, Texture, builtin,
+};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -150,6 +153,173 @@ fn impossible_edits_are_named() {
     assert!(attempt(&|e| e.environment = Some(own.clone())).to_string().contains("picture of its own"));
 }
 
+/// A scene with graphs of many kinds of nodes, one of which shows an image; textures 0 and 1 are images.
+fn graphs(folder: &Path) -> Scene {
+    let png = picture_file(folder);
+    let text = format!(
+        r#"
+        [textures.cloud]
+        node = "noise"
+        kind = "simplex"
+        turbulence = true
+        octaves = 5.3
+        space = "object"
+        scale = [3, 2, 0.7]
+        rotate = [10, 20, 30]
+        offset = {{ node = "wave", shape = "rings" }}
+
+        [[shape]]
+        kind = "sphere"
+        material = {{ base-color-texture = "{png}", emission-texture = "{png}", emission = 0.1, roughness = {{ node = "mix", a = "cloud", b = [0.1, 0.2, 0.3], factor = {{ node = "triplanar", image = {{ file = "{png}", scale = [3, 1], rotate = 20 }} }} }} }}
+        "#
+    );
+    let file = folder.join("graphs.toml");
+    std::fs::write(&file, text).expect("written");
+    scene_file::load(&file, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene
+}
+
+/// The name of a picture of one pixel.
+fn picture_file(folder: &Path) -> String {
+    image::RgbImage::from_pixel(1, 1, image::Rgb([200, 100, 50]))
+        .save(folder.join("p.png"))
+        .expect("written");
+    "p.png".into()
+}
+
+/// The graphs of a scene, by the numbers of their textures.
+fn records(scene: &Scene) -> Vec<(u32, GraphRecord)> {
+    let graph = |(id, texture): (u32, &Texture)| match texture {
+        Texture::Graph(graph) => Some((id, GraphRecord::from(graph))),
+        Texture::Image(_) => None,
+    };
+    (0..).zip(&scene.textures).filter_map(graph).collect()
+}
+
+/// The record of the first node of a kind.
+fn node_of<'a>(record: &'a mut GraphRecord, kind: &str) -> &'a mut scene::edits::NodeRecord {
+    record.nodes.iter_mut().find(|node| node.node == kind).expect("there is one")
+}
+
+#[test]
+fn graphs_are_written_changed_and_brought_back() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let base = graphs(folder.path());
+    let (id, record) = records(&base).pop().expect("a graph");
+    // What nobody has changed is the same graph.
+    assert_eq!(Texture::Graph(record.graph().expect("a graph")), base.textures[id as usize]);
+
+    let mut changed = record;
+    let noise = node_of(&mut changed, "noise");
+    noise.parameters.insert("gain".into(), ParameterRecord::Number(1.0 / 3.0));
+    noise.parameters.insert("kind".into(), ParameterRecord::Choice("perlin".into()));
+    placement_of(&mut changed).map[11] = 0.1;
+    node_of(&mut changed, "mix").inputs.insert("b".into(), InputRecord::Color([0.1, 0.2, 0.7, 1.0]));
+    let mut edits = Edits::default();
+    edits.textures.insert(id, changed);
+    let mut edited = Editable::new(base.clone());
+    edited.set(&edits, &Resources::default()).expect("valid");
+    assert_ne!(fingerprint(edited.scene()), fingerprint(&base));
+
+    let file = folder.path().join("graphs.toml");
+    let file =
+        EditedFile { name: base.name.clone(), file: Some(file), edits: edits.clone(), ..Default::default() };
+    let text = file.to_text(folder.path()).expect("text");
+    assert!(text.contains("kind = \"perlin\"") && text.contains("space = \"object\""), "{text}");
+    let path = folder.path().join("edited.toml");
+    std::fs::write(&path, &text).expect("written");
+    let opened = open_edited(&path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    assert_eq!(opened.expect("has a base").edits.textures, edits.textures);
+    let loaded = scene_file::load(&path, &LoadOptions::default()).expect("loads").scene;
+    assert_eq!(loaded.textures, edited.scene().textures);
+    assert_eq!(fingerprint(&loaded), fingerprint(edited.scene()));
+
+    edited.set(&Edits::default(), &Resources::default()).expect("valid");
+    assert_eq!(edited.scene().textures, base.textures, "taken back");
+}
+
+#[test]
+fn textures_keep_their_numbers_when_models_come() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let base = graphs(folder.path());
+    let (id, mut record) = records(&base).pop().expect("a graph");
+    node_of(&mut record, "noise").parameters.insert("seed".into(), ParameterRecord::Number(9.0));
+    let mut resources = Resources::default();
+    resources.models.insert("model.toml".into(), Arc::new(base.clone()));
+    let addition = Addition::Model { file: "model.toml".into() };
+    let mut edits = Edits { additions: vec![addition], ..Edits::default() };
+    let count = base.textures.len() as u32;
+    edits.textures.insert(id, record.clone());
+    let mut edited = Editable::new(base.clone());
+    edited.set(&edits, &resources).expect("valid");
+    let graph = Texture::Graph(record.graph().expect("a graph"));
+    assert_eq!(edited.scene().textures[id as usize], graph);
+    assert_ne!(edited.scene().textures[(count + id) as usize], graph);
+    // Graphs of the model can be changed as well, and what they show has moved with them.
+    let Texture::Graph(added) = &edited.scene().textures[(count + id) as usize] else { panic!("a graph") };
+    edits.textures.insert(count + id, GraphRecord::from(added));
+    edited.set(&edits, &resources).expect("valid");
+    edited.set(&Edits::default(), &resources).expect("valid");
+    assert_eq!(edited.scene().textures, base.textures);
+}
+
+fn placement_of(record: &mut GraphRecord) -> &mut PlacementRecord {
+    node_of(record, "noise").placement.as_mut().expect("placed")
+}
+
+fn shown_by(record: &mut GraphRecord) -> &mut ShownRecord {
+    node_of(record, "triplanar").image.as_mut().expect("shown")
+}
+
+type Change = Box<dyn Fn(&mut GraphRecord)>;
+
+#[test]
+fn broken_graphs_are_named_with_their_texture_and_node() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let base = graphs(folder.path());
+    let (id, record) = records(&base).pop().expect("a graph");
+    let first = record.nodes.iter().position(|node| node.node == "noise").expect("there is one");
+    let mut scene = Editable::new(base);
+    let mut attempt = |id: u32, change: &dyn Fn(&mut GraphRecord)| {
+        let mut edits = Edits::default();
+        let mut record = record.clone();
+        change(&mut record);
+        edits.textures.insert(id, record);
+        scene.set(&edits, &Resources::default()).expect_err("impossible")
+    };
+    assert!(matches!(attempt(99, &|_| {}), EditError::Texture { id: 99, .. }));
+    assert_eq!(attempt(0, &|_| {}), EditError::NotAGraph(0));
+    let gain = |value: f32| {
+        move |r: &mut GraphRecord| {
+            node_of(r, "noise").parameters.insert("gain".into(), ParameterRecord::Number(value));
+        }
+    };
+    let error = attempt(id, &gain(2.0)).to_string();
+    let place = format!("texture {id}: node {} (`noise`)", first);
+    assert_eq!(error, format!("{place}: `gain`: it must be from 0 to 1, it is 2"));
+    assert!(attempt(id, &gain(f32::NAN)).to_string().starts_with(&place));
+    let number = InputRecord::Number;
+    let input = |kind: &'static str, name: &'static str, value: InputRecord| -> Change {
+        Box::new(move |r| {
+            node_of(r, kind).inputs.insert(name.into(), value);
+        })
+    };
+    let changes: [(&str, Change); 9] = [
+        ("there is no such node", Box::new(|r| node_of(r, "noise").node = "nois".into())),
+        ("there is no input `x`", input("noise", "x", number(1.0))),
+        ("is too large", input("mix", "a", number(f32::INFINITY))),
+        ("of a later node", input("mix", "a", InputRecord::Node { node: 60 })),
+        ("could be placed", Box::new(|r| node_of(r, "mix").offset = Some(InputRecord::Number(1.0)))),
+        ("is not finite", Box::new(|r| placement_of(r).map[0] = f32::NAN)),
+        ("it has no image", Box::new(|r| node_of(r, "triplanar").image = None)),
+        ("there is no texture 50", Box::new(|r| shown_by(r).texture = 50)),
+        ("the texture has no nodes", Box::new(|r| r.nodes.clear())),
+    ];
+    for (words, change) in changes {
+        let error = attempt(id, &change).to_string();
+        assert!(error.starts_with(&format!("texture {id}: ")) && error.contains(words), "{words}: {error}");
+    }
+}
+
 #[test]
 fn wrong_files_are_refused_with_their_line() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -161,6 +331,14 @@ fn wrong_files_are_refused_with_their_line() {
         ("[base]\nbuiltin = \"cornell\"\n[[shape]]\nkind = \"sphere\"\n", "unknown key `shape`"),
         ("[base]\nbuiltin = \"cornell\"\n[edits.objects.x]\nremoved = true\n", "`x` is not a number"),
         ("[base]\nbuiltin = \"cornell\"\n[edits.objects.900]\nremoved = true\n", "no object 900"),
+        (
+            "[base]\nbuiltin = \"textures\"\n[[edits.textures.0.nodes]]\nnode = \"noise\"\nparameters = { octaves = 99 }\n",
+            "texture 0: node 0 (`noise`): `octaves`: it must be from 1 to 16, it is 99",
+        ),
+        (
+            "[base]\nbuiltin = \"textures\"\n[[edits.textures.0.nodes]]\nnode = \"mix\"\ninputs = { a = \"x\" }\n",
+            "an input is a number, a colour of four numbers, or { node = N }",
+        ),
         ("[base]\nbuiltin = \"cornell\"\n[[edits.add]]\nmodel = { file = \"none.obj\" }\n", "none.obj"),
     ] {
         std::fs::write(&path, text).expect("written");

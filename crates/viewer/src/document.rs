@@ -1,6 +1,7 @@
 //! The scene that is open: where it came from, what was changed of it, and all of it that panels show.
 
 use crate::history::History;
+use crate::thumbnails::thumbnail;
 use alhazen::edits::{EditError, Editable, EditedFile, Edits, Resources};
 use alhazen::{
     Animation, LoadReport, Mesh, MeshPart, Moment, Place, RenderDefaults, Scene, Shape, Source, TriangleMesh,
@@ -21,7 +22,7 @@ pub struct Counts {
     pub images: usize,
 }
 
-/// A scene that is open. Geometry and pictures are with the render thread: here are names, numbers and bounds.
+/// A scene that is open. Geometry and pictures are with the render thread: here are names, numbers, bounds and thumbnails.
 pub struct Document {
     /// Where it came from.
     pub source: Source,
@@ -38,6 +39,8 @@ pub struct Document {
     /// As `resources`, without geometry.
     outlines: Resources,
     base: Base,
+    /// Widths and heights of the images of the scene without edits.
+    image_sizes: Vec<[u32; 2]>,
     outline: Editable,
     edits: History<Edits>,
     moment: Moment,
@@ -79,6 +82,7 @@ impl Document {
             defaults: scene.defaults.clone(),
             outlines: outlines_of(&resources),
             resources,
+            image_sizes: sizes_of(scene).collect(),
             outline: Editable::new(outline(scene)),
             edits: History::new(edits.clone()),
             moment: Moment::default(),
@@ -90,7 +94,7 @@ impl Document {
         document
     }
 
-    /// The scene as it is now, without geometry and pictures: meshes have only their bounds.
+    /// The scene as it is now, without what is large: meshes have only their bounds, images are thumbnails.
     pub fn scene(&self) -> &Scene {
         self.outline.scene()
     }
@@ -182,6 +186,14 @@ impl Document {
         self.resources.environments.extend(resources.environments);
     }
 
+    /// Width and height of an image of the scene, pixels.
+    pub fn image_size(&self, image: u32) -> Option<[u32; 2]> {
+        // What models bring comes after, in the order of their additions.
+        let added = self.edits().models().filter_map(|file| self.resources.models.get(file));
+        let added = added.flat_map(|model| sizes_of(model));
+        self.image_sizes.iter().copied().chain(added).nth(image as usize)
+    }
+
     /// World bounds of an object.
     pub fn bounds_of(&self, instance: u32) -> Option<(Vec3, Vec3)> {
         let scene = self.scene();
@@ -232,7 +244,12 @@ impl Document {
     }
 }
 
-/// A scene without what is large: meshes have two vertices, the corners of their bounds.
+/// Widths and heights of the images of a scene.
+fn sizes_of(scene: &Scene) -> impl Iterator<Item = [u32; 2]> {
+    scene.images.iter().map(|image| [image.width, image.height])
+}
+
+/// A scene without what is large: meshes have two vertices, the corners of their bounds; images are thumbnails.
 pub fn outline(scene: &Scene) -> Scene {
     let part = |part: &MeshPart| {
         let corners = part.shape.bounds().map_or(Vec::new(), |(low, high)| vec![low, high]);
@@ -247,7 +264,7 @@ pub fn outline(scene: &Scene) -> Scene {
         instances: scene.instances.clone(),
         materials: scene.materials.clone(),
         textures: scene.textures.clone(),
-        images: Vec::new(),
+        images: scene.images.iter().map(thumbnail).collect(),
         lights: scene.lights.clone(),
         cameras: scene.cameras.clone(),
         environment: scene.environment.clone(),
@@ -266,13 +283,8 @@ fn without_vertices(animation: &Animation) -> Animation {
 
 fn outlines_of(resources: &Resources) -> Resources {
     let models = resources.models.iter().map(|(path, scene)| (path.clone(), outline(scene).into()));
-    let pixel = |image: &alhazen::SceneImage| alhazen::SceneImage {
-        name: image.name.clone(),
-        width: 1,
-        height: 1,
-        pixels: alhazen::Pixels::Rgb32F(vec![[0.0; 3]]),
-    };
-    let environments = resources.environments.iter().map(|(path, image)| (path.clone(), pixel(image).into()));
+    let environments =
+        resources.environments.iter().map(|(path, image)| (path.clone(), thumbnail(image).into()));
     Resources { models: models.collect(), environments: environments.collect() }
 }
 

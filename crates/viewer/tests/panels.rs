@@ -391,3 +391,92 @@ fn what_frames_are_made_of_and_what_they_show_is_set() {
     let wanted = harness.state().job();
     until(&mut harness, "paths on the CPU", |v| v.shot().is_some_and(|s| *s.job == wanted && s.spp > 1));
 }
+
+/// The graph of a texture of the open scene.
+fn graph_of(harness: &Harness<'_, Viewer>, id: u32) -> alhazen::TextureGraph {
+    let scene = harness.state().document.as_ref().expect("open").scene();
+    viewer::node_previews::graph_of(scene, id).expect("a graph").clone()
+}
+
+/// Selects an object by its name and returns the texture of its base colour.
+fn select_textured(harness: &mut Harness<'_, Viewer>, name: &str) -> u32 {
+    page(harness, Tab::Objects);
+    click(harness, name);
+    let viewer = harness.state();
+    let material = viewer.selection.expect("selected").material as usize;
+    let scene = viewer.document.as_ref().expect("open").scene();
+    scene.materials[material].base_color_texture.expect("a texture").texture
+}
+
+#[test]
+fn nodes_of_textures_are_shown_changed_and_brought_back() {
+    let mut harness = open("textures");
+    let id = select_textured(&mut harness, "floor");
+    let before = graph_of(&harness, id);
+    assert!(harness.query_by_label("Base colour: checkerboard").is_some());
+    assert!(harness.query_all_by_label("Preview of node 0").next().is_some());
+    let wanted = harness.state().job();
+    until(&mut harness, "the picture", |v| v.shot().is_some_and(|s| *s.job == wanted && s.spp >= 1));
+    let seen = harness.state().shots_seen();
+    harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "cells").click();
+    harness.run_steps(3);
+    click(&mut harness, "cubes");
+    let after = graph_of(&harness, id);
+    assert_eq!((before.nodes[0].parameters[0], after.nodes[0].parameters[0]), (0.0, 1.0));
+    let edits = harness.state().document.as_ref().expect("open").edits().clone();
+    assert_eq!(edits.textures.keys().copied().collect::<Vec<_>>(), [id]);
+    until(&mut harness, "a picture of it", |v| v.shots_seen() > seen && v.is_current());
+
+    let ctx = harness.ctx.clone();
+    harness.state_mut().run(Command::Undo, &ctx);
+    assert_eq!(graph_of(&harness, id), before);
+    harness.state_mut().run(Command::Redo, &ctx);
+    assert_eq!(graph_of(&harness, id), after);
+    harness.run_steps(2);
+    click(&mut harness, "Reset texture");
+    assert_eq!(graph_of(&harness, id), before);
+    assert!(harness.query_by_label("Reset texture").is_none());
+}
+
+/// A drag over several frames is one step.
+#[test]
+fn sliders_of_nodes_are_dragged_in_one_step() {
+    let mut harness = open("textures");
+    select_textured(&mut harness, "floor");
+    let textures =
+        |h: &Harness<'_, Viewer>| h.state().document.as_ref().expect("open").scene().textures.clone();
+    let before = textures(&harness);
+    let slider = harness.get_by_role_and_label(egui::accesskit::Role::Slider, "octaves").rect();
+    let at = |share: f32| egui::pos2(slider.left() + share * slider.width(), slider.center().y);
+    harness.drag_at(at(0.2));
+    harness.run_steps(2);
+    let mut seen = Vec::new();
+    for share in [0.3, 0.5, 0.7] {
+        harness.hover_at(at(share));
+        harness.run_steps(2);
+        seen.push(textures(&harness));
+    }
+    harness.drop_at(at(0.7));
+    harness.run_steps(2);
+    assert!(seen[0] != before && seen[1] != seen[0] && seen[2] != seen[1], "it does not follow the pointer");
+    let ctx = harness.ctx.clone();
+    harness.state_mut().run(Command::Undo, &ctx);
+    assert!(textures(&harness) == before, "a drag is several steps");
+    assert!(!harness.state().document.as_ref().expect("open").can_undo_redo().0);
+}
+
+#[test]
+fn images_of_materials_have_name_and_size() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let picture = alhazen::Image::from_fn(70, 30, |_, _| [1.0, 0.0, 0.0]);
+    picture.write_png_encoded(&folder.path().join("red.png")).expect("a picture");
+    let text =
+        "[[shape]]\nname = \"plate\"\nkind = \"quad\"\nmaterial = { base-color-texture = \"red.png\" }\n";
+    let file = folder.path().join("scene.toml");
+    std::fs::write(&file, text).expect("a scene");
+    let mut harness = open(&file.to_string_lossy());
+    page(&mut harness, Tab::Objects);
+    click(&mut harness, "plate");
+    assert!(harness.query_by_label_contains("Base colour: ").is_some());
+    assert!(harness.query_by_label_contains("70 × 30 pixels").is_some());
+}

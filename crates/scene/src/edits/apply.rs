@@ -1,8 +1,11 @@
 //! From a scene and edits to the edited scene.
 
-use super::{Addition, Edits, EnvironmentRecord};
+use super::{Addition, Edits, EnvironmentRecord, GraphProblem};
 use crate::animation::Moment;
-use crate::{Environment, Image, Instance, InstanceId, Material, MaterialId, Mesh, Scene, Shape, Sphere};
+use crate::{
+    Environment, Image, Instance, InstanceId, Material, MaterialId, Mesh, Scene, Shape, Sphere, Texture,
+    TextureGraph, TextureId,
+};
 use glam::{Affine3A, Vec3};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -37,6 +40,25 @@ pub enum EditError {
         /// How many there are.
         count: usize,
     },
+    /// A texture that is not there.
+    #[error("there is no texture {id}; the scene has {count}")]
+    Texture {
+        /// Its number.
+        id: TextureId,
+        /// How many there are.
+        count: usize,
+    },
+    /// A texture that is an image cannot become a graph.
+    #[error("texture {0} is an image and not a graph")]
+    NotAGraph(TextureId),
+    /// A graph that cannot be evaluated.
+    #[error("texture {id}: {problem}")]
+    Graph {
+        /// The number of the texture.
+        id: TextureId,
+        /// What is wrong, and in which node.
+        problem: GraphProblem,
+    },
     /// A file that was not loaded.
     #[error("{0} was not loaded")]
     File(PathBuf),
@@ -62,34 +84,28 @@ pub struct Editable {
     deformed: bool,
 }
 
-/// What a scene was at some time. Of meshes, textures and pictures only the number is kept: edits add to them and
-/// change none.
+/// What a scene was at some time. Of meshes and pictures only the number is kept: edits add to them and change none.
 #[derive(Clone, Debug)]
 struct Version {
     small: Scene,
     meshes: usize,
-    textures: usize,
     images: usize,
 }
 
 impl Version {
     fn of(scene: &mut Scene) -> Self {
-        let large = (
-            std::mem::take(&mut scene.meshes),
-            std::mem::take(&mut scene.textures),
-            std::mem::take(&mut scene.images),
-        );
+        let large = (std::mem::take(&mut scene.meshes), std::mem::take(&mut scene.images));
         let small = scene.clone();
-        (scene.meshes, scene.textures, scene.images) = large;
-        let (meshes, textures, images) = (scene.meshes.len(), scene.textures.len(), scene.images.len());
-        Self { small, meshes, textures, images }
+        (scene.meshes, scene.images) = large;
+        let (meshes, images) = (scene.meshes.len(), scene.images.len());
+        Self { small, meshes, images }
     }
 
     /// Makes a scene that has got more since what it was.
     fn restore(&self, scene: &mut Scene) {
         scene.meshes.truncate(self.meshes);
-        scene.textures.truncate(self.textures);
         scene.images.truncate(self.images);
+        scene.textures.clone_from(&self.small.textures);
         scene.materials.clone_from(&self.small.materials);
         scene.instances.clone_from(&self.small.instances);
         scene.lights.clone_from(&self.small.lights);
@@ -149,6 +165,7 @@ impl Editable {
         } else {
             self.extend(&edits.additions, resources)?;
         }
+        self.edit_textures(edits)?;
         self.edit_materials(edits)?;
         self.edit_objects(edits)?;
         self.hold_still(edits);
@@ -260,6 +277,37 @@ impl Editable {
             record.apply(&mut self.scene.materials[*id as usize]);
         }
         Ok(())
+    }
+
+    fn edit_textures(&mut self, edits: &Edits) -> Result<(), EditError> {
+        let count = self.scene.textures.len();
+        for (&id, record) in &edits.textures {
+            match self.scene.textures.get(id as usize) {
+                None => return Err(EditError::Texture { id, count }),
+                Some(Texture::Image(_)) => return Err(EditError::NotAGraph(id)),
+                Some(Texture::Graph(_)) => {}
+            }
+            let graph = record.graph().and_then(|graph| self.with_images(graph));
+            let graph = graph.map_err(|problem| EditError::Graph { id, problem })?;
+            self.scene.textures[id as usize] = Texture::Graph(graph);
+        }
+        Ok(())
+    }
+
+    /// The graph, if what it shows is there and an image.
+    fn with_images(&self, graph: TextureGraph) -> Result<TextureGraph, GraphProblem> {
+        for (number, node) in graph.nodes.iter().enumerate() {
+            let Some(shown) = node.image else { continue };
+            let problem = match self.scene.textures.get(shown.texture as usize) {
+                Some(Texture::Image(_)) => continue,
+                Some(Texture::Graph(_)) => {
+                    format!("texture {} is a graph, and it shows images", shown.texture)
+                }
+                None => format!("there is no texture {}", shown.texture),
+            };
+            return Err(GraphProblem::Node { number, kind: node.kind.name.into(), problem });
+        }
+        Ok(graph)
     }
 
     fn edit_objects(&mut self, edits: &Edits) -> Result<(), EditError> {

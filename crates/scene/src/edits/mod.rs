@@ -1,21 +1,25 @@
 //! What somebody has changed of a scene, as a value: it can be kept, taken back, written to a file and applied.
 //!
-//! Edits refer to materials and objects (instances) of the scene by number. What they add comes after all that is there,
+//! Edits refer to materials, textures and objects (instances) of the scene by number. What they add comes after all that is there,
 //! in the order in which it was added, so that numbers stay what they are. [`Editable`] applies them; [`mod@file`] is how
 //! they stand in a scene file: a `[base]` and the edits on top, which load as the very scene that was edited.
 
 mod apply;
 pub mod file;
+mod graph;
 mod numbered;
 mod records;
 
 pub use apply::{EditError, Editable, Resources};
+pub use graph::{
+    GraphProblem, GraphRecord, InputRecord, NodeRecord, ParameterRecord, PlacementRecord, ShownRecord,
+};
 pub use records::{
     CameraRecord, DaylightRecord, EnvironmentRecord, LightRecord, MaterialRecord, OrbitRecord,
     ProjectionRecord, SkyRecord, SunRecord,
 };
 
-use crate::{InstanceId, MaterialId};
+use crate::{InstanceId, MaterialId, TextureId};
 use glam::Affine3A;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -31,6 +35,9 @@ pub struct Edits {
     /// New values of materials, by number.
     #[serde(with = "numbered", skip_serializing_if = "BTreeMap::is_empty")]
     pub materials: BTreeMap<MaterialId, MaterialRecord>,
+    /// New graphs of textures that are graphs, by number.
+    #[serde(with = "numbered", skip_serializing_if = "BTreeMap::is_empty")]
+    pub textures: BTreeMap<TextureId, GraphRecord>,
     /// Changes of objects, by number.
     #[serde(with = "numbered", skip_serializing_if = "BTreeMap::is_empty")]
     pub objects: BTreeMap<InstanceId, ObjectEdit>,

@@ -1,43 +1,11 @@
-//! The value of a graph on the host: back ends on CPUs, and what is made of graphs while a scene is loaded.
+//! Densities of media that a graph makes while a scene is loaded.
 
-use super::{GraphError, Program, TextureGraph};
+use super::{GraphError, Program, TextureGraph, evaluate};
 use crate::DensityGrid;
 use glam::{Affine3A, Vec3};
-use optics::texture_node::{
-    GRAPH_REGISTERS, NODE_IMAGE, NODE_TRIPLANAR, TextureNode, evaluate_node, graph_value, node_coordinates,
-    triplanar_coords,
-};
 use optics::texture_point::{TexturePoint, texture_point_at};
-use optics::{Vec3f, Vec4f, vec4f};
+use optics::{Vec3f, vec4f};
 use rayon::prelude::*;
-
-/// The value of the last of some nodes at a point.
-///
-/// - `image`: the texel of a node's image at both sets of texture coordinates. `shares`: see [`graph_value`].
-pub fn evaluate(
-    nodes: &[TextureNode],
-    point: &TexturePoint,
-    image: impl Fn(u32, Vec4f) -> Vec4f,
-    shares: bool,
-) -> Vec4f {
-    let zeros = vec4f(0.0, 0.0, 0.0, 0.0);
-    let mut registers = [zeros; GRAPH_REGISTERS as usize];
-    let mut value = zeros;
-    for node in nodes {
-        let input = |register: u32| registers.get(register as usize).copied().unwrap_or(zeros);
-        let [mut a, mut b, mut c] = [node.a, node.b, node.c].map(input);
-        let offset = input(node.offset);
-        if node.operation == NODE_IMAGE {
-            a = image(node.texture, point.coords);
-        } else if node.operation == NODE_TRIPLANAR {
-            let at = node_coordinates(*node, *point, offset);
-            [a, b, c] = [0, 1, 2].map(|axis| image(node.texture, triplanar_coords(at, axis)));
-        }
-        value = evaluate_node(*node, *point, a, b, c, offset);
-        registers[node.output as usize] = value;
-    }
-    graph_value(value, shares)
-}
 
 /// Why a graph is no density.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -48,14 +48,23 @@ pub struct Parameter {
     pub range: [f32; 2],
     /// Names of the values 0, 1, …; empty for numbers.
     pub choices: &'static [&'static str],
+    /// Whether only whole numbers differ.
+    pub is_whole: bool,
+}
+
+impl Parameter {
+    /// Whether it is no number but a switch: `false` or `true`.
+    pub fn is_switch(&self) -> bool {
+        self.choices == OFF_ON
+    }
 }
 
 const fn number(name: &'static str, default: f32, range: [f32; 2]) -> Parameter {
-    Parameter { name, default, range, choices: &[] }
+    Parameter { name, default, range, choices: &[], is_whole: false }
 }
 
 const fn choice(name: &'static str, choices: &'static [&'static str]) -> Parameter {
-    Parameter { name, default: 0.0, range: [0.0, (choices.len() - 1) as f32], choices }
+    Parameter { name, default: 0.0, range: [0.0, (choices.len() - 1) as f32], choices, is_whole: true }
 }
 
 const fn input(name: &'static str, grey: f32) -> InputKind {
@@ -64,7 +73,7 @@ const fn input(name: &'static str, grey: f32) -> InputKind {
 
 /// Numbers whose size nobody limits but the arithmetic.
 const ANY: [f32; 2] = [-1e6, 1e6];
-const SEED: Parameter = number("seed", 0.0, [0.0, 65535.0]);
+const SEED: Parameter = Parameter { is_whole: true, ..number("seed", 0.0, [0.0, 65535.0]) };
 const OFF_ON: &[&str] = &["false", "true"];
 const A_B: &[InputKind] = &[input("a", 0.0), input("b", 0.0)];
 const VALUE: &[InputKind] = &[input("input", 0.0)];

@@ -1,13 +1,17 @@
 //! Textures that are computed: small graphs of nodes, evaluated by the optics at every hit.
 
 mod density;
+mod evaluate;
 mod kinds;
 mod parse;
+mod placement;
 mod program;
 
-pub use density::{DensityError, evaluate};
+pub use density::DensityError;
+pub use evaluate::evaluate;
 pub use kinds::{InputKind, KINDS, NodeKind, Parameter, kind_named};
 pub use parse::{GraphSources, parse_graph};
+pub use placement::{Placement, PlacementParts, Space};
 pub use program::Program;
 
 use crate::TextureRef;
@@ -52,31 +56,6 @@ pub enum GraphInput {
     Constant([f32; 4]),
     /// The value of an earlier node.
     Node(u32),
-}
-
-/// The space that a pattern lies in.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Space {
-    /// The first set of texture coordinates, as x and y.
-    #[default]
-    Uv,
-    /// The second set.
-    Uv1,
-    /// The space of the object.
-    Object,
-    /// The space of the world.
-    World,
-    /// That of the scene's first camera: x to the right, y up, z towards the viewer, metres.
-    Camera,
-}
-
-/// Where a pattern lies: its coordinates are `map` applied to those of `space`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Placement {
-    /// Where coordinates come from.
-    pub space: Space,
-    /// From them to those of the pattern.
-    pub map: Affine3A,
 }
 
 /// Why a graph cannot be evaluated.

@@ -6,9 +6,9 @@
 //! becomes ranges and mixes.
 
 use super::kinds::{Parameter, kind_named};
-use super::{GraphInput, NodeKind, Placement, Space, TextureGraph, TextureGraphNode};
+use super::{GraphInput, NodeKind, Placement, PlacementParts, Space, TextureGraph, TextureGraphNode};
 use crate::TextureRef;
-use glam::{Affine3A, EulerRot, Mat3, Quat, Vec3};
+use glam::Vec3;
 use optics::tonemap::srgb_decode_channel;
 use toml::{Table, Value};
 
@@ -180,14 +180,10 @@ fn placement(table: &Table) -> Result<Placement, String> {
     let about = |key: &str, why: String| format!("`{key}`: {why}");
     let space = match table.get("space") {
         None => Space::default(),
-        Some(value) => match value.as_str() {
-            Some("uv") => Space::Uv,
-            Some("uv1") => Space::Uv1,
-            Some("object") => Space::Object,
-            Some("world") => Space::World,
-            Some("camera") => Space::Camera,
-            _ => return Err("`space` is uv, uv1, object, world or camera".into()),
-        },
+        Some(value) => {
+            let space = value.as_str().and_then(Space::named);
+            space.ok_or("`space` is uv, uv1, object, world or camera")?
+        }
     };
     let vector_or = |key: &str, default: Vec3| match table.get(key) {
         None => Ok(default),
@@ -203,11 +199,7 @@ fn placement(table: &Table) -> Result<Placement, String> {
         }
         _ => vector_or("rotate", Vec3::ZERO)?,
     };
-    let [x, y, z] = rotate.to_array().map(f32::to_radians);
-    let turn = Mat3::from_quat(Quat::from_euler(EulerRot::ZYX, z, y, x));
-    // The pattern is turned, so its coordinates are turned back; it has `scale` periods per unit.
-    let matrix = Mat3::from_diagonal(scale) * turn.transpose();
-    Ok(Placement { space, map: Affine3A::from_mat3_translation(matrix, translate) })
+    Ok(Placement { space, map: PlacementParts { scale, rotate, translate }.map() })
 }
 
 fn parameter(p: &Parameter, value: &Value) -> Result<f32, String> {

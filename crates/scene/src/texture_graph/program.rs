@@ -147,7 +147,7 @@ fn constant([r, g, b, a]: [f32; 4], output: u32) -> TextureNode {
 }
 
 /// The record of a node without its registers and its image.
-fn record(node: &TextureGraphNode, world_to_camera: Affine3A) -> TextureNode {
+pub(super) fn record(node: &TextureGraphNode, world_to_camera: Affine3A) -> TextureNode {
     let Placement { space, map } = node.placement;
     let map = if space == Space::Camera { map * world_to_camera } else { map };
     let rows = glam::Mat4::from(map).transpose();

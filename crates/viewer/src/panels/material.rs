@@ -1,6 +1,6 @@
-//! The material of the selected object.
+//! The material of the selected object: its numbers and its textures.
 
-use super::{bright_colour, share};
+use super::{bright_colour, share, textures};
 use crate::viewer::{Selection, Viewer};
 use alhazen::edits::{Addition, MaterialRecord};
 use alhazen::{AlphaMode, Model};
@@ -38,6 +38,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui, selection: Selection) {
             make_own(viewer, selection.object, id);
         }
     });
+    textures::show(viewer, ui, id);
 }
 
 /// The list of materials, for another one.

@@ -3,6 +3,7 @@
 mod camera;
 mod environment;
 mod frames;
+mod graph;
 mod inspector;
 mod lights;
 mod material;
@@ -14,6 +15,7 @@ mod record;
 mod render;
 mod report;
 mod status;
+mod textures;
 mod time;
 mod tooltips;
 mod windows;

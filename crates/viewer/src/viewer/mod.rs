@@ -130,6 +130,8 @@ pub struct Viewer {
     pub elsewhere: Option<Elsewhere>,
     /// What is remembered.
     pub settings: Settings,
+    /// What nodes of textures look like.
+    pub previews: crate::node_previews::NodePreviews,
     /// Which panels and windows are open.
     pub open: crate::panels::Open,
     /// A sequence that is being rendered: pictures done, and in all.
@@ -209,6 +211,7 @@ impl Viewer {
             statistics: Statistics::default(),
             notices: Vec::new(),
             elsewhere: None,
+            previews: Default::default(),
             open: crate::panels::Open { side: start.settings.side_panel, ..Default::default() },
             settings: start.settings,
             recording: None,
