@@ -10,6 +10,7 @@ functions! {
     fresnel::fresnel_dielectric(cos_incident: cosine, eta: eta) within ROUNDING;
     fresnel::thin_sheet_reflectance(reflectance: share) within ROUNDING;
     // surface/ggx.rs
+    ggx::is_polished(roughness: share) within STEPS;
     ggx::ggx_d(h: upper, alpha: alpha) within ROUNDING;
     ggx::ggx_g1(cos_theta: cosine, alpha: alpha) within ROUNDING;
     ggx::ggx_g1_over_2cos(cos_theta: cosine, alpha: alpha) within ROUNDING;
