@@ -39,8 +39,10 @@ class Views:
     def add(self, light: np.ndarray, guide: np.ndarray, samples: np.ndarray, most: int) -> None:
         """Adds the views of a scene, as long as there are no more than `most`."""
         if len(self) == 0:
-            self.light = torch.empty((most, *light.shape[1:]), dtype=torch.float16, device=self.device)
-            self.guide = torch.empty((most, *guide.shape[1:]), dtype=torch.uint8, device=self.device)
+            room = lambda like, kind: torch.empty(
+                (most, *like.shape[1:]), dtype=kind, device=self.device
+            )
+            self.light, self.guide = room(light, torch.float16), room(guide, torch.uint8)
         begin, end = len(self), len(self) + len(samples)
         if end > len(self.light):
             return
@@ -64,8 +66,8 @@ class Scenes:
 
     def refresh(self) -> None:
         """Takes up the scenes that are new."""
-        paths = [path for folder in self.folders for path in glob.glob(os.path.join(folder, "*.npz"))]
-        fresh = sorted(set(paths) - self.seen)
+        found = (glob.glob(os.path.join(folder, "*.npz")) for folder in self.folders)
+        fresh = sorted(set().union(*found) - self.seen)
         self.seen.update(fresh)
         with concurrent.futures.ThreadPoolExecutor(8) as pool:
             for first in range(0, len(fresh), 64):

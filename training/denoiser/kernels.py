@@ -26,7 +26,7 @@ def forward_kernel(
     weighted, logits, output, greatest, total, height, width, ln, lc, ly, lx,
     CHANNELS: tl.constexpr, TAPS: tl.constexpr, BLOCK: tl.constexpr,
 ):
-    """output[n, c, y, x]: the sum over taps of exp(logit - greatest) · weighted[n, c, y + i, x + k].
+    """output[n, c, y, x]: sums of exp(logit - greatest) · weighted[n, c, y + i, x + k] over taps.
 
     `greatest` [n, y, x] becomes the greatest logit of a pixel. `ln`, `lc`, `ly`, `lx`: steps of
     `logits` in memory; everything else is contiguous.

@@ -36,21 +36,29 @@ def capped(x: Tensor, limit: Tensor) -> Tensor:
     return squares.mean((1, 2, 3))
 
 
+def darkest_around(reference: Tensor) -> Tensor:
+    """The least of the means over 5×5 pixels of all squares that a pixel is in, [N, 3, h, w].
+
+    The means of squares with a lamp in them would hide the halo that a filter leaves around it.
+    """
+    means = F.avg_pool2d(reference, 5, 1, 2, count_include_pad=False)
+    return -F.max_pool2d(-means, 5, 1, 2)
+
+
 def losses(output: Tensor, batch: Batch) -> "tuple[Tensor, Tensor]":
     """One loss for each picture, and what it would be without the reference's own noise, [N] each.
 
     The mean of the reference's noise is zero, so the expected squared error is least where the
     output is the mean of all pictures that there could be. That holds for sums of squares with
     weights that do not depend on the noise, and for no other loss: no logarithms, no absolute
-    values. So the error is divided by what the output is, not the reference, and single pixels are
-    capped only where they are far above the noise.
+    values. So the error is divided by means of the reference, not by its pixels, and single pixels
+    are capped only where they are far above the noise.
 
     There are errors of pixels, of means of 4×4 and 16×16, where noise hides less, and of edges.
     Pictures of little noise have more weight: what counts is by which factor noise is reduced.
     """
     with torch.no_grad():
-        around = F.avg_pool2d(batch.reference, 7, 1, 3, count_include_pad=False)
-        divisor = (0.5 * (output + around)) ** 2 + FLOOR
+        divisor = darkest_around(batch.reference) ** 2 + FLOOR
         doubt = (batch.doubt / divisor).clamp(max=10.0).mean((1, 2, 3))
         # The film says it of the reference; the input has fewer samples.
         noise = doubt * batch.reference_samples / batch.samples

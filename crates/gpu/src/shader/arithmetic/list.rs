@@ -45,51 +45,10 @@ pub(super) const LISTED: &[Reason] = &[
         ],
     ),
     (
-        "to be moved",
+        "what a fetch returns: attributes between the corners of a primitive, points and normals in another space",
         &[
-            (
-                "direct",
-                &[
-                    "ambient_light",
-                    "ambient_side",
-                    "chain_radiance",
-                    "follow",
-                    "light_with_shadows",
-                    "scatter",
-                    "shadow_ray",
-                ],
-            ),
-            ("light_chooser_list", &["choose_by_importance"]),
-            ("light_chooser_pair", &["choose_by_importance", "light_key", "probability_by_importance"]),
-            ("light_chooser_tree", &["choose_by_importance", "probability_by_importance"]),
-            (
-                "lights",
-                &[
-                    "chosen_probability",
-                    "environment_image_pdf",
-                    "environment_radiance",
-                    "light_texture_point",
-                    "path_add_distant_chosen",
-                    "sample_environment_image",
-                    "sample_light",
-                    "sample_one_light",
-                    "sample_portals",
-                    "surface_light_pdf",
-                    "textured_emission",
-                ],
-            ),
-            (
-                "material",
-                &[
-                    "alpha_accepts",
-                    "base_color",
-                    "is_culled",
-                    "sphere_accepts",
-                    "sphere_crossing",
-                    "surface_bsdf",
-                ],
-            ),
-            ("path_vertex", &["start_path", "travel"]),
+            ("lights", &["light_texture_point"]),
+            ("material", &["alpha_accepts", "is_culled", "sphere_accepts", "sphere_crossing"]),
             (
                 "primitive",
                 &[
@@ -101,39 +60,64 @@ pub(super) const LISTED: &[Reason] = &[
                     "triangle_words4",
                 ],
             ),
-            ("scattering_layered", &["layer_albedos", "lookup_sheen_albedo", "surface_layered_point"]),
             (
                 "surface",
-                &[
-                    "mapped_normal",
-                    "sphere_point",
-                    "surface_at",
-                    "tangent_frame",
-                    "transformed_extent",
-                    "triangle_point",
-                ],
-            ),
-            (
-                "texture",
-                &["dielectric_albedo_plane", "lookup_dielectric_albedo", "lookup_ggx_albedo", "table_place"],
+                &["mapped_normal", "sphere_point", "surface_at", "transformed_extent", "triangle_point"],
             ),
             (
                 "texture_points",
                 &["bumped_normal", "moved_texture_point", "sphere_texture_point", "triangle_texture_point"],
             ),
-            ("volume_media", &["grid_density", "majorant_of", "ratio_track", "relative_ior", "within_grid"]),
+        ],
+    ),
+    (
+        "what a fetch returns: tables between their entries",
+        &[
+            ("scattering_layered", &["lookup_sheen_albedo"]),
             (
-                "volume_vertex",
+                "texture",
+                &["dielectric_albedo_plane", "lookup_dielectric_albedo", "lookup_ggx_albedo", "table_place"],
+            ),
+        ],
+    ),
+    (
+        "a cosine, which side, or the inverse of a direction, for a function of the optics",
+        &[
+            ("direct", &["scatter", "shadow_ray"]),
+            ("material", &["base_color", "surface_bsdf"]),
+            ("scattering_layered", &["layer_albedos", "surface_layered_point"]),
+            ("volume_media", &["majorant_of", "within_grid"]),
+            ("volume_vertex", &["prepare_surface", "way_from_surface"]),
+        ],
+    ),
+    (
+        "a product of two results of the optics: throughput and radiance, a density and the probability of its choice",
+        &[
+            ("direct", &["ambient_light", "chain_radiance", "follow", "light_with_shadows"]),
+            (
+                "lights",
                 &[
-                    "advance",
-                    "follow_way",
-                    "pass_through",
-                    "prepare_surface",
-                    "track",
-                    "way_from_medium",
-                    "way_from_surface",
+                    "chosen_probability",
+                    "path_add_distant_chosen",
+                    "sample_light",
+                    "sample_one_light",
+                    "surface_light_pdf",
+                    "textured_emission",
                 ],
             ),
+            ("path_vertex", &["start_path", "travel"]),
+            ("volume_vertex", &["advance", "follow_way", "pass_through", "track", "way_from_medium"]),
+        ],
+    ),
+    (
+        "a loop over records whose steps are the optics', with a product in between",
+        &[
+            ("direct", &["ambient_side"]),
+            ("light_chooser_list", &["choose_by_importance"]),
+            ("light_chooser_pair", &["choose_by_importance", "light_key", "probability_by_importance"]),
+            ("light_chooser_tree", &["choose_by_importance", "probability_by_importance"]),
+            ("lights", &["sample_portals"]),
+            ("volume_media", &["ratio_track"]),
         ],
     ),
 ];
