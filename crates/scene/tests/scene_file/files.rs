@@ -378,7 +378,7 @@ fn densities_are_texture_graphs_too() {
         (&format!("{{ texture = \"billows\", {bounds}, size = [0, 1, 1] }}"), "density.size"),
         (&format!("{{ texture = \"billows\", {bounds}, size = [1024, 1024, 1024] }}"), "too many"),
         (&format!("{{ file = \"a.vol\", texture = \"billows\", {bounds} }}"), "either `file`"),
-        (&format!("{{ file = \"a.vol\", size = [2, 2, 2] }}"), "either `file`"),
+        ("{ file = \"a.vol\", size = [2, 2, 2] }", "either `file`"),
         (&format!("{{ texture = {{ node = \"smoke\" }}, {bounds} }}"), "no such node"),
         (&format!("{{ texture = {{ node = \"image\", image = \"a.png\" }}, {bounds} }}"), "an image"),
     ] {
