@@ -81,7 +81,8 @@ pub mod plain {
             thin: (m.flags & MATERIAL_THIN) != 0u32,
             albedo_table: ALBEDO_NONE,
         };
-        if m.model == ModelTag::MetallicRoughness {
+        // Beams of sensors ask for no layers: to them a material is what lies below.
+        if m.model == ModelTag::MetallicRoughness || m.model == ModelTag::Layered {
             let refracted = m.transmission * transmission.x * (1.0 - p.metallic);
             if m.transmission > 0.0 && u_model < refracted {
                 p.model = ModelTag::Dielectric;
