@@ -1,14 +1,15 @@
 //! Checks that source files inside a crate do not depend on each other in large circles.
 //!
 //! The dependency graph has a node for each file and an edge for each path that leads from one file
-//! to another: `use crate::…`, `use super::…`, and paths in code. Comments, strings and tests do not
-//! count. Files of a strongly connected component can only be understood together.
+//! to another: `use crate::…`, `use super::…`, and paths in code. A path through a re-export leads to
+//! the file that has the item. Comments, strings and tests do not count. Files of a strongly
+//! connected component can only be understood together.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// Crates that are held to the limit.
-const CRATES: [&str; 2] = ["accel", "cpu"];
+const CRATES: [&str; 6] = ["accel", "cpu", "post", "python", "sensors", "testkit"];
 
 /// Most files of a circle.
 const MAX_CIRCLE: usize = 4;
@@ -123,13 +124,14 @@ fn after_item(code: &str) -> &str {
         match c {
             '{' => depth += 1,
             '}' => depth -= 1,
+            ';' => {}
             _ => continue,
         }
         if depth == 0 {
             return &code[at + 1..];
         }
     }
-    code.find(';').map_or("", |end| &code[end + 1..])
+    ""
 }
 
 /// Appends the paths of a `use` tree that starts at `at`. Returns the position behind it.
@@ -175,8 +177,15 @@ fn path_at<'t>(tokens: &[Token<'t>]) -> Vec<&'t str> {
     path
 }
 
-/// The module paths that a file uses, absolute and with the used items at their ends.
-fn used_paths(file: &SourceFile) -> Vec<ModulePath> {
+/// What a file uses.
+struct Uses {
+    /// The paths of its code, absolute and with the used items at their ends.
+    paths: Vec<ModulePath>,
+    /// Those of `use` items outside of inline modules: their last names are names of the file, too.
+    imports: Vec<ModulePath>,
+}
+
+fn uses(file: &SourceFile) -> Uses {
     let tokens = tokens(&file.code);
     let child_modules: Vec<&str> = tokens
         .windows(3)
@@ -188,9 +197,10 @@ fn used_paths(file: &SourceFile) -> Vec<ModulePath> {
     let mut module = file.module.clone();
     // For each open brace, whether it is that of an inline module.
     let mut braces = Vec::new();
-    let (mut used, mut at) = (Vec::new(), 0);
+    let (mut used, mut at) = (Uses { paths: Vec::new(), imports: Vec::new() }, 0);
     while at < tokens.len() {
         let mut paths = Vec::new();
+        let is_import = tokens[at] == Token::Word("use") && module == file.module;
         match &tokens[at..] {
             [Token::Word("mod"), Token::Word(name), Token::Other('{'), ..] => {
                 module.push((*name).to_owned());
@@ -213,7 +223,12 @@ fn used_paths(file: &SourceFile) -> Vec<ModulePath> {
             }
             [] => {}
         }
-        used.extend(paths.iter().filter_map(|path| absolute(path, &module, file, &child_modules)));
+        let paths = paths.iter().filter_map(|path| absolute(path, &module, file, &child_modules));
+        let paths: Vec<ModulePath> = paths.collect();
+        if is_import {
+            used.imports.extend_from_slice(&paths);
+        }
+        used.paths.extend(paths);
     }
     used
 }
@@ -233,13 +248,28 @@ fn absolute(path: &[&str], module: &[String], file: &SourceFile, children: &[&st
     Some(base.iter().cloned().chain(rest.iter().map(|word| (*word).to_owned())).collect())
 }
 
-/// The files that each file uses, as indices: the longest prefix of a path that is a file's module.
+/// Longest chain of re-exports that is followed.
+const MAX_REEXPORTS: usize = 8;
+
+/// The files that each file uses, as indices: those that have the items at the ends of its paths.
 fn dependencies(files: &[SourceFile]) -> Vec<BTreeSet<usize>> {
     let by_module: BTreeMap<&[String], usize> = files.iter().map(|file| &file.module[..]).zip(0..).collect();
-    let target =
-        |path: &ModulePath| (0..=path.len()).rev().find_map(|end| by_module.get(&path[..end]).copied());
-    let of_file =
-        |at: usize| used_paths(&files[at]).iter().filter_map(target).filter(|to| *to != at).collect();
+    let uses: Vec<Uses> = files.iter().map(uses).collect();
+    let target = |path: &ModulePath| {
+        let mut path = path.clone();
+        for _ in 0..MAX_REEXPORTS {
+            // The longest prefix of a path that is a file's module.
+            let (end, file) =
+                (0..=path.len()).rev().find_map(|end| Some((end, *by_module.get(&path[..end])?)))?;
+            let import = uses[file].imports.iter().find(|import| import.last() == path.get(end));
+            match import.filter(|import| import[..] != path[..=end]) {
+                Some(import) => path = [&import[..], &path[end + 1..]].concat(),
+                None => return Some(file),
+            }
+        }
+        None
+    };
+    let of_file = |at: usize| uses[at].paths.iter().filter_map(target).filter(|to| *to != at).collect();
     (0..files.len()).map(of_file).collect()
 }
 
@@ -299,11 +329,7 @@ fn files_of_a_crate_form_no_large_circles() {
         let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates").join(name).join("src");
         let files = source_files(&sources, &[]);
         let edges: usize = dependencies(&files).iter().map(BTreeSet::len).sum();
-        assert!(
-            files.len() > 20 && edges > 2 * files.len(),
-            "{name}: {edges} edges of {} files",
-            files.len()
-        );
+        assert!(files.len() > 5 && edges > files.len(), "{name}: {edges} edges of {} files", files.len());
         let circles = large_circles(&files);
         assert!(circles.is_empty(), "crates/{name}: files that use each other in a circle: {circles:#?}");
     }
@@ -329,26 +355,42 @@ fn ring(last: &str) -> Vec<SourceFile> {
 #[test]
 fn a_large_circle_is_noticed() {
     let circle = ["a", "b", "b::c", "b::d", "e", "f"];
-    assert_eq!(large_circles(&ring("use super::a::Item;")), [circle]);
+    assert_eq!(large_circles(&ring("use super::a::Own;")), [circle]);
     // Without its last link, it is none.
     assert!(large_circles(&ring("")).is_empty());
 }
 
 #[test]
+fn a_path_through_a_re_export_leads_to_the_file_of_the_item() {
+    let files = |user: &str| {
+        [("", "mod a; mod b; pub use a::{self, Item}; pub struct Own;"), ("a", ""), ("b", user)].map(
+            |(module, text)| {
+                let module = module.split("::").filter(|part| !part.is_empty()).map(str::to_owned);
+                source_file(module.collect(), text)
+            },
+        )
+    };
+    let used_by_b = |user| dependencies(&files(user))[2].iter().copied().collect::<Vec<usize>>();
+    assert_eq!(used_by_b("use crate::Item;"), [1]);
+    assert_eq!(used_by_b("fn f() { super::a::Item::new() }"), [1]);
+    assert_eq!(used_by_b("use crate::Own;"), [0]);
+}
+
+#[test]
 fn comments_strings_and_tests_are_no_links() {
     for text in [
-        "// use crate::a::Item;\n/* crate::a */",
-        "const TEXT: &str = \"\\\" crate::a::Item\"; const RAW: &str = r#\"\"crate::a::Item\"#;",
-        "const QUOTE: char = '\"'; // crate::a::Item \"",
-        "#[cfg(test)]\nmod tests { use crate::a::Item; fn f() { {} } }",
-        "#[cfg(all(test, unix))]\nmod tests { use crate::a::Item; }",
-        "use other_crate::a::Item; use std::a;",
+        "// use crate::a::Own;\n/* crate::a */",
+        "const TEXT: &str = \"\\\" crate::a::Own\"; const RAW: &str = r#\"\"crate::a::Own\"#;",
+        "const QUOTE: char = '\"'; // crate::a::Own \"",
+        "#[cfg(test)]\nmod tests { use crate::a::Own; fn f() { {} } }",
+        "#[cfg(all(test, unix))]\nmod tests { use crate::a::Own; }",
+        "use other_crate::a::Own; use std::a;",
     ] {
         assert!(large_circles(&ring(text)).is_empty(), "{text}");
     }
     assert_eq!(
-        large_circles(&ring("const A: char = '\"'; use crate::a::Item; const B: char = '\"';")).len(),
+        large_circles(&ring("const A: char = '\"'; use crate::a::Own; const B: char = '\"';")).len(),
         1
     );
-    assert_eq!(large_circles(&ring("#[cfg(test)]\nmod tests;\nuse crate::a::Item;")).len(), 1);
+    assert_eq!(large_circles(&ring("#[cfg(test)]\nmod tests;\nuse crate::a::Own;")).len(), 1);
 }
