@@ -2,8 +2,9 @@
 
 use film::{ExrCamera, ExrMatrix};
 use glam::{Mat4, Vec3, Vec4};
-use optics::camera::{CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA, CameraFrame};
+use optics::camera::CameraFrame;
 use optics::distortion::{DISTORTION_BROWN_CONRADY, DISTORTION_FISHEYE};
+use scene::Projection;
 use serde_json::json;
 use std::collections::BTreeMap;
 
@@ -11,18 +12,15 @@ use std::collections::BTreeMap;
 /// travels with parts of pictures, which know no scene.
 pub(crate) const CAMERA_FRAME: &str = "camera_frame";
 
-/// The projections by name.
+/// Names of projections that the standard attributes know.
 const PERSPECTIVE: &str = "perspective";
 const ORTHOGRAPHIC: &str = "orthographic";
 const PANORAMA: &str = "panorama";
 
 /// A camera as JSON; all numbers come back with the same bits.
 pub(crate) fn camera_text(frame: &CameraFrame) -> String {
-    let projection = match frame.kind {
-        CAMERA_ORTHOGRAPHIC => ORTHOGRAPHIC,
-        CAMERA_PANORAMA => PANORAMA,
-        _ => PERSPECTIVE,
-    };
+    let projection = Projection::NAMED.iter().find(|projection| projection.camera_kind() == frame.kind);
+    let projection = projection.map_or(PERSPECTIVE, Projection::name);
     json!({
         "projection": projection,
         "origin": frame.origin.to_array(),
@@ -118,7 +116,7 @@ mod tests {
     use super::*;
     use crate::{camera_frame, picture_ray};
     use glam::Vec2;
-    use scene::{Camera, Projection};
+    use scene::Camera;
 
     const SIZE: (u32, u32) = (320, 200);
 

@@ -3,11 +3,11 @@
 use backend::{Integrator, PathSettings, SamplerKind, View};
 use film::{Aov, Rect};
 use glam::{Vec2, Vec3};
-use optics::camera::{CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA, CAMERA_PERSPECTIVE, CameraFrame, camera_ray};
+use optics::camera::{CameraFrame, camera_ray};
 use optics::distortion::no_distortion;
 use optics::{vec2f, vec3f};
 use post::ToneMapping;
-use scene::{Camera, Distortion, Projection, Scene};
+use scene::{Camera, Distortion, Scene};
 
 /// A picture of a scene: camera, size, how light is transported, how it is shown.
 #[derive(Clone, Debug, PartialEq)]
@@ -137,24 +137,13 @@ pub fn camera_frame(camera: &Camera, width: u32, height: u32) -> CameraFrame {
     let right = side.or_else(|| axis.cross(Vec3::Z).try_normalize()).unwrap_or(Vec3::X);
     let up = right.cross(axis);
     let aspect = width as f32 / height as f32;
-    let by_height = |half_height: f32| Vec2::new(half_height * aspect, half_height);
-    let (kind, half_size) = match camera.projection {
-        Projection::Perspective { fov_y } => (CAMERA_PERSPECTIVE, by_height((fov_y * 0.5).tan())),
-        Projection::Orthographic { height } => (CAMERA_ORTHOGRAPHIC, by_height(height * 0.5)),
-        Projection::Panorama => (CAMERA_PANORAMA, by_height(1.0)),
-        Projection::Intrinsics { focal, .. } => (CAMERA_PERSPECTIVE, Vec2::splat(0.5) / focal),
-    };
+    let half_size = camera.projection.half_size(aspect);
     // Where the axis does not meet the picture's centre, the vector to the centre is not the axis.
-    let forward = match camera.projection {
-        Projection::Intrinsics { center, .. } => {
-            let shift = (Vec2::ONE - 2.0 * center) * half_size;
-            axis + right * shift.x - up * shift.y
-        }
-        Projection::Perspective { .. } | Projection::Orthographic { .. } | Projection::Panorama => axis,
-    };
+    let shift = (Vec2::ONE - 2.0 * camera.projection.center()) * half_size;
+    let forward = if shift == Vec2::ZERO { axis } else { axis + right * shift.x - up * shift.y };
     let vector = |v: Vec3| vec3f(v.x, v.y, v.z);
     CameraFrame {
-        kind,
+        kind: camera.projection.camera_kind(),
         origin: vector(camera.eye),
         right: vector(right),
         up: vector(up),
@@ -169,12 +158,14 @@ pub fn camera_frame(camera: &Camera, width: u32, height: u32) -> CameraFrame {
 /// How a perspective camera's lens differs from a pinhole.
 fn distortion(camera: &Camera) -> optics::distortion::Distortion {
     use optics::distortion::Distortion as Lens;
-    match (camera.projection, camera.distortion) {
-        (Projection::Orthographic { .. } | Projection::Panorama, _) => no_distortion(),
-        (_, Some(Distortion::BrownConrady { k, p })) => Lens::brown_conrady(k, p, camera.skew),
-        (_, Some(Distortion::Fisheye { k })) => Lens::fisheye(k, camera.skew),
-        (_, None) if camera.skew != 0.0 => Lens::brown_conrady([0.0; 6], [0.0; 2], camera.skew),
-        (_, None) => no_distortion(),
+    if !camera.projection.is_perspective() {
+        return no_distortion();
+    }
+    match camera.distortion {
+        Some(Distortion::BrownConrady { k, p }) => Lens::brown_conrady(k, p, camera.skew),
+        Some(Distortion::Fisheye { k }) => Lens::fisheye(k, camera.skew),
+        None if camera.skew != 0.0 => Lens::brown_conrady([0.0; 6], [0.0; 2], camera.skew),
+        None => no_distortion(),
     }
 }
 
@@ -191,6 +182,7 @@ pub fn picture_ray(frame: &CameraFrame, width: u32, height: u32, x: f32, y: f32)
 #[cfg(test)]
 mod tests {
     use super::*;
+    use scene::Projection;
 
     #[test]
     fn frames_are_orthonormal_even_when_looking_straight_down() {

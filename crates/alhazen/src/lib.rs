@@ -36,6 +36,7 @@ mod memory_limit;
 mod metadata;
 pub mod output;
 mod part;
+mod projection;
 mod renderer;
 mod sandbox;
 mod source;
@@ -70,6 +71,7 @@ pub use memory_limit::MemoryLimit;
 pub use metadata::{Description, metadata};
 pub use part::{PartJob, RenderPartError, Tile, UnknownTile, finish, tone_of};
 pub use post::{DenoiseError, NoisyPicture, OidnError, ToneMapping};
+pub use projection::{depth_along_axis, picture_point};
 pub use renderer::{BACKENDS, Limits, Renderer, Summary};
 /// A picture that a scene uses: a texture's or the environment's.
 pub use scene::Image as SceneImage;
@@ -81,8 +83,9 @@ pub use scene::{
     AlphaMode, Animation, CalibrationError, Camera, CameraPath, Checkerboard, Clip, ColorSpace, Daylight,
     DensityGrid, Distortion, Environment, Fog, Instance, Interior, Layers, Light, LightKind, LightProfile,
     LoadError, LoadOptions, LoadReport, Loaded, Material, Medium, Mesh, Model, Motion, Note, Photometry,
-    Pixels, Portal, PortalError, Projection, RenderDefaults, Scene, Severity, Shape, Sky, Sphere, Subsurface,
-    Sun, SunError, SunPosition, Texture, TextureGraph, TextureRef, ToneMapper, TriangleMesh,
+    Pixels, Portal, PortalError, Projection, ProjectionParameter, Quantity, RenderDefaults, Scene, Severity,
+    Shape, Sky, Sphere, Subsurface, Sun, SunError, SunPosition, Texture, TextureGraph, TextureRef,
+    ToneMapper, TriangleMesh,
 };
 pub use source::{Place, Source};
 

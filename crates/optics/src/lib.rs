@@ -45,7 +45,7 @@ pub use base::{constants::constants, math::math};
 pub use display::tonemap::tonemap;
 pub use geometry::{
     bounds::bounds, camera::camera, distortion::distortion, frame::frame, intersect::intersect,
-    offset::offset, shape::shape, terminator::terminator,
+    offset::offset, shape::shape, terminator::terminator, wide_projection::wide_projection,
 };
 pub use lights::{
     equirect::equirect, falloff::falloff, light::light, node as light_node, portal::portal, portal_triangle,

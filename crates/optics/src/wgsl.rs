@@ -122,4 +122,5 @@ mod everything {
     use crate::volume::*;
     use crate::voronoi::*;
     use crate::warp::*;
+    use crate::wide_projection::*;
 }

@@ -80,6 +80,7 @@ fn modules() -> Vec<(&'static str, String)> {
         volume: optics::volume,
         voronoi: optics::voronoi,
         warp: optics::warp,
+        wide_projection: optics::wide_projection,
     }
 }
 

@@ -3,13 +3,16 @@
 use crate::arrays::{Input, affine_rows, output, square, vector};
 use crate::errors::bad;
 use alhazen::edits::CameraRecord;
-use alhazen::{Camera as SceneCamera, Distortion, Projection, camera_frame, picture_ray};
+use alhazen::{Camera as SceneCamera, Distortion, Projection, Quantity, camera_frame, picture_ray};
 use glam::Vec3;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::collections::BTreeMap;
 
 /// A camera in world space (metres, +Y up).
 ///
-/// Make one with `Camera.look_at`, `Camera.orthographic`, `Camera.panorama` or `Camera.from_opencv`.
+/// Make one with `Camera.look_at`, `Camera.orthographic`, `Camera.panorama`, `Camera.with_projection` or
+/// `Camera.from_opencv`.
 #[pyclass(frozen, module = "alhazen")]
 pub struct Camera(pub SceneCamera);
 
@@ -127,6 +130,61 @@ impl Camera {
         Ok(Self(camera(eye, target, up, Projection::Panorama)?))
     }
 
+    /// A camera of any projection.
+    ///
+    /// Parameters
+    /// ----------
+    /// projection : str
+    ///     "perspective", "orthographic", "panorama", "fisheye" or "cubemap". A fisheye's picture is a circle in which
+    ///     distances from the centre are angles. A cube map's is six squares side by side, 6:1: right, left, up, down,
+    ///     forward, back, as Direct3D, Vulkan and OpenGL have them.
+    /// eye, target : array_like, shape (3,)
+    ///     Where the camera is and what it looks at, in metres.
+    /// up : array_like, shape (3,), default (0, 1, 0)
+    ///     Approximate up direction.
+    /// fov : float
+    ///     Full angle of view in radians: vertical of a perspective (default 45°), of a fisheye that of its circle
+    ///     (default π).
+    /// height : float
+    ///     Height of an orthographic camera's picture, in metres.
+    ///
+    /// Returns
+    /// -------
+    /// Camera
+    #[staticmethod]
+    #[pyo3(signature = (projection, eye, target, *, up=None, **number))]
+    fn with_projection(
+        projection: &str,
+        eye: &Bound<PyAny>,
+        target: &Bound<PyAny>,
+        up: Option<&Bound<PyAny>>,
+        number: Option<&Bound<PyDict>>,
+    ) -> PyResult<Self> {
+        let unknown = || bad(format!("projection: {projection:?} is none of {}", Projection::names()));
+        let mut named = Projection::from_name(projection).ok_or_else(unknown)?;
+        let mut given: BTreeMap<String, f32> =
+            number.map(|number| number.extract()).transpose()?.unwrap_or_default();
+        if let Some((parameter, value)) = named.parameter_mut() {
+            match (given.remove(parameter.key), parameter.default) {
+                (Some(number), _) => {
+                    let user =
+                        if parameter.quantity == Quantity::Angle { number.to_degrees() } else { number };
+                    let within = parameter.from_user(user).map(|_| number);
+                    *value =
+                        within.ok_or_else(|| bad(format!("{}: {number} is out of range", parameter.key)))?;
+                }
+                (None, Some(_)) => {}
+                (None, None) => {
+                    return Err(bad(format!("a camera that is {projection} needs {}", parameter.key)));
+                }
+            }
+        }
+        if let Some(key) = given.keys().next() {
+            return Err(bad(format!("{key} has no meaning for a camera that is {projection}")));
+        }
+        Ok(Self(camera(eye, target, up, named)?))
+    }
+
     /// A calibrated pinhole camera, as OpenCV describes it.
     ///
     /// Camera axes are OpenCV's: x right, y down, z into the picture. Pixel centres are at whole numbers: the centre of the
@@ -242,6 +300,12 @@ impl Camera {
                     None => String::new(),
                 };
                 format!("<Camera.from_opencv: {places}, focal={focal}, center={center}{lens}>")
+            }
+            other => {
+                let number =
+                    other.parameter().map(|(parameter, value)| format!(", {}={value}", parameter.key));
+                let number = number.unwrap_or_default();
+                format!("Camera.with_projection(\"{}\", {places}{number})", other.name())
             }
         }
     }

@@ -47,10 +47,33 @@ def test_cameras_are_copied_and_pickled():
     matrix = [[40, 0.5, 20], [0, 41, 15], [0, 0, 1]]
     lens = alhazen.Camera.from_opencv(matrix, pose, 40, 30, distortion=[[-0.1, 0.02, 0.001, 0.002, 0.003]])
     cameras = [CAMERA, lens, alhazen.Camera.panorama([0, 0, 0], [1, 0, 0])]
+    cameras += [
+        alhazen.Camera.with_projection("fisheye", [0, 0, 0], [1, 0, 0], fov=4.0),
+        alhazen.Camera.with_projection("cubemap", [0, 0, 0], [1, 0, 0]),
+    ]
     for camera in cameras:
         for other in (pickle.loads(pickle.dumps(camera)), copy.copy(camera), copy.deepcopy(camera)):
             np.testing.assert_array_equal(other.rays(6, 5), camera.rays(6, 5))
             assert repr(other) == repr(camera)
+
+
+def test_projections_by_name():
+    cubemap = alhazen.Camera.with_projection("cubemap", [0, 0, 0], [0, 0, -1])
+    _, directions = cubemap.rays(6, 1)
+    faces = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, -1], [0, 0, 1]]
+    np.testing.assert_allclose(directions[0], faces, atol=1e-6)
+    fisheye = alhazen.Camera.with_projection("fisheye", [0, 0, 0], [0, 0, -1], fov=np.pi)
+    _, directions = fisheye.rays(4, 4)
+    # The angle to the axis is the distance from the centre: half a pixel of 4 for 180 degrees.
+    np.testing.assert_allclose(np.arccos(-directions[1, 1, 2]), np.pi / 4 * np.sqrt(0.5), atol=1e-5)
+    for name, number, message in [
+        ("round", {}, "fisheye"),
+        ("fisheye", {"fov": 7.0}, "out of range"),
+        ("orthographic", {}, "height"),
+        ("cubemap", {"fov": 1.0}, "no meaning"),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            alhazen.Camera.with_projection(name, [0, 0, 0], [0, 0, -1], **number)
 
 
 def test_lenses_are_those_of_opencv():

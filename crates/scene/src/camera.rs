@@ -1,32 +1,8 @@
 //! Cameras as the user describes them, and the paths they move along.
 
-use glam::{Affine3A, Mat3, Vec2, Vec3};
+use crate::projection::Projection;
+use glam::{Affine3A, Mat3, Vec3};
 use serde::{Deserialize, Serialize};
-
-/// How a camera maps directions to the picture.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Projection {
-    /// Perspective with a full vertical field of view, radians, in `(0, π)`.
-    Perspective {
-        /// Full vertical field of view, radians.
-        fov_y: f32,
-    },
-    /// Parallel rays; the picture is `height` metres high.
-    Orthographic {
-        /// Height of the picture in world units.
-        height: f32,
-    },
-    /// Equirectangular: 360° × 180°.
-    Panorama,
-    /// Perspective as a calibrated camera has it, in fractions of the picture's width and height, so that it holds at
-    /// every resolution. With a pinhole matrix in pixels: `focal = (fx / width, fy / height)`.
-    Intrinsics {
-        /// Focal length along the picture's width and height, positive.
-        focal: Vec2,
-        /// Where the optical axis meets the picture; `(0, 0)` is the upper left corner, `(1, 1)` the lower right.
-        center: Vec2,
-    },
-}
 
 /// How a lens bends lines that a pinhole shows straight, with the coefficients of OpenCV's calibration.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

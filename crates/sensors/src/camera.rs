@@ -2,9 +2,11 @@
 
 use crate::categories::Categories;
 use crate::error::SensorError;
-use crate::projection::{depth_along_axis, project, vector};
-use alhazen::{Camera, Control, Ray, RayQueries, Scene, camera_frame, picture_ray};
+use alhazen::{
+    Camera, Control, Ray, RayQueries, Scene, camera_frame, depth_along_axis, picture_point, picture_ray,
+};
 use glam::{DAffine3, DVec2, DVec3, Vec3};
+use optics::camera::CameraFrame;
 
 /// Exact values at the centres of a picture's pixels, row by row from the top. Where a pixel's centre sees nothing, numbers
 /// are 0 and ids [`GroundTruth::NOTHING`].
@@ -38,6 +40,11 @@ pub struct Motion<'a> {
     pub camera: &'a Camera,
     /// The scene then: the same instances, perhaps elsewhere. `None` if nothing moves but the camera.
     pub scene: Option<&'a Scene>,
+}
+
+/// Where a camera is, metres.
+fn position(frame: &CameraFrame) -> DVec3 {
+    DVec3::from_array(frame.origin.to_array().map(f64::from))
 }
 
 /// What one pixel sees.
@@ -87,7 +94,7 @@ impl GroundTruth {
         if control.is_cancelled() {
             return Err(SensorError::Cancelled);
         }
-        let eye = vector(frame.origin);
+        let eye = position(&frame);
         let depth = |s: &Seen| depth_along_axis(&frame, Vec3::from(s.position).as_dvec3() - eye) as f32;
         let flow = next.map(|next| {
             let moves = Moves::new(scene, next.scene);
@@ -98,14 +105,12 @@ impl GroundTruth {
                     return [f32::NAN; 2];
                 }
                 let offset = match s {
-                    Some(s) => {
-                        moves.apply(s.instance, Vec3::from(s.position).as_dvec3()) - vector(then.origin)
-                    }
+                    Some(s) => moves.apply(s.instance, Vec3::from(s.position).as_dvec3()) - position(&then),
                     None => Vec3::from(ray(i).direction).as_dvec3(),
                 };
                 let (x, y) = center(i);
                 let from = DVec2::new(f64::from(x), f64::from(y));
-                let to = project(&then, width, height, offset);
+                let to = picture_point(&then, width, height, offset);
                 to.map_or([f32::NAN; 2], |to| (to - from).as_vec2().to_array())
             };
             seen.iter().enumerate().map(flow_of).collect()

@@ -17,14 +17,13 @@ pub mod dataset;
 mod error;
 mod lidar;
 mod npz;
-mod projection;
 mod returns;
 
+pub use alhazen::picture_point;
 pub use boxes::{ObjectBox, object_box};
 pub use camera::{GroundTruth, Motion};
 pub use categories::Categories;
 pub use cloud::PointCloud;
 pub use error::SensorError;
 pub use lidar::{Lidar, level_pose};
-pub use projection::project;
 pub use returns::ReturnMode;

@@ -84,15 +84,7 @@ pub fn frame(camera: &mut Camera, low: Vec3, high: Vec3) {
     let center = (low + high) * 0.5;
     let radius = ((high - low).length() * 0.5).max(NEAREST);
     let direction = (camera.eye - camera.target).normalize_or(Vec3::Z);
-    let distance = match &mut camera.projection {
-        Projection::Perspective { fov_y } => radius / (*fov_y * 0.5).sin().max(1e-3),
-        Projection::Orthographic { height } => {
-            *height = radius * 2.1;
-            radius * 3.0
-        }
-        Projection::Intrinsics { focal, .. } => radius * focal.y * 2.0,
-        Projection::Panorama => radius * 1.5,
-    };
+    let distance = camera.projection.frame_sphere(radius);
     camera.target = center;
     camera.eye = center + direction * distance;
     camera.focus_distance = distance;
@@ -110,9 +102,7 @@ pub fn toggle_projection(camera: &mut Camera) {
             let fov_y = (2.0 * (0.5 * height / distance).atan()).clamp(0.02, PI - 0.02);
             Projection::Perspective { fov_y }
         }
-        Projection::Panorama | Projection::Intrinsics { .. } => {
-            Projection::Perspective { fov_y: 45f32.to_radians() }
-        }
+        _ => Projection::Perspective { fov_y: 45f32.to_radians() },
     };
 }
 
@@ -141,13 +131,7 @@ fn picture_axes(camera: &Camera) -> (Vec3, Vec3) {
 
 /// Height of the picture in the plane of the target, metres.
 fn picture_height(camera: &Camera) -> f32 {
-    let distance = (camera.target - camera.eye).length();
-    match camera.projection {
-        Projection::Perspective { fov_y } => 2.0 * distance * (fov_y * 0.5).tan(),
-        Projection::Orthographic { height } => height,
-        Projection::Panorama => distance * PI,
-        Projection::Intrinsics { focal, .. } => distance / focal.y,
-    }
+    camera.projection.seen_height((camera.target - camera.eye).length())
 }
 
 #[cfg(test)]

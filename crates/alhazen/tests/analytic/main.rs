@@ -10,6 +10,7 @@ mod lights;
 
 use alhazen::{
     Environment, Integrator, Job, Light, LightKind, PathSettings, Pixels, Scene, SceneImage, Shape,
+    picture_ray,
 };
 use common::{assert_mean, estimate, from_above, job};
 use coverage::camera_above;
@@ -285,6 +286,46 @@ fn the_panorama_of_an_environment_is_its_image() {
                 mean[0]
             );
         }
+    }
+}
+
+/// Where all of a pixel looks into one texel of the environment, it shows that texel's radiance.
+#[test]
+fn fisheyes_and_cube_maps_show_the_environment_in_its_directions() {
+    let (mut scene, _) = under_image(16, 8, |i, j| (i + 16 * j) as f32);
+    scene.environment = Environment::Image { image: 0, rotation: 0.0, intensity: 2.0 };
+    scene.meshes.clear();
+    scene.instances.clear();
+    let texel = |direction: [f32; 3]| {
+        let [x, y, z] = direction.map(f64::from);
+        let (u, v) = (x.atan2(-z) / (2.0 * PI) + 0.5, 0.5 - y.asin() / PI);
+        [(u * 16.0).min(15.0) as u32, (v * 8.0).min(7.0) as u32]
+    };
+    for (projection, width, height) in
+        [(scene::Projection::Fisheye { fov: 4.0 }, 32, 24), (scene::Projection::Cubemap, 96, 16)]
+    {
+        scene.cameras = vec![camera([0.0; 3], [0.0, 0.0, -1.0], 60.0)];
+        scene.cameras[0].projection = projection;
+        let e = estimate(&scene, &job(&scene, width, height, 1), 64);
+        let frame = alhazen::camera_frame(&scene.cameras[0], width, height);
+        let mut compared = 0;
+        for (i, mean) in e.mean.iter().enumerate() {
+            let (x, y) = ((i as u32 % width) as f32, (i as u32 / width) as f32);
+            let points = [(0.01, 0.01), (0.99, 0.01), (0.01, 0.99), (0.99, 0.99), (0.5, 0.5)];
+            let rays = points.map(|(dx, dy)| picture_ray(&frame, width, height, x + dx, y + dy));
+            if rays.iter().all(|ray| ray.t_max == 0.0) {
+                assert_eq!(mean[0], 0.0, "{projection}: pixel ({x}, {y}) is outside");
+                continue;
+            }
+            let seen = rays.map(|ray| texel(ray.direction));
+            if rays.iter().any(|ray| ray.t_max == 0.0) || seen.iter().any(|other| *other != seen[0]) {
+                continue;
+            }
+            let expected = 2.0 * f64::from(seen[0][0] + 16 * seen[0][1]);
+            assert!((mean[0] - expected).abs() < 0.01, "{projection} ({x}, {y}): {} not {expected}", mean[0]);
+            compared += 1;
+        }
+        assert!(compared > 40, "{projection}: {compared} pixels");
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::console::{bytes, json_line, print_result, seconds};
 use alhazen::{
     AlphaMode, Camera, Distortion, Environment, Light, LightKind, LoadOptions, Loaded, Material, Model,
-    Projection, Scene, SceneTables, Shape, Texture, TextureRef,
+    Projection, ProjectionParameter, Quantity, Scene, SceneTables, Shape, Texture, TextureRef,
 };
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
@@ -265,14 +265,7 @@ fn kind_line(scene: &Scene, kind: LightKind) -> String {
 }
 
 fn camera_line(scene: &Scene, camera: &Camera) -> String {
-    let mut line = match camera.projection {
-        Projection::Perspective { fov_y } => format!("perspective, {:.1}° high", fov_y.to_degrees()),
-        Projection::Orthographic { height } => format!("orthographic, {height} m high"),
-        Projection::Panorama => "panorama".into(),
-        Projection::Intrinsics { focal, .. } => {
-            format!("calibrated, focal length {:.3} of the picture's height", focal.y)
-        }
-    };
+    let mut line = camera.projection.to_string();
     line.push_str(&format!(
         ", at {} looking at {}",
         position(scene, camera.eye),
@@ -409,18 +402,16 @@ fn material_json(scene: &Scene, m: &Material) -> Value {
 }
 
 fn camera_json(scene: &Scene, camera: &Camera) -> Value {
-    let (projection, fov, height) = match camera.projection {
-        Projection::Perspective { fov_y } => ("perspective", Some(fov_y.to_degrees()), None),
-        Projection::Orthographic { height } => ("orthographic", None, Some(height)),
-        Projection::Panorama => ("panorama", None, None),
-        Projection::Intrinsics { focal, .. } => {
-            ("intrinsics", Some((2.0 * (0.5 / focal.y).atan()).to_degrees()), None)
-        }
+    let (fov, height) = match (camera.projection, camera.projection.parameter()) {
+        (Projection::Intrinsics { focal, .. }, _) => (Some(2.0 * (0.5 / focal.y).atan()), None),
+        (_, Some((ProjectionParameter { quantity: Quantity::Angle, .. }, angle))) => (Some(angle), None),
+        (_, Some((_, height))) => (None, Some(height)),
+        (_, None) => (None, None),
     };
     json!({
         "name": camera.name,
-        "projection": projection,
-        "fov_degrees": fov,
+        "projection": camera.projection.name(),
+        "fov_degrees": fov.map(f32::to_degrees),
         "height": height,
         "eye": position_json(scene, camera.eye),
         "target": position_json(scene, camera.target),

@@ -20,7 +20,8 @@ use crate::interrupt::cancel_on_signal;
 use crate::profile::Profile;
 use alhazen::{
     Adaptive, Aov, BackendChoice, Control, Denoiser, Description, Job, Limits, LoadOptions, MemoryLimit,
-    PartJob, PathKernel, ProtectedFiles, Rect, Renderer, SamplerKind, Summary, SunPosition, metadata,
+    PartJob, PathKernel, Projection, ProtectedFiles, Rect, Renderer, SamplerKind, Summary, SunPosition,
+    metadata,
 };
 use anyhow::anyhow;
 use backend::{choose_renderer, print_notices};
@@ -30,8 +31,8 @@ use moving::{Moving, stillness};
 use output::OutputArgs;
 use parsing::{
     Numbers, parse_crop, parse_duration, parse_falloff, parse_finite, parse_fov, parse_fraction,
-    parse_frames, parse_list, parse_not_negative, parse_position, parse_positive, parse_seconds, parse_share,
-    parse_threads, parse_turbidity,
+    parse_frames, parse_list, parse_not_negative, parse_position, parse_positive, parse_projection,
+    parse_seconds, parse_share, parse_threads, parse_turbidity,
 };
 use places::{check, protect_inputs};
 pub use places::{check_output, check_place, frame_path};
@@ -127,7 +128,11 @@ pub struct RenderArgs {
     /// Point that the camera looks at.
     #[arg(long, help_heading = "Camera", value_name = "X,Y,Z", value_parser = parse_position, allow_hyphen_values = true)]
     target: Option<[f64; 3]>,
-    /// Vertical field of view in degrees.
+    /// How the camera maps directions to the picture: perspective, orthographic, panorama (360° × 180°), fisheye, cubemap
+    /// (six faces side by side) [default: that of the camera].
+    #[arg(long, help_heading = "Camera", value_name = "NAME", value_parser = parse_projection)]
+    projection: Option<Projection>,
+    /// Vertical field of view in degrees; of a fisheye the angle of its circle.
     #[arg(long, help_heading = "Camera", value_name = "DEGREES", value_parser = parse_fov)]
     fov: Option<f32>,
     /// f-number of the lens, for a 36 mm × 24 mm film; smaller is blurrier.

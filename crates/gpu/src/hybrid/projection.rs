@@ -1,7 +1,7 @@
 //! From the world to the window, as a rasteriser does it: the inverse of the optics' `camera_ray`.
 
 use glam::{DVec2, DVec3};
-use optics::camera::{CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA, CameraFrame};
+use optics::camera::{CAMERA_ORTHOGRAPHIC, CAMERA_PERSPECTIVE, CameraFrame};
 use optics::warp::sample_disk;
 use optics::{Vec2f, Vec3f};
 
@@ -32,8 +32,8 @@ pub struct Projection {
 
 impl Projection {
     /// The projection by which a pixel's centre shows what `camera_ray` sees through the point `jitter` of the pixel, in
-    /// `[0, 1)²`, and the point of the lens that `lens` chooses. `None` for panoramas and lenses that bend lines, which no
-    /// linear map makes.
+    /// `[0, 1)²`, and the point of the lens that `lens` chooses. `None` for panoramas and the like
+    /// and for lenses that bend lines, which no linear map makes.
     ///
     /// - `near`: distance along the axis at which the view begins, metres, positive. `reach`: where a parallel one ends.
     pub fn new(
@@ -44,11 +44,11 @@ impl Projection {
         near: f32,
         reach: f32,
     ) -> Option<Self> {
-        let bends_lines = camera.kind != CAMERA_ORTHOGRAPHIC && !camera.distortion.is_none();
-        if camera.kind == CAMERA_PANORAMA || bends_lines {
+        let parallel = camera.kind == CAMERA_ORTHOGRAPHIC;
+        let pinhole = camera.kind == CAMERA_PERSPECTIVE && camera.distortion.is_none();
+        if !parallel && !pinhole {
             return None;
         }
-        let parallel = camera.kind == CAMERA_ORTHOGRAPHIC;
         let (right, up, forward) = (vector(camera.right), vector(camera.up), vector(camera.forward));
         let axis = (forward - right * forward.dot(right) - up * forward.dot(up)).normalize();
         let on_lens = if parallel || camera.lens_radius <= 0.0 {
@@ -104,7 +104,7 @@ fn vector(v: Vec3f) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use optics::camera::{CAMERA_PERSPECTIVE, camera_ray};
+    use optics::camera::{CAMERA_PANORAMA, camera_ray};
     use optics::{vec2f, vec3f};
     use testkit::Random;
 

@@ -8,8 +8,8 @@ use wgsl_rs::wgsl;
 pub mod camera {
     use crate::constants::*;
     use crate::distortion::*;
-    use crate::math::*;
     use crate::warp::*;
+    use crate::wide_projection::*;
     use wgsl_rs::std::*;
 
     /// Perspective projection, with a thin lens if the lens radius is not zero.
@@ -18,6 +18,10 @@ pub mod camera {
     pub const CAMERA_ORTHOGRAPHIC: u32 = 1u32;
     /// Equirectangular panorama: 360° × 180°.
     pub const CAMERA_PANORAMA: u32 = 2u32;
+    /// Equidistant fisheye: a circle of any angle.
+    pub const CAMERA_FISHEYE: u32 = 3u32;
+    /// Cube map: six squares side by side.
+    pub const CAMERA_CUBEMAP: u32 = 4u32;
 
     /// A camera ready to make rays. World space, metres.
     #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +37,8 @@ pub mod camera {
         /// From the pinhole to the centre of the film at distance 1: the unit axis, plus, for perspective, what the film is
         /// shifted aside.
         pub forward: Vec3f,
-        /// Half of the film's width and height: at distance 1 for perspective, in metres for orthographic.
+        /// Half of the film's width and height: at distance 1 for perspective, in metres for orthographic, radians for a
+        /// fisheye.
         pub half_size: Vec2f,
         /// Radius of the lens; 0 is a pinhole.
         pub lens_radius: f32,
@@ -101,20 +106,50 @@ pub mod camera {
 
     /// As [`camera_ray`], of a camera whose distortion does not count.
     pub fn undistorted_camera_ray(camera: CameraFrame, film: Vec2f, u_lens: Vec2f) -> CameraRay {
-        let x = 2.0 * film.x - 1.0;
-        let y = 1.0 - 2.0 * film.y;
-        if camera.kind == CAMERA_PANORAMA {
-            let azimuth = cos_sin_turns(0.5 * x);
-            let elevation = cos_sin_turns(0.25 * y);
-            let flat = camera.forward * azimuth.x + camera.right * azimuth.y;
-            let direction = flat * elevation.x + camera.up * elevation.y;
-            return CameraRay { origin: camera.origin, direction: normalize(direction), weight: 1.0 };
+        if camera.kind == CAMERA_PERSPECTIVE {
+            return thin_lens_ray(camera, pinhole_direction(camera, film), u_lens);
         }
         if camera.kind == CAMERA_ORTHOGRAPHIC {
-            let on_film = camera.right * (x * camera.half_size.x) + camera.up * (y * camera.half_size.y);
+            let x = (2.0 * film.x - 1.0) * camera.half_size.x;
+            let y = (1.0 - 2.0 * film.y) * camera.half_size.y;
+            let on_film = camera.right * x + camera.up * y;
             return CameraRay { origin: camera.origin + on_film, direction: camera.forward, weight: 1.0 };
         }
-        thin_lens_ray(camera, pinhole_direction(camera, film), u_lens)
+        if !wide_sees(camera.kind, film, camera.half_size) {
+            let nowhere = beyond_everything(camera.origin, camera.forward);
+            return CameraRay { origin: nowhere, direction: camera.forward, weight: 0.0 };
+        }
+        let seen = wide_direction(camera.kind, film, camera.half_size);
+        let direction = camera.right * seen.x + camera.up * seen.y + camera.forward * seen.z;
+        CameraRay { origin: camera.origin, direction: normalize(direction), weight: 1.0 }
+    }
+
+    /// Whether a projection without a plane film shows anything at a point of its film.
+    pub fn wide_sees(kind: u32, film: Vec2f, half_size: Vec2f) -> bool {
+        kind != CAMERA_FISHEYE || fisheye_sees(film, half_size)
+    }
+
+    /// Unit direction (right, up, forward) that a projection without a plane film shows.
+    pub fn wide_direction(kind: u32, film: Vec2f, half_size: Vec2f) -> Vec3f {
+        if kind == CAMERA_FISHEYE {
+            return fisheye_direction(film, half_size);
+        }
+        if kind == CAMERA_CUBEMAP {
+            return cubemap_direction(film);
+        }
+        panorama_direction(film)
+    }
+
+    /// Where such a projection shows a unit direction: the way back of [`wide_direction`]. What a
+    /// fisheye does not see is outside of its circle.
+    pub fn wide_film(kind: u32, direction: Vec3f, half_size: Vec2f) -> Vec2f {
+        if kind == CAMERA_FISHEYE {
+            return fisheye_film(direction, half_size);
+        }
+        if kind == CAMERA_CUBEMAP {
+            return cubemap_film(direction);
+        }
+        panorama_film(direction)
     }
 
     /// From the pinhole to a point of the film at distance 1.
@@ -151,10 +186,10 @@ pub mod camera {
     /// How fast the footprint of a pixel grows with distance along its ray: metres of radius per metre. Used to filter
     /// procedural textures. `height`: picture height in pixels.
     pub fn camera_pixel_spread(camera: CameraFrame, height: f32) -> f32 {
-        if camera.kind == CAMERA_PANORAMA {
-            return HALF_PI / height;
+        if camera.kind == CAMERA_ORTHOGRAPHIC {
+            return 0.0;
         }
-        select(camera.half_size.y / height, 0.0, camera.kind == CAMERA_ORTHOGRAPHIC)
+        select(camera.half_size.y, HALF_PI, camera.kind == CAMERA_PANORAMA) / height
     }
 }
 
@@ -215,6 +250,16 @@ mod tests {
             assert!(length(at - focus) < 1e-4, "ray {ray:?} passes the focus at {at:?}, not {focus:?}");
             assert!(length(ray.origin - c.origin) <= 0.2 + 1e-6);
         }
+    }
+
+    #[test]
+    fn fisheyes_are_black_outside_of_their_circle() {
+        let mut c = camera(CAMERA_FISHEYE);
+        c.half_size = vec2f(3.0, 1.5);
+        let top = camera_ray(c, vec2f(0.5, 0.001), vec2f(0.0, 0.0));
+        assert!(top.weight == 1.0 && top.direction.y > 0.99, "{top:?}");
+        let corner = camera_ray(c, vec2f(0.05, 0.05), vec2f(0.0, 0.0));
+        assert!(corner.weight == 0.0 && corner.origin.z < -1e17, "{corner:?}");
     }
 
     #[test]

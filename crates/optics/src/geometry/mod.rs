@@ -7,3 +7,4 @@ pub mod intersect;
 pub mod offset;
 pub mod shape;
 pub mod terminator;
+pub mod wide_projection;

@@ -40,6 +40,16 @@ class Camera:
     @staticmethod
     def panorama(eye: ArrayLike, target: ArrayLike, *, up: Optional[ArrayLike] = None) -> Camera: ...
     @staticmethod
+    def with_projection(
+        projection: Literal["perspective", "orthographic", "panorama", "fisheye", "cubemap"],
+        eye: ArrayLike,
+        target: ArrayLike,
+        *,
+        up: Optional[ArrayLike] = None,
+        fov: float = ...,
+        height: float = ...,
+    ) -> Camera: ...
+    @staticmethod
     def from_opencv(
         matrix: ArrayLike,
         pose: ArrayLike,

@@ -15,8 +15,8 @@ pub use graph::{
     GraphProblem, GraphRecord, InputRecord, NodeRecord, ParameterRecord, PlacementRecord, ShownRecord,
 };
 pub use records::{
-    CameraRecord, DaylightRecord, EnvironmentRecord, LightRecord, MaterialRecord, OrbitRecord,
-    ProjectionRecord, SkyRecord, SunRecord,
+    CameraRecord, DaylightRecord, EnvironmentRecord, LightRecord, MaterialRecord, OrbitRecord, SkyRecord,
+    SunRecord,
 };
 
 use crate::{InstanceId, MaterialId, TextureId};

@@ -7,7 +7,7 @@ use crate::{
     AlphaMode, Camera, CameraPath, Daylight, Distortion, Environment, Light, LightKind, Material, Model,
     Photometry, Projection, Sky, Sun, SunPosition,
 };
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -345,7 +345,7 @@ pub struct CameraRecord {
     pub eye: [f32; 3],
     pub target: [f32; 3],
     pub up: [f32; 3],
-    pub projection: ProjectionRecord,
+    pub projection: Projection,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub aspect: Option<f32>,
     pub lens_radius: f32,
@@ -360,17 +360,6 @@ pub struct CameraRecord {
 
 fn is_zero(number: &f32) -> bool {
     *number == 0.0
-}
-
-/// As [`Projection`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case", rename_all_fields = "kebab-case", tag = "kind")]
-#[allow(missing_docs, reason = "the fields are those of Projection")]
-pub enum ProjectionRecord {
-    Perspective { fov_y: f32 },
-    Orthographic { height: f32 },
-    Panorama,
-    Intrinsics { focal: [f32; 2], center: [f32; 2] },
 }
 
 /// As [`CameraPath::Orbit`].
@@ -388,14 +377,6 @@ pub struct OrbitRecord {
 
 impl From<&Camera> for CameraRecord {
     fn from(c: &Camera) -> Self {
-        let projection = match c.projection {
-            Projection::Perspective { fov_y } => ProjectionRecord::Perspective { fov_y },
-            Projection::Orthographic { height } => ProjectionRecord::Orthographic { height },
-            Projection::Panorama => ProjectionRecord::Panorama,
-            Projection::Intrinsics { focal, center } => {
-                ProjectionRecord::Intrinsics { focal: focal.into(), center: center.into() }
-            }
-        };
         let orbit = c.path.map(|CameraPath::Orbit { center, radius, height, bob, period, start }| {
             OrbitRecord { center: center.into(), radius, height, bob, period, start }
         });
@@ -404,7 +385,7 @@ impl From<&Camera> for CameraRecord {
             eye: c.eye.into(),
             target: c.target.into(),
             up: c.up.into(),
-            projection,
+            projection: c.projection,
             aspect: c.aspect,
             lens_radius: c.lens_radius,
             focus_distance: c.focus_distance,
@@ -418,14 +399,6 @@ impl From<&Camera> for CameraRecord {
 impl CameraRecord {
     /// The camera.
     pub fn camera(&self) -> Camera {
-        let projection = match self.projection {
-            ProjectionRecord::Perspective { fov_y } => Projection::Perspective { fov_y },
-            ProjectionRecord::Orthographic { height } => Projection::Orthographic { height },
-            ProjectionRecord::Panorama => Projection::Panorama,
-            ProjectionRecord::Intrinsics { focal, center } => {
-                Projection::Intrinsics { focal: Vec2::from_array(focal), center: Vec2::from_array(center) }
-            }
-        };
         let path = self.orbit.map(|o| CameraPath::Orbit {
             center: o.center.into(),
             radius: o.radius,
@@ -439,7 +412,7 @@ impl CameraRecord {
             eye: self.eye.into(),
             target: self.target.into(),
             up: self.up.into(),
-            projection,
+            projection: self.projection,
             aspect: self.aspect,
             lens_radius: self.lens_radius,
             focus_distance: self.focus_distance,

@@ -7,17 +7,17 @@ use optics::texture_point::{TexturePoint, texture_point_at};
 use optics::{Vec3f, vec4f};
 use rayon::prelude::*;
 
-/// Why a graph is no density.
+/// Why a graph cannot be evaluated at all points of a grid.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum DensityError {
+pub enum TabulationError {
     /// It cannot be evaluated.
     #[error(transparent)]
     Graph(#[from] GraphError),
     /// Images lie on surfaces.
-    #[error("a density cannot show an image")]
+    #[error("it cannot show an image")]
     Image,
     /// Evaluating it would take too long.
-    #[error("{cells} cells of {nodes} nodes are too many: {most} of one node are the most", most = TextureGraph::MOST_DENSITIES)]
+    #[error("{cells} cells of {nodes} nodes are too many: {most} of one node are the most", most = TextureGraph::MOST_CELLS)]
     TooLarge {
         /// Cells of the grid.
         cells: u64,
@@ -31,9 +31,27 @@ pub enum DensityError {
     Bounds,
 }
 
+impl Program {
+    /// Whether its nodes can be evaluated at so many points, without a surface.
+    ///
+    /// # Errors
+    /// [`TabulationError::Image`], [`TabulationError::TooLarge`].
+    pub(super) fn check_size(&self, size: [u32; 3]) -> Result<(), TabulationError> {
+        if !self.images.is_empty() {
+            return Err(TabulationError::Image);
+        }
+        let cells = size.iter().map(|&n| u64::from(n)).fold(1, u64::saturating_mul);
+        let nodes = self.nodes.len();
+        if cells.saturating_mul(nodes as u64) > TextureGraph::MOST_CELLS {
+            return Err(TabulationError::TooLarge { cells, nodes });
+        }
+        Ok(())
+    }
+}
+
 impl TextureGraph {
-    /// Limit of cells times nodes of a grid of densities: some seconds of evaluation.
-    pub const MOST_DENSITIES: u64 = 1 << 26;
+    /// Limit of cells times nodes of a grid: some seconds of evaluation.
+    pub const MOST_CELLS: u64 = 1 << 26;
 
     /// The densities that a graph has at the centres of a grid's cells: its red channel, 0 where that is negative.
     ///
@@ -41,17 +59,10 @@ impl TextureGraph {
     /// filtered over a cell.
     ///
     /// # Errors
-    /// See [`DensityError`].
-    pub fn density(&self, size: [u32; 3], bounds: [Vec3; 2]) -> Result<DensityGrid, DensityError> {
+    /// See [`TabulationError`].
+    pub fn density(&self, size: [u32; 3], bounds: [Vec3; 2]) -> Result<DensityGrid, TabulationError> {
         let program = Program::new(self, Affine3A::IDENTITY)?;
-        if !program.images.is_empty() {
-            return Err(DensityError::Image);
-        }
-        let cells = size.iter().map(|&n| u64::from(n)).fold(1, u64::saturating_mul);
-        let nodes = program.nodes.len();
-        if cells.saturating_mul(nodes as u64) > Self::MOST_DENSITIES {
-            return Err(DensityError::TooLarge { cells, nodes });
-        }
+        program.check_size(size)?;
         let [low, high] = bounds;
         let [columns, rows, slices] = size;
         let cell = (high - low) / Vec3::new(columns as f32, rows as f32, slices as f32);
@@ -71,7 +82,7 @@ impl TextureGraph {
         let row = |i: u32| (0..columns).map(move |x| (x, i % rows.max(1), i / rows.max(1)));
         let all = (0..rows.saturating_mul(slices)).into_par_iter().flat_map_iter(row);
         let values = all.map(|(x, y, z)| value(x, y, z)).collect();
-        DensityGrid::new(size, bounds, values).ok_or(DensityError::Bounds)
+        DensityGrid::new(size, bounds, values).ok_or(TabulationError::Bounds)
     }
 }
 
@@ -100,18 +111,18 @@ mod tests {
     fn what_is_no_density_is_refused() {
         let cube = [Vec3::ZERO, Vec3::ONE];
         let none = gradient(Space::World).density([0, 1, 1], cube);
-        assert_eq!(none, Err(DensityError::Bounds));
+        assert_eq!(none, Err(TabulationError::Bounds));
         let large = gradient(Space::World).density([1024; 3], cube);
-        assert!(matches!(large, Err(DensityError::TooLarge { .. })));
+        assert!(matches!(large, Err(TabulationError::TooLarge { .. })));
         let flat = gradient(Space::World).density([2, 2, 2], [Vec3::ZERO, Vec3::X]);
-        assert_eq!(flat, Err(DensityError::Bounds));
+        assert_eq!(flat, Err(TabulationError::Bounds));
         assert_eq!(
             TextureGraph::default().density([1, 1, 1], cube),
-            Err(DensityError::Graph(GraphError::Empty))
+            Err(TabulationError::Graph(GraphError::Empty))
         );
         let node = TextureGraphNode::new(kind_named("image").expect("a kind"));
         let image = Some(crate::TextureRef::new(0));
         let shown = TextureGraph { nodes: vec![TextureGraphNode { image, ..node }] };
-        assert_eq!(shown.density([1, 1, 1], cube), Err(DensityError::Image));
+        assert_eq!(shown.density([1, 1, 1], cube), Err(TabulationError::Image));
     }
 }

@@ -3,11 +3,12 @@
 mod density;
 mod evaluate;
 mod kinds;
+mod panorama;
 mod parse;
 mod placement;
 mod program;
 
-pub use density::DensityError;
+pub use density::TabulationError;
 pub use evaluate::evaluate;
 pub use kinds::{InputKind, KINDS, NodeKind, Parameter, kind_named};
 pub use parse::{GraphSources, parse_graph};

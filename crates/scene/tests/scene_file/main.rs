@@ -166,9 +166,14 @@ fn errors_name_the_object_and_the_value() {
             "[[camera]]\neye = [0, 0, 3]\nmatrix-size = [4, 3]\nmatrix = [[-1, 0, 0], [0, 1, 0], [0, 0, 1]]",
             "positive focal lengths",
         ),
+        ("[[camera]]\neye = [0, 0, 3]\nprojection = \"round\"", "panorama, fisheye, cubemap"),
+        ("[[camera]]\neye = [0, 0, 3]\nprojection = \"cubemap\"\nfov = 3", "`fov`"),
+        ("[[camera]]\neye = [0, 0, 3]\nprojection = \"fisheye\"\nfov = 361", "between 0.01 and 360"),
+        ("[[camera]]\neye = [0, 0, 3]\nprojection = \"orthographic\"", "needs `height`"),
         ("[environment]", "needs one of"),
         ("[environment]\ncolor = 1\nfile = \"x\"", "needs one of"),
-        ("[environment]\ncolor = 1\nrotation = 3", "`rotation` needs `file`"),
+        ("[environment]\ncolor = 1\nrotation = 3", "`rotation` needs `file` or `texture`"),
+        ("[environment]\ntexture = { node = \"marbles\" }", "`texture`"),
         ("[[shape]]\nkind = \"sphere\"\nradius = nan", "nan"),
         ("[[shape]]\nkind = \"sphere\"\nradius = 1e300", "1e300"),
         ("[[shape]]\nkind = \"sphere\"\nradius = \"${r}\"", "`r` is not among"),
@@ -359,6 +364,13 @@ fn lights_and_cameras_are_what_they_say() {
         [[camera]]
         eye = [0, 0, 5]
         focal-length = 24
+        [[camera]]
+        projection = \"fisheye\"
+        eye = [0, 0, 5]
+        fov = 220
+        [[camera]]
+        projection = \"cubemap\"
+        eye = [0, 0, 5]
     ";
     let scene = parsed(text).scene;
     let LightKind::Directional { direction, irradiance, angular_diameter } = scene.lights[0].kind else {
@@ -375,10 +387,23 @@ fn lights_and_cameras_are_what_they_say() {
     assert_eq!(scene.cameras[1].projection, Projection::Panorama);
     let Projection::Perspective { fov_y } = scene.cameras[2].projection else { panic!() };
     assert!((fov_y.to_degrees() - 53.130_1).abs() < 1e-3);
+    assert_eq!(scene.cameras[3].projection, Projection::Fisheye { fov: 220f32.to_radians() });
+    assert_eq!(scene.cameras[4].projection, Projection::Cubemap);
 }
 
 #[test]
 fn environments_are_what_they_say() {
+    let painted = parsed(
+        "[environment]\ntexture = { node = \"gradient\", space = \"world\" }\nintensity = 2\nrotation = 90",
+    )
+    .scene;
+    let Environment::Image { image, rotation, intensity } = painted.environment else { panic!() };
+    assert_eq!((rotation, intensity), (90f32.to_radians(), 2.0));
+    let Pixels::Rgb32F(pixels) = &painted.images[image as usize].pixels else { panic!() };
+    assert_eq!(pixels.len(), 2048 * 1024);
+    // Along x: 0 to the left, the unit direction's x to the right.
+    let at = |column: usize| pixels[512 * 2048 + column][0];
+    assert!(at(512) == 0.0 && (at(1536) - 1.0).abs() < 1e-3 && (at(1195) - 0.5).abs() < 2e-2, "{}", at(1195));
     assert_eq!(parsed("").scene.environment, Environment::Black);
     let constant = parsed("[environment]\ncolor = [1, 2, 3]\nintensity = 2").scene.environment;
     assert_eq!(constant, Environment::Constant(Vec3::new(2.0, 4.0, 6.0)));

@@ -4,8 +4,8 @@ use super::lights::degrees;
 use super::{number, vector};
 use crate::navigation;
 use crate::viewer::{Command, Viewer};
-use alhazen::{Camera, CameraPath, Projection};
-use egui::Ui;
+use alhazen::{Camera, CameraPath, Projection, ProjectionParameter, Quantity};
+use egui::{ComboBox, Ui};
 
 /// Shows it.
 pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
@@ -37,17 +37,30 @@ fn numbers(viewer: &mut Viewer, ui: &mut Ui) {
     vector(ui, "Eye", &mut eye, speed);
     vector(ui, "Target", &mut target, speed);
     (camera.eye, camera.target) = (eye.into(), target.into());
-    match &mut camera.projection {
-        Projection::Perspective { fov_y } => degrees(ui, "Field of view", fov_y, 1.0..=170.0),
-        Projection::Orthographic { height } => {
-            number(ui, "Height (m)", height, speed, 1e-6..=1e9);
-        }
-        Projection::Panorama => drop(ui.label("Panorama")),
-        Projection::Intrinsics { .. } => drop(ui.label("Calibrated camera")),
-    }
+    projection(ui, &mut camera.projection, speed);
     // A camera that looks nowhere makes no rays.
     if camera != before && camera.eye != camera.target {
         viewer.steer(|c| *c = Camera { path: None, ..camera });
+    }
+}
+
+/// The kind of projection, and its number.
+fn projection(ui: &mut Ui, projection: &mut Projection, speed: f32) {
+    ComboBox::from_label("Projection").selected_text(projection.name()).show_ui(ui, |ui| {
+        for other in Projection::NAMED {
+            if ui.selectable_label(other.name() == projection.name(), other.name()).clicked() {
+                *projection = other;
+            }
+        }
+    });
+    match projection.parameter_mut() {
+        Some((ProjectionParameter { label, range: [low, high], quantity: Quantity::Angle, .. }, angle)) => {
+            degrees(ui, label, angle, low.max(1.0)..=high);
+        }
+        Some((ProjectionParameter { label, range: [low, high], .. }, length)) => {
+            number(ui, &format!("{label} (m)"), length, speed, low..=high);
+        }
+        None => {}
     }
 }
 

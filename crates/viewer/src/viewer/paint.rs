@@ -4,7 +4,7 @@ use super::{Comparison, Viewer};
 use crate::queries::{Outline, Question, What};
 use crate::viewport::left_of;
 use crate::worker::{Layer, display};
-use alhazen::{Film, FrameView, camera_frame};
+use alhazen::{Film, FrameView, camera_frame, picture_point};
 use egui::{Color32, ColorImage, Painter, Pos2, Rect, Response, Stroke, TextureOptions, pos2, vec2};
 use glam::Vec3;
 
@@ -114,17 +114,11 @@ impl Viewer {
     fn paint_box(&self, painter: &Painter, place: Rect, low: Vec3, high: Vec3) {
         let job = self.job();
         let frame = camera_frame(&job.camera, job.width, job.height);
-        let vector = |v: [f32; 3]| Vec3::from_array(v);
-        let [right, up, forward] = [frame.right, frame.up, frame.forward].map(|v| vector(v.to_array()));
-        let orthographic = matches!(job.camera.projection, alhazen::Projection::Orthographic { .. });
         let project = |p: Vec3| {
-            let v = p - job.camera.eye;
-            let depth = v.dot(forward);
-            let scale = if orthographic { 1.0 } else { depth };
-            let x = v.dot(right) / (scale * frame.half_size.x);
-            let y = v.dot(up) / (scale * frame.half_size.y);
-            let at = pos2(x * 0.5 + 0.5, 0.5 - y * 0.5);
-            (depth > 1e-4).then(|| place.min + at.to_vec2() * place.size())
+            let offset = (p - job.camera.eye).as_dvec3();
+            let at = picture_point(&frame, job.width, job.height, offset)?.as_vec2();
+            let at = vec2(at.x / job.width as f32, at.y / job.height as f32);
+            Some(place.min + at * place.size())
         };
         let corner = |i: usize| {
             let pick = |axis: usize| if i >> axis & 1 == 0 { low[axis] } else { high[axis] };

@@ -1,6 +1,6 @@
 //! Values on the command line.
 
-use alhazen::{Rect, Tile};
+use alhazen::{Projection, Rect, Tile};
 use std::ops::Range;
 use std::time::Duration;
 
@@ -177,10 +177,15 @@ pub fn parse_turbidity(text: &str) -> Result<f32, String> {
     if (2.0..=10.0).contains(&value) { Ok(value) } else { Err("expected a number between 2 and 10".into()) }
 }
 
-/// An angle in degrees, in `(0, 180)`.
+/// An angle in degrees, in `(0, 360]`.
 pub fn parse_fov(text: &str) -> Result<f32, String> {
     let value = parse_positive(text)?;
-    if value < 180.0 { Ok(value) } else { Err("expected degrees between 0 and 180".into()) }
+    if value <= 360.0 { Ok(value) } else { Err("expected degrees between 0 and 360".into()) }
+}
+
+/// The name of a projection.
+pub fn parse_projection(text: &str) -> Result<Projection, String> {
+    Projection::from_name(text).ok_or_else(|| format!("expected one of {}", Projection::names()))
 }
 
 #[cfg(test)]
@@ -224,6 +229,7 @@ mod tests {
             (Ok(-1.0), Ok(0.5), Ok(7))
         );
         assert!(parse_turbidity("1").is_err() && parse_turbidity("2.5") == Ok(2.5));
-        assert!(parse_fov("0").is_err() && parse_fov("180").is_err() && parse_fov("45").is_ok());
+        assert!(parse_projection("fisheye").is_ok() && parse_projection("intrinsics").is_err());
+        assert!(parse_fov("0").is_err() && parse_fov("361").is_err() && parse_fov("45").is_ok());
     }
 }

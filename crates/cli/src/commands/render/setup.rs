@@ -5,8 +5,8 @@ use super::{HighlightsName, IntegratorName, RenderArgs, VisibilityName};
 use crate::exit::Exit;
 use alhazen::{
     Adaptive, Camera, CameraPath, Daylight, DirectSettings, Environment, Highlights, HybridSettings,
-    Integrator, Job, Limits, LoadOptions, Loaded, Motion, NoisyPicture, PathSettings, Projection, Rect,
-    Sampling, Scene, Visibility, add_daylight_if_dark, check_default_camera,
+    Integrator, Job, Limits, LoadOptions, Loaded, Motion, NoisyPicture, PathSettings, Projection, Quantity,
+    Rect, Sampling, Scene, Visibility, add_daylight_if_dark, check_default_camera,
 };
 use anyhow::{Context, bail, ensure};
 use std::path::Path;
@@ -100,15 +100,37 @@ fn choose_camera(args: &RenderArgs, scene: &Scene, job: &mut Job) -> anyhow::Res
         job.camera =
             found.with_context(|| format!("there is no camera {name:?}; the scene has {known:?}"))?.clone();
     }
-    if let Some(fov) = args.fov {
-        job.camera.projection = Projection::Perspective { fov_y: fov.to_radians() };
-    }
+    choose_projection(args, &mut job.camera)?;
     if let Some(f_number) = args.f_number {
         let Projection::Perspective { fov_y } = job.camera.projection else {
             bail!("--f-number needs a perspective camera");
         };
         let focal_length = 0.012 / (fov_y * 0.5).tan();
         job.camera.lens_radius = focal_length / (2.0 * f_number);
+    }
+    Ok(())
+}
+
+/// Gives a camera the projection and the field of view that the arguments name. One without a field of view becomes a
+/// perspective.
+fn choose_projection(args: &RenderArgs, camera: &mut Camera) -> anyhow::Result<()> {
+    if let Some(named) = args.projection.filter(|named| named.name() != camera.projection.name()) {
+        let seen_height = camera.projection.seen_height((camera.target - camera.eye).length());
+        camera.projection = named;
+        if let Projection::Orthographic { height } = &mut camera.projection {
+            *height = seen_height;
+        }
+    }
+    let Some(fov) = args.fov else { return Ok(()) };
+    let has_angle = |p: &Projection| p.parameter().is_some_and(|(p, _)| p.quantity == Quantity::Angle);
+    if !has_angle(&camera.projection) {
+        ensure!(args.projection.is_none(), "--fov has no meaning for a camera that is {}", camera.projection);
+        camera.projection = Projection::NAMED[0];
+    }
+    if let Some((parameter, angle)) = camera.projection.parameter_mut() {
+        let [low, high] = parameter.range;
+        let within = parameter.from_user(fov);
+        *angle = within.with_context(|| format!("--fov: {fov}° is not between {low}° and {high}°"))?;
     }
     Ok(())
 }

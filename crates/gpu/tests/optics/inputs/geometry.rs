@@ -1,7 +1,7 @@
 //! Frames, cameras and rays.
 
 use super::*;
-use optics::camera::CameraFrame;
+use optics::camera::{CAMERA_PANORAMA, CameraFrame};
 use optics::distortion::Distortion;
 use optics::frame::{Frame, frame_from_normal};
 use optics::intersect::{RayShear, ray_shear};
@@ -24,7 +24,7 @@ pub fn camera(i: &mut Inputs) -> CameraFrame {
     let f = frame(i);
     let lens_radius = i.edge(&[0.0]).unwrap_or_else(|| i.uniform() * 0.1);
     CameraFrame {
-        kind: i.below(3) as u32,
+        kind: i.below(5) as u32,
         origin: point(i),
         right: f.tangent,
         up: f.bitangent,
@@ -34,6 +34,16 @@ pub fn camera(i: &mut Inputs) -> CameraFrame {
         focus_distance: size(i),
         distortion: optics::distortion::no_distortion(),
     }
+}
+
+/// A projection without a plane film.
+pub fn wide_kind(i: &mut Inputs) -> u32 {
+    CAMERA_PANORAMA + i.below(3) as u32
+}
+
+/// Angles at the sides of a fisheye's film.
+pub fn half_angles(i: &mut Inputs) -> Vec2f {
+    vec2f(i.between(0.1, 3.1), i.between(0.1, 3.1))
 }
 
 /// A lens without folds where it is looked at, of either model.

@@ -13,12 +13,13 @@ use serde::Deserialize;
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 struct CameraKeys {
     name: Option<String>,
-    projection: ProjectionName,
+    projection: String,
     eye: Option<[f64; 3]>,
     target: [f64; 3],
     up: [f32; 3],
     /// Degrees.
     fov: Option<f32>,
+    /// Metres.
     height: Option<f32>,
     aspect: Option<f32>,
     f_number: Option<f32>,
@@ -39,7 +40,7 @@ impl Default for CameraKeys {
     fn default() -> Self {
         Self {
             name: None,
-            projection: ProjectionName::Perspective,
+            projection: "perspective".into(),
             eye: None,
             target: [0.0; 3],
             up: [0.0, 1.0, 0.0],
@@ -58,14 +59,6 @@ impl Default for CameraKeys {
             distortion: None,
         }
     }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum ProjectionName {
-    Perspective,
-    Orthographic,
-    Panorama,
 }
 
 #[derive(Deserialize)]
@@ -132,41 +125,46 @@ fn camera(k: CameraKeys, number: usize, c: &Context) -> Result<(Camera, View), L
 }
 
 fn projection(k: &CameraKeys, c: &Context) -> Result<Projection, LoadError> {
-    let only = |key: &str, given: bool, name: ProjectionName| {
-        if given && k.projection != name {
+    let unknown = || {
+        let known = Projection::names();
+        c.error(format!("projection {:?} is not known; there are {known}", k.projection))
+    };
+    let mut projection = Projection::from_name(&k.projection).ok_or_else(unknown)?;
+    let is_perspective = projection.is_perspective();
+    let mut parameter = projection.parameter_mut();
+    let own_key = parameter.as_ref().map(|(parameter, _)| parameter.key);
+    for (key, is_meant) in [
+        ("fov", k.fov.is_none() || own_key == Some("fov")),
+        ("focal-length", k.focal_length.is_none() || is_perspective),
+        ("height", k.height.is_none() || own_key == Some("height")),
+    ] {
+        if !is_meant {
             return Err(c.error(format!("`{key}` has no meaning for this projection")));
         }
-        Ok(())
-    };
-    only("fov", k.fov.is_some(), ProjectionName::Perspective)?;
-    only("focal-length", k.focal_length.is_some(), ProjectionName::Perspective)?;
-    only("height", k.height.is_some(), ProjectionName::Orthographic)?;
-    Ok(match k.projection {
-        ProjectionName::Panorama => Projection::Panorama,
-        ProjectionName::Orthographic => {
-            let height = k.height.ok_or_else(|| c.error("an orthographic camera needs `height`"))?;
-            Projection::Orthographic { height: positive(height, "height", c)? }
-        }
-        ProjectionName::Perspective => {
-            let fov = match (k.fov, k.focal_length) {
-                (Some(fov), _) => fov,
-                (None, Some(focal)) => {
-                    2.0 * (0.5 * SENSOR_HEIGHT / positive(focal, "focal-length", c)?).atan().to_degrees()
-                }
-                (None, None) => 45.0,
-            };
-            Projection::Perspective { fov_y: within(fov, [0.01, 179.0], "fov", c)?.to_radians() }
-        }
-    })
+    }
+    if let Some((parameter, value)) = &mut parameter {
+        let given = match (k.fov.or(k.height), k.focal_length) {
+            (None, Some(focal)) => {
+                Some(2.0 * (0.5 * SENSOR_HEIGHT / positive(focal, "focal-length", c)?).atan().to_degrees())
+            }
+            (given, _) => given,
+        };
+        let Some(number) = given.or(parameter.default) else {
+            let message = format!("a camera that is {} needs `{}`", k.projection, parameter.key);
+            return Err(c.error(message));
+        };
+        let number = within(number, parameter.range, parameter.key, c)?;
+        **value = parameter.from_user(number).unwrap_or(**value);
+    }
+    Ok(projection)
 }
 
 /// What calibration says of a perspective camera: intrinsics and the lens.
 fn calibrate(k: &CameraKeys, camera: &mut Camera, c: &Context) -> Result<(), LoadError> {
     let keys =
         [("matrix", k.matrix.is_some()), ("skew", k.skew.is_some()), ("distortion", k.distortion.is_some())];
-    if let Some((key, _)) =
-        keys.iter().find(|(_, given)| *given && k.projection != ProjectionName::Perspective)
-    {
+    let is_perspective = camera.projection.is_perspective();
+    if let Some((key, _)) = keys.iter().find(|(_, given)| *given && !is_perspective) {
         return Err(c.error(format!("`{key}` has no meaning for this projection")));
     }
     match (k.matrix, k.matrix_size) {

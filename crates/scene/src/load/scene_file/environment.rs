@@ -4,7 +4,7 @@ use super::Builder;
 use super::document::{Context, Entry};
 use super::values::{Color, Vec3Value, direction, within};
 use crate::load::{self, LoadError};
-use crate::{Daylight, Environment, Portal, Sky, Sun, SunError};
+use crate::{Daylight, Environment, Image, Portal, Sky, Sun, SunError};
 use glam::{DVec3, Vec3};
 use serde::Deserialize;
 
@@ -13,6 +13,8 @@ use serde::Deserialize;
 struct EnvironmentKeys {
     color: Option<Color>,
     file: Option<String>,
+    /// A texture graph: its table, or the name of one.
+    texture: Option<toml::Value>,
     sky: Option<SkyKeys>,
     daylight: Option<DaylightKeys>,
     /// Degrees.
@@ -60,6 +62,9 @@ struct DaylightKeys {
     ground: Option<Color>,
 }
 
+/// Rows of an environment that a texture graph makes.
+const HEIGHT: u32 = 1024;
+
 fn white() -> Color {
     Color(Vec3::ONE)
 }
@@ -74,8 +79,8 @@ impl Builder<'_> {
         let context = entry.context();
         let keys: EnvironmentKeys = entry.read()?;
         let intensity = within(keys.intensity.unwrap_or(1.0), [0.0, 1e9], "intensity", &context)?;
-        if keys.rotation.is_some() && keys.file.is_none() {
-            return Err(context.error("`rotation` needs `file`"));
+        if keys.rotation.is_some() && keys.file.is_none() && keys.texture.is_none() {
+            return Err(context.error("`rotation` needs `file` or `texture`"));
         }
         for (number, keys) in (1..).zip(keys.portals) {
             let corners = keys.corners.map(DVec3::from);
@@ -83,22 +88,40 @@ impl Builder<'_> {
             portal.map_err(|e| context.error(format!("`portals`, number {number}: {e}")))?;
             self.placement.portals.push(corners);
         }
-        self.scene.environment = match (keys.color, keys.file, keys.sky, keys.daylight) {
-            (Some(color), None, None, None) => Environment::Constant(color.0 * intensity),
-            (None, Some(file), None, None) => {
+        let rotation = keys.rotation.unwrap_or(0.0).to_radians();
+        self.scene.environment = match (keys.color, keys.file, keys.texture, keys.sky, keys.daylight) {
+            (Some(color), None, None, None, None) => Environment::Constant(color.0 * intensity),
+            (None, Some(file), None, None, None) => {
                 let path = self.place.folder.join(file);
                 let image = load::environment::load(&path, self.options, &mut self.report)?;
-                self.scene.images.push(image);
-                let rotation = keys.rotation.unwrap_or(0.0).to_radians();
-                Environment::Image { image: (self.scene.images.len() - 1) as u32, rotation, intensity }
+                self.environment_of(image, rotation, intensity)
             }
-            (None, None, Some(keys), None) => Environment::Sky(sky(keys, intensity, &context)?),
-            (None, None, None, Some(keys)) => Environment::Daylight(daylight(keys, intensity, &context)?),
+            (None, None, Some(texture), None, None) => {
+                let image = self.panorama(&texture, &context)?;
+                self.environment_of(image, rotation, intensity)
+            }
+            (None, None, None, Some(keys), None) => Environment::Sky(sky(keys, intensity, &context)?),
+            (None, None, None, None, Some(keys)) => {
+                Environment::Daylight(daylight(keys, intensity, &context)?)
+            }
             _ => {
-                return Err(context.error("`environment` needs one of `color`, `file`, `sky` and `daylight`"));
+                return Err(context
+                    .error("`environment` needs one of `color`, `file`, `texture`, `sky` and `daylight`"));
             }
         };
         Ok(())
+    }
+
+    fn environment_of(&mut self, image: Image, rotation: f32, intensity: f32) -> Environment {
+        self.scene.images.push(image);
+        Environment::Image { image: (self.scene.images.len() - 1) as u32, rotation, intensity }
+    }
+
+    /// A texture graph, evaluated in all directions.
+    fn panorama(&mut self, texture: &toml::Value, context: &Context) -> Result<Image, LoadError> {
+        context.take(2 * u64::from(HEIGHT).pow(2) * size_of::<[f32; 3]>() as u64, "an environment")?;
+        let graph = self.parse_graph(texture).map_err(|why| context.error(format!("`texture`: {why}")))?;
+        graph.panorama(HEIGHT).map_err(|why| context.error(format!("`texture`: {why}")))
     }
 }
 
