@@ -178,7 +178,7 @@ fn load_nested(
 }
 
 fn read_text(path: &Path, options: &LoadOptions) -> Result<String, LoadError> {
-    let bytes = super::read_file(path, options)?;
+    let bytes = options.read(path)?;
     String::from_utf8(super::text::decoded(path, &bytes)?.into_owned()).map_err(|error| {
         let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
         let line = 1 + valid.iter().filter(|b| **b == b'\n').count();

@@ -151,7 +151,7 @@ impl Source<'_> {
             decode_as(meaning, &self.name, bytes, options, report).map_err(|e| e.to_string())
         };
         let image = match self.data {
-            Data::File(path) => match super::read_file(&path, options) {
+            Data::File(path) => match options.read(&path) {
                 Ok(bytes) => {
                     report.bytes_read += bytes.len() as u64;
                     decode(&bytes, &mut report)
