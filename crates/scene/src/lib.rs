@@ -35,6 +35,7 @@ pub mod shapes;
 pub mod subsurface;
 pub mod tables;
 pub mod tangents;
+mod texture;
 pub mod texture_graph;
 pub mod triangulate;
 
@@ -45,9 +46,7 @@ pub use daylight::{Daylight, SunError, SunPosition};
 pub use environment::{Environment, Sky, Sun};
 pub use framing::{FilmWindow, Motion};
 pub use ids::{ImageId, InstanceId, MaterialId, MeshId, TextureId};
-pub use image::{
-    ColorSpace, Filter, Image, ImageTexture, Pixels, Sampler, Texture, TextureRef, UvTransform, Wrap,
-};
+pub use image::{ColorSpace, Filter, Image, ImageTexture, Pixels, Sampler, TextureRef, UvTransform, Wrap};
 pub use light::{Light, LightKind};
 pub use load::{LoadError, LoadOptions, Loaded};
 pub use material::{
@@ -62,4 +61,5 @@ pub use report::{LoadReport, Note, Severity};
 pub use scene::Scene;
 pub use settings::{RenderDefaults, ShadowTerminator, ToneMapper};
 pub use subsurface::Subsurface;
+pub use texture::Texture;
 pub use texture_graph::{GraphInput, TextureGraph, TextureGraphNode};

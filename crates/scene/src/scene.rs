@@ -3,13 +3,14 @@
 use crate::animation::Animation;
 use crate::camera::Camera;
 use crate::environment::Environment;
-use crate::image::{Image, Texture};
+use crate::image::Image;
 use crate::light::Light;
 use crate::material::Material;
 use crate::medium::Fog;
 use crate::mesh::{Instance, Mesh};
 use crate::portal::Portal;
 use crate::settings::RenderDefaults;
+use crate::texture::Texture;
 
 /// A scene as the user described it: named objects that refer to each other by index.
 ///

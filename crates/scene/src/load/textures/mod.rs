@@ -2,12 +2,18 @@
 
 mod dds;
 mod decode;
+mod error;
 mod float;
 mod ktx2;
+mod meaning;
+mod size_limits;
 mod storage;
 
-use decode::{Meaning, decode_as};
-pub use decode::{TextureError, decode};
+use decode::decode_as;
+use meaning::Meaning;
+
+pub use decode::decode;
+pub use error::TextureError;
 
 use super::LoadOptions;
 use crate::{Image, ImageId, LoadReport, Pixels};
