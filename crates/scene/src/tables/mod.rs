@@ -35,7 +35,6 @@ pub use changes::Changes;
 pub use emitter_boxes::{EmitterBox, MOST_BOXES};
 pub use environment::EnvironmentTable;
 pub use geometry::{BindingRecord, BlasRecord, GeometryKind, GeometryRecord, InstanceRecord};
-pub use layers::{LAYER_TEXTURES, LAYERS_GLOSSINESS, LayerTextures, LayersRecord};
 pub use light::LightRecord;
 pub use light_tree::{LightChoice, LightTree};
 pub use material::{
@@ -47,7 +46,8 @@ pub use material::{
 pub use medium::{FogRecord, GridRecord, MediumRecord};
 pub use optics::alias_table::{AliasEntry, build_alias_table};
 pub use optics::constants::NONE;
+pub use optics::layers::{LAYER_TEXTURES, LAYERS_GLOSSINESS, LayersRecord};
 pub use optics::light_node::LightNode;
 pub use optics::portal_triangle::PortalTriangle;
-pub use scene_tables::SceneTables;
+pub use scene_tables::{LayerTextures, SceneTables};
 pub use texture_graphs::TextureNode;

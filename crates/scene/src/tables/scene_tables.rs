@@ -3,16 +3,18 @@
 use super::emitter_boxes::EmitterBox;
 use super::environment::EnvironmentTable;
 use super::geometry::{BindingRecord, BlasRecord, GeometryRecord, InstanceRecord};
-use super::layers::LayerTextures;
 use super::light::LightRecord;
 use super::light_tree::LightTree;
 use super::medium::{FogRecord, GridRecord, MediumRecord};
 use optics::alias_table::AliasEntry;
 use optics::constants::NONE;
 use optics::image_texture::TextureUse;
-use optics::layers::LayersRecord;
+use optics::layers::{LAYER_TEXTURES, LayersRecord};
 use optics::material::MaterialRecord;
 use optics::texture_node::TextureNode;
+
+/// The textures of a material's layers, by `LAYER_…` of the optics.
+pub type LayerTextures = [TextureUse; LAYER_TEXTURES as usize];
 
 /// A scene as flat arrays.
 #[derive(Clone, Debug, Default)]
