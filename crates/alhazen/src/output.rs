@@ -1,10 +1,10 @@
 //! Writing what was rendered: the file name's ending decides the format.
 
-use crate::ToneMapping;
 use crate::exr_camera::exr_camera;
 use crate::metadata::names_in;
 use film::{AovData, Film, Image, ImageError, Part, ProtectedFiles};
 use film::{ExrCompression, ExrFile, Precision};
+use post::ToneMapping;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

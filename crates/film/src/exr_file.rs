@@ -21,7 +21,7 @@ mod primaries;
 mod windows;
 
 pub use camera::{ExrCamera, ExrMatrix};
-pub use cryptomatte::{CRYPTOMATTE_RANKS, IdShares, cryptomatte_hash};
+pub use cryptomatte::{CRYPTOMATTE_RANKS, cryptomatte_hash};
 pub use picture::{ExrPicture, plain_name};
 pub use primaries::Primaries;
 

@@ -1,7 +1,8 @@
 //! The film: one estimate per pixel and the auxiliary layers that were asked for.
 
-use crate::{Aov, AovKind, AovSample, AovSums, ExactSum, IdShares, Image, NO_ID, PixelStats, Rect};
+use crate::{Aov, AovKind, AovSample, AovSums, ExactSum, Image, NO_ID, PixelStats, Rect};
 use id_counts::IdCounts;
+pub use id_counts::IdShares;
 use rayon::prelude::*;
 
 /// The largest width or height of a film or an image file, in pixels.

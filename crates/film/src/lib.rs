@@ -34,10 +34,10 @@ pub use coverage::{Block, Coverage, UnknownBlock};
 pub use exact::ExactSum;
 pub use exr_file::{
     CRYPTOMATTE_RANKS, ExrCamera, ExrChannel, ExrCompression, ExrFile, ExrMatrix, ExrPicture, ExrSamples,
-    IdShares, METADATA_PREFIX, Precision, Primaries, cryptomatte_hash, plain_name,
+    METADATA_PREFIX, Precision, Primaries, cryptomatte_hash, plain_name,
 };
 pub use files::write_png;
-pub use film::{AovData, Film, FilmError, MAX_SIDE};
+pub use film::{AovData, Film, FilmError, IdShares, MAX_SIDE};
 pub use image::{Image, ImageError};
 pub use merge::Merger;
 pub use part::{Part, PartError};

@@ -16,6 +16,7 @@ pub mod daylight;
 pub mod edits;
 pub mod environment;
 pub mod framing;
+mod ids;
 pub mod image;
 pub mod light;
 pub mod load;
@@ -29,11 +30,13 @@ pub mod photometry;
 pub mod portal;
 mod projection;
 pub mod report;
+mod scene;
 pub mod settings;
 pub mod shapes;
 pub mod subsurface;
 pub mod tables;
 pub mod tangents;
+mod texture;
 pub mod texture_graph;
 pub mod triangulate;
 
@@ -43,9 +46,8 @@ pub use camera::{Camera, CameraPath, Distortion};
 pub use daylight::{Daylight, SunError, SunPosition};
 pub use environment::{Environment, Sky, Sun};
 pub use framing::{FilmWindow, Motion};
-pub use image::{
-    ColorSpace, Filter, Image, ImageTexture, Pixels, Sampler, Texture, TextureRef, UvTransform, Wrap,
-};
+pub use ids::{ImageId, InstanceId, MaterialId, MeshId, TextureId};
+pub use image::{ColorSpace, Filter, Image, ImageTexture, Pixels, Sampler, TextureRef, UvTransform, Wrap};
 pub use light::{Light, LightKind};
 pub use load::{LoadError, LoadOptions, Loaded};
 pub use material::{
@@ -58,88 +60,8 @@ pub use photometry::{LightProfile, Photometry};
 pub use portal::{Portal, PortalError};
 pub use projection::{Projection, ProjectionParameter, Quantity};
 pub use report::{LoadReport, Note, Severity};
+pub use scene::Scene;
 pub use settings::{RenderDefaults, ShadowTerminator, ToneMapper};
 pub use subsurface::Subsurface;
+pub use texture::Texture;
 pub use texture_graph::{GraphInput, TextureGraph, TextureGraphNode};
-
-/// Index into [`Scene::meshes`].
-pub type MeshId = u32;
-/// Index into [`Scene::instances`].
-pub type InstanceId = u32;
-/// Index into [`Scene::materials`].
-pub type MaterialId = u32;
-/// Index into [`Scene::textures`].
-pub type TextureId = u32;
-/// Index into [`Scene::images`].
-pub type ImageId = u32;
-
-/// A scene as the user described it: named objects that refer to each other by index.
-///
-/// A mesh that stands in the world several times is stored once and instanced. The node hierarchy of a file is
-/// flattened: every [`Instance`] has its full object-to-world transform.
-#[derive(Clone, Debug, Default)]
-pub struct Scene {
-    /// Name of the scene, usually the file's stem.
-    pub name: String,
-    /// Where the scene's own zero is in the world of its file, metres. All positions in the scene are relative to it. Zero
-    /// unless the scene is far from its file's origin.
-    pub origin: glam::DVec3,
-    /// Geometry, each stored once.
-    pub meshes: Vec<Mesh>,
-    /// Where meshes stand in the world.
-    pub instances: Vec<Instance>,
-    /// Materials; [`Part::material`] refers to them.
-    pub materials: Vec<Material>,
-    /// Textures: images and how they are sampled, and graphs.
-    pub textures: Vec<Texture>,
-    /// Decoded pixels.
-    pub images: Vec<Image>,
-    /// Punctual and directional lights. Emissive surfaces are lights by virtue of their material.
-    pub lights: Vec<Light>,
-    /// Cameras in file order. May be empty: [`Scene::default_camera`] then frames the scene.
-    pub cameras: Vec<Camera>,
-    /// Light from infinitely far away.
-    pub environment: Environment,
-    /// Where that light comes in. None where it comes from everywhere.
-    pub portals: Vec<Portal>,
-    /// What fills the space between bodies; `None` is vacuum.
-    pub fog: Option<Fog>,
-    /// Whether the file is a complete description that says itself what light there is. It is then left as dark as it is;
-    /// models are shown under a sky where their own light does not reach what is seen.
-    pub declares_light: bool,
-    /// What the file says about how it wants to be rendered; the command line overrides it.
-    pub defaults: RenderDefaults,
-    /// What moves: see [`Scene::set_time`]. One for each animated file.
-    pub animations: Vec<Animation>,
-}
-
-impl Scene {
-    /// World-space bounds of everything visible, as (minimum, maximum); `None` for a scene without geometry.
-    ///
-    /// Vertices that are not finite are left out.
-    pub fn bounds(&self) -> Option<(glam::Vec3, glam::Vec3)> {
-        let local: Vec<_> = self.meshes.iter().map(Mesh::bounds).collect();
-        let mut bounds: Option<(glam::Vec3, glam::Vec3)> = None;
-        for instance in self.instances.iter().filter(|i| i.visible) {
-            let Some(Some((low, high))) = local.get(instance.mesh as usize) else { continue };
-            for corner in 0..8u32 {
-                let pick = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
-                let world = instance.transform.transform_point3(glam::vec3(pick(0), pick(1), pick(2)));
-                let (a, b) = bounds.unwrap_or((world, world));
-                bounds = Some((a.min(world), b.max(world)));
-            }
-        }
-        bounds
-    }
-
-    /// Number of triangles stored (instances counted once).
-    pub fn unique_triangles(&self) -> usize {
-        self.meshes.iter().map(Mesh::triangle_count).sum()
-    }
-
-    /// Number of triangles in the world (every visible instance counted).
-    pub fn instanced_triangles(&self) -> u64 {
-        let visible = self.instances.iter().filter(|i| i.visible);
-        visible.filter_map(|i| self.meshes.get(i.mesh as usize)).map(|m| m.triangle_count() as u64).sum()
-    }
-}

@@ -4,14 +4,11 @@
 //! posters; Psyop, "Cryptomatte Specification", version 1.2.0.
 
 use super::{ExrChannel, ExrFile, ExrSamples};
-use crate::Aov;
+use crate::{Aov, IdShares};
 use std::collections::{BTreeSet, HashMap};
 
 /// Ids that a pixel has room for, those with the most coverage. Two make a layer of four channels.
 pub const CRYPTOMATTE_RANKS: usize = 6;
-
-/// Ids and their shares of a pixel's samples.
-pub type IdShares = Vec<(u32, f32)>;
 
 impl ExrFile {
     /// Adds a matte: the channels `crypto_object00.R` to `crypto_object02.A` (or `crypto_material…`) and the attributes

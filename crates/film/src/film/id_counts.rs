@@ -1,5 +1,8 @@
 //! How often a pixel's samples saw what.
 
+/// Ids and their shares of a pixel's samples.
+pub type IdShares = Vec<(u32, f32)>;
+
 /// How many samples of a pixel saw each id first. Exact, so the order in which samples come does not matter.
 ///
 /// Most pixels see one thing only, so that one needs no memory of its own.

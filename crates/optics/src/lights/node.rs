@@ -5,8 +5,8 @@ use crate::light_tree::{
     child_choice_none, child_remainder, child_weight, light_importance, light_share, node_importance_add,
     node_importance_zero, node_weight,
 };
-use crate::{Vec3f, vec3f};
 use bytemuck::NoUninit;
+use wgsl_rs::std::{Vec3f, vec3f};
 
 /// Children of a node.
 pub const NODE_WIDTH: usize = LIGHT_NODE_WIDTH as usize;

@@ -2,8 +2,8 @@
 
 use crate::portal::triangle_is_passed;
 use crate::spherical_triangle::{SphericalTriangle, spherical_triangle_new};
-use crate::{Vec2f, Vec3f, vec3f};
 use bytemuck::NoUninit;
+use wgsl_rs::std::{Vec2f, Vec3f, vec3f};
 
 /// A triangle through which the environment is sampled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, NoUninit)]

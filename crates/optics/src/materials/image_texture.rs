@@ -1,5 +1,6 @@
 //! Image textures: which texels a lookup reads, and how they are mixed. Back ends fetch the texels.
 
+use super::record::wgsl_records;
 use inlining::inline_all;
 use wgsl_rs::wgsl;
 
@@ -173,7 +174,7 @@ pub mod image_texture {
 
 use image_texture::TextureUse;
 
-crate::wgsl_records!(TextureUse);
+wgsl_records!(TextureUse);
 
 impl Default for TextureUse {
     fn default() -> Self {

@@ -1,5 +1,6 @@
 //! A layered material at one point: from its records and texels to the parameters of its lobes.
 
+use super::record::wgsl_records;
 use inlining::inline_all;
 use wgsl_rs::wgsl;
 
@@ -226,4 +227,4 @@ pub mod layers {
 
 use layers::LayersRecord;
 
-crate::wgsl_records!(LayersRecord);
+wgsl_records!(LayersRecord);

@@ -1,5 +1,6 @@
 //! A material as back ends read it, and what it is at a point once textures are looked up.
 
+use super::record::wgsl_records;
 use inlining::inline_all;
 use wgsl_rs::wgsl;
 
@@ -205,7 +206,7 @@ use material::{
     MATERIAL_EMISSIVE, MATERIAL_GRAPHS, MaterialRecord, ModelTag,
 };
 
-crate::wgsl_records!(MaterialRecord);
+wgsl_records!(MaterialRecord);
 
 /// Questions of host code.
 impl MaterialRecord {

@@ -33,3 +33,4 @@ macro_rules! wgsl_records {
         )+
     };
 }
+pub(crate) use wgsl_records;

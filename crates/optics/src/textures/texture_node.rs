@@ -1,5 +1,6 @@
 //! Nodes of texture graphs: one operation on up to four values. Back ends go through a graph node by node.
 
+use crate::materials::record::wgsl_records;
 use inlining::inline_all;
 use wgsl_rs::wgsl;
 
@@ -384,4 +385,4 @@ pub mod texture_node {
 
 use texture_node::TextureNode;
 
-crate::wgsl_records!(TextureNode);
+wgsl_records!(TextureNode);

@@ -17,7 +17,7 @@ pub fn load(path: &Path, options: &LoadOptions, report: &mut LoadReport) -> Resu
 }
 
 fn load_within(path: &Path, options: &LoadOptions, report: &mut LoadReport) -> Result<Image, LoadError> {
-    let bytes = super::read_file(path, options)?;
+    let bytes = options.read(path)?;
     report.bytes_read += bytes.len() as u64;
     let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
     let mut image = textures::decode(&name, &bytes, options, report)

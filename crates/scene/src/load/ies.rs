@@ -7,7 +7,7 @@
 
 mod planes;
 
-use super::{LoadError, LoadOptions, read_file};
+use super::{LoadError, LoadOptions};
 use crate::photometry::LightProfile;
 use planes::Planes;
 use std::iter::Zip;
@@ -30,7 +30,7 @@ const MOST_ANGLES: usize = 10_000;
 /// lamps whose tilt is in another file, and impossible numbers.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<LightProfile, LoadError> {
     options.session(path, |options| {
-        let bytes = read_file(path, options)?;
+        let bytes = options.read(path)?;
         parse(&super::text::decoded(path, &bytes)?)
             .map_err(|(object, message)| LoadError::malformed(path, object, message))
     })

@@ -6,7 +6,7 @@
 //! are left out: a scene is saved as it stands.
 
 use super::session::TRIANGLE;
-use super::{LoadError, LoadOptions, Loaded, read_file};
+use super::{LoadError, LoadOptions, Loaded};
 use crate::{
     Camera, Environment, Fog, Image, Instance, Light, LoadReport, Material, Mesh, Part, Portal,
     RenderDefaults, Scene, Shape, Texture, TriangleMesh,
@@ -93,7 +93,7 @@ pub fn pack(scene: &Scene) -> Result<Vec<u8>, String> {
 /// [`LoadError::Malformed`] for what is none, or refers to what is not there.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
     options.scene_session(path, |options| {
-        let bytes = read_file(path, options)?;
+        let bytes = options.read(path)?;
         let report = LoadReport { bytes_read: bytes.len() as u64, ..LoadReport::default() };
         // Numbers take about as much room in the file as in memory; small ones take less.
         options.budget().take((bytes.len() as u64).saturating_mul(4), "contents")?;

@@ -10,7 +10,7 @@
 //! neutral grey.
 
 use super::session::TRIANGLE as TRIANGLE_COST;
-use super::{LoadError, LoadOptions, Loaded, read_file, text};
+use super::{LoadError, LoadOptions, Loaded, text};
 use crate::{Instance, LoadReport, Material, Mesh, Scene, Shape, TriangleMesh, normals};
 use glam::{Affine3A, DVec3, Vec3};
 use std::collections::HashMap;
@@ -26,7 +26,7 @@ const TRIANGLE: usize = 50;
 /// not what the format has in its place, for files without a triangle, and for binary files that end early: with
 /// [`LoadOptions::lenient`] these keep their whole triangles, which is reported.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
-    options.scene_session(path, |options| parse_named(path, &read_file(path, options)?, options))
+    options.scene_session(path, |options| parse_named(path, &options.read(path)?, options))
 }
 
 /// Parses an STL file that is in memory.

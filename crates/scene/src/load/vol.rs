@@ -5,7 +5,7 @@
 //! values, x fastest.
 //! Source: Mitsuba 3 documentation, "Grid-based volume data source"; a file that Mitsuba wrote is read in the tests.
 
-use super::{LoadError, LoadOptions, read_file};
+use super::{LoadError, LoadOptions};
 use crate::DensityGrid;
 use glam::Vec3;
 use std::path::Path;
@@ -19,7 +19,7 @@ const HEADER: usize = 48;
 /// for densities that are negative or not finite.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<DensityGrid, LoadError> {
     options.session(path, |options| {
-        let bytes = read_file(path, options)?;
+        let bytes = options.read(path)?;
         parse(&bytes).map_err(|(object, message)| LoadError::malformed(path, object, message))
     })
 }

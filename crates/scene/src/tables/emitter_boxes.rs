@@ -3,7 +3,7 @@
 //! The last segment of a path counts only if it finds light. Where it meets none of these boxes no surface at its end shines, so
 //! that nobody has to know what is there: at most, whether it leaves the scene.
 
-use super::build::affine;
+use super::transform::affine;
 use super::{GeometryKind, GeometryRecord, InstanceRecord, SceneTables};
 use glam::{Affine3A, Vec3};
 

@@ -1,8 +1,11 @@
 //! The environment as a table: constant, gradient, or an image with its sampling table.
 
-use super::{AliasEntry, PortalTriangle, build_alias_table, portals::halves};
+use super::portals::halves;
 use crate::{Environment, Image, Pixels, Portal};
+use optics::alias_table::{AliasEntry, build_alias_table};
+use optics::constants::NONE;
 use optics::equirect::{equirect_mix, equirect_pixel, equirect_pixel_pdf, equirect_place, equirect_point};
+use optics::portal_triangle::PortalTriangle;
 use optics::sky::{direction_to_equirect, equirect_to_direction};
 use optics::{Vec3f, vec2f, vec2u, vec3f};
 
@@ -30,14 +33,14 @@ pub struct EnvironmentTable {
     pub alias: Vec<AliasEntry>,
     /// Halves of the portals.
     pub portals: Vec<PortalTriangle>,
-    /// Index into the lights of the environment that can be sampled, by an image or portals, or [`super::NONE`].
+    /// Index into the lights of the environment that can be sampled, by an image or portals, or [`NONE`].
     pub light: u32,
 }
 
 impl EnvironmentTable {
     /// Builds the table; `image` is the environment's image if it has one.
     pub(super) fn new(environment: &Environment, image: Option<&Image>, portals: &[Portal]) -> Self {
-        let mut table = Self { light: super::NONE, ..Self::default() };
+        let mut table = Self { light: NONE, ..Self::default() };
         match environment {
             Environment::Black => {}
             Environment::Constant(c) => {

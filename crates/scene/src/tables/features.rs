@@ -3,9 +3,9 @@
 //! Back ends that make their kernels for a scene leave out the rest.
 
 use super::{
-    BindingRecord, GeometryKind, GeometryRecord, MATERIAL_SMOOTH_TERMINATOR, MaterialRecord, NONE,
-    SceneTables,
+    BindingRecord, GeometryKind, GeometryRecord, MATERIAL_SMOOTH_TERMINATOR, MaterialRecord, SceneTables,
 };
+use optics::constants::NONE;
 
 impl SceneTables {
     /// Whether any material absorbs light inside of bodies.
@@ -43,6 +43,26 @@ impl SceneTables {
     /// Whether any texture is a graph.
     pub fn has_graphs(&self) -> bool {
         self.materials.iter().any(MaterialRecord::has_graphs)
+    }
+
+    /// Whether there is anything between surfaces that scatters light or shines.
+    pub fn has_media(&self) -> bool {
+        !self.media.is_empty()
+    }
+
+    /// Whether there is anything that light gets into: paths and cameras may be inside.
+    pub fn has_bodies(&self) -> bool {
+        self.materials.iter().any(MaterialRecord::is_body)
+    }
+
+    /// Whether there are ends of media that are no surfaces.
+    pub fn has_boundaries(&self) -> bool {
+        self.materials.iter().any(MaterialRecord::is_boundary)
+    }
+
+    /// Whether paths have to know what they are in: there are media, bodies that overlap, or surfaces that are none.
+    pub fn needs_volumes(&self) -> bool {
+        self.has_media() || self.nested || self.has_boundaries()
     }
 
     /// Whether something that belongs to a geometry and a material holds for any instance.

@@ -1,15 +1,13 @@
 //! Records of what lies on the base of layered materials.
 
 use super::material::Range;
-use super::{SceneTables, TextureUse};
+use super::scene_tables::{LayerTextures, SceneTables};
 use crate::{Iridescence, Material};
-use optics::layers::{LAYER_ANISOTROPY, LAYER_COAT_NORMAL, LAYERS_ANISOTROPY, LAYERS_COAT_NORMAL};
+use optics::layers::{
+    LAYER_ANISOTROPY, LAYER_COAT_NORMAL, LAYERS_ANISOTROPY, LAYERS_COAT_NORMAL, LAYERS_GLOSSINESS,
+    LayersRecord,
+};
 use optics::{vec2f, vec3f};
-
-pub use optics::layers::{LAYER_TEXTURES, LAYERS_GLOSSINESS, LayersRecord};
-
-/// The textures of a material's layers, by `LAYER_…` of the optics.
-pub type LayerTextures = [TextureUse; LAYER_TEXTURES as usize];
 
 impl SceneTables {
     /// The records of a material's layers. The tables have their textures already.

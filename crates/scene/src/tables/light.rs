@@ -1,8 +1,7 @@
 //! Records of lights.
 
-use super::NONE;
-use super::rectangles::Rectangle;
 use crate::{Photometry, Portal};
+use optics::constants::NONE;
 use optics::light::{
     LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_SPOT,
     LIGHT_TRIANGLE, Light, spot_falloff,
@@ -33,6 +32,17 @@ pub struct LightRecord {
     /// Where a point's or spot's profile begins in [`super::SceneTables::profiles`], or [`NONE`]. The light then has the profile's axis in
     /// `edge1`, and in `edge2.z` the azimuth of its horizontal angle 0.
     pub profile: u32,
+}
+
+/// A rectangle in world space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Rectangle {
+    /// A corner.
+    pub first: glam::Vec3,
+    /// The longer edge from there.
+    pub edge1: glam::Vec3,
+    /// The other edge. The front is where `edge1` × `edge2` points to.
+    pub edge2: glam::Vec3,
 }
 
 impl LightRecord {

@@ -7,10 +7,11 @@
 //! Jakob and Humphreys, "Physically Based Rendering", 4th edition, section 12.6.3. Nodes have eight children, of which the groups
 //! that are largest are divided first.
 
+use super::LightRecord;
 use super::light_bounds::{Bounds, Leaf};
 use super::light_groups::divide;
-use super::{LightRecord, NONE};
 use optics::Vec3f;
+use optics::constants::NONE;
 use optics::light_node::{LightNode, NODE_WIDTH};
 use optics::light_tree::{
     LIGHT_NODE_INDEX, LIGHT_NODE_LEAF, UNIFORM_SHARE, child_weight, light_branch, light_choice_probability,
@@ -208,8 +209,8 @@ impl LightTree {
 
 #[cfg(test)]
 mod tests {
+    use super::super::light::Rectangle;
     use super::super::light_bounds::vec3;
-    use super::super::rectangles::Rectangle;
     use super::*;
     use glam::Vec3;
     use optics::light_tree::MOST_VARIANCE;

@@ -1,10 +1,11 @@
 //! Records of materials and of their use of textures.
 
-use super::{NONE, SceneTables};
+use super::SceneTables;
 use crate::{
     AlphaMode, ColorSpace, Filter, ImageTexture, Material, Model, RenderDefaults, ShadowTerminator,
     TextureRef, Wrap,
 };
+use optics::constants::NONE;
 use optics::image_texture::{
     TEXTURE_BILINEAR, TEXTURE_HALF, TEXTURE_HEIGHT, TEXTURE_SHARES, TEXTURE_SRGB, TEXTURE_UV1,
     TEXTURE_WRAP_U_SHIFT, TEXTURE_WRAP_V_SHIFT, WRAP_CLAMP, WRAP_MIRRORED_REPEAT, WRAP_REPEAT,

@@ -3,7 +3,7 @@
 //! Triangles and rectangles that are near are sampled by solid angle, which costs a shader registers whether any point is near or
 //! not. Most lamps hang so high that nothing is: then a shader can do without.
 
-use super::build::affine;
+use super::transform::affine;
 use super::{GeometryKind, GeometryRecord, SceneTables};
 use glam::{Affine3A, Vec3};
 use optics::light::{LIGHT_RECTANGLE, Light, NEAR_FLAT, RECTANGLE_CENTER, TRIANGLE_CENTER, light_is_flat};

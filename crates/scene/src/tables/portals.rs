@@ -1,7 +1,8 @@
 //! Sampling the environment through portals, and the density of all its techniques together.
 
-use super::{EnvironmentTable, NONE};
+use super::EnvironmentTable;
 use crate::Portal;
+use optics::constants::NONE;
 use optics::equirect::rest_of_choice;
 use optics::light_tree::light_branch;
 use optics::portal::{image_share, portal_mixture};

@@ -3,6 +3,7 @@
 //! Both halves are right-angled, and share their longest edge. So a triangle can be the half of one rectangle only, and is found by
 //! that edge.
 
+use super::light::Rectangle;
 use super::{GeometryRecord, SceneTables};
 use glam::{Affine3A, Vec3, Vec3A};
 use std::collections::HashMap;
@@ -10,17 +11,6 @@ use std::collections::HashMap;
 /// How much rectangles may differ from right angles and planes, as a share of their edges: more than rounding makes of
 /// coordinates, and so little that neither a picture nor the end of a shadow ray shows it.
 const TOLERANCE: f32 = 1e-5;
-
-/// A rectangle in world space.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Rectangle {
-    /// A corner.
-    pub first: Vec3,
-    /// The longer edge from there.
-    pub edge1: Vec3,
-    /// The other edge. The front is where `edge1` × `edge2` points to.
-    pub edge2: Vec3,
-}
 
 /// What a triangle of a geometry is for light samples.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,12 +1,13 @@
 //! Lights of surfaces that emit.
 
-use super::build::{affine, uniform_scale};
 use super::light::strongest;
 use super::material::{MATERIAL_CHECKERBOARD_FADES, MATERIAL_EMISSION_TWO_SIDED};
 use super::rectangles::{self, Part};
-use super::{GeometryKind, GeometryRecord, InstanceRecord, LightRecord, MaterialRecord, NONE, SceneTables};
+use super::transform::{affine, uniform_scale};
+use super::{GeometryKind, GeometryRecord, InstanceRecord, LightRecord, MaterialRecord, SceneTables};
 use crate::{Pixels, Scene};
 use glam::{Affine3A, Vec3};
+use optics::constants::NONE;
 use optics::material::SLOT_EMISSION;
 use optics::{Vec3f, vec3f};
 

@@ -4,6 +4,7 @@ use super::{GeometryKind, GeometryRecord, SceneTables, TextureUse};
 use crate::texture_graph::{Program, evaluate};
 use crate::{Scene, Texture};
 use glam::Affine3A;
+use optics::constants::NONE;
 use optics::image_texture::{TEXTURE_GRAPH, TEXTURE_SHARES};
 use optics::shape::sphere_uv;
 use optics::texture_node::{NODE_IMAGE, NODE_TRIPLANAR};
@@ -116,7 +117,7 @@ impl SceneTables {
         };
         let uv = |set: &[[f32; 2]], first: u32| {
             let at = |c: u32| {
-                if first == super::NONE {
+                if first == NONE {
                     [0.0; 3]
                 } else {
                     let [u, v] = set[(first + c) as usize];

@@ -28,6 +28,12 @@ pub struct NodeKind {
     pub has_image: bool,
 }
 
+impl PartialEq for NodeKind {
+    fn eq(&self, other: &Self) -> bool {
+        self.operation == other.operation
+    }
+}
+
 /// An input of a kind of nodes.
 #[derive(Debug)]
 pub struct InputKind {

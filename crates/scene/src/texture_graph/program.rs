@@ -81,6 +81,16 @@ impl Program {
     }
 }
 
+impl TextureGraph {
+    /// Whether it can be evaluated.
+    ///
+    /// # Errors
+    /// [`GraphError`], which says why not.
+    pub fn check(&self) -> Result<(), GraphError> {
+        Program::new(self, Affine3A::IDENTITY).map(drop)
+    }
+}
+
 /// For each node the last one that takes its value: itself plus one for the value of the graph, 0 where nobody does.
 fn needed_until(graph: &TextureGraph) -> Vec<usize> {
     let count = graph.nodes.len();

@@ -138,14 +138,14 @@ impl<'a> Document<'a> {
         };
         let bytes = match uri::resolve(self.path, &uri.0, self.options).map_err(Unreadable::Other)? {
             Target::Data(bytes) => bytes,
-            Target::File(path) => crate::load::read_file(&path, self.options).map_err(Unreadable::File)?,
+            Target::File(path) => self.options.read(&path).map_err(Unreadable::File)?,
         };
         self.buffers.extra_bytes.fetch_add(bytes.len() as u64, Ordering::Relaxed);
         Ok(Cow::Owned(bytes))
     }
 }
 
-/// A copy of an error of `read_file`: `std::io::Error` cannot be cloned.
+/// A copy of an error of `LoadOptions::read`: `std::io::Error` cannot be cloned.
 fn copy(error: &LoadError) -> LoadError {
     match error {
         LoadError::Read { path, source } => {

@@ -39,7 +39,7 @@ mod topology;
 mod uri;
 mod variants;
 
-use super::{LoadError, LoadOptions, Loaded, read_file, text};
+use super::{LoadError, LoadOptions, Loaded, text};
 use crate::animation::AnimatedInstance;
 use crate::origin::subtract;
 use crate::{Instance, LoadReport, Mesh, Scene};
@@ -64,7 +64,7 @@ use textures::Textures;
 /// [`LoadError`]; each names the file and the object. With [`LoadOptions::lenient`], broken primitives and unknown
 /// required extensions are left out and reported.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
-    options.scene_session(path, |options| load_bytes(path, &read_file(path, options)?, options))
+    options.scene_session(path, |options| load_bytes(path, &options.read(path)?, options))
 }
 
 /// Loads a file that is in memory already; `path` is where other files are looked for and what messages say.

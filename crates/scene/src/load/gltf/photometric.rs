@@ -6,7 +6,7 @@ use super::motion::Motion;
 use super::nodes::{Carried, Hierarchy};
 use super::uri::{self, Target};
 use crate::animation::{AnimatedLight, Punctual, PunctualKind};
-use crate::load::{ies, read_file};
+use crate::load::ies;
 use crate::photometry::LightProfile;
 use crate::report::without_quotes;
 use crate::{Light, LoadError, LoadReport, Photometry};
@@ -74,7 +74,7 @@ impl Document<'_> {
             (Some(uri), _) => match uri::resolve(self.path, uri, self.options) {
                 Ok(Target::Data(bytes)) => Cow::Owned(bytes),
                 Ok(Target::File(path)) => {
-                    let bytes = read_file(&path, self.options)?;
+                    let bytes = self.options.read(&path)?;
                     report.bytes_read += bytes.len() as u64;
                     Cow::Owned(bytes)
                 }

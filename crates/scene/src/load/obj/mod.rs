@@ -40,7 +40,7 @@ pub use material::{interpret, roughness_from_exponent};
 
 use super::session::TRIANGLE;
 use super::textures::find_file;
-use super::{LoadError, LoadOptions, Loaded, read_file};
+use super::{LoadError, LoadOptions, Loaded};
 use crate::{Instance, LoadReport, Material, Scene, Shape};
 use build::Built;
 use glam::Affine3A;
@@ -62,7 +62,7 @@ const MAX_LIBRARIES: usize = 1000;
 /// into an OBJ file. Everything else that is wrong with it, missing libraries and textures included, is mended and reported.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
     options.scene_session(path, |options| {
-        let bytes = read_file(path, options)?;
+        let bytes = options.read(path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         load_from(path, &bytes, Some(folder), options)
     })
@@ -170,7 +170,7 @@ impl Libraries {
 
     fn add(&mut self, file: &Path, options: &LoadOptions, report: &mut LoadReport) {
         let name = file.file_name().unwrap_or_default().to_string_lossy();
-        let bytes = match read_file(file, options) {
+        let bytes = match options.read(file) {
             Ok(bytes) => bytes,
             Err(error) => return report.ignored(format!("material library {name}: {error}")),
         };

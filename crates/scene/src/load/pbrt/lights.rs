@@ -3,7 +3,8 @@
 use super::Builder;
 use super::parameters::{Parameters, Spectrum};
 use super::state::AreaLight;
-use crate::{Environment, Image, Light, LightKind, LoadError, Pixels, Portal, load};
+use crate::load::environment;
+use crate::{Environment, Image, Light, LightKind, LoadError, Pixels, Portal};
 use glam::{DAffine3, DVec3, Vec3};
 
 /// Height of the picture that an environment map is turned into, pixels.
@@ -103,7 +104,7 @@ impl Builder<'_> {
             return Ok(());
         };
         let path = self.parser.resolve(&p.place, name);
-        let image = load::environment::load(&path, self.options, &mut self.report)?;
+        let image = environment::load(&path, self.options, &mut self.report)?;
         if image.width != image.height {
             let message = format!("{name} is not square, as environment maps of pbrt-v4 are");
             return Err(self.parser.error(&p.place, message));

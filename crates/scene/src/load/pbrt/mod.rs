@@ -22,7 +22,7 @@ mod tokens;
 mod version;
 
 use super::session::instance;
-use super::{LoadError, LoadOptions, Loaded, read_file};
+use super::{LoadError, LoadOptions, Loaded};
 use crate::load::textures::TextureLoader;
 use crate::merge::placed_light;
 use crate::origin::{Bounds, stored};
@@ -44,7 +44,7 @@ const MAX_INSTANCES: usize = 1 << 22;
 /// [`LoadError::Read`] and [`LoadError::TooLarge`] for the scene and what it includes; [`LoadError::Malformed`], with the
 /// line, for what is not the format.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
-    options.scene_session(path, |options| load_bytes(path, read_file(path, options)?, options))
+    options.scene_session(path, |options| load_bytes(path, options.read(path)?, options))
 }
 
 /// Loads a scene that is in memory already; `path` is where other files are looked for and what messages say.

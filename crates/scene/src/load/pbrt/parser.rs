@@ -77,7 +77,7 @@ impl<'o> Parser<'o> {
         if self.files > MAX_FILES {
             return Err(self.error(place, format!("the scene includes more than {MAX_FILES} files")));
         }
-        let text = crate::load::read_file(&path, self.options)?;
+        let text = self.options.read(&path)?;
         // Its text becomes numbers and words, each time that it is included.
         const PER_BYTE: u64 = 16;
         self.options.budget().take(text.len() as u64 * PER_BYTE + PER_FILE, "included files")?;

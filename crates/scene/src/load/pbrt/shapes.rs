@@ -2,8 +2,9 @@
 
 use super::parameters::Parameters;
 use super::{Builder, MAX_INSTANCES, Placed};
+use crate::load::ply;
 use crate::load::session::{TRIANGLE, instance};
-use crate::{Instance, LoadError, Mesh, Shape, Sphere, TriangleMesh, load};
+use crate::{Instance, LoadError, Mesh, Shape, Sphere, TriangleMesh};
 use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec2, Vec3};
 
 /// Corners of a disk.
@@ -160,7 +161,7 @@ impl Builder<'_> {
         }
         // Meshes without normals are flat in pbrt.
         let options = crate::LoadOptions { crease_angle: 0.0, ..self.options.clone() };
-        let loaded = load::ply::load_mesh(&path, &options)?;
+        let loaded = ply::load_mesh(&path, &options)?;
         self.report.absorb(name, loaded.report);
         let instance = loaded.scene.instances.first();
         let anchor = instance.map(|i| loaded.scene.to_world(i.transform.translation.into()));

@@ -18,7 +18,7 @@ mod values;
 
 use super::session::TRIANGLE;
 use super::textures::{Neutral, TextureLoader, find_file, vertex_colors};
-use super::{LoadError, LoadOptions, Loaded, read_file, text};
+use super::{LoadError, LoadOptions, Loaded, text};
 use crate::origin::anchored;
 use crate::{
     ColorSpace, Instance, LoadReport, Material, Mesh, Sampler, Scene, Shape, Texture, TextureRef,
@@ -39,7 +39,7 @@ use values::{ValueError, Values};
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
     options.scene_session(path, |options| {
         let folder = path.parent().unwrap_or(Path::new(""));
-        let bytes = read_file(path, options)?;
+        let bytes = options.read(path)?;
         parse_file(path, &bytes, Source { folder: Some(folder), is_own: true }, options)
     })
 }
@@ -51,7 +51,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
 /// As [`load`].
 pub(super) fn load_mesh(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
     options.scene_session(path, |options| {
-        let bytes = read_file(path, options)?;
+        let bytes = options.read(path)?;
         parse_file(path, &bytes, Source { folder: None, is_own: false }, options)
     })
 }

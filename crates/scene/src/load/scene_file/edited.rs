@@ -1,10 +1,11 @@
 //! `[base]` and `[edits]`: a scene that is another one with changes on top, as programs write it.
 
 use super::document::Document;
-use super::models::load_included;
-use super::{Budget, Place, Value, read_text};
+use super::inclusion::{Budget, Place};
+use super::{Parameters, Value, load_included, read_text};
 use crate::edits::{Editable, Edits, Resources};
-use crate::load::{self, LoadError, LoadOptions, Loaded};
+use crate::load::environment;
+use crate::load::{LoadError, LoadOptions, Loaded};
 use crate::{LoadReport, RenderDefaults, Scene, builtin};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -30,7 +31,7 @@ pub struct Edited {
     /// The base's name if it is a built-in scene.
     pub base_builtin: Option<String>,
     /// The base's parameters.
-    pub base_parameters: super::Parameters,
+    pub base_parameters: Parameters,
     /// What was changed. Paths are as the system finds them.
     pub edits: Edits,
     /// The files that the edits refer to.
@@ -104,7 +105,7 @@ pub(super) fn read(
         resources.models.insert(file.to_owned(), Arc::new(model.scene));
     }
     if let Some(file) = edits.environment_file() {
-        let image = load::environment::load(file, options, &mut report)?;
+        let image = environment::load(file, options, &mut report)?;
         resources.environments.insert(file.to_owned(), Arc::new(image));
     }
     let base_parameters = text_of(&keys.parameters);
@@ -119,6 +120,6 @@ pub(super) fn read(
     }))
 }
 
-fn text_of(parameters: &BTreeMap<String, Value>) -> super::Parameters {
+fn text_of(parameters: &BTreeMap<String, Value>) -> Parameters {
     parameters.iter().map(|(name, value)| (name.clone(), value.to_string())).collect()
 }

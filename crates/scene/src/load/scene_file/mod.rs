@@ -4,10 +4,12 @@
 //! of values whose place in the text is known (`document`), parameters are filled in (`parameters`), and each
 //! table is then read by the module of its kind, so that every error names the line, the object and the key.
 
+mod builder;
 mod camera;
 mod document;
 mod edited;
 mod environment;
+mod inclusion;
 mod layers;
 mod lights;
 mod materials;
@@ -18,32 +20,20 @@ mod parameters;
 mod placement;
 mod repeat;
 mod shapes;
+mod template;
 mod textures;
 mod values;
 
 pub use edited::{Edited, open_edited};
-pub use parameters::{Parameter, Value};
+pub use parameters::{Parameter, Parameters, Value};
 
 use super::session::Session;
 use super::{LoadError, LoadOptions, Loaded};
-use crate::load::textures::TextureLoader;
-use crate::{LightProfile, LoadReport, Material, MaterialId, RenderDefaults, Scene};
-use document::{Document, Entry};
-use std::collections::{BTreeMap, HashMap};
+use builder::Builder;
+use document::{Context, Document};
+use inclusion::{Budget, MAX_DEPTH, MAX_FILES, Place, canonical};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-
-/// Values for a scene's parameters, by name, as text: what a command line gives.
-pub type Parameters = BTreeMap<String, String>;
-
-/// Scene files may refer to scene files this deep.
-const MAX_DEPTH: usize = 8;
-/// Instances that one scene file may place, repeats and included files counted.
-const MAX_INSTANCES: usize = 4_000_000;
-/// Triangles that the shapes of one scene file may have together, included files counted.
-const MAX_TRIANGLES: usize = 100_000_000;
-/// Files that one scene file may load, included files counted.
-const MAX_FILES: usize = 10_000;
 
 /// Loads a scene file with the defaults of its parameters.
 ///
@@ -122,47 +112,6 @@ pub fn describe(text: &str, path: &Path) -> Result<Description, LoadError> {
     Ok(Description { name, about, parameters })
 }
 
-/// What is left of the limits on a scene file and everything that it includes.
-struct Budget {
-    instances: usize,
-    triangles: usize,
-    files: usize,
-}
-
-impl Default for Budget {
-    fn default() -> Self {
-        Self { instances: MAX_INSTANCES, triangles: MAX_TRIANGLES, files: MAX_FILES }
-    }
-}
-
-/// Where a scene file is, and which files it was included from.
-#[derive(Clone, Copy)]
-struct Place<'a> {
-    path: &'a Path,
-    folder: &'a Path,
-    stack: &'a [PathBuf],
-}
-
-/// A scene that is being put together.
-struct Builder<'a> {
-    place: Place<'a>,
-    options: &'a LoadOptions,
-    budget: &'a mut Budget,
-    scene: Scene,
-    placement: placement::Placement,
-    report: LoadReport,
-    materials: HashMap<String, MaterialId>,
-    /// Images of the file's own materials; they get their place in the scene at the end.
-    images: TextureLoader<'a>,
-    /// The file's own images in [`Scene::textures`].
-    textures: Vec<usize>,
-    /// What `[textures.NAME]` declares.
-    named_textures: HashMap<String, toml::Value>,
-    models: HashMap<PathBuf, models::Template>,
-    /// Photometric files: many lamps share one.
-    profiles: HashMap<PathBuf, Arc<LightProfile>>,
-}
-
 fn load_nested(
     path: &Path,
     parameters: &Parameters,
@@ -177,8 +126,39 @@ fn load_nested(
     Ok(loaded)
 }
 
+/// Loads a file that the scene file at `place` refers to.
+fn load_included(
+    path: &Path,
+    parameters: &BTreeMap<String, Value>,
+    place: Place,
+    options: &LoadOptions,
+    budget: &mut Budget,
+    context: &Context,
+) -> Result<Loaded, LoadError> {
+    let left = budget.files.checked_sub(1);
+    budget.files =
+        left.ok_or_else(|| context.error(format!("the scene refers to more than {MAX_FILES} files")))?;
+    if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
+        if !parameters.is_empty() {
+            return Err(context.error("`parameters` are for scene files only"));
+        }
+        return super::load(path, options);
+    }
+    let mut stack = place.stack.to_vec();
+    stack.push(canonical(place.path));
+    if stack.contains(&canonical(path)) {
+        return Err(context.error(format!("{} includes itself", path.display())));
+    }
+    if stack.len() > MAX_DEPTH {
+        return Err(context.error(format!("scene files include each other more than {MAX_DEPTH} deep")));
+    }
+    let parameters: Parameters =
+        parameters.iter().map(|(name, value)| (name.clone(), value.to_string())).collect();
+    load_nested(path, &parameters, options, budget, &stack)
+}
+
 fn read_text(path: &Path, options: &LoadOptions) -> Result<String, LoadError> {
-    let bytes = super::read_file(path, options)?;
+    let bytes = options.read(path)?;
     String::from_utf8(super::text::decoded(path, &bytes)?.into_owned()).map_err(|error| {
         let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
         let line = 1 + valid.iter().filter(|b| **b == b'\n').count();
@@ -202,86 +182,7 @@ fn build(
     if let Some(edited) = edited::read(&mut document, place, options, budget)? {
         return edited.apply(place.path);
     }
-    let mut builder = Builder {
-        place,
-        options,
-        budget,
-        scene: Scene::default(),
-        placement: placement::Placement::default(),
-        report: LoadReport::default(),
-        materials: HashMap::new(),
-        images: TextureLoader::new(options, 0),
-        textures: Vec::new(),
-        named_textures: HashMap::new(),
-        models: HashMap::new(),
-        profiles: HashMap::new(),
-    };
+    let mut builder = Builder::new(place, options, budget);
     builder.read(&mut document)?;
     Ok(builder.finish())
-}
-
-impl Builder<'_> {
-    /// Reads every section; what is left over is unknown.
-    fn read(&mut self, document: &mut Document) -> Result<(), LoadError> {
-        self.scene.name = document.take_string("name")?.unwrap_or_default();
-        document.take_string("about")?;
-        if let Some(render) = document.take_table("render")? {
-            self.scene.defaults = render.read::<RenderDefaults>()?;
-        }
-        for (name, entry) in document.take_named("textures")? {
-            self.add_named_texture(name, entry)?;
-        }
-        self.check_named_textures()?;
-        for (name, entry) in document.take_named("materials")? {
-            self.add_named_material(name, entry)?;
-        }
-        self.each(document, "shape", Self::add_shape)?;
-        let emits = self.scene.materials.iter().any(Material::is_emissive);
-        self.each(document, "model", Self::add_model)?;
-        let of_models = self.scene.lights.len();
-        self.each(document, "light", Self::add_light)?;
-        self.scene.declares_light |= emits || self.scene.lights.len() > of_models;
-        self.each(document, "camera", Self::add_camera)?;
-        if let Some(environment) = document.take_table("environment")? {
-            self.set_environment(environment)?;
-            self.scene.declares_light = true;
-        }
-        if let Some(fog) = document.take_table("fog")? {
-            self.set_fog(fog)?;
-        }
-        document.expect_empty(&[
-            "name",
-            "about",
-            "parameters",
-            "render",
-            "textures",
-            "materials",
-            "shape",
-            "model",
-            "light",
-            "camera",
-            "environment",
-            "fog",
-        ])
-    }
-
-    fn each(
-        &mut self,
-        document: &mut Document,
-        section: &str,
-        add: fn(&mut Self, Entry) -> Result<(), LoadError>,
-    ) -> Result<(), LoadError> {
-        document.take_list(section)?.into_iter().try_for_each(|entry| add(self, entry))
-    }
-
-    /// Decodes the file's own images and gives them their place.
-    fn finish(mut self) -> Loaded {
-        let offset = self.scene.images.len() as u32;
-        for texture in self.textures {
-            self.scene.textures[texture].shift_references(offset, 0);
-        }
-        self.scene.images.extend(self.images.finish(&mut self.report));
-        self.placement.settle(&mut self.scene, &mut self.report);
-        Loaded { scene: self.scene, report: self.report }
-    }
 }

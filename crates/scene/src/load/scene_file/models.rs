@@ -1,14 +1,16 @@
 //! `[[model]]`: other files placed in the scene.
 
 use super::document::{Context, Entry};
+use super::inclusion::canonical;
 use super::objects::Object;
 use super::placement::{View, move_media};
+use super::template::Template;
 use super::values::positive;
-use super::{Budget, Builder, MAX_DEPTH, MAX_FILES, Parameters, Place, load_nested};
+use super::{Builder, Value, load_included};
 use crate::load::session::{instance, light};
-use crate::load::{self, LoadError, LoadOptions, Loaded};
+use crate::load::{LoadError, Loaded};
 use crate::origin::double;
-use crate::{Animation, Environment, Instance, Light, MaterialId, Scene};
+use crate::{Animation, Environment, Instance, MaterialId, Scene};
 use glam::{Affine3A, DAffine3, DVec3, Vec3};
 use serde::Deserialize;
 use std::collections::{BTreeMap, HashMap};
@@ -32,22 +34,11 @@ struct ModelKeys {
     materials: BTreeMap<String, String>,
     /// Parameters of an included scene file.
     #[serde(default)]
-    parameters: BTreeMap<String, super::Value>,
+    parameters: BTreeMap<String, Value>,
 }
 
 fn yes() -> bool {
     true
-}
-
-/// A file that is part of the scene already: what to place again, and where it was.
-pub(super) struct Template {
-    instances: Vec<Instance>,
-    lights: Vec<Light>,
-    /// Instances and lights are counted from the template's first.
-    animations: Vec<Animation>,
-    bounds: Option<(Vec3, Vec3)>,
-    /// From what all this is relative to to the file's world.
-    to_world: DAffine3,
 }
 
 impl Builder<'_> {
@@ -258,37 +249,6 @@ impl Builder<'_> {
     }
 }
 
-/// Loads a file that the scene file at `place` refers to.
-pub(super) fn load_included(
-    path: &Path,
-    parameters: &BTreeMap<String, super::Value>,
-    place: Place,
-    options: &LoadOptions,
-    budget: &mut Budget,
-    context: &Context,
-) -> Result<Loaded, LoadError> {
-    let left = budget.files.checked_sub(1);
-    budget.files =
-        left.ok_or_else(|| context.error(format!("the scene refers to more than {MAX_FILES} files")))?;
-    if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
-        if !parameters.is_empty() {
-            return Err(context.error("`parameters` are for scene files only"));
-        }
-        return load::load(path, options);
-    }
-    let mut stack = place.stack.to_vec();
-    stack.push(canonical(place.path));
-    if stack.contains(&canonical(path)) {
-        return Err(context.error(format!("{} includes itself", path.display())));
-    }
-    if stack.len() > MAX_DEPTH {
-        return Err(context.error(format!("scene files include each other more than {MAX_DEPTH} deep")));
-    }
-    let parameters: Parameters =
-        parameters.iter().map(|(name, value)| (name.clone(), value.to_string())).collect();
-    load_nested(path, &parameters, options, budget, &stack)
-}
-
 /// The material of each part of an instance.
 fn own_materials(scene: &Scene, instance: &Instance) -> Vec<MaterialId> {
     if let Some(materials) = &instance.materials {
@@ -296,11 +256,6 @@ fn own_materials(scene: &Scene, instance: &Instance) -> Vec<MaterialId> {
     }
     let mesh = scene.meshes.get(instance.mesh as usize);
     mesh.map(|mesh| mesh.parts.iter().map(|part| part.material).collect()).unwrap_or_default()
-}
-
-/// The path as the system sees it; as given if there is no such file.
-fn canonical(path: &Path) -> PathBuf {
-    path.canonicalize().unwrap_or_else(|_| path.to_owned())
 }
 
 /// Models that are equal in everything that loading depends on are loaded once.

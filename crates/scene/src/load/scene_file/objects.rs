@@ -1,9 +1,10 @@
 //! What shapes and models have in common: name, place, visibility, repetition.
 
+use super::Builder;
 use super::document::{Context, Entry};
+use super::inclusion::MAX_INSTANCES;
 use super::repeat::{Copy, Repeat};
 use super::values::Transform;
-use super::{Builder, MAX_INSTANCES};
 use crate::load::LoadError;
 use crate::load::session::instance;
 use glam::DAffine3;

@@ -1,6 +1,5 @@
 //! Parameters: numbers and strings of a scene file that its user may set.
 
-use super::Parameters;
 use super::document::{Document, quoted};
 use crate::load::LoadError;
 use serde::Deserialize;
@@ -9,6 +8,9 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
 use toml::de::DeValue;
+
+/// Values for a scene's parameters, by name, as text: what a command line gives.
+pub type Parameters = BTreeMap<String, String>;
 
 /// A parameter of a scene.
 #[derive(Clone, Debug, PartialEq)]

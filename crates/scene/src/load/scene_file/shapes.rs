@@ -1,10 +1,11 @@
 //! `[[shape]]`: procedural geometry.
 
+use super::Builder;
 use super::document::{Context, Entry};
+use super::inclusion::MAX_TRIANGLES;
 use super::objects::Object;
 use super::repeat::{Copy, Palette, Ramp};
 use super::values::{positive, within};
-use super::{Builder, MAX_TRIANGLES};
 use crate::load::LoadError;
 use crate::load::session::{MATERIAL, TRIANGLE};
 use crate::origin::anchored;

@@ -112,7 +112,10 @@ impl LoadOptions {
         }
     }
 
-    /// The whole content of a file that the scene names, or that the user did.
+    /// The whole content of a file that the scene names, or that the user did, if the scene may read it.
+    ///
+    /// # Errors
+    /// [`LoadError::Read`], [`LoadError::TooLarge`], [`LoadError::OverBudget`].
     pub(crate) fn read(&self, path: &Path) -> Result<Vec<u8>, LoadError> {
         match &self.session.0 {
             Some(state) => {

@@ -1,6 +1,7 @@
 //! DirectDraw surfaces: the first picture of a file, from blocks of 4×4 pixels or from bits.
 
-use super::decode::{TextureError, check_size};
+use super::error::TextureError;
+use super::size_limits::check_size;
 use super::storage::{Compression, Number, PackedFloats, Storage};
 use crate::load::LoadOptions;
 use crate::{Image, LoadReport};

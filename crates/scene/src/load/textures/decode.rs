@@ -1,58 +1,14 @@
 //! One image file's bytes to pixels, within limits.
 
+use super::error::TextureError;
+use super::meaning::Meaning;
+use super::size_limits::{MAX_PIXELS, check_size};
 use super::{dds, float, ktx2};
 use crate::load::LoadOptions;
 use crate::load::session::PIXEL;
 use crate::{Image, LoadReport, Pixels};
 use ::image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use std::io::Cursor;
-
-/// Why an image could not be decoded. The caller knows the file's name.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum TextureError {
-    /// The bytes carry no known signature.
-    #[error("unknown image format (known are PNG, JPEG, WebP, TGA, BMP, DDS, KTX2, HDR and EXR)")]
-    UnknownFormat,
-    /// An AVIF image, which is a frame of AV1 video.
-    #[error("AVIF is not decoded: save it as PNG, JPEG, WebP or KTX2")]
-    Avif,
-    /// The header declares more pixels than are reasonable for the file's size.
-    #[error("{width} × {height} pixels cannot come from {bytes} bytes")]
-    TooLarge {
-        /// Declared width in pixels.
-        width: u64,
-        /// Declared height in pixels.
-        height: u64,
-        /// Size of the file.
-        bytes: usize,
-    },
-    /// The decoder refused the data.
-    #[error("cannot be decoded ({0})")]
-    Decode(String),
-}
-
-impl From<::image::ImageError> for TextureError {
-    fn from(error: ::image::ImageError) -> Self {
-        Self::Decode(error.to_string())
-    }
-}
-
-/// Images of up to this many pixels are accepted however few bytes they come from.
-const FREE_PIXELS: u64 = 1 << 24;
-/// No image has more pixels than this.
-const MAX_PIXELS: u64 = 1 << 28;
-/// Above any sensible compression ratio: Deflate reaches 1032 bytes from one, eight one-bit pixels each.
-const MAX_PIXELS_PER_BYTE: u64 = 1 << 14;
-
-/// What an image stands for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Meaning {
-    /// Colours, in the colour space that the file names.
-    Color,
-    /// Numbers such as normals, as they are stored.
-    Data,
-}
 
 /// Decodes PNG, JPEG, WebP, TGA, BMP (to [`Pixels::Rgba8`]), Radiance HDR and OpenEXR (to floats), DDS and KTX2 (to either).
 ///
@@ -91,27 +47,6 @@ pub(super) fn decode_as(
         decode_rgba8(name, bytes, format(name, bytes)?, options, report)?
     };
     Ok(shrink(image, options.max_texture_size, report))
-}
-
-/// Refuses sizes that the file's bytes cannot fill, or that the scene has no memory for; `pixel`: bytes that a pixel takes.
-pub(super) fn check_size(
-    width: u64,
-    height: u64,
-    bytes: usize,
-    pixel: u64,
-    options: &LoadOptions,
-) -> Result<(), TextureError> {
-    let pixels = width.saturating_mul(height);
-    let plausible = (bytes as u64).saturating_mul(MAX_PIXELS_PER_BYTE).clamp(FREE_PIXELS, MAX_PIXELS);
-    if pixels == 0 {
-        return Err(TextureError::Decode(format!("{width} × {height} pixels")));
-    }
-    if pixels > plausible {
-        return Err(TextureError::TooLarge { width, height, bytes });
-    }
-    // The call as a whole fails then; this image is left out so that nothing more is allocated.
-    let taken = options.budget().take(pixels.saturating_mul(pixel), "images");
-    taken.map_err(|error| TextureError::Decode(error.to_string()))
 }
 
 fn format(name: &str, bytes: &[u8]) -> Result<ImageFormat, TextureError> {

@@ -1,6 +1,8 @@
 //! Radiance HDR and OpenEXR pictures to linear RGB.
 
-use super::decode::{Meaning, TextureError, check_size};
+use super::error::TextureError;
+use super::meaning::Meaning;
+use super::size_limits::check_size;
 use crate::load::LoadOptions;
 use crate::load::session::FLOAT_PIXEL;
 use crate::{Image, LoadReport, Pixels};

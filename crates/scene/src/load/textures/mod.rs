@@ -2,12 +2,18 @@
 
 mod dds;
 mod decode;
+mod error;
 mod float;
 mod ktx2;
+mod meaning;
+mod size_limits;
 mod storage;
 
-use decode::{Meaning, decode_as};
-pub use decode::{TextureError, decode};
+use decode::decode_as;
+use meaning::Meaning;
+
+pub use decode::decode;
+pub use error::TextureError;
 
 use super::LoadOptions;
 use crate::{Image, ImageId, LoadReport, Pixels};
@@ -151,7 +157,7 @@ impl Source<'_> {
             decode_as(meaning, &self.name, bytes, options, report).map_err(|e| e.to_string())
         };
         let image = match self.data {
-            Data::File(path) => match super::read_file(&path, options) {
+            Data::File(path) => match options.read(&path) {
                 Ok(bytes) => {
                     report.bytes_read += bytes.len() as u64;
                     decode(&bytes, &mut report)

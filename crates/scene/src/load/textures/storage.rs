@@ -1,6 +1,6 @@
 //! Pixels as files for GPUs keep them: blocks of 4×4, bits of one number, or several numbers.
 
-use super::decode::TextureError;
+use super::error::TextureError;
 use super::float::{float_pixels, mend};
 use crate::load::session::{FLOAT_PIXEL, PIXEL};
 use crate::{LoadReport, Pixels};

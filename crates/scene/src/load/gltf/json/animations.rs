@@ -1,6 +1,6 @@
 //! Animations.
 
-use super::List;
+use super::list::List;
 use serde::Deserialize;
 
 #[derive(Deserialize)]

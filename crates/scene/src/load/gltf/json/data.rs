@@ -1,6 +1,6 @@
 //! Accessors and buffers, also sparse and compressed ones.
 
-use super::Uri;
+use super::list::Uri;
 use serde::de::{IgnoredAny, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 

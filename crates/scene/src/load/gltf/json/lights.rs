@@ -1,6 +1,6 @@
 //! Lights: punctual, photometric and image-based ones.
 
-use super::List;
+use super::list::List;
 use serde::Deserialize;
 
 #[derive(Deserialize)]

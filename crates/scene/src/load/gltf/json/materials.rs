@@ -1,6 +1,6 @@
 //! Materials with their extensions, and textures.
 
-use super::Uri;
+use super::list::Uri;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::collections::BTreeMap;

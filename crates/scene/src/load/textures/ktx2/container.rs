@@ -3,7 +3,7 @@
 //! Headers and metadata are taken apart by the crate `ktx2`; its reader of whole files is not used because it panics on some
 //! damaged data format descriptors.
 
-use crate::load::textures::decode::TextureError;
+use crate::load::textures::error::TextureError;
 use ::ktx2::{Header, KeyValueDataIterator, LevelIndex};
 
 /// The parts of a file that its first picture needs.

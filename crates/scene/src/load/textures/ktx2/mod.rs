@@ -10,8 +10,9 @@ mod formats;
 mod tests;
 mod uastc;
 
-use super::decode::{TextureError, check_size};
+use super::error::TextureError;
 use super::float::float_pixels;
+use super::size_limits::check_size;
 use super::storage::{Storage, first_picture};
 use crate::load::LoadOptions;
 use crate::load::session::PIXEL;

@@ -1,6 +1,6 @@
 //! Bits of a section, and the codes for numbers that are made of them.
 
-use super::Etc1sError;
+use super::error::Etc1sError;
 
 /// Bits from the lowest of the first byte on. Behind the end they are zero; [`Bits::check`] says whether that happened.
 pub(super) struct Bits<'d> {

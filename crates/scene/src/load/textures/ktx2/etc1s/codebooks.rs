@@ -1,7 +1,7 @@
 //! The codebooks of endpoints and selectors.
 
-use super::Etc1sError;
 use super::bits::Bits;
+use super::error::Etc1sError;
 use super::huffman::Huffman;
 
 /// The four colours that a block's pixels may have, from dark to bright.

@@ -1,7 +1,7 @@
 //! Canonical prefix codes, as in Deflate, whose lengths are compressed themselves.
 
-use super::Etc1sError;
 use super::bits::Bits;
+use super::error::Etc1sError;
 
 /// Longest code of a symbol.
 const MAX_LENGTH: usize = 16;

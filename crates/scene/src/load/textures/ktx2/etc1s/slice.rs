@@ -1,8 +1,8 @@
 //! A picture: for each block an endpoint and selectors, predicted from its neighbours and from what came before.
 
-use super::Etc1sError;
 use super::bits::Bits;
 use super::codebooks::Codebooks;
+use super::error::Etc1sError;
 use super::huffman::Huffman;
 use crate::load::textures::storage::place;
 

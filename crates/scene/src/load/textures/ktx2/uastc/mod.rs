@@ -7,7 +7,7 @@ mod endpoints;
 mod modes;
 mod partitions;
 
-use crate::load::textures::decode::TextureError;
+use crate::load::textures::error::TextureError;
 use crate::load::textures::storage::place;
 use modes::{Mode, SOLID};
 use partitions::Partition;

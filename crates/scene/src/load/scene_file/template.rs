@@ -1,0 +1,15 @@
+//! Models that are placed several times.
+
+use crate::{Animation, Instance, Light};
+use glam::{DAffine3, Vec3};
+
+/// A file that is part of the scene already: what to place again, and where it was.
+pub(super) struct Template {
+    pub instances: Vec<Instance>,
+    pub lights: Vec<Light>,
+    /// Instances and lights are counted from the template's first.
+    pub animations: Vec<Animation>,
+    pub bounds: Option<(Vec3, Vec3)>,
+    /// From what all this is relative to to the file's world.
+    pub to_world: DAffine3,
+}
