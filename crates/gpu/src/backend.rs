@@ -2,8 +2,10 @@
 
 mod picture;
 mod round;
+pub(crate) mod tracing;
 
-use crate::film::{Batch, FOLD_SAMPLES, FilmBuffers, device_error};
+use crate::batch::Batch;
+use crate::film::{FOLD_SAMPLES, FilmBuffers, device_error};
 use crate::kernel::{Kernel, KernelKind, PathKernel, Tracing};
 use crate::plan::{Pace, Plan, most_samples};
 use crate::portions::portions;

@@ -6,6 +6,7 @@
 //! what the passes of the real-time renderer hand on. Start reading at [`Gpu::open`] and [`GpuScene::upload`].
 
 mod backend;
+mod batch;
 mod bindings;
 mod device;
 mod error;
@@ -16,12 +17,14 @@ pub mod hybrid;
 pub mod kernel;
 #[cfg(test)]
 mod layout;
+pub mod megakernel;
 mod pass;
 #[cfg(not(any(target_vendor = "apple", target_arch = "wasm32")))]
 pub mod pipeline;
 mod plan;
 mod portions;
 pub mod rays;
+mod readback;
 pub mod realtime;
 mod rounds;
 pub mod scene;

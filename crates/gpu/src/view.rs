@@ -1,6 +1,6 @@
 //! What is to be rendered, as shaders see it: the uniform of bind group 2.
 
-use crate::film::{Batch, BatchPixels};
+use crate::batch::{Batch, BatchPixels};
 use crate::hybrid::Picture;
 use backend::{DirectSettings, Highlights, Integrator, PathSettings};
 use bytemuck::{Pod, Zeroable};

@@ -2,7 +2,8 @@
 
 use super::picture::Picture;
 use super::{CompiledKernel, FOLD_INTERVAL, GpuBackend, IN_FLIGHT, add_time, samples_of};
-use crate::film::{Batch, BatchPixels, FOLD_SAMPLES, device_error};
+use crate::batch::{Batch, BatchPixels};
+use crate::film::{FOLD_SAMPLES, device_error};
 use crate::kernel::KernelKind;
 use crate::plan::PortionPlan;
 use crate::portions::{PORTION_BYTES, PORTIONS, portion_count};

@@ -1,7 +1,8 @@
 //! A scene that is drawn frame after frame: a real-time renderer with frames in flight and instances that move.
 
 use super::{FRAME_PASSES, HybridKernel};
-use crate::film::{Batch, BatchPixels, FilmBuffers};
+use crate::batch::{Batch, BatchPixels};
+use crate::film::FilmBuffers;
 use crate::frames::Frames;
 use crate::realtime::{self, RealtimeKernel};
 use crate::scene::refuse_volumes;
@@ -348,7 +349,7 @@ impl LiveScene {
             gpu.queue.submit([encoder.finish()]);
         })
         .map_err(|reason| GpuError::Device { doing, reason })?;
-        let words = crate::film::read_mapped(gpu, &readable, size, doing, bytemuck::pod_collect_to_vec)?;
+        let words = crate::readback::read_mapped(gpu, &readable, size, doing, bytemuck::pod_collect_to_vec)?;
         Ok(super::HybridPixel::from_planes(&words))
     }
 }

@@ -36,7 +36,8 @@ pub use projection::{Picture, Projection};
 pub(crate) use shafts::linkage as shafts_linkage;
 pub use targets::HybridPixel;
 
-use crate::film::{Batch, BatchPixels, FilmBuffers};
+use crate::batch::{Batch, BatchPixels};
+use crate::film::FilmBuffers;
 use crate::kernel::Kernel;
 use crate::pass::{self, Dispatch};
 use crate::scene::records::LightRecord;

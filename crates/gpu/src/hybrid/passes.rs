@@ -4,7 +4,7 @@ use super::items::DrawClass;
 use crate::bindings::PassBinding::{self, Read, Texture, Uniform, Write};
 use crate::film::{AOVS, FILM, TALLY, VIEW};
 use crate::pass::PassSpec;
-use crate::shader::variant::numbers;
+use crate::shader::constants::numbers;
 use crate::shader::{Linkage, Variant};
 
 /// What a pixel of the identifications holds: item and primitive.

@@ -1,7 +1,8 @@
 //! The hybrid renderer against the integrator `direct` and against itself: raster against rays, clusters against none.
 
 use super::*;
-use crate::kernel::{KernelKind, Megakernel};
+use crate::kernel::KernelKind;
+use crate::megakernel::Megakernel;
 use crate::open_for_test;
 use crate::tracer::bvh::BvhTracer;
 use crate::tracer::{Instances, TracerKind};

@@ -25,7 +25,8 @@ pub(crate) use passes::planes;
 
 pub use budget::BudgetController;
 
-use crate::film::{Batch, BatchPixels, FilmBuffers};
+use crate::batch::{Batch, BatchPixels};
+use crate::film::FilmBuffers;
 use crate::frames::FrameClock;
 use crate::hybrid::{BegunFrame, GBUFFER_PASSES, GBuffer};
 use crate::kernel::{Kernel, PathKernel};

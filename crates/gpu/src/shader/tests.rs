@@ -1,7 +1,7 @@
 //! Every module alone, and every shader that is made of them, without a device.
 
+use super::abstract_modules::ABSTRACT;
 use super::check::{self, validate, write_all_languages};
-use super::variant::ABSTRACT;
 use super::*;
 use crate::hybrid;
 use crate::kernel::KernelKind;
