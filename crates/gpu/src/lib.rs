@@ -13,10 +13,12 @@ mod error;
 mod faults;
 pub mod film;
 pub mod frames;
+mod gbuffer;
 pub mod hybrid;
 pub mod kernel;
 #[cfg(test)]
 mod layout;
+pub mod live;
 pub mod megakernel;
 mod pass;
 #[cfg(not(any(target_vendor = "apple", target_arch = "wasm32")))]

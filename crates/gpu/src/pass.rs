@@ -236,6 +236,13 @@ pub(crate) fn submit(
     .map_err(|reason| GpuError::Device { doing: "starting a pass", reason })
 }
 
+/// Workgroups of 64 for so many invocations, as rows of a length that every device can start.
+pub(crate) fn groups_of_64(invocations: u64) -> [u32; 2] {
+    const ROW: u64 = 32_768;
+    let groups = invocations.div_ceil(64).max(1);
+    [groups.min(ROW) as u32, groups.div_ceil(ROW) as u32]
+}
+
 /// Begins a timed compute pass.
 pub(crate) fn begin<'a>(
     encoder: &'a mut wgpu::CommandEncoder,

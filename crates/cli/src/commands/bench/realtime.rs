@@ -9,7 +9,7 @@ use crate::commands::render::parsing::parse_not_negative;
 use crate::commands::render::realtime::FrameSettings;
 use crate::commands::render::roulette::RouletteArgs;
 use crate::console::{print_result, say};
-use alhazen::gpu::hybrid::LiveScene;
+use alhazen::gpu::live::LiveScene;
 use alhazen::gpu::tracer::TracerKind;
 use alhazen::gpu::{Gpu, GpuOptions};
 use alhazen::{
