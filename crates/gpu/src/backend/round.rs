@@ -1,7 +1,8 @@
 //! Samples of some pixels: those that the host lists, and rounds that the device decides about.
 
+use super::kernels::CompiledKernel;
 use super::picture::Picture;
-use super::{CompiledKernel, FOLD_INTERVAL, GpuBackend, IN_FLIGHT, add_time, samples_of};
+use super::{FOLD_INTERVAL, GpuBackend, IN_FLIGHT, add_time, samples_of};
 use crate::batch::{Batch, BatchPixels};
 use crate::film::{FOLD_SAMPLES, device_error};
 use crate::kernel::KernelKind;

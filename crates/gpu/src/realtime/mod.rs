@@ -6,9 +6,9 @@
 //!                                                         film ◀─ compose ◀─ antialias ◀─ recombine ◀─────────┘
 //! ```
 //!
-//! First hits are those of the hybrid renderer, too (`gbuffer/`). From there on paths are those of `path` (`shaders/path_vertex.wgsl`), with the light of
-//! the first surface's diffuse lobe kept apart from that of the others and both freed of the surface's colour. The two signals
-//! are reprojected, accumulated and filtered by themselves. How many samples a pixel gets is decided by frames before only,
+//! First hits are those of the hybrid renderer, too (`gbuffer/`). From there on paths are those of `path`
+//! (`shaders/path_vertex.wgsl`), with the light of the first surface's diffuse lobe kept apart from that of the others and both freed of
+//! the surface's colour. The two signals are reprojected, accumulated and filtered by themselves. How many samples a pixel gets is decided by frames before only,
 //! so a frame's own samples are an unbiased estimate; without the filter they go to the film as they are, and the mean of
 //! frames is what `path` shows. First surfaces may look at lights that squares of pixels have chosen together (`presample lights`).
 //!
