@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// Crates that are held to the limit.
-const CRATES: [&str; 6] = ["accel", "cpu", "post", "python", "sensors", "testkit"];
+const CRATES: [&str; 9] = ["accel", "cli", "cpu", "gpu", "post", "python", "sensors", "testkit", "viewer"];
 
 /// Most files of a circle.
 const MAX_CIRCLE: usize = 4;
