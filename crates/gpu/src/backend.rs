@@ -1,24 +1,27 @@
 //! [`GpuBackend`]: the trait's implementation; film, batches, passes.
 
+mod kernels;
 mod picture;
 mod round;
+pub(crate) mod tracing;
 
-use crate::film::{Batch, FOLD_SAMPLES, FilmBuffers, device_error};
-use crate::kernel::{Kernel, KernelKind, PathKernel, Tracing};
-use crate::plan::{Pace, Plan, most_samples};
+use crate::batch::Batch;
+use crate::film::{FOLD_SAMPLES, FilmBuffers, device_error};
+use crate::kernel::{KernelKind, PathKernel, Tracing};
+use crate::plan::{Plan, most_samples};
 use crate::portions::portions;
 use crate::scene::refuse_volumes;
 use crate::scene::update::StagingRing;
-use crate::shader::Variant;
 use crate::timing::Timer;
 use crate::tracer::{Instances, TracerKind};
-use crate::wavefront::{Queues, choice};
+use crate::wavefront::Queues;
 use crate::{Gpu, GpuError, GpuScene};
 use backend::{
     AdaptiveRounds, Backend, BackendError, Control, Integrator, LoadStats, PassTime, PixelSamples, Stats,
     View, check_media, check_pixels,
 };
 use film::{AovKind, Film};
+use kernels::{CompiledKernel, KernelKey};
 use picture::Picture;
 use scene::tables::{Changes, SceneTables};
 use std::collections::{HashMap, VecDeque};
@@ -59,18 +62,6 @@ struct Loaded {
     scene: GpuScene,
     tracing: Box<dyn Tracing>,
     kernels: HashMap<KernelKey, CompiledKernel>,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
-struct KernelKey {
-    kind: KernelKind,
-    variant: Variant,
-    wavefront: bool,
-}
-
-struct CompiledKernel {
-    kernel: Box<dyn Kernel>,
-    pace: Pace,
 }
 
 impl GpuBackend {
@@ -200,83 +191,6 @@ impl GpuBackend {
     /// Nobody wants the picture any more.
     fn give_up_picture(&mut self) {
         self.old_picture = self.picture.take().or(self.old_picture.take());
-    }
-
-    /// Compiles the kernel for a view, if it is the first of its kind.
-    fn prepare_kernel(&mut self, view: &View, samples: u32, kind: KernelKind) -> Result<KernelKey, GpuError> {
-        let aovs = self.picture.as_ref().is_some_and(|p| p.buffers.wants_aovs());
-        // Kernels of other kinds stay when the scene becomes another.
-        let specialises = self.specialises && kind == KernelKind::Path;
-        let variant_of = |s: &Loaded| match specialises {
-            true => s.scene.special_variant(),
-            false => s.scene.variant(),
-        };
-        let of_scene = self.scene.as_ref().map(variant_of).unwrap_or_default();
-        let needs_volumes = self.scene.as_ref().is_some_and(|s| s.scene.tables.needs_volumes());
-        let volumes = needs_volumes && kind == KernelKind::Path;
-        // Where paths know what they are in, what absorbs is a medium like others.
-        let absorption = of_scene.absorption && !volumes;
-        let variant = Variant { aovs, volumes, absorption, ..of_scene.for_view(view) };
-        let all_samples = u64::from(samples) * view.window.area() as u64;
-        let wanted = match self.path_kernel {
-            // Its queues have no place for what paths are in.
-            _ if volumes => false,
-            PathKernel::Auto => choice::is_faster(&self.gpu, self.kind, all_samples),
-            PathKernel::Megakernel => false,
-            PathKernel::Wavefront => true,
-        };
-        let key = KernelKey { kind, variant, wavefront: wanted && kind == KernelKind::Path };
-        if key.wavefront {
-            match self.prepare_wavefront(key) {
-                Ok(false) => {}
-                Ok(true) => {
-                    self.taken = Some(PathKernel::Wavefront.name());
-                    return Ok(key);
-                }
-                // Who did not ask for queues need not hear that there is no memory for them.
-                Err(GpuError::Allocation { .. }) if self.path_kernel == PathKernel::Auto => {
-                    self.path_kernel = PathKernel::Megakernel;
-                }
-                Err(error) => return Err(error),
-            }
-        }
-        let key = KernelKey { wavefront: false, ..key };
-        if let (Some(Loaded { scene, tracing, kernels }), Some(picture)) = (&mut self.scene, &self.picture)
-            && !kernels.contains_key(&key)
-        {
-            if volumes && self.path_kernel == PathKernel::Wavefront {
-                let notice = "paths through media are followed by one kernel; it renders without a wavefront";
-                self.notices.push(notice.to_owned());
-            }
-            let kernel = tracing.kernel(&self.gpu, kind, variant, scene, &picture.buffers)?;
-            kernels.insert(key, CompiledKernel { kernel, pace: Pace::default() });
-        }
-        self.taken = Some(PathKernel::Megakernel.name());
-        Ok(key)
-    }
-
-    /// Compiles the wavefront, if it is not there already. Returns whether this way of tracing can have one.
-    fn prepare_wavefront(&mut self, key: KernelKey) -> Result<bool, GpuError> {
-        let Some(Loaded { scene, tracing, kernels }) = &mut self.scene else { return Ok(false) };
-        if kernels.contains_key(&key) {
-            return Ok(true);
-        }
-        let queues = match self.queues.take() {
-            Some(queues) => queues,
-            None => Queues::new(&self.gpu, self.paths_in_flight)?,
-        };
-        let kernel = tracing.wavefront(&self.gpu, key.variant, scene, &queues)?;
-        let Some(kernel) = kernel else {
-            let name = self.kind.name();
-            self.notices.push(format!(
-                "{name} follows whole paths in its ray generation shader; it renders without a wavefront"
-            ));
-            self.path_kernel = PathKernel::Megakernel;
-            return Ok(false);
-        };
-        self.queues = Some(queues);
-        kernels.insert(key, CompiledKernel { kernel, pace: Pace::default() });
-        Ok(true)
     }
 
     fn render_samples(

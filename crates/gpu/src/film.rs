@@ -4,8 +4,11 @@
 //! sums are moved to the host's film, which is exact, whenever somebody looks or [`FOLD_SAMPLES`] have gathered, and the
 //! device starts from zero.
 
+pub use crate::batch::{Batch, BatchPixels};
+
 use crate::bindings::{PassBinding, Resource, whole};
 use crate::portions::{Gathering, PORTION_BYTES, Share, pixels_in_tiles};
+use crate::readback::read_mapped;
 use crate::scene::upload::{empty_buffer, write_buffer, write_buffer_at};
 use crate::view::View;
 use crate::{Gpu, GpuError};
@@ -17,49 +20,6 @@ use wgpu::BufferUsages;
 
 /// Samples of a pixel that may gather on the device. Portions count as one: rounding errors grow with the number of additions.
 pub const FOLD_SAMPLES: u32 = 1024;
-
-/// A part of a pass: some pixels of the window and some samples of each.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Batch {
-    /// Which pixels.
-    pub pixels: BatchPixels,
-    /// First sample. Portions have a first sample each, to which this is added.
-    pub first_sample: u32,
-    /// Number of samples.
-    pub sample_count: u32,
-}
-
-/// The pixels of a [`Batch`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BatchPixels {
-    /// Rows, counted from the window's top.
-    Rows {
-        /// The first.
-        first: u32,
-        /// How many.
-        count: u32,
-    },
-    /// Portions of the pixels' samples ([`FilmBuffers::set_shares`]). Once they are made, [`FilmBuffers::gather`] adds them to their
-    /// pixels.
-    Portions {
-        /// The first.
-        first: u32,
-        /// How many: at most [`FilmBuffers::most_portions`].
-        count: u32,
-        /// Samples of each.
-        samples: u32,
-    },
-}
-
-impl Batch {
-    /// Number of pixels, or of portions, in a window of `width` pixels.
-    pub fn pixel_count(&self, width: u32) -> u32 {
-        match self.pixels {
-            BatchPixels::Rows { count, .. } => width * count,
-            BatchPixels::Portions { count, .. } => count,
-        }
-    }
-}
 
 /// A pixel's sums.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
@@ -342,45 +302,6 @@ impl FilmBuffers {
     }
 }
 
-/// Maps the first `size` bytes of a buffer, shows them to `read`, and unmaps it.
-///
-/// # Errors
-/// When the device fails.
-pub(crate) fn read_mapped<T>(
-    gpu: &Gpu,
-    buffer: &wgpu::Buffer,
-    size: u64,
-    doing: &'static str,
-    read: impl FnOnce(&[u8]) -> T,
-) -> Result<T, GpuError> {
-    let (sender, receiver) = std::sync::mpsc::channel();
-    let slice = buffer.slice(..size);
-    slice.map_async(wgpu::MapMode::Read, move |result| {
-        let _ = sender.send(result); // nobody waits any more if the device is gone
-    });
-    gpu.wait(doing)?;
-    let failed = |reason: String| GpuError::Device { doing, reason };
-    let mapped = receiver.try_recv().map_err(|e| failed(e.to_string()))?;
-    mapped.map_err(|e| failed(e.to_string()))?;
-    let view = slice.get_mapped_range().map_err(|e| failed(e.to_string()))?;
-    let value = read(&view);
-    drop(view);
-    buffer.unmap();
-    Ok(value)
-}
-
-/// For tests: all of a buffer.
-#[cfg(test)]
-pub(crate) fn read_all<T: Pod>(gpu: &Gpu, buffer: &wgpu::Buffer) -> Vec<T> {
-    let mapped = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
-    let staging = empty_buffer(gpu, "a test", buffer.size(), mapped).expect("memory");
-    let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
-    gpu.queue.submit([encoder.finish()]);
-    let all = |bytes: &[u8]| bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect();
-    read_mapped(gpu, &staging, buffer.size(), "a test", all).expect("a device")
-}
-
 fn add_pixels(film: &mut Film, pixels: &[FilmPixel]) {
     /// Pixels that a thread adds at a time. All together they take longer than the way here.
     const PIECE: usize = 1 << 12;
@@ -420,7 +341,6 @@ fn add_layers(film: &mut Film, layers: &[AovPixel]) {
     }
 }
 
-/// Layout of bind group 2 for compute shaders.
 /// The back end's error for one of the device's.
 pub(crate) fn device_error(backend: &'static str, error: GpuError) -> BackendError {
     BackendError::Device { backend, source: Box::new(error) }

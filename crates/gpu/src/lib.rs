@@ -6,22 +6,27 @@
 //! what the passes of the real-time renderer hand on. Start reading at [`Gpu::open`] and [`GpuScene::upload`].
 
 mod backend;
+mod batch;
 mod bindings;
 mod device;
 mod error;
 mod faults;
 pub mod film;
 pub mod frames;
+mod gbuffer;
 pub mod hybrid;
 pub mod kernel;
 #[cfg(test)]
 mod layout;
+pub mod live;
+pub mod megakernel;
 mod pass;
 #[cfg(not(any(target_vendor = "apple", target_arch = "wasm32")))]
 pub mod pipeline;
 mod plan;
 mod portions;
 pub mod rays;
+mod readback;
 pub mod realtime;
 mod rounds;
 pub mod scene;

@@ -5,7 +5,7 @@
 
 use crate::bindings::{PassBinding, Resource, group, layout};
 use crate::shader::{Linkage, ShaderText};
-use crate::timing::PassClock;
+use crate::timing::{PassClock, Timer};
 use crate::tracer::Tracer;
 use crate::{Gpu, GpuError, GpuScene};
 use std::collections::HashMap;
@@ -209,6 +209,38 @@ pub(crate) fn compile<'a>(gpu: &Gpu, passes: impl IntoIterator<Item = &'a mut Pa
         pass.pipeline = Some(pass.pipeline_of(shader)?);
     }
     Ok(())
+}
+
+/// Submits a pass of at least `size` invocations, eight by eight a workgroup.
+///
+/// # Errors
+/// When the device cannot start so many workgroups, or fails.
+pub(crate) fn submit(
+    gpu: &Gpu,
+    pass: &Pass,
+    groups: &PassGroups,
+    size: [u32; 2],
+    timer: &mut Timer,
+) -> Result<wgpu::SubmissionIndex, GpuError> {
+    let workgroups = size.map(|n| n.div_ceil(8));
+    let offered = gpu.limits.max_compute_workgroups_per_dimension;
+    if let Some(&needed) = workgroups.iter().find(|&&n| n > offered) {
+        let (adapter, needed, offered) = (gpu.info.name.clone(), needed.into(), offered.into());
+        return Err(GpuError::Limit { adapter, limit: "workgroups of one dispatch", needed, offered });
+    }
+    gpu.guarded(|| {
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        pass.record(&mut encoder, timer, groups, Dispatch::Groups(workgroups));
+        gpu.queue.submit([encoder.finish()])
+    })
+    .map_err(|reason| GpuError::Device { doing: "starting a pass", reason })
+}
+
+/// Workgroups of 64 for so many invocations, as rows of a length that every device can start.
+pub(crate) fn groups_of_64(invocations: u64) -> [u32; 2] {
+    const ROW: u64 = 32_768;
+    let groups = invocations.div_ceil(64).max(1);
+    [groups.min(ROW) as u32, groups.div_ceil(ROW) as u32]
 }
 
 /// Begins a timed compute pass.

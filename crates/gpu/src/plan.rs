@@ -1,7 +1,7 @@
 //! Cutting a render into dispatches that are short enough for drivers' watchdogs and for cancelling, and long enough to
 //! keep the device busy.
 
-use crate::film::{Batch, BatchPixels};
+use crate::batch::{Batch, BatchPixels};
 use std::ops::Range;
 use std::time::Duration;
 

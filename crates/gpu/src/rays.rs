@@ -1,7 +1,7 @@
 //! Rays as a list: what each of them hits, by any tracer, without shading.
 
 use crate::bindings::{PassBinding, Resource, whole};
-use crate::film::read_mapped;
+use crate::readback::read_mapped;
 use crate::scene::upload::{empty_buffer, storage_buffer, write_buffer};
 use crate::shader::{Linkage, Variant};
 use crate::timing::Timer;

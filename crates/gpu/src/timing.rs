@@ -1,7 +1,6 @@
 //! Time that passes take on the device, by its own clock.
 
-use crate::film::read_mapped;
-use crate::frames::Ticks;
+use crate::readback::read_mapped;
 use crate::scene::upload::empty_buffer;
 use crate::{Gpu, GpuError};
 use backend::PassTime;
@@ -42,6 +41,17 @@ impl<'a> TimerSlot<'a> {
             end_of_pass_write_index: Some(self.begin + 1),
         }
     }
+}
+
+/// When a pass began and ended, in ticks of the device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Ticks {
+    /// What it did.
+    pub name: &'static str,
+    /// When it began.
+    pub begin: u64,
+    /// When it ended.
+    pub end: u64,
 }
 
 /// What passes write their times to.

@@ -1,7 +1,7 @@
 //! What is to be rendered, as shaders see it: the uniform of bind group 2.
 
-use crate::film::{Batch, BatchPixels};
-use crate::hybrid::Picture;
+use crate::batch::{Batch, BatchPixels};
+use crate::gbuffer::Picture;
 use backend::{DirectSettings, Highlights, Integrator, PathSettings};
 use bytemuck::{Pod, Zeroable};
 use optics::camera::camera_pixel_spread;

@@ -1,48 +1,12 @@
 //! The picture in the middle of the window, and what the mouse does with it.
 
+mod zoom;
+
+pub use zoom::{Zoom, left_of, pixel_at};
+
 use crate::navigation;
 use crate::viewer::{Action, Viewer};
-use egui::{Color32, Key, PointerButton, Pos2, Rect, Response, Sense, Ui, Vec2, pos2, vec2};
-
-/// How the picture lies in its part of the window.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Zoom {
-    /// Points a pixel of the picture takes, over what it takes when the picture fills the room; 1 fits.
-    pub factor: f32,
-    /// The point of the picture that is in the middle, in shares of its size.
-    pub center: Vec2,
-}
-
-impl Default for Zoom {
-    fn default() -> Self {
-        Self { factor: 1.0, center: vec2(0.5, 0.5) }
-    }
-}
-
-impl Zoom {
-    /// Where a picture of this aspect (width over height) lies.
-    pub fn place(&self, room: Rect, aspect: f32) -> Rect {
-        let fit =
-            vec2((room.height() * aspect).min(room.width()), (room.width() / aspect).min(room.height()));
-        let size = fit * self.factor;
-        Rect::from_min_size(room.center() - size * self.center, size)
-    }
-
-    /// Zooms by `by`, so that what is at `fixed` (window) stays there.
-    pub fn by(&mut self, by: f32, fixed: Pos2, room: Rect, aspect: f32) {
-        let before = self.place(room, aspect);
-        let at = (fixed - before.min) / before.size();
-        let factor = (self.factor * by).clamp(1.0, 64.0);
-        if factor <= 1.0 {
-            *self = Self::default();
-            return;
-        }
-        self.factor = factor;
-        let size = self.place(room, aspect).size();
-        self.center = at + (room.center() - fixed) / size;
-        self.center = self.center.clamp(Vec2::ZERO, vec2(1.0, 1.0));
-    }
-}
+use egui::{Color32, Key, PointerButton, Rect, Response, Sense, Ui, Vec2};
 
 /// Shows the picture and follows mouse and keys.
 pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
@@ -123,53 +87,5 @@ fn fly(viewer: &mut Viewer, ui: &Ui) {
         let speed = viewer.scene_size() * 0.25 * if fast { 4.0 } else { 1.0 };
         viewer.steer(|c| navigation::fly(c, motion * speed * dt));
         ui.ctx().request_repaint();
-    }
-}
-
-/// The pixel of a picture of `width` × `height` pixels at a point of the window.
-pub fn pixel_at(place: Rect, point: Pos2, width: u32, height: u32) -> Option<(u32, u32)> {
-    let at = (point - place.min) / place.size();
-    let inside = (0.0..1.0).contains(&at.x) && (0.0..1.0).contains(&at.y);
-    inside.then_some(((at.x * width as f32) as u32, (at.y * height as f32) as u32))
-}
-
-/// The part of a texture that lies left of the share `split` of its width, and where it goes.
-pub fn left_of(place: Rect, split: f32) -> (Rect, Rect) {
-    let x = place.left() + place.width() * split;
-    let on_screen = Rect::from_min_max(place.min, pos2(x, place.bottom()));
-    (on_screen, Rect::from_min_max(Pos2::ZERO, pos2(split, 1.0)))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const ROOM: Rect = Rect { min: pos2(100.0, 50.0), max: pos2(500.0, 250.0) };
-
-    #[test]
-    fn pictures_fit_and_are_centred() {
-        let place = Zoom::default().place(ROOM, 1.0);
-        assert_eq!((place.size(), place.center()), (vec2(200.0, 200.0), ROOM.center()));
-        assert_eq!(Zoom::default().place(ROOM, 4.0).size(), vec2(400.0, 100.0));
-    }
-
-    #[test]
-    fn zooming_keeps_what_is_under_the_pointer() {
-        let mut zoom = Zoom::default();
-        let pointer = pos2(260.0, 120.0);
-        let before = pixel_at(zoom.place(ROOM, 1.0), pointer, 1000, 1000);
-        zoom.by(3.0, pointer, ROOM, 1.0);
-        assert_eq!(pixel_at(zoom.place(ROOM, 1.0), pointer, 1000, 1000), before);
-        assert_eq!(zoom.place(ROOM, 1.0).width(), 600.0);
-        zoom.by(0.01, pointer, ROOM, 1.0);
-        assert_eq!(zoom, Zoom::default());
-    }
-
-    #[test]
-    fn points_beside_the_picture_have_no_pixel() {
-        let place = Zoom::default().place(ROOM, 1.0);
-        assert_eq!(pixel_at(place, pos2(201.0, 51.0), 100, 100), Some((0, 0)));
-        assert_eq!(pixel_at(place, pos2(399.0, 249.0), 100, 100), Some((99, 99)));
-        assert_eq!(pixel_at(place, pos2(120.0, 100.0), 100, 100), None);
     }
 }

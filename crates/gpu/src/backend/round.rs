@@ -1,8 +1,10 @@
 //! Samples of some pixels: those that the host lists, and rounds that the device decides about.
 
+use super::kernels::CompiledKernel;
 use super::picture::Picture;
-use super::{CompiledKernel, FOLD_INTERVAL, GpuBackend, IN_FLIGHT, add_time, samples_of};
-use crate::film::{Batch, BatchPixels, FOLD_SAMPLES, device_error};
+use super::{FOLD_INTERVAL, GpuBackend, IN_FLIGHT, add_time, samples_of};
+use crate::batch::{Batch, BatchPixels};
+use crate::film::{FOLD_SAMPLES, device_error};
 use crate::kernel::KernelKind;
 use crate::plan::PortionPlan;
 use crate::portions::{PORTION_BYTES, PORTIONS, portion_count};

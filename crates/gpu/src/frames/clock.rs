@@ -2,24 +2,13 @@
 //! when the slot's turn comes again.
 
 use crate::scene::upload::empty_buffer;
-use crate::timing::{PassClock, TimerSlot};
+use crate::timing::{PassClock, Ticks, TimerSlot};
 use crate::{Gpu, GpuError};
 use std::sync::mpsc::{Receiver, channel};
 use wgpu::{BufferUsages, Features};
 
 /// Passes of a frame that are timed; what comes after them is not.
 const MOST_PASSES: u32 = 24;
-
-/// When a pass began and ended, in ticks of the device.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Ticks {
-    /// What it did.
-    pub name: &'static str,
-    /// When it began.
-    pub begin: u64,
-    /// When it ended.
-    pub end: u64,
-}
 
 /// The clock of one slot. Does nothing where the device has none.
 pub struct FrameClock {

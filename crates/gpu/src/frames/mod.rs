@@ -7,7 +7,8 @@ mod clock;
 mod ring;
 mod timeline;
 
-pub use clock::{FrameClock, Ticks};
+pub use crate::timing::Ticks;
+pub use clock::FrameClock;
 pub use ring::{FrameRing, MOST_FRAMES, Turn};
 pub use timeline::{Span, Track, chrome_trace};
 

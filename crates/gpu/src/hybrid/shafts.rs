@@ -3,7 +3,7 @@
 use crate::GpuScene;
 use crate::scene::records::LightRecord;
 use crate::shader::Linkage;
-use crate::shader::variant::numbers;
+use crate::shader::constants::numbers;
 
 /// Side of a tile in pixels, a multiple of 8. With 16 the lists cost a third, and rays more than that saves: see docs/performance.md.
 const TILE: u32 = 8;

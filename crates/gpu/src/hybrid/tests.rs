@@ -1,7 +1,9 @@
 //! The hybrid renderer against the integrator `direct` and against itself: raster against rays, clusters against none.
 
 use super::*;
-use crate::kernel::{KernelKind, Megakernel};
+use crate::kernel::KernelKind;
+use crate::live::LiveScene;
+use crate::megakernel::Megakernel;
 use crate::open_for_test;
 use crate::tracer::bvh::BvhTracer;
 use crate::tracer::{Instances, TracerKind};
@@ -348,7 +350,7 @@ fn lights_asked_first_are_the_same_lights() {
     assert_eq!(differing_share(&unshaded, &bare), 0.0);
     assert_eq!(rays, render(&of(1, 0.0, false), true).1);
     // Few lights are not asked for, nor what is too much for a buffer.
-    let words = kernel.light_words;
+    let words = kernel.gbuffer.light_words();
     (kernel.asks_lights_first, kernel.light_count) = (None, MANY_LIGHTS - 1);
     assert_eq!(kernel.light_words_of([8, 8], u64::MAX, 1).hidden, 0);
     kernel.light_count = MANY_LIGHTS;

@@ -17,10 +17,11 @@ mod vulkan;
 #[cfg(test)]
 mod tests;
 
-use crate::film::{Batch, BatchPixels, FilmBuffers};
+use crate::batch::{Batch, BatchPixels};
+use crate::film::FilmBuffers;
 use crate::kernel::{Kernel, KernelKind, Tracing};
 use crate::rays::{RayBuffers, RayKernel, RayQuestion};
-use crate::shader::variant::numbers;
+use crate::shader::constants::numbers;
 use crate::shader::{Linkage, ModuleError, Variant};
 use crate::timing::{Timer, TimerSlot};
 use crate::{Gpu, GpuError, GpuScene};

@@ -3,7 +3,7 @@
 use super::passes::{Pass, slots};
 use crate::bindings::whole;
 use crate::film::FilmBuffers;
-use crate::hybrid::{GBuffer, slots as gbuffer_slots};
+use crate::gbuffer::{GBuffer, slots as gbuffer_slots};
 use crate::pass::{self, PassGroups};
 use crate::scene::upload::empty_buffer;
 use crate::{Gpu, GpuError};

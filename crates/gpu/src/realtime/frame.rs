@@ -1,7 +1,7 @@
 //! What the passes of a frame are told: one uniform for all of them.
 
 use crate::film::FilmBuffers;
-use crate::hybrid::Projections;
+use crate::gbuffer::Projections;
 use backend::{FrameSamples, RealtimeSettings};
 use bytemuck::{Pod, Zeroable};
 

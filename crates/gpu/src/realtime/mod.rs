@@ -6,9 +6,9 @@
 //!                                                         film ◀─ compose ◀─ antialias ◀─ recombine ◀─────────┘
 //! ```
 //!
-//! First hits are the hybrid renderer's. From there on paths are those of `path` (`shaders/path_vertex.wgsl`), with the light of
-//! the first surface's diffuse lobe kept apart from that of the others and both freed of the surface's colour. The two signals
-//! are reprojected, accumulated and filtered by themselves. How many samples a pixel gets is decided by frames before only,
+//! First hits are those of the hybrid renderer, too (`gbuffer/`). From there on paths are those of `path`
+//! (`shaders/path_vertex.wgsl`), with the light of the first surface's diffuse lobe kept apart from that of the others and both freed of
+//! the surface's colour. The two signals are reprojected, accumulated and filtered by themselves. How many samples a pixel gets is decided by frames before only,
 //! so a frame's own samples are an unbiased estimate; without the filter they go to the film as they are, and the mean of
 //! frames is what `path` shows. First surfaces may look at lights that squares of pixels have chosen together (`presample lights`).
 //!
@@ -25,9 +25,10 @@ pub(crate) use passes::planes;
 
 pub use budget::BudgetController;
 
-use crate::film::{Batch, BatchPixels, FilmBuffers};
+use crate::batch::{Batch, BatchPixels};
+use crate::film::FilmBuffers;
 use crate::frames::FrameClock;
-use crate::hybrid::{BegunFrame, GBUFFER_PASSES, GBuffer};
+use crate::gbuffer::{BegunFrame, FrameRequest, GBUFFER_PASSES, GBuffer};
 use crate::kernel::{Kernel, PathKernel};
 use crate::pass::{self, Dispatch, begin};
 use crate::scene::upload::write_buffer;
@@ -228,8 +229,10 @@ impl RealtimeKernel {
         self.on_film += 1;
         let stands_still = self.gbuffer.previous_camera() == Some(film.camera) && !self.has_changed;
         self.has_changed = false;
-        let begun = self.gbuffer.begin(gpu, film, settings.visibility, sample)?;
         let [width, height] = film.contents.picture().window_size;
+        let (visibility, rows) = (settings.visibility, (0, height));
+        let request = FrameRequest { visibility, sample, rows, culls_lights: false };
+        let begun = self.gbuffer.begin(gpu, film, request)?;
         let area = width * height;
         let samples = frame_samples(&settings);
         let affordable = match settings.budget {

@@ -2,7 +2,7 @@
 
 use crate::bindings::PassBinding::{self, Read, Uniform, Write};
 use crate::film::{AOVS, FILM, TALLY, VIEW};
-use crate::hybrid::slots::{FRAME, PIXELS, PREVIOUS_INSTANCES};
+use crate::gbuffer::slots::{FRAME, PIXELS, PREVIOUS_INSTANCES};
 use crate::pass::{self as compute, PassSpec};
 use crate::shader::{Linkage, Variant};
 use crate::tracer::Tracer;

@@ -152,7 +152,7 @@ impl Stage {
         encoder.copy_buffer_to_buffer(buffer, 0, &readable, 0, buffer.size());
         self.gpu.queue.submit([encoder.finish()]);
         let bytes = buffer.size();
-        crate::film::read_mapped(&self.gpu, &readable, bytes, "testing", bytemuck::pod_collect_to_vec)
+        crate::readback::read_mapped(&self.gpu, &readable, bytes, "testing", bytemuck::pod_collect_to_vec)
             .expect("read")
     }
 

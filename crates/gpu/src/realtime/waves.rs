@@ -11,7 +11,7 @@ use super::passes::{
 use crate::bindings::PassBinding::{Uniform, Write};
 use crate::bindings::whole;
 use crate::film::{FilmBuffers, VIEW};
-use crate::hybrid::{
+use crate::gbuffer::{
     GBuffer,
     slots::{FRAME, PIXELS},
 };

@@ -7,9 +7,10 @@
 
 use crate::bindings::PassBinding::{Read, Uniform, Write};
 use crate::bindings::whole;
-use crate::film::{FilmBuffers, FilmPixel, read_mapped};
+use crate::film::{FilmBuffers, FilmPixel};
 use crate::pass::{Dispatch, Pass, PassGroups, PassSpec, begin, compile};
 use crate::portions::PORTIONS;
+use crate::readback::read_mapped;
 use crate::scene::upload::{empty_buffer, write_buffer};
 use crate::shader::Linkage;
 use crate::timing::Timer;

@@ -1,8 +1,8 @@
 use super::*;
-use crate::film::read_all;
 use crate::layout::{assert_layout, constant, layout_of};
 use crate::open_for_test;
 use crate::portions::{number_in_tiles, portions};
+use crate::readback::read_all;
 use crate::shader::check;
 use backend::{Integrator, PathSettings, PixelSamples, SamplerKind, View};
 use film::{Allocation, Rect};

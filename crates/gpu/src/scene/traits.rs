@@ -1,7 +1,7 @@
 //! What shaders may know of everything in a scene.
 
 use super::records::{Binding, INSTANCE_IDENTITY, INSTANCE_MIRRORED, Instance, LightRecord};
-use crate::shader::variant::numbers;
+use crate::shader::constants::numbers;
 use optics::material::MaterialRecord;
 use scene::tables::NONE;
 use std::fmt::Write;

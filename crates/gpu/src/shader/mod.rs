@@ -2,10 +2,12 @@
 //!
 //! Linking needs no device, so every module and every combination is parsed, validated and translated in tests without one.
 
+pub mod abstract_modules;
 #[cfg(test)]
 mod arithmetic;
 #[cfg(test)]
 pub(crate) mod check;
+pub(crate) mod constants;
 pub mod modules;
 #[cfg(test)]
 mod tests;

@@ -15,7 +15,7 @@
 //! for, and writes and parses the headers of imports again and again, which costs time at every start. wesl (0.6) does not
 //! parse ray tracing pipelines, and neither has names that stand for one of several modules.
 
-use super::variant::ABSTRACT;
+use super::abstract_modules::ABSTRACT;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,11 +1,11 @@
 //! Every module alone, and every shader that is made of them, without a device.
 
+use super::abstract_modules::ABSTRACT;
 use super::check::{self, validate, write_all_languages};
-use super::variant::ABSTRACT;
 use super::*;
-use crate::hybrid;
 use crate::kernel::KernelKind;
 use crate::tracer::{bvh, query};
+use crate::{gbuffer, hybrid};
 use std::collections::BTreeSet;
 
 /// All that Rust generates, and walks of our own hierarchy in all ways that there are.
@@ -14,7 +14,7 @@ fn with_hierarchy() -> Linkage {
     let encoded = bvh::encode(&tables, accel::Quality::Fast);
     let packets = bvh::linkage_packets_for(&encoded, 1 << 8, 8);
     check::linkage(Variant { images: 16, ..Variant::default() })
-        .with(&hybrid::linkage(Variant::default()))
+        .with(&gbuffer::linkage(Variant::default()))
         .with(&packets)
         .with(&hybrid::shafts_linkage(&bvh::linkage_below_for(&encoded, 1 << 8)))
         .bind("question", "rays_closest_packet")

@@ -1,5 +1,6 @@
 //! What is decided when a shader is put together, and which modules that means.
 
+use super::constants::numbers;
 use super::modules::Linkage;
 use crate::scene::SceneTraits;
 use crate::scene::records::records_text;
@@ -11,31 +12,6 @@ use optics::light::LIGHT_RECTANGLE;
 use optics::random::{SAMPLER_BLUE_NOISE, SAMPLER_INDEPENDENT, SAMPLER_SOBOL};
 use scene::tables::NONE;
 use std::fmt::Write;
-
-/// Abstract names that modules import, and the modules that each may stand for. [`Linkage::of`] binds those that a variant
-/// decides about; tracers, kernels and passes bind the others.
-pub const ABSTRACT: &[(&str, &[&str])] = &[
-    // Where texels are.
-    ("texels", &["texels_layers", "texels_images"]),
-    // How texture graphs are evaluated.
-    ("graphs", &["graphs_none", "graphs_nodes"]),
-    // What surfaces scatter: one model, or layers of them.
-    ("scattering", &["scattering_plain", "scattering_layered"]),
-    // How a light is chosen by what each can bring.
-    ("light_chooser", &["light_chooser_tree", "light_chooser_list", "light_chooser_pair"]),
-    // Who finds what rays hit.
-    ("tracer", &["tracer_query", "tracer_bvh", "tracer_pipeline"]),
-    // Where walks of `tracer_bvh` begin that do not begin at the root.
-    ("entry_lists", &["hybrid_shaft_lists"]),
-    // What an invocation does for a pixel, behind the entry points of megakernels.
-    ("kernel", &["kernel_path", "kernel_volumes", "kernel_direct", "kernel_aov"]),
-    // What is asked of rays from a list.
-    ("question", &["rays_closest", "rays_closest_packet", "rays_any"]),
-    // What `direct` does at first hits.
-    ("first_hits", &["first_hits_recorded", "first_hits_ignored"]),
-    // Whether shadow rays begin at the nodes of shafts.
-    ("shafts", &["hybrid_no_shafts", "hybrid_shaft_rays"]),
-];
 
 /// What is decided when a shader is put together, because a branch at run time would cost registers or time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -220,15 +196,6 @@ impl Variant {
         }
         text + &self.traits.constants()
     }
-}
-
-/// WGSL constants.
-pub(crate) fn numbers(constants: impl IntoIterator<Item = (&'static str, u32)>) -> String {
-    let mut text = String::new();
-    for (name, value) in constants {
-        let _ = writeln!(text, "const {name}: u32 = {value}u;"); // writing to a string cannot fail
-    }
-    text
 }
 
 /// `SAMPLER_…` of the optics.

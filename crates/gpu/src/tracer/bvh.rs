@@ -4,7 +4,7 @@ use super::upper::{self, UpperBuilder};
 use super::{Instances, Tracer, TracerKind};
 use crate::scene::upload::{storage_buffer, write_buffer};
 use crate::shader::Linkage;
-use crate::shader::variant::numbers;
+use crate::shader::constants::numbers;
 use crate::{Gpu, GpuError, GpuScene};
 use accel::encode::{EncodedInstance, EncodedNode, EncodedPrimitive, EncodedScene, Object, SphereGeometry};
 use accel::{Geometry, Instance, Quality, Sphere};

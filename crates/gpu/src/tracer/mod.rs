@@ -7,7 +7,6 @@ pub mod bvh;
 pub mod query;
 pub mod upper;
 
-use crate::kernel::{ComputeTracing, Tracing};
 use crate::shader::Linkage;
 use crate::{Gpu, GpuError, GpuScene};
 use scene::tables::SceneTables;
@@ -80,31 +79,6 @@ impl TracerKind {
         }
         let (adapter, missing) = (gpu.info.name.clone(), missing.join(", "));
         Err(GpuError::Unsupported { adapter, tracer: self.name(), missing })
-    }
-
-    /// Builds the structures of a scene.
-    ///
-    /// # Errors
-    /// When the device cannot trace so, or the scene is too large for it.
-    pub fn build(
-        self,
-        gpu: &Gpu,
-        scene: &GpuScene,
-        instances: Instances,
-    ) -> Result<Box<dyn Tracing>, GpuError> {
-        self.check(gpu)?;
-        match self {
-            Self::Bvh => Ok(Box::new(ComputeTracing(Box::new(bvh::BvhTracer::new(gpu, scene, instances)?)))),
-            Self::Query => Ok(Box::new(ComputeTracing(Box::new(query::QueryTracer::new(gpu, scene)?)))),
-            #[cfg(not(any(target_vendor = "apple", target_arch = "wasm32")))]
-            Self::Pipeline => Ok(Box::new(crate::pipeline::PipelineTracing::build(gpu, scene)?)),
-            #[cfg(any(target_vendor = "apple", target_arch = "wasm32"))]
-            Self::Pipeline => Err(GpuError::Unsupported {
-                adapter: gpu.info.name.clone(),
-                tracer: self.name(),
-                missing: "it is not in this build".into(),
-            }),
-        }
     }
 
     /// The fastest way on a device with these features. Software drivers walk our own hierarchy faster than theirs.

@@ -13,7 +13,8 @@ pub mod stage;
 
 pub use queues::Queues;
 
-use crate::film::{Batch, FilmBuffers};
+use crate::batch::Batch;
+use crate::film::FilmBuffers;
 use crate::kernel::Kernel;
 use crate::pass::{Dispatch, Pass, PassGroups, begin, compile};
 use crate::shader::{Linkage, Variant};

@@ -1,8 +1,9 @@
 //! The wavefront against the megakernel, kernel by kernel; pictures of many scenes are compared in `alhazen/tests`.
 
 use super::*;
-use crate::film::BatchPixels;
-use crate::kernel::{KernelKind, Megakernel};
+use crate::batch::BatchPixels;
+use crate::kernel::KernelKind;
+use crate::megakernel::Megakernel;
 use crate::open_for_test;
 use crate::tracer::{Instances, TracerKind, bvh::BvhTracer, query::QueryTracer};
 use backend::{Integrator, PathSettings, SamplerKind};

@@ -1,7 +1,7 @@
 //! The camera: projection, lens, focus, cameras of the file, saved views, automatic orbit.
 
 use super::lights::degrees;
-use super::{number, vector};
+use super::widgets::{number, vector};
 use crate::navigation;
 use crate::viewer::{Command, Viewer};
 use alhazen::{Camera, CameraPath, Projection, ProjectionParameter, Quantity};

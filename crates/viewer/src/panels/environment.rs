@@ -1,7 +1,7 @@
 //! Light from infinitely far away: a colour, a sky with a sun, or a picture.
 
 use super::lights::degrees;
-use super::{bright_colour, number, vector};
+use super::widgets::{bright_colour, number, vector};
 use crate::viewer::{For, Viewer};
 use alhazen::edits::{DaylightRecord, EnvironmentRecord, SkyRecord, SunRecord};
 use egui::{ComboBox, Ui};

@@ -1,6 +1,6 @@
 //! Settings of the real-time path tracer.
 
-use super::{check, choice, count, number, slider};
+use super::widgets::{check, choice, count, number, slider};
 use alhazen::{AllocationSettings, FrameSamples, FrameView, HistorySettings, RealtimeSettings, Visibility};
 use egui::Ui;
 use std::time::Duration;

@@ -1,6 +1,7 @@
 //! The nodes of a texture: what each looks like, takes, and is told.
 
-use super::{choice, textures, vector};
+use super::textures;
+use super::widgets::{choice, vector};
 use crate::node_previews::ShownPreview;
 use crate::viewer::Viewer;
 use alhazen::edits::GraphRecord;

@@ -1,6 +1,6 @@
 //! Point, spot and directional lights.
 
-use super::{bright_colour, number, vector};
+use super::widgets::{bright_colour, number, vector};
 use crate::viewer::{Command, Viewer};
 use alhazen::edits::LightRecord;
 use egui::{CollapsingHeader, Ui};

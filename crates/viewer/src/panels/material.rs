@@ -1,6 +1,7 @@
 //! The material of the selected object: its numbers and its textures.
 
-use super::{bright_colour, share, textures};
+use super::textures;
+use super::widgets::{bright_colour, share};
 use crate::viewer::{Selection, Viewer};
 use alhazen::edits::{Addition, MaterialRecord};
 use alhazen::{AlphaMode, Model};

@@ -1,6 +1,7 @@
 //! The objects of the scene, and the transform and material of the selected one.
 
-use super::{material, vector};
+use super::material;
+use super::widgets::vector;
 use crate::viewer::{Command, Selection, Viewer};
 use egui::Ui;
 use glam::{Affine3A, EulerRot, Quat, Vec3};

@@ -1,6 +1,7 @@
 //! Back end, integrator, sampling, display and comparison.
 
-use super::{check, choice, count, number, slider, tooltips};
+use super::tooltips;
+use super::widgets::{check, choice, count, number, slider};
 use crate::render_settings::{RenderSettings, Transport};
 use crate::viewer::{Command, Comparison, Viewer};
 use crate::worker::Layer;

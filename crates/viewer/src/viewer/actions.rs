@@ -1,13 +1,14 @@
 //! What menus, keys, the command palette and scripts make the viewer do.
 
-use super::Viewer;
+use super::commands::{COMMANDS, Command};
 use super::dialogs::For;
+use super::state::{Selection, Viewer};
 use crate::navigation;
 use crate::queries::Purpose;
-use crate::worker::{Layer, Message, Recording, full_text};
-use alhazen::edits::{Addition, CameraRecord, EnvironmentRecord, LightRecord, Resources};
-use alhazen::{Camera, Job, LoadReport, RenderDefaults, Source};
-use egui::{Key, KeyboardShortcut, Modifiers, Pos2};
+use crate::worker::{Layer, Message, Recording};
+use alhazen::edits::{Addition, EnvironmentRecord, LightRecord, Resources};
+use alhazen::{Camera, Job, LoadReport};
+use egui::Pos2;
 use std::path::{Path, PathBuf};
 
 /// What a click into the picture means.
@@ -20,136 +21,6 @@ pub enum Action {
     /// Bring what is there into the lens's focus.
     FocusLens(Pos2),
 }
-
-/// Something that can be done without saying more.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[allow(missing_docs, reason = "the list below says what each does")]
-pub enum Command {
-    Open,
-    Reload,
-    Save,
-    SaveAs,
-    Screenshot,
-    SavePicture,
-    CopyCommandLine,
-    CancelLoading,
-    Quit,
-    Undo,
-    Redo,
-    Duplicate,
-    Delete,
-    Hide,
-    AddModel,
-    AddLamp,
-    AddPointLight,
-    Deselect,
-    Frame,
-    Home,
-    ToggleProjection,
-    Play,
-    PlayTime,
-    StepOn,
-    StepBack,
-    Rest,
-    KeepView,
-    ResetZoom,
-    FullScreen,
-    SidePanel,
-    Palette,
-    Help,
-    Pause,
-    Restart,
-    NextLayer,
-    Picture,
-    CompareSettings,
-    CompareNow,
-    CompareFile,
-    CompareNothing,
-    Brighter,
-    Darker,
-    RecordTurntable,
-    RecordPath,
-    RecordOrbit,
-    StopRecording,
-    ExportStatistics,
-}
-
-/// A command as users see it.
-pub struct CommandInfo {
-    /// The command.
-    pub command: Command,
-    /// What it does.
-    pub name: &'static str,
-    /// Its keys.
-    pub keys: Option<KeyboardShortcut>,
-}
-
-const fn key(key: Key) -> Option<KeyboardShortcut> {
-    Some(KeyboardShortcut::new(Modifiers::NONE, key))
-}
-
-const fn command(key: Key) -> Option<KeyboardShortcut> {
-    Some(KeyboardShortcut::new(Modifiers::COMMAND, key))
-}
-
-const fn shift_command(key: Key) -> Option<KeyboardShortcut> {
-    Some(KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), key))
-}
-
-const fn info(command: Command, name: &'static str, keys: Option<KeyboardShortcut>) -> CommandInfo {
-    CommandInfo { command, name, keys }
-}
-
-/// All commands, in the order of the palette. Of two with the same key the one with more modifiers comes first.
-pub const COMMANDS: &[CommandInfo] = &[
-    info(Command::Open, "Open a scene…", command(Key::O)),
-    info(Command::Reload, "Reload the file", command(Key::R)),
-    info(Command::SaveAs, "Save the scene as…", shift_command(Key::S)),
-    info(Command::Save, "Save the scene", command(Key::S)),
-    info(Command::Screenshot, "Save a screenshot (PNG)…", key(Key::F12)),
-    info(Command::SavePicture, "Save the rendered picture (EXR)…", command(Key::E)),
-    info(Command::CopyCommandLine, "Copy the command line that renders this", None),
-    info(Command::CancelLoading, "Stop loading", None),
-    info(Command::Redo, "Redo", shift_command(Key::Z)),
-    info(Command::Undo, "Undo", command(Key::Z)),
-    info(Command::Duplicate, "Duplicate the object", command(Key::D)),
-    info(Command::Delete, "Delete the object", key(Key::Delete)),
-    info(Command::Hide, "Hide or show the object", key(Key::H)),
-    info(Command::AddModel, "Add a model…", None),
-    info(Command::AddLamp, "Add a sphere light", None),
-    info(Command::AddPointLight, "Add a point light", None),
-    info(Command::Deselect, "Deselect", key(Key::Escape)),
-    info(Command::Frame, "Frame the selected object, or everything", key(Key::F)),
-    info(Command::Home, "Go to the first camera", key(Key::Home)),
-    info(Command::ToggleProjection, "Perspective or orthographic", key(Key::Num5)),
-    info(Command::Play, "Automatic orbit", key(Key::O)),
-    info(Command::PlayTime, "Play or pause the animation", key(Key::T)),
-    info(Command::StepOn, "Next frame", key(Key::Period)),
-    info(Command::StepBack, "Previous frame", key(Key::Comma)),
-    info(Command::Rest, "Show the rest pose", None),
-    info(Command::KeepView, "Save this view", command(Key::B)),
-    info(Command::ResetZoom, "Fit the picture into the window", key(Key::Num0)),
-    info(Command::FullScreen, "Full screen", key(Key::F11)),
-    info(Command::SidePanel, "Show or hide the panels", key(Key::N)),
-    info(Command::Palette, "All commands…", command(Key::P)),
-    info(Command::Help, "Mouse and keys", key(Key::F1)),
-    info(Command::Pause, "Pause or resume rendering", key(Key::Space)),
-    info(Command::Restart, "Restart rendering", None),
-    info(Command::NextLayer, "Show the next layer", key(Key::L)),
-    info(Command::Picture, "Show the picture", key(Key::P)),
-    info(Command::CompareSettings, "Compare two settings", None),
-    info(Command::CompareNow, "Compare with the current picture", key(Key::C)),
-    info(Command::CompareFile, "Compare with a file…", None),
-    info(Command::CompareNothing, "End the comparison", None),
-    info(Command::Brighter, "Half a stop brighter", key(Key::CloseBracket)),
-    info(Command::Darker, "Half a stop darker", key(Key::OpenBracket)),
-    info(Command::RecordTurntable, "Record a turntable…", None),
-    info(Command::RecordPath, "Record a path through the saved views…", None),
-    info(Command::RecordOrbit, "Record the camera orbit…", None),
-    info(Command::StopRecording, "Stop recording", None),
-    info(Command::ExportStatistics, "Export measurements (CSV, JSON)…", None),
-    info(Command::Quit, "Quit", command(Key::Q)),
-];
 
 impl Viewer {
     /// Does what a click into the picture means.
@@ -297,7 +168,7 @@ impl Viewer {
             (copy.material, copy.visible) = (changed.material, changed.visible);
             copy.set_transform(&moved);
         });
-        self.selection = Some(super::Selection { object: count, ..selection });
+        self.selection = Some(Selection { object: count, ..selection });
     }
 
     fn delete(&mut self) {
@@ -323,7 +194,7 @@ impl Viewer {
             edits.additions.push(Addition::Lamp { radius, radiance: [10.0; 3] });
             edits.object(count as u32).set_transform(&glam::Affine3A::from_translation(place));
         });
-        self.selection = Some(super::Selection { object: count as u32, material: materials as u32 });
+        self.selection = Some(Selection { object: count as u32, material: materials as u32 });
     }
 
     fn add_point_light(&mut self) {
@@ -361,7 +232,7 @@ impl Viewer {
             }
         });
         let material = self.document.as_ref().and_then(|d| d.material_of(first));
-        self.selection = material.map(|material| super::Selection { object: first, material });
+        self.selection = material.map(|material| Selection { object: first, material });
         report.notes.iter().for_each(|note| self.notice(note.to_string(), false));
     }
 
@@ -373,55 +244,6 @@ impl Viewer {
             edits.environment = Some(EnvironmentRecord::File { file, rotation: 0.0, intensity: 1.0 });
         });
         report.notes.iter().for_each(|note| self.notice(note.to_string(), false));
-    }
-
-    fn save(&mut self) {
-        let own = self.document.as_ref().and_then(|d| match &d.source.place {
-            // Only what a program has written is written over by a program.
-            alhazen::Place::File(file) if d.is_edited_file() => Some(file.clone()),
-            _ => None,
-        });
-        match own {
-            Some(file) => self.save_scene(&file),
-            None => self.ask_for(For::Save),
-        }
-    }
-
-    /// Writes the scene as it is now: `alhazen render` makes the same picture of it.
-    pub fn save_scene(&mut self, path: &Path) {
-        let path = if path.extension().is_none() { path.with_extension("toml") } else { path.to_owned() };
-        let Some(document) = &mut self.document else { return };
-        let mut edits = document.edits().clone();
-        // At a moment of the scene, its clock would move a camera that has a path.
-        let orbit = self.camera.path.filter(|_| !self.clock.shown);
-        let current = Camera { path: orbit, ..self.camera.at(self.camera_time) };
-        // The camera that is looked through is rendered first; then the kept views, then the others.
-        let others =
-            document.scene().cameras.iter().filter(|c| c.name != "viewer" && !self.views.contains(c));
-        let cameras = [Camera { name: "viewer".into(), ..current }].into_iter();
-        let cameras = cameras.chain(self.views.iter().cloned()).chain(others.cloned());
-        edits.cameras = Some(cameras.map(|c| CameraRecord::from(&c)).collect());
-        let size = self.render.size.unwrap_or(self.room);
-        // How rays meet surfaces is the scene's own choice.
-        let RenderDefaults { cull_backs, shadow_terminator, .. } = document.scene().defaults.clone();
-        let render = self.render.defaults(size, &self.shown.tone);
-        let render = RenderDefaults { cull_backs, shadow_terminator, ..render };
-        let text = match document.text(&path, edits, render) {
-            Ok(text) => text,
-            Err(error) => return self.notice(full_text(&error), true),
-        };
-        let written = alhazen::write_atomically(&path, |writer| {
-            std::io::Write::write_all(writer, text.as_bytes())
-                .map_err(|source| alhazen::ImageError::Write { path: path.clone(), source })
-        });
-        match written {
-            Ok(()) => {
-                document.mark_saved();
-                self.settings.remember(&path.display().to_string());
-                self.notice(format!("wrote {}", path.display()), false);
-            }
-            Err(error) => self.notice(full_text(&error), true),
-        }
     }
 
     /// The command line that renders the scene as it was saved.
@@ -459,63 +281,9 @@ impl Viewer {
         self.tell(Message::Record(Some(Box::new(Recording { job, cameras, spp, path }))));
     }
 
-    /// Writes what was measured, as JSON or else as a table.
-    pub fn export_statistics(&mut self, path: &Path) {
-        let is_json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
-        let text = if is_json {
-            self.statistics.to_json().map_err(std::io::Error::from)
-        } else {
-            Ok(self.statistics.to_csv())
-        };
-        match text.and_then(|text| std::fs::write(path, text)) {
-            Ok(()) => self.notice(format!("wrote {}", path.display()), false),
-            Err(error) => self.notice(format!("cannot write {}: {error}", path.display()), true),
-        }
-    }
-
-    /// Opens what was dropped onto the window.
-    pub fn drop_file(&mut self, path: &Path) {
-        let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-        match ending.as_str() {
-            "hdr" | "exr" => self.use_file(For::Environment, path.to_owned()),
-            "png" => self.use_file(For::Compare, path.to_owned()),
-            _ => self.open_source(Source::parse_file(path)),
-        }
-    }
-
     /// Tone mapping that the scene asks for.
     pub fn reset_tone(&mut self) {
         let tone = self.document.as_ref().map(|d| Job::for_scene(d.scene()).tone);
         self.shown.tone = tone.unwrap_or_default();
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_command_is_in_the_list_once_and_keys_are_unique() {
-        for (i, a) in COMMANDS.iter().enumerate() {
-            for b in &COMMANDS[..i] {
-                assert!(a.command != b.command && a.name != b.name, "{}", a.name);
-                assert!(a.keys.is_none() || a.keys != b.keys, "{} and {}", a.name, b.name);
-            }
-        }
-        assert_eq!(COMMANDS.len(), Command::ExportStatistics as usize + 1);
-    }
-
-    #[test]
-    fn longer_shortcuts_come_before_shorter_ones() {
-        // egui takes a shortcut even when more modifiers are held than it asks for.
-        for (i, a) in COMMANDS.iter().enumerate() {
-            for b in &COMMANDS[i + 1..] {
-                if let (Some(a), Some(b)) = (a.keys, b.keys)
-                    && a.logical_key == b.logical_key
-                {
-                    assert!(a.modifiers.contains(b.modifiers), "{a:?} hides {b:?}");
-                }
-            }
-        }
     }
 }

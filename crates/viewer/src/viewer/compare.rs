@@ -1,6 +1,6 @@
 //! Another picture beside the one that is rendered, behind a line that can be dragged.
 
-use super::Viewer;
+use super::state::Viewer;
 use crate::render_settings::RenderSettings;
 use alhazen::{Image, Job, ToneMapping};
 use std::path::Path;

@@ -1,8 +1,5 @@
 //! Dialogs that ask for a file. They are the desktop's own, and nothing waits for them.
 
-use super::Viewer;
-use crate::loading;
-use alhazen::Source;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, channel};
 
@@ -34,13 +31,13 @@ type Answering = std::pin::Pin<Box<dyn Future<Output = Option<rfd::FileHandle>> 
 
 /// A dialog that is open.
 pub struct Dialog {
-    what: For,
-    answer: Receiver<Option<PathBuf>>,
+    pub(super) what: For,
+    pub(super) answer: Receiver<Option<PathBuf>>,
 }
 
 impl Dialog {
     /// Opens a dialog; `wake` is called when the user has answered.
-    fn show(what: For, wake: impl Fn() + Send + 'static) -> Self {
+    pub(super) fn show(what: For, wake: impl Fn() + Send + 'static) -> Self {
         let models = ["obj", "gltf", "glb", "pbrt", "ply", "stl", "toml"];
         let dialog = rfd::AsyncFileDialog::new();
         let (dialog, saves) = match what {
@@ -72,45 +69,5 @@ impl Dialog {
             eprintln!("cannot wait for a dialog: {error}");
         }
         Self { what, answer }
-    }
-}
-
-impl Viewer {
-    /// Asks the user for a file, unless they are being asked already.
-    pub fn ask_for(&mut self, what: For) {
-        if self.dialog.is_none() {
-            let wake = self.wake.clone();
-            self.dialog = Some(Dialog::show(what, move || wake()));
-        }
-    }
-
-    pub(super) fn take_dialog(&mut self) {
-        let Some(dialog) = &self.dialog else { return };
-        match dialog.answer.try_recv() {
-            Ok(answer) => {
-                let what = dialog.what;
-                self.dialog = None;
-                if let Some(path) = answer {
-                    self.use_file(what, path);
-                }
-            }
-            Err(std::sync::mpsc::TryRecvError::Empty) => {}
-            Err(std::sync::mpsc::TryRecvError::Disconnected) => self.dialog = None,
-        }
-    }
-
-    /// Does with a file what it is for.
-    pub fn use_file(&mut self, what: For, path: PathBuf) {
-        match what {
-            For::Open => self.open_source(Source::parse_file(&path)),
-            For::Model => self.load(loading::Job::Model(path)),
-            For::Environment => self.load(loading::Job::Environment(path)),
-            For::Compare => self.compare_with_file(&path),
-            For::Save => self.save_scene(&path),
-            For::Screenshot => self.capture_to = Some(path),
-            For::Picture => self.tell(crate::worker::Message::Save(path)),
-            For::Record => self.record(path),
-            For::Statistics => self.export_statistics(&path),
-        }
     }
 }

@@ -1,6 +1,6 @@
 //! Files that a scene asks for and that are not below its folder: whoever opened the scene is asked once.
 
-use super::Viewer;
+use super::state::Viewer;
 use crate::loading;
 use std::collections::BTreeSet;
 use std::path::PathBuf;

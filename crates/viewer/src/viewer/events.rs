@@ -1,6 +1,6 @@
 //! What the threads have done: scenes that are loaded, pictures, answers about places.
 
-use super::{Selection, Viewer};
+use super::state::{Selection, Viewer};
 use crate::document::Document;
 use crate::loading::{self, Loaded, Opened};
 use crate::queries::{Answer, Purpose};

@@ -1,6 +1,7 @@
 //! Drawing the picture, the line between two pictures, and the outline of what is selected.
 
-use super::{Comparison, Viewer};
+use super::compare::Comparison;
+use super::state::Viewer;
 use crate::queries::{Outline, Question, What};
 use crate::viewport::left_of;
 use crate::worker::{Layer, display};

@@ -1,6 +1,6 @@
 //! Time in the scene: it is brought to the clock's moments, one after the other.
 
-use super::Viewer;
+use super::state::Viewer;
 
 /// So long (seconds) a moment is waited for before the next one follows anyway: rendering may stand still.
 const PATIENCE: f64 = 0.5;

@@ -1,8 +1,7 @@
 //! `alhazen bench adaptive`: what adaptive sampling is worth.
 
-use super::ReportArgs;
 use super::around::{AroundArgs, Frames};
-use super::report::{Percentiles, Plot, Report, Scale, Table};
+use super::report::{Percentiles, Plot, Report, ReportArgs, Scale, Table};
 use super::views::{View, ViewArgs, render};
 use crate::console::{print_result, say};
 use alhazen::{

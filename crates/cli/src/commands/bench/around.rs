@@ -4,7 +4,7 @@
 use super::report::{Cell, Percentiles, Plot, Report, Scale, Table};
 use super::views::{open_scene, short_name};
 use crate::console::say;
-use alhazen::gpu::hybrid::LiveScene;
+use alhazen::gpu::live::LiveScene;
 use alhazen::gpu::tracer::TracerKind;
 use alhazen::gpu::{Gpu, GpuOptions, has_hardware};
 use alhazen::{Camera, Integrator, Job, RealtimeSettings, SamplerKind, Scene, SceneTables, View};

@@ -1,7 +1,6 @@
 //! `alhazen bench backends`: the same pictures by all back ends, side by side.
 
-use super::ReportArgs;
-use super::report::{Cell, Report, Table};
+use super::report::{Cell, Report, ReportArgs, Table};
 use super::views::{check_scenes, open_scene, render, short_name};
 use crate::commands::render::parsing::parse_threads;
 use crate::console::{print_result, say, seconds};

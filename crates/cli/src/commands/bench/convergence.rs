@@ -1,7 +1,6 @@
 //! `alhazen bench convergence`: how the error of a picture falls.
 
-use super::ReportArgs;
-use super::report::{Percentiles, Plot, Report, Scale, Table};
+use super::report::{Percentiles, Plot, Report, ReportArgs, Scale, Table};
 use super::views::{View, ViewArgs, render};
 use crate::console::{print_result, say};
 use alhazen::{Image, Job, Limits, Renderer};

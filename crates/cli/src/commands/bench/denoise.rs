@@ -1,7 +1,6 @@
 //! `alhazen bench denoise`: what denoisers are worth.
 
-use super::ReportArgs;
-use super::report::{Report, Table};
+use super::report::{Report, ReportArgs, Table};
 use super::views::{View, ViewArgs};
 use crate::commands::render::DenoiserName;
 use crate::console::{print_result, say};

@@ -1,9 +1,8 @@
 //! `alhazen bench views`: what the frames of a scene cost from several places.
 
-use super::ReportArgs;
 use super::around::cameras_around;
 use super::frames::{FrameArgs, Measured};
-use super::report::{Cell, Percentiles, Plot, Report, Scale, Table};
+use super::report::{Cell, Percentiles, Plot, Report, ReportArgs, Scale, Table};
 use super::stage::Stage;
 use super::views::{check_scenes, open_scene};
 use crate::console::{print_result, say};

@@ -1,8 +1,7 @@
 //! `alhazen bench frames-in-flight`: what it is worth that host and device work at the same time.
 
-use super::ReportArgs;
 use super::frames::{FrameArgs, Measured, crowd, crowd_places, usual};
-use super::report::{Percentiles, Plot, Report, Scale, Table};
+use super::report::{Percentiles, Plot, Report, ReportArgs, Scale, Table};
 use super::stage::Stage;
 use crate::console::{print_result, say};
 use alhazen::HybridSettings;

@@ -1,7 +1,6 @@
 //! `alhazen bench lights`: what it is worth to choose lights by where they are.
 
-use super::ReportArgs;
-use super::report::{Percentiles, Report, Table};
+use super::report::{Percentiles, Report, ReportArgs, Table};
 use super::views::{ViewArgs, open_scene, render};
 use crate::commands::render::parsing::parse_duration;
 use crate::console::{print_result, say};

@@ -18,7 +18,6 @@ mod tlas;
 mod views;
 
 use clap::{Args, Subcommand};
-use std::path::PathBuf;
 
 /// Measure Alhazen on this machine.
 ///
@@ -43,14 +42,6 @@ enum BenchCommand {
     Shadows(shadows::ShadowArgs),
     Tlas(tlas::TlasArgs),
     Views(frame_views::ViewsArgs),
-}
-
-/// What all measurements have: where their report goes.
-#[derive(Debug, Args)]
-pub struct ReportArgs {
-    /// Folder for the report; it is made if need be.
-    #[arg(long, value_name = "FOLDER", default_value = "bench")]
-    pub report: PathBuf,
 }
 
 /// Measures what the arguments ask for.

@@ -1,15 +1,14 @@
 //! `alhazen bench realtime`: what the frames of the real-time path tracer cost, and how far they are from the truth.
 
-use super::ReportArgs;
 use super::around::{AroundArgs, Frames};
 use super::frames::{Visibility, usual};
-use super::report::{Cell, Percentiles, Plot, Report, Scale, Table};
+use super::report::{Cell, Percentiles, Plot, Report, ReportArgs, Scale, Table};
 use super::views::{check_scenes, open_scene, render, short_name};
 use crate::commands::render::parsing::parse_not_negative;
 use crate::commands::render::realtime::FrameSettings;
 use crate::commands::render::roulette::RouletteArgs;
 use crate::console::{print_result, say};
-use alhazen::gpu::hybrid::LiveScene;
+use alhazen::gpu::live::LiveScene;
 use alhazen::gpu::tracer::TracerKind;
 use alhazen::gpu::{Gpu, GpuOptions};
 use alhazen::{

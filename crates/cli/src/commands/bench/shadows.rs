@@ -1,8 +1,7 @@
 //! `alhazen bench shadows`: what lights and triangles cost.
 
-use super::ReportArgs;
 use super::frames::{FrameArgs, Measured, add_small_lamps, lit_hills};
-use super::report::{Percentiles, Plot, Report, Scale, Table};
+use super::report::{Percentiles, Plot, Report, ReportArgs, Scale, Table};
 use super::stage::Stage;
 use crate::commands::load_scene;
 use crate::commands::render::parsing::parse_not_negative;

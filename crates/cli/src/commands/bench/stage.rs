@@ -4,7 +4,7 @@ use super::frames::{FrameArgs, Measured, milliseconds};
 use crate::console::{say, write_text};
 use alhazen::gpu::Gpu;
 use alhazen::gpu::frames::chrome_trace;
-use alhazen::gpu::hybrid::LiveScene;
+use alhazen::gpu::live::LiveScene;
 use alhazen::gpu::screen::Screen;
 use alhazen::gpu::tracer::upper::{Place, UpperUpdate};
 use alhazen::{Scene, SceneTables, View};

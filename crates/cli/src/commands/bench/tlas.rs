@@ -1,8 +1,7 @@
 //! `alhazen bench tlas`: what moving instances cost.
 
-use super::ReportArgs;
 use super::frames::{FrameArgs, crowd, crowd_places};
-use super::report::{Percentiles, Plot, Report, Scale, Table};
+use super::report::{Percentiles, Plot, Report, ReportArgs, Scale, Table};
 use super::stage::Stage;
 use crate::console::{print_result, say};
 use alhazen::HybridSettings;

@@ -1,6 +1,6 @@
 //! The back end that renders.
 
-use super::RenderArgs;
+use super::args::RenderArgs;
 use crate::console::say;
 use alhazen::{AovKind, BackendChoice, Renderer, RendererOptions};
 

@@ -1,6 +1,6 @@
 //! Whether what was rendered is what was asked for.
 
-use super::RenderArgs;
+use super::args::RenderArgs;
 use crate::exit::Exit;
 use alhazen::Summary;
 use anyhow::anyhow;

@@ -1,6 +1,6 @@
 //! Scenes that change over time, on the clock of `--frames` and `--at`.
 
-use super::RenderArgs;
+use super::args::RenderArgs;
 use super::setup::job;
 use alhazen::{Camera, Job, LoadStats, Loaded, Renderer, Scene};
 use anyhow::{Context, ensure};

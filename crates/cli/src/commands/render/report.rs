@@ -1,6 +1,6 @@
 //! What is printed about a scene and a finished picture.
 
-use super::RenderArgs;
+use super::args::RenderArgs;
 use crate::console::{bytes, json_line, metric, print_report, print_result, say, seconds};
 use alhazen::{Job, LoadStats, Loaded, Renderer, Summary, plain};
 use std::path::PathBuf;

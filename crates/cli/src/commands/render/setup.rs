@@ -1,7 +1,7 @@
 //! From arguments to a picture: environment, camera, integrator, limits.
 
+use super::args::{HighlightsName, IntegratorName, RenderArgs, VisibilityName};
 use super::parsing::{Numbers, parse_vector};
-use super::{HighlightsName, IntegratorName, RenderArgs, VisibilityName};
 use crate::exit::Exit;
 use alhazen::{
     Adaptive, Camera, CameraPath, Daylight, DirectSettings, Environment, Highlights, HybridSettings,

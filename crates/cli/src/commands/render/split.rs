@@ -1,17 +1,11 @@
-//! Rendering in parts and in several sittings.
+//! How a picture is divided: into parts, and over several sittings.
 
 use super::parsing::{Samples, parse_duration, parse_samples};
-use super::{RenderArgs, check_place};
-use crate::console::{ProgressDisplay, keep_each, say};
-use alhazen::{
-    Checkpoint, Control, Coverage, Denoiser, Film, Job, Part, PartError, PartJob, ProtectedFiles, Renderer,
-    Summary, Tile, finish, output,
-};
-use anyhow::{Context, bail, ensure};
-use std::collections::BTreeMap;
+use super::places::check_place;
+use alhazen::{ProtectedFiles, Tile, output};
+use anyhow::{bail, ensure};
 use std::ops::Range;
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// How a picture is divided over machines and time.
@@ -46,10 +40,10 @@ pub struct SplitArgs {
         value_parser = parse_duration,
         requires = "checkpoint"
     )]
-    every: Duration,
+    pub(super) every: Duration,
     /// Go on from the checkpoint if it is there.
     #[arg(long, help_heading = "Parts", requires = "checkpoint")]
-    resume: bool,
+    pub(super) resume: bool,
 }
 
 impl SplitArgs {
@@ -112,122 +106,5 @@ impl SplitArgs {
             path.display()
         );
         Ok(())
-    }
-}
-
-/// A rendered picture, or a part of one.
-pub enum Made {
-    /// The renderer has the film; this is what its file says.
-    Picture(BTreeMap<String, String>),
-    /// Exact sums.
-    Part(Box<Part>),
-}
-
-impl Made {
-    /// Writes it to all `paths`, each even if others fail.
-    ///
-    /// A picture whose noise cannot be removed is written with it.
-    pub fn write(
-        self,
-        renderer: &mut Renderer,
-        paths: &[PathBuf],
-        job: &Job,
-        args: &RenderArgs,
-    ) -> anyhow::Result<()> {
-        let encoding = args.files.encoding();
-        let write_picture = |film: &Film, metadata: &BTreeMap<String, String>| -> anyhow::Result<()> {
-            let mut metadata = metadata.clone();
-            let denoised = args.denoise.map(|name| Denoiser::from(name).run(film)).transpose();
-            let (denoised, failed) = match denoised {
-                Ok(denoised) => (denoised, Ok(())),
-                Err(error) => (None, Err(error).context("the picture was written with its noise")),
-            };
-            if let Some(denoised) = &denoised {
-                if !args.quiet {
-                    say!("denoised by {}", denoised.by);
-                }
-                metadata.insert("denoiser".into(), denoised.by.clone());
-            }
-            let colour = denoised.as_ref().map(|d| &d.picture);
-            keep_each(paths, |path| {
-                Ok(output::write_as(path, film, colour, &job.tone, &metadata, &encoding)?)
-            })?;
-            failed
-        };
-        match self {
-            Self::Picture(metadata) => {
-                write_picture(renderer.film()?.context("nothing was rendered")?, &metadata)
-            }
-            Self::Part(part) if args.split.makes_parts() => keep_each(paths, |path| Ok(part.write(path)?)),
-            Self::Part(part) => {
-                let (film, metadata) = finish(*part)?;
-                write_picture(&film, &metadata)
-            }
-        }
-    }
-}
-
-/// Says that a checkpoint could not be written; rendering goes on.
-fn warn(path: &Path, error: &PartError, kept: Option<&Path>) {
-    say!("warning: cannot write the checkpoint {}: {}", path.display(), chain(error));
-    if let Some(kept) = kept {
-        say!("  it is kept as {}", kept.display());
-    }
-}
-
-/// An error and everything that led to it, in a line.
-fn chain(error: &(dyn std::error::Error + 'static)) -> String {
-    let causes = std::iter::successors(Some(error), |error| error.source());
-    causes.map(ToString::to_string).collect::<Vec<_>>().join(": ")
-}
-
-/// The checkpoint, and what there is of the picture that it was last of.
-pub struct Saved {
-    checkpoint: Option<Checkpoint>,
-    so_far: Option<Part>,
-}
-
-impl Saved {
-    /// Reads the checkpoint if the arguments say so and it is there.
-    pub fn open(args: &SplitArgs) -> anyhow::Result<Self> {
-        let checkpoint = args.checkpoint.as_ref();
-        let checkpoint = checkpoint.map(|path| Checkpoint::new(path, args.every).on_failure(warn));
-        let so_far = match &checkpoint {
-            Some(checkpoint) if args.resume => {
-                checkpoint.load().context("cannot go on from the checkpoint")?
-            }
-            _ => None,
-        };
-        Ok(Self { checkpoint, so_far })
-    }
-
-    /// The frames that are still to be made. Those before the checkpoint's are done.
-    pub fn frames_left(&self, frames: Option<(u32, u32)>) -> anyhow::Result<Range<u32>> {
-        let Some((first, end)) = frames else { return Ok(0..1) };
-        let Some(part) = &self.so_far else { return Ok(first..end) };
-        let frame = part.identity.get("frame").and_then(|frame| frame.parse().ok());
-        let frame: u32 = frame.context("the checkpoint is of a single picture, not of a sequence")?;
-        ensure!((first..end).contains(&frame), "the checkpoint is of frame {frame}, not of {first}..{end}");
-        Ok(frame..end)
-    }
-
-    /// Renders what is still missing, saving it on the way.
-    pub fn render(
-        &mut self,
-        renderer: &mut Renderer,
-        part_job: &PartJob,
-        control: &Arc<Control>,
-        quiet: bool,
-    ) -> anyhow::Result<(Made, Summary)> {
-        let so_far = self.so_far.take();
-        let nothing = Coverage::default();
-        let missing = so_far.as_ref().map_or(&nothing, Part::covered).missing(&part_job.share()?);
-        let total = missing.blocks().iter().map(alhazen::Block::sample_count).sum();
-        let display = ProgressDisplay::new(control.clone(), total, quiet);
-        let name = self.checkpoint.as_ref().map_or(String::new(), |c| c.path().display().to_string());
-        let so_far = so_far.map(|part| (name.as_str(), part));
-        let (part, summary) = renderer.render_part(part_job, so_far, control, self.checkpoint.as_mut())?;
-        display.finish();
-        Ok((Made::Part(Box::new(part)), summary))
     }
 }

@@ -1,6 +1,7 @@
 //! Sequences as videos, by the program ffmpeg where it is installed.
 
-use super::{RenderArgs, check_place};
+use super::args::RenderArgs;
+use super::places::{check_place, is_video};
 use crate::console::say;
 use alhazen::{ImageError, write_atomically};
 use anyhow::{Context, bail, ensure};
@@ -77,11 +78,6 @@ impl Drop for Video {
             say!("the frames of {} are kept in {}", self.path.display(), self.folder.display());
         }
     }
-}
-
-/// Whether a file name is that of a video.
-pub fn is_video(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("mp4"))
 }
 
 fn find_ffmpeg() -> Option<PathBuf> {

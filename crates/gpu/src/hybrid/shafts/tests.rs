@@ -2,7 +2,7 @@
 
 use super::super::tests::{Setup, differing_share, hybrid, only_lights, overview, view};
 use super::*;
-use crate::film::read_all;
+use crate::readback::read_all;
 use crate::tracer::bvh;
 use backend::HybridSettings;
 use glam::{Affine3A, Quat, Vec3};

@@ -26,7 +26,7 @@ pub(super) fn moving_views_find_their_past(stage: &mut Stage) {
     stage.frames(&view(step, settings()), 1);
     let histories = stage.histories();
     let words: Vec<u32> = stage.read(stage.kernel.first_hits().expect("hits"));
-    let pixels = crate::hybrid::HybridPixel::from_planes(&words);
+    let pixels = crate::gbuffer::HybridPixel::from_planes(&words);
     let (mut seen, mut hidden) = (0, 0);
     for pixel in 0..AREA {
         let Some(point) = wall_behind(pixel, step, 1.1) else { continue };

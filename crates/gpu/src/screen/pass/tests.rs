@@ -1,9 +1,10 @@
 //! What a film looks like on a texture, against the optics on the CPU.
 
 use super::*;
-use crate::film::{FilmPixel, read_mapped};
+use crate::film::FilmPixel;
 use crate::layout::{assert_layout, layout_of};
 use crate::open_for_test;
+use crate::readback::read_mapped;
 use crate::shader::check;
 use crate::timing::TimerSlot;
 use backend::{Integrator, PathSettings, SamplerKind, View};

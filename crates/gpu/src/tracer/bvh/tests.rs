@@ -183,7 +183,7 @@ fn trace_with(gpu: &Gpu, tables: &SceneTables, tracer: &BvhTracer, text: &str, r
     drop(pass);
     encoder.copy_buffer_to_buffer(&output, 0, &staging, 0, output.size());
     gpu.queue.submit([encoder.finish()]);
-    crate::film::read_mapped(gpu, &staging, staging.size(), "testing", |bytes| {
+    crate::readback::read_mapped(gpu, &staging, staging.size(), "testing", |bytes| {
         bytemuck::pod_collect_to_vec(bytes)
     })
     .expect("hits")

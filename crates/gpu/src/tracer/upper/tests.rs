@@ -1,7 +1,8 @@
 //! The upper level from the device against the one from the host: the same rays hit the same things.
 
 use super::*;
-use crate::kernel::{ComputeTracing, Tracing};
+use crate::backend::tracing::ComputeTracing;
+use crate::kernel::Tracing;
 use crate::layout::layout_of;
 use crate::rays::{RayBuffers, RayQuestion};
 use crate::shader::check;

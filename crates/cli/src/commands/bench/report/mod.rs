@@ -10,9 +10,18 @@ pub use plot::{Plot, Scale};
 
 use alhazen::{Image, ImageError, write_atomically};
 use anyhow::Context;
+use clap::Args;
 use serde_json::{Value, json};
 use std::io::Write;
 use std::path::{Path, PathBuf};
+
+/// What all measurements have: where their report goes.
+#[derive(Debug, Args)]
+pub struct ReportArgs {
+    /// Folder for the report; it is made if need be.
+    #[arg(long, value_name = "FOLDER", default_value = "bench")]
+    pub report: PathBuf,
+}
 
 /// A cell of a table.
 #[derive(Clone, Debug, PartialEq)]

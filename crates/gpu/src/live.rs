@@ -1,12 +1,13 @@
 //! A scene that is drawn frame after frame: a real-time renderer with frames in flight and instances that move.
 
-use super::{FRAME_PASSES, HybridKernel};
-use crate::film::{Batch, BatchPixels, FilmBuffers};
+use crate::batch::{Batch, BatchPixels};
+use crate::film::FilmBuffers;
 use crate::frames::Frames;
+use crate::gbuffer::HybridPixel;
+use crate::hybrid::{self, HybridKernel};
 use crate::realtime::{self, RealtimeKernel};
 use crate::scene::refuse_volumes;
 use crate::scene::update::StagingRing;
-use crate::scene::upload::write_buffer;
 use crate::screen::Screen;
 use crate::shader::Variant;
 use crate::tracer::bvh::BvhTracer;
@@ -142,8 +143,7 @@ impl LiveScene {
         if was_possible {
             match &mut self.kernel {
                 FrameKernel::Hybrid(kernel) => {
-                    kernel.bounding_sphere = tables.bounding_sphere;
-                    kernel.light_count = tables.lights.len() as u32;
+                    kernel.set_changed(tables.bounding_sphere, tables.lights.len() as u32);
                 }
                 FrameKernel::Realtime(kernel) => kernel.set_changed(Some(tables.bounding_sphere)),
             }
@@ -164,7 +164,7 @@ impl LiveScene {
     /// Forgets what frames before have found; the next one begins without a past.
     pub fn forget(&mut self) {
         match &mut self.kernel {
-            FrameKernel::Hybrid(kernel) => kernel.previous_camera = None,
+            FrameKernel::Hybrid(kernel) => kernel.forget_past(),
             FrameKernel::Realtime(kernel) => kernel.forget_past(),
         }
     }
@@ -285,16 +285,9 @@ impl LiveScene {
         encoder.clear_buffer(&self.film.pixels, 0, None);
         match (&mut self.kernel, view.integrator) {
             (FrameKernel::Hybrid(kernel), Integrator::Hybrid(settings)) => {
-                let lights = kernel.prepare(gpu, &self.film, settings.rays.shadow_samples)?;
-                let (frame, plan) = kernel.plan(&self.film, &settings, sample, (0, rows));
-                kernel.compile_frame(gpu, plan, lights)?;
-                write_buffer(gpu, "the frame", &kernel.buffers.frame, bytemuck::bytes_of(&frame))?;
-                let Some(targets) = &kernel.targets else {
-                    return Err(failed("there is nothing to draw to".into()));
-                };
-                kernel.record(&mut encoder, clock, targets, plan);
-                kernel.keep_instances(&mut encoder);
-                kernel.previous_camera = Some(self.film.camera);
+                let frame = kernel.prepare(gpu, &self.film, &settings, sample, (0, rows))?;
+                kernel.record(&mut encoder, clock, &frame);
+                kernel.end(&mut encoder, self.film.camera);
                 Ok((encoder, 0))
             }
             (FrameKernel::Realtime(kernel), Integrator::Realtime(settings)) => {
@@ -328,11 +321,11 @@ impl LiveScene {
     ///
     /// # Errors
     /// When the device fails, or no frame was drawn.
-    pub fn read_pixels(&mut self) -> Result<Vec<super::HybridPixel>, GpuError> {
+    pub fn read_pixels(&mut self) -> Result<Vec<HybridPixel>, GpuError> {
         let doing = "reading a frame's pixels";
         self.frames.finish(&self.gpu)?;
         let pixels = match &self.kernel {
-            FrameKernel::Hybrid(kernel) => kernel.targets.as_ref().map(|t| &t.pixels),
+            FrameKernel::Hybrid(kernel) => kernel.first_hits(),
             FrameKernel::Realtime(kernel) => kernel.first_hits(),
         };
         let Some(pixels) = pixels else {
@@ -348,11 +341,11 @@ impl LiveScene {
             gpu.queue.submit([encoder.finish()]);
         })
         .map_err(|reason| GpuError::Device { doing, reason })?;
-        let words = crate::film::read_mapped(gpu, &readable, size, doing, bytemuck::pod_collect_to_vec)?;
-        Ok(super::HybridPixel::from_planes(&words))
+        let words = crate::readback::read_mapped(gpu, &readable, size, doing, bytemuck::pod_collect_to_vec)?;
+        Ok(HybridPixel::from_planes(&words))
     }
 }
 
 /// Passes of a frame with motion.
-const _: () = assert!(FRAME_PASSES < 24, "a frame's clock has room for so many passes");
+const _: () = assert!(hybrid::FRAME_PASSES < 24, "a frame's clock has room for so many passes");
 const _: () = assert!(realtime::FRAME_PASSES < 24, "a frame's clock has room for so many passes");

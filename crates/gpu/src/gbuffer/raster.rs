@@ -1,36 +1,16 @@
-//! The pipelines of a frame's passes.
+//! The rasteriser: a pipeline for each class of what is drawn.
 
 use super::items::DrawClass;
-use super::passes::{DEPTH_FORMAT, ID_FORMAT, Pass, RASTER_BINDINGS, linkage};
-use super::shafts::Shafts;
+use super::passes::{DEPTH_FORMAT, ID_FORMAT, RASTER_BINDINGS, linkage};
 use crate::bindings::{Resource, group, layout};
 use crate::film::VIEW;
-use crate::pass::{self as compute, PassGroups};
+use crate::pass::PassGroups;
 use crate::shader::Variant;
-use crate::tracer::Tracer;
 use crate::{Gpu, GpuError, GpuScene};
 use wgpu::ShaderStages;
 
-/// A pass for a scene and a tracer, with shafts or without, not compiled yet.
-///
-/// # Errors
-/// When the device cannot bind what it needs.
-pub(super) fn frame_pass(
-    gpu: &Gpu,
-    pass: Pass,
-    variant: Variant,
-    scene: &GpuScene,
-    tracer: &dyn Tracer,
-    shafts: Option<&Shafts>,
-) -> Result<compute::Pass, GpuError> {
-    // Whoever finishes the frame records first hits: the others need not be compiled twice.
-    let variant = Variant { aovs: variant.aovs && pass == Pass::Compose, ..variant };
-    let linkage = pass.linkage(&tracer.linkage(), shafts.map(|shafts| &shafts.linkage), variant);
-    compute::Pass::new(gpu, "hybrid", pass.spec(), &linkage, Some(scene), Some(tracer))
-}
-
 /// The rasteriser's pipelines, by class, and what they bind.
-pub struct CompiledDraws {
+pub(super) struct CompiledDraws {
     pub(super) pipelines: Vec<wgpu::RenderPipeline>,
     pub(super) scene: wgpu::BindGroup,
     film_layout: wgpu::BindGroupLayout,

@@ -1,0 +1,26 @@
+//! Names that stand for one of several modules.
+
+/// Abstract names that modules import, and the modules that each may stand for. [`Linkage::of`](super::Linkage::of) binds those that a variant
+/// decides about; tracers, kernels and passes bind the others.
+pub const ABSTRACT: &[(&str, &[&str])] = &[
+    // Where texels are.
+    ("texels", &["texels_layers", "texels_images"]),
+    // How texture graphs are evaluated.
+    ("graphs", &["graphs_none", "graphs_nodes"]),
+    // What surfaces scatter: one model, or layers of them.
+    ("scattering", &["scattering_plain", "scattering_layered"]),
+    // How a light is chosen by what each can bring.
+    ("light_chooser", &["light_chooser_tree", "light_chooser_list", "light_chooser_pair"]),
+    // Who finds what rays hit.
+    ("tracer", &["tracer_query", "tracer_bvh", "tracer_pipeline"]),
+    // Where walks of `tracer_bvh` begin that do not begin at the root.
+    ("entry_lists", &["hybrid_shaft_lists"]),
+    // What an invocation does for a pixel, behind the entry points of megakernels.
+    ("kernel", &["kernel_path", "kernel_volumes", "kernel_direct", "kernel_aov"]),
+    // What is asked of rays from a list.
+    ("question", &["rays_closest", "rays_closest_packet", "rays_any"]),
+    // What `direct` does at first hits.
+    ("first_hits", &["first_hits_recorded", "first_hits_ignored"]),
+    // Whether shadow rays begin at the nodes of shafts.
+    ("shafts", &["hybrid_no_shafts", "hybrid_shaft_rays"]),
+];

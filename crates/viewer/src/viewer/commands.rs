@@ -1,0 +1,163 @@
+//! The commands of menus, keys, the command palette and scripts: their names and keys.
+
+use egui::{Key, KeyboardShortcut, Modifiers};
+
+/// Something that can be done without saying more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[allow(missing_docs, reason = "the list below says what each does")]
+pub enum Command {
+    Open,
+    Reload,
+    Save,
+    SaveAs,
+    Screenshot,
+    SavePicture,
+    CopyCommandLine,
+    CancelLoading,
+    Quit,
+    Undo,
+    Redo,
+    Duplicate,
+    Delete,
+    Hide,
+    AddModel,
+    AddLamp,
+    AddPointLight,
+    Deselect,
+    Frame,
+    Home,
+    ToggleProjection,
+    Play,
+    PlayTime,
+    StepOn,
+    StepBack,
+    Rest,
+    KeepView,
+    ResetZoom,
+    FullScreen,
+    SidePanel,
+    Palette,
+    Help,
+    Pause,
+    Restart,
+    NextLayer,
+    Picture,
+    CompareSettings,
+    CompareNow,
+    CompareFile,
+    CompareNothing,
+    Brighter,
+    Darker,
+    RecordTurntable,
+    RecordPath,
+    RecordOrbit,
+    StopRecording,
+    ExportStatistics,
+}
+
+/// A command as users see it.
+pub struct CommandInfo {
+    /// The command.
+    pub command: Command,
+    /// What it does.
+    pub name: &'static str,
+    /// Its keys.
+    pub keys: Option<KeyboardShortcut>,
+}
+
+const fn key(key: Key) -> Option<KeyboardShortcut> {
+    Some(KeyboardShortcut::new(Modifiers::NONE, key))
+}
+
+const fn command(key: Key) -> Option<KeyboardShortcut> {
+    Some(KeyboardShortcut::new(Modifiers::COMMAND, key))
+}
+
+const fn shift_command(key: Key) -> Option<KeyboardShortcut> {
+    Some(KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), key))
+}
+
+const fn info(command: Command, name: &'static str, keys: Option<KeyboardShortcut>) -> CommandInfo {
+    CommandInfo { command, name, keys }
+}
+
+/// All commands, in the order of the palette. Of two with the same key the one with more modifiers comes first.
+pub const COMMANDS: &[CommandInfo] = &[
+    info(Command::Open, "Open a scene…", command(Key::O)),
+    info(Command::Reload, "Reload the file", command(Key::R)),
+    info(Command::SaveAs, "Save the scene as…", shift_command(Key::S)),
+    info(Command::Save, "Save the scene", command(Key::S)),
+    info(Command::Screenshot, "Save a screenshot (PNG)…", key(Key::F12)),
+    info(Command::SavePicture, "Save the rendered picture (EXR)…", command(Key::E)),
+    info(Command::CopyCommandLine, "Copy the command line that renders this", None),
+    info(Command::CancelLoading, "Stop loading", None),
+    info(Command::Redo, "Redo", shift_command(Key::Z)),
+    info(Command::Undo, "Undo", command(Key::Z)),
+    info(Command::Duplicate, "Duplicate the object", command(Key::D)),
+    info(Command::Delete, "Delete the object", key(Key::Delete)),
+    info(Command::Hide, "Hide or show the object", key(Key::H)),
+    info(Command::AddModel, "Add a model…", None),
+    info(Command::AddLamp, "Add a sphere light", None),
+    info(Command::AddPointLight, "Add a point light", None),
+    info(Command::Deselect, "Deselect", key(Key::Escape)),
+    info(Command::Frame, "Frame the selected object, or everything", key(Key::F)),
+    info(Command::Home, "Go to the first camera", key(Key::Home)),
+    info(Command::ToggleProjection, "Perspective or orthographic", key(Key::Num5)),
+    info(Command::Play, "Automatic orbit", key(Key::O)),
+    info(Command::PlayTime, "Play or pause the animation", key(Key::T)),
+    info(Command::StepOn, "Next frame", key(Key::Period)),
+    info(Command::StepBack, "Previous frame", key(Key::Comma)),
+    info(Command::Rest, "Show the rest pose", None),
+    info(Command::KeepView, "Save this view", command(Key::B)),
+    info(Command::ResetZoom, "Fit the picture into the window", key(Key::Num0)),
+    info(Command::FullScreen, "Full screen", key(Key::F11)),
+    info(Command::SidePanel, "Show or hide the panels", key(Key::N)),
+    info(Command::Palette, "All commands…", command(Key::P)),
+    info(Command::Help, "Mouse and keys", key(Key::F1)),
+    info(Command::Pause, "Pause or resume rendering", key(Key::Space)),
+    info(Command::Restart, "Restart rendering", None),
+    info(Command::NextLayer, "Show the next layer", key(Key::L)),
+    info(Command::Picture, "Show the picture", key(Key::P)),
+    info(Command::CompareSettings, "Compare two settings", None),
+    info(Command::CompareNow, "Compare with the current picture", key(Key::C)),
+    info(Command::CompareFile, "Compare with a file…", None),
+    info(Command::CompareNothing, "End the comparison", None),
+    info(Command::Brighter, "Half a stop brighter", key(Key::CloseBracket)),
+    info(Command::Darker, "Half a stop darker", key(Key::OpenBracket)),
+    info(Command::RecordTurntable, "Record a turntable…", None),
+    info(Command::RecordPath, "Record a path through the saved views…", None),
+    info(Command::RecordOrbit, "Record the camera orbit…", None),
+    info(Command::StopRecording, "Stop recording", None),
+    info(Command::ExportStatistics, "Export measurements (CSV, JSON)…", None),
+    info(Command::Quit, "Quit", command(Key::Q)),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_command_is_in_the_list_once_and_keys_are_unique() {
+        for (i, a) in COMMANDS.iter().enumerate() {
+            for b in &COMMANDS[..i] {
+                assert!(a.command != b.command && a.name != b.name, "{}", a.name);
+                assert!(a.keys.is_none() || a.keys != b.keys, "{} and {}", a.name, b.name);
+            }
+        }
+        assert_eq!(COMMANDS.len(), Command::ExportStatistics as usize + 1);
+    }
+
+    #[test]
+    fn longer_shortcuts_come_before_shorter_ones() {
+        // egui takes a shortcut even when more modifiers are held than it asks for.
+        for (i, a) in COMMANDS.iter().enumerate() {
+            for b in &COMMANDS[i + 1..] {
+                if let (Some(a), Some(b)) = (a.keys, b.keys)
+                    && a.logical_key == b.logical_key
+                {
+                    assert!(a.modifiers.contains(b.modifiers), "{a:?} hides {b:?}");
+                }
+            }
+        }
+    }
+}
