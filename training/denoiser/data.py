@@ -3,7 +3,7 @@
 import concurrent.futures
 import glob
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Sequence
 
 import numpy as np
@@ -104,9 +104,9 @@ def is_held_out(samples: np.ndarray) -> bool:
 class Batch:
     """Crops, [N, 3, h, w] each.
 
-    `known` [N, 1, 1, 1]: 1 where the variance of the input is known. `doubt`: the variance of the
-    reference, which is a noisy picture as well. `samples`, `reference_samples` [N]: samples per
-    pixel.
+    `known` [N, 1, 1, 1]: 1 where the variance of the input is known. `references`: two that are
+    independent of the input and of each other. They are noisy pictures as well, and `doubts` are
+    their variances. `samples`, `reference_samples` [N]: samples per pixel.
     """
 
     color: Tensor
@@ -114,79 +114,80 @@ class Batch:
     normal: Tensor
     variance: Tensor
     known: Tensor
-    reference: Tensor
-    doubt: Tensor
+    references: "tuple[Tensor, Tensor]"
+    doubts: "tuple[Tensor, Tensor]"
     samples: Tensor
-    reference_samples: Tensor
+    reference_samples: "tuple[Tensor, Tensor]"
+
+    def tensors(self) -> "list[Tensor]":
+        values = (getattr(self, field.name) for field in fields(self))
+        return [x for value in values for x in (value if isinstance(value, tuple) else (value,))]
 
 
 def crops(
     views: Views,
-    which: Tensor,
-    chosen: Tensor,
-    others: Tensor,
-    top: Tensor,
-    left: Tensor,
+    which: "list[int]",
+    chosen: "tuple[Tensor, Tensor, Tensor]",
+    top: "list[int]",
+    left: "list[int]",
     size: int,
 ) -> Batch:
     """The crops of `size` at (`left`, `top`) of the views `which`.
 
-    `chosen` and `others`, [N, 6], are 1 for the pictures whose mean is the input or the reference.
+    `chosen`, [N, 6] each, are 1 for the pictures whose mean is the input, the one and the other
+    reference.
     """
-    device = views.light.device
-    span = torch.arange(size, device=device)
-    rows = (top[:, None] + span)[:, None, None, :, None]
-    columns = (left[:, None] + span)[:, None, None, None, :]
-    index = which[:, None, None, None, None]
-    six = torch.arange(6, device=device)
-    picture, channel = six[None, :, None, None, None], six[None, None, :, None, None]
-    light = views.light[index, picture, channel, rows, columns].float()
-    guide = views.guide[index, picture, channel, rows, columns].float()
-    samples = views.samples[which]
-    total, rest = (samples * chosen).sum(1), (samples * others).sum(1)
-    share, other_share = samples * chosen / total[:, None], samples * others / rest[:, None]
-    mean = lambda weights, x: torch.einsum("nk,nkchw->nchw", weights, x)
+    cut = lambda layers: torch.stack(
+        [layers[w, :, :, y : y + size, x : x + size] for w, y, x in zip(which, top, left)]
+    ).float()
+    light, guide, samples = cut(views.light), cut(views.guide), views.samples[which]
     colors, variances = light[:, :, :3], light[:, :, 3:] ** 2
-    color, reference = mean(share, colors), mean(other_share, colors)
-    variance, doubt = mean(share**2, variances), mean(other_share**2, variances)
-    albedo = mean(share, (guide[:, :, :3] / 255) ** 2)
-    normal = mean(share, (guide[:, :, 3:] - 128) / 127)
-    known = (total > 1).float()[:, None, None, None]
-    return Batch(color, albedo, normal, variance, known, reference, doubt, total, rest)
+    totals = [(samples * those).sum(1) for those in chosen]
+    shares = [samples * those / total[:, None] for those, total in zip(chosen, totals)]
+    mean = lambda weights, x: torch.einsum("nk,nkchw->nchw", weights, x)
+    color, *references = [mean(share, colors) for share in shares]
+    variance, *doubts = [mean(share**2, variances) for share in shares]
+    albedo = mean(shares[0], (guide[:, :, :3] / 255) ** 2)
+    normal = mean(shares[0], (guide[:, :, 3:] - 128) / 127)
+    known = (totals[0] > 1).float()[:, None, None, None]
+    return Batch(
+        color, albedo, normal, variance, known, tuple(references), tuple(doubts),
+        totals[0], tuple(totals[1:]),
+    )
 
 
-def drawn(samples: Tensor) -> "tuple[Tensor, Tensor]":
-    """Which pictures are the input and which the reference, [N, 6] each; `samples`: [N, 6]."""
-    device = samples.device
+def drawn(samples: Tensor) -> "tuple[Tensor, Tensor, Tensor]":
+    """Which pictures are the input and which the references, [N, 6] each; `samples`: [N, 6]."""
     often = torch.zeros_like(samples)
     for count, weight in LEVELS.items():
         often += weight * (samples == count)
-    chosen = F.one_hot(torch.multinomial(often, 1)[:, 0], samples.shape[1]).to(device).float()
+    only = lambda index: F.one_hot(index, samples.shape[1]).float()
+    chosen = only(torch.multinomial(often, 1)[:, 0])
     size = (samples * chosen).sum(1, True)
     # The error of a single sample is unknown, so it is no part of a mean.
     smaller = (samples < size) & (samples > 1) & (size <= samples.sum(1, True) / 4)
     joined = (torch.rand_like(size) < ODD) & (torch.rand_like(samples) < 0.4) & smaller
     chosen = torch.where(joined, torch.ones_like(chosen), chosen)
     others = (samples > 1).float() * (1 - chosen)
-    return chosen, others
+    # The last pictures have the most samples: about as many as all others together.
+    largest = only((samples * others).argmax(1))
+    return chosen, largest, others - largest
 
 
 def random_batch(views: Views, count: int, size: int, weights: Tensor) -> Batch:
-    """Random crops; `weights` [views]: how often each view is drawn."""
-    device = views.light.device
+    """Random crops; `weights` [views], in the memory of the CPU: how often each view is drawn."""
     height, width = views.light.shape[3:]
-    draw = lambda high: torch.randint(0, high, (count,), device=device)
-    which = torch.multinomial(weights, count, replacement=True)
-    chosen, others = drawn(views.samples[which])
+    draw = lambda high: torch.randint(0, high, (count,)).tolist()
+    which = torch.multinomial(weights, count, replacement=True).tolist()
+    chosen = drawn(views.samples[which])
     top, left = draw(height - size + 1), draw(width - size + 1)
-    return augmented(crops(views, which, chosen, others, top, left, size))
+    return augmented(crops(views, which, chosen, top, left, size))
 
 
 def augmented(batch: Batch) -> Batch:
     """Turns and mirrors, other colours of lights, other brightness, other axes, missing layers."""
     count, device = len(batch.samples), batch.samples.device
     uniform = lambda *shape: torch.rand(shape, device=device)
-    images = [batch.color, batch.albedo, batch.normal, batch.variance, batch.reference, batch.doubt]
     # Whole batches are turned alike: the batches are small and many.
     turn = [
         lambda x: x,
@@ -198,20 +199,19 @@ def augmented(batch: Batch) -> Batch:
         lambda x: x.transpose(2, 3).flip(2),
         lambda x: x.transpose(2, 3).flip(2, 3),
     ][int(torch.randint(0, 8, ()))]
-    images = [turn(x).contiguous() for x in images]
-    order = torch.randperm(3, device=device)
-    color, albedo, _, variance, reference, doubt = (x[:, order] for x in images)
-    normal = images[2]
+    order = torch.randperm(3).to(device, non_blocking=True)
     tint = torch.exp(0.2 * torch.randn((count, 3, 1, 1), device=device))
     tint = tint * torch.exp(0.6 * torch.randn((count, 1, 1, 1), device=device))
-    color, reference = color * tint, reference * tint
-    variance, doubt = variance * tint**2, doubt * tint**2
-    normal = torch.einsum("nij,njhw->nihw", random_rotations(count, device), normal)
+    ordered = lambda x: turn(x).index_select(1, order)
+    light = lambda x: ordered(x) * tint
+    noise = lambda x: ordered(x) * tint**2
     some = lambda share: (uniform(count, 1, 1, 1) >= share).float()
-    albedo, normal = albedo * some(0.04), normal * some(0.04)
-    known = batch.known * some(0.1)
+    rotations = random_rotations(count, device)
+    normal = torch.einsum("nij,njhw->nihw", rotations, turn(batch.normal)) * some(0.04)
+    albedo = ordered(batch.albedo) * some(0.04)
     return Batch(
-        color, albedo, normal, variance, known, reference, doubt,
+        light(batch.color), albedo, normal, noise(batch.variance), batch.known * some(0.1),
+        tuple(map(light, batch.references)), tuple(map(noise, batch.doubts)),
         batch.samples, batch.reference_samples,
     )
 

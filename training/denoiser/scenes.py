@@ -325,16 +325,16 @@ def jumble(kit):
 
 # Families and how often they are drawn.
 FAMILIES = {
-    rooms.room: 0.2,
-    plain.bodies: 0.14,
-    plain.bare_rooms: 0.12,
+    rooms.room: 0.18,
+    plain.bodies: 0.12,
+    plain.bare_rooms: 0.11,
     table_top: 0.1,
     halls.hall: 0.08,
     ground: 0.07,
     rooms.cornell: 0.07,
-    halls.office: 0.05,
+    halls.office: 0.07,
     material_grid: 0.05,
-    many_lamps: 0.04,
+    many_lamps: 0.07,
     detail: 0.04,
     volumes: 0.03,
     town: 0.02,

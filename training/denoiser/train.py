@@ -2,7 +2,7 @@
 
 On several GPUs: torchrun --nproc-per-node 4 train.py ...; each has a part of the scenes.
 
-Every few minutes OUT/checkpoint.pt is written, with all that is needed to go on, and at the end
+Every minute OUT/checkpoint.pt is written, with all that is needed to go on, and at the end
 OUT/denoiser.safetensors, the weights that are committed.
 """
 
@@ -23,6 +23,8 @@ from network import CONVOLUTIONS, HEADS, Denoiser
 
 FLOOR = 0.01
 """Added to squares of radiance that errors are divided by, as in the renderer's relMSE."""
+CAP = 0.5
+"""Relative errors above this and six deviations of the reference count by their size only."""
 
 
 def gradients(x: Tensor) -> "tuple[Tensor, Tensor]":
@@ -36,46 +38,56 @@ def capped(x: Tensor, limit: Tensor) -> Tensor:
     return squares.mean((1, 2, 3))
 
 
-def darkest_around(reference: Tensor) -> Tensor:
-    """The least of the means over 5×5 pixels of all squares that a pixel is in, [N, 3, h, w].
+def divisor(reference: Tensor) -> Tensor:
+    """What squared errors are divided by, [N, 3, h, w]: the square of what a pixel may show.
 
-    The means of squares with a lamp in them would hide the halo that a filter leaves around it.
+    That is its own value, as far as the means of squares of 5×5 pixels that it is in have such
+    values. So noise hardly counts, and a pixel beside a lamp is as dark as it is: a mean around it
+    would have the lamp in it and hide the halo that a filter leaves there.
     """
     means = F.avg_pool2d(reference, 5, 1, 2, count_include_pad=False)
-    return -F.max_pool2d(-means, 5, 1, 2)
+    least, most = -F.max_pool2d(-means, 5, 1, 2), F.max_pool2d(means, 5, 1, 2)
+    return torch.minimum(torch.maximum(reference, least), most) ** 2 + FLOOR
 
 
 def losses(output: Tensor, batch: Batch) -> "tuple[Tensor, Tensor]":
-    """One loss for each picture, and what it would be without the reference's own noise, [N] each.
+    """One loss for each picture, and what it would be without the references' own noise, [N] each.
 
-    The mean of the reference's noise is zero, so the expected squared error is least where the
+    The mean of a reference's noise is zero, so the expected squared error is least where the
     output is the mean of all pictures that there could be. That holds for sums of squares with
     weights that do not depend on the noise, and for no other loss: no logarithms, no absolute
-    values. So the error is divided by means of the reference, not by its pixels, and single pixels
-    are capped only where they are far above the noise.
+    values. So the difference from each reference is divided by what the other one shows, which is
+    independent of it, and single pixels are capped only where they are far above the noise.
 
     There are errors of pixels, of means of 4×4 and 16×16, where noise hides less, and of edges.
     Pictures of little noise have more weight: what counts is by which factor noise is reduced.
+
+    The mean of the product of both differences is nearly the square of the output's error alone,
+    since the noise of one reference knows nothing of that of the other.
     """
-    with torch.no_grad():
-        divisor = darkest_around(batch.reference) ** 2 + FLOOR
-        doubt = (batch.doubt / divisor).clamp(max=10.0).mean((1, 2, 3))
-        # The film says it of the reference; the input has fewer samples.
-        noise = doubt * batch.reference_samples / batch.samples
-        weight = (noise + 1e-3) ** -0.7
-        limit = (0.5 + 6 * doubt.sqrt())[:, None, None, None]
-    difference = output - batch.reference
-    relative = difference / divisor.sqrt()
-    pixels = capped(relative, limit)
-    total = pixels
-    for side, share in ((4, 1.0), (16, 2.0)):
-        means = F.avg_pool2d(difference, side) / F.avg_pool2d(divisor, side).sqrt()
-        total = total + share * capped(means, 0.25 + limit / side)
-    for edges in gradients(relative):
-        total = total + 0.1 * capped(edges, 1.5 * limit)
-    with torch.no_grad():
-        clean = (pixels - torch.minimum(batch.doubt / divisor, limit**2).mean((1, 2, 3))) * weight
-    return total * weight, clean
+    (one, other), samples = batch.references, batch.reference_samples
+    total = noise = 0.0
+    product = torch.ones_like(output)
+    for i, (reference, elsewhere) in enumerate(((one, other), (other, one))):
+        share = samples[i] / (samples[0] + samples[1])
+        with torch.no_grad():
+            scale = divisor(elsewhere)
+            doubt = (batch.doubts[i] / scale).clamp(max=10.0).mean((1, 2, 3))
+            limit = (CAP + 6 * doubt.sqrt())[:, None, None, None]
+            # The film says it of the reference; the input has other samples.
+            noise = noise + share * doubt * samples[i] / batch.samples
+        difference = output - reference
+        relative = difference / scale.sqrt()
+        errors = capped(relative, limit)
+        for side, part in ((4, 1.0), (16, 2.0)):
+            means = F.avg_pool2d(difference, side) / F.avg_pool2d(scale, side).sqrt()
+            errors = errors + part * capped(means, 0.25 + limit / side)
+        for edges in gradients(relative):
+            errors = errors + 0.1 * capped(edges, 1.5 * limit)
+        total = total + share * errors
+        product = product * torch.minimum(torch.maximum(relative.detach(), -limit), limit)
+    weight = (noise + 1e-3) ** -0.7
+    return total * weight, product.mean((1, 2, 3)) * weight
 
 
 class Balance:
@@ -92,14 +104,15 @@ class Balance:
             counts = torch.zeros_like(self.mean).index_add_(0, level, torch.ones_like(loss))
             fresh = torch.where(counts > 0, sums / counts.clamp(min=1), self.mean)
             self.mean.lerp_(fresh, 0.01)
-            weights = self.mean.clamp(min=float(self.mean.mean().clamp(min=1e-6)) * 0.1) ** -0.6
+            weights = self.mean.clamp(min=0.1 * self.mean.mean().clamp(min=1e-6)) ** -0.6
             return (weights / weights.mean())[level]
 
 
 def rel_mse(output: Tensor, batch: Batch) -> Tensor:
     """As the renderer's `metrics::rel_mse`, for each picture, less the reference's own error."""
-    squares = (output - batch.reference) ** 2 - batch.doubt
-    return (squares / (batch.reference**2 + 0.01)).mean((1, 2, 3))
+    reference = batch.references[0]
+    squares = (output - reference) ** 2 - batch.doubts[0]
+    return (squares / (reference**2 + 0.01)).mean((1, 2, 3))
 
 
 @torch.no_grad()
@@ -113,10 +126,11 @@ def validate(model: Denoiser, views: Views) -> "dict[int, list[float]]":
     for level, spp in enumerate(data.PLANS["held out"][:-1]):
         logs = []
         for first in range(0, len(views), 16):
-            which = torch.arange(first, min(first + 16, len(views)), device=device)
-            zero = torch.zeros_like(which)
-            pick = lambda k: F.one_hot(zero + k, 6).float()
-            batch = data.crops(views, which, pick(level), pick(5), zero, zero, side)
+            which = list(range(first, min(first + 16, len(views))))
+            zero = [0] * len(which)
+            pick = lambda k: F.one_hot(torch.tensor([k] * len(which), device=device), 6).float()
+            chosen = (pick(level), pick(5), pick(5))
+            batch = data.crops(views, which, chosen, zero, zero, side)
             output = model(batch.color, batch.albedo, batch.normal, batch.variance, batch.known)
             pair = [rel_mse(x, batch).clamp(min=1e-5).log() for x in (batch.color, output)]
             logs.append(torch.stack(pair, 1))
@@ -129,6 +143,49 @@ def export(state: "dict[str, Tensor]", path: str) -> None:
     """The weights as 16-bit floats, in the order of the layers."""
     names = [f"{layer}.{part}" for layer in [*CONVOLUTIONS, *HEADS] for part in ("weight", "bias")]
     save_file({name: state[name].half().contiguous().cpu() for name in names}, path)
+
+
+class Slopes:
+    """The slopes of the loss of a batch, which are left in the parameters' `grad`.
+
+    To launch the thousand operations of a step takes longer than to do them. So they are recorded
+    once on a GPU, and then done again with other values in the same memory.
+    """
+
+    def __init__(self, model: Denoiser, balance: Balance) -> None:
+        self.model, self.balance = model, balance
+        self.graph: "torch.cuda.CUDAGraph | None" = None
+
+    def __call__(self, batch: Batch) -> Tensor:
+        """Returns the loss."""
+        if not batch.color.is_cuda:
+            return self._run(batch)
+        if self.graph is None:
+            self._record(batch)
+        for kept, fresh in zip(self.batch.tensors(), batch.tensors()):
+            kept.copy_(fresh)
+        self.graph.replay()
+        return self.loss
+
+    def _run(self, batch: Batch) -> Tensor:
+        self.model.zero_grad(set_to_none=True)
+        output = self.model(batch.color, batch.albedo, batch.normal, batch.variance, batch.known)
+        loss, clean = losses(output, batch)
+        total = (self.balance.weights(batch.samples, clean) * loss).mean()
+        total.backward()
+        return total.detach()
+
+    def _record(self, batch: Batch) -> None:
+        self.batch, self.graph = batch, torch.cuda.CUDAGraph()
+        aside = torch.cuda.Stream()
+        aside.wait_stream(torch.cuda.current_stream())
+        with torch.cuda.stream(aside):
+            for _ in range(3):
+                self._run(batch)
+        torch.cuda.current_stream().wait_stream(aside)
+        # Other threads, as those of NCCL, may go on with what must not be recorded.
+        with torch.cuda.graph(self.graph, capture_error_mode="thread_local"):
+            self.loss = self._run(batch)
 
 
 class Team:
@@ -144,14 +201,13 @@ class Team:
             distributed.init_process_group("nccl" if device == "cuda" else "gloo")
 
     def average(self, tensors: "list[Tensor]") -> None:
-        """Replaces tensors by their means over all processes."""
-        if self.size == 1:
-            return
+        """Replaces tensors by their means over all processes, and what is no number by 0."""
         flat = torch.cat([x.reshape(-1) for x in tensors])
-        distributed.all_reduce(flat)
-        flat /= self.size
-        for x, mean in zip(tensors, flat.split([x.numel() for x in tensors])):
-            x.copy_(mean.view_as(x))
+        if self.size > 1:
+            distributed.all_reduce(flat)
+        flat = (flat / self.size).nan_to_num_(0.0, 0.0, 0.0)
+        parts = flat.split([x.numel() for x in tensors])
+        torch._foreach_copy_(tensors, [part.view_as(x) for part, x in zip(parts, tensors)])
 
     def agreed(self, value: float) -> float:
         """What the first process says."""
@@ -175,7 +231,6 @@ def main() -> None:
     parser.add_argument("--size", type=int, default=192, help="side of the crops, a multiple of 32")
     parser.add_argument("--rate", type=float, default=1e-3)
     parser.add_argument("--device", default="cuda")
-    parser.add_argument("--compile", action="store_true", help="fuse operations (takes a minute)")
     parser.add_argument("--seed", type=int, default=1)
     args = parser.parse_args()
     team = Team(args.device)
@@ -192,7 +247,7 @@ def main() -> None:
         scenes.refresh()
         most = views.samples.amax(1)
         # Views of many samples are few.
-        return 1.0 + 0.5 * (most >= 64).float() + 0.5 * (most >= 256).float()
+        return (1.0 + 0.5 * (most >= 64).float() + 0.5 * (most >= 256).float()).cpu()
 
     weights = refresh()
     print(f"GPU {team.rank}: {len(views)} views, {time.monotonic() - begin:.0f} s", flush=True)
@@ -215,7 +270,7 @@ def main() -> None:
         average, balance.mean = stored["average"], stored["balance"]
         step, spent = stored["step"], stored["seconds"]
     total = 60 * (args.total or args.minutes + spent / 60)
-    run = torch.compile(model) if args.compile else model
+    slopes = Slopes(model, balance)
     log = open(os.path.join(args.out, "log.jsonl"), "a") if first else None
     begun, shown, written, refreshed = step, *[time.monotonic()] * 3
     seconds = team.agreed(time.monotonic() - begin)
@@ -241,15 +296,8 @@ def main() -> None:
         for group in optimiser.param_groups:
             group["lr"] = args.rate * min(1.0, (step - begun + 1) / 300) * cosine
         batch = data.random_batch(views, args.batch, args.size, weights)
-        output = run(batch.color, batch.albedo, batch.normal, batch.variance, batch.known)
-        loss, clean = losses(output, batch)
-        total_loss = (balance.weights(batch.samples, clean) * loss).mean()
-        optimiser.zero_grad(set_to_none=True)
-        total_loss.backward()
-        slopes = [p.grad for p in model.parameters()]
-        team.average(slopes)
-        for slope in slopes:
-            slope.nan_to_num_(0.0, 0.0, 0.0)
+        loss = slopes(batch)
+        team.average([p.grad for p in model.parameters()])
         torch.nn.utils.clip_grad_norm_(model.parameters(), 1.0, error_if_nonfinite=False)
         optimiser.step()
         step += 1
@@ -262,17 +310,17 @@ def main() -> None:
         if step % 100 == 0 and time.monotonic() - refreshed > 20:
             weights, refreshed = refresh(), time.monotonic()
         if step % 100 == 0:
-            value = float(total_loss.detach())
+            value = float(loss)
             if not math.isfinite(value):
                 raise SystemExit(f"the loss is {value} at step {step}; the last checkpoint stands")
         if first and time.monotonic() - shown > 20:
             shown = time.monotonic()
             print(
-                f"{seconds:6.0f} s  step {step}  views {len(views)}  loss {float(total_loss.detach()):.4f}  "
+                f"{seconds:6.0f} s  step {step}  views {len(views)}  loss {float(loss):.4f}  "
                 f"balance {[round(x, 3) for x in balance.mean.tolist()]}",
                 flush=True,
             )
-        if first and time.monotonic() - written > 100:
+        if first and time.monotonic() - written > 60:
             written = time.monotonic()
             keep()
             errors = judge()

@@ -14,10 +14,15 @@ const ADDED: &str = "added";
 /// So deep may dictionaries lie in each other.
 const DEEPEST: usize = 64;
 
-/// Adds the graph of a dictionary. `name`: of the argument, for messages.
-pub fn add_graph(scene: &mut Scene, name: &'static str, graph: &Bound<PyDict>) -> PyResult<TextureRef> {
+/// The graph of a dictionary; pictures in it are added to the scene. `name`: of the argument, for messages.
+pub fn graph(scene: &mut Scene, name: &'static str, graph: &Bound<PyDict>) -> PyResult<TextureGraph> {
     let value = value(scene, name, graph.as_any(), DEEPEST)?;
-    let graph = parse_graph(&value, &mut Images).map_err(|why| bad(format!("{name}: {why}")))?;
+    parse_graph(&value, &mut Images).map_err(|why| bad(format!("{name}: {why}")))
+}
+
+/// As [`graph`], added as a texture.
+pub fn add_graph(scene: &mut Scene, name: &'static str, described: &Bound<PyDict>) -> PyResult<TextureRef> {
+    let graph = graph(scene, name, described)?;
     scene.textures.push(Texture::Graph(graph));
     Ok(TextureRef::new(scene.textures.len() as u32 - 1))
 }

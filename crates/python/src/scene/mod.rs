@@ -3,6 +3,7 @@
 mod content;
 mod editing;
 mod foreign;
+mod lighting;
 mod pictures;
 mod rays;
 

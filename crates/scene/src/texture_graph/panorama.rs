@@ -10,6 +10,9 @@ use rayon::prelude::*;
 use std::f32::consts::PI;
 
 impl TextureGraph {
+    /// Rows of an environment's picture that is made for a scene.
+    pub const PANORAMA_HEIGHT: u32 = 1024;
+
     /// The equirectangular picture of an environment that has the graph's colours, negative ones as 0. Its centre column is
     /// towards −Z. It is `2 · height` pixels wide.
     ///

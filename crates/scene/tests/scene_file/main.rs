@@ -399,7 +399,7 @@ fn environments_are_what_they_say() {
     .scene;
     let Environment::Image { image, rotation, intensity } = painted.environment else { panic!() };
     assert_eq!((rotation, intensity), (90f32.to_radians(), 2.0));
-    let Pixels::Rgb32F(pixels) = &painted.images[image as usize].pixels else { panic!() };
+    let scene::Pixels::Rgb32F(pixels) = &painted.images[image as usize].pixels else { panic!() };
     assert_eq!(pixels.len(), 2048 * 1024);
     // Along x: 0 to the left, the unit direction's x to the right.
     let at = |column: usize| pixels[512 * 2048 + column][0];

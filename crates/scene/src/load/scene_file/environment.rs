@@ -4,7 +4,7 @@ use super::Builder;
 use super::document::{Context, Entry};
 use super::values::{Color, Vec3Value, direction, within};
 use crate::load::{self, LoadError};
-use crate::{Daylight, Environment, Image, Portal, Sky, Sun, SunError};
+use crate::{Daylight, Environment, Image, Portal, Sky, Sun, SunError, TextureGraph};
 use glam::{DVec3, Vec3};
 use serde::Deserialize;
 
@@ -62,9 +62,6 @@ struct DaylightKeys {
     ground: Option<Color>,
 }
 
-/// Rows of an environment that a texture graph makes.
-const HEIGHT: u32 = 1024;
-
 fn white() -> Color {
     Color(Vec3::ONE)
 }
@@ -119,9 +116,14 @@ impl Builder<'_> {
 
     /// A texture graph, evaluated in all directions.
     fn panorama(&mut self, texture: &toml::Value, context: &Context) -> Result<Image, LoadError> {
-        context.take(2 * u64::from(HEIGHT).pow(2) * size_of::<[f32; 3]>() as u64, "an environment")?;
+        context.take(
+            2 * u64::from(TextureGraph::PANORAMA_HEIGHT).pow(2) * size_of::<[f32; 3]>() as u64,
+            "an environment",
+        )?;
         let graph = self.parse_graph(texture).map_err(|why| context.error(format!("`texture`: {why}")))?;
-        graph.panorama(HEIGHT).map_err(|why| context.error(format!("`texture`: {why}")))
+        graph
+            .panorama(TextureGraph::PANORAMA_HEIGHT)
+            .map_err(|why| context.error(format!("`texture`: {why}")))
     }
 }
 
