@@ -80,7 +80,7 @@ mod tests {
                 Camera::perspective("c", Vec3::new(1.0, 2.0, 3.0), Vec3::new(-2.0, 0.5, 1.0), 1.0);
             (camera.projection, camera.distortion, camera.skew) = (projection, distortion, 0.02);
             let frame = camera_frame(&camera, width, height);
-            for (x, y) in [(0.5, 0.5), (319.5, 10.5), (100.25, 199.5), (160.0, 100.0)] {
+            for (x, y) in [(0.5, 0.5), (319.5, 10.5), (100.25, 199.5), (160.5, 100.0)] {
                 let ray = picture_ray(&frame, width, height, x, y);
                 if ray.t_max == 0.0 {
                     continue; // the corners of a fisheye

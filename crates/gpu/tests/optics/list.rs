@@ -290,7 +290,7 @@ functions! {
     distortion::beyond_everything(origin: direction, axis: direction) within ROUNDING;
     // geometry/wide_projection.rs
     wide_projection::panorama_direction(film: unit2) within ROUNDING;
-    wide_projection::panorama_film(direction: direction) within ROUNDING;
+    wide_projection::panorama_film(direction: ahead) within LENSES;
     wide_projection::fisheye_angles(film: unit2, half_angles: sizes2) within CANCELLING;
     wide_projection::fisheye_sees(film: unit2, half_angles: half_angles) within EXACT;
     wide_projection::fisheye_direction(film: unit2, half_angles: half_angles) within CANCELLING;
@@ -300,7 +300,7 @@ functions! {
     // geometry/camera.rs
     camera::wide_sees(kind: wide_kind, film: unit2, half_size: half_angles) within EXACT;
     camera::wide_direction(kind: wide_kind, film: unit2, half_size: half_angles) within CANCELLING;
-    camera::wide_film(kind: wide_kind, direction: direction, half_size: half_angles) within CANCELLING;
+    camera::wide_film(kind: wide_kind, direction: ahead, half_size: half_angles) within LENSES;
     camera::camera_ray(camera: camera, film: unit2, u_lens: unit2) within ROUNDING;
     camera::undistorted_camera_ray(camera: camera, film: unit2, u_lens: unit2) within ROUNDING;
     camera::pinhole_direction(camera: camera, film: unit2) within ROUNDING;
