@@ -318,9 +318,15 @@ fn fisheyes_and_cube_maps_show_the_environment_in_its_directions() {
             let at = |k: usize| (k as f32 + 0.5) / 24.0;
             let rays =
                 (0..24 * 24).map(|k| picture_ray(&frame, width, height, x + at(k % 24), y + at(k / 24)));
-            let seen = rays.map(|ray| if ray.t_max > 0.0 { radiance(ray.direction) } else { 0.0 });
-            let expected = seen.sum::<f64>() / (24.0 * 24.0);
-            let slack = 5.0 * e.variance[i][0].sqrt() + 5e-3 * expected + 1e-6;
+            let (mut sum, mut outside) = (0.0, 0);
+            for ray in rays {
+                outside += u32::from(ray.t_max == 0.0);
+                sum += if ray.t_max > 0.0 { radiance(ray.direction) } else { 0.0 };
+            }
+            let expected = sum / (24.0 * 24.0);
+            // How much of a pixel the circle cuts off is known to a part of the grid.
+            let of_edge = if outside % (24 * 24) > 0 { 0.03 } else { 5e-3 };
+            let slack = 5.0 * e.variance[i][0].sqrt() + of_edge * expected + 1e-6;
             assert!(
                 (mean[0] - expected).abs() < slack,
                 "{projection} ({x}, {y}): {} not {expected}",
