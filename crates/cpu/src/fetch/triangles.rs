@@ -286,14 +286,14 @@ impl TriangleLanes {
             self.corners[k].set(lane, corner);
             self.normals[k].set(lane, normal);
         }
-        let corners = [0, 1, 2].map(|k: usize| self.corners[k].get(lane));
+        let corners = of_lane(&self.corners, lane);
         self.transformed.0[lane] = transformed_extent(&instance.object_to_world, corners);
     }
 
     /// The point on a flat triangle.
     #[inline(always)]
     fn compute_lane(&mut self, lane: usize) {
-        let [p0, p1, p2] = [0, 1, 2].map(|k| self.corners[k].get(lane));
+        let [p0, p1, p2] = of_lane(&self.corners, lane);
         let (u, v) = (self.u.0[lane], self.v.0[lane]);
         let outward = unit(cross(p1 - p0, p2 - p0));
         let front = dot(outward, self.wo.get(lane)) >= 0.0;
@@ -311,7 +311,7 @@ impl TriangleLanes {
     /// The shading normal, if the triangle has vertex normals.
     #[inline(always)]
     fn bend_lane(&mut self, lane: usize) {
-        let [n0, n1, n2] = [0, 1, 2].map(|k| self.normals[k].get(lane));
+        let [n0, n1, n2] = of_lane(&self.normals, lane);
         let (u, v) = (self.u.0[lane], self.v.0[lane]);
         let interpolated = n0 * (1.0 - u - v) + n1 * u + n2 * v;
         let smooth = self.form.0[lane] & form::SMOOTH != 0 && dot(interpolated, interpolated) > 1e-20;
@@ -327,8 +327,8 @@ impl TriangleLanes {
     #[inline(always)]
     fn lift_lane(&mut self, lane: usize) {
         const LIFTED: u32 = form::SMOOTH | form::LIFTED;
-        let [p0, p1, p2] = [0, 1, 2].map(|k| self.corners[k].get(lane));
-        let [n0, n1, n2] = [0, 1, 2].map(|k| self.normals[k].get(lane));
+        let [p0, p1, p2] = of_lane(&self.corners, lane);
+        let [n0, n1, n2] = of_lane(&self.normals, lane);
         let (u, v) = (self.u.0[lane], self.v.0[lane]);
         let (position, normal) = (self.position.get(lane), self.normal.get(lane));
         let weights = vec3f(1.0 - u - v, u, v);
@@ -392,6 +392,13 @@ impl TriangleLanes {
             layer_frame: Frame { tangent: shading_normal, bitangent: shading_normal, normal: shading_normal },
         })
     }
+}
+
+/// The three vectors of a lane. Not by `map`: compiled by itself, its closure lacks the lanes' instructions.
+#[inline(always)]
+fn of_lane(vectors: &[Vectors; 3], lane: usize) -> [Vec3f; 3] {
+    let [a, b, c] = vectors;
+    [a.get(lane), b.get(lane), c.get(lane)]
 }
 
 /// A vector of length 1 in the direction of `v`; not a number for zero, which the caller has excluded or ignores.
