@@ -8,7 +8,7 @@ pub(crate) mod tracing;
 use crate::batch::Batch;
 use crate::film::{FOLD_SAMPLES, FilmBuffers, device_error};
 use crate::kernel::{KernelKind, PathKernel, Tracing};
-use crate::plan::{Plan, most_samples};
+use crate::plan::{DispatchPlan, most_samples};
 use crate::portions::portions;
 use crate::scene::refuse_volumes;
 use crate::scene::update::StagingRing;
@@ -208,7 +208,7 @@ impl GpuBackend {
         let compiled = scene.kernels.get_mut(&key).ok_or_else(missing)?;
         compiled.kernel.set_path_kernel(self.path_kernel);
         let end = view.first_sample + samples;
-        let mut plan = Plan::new(view.window.width, view.window.height, view.first_sample..end);
+        let mut plan = DispatchPlan::new(view.window.width, view.window.height, view.first_sample..end);
         let most = most_samples(gpu.is_software());
         let mut under_way = VecDeque::new();
         let mut last_done = Instant::now();

@@ -51,7 +51,7 @@ impl Pace {
 
 /// Walks through the samples of all rows: all rows with a few samples at a time, so that pictures grow evenly.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub struct DispatchPlan {
     width: u32,
     height: u32,
     samples: Range<u32>,
@@ -60,7 +60,7 @@ pub struct Plan {
     row: u32,
 }
 
-impl Plan {
+impl DispatchPlan {
     /// For a window of `width` × `height` pixels.
     pub fn new(width: u32, height: u32, samples: Range<u32>) -> Self {
         Self { width, height, samples, chunk: 0, row: 0 }
@@ -202,7 +202,7 @@ mod tests {
     fn plans_cover_everything_once() {
         for cost in [1e-12, 3e-9, 1e-6, 1e-3, 1.0] {
             let pace = Pace { cost };
-            let mut plan = Plan::new(70, 37, 5..75);
+            let mut plan = DispatchPlan::new(70, 37, 5..75);
             let mut seen = vec![0u32; 37 * 80];
             let mut batches = 0;
             while let Some(b) = plan.next(&pace, 1024) {
@@ -226,12 +226,12 @@ mod tests {
         let mut pace = Pace::default();
         let true_cost = 5e-9;
         for _ in 0..12 {
-            let mut plan = Plan::new(1920, 1080, 0..10_000);
+            let mut plan = DispatchPlan::new(1920, 1080, 0..10_000);
             let batch = plan.next(&pace, 1024).expect("work");
             let samples = 1920 * u64::from(rows(&batch).1) * u64::from(batch.sample_count);
             pace.learn(samples, Duration::from_secs_f64(samples as f64 * true_cost));
         }
-        let mut plan = Plan::new(1920, 1080, 0..10_000);
+        let mut plan = DispatchPlan::new(1920, 1080, 0..10_000);
         let batch = plan.next(&pace, 1024).expect("work");
         let seconds = f64::from(1920 * rows(&batch).1) * f64::from(batch.sample_count) * true_cost;
         assert!((0.02..0.05).contains(&seconds), "{seconds} s: {batch:?}");

@@ -21,7 +21,7 @@ pub struct Frame {
 
 /// A pass of the render thread.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Pass {
+pub struct PassTime {
     /// Seconds since the start, when it was seen.
     pub time: f64,
     /// Milliseconds of rendering.
@@ -42,7 +42,7 @@ pub struct Statistics {
     /// Of the window.
     pub frames: VecDeque<Frame>,
     /// Of the render thread.
-    pub passes: VecDeque<Pass>,
+    pub passes: VecDeque<PassTime>,
     /// The device's passes by name, in milliseconds, of the last pass.
     pub device: Vec<(String, f64)>,
 }
@@ -57,7 +57,7 @@ impl Statistics {
     /// Notes a pass.
     pub fn pass(&mut self, time: f64, report: &PassReport) {
         let seconds = report.render.as_secs_f64().max(1e-9);
-        let pass = Pass {
+        let pass = PassTime {
             time,
             render_ms: (report.render.as_secs_f64() * 1e3) as f32,
             show_ms: (report.show.as_secs_f64() * 1e3) as f32,

@@ -7,7 +7,7 @@ mod slurm;
 use super::render::check_place;
 use crate::console::{print_result, say, write_text};
 use anyhow::Context;
-use plan::Plan;
+use plan::JobPlan;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 
@@ -60,7 +60,7 @@ struct JobArgs {
 /// Writes the job.
 pub fn run(args: &SubmitArgs) -> anyhow::Result<()> {
     let (Engine::Openjd(job_args) | Engine::Slurm(job_args)) = &args.engine;
-    let plan = Plan::new(&job_args.render, job_args.tiles.get(), job_args.sample_ranges.get())?;
+    let plan = JobPlan::new(&job_args.render, job_args.tiles.get(), job_args.sample_ranges.get())?;
     let name = job_args.name.clone().unwrap_or_else(|| plan.stem());
     let text = match &args.engine {
         Engine::Openjd(_) => {

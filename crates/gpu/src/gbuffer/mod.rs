@@ -39,7 +39,7 @@ use buffers::{DrawSize, FrameBuffers};
 use frame::FrameInput;
 use items::{DrawClass, Items, MOST_ITEMS};
 use optics::camera::CameraFrame;
-use passes::{Pass, frame_pass};
+use passes::{GBufferPass, frame_pass};
 use raster::CompiledDraws;
 use targets::Targets;
 
@@ -109,7 +109,7 @@ impl GBuffer {
         (items.items, items.parts) = (Vec::new(), Vec::new());
         let compile = |pass| frame_pass(gpu, pass, variant, scene, tracer);
         let gbuffer = Self {
-            passes: Pass::ALL.into_iter().map(compile).collect::<Result<_, GpuError>>()?,
+            passes: GBufferPass::ALL.into_iter().map(compile).collect::<Result<_, GpuError>>()?,
             draws: CompiledDraws::new(gpu, variant, scene)?,
             buffers,
             items,
@@ -141,7 +141,8 @@ impl GBuffer {
     /// # Errors
     /// When the driver refuses a shader.
     pub fn compile(&mut self, gpu: &Gpu, rasters: bool) -> Result<(), GpuError> {
-        let wanted: &[Pass] = if rasters { &[Pass::Cull, Pass::Resolve] } else { &[Pass::CameraRays] };
+        let wanted: &[GBufferPass] =
+            if rasters { &[GBufferPass::Cull, GBufferPass::Resolve] } else { &[GBufferPass::CameraRays] };
         let is_wanted = |number: usize| wanted.iter().any(|&pass| pass as usize == number);
         let passes = self.passes.iter_mut().enumerate().filter(|(number, _)| is_wanted(*number));
         pass::compile(gpu, passes.map(|(_, pass)| pass))
@@ -205,11 +206,11 @@ impl GBuffer {
             let draws = &self.buffers.draws;
             encoder.copy_buffer_to_buffer(&self.buffers.no_draws, 0, draws, 0, draws.size());
             let items = Dispatch::Groups(groups_of_64(u64::from(self.item_count)));
-            self.run(encoder, clock, targets, Pass::Cull, items);
+            self.run(encoder, clock, targets, GBufferPass::Cull, items);
             self.draw(encoder, clock, targets, frame);
-            self.run(encoder, clock, targets, Pass::Resolve, rows);
+            self.run(encoder, clock, targets, GBufferPass::Resolve, rows);
         } else {
-            self.run(encoder, clock, targets, Pass::CameraRays, rows);
+            self.run(encoder, clock, targets, GBufferPass::CameraRays, rows);
         }
     }
 
@@ -218,7 +219,7 @@ impl GBuffer {
         encoder: &mut wgpu::CommandEncoder,
         clock: &mut dyn PassClock,
         targets: &Targets,
-        pass: Pass,
+        pass: GBufferPass,
         size: Dispatch<'_>,
     ) {
         // What a frame needs was compiled before it is recorded.

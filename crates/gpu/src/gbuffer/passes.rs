@@ -16,7 +16,7 @@ pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 /// A pass of compute shaders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Pass {
+pub(super) enum GBufferPass {
     /// Finds the items that the camera may see.
     Cull,
     /// From what was drawn to hits.
@@ -53,7 +53,7 @@ pub(crate) mod slots {
 
 use slots::*;
 
-impl Pass {
+impl GBufferPass {
     /// All of them; a pass' place is its number.
     pub const ALL: [Self; 3] = [Self::Cull, Self::Resolve, Self::CameraRays];
 
@@ -103,7 +103,7 @@ pub(crate) fn linkage(variant: Variant) -> Linkage {
 /// When the device cannot bind what it needs.
 pub(super) fn frame_pass(
     gpu: &Gpu,
-    pass: Pass,
+    pass: GBufferPass,
     variant: Variant,
     scene: &GpuScene,
     tracer: &dyn Tracer,
@@ -133,7 +133,7 @@ mod tests {
                 ..Variant::default()
             },
         ] {
-            for pass in Pass::ALL {
+            for pass in GBufferPass::ALL {
                 let linkage = linkage(variant).with(&query::linkage());
                 check_pass(&pass.spec(), &linkage, &format!("{variant:?}"));
             }
@@ -156,7 +156,7 @@ mod tests {
 
     #[test]
     fn passes_are_where_their_numbers_say() {
-        assert!(Pass::ALL.into_iter().enumerate().all(|(i, pass)| pass as usize == i));
+        assert!(GBufferPass::ALL.into_iter().enumerate().all(|(i, pass)| pass as usize == i));
         assert!(DrawClass::ALL.into_iter().enumerate().all(|(i, class)| class as usize == i));
     }
 }

@@ -15,7 +15,7 @@ mod shafts;
 mod targets;
 
 pub use crate::gbuffer::{HybridFrame, HybridPixel, Picture, Projection};
-pub use passes::Pass;
+pub use passes::HybridPass;
 #[cfg(test)]
 pub(crate) use shafts::linkage as shafts_linkage;
 
@@ -123,7 +123,7 @@ impl HybridKernel {
         let make = |pass| frame_pass(gpu, pass, variant, scene, tracer, shafts.as_ref());
         let mut kernel = Self {
             gbuffer,
-            passes: Pass::ALL.into_iter().map(make).collect::<Result<_, GpuError>>()?,
+            passes: HybridPass::ALL.into_iter().map(make).collect::<Result<_, GpuError>>()?,
             reflections: ReflectionBuffers::new(gpu)?,
             targets: None,
             clusters_lights: true,
@@ -178,32 +178,37 @@ impl HybridKernel {
     ) -> Result<(), GpuError> {
         let mut passes = Self::shading_passes(shading, lights);
         if culls_lights {
-            passes.push(Pass::ClusterLights);
+            passes.push(HybridPass::ClusterLights);
         }
         self.compile(gpu, &passes)
     }
 
-    fn compile(&mut self, gpu: &Gpu, wanted: &[Pass]) -> Result<(), GpuError> {
+    fn compile(&mut self, gpu: &Gpu, wanted: &[HybridPass]) -> Result<(), GpuError> {
         let is_wanted = |number: usize| wanted.iter().any(|&pass| pass as usize == number);
         let passes = self.passes.iter_mut().enumerate().filter(|(number, _)| is_wanted(*number));
         pass::compile(gpu, passes.map(|(_, pass)| pass))
     }
 
     /// The passes of a frame after its first hits.
-    fn shading_passes(shading: Shading, lights: LightWords) -> Vec<Pass> {
+    fn shading_passes(shading: Shading, lights: LightWords) -> Vec<HybridPass> {
         let mut passes = match (lights.hidden > 0, shading.shadows) {
             (true, true) if lights.shafts > 0 => {
-                vec![Pass::TileBounds, Pass::Shafts, Pass::ShadowRays, Pass::LitSurfaces]
+                vec![
+                    HybridPass::TileBounds,
+                    HybridPass::Shafts,
+                    HybridPass::ShadowRays,
+                    HybridPass::LitSurfaces,
+                ]
             }
-            (true, true) => vec![Pass::ShadowRays, Pass::LitSurfaces],
-            (true, false) => vec![Pass::LitSurfaces],
-            (false, _) => vec![Pass::DirectLights],
+            (true, true) => vec![HybridPass::ShadowRays, HybridPass::LitSurfaces],
+            (true, false) => vec![HybridPass::LitSurfaces],
+            (false, _) => vec![HybridPass::DirectLights],
         };
-        passes.push(Pass::AmbientOcclusion);
+        passes.push(HybridPass::AmbientOcclusion);
         if shading.reflects {
-            passes.extend([Pass::ListReflecting, Pass::Reflections]);
+            passes.extend([HybridPass::ListReflecting, HybridPass::Reflections]);
         }
-        passes.push(Pass::Compose);
+        passes.push(HybridPass::Compose);
         passes
     }
 
@@ -240,23 +245,23 @@ impl HybridKernel {
         let PreparedFrame { begun, shading } = frame;
         if begun.clustered {
             let clusters = Dispatch::Groups(groups_of_64(targets.lights.masks));
-            self.run(encoder, clock, targets, Pass::ClusterLights, clusters);
+            self.run(encoder, clock, targets, HybridPass::ClusterLights, clusters);
         }
         self.gbuffer.record(encoder, clock, begun);
         let rows = Dispatch::Groups([targets.size[0].div_ceil(8), begun.row_count.div_ceil(8)]);
         let (head, size) = (&targets.reflecting, &self.reflections.groups);
         for pass in Self::shading_passes(*shading, targets.lights) {
             let size_of_pass = match pass {
-                Pass::ListReflecting => {
+                HybridPass::ListReflecting => {
                     encoder.copy_buffer_to_buffer(&self.reflections.none, 0, head, 0, REFLECTING_HEAD);
                     rows
                 }
-                Pass::Reflections => {
+                HybridPass::Reflections => {
                     encoder.copy_buffer_to_buffer(head, 0, size, 0, REFLECTING_HEAD);
                     Dispatch::Indirect(size, 0)
                 }
-                Pass::TileBounds => Dispatch::Groups(Shafts::tiles([targets.size[0], begun.row_count])),
-                Pass::Shafts => {
+                HybridPass::TileBounds => Dispatch::Groups(Shafts::tiles([targets.size[0], begun.row_count])),
+                HybridPass::Shafts => {
                     let lists = Shafts::lists([targets.size[0], begun.row_count], self.light_count);
                     Dispatch::Groups(groups_of_64(lists))
                 }
@@ -271,7 +276,7 @@ impl HybridKernel {
         encoder: &mut wgpu::CommandEncoder,
         clock: &mut dyn PassClock,
         targets: &Targets,
-        pass: Pass,
+        pass: HybridPass,
         size: Dispatch<'_>,
     ) {
         // What a frame needs was compiled before it is recorded.

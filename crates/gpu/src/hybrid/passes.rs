@@ -12,7 +12,7 @@ use crate::{Gpu, GpuError, GpuScene};
 
 /// A pass of compute shaders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pass {
+pub enum HybridPass {
     /// Finds the lights that matter to each cluster.
     ClusterLights,
     /// Where the shadow rays of each tile of pixels begin.
@@ -35,7 +35,7 @@ pub enum Pass {
     Compose,
 }
 
-impl Pass {
+impl HybridPass {
     /// All of them; a pass' place is its number.
     pub const ALL: [Self; 10] = [
         Self::ClusterLights,
@@ -130,14 +130,14 @@ impl Pass {
 /// When the device cannot bind what it needs.
 pub(super) fn frame_pass(
     gpu: &Gpu,
-    pass: Pass,
+    pass: HybridPass,
     variant: Variant,
     scene: &GpuScene,
     tracer: &dyn Tracer,
     shafts: Option<&Shafts>,
 ) -> Result<compute::Pass, GpuError> {
     // Whoever finishes the frame records first hits: the others need not be compiled twice.
-    let variant = Variant { aovs: variant.aovs && pass == Pass::Compose, ..variant };
+    let variant = Variant { aovs: variant.aovs && pass == HybridPass::Compose, ..variant };
     let linkage = pass.linkage(&tracer.linkage(), shafts.map(|shafts| &shafts.linkage), variant);
     compute::Pass::new(gpu, "hybrid", pass.spec(), &linkage, Some(scene), Some(tracer))
 }
@@ -166,8 +166,9 @@ mod tests {
                 ..Variant::default()
             },
         ] {
-            let without = Pass::ALL.into_iter().filter(|p| !p.makes_shafts()).map(|pass| (pass, None));
-            let with = Pass::ALL.into_iter().filter(|p| p.uses_shafts()).map(|pass| (pass, Some(&shafts)));
+            let without = HybridPass::ALL.into_iter().filter(|p| !p.makes_shafts()).map(|pass| (pass, None));
+            let with =
+                HybridPass::ALL.into_iter().filter(|p| p.uses_shafts()).map(|pass| (pass, Some(&shafts)));
             for (pass, shafts) in without.chain(with) {
                 let linkage = pass.linkage(&query::linkage(), shafts, variant);
                 let with = format!("{variant:?}, with shafts: {}", shafts.is_some());
@@ -178,6 +179,6 @@ mod tests {
 
     #[test]
     fn passes_are_where_their_numbers_say() {
-        assert!(Pass::ALL.into_iter().enumerate().all(|(i, pass)| pass as usize == i));
+        assert!(HybridPass::ALL.into_iter().enumerate().all(|(i, pass)| pass as usize == i));
     }
 }

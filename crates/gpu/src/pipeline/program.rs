@@ -28,7 +28,7 @@ static COMPILING: Mutex<()> = Mutex::new(());
 
 /// What a shader sees at a binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Slot {
+enum BindingSlot {
     Storage,
     Uniform,
     /// So many textures.
@@ -36,7 +36,7 @@ enum Slot {
     Structure,
 }
 
-impl Slot {
+impl BindingSlot {
     fn descriptor(self) -> vk::DescriptorType {
         match self {
             Self::Storage => vk::DescriptorType::STORAGE_BUFFER,
@@ -56,7 +56,7 @@ impl Slot {
 }
 
 /// All bindings of the shaders, by group and number.
-type Slots = BTreeMap<(u32, u32), Slot>;
+type Slots = BTreeMap<(u32, u32), BindingSlot>;
 
 /// A pipeline: what it was made of can be dropped before it.
 pub(super) struct Program {
@@ -147,12 +147,14 @@ impl Program {
     }
 
     fn make_sets(&mut self) -> Result<(), GpuError> {
-        let size = |slot: Slot| {
+        let size = |slot: BindingSlot| {
             let same = self.slots.values().filter(|s| s.descriptor() == slot.descriptor());
             let count = same.map(|s| s.count()).sum::<u32>();
             vk::DescriptorPoolSize::default().ty(slot.descriptor()).descriptor_count(count.max(1))
         };
-        let sizes = [Slot::Storage, Slot::Uniform, Slot::Textures(1), Slot::Structure].map(size);
+        let sizes =
+            [BindingSlot::Storage, BindingSlot::Uniform, BindingSlot::Textures(1), BindingSlot::Structure]
+                .map(size);
         let info = vk::DescriptorPoolCreateInfo::default().max_sets(GROUPS as u32).pool_sizes(&sizes);
         // SAFETY: the pool sizes are not empty and have known types.
         let pool = unsafe { self.vulkan.raw.create_descriptor_pool(&info, None) };
@@ -245,8 +247,8 @@ impl Program {
             };
             let here = resources.iter().find(|(place, _)| *place == (group, binding)).map(|(_, r)| r);
             match (slot, here) {
-                (Slot::Structure, _) => self.bind_structure(write),
-                (Slot::Storage | Slot::Uniform, Some(Resource::Buffer(buffer))) => {
+                (BindingSlot::Structure, _) => self.bind_structure(write),
+                (BindingSlot::Storage | BindingSlot::Uniform, Some(Resource::Buffer(buffer))) => {
                     // SAFETY: the raw handle is used only while `bound` keeps the buffer.
                     let hal = unsafe { buffer.as_hal::<Api>() }.ok_or_else(missing)?;
                     // SAFETY: as above.
@@ -254,7 +256,9 @@ impl Program {
                     let info = [vk::DescriptorBufferInfo::default().buffer(buffer).range(vk::WHOLE_SIZE)];
                     self.update(write.buffer_info(&info));
                 }
-                (Slot::Textures(count), Some(Resource::Textures(views))) if views.len() == count as usize => {
+                (BindingSlot::Textures(count), Some(Resource::Textures(views)))
+                    if views.len() == count as usize =>
+                {
                     let info = |view: &wgpu::TextureView| {
                         // SAFETY: the raw handle is used only while `bound` keeps the view.
                         let hal = unsafe { view.as_hal::<Api>() }?;
@@ -266,7 +270,9 @@ impl Program {
                     let infos = views.iter().map(info).collect::<Option<Vec<_>>>().ok_or_else(missing)?;
                     self.update(write.image_info(&infos));
                 }
-                (Slot::Storage | Slot::Uniform | Slot::Textures(_), _) => return Err(missing()),
+                (BindingSlot::Storage | BindingSlot::Uniform | BindingSlot::Textures(_), _) => {
+                    return Err(missing());
+                }
             }
         }
         self.bound = resources;
@@ -359,14 +365,14 @@ fn slots(shaders: &[&RayShaders]) -> Result<Slots, GpuError> {
                 continue;
             };
             let slot = match (variable.space, &module.types[variable.ty].inner) {
-                (naga::AddressSpace::Storage { .. }, _) => Slot::Storage,
-                (naga::AddressSpace::Uniform, _) => Slot::Uniform,
-                (_, naga::TypeInner::AccelerationStructure { .. }) => Slot::Structure,
+                (naga::AddressSpace::Storage { .. }, _) => BindingSlot::Storage,
+                (naga::AddressSpace::Uniform, _) => BindingSlot::Uniform,
+                (_, naga::TypeInner::AccelerationStructure { .. }) => BindingSlot::Structure,
                 (_, naga::TypeInner::Image { class: naga::ImageClass::Sampled { .. }, .. }) => {
-                    Slot::Textures(1)
+                    BindingSlot::Textures(1)
                 }
                 (_, naga::TypeInner::BindingArray { size: naga::ArraySize::Constant(count), .. }) => {
-                    Slot::Textures(count.get())
+                    BindingSlot::Textures(count.get())
                 }
                 (_, other) => {
                     let name = variable.name.clone().unwrap_or_default();
@@ -381,7 +387,7 @@ fn slots(shaders: &[&RayShaders]) -> Result<Slots, GpuError> {
 }
 
 /// A shader of the pipeline.
-struct Stage {
+struct ShaderStage {
     name: CString,
     stage: vk::ShaderStageFlags,
     module: vk::ShaderModule,
@@ -390,7 +396,7 @@ struct Stage {
 /// The shaders of a pipeline while it is made.
 struct Modules {
     vulkan: Arc<Vulkan>,
-    stages: Vec<Stage>,
+    stages: Vec<ShaderStage>,
 }
 
 impl Modules {
@@ -411,7 +417,7 @@ impl Modules {
             // SAFETY: the words are SPIR-V that naga validated and the patches kept valid.
             let module = unsafe { self.vulkan.raw.create_shader_module(&info, None) };
             let module = module.map_err(|e| refused(e.to_string()))?;
-            self.stages.push(Stage { name: c_name, stage, module });
+            self.stages.push(ShaderStage { name: c_name, stage, module });
         }
         Ok(())
     }

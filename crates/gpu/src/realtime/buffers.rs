@@ -1,6 +1,6 @@
 //! What depends on the picture's size: records for each pixel, by turns now and before, and the bind groups with them.
 
-use super::passes::{Pass, slots};
+use super::passes::{RealtimePass, slots};
 use crate::bindings::whole;
 use crate::film::FilmBuffers;
 use crate::gbuffer::{GBuffer, slots as gbuffer_slots};
@@ -84,7 +84,7 @@ impl Buffers {
     }
 }
 
-/// The groups of all passes, by [`Pass::index`], for even and for odd frames; and of [`Pass::Recombine`] by how often the
+/// The groups of all passes, by [`RealtimePass::index`], for even and for odd frames; and of [`RealtimePass::Recombine`] by how often the
 /// filter has gone from one buffer to the other.
 pub(super) struct Bindings {
     pub passes: [Vec<PassGroups>; 2],
@@ -109,7 +109,7 @@ impl Bindings {
             .pixels()
             .ok_or_else(|| GpuError::Device { doing, reason: "there is nothing to draw to".into() })?;
         let of_film = film.resources();
-        let bind = |pass: Pass, odd: usize, turned: usize| {
+        let bind = |pass: RealtimePass, odd: usize, turned: usize| {
             let own = [
                 whole(gbuffer_slots::FRAME, gbuffer.frame()),
                 whole(gbuffer_slots::PIXELS, pixels),
@@ -133,15 +133,20 @@ impl Bindings {
             passes[pass.index()].bind(gpu, &of_film, &own)
         };
         // The accumulation writes signals 0, which the filter's first pass reads.
-        let turned = |pass: Pass| match pass {
-            Pass::Filter(level) => level as usize % 2,
-            Pass::Accumulate => 1,
+        let turned = |pass: RealtimePass| match pass {
+            RealtimePass::Filter(level) => level as usize % 2,
+            RealtimePass::Accumulate => 1,
             _ => 0,
         };
-        let all =
-            |odd| Pass::all().map(|pass| bind(pass, odd, turned(pass))).collect::<Result<_, GpuError>>();
-        let recombine =
-            |odd| Ok::<_, GpuError>([bind(Pass::Recombine, odd, 0)?, bind(Pass::Recombine, odd, 1)?]);
+        let all = |odd| {
+            RealtimePass::all().map(|pass| bind(pass, odd, turned(pass))).collect::<Result<_, GpuError>>()
+        };
+        let recombine = |odd| {
+            Ok::<_, GpuError>([
+                bind(RealtimePass::Recombine, odd, 0)?,
+                bind(RealtimePass::Recombine, odd, 1)?,
+            ])
+        };
         Ok(Self {
             passes: [all(0)?, all(1)?],
             recombine: [recombine(0)?, recombine(1)?],

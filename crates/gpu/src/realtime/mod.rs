@@ -39,7 +39,7 @@ use crate::{Gpu, GpuError, GpuScene};
 use backend::{FrameSamples, Integrator, RealtimeSettings};
 use buffers::{Bindings, Buffers, DISPATCHES};
 use frame::{FrameState, RealtimeFrame, frame_samples, light_candidates};
-use passes::{MOST_FILTER_PASSES, Pass, frame_pass};
+use passes::{MOST_FILTER_PASSES, RealtimePass, frame_pass};
 use std::time::Duration;
 use waves::Waves;
 
@@ -94,7 +94,7 @@ impl RealtimeKernel {
         let make = |pass| frame_pass(gpu, pass, variant, scene, tracer);
         let mut kernel = Self {
             gbuffer: GBuffer::new(gpu, variant, scene, tracer)?,
-            passes: Pass::all().map(make).collect::<Result<_, GpuError>>()?,
+            passes: RealtimePass::all().map(make).collect::<Result<_, GpuError>>()?,
             waves: Waves::new(gpu, variant, scene, tracer)?,
             path_kernel: PathKernel::Auto,
             taken: PathKernel::Megakernel,
@@ -112,8 +112,9 @@ impl RealtimeKernel {
     /// Compiles what a frame needs and no frame before it needed.
     fn compile_frame(&mut self, gpu: &Gpu, settings: &RealtimeSettings) -> Result<(), GpuError> {
         let adapts = !frame_samples(settings).is_fixed();
-        let passes = Pass::of_frame(adapts, light_candidates(settings) > 0, filter_passes(settings));
-        let is_wanted = |number| passes.iter().any(|&pass| pass != Pass::Sample && pass.index() == number);
+        let passes = RealtimePass::of_frame(adapts, light_candidates(settings) > 0, filter_passes(settings));
+        let is_wanted =
+            |number| passes.iter().any(|&pass| pass != RealtimePass::Sample && pass.index() == number);
         let made = self.passes.iter_mut().enumerate().filter(|(number, _)| is_wanted(*number));
         pass::compile(gpu, made.map(|(_, pass)| pass))
     }
@@ -151,7 +152,7 @@ impl RealtimeKernel {
                 Err(error) => return Err(error),
             }
         }
-        pass::compile(gpu, [&mut self.passes[Pass::Sample.index()]])
+        pass::compile(gpu, [&mut self.passes[RealtimePass::Sample.index()]])
     }
 
     /// Bytes on the device that depend on the picture's size.
@@ -317,28 +318,28 @@ struct Recorder<'a> {
 impl Recorder<'_> {
     fn frame(&mut self, settings: &RealtimeSettings, waves: Option<u32>) {
         let samples = frame_samples(settings);
-        self.run("surfaces", &[Pass::Surfaces]);
-        self.run("reproject", &[Pass::Reproject]);
+        self.run("surfaces", &[RealtimePass::Surfaces]);
+        self.run("reproject", &[RealtimePass::Reproject]);
         let filter_passes = filter_passes(settings);
         if !samples.is_fixed() {
             self.encoder.clear_buffer(&self.buffers.work, 0, None);
-            self.run("noise", &Pass::NOISE);
-            self.run("allocation", &Pass::ALLOCATION);
+            self.run("noise", &RealtimePass::NOISE);
+            self.run("allocation", &RealtimePass::ALLOCATION);
         }
         if light_candidates(settings) > 0 {
-            self.run("presample lights", &[Pass::Presample]);
+            self.run("presample lights", &[RealtimePass::Presample]);
         }
         match waves {
             Some(max_depth) => self.sample_waves(samples, max_depth),
             None => self.sample(samples),
         }
-        self.run("accumulate", &[Pass::Accumulate]);
+        self.run("accumulate", &[RealtimePass::Accumulate]);
         for level in 0..filter_passes {
-            self.run("filter", &[Pass::Filter(level)]);
+            self.run("filter", &[RealtimePass::Filter(level)]);
         }
         self.recombine(filter_passes);
-        self.run("antialias", &[Pass::Antialias]);
-        self.run("compose", &[Pass::Compose]);
+        self.run("antialias", &[RealtimePass::Antialias]);
+        self.run("compose", &[RealtimePass::Compose]);
     }
 
     /// Workgroups of eight by eight for the window.
@@ -347,11 +348,11 @@ impl Recorder<'_> {
     }
 
     /// Runs passes over the window one after the other, timed together.
-    fn run(&mut self, name: &'static str, passes: &[Pass]) {
+    fn run(&mut self, name: &'static str, passes: &[RealtimePass]) {
         let window = self.groups();
         let mut recorded = begin(self.encoder, self.clock, name);
         for &pass in passes {
-            let groups = if pass == Pass::LayOut { [1, 1] } else { window };
+            let groups = if pass == RealtimePass::LayOut { [1, 1] } else { window };
             let bound = &self.bindings.passes[self.odd][pass.index()];
             self.kernel.passes[pass.index()].dispatch(&mut recorded, bound, Dispatch::Groups(groups));
         }
@@ -360,7 +361,7 @@ impl Recorder<'_> {
     fn recombine(&mut self, filter_passes: u32) {
         let size = Dispatch::Groups(self.groups());
         let bound = &self.bindings.recombine[self.odd][filter_passes as usize % 2];
-        self.kernel.passes[Pass::Recombine.index()].record(self.encoder, self.clock, bound, size);
+        self.kernel.passes[RealtimePass::Recombine.index()].record(self.encoder, self.clock, bound, size);
     }
 
     /// Wave after wave, a sample of each pixel; of adaptive ones, as [`Self::sample`] has it.
@@ -380,9 +381,9 @@ impl Recorder<'_> {
     /// they have what they want.
     fn sample(&mut self, samples: FrameSamples) {
         let window = self.groups();
-        let bound = &self.bindings.passes[self.odd][Pass::Sample.index()];
+        let bound = &self.bindings.passes[self.odd][RealtimePass::Sample.index()];
         let mut recorded = begin(self.encoder, self.clock, SAMPLES);
-        if self.kernel.passes[Pass::Sample.index()].set(&mut recorded, bound) {
+        if self.kernel.passes[RealtimePass::Sample.index()].set(&mut recorded, bound) {
             for sample in 0..samples.most {
                 sample_size(samples, sample, window, self.buffers).record(&mut recorded);
             }

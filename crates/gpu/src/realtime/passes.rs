@@ -10,7 +10,7 @@ use crate::{Gpu, GpuError, GpuScene};
 
 /// A pass; in the order of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pass {
+pub enum RealtimePass {
     /// What the passes below need to know of surfaces.
     Surfaces,
     /// What may be kept of the frame before.
@@ -88,7 +88,7 @@ use slots::*;
 const PLANES: [(&str, u32); 3] =
     [("guides", GUIDES), ("histories", HISTORIES), ("lights_found", LIGHTS_FOUND)];
 
-impl Pass {
+impl RealtimePass {
     /// All of them.
     pub fn all() -> impl Iterator<Item = Self> {
         let before = [
@@ -131,7 +131,7 @@ impl Pass {
         passes
     }
 
-    /// Its place among [`Pass::all`].
+    /// Its place among [`RealtimePass::all`].
     pub fn index(self) -> usize {
         match self {
             Self::Surfaces => 0,
@@ -295,13 +295,14 @@ fn filter_steps(level: u32) -> String {
 /// When the device cannot bind what it needs.
 pub(super) fn frame_pass(
     gpu: &Gpu,
-    pass: Pass,
+    pass: RealtimePass,
     variant: Variant,
     scene: &GpuScene,
     tracer: &dyn Tracer,
 ) -> Result<compute::Pass, GpuError> {
     // Who finishes the frame records first hits.
-    let variant = Variant { aovs: variant.aovs && pass == Pass::Compose, splitting: false, ..variant };
+    let variant =
+        Variant { aovs: variant.aovs && pass == RealtimePass::Compose, splitting: false, ..variant };
     let linkage = pass.linkage(&tracer.linkage(), variant);
     compute::Pass::new(gpu, "realtime", pass.spec(), &linkage, Some(scene), Some(tracer))
 }
@@ -323,7 +324,7 @@ mod tests {
             ..Variant::default()
         };
         for variant in [Variant::default(), all] {
-            for pass in Pass::all() {
+            for pass in RealtimePass::all() {
                 let linkage = pass.linkage(&query::linkage(), variant);
                 check_pass(&pass.spec(), &linkage, &format!("{pass:?}, {variant:?}"));
             }
@@ -332,14 +333,17 @@ mod tests {
 
     #[test]
     fn frames_with_everything_have_all_passes() {
-        assert_eq!(Pass::of_frame(true, true, MOST_FILTER_PASSES), Pass::all().collect::<Vec<_>>());
-        let few = Pass::of_frame(false, false, 1);
-        assert!(few.contains(&Pass::Filter(0)) && !few.contains(&Pass::Filter(1)));
-        assert!(!few.contains(&Pass::Choose) && !few.contains(&Pass::Presample));
+        assert_eq!(
+            RealtimePass::of_frame(true, true, MOST_FILTER_PASSES),
+            RealtimePass::all().collect::<Vec<_>>()
+        );
+        let few = RealtimePass::of_frame(false, false, 1);
+        assert!(few.contains(&RealtimePass::Filter(0)) && !few.contains(&RealtimePass::Filter(1)));
+        assert!(!few.contains(&RealtimePass::Choose) && !few.contains(&RealtimePass::Presample));
     }
 
     #[test]
     fn passes_are_where_their_numbers_say() {
-        assert!(Pass::all().enumerate().all(|(i, pass)| pass.index() == i));
+        assert!(RealtimePass::all().enumerate().all(|(i, pass)| pass.index() == i));
     }
 }

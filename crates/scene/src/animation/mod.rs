@@ -16,7 +16,7 @@ pub use objects::{
     AnimatedCamera, AnimatedInstance, AnimatedLight, AnimatedMaterial, CameraValue, LightValue,
     MaterialValue, Punctual, PunctualKind, TextureMotion, TextureUse, view_of,
 };
-pub use rig::{Node, Placed, Rig, Skin};
+pub use rig::{Node, NodePose, Rig, Skin};
 pub use track::{Interpolation, Track, TrackError};
 
 use crate::{MeshId, Photometry, Scene, Shape};
@@ -139,7 +139,7 @@ impl Animation {
         }
         for light in &pose.lights {
             let Some(own) = scene.lights.get_mut(light.light as usize) else { continue };
-            let Placed { world, visible } = placed[light.node as usize];
+            let NodePose { world, visible } = placed[light.node as usize];
             // A hidden light stays in its place in the lists, without strength.
             let intensity = if visible { light.source.intensity } else { 0.0 };
             let world = light.root * world;
@@ -179,7 +179,7 @@ impl Animation {
     }
 
     /// Instances stand where their nodes are, and can be moved without building structures anew.
-    fn place_instances(&self, placed: &[Placed], scene: &mut Scene) {
+    fn place_instances(&self, placed: &[NodePose], scene: &mut Scene) {
         for bound in &self.instances {
             let Some(instance) = scene.instances.get_mut(bound.instance as usize) else { continue };
             let node = placed[bound.node as usize];
@@ -193,7 +193,7 @@ impl Animation {
         }
     }
 
-    fn deform(&self, placed: &[Placed], weights: &[Vec<f32>], scene: &mut Scene) {
+    fn deform(&self, placed: &[NodePose], weights: &[Vec<f32>], scene: &mut Scene) {
         for part in &self.deformations {
             let mesh = scene.meshes.get_mut(part.mesh as usize);
             let shape = mesh.and_then(|m| m.parts.get_mut(part.part as usize)).map(|p| &mut p.shape);

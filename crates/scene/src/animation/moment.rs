@@ -1,6 +1,6 @@
 //! A moment of a scene that moves, as a value.
 
-use super::{Animation, Placed};
+use super::{Animation, NodePose};
 use crate::Scene;
 
 /// When a scene is shown, and what is played of it.
@@ -45,7 +45,7 @@ impl Scene {
 
 impl Animation {
     fn rest_meshes(&self, scene: &mut Scene) {
-        let placed: Vec<Placed> = self.rig.place(&self.rig.nodes);
+        let placed: Vec<NodePose> = self.rig.place(&self.rig.nodes);
         self.deform(&placed, &self.rig.weights, scene);
     }
 }

@@ -59,7 +59,7 @@ pub struct Rig {
 
 /// Where a node is in the world, and whether it is shown there.
 #[derive(Clone, Copy, Debug)]
-pub struct Placed {
+pub struct NodePose {
     /// Node to world.
     pub world: DAffine3,
     /// The node and all its ancestors are shown.
@@ -73,17 +73,17 @@ impl Rig {
     }
 
     /// Places all `nodes`, which are this rig's in some pose.
-    pub fn place(&self, nodes: &[Node]) -> Vec<Placed> {
+    pub fn place(&self, nodes: &[Node]) -> Vec<NodePose> {
         let root = self.root();
-        let mut placed = vec![Placed { world: root, visible: true }; nodes.len()];
+        let mut placed = vec![NodePose { world: root, visible: true }; nodes.len()];
         for index in &self.order {
             let node = &nodes[*index as usize];
-            let own = Placed { world: node.local(), visible: node.visible };
+            let own = NodePose { world: node.local(), visible: node.visible };
             placed[*index as usize] = match node.parent.map(|p| placed[p as usize]) {
                 Some(parent) => {
-                    Placed { world: parent.world * own.world, visible: parent.visible && own.visible }
+                    NodePose { world: parent.world * own.world, visible: parent.visible && own.visible }
                 }
-                None => Placed { world: root * own.world, ..own },
+                None => NodePose { world: root * own.world, ..own },
             };
         }
         placed

@@ -14,7 +14,7 @@ const TOLERANCE: f32 = 1e-5;
 
 /// What a triangle of a geometry is for light samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Part {
+pub(super) enum Pairing {
     /// A lamp of its own.
     Alone,
     /// The first half of a rectangle.
@@ -38,8 +38,8 @@ struct Half {
 }
 
 /// Pairs the triangles of a geometry that stands at `to_world`. In time that grows with their number.
-pub(super) fn pair(tables: &SceneTables, geometry: &GeometryRecord, to_world: &Affine3A) -> Vec<Part> {
-    let mut parts = vec![Part::Alone; geometry.primitive_count as usize];
+pub(super) fn pair(tables: &SceneTables, geometry: &GeometryRecord, to_world: &Affine3A) -> Vec<Pairing> {
+    let mut parts = vec![Pairing::Alone; geometry.primitive_count as usize];
     let mut waiting: HashMap<(Place, Place), Half> = HashMap::new();
     let halves = (0..geometry.primitive_count).filter_map(|i| Half::new(tables, geometry, i, to_world));
     for half in halves {
@@ -47,8 +47,8 @@ pub(super) fn pair(tables: &SceneTables, geometry: &GeometryRecord, to_world: &A
         let (begin, end) = half.edge;
         match waiting.get(&(end, begin)).and_then(|first| Some((first.triangle, first.with(&half)?))) {
             Some((first, rectangle)) => {
-                parts[first as usize] = Part::Rectangle(rectangle);
-                parts[half.triangle as usize] = Part::HalfOf(first);
+                parts[first as usize] = Pairing::Rectangle(rectangle);
+                parts[half.triangle as usize] = Pairing::HalfOf(first);
                 waiting.remove(&(end, begin));
             }
             None => {
@@ -113,7 +113,7 @@ mod tests {
     const SQUARE: [[f32; 3]; 4] = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
 
     /// What triangles of vertices `positions` are at `to_world`.
-    fn parts(positions: &[[f32; 3]], triangles: &[[u32; 3]], to_world: Affine3A) -> Vec<Part> {
+    fn parts(positions: &[[f32; 3]], triangles: &[[u32; 3]], to_world: Affine3A) -> Vec<Pairing> {
         let tables = SceneTables {
             positions: positions.to_vec(),
             indices: triangles.to_vec(),
@@ -138,7 +138,7 @@ mod tests {
     /// The rectangle of two triangles, whose corners must be `corners` and whose front must be theirs.
     fn expect_rectangle(positions: &[[f32; 3]], triangles: [[u32; 3]; 2], to_world: Affine3A) {
         let found = parts(positions, &triangles, to_world);
-        let [Part::Rectangle(r), Part::HalfOf(0)] = found[..] else {
+        let [Pairing::Rectangle(r), Pairing::HalfOf(0)] = found[..] else {
             panic!("{triangles:?} are {found:?}");
         };
         assert!(r.edge1.length() >= r.edge2.length() && r.edge1.dot(r.edge2).abs() < 1e-4, "{r:?}");
@@ -193,7 +193,7 @@ mod tests {
     #[test]
     fn what_is_no_rectangle_stays_triangles() {
         let halves = [[0, 1, 2], [0, 2, 3]];
-        let alone = [Part::Alone; 2];
+        let alone = [Pairing::Alone; 2];
         let square = |change: fn(&mut [[f32; 3]; 4])| {
             let mut corners = SQUARE;
             change(&mut corners);
@@ -223,13 +223,14 @@ mod tests {
         corners.extend([[4.0, 0.0, 0.0], [4.0, 1.0, 0.0], [4.0, 3.0, 0.0]]);
         let triangles = [[0, 1, 2], [1, 4, 5], [0, 2, 3], [5, 2, 1], [2, 5, 6]];
         let found = parts(&corners, &triangles, Affine3A::IDENTITY);
-        assert!(matches!(found[0], Part::Rectangle(r) if r.edge1.length() == 2.0), "{found:?}");
-        assert!(matches!(found[1], Part::Rectangle(_)), "{found:?}");
-        assert_eq!(found[2..], [Part::HalfOf(0), Part::HalfOf(1), Part::Alone]);
+        assert!(matches!(found[0], Pairing::Rectangle(r) if r.edge1.length() == 2.0), "{found:?}");
+        assert!(matches!(found[1], Pairing::Rectangle(_)), "{found:?}");
+        assert_eq!(found[2..], [Pairing::HalfOf(0), Pairing::HalfOf(1), Pairing::Alone]);
         // Front and back of a sheet: four triangles at one edge.
         let sheet = [[0, 1, 2], [0, 2, 1], [0, 2, 3], [0, 3, 2]];
         let found = parts(&SQUARE, &sheet, Affine3A::IDENTITY);
-        let [Part::Rectangle(front), Part::Rectangle(back), Part::HalfOf(0), Part::HalfOf(1)] = found[..]
+        let [Pairing::Rectangle(front), Pairing::Rectangle(back), Pairing::HalfOf(0), Pairing::HalfOf(1)] =
+            found[..]
         else {
             panic!("{found:?}");
         };
@@ -241,7 +242,7 @@ mod tests {
     fn many_triangles_at_one_edge_take_no_time() {
         let triangles = vec![[0, 1, 2]; 200_000];
         let begin = std::time::Instant::now();
-        assert_eq!(parts(&SQUARE, &triangles, Affine3A::IDENTITY), vec![Part::Alone; 200_000]);
+        assert_eq!(parts(&SQUARE, &triangles, Affine3A::IDENTITY), vec![Pairing::Alone; 200_000]);
         assert!(begin.elapsed().as_secs() < 10, "{:?}", begin.elapsed());
     }
 }

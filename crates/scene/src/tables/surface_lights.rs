@@ -2,7 +2,7 @@
 
 use super::light::strongest;
 use super::material::{MATERIAL_CHECKERBOARD_FADES, MATERIAL_EMISSION_TWO_SIDED};
-use super::rectangles::{self, Part};
+use super::rectangles::{self, Pairing};
 use super::transform::{affine, uniform_scale};
 use super::{GeometryKind, GeometryRecord, InstanceRecord, LightRecord, MaterialRecord, SceneTables};
 use crate::{Pixels, Scene};
@@ -95,22 +95,22 @@ impl SceneTables {
         self.bindings[binding].first_light = first_light;
         // A texture has coordinates at three corners.
         let parts = if is_textured(&material) {
-            vec![Part::Alone; geometry.primitive_count as usize]
+            vec![Pairing::Alone; geometry.primitive_count as usize]
         } else {
             rectangles::pair(self, geometry, to_world)
         };
         for (i, part) in (0..).zip(parts) {
             match part {
-                Part::Alone => {
+                Pairing::Alone => {
                     let light = self.triangle_light(geometry, i, to_world, binding, mean);
                     self.add_primitive_light(light);
                 }
-                Part::Rectangle(rectangle) => {
+                Pairing::Rectangle(rectangle) => {
                     let emission = Vec3::from(material.emission.to_array());
                     let two_sided = material.flags & MATERIAL_EMISSION_TWO_SIDED != 0;
                     self.add_primitive_light(LightRecord::rectangle(&rectangle, emission, two_sided));
                 }
-                Part::HalfOf(other) => {
+                Pairing::HalfOf(other) => {
                     let light = self.primitive_lights[(first_light + other) as usize];
                     self.primitive_lights.push(light);
                 }

@@ -1,6 +1,6 @@
 //! Job templates of [Open Job Description](https://github.com/OpenJobDescription/openjd-specifications), revision 2023-09.
 
-use super::plan::Plan;
+use super::plan::JobPlan;
 use anyhow::{Context, ensure};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -15,7 +15,7 @@ pub struct Job {
 
 impl Job {
     /// The template of a plan, to be written to a file in `folder`: paths in templates are relative to it.
-    pub fn new(plan: &Plan, name: &str, folder: &Path) -> anyhow::Result<Self> {
+    pub fn new(plan: &JobPlan, name: &str, folder: &Path) -> anyhow::Result<Self> {
         let marks = plan.arguments.iter().chain([&plan.scene]).find(|a| a.contains("{{"));
         ensure!(marks.is_none(), "{marks:?}: `{{{{` has a meaning in job templates");
         let mut template = Template { folder, parameters: Vec::new(), notices: Vec::new() };

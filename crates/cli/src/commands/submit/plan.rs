@@ -12,7 +12,7 @@ const MAX_TASKS: u64 = 100_000;
 /// Each task renders one tile and one range of samples of one frame to a part beside the output. Then a merge for each
 /// frame adds the parts up.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Plan {
+pub struct JobPlan {
     /// Scene file or name of a built-in scene.
     pub scene: String,
     /// All other arguments of `alhazen render` that are the same for every task.
@@ -27,7 +27,7 @@ pub struct Plan {
     pub ranges: u32,
 }
 
-impl Plan {
+impl JobPlan {
     /// Divides what `arguments` of `alhazen render` ask for.
     pub fn new(arguments: &[String], tiles: u32, ranges: u32) -> anyhow::Result<Self> {
         let all = parse(arguments)?;
@@ -137,9 +137,9 @@ fn without_scene(arguments: &[String], all: &RenderArgs) -> anyhow::Result<Vec<S
 mod tests {
     use super::*;
 
-    fn plan(arguments: &str) -> anyhow::Result<Plan> {
+    fn plan(arguments: &str) -> anyhow::Result<JobPlan> {
         let words: Vec<String> = arguments.split_whitespace().map(str::to_owned).collect();
-        Plan::new(&words, 2, 3)
+        JobPlan::new(&words, 2, 3)
     }
 
     #[test]

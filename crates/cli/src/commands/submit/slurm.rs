@@ -1,9 +1,9 @@
 //! Scripts that submit themselves to [Slurm](https://slurm.schedmd.com) as job arrays.
 
-use super::plan::Plan;
+use super::plan::JobPlan;
 
 /// A bash script that submits, renders or merges, as its first argument says.
-pub fn script(plan: &Plan, name: &str) -> String {
+pub fn script(plan: &JobPlan, name: &str) -> String {
     let (first, end) = plan.frames.unwrap_or((0, 1));
     let (frames, tasks_of_frame) = (u64::from(end - first), u64::from(plan.tiles) * u64::from(plan.ranges));
     let Commands { render, merge } = Commands::new(plan);
@@ -77,7 +77,7 @@ struct Commands {
 }
 
 impl Commands {
-    fn new(plan: &Plan) -> Self {
+    fn new(plan: &JobPlan) -> Self {
         let folder = plan.folder().to_string_lossy();
         let in_folder =
             |name: &str| if folder.is_empty() { name.to_owned() } else { format!("{folder}/{name}") };

@@ -45,7 +45,7 @@ impl Stage {
             buffers: self.buffers(),
             odd,
         };
-        (0..passes).for_each(|level| recorder.run("filter", &[Pass::Filter(level)]));
+        (0..passes).for_each(|level| recorder.run("filter", &[RealtimePass::Filter(level)]));
         self.gpu.queue.submit([encoder.finish()]);
         self.read(&self.buffers().signals[passes as usize % 2]).into_iter().map(Signal::unpack).collect()
     }

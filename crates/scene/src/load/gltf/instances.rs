@@ -4,7 +4,7 @@ use super::accessor::{Integers, Pick};
 use super::document::Document;
 use super::json::{Instancing, Kind};
 use super::motion::Motion;
-use super::nodes::{Hierarchy, Placed, unit};
+use super::nodes::{Hierarchy, VisitedNode, unit};
 use crate::animation::Skin;
 use crate::load::session::instance;
 use crate::{Instance, LoadError, LoadReport, MeshId};
@@ -75,7 +75,7 @@ impl Document<'_> {
         // Weights of meshes by their number: copied and compared once, however many nodes have none of their own.
         let mut of_meshes: HashMap<u32, Weights> = HashMap::new();
         for placed in &hierarchy.placed {
-            let Placed { node: number, .. } = *placed;
+            let VisitedNode { node: number, .. } = *placed;
             let node = &self.json.nodes[number as usize];
             let Some(mesh) = node.mesh else { continue };
             let source = self.get(&self.json.meshes, mesh, "mesh")?;
@@ -245,7 +245,7 @@ impl Placement {
         name: &str,
         world: DAffine3,
         mut carrier: Carrier,
-        placed: &Placed,
+        placed: &VisitedNode,
         report: &mut LoadReport,
     ) {
         let transform = world.as_affine3a();

@@ -8,7 +8,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 /// A node that is part of the scene.
 #[derive(Clone, Copy)]
-pub(super) struct Placed {
+pub(super) struct VisitedNode {
     /// Index of the node.
     pub node: u32,
     /// Neither the node nor an ancestor is switched off.
@@ -26,7 +26,7 @@ pub(super) struct Hierarchy {
     /// All nodes, parents before children.
     pub order: Vec<u32>,
     /// The nodes of the scene, parents before children, children in file order.
-    pub placed: Vec<Placed>,
+    pub placed: Vec<VisitedNode>,
 }
 
 /// Objects that nodes carry, each with its number in the file and what moves it.
@@ -131,7 +131,7 @@ impl Document<'_> {
         roots: &[u32],
         parents: &[u32],
         report: &mut LoadReport,
-    ) -> Result<Vec<Placed>, LoadError> {
+    ) -> Result<Vec<VisitedNode>, LoadError> {
         let nodes = &self.json.nodes;
         let mut seen = vec![false; nodes.len()];
         let mut placed = Vec::new();
@@ -141,19 +141,19 @@ impl Document<'_> {
             if parents[*root as usize] != NONE {
                 report.repaired("the scene lists a node that is a child of another");
             }
-            stack.push(Placed { node: *root, visible: true });
+            stack.push(VisitedNode { node: *root, visible: true });
         }
-        while let Some(Placed { node: index, visible }) = stack.pop() {
+        while let Some(VisitedNode { node: index, visible }) = stack.pop() {
             if std::mem::replace(&mut seen[index as usize], true) {
                 report.repaired("the scene lists a node twice");
                 continue;
             }
             let node = &nodes[index as usize];
             let own = node.extensions.visibility.as_ref().and_then(|v| v.visible).unwrap_or(true);
-            let here = Placed { node: index, visible: visible && own };
+            let here = VisitedNode { node: index, visible: visible && own };
             placed.push(here);
             let children = own_children(node, index, parents);
-            stack.extend(children.rev().map(|node| Placed { node, ..here }));
+            stack.extend(children.rev().map(|node| VisitedNode { node, ..here }));
         }
         Ok(placed)
     }

@@ -17,7 +17,7 @@ struct Run {
 }
 
 /// What becomes a mesh.
-struct Plan {
+struct MeshPlan {
     name: String,
     parts: Vec<PartPlan>,
 }
@@ -68,7 +68,7 @@ pub(super) fn build(data: &Data, name: &str, options: &LoadOptions, report: &mut
 
 /// Sorts faces into meshes and parts, following the statements between them.
 struct Planner {
-    plans: Vec<Plan>,
+    plans: Vec<MeshPlan>,
     /// Names of materials in order of first use by a face.
     materials: Vec<Option<String>>,
     /// Whether the file has any `s` statement.
@@ -124,7 +124,7 @@ impl Planner {
         }
         let mesh_id = *self.mesh_ids.entry(mesh.map(str::to_owned)).or_insert_with(|| {
             let name = mesh.filter(|n| !n.is_empty()).unwrap_or(&self.default_name).to_owned();
-            self.plans.push(Plan { name, parts: Vec::new() });
+            self.plans.push(MeshPlan { name, parts: Vec::new() });
             self.plans.len() - 1
         });
         let material_id = *self.material_ids.entry(material.map(str::to_owned)).or_insert_with(|| {
@@ -140,9 +140,9 @@ impl Planner {
     }
 }
 
-fn merge(plans: Vec<Plan>, name: &str) -> Plan {
+fn merge(plans: Vec<MeshPlan>, name: &str) -> MeshPlan {
     let mut part_ids = HashMap::new();
-    let mut merged = Plan { name: name.to_owned(), parts: Vec::new() };
+    let mut merged = MeshPlan { name: name.to_owned(), parts: Vec::new() };
     for part in plans.into_iter().flat_map(|p| p.parts) {
         let id = *part_ids.entry(part.material).or_insert(merged.parts.len());
         if id == merged.parts.len() {
@@ -213,7 +213,7 @@ impl Counts {
     }
 }
 
-fn build_mesh(plan: Plan, source: &Source, smoothing: bool, options: &LoadOptions) -> (Mesh, Counts) {
+fn build_mesh(plan: MeshPlan, source: &Source, smoothing: bool, options: &LoadOptions) -> (Mesh, Counts) {
     let built: Vec<(Builder, u32)> =
         plan.parts.par_iter().map(|part| (Builder::new(source, part).build(part), part.material)).collect();
     let mut counts = Counts::default();

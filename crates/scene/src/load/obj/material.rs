@@ -1,6 +1,6 @@
 //! What an MTL material means in terms of [`Material`]. The rules are in the documentation of the [module](super).
 
-use super::mtl::{MtlMaterial, Slot};
+use super::mtl::{MtlMaterial, MtlTexture};
 use crate::{AlphaMode, LoadReport, Material, Model};
 use glam::Vec3;
 
@@ -29,7 +29,7 @@ pub fn interpret(mtl: &MtlMaterial, report: &mut LoadReport) -> Material {
         glass(mtl, &mut material, &mut notes);
         return material;
     }
-    if opacity < 1.0 || has(Slot::Dissolve) {
+    if opacity < 1.0 || has(MtlTexture::Dissolve) {
         material.base_color.w = opacity;
         material.alpha_mode = AlphaMode::Blend;
     }
@@ -60,7 +60,7 @@ impl Notes<'_> {
 }
 
 fn diffuse(mtl: &MtlMaterial, notes: &mut Notes) -> Vec3 {
-    let textured = mtl.maps.contains_key(&Slot::Diffuse);
+    let textured = mtl.maps.contains_key(&MtlTexture::Diffuse);
     let Some(diffuse) = mtl.diffuse else { return Vec3::splat(if textured { 1.0 } else { 0.8 }) };
     if textured && diffuse == Vec3::ZERO {
         notes.repaired("a black Kd would hide map_Kd; white is used");
@@ -77,7 +77,7 @@ fn emission(mtl: &MtlMaterial, notes: &mut Notes) -> Vec3 {
     if emission != Vec3::ZERO {
         return emission;
     }
-    if mtl.maps.contains_key(&Slot::Emission) {
+    if mtl.maps.contains_key(&MtlTexture::Emission) {
         if mtl.emission.is_some() {
             notes.repaired("a black Ke would hide map_Ke; white is used");
         }
@@ -117,7 +117,7 @@ fn is_glass(mtl: &MtlMaterial, opacity: f32) -> bool {
     let black = mtl.diffuse.is_some_and(|kd| kd.max_element() <= 0.0);
     let filter = mtl.transmission.filter(|tf| tf.max_element() > 0.0);
     match mtl.illum {
-        _ if mtl.maps.contains_key(&Slot::Dissolve) => false,
+        _ if mtl.maps.contains_key(&MtlTexture::Dissolve) => false,
         Some(6 | 7) => true,
         Some(4 | 9) => opacity < 1.0 || filter.is_some_and(|tf| tf.min_element() < 1.0 || black),
         _ => opacity < 1.0 && filter.is_some() && mtl.ior.is_some_and(|ni| ni > 1.01),
@@ -135,7 +135,7 @@ fn glass(mtl: &MtlMaterial, material: &mut Material, notes: &mut Notes) {
     };
     // The classic model refracts sharply whatever Ns is, which only shapes the highlights of lights.
     material.roughness = mtl.roughness.unwrap_or(0.0).clamp(0.0, 1.0);
-    let textured = mtl.maps.contains_key(&Slot::Diffuse);
+    let textured = mtl.maps.contains_key(&MtlTexture::Diffuse);
     let tint = [mtl.transmission, mtl.diffuse].into_iter().flatten().find(|c| c.max_element() > 0.0);
     let tint = if textured { Vec3::ONE } else { tint.unwrap_or(Vec3::ONE) };
     material.base_color = tint.min(Vec3::ONE).extend(1.0);
@@ -143,13 +143,19 @@ fn glass(mtl: &MtlMaterial, material: &mut Material, notes: &mut Notes) {
 
 /// An opaque surface: diffuse, glossy, metallic or a mirror.
 fn surface(mtl: &MtlMaterial, material: &mut Material, notes: &mut Notes) {
-    let has = |slots: &[Slot]| slots.iter().any(|s| mtl.maps.contains_key(s));
-    let rough_map =
-        has(&[Slot::Roughness, Slot::OcclusionRoughnessMetallic, Slot::RoughnessMetallicOcclusion]);
-    let metal_map =
-        has(&[Slot::Metallic, Slot::OcclusionRoughnessMetallic, Slot::RoughnessMetallicOcclusion]);
+    let has = |slots: &[MtlTexture]| slots.iter().any(|s| mtl.maps.contains_key(s));
+    let rough_map = has(&[
+        MtlTexture::Roughness,
+        MtlTexture::OcclusionRoughnessMetallic,
+        MtlTexture::RoughnessMetallicOcclusion,
+    ]);
+    let metal_map = has(&[
+        MtlTexture::Metallic,
+        MtlTexture::OcclusionRoughnessMetallic,
+        MtlTexture::RoughnessMetallicOcclusion,
+    ]);
     let physical = mtl.roughness.is_some() || mtl.metallic.is_some() || rough_map || metal_map;
-    let specular_map = has(&[Slot::Specular]);
+    let specular_map = has(&[MtlTexture::Specular]);
     let specular = mtl.specular.unwrap_or(if specular_map || physical { Vec3::ONE } else { Vec3::ZERO });
 
     let phong = mtl.exponent.map_or(0.5, roughness_from_exponent);
@@ -181,7 +187,7 @@ fn surface(mtl: &MtlMaterial, material: &mut Material, notes: &mut Notes) {
 /// Whether the mirror reflection outweighs the diffuse one.
 fn reflects(mtl: &MtlMaterial, specular: Vec3) -> bool {
     let diffuse = mtl.diffuse.unwrap_or_default().max_element();
-    !mtl.maps.contains_key(&Slot::Diffuse) && specular.max_element() >= diffuse.max(0.1)
+    !mtl.maps.contains_key(&MtlTexture::Diffuse) && specular.max_element() >= diffuse.max(0.1)
 }
 
 #[cfg(test)]

@@ -41,12 +41,12 @@ pub struct MtlMaterial {
     /// `aniso`, anisotropy.
     pub anisotropy: Option<f32>,
     /// Textures by what they modulate.
-    pub maps: BTreeMap<Slot, Map>,
+    pub maps: BTreeMap<MtlTexture, Map>,
 }
 
 /// What a texture modulates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Slot {
+pub enum MtlTexture {
     /// `map_Kd`.
     Diffuse,
     /// `map_Ke`.
@@ -172,18 +172,18 @@ impl MtlMaterial {
 const UNSUPPORTED: [&str; 9] =
     ["ka", "disp", "decal", "refl", "map_refl", "spectral", "xyz", "map_disp", "map_pcr"];
 
-fn slot(keyword: &str) -> Option<Slot> {
+fn slot(keyword: &str) -> Option<MtlTexture> {
     Some(match keyword {
-        "map_kd" => Slot::Diffuse,
-        "map_ke" => Slot::Emission,
-        "map_ks" => Slot::Specular,
-        "map_d" => Slot::Dissolve,
-        "map_pr" => Slot::Roughness,
-        "map_pm" => Slot::Metallic,
-        "map_bump" | "bump" => Slot::Bump,
-        "norm" | "map_norm" | "map_kn" => Slot::Normal,
-        "map_orm" => Slot::OcclusionRoughnessMetallic,
-        "map_rma" => Slot::RoughnessMetallicOcclusion,
+        "map_kd" => MtlTexture::Diffuse,
+        "map_ke" => MtlTexture::Emission,
+        "map_ks" => MtlTexture::Specular,
+        "map_d" => MtlTexture::Dissolve,
+        "map_pr" => MtlTexture::Roughness,
+        "map_pm" => MtlTexture::Metallic,
+        "map_bump" | "bump" => MtlTexture::Bump,
+        "norm" | "map_norm" | "map_kn" => MtlTexture::Normal,
+        "map_orm" => MtlTexture::OcclusionRoughnessMetallic,
+        "map_rma" => MtlTexture::RoughnessMetallicOcclusion,
         _ => return None,
     })
 }
@@ -376,15 +376,18 @@ mod tests {
     fn options_and_names_with_spaces() {
         let (m, report) =
             one("map_Kd -s 2 3 1 -o 0.5 -clamp on -mm 0 1 my wood 01.png\n\tbump -bm 2 bump 01.png\n");
-        let kd = &m.maps[&Slot::Diffuse];
+        let kd = &m.maps[&MtlTexture::Diffuse];
         assert_eq!(kd.file, "my wood 01.png");
         assert_eq!((kd.scale, kd.offset, kd.clamp), (Vec2::new(2.0, 3.0), Vec2::new(0.5, 0.0), true));
-        assert_eq!((m.maps[&Slot::Bump].bump, m.maps[&Slot::Bump].file.as_str()), (2.0, "bump 01.png"));
+        assert_eq!(
+            (m.maps[&MtlTexture::Bump].bump, m.maps[&MtlTexture::Bump].file.as_str()),
+            (2.0, "bump 01.png")
+        );
         assert!(report.notes.is_empty());
-        assert_eq!(one("map_Kd -o 1 2").0.maps[&Slot::Diffuse].file, "2");
-        assert_eq!(one("map_Kd \"a b.png\"").0.maps[&Slot::Diffuse].file, "a b.png");
-        assert_eq!(one("map_Kd -mine.png").0.maps[&Slot::Diffuse].file, "-mine.png");
-        assert!(one("map_Kd -s 1").0.maps[&Slot::Diffuse].file == "1");
+        assert_eq!(one("map_Kd -o 1 2").0.maps[&MtlTexture::Diffuse].file, "2");
+        assert_eq!(one("map_Kd \"a b.png\"").0.maps[&MtlTexture::Diffuse].file, "a b.png");
+        assert_eq!(one("map_Kd -mine.png").0.maps[&MtlTexture::Diffuse].file, "-mine.png");
+        assert!(one("map_Kd -s 1").0.maps[&MtlTexture::Diffuse].file == "1");
     }
 
     #[test]
@@ -398,11 +401,11 @@ mod tests {
             ("map_Kd a-s 2.png", "a-s 2.png", Vec2::ONE),
         ] {
             let (m, report) = one(text);
-            let map = &m.maps[&Slot::Diffuse];
+            let map = &m.maps[&MtlTexture::Diffuse];
             assert_eq!((map.file.as_str(), map.scale), (file, scale), "{text}");
             assert!(report.notes.is_empty(), "{text}: {:?}", report.notes);
         }
-        assert_eq!(one("map_Kd my #1.png").0.maps[&Slot::Diffuse].whole, "my #1.png");
+        assert_eq!(one("map_Kd my #1.png").0.maps[&MtlTexture::Diffuse].whole, "my #1.png");
         let (m, report) = one("Kd 0.5 # grey\nillum 2# x\nNs 10 #\nd 0.5 # -halo");
         assert_eq!(
             (m.diffuse, m.illum, m.exponent, m.dissolve),

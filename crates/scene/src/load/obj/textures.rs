@@ -1,7 +1,7 @@
 //! The textures of the materials in use: which files, how they are sampled, what they are packed into.
 
 use super::images::{self, Channel, Coverage, Recipe};
-use super::mtl::{Map, MtlMaterial, Slot};
+use super::mtl::{Map, MtlMaterial, MtlTexture};
 use crate::load::LoadOptions;
 use crate::load::textures::{Neutral, TextureLoader, find_file};
 use crate::{
@@ -47,22 +47,22 @@ impl<'a> Textures<'a> {
     /// Adds the textures of a material, which will be number `index`. File names are relative to the `folders`, tried
     /// in order.
     pub(super) fn add(&mut self, index: usize, mtl: &MtlMaterial, model: Model, folders: &[&Path]) {
-        let map = |slot: Slot| mtl.maps.get(&slot);
-        self.base_color(index, map(Slot::Diffuse), map(Slot::Dissolve), folders);
-        if let Some(map) = map(Slot::Emission) {
+        let map = |slot: MtlTexture| mtl.maps.get(&slot);
+        self.base_color(index, map(MtlTexture::Diffuse), map(MtlTexture::Dissolve), folders);
+        if let Some(map) = map(MtlTexture::Emission) {
             let image = self.image(map, Neutral::White, folders);
             self.want(index, Target::Emission, Recipe::Plain(image), map);
         }
-        if let Some(map) = map(Slot::Normal) {
+        if let Some(map) = map(MtlTexture::Normal) {
             let image = self.image(map, Neutral::FlatNormal, folders);
             self.want(index, Target::Normal, Recipe::Plain(image), map);
-        } else if let Some(map) = map(Slot::Bump) {
+        } else if let Some(map) = map(MtlTexture::Bump) {
             let bump = self.image(map, Neutral::FlatNormal, folders);
             self.want(index, Target::Normal, Recipe::Normal { bump, strength: map.bump }, map);
         }
         if model == Model::MetallicRoughness {
             self.metallic_roughness(index, mtl, folders);
-            if let Some(map) = map(Slot::Specular) {
+            if let Some(map) = map(MtlTexture::Specular) {
                 let image = self.image(map, Neutral::White, folders);
                 self.specular.push((index, image));
             }
@@ -84,7 +84,7 @@ impl<'a> Textures<'a> {
     fn metallic_roughness(&mut self, index: usize, mtl: &MtlMaterial, folders: &[&Path]) {
         // The packed maps hold roughness and metalness in these components.
         for (slot, roughness, metallic) in
-            [(Slot::OcclusionRoughnessMetallic, 1, 2), (Slot::RoughnessMetallicOcclusion, 0, 1)]
+            [(MtlTexture::OcclusionRoughnessMetallic, 1, 2), (MtlTexture::RoughnessMetallicOcclusion, 0, 1)]
         {
             if let Some(map) = mtl.maps.get(&slot) {
                 let image = self.image(map, Neutral::White, folders);
@@ -94,7 +94,8 @@ impl<'a> Textures<'a> {
                 return self.want(index, Target::MetallicRoughness, recipe, map);
             }
         }
-        let (roughness, metallic) = (mtl.maps.get(&Slot::Roughness), mtl.maps.get(&Slot::Metallic));
+        let (roughness, metallic) =
+            (mtl.maps.get(&MtlTexture::Roughness), mtl.maps.get(&MtlTexture::Metallic));
         let Some(map) = roughness.or(metallic) else { return };
         let mut source = |map: Option<&Map>| {
             map.map(|m| (self.image(m, Neutral::White, folders), channel(m, Channel::Luminance)))

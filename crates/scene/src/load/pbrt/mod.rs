@@ -66,7 +66,7 @@ pub fn load_bytes(path: &Path, text: Vec<u8>, options: &LoadOptions) -> Result<L
 
 /// A mesh of an object, or of the world, where it was defined.
 #[derive(Clone)]
-struct Placed {
+struct PlacedShape {
     name: String,
     mesh: MeshId,
     /// To the object's space, or to the world.
@@ -91,9 +91,9 @@ struct Builder<'o> {
     shining: HashMap<(u32, [u32; 3], bool), u32>,
     camera: Option<camera::PendingCamera>,
     environment: Option<lights::PendingEnvironment>,
-    objects: HashMap<String, Vec<Placed>>,
+    objects: HashMap<String, Vec<PlacedShape>>,
     /// The object that is being defined.
-    object: Option<(String, Vec<Placed>)>,
+    object: Option<(String, Vec<PlacedShape>)>,
     /// Mirrors pbrt's world into this one.
     mirror: DAffine3,
     /// Mesh to world, for each of the scene's instances.

@@ -1,7 +1,7 @@
 //! Shapes: triangle meshes, PLY files, bilinear patches, spheres and disks.
 
 use super::parameters::Parameters;
-use super::{Builder, MAX_INSTANCES, Placed};
+use super::{Builder, MAX_INSTANCES, PlacedShape};
 use crate::load::ply;
 use crate::load::session::{TRIANGLE, instance};
 use crate::{Instance, LoadError, Mesh, Shape, Sphere, TriangleMesh};
@@ -75,7 +75,7 @@ impl Builder<'_> {
     fn place(&mut self, name: String, mesh: u32, anchor: &DAffine3, p: &Parameters) -> Result<(), LoadError> {
         let transform = self.state.transform * *anchor;
         if let Some((_, shapes)) = &mut self.object {
-            shapes.push(Placed { name, mesh, transform });
+            shapes.push(PlacedShape { name, mesh, transform });
             return Ok(());
         }
         if self.scene.instances.len() >= MAX_INSTANCES {
