@@ -257,7 +257,12 @@ fn unattended_runs_fail_loudly() {
     let _turn = TURN.lock();
     let Some(display) = Display::open("unattended_runs_fail_loudly") else { return };
     let folder = tempfile::tempdir().expect("a folder");
-    for (script, part) in [("fly\n", "no step `fly`"), ("material 999 red 1\n", "no such material")] {
+    for (script, part) in [
+        ("fly\n", "no step `fly`"),
+        ("material 999 red 1\n", "no such material"),
+        ("tab nowhere\n", "but Render, Objects"),
+        ("open missing.obj\nwait 1\n", "missing.obj"),
+    ] {
         let ran = display.try_view(
             folder.path(),
             "cornell --backend cpu --width 64 --height 48",

@@ -51,7 +51,7 @@ fn items(viewer: &mut Viewer, ui: &mut Ui, commands: &[Command]) {
 /// A command with its keys.
 fn item(viewer: &mut Viewer, ui: &mut Ui, command: Command) {
     let Some(info) = COMMANDS.iter().find(|info| info.command == command) else { return };
-    let keys = info.keys.map(|keys| ui.ctx().format_shortcut(&keys)).unwrap_or_default();
+    let keys = info.shortcut_text(ui.ctx());
     if ui.add(egui::Button::new(info.name).shortcut_text(keys)).clicked() {
         ui.close();
         viewer.run(command, &ui.ctx().clone());

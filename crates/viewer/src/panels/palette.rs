@@ -24,7 +24,7 @@ pub fn show(viewer: &mut Viewer, ctx: &Context) {
         }
         egui::ScrollArea::vertical().max_height(320.0).show(ui, |ui| {
             for info in found {
-                let keys = info.keys.map(|keys| ctx.format_shortcut(&keys)).unwrap_or_default();
+                let keys = info.shortcut_text(ctx);
                 if ui.add(egui::Button::new(info.name).shortcut_text(keys).frame(false)).clicked() {
                     chosen = Some(info.command);
                 }
@@ -56,6 +56,7 @@ mod tests {
     fn words_in_any_order_find_commands() {
         let names = |text: &str| matching(text).map(|info| info.name).collect::<Vec<_>>();
         assert_eq!(names("turntable rec"), ["Record a turntable…"]);
+        assert_eq!(names("exposure").len(), 2);
         assert_eq!(names("").len(), COMMANDS.len());
         assert!(names("no such thing").is_empty());
     }

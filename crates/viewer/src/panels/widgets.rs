@@ -3,6 +3,13 @@
 use super::tooltips;
 use egui::Ui;
 
+/// A number with as few of the allowed decimals as tell it, and no sign where they are all zeros.
+fn without_negative_zero(value: f64, decimals: std::ops::RangeInclusive<usize>) -> String {
+    let text = egui::emath::format_with_decimals_in_range(value, decimals);
+    let is_zero = text.chars().all(|c| !c.is_ascii_digit() || c == '0');
+    if is_zero { text.trim_start_matches(['-', '−']).to_owned() } else { text }
+}
+
 /// A number with a label before it; true when it was changed.
 pub(super) fn number(
     ui: &mut Ui,
@@ -14,6 +21,7 @@ pub(super) fn number(
     ui.horizontal(|ui| {
         let name = tooltips::explain(ui.label(label), label);
         let drag = egui::DragValue::new(value).speed(speed).range(range).max_decimals(4);
+        let drag = drag.custom_formatter(without_negative_zero);
         tooltips::explain(ui.add(drag).labelled_by(name.id), label).changed()
     })
     .inner
@@ -33,7 +41,10 @@ pub(super) fn count(ui: &mut Ui, label: &str, value: &mut u32, range: std::ops::
 pub(super) fn vector(ui: &mut Ui, label: &str, value: &mut [f32; 3], speed: f32) -> bool {
     ui.horizontal(|ui| {
         let name = ui.label(label);
-        let drag = |v| egui::DragValue::new(v).speed(speed).max_decimals(4);
+        let drag = |v| {
+            let drag = egui::DragValue::new(v).speed(speed).max_decimals(4);
+            drag.custom_formatter(without_negative_zero)
+        };
         let mut one = |v| ui.add(drag(v)).labelled_by(name.id).changed();
         value.iter_mut().fold(false, |changed, v| one(v) | changed)
     })
@@ -84,4 +95,18 @@ pub(super) fn bright_colour(ui: &mut Ui, label: &str, value: &mut [f32; 3], unit
         *value = hue.map(|v| v * strength);
     }
     changed
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn zeros_have_no_sign() {
+        assert_eq!(without_negative_zero(-0.0, 1..=4), "0.0");
+        assert_eq!(without_negative_zero(-0.00001, 1..=1), "0.0");
+        assert_eq!(without_negative_zero(0.25, 1..=4), "0.25");
+        assert!(without_negative_zero(-0.25, 1..=4).ends_with("0.25"));
+        assert_eq!(without_negative_zero(-0.25, 1..=4).chars().count(), 5);
+    }
 }

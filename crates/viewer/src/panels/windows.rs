@@ -30,8 +30,8 @@ pub fn help(viewer: &mut Viewer, ctx: &Context) {
                 ui.end_row();
             }
             for info in COMMANDS {
-                if let Some(keys) = info.keys {
-                    ui.strong(ctx.format_shortcut(&keys));
+                if info.keys.is_some() {
+                    ui.strong(info.shortcut_text(ctx));
                     ui.label(info.name);
                     ui.end_row();
                 }

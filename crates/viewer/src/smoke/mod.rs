@@ -143,13 +143,20 @@ impl Run {
             }
             return Ok(None);
         }
+        if matches!(step, Step::Open(_) | Step::Reload) && errors_since(viewer, begun) {
+            return Err(self.error(&step, messages(viewer)));
+        }
         if time - begun > STEP_LIMIT {
             let spp = viewer.shot().map_or(0, |s| s.spp);
-            let notices: Vec<_> = viewer.notices.iter().map(|n| n.text.as_str()).collect();
-            return Err(self.error(&step, format!("takes too long; {spp} spp, messages: {notices:?}")));
+            return Err(self.error(&step, format!("takes too long; {spp} spp, {}", messages(viewer))));
         }
         self.begun = Some((begun, memory));
         Ok(None)
+    }
+
+    /// Whether a file cannot be opened and the script expects that by its next step, `error`.
+    fn is_refused(&self, viewer: &Viewer, elapsed: f64) -> bool {
+        errors_since(viewer, viewer.time() - elapsed) && self.steps.get(1) == Some(&Step::Error)
     }
 
     /// Begins the script anew, or says what all rounds left.
@@ -286,7 +293,9 @@ impl Run {
             Step::Wait(spp) => {
                 viewer.is_current() && viewer.shot().is_some_and(|s| !s.preview && s.spp >= *spp)
             }
-            Step::Open(_) | Step::Reload => viewer.generation() > memory.generation,
+            Step::Open(_) | Step::Reload => {
+                viewer.generation() > memory.generation || self.is_refused(viewer, elapsed)
+            }
             Step::Drop(_) => {
                 // A file that is no good is an answer, too.
                 viewer.generation() > memory.generation
@@ -379,6 +388,17 @@ impl Run {
         viewer.render.seed = viewer.render.seed.wrapping_add(1);
         false
     }
+}
+
+/// What the viewer says, for people.
+fn messages(viewer: &Viewer) -> String {
+    let notices: Vec<_> = viewer.notices.iter().map(|n| n.text.as_str()).collect();
+    format!("messages: {notices:?}")
+}
+
+/// Whether there was an error since `time`, seconds.
+fn errors_since(viewer: &Viewer, time: f64) -> bool {
+    viewer.notices.iter().any(|n| n.is_error && n.time >= time)
 }
 
 fn errors(viewer: &Viewer) -> bool {

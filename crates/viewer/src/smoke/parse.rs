@@ -156,13 +156,15 @@ fn step(line: &str) -> Result<Step, String> {
         "error" => Step::Error,
         "layer" => {
             let name = all()?;
-            let layer = Layer::all().find(|l| l.name() == name);
-            Step::Layer(layer.ok_or_else(|| format!("there is no layer `{name}`"))?)
+            let layer = Layer::all().find(|l| l.name().eq_ignore_ascii_case(name));
+            let known = || Layer::all().map(|l| l.name().to_owned()).collect::<Vec<_>>().join(", ");
+            Step::Layer(layer.ok_or_else(|| format!("there is no layer `{name}`, but {}", known()))?)
         }
         "tab" => {
             let name = all()?;
-            let tab = Tab::ALL.into_iter().find(|t| t.name() == name);
-            Step::Tab(tab.ok_or_else(|| format!("there is no tab `{name}`"))?)
+            let tab = Tab::ALL.into_iter().find(|t| t.name().eq_ignore_ascii_case(name));
+            let known = || Tab::ALL.map(Tab::name).join(", ");
+            Step::Tab(tab.ok_or_else(|| format!("there is no tab `{name}`, but {}", known()))?)
         }
         "select" => Step::Select(number(word(0)?)?, number(word(1)?)?),
         "command" => Step::Command(all()?.to_owned()),
@@ -185,7 +187,7 @@ mod tests {
     #[test]
     fn lines_become_steps() {
         let text =
-            "# a comment\nwait 8\n\nopen a file.glb # with spaces\nmaterial 2 roughness 0.5\ntab Sky\n";
+            "# a comment\nwait 8\n\nopen a file.glb # with spaces\nmaterial 2 roughness 0.5\ntab sky\n";
         let expected = [
             Step::Wait(8),
             Step::Open("a file.glb".into()),

@@ -34,7 +34,8 @@ impl Viewer {
 
     /// Does what the keys of this frame say.
     pub fn take_keys(&mut self, ctx: &egui::Context) {
-        if ctx.egui_wants_keyboard_input() {
+        // A menu takes its keys itself, Escape among them.
+        if ctx.egui_wants_keyboard_input() || egui::Popup::is_any_open(ctx) {
             return;
         }
         let pressed = COMMANDS
@@ -42,6 +43,15 @@ impl Viewer {
             .filter(|info| info.keys.is_some_and(|keys| ctx.input_mut(|i| i.consume_shortcut(&keys))));
         for info in pressed.collect::<Vec<_>>() {
             self.run(info.command, ctx);
+        }
+    }
+
+    /// Closes what lies over the picture; ends the selection where nothing does.
+    fn close_top(&mut self) {
+        if self.open.palette || self.open.help {
+            (self.open.palette, self.open.help) = (false, false);
+        } else {
+            self.selection = None;
         }
     }
 
@@ -64,7 +74,7 @@ impl Viewer {
             Command::AddModel => self.ask_for(For::Model),
             Command::AddLamp => self.add_lamp(),
             Command::AddPointLight => self.add_point_light(),
-            Command::Deselect => self.selection = None,
+            Command::Deselect => self.close_top(),
             Command::Frame => self.frame(),
             Command::Home => {
                 self.look_through(self.home.clone());
@@ -79,8 +89,8 @@ impl Viewer {
             Command::ResetZoom => self.zoom = Default::default(),
             Command::FullScreen => self.full_screen = !self.full_screen,
             Command::SidePanel => self.open.side = !self.open.side,
-            Command::Palette => self.open.palette = !self.open.palette,
-            Command::Help => self.open.help = !self.open.help,
+            Command::Palette => (self.open.palette, self.open.help) = (!self.open.palette, false),
+            Command::Help => (self.open.help, self.open.palette) = (!self.open.help, false),
             Command::Pause => {
                 self.paused = !self.paused;
                 self.tell(Message::Pause(self.paused));

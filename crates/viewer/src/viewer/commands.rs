@@ -65,6 +65,16 @@ pub struct CommandInfo {
     pub keys: Option<KeyboardShortcut>,
 }
 
+impl CommandInfo {
+    /// Its keys as they are written on keyboards: `Ctrl+S`, `]`. Empty without any.
+    pub fn shortcut_text(&self, ctx: &egui::Context) -> String {
+        let Some(keys) = self.keys else { return String::new() };
+        let (name, symbol) = (keys.logical_key.name(), keys.logical_key.symbol_or_name());
+        let text = ctx.format_shortcut(&keys);
+        text.strip_suffix(name).map_or(text.clone(), |modifiers| format!("{modifiers}{symbol}"))
+    }
+}
+
 const fn key(key: Key) -> Option<KeyboardShortcut> {
     Some(KeyboardShortcut::new(Modifiers::NONE, key))
 }
@@ -99,7 +109,7 @@ pub const COMMANDS: &[CommandInfo] = &[
     info(Command::AddModel, "Add a model…", None),
     info(Command::AddLamp, "Add a sphere light", None),
     info(Command::AddPointLight, "Add a point light", None),
-    info(Command::Deselect, "Deselect", key(Key::Escape)),
+    info(Command::Deselect, "Close what is on top, or deselect", key(Key::Escape)),
     info(Command::Frame, "Frame the selected object, or everything", key(Key::F)),
     info(Command::Home, "Go to the first camera", key(Key::Home)),
     info(Command::ToggleProjection, "Perspective or orthographic", key(Key::Num5)),
@@ -122,8 +132,8 @@ pub const COMMANDS: &[CommandInfo] = &[
     info(Command::CompareNow, "Compare with the current picture", key(Key::C)),
     info(Command::CompareFile, "Compare with a file…", None),
     info(Command::CompareNothing, "End the comparison", None),
-    info(Command::Brighter, "Half a stop brighter", key(Key::CloseBracket)),
-    info(Command::Darker, "Half a stop darker", key(Key::OpenBracket)),
+    info(Command::Brighter, "Brighter: exposure up by half a stop", key(Key::CloseBracket)),
+    info(Command::Darker, "Darker: exposure down by half a stop", key(Key::OpenBracket)),
     info(Command::RecordTurntable, "Record a turntable…", None),
     info(Command::RecordPath, "Record a path through the saved views…", None),
     info(Command::RecordOrbit, "Record the camera orbit…", None),
@@ -145,6 +155,18 @@ mod tests {
             }
         }
         assert_eq!(COMMANDS.len(), Command::ExportStatistics as usize + 1);
+    }
+
+    #[test]
+    fn shortcuts_read_as_keyboards_do() {
+        let ctx = egui::Context::default();
+        let text = |command: Command| {
+            let info = COMMANDS.iter().find(|info| info.command == command).expect("listed");
+            info.shortcut_text(&ctx)
+        };
+        assert_eq!([text(Command::Brighter), text(Command::StepOn)], ["]", "."]);
+        assert!(text(Command::SaveAs).ends_with("S") && text(Command::SaveAs).len() > 1);
+        assert_eq!(text(Command::AddModel), "");
     }
 
     #[test]
