@@ -147,6 +147,43 @@ fn commands_are_found_by_typing() {
 }
 
 #[test]
+fn escape_closes_what_is_on_top_and_then_ends_the_selection() {
+    let mut harness = open("cornell");
+    page(&mut harness, Tab::Objects);
+    let name = harness.state().document.as_ref().expect("open").scene().instances[0].name.clone();
+    click(&mut harness, &name);
+    harness.key_press(egui::Key::F1);
+    harness.run_steps(3);
+    assert!(harness.state().open.help);
+    harness.key_press(egui::Key::Escape);
+    harness.run_steps(3);
+    assert!(!harness.state().open.help && harness.state().selection.is_some());
+    harness.key_press(egui::Key::Escape);
+    harness.run_steps(3);
+    assert!(harness.state().selection.is_none());
+}
+
+#[test]
+fn cameras_have_every_projection_and_its_number() {
+    let mut harness = open("cornell");
+    page(&mut harness, Tab::Camera);
+    for projection in alhazen::Projection::NAMED.into_iter().skip(1) {
+        let before = harness.state().camera.projection.name();
+        harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "Projection").click();
+        harness.run_steps(3);
+        harness.get_by_role_and_label(egui::accesskit::Role::Button, projection.name()).click();
+        harness.run_steps(3);
+        let now = harness.state().camera.projection;
+        assert_eq!(now.name(), projection.name(), "after {before}");
+        assert_eq!(
+            harness.query_by_label("Field of view").is_some(),
+            projection.parameter().is_some_and(|(parameter, _)| parameter.label == "Field of view"),
+            "{projection}"
+        );
+    }
+}
+
+#[test]
 fn errors_are_shown_until_they_are_dismissed() {
     let mut harness = open("cornell");
     let before = harness.state().generation();
