@@ -24,6 +24,9 @@ pub enum TabulationError {
         /// Nodes that are evaluated in each.
         nodes: usize,
     },
+    /// Values that are not finite.
+    #[error("its values are not all finite")]
+    NotFinite,
     /// Nothing is between the bounds, or there are no cells.
     #[error(
         "the bounds must be two corners, the second one above the first along each axis, and each size 1 or more"

@@ -4,6 +4,7 @@ mod density;
 mod evaluate;
 mod graph;
 mod kinds;
+mod light_profile;
 mod panorama;
 mod parse;
 mod placement;

@@ -173,6 +173,11 @@ fn errors_name_the_object_and_the_value() {
         ("[environment]", "needs one of"),
         ("[environment]\ncolor = 1\nfile = \"x\"", "needs one of"),
         ("[environment]\ncolor = 1\nrotation = 3", "`rotation` needs `file` or `texture`"),
+        ("[[light]]\nkind = \"point\"\nturn = 3\nintensity = 1", "`turn`"),
+        (
+            "[[light]]\nkind = \"point\"\nies = \"a.ies\"\ntexture = { node = \"noise\" }",
+            "`ies` and `texture` exclude each other",
+        ),
         ("[environment]\ntexture = { node = \"marbles\" }", "`texture`"),
         ("[[shape]]\nkind = \"sphere\"\nradius = nan", "nan"),
         ("[[shape]]\nkind = \"sphere\"\nradius = 1e300", "1e300"),

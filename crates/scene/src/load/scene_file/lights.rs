@@ -5,7 +5,7 @@ use super::document::{Context, Entry};
 use super::repeat::{Copy, Palette};
 use super::values::{Color, direction, within};
 use crate::load::{LoadError, ies};
-use crate::{Light, LightKind, Photometry};
+use crate::{Light, LightKind, LightProfile, Photometry};
 use glam::{DAffine3, DVec3, Vec3};
 use serde::Deserialize;
 use std::sync::Arc;
@@ -24,6 +24,8 @@ struct PointKeys {
     split_intensity: bool,
     /// A photometric file.
     ies: Option<String>,
+    /// A texture graph by direction: its table, or the name of one.
+    texture: Option<toml::Value>,
     /// Where the lamp of the file is aimed.
     direction: Option<[f32; 3]>,
     target: Option<[f64; 3]>,
@@ -46,6 +48,8 @@ struct SpotKeys {
     split_intensity: bool,
     /// A photometric file.
     ies: Option<String>,
+    /// A texture graph by direction: its table, or the name of one.
+    texture: Option<toml::Value>,
     /// Degrees.
     turn: Option<f32>,
     /// Degrees from the axis to the edge of the cone.
@@ -142,14 +146,17 @@ struct Lamp {
 impl Builder<'_> {
     fn point(&mut self, k: PointKeys, c: &Context) -> Result<Lamp, LoadError> {
         let position = DVec3::from_array(k.position);
-        if k.ies.is_none() && (k.direction.is_some() || k.target.is_some()) {
-            return Err(c.error("a point shines in all directions: `direction` and `target` go with `ies`"));
+        let has_profile = k.ies.is_some() || k.texture.is_some();
+        if !has_profile && (k.direction.is_some() || k.target.is_some()) {
+            return Err(c.error(
+                "a point shines in all directions: `direction` and `target` go with `ies` or `texture`",
+            ));
         }
         let axis = match (k.direction, k.target) {
             (None, None) => Vec3::NEG_Y,
             aims => aim(aims, position, c)?,
         };
-        let profile = self.profile(k.ies.as_deref(), k.turn, axis, c)?;
+        let profile = self.profile(k.ies.as_deref(), k.texture.as_ref(), k.turn, axis, c)?;
         let intensity = intensity(k.color, k.intensity, profile.as_ref(), c)?;
         let kind = LightKind::Point { position: Vec3::ZERO, intensity };
         Ok(Lamp { kind, at: DAffine3::from_translation(position), profile, split: k.split_intensity })
@@ -160,7 +167,7 @@ impl Builder<'_> {
         let direction = aim((k.direction, k.target), position, c)?;
         let outer = within(k.angle, [0.1, 90.0], "angle", c)?;
         let inner = within(k.inner_angle.unwrap_or(outer * 0.8), [0.0, outer * 0.999], "inner-angle", c)?;
-        let profile = self.profile(k.ies.as_deref(), k.turn, direction, c)?;
+        let profile = self.profile(k.ies.as_deref(), k.texture.as_ref(), k.turn, direction, c)?;
         let kind = LightKind::Spot {
             position: Vec3::ZERO,
             direction,
@@ -171,31 +178,39 @@ impl Builder<'_> {
         Ok(Lamp { kind, at: DAffine3::from_translation(position), profile, split: k.split_intensity })
     }
 
-    /// The profile of a photometric file, aimed along `axis`.
+    /// The profile of a photometric file or of a texture graph, aimed along `axis`.
     fn profile(
         &mut self,
         file: Option<&str>,
+        texture: Option<&toml::Value>,
         turn: Option<f32>,
         axis: Vec3,
         c: &Context,
     ) -> Result<Option<Photometry>, LoadError> {
-        let Some(file) = file else {
-            return match turn {
-                Some(_) => Err(c.error("`turn` is about the axis of a photometric file: it goes with `ies`")),
-                None => Ok(None),
-            };
+        let profile = match (file, texture) {
+            (Some(_), Some(_)) => return Err(c.error("`ies` and `texture` exclude each other")),
+            (Some(file), None) => self.profile_of_file(file)?,
+            (None, Some(texture)) => {
+                let graph = self.parse_graph(texture).map_err(|why| c.error(format!("`texture`: {why}")))?;
+                Arc::new(graph.light_profile().map_err(|why| c.error(format!("`texture`: {why}")))?)
+            }
+            (None, None) if turn.is_some() => {
+                return Err(c.error("`turn` is about the axis of a profile: it goes with `ies` or `texture`"));
+            }
+            (None, None) => return Ok(None),
         };
         let turn = within(turn.unwrap_or(0.0), [-360.0, 360.0], "turn", c)?.to_radians();
-        let path = self.place.folder.join(file);
-        let profile = match self.profiles.get(&path) {
-            Some(known) => known.clone(),
-            None => {
-                let profile = Arc::new(ies::load(&path, self.options)?);
-                self.profiles.insert(path, profile.clone());
-                profile
-            }
-        };
         Ok(Some(Photometry::aimed(profile, axis, turn)))
+    }
+
+    fn profile_of_file(&mut self, file: &str) -> Result<Arc<LightProfile>, LoadError> {
+        let path = self.place.folder.join(file);
+        if let Some(known) = self.profiles.get(&path) {
+            return Ok(known.clone());
+        }
+        let profile = Arc::new(ies::load(&path, self.options)?);
+        self.profiles.insert(path, profile.clone());
+        Ok(profile)
     }
 }
 
