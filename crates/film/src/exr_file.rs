@@ -12,7 +12,7 @@ use exr::prelude::{ReadChannels as _, ReadLayers as _, WritableImage as _};
 use crate::atomic::write_atomically;
 use crate::image::ImageError;
 use crate::limits;
-use crate::{Aov, AovData, Film, Image, Rect};
+use crate::{AovData, AovKind, Film, Image, Rect};
 
 mod camera;
 mod cryptomatte;
@@ -154,10 +154,9 @@ impl ExrFile {
         for &aov in film.aovs() {
             match film.aov(aov) {
                 Some(AovData::Float(image)) => {
-                    let precision = match aov {
-                        Aov::Normal | Aov::GeometricNormal | Aov::Albedo => Precision::Half,
-                        _ => Precision::Float,
-                    };
+                    // Means are of numbers up to 1.
+                    let is_mean = aov.kind() == AovKind::Mean;
+                    let precision = if is_mean { Precision::Half } else { Precision::Float };
                     self.push_layer(aov.name(), aov.channels(), &image, precision);
                 }
                 Some(AovData::Integer(values)) => self.channels.push(ExrChannel {

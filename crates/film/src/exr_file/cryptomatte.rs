@@ -21,17 +21,7 @@ impl ExrFile {
         let (layer, thing) = match matte {
             Aov::ObjectMatte => ("crypto_object", "object"),
             Aov::MaterialMatte => ("crypto_material", "material"),
-            Aov::Depth
-            | Aov::Position
-            | Aov::Normal
-            | Aov::GeometricNormal
-            | Aov::Uv
-            | Aov::Albedo
-            | Aov::MaterialId
-            | Aov::InstanceId
-            | Aov::PrimitiveId
-            | Aov::SampleCount
-            | Aov::StandardError => return,
+            _ => return,
         };
         let named = |id: u32| match names.get(id as usize) {
             Some(name) if !name.is_empty() => name.clone(),

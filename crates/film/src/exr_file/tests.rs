@@ -1,4 +1,5 @@
 use super::*;
+use crate::Aov;
 use crate::{AovSample, NO_ID};
 
 fn film() -> Film {

@@ -1,6 +1,6 @@
 //! From a film to what the window shows.
 
-use alhazen::{Aov, AovData, Denoiser, Film, FrameView, Image, ToneMapping};
+use alhazen::{Aov, AovData, AovKind, Denoiser, Film, FrameView, Image, ToneMapping};
 use egui::{Color32, ColorImage};
 use rayon::prelude::*;
 
@@ -154,24 +154,25 @@ fn tone_mapped(image: &Image, tone: &ToneMapping) -> ColorImage {
 
 /// Values of a layer as colours.
 fn visible(aov: Aov, data: &[f32]) -> Vec<Color32> {
-    match aov {
-        Aov::Normal | Aov::GeometricNormal => per_pixel(data, |n| colour(n.map(|c| c * 0.5 + 0.5))),
-        Aov::Uv => per_pixel(data, |uv| colour(uv.map(|c| c - c.floor()))),
-        Aov::Position => per_pixel(data, |p| colour(p.map(|c| c - c.floor()))),
-        Aov::Albedo => per_pixel(data, |c| colour(c.map(alhazen::srgb_encode))),
-        Aov::MaterialId | Aov::InstanceId | Aov::PrimitiveId | Aov::ObjectMatte | Aov::MaterialMatte => {
-            per_pixel(data, |id| id_colour(id[0]))
-        }
-        Aov::Depth => {
+    match (aov, aov.kind()) {
+        (Aov::Depth, _) => {
             let (near, far) = range(data.iter().step_by(3).copied().filter(|d| *d > 0.0));
             let near_first = |d: f32| heat(1.0 - (d - near) / (far - near).max(1e-6));
             per_pixel(data, |d| if d[0] > 0.0 { near_first(d[0]) } else { Color32::BLACK })
         }
-        Aov::SampleCount => {
+        (Aov::SampleCount, _) => {
             let (_, most) = range(data.iter().step_by(3).copied());
             per_pixel(data, |n| heat(n[0] / most.max(1.0)))
         }
-        Aov::StandardError => per_pixel(data, |e| heat(alhazen::luminance(e).max(1e-9).log10() / 4.0 + 1.0)),
+        (_, AovKind::Mean) if aov.channels()[0] == "X" => {
+            per_pixel(data, |n| colour(n.map(|c| c * 0.5 + 0.5)))
+        }
+        (_, AovKind::Mean) => per_pixel(data, |c| colour(c.map(alhazen::srgb_encode))),
+        (_, AovKind::First) => per_pixel(data, |p| colour(p.map(|c| c - c.floor()))),
+        (_, AovKind::FirstId | AovKind::Shares) => per_pixel(data, |id| id_colour(id[0])),
+        (_, AovKind::Derived) => {
+            per_pixel(data, |e| heat(alhazen::luminance(e).max(1e-9).log10() / 4.0 + 1.0))
+        }
     }
 }
 

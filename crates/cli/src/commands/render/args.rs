@@ -19,6 +19,12 @@ use clap::{Args, FromArgMatches, ValueEnum};
 use std::path::PathBuf;
 use std::time::Duration;
 
+/// The help of `--aov`, with the names of all layers.
+fn layers_help() -> String {
+    let names = Aov::ALL.map(Aov::name).join(", ");
+    format!("Auxiliary layers for EXR, separated by commas: {names}. Cryptomattes are made by the CPU only")
+}
+
 /// Render a scene to a picture.
 ///
 /// The scene is a file (.obj, .gltf, .glb, .pbrt, .ply, .stl, or a .toml scene file) or the name of a built-in scene, see
@@ -79,10 +85,7 @@ pub struct RenderArgs {
     /// Adaptive sampling: samples that every pixel gets before errors are looked at.
     #[arg(long, help_heading = "Picture", value_name = "SPP", default_value_t = Adaptive::default().min_spp, value_parser = clap::value_parser!(u32).range(2..))]
     pub(super) min_spp: u32,
-    /// Auxiliary layers for EXR: depth, position, normal, geometric-normal, uv, albedo, material, instance,
-    /// primitive, samples, standard-error, and cryptomatte-object and cryptomatte-material, which only the CPU makes; separated
-    /// by commas.
-    #[arg(long, help_heading = "Picture", value_name = "LIST", value_delimiter = ',')]
+    #[arg(long, help_heading = "Picture", value_name = "LIST", value_delimiter = ',', help = layers_help())]
     pub(super) aov: Vec<Aov>,
     /// Remove the noise of the finished picture, guided by albedo and normals. An .exr file keeps the picture as it was as
     /// the layer `noisy`.
