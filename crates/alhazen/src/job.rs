@@ -54,12 +54,10 @@ impl Job {
         let camera = own.unwrap_or_else(|| scene.framing_camera(width as f32 / height.max(1) as f32));
         let mut path = PathSettings::default();
         path.max_depth = defaults.max_depth.unwrap_or(path.max_depth);
-        let integrator = match defaults.integrator.as_deref() {
-            Some("direct") => Integrator::Direct(backend::DirectSettings::default()),
-            Some("hybrid") => Integrator::Hybrid(backend::HybridSettings::default()),
-            Some("realtime") => Integrator::Realtime(backend::RealtimeSettings::default()),
-            Some("aov") => Integrator::Aov,
-            _ => Integrator::Path(path),
+        let named = defaults.integrator.as_deref().and_then(Integrator::from_name);
+        let integrator = match named {
+            None | Some(Integrator::Path(_)) => Integrator::Path(path),
+            Some(other) => other,
         };
         let tone = ToneMapping {
             mapper: defaults.tonemap.unwrap_or_default(),

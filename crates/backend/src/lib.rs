@@ -92,24 +92,17 @@ pub fn check_pixels(view: &View, pixels: &[PixelSamples]) -> Result<(), BackendE
 /// # Errors
 /// [`BackendError::View`] that names the integrator and the one to take instead.
 pub fn check_media(scene: &SceneTables, view: &View) -> Result<(), BackendError> {
-    match view.integrator {
-        Integrator::Direct(_) | Integrator::Hybrid(_) | Integrator::Realtime(_) if scene.has_media() => {
-            let name = view.integrator.name();
-            let reason = format!("the scene has media, which `{name}` knows nothing of; `path` does");
-            Err(BackendError::View { reason })
-        }
-        Integrator::Direct(_) | Integrator::Hybrid(_) | Integrator::Realtime(_) if scene.nested => {
-            let name = view.integrator.name();
-            let reason = format!("bodies have priorities, which `{name}` knows nothing of; `path` does");
-            Err(BackendError::View { reason })
-        }
+    let name = view.integrator.name();
+    let reason = match view.integrator {
         // The first hit is behind all media.
-        Integrator::Path(_)
-        | Integrator::Aov
-        | Integrator::Direct(_)
-        | Integrator::Hybrid(_)
-        | Integrator::Realtime(_) => Ok(()),
-    }
+        Integrator::Path(_) | Integrator::Aov => return Ok(()),
+        _ if scene.has_media() => {
+            format!("the scene has media, which `{name}` knows nothing of; `path` does")
+        }
+        _ if scene.nested => format!("bodies have priorities, which `{name}` knows nothing of; `path` does"),
+        _ => return Ok(()),
+    };
+    Err(BackendError::View { reason })
 }
 
 /// What [`Backend::render_rounds`] is to do: rounds of adaptive sampling, one after the other.

@@ -109,6 +109,48 @@ impl Integrator {
             Integrator::Aov => "aov",
         }
     }
+
+    /// One of each, with usual settings.
+    pub fn all() -> [Self; 5] {
+        [
+            Self::Path(PathSettings::default()),
+            Self::Direct(DirectSettings::default()),
+            Self::Hybrid(HybridSettings::default()),
+            Self::Realtime(RealtimeSettings::default()),
+            Self::Aov,
+        ]
+    }
+
+    /// The integrator of a name, with usual settings.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::all().into_iter().find(|integrator| integrator.name() == name)
+    }
+
+    /// What it does, in one line for users.
+    pub fn description(&self) -> &'static str {
+        match self {
+            Self::Path(_) => "Monte Carlo path tracing",
+            Self::Direct(_) => "Fixed cost: direct light, reflection, refraction, ambient occlusion",
+            Self::Hybrid(_) => {
+                "What `direct` shows, in real time: a rasterised first hit, and few rays for each effect"
+            }
+            Self::Realtime(_) => {
+                "What `path` shows, in real time: few paths for each pixel, frames before, and a filter"
+            }
+            Self::Aov => "First hit only",
+        }
+    }
+
+    /// Longest path in segments, for those that follow paths.
+    pub fn max_depth_mut(&mut self) -> Option<&mut u32> {
+        match self {
+            Self::Path(path) => Some(&mut path.max_depth),
+            Self::Direct(direct) => Some(&mut direct.max_depth),
+            Self::Hybrid(hybrid) => Some(&mut hybrid.rays.max_depth),
+            Self::Realtime(realtime) => Some(&mut realtime.path.max_depth),
+            Self::Aov => None,
+        }
+    }
 }
 
 /// Settings of [`Integrator::Path`].

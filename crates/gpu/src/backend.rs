@@ -404,10 +404,10 @@ impl Backend for GpuBackend {
 
 /// Frames begin with a rasteriser, which draws what is no surface.
 fn check_boundaries(tables: &SceneTables, view: &View) -> Result<(), GpuError> {
-    match view.integrator {
-        Integrator::Hybrid(_) | Integrator::Realtime(_) => refuse_volumes(tables),
-        Integrator::Path(_) | Integrator::Direct(_) | Integrator::Aov => Ok(()),
+    if matches!(view.integrator, Integrator::Hybrid(_) | Integrator::Realtime(_)) {
+        refuse_volumes(tables)?;
     }
+    Ok(())
 }
 
 /// Kernels add up what samples see; whose share of a pixel how many of them are, they do not count.

@@ -141,7 +141,7 @@ impl View {
             Integrator::Realtime(settings) => {
                 out.set_path(&PathSettings { splitting: 1, clamp_indirect: None, ..settings.path });
             }
-            Integrator::Aov => {}
+            _ => {}
         }
         out
     }

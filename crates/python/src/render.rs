@@ -8,9 +8,9 @@ use crate::scene::{Scene, lock};
 use crate::watch::watch;
 use alhazen::output::{Encoding, Format, OutputError};
 use alhazen::{
-    Aov, AovData, BackendChoice, CRYPTOMATTE_RANKS, Control, DirectSettings, ExrFile, Film, HybridSettings,
-    Image, ImageError, Integrator, Job, Limits, PathSettings, Precision, RealtimeSettings, Rect, Renderer,
-    RendererOptions, Summary, ToneMapper, ToneMapping, check_default_camera,
+    Aov, AovData, BackendChoice, CRYPTOMATTE_RANKS, Control, ExrFile, Film, Image, ImageError, Integrator,
+    Job, Limits, Precision, Rect, Renderer, RendererOptions, Summary, ToneMapper, ToneMapping,
+    check_default_camera,
 };
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -247,34 +247,23 @@ fn camera_of(scene: &alhazen::Scene, named: &Bound<PyAny>) -> PyResult<alhazen::
 }
 
 fn integrator(settings: &Settings, of_scene: Integrator) -> PyResult<Integrator> {
-    let path = || match of_scene {
-        Integrator::Path(path) => path,
-        Integrator::Realtime(realtime) => realtime.path,
-        Integrator::Direct(_) | Integrator::Hybrid(_) | Integrator::Aov => PathSettings::default(),
+    let unknown = |name: &str| {
+        let known = Integrator::all().map(|integrator| integrator.name()).join(", ");
+        bad(format!("integrator: unknown `{name}`; there are: {known}"))
     };
-    let mut integrator = match settings.integrator.as_deref() {
-        None => of_scene,
-        Some("path") => Integrator::Path(path()),
-        Some("direct") => Integrator::Direct(DirectSettings::default()),
-        Some("hybrid") => Integrator::Hybrid(HybridSettings::default()),
-        Some("realtime") => Integrator::Realtime(RealtimeSettings::default()),
-        Some("aov") => Integrator::Aov,
-        Some(other) => {
-            return Err(bad(format!(
-                "integrator: unknown `{other}`; there are: path, direct, hybrid, realtime, aov"
-            )));
-        }
+    let named = settings.integrator.as_deref();
+    let named = named.map(|name| Integrator::from_name(name).ok_or_else(|| unknown(name))).transpose()?;
+    let mut integrator = match (named, of_scene) {
+        (None, of_scene) | (Some(Integrator::Path(_)), of_scene @ Integrator::Path(_)) => of_scene,
+        (Some(Integrator::Path(_)), Integrator::Realtime(realtime)) => Integrator::Path(realtime.path),
+        (Some(named), _) => named,
     };
     if let Some(depth) = settings.max_depth {
         if !(1..=1000).contains(&depth) {
             return Err(bad(format!("max_depth: {depth} is not between 1 and 1000")));
         }
-        match &mut integrator {
-            Integrator::Path(path) => path.max_depth = depth,
-            Integrator::Direct(direct) => direct.max_depth = depth,
-            Integrator::Hybrid(hybrid) => hybrid.rays.max_depth = depth,
-            Integrator::Realtime(realtime) => realtime.path.max_depth = depth,
-            Integrator::Aov => {}
+        if let Some(longest) = integrator.max_depth_mut() {
+            *longest = depth;
         }
     }
     if let Some(most) = settings.clamp_indirect {

@@ -13,8 +13,10 @@ use super::split::SplitArgs;
 use crate::commands::loading::LoadingArgs;
 use crate::commands::tone::ToneArgs;
 use alhazen::{
-    Adaptive, Aov, BackendChoice, Denoiser, PathKernel, Projection, Rect, SamplerKind, SunPosition,
+    Adaptive, Aov, BackendChoice, Denoiser, Integrator, PathKernel, Projection, Rect, SamplerKind,
+    SunPosition,
 };
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, FromArgMatches, ValueEnum};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -154,8 +156,8 @@ pub struct RenderArgs {
     pub(super) split: SplitArgs,
 
     /// How light is transported.
-    #[arg(long, help_heading = "Light", value_enum)]
-    pub(super) integrator: Option<IntegratorName>,
+    #[arg(long, help_heading = "Light", value_name = "INTEGRATOR", value_parser = integrators())]
+    pub(super) integrator: Option<Integrator>,
     /// Longest path: 1 is emission, 2 direct light [default: what the scene says, or 32].
     #[arg(long, help_heading = "Light", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(super) max_depth: Option<u32>,
@@ -267,19 +269,10 @@ pub struct RenderArgs {
     pub(super) json: bool,
 }
 
-/// How light is transported.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(super) enum IntegratorName {
-    /// Monte Carlo path tracing.
-    Path,
-    /// Fixed cost: direct light, reflection, refraction, ambient occlusion.
-    Direct,
-    /// What `direct` shows, in real time: a rasterised first hit, and few rays for each effect.
-    Hybrid,
-    /// What `path` shows, in real time: few paths for each pixel, frames before, and a filter.
-    Realtime,
-    /// First hit only.
-    Aov,
+/// Names of integrators, with what each does.
+fn integrators() -> impl TypedValueParser<Value = Integrator> {
+    let names = Integrator::all().map(|i| PossibleValue::new(i.name()).help(i.description()));
+    PossibleValuesParser::new(names).try_map(|name| Integrator::from_name(&name).ok_or("no integrator"))
 }
 
 /// What removes noise.

@@ -1,6 +1,6 @@
 //! From arguments to a picture: environment, camera, integrator, limits.
 
-use super::args::{HighlightsName, IntegratorName, RenderArgs, VisibilityName};
+use super::args::{HighlightsName, RenderArgs, VisibilityName};
 use super::parsing::{Numbers, parse_vector};
 use crate::exit::Exit;
 use alhazen::{
@@ -251,12 +251,12 @@ fn integrator(args: &RenderArgs, of_scene: Integrator) -> Integrator {
         let max_depth = args.max_depth.or(scene_depth);
         Integrator::Realtime(args.realtime.settings(max_depth, &args.roulette, visibility))
     };
-    match (args.integrator, of_scene) {
-        (Some(IntegratorName::Path), _) | (None, Integrator::Path(_)) => path(),
-        (Some(IntegratorName::Direct), _) | (None, Integrator::Direct(_)) => direct(),
-        (Some(IntegratorName::Hybrid), _) | (None, Integrator::Hybrid(_)) => hybrid(),
-        (Some(IntegratorName::Realtime), _) | (None, Integrator::Realtime(_)) => realtime(),
-        (Some(IntegratorName::Aov), _) | (None, Integrator::Aov) => Integrator::Aov,
+    match args.integrator.unwrap_or(of_scene) {
+        Integrator::Path(_) => path(),
+        Integrator::Direct(_) => direct(),
+        Integrator::Hybrid(_) => hybrid(),
+        Integrator::Realtime(_) => realtime(),
+        other => other,
     }
 }
 
