@@ -176,7 +176,7 @@ fn cameras_have_every_projection_and_its_number() {
         let now = harness.state().camera.projection;
         assert_eq!(now.name(), projection.name(), "after {before}");
         assert_eq!(
-            harness.query_by_label("Field of view").is_some(),
+            harness.query_all_by_label("Field of view (°)").next().is_some(),
             projection.parameter().is_some_and(|(parameter, _)| parameter.label == "Field of view"),
             "{projection}"
         );
