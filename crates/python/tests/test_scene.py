@@ -119,7 +119,7 @@ def test_an_environment_can_be_computed():
     cubemap = alhazen.Camera.with_projection("cubemap", [0, 0, 0], [0, 0, -1])
     picture = scene.render(6, 1, camera=cubemap, spp=16, integrator="path")
     # Right, left, up, down, forward (-Z), back: means over faces of twice the direction, without negative ones.
-    colors = np.asarray(picture.radiance)[0]
+    colors = picture["color"][0]
     assert colors[0, 0] > 1.2 and colors[1, 0] == 0 and colors[2, 1] > 1.2 and colors[3, 1] == 0
     assert colors[4, 2] == 0 and colors[5, 2] > 1.2
     with pytest.raises(ValueError, match="radiance"):
