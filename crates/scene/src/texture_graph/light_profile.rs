@@ -1,11 +1,11 @@
 //! Lamps whose intensity depends on direction as a graph says.
 
-use super::{Program, TabulationError, TextureGraph, evaluate};
+use super::panorama::value_by_direction;
+use super::{Program, TabulationError, TextureGraph};
 use crate::LightProfile;
 use glam::Affine3A;
 use optics::math::cos_sin_turns;
-use optics::texture_point::{TexturePoint, texture_point_at};
-use optics::{vec2f, vec3f, vec4f};
+use optics::{vec2f, vec3f};
 use rayon::prelude::*;
 use std::f32::consts::PI;
 
@@ -30,16 +30,7 @@ impl TextureGraph {
             let (around, down) = (cos_sin_turns(uv.x), cos_sin_turns(0.5 * uv.y));
             // Horizontal angles grow anticlockwise as seen from above.
             let direction = vec3f(down.y * around.x, -down.x, -down.y * around.y);
-            let ones = vec4f(1.0, 1.0, 1.0, 1.0);
-            let point = TexturePoint {
-                position: direction,
-                world: direction,
-                normal: direction,
-                width: PI / (rows - 1) as f32,
-                uv_density: vec2f(0.5 / PI, 0.5 / PI),
-                ..texture_point_at(vec4f(uv.x, uv.y, uv.x, uv.y), ones)
-            };
-            evaluate(&program.nodes, &point, |_, _| ones, false).x.max(0.0)
+            value_by_direction(&program, direction, uv, PI / (rows - 1) as f32).x.max(0.0)
         };
         let cells =
             (0..rows).into_par_iter().flat_map_iter(|row| (0..columns).map(move |column| (row, column)));

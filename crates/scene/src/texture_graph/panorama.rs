@@ -5,9 +5,25 @@ use crate::{Image, Pixels};
 use glam::Affine3A;
 use optics::sky::equirect_to_direction;
 use optics::texture_point::{TexturePoint, texture_point_at};
-use optics::{vec2f, vec4f};
+use optics::{Vec2f, Vec3f, Vec4f, vec2f, vec4f};
 use rayon::prelude::*;
 use std::f32::consts::PI;
+
+/// The value of a graph in a unit `direction`, as on a sphere of radius 1.
+///
+/// - `uv`: both sets of texture coordinates. `width`: of the footprint, radians.
+pub(super) fn value_by_direction(program: &Program, direction: Vec3f, uv: Vec2f, width: f32) -> Vec4f {
+    let ones = vec4f(1.0, 1.0, 1.0, 1.0);
+    let point = TexturePoint {
+        position: direction,
+        world: direction,
+        normal: direction,
+        width,
+        uv_density: vec2f(0.5 / PI, 0.5 / PI),
+        ..texture_point_at(vec4f(uv.x, uv.y, uv.x, uv.y), ones)
+    };
+    evaluate(&program.nodes, &point, |_, _| ones, false)
+}
 
 impl TextureGraph {
     /// Rows of an environment's picture that is made for a scene.
@@ -28,17 +44,8 @@ impl TextureGraph {
         let color = |x: u32, y: u32| {
             let uv = vec2f((x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32);
             let direction = equirect_to_direction(uv, 0.0);
-            let ones = vec4f(1.0, 1.0, 1.0, 1.0);
-            let point = TexturePoint {
-                position: direction,
-                world: direction,
-                normal: direction,
-                width: PI / height as f32,
-                uv_density: vec2f(0.5 / PI, 0.5 / PI),
-                ..texture_point_at(vec4f(uv.x, uv.y, uv.x, uv.y), ones)
-            };
-            let [red, green, blue, _] = evaluate(&program.nodes, &point, |_, _| ones, false).to_array();
-            [red, green, blue].map(|c| c.max(0.0))
+            let value = value_by_direction(&program, direction, uv, PI / height as f32);
+            [value.x, value.y, value.z].map(|c| c.max(0.0))
         };
         let rows = (0..height).into_par_iter().flat_map_iter(|y| (0..width).map(move |x| (x, y)));
         let pixels = Pixels::Rgb32F(rows.map(|(x, y)| color(x, y)).collect());
