@@ -48,7 +48,7 @@ pub use environment::{Environment, Sky, Sun};
 pub use framing::{FilmWindow, Motion};
 pub use ids::{ImageId, InstanceId, MaterialId, MeshId, TextureId};
 pub use image::{ColorSpace, Filter, Image, ImageTexture, Pixels, Sampler, TextureRef, UvTransform, Wrap};
-pub use light::{Light, LightKind};
+pub use light::{Light, LightKind, LightParameter};
 pub use load::{LoadError, LoadOptions, Loaded};
 pub use material::{
     AlphaMode, Anisotropy, Checkerboard, Clearcoat, DiffuseTransmission, Interior, Iridescence, Layers,

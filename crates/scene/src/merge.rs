@@ -1,6 +1,6 @@
 //! Putting one scene into another.
 
-use crate::{Animation, ImageId, Light, LightKind, MaterialId, Mesh, MeshId, Scene, TextureId};
+use crate::{Animation, ImageId, MaterialId, Mesh, MeshId, Scene, TextureId};
 use glam::{Affine3A, Vec3};
 use std::ops::Range;
 
@@ -65,7 +65,7 @@ impl Scene {
         }
         let motion = Affine3A::from_translation(by);
         self.instances.iter_mut().for_each(|i| i.transform = motion * i.transform);
-        self.lights.iter_mut().for_each(|light| *light = placed_light(light, &motion));
+        self.lights.iter_mut().for_each(|light| *light = light.moved(&motion));
         self.cameras.iter_mut().for_each(|camera| camera.shift(by));
         self.portals.iter_mut().for_each(|portal| portal.shift(by));
         for animation in &mut self.animations {
@@ -119,31 +119,13 @@ fn append<T>(all: &mut Vec<T>, added: Vec<T>) -> Range<usize> {
     start..all.len()
 }
 
-/// A light moved by `motion`. Its strength stays the same, whatever the scale.
-pub fn placed_light(light: &Light, motion: &Affine3A) -> Light {
-    let point = |p: Vec3| motion.transform_point3(p);
-    let turn = |d: Vec3| motion.transform_vector3(d).try_normalize().unwrap_or(d);
-    let kind = match light.kind {
-        LightKind::Point { position, intensity } => LightKind::Point { position: point(position), intensity },
-        LightKind::Spot { position, direction, intensity, inner_angle, outer_angle } => LightKind::Spot {
-            position: point(position),
-            direction: turn(direction),
-            intensity,
-            inner_angle,
-            outer_angle,
-        },
-        LightKind::Directional { direction, irradiance, angular_diameter } => {
-            LightKind::Directional { direction: turn(direction), irradiance, angular_diameter }
-        }
-    };
-    let profile = light.profile.as_ref().map(|profile| profile.placed(motion));
-    Light { name: light.name.clone(), kind, profile }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Camera, ColorSpace, Image, Instance, Material, Pixels, Sampler, Shape, Texture, TextureRef};
+    use crate::{
+        Camera, ColorSpace, Image, Instance, Light, LightKind, Material, Pixels, Sampler, Shape, Texture,
+        TextureRef,
+    };
 
     /// A scene with one of everything, each referring to the one before.
     fn one_of_everything() -> Scene {
@@ -180,20 +162,5 @@ mod tests {
         let textures = scene.materials[1].textures_mut();
         assert!(textures.iter().all(|t| t.is_some_and(|t| t.texture == 1)));
         assert_eq!(scene.instances[0].mesh, 0, "the first scene is left alone");
-    }
-
-    #[test]
-    fn lights_move_with_their_model() {
-        let kind = LightKind::Spot {
-            position: Vec3::X,
-            direction: Vec3::X,
-            intensity: Vec3::ONE,
-            inner_angle: 0.1,
-            outer_angle: 0.2,
-        };
-        let motion = Affine3A::from_translation(Vec3::Y) * Affine3A::from_scale(Vec3::splat(2.0));
-        let moved = placed_light(&Light::new("s", kind), &motion);
-        let LightKind::Spot { position, direction, .. } = moved.kind else { panic!("still a spot light") };
-        assert_eq!((position, direction), (Vec3::new(2.0, 1.0, 0.0), Vec3::X));
     }
 }

@@ -3,7 +3,7 @@
 use base64::Engine as _;
 use glam::{Vec2, Vec3, vec3};
 use scene::animation::Moment;
-use scene::edits::{Editable, Edits, LightRecord, MaterialRecord, Resources};
+use scene::edits::{Editable, Edits, MaterialRecord, Resources};
 use scene::tables::SceneTables;
 use scene::{LightKind, LoadOptions, Loaded, Projection, Scene, Severity, Shape, TriangleMesh};
 use serde_json::{Value, json};
@@ -319,12 +319,8 @@ fn time_takes_back_no_edit() {
     edits
         .materials
         .insert(0, MaterialRecord { base_color: [0.25, 0.5, 0.75, 1.0], ..(&scene.materials[0]).into() });
-    edits.lights = Some(vec![LightRecord::Point {
-        name: "p".into(),
-        position: [1.0; 3],
-        intensity: [3.0; 3],
-        profile: None,
-    }]);
+    let kind = LightKind::Point { position: Vec3::ONE, intensity: Vec3::splat(3.0) };
+    edits.lights = Some(vec![scene::Light::new("p", kind)]);
     let mut edited = Editable::new(scene);
     let mut show = |edits: &Edits, time: f32| {
         edited.set_at(edits, &Resources::default(), &at(time)).unwrap_or_else(|e| panic!("{e}"));

@@ -5,8 +5,7 @@ use proptest::prelude::*;
 use scene::edits::file::EditedFile;
 use scene::edits::{
     Addition, CameraRecord, EditError, Editable, Edits, EnvironmentRecord, GraphRecord, InputRecord,
-    LightRecord, MaterialRecord, ParameterRecord, PlacementRecord, Resources, ShownRecord, SkyRecord,
-    SunRecord,
+    MaterialRecord, ParameterRecord, PlacementRecord, Resources, ShownRecord, SkyRecord, SunRecord,
 };
 use scene::load::scene_file::{self, open_edited};
 use scene::tables::SceneTables;
@@ -56,18 +55,14 @@ fn all_edits(scene: &Scene, folder: &Path) -> (Edits, Resources) {
     edits.object(2).removed = true;
     edits.object(objects + 1).material = Some(materials + 2);
     edits.object(objects + 2).set_transform(&Affine3A::from_translation(Vec3::new(0.1, 0.2, 0.7)));
-    let (position, intensity) = ([0.1, 0.2, 0.3], [1.0, 2.0, 3.0]);
+    let (position, intensity) = (Vec3::new(0.1, 0.2, 0.3), Vec3::new(1.0, 2.0, 3.0));
+    let direction = Vec3::new(0.3, -1.0, 0.2).normalize();
     edits.lights = Some(vec![
-        LightRecord::Point { name: "p".into(), position, intensity, profile: Some(lamp()) },
-        LightRecord::Spot {
-            name: "s".into(),
-            position,
-            direction: Vec3::new(0.3, -1.0, 0.2).normalize().to_array(),
-            intensity,
-            inner_angle: 0.2,
-            outer_angle: 0.7,
-            profile: None,
-        },
+        Light { profile: Some(lamp()), ..Light::new("p", LightKind::Point { position, intensity }) },
+        Light::new(
+            "s",
+            LightKind::Spot { position, direction, intensity, inner_angle: 0.2, outer_angle: 0.7 },
+        ),
     ]);
     edits.environment = Some(EnvironmentRecord::Sky(SkyRecord {
         horizon: [0.1; 3],

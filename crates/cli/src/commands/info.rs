@@ -2,7 +2,7 @@
 
 use crate::console::{bytes, json_line, print_result, seconds};
 use alhazen::{
-    AlphaMode, Camera, Distortion, Environment, Light, LightKind, LoadOptions, Loaded, Material, Model,
+    AlphaMode, Camera, Distortion, Environment, Light, LightParameter, LoadOptions, Loaded, Material, Model,
     Projection, ProjectionParameter, Quantity, Scene, SceneTables, Shape, Texture, TextureRef,
 };
 use glam::{DVec3, Vec3};
@@ -239,28 +239,20 @@ fn light_line(scene: &Scene, light: &Light) -> String {
         let (table, axis) = (&photometry.profile, vector(photometry.axis.into()));
         format!(", with a profile of {} × {} directions aimed at {axis}", table.rows(), table.columns())
     });
-    kind_line(scene, light.kind) + &profile.unwrap_or_default()
+    let mut kind = light.kind;
+    let mut line = kind.name().to_owned();
+    for (name, parameter) in kind.parameters() {
+        line.push_str(&format!(", {} {}", name.to_lowercase(), parameter_text(scene, parameter)));
+    }
+    line + &profile.unwrap_or_default()
 }
 
-fn kind_line(scene: &Scene, kind: LightKind) -> String {
-    match kind {
-        LightKind::Point { position, intensity } => {
-            format!("point at {}, {} W/sr", self::position(scene, position), vector(intensity.into()))
-        }
-        LightKind::Spot { position, direction, intensity, inner_angle, outer_angle } => format!(
-            "spot at {} towards {}, {} W/sr, {:.1}° to {:.1}°",
-            self::position(scene, position),
-            vector(direction.into()),
-            vector(intensity.into()),
-            inner_angle.to_degrees(),
-            outer_angle.to_degrees()
-        ),
-        LightKind::Directional { direction, irradiance, angular_diameter } => format!(
-            "directional towards {}, {} W/m², {:.2}° wide",
-            vector(direction.into()),
-            vector(irradiance.into()),
-            angular_diameter.to_degrees()
-        ),
+fn parameter_text(scene: &Scene, parameter: LightParameter) -> String {
+    match parameter {
+        LightParameter::Position(p) => position(scene, *p),
+        LightParameter::Direction(d) => vector((*d).into()),
+        LightParameter::Strength(strength, unit) => format!("{} {unit}", vector((*strength).into())),
+        LightParameter::Angle(radians, _) => format!("{:.2}°", radians.to_degrees()),
     }
 }
 

@@ -170,7 +170,7 @@ impl Editable {
         self.edit_objects(edits)?;
         self.hold_still(edits);
         if let Some(lights) = &edits.lights {
-            self.scene.lights = lights.iter().map(super::LightRecord::light).collect();
+            self.scene.lights = lights.iter().map(crate::Light::valid).collect();
         }
         if let Some(cameras) = &edits.cameras {
             self.scene.cameras = cameras.iter().map(super::CameraRecord::camera).collect();

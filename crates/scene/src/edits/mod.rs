@@ -15,11 +15,10 @@ pub use graph::{
     GraphProblem, GraphRecord, InputRecord, NodeRecord, ParameterRecord, PlacementRecord, ShownRecord,
 };
 pub use records::{
-    CameraRecord, DaylightRecord, EnvironmentRecord, LightRecord, MaterialRecord, OrbitRecord, SkyRecord,
-    SunRecord,
+    CameraRecord, DaylightRecord, EnvironmentRecord, MaterialRecord, OrbitRecord, SkyRecord, SunRecord,
 };
 
-use crate::{InstanceId, MaterialId, TextureId};
+use crate::{InstanceId, Light, MaterialId, TextureId};
 use glam::Affine3A;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -43,7 +42,7 @@ pub struct Edits {
     pub objects: BTreeMap<InstanceId, ObjectEdit>,
     /// All point, spot and directional lights; `None` keeps those that there are.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub lights: Option<Vec<LightRecord>>,
+    pub lights: Option<Vec<Light>>,
     /// Light from infinitely far away; `None` keeps what there is.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment: Option<EnvironmentRecord>,

@@ -4,8 +4,8 @@
 //! every number, so that what is read is bit for bit what was written.
 
 use crate::{
-    AlphaMode, Camera, CameraPath, Daylight, Distortion, Environment, Light, LightKind, Material, Model,
-    Photometry, Projection, Sky, Sun, SunPosition,
+    AlphaMode, Camera, CameraPath, Daylight, Distortion, Environment, Material, Model, Projection, Sky, Sun,
+    SunPosition,
 };
 use glam::{Vec3, Vec4};
 use serde::{Deserialize, Serialize};
@@ -102,105 +102,6 @@ impl MaterialRecord {
         }
         let emission = self.emission.iter().find(|e| !(0.0..=1e9).contains(*e));
         emission.map(|e| format!("`emission` must be between 0 and 1e9, it is {e}"))
-    }
-}
-
-/// A light; fields are as those of [`LightKind`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case", rename_all_fields = "kebab-case", tag = "kind")]
-#[allow(missing_docs, reason = "the fields are those of LightKind")]
-pub enum LightRecord {
-    /// Shines in all directions.
-    Point {
-        name: String,
-        position: [f32; 3],
-        intensity: [f32; 3],
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        profile: Option<Photometry>,
-    },
-    /// Shines into a cone.
-    Spot {
-        name: String,
-        position: [f32; 3],
-        direction: [f32; 3],
-        intensity: [f32; 3],
-        inner_angle: f32,
-        outer_angle: f32,
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        profile: Option<Photometry>,
-    },
-    /// Infinitely far away.
-    Directional { name: String, direction: [f32; 3], irradiance: [f32; 3], angular_diameter: f32 },
-}
-
-impl From<&Light> for LightRecord {
-    fn from(light: &Light) -> Self {
-        let name = light.name.clone();
-        let profile = light.profile.clone();
-        match light.kind {
-            LightKind::Point { position, intensity } => {
-                Self::Point { name, position: position.into(), intensity: intensity.into(), profile }
-            }
-            LightKind::Spot { position, direction, intensity, inner_angle, outer_angle } => Self::Spot {
-                name,
-                position: position.into(),
-                direction: direction.into(),
-                intensity: intensity.into(),
-                inner_angle,
-                outer_angle,
-                profile,
-            },
-            LightKind::Directional { direction, irradiance, angular_diameter } => Self::Directional {
-                name,
-                direction: direction.into(),
-                irradiance: irradiance.into(),
-                angular_diameter,
-            },
-        }
-    }
-}
-
-impl LightRecord {
-    /// The light. Directions get unit length; what already has it stays as it is, bit for bit.
-    pub fn light(&self) -> Light {
-        let unit = |v: &[f32; 3]| {
-            let v = Vec3::from_array(*v);
-            if v.is_normalized() { v } else { v.normalize_or(Vec3::NEG_Y) }
-        };
-        let (name, kind, profile) = match self {
-            Self::Point { name, position, intensity, profile } => {
-                let kind = LightKind::Point { position: (*position).into(), intensity: (*intensity).into() };
-                (name, kind, profile.clone())
-            }
-            Self::Spot { name, position, direction, intensity, inner_angle, outer_angle, profile } => {
-                let outer_angle = outer_angle.clamp(1e-3, std::f32::consts::FRAC_PI_2);
-                let kind = LightKind::Spot {
-                    position: (*position).into(),
-                    direction: unit(direction),
-                    intensity: (*intensity).into(),
-                    inner_angle: inner_angle.clamp(0.0, outer_angle * 0.999),
-                    outer_angle,
-                };
-                // A profile is aimed as its spot is.
-                (name, kind, profile.as_ref().map(|profile| profile.aimed_along(unit(direction))))
-            }
-            Self::Directional { name, direction, irradiance, angular_diameter } => {
-                let kind = LightKind::Directional {
-                    direction: unit(direction),
-                    irradiance: (*irradiance).into(),
-                    angular_diameter: *angular_diameter,
-                };
-                (name, kind, None)
-            }
-        };
-        Light { name: name.clone(), kind, profile }
-    }
-
-    /// Its name.
-    pub fn name(&self) -> &str {
-        match self {
-            Self::Point { name, .. } | Self::Spot { name, .. } | Self::Directional { name, .. } => name,
-        }
     }
 }
 

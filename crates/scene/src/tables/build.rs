@@ -8,8 +8,7 @@ use super::{EnvironmentTable, LightTree, MaterialRecord, SceneTables, TextureUse
 use crate::normals::normals_are_faces;
 use crate::tangents::generate_and_split;
 use crate::{
-    Environment, Image, Instance, LightKind, LightProfile, Material, Pixels, Scene, Shape, Sphere,
-    TriangleMesh,
+    Environment, Image, Instance, LightProfile, Material, Pixels, Scene, Shape, Sphere, TriangleMesh,
 };
 use exr::prelude::f16;
 use glam::{Affine3A, Mat3, Vec3};
@@ -321,17 +320,8 @@ impl SceneTables {
         let radius = self.bounding_sphere[3].max(1e-3);
         let mut places: Vec<(&LightProfile, u32)> = Vec::new();
         for light in &scene.lights {
-            let record = match light.kind {
-                LightKind::Point { position, intensity } => LightRecord::point(position, intensity),
-                LightKind::Spot { position, direction, intensity, inner_angle, outer_angle } => {
-                    LightRecord::spot(position, direction, intensity, inner_angle, outer_angle)
-                }
-                LightKind::Directional { direction, irradiance, angular_diameter } => {
-                    LightRecord::directional(-direction, irradiance, angular_diameter * 0.5, false, radius)
-                }
-            };
-            let is_point = !matches!(light.kind, LightKind::Directional { .. });
-            let profile = light.profile.as_ref().filter(|_| is_point);
+            let record = LightRecord::of(light.kind, radius);
+            let profile = light.profile.as_ref().filter(|_| !light.kind.is_infinitely_far());
             let record = match profile {
                 Some(photometry) => {
                     let profile = &*photometry.profile;

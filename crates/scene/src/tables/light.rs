@@ -1,6 +1,6 @@
 //! Records of lights.
 
-use crate::{Photometry, Portal};
+use crate::{LightKind, Photometry, Portal};
 use optics::constants::NONE;
 use optics::light::{
     LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_SPOT,
@@ -93,6 +93,19 @@ impl LightRecord {
         light.two_sided = two_sided;
         let strength = PI * radius * radius * strongest(light.emission) * mean_texture;
         Self::new(light, strength, 4.0 * PI * strength)
+    }
+
+    /// A light without a surface. `scene_radius`: turns irradiance into power.
+    pub(super) fn of(kind: LightKind, scene_radius: f32) -> Self {
+        match kind {
+            LightKind::Point { position, intensity } => Self::point(position, intensity),
+            LightKind::Spot { position, direction, intensity, inner_angle, outer_angle } => {
+                Self::spot(position, direction, intensity, inner_angle, outer_angle)
+            }
+            LightKind::Directional { direction, irradiance, angular_diameter } => {
+                Self::directional(-direction, irradiance, angular_diameter * 0.5, false, scene_radius)
+            }
+        }
     }
 
     /// A point.

@@ -2,24 +2,22 @@
 
 use super::widgets::{bright_colour, number, vector};
 use crate::viewer::{Command, Viewer};
-use alhazen::edits::LightRecord;
+use alhazen::{Light, LightKind, LightParameter};
 use egui::{CollapsingHeader, Ui};
+use glam::Vec3;
 
 /// Shows them.
 pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     let Some(document) = &viewer.document else { return };
-    let before: Vec<LightRecord> = match &document.edits().lights {
-        Some(lights) => lights.clone(),
-        None => document.scene().lights.iter().map(LightRecord::from).collect(),
-    };
+    let before = document.edits().lights.clone().unwrap_or_else(|| document.scene().lights.clone());
     let mut lights = before.clone();
     ui.horizontal_wrapped(|ui| {
         if ui.button("Add point light").clicked() {
             viewer.run(Command::AddPointLight, &ui.ctx().clone());
         }
-        let at = viewer.camera.target + glam::Vec3::Y * viewer.scene_size() * 0.4;
+        let at = viewer.camera.target + Vec3::Y * viewer.scene_size() * 0.4;
         if ui.button("Add spot light").clicked() {
-            lights.push(spot(at.to_array(), viewer.scene_size()));
+            lights.push(spot(at, viewer.scene_size()));
         }
         if ui.button("Add directional light").clicked() {
             lights.push(directional());
@@ -34,7 +32,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     let mut removed = None;
     let speed = viewer.scene_size() * 1e-3;
     for (i, light) in lights.iter_mut().enumerate() {
-        let title = format!("{} ({})", light.name(), kind(light));
+        let title = format!("{} ({})", light.name, light.kind.name());
         CollapsingHeader::new(title).id_salt(("light", i)).default_open(i < 3).show(ui, |ui| {
             one(ui, light, speed);
             if ui.button("Remove").clicked() {
@@ -54,31 +52,21 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     }
 }
 
-fn kind(light: &LightRecord) -> &'static str {
-    match light {
-        LightRecord::Point { .. } => "point",
-        LightRecord::Spot { .. } => "spot",
-        LightRecord::Directional { .. } => "directional",
-    }
-}
-
-fn one(ui: &mut Ui, light: &mut LightRecord, speed: f32) {
-    match light {
-        LightRecord::Point { position, intensity, .. } => {
-            vector(ui, "Position", position, speed);
-            bright_colour(ui, "Intensity", intensity, " W/sr");
-        }
-        LightRecord::Spot { position, direction, intensity, inner_angle, outer_angle, .. } => {
-            vector(ui, "Position", position, speed);
-            vector(ui, "Direction", direction, 0.01);
-            bright_colour(ui, "Intensity", intensity, " W/sr");
-            degrees(ui, "Outer cone angle", outer_angle, 0.5..=90.0);
-            degrees(ui, "Inner cone angle", inner_angle, 0.0..=89.0);
-        }
-        LightRecord::Directional { direction, irradiance, angular_diameter, .. } => {
-            vector(ui, "Direction", direction, 0.01);
-            bright_colour(ui, "Irradiance", irradiance, " W/m²");
-            degrees(ui, "Angular diameter", angular_diameter, 0.0..=90.0);
+fn one(ui: &mut Ui, light: &mut Light, speed: f32) {
+    for (label, parameter) in light.kind.parameters() {
+        match parameter {
+            LightParameter::Position(p) => {
+                vector(ui, label, p.as_mut(), speed);
+            }
+            LightParameter::Direction(d) => {
+                vector(ui, label, d.as_mut(), 0.01);
+            }
+            LightParameter::Strength(strength, unit) => {
+                bright_colour(ui, label, strength.as_mut(), &format!(" {unit}"));
+            }
+            LightParameter::Angle(radians, range) => {
+                degrees(ui, label, radians, range.start().to_degrees()..=range.end().to_degrees());
+            }
         }
     }
 }
@@ -91,19 +79,13 @@ pub(super) fn degrees(ui: &mut Ui, label: &str, radians: &mut f32, range: std::o
     }
 }
 
-fn spot(position: [f32; 3], size: f32) -> LightRecord {
-    LightRecord::Spot {
-        name: "spot".into(),
-        position,
-        direction: [0.0, -1.0, 0.0],
-        intensity: [size * size; 3],
-        inner_angle: 0.3,
-        outer_angle: 0.5,
-        profile: None,
-    }
+fn spot(position: Vec3, size: f32) -> Light {
+    let (direction, intensity) = (Vec3::NEG_Y, Vec3::splat(size * size));
+    Light::new("spot", LightKind::Spot { position, direction, intensity, inner_angle: 0.3, outer_angle: 0.5 })
 }
 
-fn directional() -> LightRecord {
-    let direction = glam::Vec3::new(-0.4, -1.0, -0.3).normalize().to_array();
-    LightRecord::Directional { name: "sun".into(), direction, irradiance: [3.0; 3], angular_diameter: 0.0093 }
+fn directional() -> Light {
+    let direction = Vec3::new(-0.4, -1.0, -0.3).normalize();
+    let irradiance = Vec3::splat(3.0);
+    Light::new("sun", LightKind::Directional { direction, irradiance, angular_diameter: 0.0093 })
 }

@@ -6,8 +6,8 @@ use super::state::{Selection, Viewer};
 use crate::navigation;
 use crate::queries::Purpose;
 use crate::worker::{Layer, Message, Recording};
-use alhazen::edits::{Addition, EnvironmentRecord, LightRecord, Resources};
-use alhazen::{Camera, Job, LoadReport};
+use alhazen::edits::{Addition, EnvironmentRecord, Resources};
+use alhazen::{Camera, Job, Light, LightKind, LoadReport};
 use egui::Pos2;
 use std::path::{Path, PathBuf};
 
@@ -208,19 +208,19 @@ impl Viewer {
     }
 
     fn add_point_light(&mut self) {
-        let position = (self.camera.target + glam::Vec3::Y * self.scene_size() * 0.3).to_array();
+        let position = self.camera.target + glam::Vec3::Y * self.scene_size() * 0.3;
         // As bright at this distance as a cloudy sky.
-        let intensity = [self.scene_size().powi(2) * 0.3; 3];
+        let intensity = glam::Vec3::splat(self.scene_size().powi(2) * 0.3);
         self.edit_lights("add light", |lights| {
             let name = format!("light {}", lights.len() + 1);
-            lights.push(LightRecord::Point { name, position, intensity, profile: None });
+            lights.push(Light::new(name, LightKind::Point { position, intensity }));
         });
     }
 
     /// Changes the list of lights.
-    pub fn edit_lights(&mut self, what: &str, change: impl FnOnce(&mut Vec<LightRecord>)) {
+    pub fn edit_lights(&mut self, what: &str, change: impl FnOnce(&mut Vec<Light>)) {
         let Some(document) = &self.document else { return };
-        let mut lights: Vec<_> = document.scene().lights.iter().map(LightRecord::from).collect();
+        let mut lights = document.scene().lights.clone();
         if let Some(edited) = &document.edits().lights {
             lights.clone_from(edited);
         }
@@ -238,7 +238,7 @@ impl Viewer {
             edits.additions.push(Addition::Model { file });
             // A list of lights that was changed replaces all others.
             if let Some(edited) = &mut edits.lights {
-                edited.extend(lights.iter().map(LightRecord::from));
+                edited.extend(lights);
             }
         });
         let material = self.document.as_ref().and_then(|d| d.material_of(first));

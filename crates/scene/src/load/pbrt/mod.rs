@@ -24,7 +24,6 @@ mod version;
 use super::session::instance;
 use super::{LoadError, LoadOptions, Loaded};
 use crate::load::textures::TextureLoader;
-use crate::merge::placed_light;
 use crate::origin::{Bounds, stored};
 use crate::{Instance, LoadReport, Mesh, MeshId, Portal, Scene, Texture};
 use glam::{Affine3A, DAffine3, DMat3, DMat4, DVec3};
@@ -420,7 +419,7 @@ impl<'o> Builder<'o> {
             instance.transform = stored(world, origin);
         }
         for (light, world) in self.scene.lights.iter_mut().zip(&self.light_positions) {
-            *light = placed_light(light, &stored(&DAffine3::from_translation(*world), origin));
+            *light = light.moved(&stored(&DAffine3::from_translation(*world), origin));
         }
         let portal = self.portal.map(|corners| corners.map(|corner| (corner - origin).as_vec3()));
         self.scene.portals = portal.and_then(|corners| Portal::new(corners).ok()).into_iter().collect();

@@ -102,7 +102,7 @@ impl Builder<'_> {
         };
         let share = if split { 1.0 / object.copies.len().max(1) as f32 } else { 1.0 };
         for (i, copy) in object.copies.iter().enumerate() {
-            let kind = tinted(kind, share * tint(palette.as_ref(), copy));
+            let kind = kind.scaled(share * tint(palette.as_ref(), copy));
             let light = Light { name: object.copy_name("light", i), kind, profile: profile.clone() };
             if object.visible {
                 self.scene.lights.push(light);
@@ -116,16 +116,6 @@ impl Builder<'_> {
 /// The colour of a copy.
 fn tint(palette: Option<&Palette>, copy: &Copy) -> Vec3 {
     palette.and_then(|p| p.at(copy)).unwrap_or(Vec3::ONE)
-}
-
-/// The light with its strength multiplied.
-fn tinted(kind: LightKind, factor: Vec3) -> LightKind {
-    let mut kind = kind;
-    match &mut kind {
-        LightKind::Point { intensity, .. } | LightKind::Spot { intensity, .. } => *intensity *= factor,
-        LightKind::Directional { irradiance, .. } => *irradiance *= factor,
-    }
-    kind
 }
 
 fn strength(color: Color, value: f32, key: &str, c: &Context) -> Result<Vec3, LoadError> {

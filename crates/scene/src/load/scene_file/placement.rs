@@ -1,6 +1,5 @@
 //! Where objects stand in the world, in `f64`, until it is known what the scene is stored relative to.
 
-use crate::merge::placed_light;
 use crate::origin::{Bounds, stored};
 use crate::{Camera, CameraPath, LoadReport, Portal, Scene};
 use glam::{DAffine3, DVec3, Vec3};
@@ -56,7 +55,7 @@ impl Placement {
             instance.transform = stored(world, origin);
         }
         for (light, world) in scene.lights.iter_mut().zip(&self.lights) {
-            *light = placed_light(light, &stored(world, origin));
+            *light = light.moved(&stored(world, origin));
         }
         for (camera, view) in scene.cameras.iter_mut().zip(&self.cameras) {
             view.place(origin, camera);
