@@ -1,6 +1,6 @@
 //! Punctual and directional lights.
 
-use crate::Photometry;
+use crate::{Photometry, TextureId};
 use glam::{Affine3A, Vec3};
 use serde::{Deserialize, Serialize};
 use std::f32::consts::{FRAC_PI_2, PI};
@@ -36,7 +36,7 @@ impl Light {
                 LightParameter::Direction(d) => {
                     *d = motion.transform_vector3(*d).try_normalize().unwrap_or(*d);
                 }
-                LightParameter::Strength(..) | LightParameter::Angle(..) => {}
+                LightParameter::Strength(..) | LightParameter::Angle(..) | LightParameter::Picture(_) => {}
             }
         }
         light.profile = light.profile.map(|profile| profile.placed(motion));
@@ -112,6 +112,8 @@ pub enum LightParameter<'a> {
     Strength(&'a mut Vec3, &'static str),
     /// Radians, with its range.
     Angle(&'a mut f32, RangeInclusive<f32>),
+    /// What it shows: index into [`crate::Scene::textures`].
+    Picture(&'a mut TextureId),
 }
 
 impl LightKind {

@@ -1,6 +1,6 @@
 //! Putting one scene into another.
 
-use crate::{Animation, ImageId, MaterialId, Mesh, MeshId, Scene, TextureId};
+use crate::{Animation, ImageId, LightParameter, MaterialId, Mesh, MeshId, Scene, TextureId};
 use glam::{Affine3A, Vec3};
 use std::ops::Range;
 
@@ -99,6 +99,11 @@ impl Offsets {
         let moving = scene.animations.iter_mut().flat_map(|a| &mut a.materials).map(|m| &mut m.rest);
         for material in scene.materials.iter_mut().chain(moving) {
             material.textures_mut().into_iter().flatten().for_each(|t| t.texture += self.textures);
+        }
+        for (_, parameter) in scene.lights.iter_mut().flat_map(|light| light.kind.parameters()) {
+            if let LightParameter::Picture(picture) = parameter {
+                *picture += self.textures;
+            }
         }
         scene.textures.iter_mut().for_each(|t| t.shift_references(self.images, self.textures));
         scene.animations.iter_mut().for_each(|animation| self.apply_to_animation(animation));

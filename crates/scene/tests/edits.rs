@@ -10,7 +10,8 @@ use scene::edits::{
 use scene::load::scene_file::{self, open_edited};
 use scene::tables::SceneTables;
 use scene::{
-    Camera, LightProfile, LoadError, LoadOptions, Photometry, RenderDefaults, Scene, Texture, builtin,
+    Camera, Light, LightKind, LightProfile, LoadError, LoadOptions, Photometry, RenderDefaults, Scene,
+    Texture, builtin,
 };
 use std::path::Path;
 use std::sync::Arc;

@@ -6,7 +6,8 @@ use crate::shade::material::{coverage, emission_at};
 use optics::constants::FAR;
 use optics::light::{
     LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE, LightSample,
-    directional_light_contains, light_sample, rectangle_light_pdf, sphere_light_side_pdf, triangle_light_pdf,
+    directional_light_contains, light_sample, rectangle_light_pdf, sphere_light_side_pdf, textured_radiance,
+    triangle_light_pdf,
 };
 use optics::light_profile::{profile_cell, profile_mix};
 use optics::light_tree::{ALL_SIDES, octahedral_decode};
@@ -87,7 +88,8 @@ pub(crate) fn sample_one_light(scene: &CpuScene, index: u32, p: Vec3f, u: [f32; 
         sample.radiance *= profile_at(&scene.tables, record, -sample.wi);
     }
     if record.textured_material != NONE {
-        sample.radiance = textured_emission(scene, record, &light_texture_point(record, p, &sample));
+        let emission = textured_emission(scene, record, &light_texture_point(record, p, &sample));
+        sample.radiance = textured_radiance(record.light, sample.distance, emission);
     }
     sample
 }

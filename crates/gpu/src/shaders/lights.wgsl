@@ -109,7 +109,8 @@ fn sample_one_light(index: u32, p: vec3f, u: vec2f) -> LightSample {
         light.radiance *= profile_at(index, -light.wi);
     }
     if LIGHTS_HAVE_TEXTURES && lights[index].textured_material != NONE {
-        light.radiance = textured_emission(index, light_texture_point(index, p, light));
+        let emission = textured_emission(index, light_texture_point(index, p, light));
+        light.radiance = textured_radiance(sampled, light.distance, emission);
     }
     return light;
 }

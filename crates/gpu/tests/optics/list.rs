@@ -320,6 +320,8 @@ functions! {
     bounds::sphere_box_corner(center: point, radius: share, cube: direction) within CANCELLING;
     // lights/light.rs
     light::no_light_sample() within EXACT;
+    light::light_is_point(kind: index) within EXACT;
+    light::textured_radiance(light: light, distance: size, emission: radiance) within ROUNDING;
     light::light_sample(light: light, p: point, u: unit2) within CANCELLING;
     light::light_way(wi: direction, distance: size, offset: point) within CANCELLING;
     light::light_reach(light: light, cutoff: size, falloff: falloff) within ROUNDING;

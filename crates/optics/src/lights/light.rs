@@ -131,10 +131,19 @@ pub mod light {
         if light.kind == LIGHT_DIRECTIONAL {
             return directional_light_sample(light, u);
         }
-        if light.kind == LIGHT_POINT || light.kind == LIGHT_SPOT {
+        if light_is_point(light.kind) {
             return point_light_sample(light, p);
         }
         no_light_sample()
+    }
+
+    /// What arrives of a sampled light that has a texture, before any occlusion.
+    ///
+    /// - `emission`: its radiance at the sampled point, or a point's radiant intensity in the sample's
+    ///   direction.
+    pub fn textured_radiance(light: Light, distance: f32, emission: Vec3f) -> Vec3f {
+        let falloff = 1.0 / max(distance * distance, 1e-20);
+        emission * select(1.0, falloff, light_is_point(light.kind))
     }
 
     /// The way to a sampled point from an origin beside the point that it was sampled for.
@@ -169,7 +178,7 @@ pub mod light {
         let strength = max_component(light.emission);
         let mut center = light.position;
         let mut radius = FAR;
-        if light.kind == LIGHT_POINT || light.kind == LIGHT_SPOT {
+        if light_is_point(light.kind) {
             radius = falloff_distance(falloff, strength / cutoff);
         }
         if light.kind == LIGHT_SPHERE {
@@ -187,6 +196,11 @@ pub mod light {
             radius = max_component(sides) + falloff_distance(falloff, strength * area / cutoff);
         }
         LightReach { center: center, radius: min(radius, FAR) }
+    }
+
+    /// Whether a light is at one point, and so falls with the square of distance.
+    pub fn light_is_point(kind: u32) -> bool {
+        kind == LIGHT_POINT || kind == LIGHT_SPOT
     }
 
     /// Whether a light is flat: a triangle or a rectangle, given by two edges.

@@ -113,7 +113,7 @@ pub mod shaft {
                 high_step: away * (light.position + spread),
                 known: true,
             };
-        } else if light.kind != LIGHT_POINT && light.kind != LIGHT_SPOT {
+        } else if !light_is_point(light.kind) {
             return Shaft { low: low, high: high, low_step: zero, high_step: zero, known: false };
         }
         Shaft { low: low, high: high, low_step: end_low - low, high_step: end_high - high, known: true }

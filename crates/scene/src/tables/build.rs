@@ -8,7 +8,8 @@ use super::{EnvironmentTable, LightTree, MaterialRecord, SceneTables, TextureUse
 use crate::normals::normals_are_faces;
 use crate::tangents::generate_and_split;
 use crate::{
-    Environment, Image, Instance, LightProfile, Material, Pixels, Scene, Shape, Sphere, TriangleMesh,
+    Environment, Image, Instance, LightProfile, Material, Pixels, RenderDefaults, Scene, Shape, Sphere,
+    TriangleMesh,
 };
 use exr::prelude::f16;
 use glam::{Affine3A, Mat3, Vec3};
@@ -54,21 +55,25 @@ impl SceneTables {
         let materials =
             if scene.materials.is_empty() { std::slice::from_ref(&fallback) } else { &scene.materials };
         for material in materials {
-            let mut record = self.material_record(material);
-            record.flags |= rules_of(material, &scene.defaults);
-            let mut has_graphs = record.textures.iter().any(TextureUse::is_graph);
-            if has_layers(material) {
-                record.layers = self.layers.len() as u32;
-                let (layers, textures) = self.layers_record(material);
-                has_graphs |= textures.iter().any(TextureUse::is_graph);
-                self.layers.push(layers);
-                self.layer_textures.push(textures);
-            }
-            record.flags |= if has_graphs { MATERIAL_GRAPHS } else { 0 };
-            self.materials.push(record);
+            self.add_material(material, &scene.defaults);
         }
         self.add_media(scene);
         self.has_alpha = self.materials.iter().any(MaterialRecord::has_alpha);
+    }
+
+    pub(super) fn add_material(&mut self, material: &Material, defaults: &RenderDefaults) {
+        let mut record = self.material_record(material);
+        record.flags |= rules_of(material, defaults);
+        let mut has_graphs = record.textures.iter().any(TextureUse::is_graph);
+        if has_layers(material) {
+            record.layers = self.layers.len() as u32;
+            let (layers, textures) = self.layers_record(material);
+            has_graphs |= textures.iter().any(TextureUse::is_graph);
+            self.layers.push(layers);
+            self.layer_textures.push(textures);
+        }
+        record.flags |= if has_graphs { MATERIAL_GRAPHS } else { 0 };
+        self.materials.push(record);
     }
 
     fn add_images(&mut self, scene: &Scene) {
@@ -320,7 +325,7 @@ impl SceneTables {
         let radius = self.bounding_sphere[3].max(1e-3);
         let mut places: Vec<(&LightProfile, u32)> = Vec::new();
         for light in &scene.lights {
-            let record = LightRecord::of(light.kind, radius);
+            let record = self.light_record(scene, light.kind, radius);
             let profile = light.profile.as_ref().filter(|_| !light.kind.is_infinitely_far());
             let record = match profile {
                 Some(photometry) => {

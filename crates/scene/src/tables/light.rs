@@ -1,6 +1,7 @@
 //! Records of lights.
 
-use crate::{LightKind, Photometry, Portal};
+use super::SceneTables;
+use crate::{LightKind, Photometry, Portal, Scene};
 use optics::constants::NONE;
 use optics::light::{
     LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_SPOT,
@@ -95,19 +96,6 @@ impl LightRecord {
         Self::new(light, strength, 4.0 * PI * strength)
     }
 
-    /// A light without a surface. `scene_radius`: turns irradiance into power.
-    pub(super) fn of(kind: LightKind, scene_radius: f32) -> Self {
-        match kind {
-            LightKind::Point { position, intensity } => Self::point(position, intensity),
-            LightKind::Spot { position, direction, intensity, inner_angle, outer_angle } => {
-                Self::spot(position, direction, intensity, inner_angle, outer_angle)
-            }
-            LightKind::Directional { direction, irradiance, angular_diameter } => {
-                Self::directional(-direction, irradiance, angular_diameter * 0.5, false, scene_radius)
-            }
-        }
-    }
-
     /// A point.
     pub fn point(position: glam::Vec3, intensity: glam::Vec3) -> Self {
         let light = blank(LIGHT_POINT, position, intensity);
@@ -189,6 +177,21 @@ impl LightRecord {
         // What an environment gives to surfaces of all directions on average.
         let strength = PI * mean;
         Self::new(light, strength, 4.0 * PI * scene_radius * scene_radius * strength)
+    }
+}
+
+impl SceneTables {
+    /// The record of a light without a surface. `scene_radius`: turns irradiance into power.
+    pub(super) fn light_record(&mut self, scene: &Scene, kind: LightKind, scene_radius: f32) -> LightRecord {
+        match kind {
+            LightKind::Point { position, intensity } => LightRecord::point(position, intensity),
+            LightKind::Spot { position, direction, intensity, inner_angle, outer_angle } => {
+                LightRecord::spot(position, direction, intensity, inner_angle, outer_angle)
+            }
+            LightKind::Directional { direction, irradiance, angular_diameter } => {
+                LightRecord::directional(-direction, irradiance, angular_diameter * 0.5, false, scene_radius)
+            }
+        }
     }
 }
 

@@ -19,6 +19,7 @@ mod layers;
 mod light;
 mod light_bounds;
 mod light_groups;
+mod light_pictures;
 mod light_tree;
 mod material;
 mod media;

@@ -47,7 +47,7 @@ pub struct SceneTables {
     /// Rows of 3×4 matrices from world to object space, of what was moved into world space and has something that lies in
     /// the space of its object: procedural patterns, and texture coordinates of spheres.
     pub placements: Vec<[[f32; 4]; 3]>,
-    /// Materials, parallel to [`crate::Scene::materials`].
+    /// Materials, parallel to [`crate::Scene::materials`]; then those of lights that show a picture.
     pub materials: Vec<MaterialRecord>,
     /// What lies on the base of layered materials.
     pub layers: Vec<LayersRecord>,

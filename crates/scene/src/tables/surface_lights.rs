@@ -1,15 +1,15 @@
 //! Lights of surfaces that emit.
 
-use super::light::strongest;
+use super::light_pictures::mean_of_image;
 use super::material::{MATERIAL_CHECKERBOARD_FADES, MATERIAL_EMISSION_TWO_SIDED};
 use super::rectangles::{self, Pairing};
 use super::transform::{affine, uniform_scale};
 use super::{GeometryKind, GeometryRecord, InstanceRecord, LightRecord, MaterialRecord, SceneTables};
-use crate::{Pixels, Scene};
+use crate::Scene;
 use glam::{Affine3A, Vec3};
+use optics::Vec3f;
 use optics::constants::NONE;
 use optics::material::SLOT_EMISSION;
-use optics::{Vec3f, vec3f};
 
 impl SceneTables {
     /// Lights of the emissive geometries of one instance.
@@ -166,20 +166,7 @@ impl SceneTables {
             return self.mean_of_graph(emission, geometry, binding).max(1e-3);
         }
         let texture = scene.textures[emission.image as usize].as_image();
-        let Some(image) = texture.and_then(|t| scene.images.get(t.image as usize)) else { return 1.0 };
-        let decode = |b: u8| optics::tonemap::srgb_decode_channel(f32::from(b) / 255.0);
-        let sum: f64 = match &image.pixels {
-            Pixels::Rgba8(pixels) => {
-                let color = |p: &[u8; 4]| vec3f(decode(p[0]), decode(p[1]), decode(p[2]));
-                pixels.iter().map(|p| f64::from(strongest(color(p)))).sum()
-            }
-            floats => {
-                let color = |[r, g, b, _]: [f32; 4]| strongest(vec3f(r, g, b));
-                (0..floats.len()).map(|i| f64::from(color(floats.stored(i)))).sum()
-            }
-        };
-        // Never zero: a dim texture must still be found.
-        ((sum / (f64::from(image.width) * f64::from(image.height))) as f32).max(1e-3)
+        texture.and_then(|t| scene.images.get(t.image as usize)).map_or(1.0, mean_of_image)
     }
 }
 
