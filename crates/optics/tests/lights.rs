@@ -421,3 +421,28 @@ fn a_wrong_irradiance_is_noticed() {
     let lamp = sphere(vec3f(0.0, 0.0, 2.0), 1.0);
     assert_close("sphere", irradiance(lamp, vec3f(0.0, 0.0, 0.0), UP), 1.005 * 2.0 * PI * 0.25, CLOSE);
 }
+
+/// Four units wide and two high at a distance of one, thrown along −z from the origin.
+fn projector() -> Light {
+    Light { edge1: vec3f(4.0, 0.0, 0.0), edge2: vec3f(0.0, -2.0, 0.0), ..light(LIGHT_PROJECTOR) }
+}
+
+/// As a camera at its place sees it, a picture is upright: its left is left, its top is up.
+#[test]
+fn a_projector_throws_its_picture_upright() {
+    let inside = [(-1.0, 0.5, 0.25, 0.25), (0.0, 0.0, 0.5, 0.5), (1.9, -0.9, 0.975, 0.95)];
+    for (x, y, u, v) in inside {
+        let p = vec3f(3.0 * x, 3.0 * y, -3.0);
+        let sample = light_sample(projector(), p, vec2f(0.5, 0.5));
+        assert!(sample.delta && sample.pdf == 1.0);
+        assert_close("u", sample.barycentrics.x.into(), u, 1e-6);
+        assert_close("v", sample.barycentrics.y.into(), v, 1e-6);
+        let distance2 = f64::from(dot(p, p));
+        assert_close("inverse squares", sample.radiance.y.into(), 3.0 / distance2, 1e-6);
+        let textured = textured_radiance(projector(), sample.distance, vec3f(1.0, 0.5, 7.0));
+        assert_close("of the picture", textured.z.into(), 7.0 / distance2, 1e-6);
+    }
+    for p in [vec3f(2.1, 0.0, -1.0), vec3f(0.0, 1.1, -1.0), vec3f(0.0, 0.0, 1.0), vec3f(0.0, 0.0, 0.0)] {
+        assert_eq!(light_sample(projector(), p, vec2f(0.5, 0.5)).pdf, 0.0, "{p:?} is outside");
+    }
+}

@@ -1,10 +1,13 @@
 //! Punctual and directional lights.
 
-use crate::{Photometry, TextureId};
+use crate::{Photometry, TextureRef};
 use glam::{Affine3A, Vec3};
 use serde::{Deserialize, Serialize};
 use std::f32::consts::{FRAC_PI_2, PI};
 use std::ops::RangeInclusive;
+
+/// The widest field of view of a projector, radians.
+pub(crate) const WIDEST_PROJECTION: f32 = 0.99 * PI;
 
 /// A light without a surface of its own. Emissive meshes and spheres are lights through their material instead.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -56,7 +59,7 @@ impl Light {
             }
         }
         match light.kind {
-            LightKind::Directional { .. } => light.profile = None,
+            LightKind::Directional { .. } | LightKind::Projector { .. } => light.profile = None,
             LightKind::Spot { direction, .. } => {
                 light.profile = light.profile.map(|profile| profile.aimed_along(direction));
             }
@@ -90,6 +93,21 @@ pub enum LightKind {
         /// Angle from the axis at which the intensity reaches zero, radians, at most π/2.
         outer_angle: f32,
     },
+    /// A point that throws a picture, as a slide projector does, or a pattern of structured light.
+    Projector {
+        /// World position, metres.
+        position: Vec3,
+        /// Unit direction of the picture's centre.
+        direction: Vec3,
+        /// Unit direction towards which the picture's top is; not along `direction`.
+        up: Vec3,
+        /// Radiant intensity where the picture is white, linear RGB, W/sr.
+        intensity: Vec3,
+        /// Full angle of the picture's shorter side, radians.
+        field_of_view: f32,
+        /// The picture. That of a texture graph is square. Texture coordinates begin at its top left.
+        picture: TextureRef,
+    },
     /// Infinitely far away.
     Directional {
         /// Unit direction in which the light travels.
@@ -112,8 +130,8 @@ pub enum LightParameter<'a> {
     Strength(&'a mut Vec3, &'static str),
     /// Radians, with its range.
     Angle(&'a mut f32, RangeInclusive<f32>),
-    /// What it shows: index into [`crate::Scene::textures`].
-    Picture(&'a mut TextureId),
+    /// What it shows.
+    Picture(&'a mut TextureRef),
 }
 
 impl LightKind {
@@ -122,13 +140,14 @@ impl LightKind {
         match self {
             Self::Point { .. } => "point",
             Self::Spot { .. } => "spot",
+            Self::Projector { .. } => "projector",
             Self::Directional { .. } => "directional",
         }
     }
 
     /// All parameters, each with its name for people.
     pub fn parameters(&mut self) -> Vec<(&'static str, LightParameter<'_>)> {
-        use LightParameter::{Angle, Direction, Position, Strength};
+        use LightParameter::{Angle, Direction, Picture, Position, Strength};
         match self {
             Self::Point { position, intensity } => {
                 vec![("Position", Position(position)), ("Intensity", Strength(intensity, "W/sr"))]
@@ -143,6 +162,14 @@ impl LightKind {
                     ("Inner cone angle", Angle(inner_angle, 0.0..=widest_inner)),
                 ]
             }
+            Self::Projector { position, direction, up, intensity, field_of_view, picture } => vec![
+                ("Position", Position(position)),
+                ("Direction", Direction(direction)),
+                ("Up", Direction(up)),
+                ("Intensity", Strength(intensity, "W/sr")),
+                ("Field of view", Angle(field_of_view, 1e-3..=WIDEST_PROJECTION)),
+                ("Picture", Picture(picture)),
+            ],
             Self::Directional { direction, irradiance, angular_diameter } => vec![
                 ("Direction", Direction(direction)),
                 ("Irradiance", Strength(irradiance, "W/m²")),

@@ -102,7 +102,7 @@ impl Offsets {
         }
         for (_, parameter) in scene.lights.iter_mut().flat_map(|light| light.kind.parameters()) {
             if let LightParameter::Picture(picture) = parameter {
-                *picture += self.textures;
+                picture.texture += self.textures;
             }
         }
         scene.textures.iter_mut().for_each(|t| t.shift_references(self.images, self.textures));

@@ -11,7 +11,7 @@ use scene::load::scene_file::{self, open_edited};
 use scene::tables::SceneTables;
 use scene::{
     Camera, Light, LightKind, LightProfile, LoadError, LoadOptions, Photometry, RenderDefaults, Scene,
-    Texture, builtin,
+    Texture, TextureRef, builtin,
 };
 use std::path::Path;
 use std::sync::Arc;
@@ -63,6 +63,17 @@ fn all_edits(scene: &Scene, folder: &Path) -> (Edits, Resources) {
         Light::new(
             "s",
             LightKind::Spot { position, direction, intensity, inner_angle: 0.2, outer_angle: 0.7 },
+        ),
+        Light::new(
+            "r",
+            LightKind::Projector {
+                position,
+                direction,
+                up: Vec3::Y,
+                intensity,
+                field_of_view: 0.3,
+                picture: TextureRef { uv_set: 1, ..TextureRef::new(3) },
+            },
         ),
     ]);
     edits.environment = Some(EnvironmentRecord::Sky(SkyRecord {

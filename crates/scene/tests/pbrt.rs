@@ -297,6 +297,40 @@ fn environment_maps_are_turned() {
     );
 }
 
+/// A projection's picture is upright to a camera at its place, also if that mirrors the world; a mirrored light throws a
+/// mirrored one.
+#[test]
+fn projections_are_projectors() {
+    let folder = tempfile::tempdir().expect("a folder");
+    image::RgbImage::new(4, 2).save(folder.path().join("slide.png")).expect("written");
+    let load = |before: &str, parameters: &str| {
+        let text = format!(
+            "WorldBegin AttributeBegin {before} LightSource \"projection\" {parameters} AttributeEnd"
+        );
+        let path = folder.path().join("scene.pbrt");
+        std::fs::write(&path, text).expect("written");
+        scene::load::load(&path, &LoadOptions::default())
+    };
+    let slide = "\"string filename\" \"slide.png\" \"float fov\" 40 \"float scale\" 3";
+    for (before, x) in [("", [1.0, 0.0]), ("Scale -1 1 1", [-1.0, 0.0])] {
+        let scene = load(&format!("Translate 1 2 3 {before}"), slide).unwrap_or_else(|e| panic!("{e}")).scene;
+        let LightKind::Projector { position, direction, up, intensity, field_of_view, picture } =
+            scene.lights[0].kind
+        else {
+            panic!("{:?}", scene.lights)
+        };
+        // The world is mirrored, from left-handed to right-handed.
+        assert_eq!((direction.abs(), up), (Vec3::Z, Vec3::Y));
+        assert_eq!(intensity, Vec3::splat(3.0));
+        assert!((field_of_view.to_degrees() - 40.0).abs() < 1e-4);
+        assert_eq!(picture.transform.rows[0].to_array(), x, "{before}");
+        let place = position + scene.origin.as_vec3();
+        assert!((place.abs() - Vec3::new(1.0, 2.0, 3.0)).length() < 1e-5, "{place}");
+    }
+    let error = load("", "").expect_err("no picture");
+    assert!(error.to_string().contains("filename"), "{error}");
+}
+
 /// Four points of the world, which is mirrored at x = 0.
 #[test]
 fn environments_have_portals() {

@@ -1,6 +1,7 @@
 //! Simple lights over a floor.
 
 use super::*;
+use scene::{ColorSpace, Filter, Image, Pixels, Sampler, Texture, TextureRef};
 
 // ------------------------------------------------------------------------------------------------ simple lights
 
@@ -60,6 +61,42 @@ fn a_spot_light_over_a_floor() {
         let distance2 = 4.0 / angle.cos().powi(2);
         let expected = reflected(falloff(angle) * angle.cos() / distance2);
         assert_mean(&format!("spot at {angle} rad"), &e, expected, 5.0 * ROUNDING);
+    }
+}
+
+/// E = I cos³ θ / h² times the picture, whose rows lie as a camera at the projector's place would see them.
+#[test]
+fn a_projector_over_a_floor() {
+    let mut scene = floor_spot();
+    // Red at the top left, then green, blue and white.
+    let pixels = vec![[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [255; 4]];
+    let image = Image { name: "four".into(), width: 2, height: 2, pixels: Pixels::Rgba8(pixels) };
+    scene.images.push(image);
+    let nearest = Sampler { filter: Filter::Nearest, ..Sampler::default() };
+    scene.textures.push(Texture::image(0, nearest, ColorSpace::Srgb));
+    let kind = LightKind::Projector {
+        position: Vec3::new(0.0, 2.0, 0.0),
+        direction: Vec3::NEG_Y,
+        up: Vec3::NEG_Z,
+        intensity: Vec3::splat(3.0),
+        field_of_view: std::f32::consts::FRAC_PI_2,
+        picture: TextureRef::new(0),
+    };
+    add_light(&mut scene, kind);
+    let places = [
+        ([-0.8, -0.8], [1.0, 0.0, 0.0]),
+        ([0.8, -0.8], [0.0, 1.0, 0.0]),
+        ([-0.8, 0.8], [0.0, 0.0, 1.0]),
+        ([0.8, 0.8], [1.0, 1.0, 1.0]),
+        ([2.1, 0.5], [0.0, 0.0, 0.0]),
+    ];
+    for ([x, z], color) in places {
+        scene.cameras = vec![from_above(x, z, 0.5, 0.002)];
+        let e = estimate(&scene, &job(&scene, 8, 8, 3), 16);
+        let distance2 = 4.0 + f64::from(x * x + z * z);
+        let irradiance = 3.0 * (2.0 / distance2.sqrt()) / distance2;
+        let expected = color.map(|c| c * reflected(irradiance)[0]);
+        assert_mean(&format!("projector at ({x}, {z})"), &e, expected, 5.0 * ROUNDING);
     }
 }
 

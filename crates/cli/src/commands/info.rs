@@ -253,7 +253,7 @@ fn parameter_text(scene: &Scene, parameter: LightParameter) -> String {
         LightParameter::Direction(d) => vector((*d).into()),
         LightParameter::Strength(strength, unit) => format!("{} {unit}", vector((*strength).into())),
         LightParameter::Angle(radians, _) => format!("{:.2}°", radians.to_degrees()),
-        LightParameter::Picture(texture) => format!("texture {texture}"),
+        LightParameter::Picture(picture) => format!("texture {}", picture.texture),
     }
 }
 

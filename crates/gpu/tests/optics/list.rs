@@ -348,6 +348,7 @@ functions! {
     light::directional_light_sample(light: sun, u: unit2) within ROUNDING;
     light::directional_light_contains(light: sun, wi: direction) within ROUNDING;
     light::point_light_sample(light: light, p: point) within ROUNDING;
+    light::projected_place(light: projector, d: direction) within ROUNDING;
     light::spot_falloff(cos_axis: signed_cosine, scale: real, offset: real) within ROUNDING;
     light::spot_falloff_parameters(cos_inner: cosine, cos_outer: cosine) within ROUNDING;
     // lights/portal.rs

@@ -29,6 +29,8 @@ pub mod light {
     pub const LIGHT_ENVIRONMENT: u32 = 5u32;
     /// A rectangle that emits: two triangles.
     pub const LIGHT_RECTANGLE: u32 = 6u32;
+    /// A point that throws a picture.
+    pub const LIGHT_PROJECTOR: u32 = 7u32;
 
     /// A triangle is near, and sampled by solid angle, if the squared distance to its centroid is less than this share of its longest
     /// edge's square, and a rectangle, if that to its centre is less than this share of its diagonal's square; beyond, they are
@@ -52,10 +54,10 @@ pub mod light {
         /// First vertex, centre, position, or unit direction towards a directional light.
         pub position: Vec3f,
         /// Triangle: second vertex minus first. Rectangle: its longer edge from the first vertex. Spot: unit direction in which it
-        /// shines.
+        /// shines. Projector: the upper edge of the picture at a distance of 1, from its left to its right.
         pub edge1: Vec3f,
         /// Triangle: third vertex minus first. Rectangle: its other edge, at right angles. Spot: x and y are scale and offset of
-        /// the falloff.
+        /// the falloff. Projector: the left edge of that picture, downwards.
         pub edge2: Vec3f,
         /// Radiance of surfaces and of directional discs, radiant intensity of points, irradiance of one direction.
         pub emission: Vec3f,
@@ -79,6 +81,7 @@ pub mod light {
         /// Whether no other technique can find this light.
         pub delta: bool,
         /// Triangle: barycentric weights of the second and third vertex of the sampled point. Rectangle: where on its edges it is.
+        /// Projector: where in its picture.
         pub barycentrics: Vec2f,
     }
 
@@ -200,7 +203,7 @@ pub mod light {
 
     /// Whether a light is at one point, and so falls with the square of distance.
     pub fn light_is_point(kind: u32) -> bool {
-        kind == LIGHT_POINT || kind == LIGHT_SPOT
+        kind == LIGHT_POINT || kind == LIGHT_SPOT || kind == LIGHT_PROJECTOR
     }
 
     /// Whether a light is flat: a triangle or a rectangle, given by two edges.
@@ -427,7 +430,7 @@ pub mod light {
         dot(difference, difference) <= 2.0 * light.size && light.size > 0.0
     }
 
-    /// The one direction towards a point, with the inverse square law and a spot's falloff.
+    /// The one direction towards a point, with the inverse square law, a spot's falloff and the bounds of a projector's picture.
     pub fn point_light_sample(light: Light, p: Vec3f) -> LightSample {
         let to_light = light.position - p;
         let distance2 = dot(to_light, to_light);
@@ -438,8 +441,15 @@ pub mod light {
         let distance = sqrt(distance2);
         let wi = to_light * (1.0 / distance);
         let mut falloff = 1.0;
+        let mut place = vec2f(0.0, 0.0);
         if light.kind == LIGHT_SPOT {
             falloff = spot_falloff(-dot(wi, light.edge1), light.edge2.x, light.edge2.y);
+        }
+        if light.kind == LIGHT_PROJECTOR {
+            place = projected_place(light, -wi);
+            if place.x < 0.0 {
+                return no_light_sample();
+            }
         }
         LightSample {
             wi: wi,
@@ -447,8 +457,22 @@ pub mod light {
             radiance: light.emission * (falloff / distance2),
             pdf: 1.0,
             delta: true,
-            barycentrics: vec2f(0.0, 0.0),
+            barycentrics: place,
         }
+    }
+
+    /// Where in a projector's picture its light in unit direction `d` comes from, both in `[0, 1]`: from the left and from the
+    /// top. Negative outside of the picture.
+    pub fn projected_place(light: Light, d: Vec3f) -> Vec2f {
+        // To the right and down: where the projector is aimed, as a camera would be.
+        let along = dot(d, normalize(cross(light.edge1, light.edge2)));
+        let across = vec2f(
+            dot(d, light.edge1) / dot(light.edge1, light.edge1),
+            dot(d, light.edge2) / dot(light.edge2, light.edge2),
+        );
+        let reached = along > 0.0 && max(abs(across.x), abs(across.y)) <= 0.5 * along;
+        let place = across * (1.0 / max(along, 1e-30)) + vec2f(0.5, 0.5);
+        vec2f(select(-1.0, saturate(place.x), reached), select(-1.0, saturate(place.y), reached))
     }
 
     /// Falloff of a spot light, in `[0, 1]`: `saturate(cos · scale + offset)²` (KHR_lights_punctual).

@@ -1,13 +1,14 @@
 //! Light in a scene: lamps, the environment, portals, fog.
 
 use super::Scene;
-use crate::arrays::Input;
+use crate::arrays::{Input, vector};
 use crate::errors::bad;
 use crate::light::{color, directional, point, spot};
-use crate::material::environment_image;
+use crate::material::{add_texture, environment_image};
 use crate::medium::{Medium, fog, portal};
 use crate::texture_graph::graph;
-use alhazen::{Environment, Light, LightKind, SceneImage as Image, TextureGraph};
+use alhazen::{ColorSpace, Environment, Light, LightKind, SceneImage as Image, TextureGraph};
+use glam::Vec3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -71,6 +72,52 @@ impl Scene {
         name: String,
     ) -> PyResult<u32> {
         self.add_light(py, spot(position, direction, intensity, inner_angle, outer_angle)?, name)
+    }
+
+    /// Adds a point that throws a picture: a slide projector, or a pattern of structured light.
+    ///
+    /// Parameters
+    /// ----------
+    /// position, direction : array_like, shape (3,)
+    ///     Where it is, in metres, and where the picture's centre is thrown.
+    /// picture : array_like of shape (height, width, 3 or 4), or dict
+    ///     Row 0 at the top, bytes (sRGB) or linear floats; or a texture graph, whose picture is square.
+    /// intensity : float or array_like, shape (3,)
+    ///     Radiant intensity where the picture is white, linear RGB, W/sr.
+    /// field_of_view : float, default 0.5
+    ///     Full angle of the picture's shorter side, radians, in (0, π).
+    /// up : array_like, shape (3,), default (0, 1, 0)
+    ///     Towards the picture's top.
+    /// name : str, default ""
+    #[pyo3(signature = (position, direction, picture, intensity, *, field_of_view=0.5, up=None, name=String::new()))]
+    fn add_projector(
+        &self,
+        py: Python,
+        position: &Bound<PyAny>,
+        direction: &Bound<PyAny>,
+        picture: &Bound<PyAny>,
+        intensity: &Bound<PyAny>,
+        field_of_view: f32,
+        up: Option<&Bound<PyAny>>,
+        name: String,
+    ) -> PyResult<u32> {
+        let position = Vec3::from(vector("position", position)?);
+        let direction = Vec3::from(vector("direction", direction)?).normalize_or_zero();
+        let up = up.map_or(Ok([0.0, 1.0, 0.0]), |up| vector("up", up))?;
+        let up = Vec3::from(up).normalize_or_zero();
+        if direction.cross(up).length() <= 1e-3 {
+            return Err(bad("direction, up: they must not be zero or along each other"));
+        }
+        if !(field_of_view > 0.0 && field_of_view < std::f32::consts::PI) {
+            return Err(bad(format!("field_of_view: {field_of_view} is not between 0 and π radians")));
+        }
+        let intensity = color("intensity", intensity)?;
+        self.change(py, |scene| {
+            let picture = add_texture(scene, "picture", picture, ColorSpace::Srgb)?;
+            let kind = LightKind::Projector { position, direction, up, intensity, field_of_view, picture };
+            scene.lights.push(Light::new(name, kind));
+            Ok(scene.lights.len() as u32 - 1)
+        })
     }
 
     /// Adds a light that is infinitely far away.

@@ -1,11 +1,13 @@
 //! Records of lights.
 
 use super::SceneTables;
+use super::light_pictures::aspect_of_picture;
+use crate::light::WIDEST_PROJECTION;
 use crate::{LightKind, Photometry, Portal, Scene};
 use optics::constants::NONE;
 use optics::light::{
-    LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_SPOT,
-    LIGHT_TRIANGLE, Light, spot_falloff,
+    LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_PROJECTOR, LIGHT_RECTANGLE, LIGHT_SPHERE,
+    LIGHT_SPOT, LIGHT_TRIANGLE, Light, spot_falloff,
 };
 use optics::{Vec3f, vec3f};
 use std::f32::consts::PI;
@@ -120,6 +122,28 @@ impl LightRecord {
         Self::new(light, strength, cone * strength)
     }
 
+    /// A projector. `aim`: where it is aimed, and the direction of its picture's top; `field_of_view`: of the picture's shorter
+    /// side, radians; `aspect`: its width over its height.
+    fn projector(
+        position: glam::Vec3,
+        [direction, up]: [glam::Vec3; 2],
+        intensity: glam::Vec3,
+        field_of_view: f32,
+        aspect: f32,
+    ) -> Self {
+        let right = direction.cross(up).try_normalize().unwrap_or_else(|| direction.any_orthonormal_vector());
+        let down = direction.cross(right);
+        let shorter = 2.0 * (0.5 * field_of_view.clamp(1e-3, WIDEST_PROJECTION)).tan();
+        let (width, height) = (shorter * aspect.max(1.0), shorter / aspect.min(1.0));
+        let mut light = blank(LIGHT_PROJECTOR, position, intensity);
+        (light.edge1, light.edge2) = (to_optics(right * width), to_optics(down * height));
+        let strength = strongest(light.emission);
+        // Solid angle of a rectangle that is seen from in front of its centre.
+        let solid_angle =
+            4.0 * (width * height / (4.0 + width * width).sqrt() / (4.0 + height * height).sqrt()).asin();
+        Self::new(light, strength, solid_angle * strength)
+    }
+
     /// A point or spot with a profile that begins at `place`. A spot's profile is aimed as the spot is.
     #[must_use]
     pub fn with_profile(mut self, photometry: &Photometry, place: u32) -> Self {
@@ -187,6 +211,12 @@ impl SceneTables {
             LightKind::Point { position, intensity } => LightRecord::point(position, intensity),
             LightKind::Spot { position, direction, intensity, inner_angle, outer_angle } => {
                 LightRecord::spot(position, direction, intensity, inner_angle, outer_angle)
+            }
+            LightKind::Projector { position, direction, up, intensity, field_of_view, picture } => {
+                let aspect = aspect_of_picture(scene, picture.texture);
+                let record =
+                    LightRecord::projector(position, [direction, up], intensity, field_of_view, aspect);
+                self.with_picture(scene, record, picture)
             }
             LightKind::Directional { direction, irradiance, angular_diameter } => {
                 LightRecord::directional(-direction, irradiance, angular_diameter * 0.5, false, scene_radius)

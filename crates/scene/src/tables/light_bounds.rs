@@ -3,8 +3,8 @@
 use super::LightRecord;
 use glam::Vec3;
 use optics::light::{
-    LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_SPOT,
-    LIGHT_TRIANGLE, Light,
+    LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_PROJECTOR, LIGHT_RECTANGLE, LIGHT_SPHERE,
+    LIGHT_SPOT, LIGHT_TRIANGLE, Light,
 };
 use optics::light_tree::{INFINITELY_FAR, LightGroup};
 use optics::{Vec3f, vec3f};
@@ -103,6 +103,12 @@ impl Bounds {
                 let cos_outer = (-light.edge2.y / light.edge2.x).clamp(-1.0, 1.0);
                 let outer = (cos_outer.acos() + 1e-3).min(PI);
                 Some(Self { axis: edge1.try_normalize()?, spread: 0.0, emission: outer, ..everywhere })
+            }
+            LIGHT_PROJECTOR => {
+                // From the axis to a corner of the picture.
+                let corner = (edge1 + edge2).length() * 0.5;
+                let axis = edge1.cross(edge2).try_normalize()?;
+                Some(Self { axis, spread: 0.0, emission: corner.atan() + 1e-3, ..everywhere })
             }
             LIGHT_DIRECTIONAL => Some(Self { infinitely_far: true, ..everywhere }),
             LIGHT_ENVIRONMENT => {

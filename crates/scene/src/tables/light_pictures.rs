@@ -27,17 +27,16 @@ impl SceneTables {
         &mut self,
         scene: &Scene,
         record: LightRecord,
-        picture: TextureId,
+        picture: TextureRef,
     ) -> LightRecord {
-        if scene.textures.get(picture as usize).is_none() {
+        if scene.textures.get(picture.texture as usize).is_none() {
             return record;
         }
         let emission = Vec3::from(record.light.emission.to_array());
-        let shown = Some(TextureRef::new(picture));
-        let material = Material { emission, emission_texture: shown, ..Material::default() };
+        let material = Material { emission, emission_texture: Some(picture), ..Material::default() };
         let textured_material = self.materials.len() as u32;
         self.add_material(&material, &scene.defaults);
-        let mean = self.mean_of_picture(scene, picture, textured_material);
+        let mean = self.mean_of_picture(scene, picture.texture, textured_material);
         LightRecord {
             textured_material,
             texture_places: UNIT_SQUARE,

@@ -15,6 +15,38 @@ fn load_folder(files: &[(&str, &str)]) -> Result<Loaded, LoadError> {
 const LAMP: &str = "IESNA91\nTILT=NONE\n1 0 10 3 1 1 2 0 0 0\n1 1 0\n0 60 90\n0\n10 5 0\n";
 
 #[test]
+fn projectors_throw_images_and_graphs() {
+    let main = "
+        [[light]]
+        kind = \"projector\"
+        position = [0, 3, 0]
+        target = [0, 0, 0]
+        intensity = 20
+        field-of-view = 40
+        texture = { node = \"checkerboard\", scale = 8 }";
+    let scene = load_folder(&[("main.toml", main)]).expect("loads").scene;
+    let LightKind::Projector { direction, up, field_of_view, picture, .. } = scene.lights[0].kind else {
+        panic!("{:?}", scene.lights)
+    };
+    assert_eq!((direction, up), (Vec3::NEG_Y, Vec3::NEG_Z), "straight down, its top is away");
+    assert!((field_of_view.to_degrees() - 40.0).abs() < 1e-4);
+    assert_eq!(picture.texture, 0);
+    let tables = SceneTables::build(&scene);
+    let [light] = &tables.lights[..] else { panic!("one light") };
+    assert_eq!(light.textured_material as usize, tables.materials.len() - 1);
+    assert!(light.strength < 20.0 && light.strength > 5.0, "half of it is dark: {}", light.strength);
+    for (from, to, says) in [
+        ("target = [0, 0, 0]", "direction = [0, 1, 0]\nup = [0, 2, 0]", "`up`"),
+        ("field-of-view = 40", "field-of-view = 180", "field-of-view"),
+        ("texture = {", "textures = {", "textures"),
+        ("node = \"checkerboard\"", "node = \"chess\"", "chess"),
+    ] {
+        let error = load_folder(&[("main.toml", &main.replace(from, to))]).expect_err(to).to_string();
+        assert!(error.contains(says), "{to}: {error}");
+    }
+}
+
+#[test]
 fn lamps_have_profiles_of_photometric_files() {
     let main = "
         [[light]]

@@ -215,6 +215,14 @@ fn add_lights(scene: &mut Scene) {
             outer_angle: 0.45,
         },
         LightKind::Directional { direction: down, irradiance: Vec3::splat(0.6), angular_diameter: 0.05 },
+        LightKind::Projector {
+            position: Vec3::new(0.0, 3.0, 4.0),
+            direction: Vec3::new(0.1, -0.6, -1.0).normalize(),
+            up: Vec3::Y,
+            intensity: Vec3::new(4.0, 5.0, 6.0),
+            field_of_view: 0.6,
+            picture: TextureRef::new(0),
+        },
     ];
     scene.lights.extend(kinds.map(|kind| Light::new("light", kind)));
 }

@@ -67,8 +67,8 @@ fn one(ui: &mut Ui, light: &mut Light, speed: f32) {
             LightParameter::Angle(radians, range) => {
                 degrees(ui, label, radians, range.start().to_degrees()..=range.end().to_degrees());
             }
-            LightParameter::Picture(texture) => {
-                ui.label(format!("{label}: texture {texture}"));
+            LightParameter::Picture(picture) => {
+                ui.label(format!("{label}: texture {}", picture.texture));
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use super::*;
 use optics::equirect::EquirectPlace;
-use optics::light::{LIGHT_RECTANGLE, Light, LightSample};
+use optics::light::{LIGHT_PROJECTOR, LIGHT_RECTANGLE, Light, LightSample};
 use optics::light_profile::ProfileCell;
 use optics::light_tree::{
     ALL_SIDES, ChildChoice, INFINITELY_FAR, LightGroup, NodeImportance, octahedral_encode,
@@ -36,7 +36,7 @@ pub fn light_sample(i: &mut Inputs) -> LightSample {
 }
 
 pub fn light(i: &mut Inputs) -> Light {
-    let (kind, position, edge1, edge2) = (i.below(7) as u32, far_point(i), point(i), point(i));
+    let (kind, position, edge1, edge2) = (i.below(8) as u32, far_point(i), point(i), point(i));
     Light {
         kind,
         position,
@@ -58,6 +58,12 @@ fn edges_of_rectangle(i: &mut Inputs) -> [Vec3f; 2] {
 pub fn rectangle(i: &mut Inputs) -> Light {
     let [edge1, edge2] = edges_of_rectangle(i);
     Light { kind: LIGHT_RECTANGLE, edge1, edge2, ..light(i) }
+}
+
+/// A light that throws a picture.
+pub fn projector(i: &mut Inputs) -> Light {
+    let [edge1, edge2] = edges_of_rectangle(i);
+    Light { kind: LIGHT_PROJECTOR, edge1, edge2, ..light(i) }
 }
 
 /// A triangle that can be sampled by solid angle.

@@ -4,8 +4,12 @@ use super::Builder;
 use super::parameters::{Parameters, Spectrum};
 use super::state::AreaLight;
 use crate::load::environment;
-use crate::{Environment, Image, Light, LightKind, LoadError, Pixels, Portal};
-use glam::{DAffine3, DVec3, Vec3};
+use crate::load::textures::Neutral;
+use crate::{
+    ColorSpace, Environment, Image, Light, LightKind, LoadError, Pixels, Portal, TextureRef, UvTransform,
+    Wrap,
+};
+use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 
 /// Height of the picture that an environment map is turned into, pixels.
 const MAX_ENVIRONMENT_HEIGHT: u32 = 2048;
@@ -38,6 +42,7 @@ impl Builder<'_> {
                 let intensity = self.color(p, "I") * scale * self.power(p, cone, "I");
                 LightKind::Spot { position, direction, intensity, inner_angle, outer_angle }
             }
+            "projection" => self.projection(p, to_world.matrix3, scale)?,
             "distant" => {
                 let mut irradiance = self.color(p, "L") * scale;
                 if let Some(illuminance) = p.number("illuminance") {
@@ -53,8 +58,36 @@ impl Builder<'_> {
         };
         let name = format!("light {}", self.scene.lights.len());
         self.scene.lights.push(Light::new(name, kind));
+        // A projection begins at the origin of its space.
+        let from = if matches!(kind, LightKind::Projector { .. }) { Vec3::ZERO } else { from };
         self.light_positions.push(point(from));
         Ok(())
+    }
+
+    /// A picture that is thrown along +z, with its top towards +y and its right towards +x.
+    fn projection(&mut self, p: &Parameters, to_world: DMat3, scale: f32) -> Result<LightKind, LoadError> {
+        let Some(file) = p.text("filename") else {
+            return Err(self.parser.error(&p.place, "a projection needs a `filename`"));
+        };
+        if p.number("power").is_some() {
+            self.report
+                .ignored(format!("{}: the power of a projection is not used, only its scale", p.place));
+        }
+        let image = self.images.file(&self.parser.resolve(&p.place, file), Neutral::White);
+        let texture = self.texture(image, ColorSpace::Srgb, Wrap::ClampToEdge);
+        let direction = to_world.z_axis.normalize_or(DVec3::NEG_Z);
+        // What is mirrored throws a mirrored picture.
+        let is_mirrored = direction.cross(to_world.y_axis).dot(to_world.x_axis) < 0.0;
+        let mirrored = UvTransform { rows: [Vec2::NEG_X, Vec2::Y], offset: Vec2::X };
+        let transform = if is_mirrored { mirrored } else { UvTransform::default() };
+        Ok(LightKind::Projector {
+            position: Vec3::ZERO,
+            direction: direction.as_vec3(),
+            up: to_world.y_axis.normalize_or(DVec3::Y).as_vec3(),
+            intensity: Vec3::splat(scale),
+            field_of_view: p.number_or("fov", 90.0).clamp(0.1, 170.0).to_radians(),
+            picture: TextureRef { transform, ..TextureRef::new(texture) },
+        })
     }
 
     /// The factor that gives a light the power that its file asks for; `extent` is its luminous solid angle.

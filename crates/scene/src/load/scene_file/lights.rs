@@ -1,11 +1,13 @@
-//! `[[light]]`: point, spot and directional lights.
+//! `[[light]]`: point, spot and directional lights, projectors.
 
 use super::Builder;
 use super::document::{Context, Entry};
 use super::repeat::{Copy, Palette};
+use super::textures::TextureValue;
 use super::values::{Color, direction, within};
+use crate::load::textures::Neutral;
 use crate::load::{LoadError, ies};
-use crate::{Light, LightKind, LightProfile, Photometry};
+use crate::{ColorSpace, Light, LightKind, LightProfile, Photometry};
 use glam::{DAffine3, DVec3, Vec3};
 use serde::Deserialize;
 use std::sync::Arc;
@@ -61,6 +63,27 @@ struct SpotKeys {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
+struct ProjectorKeys {
+    #[serde(default)]
+    position: [f64; 3],
+    direction: Option<[f32; 3]>,
+    target: Option<[f64; 3]>,
+    up: Option<[f32; 3]>,
+    #[serde(default = "white")]
+    color: Color,
+    /// W/sr where the picture is white.
+    intensity: f32,
+    #[serde(default)]
+    split_intensity: bool,
+    /// Degrees, of the picture's shorter side.
+    #[serde(default = "thirty")]
+    field_of_view: f32,
+    /// The picture: an image or a texture graph.
+    texture: TextureValue,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct DirectionalKeys {
     direction: Option<[f32; 3]>,
     towards: Option<[f32; 3]>,
@@ -91,12 +114,15 @@ impl Builder<'_> {
         let Lamp { kind, at, profile, split } = match kind.as_str() {
             "point" => self.point(entry.read()?, &context)?,
             "spot" => self.spot(entry.read()?, &context)?,
+            "projector" => self.projector(entry.read()?, &context)?,
             "directional" => {
                 let kind = directional(entry.read()?, &context)?;
                 Lamp { kind, at: DAffine3::IDENTITY, profile: None, split: false }
             }
             other => {
-                let message = format!("unknown kind `{other}`; known are `point`, `spot` and `directional`");
+                let message = format!(
+                    "unknown kind `{other}`; known are `point`, `spot`, `projector` and `directional`"
+                );
                 return Err(context.error(message));
             }
         };
@@ -166,6 +192,31 @@ impl Builder<'_> {
             outer_angle: outer.to_radians(),
         };
         Ok(Lamp { kind, at: DAffine3::from_translation(position), profile, split: k.split_intensity })
+    }
+
+    fn projector(&mut self, k: ProjectorKeys, c: &Context) -> Result<Lamp, LoadError> {
+        let position = DVec3::from_array(k.position);
+        let direction = aim((k.direction, k.target), position, c)?;
+        let is_upright = direction.cross(Vec3::Y).length() > 1e-3;
+        let up = match k.up {
+            Some(up) => self::direction(up.into(), "up", c)?,
+            None if is_upright => Vec3::Y,
+            None => Vec3::NEG_Z,
+        };
+        if direction.cross(up).length() <= 1e-3 {
+            return Err(c.error("`up` is along the direction in which the projector is aimed"));
+        }
+        let picture = self.texture(&Some(k.texture), ColorSpace::Srgb, Neutral::White, c)?;
+        let kind = LightKind::Projector {
+            position: Vec3::ZERO,
+            direction,
+            up,
+            intensity: strength(k.color, k.intensity, "intensity", c)?,
+            field_of_view: within(k.field_of_view, [0.1, 170.0], "field-of-view", c)?.to_radians(),
+            picture: picture.ok_or_else(|| c.error("the projector needs a `texture`"))?,
+        };
+        let at = DAffine3::from_translation(position);
+        Ok(Lamp { kind, at, profile: None, split: k.split_intensity })
     }
 
     /// The profile of a photometric file or of a texture graph, aimed along `axis`.
