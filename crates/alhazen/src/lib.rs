@@ -48,9 +48,9 @@ pub use backend::{
     AllocationSettings, FrameSamples, FrameView, HistorySettings, RealtimeSettings, UnknownFrameView,
 };
 pub use backend::{
-    Backend, BackendError, Control, DirectSettings, Highlights, HybridSettings, INVERSE_SQUARE, Integrator,
-    LoadStats, PassTime, PathSettings, PixelSamples, Progress, SamplerKind, Stats as PassStats, View,
-    Visibility,
+    AmbientOcclusion, Backend, BackendError, Control, DirectSettings, Highlights, HybridSettings,
+    INVERSE_SQUARE, Integrator, LoadStats, PassTime, PathSettings, PixelSamples, Progress, SamplerKind,
+    Stats as PassStats, View, Visibility,
 };
 pub use checkpoint::Checkpoint;
 pub use choice::{BackendChoice, ChoiceError, Chosen, RendererOptions, UnknownBackend};

@@ -151,6 +151,25 @@ impl Integrator {
             Self::Aov => None,
         }
     }
+
+    /// Whether it makes frames one after the other, which need a GPU.
+    pub fn makes_frames(&self) -> bool {
+        matches!(self, Self::Hybrid(_) | Self::Realtime(_))
+    }
+
+    /// Ambient occlusion, for those that have it.
+    pub fn ambient_mut(&mut self) -> Option<&mut AmbientOcclusion> {
+        match self {
+            Self::Direct(direct) => Some(&mut direct.ambient),
+            Self::Hybrid(hybrid) => Some(&mut hybrid.rays.ambient),
+            Self::Path(_) | Self::Realtime(_) | Self::Aov => None,
+        }
+    }
+
+    /// As [`Integrator::ambient_mut`], to read.
+    pub fn ambient(mut self) -> Option<AmbientOcclusion> {
+        self.ambient_mut().copied()
+    }
 }
 
 /// Settings of [`Integrator::Path`].
@@ -188,6 +207,28 @@ impl Default for PathSettings {
     }
 }
 
+/// Rays that ask how much of the hemisphere above a surface is open.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AmbientOcclusion {
+    /// Rays from a first hit.
+    pub samples: u32,
+    /// How far occluders count, in metres, above 0; infinite reaches everything.
+    pub distance: f32,
+}
+
+impl AmbientOcclusion {
+    /// Takes a distance as users say it: metres, and 0 for no limit.
+    pub fn set_distance(&mut self, metres: f32) {
+        self.distance = if metres > 0.0 { metres } else { f32::INFINITY };
+    }
+}
+
+impl Default for AmbientOcclusion {
+    fn default() -> Self {
+        Self { samples: 1, distance: f32::INFINITY }
+    }
+}
+
 /// Settings of [`Integrator::Direct`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DirectSettings {
@@ -197,10 +238,8 @@ pub struct DirectSettings {
     pub soft_shadows: bool,
     /// Reflection rays at the first hit.
     pub reflection_samples: u32,
-    /// Ambient occlusion rays at the first hit; 0 leaves ambient light unoccluded.
-    pub ambient_samples: u32,
-    /// How far occluders count, in metres; infinite reaches everything.
-    pub ambient_distance: f32,
+    /// Ambient occlusion at the first hit; without rays, ambient light is unoccluded.
+    pub ambient: AmbientOcclusion,
     /// Longest chain of mirror reflections and refractions.
     pub max_depth: u32,
     /// How lights shade diffuse and glossy surfaces.
@@ -249,8 +288,7 @@ impl Default for DirectSettings {
             shadow_samples: 6,
             soft_shadows: true,
             reflection_samples: 4,
-            ambient_samples: 4,
-            ambient_distance: f32::INFINITY,
+            ambient: AmbientOcclusion { samples: 4, ..AmbientOcclusion::default() },
             max_depth: 8,
             highlights: Highlights::Microfacets,
             falloff: INVERSE_SQUARE,
@@ -287,7 +325,7 @@ impl Default for HybridSettings {
         let one_each = DirectSettings {
             shadow_samples: 1,
             reflection_samples: 1,
-            ambient_samples: 1,
+            ambient: AmbientOcclusion::default(),
             ..Default::default()
         };
         Self {

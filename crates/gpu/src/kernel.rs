@@ -27,6 +27,9 @@ pub enum KernelKind {
     Aov,
 }
 
+/// The modules that [`KernelKind::linkage`] chooses among.
+pub(crate) const MODULES: &[&str] = &["kernel_path", "kernel_volumes", "kernel_direct", "kernel_aov"];
+
 impl KernelKind {
     /// All whose text differs.
     pub const ALL: [Self; 3] = [Self::Path, Self::Direct, Self::Aov];
