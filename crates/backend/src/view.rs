@@ -96,6 +96,8 @@ pub enum Integrator {
     Realtime(RealtimeSettings),
     /// The first hit only: base colour under a headlight, and auxiliary layers.
     Aov,
+    /// Ambient occlusion at the first hit: the share of the hemisphere that is open, by the cosine. No light, no material.
+    AmbientOcclusion(AmbientOcclusion),
 }
 
 impl Integrator {
@@ -107,17 +109,19 @@ impl Integrator {
             Integrator::Hybrid(_) => "hybrid",
             Integrator::Realtime(_) => "realtime",
             Integrator::Aov => "aov",
+            Integrator::AmbientOcclusion(_) => "ao",
         }
     }
 
     /// One of each, with usual settings.
-    pub fn all() -> [Self; 5] {
+    pub fn all() -> [Self; 6] {
         [
             Self::Path(PathSettings::default()),
             Self::Direct(DirectSettings::default()),
             Self::Hybrid(HybridSettings::default()),
             Self::Realtime(RealtimeSettings::default()),
             Self::Aov,
+            Self::AmbientOcclusion(AmbientOcclusion::default()),
         ]
     }
 
@@ -138,6 +142,9 @@ impl Integrator {
                 "What `path` shows, in real time: few paths for each pixel, frames before, and a filter"
             }
             Self::Aov => "First hit only",
+            Self::AmbientOcclusion(_) => {
+                "Ambient occlusion: how much of the hemisphere above the first hit is open"
+            }
         }
     }
 
@@ -148,7 +155,7 @@ impl Integrator {
             Self::Direct(direct) => Some(&mut direct.max_depth),
             Self::Hybrid(hybrid) => Some(&mut hybrid.rays.max_depth),
             Self::Realtime(realtime) => Some(&mut realtime.path.max_depth),
-            Self::Aov => None,
+            Self::Aov | Self::AmbientOcclusion(_) => None,
         }
     }
 
@@ -162,6 +169,7 @@ impl Integrator {
         match self {
             Self::Direct(direct) => Some(&mut direct.ambient),
             Self::Hybrid(hybrid) => Some(&mut hybrid.rays.ambient),
+            Self::AmbientOcclusion(ambient) => Some(ambient),
             Self::Path(_) | Self::Realtime(_) | Self::Aov => None,
         }
     }

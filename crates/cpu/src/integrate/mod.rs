@@ -1,5 +1,6 @@
 //! The integrators: who follows the rays of each, and asks what is hit.
 
+mod ambient_occlusion;
 mod aov;
 mod camera_rays;
 mod direct;
@@ -48,6 +49,9 @@ pub(crate) fn render_batch<I: Instructions, F: HitFilter>(
             0
         }
         Integrator::Aov => render_single(rays, ids, batch, aov::sample),
+        Integrator::AmbientOcclusion(settings) => {
+            render_single(rays, ids, batch, |rays, id| ambient_occlusion::sample(rays, settings, id))
+        }
     }
 }
 
