@@ -81,11 +81,11 @@ pub use scene::Part as MeshPart;
 pub use scene::report::plain;
 pub use scene::{
     AlphaMode, Animation, CalibrationError, Camera, CameraPath, Checkerboard, Clip, ColorSpace, Daylight,
-    DensityGrid, Distortion, Environment, Fog, Instance, Interior, Layers, Light, LightKind, LightProfile,
-    LoadError, LoadOptions, LoadReport, Loaded, Material, Medium, Mesh, Model, Motion, Note, Photometry,
-    Pixels, Portal, PortalError, Projection, ProjectionParameter, Quantity, RenderDefaults, Scene, Severity,
-    Shape, Sky, Sphere, Subsurface, Sun, SunError, SunPosition, Texture, TextureGraph, TextureRef,
-    ToneMapper, TriangleMesh,
+    DensityGrid, Distortion, Environment, Fog, Instance, Interior, LAYER_NUMBERS, LayerNumber, Layers, Light,
+    LightKind, LightProfile, LoadError, LoadOptions, LoadReport, Loaded, Material, Medium, Mesh, Model,
+    Motion, Note, Photometry, Pixels, Portal, PortalError, Projection, ProjectionParameter, Quantity,
+    RenderDefaults, Scene, Severity, Shape, Sky, Sphere, Subsurface, Sun, SunError, SunPosition, Texture,
+    TextureGraph, TextureRef, ToneMapper, TriangleMesh,
 };
 pub use source::{Place, Source};
 
