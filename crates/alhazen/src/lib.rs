@@ -48,9 +48,9 @@ pub use backend::{
     AllocationSettings, FrameSamples, FrameView, HistorySettings, RealtimeSettings, UnknownFrameView,
 };
 pub use backend::{
-    Backend, BackendError, Control, DirectSettings, Highlights, HybridSettings, INVERSE_SQUARE, Integrator,
-    LoadStats, PassTime, PathSettings, PixelSamples, Progress, SamplerKind, Stats as PassStats, View,
-    Visibility,
+    AmbientOcclusion, Backend, BackendError, Control, DirectSettings, Highlights, HybridSettings,
+    INVERSE_SQUARE, Integrator, LoadStats, PassTime, PathSettings, PixelSamples, Progress, SamplerKind,
+    Stats as PassStats, View, Visibility,
 };
 pub use checkpoint::Checkpoint;
 pub use choice::{BackendChoice, ChoiceError, Chosen, RendererOptions, UnknownBackend};
@@ -81,11 +81,11 @@ pub use scene::Part as MeshPart;
 pub use scene::report::plain;
 pub use scene::{
     AlphaMode, Animation, CalibrationError, Camera, CameraPath, Checkerboard, Clip, ColorSpace, Daylight,
-    DensityGrid, Distortion, Environment, Fog, Instance, Interior, Layers, Light, LightKind, LightParameter,
-    LightProfile, LoadError, LoadOptions, LoadReport, Loaded, Material, Medium, Mesh, Model, Motion, Note,
-    Photometry, Pixels, Portal, PortalError, Projection, ProjectionParameter, Quantity, RenderDefaults,
-    Scene, Severity, Shape, Sky, Sphere, Subsurface, Sun, SunError, SunPosition, Texture, TextureGraph,
-    TextureRef, ToneMapper, TriangleMesh,
+    DensityGrid, Distortion, Environment, Fog, Instance, Interior, LAYER_NUMBERS, LayerNumber, Layers, Light,
+    LightKind, LightParameter, LightProfile, LoadError, LoadOptions, LoadReport, Loaded, Material, Medium,
+    Mesh, Model, Motion, Note, Photometry, Pixels, Portal, PortalError, Projection, ProjectionParameter,
+    Quantity, RenderDefaults, Scene, Severity, Shape, Sky, Sphere, Subsurface, Sun, SunError, SunPosition,
+    Texture, TextureGraph, TextureRef, ToneMapper, TriangleMesh,
 };
 pub use source::{Place, Source};
 

@@ -3,8 +3,8 @@
 mod common;
 
 use alhazen::{
-    AlphaMode, Aov, Control, DirectSettings, Integrator, Job, Limits, PathSettings, Rect, Renderer,
-    SamplerKind, Scene,
+    AlphaMode, AmbientOcclusion, Aov, Control, DirectSettings, Integrator, Job, Limits, PathSettings, Rect,
+    Renderer, SamplerKind, Scene,
 };
 use common::{job, path, render, render_with};
 use film::Film;
@@ -55,7 +55,8 @@ fn medley_job(scene: &Scene) -> Job {
 #[test]
 fn any_number_of_threads_gives_the_same_bits() {
     let scene = medley();
-    for integrator in [path(5), Integrator::Direct(DirectSettings::default()), Integrator::Aov] {
+    let occlusion = Integrator::AmbientOcclusion(AmbientOcclusion { samples: 2, distance: 1.0 });
+    for integrator in [path(5), Integrator::Direct(DirectSettings::default()), Integrator::Aov, occlusion] {
         let job = Job { integrator, ..medley_job(&scene) };
         let (one, _) = render_with(&scene, &job, 9, Some(1));
         assert!(one.mean().iter().all(|m| *m > 0.01), "{}: the picture is black", integrator.name());

@@ -10,8 +10,9 @@ use alhazen::gpu::scene::texels::BINDING_ARRAYS;
 use alhazen::gpu::tracer::TracerKind;
 use alhazen::gpu::{Gpu, GpuBackend, GpuOptions, has_hardware};
 use alhazen::{
-    AlphaMode, Aov, BackendError, Control, DirectSettings, Distortion, Fallback, Film, Highlights,
-    Integrator, Job, Limits, LoadOptions, PathSettings, Renderer, SamplerKind, Scene, Source, Step, View,
+    AlphaMode, AmbientOcclusion, Aov, BackendError, Control, DirectSettings, Distortion, Fallback, Film,
+    Highlights, Integrator, Job, Limits, LoadOptions, PathSettings, Renderer, SamplerKind, Scene, Source,
+    Step, View,
 };
 use common::on_gpus::{SPP, compare_on, differing_share, render};
 use common::{gpu_renderers, in_turn, path};
@@ -95,6 +96,16 @@ fn everything_direct() {
     let scene = scenes::assortment();
     let integrator = Integrator::Direct(DirectSettings::default());
     compare("assortment direct", &scene, &Job { integrator, ..job(&scene) }, 0.45);
+}
+
+/// Every tracer asks about holes within a distance, with several rays for each sample.
+#[test]
+fn everything_ambient_occlusion() {
+    let scene = scenes::assortment();
+    for ambient in [AmbientOcclusion::default(), AmbientOcclusion { samples: 3, distance: 0.4 }] {
+        let integrator = Integrator::AmbientOcclusion(ambient);
+        compare("assortment ao", &scene, &Job { integrator, ..job(&scene) }, 0.35);
+    }
 }
 
 /// Roulette, splitting, a limit of indirect light, Sobol points, a lens that bends lines, a crop and single scattering at once.
@@ -200,7 +211,8 @@ fn layers_agree_but_at_silhouettes() {
         }
         material.checkerboard.iter_mut().for_each(|c| c.fade = None);
     }
-    for integrator in [Integrator::Aov, path(2), Integrator::Direct(DirectSettings::default())] {
+    let occlusion = Integrator::AmbientOcclusion(AmbientOcclusion::default());
+    for integrator in [Integrator::Aov, path(2), Integrator::Direct(DirectSettings::default()), occlusion] {
         // GPUs refuse mattes, which they do not count.
         let layers = Aov::ALL.into_iter().filter(|a| a.kind() != AovKind::Shares);
         let job = Job { integrator, aovs: layers.collect(), ..job(&scene) };

@@ -15,8 +15,8 @@ pub use realtime::{
     UnknownFrameView,
 };
 pub use view::{
-    DirectSettings, Highlights, HybridSettings, INVERSE_SQUARE, Integrator, PathSettings, PixelSamples,
-    SamplerKind, View, Visibility,
+    AmbientOcclusion, DirectSettings, Highlights, HybridSettings, INVERSE_SQUARE, Integrator, PathSettings,
+    PixelSamples, SamplerKind, View, Visibility,
 };
 
 use film::Film;

@@ -96,6 +96,8 @@ pub enum Integrator {
     Realtime(RealtimeSettings),
     /// The first hit only: base colour under a headlight, and auxiliary layers.
     Aov,
+    /// Ambient occlusion at the first hit: the share of the hemisphere that is open, by the cosine. No light, no material.
+    AmbientOcclusion(AmbientOcclusion),
 }
 
 impl Integrator {
@@ -107,17 +109,19 @@ impl Integrator {
             Integrator::Hybrid(_) => "hybrid",
             Integrator::Realtime(_) => "realtime",
             Integrator::Aov => "aov",
+            Integrator::AmbientOcclusion(_) => "ao",
         }
     }
 
     /// One of each, with usual settings.
-    pub fn all() -> [Self; 5] {
+    pub fn all() -> [Self; 6] {
         [
             Self::Path(PathSettings::default()),
             Self::Direct(DirectSettings::default()),
             Self::Hybrid(HybridSettings::default()),
             Self::Realtime(RealtimeSettings::default()),
             Self::Aov,
+            Self::AmbientOcclusion(AmbientOcclusion::default()),
         ]
     }
 
@@ -138,6 +142,9 @@ impl Integrator {
                 "What `path` shows, in real time: few paths for each pixel, frames before, and a filter"
             }
             Self::Aov => "First hit only",
+            Self::AmbientOcclusion(_) => {
+                "Ambient occlusion: how much of the hemisphere above the first hit is open"
+            }
         }
     }
 
@@ -148,8 +155,28 @@ impl Integrator {
             Self::Direct(direct) => Some(&mut direct.max_depth),
             Self::Hybrid(hybrid) => Some(&mut hybrid.rays.max_depth),
             Self::Realtime(realtime) => Some(&mut realtime.path.max_depth),
-            Self::Aov => None,
+            Self::Aov | Self::AmbientOcclusion(_) => None,
         }
+    }
+
+    /// Whether it makes frames one after the other, which need a GPU.
+    pub fn makes_frames(&self) -> bool {
+        matches!(self, Self::Hybrid(_) | Self::Realtime(_))
+    }
+
+    /// Ambient occlusion, for those that have it.
+    pub fn ambient_mut(&mut self) -> Option<&mut AmbientOcclusion> {
+        match self {
+            Self::Direct(direct) => Some(&mut direct.ambient),
+            Self::Hybrid(hybrid) => Some(&mut hybrid.rays.ambient),
+            Self::AmbientOcclusion(ambient) => Some(ambient),
+            Self::Path(_) | Self::Realtime(_) | Self::Aov => None,
+        }
+    }
+
+    /// As [`Integrator::ambient_mut`], to read.
+    pub fn ambient(mut self) -> Option<AmbientOcclusion> {
+        self.ambient_mut().copied()
     }
 }
 
@@ -188,6 +215,28 @@ impl Default for PathSettings {
     }
 }
 
+/// Rays that ask how much of the hemisphere above a surface is open.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AmbientOcclusion {
+    /// Rays from a first hit.
+    pub samples: u32,
+    /// How far occluders count, in metres, above 0; infinite reaches everything.
+    pub distance: f32,
+}
+
+impl AmbientOcclusion {
+    /// Takes a distance as users say it: metres, and 0 for no limit.
+    pub fn set_distance(&mut self, metres: f32) {
+        self.distance = if metres > 0.0 { metres } else { f32::INFINITY };
+    }
+}
+
+impl Default for AmbientOcclusion {
+    fn default() -> Self {
+        Self { samples: 1, distance: f32::INFINITY }
+    }
+}
+
 /// Settings of [`Integrator::Direct`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DirectSettings {
@@ -197,10 +246,8 @@ pub struct DirectSettings {
     pub soft_shadows: bool,
     /// Reflection rays at the first hit.
     pub reflection_samples: u32,
-    /// Ambient occlusion rays at the first hit; 0 leaves ambient light unoccluded.
-    pub ambient_samples: u32,
-    /// How far occluders count, in metres; infinite reaches everything.
-    pub ambient_distance: f32,
+    /// Ambient occlusion at the first hit; without rays, ambient light is unoccluded.
+    pub ambient: AmbientOcclusion,
     /// Longest chain of mirror reflections and refractions.
     pub max_depth: u32,
     /// How lights shade diffuse and glossy surfaces.
@@ -249,8 +296,7 @@ impl Default for DirectSettings {
             shadow_samples: 6,
             soft_shadows: true,
             reflection_samples: 4,
-            ambient_samples: 4,
-            ambient_distance: f32::INFINITY,
+            ambient: AmbientOcclusion { samples: 4, ..AmbientOcclusion::default() },
             max_depth: 8,
             highlights: Highlights::Microfacets,
             falloff: INVERSE_SQUARE,
@@ -287,7 +333,7 @@ impl Default for HybridSettings {
         let one_each = DirectSettings {
             shadow_samples: 1,
             reflection_samples: 1,
-            ambient_samples: 1,
+            ambient: AmbientOcclusion::default(),
             ..Default::default()
         };
         Self {

@@ -25,11 +25,17 @@ pub enum KernelKind {
     Realtime,
     /// First hits only.
     Aov,
+    /// Ambient occlusion at first hits.
+    AmbientOcclusion,
 }
+
+/// The modules that [`KernelKind::linkage`] chooses among.
+pub(crate) const MODULES: &[&str] =
+    &["kernel_path", "kernel_volumes", "kernel_direct", "kernel_aov", "kernel_ao"];
 
 impl KernelKind {
     /// All whose text differs.
-    pub const ALL: [Self; 3] = [Self::Path, Self::Direct, Self::Aov];
+    pub const ALL: [Self; 4] = [Self::Path, Self::Direct, Self::Aov, Self::AmbientOcclusion];
 
     /// The kernel of an integrator.
     pub fn of(integrator: &Integrator) -> Self {
@@ -39,6 +45,7 @@ impl KernelKind {
             Integrator::Hybrid(_) => Self::Hybrid,
             Integrator::Realtime(_) => Self::Realtime,
             Integrator::Aov => Self::Aov,
+            Integrator::AmbientOcclusion(_) => Self::AmbientOcclusion,
         }
     }
 
@@ -50,6 +57,7 @@ impl KernelKind {
             Self::Hybrid => "hybrid",
             Self::Realtime => "realtime",
             Self::Aov => "aov",
+            Self::AmbientOcclusion => "ao",
         }
     }
 
@@ -61,6 +69,7 @@ impl KernelKind {
             Self::Path | Self::Realtime => "kernel_path",
             Self::Direct | Self::Hybrid => "kernel_direct",
             Self::Aov => "kernel_aov",
+            Self::AmbientOcclusion => "kernel_ao",
         };
         Linkage::of(variant).bind("kernel", kernel)
     }

@@ -143,6 +143,11 @@ impl View {
             }
             _ => {}
         }
+        if let Some(ambient) = view.integrator.ambient() {
+            out.ambient_samples = ambient.samples;
+            // Shader compilers may assume that nothing is infinite.
+            out.ambient_distance = ambient.distance.min(f32::MAX);
+        }
         out
     }
 
@@ -190,9 +195,6 @@ impl View {
         self.shadow_samples = settings.shadow_samples.max(1);
         self.soft_shadows = u32::from(settings.soft_shadows);
         self.reflection_samples = settings.reflection_samples;
-        self.ambient_samples = settings.ambient_samples;
-        // Shader compilers may assume that nothing is infinite.
-        self.ambient_distance = settings.ambient_distance.min(f32::MAX);
         self.shadows = 1;
         self.phong = u32::from(settings.highlights == Highlights::Phong);
         self.falloff = settings.falloff;

@@ -1,7 +1,9 @@
 //! Pictures of the ray tracing pipeline against those of the CPU.
 #![cfg(not(target_vendor = "apple"))]
 
-use backend::{Backend, Control, DirectSettings, Integrator, PathSettings, SamplerKind, View};
+use backend::{
+    AmbientOcclusion, Backend, Control, DirectSettings, Integrator, PathSettings, SamplerKind, View,
+};
 use film::{Aov, AovData, Film, Rect};
 use gpu::tracer::TracerKind;
 use gpu::{Gpu, GpuBackend, GpuError, GpuOptions};
@@ -100,7 +102,8 @@ fn leaves() -> Scene {
 fn pictures_are_those_of_the_cpu() {
     let Some(mut gpu) = pipeline("pictures_are_those_of_the_cpu") else { return };
     for scene in [scenes::cornell(), scenes::glass(), leaves()] {
-        for integrator in [path(), Integrator::Direct(DirectSettings::default())] {
+        let occlusion = Integrator::AmbientOcclusion(AmbientOcclusion::default());
+        for integrator in [path(), Integrator::Direct(DirectSettings::default()), occlusion] {
             let expected = Estimate::from_film(&render(&mut cpu(), &scene, integrator, 128, 1));
             let actual = Estimate::from_film(&render(&mut *gpu, &scene, integrator, 128, 2));
             for block in [8, WHOLE_IMAGE] {

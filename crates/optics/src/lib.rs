@@ -29,18 +29,119 @@ pub mod vector {
     pub use wgsl_rs::std::{cross, dot, length, normalize, reflect};
 }
 
-mod base;
-mod display;
-mod geometry;
-mod lights;
-mod materials;
-mod realtime;
-mod sampling;
-mod surface;
-mod textures;
-mod transport;
+// `#[wgsl]` needs its module inline, so each file holds one module of its own name; below they become flat.
 
-// `#[wgsl]` needs its module inline, so each file holds one module of its own name; here they become flat.
+/// Numbers and small functions that everything else uses.
+mod base {
+    pub mod constants;
+    pub mod math;
+}
+
+/// What a picture needs before it is shown.
+mod display {
+    pub mod tonemap;
+}
+
+/// Frames, rays, intersections and cameras.
+mod geometry {
+    pub mod bounds;
+    pub mod camera;
+    pub mod distortion;
+    pub mod frame;
+    pub mod intersect;
+    pub mod offset;
+    pub mod shape;
+    pub mod terminator;
+    pub mod wide_projection;
+}
+
+/// Where light comes from.
+mod lights {
+    pub mod equirect;
+    pub mod falloff;
+    pub mod light;
+    pub mod node;
+    pub mod portal;
+    pub mod portal_triangle;
+    pub mod profile;
+    pub mod reservoir;
+    pub mod shaft;
+    pub mod sky;
+    pub mod tree;
+}
+
+/// Materials as records, and what they are at a point.
+mod materials {
+    pub mod image_texture;
+    pub mod layers;
+    pub mod material;
+    pub mod plain;
+    pub mod record;
+}
+
+/// What a real-time renderer makes of few samples: what it keeps from earlier frames, and what it borrows from neighbours.
+mod realtime {
+    pub mod accumulation;
+    pub mod allocation;
+    pub mod antialiasing;
+    pub mod clusters;
+    pub mod edge_stops;
+    pub mod history;
+    pub mod reprojection;
+    pub mod signal;
+    pub mod spatial_filter;
+}
+
+/// Random numbers, and what they are turned into.
+mod sampling {
+    pub mod alias_table;
+    pub mod random;
+    pub mod rounds;
+    pub mod spherical_rectangle;
+    pub mod spherical_triangle;
+    pub mod warp;
+}
+
+/// How surfaces scatter light.
+mod surface {
+    pub mod anisotropic;
+    pub mod bsdf;
+    pub mod closure;
+    pub mod dielectric;
+    pub mod fresnel;
+    pub mod ggx;
+    pub mod glossy;
+    pub mod iridescence;
+    pub mod layered;
+    pub mod lobes;
+    pub mod pattern;
+    pub mod phong;
+    pub mod scatter;
+    pub mod sheen;
+}
+
+/// Textures as values: noise, patterns, colours, and the nodes of graphs that combine them.
+mod textures {
+    pub mod color_nodes;
+    pub mod noise;
+    pub mod patterns;
+    pub mod texture_node;
+    pub mod texture_point;
+    pub mod voronoi;
+}
+
+/// Paths, and the statistics of what they bring.
+mod transport {
+    pub mod direct_light;
+    pub mod estimator;
+    pub mod interiors;
+    pub mod medium;
+    pub mod path;
+    pub mod vertex;
+    pub mod volume;
+}
+
+// Flat, as shaders import them.
 pub use base::{constants::constants, math::math};
 pub use display::tonemap::tonemap;
 pub use geometry::{

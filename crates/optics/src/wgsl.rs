@@ -22,7 +22,21 @@ pub fn module(name: &str) -> Option<&'static Module> {
 /// All modules by name.
 pub fn modules() -> &'static BTreeMap<&'static str, Module> {
     static MODULES: OnceLock<BTreeMap<&'static str, Module>> = OnceLock::new();
-    MODULES.get_or_init(|| everything::WGSL_SOURCE.imports.iter().map(|s| (s.name, render(s))).collect())
+    MODULES.get_or_init(|| {
+        let mut modules = BTreeMap::new();
+        add_imports(&everything::WGSL_SOURCE, &mut modules);
+        modules
+    })
+}
+
+/// Adds all that a module imports, and what that imports.
+fn add_imports(source: &'static Source, modules: &mut BTreeMap<&'static str, Module>) {
+    for import in source.imports {
+        if !modules.contains_key(import.name) {
+            modules.insert(import.name, render(import));
+            add_imports(import, modules);
+        }
+    }
 }
 
 /// The complete text of all modules, each once, in an order that needs no forward knowledge.
@@ -53,74 +67,32 @@ fn collect_types(source: &'static Source, types: &mut ir::TypeImports) {
     }
 }
 
+/// The modules that no other one imports; those that are imported come with them.
 #[wgsl]
 #[inline_all]
 #[allow(unused_imports, reason = "the imports are the text: nothing here uses them")]
 mod everything {
     use crate::accumulation::*;
-    use crate::allocation::*;
-    use crate::anisotropic::*;
     use crate::antialiasing::*;
-    use crate::bounds::*;
-    use crate::bsdf::*;
     use crate::camera::*;
     use crate::closure::*;
     use crate::clusters::*;
-    use crate::color_nodes::*;
-    use crate::constants::*;
-    use crate::dielectric::*;
     use crate::direct_light::*;
-    use crate::distortion::*;
-    use crate::edge_stops::*;
     use crate::equirect::*;
-    use crate::estimator::*;
-    use crate::falloff::*;
-    use crate::frame::*;
-    use crate::fresnel::*;
-    use crate::ggx::*;
-    use crate::glossy::*;
-    use crate::history::*;
-    use crate::image_texture::*;
     use crate::interiors::*;
     use crate::intersect::*;
-    use crate::iridescence::*;
-    use crate::layered::*;
     use crate::layers::*;
-    use crate::light::*;
     use crate::light_profile::*;
-    use crate::light_tree::*;
-    use crate::lobes::*;
-    use crate::material::*;
-    use crate::math::*;
-    use crate::medium::*;
-    use crate::noise::*;
     use crate::offset::*;
-    use crate::path::*;
-    use crate::pattern::*;
-    use crate::patterns::*;
-    use crate::phong::*;
     use crate::plain::*;
     use crate::portal::*;
-    use crate::random::*;
     use crate::reprojection::*;
     use crate::reservoir::*;
     use crate::rounds::*;
-    use crate::scatter::*;
     use crate::shaft::*;
     use crate::shape::*;
-    use crate::sheen::*;
-    use crate::signal::*;
-    use crate::sky::*;
     use crate::spatial_filter::*;
-    use crate::spherical_rectangle::*;
-    use crate::spherical_triangle::*;
     use crate::terminator::*;
     use crate::texture_node::*;
-    use crate::texture_point::*;
-    use crate::tonemap::*;
-    use crate::vertex::*;
     use crate::volume::*;
-    use crate::voronoi::*;
-    use crate::warp::*;
-    use crate::wide_projection::*;
 }

@@ -6,8 +6,10 @@ use crate::light::{color, hex};
 use crate::medium::BodyDescribed;
 use crate::texture_graph::add_graph;
 use alhazen::{
-    AlphaMode, ColorSpace, Interior, Layers, Material, Model, Pixels, Scene, SceneImage, Texture, TextureRef,
+    AlphaMode, ColorSpace, Interior, LAYER_NUMBERS, Layers, Material, Model, Pixels, Scene, SceneImage,
+    Texture, TextureRef,
 };
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -36,19 +38,13 @@ pub struct Described<'py> {
 
 /// What may lie on the base of a material, and what is inside.
 pub struct LayersDescribed<'py> {
-    pub clearcoat: f32,
-    pub clearcoat_roughness: f32,
+    /// By the names of [`LAYER_NUMBERS`].
+    pub numbers: Option<Bound<'py, PyDict>>,
     pub sheen_color: Option<Bound<'py, PyAny>>,
-    pub sheen_roughness: f32,
     pub specular_color: Option<Bound<'py, PyAny>>,
-    pub iridescence: f32,
-    pub iridescence_ior: f32,
     pub iridescence_thickness: f32,
-    pub anisotropy: f32,
     pub anisotropy_rotation: f32,
-    pub diffuse_transmission: f32,
     pub diffuse_transmission_color: Option<Bound<'py, PyAny>>,
-    pub dispersion: f32,
     pub attenuation_color: Option<Bound<'py, PyAny>>,
     pub attenuation_distance: f32,
 }
@@ -113,25 +109,36 @@ pub fn material(scene: &mut Scene, described: &Described) -> PyResult<Material> 
 
 fn layers(d: &LayersDescribed) -> PyResult<Layers> {
     let mut l = Layers::default();
-    l.clearcoat.strength = share("clearcoat", d.clearcoat)?;
-    l.clearcoat.roughness = share("clearcoat_roughness", d.clearcoat_roughness)?;
+    layer_numbers(&d.numbers, &mut l)?;
     l.sheen.color = unit_color("sheen_color", &d.sheen_color, glam::Vec3::ZERO)?;
-    l.sheen.roughness = share("sheen_roughness", d.sheen_roughness)?;
     l.specular_color =
         d.specular_color.as_ref().map_or(Ok(l.specular_color), |c| color("specular_color", c))?;
-    l.iridescence.strength = share("iridescence", d.iridescence)?;
-    l.iridescence.ior = at_least("iridescence_ior", d.iridescence_ior, 1.0)?;
     l.iridescence.thickness = [at_least("iridescence_thickness", d.iridescence_thickness, 0.0)?; 2];
-    l.anisotropy.strength = share("anisotropy", d.anisotropy)?;
     l.anisotropy.rotation = d.anisotropy_rotation;
-    l.diffuse_transmission.strength = share("diffuse_transmission", d.diffuse_transmission)?;
     let through = &d.diffuse_transmission_color;
     l.diffuse_transmission.color = unit_color("diffuse_transmission_color", through, glam::Vec3::ONE)?;
-    l.dispersion = at_least("dispersion", d.dispersion, 0.0)?;
     if !d.anisotropy_rotation.is_finite() {
         return Err(bad(format!("anisotropy_rotation: {} is no angle", d.anisotropy_rotation)));
     }
     Ok(l)
+}
+
+/// Sets the numbers of layers that the caller gives.
+fn layer_numbers(given: &Option<Bound<PyDict>>, layers: &mut Layers) -> PyResult<()> {
+    for (key, value) in given.iter().flat_map(|given| given.iter()) {
+        let key: String = key.extract()?;
+        let number = LAYER_NUMBERS.iter().find(|number| number.name.replace('-', "_") == key);
+        let number = number.ok_or_else(|| {
+            PyTypeError::new_err(format!("add_material: unexpected keyword argument `{key}`"))
+        })?;
+        let value: f32 = value.extract()?;
+        let [least, greatest] = number.range;
+        if !(least..=greatest).contains(&value) {
+            return Err(bad(format!("{key}: {value} is not between {least} and {greatest}")));
+        }
+        *(number.of)(layers) = value;
+    }
+    Ok(())
 }
 
 fn interior(d: &LayersDescribed) -> PyResult<Interior> {

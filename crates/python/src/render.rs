@@ -31,6 +31,7 @@ pub struct Settings<'py> {
     pub integrator: Option<String>,
     pub max_depth: Option<u32>,
     pub clamp_indirect: Option<f32>,
+    pub ambient_distance: Option<f32>,
     pub sampler: String,
     pub crop: Option<[u32; 4]>,
     pub first_sample: u32,
@@ -52,8 +53,8 @@ impl<'py> Settings<'py> {
         #[rustfmt::skip]
         let mut settings = Self {
             width, height, spp, camera: None, aovs: Vec::new(), seed: 0, integrator: None, max_depth: None,
-            clamp_indirect: None, sampler: "sobol".into(), crop: None, first_sample: 0, time: 0.0, time_limit: None, noise: None,
-            backend: "auto".into(), adapter: None, threads: None, progress: None,
+            clamp_indirect: None, ambient_distance: None, sampler: "sobol".into(), crop: None, first_sample: 0, time: 0.0,
+            time_limit: None, noise: None, backend: "auto".into(), adapter: None, threads: None, progress: None,
         };
         for (key, value) in keywords.into_iter().flatten() {
             match key.extract::<String>()?.as_str() {
@@ -63,6 +64,7 @@ impl<'py> Settings<'py> {
                 "integrator" => settings.integrator = value.extract()?,
                 "max_depth" => settings.max_depth = value.extract()?,
                 "clamp_indirect" => settings.clamp_indirect = value.extract()?,
+                "ambient_distance" => settings.ambient_distance = value.extract()?,
                 "sampler" => settings.sampler = value.extract()?,
                 "crop" => settings.crop = value.extract()?,
                 "time" => settings.time = value.extract()?,
@@ -279,6 +281,14 @@ fn integrator(settings: &Settings, of_scene: Integrator) -> PyResult<Integrator>
                 )));
             }
         }
+    }
+    if let Some(metres) = settings.ambient_distance {
+        if !(metres >= 0.0 && metres.is_finite()) {
+            return Err(bad(format!("ambient_distance: {metres} is not a number of at least 0")));
+        }
+        let name = integrator.name();
+        let other = || bad(format!("ambient_distance: the integrator {name} has no ambient occlusion"));
+        integrator.ambient_mut().ok_or_else(other)?.set_distance(metres);
     }
     Ok(integrator)
 }

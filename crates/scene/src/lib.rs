@@ -18,6 +18,7 @@ pub mod environment;
 pub mod framing;
 mod ids;
 pub mod image;
+pub mod layers;
 pub mod light;
 pub mod load;
 pub mod material;
@@ -48,12 +49,12 @@ pub use environment::{Environment, Sky, Sun};
 pub use framing::{FilmWindow, Motion};
 pub use ids::{ImageId, InstanceId, MaterialId, MeshId, TextureId};
 pub use image::{ColorSpace, Filter, Image, ImageTexture, Pixels, Sampler, TextureRef, UvTransform, Wrap};
+pub use layers::{
+    Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, LAYER_NUMBERS, LayerNumber, Layers, Sheen,
+};
 pub use light::{Light, LightKind, LightParameter};
 pub use load::{LoadError, LoadOptions, Loaded};
-pub use material::{
-    AlphaMode, Anisotropy, Checkerboard, Clearcoat, DiffuseTransmission, Interior, Iridescence, Layers,
-    Material, Model, Sheen,
-};
+pub use material::{AlphaMode, Checkerboard, Interior, Material, Model};
 pub use medium::{DensityGrid, Fog, Medium};
 pub use mesh::{Instance, Mesh, Part, Shape, Sphere, TriangleMesh};
 pub use photometry::{LightProfile, Photometry};

@@ -51,7 +51,7 @@ pub struct RenderDefaults {
     pub spp: Option<u32>,
     /// Maximum path depth; 1 = emission only, 2 = direct light.
     pub max_depth: Option<u32>,
-    /// Name of the integrator: `path`, `direct`, `hybrid` or `aov`.
+    /// Name of the integrator.
     pub integrator: Option<String>,
     /// Factor on radiance before tone mapping.
     pub exposure: Option<f32>,

@@ -9,6 +9,7 @@
 pub mod clock;
 pub mod document;
 pub mod history;
+pub mod integrators;
 pub mod loading;
 pub mod navigation;
 pub mod node_previews;

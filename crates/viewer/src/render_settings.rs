@@ -1,58 +1,17 @@
 //! What the user may set about rendering.
 
+use crate::integrators::Integrators;
 use crate::worker::Shown;
 use alhazen::{
     Adaptive, Camera, DirectSettings, FrameSamples, FrameView, HybridSettings, Integrator, Job, NoisyPicture,
     PathSettings, RealtimeSettings, RenderDefaults, SamplerKind, Sampling, ToneMapping, Visibility,
 };
 
-/// How light is transported.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Transport {
-    /// Path tracing.
-    #[default]
-    Path,
-    /// Fixed cost.
-    Direct,
-    /// What `direct` shows, in frames that a GPU makes.
-    Hybrid,
-    /// What `path` shows, in frames that a GPU makes.
-    Realtime,
-}
-
-impl Transport {
-    /// All of them, in the order in which users read them.
-    pub const ALL: [Self; 4] = [Self::Path, Self::Direct, Self::Hybrid, Self::Realtime];
-
-    /// Its name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Path => "path",
-            Self::Direct => "direct",
-            Self::Hybrid => "hybrid",
-            Self::Realtime => "realtime",
-        }
-    }
-
-    /// Whether it makes frames, which need a GPU.
-    pub fn makes_frames(self) -> bool {
-        matches!(self, Self::Hybrid | Self::Realtime)
-    }
-}
-
 /// How light is transported, and how much of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderSettings {
-    /// Which integrator renders.
-    pub transport: Transport,
-    /// For path tracing.
-    pub path_settings: PathSettings,
-    /// For `direct`.
-    pub direct_settings: DirectSettings,
-    /// For `hybrid`.
-    pub hybrid_settings: HybridSettings,
-    /// For `realtime`.
-    pub realtime_settings: RealtimeSettings,
+    /// Which integrator renders, and the settings of all.
+    pub integrators: Integrators,
     /// Follow glTF to the letter.
     pub single_scatter: bool,
     /// How samples are drawn.
@@ -72,12 +31,8 @@ pub struct RenderSettings {
 impl RenderSettings {
     /// What a scene asks for.
     pub fn of(job: &Job, spp: Option<u32>) -> Self {
-        let mut settings = Self {
-            transport: Transport::Path,
-            path_settings: PathSettings::default(),
-            direct_settings: DirectSettings::default(),
-            hybrid_settings: HybridSettings::default(),
-            realtime_settings: RealtimeSettings::default(),
+        Self {
+            integrators: Integrators::with(job.integrator),
             single_scatter: job.single_scatter,
             sampler: job.sampler,
             seed: job.seed,
@@ -85,30 +40,6 @@ impl RenderSettings {
             sampling: Sampling::Uniform,
             noise: None,
             size: None,
-        };
-        match job.integrator {
-            Integrator::Path(path) => settings.path_settings = path,
-            Integrator::Direct(direct) => {
-                (settings.transport, settings.direct_settings) = (Transport::Direct, direct);
-            }
-            Integrator::Hybrid(hybrid) => {
-                (settings.transport, settings.hybrid_settings) = (Transport::Hybrid, hybrid);
-            }
-            Integrator::Realtime(realtime) => {
-                (settings.transport, settings.realtime_settings) = (Transport::Realtime, realtime);
-            }
-            Integrator::Aov => {}
-        }
-        settings
-    }
-
-    /// How light is transported.
-    pub fn integrator(&self) -> Integrator {
-        match self.transport {
-            Transport::Path => Integrator::Path(self.path_settings),
-            Transport::Direct => Integrator::Direct(self.direct_settings),
-            Transport::Hybrid => Integrator::Hybrid(self.hybrid_settings),
-            Transport::Realtime => Integrator::Realtime(self.realtime_settings),
         }
     }
 
@@ -121,7 +52,7 @@ impl RenderSettings {
         if shown.denoiser.is_some() {
             aovs.extend(NoisyPicture::LAYERS.into_iter().filter(|layer| shown.layer.aov() != Some(*layer)));
         }
-        let mut integrator = self.integrator();
+        let mut integrator = *self.integrators.chosen();
         if let Integrator::Realtime(settings) = &mut integrator {
             // Noise is judged as it is seen.
             settings.allocation.white = 1.0 / shown.tone.exposure.max(1e-6);
@@ -148,8 +79,8 @@ impl RenderSettings {
             height: Some(height),
             spp: Some(self.spp),
             // Of paths; the others get theirs from the command line only.
-            max_depth: Some(self.path_settings.max_depth),
-            integrator: Some(self.transport.name().to_owned()),
+            max_depth: Some(self.integrators.path().max_depth),
+            integrator: Some(self.integrators.chosen().name().to_owned()),
             exposure: Some(tone.exposure),
             tonemap: Some(tone.mapper),
             saturation: Some(tone.saturation),
@@ -160,30 +91,38 @@ impl RenderSettings {
     /// Options of `alhazen render` for what scene files cannot say; empty where nothing is left to say.
     pub fn arguments(&self) -> String {
         let mut options = Options::default();
-        match self.transport {
-            Transport::Path => {
-                let (p, path) = (&self.path_settings, PathSettings::default());
+        let integrator = self.integrators.chosen();
+        match integrator {
+            Integrator::Path(p) => {
+                let path = PathSettings::default();
                 options.number("roulette-start", p.roulette_start, path.roulette_start);
                 let (least, default) = (p.roulette_min_survival, path.roulette_min_survival);
                 options.number("roulette-min-survival", least, default);
                 options.number("splitting", p.splitting, path.splitting);
             }
-            Transport::Direct => options.rays(&self.direct_settings, &DirectSettings::default()),
-            Transport::Hybrid => {
-                let (h, hybrid) = (&self.hybrid_settings, HybridSettings::default());
+            Integrator::Direct(direct) => options.rays(direct, &DirectSettings::default()),
+            Integrator::Hybrid(h) => {
+                let hybrid = HybridSettings::default();
                 options.rays(&h.rays, &hybrid.rays);
                 options.flag("no-shadows", !h.shadows);
                 options.flag("visibility rays", h.visibility == Visibility::Rays);
                 options.number("light-cutoff", h.light_cutoff, hybrid.light_cutoff);
                 options.number("reflection-survival", h.reflection_survival, hybrid.reflection_survival);
             }
-            Transport::Realtime => options.frames(&self.realtime_settings),
+            Integrator::Realtime(realtime) => options.frames(realtime),
+            // The others have ambient occlusion at most.
+            _ => {}
+        }
+        let usual = Integrator::from_name(integrator.name()).and_then(Integrator::ambient);
+        if let (Some(ambient), Some(usual)) = (integrator.ambient(), usual) {
+            options.number("ambient-samples", ambient.samples, usual.samples);
+            options.number("ambient-distance", ambient.distance, usual.distance);
         }
         options.number("seed", self.seed, 0);
         options.flag("single-scatter", self.single_scatter);
         options.flag(&format!("sampler {}", self.sampler), self.sampler != SamplerKind::default());
         // Frames have their own way to choose pixels, and a film of theirs cannot tell its noise.
-        if self.transport == Transport::Realtime {
+        if matches!(integrator, Integrator::Realtime(_)) {
             return options.0.join(" ");
         }
         if let Some(noise) = self.noise {
@@ -222,7 +161,6 @@ impl Options {
         self.number("max-depth", d.max_depth, default.max_depth);
         self.number("shadow-samples", d.shadow_samples, default.shadow_samples);
         self.number("reflection-samples", d.reflection_samples, default.reflection_samples);
-        self.number("ambient-samples", d.ambient_samples, default.ambient_samples);
         self.flag("hard-shadows", !d.soft_shadows);
         self.flag(&format!("highlights {}", d.highlights.name()), d.highlights != default.highlights);
         let [c, l, q] = d.falloff;
@@ -270,19 +208,22 @@ mod tests {
     #[test]
     fn what_a_file_says_is_rendered_again() {
         let mut s = settings();
-        (s.transport, s.spp) = (Transport::Direct, 77);
+        s.integrators.choose("direct");
+        s.spp = 77;
         let tone = ToneMapping { exposure: 2.5, ..ToneMapping::default() };
         let scene = Scene { defaults: s.defaults([320, 200], &tone), ..Scene::default() };
         let job = Job::for_scene(&scene);
         assert_eq!((job.width, job.height, job.tone), (320, 200, tone));
         let again = RenderSettings::of(&job, scene.defaults.spp);
         assert_eq!(again, s);
-        for transport in Transport::ALL {
-            s.transport = transport;
+        for integrator in Integrator::all() {
+            assert!(s.integrators.choose(integrator.name()));
             let scene = Scene { defaults: s.defaults([320, 200], &tone), ..Scene::default() };
-            assert_eq!(RenderSettings::of(&Job::for_scene(&scene), None).transport, transport);
+            let again = RenderSettings::of(&Job::for_scene(&scene), None);
+            assert_eq!(again.integrators.chosen().name(), integrator.name());
         }
-        (s.transport, s.path_settings.max_depth) = (Transport::Path, 3);
+        s.integrators =
+            Integrators::with(Integrator::Path(PathSettings { max_depth: 3, ..Default::default() }));
         let scene = Scene { defaults: s.defaults([320, 200], &tone), ..Scene::default() };
         assert_eq!(RenderSettings::of(&Job::for_scene(&scene), scene.defaults.spp), s);
     }
@@ -291,32 +232,41 @@ mod tests {
     fn the_command_line_says_the_rest() {
         let mut s = settings();
         assert_eq!(s.arguments(), "");
-        (s.path_settings.splitting, s.seed, s.single_scatter) = (4, 9, true);
+        let path = PathSettings { splitting: 4, ..PathSettings::default() };
+        s.integrators = Integrators::with(Integrator::Path(path));
+        (s.seed, s.single_scatter) = (9, true);
         assert_eq!(s.arguments(), "--splitting 4 --seed 9 --single-scatter");
-        s.transport = Transport::Direct;
-        (s.direct_settings.soft_shadows, s.direct_settings.max_depth) = (false, 3);
+        let mut direct = DirectSettings { soft_shadows: false, max_depth: 3, ..DirectSettings::default() };
+        s.integrators = Integrators::with(Integrator::Direct(direct));
         assert_eq!(s.arguments(), "--max-depth 3 --hard-shadows --seed 9 --single-scatter");
-        (s.direct_settings.highlights, s.direct_settings.falloff) = (Highlights::Phong, [1.0, 0.09, 0.032]);
+        (direct.highlights, direct.falloff) = (Highlights::Phong, [1.0, 0.09, 0.032]);
+        direct.ambient.set_distance(1.5);
+        s.integrators = Integrators::with(Integrator::Direct(direct));
         (s.seed, s.single_scatter) = (0, false);
-        assert_eq!(s.arguments(), "--max-depth 3 --hard-shadows --highlights phong --falloff 1,0.09,0.032");
-        s.transport = Transport::Hybrid;
-        (s.hybrid_settings.shadows, s.hybrid_settings.visibility) = (false, Visibility::Rays);
-        (s.hybrid_settings.light_cutoff, s.single_scatter, s.seed) = (0.25, false, 0);
+        assert_eq!(
+            s.arguments(),
+            "--max-depth 3 --hard-shadows --highlights phong --falloff 1,0.09,0.032 --ambient-distance 1.5"
+        );
+        let visibility = Visibility::Rays;
+        let hybrid =
+            HybridSettings { shadows: false, visibility, light_cutoff: 0.25, ..HybridSettings::default() };
+        s.integrators = Integrators::with(Integrator::Hybrid(hybrid));
         assert_eq!(s.arguments(), "--no-shadows --visibility rays --light-cutoff 0.25");
     }
 
     #[test]
     fn the_command_line_says_how_frames_are_made() {
         let mut s = settings();
-        (s.transport, s.noise) = (Transport::Realtime, Some(0.1));
+        s.integrators.choose("realtime");
+        s.noise = Some(0.1);
         assert_eq!(s.arguments(), "");
-        let r = &mut s.realtime_settings;
+        let r = s.integrators.realtime_mut().expect("one of each");
         (r.budget, r.samples) = (Some(Duration::from_micros(8500)), FrameSamples::ADAPTIVE);
         (r.history.most, r.filter, r.filter_passes, r.show) = (64.0, false, 3, FrameView::BlurredNoise);
         let said = "--budget 8.5ms --history 64 --no-filter --filter-passes 3 --show blurred-noise";
         assert_eq!(s.arguments(), said);
-        (s.realtime_settings.budget, s.realtime_settings.show) = (None, FrameView::Picture);
-        s.realtime_settings.light_candidates = 8;
+        let r = s.integrators.realtime_mut().expect("one of each");
+        (r.budget, r.show, r.light_candidates) = (None, FrameView::Picture, 8);
         assert_eq!(
             s.arguments(),
             "--frame-samples 4..16 --light-candidates 8 --history 64 --no-filter --filter-passes 3"
@@ -326,7 +276,8 @@ mod tests {
     /// What is dark on the screen may be noisy.
     #[test]
     fn frames_are_judged_as_they_are_seen() {
-        let s = RenderSettings { transport: Transport::Realtime, ..settings() };
+        let mut s = settings();
+        s.integrators.choose("realtime");
         let tone = ToneMapping { exposure: 4.0, ..ToneMapping::default() };
         let shown = Shown { tone, ..Shown::default() };
         let job = s.job(Scene::default().default_camera(), [8, 8], &shown, ToneMapping::default());

@@ -387,7 +387,7 @@ fn frames_of_a_rasteriser_need_one() {
     harness.state_mut().backend.name = "gpu-query".into();
     harness.run_steps(3);
     click(&mut harness, "hybrid");
-    assert_eq!(harness.state().render.transport, viewer::render_settings::Transport::Hybrid);
+    assert_eq!(harness.state().render.integrators.chosen().name(), "hybrid");
     click(&mut harness, "Rasterised first hits");
     let alhazen::Integrator::Hybrid(settings) = harness.state().job().integrator else { panic!("hybrid") };
     assert_eq!(settings.visibility, alhazen::Visibility::Rays);

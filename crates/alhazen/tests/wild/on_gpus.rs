@@ -6,7 +6,9 @@ use super::gaps::clear;
 use super::parts::{
     add_floor, data, holes, leaning, light, masked, mesh_sphere, stripes, texture, textured_box, unlit,
 };
-use alhazen::{DirectSettings, HybridSettings, Integrator, Job, Material, Renderer, Scene, Shape};
+use alhazen::{
+    AmbientOcclusion, DirectSettings, HybridSettings, Integrator, Job, Material, Renderer, Scene, Shape,
+};
 use glam::{Affine3A, Quat, Vec2, Vec3};
 use scene::{Checkerboard, Instance, TextureRef, UvTransform};
 use testkit::Estimate;
@@ -101,7 +103,8 @@ fn the_rasteriser_shows_what_rays_see() {
     }
     let scene = everything();
     let mut renderers = gpu_renderers("the_rasteriser_shows_what_rays_see");
-    let rays = DirectSettings { reflection_samples: 0, ambient_samples: 0, ..DirectSettings::default() };
+    let ambient = AmbientOcclusion { samples: 0, ..AmbientOcclusion::default() };
+    let rays = DirectSettings { reflection_samples: 0, ambient, ..DirectSettings::default() };
     let frames =
         HybridSettings { rays, light_cutoff: 0.0, reflection_survival: 1.0, ..HybridSettings::default() };
     let of = |integrator| Job { integrator, ..job(&scene, 64, 40, 4) };

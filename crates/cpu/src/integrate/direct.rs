@@ -1,22 +1,21 @@
 //! The fixed-cost renderer: direct light with shadows, reflection, refraction and ambient occlusion; no global
-//! illumination. And the `aov` integrator, which stops at the first hit.
+//! illumination.
 //!
 //! At the first hit every light gets a fixed number of shadow rays, the lobes that are not diffuse a fixed number of
 //! reflection rays, and the environment, as ambient light on the diffuse lobes, a fixed number of occlusion rays. What
 //! reflection rays see is lit with one shadow ray a light. Mirrors and glass are followed until the depth is used up.
 
-use crate::batch::samples::{SampleId, new_sampler};
+use super::camera_rays::{CameraRays, Draws};
+use crate::batch::samples::SampleId;
 use crate::fetch::surface::Surface;
 use crate::scene::{CpuScene, vec3};
-use crate::shade::aov::{aov_sample, headlight};
 use crate::shade::closures::{Incoming, closure_at};
 use crate::shade::lights::{distant_radiance, sample_one_light};
-use crate::shade::material::{Shading, emission};
+use crate::shade::material::emission;
 use crate::shade::scatter::shadow_ray;
 use accel::{Hit, HitFilter, Ray};
-use backend::{DirectSettings, Highlights, View};
+use backend::{DirectSettings, Highlights};
 use film::AovSample;
-use optics::camera::{camera_pixel_spread, camera_ray};
 use optics::closure::{
     Closure, closure_diffuse_albedo, closure_diffuse_albedo_below, closure_eval, closure_has_smooth_part,
     closure_is_interface, closure_phong_eval, closure_reflects, closure_sample, closure_scatters,
@@ -25,7 +24,6 @@ use optics::closure::{
 use optics::direct_light::direct_contribution;
 use optics::frame::{Frame, to_local, to_world};
 use optics::light::{LIGHT_ENVIRONMENT, Light, LightSample, flat_light_is_above, light_is_flat};
-use optics::random::{PixelSampler, sample_2d};
 use optics::vector::dot;
 use optics::vertex::{leaves_surface, light_side};
 use optics::warp::sample_cosine_hemisphere;
@@ -33,20 +31,6 @@ use optics::{Vec3f, vec2f, vec3f};
 use scene::tables::SceneTables;
 
 const BLACK: Vec3f = vec3f(0.0, 0.0, 0.0);
-
-/// Draws pairs of random numbers one after the other.
-struct Draws {
-    sampler: PixelSampler,
-    next_pair: u32,
-}
-
-impl Draws {
-    fn pair(&mut self) -> [f32; 2] {
-        self.next_pair += 1;
-        let u = sample_2d(self.sampler, self.next_pair - 1);
-        [u.x, u.y]
-    }
-}
 
 /// What a ray may see.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -78,77 +62,27 @@ impl Way {
     }
 }
 
-/// Renders single samples with a fixed number of rays.
-pub(crate) struct DirectTracer<'a, F> {
-    pub scene: &'a CpuScene,
-    pub view: &'a View,
-    pub filter: &'a F,
-    pub settings: DirectSettings,
-    shading: Shading,
-    /// Rays traced so far.
-    pub rays_traced: u64,
+/// The picture of one sample, and its first hit.
+pub(crate) fn sample<F: HitFilter>(
+    rays: &mut CameraRays<F>,
+    settings: &DirectSettings,
+    id: &SampleId,
+) -> (Vec3f, AovSample) {
+    let (ray, mut draws, weight) = rays.camera(id);
+    let hit = rays.closest(&ray);
+    let aovs = rays.first_hit(&ray, &hit).map_or_else(AovSample::default, |first| rays.aovs(&first));
+    let mut tracer = DirectTracer { scene: rays.scene, rays, settings };
+    (tracer.radiance(&ray, &hit, Way::of_camera(), &mut draws) * weight, aovs)
 }
 
-impl<'a, F: HitFilter> DirectTracer<'a, F> {
-    pub fn new(scene: &'a CpuScene, view: &'a View, filter: &'a F, settings: DirectSettings) -> Self {
-        let pixel_spread = camera_pixel_spread(view.camera, view.height as f32);
-        let shading = Shading { single_scatter: view.single_scatter, pixel_spread };
-        Self { scene, view, filter, settings, shading, rays_traced: 0 }
-    }
+/// Follows the rays of a sample, a fixed number of them.
+struct DirectTracer<'a, 'b, F> {
+    scene: &'b CpuScene,
+    rays: &'a mut CameraRays<'b, F>,
+    settings: &'a DirectSettings,
+}
 
-    /// The `direct` picture of one sample, and its first hit.
-    pub fn sample(&mut self, id: &SampleId) -> (Vec3f, AovSample) {
-        let (ray, mut draws, weight) = self.camera(id);
-        let hit = self.closest(&ray);
-        let aovs = self.first_hit(&ray, &hit).map_or_else(AovSample::default, |(surface, footprint)| {
-            let tables = &*self.scene.tables;
-            let material = &tables.materials[surface.material as usize];
-            aov_sample(tables, material, &surface, hit.t, footprint)
-        });
-        (self.radiance(&ray, &hit, Way::of_camera(), &mut draws) * weight, aovs)
-    }
-
-    /// The `aov` picture of one sample, and its first hit.
-    pub fn sample_aov(&mut self, id: &SampleId) -> (Vec3f, AovSample) {
-        let (ray, _, weight) = self.camera(id);
-        let hit = self.closest(&ray);
-        match self.first_hit(&ray, &hit) {
-            None => (distant_radiance(self.scene, vec3(ray.direction)) * weight, AovSample::default()),
-            Some((surface, footprint)) => {
-                let tables = &*self.scene.tables;
-                let material = &tables.materials[surface.material as usize];
-                let color = headlight(tables, material, &surface, footprint);
-                (color, aov_sample(tables, material, &surface, hit.t, footprint))
-            }
-        }
-    }
-
-    /// The camera ray of a sample, its random numbers, and the ray's weight.
-    fn camera(&self, id: &SampleId) -> (Ray, Draws, f32) {
-        let mut draws = Draws { sampler: new_sampler(self.view, id), next_pair: 0 };
-        let (jitter, lens) = (draws.pair(), draws.pair());
-        let film = vec2f(
-            (id.x as f32 + jitter[0]) / self.view.width as f32,
-            (id.y as f32 + jitter[1]) / self.view.height as f32,
-        );
-        let ray = camera_ray(self.view.camera, film, vec2f(lens[0], lens[1]));
-        (Ray::new(ray.origin.to_array(), ray.direction.to_array()), draws, ray.weight)
-    }
-
-    fn first_hit(&self, ray: &Ray, hit: &Hit) -> Option<(Surface, f32)> {
-        (!hit.is_miss()).then(|| (Surface::new(self.scene, ray, hit), self.shading.pixel_spread * hit.t))
-    }
-
-    fn closest(&mut self, ray: &Ray) -> Hit {
-        self.rays_traced += 1;
-        self.scene.tlas.closest(ray, self.filter)
-    }
-
-    fn visible(&mut self, ray: &Ray) -> bool {
-        self.rays_traced += 1;
-        !self.scene.tlas.any(ray, self.filter)
-    }
-
+impl<F: HitFilter> DirectTracer<'_, '_, F> {
     /// Radiance back along a ray.
     fn radiance(&mut self, ray: &Ray, hit: &Hit, way: Way, draws: &mut Draws) -> Vec3f {
         if hit.is_miss() {
@@ -165,11 +99,11 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
         let tables: &SceneTables = &self.scene.tables;
         let material = &tables.materials[surface.material as usize];
         let way = Way { length: way.length + hit.t, ..way };
-        let footprint = self.shading.pixel_spread * way.length;
+        let footprint = self.rays.shading.pixel_spread * way.length;
         let [u_model, u_lobe] = draws.pair();
         let mut sum = emission(tables, material, &surface, footprint);
         let incoming = Incoming { footprint, ior: material.ior, throughput: way.throughput, u_model };
-        let closure = closure_at(tables, material, &surface, &self.shading, incoming);
+        let closure = closure_at(tables, material, &surface, &self.rays.shading, incoming);
         if !closure_scatters(closure) {
             return sum;
         }
@@ -229,7 +163,7 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
             Highlights::Microfacets => closure_eval(*closure, wo, side.wi).value_cos,
         };
         let light_arrives = direct_contribution(value_cos, *light, self.settings.falloff.into());
-        if light_arrives == BLACK || !self.visible(&shadow_ray(surface, light, side.above)) {
+        if light_arrives == BLACK || !self.rays.visible(&shadow_ray(surface, light, side.above)) {
             return BLACK;
         }
         light_arrives
@@ -257,7 +191,7 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
         full: bool,
         draws: &mut Draws,
     ) -> Vec3f {
-        let occlusion_rays = if full { self.settings.ambient_samples } else { 0 };
+        let occlusion_rays = if full { self.settings.ambient.samples } else { 0 };
         let count = occlusion_rays.max(1);
         let mut sum = BLACK;
         for _ in 0..count {
@@ -268,9 +202,9 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
                 continue;
             }
             let origin = surface.ray_origin(side > 0.0).to_array();
-            let t_max = self.settings.ambient_distance;
+            let t_max = self.settings.ambient.distance;
             let open = occlusion_rays == 0
-                || self.visible(&Ray { origin, t_min: 0.0, direction: wi.to_array(), t_max });
+                || self.rays.visible(&Ray { origin, t_min: 0.0, direction: wi.to_array(), t_max });
             if open {
                 sum += self.scene.tables.environment.radiance(wi);
             }
@@ -307,7 +241,7 @@ impl<'a, F: HitFilter> DirectTracer<'a, F> {
             return BLACK;
         }
         let ray = Ray::new(surface.ray_origin(above).to_array(), wi.to_array());
-        let hit = self.closest(&ray);
+        let hit = self.rays.closest(&ray);
         let next = Way {
             depth: way.depth + 1,
             // Lights are in the direct term already, so one that such a lobe finds must not count again.

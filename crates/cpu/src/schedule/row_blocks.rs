@@ -1,15 +1,13 @@
 //! Cutting the picture into work for threads, and that into batches.
 
 use crate::batch::samples::{Run, SampleId};
-use crate::integrate::direct::DirectTracer;
-use crate::integrate::volume::VolumeTracer;
+use crate::integrate::render_batch;
 use crate::scene::CpuScene;
 use crate::shade::path_batch::PathBatch;
 use crate::simd::{Instructions, Stage, call_with_best};
 use accel::HitFilter;
-use backend::{DirectSettings, Integrator, PathSettings, PixelSamples, View};
+use backend::{PixelSamples, View};
 use film::{AovSample, PixelStats, Rect};
-use optics::Vec3f;
 use std::ops::Range;
 
 /// Rows of a block: the unit of work that threads steal. Blocks are whole rows so that each owns its part of the film.
@@ -60,7 +58,7 @@ impl<'a, F: HitFilter> RowBlock<'a, F> {
         let (mut ids, mut runs) = (std::mem::take(&mut batch.ids), std::mem::take(&mut batch.runs));
         let mut walk = Walk::new(self.view.window, self.work.clone());
         while walk.next_batch(&mut ids, &mut runs) {
-            rays += self.render_batch(i, &ids, batch);
+            rays += render_batch(i, self.scene, self.view, self.filter, &ids, batch);
             let mut radiance = batch.radiance.iter();
             for run in &runs {
                 let samples = radiance.by_ref().take(run.count as usize);
@@ -72,66 +70,6 @@ impl<'a, F: HitFilter> RowBlock<'a, F> {
         }
         (batch.ids, batch.runs) = (ids, runs);
         rays + batch.rays_traced - before
-    }
-
-    /// Fills the batch's results; returns rays that the batch itself did not count.
-    #[inline(always)]
-    fn render_batch<I: Instructions>(&self, i: I, ids: &[SampleId], batch: &mut PathBatch) -> u64 {
-        match &self.view.integrator {
-            Integrator::Path(settings) if self.scene.volumes => self.render_volumes(ids, batch, settings),
-            Integrator::Path(settings) => {
-                batch.run(i, self.scene, self.view, settings, self.filter, ids);
-                0
-            }
-            Integrator::Direct(settings) => self.render_single(ids, batch, *settings, DirectTracer::sample),
-            // The same expected picture; the back end has refused what is not.
-            Integrator::Hybrid(settings) => {
-                self.render_single(ids, batch, settings.rays, DirectTracer::sample)
-            }
-            // The back end has refused it.
-            Integrator::Realtime(settings) => {
-                batch.run(i, self.scene, self.view, &settings.path, self.filter, ids);
-                0
-            }
-            Integrator::Aov => {
-                self.render_single(ids, batch, DirectSettings::default(), DirectTracer::sample_aov)
-            }
-        }
-    }
-
-    /// Paths through media.
-    fn render_volumes(&self, ids: &[SampleId], batch: &mut PathBatch, settings: &PathSettings) -> u64 {
-        let mut tracer = VolumeTracer::new(self.scene, self.view, settings);
-        batch.radiance.clear();
-        batch.aovs.clear();
-        for id in ids {
-            batch.radiance.push(tracer.sample(id));
-            if !self.view.aovs.is_empty() {
-                batch.aovs.push(tracer.first_hit(id));
-            }
-        }
-        tracer.rays_traced
-    }
-
-    /// Integrators that make one sample after the other.
-    fn render_single(
-        &self,
-        ids: &[SampleId],
-        batch: &mut PathBatch,
-        settings: DirectSettings,
-        sample: impl Fn(&mut DirectTracer<'a, F>, &SampleId) -> (Vec3f, AovSample),
-    ) -> u64 {
-        let mut tracer = DirectTracer::new(self.scene, self.view, self.filter, settings);
-        batch.radiance.clear();
-        batch.aovs.clear();
-        for id in ids {
-            let (radiance, first_hit) = sample(&mut tracer, id);
-            batch.radiance.push(radiance);
-            if !self.view.aovs.is_empty() {
-                batch.aovs.push(first_hit);
-            }
-        }
-        tracer.rays_traced
     }
 }
 

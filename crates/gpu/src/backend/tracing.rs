@@ -73,9 +73,7 @@ impl Tracing for ComputeTracing {
                 };
                 Ok(Box::new(RealtimeKernel::new(gpu, variant, scene, &*self.0, &settings)?))
             }
-            KernelKind::Path | KernelKind::Direct | KernelKind::Aov => {
-                Ok(Box::new(Megakernel::new(gpu, kind, variant, scene, &*self.0)?))
-            }
+            _ => Ok(Box::new(Megakernel::new(gpu, kind, variant, scene, &*self.0)?)),
         }
     }
 

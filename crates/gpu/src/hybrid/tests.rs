@@ -7,7 +7,7 @@ use crate::megakernel::Megakernel;
 use crate::open_for_test;
 use crate::tracer::bvh::BvhTracer;
 use crate::tracer::{Instances, TracerKind};
-use backend::{DirectSettings, SamplerKind};
+use backend::{AmbientOcclusion, DirectSettings, SamplerKind};
 use film::{Aov, AovData, Film, Rect};
 use glam::Vec3;
 use optics::camera::{CAMERA_ORTHOGRAPHIC, CAMERA_PERSPECTIVE};
@@ -51,12 +51,17 @@ pub(super) fn view(camera: CameraFrame, integrator: Integrator) -> backend::View
     }
 }
 
+/// Ambient occlusion without a limit of distance.
+fn occlusion(samples: u32) -> AmbientOcclusion {
+    AmbientOcclusion { samples, ..AmbientOcclusion::default() }
+}
+
 /// Lights, and nothing that is reflected or comes from all around.
 pub(super) fn only_lights(shadow_samples: u32) -> DirectSettings {
     DirectSettings {
         shadow_samples,
         reflection_samples: 0,
-        ambient_samples: 0,
+        ambient: occlusion(0),
         max_depth: 1,
         ..DirectSettings::default()
     }
@@ -161,8 +166,12 @@ fn worst_block(a: &Film, b: &Film) -> f64 {
 fn the_expected_picture_is_that_of_direct() {
     let Some(setup) = Setup::new("the_expected_picture_is_that_of_direct") else { return };
     const SAMPLES: u32 = 128;
-    let rays =
-        DirectSettings { shadow_samples: 2, reflection_samples: 2, ambient_samples: 2, ..Default::default() };
+    let rays = DirectSettings {
+        shadow_samples: 2,
+        reflection_samples: 2,
+        ambient: occlusion(2),
+        ..Default::default()
+    };
     let direct = view(overview(), Integrator::Direct(rays));
     let variant = setup.variant(&direct);
     let mut megakernel =
@@ -190,7 +199,7 @@ fn the_expected_picture_is_that_of_direct() {
     let without = [
         HybridSettings { shadows: false, ..settings },
         HybridSettings { rays: DirectSettings { reflection_samples: 0, ..settings.rays }, ..settings },
-        HybridSettings { rays: DirectSettings { ambient_samples: 0, ..settings.rays }, ..settings },
+        HybridSettings { rays: DirectSettings { ambient: occlusion(0), ..settings.rays }, ..settings },
     ];
     for settings in without {
         let (whole, block, fewer) = differs(settings);
@@ -218,8 +227,12 @@ fn layered_assortment() -> scene::Scene {
 fn layers_are_those_of_direct() {
     let Some(setup) = Setup::with_scene("layers_are_those_of_direct", &layered_assortment()) else { return };
     const SAMPLES: u32 = 128;
-    let rays =
-        DirectSettings { shadow_samples: 2, reflection_samples: 2, ambient_samples: 2, ..Default::default() };
+    let rays = DirectSettings {
+        shadow_samples: 2,
+        reflection_samples: 2,
+        ambient: occlusion(2),
+        ..Default::default()
+    };
     let direct = view(overview(), Integrator::Direct(rays));
     let variant = setup.variant(&direct);
     assert!(variant.layers);
@@ -410,7 +423,8 @@ fn places(frame: u32) -> Vec<crate::tracer::upper::Place> {
 #[test]
 fn frames_do_not_depend_on_how_they_are_reached() {
     let name = "frames_do_not_depend_on_how_they_are_reached";
-    let rays = DirectSettings { reflection_samples: 0, ambient_samples: 0, ..HybridSettings::default().rays };
+    let rays =
+        DirectSettings { reflection_samples: 0, ambient: occlusion(0), ..HybridSettings::default().rays };
     let camera = camera(CAMERA_PERSPECTIVE, Vec3::new(0.0, 4.0, 7.0), Vec3::ZERO, 0.4, 0.0);
     let view = |sample| backend::View {
         first_sample: sample,

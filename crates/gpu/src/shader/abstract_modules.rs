@@ -16,7 +16,7 @@ pub const ABSTRACT: &[(&str, &[&str])] = &[
     // Where walks of `tracer_bvh` begin that do not begin at the root.
     ("entry_lists", &["hybrid_shaft_lists"]),
     // What an invocation does for a pixel, behind the entry points of megakernels.
-    ("kernel", &["kernel_path", "kernel_volumes", "kernel_direct", "kernel_aov"]),
+    ("kernel", crate::kernel::MODULES),
     // What is asked of rays from a list.
     ("question", &["rays_closest", "rays_closest_packet", "rays_any"]),
     // What `direct` does at first hits.

@@ -238,20 +238,25 @@ impl Scene {
     ///     Index of refraction, at least 1.
     /// thin_walled : bool, default False
     ///     Light goes straight through instead of being refracted.
-    /// clearcoat, clearcoat_roughness : float, default 0
-    ///     Share of the surface under a clear coat, and the coat's roughness; in [0, 1].
     /// sheen_color : float or array_like, shape (3,), default 0
-    ///     Colour of a cloth's fibres, in [0, 1]; `sheen_roughness` is their roughness.
+    ///     Colour of a cloth's fibres, in [0, 1].
     /// specular_color : float or array_like, shape (3,), default 1
     ///     Colour of the reflection of what is not metal.
-    /// iridescence : float, default 0
-    ///     Share under a thin film of index `iridescence_ior`, `iridescence_thickness` nanometres thick.
-    /// anisotropy : float, default 0
-    ///     How far highlights are stretched along the tangent turned by `anisotropy_rotation` radians.
-    /// diffuse_transmission : float, default 0
-    ///     Share of the diffuse light that leaves on the other side, in `diffuse_transmission_color`.
-    /// dispersion : float, default 0
-    ///     20 / Abbe number; needs refraction.
+    /// iridescence_thickness : float, default 400
+    ///     Thickness of a thin film, nanometres.
+    /// anisotropy_rotation : float, default 0
+    ///     Angle from the tangent to the direction in which highlights are stretched, radians.
+    /// diffuse_transmission_color : float or array_like, shape (3,), default 1
+    ///     Colour of the diffuse light that leaves on the other side, in [0, 1].
+    /// **layers : float
+    ///     Numbers of the layers by their names in scene files, with `_` for `-`; each is in [0, 1] unless it says otherwise:
+    ///
+    ///     - clearcoat, clearcoat_roughness: share of the surface under a clear coat, and the coat's roughness.
+    ///     - sheen_roughness: of a cloth's fibres.
+    ///     - iridescence, iridescence_ior: share under a thin film, and its index of refraction, 1 to 10.
+    ///     - anisotropy: how far highlights are stretched along the tangent.
+    ///     - diffuse_transmission: share of the diffuse light that leaves on the other side.
+    ///     - dispersion: 20 / Abbe number, 0 to 20; needs refraction.
     /// attenuation_distance : float, default infinity
     ///     After so many metres inside of a body, white light has `attenuation_color`; needs refraction.
     /// medium : Medium, optional
@@ -284,11 +289,10 @@ impl Scene {
         name=String::new(), *, model="metallic-roughness".into(), base_color=None, metallic=0.0, roughness=0.5,
         specular=1.0, ior=1.5, transmission=0.0, thin_walled=false, emission=None, emission_two_sided=false,
         alpha_mode="opaque".into(), alpha_cutoff=0.5, base_color_texture=None, metallic_roughness_texture=None,
-        emission_texture=None, normal_texture=None, clearcoat=0.0, clearcoat_roughness=0.0, sheen_color=None,
-        sheen_roughness=0.0, specular_color=None, iridescence=0.0, iridescence_ior=1.3, iridescence_thickness=400.0,
-        anisotropy=0.0, anisotropy_rotation=0.0, diffuse_transmission=0.0, diffuse_transmission_color=None,
-        dispersion=0.0, attenuation_color=None, attenuation_distance=f32::INFINITY, medium=None,
-        subsurface_radius=None, subsurface_anisotropy=0.0, priority=None
+        emission_texture=None, normal_texture=None, sheen_color=None, specular_color=None, iridescence_thickness=400.0,
+        anisotropy_rotation=0.0, diffuse_transmission_color=None, attenuation_color=None,
+        attenuation_distance=f32::INFINITY, medium=None, subsurface_radius=None, subsurface_anisotropy=0.0,
+        priority=None, **layers
     ))]
     fn add_material(
         &self,
@@ -310,31 +314,23 @@ impl Scene {
         metallic_roughness_texture: Option<Bound<PyAny>>,
         emission_texture: Option<Bound<PyAny>>,
         normal_texture: Option<Bound<PyAny>>,
-        clearcoat: f32,
-        clearcoat_roughness: f32,
         sheen_color: Option<Bound<PyAny>>,
-        sheen_roughness: f32,
         specular_color: Option<Bound<PyAny>>,
-        iridescence: f32,
-        iridescence_ior: f32,
         iridescence_thickness: f32,
-        anisotropy: f32,
         anisotropy_rotation: f32,
-        diffuse_transmission: f32,
         diffuse_transmission_color: Option<Bound<PyAny>>,
-        dispersion: f32,
         attenuation_color: Option<Bound<PyAny>>,
         attenuation_distance: f32,
         medium: Option<Bound<Medium>>,
         subsurface_radius: Option<Bound<PyAny>>,
         subsurface_anisotropy: f32,
         priority: Option<i32>,
+        layers: Option<Bound<PyDict>>,
     ) -> PyResult<u32> {
         #[rustfmt::skip]
         let layers = LayersDescribed {
-            clearcoat, clearcoat_roughness, sheen_color, sheen_roughness, specular_color, iridescence, iridescence_ior,
-            iridescence_thickness, anisotropy, anisotropy_rotation, diffuse_transmission, diffuse_transmission_color,
-            dispersion, attenuation_color, attenuation_distance,
+            numbers: layers, sheen_color, specular_color, iridescence_thickness, anisotropy_rotation,
+            diffuse_transmission_color, attenuation_color, attenuation_distance,
         };
         let body = BodyDescribed { medium, subsurface_radius, subsurface_anisotropy, priority };
         #[rustfmt::skip]

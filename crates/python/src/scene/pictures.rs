@@ -31,13 +31,16 @@ impl Scene {
     ///     6 ranks of (id, share of the pixel's samples).
     /// seed : int, default 0
     ///     Changes the noise.
-    /// integrator : {"path", "direct", "hybrid", "realtime", "aov"}, optional
-    ///     How light is transported; what the scene says, or "path".
+    /// integrator : str, optional
+    ///     How light is transported: "path", "direct" or another that `alhazen render --help` lists; what the scene says, or
+    ///     "path".
     /// max_depth : int, optional
     ///     Longest path: 1 is emission, 2 direct light.
     /// clamp_indirect : float, optional
     ///     The most that indirect light adds to a sample each time that a path finds some: removes bright specks, and light
     ///     with them. For "path" only; the picture is biased.
+    /// ambient_distance : float, optional
+    ///     How far occluders count in ambient occlusion, in metres; 0 or not given: everything counts.
     /// sampler : {"sobol", "independent"}, default "sobol"
     /// crop : sequence of 4 int, optional
     ///     Render only this part: x, y, width, height in pixels from the upper left.
@@ -73,8 +76,8 @@ impl Scene {
     ///     If the back end is not there, cannot hold the scene, or fails.
     #[pyo3(signature = (
         width=None, height=None, spp=None, *, camera=None, aovs=Vec::new(), seed=0, integrator=None, max_depth=None,
-        clamp_indirect=None, sampler="sobol".into(), crop=None, first_sample=0, time=0.0, time_limit=None, noise=None,
-        backend="auto".into(), adapter=None, threads=None, progress=None
+        clamp_indirect=None, ambient_distance=None, sampler="sobol".into(), crop=None, first_sample=0, time=0.0,
+        time_limit=None, noise=None, backend="auto".into(), adapter=None, threads=None, progress=None
     ))]
     fn render<'py>(
         &self,
@@ -88,6 +91,7 @@ impl Scene {
         integrator: Option<String>,
         max_depth: Option<u32>,
         clamp_indirect: Option<f32>,
+        ambient_distance: Option<f32>,
         sampler: String,
         crop: Option<[u32; 4]>,
         first_sample: u32,
@@ -101,8 +105,8 @@ impl Scene {
     ) -> PyResult<Bound<'py, PyAny>> {
         #[rustfmt::skip]
         let settings = Settings {
-            width, height, spp, camera, aovs, seed, integrator, max_depth, clamp_indirect, sampler, crop, first_sample, time,
-            time_limit, noise, backend, adapter, threads, progress,
+            width, height, spp, camera, aovs, seed, integrator, max_depth, clamp_indirect, ambient_distance, sampler, crop,
+            first_sample, time, time_limit, noise, backend, adapter, threads, progress,
         };
         render(py, self, &settings)
     }
@@ -120,8 +124,8 @@ impl Scene {
     /// frame : int, optional
     ///     Number of the picture in a sequence: parts of different frames do not merge.
     /// **settings
-    ///     camera, aovs, seed, integrator, max_depth, clamp_indirect, sampler, crop, time, backend, adapter, threads and
-    ///     progress, as for `render`.
+    ///     camera, aovs, seed, integrator, max_depth, clamp_indirect, ambient_distance, sampler, crop, time, backend, adapter,
+    ///     threads and progress, as for `render`.
     ///
     /// Returns
     /// -------

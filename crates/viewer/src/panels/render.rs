@@ -2,12 +2,12 @@
 
 use super::tooltips;
 use super::widgets::{check, choice, count, number, slider};
-use crate::render_settings::{RenderSettings, Transport};
+use crate::render_settings::RenderSettings;
 use crate::viewer::{Command, Comparison, Viewer};
 use crate::worker::Layer;
 use alhazen::{
-    Adaptive, BackendChoice, Denoiser, DirectSettings, Highlights, HybridSettings, INVERSE_SQUARE,
-    RendererOptions, SamplerKind, Sampling, ToneMapper, Visibility,
+    Adaptive, AmbientOcclusion, BackendChoice, Denoiser, DirectSettings, Highlights, HybridSettings,
+    INVERSE_SQUARE, Integrator, RendererOptions, SamplerKind, Sampling, ToneMapper, Visibility,
 };
 use egui::Ui;
 
@@ -28,7 +28,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     let on_gpu = viewer.backend.name.starts_with("gpu");
     transport(ui, "main", on_gpu, &mut settings);
     // Frames choose their pixels themselves.
-    if settings.transport != Transport::Realtime {
+    if !matches!(settings.integrators.chosen(), Integrator::Realtime(_)) {
         sampling(viewer, ui, &mut settings);
     }
     size(viewer, ui, &mut settings);
@@ -74,26 +74,28 @@ fn backend(viewer: &mut Viewer, ui: &mut Ui) {
 /// The integrator and its settings.
 fn transport(ui: &mut Ui, salt: &str, on_gpu: bool, s: &mut RenderSettings) {
     ui.push_id(salt, |ui| {
-        choice(ui, "Integrator", s.transport.name(), |ui| {
+        let mut name = s.integrators.chosen().name();
+        choice(ui, "Integrator", name, |ui| {
             // Without a GPU, `hybrid` is another name of `direct`, and `realtime` of `path`.
-            for transport in Transport::ALL.into_iter().filter(|t| on_gpu || !t.makes_frames()) {
-                ui.selectable_value(&mut s.transport, transport, transport.name());
+            for integrator in s.integrators.iter().filter(|i| on_gpu || !i.makes_frames()) {
+                ui.selectable_value(&mut name, integrator.name(), integrator.name());
             }
         });
-        let is_realtime = s.transport == Transport::Realtime;
+        s.integrators.choose(name);
+        let is_realtime = matches!(s.integrators.chosen(), Integrator::Realtime(_));
         let samples = if is_realtime { "Maximum frames" } else { "Samples per pixel" };
         count(ui, samples, &mut s.spp, 1..=1_000_000);
-        match s.transport {
-            Transport::Direct => rays(ui, &mut s.direct_settings),
-            Transport::Hybrid => hybrid(ui, &mut s.hybrid_settings),
-            Transport::Realtime => {
-                super::frames::show(ui, &mut s.realtime_settings);
+        let integrator = s.integrators.chosen_mut();
+        match integrator {
+            Integrator::Direct(direct) => rays(ui, direct),
+            Integrator::Hybrid(settings) => hybrid(ui, settings),
+            Integrator::Realtime(realtime) => {
+                super::frames::show(ui, realtime);
                 if !on_gpu {
                     ui.weak("Real-time frames need a GPU. The CPU renders `path` instead.");
                 }
             }
-            Transport::Path => {
-                let p = &mut s.path_settings;
+            Integrator::Path(p) => {
                 count(ui, "Maximum depth", &mut p.max_depth, 1..=1000);
                 count(ui, "Russian roulette: start depth", &mut p.roulette_start, 0..=1000);
                 slider(
@@ -104,6 +106,11 @@ fn transport(ui: &mut Ui, salt: &str, on_gpu: bool, s: &mut RenderSettings) {
                 );
                 count(ui, "Splitting", &mut p.splitting, 1..=64);
             }
+            // The others have ambient occlusion at most.
+            _ => {}
+        }
+        if let Some(ambient) = integrator.ambient_mut() {
+            occlusion(ui, ambient);
         }
         check(ui, "Strict glTF BRDF (single scattering)", &mut s.single_scatter);
         choice(ui, "Sampler", s.sampler.name(), |ui| {
@@ -121,16 +128,24 @@ fn rays(ui: &mut Ui, d: &mut DirectSettings) {
     count(ui, "Shadow rays", &mut d.shadow_samples, 1..=256);
     check(ui, "Soft shadows", &mut d.soft_shadows);
     count(ui, "Reflection rays", &mut d.reflection_samples, 0..=256);
-    count(ui, "Ambient occlusion rays", &mut d.ambient_samples, 0..=256);
-    if d.ambient_distance.is_finite() {
-        number(ui, "Ambient occlusion distance (m)", &mut d.ambient_distance, 0.05, 0.0..=1e9);
-    }
     count(ui, "Maximum specular depth", &mut d.max_depth, 1..=64);
     let mut phong = d.highlights == Highlights::Phong;
     if check(ui, "Phong highlights", &mut phong) {
         d.highlights = if phong { Highlights::Phong } else { Highlights::Microfacets };
     }
     falloff(ui, &mut d.falloff);
+}
+
+/// Rays of ambient occlusion, and how far they reach.
+fn occlusion(ui: &mut Ui, ambient: &mut AmbientOcclusion) {
+    count(ui, "Ambient occlusion rays", &mut ambient.samples, 0..=256);
+    let mut limited = ambient.distance.is_finite();
+    if check(ui, "Limited ambient occlusion", &mut limited) {
+        ambient.set_distance(if limited { 1.0 } else { 0.0 });
+    }
+    if limited {
+        number(ui, "Ambient occlusion distance (m)", &mut ambient.distance, 0.05, 1e-3..=1e9);
+    }
 }
 
 /// Attenuation of local lights with distance.

@@ -31,6 +31,7 @@ const TOOLTIPS: &[(&str, &str)] = &[
     ("Soft shadows", "Lights with an area are sampled over it. Otherwise they shine from their centre."),
     ("Reflection rays", "At the first hit. 0 to 256; 0 switches glossy reflections off."),
     ("Ambient occlusion rays", "At the first hit. 0 to 256; 0 leaves ambient light unoccluded."),
+    ("Limited ambient occlusion", "Only what is near occludes. Otherwise everything does."),
     ("Ambient occlusion distance (m)", "Geometry farther away does not occlude ambient light."),
     ("Maximum specular depth", "Longest chain of mirror reflections and refractions. 1 to 64."),
     ("Phong highlights", "Lambert and Phong lobes instead of microfacets, to compare with."),

@@ -205,10 +205,20 @@ impl Run {
                 let threads = viewer.backend.options.threads;
                 viewer.switch_backend(RendererOptions { backend: *backend, threads, ..Default::default() });
             }
-            Step::Transport(transport) => viewer.render.transport = *transport,
-            Step::Show(view) => viewer.render.realtime_settings.show = *view,
+            Step::Integrator(name) => {
+                viewer.render.integrators.choose(name);
+            }
+            Step::Show(view) => {
+                if let Some(realtime) = viewer.render.integrators.realtime_mut() {
+                    realtime.show = *view;
+                }
+            }
             Step::Denoise(denoise) => viewer.shown.denoiser = denoise.then(Denoiser::default),
-            Step::Filter(filter) => viewer.render.realtime_settings.filter = *filter,
+            Step::Filter(filter) => {
+                if let Some(realtime) = viewer.render.integrators.realtime_mut() {
+                    realtime.filter = *filter;
+                }
+            }
             Step::Moment(frame) => viewer.clock.seek(*frame),
             Step::Fps(fps) => viewer.clock.fps = *fps,
             Step::Clip(name) => viewer.play_clip(Some(name.clone())),

@@ -1,9 +1,8 @@
 //! The text of scripts: a step a line, words separated by spaces; `#` begins a comment.
 
 use crate::panels::Tab;
-use crate::render_settings::Transport;
 use crate::worker::Layer;
-use alhazen::{BackendChoice, FrameView};
+use alhazen::{BackendChoice, FrameView, Integrator};
 use std::path::PathBuf;
 
 /// A step of a script.
@@ -17,8 +16,8 @@ pub enum Step {
     Resize(u32, u32),
     /// `backend NAME`
     Backend(BackendChoice),
-    /// `integrator path|direct|hybrid|realtime`
-    Transport(Transport),
+    /// `integrator NAME`
+    Integrator(&'static str),
     /// `show VIEW`: what frames of `realtime` show.
     Show(FrameView),
     /// `filter on|off`: of `realtime`.
@@ -125,8 +124,9 @@ fn step(line: &str) -> Result<Step, String> {
         "resize" => Step::Resize(number(word(0)?)?, number(word(1)?)?),
         "backend" => Step::Backend(all()?.parse().map_err(|e: alhazen::UnknownBackend| e.to_string())?),
         "integrator" => {
-            let transport = Transport::ALL.into_iter().find(|t| t.name() == rest);
-            Step::Transport(transport.ok_or("integrators are path, direct, hybrid and realtime")?)
+            let names = Integrator::all().map(|integrator| integrator.name());
+            let named = names.into_iter().find(|name| *name == rest);
+            Step::Integrator(named.ok_or_else(|| format!("integrators are {}", names.join(", ")))?)
         }
         "show" => Step::Show(all()?.parse().map_err(|e: alhazen::UnknownFrameView| e.to_string())?),
         "filter" => match all()? {
@@ -208,12 +208,12 @@ mod tests {
             Step::Rounds(2.5),
             Step::Fps(24.0),
             Step::Clip("Walk cycle".into()),
-            Step::Transport(Transport::Hybrid),
+            Step::Integrator("hybrid"),
             Step::Show(FrameView::Mask),
             Step::Filter(false),
         ];
         assert_eq!(steps, expected);
-        for text in ["moment", "moment x", "play", "play x", "fps inf", "clip", "integrator aov"] {
+        for text in ["moment", "moment x", "play", "play x", "fps inf", "clip", "integrator ink"] {
             assert_eq!(parse(text).expect_err(text).line, 1);
         }
     }

@@ -6,7 +6,7 @@ use super::stage::Stage;
 use crate::commands::load_scene;
 use crate::commands::render::parsing::parse_not_negative;
 use crate::console::{print_result, say};
-use alhazen::{DirectSettings, HybridSettings, LoadOptions, Scene};
+use alhazen::{AmbientOcclusion, DirectSettings, HybridSettings, LoadOptions, Scene};
 use clap::Args;
 
 /// Time of a frame by number of lights and of vertex indices, with and without shadows; and what culling many small lights saves.
@@ -43,7 +43,8 @@ pub struct ShadowArgs {
 /// Light and shadows only.
 fn shadows_only() -> HybridSettings {
     let one = HybridSettings::default();
-    let rays = DirectSettings { reflection_samples: 0, ambient_samples: 0, max_depth: 1, ..one.rays };
+    let ambient = AmbientOcclusion { samples: 0, ..one.rays.ambient };
+    let rays = DirectSettings { reflection_samples: 0, ambient, max_depth: 1, ..one.rays };
     HybridSettings { rays, ..one }
 }
 

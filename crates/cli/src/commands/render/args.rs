@@ -208,9 +208,12 @@ pub struct RenderArgs {
     /// `direct` and `hybrid`: reflection rays at the first hit.
     #[arg(long, help_heading = "Light", value_name = "N")]
     pub(super) reflection_samples: Option<u32>,
-    /// `direct` and `hybrid`: ambient occlusion rays at the first hit.
+    /// Ambient occlusion rays at the first hit, for the integrators that have ambient occlusion.
     #[arg(long, help_heading = "Light", value_name = "N")]
     pub(super) ambient_samples: Option<u32>,
+    /// How far occluders count in ambient occlusion, in metres; 0 or not given: everything counts.
+    #[arg(long, help_heading = "Light", value_name = "METRES", value_parser = parse_not_negative)]
+    pub(super) ambient_distance: Option<f32>,
     /// `direct` and `hybrid`: hard shadows.
     #[arg(long, help_heading = "Light")]
     pub(super) hard_shadows: bool,

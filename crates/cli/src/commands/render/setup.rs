@@ -221,7 +221,6 @@ fn integrator(args: &RenderArgs, of_scene: Integrator) -> Integrator {
     let rays = |d: DirectSettings| DirectSettings {
         shadow_samples: args.shadow_samples.unwrap_or(d.shadow_samples),
         reflection_samples: args.reflection_samples.unwrap_or(d.reflection_samples),
-        ambient_samples: args.ambient_samples.unwrap_or(d.ambient_samples),
         soft_shadows: !args.hard_shadows,
         max_depth: args.max_depth.unwrap_or(d.max_depth),
         highlights: match args.highlights {
@@ -251,13 +250,20 @@ fn integrator(args: &RenderArgs, of_scene: Integrator) -> Integrator {
         let max_depth = args.max_depth.or(scene_depth);
         Integrator::Realtime(args.realtime.settings(max_depth, &args.roulette, visibility))
     };
-    match args.integrator.unwrap_or(of_scene) {
+    let mut integrator = match args.integrator.unwrap_or(of_scene) {
         Integrator::Path(_) => path(),
         Integrator::Direct(_) => direct(),
         Integrator::Hybrid(_) => hybrid(),
         Integrator::Realtime(_) => realtime(),
         other => other,
+    };
+    if let Some(ambient) = integrator.ambient_mut() {
+        ambient.samples = args.ambient_samples.unwrap_or(ambient.samples);
+        if let Some(metres) = args.ambient_distance {
+            ambient.set_distance(metres);
+        }
     }
+    integrator
 }
 
 /// When the picture is done.

@@ -113,6 +113,7 @@ pub(super) const LISTED: &[Reason] = &[
         "a loop over records whose steps are the optics', with a product in between",
         &[
             ("direct", &["ambient_side"]),
+            ("kernel_ao", &["open_share"]),
             ("light_chooser_list", &["choose_by_importance"]),
             ("light_chooser_pair", &["choose_by_importance", "light_key", "probability_by_importance"]),
             ("light_chooser_tree", &["choose_by_importance", "probability_by_importance"]),

@@ -1,13 +1,14 @@
 //! Keys of materials about what lies on the base, and about what is inside of bodies.
 
 use super::Builder;
-use super::document::Context;
+use super::document::{Context, Entry};
 use super::materials::MaterialKeys;
 use super::values::{Color, positive, within};
 use crate::load::LoadError;
 use crate::load::textures::Neutral;
-use crate::{ColorSpace, Interior, Iridescence, Layers, Material};
+use crate::{ColorSpace, Interior, Iridescence, LAYER_NUMBERS, Layers, Material};
 use glam::Vec3;
+use std::collections::BTreeMap;
 
 impl Builder<'_> {
     /// Layers and interior of a material.
@@ -59,28 +60,26 @@ impl Builder<'_> {
     }
 }
 
-fn apply_numbers(k: &MaterialKeys, l: &mut Layers, c: &Context) -> Result<(), LoadError> {
-    let unit = |value: Option<f32>, into: &mut f32, key: &str| {
-        if let Some(value) = value {
-            *into = within(value, [0.0, 1.0], key, c)?;
+/// The keys of [`LAYER_NUMBERS`] that the file has.
+pub(super) fn apply_layer_numbers(entry: Entry, layers: &mut Layers) -> Result<(), LoadError> {
+    let context = entry.context();
+    let values: BTreeMap<String, f32> = entry.read()?;
+    for number in LAYER_NUMBERS {
+        if let Some(value) = values.get(number.name) {
+            *(number.of)(layers) = within(*value, number.range, number.name, &context)?;
         }
-        Ok::<(), LoadError>(())
-    };
-    unit(k.clearcoat, &mut l.clearcoat.strength, "clearcoat")?;
-    unit(k.clearcoat_roughness, &mut l.clearcoat.roughness, "clearcoat-roughness")?;
-    unit(k.sheen_roughness, &mut l.sheen.roughness, "sheen-roughness")?;
-    unit(k.iridescence, &mut l.iridescence.strength, "iridescence")?;
-    unit(k.anisotropy, &mut l.anisotropy.strength, "anisotropy")?;
-    unit(k.diffuse_transmission, &mut l.diffuse_transmission.strength, "diffuse-transmission")?;
+    }
+    Ok(())
+}
+
+/// Numbers that have a unit or no bounds.
+fn apply_numbers(k: &MaterialKeys, l: &mut Layers, c: &Context) -> Result<(), LoadError> {
     l.clearcoat.normal_scale = k.clearcoat_normal_scale.unwrap_or(1.0);
-    l.iridescence.ior =
-        within(k.iridescence_ior.unwrap_or(l.iridescence.ior), [1.0, 10.0], "iridescence-ior", c)?;
     if let Some([least, most]) = k.iridescence_thickness {
         let nanometres = |x: f32| within(x, [0.0, Iridescence::MOST_THICKNESS], "iridescence-thickness", c);
         l.iridescence.thickness = [nanometres(least)?, nanometres(most)?];
     }
     l.anisotropy.rotation = k.anisotropy_rotation.unwrap_or(0.0).to_radians();
-    l.dispersion = within(k.dispersion.unwrap_or(0.0), [0.0, 20.0], "dispersion", c)?;
     Ok(())
 }
 

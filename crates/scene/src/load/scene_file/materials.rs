@@ -2,17 +2,18 @@
 
 use super::Builder;
 use super::document::{Context, Entry};
+use super::layers::apply_layer_numbers;
 use super::media::{MediumKeys, SubsurfaceKeys, apply_medium};
 use super::textures::{TextureValue, ValueOr};
 use super::values::{Color, within};
 use crate::load::LoadError;
 use crate::load::session::MATERIAL;
 use crate::load::textures::Neutral;
-use crate::{AlphaMode, Checkerboard, ColorSpace, Material, MaterialId, Model, TextureRef};
+use crate::{AlphaMode, Checkerboard, ColorSpace, LAYER_NUMBERS, Material, MaterialId, Model, TextureRef};
 use glam::{Vec2, Vec3};
 use serde::Deserialize;
 
-/// A material's keys; what is absent keeps its value.
+/// A material's keys but those of [`LAYER_NUMBERS`]; what is absent keeps its value.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub(super) struct MaterialKeys {
@@ -41,34 +42,26 @@ pub(super) struct MaterialKeys {
     pub alpha_mode: Option<AlphaModeName>,
     pub alpha_cutoff: Option<f32>,
     pub double_sided: Option<bool>,
-    pub clearcoat: Option<f32>,
     pub clearcoat_texture: Option<TextureValue>,
-    pub clearcoat_roughness: Option<f32>,
     pub clearcoat_roughness_texture: Option<TextureValue>,
     pub clearcoat_normal_texture: Option<TextureValue>,
     pub clearcoat_normal_scale: Option<f32>,
     pub sheen_color: Option<Color>,
     pub sheen_color_texture: Option<TextureValue>,
-    pub sheen_roughness: Option<f32>,
     pub sheen_roughness_texture: Option<TextureValue>,
     pub specular_texture: Option<TextureValue>,
     pub specular_color: Option<Color>,
     pub specular_color_texture: Option<TextureValue>,
-    pub iridescence: Option<f32>,
     pub iridescence_texture: Option<TextureValue>,
-    pub iridescence_ior: Option<f32>,
     /// Nanometres, where the texture is 0 and 1.
     pub iridescence_thickness: Option<[f32; 2]>,
     pub iridescence_thickness_texture: Option<TextureValue>,
-    pub anisotropy: Option<f32>,
     /// Degrees.
     pub anisotropy_rotation: Option<f32>,
     pub anisotropy_texture: Option<TextureValue>,
-    pub diffuse_transmission: Option<f32>,
     pub diffuse_transmission_texture: Option<TextureValue>,
     pub diffuse_transmission_color: Option<Color>,
     pub diffuse_transmission_color_texture: Option<TextureValue>,
-    pub dispersion: Option<f32>,
     pub attenuation_color: Option<Color>,
     pub attenuation_distance: Option<f32>,
     pub medium: Option<MediumKeys>,
@@ -151,8 +144,9 @@ impl Builder<'_> {
         (self.scene.materials.len() - 1) as MaterialId
     }
 
-    fn add_material(&mut self, entry: Entry, name: &str) -> Result<MaterialId, LoadError> {
+    fn add_material(&mut self, mut entry: Entry, name: &str) -> Result<MaterialId, LoadError> {
         let context = entry.context();
+        let layer_numbers = entry.split(&LAYER_NUMBERS.iter().map(|number| number.name).collect::<Vec<_>>());
         let keys: MaterialKeys = entry.read()?;
         let name = keys.name.clone().unwrap_or_else(|| name.to_owned());
         context.take(MATERIAL + name.len() as u64, "materials")?;
@@ -161,6 +155,7 @@ impl Builder<'_> {
         apply_emission(&keys, &mut material, &context)?;
         apply_alpha(&keys, &mut material, &context)?;
         self.apply_textures(&keys, &mut material, &context)?;
+        apply_layer_numbers(layer_numbers, &mut material.layers)?;
         self.apply_layers(&keys, &mut material, &context)?;
         apply_medium(self, &keys, &mut material, &context)?;
         Ok(self.push_material(material))

@@ -1,3 +1,0 @@
-//! Numbers and small functions that everything else uses.
-pub mod constants;
-pub mod math;

@@ -1,2 +1,0 @@
-//! What a picture needs before it is shown.
-pub mod tonemap;

@@ -1,5 +1,0 @@
-pub mod image_texture;
-pub mod layers;
-pub mod material;
-pub mod plain;
-pub mod record;
