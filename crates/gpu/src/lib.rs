@@ -8,6 +8,7 @@
 mod backend;
 mod batch;
 mod bindings;
+pub mod denoise;
 mod device;
 mod error;
 mod faults;

@@ -12,11 +12,14 @@ mod filter;
 mod kernels;
 #[allow(unsafe_code, reason = "vector instructions; each has a scalar twin that tests compare it with")]
 mod lanes;
+mod prepared;
 mod tiles;
 mod unet;
 mod weights;
 
-pub use weights::WeightsError;
+pub use prepared::{PREPARED_VALUES, Prepared};
+pub use tiles::{Region, Tile};
+pub use weights::{NetworkWeights, Plain as LayerWeights, WeightsError};
 
 use features::Scaled;
 use film::Image;
@@ -108,6 +111,9 @@ fn rgb(image: &Image, i: usize) -> [f32; 3] {
     }
 }
 
+/// The weights that are compiled in; `training/denoiser/README.md` says how they were made.
+const TRAINED_WEIGHTS: &[u8] = include_bytes!("../../../weights/denoiser.safetensors");
+
 /// The learned denoiser: a network with its weights.
 #[derive(Clone, Debug)]
 pub struct Network {
@@ -119,8 +125,7 @@ impl Network {
     #[must_use]
     pub fn trained() -> &'static Self {
         static TRAINED: LazyLock<Network> = LazyLock::new(|| {
-            let weights = include_bytes!("../../../weights/denoiser.safetensors");
-            Network::from_bytes(weights).expect("a test reads the weights that are compiled in")
+            Network::from_bytes(TRAINED_WEIGHTS).expect("a test reads the weights that are compiled in")
         });
         &TRAINED
     }
