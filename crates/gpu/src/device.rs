@@ -4,9 +4,8 @@
 //! most errors late, through callbacks; [`Gpu::check`] and [`Gpu::guarded`] bring them back to who caused them.
 
 use crate::GpuError;
-use crate::denoise::MatrixUnits;
-use crate::denoise::matrices::MATRIX_FEATURES;
 use crate::faults::{FaultKind, InjectedFault, Reports};
+use crate::matrix_units::{MATRIX_FEATURES, MatrixUnits};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock};
 use std::time::Duration;

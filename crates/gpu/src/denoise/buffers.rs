@@ -4,7 +4,7 @@ use super::Numbers;
 use super::steps::{LEVELS, Memory, PLANES, Step};
 use super::weights::DeviceWeights;
 use crate::bindings::{Resource, whole};
-use crate::scene::upload::empty_buffer;
+use crate::scene::upload::{empty_buffer, write_buffer};
 use crate::{Gpu, GpuError};
 use post::{PREPARED_VALUES, Tile};
 use wgpu::BufferUsages;
@@ -35,7 +35,8 @@ pub struct TileBuffers {
 pub fn most_pixels(gpu: &Gpu, numbers: Numbers) -> usize {
     const MOST: u64 = 4_000_000;
     let picture = (PREPARED_VALUES * size_of::<f32>()) as u64;
-    let planes = PLANES.iter().map(|&(level, channels)| (channels as u64 * numbers.bytes()) >> (2 * level + 2));
+    let planes =
+        PLANES.iter().map(|&(level, channels)| (channels as u64 * numbers.bytes()) >> (2 * level + 2));
     let largest = planes.fold(picture, u64::max);
     let limit = gpu.limits.max_storage_buffer_binding_size.min(gpu.limits.max_buffer_size);
     (limit / largest).min(MOST) as usize
@@ -76,8 +77,12 @@ impl TileBuffers {
     ///
     /// # Errors
     /// When there is no memory for the way there.
-    pub fn write(&self, gpu: &Gpu, pixels: &[[f32; PREPARED_VALUES]], steps: &[Step]) -> Result<(), GpuError> {
-        use crate::scene::upload::write_buffer;
+    pub fn write(
+        &self,
+        gpu: &Gpu,
+        pixels: &[[f32; PREPARED_VALUES]],
+        steps: &[Step],
+    ) -> Result<(), GpuError> {
         let mut told = vec![0; STEP_BYTES as usize * steps.len()];
         for (to, step) in told.chunks_exact_mut(STEP_BYTES as usize).zip(steps) {
             to[..size_of_val(&step.told)].copy_from_slice(bytemuck::bytes_of(&step.told));

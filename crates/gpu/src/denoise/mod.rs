@@ -5,22 +5,23 @@
 //! Convolutions are implicit products of matrices: a workgroup computes all channels of 16×8 pixels, sixteen input channels at a time
 //! of which are in shared memory. The products are those of the device's matrix units where it has any (`matrices.rs`), else of its
 //! lanes (`shaders/denoise_lanes.wgsl`).
+//!
+//! A picture of 1920×1080 takes 109·10⁹ multiply-adds, of which 79·10⁹ are at half the resolution. In 4 ms that is 55·10¹² operations a
+//! second: a twentieth of what the matrix units of an H100 do, but four fifths of what its lanes do with 32 bits.
 
 mod buffers;
-pub(crate) mod matrices;
+mod matrices;
 mod passes;
 mod steps;
 mod weights;
 
-pub use matrices::MatrixUnits;
-
 use crate::pass::{Dispatch, PassGroups};
 use crate::readback::read_mapped;
 use crate::timing::Timer;
-use crate::{Gpu, GpuError};
+use crate::{Gpu, GpuError, MatrixUnits};
 use buffers::TileBuffers;
 use film::Image;
-use passes::Passes;
+use passes::{PassId, Passes};
 use post::{NetworkInput, NetworkWeights, Prepared, Tile};
 use rayon::prelude::*;
 use steps::Step;
@@ -58,7 +59,7 @@ pub enum Products {
 impl Products {
     /// The fastest that a device can.
     pub fn best(gpu: &Gpu) -> Self {
-        MatrixUnits::usable(gpu).map_or_else(|| Self::best_lanes(gpu), Self::Matrices)
+        matrices::usable(gpu).map_or_else(|| Self::best_lanes(gpu), Self::Matrices)
     }
 
     /// The fastest without matrix units.
@@ -107,8 +108,9 @@ impl GpuNetwork {
     /// # Errors
     /// As [`GpuNetwork::new`].
     pub fn with(gpu: &Gpu, weights: &NetworkWeights, products: Products) -> Result<Self, GpuError> {
-        let weights = DeviceWeights::upload(gpu, weights, products.numbers())?;
-        Ok(Self { products, weights, passes: Passes::new(gpu, products)? })
+        let weights = DeviceWeights::upload(gpu, weights, products)?;
+        let linkage = |id: PassId| id.linkage(products);
+        Ok(Self { products, weights, passes: Passes::new(gpu, products, linkage)? })
     }
 
     /// What multiplies.

@@ -162,12 +162,8 @@ pub fn steps(tile: &Tile, kept: [u32; 2]) -> Vec<Step> {
     let [x, y] = [tile.core.x - tile.region.x, tile.core.y - tile.region.y];
     let told =
         DenoiseStep { core: [x as u32, y as u32], region: size_of_level(tile, 0), ..DenoiseStep::default() };
-    let binds = vec![
-        (1, Memory::Picture),
-        (2, Memory::Filtered(0)),
-        (3, Memory::Trusted(1)),
-        (4, Memory::Result),
-    ];
+    let binds =
+        vec![(1, Memory::Picture), (2, Memory::Filtered(0)), (3, Memory::Trusted(1)), (4, Memory::Result)];
     steps.push(Step::new(PassId::Finish, kept, told, binds));
     steps
 }
@@ -224,7 +220,8 @@ fn filter(tile: &Tile) -> Vec<Step> {
         Step::new(PassId::Filter, size_of_level(tile, level.max(1)), told(level, scale), binds)
     }));
     steps.extend((1..LEVELS - 1).rev().map(|level| {
-        let coarse = if level + 2 == LEVELS { Memory::Filtered(level + 1) } else { Memory::Trusted(level + 1) };
+        let coarse =
+            if level + 2 == LEVELS { Memory::Filtered(level + 1) } else { Memory::Trusted(level + 1) };
         let binds = vec![(2, Memory::Filtered(level)), (3, coarse), (4, Memory::Trusted(level))];
         Step::new(PassId::Combine, size_of_level(tile, level), DenoiseStep::default(), binds)
     }));

@@ -1,5 +1,7 @@
 //! The network on the device against that on the CPU.
 
+mod emulated;
+
 use super::*;
 use crate::GpuOptions;
 use post::Network;
@@ -14,7 +16,8 @@ struct Picture {
 
 /// A number in `[0, 1)`, pure in its arguments.
 fn uniform(layer: u32, x: u32, y: u32, c: usize) -> f32 {
-    let mut h = (layer * 7919 + x * 104_729 + y * 1_299_709 + c as u32 * 15_485_863).wrapping_mul(0x9e37_79b9);
+    let mut h =
+        (layer * 7919 + x * 104_729 + y * 1_299_709 + c as u32 * 15_485_863).wrapping_mul(0x9e37_79b9);
     h = (h ^ (h >> 15)).wrapping_mul(0x85eb_ca6b);
     h = (h ^ (h >> 13)).wrapping_mul(0xc2b2_ae35);
     ((h ^ (h >> 16)) >> 8) as f32 / (1 << 24) as f32
@@ -74,7 +77,7 @@ fn ways(gpu: &Gpu) -> Vec<Products> {
     if gpu.features.contains(Features::SHADER_F16) {
         ways.push(Products::Lanes(Numbers::Half));
     }
-    ways.extend(MatrixUnits::usable(gpu).map(Products::Matrices));
+    ways.extend(matrices::usable(gpu).map(Products::Matrices));
     ways
 }
 

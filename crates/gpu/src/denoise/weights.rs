@@ -1,6 +1,6 @@
 //! The network's weights, as the passes want them.
 
-use super::Numbers;
+use super::{Numbers, Products};
 use crate::scene::upload::storage_buffer;
 use crate::{Gpu, GpuError};
 use half::f16;
@@ -20,8 +20,8 @@ const ALPHA: usize = 26;
 
 /// Weights and bias of a layer on the device.
 pub struct Layer {
-    /// Weights of a convolution: `[chunk of 16 inputs][ky][kx][block of 16 outputs][16 inputs][16 outputs]`; of a head: `[pixel]
-    /// [input][28]`.
+    /// Weights of a convolution: `[chunk of 16 inputs][ky][kx][block of 16 outputs][16 inputs][16 outputs]`, for matrix units
+    /// `…[16 outputs][16 inputs]`; of a head: `[pixel][input][28]`.
     pub weights: wgpu::Buffer,
     /// The bias, in 32 bits: `[output]`; of a head: `[pixel][28]`.
     pub bias: wgpu::Buffer,
@@ -42,9 +42,9 @@ impl DeviceWeights {
     ///
     /// # Errors
     /// When there is no memory for them.
-    pub fn upload(gpu: &Gpu, weights: &NetworkWeights, numbers: Numbers) -> Result<Self, GpuError> {
+    pub fn upload(gpu: &Gpu, weights: &NetworkWeights, products: Products) -> Result<Self, GpuError> {
         let convolution = |(_, layer): &(_, LayerWeights)| {
-            let weights = numbers_buffer(gpu, &arranged(layer), numbers)?;
+            let weights = numbers_buffer(gpu, &arranged(layer, products), products.numbers())?;
             Ok(Layer { weights, bias: floats(gpu, &layer.bias)? })
         };
         let head = |(level, head)| {
@@ -77,15 +77,16 @@ fn numbers_buffer(gpu: &Gpu, values: &[f32], numbers: Numbers) -> Result<wgpu::B
 }
 
 /// The weights of a convolution; what is missing of the last chunk of inputs is zero.
-fn arranged(layer: &LayerWeights) -> Vec<f32> {
+fn arranged(layer: &LayerWeights, products: Products) -> Vec<f32> {
+    let has_inputs_inside = matches!(products, Products::Matrices(_));
     let chunks = layer.inputs.div_ceil(BLOCK);
     let mut values = Vec::with_capacity(9 * chunks * BLOCK * layer.outputs);
     for (chunk, tap) in (0..chunks).flat_map(|chunk| (0..9).map(move |tap| (chunk, tap))) {
-        for (block, k) in (0..layer.outputs / BLOCK).flat_map(|block| (0..BLOCK).map(move |k| (block, k))) {
-            let input = chunk * BLOCK + k;
-            values.extend((0..BLOCK).map(|n| match input < layer.inputs {
-                true => layer.weight(block * BLOCK + n, input, tap / 3, tap % 3),
-                false => 0.0,
+        for (block, i) in (0..layer.outputs / BLOCK).flat_map(|block| (0..BLOCK).map(move |i| (block, i))) {
+            values.extend((0..BLOCK).map(|j| {
+                let (k, n) = if has_inputs_inside { (j, i) } else { (i, j) };
+                let (input, output) = (chunk * BLOCK + k, block * BLOCK + n);
+                if input < layer.inputs { layer.weight(output, input, tap / 3, tap % 3) } else { 0.0 }
             }));
         }
     }

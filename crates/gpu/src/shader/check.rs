@@ -98,7 +98,7 @@ pub(crate) fn write_all_languages(
     use naga::back::{hlsl, msl, spv};
     let options = spv::Options { lang_version: (1, 4), ..Default::default() };
     let words = spv::write_vec(module, info, &options, None);
-    assert!(words.is_ok_and(|w| w.len() > 1000), "{name}: SPIR-V");
+    assert!(words.is_ok_and(|w| w.len() > 500), "{name}: SPIR-V");
 
     let options = hlsl::Options {
         shader_model: hlsl::ShaderModel::V6_5,

@@ -14,8 +14,8 @@ mod regression;
 mod signal;
 
 pub use network::{
-    LayerWeights, Network, NetworkInput, NetworkWeights, PREPARED_VALUES, Prepared, Region, SizesDiffer, Tile,
-    WeightsError,
+    LayerWeights, Network, NetworkInput, NetworkWeights, PREPARED_VALUES, Prepared, Region, SizesDiffer,
+    Tile, WeightsError,
 };
 pub use oidn::{Oidn, OidnError};
 
