@@ -1,6 +1,6 @@
 //! The buffers of tiles.
 
-use super::Numbers;
+use super::products::Numbers;
 use super::steps::{LEVELS, Memory, PLANES, Step};
 use super::weights::DeviceWeights;
 use crate::bindings::{Resource, whole};

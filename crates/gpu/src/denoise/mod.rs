@@ -12,13 +12,16 @@
 mod buffers;
 mod matrices;
 mod passes;
+mod products;
 mod steps;
 mod weights;
+
+pub use products::{Numbers, Products};
 
 use crate::pass::{Dispatch, PassGroups};
 use crate::readback::read_mapped;
 use crate::timing::Timer;
-use crate::{Gpu, GpuError, MatrixUnits};
+use crate::{Gpu, GpuError};
 use buffers::TileBuffers;
 use film::Image;
 use passes::{PassId, Passes};
@@ -26,55 +29,6 @@ use post::{NetworkInput, NetworkWeights, Prepared, Tile};
 use rayon::prelude::*;
 use steps::Step;
 use weights::DeviceWeights;
-use wgpu::Features;
-
-/// Numbers that layers hand on to each other, and their weights. Sums always have 32 bits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Numbers {
-    /// 16-bit floats.
-    Half,
-    /// 32-bit floats.
-    Full,
-}
-
-impl Numbers {
-    /// Bytes of one.
-    fn bytes(self) -> u64 {
-        match self {
-            Self::Half => 2,
-            Self::Full => 4,
-        }
-    }
-}
-
-/// What multiplies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Products {
-    /// Every invocation by itself.
-    Lanes(Numbers),
-    /// The device's matrix units.
-    Matrices(MatrixUnits),
-}
-
-impl Products {
-    /// The fastest that a device can.
-    pub fn best(gpu: &Gpu) -> Self {
-        matrices::usable(gpu).map_or_else(|| Self::best_lanes(gpu), Self::Matrices)
-    }
-
-    /// The fastest without matrix units.
-    fn best_lanes(gpu: &Gpu) -> Self {
-        let has_half = gpu.features.contains(Features::SHADER_F16);
-        Self::Lanes(if has_half { Numbers::Half } else { Numbers::Full })
-    }
-
-    fn numbers(self) -> Numbers {
-        match self {
-            Self::Lanes(numbers) => numbers,
-            Self::Matrices(_) => Numbers::Half,
-        }
-    }
-}
 
 /// The network on a device.
 pub struct GpuNetwork {

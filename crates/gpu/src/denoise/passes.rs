@@ -1,6 +1,7 @@
 //! The passes: their texts and what they bind.
 
-use super::{Numbers, Products, matrices};
+use super::matrices;
+use super::products::{Numbers, Products};
 use crate::bindings::PassBinding::{self, Read, Uniform, Write};
 use crate::pass::{self, Pass, PassSpec};
 use crate::shader::Linkage;

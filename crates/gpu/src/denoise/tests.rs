@@ -5,6 +5,7 @@ mod emulated;
 use super::*;
 use crate::GpuOptions;
 use post::Network;
+use wgpu::Features;
 
 /// A picture with all that belongs to it.
 struct Picture {

@@ -1,6 +1,6 @@
 //! The network's weights, as the passes want them.
 
-use super::{Numbers, Products};
+use super::products::{Numbers, Products};
 use crate::scene::upload::storage_buffer;
 use crate::{Gpu, GpuError};
 use half::f16;

@@ -2,6 +2,7 @@
 //! index is tested wherever tests run; that devices multiply matrices is theirs.
 
 use super::*;
+use crate::MatrixUnits;
 use crate::denoise::passes::shape;
 
 /// What stands for the device's functions. Matrices are the places where they begin; sums lie in an array of the invocation.

@@ -1,8 +1,8 @@
 //! What the network sees of a picture: eleven channels per pixel, scaled so that no picture is too
 //! bright or too dark for it.
 
-use super::NetworkInput;
 use super::convolution::{Activations, row_of};
+use super::input::NetworkInput;
 use super::tiles::Region;
 use rayon::prelude::*;
 

@@ -1,7 +1,7 @@
 //! A picture as devices take it that run the network themselves: cleaned and scaled, tile by tile.
 
-use super::NetworkInput;
 use super::features::Scaled;
+use super::input::NetworkInput;
 use super::tiles::{self, Region, Tile};
 use rayon::prelude::*;
 

@@ -6,6 +6,9 @@ use half::f16;
 use safetensors::{Dtype, SafeTensors};
 use std::ops::Range;
 
+/// The weights that are compiled in; `training/denoiser/README.md` says how they were made.
+pub const TRAINED: &[u8] = include_bytes!("../../../weights/denoiser.safetensors");
+
 /// Layers of 3×3: name, channels in, channels out. Two inputs are `FIRST + SECOND`.
 pub const CONVOLUTIONS: [(&str, usize, usize); 15] = [
     ("e0a", 44, 48),
@@ -160,7 +163,7 @@ impl NetworkWeights {
     /// # Errors
     /// None but for a damaged program; a test reads them.
     pub fn trained() -> Result<Self, WeightsError> {
-        Self::from_bytes(super::TRAINED_WEIGHTS)
+        Self::from_bytes(TRAINED)
     }
 
     /// Reads a safetensors file.
