@@ -1,7 +1,10 @@
 //! Denoising a finished film.
 
+use crate::Renderer;
 use film::{Film, Image};
-use post::{DenoiseError, NoisyPicture, Oidn, OidnError, denoise, denoise_by_regression};
+use post::{
+    DenoiseError, Network, NoisyPicture, Oidn, OidnError, denoise, denoise_by_regression, denoise_with,
+};
 
 /// What denoises.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -14,6 +17,9 @@ pub enum Denoiser {
     /// Open Image Denoise, or an error.
     Oidn,
 }
+
+/// What [`Denoised::by`] says of the network on the CPU.
+const NETWORK: &str = "Alhazen's network";
 
 /// A picture without its noise.
 #[derive(Clone, Debug)]
@@ -51,13 +57,42 @@ impl Denoiser {
     /// When its images differ in size, or Open Image Denoise was asked for and is not there or fails.
     pub fn run_on(self, noisy: &NoisyPicture) -> Result<Denoised, DenoiseFilmError> {
         let (picture, by) = match self {
-            Self::Network => (denoise(noisy)?, "Alhazen's network".to_owned()),
+            Self::Network => (denoise(noisy)?, NETWORK.to_owned()),
             Self::Regression => (denoise_by_regression(noisy)?, "Alhazen's regression".to_owned()),
             Self::Oidn => {
                 let library = Oidn::find()?;
                 let by = format!("Open Image Denoise ({})", library.path().display());
                 (library.denoise(noisy)?, by)
             }
+        };
+        Ok(Denoised { picture, by })
+    }
+}
+
+impl Renderer {
+    /// Removes the noise of a picture: as [`Denoiser::run_on`], but the network runs on the device that renders, if that is a GPU.
+    /// Results differ by rounding. What a device cannot do the CPU does; [`Renderer::take_notices`] says why.
+    ///
+    /// # Errors
+    /// As [`Denoiser::run_on`].
+    pub fn denoise(
+        &mut self,
+        denoiser: Denoiser,
+        noisy: &NoisyPicture,
+    ) -> Result<Denoised, DenoiseFilmError> {
+        if denoiser != Denoiser::Network {
+            return denoiser.run_on(noisy);
+        }
+        let mut is_on_device = true;
+        let picture = denoise_with(noisy, |input| {
+            Ok::<_, DenoiseError>(self.filter_noise(input).unwrap_or_else(|| {
+                is_on_device = false;
+                Network::trained().denoise(input)
+            }))
+        })?;
+        let by = match is_on_device {
+            true => format!("Alhazen's network ({})", self.describe()),
+            false => NETWORK.to_owned(),
         };
         Ok(Denoised { picture, by })
     }

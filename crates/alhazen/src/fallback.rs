@@ -4,9 +4,10 @@ use crate::choice::open_step;
 use backend::{
     AdaptiveRounds, Backend, BackendError, Control, LoadStats, PassTime, PixelSamples, Stats, View,
 };
-use film::Film;
+use film::{Film, Image};
 use gpu::tracer::TracerKind;
 use gpu::{GpuOptions, PathKernel};
+use post::NetworkInput;
 use scene::tables::{Changes, SceneTables};
 use std::sync::Arc;
 use std::time::Duration;
@@ -279,6 +280,10 @@ impl Backend for Fallback {
         }
         self.merged = Some(merged);
         Ok(self.merged.as_ref())
+    }
+
+    fn filter_noise(&mut self, picture: &NetworkInput<'_>) -> Option<Image> {
+        self.current.filter_noise(picture)
     }
 
     fn take_passes(&mut self) -> Vec<PassTime> {

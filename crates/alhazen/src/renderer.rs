@@ -6,7 +6,8 @@ use backend::{
     AdaptiveRounds, Backend, BackendError, Control, LoadStats, PassTime, PixelSamples, Stats, View,
 };
 use cpu::CpuBackend;
-use film::Film;
+use film::{Film, Image};
+use post::NetworkInput;
 use scene::Scene;
 use scene::tables::{Changes, SceneTables};
 use std::sync::Arc;
@@ -274,6 +275,11 @@ impl Renderer {
     /// See [`Film::relative_error`]; `None` before the first picture.
     pub(crate) fn relative_error(&mut self) -> Result<Option<f64>, BackendError> {
         self.backend.relative_error()
+    }
+
+    /// The learned denoiser's network on the device that renders; `None` where the CPU is to run it.
+    pub(crate) fn filter_noise(&mut self, picture: &NetworkInput<'_>) -> Option<Image> {
+        self.backend.filter_noise(picture)
     }
 
     /// What users should hear of that is no error. Each once.

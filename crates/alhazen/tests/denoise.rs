@@ -2,8 +2,15 @@
 
 mod common;
 
-use alhazen::{Control, Denoiser, Film, Image, Job, Limits, NoisyPicture, Renderer, Scene, metrics};
+use alhazen::{
+    Backend, BackendError, Control, Denoiser, Film, Image, Job, Limits, LoadStats, NoisyPicture, PassStats,
+    PixelSamples, Renderer, Scene, View, metrics,
+};
 use common::job;
+use cpu::CpuBackend;
+use post::NetworkInput;
+use scene::tables::{Changes, SceneTables};
+use std::sync::Arc;
 use testkit::scenes;
 
 const WIDTH: u32 = 64;
@@ -74,5 +81,71 @@ fn open_image_denoise_is_used_if_it_is_asked_for() {
     assert!(after < 0.8 * before, "{before} became {after}");
     for (before, after) in film.mean().into_iter().zip(denoised.picture.mean()) {
         assert!((after / before - 1.0).abs() < 0.25, "mean {before} became {after}");
+    }
+}
+
+/// A back end with a device that denoises: it paints everything in one colour.
+struct Painter(CpuBackend);
+
+impl Backend for Painter {
+    fn name(&self) -> &'static str {
+        "painter"
+    }
+
+    fn describe(&self) -> String {
+        "a painter".into()
+    }
+
+    fn load(&mut self, scene: Arc<SceneTables>) -> Result<LoadStats, BackendError> {
+        self.0.load(scene)
+    }
+
+    fn update(&mut self, scene: Arc<SceneTables>, changes: Changes) -> Result<LoadStats, BackendError> {
+        self.0.update(scene, changes)
+    }
+
+    fn render(&mut self, view: &View, samples: u32, control: &Control) -> Result<PassStats, BackendError> {
+        self.0.render(view, samples, control)
+    }
+
+    fn render_pixels(
+        &mut self,
+        view: &View,
+        pixels: &[PixelSamples],
+        control: &Control,
+    ) -> Result<PassStats, BackendError> {
+        self.0.render_pixels(view, pixels, control)
+    }
+
+    fn restart(&mut self) {
+        self.0.restart();
+    }
+
+    fn film(&mut self) -> Result<Option<&Film>, BackendError> {
+        self.0.film()
+    }
+
+    fn filter_noise(&mut self, _picture: &NetworkInput<'_>) -> Option<Image> {
+        Some(Image::from_fn(WIDTH, HEIGHT, |_, _| [0.5; 3]))
+    }
+}
+
+/// Where there is a device that denoises, its result is taken, and the picture's light is restored as always.
+#[test]
+fn the_device_that_renders_denoises() {
+    let film = render(&scenes::cornell(), 1, 4);
+    let noisy = NoisyPicture::of_film(&film).unwrap();
+    let mut on_cpu = Renderer::cpu(None).unwrap();
+    let expected = on_cpu.denoise(Denoiser::Network, &noisy).unwrap();
+    assert_eq!((expected.by.as_str(), expected.picture), {
+        let alone = Denoiser::Network.run(&film).unwrap();
+        ("Alhazen's network", alone.picture)
+    });
+    let mut renderer = Renderer::new(Box::new(Painter(CpuBackend::new(None).unwrap())));
+    let painted = renderer.denoise(Denoiser::Network, &noisy).unwrap();
+    assert_eq!(painted.by, "Alhazen's network (a painter)");
+    assert_eq!(painted.picture.rgb(5, 5)[0], painted.picture.rgb(6, 5)[0]);
+    for (before, after) in film.mean().into_iter().zip(painted.picture.mean()) {
+        assert!((after / before - 1.0).abs() < 0.01, "mean {before} became {after}");
     }
 }

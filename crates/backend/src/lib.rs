@@ -19,7 +19,8 @@ pub use view::{
     PixelSamples, SamplerKind, View, Visibility,
 };
 
-use film::Film;
+use film::{Film, Image};
+use post::NetworkInput;
 use scene::tables::{Changes, SceneTables};
 use std::sync::Arc;
 use std::time::Duration;
@@ -215,6 +216,12 @@ pub trait Backend: Send {
     /// # Errors
     /// When the device fails.
     fn film(&mut self) -> Result<Option<&Film>, BackendError>;
+
+    /// Runs the learned denoiser's network on a picture, as [`post::denoise_with`] wants it, on the device that renders. `None` where the
+    /// CPU is to do it ([`post::denoise`]): there is no other device, or it has failed, of which [`Backend::take_notices`] tells then.
+    fn filter_noise(&mut self, _picture: &NetworkInput<'_>) -> Option<Image> {
+        None
+    }
 
     /// What users should hear of that is no error, such as that a device was lost and another went on. Each once.
     fn take_notices(&mut self) -> Vec<String> {

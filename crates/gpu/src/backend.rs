@@ -6,6 +6,7 @@ mod round;
 pub(crate) mod tracing;
 
 use crate::batch::Batch;
+use crate::denoise::GpuNetwork;
 use crate::film::{FOLD_SAMPLES, FilmBuffers, device_error};
 use crate::kernel::{KernelKind, PathKernel, Tracing};
 use crate::plan::{DispatchPlan, most_samples};
@@ -20,9 +21,10 @@ use backend::{
     AdaptiveRounds, Backend, BackendError, Control, Integrator, LoadStats, PassTime, PixelSamples, Stats,
     View, check_media, check_pixels,
 };
-use film::{AovKind, Film};
+use film::{AovKind, Film, Image};
 use kernels::{CompiledKernel, KernelKey};
 use picture::Picture;
+use post::NetworkInput;
 use scene::tables::{Changes, SceneTables};
 use std::collections::{HashMap, VecDeque};
 use std::sync::Arc;
@@ -54,6 +56,8 @@ pub struct GpuBackend {
     queues: Option<Queues>,
     /// How the last call of `render` was spread over dispatches.
     taken: Option<&'static str>,
+    /// The denoiser's network, once it is used.
+    network: Option<GpuNetwork>,
     notices: Vec<String>,
 }
 
@@ -88,6 +92,7 @@ impl GpuBackend {
             paths_in_flight: None,
             queues: None,
             taken: None,
+            network: None,
             notices: Vec::new(),
         })
     }
@@ -124,6 +129,18 @@ impl GpuBackend {
         scene
             + self.queues.as_ref().map_or(0, Queues::memory_bytes)
             + self.picture.as_ref().map_or(0, Picture::memory_bytes)
+    }
+
+    /// The picture without its noise.
+    fn denoise(&mut self, picture: &NetworkInput<'_>) -> Result<Image, GpuError> {
+        let network = match self.network.take() {
+            Some(network) => network,
+            None => GpuNetwork::new(&self.gpu)?,
+        };
+        let filtered = network.denoise(&self.gpu, picture, &mut self.timer)?;
+        self.timer.collect(&self.gpu)?;
+        self.network = Some(network);
+        Ok(filtered)
     }
 
     fn load_scene(&mut self, tables: Arc<SceneTables>) -> Result<LoadStats, GpuError> {
@@ -387,6 +404,20 @@ impl Backend for GpuBackend {
             picture.fold(&self.gpu).map_err(|e| device_error(self.kind.name(), e))?;
         }
         Ok(Some(picture.film.get()))
+    }
+
+    fn filter_noise(&mut self, picture: &NetworkInput<'_>) -> Option<Image> {
+        // A device that computes on the CPU is no faster than that.
+        if self.gpu.is_software() || self.gpu.is_lost() {
+            return None;
+        }
+        match self.denoise(picture) {
+            Ok(filtered) => Some(filtered),
+            Err(error) => {
+                self.notices.push(format!("the CPU denoises: {error}"));
+                None
+            }
+        }
     }
 
     fn take_passes(&mut self) -> Vec<PassTime> {

@@ -5,6 +5,7 @@
 
 use crate::GpuError;
 use crate::faults::{FaultKind, InjectedFault, Reports};
+use crate::matrix_units::{MATRIX_FEATURES, MatrixUnits};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock};
 use std::time::Duration;
@@ -26,7 +27,7 @@ const WANTED: Features = Features::EXPERIMENTAL_RAY_QUERY
     .union(Features::SAMPLED_TEXTURE_AND_STORAGE_BUFFER_ARRAY_NON_UNIFORM_INDEXING)
     .union(Features::PARTIALLY_BOUND_BINDING_ARRAY)
     .union(Features::SHADER_INT64)
-    .union(Features::SHADER_F16);
+    .union(MATRIX_FEATURES);
 
 /// Storage buffers that one shader needs: scene, tracer and film together.
 pub const STORAGE_BUFFERS: u32 = 12;
@@ -113,6 +114,8 @@ pub struct Gpu {
     pub features: Features,
     /// Limits to be kept.
     pub limits: Limits,
+    /// What it multiplies matrices with, if it can.
+    pub(crate) matrix_units: Option<MatrixUnits>,
     /// Compute pipelines by their entry point and text: a scene that is loaded again, or another one of the same kind, waits for no
     /// compiler.
     pub(crate) pipelines: Mutex<HashMap<String, wgpu::ComputePipeline>>,
@@ -212,7 +215,8 @@ impl Gpu {
             sink.lock().lost.get_or_insert_with(|| format!("{reason:?}: {message}"));
         });
         let (pipelines, fault) = (Mutex::default(), options.fault.clone());
-        let gpu = Self { device, queue, info, features, limits, pipelines, reports, fault };
+        let matrix_units = MatrixUnits::of(adapter, features);
+        let gpu = Self { device, queue, info, features, limits, matrix_units, pipelines, reports, fault };
         Ok((gpu, adapter))
     }
 

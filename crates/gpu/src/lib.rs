@@ -8,6 +8,7 @@
 mod backend;
 mod batch;
 mod bindings;
+pub mod denoise;
 mod device;
 mod error;
 mod faults;
@@ -19,6 +20,7 @@ pub mod kernel;
 #[cfg(test)]
 mod layout;
 pub mod live;
+mod matrix_units;
 pub mod megakernel;
 mod pass;
 #[cfg(not(any(target_vendor = "apple", target_arch = "wasm32")))]
@@ -42,6 +44,7 @@ pub use device::{AdapterSummary, Gpu, GpuOptions, LimitCaps, STORAGE_BUFFERS, ad
 pub use error::GpuError;
 pub use faults::{FaultKind, InjectedFault};
 pub use kernel::PathKernel;
+pub use matrix_units::MatrixUnits;
 pub use scene::GpuScene;
 
 /// For tests: a device, or `None` and a visible skip.

@@ -7,8 +7,9 @@
 mod denoise;
 
 pub use denoise::{
-    DenoiseError, Network, NetworkInput, NoisyPicture, Oidn, OidnError, SizesDiffer, WeightsError, denoise,
-    denoise_by_regression,
+    DenoiseError, LayerWeights, Network, NetworkInput, NetworkWeights, NoisyPicture, Oidn, OidnError,
+    PREPARED_VALUES, Prepared, Region, SizesDiffer, Tile, WeightsError, denoise, denoise_by_regression,
+    denoise_with,
 };
 
 use film::Image;

@@ -5,7 +5,7 @@ use super::check::{self, validate, write_all_languages};
 use super::*;
 use crate::kernel::KernelKind;
 use crate::tracer::{bvh, query};
-use crate::{gbuffer, hybrid};
+use crate::{denoise, gbuffer, hybrid};
 use std::collections::BTreeSet;
 
 /// All that Rust generates, and walks of our own hierarchy in all ways that there are.
@@ -19,6 +19,7 @@ fn with_hierarchy() -> Linkage {
         .with(&hybrid::shafts_linkage(&bvh::linkage_below_for(&encoded, 1 << 8)))
         .bind("question", "rays_closest_packet")
         .generate("filter_steps", "const FILTER_STEP: i32 = 2;\nconst FILTER_RADIUS: i32 = 1;")
+        .generate("denoise_shape", denoise::shape(48))
 }
 
 /// As [`with_hierarchy`], but everything is traced by ray queries, and no shafts begin within them.

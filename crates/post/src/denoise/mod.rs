@@ -13,7 +13,10 @@ mod oidn;
 mod regression;
 mod signal;
 
-pub use network::{Network, NetworkInput, SizesDiffer, WeightsError};
+pub use network::{
+    LayerWeights, Network, NetworkInput, NetworkWeights, PREPARED_VALUES, Prepared, Region, SizesDiffer,
+    Tile, WeightsError,
+};
 pub use oidn::{Oidn, OidnError};
 
 use film::{Aov, AovData, Film, Image};
@@ -78,7 +81,19 @@ impl NoisyPicture {
 /// # Errors
 /// When the images differ in size.
 pub fn denoise(picture: &NoisyPicture) -> Result<Image, DenoiseError> {
-    let mut filtered = Network::trained().denoise(&picture.input()?);
+    denoise_with(picture, |input| Ok(Network::trained().denoise(input)))
+}
+
+/// As [`denoise`], but the network runs where `filter` runs it, such as on a GPU: its result is the
+/// filtered picture, linear radiance of three channels, before the picture's light is restored.
+///
+/// # Errors
+/// When the images differ in size, or `filter` fails.
+pub fn denoise_with<E: From<DenoiseError>>(
+    picture: &NoisyPicture,
+    filter: impl FnOnce(&NetworkInput<'_>) -> Result<Image, E>,
+) -> Result<Image, E> {
+    let mut filtered = filter(&picture.input().map_err(DenoiseError::from)?)?;
     let (noisy, variance) = (picture.colour.to_rgb(), picture.variance.as_ref().map(Image::to_rgb));
     if let Some(variance) = &variance {
         limit::limit(&noisy, variance, &mut filtered);

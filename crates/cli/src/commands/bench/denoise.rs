@@ -4,7 +4,7 @@ use super::report::{Report, ReportArgs, Table};
 use super::views::{View, ViewArgs};
 use crate::commands::render::DenoiserName;
 use crate::console::{print_result, say};
-use alhazen::{Control, Denoiser, Image, Job, Limits, NoisyPicture, Renderer, metrics};
+use alhazen::{Control, Image, Job, Limits, NoisyPicture, Renderer, metrics};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use std::time::Instant;
@@ -41,6 +41,8 @@ struct Measured {
     /// Largest relative change of a colour's mean over the picture.
     energy: f64,
     seconds: f64,
+    /// Milliseconds that the device's passes took; NaN on the CPU.
+    device_ms: f64,
     /// The last one.
     picture: Option<Image>,
 }
@@ -55,8 +57,18 @@ pub fn run(args: &DenoiseArgs) -> anyhow::Result<()> {
         "relMSE and FLIP against a converged reference; flicker: FLIP between pictures of different noise; means over \
          seeds. The geometric mean of what is left of the error is over all rows of a denoiser.",
     );
-    let columns =
-        ["scene", "spp", "denoiser", "relMSE", "left", "FLIP", "flicker", "mean changed by", "seconds"];
+    let columns = [
+        "scene",
+        "spp",
+        "denoiser",
+        "relMSE",
+        "left",
+        "FLIP",
+        "flicker",
+        "mean changed by",
+        "seconds",
+        "device ms",
+    ];
     let mut table = Table::new("error", "Error after denoising", &columns);
     let mut left = vec![Vec::new(); args.denoiser.len()];
     for scene in args.views.scenes()? {
@@ -67,7 +79,7 @@ pub fn run(args: &DenoiseArgs) -> anyhow::Result<()> {
             for (i, m) in measured.iter().enumerate() {
                 let rest = m.rel_mse / before;
                 let name = i.checked_sub(1).map_or("none".to_owned(), |i| name(args.denoiser[i]));
-                let numbers = [m.rel_mse, rest, m.flip, m.flicker, m.energy, m.seconds];
+                let numbers = [m.rel_mse, rest, m.flip, m.flicker, m.energy, m.seconds, m.device_ms];
                 let row = [view.name.as_str().into(), f64::from(spp).into(), name.as_str().into()];
                 table.push(row.into_iter().chain(numbers.map(Into::into)).collect());
                 if i > 0 {
@@ -88,7 +100,7 @@ pub fn run(args: &DenoiseArgs) -> anyhow::Result<()> {
         let name = name(*denoiser);
         let row =
             ["geometric mean".into(), f64::NAN.into(), name.as_str().into(), f64::NAN.into(), mean.into()];
-        table.push(row.into_iter().chain([f64::NAN; 4].map(Into::into)).collect());
+        table.push(row.into_iter().chain([f64::NAN; 5].map(Into::into)).collect());
     }
     report.table(table);
     print_result(&report.summary())?;
@@ -114,15 +126,19 @@ fn measure(
         let job = Job { seed, aovs: NoisyPicture::LAYERS.to_vec(), ..view.job.clone() };
         renderer.restart();
         renderer.render(&job, &Limits { spp, ..Limits::default() }, &Control::new())?;
-        let film = renderer.film()?.context("nothing was rendered")?;
-        let noisy = film.to_image();
+        let input = NoisyPicture::of_film(renderer.film()?.context("nothing was rendered")?)?;
+        let noisy = &input.colour;
+        renderer.take_passes();
         for (i, measured) in all.iter_mut().enumerate() {
             let begin = Instant::now();
             let picture = match i.checked_sub(1) {
-                Some(i) => Denoiser::from(args.denoiser[i]).run(film)?.picture,
+                Some(i) => renderer.denoise(args.denoiser[i].into(), &input)?.picture,
                 None => noisy.clone(),
             };
             measured.seconds += share * begin.elapsed().as_secs_f64();
+            let passes = renderer.take_passes();
+            let device: f64 = passes.iter().map(|pass| pass.duration.as_secs_f64()).sum();
+            measured.device_ms += share * if passes.is_empty() { f64::NAN } else { 1e3 * device };
             let distance = view.distance(&picture)?;
             measured.rel_mse += share * distance.rel_mse;
             measured.flip += share * distance.flip;

@@ -2,7 +2,9 @@
 
 use super::args::RenderArgs;
 use crate::console::{keep_each, say};
-use alhazen::{Denoiser, Film, Job, Part, Renderer, finish, output};
+use alhazen::{
+    DenoiseError, DenoiseFilmError, Denoised, Film, Job, NoisyPicture, Part, Renderer, finish, output,
+};
 use anyhow::Context;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -27,10 +29,11 @@ impl Made {
         args: &RenderArgs,
     ) -> anyhow::Result<()> {
         let encoding = args.files.encoding();
-        let write_picture = |film: &Film, metadata: &BTreeMap<String, String>| -> anyhow::Result<()> {
-            let mut metadata = metadata.clone();
-            let denoised = args.denoise.map(|name| Denoiser::from(name).run(film)).transpose();
-            let (denoised, failed) = match denoised {
+        let write_picture = |film: &Film,
+                             mut metadata: BTreeMap<String, String>,
+                             denoised: Option<Result<Denoised, DenoiseFilmError>>|
+         -> anyhow::Result<()> {
+            let (denoised, failed) = match denoised.transpose() {
                 Ok(denoised) => (denoised, Ok(())),
                 Err(error) => (None, Err(error).context("the picture was written with its noise")),
             };
@@ -48,13 +51,38 @@ impl Made {
         };
         match self {
             Self::Picture(metadata) => {
-                write_picture(renderer.film()?.context("nothing was rendered")?, &metadata)
+                let noisy = match args.denoise {
+                    Some(_) => Some(NoisyPicture::of_film(film_of(renderer)?)),
+                    None => None,
+                };
+                let denoised = denoised(renderer, args, noisy);
+                write_picture(film_of(renderer)?, metadata, denoised)
             }
             Self::Part(part) if args.split.makes_parts() => keep_each(paths, |path| Ok(part.write(path)?)),
             Self::Part(part) => {
                 let (film, metadata) = finish(*part)?;
-                write_picture(&film, &metadata)
+                let noisy = args.denoise.map(|_| NoisyPicture::of_film(&film));
+                let denoised = denoised(renderer, args, noisy);
+                write_picture(&film, metadata, denoised)
             }
         }
     }
+}
+
+fn film_of(renderer: &mut Renderer) -> anyhow::Result<&Film> {
+    renderer.film()?.context("nothing was rendered")
+}
+
+/// A film's picture without its noise, if that is wanted.
+fn denoised(
+    renderer: &mut Renderer,
+    args: &RenderArgs,
+    noisy: Option<Result<NoisyPicture, DenoiseError>>,
+) -> Option<Result<Denoised, DenoiseFilmError>> {
+    let (denoiser, noisy) = args.denoise.zip(noisy)?;
+    let denoised = noisy.map_err(DenoiseFilmError::from).and_then(|n| renderer.denoise(denoiser.into(), &n));
+    if !args.quiet {
+        renderer.take_notices().into_iter().for_each(|notice| say!("{notice}"));
+    }
+    Some(denoised)
 }

@@ -121,4 +121,18 @@ pub(super) const LISTED: &[Reason] = &[
             ("volume_media", &["ratio_track"]),
         ],
     ),
+    (
+        "the learned denoiser's network and the filter that it steers, as `post` has them on the CPU, which tests compare them with",
+        &[
+            ("denoise_features", &["compressed_irradiance"]),
+            ("denoise_inputs", &["input_quad"]),
+            ("denoise_kernels", &["filter_pixel", "largest_logit", "slots_of"]),
+            ("denoise_lanes", &["convolve"]),
+            ("denoise_levels", &["combined_pixel", "enlarged_residual"]),
+            ("denoise_math", &["denoise_mean", "denoise_sigmoid"]),
+            ("denoise_outputs", &["write_quad"]),
+            ("denoise_result", &["finish"]),
+            ("denoise_trust", &["find_trust", "trust_of"]),
+        ],
+    ),
 ];

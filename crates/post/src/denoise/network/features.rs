@@ -1,8 +1,8 @@
 //! What the network sees of a picture: eleven channels per pixel, scaled so that no picture is too
 //! bright or too dark for it.
 
-use super::NetworkInput;
 use super::convolution::{Activations, row_of};
+use super::input::NetworkInput;
 use super::tiles::Region;
 use rayon::prelude::*;
 
@@ -96,7 +96,7 @@ impl<'a> Scaled<'a> {
     /// The eleven channels of a pixel: irradiance, compressed; albedo; normal; standard deviation
     /// of the irradiance, compressed; whether that is known.
     #[inline]
-    fn features(&self, x: usize, y: usize) -> [f32; 11] {
+    pub fn features(&self, x: usize, y: usize) -> [f32; 11] {
         let Pixel { irradiance, demodulator, albedo, .. } = self.pixel(x, y);
         let i = self.index(x, y);
         let normal = cleaned(self.input.normal(i));

@@ -6,6 +6,9 @@ use half::f16;
 use safetensors::{Dtype, SafeTensors};
 use std::ops::Range;
 
+/// The weights that are compiled in; `training/denoiser/README.md` says how they were made.
+pub const TRAINED: &[u8] = include_bytes!("../../../weights/denoiser.safetensors");
+
 /// Layers of 3×3: name, channels in, channels out. Two inputs are `FIRST + SECOND`.
 pub const CONVOLUTIONS: [(&str, usize, usize); 15] = [
     ("e0a", 44, 48),
@@ -140,12 +143,54 @@ impl Layers {
     }
 }
 
-/// A layer as the file has it: weights `[output][input][ky][kx]`.
+/// All layers as the file has them: for devices that run the network themselves.
+#[derive(Clone, Debug)]
+pub struct NetworkWeights {
+    /// Layers of 3×3 in the order in which they are applied, with their names: encoder `e0a`, `e0b`,
+    /// `e1` to `e3`, `e4a`, `e4b`, decoder `d3a`, `d3b` to `d0a`, `d0b`. The first inputs of a layer
+    /// `d…a` are the coarser level's, enlarged by repeating pixels; those after them are the
+    /// encoder's.
+    pub convolutions: Vec<(&'static str, Plain)>,
+    /// Layers of 1×1 that say the logits of level 0 (112 outputs: slot `k` of the pixel in row `i`
+    /// and column `j` of 2×2 is output `4 k + 2 i + j`) to 4. Slots are the 25 of the kernel, then
+    /// alpha; at level 0 trust, alpha and beta. Level 4 has no alpha.
+    pub heads: Vec<Plain>,
+}
+
+impl NetworkWeights {
+    /// Those of the network that was trained for this renderer.
+    ///
+    /// # Errors
+    /// None but for a damaged program; a test reads them.
+    pub fn trained() -> Result<Self, WeightsError> {
+        Self::from_bytes(TRAINED)
+    }
+
+    /// Reads a safetensors file.
+    ///
+    /// # Errors
+    /// As [`super::Network::from_bytes`].
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, WeightsError> {
+        let file = SafeTensors::deserialize(bytes).map_err(|e| WeightsError::Format(e.to_string()))?;
+        let named = |(name, _, _)| Ok((name, Plain::read_convolution(&file, name)?));
+        let convolutions = CONVOLUTIONS.into_iter().map(named).collect::<Result<_, WeightsError>>()?;
+        let heads = (0..HEADS.len()).map(|level| Plain::read_head(&file, level));
+        Ok(Self { convolutions, heads: heads.collect::<Result<_, _>>()? })
+    }
+}
+
+/// A layer as the file has it.
+#[derive(Clone, Debug)]
 pub struct Plain {
+    /// Rows and columns that the kernel covers: 3 or 1.
     pub size: usize,
+    /// Channels of the input.
     pub inputs: usize,
+    /// Channels of the output.
     pub outputs: usize,
+    /// Weights, `[output][input][ky][kx]`.
     pub weights: Vec<f32>,
+    /// One for each output.
     pub bias: Vec<f32>,
 }
 
@@ -182,14 +227,14 @@ impl Plain {
         (0..outputs / LANES).map(|block| std::array::from_fn(|i| bias(block * LANES + i))).collect()
     }
     /// As a kernel takes it.
-    pub fn convolution(&self) -> Convolution {
+    pub(super) fn convolution(&self) -> Convolution {
         let shape = [self.size, self.inputs, self.outputs];
         let weights = arranged(shape, |output, input, ky, kx| self.weight(output, input, ky, kx));
         Convolution { bias: self.bias(self.outputs, Some), weights }
     }
 
     /// As a kernel takes it, if the first `coarse` inputs have half the resolution.
-    pub fn merging(&self, coarse: usize) -> Merging {
+    pub(super) fn merging(&self, coarse: usize) -> Merging {
         // The rows (or columns) of three that one of two stands for, in even and in odd rows of the
         // output.
         const MERGED: [[Range<usize>; 2]; 2] = [[0..1, 1..3], [0..2, 2..3]];
@@ -208,7 +253,7 @@ impl Plain {
     }
 
     /// As a head whose output `i` is the layer's output `order(i)`, or zero.
-    pub fn linear(&self, outputs: usize, order: impl Fn(usize) -> Option<usize>) -> Head {
+    pub(super) fn linear(&self, outputs: usize, order: impl Fn(usize) -> Option<usize>) -> Head {
         let weight =
             |output, input, _, _| order(output).map_or(0.0, |output| self.weight(output, input, 0, 0));
         let weights = arranged([1, self.inputs, outputs], weight);

@@ -4,7 +4,9 @@ use super::{Clean, Rendered, State, full_text};
 use crate::worker::show::{display, layer_image};
 use crate::worker::{Event, Layer, PassReport, Shot};
 use alhazen::edits::Editable;
-use alhazen::{BackendError, Denoised, Denoiser, Description, FrameView, Integrator, Job};
+use alhazen::{
+    BackendError, DenoiseFilmError, Denoised, Denoiser, Description, FrameView, Integrator, Job, NoisyPicture,
+};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
@@ -56,7 +58,8 @@ impl State {
         };
         let Some(film) = film else { return Ok(None) };
         let begin = Instant::now();
-        match denoiser.run(film) {
+        let noisy = NoisyPicture::of_film(film).map_err(DenoiseFilmError::from);
+        match noisy.and_then(|noisy| self.renderer.denoise(denoiser, &noisy)) {
             Ok(denoised) => {
                 let (picture, took) = (Arc::new(denoised), begin.elapsed());
                 let clean = Clean {
