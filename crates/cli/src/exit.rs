@@ -82,26 +82,6 @@ impl Exit {
     }
 
     fn of_cause(cause: &(dyn StdError + 'static)) -> Option<Self> {
-        let image = |error: &ImageError| match error {
-            ImageError::Write { .. }
-            | ImageError::NotAFile { .. }
-            | ImageError::Protected { .. }
-            | ImageError::Encode { .. } => Self::Output,
-            _ => Self::Input,
-        };
-        let part = |error: &PartError| if let PartError::File(e) = error { image(e) } else { Self::Input };
-        let backend = |error: &BackendError| match error {
-            // The view and its size are what was asked for.
-            BackendError::View { .. } | BackendError::Film(_) => Self::Usage,
-            _ => Self::Render,
-        };
-        let load = |error: &LoadError| match error {
-            LoadError::TooLarge { .. } | LoadError::OverBudget { .. } | LoadError::TookTooLong { .. } => {
-                Self::Refused
-            }
-            LoadError::OutOfMemory { .. } => Self::Memory,
-            _ => Self::Input,
-        };
         if let Some(failure) = cause.downcast_ref::<Failure>() {
             return Some(failure.exit);
         }
@@ -113,7 +93,7 @@ impl Exit {
         }
         if let Some(error) = cause.downcast_ref::<FinishedError>() {
             return match error {
-                FinishedError::Image(error) => Some(image(error)),
+                FinishedError::Image(error) => Some(Self::of_image(error)),
                 FinishedError::NoLayer { .. } => Some(Self::Usage),
                 FinishedError::IsPart { .. } => Some(Self::Input),
                 _ => Some(Self::Render),
@@ -122,8 +102,8 @@ impl Exit {
         if let Some(error) = cause.downcast_ref::<RenderPartError>() {
             return Some(match error {
                 RenderPartError::Tile { .. } | RenderPartError::Samples { .. } => Self::Usage,
-                RenderPartError::Backend(e) => backend(e),
-                RenderPartError::Part(e) => part(e),
+                RenderPartError::Backend(e) => Self::of_backend(e),
+                RenderPartError::Part(e) => Self::of_part(e),
                 _ => Self::Render,
             });
         }
@@ -140,11 +120,43 @@ impl Exit {
         }
         cause
             .downcast_ref::<ImageError>()
-            .map(image)
-            .or_else(|| cause.downcast_ref::<PartError>().map(part))
-            .or_else(|| cause.downcast_ref::<BackendError>().map(backend))
-            .or_else(|| cause.downcast_ref::<LoadError>().map(load))
+            .map(Self::of_image)
+            .or_else(|| cause.downcast_ref::<PartError>().map(Self::of_part))
+            .or_else(|| cause.downcast_ref::<BackendError>().map(Self::of_backend))
+            .or_else(|| cause.downcast_ref::<LoadError>().map(Self::of_load))
             .or_else(|| (cause.is::<ChoiceError>() || cause.is::<DenoiseFilmError>()).then_some(Self::Render))
+    }
+
+    fn of_image(error: &ImageError) -> Self {
+        match error {
+            ImageError::Write { .. }
+            | ImageError::NotAFile { .. }
+            | ImageError::Protected { .. }
+            | ImageError::Encode { .. } => Self::Output,
+            _ => Self::Input,
+        }
+    }
+
+    fn of_part(error: &PartError) -> Self {
+        if let PartError::File(error) = error { Self::of_image(error) } else { Self::Input }
+    }
+
+    fn of_backend(error: &BackendError) -> Self {
+        match error {
+            // The view and its size are what was asked for.
+            BackendError::View { .. } | BackendError::Film(_) => Self::Usage,
+            _ => Self::Render,
+        }
+    }
+
+    fn of_load(error: &LoadError) -> Self {
+        match error {
+            LoadError::TooLarge { .. } | LoadError::OverBudget { .. } | LoadError::TookTooLong { .. } => {
+                Self::Refused
+            }
+            LoadError::OutOfMemory { .. } => Self::Memory,
+            _ => Self::Input,
+        }
     }
 }
 

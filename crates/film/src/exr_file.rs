@@ -404,25 +404,30 @@ impl ExrFile {
             };
         }
         for layer in image.layer_data {
-            let stored = windows::Window::of(&layer);
-            let prefix = layer.attributes.layer_name.as_ref().map(string).filter(|name| !name.is_empty());
-            for channel in layer.channel_data.list {
-                let name = string(&channel.name);
-                let is_whole = |prefix: &&String| !name.starts_with(&format!("{prefix}."));
-                let prefix = prefix.as_ref().filter(is_whole);
-                let name = prefix.map_or(name.clone(), |prefix| format!("{prefix}.{name}"));
-                let samples = match channel.sample_data {
-                    ex::FlatSamples::F16(v) => {
-                        let v = v.into_iter().map(ex::f16::to_f32).collect();
-                        ExrSamples::Half(windows::placed(v, stored, window))
-                    }
-                    ex::FlatSamples::F32(v) => ExrSamples::Float(windows::placed(v, stored, window)),
-                    ex::FlatSamples::U32(v) => ExrSamples::Uint(windows::placed(v, stored, window)),
-                };
-                result.channels.push(ExrChannel { name, samples });
-            }
+            result.take_channels(layer, window);
         }
         Ok(result)
+    }
+
+    /// Adds the channels of a layer, named after it, placed in a window around all layers.
+    fn take_channels(&mut self, layer: ex::Layer<ex::AnyChannels<ex::FlatSamples>>, window: windows::Window) {
+        let stored = windows::Window::of(&layer);
+        let prefix = layer.attributes.layer_name.as_ref().map(string).filter(|name| !name.is_empty());
+        for channel in layer.channel_data.list {
+            let name = string(&channel.name);
+            let is_whole = |prefix: &&String| !name.starts_with(&format!("{prefix}."));
+            let prefix = prefix.as_ref().filter(is_whole);
+            let name = prefix.map_or(name.clone(), |prefix| format!("{prefix}.{name}"));
+            let samples = match channel.sample_data {
+                ex::FlatSamples::F16(v) => {
+                    let v = v.into_iter().map(ex::f16::to_f32).collect();
+                    ExrSamples::Half(windows::placed(v, stored, window))
+                }
+                ex::FlatSamples::F32(v) => ExrSamples::Float(windows::placed(v, stored, window)),
+                ex::FlatSamples::U32(v) => ExrSamples::Uint(windows::placed(v, stored, window)),
+            };
+            self.channels.push(ExrChannel { name, samples });
+        }
     }
 }
 

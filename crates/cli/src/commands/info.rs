@@ -92,9 +92,16 @@ fn culls_backs(scene: &Scene) -> bool {
 }
 
 fn as_text(loaded: &Loaded, tables: &SceneTables) -> anyhow::Result<String> {
+    let mut text = String::new();
+    write_sizes(&mut text, loaded, tables)?;
+    write_contents(&mut text, loaded)?;
+    Ok(text)
+}
+
+/// How much there is of everything, where it is, and what loading took.
+fn write_sizes(text: &mut String, loaded: &Loaded, tables: &SceneTables) -> anyhow::Result<()> {
     let (scene, report) = (&loaded.scene, &loaded.report);
     let counts = Counts::of(scene);
-    let mut text = String::new();
     writeln!(text, "{}", scene.name)?;
     let (unique, instanced) = (scene.unique_triangles(), scene.instanced_triangles());
     writeln!(text, "  triangles    {unique} ({instanced} with all instances)")?;
@@ -147,25 +154,30 @@ fn as_text(loaded: &Loaded, tables: &SceneTables) -> anyhow::Result<String> {
         let (single, all) = (counts.single_sided, scene.materials.len());
         writeln!(text, "  backs        of {single} of {all} materials, which are single-sided, are {fate}")?;
     }
+    Ok(())
+}
 
-    heading(&mut text, "materials", scene.materials.len())?;
+/// A line for each material, light, camera and note.
+fn write_contents(text: &mut String, loaded: &Loaded) -> anyhow::Result<()> {
+    let (scene, report) = (&loaded.scene, &loaded.report);
+    heading(text, "materials", scene.materials.len())?;
     let width = scene.materials.iter().map(|m| m.name.chars().count()).max().unwrap_or(0).min(32);
     for material in &scene.materials {
         writeln!(text, "  {:<width$}  {}", material.name, material_line(scene, material))?;
     }
-    heading(&mut text, "lights", scene.lights.len())?;
+    heading(text, "lights", scene.lights.len())?;
     for light in &scene.lights {
         writeln!(text, "  {}: {}", light.name, light_line(scene, light))?;
     }
-    heading(&mut text, "cameras", scene.cameras.len())?;
+    heading(text, "cameras", scene.cameras.len())?;
     for camera in &scene.cameras {
         writeln!(text, "  {}: {}", camera.name, camera_line(scene, camera))?;
     }
-    heading(&mut text, "load report", report.notes.len())?;
+    heading(text, "load report", report.notes.len())?;
     for note in &report.notes {
         writeln!(text, "  {note}")?;
     }
-    Ok(text)
+    Ok(())
 }
 
 fn heading(text: &mut String, what: &str, count: usize) -> std::fmt::Result {

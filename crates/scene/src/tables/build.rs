@@ -262,8 +262,14 @@ impl SceneTables {
             first_uv1: first(mesh.uv1.len(), self.uv1.len()),
             first_color: first(mesh.colors.len(), self.colors.len()),
         };
-        let identity = Affine3A::IDENTITY;
-        let to = to.unwrap_or(&identity);
+        self.add_vertices(mesh, normals, to.unwrap_or(&Affine3A::IDENTITY));
+        (record.primitive_count > 0).then_some(record)
+    }
+
+    /// Adds the vertices of a mesh, moved by `to`, with those attributes that all of them have.
+    fn add_vertices(&mut self, mesh: &TriangleMesh, normals: &[Vec3], to: &Affine3A) {
+        let present = |n: usize| n == mesh.positions.len();
+        let flip = to.matrix3.determinant() < 0.0;
         let linear = Mat3::from(to.matrix3);
         let normal_matrix = normal_matrix(to);
         self.positions.extend(mesh.positions.iter().map(|p| to.transform_point3(*p).to_array()));
@@ -289,7 +295,6 @@ impl SceneTables {
         if present(mesh.colors.len()) {
             self.colors.extend(mesh.colors.iter().map(|c| c.to_array()));
         }
-        (record.primitive_count > 0).then_some(record)
     }
 
     fn add_spheres(

@@ -14,7 +14,7 @@ use alhazen::{Denoiser, RendererOptions, Source};
 use latency::Latency;
 use rounds::Rounds;
 use std::collections::VecDeque;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A step that takes longer (seconds) has failed. Software drivers compile a shader for minutes where other programs run
 /// beside them.
@@ -233,11 +233,7 @@ impl Run {
                 let at = viewer.place.min + egui::vec2(*x, *y) * viewer.place.size();
                 viewer.act(crate::viewer::Action::Pick(at));
             }
-            Step::Command(name) => {
-                let info = COMMANDS.iter().find(|info| info.name == name);
-                let info = info.ok_or_else(|| self.error(step, "there is no such command"))?;
-                viewer.run(info.command, ctx);
-            }
+            Step::Command(name) => self.run_command(step, name, viewer, ctx)?,
             Step::Save(path) => viewer.save_scene(path),
             Step::Picture(path) => viewer.use_file(crate::viewer::For::Picture, path.clone()),
             Step::Compare(path) => viewer.compare_with_file(path),
@@ -245,13 +241,7 @@ impl Run {
                 (viewer.open.record.frames, viewer.open.record.spp) = (*frames, *spp);
                 viewer.record(path.clone());
             }
-            Step::Screenshot(path) => {
-                let (at, scale) = (viewer.place, ctx.pixels_per_point());
-                let [x, y, width, height] =
-                    [at.min.x, at.min.y, at.width(), at.height()].map(|v| (v * scale).round() as u32);
-                self.report.push(format!("picture at {x} {y} {width} {height}"));
-                viewer.capture_to = Some(path.clone());
-            }
+            Step::Screenshot(path) => self.take_screenshot(path, viewer, ctx),
             Step::Wait(_)
             | Step::Error
             | Step::Frames(_)
@@ -261,6 +251,28 @@ impl Run {
             | Step::Rounds(_) => {}
         }
         Ok(None)
+    }
+
+    fn run_command(
+        &self,
+        step: &Step,
+        name: &str,
+        viewer: &mut Viewer,
+        ctx: &egui::Context,
+    ) -> Result<(), SmokeError> {
+        let info = COMMANDS.iter().find(|info| info.name == name);
+        let info = info.ok_or_else(|| self.error(step, "there is no such command"))?;
+        viewer.run(info.command, ctx);
+        Ok(())
+    }
+
+    /// Has the window captured, and says where in it the picture is.
+    fn take_screenshot(&mut self, path: &Path, viewer: &mut Viewer, ctx: &egui::Context) {
+        let (at, scale) = (viewer.place, ctx.pixels_per_point());
+        let [x, y, width, height] =
+            [at.min.x, at.min.y, at.width(), at.height()].map(|v| (v * scale).round() as u32);
+        self.report.push(format!("picture at {x} {y} {width} {height}"));
+        viewer.capture_to = Some(path.to_owned());
     }
 
     /// Changes a number of a material, as the panel does.

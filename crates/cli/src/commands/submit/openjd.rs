@@ -18,11 +18,7 @@ impl Job {
     pub fn new(plan: &JobPlan, name: &str, folder: &Path) -> anyhow::Result<Self> {
         let marks = plan.arguments.iter().chain([&plan.scene]).find(|a| a.contains("{{"));
         ensure!(marks.is_none(), "{marks:?}: `{{{{` has a meaning in job templates");
-        let mut template = Template { folder, parameters: Vec::new(), notices: Vec::new() };
-        template.parameters.push(json!({
-            "name": "Alhazen", "type": "STRING", "default": "alhazen",
-            "description": "The command that renders, on the machines that work.",
-        }));
+        let mut template = Template::new(folder);
         let scene = template.scene(&plan.scene)?;
         let arguments = template.environment(&plan.arguments)?;
         template.folder_parameter(
@@ -99,7 +95,16 @@ struct Template<'a> {
     notices: Vec<String>,
 }
 
-impl Template<'_> {
+impl<'a> Template<'a> {
+    /// A template whose command can be chosen.
+    fn new(folder: &'a Path) -> Self {
+        let command = json!({
+            "name": "Alhazen", "type": "STRING", "default": "alhazen",
+            "description": "The command that renders, on the machines that work.",
+        });
+        Self { folder, parameters: vec![command], notices: Vec::new() }
+    }
+
     /// What stands for the scene in arguments. A file comes with its folder, where its textures are.
     fn scene(&mut self, scene: &str) -> anyhow::Result<String> {
         let path = Path::new(scene);

@@ -120,23 +120,7 @@ fn parse_rows(
     if header.unknown_lines > 0 {
         reader.report.ignored(format!("{} lines of the header are not understood", header.unknown_lines));
     }
-    let (mut has_vertices, mut has_faces) = (false, false);
-    for element in &header.elements {
-        match element.name.as_str() {
-            "vertex" if !has_vertices => {
-                has_vertices = true;
-                reader.vertices(element)?;
-            }
-            "face" | "tristrips" => {
-                has_faces |= element.count > 0;
-                reader.faces(element)?;
-            }
-            _ => reader.pass_over(element)?,
-        }
-    }
-    if !has_vertices {
-        return Err(LoadError::malformed(path, "header", "there is no element `vertex`"));
-    }
+    let has_faces = reader.elements(&header)?;
     reader.report_left_over();
     let Reader { mut mesh, anchor, polygons, mut report, .. } = reader;
     let faces = polygons.ends.len() + polygons.strips.len();
@@ -161,17 +145,26 @@ fn parse_rows(
         }
         return Ok(Loaded { scene, report });
     }
+    let has_coordinates = !mesh.uv0.is_empty();
+    add_material(&header, has_coordinates, folder, options, &mut scene, &mut report);
+    scene.meshes.push(Mesh::single(name.clone(), Shape::Triangles(mesh), 0));
+    scene.instances.push(Instance::new(name, 0, Affine3A::IDENTITY));
+    scene.settle_meshes(anchor, &mut report);
+    Ok(Loaded { scene, report })
+}
+
+/// Adds the material of all faces, with the first texture that the header names.
+fn add_material(
+    header: &Header,
+    has_coordinates: bool,
+    folder: Option<&Path>,
+    options: &LoadOptions,
+    scene: &mut Scene,
+    report: &mut LoadReport,
+) {
     let mut material = Material { double_sided: true, ..Default::default() };
     if let Some(name) = header.textures.first() {
-        let has_coordinates = !mesh.uv0.is_empty();
-        add_texture(
-            name,
-            folder.filter(|_| has_coordinates),
-            options,
-            &mut scene,
-            &mut material,
-            &mut report,
-        );
+        add_texture(name, folder.filter(|_| has_coordinates), options, scene, &mut material, report);
         if !has_coordinates {
             report.ignored(format!("texture {name}: vertices have no coordinates for it"));
         }
@@ -183,10 +176,6 @@ fn parse_rows(
         ));
     }
     scene.materials.push(material);
-    scene.meshes.push(Mesh::single(name.clone(), Shape::Triangles(mesh), 0));
-    scene.instances.push(Instance::new(name, 0, Affine3A::IDENTITY));
-    scene.settle_meshes(anchor, &mut report);
-    Ok(Loaded { scene, report })
 }
 
 /// Gives a material the texture of that name in `folder`; without a folder it is not looked for.
@@ -226,6 +215,28 @@ struct Reader<'a> {
 const INVALID: u32 = u32::MAX;
 
 impl Reader<'_> {
+    /// Reads all elements; returns whether there are faces.
+    fn elements(&mut self, header: &Header) -> Result<bool, LoadError> {
+        let (mut has_vertices, mut has_faces) = (false, false);
+        for element in &header.elements {
+            match element.name.as_str() {
+                "vertex" if !has_vertices => {
+                    has_vertices = true;
+                    self.vertices(element)?;
+                }
+                "face" | "tristrips" => {
+                    has_faces |= element.count > 0;
+                    self.faces(element)?;
+                }
+                _ => self.pass_over(element)?,
+            }
+        }
+        if !has_vertices {
+            return Err(LoadError::malformed(self.path, "header", "there is no element `vertex`"));
+        }
+        Ok(has_faces)
+    }
+
     fn fail(&self, element: &Element, row: u64, error: ValueError) -> LoadError {
         let message = match error {
             ValueError::End => format!("the file ends in row {row} of {}", element.count),
