@@ -9,16 +9,18 @@ a hundred samples a pixel and not thousands, and in the same time many more scen
 
 Each scene becomes OUT/NNNNNN.npz, NNNNNN being its number:
 
-- `light`: float16 [views, 6, 6, H, W], for each of the six pictures of a view the colour (linear
-  radiance) and its standard error, which is 0 for a single sample: then it is unknown;
-- `guide`: uint8 [views, 6, 6, H, W], the square root of the albedo times 255, and the normal in
-  world space times 127 plus 128;
-- `samples`: int32 [views, 6], samples per pixel of the pictures, one of `PLANS`;
+- `light`: float16 [views, pictures, 6, H, W], for each of the pictures of a view, six or with
+  `--clean` ten, the colour (linear radiance) and its standard error, which is 0 for a single
+  sample: then it is unknown;
+- `guide`: uint8 [views, pictures, 6, H, W], the square root of the albedo times 255, and the normal
+  in world space times 127 plus 128;
+- `samples`: int32 [views, pictures], samples per pixel of the pictures, one of `PLANS`;
 - `scale`: float32 [views], the factor that colours and errors have been multiplied by, so that the
   geometric mean of the last picture is 0.18; `family`, the scene's name; `seed`.
 
 A file is complete once it has its name. Seeds of scenes are 10⁶ · `--seed` + NNNNNN. The first
-`--held-out` scenes are for validation, with a last picture of many samples.
+`--held-out` scenes are for validation, with a last picture of many samples. With `--clean` the last
+picture of all scenes has many.
 """
 
 import argparse
@@ -37,8 +39,10 @@ PLANS = {
     "some": (2, 8, 16, 32, 64, 64),
     "many": (1, 4, 16, 64, 128, 256),
     "held out": (1, 4, 16, 64, 128, 512),
+    "clean": (1, 1, 1, 2, 4, 4, 8, 16, 64, 256),
+    "cleanest": (1, 1, 2, 4, 8, 16, 32, 128, 256, 512),
 }
-"""Samples per pixel of the six pictures of a view."""
+"""Samples per pixel of the pictures of a view; refine.py learns from the last two plans."""
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 THUMBNAIL = 128  # pixels of a side on contact sheets
 LARGEST = 60000.0  # below the largest half, 65504
@@ -67,6 +71,8 @@ def plan_of(rng, number, view, options):
     """Which pictures are made of a view: those of many samples are few."""
     if number < options.held_out:
         return PLANS["held out"]
+    if options.clean:
+        return PLANS[rng.choice(["clean", "cleanest"], p=[0.88, 0.12])]
     return PLANS[rng.choice(["few", "some", "many"], p=[0.8, 0.15, 0.05])]
 
 
@@ -122,7 +128,7 @@ def make_scene(number, options, connection):
     import scenes
 
     seed = options.seed * 10**6 + number
-    wanted = 1 if number < options.held_out else options.views
+    wanted = 1 if number < options.held_out or options.clean else options.views
     begin = time.monotonic()
     scene, cameras, settings = scenes.random_scene(seed, wanted, options.family)
     built = time.monotonic()
@@ -176,6 +182,8 @@ def work(connection, options):
             return
         except BaseException as why:  # also panics of the renderer: the others go on
             connection.send(("failed", f"scene {number:06}: {type(why).__name__}: {why}"))
+            if type(why).__name__ == "BackendError":
+                return  # a process that has lost the GPU does not find it again; another takes over
         connection.send(("done", number))
 
 
@@ -309,6 +317,9 @@ def main():
         "--zoom", type=float, default=2.5, help="a view is part of a picture up to so much larger"
     )
     parser.add_argument("--held-out", type=int, default=24, help="scenes for validation")
+    parser.add_argument(
+        "--clean", action="store_true", help="one view a scene, for refine.py: the last is clean"
+    )
     parser.add_argument("--backend", default="gpu-bvh", help="of the renderer")
     parser.add_argument("--processes", type=int, default=os.cpu_count())
     parser.add_argument("--seconds", type=float, default=480.0, help="stop after so long")

@@ -1,4 +1,4 @@
-"""Families of plain scenes: smooth bodies on a floor, and bare rooms with small lamps.
+"""Families of plain scenes: smooth bodies on a floor, and bare rooms with small or hidden lamps.
 
 Little hides the noise here, and blotches and halos are seen most. Each function fills a `kit.Kit`
 and returns a function that draws a candidate for a camera.
@@ -59,8 +59,9 @@ def bodies(kit):
     size = rng.choice([1.0, 1.0, 2.0, 4.0])
     floor = [chequered, lambda k: k.matte(textured=False), lambda k: k.matte(textured=True)]
     ground = floor[rng.choice(3, p=[0.5, 0.3, 0.2])](kit)
-    kit.put(shapes.plane(80, 80, size), ground)
-    if kit.chance(0.2):
+    level = kit.chance(0.35)  # the floor is seen up to the horizon
+    kit.put(shapes.plane(400, 400, size) if level else shapes.plane(80, 80, size), ground)
+    if kit.chance(0.1 if level else 0.2):
         kit.put(shapes.box([30, 12, 0.2]), kit.wall(), y=5, z=-rng.uniform(3, 6))
     glossy = rng.choice([0.2, 0.6, 0.95])
     taken = []
@@ -102,11 +103,38 @@ def bodies(kit):
                 kit.balls([at], radius, kit.glow(power))
             else:
                 kit.area_light(radius * 2, radius * 2, power, *at, tilt=np.pi + rng.normal() * 0.4)
-    return orbit(kit, [0, 0.6, 0], 3.5, 12, 0.1, 0.7, defocus=0.1)
+    low, high = (0.02, 0.22) if level else (0.1, 0.7)
+    return orbit(kit, [0, 0.6, 0], 3.5, 12, low, high, defocus=0.1)
 
 
 def bare_rooms(kit):
     """Rooms one behind the other with open doors, painted walls and a few small bulbs each."""
+    return suite(kit, False)
+
+
+def dim_rooms(kit):
+    """The same, but few places see a lamp: most pixels of a single sample are black."""
+    return suite(kit, True)
+
+
+def fixture(kit, radius):
+    """An opaque thing round a bulb of that radius at the origin, most of whose light it keeps."""
+    rng = kit.rng
+    wide, top = radius * rng.uniform(1.3, 2.2), radius * rng.uniform(1.2, 2.5)
+    below = radius * rng.uniform(-0.5, 3.0)
+    kind = rng.choice(["can", "bowl", "shade"])
+    if kind == "can":
+        profile = [[wide, -below], [wide, top], [wide, top], [0, top]]
+    elif kind == "bowl":
+        profile = [[0, -1.2 * radius], [wide, -1.2 * radius], [wide, -1.2 * radius], [wide, top]]
+    else:
+        profile = [[wide * rng.uniform(1.0, 1.6), -radius - max(below, 0)], [wide, top]]
+    paint = kit.matte(False, base_color=textures.color(rng, 0.1, 0.85))
+    return kit.mesh(shapes.lathe(profile, 24, solid=False), paint)
+
+
+def suite(kit, dim):
+    """Rooms one behind the other; `dim`: their bulbs are in fixtures, or there are very many."""
     rng = kit.rng
     columns, rows = int(rng.integers(1, 4)), int(rng.integers(1, 4))
     width, depth, height = rng.uniform(2.8, 5.5), rng.uniform(2.8, 5.5), rng.uniform(2.3, 3.2)
@@ -138,7 +166,10 @@ def bare_rooms(kit):
             x, z = (i + 0.5) * width - across / 2, k * depth - along / 2
             wall(x, z, 0.0, width, 0 < k < rows)
     bulbs = int(rng.integers(1, 7))
-    radius = kit.between(0.015, 0.15)
+    radius = kit.between(0.03, 0.12) if dim else kit.between(0.015, 0.15)
+    hidden = [fixture(kit, radius) for _ in range(2)] if dim and kit.chance(0.8) else []
+    if dim and not hidden:
+        bulbs *= 4
     level = kit.between(0.5, 4) * width * depth / (bulbs * 12 * radius**2)
     glows = [kit.glow(level * kit.between(0.5, 2), colored=0.1) for _ in range(3)]
     bulb = None
@@ -158,10 +189,19 @@ def bare_rooms(kit):
                 x, z = middle + step * [width, depth]
                 which = rng.integers(3)
                 y = hang if regular else rng.uniform(0.3, hang)
+                if hidden:
+                    kit.repeat(hidden[b % 2], x=x, y=y, z=z)
                 if bulb:
                     kit.repeat(bulb[which], x=x, y=y, z=z)
                 else:
                     kit.balls([[x, y, z]], radius, glows[which])
+            if dim and kit.chance(0.6):
+                # A board on a wall, of its own colour.
+                wide, tall_as = rng.uniform(0.3, 0.8) * width, rng.uniform(0.2, 0.6) * height
+                aside, wall_side = rng.uniform(-0.1, 0.1) * width, rng.choice([-1, 1])
+                x, z = middle + [aside, wall_side * (depth / 2 - 0.08)]
+                y = rng.uniform(0.3, 0.7) * height
+                kit.put(shapes.box([wide, tall_as, 0.05]), kit.matte(False), x=x, y=y, z=z)
             for _ in range(int(rng.integers(0, 5))):
                 x, z = middle + rng.uniform(-0.38, 0.38, 2) * [width, depth]
                 kind = rng.random()

@@ -327,7 +327,8 @@ def jumble(kit):
 FAMILIES = {
     rooms.room: 0.18,
     plain.bodies: 0.12,
-    plain.bare_rooms: 0.11,
+    plain.bare_rooms: 0.08,
+    plain.dim_rooms: 0.08,
     table_top: 0.1,
     halls.hall: 0.08,
     ground: 0.07,
@@ -369,9 +370,8 @@ def interest(scene, camera):
 
 def preview_is_fine(scene, camera, max_depth):
     """Whether a tiny picture is neither black nor uniform nor dark nearly everywhere."""
-    picture = scene.render(32, 32, 4, camera=camera, max_depth=max_depth, backend="cpu", threads=1)[
-        "color"
-    ]
+    settings = dict(camera=camera, max_depth=max_depth, backend="cpu", threads=1)
+    picture = scene.render(32, 32, 16, **settings)["color"]
     light = picture @ np.float32([0.2126, 0.7152, 0.0722])
     if not np.isfinite(light).all() or light.mean() <= 1e-6:
         return False
