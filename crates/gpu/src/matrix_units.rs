@@ -5,7 +5,8 @@ use wgpu::{CooperativeMatrixProperties, CooperativeScalarType, Features};
 /// Rows and columns of matrices.
 pub(crate) const SIDE: u32 = 16;
 
-/// A device's matrix units: its subgroups multiply matrices of 16×16 16-bit floats, with sums in 32 bits.
+/// A device's matrix units: its subgroups multiply matrices of 16×16 16-bit floats, with sums in 32
+/// bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MatrixUnits {
     /// Invocations of a subgroup.
@@ -17,7 +18,8 @@ pub(crate) const MATRIX_FEATURES: Features =
     Features::EXPERIMENTAL_COOPERATIVE_MATRIX.union(Features::SHADER_F16).union(Features::SUBGROUP);
 
 impl MatrixUnits {
-    /// Those of an adapter of which `features` may be used. None where the driver chooses the size of subgroups.
+    /// Those of an adapter of which `features` may be used. None where the driver chooses the size
+    /// of subgroups.
     pub(crate) fn of(adapter: &wgpu::Adapter, features: Features) -> Option<Self> {
         let wanted = CooperativeMatrixProperties {
             m_size: SIDE,

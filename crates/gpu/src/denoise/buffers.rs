@@ -30,8 +30,8 @@ pub struct TileBuffers {
     pub readable: wgpu::Buffer,
 }
 
-/// The most pixels of a tile on a device: no buffer is larger than it can bind, and all of them together take 1.1 GB at most (1.6 GB with
-/// 32-bit numbers).
+/// The most pixels of a tile on a device: no buffer is larger than it can bind, and all of them
+/// together take 1.1 GB at most (1.6 GB with 32-bit numbers).
 pub fn most_pixels(gpu: &Gpu, numbers: Numbers) -> usize {
     const MOST: u64 = 4_000_000;
     let picture = (PREPARED_VALUES * size_of::<f32>()) as u64;

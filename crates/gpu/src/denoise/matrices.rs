@@ -1,6 +1,7 @@
 //! Convolutions by the device's matrix units: whether it can do them, and the text of the products.
 //!
-//! Loops over matrices are written out: an array of matrices that is indexed at run time would not stay in registers.
+//! Loops over matrices are written out: an array of matrices that is indexed at run time would not
+//! stay in registers.
 
 use crate::Gpu;
 use crate::matrix_units::{MatrixUnits, SIDE};
@@ -9,7 +10,8 @@ use std::fmt::Write;
 /// Rows of pixels of a subgroup.
 const ROWS: u32 = 2;
 
-/// The matrix units of an open device, if it has the shared memory and the invocations that the shader needs.
+/// The matrix units of an open device, if it has the shared memory and the invocations that the
+/// shader needs.
 pub(super) fn usable(gpu: &Gpu) -> Option<MatrixUnits> {
     /// Bytes of `chunk_inputs` and `row_sums` in `shaders/denoise_matrices.wgsl`.
     const SHARED: u32 = 18 * 10 * 24 * 2 + 8 * 16 * 16 * 4;
@@ -23,8 +25,9 @@ pub(super) fn usable(gpu: &Gpu) -> Option<MatrixUnits> {
     gpu.matrix_units.filter(fits)
 }
 
-/// The module with the entry point `convolve` for so many output channels: subgroups add up, for each block of outputs, the products of
-/// two rows of 16 pixels and the weights. A matrix is 16 pixels by the 16 channels of a chunk, or those by the 16 of a block.
+/// The module with the entry point `convolve` for so many output channels: subgroups add up, for
+/// each block of outputs, the products of two rows of 16 pixels and the weights. A matrix is 16
+/// pixels by the 16 channels of a chunk, or those by the 16 of a block.
 pub(super) fn products(outputs: u32) -> String {
     let blocks = outputs / SIDE;
     let mut text = format!(
@@ -53,7 +56,8 @@ pub(super) fn products(outputs: u32) -> String {
     }
     let _ = writeln!(text, "let first = (chunk * 9u + tap) * OUTPUTS * {SIDE}u;");
     for block in 0..blocks {
-        // Of each block the inputs of an output lie side by side, and so does what a lane needs of them.
+        // Of each block the inputs of an output lie side by side, and so does what a lane needs of
+        // them.
         let at = block * SIDE * SIDE;
         let _ = writeln!(text, "let b_{block} = coopLoad<MatrixB>(&weights[first + {at}u], {SIDE}u);");
         for (row, sum) in sums(block) {

@@ -1,13 +1,15 @@
 //! The learned denoiser's network on a GPU: what `post` computes on the CPU, by compute passes.
 //!
-//! `post` prepares the picture and restores its light afterwards ([`post::denoise_with`]); here is what lies between: features, the
-//! network, and the filter that it steers. `steps.rs` says which pass reads and writes what, `weights.rs` in which order weights lie.
-//! Convolutions are implicit products of matrices: a workgroup computes all channels of 16×8 pixels, sixteen input channels at a time
-//! of which are in shared memory. The products are those of the device's matrix units where it has any (`matrices.rs`), else of its
-//! lanes (`shaders/denoise_lanes.wgsl`).
+//! `post` prepares the picture and restores its light afterwards ([`post::denoise_with`]); here is
+//! what lies between: features, the network, and the filter that it steers. `steps.rs` says which
+//! pass reads and writes what, `weights.rs` in which order weights lie. Convolutions are implicit
+//! products of matrices: a workgroup computes all channels of 16×8 pixels, sixteen input channels
+//! at a time of which are in shared memory. The products are those of the device's matrix units
+//! where it has any (`matrices.rs`), else of its lanes (`shaders/denoise_lanes.wgsl`).
 //!
-//! A picture of 1920×1080 takes 109·10⁹ multiply-adds, of which 79·10⁹ are at half the resolution. In 4 ms that is 55·10¹² operations a
-//! second: a twentieth of what the matrix units of an H100 do, but four fifths of what its lanes do with 32 bits.
+//! A picture of 1920×1080 takes 109·10⁹ multiply-adds, of which 79·10⁹ are at half the resolution.
+//! In 4 ms that is 55·10¹² operations a second: a twentieth of what the matrix units of an H100 do,
+//! but four fifths of what its lanes do with 32 bits.
 
 mod buffers;
 mod matrices;
@@ -57,7 +59,8 @@ impl GpuNetwork {
         }
     }
 
-    /// A network with other weights, or in a way that is not the fastest. The device must be able to do it.
+    /// A network with other weights, or in a way that is not the fastest. The device must be able
+    /// to do it.
     ///
     /// # Errors
     /// As [`GpuNetwork::new`].
@@ -72,10 +75,11 @@ impl GpuNetwork {
         self.products
     }
 
-    /// The picture without its noise, linear radiance, three channels; what [`post::Network::denoise`] says, up to rounding. Passes are
-    /// timed by `timer`.
+    /// The picture without its noise, linear radiance, three channels; what
+    /// [`post::Network::denoise`] says, up to rounding. Passes are timed by `timer`.
     ///
-    /// Large pictures are filtered in tiles, one after the other, so that memory stays bounded; it is free again at the end.
+    /// Large pictures are filtered in tiles, one after the other, so that memory stays bounded; it
+    /// is free again at the end.
     ///
     /// # Errors
     /// When the device has no memory, or fails.

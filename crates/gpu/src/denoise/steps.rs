@@ -29,10 +29,12 @@ pub enum Memory {
     TrustWeights,
 }
 
-/// Levels of the filter: the picture, and half, a quarter, an eighth, a sixteenth of its resolution.
+/// Levels of the filter: the picture, and half, a quarter, an eighth, a sixteenth of its
+/// resolution.
 pub const LEVELS: usize = 5;
 
-/// Planes of activations: level of the network, of which level 0 has half the picture's resolution, and channels.
+/// Planes of activations: level of the network, of which level 0 has half the picture's resolution,
+/// and channels.
 pub const PLANES: [(usize, usize); 14] = [
     (0, 64),
     (0, 64),

@@ -52,7 +52,8 @@ impl Picture {
     }
 }
 
-/// The largest difference of two pictures' values, relative to the value and a hundredth of the picture's mean.
+/// The largest difference of two pictures' values, relative to the value and a hundredth of the
+/// picture's mean.
 fn difference(found: &Image, expected: &Image) -> f64 {
     let values = expected.data();
     let mean = values.iter().map(|v| f64::from(*v)).sum::<f64>() / values.len().max(1) as f64;
@@ -63,12 +64,12 @@ fn difference(found: &Image, expected: &Image) -> f64 {
     })
 }
 
-/// How far the network on a device may be from that on the CPU, relative to the value: with numbers of 32 bits rounding of sums in
-/// another order, with 16 bits that of each layer's results.
+/// How far the network on a device may be from that on the CPU, relative to the value: with numbers
+/// of 32 bits rounding of sums in another order, with 16 bits that of each layer's results.
 fn tolerance(products: Products) -> f64 {
     match products.numbers() {
         Numbers::Full => 2e-4,
-        Numbers::Half => 4e-2,
+        Numbers::Half => 1e-2,
     }
 }
 

@@ -20,8 +20,8 @@ const ALPHA: usize = 26;
 
 /// Weights and bias of a layer on the device.
 pub struct Layer {
-    /// Weights of a convolution: `[chunk of 16 inputs][ky][kx][block of 16 outputs][16 inputs][16 outputs]`, for matrix units
-    /// `…[16 outputs][16 inputs]`; of a head: `[pixel][input][28]`.
+    /// Weights of a convolution: `[chunk of 16 inputs][ky][kx][block of 16 outputs][16 inputs][16
+    /// outputs]`, for matrix units `…[16 outputs][16 inputs]`; of a head: `[pixel][input][28]`.
     pub weights: wgpu::Buffer,
     /// The bias, in 32 bits: `[output]`; of a head: `[pixel][28]`.
     pub bias: wgpu::Buffer,

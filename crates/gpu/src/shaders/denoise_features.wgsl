@@ -1,5 +1,6 @@
-// What the network sees: channel 4 k + 2 i + j of a pixel of half the resolution is feature k of the pixel in row i and column j of
-// the 2×2 that it stands for. Twelve features, the last of which is zero.
+// What the network sees: channel 4 k + 2 i + j of a pixel of half the resolution is feature k of
+// the pixel in row i and column j of the 2×2 that it stands for. Twelve features, the last of which
+// is zero.
 
 #import denoise_numbers, denoise_picture, denoise_step
 

@@ -41,7 +41,8 @@ fn input_quad(pixel: vec2i, quad: u32) -> Quad {
     return max(above, below);
 }
 
-/// Item `item` of a chunk of a workgroup's inputs: pixel by pixel of the tile with what is around it, `CHUNK_QUADS` quads each.
+/// Item `item` of a chunk of a workgroup's inputs: pixel by pixel of the tile with what is around
+/// it, `CHUNK_QUADS` quads each.
 fn chunk_item(group: vec2u, chunk: u32, item: u32) -> Quad {
     let place = item / CHUNK_QUADS;
     let corner = vec2i(group * vec2u(TILE_WIDTH, TILE_HEIGHT)) - 1;

@@ -1,5 +1,6 @@
-// Filters a level: each pixel becomes the mean of the 5×5 around it, weighted by the kernel that a head of the network says, and by
-// trust. An invocation filters what one pixel of the decoder stands for: one pixel, or 2×2 of the picture.
+// Filters a level: each pixel becomes the mean of the 5×5 around it, weighted by the kernel that a
+// head of the network says, and by trust. An invocation filters what one pixel of the decoder
+// stands for: one pixel, or 2×2 of the picture.
 
 #import denoise_decoded, denoise_math, denoise_step
 
@@ -14,7 +15,8 @@
 
 /// How far kernels reach.
 const REACH: i32 = 2;
-/// Outputs of a head for a pixel, divided by four: 25 logits of the kernel, one that is not used here, alpha and beta.
+/// Outputs of a head for a pixel, divided by four: 25 logits of the kernel, one that is not used
+/// here, alpha and beta.
 const SLOT_QUADS: u32 = 7u;
 
 /// The outputs of the head for pixel `pixel` of those that the decoder's pixel `place` stands for.

@@ -1,4 +1,5 @@
-// A convolution of 3×3: an invocation computes sixteen channels of four pixels that lie side by side.
+// A convolution of 3×3: an invocation computes sixteen channels of four pixels that lie side by
+// side.
 
 #import denoise_inputs, denoise_numbers, denoise_outputs, denoise_shape
 

@@ -1,4 +1,5 @@
-// How a filtered level is put together with the result of the next coarser one: as much as alpha says of what that knows better.
+// How a filtered level is put together with the result of the next coarser one: as much as alpha
+// says of what that knows better.
 
 #import denoise_math, denoise_step
 
@@ -7,7 +8,8 @@
 /// The result of the level of half the resolution.
 @group(3) @binding(3) var<storage, read> coarse: array<DenoiseValues>;
 
-/// The coarse result minus the mean of the level's four pixels there, in a level of `size`, at a pixel of half the resolution.
+/// The coarse result minus the mean of the level's four pixels there, in a level of `size`, at a
+/// pixel of half the resolution.
 fn residual(half_pixel: vec2u, size: vec2u) -> DenoiseValues {
     let at = 2u * half_pixel.y * size.x + 2u * half_pixel.x;
     let mean = denoise_mean(filtered[at], filtered[at + 1u], filtered[at + size.x], filtered[at + size.x + 1u]);
@@ -15,7 +17,8 @@ fn residual(half_pixel: vec2u, size: vec2u) -> DenoiseValues {
     return DenoiseValues(better.a - mean.a, better.b - mean.b);
 }
 
-/// The residual at a pixel of the level: bilinear between centres of pixels, constant beyond the outermost.
+/// The residual at a pixel of the level: bilinear between centres of pixels, constant beyond the
+/// outermost.
 fn enlarged_residual(pixel: vec2u, size: vec2u) -> DenoiseValues {
     let near = pixel / 2u;
     let below = vec2u(max(vec2i(near) - 1, vec2i(0)));

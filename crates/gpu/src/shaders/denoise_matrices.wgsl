@@ -1,12 +1,12 @@
-// Convolutions by the device's matrix units: what goes into them and what becomes of what comes out. The products themselves are
-// generated (`denoise/matrices.rs`).
+// Convolutions by the device's matrix units: what goes into them and what becomes of what comes
+// out. The products themselves are generated (`denoise/matrices.rs`).
 
 #import denoise_inputs, denoise_numbers, denoise_outputs, denoise_shape
 
 @group(3) @binding(3) var<storage, read> weights: array<Number>;
 
-/// From one pixel to the next in `chunk_inputs`: more than the channels of a chunk, so that eight rows of a matrix lie in different
-/// banks of shared memory.
+/// From one pixel to the next in `chunk_inputs`: more than the channels of a chunk, so that eight
+/// rows of a matrix lie in different banks of shared memory.
 const PIXEL_STRIDE: u32 = 24u;
 /// Subgroups of a workgroup; each computes two rows of its tile.
 const SUBGROUPS: u32 = TILE_HEIGHT / 2u;

@@ -5,7 +5,8 @@
 @group(3) @binding(4) var<storage, read> bias: array<vec4f>;
 @group(3) @binding(5) var<storage, read_write> outputs: array<Quad>;
 
-/// Writes four channels of a pixel, if it is one of the picture's: sums of products become the larger of zero and sum and bias.
+/// Writes four channels of a pixel, if it is one of the picture's: sums of products become the
+/// larger of zero and sum and bias.
 fn write_quad(pixel: vec2u, quad: u32, sums: vec4f) {
     if all(pixel < denoise_step.size) {
         let rectified = clamp(sums + bias[quad], vec4f(0.0), vec4f(LARGEST_NUMBER));

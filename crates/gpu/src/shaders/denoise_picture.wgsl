@@ -1,7 +1,8 @@
 // The picture as the network's filter sees it.
 
-/// Three words of a pixel each (`post::PREPARED_VALUES`): scaled radiance and the albedo's first value; the albedo's others and the
-/// normal's first two; the normal's last, the compressed deviation, whether that is known, and zero.
+/// Three words of a pixel each (`post::PREPARED_VALUES`): scaled radiance and the albedo's first
+/// value; the albedo's others and the normal's first two; the normal's last, the compressed
+/// deviation, whether that is known, and zero.
 @group(3) @binding(1) var<storage, read> picture: array<vec4f>;
 
 struct DenoisePixel {

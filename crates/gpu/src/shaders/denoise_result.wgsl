@@ -1,5 +1,5 @@
-// The filtered picture: the finest level, put together, of radiance filtered with its albedo and without. `denoise_step.size` is that of what
-// is kept of the region.
+// The filtered picture: the finest level, put together, of radiance filtered with its albedo and
+// without. `denoise_step.size` is that of what is kept of the region.
 
 #import denoise_levels, denoise_math, denoise_picture, denoise_step
 

@@ -7,8 +7,8 @@ struct DenoiseStep {
     coarse_quads: u32,
     /// Channels of the other input, divided by four.
     fine_quads: u32,
-    /// Convolutions: 1 if the other input has double the resolution, and the largest of each 2×2 counts. Kernels: pixels of the
-    /// filtered level, across, for one of the decoder's.
+    /// Convolutions: 1 if the other input has double the resolution, and the largest of each 2×2
+    /// counts. Kernels: pixels of the filtered level, across, for one of the decoder's.
     scale: u32,
     /// Zero.
     unused: u32,

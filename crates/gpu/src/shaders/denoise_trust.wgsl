@@ -1,10 +1,12 @@
-// The finest level of what is filtered: radiance, irradiance, and the trust in them, by which they are multiplied.
+// The finest level of what is filtered: radiance, irradiance, and the trust in them, by which they
+// are multiplied.
 
 #import denoise_decoded, denoise_math, denoise_picture, denoise_step
 
 /// The weights of four logits for each channel, then their bias.
 @group(3) @binding(4) var<storage, read> trust_weights: array<vec4f>;
-/// Two words of a pixel: radiance and the first value of irradiance; its other values, the trust, zero.
+/// Two words of a pixel: radiance and the first value of irradiance; its other values, the trust,
+/// zero.
 @group(3) @binding(5) var<storage, read_write> trusted: array<vec4f>;
 
 /// The trust in the four pixels that a pixel of the decoder stands for, between 0.001 and 1.

@@ -1,11 +1,13 @@
-//! The text for matrix units on devices that have none: each subgroup is one invocation, which multiplies matrices by itself. So every
-//! index is tested wherever tests run; that devices multiply matrices is theirs.
+//! The text for matrix units on devices that have none: each subgroup is one invocation, which
+//! multiplies matrices by itself. So every index is tested wherever tests run; that devices
+//! multiply matrices is theirs.
 
 use super::*;
 use crate::MatrixUnits;
 use crate::denoise::passes::shape;
 
-/// What stands for the device's functions. Matrices are the places where they begin; sums lie in an array of the invocation.
+/// What stands for the device's functions. Matrices are the places where they begin; sums lie in an
+/// array of the invocation.
 const FUNCTIONS: &str = "
 const SIDE: u32 = 16u;
 var<private> sums: array<f32, OUTPUTS * 32u>;
