@@ -219,7 +219,9 @@ fn filter(tile: &Tile) -> Vec<Step> {
             (5, Memory::Filtered(level)),
         ];
         let scale = if level == 0 { 2 } else { 1 };
-        Step::new(PassId::Filter, size_of_level(tile, level.max(1)), told(level, scale), binds)
+        let size = size_of_level(tile, level.max(1));
+        let step = Step::new(PassId::Filter, size, told(level, scale), binds);
+        Step { groups: [size[0].div_ceil(32), size[1].div_ceil(8)], ..step }
     }));
     steps.extend((1..LEVELS - 1).rev().map(|level| {
         let coarse =

@@ -126,7 +126,7 @@ pub(super) const LISTED: &[Reason] = &[
         &[
             ("denoise_features", &["compressed_irradiance"]),
             ("denoise_inputs", &["input_quad"]),
-            ("denoise_kernels", &["filter_pixel", "largest_logit", "slots_of"]),
+            ("denoise_kernels", &["add_products", "filter_pixel", "largest_logit"]),
             ("denoise_lanes", &["convolve"]),
             ("denoise_levels", &["combined_pixel", "enlarged_residual"]),
             ("denoise_math", &["denoise_mean", "denoise_sigmoid"]),
