@@ -22,7 +22,7 @@ pub mod oren_nayar {
     pub const FON_MEAN: f32 = 0.0724882125;
     /// Samples of the roughest surface that are uniform over the hemisphere. They keep weights below 10, where a surface
     /// seen at a grazing angle reflects more than cosines expect.
-    pub const UNIFORM_SHARE: f32 = 0.2;
+    pub const UNIFORM_DIFFUSE_SHARE: f32 = 0.2;
 
     /// A rough diffuse surface, prepared for one direction towards the viewer. Colours are albedos.
     #[derive(Clone, Copy, Debug)]
@@ -91,16 +91,16 @@ pub mod oren_nayar {
 
     /// A direction above the surface: most by the cosine, some uniform.
     pub fn sample_rough_diffuse(roughness: f32, u: Vec2f) -> Vec3f {
-        let uniform = UNIFORM_SHARE * roughness;
-        if u.x < uniform {
-            return sample_cone(vec2f(min(u.x / uniform, ONE_MINUS_EPSILON), u.y), 1.0);
+        let share = UNIFORM_DIFFUSE_SHARE * roughness;
+        if u.x < share {
+            return sample_cone(vec2f(min(u.x / share, ONE_MINUS_EPSILON), u.y), 1.0);
         }
-        sample_cosine_hemisphere(vec2f(min((u.x - uniform) / (1.0 - uniform), ONE_MINUS_EPSILON), u.y))
+        sample_cosine_hemisphere(vec2f(min((u.x - share) / (1.0 - share), ONE_MINUS_EPSILON), u.y))
     }
 
     /// Density over solid angle of [`sample_rough_diffuse`].
     pub fn pdf_rough_diffuse(roughness: f32, cos_i: f32) -> f32 {
-        mix(pdf_cosine_hemisphere(cos_i), 0.5 * INV_PI, UNIFORM_SHARE * roughness)
+        mix(pdf_cosine_hemisphere(cos_i), 0.5 * INV_PI, UNIFORM_DIFFUSE_SHARE * roughness)
     }
 }
 
