@@ -47,10 +47,17 @@ fn everything_path() {
     compare("assortment path", &scene, &job(&scene), 0.35);
 }
 
+/// The scene of layers, with rough diffuse reflection where there is any.
+fn layers() -> Scene {
+    let mut scene = builtin("layers");
+    scene.materials.iter_mut().for_each(|material| material.layers.diffuse_roughness = 0.6);
+    scene
+}
+
 /// Layers and absorption. One tracer is enough: what scatters asks none, and is the same text for all.
 #[test]
 fn layers_path() {
-    let scene = builtin("layers");
+    let scene = layers();
     let mut renderers = gpu_renderers("layers_path");
     renderers.truncate(1);
     // Refraction of refraction magnifies rounding.
@@ -60,7 +67,7 @@ fn layers_path() {
 /// As above: all lobes with lights, sky and what they reflect, and the colours of first hits.
 #[test]
 fn layers_direct() {
-    let scene = builtin("layers");
+    let scene = layers();
     let mut renderers = gpu_renderers("layers_direct");
     renderers.truncate(1);
     let direct = Integrator::Direct(DirectSettings::default());

@@ -62,9 +62,15 @@ fn material(random: &mut Random, text: &mut String, name: &str) -> std::fmt::Res
         return writeln!(text, "model = \"{model}\"");
     }
     writeln!(text, "metallic = {}\nroughness = {}", random.share(), random.share())?;
-    for key in
-        ["transmission", "clearcoat", "clearcoat-roughness", "sheen-roughness", "iridescence", "specular"]
-    {
+    for key in [
+        "transmission",
+        "clearcoat",
+        "clearcoat-roughness",
+        "diffuse-roughness",
+        "sheen-roughness",
+        "iridescence",
+        "specular",
+    ] {
         if random.next().is_multiple_of(4) {
             writeln!(text, "{key} = {}", random.share())?;
         }

@@ -29,10 +29,6 @@ pub enum KernelKind {
     AmbientOcclusion,
 }
 
-/// The modules that [`KernelKind::linkage`] chooses among.
-pub(crate) const MODULES: &[&str] =
-    &["kernel_path", "kernel_volumes", "kernel_direct", "kernel_aov", "kernel_ao"];
-
 impl KernelKind {
     /// All whose text differs.
     pub const ALL: [Self; 4] = [Self::Path, Self::Direct, Self::Aov, Self::AmbientOcclusion];

@@ -28,7 +28,7 @@ impl RayQuestion {
         if self == Self::ClosestPacket { Self::Closest } else { self }
     }
 
-    /// What modules are linked with that import `kernel_rays`.
+    /// What modules are linked with that import `ray_list`.
     pub fn linkage(self, variant: Variant) -> Linkage {
         let question = match self {
             Self::Closest => "rays_closest",

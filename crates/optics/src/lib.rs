@@ -114,6 +114,7 @@ mod surface {
     pub mod iridescence;
     pub mod layered;
     pub mod lobes;
+    pub mod oren_nayar;
     pub mod pattern;
     pub mod phong;
     pub mod scatter;
@@ -166,8 +167,8 @@ pub use sampling::{
 };
 pub use surface::{
     anisotropic::anisotropic, bsdf::bsdf, closure::closure, dielectric::dielectric, fresnel::fresnel,
-    ggx::ggx, glossy::glossy, iridescence::iridescence, layered::layered, lobes::lobes, pattern::pattern,
-    phong::phong, scatter::scatter, sheen::sheen,
+    ggx::ggx, glossy::glossy, iridescence::iridescence, layered::layered, lobes::lobes,
+    oren_nayar::oren_nayar, pattern::pattern, phong::phong, scatter::scatter, sheen::sheen,
 };
 pub use textures::{
     color_nodes::color_nodes, noise::noise, patterns::patterns, texture_node::texture_node,

@@ -5,6 +5,7 @@ use optics::constants::ONE_MINUS_EPSILON;
 use optics::glossy::{MetallicRoughness, glossy_eval, metallic_roughness_bsdf};
 use optics::layered::*;
 use optics::lobes::*;
+use optics::oren_nayar::rough_diffuse_factor;
 use optics::scatter::BsdfSample;
 use optics::{Vec3f, vec2f, vec3f};
 use testkit::{Random, assert_chi2};
@@ -18,6 +19,7 @@ fn plain() -> LayeredParameters {
         base_color: WHITE,
         metallic: 0.0,
         roughness: 0.5,
+        diffuse_roughness: 0.0,
         specular: 1.0,
         specular_color: WHITE,
         ior: 1.5,
@@ -81,6 +83,7 @@ fn random_material(random: &mut Random) -> LayeredParameters {
         base_color,
         metallic: share() * present(share(), 0.5),
         roughness: share(),
+        diffuse_roughness: share(),
         specular: share(),
         specular_color,
         ior,
@@ -161,6 +164,7 @@ fn white_combinations_stay_white() {
     let metal = LayeredParameters { metallic: 1.0, coat: 0.5, ..plain() };
     let paper = LayeredParameters { diffuse_transmission: 0.6, ..plain() };
     let film = LayeredParameters { iridescence: 1.0, metallic: 0.0, ..plain() };
+    let clay = |diffuse_roughness| LayeredParameters { diffuse_roughness, ..plain() };
     let glass = LayeredParameters { transmission: 1.0, roughness: 0.4, ..plain() };
     let inside = LayeredParameters { eta: 1.0 / 1.5, inside: true, ..glass };
     let sheet = LayeredParameters { thin: true, ..glass };
@@ -172,6 +176,10 @@ fn white_combinations_stay_white() {
         metal,
         paper,
         film,
+        clay(0.5),
+        clay(1.0),
+        LayeredParameters { diffuse_roughness: 1.0, ..coated },
+        LayeredParameters { diffuse_roughness: 1.0, ..paper },
         glass,
         inside,
         sheet,
@@ -205,7 +213,8 @@ fn lobes_are_told_apart() {
         let others = layered_without_diffuse(whole);
         for _ in 0..8 {
             let wi = direction(2.0 * random.uniform_f32() - 1.0, random.uniform_f32());
-            let albedo = if wi.z > 0.0 { whole.diffuse } else { whole.diffuse_below };
+            let above = || rough_diffuse_factor(whole.diffuse_lobe, wo, wi);
+            let albedo = if wi.z > 0.0 { above() } else { whole.diffuse_below };
             let diffuse = albedo * (wi.z.abs() / std::f32::consts::PI);
             let (a, b) = (layered_eval(whole, wo, wi).value_cos, layered_eval(others, wo, wi).value_cos);
             for (a, b) in a.to_array().into_iter().zip((b + diffuse).to_array()) {
@@ -277,6 +286,25 @@ fn no_layers_are_metallic_roughness() {
     }
 }
 
+/// Without a reflection above it, the rough diffuse base is reciprocal, and brighter than Lambert's towards the light.
+#[test]
+fn rough_diffuse_bases_are_reciprocal() {
+    let mut random = Random::new(17);
+    let none = LayeredParameters { specular: 0.0, base_color: vec3f(0.7, 0.4, 0.1), ..plain() };
+    for _ in 0..2000 {
+        let m = LayeredParameters { diffuse_roughness: random.uniform_f32(), ..none };
+        let wo = direction(random.uniform_f32().max(0.02), random.uniform_f32());
+        let wi = direction(random.uniform_f32().max(0.02), random.uniform_f32());
+        let value = |wo: Vec3f, wi: Vec3f| layered_eval(prepare(m, wo), wo, wi).value_cos * (1.0 / wi.z);
+        for (there, back) in value(wo, wi).to_array().into_iter().zip(value(wi, wo).to_array()) {
+            assert!((there - back).abs() <= 1e-3 * there.max(back) + 1e-6, "{there} and {back}: {m:?}");
+        }
+        let towards = |m: LayeredParameters| layered_eval(prepare(m, wo), wo, wo).value_cos.x;
+        let rough = LayeredParameters { diffuse_roughness: 1.0, ..none };
+        assert!(wo.z > 0.7 || towards(rough) > 1.1 * towards(none), "{wo:?}");
+    }
+}
+
 /// A metal without energy compensation has nothing that looks at one direction alone.
 #[test]
 fn anisotropic_metals_are_reciprocal() {
@@ -330,6 +358,8 @@ fn wide_materials() -> Vec<LayeredParameters> {
     let tilted = direction(0.96, 0.3);
     vec![
         wide,
+        LayeredParameters { diffuse_roughness: 0.5, ..wide },
+        LayeredParameters { diffuse_roughness: 1.0, specular: 0.0, ..wide },
         LayeredParameters { anisotropy: 0.8, metallic: 1.0, ..wide },
         LayeredParameters { coat: 1.0, coat_roughness: 0.6, coat_normal: tilted, ..wide },
         LayeredParameters { sheen_color: WHITE, sheen_roughness: 0.6, ..wide },
@@ -428,6 +458,7 @@ fn extreme_parameters_give_finite_numbers() {
             base_color: color(edge()),
             metallic: edge(),
             roughness: edge(),
+            diffuse_roughness: edge(),
             specular: edge(),
             specular_color: color(edge()),
             ior,

@@ -53,6 +53,7 @@ fn modules() -> Vec<(&'static str, String)> {
         medium: optics::medium,
         noise: optics::noise,
         offset: optics::offset,
+        oren_nayar: optics::oren_nayar,
         path: optics::path,
         pattern: optics::pattern,
         patterns: optics::patterns,

@@ -207,6 +207,17 @@ def test_meshes_of_other_packages_are_taken():
         alhazen.Scene().add_mesh(vertices)
 
 
+def test_numbers_of_layers_are_keywords():
+    scene = alhazen.Scene()
+    assert scene.add_material(clearcoat=1, clearcoat_roughness=0.2, diffuse_roughness=0.5, dispersion=3) == 0
+    with pytest.raises(ValueError, match="diffuse_roughness: 2 is not between 0 and 1"):
+        scene.add_material(diffuse_roughness=2)
+    with pytest.raises(ValueError, match="iridescence_ior: 0.5 is not between 1 and 10"):
+        scene.add_material(iridescence_ior=0.5)
+    with pytest.raises(TypeError, match="unexpected keyword argument `clearcot`"):
+        scene.add_material(clearcot=1)
+
+
 @pytest.mark.parametrize("name", ["vertices", "normals", "uvs", "colors"])
 def test_nan_in_arrays_raises(name):
     arrays = {"vertices": TRIANGLE[0], "normals": np.ones((3, 3)), "uvs": np.ones((3, 2)), "colors": np.ones((3, 3))}

@@ -119,6 +119,8 @@ pub struct Layers {
     /// Whether the dielectric reflects `specular_color` itself, whatever the index of refraction: an `ior` of 0 in
     /// glTF.
     pub specular_is_reflectance: bool,
+    /// Roughness of the diffuse reflection in `[0, 1]`: 0 is Lambert's surface, 1 the roughest of Oren and Nayar's.
+    pub diffuse_roughness: f32,
     /// 20 / Abbe number: how far the indices of refraction of blue and red are apart; 0 is not at all.
     pub dispersion: f32,
 }
@@ -136,6 +138,7 @@ impl Default for Layers {
             specular_color_texture: None,
             glossiness: false,
             specular_is_reflectance: false,
+            diffuse_roughness: 0.0,
             dispersion: 0.0,
         }
     }
@@ -149,6 +152,7 @@ impl Layers {
             || self.iridescence.strength > 0.0
             || self.anisotropy.strength > 0.0
             || self.diffuse_transmission.strength > 0.0
+            || self.diffuse_roughness > 0.0
             || self.dispersion > 0.0
             || self.specular_texture.is_some()
             || self.specular_color_texture.is_some()
@@ -187,6 +191,7 @@ pub const LAYER_NUMBERS: &[LayerNumber] = &[
     },
     share("anisotropy", |l| &mut l.anisotropy.strength),
     share("diffuse-transmission", |l| &mut l.diffuse_transmission.strength),
+    share("diffuse-roughness", |l| &mut l.diffuse_roughness),
     LayerNumber { name: "dispersion", range: [0.0, 20.0], of: |l| &mut l.dispersion },
 ];
 

@@ -8,6 +8,7 @@ mod ambient_occlusion;
 mod common;
 mod coverage;
 mod lights;
+mod rough_diffuse;
 
 use alhazen::{
     Environment, Integrator, Job, Light, LightKind, PathSettings, Pixels, Scene, SceneImage, Shape,
@@ -176,6 +177,7 @@ fn white_layered_objects_vanish_in_a_uniform_environment() {
         (layered("both", Layers { clearcoat: coat, sheen, ..Layers::default() }), 0.02),
         // Even without thickness, the fitted spectra of the film's reflection are not quite white, and what is below gets what
         // the strongest channel leaves: green loses 1.2 %.
+        (layered("clay", Layers { diffuse_roughness: 1.0, ..Layers::default() }), 0.01),
         (layered("film", Layers { iridescence: grey_film, ..Layers::default() }), 0.02),
         (coated_metal, 0.01),
         (coated_glass, 0.03),

@@ -13,7 +13,7 @@ use testkit::Random;
 
 #[test]
 fn layouts_match_the_shader() {
-    let module = check::module("kernel_rays");
+    let module = check::module("ray_list");
     crate::layout::assert_layout!(module, Ray { origin, t_min, direction, t_max });
     crate::layout::assert_layout!(module, RayList { count, width });
     let rust = ["t", "u", "v", "instance", "geometry", "primitive"];

@@ -1,6 +1,6 @@
 //! Names that stand for one of several modules.
 
-/// Abstract names that modules import, and the modules that each may stand for. [`Linkage::of`](super::Linkage::of) binds those that a variant
+/// Abstract names that modules import, and the modules that each may stand for; `kernel_*` is all whose names begin so. [`Linkage::of`](super::Linkage::of) binds those that a variant
 /// decides about; tracers, kernels and passes bind the others.
 pub const ABSTRACT: &[(&str, &[&str])] = &[
     // Where texels are.
@@ -16,7 +16,7 @@ pub const ABSTRACT: &[(&str, &[&str])] = &[
     // Where walks of `tracer_bvh` begin that do not begin at the root.
     ("entry_lists", &["hybrid_shaft_lists"]),
     // What an invocation does for a pixel, behind the entry points of megakernels.
-    ("kernel", crate::kernel::MODULES),
+    ("kernel", &["kernel_*"]),
     // What is asked of rays from a list.
     ("question", &["rays_closest", "rays_closest_packet", "rays_any"]),
     // What `direct` does at first hits.
@@ -24,3 +24,14 @@ pub const ABSTRACT: &[(&str, &[&str])] = &[
     // Whether shadow rays begin at the nodes of shafts.
     ("shafts", &["hybrid_no_shafts", "hybrid_shaft_rays"]),
 ];
+
+/// The modules of a list of [`ABSTRACT`].
+#[cfg(test)]
+pub(crate) fn modules_of(choices: &[&'static str]) -> Vec<&'static str> {
+    let files = || super::modules::files().map(|(name, _)| name);
+    let modules_of = |choice: &&'static str| match choice.strip_suffix('*') {
+        Some(start) => files().filter(|name| name.starts_with(start)).collect(),
+        None => vec![*choice],
+    };
+    choices.iter().flat_map(modules_of).collect()
+}

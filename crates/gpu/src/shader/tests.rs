@@ -1,6 +1,6 @@
 //! Every module alone, and every shader that is made of them, without a device.
 
-use super::abstract_modules::ABSTRACT;
+use super::abstract_modules::{ABSTRACT, modules_of};
 use super::check::{self, validate, write_all_languages};
 use super::*;
 use crate::kernel::KernelKind;
@@ -65,7 +65,7 @@ fn every_module_is_complete_by_its_imports() {
             for &(which, choices) in ABSTRACT {
                 // The tracer was chosen above, with what follows from that.
                 let decided = ["tracer", "entry_lists", "shafts", "question"].contains(&which);
-                for &choice in choices.iter().filter(|_| !decided) {
+                for choice in modules_of(choices).into_iter().filter(|_| !decided) {
                     let other = linkage.clone().bind(which, choice);
                     let other = other.text(name).unwrap_or_else(|e| panic!("{name} with {choice}: {e}"));
                     if other != text {
@@ -117,8 +117,8 @@ fn no_import_is_unneeded() {
         let used: BTreeSet<_> = words(&code).collect();
         let imports = text.lines().filter_map(|line| line.strip_prefix("#import "));
         for import in imports.flat_map(|line| line.split(", ")) {
-            let choices = ABSTRACT.iter().find(|(which, _)| *which == import).map(|(_, choices)| *choices);
-            for module in choices.unwrap_or(&[import]) {
+            let choices = ABSTRACT.iter().find(|(which, _)| *which == import);
+            for module in choices.map_or_else(|| vec![import], |(_, choices)| modules_of(choices)) {
                 let text = with_all.own_text(module).unwrap_or_else(|| panic!("{name}: {module}"));
                 let names = declared(text);
                 assert!(!names.is_disjoint(&used), "{name} uses nothing of {module}");

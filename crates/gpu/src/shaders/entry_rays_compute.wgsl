@@ -1,6 +1,6 @@
 // Where compute shaders begin that answer rays from a list.
 
-#import kernel_rays
+#import ray_list
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3u) {

@@ -1,6 +1,6 @@
 // Where ray tracing pipelines begin that answer rays from a list.
 
-#import kernel_rays
+#import ray_list
 
 @ray_generation
 fn main(@builtin(ray_invocation_id) id: vec3u) {

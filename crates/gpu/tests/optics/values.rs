@@ -192,20 +192,21 @@ structures! {
     LayersRecord in layers {
         specular_color, reflectance_ior, sheen_color, sheen_roughness, diffuse_transmission_color,
         diffuse_transmission, film_thickness, anisotropy_direction, anisotropy, coat, coat_roughness,
-        coat_normal_scale, dispersion, iridescence, film_ior, flags,
+        coat_normal_scale, dispersion, iridescence, film_ior, diffuse_roughness, flags,
     }
     LayerTexels in layers { layers, metallic_roughness, transmission }
     SurfaceDirections in layers { wo, normal, shading_normal, layer_frame }
     LayeredPoint in layers { frame, wo, parameters, refraction_tint }
     MetallicRoughness in glossy { base_color, metallic, roughness, specular, ior }
+    RoughDiffuse in oren_nayar { roughness, single, multiple }
     LayeredParameters in layered {
-        base_color, metallic, roughness, specular, specular_color, ior, anisotropy, transmission,
+        base_color, metallic, roughness, diffuse_roughness, specular, specular_color, ior, anisotropy, transmission,
         diffuse_transmission, diffuse_transmission_color, sheen_color, sheen_roughness, coat, coat_roughness,
         coat_normal, iridescence, film_ior, film_thickness, eta, thin, inside,
     }
     LayeredAlbedos in layered { base, coat, sheen, whole_interface }
     Layered in layered {
-        diffuse, diffuse_below, widths, specular, specular_grazing, refracted, refracted_f0, refracted_f90, eta, sheen,
+        diffuse, diffuse_lobe, diffuse_below, widths, specular, specular_grazing, refracted, refracted_f0, refracted_f90, eta, sheen,
         sheen_alpha, coat, coat_grazing, coat_alpha, coat_normal, p_diffuse, p_diffuse_below, p_specular, p_refracted,
         p_sheen, p_coat,
     }

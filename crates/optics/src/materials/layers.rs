@@ -80,6 +80,8 @@ pub mod layers {
         pub iridescence: f32,
         /// Index of refraction of the film.
         pub film_ior: f32,
+        /// Roughness of the base's diffuse reflection.
+        pub diffuse_roughness: f32,
         /// `LAYERS_…` bits.
         pub flags: u32,
     }
@@ -171,6 +173,7 @@ pub mod layers {
             base_color: base_color,
             metallic: saturate(m.metallic * t.metallic_roughness.z),
             roughness: saturate(roughness),
+            diffuse_roughness: l.diffuse_roughness,
             specular: m.specular * t.layers[10].w,
             specular_color: l.specular_color * vec3f(specular_color.x, specular_color.y, specular_color.z),
             ior: l.reflectance_ior,

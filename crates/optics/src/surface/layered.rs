@@ -18,6 +18,7 @@ pub mod layered {
     use crate::ggx::*;
     use crate::iridescence::*;
     use crate::math::*;
+    use crate::oren_nayar::*;
     use crate::sheen::*;
     use wgsl_rs::std::*;
 
@@ -30,6 +31,8 @@ pub mod layered {
         pub metallic: f32,
         /// Perceptual roughness of the base in `[0, 1]`.
         pub roughness: f32,
+        /// Roughness of the base's diffuse reflection in `[0, 1]`; see `oren_nayar`.
+        pub diffuse_roughness: f32,
         /// Strength of the dielectric's reflection in `[0, 1]`.
         pub specular: f32,
         /// Colour of the dielectric's reflection at normal incidence, ≥ 0.
@@ -86,6 +89,8 @@ pub mod layered {
     pub struct Layered {
         /// Albedo of the diffuse lobe above the surface.
         pub diffuse: Vec3f,
+        /// How that lobe spreads its light.
+        pub diffuse_lobe: RoughDiffuse,
         /// Albedo of the diffuse lobe below.
         pub diffuse_below: Vec3f,
         /// GGX widths of the base along X and Y.
@@ -258,7 +263,10 @@ pub mod layered {
         let opaque_albedo = (opaque_f0 * e.base.x + white * (f90 * e.base.y)) * opaque_scale;
         let reflected = select(max_component(opaque_albedo), 0.0, m.inside);
         let left = opaque * under_sheen * (1.0 - saturate(reflected));
-        b.diffuse = m.base_color * (left * (1.0 - m.diffuse_transmission));
+        let left_above = left * (1.0 - m.diffuse_transmission);
+        b.diffuse = eon_albedo(m.base_color, m.diffuse_roughness, cos_o) * left_above;
+        b.diffuse_lobe =
+            scaled_rough_diffuse(rough_diffuse(m.base_color, m.diffuse_roughness, cos_o), left_above);
         b.diffuse_below = m.diffuse_transmission_color * (left * m.diffuse_transmission);
         b.refracted = m.base_color * refraction_tint * (glass * compensation * under_sheen);
         b.refracted_f0 = max_component(glass_f0);
@@ -315,6 +323,7 @@ pub mod layered {
         let black = vec3f(0.0, 0.0, 0.0);
         Layered {
             diffuse: black,
+            diffuse_lobe: RoughDiffuse { roughness: 0.0, single: black, multiple: black },
             diffuse_below: black,
             widths: vec2f(1.0, 1.0),
             specular: black,

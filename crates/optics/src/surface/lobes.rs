@@ -13,6 +13,7 @@ pub mod lobes {
     use crate::ggx::*;
     use crate::layered::*;
     use crate::math::*;
+    use crate::oren_nayar::*;
     use crate::scatter::*;
     use crate::sheen::*;
     use crate::warp::*;
@@ -39,6 +40,7 @@ pub mod lobes {
         let scale = select(0.0, 1.0 / max(share, 1e-30), share > 1e-20);
         let mut others = b;
         others.diffuse = vec3f(0.0, 0.0, 0.0);
+        others.diffuse_lobe = scaled_rough_diffuse(b.diffuse_lobe, 0.0);
         others.diffuse_below = vec3f(0.0, 0.0, 0.0);
         others.p_diffuse = 0.0;
         others.p_diffuse_below = 0.0;
@@ -64,9 +66,10 @@ pub mod lobes {
 
     /// The lobes that reflect: diffuse, specular, sheen and coat.
     pub fn lobes_above(b: Layered, wo: Vec3f, wi: Vec3f) -> BsdfValue {
-        let diffuse_pdf = pdf_cosine_hemisphere(wi.z);
+        let diffuse = rough_diffuse_factor(b.diffuse_lobe, wo, wi) * pdf_cosine_hemisphere(wi.z);
+        let diffuse_pdf = pdf_rough_diffuse(b.diffuse_lobe.roughness, wi.z);
         let sheen = sheen_lobe(wo, wi, b.sheen_alpha);
-        let mut value = b.diffuse * diffuse_pdf + b.sheen * sheen;
+        let mut value = diffuse + b.sheen * sheen;
         let mut pdf = b.p_diffuse * diffuse_pdf + b.p_sheen * pdf_sheen();
         let sum = wo + wi;
         let length2 = dot(sum, sum);
@@ -189,7 +192,7 @@ pub mod lobes {
         }
         end = end + b.p_diffuse;
         if u_lobe < end {
-            return sample_cosine_hemisphere(u);
+            return sample_rough_diffuse(b.diffuse_lobe.roughness, u);
         }
         end = end + b.p_refracted;
         if u_lobe < end {

@@ -256,6 +256,7 @@ impl Scene {
     ///     - iridescence, iridescence_ior: share under a thin film, and its index of refraction, 1 to 10.
     ///     - anisotropy: how far highlights are stretched along the tangent.
     ///     - diffuse_transmission: share of the diffuse light that leaves on the other side.
+    ///     - diffuse_roughness: of the diffuse reflection, from Lambert's (0) to the roughest of Oren and Nayar's (1).
     ///     - dispersion: 20 / Abbe number, 0 to 20; needs refraction.
     /// attenuation_distance : float, default infinity
     ///     After so many metres inside of a body, white light has `attenuation_color`; needs refraction.

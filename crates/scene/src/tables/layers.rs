@@ -55,6 +55,7 @@ impl SceneTables {
             dispersion: l.dispersion,
             iridescence: film.strength,
             film_ior: film.ior.clamp(1.0, Iridescence::MOST_IOR),
+            diffuse_roughness: l.diffuse_roughness,
             flags,
         };
         (record, textures)

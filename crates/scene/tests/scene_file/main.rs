@@ -116,6 +116,15 @@ fn errors_name_the_object_and_the_value() {
             "[environment]\ncolor = 1\nportals = [{ corners = [[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]] }]",
             "`portals`, number 1: the portal has no area",
         ),
+        (
+            "[materials.clay]\ndiffuse-roughness = 1.5",
+            "`clay`: `diffuse-roughness` must be between 0 and 1, it is 1.5",
+        ),
+        (
+            "[materials.clay]\ndiffuse-roughness = \"high\"",
+            "`clay`: invalid type: string \"high\", expected f32",
+        ),
+        ("[materials.film]\niridescence-ior = 0.5", "`iridescence-ior` must be between 1 and 10, it is 0.5"),
         ("[[shape]]\nkind = \"icosphere\"\nlevel = 30", "`level` must be between 0 and 9, it is 30"),
         ("[[shape]]\nkind = \"grid\"\ndivisions = [8000, 8000]", "64000000"),
         ("[[shape]]\nkind = \"quad\"\ncorners = [[0, 0, 0]]", "four points"),
@@ -294,6 +303,11 @@ fn materials_have_all_their_fields() {
         emission-two-sided = true
         double-sided = true
         thin-walled = true
+        clearcoat = 0.9
+        sheen-roughness = 0.6
+        iridescence-ior = 1.7
+        diffuse-roughness = 0.8
+        dispersion = 2
         base-color-texture = { file = \"missing.png\", wrap = \"clamp\", rotate = 90, scale = [2, 3], offset = [0.5, 0] }
         normal-texture = \"missing.png\"
         [materials.b]
@@ -306,7 +320,11 @@ fn materials_have_all_their_fields() {
     assert_eq!(a.emission, Vec3::new(2.0, 4.0, 6.0));
     assert_eq!(a.alpha_mode, AlphaMode::Mask(0.1));
     assert!(a.emission_two_sided && a.double_sided && a.thin_walled);
+    let l = &a.layers;
+    assert_eq!((l.clearcoat.strength, l.sheen.roughness, l.iridescence.ior), (0.9, 0.6, 1.7));
+    assert_eq!((l.diffuse_roughness, l.dispersion), (0.8, 2.0));
     assert_eq!((b.model, b.roughness, b.base_color), (Model::Dielectric, 0.0, Vec4::ONE));
+    assert!(!b.layers.are_present());
     let texture = a.base_color_texture.expect("a texture");
     assert_eq!(
         scene.textures[texture.texture as usize].as_image().expect("an image").sampler.wrap_u,

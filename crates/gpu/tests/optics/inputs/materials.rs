@@ -11,6 +11,7 @@ use optics::image_texture::{TexelFootprint, TextureUse};
 use optics::layered::{Layered, LayeredAlbedos, LayeredParameters, layered_bsdf};
 use optics::layers::{LayerTexels, LayeredPoint, LayersRecord, SurfaceDirections};
 use optics::material::{MaterialRecord, ModelTag};
+use optics::oren_nayar::RoughDiffuse;
 use optics::plain::PlainPoint;
 use optics::scatter::{Bsdf, BsdfSample, BsdfValue, black_bsdf};
 use optics::sheen::MIN_SHEEN_ALPHA;
@@ -64,6 +65,7 @@ pub fn layers(i: &mut Inputs) -> LayeredParameters {
         base_color: albedo(i),
         metallic: share(i),
         roughness: i.between(0.2, 1.0),
+        diffuse_roughness: share(i),
         specular: share(i),
         specular_color: albedo(i),
         ior: i.edge(&[0.0]).unwrap_or_else(|| i.between(1.0, 2.5)),
@@ -206,6 +208,7 @@ pub fn layers_record(i: &mut Inputs) -> LayersRecord {
         dispersion: size(i),
         iridescence: share(i),
         film_ior: ior(i),
+        diffuse_roughness: share(i),
         flags: i.below(8) as u32,
     }
 }
@@ -232,6 +235,10 @@ pub fn surface_directions(i: &mut Inputs) -> SurfaceDirections {
 
 pub fn layered_point(i: &mut Inputs) -> LayeredPoint {
     LayeredPoint { frame: frame(i), wo: upper(i), parameters: layers(i), refraction_tint: albedo(i) }
+}
+
+pub fn rough_diffuse(i: &mut Inputs) -> RoughDiffuse {
+    optics::oren_nayar::rough_diffuse(albedo(i), share(i), cosine(i))
 }
 
 pub fn layer_albedos(i: &mut Inputs) -> LayeredAlbedos {

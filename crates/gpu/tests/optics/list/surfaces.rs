@@ -79,6 +79,17 @@ functions! {
     iridescence::base_phase(f0: share, film_ior: ior) within CANCELLING;
     iridescence::iridescent_fresnel(cos_theta: cosine, film_ior: ior, thickness: film_thickness, f0: albedo) within INTERFERENCE;
     iridescence::schlick_to_f0(reflectance: share, cos_theta: cosine) within GRAZING;
+    // surface/oren_nayar.rs
+    oren_nayar::fon_albedo(cos_theta: cosine, roughness: share) within ROUNDING;
+    oren_nayar::fon_lost(cos_theta: cosine, roughness: share) within ROUNDING;
+    oren_nayar::fon_mean_albedo(roughness: share) within ROUNDING;
+    oren_nayar::eon_multiple_albedo(color: albedo, roughness: share) within ROUNDING;
+    oren_nayar::eon_albedo(color: albedo, roughness: share, cos_o: cosine) within ROUNDING;
+    oren_nayar::rough_diffuse(color: albedo, roughness: share, cos_o: cosine) within CANCELLING;
+    oren_nayar::scaled_rough_diffuse(d: rough_diffuse, share: share) within ROUNDING;
+    oren_nayar::rough_diffuse_factor(d: rough_diffuse, wo: upper, wi: upper) within GRAZING;
+    oren_nayar::sample_rough_diffuse(roughness: share, u: unit2) within GRAZING;
+    oren_nayar::pdf_rough_diffuse(roughness: share, cos_i: cosine) within ROUNDING;
     // surface/layered.rs
     layered::lost_share(albedo: ggx_albedo, single_scatter: flag) within ROUNDING;
     layered::interface_compensation(albedo: share, eta: eta) within CANCELLING;
