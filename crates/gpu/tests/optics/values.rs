@@ -192,7 +192,8 @@ structures! {
     LayersRecord in layers {
         specular_color, reflectance_ior, sheen_color, sheen_roughness, diffuse_transmission_color,
         diffuse_transmission, film_thickness, anisotropy_direction, anisotropy, coat, coat_roughness,
-        coat_normal_scale, dispersion, iridescence, film_ior, diffuse_roughness, flags,
+        coat_normal_scale, dispersion, iridescence, film_ior, diffuse_roughness, flags, padding0,
+        padding1, padding2,
     }
     LayerTexels in layers { layers, metallic_roughness, transmission }
     SurfaceDirections in layers { wo, normal, shading_normal, layer_frame }

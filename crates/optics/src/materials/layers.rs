@@ -84,6 +84,12 @@ pub mod layers {
         pub diffuse_roughness: f32,
         /// `LAYERS_…` bits.
         pub flags: u32,
+        /// Shaders have records of whole vectors of four words.
+        pub padding0: u32,
+        /// See `padding0`.
+        pub padding1: u32,
+        /// See `padding0`.
+        pub padding2: u32,
     }
 
     /// Texels of all textures of a layered material; ones where there is no texture.

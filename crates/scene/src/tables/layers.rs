@@ -57,6 +57,9 @@ impl SceneTables {
             film_ior: film.ior.clamp(1.0, Iridescence::MOST_IOR),
             diffuse_roughness: l.diffuse_roughness,
             flags,
+            padding0: 0,
+            padding1: 0,
+            padding2: 0,
         };
         (record, textures)
     }

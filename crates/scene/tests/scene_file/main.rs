@@ -122,7 +122,7 @@ fn errors_name_the_object_and_the_value() {
         ),
         (
             "[materials.clay]\ndiffuse-roughness = \"high\"",
-            "`clay`: invalid type: string \"high\", expected f32",
+            "`clay`: invalid type: string \"high\", expected a number",
         ),
         ("[materials.film]\niridescence-ior = 0.5", "`iridescence-ior` must be between 1 and 10, it is 0.5"),
         ("[[shape]]\nkind = \"icosphere\"\nlevel = 30", "`level` must be between 0 and 9, it is 30"),

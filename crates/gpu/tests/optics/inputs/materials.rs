@@ -210,6 +210,9 @@ pub fn layers_record(i: &mut Inputs) -> LayersRecord {
         film_ior: ior(i),
         diffuse_roughness: share(i),
         flags: i.below(8) as u32,
+        padding0: 0,
+        padding1: 0,
+        padding2: 0,
     }
 }
 
