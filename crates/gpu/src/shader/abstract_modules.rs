@@ -1,7 +1,8 @@
 //! Names that stand for one of several modules.
 
-/// Abstract names that modules import, and the modules that each may stand for; `kernel_*` is all whose names begin so. [`Linkage::of`](super::Linkage::of) binds those that a variant
-/// decides about; tracers, kernels and passes bind the others.
+/// Abstract names that modules import, and the modules that each may stand for; `kernel_*` is all
+/// whose names begin so. [`Linkage::of`](super::Linkage::of) binds those that a variant decides
+/// about; tracers, kernels and passes bind the others.
 pub const ABSTRACT: &[(&str, &[&str])] = &[
     // Where texels are.
     ("texels", &["texels_layers", "texels_images"]),
