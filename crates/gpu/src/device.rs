@@ -196,9 +196,10 @@ impl Gpu {
             label: Some("alhazen"),
             required_features: features,
             required_limits: limits.clone(),
-            // SAFETY: the experimental features are ray queries and ray tracing pipelines; what wgpu asks of their
-            // users (acceleration structures are built before they are traced, queries initialised before they
-            // proceed, indices in bounds) is kept by the tracers and tested on a software driver.
+            // SAFETY: the experimental features are ray queries, ray tracing pipelines and cooperative matrices;
+            // what wgpu asks of their users (acceleration structures are built before they are traced, queries
+            // initialised before they proceed, indices in bounds) is kept by the tracers and the denoiser's
+            // products, and tested on a software driver.
             experimental_features: unsafe { wgpu::ExperimentalFeatures::enabled() },
             memory_hints: wgpu::MemoryHints::Performance,
             trace: wgpu::Trace::Off,

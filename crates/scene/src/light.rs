@@ -189,6 +189,14 @@ impl LightKind {
         self
     }
 
+    /// What it shows, if it shows a picture.
+    pub fn picture(mut self) -> Option<TextureRef> {
+        self.parameters().into_iter().find_map(|(_, parameter)| match parameter {
+            LightParameter::Picture(picture) => Some(*picture),
+            _ => None,
+        })
+    }
+
     /// Whether it has no place.
     pub fn is_infinitely_far(&self) -> bool {
         matches!(self, Self::Directional { .. })

@@ -451,6 +451,7 @@ pub(crate) fn vertex_color(
 
 /// What coverage depends on at a candidate hit, for alpha tests: texture coordinates, vertex colour and position, and
 /// everything where the material has graphs.
+#[inline(always)]
 pub(crate) fn alpha_point(
     tables: &SceneTables,
     records: &HitRecords,

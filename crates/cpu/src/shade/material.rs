@@ -39,7 +39,8 @@ pub(crate) fn base_color(
     material_base_color(*material, s.color, texel, pattern_position, width)
 }
 
-/// Coverage in `[0, 1]` at a candidate hit.
+/// Coverage in `[0, 1]` at a candidate hit. Inlined: most of the point is not asked for.
+#[inline(always)]
 pub(crate) fn coverage(tables: &SceneTables, material: &MaterialRecord, point: &TexturePoint) -> f32 {
     let texel = texture::sample(tables, material.texture(SLOT_BASE_COLOR), point.coords, || *point);
     material_coverage(*material, point.color.w, texel.w, vec2f(point.position.x, point.position.z))

@@ -1,9 +1,7 @@
 //! Records of lights.
 
-use super::SceneTables;
-use super::light_pictures::aspect_of_picture;
 use crate::light::WIDEST_PROJECTION;
-use crate::{LightKind, Photometry, Portal, Scene};
+use crate::{LightKind, Photometry, Portal};
 use optics::constants::NONE;
 use optics::light::{
     LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_PROJECTOR, LIGHT_RECTANGLE, LIGHT_SPHERE,
@@ -96,6 +94,23 @@ impl LightRecord {
         light.two_sided = two_sided;
         let strength = PI * radius * radius * strongest(light.emission) * mean_texture;
         Self::new(light, strength, 4.0 * PI * strength)
+    }
+
+    /// A light without a surface. `scene_radius`: turns irradiance into power; `aspect`: width over height of the picture that
+    /// it shows.
+    pub(super) fn of(kind: LightKind, scene_radius: f32, aspect: f32) -> Self {
+        match kind {
+            LightKind::Point { position, intensity } => Self::point(position, intensity),
+            LightKind::Spot { position, direction, intensity, inner_angle, outer_angle } => {
+                Self::spot(position, direction, intensity, inner_angle, outer_angle)
+            }
+            LightKind::Projector { position, direction, up, intensity, field_of_view, picture: _ } => {
+                Self::projector(position, [direction, up], intensity, field_of_view, aspect)
+            }
+            LightKind::Directional { direction, irradiance, angular_diameter } => {
+                Self::directional(-direction, irradiance, angular_diameter * 0.5, false, scene_radius)
+            }
+        }
     }
 
     /// A point.
@@ -201,27 +216,6 @@ impl LightRecord {
         // What an environment gives to surfaces of all directions on average.
         let strength = PI * mean;
         Self::new(light, strength, 4.0 * PI * scene_radius * scene_radius * strength)
-    }
-}
-
-impl SceneTables {
-    /// The record of a light without a surface. `scene_radius`: turns irradiance into power.
-    pub(super) fn light_record(&mut self, scene: &Scene, kind: LightKind, scene_radius: f32) -> LightRecord {
-        match kind {
-            LightKind::Point { position, intensity } => LightRecord::point(position, intensity),
-            LightKind::Spot { position, direction, intensity, inner_angle, outer_angle } => {
-                LightRecord::spot(position, direction, intensity, inner_angle, outer_angle)
-            }
-            LightKind::Projector { position, direction, up, intensity, field_of_view, picture } => {
-                let aspect = aspect_of_picture(scene, picture.texture);
-                let record =
-                    LightRecord::projector(position, [direction, up], intensity, field_of_view, aspect);
-                self.with_picture(scene, record, picture)
-            }
-            LightKind::Directional { direction, irradiance, angular_diameter } => {
-                LightRecord::directional(-direction, irradiance, angular_diameter * 0.5, false, scene_radius)
-            }
-        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::light::strongest;
 use super::{LightRecord, SceneTables};
-use crate::{Image, Material, Pixels, Scene, TextureId, TextureRef};
+use crate::{Image, LightKind, Material, Pixels, Scene, TextureId, TextureRef};
 use glam::Vec3;
 use optics::material::SLOT_EMISSION;
 use optics::texture_point::texture_point_at;
@@ -21,14 +21,20 @@ const UNIT_SQUARE: [f32; 21] = [
 ];
 
 impl SceneTables {
+    /// The record of a light without a surface, showing its picture if it has one. `scene_radius`: turns irradiance into power.
+    pub(super) fn light_record(&mut self, scene: &Scene, kind: LightKind, scene_radius: f32) -> LightRecord {
+        match kind.picture() {
+            None => LightRecord::of(kind, scene_radius, 1.0),
+            Some(picture) => {
+                let aspect = aspect_of_picture(scene, picture.texture);
+                self.with_picture(scene, LightRecord::of(kind, scene_radius, aspect), picture)
+            }
+        }
+    }
+
     /// A light whose samples say where in the unit square they are, showing a texture there. Textures that are not there show
     /// white.
-    pub(super) fn with_picture(
-        &mut self,
-        scene: &Scene,
-        record: LightRecord,
-        picture: TextureRef,
-    ) -> LightRecord {
+    fn with_picture(&mut self, scene: &Scene, record: LightRecord, picture: TextureRef) -> LightRecord {
         if scene.textures.get(picture.texture as usize).is_none() {
             return record;
         }
@@ -68,7 +74,7 @@ impl SceneTables {
 }
 
 /// Width over height of a picture; a graph is square.
-pub(super) fn aspect_of_picture(scene: &Scene, picture: TextureId) -> f32 {
+fn aspect_of_picture(scene: &Scene, picture: TextureId) -> f32 {
     let texture = scene.textures.get(picture as usize).and_then(|t| t.as_image());
     let image = texture.and_then(|t| scene.images.get(t.image as usize));
     image.map_or(1.0, |image| image.width.max(1) as f32 / image.height.max(1) as f32)
