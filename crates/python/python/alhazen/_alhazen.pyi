@@ -188,6 +188,17 @@ class Scene:
         outer_angle: float = 0.5,
         name: str = "",
     ) -> int: ...
+    def add_projector(
+        self,
+        position: ArrayLike,
+        direction: ArrayLike,
+        picture: Union[ArrayLike, Dict[str, Any]],
+        intensity: ArrayLike,
+        *,
+        field_of_view: float = 0.5,
+        up: Optional[ArrayLike] = None,
+        name: str = "",
+    ) -> int: ...
     def add_directional_light(
         self, direction: ArrayLike, irradiance: ArrayLike, *, angular_diameter: float = 0.0, name: str = ""
     ) -> int: ...

@@ -26,8 +26,8 @@ pub struct Region {
     pub height: usize,
 }
 
-/// A part of a picture that is filtered by itself. All sides and corners are multiples of
-/// [`ALIGNMENT`].
+/// A part of a picture that is filtered by itself. All sides and corners are multiples of 32
+/// pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tile {
     /// What is filtered.
