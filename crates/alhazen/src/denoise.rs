@@ -54,7 +54,8 @@ impl Denoiser {
     /// Removes the noise of a picture.
     ///
     /// # Errors
-    /// When its images differ in size, or Open Image Denoise was asked for and is not there or fails.
+    /// When its images differ in size, or Open Image Denoise was asked for and is not there or
+    /// fails.
     pub fn run_on(self, noisy: &NoisyPicture) -> Result<Denoised, DenoiseFilmError> {
         let (picture, by) = match self {
             Self::Network => (denoise(noisy)?, NETWORK.to_owned()),
@@ -70,8 +71,9 @@ impl Denoiser {
 }
 
 impl Renderer {
-    /// Removes the noise of a picture: as [`Denoiser::run_on`], but the network runs on the device that renders, if that is a GPU.
-    /// Results differ by rounding. What a device cannot do the CPU does; [`Renderer::take_notices`] says why.
+    /// Removes the noise of a picture: as [`Denoiser::run_on`], but the network runs on the device
+    /// that renders, if that is a GPU. Results differ by rounding. What a device cannot do the CPU
+    /// does; [`Renderer::take_notices`] says why.
     ///
     /// # Errors
     /// As [`Denoiser::run_on`].

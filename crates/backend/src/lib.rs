@@ -1,7 +1,8 @@
-//! The narrow waist between front ends and what renders: one trait, and the plain data that goes through it.
+//! The narrow waist between front ends and what renders: one trait, and the plain data that goes
+//! through it.
 //!
-//! A back end turns [`scene::tables::SceneTables`] and a [`View`] into samples on a [`film::Film`]. Front ends know
-//! only this, so a new back end needs no change to its callers.
+//! A back end turns [`scene::tables::SceneTables`] and a [`View`] into samples on a [`film::Film`].
+//! Front ends know only this, so a new back end needs no change to its callers.
 
 #![forbid(unsafe_code)]
 
@@ -69,7 +70,8 @@ pub struct Stats {
     pub device_time: Option<Duration>,
 }
 
-/// For back ends: whether all of `pixels` lie in the view's window and have sample indices that exist.
+/// For back ends: whether all of `pixels` lie in the view's window and have sample indices that
+/// exist.
 ///
 /// # Errors
 /// [`BackendError::View`] that names the first that does not.
@@ -88,7 +90,8 @@ pub fn check_pixels(view: &View, pixels: &[PixelSamples]) -> Result<(), BackendE
     Ok(())
 }
 
-/// For back ends: refuses a scene with media or overlapping bodies where the view's integrator does not follow light through them.
+/// For back ends: refuses a scene with media or overlapping bodies where the view's integrator does
+/// not follow light through them.
 ///
 /// # Errors
 /// [`BackendError::View`] that names the integrator and the one to take instead.
@@ -109,12 +112,13 @@ pub fn check_media(scene: &SceneTables, view: &View) -> Result<(), BackendError>
 /// What [`Backend::render_rounds`] is to do: rounds of adaptive sampling, one after the other.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AdaptiveRounds {
-    /// Samples of all pixels together when a round is over, about: of each round, in order. Without any, nothing is done.
+    /// Samples of all pixels together when a round is over, about: of each round, in order. Without
+    /// any, nothing is done.
     pub totals: Vec<u64>,
     /// Samples that every pixel has to have before anything can be decided.
     pub least: u32,
-    /// What is added to the squared radiance that errors are relative to; `None` follows the picture's level. See
-    /// [`film::Allocation::new`].
+    /// What is added to the squared radiance that errors are relative to; `None` follows the
+    /// picture's level. See [`film::Allocation::new`].
     pub floor: Option<f64>,
 }
 
@@ -156,23 +160,25 @@ pub trait Backend: Send {
     /// When the device cannot hold the scene.
     fn load(&mut self, scene: Arc<SceneTables>) -> Result<LoadStats, BackendError>;
 
-    /// Takes a new version of the loaded scene in which nothing but `changes` is different, without building or moving
-    /// what is still the same. The film restarts with the next [`Backend::render`].
+    /// Takes a new version of the loaded scene in which nothing but `changes` is different, without
+    /// building or moving what is still the same. The film restarts with the next
+    /// [`Backend::render`].
     ///
     /// # Errors
     /// Without a scene, and when the device fails.
     fn update(&mut self, scene: Arc<SceneTables>, changes: Changes) -> Result<LoadStats, BackendError>;
 
-    /// Adds `samples` samples to every pixel of the view's window. Splitting a call does not change the result. A view
-    /// that differs from the last one restarts the film.
+    /// Adds `samples` samples to every pixel of the view's window. Splitting a call does not change
+    /// the result. A view that differs from the last one restarts the film.
     ///
     /// # Errors
-    /// Without a scene, for impossible views, and when the device fails; what was rendered before is kept.
+    /// Without a scene, for impossible views, and when the device fails; what was rendered before
+    /// is kept.
     fn render(&mut self, view: &View, samples: u32, control: &Control) -> Result<Stats, BackendError>;
 
-    /// Adds samples to some pixels of the view's window only, each of which may be named once. Pixels that are not named
-    /// cost nothing. The view's own `first_sample` does not count. When cancelled, any of the pixels may have any of its
-    /// samples; the film says how many.
+    /// Adds samples to some pixels of the view's window only, each of which may be named once.
+    /// Pixels that are not named cost nothing. The view's own `first_sample` does not count. When
+    /// cancelled, any of the pixels may have any of its samples; the film says how many.
     ///
     /// # Errors
     /// As [`Backend::render`]; [`BackendError::View`] for pixels outside the window.
@@ -183,10 +189,11 @@ pub trait Backend: Send {
         control: &Control,
     ) -> Result<Stats, BackendError>;
 
-    /// Adds samples to the pixels of the view's picture that need them most, by the rule of [`film::Allocation`], without anybody reading
-    /// the film in between: round by round, fewer than asked for if there is nothing left to do or it is cancelled. `None` where the
-    /// back end cannot decide about the first: then callers read the film and name pixels ([`Backend::render_pixels`]). The view's
-    /// `first_sample` is that of the picture.
+    /// Adds samples to the pixels of the view's picture that need them most, by the rule of
+    /// [`film::Allocation`], without anybody reading the film in between: round by round, fewer
+    /// than asked for if there is nothing left to do or it is cancelled. `None` where the back end
+    /// cannot decide about the first: then callers read the film and name pixels
+    /// ([`Backend::render_pixels`]). The view's `first_sample` is that of the picture.
     ///
     /// # Errors
     /// As [`Backend::render`].
@@ -199,7 +206,8 @@ pub trait Backend: Send {
         Ok(None)
     }
 
-    /// The relative standard error of the picture so far ([`Film::relative_error`]); where there is a device, in its precision.
+    /// The relative standard error of the picture so far ([`Film::relative_error`]); where there is
+    /// a device, in its precision.
     ///
     /// # Errors
     /// When the device fails.
@@ -207,29 +215,32 @@ pub trait Backend: Send {
         Ok(self.film()?.and_then(Film::relative_error))
     }
 
-    /// Forgets what was rendered: the next [`Backend::render`] begins a new film, even if its view is the same.
+    /// Forgets what was rendered: the next [`Backend::render`] begins a new film, even if its view
+    /// is the same.
     fn restart(&mut self);
 
-    /// The film with everything rendered so far, in host memory. This waits for the device. `None` before the first
-    /// [`Backend::render`].
+    /// The film with everything rendered so far, in host memory. This waits for the device. `None`
+    /// before the first [`Backend::render`].
     ///
     /// # Errors
     /// When the device fails.
     fn film(&mut self) -> Result<Option<&Film>, BackendError>;
 
-    /// Runs the learned denoiser's network on a picture, as [`post::denoise_with`] wants it, on the device that renders. `None` where the
-    /// CPU is to do it ([`post::denoise`]): there is no other device, or it has failed, of which [`Backend::take_notices`] tells then.
+    /// Runs the learned denoiser's network on a picture, as [`post::denoise_with`] wants it, on the
+    /// device that renders. `None` where the CPU is to do it ([`post::denoise`]): there is no other
+    /// device, or it has failed, of which [`Backend::take_notices`] tells then.
     fn filter_noise(&mut self, _picture: &NetworkInput<'_>) -> Option<Image> {
         None
     }
 
-    /// What users should hear of that is no error, such as that a device was lost and another went on. Each once.
+    /// What users should hear of that is no error, such as that a device was lost and another went
+    /// on. Each once.
     fn take_notices(&mut self) -> Vec<String> {
         Vec::new()
     }
 
-    /// How the last [`Backend::render`] was spread over dispatches, `megakernel` or `wavefront`; `None` where there is
-    /// nothing to choose.
+    /// How the last [`Backend::render`] was spread over dispatches, `megakernel` or `wavefront`;
+    /// `None` where there is nothing to choose.
     fn kernel(&self) -> Option<&'static str> {
         None
     }

@@ -43,8 +43,8 @@ pub struct Iridescence {
     pub texture: Option<TextureRef>,
     /// Index of refraction of the film, in `[1, 10]`.
     pub ior: f32,
-    /// Thickness in nanometres where the texture is 0 and where it is 1; without a texture it is the second. Renderers take
-    /// what is beyond [`Iridescence::MOST_THICKNESS`] as that.
+    /// Thickness in nanometres where the texture is 0 and where it is 1; without a texture it is
+    /// the second. Renderers take what is beyond [`Iridescence::MOST_THICKNESS`] as that.
     pub thickness: [f32; 2],
     /// Linear texture: thickness in G.
     pub thickness_texture: Option<TextureRef>,
@@ -93,8 +93,8 @@ impl Default for DiffuseTransmission {
     }
 }
 
-/// What metallic-roughness and dielectric materials may have besides their base. Names and meanings are those
-/// of the glTF extensions; how the parts work together is told in `optics`, in `layered`.
+/// What metallic-roughness and dielectric materials may have besides their base. Names and meanings
+/// are those of the glTF extensions; how the parts work together is told in `optics`, in `layered`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Layers {
     /// A coat of lacquer over everything else.
@@ -116,12 +116,14 @@ pub struct Layers {
     /// Whether alpha of `specular_color_texture` is glossiness: it is multiplied into 1 − roughness
     /// (`KHR_materials_pbrSpecularGlossiness`).
     pub glossiness: bool,
-    /// Whether the dielectric reflects `specular_color` itself, whatever the index of refraction: an `ior` of 0 in
-    /// glTF.
+    /// Whether the dielectric reflects `specular_color` itself, whatever the index of refraction:
+    /// an `ior` of 0 in glTF.
     pub specular_is_reflectance: bool,
-    /// Roughness of the diffuse reflection in `[0, 1]`: 0 is Lambert's surface, 1 the roughest of Oren and Nayar's.
+    /// Roughness of the diffuse reflection in `[0, 1]`: 0 is Lambert's surface, 1 the roughest of
+    /// Oren and Nayar's.
     pub diffuse_roughness: f32,
-    /// 20 / Abbe number: how far the indices of refraction of blue and red are apart; 0 is not at all.
+    /// 20 / Abbe number: how far the indices of refraction of blue and red are apart; 0 is not at
+    /// all.
     pub dispersion: f32,
 }
 

@@ -9,7 +9,8 @@ use std::ops::RangeInclusive;
 /// The widest field of view of a projector, radians.
 pub(crate) const WIDEST_PROJECTION: f32 = 0.99 * PI;
 
-/// A light without a surface of its own. Emissive meshes and spheres are lights through their material instead.
+/// A light without a surface of its own. Emissive meshes and spheres are lights through their
+/// material instead.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Light {
     /// Name from the file.
@@ -17,8 +18,8 @@ pub struct Light {
     /// Geometry and strength.
     #[serde(flatten)]
     pub kind: LightKind,
-    /// How the intensity of a point or spot depends on direction, beside what the kind says; the kind's intensity is that where the
-    /// profile is greatest.
+    /// How the intensity of a point or spot depends on direction, beside what the kind says; the
+    /// kind's intensity is that where the profile is greatest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile: Option<Photometry>,
 }
@@ -46,8 +47,8 @@ impl Light {
         light
     }
 
-    /// The light with directions of unit length, angles within their ranges, and a spot's profile aimed as the spot is. What is
-    /// valid already stays as it is, bit for bit.
+    /// The light with directions of unit length, angles within their ranges, and a spot's profile
+    /// aimed as the spot is. What is valid already stays as it is, bit for bit.
     #[must_use]
     pub fn valid(&self) -> Self {
         let mut light = self.clone();
@@ -88,7 +89,8 @@ pub enum LightKind {
         direction: Vec3,
         /// Radiant intensity on the axis, linear RGB, W/sr.
         intensity: Vec3,
-        /// Angle from the axis up to which the intensity is constant, radians, less than `outer_angle`.
+        /// Angle from the axis up to which the intensity is constant, radians, less than
+        /// `outer_angle`.
         inner_angle: f32,
         /// Angle from the axis at which the intensity reaches zero, radians, at most π/2.
         outer_angle: f32,
@@ -105,7 +107,8 @@ pub enum LightKind {
         intensity: Vec3,
         /// Full angle of the picture's shorter side, radians.
         field_of_view: f32,
-        /// The picture. That of a texture graph is square. Texture coordinates begin at its top left.
+        /// The picture. That of a texture graph is square. Texture coordinates begin at its top
+        /// left.
         picture: TextureRef,
     },
     /// Infinitely far away.

@@ -28,7 +28,8 @@ impl Integrators {
         &mut self.all[self.chosen]
     }
 
-    /// Has the integrator of this name render, with the settings that it had. Returns whether there is one.
+    /// Has the integrator of this name render, with the settings that it had. Returns whether there
+    /// is one.
     pub fn choose(&mut self, name: &str) -> bool {
         let found = self.all.iter().position(|integrator| integrator.name() == name);
         self.chosen = found.unwrap_or(self.chosen);

@@ -13,8 +13,9 @@ fn assert_open(what: &str, scene: &Scene, distance: f32, expected: f64) {
     assert_mean(what, &e, [expected; 3], ROUNDING);
 }
 
-/// A sphere of radius r whose centre is h above a point hides (r / h)² of its hemisphere. Within a distance d from the point
-/// lies its cap up to the angle θ with cos θ = (h² + d² − r²) / (2 h d), which hides sin² θ.
+/// A sphere of radius r whose centre is h above a point hides (r / h)² of its hemisphere. Within a
+/// distance d from the point lies its cap up to the angle θ with cos θ = (h² + d² − r²) / (2 h d),
+/// which hides sin² θ.
 #[test]
 fn a_sphere_above_a_floor_hides_its_form_factor() {
     let (r, h) = (1.0f64, 2.0f64);
@@ -29,7 +30,8 @@ fn a_sphere_above_a_floor_hides_its_form_factor() {
     assert_open("sphere out of reach", &scene, 0.9, 1.0);
 }
 
-/// Of the hemisphere's projection, a unit disc, a wall at distance a hides what lies beyond a / d: a segment.
+/// Of the hemisphere's projection, a unit disc, a wall at distance a hides what lies beyond a / d:
+/// a segment.
 #[test]
 fn a_wall_hides_a_segment_of_the_disc() {
     let (a, d) = (0.75f64, 1.25f64);
@@ -43,7 +45,8 @@ fn a_wall_hides_a_segment_of_the_disc() {
     assert_open("wall out of reach", &scene, 0.7, 1.0);
 }
 
-/// A closed room is black, unless its walls are out of reach. Lights and the environment's colour do not matter.
+/// A closed room is black, unless its walls are out of reach. Lights and the environment's colour
+/// do not matter.
 #[test]
 fn a_room_is_dark_unless_its_walls_are_out_of_reach() {
     let mut scene = under_white_sky();
@@ -55,7 +58,8 @@ fn a_room_is_dark_unless_its_walls_are_out_of_reach() {
     assert_eq!(closed.mean_colour(), [0.0; 3]);
 }
 
-/// A ceiling that covers a quarter hides a quarter of what it would; misses of the camera are black.
+/// A ceiling that covers a quarter hides a quarter of what it would; misses of the camera are
+/// black.
 #[test]
 fn occluders_of_partial_coverage_hide_their_share() {
     let mut scene = floor_spot();

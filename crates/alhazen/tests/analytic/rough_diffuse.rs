@@ -2,7 +2,8 @@
 
 use super::*;
 
-/// Portsmouth, Kutz and Hill, "EON", JCGT 14(1), 2025, with FON's exact directional albedo: π times the BRDF.
+/// Portsmouth, Kutz and Hill, "EON", JCGT 14(1), 2025, with FON's exact directional albedo: π times
+/// the BRDF.
 fn eon(rho: f64, r: f64, wo: [f64; 3], wi: [f64; 3]) -> f64 {
     let (mu_o, mu_i) = (wo[1], wi[1]);
     let s = wo.iter().zip(wi).map(|(a, b)| a * b).sum::<f64>() - mu_o * mu_i;

@@ -1,5 +1,6 @@
-//! The integrator `ao`: the share of the hemisphere above the first hit that is open, weighted by the cosine; white is all of
-//! it (pbrt-v4, `AOIntegrator`). Where a camera ray hits nothing, the picture is black.
+//! The integrator `ao`: the share of the hemisphere above the first hit that is open, weighted by
+//! the cosine; white is all of it (pbrt-v4, `AOIntegrator`). Where a camera ray hits nothing, the
+//! picture is black.
 
 use super::camera_rays::{CameraRays, Draws};
 use crate::batch::samples::SampleId;
@@ -26,7 +27,8 @@ pub(crate) fn sample<F: HitFilter>(
     (vec3f(open, open, open) * weight, rays.aovs(&first))
 }
 
-/// The share of the rays into the hemisphere about the surface's horizon that meet nothing within the settings' distance.
+/// The share of the rays into the hemisphere about the surface's horizon that meet nothing within
+/// the settings' distance.
 fn open_share<F: HitFilter>(
     rays: &mut CameraRays<F>,
     settings: &AmbientOcclusion,

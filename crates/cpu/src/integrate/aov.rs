@@ -1,4 +1,5 @@
-//! The integrator `aov`, which stops at the first hit: the surface's colour under a light at the camera.
+//! The integrator `aov`, which stops at the first hit: the surface's colour under a light at the
+//! camera.
 
 use super::camera_rays::CameraRays;
 use crate::batch::samples::SampleId;

@@ -1,4 +1,5 @@
-//! What integrators share that make one sample after the other: camera rays, what they hit first, questions about rays.
+//! What integrators share that make one sample after the other: camera rays, what they hit first,
+//! questions about rays.
 
 use crate::batch::samples::{SampleId, new_sampler};
 use crate::fetch::surface::Surface;

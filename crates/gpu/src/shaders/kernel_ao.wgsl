@@ -1,5 +1,5 @@
-// The share of the hemisphere above the first hit that is open, weighted by the cosine (pbrt-v4, AOIntegrator). The same rays
-// with the same random numbers as the CPU's.
+// The share of the hemisphere above the first hit that is open, weighted by the cosine (pbrt-v4,
+// AOIntegrator). The same rays with the same random numbers as the CPU's.
 
 #import film, rays, surface, variant
 #import optics::camera, optics::constants, optics::frame, optics::random, optics::warp
@@ -28,7 +28,8 @@ fn render_pixel(work: PixelWork) {
     store_samples(work, sums);
 }
 
-/// The share of the rays into the hemisphere about the surface's horizon that meet nothing within the view's distance.
+/// The share of the rays into the hemisphere about the surface's horizon that meet nothing within
+/// the view's distance.
 fn open_share(s: Surface, sampler: PixelSampler) -> f32 {
     let frame = frame_from_normal(s.horizon);
     let origin = ray_origin(s, true);

@@ -1,10 +1,12 @@
 //! Rough diffuse reflection: EON, the energy-preserving model of Oren and Nayar.
 //!
-//! A rough surface is made of diffuse facets. Light that they reflect once is FON, Fujii's form of Oren and Nayar's model:
-//! it returns towards where it came from, so edges are bright. The light that it lacks is what facets pass on to each
-//! other; a second, reciprocal term gives it back, and a white surface absorbs nothing.
+//! A rough surface is made of diffuse facets. Light that they reflect once is FON, Fujii's form of
+//! Oren and Nayar's model: it returns towards where it came from, so edges are bright. The light
+//! that it lacks is what facets pass on to each other; a second, reciprocal term gives it back, and
+//! a white surface absorbs nothing.
 //!
-//! Source: Portsmouth, Kutz and Hill, "EON: A practical energy-preserving rough diffuse BRDF", JCGT 14(1), 2025.
+//! Source: Portsmouth, Kutz and Hill, "EON: A practical energy-preserving rough diffuse BRDF", JCGT
+//! 14(1), 2025.
 
 use inlining::inline_all;
 use wgsl_rs::wgsl;
@@ -18,10 +20,11 @@ pub mod oren_nayar {
 
     /// What FON reflects less along the normal, for each unit of roughness: 1/2 − 2 / (3π).
     pub const FON_NORMAL: f32 = 0.2877934092;
-    /// What FON reflects more on average than along the normal, for each unit of roughness: 2/3 − 28 / (15π).
+    /// What FON reflects more on average than along the normal, for each unit of roughness: 2/3 −
+    /// 28 / (15π).
     pub const FON_MEAN: f32 = 0.0724882125;
-    /// Samples of the roughest surface that are uniform over the hemisphere. They keep weights below 10, where a surface
-    /// seen at a grazing angle reflects more than cosines expect.
+    /// Samples of the roughest surface that are uniform over the hemisphere. They keep weights
+    /// below 10, where a surface seen at a grazing angle reflects more than cosines expect.
     pub const UNIFORM_DIFFUSE_SHARE: f32 = 0.2;
 
     /// A rough diffuse surface, prepared for one direction towards the viewer. Colours are albedos.
@@ -35,7 +38,8 @@ pub mod oren_nayar {
         pub multiple: Vec3f,
     }
 
-    /// Directional albedo of FON with white facets, by the paper's fit (error below 0.1 %). `cos_theta` in `[0, 1]`.
+    /// Directional albedo of FON with white facets, by the paper's fit (error below 0.1 %).
+    /// `cos_theta` in `[0, 1]`.
     pub fn fon_albedo(cos_theta: f32, roughness: f32) -> f32 {
         let x = 1.0 - cos_theta;
         let grazing = x * (0.0571085289 + x * (0.491881867 + x * (-0.332181442 + x * 0.0714429953)));
@@ -58,7 +62,8 @@ pub mod oren_nayar {
         color * color * mean / (vec3f(1.0, 1.0, 1.0) - color * (1.0 - mean))
     }
 
-    /// Directional albedo of the surface: what it reflects of uniform light, seen at `cos_o` in `[0, 1]`.
+    /// Directional albedo of the surface: what it reflects of uniform light, seen at `cos_o` in
+    /// `[0, 1]`.
     ///
     /// - `color`: linear, in `[0, 1]`. `roughness`: in `[0, 1]`; with 0 the albedo is the colour.
     pub fn eon_albedo(color: Vec3f, roughness: f32, cos_o: f32) -> Vec3f {
@@ -82,7 +87,8 @@ pub mod oren_nayar {
         RoughDiffuse { roughness: d.roughness, single: d.single * share, multiple: d.multiple * share }
     }
 
-    /// π times the BRDF: the albedo of Lambert's surface that reflects as much from `wi` to `wo`, both above the surface.
+    /// π times the BRDF: the albedo of Lambert's surface that reflects as much from `wi` to `wo`,
+    /// both above the surface.
     pub fn rough_diffuse_factor(d: RoughDiffuse, wo: Vec3f, wi: Vec3f) -> Vec3f {
         let s = dot(wo, wi) - wo.z * wi.z;
         let towards_light = select(s, s / max(max(wo.z, wi.z), 1e-6), s > 0.0);

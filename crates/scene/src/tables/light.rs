@@ -17,21 +17,25 @@ pub struct LightRecord {
     pub light: Light,
     /// Material whose textures modulate a surface's emission or leave holes in it, or [`NONE`].
     pub textured_material: u32,
-    /// What a sampled point of a textured surface is found on the textures by. Of a triangle texture coordinates: of the
-    /// first and the second set the pairs of the three vertices. Of a sphere rows of the matrix from world to object space,
-    /// whose fourth numbers are zero.
+    /// What a sampled point of a textured surface is found on the textures by. Of a triangle
+    /// texture coordinates: of the first and the second set the pairs of the three vertices. Of a
+    /// sphere rows of the matrix from world to object space, whose fourth numbers are zero.
     pub texture_places: [f32; 21],
-    /// How bright it is as a source of irradiance, in the strongest channel, so that no colour counts less than another. Of lights
-    /// that have a place the greatest radiant intensity, W/sr: irradiance times squared distance. Of others irradiance, W/m².
+    /// How bright it is as a source of irradiance, in the strongest channel, so that no colour
+    /// counts less than another. Of lights that have a place the greatest radiant intensity, W/sr:
+    /// irradiance times squared distance. Of others irradiance, W/m².
     pub strength: f32,
-    /// Total power in the strongest channel, relative to the other lights only. A sun's grows with the scene.
+    /// Total power in the strongest channel, relative to the other lights only. A sun's grows with
+    /// the scene.
     pub power: f32,
-    /// Centre and radius of a sphere around the portals that the environment is sampled through; radius 0 if there are none.
+    /// Centre and radius of a sphere around the portals that the environment is sampled through;
+    /// radius 0 if there are none.
     pub portals: [f32; 4],
     /// Whether a directional light's disc is seen by camera and mirrors.
     pub visible: bool,
-    /// Where a point's or spot's profile begins in [`super::SceneTables::profiles`], or [`NONE`]. The light then has the profile's axis in
-    /// `edge1`, and in `edge2.z` the azimuth of its horizontal angle 0.
+    /// Where a point's or spot's profile begins in [`super::SceneTables::profiles`], or [`NONE`].
+    /// The light then has the profile's axis in `edge1`, and in `edge2.z` the azimuth of its
+    /// horizontal angle 0.
     pub profile: u32,
 }
 
@@ -81,7 +85,8 @@ impl LightRecord {
         Self::flat(light, r.edge1.cross(r.edge2).length(), 1.0)
     }
 
-    /// A sphere that emits outwards, and inwards if `two_sided`. `mean_texture`: of its emission's texture.
+    /// A sphere that emits outwards, and inwards if `two_sided`. `mean_texture`: of its emission's
+    /// texture.
     pub fn sphere(
         center: glam::Vec3,
         radius: f32,
@@ -96,8 +101,8 @@ impl LightRecord {
         Self::new(light, strength, 4.0 * PI * strength)
     }
 
-    /// A light without a surface. `scene_radius`: turns irradiance into power; `aspect`: width over height of the picture that
-    /// it shows.
+    /// A light without a surface. `scene_radius`: turns irradiance into power; `aspect`: width over
+    /// height of the picture that it shows.
     pub(super) fn of(kind: LightKind, scene_radius: f32, aspect: f32) -> Self {
         match kind {
             LightKind::Point { position, intensity } => Self::point(position, intensity),
@@ -137,8 +142,9 @@ impl LightRecord {
         Self::new(light, strength, cone * strength)
     }
 
-    /// A projector. `aim`: where it is aimed, and the direction of its picture's top; `field_of_view`: of the picture's shorter
-    /// side, radians; `aspect`: its width over its height.
+    /// A projector. `aim`: where it is aimed, and the direction of its picture's top;
+    /// `field_of_view`: of the picture's shorter side, radians; `aspect`: its width over its
+    /// height.
     fn projector(
         position: glam::Vec3,
         [direction, up]: [glam::Vec3; 2],
@@ -159,7 +165,8 @@ impl LightRecord {
         Self::new(light, strength, solid_angle * strength)
     }
 
-    /// A point or spot with a profile that begins at `place`. A spot's profile is aimed as the spot is.
+    /// A point or spot with a profile that begins at `place`. A spot's profile is aimed as the spot
+    /// is.
     #[must_use]
     pub fn with_profile(mut self, photometry: &Photometry, place: u32) -> Self {
         let light = &mut self.light;
@@ -176,7 +183,8 @@ impl LightRecord {
         self
     }
 
-    /// A light infinitely far away, in unit direction `towards`; `scene_radius` turns irradiance into power.
+    /// A light infinitely far away, in unit direction `towards`; `scene_radius` turns irradiance
+    /// into power.
     pub fn directional(
         towards: glam::Vec3,
         irradiance: glam::Vec3,
@@ -190,7 +198,8 @@ impl LightRecord {
         let one_minus_cos = 2.0 * half_sine * half_sine;
         let mut light = blank(LIGHT_DIRECTIONAL, towards, irradiance);
         if one_minus_cos > 0.0 {
-            // Irradiance of a disc that faces the surface: radiance · π sin². The cosine inside it is counted.
+            // Irradiance of a disc that faces the surface: radiance · π sin². The cosine inside it
+            // is counted.
             let sin2 = one_minus_cos * (2.0 - one_minus_cos);
             light.size = one_minus_cos;
             light.emission = to_optics(irradiance / (PI * sin2));
@@ -198,7 +207,8 @@ impl LightRecord {
         Self { visible: visible && one_minus_cos > 0.0, ..Self::new(light, strength, power) }
     }
 
-    /// The environment behind portals: what comes in through them. `mean`: of its radiance, in the strongest channel.
+    /// The environment behind portals: what comes in through them. `mean`: of its radiance, in the
+    /// strongest channel.
     pub fn portals(mean: f32, portals: &[Portal]) -> Self {
         let corners = || portals.iter().flat_map(Portal::corners);
         let low = corners().fold(glam::Vec3::INFINITY, glam::Vec3::min);
@@ -210,7 +220,8 @@ impl LightRecord {
         Self { portals: center.extend(radius).to_array(), ..Self::new(light, strength, PI * strength) }
     }
 
-    /// The environment image, whose own table samples it. `mean`: of its radiance, in the strongest channel.
+    /// The environment image, whose own table samples it. `mean`: of its radiance, in the strongest
+    /// channel.
     pub fn environment(mean: f32, scene_radius: f32) -> Self {
         let light = blank(LIGHT_ENVIRONMENT, glam::Vec3::ZERO, glam::Vec3::ZERO);
         // What an environment gives to surfaces of all directions on average.
@@ -235,7 +246,8 @@ fn to_optics(v: glam::Vec3) -> Vec3f {
     vec3f(v.x, v.y, v.z)
 }
 
-/// The strongest channel of a colour: what weighs lights against each other. Luminance would let blue ones starve.
+/// The strongest channel of a colour: what weighs lights against each other. Luminance would let
+/// blue ones starve.
 pub(super) fn strongest(c: Vec3f) -> f32 {
     optics::math::max_component(c)
 }

@@ -12,8 +12,9 @@ use optics::vec4f;
 /// Sides of the grid on which the mean of a texture graph is taken.
 const MEAN_GRID: u32 = 16;
 
-/// Places on a picture by which its texture is looked up: corners of the unit square at both sets of texture coordinates, and
-/// the same as positions in object space; see [`LightRecord::texture_places`].
+/// Places on a picture by which its texture is looked up: corners of the unit square at both sets
+/// of texture coordinates, and the same as positions in object space; see
+/// [`LightRecord::texture_places`].
 const UNIT_SQUARE: [f32; 21] = [
     0.0, 0.0, 1.0, 0.0, 0.0, 1.0, //
     0.0, 0.0, 1.0, 0.0, 0.0, 1.0, //
@@ -21,7 +22,8 @@ const UNIT_SQUARE: [f32; 21] = [
 ];
 
 impl SceneTables {
-    /// The record of a light without a surface, showing its picture if it has one. `scene_radius`: turns irradiance into power.
+    /// The record of a light without a surface, showing its picture if it has one. `scene_radius`:
+    /// turns irradiance into power.
     pub(super) fn light_record(&mut self, scene: &Scene, kind: LightKind, scene_radius: f32) -> LightRecord {
         match kind.picture() {
             None => LightRecord::of(kind, scene_radius, 1.0),
@@ -32,8 +34,8 @@ impl SceneTables {
         }
     }
 
-    /// A light whose samples say where in the unit square they are, showing a texture there. Textures that are not there show
-    /// white.
+    /// A light whose samples say where in the unit square they are, showing a texture there.
+    /// Textures that are not there show white.
     fn with_picture(&mut self, scene: &Scene, record: LightRecord, picture: TextureRef) -> LightRecord {
         if scene.textures.get(picture.texture as usize).is_none() {
             return record;

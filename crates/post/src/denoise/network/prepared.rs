@@ -5,9 +5,9 @@ use super::input::NetworkInput;
 use super::tiles::{self, Region, Tile};
 use rayon::prelude::*;
 
-/// Values of a pixel of [`Prepared::pixels`]: radiance times the scale (3 values, up to 1e30), albedo
-/// (3, in `[0, 1]`), normal (3, in `[-1, 1]`), standard deviation of the irradiance, compressed as
-/// the network sees it, whether that is known (0 or 1), and zero. All are finite.
+/// Values of a pixel of [`Prepared::pixels`]: radiance times the scale (3 values, up to 1e30),
+/// albedo (3, in `[0, 1]`), normal (3, in `[-1, 1]`), standard deviation of the irradiance,
+/// compressed as the network sees it, whether that is known (0 or 1), and zero. All are finite.
 pub const PREPARED_VALUES: usize = 12;
 
 /// A picture with its scale.
@@ -32,8 +32,9 @@ impl Prepared<'_> {
         self.size
     }
 
-    /// Divides the picture into tiles of at most `most_pixels` with their overlap, as far as that is
-    /// possible; none if it has no pixels. Filtered by themselves, they make up the filtered picture.
+    /// Divides the picture into tiles of at most `most_pixels` with their overlap, as far as that
+    /// is possible; none if it has no pixels. Filtered by themselves, they make up the filtered
+    /// picture.
     #[must_use]
     pub fn tiles(&self, most_pixels: usize) -> Vec<Tile> {
         let [width, height] = self.size;
