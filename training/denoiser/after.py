@@ -13,7 +13,12 @@ DARK_RADIUS = 2
 BLOCK = 64
 EXPECTED_BIAS = 0.015
 MOST = 1.25
+MOST_OF_PIXEL = 2.0
 ROUNDS = 3
+STEPS = 6
+MET = 1e-6
+NOISY = 0.02
+DOUBT_RADIUS = 2
 
 
 def windows(x, radius):
@@ -60,17 +65,42 @@ def spread(blocks, length, axis):
     return blocks.take(first, axis) * (1 - weight) + blocks.take(second, axis) * weight
 
 
+def doubt_of(noisy, variance, filtered):
+    """The square below which a value is all noise."""
+    moved = (noisy.astype(np.float64) - filtered) ** 2
+    squares = moved if variance is None else np.maximum(variance.astype(np.float64), 0)
+    return windows(squares, DOUBT_RADIUS) / windows(np.ones_like(squares), DOUBT_RADIUS) / NOISY**2
+
+
 def restored(noisy, variance, filtered):
     """The means of blocks, as far as they are certain, and of the picture are those of `noisy`."""
+    doubt, filtered = doubt_of(noisy, variance, filtered), filtered.astype(np.float64)
     if variance is not None:
         before, after = sums(noisy), sums(filtered)
         error = np.maximum(sums(variance), 0) / np.maximum(after**2, np.finfo(float).tiny)
         certain = EXPECTED_BIAS**2 / (EXPECTED_BIAS**2 + error)
         wanted = after * (1 + certain * (ratio(before, after) - 1))
         for _ in range(ROUNDS):
-            gains = ratio(wanted, sums(filtered))
-            filtered = filtered * spread(spread(gains, filtered.shape[0], 0), filtered.shape[1], 1)
-    return filtered * ratio(noisy.mean((0, 1), np.float64), filtered.mean((0, 1), np.float64))
+            part = np.minimum(filtered, doubt / np.maximum(filtered, 1e-30))
+            parts = sums(part)
+            gains = (wanted - sums(filtered)) / np.where(parts > 0, parts, np.inf)
+            gains = np.clip(gains, 1 / MOST - 1, MOST - 1)
+            filtered = filtered + part * spread(spread(gains, len(part), 0), part.shape[1], 1)
+    return with_mean(noisy.mean((0, 1), np.float64), doubt, filtered)
+
+
+def with_mean(wanted, doubt, filtered):
+    """Each value `v` gets `λ min(v², doubt)`, so that means are as wanted; `λ` by Newton's method."""
+    square, strength = np.minimum(filtered**2, doubt), np.zeros(3)
+    for _ in range(STEPS + 1):
+        free = filtered + strength * square
+        kept = np.clip(free, filtered / MOST_OF_PIXEL, filtered * MOST_OF_PIXEL)
+        missing, slope = wanted - kept.mean((0, 1)), (square * (free == kept)).mean((0, 1))
+        unmet = (np.abs(missing) > MET * wanted) & (slope > 0)
+        if not unmet.any():
+            break
+        strength = strength + np.where(unmet, missing / np.where(unmet, slope, 1), 0)
+    return kept * ratio(wanted, kept.mean((0, 1)))
 
 
 def finished(noisy, variance, filtered):

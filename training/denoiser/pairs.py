@@ -128,7 +128,7 @@ def make_scene(number, options, connection):
     import scenes
 
     seed = options.seed * 10**6 + number
-    wanted = 1 if number < options.held_out or options.clean else options.views
+    wanted = 1 if number < options.held_out else options.views
     begin = time.monotonic()
     scene, cameras, settings = scenes.random_scene(seed, wanted, options.family)
     built = time.monotonic()
@@ -318,7 +318,7 @@ def main():
     )
     parser.add_argument("--held-out", type=int, default=24, help="scenes for validation")
     parser.add_argument(
-        "--clean", action="store_true", help="one view a scene, for refine.py: the last is clean"
+        "--clean", action="store_true", help="for refine.py: the last picture is clean"
     )
     parser.add_argument("--backend", default="gpu-bvh", help="of the renderer")
     parser.add_argument("--processes", type=int, default=os.cpu_count())

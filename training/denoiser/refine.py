@@ -11,6 +11,9 @@ divisor. relMSE divides by the square of the reference plus 0.01, and pictures m
 bright. So there are several such floors, `FLOORS`: with the largest all pixels of a picture count
 alike, as in a dark room.
 
+The renderer gives back the light that filtering has lost (`after.py`). Half of the loss is of what
+that makes of the output, as far as a crop tells. FLIP has a share as well.
+
 BEGIN and OUT are files of weights; the mean of several in BEGIN, with commas, is where it begins.
 Every tenth scene is left out. What is best there, of all that was tried on the way, is written.
 Scenes that are unlike those of PAIRS can become worse all the same: README.md says where.
@@ -28,10 +31,11 @@ from safetensors.torch import load_file
 from torch import Tensor
 
 from data import random_rotations
+from flip import flip
 from network import Denoiser, features, filtered
 from train import export
 
-LEVELS = {1: 1.0, 2: 0.6, 4: 1.0, 8: 0.8, 16: 1.3, 32: 2.5, 64: 2.0, 128: 4.0, 256: 3.0}
+LEVELS = {1: 1.0, 2: 0.6, 4: 1.2, 8: 0.8, 16: 1.4, 32: 1.0, 64: 1.4, 128: 1.2, 256: 1.2}
 """Samples per pixel of inputs, and how often each is drawn; a view has three of a single sample."""
 FLOORS = {0.002: 0.15, 0.01: 0.35, 0.06: 0.25, 0.8: 0.25}
 """What is added to squares of references that errors are divided by, and how much each counts.
@@ -41,6 +45,12 @@ times as bright.
 """
 PIXEL, PICTURE = 50.0, 4.0
 """Errors of pixels and of pictures above these count by their logarithm."""
+FLIP = 0.5
+"""What FLIP counts, relative to relMSE. Both are relative to what they were at the beginning."""
+SEEN = 32
+"""Inputs of more samples are not judged by FLIP: its reference is not clean enough for them."""
+MOST = 2.0
+"""By how much giving light back may change a pixel, as in after.py."""
 LEFT_OUT = 10
 """Scenes whose numbers end so that this divides the next are left out."""
 AT_ONCE = 24
@@ -56,7 +66,7 @@ class Pictures:
     last : which picture is the reference of each, [P]
     held : whether it is left out, [P]
     smooth : the reference without its noise, as far as the weights at the beginning can tell
-    scale : what errors are multiplied by, [P, floors]
+    scale : what errors are multiplied by, [P, floors], and FLIP, [P, 1]; 0 where it does not count
     sure : whether the reference is clean enough to judge by, [P, floors]
     worth : how much is to be learned, [P]: less where the reference has most of the noise
     """
@@ -95,18 +105,21 @@ class Pictures:
         self.smooth = torch.empty_like(self.light[:, :3])
         for which in (~self.input).nonzero()[:, 0].split(AT_ONCE):
             self.smooth[which] = run(model, self.layers(which)).half()
-        self.scale = torch.ones((len(self.light), len(FLOORS)), device=self.device)
+        self.scale = torch.ones((len(self.light), len(FLOORS) + 1), device=self.device)
         self.sure = torch.zeros(self.scale.shape, dtype=torch.bool, device=self.device)
+        self.sure[:, -1] = self.samples <= SEEN
         self.worth = torch.zeros(len(self.light), device=self.device)
         for which in self.input.nonzero()[:, 0].split(AT_ONCE):
             layers = self.layers(which)
             output = run(model, layers) if oidn is None else each(oidn, layers[:3])
             error, doubt = self.errors(output, which)
             floor = torch.tensor([1e-5 * min(1.0, 0.01 / f) for f in FLOORS], device=self.device)
-            self.scale[which] = 1 / torch.maximum(torch.maximum(error, 0.5 * doubt), floor)
+            self.scale[which, :-1] = 1 / torch.maximum(torch.maximum(error, 0.5 * doubt), floor)
+            noticed = flip(output, self.smooth[self.last[which]].float()).mean((1, 2, 3))
+            self.scale[which, -1] = (self.samples[which] <= SEEN) / noticed.clamp(min=0.01)
             share = (error / (error + 0.5 * doubt)).mean(1)
             self.worth[which] = share.nan_to_num(0.0, 0.0, 0.0).clamp(0.1, 1.0)
-            self.sure[which] = (error > doubt) & (error > 2 * floor)
+            self.sure[which, :-1] = (error > doubt) & (error > 2 * floor)
 
     def errors(self, output: Tensor, which: Tensor) -> "tuple[Tensor, Tensor]":
         """relMSE less what the reference's own noise has of it, and that noise; [N, floors]."""
@@ -143,7 +156,7 @@ def batch(pictures: Pictures, often: Tensor, count: int, size: int) -> "list[Ten
     """Random crops, turned, mirrored, with other colours, brightness and axes of normals.
 
     Some have no albedo, no normals or no variance. Returns what the network sees, the reference,
-    its variance, what errors are divided by but for the floor, and `scale`.
+    its variance, the reference without noise, and `scale`.
     """
     device = pictures.device
     which = torch.multinomial(often, count, replacement=True)
@@ -165,7 +178,7 @@ def batch(pictures: Pictures, often: Tensor, count: int, size: int) -> "list[Ten
     gain = torch.exp(0.3 * torch.randn((count, 1, 1, 1), device=device))
     gain = gain * torch.exp(0.1 * torch.randn((count, 3, 1, 1), device=device))
     inputs = [color * gain, albedo * some(0.03), normal * some(0.03), variance * gain**2]
-    targets = [reference * gain, doubt * gain**2, (smooth * gain) ** 2, pictures.scale[which]]
+    targets = [reference * gain, doubt * gain**2, smooth * gain, pictures.scale[which]]
     return [*inputs, known * some(0.06), *targets]
 
 
@@ -175,13 +188,25 @@ def run(model: Denoiser, inputs: "list[Tensor]") -> Tensor:
     return filtered(inputs[0], inputs[1], model.heads(seen))
 
 
+def given_back(output: Tensor, mean: Tensor) -> Tensor:
+    """As `after.restored` for a picture without variances: each pixel has a share of what is
+    missing in the mean, [N, 3, 1, 1], by the square of its value."""
+    share = output.detach() ** 2
+    share = share / share.mean((2, 3), True).clamp(min=1e-12)
+    more = output + (mean - output.mean((2, 3), True)) * share
+    return torch.minimum(torch.maximum(more, output / MOST), output * MOST)
+
+
 def loss_of(model: Denoiser, values: "list[Tensor]") -> Tensor:
-    reference, doubt, square, scale = values[5:]
-    difference = (run(model, values[:5]) - reference) ** 2 - doubt
-    total = 0.0
-    for i, (floor, share) in enumerate(FLOORS.items()):
-        error = soft(difference / (square + floor), PIXEL).mean((1, 2, 3))
-        total = total + share * soft(error * scale[:, i], PICTURE).mean()
+    reference, doubt, smooth, scale = values[5:]
+    output = run(model, values[:5])
+    restored = given_back(output, reference.mean((2, 3), True))
+    total = FLIP * (flip(restored, smooth).mean((1, 2, 3)) * scale[:, -1]).mean()
+    for picture in (output, restored):
+        difference = (picture - reference) ** 2 - doubt
+        for i, (floor, share) in enumerate(FLOORS.items()):
+            error = soft(difference / (smooth**2 + floor), PIXEL).mean((1, 2, 3))
+            total = total + 0.5 * share * soft(error * scale[:, i], PICTURE).mean()
     return total
 
 
@@ -220,22 +245,31 @@ class Slopes:
 
 @torch.no_grad()
 def judged(model: Denoiser, pictures: Pictures) -> "tuple[float, str]":
-    """The mean of the ratios on what is left out, geometric; those of sample counts and floors."""
+    """The mean of the ratios on what is left out, geometric: of relMSE, and of FLIP as `FLIP` says.
+
+    Light has been given back. The text has the means of sample counts, floors and FLIP.
+    """
     chosen = (pictures.input & pictures.held).nonzero()[:, 0]
     logs = []
     for which in chosen.split(AT_ONCE):
-        error, _ = pictures.errors(run(model, pictures.layers(which)), which)
-        ratio = error * pictures.scale[which]
+        layers = pictures.layers(which)
+        output = given_back(run(model, layers), layers[0].mean((2, 3), True))
+        error, _ = pictures.errors(output, which)
+        noticed = flip(output, pictures.smooth[pictures.last[which]].float()).mean((1, 2, 3))
+        ratio = torch.cat([error, noticed[:, None]], 1) * pictures.scale[which]
         logs.append(ratio.clamp(min=0.2, max=20).log())
     logs, sure, samples = torch.cat(logs), pictures.sure[chosen], pictures.samples[chosen]
     mean = lambda x, those: float((x * those).sum() / those.sum().clamp(min=1))
-    shares = torch.tensor(list(FLOORS.values()), device=logs.device)
+    shares = torch.tensor([*FLOORS.values(), 0.0], device=logs.device)
     parts = []
     for count in sorted(set(samples.tolist())):
         here = sure & (samples == count)[:, None]
         parts.append(f"{count}: {math.exp(mean(logs, here * shares)):.3f}")
-    floors = [f"{math.exp(mean(logs[:, i], sure[:, i])):.3f}" for i in range(len(FLOORS))]
-    return math.exp(mean(logs, sure * shares)), f"{', '.join(parts)}; floors {' '.join(floors)}"
+    columns = [f"{math.exp(mean(logs[:, i], sure[:, i])):.3f}" for i in range(len(shares))]
+    relative, noticed = mean(logs, sure * shares), mean(logs[:, -1], sure[:, -1])
+    ratio = math.exp((relative + FLIP * noticed) / (1 + FLIP))
+    floors = f"floors {' '.join(columns[:-1])}; FLIP {columns[-1]}"
+    return ratio, f"relMSE {math.exp(relative):.4f}: {', '.join(parts)}; {floors}"
 
 
 def main() -> None:

@@ -96,7 +96,8 @@ impl LiveScene {
         let variant = Variant { lens_distortion: true, ..scene.variant().for_view(view) };
         let kernel = match view.integrator {
             Integrator::Realtime(settings) => {
-                let kernel = RealtimeKernel::new(&gpu, variant, &scene, &*tracer, &settings)?;
+                let pixels = view.window.area() as u32;
+                let kernel = RealtimeKernel::new(&gpu, variant, &scene, &*tracer, &settings, pixels)?;
                 FrameKernel::Realtime(Box::new(kernel))
             }
             other => {

@@ -8,6 +8,7 @@ use crate::shader::{Linkage, ShaderText};
 use crate::timing::{PassClock, Timer};
 use crate::tracer::Tracer;
 use crate::{Gpu, GpuError, GpuScene};
+use rayon::prelude::*;
 use std::collections::HashMap;
 use wgpu::ShaderStages;
 
@@ -197,16 +198,23 @@ impl Dispatch<'_> {
     }
 }
 
-/// Compiles the passes that are not compiled yet. Those of one text share its module.
+/// Compiles the passes that are not compiled yet, on all threads at once. Those of one text share its module.
 ///
 /// # Errors
 /// When modules are missing, or the driver refuses a shader.
 pub(crate) fn compile<'a>(gpu: &Gpu, passes: impl IntoIterator<Item = &'a mut Pass>) -> Result<(), GpuError> {
-    let mut texts: HashMap<String, ShaderText<'_>> = HashMap::new();
-    for pass in passes.into_iter().filter(|pass| pass.pipeline.is_none()) {
-        let text = pass.linkage.text(pass.spec.module)?;
-        let shader = texts.entry(text).or_insert_with_key(|text| gpu.shader_text(&pass.title, text.clone()));
-        pass.pipeline = Some(pass.pipeline_of(shader)?);
+    let mut missing: Vec<&mut Pass> = passes.into_iter().filter(|pass| pass.pipeline.is_none()).collect();
+    let texts = missing.par_iter().map(|pass| pass.linkage.text(pass.spec.module));
+    let texts = texts.collect::<Result<Vec<String>, _>>()?;
+    let mut shaders: HashMap<&str, ShaderText<'_>> = HashMap::new();
+    for (pass, text) in missing.iter().zip(&texts) {
+        shaders.entry(text).or_insert_with(|| gpu.shader_text(&pass.title, text.clone()));
+    }
+    let pipelines =
+        missing.par_iter().zip(&texts).map(|(pass, text)| pass.pipeline_of(&shaders[text.as_str()]));
+    let pipelines: Vec<Result<wgpu::ComputePipeline, GpuError>> = pipelines.collect();
+    for (pass, pipeline) in missing.iter_mut().zip(pipelines) {
+        pass.pipeline = Some(pipeline?);
     }
     Ok(())
 }

@@ -71,7 +71,8 @@ impl Tracing for ComputeTracing {
                 } else {
                     Default::default()
                 };
-                Ok(Box::new(RealtimeKernel::new(gpu, variant, scene, &*self.0, &settings)?))
+                let pixels = film.contents.picture().pixels();
+                Ok(Box::new(RealtimeKernel::new(gpu, variant, scene, &*self.0, &settings, pixels)?))
             }
             _ => Ok(Box::new(Megakernel::new(gpu, kind, variant, scene, &*self.0)?)),
         }

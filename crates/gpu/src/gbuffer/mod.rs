@@ -140,12 +140,17 @@ impl GBuffer {
     ///
     /// # Errors
     /// When the driver refuses a shader.
-    pub fn compile(&mut self, gpu: &Gpu, rasters: bool) -> Result<(), GpuError> {
+    fn compile(&mut self, gpu: &Gpu, rasters: bool) -> Result<(), GpuError> {
+        pass::compile(gpu, self.passes(rasters))
+    }
+
+    /// The passes that find first hits by rasterising or by rays, to be compiled together with others.
+    pub fn passes(&mut self, rasters: bool) -> impl Iterator<Item = &mut pass::Pass> {
         let wanted: &[GBufferPass] =
             if rasters { &[GBufferPass::Cull, GBufferPass::Resolve] } else { &[GBufferPass::CameraRays] };
         let is_wanted = |number: usize| wanted.iter().any(|&pass| pass as usize == number);
-        let passes = self.passes.iter_mut().enumerate().filter(|(number, _)| is_wanted(*number));
-        pass::compile(gpu, passes.map(|(_, pass)| pass))
+        let passes = self.passes.iter_mut().enumerate().filter(move |(number, _)| is_wanted(*number));
+        passes.map(|(_, pass)| pass)
     }
 
     /// Makes what depends on the picture's size, and binds the film, unless that was done. Returns whether that was made anew.

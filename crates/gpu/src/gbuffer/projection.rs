@@ -16,6 +16,13 @@ pub struct Picture {
     pub window_size: [u32; 2],
 }
 
+impl Picture {
+    /// Pixels of the window.
+    pub fn pixels(self) -> u32 {
+        self.window_size[0] * self.window_size[1]
+    }
+}
+
 /// A linear projection: `clip = clip_from_world · (world − eye, 1)`.
 ///
 /// x and y span the window; z is reversed, 1 at the near end and 0 at infinity (at `reach` for parallel projections), so that

@@ -7,6 +7,7 @@ use crate::film::VIEW;
 use crate::pass::PassGroups;
 use crate::shader::Variant;
 use crate::{Gpu, GpuError, GpuScene};
+use rayon::prelude::*;
 use wgpu::ShaderStages;
 
 /// The rasteriser's pipelines, by class, and what they bind.
@@ -40,7 +41,8 @@ impl CompiledDraws {
             })
             .map_err(refused)?;
         let make = |class| draw_pipeline(gpu, &module, &pipeline_layout, class);
-        let pipelines = gpu.guarded(|| DrawClass::ALL.map(make).to_vec()).map_err(refused)?;
+        let make = |class| gpu.guarded(|| make(class)).map_err(refused);
+        let pipelines = DrawClass::ALL.into_par_iter().map(make).collect::<Result<_, _>>()?;
         Ok(Self { pipelines, scene, film_layout, layout: own_layout })
     }
 

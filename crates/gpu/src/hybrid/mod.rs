@@ -132,8 +132,9 @@ impl HybridKernel {
             shafts,
         };
         let lights = kernel.light_words_of([1, 1], u64::MAX, settings.rays.shadow_samples);
-        kernel.gbuffer.compile(gpu, settings.visibility == Visibility::Raster)?;
-        kernel.compile_shading(gpu, settings.light_cutoff > 0.0, Shading::of(settings), lights)?;
+        let shading = Self::own_passes(settings.light_cutoff > 0.0, Shading::of(settings), lights);
+        let first_hits = kernel.gbuffer.passes(settings.visibility == Visibility::Raster);
+        pass::compile(gpu, wanted_passes(&mut kernel.passes, &shading).chain(first_hits))?;
         Ok(kernel)
     }
 
@@ -168,25 +169,13 @@ impl HybridKernel {
         if fits && wanted { all } else { LightWords { hidden: 0, shafts: 0, ..all } }
     }
 
-    /// Compiles what a frame needs after its first hits and no frame before it needed.
-    fn compile_shading(
-        &mut self,
-        gpu: &Gpu,
-        culls_lights: bool,
-        shading: Shading,
-        lights: LightWords,
-    ) -> Result<(), GpuError> {
+    /// All passes of a frame but those of its first hits.
+    fn own_passes(culls_lights: bool, shading: Shading, lights: LightWords) -> Vec<HybridPass> {
         let mut passes = Self::shading_passes(shading, lights);
         if culls_lights {
             passes.push(HybridPass::ClusterLights);
         }
-        self.compile(gpu, &passes)
-    }
-
-    fn compile(&mut self, gpu: &Gpu, wanted: &[HybridPass]) -> Result<(), GpuError> {
-        let is_wanted = |number: usize| wanted.iter().any(|&pass| pass as usize == number);
-        let passes = self.passes.iter_mut().enumerate().filter(|(number, _)| is_wanted(*number));
-        pass::compile(gpu, passes.map(|(_, pass)| pass))
+        passes
     }
 
     /// The passes of a frame after its first hits.
@@ -230,7 +219,8 @@ impl HybridKernel {
         let request = FrameRequest { visibility: settings.visibility, sample, rows, culls_lights };
         let begun = self.gbuffer.begin(gpu, film, request)?;
         let shading = Shading::of(settings);
-        self.compile_shading(gpu, begun.clustered, shading, lights)?;
+        let own = Self::own_passes(begun.clustered, shading, lights);
+        pass::compile(gpu, wanted_passes(&mut self.passes, &own))?;
         Ok(PreparedFrame { begun, shading })
     }
 
@@ -303,6 +293,16 @@ impl HybridKernel {
     pub(crate) fn first_hits(&self) -> Option<&wgpu::Buffer> {
         self.gbuffer.pixels()
     }
+}
+
+/// Some of all passes.
+fn wanted_passes<'a>(
+    passes: &'a mut [pass::Pass],
+    wanted: &'a [HybridPass],
+) -> impl Iterator<Item = &'a mut pass::Pass> {
+    let is_wanted = |number: usize| wanted.iter().any(|&pass| pass as usize == number);
+    let passes = passes.iter_mut().enumerate().filter(move |(number, _)| is_wanted(*number));
+    passes.map(|(_, pass)| pass)
 }
 
 impl Kernel for HybridKernel {

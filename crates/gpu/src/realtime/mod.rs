@@ -36,7 +36,7 @@ use crate::shader::Variant;
 use crate::timing::{PassClock, Timer};
 use crate::tracer::Tracer;
 use crate::{Gpu, GpuError, GpuScene};
-use backend::{FrameSamples, Integrator, RealtimeSettings};
+use backend::{FrameSamples, Integrator, RealtimeSettings, Visibility};
 use buffers::{Bindings, Buffers, DISPATCHES};
 use frame::{FrameState, RealtimeFrame, frame_samples, light_candidates};
 use passes::{MOST_FILTER_PASSES, RealtimePass, frame_pass};
@@ -79,8 +79,8 @@ pub(crate) struct PreparedFrame {
 }
 
 impl RealtimeKernel {
-    /// Compiles what frames with `settings` need for a scene and a tracer, but for their samples, first hits and what other
-    /// settings need: that is compiled with the first frame.
+    /// Compiles what frames of `pixels` pixels with `settings` need for a scene and a tracer. Other frames compile what else they
+    /// need with the first of them.
     ///
     /// # Errors
     /// When the driver refuses a shader, or the scene has more to draw than a pixel can name.
@@ -90,6 +90,7 @@ impl RealtimeKernel {
         scene: &GpuScene,
         tracer: &dyn Tracer,
         settings: &RealtimeSettings,
+        pixels: u32,
     ) -> Result<Self, GpuError> {
         let make = |pass| frame_pass(gpu, pass, variant, scene, tracer);
         let mut kernel = Self {
@@ -105,24 +106,44 @@ impl RealtimeKernel {
             on_film: 0,
             has_changed: false,
         };
+        if kernel.wants_waves(settings, pixels) {
+            kernel.taken = PathKernel::Wavefront;
+        }
         kernel.compile_frame(gpu, settings)?;
         Ok(kernel)
     }
 
-    /// Compiles what a frame needs and no frame before it needed.
+    /// Compiles what a frame needs and no frame before it needed, with its paths followed as [`RealtimeKernel::taken`] says.
     fn compile_frame(&mut self, gpu: &Gpu, settings: &RealtimeSettings) -> Result<(), GpuError> {
+        let has_waves = self.taken == PathKernel::Wavefront;
         let adapts = !frame_samples(settings).is_fixed();
         let passes = RealtimePass::of_frame(adapts, light_candidates(settings) > 0, filter_passes(settings));
-        let is_wanted =
-            |number| passes.iter().any(|&pass| pass != RealtimePass::Sample && pass.index() == number);
+        let is_wanted = |number| {
+            let is_wanted = |&&pass: &&RealtimePass| !(has_waves && pass == RealtimePass::Sample);
+            passes.iter().filter(is_wanted).any(|pass| pass.index() == number)
+        };
         let made = self.passes.iter_mut().enumerate().filter(|(number, _)| is_wanted(*number));
-        pass::compile(gpu, made.map(|(_, pass)| pass))
+        let waves = self.waves.steps().filter(|_| has_waves);
+        let first_hits = self.gbuffer.passes(settings.visibility == Visibility::Raster);
+        pass::compile(gpu, made.map(|(_, pass)| pass).chain(waves).chain(first_hits))
     }
 
-    /// Decides how the paths of a frame are followed, and compiles what follows them.
+    /// Whether frames of so many pixels should follow their paths in waves.
+    fn wants_waves(&self, settings: &RealtimeSettings, pixels: u32) -> bool {
+        // Tiles of lights are the one kernel's.
+        let has_tiles = light_candidates(settings) > 0;
+        !has_tiles
+            && match self.path_kernel {
+                PathKernel::Auto => self.waves.are_faster(pixels),
+                PathKernel::Megakernel => false,
+                PathKernel::Wavefront => true,
+            }
+    }
+
+    /// Decides how the paths of a frame are followed.
     ///
     /// # Errors
-    /// When the driver refuses a shader. When there is no memory for waves that were asked for.
+    /// When there is no memory for waves that were asked for.
     fn prepare_samples(
         &mut self,
         gpu: &Gpu,
@@ -130,20 +151,11 @@ impl RealtimeKernel {
         film: &FilmBuffers,
     ) -> Result<(), GpuError> {
         let [width, height] = film.contents.picture().window_size;
-        // Tiles of lights are the one kernel's.
-        let has_tiles = light_candidates(settings) > 0;
-        let wanted = match self.path_kernel {
-            PathKernel::Auto => self.waves.are_faster(width * height),
-            PathKernel::Megakernel => false,
-            PathKernel::Wavefront => true,
-        };
+        let wanted = self.wants_waves(settings, width * height);
         self.taken = PathKernel::Megakernel;
-        if let Some(buffers) = self.buffers.as_ref().filter(|_| !has_tiles && wanted) {
+        if let Some(buffers) = self.buffers.as_ref().filter(|_| wanted) {
             match self.waves.prepare(gpu, buffers, &self.gbuffer, film) {
-                Ok(true) => {
-                    self.taken = PathKernel::Wavefront;
-                    return self.waves.compile(gpu);
-                }
+                Ok(true) => self.taken = PathKernel::Wavefront,
                 Ok(false) => {}
                 // Who did not ask for queues need not hear that there is no memory for them.
                 Err(GpuError::Allocation { .. }) if self.path_kernel == PathKernel::Auto => {
@@ -152,7 +164,7 @@ impl RealtimeKernel {
                 Err(error) => return Err(error),
             }
         }
-        pass::compile(gpu, [&mut self.passes[RealtimePass::Sample.index()]])
+        Ok(())
     }
 
     /// Bytes on the device that depend on the picture's size.
@@ -222,8 +234,8 @@ impl RealtimeKernel {
         begins: bool,
     ) -> Result<PreparedFrame, GpuError> {
         self.prepare_buffers(gpu, film)?;
-        self.compile_frame(gpu, &settings)?;
         self.prepare_samples(gpu, &settings, film)?;
+        self.compile_frame(gpu, &settings)?;
         if begins {
             self.on_film = 0;
         }

@@ -103,8 +103,9 @@ impl Stage {
         let scene = GpuScene::upload(&gpu, Arc::new(SceneTables::build(scene))).expect("upload");
         let tracer = BvhTracer::new(&gpu, &scene, Instances::StandStill).expect("structures");
         // Settings of frames that come later need more passes: those are compiled then.
-        let kernel =
-            RealtimeKernel::new(&gpu, scene.variant(), &scene, &tracer, &settings()).expect("a kernel");
+        let (variant, pixels) = (scene.variant(), WIDTH * HEIGHT);
+        let kernel = RealtimeKernel::new(&gpu, variant, &scene, &tracer, &settings(), pixels);
+        let kernel = kernel.expect("a kernel");
         let film = FilmBuffers::new(&gpu, &view(0.0, settings()), false).expect("memory");
         let timer = Timer::new(&gpu).expect("memory");
         Some(Self { gpu, kernel, film, timer, sample: 0 })

@@ -15,7 +15,7 @@ use crate::gbuffer::{
     GBuffer,
     slots::{FRAME, PIXELS},
 };
-use crate::pass::{Dispatch, Pass, PassGroups, PassSpec, compile};
+use crate::pass::{Dispatch, Pass, PassGroups, PassSpec};
 use crate::scene::upload::empty_buffer;
 use crate::shader::{Linkage, Variant};
 use crate::tracer::{Tracer, TracerKind};
@@ -150,12 +150,9 @@ impl Waves {
         self.are_faster && paths >= ENOUGH_PATHS
     }
 
-    /// Compiles all steps, unless that was done.
-    ///
-    /// # Errors
-    /// When the driver refuses a shader.
-    pub fn compile(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
-        compile(gpu, &mut self.steps)
+    /// All steps, to be compiled.
+    pub fn steps(&mut self) -> impl Iterator<Item = &mut Pass> {
+        self.steps.iter_mut()
     }
 
     /// What was bound is no more.

@@ -17,8 +17,7 @@ pub use modules::{Linkage, ModuleError};
 pub use variant::Variant;
 
 use crate::{Gpu, GpuError};
-use std::cell::OnceCell;
-use std::sync::PoisonError;
+use std::sync::{Mutex, PoisonError};
 
 impl Gpu {
     /// Compiles a shader module.
@@ -54,7 +53,7 @@ impl Gpu {
 
     /// A text of which pipelines are made; `name` is for messages.
     pub fn shader_text(&self, name: &str, text: String) -> ShaderText<'_> {
-        ShaderText { gpu: self, name: name.to_owned(), text, module: OnceCell::new() }
+        ShaderText { gpu: self, name: name.to_owned(), text, module: Mutex::default() }
     }
 }
 
@@ -63,16 +62,18 @@ pub struct ShaderText<'a> {
     gpu: &'a Gpu,
     name: String,
     text: String,
-    module: OnceCell<wgpu::ShaderModule>,
+    module: Mutex<Option<wgpu::ShaderModule>>,
 }
 
 impl ShaderText<'_> {
-    fn module(&self) -> Result<&wgpu::ShaderModule, GpuError> {
-        if let Some(module) = self.module.get() {
-            return Ok(module);
+    /// Threads that want it while one makes it wait for that one.
+    fn module(&self) -> Result<wgpu::ShaderModule, GpuError> {
+        let mut made = self.module.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(module) = &*made {
+            return Ok(module.clone());
         }
         let module = self.gpu.shader_module(&self.name, &self.text)?;
-        Ok(self.module.get_or_init(|| module))
+        Ok(made.insert(module).clone())
     }
 
     /// Makes the compute pipeline of an entry point, or finds the one that was made before of the same text. Equal texts
@@ -104,7 +105,7 @@ impl ShaderText<'_> {
                 gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                     label: Some(name),
                     layout: Some(&layout),
-                    module,
+                    module: &module,
                     entry_point: Some(entry_point),
                     compilation_options: wgpu::PipelineCompilationOptions {
                         // Every kernel writes its workgroup variables before it reads them.
