@@ -4,7 +4,7 @@ use crate::batch::departures::{ConnectionLanes, LightLanes};
 use crate::batch::lanes::{ALL_LANES, LANES, Lanes, Pairs, Vectors};
 use crate::batch::vertices::Vertices;
 use crate::scene::CpuScene;
-use crate::shade::lights::{choose_light, sample_light};
+use crate::shade::lights::{choose_light, sample_one_light};
 use crate::shade::scatter_lanes::Lobes;
 use crate::simd::Instructions;
 use optics::light::{
@@ -74,16 +74,6 @@ pub(crate) fn sample_lights<I: Instructions>(
             v.sampling_normal.0[lane] = octahedral_encode(v.shading_normal.get(lane));
         }
     }
-    if !scene.plain_lights {
-        out.pdf = Lanes::default();
-        for lane in 0..waiting {
-            let sample = sample_light(scene, v.position.get(lane), v.sampling_normal.0[lane], u.get(lane));
-            if let Some(sample) = sample {
-                out.set(lane, &sample, 1.0);
-            }
-        }
-        return;
-    }
     let mut choices = ChoiceLanes::default();
     if let Some((list, count)) = tables.light_tree.list() {
         choose_lights_of_list(list, count, v, u, &mut choices);
@@ -92,7 +82,32 @@ pub(crate) fn sample_lights<I: Instructions>(
     } else {
         choose_lights_by_power(tables, u, &mut choices);
     }
-    sample_flat_lights(i, tables, v, &choices, u, out);
+    if scene.plain_lights {
+        sample_flat_lights(i, tables, v, &choices, u, out);
+    } else {
+        sample_any_lights(scene, v, waiting, &choices, u, out);
+    }
+}
+
+/// Samples the lights that the first `waiting` vertices have chosen, one by one.
+#[inline(always)]
+fn sample_any_lights(
+    scene: &CpuScene,
+    v: &Vertices,
+    waiting: usize,
+    chosen: &ChoiceLanes,
+    u: &Pairs,
+    out: &mut LightLanes,
+) {
+    out.pdf = Lanes::default();
+    for lane in 0..waiting {
+        let probability = chosen.probability.0[lane];
+        if probability > 0.0 {
+            let u = [chosen.remainder.0[lane], u.y.0[lane]];
+            let sample = sample_one_light(scene, chosen.index.0[lane], v.position.get(lane), u);
+            out.set(lane, &sample, probability);
+        }
+    }
 }
 
 /// The light that each lane has chosen.

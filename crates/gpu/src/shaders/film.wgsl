@@ -216,12 +216,15 @@ fn store_samples(work: PixelWork, sums: SampleSums) {
     add_to_film(select(portion, film_place(work.pixel), work.portion == NONE), sums);
 }
 
-/// Adds to a place of the film.
+/// Adds to a place of the film. A pixel is read and written as a whole: that takes fewer instructions than its members do.
 fn add_to_film(index: u32, sums: SampleSums) {
-    film[index].sum += sums.sum;
-    film[index].sum_of_squares += sums.sum_of_squares;
-    film[index].count += sums.count;
-    film[index].invalid += sums.invalid;
+    let before = film[index];
+    film[index] = FilmPixel(
+        before.sum + sums.sum,
+        before.count + sums.count,
+        before.sum_of_squares + sums.sum_of_squares,
+        before.invalid + sums.invalid,
+    );
 }
 
 /// A mean layer's value, or zero if it is not finite, which is counted.
