@@ -15,10 +15,9 @@ EXPECTED_BIAS = 0.015
 MOST = 1.25
 MOST_OF_PIXEL = 2.0
 ROUNDS = 3
-STEPS = 6
-MET = 1e-6
+STEPS = 8
 NOISY = 0.02
-DOUBT_RADIUS = 2
+TILE = 4
 
 
 def windows(x, radius):
@@ -41,10 +40,10 @@ def limited(noisy, variance, filtered):
     return np.clip(filtered, np.maximum(noisy, 0) - reach, np.maximum(noisy, 0) + reach)
 
 
-def sums(picture):
+def sums(picture, side=BLOCK):
     """Sums over blocks, [rows, columns, 3]."""
-    rows = np.arange(0, picture.shape[0], BLOCK)
-    columns = np.arange(0, picture.shape[1], BLOCK)
+    rows = np.arange(0, picture.shape[0], side)
+    columns = np.arange(0, picture.shape[1], side)
     return np.add.reduceat(np.add.reduceat(picture.astype(np.float64), rows, 0), columns, 1)
 
 
@@ -65,42 +64,54 @@ def spread(blocks, length, axis):
     return blocks.take(first, axis) * (1 - weight) + blocks.take(second, axis) * weight
 
 
-def doubt_of(noisy, variance, filtered):
-    """The square below which a value is all noise."""
+def over_tiles(blocks, shape):
+    """Values of tiles for each pixel."""
+    return blocks.repeat(TILE, 0).repeat(TILE, 1)[: shape[0], : shape[1]]
+
+
+def part_of(noisy, variance, filtered):
+    """The part of each value that may be noise, the same in tiles of 4×4 pixels."""
     moved = (noisy.astype(np.float64) - filtered) ** 2
     squares = moved if variance is None else np.maximum(variance.astype(np.float64), 0)
-    return windows(squares, DOUBT_RADIUS) / windows(np.ones_like(squares), DOUBT_RADIUS) / NOISY**2
+    squares, certain = sums(squares, TILE), NOISY**2 * sums(filtered**2, TILE)
+    return np.where(certain > 0, squares / np.where(certain > 0, certain, 1), 0).clip(0, 1)
 
 
 def restored(noisy, variance, filtered):
     """The means of blocks, as far as they are certain, and of the picture are those of `noisy`."""
-    doubt, filtered = doubt_of(noisy, variance, filtered), filtered.astype(np.float64)
+    filtered = filtered.astype(np.float64)
+    parts = part_of(noisy, variance, filtered)
+    part = over_tiles(parts, filtered.shape)
     if variance is not None:
-        before, after = sums(noisy), sums(filtered)
+        before, after, noise = sums(noisy), sums(filtered), sums(part * filtered)
         error = np.maximum(sums(variance), 0) / np.maximum(after**2, np.finfo(float).tiny)
         certain = EXPECTED_BIAS**2 / (EXPECTED_BIAS**2 + error)
         wanted = after * (1 + certain * (ratio(before, after) - 1))
+        gains, first = np.zeros_like(wanted), filtered
         for _ in range(ROUNDS):
-            part = np.minimum(filtered, doubt / np.maximum(filtered, 1e-30))
-            parts = sums(part)
-            gains = (wanted - sums(filtered)) / np.where(parts > 0, parts, np.inf)
+            gains = gains + (wanted - sums(filtered)) / np.where(noise > 0, noise, np.inf)
             gains = np.clip(gains, 1 / MOST - 1, MOST - 1)
-            filtered = filtered + part * spread(spread(gains, len(part), 0), part.shape[1], 1)
-    return with_mean(noisy.mean((0, 1), np.float64), doubt, filtered)
+            field = spread(spread(gains, len(part), 0), part.shape[1], 1)
+            filtered = first * (1 + part * field)
+    mean = noisy.mean((0, 1), np.float64)
+    strength = strength_of(mean * part[..., 0].size, parts, filtered)
+    change = (strength * part * filtered).clip(1 / MOST_OF_PIXEL - 1, MOST_OF_PIXEL - 1)
+    filtered = filtered * (1 + change)
+    return filtered * ratio(mean, filtered.mean((0, 1)))
 
 
-def with_mean(wanted, doubt, filtered):
-    """Each value `v` gets `λ min(v², doubt)`, so that means are as wanted; `λ` by Newton's method."""
-    square, strength = np.minimum(filtered**2, doubt), np.zeros(3)
-    for _ in range(STEPS + 1):
-        free = filtered + strength * square
-        kept = np.clip(free, filtered / MOST_OF_PIXEL, filtered * MOST_OF_PIXEL)
-        missing, slope = wanted - kept.mean((0, 1)), (square * (free == kept)).mean((0, 1))
-        unmet = (np.abs(missing) > MET * wanted) & (slope > 0)
-        if not unmet.any():
-            break
-        strength = strength + np.where(unmet, missing / np.where(unmet, slope, 1), 0)
-    return kept * ratio(wanted, kept.mean((0, 1)))
+def strength_of(wanted, part, filtered):
+    """The `λ` of each colour with which all `v + λ part v²` have the wanted sum.
+
+    By Newton's method, as if all values of a tile were alike.
+    """
+    values, square, strength = sums(filtered, TILE), part * sums(filtered**2, TILE), np.zeros(3)
+    for _ in range(STEPS):
+        free = values + strength * square
+        kept = np.clip(free, values / MOST_OF_PIXEL, values * MOST_OF_PIXEL)
+        missing, slope = wanted - kept.sum((0, 1)), (square * (free == kept)).sum((0, 1))
+        strength = strength + np.where(slope > 0, missing / np.where(slope > 0, slope, 1), 0)
+    return strength
 
 
 def finished(noisy, variance, filtered):

@@ -9,9 +9,9 @@ a hundred samples a pixel and not thousands, and in the same time many more scen
 
 Each scene becomes OUT/NNNNNN.npz, NNNNNN being its number:
 
-- `light`: float16 [views, pictures, 6, H, W], for each of the pictures of a view, six or with
-  `--clean` ten, the colour (linear radiance) and its standard error, which is 0 for a single
-  sample: then it is unknown;
+- `light`: float16 [views, pictures, 6, H, W], for each of the pictures of a view, six, with
+  `--clean` ten, with `--quick` five or nine, the colour (linear radiance) and its standard error,
+  which is 0 for a single sample: then it is unknown;
 - `guide`: uint8 [views, pictures, 6, H, W], the square root of the albedo times 255, and the normal
   in world space times 127 plus 128;
 - `samples`: int32 [views, pictures], samples per pixel of the pictures, one of `PLANS`;
@@ -20,7 +20,7 @@ Each scene becomes OUT/NNNNNN.npz, NNNNNN being its number:
 
 A file is complete once it has its name. Seeds of scenes are 10⁶ · `--seed` + NNNNNN. The first
 `--held-out` scenes are for validation, with a last picture of many samples. With `--clean` the last
-picture of all scenes has many.
+picture of all scenes has many, with `--quick` enough for refine.py.
 """
 
 import argparse
@@ -41,8 +41,10 @@ PLANS = {
     "held out": (1, 4, 16, 64, 128, 512),
     "clean": (1, 1, 1, 2, 4, 4, 8, 16, 64, 256),
     "cleanest": (1, 1, 2, 4, 8, 16, 32, 128, 256, 512),
+    "quick": (1, 1, 1, 2, 4, 4, 8, 16, 80),
+    "quick, many": (1, 4, 16, 64, 192),
 }
-"""Samples per pixel of the pictures of a view; refine.py learns from the last two plans."""
+"""Samples per pixel of the pictures of a view; refine.py learns from the last four plans."""
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 THUMBNAIL = 128  # pixels of a side on contact sheets
 LARGEST = 60000.0  # below the largest half, 65504
@@ -71,6 +73,8 @@ def plan_of(rng, number, view, options):
     """Which pictures are made of a view: those of many samples are few."""
     if number < options.held_out:
         return PLANS["held out"]
+    if options.quick:
+        return PLANS[rng.choice(["quick", "quick, many"], p=[0.8, 0.2])]
     if options.clean:
         return PLANS[rng.choice(["clean", "cleanest"], p=[0.88, 0.12])]
     return PLANS[rng.choice(["few", "some", "many"], p=[0.8, 0.15, 0.05])]
@@ -83,25 +87,46 @@ def window_of(rng, options):
     return side, int(x), int(y)
 
 
+def render_picture(render, samples, seed, most):
+    """The layers of one picture, put together from pictures of at most `most` samples.
+
+    On a GPU many samples at once have shaders of their own, which take seconds to compile.
+    """
+    rng = np.random.default_rng(seed)
+    parts = [min(most, samples - done) for done in range(0, samples, most)]
+    pictures = [render(part, int(rng.integers(2**31))) for part in parts]
+    weights = np.array(parts) / samples
+    layers = {}
+    for name in ("color", "albedo", "normal"):
+        layers[name] = sum(w * p[name] for w, p in zip(weights, pictures))
+    squares = [(w * p["standard-error"]) ** 2 for w, p in zip(weights, pictures)]
+    layers["standard-error"] = np.sqrt(sum(squares))
+    return layers
+
+
 def render_view(scene, camera, settings, plan, window, seeds, options):
     """The pictures of one view: (light, guide, scale)."""
     side, x, y = window
     threads = {"threads": 1} if options.backend == "cpu" else {}
-    pictures = []
-    for samples, seed in zip(plan, seeds):
-        picture = scene.render(
+
+    def render(samples, seed):
+        return scene.render(
             side,
             side,
             samples,
             camera=camera,
             crop=[x, y, options.size, options.size],
             aovs=["albedo", "normal", "standard-error"],
-            seed=int(seed),
+            seed=seed,
             integrator="path",
             max_depth=min(settings["max_depth"], options.max_depth),
             backend=options.backend,
             **threads,
         )
+
+    pictures = []
+    for samples, seed in zip(plan, seeds):
+        picture = render_picture(render, samples, int(seed), options.portion)
         if not np.isfinite(picture["color"]).all():
             raise Unusable(f"the picture of {samples} samples has invalid values")
         pictures.append(picture)
@@ -319,6 +344,12 @@ def main():
     parser.add_argument("--held-out", type=int, default=24, help="scenes for validation")
     parser.add_argument(
         "--clean", action="store_true", help="for refine.py: the last picture is clean"
+    )
+    parser.add_argument(
+        "--quick", action="store_true", help="the same, with fewer samples and so more scenes"
+    )
+    parser.add_argument(
+        "--portion", type=int, default=1024, help="pictures of more samples are put together"
     )
     parser.add_argument("--backend", default="gpu-bvh", help="of the renderer")
     parser.add_argument("--processes", type=int, default=os.cpu_count())

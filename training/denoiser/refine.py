@@ -15,7 +15,7 @@ The renderer gives back the light that filtering has lost (`after.py`). Half of 
 that makes of the output, as far as a crop tells. FLIP has a share as well.
 
 BEGIN and OUT are files of weights; the mean of several in BEGIN, with commas, is where it begins.
-Every tenth scene is left out. What is best there, of all that was tried on the way, is written.
+Every fifth scene is left out. What is best there, of all that was tried on the way, is written.
 Scenes that are unlike those of PAIRS can become worse all the same: README.md says where.
 """
 
@@ -47,11 +47,11 @@ PIXEL, PICTURE = 50.0, 4.0
 """Errors of pixels and of pictures above these count by their logarithm."""
 FLIP = 0.5
 """What FLIP counts, relative to relMSE. Both are relative to what they were at the beginning."""
-SEEN = 32
+SEEN = 8
 """Inputs of more samples are not judged by FLIP: its reference is not clean enough for them."""
 MOST = 2.0
 """By how much giving light back may change a pixel, as in after.py."""
-LEFT_OUT = 10
+LEFT_OUT = 5
 """Scenes whose numbers end so that this divides the next are left out."""
 AT_ONCE = 24
 """Pictures that are denoised together to judge."""

@@ -49,7 +49,7 @@ pub fn limit(noisy: &Image, variance: &Image, filtered: &mut Image) {
 }
 
 /// Means over squares around the pixels of a row, cut off at the edges.
-pub(super) struct Means {
+struct Means {
     /// Sums over the square's rows for each column and colour.
     columns: Vec<f32>,
     rows: usize,
@@ -58,7 +58,7 @@ pub(super) struct Means {
 
 impl Means {
     /// Of what `of` makes of values. `pitch`: values of a row, three for each pixel; `y`: the row.
-    pub(super) fn new(values: &[f32], pitch: usize, y: usize, radius: usize, of: impl Fn(f32) -> f32) -> Self {
+    fn new(values: &[f32], pitch: usize, y: usize, radius: usize, of: impl Fn(f32) -> f32) -> Self {
         let rows = y.saturating_sub(radius)..(y + radius + 1).min(values.len() / pitch);
         let mut columns = vec![0.0; pitch];
         for row in values[rows.start * pitch..rows.end * pitch].chunks_exact(pitch) {
@@ -68,7 +68,7 @@ impl Means {
     }
 
     /// The mean around pixel `x`.
-    pub(super) fn at(&self, x: usize, colour: usize) -> f32 {
+    fn at(&self, x: usize, colour: usize) -> f32 {
         let around = x.saturating_sub(self.radius)..(x + self.radius + 1).min(self.columns.len() / 3);
         let count = around.len() * self.rows;
         around.map(|x| self.columns[3 * x + colour]).sum::<f32>() / count as f32
