@@ -26,6 +26,8 @@ impl Display {
         command.arg("view").args(arguments.split_whitespace());
         command.args(["--smoke", "3", "--smoke-script", "script.txt", "--window", "900x640"]);
         command.env("DISPLAY", &self.name).env_remove("WAYLAND_DISPLAY").current_dir(folder);
+        // No dialog of a desktop: nobody would answer it.
+        command.env("DBUS_SESSION_BUS_ADDRESS", "unix:path=/nonexistent").env("PATH", "");
         let output = command.output().expect("the binary can be run");
         let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
         let ran =
@@ -97,6 +99,26 @@ fn every_built_in_scene_is_shown_as_it_is_rendered() {
         let shown = picture_of(&path(".png"), &ran.stdout);
         assert_alike(&shown, &open(&path(".h.png")), 0.06, name);
     }
+}
+
+/// Where the desktop has no file dialog, the window asks by its own.
+#[test]
+fn without_a_desktop_files_are_chosen_all_the_same() {
+    let _turn = TURN.lock();
+    let Some(display) = Display::open("without_a_desktop_files_are_chosen_all_the_same") else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("wall.obj"), "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n")
+        .expect("written");
+    let script = "spp 2\nwait 2\nscreenshot before.png\ncommand Save the rendered picture (EXR)…\nframes 60\n\
+                  screenshot dialog.png\nchoose saved\nframes 20\ncommand Open a scene…\nchoose wall.obj\n\
+                  frames 30\nwait 2\ncommand Save the scene as…\nchoose wall.toml\nframes 3\n";
+    display.view(folder.path(), "cornell --backend cpu --width 96 --height 96", script);
+    let at = |name: &str| folder.path().join(name);
+    assert_eq!(open(&at("saved.exr")).width(), 96);
+    let scene = std::fs::read_to_string(at("wall.toml")).expect("saved");
+    assert!(scene.contains("wall.obj"), "{scene}");
+    let [before, dialog] = ["before.png", "dialog.png"].map(|name| open(&at(name)));
+    assert!(metrics::mse(&before, &dialog).expect("the same size") > 1e-4, "no dialog is shown");
 }
 
 /// Pictures are denoised while they are rendered, and saved as they are shown.

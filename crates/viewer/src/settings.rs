@@ -24,6 +24,8 @@ pub struct Settings {
     pub zoom: f32,
     /// Load a file again when it changes.
     pub watch: bool,
+    /// Ask for files by our own dialog, even where the desktop has one.
+    pub own_dialogs: bool,
 }
 
 impl Default for Settings {
@@ -36,6 +38,7 @@ impl Default for Settings {
             dark: true,
             zoom: 1.0,
             watch: true,
+            own_dialogs: false,
         }
     }
 }

@@ -1,48 +1,20 @@
 //! Panels are used as people use them: by their labels, without a window.
 
-use alhazen::{Control, Limits, LoadOptions, Renderer, RendererOptions, Scene, Source, ToneMapper};
+mod common;
+
+use alhazen::{Control, Limits, LoadOptions, Renderer, Scene, Source, ToneMapper};
+use common::{click, open_with, until};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use std::path::Path;
-use std::time::{Duration, Instant};
-use viewer::panels::{self, Tab};
-use viewer::viewer::{Command, Start, Viewer};
+use std::time::Duration;
+use viewer::panels::Tab;
+use viewer::settings::Settings;
+use viewer::viewer::{Command, Viewer};
 use viewer::worker::{Layer, layer_image};
 
-/// The whole window around a scene that is loaded.
 fn open(scene: &str) -> Harness<'static, Viewer> {
-    let start = Start {
-        load: LoadOptions::default(),
-        renderer: RendererOptions { backend: alhazen::BackendChoice::Cpu, ..RendererOptions::default() },
-        size: Some([32, 24]),
-        ..Start::default()
-    };
-    let viewer = Viewer::new(Source::parse(scene), start, || {}).expect("threads");
-    let began = Instant::now();
-    let show = move |ui: &mut egui::Ui, viewer: &mut Viewer| {
-        viewer.tick(ui.ctx(), began.elapsed().as_secs_f64());
-        viewer.take_keys(ui.ctx());
-        panels::show(viewer, ui);
-    };
-    let size = egui::vec2(1200.0, 1500.0);
-    let mut harness = Harness::builder().with_size(size).build_ui_state(show, viewer);
-    until(&mut harness, "a picture", |v| v.document.is_some() && v.shot().is_some());
-    harness
-}
-
-/// Frames until something is so.
-fn until(harness: &mut Harness<'_, Viewer>, what: &str, is_so: impl Fn(&Viewer) -> bool) {
-    let began = Instant::now();
-    while !is_so(harness.state()) {
-        assert!(began.elapsed() < Duration::from_secs(120), "{what} does not come");
-        std::thread::sleep(Duration::from_millis(5));
-        harness.step();
-    }
-}
-
-fn click(harness: &mut Harness<'_, Viewer>, label: &str) {
-    harness.get_by_label(label).click();
-    harness.run_steps(3);
+    open_with(scene, Settings::default())
 }
 
 /// Opens a page. Its name may stand elsewhere, too.

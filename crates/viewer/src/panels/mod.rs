@@ -1,5 +1,6 @@
 //! Everything around the picture, one file a panel. Panels show the viewer's state and change it; they keep none.
 
+mod browser;
 mod camera;
 mod environment;
 mod frames;
@@ -42,6 +43,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     windows::help(viewer, ui.ctx());
     windows::notices(viewer, ui.ctx());
     windows::elsewhere(viewer, ui.ctx());
+    browser::show(viewer, ui.ctx());
 }
 
 /// The panel on the right.

@@ -66,6 +66,15 @@ pub struct Open {
     pub orbit_bob: f32,
 }
 
+impl Open {
+    /// Closes what lies over the picture. Returns whether anything did.
+    pub fn close_overlays(&mut self) -> bool {
+        let was_open = self.palette || self.help;
+        (self.palette, self.help) = (false, false);
+        was_open
+    }
+}
+
 /// How sequences are recorded.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecordChoice {

@@ -7,6 +7,7 @@ use egui::Ui;
 /// Shows it.
 pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     ui.checkbox(&mut viewer.settings.watch, "Reload when the file changes");
+    ui.checkbox(&mut viewer.settings.own_dialogs, "Alhazen's own file dialog");
     if ui.button("Reload").clicked() {
         viewer.run(Command::Reload, &ui.ctx().clone());
     }

@@ -243,6 +243,7 @@ impl Run {
             }
             Step::Screenshot(path) => self.take_screenshot(path, viewer, ctx),
             Step::Wait(_)
+            | Step::Choose(_)
             | Step::Error
             | Step::Frames(_)
             | Step::Play(_)
@@ -324,6 +325,7 @@ impl Run {
                     || viewer.comparison.split().is_some()
                     || errors(viewer)
             }
+            Step::Choose(path) => choose(viewer, path),
             Step::Error => errors(viewer) && dismiss(viewer),
             Step::Frames(count) => self.frames >= memory.frames + count,
             Step::Backend(backend) => backend_is(viewer, *backend) || errors(viewer),
@@ -421,6 +423,17 @@ fn messages(viewer: &Viewer) -> String {
 /// Whether there was an error since `time`, seconds.
 fn errors_since(viewer: &Viewer, time: f64) -> bool {
     viewer.notices.iter().any(|n| n.is_error && n.time >= time)
+}
+
+/// Types a file into our own dialog and takes it, as Enter does. Returns whether that was possible: not before it is open.
+fn choose(viewer: &mut Viewer, path: &Path) -> bool {
+    let Some((what, browser)) = &mut viewer.browser else { return false };
+    browser.text = path.display().to_string();
+    let (what, chosen) = (*what, browser.accept());
+    let Some(file) = chosen else { return false };
+    viewer.browser = None;
+    viewer.use_file(what, file);
+    true
 }
 
 fn errors(viewer: &Viewer) -> bool {

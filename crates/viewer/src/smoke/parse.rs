@@ -63,6 +63,8 @@ pub enum Step {
     Save(PathBuf),
     /// `picture FILE`: what was rendered.
     Picture(PathBuf),
+    /// `choose FILE`: in our own file dialog, once it is open.
+    Choose(PathBuf),
     /// `compare FILE`
     Compare(PathBuf),
     /// `record FILE FRAMES SPP`: a turntable.
@@ -170,6 +172,7 @@ fn step(line: &str) -> Result<Step, String> {
         "command" => Step::Command(all()?.to_owned()),
         "save" => Step::Save(all()?.into()),
         "picture" => Step::Picture(all()?.into()),
+        "choose" => Step::Choose(all()?.into()),
         "compare" => Step::Compare(all()?.into()),
         "record" => Step::Record { path: word(0)?.into(), frames: number(word(1)?)?, spp: number(word(2)?)? },
         "screenshot" => Step::Screenshot(all()?.into()),

@@ -34,8 +34,8 @@ impl Viewer {
 
     /// Does what the keys of this frame say.
     pub fn take_keys(&mut self, ctx: &egui::Context) {
-        // A menu takes its keys itself, Escape among them.
-        if ctx.egui_wants_keyboard_input() || egui::Popup::is_any_open(ctx) {
+        // Menus and dialogs take their keys themselves, Escape among them.
+        if ctx.egui_wants_keyboard_input() || egui::Popup::is_any_open(ctx) || self.browser.is_some() {
             return;
         }
         let pressed = COMMANDS
@@ -48,9 +48,7 @@ impl Viewer {
 
     /// Closes what lies over the picture; ends the selection where nothing does.
     fn close_top(&mut self) {
-        if self.open.palette || self.open.help {
-            (self.open.palette, self.open.help) = (false, false);
-        } else {
+        if !self.open.close_overlays() {
             self.selection = None;
         }
     }

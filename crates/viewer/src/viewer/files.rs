@@ -1,39 +1,63 @@
 //! Files that the user chooses: asking for them, reading and writing them.
 
-use super::dialogs::{Dialog, For};
+use super::dialogs::{Answer, Dialog, For};
 use super::state::Viewer;
+use crate::browser::Browser;
 use crate::loading;
 use crate::worker::full_text;
 use alhazen::edits::CameraRecord;
-use alhazen::{Camera, RenderDefaults, Source};
+use alhazen::{Camera, LoadOptions, RenderDefaults, Source};
 use std::path::{Path, PathBuf};
 
 impl Viewer {
     /// Asks the user for a file, unless they are being asked already.
     pub fn ask_for(&mut self, what: For) {
-        if self.dialog.is_none() {
-            let wake = self.wake.clone();
-            self.dialog = Some(Dialog::show(what, move || wake()));
+        if self.dialog.is_some() || self.browser.is_some() {
+            return;
         }
+        if self.settings.own_dialogs || self.desktop_lacks_dialogs {
+            return self.browse(what);
+        }
+        let wake = self.wake.clone();
+        self.dialog = Some(Dialog::show(what, move || wake()));
+    }
+
+    /// How files are loaded.
+    pub fn load_options(&self) -> &LoadOptions {
+        &self.load_options
+    }
+
+    /// Asks by a dialog of our own.
+    fn browse(&mut self, what: For) {
+        let files: Vec<PathBuf> = self.settings.recent.iter().map(PathBuf::from).collect();
+        let of_scene = self.document.as_ref().and_then(|d| match &d.source.place {
+            alhazen::Place::File(file) => Some(file.as_path()),
+            alhazen::Place::Builtin(_) => None,
+        });
+        let folder = self.last_folder.clone().or_else(|| of_scene?.parent().map(Path::to_owned));
+        let folder = folder.unwrap_or_else(|| PathBuf::from("."));
+        self.open.close_overlays();
+        self.browser = Some((what, Browser::new(what.request(), &folder, &files, self.wake.clone())));
     }
 
     pub(super) fn take_dialog(&mut self) {
         let Some(dialog) = &self.dialog else { return };
-        match dialog.answer.try_recv() {
-            Ok(answer) => {
-                let what = dialog.what;
-                self.dialog = None;
-                if let Some(path) = answer {
-                    self.use_file(what, path);
-                }
+        let (what, answer) = (dialog.what, dialog.poll());
+        match answer {
+            Answer::Open => return,
+            Answer::Closed(None) => {}
+            Answer::Closed(Some(path)) => self.use_file(what, path),
+            Answer::Missing => {
+                self.desktop_lacks_dialogs = true;
+                self.browse(what);
             }
-            Err(std::sync::mpsc::TryRecvError::Empty) => {}
-            Err(std::sync::mpsc::TryRecvError::Disconnected) => self.dialog = None,
         }
+        self.dialog = None;
     }
 
     /// Does with a file what it is for.
     pub fn use_file(&mut self, what: For, path: PathBuf) {
+        self.last_folder = path.parent().filter(|folder| folder.is_dir()).map(Path::to_owned);
         match what {
             For::Open => self.open_source(Source::parse_file(&path)),
             For::Model => self.load(loading::Job::Model(path)),

@@ -1,8 +1,9 @@
 //! The state of the window, and what can be read off it.
 
 use super::compare::Comparison;
-use super::dialogs::Dialog;
+use super::dialogs::{Dialog, For};
 use super::elsewhere::Elsewhere;
+use crate::browser::Browser;
 use crate::clock::Clock;
 use crate::document::Document;
 use crate::loading::Loading;
@@ -117,6 +118,8 @@ pub struct Viewer {
     pub previews: crate::node_previews::NodePreviews,
     /// Which panels and windows are open.
     pub open: Open,
+    /// A dialog of our own that asks for a file.
+    pub browser: Option<(For, Browser)>,
     /// A sequence that is being rendered: pictures done, and in all.
     pub recording: Option<(usize, usize)>,
     /// Whether rendering stands still.
@@ -138,6 +141,10 @@ pub struct Viewer {
     pub(super) queries: Queries,
     pub(super) loading: Vec<Loading>,
     pub(super) dialog: Option<Dialog>,
+    /// The desktop has shown no dialog when it should have.
+    pub(super) desktop_lacks_dialogs: bool,
+    /// Where the last file was that the user has chosen.
+    pub(super) last_folder: Option<PathBuf>,
     pub(super) watch: Option<Watch>,
     pub(super) load_options: LoadOptions,
     /// Folders that the user has been asked about.
@@ -195,6 +202,7 @@ impl Viewer {
             notices: Vec::new(),
             elsewhere: None,
             previews: Default::default(),
+            browser: None,
             open: Open { side: start.settings.side_panel, ..Default::default() },
             settings: start.settings,
             recording: None,
@@ -212,6 +220,8 @@ impl Viewer {
             queries,
             loading: Vec::new(),
             dialog: None,
+            desktop_lacks_dialogs: false,
+            last_folder: None,
             watch: None,
             load_options: start.load,
             asked_about: BTreeSet::new(),
