@@ -58,7 +58,10 @@ fn sequences_are_denoised_with_and_without_their_history() {
     assert_eq!([row(0), row(1), row(2)], [("none", "no"), ("network", "no"), ("network", "yes")]);
     let number = |i: usize, column: &str| rows[i][column].as_f64().unwrap();
     let (alone, together) = (number(1, "flicker"), number(2, "flicker"));
-    assert!(together < 0.75 * alone && together > 0.9, "{alone} became {together}; of the references it is 1");
+    assert!(
+        together < 0.75 * alone && together > 0.9,
+        "{alone} became {together}; of the references it is 1"
+    );
     let (alone, together) = (number(1, "relMSE"), number(2, "relMSE"));
     assert!(together < alone, "{alone} became {together}");
 }
