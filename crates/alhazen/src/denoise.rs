@@ -3,7 +3,8 @@
 use crate::Renderer;
 use film::{Film, Image};
 use post::{
-    DenoiseError, Network, NoisyPicture, Oidn, OidnError, denoise, denoise_by_regression, denoise_with,
+    DenoiseError, FrameError, Network, NoisyPicture, Oidn, OidnError, denoise, denoise_by_regression,
+    denoise_with,
 };
 
 /// What denoises.
@@ -37,6 +38,9 @@ pub enum DenoiseFilmError {
     /// What is to be denoised does not have what is needed.
     #[error(transparent)]
     Film(#[from] DenoiseError),
+    /// A frame does not have what a sequence needs.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
     /// Open Image Denoise was asked for by name.
     #[error(transparent)]
     Oidn(#[from] OidnError),

@@ -39,13 +39,14 @@ mod part;
 mod projection;
 mod renderer;
 mod sandbox;
+mod sequence;
 mod source;
 pub mod system;
 
 pub use accel::{Coherence, HugePages, Ray};
 pub use adaptive::{Adaptive, Sampling};
 pub use backend::{
-    AllocationSettings, FrameSamples, FrameView, HistorySettings, RealtimeSettings, UnknownFrameView,
+    AllocationSettings, FrameSamples, FrameView, HistorySettings, RealtimeSettings, SpatialFilter, UnknownFrameView, UnknownSpatialFilter,
 };
 pub use backend::{
     AmbientOcclusion, Backend, BackendError, Control, DirectSettings, Highlights, HybridSettings,
@@ -70,7 +71,7 @@ pub use memory::{available_memory_bytes, memory_bytes, open_files, peak_memory_b
 pub use memory_limit::MemoryLimit;
 pub use metadata::{Description, metadata};
 pub use part::{PartJob, RenderPartError, Tile, UnknownTile, finish, tone_of};
-pub use post::{DenoiseError, NoisyPicture, OidnError, ToneMapping};
+pub use post::{DenoiseError, Frame, FrameError, History, NoisyPicture, OidnError, Surface, ToneMapping};
 pub use projection::{depth_along_axis, picture_point};
 pub use renderer::{BACKENDS, Limits, Renderer, Summary};
 /// A picture that a scene uses: a texture's or the environment's.
@@ -87,6 +88,7 @@ pub use scene::{
     Quantity, RenderDefaults, Scene, Severity, Shape, Sky, Sphere, Subsurface, Sun, SunError, SunPosition,
     Texture, TextureGraph, TextureRef, ToneMapper, TriangleMesh,
 };
+pub use sequence::{FrameFilm, Moment as FrameMoment, SequenceDenoiser, frame_seed};
 pub use source::{Place, Source};
 
 /// Error metrics between pictures.

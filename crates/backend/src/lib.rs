@@ -13,7 +13,7 @@ mod view;
 pub use control::{Control, Progress};
 pub use realtime::{
     AllocationSettings, BadFrameSamples, FrameSamples, FrameView, HistorySettings, RealtimeSettings,
-    UnknownFrameView,
+    SpatialFilter, UnknownFrameView, UnknownSpatialFilter,
 };
 pub use view::{
     AmbientOcclusion, DirectSettings, Highlights, HybridSettings, INVERSE_SQUARE, Integrator, PathSettings,

@@ -25,7 +25,9 @@ pub struct RealtimeSettings {
     pub history: HistorySettings,
     /// Whether frames are filtered. Otherwise a frame is its own samples, and the mean of many is what `path` shows.
     pub filter: bool,
-    /// Passes of the spatial filter, each twice as wide as the one before, up to 8; 0 leaves it out.
+    /// What filters a frame in space.
+    pub spatial: SpatialFilter,
+    /// Passes of the filter by edges, each twice as wide as the one before, up to 8; 0 leaves it out.
     pub filter_passes: u32,
     /// What frames show.
     pub show: FrameView,
@@ -47,6 +49,7 @@ impl Default for RealtimeSettings {
             light_candidates: 0,
             history: HistorySettings::default(),
             filter: true,
+            spatial: SpatialFilter::default(),
             filter_passes: 5,
             show: FrameView::Picture,
         }
@@ -139,6 +142,49 @@ pub struct HistorySettings {
 impl Default for HistorySettings {
     fn default() -> Self {
         Self { depth_tolerance: 0.3, normal_tolerance: 0.95, most: 32.0, clip: 1.5 }
+    }
+}
+
+/// What filters a frame in space, after it has joined those before.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum SpatialFilter {
+    /// Averages over neighbours that show the same plane and differ by no more than their noise.
+    #[default]
+    Edges,
+    /// The learned denoiser's network.
+    Learned,
+}
+
+impl SpatialFilter {
+    /// All of them, the default first.
+    pub const ALL: [Self; 2] = [Self::Edges, Self::Learned];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Edges => "edges",
+            Self::Learned => "learned",
+        }
+    }
+}
+
+impl fmt::Display for SpatialFilter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// A name that no filter has.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("unknown filter `{0}`; there are: {names}", names = SpatialFilter::ALL.map(SpatialFilter::name).join(", "))]
+pub struct UnknownSpatialFilter(pub String);
+
+impl FromStr for SpatialFilter {
+    type Err = UnknownSpatialFilter;
+
+    fn from_str(name: &str) -> Result<Self, UnknownSpatialFilter> {
+        let found = Self::ALL.into_iter().find(|filter| filter.name() == name);
+        found.ok_or_else(|| UnknownSpatialFilter(name.to_owned()))
     }
 }
 
@@ -238,5 +284,12 @@ mod tests {
             assert_eq!(view as usize, i);
         }
         assert!("nothing".parse::<FrameView>().is_err());
+    }
+
+    #[test]
+    fn filters_parse_back_and_others_are_named() {
+        assert!(SpatialFilter::ALL.into_iter().all(|filter| filter.name().parse() == Ok(filter)));
+        let error = "wide".parse::<SpatialFilter>().unwrap_err().to_string();
+        assert!(error.contains("`wide`") && error.contains("edges, learned"), "{error}");
     }
 }

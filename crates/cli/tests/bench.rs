@@ -45,6 +45,27 @@ fn lights_are_worth_choosing_by_place() {
     );
 }
 
+/// A sequence flickers less with a history, and is no worse.
+#[test]
+fn sequences_are_denoised_with_and_without_their_history() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = "bench denoise cornell --width 64 --height 48 --spp 4 --seeds 1 --reference-spp 512 --frames 5 --report out";
+    succeed(folder.path(), arguments);
+    let text = std::fs::read_to_string(folder.path().join("out/denoise.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let rows = &json["tables"][1]["rows"];
+    let row = |i: usize| (rows[i]["denoiser"].as_str().unwrap(), rows[i]["history"].as_str().unwrap());
+    assert_eq!([row(0), row(1), row(2)], [("none", "no"), ("network", "no"), ("network", "yes")]);
+    let number = |i: usize, column: &str| rows[i][column].as_f64().unwrap();
+    let (alone, together) = (number(1, "flicker"), number(2, "flicker"));
+    assert!(
+        together < 0.75 * alone && together > 0.9,
+        "{alone} became {together}; of the references it is 1"
+    );
+    let (alone, together) = (number(1, "relMSE"), number(2, "relMSE"));
+    assert!(together < alone, "{alone} became {together}");
+}
+
 #[test]
 fn scenes_that_are_not_there_are_errors() {
     let folder = tempfile::tempdir().unwrap();

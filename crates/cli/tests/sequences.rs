@@ -201,3 +201,36 @@ fn videos_are_made_of_all_frames() {
     assert!(lines[0].contains("-framerate 12") && lines[0].contains("-start_number 3"), "{video}");
     assert!(folder.join("frame.0003.png").is_file() && folder.join("frame.0004.png").is_file());
 }
+
+/// Frames are denoised with those before: the first as if alone, the second not. Each keeps its own noisy picture, which has noise
+/// of its own.
+#[test]
+fn denoised_sequences_have_a_history() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_moving(folder);
+    const VIEW: &str =
+        "--eye 0,0,6 --target 0,0,0 --environment 1,1,1 --width 48 --height 32 --spp 4 --denoise";
+    let run = |options: &str, name: &str| {
+        succeed(
+            folder,
+            &format!("render moving.gltf {VIEW} --frames 0..2 --fps 8 {options} -q -o {name}.exr"),
+        );
+        [0, 1].map(|frame| ExrFile::read(&folder.join(format!("{name}.000{frame}.exr"))).unwrap())
+    };
+    let together = run("--seed 3", "together");
+    let alone = run("--seed 3 --frames-alone", "alone");
+    let colour = |file: &ExrFile| file.colours("").expect("a picture").data().to_vec();
+    let noisy = |file: &ExrFile| file.colours("noisy").expect("a layer").data().to_vec();
+    assert!(noisy(&together[0]) == noisy(&alone[0]));
+    let near = colour(&together[0]).iter().zip(&colour(&alone[0])).all(|(a, b)| (a - b).abs() <= 1e-3 * b);
+    assert!(near, "the first frame has no history");
+    assert!(noisy(&together[1]) != noisy(&alone[1]), "each frame has noise of its own");
+    let seed = &together[1].metadata["seed"];
+    assert_ne!(seed, "3");
+    succeed(folder, &format!("render moving.gltf {VIEW} --at 0.125 --seed {seed} -q -o still.exr"));
+    let still = ExrFile::read(&folder.join("still.exr")).unwrap();
+    assert!(noisy(&together[1]) == noisy(&still), "the frame's own noisy picture is kept as it was");
+    assert!(colour(&together[1]) != colour(&still), "the second frame has a history");
+    assert!(together[1].layer("position").is_some());
+}

@@ -5,12 +5,14 @@
 #![deny(unsafe_code)]
 
 mod denoise;
+mod sequence;
 
 pub use denoise::{
     DenoiseError, LayerWeights, Network, NetworkInput, NetworkWeights, NoisyPicture, Oidn, OidnError,
     PREPARED_VALUES, Prepared, Region, SizesDiffer, Tile, WeightsError, denoise, denoise_by_regression,
     denoise_with,
 };
+pub use sequence::{Frame, FrameError, History, Surface};
 
 use film::Image;
 use optics::tonemap::{

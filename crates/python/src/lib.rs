@@ -35,7 +35,7 @@ mod _alhazen {
     #[pymodule_export]
     use super::camera::Camera;
     #[pymodule_export]
-    use super::denoise::denoise;
+    use super::denoise::{SequenceDenoiser, denoise};
     #[pymodule_export]
     use super::errors::{BackendError, Error, LoadError, PartError};
     #[pymodule_export]

@@ -36,3 +36,31 @@ def test_bad_arrays_are_named():
         alhazen.denoise(color, normal=np.zeros((4, 4, 3)))
     color[0, 0] = [np.nan, np.inf, 1]
     assert np.isfinite(alhazen.denoise(color)).all()
+
+
+def test_sequences_are_cleaner_with_their_history():
+    scene = alhazen.load("cornell")
+    denoiser, last, together = alhazen.SequenceDenoiser(), None, None
+    for frame in range(5):
+        camera = alhazen.Camera.look_at([0.3 + 0.05 * frame, 2.7, 13.6], [0, 2.7, 0], fov_y=0.6)
+        noisy = scene.render(96, 96, 4, camera=camera, seed=frame, aovs=[*LAYERS, "depth", "instance"], backend="cpu")
+        layers = {"albedo": noisy["albedo"], "normal": noisy["normal"], "error": noisy["standard-error"]}
+        flow = scene.observe(camera, 96, 96, next_camera=last or camera)["flow"]
+        known = {"motion": flow, "distance": noisy["depth"], "ids": noisy["instance"].astype(np.uint32)}
+        together = denoiser.denoise(noisy["color"], **layers, **known)
+        if last is None:
+            assert np.allclose(together, alhazen.denoise(noisy["color"], **layers), rtol=1e-3, atol=1e-4)
+        last = camera
+    reference = scene.render(96, 96, 512, camera=last, seed=99, backend="cpu")["color"]
+    alone = alhazen.denoise(noisy["color"], **layers)
+    assert error(together, reference) < error(alone, reference)
+    assert np.allclose(together.mean((0, 1)), noisy["color"].mean((0, 1)), rtol=1e-3)
+
+
+def test_what_does_not_fit_a_frame_is_named():
+    denoiser, color = alhazen.SequenceDenoiser(), np.zeros((4, 5, 3), np.float32)
+    for name, shape in [("motion", (4, 5)), ("motion", (5, 4, 2)), ("distance", (4, 4)), ("ids", (4, 5, 1))]:
+        with pytest.raises(ValueError, match=f"{name} has the shape"):
+            denoiser.denoise(color, **{name: np.zeros(shape)})
+    motion = np.full((4, 5, 3), np.nan, np.float32)
+    assert (denoiser.denoise(color, motion=motion, distance=np.zeros((4, 5))) == 0).all()

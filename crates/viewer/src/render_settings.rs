@@ -189,6 +189,7 @@ impl Options {
         self.number("history", h.most, default.most);
         self.number("history-clip", h.clip, default.clip);
         self.flag("no-filter", !r.filter);
+        self.number("filter", r.spatial, d.spatial);
         self.number("filter-passes", r.filter_passes, d.filter_passes);
         self.number("show", r.show, FrameView::Picture);
     }
@@ -198,7 +199,7 @@ impl Options {
 mod tests {
     use super::*;
     use crate::worker::Layer;
-    use alhazen::{Aov, Denoiser, Highlights, Scene};
+    use alhazen::{Aov, Denoiser, Highlights, Scene, SpatialFilter};
     use std::time::Duration;
 
     fn settings() -> RenderSettings {
@@ -271,6 +272,10 @@ mod tests {
             s.arguments(),
             "--frame-samples 4..16 --light-candidates 8 --history 64 --no-filter --filter-passes 3"
         );
+        let r = s.integrators.realtime_mut().expect("one of each");
+        (r.samples, r.filter, r.spatial) = (FrameSamples { least: 1, most: 1 }, true, SpatialFilter::Learned);
+        let said = "--light-candidates 8 --history 64 --filter learned --filter-passes 3";
+        assert_eq!(s.arguments(), said);
     }
 
     /// What is dark on the screen may be noisy.

@@ -25,15 +25,15 @@ use crate::exit::Exit;
 use crate::interrupt::cancel_on_signal;
 use crate::profile::Profile;
 use alhazen::{
-    Control, Description, Job, Limits, LoadOptions, MemoryLimit, PartJob, ProtectedFiles, Renderer, Summary,
-    metadata,
+    Control, Description, Job, Limits, LoadOptions, MemoryLimit, PartJob, ProtectedFiles, Renderer,
+    SequenceDenoiser, Summary, frame_seed, metadata,
 };
 use anyhow::anyhow;
 use backend::{choose_renderer, print_notices};
 use checkpoint::Saved;
 use checks::{check, protect_inputs};
 use ending::check_end;
-use made::Made;
+use made::{InSequence, Made};
 use moving::{Moving, stillness};
 use report::{print_loaded, report};
 use setup::{job, limits, set_environment};
@@ -82,11 +82,16 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     profile.span("load the scene", begin);
     print_notices(&mut renderer);
     let control = cancel_on_signal();
+    let mut history = args.denoises_sequence().then(SequenceDenoiser::default);
     for frame in frames {
         if let Some((moving, loaded)) = moving.as_mut().zip(loaded.as_mut()) {
             let begin = Instant::now();
             built = moving.show(args, frame, loaded, &mut job, &mut renderer)?.unwrap_or(built);
             profile.span("move the scene", begin);
+        }
+        if history.is_some() {
+            // What frames have found adds up only if their noise differs.
+            job.seed = frame_seed(args.seed, frame);
         }
         let part_job = PartJob {
             tile: args.split.tile,
@@ -107,7 +112,12 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         let begin = Instant::now();
         let written = pictures.iter().map(|path| frame_path(path, part_job.frame));
         let written: Vec<_> = written.chain(videos.iter().map(|video| video.frame(frame))).collect();
-        let files = made.write(&mut renderer, &written, &job, args);
+        let place = history.as_mut().map(|history| InSequence {
+            history,
+            view: job.view(part_job.time),
+            scene: loaded.as_ref().map(|loaded| &loaded.scene),
+        });
+        let files = made.write(&mut renderer, &written, &job, args, place);
         profile.span("write", begin);
         let reported = report(args, &renderer, &job, &summary, load_time, &built, &written);
         files.and(reported)?;

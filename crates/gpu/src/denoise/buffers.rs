@@ -33,13 +33,18 @@ pub struct TileBuffers {
 /// The most pixels of a tile on a device: no buffer is larger than it can bind, and all of them
 /// together take 1.1 GB at most (1.6 GB with 32-bit numbers).
 pub fn most_pixels(gpu: &Gpu, numbers: Numbers) -> usize {
-    const MOST: u64 = 4_000_000;
+    const MOST: usize = 4_000_000;
+    bindable_pixels(gpu, numbers).min(MOST)
+}
+
+/// The most pixels of which a device can bind each buffer.
+pub fn bindable_pixels(gpu: &Gpu, numbers: Numbers) -> usize {
     let picture = (PREPARED_VALUES * size_of::<f32>()) as u64;
     let planes =
         PLANES.iter().map(|&(level, channels)| (channels as u64 * numbers.bytes()) >> (2 * level + 2));
     let largest = planes.fold(picture, u64::max);
     let limit = gpu.limits.max_storage_buffer_binding_size.min(gpu.limits.max_buffer_size);
-    (limit / largest).min(MOST) as usize
+    (limit / largest) as usize
 }
 
 impl TileBuffers {
@@ -73,7 +78,7 @@ impl TileBuffers {
         })
     }
 
-    /// Moves a tile's pixels and what its steps are told to the device.
+    /// Moves a tile's pixels, unless there are none, and what its steps are told to the device.
     ///
     /// # Errors
     /// When there is no memory for the way there.
@@ -88,7 +93,21 @@ impl TileBuffers {
             to[..size_of_val(&step.told)].copy_from_slice(bytemuck::bytes_of(&step.told));
         }
         write_buffer(gpu, "a tile's steps", &self.told, &told)?;
+        if pixels.is_empty() {
+            return Ok(());
+        }
         write_buffer(gpu, "a tile of a picture", &self.picture, bytemuck::cast_slice(pixels))
+    }
+
+    /// What is filtered, and the result, for passes before and behind.
+    pub fn ends(&self) -> [&wgpu::Buffer; 2] {
+        [&self.picture, &self.result]
+    }
+
+    /// Bytes on the device.
+    pub fn memory_bytes(&self) -> u64 {
+        let several = self.planes.iter().chain(&self.trusted).chain(&self.filtered);
+        several.chain([&self.told, &self.picture, &self.result, &self.readable]).map(|b| b.size()).sum()
     }
 
     /// What step number `number` binds.

@@ -15,10 +15,12 @@ mod buffers;
 mod matrices;
 mod passes;
 mod products;
+mod resident;
 mod steps;
 mod weights;
 
 pub use products::{Numbers, Products};
+pub use resident::ResidentPicture;
 
 use crate::pass::{Dispatch, PassGroups};
 use crate::readback::read_mapped;
@@ -148,24 +150,37 @@ impl GpuNetwork {
         bytes: u64,
         timer: &mut Timer,
     ) -> Result<(), GpuError> {
-        let failed = |reason| GpuError::Device { doing: "denoising", reason };
         timer.reserve(gpu, steps.len())?;
-        let mut bound = Vec::with_capacity(steps.len());
-        for (number, step) in steps.iter().enumerate() {
-            let pass = self.passes.get(step.pass).ok_or_else(|| failed("a pass is not there".into()))?;
-            let groups: PassGroups = pass.bind(gpu, &[], &buffers.resources(&self.weights, number, step))?;
-            bound.push((pass, groups, step.groups));
-        }
+        let bound = self.bind(gpu, buffers, steps)?;
         gpu.guarded(|| {
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            for (pass, groups, size) in &bound {
-                pass.record(&mut encoder, timer, groups, Dispatch::Groups(*size));
+            for (pass, bound) in bound.iter().filter_map(|b| Some((self.passes.get(b.pass)?, b))) {
+                pass.record(&mut encoder, timer, &bound.groups, Dispatch::Groups(bound.size));
             }
             buffers.copy_result(&mut encoder, bytes);
             gpu.queue.submit([encoder.finish()]);
         })
-        .map_err(failed)
+        .map_err(|reason| GpuError::Device { doing: "denoising", reason })
     }
+
+    /// Binds what steps read and write.
+    fn bind(&self, gpu: &Gpu, buffers: &TileBuffers, steps: &[Step]) -> Result<Vec<BoundStep>, GpuError> {
+        let bind = |(number, step): (usize, &Step)| {
+            let missing = || GpuError::Device { doing: "denoising", reason: "a pass is not there".into() };
+            let pass = self.passes.get(step.pass).ok_or_else(missing)?;
+            let groups = pass.bind(gpu, &[], &buffers.resources(&self.weights, number, step))?;
+            Ok(BoundStep { pass: step.pass, groups, size: step.groups })
+        };
+        steps.iter().enumerate().map(bind).collect()
+    }
+}
+
+/// A step that is ready to be recorded.
+struct BoundStep {
+    pass: PassId,
+    groups: PassGroups,
+    /// Workgroups across and down.
+    size: [u32; 2],
 }
 
 /// For tests: the module `denoise_shape`.

@@ -28,14 +28,14 @@ pub(super) struct Buffers {
     pub realtime: wgpu::Buffer,
     pub work: wgpu::Buffer,
     pub histories: [wgpu::Buffer; 2],
-    guides: wgpu::Buffer,
+    pub guides: wgpu::Buffer,
     pub shown: [wgpu::Buffer; 2],
     pub signals: [wgpu::Buffer; 2],
     pub lights_found: wgpu::Buffer,
     noise: wgpu::Buffer,
     blurred: wgpu::Buffer,
     spread: wgpu::Buffer,
-    colors: wgpu::Buffer,
+    pub colors: wgpu::Buffer,
     sums: wgpu::Buffer,
 }
 

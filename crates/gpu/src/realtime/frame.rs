@@ -2,7 +2,7 @@
 
 use crate::film::FilmBuffers;
 use crate::gbuffer::Projections;
-use backend::{FrameSamples, RealtimeSettings};
+use backend::{FrameSamples, RealtimeSettings, SpatialFilter};
 use bytemuck::{Pod, Zeroable};
 
 /// See `shaders/realtime_frame.wgsl` for the fields.
@@ -77,12 +77,13 @@ impl RealtimeFrame {
     pub fn new(settings: &RealtimeSettings, film: &FilmBuffers, state: &FrameState) -> Self {
         let samples = frame_samples(settings);
         let remembers = state.number > 0 && settings.history.most > 0.0;
+        let is_filtered = settings.spatial == SpatialFilter::Learned || settings.filter_passes > 0;
         let bits = [
             (remembers, HAS_PAST),
             (state.stands_still, STANDS_STILL),
             (settings.filter, GATHERS),
             (!samples.is_fixed(), ADAPTS),
-            (settings.filter && settings.filter_passes > 0, SMOOTHS),
+            (settings.filter && is_filtered, SMOOTHS),
         ];
         let Projections { clip_from_world, previous_clip_from_world, eye, previous_eye } = state.projections;
         let seed = film.contents.seed();

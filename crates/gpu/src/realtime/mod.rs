@@ -17,6 +17,7 @@
 mod budget;
 mod buffers;
 mod frame;
+mod learned;
 mod passes;
 mod waves;
 
@@ -36,9 +37,10 @@ use crate::shader::Variant;
 use crate::timing::{PassClock, Timer};
 use crate::tracer::Tracer;
 use crate::{Gpu, GpuError, GpuScene};
-use backend::{FrameSamples, Integrator, RealtimeSettings, Visibility};
+use backend::{FrameSamples, FrameView, Integrator, RealtimeSettings, SpatialFilter, Visibility};
 use buffers::{Bindings, Buffers, DISPATCHES};
 use frame::{FrameState, RealtimeFrame, frame_samples, light_candidates};
+use learned::Learned;
 use passes::{MOST_FILTER_PASSES, RealtimePass, frame_pass};
 use std::time::Duration;
 use waves::Waves;
@@ -51,6 +53,7 @@ pub struct RealtimeKernel {
     gbuffer: GBuffer,
     passes: Vec<pass::Pass>,
     waves: Waves,
+    learned: Option<Learned>,
     path_kernel: PathKernel,
     /// How the last frame's paths were followed.
     taken: PathKernel,
@@ -97,6 +100,7 @@ impl RealtimeKernel {
             gbuffer: GBuffer::new(gpu, variant, scene, tracer)?,
             passes: RealtimePass::all().map(make).collect::<Result<_, GpuError>>()?,
             waves: Waves::new(gpu, variant, scene, tracer)?,
+            learned: None,
             path_kernel: PathKernel::Auto,
             taken: PathKernel::Megakernel,
             buffers: None,
@@ -125,7 +129,11 @@ impl RealtimeKernel {
         let made = self.passes.iter_mut().enumerate().filter(|(number, _)| is_wanted(*number));
         let waves = self.waves.steps().filter(|_| has_waves);
         let first_hits = self.gbuffer.passes(settings.visibility == Visibility::Raster);
-        pass::compile(gpu, made.map(|(_, pass)| pass).chain(waves).chain(first_hits))
+        pass::compile(gpu, made.map(|(_, pass)| pass).chain(waves).chain(first_hits))?;
+        if is_learned(settings) && self.learned.is_none() {
+            self.learned = Some(Learned::new(gpu)?);
+        }
+        Ok(())
     }
 
     /// Whether frames of so many pixels should follow their paths in waves.
@@ -169,7 +177,8 @@ impl RealtimeKernel {
 
     /// Bytes on the device that depend on the picture's size.
     pub fn memory_bytes(&self) -> u64 {
-        self.buffers.as_ref().map_or(0, Buffers::memory_bytes) + self.waves.memory_bytes()
+        let learned = self.learned.as_ref().map_or(0, Learned::memory_bytes);
+        self.buffers.as_ref().map_or(0, Buffers::memory_bytes) + self.waves.memory_bytes() + learned
     }
 
     /// The first hits of the last frame, if there is one.
@@ -208,6 +217,7 @@ impl RealtimeKernel {
         }
         self.bindings = None;
         self.waves.unbind();
+        self.learned.iter_mut().for_each(Learned::unbind);
         if self.buffers.as_ref().is_none_or(|b| b.size != size) {
             self.buffers = None;
             self.buffers = Some(Buffers::new(gpu, size, size_of::<RealtimeFrame>() as u64)?);
@@ -236,6 +246,11 @@ impl RealtimeKernel {
         self.prepare_buffers(gpu, film)?;
         self.prepare_samples(gpu, &settings, film)?;
         self.compile_frame(gpu, &settings)?;
+        if let Some((learned, buffers)) = self.learned.as_mut().zip(self.buffers.as_ref())
+            && is_learned(&settings)
+        {
+            learned.prepare(gpu, buffers)?;
+        }
         if begins {
             self.on_film = 0;
         }
@@ -346,10 +361,17 @@ impl Recorder<'_> {
             None => self.sample(samples),
         }
         self.run("accumulate", &[RealtimePass::Accumulate]);
-        for level in 0..filter_passes {
-            self.run("filter", &[RealtimePass::Filter(level)]);
+        match &self.kernel.learned {
+            Some(learned) if is_learned(settings) => {
+                learned.record(&mut begin(self.encoder, self.clock, "filter"));
+            }
+            _ => {
+                for level in 0..filter_passes {
+                    self.run("filter", &[RealtimePass::Filter(level)]);
+                }
+                self.recombine(filter_passes);
+            }
         }
-        self.recombine(filter_passes);
         self.run("antialias", &[RealtimePass::Antialias]);
         self.run("compose", &[RealtimePass::Compose]);
     }
@@ -417,9 +439,15 @@ fn dispatch_of(sample: u32) -> u64 {
     DISPATCHES + 16 * u64::from(sample)
 }
 
-/// Passes of the spatial filter in a frame. Of the unfiltered picture nothing but noise and samples depends on the past.
+/// Passes of the filter by edges in a frame. Of the unfiltered picture nothing but noise and samples depends on the past.
 fn filter_passes(settings: &RealtimeSettings) -> u32 {
-    if settings.filter { settings.filter_passes.min(MOST_FILTER_PASSES) } else { 0 }
+    let by_edges = settings.filter && settings.spatial == SpatialFilter::Edges;
+    if by_edges { settings.filter_passes.min(MOST_FILTER_PASSES) } else { 0 }
+}
+
+/// Whether the network filters a frame. What is shown of what goes on before it is not filtered.
+fn is_learned(settings: &RealtimeSettings) -> bool {
+    settings.filter && settings.spatial == SpatialFilter::Learned && settings.show == FrameView::Picture
 }
 
 impl Kernel for RealtimeKernel {

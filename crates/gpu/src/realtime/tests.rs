@@ -1,6 +1,7 @@
 //! Real-time frames against what is known of them: what stands still and what moves, what is noise, and what `path` shows.
 
 mod filtering;
+mod learned;
 mod past;
 mod samples;
 mod tiles;
@@ -217,12 +218,13 @@ type Part = fn(&mut Stage);
 fn frames_keep_what_is_true() {
     let Some(mut stage) = Stage::new("frames_keep_what_is_true", &scene()) else { return };
     let begun = std::time::Instant::now();
-    let parts: [(&str, Part); 10] = [
+    let parts: [(&str, Part); 11] = [
         ("still views", past::still_views_lose_nothing),
         ("moving views", past::moving_views_find_their_past),
         ("numbers", past::what_is_no_number_is_gone),
         ("the filter", filtering::constant_light_stays_and_noise_keeps_its_mean),
         ("bright light", filtering::light_beyond_sixteen_bits_stays_finite),
+        ("the learned filter", learned::the_network_filters_what_frames_have_gathered),
         ("views", samples::views_show_what_they_say),
         ("budgets", samples::budgets_limit_samples),
         ("unfiltered frames", samples::unfiltered_frames_are_paths),

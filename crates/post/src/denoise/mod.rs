@@ -19,6 +19,8 @@ pub use network::{
 };
 pub use oidn::{Oidn, OidnError};
 
+pub(crate) use signal::{demodulators, estimate_variance};
+
 use film::{Aov, AovData, Film, Image};
 use signal::Signal;
 
@@ -100,6 +102,15 @@ pub fn denoise_with<E: From<DenoiseError>>(
     }
     energy::restore(&noisy, variance.as_ref(), &mut filtered);
     Ok(filtered)
+}
+
+/// Keeps a picture that was filtered with more knowledge than the noisy one has within the noise of that one, and its mean.
+pub(crate) fn keep_light(picture: &NoisyPicture, filtered: &mut Image) {
+    let noisy = picture.colour.to_rgb();
+    if let Some(variance) = &picture.variance {
+        limit::limit(&noisy, &variance.to_rgb(), filtered);
+    }
+    energy::restore(&noisy, None, filtered);
 }
 
 /// The same by weighted regression over the features, without a network.

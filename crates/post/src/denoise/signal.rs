@@ -64,6 +64,16 @@ impl Signal {
     }
 }
 
+/// What the radiance of each pixel is divided by to get its irradiance, row by row. What shines but reflects nothing, and
+/// the sky, are left as they are.
+pub fn demodulators(albedo: &Image) -> Vec<[f32; 3]> {
+    let demodulator = |albedo: &[f32]| {
+        let albedo: [f32; 3] = std::array::from_fn(|c| albedo[c].clamp(0.0, 1.0));
+        if albedo.iter().any(|a| *a > 0.0) { albedo.map(|a| a + ALBEDO_FLOOR) } else { [1.0; 3] }
+    };
+    albedo.to_rgb().data().chunks_exact(3).map(demodulator).collect()
+}
+
 /// The variance of each value of a picture, estimated from the picture alone, for files that do not know it.
 ///
 /// What is left of the picture (its albedo divided out, if there is one) after taking the second differences along both axes is

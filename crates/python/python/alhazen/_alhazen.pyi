@@ -398,6 +398,20 @@ def denoise(
     normal: Optional[ArrayLike] = None,
     error: Optional[ArrayLike] = None,
 ) -> NDArray[np.float32]: ...
+class SequenceDenoiser:
+    def __init__(self) -> None: ...
+    def denoise(
+        self,
+        color: ArrayLike,
+        *,
+        albedo: Optional[ArrayLike] = None,
+        normal: Optional[ArrayLike] = None,
+        error: Optional[ArrayLike] = None,
+        motion: Optional[ArrayLike] = None,
+        distance: Optional[ArrayLike] = None,
+        ids: Optional[ArrayLike] = None,
+    ) -> NDArray[np.float32]: ...
+
 def encode_png(color: ArrayLike, *, tonemap: str = "srgb", exposure: float = 1.0) -> bytes: ...
 def write_file(path: str | os.PathLike[str], data: bytes) -> None: ...
 def write_picture(

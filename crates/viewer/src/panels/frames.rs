@@ -1,7 +1,9 @@
 //! Settings of the real-time path tracer.
 
 use super::widgets::{check, choice, count, number, slider};
-use alhazen::{AllocationSettings, FrameSamples, FrameView, HistorySettings, RealtimeSettings, Visibility};
+use alhazen::{
+    AllocationSettings, FrameSamples, FrameView, HistorySettings, RealtimeSettings, SpatialFilter, Visibility,
+};
 use egui::Ui;
 use std::time::Duration;
 
@@ -25,6 +27,13 @@ pub fn show(ui: &mut Ui, r: &mut RealtimeSettings) {
     history(ui, &mut r.history);
     check(ui, "Spatial filter", &mut r.filter);
     if r.filter {
+        choice(ui, "Filter", r.spatial.name(), |ui| {
+            for filter in SpatialFilter::ALL {
+                ui.selectable_value(&mut r.spatial, filter, filter.name());
+            }
+        });
+    }
+    if r.filter && r.spatial == SpatialFilter::Edges {
         count(ui, "Filter passes", &mut r.filter_passes, 0..=8);
     }
     let mut raster = r.visibility == Visibility::Raster;

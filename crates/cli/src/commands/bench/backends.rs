@@ -198,7 +198,7 @@ fn noticeable(a: &Image, b: &Image) -> f64 {
 }
 
 /// Pictures of one size beside each other.
-fn beside(pictures: &[Image]) -> Image {
+pub(super) fn beside(pictures: &[Image]) -> Image {
     let (width, height) = (pictures[0].width(), pictures[0].height());
     Image::from_fn(width * pictures.len() as u32, height, |x, y| {
         pictures[(x / width) as usize].rgb(x % width, y)

@@ -1,8 +1,10 @@
 //! `alhazen bench denoise`: what denoisers are worth.
 
+use super::denoise_frames::{self, Orbit};
 use super::report::{Report, ReportArgs, Table};
 use super::views::{View, ViewArgs};
 use crate::commands::render::DenoiserName;
+use crate::commands::render::parsing::parse_finite;
 use crate::console::{print_result, say};
 use alhazen::{Control, Image, Job, Limits, NoisyPicture, Renderer, metrics};
 use anyhow::Context;
@@ -14,7 +16,8 @@ use std::time::Instant;
 #[command(after_help = "\
 Examples:
   alhazen bench denoise
-  alhazen bench denoise room.glb --spp 4,64 --denoiser network,oidn --width 1280 --height 720")]
+  alhazen bench denoise room.glb --spp 4,64 --denoiser network,oidn --width 1280 --height 720
+  alhazen bench denoise cornell --spp 4 --frames 12")]
 pub struct DenoiseArgs {
     #[command(flatten)]
     views: ViewArgs,
@@ -27,6 +30,13 @@ pub struct DenoiseArgs {
     /// What denoises, separated by commas.
     #[arg(long, value_enum, value_name = "LIST", default_value = "network", value_delimiter = ',')]
     denoiser: Vec<DenoiserName>,
+    /// Denoise a sequence of so many frames, too, in which the camera goes around what it looks at: the network with what
+    /// frames before have found and without, all others frame by frame. Each frame has a reference.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=10_000))]
+    frames: Option<u32>,
+    /// By how many degrees the camera goes around from frame to frame.
+    #[arg(long, value_name = "DEGREES", default_value_t = 1.0, value_parser = parse_finite, allow_hyphen_values = true)]
+    orbit: f32,
     #[command(flatten)]
     report: ReportArgs,
 }
@@ -70,6 +80,7 @@ pub fn run(args: &DenoiseArgs) -> anyhow::Result<()> {
         "device ms",
     ];
     let mut table = Table::new("error", "Error after denoising", &columns);
+    let mut sequences = denoise_frames::table();
     let mut left = vec![Vec::new(); args.denoiser.len()];
     for scene in args.views.scenes()? {
         let view = args.views.open(scene, &mut renderer)?;
@@ -93,6 +104,18 @@ pub fn run(args: &DenoiseArgs) -> anyhow::Result<()> {
                 &title,
                 &view.crops(&[&pictures[..], std::slice::from_ref(&view.reference)].concat()),
             )?;
+            if let Some(frames) = args.frames {
+                let orbit = Orbit { frames, step: args.orbit };
+                let denoisers = &args.denoiser;
+                denoise_frames::measure(
+                    &mut renderer,
+                    &view,
+                    &args.views,
+                    (spp, orbit),
+                    denoisers,
+                    &mut sequences,
+                )?;
+            }
         }
     }
     for (denoiser, logarithms) in args.denoiser.iter().zip(left) {
@@ -103,13 +126,20 @@ pub fn run(args: &DenoiseArgs) -> anyhow::Result<()> {
         table.push(row.into_iter().chain([f64::NAN; 5].map(Into::into)).collect());
     }
     report.table(table);
+    if args.frames.is_some() {
+        report.text(
+            "Sequences: means over all frames but the first. Flicker: FLIP between a frame and the one before moved to where it is \
+             now, divided by that of the references.",
+        );
+        report.table(sequences);
+    }
     print_result(&report.summary())?;
     say!("{}", report.write(&args.report.report)?.display());
     Ok(())
 }
 
 /// As on the command line.
-fn name(denoiser: DenoiserName) -> String {
+pub(super) fn name(denoiser: DenoiserName) -> String {
     denoiser.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned())
 }
 

@@ -6,6 +6,7 @@ mod around;
 mod backends;
 mod convergence;
 mod denoise;
+mod denoise_frames;
 mod frame_views;
 mod frames;
 mod frames_in_flight;

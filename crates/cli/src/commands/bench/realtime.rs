@@ -1,6 +1,7 @@
 //! `alhazen bench realtime`: what the frames of the real-time path tracer cost, and how far they are from the truth.
 
 use super::around::{AroundArgs, Frames};
+use super::backends::beside;
 use super::frames::{Visibility, usual};
 use super::report::{Cell, Percentiles, Plot, Report, ReportArgs, Scale, Table};
 use super::views::{check_scenes, open_scene, render, short_name};
@@ -29,6 +30,7 @@ use std::sync::Arc;
 Examples:
   alhazen bench realtime cornell atrium
   alhazen bench realtime model.glb --width 1280 --height 720 --budget 8ms
+  alhazen bench realtime atrium --filter learned
   alhazen bench realtime atrium --around 8")]
 pub struct RealtimeArgs {
     /// Scene files or names of built-in scenes, each with the place to look from if that is not the scene's first camera:
@@ -101,6 +103,7 @@ pub fn run(args: &RealtimeArgs) -> anyhow::Result<()> {
         ("Russian roulette", roulette),
         ("reference", format!("{} samples per pixel", args.reference_spp())),
         ("adaptive samples", adaptive.samples.to_string()),
+        ("filter", settings.spatial.to_string()),
         ("budget", adaptive.budget.map_or("none".into(), |b| format!("{:.1} ms", b.as_secs_f64() * 1e3))),
         ("errors are relative to", format!("radiance² + {}", metrics::REL_MSE_EPSILON)),
     ];
@@ -353,9 +356,7 @@ impl<'a> Measurement<'a> {
                     tone.apply(&image.crop(w / 2, h / 2, w, h))
                 };
                 let crops = [half(raw), half(picture), half(&reference)];
-                let (w, h) = (crops[0].width(), crops[0].height());
-                let beside = Image::from_fn(3 * w, h, |x, y| crops[(x / w) as usize].rgb(x % w, y));
-                report.picture(&title, &beside)?;
+                report.picture(&title, &beside(&crops))?;
             }
         }
         let [raw_error, error, raw_flip, flip] = curves;
@@ -425,8 +426,7 @@ impl<'a> Measurement<'a> {
         tables: &mut Tables,
         report: &mut Report,
     ) -> anyhow::Result<()> {
-        let mut settings = self.args.adaptive_settings();
-        settings.allocation.white = 1.0 / Job::for_scene(self.scene).tone.exposure.max(1e-6);
+        let settings = self.args.adaptive_settings();
         self.warm_up(&settings)?;
         self.live.forget();
         let last = self.args.moving_frames();
@@ -492,5 +492,9 @@ fn job(args: &RealtimeArgs, scene: &Scene, camera: Camera, integrator: Integrato
 }
 
 fn view(args: &RealtimeArgs, scene: &Scene, camera: Camera, integrator: Integrator) -> View {
-    job(args, scene, camera, integrator).view(0.0)
+    let mut job = job(args, scene, camera, integrator);
+    if let Integrator::Realtime(r) = &mut job.integrator {
+        r.allocation.white = 1.0 / job.tone.exposure.max(1e-6); // as it will be seen
+    }
+    job.view(0.0)
 }

@@ -181,7 +181,11 @@ impl ViewArgs {
         Ok(View { name, job, reference })
     }
 
-    fn reference(&self, name: &str, job: &Job, renderer: &mut Renderer) -> anyhow::Result<Image> {
+    /// The converged picture of a job, whose camera `name` tells from others of the same scene, or the kept one.
+    ///
+    /// # Errors
+    /// When it cannot be rendered or kept.
+    pub fn reference(&self, name: &str, job: &Job, renderer: &mut Renderer) -> anyhow::Result<Image> {
         let fingerprint = renderer.scene_fingerprint()?;
         let short: String = fingerprint.chars().filter(char::is_ascii_alphanumeric).take(12).collect();
         let (width, height, spp) = (self.width, self.height, self.reference_spp);

@@ -152,6 +152,11 @@ pub struct RenderArgs {
     #[arg(long, help_heading = "Sequence", value_name = "SECONDS", value_parser = parse_positive, conflicts_with = "at")]
     pub(super) turntable: Option<f32>,
 
+    /// With --denoise: denoise each frame by itself. Without this, frames also use what those before them have found, as far
+    /// as it agrees: they are cleaner and flicker less, and depend on which frame the command began with.
+    #[arg(long, help_heading = "Sequence", requires = "denoise")]
+    pub(super) frames_alone: bool,
+
     #[command(flatten)]
     pub(super) split: SplitArgs,
 
@@ -349,6 +354,11 @@ impl RenderArgs {
     pub(super) fn sequence(&self) -> Option<(u32, u32)> {
         let turn = |seconds: f32| (0, ((seconds * self.fps).round() as u32).max(1));
         self.frames.or(self.turntable.map(turn))
+    }
+
+    /// Whether frames are denoised with what those before have found.
+    pub(super) fn denoises_sequence(&self) -> bool {
+        self.denoise.is_some() && self.sequence().is_some() && !self.frames_alone
     }
 
     /// Whether samples go where the error is.

@@ -3,7 +3,8 @@
 use super::args::RenderArgs;
 use crate::console::{keep_each, say};
 use alhazen::{
-    DenoiseError, DenoiseFilmError, Denoised, Film, Job, NoisyPicture, Part, Renderer, finish, output,
+    DenoiseError, DenoiseFilmError, Denoised, Film, FrameFilm, Job, NoisyPicture, Part, Renderer, Scene,
+    SequenceDenoiser, View, finish, output,
 };
 use anyhow::Context;
 use std::collections::BTreeMap;
@@ -17,6 +18,31 @@ pub enum Made {
     Part(Box<Part>),
 }
 
+/// A picture's place in a sequence that is denoised.
+pub struct InSequence<'a> {
+    /// What the frames before have found.
+    pub history: &'a mut SequenceDenoiser,
+    /// What the picture shows.
+    pub view: View,
+    /// The scene as it is in the picture; `None` if nothing but the camera moves.
+    pub scene: Option<&'a Scene>,
+}
+
+/// What is denoised.
+enum Noisy {
+    Picture(NoisyPicture),
+    Frame(Box<FrameFilm>),
+}
+
+impl Noisy {
+    fn new(film: &Film, place: Option<&InSequence>) -> Result<Self, DenoiseError> {
+        match place {
+            None => NoisyPicture::of_film(film).map(Self::Picture),
+            Some(place) => FrameFilm::new(film, &place.view, place.scene).map(|f| Self::Frame(Box::new(f))),
+        }
+    }
+}
+
 impl Made {
     /// Writes it to all `paths`, each even if others fail.
     ///
@@ -27,6 +53,7 @@ impl Made {
         paths: &[PathBuf],
         job: &Job,
         args: &RenderArgs,
+        place: Option<InSequence>,
     ) -> anyhow::Result<()> {
         let encoding = args.files.encoding();
         let write_picture = |film: &Film,
@@ -52,17 +79,17 @@ impl Made {
         match self {
             Self::Picture(metadata) => {
                 let noisy = match args.denoise {
-                    Some(_) => Some(NoisyPicture::of_film(film_of(renderer)?)),
+                    Some(_) => Some(Noisy::new(film_of(renderer)?, place.as_ref())),
                     None => None,
                 };
-                let denoised = denoised(renderer, args, noisy);
+                let denoised = denoised(renderer, args, noisy, place);
                 write_picture(film_of(renderer)?, metadata, denoised)
             }
             Self::Part(part) if args.split.makes_parts() => keep_each(paths, |path| Ok(part.write(path)?)),
             Self::Part(part) => {
                 let (film, metadata) = finish(*part)?;
-                let noisy = args.denoise.map(|_| NoisyPicture::of_film(&film));
-                let denoised = denoised(renderer, args, noisy);
+                let noisy = args.denoise.map(|_| Noisy::new(&film, place.as_ref()));
+                let denoised = denoised(renderer, args, noisy, place);
                 write_picture(&film, metadata, denoised)
             }
         }
@@ -77,10 +104,16 @@ fn film_of(renderer: &mut Renderer) -> anyhow::Result<&Film> {
 fn denoised(
     renderer: &mut Renderer,
     args: &RenderArgs,
-    noisy: Option<Result<NoisyPicture, DenoiseError>>,
+    noisy: Option<Result<Noisy, DenoiseError>>,
+    place: Option<InSequence>,
 ) -> Option<Result<Denoised, DenoiseFilmError>> {
     let (denoiser, noisy) = args.denoise.zip(noisy)?;
-    let denoised = noisy.map_err(DenoiseFilmError::from).and_then(|n| renderer.denoise(denoiser.into(), &n));
+    let denoised = match (noisy, place) {
+        (Err(error), _) => Err(error.into()),
+        (Ok(Noisy::Picture(noisy)), _) => renderer.denoise(denoiser.into(), &noisy),
+        (Ok(Noisy::Frame(frame)), Some(place)) => place.history.denoise(renderer, denoiser.into(), &frame),
+        (Ok(Noisy::Frame(frame)), None) => renderer.denoise(denoiser.into(), frame.noisy()),
+    };
     if !args.quiet {
         renderer.take_notices().into_iter().for_each(|notice| say!("{notice}"));
     }

@@ -3,7 +3,8 @@
 use super::parsing::{parse_cosine, parse_not_negative, parse_positive};
 use super::roulette::RouletteArgs;
 use alhazen::{
-    AllocationSettings, FrameSamples, FrameView, HistorySettings, PathSettings, RealtimeSettings, Visibility,
+    AllocationSettings, FrameSamples, FrameView, HistorySettings, PathSettings, RealtimeSettings,
+    SpatialFilter, Visibility,
 };
 use clap::Args;
 use std::time::Duration;
@@ -49,7 +50,10 @@ pub struct FrameSettings {
     /// `realtime`: no filter: frames are their own samples, and the mean of many is what `path` shows.
     #[arg(long, help_heading = "Real time")]
     no_filter: bool,
-    /// `realtime`: passes of the filter, each twice as wide as the one before.
+    /// `realtime`: what filters frames: edges (averages of neighbours on the same surface) or learned (the network of --denoise).
+    #[arg(long, help_heading = "Real time", value_name = "NAME", default_value_t = SpatialFilter::Edges, conflicts_with = "no_filter")]
+    filter: SpatialFilter,
+    /// `realtime`: passes of the filter `edges`, each twice as wide as the one before.
     #[arg(long, help_heading = "Real time", value_name = "N", default_value_t = RealtimeSettings::default().filter_passes, value_parser = clap::value_parser!(u32).range(0..=8))]
     filter_passes: u32,
     /// `realtime`: what frames show: picture, variance, history, noise, blurred-noise, mask, samples, diffuse or specular.
@@ -87,6 +91,7 @@ impl FrameSettings {
                 clip: self.history_clip,
             },
             filter: !self.no_filter,
+            spatial: self.filter,
             filter_passes: self.filter_passes,
             show: self.show,
         }

@@ -6,7 +6,7 @@ use crate::exit::Exit;
 use alhazen::{
     Adaptive, Camera, CameraPath, Daylight, DirectSettings, Environment, Highlights, HybridSettings,
     Integrator, Job, Limits, LoadOptions, Loaded, Motion, NoisyPicture, PathSettings, Projection, Quantity,
-    Rect, Sampling, Scene, Visibility, add_daylight_if_dark, check_default_camera,
+    Rect, Sampling, Scene, SequenceDenoiser, Visibility, add_daylight_if_dark, check_default_camera,
 };
 use anyhow::{Context, bail, ensure};
 use std::path::Path;
@@ -81,6 +81,9 @@ pub fn job(args: &RenderArgs, loaded: &mut Loaded, time: Option<f32>) -> anyhow:
     if args.denoise.is_some() {
         // Layers that are there already are not made twice.
         scene_job.aovs.extend(NoisyPicture::LAYERS);
+    }
+    if args.denoises_sequence() {
+        scene_job.aovs.extend(SequenceDenoiser::LAYERS);
     }
     args.tone.apply(&mut scene_job.tone);
     if let Integrator::Realtime(settings) = &mut scene_job.integrator {

@@ -11,12 +11,12 @@ pub(super) fn views_show_what_they_say(stage: &mut Stage) {
     let show = |show, samples| RealtimeSettings { show, samples, allocation, ..settings() };
     let adaptive = FrameSamples { least: 2, most: 4 };
     stage.begin();
-    stage.frames(&view(0.0, show(backend::FrameView::Samples, adaptive)), 1);
+    stage.frames(&view(0.0, show(FrameView::Samples, adaptive)), 1);
     let first = stage.film();
     let brightest = |film: &Film| film.pixels().iter().map(|p| p.mean()[0]).fold(0.0, f64::max);
     assert_eq!(brightest(&first), 1.0, "without a past all want the most");
     stage.begin();
-    stage.frames(&view(0.0, show(backend::FrameView::History, adaptive)), 3);
+    stage.frames(&view(0.0, show(FrameView::History, adaptive)), 3);
     let history = stage.film();
     let wall = (0..AREA).find(|&p| wall_behind(p, 0.0, 1.3).is_some()).expect("a pixel of the wall");
     let expected = 12.0 / f64::from(RealtimeSettings::default().history.most);

@@ -133,6 +133,8 @@ pub(super) const LISTED: &[Reason] = &[
             ("denoise_outputs", &["write_quad"]),
             ("denoise_result", &["finish"]),
             ("denoise_trust", &["find_trust", "trust_of"]),
+            ("realtime_learned", &["deviation_seen", "show_network"]),
+            ("realtime_learned_result", &["finish_learned", "limited"]),
         ],
     ),
 ];
