@@ -93,6 +93,10 @@ def restored(noisy, variance, filtered):
             gains = np.clip(gains, 1 / MOST - 1, MOST - 1)
             field = spread(spread(gains, len(part), 0), part.shape[1], 1)
             filtered = first * (1 + part * field)
+        # Blocks that are certain have theirs already.
+        open_to = spread(spread(1 - certain, len(part), 0), part.shape[1], 1)
+        parts = sums(part * open_to, TILE) / sums(np.ones_like(part), TILE)
+        part = over_tiles(parts, filtered.shape)
     mean = noisy.mean((0, 1), np.float64)
     strength = strength_of(mean * part[..., 0].size, parts, filtered)
     change = (strength * part * filtered).clip(1 / MOST_OF_PIXEL - 1, MOST_OF_PIXEL - 1)

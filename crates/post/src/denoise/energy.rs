@@ -91,7 +91,7 @@ struct Tile {
     filtered: [f64; 3],
     /// Of the squares of filtered values.
     squares: [f64; 3],
-    /// The part of its values that may be noise, from 0 to 1.
+    /// The part of its values that may be noise, from 0 to 1, as far as that is not settled yet.
     part: [f64; 3],
     /// What the blocks' gains make of its values: a factor.
     factor: [f64; 3],
@@ -148,47 +148,59 @@ impl Tiles {
     }
 
     /// Finds the gains of blocks that bring them to their wanted sums. A tile's gain is linear
-    /// between those of the blocks' centres.
+    /// between those of the blocks' centres. What is certain has no part in what comes then.
     fn set_gains(&mut self) {
-        let wanted = self.wanted_sums();
+        let (wanted, certain) = self.wanted_sums();
         let parts = self.block_sums(|tile| each(|c| tile.part[c] * tile.filtered[c]));
         let mut gains = vec![[0.0; 3]; wanted.len()];
         for _ in 0..ROUNDS {
             let sums = self.block_sums(|tile| each(|c| tile.filtered[c] * tile.factor[c]));
             for (block, gain) in gains.iter_mut().enumerate() {
                 let more = each(|c| finite((wanted[block][c] - sums[block][c]) / parts[block][c]));
-                *gain = each(|c| (gain[c] + more[c]).clamp(1.0 / MOST_OF_BLOCK - 1.0, MOST_OF_BLOCK - 1.0));
+                let (least, most) = (1.0 / MOST_OF_BLOCK - 1.0, MOST_OF_BLOCK - 1.0);
+                *gain = each(|c| (gain[c] + more[c]).clamp(least, most));
             }
-            self.set_factors(&gains);
+            self.interpolate(&gains, |tile, gain| {
+                tile.factor = each(|c| 1.0 + tile.part[c] * gain[c]);
+            });
         }
+        self.interpolate(&certain, |tile, certain| {
+            tile.part = each(|c| tile.part[c] * (1.0 - certain[c]));
+        });
     }
 
-    fn set_factors(&mut self, gains: &[[f64; 3]]) {
+    /// Hands each tile what is linear between the values of blocks at their centres.
+    fn interpolate(&mut self, blocks: &[[f64; 3]], set: impl Fn(&mut Tile, [f64; 3])) {
         let ([columns, rows], width) = (self.blocks(), self.columns);
         for (i, tile) in self.cells.iter_mut().enumerate() {
             let (left, right, u) = between(i % width, columns);
             let (above, below, v) = between(i / width, rows);
-            tile.factor = each(|c| {
-                let at = |x: usize, y: usize| gains[y * columns + x][c];
+            let value = each(|c| {
+                let at = |x: usize, y: usize| blocks[y * columns + x][c];
                 let upper = at(left, above) * (1.0 - u) + at(right, above) * u;
                 let lower = at(left, below) * (1.0 - u) + at(right, below) * u;
-                1.0 + tile.part[c] * (upper * (1.0 - v) + lower * v)
+                upper * (1.0 - v) + lower * v
             });
+            set(tile, value);
         }
     }
 
-    /// What the sums of blocks should be: those of the noisy picture, as far as these are certain.
-    fn wanted_sums(&self) -> Vec<[f64; 3]> {
+    /// What the sums of blocks should be: those of the noisy picture, as far as these are certain;
+    /// and how far that is, from 0 to 1.
+    fn wanted_sums(&self) -> (Vec<[f64; 3]>, Vec<[f64; 3]>) {
         let before = self.block_sums(|tile| tile.noisy);
         let variance = self.block_sums(|tile| tile.variance);
         let after = self.block_sums(|tile| tile.filtered);
-        let wanted = |block: usize, colour: usize| {
-            let [before, variance, after] = [&before, &variance, &after].map(|sums| sums[block][colour]);
-            let error = variance / (after * after).max(f64::MIN_POSITIVE);
-            let certain = EXPECTED_BIAS.powi(2) / (EXPECTED_BIAS.powi(2) + error);
-            after * (1.0 + certain * (ratio(before, after, MOST_OF_BLOCK) - 1.0))
+        let certain = |block: usize, colour: usize| {
+            let square = after[block][colour].powi(2).max(f64::MIN_POSITIVE);
+            let error = variance[block][colour] / square;
+            EXPECTED_BIAS.powi(2) / (EXPECTED_BIAS.powi(2) + error)
         };
-        (0..before.len()).map(|block| each(|colour| wanted(block, colour))).collect()
+        let wanted = |block: usize, colour: usize| {
+            let (before, after) = (before[block][colour], after[block][colour]);
+            after * (1.0 + certain(block, colour) * (ratio(before, after, MOST_OF_BLOCK) - 1.0))
+        };
+        (0..before.len()).map(|b| (each(|c| wanted(b, c)), each(|c| certain(b, c)))).unzip()
     }
 
     /// The picture's gain of each colour with which tiles have the wanted sum, by Newton's method.
@@ -256,7 +268,7 @@ fn folded(lanes: &[f32; LANES]) -> [f64; 3] {
 fn change(values: &mut [f32], factor: &[f32; LANES], strength: &[f32; LANES], sums: &mut [f32; LANES]) {
     for (i, value) in values.iter_mut().enumerate() {
         let before = *value * factor[i];
-        let share = (strength[i] * before).max(1.0 / MOST_OF_PIXEL - 1.0).min(MOST_OF_PIXEL - 1.0);
+        let share = (strength[i] * before).clamp(1.0 / MOST_OF_PIXEL - 1.0, MOST_OF_PIXEL - 1.0);
         *value = before + before * share;
         sums[i] += *value;
     }
