@@ -16,6 +16,7 @@
 
 mod budget;
 mod buffers;
+mod choice;
 mod frame;
 mod learned;
 mod passes;
@@ -132,45 +133,6 @@ impl RealtimeKernel {
         pass::compile(gpu, made.map(|(_, pass)| pass).chain(waves).chain(first_hits))?;
         if is_learned(settings) && self.learned.is_none() {
             self.learned = Some(Learned::new(gpu)?);
-        }
-        Ok(())
-    }
-
-    /// Whether frames of so many pixels should follow their paths in waves.
-    fn wants_waves(&self, settings: &RealtimeSettings, pixels: u32) -> bool {
-        // Tiles of lights are the one kernel's.
-        let has_tiles = light_candidates(settings) > 0;
-        !has_tiles
-            && match self.path_kernel {
-                PathKernel::Auto => self.waves.are_faster(pixels),
-                PathKernel::Megakernel => false,
-                PathKernel::Wavefront => true,
-            }
-    }
-
-    /// Decides how the paths of a frame are followed.
-    ///
-    /// # Errors
-    /// When there is no memory for waves that were asked for.
-    fn prepare_samples(
-        &mut self,
-        gpu: &Gpu,
-        settings: &RealtimeSettings,
-        film: &FilmBuffers,
-    ) -> Result<(), GpuError> {
-        let [width, height] = film.contents.picture().window_size;
-        let wanted = self.wants_waves(settings, width * height);
-        self.taken = PathKernel::Megakernel;
-        if let Some(buffers) = self.buffers.as_ref().filter(|_| wanted) {
-            match self.waves.prepare(gpu, buffers, &self.gbuffer, film) {
-                Ok(true) => self.taken = PathKernel::Wavefront,
-                Ok(false) => {}
-                // Who did not ask for queues need not hear that there is no memory for them.
-                Err(GpuError::Allocation { .. }) if self.path_kernel == PathKernel::Auto => {
-                    self.path_kernel = PathKernel::Megakernel;
-                }
-                Err(error) => return Err(error),
-            }
         }
         Ok(())
     }
