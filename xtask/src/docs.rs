@@ -28,7 +28,24 @@ pub fn run(args: &DocsArgs) -> anyhow::Result<()> {
     }
     realtime()?;
     volumes()?;
+    denoising()?;
     viewer()
+}
+
+/// Crops of noisy, denoised and converged pictures. Where Open Image Denoise is not named, they stay as they are.
+fn denoising() -> anyhow::Result<()> {
+    if std::env::var_os("ALHAZEN_OIDN").is_none() {
+        println!(
+            "the pictures of docs/denoising.md stay: ALHAZEN_OIDN does not say where Open Image Denoise is"
+        );
+        return Ok(());
+    }
+    let mut command = Command::new(release_binary()?);
+    command.current_dir(root()).args(["bench", "denoise", "atrium", "glass", "cornell", "--backend", "cpu"]);
+    command.args(["--width", "384", "--height", "216", "--spp", "8", "--seeds", "1"]);
+    command.args(["--reference-spp", "1024", "--denoiser", "network,oidn", "--crops", "docs/images"]);
+    command.arg("--report").arg(std::env::temp_dir().join("alhazen-docs-denoising"));
+    run_command(&mut command)
 }
 
 /// Pictures of the real-time path tracer, on whatever GPU or software driver there is.

@@ -49,10 +49,13 @@ fn lights_are_worth_choosing_by_place() {
 #[test]
 fn sequences_are_denoised_with_and_without_their_history() {
     let folder = tempfile::tempdir().unwrap();
-    let arguments = "bench denoise cornell --width 64 --height 48 --spp 4 --seeds 1 --reference-spp 512 --frames 5 --report out";
+    let arguments = "bench denoise cornell --width 64 --height 48 --spp 4 --seeds 1 --reference-spp 512 --frames 5 \
+                     --crops crops --report out";
     succeed(folder.path(), arguments);
     let text = std::fs::read_to_string(folder.path().join("out/denoise.json")).unwrap();
     let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let crops = alhazen::Image::open(folder.path().join("crops/denoising-cornell-4.png")).unwrap();
+    assert_eq!((crops.width(), crops.height()), (3 * 32, 24), "noisy, network, reference");
     let rows = &json["tables"][1]["rows"];
     let row = |i: usize| (rows[i]["denoiser"].as_str().unwrap(), rows[i]["history"].as_str().unwrap());
     assert_eq!([row(0), row(1), row(2)], [("none", "no"), ("network", "no"), ("network", "yes")]);

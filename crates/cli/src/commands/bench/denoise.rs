@@ -9,6 +9,7 @@ use crate::console::{print_result, say};
 use alhazen::{Control, Image, Job, Limits, NoisyPicture, Renderer, metrics};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
+use std::path::PathBuf;
 use std::time::Instant;
 
 /// How much closer to a converged reference pictures come by denoising.
@@ -37,6 +38,10 @@ pub struct DenoiseArgs {
     /// By how many degrees the camera goes around from frame to frame.
     #[arg(long, value_name = "DEGREES", default_value_t = 1.0, value_parser = parse_finite, allow_hyphen_values = true)]
     orbit: f32,
+    /// Write the crops of the report to this folder, too: denoising-SCENE-SPP.png with the noisy picture, that of each
+    /// denoiser and the reference side by side.
+    #[arg(long, value_name = "FOLDER")]
+    crops: Option<PathBuf>,
     #[command(flatten)]
     report: ReportArgs,
 }
@@ -59,6 +64,9 @@ struct Measured {
 
 /// Measures, prints and writes.
 pub fn run(args: &DenoiseArgs) -> anyhow::Result<()> {
+    if let Some(folder) = &args.crops {
+        std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    }
     let mut renderer = args.views.renderer()?;
     let mut settings = args.views.settings(&renderer);
     settings.push(("seeds", args.seeds.to_string()));
@@ -100,10 +108,11 @@ pub fn run(args: &DenoiseArgs) -> anyhow::Result<()> {
             let pictures: Vec<Image> = measured.into_iter().filter_map(|m| m.picture).collect();
             let names = args.denoiser.iter().map(|d| name(*d)).collect::<Vec<_>>().join(", ");
             let title = format!("{}, {spp} samples: noisy, {names}, reference", view.name);
-            report.picture(
-                &title,
-                &view.crops(&[&pictures[..], std::slice::from_ref(&view.reference)].concat()),
-            )?;
+            let crops = view.crops(&[&pictures[..], std::slice::from_ref(&view.reference)].concat());
+            report.picture(&title, &crops)?;
+            if let Some(folder) = &args.crops {
+                crops.write_png_encoded(&folder.join(format!("denoising-{}-{spp}.png", view.name)))?;
+            }
             if let Some(frames) = args.frames {
                 let orbit = Orbit { frames, step: args.orbit };
                 let denoisers = &args.denoiser;
