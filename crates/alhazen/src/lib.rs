@@ -46,7 +46,8 @@ pub mod system;
 pub use accel::{Coherence, HugePages, Ray};
 pub use adaptive::{Adaptive, Sampling};
 pub use backend::{
-    AllocationSettings, FrameSamples, FrameView, HistorySettings, RealtimeSettings, SpatialFilter, UnknownFrameView, UnknownSpatialFilter,
+    AllocationSettings, FrameSamples, FrameView, HistorySettings, RealtimeSettings, SpatialFilter,
+    UnknownFrameView, UnknownSpatialFilter,
 };
 pub use backend::{
     AmbientOcclusion, Backend, BackendError, Control, DirectSettings, Highlights, HybridSettings,

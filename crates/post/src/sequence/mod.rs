@@ -84,7 +84,7 @@ impl History {
     /// any denoiser.
     ///
     /// No pixel is moved by more than the frame's own noise allows, and the mean of each colour is the frame's own, as
-    /// [`crate::denoise`] has them. A frame of another size begins anew.
+    /// [`crate::denoise`] has them. The first frame is filtered as it is; one of another size is a first frame.
     ///
     /// # Errors
     /// When the images differ in size, or `filter` fails.
@@ -93,7 +93,12 @@ impl History {
         frame: Frame,
         filter: impl FnOnce(&NoisyPicture) -> Result<Image, E>,
     ) -> Result<Image, E> {
+        let size = [frame.noisy.colour.width() as usize, frame.noisy.colour.height() as usize];
+        let is_first = self.past.as_ref().is_none_or(|past| past.size != size);
         let combined = self.combine(frame)?;
+        if is_first {
+            return filter(frame.noisy);
+        }
         let mut filtered = filter(&combined)?;
         keep_light(frame.noisy, &mut filtered);
         Ok(filtered)
