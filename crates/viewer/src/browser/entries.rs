@@ -61,7 +61,8 @@ fn by_name(a: &str, b: &str) -> Ordering {
             let [l, r] = [&mut left, &mut right].map(number);
             l.len().cmp(&r.len()).then_with(|| l.cmp(&r))
         } else {
-            (left.next(), right.next());
+            left.next();
+            right.next();
             l.to_lowercase().cmp(r.to_lowercase())
         };
         if order != Ordering::Equal {

@@ -15,7 +15,6 @@ pub fn open_with(scene: &str, settings: Settings) -> Harness<'static, Viewer> {
         load: LoadOptions::default(),
         renderer: RendererOptions { backend: alhazen::BackendChoice::Cpu, ..RendererOptions::default() },
         size: Some([32, 24]),
-        ..Start::default()
     };
     let viewer = Viewer::new(Source::parse(scene), start, || {}).expect("threads");
     let began = Instant::now();
