@@ -36,11 +36,10 @@ impl SequenceDenoiser {
     pub const LAYERS: [Aov; 6] =
         [Aov::Albedo, Aov::Normal, Aov::Depth, Aov::Position, Aov::MaterialId, Aov::InstanceId];
 
-    /// Removes the noise of the renderer's film, which shows `view`. `scene` is the scene as it is in this frame; `None` if
-    /// nothing but the camera moves.
+    /// Removes the noise of the next frame, on the device that renders where that can do it.
     ///
     /// # Errors
-    /// As [`Denoiser::run_on`], and when the film lacks one of [`Self::LAYERS`].
+    /// As [`Denoiser::run_on`].
     pub fn denoise(
         &mut self,
         renderer: &mut Renderer,
