@@ -8,10 +8,11 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use std::path::Path;
 use viewer::settings::Settings;
-use viewer::viewer::{Command, Viewer};
+use viewer::viewer::{Command, FirstView, Viewer};
 
 fn open() -> Harness<'static, Viewer> {
-    open_with("three-spheres", Settings { own_dialogs: true, ..Settings::default() })
+    let settings = Settings { own_dialogs: true, ..Settings::default() };
+    open_with("three-spheres", settings, FirstView::default())
 }
 
 fn run(harness: &mut Harness<'_, Viewer>, command: Command) {

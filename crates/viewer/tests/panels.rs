@@ -10,11 +10,11 @@ use std::path::Path;
 use std::time::Duration;
 use viewer::panels::Tab;
 use viewer::settings::Settings;
-use viewer::viewer::{Command, Viewer};
+use viewer::viewer::{Command, FirstView, Viewer};
 use viewer::worker::{Layer, layer_image};
 
 fn open(scene: &str) -> Harness<'static, Viewer> {
-    open_with(scene, Settings::default())
+    open_with(scene, Settings::default(), FirstView::default())
 }
 
 /// Opens a page. Its name may stand elsewhere, too.

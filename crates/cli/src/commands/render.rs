@@ -17,7 +17,7 @@ mod setup;
 mod split;
 mod video;
 
-pub use args::{DenoiserName, RenderArgs};
+pub use args::{DenoiserName, RenderArgs, integrators};
 pub use places::{check_output, check_place, frame_path};
 
 use crate::console::{ProgressDisplay, say};

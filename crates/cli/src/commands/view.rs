@@ -1,13 +1,21 @@
 //! `alhazen view`: the interactive window.
 
 use crate::console::{print_result, say};
-use alhazen::{BackendChoice, LoadOptions, PathKernel, RendererOptions, Source};
-use anyhow::Context;
-use std::path::PathBuf;
+use alhazen::edits::DaylightRecord;
+use alhazen::{
+    BackendChoice, Daylight, Integrator, LoadOptions, PathKernel, RendererOptions, Source, SunPosition,
+};
+use anyhow::{Context, ensure};
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 use viewer::smoke::{Smoke, parse};
-use viewer::viewer::Start;
+use viewer::viewer::{FirstEnvironment, FirstView, Start};
 use viewer::{Options, ViewerError};
+
+/// Haziness of the sky of `--sun`: clear.
+const TURBIDITY: f32 = 3.0;
+/// What the ground reflects below that sky.
+const GROUND: [f32; 3] = [0.2; 3];
 
 /// Open a scene in a window: look at it, change it, save it.
 #[derive(Debug, clap::Args)]
@@ -29,6 +37,24 @@ pub struct ViewArgs {
     /// Height of the picture in pixels.
     #[arg(long, requires = "width", value_parser = clap::value_parser!(u32).range(16..=16_384))]
     height: Option<u32>,
+    /// How light is transported [default: what the scene says, or path].
+    #[arg(long, value_name = "INTEGRATOR", value_parser = super::render::integrators())]
+    integrator: Option<Integrator>,
+    /// Samples per pixel after which the picture is done [default: what the scene says, or 1024].
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    spp: Option<u32>,
+    /// Camera of the file, by name or number.
+    #[arg(long, value_name = "NAME")]
+    camera: Option<String>,
+    /// Light from outside: an .hdr or .exr panorama, or a constant radiance R,G,B.
+    #[arg(long, value_name = "FILE|R,G,B")]
+    environment: Option<String>,
+    /// A clear sky with its sun, where it stands: see `alhazen render --help`. Try --exposure 0.02.
+    #[arg(long, value_name = "POSITION", conflicts_with = "environment")]
+    sun: Option<SunPosition>,
+    /// Factor on radiance before tone mapping.
+    #[arg(long, value_parser = super::render::parsing::parse_positive)]
+    exposure: Option<f32>,
     /// What renders: auto (a GPU if there is a real one), cpu, gpu, gpu-bvh, gpu-query, gpu-pipeline.
     #[arg(long, value_name = "NAME", default_value_t = BackendChoice::Auto)]
     backend: BackendChoice,
@@ -101,6 +127,7 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<()> {
             kernel: args.kernel,
         },
         size: args.width.zip(args.height).map(|(width, height)| [width, height]),
+        first: first_view(args)?,
         ..Start::default()
     };
     let smoke = match args.smoke {
@@ -121,9 +148,51 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<()> {
     print_result(&report.iter().map(|line| format!("{line}\n")).collect::<String>())
 }
 
+/// How the scene is looked at first.
+fn first_view(args: &ViewArgs) -> anyhow::Result<FirstView> {
+    let of_sun = |sun: SunPosition| {
+        let daylight = Daylight { sun, turbidity: TURBIDITY, ground: GROUND.into(), intensity: 1.0 };
+        FirstEnvironment::Daylight(DaylightRecord::from(&daylight))
+    };
+    let environment = match &args.environment {
+        Some(text) => Some(parse_environment(text)?),
+        None => args.sun.map(of_sun),
+    };
+    Ok(FirstView {
+        integrator: args.integrator.map(|integrator| integrator.name().to_owned()),
+        spp: args.spp,
+        camera: args.camera.clone(),
+        environment,
+        exposure: args.exposure,
+    })
+}
+
+/// A file, or three numbers where there is no file of that name; as `alhazen render` has it.
+fn parse_environment(text: &str) -> anyhow::Result<FirstEnvironment> {
+    match super::render::parsing::parse_vector(text) {
+        Ok(radiance) if !Path::new(text).exists() => {
+            ensure!(radiance.iter().all(|c| *c >= 0.0), "--environment {text}: radiance cannot be negative");
+            Ok(FirstEnvironment::Constant(radiance))
+        }
+        _ => {
+            ensure!(Path::new(text).is_file(), "--environment {text}: there is no such file");
+            Ok(FirstEnvironment::File(text.into()))
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn environments_are_numbers_or_files() {
+        assert_eq!(parse_environment("1,2,3").expect("numbers"), FirstEnvironment::Constant([1.0, 2.0, 3.0]));
+        let error = parse_environment("-1,0,0").unwrap_err().to_string();
+        assert!(error.contains("negative"), "{error}");
+        let error = parse_environment("no such.hdr").unwrap_err().to_string();
+        assert!(error.contains("no such.hdr") && error.contains("no such file"), "{error}");
+    }
 
     #[test]
     fn sizes_of_windows() {

@@ -75,6 +75,7 @@ impl Viewer {
             let count = self.document.as_ref().map_or(0, |d| d.scene().instances.len());
             self.selection = (selection.object as usize).lt(&count).then_some(selection);
         }
+        self.take_first_view();
     }
 
     pub(super) fn take_event(&mut self, event: Event) {

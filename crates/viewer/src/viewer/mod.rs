@@ -8,6 +8,7 @@ mod dialogs;
 mod elsewhere;
 mod events;
 mod files;
+mod first;
 mod paint;
 mod state;
 mod time;
@@ -17,6 +18,7 @@ pub use commands::{COMMANDS, Command, CommandInfo};
 pub use compare::Comparison;
 pub use dialogs::{Dialog, For};
 pub use elsewhere::Elsewhere;
+pub use first::{FirstEnvironment, FirstView};
 pub use state::{BackendState, Notice, Selection, Start, Viewer};
 
 use crate::loading::{self, Loading};

@@ -3,6 +3,7 @@
 use super::compare::Comparison;
 use super::dialogs::{Dialog, For};
 use super::elsewhere::Elsewhere;
+use super::first::FirstView;
 use crate::browser::Browser;
 use crate::clock::Clock;
 use crate::document::Document;
@@ -31,6 +32,8 @@ pub struct Start {
     pub renderer: RendererOptions,
     /// Width and height of pictures; `None` fills the window.
     pub size: Option<[u32; 2]>,
+    /// How the first scene is looked at.
+    pub first: FirstView,
     /// What was remembered.
     pub settings: Settings,
 }
@@ -141,6 +144,8 @@ pub struct Viewer {
     pub(super) queries: Queries,
     pub(super) loading: Vec<Loading>,
     pub(super) dialog: Option<Dialog>,
+    /// What was asked for before the first scene was there.
+    pub(super) first_view: Option<FirstView>,
     /// The desktop has shown no dialog when it should have.
     pub(super) desktop_lacks_dialogs: bool,
     /// Where the last file was that the user has chosen.
@@ -220,6 +225,7 @@ impl Viewer {
             queries,
             loading: Vec::new(),
             dialog: None,
+            first_view: Some(start.first),
             desktop_lacks_dialogs: false,
             last_folder: None,
             watch: None,

@@ -6,12 +6,13 @@ use egui_kittest::kittest::Queryable;
 use std::time::{Duration, Instant};
 use viewer::panels;
 use viewer::settings::Settings;
-use viewer::viewer::{Start, Viewer};
+use viewer::viewer::{FirstView, Start, Viewer};
 
 /// The whole window around a scene that is loaded.
-pub fn open_with(scene: &str, settings: Settings) -> Harness<'static, Viewer> {
+pub fn open_with(scene: &str, settings: Settings, first: FirstView) -> Harness<'static, Viewer> {
     let start = Start {
         settings,
+        first,
         load: LoadOptions::default(),
         renderer: RendererOptions { backend: alhazen::BackendChoice::Cpu, ..RendererOptions::default() },
         size: Some([32, 24]),

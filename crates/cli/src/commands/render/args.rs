@@ -278,7 +278,7 @@ pub struct RenderArgs {
 }
 
 /// Names of integrators, with what each does.
-fn integrators() -> impl TypedValueParser<Value = Integrator> {
+pub fn integrators() -> impl TypedValueParser<Value = Integrator> {
     let names = Integrator::all().map(|i| PossibleValue::new(i.name()).help(i.description()));
     PossibleValuesParser::new(names).try_map(|name| Integrator::from_name(&name).ok_or("no integrator"))
 }
