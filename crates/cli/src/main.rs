@@ -38,7 +38,7 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     Render(Box<commands::render::RenderArgs>),
-    View(commands::view::ViewArgs),
+    View(Box<commands::view::ViewArgs>),
     Merge(commands::merge::MergeArgs),
     Denoise(commands::denoise::DenoiseArgs),
     Tonemap(commands::tonemap::TonemapArgs),

@@ -17,7 +17,9 @@ mod setup;
 mod split;
 mod video;
 
-pub use args::{DenoiserName, RenderArgs, integrators};
+#[cfg(feature = "window")]
+pub use args::integrators;
+pub use args::{DenoiserName, RenderArgs};
 pub use places::{check_output, check_place, frame_path};
 
 use crate::console::{ProgressDisplay, say};
