@@ -237,10 +237,7 @@ impl Run {
             Step::Save(path) => viewer.save_scene(path),
             Step::Picture(path) => viewer.use_file(crate::viewer::For::Picture, path.clone()),
             Step::Compare(path) => viewer.compare_with_file(path),
-            Step::Record { path, frames, spp } => {
-                (viewer.open.record.frames, viewer.open.record.spp) = (*frames, *spp);
-                viewer.record(path.clone());
-            }
+            Step::Record { path, frames, spp } => record(viewer, path, *frames, *spp),
             Step::Screenshot(path) => self.take_screenshot(path, viewer, ctx),
             Step::Wait(_)
             | Step::Choose(_)
@@ -423,6 +420,12 @@ fn messages(viewer: &Viewer) -> String {
 /// Whether there was an error since `time`, seconds.
 fn errors_since(viewer: &Viewer, time: f64) -> bool {
     viewer.notices.iter().any(|n| n.is_error && n.time >= time)
+}
+
+/// Records a turntable.
+fn record(viewer: &mut Viewer, path: &Path, frames: usize, spp: u32) {
+    (viewer.open.record.frames, viewer.open.record.spp) = (frames, spp);
+    viewer.record(path.to_owned());
 }
 
 /// Types a file into our own dialog and takes it, as Enter does. Returns whether that was possible: not before it is open.

@@ -62,6 +62,20 @@ struct Measured {
     picture: Option<Image>,
 }
 
+/// Columns of the table.
+const COLUMNS: [&str; 10] = [
+    "scene",
+    "spp",
+    "denoiser",
+    "relMSE",
+    "left",
+    "FLIP",
+    "flicker",
+    "mean changed by",
+    "seconds",
+    "device ms",
+];
+
 /// Measures, prints and writes.
 pub fn run(args: &DenoiseArgs) -> anyhow::Result<()> {
     if let Some(folder) = &args.crops {
@@ -75,36 +89,14 @@ pub fn run(args: &DenoiseArgs) -> anyhow::Result<()> {
         "relMSE and FLIP against a converged reference; flicker: FLIP between pictures of different noise; means over \
          seeds. The geometric mean of what is left of the error is over all rows of a denoiser.",
     );
-    let columns = [
-        "scene",
-        "spp",
-        "denoiser",
-        "relMSE",
-        "left",
-        "FLIP",
-        "flicker",
-        "mean changed by",
-        "seconds",
-        "device ms",
-    ];
-    let mut table = Table::new("error", "Error after denoising", &columns);
+    let mut table = Table::new("error", "Error after denoising", &COLUMNS);
     let mut sequences = denoise_frames::table();
     let mut left = vec![Vec::new(); args.denoiser.len()];
     for scene in args.views.scenes()? {
         let view = args.views.open(scene, &mut renderer)?;
         for &spp in &args.spp {
             let measured = measure(&mut renderer, &view, spp, args)?;
-            let before = measured[0].rel_mse;
-            for (i, m) in measured.iter().enumerate() {
-                let rest = m.rel_mse / before;
-                let name = i.checked_sub(1).map_or("none".to_owned(), |i| name(args.denoiser[i]));
-                let numbers = [m.rel_mse, rest, m.flip, m.flicker, m.energy, m.seconds, m.device_ms];
-                let row = [view.name.as_str().into(), f64::from(spp).into(), name.as_str().into()];
-                table.push(row.into_iter().chain(numbers.map(Into::into)).collect());
-                if i > 0 {
-                    left[i - 1].push(rest.ln());
-                }
-            }
+            push_rows(&mut table, args, (&view.name, spp), &measured, &mut left);
             let pictures: Vec<Image> = measured.into_iter().filter_map(|m| m.picture).collect();
             let names = args.denoiser.iter().map(|d| name(*d)).collect::<Vec<_>>().join(", ");
             let title = format!("{}, {spp} samples: noisy, {names}, reference", view.name);
@@ -127,13 +119,7 @@ pub fn run(args: &DenoiseArgs) -> anyhow::Result<()> {
             }
         }
     }
-    for (denoiser, logarithms) in args.denoiser.iter().zip(left) {
-        let mean = (logarithms.iter().sum::<f64>() / logarithms.len() as f64).exp();
-        let name = name(*denoiser);
-        let row =
-            ["geometric mean".into(), f64::NAN.into(), name.as_str().into(), f64::NAN.into(), mean.into()];
-        table.push(row.into_iter().chain([f64::NAN; 5].map(Into::into)).collect());
-    }
+    push_means(&mut table, args, &left);
     report.table(table);
     if args.frames.is_some() {
         report.text(
@@ -145,6 +131,39 @@ pub fn run(args: &DenoiseArgs) -> anyhow::Result<()> {
     print_result(&report.summary())?;
     say!("{}", report.write(&args.report.report)?.display());
     Ok(())
+}
+
+/// Rows of a view with `spp` samples: without denoising, and with each denoiser, whose logarithms of what it leaves of the error go
+/// to `left`.
+fn push_rows(
+    table: &mut Table,
+    args: &DenoiseArgs,
+    (view, spp): (&str, u32),
+    measured: &[Measured],
+    left: &mut [Vec<f64>],
+) {
+    let before = measured[0].rel_mse;
+    for (i, m) in measured.iter().enumerate() {
+        let rest = m.rel_mse / before;
+        let name = i.checked_sub(1).map_or("none".to_owned(), |i| name(args.denoiser[i]));
+        let numbers = [m.rel_mse, rest, m.flip, m.flicker, m.energy, m.seconds, m.device_ms];
+        let row = [view.into(), f64::from(spp).into(), name.as_str().into()];
+        table.push(row.into_iter().chain(numbers.map(Into::into)).collect());
+        if i > 0 {
+            left[i - 1].push(rest.ln());
+        }
+    }
+}
+
+/// A row for each denoiser: what it leaves of the error, by the logarithms `left` of all its rows.
+fn push_means(table: &mut Table, args: &DenoiseArgs, left: &[Vec<f64>]) {
+    for (denoiser, logarithms) in args.denoiser.iter().zip(left) {
+        let mean = (logarithms.iter().sum::<f64>() / logarithms.len() as f64).exp();
+        let name = name(*denoiser);
+        let row =
+            ["geometric mean".into(), f64::NAN.into(), name.as_str().into(), f64::NAN.into(), mean.into()];
+        table.push(row.into_iter().chain([f64::NAN; 5].map(Into::into)).collect());
+    }
 }
 
 /// As on the command line.
