@@ -11,9 +11,9 @@ use scene::Scene;
 
 /// Denoises frame after frame of a sequence.
 ///
-/// The light that frames before have found is looked up where it was, by the motion of camera and instances, and counts as
-/// far as it agrees with the new frame ([`History`]). The first frame is denoised alone. Frames need noise of their own:
-/// the seed of [`frame_seed`].
+/// The light that frames before have found is looked up where it was, by the motion of camera and
+/// instances, and counts as far as it agrees with the new frame ([`History`]). The first frame is
+/// denoised alone. Frames need noise of their own: the seed of [`frame_seed`].
 #[derive(Debug, Default)]
 pub struct SequenceDenoiser {
     history: History,
@@ -71,7 +71,8 @@ pub struct FrameFilm {
 }
 
 impl FrameFilm {
-    /// Of a film that shows `view`. `scene`: as it is in this frame; `None` if nothing but the camera moves.
+    /// Of a film that shows `view`. `scene`: as it is in this frame; `None` if nothing but the
+    /// camera moves.
     ///
     /// # Errors
     /// When the film lacks one of [`SequenceDenoiser::LAYERS`].
@@ -125,7 +126,8 @@ impl FrameFilm {
         (0..self.depth.len()).into_par_iter().map(surface).collect()
     }
 
-    /// How far back the surface of pixel `i` was at another moment, in pixels, and at which distance.
+    /// How far back the surface of pixel `i` was at another moment, in pixels, and at which
+    /// distance.
     fn before(&self, i: usize, last: &Moment, moves: &Moves) -> Option<([f32; 2], f32)> {
         let now = &self.moment;
         if now.camera == last.camera && !moves.moves(self.instance[i]) {

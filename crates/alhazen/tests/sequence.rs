@@ -30,7 +30,8 @@ fn frame_job(scene: &Scene, frame: u32) -> Job {
     Job { camera, seed: frame_seed(5, frame), aovs: SequenceDenoiser::LAYERS.to_vec(), ..of }
 }
 
-/// The camera goes around: frames are nearer to the truth than denoised alone, and steadier, and keep their light.
+/// The camera goes around: frames are nearer to the truth than denoised alone, and steadier, and
+/// keep their light.
 #[test]
 fn frames_of_a_moving_camera_are_cleaner_and_steadier() {
     let scene = scenes::cornell();
@@ -74,8 +75,8 @@ fn frames_of_a_moving_camera_are_cleaner_and_steadier() {
     assert!(change(1) < change(0) / 1.5, "{} became {}", change(0), change(1));
 }
 
-/// A ball that has moved to the right by a metre was to the left, by as many pixels as a metre has; the wall stays, and a ball
-/// that changes its shape was nowhere.
+/// A ball that has moved to the right by a metre was to the left, by as many pixels as a metre has;
+/// the wall stays, and a ball that changes its shape was nowhere.
 #[test]
 fn motion_is_that_of_instances_and_camera() {
     let mut scene = scenes::spheres();

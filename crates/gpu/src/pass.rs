@@ -1,7 +1,7 @@
 //! Compute passes: which shader a pass is, what it binds, and how it is dispatched.
 //!
-//! Bind groups are the same for all: 0 the scene, 1 the tracer's structures, 2 the view and the film, or a list of rays, and
-//! 3 what the passes of a renderer hand on to each other.
+//! Bind groups are the same for all: 0 the scene, 1 the tracer's structures, 2 the view and the
+//! film, or a list of rays, and 3 what the passes of a renderer hand on to each other.
 
 use crate::bindings::{PassBinding, Resource, group, layout};
 use crate::shader::{Linkage, ShaderText};
@@ -56,7 +56,8 @@ struct SharedGroup {
     group: wgpu::BindGroup,
 }
 
-/// A pass on a device, for a scene and a tracer. It is compiled when [`compile`] is first asked for it: no frame needs all passes.
+/// A pass on a device, for a scene and a tracer. It is compiled when [`compile`] is first asked for
+/// it: no frame needs all passes.
 pub(crate) struct Pass {
     spec: PassSpec,
     /// For messages.
@@ -86,8 +87,8 @@ pub(crate) enum Dispatch<'a> {
 }
 
 impl Pass {
-    /// A pass that is not compiled yet. `renderer` is in front of its name in messages. What it sees of scene and tracer has to be
-    /// there.
+    /// A pass that is not compiled yet. `renderer` is in front of its name in messages. What it
+    /// sees of scene and tracer has to be there.
     ///
     /// # Errors
     /// When the device cannot bind what it needs.
@@ -141,8 +142,8 @@ impl Pass {
         })
     }
 
-    /// Sets pipeline and bind groups: what comes next is dispatched as this pass. Returns whether that can be: not before it is
-    /// compiled.
+    /// Sets pipeline and bind groups: what comes next is dispatched as this pass. Returns whether
+    /// that can be: not before it is compiled.
     #[must_use]
     pub fn set(&self, recorded: &mut wgpu::ComputePass<'_>, groups: &PassGroups) -> bool {
         let Some(pipeline) = &self.pipeline else { return false };
@@ -198,7 +199,8 @@ impl Dispatch<'_> {
     }
 }
 
-/// Compiles the passes that are not compiled yet, on all threads at once. Those of one text share its module.
+/// Compiles the passes that are not compiled yet, on all threads at once. Those of one text share
+/// its module.
 ///
 /// # Errors
 /// When modules are missing, or the driver refuses a shader.

@@ -16,8 +16,8 @@ pub struct ResidentPicture {
 }
 
 impl ResidentPicture {
-    /// What the network sees: pixels as [`post::Prepared::pixels`] has them, row by row, of sides that are the next multiples
-    /// of 32.
+    /// What the network sees: pixels as [`post::Prepared::pixels`] has them, row by row, of sides
+    /// that are the next multiples of 32.
     pub fn input(&self) -> &wgpu::Buffer {
         self.buffers.ends()[0]
     }

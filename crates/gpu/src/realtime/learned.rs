@@ -1,7 +1,8 @@
 //! The learned denoiser's network as the spatial filter of frames.
 //!
-//! It sees what the filter by edges sees: the light that frames have found together, its deviation, and the surfaces. Both lobes
-//! are filtered as one. What is emitted has no noise and goes around it.
+//! It sees what the filter by edges sees: the light that frames have found together, its deviation,
+//! and the surfaces. Both lobes are filtered as one. What is emitted has no noise and goes around
+//! it.
 
 use super::buffers::Buffers;
 use super::passes::{planes, slots::*};

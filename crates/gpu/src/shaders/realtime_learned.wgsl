@@ -1,6 +1,7 @@
-// What the learned filter is given: the light that frames have found together, as the network sees pictures
-// (`denoise_picture`), times the exposure. What is emitted has no noise and is left out. Beyond the right and the lower edge
-// the picture is mirrored: the network's sides are multiples of 32.
+// What the learned filter is given: the light that frames have found together, as the network sees
+// pictures (`denoise_picture`), times the exposure. What is emitted has no noise and is left out.
+// Beyond the right and the lower edge the picture is mirrored: the network's sides are multiples of
+// 32.
 
 #import realtime_frame, realtime_guides
 #import optics::light_tree, optics::math, optics::scatter, optics::signal
@@ -20,7 +21,8 @@ fn mirrored_pixel(place: vec2u) -> vec2u {
     return select(2u * realtime.size - 1u - turned, turned, turned < realtime.size);
 }
 
-/// Standard deviation of the irradiance, compressed as `denoise_features` compresses irradiance. Lobes vary by themselves.
+/// Standard deviation of the irradiance, compressed as `denoise_features` compresses irradiance.
+/// Lobes vary by themselves.
 fn deviation_seen(light: Signal, colors: LobeColors, albedo: vec3f) -> f32 {
     let diffuse = light.diffuse_deviation * colors.diffuse;
     let specular = light.specular_deviation * colors.specular;

@@ -1,5 +1,5 @@
-// From what the network has filtered to radiance: what is emitted joins again. In a view that stands still, frames go on to
-// converge: nothing is moved farther than the noise explains.
+// From what the network has filtered to radiance: what is emitted joins again. In a view that
+// stands still, frames go on to converge: nothing is moved farther than the noise explains.
 
 #import realtime_frame, realtime_guides
 #import optics::math, optics::scatter, optics::signal

@@ -11,7 +11,8 @@
 //! directly, has lost nothing and gets nothing ([`Tile::part`]).
 //!
 //! A value `v` becomes `u = v (1 + p g)`, and that `u + λ p u²`: `p` is the part of a tile that is
-//! noise, `g` the gain of a block, and `λ` that of the picture. Gains are found from sums over tiles.
+//! noise, `g` the gain of a block, and `λ` that of the picture. Gains are found from sums over
+//! tiles.
 
 use film::Image;
 use rayon::prelude::*;

@@ -1,13 +1,15 @@
 //! Denoising the frames of a sequence: what frames before have found counts, too.
 //!
-//! Not denoised pictures are carried from frame to frame but noisy ones, so that the filter sees one picture of many
-//! samples, with the variance that it has, and can still tell noise from texture. The history is looked up where each
-//! surface was in the last frame (`reproject`), believed as far as noise explains how it differs from the new frame
-//! (`trust`), and averaged with it. What is kept for the next frame is that average. After filtering, the frame's own
-//! noise and its own light have the last word.
+//! Not denoised pictures are carried from frame to frame but noisy ones, so that the filter sees
+//! one picture of many samples, with the variance that it has, and can still tell noise from
+//! texture. The history is looked up where each surface was in the last frame (`reproject`),
+//! believed as far as noise explains how it differs from the new frame (`trust`), and averaged with
+//! it. What is kept for the next frame is that average. After filtering, the frame's own noise and
+//! its own light have the last word.
 //!
-//! Sources: Schied et al., "Spatiotemporal Variance-Guided Filtering", HPG 2017, for accumulating light without albedo;
-//! the weights are those of a Kalman filter whose process noise is what the innovations show.
+//! Sources: Schied et al., "Spatiotemporal Variance-Guided Filtering", HPG 2017, for accumulating
+//! light without albedo; the weights are those of a Kalman filter whose process noise is what the
+//! innovations show.
 
 mod reproject;
 #[cfg(test)]
@@ -23,14 +25,16 @@ use trust::{Pixel, trust};
 /// What a pixel of a frame sees first, and where that was in the last frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
-    /// How far it has moved since: pixels to the right and down that lead back to its place in the last frame. NaN if
-    /// it was not in that picture, or nobody knows.
+    /// How far it has moved since: pixels to the right and down that lead back to its place in the
+    /// last frame. NaN if it was not in that picture, or nobody knows.
     pub back: [f32; 2],
-    /// Distance from the camera in the last frame, metres, infinite for the sky; NaN if nobody knows.
+    /// Distance from the camera in the last frame, metres, infinite for the sky; NaN if nobody
+    /// knows.
     pub distance_before: f32,
     /// Distance from the camera, metres; infinite for the sky, NaN if nobody knows.
     pub distance: f32,
-    /// Whose surface it is, such as the numbers of instance and material: history is that of equal ones.
+    /// Whose surface it is, such as the numbers of instance and material: history is that of equal
+    /// ones.
     pub ids: [u32; 2],
 }
 
@@ -80,11 +84,12 @@ struct Past {
 }
 
 impl History {
-    /// Denoises the next frame by `filter`, which is given a picture with less noise than the frame's own, and may be
-    /// any denoiser.
+    /// Denoises the next frame by `filter`, which is given a picture with less noise than the
+    /// frame's own, and may be any denoiser.
     ///
-    /// No pixel is moved by more than the frame's own noise allows, and the mean of each colour is the frame's own, as
-    /// [`crate::denoise`] has them. The first frame is filtered as it is; one of another size is a first frame.
+    /// No pixel is moved by more than the frame's own noise allows, and the mean of each colour is
+    /// the frame's own, as [`crate::denoise`] has them. The first frame is filtered as it is; one
+    /// of another size is a first frame.
     ///
     /// # Errors
     /// When the images differ in size, or `filter` fails.
@@ -104,7 +109,8 @@ impl History {
         Ok(filtered)
     }
 
-    /// The next frame with what those before have found, not filtered yet. The history goes on from there.
+    /// The next frame with what those before have found, not filtered yet. The history goes on from
+    /// there.
     ///
     /// # Errors
     /// When the images differ in size.

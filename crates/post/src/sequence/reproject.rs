@@ -3,15 +3,15 @@
 use super::{Past, Surface};
 use rayon::prelude::*;
 
-/// Largest relative difference between the distance of a surface and of what the history shows in its place, on top of how
-/// distances differ from pixel to pixel.
+/// Largest relative difference between the distance of a surface and of what the history shows in
+/// its place, on top of how distances differ from pixel to pixel.
 const DISTANCE_TOLERANCE: f32 = 0.02;
 
 /// Smallest cosine between the normals.
 const NORMAL_TOLERANCE: f32 = 0.9;
 
-/// Albedos that differ by more than this factor are those of different things: light that does not come from the albedo,
-/// such as a reflection, would be multiplied.
+/// Albedos that differ by more than this factor are those of different things: light that does not
+/// come from the albedo, such as a reflection, would be multiplied.
 const ALBEDO_TOLERANCE: f32 = 4.0;
 
 /// Least share of the four pixels around a place that have to show the same surface.
@@ -22,8 +22,8 @@ const LEAST_SHARE: f32 = 0.05;
 pub struct Before {
     /// Irradiance, as the new frame counts it.
     pub irradiance: [f32; 3],
-    /// Its variance. Averaging neighbours makes noise smaller and coarser, but filters remove it no better than before: it
-    /// counts as if it had only been moved.
+    /// Its variance. Averaging neighbours makes noise smaller and coarser, but filters remove it no
+    /// better than before: it counts as if it had only been moved.
     pub variance: [f32; 3],
 }
 
@@ -72,8 +72,8 @@ impl Past {
     }
 }
 
-/// How far distances differ from one pixel to the next, metres: the smaller difference along each axis, so that it is that of
-/// the pixel's own surface.
+/// How far distances differ from one pixel to the next, metres: the smaller difference along each
+/// axis, so that it is that of the pixel's own surface.
 fn slope(surfaces: &[Surface], [width, height]: [usize; 2], i: usize) -> f32 {
     let at = |j: usize| (surfaces[j].distance - surfaces[i].distance).abs();
     let smaller = |place: usize, count: usize, step: usize| {

@@ -23,8 +23,9 @@ struct Made {
 }
 
 impl Made {
-    /// `light` of a place of the world, its albedo and its surface; the camera has moved by `shift` pixels in all, by `step` in
-    /// this frame. The noise has a relative standard deviation of `deviation`.
+    /// `light` of a place of the world, its albedo and its surface; the camera has moved by `shift`
+    /// pixels in all, by `step` in this frame. The noise has a relative standard deviation of
+    /// `deviation`.
     fn new(key: usize, deviation: f32, [shift, step]: [f32; 2], light: impl Fn(f32, f32) -> f32) -> Self {
         let albedo =
             |x: f32, y: f32| if ((x / 4.0).floor() + (y / 4.0).floor()) % 2.0 == 0.0 { 0.8 } else { 0.3 };
@@ -80,7 +81,8 @@ fn still_pictures_converge_from_frame_to_frame() {
     assert!(ratio(16) > 10.0 && ratio(64) > 30.0, "{} {}", ratio(16), ratio(64));
 }
 
-/// The camera moves by 1.3 pixels a frame: errors, and how they change from frame to frame, are smaller than without a history.
+/// The camera moves by 1.3 pixels a frame: errors, and how they change from frame to frame, are
+/// smaller than without a history.
 #[test]
 fn moving_pictures_are_cleaner_and_steadier() {
     let mut history = History::default();
@@ -111,7 +113,8 @@ fn moving_pictures_are_cleaner_and_steadier() {
     assert!(change(&together) < change(&alone) / 2.0, "{} {}", change(&together), change(&alone));
 }
 
-/// Half of the light goes out. What is left of it is less than the noise of the frame, and soon nothing.
+/// Half of the light goes out. What is left of it is less than the noise of the frame, and soon
+/// nothing.
 #[test]
 fn light_that_goes_out_leaves_no_ghost() {
     let mut history = History::default();
@@ -133,7 +136,8 @@ fn light_that_goes_out_leaves_no_ghost() {
     }
 }
 
-/// A bright thing has moved on by six pixels. What was behind it has no history, and nothing trails.
+/// A bright thing has moved on by six pixels. What was behind it has no history, and nothing
+/// trails.
 #[test]
 fn what_comes_to_light_has_no_history() {
     let thing = |x: usize, y: usize, left: usize| (left..left + 20).contains(&x) && (10..30).contains(&y);

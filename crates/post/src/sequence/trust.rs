@@ -1,11 +1,12 @@
 //! How far the history is believed: as far as noise explains how it differs from the new frame.
 //!
-//! Frame and history are averaged by the inverse of their variances, as a Kalman filter does. To the history's comes what it is
-//! wrong by: light and reflections change where surfaces do not. That shows in the differences around a pixel. Their mean
-//! is further from zero, or their mean square larger, than the variances of both say.
+//! Frame and history are averaged by the inverse of their variances, as a Kalman filter does. To
+//! the history's comes what it is wrong by: light and reflections change where surfaces do not.
+//! That shows in the differences around a pixel. Their mean is further from zero, or their mean
+//! square larger, than the variances of both say.
 //!
-//! Variances are means over the surroundings: a pixel's own is large where a bright sample is, and weights that depend on what
-//! they weigh lose light.
+//! Variances are means over the surroundings: a pixel's own is large where a bright sample is, and
+//! weights that depend on what they weigh lose light.
 
 use super::reproject::Before;
 use super::{Past, Surface};
@@ -14,27 +15,30 @@ use rayon::prelude::*;
 /// Half the side of the square whose pixels are compared.
 const RADIUS: usize = 4;
 
-/// As many frames the history counts for at most, while anything moves: what is seen at another angle looks different, and
-/// looking up blurs.
+/// As many frames the history counts for at most, while anything moves: what is seen at another
+/// angle looks different, and looking up blurs.
 const MOST_FRAMES: f32 = 32.0;
 
 /// The same of a view that stands still.
 const MOST_STILL_FRAMES: f32 = 1024.0;
 
-/// As many variances the square of the mean difference exceeds zero by chance, while anything moves: what is more shows that the
-/// light has changed.
+/// As many variances the square of the mean difference exceeds zero by chance, while anything
+/// moves: what is more shows that the light has changed.
 const CHANCE: f32 = 1.0;
 
-/// The same of a view that stands still. Less is taken for a change now and then, and the picture would stop converging.
+/// The same of a view that stands still. Less is taken for a change now and then, and the picture
+/// would stop converging.
 const STILL_CHANCE: f32 = 6.0;
 
-/// By how much more than expected the mean square of the differences has to be, relatively: variances are estimates.
+/// By how much more than expected the mean square of the differences has to be, relatively:
+/// variances are estimates.
 const MARGIN: f32 = 0.5;
 
 /// Half the side of the square in which edges are looked for.
 const EDGE_RADIUS: usize = 2;
 
-/// How much of a pixel at an edge may belong to the other side in the last frame, where it does not in this one.
+/// How much of a pixel at an edge may belong to the other side in the last frame, where it does not
+/// in this one.
 const EDGE_SHARE: f32 = 0.3;
 
 /// How a pixel's history differs from the new frame. Of a pixel without history all is zero.
@@ -104,7 +108,8 @@ pub fn trust(
     (0..pixels.len()).into_par_iter().map(trust).collect()
 }
 
-/// The square of the difference between the light on a surface and beside it, beyond what is noise; 0 inside of a surface.
+/// The square of the difference between the light on a surface and beside it, beyond what is noise;
+/// 0 inside of a surface.
 fn contrast(square: impl Iterator<Item = usize>, pixels: &[Pixel], is_same: impl Fn(usize) -> bool) -> f32 {
     let mut sides = [Side::default(); 2];
     square.for_each(|at| sides[usize::from(is_same(at))].add(&pixels[at]));

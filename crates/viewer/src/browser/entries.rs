@@ -32,7 +32,8 @@ impl Entry {
     }
 }
 
-/// All entries of a folder: folders first, then files, by name. What vanishes meanwhile is left out.
+/// All entries of a folder: folders first, then files, by name. What vanishes meanwhile is left
+/// out.
 ///
 /// # Errors
 /// When the system does not show the folder.

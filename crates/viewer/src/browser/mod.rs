@@ -1,5 +1,6 @@
-//! A file dialog of our own, for systems whose desktop has none, and for who prefers it. This is its state; the panel
-//! `panels/browser.rs` shows it. Folders are listed by a thread, since disks may be far away.
+//! A file dialog of our own, for systems whose desktop has none, and for who prefers it. This is
+//! its state; the panel `panels/browser.rs` shows it. Folders are listed by a thread, since disks
+//! may be far away.
 
 mod entries;
 mod preview;
@@ -40,7 +41,8 @@ pub struct Place {
 pub struct Browser {
     /// What is asked for.
     pub request: Request,
-    /// What was typed: the name of a file to be written; else part of the names to be listed, or a path.
+    /// What was typed: the name of a file to be written; else part of the names to be listed, or a
+    /// path.
     pub text: String,
     /// Show files of all kinds.
     pub all_kinds: bool,
@@ -146,7 +148,8 @@ impl Browser {
         }
     }
 
-    /// What is listed: folders, and files of the kind that is wanted. Typed text narrows it where files are to be read.
+    /// What is listed: folders, and files of the kind that is wanted. Typed text narrows it where
+    /// files are to be read.
     pub fn shown(&self) -> impl Iterator<Item = &Entry> {
         let typed = match self.request.saves_as {
             None if !is_path(&self.text) => self.text.to_lowercase(),
@@ -187,8 +190,9 @@ impl Browser {
         }
     }
 
-    /// The file that the user has chosen, if what is typed and marked says one. Else goes to the folder that it says, or says what
-    /// is missing. A file that exists has to be chosen twice to be written.
+    /// The file that the user has chosen, if what is typed and marked says one. Else goes to the
+    /// folder that it says, or says what is missing. A file that exists has to be chosen twice to
+    /// be written.
     pub fn accept(&mut self) -> Option<PathBuf> {
         match self.request.saves_as {
             Some(_) => self.accept_name(),
@@ -279,7 +283,8 @@ fn typed_path(folder: &Path, text: &str) -> Option<PathBuf> {
     }
 }
 
-/// Folders to offer: home, where the program was started, those of recent files, and the system's roots.
+/// Folders to offer: home, where the program was started, those of recent files, and the system's
+/// roots.
 fn places(recent: &[PathBuf]) -> Vec<Place> {
     let mut places: Vec<Place> = Vec::new();
     let mut add = |name: Option<&str>, path: PathBuf| {

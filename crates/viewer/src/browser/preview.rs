@@ -1,5 +1,5 @@
-//! What a file looks like before it is opened: pictures are shown small, scenes are rendered small. A thread of its own makes
-//! them, one after the other.
+//! What a file looks like before it is opened: pictures are shown small, scenes are rendered small.
+//! A thread of its own makes them, one after the other.
 
 use alhazen::{
     Control, Denoiser, Image, Job, Limits, LoadOptions, LoadReport, NoisyPicture, Renderer, Source,

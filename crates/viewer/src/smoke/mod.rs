@@ -1,5 +1,5 @@
-//! Running the window unattended, for tests, measurements and the pictures of the documentation: a script of one step
-//! a line.
+//! Running the window unattended, for tests, measurements and the pictures of the documentation: a
+//! script of one step a line.
 
 mod latency;
 mod parse;
@@ -16,8 +16,8 @@ use rounds::Rounds;
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
-/// A step that takes longer (seconds) has failed. Software drivers compile a shader for minutes where other programs run
-/// beside them.
+/// A step that takes longer (seconds) has failed. Software drivers compile a shader for minutes
+/// where other programs run beside them.
 const STEP_LIMIT: f64 = 600.0;
 
 /// What to do unattended.
@@ -428,7 +428,8 @@ fn record(viewer: &mut Viewer, path: &Path, frames: usize, spp: u32) {
     viewer.record(path.to_owned());
 }
 
-/// Types a file into our own dialog and takes it, as Enter does. Returns whether that was possible: not before it is open.
+/// Types a file into our own dialog and takes it, as Enter does. Returns whether that was possible:
+/// not before it is open.
 fn choose(viewer: &mut Viewer, path: &Path) -> bool {
     let Some((what, browser)) = &mut viewer.browser else { return false };
     browser.text = path.display().to_string();

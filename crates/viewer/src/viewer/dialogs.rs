@@ -1,4 +1,5 @@
-//! Dialogs that ask for a file: the desktop's own, where it has any, and else ours ([`crate::browser`]). Nothing waits for them.
+//! Dialogs that ask for a file: the desktop's own, where it has any, and else ours
+//! ([`crate::browser`]). Nothing waits for them.
 
 use crate::browser::Request;
 use std::path::PathBuf;

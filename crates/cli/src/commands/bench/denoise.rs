@@ -31,15 +31,16 @@ pub struct DenoiseArgs {
     /// What denoises, separated by commas.
     #[arg(long, value_enum, value_name = "LIST", default_value = "network", value_delimiter = ',')]
     denoiser: Vec<DenoiserName>,
-    /// Denoise a sequence of so many frames, too, in which the camera goes around what it looks at: the network with what
-    /// frames before have found and without, all others frame by frame. Each frame has a reference.
+    /// Denoise a sequence of so many frames, too, in which the camera goes around what it looks at:
+    /// the network with what frames before have found and without, all others frame by frame. Each
+    /// frame has a reference.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=10_000))]
     frames: Option<u32>,
     /// By how many degrees the camera goes around from frame to frame.
     #[arg(long, value_name = "DEGREES", default_value_t = 1.0, value_parser = parse_finite, allow_hyphen_values = true)]
     orbit: f32,
-    /// Write the crops of the report to this folder, too: denoising-SCENE-SPP.png with the noisy picture, that of each
-    /// denoiser and the reference side by side.
+    /// Write the crops of the report to this folder, too: denoising-SCENE-SPP.png with the noisy
+    /// picture, that of each denoiser and the reference side by side.
     #[arg(long, value_name = "FOLDER")]
     crops: Option<PathBuf>,
     #[command(flatten)]
@@ -133,8 +134,8 @@ pub fn run(args: &DenoiseArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Rows of a view with `spp` samples: without denoising, and with each denoiser, whose logarithms of what it leaves of the error go
-/// to `left`.
+/// Rows of a view with `spp` samples: without denoising, and with each denoiser, whose logarithms
+/// of what it leaves of the error go to `left`.
 fn push_rows(
     table: &mut Table,
     args: &DenoiseArgs,

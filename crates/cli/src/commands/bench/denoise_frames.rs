@@ -30,7 +30,8 @@ pub fn table() -> Table {
     Table::new("sequence", "Frames of a moving camera", &columns)
 }
 
-/// What denoises the frames: a denoiser, and whether frames use what those before have found. The network does both.
+/// What denoises the frames: a denoiser, and whether frames use what those before have found. The
+/// network does both.
 fn runs(denoisers: &[DenoiserName]) -> Vec<(Option<DenoiserName>, bool)> {
     let of = |denoiser: &DenoiserName| {
         let with_history = matches!(denoiser, DenoiserName::Network);
@@ -76,7 +77,8 @@ impl Run {
     }
 }
 
-/// Measures the sequence of a scene that the renderer has loaded, and adds the rows. Means are over all frames but the first.
+/// Measures the sequence of a scene that the renderer has loaded, and adds the rows. Means are over
+/// all frames but the first.
 pub fn measure(
     renderer: &mut Renderer,
     view: &View,
@@ -132,7 +134,8 @@ fn job(of: &Job, orbit: Orbit, frame: u32) -> Job {
     Job { camera, seed: frame_seed(SEED, frame), aovs: SequenceDenoiser::LAYERS.to_vec(), ..of.clone() }
 }
 
-/// FLIP between a frame and the one before where that has moved to; 0 where what is seen was not seen before.
+/// FLIP between a frame and the one before where that has moved to; 0 where what is seen was not
+/// seen before.
 fn flicker(
     before: &Image,
     now: &Image,

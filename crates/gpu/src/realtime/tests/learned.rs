@@ -9,8 +9,9 @@ fn picture(stage: &mut Stage, settings: RealtimeSettings, frames: u32) -> Image 
     stage.film().to_image()
 }
 
-/// What the network makes of a few frames is nearer to the truth than what time alone does, keeps its light, and what is
-/// emitted stays as it is. Views of what goes on before are not filtered, and the filter by edges is as before when it comes again.
+/// What the network makes of a few frames is nearer to the truth than what time alone does, keeps
+/// its light, and what is emitted stays as it is. Views of what goes on before are not filtered,
+/// and the filter by edges is as before when it comes again.
 pub(super) fn the_network_filters_what_frames_have_gathered(stage: &mut Stage) {
     let truth = picture(stage, RealtimeSettings { filter: false, ..settings() }, 400);
     let by_edges = picture(stage, settings(), 4);
