@@ -69,7 +69,8 @@ struct FilmPixel {
     invalid: u32,
 }
 
-/// What a pixel's camera rays saw first. The first three are sums over `count` samples, the others belong to sample 0.
+/// What a pixel's camera rays saw first. The first three and the last two are sums over `count` samples, the others belong to
+/// sample 0.
 struct AovPixel {
     normal: vec3f,
     count: u32,
@@ -84,6 +85,11 @@ struct AovPixel {
     primitive: u32,
     /// Whether sample 0 is here.
     has_first: u32,
+    /// What guides denoisers: sums as the first three.
+    denoising_albedo: vec3f,
+    padding0: u32,
+    denoising_normal: vec3f,
+    padding1: u32,
 }
 
 struct Counters {
@@ -254,8 +260,29 @@ fn record_miss(pixel: vec2u, sample: u32) {
     }
 }
 
-/// Records what a camera ray hit at distance `depth`.
+/// Records what a camera ray hit at distance `depth`, and takes it for what guides denoisers.
 fn record_hit(pixel: vec2u, sample: u32, s: Surface, depth: f32) {
+    record_first_hit(pixel, sample, s, depth);
+    if WANTS_FEATURES {
+        record_features(pixel, vec3f(1.0), 1u, s, pixel_footprint(view.pixel_spread, depth));
+    }
+}
+
+/// Records what guides denoisers: the first surface on the way of a path that is neither mirror nor clear glass.
+/// `throughput`: of the path as it arrives, `depth` its segments.
+fn record_features(pixel: vec2u, throughput: vec3f, depth: u32, s: Surface, footprint: f32) {
+    if !records_layers {
+        return;
+    }
+    let index = film_place(pixel);
+    let branches = select(1u, view.splitting, SPLITS_PATHS);
+    let albedo = seen_albedo(throughput, depth, branches, surface_albedo(s, footprint));
+    aovs[index].denoising_albedo += valid_layer(albedo);
+    aovs[index].denoising_normal += valid_layer(s.shading_normal);
+}
+
+/// Records what a camera ray hit at distance `depth`.
+fn record_first_hit(pixel: vec2u, sample: u32, s: Surface, depth: f32) {
     if !records_layers {
         return;
     }
