@@ -24,7 +24,7 @@ pub enum Aov {
     /// common materials. The mean over the samples; one that hits nothing counts as zero.
     Albedo,
     /// What guides denoisers: as [`Aov::Albedo`], but of the first surface that is neither mirror nor clear glass, seen
-    /// in those before it, and multiplied by what they let through.
+    /// in those before it, and multiplied by what they let through. What shines counts as white there.
     DenoisingAlbedo,
     /// As [`Aov::Normal`], of the surface that [`Aov::DenoisingAlbedo`] is of.
     DenoisingNormal,

@@ -124,7 +124,7 @@ impl PathBatch {
         }
         path = path.with_state(&next.state);
         self.next.push(surface.ray_origin(next.above), next.wi, &path);
-        if bsdf.is_sharp() { Continuation::Sharp } else { Continuation::Other }
+        if bsdf.is_sharp() { Continuation::Sharp(path.throughput) } else { Continuation::Other }
     }
 
     /// Queues the shadow ray of a light sample, if the light could contribute.

@@ -1,7 +1,7 @@
 // The view and the film: bind group 2. Samples are summed in registers while a dispatch works on a pixel and added to the
 // film at its end; the host adds the film to exact sums before rounding matters.
 
-#import scattering, surface, variant
+#import material, scattering, surface, variant
 #import optics::camera, optics::constants, optics::estimator, optics::random, optics::vertex
 
 /// What is to be rendered. Pixels count from the upper left of the whole picture.
@@ -274,11 +274,26 @@ fn record_features(pixel: vec2u, throughput: vec3f, depth: u32, s: Surface, foot
     if !records_layers {
         return;
     }
-    let index = film_place(pixel);
+    var albedo = vec3f(1.0);
+    // What shines in mirrors is white: radiance is divided by albedo.
+    if depth == 1u || !may_shine(s.material) {
+        albedo = surface_albedo(s, footprint);
+    }
+    record_seen(pixel, throughput, depth, albedo);
+    aovs[film_place(pixel)].denoising_normal += valid_layer(s.shading_normal);
+}
+
+/// The same where a path leaves the scene after mirrors and clear glass.
+fn record_sky(pixel: vec2u, throughput: vec3f, depth: u32) {
+    if records_layers && depth > 1u {
+        record_seen(pixel, throughput, depth, vec3f(1.0));
+    }
+}
+
+fn record_seen(pixel: vec2u, throughput: vec3f, depth: u32, albedo: vec3f) {
     let branches = select(1u, view.splitting, SPLITS_PATHS);
-    let albedo = seen_albedo(throughput, depth, branches, surface_albedo(s, footprint));
-    aovs[index].denoising_albedo += valid_layer(albedo);
-    aovs[index].denoising_normal += valid_layer(s.shading_normal);
+    let seen = valid_layer(seen_albedo(throughput, depth, branches, albedo));
+    aovs[film_place(pixel)].denoising_albedo += seen;
 }
 
 /// Records what a camera ray hit at distance `depth`.

@@ -36,6 +36,9 @@ fn render_pixel(work: PixelWork) {
             if WANTS_AOVS && path.state.depth == 1u {
                 record_miss(pixel, sample);
             }
+            if WANTS_FEATURES && path.looks {
+                record_sky(pixel, path.state.throughput, path.state.depth);
+            }
         } else {
             let s = surface_at(path.origin, path.direction, hit);
             if path.state.depth == 1u && !(SPLITS_PATHS && branch > 0u) {

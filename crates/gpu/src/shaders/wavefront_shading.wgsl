@@ -34,7 +34,12 @@ fn record(@builtin(global_invocation_id) id: vec3u) {
     let hit = load_hit(id.x);
     let work = wave_work(path_slot(at) / branch_count());
     if hit.instance == NONE {
-        record_miss(work.pixel, work.first_sample);
+        if is_first {
+            record_miss(work.pixel, work.first_sample);
+        }
+        if features {
+            record_sky(work.pixel, path.state.throughput, wave.depth);
+        }
         return;
     }
     let s = surface_at(path.origin, path.direction, hit);
@@ -66,6 +71,9 @@ fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_ind
         if hit.instance == NONE {
             if branch == 0u {
                 path.state = shade_miss(path, path.origin);
+                if WANTS_FEATURES && path.looks {
+                    note_features(index);
+                }
             }
         } else if !ends_in_the_dark(path, hit) {
             let s = surface_at(path.origin, path.direction, hit);
