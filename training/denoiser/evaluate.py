@@ -82,7 +82,7 @@ def rendered(text: str, args: argparse.Namespace) -> "dict[str, np.ndarray]":
     def noisy() -> "dict[str, np.ndarray]":
         found = {}
         for spp in args.spp:
-            layers = ["denoising-albedo", "denoising-normal", "standard-error"]
+            layers = ["albedo", "denoising-normal", "standard-error"]
             picture = scene.render(args.width, args.height, spp, aovs=layers, seed=spp, **settings)
             for layer in ["color", *layers]:
                 found[f"{layer.removeprefix('denoising-')}_{spp}"] = picture[layer]

@@ -13,7 +13,7 @@ Each scene becomes OUT/NNNNNN.npz, NNNNNN being its number:
   `--clean` ten, with `--quick` five or nine, the colour (linear radiance) and its standard error,
   which is 0 for a single sample: then it is unknown;
 - `guide`: uint8 [views, pictures, 6, H, W], the square root of the albedo times 255, and the normal
-  in world space times 127 plus 128, of the first surface that is neither mirror nor clear glass;
+  in world space times 127 plus 128, the latter of what mirrors and clear glass show;
 - `samples`: int32 [views, pictures], samples per pixel of the pictures, one of `PLANS`;
 - `scale`: float32 [views], the factor that colours and errors have been multiplied by, so that the
   geometric mean of the last picture is 0.18; `family`, the scene's name; `seed`.
@@ -45,7 +45,7 @@ PLANS = {
     "quick, many": (1, 4, 16, 64, 192),
 }
 """Samples per pixel of the pictures of a view; refine.py learns from the last four plans."""
-GUIDES = ("denoising-albedo", "denoising-normal")
+GUIDES = ("albedo", "denoising-normal")
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 THUMBNAIL = 128  # pixels of a side on contact sheets
 LARGEST = 60000.0  # below the largest half, 65504

@@ -74,10 +74,10 @@ pub enum FinishedError {
     Denoise(#[from] DenoiseFilmError),
 }
 
-/// Names of albedo: ours and Blender's for denoising, ours and pbrt's of first hits, Blender's diffuse
-/// pass, Mitsuba's usual ones.
+/// Names of albedo: ours and pbrt's, Blender's for denoising, its diffuse pass, Mitsuba's usual
+/// ones.
 const ALBEDO: &[&str] =
-    &["denoisingalbedo", "albedo", "diffcol", "diffusecolor", "basecolor", "alb", "diffusealbedo"];
+    &["albedo", "denoisingalbedo", "diffcol", "diffusecolor", "basecolor", "alb", "diffusealbedo"];
 /// Names of shading normals, then geometric ones: ours and Blender's for denoising, ours, pbrt's `Ns`
 /// and `N`, Mitsuba's.
 const NORMAL: &[&str] = &[

@@ -33,14 +33,8 @@ pub struct Moment {
 
 impl SequenceDenoiser {
     /// Layers that the films of frames must have.
-    pub const LAYERS: [Aov; 6] = [
-        Aov::DenoisingAlbedo,
-        Aov::DenoisingNormal,
-        Aov::Depth,
-        Aov::Position,
-        Aov::MaterialId,
-        Aov::InstanceId,
-    ];
+    pub const LAYERS: [Aov; 6] =
+        [Aov::Albedo, Aov::DenoisingNormal, Aov::Depth, Aov::Position, Aov::MaterialId, Aov::InstanceId];
 
     /// Removes the noise of the next frame, on the device that renders where that can do it.
     ///

@@ -16,9 +16,9 @@ use pyo3::prelude::*;
 /// color : array_like, float32, shape (height, width, 3)
 ///     Linear radiance.
 /// albedo : array_like, float32, shape (height, width, 3), optional
-///     Albedo of what is seen, in [0, 1]: the layer "denoising-albedo", or "albedo", which knows nothing of what is behind glass.
+///     Albedo of what is seen first, in [0, 1]: the layer "albedo".
 /// normal : array_like, float32, shape (height, width, 3), optional
-///     Its shading normal, in world space: the layer "denoising-normal", or "normal".
+///     Shading normal, in world space: the layer "denoising-normal", which sees through glass, or "normal".
 /// error : array_like, float32, shape (height, width, 3), optional
 ///     Standard error of `color`: the layer "standard-error". Not of pictures with one sample per pixel, where it is 0.
 ///

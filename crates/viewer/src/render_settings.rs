@@ -314,7 +314,7 @@ mod tests {
         assert_eq!(job(Layer::Picture, Some(Denoiser::Network)).aovs, NoisyPicture::LAYERS);
         assert_eq!(
             job(Layer::Aov(Aov::DenoisingNormal), Some(Denoiser::Network)).aovs,
-            [Aov::DenoisingNormal, Aov::DenoisingAlbedo]
+            [Aov::DenoisingNormal, Aov::Albedo]
         );
     }
 }

@@ -31,9 +31,9 @@ pub struct NoisyPicture {
     pub colour: Image,
     /// Variance of each value of `colour`; `None` if nobody knows, as of a single sample.
     pub variance: Option<Image>,
-    /// [`Aov::DenoisingAlbedo`], or the albedo of first hits, the mean over the samples. Black if it is not known.
+    /// Albedo at the first hit, the mean over the samples. Black if it is not known.
     pub albedo: Image,
-    /// [`Aov::DenoisingNormal`], or the shading normal of first hits, the mean over the samples. Black if it is not known.
+    /// [`Aov::DenoisingNormal`], or the shading normal at the first hit, the mean over the samples. Black if it is not known.
     pub normal: Image,
 }
 
@@ -51,7 +51,10 @@ pub enum DenoiseError {
 
 impl NoisyPicture {
     /// Layers that a film must have for [`NoisyPicture::of_film`].
-    pub const LAYERS: [Aov; 2] = [Aov::DenoisingAlbedo, Aov::DenoisingNormal];
+    ///
+    /// The normal is that of what is seen in mirrors and through glass, the albedo is not: radiance is divided by it and
+    /// the result multiplied by it, and what samples find behind glass is noisy.
+    pub const LAYERS: [Aov; 2] = [Aov::Albedo, Aov::DenoisingNormal];
 
     /// What a film has learned. The variance is not known if a pixel has fewer than two samples.
     ///
@@ -62,7 +65,7 @@ impl NoisyPicture {
             Some(AovData::Float(image)) => Ok(image),
             Some(AovData::Integer(_) | AovData::Shares(_)) | None => Err(DenoiseError::MissingLayer(aov)),
         };
-        let (albedo, normal) = (layer(Aov::DenoisingAlbedo)?, layer(Aov::DenoisingNormal)?);
+        let (albedo, normal) = (layer(Aov::Albedo)?, layer(Aov::DenoisingNormal)?);
         Ok(Self { colour: film.to_image(), variance: film.variance_of_mean(), albedo, normal })
     }
 
