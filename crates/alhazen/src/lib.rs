@@ -57,7 +57,10 @@ pub use backend::{
 pub use checkpoint::Checkpoint;
 pub use choice::{BackendChoice, ChoiceError, Chosen, RendererOptions, UnknownBackend};
 pub use colour::{hex_color, luminance, srgb_encode};
-pub use cpu::{BeamEcho, Hits, RayError, RayQueries, Rays, SurfacePoint};
+pub use cpu::{
+    BeamEcho, FoundLight, Hits, LightSampleRecord, LightVisibility, PathEnd, PathRecord, RayError,
+    RayQueries, Rays, SampleRecord, ScatteringRecord, SurfacePoint, SurfaceRecord, VertexPlace, VertexRecord,
+};
 pub use daylight::add_daylight_if_dark;
 pub use denoise::{DenoiseFilmError, Denoised, Denoiser};
 pub use fallback::{Fallback, Step};

@@ -1,7 +1,7 @@
 // The view and the film: bind group 2. Samples are summed in registers while a dispatch works on a pixel and added to the
 // film at its end; the host adds the film to exact sums before rounding matters.
 
-#import material, scattering, surface, variant
+#import material, planes, scattering, surface, variant
 #import optics::camera, optics::constants, optics::estimator, optics::random, optics::vertex
 
 /// What is to be rendered. Pixels count from the upper left of the whole picture.
@@ -59,7 +59,7 @@ struct View {
     padding2: u32,
 }
 
-/// Sums of a pixel's samples, linear RGB radiance.
+/// Sums of a pixel's samples, linear RGB radiance. In memory it is two vec4s, for the reason in module `planes`.
 struct FilmPixel {
     sum: vec3f,
     /// Samples summed.
@@ -111,7 +111,8 @@ struct Tally {
 
 @group(2) @binding(0) var<uniform> view: View;
 /// The pixels of the window, row by row, then those that this dispatch's portions are summed in.
-@group(2) @binding(1) var<storage, read_write> film: array<FilmPixel>;
+/// Two words of four for each; see `FilmPixel`.
+@group(2) @binding(1) var<storage, read_write> film: array<array<vec4u, 2>>;
 @group(2) @binding(2) var<storage, read_write> tally: Tally;
 @group(2) @binding(3) var<storage, read_write> aovs: array<AovPixel>;
 
@@ -222,15 +223,18 @@ fn store_samples(work: PixelWork, sums: SampleSums) {
     add_to_film(select(portion, film_place(work.pixel), work.portion == NONE), sums);
 }
 
-/// Adds to a place of the film. A pixel is read and written as a whole: that takes fewer instructions than its members do.
+/// The sums at a place of the film.
+fn load_film_pixel(index: u32) -> FilmPixel {
+    let sum = film[index][0];
+    let squares = film[index][1];
+    return FilmPixel(plane_vector(sum), sum.w, plane_vector(squares), squares.w);
+}
+
+/// Adds to a place of the film.
 fn add_to_film(index: u32, sums: SampleSums) {
-    let before = film[index];
-    film[index] = FilmPixel(
-        before.sum + sums.sum,
-        before.count + sums.count,
-        before.sum_of_squares + sums.sum_of_squares,
-        before.invalid + sums.invalid,
-    );
+    let before = load_film_pixel(index);
+    film[index][0] = plane_words(before.sum + sums.sum, before.count + sums.count);
+    film[index][1] = plane_words(before.sum_of_squares + sums.sum_of_squares, before.invalid + sums.invalid);
 }
 
 /// A mean layer's value, or zero if it is not finite, which is counted.
