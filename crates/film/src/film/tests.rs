@@ -207,6 +207,8 @@ fn sums_of_layers_and_samples_agree() {
         normal: [depth, 0.5, 0.0],
         geometric_normal: [0.0, depth, 1.0],
         albedo: [0.25, depth, 0.75],
+        denoising_albedo: [depth, 0.5, 0.25],
+        denoising_normal: [0.0, 1.0, depth],
         position: [depth; 3],
         uv: [depth, 0.5],
         material_id: depth as u32,
@@ -220,6 +222,8 @@ fn sums_of_layers_and_samples_agree() {
         normal: [sum, 2.0, zero],
         geometric_normal: [zero, sum, 4.0],
         albedo: [1.0, sum, 3.0],
+        denoising_albedo: [sum, 2.0, 1.0],
+        denoising_normal: [zero, 4.0, sum],
         first: Some(seen(1.0)),
     };
     at_once.add_aov_sums(0, 0, &sums);
