@@ -119,11 +119,11 @@ fn load_path(at: u32) -> Path {
     state.pdf = throughput.w;
     state.specular = throughput.w < 0.0;
     let eta_scale = bitcast<f32>(rest.x);
-    state.eta_scale = select(eta_scale, abs(eta_scale), WANTS_FEATURES);
+    let looks = WANTS_FEATURES && eta_scale < 0.0;
+    state.eta_scale = select(eta_scale, -eta_scale, looks);
     state.depth = wave.depth;
     let sampler = PixelSampler(SAMPLER, origin.w, rest.y);
-    return Path(state, sampler, plane_vector(origin), direction.xyz, direction.w, rest.w,
-        WANTS_FEATURES && eta_scale < 0.0);
+    return Path(state, sampler, plane_vector(origin), direction.xyz, direction.w, rest.w, looks);
 }
 
 /// The place of a path in `gathered`.
