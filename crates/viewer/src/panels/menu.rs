@@ -20,7 +20,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
         ui.menu_button("Edit", |ui| {
             items(viewer, ui, &[Undo, Redo]);
             ui.separator();
-            items(viewer, ui, &[Duplicate, Delete, Hide, Deselect]);
+            items(viewer, ui, &[Duplicate, Delete, Rename, Hide, Isolate, ShowAll, Deselect]);
             ui.separator();
             items(viewer, ui, &[AddModel, AddLamp, AddPointLight]);
         });

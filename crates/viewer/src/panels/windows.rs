@@ -21,7 +21,7 @@ const MOUSE: [(&str, &str); 12] = [
 
 /// Mouse and keys.
 pub fn help(viewer: &mut Viewer, ctx: &Context) {
-    let mut open = viewer.open.help;
+    let mut open = true;
     Window::new("Mouse and keys").open(&mut open).vscroll(true).show(ctx, |ui| {
         Grid::new("help").striped(true).show(ui, |ui| {
             for (what, does) in MOUSE {
@@ -38,7 +38,9 @@ pub fn help(viewer: &mut Viewer, ctx: &Context) {
             }
         });
     });
-    viewer.open.help = open;
+    if !open {
+        viewer.open.close_overlays();
+    }
 }
 
 /// Folders that a question names.

@@ -33,6 +33,9 @@ impl Viewer {
             (loading::Job::Model(file), Ok(Loaded::Resources(resources, report))) => {
                 self.take_model(&file, resources, &report);
             }
+            (loading::Job::Picture(file, material, slot), Ok(Loaded::Resources(resources, report))) => {
+                self.take_picture(file, material, slot, resources, &report);
+            }
             (loading::Job::Environment(file), Ok(Loaded::Resources(resources, report))) => {
                 self.take_environment(&file, resources, &report);
             }

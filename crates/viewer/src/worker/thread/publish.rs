@@ -2,6 +2,7 @@
 
 use super::{Clean, Rendered, State, full_text};
 use crate::worker::show::{display, layer_image};
+use crate::worker::upscale::upscaled;
 use crate::worker::{Event, Layer, PassReport, Shot};
 use alhazen::edits::Editable;
 use alhazen::{
@@ -99,7 +100,10 @@ impl State {
             Some(denoised) => denoised.picture.clone(),
             None => layer_image(film, self.shown.layer),
         };
-        let image = display(&linear, film, &self.shown, frames);
+        let mut image = display(&linear, film, &self.shown, frames);
+        if preview {
+            image = upscaled(image, [job.width, job.height]);
+        }
         let counts = film.pixels().iter().map(|p| p.count() as u32).collect();
         let denoised_by = denoised.map(|d| d.by.clone());
         let pass = PassReport { show: start.elapsed(), denoised_by, ..picture.last_pass.clone() };
