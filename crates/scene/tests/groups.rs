@@ -188,6 +188,8 @@ fn repainted(folder: &Path) -> (Scene, Edits, Resources) {
     slot.transform = Some(UvTransformRecord { offset: [0.25, 0.5], rotation: 0.5, scale: [2.0, 3.0] });
     edits.slot(material, TextureSlot::MetallicRoughness).file = Some(file.clone());
     edits.slot(material, TextureSlot::MetallicRoughness).uv_set = Some(1);
+    edits.object(0).visible = Some(true);
+    edits.isolated.insert(0);
     let pixels = Pixels::Rgba8(vec![[50, 0, 0, 255]; 2]);
     let image = Image { name: "new.png".into(), width: 2, height: 1, pixels };
     let mut resources = Resources::default();
@@ -225,7 +227,7 @@ fn textures_are_replaced_moved_saved_and_brought_back() {
     let path = folder.path().join("edited.toml");
     std::fs::write(&path, &text).expect("written");
     let opened = open_edited(&path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}\n{text}"));
-    assert_eq!(opened.expect("has a base").edits.slots, edits.slots, "{text}");
+    assert_eq!(opened.expect("has a base").edits, edits, "{text}");
     let loaded = scene_file::load(&path, &LoadOptions::default()).expect("loads").scene;
     let fingerprint = |scene: &Scene| SceneTables::build(scene).fingerprint();
     assert_eq!(fingerprint(&loaded), fingerprint(edited.scene()));

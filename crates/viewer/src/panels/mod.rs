@@ -36,6 +36,8 @@ const SIDE: [f32; 2] = [380.0, 340.0];
 pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     crate::numbers::write_in(ui);
     settings::begin(viewer, ui.ctx());
+    // The tree says so itself, where it is shown.
+    viewer.open.outliner.has_focus = false;
     Panel::top("menu").show(ui, |ui| menu::show(viewer, ui));
     Panel::bottom("status").show(ui, |ui| status::show(viewer, ui));
     if time::is_needed(viewer) {

@@ -1,6 +1,6 @@
 //! The list of all commands and settings, found by typing.
 
-use super::settings::{SETTINGS, Setting, matches, seek};
+use super::settings::{self, Setting, matches, seek};
 use crate::viewer::{COMMANDS, Command, CommandInfo, Viewer};
 use egui::{Align, Button, Context, Key, ScrollArea, TextEdit, Ui, Window};
 
@@ -143,7 +143,7 @@ fn matching(text: &str) -> Vec<Entry> {
         found.push((!matches(&words, info.name, ""), Entry::Command(info)));
     }
     // Without a word there would be too many.
-    for setting in SETTINGS.iter().filter(|s| !words.is_empty() && matches(&words, s.label, s.also)) {
+    for setting in settings::all().filter(|s| !words.is_empty() && matches(&words, s.label, s.also)) {
         found.push((!matches(&words, setting.label, ""), Entry::Setting(setting)));
     }
     found.sort_by_key(|(by_other_words, _)| *by_other_words);

@@ -187,13 +187,14 @@ fn add(viewer: &mut Viewer, ui: &mut Ui, material: u32) {
     let free = TextureSlot::ALL.into_iter().filter(|slot| of_material.texture(*slot).is_none());
     let free: Vec<_> = free.map(|slot| (slot, slot_name(of_material, scene, slot))).collect();
     let mut chosen = None;
-    ComboBox::from_id_salt("add texture").selected_text("Add a texture…").show_ui(ui, |ui| {
+    let list = ComboBox::from_id_salt("add texture").selected_text("Add a texture…").show_ui(ui, |ui| {
         for (slot, name) in free {
             if ui.selectable_label(false, name).clicked() {
                 chosen = Some(slot);
             }
         }
     });
+    list.response.on_hover_text("A picture from a file for a parameter that has no texture.");
     if let Some(slot) = chosen {
         viewer.ask_for(For::Texture(material, slot));
     }

@@ -106,7 +106,7 @@ fn names_are_changed_saved_and_brought_back() {
     run(&mut harness, Command::Undo);
     assert!(lists(&harness, "wheels") && lists(&harness, "body"));
     // Escape gives it up.
-    click(&mut harness, "body");
+    harness.state_mut().choose(Object(2));
     run(&mut harness, Command::Rename);
     harness.state_mut().open.outliner.renaming.as_mut().expect("a field").1 = "x".into();
     press(&mut harness, Key::Escape);

@@ -1,11 +1,13 @@
 //! What settings there are: their tool-tips, and how the palette finds them.
 
-mod list;
+mod rendering;
+mod scene;
 
 use super::open::{Sought, Tab};
 use crate::viewer::Viewer;
 use egui::{Align, Context, Id, Response, Stroke, StrokeKind, Ui};
-pub use list::SETTINGS;
+use rendering::RENDERING;
+use scene::SCENE;
 
 /// A control of a page.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +22,15 @@ pub struct Setting {
     pub also: &'static str,
 }
 
+const fn setting(page: Tab, label: &'static str, about: &'static str, also: &'static str) -> Setting {
+    Setting { page, label, about, also }
+}
+
+/// All controls of pages that have a label.
+pub fn all() -> impl Iterator<Item = &'static Setting> {
+    RENDERING.iter().chain(SCENE)
+}
+
 /// A setting that was found is marked for so long, seconds.
 const MARKED: f64 = 2.0;
 /// A page has been laid out after so long, seconds: what it has not shown by then it does not have.
@@ -27,7 +38,7 @@ const LAID_OUT: f64 = 0.5;
 
 /// The tool-tip of the control with this label.
 pub fn tooltip(label: &str) -> Option<&'static str> {
-    SETTINGS.iter().find(|setting| setting.label == label).map(|setting| setting.about)
+    all().find(|setting| setting.label == label).map(|setting| setting.about)
 }
 
 /// The control with its tool-tip, if it has one.
@@ -101,9 +112,9 @@ mod tests {
 
     #[test]
     fn settings_are_listed_once_and_say_what_they_do() {
-        for (i, setting) in SETTINGS.iter().enumerate() {
+        for (i, setting) in all().enumerate() {
             assert!(setting.about.ends_with('.'), "{setting:?}");
-            let again = SETTINGS[..i].iter().find(|other| other.label == setting.label);
+            let again = all().take(i).find(|other| other.label == setting.label);
             assert_eq!(again, None, "{} is listed twice", setting.label);
         }
         assert_eq!(tooltip("no such control"), None);
@@ -113,7 +124,7 @@ mod tests {
     fn settings_are_found_by_their_usual_names() {
         let found = |text: &str| -> Vec<&str> {
             let words: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
-            let hits = SETTINGS.iter().filter(|s| matches(&words, s.label, s.also));
+            let hits = all().filter(|s| matches(&words, s.label, s.also));
             hits.map(|s| s.label).collect()
         };
         for (text, label) in [
