@@ -30,7 +30,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
             items(viewer, ui, &[PlayTime, StepOn, StepBack, Rest]);
             ui.separator();
             items(viewer, ui, &[ResetZoom, FullScreen, SidePanel]);
-            ui.checkbox(&mut viewer.settings.dark, "Dark");
+            ui.checkbox(&mut viewer.settings.dark, "Dark theme");
             ui.add(egui::Slider::new(&mut viewer.settings.zoom, 0.5..=3.0).text("Panel scale"));
         });
         ui.menu_button("Picture", |ui| {

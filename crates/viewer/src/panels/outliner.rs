@@ -68,7 +68,7 @@ fn list(viewer: &mut Viewer, ui: &mut Ui) {
     let shown = area.show_rows(ui, line, rows.len(), |ui, seen| {
         rows[seen].iter().for_each(|row| done.extend(one(viewer, ui, *row, id)));
         if rows.is_empty() {
-            ui.weak("Nothing is called so.");
+            ui.weak("No matches");
         }
     });
     let tree = ui.interact(shown.inner_rect, id, Sense::focusable_noninteractive());

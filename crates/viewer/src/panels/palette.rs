@@ -83,7 +83,7 @@ pub fn show(viewer: &mut Viewer, ctx: &Context) {
                 }
             }
             if found.is_empty() {
-                ui.weak("Nothing is called so.");
+                ui.weak("No matches");
             }
         });
     });

@@ -61,7 +61,7 @@ fn backend(viewer: &mut Viewer, ui: &mut Ui) {
     if options != viewer.backend.options {
         viewer.switch_backend(RendererOptions { threads: viewer.backend.options.threads, ..options });
     }
-    told(ui, "Renders now", format!("{}: {}", viewer.backend.name, viewer.backend.device));
+    told(ui, "Active device", format!("{}: {}", viewer.backend.name, viewer.backend.device));
     if !viewer.backend.reason.is_empty() {
         ui.weak(&viewer.backend.reason);
     }
@@ -190,7 +190,7 @@ fn sampling(viewer: &Viewer, ui: &mut Ui, s: &mut RenderSettings) {
     if let Some(noise) = &mut s.noise {
         number(ui, "Relative standard error", noise, 1e-4, 1e-4..=1.0);
         if let Some(now) = viewer.shot().and_then(|shot| shot.pass.noise) {
-            told(ui, "Standard error now", format!("{now:.4}"));
+            told(ui, "Current standard error", format!("{now:.4}"));
         }
     }
 }

@@ -56,7 +56,7 @@ fn typing_finds_objects_in_closed_groups() {
     assert!(lists(&harness, "right") && lists(&harness, "wheels") && !lists(&harness, "left"));
     harness.state_mut().open.outliner.filter = "nothing".into();
     harness.run_steps(2);
-    assert!(harness.query_by_label("Nothing is called so.").is_some());
+    assert!(harness.query_by_label("No matches").is_some());
 }
 
 #[test]
@@ -139,6 +139,13 @@ fn keys_walk_open_and_hide() {
     assert!(!lists(&harness, "left"));
     press(&mut harness, Key::ArrowUp);
     assert_eq!(cursor(&harness), Some(Group(0)));
+    let picture = harness.state().place.center();
+    harness.drag_at(picture);
+    harness.run_steps(2);
+    harness.drop_at(picture);
+    harness.run_steps(2);
+    assert!(!harness.state().open.outliner.has_focus, "keys are the picture's again");
+    harness.state_mut().choose(Group(0));
     press(&mut harness, Key::Delete);
     assert!(visible(&harness).is_empty() && !lists(&harness, "car"));
     run(&mut harness, Command::Undo);
