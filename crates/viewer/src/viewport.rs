@@ -13,10 +13,6 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     let room = ui.available_rect_before_wrap();
     let response = ui.allocate_rect(room, Sense::click_and_drag());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Picture"));
-    if response.is_pointer_button_down_on() {
-        // Keys are the picture's again.
-        ui.memory_mut(|memory| memory.focused().into_iter().for_each(|id| memory.surrender_focus(id)));
-    }
     let pixels_per_point = ui.ctx().pixels_per_point();
     viewer.set_room(room.size() * pixels_per_point);
     let aspect = viewer.aspect();

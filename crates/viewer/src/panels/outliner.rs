@@ -36,17 +36,18 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
 fn head(viewer: &mut Viewer, ui: &mut Ui) {
     ui.horizontal(|ui| {
         let name = ui.label("Find");
-        let width = (ui.available_width() - 150.0).max(60.0);
-        let field = TextEdit::singleline(&mut viewer.open.outliner.filter).desired_width(width);
-        ui.add(field).labelled_by(name.id);
-        let all = [("Expand all", true), ("Collapse all", false)];
-        for (name, open) in all {
-            let Some(document) = &viewer.document else { continue };
-            let has_groups = !document.scene().groups.list.is_empty();
-            if ui.add_enabled(has_groups, Button::new(name).small()).clicked() {
-                viewer.open.outliner.set_all_open(document, open);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            for (name, open) in [("Collapse all", false), ("Expand all", true)] {
+                let Some(document) = &viewer.document else { continue };
+                let has_groups = !document.scene().groups.list.is_empty();
+                if ui.add_enabled(has_groups, Button::new(name)).clicked() {
+                    viewer.open.outliner.set_all_open(document, open);
+                }
             }
-        }
+            let width = ui.available_width();
+            let field = TextEdit::singleline(&mut viewer.open.outliner.filter).desired_width(width);
+            ui.add(field).labelled_by(name.id);
+        });
     });
 }
 
@@ -71,6 +72,8 @@ fn list(viewer: &mut Viewer, ui: &mut Ui) {
             ui.weak("No matches");
         }
     });
+    // What is not known to be there loses the focus.
+    ui.ctx().check_for_id_clash(id, shown.inner_rect, "tree of objects");
     let tree = ui.interact(shown.inner_rect, id, Sense::focusable_noninteractive());
     tree.widget_info(|| WidgetInfo::labeled(Role::Tree, true, "Objects of the scene"));
     done.into_iter().for_each(|deed| act(viewer, ui, id, deed));

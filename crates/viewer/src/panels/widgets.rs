@@ -16,6 +16,8 @@ pub(super) fn row<R>(ui: &mut Ui, label: &str, control: impl FnOnce(&mut Ui, Id)
         let width = ((ui.available_width() - ui.spacing().item_spacing.x) * LABELS).max(60.0);
         let name = ui.vertical(|ui| {
             ui.set_width(width.floor());
+            let line = ui.text_style_height(&egui::TextStyle::Body);
+            ui.add_space(((ui.spacing().interact_size.y - line) * 0.5).max(0.0));
             settings::explain(ui.add(Label::new(label).wrap()), label)
         });
         control(ui, name.inner.id)
@@ -67,7 +69,7 @@ pub(super) fn count(ui: &mut Ui, label: &str, value: &mut u32, range: RangeInclu
 pub(super) fn vector<const N: usize>(ui: &mut Ui, label: &str, value: &mut [f32; N], speed: f32) -> bool {
     row(ui, label, |ui, name| {
         let gap = ui.spacing().item_spacing.x;
-        ui.spacing_mut().interact_size.x = ((ui.available_width() + gap) / N as f32 - gap).max(30.0);
+        ui.spacing_mut().interact_size.x = ((ui.available_width() + gap) / N as f32 - gap).floor().max(30.0);
         let mut one = |v| {
             let drag = ui.add(DragValue::new(v).speed(speed).max_decimals(4)).labelled_by(name);
             settings::explain(drag, label).changed()

@@ -44,7 +44,7 @@ fn every_control_says_what_it_does() {
                 .into_iter()
                 .for_each(|name| click(&mut harness, name));
         }
-        let own = ["Visible: ", "Add a texture"];
+        let own = ["Visible: ", "A picture from a file"];
         let controls = controls(&harness);
         for label in controls.iter().filter(|label| !own.iter().any(|own| label.starts_with(own))) {
             assert!(settings::tooltip(label).is_some(), "{tab:?}: {label:?} has no tool-tip");
@@ -115,6 +115,21 @@ fn coordinates_of_textures_are_moved() {
     assert!(harness.query_by_label("Reset").is_some(), "only what is edited is reset");
     click(&mut harness, "Reset");
     assert_eq!(scene(&harness).materials[0].base_color_texture.expect("a texture").transform.offset.x, 0.0);
+}
+
+#[test]
+fn pages_do_not_push_the_panel_wider() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut harness = open(&write_car(folder.path()));
+    harness.state_mut().choose(Object(2));
+    harness.run_steps(10);
+    let width = |h: &Harness<'_, Viewer>| h.state().place.width();
+    let before = width(&harness);
+    for tab in Tab::ALL {
+        page(&mut harness, tab);
+        harness.run_steps(10);
+        assert_eq!(width(&harness), before, "{tab:?}");
+    }
 }
 
 /// The pointer rests in the middle of a drag, longer than two changes of keys may be apart.
