@@ -80,12 +80,12 @@ pub(super) fn driver(viewer: &mut Viewer, ui: &mut Ui, material: u32, slot: Text
     let Some(shown) = material.and_then(|material| material.texture(slot)) else { return };
     row(ui, "", |ui, _| {
         ui.weak("×");
-        named(viewer, ui, shown.texture, &format!(" ({channel})"));
+        named(viewer, ui, shown.texture, &format!("{channel}: "));
     });
 }
 
-/// A small picture of a texture and its name.
-pub(super) fn named(viewer: &mut Viewer, ui: &mut Ui, id: u32, after: &str) {
+/// A small picture of a texture and its name, with something before it.
+pub(super) fn named(viewer: &mut Viewer, ui: &mut Ui, id: u32, before: &str) {
     let Some(document) = &viewer.document else { return };
     let Some(name) = texture_name(document.scene(), id) else { return };
     let picture = match graph_of(document.scene(), id).cloned() {
@@ -99,7 +99,7 @@ pub(super) fn named(viewer: &mut Viewer, ui: &mut Ui, id: u32, after: &str) {
         let sized = SizedTexture::new(picture.id(), vec2(SIGN, SIGN));
         ui.add(Image::new(sized).alt_text(format!("Picture of {name}")));
     }
-    ui.add(egui::Label::new(format!("{name}{after}")).truncate())
+    ui.add(egui::Label::new(format!("{before}{name}")).truncate())
         .on_hover_text("A texture drives this from place to place. It is below, among the textures.");
 }
 

@@ -58,10 +58,8 @@ fn textured_parameters_show_their_texture() {
     let (_folder, harness) = open_body();
     // Base colour, metallic and roughness.
     assert_eq!(harness.query_all_by_label("Picture of red.png").count(), 3);
-    assert!(harness.query_by_label("red.png (RGB)").is_some());
-    assert!(
-        harness.query_by_label("red.png (G)").is_some() && harness.query_by_label("red.png (B)").is_some()
-    );
+    assert!(harness.query_by_label("RGB: red.png").is_some());
+    assert!(harness.query_by_label("G: red.png").is_some() && harness.query_by_label("B: red.png").is_some());
     assert!(harness.query_by_label("Base colour: red.png").is_some());
     assert_eq!(harness.query_all_by_label("70 × 30 pixels").count(), 2);
     assert!(harness.query_by_label("roughness in G, metallic in B").is_some());

@@ -41,6 +41,8 @@ pub(super) struct State {
     todo: Todo,
     /// Whether the last attempt failed and nothing has changed since.
     stuck: bool,
+    /// When denoising a picture in a hurry has taken too long.
+    slow_denoising: Option<Instant>,
 }
 
 /// Work that messages have asked for.
@@ -95,6 +97,8 @@ struct Rendered {
     preview: bool,
     /// Up to which change.
     changes: u64,
+    /// How many pixels it has: fewer than the job's at reduced size.
+    pixels: u32,
 }
 
 impl Progress {
@@ -131,6 +135,7 @@ impl State {
             frames: Frames::default(),
             todo: Todo::default(),
             stuck: false,
+            slow_denoising: None,
         }
     }
 

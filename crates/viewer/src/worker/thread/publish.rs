@@ -11,24 +11,30 @@ use alhazen::{
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// So many times as long as denoising takes is rendered before a picture is denoised again: most of the time goes into samples.
 const PATIENCE: u32 = 4;
 
-/// Pixels of a picture in a hurry that are denoised in no time.
+/// Pictures in a hurry are denoised up to so many pixels.
 const FEW_PIXELS: u32 = 60_000;
+/// Denoising them may take as long as rendering them, or so long: then half of a frame is left.
+const QUICK: Duration = Duration::from_millis(16);
+/// Where it took longer, for example on a loaded machine, it is tried again after so long.
+const RETRY: Duration = Duration::from_secs(2);
 
 impl State {
     /// The picture of a side without its noise, if that is wanted: as it is now if it is done, or as it was some passes ago.
     fn denoised(&mut self, side: usize) -> Result<Option<Arc<Denoised>>, BackendError> {
         let picture = &self.pictures[side];
         let Some(denoiser) = self.shown.denoiser else { return Ok(None) };
-        let Some(Rendered { job, preview, .. }) = &picture.rendered else { return Ok(None) };
+        let Some(Rendered { job, preview, pixels, .. }) = &picture.rendered else { return Ok(None) };
         if self.shown.layer != Layer::Picture {
             return Ok(None);
         }
-        let grows = !self.makes_frames(job) && (!preview || job.width * job.height <= FEW_PIXELS);
+        let was_slow = self.slow_denoising.is_some_and(|then| then.elapsed() < RETRY);
+        let is_quick = *pixels <= FEW_PIXELS && !was_slow;
+        let grows = !self.makes_frames(job) && (!preview || is_quick);
         if !picture.done && !grows {
             return Ok(None);
         }
@@ -63,6 +69,11 @@ impl State {
         match noisy.and_then(|noisy| self.renderer.denoise(denoiser, &noisy)) {
             Ok(denoised) => {
                 let (picture, took) = (Arc::new(denoised), begin.elapsed());
+                let made = &self.pictures[side];
+                let hurries = made.rendered.as_ref().is_some_and(|rendered| rendered.preview);
+                if hurries && took > made.last_pass.render.max(QUICK) {
+                    self.slow_denoising = Some(Instant::now());
+                }
                 let clean = Clean {
                     denoiser,
                     picture: picture.clone(),
@@ -82,7 +93,7 @@ impl State {
 
     /// Publishes a film as it is.
     pub(super) fn show(&mut self, side: usize) -> Result<(), BackendError> {
-        let Some(Rendered { job, preview, changes }) = self.pictures[side].rendered.clone() else {
+        let Some(Rendered { job, preview, changes, .. }) = self.pictures[side].rendered.clone() else {
             return Ok(());
         };
         let start = Instant::now();
