@@ -68,6 +68,8 @@ struct Progress {
     visible: bool,
     /// What was last rendered: the film shows this.
     rendered: Option<Rendered>,
+    /// How many pixels that has: fewer than the job's at reduced size.
+    pixels: u32,
     /// Whether it has all the samples that are wanted, or is good enough.
     done: bool,
     /// It without its noise, or as it was some passes ago.
@@ -97,8 +99,6 @@ struct Rendered {
     preview: bool,
     /// Up to which change.
     changes: u64,
-    /// How many pixels it has: fewer than the job's at reduced size.
-    pixels: u32,
 }
 
 impl Progress {
@@ -240,6 +240,7 @@ impl State {
                 *picture = Progress {
                     visible: picture.visible && camera(old) == camera(new),
                     rendered: picture.rendered.take(),
+                    pixels: picture.pixels,
                     ..Progress::default()
                 };
             } else if let (true, Some(rendered)) = (picture.begun, &mut picture.rendered) {

@@ -87,8 +87,8 @@ impl State {
             None => {}
         }
         picture.total += render;
-        let (job, changes) = (Arc::new(whole.clone()), self.changes);
-        picture.rendered = Some(Rendered { job, preview, changes, pixels });
+        picture.rendered = Some(Rendered { job: Arc::new(whole.clone()), preview, changes: self.changes });
+        picture.pixels = pixels;
         picture.last_pass = PassReport {
             samples: stats.samples,
             rays: stats.rays,

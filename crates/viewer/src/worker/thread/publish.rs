@@ -28,12 +28,12 @@ impl State {
     fn denoised(&mut self, side: usize) -> Result<Option<Arc<Denoised>>, BackendError> {
         let picture = &self.pictures[side];
         let Some(denoiser) = self.shown.denoiser else { return Ok(None) };
-        let Some(Rendered { job, preview, pixels, .. }) = &picture.rendered else { return Ok(None) };
+        let Some(Rendered { job, preview, .. }) = &picture.rendered else { return Ok(None) };
         if self.shown.layer != Layer::Picture {
             return Ok(None);
         }
         let was_slow = self.slow_denoising.is_some_and(|then| then.elapsed() < RETRY);
-        let is_quick = *pixels <= FEW_PIXELS && !was_slow;
+        let is_quick = picture.pixels <= FEW_PIXELS && !was_slow;
         let grows = !self.makes_frames(job) && (!preview || is_quick);
         if !picture.done && !grows {
             return Ok(None);
@@ -93,7 +93,7 @@ impl State {
 
     /// Publishes a film as it is.
     pub(super) fn show(&mut self, side: usize) -> Result<(), BackendError> {
-        let Some(Rendered { job, preview, changes, .. }) = self.pictures[side].rendered.clone() else {
+        let Some(Rendered { job, preview, changes }) = self.pictures[side].rendered.clone() else {
             return Ok(());
         };
         let start = Instant::now();
