@@ -27,7 +27,7 @@ mod windows;
 pub use open::{Open, Overlay, PaletteChoice, RecordChoice, Sought, Tab};
 
 use crate::viewer::{Top, Viewer};
-use egui::{CentralPanel, Frame, Panel, ScrollArea, Ui};
+use egui::{CentralPanel, Frame, Panel, ScrollArea, Ui, UiBuilder};
 
 /// Width of the panel on the right, points: at first, and at least. All its tabs fit into a row.
 const SIDE: [f32; 2] = [380.0, 340.0];
@@ -69,7 +69,13 @@ pub fn side(viewer: &mut Viewer, ui: &mut Ui) {
         });
     });
     ui.separator();
-    ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| page(viewer, ui));
+    ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+        // What is too wide for the panel does not push it wider.
+        let (room, width) = (ui.available_rect_before_wrap(), ui.available_width());
+        let mut inner = ui.new_child(UiBuilder::new().max_rect(room));
+        page(viewer, &mut inner);
+        ui.allocate_space(egui::vec2(width, inner.min_rect().height()));
+    });
 }
 
 /// The page of the panel on the right that is open.

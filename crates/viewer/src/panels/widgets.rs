@@ -7,7 +7,7 @@ use std::ops::RangeInclusive;
 /// The share of a row that its label takes.
 const LABELS: f32 = 0.42;
 /// The width of the number behind a slider, points.
-const NUMBER: f32 = 58.0;
+const NUMBER: f32 = 78.0;
 
 /// A label in the left column, and what it is for in the right one. The control is labelled by the
 /// label's id.

@@ -120,6 +120,7 @@ fn pages_do_not_push_the_panel_wider() {
     let folder = tempfile::tempdir().expect("a folder");
     let mut harness = open(&write_car(folder.path()));
     harness.state_mut().choose(Object(2));
+    harness.state_mut().shown.tone.exposure = 1.0 / 1.234_56;
     harness.run_steps(10);
     let width = |h: &Harness<'_, Viewer>| h.state().place.width();
     let before = width(&harness);
