@@ -16,6 +16,7 @@ mod atomic;
 mod coverage;
 mod exact;
 mod exr_file;
+mod file_name;
 mod files;
 mod film;
 mod flip;
