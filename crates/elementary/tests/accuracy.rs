@@ -1,6 +1,7 @@
-//! How far results are from those of `f64`, and what special values yield.
-
-#![allow(clippy::disallowed_methods, reason = "the standard library's functions are what is compared with")]
+//! How far results are from those in `f64`, and what special values yield.
+//!
+//! Those in `f64` are `libm`'s: C libraries are not all good enough to compare with (Wine's sine of
+//! 10³⁰ is none).
 
 use elementary::*;
 
@@ -31,18 +32,18 @@ fn errors_are_fractions_of_a_unit_in_the_last_place() {
     // A prime, so that all low bits occur.
     let stride = 1_009;
     for (name, function, exact, bound) in [
-        ("exp", exp::<f32> as fn(f32) -> f32, f64::exp as fn(f64) -> f64, 0.51),
-        ("exp2", exp2, f64::exp2, 0.51),
-        ("log", log, f64::ln, 0.51),
-        ("log2", log2, f64::log2, 0.51),
-        ("log10", log10, f64::log10, 0.51),
-        ("sin", sin, f64::sin, 0.51),
-        ("cos", cos, f64::cos, 0.51),
-        ("tan", tan, f64::tan, 0.81),
-        ("asin", asin, f64::asin, 1.0),
-        ("acos", acos, f64::acos, 1.0),
-        ("atan", atan, f64::atan, 1.0),
-        ("cbrt", cbrt, f64::cbrt, 0.51),
+        ("exp", exp::<f32> as fn(f32) -> f32, exp as fn(f64) -> f64, 0.51),
+        ("exp2", exp2, exp2, 0.51),
+        ("log", log, log, 0.51),
+        ("log2", log2, log2, 0.51),
+        ("log10", log10, log10, 0.51),
+        ("sin", sin, sin, 0.51),
+        ("cos", cos, cos, 0.51),
+        ("tan", tan, tan, 0.81),
+        ("asin", asin, asin, 1.0),
+        ("acos", acos, acos, 1.0),
+        ("atan", atan, atan, 1.0),
+        ("cbrt", cbrt, cbrt, 0.51),
     ] {
         let error = worst(function, exact, stride);
         assert!(error < bound, "{name} is off by {error} units in the last place");
@@ -56,12 +57,12 @@ fn errors_of_functions_of_two_numbers_are_small() {
     for x in numbers() {
         for y in numbers().flat_map(|y| [y, -y]) {
             let (a, b) = (f64::from(x), f64::from(y));
-            powers = powers.max(units(pow(x, y), a.powf(b)));
-            angles = angles.max(units(atan2(x, y), a.atan2(b)));
-            lengths = lengths.max(units(hypot(x, y), a.hypot(b)));
+            powers = powers.max(units(pow(x, y), pow(a, b)));
+            angles = angles.max(units(atan2(x, y), atan2(a, b)));
+            lengths = lengths.max(units(hypot(x, y), hypot(a, b)));
         }
         for y in [0.5, 1.0 / 2.4, 2.0, 2.2, 2.4, 5.0, -1.7] {
-            powers = powers.max(units(pow(x, y), f64::from(x).powf(f64::from(y))));
+            powers = powers.max(units(pow(x, y), pow(f64::from(x), f64::from(y))));
         }
     }
     assert!(powers < 0.51 && angles < 1.3 && lengths < 0.51, "{powers} {angles} {lengths}");
@@ -73,7 +74,7 @@ fn powers_of_special_values_are_those_of_ieee_754() {
     let values = [0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 1e-40, 16_777_217.0, 1e10, 1e38, infinity, f32::NAN];
     for x in values.into_iter().flat_map(|x| [x, -x]) {
         for y in values.into_iter().flat_map(|y| [y, -y]) {
-            let (result, expected) = (pow(x, y), x.powf(y));
+            let (result, expected) = (pow(x, y), pow(f64::from(x), f64::from(y)) as f32);
             assert!(
                 result.to_bits() == expected.to_bits() || result.is_nan() && expected.is_nan(),
                 "{x} to the power of {y} is {result} instead of {expected}"
@@ -92,7 +93,7 @@ fn special_values_and_exact_results() {
     assert_eq!(log10(f32::INFINITY), f32::INFINITY);
     for exponent in -149..128 {
         let power = exp2(exponent as f32);
-        assert_eq!(f64::from(power), 2f64.powi(exponent));
+        assert_eq!(f64::from(power), powi(2f64, exponent));
         assert_eq!(log2(power), exponent as f32);
     }
 }
