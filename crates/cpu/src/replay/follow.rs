@@ -109,6 +109,7 @@ impl<'a> Follower<'a> {
             settings,
             shading,
             wants_aovs: false,
+            wants_features: false,
         };
         Self { queries, view, context, segment: Segment::default(), rays: 0 }
     }

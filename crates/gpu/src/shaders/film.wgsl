@@ -1,7 +1,7 @@
 // The view and the film: bind group 2. Samples are summed in registers while a dispatch works on a pixel and added to the
 // film at its end; the host adds the film to exact sums before rounding matters.
 
-#import planes, scattering, surface, variant
+#import material, planes, scattering, surface, variant
 #import optics::camera, optics::constants, optics::estimator, optics::random, optics::vertex
 
 /// What is to be rendered. Pixels count from the upper left of the whole picture.
@@ -69,7 +69,8 @@ struct FilmPixel {
     invalid: u32,
 }
 
-/// What a pixel's camera rays saw first. The first three are sums over `count` samples, the others belong to sample 0.
+/// What a pixel's camera rays saw first. The first three and the last two are sums over `count` samples, the others belong to
+/// sample 0.
 struct AovPixel {
     normal: vec3f,
     count: u32,
@@ -84,6 +85,11 @@ struct AovPixel {
     primitive: u32,
     /// Whether sample 0 is here.
     has_first: u32,
+    /// What guides denoisers: sums as the first three.
+    denoising_albedo: vec3f,
+    padding0: u32,
+    denoising_normal: vec3f,
+    padding1: u32,
 }
 
 struct Counters {
@@ -258,8 +264,44 @@ fn record_miss(pixel: vec2u, sample: u32) {
     }
 }
 
-/// Records what a camera ray hit at distance `depth`.
+/// Records what a camera ray hit at distance `depth`, and takes it for what guides denoisers.
 fn record_hit(pixel: vec2u, sample: u32, s: Surface, depth: f32) {
+    record_first_hit(pixel, sample, s, depth);
+    if WANTS_FEATURES {
+        record_features(pixel, vec3f(1.0), 1u, s, pixel_footprint(view.pixel_spread, depth));
+    }
+}
+
+/// Records what guides denoisers: the first surface on the way of a path that is neither mirror nor clear glass.
+/// `throughput`: of the path as it arrives, `depth` its segments.
+fn record_features(pixel: vec2u, throughput: vec3f, depth: u32, s: Surface, footprint: f32) {
+    if !records_layers {
+        return;
+    }
+    var albedo = vec3f(1.0);
+    // What shines in mirrors is white: radiance is divided by albedo.
+    if depth == 1u || !may_shine(s.material) {
+        albedo = surface_albedo(s, footprint);
+    }
+    record_seen(pixel, throughput, depth, albedo);
+    aovs[film_place(pixel)].denoising_normal += valid_layer(s.shading_normal);
+}
+
+/// The same where a path leaves the scene after mirrors and clear glass.
+fn record_sky(pixel: vec2u, throughput: vec3f, depth: u32) {
+    if records_layers && depth > 1u {
+        record_seen(pixel, throughput, depth, vec3f(1.0));
+    }
+}
+
+fn record_seen(pixel: vec2u, throughput: vec3f, depth: u32, albedo: vec3f) {
+    let branches = select(1u, view.splitting, SPLITS_PATHS);
+    let seen = valid_layer(seen_albedo(throughput, depth, branches, albedo));
+    aovs[film_place(pixel)].denoising_albedo += seen;
+}
+
+/// Records what a camera ray hit at distance `depth`.
+fn record_first_hit(pixel: vec2u, sample: u32, s: Surface, depth: f32) {
     if !records_layers {
         return;
     }
