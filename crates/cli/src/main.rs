@@ -1,6 +1,7 @@
 //! The `alhazen` command: arguments in, pictures out. Each subcommand is one file in `commands`.
 
 #![forbid(unsafe_code)]
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the standard library"))]
 
 mod commands;
 mod console;

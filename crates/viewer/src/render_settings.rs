@@ -12,7 +12,7 @@ use alhazen::{
 pub struct RenderSettings {
     /// Which integrator renders, and the settings of all.
     pub integrators: Integrators,
-    /// Follow glTF to the letter.
+    /// Follow the BRDF of glTF 2.0, Appendix B, exactly.
     pub single_scatter: bool,
     /// How samples are drawn.
     pub sampler: SamplerKind,

@@ -1,5 +1,6 @@
 //! The subcommands, one file each.
 
+#[allow(clippy::disallowed_methods, reason = "measurements, and scenes that only they show")]
 pub mod bench;
 pub mod compare;
 pub mod completions;

@@ -122,14 +122,15 @@ fn write_scattering(text: &mut String, scattering: &ScatteringRecord) {
 
 /// Four digits that count.
 fn number(value: f32) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return value.to_string();
+    let scientific = format!("{value:.3e}");
+    let size = scientific.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok());
+    match size {
+        _ if value == 0.0 => "0".into(),
+        Some(size @ -4..6) => format!("{value:.*}", (3 - size).max(0) as usize),
+        Some(_) => scientific,
+        // Not finite.
+        None => value.to_string(),
     }
-    let size = value.abs().log10().floor() as i32;
-    if !(-4..6).contains(&size) {
-        return format!("{value:.3e}");
-    }
-    format!("{value:.*}", (3 - size).max(0) as usize)
 }
 
 fn rgb(c: [f32; 3]) -> String {
