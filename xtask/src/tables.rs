@@ -145,6 +145,7 @@ fn cell(value: &Value) -> anyhow::Result<String> {
 }
 
 /// A number with three significant digits, or all digits of its integer part.
+#[allow(clippy::disallowed_methods, reason = "a table for people")]
 fn number(x: f64) -> String {
     let magnitude = if x == 0.0 { 0 } else { x.abs().log10().floor() as i32 };
     format!("{x:.*}", (2 - magnitude).max(0) as usize)

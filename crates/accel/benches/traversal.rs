@@ -13,6 +13,8 @@
 //! Each figure is the best and the median of several runs; compare ratios of runs that were made in
 //! turns.
 
+#![allow(clippy::disallowed_methods, reason = "no picture is compared with another platform's")]
+
 #[path = "../tests/support/mod.rs"]
 mod support;
 

@@ -1,5 +1,7 @@
 //! Bounds of instances: around all that is in them, and close to it.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 mod support;
 
 use accel::encode::{EncodedScene, Object, TraversalCounts};

@@ -1,5 +1,7 @@
 //! The encoding for the GPU, walked by its scalar twin, against a loop over all primitives.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 mod support;
 
 use accel::encode::{EncodedHit, EncodedScene, OWNER_SPHERE, Object, SphereGeometry, TraversalCounts};

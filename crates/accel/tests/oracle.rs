@@ -1,5 +1,7 @@
 //! Every instruction set against a loop over all primitives.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 mod support;
 
 use accel::{Blas, Candidate, HitFilter, Instance, Masked, Opaque, Quality, Ray, Sphere, Tlas};

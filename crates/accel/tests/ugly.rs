@@ -1,5 +1,7 @@
 //! Inputs that nobody should make and somebody will.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 mod support;
 
 use accel::{Blas, Coherence, Geometry, Instance, InstructionSet, MISS, Opaque, Quality, Ray, Sphere, Tlas};

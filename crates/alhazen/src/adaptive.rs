@@ -2,6 +2,7 @@
 
 use crate::renderer::{Limits, Renderer, Summary, check_view};
 use backend::{AdaptiveRounds, BackendError, Control, PixelSamples, Stats, View};
+use elementary::powi;
 use film::{Allocation, Film, PixelStats};
 use std::time::{Duration, Instant};
 
@@ -178,7 +179,7 @@ fn next_total(planned: u64, summary: &Summary, limits: &Limits, elapsed: Duratio
     let mut growth = ROUND_GROWTH;
     if let Some((limit, noise)) = limits.noise.zip(summary.noise) {
         // The error falls with the root of the samples. A little less than what is thought to be needed: more can follow.
-        growth = growth.min((noise / limit).powi(2)).max(1.05);
+        growth = growth.min(powi(noise / limit, 2)).max(1.05);
     }
     if let Some(time) = limits.time {
         let left = time.saturating_sub(elapsed).as_secs_f64() / elapsed.as_secs_f64().max(1e-6);

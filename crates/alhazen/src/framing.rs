@@ -1,6 +1,7 @@
 //! Cameras for scenes without one: what the picture's film shows, whatever its shape and its lens.
 
 use crate::{Job, camera_frame, picture_ray};
+use elementary::hypot;
 use glam::Vec3;
 use scene::{Camera, FilmWindow, Motion, Projection, Scene};
 
@@ -33,7 +34,7 @@ fn film_window(camera: &Camera, width: u32, height: u32) -> FilmWindow {
     let tangents = |x: f32, y: f32| {
         let ray = picture_ray(&frame, width, height, x * width as f32, y * height as f32);
         let [dx, dy, dz] = ray.direction.map(f64::from);
-        let forward = (-dz).max(dx.hypot(dy) / WIDEST);
+        let forward = (-dz).max(hypot(dx, dy) / WIDEST);
         (ray.t_max > 0.0 && forward > 0.0).then(|| (dx / forward, dy / forward))
     };
     // The last direction that is seen on the way from the film's middle to a point on its side.

@@ -18,6 +18,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the standard library"))]
 #![forbid(unsafe_code)]
 
 mod adaptive;
@@ -57,7 +58,10 @@ pub use backend::{
 pub use checkpoint::Checkpoint;
 pub use choice::{BackendChoice, ChoiceError, Chosen, RendererOptions, UnknownBackend};
 pub use colour::{hex_color, luminance, srgb_encode};
-pub use cpu::{BeamEcho, Hits, RayError, RayQueries, Rays, SurfacePoint};
+pub use cpu::{
+    BeamEcho, FoundLight, Hits, LightSampleRecord, LightVisibility, PathEnd, PathRecord, RayError,
+    RayQueries, Rays, SampleRecord, ScatteringRecord, SurfacePoint, SurfaceRecord, VertexPlace, VertexRecord,
+};
 pub use daylight::add_daylight_if_dark;
 pub use denoise::{DenoiseFilmError, Denoised, Denoiser};
 pub use fallback::{Fallback, Step};

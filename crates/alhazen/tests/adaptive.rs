@@ -1,6 +1,8 @@
 //! Adaptive sampling: the same expected picture as with equal samples, with less error for the same samples; on every back
 //! end.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 mod common;
 
 use alhazen::{

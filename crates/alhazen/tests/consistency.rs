@@ -1,5 +1,7 @@
 //! Settings that change the noise or the method, but not the expected picture.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 mod common;
 
 use alhazen::{

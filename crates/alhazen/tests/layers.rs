@@ -4,6 +4,8 @@
 //! times the light's cosine, without noise. The formulas stand here a second time, in double precision and as the glTF extensions or their
 //! sources have them, with `cos θo = 1`, at which nothing masks the viewer.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 mod common;
 
 use alhazen::{Aov, AovData, DirectSettings, Environment, Integrator, Job, Light, LightKind, Scene};

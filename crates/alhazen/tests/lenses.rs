@@ -1,6 +1,8 @@
 //! Cameras with lenses that bend lines: what they see, and that what lies outside of their field is
 //! black.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 mod common;
 
 use alhazen::{

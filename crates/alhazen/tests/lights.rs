@@ -4,6 +4,8 @@
 //! A light's contribution is measured by itself where no other light shines in the same channel. Colours do not matter to the choice
 //! of a light but by their strongest channel, so the choice stays that of white lights.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 mod common;
 
 use alhazen::{

@@ -1,5 +1,7 @@
 //! Lamps whose intensity depends on direction: against closed forms, and GPUs against the CPU.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 mod common;
 
 use alhazen::{Light, LightKind, LightProfile, Photometry, Scene};

@@ -3,6 +3,8 @@
 //!
 //! `ALHAZEN_TRUST_RUNS=N` makes N times as many.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 use alhazen::{
     Control, Job, Limits, LoadOptions, Renderer, Source, add_daylight_if_dark, check_default_camera,
 };

@@ -1,5 +1,7 @@
 //! Scenes that are empty, broken, huge, tiny, mirrored or crowded.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 mod common;
 
 use alhazen::{DirectSettings, Environment, Integrator, Job, Light, LightKind, Scene, Shape};

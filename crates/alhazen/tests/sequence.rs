@@ -1,5 +1,7 @@
 //! Denoising rendered sequences.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 mod common;
 
 use alhazen::{

@@ -1,6 +1,8 @@
 //! Situations from bug reports about other programs, and their relatives: what a shape is, how it stands in the world and
 //! which side of it is seen must not change what its material does.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 mod common;
 
 #[path = "wild/gaps.rs"]

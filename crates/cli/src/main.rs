@@ -1,6 +1,7 @@
 //! The `alhazen` command: arguments in, pictures out. Each subcommand is one file in `commands`.
 
 #![forbid(unsafe_code)]
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the standard library"))]
 
 mod commands;
 mod console;
@@ -46,6 +47,7 @@ enum Command {
     Info(commands::info::InfoArgs),
     Scenes(commands::scenes::ScenesArgs),
     Compare(commands::compare::CompareArgs),
+    Explain(Box<commands::explain::ExplainArgs>),
     Bench(commands::bench::BenchArgs),
     Sensor(commands::sensor::SensorArgs),
     Dataset(commands::dataset::DatasetArgs),
@@ -69,6 +71,7 @@ fn main() -> ExitCode {
         Some(Command::Scenes(args)) => commands::scenes::run(&args),
         Some(Command::Bench(args)) => commands::bench::run(&args),
         Some(Command::Compare(args)) => return commands::compare::run(&args),
+        Some(Command::Explain(args)) => commands::explain::run(&args),
         Some(Command::Sensor(args)) => commands::sensor::run(&args),
         Some(Command::Dataset(args)) => commands::dataset::run(&args),
         Some(Command::Doctor(args)) => commands::doctor::run(&args),

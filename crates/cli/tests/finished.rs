@@ -1,6 +1,8 @@
 //! `alhazen denoise` and `alhazen tonemap`, on files of ours and of others, and after `merge`;
 //! `--clamp-indirect`.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 mod common;
 
 use common::{fail, folder_with_triangle, succeed};

@@ -10,6 +10,7 @@ use std::sync::{LazyLock, Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
 
 use crate::ImageError;
+use crate::file_name::refused_by_windows;
 
 /// Temporary files of processes that may still live elsewhere are left alone until nobody has written to them for so long.
 const ABANDONED: Duration = Duration::from_secs(24 * 3600);
@@ -108,6 +109,11 @@ pub fn remove_temporaries(path: &Path) {
 /// The file that is replaced when `path` is written.
 fn replaceable(path: &Path) -> Result<PathBuf, ImageError> {
     let target = followed(path);
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    if let Some(reason) = refused_by_windows(&name).filter(|_| cfg!(windows)) {
+        let source = std::io::Error::new(std::io::ErrorKind::InvalidInput, reason);
+        return Err(ImageError::Write { path: path.to_owned(), source });
+    }
     match fs::metadata(&target) {
         Ok(found) if !found.is_file() => {
             let what = if found.is_dir() { "a folder" } else { "a device, pipe or socket" };

@@ -5,6 +5,7 @@
 //! (`separatedConvolutions.pdf` of <https://github.com/NVlabs/flip>), whose numbers this reproduces.
 
 use crate::srgb::srgb_to_linear;
+use elementary::{cbrt, exp, hypot, pow};
 use rayon::prelude::*;
 
 /// What a viewer sees 0.7 m away from a 0.7 m wide display of 3840 pixels: the authors' default.
@@ -45,7 +46,7 @@ pub fn error_map(width: usize, reference: &[[u8; 3]], actual: &[[u8; 3]]) -> Vec
             let edge = (feature_r[0] - feature_a[0]).abs();
             let point = (feature_r[1] - feature_a[1]).abs();
             let feature = (edge.max(point) * std::f32::consts::FRAC_1_SQRT_2).sqrt();
-            scale.error(r, a).powf(1.0 - feature)
+            pow(scale.error(r, a), 1.0 - feature)
         })
         .collect()
 }
@@ -82,7 +83,7 @@ fn features(width: usize, image: &[[f32; 3]]) -> Vec<[f32; 2]> {
             sum[2] += tap[1] * value[0];
             sum[3] += tap[2] * value[0];
         });
-    derivatives.into_par_iter().map(|[dx, ddx, dy, ddy]| [dx.hypot(dy), ddx.hypot(ddy)]).collect()
+    derivatives.into_par_iter().map(|[dx, ddx, dy, ddy]| [hypot(dx, dy), hypot(ddx, ddy)]).collect()
 }
 
 /// Weighs the neighbours in the same row of every pixel; the picture's last column goes on beyond its border.
@@ -133,7 +134,7 @@ fn sensitivity_taps() -> Vec<[f32; 4]> {
     let mut taps: Vec<[f32; 4]> = (-radius..=radius)
         .map(|x| {
             let degrees = x as f32 / PIXELS_PER_DEGREE;
-            let gaussian = |b: f32| (-PI * PI * degrees * degrees / b).exp();
+            let gaussian = |b: f32| exp(-PI * PI * degrees * degrees / b);
             let plain = |(a, b): (f32, f32)| a * (PI / b).sqrt() * gaussian(b);
             let root = |(a, b): (f32, f32)| (a * (PI / b).sqrt()).sqrt() * gaussian(b);
             let [y, cx, cz_1, cz_2] = SENSITIVITY;
@@ -141,7 +142,7 @@ fn sensitivity_taps() -> Vec<[f32; 4]> {
         })
         .collect();
     let sums: [f32; 4] = std::array::from_fn(|i| taps.iter().map(|t| t[i]).sum());
-    let both = sums[2].hypot(sums[3]);
+    let both = hypot(sums[2], sums[3]);
     let norms = [sums[0], sums[1], both, both];
     taps.iter_mut().for_each(|tap| (0..4).for_each(|i| tap[i] /= norms[i]));
     taps
@@ -155,7 +156,7 @@ fn feature_taps() -> Vec<[f32; 3]> {
     let mut taps: Vec<[f32; 3]> = (-radius..=radius)
         .map(|x| {
             let t = x as f32 / deviation;
-            let g = (-0.5 * t * t).exp();
+            let g = exp(-0.5 * t * t);
             [g, -(x as f32) * g, (t * t - 1.0) * g]
         })
         .collect();
@@ -176,12 +177,12 @@ struct ColorScale {
 impl ColorScale {
     fn new() -> Self {
         let [green, blue] = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|c| hunt(xyz_to_lab(linear_to_xyz(c))));
-        Self { largest: hyab(&green, &blue).powf(COLOR_EXPONENT) }
+        Self { largest: pow(hyab(&green, &blue), COLOR_EXPONENT) }
     }
 
     /// Error of a colour in Hunt-adjusted CIELAB, in `[0, 1]`.
     fn error(&self, reference: &[f32; 3], actual: &[f32; 3]) -> f32 {
-        let distance = hyab(reference, actual).powf(COLOR_EXPONENT);
+        let distance = pow(hyab(reference, actual), COLOR_EXPONENT);
         let knee = COLOR_KNEE * self.largest;
         if distance < knee {
             distance * (COLOR_KNEE_ERROR / knee)
@@ -193,7 +194,7 @@ impl ColorScale {
 
 /// Distance of large colour differences: city block in lightness, Euclidean in the chromatic plane.
 fn hyab(a: &[f32; 3], b: &[f32; 3]) -> f32 {
-    (a[0] - b[0]).abs() + (a[1] - b[1]).hypot(a[2] - b[2])
+    (a[0] - b[0]).abs() + hypot(a[1] - b[1], a[2] - b[2])
 }
 
 /// Colours look less colourful where it is dark.
@@ -236,7 +237,7 @@ fn opponent_to_xyz([y, cx, cz]: [f32; 3]) -> [f32; 3] {
 fn xyz_to_lab(xyz: [f32; 3]) -> [f32; 3] {
     const DELTA: f32 = 6.0 / 29.0;
     let compress = |v: f32| {
-        if v > DELTA * DELTA * DELTA { v.cbrt() } else { v / (3.0 * DELTA * DELTA) + 4.0 / 29.0 }
+        if v > DELTA * DELTA * DELTA { cbrt(v) } else { v / (3.0 * DELTA * DELTA) + 4.0 / 29.0 }
     };
     let [x, y, z] = relative_to_white(xyz).map(compress);
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]

@@ -7,6 +7,7 @@
 //!
 //! Every picture here is row 0 at the top, linear, scene-referred, Rec. 709 primaries unless it says otherwise.
 
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the standard library"))]
 #![forbid(unsafe_code)]
 
 mod allocation;
@@ -15,6 +16,7 @@ mod atomic;
 mod coverage;
 mod exact;
 mod exr_file;
+mod file_name;
 mod files;
 mod film;
 mod flip;

@@ -6,6 +6,7 @@
 use crate::Image;
 use crate::flip::error_map;
 use crate::srgb::{linear_to_srgb, to_u8};
+use elementary::{exp2, log10, powi};
 
 /// What is added to the squared reference in [`rel_mse`], as in Mitsuba's tests and much of the literature.
 pub const REL_MSE_EPSILON: f64 = 1e-2;
@@ -63,8 +64,8 @@ pub fn rel_mse(reference: &Image, actual: &Image) -> Result<f64, MetricError> {
 /// [`MetricError`] if the images cannot be compared.
 pub fn psnr(reference: &Image, actual: &Image) -> Result<f64, MetricError> {
     let encode = |v: f64| f64::from(linear_to_srgb((v as f32).clamp(0.0, 1.0)));
-    let mse = mean_over(reference, actual, |r, a| (encode(a) - encode(r)).powi(2))?;
-    Ok(-10.0 * mse.log10())
+    let mse = mean_over(reference, actual, |r, a| powi(encode(a) - encode(r), 2))?;
+    Ok(-10.0 * log10(mse))
 }
 
 /// The result of [`flip`].
@@ -90,7 +91,7 @@ pub struct Flip {
 pub fn flip(reference: &Image, actual: &Image, exposure_stops: f32) -> Result<Flip, MetricError> {
     check(reference, actual)?;
     let (width, height) = (reference.width(), reference.height());
-    let scale = exposure_stops.exp2();
+    let scale = exp2(exposure_stops);
     let encode = |image: &Image| -> Vec<[u8; 3]> {
         let code = |v: f32| to_u8(linear_to_srgb((v * scale).clamp(0.0, 1.0)));
         image.to_rgb().data().chunks_exact(3).map(|p| [code(p[0]), code(p[1]), code(p[2])]).collect()

@@ -4,6 +4,8 @@
 //! megakernel and by the wavefront; the time is the device's own of all passes, after a first frame that nobody counts, and
 //! beside it that of the host's clock. `ALHAZEN_PATHS=N,N…` measures the wavefront with so many paths in flight.
 
+#![allow(clippy::disallowed_methods, reason = "no picture is compared with another platform's")]
+
 use backend::{Backend, Control, Integrator, PathSettings, View};
 use gpu::tracer::TracerKind;
 use gpu::{Gpu, GpuBackend, GpuOptions, PathKernel};

@@ -14,6 +14,8 @@
 //! and range of 30 dispatches after others that nobody counts. All hits are compared with the scalar twin's.
 //! Prints a table, then the same as one JSON object a line.
 
+#![allow(clippy::disallowed_methods, reason = "no picture is compared with another platform's")]
+
 use accel::encode::{EncodedScene, TraversalCounts};
 use accel::{Quality, Ray};
 use glam::Vec3;

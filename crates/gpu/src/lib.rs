@@ -5,6 +5,8 @@
 //! structures, 2 the view and the film, 3 the queues of the path tracer's wavefront, or
 //! what the passes of the real-time renderer hand on. Start reading at [`Gpu::open`] and [`GpuScene::upload`].
 
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the standard library"))]
+
 mod backend;
 mod batch;
 mod bindings;

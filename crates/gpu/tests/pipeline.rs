@@ -1,4 +1,6 @@
 //! Pictures of the ray tracing pipeline against those of the CPU.
+
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
 #![cfg(not(target_vendor = "apple"))]
 
 use backend::{

@@ -7,11 +7,13 @@
 use proc_macro::{Delimiter, Group, TokenStream, TokenTree};
 
 /// An import by name has precedence over that of a whole module. The lint is off because most modules use only some of them.
-const BUILTINS: &str =
-    "#[allow(unused_imports)] use crate::builtins::{abs, clamp, max, min, saturate, smoothstep};";
+const BUILTINS: &str = "#[allow(unused_imports)] use crate::builtins::{
+    abs, acos, asin, atan, atan2, clamp, cos, exp, exp2, length, log, log2, max, min, normalize, pow, saturate,
+    sin, smoothstep, tan,
+};";
 
-/// Puts `#[inline(always)]` on every `pub fn` directly in the module, and imports the crate's `builtins`, which rustc inlines,
-/// in the place of those that `wgsl_rs::std` brings.
+/// Puts `#[inline(always)]` on every `pub fn` directly in the module, and imports the crate's `builtins`, which rustc inlines
+/// and whose bits are the same on every platform, in the place of those that `wgsl_rs::std` brings.
 #[proc_macro_attribute]
 pub fn inline_all(_: TokenStream, module: TokenStream) -> TokenStream {
     let body = |tree: TokenTree| match tree {

@@ -9,6 +9,7 @@ use crate::glossy::ggx_albedo_sample;
 use crate::math::nearest_integer;
 use crate::sheen::{sheen_albedo_coordinates, sheen_albedo_sample};
 use crate::{Vec2f, vec2f};
+use elementary::cos;
 use std::sync::OnceLock;
 
 /// Directional albedo of the GGX reflection lobe, over cosine and width.
@@ -291,7 +292,7 @@ impl Quadrature {
 /// Nodes and weights of Gauss–Legendre quadrature on `[0, 1]`: roots of the Legendre polynomial by Newton's method.
 fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
     let node = |i: usize| {
-        let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();
+        let mut x = cos(std::f64::consts::PI * (i as f64 + 0.75) / (n as f64 + 0.5));
         let mut derivative = 0.0;
         for _ in 0..8 {
             let (mut previous, mut value) = (1.0, x);

@@ -1,9 +1,12 @@
-//! Built-in functions of WGSL as rustc inlines them into kernels of other crates.
+//! Built-in functions of WGSL as rustc inlines them into kernels of other crates, with the same bits on every platform.
 //!
 //! `wgsl-rs` has the same functions without `#[inline]`: without link-time optimisation each use of those below would be a
 //! call in the innermost loops. [`inlining::inline_all`] imports these into every module that it is put on, where they take
-//! the place of those of `wgsl_rs::std`. Their results are the same bit for bit.
+//! the place of those of `wgsl_rs::std`. Their results are the same bit for bit, but for sines, arcs, exponentials,
+//! logarithms and powers: those of `wgsl_rs::std` are the platform's C library, these are `elementary`'s. The text for
+//! the GPU has WGSL's own either way.
 
+pub use elementary::{acos, asin, atan, atan2, cos, exp, exp2, log, log2, pow, sin, tan};
 use wgsl_rs::std::{self as library, Vec2f, Vec3f, Vec4f};
 
 /// Numbers and vectors of them. Vectors have each function for each component.
@@ -22,6 +25,26 @@ pub trait Number: Copy {
 pub trait Float: Number {
     /// See [`saturate`].
     fn saturated(self) -> Self;
+}
+
+/// Vectors of floating point numbers.
+pub trait Vector: Copy {
+    /// The sum of the squares of the components.
+    fn squared(self) -> f32;
+    /// The vector times a number.
+    fn scaled(self, factor: f32) -> Self;
+}
+
+/// The length of a vector.
+#[inline(always)]
+pub fn length<T: Vector>(e: T) -> f32 {
+    e.squared().sqrt()
+}
+
+/// The vector of length 1 in the same direction; not numbers for the zero vector.
+#[inline(always)]
+pub fn normalize<T: Vector>(e: T) -> T {
+    e.scaled(1.0 / length(e))
 }
 
 /// The absolute value.
@@ -127,6 +150,18 @@ macro_rules! vector {
                 Self::from_array(self.to_array().map(f32::saturated))
             }
         }
+
+        impl Vector for $type {
+            #[inline(always)]
+            fn squared(self) -> f32 {
+                let [first, rest @ ..] = self.to_array();
+                rest.into_iter().fold(first * first, |sum, x| sum + x * x)
+            }
+            #[inline(always)]
+            fn scaled(self, factor: f32) -> Self {
+                Self::from_array(self.to_array().map(|x| x * factor))
+            }
+        }
     };
 }
 
@@ -158,6 +193,10 @@ mod tests {
                 let u = Vec3f { x: a, y: b, z: 0.5 };
                 same3(abs(u), library::abs(u), "abs of a vector");
                 same3(saturate(u), library::saturate(u), "saturate of a vector");
+                same(length(u), library::length(u), "length");
+                if u.to_array().into_iter().all(|x| x.abs() < 1e18) {
+                    same3(normalize(u), library::normalize(u), "normalize");
+                }
             }
         }
         for (a, b) in [(3i32, -4), (i32::MIN, 7)] {

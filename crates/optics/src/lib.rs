@@ -8,6 +8,7 @@
 //! with the normal along +Z where a function says so. `alpha` is GGX width, roughness squared. A density always says
 //! its measure. Depth counts as Mitsuba does: 1 is emission seen directly.
 
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the standard library"))]
 // Conventions of WGSL that rustc and clippy would write otherwise: fields are named in full, `if` is a statement,
 // and a module has the name of its file so that imports read the same in both languages.
 #![allow(clippy::redundant_field_names, clippy::module_inception, clippy::needless_return)]
@@ -26,7 +27,8 @@ pub use wgsl_rs::std::{Vec2f, Vec2u, Vec3f, Vec4f, Vec4i, Vec4u, vec2f, vec2u, v
 
 /// The functions of WGSL on vectors, for host code that works with the same types.
 pub mod vector {
-    pub use wgsl_rs::std::{cross, dot, length, normalize, reflect};
+    pub use crate::builtins::{length, normalize};
+    pub use wgsl_rs::std::{cross, dot, reflect};
 }
 
 // `#[wgsl]` needs its module inline, so each file holds one module of its own name; below they become flat.

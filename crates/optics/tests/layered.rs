@@ -1,5 +1,7 @@
 //! Layered surfaces: energy, densities, limits, extreme parameters.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 use optics::albedo::{DielectricAlbedo, GgxAlbedo, SheenAlbedo};
 use optics::constants::ONE_MINUS_EPSILON;
 use optics::glossy::{MetallicRoughness, glossy_eval, metallic_roughness_bsdf};

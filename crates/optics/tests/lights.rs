@@ -1,6 +1,8 @@
 //! Lights: densities are those of the samples, samples lie on the light, and irradiance has the values that can be had
 //! in closed form.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 use optics::constants::{FAR, ONE_MINUS_EPSILON};
 use optics::light::*;
 use optics::{Vec2f, Vec3f, vec2f, vec3f};

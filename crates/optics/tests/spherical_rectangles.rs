@@ -1,6 +1,8 @@
 //! Rectangles sampled by solid angle: the angle is right, samples are uniform over it and stay in the rectangle, neighbouring
 //! numbers give neighbouring points, and whichever way a lamp is sampled, hits know the density.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 mod double;
 
 use double::{V, cross, dot, solid_angle, unit, wide};

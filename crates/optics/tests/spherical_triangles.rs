@@ -1,6 +1,8 @@
 //! Triangles sampled by solid angle: the angle is right, samples are uniform over it and stay in the triangle, and the numbers
 //! they were made of can be had back.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 mod double;
 
 use double::{V, dot, solid_angle, unit, wide};

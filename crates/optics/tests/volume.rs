@@ -1,5 +1,7 @@
 //! Media: phase functions are densities, samples follow them, and distances have the weights that conserve energy.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 use optics::medium::transmittance;
 use optics::volume::*;
 use optics::{Vec3f, vec2f, vec3f};

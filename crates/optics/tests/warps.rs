@@ -1,5 +1,7 @@
 //! Sampling routines: samples follow the density that their documentation states, and densities integrate to one.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 use optics::constants::ONE_MINUS_EPSILON;
 use optics::warp::*;
 use optics::{Vec2f, Vec3f, vec2f};

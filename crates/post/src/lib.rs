@@ -1,6 +1,7 @@
 //! What happens to a film before it is shown: denoising, if it is asked for, then exposure and tone mapping, applied once,
 //! at the end.
 
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the standard library"))]
 // Only what talks to Open Image Denoise's C library and the network's vector instructions are unsafe.
 #![deny(unsafe_code)]
 

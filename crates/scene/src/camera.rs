@@ -1,6 +1,7 @@
 //! Cameras as the user describes them, and the paths they move along.
 
 use crate::projection::Projection;
+use elementary::{cos, sin};
 use glam::{Affine3A, Mat3, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -142,7 +143,7 @@ impl Camera {
             let turn = std::f32::consts::TAU * time / period;
             let angle = start + turn;
             camera.eye =
-                center + Vec3::new(radius * angle.sin(), height + bob * turn.sin(), radius * angle.cos());
+                center + Vec3::new(radius * sin(angle), height + bob * sin(turn), radius * cos(angle));
         }
         camera
     }

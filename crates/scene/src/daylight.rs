@@ -5,6 +5,7 @@
 //! environment's table of radiance, which back ends then read like a picture.
 
 use crate::{Image, Pixels, Sun};
+use elementary::{acos, asin, atan2, cos, exp, pow, powi, sin, sin_cos, tan};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -99,25 +100,25 @@ impl SunPosition {
         let latitude = in_range("the latitude", latitude, -90.0, 90.0)?.to_radians();
         let longitude = in_range("the longitude", longitude, -180.0, 180.0)?;
         let turn = |offset: f64, period: f64| 2.0 * PI * (day - offset) / period;
-        let equation_of_time = 0.170 * (2.0 * turn(80.0, 373.0)).sin() - 0.129 * turn(8.0, 355.0).sin();
+        let equation_of_time = 0.170 * sin(2.0 * turn(80.0, 373.0)) - 0.129 * sin(turn(8.0, 355.0));
         let solar_hour = hour + equation_of_time + longitude / 15.0 - zone;
-        let declination = 0.4093 * turn(81.0, 368.0).sin();
+        let declination = 0.4093 * sin(turn(81.0, 368.0));
         // 0 at noon, positive in the afternoon.
         let angle = PI * (solar_hour - 12.0) / 12.0;
-        let up = latitude.sin() * declination.sin() + latitude.cos() * declination.cos() * angle.cos();
-        let east = -declination.cos() * angle.sin();
-        let north = latitude.cos() * declination.sin() - latitude.sin() * declination.cos() * angle.cos();
-        let elevation = up.clamp(-1.0, 1.0).asin();
+        let up = sin(latitude) * sin(declination) + cos(latitude) * cos(declination) * cos(angle);
+        let east = -cos(declination) * sin(angle);
+        let north = cos(latitude) * sin(declination) - sin(latitude) * cos(declination) * cos(angle);
+        let elevation = asin(up.clamp(-1.0, 1.0));
         if elevation < 0.0 {
             return Err(SunError::Night(-elevation.to_degrees()));
         }
-        Ok(Self { elevation, azimuth: east.atan2(north) })
+        Ok(Self { elevation, azimuth: atan2(east, north) })
     }
 
     /// Unit direction towards the sun.
     pub fn direction(&self) -> DVec3 {
-        let (up, across) = self.elevation.sin_cos();
-        let (east, north) = self.azimuth.sin_cos();
+        let (up, across) = sin_cos(self.elevation);
+        let (east, north) = sin_cos(self.azimuth);
         DVec3::new(across * east, up, -across * north)
     }
 }
@@ -200,7 +201,7 @@ impl Daylight {
                 sky.radiance(DVec3::from_array(direction.map(f64::from)), sun) * intensity
             })
             .collect();
-        let sunlight = self.sun().irradiance.as_dvec3() * self.sun.elevation.sin();
+        let sunlight = self.sun().irradiance.as_dvec3() * sin(self.sun.elevation);
         let ground = self.ground.as_dvec3() * (irradiance(&upper, width) + sunlight) / PI;
         let below = std::iter::repeat_n(ground, upper.len());
         let pixels = upper.iter().copied().chain(below).map(|c| c.as_vec3().to_array()).collect();
@@ -213,7 +214,7 @@ fn irradiance(upper: &[DVec3], width: u32) -> DVec3 {
     let step = PI / f64::from(width / 2);
     let weighted = upper.iter().zip(0u32..).map(|(radiance, i)| {
         let theta = (f64::from(i / width) + 0.5) * step;
-        *radiance * (theta.cos() * theta.sin() * step * step)
+        *radiance * (cos(theta) * sin(theta) * step * step)
     });
     weighted.sum()
 }
@@ -221,13 +222,13 @@ fn irradiance(upper: &[DVec3], width: u32) -> DVec3 {
 /// Irradiance of a surface that faces the sun, W/m², linear RGB.
 fn sun_irradiance(elevation: f64, turbidity: f64) -> DVec3 {
     // Optical mass of the air: Kasten's formula.
-    let mass = 1.0 / (elevation.sin() + 0.15 * (elevation.to_degrees() + 3.885).powf(-1.253));
+    let mass = 1.0 / (sin(elevation) + 0.15 * pow(elevation.to_degrees() + 3.885, -1.253));
     let haze = (0.046_08 * turbidity - 0.045_86).max(0.0);
     let through = |i: usize| {
         let wavelength = WAVELENGTHS[i];
-        let rayleigh = 0.008_735 * wavelength.powf(-4.08);
-        let aerosol = haze * wavelength.powf(-1.3);
-        (-mass * (rayleigh + aerosol + OZONE[i] * 0.35)).exp()
+        let rayleigh = 0.008_735 * pow(wavelength, -4.08);
+        let aerosol = haze * pow(wavelength, -1.3);
+        exp(-mass * (rayleigh + aerosol + OZONE[i] * 0.35))
     };
     let watts = SOLAR_ILLUMINANCE / LUMENS_PER_WATT;
     DVec3::from_array([0, 1, 2].map(|i| watts * SOLAR_COLOR[i] * through(i)))
@@ -270,7 +271,7 @@ impl Perez {
             ],
         ];
         let chi = (4.0 / 9.0 - t / 120.0) * (PI - 2.0 * sun_theta);
-        let luminance = ((4.0453 * t - 4.9710) * chi.tan() - 0.2155 * t + 2.4192).max(0.0);
+        let luminance = ((4.0453 * t - 4.9710) * tan(chi) - 0.2155 * t + 2.4192).max(0.0);
         let cubic = |c: [f64; 4]| ((c[0] * sun_theta + c[1]) * sun_theta + c[2]) * sun_theta + c[3];
         let chromaticity = |rows: [[f64; 4]; 3]| (cubic(rows[0]) * t + cubic(rows[1])) * t + cubic(rows[2]);
         let x = chromaticity([
@@ -292,7 +293,7 @@ impl Perez {
     fn radiance(&self, direction: DVec3, sun: DVec3) -> DVec3 {
         // Within the model, the horizon itself is infinitely far away.
         let cos_theta = direction.y.max(1e-3);
-        let gamma = direction.dot(sun).clamp(-1.0, 1.0).acos();
+        let gamma = acos(direction.dot(sun).clamp(-1.0, 1.0));
         let value = |i: usize| self.scale[i] * distribution(&self.coefficients[i], cos_theta, gamma);
         let (luminance, x, y) = (value(0).max(0.0) * 1000.0 / LUMENS_PER_WATT, value(1), value(2).max(1e-3));
         let (big_x, big_z) = (x / y * luminance, (1.0 - x - y) / y * luminance);
@@ -307,7 +308,7 @@ impl Perez {
 
 /// Perez's formula; `gamma` is the angle from the sun.
 fn distribution([a, b, c, d, e]: &[f64; 5], cos_theta: f64, gamma: f64) -> f64 {
-    (1.0 + a * (b / cos_theta).exp()) * (1.0 + c * (d * gamma).exp() + e * gamma.cos().powi(2))
+    (1.0 + a * exp(b / cos_theta)) * (1.0 + c * exp(d * gamma) + e * powi(cos(gamma), 2))
 }
 
 #[cfg(test)]

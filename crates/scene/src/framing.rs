@@ -5,6 +5,7 @@
 //! the scene, the eye is as near as it may be.
 
 use crate::{Camera, Instance, Mesh, Scene, Shape};
+use elementary::{hypot, tan};
 use glam::{DAffine3, DVec3, Vec3};
 
 /// Vertical field of view of the default camera, degrees.
@@ -45,7 +46,7 @@ pub struct FilmWindow {
 impl FilmWindow {
     /// Of a perspective camera without a lens: full vertical field of view in radians, width over height.
     pub fn perspective(fov_y: f32, aspect: f32) -> Self {
-        let top = (f64::from(fov_y) * 0.5).tan();
+        let top = tan(f64::from(fov_y) * 0.5);
         let right = top * f64::from(aspect);
         Self { left: right, right, bottom: top, top }
     }
@@ -187,7 +188,7 @@ impl Framing {
             let mut along = point.dot(*direction);
             if self.turns {
                 // The outermost point of the circle about the axis.
-                let around = aside.x.hypot(aside.z) * direction.x.hypot(direction.z);
+                let around = hypot(aside.x, aside.z) * hypot(direction.x, direction.z);
                 along = self.center.dot(*direction) + around + aside.y * direction.y;
             }
             if radius > 0.0 {

@@ -1,6 +1,7 @@
 //! Decoded images and how textures sample them.
 
 use crate::ids::{ImageId, TextureId};
+use elementary::sin_cos;
 use glam::Vec2;
 use optics::tonemap::srgb_decode_channel;
 use serde::{Deserialize, Serialize};
@@ -192,7 +193,7 @@ impl UvTransform {
     /// The text and the example of `KHR_texture_transform` turn (u, v) into (u cos + v sin, v cos − u sin), as common
     /// viewers do; the matrix in its GLSL snippet is the inverse rotation.
     pub fn new(offset: Vec2, rotation: f32, scale: Vec2) -> Self {
-        let (sin, cos) = rotation.sin_cos();
+        let (sin, cos) = sin_cos(rotation);
         Self { rows: [Vec2::new(cos, sin) * scale, Vec2::new(-sin, cos) * scale], offset }
     }
 

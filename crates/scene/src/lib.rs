@@ -6,6 +6,7 @@
 //!
 //! Units are metres and radians, right-handed, +Y up; colours are linear with Rec. 709 primaries.
 
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the standard library"))]
 #![forbid(unsafe_code)]
 
 pub mod animation;

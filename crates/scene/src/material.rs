@@ -4,6 +4,7 @@ use crate::image::{TextureRef, UvTransform};
 use crate::layers::Layers;
 use crate::medium::Medium;
 use crate::subsurface::Subsurface;
+use elementary::log;
 use glam::{Vec2, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
@@ -73,7 +74,7 @@ impl Interior {
         if !(self.attenuation_distance.is_finite() && self.attenuation_distance > 0.0) {
             return Vec3::ZERO;
         }
-        let of = |c: f32| (-c.clamp(1e-20, 1.0).ln() / self.attenuation_distance).min(Self::MOST_ABSORBING);
+        let of = |c: f32| (-log(c.clamp(1e-20, 1.0)) / self.attenuation_distance).min(Self::MOST_ABSORBING);
         Vec3::new(of(self.attenuation_color.x), of(self.attenuation_color.y), of(self.attenuation_color.z))
     }
 

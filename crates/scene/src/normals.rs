@@ -6,6 +6,7 @@
 //! crease angle, or which lie inside a smoothing group. A vertex where several smooth pieces meet is split.
 
 use crate::TriangleMesh;
+use elementary::{atan2, cos};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -137,7 +138,7 @@ impl Surface {
         let (corners, starts) = group_by_place(&places, place_count);
         // No edge is smooth at an angle below 0, and rounding must not make coplanar faces crease.
         let cos_crease =
-            if crease_angle > 0.0 { crease_angle.min(std::f32::consts::PI).cos() - 1e-6 } else { 2.0 };
+            if crease_angle > 0.0 { cos(crease_angle.min(std::f32::consts::PI)) - 1e-6 } else { 2.0 };
         Self {
             offsets,
             places,
@@ -292,7 +293,7 @@ fn triangle_shape(corners: [Vec3; 3]) -> (Vec3, [f32; 3]) {
     let normal = edges[0].cross(-edges[2]);
     let Some(unit) = normal.try_normalize() else { return (Vec3::ZERO, [0.0; 3]) };
     let double_area = normal.length();
-    let angle = |before: DVec3, after: DVec3| double_area.atan2((-before).dot(after)) as f32;
+    let angle = |before: DVec3, after: DVec3| atan2(double_area, (-before).dot(after)) as f32;
     (unit.as_vec3(), [angle(edges[2], edges[0]), angle(edges[0], edges[1]), angle(edges[1], edges[2])])
 }
 

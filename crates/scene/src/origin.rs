@@ -6,6 +6,7 @@
 //! carry the anchor. Scenes and meshes that are not far are stored as they are.
 
 use crate::{LoadReport, Mesh, Scene, Shape};
+use elementary::{log10, pow};
 use glam::{Affine3A, DAffine3, DVec3, Vec3};
 
 /// A box is far away if its middle is more than this many times its diagonal from the origin.
@@ -55,7 +56,7 @@ impl Bounds {
             return DVec3::ZERO;
         }
         // A single point has no size; a millionth of its distance is as good.
-        let unit = 10f64.powf(size.max(1e-6 * distance).log10().floor());
+        let unit = pow(10f64, log10(size.max(1e-6 * distance)).floor());
         let anchor = (center / unit).round() * unit;
         if anchor.is_finite() { anchor } else { DVec3::ZERO }
     }

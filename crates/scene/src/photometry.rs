@@ -1,5 +1,6 @@
 //! How a lamp's intensity depends on direction, as a photometric file says it.
 
+use elementary::{cos, sin};
 use glam::{Affine3A, DAffine3, DVec3, Quat, Vec3};
 use optics::light_profile::profile_azimuth;
 use optics::{Vec3f, vec3f};
@@ -62,13 +63,13 @@ impl LightProfile {
         let mean = |row: &[f32]| row.iter().map(|v| f64::from(*v)).sum::<f64>() / f64::from(self.columns);
         let weighed: Vec<f64> = (0..)
             .zip(rows)
-            .map(|(i, row)| mean(row) * f64::from(weight((f64::from(i) * step).cos() as f32)))
+            .map(|(i, row)| mean(row) * f64::from(weight(cos(f64::from(i) * step) as f32)))
             .collect();
         // ∫ (a + (b − a) (θ − θ₀) / step) sin θ dθ, by parts.
         let between = |i: usize| {
             let (low, high) = (i as f64 * step, (i + 1) as f64 * step);
             let (a, b) = (weighed[i], weighed[i + 1]);
-            a * low.cos() - b * high.cos() + (b - a) * (high.sin() - low.sin()) / step
+            a * cos(low) - b * cos(high) + (b - a) * (sin(high) - sin(low)) / step
         };
         let all: f64 = (0..weighed.len() - 1).map(between).sum();
         (2.0 * std::f64::consts::PI * all) as f32

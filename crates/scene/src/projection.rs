@@ -1,5 +1,6 @@
 //! How cameras map directions to pictures: all that differs between projections stands here.
 
+use elementary::{sin, tan};
 use glam::Vec2;
 use optics::camera::{
     CAMERA_CUBEMAP, CAMERA_FISHEYE, CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA, CAMERA_PERSPECTIVE,
@@ -156,7 +157,7 @@ impl Projection {
     pub fn half_size(&self, aspect: f32) -> Vec2 {
         let by_height = |half_height: f32| Vec2::new(half_height * aspect, half_height);
         match self {
-            Self::Perspective { fov_y } => by_height((fov_y * 0.5).tan()),
+            Self::Perspective { fov_y } => by_height(tan(fov_y * 0.5)),
             Self::Orthographic { height } => by_height(height * 0.5),
             Self::Panorama | Self::Cubemap => by_height(1.0),
             Self::Fisheye { fov } => by_height(0.5 * fov / aspect.min(1.0)),
@@ -172,7 +173,7 @@ impl Projection {
     /// Height of what the picture shows at a distance from the camera, metres.
     pub fn seen_height(&self, distance: f32) -> f32 {
         match self {
-            Self::Perspective { fov_y } => 2.0 * distance * (fov_y * 0.5).tan(),
+            Self::Perspective { fov_y } => 2.0 * distance * tan(fov_y * 0.5),
             Self::Orthographic { height } => *height,
             Self::Panorama => distance * PI,
             Self::Fisheye { fov } => distance * fov,
@@ -184,12 +185,12 @@ impl Projection {
     /// The distance from which a sphere fills the picture, metres. One with parallel rays is made as high as it has to be.
     pub fn frame_sphere(&mut self, radius: f32) -> f32 {
         match self {
-            Self::Perspective { fov_y } => radius / (*fov_y * 0.5).sin().max(1e-3),
+            Self::Perspective { fov_y } => radius / sin(*fov_y * 0.5).max(1e-3),
             Self::Orthographic { height } => {
                 *height = radius * 2.1;
                 radius * 3.0
             }
-            Self::Fisheye { fov } => radius / (fov.min(2.0) * 0.5).sin().max(1e-3),
+            Self::Fisheye { fov } => radius / sin(fov.min(2.0) * 0.5).max(1e-3),
             Self::Panorama | Self::Cubemap => radius * 1.5,
             Self::Intrinsics { focal, .. } => radius * focal.y * 2.0,
         }

@@ -1,5 +1,7 @@
 //! Animated glTF files over time: every kind of target and interpolation in a small file, and real assets.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 use base64::Engine as _;
 use glam::{Vec2, Vec3, vec3};
 use scene::animation::Moment;

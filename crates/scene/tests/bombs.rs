@@ -1,5 +1,7 @@
 //! Small files that ask for much: each is loaded in a process of its own with a limit on memory and time, which an abort or a
 //! hang does not survive. What comes out is a scene or an error, never a dead process.
+
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
 #![cfg(target_os = "linux")]
 
 use scene::tables::SceneTables;

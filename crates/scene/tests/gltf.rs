@@ -1,5 +1,7 @@
 //! The glTF loader on real assets: counts of the table in the data's README, and features one by one.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 mod gltf_support;
 
 use gltf_support::{assert_sound, gltf_files, load};

@@ -1,5 +1,7 @@
 //! The environment sampled through portals: densities are those of the samples, and integrate to one.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 use glam::{Vec3, vec3};
 use optics::{Vec3f, vec3f};
 use scene::tables::{EnvironmentTable, SceneTables};

@@ -17,6 +17,7 @@ use crate::cloud::PointCloud;
 use crate::error::SensorError;
 use crate::returns::{Echo, ReturnMode, beam_returns};
 use alhazen::{BeamEcho, Control, RayQueries};
+use elementary::{cos, log, sin, sin_cos, tan};
 use glam::{DAffine3, DMat3, DVec3};
 use optics::random::{hash_combine, unit_float};
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -83,8 +84,8 @@ impl Lidar {
     pub fn direction(&self, channel: usize, firing: u32) -> DVec3 {
         let azimuth = self.first_azimuth + self.sweep * f64::from(firing) / f64::from(self.azimuths);
         let elevation = self.elevations.get(channel).copied().unwrap_or_default();
-        let (sin, cos) = elevation.sin_cos();
-        DVec3::new(cos * azimuth.cos(), cos * azimuth.sin(), sin)
+        let (up, across) = sin_cos(elevation);
+        DVec3::new(across * cos(azimuth), across * sin(azimuth), up)
     }
 
     /// One sweep from `pose` (sensor to world: a rotation and a translation). Points come firing by firing, the channels of a
@@ -133,8 +134,8 @@ impl Lidar {
             return axis;
         }
         let (x, y) = axis.any_orthonormal_pair();
-        let radius = (0.5 * self.divergence).tan() * ((ray as f64 + 0.5) / f64::from(self.beam_rays)).sqrt();
-        let (sin, cos) = (GOLDEN_ANGLE * ray as f64).sin_cos();
+        let radius = tan(0.5 * self.divergence) * ((ray as f64 + 0.5) / f64::from(self.beam_rays)).sqrt();
+        let (sin, cos) = sin_cos(GOLDEN_ANGLE * ray as f64);
         (axis + (x * cos + y * sin) * radius).normalize()
     }
 
@@ -148,7 +149,7 @@ impl Lidar {
             bits = hash_combine(bits, number.wrapping_add(1));
         }
         let (u, v) = (unit_float(bits), unit_float(hash_combine(bits, 1)));
-        (-2.0 * f64::from(1.0 - u).ln()).sqrt() as f32 * (std::f32::consts::TAU * v).cos()
+        (-2.0 * log(f64::from(1.0 - u))).sqrt() as f32 * cos(std::f32::consts::TAU * v)
     }
 
     fn check(&self, pose: &DAffine3) -> Result<(), SensorError> {

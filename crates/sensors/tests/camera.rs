@@ -1,5 +1,7 @@
 //! Exact layers and data sets of a scene whose answers are known: a wall, and a ball in front of it.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 use alhazen::{
     Aov, Camera, Control, ExrFile, Instance, Job, Limits, Material, Mesh, Model, RayQueries, Renderer, Scene,
     SceneTables, Shape, Sphere, TriangleMesh,

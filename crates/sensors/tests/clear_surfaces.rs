@@ -1,5 +1,7 @@
 //! Beams of the scanner that pass glass and media, and what blocks them near by.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 use alhazen::{
     AlphaMode, Control, Fog, Instance, Interior, LoadOptions, Loaded, Material, Medium, Mesh, Model,
     RayQueries, Scene, SceneTables, Shape, Source, Subsurface, TriangleMesh,

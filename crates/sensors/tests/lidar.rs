@@ -1,5 +1,7 @@
 //! The scanner against scenes whose answers are known.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 use alhazen::{
     Control, Instance, Material, Mesh, Model, RayQueries, Scene, SceneTables, Shape, Sphere, TriangleMesh,
 };

@@ -1,6 +1,7 @@
 //! Decisions of generators: from a seed for tests, from the bytes of a fuzzer.
 
 use crate::Random;
+use elementary::pow;
 
 /// Where a generator takes its decisions from.
 ///
@@ -94,7 +95,7 @@ impl<'a> Choices<'a> {
     /// A positive number of any size that scenes have, and some that they should not.
     pub fn size(&mut self) -> f64 {
         let exponent = if self.once_in(3) { 24.0 * self.unit() - 12.0 } else { 2.0 * self.unit() - 1.0 };
-        10f64.powf(exponent)
+        pow(10f64, exponent)
     }
 
     /// An index into `count` things; now and then one that is none.

@@ -15,12 +15,14 @@ mod chi2;
 mod choices;
 mod compare;
 mod data;
+#[allow(clippy::disallowed_methods, reason = "statistics, not pictures")]
 mod estimate;
 mod exclusive;
 mod gltf;
 mod ignis;
 mod random;
 pub mod scenes;
+#[allow(clippy::disallowed_methods, reason = "statistics, not pictures")]
 mod special;
 
 pub use chi2::{Chi2, assert_chi2, chi2_test};

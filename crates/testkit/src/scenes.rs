@@ -6,6 +6,7 @@
 mod assortment;
 mod hairy;
 
+use elementary::{atan, cos, sin};
 use glam::{Affine3A, DQuat, DVec3, Quat, Vec2, Vec3, Vec4};
 use scene::{
     AlphaMode, Camera, Environment, Instance, Material, Mesh, Model, Scene, Shape, Sphere, TriangleMesh,
@@ -104,7 +105,7 @@ pub fn uv_sphere(around: u32, rings: u32) -> TriangleMesh {
     use std::f64::consts::{PI, TAU};
     let vertex = |i: u32, j: u32| {
         let (theta, phi) = (PI * f64::from(i) / f64::from(rings), TAU * f64::from(j) / f64::from(around));
-        DVec3::new(theta.sin() * phi.cos(), theta.cos(), -theta.sin() * phi.sin()).as_vec3()
+        DVec3::new(sin(theta) * cos(phi), cos(theta), -sin(theta) * sin(phi)).as_vec3()
     };
     let positions: Vec<Vec3> = (0..=rings).flat_map(|i| (0..=around).map(move |j| vertex(i, j))).collect();
     let mut indices = Vec::new();
@@ -260,7 +261,7 @@ fn cornell_walls(name: &str) -> Scene {
         scene.add_mesh(name, mm(&[corners]), material);
     }
     scene.add_mesh("ceiling", mm(&ceiling), white);
-    let fov = 2.0 * (0.0125f64 / 0.035).atan().to_degrees();
+    let fov = 2.0 * atan(0.0125f64 / 0.035).to_degrees();
     scene.cameras.push(camera([2.78, 2.73, -8.0], [2.78, 2.73, 0.0], fov));
     scene
 }

@@ -6,6 +6,7 @@
 
 use super::primitive_ref::PrimitiveRef;
 use crate::aabb::Aabb;
+use elementary::{cbrt, exp2};
 use rayon::prelude::*;
 
 /// Which empty area of a triangle's box splits should remove.
@@ -135,8 +136,8 @@ fn empty_area(bounds: &Aabb, [a, b, c]: &[[f32; 3]; 3], empty: EmptyArea) -> f64
 /// its box. The cube root is the paper's: it keeps one triangle from using up the budget.
 fn priority(grid: &Grid, bounds: &Aabb, empty_area: f64) -> f32 {
     let Some(plane) = grid.coarsest_plane(bounds) else { return 0.0 };
-    let importance = f64::from(plane.level + 1).exp2() / f64::from(GRID_BITS).exp2();
-    let p = (importance * empty_area).cbrt() as f32;
+    let importance = exp2(f64::from(plane.level + 1)) / exp2(f64::from(GRID_BITS));
+    let p = cbrt(importance * empty_area) as f32;
     if p.is_finite() { p } else { 0.0 }
 }
 

@@ -3,6 +3,8 @@
 //! Tolerances: noise is judged by its own standard error; what is stated beside it is for single precision (1e-3, of
 //! which offsets of ray origins and the finite spot that is looked at are the larger part) unless a test says more.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 mod ambient_occlusion;
 #[path = "../common/mod.rs"]
 mod common;

@@ -3,6 +3,8 @@
 //! Noise is judged by its own standard error; the tolerance beside it is for single precision and the finite spot that
 //! is looked at unless a test says more.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 mod bodies;
 #[path = "../common/mod.rs"]
 mod common;

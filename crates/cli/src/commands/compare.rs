@@ -4,6 +4,7 @@ use crate::console::{json_line, print_error, print_result, say};
 use crate::exit::Exit;
 use alhazen::{Image, ProtectedFiles, metrics};
 use anyhow::{Context, ensure};
+use elementary::log2;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -114,7 +115,7 @@ fn open(path: &Path, what: &str) -> anyhow::Result<Image> {
 fn measure(reference: &Image, actual: &Image, exposure: f32) -> anyhow::Result<Measured> {
     let rel_mse = metrics::rel_mse(reference, actual)?;
     let exposed = |image: &Image| image.map(|v| v * exposure);
-    let flip = metrics::flip(reference, actual, exposure.log2())?;
+    let flip = metrics::flip(reference, actual, log2(exposure))?;
     let mean = |image: &Image| image.to_rgb().mean();
     Ok(Measured {
         width: reference.width(),

@@ -5,6 +5,7 @@ use alhazen::{
     AlphaMode, Camera, Distortion, Environment, Light, LightParameter, LoadOptions, Loaded, Material, Model,
     Projection, ProjectionParameter, Quantity, Scene, SceneTables, Shape, Texture, TextureRef,
 };
+use elementary::atan;
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -408,7 +409,7 @@ fn material_json(scene: &Scene, m: &Material) -> Value {
 
 fn camera_json(scene: &Scene, camera: &Camera) -> Value {
     let (fov, height) = match (camera.projection, camera.projection.parameter()) {
-        (Projection::Intrinsics { focal, .. }, _) => (Some(2.0 * (0.5 / focal.y).atan()), None),
+        (Projection::Intrinsics { focal, .. }, _) => (Some(2.0 * atan(0.5 / focal.y)), None),
         (_, Some((ProjectionParameter { quantity: Quantity::Angle, .. }, angle))) => (Some(angle), None),
         (_, Some((_, height))) => (None, Some(height)),
         (_, None) => (None, None),

@@ -1,11 +1,13 @@
 //! The subcommands, one file each.
 
+#[allow(clippy::disallowed_methods, reason = "measurements, and scenes that only they show")]
 pub mod bench;
 pub mod compare;
 pub mod completions;
 pub mod dataset;
 pub mod denoise;
 pub mod doctor;
+pub mod explain;
 pub mod info;
 mod loading;
 pub mod man;

@@ -13,6 +13,7 @@ use crate::integrate::volume::{
 use crate::shade::material::{Shading, mixes_models, shade};
 use accel::{Coherence, Hit, MISS, Ray};
 use backend::Control;
+use elementary::exp;
 use optics::bsdf::bsdf_eval;
 use optics::constants::PI;
 use optics::dielectric::transmitted_beam;
@@ -140,7 +141,7 @@ impl RayQueries {
                 && !segment.subsurface
             {
                 let depth = optical_depth(tables, &ray, &segment) * -2.0;
-                share *= vec3f(depth.x.exp(), depth.y.exp(), depth.z.exp());
+                share *= vec3f(exp(depth.x), exp(depth.y), exp(depth.z));
             }
             range += (hit.t + skipped) * ior_along(inside, tables, &surface);
             if range > reach {

@@ -3,6 +3,7 @@
 use super::items::{DrawClass, Items};
 use super::projection::{Picture, Projection};
 use bytemuck::{Pod, Zeroable};
+use elementary::log2;
 use optics::Vec2f;
 use optics::camera::CameraFrame;
 use optics::random::{sample_2d, sampler_new};
@@ -99,7 +100,7 @@ impl HybridFrame {
             class_first,
             tile: TILE,
             cluster_near,
-            cluster_growth: DEPTH_RATIO.log2() / (SLICES - 1) as f32,
+            cluster_growth: log2(DEPTH_RATIO) / (SLICES - 1) as f32,
             ..Self::default()
         };
         if let Some(now) = projection {

@@ -4,6 +4,8 @@
 //! `list.rs` a compute shader is made that calls it on every input of a buffer; what comes back is compared with what the
 //! same function returns in Rust. To add a function, add its line to `list.rs`: a test fails until it is there.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 mod compare;
 mod device;
 mod inputs;

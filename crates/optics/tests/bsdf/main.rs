@@ -1,5 +1,7 @@
 //! Scattering models: energy, densities, reciprocity, extreme parameters. A new model gets an entry in [`models`].
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 mod energy;
 mod extremes;
 

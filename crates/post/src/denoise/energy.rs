@@ -14,6 +14,7 @@
 //! noise, `g` the gain of a block, and `λ` that of the picture. Gains are found from sums over
 //! tiles.
 
+use elementary::powi;
 use film::Image;
 use rayon::prelude::*;
 
@@ -102,7 +103,7 @@ impl Tile {
     /// The sum with the picture's gain, and how that grows: as if its values were all alike.
     fn with(&self, colour: usize, strength: f64) -> (f64, f64) {
         let sum = self.filtered[colour] * self.factor[colour];
-        let square = self.part[colour] * self.squares[colour] * self.factor[colour].powi(2);
+        let square = self.part[colour] * self.squares[colour] * powi(self.factor[colour], 2);
         let (least, most) = (sum / f64::from(MOST_OF_PIXEL), sum * f64::from(MOST_OF_PIXEL));
         let free = sum + strength * square;
         (free.max(least).min(most), if free >= least && free <= most { square } else { 0.0 })
@@ -193,9 +194,9 @@ impl Tiles {
         let variance = self.block_sums(|tile| tile.variance);
         let after = self.block_sums(|tile| tile.filtered);
         let certain = |block: usize, colour: usize| {
-            let square = after[block][colour].powi(2).max(f64::MIN_POSITIVE);
+            let square = powi(after[block][colour], 2).max(f64::MIN_POSITIVE);
             let error = variance[block][colour] / square;
-            EXPECTED_BIAS.powi(2) / (EXPECTED_BIAS.powi(2) + error)
+            powi(EXPECTED_BIAS, 2) / (powi(EXPECTED_BIAS, 2) + error)
         };
         let wanted = |block: usize, colour: usize| {
             let (before, after) = (before[block][colour], after[block][colour]);

@@ -4,6 +4,7 @@
 //! fitted over are summed. All loops run along rows of plain numbers, so compilers make vector instructions of them.
 
 use super::signal::{Plane, Signal};
+use elementary::exp;
 use rayon::prelude::*;
 
 /// Pixels along a tile's side.
@@ -112,7 +113,7 @@ impl Tile {
             // Past this the exponential is below the least weight.
             let distance = colour[i].max(0.0) + feature[i];
             if distance < 9.2 {
-                let w = (-distance).exp();
+                let w = exp(-distance);
                 if w > LEAST_WEIGHT {
                     weight[i] = w;
                     any = true;

@@ -1,6 +1,7 @@
 //! What is filtered: radiance without albedo, its variance, and the features that guide the filter, channel by channel.
 
 use super::NoisyPicture;
+use elementary::powi;
 use film::Image;
 
 /// Added to the albedo before dividing by it: black surfaces reflect something, too, and what shines has no albedo.
@@ -42,7 +43,7 @@ impl Signal {
         let divided = |image: &Image, power: i32| -> [Plane; 3] {
             let planes = planes(image);
             let divide =
-                |c: usize| planes[c].iter().zip(&demodulator[c]).map(|(v, d)| v / d.powi(power)).collect();
+                |c: usize| planes[c].iter().zip(&demodulator[c]).map(|(v, d)| v / powi(*d, power)).collect();
             [0, 1, 2].map(divide)
         };
         let irradiance = divided(&picture.colour, 1);
@@ -99,7 +100,7 @@ pub fn estimate_variance(colour: &Image, albedo: &Image) -> Image {
             let column = |k: usize| (x + k).saturating_sub(1).min(width - 1);
             let row = |k: usize| (y + k).saturating_sub(1).min(height - 1);
             let terms = (0..9).map(|k| WEIGHTS[k / 3][k % 3] * at(column(k % 3), row(k / 3)));
-            terms.sum::<f32>().powi(2) / SUM_OF_SQUARES
+            powi(terms.sum::<f32>(), 2) / SUM_OF_SQUARES
         };
         let squares: Plane = (0..width * height).map(square).collect();
         mean_around(&squares, width, height)
@@ -107,7 +108,7 @@ pub fn estimate_variance(colour: &Image, albedo: &Image) -> Image {
     let planes = [0, 1, 2].map(variance);
     Image::from_fn(colour.width(), colour.height(), |x, y| {
         let i = y as usize * width + x as usize;
-        std::array::from_fn(|c| planes[c][i] * signal.demodulator[c][i].powi(2))
+        std::array::from_fn(|c| planes[c][i] * powi(signal.demodulator[c][i], 2))
     })
 }
 

@@ -17,6 +17,7 @@ mod tests;
 mod trust;
 
 use crate::denoise::{NoisyPicture, SizesDiffer, demodulators, estimate_variance, keep_light};
+use elementary::powi;
 use film::Image;
 use rayon::prelude::*;
 use reproject::reproject;
@@ -153,7 +154,7 @@ impl Past {
         let demodulator = demodulators(&noisy.albedo);
         let divided = |image: &Image, power: i32| -> Vec<[f32; 3]> {
             let divide = |(value, d): (&[f32; 3], &[f32; 3])| {
-                std::array::from_fn(|c| finite(value[c] / d[c].powi(power)))
+                std::array::from_fn(|c| finite(value[c] / powi(d[c], power)))
             };
             rgb(image).iter().zip(&demodulator).map(divide).collect()
         };
@@ -181,7 +182,7 @@ impl Past {
             for c in 0..3 {
                 let uncertain = before.variance[c] + trust.wrong * variance[c] / total;
                 own[c] += weight * (before.irradiance[c] - own[c]);
-                variance[c] = weight * weight * uncertain + (1.0 - weight).powi(2) * variance[c];
+                variance[c] = weight * weight * uncertain + powi(1.0 - weight, 2) * variance[c];
             }
         });
     }
@@ -191,7 +192,7 @@ impl Past {
         let width = self.size[0];
         Image::from_fn(width as u32, self.size[1] as u32, |x, y| {
             let i = y as usize * width + x as usize;
-            std::array::from_fn(|c| values[i][c] * self.demodulator[i][c].powi(power))
+            std::array::from_fn(|c| values[i][c] * powi(self.demodulator[i][c], power))
         })
     }
 }

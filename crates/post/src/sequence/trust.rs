@@ -10,6 +10,7 @@
 
 use super::reproject::Before;
 use super::{Past, Surface};
+use elementary::powi;
 use rayon::prelude::*;
 
 /// Half the side of the square whose pixels are compared.
@@ -117,7 +118,7 @@ fn contrast(square: impl Iterator<Item = usize>, pixels: &[Pixel], is_same: impl
     if beside.count == 0.0 {
         return 0.0;
     }
-    let square: f32 = (0..3).map(|c| (own.mean(c) - beside.mean(c)).powi(2)).sum();
+    let square: f32 = (0..3).map(|c| powi(own.mean(c) - beside.mean(c), 2)).sum();
     (square - own.variance_of_mean() - beside.variance_of_mean()).max(0.0)
 }
 

@@ -4,6 +4,7 @@ use super::append;
 use super::patch::{Vertex, add_patch, add_quad};
 use super::tube::tube;
 use crate::TriangleMesh;
+use elementary::{atan2, sin_cos};
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
 
@@ -54,14 +55,14 @@ fn outlines(
     rise: f32,
     segments: u32,
 ) -> (Vec<Vec2>, Vec<Vec2>) {
-    let corner = (height - spring).atan2(half);
+    let corner = atan2(height - spring, half);
     let mut angles: Vec<f32> = (0..=segments).map(|i| PI * (1.0 - i as f32 / segments as f32)).collect();
     angles.retain(|a| (a - corner).abs() > 1e-3 && (a - (PI - corner)).abs() > 1e-3);
     angles.extend([corner, PI - corner]);
     angles.sort_by(|a, b| b.total_cmp(a));
     let mut pairs = vec![(Vec2::new(-reach, 0.0), Vec2::new(-half, 0.0))];
     for angle in angles {
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = sin_cos(angle);
         let border = if angle > PI - corner {
             Vec2::new(-half, spring + half * sin / -cos)
         } else if angle < corner {

@@ -3,6 +3,7 @@
 use super::noise::{uniform, unit_vector};
 use super::sphere::{direction_uv, unit_icosphere};
 use crate::TriangleMesh;
+use elementary::{powi, sin};
 use glam::Vec3;
 
 /// A sphere displaced along its normals by seeded sine waves in four octaves.
@@ -28,7 +29,7 @@ pub fn blob(b: &Blob) -> TriangleMesh {
     let (directions, indices) = unit_icosphere(b.level);
     let waves = waves(b);
     let radius_at = |n: Vec3| {
-        let sum: f32 = waves.iter().map(|(k, phase, weight)| weight * (k.dot(n) + phase).sin()).sum();
+        let sum: f32 = waves.iter().map(|(k, phase, weight)| weight * sin(k.dot(n) + phase)).sum();
         b.radius * (1.0 + b.amplitude * sum).max(0.05)
     };
     let positions: Vec<Vec3> = directions.iter().map(|n| *n * radius_at(*n)).collect();
@@ -41,7 +42,7 @@ pub fn blob(b: &Blob) -> TriangleMesh {
 fn waves(b: &Blob) -> Vec<(Vec3, f32, f32)> {
     let mut waves = Vec::new();
     for (octave, frequency) in [2.6f32, 6.0, 14.0, 36.0].into_iter().enumerate() {
-        let weight = b.detail.clamp(0.0, 1.0).powi(octave as i32) / (WAVES as f32).sqrt();
+        let weight = powi(b.detail.clamp(0.0, 1.0), octave as i32) / (WAVES as f32).sqrt();
         for wave in 0..WAVES {
             let index = octave as u32 * WAVES + wave;
             let phase = std::f32::consts::TAU * uniform(b.seed ^ 0x5bd1, index);

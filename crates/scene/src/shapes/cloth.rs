@@ -3,6 +3,7 @@
 use super::noise::uniform;
 use super::patch::{Vertex, add_patch};
 use crate::TriangleMesh;
+use elementary::{exp, powi, sin};
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
 
@@ -41,12 +42,12 @@ pub fn curtain(c: &Curtain) -> TriangleMesh {
 
 /// The cloth at share `u` of its width and `v` of its height (0 at the bottom).
 fn point(c: &Curtain, phases: &[f32], u: f32, v: f32) -> Vec3 {
-    let waist = c.gather.clamp(0.0, 0.9) * (-((v - 0.4) / 0.22).powi(2)).exp();
+    let waist = c.gather.clamp(0.0, 0.9) * exp(-powi((v - 0.4) / 0.22, 2));
     let angle = TAU * c.folds * u;
     // Folds are tight at the rail and open, lean and merge a little on the way down.
     let drop = 1.0 - v;
-    let main = (angle + phases[0] + 1.1 * drop * (TAU * u * 1.5 + phases[1]).sin()).sin();
-    let fine = 0.35 * (2.0 * angle + phases[2] + 1.7 * drop).sin() + 0.2 * (TAU * 2.3 * u + phases[3]).sin();
+    let main = sin(angle + phases[0] + 1.1 * drop * sin(TAU * u * 1.5 + phases[1]));
+    let fine = 0.35 * sin(2.0 * angle + phases[2] + 1.7 * drop) + 0.2 * sin(TAU * 2.3 * u + phases[3]);
     let amplitude = c.depth * (0.55 + 0.45 * drop) * (1.0 + 0.8 * waist);
     let x = (u - 0.5) * c.size.x * (1.0 - waist);
     Vec3::new(x, v * c.size.y, amplitude * (main + fine))

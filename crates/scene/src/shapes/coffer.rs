@@ -2,6 +2,7 @@
 
 use super::patch::{Vertex, add_patch, add_quad};
 use crate::TriangleMesh;
+use elementary::{asin, cos, sin};
 use glam::{Vec2, Vec3};
 
 /// A ceiling or vault of sunken square panels, seen from below; centred on x = 0 and z = 0, its springing at y = 0.
@@ -83,7 +84,7 @@ fn surface(c: &Coffers, s: Vec2, depth: f32) -> (Vec3, Vec3) {
         return (Vec3::new((s.x - 0.5) * c.size.x, depth, z), Vec3::NEG_Y);
     }
     let radius = (half * half + rise * rise) / (2.0 * rise);
-    let angle = (half / radius).clamp(-1.0, 1.0).asin() * (2.0 * s.x - 1.0);
-    let outward = Vec3::new(angle.sin(), angle.cos(), 0.0);
+    let angle = asin((half / radius).clamp(-1.0, 1.0)) * (2.0 * s.x - 1.0);
+    let outward = Vec3::new(sin(angle), cos(angle), 0.0);
     (Vec3::new(0.0, rise - radius, z) + outward * (radius + depth), -outward)
 }

@@ -4,6 +4,7 @@ use super::lathe::{Lathe, lathe};
 use super::tube::tube;
 use super::{append, cuboid, icosphere, transformed};
 use crate::TriangleMesh;
+use elementary::{cos, sin};
 use glam::{Affine3A, Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
@@ -70,7 +71,7 @@ fn base_profile(r: f32) -> Vec<Vec2> {
     roll(&mut profile, 1.12 * r, 0.14 * r, 0.14 * r);
     for i in 0..=8 {
         let t = i as f32 / 8.0;
-        let hollow = 1.14 - 0.1 * t - 0.09 * (t * TAU * 0.5).sin();
+        let hollow = 1.14 - 0.1 * t - 0.09 * sin(t * TAU * 0.5);
         profile.push(Vec2::new(hollow * r, (0.3 + 0.16 * t) * r));
     }
     roll(&mut profile, 1.02 * r, 0.57 * r, 0.09 * r);
@@ -82,7 +83,7 @@ fn base_profile(r: f32) -> Vec<Vec2> {
 fn roll(profile: &mut Vec<Vec2>, at: f32, y: f32, size: f32) {
     for i in 0..=10 {
         let angle = -FRAC_PI_2 + FRAC_PI_2 * 2.0 * i as f32 / 10.0;
-        profile.push(Vec2::new(at + size * angle.cos(), y + size * angle.sin()));
+        profile.push(Vec2::new(at + size * cos(angle), y + size * sin(angle)));
     }
 }
 
@@ -104,7 +105,7 @@ fn capital_profile(r: f32) -> Vec<Vec2> {
     profile.extend([Vec2::new(0.84 * r, 0.1 * r), Vec2::new(0.84 * r, 0.3 * r)]);
     for i in 0..=12 {
         let angle = FRAC_PI_2 * i as f32 / 12.0;
-        profile.push(Vec2::new((0.86 + 0.3 * angle.sin()) * r, (0.84 - 0.5 * angle.cos()) * r));
+        profile.push(Vec2::new((0.86 + 0.3 * sin(angle)) * r, (0.84 - 0.5 * cos(angle)) * r));
     }
     profile.extend([Vec2::new(1.16 * r, 0.88 * r), Vec2::new(0.0, 0.88 * r)]);
     profile
@@ -115,7 +116,7 @@ fn add_beads(mesh: &mut TriangleMesh, radius: f32, y: f32, size: f32) {
     let count = 32;
     for i in 0..count {
         let phi = TAU * i as f32 / count as f32;
-        let at = Vec3::new(radius * phi.sin(), y, radius * phi.cos());
+        let at = Vec3::new(radius * sin(phi), y, radius * cos(phi));
         append(mesh, transformed(icosphere(size, 1), &Affine3A::from_translation(at)));
     }
 }
@@ -127,7 +128,7 @@ fn add_scrolls(mesh: &mut TriangleMesh, r: f32, head: f32) {
             let t = i as f32 / 55.0;
             let angle = FRAC_PI_2 - t * TAU * 2.25;
             let size = 0.34 * r * (1.0 - 0.7 * t);
-            Vec3::new(1.3 * r + size * angle.cos(), head + 0.5 * r + size * angle.sin(), 0.0)
+            Vec3::new(1.3 * r + size * cos(angle), head + 0.5 * r + size * sin(angle), 0.0)
         })
         .collect();
     let scroll = tube(&path, false, 0.06 * r, 10);

@@ -2,6 +2,7 @@
 
 use super::patch::{Vertex, add_patch};
 use crate::TriangleMesh;
+use elementary::tan;
 use glam::{Vec2, Vec3};
 use std::f32::consts::FRAC_PI_4;
 
@@ -64,5 +65,5 @@ fn edge_coordinate(i: u32, steps: u32) -> (f32, f32) {
     if from_flat == steps {
         return (side, side); // exactly, so that neighbouring faces meet
     }
-    (side, side * (FRAC_PI_4 * from_flat as f32 / steps as f32).tan())
+    (side, side * tan(FRAC_PI_4 * from_flat as f32 / steps as f32))
 }

@@ -2,6 +2,7 @@
 
 use super::patch::{Vertex, add_patch};
 use crate::TriangleMesh;
+use elementary::{cos, sin};
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
 
@@ -85,7 +86,7 @@ fn add_run(
         let j = run.start + row as usize;
         let phi = TAU * (i % segments) as f32 / segments as f32;
         let (groove, groove_slope) = groove(l, phi);
-        let (outward, around) = (Vec3::new(phi.sin(), 0.0, phi.cos()), Vec3::new(phi.cos(), 0.0, -phi.sin()));
+        let (outward, around) = (Vec3::new(sin(phi), 0.0, cos(phi)), Vec3::new(cos(phi), 0.0, -sin(phi)));
         let radius = profile[j].x * groove;
         let along = outward * tangent(j).x * groove + Vec3::Y * tangent(j).y;
         let across = outward * profile[j].x * groove_slope + around * radius;
@@ -107,6 +108,6 @@ fn groove(l: &Lathe, phi: f32) -> (f32, f32) {
     let half = phi * l.flutes as f32 * 0.5;
     let depth = l.flute_depth.clamp(0.0, 0.5);
     // |sin| gives round grooves with narrow ridges between them.
-    let slope = -depth * 0.5 * l.flutes as f32 * half.cos() * half.sin().signum();
-    (1.0 - depth * half.sin().abs(), if half.sin().abs() < 1e-4 { 0.0 } else { slope })
+    let slope = -depth * 0.5 * l.flutes as f32 * cos(half) * sin(half).signum();
+    (1.0 - depth * sin(half).abs(), if sin(half).abs() < 1e-4 { 0.0 } else { slope })
 }

@@ -1,5 +1,6 @@
 //! Seeded noise for generated shapes: pure functions of position and seed, the same on every machine.
 
+use elementary::{cos, sin};
 use glam::{Vec2, Vec3};
 
 /// A well-mixed 32-bit hash (the finaliser of Prospector's `lowbias32`).
@@ -21,7 +22,7 @@ pub(crate) fn unit_vector(seed: u32, index: u32) -> Vec3 {
     let z = 2.0 * uniform(seed, 2 * index) - 1.0;
     let phi = std::f32::consts::TAU * uniform(seed, 2 * index + 1);
     let ring = (1.0 - z * z).max(0.0).sqrt();
-    Vec3::new(ring * phi.cos(), ring * phi.sin(), z)
+    Vec3::new(ring * cos(phi), ring * sin(phi), z)
 }
 
 /// Gradient noise of period 2³² with a feature size of 1, about in `[−1, 1]`.
@@ -31,7 +32,7 @@ pub(crate) fn gradient_noise(p: Vec2, seed: u32) -> f32 {
     let corner = |dx: i32, dy: i32| {
         let (x, y) = ((cell.x as i32).wrapping_add(dx), (cell.y as i32).wrapping_add(dy));
         let angle = std::f32::consts::TAU * uniform(seed ^ hash(x as u32), y as u32);
-        Vec2::new(angle.cos(), angle.sin()).dot(f - Vec2::new(dx as f32, dy as f32))
+        Vec2::new(cos(angle), sin(angle)).dot(f - Vec2::new(dx as f32, dy as f32))
     };
     let fade = f * f * f * (f * (f * 6.0 - 15.0) + 10.0);
     let low = corner(0, 0) + (corner(1, 0) - corner(0, 0)) * fade.x;

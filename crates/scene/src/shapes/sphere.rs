@@ -2,6 +2,7 @@
 
 use super::patch::{Vertex, add_patch};
 use crate::{Shape, Sphere, TriangleMesh};
+use elementary::{acos, atan2, cos, sin};
 use glam::{Vec2, Vec3};
 use std::collections::HashMap;
 use std::f32::consts::{PI, TAU};
@@ -18,8 +19,8 @@ pub fn uv_sphere(radius: f32, segments: u32, rings: u32) -> TriangleMesh {
     add_patch(&mut mesh, segments, rings, |i, j| {
         let phi = TAU * (i % segments) as f32 / segments as f32;
         let theta = PI * j as f32 / rings as f32; // from the lower pole up
-        let ring = if j == 0 || j == rings { 0.0 } else { theta.sin() };
-        let normal = Vec3::new(ring * phi.sin(), -theta.cos(), ring * phi.cos()).normalize();
+        let ring = if j == 0 || j == rings { 0.0 } else { sin(theta) };
+        let normal = Vec3::new(ring * sin(phi), -cos(theta), ring * cos(phi)).normalize();
         let uv = Vec2::new(i as f32 / segments as f32, 1.0 - j as f32 / rings as f32);
         Vertex { position: normal * radius, normal, uv }
     });
@@ -42,7 +43,7 @@ pub fn icosphere(radius: f32, level: u32) -> TriangleMesh {
 
 /// Equirectangular texture coordinates of a direction.
 pub(super) fn direction_uv(n: Vec3) -> Vec2 {
-    Vec2::new((n.x.atan2(n.z) / TAU).rem_euclid(1.0), n.y.clamp(-1.0, 1.0).acos() / PI)
+    Vec2::new((atan2(n.x, n.z) / TAU).rem_euclid(1.0), acos(n.y.clamp(-1.0, 1.0)) / PI)
 }
 
 /// Unit vertices and triangles of a geodesic sphere.

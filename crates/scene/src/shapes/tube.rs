@@ -2,6 +2,7 @@
 
 use super::patch::{Vertex, add_patch};
 use crate::TriangleMesh;
+use elementary::{atan2, cos, sin};
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
 
@@ -14,8 +15,8 @@ pub fn torus(radius: f32, tube: f32, segments: u32, sides: u32) -> TriangleMesh 
     add_patch(&mut mesh, segments, sides, |i, j| {
         let phi = TAU * (i % segments) as f32 / segments as f32;
         let theta = TAU * (j % sides) as f32 / sides as f32;
-        let outward = Vec3::new(phi.sin(), 0.0, phi.cos());
-        let normal = outward * theta.cos() + Vec3::Y * theta.sin();
+        let outward = Vec3::new(sin(phi), 0.0, cos(phi));
+        let normal = outward * cos(theta) + Vec3::Y * sin(theta);
         let uv = Vec2::new(i as f32 / segments as f32, 1.0 - j as f32 / sides as f32);
         Vertex { position: outward * radius + normal * tube, normal, uv }
     });
@@ -31,8 +32,8 @@ pub fn knot(p: u32, q: u32, radius: f32, tube_radius: f32, segments: u32, sides:
         .map(|i| {
             let t = TAU * i as f32 / segments as f32;
             let (around, through) = (t * p as f32, t * q as f32);
-            let ring = radius * (1.0 + 0.45 * through.cos());
-            Vec3::new(ring * around.sin(), radius * 0.45 * through.sin(), ring * around.cos())
+            let ring = radius * (1.0 + 0.45 * cos(through));
+            Vec3::new(ring * sin(around), radius * 0.45 * sin(through), ring * cos(around))
         })
         .collect();
     tube(&path, true, tube_radius, sides)
@@ -58,7 +59,7 @@ pub fn tube(path: &[Vec3], closed: bool, radius: f32, sides: u32) -> TriangleMes
         let k = (i % count) as usize;
         let theta = TAU * (j % sides) as f32 / sides as f32;
         let (_, right, up) = frames[k];
-        let normal = right * theta.cos() + up * theta.sin();
+        let normal = right * cos(theta) + up * sin(theta);
         (path[k] + normal * radius, normal)
     };
     let columns = if closed { count } else { count - 1 };
@@ -100,7 +101,7 @@ fn frames(path: &[Vec3], closed: bool) -> Vec<(Vec3, Vec3, Vec3)> {
     }
     let twist = if closed {
         let end = transport(right, tangent(0));
-        end.dot(rights[0].cross(tangent(0))).atan2(end.dot(rights[0]))
+        atan2(end.dot(rights[0].cross(tangent(0))), end.dot(rights[0]))
     } else {
         0.0
     };
@@ -109,7 +110,7 @@ fn frames(path: &[Vec3], closed: bool) -> Vec<(Vec3, Vec3, Vec3)> {
             let t = tangent(i);
             let side = rights[i].cross(t); // turning by +angle: right·cos + (t × right)·sin, and side = right × t
             let angle = twist * i as f32 / count as f32;
-            let right = rights[i] * angle.cos() - side * angle.sin();
+            let right = rights[i] * cos(angle) - side * sin(angle);
             (t, right, t.cross(right))
         })
         .collect()

@@ -2,6 +2,7 @@
 
 use super::portals::halves;
 use crate::{Environment, Image, Pixels, Portal};
+use elementary::sin;
 use optics::alias_table::{AliasEntry, build_alias_table};
 use optics::constants::NONE;
 use optics::equirect::{equirect_mix, equirect_pixel, equirect_pixel_pdf, equirect_place, equirect_point};
@@ -95,7 +96,7 @@ impl EnvironmentTable {
             0.75 * luminance(x, y) + 0.125 * (luminance(left, y) + luminance(right, y))
         };
         let row = |y: usize| {
-            let sin_theta = ((y as f64 + 0.5) / h as f64 * std::f64::consts::PI).sin();
+            let sin_theta = sin((y as f64 + 0.5) / h as f64 * std::f64::consts::PI);
             let (up, down) = (y.saturating_sub(1), (y + 1).min(h - 1));
             (0..w).map(move |x| (0.75 * across(x, y) + 0.125 * (across(x, up) + across(x, down))) * sin_theta)
         };
@@ -111,7 +112,7 @@ impl EnvironmentTable {
         let (mut sum, mut weights) = (0.0, 0.0);
         for (i, c) in self.texels.iter().enumerate() {
             let y = i as u32 / self.width;
-            let weight = ((f64::from(y) + 0.5) / f64::from(self.height) * std::f64::consts::PI).sin();
+            let weight = sin((f64::from(y) + 0.5) / f64::from(self.height) * std::f64::consts::PI);
             sum += f64::from(optics::math::max_component(vec3f(c[0], c[1], c[2]))) * weight;
             weights += weight;
         }

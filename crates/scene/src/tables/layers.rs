@@ -3,6 +3,7 @@
 use super::material::Range;
 use super::scene_tables::{LayerTextures, SceneTables};
 use crate::{Iridescence, Material};
+use elementary::sin_cos;
 use optics::layers::{
     LAYER_ANISOTROPY, LAYER_COAT_NORMAL, LAYERS_ANISOTROPY, LAYERS_COAT_NORMAL, LAYERS_GLOSSINESS,
     LayersRecord,
@@ -37,7 +38,7 @@ impl SceneTables {
         set(LAYERS_COAT_NORMAL, textures[LAYER_COAT_NORMAL as usize].is_some());
         set(LAYERS_ANISOTROPY, textures[LAYER_ANISOTROPY as usize].is_some());
         let rgb = |c: glam::Vec3| vec3f(c.x, c.y, c.z);
-        let (sin, cos) = grain.rotation.sin_cos();
+        let (sin, cos) = sin_cos(grain.rotation);
         let [thin, thick] = film.thickness.map(|t| t.clamp(0.0, Iridescence::MOST_THICKNESS));
         let record = LayersRecord {
             specular_color: rgb(l.specular_color),

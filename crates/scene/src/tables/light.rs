@@ -2,6 +2,7 @@
 
 use crate::light::WIDEST_PROJECTION;
 use crate::{LightKind, Photometry, Portal};
+use elementary::{asin, cos, sin, tan};
 use optics::constants::NONE;
 use optics::light::{
     LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_PROJECTOR, LIGHT_RECTANGLE, LIGHT_SPHERE,
@@ -134,10 +135,10 @@ impl LightRecord {
         outer: f32,
     ) -> Self {
         let mut light = blank(LIGHT_SPOT, position, intensity);
-        let falloff = optics::light::spot_falloff_parameters(inner.cos(), outer.cos());
+        let falloff = optics::light::spot_falloff_parameters(cos(inner), cos(outer));
         light.edge1 = to_optics(direction);
         light.edge2 = vec3f(falloff.x, falloff.y, 0.0);
-        let cone = 2.0 * PI * (1.0 - 0.5 * (inner.cos() + outer.cos()));
+        let cone = 2.0 * PI * (1.0 - 0.5 * (cos(inner) + cos(outer)));
         let strength = strongest(light.emission);
         Self::new(light, strength, cone * strength)
     }
@@ -154,14 +155,14 @@ impl LightRecord {
     ) -> Self {
         let right = direction.cross(up).try_normalize().unwrap_or_else(|| direction.any_orthonormal_vector());
         let down = direction.cross(right);
-        let shorter = 2.0 * (0.5 * field_of_view.clamp(1e-3, WIDEST_PROJECTION)).tan();
+        let shorter = 2.0 * tan(0.5 * field_of_view.clamp(1e-3, WIDEST_PROJECTION));
         let (width, height) = (shorter * aspect.max(1.0), shorter / aspect.min(1.0));
         let mut light = blank(LIGHT_PROJECTOR, position, intensity);
         (light.edge1, light.edge2) = (to_optics(right * width), to_optics(down * height));
         let strength = strongest(light.emission);
         // Solid angle of a rectangle that is seen from in front of its centre.
         let solid_angle =
-            4.0 * (width * height / (4.0 + width * width).sqrt() / (4.0 + height * height).sqrt()).asin();
+            4.0 * asin(width * height / (4.0 + width * width).sqrt() / (4.0 + height * height).sqrt());
         Self::new(light, strength, solid_angle * strength)
     }
 
@@ -194,7 +195,7 @@ impl LightRecord {
     ) -> Self {
         let strength = strongest(to_optics(irradiance));
         let power = PI * scene_radius * scene_radius * strength;
-        let half_sine = (angular_radius * 0.5).sin();
+        let half_sine = sin(angular_radius * 0.5);
         let one_minus_cos = 2.0 * half_sine * half_sine;
         let mut light = blank(LIGHT_DIRECTIONAL, towards, irradiance);
         if one_minus_cos > 0.0 {

@@ -1,6 +1,7 @@
 //! Where lights are and where they shine, as far as a tree of lights asks.
 
 use super::LightRecord;
+use elementary::{acos, asin, atan, cos, sin, sin_cos};
 use glam::Vec3;
 use optics::light::{
     LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_PROJECTOR, LIGHT_RECTANGLE, LIGHT_SPHERE,
@@ -31,7 +32,7 @@ impl Leaf {
             && bounds.intensity > 0.0;
         let center = (bounds.low + bounds.high) * 0.5;
         let radius = match record.light.kind {
-            LIGHT_DIRECTIONAL => 2.0 * (record.light.size * 0.5).clamp(0.0, 1.0).sqrt().asin(),
+            LIGHT_DIRECTIONAL => 2.0 * asin((record.light.size * 0.5).clamp(0.0, 1.0).sqrt()),
             LIGHT_ENVIRONMENT if bounds.infinitely_far => PI,
             LIGHT_ENVIRONMENT => record.portals[3],
             LIGHT_TRIANGLE | LIGHT_RECTANGLE => {
@@ -101,14 +102,14 @@ impl Bounds {
             LIGHT_SPOT => {
                 // From [`optics::light::spot_falloff_parameters`]: zero where cos · scale + offset is.
                 let cos_outer = (-light.edge2.y / light.edge2.x).clamp(-1.0, 1.0);
-                let outer = (cos_outer.acos() + 1e-3).min(PI);
+                let outer = (acos(cos_outer) + 1e-3).min(PI);
                 Some(Self { axis: edge1.try_normalize()?, spread: 0.0, emission: outer, ..everywhere })
             }
             LIGHT_PROJECTOR => {
                 // From the axis to a corner of the picture.
                 let corner = (edge1 + edge2).length() * 0.5;
                 let axis = edge1.cross(edge2).try_normalize()?;
-                Some(Self { axis, spread: 0.0, emission: corner.atan() + 1e-3, ..everywhere })
+                Some(Self { axis, spread: 0.0, emission: atan(corner) + 1e-3, ..everywhere })
             }
             LIGHT_DIRECTIONAL => Some(Self { infinitely_far: true, ..everywhere }),
             LIGHT_ENVIRONMENT => {
@@ -148,7 +149,7 @@ impl Bounds {
         let center = (self.low + self.high) * 0.5;
         let radius = leaves.iter().map(|leaf| leaf.center.distance(center) + leaf.radius).fold(0.0, f32::max);
         // Rounding must not make cones narrower, here or where they are used.
-        let (sin_spread, cos_spread) = (self.spread + 2e-4).min(PI).sin_cos();
+        let (sin_spread, cos_spread) = sin_cos((self.spread + 2e-4).min(PI));
         LightGroup {
             center: vec3(center),
             radius: radius * 1.0001,
@@ -156,7 +157,7 @@ impl Bounds {
             axis: vec3(self.axis),
             cos_spread,
             sin_spread,
-            cos_emission: self.emission.cos(),
+            cos_emission: cos(self.emission),
             back: if self.two_sided { -1.0 } else { 1.0 },
         }
     }
@@ -164,12 +165,12 @@ impl Bounds {
     /// The same for lights that are infinitely far away.
     fn group_of_directions(&self, leaves: &[Leaf]) -> LightGroup {
         let axis = ((self.low + self.high) * 0.5).try_normalize().unwrap_or(Vec3::Y);
-        let angle = |leaf: &Leaf| leaf.radius + leaf.center.dot(axis).clamp(-1.0, 1.0).acos();
+        let angle = |leaf: &Leaf| leaf.radius + acos(leaf.center.dot(axis).clamp(-1.0, 1.0));
         let angle =
             if let [only] = leaves { only.radius } else { leaves.iter().map(angle).fold(0.0, f32::max) };
         LightGroup {
             center: vec3(axis),
-            radius: if angle < PI * 0.5 { angle.sin() } else { 1.0 },
+            radius: if angle < PI * 0.5 { sin(angle) } else { 1.0 },
             intensity: self.intensity,
             axis: vec3(-axis),
             cos_spread: 1.0,
@@ -186,18 +187,17 @@ impl Bounds {
 
     /// The measure M_Ω of directions, by the cosine beyond the cone (Conty Estévez and Kulla, equation 1).
     fn solid_angle_measure(&self) -> f32 {
-        let (sin, cos) = self.spread.sin_cos();
+        let (sin_spread, cos_spread) = sin_cos(self.spread);
         let outer = (self.spread + self.emission).min(PI);
-        2.0 * PI * (1.0 - cos)
-            + PI * 0.5
-                * (2.0 * outer * sin - (self.spread - 2.0 * outer).cos() - 2.0 * self.spread * sin + cos)
+        let beyond = 2.0 * outer * sin_spread - cos(self.spread - 2.0 * outer);
+        2.0 * PI * (1.0 - cos_spread) + PI * 0.5 * (beyond - 2.0 * self.spread * sin_spread + cos_spread)
     }
 }
 
 /// The narrowest cone around two, each a unit axis and a half angle in radians.
 fn union_of_cones(a: (Vec3, f32), b: (Vec3, f32)) -> (Vec3, f32) {
     let (wide, narrow) = if a.1 >= b.1 { (a, b) } else { (b, a) };
-    let between = wide.0.dot(narrow.0).clamp(-1.0, 1.0).acos();
+    let between = acos(wide.0.dot(narrow.0).clamp(-1.0, 1.0));
     if (between + narrow.1).min(PI) <= wide.1 {
         return wide;
     }

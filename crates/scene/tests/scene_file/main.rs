@@ -1,5 +1,7 @@
 //! Scene files: every documented example, every section, and errors that name what is wrong.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 mod files;
 
 use glam::{Vec3, Vec4};

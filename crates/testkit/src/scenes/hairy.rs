@@ -2,6 +2,7 @@
 
 use super::{Build, camera, cuboid, emitter, lambert, quads, square};
 use crate::Random;
+use elementary::sin;
 use glam::{Affine3A, Quat, Vec3};
 use scene::{Instance, Mesh, Scene, Shape, TriangleMesh};
 use std::collections::HashMap;
@@ -71,7 +72,7 @@ fn blob(level: u32, seed: u64) -> TriangleMesh {
             let direction = Vec3::from([(); 3].map(|()| random.normal() as f32)).normalize() * frequency;
             let phase = random.uniform_f32() * std::f32::consts::TAU;
             for (d, p) in dent.iter_mut().zip(&mesh.positions) {
-                *d += amplitude / 3.46 * (p.dot(direction) * 2.0 + phase).sin();
+                *d += amplitude / 3.46 * sin(p.dot(direction) * 2.0 + phase);
             }
         }
     }

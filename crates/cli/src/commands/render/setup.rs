@@ -9,6 +9,7 @@ use alhazen::{
     Rect, Sampling, Scene, SequenceDenoiser, Visibility, add_daylight_if_dark, check_default_camera,
 };
 use anyhow::{Context, bail, ensure};
+use elementary::{atan2, hypot, tan};
 use std::path::Path;
 
 /// Puts the environment that the arguments name around the scene, or a sky around a dark one.
@@ -108,7 +109,7 @@ fn choose_camera(args: &RenderArgs, scene: &Scene, job: &mut Job) -> anyhow::Res
         let Projection::Perspective { fov_y } = job.camera.projection else {
             bail!("--f-number needs a perspective camera");
         };
-        let focal_length = 0.012 / (fov_y * 0.5).tan();
+        let focal_length = 0.012 / tan(fov_y * 0.5);
         job.camera.lens_radius = focal_length / (2.0 * f_number);
     }
     Ok(())
@@ -202,11 +203,11 @@ fn turntable(camera: &Camera, period: f32) -> CameraPath {
     let offset = camera.eye - camera.target;
     CameraPath::Orbit {
         center: camera.target,
-        radius: offset.x.hypot(offset.z),
+        radius: hypot(offset.x, offset.z),
         height: offset.y,
         bob: 0.0,
         period,
-        start: offset.x.atan2(offset.z),
+        start: atan2(offset.x, offset.z),
     }
 }
 

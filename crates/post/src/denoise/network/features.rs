@@ -4,6 +4,7 @@
 use super::convolution::{Activations, row_of};
 use super::input::NetworkInput;
 use super::tiles::Region;
+use elementary::{exp, log};
 use rayon::prelude::*;
 
 /// Added to the albedo before dividing by it.
@@ -56,7 +57,7 @@ impl<'a> Scaled<'a> {
                 }
             }
             let mean = sum / ((right - x) * (below - y)) as f64;
-            (mean > DARKEST).then(|| mean.ln())
+            (mean > DARKEST).then(|| log(mean))
         };
         let logarithms: Vec<f64> = (0..columns * rows)
             .into_par_iter()
@@ -68,7 +69,7 @@ impl<'a> Scaled<'a> {
         let mean = logarithms.iter().sum::<f64>() / logarithms.len().max(1) as f64;
         // Of the brightest pictures that numbers can express, not even the inverse of the scale may
         // be infinite.
-        let scale = if logarithms.is_empty() { 1.0 } else { (0.18 / mean.exp()).max(1e-37) };
+        let scale = if logarithms.is_empty() { 1.0 } else { (0.18 / exp(mean)).max(1e-37) };
         Self { input, scale: scale as f32 }
     }
 
@@ -152,7 +153,7 @@ fn mirrored(place: usize, length: usize) -> usize {
 /// Steep in the dark, logarithmic in the light.
 #[inline]
 fn compressed(x: f32) -> f32 {
-    (1.0 + 16.0 * x).ln() / 3.0
+    log(1.0 + 16.0 * x) / 3.0
 }
 
 /// The radiance of pixel `i`, without what is no radiance.

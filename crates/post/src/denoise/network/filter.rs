@@ -14,6 +14,7 @@ use super::lanes::{InstructionSet, LANES};
 use super::tiles::{Region, Tile};
 use super::unet::Decoded;
 use super::weights::Layers;
+use elementary::exp;
 use rayon::prelude::*;
 
 /// Values per pixel of [`Trusted`] and [`Filtered`].
@@ -257,5 +258,5 @@ fn mean(data: &[[f32; VALUES]], place: usize, pitch: usize) -> [f32; VALUES] {
 /// From all numbers to between 0 and 1.
 #[inline]
 fn sigmoid(x: f32) -> f32 {
-    1.0 / (1.0 + (-x).exp())
+    1.0 / (1.0 + exp(-x))
 }

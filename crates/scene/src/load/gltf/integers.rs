@@ -1,5 +1,6 @@
 //! Integers that were written as `1.0`.
 
+use elementary::powi;
 use serde_json::{Number, Value};
 
 /// Larger files are not mended: the generic form of JSON takes many times its text.
@@ -25,7 +26,7 @@ fn mend_value(value: &mut Value) {
         Value::Object(fields) => fields.values_mut().for_each(mend_value),
         Value::Number(number) => {
             let whole =
-                number.as_f64().filter(|f| number.is_f64() && f.fract() == 0.0 && f.abs() < 2f64.powi(53));
+                number.as_f64().filter(|f| number.is_f64() && f.fract() == 0.0 && f.abs() < powi(2f64, 53));
             if let Some(whole) = whole {
                 *number = Number::from(whole as i64);
             }

@@ -4,6 +4,7 @@
 //! who looks where the lamp is aimed. Source: ANSI/IESNA LM-63-2002, section 3, and CIE 121.
 
 use super::{Lamp, VERTICAL_STEPS, bracket, step_of};
+use elementary::{asin, atan2, sin_cos};
 
 /// Which planes angles are measured in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,13 +22,13 @@ impl Planes {
     /// Vertical and horizontal angle of a direction of type C, all in degrees. What is above the lamp here has the horizontal angle 0
     /// there.
     pub fn angles(self, vertical: f64, horizontal: f64) -> [f64; 2] {
-        let [(sin, cos), (sin_around, cos_around)] = [vertical, horizontal].map(|a| a.to_radians().sin_cos());
+        let [(sin, cos), (sin_around, cos_around)] = [vertical, horizontal].map(|a| sin_cos(a.to_radians()));
         let exact = |v: f64| if v.abs() < ROUNDING { 0.0 } else { v };
         // Type C counts anticlockwise.
         let [forward, up, right] = [cos, sin * cos_around, -sin * sin_around].map(exact);
         let angles = match self {
-            Self::Upright => [up.clamp(-1.0, 1.0).asin(), right.atan2(forward)],
-            Self::Across => [up.atan2(forward), right.clamp(-1.0, 1.0).asin()],
+            Self::Upright => [asin(up.clamp(-1.0, 1.0)), atan2(right, forward)],
+            Self::Across => [atan2(up, forward), asin(right.clamp(-1.0, 1.0))],
         };
         angles.map(f64::to_degrees)
     }

@@ -1,6 +1,7 @@
 //! Filters: attributes that were prepared for compression, back as they are used.
 
 use super::MeshoptError;
+use elementary::powi;
 
 /// What was done to elements before they were compressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,7 +96,7 @@ fn quaternion(element: &mut [u8]) {
 fn exponential(element: &mut [u8]) {
     let bits = i32::from_le_bytes([element[0], element[1], element[2], element[3]]);
     let (exponent, mantissa) = (bits >> 24, bits << 8 >> 8);
-    let value = f64::from(mantissa) * 2f64.powi(exponent);
+    let value = f64::from(mantissa) * powi(2f64, exponent);
     element.copy_from_slice(&(value as f32).to_le_bytes());
 }
 

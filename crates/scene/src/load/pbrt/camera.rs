@@ -3,6 +3,7 @@
 use super::Builder;
 use super::parameters::Parameters;
 use crate::{Camera, Projection};
+use elementary::{atan, tan};
 use glam::DAffine3;
 
 /// pbrt's size of a film that says nothing.
@@ -37,7 +38,7 @@ impl Builder<'_> {
         let kind = match kind {
             "perspective" => {
                 let fov = p.number_or("fov", 90.0);
-                let half = (0.5 * fov.to_radians()).tan();
+                let half = tan(0.5 * fov.to_radians());
                 PendingKind::Perspective { fov, half_height: half_height.map(|h| h * half) }
             }
             "orthographic" => PendingKind::Orthographic { half_height },
@@ -63,8 +64,8 @@ impl Builder<'_> {
         let by_height = |short: f32| if aspect < 1.0 { short / aspect } else { short };
         let projection = match pending.kind {
             PendingKind::Perspective { fov, half_height } => {
-                let half = half_height.unwrap_or_else(|| by_height((0.5 * fov.to_radians()).tan()));
-                Projection::Perspective { fov_y: 2.0 * half.atan() }
+                let half = half_height.unwrap_or_else(|| by_height(tan(0.5 * fov.to_radians())));
+                Projection::Perspective { fov_y: 2.0 * atan(half) }
             }
             PendingKind::Orthographic { half_height } => {
                 Projection::Orthographic { height: 2.0 * half_height.unwrap_or_else(|| by_height(1.0)) }

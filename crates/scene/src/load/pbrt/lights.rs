@@ -9,6 +9,7 @@ use crate::{
     ColorSpace, Environment, Image, Light, LightKind, LoadError, Pixels, Portal, TextureRef, UvTransform,
     Wrap,
 };
+use elementary::{atan, cos, powi, sin};
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 
 /// Height of the picture that an environment map is turned into, pixels.
@@ -38,7 +39,7 @@ impl Builder<'_> {
                 let outer = p.number_or("coneangle", 30.0).clamp(0.01, 90.0);
                 let inner = (outer - p.number_or("conedeltaangle", 5.0)).clamp(0.0, outer * 0.9999);
                 let (outer_angle, inner_angle) = (outer.to_radians(), inner.to_radians());
-                let cone = std::f32::consts::TAU * (1.0 - 0.5 * (outer_angle.cos() + inner_angle.cos()));
+                let cone = std::f32::consts::TAU * (1.0 - 0.5 * (cos(outer_angle) + cos(inner_angle)));
                 let intensity = self.color(p, "I") * scale * self.power(p, cone, "I");
                 LightKind::Spot { position, direction, intensity, inner_angle, outer_angle }
             }
@@ -223,7 +224,7 @@ fn equal_area_square(d: DVec3) -> [f64; 2] {
     let a = d.abs();
     let r = (1.0 - a.z).max(0.0).sqrt();
     let (long, short) = (a.x.max(a.y), a.x.min(a.y));
-    let angle = if long > 0.0 { (short / long).atan() * std::f64::consts::FRAC_2_PI } else { 0.0 };
+    let angle = if long > 0.0 { atan(short / long) * std::f64::consts::FRAC_2_PI } else { 0.0 };
     let angle = if a.x < a.y { 1.0 - angle } else { angle };
     let v = angle * r;
     let u = r - v;
@@ -238,8 +239,8 @@ fn upward_illuminance(image: &Image) -> f32 {
     let mut sum = 0.0;
     for (i, pixel) in pixels.iter().enumerate() {
         let theta = ((i / width) as f64 + 0.5) / height * std::f64::consts::PI;
-        let area = theta.sin() * (std::f64::consts::PI / height).powi(2);
-        sum += f64::from(luminance(Vec3::from_array(*pixel))) * theta.cos().max(0.0) * area;
+        let area = sin(theta) * powi(std::f64::consts::PI / height, 2);
+        sum += f64::from(luminance(Vec3::from_array(*pixel))) * cos(theta).max(0.0) * area;
     }
     sum as f32
 }

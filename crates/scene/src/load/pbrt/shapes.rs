@@ -5,6 +5,7 @@ use super::{Builder, MAX_INSTANCES, PlacedShape};
 use crate::load::ply;
 use crate::load::session::{TRIANGLE, instance};
 use crate::{Instance, LoadError, Mesh, Shape, Sphere, TriangleMesh};
+use elementary::sin_cos;
 use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec2, Vec3};
 
 /// Corners of a disk.
@@ -195,7 +196,7 @@ impl Builder<'_> {
         self.report.approximated(format!("disks are drawn with {DISK_CORNERS} corners"));
         let mut mesh = TriangleMesh::default();
         for corner in 0..DISK_CORNERS {
-            let (sin, cos) = (corner as f32 / DISK_CORNERS as f32 * std::f32::consts::TAU).sin_cos();
+            let (sin, cos) = sin_cos(corner as f32 / DISK_CORNERS as f32 * std::f32::consts::TAU);
             mesh.positions.push(Vec3::new(cos * radius, sin * radius, height));
             mesh.positions.push(Vec3::new(cos * inner, sin * inner, height));
             let next = (corner + 1) % DISK_CORNERS;

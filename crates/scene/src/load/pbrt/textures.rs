@@ -8,6 +8,7 @@ use crate::{
     ColorSpace, Filter, GraphInput, Material, Sampler, Texture, TextureGraph, TextureGraphNode, TextureId,
     TextureRef, UvTransform, Wrap,
 };
+use elementary::powi;
 use glam::{Affine3A, DMat4, Mat3, Mat4, Vec2, Vec3};
 
 /// What a texture stands for: a factor, and an image multiplied into it.
@@ -42,7 +43,7 @@ fn marble(t: f32) -> [f32; 3] {
     const SEGMENTS: usize = 6;
     let first = ((t * SEGMENTS as f32) as usize).min(SEGMENTS - 1);
     let u = t * SEGMENTS as f32 - first as f32;
-    let weights = [(1.0 - u).powi(3), 3.0 * u * (1.0 - u).powi(2), 3.0 * u * u * (1.0 - u), u.powi(3)];
+    let weights = [powi(1.0 - u, 3), 3.0 * u * powi(1.0 - u, 2), 3.0 * u * u * (1.0 - u), powi(u, 3)];
     std::array::from_fn(|k| {
         1.5 * weights.iter().zip(&MARBLE[first..]).map(|(w, color)| w * color[k]).sum::<f32>()
     })
@@ -198,7 +199,7 @@ impl Builder<'_> {
     /// Sums of octaves as pbrt has them: not divided by their amplitudes.
     fn noise(&self, p: &Parameters, scale: f32, turbulent: bool, octaves: f32) -> TextureGraphNode {
         let (octaves, gain) = (octaves.clamp(1.0, 16.0), p.number_or("roughness", 0.5).clamp(0.0, 1.0));
-        let sum: f32 = (0..octaves.ceil() as i32).map(|i| gain.powi(i)).sum();
+        let sum: f32 = (0..octaves.ceil() as i32).map(|i| powi(gain, i)).sum();
         let noise = node("noise").with("octaves", octaves).with("gain", gain).with("high", sum);
         let noise = noise.with("low", if turbulent { 0.0 } else { -sum });
         let noise = noise.with("turbulence", if turbulent { 1.0 } else { 0.0 }).with("lacunarity", 1.99);

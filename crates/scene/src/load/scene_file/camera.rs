@@ -6,6 +6,7 @@ use super::placement::View;
 use super::values::{direction, positive, within};
 use crate::load::LoadError;
 use crate::{Camera, CameraPath, Distortion, Projection};
+use elementary::{atan, tan};
 use glam::{DVec3, Vec3};
 use serde::Deserialize;
 
@@ -145,7 +146,7 @@ fn projection(k: &CameraKeys, c: &Context) -> Result<Projection, LoadError> {
     if let Some((parameter, value)) = &mut parameter {
         let given = match (k.fov.or(k.height), k.focal_length) {
             (None, Some(focal)) => {
-                Some(2.0 * (0.5 * SENSOR_HEIGHT / positive(focal, "focal-length", c)?).atan().to_degrees())
+                Some(2.0 * atan(0.5 * SENSOR_HEIGHT / positive(focal, "focal-length", c)?).to_degrees())
             }
             (given, _) => given,
         };
@@ -203,7 +204,7 @@ fn lens_radius(k: &CameraKeys, projection: &Projection, c: &Context) -> Result<f
             let Projection::Perspective { fov_y } = projection else {
                 return Err(c.error("`f-number` has no meaning for this projection"));
             };
-            let focal = k.focal_length.unwrap_or(0.5 * SENSOR_HEIGHT / (fov_y * 0.5).tan()) * 1e-3;
+            let focal = k.focal_length.unwrap_or(0.5 * SENSOR_HEIGHT / tan(fov_y * 0.5)) * 1e-3;
             Ok(focal / (2.0 * positive(f_number, "f-number", c)?))
         }
     }

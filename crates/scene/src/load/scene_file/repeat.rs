@@ -4,6 +4,7 @@ use super::document::Context;
 use super::values::{Color, within};
 use crate::load::LoadError;
 use crate::shapes::noise::uniform;
+use elementary::{cos, sin};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use serde::Deserialize;
 use std::f32::consts::TAU;
@@ -155,14 +156,14 @@ impl Repeat {
         if let Some(r) = &self.ring {
             let steps = if r.sweep.abs() >= 360.0 { count } else { count.saturating_sub(1) };
             let angle = (r.start + r.sweep * i as f32 / steps.max(1) as f32).to_radians();
-            return ((r.radius * Vec3::new(angle.sin(), 0.0, angle.cos())).as_dvec3(), angle);
+            return ((r.radius * Vec3::new(sin(angle), 0.0, cos(angle))).as_dvec3(), angle);
         }
         if let Some(s) = &self.spiral {
             let golden = TAU * 0.381_966;
             // The centre is occupied; each copy has an area of about spacing².
             let radius = s.spacing * (i as f32 / std::f32::consts::PI * 1.15).sqrt();
             let angle = golden * i as f32;
-            return ((radius * Vec3::new(angle.sin(), 0.0, angle.cos())).as_dvec3(), 0.0);
+            return ((radius * Vec3::new(sin(angle), 0.0, cos(angle))).as_dvec3(), 0.0);
         }
         if let Some(s) = &self.scatter {
             let random = |k: u32| uniform(self.seed ^ 0x9e37, i.wrapping_mul(3).wrapping_add(k)) - 0.5;

@@ -10,6 +10,7 @@ use crate::{
     ColorSpace, Filter, GraphInput, Material, Sampler, Texture, TextureGraph, TextureGraphNode, TextureRef,
     UvTransform, Wrap, texture_graph,
 };
+use elementary::sin_cos;
 use glam::Vec2;
 use serde::de::Error;
 use serde::{Deserialize, Deserializer};
@@ -154,7 +155,7 @@ impl TextureKeys {
 
     /// Scale, then rotation, then offset, as in `KHR_texture_transform`.
     fn transform(&self) -> UvTransform {
-        let (sin, cos) = self.rotate.to_radians().sin_cos();
+        let (sin, cos) = sin_cos(self.rotate.to_radians());
         let [x, y] = self.scale;
         UvTransform {
             rows: [Vec2::new(cos * x, sin * y), Vec2::new(-sin * x, cos * y)],

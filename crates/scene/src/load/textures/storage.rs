@@ -148,7 +148,7 @@ impl PackedFloats {
                 [half((bits & 0x7ff) << 4), half((bits >> 11 & 0x7ff) << 4), half((bits >> 22) << 5), 1.0]
             }
             Self::Rgb9E5 => {
-                let scale = f32::exp2((bits >> 27) as f32 - 24.0);
+                let scale = elementary::exp2((bits >> 27) as f32 - 24.0);
                 let channel = |shift: u32| (bits >> shift & 0x1ff) as f32 * scale;
                 [channel(0), channel(9), channel(18), 1.0]
             }
