@@ -213,28 +213,30 @@ pub fn outline(queries: &RayQueries, question: &Question, instance: u32) -> Outl
 }
 
 /// What is shown as the inside of an object. Rays pass through what is half transparent at random, so
-/// where such a surface fades its pixels are speckles: then the border runs where half of many rays
+/// where such a surface fades its pixels are speckles: there the border runs where half of many rays
 /// hit it.
 fn solid(inside: &[bool], width: usize) -> Vec<bool> {
     let most = majority(inside, width);
-    let speckles = inside.iter().zip(&most).filter(|(a, b)| a != b).count();
-    let count = inside.iter().filter(|inside| **inside).count();
-    if speckles * SPECKLED <= count { most } else { smooth(inside, width, width / 50 + 1) }
+    let radius = width / 50 + 1;
+    let share = |on: bool| if on { 1.0 } else { 0.0 };
+    let speckles = smooth(inside.iter().zip(&most).map(|(a, b)| share(a != b)).collect(), width, radius);
+    let many = smooth(inside.iter().map(|inside| share(*inside)).collect(), width, radius);
+    let pixels = most.iter().zip(&many).zip(&speckles);
+    pixels.map(|((most, many), speckles)| if *speckles > SPECKLED { *many > 0.5 } else { *most }).collect()
 }
 
-/// An object is speckled if more than one pixel of so many is not like those around it.
-const SPECKLED: usize = 20;
+/// A place is speckled if more than this share of its pixels is not like those around them.
+const SPECKLED: f32 = 0.02;
 
-/// What most pixels are within `radius`, weighted by a tent: a box filter along rows and columns,
+/// The mean of the values within `radius`, weighted by a tent: a box filter along rows and columns,
 /// twice.
-fn smooth(inside: &[bool], width: usize, radius: usize) -> Vec<bool> {
-    let height = inside.len() / width.max(1);
-    let mut values: Vec<f32> = inside.iter().map(|inside| f32::from(u8::from(*inside))).collect();
+fn smooth(mut values: Vec<f32>, width: usize, radius: usize) -> Vec<f32> {
+    let height = values.len() / width.max(1);
     for _ in 0..2 {
         (0..height).for_each(|y| box_filter(&mut values, y * width, 1, width, radius));
         (0..width).for_each(|x| box_filter(&mut values, x, width, height, radius));
     }
-    values.into_iter().map(|value| value > 0.5).collect()
+    values
 }
 
 /// The mean within `radius` along `count` values that are `stride` apart, from `first` on.

@@ -341,8 +341,9 @@ impl From<&UvTransform> for UvTransformRecord {
     fn from(transform: &UvTransform) -> Self {
         let [first, second] = transform.rows;
         let (sin, cos) = (-second.x, first.x);
-        let rotation = sin.atan2(cos);
-        let scale = [sin.hypot(cos), first.y * rotation.sin() + second.y * rotation.cos()];
+        let rotation = elementary::atan2(sin, cos);
+        let (s, c) = elementary::sin_cos(rotation);
+        let scale = [elementary::hypot(sin, cos), first.y * s + second.y * c];
         Self { offset: transform.offset.to_array(), rotation, scale }
     }
 }

@@ -41,8 +41,6 @@ pub(super) struct State {
     todo: Todo,
     /// Whether the last attempt failed and nothing has changed since.
     stuck: bool,
-    /// When denoising a picture in a hurry has taken too long.
-    slow_denoising: Option<Instant>,
 }
 
 /// Work that messages have asked for.
@@ -135,7 +133,6 @@ impl State {
             frames: Frames::default(),
             todo: Todo::default(),
             stuck: false,
-            slow_denoising: None,
         }
     }
 

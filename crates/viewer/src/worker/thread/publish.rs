@@ -11,17 +11,14 @@ use alhazen::{
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// So many times as long as denoising takes is rendered before a picture is denoised again: most of the time goes into samples.
 const PATIENCE: u32 = 4;
 
-/// Pictures in a hurry are denoised up to so many pixels.
+/// Pictures in a hurry are denoised up to so many pixels. The time that takes counts as theirs, so they
+/// get smaller; without it one sample per pixel shows little but noise.
 const FEW_PIXELS: u32 = 60_000;
-/// Denoising them may take as long as rendering them, or so long: then half of a frame is left.
-const QUICK: Duration = Duration::from_millis(16);
-/// Where it took longer, for example on a loaded machine, it is tried again after so long.
-const RETRY: Duration = Duration::from_secs(2);
 
 impl State {
     /// The picture of a side without its noise, if that is wanted: as it is now if it is done, or as it was some passes ago.
@@ -32,9 +29,7 @@ impl State {
         if self.shown.layer != Layer::Picture {
             return Ok(None);
         }
-        let was_slow = self.slow_denoising.is_some_and(|then| then.elapsed() < RETRY);
-        let is_quick = picture.pixels <= FEW_PIXELS && !was_slow;
-        let grows = !self.makes_frames(job) && (!preview || is_quick);
+        let grows = !self.makes_frames(job) && (!preview || picture.pixels <= FEW_PIXELS);
         if !picture.done && !grows {
             return Ok(None);
         }
@@ -69,11 +64,6 @@ impl State {
         match noisy.and_then(|noisy| self.renderer.denoise(denoiser, &noisy)) {
             Ok(denoised) => {
                 let (picture, took) = (Arc::new(denoised), begin.elapsed());
-                let made = &self.pictures[side];
-                let hurries = made.rendered.as_ref().is_some_and(|rendered| rendered.preview);
-                if hurries && took > made.last_pass.render.max(QUICK) {
-                    self.slow_denoising = Some(Instant::now());
-                }
                 let clean = Clean {
                     denoiser,
                     picture: picture.clone(),
