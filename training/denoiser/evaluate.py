@@ -82,9 +82,10 @@ def rendered(text: str, args: argparse.Namespace) -> "dict[str, np.ndarray]":
     def noisy() -> "dict[str, np.ndarray]":
         found = {}
         for spp in args.spp:
-            layers = ["albedo", "normal", "standard-error"]
+            layers = ["albedo", "denoising-normal", "standard-error"]
             picture = scene.render(args.width, args.height, spp, aovs=layers, seed=spp, **settings)
-            found.update({f"{layer}_{spp}": picture[layer] for layer in ["color", *layers]})
+            for layer in ["color", *layers]:
+                found[f"{layer.removeprefix('denoising-')}_{spp}"] = picture[layer]
         return found
 
     pictures = kept(os.path.join(args.cache, f"reference-{name}.npz"), reference)

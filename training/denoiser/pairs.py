@@ -13,7 +13,7 @@ Each scene becomes OUT/NNNNNN.npz, NNNNNN being its number:
   `--clean` ten, with `--quick` five or nine, the colour (linear radiance) and its standard error,
   which is 0 for a single sample: then it is unknown;
 - `guide`: uint8 [views, pictures, 6, H, W], the square root of the albedo times 255, and the normal
-  in world space times 127 plus 128;
+  in world space times 127 plus 128, the latter of what mirrors and clear glass show;
 - `samples`: int32 [views, pictures], samples per pixel of the pictures, one of `PLANS`;
 - `scale`: float32 [views], the factor that colours and errors have been multiplied by, so that the
   geometric mean of the last picture is 0.18; `family`, the scene's name; `seed`.
@@ -41,10 +41,11 @@ PLANS = {
     "held out": (1, 4, 16, 64, 128, 512),
     "clean": (1, 1, 1, 2, 4, 4, 8, 16, 64, 256),
     "cleanest": (1, 1, 2, 4, 8, 16, 32, 128, 256, 512),
-    "quick": (1, 1, 1, 2, 4, 4, 8, 16, 80),
+    "quick": (1, 1, 1, 2, 4, 4, 8, 16, 128),
     "quick, many": (1, 4, 16, 64, 192),
 }
 """Samples per pixel of the pictures of a view; refine.py learns from the last four plans."""
+GUIDES = ("albedo", "denoising-normal")
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 THUMBNAIL = 128  # pixels of a side on contact sheets
 LARGEST = 60000.0  # below the largest half, 65504
@@ -97,7 +98,7 @@ def render_picture(render, samples, seed, most):
     pictures = [render(part, int(rng.integers(2**31))) for part in parts]
     weights = np.array(parts) / samples
     layers = {}
-    for name in ("color", "albedo", "normal"):
+    for name in ("color", *GUIDES):
         layers[name] = sum(w * p[name] for w, p in zip(weights, pictures))
     squares = [(w * p["standard-error"]) ** 2 for w, p in zip(weights, pictures)]
     layers["standard-error"] = np.sqrt(sum(squares))
@@ -116,7 +117,7 @@ def render_view(scene, camera, settings, plan, window, seeds, options):
             samples,
             camera=camera,
             crop=[x, y, options.size, options.size],
-            aovs=["albedo", "normal", "standard-error"],
+            aovs=[*GUIDES, "standard-error"],
             seed=seed,
             integrator="path",
             max_depth=min(settings["max_depth"], options.max_depth),
@@ -141,8 +142,9 @@ def render_view(scene, camera, settings, plan, window, seeds, options):
             error = np.zeros_like(error)
         for half, layer in ((light[i, :3], picture["color"]), (light[i, 3:], error)):
             half[:] = np.clip(layer * scale, 0, LARGEST).transpose(2, 0, 1)
-        albedo = 255 * np.sqrt(np.clip(picture["albedo"], 0, 1))
-        normal = 128 + 127 * np.clip(picture["normal"], -1, 1)
+        albedo, normal = (picture[name] for name in GUIDES)
+        albedo = 255 * np.sqrt(np.clip(albedo, 0, 1))
+        normal = 128 + 127 * np.clip(normal, -1, 1)
         guide[i, :3] = np.round(albedo).transpose(2, 0, 1)
         guide[i, 3:] = np.round(normal).transpose(2, 0, 1)
     return light, guide, scale
@@ -160,7 +162,9 @@ def make_scene(number, options, connection):
     views, plans = [], []
     for view, camera in enumerate(cameras):
         rng = np.random.default_rng([seed, view])
-        plan, window = plan_of(rng, number, view, options), window_of(rng, options)
+        # With `--quick`, plans differ in length, and views of one scene must not.
+        chosen = np.random.default_rng([seed, 0]) if options.quick else rng
+        plan, window = plan_of(chosen, number, view, options), window_of(rng, options)
         seeds = rng.integers(0, 2**31, len(plan))
         try:
             views.append(render_view(scene, camera, settings, plan, window, seeds, options))

@@ -11,6 +11,10 @@ divisor. relMSE divides by the square of the reference plus 0.01, and pictures m
 bright. So there are several such floors, `FLOORS`: with the largest all pixels of a picture count
 alike, as in a dark room.
 
+Inputs of few samples learn from the reference as the weights at the beginning denoise it
+(`DISTILLED`): what is left of its noise is far above what is to be learned, and the error of that
+picture far below.
+
 The renderer gives back the light that filtering has lost (`after.py`). Half of the loss is of what
 that makes of the output, as far as a crop tells. FLIP has a share as well.
 
@@ -49,6 +53,8 @@ FLIP = 0.5
 """What FLIP counts, relative to relMSE. Both are relative to what they were at the beginning."""
 SEEN = 8
 """Inputs of more samples are not judged by FLIP: its reference is not clean enough for them."""
+DISTILLED = 4
+"""Inputs of at most so many samples learn from the denoised reference."""
 MOST = 2.0
 """By how much giving light back may change a pixel, as in after.py."""
 LEFT_OUT = 5
@@ -178,6 +184,8 @@ def batch(pictures: Pictures, often: Tensor, count: int, size: int) -> "list[Ten
     gain = torch.exp(0.3 * torch.randn((count, 1, 1, 1), device=device))
     gain = gain * torch.exp(0.1 * torch.randn((count, 3, 1, 1), device=device))
     inputs = [color * gain, albedo * some(0.03), normal * some(0.03), variance * gain**2]
+    few = (pictures.samples[which] <= DISTILLED)[:, None, None, None]
+    reference, doubt = torch.where(few, smooth, reference), torch.where(few, 0.0, doubt)
     targets = [reference * gain, doubt * gain**2, smooth * gain, pictures.scale[which]]
     return [*inputs, known * some(0.06), *targets]
 

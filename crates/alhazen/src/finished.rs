@@ -78,11 +78,11 @@ pub enum FinishedError {
 /// ones.
 const ALBEDO: &[&str] =
     &["albedo", "denoisingalbedo", "diffcol", "diffusecolor", "basecolor", "alb", "diffusealbedo"];
-/// Names of shading normals, then geometric ones: ours and Blender's, pbrt's `Ns` and `N`,
-/// Mitsuba's.
+/// Names of shading normals, then geometric ones: ours and Blender's for denoising, ours, pbrt's `Ns`
+/// and `N`, Mitsuba's.
 const NORMAL: &[&str] = &[
-    "normal",
     "denoisingnormal",
+    "normal",
     "ns",
     "shnormal",
     "shadingnormal",

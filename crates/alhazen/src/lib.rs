@@ -58,7 +58,10 @@ pub use backend::{
 pub use checkpoint::Checkpoint;
 pub use choice::{BackendChoice, ChoiceError, Chosen, RendererOptions, UnknownBackend};
 pub use colour::{hex_color, luminance, srgb_encode};
-pub use cpu::{BeamEcho, Hits, RayError, RayQueries, Rays, SurfacePoint};
+pub use cpu::{
+    BeamEcho, FoundLight, Hits, LightSampleRecord, LightVisibility, PathEnd, PathRecord, RayError,
+    RayQueries, Rays, SampleRecord, ScatteringRecord, SurfacePoint, SurfaceRecord, VertexPlace, VertexRecord,
+};
 pub use daylight::add_daylight_if_dark;
 pub use denoise::{DenoiseFilmError, Denoised, Denoiser};
 pub use fallback::{Fallback, Step};
@@ -84,11 +87,12 @@ pub use scene::Part as MeshPart;
 pub use scene::report::plain;
 pub use scene::{
     AlphaMode, Animation, CalibrationError, Camera, CameraPath, Checkerboard, Clip, ColorSpace, Daylight,
-    DensityGrid, Distortion, Environment, Fog, Instance, Interior, LAYER_NUMBERS, LayerNumber, Layers, Light,
-    LightKind, LightParameter, LightProfile, LoadError, LoadOptions, LoadReport, Loaded, Material, Medium,
-    Mesh, Model, Motion, Note, Photometry, Pixels, Portal, PortalError, Projection, ProjectionParameter,
-    Quantity, RenderDefaults, Scene, Severity, Shape, Sky, Sphere, Subsurface, Sun, SunError, SunPosition,
-    Texture, TextureGraph, TextureRef, ToneMapper, TriangleMesh,
+    DensityGrid, Distortion, Environment, Fog, Group, GroupId, Groups, Instance, InstanceId, Interior,
+    LAYER_NUMBERS, LayerNumber, Layers, Light, LightKind, LightParameter, LightProfile, LoadError,
+    LoadOptions, LoadReport, Loaded, Material, MaterialId, Medium, Mesh, Model, Motion, Note, Photometry,
+    Pixels, Portal, PortalError, Projection, ProjectionParameter, Quantity, RenderDefaults, Scene, Severity,
+    Shape, Sky, Sphere, Subsurface, Sun, SunError, SunPosition, Texture, TextureGraph, TextureRef,
+    TextureSlot, ToneMapper, TriangleMesh,
 };
 pub use sequence::{FrameFilm, Moment as FrameMoment, SequenceDenoiser, frame_seed};
 pub use source::{Place, Source};
@@ -114,6 +118,8 @@ pub mod edits {
 pub use scene::load::environment::load as load_environment;
 /// Scenes in one file, with all that they refer to.
 pub use scene::load::packed;
+/// Loads a picture as materials have it.
+pub use scene::load::textures::load_picture;
 /// The flat arrays that back ends read.
 pub use scene::tables::SceneTables;
 /// Textures that are computed.

@@ -34,7 +34,7 @@ pub struct Moment {
 impl SequenceDenoiser {
     /// Layers that the films of frames must have.
     pub const LAYERS: [Aov; 6] =
-        [Aov::Albedo, Aov::Normal, Aov::Depth, Aov::Position, Aov::MaterialId, Aov::InstanceId];
+        [Aov::Albedo, Aov::DenoisingNormal, Aov::Depth, Aov::Position, Aov::MaterialId, Aov::InstanceId];
 
     /// Removes the noise of the next frame, on the device that renders where that can do it.
     ///

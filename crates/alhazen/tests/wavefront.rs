@@ -149,7 +149,14 @@ fn every_setting_is_the_same() {
         single_scatter: true,
         seed: 7,
         crop: Some(alhazen::Rect { x: 5, y: 9, width: 21, height: 17 }),
-        aovs: vec![Aov::Albedo, Aov::Normal, Aov::SampleCount, Aov::Depth],
+        aovs: vec![
+            Aov::Albedo,
+            Aov::Normal,
+            Aov::DenoisingAlbedo,
+            Aov::DenoisingNormal,
+            Aov::SampleCount,
+            Aov::Depth,
+        ],
         ..job(&scene)
     };
     job.camera.lens_radius = 0.05;

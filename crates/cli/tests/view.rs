@@ -251,7 +251,7 @@ fn hours_of_editing_leave_nothing_behind() {
     let seconds = std::env::var("ALHAZEN_SOAK_SECONDS").unwrap_or("20".into());
     let edits = "open cornell\nmaterial 0 roughness 0.3\nwait 1\ncommand Add a point light\nframes 5\n\
          command Undo\ncommand Redo\nselect 0.5 0.5\ncommand Duplicate the object\nwait 1\n\
-         command Hide or show the object\ncommand Delete the object\nresize 720 520\nmaterial 1 emission 2\n\
+         command Hide or show the selection\ncommand Delete the selection\nresize 720 520\nmaterial 1 emission 2\n\
          integrator direct\nwait 1\nintegrator path\ncommand Compare two settings\nframes 3\n\
          command End the comparison\nlayer normal\nwait 1\nlayer picture\nsave saved.toml\npicture a.exr\n\
          resize 700 500\nopen three-spheres\nmaterial 2 transmission 0.5\nwait 1\nrecord turn.png 3 1\n\
@@ -281,8 +281,9 @@ fn unattended_runs_fail_loudly() {
     let folder = tempfile::tempdir().expect("a folder");
     for (script, part) in [
         ("fly\n", "no step `fly`"),
+        ("screnshot a.png\n", "but `screenshot`"),
         ("material 999 red 1\n", "no such material"),
-        ("tab nowhere\n", "but Render, Objects"),
+        ("tab nowhere\n", "there are Render, Objects"),
         ("open missing.obj\nwait 1\n", "missing.obj"),
     ] {
         let ran = display.try_view(

@@ -12,6 +12,7 @@ mod batch;
 mod fetch;
 mod integrate;
 mod queries;
+mod replay;
 mod scene;
 mod schedule;
 mod shade;
@@ -19,3 +20,7 @@ mod simd;
 
 pub use backend::CpuBackend;
 pub use queries::{BeamEcho, Hits, RayError, RayQueries, Rays, SurfacePoint};
+pub use replay::{
+    FoundLight, LightSampleRecord, LightVisibility, PathEnd, PathRecord, SampleRecord, ScatteringRecord,
+    SurfaceRecord, VertexPlace, VertexRecord,
+};

@@ -23,6 +23,11 @@ pub enum Aov {
     /// Directional-hemispherical reflectance estimate at the first hit, in `[0, 1]`, linear RGB: base colour for
     /// common materials. The mean over the samples; one that hits nothing counts as zero.
     Albedo,
+    /// What guides denoisers: as [`Aov::Albedo`], but of the first surface that is neither mirror nor clear glass, seen
+    /// in those before it, and multiplied by what they let through. What shines counts as white there.
+    DenoisingAlbedo,
+    /// As [`Aov::Normal`], of the surface that [`Aov::DenoisingAlbedo`] is of.
+    DenoisingNormal,
     /// Index of the material at the first hit, or [`NO_ID`].
     MaterialId,
     /// Index of the instance at the first hit, or [`NO_ID`].
@@ -56,13 +61,15 @@ pub enum AovKind {
 
 impl Aov {
     /// All of them, in the order in which they are listed to users.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 15] = [
         Self::Depth,
         Self::Position,
         Self::Normal,
         Self::GeometricNormal,
         Self::Uv,
         Self::Albedo,
+        Self::DenoisingAlbedo,
+        Self::DenoisingNormal,
         Self::MaterialId,
         Self::InstanceId,
         Self::PrimitiveId,
@@ -82,6 +89,8 @@ impl Aov {
             Self::GeometricNormal => "geometric-normal",
             Self::Uv => "uv",
             Self::Albedo => "albedo",
+            Self::DenoisingAlbedo => "denoising-albedo",
+            Self::DenoisingNormal => "denoising-normal",
             Self::MaterialId => "material",
             Self::InstanceId => "instance",
             Self::PrimitiveId => "primitive",
@@ -98,9 +107,9 @@ impl Aov {
     pub fn channels(self) -> &'static [&'static str] {
         match self {
             Self::Depth => &["Z"],
-            Self::Position | Self::Normal | Self::GeometricNormal => &["X", "Y", "Z"],
+            Self::Position | Self::Normal | Self::GeometricNormal | Self::DenoisingNormal => &["X", "Y", "Z"],
             Self::Uv => &["U", "V"],
-            Self::Albedo | Self::StandardError => &["R", "G", "B"],
+            Self::Albedo | Self::DenoisingAlbedo | Self::StandardError => &["R", "G", "B"],
             Self::MaterialId | Self::InstanceId | Self::PrimitiveId => &["I"],
             Self::SampleCount => &["N"],
             Self::ObjectMatte | Self::MaterialMatte => &[],
@@ -112,11 +121,21 @@ impl Aov {
     pub fn kind(self) -> AovKind {
         match self {
             Self::Depth | Self::Position | Self::Uv => AovKind::First,
-            Self::Normal | Self::GeometricNormal | Self::Albedo => AovKind::Mean,
+            Self::Normal
+            | Self::GeometricNormal
+            | Self::Albedo
+            | Self::DenoisingAlbedo
+            | Self::DenoisingNormal => AovKind::Mean,
             Self::MaterialId | Self::InstanceId | Self::PrimitiveId => AovKind::FirstId,
             Self::ObjectMatte | Self::MaterialMatte => AovKind::Shares,
             Self::SampleCount | Self::StandardError => AovKind::Derived,
         }
+    }
+
+    /// Whether it is made for denoisers: not of the first hit, where that shows a sharp picture of other things.
+    #[must_use]
+    pub fn guides_denoisers(self) -> bool {
+        matches!(self, Self::DenoisingAlbedo | Self::DenoisingNormal)
     }
 
     /// Whether its values are whole numbers, stored as `u32` in files.
@@ -164,6 +183,10 @@ pub struct AovSample {
     pub uv: [f32; 2],
     /// See [`Aov::Albedo`].
     pub albedo: [f32; 3],
+    /// See [`Aov::DenoisingAlbedo`].
+    pub denoising_albedo: [f32; 3],
+    /// See [`Aov::DenoisingNormal`].
+    pub denoising_normal: [f32; 3],
     /// See [`Aov::MaterialId`].
     pub material_id: u32,
     /// See [`Aov::InstanceId`].
@@ -181,6 +204,8 @@ impl Default for AovSample {
             geometric_normal: [0.0; 3],
             uv: [0.0; 2],
             albedo: [0.0; 3],
+            denoising_albedo: [0.0; 3],
+            denoising_normal: [0.0; 3],
             material_id: NO_ID,
             instance_id: NO_ID,
             primitive_id: NO_ID,
@@ -199,6 +224,10 @@ pub struct AovSums {
     pub geometric_normal: [f64; 3],
     /// Sum over the samples, see [`Aov::Albedo`].
     pub albedo: [f64; 3],
+    /// Sum over the samples, see [`Aov::DenoisingAlbedo`].
+    pub denoising_albedo: [f64; 3],
+    /// Sum over the samples, see [`Aov::DenoisingNormal`].
+    pub denoising_normal: [f64; 3],
     /// Sample 0, if it is one of them: only layers of kind [`AovKind::First`] and [`AovKind::FirstId`] count.
     pub first: Option<AovSample>,
 }
@@ -210,6 +239,8 @@ impl AovSums {
             Aov::Normal => Some(&self.normal),
             Aov::GeometricNormal => Some(&self.geometric_normal),
             Aov::Albedo => Some(&self.albedo),
+            Aov::DenoisingAlbedo => Some(&self.denoising_albedo),
+            Aov::DenoisingNormal => Some(&self.denoising_normal),
             Aov::Depth
             | Aov::Position
             | Aov::Uv
@@ -234,6 +265,8 @@ impl AovSample {
             Aov::GeometricNormal => &self.geometric_normal,
             Aov::Uv => &self.uv,
             Aov::Albedo => &self.albedo,
+            Aov::DenoisingAlbedo => &self.denoising_albedo,
+            Aov::DenoisingNormal => &self.denoising_normal,
             Aov::MaterialId
             | Aov::InstanceId
             | Aov::PrimitiveId
@@ -256,6 +289,8 @@ impl AovSample {
             | Aov::GeometricNormal
             | Aov::Uv
             | Aov::Albedo
+            | Aov::DenoisingAlbedo
+            | Aov::DenoisingNormal
             | Aov::SampleCount
             | Aov::StandardError => None,
         }

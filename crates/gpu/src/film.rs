@@ -60,6 +60,10 @@ pub struct AovPixel {
     uv: [f32; 2],
     primitive: u32,
     has_first: u32,
+    denoising_albedo: [f32; 3],
+    padding0: u32,
+    denoising_normal: [f32; 3],
+    padding1: u32,
 }
 
 /// What is counted for the whole picture.
@@ -117,6 +121,7 @@ pub struct FilmBuffers {
     /// With which random numbers; those of the shaders ([`Variant::sampler`](crate::shader::Variant)).
     pub sampler: SamplerKind,
     wants_aovs: bool,
+    wants_features: bool,
     staging: wgpu::Buffer,
     /// Made when it is first needed.
     gathering: Option<Gathering>,
@@ -158,6 +163,7 @@ impl FilmBuffers {
             camera: view.camera,
             sampler: view.sampler,
             wants_aovs,
+            wants_features: view.aovs.iter().any(|aov| aov.guides_denoisers()),
             staging,
             gathering: None,
         })
@@ -208,6 +214,11 @@ impl FilmBuffers {
     /// Whether first hits are recorded.
     pub fn wants_aovs(&self) -> bool {
         self.wants_aovs
+    }
+
+    /// Whether what guides denoisers is recorded.
+    pub fn wants_features(&self) -> bool {
+        self.wants_features
     }
 
     /// Bytes on the device.
@@ -335,6 +346,8 @@ fn add_layers(film: &mut Film, layers: &[AovPixel]) {
             normal: a.normal.map(f64::from),
             geometric_normal: a.geometric_normal.map(f64::from),
             albedo: a.albedo.map(f64::from),
+            denoising_albedo: a.denoising_albedo.map(f64::from),
+            denoising_normal: a.denoising_normal.map(f64::from),
             first: (a.has_first != 0).then_some(first),
         };
         film.add_aov_sums(x, y, &sums);
@@ -369,6 +382,10 @@ mod tests {
                 uv,
                 primitive,
                 has_first,
+                denoising_albedo,
+                padding0,
+                denoising_normal,
+                padding1,
             }
         );
         assert_layout!(module, Counters { rays_low, rays_high, invalid_aovs, padding });

@@ -18,7 +18,7 @@ use pyo3::prelude::*;
 /// albedo : array_like, float32, shape (height, width, 3), optional
 ///     Albedo of what is seen first, in [0, 1]: the layer "albedo".
 /// normal : array_like, float32, shape (height, width, 3), optional
-///     Its shading normal, in world space: the layer "normal".
+///     Shading normal, in world space: the layer "denoising-normal", which sees through glass, or "normal".
 /// error : array_like, float32, shape (height, width, 3), optional
 ///     Standard error of `color`: the layer "standard-error". Not of pictures with one sample per pixel, where it is 0.
 ///

@@ -5,7 +5,7 @@ import pytest
 
 import alhazen
 
-LAYERS = ["albedo", "normal", "standard-error"]
+LAYERS = ["albedo", "denoising-normal", "standard-error"]
 
 
 def error(picture, reference):
@@ -22,7 +22,7 @@ def test_noise_goes_and_light_stays():
     assert np.array_equal(clean["noisy"], noisy["color"]) and clean.spp == 4
     assert "noisy" not in noisy
     # The same by arrays, and without what is not known.
-    arrays = {"albedo": noisy["albedo"], "normal": noisy["normal"], "error": noisy["standard-error"]}
+    arrays = {"albedo": noisy["albedo"], "normal": noisy["denoising-normal"], "error": noisy["standard-error"]}
     assert np.array_equal(alhazen.denoise(noisy["color"], **arrays), clean["color"])
     alone = alhazen.denoise(noisy["color"])
     assert error(alone, reference) < error(noisy["color"], reference)
@@ -44,7 +44,7 @@ def test_sequences_are_cleaner_with_their_history():
     for frame in range(5):
         camera = alhazen.Camera.look_at([2.6 + 0.05 * frame, 2.73, -8], [2.78, 2.73, 0], fov_y=0.686)
         noisy = scene.render(96, 96, 4, camera=camera, seed=frame, aovs=[*LAYERS, "depth", "instance"], backend="cpu")
-        layers = {"albedo": noisy["albedo"], "normal": noisy["normal"], "error": noisy["standard-error"]}
+        layers = {"albedo": noisy["albedo"], "normal": noisy["denoising-normal"], "error": noisy["standard-error"]}
         flow = scene.observe(camera, 96, 96, next_camera=last or camera)["flow"]
         known = {"motion": flow, "distance": noisy["depth"], "ids": noisy["instance"].astype(np.uint32)}
         together = denoiser.denoise(noisy["color"], **layers, **known)

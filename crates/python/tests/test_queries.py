@@ -127,3 +127,22 @@ def test_camera_rays_hit_what_the_picture_shows(scene):
     # The picture's sample lies anywhere in the pixel: only edges may differ.
     assert (picture["instance"] == hits.instance).mean() > 0.9
     assert set(np.unique(hits.instance)) >= {-1, 0, 2}
+
+
+def test_explained_samples_are_those_of_pictures():
+    scene = alhazen.load("cornell")
+    settings = {"width": 16, "height": 16, "seed": 3, "max_depth": 5}
+    picture = scene.render(spp=1, backend="cpu", threads=1, **settings)
+    for x, y in [(8, 8), (3, 12), (12, 4)]:
+        explained = scene.explain(x, y, **settings)
+        np.testing.assert_array_equal(np.float32(explained["radiance"]), picture["color"][y, x])
+        (path,) = explained["paths"]
+        vertices = path["vertices"]
+        assert [v["depth"] for v in vertices] == list(range(1, len(vertices) + 1))
+        added = sum(np.sum(f["contribution"]) for v in vertices for f in v["found"])
+        lights = [v["light_sample"] for v in vertices if v["light_sample"]]
+        added += sum(np.sum(light["contribution"]) for light in lights)
+        np.testing.assert_allclose(added, np.sum(path["radiance"]), rtol=1e-5)
+        assert {light["visibility"] for light in lights} <= {"visible", "occluded", "behind", "dark"}
+    with pytest.raises(ValueError, match="no pixel 16,0"):
+        scene.explain(16, 0, **settings)

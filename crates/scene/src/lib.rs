@@ -17,6 +17,7 @@ pub mod daylight;
 pub mod edits;
 pub mod environment;
 pub mod framing;
+mod groups;
 mod ids;
 pub mod image;
 pub mod layers;
@@ -40,6 +41,7 @@ pub mod tables;
 pub mod tangents;
 mod texture;
 pub mod texture_graph;
+mod texture_slot;
 pub mod triangulate;
 
 pub use animation::{Animation, Clip};
@@ -48,6 +50,7 @@ pub use camera::{Camera, CameraPath, Distortion};
 pub use daylight::{Daylight, SunError, SunPosition};
 pub use environment::{Environment, Sky, Sun};
 pub use framing::{FilmWindow, Motion};
+pub use groups::{Group, GroupId, Groups};
 pub use ids::{ImageId, InstanceId, MaterialId, MeshId, TextureId};
 pub use image::{ColorSpace, Filter, Image, ImageTexture, Pixels, Sampler, TextureRef, UvTransform, Wrap};
 pub use layers::{
@@ -67,3 +70,4 @@ pub use settings::{RenderDefaults, ShadowTerminator, ToneMapper};
 pub use subsurface::Subsurface;
 pub use texture::Texture;
 pub use texture_graph::{GraphInput, TextureGraph, TextureGraphNode};
+pub use texture_slot::TextureSlot;

@@ -3,6 +3,7 @@
 use crate::{Animation, ImageId, LightParameter, MaterialId, Mesh, MeshId, Scene, TextureId};
 use glam::{Affine3A, Vec3};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Where the objects of a merged scene ended up.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -44,6 +45,10 @@ impl Scene {
         };
         offsets.apply(&mut other);
         self.portals.append(&mut other.portals);
+        let (first, count) = (self.instances.len() as u32, other.instances.len());
+        if !other.groups.list.is_empty() {
+            Arc::make_mut(&mut self.groups).append(&other.groups, first, count, None);
+        }
         Merged {
             meshes: append(&mut self.meshes, other.meshes),
             instances: append(&mut self.instances, other.instances),

@@ -3,6 +3,7 @@
 use crate::animation::Animation;
 use crate::camera::Camera;
 use crate::environment::Environment;
+use crate::groups::Groups;
 use crate::image::Image;
 use crate::light::Light;
 use crate::material::Material;
@@ -11,11 +12,12 @@ use crate::mesh::{Instance, Mesh};
 use crate::portal::Portal;
 use crate::settings::RenderDefaults;
 use crate::texture::Texture;
+use std::sync::Arc;
 
 /// A scene as the user described it: named objects that refer to each other by index.
 ///
 /// A mesh that stands in the world several times is stored once and instanced. The node hierarchy of a file is
-/// flattened: every [`Instance`] has its full object-to-world transform.
+/// flattened: every [`Instance`] has its full object-to-world transform. [`Scene::groups`] keeps its names.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     /// Name of the scene, usually the file's stem.
@@ -27,6 +29,8 @@ pub struct Scene {
     pub meshes: Vec<Mesh>,
     /// Where meshes stand in the world.
     pub instances: Vec<Instance>,
+    /// What instances are parts of. Nothing that is rendered depends on it.
+    pub groups: Arc<Groups>,
     /// Materials; [`crate::Part::material`] refers to them.
     pub materials: Vec<Material>,
     /// Textures: images and how they are sampled, and graphs.

@@ -132,6 +132,11 @@ impl Document {
         })
     }
 
+    /// See [`History::set_gesture`].
+    pub fn set_gesture(&mut self, gesture: Option<u64>) {
+        self.edits.set_gesture(gesture);
+    }
+
     /// Takes a step back.
     pub fn undo(&mut self) -> bool {
         self.edits.undo() && self.follow().is_ok()
@@ -182,8 +187,10 @@ impl Document {
         let outlines = outlines_of(&resources);
         self.outlines.models.extend(outlines.models);
         self.outlines.environments.extend(outlines.environments);
+        self.outlines.pictures.extend(outlines.pictures);
         self.resources.models.extend(resources.models);
         self.resources.environments.extend(resources.environments);
+        self.resources.pictures.extend(resources.pictures);
     }
 
     /// Width and height of an image of the scene, pixels.
@@ -191,7 +198,9 @@ impl Document {
         // What models bring comes after, in the order of their additions.
         let added = self.edits().models().filter_map(|file| self.resources.models.get(file));
         let added = added.flat_map(|model| sizes_of(model));
-        self.image_sizes.iter().copied().chain(added).nth(image as usize)
+        let pictures = self.edits().pictures().filter_map(|file| self.resources.pictures.get(file));
+        let pictures = pictures.map(|picture| [picture.width, picture.height]);
+        self.image_sizes.iter().copied().chain(added).chain(pictures).nth(image as usize)
     }
 
     /// World bounds of an object.
@@ -262,6 +271,7 @@ pub fn outline(scene: &Scene) -> Scene {
         origin: scene.origin,
         meshes: scene.meshes.iter().map(mesh).collect(),
         instances: scene.instances.clone(),
+        groups: scene.groups.clone(),
         materials: scene.materials.clone(),
         textures: scene.textures.clone(),
         images: scene.images.iter().map(thumbnail).collect(),
@@ -285,7 +295,8 @@ fn outlines_of(resources: &Resources) -> Resources {
     let models = resources.models.iter().map(|(path, scene)| (path.clone(), outline(scene).into()));
     let environments =
         resources.environments.iter().map(|(path, image)| (path.clone(), thumbnail(image).into()));
-    Resources { models: models.collect(), environments: environments.collect() }
+    let pictures = resources.pictures.iter().map(|(path, image)| (path.clone(), thumbnail(image).into()));
+    Resources { models: models.collect(), environments: environments.collect(), pictures: pictures.collect() }
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Undo and redo of values.
 
-/// How long (seconds) changes of the same thing count as one: a slider that is dragged changes many times.
+/// How long (seconds) changes of the same thing without a drag count as one: keys repeat.
 const SAME_GESTURE: f64 = 0.7;
 /// So many steps can be taken back.
 const DEPTH: usize = 200;
@@ -11,13 +11,34 @@ pub struct History<T> {
     now: T,
     past: Vec<T>,
     future: Vec<T>,
-    last: Option<(String, f64)>,
+    last: Option<Change>,
+    gesture: Option<u64>,
+}
+
+/// The last change.
+#[derive(Clone, Debug)]
+struct Change {
+    what: String,
+    time: f64,
+    gesture: Option<u64>,
+}
+
+impl Change {
+    /// Whether another change is part of the same step: of the same drag, however long the pointer
+    /// rests; without one, soon after.
+    fn goes_on(&self, later: &Self) -> bool {
+        self.what == later.what
+            && match (self.gesture, later.gesture) {
+                (Some(before), Some(now)) => before == now,
+                _ => later.time - self.time < SAME_GESTURE,
+            }
+    }
 }
 
 impl<T: Clone + PartialEq> History<T> {
     /// A value without a past.
     pub fn new(now: T) -> Self {
-        Self { now, past: Vec::new(), future: Vec::new(), last: None }
+        Self { now, past: Vec::new(), future: Vec::new(), last: None, gesture: None }
     }
 
     /// The value as it is.
@@ -25,9 +46,14 @@ impl<T: Clone + PartialEq> History<T> {
         &self.now
     }
 
+    /// The drag that changes belong to from now on; `None` while no button is held.
+    pub fn set_gesture(&mut self, gesture: Option<u64>) {
+        self.gesture = gesture;
+    }
+
     /// Changes the value.
     ///
-    /// - `what`: changes of the same thing in short succession are one step.
+    /// - `what`: changes of the same thing in one drag, or in short succession, are one step.
     /// - `time`: seconds, from whatever beginning.
     pub fn change(&mut self, what: &str, time: f64, change: impl FnOnce(&mut T)) {
         let before = self.now.clone();
@@ -35,15 +61,15 @@ impl<T: Clone + PartialEq> History<T> {
         if self.now == before {
             return;
         }
-        let goes_on = self.last.as_ref().is_some_and(|(w, t)| w == what && time - t < SAME_GESTURE);
-        if !goes_on {
+        let change = Change { what: what.to_owned(), time, gesture: self.gesture };
+        if !self.last.as_ref().is_some_and(|last| last.goes_on(&change)) {
             self.past.push(before);
             if self.past.len() > DEPTH {
                 self.past.remove(0);
             }
         }
         self.future.clear();
-        self.last = Some((what.to_owned(), time));
+        self.last = Some(change);
     }
 
     /// Takes the last step back; false if there is none.
@@ -98,6 +124,21 @@ mod tests {
         h.change("slider", 20.0, |v| *v = 1);
         h.change("slider", 22.0, |v| *v = 2);
         assert!(h.undo() && *h.now() == 1, "a pause ends the drag");
+    }
+
+    #[test]
+    fn a_drag_is_one_step_however_long_the_pointer_rests() {
+        let mut h = History::new(0);
+        h.set_gesture(Some(1));
+        h.change("slider", 0.0, |v| *v = 1);
+        h.change("slider", 60.0, |v| *v = 2);
+        h.set_gesture(Some(2));
+        h.change("slider", 60.1, |v| *v = 3);
+        assert!(h.undo() && *h.now() == 2, "another drag is another step");
+        assert!(h.undo() && *h.now() == 0 && !h.can_undo());
+        h.change("slider", 90.0, |v| *v = 4);
+        h.change("colour", 90.1, |v| *v = 5);
+        assert!(h.undo() && *h.now() == 4, "another thing is another step");
     }
 
     #[test]

@@ -15,6 +15,8 @@ pub mod integrators;
 pub mod loading;
 pub mod navigation;
 pub mod node_previews;
+pub mod numbers;
+pub mod outliner;
 pub mod panels;
 pub mod queries;
 pub mod render_settings;

@@ -3,7 +3,8 @@
 use crate::document::Base;
 use alhazen::edits::{Edits, EnvironmentRecord, Resources, open_edited};
 use alhazen::{
-    Environment, FilesRead, LoadError, LoadOptions, LoadReport, Place, Scene, Source, add_daylight_if_dark,
+    Environment, FilesRead, LoadError, LoadOptions, LoadReport, MaterialId, Place, Scene, Source,
+    TextureSlot, add_daylight_if_dark,
 };
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -19,13 +20,15 @@ pub enum Job {
     Model(PathBuf),
     /// A picture that is put around the scene.
     Environment(PathBuf),
+    /// A picture that takes the place of a material's texture.
+    Picture(PathBuf, MaterialId, TextureSlot),
 }
 
 impl std::fmt::Display for Job {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Open(source) => source.fmt(f),
-            Self::Model(path) | Self::Environment(path) => path.display().fmt(f),
+            Self::Model(path) | Self::Environment(path) | Self::Picture(path, ..) => path.display().fmt(f),
         }
     }
 }
@@ -111,6 +114,13 @@ fn load(job: &Job, options: &LoadOptions) -> Result<Loaded, LoadError> {
             let mut resources = Resources::default();
             resources.models.insert(path.clone(), Arc::new(loaded.scene));
             Ok(Loaded::Resources(resources, loaded.report))
+        }
+        Job::Picture(path, ..) => {
+            let mut report = LoadReport::default();
+            let image = alhazen::load_picture(path, options, &mut report)?;
+            let mut resources = Resources::default();
+            resources.pictures.insert(path.clone(), Arc::new(image));
+            Ok(Loaded::Resources(resources, report))
         }
         Job::Environment(path) => {
             let mut report = LoadReport::default();

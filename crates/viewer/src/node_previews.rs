@@ -2,9 +2,9 @@
 
 use crate::document::Document;
 use crate::thumbnails::{SIDE, pixel_of};
-use alhazen::edits::Addition;
+use alhazen::edits::{Addition, SlotEdit};
 use alhazen::texture_graph::TextureGraph;
-use alhazen::{Scene, Texture};
+use alhazen::{MaterialId, Scene, Texture, TextureSlot};
 use egui::{Color32, ColorImage, Context, Rgba, TextureHandle, TextureOptions};
 use glam::Vec2;
 use std::collections::BTreeMap;
@@ -49,11 +49,14 @@ pub struct ShownPreview {
     pub range: [f32; 2],
 }
 
+/// Pictures that have taken the place of textures.
+type Slots = BTreeMap<MaterialId, BTreeMap<TextureSlot, SlotEdit>>;
+
 /// The previews of all textures that have been looked at.
 #[derive(Default)]
 pub struct NodePreviews {
     /// What the numbers of textures and images depend on: the document, and what was added to it.
-    numbers: (u64, Vec<Addition>),
+    numbers: (u64, Vec<Addition>, Slots),
     graphs: BTreeMap<u32, (TextureGraph, Vec<ShownPreview>)>,
     images: BTreeMap<u32, TextureHandle>,
 }
@@ -94,9 +97,11 @@ impl NodePreviews {
 
     /// Forgets what another document, or other additions, had.
     fn follow(&mut self, document: &Document) {
-        let (generation, additions) = &self.numbers;
-        if *generation != document.generation || *additions != document.edits().additions {
-            let numbers = (document.generation, document.edits().additions.clone());
+        let edits = document.edits();
+        let (generation, additions, slots) = &self.numbers;
+        let is_same = *generation == document.generation && *additions == edits.additions;
+        if !is_same || *slots != edits.slots {
+            let numbers = (document.generation, edits.additions.clone(), edits.slots.clone());
             *self = Self { numbers, ..Self::default() };
         }
     }

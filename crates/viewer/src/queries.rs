@@ -208,8 +208,46 @@ pub fn outline(queries: &RayQueries, question: &Question, instance: u32) -> Outl
     let count = width as usize * height as usize;
     let inside =
         queries.map(count, &Control::new(), ray, |_, point| point.is_some_and(|p| p.instance() == instance));
-    let mask = edges(&majority(&inside, width as usize), width as usize);
+    let mask = edges(&solid(&inside, width as usize), width as usize);
     Outline { instance, width, height, mask }
+}
+
+/// What is shown as the inside of an object. Rays pass through what is half transparent at random, so
+/// where such a surface fades its pixels are speckles: then the border runs where half of many rays
+/// hit it.
+fn solid(inside: &[bool], width: usize) -> Vec<bool> {
+    let most = majority(inside, width);
+    let speckles = inside.iter().zip(&most).filter(|(a, b)| a != b).count();
+    let count = inside.iter().filter(|inside| **inside).count();
+    if speckles * SPECKLED <= count { most } else { smooth(inside, width, width / 50 + 1) }
+}
+
+/// An object is speckled if more than one pixel of so many is not like those around it.
+const SPECKLED: usize = 20;
+
+/// What most pixels are within `radius`, weighted by a tent: a box filter along rows and columns,
+/// twice.
+fn smooth(inside: &[bool], width: usize, radius: usize) -> Vec<bool> {
+    let height = inside.len() / width.max(1);
+    let mut values: Vec<f32> = inside.iter().map(|inside| f32::from(u8::from(*inside))).collect();
+    for _ in 0..2 {
+        (0..height).for_each(|y| box_filter(&mut values, y * width, 1, width, radius));
+        (0..width).for_each(|x| box_filter(&mut values, x, width, height, radius));
+    }
+    values.into_iter().map(|value| value > 0.5).collect()
+}
+
+/// The mean within `radius` along `count` values that are `stride` apart, from `first` on.
+fn box_filter(values: &mut [f32], first: usize, stride: usize, count: usize, radius: usize) {
+    let mut sums = Vec::with_capacity(count + 1);
+    sums.push(0.0);
+    for i in 0..count {
+        sums.push(sums[i] + f64::from(values[first + i * stride]));
+    }
+    for i in 0..count {
+        let (from, to) = (i.saturating_sub(radius), (i + radius + 1).min(count));
+        values[first + i * stride] = ((sums[to] - sums[from]) / (to - from) as f64) as f32;
+    }
 }
 
 /// What most of the nine pixels around each one are: surfaces that are half transparent are hit here and there.
@@ -285,6 +323,20 @@ mod tests {
         let edges = edges(&inside, 5);
         assert_eq!(edges.iter().filter(|e| **e).count(), 8);
         assert!(!edges[12] && edges[6]);
+    }
+
+    /// A floor that fades: hit ever more rarely towards the top.
+    #[test]
+    fn what_fades_has_a_calm_outline() {
+        let (width, height) = (400, 240);
+        let random = |i: usize| (i as u32).wrapping_mul(2_654_435_761) >> 8;
+        let inside: Vec<bool> = (0..width * height)
+            .map(|i| f64::from(random(i) % 1000) / 1000.0 < (i / width) as f64 / height as f64)
+            .collect();
+        let edge = |mask: Vec<bool>| edges(&mask, width).iter().filter(|on| **on).count();
+        let (rough, calm) = (edge(majority(&inside, width)), edge(solid(&inside, width)));
+        // Around the lower half: twice its width and height, and the steps of the upper border.
+        assert!(calm < 2 * width + height + 300 && rough > 5 * calm, "{calm} of {rough}");
     }
 
     #[test]

@@ -12,7 +12,7 @@ use alhazen::{
 pub struct RenderSettings {
     /// Which integrator renders, and the settings of all.
     pub integrators: Integrators,
-    /// Follow glTF to the letter.
+    /// Follow the BRDF of glTF 2.0, Appendix B, exactly.
     pub single_scatter: bool,
     /// How samples are drawn.
     pub sampler: SamplerKind,
@@ -312,6 +312,9 @@ mod tests {
         assert!(matches!(job(Layer::Noise, None).integrator, Integrator::Path(_)));
         assert_eq!(job(Layer::Noise, None).aovs, [Aov::StandardError]);
         assert_eq!(job(Layer::Picture, Some(Denoiser::Network)).aovs, NoisyPicture::LAYERS);
-        assert_eq!(job(Layer::Aov(Aov::Albedo), Some(Denoiser::Network)).aovs, [Aov::Albedo, Aov::Normal]);
+        assert_eq!(
+            job(Layer::Aov(Aov::DenoisingNormal), Some(Denoiser::Network)).aovs,
+            [Aov::DenoisingNormal, Aov::Albedo]
+        );
     }
 }

@@ -26,6 +26,8 @@ pub struct Settings {
     pub watch: bool,
     /// Ask for files by our own dialog, even where the desktop has one.
     pub own_dialogs: bool,
+    /// Height of the list of objects, points.
+    pub outliner_height: f32,
 }
 
 impl Default for Settings {
@@ -39,6 +41,7 @@ impl Default for Settings {
             zoom: 1.0,
             watch: true,
             own_dialogs: false,
+            outliner_height: 260.0,
         }
     }
 }
@@ -70,6 +73,7 @@ impl Settings {
         };
         settings.window = settings.window.map(|v| sane(v, 200.0, 16_000.0, 800.0));
         settings.zoom = sane(settings.zoom, 0.5, 4.0, 1.0);
+        settings.outliner_height = sane(settings.outliner_height, 60.0, 2000.0, 260.0);
         settings.recent.truncate(MOST_RECENT);
         settings
     }

@@ -104,38 +104,6 @@ fn what_is_set_is_rendered() {
 }
 
 #[test]
-fn commands_are_found_by_typing() {
-    let mut harness = open("cornell");
-    let before = harness.state().shown.tone.exposure;
-    harness.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::P);
-    harness.run_steps(3);
-    assert!(harness.state().open.palette);
-    harness.get_by_label("Type to find a command").type_text("stop brighter");
-    harness.run_steps(2);
-    harness.key_press(egui::Key::Enter);
-    harness.run_steps(3);
-    assert!(!harness.state().open.palette);
-    assert!(harness.state().shown.tone.exposure > before);
-}
-
-#[test]
-fn escape_closes_what_is_on_top_and_then_ends_the_selection() {
-    let mut harness = open("cornell");
-    page(&mut harness, Tab::Objects);
-    let name = harness.state().document.as_ref().expect("open").scene().instances[0].name.clone();
-    click(&mut harness, &name);
-    harness.key_press(egui::Key::F1);
-    harness.run_steps(3);
-    assert!(harness.state().open.help);
-    harness.key_press(egui::Key::Escape);
-    harness.run_steps(3);
-    assert!(!harness.state().open.help && harness.state().selection.is_some());
-    harness.key_press(egui::Key::Escape);
-    harness.run_steps(3);
-    assert!(harness.state().selection.is_none());
-}
-
-#[test]
 fn cameras_have_every_projection_and_its_number() {
     let mut harness = open("cornell");
     page(&mut harness, Tab::Camera);

@@ -7,6 +7,7 @@ pub mod completions;
 pub mod dataset;
 pub mod denoise;
 pub mod doctor;
+pub mod explain;
 pub mod info;
 mod loading;
 pub mod man;

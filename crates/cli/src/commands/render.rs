@@ -27,7 +27,7 @@ use crate::exit::Exit;
 use crate::interrupt::cancel_on_signal;
 use crate::profile::Profile;
 use alhazen::{
-    Control, Description, Job, Limits, LoadOptions, MemoryLimit, PartJob, ProtectedFiles, Renderer,
+    Control, Description, Job, Limits, LoadOptions, Loaded, MemoryLimit, PartJob, ProtectedFiles, Renderer,
     SequenceDenoiser, Summary, frame_seed, metadata,
 };
 use anyhow::anyhow;
@@ -129,6 +129,32 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         video.finish(first_frame, args.fps).map_err(|error| Exit::Output.or(error))?;
     }
     args.profile.as_deref().map_or(Ok(()), |path| profile.write(path))
+}
+
+/// The scene and the picture that arguments ask for.
+pub struct Asked {
+    pub loaded: Loaded,
+    pub job: Job,
+    /// When the scene is, in seconds.
+    pub time: f32,
+    /// Files that the scene was read from: nothing may be written over them.
+    pub inputs: ProtectedFiles,
+}
+
+/// Loads what the arguments ask for, without rendering it.
+pub fn load_asked(args: &RenderArgs) -> anyhow::Result<Asked> {
+    let options =
+        LoadOptions { lenient: args.lenient, variant: args.variant.clone(), ..args.loading.options() };
+    let _limit = super::loading::memory_limit(&options);
+    let mut loaded = super::load_scene(&args.scene, &args.parameters, &options)?;
+    set_environment(args, &mut loaded, &options)?;
+    let usage = |error| Exit::Usage.or(error);
+    let first_frame = args.sequence().map_or(0, |(first, _)| first);
+    Moving::start(args, &mut loaded.scene, first_frame).map_err(usage)?;
+    let time = args.seconds(first_frame);
+    let job = job(args, &mut loaded, time).map_err(usage)?;
+    let inputs = ProtectedFiles::new(options.files_read.list());
+    Ok(Asked { loaded, job, time: time.unwrap_or(0.0), inputs })
 }
 
 /// What a picture takes at most, until it is written: sums, the layers, and copies of both in other formats.

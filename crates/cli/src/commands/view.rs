@@ -8,7 +8,7 @@ use alhazen::{
 use anyhow::{Context, ensure};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use viewer::smoke::{Smoke, parse};
+use viewer::smoke::{Smoke, parse, steps_help};
 use viewer::viewer::{FirstEnvironment, FirstView, Start};
 use viewer::{Options, ViewerError};
 
@@ -76,9 +76,14 @@ pub struct ViewArgs {
     /// A picture of the window at the end.
     #[arg(long, help_heading = "Tests", value_name = "FILE", requires = "smoke")]
     screenshot: Option<PathBuf>,
-    /// What to do, a step a line; docs/viewer.md lists them.
-    #[arg(long, help_heading = "Tests", value_name = "FILE", requires = "smoke")]
+    /// What to do, a step a line; --help lists the steps.
+    #[arg(long, help_heading = "Tests", value_name = "FILE", requires = "smoke", long_help = script_help())]
     smoke_script: Option<PathBuf>,
+}
+
+/// What `--help` says of scripts.
+fn script_help() -> String {
+    format!("What to do, a step a line; upper and lower case are the same:\n{}", steps_help())
 }
 
 fn parse_size(text: &str) -> Result<[u32; 2], String> {

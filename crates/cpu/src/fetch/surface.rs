@@ -8,7 +8,7 @@ use crate::scene::{
 };
 use accel::{Candidate, Hit, Ray};
 use optics::frame::{Frame, bend_normal, frame_from_normal, map_normal, tangent_space};
-use optics::material::SLOT_NORMAL;
+use optics::material::{SLOT_NORMAL, material_reads_alpha};
 use optics::offset::{offset_ray_origin, sphere_clearance, triangle_clearance};
 use optics::shape::{sphere_tangent_turned, sphere_uv, turned_direction};
 use optics::terminator::{TerminatorLift, terminator_lift};
@@ -16,8 +16,8 @@ use optics::texture_point::{TexturePoint, texture_point_at};
 use optics::vector::{cross, dot, normalize};
 use optics::{Vec2f, Vec3f, Vec4f, vec2f, vec3f, vec4f};
 use scene::tables::{
-    GeometryKind, GeometryRecord, MATERIAL_SMOOTH_TERMINATOR, MATERIAL_TANGENTS, MATERIAL_TANGENTS_MIRRORED,
-    MaterialRecord, NONE, SceneTables,
+    GeometryKind, GeometryRecord, MATERIAL_CHECKERBOARD_FADES, MATERIAL_SMOOTH_TERMINATOR, MATERIAL_TANGENTS,
+    MATERIAL_TANGENTS_MIRRORED, MaterialRecord, NONE, SceneTables,
 };
 
 /// A point on a surface as a ray arrives there. World space unless it says otherwise.
@@ -449,8 +449,8 @@ pub(crate) fn vertex_color(
     vec4f(r, g, b, a)
 }
 
-/// What coverage depends on at a candidate hit, for alpha tests: texture coordinates, vertex colour and position, and
-/// everything where the material has graphs.
+/// What coverage depends on at a candidate hit, for alpha tests: texture coordinates and vertex colour where the material
+/// reads alpha, the position where it fades, and everything where it has graphs.
 #[inline(always)]
 pub(crate) fn alpha_point(
     tables: &SceneTables,
@@ -467,10 +467,16 @@ pub(crate) fn alpha_point(
         return triangle_texture_point(tables, records, weights);
     }
     let corners = tables.indices[(geometry.first_primitive + records.primitive) as usize];
-    let p = interpolate(&tables.positions, geometry.first_vertex, corners, weights);
-    let coords = tex_coords(tables, geometry, corners, weights);
-    let position = object_position(tables, records, vec3(p));
-    TexturePoint { position, ..texture_point_at(coords, vertex_color(tables, geometry, corners, weights)) }
+    let mut point = texture_point_at(vec4f(0.0, 0.0, 0.0, 0.0), vec4f(1.0, 1.0, 1.0, 1.0));
+    if material_reads_alpha(*material) {
+        point.coords = tex_coords(tables, geometry, corners, weights);
+        point.color = vertex_color(tables, geometry, corners, weights);
+    }
+    if material.flags & MATERIAL_CHECKERBOARD_FADES != 0 {
+        let p = interpolate(&tables.positions, geometry.first_vertex, corners, weights);
+        point.position = object_position(tables, records, vec3(p));
+    }
+    point
 }
 
 /// Whether a candidate hit is on the back of its surface.

@@ -40,7 +40,7 @@ impl PathBatch {
 
 /// Whether a surface that shines may be in the way of a ray.
 #[inline(always)]
-fn may_meet_emitter(scene: &CpuScene, ray: &Ray) -> bool {
+pub(crate) fn may_meet_emitter(scene: &CpuScene, ray: &Ray) -> bool {
     let (origin, inverse) = (vec3(ray.origin), inverse_direction(vec3(ray.direction)));
     let meets = |[low, high]: &[[f32; 3]; 2]| {
         intersect_box(origin, inverse, vec3(*low), vec3(*high), 0.0, f32::INFINITY).hit

@@ -50,9 +50,22 @@ impl PathBatch {
         let pixel_spread = camera_pixel_spread(view.camera, view.height as f32);
         let shading = Shading { single_scatter: view.single_scatter, pixel_spread };
         let wants_aovs = !view.aovs.is_empty();
+        let wants_features = view.aovs.iter().any(|aov| aov.guides_denoisers());
         let sampler_kind = sampler_kind(view);
         let branches = settings.splitting.max(1);
-        let mut context = Context { scene, sampler_kind, depth: 1, branches, settings, shading, wants_aovs };
+        let mut context = Context {
+            scene,
+            sampler_kind,
+            depth: 1,
+            branches,
+            settings,
+            shading,
+            wants_aovs,
+            wants_features,
+        };
+        if wants_features {
+            self.begin_features(samples.len(), branches);
+        }
         self.shadows.clear();
         self.next.clear();
         i.call(Generate { batch: self, view, samples, branches });

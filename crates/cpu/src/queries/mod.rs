@@ -138,6 +138,11 @@ impl RayQueries {
         self.threads.install(|| pieces.for_each_init(Scratch::default, trace));
     }
 
+    /// The scene that is asked.
+    pub(crate) fn scene(&self) -> &CpuScene {
+        &self.scene
+    }
+
     fn closest_stream(&self, rays: &[Ray], hits: &mut [Hit], coherence: Coherence) {
         let tlas = &self.scene.tlas;
         if self.scene.tables.has_alpha {
@@ -147,7 +152,7 @@ impl RayQueries {
         }
     }
 
-    fn any_stream(&self, rays: &[Ray], hit: &mut [bool], coherence: Coherence) {
+    pub(crate) fn any_stream(&self, rays: &[Ray], hit: &mut [bool], coherence: Coherence) {
         let tlas = &self.scene.tlas;
         if self.scene.tables.has_alpha {
             tlas.any_stream(rays, hit, &AlphaFilter(&self.scene), coherence);
@@ -158,7 +163,7 @@ impl RayQueries {
 
     /// The user's instance of a hit, and the number of the primitive in that instance's mesh.
     #[inline]
-    fn instance_and_primitive(&self, hit: &Hit) -> (u32, u32) {
+    pub(crate) fn instance_and_primitive(&self, hit: &Hit) -> (u32, u32) {
         let binding = self.scene.hit_records.binding(hit.instance, hit.primitive);
         let in_geometry = hit.primitive - self.scene.hit_records.hit_record(binding).first_in_blas;
         let binding = binding as usize;

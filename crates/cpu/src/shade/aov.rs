@@ -7,7 +7,7 @@ use optics::Vec3f;
 use optics::vector::dot;
 use scene::tables::{MaterialRecord, SceneTables};
 
-/// The auxiliary values of a first hit at `distance` metres along the ray.
+/// The auxiliary values of a first hit, which guides denoisers, too, unless the path that goes on from there finds what does, at `distance` metres along the ray.
 pub(crate) fn aov_sample(
     tables: &SceneTables,
     material: &MaterialRecord,
@@ -15,13 +15,16 @@ pub(crate) fn aov_sample(
     distance: f32,
     footprint: f32,
 ) -> AovSample {
+    let albedo = surface_albedo(tables, material, s, footprint);
     AovSample {
         depth: distance,
         position: s.position.to_array(),
         normal: s.shading_normal.to_array(),
         geometric_normal: s.normal.to_array(),
         uv: [s.coords.x, s.coords.y],
-        albedo: surface_albedo(tables, material, s, footprint).to_array(),
+        albedo: albedo.to_array(),
+        denoising_albedo: albedo.to_array(),
+        denoising_normal: s.shading_normal.to_array(),
         material_id: s.material,
         instance_id: s.object,
         primitive_id: s.primitive,

@@ -6,6 +6,7 @@ use crate::fetch::hit_records::ShadingClass;
 use crate::fetch::surface::Surface;
 use crate::scene::vec3;
 use crate::shade::aov::aov_sample;
+use crate::shade::features::Continuation;
 use crate::shade::lights::{for_each_distant, surface_light_pdf};
 use crate::shade::material::emission;
 use crate::shade::path_batch::{Context, PathBatch};
@@ -50,29 +51,40 @@ impl PathBatch {
         let triangles = self.triangles.row(first);
         let mut rest = ALL_LANES & !triangles.which(i, ShadingClass::Nothing);
         // One by one: what iterators call is not compiled for these instructions unless it happens to be inlined.
+        let special = self.special_lanes(context, first, count);
         let plain = [
-            triangles.which(i, ShadingClass::Lambert),
-            triangles.which(i, ShadingClass::Smooth),
-            triangles.which(i, ShadingClass::Glossy),
+            !special & triangles.which(i, ShadingClass::Lambert),
+            !special & triangles.which(i, ShadingClass::Smooth),
+            !special & triangles.which(i, ShadingClass::Glossy),
         ];
         if context.scene.plain_sky {
             let sky = triangles.which(i, ShadingClass::Sky);
             rest &= !sky;
             self.find_plain_sky(context, sky, first);
         }
-        // First vertices that are looked at, or at which paths divide, take the way that knows of that.
-        let special = context.depth == 1 && (context.wants_aovs || context.branches > 1);
-        if !special {
-            rest &= !plain.iter().fold(0, |all, lanes| all | lanes);
-            // Plain surfaces do not shine: on its last segment a path finds nothing there.
-            if context.depth < context.settings.max_depth {
-                self.queue_plain(i, context, plain, first);
-            }
+        rest &= !plain.iter().fold(0, |all, lanes| all | lanes);
+        // Plain surfaces do not shine: on its last segment a path finds nothing there.
+        if context.depth < context.settings.max_depth {
+            self.queue_plain(i, context, plain, first);
         }
         while rest != 0 {
             self.shade_hit(i, context, first, rest.trailing_zeros() as usize);
             rest &= rest - 1;
         }
+    }
+
+    /// Which lanes of the row from `first` on, of `count` paths in all, are at vertices that are looked at, or at which paths divide,
+    /// as bits. They take the way that knows of that.
+    #[inline(always)]
+    fn special_lanes(&self, context: &Context, first: usize, count: usize) -> u32 {
+        if context.depth == 1 {
+            return if context.wants_aovs || context.branches > 1 { ALL_LANES } else { 0 };
+        }
+        if !context.wants_features {
+            return 0;
+        }
+        let looks = |lane: usize| self.looking[self.paths.slot.get(first + lane) as usize];
+        (0..LANES.min(count - first)).fold(0, |all, lane| all | u32::from(looks(lane)) << lane)
     }
 
     /// Collects the vertices of some lanes by the way in which their surfaces scatter; scatters those of which the lanes are full.
@@ -118,6 +130,7 @@ impl PathBatch {
         }
         let tables = &*scene.tables;
         let first_hit = context.depth == 1 && context.wants_aovs;
+        let (slot, throughput) = (path.slot, path.throughput);
         path.length += hit.t;
         let in_lanes = self.triangles.row(first).surface(scene, lane, first_hit);
         let surface = in_lanes.unwrap_or_else(|| Surface::new(scene, &ray, &hit));
@@ -137,21 +150,41 @@ impl PathBatch {
             let pdf = surface_light_pdf(scene, &surface, from, path.sampling_normal, wi, hit.t);
             self.found(context, &path, emitted, pdf);
         }
+        let continuation = self.depart(i, context, &surface, path, footprint);
+        if context.wants_features && self.looking[slot as usize] {
+            self.find_features(context, slot, throughput, &surface, footprint, continuation);
+        }
+    }
+
+    /// Lets a path go on from a surface, in several if it is the first; tells how the first of them does.
+    #[inline(always)]
+    fn depart<I: Instructions>(
+        &mut self,
+        i: I,
+        context: &Context,
+        surface: &Surface,
+        path: Path,
+        footprint: f32,
+    ) -> Continuation {
         if context.depth >= context.settings.max_depth {
-            return;
+            return Continuation::Other;
         }
         let branches = if context.depth == 1 { context.branches } else { 1 };
         if branches == 1 {
-            self.scatter(i, context, &surface, path, footprint);
-            return;
+            return self.scatter(i, context, surface, path, footprint);
         }
-        path = path.with_state(&path_branch(path.state(context.depth), branches));
+        let path = path.with_state(&path_branch(path.state(context.depth), branches));
+        let mut first = Continuation::Other;
         for branch in 0..branches {
             let mut child = path;
             child.scramble = hash_combine(path.scramble, branch);
             child.slot += branch;
-            self.scatter(i, context, &surface, child, footprint);
+            let continuation = self.scatter(i, context, surface, child, footprint);
+            if branch == 0 {
+                first = continuation;
+            }
         }
+        first
     }
 
     /// Adds light that a path has found by following its own direction; see [`path_add_emission`].

@@ -5,7 +5,7 @@ use crate::fetch::texture;
 use optics::albedo::{DielectricAlbedo, GgxAlbedo};
 use optics::material::{
     SLOT_BASE_COLOR, SLOT_EMISSION, SLOT_METALLIC_ROUGHNESS, SLOT_TRANSMISSION, material_base_color,
-    material_coverage, material_emission, material_emits,
+    material_coverage, material_emission, material_emits, material_reads_alpha,
 };
 use optics::pattern::footprint_width;
 use optics::plain::{ALBEDO_DIELECTRIC, ALBEDO_GGX, material_mixes_models, plain_bsdf, plain_point};
@@ -42,8 +42,11 @@ pub(crate) fn base_color(
 /// Coverage in `[0, 1]` at a candidate hit. Inlined: most of the point is not asked for.
 #[inline(always)]
 pub(crate) fn coverage(tables: &SceneTables, material: &MaterialRecord, point: &TexturePoint) -> f32 {
-    let texel = texture::sample(tables, material.texture(SLOT_BASE_COLOR), point.coords, || *point);
-    material_coverage(*material, point.color.w, texel.w, vec2f(point.position.x, point.position.z))
+    let mut texel_alpha = 1.0;
+    if material_reads_alpha(*material) {
+        texel_alpha = texture::sample(tables, material.texture(SLOT_BASE_COLOR), point.coords, || *point).w;
+    }
+    material_coverage(*material, point.color.w, texel_alpha, vec2f(point.position.x, point.position.z))
 }
 
 /// Radiance that the surface emits towards the viewer.

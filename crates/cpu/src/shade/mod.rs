@@ -2,6 +2,7 @@
 
 pub(crate) mod aov;
 pub(crate) mod closures;
+pub(crate) mod features;
 pub(crate) mod glossy_lanes;
 pub(crate) mod hits;
 pub(crate) mod light_lanes;

@@ -36,6 +36,9 @@ pub(crate) struct PathBatch {
     pub radiance: Vec<Vec3f>,
     /// First hits, parallel to `radiance`, if the view asks for auxiliary layers.
     pub aovs: Vec<AovSample>,
+    /// Whether the path of each slot has met nothing yet but mirrors and clear glass, so that what guides denoisers is still to be
+    /// found; empty if nobody asks for that.
+    pub(crate) looking: Vec<bool>,
     /// What `radiance` was before the current step, where indirect light is limited.
     pub(crate) gathered: Vec<Vec3f>,
     /// Rays traced since the batch was made.
@@ -53,6 +56,8 @@ pub(crate) struct Context<'a> {
     pub settings: &'a PathSettings,
     pub shading: Shading,
     pub wants_aovs: bool,
+    /// Whether of these somebody wants what guides denoisers.
+    pub wants_features: bool,
 }
 
 impl Context<'_> {

@@ -4,6 +4,7 @@ use crate::batch::streams::{Connection, Path};
 use crate::batch::vertices::PlainPoint;
 use crate::fetch::surface::Surface;
 use crate::shade::closures::{Incoming, layers_at, wants_model_number};
+use crate::shade::features::Continuation;
 use crate::shade::lights::sample_light;
 use crate::shade::material::{base_color, shade};
 use crate::shade::path_batch::{Context, PathBatch};
@@ -23,7 +24,7 @@ use optics::{Vec3f, vec2f};
 use scene::tables::{ModelTag, SceneTables};
 
 impl PathBatch {
-    /// Next-event estimation and the path's continuation at a surface.
+    /// Next-event estimation and the path's continuation at a surface. Tells how it goes on.
     #[inline(always)]
     pub(crate) fn scatter<I: Instructions>(
         &mut self,
@@ -32,7 +33,7 @@ impl PathBatch {
         surface: &Surface,
         path: Path,
         footprint: f32,
-    ) {
+    ) -> Continuation {
         let tables = &*context.scene.tables;
         let material = &tables.materials[surface.material as usize];
         if material.model == ModelTag::Lambert {
@@ -51,32 +52,37 @@ impl PathBatch {
             if self.diffuse.is_full() {
                 i.call(ScatterDiffuse(self, context));
             }
-            return;
+            return Continuation::Other;
         }
         if material.model == ModelTag::Layered {
-            self.scatter_layered(context, surface, path, footprint);
-            return;
+            return self.scatter_layered(context, surface, path, footprint);
         }
         // Numbers are drawn only where something depends on them: they cost as much as the rest of the shading.
         let wants_number = wants_model_number(tables, material);
         let u_model = if wants_number { context.draw(&path, PAIR_MODEL).x } else { 0.0 };
         let bsdf = shade(tables, material, surface, &context.shading, footprint, material.ior, u_model);
         if bsdf.kind == BSDF_NONE {
-            return;
+            return Continuation::Other;
         }
-        self.scatter_by(context, surface, surface.frame(), bsdf, path);
+        self.scatter_by(context, surface, surface.frame(), bsdf, path)
     }
 
     /// As above, on a surface with layers. Out of line: plain surfaces pay nothing for it.
     #[inline(never)]
-    fn scatter_layered(&mut self, context: &Context, surface: &Surface, path: Path, footprint: f32) {
+    fn scatter_layered(
+        &mut self,
+        context: &Context,
+        surface: &Surface,
+        path: Path,
+        footprint: f32,
+    ) -> Continuation {
         let tables = &*context.scene.tables;
         let material = &tables.materials[surface.material as usize];
         let wants_number = wants_model_number(tables, material);
         let u_model = if wants_number { context.draw(&path, PAIR_MODEL).x } else { 0.0 };
         let incoming = Incoming { footprint, ior: material.ior, throughput: path.throughput, u_model };
         let layers = layers_at(tables, material, surface, &context.shading, incoming);
-        self.scatter_by(context, surface, layers.frame, layers, path);
+        self.scatter_by(context, surface, layers.frame, layers, path)
     }
 
     /// Next-event estimation and the path's continuation where it is known what scatters.
@@ -88,7 +94,7 @@ impl PathBatch {
         frame: Frame,
         bsdf: S,
         mut path: Path,
-    ) {
+    ) -> Continuation {
         let tables = &*context.scene.tables;
         let wo = to_local(frame, surface.wo);
         if bsdf.has_smooth_part() && !tables.lights.is_empty() {
@@ -113,10 +119,12 @@ impl PathBatch {
             context.roulette(),
             u_lobe.y,
         );
-        if next.alive {
-            path = path.with_state(&next.state);
-            self.next.push(surface.ray_origin(next.above), next.wi, &path);
+        if !next.alive {
+            return Continuation::Other;
         }
+        path = path.with_state(&next.state);
+        self.next.push(surface.ray_origin(next.above), next.wi, &path);
+        if bsdf.is_sharp() { Continuation::Sharp(path.throughput) } else { Continuation::Other }
     }
 
     /// Queues the shadow ray of a light sample, if the light could contribute.

@@ -1,11 +1,12 @@
 //! What a path asks of the surface that it is on, whatever scatters there.
 
 use optics::bsdf::{
-    bsdf_eval, bsdf_has_lobes, bsdf_has_smooth_part, bsdf_is_delta, bsdf_sample, bsdf_transmits,
+    bsdf_eval, bsdf_has_lobes, bsdf_has_smooth_part, bsdf_is_delta, bsdf_is_sharp, bsdf_sample,
+    bsdf_transmits,
 };
 use optics::closure::{
     Closure, closure_eta, closure_eval, closure_has_lobes, closure_has_smooth_part, closure_is_delta,
-    closure_sample, closure_transmits,
+    closure_is_sharp, closure_sample, closure_transmits,
 };
 use optics::scatter::{Bsdf, BsdfSample, BsdfValue};
 use optics::{Vec2f, Vec3f};
@@ -22,6 +23,8 @@ pub(crate) trait Scattering: Copy {
     fn has_lobes(self) -> bool;
     /// See [`bsdf_is_delta`].
     fn is_delta(self) -> bool;
+    /// See [`bsdf_is_sharp`].
+    fn is_sharp(self) -> bool;
     /// See [`bsdf_transmits`].
     fn transmits(self) -> bool;
     /// Index of refraction of the far side over that of the near one.
@@ -52,6 +55,11 @@ impl Scattering for Bsdf {
     #[inline(always)]
     fn is_delta(self) -> bool {
         bsdf_is_delta(self)
+    }
+
+    #[inline(always)]
+    fn is_sharp(self) -> bool {
+        bsdf_is_sharp(self)
     }
 
     #[inline(always)]
@@ -87,6 +95,10 @@ impl Scattering for Closure {
 
     fn is_delta(self) -> bool {
         closure_is_delta(self)
+    }
+
+    fn is_sharp(self) -> bool {
+        closure_is_sharp(self)
     }
 
     fn transmits(self) -> bool {

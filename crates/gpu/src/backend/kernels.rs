@@ -31,6 +31,7 @@ impl GpuBackend {
         kind: KernelKind,
     ) -> Result<KernelKey, GpuError> {
         let aovs = self.picture.as_ref().is_some_and(|p| p.buffers.wants_aovs());
+        let features = self.picture.as_ref().is_some_and(|p| p.buffers.wants_features());
         // Kernels of other kinds stay when the scene becomes another.
         let specialises = self.specialises && kind == KernelKind::Path;
         let variant_of = |s: &Loaded| match specialises {
@@ -42,7 +43,7 @@ impl GpuBackend {
         let volumes = needs_volumes && kind == KernelKind::Path;
         // Where paths know what they are in, what absorbs is a medium like others.
         let absorption = of_scene.absorption && !volumes;
-        let variant = Variant { aovs, volumes, absorption, ..of_scene.for_view(view) };
+        let variant = Variant { aovs, features, volumes, absorption, ..of_scene.for_view(view) };
         let all_samples = u64::from(samples) * view.window.area() as u64;
         let wanted = match self.path_kernel {
             // Its queues have no place for what paths are in.

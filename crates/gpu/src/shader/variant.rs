@@ -30,6 +30,8 @@ pub struct Variant {
     pub placements: bool,
     /// Whether first hits are recorded.
     pub aovs: bool,
+    /// Whether of these what guides denoisers is, which paths look for behind glass and in mirrors.
+    pub features: bool,
     /// Whether several paths go on from the first vertex of each camera ray.
     pub splitting: bool,
     /// Whether tangents of spheres are turned in any material.
@@ -84,6 +86,7 @@ impl Variant {
             lens_distortion: i & 2 != 0,
             indirect_limit: i & 4 != 0,
             aovs: i & 2 != 0,
+            features: i & 6 == 6,
             splitting: i & 4 != 0,
             graphs: i & 8 != 0,
             layers: i & 8 != 0,
@@ -174,6 +177,7 @@ impl Variant {
             ("SCENE_HAS_LAYERS", self.layers),
             ("SCENE_ABSORBS", self.absorption),
             ("WANTS_AOVS", self.aovs),
+            ("WANTS_FEATURES", self.features),
             ("SPLITS_PATHS", self.splitting),
             ("LIGHT_TREE", self.light_tree),
             ("ONE_LIGHT", self.one_light),

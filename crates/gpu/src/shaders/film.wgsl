@@ -1,7 +1,7 @@
 // The view and the film: bind group 2. Samples are summed in registers while a dispatch works on a pixel and added to the
 // film at its end; the host adds the film to exact sums before rounding matters.
 
-#import scattering, surface, variant
+#import material, planes, scattering, surface, variant
 #import optics::camera, optics::constants, optics::estimator, optics::random, optics::vertex
 
 /// What is to be rendered. Pixels count from the upper left of the whole picture.
@@ -59,7 +59,7 @@ struct View {
     padding2: u32,
 }
 
-/// Sums of a pixel's samples, linear RGB radiance.
+/// Sums of a pixel's samples, linear RGB radiance. In memory it is two vec4s, for the reason in module `planes`.
 struct FilmPixel {
     sum: vec3f,
     /// Samples summed.
@@ -69,7 +69,8 @@ struct FilmPixel {
     invalid: u32,
 }
 
-/// What a pixel's camera rays saw first. The first three are sums over `count` samples, the others belong to sample 0.
+/// What a pixel's camera rays saw first. The first three and the last two are sums over `count` samples, the others belong to
+/// sample 0.
 struct AovPixel {
     normal: vec3f,
     count: u32,
@@ -84,6 +85,11 @@ struct AovPixel {
     primitive: u32,
     /// Whether sample 0 is here.
     has_first: u32,
+    /// What guides denoisers: sums as the first three.
+    denoising_albedo: vec3f,
+    padding0: u32,
+    denoising_normal: vec3f,
+    padding1: u32,
 }
 
 struct Counters {
@@ -105,7 +111,8 @@ struct Tally {
 
 @group(2) @binding(0) var<uniform> view: View;
 /// The pixels of the window, row by row, then those that this dispatch's portions are summed in.
-@group(2) @binding(1) var<storage, read_write> film: array<FilmPixel>;
+/// Two words of four for each; see `FilmPixel`.
+@group(2) @binding(1) var<storage, read_write> film: array<array<vec4u, 2>>;
 @group(2) @binding(2) var<storage, read_write> tally: Tally;
 @group(2) @binding(3) var<storage, read_write> aovs: array<AovPixel>;
 
@@ -216,15 +223,18 @@ fn store_samples(work: PixelWork, sums: SampleSums) {
     add_to_film(select(portion, film_place(work.pixel), work.portion == NONE), sums);
 }
 
-/// Adds to a place of the film. A pixel is read and written as a whole: that takes fewer instructions than its members do.
+/// The sums at a place of the film.
+fn load_film_pixel(index: u32) -> FilmPixel {
+    let sum = film[index][0];
+    let squares = film[index][1];
+    return FilmPixel(plane_vector(sum), sum.w, plane_vector(squares), squares.w);
+}
+
+/// Adds to a place of the film.
 fn add_to_film(index: u32, sums: SampleSums) {
-    let before = film[index];
-    film[index] = FilmPixel(
-        before.sum + sums.sum,
-        before.count + sums.count,
-        before.sum_of_squares + sums.sum_of_squares,
-        before.invalid + sums.invalid,
-    );
+    let before = load_film_pixel(index);
+    film[index][0] = plane_words(before.sum + sums.sum, before.count + sums.count);
+    film[index][1] = plane_words(before.sum_of_squares + sums.sum_of_squares, before.invalid + sums.invalid);
 }
 
 /// A mean layer's value, or zero if it is not finite, which is counted.
@@ -254,8 +264,44 @@ fn record_miss(pixel: vec2u, sample: u32) {
     }
 }
 
-/// Records what a camera ray hit at distance `depth`.
+/// Records what a camera ray hit at distance `depth`, and takes it for what guides denoisers.
 fn record_hit(pixel: vec2u, sample: u32, s: Surface, depth: f32) {
+    record_first_hit(pixel, sample, s, depth);
+    if WANTS_FEATURES {
+        record_features(pixel, vec3f(1.0), 1u, s, pixel_footprint(view.pixel_spread, depth));
+    }
+}
+
+/// Records what guides denoisers: the first surface on the way of a path that is neither mirror nor clear glass.
+/// `throughput`: of the path as it arrives, `depth` its segments.
+fn record_features(pixel: vec2u, throughput: vec3f, depth: u32, s: Surface, footprint: f32) {
+    if !records_layers {
+        return;
+    }
+    var albedo = vec3f(1.0);
+    // What shines in mirrors is white: radiance is divided by albedo.
+    if depth == 1u || !may_shine(s.material) {
+        albedo = surface_albedo(s, footprint);
+    }
+    record_seen(pixel, throughput, depth, albedo);
+    aovs[film_place(pixel)].denoising_normal += valid_layer(s.shading_normal);
+}
+
+/// The same where a path leaves the scene after mirrors and clear glass.
+fn record_sky(pixel: vec2u, throughput: vec3f, depth: u32) {
+    if records_layers && depth > 1u {
+        record_seen(pixel, throughput, depth, vec3f(1.0));
+    }
+}
+
+fn record_seen(pixel: vec2u, throughput: vec3f, depth: u32, albedo: vec3f) {
+    let branches = select(1u, view.splitting, SPLITS_PATHS);
+    let seen = valid_layer(seen_albedo(throughput, depth, branches, albedo));
+    aovs[film_place(pixel)].denoising_albedo += seen;
+}
+
+/// Records what a camera ray hit at distance `depth`.
+fn record_first_hit(pixel: vec2u, sample: u32, s: Surface, depth: f32) {
     if !records_layers {
         return;
     }

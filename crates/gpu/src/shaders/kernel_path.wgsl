@@ -4,7 +4,7 @@
 // instead of waiting for its neighbours' longer paths.
 
 #import film, path_vertex, rays, scene, surface, variant
-#import optics::constants
+#import optics::camera, optics::constants
 
 /// Where the paths of one camera ray part, if more than one goes on from its first vertex.
 struct Fork {
@@ -36,18 +36,28 @@ fn render_pixel(work: PixelWork) {
             if WANTS_AOVS && path.state.depth == 1u {
                 record_miss(pixel, sample);
             }
+            if WANTS_FEATURES && path.looks {
+                record_sky(pixel, path.state.throughput, path.state.depth);
+            }
         } else {
             let s = surface_at(path.origin, path.direction, hit);
             if path.state.depth == 1u && !(SPLITS_PATHS && branch > 0u) {
                 if WANTS_AOVS {
-                    record_hit(pixel, sample, s, hit.t);
+                    record_first_hit(pixel, sample, s, hit.t);
                 }
                 if SPLITS_PATHS && view.max_depth > 1u {
                     fork = Fork(path, hit, view.splitting - 1u);
                 }
             }
             var shadow = no_shadow_ray();
+            let looks = WANTS_FEATURES && path.looks;
+            let arriving = path.state;
             alive = shade_hit(&path, s, hit.t, branch, &shadow);
+            if looks && !(alive && path.looks) {
+                path.looks = false;
+                let footprint = pixel_footprint(view.pixel_spread, path.length);
+                record_features(pixel, arriving.throughput, arriving.depth, s, footprint);
+            }
             if is_wanted(shadow) && !occluded(shadow.origin, shadow.direction, shadow.distance, shadow.salt) {
                 path.state.radiance += shadow.contribution;
             }
@@ -62,6 +72,7 @@ fn render_pixel(work: PixelWork) {
             fork.waiting -= 1u;
             let gathered = path.state.radiance;
             path = fork.path;
+            path.looks = false;
             path.state.radiance = gathered;
             continue;
         }

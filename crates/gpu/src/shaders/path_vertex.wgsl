@@ -16,6 +16,8 @@ struct Path {
     length: f32,
     /// What the light sample of the last vertex knew of its surface; see `light_key`. Only where there is a LIGHT_TREE.
     sampling_normal: u32,
+    /// Whether it has met nothing yet but mirrors and clear glass, and looks for what guides denoisers. Only if WANTS_FEATURES.
+    looks: bool,
 }
 
 /// A question for the tracer: is anything between a vertex and a light sample?
@@ -34,7 +36,7 @@ fn start_path(pixel: vec2u, sample: u32) -> Path {
     let ray = pixel_ray(pixel, sampler);
     var state = path_start();
     state.throughput *= ray.weight;
-    return Path(state, sampler, ray.origin, ray.direction, 0.0, ALL_SIDES);
+    return Path(state, sampler, ray.origin, ray.direction, 0.0, ALL_SIDES, WANTS_FEATURES);
 }
 
 /// A number of the ray that tells tracers' questions about holes apart.
@@ -200,6 +202,10 @@ fn scatter(
     (*path).state = continuation.state;
     (*path).origin = ray_origin(s, continuation.above);
     (*path).direction = continuation.wi;
+    if WANTS_FEATURES {
+        // Nobody looks at where last segments end.
+        (*path).looks = (*path).looks && scattering_is_sharp(bsdf) && !is_on_last_segment(*path);
+    }
     return is_worth_following(*path);
 }
 

@@ -21,7 +21,20 @@ struct Fresh {
     surface: u32,
 }
 
-var<workgroup> tile: array<Fresh, 144>;
+/// The workgroup's pixels and those around: the diffuse mean and the count of each, then the specular mean and the surface of
+/// each. Whole vec4s side by side can be read by a subgroup at once; records of two cannot.
+var<workgroup> tile: array<vec4u, 2u * TILE_AREA>;
+
+fn load_fresh(i: u32) -> Fresh {
+    let diffuse = tile[i];
+    let specular = tile[TILE_AREA + i];
+    return Fresh(plane_vector(diffuse), diffuse.w, plane_vector(specular), specular.w);
+}
+
+fn store_fresh(i: u32, fresh: Fresh) {
+    tile[i] = plane_words(fresh.diffuse, fresh.count);
+    tile[TILE_AREA + i] = plane_words(fresh.specular, fresh.surface);
+}
 
 fn fresh_at(pixel: vec2i) -> Fresh {
     if any(pixel < vec2i(0)) || any(pixel >= vec2i(realtime.size)) {
@@ -50,14 +63,14 @@ fn accumulate(
 ) {
     let corner = vec2i(group.xy * 8u) - vec2i(i32(APRON));
     for (var i = local_index; i < TILE_AREA; i += 64u) {
-        tile[i] = fresh_at(corner + vec2i(vec2u(i % TILE_SIDE, i / TILE_SIDE)));
+        store_fresh(i, fresh_at(corner + vec2i(vec2u(i % TILE_SIDE, i / TILE_SIDE))));
     }
     workgroupBarrier();
     if !is_in_picture(id.xy) {
         return;
     }
     let at = place_of(id.xy);
-    let own = tile[(local.y + APRON) * TILE_SIDE + local.x + APRON];
+    let own = load_fresh((local.y + APRON) * TILE_SIDE + local.x + APRON);
     if guide_distance(at) <= 0.0 {
         signals[at] = vec4u(0u);
         return;
@@ -65,7 +78,7 @@ fn accumulate(
     var diffuse = neighbourhood_empty();
     var specular = neighbourhood_empty();
     for (var i = 0u; i < 25u; i++) {
-        let there = tile[(local.y + i / 5u) * TILE_SIDE + local.x + i % 5u];
+        let there = load_fresh((local.y + i / 5u) * TILE_SIDE + local.x + i % 5u);
         if there.count > 0u && there.surface == own.surface {
             diffuse = neighbourhood_add(diffuse, there.diffuse, i != 12u);
             specular = neighbourhood_add(specular, there.specular, i != 12u);

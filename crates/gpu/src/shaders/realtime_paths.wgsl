@@ -69,7 +69,7 @@ fn add_distant(path: Path, pixel: vec2u) -> PathState {
 /// Follows a path that begins with what the camera's ray hits.
 fn sample_light_at(pixel: vec2u, first: Hit, index: u32) -> SplitLight {
     let ray = frame_ray(pixel);
-    var path = Path(path_start(), pixel_sampler(pixel, index), ray.origin, ray.direction, 0.0, ALL_SIDES);
+    var path = Path(path_start(), pixel_sampler(pixel, index), ray.origin, ray.direction, 0.0, ALL_SIDES, false);
     var light = SplitLight(vec3f(0.0), vec3f(0.0), 0.0);
     var share = vec3f(0.0);
     var hit = first;

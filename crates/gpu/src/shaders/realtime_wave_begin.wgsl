@@ -35,7 +35,7 @@ fn begin_paths(
             let pixel = vec2u(at % realtime.size.x, at / realtime.size.x);
             let ray = frame_ray(pixel);
             let hit = first_hit(at);
-            path = Path(path_start(), pixel_sampler(pixel, samples_drawn(at)), ray.origin, ray.direction, 0.0, ALL_SIDES);
+            path = Path(path_start(), pixel_sampler(pixel, samples_drawn(at)), ray.origin, ray.direction, 0.0, ALL_SIDES, false);
             let s = surface_at(path.origin, path.direction, hit);
             let footprint = travel(&path, s, hit.t);
             let lobes = first_lobes(path, s, footprint);

@@ -123,6 +123,10 @@ fn scattering_has_lobes(b: Scattering) -> bool {
     return closure_has_lobes(b);
 }
 
+fn scattering_is_sharp(b: Scattering) -> bool {
+    return closure_is_sharp(b);
+}
+
 fn scattering_transmits(b: Scattering) -> bool {
     return closure_transmits(b);
 }

@@ -47,6 +47,10 @@ fn scattering_has_lobes(b: Scattering) -> bool {
     return bsdf_has_lobes(b);
 }
 
+fn scattering_is_sharp(b: Scattering) -> bool {
+    return bsdf_is_sharp(b);
+}
+
 fn scattering_transmits(b: Scattering) -> bool {
     return bsdf_transmits(b);
 }

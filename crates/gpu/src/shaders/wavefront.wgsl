@@ -22,12 +22,13 @@ const PATH_ORIGIN: u32 = 0u;
 const PATH_DIRECTION: u32 = 1u;
 /// Throughput, and density over solid angle of the direction; negative after the camera and delta lobes.
 const PATH_THROUGHPUT: u32 = 2u;
-/// `eta_scale`, index of its random numbers, index into `gathered`, and what light samples knew of the last surface; that only
+/// `eta_scale`, negative while the path looks for what guides denoisers, index of its random numbers, index into `gathered`, and what light samples knew of the last surface; that only
 /// where there is a LIGHT_TREE.
 const PATH_REST: u32 = 3u;
 const PATH_PLANES: u32 = 4u;
 
-/// Planes of where a path arrives: distance, place on the primitive and instance; geometry and primitive.
+/// Planes of where a path arrives: distance, place on the primitive and instance; geometry, primitive, and whether the surface
+/// there is what guides denoisers, which `shade` finds out.
 const HIT_PLANES: u32 = 2u;
 
 /// Planes of a shadow ray. Origin and distance; direction and salt; contribution, and which place of `gathered` that goes to.
@@ -102,7 +103,8 @@ fn store_path(at: u32, path: Path, slot: u32) {
     paths[in_paths(PATH_DIRECTION, at)] = plane_floats(path.direction, path.length);
     let pdf = select(path.state.pdf, -1.0, path.state.specular);
     paths[in_paths(PATH_THROUGHPUT, at)] = plane_floats(path.state.throughput, pdf);
-    let eta_scale = bitcast<u32>(path.state.eta_scale);
+    let looks = WANTS_FEATURES && path.looks;
+    let eta_scale = bitcast<u32>(select(path.state.eta_scale, -path.state.eta_scale, looks));
     paths[in_paths(PATH_REST, at)] = vec4u(eta_scale, path.sampler.index, slot, path.sampling_normal);
 }
 
@@ -116,10 +118,12 @@ fn load_path(at: u32) -> Path {
     state.throughput = throughput.xyz;
     state.pdf = throughput.w;
     state.specular = throughput.w < 0.0;
-    state.eta_scale = bitcast<f32>(rest.x);
+    let eta_scale = bitcast<f32>(rest.x);
+    state.eta_scale = select(eta_scale, abs(eta_scale), WANTS_FEATURES);
     state.depth = wave.depth;
     let sampler = PixelSampler(SAMPLER, origin.w, rest.y);
-    return Path(state, sampler, plane_vector(origin), direction.xyz, direction.w, rest.w);
+    return Path(state, sampler, plane_vector(origin), direction.xyz, direction.w, rest.w,
+        WANTS_FEATURES && eta_scale < 0.0);
 }
 
 /// The place of a path in `gathered`.
@@ -130,6 +134,15 @@ fn path_slot(at: u32) -> u32 {
 fn store_hit(at: u32, hit: Hit) {
     hits[in_queue(0u, at)] = plane_words(vec3f(hit.t, hit.u, hit.v), hit.instance);
     hits[in_queue(1u, at)] = vec4u(hit.geometry, hit.primitive, 0u, 0u);
+}
+
+/// Says that the surface where a path arrives is what guides denoisers.
+fn note_features(at: u32) {
+    hits[in_queue(1u, at)].z = 1u;
+}
+
+fn has_features(at: u32) -> bool {
+    return hits[in_queue(1u, at)].z != 0u;
 }
 
 fn load_hit(at: u32) -> Hit {

@@ -1,7 +1,7 @@
 // The wavefront's stages that trace nothing.
 
 #import film, path_vertex, surface, wavefront, wavefront_handing
-#import optics::constants
+#import optics::camera, optics::constants
 
 /// Starts the paths of the wave at the camera.
 @compute @workgroup_size(GROUP)
@@ -17,21 +17,38 @@ fn generate(@builtin(global_invocation_id) id: vec3u) {
     store_path(half_of(1u) + id.x, path, id.x * branch_count());
 }
 
-/// Records what the camera's paths have hit. Layers are sums over a pixel's samples, so a wave with layers has one sample of
-/// each pixel.
+/// Records what the camera's paths have hit, and at every vertex what guides denoisers. Layers are sums over a pixel's samples, so
+/// a wave with layers has one sample of each pixel.
 @compute @workgroup_size(GROUP)
 fn record(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= wave.path_count {
         return;
     }
-    let path = load_path(half_of(1u) + id.x);
+    let is_first = wave.depth == 1u;
+    let features = WANTS_FEATURES && has_features(id.x);
+    if !(is_first || features) {
+        return;
+    }
+    let at = half_of(wave.depth) + id.x;
+    let path = load_path(at);
     let hit = load_hit(id.x);
-    let work = wave_work(id.x);
+    let work = wave_work(path_slot(at) / branch_count());
     if hit.instance == NONE {
-        record_miss(work.pixel, work.first_sample);
-    } else {
-        let s = surface_at(path.origin, path.direction, hit);
-        record_hit(work.pixel, work.first_sample, s, hit.t);
+        if is_first {
+            record_miss(work.pixel, work.first_sample);
+        }
+        if features {
+            record_sky(work.pixel, path.state.throughput, wave.depth);
+        }
+        return;
+    }
+    let s = surface_at(path.origin, path.direction, hit);
+    if is_first {
+        record_first_hit(work.pixel, work.first_sample, s, hit.t);
+    }
+    if features {
+        let footprint = pixel_footprint(view.pixel_spread, path.length + hit.t);
+        record_features(work.pixel, path.state.throughput, wave.depth, s, footprint);
     }
 }
 
@@ -54,10 +71,18 @@ fn shade(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_ind
         if hit.instance == NONE {
             if branch == 0u {
                 path.state = shade_miss(path, path.origin);
+                if WANTS_FEATURES && path.looks {
+                    note_features(index);
+                }
             }
         } else if !ends_in_the_dark(path, hit) {
             let s = surface_at(path.origin, path.direction, hit);
+            let looks = WANTS_FEATURES && path.looks && branch == 0u;
             alive = shade_hit(&path, s, hit.t, branch, &shadow);
+            path.looks = looks && path.looks;
+            if looks && !(alive && path.looks) {
+                note_features(index);
+            }
         }
         if depth == 1u {
             gathered[slot] = vec4f(path.state.radiance, 0.0);

@@ -30,6 +30,7 @@ pub struct WavefrontKernel {
     stages: Vec<Pass>,
     queues: Queues,
     wants_aovs: bool,
+    wants_features: bool,
     /// The groups of all stages for a film, which its pixels tell from others.
     bound: Option<(wgpu::Buffer, Vec<PassGroups>)>,
 }
@@ -51,7 +52,8 @@ impl WavefrontKernel {
             |stage: Stage| Pass::new(gpu, "wavefront", stage.spec(), &linkage, Some(scene), Some(tracer));
         let mut stages = Stage::ALL.into_iter().map(make).collect::<Result<Vec<_>, _>>()?;
         compile(gpu, &mut stages)?;
-        Ok(Self { stages, queues, wants_aovs: variant.aovs, bound: None })
+        let Variant { aovs: wants_aovs, features: wants_features, .. } = variant;
+        Ok(Self { stages, queues, wants_aovs, wants_features, bound: None })
     }
 
     /// Binds a film, if it is not the one that is bound.
@@ -108,10 +110,11 @@ impl WavefrontKernel {
             let shade = if first { groups(paths * branches, SHADE_GROUP) } else { shading };
             let extending = Stage::extending(depth, max_depth);
             pass(Stage::Extend, &[(extending, extend)]);
-            if first && self.wants_aovs {
+            pass(Stage::Shade, &[(Stage::Shade, shade)]);
+            // Shading finds out which vertices are what guides denoisers.
+            if self.wants_aovs && (first || self.wants_features) {
                 pass(Stage::Record, &[(Stage::Record, extend)]);
             }
-            pass(Stage::Shade, &[(Stage::Shade, shade)]);
             // From the last vertex no path goes on, and no light is asked.
             if depth < max_depth {
                 pass(Stage::Connect, &[prepare, connect]);
@@ -123,7 +126,7 @@ impl WavefrontKernel {
 
 /// Passes of a wave.
 fn pass_count(max_depth: u32) -> usize {
-    3 + 3 * max_depth as usize
+    2 + 4 * max_depth as usize
 }
 
 /// The parts in which `pixels` pixels go through queues that hold `most` at a time: as few as possible, of equal size.

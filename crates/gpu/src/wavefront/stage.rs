@@ -13,7 +13,7 @@ pub enum Stage {
     Extend,
     /// Finds what light paths that end there may meet.
     ExtendLast,
-    /// Records first hits for auxiliary layers.
+    /// Records for auxiliary layers: first hits, and at every vertex what guides denoisers.
     Record,
     /// Everything that happens at a vertex but tracing.
     Shade,

@@ -475,6 +475,7 @@ functions! {
     vertex::vertex_pair(depth: depth) within EXACT;
     vertex::is_last_segment(depth: depth, max_depth: depth) within EXACT;
     vertex::path_branch(path: path, branches: depth) within ROUNDING;
+    vertex::seen_albedo(throughput: albedo, depth: depth, branches: depth, albedo: albedo) within ROUNDING;
     vertex::light_side(wi: direction, pdf: density, frame: frame, horizon: direction, transmits: flag) within CANCELLING;
     vertex::light_is_possible(wi: direction, pdf: density, normal: direction, horizon: direction, transmits: flag) within SIDES;
     vertex::shadow_way(wi: direction, distance: size, offset: point) within CANCELLING;

@@ -166,9 +166,11 @@ pub mod material {
         if (m.flags & MATERIAL_ALPHA_MASK) != 0u32 {
             alpha = select(0.0, 1.0, alpha >= m.alpha_cutoff);
         }
-        if (m.flags & MATERIAL_CHECKERBOARD_FADES) != 0u32 {
-            let distance = length(pattern_position);
-            alpha = alpha * distance_fade(distance, m.checkerboard_fade.x, m.checkerboard_fade.y);
+        // Most points are near enough to be there as a whole, and need no root.
+        let near = m.checkerboard_fade.x;
+        let is_near = dot(pattern_position, pattern_position) <= near * near;
+        if (m.flags & MATERIAL_CHECKERBOARD_FADES) != 0u32 && !is_near {
+            alpha = alpha * distance_fade(length(pattern_position), near, m.checkerboard_fade.y);
         }
         alpha
     }

@@ -83,6 +83,17 @@ pub mod bsdf {
             || (b.kind == BSDF_THIN_DIELECTRIC && b.alpha <= 0.0)
     }
 
+    /// Whether all that is seen of the surface is a sharp picture of other things, in mirrors or through glass: see
+    /// [`SHARP_WIDTH`].
+    pub fn bsdf_is_sharp(b: Bsdf) -> bool {
+        let narrow = b.alpha <= SHARP_WIDTH && max_component(b.diffuse) <= 0.0;
+        select(
+            bsdf_is_delta(b) || (bsdf_transmits(b) && b.alpha <= SHARP_WIDTH),
+            narrow && b.specular_probability > 0.0,
+            b.kind == BSDF_GLOSSY,
+        )
+    }
+
     /// Whether light can arrive from below the surface.
     pub fn bsdf_transmits(b: Bsdf) -> bool {
         b.kind == BSDF_SMOOTH_DIELECTRIC || b.kind == BSDF_ROUGH_DIELECTRIC || b.kind == BSDF_THIN_DIELECTRIC

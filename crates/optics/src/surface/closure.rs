@@ -59,6 +59,14 @@ pub mod closure {
         !c.layered && bsdf_is_delta(c.plain)
     }
 
+    /// See [`bsdf_is_sharp`].
+    pub fn closure_is_sharp(c: Closure) -> bool {
+        if c.layered {
+            return layered_is_sharp(c.layers);
+        }
+        bsdf_is_sharp(c.plain)
+    }
+
     /// See [`bsdf_transmits`].
     pub fn closure_transmits(c: Closure) -> bool {
         select(bsdf_transmits(c.plain), layered_transmits(c.layers), c.layered)

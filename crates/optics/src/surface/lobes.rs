@@ -34,6 +34,13 @@ pub mod lobes {
         layered_reflected_share(b) > 0.0
     }
 
+    /// See [`bsdf_is_sharp`](crate::bsdf::bsdf_is_sharp).
+    pub fn layered_is_sharp(b: Layered) -> bool {
+        let spread = b.p_diffuse + b.p_diffuse_below + b.p_sheen;
+        let coat_is_sharp = b.p_coat <= 0.0 || b.coat_alpha <= SHARP_WIDTH;
+        spread <= 0.0 && layered_reflects(b) && coat_is_sharp && max(b.widths.x, b.widths.y) <= SHARP_WIDTH
+    }
+
     /// All lobes but the diffuse ones: values of the others stay as they are, and one of them is sampled always.
     pub fn layered_without_diffuse(b: Layered) -> Layered {
         let share = layered_reflected_share(b);

@@ -21,6 +21,10 @@ pub mod scatter {
     /// Ideal mirror.
     pub const BSDF_MIRROR: u32 = 5u32;
 
+    /// GGX width up to which a lobe shows a picture of what is around and not only a gloss: that of roughness 0.1, whose
+    /// half width is about one degree.
+    pub const SHARP_WIDTH: f32 = 0.01;
+
     /// A scattering model at one point, prepared for one `wo`.
     #[derive(Clone, Copy, Debug)]
     pub struct Bsdf {

@@ -93,6 +93,17 @@ pub mod vertex {
         next
     }
 
+    /// What guides denoisers where a path arrives that has met nothing yet but mirrors and clear glass: the surface's
+    /// `albedo` as it is seen in them, in `[0, 1]`.
+    ///
+    /// - `throughput`: of the path as it arrives, `depth` its segments. `branches`: paths that go on from the first vertex,
+    ///   which have divided the throughput among them.
+    pub fn seen_albedo(throughput: Vec3f, depth: u32, branches: u32, albedo: Vec3f) -> Vec3f {
+        let seen = throughput * select(1.0, f32(branches), depth > 1u32);
+        let black = vec3f(0.0, 0.0, 0.0);
+        clamp(seen * albedo, black, vec3f(1.0, 1.0, 1.0))
+    }
+
     /// Where a light sample is for a surface, and whether it can contribute.
     ///
     /// - `wi`, `pdf`: of the sample, world space. `frame`: for shading. `horizon`: unit normal that says which side of the

@@ -33,7 +33,7 @@ pub struct NoisyPicture {
     pub variance: Option<Image>,
     /// Albedo at the first hit, the mean over the samples. Black if it is not known.
     pub albedo: Image,
-    /// Shading normal at the first hit, the mean over the samples. Black if it is not known.
+    /// [`Aov::DenoisingNormal`], or the shading normal at the first hit, the mean over the samples. Black if it is not known.
     pub normal: Image,
 }
 
@@ -51,7 +51,10 @@ pub enum DenoiseError {
 
 impl NoisyPicture {
     /// Layers that a film must have for [`NoisyPicture::of_film`].
-    pub const LAYERS: [Aov; 2] = [Aov::Albedo, Aov::Normal];
+    ///
+    /// The normal is that of what is seen in mirrors and through glass, the albedo is not: radiance is divided by it and
+    /// the result multiplied by it, and what samples find behind glass is noisy.
+    pub const LAYERS: [Aov; 2] = [Aov::Albedo, Aov::DenoisingNormal];
 
     /// What a film has learned. The variance is not known if a pixel has fewer than two samples.
     ///
@@ -62,7 +65,7 @@ impl NoisyPicture {
             Some(AovData::Float(image)) => Ok(image),
             Some(AovData::Integer(_) | AovData::Shares(_)) | None => Err(DenoiseError::MissingLayer(aov)),
         };
-        let (albedo, normal) = (layer(Aov::Albedo)?, layer(Aov::Normal)?);
+        let (albedo, normal) = (layer(Aov::Albedo)?, layer(Aov::DenoisingNormal)?);
         Ok(Self { colour: film.to_image(), variance: film.variance_of_mean(), albedo, normal })
     }
 

@@ -249,6 +249,16 @@ class Scene:
         t_max: float = ...,
         coherent: bool = False,
     ) -> NDArray[np.bool_]: ...
+    def explain(
+        self,
+        x: int,
+        y: int,
+        *,
+        sample: int = 0,
+        width: Optional[int] = None,
+        height: Optional[int] = None,
+        **settings: Any,
+    ) -> Dict[str, Any]: ...
     def render(
         self,
         width: Optional[int] = None,

@@ -66,14 +66,14 @@ class Picture(Dict[str, np.ndarray]):
     def denoised(self) -> "Picture":
         """The picture without its noise; the other layers stay, and the noisy colour becomes the layer "noisy".
 
-        Render with ``aovs=["albedo", "normal", "standard-error"]``: layers that are missing are not known to the denoiser,
-        see `alhazen.denoise`.
+        Render with ``aovs=["albedo", "denoising-normal", "standard-error"]``. Without the second, "normal" is taken; layers
+        that are missing are not known to the denoiser, see `alhazen.denoise`.
 
         Returns
         -------
         Picture
         """
-        known = {name: self.get(layer) for name, layer in (("albedo", "albedo"), ("normal", "normal"))}
+        known = {"albedo": self.get("albedo"), "normal": self.get("denoising-normal", self.get("normal"))}
         error = self.get("standard-error") if self.spp > 1 else None
         color = denoise(self["color"], error=error, **known)
         clean = copy.copy(self)

@@ -2,7 +2,9 @@
 
 use super::Scene;
 use crate::camera::Camera;
+use crate::errors::bad;
 use crate::queries::{Hits, RayArrays};
+use crate::render::{Settings, job};
 use crate::sensors;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -70,6 +72,45 @@ impl Scene {
     ) -> PyResult<Bound<'py, PyAny>> {
         let rays = RayArrays::new(origins, directions, t_min, t_max, coherent)?;
         rays.occluded(py, &*self.queries(py)?)
+    }
+
+    /// Makes a sample of a pixel again, and says what its paths did, vertex by vertex.
+    ///
+    /// The sample is that of a picture by `path` on the CPU, bit for bit, with the same settings.
+    ///
+    /// Parameters
+    /// ----------
+    /// x, y : int
+    ///     The pixel: column and row, from the upper left.
+    /// sample : int, default 0
+    ///     Index of the sample.
+    /// width, height : int, optional
+    ///     Of the picture, pixels.
+    /// **settings
+    ///     camera, seed, max_depth, clamp_indirect, sampler and time, as for `render`.
+    ///
+    /// Returns
+    /// -------
+    /// dict
+    ///     ``radiance``, and for each path of ``paths`` its ``vertices`` (surface, light found, light sample, scattering: with
+    ///     densities, weights and what each adds) and why it ends. See ``docs/explain.md``.
+    #[pyo3(signature = (x, y, *, sample=0, width=None, height=None, **settings))]
+    #[allow(clippy::too_many_arguments, reason = "keywords in Python")]
+    fn explain<'py>(
+        &self,
+        py: Python<'py>,
+        x: u32,
+        y: u32,
+        sample: u32,
+        width: Option<u32>,
+        height: Option<u32>,
+        settings: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let settings = Settings::from_keywords([width, height, None], settings)?;
+        let view = job(&self.contents(py).scene, &settings)?.view(settings.time);
+        let record = self.queries(py)?.replay(&view, [x, y], sample).map_err(|e| bad(e.to_string()))?;
+        let text = serde_json::to_string(&record).map_err(|e| bad(e.to_string()))?;
+        py.import("json")?.call_method1("loads", (text,))
     }
 
     /// What an ideal camera would know of each pixel, exact at the pixels' centres.

@@ -1,10 +1,11 @@
 //! From a scene and edits to the edited scene.
 
+use super::tree::Unseen;
 use super::{Addition, Edits, EnvironmentRecord, GraphProblem};
 use crate::animation::Moment;
 use crate::{
-    Environment, Image, Instance, InstanceId, Material, MaterialId, Mesh, Scene, Shape, Sphere, Texture,
-    TextureGraph, TextureId,
+    Environment, GroupId, Groups, Image, Instance, InstanceId, Material, MaterialId, Mesh, Scene, Shape,
+    Sphere, Texture, TextureGraph, TextureId,
 };
 use glam::{Affine3A, Vec3};
 use std::collections::HashMap;
@@ -18,6 +19,8 @@ pub struct Resources {
     pub models: HashMap<PathBuf, Arc<Scene>>,
     /// Environment pictures, by the path that the edits name.
     pub environments: HashMap<PathBuf, Arc<Image>>,
+    /// Pictures that take the place of textures, by the path that the edits name.
+    pub pictures: HashMap<PathBuf, Arc<Image>>,
 }
 
 /// Why edits cannot be applied.
@@ -37,6 +40,14 @@ pub enum EditError {
     Object {
         /// Its number.
         id: InstanceId,
+        /// How many there are.
+        count: usize,
+    },
+    /// A group that is not there.
+    #[error("there is no group {id}; the scene has {count}")]
+    Group {
+        /// Its number.
+        id: GroupId,
         /// How many there are.
         count: usize,
     },
@@ -75,7 +86,7 @@ pub enum EditError {
 /// A scene and what is needed to give it other edits: the geometry stands there once, whatever changes.
 #[derive(Clone, Debug)]
 pub struct Editable {
-    scene: Scene,
+    pub(super) scene: Scene,
     original: Version,
     /// The original with `added`: what most changes of the edits begin with.
     extended: Version,
@@ -108,6 +119,7 @@ impl Version {
         scene.textures.clone_from(&self.small.textures);
         scene.materials.clone_from(&self.small.materials);
         scene.instances.clone_from(&self.small.instances);
+        scene.groups.clone_from(&self.small.groups);
         scene.lights.clone_from(&self.small.lights);
         scene.cameras.clone_from(&self.small.cameras);
         scene.environment.clone_from(&self.small.environment);
@@ -167,7 +179,9 @@ impl Editable {
         }
         self.edit_textures(edits)?;
         self.edit_materials(edits)?;
+        self.edit_slots(edits, resources)?;
         self.edit_objects(edits)?;
+        self.edit_groups(edits)?;
         self.hold_still(edits);
         if let Some(lights) = &edits.lights {
             self.scene.lights = lights.iter().map(crate::Light::valid).collect();
@@ -197,12 +211,15 @@ impl Editable {
     /// What was put somewhere stays there, and what was given a value keeps it, whatever the scene's animations say.
     fn hold_still(&mut self, edits: &Edits) {
         let edited = |id: u32| edits.objects.get(&id);
+        let unseen = Unseen::of(edits, &self.scene.groups);
+        let is_unseen = |id: u32| unseen.as_ref().is_some_and(|unseen| unseen.holds(id));
         for animation in &mut self.scene.animations {
             animation.instances.retain(|i| edited(i.instance).is_none_or(|o| o.transform.is_none()));
             for instance in &mut animation.instances {
                 if let Some(object) = edited(instance.instance) {
                     instance.hidden = object.removed || object.visible.map_or(instance.hidden, |v| !v);
                 }
+                instance.hidden |= is_unseen(instance.instance);
             }
             animation.materials.retain(|m| !edits.materials.contains_key(&m.material));
             if edits.lights.is_some() {
@@ -221,11 +238,17 @@ impl Editable {
                 let mut model = Scene::clone(model);
                 model.cameras.clear();
                 model.animations.iter_mut().for_each(|a| a.cameras.clear());
+                group_model(&mut model, file);
                 self.scene.merge(model);
             }
             Addition::Copy { of } => {
                 let mut copy = self.instance(*of)?.clone();
                 copy.name += " copy";
+                let group = self.scene.groups.of(*of);
+                let number = self.scene.instances.len() as InstanceId;
+                if group.is_some() {
+                    Arc::make_mut(&mut self.scene.groups).put(number, group);
+                }
                 self.scene.instances.push(copy);
             }
             Addition::Material { of } => {
@@ -263,7 +286,7 @@ impl Editable {
         self.scene.instances.get(id as usize).ok_or(EditError::Object { id, count })
     }
 
-    fn material(&self, id: MaterialId) -> Result<&Material, EditError> {
+    pub(super) fn material(&self, id: MaterialId) -> Result<&Material, EditError> {
         let count = self.scene.materials.len();
         self.scene.materials.get(id as usize).ok_or(EditError::Material { id, count })
     }
@@ -369,4 +392,15 @@ impl Editable {
         self.scene.images.push(Image::clone(image));
         Ok(self.scene.images.len() as u32 - 1)
     }
+}
+
+/// Puts all objects of a model into one group, named as its file, if there are several.
+fn group_model(model: &mut Scene, file: &Path) {
+    if model.instances.len() < 2 {
+        return;
+    }
+    let mut groups = Groups::default();
+    let all = groups.add(file.file_stem().unwrap_or_default().to_string_lossy(), None);
+    groups.append(&model.groups, 0, model.instances.len(), Some(all));
+    model.groups = Arc::new(groups);
 }

@@ -9,6 +9,8 @@ pub mod file;
 mod graph;
 mod numbered;
 mod records;
+mod slots;
+mod tree;
 
 pub use apply::{EditError, Editable, Resources};
 pub use graph::{
@@ -16,12 +18,13 @@ pub use graph::{
 };
 pub use records::{
     CameraRecord, DaylightRecord, EnvironmentRecord, MaterialRecord, OrbitRecord, SkyRecord, SunRecord,
+    UvTransformRecord,
 };
 
-use crate::{InstanceId, Light, MaterialId, TextureId};
+use crate::{GroupId, InstanceId, Light, MaterialId, TextureId, TextureSlot};
 use glam::Affine3A;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Changes of a scene.
@@ -37,9 +40,18 @@ pub struct Edits {
     /// New graphs of textures that are graphs, by number.
     #[serde(with = "numbered", skip_serializing_if = "BTreeMap::is_empty")]
     pub textures: BTreeMap<TextureId, GraphRecord>,
+    /// Textures of materials, by number and slot.
+    #[serde(with = "numbered", skip_serializing_if = "BTreeMap::is_empty")]
+    pub slots: BTreeMap<MaterialId, BTreeMap<TextureSlot, SlotEdit>>,
     /// Changes of objects, by number.
     #[serde(with = "numbered", skip_serializing_if = "BTreeMap::is_empty")]
     pub objects: BTreeMap<InstanceId, ObjectEdit>,
+    /// Changes of groups, by number.
+    #[serde(with = "numbered", skip_serializing_if = "BTreeMap::is_empty")]
+    pub groups: BTreeMap<GroupId, GroupEdit>,
+    /// Of all objects only these are part of the picture; none is all.
+    #[serde(skip_serializing_if = "BTreeSet::is_empty")]
+    pub isolated: BTreeSet<InstanceId>,
     /// All point, spot and directional lights; `None` keeps those that there are.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lights: Option<Vec<Light>>,
@@ -100,6 +112,33 @@ pub struct ObjectEdit {
     pub material: Option<MaterialId>,
 }
 
+/// A change of a group.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+pub struct GroupEdit {
+    /// Its name; `None` keeps it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Nothing in it is part of the picture.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub hidden: bool,
+}
+
+/// A change of a texture of a material; what is `None` stays.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+pub struct SlotEdit {
+    /// A picture that takes the texture's place.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<PathBuf>,
+    /// The set of texture coordinates, 0 or 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub uv_set: Option<u32>,
+    /// How coordinates are moved.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub transform: Option<UvTransformRecord>,
+}
+
 impl ObjectEdit {
     /// Moves it there.
     pub fn set_transform(&mut self, transform: &Affine3A) {
@@ -129,6 +168,13 @@ impl Edits {
         }
     }
 
+    /// Pictures that take the place of textures, each once, in the order in which they are added.
+    pub fn pictures(&self) -> impl Iterator<Item = &Path> {
+        let slots = self.slots.values().flat_map(BTreeMap::values);
+        let mut seen = BTreeSet::new();
+        slots.filter_map(|slot| slot.file.as_deref()).filter(move |file| seen.insert(*file))
+    }
+
     /// Calls `f` with every path, to change it.
     pub fn for_each_path(&mut self, mut f: impl FnMut(&mut PathBuf)) {
         for addition in &mut self.additions {
@@ -136,9 +182,24 @@ impl Edits {
                 f(file);
             }
         }
+        self.slots
+            .values_mut()
+            .flat_map(BTreeMap::values_mut)
+            .filter_map(|s| s.file.as_mut())
+            .for_each(&mut f);
         if let Some(EnvironmentRecord::File { file, .. }) = &mut self.environment {
             f(file);
         }
+    }
+
+    /// Changes a group.
+    pub fn group(&mut self, id: GroupId) -> &mut GroupEdit {
+        self.groups.entry(id).or_default()
+    }
+
+    /// Changes a texture of a material.
+    pub fn slot(&mut self, material: MaterialId, slot: TextureSlot) -> &mut SlotEdit {
+        self.slots.entry(material).or_default().entry(slot).or_default()
     }
 
     /// Changes an object.

@@ -5,7 +5,7 @@
 
 use crate::{
     AlphaMode, Camera, CameraPath, Daylight, Distortion, Environment, Material, Model, Projection, Sky, Sun,
-    SunPosition,
+    SunPosition, UvTransform,
 };
 use glam::{Vec3, Vec4};
 use serde::{Deserialize, Serialize};
@@ -321,5 +321,35 @@ impl CameraRecord {
             distortion: self.distortion,
             skew: self.skew,
         }
+    }
+}
+
+/// A map of texture coordinates: scaled, then turned, then moved; see [`UvTransform::new`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct UvTransformRecord {
+    /// Added last.
+    pub offset: [f32; 2],
+    /// Radians.
+    pub rotation: f32,
+    /// Factors.
+    pub scale: [f32; 2],
+}
+
+impl From<&UvTransform> for UvTransformRecord {
+    /// Shear, which these numbers cannot say, is lost.
+    fn from(transform: &UvTransform) -> Self {
+        let [first, second] = transform.rows;
+        let (sin, cos) = (-second.x, first.x);
+        let rotation = sin.atan2(cos);
+        let scale = [sin.hypot(cos), first.y * rotation.sin() + second.y * rotation.cos()];
+        Self { offset: transform.offset.to_array(), rotation, scale }
+    }
+}
+
+impl UvTransformRecord {
+    /// The map.
+    pub fn transform(&self) -> UvTransform {
+        UvTransform::new(self.offset.into(), self.rotation, self.scale.into())
     }
 }

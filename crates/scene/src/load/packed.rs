@@ -8,7 +8,7 @@
 use super::session::TRIANGLE;
 use super::{LoadError, LoadOptions, Loaded};
 use crate::{
-    Camera, Environment, Fog, Image, Instance, Light, LoadReport, Material, Mesh, Part, Portal,
+    Camera, Environment, Fog, Groups, Image, Instance, Light, LoadReport, Material, Mesh, Part, Portal,
     RenderDefaults, Scene, Shape, Texture, TriangleMesh,
 };
 use glam::DVec3;
@@ -28,6 +28,7 @@ struct Written<'s> {
     origin: DVec3,
     meshes: &'s [Mesh],
     instances: &'s [Instance],
+    groups: &'s Groups,
     materials: &'s [Material],
     textures: &'s [Texture],
     images: &'s [Image],
@@ -48,6 +49,8 @@ struct Read {
     origin: DVec3,
     meshes: Vec<Mesh>,
     instances: Vec<Instance>,
+    #[serde(default)]
+    groups: Groups,
     materials: Vec<Material>,
     textures: Vec<Texture>,
     images: Vec<Image>,
@@ -70,6 +73,7 @@ pub fn pack(scene: &Scene) -> Result<Vec<u8>, String> {
         origin: scene.origin,
         meshes: &scene.meshes,
         instances: &scene.instances,
+        groups: &scene.groups,
         materials: &scene.materials,
         textures: &scene.textures,
         images: &scene.images,
@@ -118,6 +122,7 @@ pub fn unpack(path: &Path, bytes: &[u8]) -> Result<Scene, LoadError> {
         origin: read.origin,
         meshes: read.meshes,
         instances: read.instances,
+        groups: read.groups.into(),
         materials: read.materials,
         textures: read.textures,
         images: read.images,
@@ -159,6 +164,9 @@ fn check(scene: &Scene) -> Result<(), Wrong> {
     }
     for (i, texture) in scene.textures.iter().enumerate() {
         check_texture(scene, texture).map_err(|why| (format!("texture {i}"), why))?;
+    }
+    if let Some(problem) = scene.groups.problem() {
+        return Err(("groups".into(), problem));
     }
     match scene.environment {
         Environment::Image { image, .. } if image as usize >= scene.images.len() => {

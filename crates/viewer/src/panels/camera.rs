@@ -1,11 +1,11 @@
 //! The camera: projection, lens, focus, cameras of the file, saved views, automatic orbit.
 
 use super::lights::degrees;
-use super::widgets::{number, vector};
+use super::widgets::{check, choice, number, section, vector};
 use crate::navigation;
 use crate::viewer::{Command, Viewer};
 use alhazen::{Camera, CameraPath, Projection, ProjectionParameter, Quantity};
-use egui::{ComboBox, Ui};
+use egui::Ui;
 
 /// Shows it.
 pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
@@ -20,13 +20,10 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
             }
         }
     });
-    numbers(viewer, ui);
-    ui.separator();
-    lens(viewer, ui);
-    ui.separator();
-    orbit(viewer, ui);
-    ui.separator();
-    views(viewer, ui);
+    section(ui, "View", |ui| numbers(viewer, ui));
+    section(ui, "Lens", |ui| lens(viewer, ui));
+    section(ui, "Orbit", |ui| orbit(viewer, ui));
+    section(ui, "Cameras and saved views", |ui| views(viewer, ui));
 }
 
 fn numbers(viewer: &mut Viewer, ui: &mut Ui) {
@@ -46,7 +43,7 @@ fn numbers(viewer: &mut Viewer, ui: &mut Ui) {
 
 /// The kind of projection, and its number.
 fn projection(ui: &mut Ui, projection: &mut Projection, speed: f32) {
-    ComboBox::from_label("Projection").selected_text(projection.name()).show_ui(ui, |ui| {
+    choice(ui, "Projection", projection.name(), |ui| {
         for other in Projection::NAMED {
             if ui.selectable_label(other.name() == projection.name(), other.name()).clicked() {
                 *projection = other;
@@ -67,7 +64,7 @@ fn projection(ui: &mut Ui, projection: &mut Projection, speed: f32) {
 fn lens(viewer: &mut Viewer, ui: &mut Ui) {
     let mut camera = viewer.camera.clone();
     let mut has_lens = camera.lens_radius > 0.0;
-    if ui.checkbox(&mut has_lens, "Depth of field").changed() {
+    if check(ui, "Depth of field", &mut has_lens) {
         camera.lens_radius = if has_lens { viewer.scene_size() * 5e-3 } else { 0.0 };
     }
     if has_lens {
@@ -95,8 +92,8 @@ fn orbit(viewer: &mut Viewer, ui: &mut Ui) {
     let speed = viewer.scene_size() * 1e-3;
     let before = viewer.camera.path;
     if let Some(CameraPath::Orbit { radius, height, bob, period, .. }) = &mut viewer.camera.path {
-        number(ui, "Radius (m)", radius, speed, 1e-5..=1e9);
-        number(ui, "Height (m)", height, speed, -1e9..=1e9);
+        number(ui, "Orbit radius (m)", radius, speed, 1e-5..=1e9);
+        number(ui, "Orbit height (m)", height, speed, -1e9..=1e9);
         number(ui, "Vertical amplitude (m)", bob, speed, -1e9..=1e9);
         number(ui, "Period (s)", period, 0.05, 0.1..=3600.0);
     }
@@ -108,14 +105,14 @@ fn orbit(viewer: &mut Viewer, ui: &mut Ui) {
 fn views(viewer: &mut Viewer, ui: &mut Ui) {
     let mut chosen = None;
     let mut removed = None;
-    ui.strong("Cameras of the scene");
+    ui.weak("Cameras of the scene");
     let mut own = None;
     for (i, camera) in viewer.document.iter().flat_map(|d| d.scene().cameras.iter().enumerate()) {
         if ui.button(&camera.name).clicked() {
             own = Some(i);
         }
     }
-    ui.strong("Saved views");
+    ui.weak("Saved views");
     for (i, view) in viewer.views.iter().enumerate() {
         ui.horizontal(|ui| {
             if ui.button(&view.name).clicked() {

@@ -1,10 +1,10 @@
 //! Light from infinitely far away: a colour, a sky with a sun, or a picture.
 
 use super::lights::degrees;
-use super::widgets::{bright_colour, number, vector};
+use super::widgets::{bright_colour, check, choice, number, told, vector};
 use crate::viewer::{For, Viewer};
 use alhazen::edits::{DaylightRecord, EnvironmentRecord, SkyRecord, SunRecord};
-use egui::{ComboBox, Ui};
+use egui::Ui;
 
 /// Shows it.
 pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
@@ -12,19 +12,19 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     let original = EnvironmentRecord::from(&document.unchanged().environment);
     let before = document.edits().environment.clone().unwrap_or_else(|| original.clone());
     let mut environment = before.clone();
-    ComboBox::from_label("Environment").selected_text(kind(&environment)).show_ui(ui, |ui| {
+    choice(ui, "Environment", kind(&before), |ui| {
         if matches!(original, EnvironmentRecord::Own { .. }) {
             ui.selectable_value(&mut environment, original.clone(), kind(&original));
         }
         let sky = if let EnvironmentRecord::Sky(sky) = &before { *sky } else { clear_sky() };
         let daylight = if let EnvironmentRecord::Daylight(d) = &before { *d } else { AFTERNOON };
-        for choice in [
+        for other in [
             EnvironmentRecord::Black,
             EnvironmentRecord::Constant { radiance: [1.0; 3] },
             EnvironmentRecord::Sky(sky),
             EnvironmentRecord::Daylight(daylight),
         ] {
-            ui.selectable_value(&mut environment, choice.clone(), kind(&choice));
+            ui.selectable_value(&mut environment, other.clone(), kind(&other));
         }
     });
     if ui.button("Environment map from a file…").clicked() {
@@ -37,7 +37,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
         }
         EnvironmentRecord::Own { rotation, intensity } => picture(ui, rotation, intensity),
         EnvironmentRecord::File { file, rotation, intensity } => {
-            ui.label(file.display().to_string());
+            told(ui, "File", file.display().to_string());
             picture(ui, rotation, intensity);
         }
         EnvironmentRecord::Sky(sky) => sky_and_sun(ui, sky),
@@ -64,8 +64,8 @@ fn kind(environment: &EnvironmentRecord) -> &'static str {
 }
 
 fn picture(ui: &mut Ui, rotation: &mut f32, intensity: &mut f32) {
-    degrees(ui, "Rotation", rotation, -360.0..=360.0);
-    number(ui, "Intensity", intensity, 0.01, 0.0..=1e6);
+    degrees(ui, "Environment rotation", rotation, -360.0..=360.0);
+    number(ui, "Environment intensity", intensity, 0.01, 0.0..=1e6);
 }
 
 /// What a daylight is at first.
@@ -85,7 +85,7 @@ fn clear_daylight(ui: &mut Ui, daylight: &mut DaylightRecord) {
     }
     number(ui, "Turbidity", &mut daylight.turbidity, 0.05, 2.0..=10.0);
     bright_colour(ui, "Ground", &mut daylight.ground, "");
-    number(ui, "Intensity", &mut daylight.intensity, 1e-5, 0.0..=1e6);
+    number(ui, "Environment intensity", &mut daylight.intensity, 1e-5, 0.0..=1e6);
 }
 
 fn sky_and_sun(ui: &mut Ui, sky: &mut SkyRecord) {
@@ -93,7 +93,7 @@ fn sky_and_sun(ui: &mut Ui, sky: &mut SkyRecord) {
     bright_colour(ui, "Horizon", &mut sky.horizon, "");
     bright_colour(ui, "Ground", &mut sky.ground, "");
     let mut has_sun = sky.sun.is_some();
-    if ui.checkbox(&mut has_sun, "Sun").changed() {
+    if check(ui, "Sun", &mut has_sun) {
         sky.sun = has_sun.then(|| SunRecord {
             direction: glam::Vec3::new(0.5, 0.7, 0.5).normalize().to_array(),
             irradiance: [3.0, 2.9, 2.7],

@@ -1,14 +1,14 @@
 //! The nodes of a texture: what each looks like, takes, and is told.
 
 use super::textures;
-use super::widgets::{choice, vector};
+use super::widgets::{check, choice, row, slider, vector};
 use crate::node_previews::ShownPreview;
 use crate::viewer::Viewer;
 use alhazen::edits::GraphRecord;
 use alhazen::texture_graph::{
     GraphInput, Parameter, Placement, PlacementParts, Space, TextureGraph, TextureGraphNode,
 };
-use egui::{CollapsingHeader, DragValue, Id, Response, Slider, Ui};
+use egui::{CollapsingHeader, DragValue, Id, Response, Ui};
 use glam::Vec3;
 
 /// Parameters whose range is not wider have a slider.
@@ -60,12 +60,9 @@ fn node(ui: &mut Ui, number: usize, node: &mut TextureGraphNode, preview: Option
 
 /// What an input takes: a constant, which can be changed, or a node.
 fn input(ui: &mut Ui, name: &str, input: &mut GraphInput) {
-    ui.horizontal(|ui| {
-        let label = ui.label(name);
-        match input {
-            GraphInput::Node(number) => drop(ui.weak(format!("node {number}"))),
-            GraphInput::Constant(value) => constant(ui, label.id, value),
-        }
+    row(ui, name, |ui, label| match input {
+        GraphInput::Node(number) => drop(ui.weak(format!("node {number}"))),
+        GraphInput::Constant(value) => constant(ui, label, value),
     });
 }
 
@@ -98,7 +95,7 @@ fn parameter(ui: &mut Ui, p: &Parameter, value: &mut f32) {
     let [low, high] = p.range;
     if p.is_switch() {
         let mut on = *value == 1.0;
-        if ui.checkbox(&mut on, p.name).changed() {
+        if check(ui, p.name, &mut on) {
             *value = f32::from(u8::from(on));
         }
     } else if !p.choices.is_empty() {
@@ -109,10 +106,9 @@ fn parameter(ui: &mut Ui, p: &Parameter, value: &mut f32) {
             }
         });
     } else if high - low <= WIDEST_SLIDER {
-        ui.add(Slider::new(value, low..=high).text(p.name));
+        slider(ui, p.name, value, low..=high);
     } else {
-        ui.horizontal(|ui| {
-            let label = ui.label(p.name).id;
+        row(ui, p.name, |ui, label| {
             if p.is_whole {
                 let mut whole = *value as u32;
                 let drag = DragValue::new(&mut whole).speed(0.2).range(low as u32..=high as u32);
@@ -157,12 +153,11 @@ fn three(ui: &mut Ui, label: &str, value: Vec3, speed: f32) -> Vec3 {
 fn scale(ui: &mut Ui, value: Vec3) -> Vec3 {
     let [least, most] = SCALES;
     let mut scale = value.to_array();
-    let is_changed = ui.horizontal(|ui| {
-        let label = ui.label("scale").id;
+    let is_changed = row(ui, "scale", |ui, label| {
         scale.iter_mut().fold(false, |changed, s| {
             let range = if *s < 0.0 { [-most, -least] } else { [least, most] };
             drag(ui, label, s, range).changed() | changed
         })
     });
-    if is_changed.inner { scale.into() } else { value }
+    if is_changed { scale.into() } else { value }
 }

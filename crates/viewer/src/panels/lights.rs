@@ -1,6 +1,7 @@
 //! Point, spot and directional lights.
 
-use super::widgets::{bright_colour, number, vector};
+use super::textures;
+use super::widgets::{bright_colour, number, row, vector};
 use crate::viewer::{Command, Viewer};
 use alhazen::{Light, LightKind, LightParameter};
 use egui::{CollapsingHeader, Ui};
@@ -34,7 +35,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     for (i, light) in lights.iter_mut().enumerate() {
         let title = format!("{} ({})", light.name, light.kind.name());
         CollapsingHeader::new(title).id_salt(("light", i)).default_open(i < 3).show(ui, |ui| {
-            one(ui, light, speed);
+            one(viewer, ui, light, speed);
             if ui.button("Remove").clicked() {
                 removed = Some(i);
             }
@@ -52,7 +53,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     }
 }
 
-fn one(ui: &mut Ui, light: &mut Light, speed: f32) {
+fn one(viewer: &mut Viewer, ui: &mut Ui, light: &mut Light, speed: f32) {
     for (label, parameter) in light.kind.parameters() {
         match parameter {
             LightParameter::Position(p) => {
@@ -68,7 +69,7 @@ fn one(ui: &mut Ui, light: &mut Light, speed: f32) {
                 degrees(ui, label, radians, range.start().to_degrees()..=range.end().to_degrees());
             }
             LightParameter::Picture(picture) => {
-                ui.label(format!("{label}: texture {}", picture.texture));
+                row(ui, label, |ui, _| textures::named(viewer, ui, picture.texture, ""));
             }
         }
     }

@@ -1,11 +1,11 @@
 //! The material of the selected object: its numbers and its textures.
 
 use super::textures;
-use super::widgets::{bright_colour, share};
+use super::widgets::{bright_colour, check, choice, colour, section, share, slider};
 use crate::viewer::{Selection, Viewer};
 use alhazen::edits::{Addition, MaterialRecord};
-use alhazen::{AlphaMode, Model};
-use egui::{ComboBox, Slider, Ui};
+use alhazen::{AlphaMode, Model, TextureSlot};
+use egui::Ui;
 
 const MODELS: [(Model, &str); 6] = [
     (Model::MetallicRoughness, "metallic-roughness"),
@@ -24,11 +24,11 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui, selection: Selection) {
     let Some(material) = document.scene().materials.get(id as usize) else { return };
     let users = users(document.scene(), id);
     let mut record = MaterialRecord::from(material);
-    if numbers(ui, &mut record, material.normal_texture.is_some()) {
+    if numbers(viewer, ui, &mut record, id) {
         viewer.edit(&format!("material {id}"), |edits| drop(edits.materials.insert(id, record)));
     }
     ui.horizontal_wrapped(|ui| {
-        if ui.button("Reset material").clicked() {
+        if ui.button("Reset material").on_hover_text("Takes back all changes of its numbers.").clicked() {
             viewer.edit("reset material", |edits| drop(edits.materials.remove(&id)));
         }
         let own = ui.button("Make unique");
@@ -48,7 +48,7 @@ fn choose(viewer: &mut Viewer, ui: &mut Ui, selection: Selection) {
     let materials = &document.scene().materials;
     let name = |id: usize| materials.get(id).map_or(String::new(), |m| format!("{} ({id})", m.name));
     let mut chosen = selection.material as usize;
-    ComboBox::from_label("Material").selected_text(name(chosen)).show_ui(ui, |ui| {
+    choice(ui, "Material", &name(chosen), |ui| {
         for id in 0..materials.len() {
             ui.selectable_value(&mut chosen, id, name(id));
         }
@@ -87,38 +87,53 @@ fn make_own(viewer: &mut Viewer, object: u32, id: u32) {
     viewer.selection = Some(Selection { object, material: new });
 }
 
-/// All numbers; true when one was changed.
-fn numbers(ui: &mut Ui, m: &mut MaterialRecord, has_normals: bool) -> bool {
+/// What a material consists of, group by group; true when something was changed.
+fn numbers(viewer: &mut Viewer, ui: &mut Ui, m: &mut MaterialRecord, id: u32) -> bool {
     let before = m.clone();
+    section(ui, "Surface", |ui| surface(viewer, ui, m, id));
+    section(ui, "Transmission", |ui| {
+        share(ui, "Transmission", &mut m.transmission);
+        textures::driver(viewer, ui, id, TextureSlot::Transmission, "R");
+        slider(ui, "Index of refraction", &mut m.ior, 1.0..=3.0);
+        check(ui, "Thin-walled", &mut m.thin_walled);
+    });
+    section(ui, "Emission", |ui| {
+        bright_colour(ui, "Emission", &mut m.emission, " W/sr/m²");
+        textures::driver(viewer, ui, id, TextureSlot::Emission, "RGB");
+        check(ui, "Two-sided emission", &mut m.emission_two_sided);
+    });
+    section(ui, "Visibility", |ui| {
+        alpha(ui, m);
+        check(ui, "Double-sided", &mut m.double_sided);
+    });
+    *m != before
+}
+
+fn surface(viewer: &mut Viewer, ui: &mut Ui, m: &mut MaterialRecord, id: u32) {
     let model = MODELS.iter().find(|(model, _)| *model == m.model).map_or("", |(_, name)| name);
-    ComboBox::from_label("Model").selected_text(model).show_ui(ui, |ui| {
+    choice(ui, "Model", model, |ui| {
         for (model, name) in MODELS {
             ui.selectable_value(&mut m.model, model, name);
         }
     });
-    ui.horizontal(|ui| {
-        let name = ui.label("Base colour");
-        let [r, g, b, a] = m.base_color;
-        let mut rgb = [r, g, b];
-        if ui.color_edit_button_rgb(&mut rgb).labelled_by(name.id).changed() {
-            let [r, g, b] = rgb.map(|c| c.clamp(0.0, 1.0));
-            m.base_color = [r, g, b, a];
-        }
-    });
-    share(ui, "Metallic", &mut m.metallic);
-    share(ui, "Roughness", &mut m.roughness);
-    share(ui, "Specular", &mut m.specular);
-    ui.add(Slider::new(&mut m.ior, 1.0..=3.0).text("Index of refraction"));
-    share(ui, "Transmission", &mut m.transmission);
-    ui.checkbox(&mut m.thin_walled, "Thin-walled");
-    bright_colour(ui, "Emission", &mut m.emission, " W/sr/m²");
-    ui.checkbox(&mut m.emission_two_sided, "Two-sided emission");
-    if has_normals {
-        ui.add(Slider::new(&mut m.normal_scale, -2.0..=4.0).text("Normal scale"));
+    let [r, g, b, a] = m.base_color;
+    let mut rgb = [r, g, b];
+    if colour(ui, "Base colour", &mut rgb) {
+        let [r, g, b] = rgb.map(|c| c.clamp(0.0, 1.0));
+        m.base_color = [r, g, b, a];
     }
-    alpha(ui, m);
-    ui.checkbox(&mut m.double_sided, "Double-sided");
-    *m != before
+    textures::driver(viewer, ui, id, TextureSlot::BaseColor, "RGB");
+    share(ui, "Metallic", &mut m.metallic);
+    textures::driver(viewer, ui, id, TextureSlot::MetallicRoughness, "B");
+    share(ui, "Roughness", &mut m.roughness);
+    textures::driver(viewer, ui, id, TextureSlot::MetallicRoughness, "G");
+    share(ui, "Specular", &mut m.specular);
+    textures::driver(viewer, ui, id, TextureSlot::Specular, "A");
+    let material = viewer.document.as_ref().and_then(|d| d.scene().materials.get(id as usize));
+    if material.is_some_and(|m| m.normal_texture.is_some()) {
+        slider(ui, "Normal scale", &mut m.normal_scale, -2.0..=4.0);
+        textures::driver(viewer, ui, id, TextureSlot::Normal, "RGB");
+    }
 }
 
 fn alpha(ui: &mut Ui, m: &mut MaterialRecord) {
@@ -127,7 +142,7 @@ fn alpha(ui: &mut Ui, m: &mut MaterialRecord) {
         AlphaMode::Mask(_) => "mask",
         AlphaMode::Blend => "blend",
     };
-    ComboBox::from_label("Alpha").selected_text(name).show_ui(ui, |ui| {
+    choice(ui, "Alpha", name, |ui| {
         ui.selectable_value(&mut m.alpha_mode, AlphaMode::Opaque, "opaque");
         ui.selectable_value(&mut m.alpha_mode, AlphaMode::Mask(0.5), "mask");
         ui.selectable_value(&mut m.alpha_mode, AlphaMode::Blend, "blend");

@@ -20,7 +20,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
         ui.menu_button("Edit", |ui| {
             items(viewer, ui, &[Undo, Redo]);
             ui.separator();
-            items(viewer, ui, &[Duplicate, Delete, Hide, Deselect]);
+            items(viewer, ui, &[Duplicate, Delete, Rename, Hide, Isolate, ShowAll, Deselect]);
             ui.separator();
             items(viewer, ui, &[AddModel, AddLamp, AddPointLight]);
         });
@@ -30,7 +30,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
             items(viewer, ui, &[PlayTime, StepOn, StepBack, Rest]);
             ui.separator();
             items(viewer, ui, &[ResetZoom, FullScreen, SidePanel]);
-            ui.checkbox(&mut viewer.settings.dark, "Dark");
+            ui.checkbox(&mut viewer.settings.dark, "Dark theme");
             ui.add(egui::Slider::new(&mut viewer.settings.zoom, 0.5..=3.0).text("Panel scale"));
         });
         ui.menu_button("Picture", |ui| {

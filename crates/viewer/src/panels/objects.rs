@@ -1,75 +1,56 @@
 //! The objects of the scene, and the transform and material of the selected one.
 
-use super::material;
-use super::widgets::vector;
-use crate::viewer::{Command, Selection, Viewer};
+use super::widgets::{section, told, vector};
+use super::{material, outliner};
+use crate::viewer::{COMMANDS, Command, Selection, Viewer};
 use egui::Ui;
 use glam::{Affine3A, EulerRot, Quat, Vec3};
 
-/// So many objects are listed; typing finds the others.
-const MOST_LISTED: usize = 500;
-
 /// Shows them.
 pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
-    list(viewer, ui);
+    outliner::show(viewer, ui);
+    buttons(viewer, ui);
+    match (viewer.selection, viewer.chosen()) {
+        (Some(selection), _) => {
+            section(ui, "Transform", |ui| transform(viewer, ui, selection));
+            material::show(viewer, ui, selection);
+        }
+        (None, Some(item)) => {
+            let count = viewer.chosen_objects().len();
+            ui.strong(viewer.name_of(item).unwrap_or_default().to_owned());
+            ui.label(format!("A group of {count} objects."));
+        }
+        (None, None) => drop(ui.weak("Click an object in the picture or a name to select it.")),
+    }
+}
+
+fn buttons(viewer: &mut Viewer, ui: &mut Ui) {
     ui.horizontal_wrapped(|ui| {
         for (name, command) in [
             ("Duplicate", Command::Duplicate),
             ("Delete", Command::Delete),
             ("Hide / show", Command::Hide),
+            ("Isolate", Command::Isolate),
+            ("Show all", Command::ShowAll),
+            ("Rename", Command::Rename),
             ("Frame selection", Command::Frame),
             ("Add model…", Command::AddModel),
             ("Add sphere light", Command::AddLamp),
         ] {
-            if ui.button(name).clicked() {
+            let info = COMMANDS.iter().find(|info| info.command == command);
+            let about = info.map_or(String::new(), |i| format!("{} {}", i.name, i.shortcut_text(ui.ctx())));
+            if ui.button(name).on_hover_text(about).clicked() {
                 viewer.run(command, &ui.ctx().clone());
             }
         }
     });
-    ui.separator();
-    let Some(selection) = viewer.selection else {
-        ui.weak("Click an object in the picture or a name to select it.");
-        return;
-    };
-    transform(viewer, ui, selection);
-    ui.separator();
-    material::show(viewer, ui, selection);
-}
-
-fn list(viewer: &mut Viewer, ui: &mut Ui) {
-    ui.horizontal(|ui| {
-        let name = ui.label("Find");
-        ui.text_edit_singleline(&mut viewer.open.object_filter).labelled_by(name.id);
-    });
-    let Some(document) = &viewer.document else { return };
-    let wanted = viewer.open.object_filter.to_lowercase();
-    let gone = |id: u32| document.edits().objects.get(&id).is_some_and(|o| o.removed);
-    let objects = document.scene().instances.iter().enumerate().map(|(i, o)| (i as u32, o));
-    let found: Vec<(u32, String)> = objects
-        .filter(|(i, o)| !gone(*i) && o.name.to_lowercase().contains(&wanted))
-        .take(MOST_LISTED)
-        .map(|(i, o)| (i, format!("{}{}", o.name, if o.visible { "" } else { " (hidden)" })))
-        .collect();
-    let mut chosen = None;
-    egui::ScrollArea::vertical().id_salt("objects").max_height(160.0).show(ui, |ui| {
-        for (id, name) in &found {
-            let selected = viewer.selection.is_some_and(|s| s.object == *id);
-            if ui.selectable_label(selected, name).clicked() {
-                chosen = Some(*id);
-            }
-        }
-    });
-    if let Some(object) = chosen {
-        let material = viewer.document.as_ref().and_then(|d| d.material_of(object)).unwrap_or(0);
-        viewer.selection = Some(Selection { object, material });
-    }
 }
 
 /// Position, rotation and scale of the selected object.
 fn transform(viewer: &mut Viewer, ui: &mut Ui, selection: Selection) {
     let Some(document) = &viewer.document else { return };
     let Some(instance) = document.scene().instances.get(selection.object as usize) else { return };
-    ui.strong(instance.name.clone());
+    told(ui, "Name", instance.name.clone());
     let Parts { mut position, mut rotation, mut scale } = Parts::of(&instance.transform);
     let original = document.unchanged().instances.get(selection.object as usize).map(|i| i.transform);
     let speed = viewer.scene_size() * 1e-3;

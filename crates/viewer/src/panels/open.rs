@@ -1,5 +1,6 @@
 //! Which panels are open, and what was chosen in them.
 
+use crate::outliner::Outliner;
 use crate::viewer::Command;
 
 /// A page of the panel on the right.
@@ -52,26 +53,59 @@ pub struct Open {
     pub side: bool,
     /// Its page.
     pub tab: Tab,
+    /// What lies over the picture.
+    pub overlay: Option<Overlay>,
     /// The list of all commands.
-    pub palette: bool,
-    /// What is typed there.
-    pub palette_text: String,
-    /// Mouse and keys.
-    pub help: bool,
-    /// What is typed to find objects.
-    pub object_filter: String,
+    pub palette: PaletteChoice,
+    /// The setting that was found in the palette, until its page has shown it.
+    pub sought: Option<Sought>,
+    /// The tree of objects.
+    pub outliner: Outliner,
     /// How sequences are recorded.
     pub record: RecordChoice,
     /// Radius of a scene's automatic orbit is the camera's distance; this is how far it rises, metres.
     pub orbit_bob: f32,
 }
 
+/// A window over the picture that a command opens and Escape closes. There is one at a time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Overlay {
+    /// The list of all commands and settings.
+    Palette,
+    /// Mouse and keys.
+    Help,
+}
+
+/// What was typed and marked in the list of all commands.
+#[derive(Clone, Debug, Default)]
+pub struct PaletteChoice {
+    /// What was typed.
+    pub text: String,
+    /// Which of the entries found is marked, from 0.
+    pub marked: usize,
+}
+
+/// A setting that is shown to the user.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sought {
+    /// Its label.
+    pub label: &'static str,
+    /// When that began, seconds.
+    pub since: f64,
+    /// Whether it was on the page.
+    pub found: bool,
+}
+
 impl Open {
     /// Closes what lies over the picture. Returns whether anything did.
     pub fn close_overlays(&mut self) -> bool {
-        let was_open = self.palette || self.help;
-        (self.palette, self.help) = (false, false);
-        was_open
+        self.overlay.take().is_some()
+    }
+
+    /// Opens a window over the picture instead of the one that is open, or closes it if it is that.
+    pub fn toggle(&mut self, overlay: Overlay) {
+        let other = (self.overlay != Some(overlay)).then_some(overlay);
+        (self.overlay, self.palette) = (other, PaletteChoice::default());
     }
 }
 

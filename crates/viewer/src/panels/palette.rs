@@ -1,63 +1,183 @@
-//! The list of all commands, found by typing.
+//! The list of all commands and settings, found by typing.
 
-use crate::viewer::{COMMANDS, CommandInfo, Viewer};
-use egui::{Context, Key, Window};
+use super::settings::{self, Setting, matches, seek};
+use crate::viewer::{COMMANDS, Command, CommandInfo, Viewer};
+use egui::{Align, Button, Context, Key, ScrollArea, TextEdit, Ui, Window};
+
+/// Other words that people look for commands by.
+const ALSO: &[(Command, &str)] = &[
+    (Command::Open, "load import file"),
+    (Command::Reload, "refresh"),
+    (Command::Save, "write export"),
+    (Command::SaveAs, "write export"),
+    (Command::Screenshot, "capture window image"),
+    (Command::SavePicture, "export render image hdr png write"),
+    (Command::CopyCommandLine, "cli shell terminal"),
+    (Command::CancelLoading, "abort"),
+    (Command::Undo, "back"),
+    (Command::Redo, "again repeat"),
+    (Command::Duplicate, "copy clone"),
+    (Command::Delete, "remove"),
+    (Command::Hide, "visibility toggle"),
+    (Command::Isolate, "solo local view alone"),
+    (Command::ShowAll, "unhide reveal"),
+    (Command::Rename, "name label"),
+    (Command::AddModel, "import object mesh"),
+    (Command::AddLamp, "light emitter area"),
+    (Command::AddPointLight, "lamp"),
+    (Command::Frame, "focus zoom fit view"),
+    (Command::Home, "reset camera view"),
+    (Command::ToggleProjection, "ortho"),
+    (Command::Play, "turntable spin rotate camera"),
+    (Command::PlayTime, "time start stop"),
+    (Command::Rest, "bind pose reset"),
+    (Command::KeepView, "bookmark camera"),
+    (Command::ResetZoom, "100 % pan reset"),
+    (Command::SidePanel, "sidebar properties"),
+    (Command::Palette, "search find"),
+    (Command::Help, "shortcuts keyboard hotkeys"),
+    (Command::Pause, "stop continue"),
+    (Command::Restart, "again seed"),
+    (Command::NextLayer, "aov pass"),
+    (Command::Picture, "beauty"),
+    (Command::CompareSettings, "ab diff split"),
+    (Command::CompareNow, "ab diff split snapshot"),
+    (Command::CompareFile, "ab diff reference"),
+    (Command::CompareNothing, "ab stop"),
+    (Command::Brighter, "brightness ev"),
+    (Command::Darker, "brightness ev"),
+    (Command::RecordTurntable, "animation video sequence"),
+    (Command::RecordPath, "animation video sequence flythrough"),
+    (Command::RecordOrbit, "animation video sequence"),
+    (Command::ExportStatistics, "performance benchmark"),
+    (Command::Quit, "exit close"),
+];
+
+/// Something that the palette offers.
+#[derive(Clone, Copy)]
+enum Entry {
+    Command(&'static CommandInfo),
+    Setting(&'static Setting),
+}
 
 /// Shows it, if it is open.
 pub fn show(viewer: &mut Viewer, ctx: &Context) {
-    if !viewer.open.palette {
-        return;
-    }
     let mut chosen = None;
     let mut open = true;
-    let window = Window::new("Commands").open(&mut open).collapsible(false).default_width(420.0);
+    let window = Window::new("Commands").open(&mut open).collapsible(false).default_width(460.0);
     window.anchor(egui::Align2::CENTER_TOP, [0.0, 60.0]).show(ctx, |ui| {
-        let name = ui.label("Type to find a command");
-        let text = egui::TextEdit::singleline(&mut viewer.open.palette_text).desired_width(f32::INFINITY);
-        let field = ui.add(text).labelled_by(name.id);
-        if ui.memory(|m| m.focused().is_none()) && !field.lost_focus() {
-            field.request_focus();
+        let found = field(viewer, ui);
+        let marked = viewer.open.palette.marked.min(found.len().saturating_sub(1));
+        viewer.open.palette.marked = marked;
+        if ui.input(|i| i.key_pressed(Key::Enter)) {
+            chosen = found.get(marked).copied();
         }
-        let found: Vec<&CommandInfo> = matching(&viewer.open.palette_text).collect();
-        if field.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter)) {
-            chosen = found.first().map(|info| info.command);
-        }
-        egui::ScrollArea::vertical().max_height(320.0).show(ui, |ui| {
-            for info in found {
-                let keys = info.shortcut_text(ctx);
-                if ui.add(egui::Button::new(info.name).shortcut_text(keys).frame(false)).clicked() {
-                    chosen = Some(info.command);
+        ScrollArea::vertical().max_height(360.0).show(ui, |ui| {
+            for (number, entry) in found.iter().enumerate() {
+                let response = ui.add(button(*entry, number == marked, ctx));
+                if number == marked && moved(ui).is_some() {
+                    response.scroll_to_me(Some(Align::Center));
                 }
+                if response.clicked() {
+                    chosen = Some(*entry);
+                }
+            }
+            if found.is_empty() {
+                ui.weak("No matches");
             }
         });
     });
-    if ctx.input(|i| i.key_pressed(Key::Escape)) || chosen.is_some() || !open {
-        (viewer.open.palette, viewer.open.palette_text) = (false, String::new());
+    if chosen.is_some() || !open {
+        viewer.open.close_overlays();
+        viewer.open.palette = Default::default();
     }
-    if let Some(command) = chosen {
-        viewer.run(command, ctx);
+    match chosen {
+        Some(Entry::Command(info)) => viewer.run(info.command, ctx),
+        Some(Entry::Setting(setting)) => seek(viewer, setting),
+        None => {}
     }
 }
 
-/// Commands whose name has all words of `text`.
-fn matching(text: &str) -> impl Iterator<Item = &'static CommandInfo> {
-    let words: Vec<String> = text.to_lowercase().split_whitespace().map(str::to_owned).collect();
-    COMMANDS.iter().filter(move |info| {
-        let name = info.name.to_lowercase();
-        words.iter().all(|word| name.contains(word.as_str()))
+/// What is typed, and what it finds. Arrows mark another entry.
+fn field(viewer: &mut Viewer, ui: &mut Ui) -> Vec<Entry> {
+    let name = ui.label("Type to find a command or a setting");
+    let step = moved(ui);
+    let choice = &mut viewer.open.palette;
+    let text = TextEdit::singleline(&mut choice.text).desired_width(f32::INFINITY);
+    let field = ui.add(text).labelled_by(name.id);
+    if ui.memory(|m| m.focused().is_none()) && !field.lost_focus() {
+        field.request_focus();
+    }
+    if field.changed() {
+        choice.marked = 0;
+    }
+    choice.marked = choice.marked.saturating_add_signed(step.unwrap_or(0));
+    matching(&choice.text)
+}
+
+/// By how many entries the arrow keys have moved the mark.
+fn moved(ui: &Ui) -> Option<isize> {
+    ui.input(|i| match (i.key_pressed(Key::ArrowDown), i.key_pressed(Key::ArrowUp)) {
+        (true, false) => Some(1),
+        (false, true) => Some(-1),
+        _ => None,
     })
+}
+
+fn button(entry: Entry, is_marked: bool, ctx: &Context) -> Button<'static> {
+    match entry {
+        Entry::Command(info) => {
+            Button::selectable(is_marked, info.name).shortcut_text(info.shortcut_text(ctx))
+        }
+        Entry::Setting(setting) => Button::selectable(is_marked, setting.label)
+            .shortcut_text(format!("{} page", setting.page.name())),
+    }
+}
+
+/// What has all words of `text`: commands before settings, and names before other words.
+fn matching(text: &str) -> Vec<Entry> {
+    let words: Vec<String> = text.to_lowercase().split_whitespace().map(str::to_owned).collect();
+    let also = |command| ALSO.iter().find(|(of, _)| *of == command).map_or("", |(_, words)| words);
+    let mut found = Vec::new();
+    for info in COMMANDS.iter().filter(|info| matches(&words, info.name, also(info.command))) {
+        found.push((!matches(&words, info.name, ""), Entry::Command(info)));
+    }
+    // Without a word there would be too many.
+    for setting in settings::all().filter(|s| !words.is_empty() && matches(&words, s.label, s.also)) {
+        found.push((!matches(&words, setting.label, ""), Entry::Setting(setting)));
+    }
+    found.sort_by_key(|(by_other_words, _)| *by_other_words);
+    found.into_iter().map(|(_, entry)| entry).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn names(text: &str) -> Vec<&'static str> {
+        let name = |entry| match entry {
+            Entry::Command(info) => info.name,
+            Entry::Setting(setting) => setting.label,
+        };
+        matching(text).into_iter().map(name).collect()
+    }
+
     #[test]
     fn words_in_any_order_find_commands() {
-        let names = |text: &str| matching(text).map(|info| info.name).collect::<Vec<_>>();
         assert_eq!(names("turntable rec"), ["Record a turntable…"]);
-        assert_eq!(names("exposure").len(), 2);
         assert_eq!(names("").len(), COMMANDS.len());
         assert!(names("no such thing").is_empty());
+        assert_eq!(names("export statistics").len(), 0);
+        assert_eq!(names("solo"), ["Show only the selection"]);
+    }
+
+    #[test]
+    fn settings_are_found_and_names_come_first() {
+        let exposure = names("exposure");
+        assert_eq!(exposure[2], "Exposure (stops)", "{exposure:?}");
+        assert!(exposure[..2].iter().all(|name| name.contains("exposure")));
+        assert_eq!(names("exposure")[3..], ["False colour"]);
+        assert!(names("brightness").contains(&"Exposure (stops)"));
+        assert_eq!(names("bounces")[0], "Maximum depth");
     }
 }

@@ -44,7 +44,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
         ));
         rows.push(("Meshes, objects", format!("{}, {}", counts.meshes, scene.instances.len())));
         rows.push(("Materials, textures", format!("{}, {}", scene.materials.len(), scene.textures.len())));
-        rows.push(("Lights, pictures", format!("{}, {}", scene.lights.len(), counts.images)));
+        rows.push(("Lights, images", format!("{}, {}", scene.lights.len(), counts.images)));
     }
     table(ui, "speed", &rows);
     if !viewer.statistics.device.is_empty() {

@@ -1,12 +1,15 @@
 //! Recording sequences.
 
+use super::widgets::{count, number, section};
 use crate::viewer::{Command, For, Viewer};
-use egui::{DragValue, Ui};
+use egui::Ui;
 
 /// Shows it.
 pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
-    ui.separator();
-    ui.strong("Record a sequence");
+    section(ui, "Record a sequence", |ui| sequence(viewer, ui));
+}
+
+fn sequence(viewer: &mut Viewer, ui: &mut Ui) {
     let choice = &mut viewer.open.record;
     ui.horizontal_wrapped(|ui| {
         for (way, name) in [
@@ -17,14 +20,12 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
             ui.radio_value(&mut choice.way, way, name);
         }
     });
-    ui.horizontal(|ui| {
-        let name = ui.label("Frames");
-        ui.add(DragValue::new(&mut choice.frames).range(1..=100_000)).labelled_by(name.id);
-        let name = ui.label("per second");
-        ui.add(DragValue::new(&mut choice.fps).range(1.0..=240.0)).labelled_by(name.id);
-        let name = ui.label("spp");
-        ui.add(DragValue::new(&mut choice.spp).range(1..=1_000_000)).labelled_by(name.id);
-    });
+    let mut frames = choice.frames as u32;
+    if count(ui, "Frames", &mut frames, 1..=100_000) {
+        choice.frames = frames as usize;
+    }
+    number(ui, "Frames per second", &mut choice.fps, 0.1, 1.0..=240.0);
+    count(ui, "Samples per pixel of a sequence", &mut choice.spp, 1..=1_000_000);
     if viewer.recording.is_none() {
         if ui.button("Record…").clicked() {
             viewer.ask_for(For::Record);

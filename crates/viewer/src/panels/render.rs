@@ -1,7 +1,6 @@
 //! Back end, integrator, sampling, display and comparison.
 
-use super::tooltips;
-use super::widgets::{check, choice, count, number, slider};
+use super::widgets::{check, choice, count, number, section, slider, told};
 use crate::render_settings::RenderSettings;
 use crate::viewer::{Command, Comparison, Viewer};
 use crate::worker::Layer;
@@ -22,21 +21,18 @@ const MAPPERS: [(ToneMapper, &str); 6] = [
 
 /// Shows it.
 pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
-    backend(viewer, ui);
-    ui.separator();
+    section(ui, "Device", |ui| backend(viewer, ui));
     let mut settings = viewer.render.clone();
     let on_gpu = viewer.backend.name.starts_with("gpu");
-    transport(ui, "main", on_gpu, &mut settings);
+    section(ui, "Light transport", |ui| transport(ui, "main", on_gpu, &mut settings));
     // Frames choose their pixels themselves.
     if !matches!(settings.integrators.chosen(), Integrator::Realtime(_)) {
-        sampling(viewer, ui, &mut settings);
+        section(ui, "Adaptive sampling and noise", |ui| sampling(viewer, ui, &mut settings));
     }
-    size(viewer, ui, &mut settings);
+    section(ui, "Resolution", |ui| size(viewer, ui, &mut settings));
     viewer.render = settings;
-    ui.separator();
-    display(viewer, ui);
-    ui.separator();
-    comparison(viewer, ui);
+    section(ui, "Display", |ui| display(viewer, ui));
+    section(ui, "Compare", |ui| comparison(viewer, ui));
 }
 
 fn backend(viewer: &mut Viewer, ui: &mut Ui) {
@@ -65,7 +61,7 @@ fn backend(viewer: &mut Viewer, ui: &mut Ui) {
     if options != viewer.backend.options {
         viewer.switch_backend(RendererOptions { threads: viewer.backend.options.threads, ..options });
     }
-    ui.label(format!("{}: {}", viewer.backend.name, viewer.backend.device));
+    told(ui, "Active device", format!("{}: {}", viewer.backend.name, viewer.backend.device));
     if !viewer.backend.reason.is_empty() {
         ui.weak(&viewer.backend.reason);
     }
@@ -98,12 +94,8 @@ fn transport(ui: &mut Ui, salt: &str, on_gpu: bool, s: &mut RenderSettings) {
             Integrator::Path(p) => {
                 count(ui, "Maximum depth", &mut p.max_depth, 1..=1000);
                 count(ui, "Russian roulette: start depth", &mut p.roulette_start, 0..=1000);
-                slider(
-                    ui,
-                    "Russian roulette: minimum survival probability",
-                    &mut p.roulette_min_survival,
-                    0.01..=1.0,
-                );
+                let label = "Russian roulette: minimum survival probability";
+                slider(ui, label, &mut p.roulette_min_survival, 0.01..=1.0);
                 count(ui, "Splitting", &mut p.splitting, 1..=64);
             }
             // The others have ambient occlusion at most.
@@ -119,7 +111,7 @@ fn transport(ui: &mut Ui, salt: &str, on_gpu: bool, s: &mut RenderSettings) {
             }
         });
         count(ui, "Seed", &mut s.seed, 0..=u32::MAX);
-        tooltips::explain(ui.weak("No clamping"), "No clamping");
+        told(ui, "Clamping", "none");
     });
 }
 
@@ -198,7 +190,7 @@ fn sampling(viewer: &Viewer, ui: &mut Ui, s: &mut RenderSettings) {
     if let Some(noise) = &mut s.noise {
         number(ui, "Relative standard error", noise, 1e-4, 1e-4..=1.0);
         if let Some(now) = viewer.shot().and_then(|shot| shot.pass.noise) {
-            ui.label(format!("now {now:.4}"));
+            told(ui, "Current standard error", format!("{now:.4}"));
         }
     }
 }
@@ -222,7 +214,7 @@ fn denoiser(viewer: &mut Viewer, ui: &mut Ui) {
         });
     }
     if let Some(by) = viewer.shot().and_then(|shot| shot.pass.denoised_by.as_ref()) {
-        ui.weak(format!("denoised by {by}"));
+        told(ui, "Denoised by", by.as_str());
     }
 }
 
@@ -261,7 +253,7 @@ fn display(viewer: &mut Viewer, ui: &mut Ui) {
         viewer.shown.false_colour = has_false_colour.then_some(6.0);
     }
     if let Some(stops) = &mut viewer.shown.false_colour {
-        slider(ui, "Stops around middle grey", stops, 1.0..=16.0);
+        slider(ui, "False colour range (stops)", stops, 1.0..=16.0);
     }
     if ui.button("Reset display").clicked() {
         viewer.reset_tone();
@@ -270,7 +262,6 @@ fn display(viewer: &mut Viewer, ui: &mut Ui) {
 }
 
 fn comparison(viewer: &mut Viewer, ui: &mut Ui) {
-    ui.strong("Compare");
     ui.horizontal_wrapped(|ui| {
         for (name, command) in [
             ("Two settings", Command::CompareSettings),

@@ -1,13 +1,14 @@
 //! The open file and what was noticed while loading it.
 
+use super::widgets::check;
 use crate::viewer::{Command, Viewer};
 use alhazen::Severity;
 use egui::Ui;
 
 /// Shows it.
 pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
-    ui.checkbox(&mut viewer.settings.watch, "Reload when the file changes");
-    ui.checkbox(&mut viewer.settings.own_dialogs, "Alhazen's own file dialog");
+    check(ui, "Reload when the file changes", &mut viewer.settings.watch);
+    check(ui, "Built-in file dialog", &mut viewer.settings.own_dialogs);
     if ui.button("Reload").clicked() {
         viewer.run(Command::Reload, &ui.ctx().clone());
     }

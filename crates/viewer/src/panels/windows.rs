@@ -21,8 +21,9 @@ const MOUSE: [(&str, &str); 12] = [
 
 /// Mouse and keys.
 pub fn help(viewer: &mut Viewer, ctx: &Context) {
-    let mut open = viewer.open.help;
-    Window::new("Mouse and keys").open(&mut open).vscroll(true).show(ctx, |ui| {
+    let mut open = true;
+    let window = Window::new("Mouse and keys").open(&mut open).collapsible(false).vscroll(true);
+    window.anchor(Align2::CENTER_TOP, [0.0, 60.0]).default_height(480.0).show(ctx, |ui| {
         Grid::new("help").striped(true).show(ui, |ui| {
             for (what, does) in MOUSE {
                 ui.strong(what);
@@ -38,7 +39,9 @@ pub fn help(viewer: &mut Viewer, ctx: &Context) {
             }
         });
     });
-    viewer.open.help = open;
+    if !open {
+        viewer.open.close_overlays();
+    }
 }
 
 /// Folders that a question names.

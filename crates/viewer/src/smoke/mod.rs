@@ -5,10 +5,10 @@ mod latency;
 mod parse;
 mod rounds;
 
-pub use parse::{ScriptError, Step, parse};
+pub use parse::{STEPS, ScriptError, Step, parse, steps_help};
 
 use crate::navigation;
-use crate::viewer::{COMMANDS, Viewer};
+use crate::viewer::Viewer;
 use alhazen::edits::MaterialRecord;
 use alhazen::{Denoiser, RendererOptions, Source};
 use latency::Latency;
@@ -233,7 +233,8 @@ impl Run {
                 let at = viewer.place.min + egui::vec2(*x, *y) * viewer.place.size();
                 viewer.act(crate::viewer::Action::Pick(at));
             }
-            Step::Command(name) => self.run_command(step, name, viewer, ctx)?,
+            Step::Command(command) => viewer.run(*command, ctx),
+            Step::Find(text) => viewer.open.outliner.filter.clone_from(text),
             Step::Save(path) => viewer.save_scene(path),
             Step::Picture(path) => viewer.use_file(crate::viewer::For::Picture, path.clone()),
             Step::Compare(path) => viewer.compare_with_file(path),
@@ -249,19 +250,6 @@ impl Run {
             | Step::Rounds(_) => {}
         }
         Ok(None)
-    }
-
-    fn run_command(
-        &self,
-        step: &Step,
-        name: &str,
-        viewer: &mut Viewer,
-        ctx: &egui::Context,
-    ) -> Result<(), SmokeError> {
-        let info = COMMANDS.iter().find(|info| info.name == name);
-        let info = info.ok_or_else(|| self.error(step, "there is no such command"))?;
-        viewer.run(info.command, ctx);
-        Ok(())
     }
 
     /// Has the window captured, and says where in it the picture is.
@@ -352,14 +340,21 @@ impl Run {
         if elapsed < seconds {
             return false;
         }
-        let shot = viewer.shot().map_or((0, 0), |s| (s.linear.width(), s.linear.height()));
+        let shot = viewer.shot();
+        let made = shot.map_or((0, 0), |s| (s.linear.width(), s.linear.height()));
+        let [width, height] = shot.map_or([0, 0], |s| s.image.size);
         self.report.push(format!(
-            "orbit: {:.1} pictures/s of {}×{} pixels, {:.1} frames/s of the window",
+            "orbit: {:.1} pictures/s of {}×{} pixels, shown as {width}×{height}, {:.1} frames/s of the window",
             (pictures - memory.pictures) as f64 / elapsed,
-            shot.0,
-            shot.1,
+            made.0,
+            made.1,
             (self.frames - memory.frames) as f64 / elapsed
         ));
+        if let Some(pass) = shot.map(|s| &s.pass) {
+            let [render, show] = [pass.render, pass.show].map(|time| time.as_secs_f64() * 1e3);
+            let by = pass.denoised_by.as_deref().unwrap_or("nothing");
+            self.report.push(format!("last pass: {render:.1} ms, shown in {show:.1} ms, denoised by {by}"));
+        }
         self.report.extend(memory.latency.report());
         true
     }

@@ -1,6 +1,8 @@
-//! The text of scripts: a step a line, words separated by spaces; `#` begins a comment.
+//! The text of scripts: a step a line, words separated by spaces; `#` begins a comment. Upper and
+//! lower case are the same but in paths.
 
 use crate::panels::Tab;
+use crate::viewer::{COMMANDS, Command};
 use crate::worker::Layer;
 use alhazen::{BackendChoice, FrameView, Integrator};
 use std::path::PathBuf;
@@ -57,8 +59,10 @@ pub enum Step {
     Tab(Tab),
     /// `select X Y`: shares of the picture's size.
     Select(f32, f32),
+    /// `find TEXT`: in the tree of objects.
+    Find(String),
     /// `command NAME`: a command of the palette.
-    Command(String),
+    Command(Command),
     /// `save FILE`: the scene.
     Save(PathBuf),
     /// `picture FILE`: what was rendered.
@@ -111,76 +115,210 @@ pub fn parse(text: &str) -> Result<Vec<Step>, ScriptError> {
     steps.collect()
 }
 
+/// Steps as they are written, and what they do: the list that help and errors show.
+pub const STEPS: &[(&str, &str)] = &[
+    ("wait N", "until the picture has N samples per pixel"),
+    ("frames N", "N frames of the window"),
+    ("open NAME", "load a file or a built-in scene"),
+    ("drop FILE", "drop a file onto the window"),
+    ("reload", "load the open file again"),
+    ("error", "wait for an error and dismiss it"),
+    ("resize WIDTH HEIGHT", "resize the window, pixels"),
+    ("backend NAME", "what renders"),
+    ("integrator NAME", "how light is computed"),
+    ("spp N", "samples per pixel after which the picture is done"),
+    ("denoise on|off", "take the noise out of pictures, or not"),
+    ("show VIEW", "the displayed buffer of real-time frames"),
+    ("filter on|off", "the filter of real-time frames"),
+    ("material ID KEY VALUE", "change a number of a material"),
+    ("select X Y", "click into the picture, in shares of its size"),
+    ("find TEXT", "type into the search of the objects"),
+    ("command NAME", "run a command of the palette"),
+    ("choose FILE", "answer the window's own file dialog"),
+    ("tab NAME", "open a page"),
+    ("layer NAME", "show a layer"),
+    ("moment FRAME", "go to a frame of the scene's time"),
+    ("fps N", "frames per second of the scene's time"),
+    ("clip NAME", "what is played"),
+    ("play SECONDS", "let time pass, and measure"),
+    ("save FILE", "write the scene"),
+    ("picture FILE", "write what was rendered"),
+    ("screenshot FILE", "write what the window shows"),
+    ("compare FILE", "compare with a picture"),
+    ("record FILE FRAMES SPP", "record a turntable"),
+    ("orbit SECONDS", "turn the camera, and measure"),
+    ("restarts N", "begin the picture anew N times, and measure memory"),
+    ("rounds SECONDS", "all steps before it again and again, and measure what is left behind"),
+];
+
+/// [`STEPS`] as text, a step a line.
+pub fn steps_help() -> String {
+    let line = |(step, does): &(&str, &str)| format!("  {step:<24}{does}\n");
+    STEPS.iter().map(line).collect()
+}
+
+/// The verb of a step, as it is listed.
+fn verb_of(step: &str) -> &str {
+    step.split(' ').next().unwrap_or(step)
+}
+
+/// Reads a step. Names are the same in upper and lower case.
 fn step(line: &str) -> Result<Step, String> {
     let (verb, rest) = line.split_once(' ').map_or((line, ""), |(verb, rest)| (verb, rest.trim()));
-    let words: Vec<&str> = rest.split_whitespace().collect();
-    let word = |i: usize| words.get(i).copied().ok_or(format!("`{verb}` needs more words"));
-    fn number<T: std::str::FromStr>(word: &str) -> Result<T, String> {
+    let words = Words { verb: &verb.to_lowercase(), rest };
+    if let Some(step) = picture_step(&words)? {
+        return Ok(step);
+    }
+    if let Some(step) = scene_step(&words)? {
+        return Ok(step);
+    }
+    let known: Vec<&str> = STEPS.iter().map(|(step, _)| verb_of(step)).collect();
+    Err(format!("there is no step `{verb}`{}; steps are {}", nearest(verb, &known), known.join(", ")))
+}
+
+/// The words of a step.
+struct Words<'w> {
+    verb: &'w str,
+    rest: &'w str,
+}
+
+impl<'w> Words<'w> {
+    fn word(&self, i: usize) -> Result<&'w str, String> {
+        let syntax = STEPS.iter().find(|(step, _)| verb_of(step) == self.verb).map_or("", |(step, _)| step);
+        self.rest.split_whitespace().nth(i).ok_or(format!("`{}` needs more words: {syntax}", self.verb))
+    }
+
+    fn number<T: std::str::FromStr>(&self, i: usize) -> Result<T, String> {
+        let word = self.word(i)?;
         word.parse().map_err(|_| format!("`{word}` is not such a number"))
     }
-    // Names and paths may have spaces.
-    let all = || if rest.is_empty() { Err(format!("`{verb}` needs a name")) } else { Ok(rest) };
-    Ok(match verb {
-        "wait" => Step::Wait(number(word(0)?)?),
-        "frames" => Step::Frames(number(word(0)?)?),
-        "resize" => Step::Resize(number(word(0)?)?, number(word(1)?)?),
-        "backend" => Step::Backend(all()?.parse().map_err(|e: alhazen::UnknownBackend| e.to_string())?),
+
+    /// A name or a path, which may have spaces.
+    fn all(&self) -> Result<&'w str, String> {
+        if self.rest.is_empty() { Err(format!("`{}` needs a name", self.verb)) } else { Ok(self.rest) }
+    }
+
+    fn switch(&self) -> Result<bool, String> {
+        match self.all()?.to_lowercase().as_str() {
+            "on" => Ok(true),
+            "off" => Ok(false),
+            _ => Err(format!("`{}` is `on` or `off`", self.verb)),
+        }
+    }
+
+    /// One of several things, by its name.
+    fn one_of<T>(&self, all: impl IntoIterator<Item = (String, T)>) -> Result<T, String> {
+        let name = self.all()?;
+        let mut known = Vec::new();
+        for (other, thing) in all {
+            if other.eq_ignore_ascii_case(name) {
+                return Ok(thing);
+            }
+            known.push(other);
+        }
+        let known: Vec<&str> = known.iter().map(String::as_str).collect();
+        let near = nearest(name, &known);
+        Err(format!("there is no {} `{name}`{near}; there are {}", self.verb, known.join(", ")))
+    }
+}
+
+/// Steps that say what is rendered and shown.
+fn picture_step(w: &Words<'_>) -> Result<Option<Step>, String> {
+    Ok(Some(match w.verb {
+        "wait" => Step::Wait(w.number(0)?),
+        "frames" => Step::Frames(w.number(0)?),
+        "resize" => Step::Resize(w.number(0)?, w.number(1)?),
+        "backend" => {
+            let name = w.all()?.to_lowercase();
+            Step::Backend(name.parse().map_err(|e: alhazen::UnknownBackend| e.to_string())?)
+        }
         "integrator" => {
             let names = Integrator::all().map(|integrator| integrator.name());
-            let named = names.into_iter().find(|name| *name == rest);
-            Step::Integrator(named.ok_or_else(|| format!("integrators are {}", names.join(", ")))?)
+            Step::Integrator(w.one_of(names.map(|name| (name.to_owned(), name)))?)
         }
-        "show" => Step::Show(all()?.parse().map_err(|e: alhazen::UnknownFrameView| e.to_string())?),
-        "filter" => match all()? {
-            "on" => Step::Filter(true),
-            "off" => Step::Filter(false),
-            _ => return Err("the filter is `on` or `off`".into()),
-        },
-        "denoise" => match all()? {
-            "on" => Step::Denoise(true),
-            "off" => Step::Denoise(false),
-            _ => return Err("denoising is `on` or `off`".into()),
-        },
-        "moment" => Step::Moment(number(word(0)?)?),
-        "play" => Step::Play(number(word(0)?)?),
-        "fps" => match number(word(0)?)? {
+        "show" => {
+            let name = w.all()?.to_lowercase();
+            Step::Show(name.parse().map_err(|e: alhazen::UnknownFrameView| e.to_string())?)
+        }
+        "filter" => Step::Filter(w.switch()?),
+        "denoise" => Step::Denoise(w.switch()?),
+        "moment" => Step::Moment(w.number(0)?),
+        "play" => Step::Play(w.number(0)?),
+        "fps" => match w.number(0)? {
             fps if fps > 0.0 && f32::is_finite(fps) => Step::Fps(fps),
             fps => return Err(format!("{fps} frames a second are not possible")),
         },
-        "clip" => Step::Clip(all()?.to_owned()),
-        "spp" => Step::Spp(number(word(0)?)?),
+        "clip" => Step::Clip(w.all()?.to_owned()),
+        "spp" => Step::Spp(w.number(0)?),
+        "layer" => Step::Layer(w.one_of(Layer::all().map(|layer| (layer.name().to_owned(), layer)))?),
+        "compare" => Step::Compare(w.all()?.into()),
+        "orbit" => Step::Orbit(w.number(0)?),
+        "restarts" => Step::Restarts(w.number(0)?),
+        "rounds" => Step::Rounds(w.number(0)?),
+        _ => return Ok(None),
+    }))
+}
+
+/// Steps that open, change and write.
+fn scene_step(w: &Words<'_>) -> Result<Option<Step>, String> {
+    Ok(Some(match w.verb {
         "material" => {
-            Step::Material { id: number(word(0)?)?, key: word(1)?.to_owned(), value: number(word(2)?)? }
+            let key = w.word(1)?.to_lowercase();
+            Step::Material { id: w.number(0)?, key, value: w.number(2)? }
         }
-        "open" => Step::Open(all()?.to_owned()),
-        "drop" => Step::Drop(all()?.into()),
+        "open" => Step::Open(w.all()?.to_owned()),
+        "drop" => Step::Drop(w.all()?.into()),
         "reload" => Step::Reload,
         "error" => Step::Error,
-        "layer" => {
-            let name = all()?;
-            let layer = Layer::all().find(|l| l.name().eq_ignore_ascii_case(name));
-            let known = || Layer::all().map(|l| l.name().to_owned()).collect::<Vec<_>>().join(", ");
-            Step::Layer(layer.ok_or_else(|| format!("there is no layer `{name}`, but {}", known()))?)
+        "tab" => Step::Tab(w.one_of(Tab::ALL.map(|tab| (tab.name().to_owned(), tab)))?),
+        "select" => Step::Select(w.number(0)?, w.number(1)?),
+        "find" => Step::Find(w.all()?.to_owned()),
+        "command" => {
+            let names = COMMANDS.iter().map(|info| (info.name.to_owned(), info.command));
+            let plain = names.clone().map(|(name, command)| (name.replace('…', ""), command));
+            let text = w.all()?;
+            let found = plain.into_iter().find(|(name, _)| name.eq_ignore_ascii_case(text));
+            Step::Command(found.map_or_else(|| w.one_of(names), |(_, command)| Ok(command))?)
         }
-        "tab" => {
-            let name = all()?;
-            let tab = Tab::ALL.into_iter().find(|t| t.name().eq_ignore_ascii_case(name));
-            let known = || Tab::ALL.map(Tab::name).join(", ");
-            Step::Tab(tab.ok_or_else(|| format!("there is no tab `{name}`, but {}", known()))?)
+        "save" => Step::Save(w.all()?.into()),
+        "picture" => Step::Picture(w.all()?.into()),
+        "choose" => Step::Choose(w.all()?.into()),
+        "record" => Step::Record { path: w.word(0)?.into(), frames: w.number(1)?, spp: w.number(2)? },
+        "screenshot" => Step::Screenshot(w.all()?.into()),
+        _ => return Ok(None),
+    }))
+}
+
+/// Those of `known` that somebody may have meant, as a half sentence; empty if there are none.
+fn nearest(name: &str, known: &[&str]) -> String {
+    let name = name.to_lowercase();
+    let mut near: Vec<(usize, &str)> = Vec::new();
+    for other in known {
+        let lower = other.to_lowercase();
+        let begins = lower.starts_with(&name) || name.starts_with(&lower);
+        let distance = if begins { 1 } else { edit_distance(&name, &lower) };
+        if distance <= 1 + name.chars().count() / 3 {
+            near.push((distance, other));
         }
-        "select" => Step::Select(number(word(0)?)?, number(word(1)?)?),
-        "command" => Step::Command(all()?.to_owned()),
-        "save" => Step::Save(all()?.into()),
-        "picture" => Step::Picture(all()?.into()),
-        "choose" => Step::Choose(all()?.into()),
-        "compare" => Step::Compare(all()?.into()),
-        "record" => Step::Record { path: word(0)?.into(), frames: number(word(1)?)?, spp: number(word(2)?)? },
-        "screenshot" => Step::Screenshot(all()?.into()),
-        "orbit" => Step::Orbit(number(word(0)?)?),
-        "restarts" => Step::Restarts(number(word(0)?)?),
-        "rounds" => Step::Rounds(number(word(0)?)?),
-        _ => return Err(format!("there is no step `{verb}`")),
-    })
+    }
+    near.sort_by_key(|(distance, _)| *distance);
+    let names: Vec<String> = near.iter().take(3).map(|(_, name)| format!("`{name}`")).collect();
+    if names.is_empty() { String::new() } else { format!(", but {}", names.join(", ")) }
+}
+
+/// How many letters have to be added, left out or changed (Levenshtein 1966).
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, from) in a.chars().enumerate() {
+        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
+        for (j, to) in b.iter().enumerate() {
+            let changed = diagonal + usize::from(from != *to);
+            diagonal = row[j + 1];
+            row[j + 1] = changed.min(diagonal + 1).min(row[j] + 1);
+        }
+    }
+    row[b.len()]
 }
 
 #[cfg(test)]
@@ -222,12 +360,54 @@ mod tests {
     }
 
     #[test]
+    fn upper_and_lower_case_are_the_same() {
+        let text = "TAB objects\nBackend CPU\nIntegrator PATH\nDenoise OFF\nlayer Albedo\n\
+                    command all commands\nCommand save the scene AS…\nMaterial 1 Roughness 0.5\n";
+        let expected = [
+            Step::Tab(Tab::Objects),
+            Step::Backend(BackendChoice::Cpu),
+            Step::Integrator("path"),
+            Step::Denoise(false),
+            Step::Layer(Layer::Aov(alhazen::Aov::Albedo)),
+            Step::Command(Command::Palette),
+            Step::Command(Command::SaveAs),
+            Step::Material { id: 1, key: "roughness".into(), value: 0.5 },
+        ];
+        assert_eq!(parse(text).unwrap_or_else(|e| panic!("{e}")), expected);
+    }
+
+    #[test]
+    fn every_step_is_listed_as_it_is_read() {
+        for (syntax, does) in STEPS {
+            let argument = |word: &str| match word {
+                "NAME" if syntax.starts_with("backend") => "cpu".to_owned(),
+                "NAME" if syntax.starts_with("integrator") => "path".to_owned(),
+                "NAME" if syntax.starts_with("tab") => "Sky".to_owned(),
+                "NAME" if syntax.starts_with("layer") => "picture".to_owned(),
+                "NAME" if syntax.starts_with("command") => "Undo".to_owned(),
+                "VIEW" => "mask".to_owned(),
+                "on|off" => "on".to_owned(),
+                word if word == word.to_uppercase() => "1".to_owned(),
+                word => word.to_owned(),
+            };
+            let line = syntax.split(' ').map(argument).collect::<Vec<_>>().join(" ");
+            assert_eq!(parse(&line).map(|steps| steps.len()), Ok(1), "{line}");
+            assert!(steps_help().contains(&format!("{syntax} ")) && !does.is_empty());
+        }
+    }
+
+    #[test]
     fn errors_name_the_line() {
         for (text, part) in [
             ("wait\n", "more words"),
             ("wait x", "`x`"),
             ("fly", "no step `fly`"),
+            ("fly", "steps are wait, frames, open"),
+            ("tabb objects", "but `tab`"),
+            ("screensho x.png", "but `screenshot`"),
+            ("tab object", "no tab `object`, but `Objects`"),
             ("layer x", "no layer"),
+            ("command Dulpicate the object", "but `Duplicate the object`"),
             ("fps 0", "not possible"),
             ("backend x", "unknown back end"),
             ("show x", "unknown view"),

@@ -4,11 +4,12 @@ use super::commands::{COMMANDS, Command};
 use super::dialogs::For;
 use super::state::{Selection, Viewer};
 use crate::navigation;
+use crate::panels::Overlay;
 use crate::queries::Purpose;
 use crate::worker::{Layer, Message, Recording};
 use alhazen::edits::{Addition, EnvironmentRecord, Resources};
-use alhazen::{Camera, Job, Light, LightKind, LoadReport};
-use egui::Pos2;
+use alhazen::{Camera, Job, Light, LightKind, LoadReport, MaterialId, TextureSlot};
+use egui::{Key, KeyboardShortcut, Pos2};
 use std::path::{Path, PathBuf};
 
 /// What a click into the picture means.
@@ -20,6 +21,19 @@ pub enum Action {
     FocusOn(Pos2),
     /// Bring what is there into the lens's focus.
     FocusLens(Pos2),
+}
+
+/// What lies over everything else.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Top {
+    /// Errors that the user has not dismissed.
+    Errors,
+    /// Whether a scene may read files elsewhere.
+    Question,
+    /// The file dialog.
+    Browser,
+    /// What a command has opened.
+    Overlay(Overlay),
 }
 
 impl Viewer {
@@ -34,23 +48,56 @@ impl Viewer {
 
     /// Does what the keys of this frame say.
     pub fn take_keys(&mut self, ctx: &egui::Context) {
-        // Menus and dialogs take their keys themselves, Escape among them.
-        if ctx.egui_wants_keyboard_input() || egui::Popup::is_any_open(ctx) || self.browser.is_some() {
+        // Menus and the file dialog take their keys themselves, Escape among them.
+        let types = ctx.egui_wants_keyboard_input() && !self.open.outliner.has_focus;
+        let typed = std::mem::replace(&mut self.typed, types || self.open.outliner.has_focus);
+        if types || egui::Popup::is_any_open(ctx) || self.top() == Some(Top::Browser) {
             return;
         }
-        let pressed = COMMANDS
-            .iter()
-            .filter(|info| info.keys.is_some_and(|keys| ctx.input_mut(|i| i.consume_shortcut(&keys))));
+        // What ends typing ends nothing else.
+        if typed && self.top().is_none() && ctx.input(|i| i.key_pressed(Key::Escape)) {
+            return;
+        }
+        // The tree of objects has another use for this key.
+        let of_tree =
+            |keys: &KeyboardShortcut| self.open.outliner.has_focus && keys.logical_key == Key::Space;
+        let pressed = COMMANDS.iter().filter(|info| {
+            let keys = info.keys.filter(|keys| !of_tree(keys));
+            keys.is_some_and(|keys| ctx.input_mut(|i| i.consume_shortcut(&keys)))
+        });
         for info in pressed.collect::<Vec<_>>() {
             self.run(info.command, ctx);
         }
     }
 
-    /// Closes what lies over the picture; ends the selection where nothing does.
-    fn close_top(&mut self) {
-        if !self.open.close_overlays() {
-            self.selection = None;
+    /// What lies over everything else. Only this is shown.
+    pub fn top(&self) -> Option<Top> {
+        if self.notices.iter().any(|notice| notice.is_error) {
+            Some(Top::Errors)
+        } else if self.elsewhere.is_some() {
+            Some(Top::Question)
+        } else if self.browser.is_some() {
+            Some(Top::Browser)
+        } else {
+            self.open.overlay.map(Top::Overlay)
         }
+    }
+
+    /// Closes what lies over everything else; ends the selection where nothing does.
+    fn close_top(&mut self) {
+        match self.top() {
+            Some(Top::Errors) => self.notices.retain(|notice| !notice.is_error),
+            Some(Top::Question) => self.answer_elsewhere(false),
+            Some(Top::Browser) => self.browser = None,
+            Some(Top::Overlay(_)) => drop(self.open.close_overlays()),
+            None => (self.selection, self.open.outliner.cursor) = (None, None),
+        }
+    }
+
+    /// Opens or closes a window over the picture. A file dialog that is open gives way.
+    fn toggle(&mut self, overlay: Overlay) {
+        self.browser = None;
+        self.open.toggle(overlay);
     }
 
     /// Does what a command says.
@@ -69,6 +116,9 @@ impl Viewer {
             Command::Duplicate => self.duplicate(),
             Command::Delete => self.delete(),
             Command::Hide => self.hide(),
+            Command::ShowAll => self.show_all(),
+            Command::Isolate => self.isolate(),
+            Command::Rename => self.begin_renaming(),
             Command::AddModel => self.ask_for(For::Model),
             Command::AddLamp => self.add_lamp(),
             Command::AddPointLight => self.add_point_light(),
@@ -87,8 +137,8 @@ impl Viewer {
             Command::ResetZoom => self.zoom = Default::default(),
             Command::FullScreen => self.full_screen = !self.full_screen,
             Command::SidePanel => self.open.side = !self.open.side,
-            Command::Palette => (self.open.palette, self.open.help) = (!self.open.palette, false),
-            Command::Help => (self.open.help, self.open.palette) = (!self.open.help, false),
+            Command::Palette => self.toggle(Overlay::Palette),
+            Command::Help => self.toggle(Overlay::Help),
             Command::Pause => {
                 self.paused = !self.paused;
                 self.tell(Message::Pause(self.paused));
@@ -150,12 +200,7 @@ impl Viewer {
     }
 
     fn frame(&mut self) {
-        let Some(document) = &self.document else { return };
-        let bounds = match self.selection {
-            Some(selection) => document.bounds_of(selection.object),
-            None => document.scene().bounds(),
-        };
-        if let Some((low, high)) = bounds {
+        if let Some((low, high)) = self.bounds_of_chosen() {
             self.steer(|c| navigation::frame(c, low, high));
         }
     }
@@ -180,16 +225,18 @@ impl Viewer {
     }
 
     fn delete(&mut self) {
-        if let Some(selection) = self.selection.take() {
-            self.edit("delete", |edits| edits.object(selection.object).removed = true);
-        }
+        let objects = self.chosen_objects();
+        (self.selection, self.open.outliner.cursor) = (None, None);
+        self.edit("delete", |edits| {
+            objects.into_iter().for_each(|object| edits.object(object).removed = true);
+        });
     }
 
     fn hide(&mut self) {
-        let (Some(selection), Some(document)) = (self.selection, &self.document) else { return };
-        let Some(instance) = document.scene().instances.get(selection.object as usize) else { return };
-        let visible = !instance.visible;
-        self.edit("hide", |edits| edits.object(selection.object).visible = Some(visible));
+        match self.chosen() {
+            Some(item) => self.switch(item),
+            None => self.notice("select an object or a group to hide it", false),
+        }
     }
 
     /// A lamp a tenth as large as the scene, above what the camera looks at.
@@ -251,6 +298,20 @@ impl Viewer {
         self.edit("environment", |edits| {
             edits.environment = Some(EnvironmentRecord::File { file, rotation: 0.0, intensity: 1.0 });
         });
+        report.notes.iter().for_each(|note| self.notice(note.to_string(), false));
+    }
+
+    pub(super) fn take_picture(
+        &mut self,
+        file: PathBuf,
+        material: MaterialId,
+        slot: TextureSlot,
+        resources: Resources,
+        report: &LoadReport,
+    ) {
+        let Some(document) = &mut self.document else { return };
+        document.add_resources(resources);
+        self.edit("replace texture", |edits| edits.slot(material, slot).file = Some(file));
         report.notes.iter().for_each(|note| self.notice(note.to_string(), false));
     }
 

@@ -19,7 +19,10 @@ pub enum Command {
     Redo,
     Duplicate,
     Delete,
+    ShowAll,
     Hide,
+    Isolate,
+    Rename,
     AddModel,
     AddLamp,
     AddPointLight,
@@ -83,6 +86,10 @@ const fn command(key: Key) -> Option<KeyboardShortcut> {
     Some(KeyboardShortcut::new(Modifiers::COMMAND, key))
 }
 
+const fn alt(key: Key) -> Option<KeyboardShortcut> {
+    Some(KeyboardShortcut::new(Modifiers::ALT, key))
+}
+
 const fn shift_command(key: Key) -> Option<KeyboardShortcut> {
     Some(KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), key))
 }
@@ -104,8 +111,11 @@ pub const COMMANDS: &[CommandInfo] = &[
     info(Command::Redo, "Redo", shift_command(Key::Z)),
     info(Command::Undo, "Undo", command(Key::Z)),
     info(Command::Duplicate, "Duplicate the object", command(Key::D)),
-    info(Command::Delete, "Delete the object", key(Key::Delete)),
-    info(Command::Hide, "Hide or show the object", key(Key::H)),
+    info(Command::Delete, "Delete the selection", key(Key::Delete)),
+    info(Command::ShowAll, "Show all objects", alt(Key::H)),
+    info(Command::Hide, "Hide or show the selection", key(Key::H)),
+    info(Command::Isolate, "Show only the selection", key(Key::Slash)),
+    info(Command::Rename, "Rename the selection", key(Key::F2)),
     info(Command::AddModel, "Add a model…", None),
     info(Command::AddLamp, "Add a sphere light", None),
     info(Command::AddPointLight, "Add a point light", None),

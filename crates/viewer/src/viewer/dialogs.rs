@@ -2,6 +2,7 @@
 //! ([`crate::browser`]). Nothing waits for them.
 
 use crate::browser::Request;
+use alhazen::{MaterialId, TextureSlot};
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::{Duration, Instant};
@@ -15,6 +16,8 @@ pub enum For {
     Model,
     /// A picture to put around the scene.
     Environment,
+    /// A picture for a texture slot of a material.
+    Texture(MaterialId, TextureSlot),
     /// A picture to compare with.
     Compare,
     /// The scene is written there.
@@ -33,6 +36,8 @@ impl For {
     /// What the user is asked for.
     pub fn request(self) -> Request {
         const SCENES: &[&str] = &["obj", "gltf", "glb", "pbrt", "ply", "stl", "toml"];
+        const TEXTURES: &[&str] =
+            &["png", "jpg", "jpeg", "webp", "tga", "bmp", "gif", "dds", "ktx2", "exr", "hdr"];
         const PICTURES: &[&str] = &["exr", "png", "hdr"];
         let reads = |title, kind, endings| Request { title, kind, endings, saves_as: None };
         let saves =
@@ -41,6 +46,7 @@ impl For {
             Self::Open => reads("Open a scene", "Scenes", SCENES),
             Self::Model => reads("Add a model", "Scenes", SCENES),
             Self::Environment => reads("Open an environment", "Panoramas", &["hdr", "exr"]),
+            Self::Texture(..) => reads("Choose a picture for the texture", "Pictures", TEXTURES),
             Self::Compare => reads("Compare with a picture", "Pictures", PICTURES),
             Self::Save => saves("Save the scene", "Scene files", &["toml"], "scene.toml"),
             Self::Screenshot => saves("Save a screenshot", "PNG", &["png"], "screenshot.png"),

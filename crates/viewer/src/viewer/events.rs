@@ -33,6 +33,9 @@ impl Viewer {
             (loading::Job::Model(file), Ok(Loaded::Resources(resources, report))) => {
                 self.take_model(&file, resources, &report);
             }
+            (loading::Job::Picture(file, material, slot), Ok(Loaded::Resources(resources, report))) => {
+                self.take_picture(file, material, slot, resources, &report);
+            }
             (loading::Job::Environment(file), Ok(Loaded::Resources(resources, report))) => {
                 self.take_environment(&file, resources, &report);
             }
@@ -126,7 +129,9 @@ impl Viewer {
         }
         self.shots_seen += 1;
         let side = shot.side;
-        let options = self.texture_options();
+        // Small pictures are no pixels to look at.
+        let smooth = egui::TextureOptions::LINEAR;
+        let options = if shot.preview { smooth } else { self.texture_options() };
         match &mut self.textures[side] {
             Some(texture) => texture.set(shot.image.clone(), options),
             none => *none = Some(ctx.load_texture(format!("picture {side}"), shot.image.clone(), options)),

@@ -62,6 +62,7 @@ impl Viewer {
             For::Open => self.open_source(Source::parse_file(&path)),
             For::Model => self.load(loading::Job::Model(path)),
             For::Environment => self.load(loading::Job::Environment(path)),
+            For::Texture(material, slot) => self.load(loading::Job::Picture(path, material, slot)),
             For::Compare => self.compare_with_file(&path),
             For::Save => self.save_scene(&path),
             For::Screenshot => self.capture_to = Some(path),

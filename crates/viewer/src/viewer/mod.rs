@@ -12,8 +12,9 @@ mod first;
 mod paint;
 mod state;
 mod time;
+mod tree;
 
-pub use actions::Action;
+pub use actions::{Action, Top};
 pub use commands::{COMMANDS, Command, CommandInfo};
 pub use compare::Comparison;
 pub use dialogs::{Dialog, For};
@@ -102,6 +103,7 @@ impl Viewer {
     pub fn tick(&mut self, ctx: &egui::Context, time: f64) {
         let dt = (time - self.time).clamp(0.0, 0.2) as f32;
         self.time = time;
+        self.follow_pointer(ctx);
         self.take_loaded();
         while let Some(event) = self.worker.next_event() {
             self.take_event(event);
@@ -126,6 +128,15 @@ impl Viewer {
         }
         self.pass_time(ctx, dt);
         self.send_wishes(ctx);
+    }
+
+    /// Tells drags apart: each begins when a button is pressed, and its last change comes when it is
+    /// let go.
+    fn follow_pointer(&mut self, ctx: &egui::Context) {
+        let (pressed, held, released) =
+            ctx.input(|i| (i.pointer.any_pressed(), i.pointer.any_down(), i.pointer.any_released()));
+        self.gestures += u64::from(pressed);
+        self.gesture = (held || released).then_some(self.gestures);
     }
 
     /// Asks for the picture that is wanted now. Called after input as well, so that none waits for the next frame.
@@ -183,6 +194,7 @@ impl Viewer {
     /// Changes the scene; impossible changes are refused with a notice. See [`crate::history::History::change`].
     pub fn edit(&mut self, what: &str, change: impl FnOnce(&mut Edits)) {
         let Some(document) = &mut self.document else { return };
+        document.set_gesture(self.gesture);
         let before = document.edits().clone();
         if let Err(error) = document.edit(what, self.time, change) {
             self.notice(full_text(&error), true);

@@ -139,6 +139,11 @@ pub struct Viewer {
     pub(super) outline: Option<(Question, Outline, Option<egui::TextureHandle>)>,
     pub(super) asked_outline: Option<(Question, u64)>,
     pub(super) edit_count: u64,
+    /// How many drags there were, and the one that goes on.
+    pub(super) gestures: u64,
+    pub(super) gesture: Option<u64>,
+    /// Whether keys went to a field in the frame before.
+    pub(super) typed: bool,
     pub(super) room: [u32; 2],
     pub(super) worker: Worker,
     pub(super) queries: Queries,
@@ -220,6 +225,9 @@ impl Viewer {
             outline: None,
             asked_outline: None,
             edit_count: 0,
+            gestures: 0,
+            gesture: None,
+            typed: false,
             room: [640, 360],
             worker,
             queries,
@@ -284,6 +292,11 @@ impl Viewer {
     /// Which of the scenes that were opened is open.
     pub fn generation(&self) -> u64 {
         self.generation
+    }
+
+    /// How often the scene was changed.
+    pub fn edit_count(&self) -> u64 {
+        self.edit_count
     }
 
     /// How many pictures the render thread has sent so far.

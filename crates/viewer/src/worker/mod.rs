@@ -7,6 +7,7 @@ mod pace;
 mod recording;
 mod show;
 mod thread;
+mod upscale;
 
 pub use pace::Pace;
 pub use recording::Recording;
@@ -153,7 +154,7 @@ pub enum Event {
 /// A picture as it is so far.
 #[derive(Clone)]
 pub struct Shot {
-    /// Display values.
+    /// Display values. Small pictures of a moving camera are enlarged.
     pub image: Arc<egui::ColorImage>,
     /// What is shown before exposure and curve: linear radiance, or the values of a layer. Three channels.
     pub linear: Arc<alhazen::Image>,

@@ -11,8 +11,10 @@ const GPU_FRAME: Duration = Duration::from_millis(12);
 const RESTING_PASS: Duration = Duration::from_millis(120);
 /// A picture of a resting camera whose first pass would take longer than this begins with a small one.
 const PATIENCE: Duration = Duration::from_millis(200);
-/// The smallest pictures have this share of the full width.
-const LEAST_SCALE: f32 = 1.0 / 16.0;
+/// The smallest pictures have so many pixels: 160 × 90, a third of 480 × 270 along each side. In smaller
+/// ones what is a fortieth of the picture has less than four pixels, and neither the denoiser nor a
+/// viewer can tell it from noise. Slow machines then show fewer pictures a second.
+const LEAST_PIXELS: f32 = 160.0 * 90.0;
 /// Before anything is known, pictures have this share of the full width.
 const FIRST_SCALE: f32 = 0.25;
 /// Weight of the newest measurement.
@@ -62,7 +64,8 @@ impl Pace {
     pub fn moving_scale(&mut self, pixels: u64) -> f32 {
         let Some(rate) = self.moving.or(self.resting) else { return FIRST_SCALE };
         let affordable = rate * self.frame.as_secs_f64();
-        let target = ((affordable / pixels.max(1) as f64).sqrt() as f32).clamp(LEAST_SCALE, 1.0);
+        let least = (LEAST_PIXELS / pixels.max(1) as f32).sqrt().min(1.0);
+        let target = ((affordable / pixels.max(1) as f64).sqrt() as f32).clamp(least, 1.0);
         let scale = match self.scale {
             Some(old) if target > old * 0.85 && target < old * 1.2 => old,
             _ => target,
@@ -110,7 +113,8 @@ mod tests {
         for _ in 0..60 {
             pace.record(true, 10, Duration::from_millis(33));
         }
-        assert_eq!(pace.moving_scale(MILLION), LEAST_SCALE);
+        assert_eq!(pace.moving_scale(MILLION), 0.12, "160 × 90 pixels");
+        assert_eq!(Pace { scale: None, ..pace.clone() }.moving_scale(4096), 1.0, "all of a small picture");
         let mut on_gpu = Pace::new(true);
         on_gpu.record(true, 300_000, Duration::from_millis(100));
         // 36,000 samples in 12 ms.

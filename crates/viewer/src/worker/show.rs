@@ -63,11 +63,13 @@ impl Layer {
         }
     }
 
-    /// Whether it is a property of the first hit, for which no light has to be transported.
+    /// Whether it is a property of the first hit, for which no light has to be transported. What guides denoisers is found by paths.
     pub fn is_geometric(self) -> bool {
         match self {
             Self::Picture | Self::Noise => false,
-            Self::Aov(aov) => !matches!(aov, Aov::SampleCount | Aov::StandardError),
+            Self::Aov(aov) => {
+                !matches!(aov, Aov::SampleCount | Aov::StandardError) && !aov.guides_denoisers()
+            }
         }
     }
 }

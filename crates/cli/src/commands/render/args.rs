@@ -265,16 +265,16 @@ pub struct RenderArgs {
     pub(super) profile: Option<PathBuf>,
     /// Number of threads [default: all cores].
     #[arg(long, help_heading = "Running", value_parser = parse_threads)]
-    pub(super) threads: Option<usize>,
+    pub threads: Option<usize>,
     /// Fail, with the picture written, if more than this share of the samples were NaN or infinite.
     #[arg(long, help_heading = "Running", value_name = "SHARE", default_value_t = 0.01, value_parser = parse_fraction)]
     pub(super) max_invalid: f64,
     /// No progress, no report.
     #[arg(short, long, help_heading = "Running")]
-    pub(super) quiet: bool,
+    pub quiet: bool,
     /// Print what was measured as JSON to stdout.
     #[arg(long, help_heading = "Running")]
-    pub(super) json: bool,
+    pub json: bool,
 }
 
 /// Names of integrators, with what each does.

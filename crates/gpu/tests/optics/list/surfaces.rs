@@ -106,6 +106,7 @@ functions! {
     lobes::layered_transmits(b: layered) within EXACT;
     lobes::layered_reflected_share(b: layered) within ROUNDING;
     lobes::layered_reflects(b: layered) within EXACT;
+    lobes::layered_is_sharp(b: layered) within EXACT;
     lobes::layered_without_diffuse(b: layered) within ROUNDING;
     lobes::layered_eval(b: layered, wo: upper, wi: direction) within GRAZING;
     lobes::lobes_above(b: layered, wo: upper, wi: upper) within GRAZING;
@@ -124,6 +125,7 @@ functions! {
     bsdf::bsdf_has_lobes(b: bsdf) within EXACT;
     bsdf::bsdf_transmits(b: bsdf) within EXACT;
     bsdf::bsdf_is_delta(b: bsdf) within EXACT;
+    bsdf::bsdf_is_sharp(b: bsdf) within EXACT;
     bsdf::bsdf_scatters(b: bsdf) within EXACT;
     bsdf::bsdf_diffuse_albedo(b: bsdf) within ROUNDING;
     bsdf::bsdf_lobe_colors(b: bsdf) within ROUNDING;
@@ -139,6 +141,7 @@ functions! {
     closure::closure_has_smooth_part(c: closure) within EXACT;
     closure::closure_has_lobes(c: closure) within EXACT;
     closure::closure_is_delta(c: closure) within EXACT;
+    closure::closure_is_sharp(c: closure) within EXACT;
     closure::closure_transmits(c: closure) within EXACT;
     closure::closure_eta(c: closure) within EXACT;
     closure::closure_eval(c: closure, wo: upper, wi: direction) within GRAZING;

@@ -1,7 +1,7 @@
 //! glTF 2.0: `.gltf` with its buffers and images, and `.glb`.
 //!
 //! The data flow, one file each: `container` (the two parts of a .glb) → `json` (typed, unknown fields skipped) →
-//! `extensions` (what is required) → `nodes` (hierarchy flattened) → `origin` (what it is stored relative to) → `instances` (which meshes stand where) →
+//! `extensions` (what is required) → `nodes` (hierarchy flattened) → `groups` (what it leaves for people) → `origin` (what it is stored relative to) → `instances` (which meshes stand where) →
 //! `variants` (which materials primitives have) → `materials`, `layers` and `textures` (only those in use) → `meshes` (in parallel, next to the images). `buffers` and
 //! `accessor` read numbers, `document` holds what all of them need, and the limits. `animations` reads keyframes, `motion`
 //! finds what they move, `binding` says what that is in the scene.
@@ -18,6 +18,7 @@ mod document;
 mod draco;
 mod extensions;
 mod factors;
+mod groups;
 mod image_based;
 mod instances;
 mod integers;
@@ -120,6 +121,7 @@ fn convert(document: &Document<'_>, report: &mut LoadReport) -> Result<Scene, Lo
     let anchors = settle_meshes(&mut meshes, &placement.jobs, &mut deformations);
     let mut kept = Kept::new(meshes, placement.instances, &placement.carriers, &anchors);
     let origin = hierarchy.origin;
+    let groups = document.groups(&hierarchy, &kept.nodes)?;
     materials::settle_models(&mut materials.list, &textures, &images);
     open_volumes::mend(&mut kept.meshes, &mut materials.list, report);
     report.bytes_read += texture_notes.bytes_read;
@@ -145,6 +147,7 @@ fn convert(document: &Document<'_>, report: &mut LoadReport) -> Result<Scene, Lo
     let mut scene = Scene {
         meshes: kept.meshes,
         instances: kept.instances,
+        groups: groups.into(),
         materials: materials.list,
         textures,
         images,
@@ -176,6 +179,8 @@ fn settle_meshes(meshes: &mut [Mesh], jobs: &[Job], deformations: &mut [JobDefor
 struct Kept {
     meshes: Vec<Mesh>,
     instances: Vec<Instance>,
+    /// The node of each instance.
+    nodes: Vec<u32>,
     /// Of each mesh that was built: its number among those kept.
     numbers: Vec<Option<u32>>,
     /// The instances that move.
@@ -195,7 +200,7 @@ impl Kept {
         });
         let numbers: Vec<Option<u32>> = numbers.collect();
         let mut kept = Vec::with_capacity(instances.len());
-        let mut moving = Vec::new();
+        let (mut nodes, mut moving) = (Vec::with_capacity(instances.len()), Vec::new());
         for (mut instance, carrier) in instances.into_iter().zip(carriers) {
             let Some(number) = numbers[instance.mesh as usize] else { continue };
             let anchor = DAffine3::from_translation(anchors[instance.mesh as usize]);
@@ -211,8 +216,9 @@ impl Kept {
                 });
             }
             kept.push(instance);
+            nodes.push(carrier.node);
         }
         let meshes = meshes.into_iter().filter(|m| !m.parts.is_empty()).collect();
-        Self { meshes, instances: kept, numbers, moving }
+        Self { meshes, instances: kept, nodes, numbers, moving }
     }
 }

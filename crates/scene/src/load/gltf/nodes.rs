@@ -23,6 +23,8 @@ pub(super) struct Hierarchy {
     pub worlds: Vec<DAffine3>,
     /// Every node as animations move it; empty where nothing is animated.
     pub nodes: Vec<animation::Node>,
+    /// The parent of every node; [`NONE`] where there is none.
+    pub parents: Vec<u32>,
     /// All nodes, parents before children.
     pub order: Vec<u32>,
     /// The nodes of the scene, parents before children, children in file order.
@@ -35,7 +37,8 @@ pub(super) struct Carried<O, C> {
     pub carriers: Vec<(u32, C)>,
 }
 
-const NONE: u32 = u32::MAX;
+/// No node.
+pub(super) const NONE: u32 = u32::MAX;
 
 impl Document<'_> {
     /// The scene that is shown: the default one, or else the first. `None`: all root nodes.
@@ -75,7 +78,7 @@ impl Document<'_> {
             }
         };
         let placed = self.placed(roots, &parents, report)?;
-        Ok(Hierarchy { origin: DVec3::ZERO, worlds, nodes, order, placed })
+        Ok(Hierarchy { origin: DVec3::ZERO, worlds, nodes, parents, order, placed })
     }
 
     fn parents(&self, report: &mut LoadReport) -> Result<Vec<u32>, LoadError> {

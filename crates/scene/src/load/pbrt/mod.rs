@@ -25,13 +25,14 @@ use super::session::instance;
 use super::{LoadError, LoadOptions, Loaded};
 use crate::load::textures::TextureLoader;
 use crate::origin::{Bounds, stored};
-use crate::{Instance, LoadReport, Mesh, MeshId, Portal, Scene, Texture};
+use crate::{GroupId, Instance, LoadReport, Mesh, MeshId, Portal, Scene, Texture};
 use glam::{Affine3A, DAffine3, DMat3, DMat4, DVec3};
 use parameters::Parameters;
 use parser::Parser;
 use state::State;
 use std::collections::HashMap;
 use std::path::Path;
+use std::sync::Arc;
 use tokens::{Place, Token, TokenKind};
 
 /// Instances and shapes are limited to this many in all.
@@ -72,6 +73,14 @@ struct PlacedShape {
     transform: DAffine3,
 }
 
+/// An object that can be placed.
+#[derive(Clone, Default)]
+struct ObjectShapes {
+    shapes: Vec<PlacedShape>,
+    /// What its instances are in, once there are any.
+    group: Option<GroupId>,
+}
+
 /// Reads directives and makes the scene.
 struct Builder<'o> {
     options: &'o LoadOptions,
@@ -90,7 +99,7 @@ struct Builder<'o> {
     shining: HashMap<(u32, [u32; 3], bool), u32>,
     camera: Option<camera::PendingCamera>,
     environment: Option<lights::PendingEnvironment>,
-    objects: HashMap<String, Vec<PlacedShape>>,
+    objects: HashMap<String, ObjectShapes>,
     /// The object that is being defined.
     object: Option<(String, Vec<PlacedShape>)>,
     /// Mirrors pbrt's world into this one.
@@ -349,11 +358,11 @@ impl<'o> Builder<'o> {
                 if let Some((state, _)) = self.stack.pop() {
                     self.state = state;
                 }
-                self.objects.insert(name, shapes);
+                self.objects.insert(name, ObjectShapes { shapes, group: None });
             }
             _ => {
                 let name = self.parser.text(place)?;
-                let Some(shapes) = self.objects.get(&name) else {
+                let Some(ObjectShapes { shapes, group }) = self.objects.get_mut(&name) else {
                     return Err(self.parser.error(place, format!("there is no object `{name}`")));
                 };
                 if self.scene.instances.len().saturating_add(shapes.len()) > MAX_INSTANCES {
@@ -364,7 +373,10 @@ impl<'o> Builder<'o> {
                 let size: u64 = shapes.iter().map(|shape| instance(shape.name.len())).sum();
                 self.options.budget().take(size, "instances")?;
                 let to_world = self.mirror * self.state.transform;
-                for shape in shapes {
+                let groups = Arc::make_mut(&mut self.scene.groups);
+                let group = *group.get_or_insert_with(|| groups.add(name, None));
+                for shape in &*shapes {
+                    groups.put(self.scene.instances.len() as u32, Some(group));
                     self.worlds.push(to_world * shape.transform);
                     let name = shape.name.clone();
                     self.scene.instances.push(Instance::new(name, shape.mesh, Affine3A::IDENTITY));

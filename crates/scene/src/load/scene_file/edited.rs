@@ -4,8 +4,8 @@ use super::document::Document;
 use super::inclusion::{Budget, Place};
 use super::{Parameters, Value, load_included, read_text};
 use crate::edits::{Editable, Edits, Resources};
-use crate::load::environment;
 use crate::load::{LoadError, LoadOptions, Loaded};
+use crate::load::{environment, textures};
 use crate::{LoadReport, RenderDefaults, Scene, builtin};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -107,6 +107,10 @@ pub(super) fn read(
     if let Some(file) = edits.environment_file() {
         let image = environment::load(file, options, &mut report)?;
         resources.environments.insert(file.to_owned(), Arc::new(image));
+    }
+    for file in edits.pictures() {
+        let image = textures::load_picture(file, options, &mut report)?;
+        resources.pictures.insert(file.to_owned(), Arc::new(image));
     }
     let base_parameters = text_of(&keys.parameters);
     Ok(Some(Edited {

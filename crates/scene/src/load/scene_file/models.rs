@@ -10,11 +10,12 @@ use super::{Builder, Value, load_included};
 use crate::load::session::{instance, light};
 use crate::load::{LoadError, Loaded};
 use crate::origin::double;
-use crate::{Animation, Environment, Instance, MaterialId, Scene};
+use crate::{Animation, Environment, Group, Instance, MaterialId, Scene};
 use glam::{Affine3A, DAffine3, DVec3, Vec3};
 use serde::Deserialize;
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// The keys of a model beside those of every object.
 #[derive(Deserialize)]
@@ -77,6 +78,7 @@ impl Builder<'_> {
             scene.animations.iter_mut().for_each(|a| a.lights.clear());
         }
         let environment = std::mem::take(&mut scene.environment);
+        let groups = std::mem::take(&mut scene.groups);
         let bounds = scene.bounds();
         let origin = std::mem::take(&mut scene.origin);
         move_media(&mut scene, origin);
@@ -98,7 +100,8 @@ impl Builder<'_> {
             animation.instances.iter_mut().for_each(|i| i.instance -= merged.instances.start as u32);
             animation.lights.iter_mut().for_each(|l| l.light -= merged.lights.start as u32);
         }
-        Ok(Template { instances, lights, animations, bounds, to_world: DAffine3::from_translation(origin) })
+        let to_world = DAffine3::from_translation(origin);
+        Ok(Template { instances, groups, lights, animations, bounds, to_world })
     }
 
     /// The environment of a model becomes the scene's, unless it gets one of its own.
@@ -132,6 +135,7 @@ impl Builder<'_> {
         let overrides = self.overrides(template, keys, replacement, context)?;
         self.spend_instances(template.instances.len().saturating_mul(object.copies.len()), context)?;
         self.take_copies(template, &overrides, object.copies.len() as u64)?;
+        self.group_copies(object, template, &keys.file);
         for (number, copy) in object.copies.iter().enumerate() {
             self.options.budget().check_time()?;
             let motion = object.transform(copy) * fit;
@@ -153,6 +157,21 @@ impl Builder<'_> {
         Ok(())
     }
 
+    /// Makes the groups of the copies of a model, which are placed next: one for each, and one for
+    /// all of several.
+    fn group_copies(&mut self, object: &Object, template: &Template, file: &str) {
+        let file = Path::new(file).file_stem().unwrap_or_default().to_string_lossy();
+        let (count, copies) = (template.instances.len(), object.copies.len());
+        let name = object.name.as_deref().unwrap_or(&file);
+        let first = self.scene.instances.len();
+        let groups = Arc::make_mut(&mut self.scene.groups);
+        let all = (copies > 1).then(|| groups.add(name, None));
+        for copy in 0..copies {
+            let own = (count > 1).then(|| groups.add(object.copy_name(&file, copy), all));
+            groups.append(&template.groups, (first + copy * count) as u32, count, own.or(all));
+        }
+    }
+
     /// Takes what `copies` of a model need out of the budget.
     fn take_copies(
         &self,
@@ -172,7 +191,9 @@ impl Builder<'_> {
             (size_of::<Animation>() + size_of_val(&a.instances[..]) + size_of_val(&a.lights[..])) as u64
         };
         let animations: u64 = template.animations.iter().map(moving).sum();
+        let groups = template.groups.bytes() + size_of::<Group>() as u64;
         let budget = self.options.budget();
+        budget.take(groups.saturating_mul(copies), "groups of models")?;
         budget.take(instances.saturating_mul(copies), "instances of models")?;
         budget.take(lights.saturating_mul(copies), "lights of models")?;
         budget.take(animations.saturating_mul(copies), "animations of models")

@@ -9,10 +9,11 @@ use super::values::{positive, within};
 use crate::load::LoadError;
 use crate::load::session::{MATERIAL, TRIANGLE};
 use crate::origin::anchored;
-use crate::{Instance, MaterialId, Mesh, Shape, shapes};
+use crate::{Groups, Instance, MaterialId, Mesh, Shape, shapes};
 use glam::{Affine3A, DAffine3, DVec3, Vec2, Vec3};
 use serde::Deserialize;
 use std::collections::HashMap;
+use std::sync::Arc;
 
 /// The kinds of shapes, for messages.
 const KINDS: &str = "`quad`, `box`, `sphere`, `icosphere`, `uv-sphere`, `grid`, `terrain`, `cylinder`, `torus`, `knot`, \
@@ -76,6 +77,7 @@ impl Builder<'_> {
     ) -> Result<(), LoadError> {
         let mesh = (self.scene.meshes.len() - 1) as u32;
         let mut variants = HashMap::new();
+        self.group_copies_of_shape(object, kind);
         for (i, copy) in object.copies.iter().enumerate() {
             let materials = match vary {
                 Some(vary) => Some(vec![self.variant(vary, copy, material, &mut variants, context)?]),
@@ -89,6 +91,17 @@ impl Builder<'_> {
             self.placement.instances.push(object.transform(copy) * *anchor);
         }
         Ok(())
+    }
+
+    /// Several copies of a shape, which are placed next, are a group.
+    fn group_copies_of_shape(&mut self, object: &Object, kind: &str) {
+        if object.copies.len() < 2 {
+            return;
+        }
+        let first = self.scene.instances.len();
+        let groups = Arc::make_mut(&mut self.scene.groups);
+        let all = groups.add(object.name.as_deref().unwrap_or(kind), None);
+        groups.append(&Groups::default(), first as u32, object.copies.len(), Some(all));
     }
 
     /// The material of a copy; copies whose values are equal share one.

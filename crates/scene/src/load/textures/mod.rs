@@ -15,7 +15,7 @@ use meaning::Meaning;
 pub use decode::decode;
 pub use error::TextureError;
 
-use super::LoadOptions;
+use super::{LoadError, LoadOptions};
 use crate::{Image, ImageId, LoadReport, Pixels};
 use glam::{Vec3, Vec4};
 use optics::tonemap::srgb_decode_channel;
@@ -49,6 +49,21 @@ impl Neutral {
     pub fn image(self, name: impl Into<String>) -> Image {
         Image { name: name.into(), width: 1, height: 1, pixels: Pixels::Rgba8(vec![self.pixel()]) }
     }
+}
+
+/// Loads one picture, as materials have them: eight bits a channel as they are stored, or linear
+/// floating point.
+///
+/// # Errors
+/// [`LoadError::Read`] and [`LoadError::TooLarge`]; [`LoadError::Malformed`] if it cannot be decoded.
+pub fn load_picture(path: &Path, options: &LoadOptions, report: &mut LoadReport) -> Result<Image, LoadError> {
+    options.session(path, |options| {
+        let bytes = options.read(path)?;
+        report.bytes_read += bytes.len() as u64;
+        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+        let image = decode(&name, &bytes, options, report);
+        image.map_err(|error| LoadError::malformed(path, "picture", error.to_string()))
+    })
 }
 
 /// Collects the images that a file refers to and decodes all of them at the end, in parallel.
@@ -162,7 +177,7 @@ impl Source<'_> {
                     report.bytes_read += bytes.len() as u64;
                     decode(&bytes, &mut report)
                 }
-                Err(super::LoadError::Read { source, .. }) => Err(format!("cannot be read ({source})")),
+                Err(LoadError::Read { source, .. }) => Err(format!("cannot be read ({source})")),
                 Err(error) => Err(error.to_string()),
             },
             Data::Bytes(bytes) => decode(&bytes, &mut report),

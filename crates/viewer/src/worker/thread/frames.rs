@@ -100,7 +100,8 @@ impl State {
             self.pictures[side].spp = if preview { 0 } else { frames };
             self.keep_film(side, true)?;
         }
-        self.finish_pass(wish, whole, Made { stats, preview, hurried: hurries, start })
+        let pixels = job.width * job.height;
+        self.finish_pass(wish, whole, Made { stats, preview, hurried: hurries, start, pixels })
     }
 }
 

@@ -41,6 +41,8 @@ pub(super) struct State {
     todo: Todo,
     /// Whether the last attempt failed and nothing has changed since.
     stuck: bool,
+    /// When denoising a picture in a hurry has taken too long.
+    slow_denoising: Option<Instant>,
 }
 
 /// Work that messages have asked for.
@@ -66,6 +68,8 @@ struct Progress {
     visible: bool,
     /// What was last rendered: the film shows this.
     rendered: Option<Rendered>,
+    /// How many pixels that has: fewer than the job's at reduced size.
+    pixels: u32,
     /// Whether it has all the samples that are wanted, or is good enough.
     done: bool,
     /// It without its noise, or as it was some passes ago.
@@ -131,6 +135,7 @@ impl State {
             frames: Frames::default(),
             todo: Todo::default(),
             stuck: false,
+            slow_denoising: None,
         }
     }
 
@@ -235,6 +240,7 @@ impl State {
                 *picture = Progress {
                     visible: picture.visible && camera(old) == camera(new),
                     rendered: picture.rendered.take(),
+                    pixels: picture.pixels,
                     ..Progress::default()
                 };
             } else if let (true, Some(rendered)) = (picture.begun, &mut picture.rendered) {

@@ -66,12 +66,13 @@ impl State {
         if compares {
             self.keep_film(side, preview || view.first_sample == 0)?;
         }
-        self.finish_pass(wish, whole, Made { stats, preview, hurried: preview, start })
+        let pixels = job.width * job.height;
+        self.finish_pass(wish, whole, Made { stats, preview, hurried: preview, start, pixels })
     }
 
     /// Notes what a pass has made of a picture, and shows it.
     pub(super) fn finish_pass(&mut self, wish: &Wish, whole: &Job, made: Made) -> Result<(), BackendError> {
-        let Made { stats, preview, hurried, start } = made;
+        let Made { stats, preview, hurried, start, pixels } = made;
         let (side, render) = (self.side, start.elapsed());
         for notice in self.renderer.take_notices() {
             self.tell(Event::Notice(notice));
@@ -87,6 +88,7 @@ impl State {
         }
         picture.total += render;
         picture.rendered = Some(Rendered { job: Arc::new(whole.clone()), preview, changes: self.changes });
+        picture.pixels = pixels;
         picture.last_pass = PassReport {
             samples: stats.samples,
             rays: stats.rays,
@@ -157,6 +159,8 @@ pub(super) struct Made {
     pub hurried: bool,
     /// When it began.
     pub start: Instant,
+    /// How many pixels it has.
+    pub pixels: u32,
 }
 
 /// The same picture with fewer pixels.

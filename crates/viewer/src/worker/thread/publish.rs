@@ -2,6 +2,7 @@
 
 use super::{Clean, Rendered, State, full_text};
 use crate::worker::show::{display, layer_image};
+use crate::worker::upscale::upscaled;
 use crate::worker::{Event, Layer, PassReport, Shot};
 use alhazen::edits::Editable;
 use alhazen::{
@@ -10,13 +11,17 @@ use alhazen::{
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// So many times as long as denoising takes is rendered before a picture is denoised again: most of the time goes into samples.
 const PATIENCE: u32 = 4;
 
-/// Pixels of a picture in a hurry that are denoised in no time.
+/// Pictures in a hurry are denoised up to so many pixels.
 const FEW_PIXELS: u32 = 60_000;
+/// Denoising them may take as long as rendering them, or so long: then half of a frame is left.
+const QUICK: Duration = Duration::from_millis(16);
+/// Where it took longer, for example on a loaded machine, it is tried again after so long.
+const RETRY: Duration = Duration::from_secs(2);
 
 impl State {
     /// The picture of a side without its noise, if that is wanted: as it is now if it is done, or as it was some passes ago.
@@ -27,7 +32,9 @@ impl State {
         if self.shown.layer != Layer::Picture {
             return Ok(None);
         }
-        let grows = !self.makes_frames(job) && (!preview || job.width * job.height <= FEW_PIXELS);
+        let was_slow = self.slow_denoising.is_some_and(|then| then.elapsed() < RETRY);
+        let is_quick = picture.pixels <= FEW_PIXELS && !was_slow;
+        let grows = !self.makes_frames(job) && (!preview || is_quick);
         if !picture.done && !grows {
             return Ok(None);
         }
@@ -62,6 +69,11 @@ impl State {
         match noisy.and_then(|noisy| self.renderer.denoise(denoiser, &noisy)) {
             Ok(denoised) => {
                 let (picture, took) = (Arc::new(denoised), begin.elapsed());
+                let made = &self.pictures[side];
+                let hurries = made.rendered.as_ref().is_some_and(|rendered| rendered.preview);
+                if hurries && took > made.last_pass.render.max(QUICK) {
+                    self.slow_denoising = Some(Instant::now());
+                }
                 let clean = Clean {
                     denoiser,
                     picture: picture.clone(),
@@ -99,7 +111,10 @@ impl State {
             Some(denoised) => denoised.picture.clone(),
             None => layer_image(film, self.shown.layer),
         };
-        let image = display(&linear, film, &self.shown, frames);
+        let mut image = display(&linear, film, &self.shown, frames);
+        if preview {
+            image = upscaled(image, [job.width, job.height]);
+        }
         let counts = film.pixels().iter().map(|p| p.count() as u32).collect();
         let denoised_by = denoised.map(|d| d.by.clone());
         let pass = PassReport { show: start.elapsed(), denoised_by, ..picture.last_pass.clone() };

@@ -1,0 +1,158 @@
+//! Paths over the picture that they belong to.
+
+use super::Explained;
+use crate::commands::render::check_output;
+use crate::exit::Exit;
+use alhazen::output::Format;
+use alhazen::{
+    Control, Denoiser, Image, Job, LightVisibility, Limits, NoisyPicture, PathRecord, ProtectedFiles,
+    Renderer, VertexPlace, VertexRecord, View, picture_point,
+};
+use anyhow::{anyhow, ensure};
+use glam::{DVec2, DVec3};
+use std::path::Path;
+
+/// Samples of the picture below.
+const SPP: u32 = 8;
+/// What is left of its light.
+const DIMMED: f32 = 0.4;
+/// Width of lines, pixels of a picture that is 640 wide.
+const LINE: f64 = 1.6;
+/// How far paths are drawn that leave the scene, as a multiple of their length until then.
+const OUTWARDS: f64 = 2.0;
+
+const SEGMENT: [f32; 3] = [0.35, 0.75, 1.0];
+const TO_LIGHT: [f32; 3] = [1.0, 0.85, 0.25];
+const OCCLUDED: [f32; 3] = [0.9, 0.25, 0.2];
+
+/// Whether a drawing can be written there.
+///
+/// # Errors
+/// For files that are no PNG, places that cannot be written, and files of the scene.
+pub fn check(path: &Path, inputs: &ProtectedFiles) -> anyhow::Result<()> {
+    check_output(path, false, inputs)?;
+    let text = format!("--draw {}: give a .png", path.display());
+    ensure!(matches!(Format::of(path)?, Format::Png), Exit::Usage.with(anyhow!(text)));
+    Ok(())
+}
+
+/// Renders the picture with few samples, and draws the paths over it: segments bluish, the ways to lights that are seen
+/// yellow, to those that are not, red.
+pub fn write(
+    path: &Path,
+    explained: &Explained,
+    job: &Job,
+    time: f32,
+    threads: Option<usize>,
+) -> anyhow::Result<()> {
+    let mut job = Job { crop: None, ..job.clone() };
+    job.aovs = NoisyPicture::LAYERS.to_vec();
+    let mut renderer = Renderer::cpu(threads)?;
+    renderer.load(explained.scene)?;
+    let view = job.view(time);
+    let limits = Limits { spp: SPP, ..Limits::default() };
+    renderer.render_view(&view, &limits, &Control::new(), &mut |_| {})?;
+    let Some(film) = renderer.film()? else { return Ok(()) };
+    let noisy = NoisyPicture::of_film(film)?;
+    let clean = renderer.denoise(Denoiser::Network, &noisy)?.picture;
+    let mut picture = job.tone.apply(&clean).to_rgb().map(|c| c * DIMMED);
+    let width = LINE * f64::from(view.width) / 640.0;
+    let mut canvas = Canvas { picture: &mut picture, view: &view, width: width.max(1.0) };
+    for path in explained.samples.iter().flat_map(|sample| &sample.paths) {
+        canvas.draw_path(path);
+    }
+    picture.write_png_encoded(path).map_err(|error| Exit::Output.with(error.into()))
+}
+
+/// A picture that lines of the scene are drawn on.
+struct Canvas<'a> {
+    picture: &'a mut Image,
+    view: &'a View,
+    /// Of lines, pixels.
+    width: f64,
+}
+
+impl Canvas<'_> {
+    fn draw_path(&mut self, path: &PathRecord) {
+        let mut from = vector(path.origin);
+        let mut length = 0.0;
+        for (i, vertex) in path.vertices.iter().enumerate() {
+            let strength = brightness(vertex);
+            let to = match &vertex.place {
+                VertexPlace::Surface(surface) => vector(surface.position),
+                VertexPlace::Distant => from + vector(vertex.direction) * (OUTWARDS * f64::max(length, 1.0)),
+            };
+            if i > 0 {
+                self.draw_line(from, to, SEGMENT, strength);
+            }
+            length += (to - from).length();
+            self.draw_light_sample(vertex, to, length);
+            from = to;
+        }
+    }
+
+    fn draw_light_sample(&mut self, vertex: &VertexRecord, from: DVec3, length: f64) {
+        let Some(sample) = &vertex.light_sample else { return };
+        let color = match sample.visibility {
+            LightVisibility::Visible => TO_LIGHT,
+            LightVisibility::Occluded => OCCLUDED,
+            LightVisibility::Behind | LightVisibility::Dark => return,
+        };
+        let distance = f64::from(sample.distance);
+        let distance = if distance.is_finite() { distance } else { OUTWARDS * length };
+        self.draw_line(from, from + vector(sample.direction) * distance, color, brightness(vertex));
+    }
+
+    /// Draws a line between two points of the scene, in short pieces: cameras may bend it.
+    fn draw_line(&mut self, from: DVec3, to: DVec3, color: [f32; 3], strength: f32) {
+        const PIECES: u32 = 64;
+        let origin = vector(self.view.camera.origin.to_array());
+        let point = |i: u32| {
+            let at = from.lerp(to, f64::from(i) / f64::from(PIECES));
+            picture_point(&self.view.camera, self.view.width, self.view.height, at - origin)
+        };
+        for i in 0..PIECES {
+            if let (Some(a), Some(b)) = (point(i), point(i + 1)) {
+                self.draw_piece(a, b, color, strength);
+            }
+        }
+    }
+
+    /// Covers each pixel by how near its centre is to the piece.
+    fn draw_piece(&mut self, a: DVec2, b: DVec2, color: [f32; 3], strength: f32) {
+        let size = DVec2::new(f64::from(self.view.width), f64::from(self.view.height));
+        let (low, high) = (a.min(b) - self.width, a.max(b) + self.width);
+        if !(low.is_finite() && high.is_finite())
+            || high.min_element() < 0.0
+            || (low - size).max_element() > 0.0
+        {
+            return;
+        }
+        let (low, high) = (low.max(DVec2::ZERO), high.min(size - 1.0));
+        for y in low.y as u32..=high.y as u32 {
+            for x in low.x as u32..=high.x as u32 {
+                let center = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+                let along = ((center - a).dot(b - a) / (b - a).length_squared().max(1e-12)).clamp(0.0, 1.0);
+                let away = (center - a.lerp(b, along)).length();
+                let cover = (0.5 * self.width + 0.5 - away).clamp(0.0, 1.0) as f32 * strength;
+                let first = 3 * (y as usize * self.view.width as usize + x as usize);
+                let pixel = &mut self.picture.data_mut()[first..first + 3];
+                // Pieces overlap at their ends: the brighter one counts.
+                pixel
+                    .iter_mut()
+                    .zip(color)
+                    .for_each(|(c, line)| *c = c.max(line * cover + *c * (1.0 - cover)));
+            }
+        }
+    }
+}
+
+/// How strongly a vertex's lines are drawn: by the throughput there, never so weakly that they cannot be seen.
+fn brightness(vertex: &VertexRecord) -> f32 {
+    let largest = vertex.throughput.iter().fold(0.0, |a: f32, b| a.max(*b));
+    largest.clamp(0.0, 1.0).sqrt().max(0.25)
+}
+
+fn vector(v: [f32; 3]) -> DVec3 {
+    DVec3::from(v.map(f64::from))
+}
