@@ -28,6 +28,7 @@ pub fn run(args: &DocsArgs) -> anyhow::Result<()> {
     }
     realtime()?;
     volumes()?;
+    explained_path()?;
     denoising()?;
     viewer()
 }
@@ -80,6 +81,14 @@ fn volumes() -> anyhow::Result<()> {
         "200",
     ]);
     command.args(["--denoise", "--width", "480", "--height", "270", "--output", "docs/images/volumes.png"]);
+    run_command(&mut command)
+}
+
+/// A path drawn over its picture.
+fn explained_path() -> anyhow::Result<()> {
+    let mut command = Command::new(release_binary()?);
+    command.current_dir(root()).args(["explain", "cornell", "--pixel", "150,380", "--quiet"]);
+    command.args(["--draw", "docs/images/explain-cornell.png"]);
     run_command(&mut command)
 }
 

@@ -150,3 +150,29 @@ fn help_has_examples() {
     }
     assert!(succeed(folder.path(), "--version").stdout.starts_with("alhazen 0."));
 }
+
+#[test]
+fn explained_pixels_are_those_of_pictures() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = "cornell --width 16 --height 16 --seed 5 --max-depth 4 --backend cpu --threads 1";
+    succeed(folder.path(), &format!("render {picture} --spp 1 -o picture.exr"));
+    let pixel = ExrFile::read(&folder.path().join("picture.exr")).unwrap().layer("").unwrap().rgb(3, 12);
+    let explained = succeed(folder.path(), &format!("explain {picture} --pixel 3,12 --json")).json();
+    let number = |value: &serde_json::Value| value.as_f64().unwrap() as f32;
+    let radiance = &explained["samples"][0]["radiance"];
+    assert_eq!([0, 1, 2].map(|i| number(&radiance[i])), pixel);
+    let vertices = explained["samples"][0]["paths"][0]["vertices"].as_array().unwrap();
+    let material = vertices[0]["place"]["surface"]["material"].to_string();
+    assert!(explained["materials"][&material].is_string(), "{explained}");
+
+    let ran =
+        succeed(folder.path(), &format!("explain {picture} --pixel 3,12 --samples 3 --draw path.png -q"));
+    assert!(ran.stdout.contains("mean of 3 samples") && ran.stdout.contains("end: "), "{ran:?}");
+    let drawn = Image::read(&folder.path().join("path.png")).unwrap();
+    assert_eq!((drawn.width(), drawn.height()), (16, 16));
+
+    fail(folder.path(), &format!("explain {picture} --pixel 16,0"), "no pixel 16,0 in a picture of 16×16");
+    fail(folder.path(), &format!("explain {picture} --pixel 3"), "expected X,Y");
+    fail(folder.path(), &format!("explain {picture} --pixel 3,3 --draw path.exr"), "give a .png");
+    fail(folder.path(), &format!("explain {picture} --pixel 3,3 --integrator aov"), "not of `aov`");
+}
