@@ -75,10 +75,12 @@ fn features_are_those_behind_glass_and_in_mirrors() {
             let Some(k) = (0..2).find(|&k| floor[i].distance(FLOOR[k]) < 0.03) else { continue };
             assert_eq!(first_albedo[i], Vec3::ONE, "glass is clear");
             assert_eq!(is_near(FLOOR, through, most), Some(k), "({x}, {y}): {}, {}", albedo[i], floor[i]);
-            assert!((normal[i].y - 0.84).abs() < 0.1, "({x}, {y}): {}", normal[i]);
+            // The mean of 256 signs: four and a half standard deviations.
+            assert!((normal[i].y - 0.84).abs() < 0.15, "({x}, {y}): {}", normal[i]);
             in_pane[k] += 1;
         } else {
-            assert!(normal[i].distance(Vec3::NEG_Y) < 1e-3, "({x}, {y}): {}", normal[i]);
+            // Of the rough half's samples a few go below the surface, and end there.
+            assert!(normal[i].distance(Vec3::NEG_Y) < 0.02, "({x}, {y}): {}", normal[i]);
             // Blurred by the rough half over a tenth of a square.
             if let Some(k) = is_near(CEILING, TINT, 0.03) {
                 in_mirror[k] += 1;

@@ -168,7 +168,7 @@ fn explained_pixels_are_those_of_pictures() {
     let ran =
         succeed(folder.path(), &format!("explain {picture} --pixel 3,12 --samples 3 --draw path.png -q"));
     assert!(ran.stdout.contains("mean of 3 samples") && ran.stdout.contains("end: "), "{ran:?}");
-    let drawn = Image::open(&folder.path().join("path.png")).unwrap();
+    let drawn = Image::open(folder.path().join("path.png")).unwrap();
     assert_eq!((drawn.width(), drawn.height()), (16, 16));
 
     fail(folder.path(), &format!("explain {picture} --pixel 16,0"), "no pixel 16,0 in a picture of 16×16");

@@ -4,7 +4,7 @@ use super::Compiler;
 use super::standard_library::StandardLibrary;
 use crate::shell::{cargo, output, run as run_command};
 use anyhow::{Context, ensure};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
 /// How programs of a platform are linked and run on this machine.
@@ -77,8 +77,9 @@ fn compare(here: &str, there: &str) -> anyhow::Result<usize> {
     };
     let (here, there) = (lines(here), lines(there));
     ensure!(!here.is_empty(), "there is nothing to compare");
-    let names = here.keys().chain(there.keys()).filter(|name| here.get(*name) != there.get(*name));
-    let differing: Vec<_> = names.map(String::as_str).collect();
+    let names: BTreeSet<_> = here.keys().chain(there.keys()).collect();
+    let differs = |name: &&str| here.get(*name) != there.get(*name);
+    let differing: Vec<_> = names.into_iter().map(String::as_str).filter(differs).collect();
     ensure!(differing.is_empty(), "differs from this machine: {}", differing.join(", "));
     Ok(here.len())
 }

@@ -277,6 +277,6 @@ mod tests {
         assert_eq!(id_colour(-1.0), Color32::BLACK);
         let colours: std::collections::HashSet<_> = (0..50).map(|i| id_colour(i as f32)).collect();
         assert_eq!(colours.len(), 50);
-        assert!(Layer::all().count() == 13);
+        assert_eq!(Layer::all().count(), 15);
     }
 }

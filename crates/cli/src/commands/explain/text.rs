@@ -150,8 +150,8 @@ mod tests {
 
     #[test]
     fn numbers_have_four_digits() {
-        let expected = ["0", "inf", "12.50", "0.001234", "1.235e-5", "123457", "-0.5000"];
-        let values = [0.0, f32::INFINITY, 12.5, 0.001_234, 0.000_012_345, 123_456.7, -0.5];
+        let expected = ["0", "inf", "12.50", "0.001234", "1.236e-5", "123457", "-0.5000"];
+        let values = [0.0, f32::INFINITY, 12.5, 0.001_234, 0.000_012_36, 123_456.7, -0.5];
         assert_eq!(values.map(number), expected);
         assert_eq!((rgb([0.5; 3]), rgb([1.0, 0.0, 0.5])), ("0.5000".into(), "(1.000, 0, 0.5000)".into()));
     }
