@@ -1,5 +1,6 @@
 //! Follows one path and writes down what happens. The order of sums is that of `integrate::path`.
 
+use super::describe::{found_light, light_record, model_name};
 use super::record::{
     FoundLight, LightSampleRecord, LightVisibility, PathEnd, PathRecord, SampleRecord, ScatteringRecord,
     SurfaceRecord, VertexPlace, VertexRecord,
@@ -25,23 +26,15 @@ use optics::closure::{
     Closure, closure_eta, closure_eval, closure_has_lobes, closure_has_smooth_part, closure_is_delta,
     closure_sample, closure_scatters, closure_transmits,
 };
-use optics::constants::FAR;
 use optics::frame::{to_local, to_world};
-use optics::light::{
-    LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_PROJECTOR, LIGHT_RECTANGLE, LIGHT_SPHERE,
-    LIGHT_SPOT, LIGHT_TRIANGLE, LightSample,
-};
 use optics::light_tree::octahedral_decode;
 use optics::math::power_heuristic;
 use optics::medium::transmittance;
 use optics::path::{
-    PathState, limit_indirect, path_add_emission, path_light_contribution, path_scatter, path_start,
-    roulette_survival,
+    PathState, limit_indirect, path_light_contribution, path_scatter, path_start, roulette_survival,
 };
 use optics::random::{hash_combine, sample_2d};
-use optics::scatter::{
-    BSDF_GLOSSY, BSDF_MIRROR, BSDF_ROUGH_DIELECTRIC, BSDF_SMOOTH_DIELECTRIC, BSDF_THIN_DIELECTRIC, BsdfSample,
-};
+use optics::scatter::BsdfSample;
 use optics::vector::dot;
 use optics::vertex::{
     PAIR_BSDF, PAIR_FILM, PAIR_LENS, PAIR_LIGHT, PAIR_LOBE, PAIR_MODEL, continue_from_surface,
@@ -443,62 +436,5 @@ impl Walk {
             self.radiance = self.gathered + limited;
         }
         self.gathered = self.radiance;
-    }
-}
-
-fn found_light(state: &PathState, radiance: Vec3f, light_pdf: f32) -> FoundLight {
-    let counts_in_full = state.specular || light_pdf <= 0.0;
-    FoundLight {
-        radiance: radiance.to_array(),
-        scattering_pdf: (!state.specular).then_some(state.pdf),
-        light_pdf,
-        weight: if counts_in_full { 1.0 } else { power_heuristic(state.pdf, light_pdf) },
-        contribution: path_add_emission(*state, radiance, light_pdf).radiance.to_array(),
-    }
-}
-
-/// A light sample that is behind the surface.
-fn light_record(index: u32, kind: u32, light: &LightSample) -> LightSampleRecord {
-    LightSampleRecord {
-        light: index,
-        kind: light_name(kind),
-        direction: light.wi.to_array(),
-        distance: if light.distance >= FAR { f32::INFINITY } else { light.distance },
-        radiance: light.radiance.to_array(),
-        pdf: light.pdf,
-        delta: light.delta,
-        scattering: [0.0; 3],
-        scattering_pdf: 0.0,
-        weight: 0.0,
-        visibility: LightVisibility::Behind,
-        contribution: [0.0; 3],
-    }
-}
-
-fn light_name(kind: u32) -> &'static str {
-    match kind {
-        LIGHT_TRIANGLE => "triangle",
-        LIGHT_RECTANGLE => "rectangle",
-        LIGHT_SPHERE => "sphere",
-        LIGHT_POINT => "point",
-        LIGHT_SPOT => "spot",
-        LIGHT_DIRECTIONAL => "directional",
-        LIGHT_ENVIRONMENT => "environment",
-        LIGHT_PROJECTOR => "projector",
-        _ => "light",
-    }
-}
-
-fn model_name(closure: &Closure) -> &'static str {
-    if closure.layered {
-        return "layers";
-    }
-    match closure.plain.kind {
-        BSDF_GLOSSY => "diffuse and glossy",
-        BSDF_SMOOTH_DIELECTRIC => "smooth dielectric",
-        BSDF_ROUGH_DIELECTRIC => "rough dielectric",
-        BSDF_THIN_DIELECTRIC => "thin dielectric",
-        BSDF_MIRROR => "mirror",
-        _ => "nothing",
     }
 }

@@ -3,6 +3,7 @@
 //! A replayed sample is the film's sample, bit for bit: it draws the same numbers and asks the optics the same questions, and
 //! adds what it finds in the same order. It takes one path at a time, where `integrate::path` takes many.
 
+mod describe;
 mod follow;
 mod record;
 
