@@ -1,7 +1,7 @@
 //! `cargo xtask docs`: figures, tables and pictures that are made from the code.
 
 use crate::shell::{cargo, release_binary, root, run as run_command};
-use crate::{display, tables, test};
+use crate::{display, learn, tables, test};
 use anyhow::Context;
 use std::process::{Child, Command, Stdio};
 
@@ -29,6 +29,7 @@ pub fn run(args: &DocsArgs) -> anyhow::Result<()> {
     realtime()?;
     volumes()?;
     explained_path()?;
+    learn::pictures()?;
     denoising()?;
     viewer()
 }

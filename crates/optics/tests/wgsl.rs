@@ -51,6 +51,7 @@ fn modules() -> Vec<(&'static str, String)> {
         material: optics::material,
         math: optics::math,
         medium: optics::medium,
+        mis: optics::mis,
         noise: optics::noise,
         offset: optics::offset,
         oren_nayar: optics::oren_nayar,

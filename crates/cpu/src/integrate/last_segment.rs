@@ -29,7 +29,8 @@ impl PathBatch {
             }
             let mut contribution = vec3f(0.0, 0.0, 0.0);
             for_each_distant(scene, vec3(ray.origin), path.sampling_normal, vec3(ray.direction), |d| {
-                contribution += path_add_emission(path.state(context.depth), d.radiance, d.pdf).radiance;
+                let state = path.state(context.depth);
+                contribution += path_add_emission(state, d.radiance, d.pdf, context.mis()).radiance;
             });
             self.ask(Connection { slot: path.slot, contribution }, ray);
         }

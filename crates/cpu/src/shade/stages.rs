@@ -79,7 +79,7 @@ fn connect_lights<I: Instructions>(
     let waiting = queue.waiting();
     queue.draw(context.sampler_kind, context.pair() + PAIR_LIGHT);
     sample_lights(i, context.scene, &mut queue.vertices, waiting, &queue.u, &mut queue.lights);
-    queue.connections.compute(&queue.vertices, &queue.above, &queue.lights, lobes);
+    queue.connections.compute(&queue.vertices, &queue.above, &queue.lights, lobes, context.mis());
     let asking = queue.connections.asking(i, waiting);
     shadows.append(i, asking, &queue.connections, queue.paths());
 }
