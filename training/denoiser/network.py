@@ -13,9 +13,9 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 
 TAPS = 5
-LEVELS = 5
+LEVELS = 6
 PADDING = 32
-"""Pictures are padded to multiples of this: five levels below half resolution."""
+"""Pictures are padded to multiples of this: the coarsest level has a pixel for each 32×32."""
 ALBEDO_FLOOR = 0.05
 FEATURES = 11
 
@@ -36,7 +36,16 @@ CONVOLUTIONS = {
     "d0a": (64 + 48, 64),
     "d0b": (64, 64),
 }
-HEADS = {"h0": (64, 4 * 28), "h1": (64, 26), "h2": (64, 26), "h3": (80, 26), "h4": (96, 25)}
+HEADS = {
+    "h0": (64, 4 * 29),
+    "h1": (64, 27),
+    "h2": (64, 27),
+    "h3": (80, 27),
+    "h4": (96, 27),
+    "h5": (96, 25),
+}
+"""25 logarithms of weights; on the finest level trust; how much of the coarser level is taken,
+but on the coarsest; on the finest level the share without albedo; and how much detail is kept."""
 
 
 def compressed(x: Tensor) -> Tensor:
@@ -89,13 +98,16 @@ class Denoiser(nn.Module):
             nn.init.normal_(head.weight, std=0.02)
             nn.init.zeros_(head.bias)
         with torch.no_grad():
-            bias = self.h0.bias.view(28, 4)
+            bias = self.h0.bias.view(29, 4)
             bias[12] = 1.0
             bias[25] = 3.0
             bias[27] = 2.0
+            bias[28] = 4.0
+            for name in ("h1", "h2", "h3", "h4"):
+                getattr(self, name).bias[26] = 4.0
 
     def heads(self, features: Tensor) -> "list[Tensor]":
-        """The predictions for each level, finest first; [N, 28 | 26 | 25, H / 2^l, W / 2^l]."""
+        """The predictions for each level, finest first; [N, 29 | 27 | 25, H / 2^l, W / 2^l]."""
 
         def layer(name: str, x: Tensor) -> Tensor:
             return F.relu(getattr(self, name)(x))
@@ -121,6 +133,7 @@ class Denoiser(nn.Module):
             self.h2(y1),
             self.h3(y2),
             self.h4(y3),
+            self.h5(x4),
         ]
 
     def forward(
@@ -158,6 +171,24 @@ def weighted_kernel(picture: Tensor, trust: Tensor, logits: Tensor) -> Tensor:
     return sums[:, :channels] / sums[:, channels:].clamp(min=1e-30)
 
 
+def composition(heads: "list[Tensor]", level: int) -> "tuple[Tensor, Tensor]":
+    """How much of the coarser level a level takes, and how much of its own detail is kept."""
+    first, second = (26, 28) if level == 0 else (25, 26)
+    return heads[level][:, first : first + 1].sigmoid(), heads[level][:, second : second + 1].sigmoid()
+
+
+def composed(fine: Tensor, coarse: Tensor, alpha: Tensor, detail: Tensor) -> Tensor:
+    """A level and the one below it, [N, 6, H, W] and half of that.
+
+    What is finer than the coarse level is noise on a plain wall, and pattern elsewhere: a 5×5 kernel
+    leaves a tenth of the noise in it.
+    """
+    larger = lambda x: F.interpolate(x, scale_factor=2, mode="bilinear")
+    mean = F.avg_pool2d(fine, 2)
+    smooth = larger(mean)
+    return smooth + detail * (fine - smooth) + alpha * larger(coarse - mean)
+
+
 def filtered(color: Tensor, albedo: Tensor, heads: "list[Tensor]") -> Tensor:
     """The filter that the heads describe, applied to a picture."""
     demodulator = albedo + ALBEDO_FLOOR
@@ -172,10 +203,7 @@ def filtered(color: Tensor, albedo: Tensor, heads: "list[Tensor]") -> Tensor:
             trust = mean
     out = levels[-1]
     for level in reversed(range(LEVELS - 1)):
-        fine = levels[level]
-        alpha = heads[level][:, 26:27] if level == 0 else heads[level][:, 25:26]
-        coarse = out - F.avg_pool2d(fine, 2)
-        out = fine + alpha.sigmoid() * F.interpolate(coarse, scale_factor=2, mode="bilinear")
+        out = composed(levels[level], out, *composition(heads, level))
     beta = heads[0][:, 27:28].sigmoid()
     return (beta * demodulator * out[:, 3:] + (1 - beta) * out[:, :3]).clamp(min=0)
 

@@ -39,7 +39,6 @@ impl PassId {
     /// What it is.
     pub fn spec(self, products: Products) -> PassSpec {
         const TO_2: &[PassBinding] = &[Uniform(0), Read(1), Write(2)];
-        const TO_4: &[PassBinding] = &[Uniform(0), Read(1), Read(2), Read(3), Write(4)];
         const COMBINE: &[PassBinding] = &[Uniform(0), Read(2), Read(3), Write(4)];
         const TRUST: &[PassBinding] = &[Uniform(0), Read(1), Read(3), Read(4), Write(5)];
         const TO_5: &[PassBinding] = &[Uniform(0), Read(1), Read(2), Read(3), Read(4), Write(5)];
@@ -56,7 +55,7 @@ impl PassId {
             Self::Halve => ("coarser level", "denoise_coarser", "halve", TO_2),
             Self::Filter => ("kernels", "denoise_kernels", "filter_level", TO_5),
             Self::Combine => ("levels", "denoise_combine", "combine", COMBINE),
-            Self::Finish => ("result", "denoise_result", "finish", TO_4),
+            Self::Finish => ("result", "denoise_result", "finish", TO_5),
         };
         PassSpec { name, own, ..PassSpec::new(module, entry_point) }
     }

@@ -29,9 +29,8 @@ pub enum Memory {
     TrustWeights,
 }
 
-/// Levels of the filter: the picture, and half, a quarter, an eighth, a sixteenth of its
-/// resolution.
-pub const LEVELS: usize = 5;
+/// Levels of the filter: the picture, and half, a quarter, and so on to a 32nd of its resolution.
+pub const LEVELS: usize = 6;
 
 /// Planes of activations: level of the network, of which level 0 has half the picture's resolution,
 /// and channels.
@@ -109,8 +108,8 @@ const CONVOLUTIONS: [Convolution; 15] = [
     same((A0, 64), (B0, 64)),
 ];
 
-/// What the decoder says, from half the resolution to a sixteenth: plane and channels.
-const DECODED: [(usize, u32); 4] = [(B0, 64), (Y1, 64), (Y2, 80), (Y3, 96)];
+/// What the decoder says, from half the resolution to a 32nd: plane and channels.
+const DECODED: [(usize, u32); 5] = [(B0, 64), (Y1, 64), (Y2, 80), (Y3, 96), (Y4, 96)];
 
 /// What a pass is told; see `shaders/denoise_step.wgsl` for the fields.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
@@ -164,8 +163,13 @@ pub fn steps(tile: &Tile, kept: [u32; 2]) -> Vec<Step> {
     let [x, y] = [tile.core.x - tile.region.x, tile.core.y - tile.region.y];
     let told =
         DenoiseStep { core: [x as u32, y as u32], region: size_of_level(tile, 0), ..DenoiseStep::default() };
-    let binds =
-        vec![(1, Memory::Picture), (2, Memory::Filtered(0)), (3, Memory::Trusted(1)), (4, Memory::Result)];
+    let binds = vec![
+        (1, Memory::Picture),
+        (2, Memory::Filtered(0)),
+        (3, Memory::Trusted(1)),
+        (4, Memory::Trusted(0)),
+        (5, Memory::Result),
+    ];
     steps.push(Step::new(PassId::Finish, kept, told, binds));
     steps
 }

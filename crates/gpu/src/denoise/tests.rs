@@ -147,7 +147,7 @@ fn tiles_leave_no_seams() {
         let count = input.prepared().tiles(most_pixels).len();
         (count, network.denoise_in_tiles(&gpu, &input, most_pixels, &mut timer).expect("denoised"))
     };
-    let (whole, tiled) = (in_tiles(1 << 20), in_tiles(1 << 14));
+    let (whole, tiled) = (in_tiles(1 << 20), in_tiles(18_000));
     assert_eq!((whole.0, tiled.0), (1, 2));
     let found = difference(&tiled.1, &whole.1);
     assert!(found <= 1e-5, "{found:e}");

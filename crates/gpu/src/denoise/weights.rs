@@ -9,14 +9,15 @@ use wgpu::BufferUsages;
 
 /// Channels that go together: those of a chunk of inputs, and of a block of outputs.
 const BLOCK: usize = 16;
-/// Outputs of a head for a pixel.
+/// Outputs of a head for a pixel: the 25 logits of the kernel, zero, and the logits alpha and
+/// detail.
 const SLOTS: usize = 28;
 /// Logits of a kernel.
 const KERNEL: usize = 25;
-/// The slot of the trust logit.
-const TRUST: usize = 25;
 /// The slot of the logit alpha.
 const ALPHA: usize = 26;
+/// The slot of the logit detail.
+const DETAIL: usize = 27;
 
 /// Weights and bias of a layer on the device.
 pub struct Layer {
@@ -31,9 +32,10 @@ pub struct Layer {
 pub struct DeviceWeights {
     /// Fifteen.
     pub convolutions: Vec<Layer>,
-    /// Of levels 0 to 4.
+    /// Of levels 0 to 5.
     pub heads: Vec<Layer>,
-    /// The trust logits of level 0: four for each input, then their bias.
+    /// The trust logits of level 0 and the logits beta: four and four for each input, then their
+    /// bias.
     pub trust: wgpu::Buffer,
 }
 
@@ -93,13 +95,17 @@ fn arranged(layer: &LayerWeights, products: Products) -> Vec<f32> {
     values
 }
 
-/// Which output of a level's head is slot `slot` of pixel `pixel`.
+/// Which output of a level's head is slot `slot` of pixel `pixel`. See [`NetworkWeights::heads`].
 fn output_of(level: usize, head: &LayerWeights, pixel: usize, slot: usize) -> Option<usize> {
-    match (level, slot) {
-        (0, slot) => Some(4 * slot + pixel),
-        (_, ALPHA) if head.outputs > KERNEL => Some(KERNEL),
-        (_, slot) => (slot < KERNEL).then_some(slot),
-    }
+    let [alpha, detail] = if level == 0 { [26, 28] } else { [25, 26] };
+    let output = match slot {
+        ALPHA => alpha,
+        DETAIL => detail,
+        slot if slot < KERNEL => slot,
+        _ => return None,
+    };
+    let output = if level == 0 { 4 * output + pixel } else { output };
+    (output < head.outputs).then_some(output)
 }
 
 /// Weights and bias of a head.
@@ -116,9 +122,15 @@ fn arranged_head(level: usize, head: &LayerWeights) -> (Vec<f32>, Vec<f32>) {
     (weights, bias)
 }
 
-/// Weights and bias of the trust logits, which the head of level 0 says.
+/// Weights and bias of the logits of trust and beta, which the head of level 0 says.
 fn arranged_trust(head: &LayerWeights) -> Vec<f32> {
-    let logits = |value: &dyn Fn(usize) -> f32| [0, 1, 2, 3].map(|pixel| value(4 * TRUST + pixel));
+    /// The first of four outputs of each.
+    const TRUST: usize = 4 * 25;
+    const BETA: usize = 4 * 27;
+    let logits = |value: &dyn Fn(usize) -> f32| {
+        let outputs = (TRUST..TRUST + 4).chain(BETA..BETA + 4);
+        outputs.map(value).collect::<Vec<f32>>()
+    };
     let mut values: Vec<f32> =
         (0..head.inputs).flat_map(|input| logits(&|output| head.weight(output, input, 0, 0))).collect();
     values.extend(logits(&|output| head.bias[output]));

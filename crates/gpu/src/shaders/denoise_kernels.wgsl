@@ -10,13 +10,12 @@
 @group(3) @binding(2) var<storage, read> head_weights: array<vec4f>;
 /// Its bias: [pixel][7].
 @group(3) @binding(4) var<storage, read> head_bias: array<vec4f>;
-/// Radiance and the first value of irradiance; its other values, the logits alpha and beta.
+/// Radiance and the first value of irradiance; its other values, the logits alpha and detail.
 @group(3) @binding(5) var<storage, read_write> filtered: array<DenoiseValues>;
 
 /// How far kernels reach.
 const REACH: i32 = 2;
-/// Outputs of a head for a pixel, divided by four: 25 logits of the kernel, one that is not used
-/// here, alpha and beta.
+/// Outputs of a head for a pixel, divided by four: 25 logits of the kernel, zero, alpha and detail.
 const SLOT_QUADS: u32 = 7u;
 /// From one to the next of the four pixels of the decoder that an invocation stands for.
 const PLACE_STEP: u32 = 8u;

@@ -3,8 +3,10 @@
 
 #import denoise_levels, denoise_math, denoise_picture, denoise_step
 
+/// The finest level as `denoise_trust` writes it: the last value is beta.
+@group(3) @binding(4) var<storage, read> trusted: array<DenoiseValues>;
 /// Scaled radiance, three values a pixel.
-@group(3) @binding(4) var<storage, read_write> result: array<f32>;
+@group(3) @binding(5) var<storage, read_write> result: array<f32>;
 
 @compute @workgroup_size(8, 8)
 fn finish(@builtin(global_invocation_id) id: vec3u) {
@@ -13,8 +15,9 @@ fn finish(@builtin(global_invocation_id) id: vec3u) {
     }
     let pixel = denoise_step.core + id.xy;
     let values = combined_pixel(pixel, denoise_step.region);
-    let beta = denoise_sigmoid(values.b).w;
-    let demodulator = demodulator_of(picture_pixel(pixel.y * denoise_step.region.x + pixel.x).albedo);
+    let place = pixel.y * denoise_step.region.x + pixel.x;
+    let beta = trusted[place].b.w;
+    let demodulator = demodulator_of(picture_pixel(place).albedo);
     let irradiance = vec3f(values.a.w, values.b.xy);
     let mixed = max(beta * demodulator * irradiance + (1.0 - beta) * values.a.xyz, vec3f(0.0));
     let at = 3u * (id.y * denoise_step.size.x + id.x);

@@ -1,4 +1,4 @@
-//! The filter that the network describes: kernels of 5×5 pixels at five resolutions, and how they
+//! The filter that the network describes: kernels of 5×5 pixels at six resolutions, and how they
 //! are put together.
 //!
 //! It is linear in the picture, so what is in the result was in the picture: colours cannot be made
@@ -27,20 +27,24 @@ pub const REACH: usize = 2;
 const SEGMENT: usize = 64;
 
 /// A level of the picture, its values multiplied by the trust in them: radiance, irradiance, the
-/// trust itself, zero. A border of zeros two pixels wide is what kernels find outside.
+/// trust itself, and on the finest level the logit beta. A border of zeros two pixels wide is what
+/// kernels find outside.
 pub struct Trusted {
-    /// Width without border, in pixels; even.
+    /// Width without border, in pixels.
     pub width: usize,
     /// Height without border, in pixels.
     pub height: usize,
-    /// The values, of all rows with their border.
+    /// The values, of all rows with their border, and one pixel more: kernels read pairs.
     pub data: Vec<[f32; VALUES]>,
 }
 
 impl Trusted {
+    /// Where the logit beta is among the values.
+    const BETA: usize = 7;
+
     /// Zeros.
     pub fn new(width: usize, height: usize) -> Self {
-        let pixels = (width + 2 * REACH) * (height + 2 * REACH);
+        let pixels = (width + 2 * REACH) * (height + 2 * REACH) + 1;
         Self { width, height, data: vec![[0.0; VALUES]; pixels] }
     }
 
@@ -49,13 +53,20 @@ impl Trusted {
         self.width + 2 * REACH
     }
 
+    /// The values of a pixel.
+    #[inline]
+    fn pixel(&self, x: usize, y: usize) -> &[f32; VALUES] {
+        &self.data[(y + REACH) * self.pitch() + x + REACH]
+    }
+
     /// The rows, without border above and below, in groups of `rows`.
     fn row_groups(&mut self, rows: usize) -> rayon::slice::ChunksExactMut<'_, [f32; VALUES]> {
         let (pitch, height) = (self.pitch(), self.height);
         self.data[REACH * pitch..][..height * pitch].par_chunks_exact_mut(rows * pitch)
     }
 
-    /// The finest level of a region: what the head `trust` says of each pixel, between 0.001 and 1.
+    /// The finest level of a region: the head `trust` says how far each pixel can be trusted,
+    /// between 0.001 and 1, and beta.
     fn finest(
         set: InstructionSet,
         trust: &Head,
@@ -69,16 +80,18 @@ impl Trusted {
             let mut logits = vec![0.0; decoded.width() * LANES];
             trust.apply(set, decoded, [0, y], &mut logits);
             for (x, logits) in logits.as_chunks::<LANES>().0.iter().enumerate() {
-                for (place, logit) in logits[..4].iter().enumerate() {
+                for place in 0..4 {
+                    let [logit, beta] = [logits[place], logits[4 + place]];
                     let (x, row) = (2 * x + place % 2, place / 2);
                     let pixel = from.pixel(region.x + x, region.y + 2 * y + row);
-                    let trust = 0.001 + 0.999 * sigmoid(*logit);
+                    let trust = 0.001 + 0.999 * sigmoid(logit);
                     let to = &mut group[row * pitch + REACH + x];
                     for c in 0..3 {
                         to[c] = pixel.colour[c] * trust;
                         to[3 + c] = pixel.irradiance[c] * trust;
                     }
                     to[6] = trust;
+                    to[Self::BETA] = beta;
                 }
             }
         });
@@ -100,7 +113,7 @@ impl Trusted {
     }
 }
 
-/// A filtered level: radiance, irradiance, and the logits alpha and beta of each pixel.
+/// A filtered level: radiance, irradiance, and the logits alpha and detail of each pixel.
 pub struct Filtered {
     width: usize,
     height: usize,
@@ -110,8 +123,8 @@ pub struct Filtered {
 impl Filtered {
     /// Where alpha is among the values.
     const ALPHA: usize = 6;
-    /// Where beta is among the values.
-    const BETA: usize = 7;
+    /// Where detail is among the values.
+    const DETAIL: usize = 7;
 
     /// A level, filtered by the kernels that a head says. At level 0 the head's pixels are 2×2 of
     /// the picture.
@@ -123,8 +136,7 @@ impl Filtered {
             let mut logits = vec![0.0; SEGMENT * head.outputs()];
             for first in (0..decoded.width()).step_by(SEGMENT) {
                 let count = SEGMENT.min(decoded.width() - first);
-                let logits = &mut logits[..count * head.outputs()];
-                head.apply(set, decoded, [first, y], logits);
+                head.apply(set, decoded, [first, y], &mut logits[..count * head.outputs()]);
                 for (row, to) in rows.chunks_exact_mut(width).enumerate() {
                     let to = &mut to[scale * first..][..scale * count];
                     let pairs = logits.as_chunks_mut::<PAIR>().0;
@@ -142,38 +154,40 @@ impl Filtered {
         Self { width, height, data }
     }
 
-    /// What the coarser level `coarse` knows better: its values minus the means of this level's.
-    fn residual(&self, mut coarse: Self) -> Self {
-        coarse.data.par_chunks_exact_mut(coarse.width).enumerate().for_each(|(y, row)| {
+    /// The means of each 2×2 pixels.
+    fn means(&self) -> Self {
+        let [width, height] = [self.width / 2, self.height / 2];
+        let mut data = vec![[0.0; VALUES]; width * height];
+        data.par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| {
             for (x, to) in row.iter_mut().enumerate() {
-                let mean = mean(&self.data, 2 * y * self.width + 2 * x, self.width);
-                for i in 0..VALUES {
-                    to[i] -= mean[i];
-                }
+                *to = mean(&self.data, 2 * y * self.width + 2 * x, self.width);
             }
         });
-        coarse
+        Self { width, height, data }
     }
 
-    /// The values of a pixel with as much as its alpha says of a residual, which has half the
-    /// resolution.
+    /// The values of a pixel, put together of three parts: the level's means, smoothly enlarged; of
+    /// what is finer, as much as the pixel's detail says; and of what the coarser level knows
+    /// better, as much as its alpha says.
+    ///
+    /// A kernel of 5×5 leaves a tenth of the noise in what is finer. So on a plain wall there must
+    /// be a way to leave that out.
     #[inline]
-    fn with_residual(&self, residual: &Self, x: usize, y: usize) -> [f32; VALUES] {
+    fn composed(&self, means: &Self, coarse: &Self, x: usize, y: usize) -> [f32; VALUES] {
         let mut values = self.data[y * self.width + x];
-        let alpha = sigmoid(values[Self::ALPHA]);
-        let enlarged = residual.enlarged(x, y);
+        let [alpha, detail] = [values[Self::ALPHA], values[Self::DETAIL]].map(sigmoid);
+        let [smooth, coarse] = [means, coarse].map(|level| level.enlarged(x, y));
         for i in 0..6 {
-            values[i] += alpha * enlarged[i];
+            values[i] = smooth[i] + detail * (values[i] - smooth[i]) + alpha * (coarse[i] - smooth[i]);
         }
         values
     }
 
     /// The level put together with the result of the next coarser one.
-    fn combined(mut self, coarse: Self) -> Self {
-        let residual = self.residual(coarse);
-        let width = self.width;
-        let combined = |i| self.with_residual(&residual, i % width, i / width);
-        self.data = (0..self.data.len()).into_par_iter().map(combined).collect();
+    fn combined(mut self, coarse: &Self) -> Self {
+        let (means, width) = (self.means(), self.width);
+        let composed = |i| self.composed(&means, coarse, i % width, i / width);
+        self.data = (0..self.data.len()).into_par_iter().map(composed).collect();
         self
     }
 
@@ -209,7 +223,7 @@ pub fn filter(
     width: usize,
     to: &mut [f32],
 ) {
-    let [y0, y1, y2, y3] = decoded;
+    let [y0, y1, y2, y3, y4] = decoded;
     let level_0 = Trusted::finest(set, &layers.trust, &y0, from, region);
     let coarse = {
         let head = |level: usize, decoded: &Activations, from: &Trusted| {
@@ -218,22 +232,24 @@ pub fn filter(
         let level_1 = level_0.coarser();
         let level_2 = level_1.coarser();
         let level_3 = level_2.coarser();
-        let coarse = head(4, &y3, &level_3.coarser());
-        let coarse = head(3, &y2, &level_3).combined(coarse);
-        let coarse = head(2, &y1, &level_2).combined(coarse);
-        head(1, &y0, &level_1).combined(coarse)
+        let level_4 = level_3.coarser();
+        let coarse = head(5, &y4, &level_4.coarser());
+        let coarse = head(4, &y3, &level_4).combined(&coarse);
+        let coarse = head(3, &y2, &level_3).combined(&coarse);
+        let coarse = head(2, &y1, &level_2).combined(&coarse);
+        head(1, &y0, &level_1).combined(&coarse)
     };
-    drop((y1, y2, y3));
+    drop((y1, y2, y3, y4));
     let finest = Filtered::new(set, &layers.heads[0], &y0, &level_0);
-    drop((y0, level_0));
-    let residual = finest.residual(coarse);
+    drop(y0);
+    let means = finest.means();
     to.par_chunks_exact_mut(3 * width).enumerate().for_each(|(row, to)| {
         let y = core.y + row;
         let columns = core.x..(core.x + core.width).min(width);
         for (x, to) in columns.zip(to[3 * core.x..].as_chunks_mut::<3>().0) {
             let [tile_x, tile_y] = [x - region.x, y - region.y];
-            let values = finest.with_residual(&residual, tile_x, tile_y);
-            let beta = sigmoid(values[Filtered::BETA]);
+            let values = finest.composed(&means, &coarse, tile_x, tile_y);
+            let beta = sigmoid(level_0.pixel(tile_x, tile_y)[Trusted::BETA]);
             let demodulator = from.pixel(x, y).demodulator;
             for c in 0..3 {
                 let mixed = beta * demodulator[c] * values[3 + c] + (1.0 - beta) * values[c];

@@ -2,7 +2,7 @@
 
 use super::filter::{REACH, Trusted, VALUES};
 use super::lanes::{LANES, Lanes, Stage, exp};
-use super::weights::{ALPHA, BETA, SLOTS};
+use super::weights::{ALPHA, DETAIL, SLOTS};
 
 /// Logits of two pixels.
 pub const PAIR: usize = 2 * SLOTS;
@@ -14,7 +14,7 @@ const TAPS: usize = 2 * REACH + 1;
 const NEVER: f32 = -1e30;
 
 /// Filters a run of pixels. Two neighbours go together: their values, eight of each, are one
-/// vector.
+/// vector. The last may be alone; what is beside it is computed and forgotten.
 pub struct Kernels<'a> {
     /// What is filtered.
     pub from: &'a Trusted,
@@ -33,10 +33,10 @@ impl Stage for Kernels<'_> {
     fn run<L: Lanes, const PIXELS: usize>(self, l: L) {
         let Self { from, place: [first, y], pairs, step, to } = self;
         let pitch = from.pitch();
-        for (i, to) in to.as_chunks_mut::<2>().0.iter_mut().enumerate() {
+        for (i, to) in to.chunks_mut(2).enumerate() {
             let x = first + 2 * i;
             let pair = &mut pairs[i * step];
-            let others = [[pair[ALPHA], pair[BETA]], [pair[SLOTS + ALPHA], pair[SLOTS + BETA]]];
+            let others = [[pair[ALPHA], pair[DETAIL]], [pair[SLOTS + ALPHA], pair[SLOTS + DETAIL]]];
             let is_inside = x >= REACH && x + REACH + 1 < from.width && y >= REACH && y + REACH < from.height;
             for (pixel, slots) in pair.as_chunks_mut::<SLOTS>().0.iter_mut().enumerate() {
                 if !is_inside {
@@ -141,7 +141,7 @@ mod tests {
 
     #[test]
     fn kernels_are_weighted_means_of_what_is_inside() {
-        for (width, height) in [(2, 1), (4, 3), (12, 9)] {
+        for (width, height) in [(1, 1), (2, 1), (4, 3), (7, 5), (12, 9)] {
             let mut from = Trusted::new(width, height);
             for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
                 let value = |c| uniform(1, (8 * (y * width + x) + c) as u32) as f32;
@@ -157,7 +157,7 @@ mod tests {
             {
                 let logit = |i: usize| 20.0 * uniform(2 + y as u32, i as u32) as f32;
                 let mut pairs: Vec<[f32; PAIR]> =
-                    (0..width / 2).map(|i| std::array::from_fn(|k| logit(PAIR * i + k))).collect();
+                    (0..width.div_ceil(2)).map(|i| std::array::from_fn(|k| logit(PAIR * i + k))).collect();
                 let logits = pairs.as_flattened().to_vec();
                 let mut to = vec![[0.0; VALUES]; width];
                 set.run(Kernels { from: &from, place: [0, y], pairs: &mut pairs, step: 1, to: &mut to });
@@ -166,7 +166,7 @@ mod tests {
                     for (found, expected) in found.into_iter().zip(naive(&from, slots, [x, y])) {
                         assert!((f64::from(found) - expected).abs() < 1e-5, "{found} is not {expected}");
                     }
-                    assert_eq!(found[6..], [slots[ALPHA], slots[BETA]]);
+                    assert_eq!(found[6..], [slots[ALPHA], slots[DETAIL]]);
                 }
             }
         }

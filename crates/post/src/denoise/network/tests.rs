@@ -72,7 +72,7 @@ fn instruction_sets_agree() {
 fn neither_threads_nor_tiles_change_a_bit() {
     let network = network();
     // Long enough for tiles that see less than all of the picture.
-    for (width, height) in [(704, 40), (40, 704)] {
+    for (width, height) in [(768, 40), (40, 768)] {
         let picture = Picture::noisy(width, height);
         let of = |threads: usize, most_pixels: usize| {
             let pool = ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

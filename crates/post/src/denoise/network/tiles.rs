@@ -7,7 +7,7 @@ pub const ALIGNMENT: usize = 32;
 
 /// How far, in pixels, a tile reaches beyond what is kept of it: what the result depends on (see
 /// the test, which derives it).
-pub const OVERLAP: usize = 224;
+pub const OVERLAP: usize = 256;
 
 /// The most pixels in a tile, with its overlap. A tile takes 150 bytes per pixel, so at most
 /// 750 MB.
@@ -118,12 +118,13 @@ mod tests {
         (2 * a.0, 2 * a.1 + 1)
     }
 
-    /// What of the decoder's four results (1/2, 1/4, 1/8, 1/16) a pixel of the picture depends on.
-    fn reach_of_filter(pixel: isize) -> [Run; 4] {
-        // Where the filter's result is needed, level by level: o = f + alpha U(o of the coarser
-        // level - D(f)).
-        let mut filtered = [(pixel, pixel); 5];
-        for level in 0..4 {
+    /// What of the decoder's five results (1/2, 1/4, 1/8, 1/16, 1/32) a pixel of the picture depends
+    /// on.
+    fn reach_of_filter(pixel: isize) -> [Run; 5] {
+        // Where the filter's result is needed, level by level: it is put together of the level
+        // itself, of its enlarged means, and of the enlarged result of the coarser level.
+        let mut filtered = [(pixel, pixel); 6];
+        for level in 0..5 {
             let needed = filtered[level];
             let enlarged = ((needed.0 - 1) >> 1, (needed.1 + 1) >> 1);
             filtered[level] = union(needed, finer(enlarged));
@@ -131,23 +132,22 @@ mod tests {
         }
         // Where the picture and its trust are needed: two pixels around, and all four that a pixel
         // of a coarser level is the mean of.
-        let mut picture = grown(filtered[4], 2);
-        for level in (0..4).rev() {
+        let mut picture = grown(filtered[5], 2);
+        for level in (0..5).rev() {
             picture = union(grown(filtered[level], 2), finer(picture));
         }
         let finest = union(coarser(picture), union(coarser(filtered[0]), filtered[1]));
-        [finest, filtered[2], filtered[3], filtered[4]]
+        [finest, filtered[2], filtered[3], filtered[4], filtered[5]]
     }
 
     /// What of the picture the decoder's results depend on.
-    fn reach_of_network(mut decoded: [Run; 4]) -> Run {
+    fn reach_of_network(mut decoded: [Run; 5]) -> Run {
         for level in 0..4 {
             decoded[level] = grown(decoded[level], 2);
-            if level < 3 {
-                decoded[level + 1] = union(decoded[level + 1], coarser(decoded[level]));
-            }
+            decoded[level + 1] = union(decoded[level + 1], coarser(decoded[level]));
         }
-        let mut encoded = grown(coarser(decoded[3]), 2);
+        // The coarsest is the encoder's last, after two convolutions.
+        let mut encoded = grown(decoded[4], 2);
         for level in (0..4).rev() {
             let convolutions = if level == 0 { 2 } else { 1 };
             encoded = grown(union(decoded[level], finer(encoded)), convolutions);

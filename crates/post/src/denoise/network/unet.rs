@@ -8,8 +8,8 @@ use super::convolution::{Activations, Convolution, Merging};
 use super::lanes::InstructionSet;
 use super::weights::Layers;
 
-/// What the decoder says, at 1/2, 1/4, 1/8 and 1/16 of the resolution.
-pub type Decoded = [Activations; 4];
+/// What the decoder says, at 1/2, 1/4, 1/8, 1/16 and 1/32 of the resolution.
+pub type Decoded = [Activations; 5];
 
 impl Layers {
     /// Runs the network on features of half the resolution, whose sides are multiples of sixteen.
@@ -34,10 +34,9 @@ impl Layers {
             b.apply(set, &merged)
         };
         let y3 = merge(&self.d3a, &self.d3b, &x4, x3);
-        drop(x4);
         let y2 = merge(&self.d2a, &self.d2b, &y3, x2);
         let y1 = merge(&self.d1a, &self.d1b, &y2, x1);
         let y0 = merge(&self.d0a, &self.d0b, &y1, x0);
-        [y0, y1, y2, y3]
+        [y0, y1, y2, y3, x4]
     }
 }

@@ -29,8 +29,8 @@ pub const CONVOLUTIONS: [(&str, usize, usize); 15] = [
 ];
 
 /// Layers of 1×1: name, channels in, channels out.
-pub const HEADS: [(&str, usize, usize); 5] =
-    [("h0", 64, 4 * 28), ("h1", 64, 26), ("h2", 64, 26), ("h3", 80, 26), ("h4", 96, 25)];
+pub const HEADS: [(&str, usize, usize); 6] =
+    [("h0", 64, 4 * 29), ("h1", 64, 27), ("h2", 64, 27), ("h3", 80, 27), ("h4", 96, 27), ("h5", 96, 25)];
 
 /// What a pixel's 25 logits and what else is said of it take: two blocks of outputs, the last of
 /// which are unused.
@@ -44,6 +44,12 @@ pub const ALPHA: usize = 26;
 
 /// The slot of the logit that says how much is filtered without albedo, of level 0.
 pub const BETA: usize = 27;
+
+/// The slot of the logit that says how much of a level's own detail is kept.
+pub const DETAIL: usize = 28;
+
+/// Slots that are the kernel's.
+const KERNEL: usize = 25;
 
 /// Why a file cannot be used as weights.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -97,11 +103,12 @@ pub struct Layers {
     pub d1b: Convolution,
     pub d0a: Merging,
     pub d0b: Convolution,
-    /// The trust logits of the four pixels that a pixel of half the resolution stands for.
+    /// The trust logits of the four pixels that a pixel of half the resolution stands for, then
+    /// their logits beta.
     pub trust: Head,
     /// The logits of each level. Level 0 has [`SLOTS`] for each of four pixels, row by row; the
     /// others [`SLOTS`].
-    pub heads: [Head; 5],
+    pub heads: [Head; 6],
 }
 
 impl Layers {
@@ -128,16 +135,21 @@ impl Layers {
             d1b: convolution("d1b")?,
             d0a: merging("d0a", 64)?,
             d0b: convolution("d0b")?,
-            trust: finest.linear(LANES, |i| (i < 4).then_some(4 * TRUST + i)),
+            trust: finest.linear(LANES, |i| match i {
+                0..4 => Some(4 * TRUST + i),
+                4..8 => Some(4 * BETA + i - 4),
+                _ => None,
+            }),
             heads: [
                 finest.linear(4 * SLOTS, |i| {
                     let (pixel, slot) = (i / SLOTS, i % SLOTS);
-                    (slot < 28).then_some(4 * slot + pixel)
+                    (slot <= DETAIL).then_some(4 * slot + pixel)
                 }),
                 head(1)?.coarse_head(),
                 head(2)?.coarse_head(),
                 head(3)?.coarse_head(),
                 head(4)?.coarse_head(),
+                head(5)?.coarse_head(),
             ],
         })
     }
@@ -151,9 +163,9 @@ pub struct NetworkWeights {
     /// `d…a` are the coarser level's, enlarged by repeating pixels; those after them are the
     /// encoder's.
     pub convolutions: Vec<(&'static str, Plain)>,
-    /// Layers of 1×1 that say the logits of level 0 (112 outputs: slot `k` of the pixel in row `i`
-    /// and column `j` of 2×2 is output `4 k + 2 i + j`) to 4. Slots are the 25 of the kernel, then
-    /// alpha; at level 0 trust, alpha and beta. Level 4 has no alpha.
+    /// Layers of 1×1 that say the logits of level 0 (116 outputs: slot `k` of the pixel in row `i`
+    /// and column `j` of 2×2 is output `4 k + 2 i + j`) to 5. Slots are the 25 of the kernel, then
+    /// alpha and detail; at level 0 trust, alpha, beta and detail. Level 5 has the kernel alone.
     pub heads: Vec<Plain>,
 }
 
@@ -260,13 +272,17 @@ impl Plain {
         Head { bias: self.bias(outputs, order), weights }
     }
 
-    /// As the head of a level other than 0, whose output after the 25 of the kernel, if there is
-    /// one, is alpha.
+    /// As the head of a level other than 0, whose outputs after the 25 of the kernel, if there are
+    /// any, are alpha and detail.
     fn coarse_head(&self) -> Head {
-        const KERNEL: usize = 25;
-        self.linear(SLOTS, |slot| match slot {
-            ALPHA if self.outputs > KERNEL => Some(KERNEL),
-            slot => (slot < KERNEL).then_some(slot),
+        self.linear(SLOTS, |slot| {
+            let output = match slot {
+                ALPHA => KERNEL,
+                DETAIL => KERNEL + 1,
+                slot if slot < KERNEL => slot,
+                _ => return None,
+            };
+            (output < self.outputs).then_some(output)
         })
     }
 }
