@@ -10,6 +10,7 @@ use crate::shade::material::Shading;
 use accel::Ray;
 use backend::PathSettings;
 use film::AovSample;
+use optics::motion::MOTION_MIDDLE;
 use optics::random::{PixelSampler, sample_2d};
 use optics::vertex::{Roulette, is_last_segment, vertex_pair};
 use optics::{Vec2f, Vec3f};
@@ -39,6 +40,8 @@ pub(crate) struct PathBatch {
     /// Whether the path of each slot has met nothing yet but mirrors and clear glass, so that what guides denoisers is still to be
     /// found; empty if nobody asks for that.
     pub(crate) looking: Vec<bool>,
+    /// When the path of each slot leaves the camera; empty if nothing moves.
+    pub(crate) times: Vec<f32>,
     /// What `radiance` was before the current step, where indirect light is limited.
     pub(crate) gathered: Vec<Vec3f>,
     /// Rays traced since the batch was made.
@@ -95,6 +98,12 @@ impl Context<'_> {
 }
 
 impl PathBatch {
+    /// When the path of a slot leaves the camera.
+    #[inline(always)]
+    pub(crate) fn time_of(&self, slot: u32) -> f32 {
+        time_of(&self.times, slot)
+    }
+
     /// Queues a shadow ray, unless it brings nothing.
     #[inline(always)]
     pub(crate) fn ask(&mut self, connection: Connection, ray: Ray) {
@@ -104,6 +113,12 @@ impl PathBatch {
             self.shadows.push(&ray, &connection);
         }
     }
+}
+
+/// The time of a slot, of those of a batch.
+#[inline(always)]
+pub(crate) fn time_of(times: &[f32], slot: u32) -> f32 {
+    times.get(slot as usize).copied().unwrap_or(MOTION_MIDDLE)
 }
 
 /// How the settings end paths by chance, as the optics know it.

@@ -100,7 +100,8 @@ impl PathBatch {
         if bsdf.has_smooth_part() && !tables.lights.is_empty() {
             let u = context.draw(&path, PAIR_LIGHT);
             path.sampling_normal = normal_for_lights(tables, bsdf, frame.normal);
-            if let Some(light) = sample_light(context.scene, surface.origin, path.sampling_normal, u) {
+            let (normal, time) = (path.sampling_normal, self.time_of(path.slot));
+            if let Some(light) = sample_light(context.scene, surface.origin, normal, u, time) {
                 self.add_connection(surface, &frame, bsdf, wo, &path, &light);
             }
         }

@@ -6,7 +6,7 @@
 use crate::batch::streams::{PathStream, ShadowStream};
 use crate::batch::vertices::VertexQueue;
 use crate::shade::light_lanes::sample_lights;
-use crate::shade::path_batch::{Context, PathBatch};
+use crate::shade::path_batch::{Context, PathBatch, time_of};
 use crate::shade::scatter_lanes::{
     CosineLobes, Lobes, play_roulette, sample_cosine_lobes, sample_smooth_interfaces,
 };
@@ -28,7 +28,7 @@ impl Stage for ScatterDiffuse<'_, '_> {
         let ScatterDiffuse(batch, context) = self;
         let queue = &mut batch.diffuse;
         queue.find_above();
-        connect_lights(i, context, queue, &CosineLobes, &mut batch.shadows);
+        connect_lights(i, context, queue, &CosineLobes, &batch.times, &mut batch.shadows);
         queue.draw(context.sampler_kind, context.pair() + PAIR_BSDF);
         sample_cosine_lobes(&queue.vertices, &queue.above, &queue.u, &mut queue.next);
         if context.meets_roulette() {
@@ -56,7 +56,7 @@ impl Stage for ScatterGlossy<'_, '_> {
         let (queue, glossy) = (&mut batch.glossy, &mut batch.glossy_lanes);
         queue.find_above();
         glossy.prepare(i, context.scene, &queue.vertices, queue.waiting(), context.shading.single_scatter);
-        connect_lights(i, context, queue, glossy, &mut batch.shadows);
+        connect_lights(i, context, queue, glossy, &batch.times, &mut batch.shadows);
         queue.draw_lobes(context.sampler_kind, context.pair() + PAIR_LOBE);
         queue.draw(context.sampler_kind, context.pair() + PAIR_BSDF);
         glossy.sample(&queue.vertices, &queue.above, &queue.u_lobe, &queue.u, &mut queue.next);
@@ -71,6 +71,7 @@ fn connect_lights<I: Instructions>(
     context: &Context,
     queue: &mut VertexQueue,
     lobes: &impl Lobes,
+    times: &[f32],
     shadows: &mut ShadowStream,
 ) {
     if context.scene.tables.lights.is_empty() {
@@ -78,7 +79,9 @@ fn connect_lights<I: Instructions>(
     }
     let waiting = queue.waiting();
     queue.draw(context.sampler_kind, context.pair() + PAIR_LIGHT);
-    sample_lights(i, context.scene, &mut queue.vertices, waiting, &queue.u, &mut queue.lights);
+    let slots = *queue.paths().slot;
+    let time = |lane: usize| time_of(times, slots[lane]);
+    sample_lights(i, context.scene, &mut queue.vertices, waiting, &queue.u, time, &mut queue.lights);
     queue.connections.compute(&queue.vertices, &queue.above, &queue.lights, lobes);
     let asking = queue.connections.asking(i, waiting);
     shadows.append(i, asking, &queue.connections, queue.paths());

@@ -7,6 +7,7 @@ use super::placement::{View, move_media};
 use super::template::Template;
 use super::values::positive;
 use super::{Builder, Value, load_included};
+use crate::animation::KeyedObject;
 use crate::load::session::{instance, light};
 use crate::load::{LoadError, Loaded};
 use crate::origin::double;
@@ -99,6 +100,7 @@ impl Builder<'_> {
         for animation in &mut animations {
             animation.instances.iter_mut().for_each(|i| i.instance -= merged.instances.start as u32);
             animation.lights.iter_mut().for_each(|l| l.light -= merged.lights.start as u32);
+            animation.keyed.iter_mut().for_each(|k| k.renumber(|i| i - merged.instances.start as u32));
         }
         let to_world = DAffine3::from_translation(origin);
         Ok(Template { instances, groups, lights, animations, bounds, to_world })
@@ -212,7 +214,12 @@ impl Builder<'_> {
                 light.light += lights;
                 light.root = *motion * light.root;
             }
+            for keyed in &mut animation.keyed {
+                keyed.renumber(|i| i + instances);
+                keyed.shift(&motion.as_affine3a());
+            }
             if !is_first {
+                animation.keyed.retain(|k| matches!(k.object, KeyedObject::Instance(_)));
                 animation.deformations.clear();
                 animation.materials.clear();
                 animation.cameras.clear();

@@ -64,6 +64,7 @@ impl Placement {
         for animation in &mut scene.animations {
             animation.instances.iter_mut().for_each(|i| i.root = shift * i.root);
             animation.lights.iter_mut().for_each(|l| l.root = shift * l.root);
+            animation.keyed.iter_mut().for_each(|k| k.shift(&shift.as_affine3a()));
         }
         let portals = self.portals.iter().map(|corners| corners.map(|corner| (corner - origin).as_vec3()));
         // They were portals when they were read.
