@@ -333,3 +333,31 @@ fn what_moves_is_not_replayed() {
     let refused = queries.replay(&job.view(0.0), [4, 4], 0);
     assert!(matches!(refused, Err(alhazen::BackendError::View { .. })), "{refused:?}");
 }
+
+/// The compute hierarchy makes the CPU's samples, up to rounding; who traces in hardware takes it, and says so.
+#[test]
+fn the_compute_hierarchy_blurs_as_the_cpu_does() {
+    let mut scene = everything_moves();
+    let shutter = Shutter { rolling: "rows:0.25".parse().ok(), ..shutter(0.0, 0.75) };
+    scene.open_shutter(0.0, &shutter);
+    let job = Job { shutter: Some(shutter), ..job(&scene, 16, 12, 3) };
+    let expected = render(&scene, &job, 8);
+    let name = "the_compute_hierarchy_blurs_as_the_cpu_does";
+    for renderer in &mut *common::gpu_renderers(name) {
+        renderer.load(&scene).expect("the scene");
+        let notices = renderer.take_notices();
+        if renderer.backend_name() != "gpu-bvh" {
+            assert!(notices.iter().any(|notice| notice.contains("gpu-bvh")), "{notices:?}");
+            continue;
+        }
+        assert!(notices.is_empty(), "{notices:?}");
+        let limits = Limits { spp: 8, ..Limits::default() };
+        renderer.render(&job, &limits, &Control::new()).expect("a picture");
+        let film = renderer.film().expect("a film").expect("rendered");
+        let differs = |(a, b): &(&film::PixelStats, &film::PixelStats)| {
+            a.mean().iter().zip(b.mean()).any(|(a, b)| (a - b).abs() > 2e-3 * (a.abs() + b.abs()) + 1e-6)
+        };
+        let wrong = film.pixels().iter().zip(expected.pixels()).filter(differs).count();
+        assert!(wrong * 20 < film.pixels().len(), "{wrong} of {} pixels differ", film.pixels().len());
+    }
+}

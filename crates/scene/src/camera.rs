@@ -75,7 +75,7 @@ pub struct Camera {
     pub path: Option<CameraPath>,
     /// Where it is while the shutter is open, at equally spaced moments; empty if it stands still. See
     /// [`crate::Scene::open_shutter`].
-    #[serde(skip)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub keys: Vec<CameraKey>,
     /// Of a perspective camera: how its lens bends lines. What lies outside of the lens' field is black.
     pub distortion: Option<Distortion>,
@@ -84,7 +84,7 @@ pub struct Camera {
 }
 
 /// Where a camera is at a moment while the shutter is open.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CameraKey {
     /// See [`Camera::eye`].
     pub eye: Vec3,

@@ -128,7 +128,7 @@ impl SceneTables {
         for index in 0..self.instances.len() {
             let binding = self.instances[index].first_binding as usize;
             // A structure of parts in world space has none that moves.
-            let found = scene.instances.get(&self.bindings[binding].object);
+            let found = scene.instances.get(&self.bindings[binding].object).filter(|found| !found.is_empty());
             table.instances.push(found.map_or(MotionRange::default(), |found| append(&mut segments, found)));
             if let Some(found) = found {
                 let record = &mut self.instances[index];
@@ -147,7 +147,7 @@ impl SceneTables {
         let Some(table) = self.motion.as_mut().map(Arc::make_mut) else { return };
         let mut segments = table.segments.to_vec();
         table.lights.resize(self.lights.len(), LightMotion::STILL);
-        for (index, found) in &scene.lights {
+        for (index, found) in scene.lights.iter().filter(|(_, found)| !found.is_empty()) {
             if let Some(light) = table.lights.get_mut(first + *index as usize) {
                 let rest = affine_inverse(AffineRows::of_motion(found, MOTION_MIDDLE));
                 *light = LightMotion { segments: append(&mut segments, found), rest };

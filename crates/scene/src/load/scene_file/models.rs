@@ -133,6 +133,12 @@ impl Builder<'_> {
         replacement: Option<MaterialId>,
         context: &Context,
     ) -> Result<(), LoadError> {
+        if !object.motion.is_empty() && !template.animations.is_empty() {
+            return Err(context.error("`motion` is for models that do not move by themselves"));
+        }
+        if !object.motion.is_empty() && !template.lights.is_empty() {
+            self.report.approximated(format!("{}: its lights do not move with it", keys.file));
+        }
         let fit = self.fit(template, keys, context)?;
         let overrides = self.overrides(template, keys, replacement, context)?;
         self.spend_instances(template.instances.len().saturating_mul(object.copies.len()), context)?;
@@ -144,6 +150,10 @@ impl Builder<'_> {
             let world = |transform: &Affine3A| motion * double(transform);
             self.place_animations(template, &motion, !object.visible, number == 0);
             for (instance, materials) in template.instances.iter().zip(&overrides) {
+                if let Some(keys) = object.keys(copy, &(fit * double(&instance.transform))) {
+                    let number = self.scene.instances.len() as u32;
+                    self.placement.keys.push((KeyedObject::Instance(number), keys, instance.name.clone()));
+                }
                 self.placement.instances.push(world(&instance.transform));
                 let mut instance = instance.clone();
                 instance.visible &= object.visible;
