@@ -33,8 +33,8 @@ pub struct Job {
     pub aovs: Vec<Aov>,
     /// How radiance becomes display values.
     pub tone: ToneMapping,
-    /// When the shutter is open, around the moment of the picture; `None` shows an instant. The scene has to move by the same
-    /// one: see [`Scene::open_shutter`].
+    /// When the shutter is open, around the moment of the picture; `None` shows an instant. The
+    /// scene has to move by the same one: see [`Scene::open_shutter`].
     pub shutter: Option<Shutter>,
 }
 
@@ -83,8 +83,8 @@ impl Job {
         }
     }
 
-    /// What a back end needs to know of this, with the camera as it is at `time` seconds, or while the shutter is open
-    /// around it.
+    /// What a back end needs to know of this, with the camera as it is at `time` seconds, or while
+    /// the shutter is open around it.
     pub fn view(&self, time: f32) -> View {
         let size = [self.width, self.height];
         let (camera, shutter) = open_camera(&self.camera, self.shutter.as_ref(), time, size);

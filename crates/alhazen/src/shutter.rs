@@ -13,8 +13,8 @@ use scene::{Camera, CameraKey, Shutter};
 /// Moments, and one more, at which a camera on a path is looked at.
 const MOMENTS: u32 = 16;
 
-/// The camera in the middle of the time that `shutter` is open around `time`, seconds, and how it moves then. Without a
-/// shutter, or with one that opens for an instant, it is at `time`.
+/// The camera in the middle of the time that `shutter` is open around `time`, seconds, and how it
+/// moves then. Without a shutter, or with one that opens for an instant, it is at `time`.
 pub(crate) fn open_camera(
     camera: &Camera,
     shutter: Option<&Shutter>,

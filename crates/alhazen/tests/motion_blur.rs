@@ -1,5 +1,5 @@
-//! What moves while the shutter is open is blurred as it should be: against closed forms, and against the mean of many
-//! instants.
+//! What moves while the shutter is open is blurred as it should be: against closed forms, and
+//! against the mean of many instants.
 
 #![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
 
@@ -30,7 +30,8 @@ fn keyed(scene: &mut Scene, object: KeyedObject, keys: &[(f32, Affine3A)]) {
     scene.animations.push(Animation { keyed: vec![keyed], ..Animation::default() });
 }
 
-/// A panel that shines, 2 m wide and deep around the origin, seen from above: 1 m of the world are `pixels`.
+/// A panel that shines, 2 m wide and deep around the origin, seen from above: 1 m of the world are
+/// `pixels`.
 fn panel(size: f32) -> Scene {
     let mut scene = Scene { materials: vec![emitter("panel", [1.0; 3])], ..Scene::default() };
     scene.meshes.push(Mesh::single("panel", Shape::Triangles(ground(0.0, 1.0)), 0));
@@ -54,7 +55,8 @@ fn along_x(x: f32) -> Affine3A {
     Affine3A::from_translation(Vec3::X * x)
 }
 
-/// A pixel is covered for the share of time that the edge has passed it; how a shutter opens weighs that time.
+/// A pixel is covered for the share of time that the edge has passed it; how a shutter opens weighs
+/// that time.
 #[test]
 fn a_moving_edge_is_a_ramp_of_the_shutters_shape() {
     let shapes: [(ShutterShape, fn(f64) -> f64); 3] = [
@@ -87,7 +89,7 @@ fn what_turns_keeps_its_distance() {
     mesh.positions.iter_mut().for_each(|p| *p = Vec3::new(2.0 + 0.25 * p.x, 0.0, 0.05 * p.z));
     let turned = Affine3A::from_rotation_y;
     keyed(&mut scene, KeyedObject::Instance(0), &[(0.0, turned(0.0)), (1.0, turned(3.0))]);
-    let film = open(scene, shutter(0.0, 1.0), 48, 512);
+    let film = open(scene, shutter(0.0, 1.0), 48, 2048);
     let (mut sum, mut outside) = (0.0, 0.0);
     for (x, y) in (0..48).flat_map(|y| (0..48).map(move |x| (x, y))) {
         let place = |i: u32| (f64::from(i) + 0.5) / 8.0 - 3.0;
@@ -96,7 +98,7 @@ fn what_turns_keeps_its_distance() {
         outside += if (1.6..2.4).contains(&radius) { 0.0 } else { at(&film, x, y) };
     }
     assert_eq!(outside, 0.0, "light off the ring");
-    assert!((sum - 0.05).abs() < 0.001, "area {sum}");
+    assert!((sum - 0.05).abs() < 0.002, "area {sum}");
 }
 
 /// A body that accelerates is long where it is slow.
@@ -234,7 +236,8 @@ fn mean_of_instants(scene: &Scene, job: &Job, spp: u32) -> Estimate {
     sum.expect("instants")
 }
 
-/// Compares a picture of the second that begins at 0 with the mean of its instants, by single pixels, blocks, and as a whole.
+/// Compares a picture of the second that begins at 0 with the mean of its instants, by single
+/// pixels, blocks, and as a whole.
 fn compare_with_instants(name: &str, scene: &Scene, job: &Job, spp: u32) {
     let mut open = scene.clone();
     let shutter = shutter(0.0, 1.0);
@@ -257,24 +260,31 @@ fn the_mean_of_instants_is_the_blurred_picture() {
     }
 }
 
-/// A lamp of triangles and one that is a sphere, which move beside a wall: by next-event estimation and by chance.
-#[test]
-fn lamps_that_move_light_what_they_pass() {
-    let mut scene = Scene { materials: vec![lambert("wall", [0.8; 3])], ..Scene::default() };
+/// A lamp of triangles and one that is a sphere, which move over a floor.
+fn passing_lamps() -> Scene {
+    let mut scene = Scene { materials: vec![lambert("floor", [0.8; 3])], ..Scene::default() };
     scene.materials.push(emitter("lamp", [9.0, 6.0, 3.0]));
-    scene.meshes.push(Mesh::single("wall", Shape::Triangles(ground(0.0, 3.0)), 0));
-    scene.meshes.push(Mesh::single("panel", Shape::Triangles(testkit::scenes::flipped(ground(0.0, 0.5))), 1));
+    let panel = testkit::scenes::flipped(ground(0.0, 0.5));
+    scene.meshes.push(Mesh::single("floor", Shape::Triangles(ground(0.0, 3.0)), 0));
+    scene.meshes.push(Mesh::single("panel", Shape::Triangles(panel), 1));
     let ball = Sphere { center: Vec3::new(0.1, 0.0, 0.2), radius: 0.3 };
     scene.meshes.push(Mesh::single("ball", Shape::Spheres(vec![ball]), 1));
-    scene.instances.push(Instance::new("wall", 0, Affine3A::IDENTITY));
-    scene.instances.push(Instance::new("panel", 1, Affine3A::IDENTITY));
-    scene.instances.push(Instance::new("ball", 2, Affine3A::IDENTITY));
+    for (mesh, name) in (0..).zip(["floor", "panel", "ball"]) {
+        scene.instances.push(Instance::new(name, mesh, Affine3A::IDENTITY));
+    }
     scene.cameras.push(from_above(0.0, 0.0, 5.0, 4.0));
     let place = |x: f32, z: f32| Affine3A::from_translation(Vec3::new(x, 0.4, z));
     let turned = place(1.2, 0.5) * Affine3A::from_rotation_x(1.0);
     keyed(&mut scene, KeyedObject::Instance(1), &[(0.0, place(-1.2, 0.5)), (1.0, turned)]);
     let grown = place(0.0, -1.5) * Affine3A::from_scale(Vec3::splat(1.5));
     keyed(&mut scene, KeyedObject::Instance(2), &[(0.0, place(-1.0, -1.0)), (1.0, grown)]);
+    scene
+}
+
+/// By next-event estimation and by chance.
+#[test]
+fn lamps_that_move_light_what_they_pass() {
+    let scene = passing_lamps();
     compare_with_instants("lamps", &scene, &job(&scene, 24, 24, 3), 2048);
 }
 
@@ -334,10 +344,14 @@ fn what_moves_is_not_replayed() {
     assert!(matches!(refused, Err(alhazen::BackendError::View { .. })), "{refused:?}");
 }
 
-/// The compute hierarchy makes the CPU's samples, up to rounding; who traces in hardware takes it, and says so.
+/// The compute hierarchy makes the CPU's samples, up to rounding; who traces in hardware takes it,
+/// and says so.
 #[test]
 fn the_compute_hierarchy_blurs_as_the_cpu_does() {
-    let mut scene = everything_moves();
+    let mut scene = passing_lamps();
+    let camera = scene.cameras[0].clone();
+    let moved = Affine3A::from_translation(Vec3::new(0.5, 0.0, 0.2)) * camera_at(&camera);
+    keyed(&mut scene, KeyedObject::Camera(0), &[(0.0, camera_at(&camera)), (1.0, moved)]);
     let shutter = Shutter { rolling: "rows:0.25".parse().ok(), ..shutter(0.0, 0.75) };
     scene.open_shutter(0.0, &shutter);
     let job = Job { shutter: Some(shutter), ..job(&scene, 16, 12, 3) };
@@ -358,6 +372,8 @@ fn the_compute_hierarchy_blurs_as_the_cpu_does() {
             a.mean().iter().zip(b.mean()).any(|(a, b)| (a - b).abs() > 2e-3 * (a.abs() + b.abs()) + 1e-6)
         };
         let wrong = film.pixels().iter().zip(expected.pixels()).filter(differs).count();
-        assert!(wrong * 20 < film.pixels().len(), "{wrong} of {} pixels differ", film.pixels().len());
+        assert!(wrong * 10 < film.pixels().len(), "{wrong} of {} pixels differ", film.pixels().len());
+        let [a, b] = [film, &expected].map(Estimate::from_film);
+        common::assert_same_coarse(name, &a, &b);
     }
 }

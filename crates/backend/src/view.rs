@@ -85,7 +85,8 @@ pub struct View {
     pub first_sample: u32,
     /// Auxiliary layers to fill.
     pub aovs: Vec<Aov>,
-    /// When camera rays leave; `None` is an instant, for which everything is in the middle of its motion.
+    /// When camera rays leave; `None` is an instant, for which everything is in the middle of its
+    /// motion.
     pub shutter: Option<ViewShutter>,
 }
 
@@ -94,7 +95,8 @@ pub struct View {
 pub struct ViewShutter {
     /// In the time of the scene's motion, from 0 to 1.
     pub timing: Shutter,
-    /// Segments of the camera's motion; none if it stands still. [`View::camera`] is in the middle of them.
+    /// Segments of the camera's motion; none if it stands still. [`View::camera`] is in the middle
+    /// of them.
     pub camera: Arc<[CameraSegment]>,
 }
 

@@ -89,7 +89,8 @@ pub struct View {
 /// Segments of a camera's motion that shaders have room for.
 pub const MOST_CAMERA_SEGMENTS: usize = 16;
 
-/// What follows the [`View`] where camera rays leave at times of their own; see `shaders/film.wgsl`.
+/// What follows the [`View`] where camera rays leave at times of their own; see
+/// `shaders/film.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct ViewMotion {

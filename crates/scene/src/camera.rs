@@ -73,8 +73,8 @@ pub struct Camera {
     pub focus_distance: f32,
     /// Movement over time; `None` stands still.
     pub path: Option<CameraPath>,
-    /// Where it is while the shutter is open, at equally spaced moments; empty if it stands still. See
-    /// [`crate::Scene::open_shutter`].
+    /// Where it is while the shutter is open, at equally spaced moments; empty if it stands still.
+    /// See [`crate::Scene::open_shutter`].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub keys: Vec<CameraKey>,
     /// Of a perspective camera: how its lens bends lines. What lies outside of the lens' field is black.

@@ -1,10 +1,12 @@
-//! The camera's shutter: when it is open, how it opens, and whether rows of the picture do so one after the other.
+//! The camera's shutter: when it is open, how it opens, and whether rows of the picture do so one
+//! after the other.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
-/// When light reaches the film. Times are in seconds relative to the moment that the scene is shown at.
+/// When light reaches the film. Times are in seconds relative to the moment that the scene is shown
+/// at.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Shutter {
@@ -109,7 +111,8 @@ impl Shutter {
         self.open + self.span() * share
     }
 
-    /// The shutter in a time that is 0 when the first line opens and 1 when the last one closes; `None` for an instant.
+    /// The shutter in a time that is 0 when the first line opens and 1 when the last one closes;
+    /// `None` for an instant.
     pub fn timing(&self) -> Option<optics::shutter::Shutter> {
         let over_span = self.span().recip();
         let (rise, fall) = self.shape.ramps();

@@ -1,4 +1,5 @@
-//! Instances that move while rays leave: where they are at a ray's time, and what bounds them all the while.
+//! Instances that move while rays leave: where they are at a ray's time, and what bounds them all
+//! the while.
 
 use crate::aabb::Aabb;
 use optics::motion::{MotionSegment, motion_at};
@@ -65,7 +66,8 @@ mod tests {
         }
     }
 
-    /// No point leaves the bounds, at any time; the bounds are not much larger than what the points cover.
+    /// No point leaves the bounds, at any time; the bounds are not much larger than what the points
+    /// cover.
     #[test]
     fn arcs_stay_in_their_bounds() {
         let object = Aabb { min: [2.0, -1.0, -0.5], max: [3.0, 1.0, 0.5] };

@@ -81,7 +81,8 @@ impl Tlas {
         self.update_moving(instances, InstanceMotions::default());
     }
 
-    /// As [`Tlas::update`], of instances of which some move while rays leave. Their own transforms do not count.
+    /// As [`Tlas::update`], of instances of which some move while rays leave. Their own transforms
+    /// do not count.
     ///
     /// # Panics
     ///
@@ -207,7 +208,8 @@ impl Tlas {
     }
 
     /// The object of the instance at leaf `leaf`, the index of the instance, and the ray in object
-    /// space. `None` if `mask` cannot see the instance. `time`: the ray's; asked only where the instance moves.
+    /// space. `None` if `mask` cannot see the instance. `time`: the ray's; asked only where the
+    /// instance moves.
     #[inline(always)]
     pub(crate) fn enter(
         &self,
@@ -233,7 +235,8 @@ impl Tlas {
         Some((&self.blas[leaf.blas as usize], leaf.index, r))
     }
 
-    /// From world space to that of an instance that moves, at `time`. Out of line: what stands still pays nothing for it.
+    /// From world space to that of an instance that moves, at `time`. Out of line: what stands
+    /// still pays nothing for it.
     #[inline(never)]
     fn world_to_object(&self, instance: u32, time: f32) -> [[f32; 4]; 3] {
         affine_inverse(AffineRows::of_motion(self.motions.of(instance as usize), time)).rows()

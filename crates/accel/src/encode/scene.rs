@@ -52,8 +52,8 @@ impl EncodedScene {
         scene
     }
 
-    /// As [`EncodedScene::build`], of instances of which some move while rays leave. The transforms of those are what a
-    /// shader has to find out itself, at the time of its ray.
+    /// As [`EncodedScene::build`], of instances of which some move while rays leave. The transforms
+    /// of those are what a shader has to find out itself, at the time of its ray.
     ///
     /// # Panics
     ///

@@ -32,13 +32,15 @@ impl Blas {
 }
 
 impl Tlas {
-    /// The closest hit of a ray in world space. Instances that move are where they are in the middle of their motion.
+    /// The closest hit of a ray in world space. Instances that move are where they are in the
+    /// middle of their motion.
     #[inline]
     pub fn closest<F: HitFilter>(&self, ray: &Ray, filter: &F) -> Hit {
         self.closest_at(ray, MOTION_MIDDLE, filter)
     }
 
-    /// Whether a ray in world space hits anything. Instances that move are as for [`Tlas::closest`].
+    /// Whether a ray in world space hits anything. Instances that move are as for
+    /// [`Tlas::closest`].
     #[inline]
     pub fn any<F: HitFilter>(&self, ray: &Ray, filter: &F) -> bool {
         self.any_at(ray, MOTION_MIDDLE, filter)

@@ -13,8 +13,8 @@ pub trait RayStream: Sync {
     /// One ray. May panic if `index` is out of range.
     fn ray(&self, index: usize) -> Ray;
 
-    /// When a ray leaves, in the time of [`InstanceMotions`](crate::InstanceMotions). Asked only where a ray may hit
-    /// what moves.
+    /// When a ray leaves, in the time of [`InstanceMotions`](crate::InstanceMotions). Asked only
+    /// where a ray may hit what moves.
     #[inline(always)]
     fn time(&self, index: usize) -> f32 {
         let _ = index;

@@ -79,7 +79,7 @@ impl GraphPlace {
 }
 
 impl Surface {
-    /// The surface at `hit` on `ray`, whose direction has unit length, and which leaves at `time` of the shutter.
+    /// The surface at `hit` on `ray`, of unit direction, which leaves at `time` of the shutter.
     #[inline(always)]
     pub fn new(scene: &CpuScene, ray: &Ray, hit: &Hit, time: f32) -> Self {
         let tables = &*scene.tables;

@@ -82,8 +82,8 @@ impl TriangleRows {
         self.locate(i, scene, 0, count);
     }
 
-    /// Computes the surfaces that the row of paths from `first` on has come to, of `count` in all. `times`: by slot, if
-    /// anything moves.
+    /// Computes the surfaces that the row of paths from `first` on has come to, of `count` in all.
+    /// `times`: by slot, if anything moves.
     #[inline(always)]
     pub fn compute<I: Instructions>(
         &mut self,

@@ -23,10 +23,9 @@ impl RayQueries {
     /// - `view`: the picture; its window and its first sample do not matter. Its integrator must be `path`.
     /// - `pixel`: column and row in the whole picture, from the upper left. `sample`: index of the sample.
     ///
-    /// # Errors
-    /// When the pixel is not in the picture, the integrator is another one, or there is something between the surfaces of
-    /// the scene (fog, grids, nested bodies): paths through media are not recorded. When anything moves while the shutter is
-    /// open: records are of an instant.
+    /// # Errors When the pixel is not in the picture, the integrator is another one, or there is
+    /// something between the surfaces of the scene (fog, grids, nested bodies): paths through media
+    /// are not recorded. When anything moves while the shutter is open: records are of an instant.
     pub fn replay(&self, view: &View, pixel: [u32; 2], sample: u32) -> Result<SampleRecord, BackendError> {
         let refuse = |reason| Err(BackendError::View { reason });
         let [x, y] = pixel;

@@ -117,8 +117,8 @@ impl Words {
         self.media = self.append(bytemuck::cast_slice(&media));
     }
 
-    /// Appends the motions of what moves while the shutter is open, and where they are: see `motion.wgsl`. Nothing where
-    /// everything stands still.
+    /// Appends the motions of what moves while the shutter is open, and where they are: see
+    /// `motion.wgsl`. Nothing where everything stands still.
     fn append_motion(&mut self, tables: &SceneTables) {
         let Some(motion) = &tables.motion else { return };
         let range = |range: &MotionRange| [range.first, range.count];

@@ -62,7 +62,8 @@ struct View {
     padding1: u32,
     padding2: u32,
 #ifdef MOTION
-    /// The optics' `Shutter`: open, duration, rise, fall; the delays of rows and columns; how many segments the camera has.
+    /// The optics' `Shutter`: open, duration, rise, fall; the delays of rows and columns; how many
+    /// segments the camera has.
     shutter: vec4f,
     shutter_delays: vec4f,
     camera_motion: array<CameraSegment, 16>,

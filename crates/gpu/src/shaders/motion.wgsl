@@ -1,9 +1,11 @@
-// What of the scene moves while the shutter is open, at the time of the invocation's ray. Only where SCENE_MOVES is defined.
+// What of the scene moves while the shutter is open, at the time of the invocation's ray. Only
+// where SCENE_MOVES is defined.
 //
-// The words before the emitter boxes say where the tables of motions begin: segments, ranges of them for instances, and for
-// lights ranges and the matrices that lead to the spaces that lights carry along.
+// The words before the emitter boxes say where the tables of motions begin: segments, ranges of
+// them for instances, and for lights ranges and the matrices that lead to the spaces that lights
+// carry along.
 
-#import ray_time, scene, scene_records
+#import ray_time, scene, texels
 #import optics::light, optics::motion, optics::moving_light
 
 fn motion_segment(at: u32) -> MotionSegment {
@@ -43,7 +45,8 @@ fn world_to_object_now(instance: u32) -> array<vec4f, 3> {
     return array<vec4f, 3>(m.x, m.y, m.z);
 }
 
-/// Where the motion of a light is: its range of segments, and the matrix from the world in the middle.
+/// Where the motion of a light is: its range of segments, and the matrix from the world in the
+/// middle.
 fn light_motion(index: u32) -> u32 {
     return words[scene.emitter_boxes - 1u] + 14u * index;
 }
@@ -59,7 +62,8 @@ fn light_now(index: u32, light: Light) -> Light {
     return moved_light(light, affine_product(motion_now(range), rest));
 }
 
-/// Rows of the matrix from world to object space, now, of a textured sphere. `places`: where they are if it stands still.
+/// Rows of the matrix from world to object space, now, of a textured sphere. `places`: where they
+/// are if it stands still.
 fn light_to_object_now(index: u32, places: u32) -> array<vec4f, 3> {
     let at = light_motion(index);
     let range = vec2u(words[at], words[at + 1u]);

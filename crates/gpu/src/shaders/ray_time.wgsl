@@ -1,5 +1,5 @@
-// When the camera ray of the path that an invocation follows has left, in the time of the scene's motion. Only where MOTION is
-// defined: elsewhere nothing has a time.
+// When the camera ray of the path that an invocation follows has left, in the time of the scene's
+// motion. Only where MOTION is defined: elsewhere nothing has a time.
 
 #import optics::motion
 

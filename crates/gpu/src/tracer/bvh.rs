@@ -32,7 +32,8 @@ const MOST_JOINED: usize = 1 << 22;
 /// The same for drivers that trace on the host, which would be busy with building for longer than that saves.
 const MOST_JOINED_IN_SOFTWARE: usize = 1 << 18;
 
-/// Encodes the acceleration structures of a scene whose instances may be moved, or move while the shutter is open.
+/// Encodes the acceleration structures of a scene whose instances may be moved, or move while the
+/// shutter is open.
 pub fn encode(tables: &SceneTables, quality: Quality) -> EncodedScene {
     let (objects, instances) = objects_and_instances(tables);
     EncodedScene::build_moving(&objects, &instances, &motions(tables), quality)

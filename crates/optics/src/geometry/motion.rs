@@ -1,11 +1,12 @@
 //! Transforms that change while the shutter is open.
 //!
-//! A motion is a row of segments of equal duration. In each, a transform is decomposed into a translation, a rotation
-//! and a stretch, M = T R S, and these are interpolated apart: the rotation along its arc at constant speed, the others
-//! along straight lines. Time runs from 0, where the motion begins, to 1, where it ends.
+//! A motion is a row of segments of equal duration. In each, a transform is decomposed into a
+//! translation, a rotation and a stretch, M = T R S, and these are interpolated apart: the rotation
+//! along its arc at constant speed, the others along straight lines. Time runs from 0, where the
+//! motion begins, to 1, where it ends.
 //!
-//! Method: Shoemake and Duff, "Matrix Animation and Polar Decomposition", Graphics Interface 1992; pbrt-v4,
-//! `AnimatedTransform`.
+//! Method: Shoemake and Duff, "Matrix Animation and Polar Decomposition", Graphics Interface 1992;
+//! pbrt-v4, `AnimatedTransform`.
 
 use crate::materials::record::wgsl_records;
 use inlining::inline_all;
@@ -35,7 +36,8 @@ pub mod motion {
     #[derive(Clone, Copy, Debug, PartialEq)]
     #[repr(C)]
     pub struct MotionSegment {
-        /// xyz: translation at the beginning, metres. w: half of the angle that the rotation turns by, radians.
+        /// xyz: translation at the beginning, metres. w: half of the angle that the rotation turns
+        /// by, radians.
         pub translation: Vec4f,
         /// xyz: how far the translation goes. w: 0.
         pub translation_step: Vec4f,
@@ -160,14 +162,14 @@ const MOST_PIECES: u32 = 256;
 const TURN_OF_A_PIECE: f32 = 0.1;
 
 impl MotionSegment {
-    /// Into how many pieces the segment is to be cut so that what moves is bounded by where it is at their ends, and how far
-    /// it may be outside of those bounds nonetheless, metres.
+    /// Into how many pieces the segment is to be cut so that what moves is bounded by where it is
+    /// at their ends, and how far it may be outside of those bounds nonetheless, metres.
     ///
     /// - `far`: the largest magnitude of a coordinate of what moves, in its own space, by axis.
     ///
-    /// Between the ends of a piece, a point strays from the chord by at most h² / 8 times its acceleration, h the share of
-    /// the segment that the piece takes. With a turn by ω in the segment, and S the stretch, the acceleration is at most
-    /// ω² |S p| + 2 ω |ΔS p|.
+    /// Between the ends of a piece, a point strays from the chord by at most h² / 8 times its
+    /// acceleration, h the share of the segment that the piece takes. With a turn by ω in the
+    /// segment, and S the stretch, the acceleration is at most ω² |S p| + 2 ω |ΔS p|.
     pub fn pieces(&self, far: [f32; 3]) -> (u32, f32) {
         let stretched = |d: [f32; 4], o: [f32; 4]| {
             let row = |a: f32, b: f32, c: f32| a.abs() * far[0] + b.abs() * far[1] + c.abs() * far[2];

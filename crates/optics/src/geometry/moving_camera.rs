@@ -16,8 +16,8 @@ pub mod moving_camera {
     pub struct CameraSegment {
         /// From the camera's space (x to the right, y up, looking along −z) to the world.
         pub place: MotionSegment,
-        /// At the beginning: half of the film's width and height, and the film's shift to the right and up, as
-        /// [`CameraFrame`] has them.
+        /// At the beginning: half of the film's width and height, and the film's shift to the right
+        /// and up, as [`CameraFrame`] has them.
         pub film: Vec4f,
         /// How far these go.
         pub film_step: Vec4f,

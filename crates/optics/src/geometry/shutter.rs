@@ -8,8 +8,9 @@ use wgsl_rs::wgsl;
 pub mod shutter {
     use wgsl_rs::std::*;
 
-    /// The pair of random numbers whose first says when a camera ray leaves, where anything moves while the shutter is
-    /// open. It is beyond all vertices, so that no other number depends on whether it is drawn.
+    /// The pair of random numbers whose first says when a camera ray leaves, where anything moves
+    /// while the shutter is open. It is beyond all vertices, so that no other number depends on
+    /// whether it is drawn.
     pub const PAIR_TIME: u32 = 0xffffffffu32;
 
     /// A shutter in the time of a motion, which runs from 0 to 1.
@@ -19,7 +20,8 @@ pub mod shutter {
         pub open: f32,
         /// For how long each is open.
         pub duration: f32,
-        /// Share of the duration in which it opens, and in which it closes; in `[0, 1]`, together at most 1.
+        /// Share of the duration in which it opens, and in which it closes; in `[0, 1]`, together
+        /// at most 1.
         pub rise: f32,
         /// See `rise`.
         pub fall: f32,
@@ -29,7 +31,8 @@ pub mod shutter {
         pub column_delay: f32,
     }
 
-    /// Where in the duration a ray leaves, in `[0, 1]`: the inverse of the distribution function of a trapezoid.
+    /// Where in the duration a ray leaves, in `[0, 1]`: the inverse of the distribution function of
+    /// a trapezoid.
     ///
     /// - `u`: uniform number in `[0, 1)`.
     pub fn shutter_fraction(rise: f32, fall: f32, u: f32) -> f32 {
@@ -46,7 +49,8 @@ pub mod shutter {
 
     /// When the ray of a pixel leaves.
     ///
-    /// - `at`: the pixel's column and row. `size`: of the picture, pixels. `u`: uniform number in `[0, 1)`.
+    /// - `at`: the pixel's column and row. `size`: of the picture, pixels. `u`: uniform number in
+    ///   `[0, 1)`.
     pub fn shutter_time(s: Shutter, at: Vec2f, size: Vec2f, u: f32) -> f32 {
         let delay = s.column_delay * ((at.x + 0.5) / size.x) + s.row_delay * ((at.y + 0.5) / size.y);
         s.open + delay + s.duration * shutter_fraction(s.rise, s.fall, u)

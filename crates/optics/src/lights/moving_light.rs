@@ -12,8 +12,9 @@ pub mod moving_light {
 
     /// A light where a transform takes it.
     ///
-    /// - `m`: maps world space to world space. Where it changes the size of a sphere, it does so alike in all
-    ///   directions; spots, projectors and what is infinitely far away it only moves and turns.
+    /// - `m`: maps world space to world space. Where it changes the size of a sphere, it does so
+    ///   alike in all directions; spots, projectors and what is infinitely far away it only moves
+    ///   and turns.
     pub fn moved_light(light: Light, m: AffineRows) -> Light {
         let mut moved = light;
         if light.kind == LIGHT_ENVIRONMENT {

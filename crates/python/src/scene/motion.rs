@@ -11,8 +11,9 @@ use pyo3::prelude::*;
 impl Scene {
     /// Lets an instance move through transforms; see `open_shutter` and `set_time`.
     ///
-    /// Between two moments, translation, rotation and stretch are interpolated apart: what turns goes along an arc about the
-    /// origin of its mesh. Before the first and after the last moment it stands still.
+    /// Between two moments, translation, rotation and stretch are interpolated apart: what turns
+    /// goes along an arc about the origin of its mesh. Before the first and after the last moment
+    /// it stands still.
     ///
     /// Parameters
     /// ----------
@@ -47,7 +48,8 @@ impl Scene {
         })
     }
 
-    /// Brings everything that moves to where it is at a moment, and closes the shutter: pictures show an instant.
+    /// Brings everything that moves to where it is at a moment, and closes the shutter: pictures
+    /// show an instant.
     ///
     /// Parameters
     /// ----------
@@ -62,19 +64,15 @@ impl Scene {
         })
     }
 
-    /// Opens the shutter: pictures that are rendered from now on are blurred by what moves meanwhile. What is changed
-    /// afterwards counts when this is called again.
+    /// Opens the shutter: pictures that are rendered from now on are blurred by what moves
+    /// meanwhile. What is changed afterwards counts when this is called again.
     ///
-    /// Parameters
-    /// ----------
-    /// open, close : float
-    ///     When the shutter opens and closes, in seconds around `time`.
-    /// time : float, default 0
-    ///     The moment of the picture, seconds. Cameras that orbit take it from `render`.
-    /// shape : str, default "box"
-    ///     How it opens and closes: "box", "triangle", or "trapezoid:RISE,FALL" with shares of the time.
-    /// rolling : str, optional
-    ///     "rows:SECONDS" or "columns:SECONDS": the last line of pixels is exposed later than the first by so much.
+    /// Parameters ---------- open, close : float When the shutter opens and closes, in seconds
+    /// around `time`. time : float, default 0 The moment of the picture, seconds. Cameras that
+    /// orbit take it from `render`. shape : str, default "box" How it opens and closes: "box",
+    /// "triangle", or "trapezoid:RISE,FALL" with shares of the time. rolling : str, optional
+    /// "rows:SECONDS" or "columns:SECONDS": the last line of pixels is exposed later than the first
+    /// by so much.
     ///
     /// Returns
     /// -------

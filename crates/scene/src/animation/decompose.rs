@@ -5,8 +5,8 @@ use glam::{Affine3A, DMat3, DQuat, DVec3, Mat3, Vec3};
 use optics::motion::{AffineRows, MotionSegment};
 use optics::vec4f;
 
-/// How far a motion of few segments may be from the transforms that it stands for, as a share of the largest number in
-/// their matrices, and of the way that they go.
+/// How far a motion of few segments may be from the transforms that it stands for, as a share of
+/// the largest number in their matrices, and of the way that they go.
 const TOLERANCE: f32 = 1e-5;
 
 /// The most steps towards a rotation; each halves the error at least, and near the end squares it.
@@ -22,8 +22,8 @@ struct Parts {
 impl Parts {
     /// By polar decomposition. A matrix that mirrors has a stretch that does.
     ///
-    /// Method: Shoemake and Duff 1992, after Higham 1986: the rotation is the limit of averages of a matrix and its
-    /// inverse transpose.
+    /// Method: Shoemake and Duff 1992, after Higham 1986: the rotation is the limit of averages of
+    /// a matrix and its inverse transpose.
     fn of(transform: &Affine3A) -> Self {
         let translation = Vec3::from(transform.translation).as_dvec3();
         let matrix = Mat3::from(transform.matrix3).as_dmat3();
@@ -87,8 +87,9 @@ pub fn motion_through(keys: &[Affine3A]) -> Vec<MotionSegment> {
     parts.windows(2).map(|pair| segment(&pair[0], &pair[1])).collect()
 }
 
-/// As [`motion_through`], of a transform that was looked at often: with the fewest segments, 1, 2, 4, …, that pass all of
-/// `keys`, whose number is a power of two and one more. `None` if it stands still.
+/// As [`motion_through`], of a transform that was looked at often: with the fewest segments, 1, 2,
+/// 4, …, that pass all of `keys`, whose number is a power of two and one more. `None` if it stands
+/// still.
 pub fn motion_near(keys: &[Affine3A]) -> Option<Vec<MotionSegment>> {
     if keys.windows(2).all(|pair| pair[0] == pair[1]) {
         return None;

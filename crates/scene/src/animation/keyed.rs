@@ -11,12 +11,13 @@ use optics::motion::AffineRows;
 pub enum KeyedObject {
     /// Index into [`Scene::instances`].
     Instance(u32),
-    /// Index into [`Scene::cameras`]: it looks along the −Z axis of the space that the transform comes from, +Y up.
+    /// Index into [`Scene::cameras`]: it looks along the −Z axis of the space that the transform
+    /// comes from, +Y up.
     Camera(u32),
 }
 
-/// A transform to the world that is known at moments. Between them it is decomposed and interpolated as
-/// [`optics::motion`] says; before the first and after the last it stays.
+/// A transform to the world that is known at moments. Between them it is decomposed and
+/// interpolated as [`optics::motion`] says; before the first and after the last it stays.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Keyed {
     /// What is moved.

@@ -149,7 +149,8 @@ impl Animation {
         self.deform(&placed, &pose.weights, scene);
     }
 
-    /// Puts instances, cameras and lights where they are; returns everything that there is to know of the moment.
+    /// Puts instances, cameras and lights where they are; returns everything that there is to know
+    /// of the moment.
     fn place(&self, time: f32, scene: &mut Scene) -> (Pose, Vec<NodePose>) {
         let time = self.wrapped(time);
         let pose = self.pose(time);
@@ -265,8 +266,9 @@ impl Scene {
     }
 
     /// Brings everything that is animated to where it is at `time` seconds. What moves becomes
-    /// [`crate::Instance::dynamic`]. Cameras with a [`crate::CameraPath`] follow [`crate::Camera::at`] instead. It is an
-    /// instant: nothing moves meanwhile, see [`Scene::open_shutter`].
+    /// [`crate::Instance::dynamic`]. Cameras with a [`crate::CameraPath`] follow
+    /// [`crate::Camera::at`] instead. It is an instant: nothing moves meanwhile, see
+    /// [`Scene::open_shutter`].
     pub fn set_time(&mut self, time: f32) {
         self.motion = None;
         self.cameras.iter_mut().for_each(|camera| camera.keys.clear());

@@ -89,12 +89,13 @@ struct Sample {
 }
 
 impl Scene {
-    /// Opens the shutter around the moment `time`, in seconds: brings the scene to the middle of the time that it is open
-    /// ([`Shutter::moment`] 0.5), and finds out how instances, lights and cameras move meanwhile, for
-    /// [`crate::tables::SceneTables::build`]. An instant is [`Scene::set_time`].
+    /// Opens the shutter around the moment `time`, in seconds: brings the scene to the middle of
+    /// the time that it is open ([`Shutter::moment`] 0.5), and finds out how instances, lights and
+    /// cameras move meanwhile, for [`crate::tables::SceneTables::build`]. An instant is
+    /// [`Scene::set_time`].
     ///
-    /// Meshes that deform, materials, strengths of lights and what is shown or hidden stay as they are in the middle; see
-    /// [`SceneMotion::held`].
+    /// Meshes that deform, materials, strengths of lights and what is shown or hidden stay as they
+    /// are in the middle; see [`SceneMotion::held`].
     pub fn open_shutter(&mut self, time: f32, shutter: &Shutter) {
         let animations = std::mem::take(&mut self.animations);
         let moment = |share: f32| time + shutter.moment(share);

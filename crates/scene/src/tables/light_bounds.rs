@@ -48,7 +48,8 @@ impl Leaf {
 }
 
 impl Leaf {
-    /// As [`Leaf::new`], of a light that may move: around all that it covers, and shining wherever it may shine.
+    /// As [`Leaf::new`], of a light that may move: around all that it covers, and shining wherever
+    /// it may shine.
     pub fn moving(light: u32, record: &LightRecord, motion: Option<&MotionTable>) -> Option<Self> {
         let still = Self::new(light, record)?;
         let moves = |m: &&MotionTable| !m.lights[light as usize].segments.is_empty();

@@ -59,7 +59,8 @@ impl LightMotion {
 pub struct MotionTable {
     /// Segments of all motions.
     pub segments: Arc<[MotionSegment]>,
-    /// From object to world, parallel to [`SceneTables::instances`], which are as they are in the middle.
+    /// From object to world, parallel to [`SceneTables::instances`], which are as they are in the
+    /// middle.
     pub instances: Vec<MotionRange>,
     /// Parallel to [`SceneTables::lights`], which are as they are in the middle.
     pub lights: Vec<LightMotion>,
@@ -72,7 +73,8 @@ impl MotionTable {
         &self.segments[range.first as usize..][..range.count as usize]
     }
 
-    /// From the world in the middle to the world at `time`, of light `index`; `None` if it stands still.
+    /// From the world in the middle to the world at `time`, of light `index`; `None` if it stands
+    /// still.
     #[inline]
     pub fn light_transform(&self, index: u32, time: f32) -> Option<AffineRows> {
         let motion = self.lights[index as usize];
@@ -121,7 +123,8 @@ impl SceneTables {
         record
     }
 
-    /// Notes how the instances move, and puts them where they are in the middle. `scene`: what they were made of.
+    /// Notes how the instances move, and puts them where they are in the middle. `scene`: what they
+    /// were made of.
     pub(super) fn add_motion(&mut self, scene: &SceneMotion) {
         let mut table = MotionTable::default();
         let mut segments: Vec<MotionSegment> = Vec::new();
@@ -173,8 +176,9 @@ impl SceneTables {
         self.motion.as_ref().map_or(&[], |motion| motion.of(motion.instances[instance]))
     }
 
-    /// Transforms that a motion passes, each with how far what they move strays from them at most, metres: it is between
-    /// where neighbours take it. `low` and `high`: its corners in its own space.
+    /// Transforms that a motion passes, each with how far what they move strays from them at most,
+    /// metres: it is between where neighbours take it. `low` and `high`: its corners in its own
+    /// space.
     pub(super) fn poses(segments: &[MotionSegment], low: Vec3, high: Vec3) -> Vec<(Affine3A, f32)> {
         let far = low.abs().max(high.abs()).to_array();
         let mut poses = Vec::new();

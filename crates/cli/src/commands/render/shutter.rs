@@ -10,15 +10,17 @@ use clap::Args;
 /// When light reaches the film.
 #[derive(Debug, Clone, Args)]
 pub struct ShutterArgs {
-    /// Blur what moves while the shutter is open: OPEN..CLOSE in seconds around the picture's moment, or a share of a frame
-    /// around it (0.5 is a shutter of 180 degrees), or off [default: what the scene says, else off].
+    /// Blur what moves while the shutter is open: OPEN..CLOSE in seconds around the picture's
+    /// moment, or a share of a frame around it (0.5 is a shutter of 180 degrees), or off [default:
+    /// what the scene says, else off].
     #[arg(long, help_heading = "Sequence", value_name = "OPEN..CLOSE|SHARE|off", value_parser = parse_shutter, allow_hyphen_values = true)]
     pub shutter: Option<ShutterTimes>,
-    /// How the shutter opens and closes: box, triangle, or trapezoid:RISE,FALL with shares of the time.
+    /// How the shutter opens and closes: box, triangle, or trapezoid:RISE,FALL with shares of the
+    /// time.
     #[arg(long, help_heading = "Sequence", value_name = "SHAPE", value_parser = parse_shutter_shape)]
     pub shutter_shape: Option<ShutterShape>,
-    /// Expose one line of pixels after the other, the last one later than the first by so many seconds: rows:SECONDS or
-    /// columns:SECONDS.
+    /// Expose one line of pixels after the other, the last one later than the first by so many
+    /// seconds: rows:SECONDS or columns:SECONDS.
     #[arg(long, help_heading = "Sequence", value_name = "LINES:SECONDS", value_parser = parse_rolling)]
     pub rolling: Option<Rolling>,
 }
@@ -63,7 +65,7 @@ pub fn bring(scene: &mut Scene, time: f32, shutter: Option<&Shutter>) {
 pub fn say_what_is_held(scene: &Scene, integrator: &Integrator) {
     let Some(motion) = &scene.motion else { return };
     if integrator.makes_frames() {
-        return say!("`{}` shows the scene as it is in the middle of the shutter", integrator.name());
+        return say!("on GPUs `{}` shows the middle of the shutter", integrator.name());
     }
     for held in &motion.held {
         say!("{held} changes while the shutter is open; it is shown as it is in the middle");

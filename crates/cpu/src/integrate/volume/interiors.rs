@@ -28,7 +28,8 @@ pub(crate) struct Segment {
     pub end: f32,
 }
 
-/// What a point is inside of at `time` of the shutter: the bodies whose backs are seen from it, looking up.
+/// What a point is inside of at `time` of the shutter: the bodies whose backs are seen from it,
+/// looking up.
 pub(crate) fn interiors_around(scene: &CpuScene, point: Vec3f, time: f32) -> Interiors {
     let tables = &*scene.tables;
     if !tables.has_bodies() {

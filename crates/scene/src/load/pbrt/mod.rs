@@ -13,6 +13,7 @@
 mod camera;
 mod lights;
 mod materials;
+mod motion;
 mod parameters;
 mod parser;
 mod shapes;
@@ -23,10 +24,9 @@ mod version;
 
 use super::session::instance;
 use super::{LoadError, LoadOptions, Loaded};
-use crate::animation::{Keyed, KeyedObject};
 use crate::load::textures::TextureLoader;
 use crate::origin::{Bounds, stored};
-use crate::{Animation, GroupId, Instance, LoadReport, Mesh, MeshId, Portal, Scene, Shutter, Texture};
+use crate::{GroupId, Instance, LoadReport, Mesh, MeshId, Portal, Scene, Texture};
 use glam::{Affine3A, DAffine3, DMat3, DMat4, DVec3};
 use parameters::Parameters;
 use parser::Parser;
@@ -415,25 +415,6 @@ impl<'o> Builder<'o> {
         Ok(())
     }
 
-    fn moving(&mut self, directive: &str, place: &Place) -> Result<(), LoadError> {
-        if directive == "TransformTimes" {
-            let times = self.parser.numbers::<2>(place)?;
-            if !(times[0] < times[1] && times.iter().all(|t| t.is_finite())) {
-                return Err(self.parser.error(place, "a motion must end after it begins"));
-            }
-            self.times = times;
-            return Ok(());
-        }
-        let token = self.parser.next()?;
-        self.state.active = match token.as_ref().map(|token| &token.kind) {
-            Some(TokenKind::Word(word)) if word == "StartTime" => Active::Start,
-            Some(TokenKind::Word(word)) if word == "EndTime" => Active::End,
-            Some(TokenKind::Word(word)) if word == "All" => Active::All,
-            _ => return Err(self.parser.unexpected(place, "StartTime, EndTime or All", token)),
-        };
-        Ok(())
-    }
-
     /// Gives the scene its origin, and everything in it its place relative to it.
     fn place_all(&mut self) {
         let boxes: Vec<_> = self.scene.meshes.iter().map(Mesh::bounds).collect();
@@ -454,33 +435,6 @@ impl<'o> Builder<'o> {
         }
         let portal = self.portal.map(|corners| corners.map(|corner| (corner - origin).as_vec3()));
         self.scene.portals = portal.and_then(|corners| Portal::new(corners).ok()).into_iter().collect();
-    }
-
-    /// Lets instances move.
-    fn move_instances(&mut self, origin: DVec3) {
-        let mut keyed = Vec::new();
-        for (index, (world, end)) in (0..).zip(self.worlds.iter().zip(&self.ends)) {
-            let Some(end) = end else { continue };
-            let transforms = vec![stored(world, origin), stored(end, origin)];
-            match Keyed::new(KeyedObject::Instance(index), self.times.to_vec(), transforms) {
-                Ok(motion) => keyed.push(motion),
-                Err(error) => self.report.ignored(format!("the motion of shape {index}: {error}")),
-            }
-        }
-        if !keyed.is_empty() {
-            self.scene.animations.push(Animation { keyed, ..Animation::default() });
-        }
-    }
-
-    /// What moves does so while the shutter is open.
-    fn open_shutter(&mut self) {
-        if self.scene.animations.is_empty() {
-            return;
-        }
-        match Shutter::new(self.shutter[0], self.shutter[1]) {
-            Ok(shutter) => self.scene.defaults.shutter = Some(shutter),
-            Err(error) => self.report.ignored(error.to_string()),
-        }
     }
 
     fn finish(mut self) -> Loaded {

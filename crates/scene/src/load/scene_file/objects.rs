@@ -74,7 +74,8 @@ pub(super) struct Object {
     pub copies: Vec<Copy>,
     /// Its own transform, applied before a copy's.
     pub own: DAffine3,
-    /// Moments, seconds, and what is then in the place of `own`, which is the first of them; empty if it stands still.
+    /// Moments, seconds, and what is then in the place of `own`, which is the first of them; empty
+    /// if it stands still.
     pub motion: Vec<(f32, DAffine3)>,
     /// Whether it is part of the picture.
     pub visible: bool,
