@@ -1,7 +1,7 @@
 //! `cargo xtask docs`: figures, tables and pictures that are made from the code.
 
 use crate::shell::{cargo, release_binary, root, run as run_command};
-use crate::{display, tables, test};
+use crate::{display, learn, tables, test};
 use anyhow::Context;
 use std::process::{Child, Command, Stdio};
 
@@ -30,6 +30,7 @@ pub fn run(args: &DocsArgs) -> anyhow::Result<()> {
     volumes()?;
     motion_blur()?;
     explained_path()?;
+    learn::pictures()?;
     denoising()?;
     viewer()
 }

@@ -1,5 +1,6 @@
 //! Checks of the documents against the workspace, so that they cannot fall behind.
 
+use crate::learn::example_commands;
 use std::path::{Path, PathBuf};
 
 fn read(name: &str) -> String {
@@ -135,13 +136,6 @@ fn the_performance_page_and_the_changelog_are_short() {
         let lines = read(name).lines().count();
         assert!(lines <= limit, "{name} has {lines} lines, more than {limit}");
     }
-}
-
-/// Lines of shell examples in `page` that call `alhazen`, without comments.
-fn example_commands(page: &str) -> impl Iterator<Item = &str> {
-    let blocks = page.split("```sh\n").skip(1).filter_map(|rest| rest.split("```").next());
-    let lines = blocks.flat_map(str::lines).filter(|line| line.starts_with("alhazen"));
-    lines.map(|line| line.split(" #").next().unwrap_or_default().trim())
 }
 
 /// The words of a command that are neither a subcommand with a file in `commands` nor an option

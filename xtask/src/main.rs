@@ -14,6 +14,7 @@ mod documents;
 #[cfg(test)]
 mod floors;
 mod gallery;
+mod learn;
 mod package;
 mod plot;
 mod python;

@@ -53,7 +53,7 @@ pub use backend::{
 };
 pub use backend::{
     AmbientOcclusion, Backend, BackendError, Control, DirectSettings, Highlights, HybridSettings,
-    INVERSE_SQUARE, Integrator, LoadStats, PassTime, PathSettings, PixelSamples, Progress, SamplerKind,
+    INVERSE_SQUARE, Integrator, LoadStats, Mis, PassTime, PathSettings, PixelSamples, Progress, SamplerKind,
     Stats as PassStats, View, ViewShutter, Visibility,
 };
 pub use checkpoint::Checkpoint;

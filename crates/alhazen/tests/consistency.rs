@@ -5,8 +5,8 @@
 mod common;
 
 use alhazen::{
-    Control, DirectSettings, Environment, Integrator, Job, Light, LightKind, Limits, PathSettings, Renderer,
-    SamplerKind, Scene,
+    Control, DirectSettings, Environment, Integrator, Job, Light, LightKind, Limits, Mis, PathSettings,
+    Renderer, SamplerKind, Scene,
 };
 use common::{SHINES, assert_same, assert_same_coarse, estimate, job, path};
 use glam::{Affine3A, Vec3, Vec4};
@@ -29,7 +29,7 @@ fn what_only_changes_noise_does_not_change_the_picture() {
                 roulette_start,
                 roulette_min_survival,
                 splitting,
-                clamp_indirect: None,
+                ..PathSettings::default()
             })
         };
         let variants = [
@@ -45,6 +45,22 @@ fn what_only_changes_noise_does_not_change_the_picture() {
                 &estimate(&scene, &variant, 128),
                 &expected,
             );
+        }
+    }
+}
+
+/// Light samples, BSDF samples and both heuristics find the same light, of a lamp and of a sky.
+#[test]
+fn how_light_is_found_does_not_change_the_picture() {
+    let mut sky = scenes::spheres();
+    sky.environment = Environment::Constant(Vec3::new(0.5, 0.7, 1.0));
+    for scene in [scenes::cornell(), sky] {
+        let base = job(&scene, SIZE, SIZE, 6);
+        let expected = estimate(&scene, &base, 256);
+        for (seed, mis) in (1..).zip(Mis::ALL) {
+            let settings = PathSettings { mis, max_depth: 6, ..PathSettings::default() };
+            let job = Job { seed, integrator: Integrator::Path(settings), ..base.clone() };
+            assert_same_coarse(&format!("{}-{mis}", scene.name), &estimate(&scene, &job, 256), &expected);
         }
     }
 }

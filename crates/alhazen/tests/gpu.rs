@@ -11,8 +11,8 @@ use alhazen::gpu::tracer::TracerKind;
 use alhazen::gpu::{Gpu, GpuBackend, GpuOptions, has_hardware};
 use alhazen::{
     AlphaMode, AmbientOcclusion, Aov, BackendError, Control, DirectSettings, Distortion, Fallback, Film,
-    Highlights, Integrator, Job, Limits, LoadOptions, PathSettings, Renderer, SamplerKind, Scene, Source,
-    Step, View,
+    Highlights, Integrator, Job, Limits, LoadOptions, Mis, PathSettings, Renderer, SamplerKind, Scene,
+    Source, Step, View,
 };
 use common::on_gpus::{SPP, compare_on, differing_share, render};
 use common::{gpu_renderers, in_turn, path};
@@ -115,7 +115,7 @@ fn everything_ambient_occlusion() {
     }
 }
 
-/// Roulette, splitting, a limit of indirect light, Sobol points, a lens that bends lines, a crop and single scattering at once.
+/// Roulette, splitting, a limit of indirect light, one way to find it, Sobol points, a lens that bends lines, a crop and single scattering at once.
 #[test]
 fn every_setting_path() {
     let scene = scenes::assortment();
@@ -124,6 +124,7 @@ fn every_setting_path() {
         roulette_start: 2,
         roulette_min_survival: 0.2,
         splitting: 3,
+        mis: Mis::Bsdf,
         clamp_indirect: Some(1.0),
     };
     let mut job = Job {

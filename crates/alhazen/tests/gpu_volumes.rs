@@ -5,7 +5,7 @@ mod common;
 
 use alhazen::gpu::has_hardware;
 use alhazen::{
-    Aov, BackendError, Control, Film, HybridSettings, Integrator, Job, Limits, PathSettings, Renderer,
+    Aov, BackendError, Control, Film, HybridSettings, Integrator, Job, Limits, Mis, PathSettings, Renderer,
     SamplerKind, Scene, Shape,
 };
 use common::on_gpus::{compare_on, differing_share, render};
@@ -85,6 +85,7 @@ fn settings(scene: &Scene) -> Job {
         roulette_start: 5,
         roulette_min_survival: 0.1,
         splitting: 2,
+        mis: Mis::Balance,
         clamp_indirect: Some(1.0),
     };
     Job {

@@ -6,7 +6,7 @@ mod common;
 use alhazen::gpu::tracer::TracerKind;
 use alhazen::gpu::{Gpu, GpuBackend, GpuError, GpuOptions, has_hardware};
 use alhazen::{
-    Adaptive, Aov, Control, Environment, Film, Integrator, Job, Limits, LoadOptions, PathKernel,
+    Adaptive, Aov, Control, Environment, Film, Integrator, Job, Limits, LoadOptions, Mis, PathKernel,
     PathSettings, Renderer, SamplerKind, Sampling, Scene, Source, Summary,
 };
 use common::{SHINES, in_turn, path};
@@ -141,6 +141,7 @@ fn every_setting_is_the_same() {
         roulette_start: 2,
         roulette_min_survival: 0.2,
         splitting: 3,
+        mis: Mis::Light,
         clamp_indirect: Some(1.0),
     };
     let mut job = Job {

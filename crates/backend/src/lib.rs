@@ -7,10 +7,12 @@
 #![forbid(unsafe_code)]
 
 mod control;
+mod mis;
 mod realtime;
 mod view;
 
 pub use control::{Control, Progress};
+pub use mis::Mis;
 pub use realtime::{
     AllocationSettings, BadFrameSamples, FrameSamples, FrameView, HistorySettings, RealtimeSettings,
     SpatialFilter, UnknownFrameView, UnknownSpatialFilter,

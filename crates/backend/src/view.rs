@@ -1,6 +1,6 @@
 //! What is to be rendered: camera, picture, integrator.
 
-use crate::RealtimeSettings;
+use crate::{Mis, RealtimeSettings};
 use film::{Aov, Rect};
 use optics::camera::CameraFrame;
 use optics::motion::motion_place;
@@ -226,6 +226,8 @@ pub struct PathSettings {
     pub roulette_min_survival: f32,
     /// Paths that go on from the first vertex of each camera ray, at least 1.
     pub splitting: u32,
+    /// How the two ways to find light are weighted.
+    pub mis: Mis,
     /// The most that light which a path finds after more than two segments may add to a sample, W·sr⁻¹·m⁻², positive. `None`
     /// limits nothing. A limit removes bright specks and the light that they stand for: the picture is biased, darker.
     pub clamp_indirect: Option<f32>,
@@ -245,6 +247,7 @@ impl Default for PathSettings {
             roulette_start: 5,
             roulette_min_survival: 0.05,
             splitting: 1,
+            mis: Mis::Power,
             clamp_indirect: None,
         }
     }

@@ -143,6 +143,7 @@ mod transport {
     pub mod estimator;
     pub mod interiors;
     pub mod medium;
+    pub mod mis;
     pub mod path;
     pub mod vertex;
     pub mod volume;
@@ -183,8 +184,8 @@ pub use textures::{
     texture_point::texture_point, voronoi::voronoi,
 };
 pub use transport::{
-    direct_light::direct_light, estimator::estimator, interiors::interiors, medium::medium, path::path,
-    vertex::vertex, volume::volume,
+    direct_light::direct_light, estimator::estimator, interiors::interiors, medium::medium, mis::mis,
+    path::path, vertex::vertex, volume::volume,
 };
 
 pub mod albedo;

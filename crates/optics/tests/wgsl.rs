@@ -51,6 +51,7 @@ fn modules() -> Vec<(&'static str, String)> {
         material: optics::material,
         math: optics::math,
         medium: optics::medium,
+        mis: optics::mis,
         motion: optics::motion,
         moving_camera: optics::moving_camera,
         moving_light: optics::moving_light,

@@ -9,7 +9,7 @@ use crate::watch::watch;
 use alhazen::output::{Encoding, Format, OutputError};
 use alhazen::{
     Aov, AovData, BackendChoice, CRYPTOMATTE_RANKS, Control, ExrFile, Film, Image, ImageError, Integrator,
-    Job, Limits, Precision, Rect, Renderer, RendererOptions, Summary, ToneMapper, ToneMapping,
+    Job, Limits, Mis, Precision, Rect, Renderer, RendererOptions, Summary, ToneMapper, ToneMapping,
     check_default_camera,
 };
 use pyo3::exceptions::PyTypeError;
@@ -30,6 +30,7 @@ pub struct Settings<'py> {
     pub seed: u32,
     pub integrator: Option<String>,
     pub max_depth: Option<u32>,
+    pub mis: String,
     pub clamp_indirect: Option<f32>,
     pub ambient_distance: Option<f32>,
     pub sampler: String,
@@ -53,7 +54,7 @@ impl<'py> Settings<'py> {
         #[rustfmt::skip]
         let mut settings = Self {
             width, height, spp, camera: None, aovs: Vec::new(), seed: 0, integrator: None, max_depth: None,
-            clamp_indirect: None, ambient_distance: None, sampler: "sobol".into(), crop: None, first_sample: 0, time: 0.0,
+            mis: "power".into(), clamp_indirect: None, ambient_distance: None, sampler: "sobol".into(), crop: None, first_sample: 0, time: 0.0,
             time_limit: None, noise: None, backend: "auto".into(), adapter: None, threads: None, progress: None,
         };
         for (key, value) in keywords.into_iter().flatten() {
@@ -63,6 +64,7 @@ impl<'py> Settings<'py> {
                 "seed" => settings.seed = value.extract()?,
                 "integrator" => settings.integrator = value.extract()?,
                 "max_depth" => settings.max_depth = value.extract()?,
+                "mis" => settings.mis = value.extract()?,
                 "clamp_indirect" => settings.clamp_indirect = value.extract()?,
                 "ambient_distance" => settings.ambient_distance = value.extract()?,
                 "sampler" => settings.sampler = value.extract()?,
@@ -267,6 +269,14 @@ fn integrator(settings: &Settings, of_scene: Integrator) -> PyResult<Integrator>
         if let Some(longest) = integrator.max_depth_mut() {
             *longest = depth;
         }
+    }
+    let mis: Mis = settings.mis.parse().map_err(|e| bad(format!("mis: {e}")))?;
+    match &mut integrator {
+        Integrator::Path(path) => path.mis = mis,
+        other if mis != Mis::default() => {
+            return Err(bad(format!("mis is for the integrator path, not for {}", other.name())));
+        }
+        _ => {}
     }
     if let Some(most) = settings.clamp_indirect {
         if !(most > 0.0 && most.is_finite()) {

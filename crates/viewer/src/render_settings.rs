@@ -100,6 +100,7 @@ impl RenderSettings {
                 let (least, default) = (p.roulette_min_survival, path.roulette_min_survival);
                 options.number("roulette-min-survival", least, default);
                 options.number("splitting", p.splitting, path.splitting);
+                options.number("mis", p.mis, path.mis);
             }
             Integrator::Direct(direct) => options.rays(direct, &DirectSettings::default()),
             Integrator::Hybrid(h) => {

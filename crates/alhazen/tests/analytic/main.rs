@@ -13,7 +13,7 @@ mod lights;
 mod rough_diffuse;
 
 use alhazen::{
-    Environment, Integrator, Job, Light, LightKind, PathSettings, Pixels, Scene, SceneImage, Shape,
+    Environment, Integrator, Job, Light, LightKind, Mis, PathSettings, Pixels, Scene, SceneImage, Shape,
     picture_ray,
 };
 use common::{assert_mean, estimate, from_above, job};
@@ -396,6 +396,7 @@ fn roulette_does_not_change_a_furnace() {
             roulette_start,
             roulette_min_survival,
             splitting,
+            mis: Mis::Power,
             clamp_indirect: None,
         };
         let job = Job { integrator: Integrator::Path(settings), ..job(&scene, 32, 32, 200) };

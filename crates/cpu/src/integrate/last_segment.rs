@@ -30,7 +30,8 @@ impl PathBatch {
             let mut contribution = vec3f(0.0, 0.0, 0.0);
             let (normal, time) = (path.sampling_normal, self.time_of(path.slot));
             for_each_distant(scene, vec3(ray.origin), normal, vec3(ray.direction), time, |d| {
-                contribution += path_add_emission(path.state(context.depth), d.radiance, d.pdf).radiance;
+                let state = path.state(context.depth);
+                contribution += path_add_emission(state, d.radiance, d.pdf, context.mis()).radiance;
             });
             self.ask(Connection { slot: path.slot, contribution }, ray);
         }

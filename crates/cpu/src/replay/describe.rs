@@ -8,21 +8,26 @@ use optics::light::{
     LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_PROJECTOR, LIGHT_RECTANGLE, LIGHT_SPHERE,
     LIGHT_SPOT, LIGHT_TRIANGLE, LightSample,
 };
-use optics::math::power_heuristic;
+use optics::mis::{MisHeuristic, bsdf_sample_weight};
 use optics::path::{PathState, path_add_emission};
 use optics::scatter::{
     BSDF_GLOSSY, BSDF_MIRROR, BSDF_ROUGH_DIELECTRIC, BSDF_SMOOTH_DIELECTRIC, BSDF_THIN_DIELECTRIC,
 };
 
 /// Light that a path in this state has come upon.
-pub(super) fn found_light(state: &PathState, radiance: Vec3f, light_pdf: f32) -> FoundLight {
+pub(super) fn found_light(
+    state: &PathState,
+    radiance: Vec3f,
+    light_pdf: f32,
+    mis: MisHeuristic,
+) -> FoundLight {
     let counts_in_full = state.specular || light_pdf <= 0.0;
     FoundLight {
         radiance: radiance.to_array(),
         scattering_pdf: (!state.specular).then_some(state.pdf),
         light_pdf,
-        weight: if counts_in_full { 1.0 } else { power_heuristic(state.pdf, light_pdf) },
-        contribution: path_add_emission(*state, radiance, light_pdf).radiance.to_array(),
+        weight: if counts_in_full { 1.0 } else { bsdf_sample_weight(mis, state.pdf, light_pdf) },
+        contribution: path_add_emission(*state, radiance, light_pdf, mis).radiance.to_array(),
     }
 }
 

@@ -28,8 +28,8 @@ use optics::closure::{
 };
 use optics::frame::{to_local, to_world};
 use optics::light_tree::octahedral_decode;
-use optics::math::power_heuristic;
 use optics::medium::transmittance;
+use optics::mis::light_sample_weight;
 use optics::motion::MOTION_MIDDLE;
 use optics::path::{
     PathState, limit_indirect, path_light_contribution, path_scatter, path_start, roulette_survival,
@@ -238,7 +238,7 @@ impl<'a> Follower<'a> {
             let (from, wi) = (vec3(walk.ray.origin), vec3(walk.ray.direction));
             let pdf =
                 surface_light_pdf(scene, &surface, from, walk.path.sampling_normal, wi, hit.t, MOTION_MIDDLE);
-            let light = found_light(&walk.path.state(depth), emitted, pdf);
+            let light = found_light(&walk.path.state(depth), emitted, pdf, self.context.mis());
             walk.radiance += vec3(light.contribution);
             found.push(light);
         }
@@ -346,10 +346,11 @@ impl<'a> Follower<'a> {
         }
         let value = closure_eval(*closure, wo, side.wi);
         let throughput = walk.path.throughput;
-        let brings = path_light_contribution(throughput, value, light.radiance, light.pdf, light.delta);
+        let mis = self.context.mis();
+        let brings = path_light_contribution(throughput, value, light.radiance, light.pdf, light.delta, mis);
         record.scattering = value.value_cos.to_array();
         record.scattering_pdf = value.pdf;
-        record.weight = if light.delta { 1.0 } else { power_heuristic(light.pdf, value.pdf) };
+        record.weight = if light.delta { 1.0 } else { light_sample_weight(mis, light.pdf, value.pdf) };
         // Not `> 0`: NaN must reach the film, where it is counted.
         record.visibility = if brings.x + brings.y + brings.z == 0.0 {
             LightVisibility::Dark
@@ -369,7 +370,7 @@ impl<'a> Follower<'a> {
         let mut found = Vec::new();
         let (from, wi) = (vec3(ray.origin), vec3(ray.direction));
         for_each_distant(self.context.scene, from, path.sampling_normal, wi, MOTION_MIDDLE, |d| {
-            found.push(found_light(&path.state(self.context.depth), d.radiance, d.pdf));
+            found.push(found_light(&path.state(self.context.depth), d.radiance, d.pdf, self.context.mis()));
         });
         found
     }

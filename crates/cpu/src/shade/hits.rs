@@ -192,6 +192,6 @@ impl PathBatch {
     #[inline(always)]
     fn found(&mut self, context: &Context, path: &Path, emitted: Vec3f, light_pdf: f32) {
         let sum = &mut self.radiance[path.slot as usize];
-        *sum += path_add_emission(path.state(context.depth), emitted, light_pdf).radiance;
+        *sum += path_add_emission(path.state(context.depth), emitted, light_pdf, context.mis()).radiance;
     }
 }

@@ -17,6 +17,7 @@ use optics::light_tree::{
     light_importance, light_share, node_importance_add, node_weight, octahedral_decode, octahedral_encode,
     refill,
 };
+use optics::mis::MisHeuristic;
 use optics::path::path_light_contribution;
 use optics::random::dither;
 use optics::vector::dot;
@@ -38,14 +39,22 @@ impl LightLanes {
 impl ConnectionLanes {
     /// Connects every vertex with its light sample. `origin`: where rays start that leave on the side of the viewer.
     #[inline(always)]
-    pub fn compute(&mut self, v: &Vertices, origin: &Vectors, lights: &LightLanes, lobes: &impl Lobes) {
+    pub fn compute(
+        &mut self,
+        v: &Vertices,
+        origin: &Vectors,
+        lights: &LightLanes,
+        lobes: &impl Lobes,
+        mis: MisHeuristic,
+    ) {
         for lane in 0..LANES {
             let (normal, wi) = (v.normal.get(lane), lights.wi.get(lane));
             let above = dot(wi, normal) > 0.0 && dot(wi, v.shading_normal.get(lane)) > 0.0;
             let value = lobes.eval(v, lane, wi);
             let pdf = if above { lights.pdf.0[lane] } else { 0.0 };
             let (radiance, delta) = (lights.radiance.get(lane), lights.delta.0[lane] != 0);
-            let contribution = path_light_contribution(v.throughput.get(lane), value, radiance, pdf, delta);
+            let throughput = v.throughput.get(lane);
+            let contribution = path_light_contribution(throughput, value, radiance, pdf, delta, mis);
             let origin = origin.get(lane);
             let way = light_way(wi, lights.distance.0[lane], origin - v.position.get(lane));
             self.direction.set(lane, way.direction);

@@ -10,6 +10,7 @@ use crate::shade::material::Shading;
 use accel::Ray;
 use backend::PathSettings;
 use film::AovSample;
+use optics::mis::MisHeuristic;
 use optics::motion::MOTION_MIDDLE;
 use optics::random::{PixelSampler, sample_2d};
 use optics::vertex::{Roulette, is_last_segment, vertex_pair};
@@ -88,6 +89,12 @@ impl Context<'_> {
     #[inline(always)]
     pub fn roulette(&self) -> Roulette {
         roulette(self.settings)
+    }
+
+    /// How light counts that is found in two ways.
+    #[inline(always)]
+    pub fn mis(&self) -> MisHeuristic {
+        self.settings.mis.heuristic()
     }
 
     /// Whether Russian roulette may end paths at this vertex.

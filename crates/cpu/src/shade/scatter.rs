@@ -98,12 +98,8 @@ impl PathBatch {
         let tables = &*context.scene.tables;
         let wo = to_local(frame, surface.wo);
         if bsdf.has_smooth_part() && !tables.lights.is_empty() {
-            let u = context.draw(&path, PAIR_LIGHT);
             path.sampling_normal = normal_for_lights(tables, bsdf, frame.normal);
-            let (normal, time) = (path.sampling_normal, self.time_of(path.slot));
-            if let Some(light) = sample_light(context.scene, surface.origin, normal, u, time) {
-                self.add_connection(surface, &frame, bsdf, wo, &path, &light);
-            }
+            self.add_connection(context, surface, &frame, bsdf, wo, &path);
         }
         let zero = vec2f(0.0, 0.0);
         let wants_lobe = context.meets_roulette() || bsdf.has_lobes();
@@ -128,24 +124,29 @@ impl PathBatch {
         if bsdf.is_sharp() { Continuation::Sharp(path.throughput) } else { Continuation::Other }
     }
 
-    /// Queues the shadow ray of a light sample, if the light could contribute.
+    /// Samples a light and queues the shadow ray, if the light could contribute.
     #[inline(always)]
     fn add_connection<S: Scattering>(
         &mut self,
+        context: &Context,
         surface: &Surface,
         frame: &Frame,
         bsdf: S,
         wo: Vec3f,
         path: &Path,
-        light: &LightSample,
     ) {
+        let u = context.draw(path, PAIR_LIGHT);
+        let (normal, time) = (path.sampling_normal, self.time_of(path.slot));
+        let sample = sample_light(context.scene, surface.origin, normal, u, time);
+        let Some(light) = &sample else { return };
         let side = light_side(light.wi, light.pdf, *frame, surface.horizon, bsdf.transmits());
         if !side.possible {
             return;
         }
         let value = bsdf.eval(wo, side.wi);
+        let LightSample { radiance, pdf, delta, .. } = *light;
         let contribution =
-            path_light_contribution(path.throughput, value, light.radiance, light.pdf, light.delta);
+            path_light_contribution(path.throughput, value, radiance, pdf, delta, context.mis());
         self.ask(Connection { slot: path.slot, contribution }, shadow_ray(surface, light, side.above));
     }
 }

@@ -82,7 +82,7 @@ fn connect_lights<I: Instructions>(
     let slots = *queue.paths().slot;
     let time = |lane: usize| time_of(times, slots[lane]);
     sample_lights(i, context.scene, &mut queue.vertices, waiting, &queue.u, time, &mut queue.lights);
-    queue.connections.compute(&queue.vertices, &queue.above, &queue.lights, lobes);
+    queue.connections.compute(&queue.vertices, &queue.above, &queue.lights, lobes, context.mis());
     let asking = queue.connections.asking(i, waiting);
     shadows.append(i, asking, &queue.connections, queue.paths());
 }

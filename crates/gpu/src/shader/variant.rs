@@ -5,7 +5,7 @@ use super::modules::Linkage;
 use crate::scene::SceneTraits;
 use crate::scene::records::records_text;
 use crate::scene::word_records::{layer_readers, node_readers, use_readers};
-use backend::{Integrator, SamplerKind, View};
+use backend::{Integrator, Mis, SamplerKind, View};
 use optics::albedo::DielectricAlbedo;
 use optics::distortion::DISTORTION_NONE;
 use optics::light::LIGHT_RECTANGLE;
@@ -72,6 +72,8 @@ pub struct Variant {
     pub motion: bool,
     /// Whether anything of the scene moves meanwhile. Only with [`Variant::motion`].
     pub scene_moves: bool,
+    /// How the two ways to find light are weighted.
+    pub mis: Mis,
     /// What else there is in the scene.
     pub traits: SceneTraits,
 }
@@ -113,6 +115,7 @@ impl Variant {
             one_light: i & 36 == 4,
             traits: if i & 2 == 0 { SceneTraits::default() } else { SceneTraits::of(&[], &[], &[], &[]) },
             sampler: SamplerKind::ALL[i as usize % SamplerKind::ALL.len()],
+            mis: Mis::ALL[i as usize % Mis::ALL.len()],
         };
         let with_images = move |i: u32| Self { images: 16, ..of(i) };
         (0..8).chain([8, 16, 32, 63, 65, 128, 256, 511]).map(of).chain([0, 511].map(with_images))
@@ -129,6 +132,7 @@ impl Variant {
             sampler: view.sampler,
             splitting: settings.is_some_and(|s| s.splitting > 1),
             indirect_limit: settings.is_some_and(|s| s.clamp_indirect.is_some()),
+            mis: settings.map(|s| s.mis).unwrap_or_default(),
             lens_distortion: view.camera.distortion.model != DISTORTION_NONE,
             motion: view.shutter.is_some() && (self.scene_moves || view.camera_moves()),
             scene_moves: view.shutter.is_some() && self.scene_moves,
@@ -204,6 +208,7 @@ impl Variant {
             ("FOLLOWS_VOLUMES", self.volumes),
             ("LENS_DISTORTS", self.lens_distortion),
             ("LIMITS_INDIRECT", self.indirect_limit),
+            ("MIS_SQUARED", self.mis.heuristic().squared),
         ];
         let mut text = numbers([
             ("SAMPLER", sampler_kind(self.sampler)),
@@ -211,6 +216,13 @@ impl Variant {
             ("ALL_LIGHTS_ARE", self.light_kind.unwrap_or(NONE)),
             ("LIGHT_LIST", self.light_list.max(1)),
         ]);
+        let mis = self.mis.heuristic();
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "const MIS_LIGHTS: f32 = {:?};\nconst MIS_BSDFS: f32 = {:?};",
+            mis.lights, mis.bsdfs
+        );
         for (name, is_on) in switches {
             let _ = writeln!(text, "const {name}: bool = {is_on};"); // writing to a string cannot fail
         }

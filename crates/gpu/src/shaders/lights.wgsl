@@ -2,11 +2,14 @@
 
 #import light_choice, light_chooser, material, scene, scene_records, surface, texels, variant
 #import optics::constants, optics::equirect, optics::light, optics::light_profile, optics::light_tree
-#import optics::material, optics::path, optics::portal, optics::random, optics::shape, optics::sky
+#import optics::material, optics::mis, optics::path, optics::portal, optics::random, optics::shape, optics::sky
 #import optics::spherical_triangle, optics::texture_point, optics::warp
 #ifdef SCENE_MOVES
 #import motion
 #endif
+
+/// How light counts that is found in two ways.
+const MIS: MisHeuristic = MisHeuristic(MIS_LIGHTS, MIS_BSDFS, MIS_SQUARED);
 
 fn load_light(index: u32) -> Light {
     let record = lights[index];
@@ -392,13 +395,13 @@ fn path_add_distant_chosen(path: PathState, origin: vec3f, chooser: LightChooser
     if scene.environment_light != NONE && !path.specular {
         pdf = environment_pdf(origin, wi) * chosen_probability(scene.environment_light, chooser);
     }
-    var next = path_add_emission(path, environment_radiance(wi), pdf);
+    var next = path_add_emission(path, environment_radiance(wi), pdf, MIS);
     for (var i = 0u; i < scene.disc_count; i++) {
         let index = words[scene.first_disc + i];
         let light = load_light(index);
         if directional_light_contains(light, wi) {
             pdf = pdf_cone(light.size) * chosen_probability(index, chooser);
-            next = path_add_emission(next, light.emission, pdf);
+            next = path_add_emission(next, light.emission, pdf, MIS);
         }
     }
     return next;

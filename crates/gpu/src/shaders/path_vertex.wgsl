@@ -102,7 +102,7 @@ fn shade_hit(
         if emitted.x + emitted.y + emitted.z > 0.0 {
             let pdf = surface_light_pdf(s, (*path).origin, (*path).sampling_normal, (*path).direction, t);
             let before = (*path).state.radiance;
-            (*path).state = limit_found(path_add_emission((*path).state, emitted, pdf), before);
+            (*path).state = limit_found(path_add_emission((*path).state, emitted, pdf, MIS), before);
         }
     }
     return depart(path, s, footprint, branch, true, shadow);
@@ -228,7 +228,7 @@ fn light_shadow_ray(
         return no_shadow_ray();
     }
     let value = scattering_eval(bsdf, wo, side.wi);
-    let found = path_light_contribution(path.state.throughput, value, light.radiance, light.pdf, light.delta);
+    let found = path_light_contribution(path.state.throughput, value, light.radiance, light.pdf, light.delta, MIS);
     return shadow_ray(s, light, side.above, path_salt(path), limit_sampled(found, path.state));
 }
 

@@ -98,7 +98,8 @@ fn sample_light_at(pixel: vec2u, first: Hit, index: u32) -> SplitLight {
         } else {
             let emitted = surface_emission(s, footprint);
             if emitted.x + emitted.y + emitted.z > 0.0 {
-                path.state = path_add_emission(path.state, emitted, found_light_pdf(path, s, hit.t, pixel));
+                let pdf = found_light_pdf(path, s, hit.t, pixel);
+                path.state = path_add_emission(path.state, emitted, pdf, MIS);
             }
         }
         let alive = depart(&path, s, footprint, 0u, !(is_first && uses_tiles()), &shadow);

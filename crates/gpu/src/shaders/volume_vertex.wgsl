@@ -164,7 +164,7 @@ fn advance(walk: ptr<function, VolumePath>, hits: bool, t: f32, s: Surface) -> P
     if emitted.x + emitted.y + emitted.z > 0.0 {
         let pdf = surface_light_pdf(s, (*walk).vertex, (*walk).path.sampling_normal, direction, (*walk).since_vertex);
         let before = (*walk).path.state.radiance;
-        (*walk).path.state = limit_found(path_add_emission((*walk).path.state, emitted, pdf), before);
+        (*walk).path.state = limit_found(path_add_emission((*walk).path.state, emitted, pdf, MIS), before);
     }
     event.kind = EVENT_ON_SURFACE;
     return event;
@@ -266,7 +266,7 @@ fn prepare_surface(walk: VolumePath, s: ptr<function, Surface>) -> Scatterer {
 fn way_from_medium(walk: VolumePath, at: PathEvent, light: LightSample) -> Way {
     let phase = phase_value(-walk.path.direction, light.wi, at.anisotropy);
     let throughput = walk.path.state.throughput;
-    let found = path_light_contribution(throughput, phase, light.radiance, light.pdf, light.delta);
+    let found = path_light_contribution(throughput, phase, light.radiance, light.pdf, light.delta, MIS);
     let contribution = limit_sampled(found, walk.path.state);
     let stream = stream_start(walk.path.sampler, walk.segments, STREAM_SHADOW);
     return Way(at.position, light.distance * SHADOW_END, light.wi, 0u, contribution, stream, walk.inside);

@@ -211,7 +211,6 @@ functions! {
     math::upper_angle_turns(x: real, y: size) within ROUNDING;
     math::is_finite(x: anything) within EXACT;
     math::is_finite3(v: anything3) within EXACT;
-    math::power_heuristic(pdf_a: density, pdf_b: density) within ROUNDING;
     // sampling/random.rs
     random::pcg_hash(x: bits) within EXACT;
     random::hash_combine(hash: bits, value: bits) within EXACT;
@@ -458,12 +457,16 @@ functions! {
     interiors::surroundings_unknown() within EXACT;
     interiors::surroundings_past(s: surroundings, material: body, priority: priority, front: flag) within EXACT;
     interiors::surroundings_direction() within ROUNDING;
+    // transport/mis.rs
+    mis::mis_weight(pdf_a: density, pdf_b: density, squared: flag) within ROUNDING;
+    mis::light_sample_weight(h: mis_heuristic, light_pdf: density, bsdf_pdf: density) within ROUNDING;
+    mis::bsdf_sample_weight(h: mis_heuristic, bsdf_pdf: density, light_pdf: density) within ROUNDING;
     // transport/path.rs
     path::path_start() within EXACT;
-    path::path_add_emission(path: path, emitted: radiance, light_pdf: density) within ROUNDING;
+    path::path_add_emission(path: path, emitted: radiance, light_pdf: density, mis: mis_heuristic) within ROUNDING;
     path::limit_indirect(found: radiance, segments: depth, most: unit) within ROUNDING;
     path::path_limit_found(path: path, before: albedo, most: unit) within CANCELLING;
-    path::path_light_contribution(throughput: albedo, bsdf: bsdf_value, radiance: radiance, light_pdf: density, delta: flag) within ROUNDING;
+    path::path_light_contribution(throughput: albedo, bsdf: bsdf_value, radiance: radiance, light_pdf: density, delta: flag, mis: mis_heuristic) within ROUNDING;
     path::path_scatter(path: path, s: scattered, eta: eta) within ROUNDING;
     path::roulette_survival(path: path, start: depth, min_survival: share) within ROUNDING;
     // transport/direct_light.rs

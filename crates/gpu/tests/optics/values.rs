@@ -156,6 +156,7 @@ structures! {
     Surroundings in interiors { around, passed, forgotten }
     MediumSample in volume { distance, scattered, weight }
     Roulette in vertex { start, min_survival }
+    MisHeuristic in mis { lights, bsdfs, squared }
     LightSide in vertex { wi, above, possible }
     Continuation in vertex { state, wi, above, alive }
     PathState in path { throughput, radiance, pdf, specular, eta_scale, depth }

@@ -100,17 +100,6 @@ pub mod math {
     pub fn is_finite3(v: Vec3f) -> bool {
         is_finite(v.x) && is_finite(v.y) && is_finite(v.z)
     }
-
-    /// Power heuristic with exponent 2 for multiple importance sampling: the weight of the strategy whose density is
-    /// `pdf_a` against one whose density is `pdf_b`, both in the same measure, one sample each.
-    ///
-    /// Written as a ratio so that squares of large densities do not overflow.
-    /// Source: Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section 9.2.4.
-    pub fn power_heuristic(pdf_a: f32, pdf_b: f32) -> f32 {
-        let ratio = pdf_b / pdf_a;
-        let weight = 1.0 / (1.0 + ratio * ratio);
-        select(0.0, weight, pdf_a > 0.0)
-    }
 }
 
 #[cfg(test)]
@@ -152,15 +141,6 @@ mod tests {
         }
         assert_eq!(upper_angle_turns(3.0, 0.0), 0.0);
         assert_eq!(upper_angle_turns(-3.0, 0.0), 0.5);
-    }
-
-    #[test]
-    fn power_heuristic_weights_sum_to_one_even_for_huge_densities() {
-        for (a, b) in [(1.0, 2.0), (1e30, 1e30), (1e-30, 1e30), (3.0, 0.0)] {
-            let sum = power_heuristic(a, b) + power_heuristic(b, a);
-            assert!((sum - 1.0).abs() < 1e-6, "weights of {a} and {b} sum to {sum}");
-        }
-        assert_eq!(power_heuristic(0.0, 0.0), 0.0);
     }
 
     #[test]

@@ -7,6 +7,7 @@ use wgsl_rs::wgsl;
 #[inline_all]
 pub mod path {
     use crate::math::*;
+    use crate::mis::*;
     use crate::scatter::*;
     use wgsl_rs::std::*;
 
@@ -44,8 +45,14 @@ pub mod path {
     ///
     /// - `emitted`: radiance towards the path. `light_pdf`: density over solid angle with which next-event estimation
     ///   would have sampled this direction from the previous vertex, 0 if it could not have.
-    pub fn path_add_emission(path: PathState, emitted: Vec3f, light_pdf: f32) -> PathState {
-        let weight = select(power_heuristic(path.pdf, light_pdf), 1.0, path.specular || light_pdf <= 0.0);
+    pub fn path_add_emission(
+        path: PathState,
+        emitted: Vec3f,
+        light_pdf: f32,
+        mis: MisHeuristic,
+    ) -> PathState {
+        let counts_in_full = path.specular || light_pdf <= 0.0;
+        let weight = select(bsdf_sample_weight(mis, path.pdf, light_pdf), 1.0, counts_in_full);
         let mut next = path;
         next.radiance = path.radiance + path.throughput * emitted * weight;
         next
@@ -61,11 +68,12 @@ pub mod path {
         radiance: Vec3f,
         light_pdf: f32,
         delta: bool,
+        mis: MisHeuristic,
     ) -> Vec3f {
         if light_pdf <= 0.0 {
             return vec3f(0.0, 0.0, 0.0);
         }
-        let weight = select(power_heuristic(light_pdf, bsdf.pdf), 1.0, delta);
+        let weight = select(light_sample_weight(mis, light_pdf, bsdf.pdf), 1.0, delta);
         throughput * bsdf.value_cos * radiance * (weight / light_pdf)
     }
 

@@ -281,6 +281,7 @@ class Scene:
         seed: int = 0,
         integrator: Optional[str] = None,
         max_depth: Optional[int] = None,
+        mis: str = "power",
         clamp_indirect: Optional[float] = None,
         ambient_distance: Optional[float] = None,
         sampler: str = "sobol",

@@ -36,6 +36,9 @@ impl Scene {
     ///     "path".
     /// max_depth : int, optional
     ///     Longest path: 1 is emission, 2 direct light.
+    /// mis : {"power", "balance", "light", "bsdf"}, default "power"
+    ///     How the two ways to find light are weighted: by the power or the balance heuristic, or samples of lights or of
+    ///     BSDFs alone. Changes the noise, not the expected picture. For "path" only.
     /// clamp_indirect : float, optional
     ///     The most that indirect light adds to a sample each time that a path finds some: removes bright specks, and light
     ///     with them. For "path" only; the picture is biased.
@@ -76,7 +79,8 @@ impl Scene {
     ///     If the back end is not there, cannot hold the scene, or fails.
     #[pyo3(signature = (
         width=None, height=None, spp=None, *, camera=None, aovs=Vec::new(), seed=0, integrator=None, max_depth=None,
-        clamp_indirect=None, ambient_distance=None, sampler="sobol".into(), crop=None, first_sample=0, time=0.0,
+        mis="power".into(), clamp_indirect=None, ambient_distance=None, sampler="sobol".into(), crop=None,
+        first_sample=0, time=0.0,
         time_limit=None, noise=None, backend="auto".into(), adapter=None, threads=None, progress=None
     ))]
     fn render<'py>(
@@ -90,6 +94,7 @@ impl Scene {
         seed: u32,
         integrator: Option<String>,
         max_depth: Option<u32>,
+        mis: String,
         clamp_indirect: Option<f32>,
         ambient_distance: Option<f32>,
         sampler: String,
@@ -105,7 +110,7 @@ impl Scene {
     ) -> PyResult<Bound<'py, PyAny>> {
         #[rustfmt::skip]
         let settings = Settings {
-            width, height, spp, camera, aovs, seed, integrator, max_depth, clamp_indirect, ambient_distance, sampler, crop,
+            width, height, spp, camera, aovs, seed, integrator, max_depth, mis, clamp_indirect, ambient_distance, sampler, crop,
             first_sample, time, time_limit, noise, backend, adapter, threads, progress,
         };
         render(py, self, &settings)
@@ -124,7 +129,7 @@ impl Scene {
     /// frame : int, optional
     ///     Number of the picture in a sequence: parts of different frames do not merge.
     /// **settings
-    ///     camera, aovs, seed, integrator, max_depth, clamp_indirect, ambient_distance, sampler, crop, time, backend, adapter,
+    ///     camera, aovs, seed, integrator, max_depth, mis, clamp_indirect, ambient_distance, sampler, crop, time, backend, adapter,
     ///     threads and progress, as for `render`.
     ///
     /// Returns

@@ -87,7 +87,7 @@ impl Scene {
     /// width, height : int, optional
     ///     Of the picture, pixels.
     /// **settings
-    ///     camera, seed, max_depth, clamp_indirect, sampler and time, as for `render`.
+    ///     camera, seed, max_depth, mis, clamp_indirect, sampler and time, as for `render`.
     ///
     /// Returns
     /// -------

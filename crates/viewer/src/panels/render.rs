@@ -6,7 +6,7 @@ use crate::viewer::{Command, Comparison, Viewer};
 use crate::worker::Layer;
 use alhazen::{
     Adaptive, AmbientOcclusion, BackendChoice, Denoiser, DirectSettings, Highlights, HybridSettings,
-    INVERSE_SQUARE, Integrator, RendererOptions, SamplerKind, Sampling, ToneMapper, Visibility,
+    INVERSE_SQUARE, Integrator, Mis, RendererOptions, SamplerKind, Sampling, ToneMapper, Visibility,
 };
 use egui::Ui;
 
@@ -97,6 +97,11 @@ fn transport(ui: &mut Ui, salt: &str, on_gpu: bool, s: &mut RenderSettings) {
                 let label = "Russian roulette: minimum survival probability";
                 slider(ui, label, &mut p.roulette_min_survival, 0.01..=1.0);
                 count(ui, "Splitting", &mut p.splitting, 1..=64);
+                choice(ui, "Multiple importance sampling", p.mis.name(), |ui| {
+                    for mis in Mis::ALL {
+                        ui.selectable_value(&mut p.mis, mis, mis.name());
+                    }
+                });
             }
             // The others have ambient occlusion at most.
             _ => {}

@@ -14,7 +14,7 @@ use super::split::SplitArgs;
 use crate::commands::loading::LoadingArgs;
 use crate::commands::tone::ToneArgs;
 use alhazen::{
-    Adaptive, Aov, BackendChoice, Denoiser, Integrator, PathKernel, Projection, Rect, SamplerKind,
+    Adaptive, Aov, BackendChoice, Denoiser, Integrator, Mis, PathKernel, Projection, Rect, SamplerKind,
     SunPosition,
 };
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -202,6 +202,11 @@ pub struct RenderArgs {
     /// Paths that go on from the first hit of each camera ray.
     #[arg(long, help_heading = "Light", value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub(super) splitting: u32,
+    /// How the two ways to find light are weighted, a sample of the lights and the sampled direction of the BSDF: power
+    /// (heuristic), balance (heuristic), light (samples of lights alone) or bsdf (samples of BSDFs alone). The expected
+    /// picture is the same, the noise is not. Only for `path`.
+    #[arg(long, help_heading = "Light", value_name = "HEURISTIC", default_value_t)]
+    pub(super) mis: Mis,
     /// Limit what indirect light adds to a sample each time that a path finds some: removes bright specks, and light with
     /// them. The picture is biased, and its metadata says so. Off by default. Only for `path`.
     #[arg(long, help_heading = "Light", value_name = "RADIANCE", value_parser = parse_positive)]

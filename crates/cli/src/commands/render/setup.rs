@@ -6,8 +6,9 @@ use super::shutter::bring;
 use crate::exit::Exit;
 use alhazen::{
     Adaptive, Camera, CameraPath, Daylight, DirectSettings, Environment, Highlights, HybridSettings,
-    Integrator, Job, Limits, LoadOptions, Loaded, Motion, NoisyPicture, PathSettings, Projection, Quantity,
-    Rect, Sampling, Scene, SequenceDenoiser, Visibility, add_daylight_if_dark, check_default_camera,
+    Integrator, Job, Limits, LoadOptions, Loaded, Mis, Motion, NoisyPicture, PathSettings, Projection,
+    Quantity, Rect, Sampling, Scene, SequenceDenoiser, Visibility, add_daylight_if_dark,
+    check_default_camera,
 };
 use anyhow::{Context, bail, ensure};
 use elementary::{atan2, hypot, tan};
@@ -75,6 +76,11 @@ pub fn job(args: &RenderArgs, loaded: &mut Loaded, time: Option<f32>) -> anyhow:
     ensure!(
         args.clamp_indirect.is_none() || matches!(scene_job.integrator, Integrator::Path(_)),
         "--clamp-indirect is for the integrator `path`, not for `{}`",
+        scene_job.integrator.name()
+    );
+    ensure!(
+        args.mis == Mis::default() || matches!(scene_job.integrator, Integrator::Path(_)),
+        "--mis is for the integrator `path`, not for `{}`",
         scene_job.integrator.name()
     );
     scene_job.single_scatter = args.single_scatter;
@@ -226,6 +232,7 @@ fn integrator(args: &RenderArgs, of_scene: Integrator) -> Integrator {
         Integrator::Path(args.roulette.apply(PathSettings {
             max_depth: args.max_depth.or(scene_depth).unwrap_or(default.max_depth),
             splitting: args.splitting,
+            mis: args.mis,
             clamp_indirect: args.clamp_indirect,
             ..default
         }))

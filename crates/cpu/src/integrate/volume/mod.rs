@@ -196,9 +196,9 @@ impl<'a> VolumeTracer<'a> {
             }
             let Some(surface) = surface else {
                 let wi = vec3(path.ray.direction);
-                let mut found = BLACK;
+                let (mut found, mis) = (BLACK, self.settings.mis.heuristic());
                 for_each_distant(self.scene, path.vertex, path.sampling_normal, wi, path.time, |d| {
-                    found += path_add_emission(path.light_state(), d.radiance, d.pdf).radiance;
+                    found += path_add_emission(path.light_state(), d.radiance, d.pdf, mis).radiance;
                 });
                 self.gather(found, path.state.depth);
                 return;
@@ -255,7 +255,8 @@ impl<'a> VolumeTracer<'a> {
                 path.since_vertex,
                 path.time,
             );
-            let found = path_add_emission(path.light_state(), emitted, pdf).radiance;
+            let mis = self.settings.mis.heuristic();
+            let found = path_add_emission(path.light_state(), emitted, pdf, mis).radiance;
             self.gather(found, path.state.depth);
         }
     }
@@ -328,8 +329,8 @@ impl<'a> VolumeTracer<'a> {
             direction: light.wi.to_array(),
             t_max: light.distance * SHADOW_END,
         };
-        let throughput = path.state.throughput;
-        let c = path_light_contribution(throughput, phase, light.radiance, light.pdf, light.delta);
+        let (throughput, mis) = (path.state.throughput, self.settings.mis.heuristic());
+        let c = path_light_contribution(throughput, phase, light.radiance, light.pdf, light.delta, mis);
         self.connect(path, ray, path.inside, c, depth);
     }
 
@@ -387,8 +388,8 @@ impl<'a> VolumeTracer<'a> {
             return;
         }
         let value = closure_eval(*closure, wo, side.wi);
-        let throughput = path.state.throughput;
-        let c = path_light_contribution(throughput, value, light.radiance, light.pdf, light.delta);
+        let (throughput, mis) = (path.state.throughput, self.settings.mis.heuristic());
+        let c = path_light_contribution(throughput, value, light.radiance, light.pdf, light.delta, mis);
         let inside = if side.above { path.inside } else { through };
         self.connect(path, shadow_ray(surface, &light, side.above), inside, c, path.state.depth);
     }

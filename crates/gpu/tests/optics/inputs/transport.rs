@@ -4,6 +4,7 @@ use super::*;
 use optics::constants::NONE;
 use optics::estimator::Moments;
 use optics::interiors::{Interiors, Surroundings, interiors_enter, interiors_nothing};
+use optics::mis::MisHeuristic;
 use optics::path::PathState;
 use optics::random::PixelSampler;
 use optics::vertex::Roulette;
@@ -49,6 +50,11 @@ pub fn interiors(i: &mut Inputs) -> Interiors {
 
 pub fn surroundings(i: &mut Inputs) -> Surroundings {
     Surroundings { around: interiors(i), passed: interiors(i), forgotten: i.below(2) as u32 }
+}
+
+pub fn mis_heuristic(i: &mut Inputs) -> MisHeuristic {
+    let one_or_none = |i: &mut Inputs| if flag(i) { 1.0 } else { 0.0 };
+    MisHeuristic { lights: one_or_none(i), bsdfs: one_or_none(i), squared: flag(i) }
 }
 
 pub fn path(i: &mut Inputs) -> PathState {

@@ -57,6 +57,13 @@ pub const RENDERING: &[Setting] = &[
     ),
     setting(
         Render,
+        "Multiple importance sampling",
+        "How light samples and BSDF samples are weighted: power or balance heuristic, or one of them alone. \
+         Changes the noise, not the expected picture.",
+        "mis next event estimation nee heuristic veach light bsdf",
+    ),
+    setting(
+        Render,
         "Strict glTF BRDF (single scattering)",
         "Follows glTF 2.0, Appendix B exactly. Otherwise the energy that microfacets lose is compensated.",
         "multiscatter energy compensation khronos conformance",
