@@ -78,20 +78,20 @@ impl Scene {
     /// -------
     /// list of str
     ///     What changes meanwhile but is shown as it is in the middle.
-    #[pyo3(signature = (open, close, *, time=0.0, shape="box", rolling=None))]
+    #[pyo3(signature = (open, close, *, time=0.0, shape="box".into(), rolling=None))]
     fn open_shutter(
         &self,
         py: Python,
         open: f32,
         close: f32,
         time: f32,
-        shape: &str,
-        rolling: Option<&str>,
+        shape: String,
+        rolling: Option<String>,
     ) -> PyResult<Vec<String>> {
         finite(time)?;
         let mut shutter = Shutter::new(open, close).map_err(|error| bad(error.to_string()))?;
         shutter.shape = shape.parse::<ShutterShape>().map_err(|error| bad(format!("shape: {error}")))?;
-        let rolling = rolling.map(str::parse::<Rolling>).transpose();
+        let rolling = rolling.map(|text| text.parse::<Rolling>()).transpose();
         shutter.rolling = rolling.map_err(|error| bad(format!("rolling: {error}")))?;
         self.change(py, |scene| {
             scene.open_shutter(time, &shutter);
