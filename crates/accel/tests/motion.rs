@@ -1,5 +1,7 @@
 //! Instances that move while rays leave: every kernel finds at a ray's time what stands there then.
 
+#![allow(clippy::disallowed_methods, reason = "tests compare with the standard library")]
+
 mod support;
 
 use accel::{

@@ -55,11 +55,14 @@ fn along_x(x: f32) -> Affine3A {
     Affine3A::from_translation(Vec3::X * x)
 }
 
+/// A shutter's shape, and the share of its light that has passed at a share of its time.
+type Passed = (ShutterShape, fn(f64) -> f64);
+
 /// A pixel is covered for the share of time that the edge has passed it; how a shutter opens weighs
 /// that time.
 #[test]
 fn a_moving_edge_is_a_ramp_of_the_shutters_shape() {
-    let shapes: [(ShutterShape, fn(f64) -> f64); 3] = [
+    let shapes: [Passed; 3] = [
         (ShutterShape::Box, |t| t),
         (ShutterShape::Triangle, |t| if t < 0.5 { 2.0 * t * t } else { 1.0 - 2.0 * (1.0 - t) * (1.0 - t) }),
         (ShutterShape::Trapezoid(0.0, 1.0), |t| 1.0 - (1.0 - t) * (1.0 - t)),

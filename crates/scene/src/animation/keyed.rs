@@ -56,7 +56,7 @@ impl Keyed {
         if times.is_empty() || times.len() != transforms.len() {
             return Err(KeyedError::Count { times: times.len(), transforms: transforms.len() });
         }
-        let disordered = times.windows(2).find(|pair| !(pair[1] > pair[0])).map(|pair| pair[1]);
+        let disordered = times.windows(2).find(|pair| pair[1] <= pair[0]).map(|pair| pair[1]);
         if let Some(time) = times.iter().copied().find(|t| !t.is_finite()).or(disordered) {
             return Err(KeyedError::Time(time));
         }
