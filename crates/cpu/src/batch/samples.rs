@@ -48,3 +48,9 @@ pub(crate) fn ray_time(view: &View, sampler: PixelSampler, sample: &SampleId) ->
     let size = vec2f(view.width as f32, view.height as f32);
     shutter_time(shutter.timing, at, size, sample_2d(sampler, PAIR_TIME).x)
 }
+
+/// The time of a slot, of those of a batch.
+#[inline(always)]
+pub(crate) fn time_of(times: &[f32], slot: u32) -> f32 {
+    times.get(slot as usize).copied().unwrap_or(MOTION_MIDDLE)
+}

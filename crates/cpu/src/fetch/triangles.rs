@@ -4,11 +4,11 @@
 //! instructions. Spheres, and triangles with normal maps or in mirrored instances, take the general way of [`Surface::new`].
 
 use crate::batch::lanes::{LANES, Lanes, Vectors, first_lanes};
+use crate::batch::samples::time_of;
 use crate::batch::streams::{HitLanes, HitStream, PathStream};
 use crate::fetch::hit_records::{HitRecord, ShadingClass, form};
 use crate::fetch::surface::{GraphPlace, Surface, tex_coords, transformed_extent, vertex_color};
 use crate::scene::{CpuScene, transform_normal, transform_point};
-use crate::shade::path_batch::time_of;
 use crate::simd::{Instructions, prefetch};
 use optics::frame::{Frame, bend_normal};
 use optics::offset::triangle_clearance;

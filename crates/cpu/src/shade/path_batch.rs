@@ -1,6 +1,6 @@
 //! What the stages of a batch of paths share: its queues, and what is the same for all paths.
 
-use crate::batch::samples::{Run, SampleId};
+use crate::batch::samples::{Run, SampleId, time_of};
 use crate::batch::streams::{Connection, HitStream, Path, PathStream, ShadowStream};
 use crate::batch::vertices::VertexQueue;
 use crate::fetch::triangles::TriangleRows;
@@ -11,7 +11,6 @@ use accel::Ray;
 use backend::PathSettings;
 use film::AovSample;
 use optics::mis::MisHeuristic;
-use optics::motion::MOTION_MIDDLE;
 use optics::random::{PixelSampler, sample_2d};
 use optics::vertex::{Roulette, is_last_segment, vertex_pair};
 use optics::{Vec2f, Vec3f};
@@ -120,12 +119,6 @@ impl PathBatch {
             self.shadows.push(&ray, &connection);
         }
     }
-}
-
-/// The time of a slot, of those of a batch.
-#[inline(always)]
-pub(crate) fn time_of(times: &[f32], slot: u32) -> f32 {
-    times.get(slot as usize).copied().unwrap_or(MOTION_MIDDLE)
 }
 
 /// How the settings end paths by chance, as the optics know it.

@@ -3,10 +3,11 @@
 //! What [`PathBatch::scatter`] does at one vertex, these stages do at sixteen. Lanes without a vertex compute something that nobody
 //! reads.
 
+use crate::batch::samples::time_of;
 use crate::batch::streams::{PathStream, ShadowStream};
 use crate::batch::vertices::VertexQueue;
 use crate::shade::light_lanes::sample_lights;
-use crate::shade::path_batch::{Context, PathBatch, time_of};
+use crate::shade::path_batch::{Context, PathBatch};
 use crate::shade::scatter_lanes::{
     CosineLobes, Lobes, play_roulette, sample_cosine_lobes, sample_smooth_interfaces,
 };

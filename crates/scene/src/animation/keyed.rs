@@ -1,17 +1,15 @@
 //! Transforms given at moments, of what no node carries.
 
 use super::decompose::{motion_through, transform_of};
-use super::view_of;
-use crate::Scene;
-use glam::{Affine3A, DAffine3};
+use glam::Affine3A;
 use optics::motion::AffineRows;
 
 /// What a [`Keyed`] transform moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum KeyedObject {
-    /// Index into [`Scene::instances`].
+    /// Index into [`crate::Scene::instances`].
     Instance(u32),
-    /// Index into [`Scene::cameras`]: it looks along the −Z axis of the space that the transform
+    /// Index into [`crate::Scene::cameras`]: it looks along the −Z axis of the space that the transform
     /// comes from, +Y up.
     Camera(u32),
 }
@@ -92,28 +90,6 @@ impl Keyed {
     /// Moves everything by `motion`.
     pub(crate) fn shift(&mut self, motion: &Affine3A) {
         self.transforms.iter_mut().for_each(|transform| *transform = *motion * *transform);
-    }
-
-    /// Puts the object where it is at `time` seconds.
-    pub(super) fn place(&self, time: f32, scene: &mut Scene) {
-        let transform = self.at(time);
-        match self.object {
-            KeyedObject::Instance(index) => {
-                if let Some(instance) = scene.instances.get_mut(index as usize) {
-                    (instance.transform, instance.dynamic) = (transform, true);
-                }
-            }
-            KeyedObject::Camera(index) => {
-                let world = DAffine3 {
-                    matrix3: glam::Mat3::from(transform.matrix3).as_dmat3(),
-                    translation: glam::Vec3::from(transform.translation).as_dvec3(),
-                };
-                let camera = scene.cameras.get_mut(index as usize);
-                if let Some((camera, (eye, forward, up))) = camera.zip(view_of(&world)) {
-                    (camera.eye, camera.target, camera.up) = (eye, eye + forward, up);
-                }
-            }
-        }
     }
 }
 

@@ -11,6 +11,7 @@ mod moment;
 mod objects;
 mod open_shutter;
 mod rig;
+mod scene_motion;
 mod track;
 
 pub use deformation::{Deformation, Influence, Influences, Joints, MorphTarget};
@@ -20,8 +21,8 @@ pub use objects::{
     AnimatedCamera, AnimatedInstance, AnimatedLight, AnimatedMaterial, CameraValue, LightValue,
     MaterialValue, Punctual, PunctualKind, TextureMotion, TextureUse, view_of,
 };
-pub use open_shutter::SceneMotion;
 pub use rig::{Node, NodePose, Rig, Skin};
+pub use scene_motion::SceneMotion;
 pub use track::{Interpolation, Track, TrackError};
 
 use crate::{MeshId, Photometry, Scene, Shape};
@@ -156,7 +157,7 @@ impl Animation {
         let pose = self.pose(time);
         let placed = self.rig.place(&pose.nodes);
         self.place_instances(&placed, scene);
-        self.keyed.iter().for_each(|keyed| keyed.place(time, scene));
+        self.keyed.iter().for_each(|keyed| Self::place_keyed(keyed, time, scene));
         for camera in &pose.cameras {
             if let Some(own) = scene.cameras.get_mut(camera.camera as usize) {
                 let shift = DAffine3::from_translation(self.rig.origin - scene.origin);
@@ -197,6 +198,28 @@ impl Animation {
             pose.set(channel.target, &numbers);
         }
         pose
+    }
+
+    /// Puts what a transform at moments moves where it is at `time` seconds.
+    fn place_keyed(keyed: &Keyed, time: f32, scene: &mut Scene) {
+        let transform = keyed.at(time);
+        match keyed.object {
+            KeyedObject::Instance(index) => {
+                if let Some(instance) = scene.instances.get_mut(index as usize) {
+                    (instance.transform, instance.dynamic) = (transform, true);
+                }
+            }
+            KeyedObject::Camera(index) => {
+                let world = DAffine3 {
+                    matrix3: glam::Mat3::from(transform.matrix3).as_dmat3(),
+                    translation: Vec3::from(transform.translation).as_dvec3(),
+                };
+                let camera = scene.cameras.get_mut(index as usize);
+                if let Some((camera, (eye, forward, up))) = camera.zip(view_of(&world)) {
+                    (camera.eye, camera.target, camera.up) = (eye, eye + forward, up);
+                }
+            }
+        }
     }
 
     /// Instances stand where their nodes are, and can be moved without building structures anew.

@@ -1,6 +1,7 @@
 //! Where lights are and where they shine, as far as a tree of lights asks.
 
-use super::{LightRecord, MotionTable};
+use super::LightRecord;
+use super::motion_table::MotionTable;
 use elementary::{acos, asin, atan, cos, sin, sin_cos};
 use glam::Vec3;
 use optics::light::{

@@ -7,9 +7,10 @@
 //! Jakob and Humphreys, "Physically Based Rendering", 4th edition, section 12.6.3. Nodes have eight children, of which the groups
 //! that are largest are divided first.
 
+use super::LightRecord;
 use super::light_bounds::{Bounds, Leaf};
 use super::light_groups::divide;
-use super::{LightRecord, MotionTable};
+use super::motion_table::MotionTable;
 use optics::Vec3f;
 use optics::constants::NONE;
 use optics::light_node::{LightNode, NODE_WIDTH};

@@ -6,7 +6,7 @@ use super::geometry::{BindingRecord, BlasRecord, GeometryRecord, InstanceRecord}
 use super::light::LightRecord;
 use super::light_tree::LightTree;
 use super::medium::{FogRecord, GridRecord, MediumRecord};
-use super::motion::MotionTable;
+use super::motion_table::MotionTable;
 use optics::alias_table::AliasEntry;
 use optics::constants::NONE;
 use optics::image_texture::TextureUse;
