@@ -28,6 +28,7 @@ pub fn run(args: &DocsArgs) -> anyhow::Result<()> {
     }
     realtime()?;
     volumes()?;
+    motion_blur()?;
     explained_path()?;
     learn::pictures()?;
     denoising()?;
@@ -83,6 +84,14 @@ fn volumes() -> anyhow::Result<()> {
     ]);
     command.args(["--denoise", "--width", "480", "--height", "270", "--output", "docs/images/volumes.png"]);
     run_command(&mut command)
+}
+
+/// The picture of things that move.
+fn motion_blur() -> anyhow::Result<()> {
+    let mut command = Command::new(release_binary()?);
+    command.current_dir(root()).args(["render", "docs/scenes/motion-blur.toml", "--backend", "cpu"]);
+    command.args(["--spp", "200", "--denoise", "--width", "480", "--height", "270"]);
+    run_command(command.args(["--output", "docs/images/motion-blur.png"]))
 }
 
 /// A path drawn over its picture.

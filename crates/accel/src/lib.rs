@@ -9,6 +9,8 @@
 //! chosen at run time, see [`InstructionSet`]. Scalar kernels with the formulas of
 //! `optics::intersect` run on all other processors, and tests compare the SIMD kernels with them.
 //!
+//! Instances may move while rays leave ([`InstanceMotions`]): each ray then has a time from 0 to 1.
+//!
 //! Modules, from the lowest to the highest; none uses a module below it in this table:
 //!
 //! | module | content |
@@ -37,8 +39,8 @@ mod simd;
 
 pub use aabb::Aabb;
 pub use build::Quality;
-pub use bvh::{Blas, Geometry, Instance, Sphere, Tlas};
+pub use bvh::{Blas, Geometry, Instance, InstanceMotions, Sphere, Tlas};
 pub use huge_pages::HugePages;
-pub use query::{Coherence, Hit16, HitColumns, HitSink, Ray8, RayColumns, RayStream};
+pub use query::{Coherence, Hit16, HitColumns, HitSink, Ray8, RayColumns, RayStream, RayTimes};
 pub use ray::{Candidate, Hit, HitFilter, MISS, Masked, Opaque, Ray};
 pub use simd::InstructionSet;

@@ -1,5 +1,6 @@
 //! What picture to make of a scene.
 
+use crate::shutter::open_camera;
 use backend::{Integrator, PathSettings, SamplerKind, View};
 use film::{Aov, Rect};
 use glam::{Vec2, Vec3};
@@ -7,7 +8,7 @@ use optics::camera::{CameraFrame, camera_ray};
 use optics::distortion::no_distortion;
 use optics::{vec2f, vec3f};
 use post::ToneMapping;
-use scene::{Camera, Distortion, Scene};
+use scene::{Camera, Distortion, Scene, Shutter};
 
 /// A picture of a scene: camera, size, how light is transported, how it is shown.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,6 +33,9 @@ pub struct Job {
     pub aovs: Vec<Aov>,
     /// How radiance becomes display values.
     pub tone: ToneMapping,
+    /// When the shutter is open, around the moment of the picture; `None` shows an instant. The
+    /// scene has to move by the same one: see [`Scene::open_shutter`].
+    pub shutter: Option<Shutter>,
 }
 
 impl Job {
@@ -75,13 +79,17 @@ impl Job {
             seed: 0,
             aovs: Vec::new(),
             tone,
+            shutter: defaults.shutter,
         }
     }
 
-    /// What a back end needs to know of this, with the camera as it is at `time` seconds.
+    /// What a back end needs to know of this, with the camera as it is at `time` seconds, or while
+    /// the shutter is open around it.
     pub fn view(&self, time: f32) -> View {
+        let size = [self.width, self.height];
+        let (camera, shutter) = open_camera(&self.camera, self.shutter.as_ref(), time, size);
         View {
-            camera: camera_frame(&self.camera.at(time), self.width, self.height),
+            camera,
             width: self.width,
             height: self.height,
             window: self.crop.unwrap_or(Rect::full(self.width, self.height)),
@@ -91,6 +99,7 @@ impl Job {
             seed: self.seed,
             first_sample: 0,
             aovs: self.aovs.clone(),
+            shutter,
         }
     }
 }

@@ -41,6 +41,7 @@ mod projection;
 mod renderer;
 mod sandbox;
 mod sequence;
+mod shutter;
 mod source;
 pub mod system;
 
@@ -53,7 +54,7 @@ pub use backend::{
 pub use backend::{
     AmbientOcclusion, Backend, BackendError, Control, DirectSettings, Highlights, HybridSettings,
     INVERSE_SQUARE, Integrator, LoadStats, Mis, PassTime, PathSettings, PixelSamples, Progress, SamplerKind,
-    Stats as PassStats, View, Visibility,
+    Stats as PassStats, View, ViewShutter, Visibility,
 };
 pub use checkpoint::Checkpoint;
 pub use choice::{BackendChoice, ChoiceError, Chosen, RendererOptions, UnknownBackend};
@@ -86,13 +87,13 @@ pub use scene::Part as MeshPart;
 /// Text of a file as messages show it: without characters that steer terminals.
 pub use scene::report::plain;
 pub use scene::{
-    AlphaMode, Animation, CalibrationError, Camera, CameraPath, Checkerboard, Clip, ColorSpace, Daylight,
-    DensityGrid, Distortion, Environment, Fog, Group, GroupId, Groups, Instance, InstanceId, Interior,
-    LAYER_NUMBERS, LayerNumber, Layers, Light, LightKind, LightParameter, LightProfile, LoadError,
+    AlphaMode, Animation, CalibrationError, Camera, CameraKey, CameraPath, Checkerboard, Clip, ColorSpace,
+    Daylight, DensityGrid, Distortion, Environment, Fog, Group, GroupId, Groups, Instance, InstanceId,
+    Interior, LAYER_NUMBERS, LayerNumber, Layers, Light, LightKind, LightParameter, LightProfile, LoadError,
     LoadOptions, LoadReport, Loaded, Material, MaterialId, Medium, Mesh, Model, Motion, Note, Photometry,
-    Pixels, Portal, PortalError, Projection, ProjectionParameter, Quantity, RenderDefaults, Scene, Severity,
-    Shape, Sky, Sphere, Subsurface, Sun, SunError, SunPosition, Texture, TextureGraph, TextureRef,
-    TextureSlot, ToneMapper, TriangleMesh,
+    Pixels, Portal, PortalError, Projection, ProjectionParameter, Quantity, RenderDefaults, Rolling, Scene,
+    Severity, Shape, Shutter, ShutterError, ShutterShape, Sky, Sphere, Subsurface, Sun, SunError,
+    SunPosition, Texture, TextureGraph, TextureRef, TextureSlot, ToneMapper, TriangleMesh,
 };
 pub use sequence::{FrameFilm, Moment as FrameMoment, SequenceDenoiser, frame_seed};
 pub use source::{Place, Source};
@@ -103,7 +104,7 @@ pub use film::metrics;
 pub use gpu;
 pub use gpu::PathKernel;
 /// A moment of a scene that moves, and when frames are.
-pub use scene::animation::{Moment, frame_time};
+pub use scene::animation::{Keyed, KeyedError, KeyedObject, Moment, frame_time};
 /// The built-in scenes.
 pub use scene::builtin;
 /// The files that loading has read.

@@ -76,6 +76,7 @@ impl Description {
             pair(MATERIAL_NAMES, list(&self.materials, Aov::MaterialMatte)),
             pair(INSTANCE_NAMES, list(&self.instances, Aov::ObjectMatte)),
         ]);
+        settings.extend(job.shutter.map(|shutter| pair("shutter", shutter.to_string())));
         // Positions in the file, the camera's too, are relative to it.
         if !self.origin.is_empty() {
             settings.extend([pair("scene_origin", self.origin.clone())]);

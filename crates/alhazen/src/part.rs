@@ -170,9 +170,10 @@ fn identity(view: &View, scene: &str) -> BTreeMap<String, String> {
         seed,
         first_sample: _,
         aovs: _,
+        shutter,
     } = view;
     let pair = |k: &str, v: String| (k.to_owned(), v);
-    BTreeMap::from([
+    let mut identity = BTreeMap::from([
         pair("software", software()),
         pair("scene", scene.to_owned()),
         pair("camera", format!("{camera:?}")),
@@ -180,7 +181,9 @@ fn identity(view: &View, scene: &str) -> BTreeMap<String, String> {
         pair("single scattering", single_scatter.to_string()),
         pair("sampler", format!("{sampler:?}")),
         pair("seed", seed.to_string()),
-    ])
+    ]);
+    identity.extend(shutter.as_ref().map(|shutter| pair("shutter", format!("{shutter:?}"))));
+    identity
 }
 
 /// What there is of a picture, ready to be written with [`crate::output::write`]: the film of all its pixels, and what its

@@ -19,7 +19,7 @@ pub use realtime::{
 };
 pub use view::{
     AmbientOcclusion, DirectSettings, Highlights, HybridSettings, INVERSE_SQUARE, Integrator, PathSettings,
-    PixelSamples, SamplerKind, View, Visibility,
+    PixelSamples, SamplerKind, View, ViewShutter, Visibility,
 };
 
 use film::{Film, Image};

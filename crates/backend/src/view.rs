@@ -3,6 +3,10 @@
 use crate::{Mis, RealtimeSettings};
 use film::{Aov, Rect};
 use optics::camera::CameraFrame;
+use optics::motion::motion_place;
+use optics::moving_camera::{CameraSegment, camera_in_motion};
+use optics::shutter::Shutter;
+use std::sync::Arc;
 
 /// How samples are drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -81,6 +85,37 @@ pub struct View {
     pub first_sample: u32,
     /// Auxiliary layers to fill.
     pub aovs: Vec<Aov>,
+    /// When camera rays leave; `None` is an instant, for which everything is in the middle of its
+    /// motion.
+    pub shutter: Option<ViewShutter>,
+}
+
+/// When camera rays leave, and where the camera is then.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ViewShutter {
+    /// In the time of the scene's motion, from 0 to 1.
+    pub timing: Shutter,
+    /// Segments of the camera's motion; none if it stands still. [`View::camera`] is in the middle
+    /// of them.
+    pub camera: Arc<[CameraSegment]>,
+}
+
+impl View {
+    /// The camera at `time`.
+    pub fn camera_at(&self, time: f32) -> CameraFrame {
+        match &self.shutter {
+            Some(ViewShutter { camera, .. }) if !camera.is_empty() => {
+                let place = motion_place(time, camera.len() as u32);
+                camera_in_motion(self.camera, camera[place.segment as usize], place.fraction)
+            }
+            _ => self.camera,
+        }
+    }
+
+    /// Whether the camera moves while the shutter is open.
+    pub fn camera_moves(&self) -> bool {
+        self.shutter.as_ref().is_some_and(|shutter| !shutter.camera.is_empty())
+    }
 }
 
 /// How light is transported.

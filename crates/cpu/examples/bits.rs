@@ -68,6 +68,7 @@ fn view(scene: &Scene, integrator: Integrator) -> View {
         seed: 0,
         first_sample: 0,
         aovs: Vec::new(),
+        shutter: None,
     }
 }
 

@@ -1,13 +1,13 @@
 //! A scene ready to be traced: tables and acceleration structures.
 
 use crate::fetch::hit_records::HitRecordTable;
-use accel::{Blas, Geometry, Instance, Quality, Sphere, Tlas};
+use accel::{Blas, Geometry, Instance, InstanceMotions, Quality, Sphere, Tlas};
 use optics::light::light_is_flat;
 use optics::vector::{cross, dot};
 use optics::{Vec3f, vec3f};
 use scene::tables::{
-    BindingRecord, BlasRecord, Changes, GeometryKind, GeometryRecord, InstanceRecord, LightRecord, NONE,
-    SceneTables,
+    BindingRecord, BlasRecord, Changes, GeometryKind, GeometryRecord, InstanceRecord, LightRecord,
+    MotionRange, NONE, SceneTables,
 };
 use std::sync::Arc;
 
@@ -38,7 +38,8 @@ pub(crate) struct HitRecords<'a> {
 impl CpuScene {
     pub fn new(tables: Arc<SceneTables>, quality: Quality) -> Self {
         let blas = tables.blas.iter().map(|b| Arc::new(build_blas(&tables, b, quality))).collect();
-        let tlas = Tlas::build(&instances(&tables), blas);
+        let mut tlas = Tlas::build(&[], blas);
+        tlas.update_moving(&instances(&tables), motions(&tables));
         Self::with_tlas(tables, tlas)
     }
 
@@ -53,7 +54,7 @@ impl CpuScene {
             }
         }
         if changes.transforms || changes.vertices {
-            tlas.update(&instances(&tables));
+            tlas.update_moving(&instances(&tables), motions(&tables));
         }
         Self::with_tlas(tables, tlas)
     }
@@ -64,7 +65,7 @@ impl CpuScene {
         let sky = &tables.environment;
         let plain_sky = sky.width == 0 && sky.light == NONE && visible_discs.is_empty();
         let is_plain = |l: &LightRecord| light_is_flat(l.light.kind) && l.textured_material == NONE;
-        let plain_lights = tables.lights.iter().all(is_plain);
+        let plain_lights = tables.motion.is_none() && tables.lights.iter().all(is_plain);
         let hit_records = HitRecordTable::new(&tables);
         let volumes = tables.needs_volumes();
         Self { tables, tlas, hit_records, visible_discs, plain_lights, plain_sky, volumes }
@@ -82,6 +83,13 @@ impl CpuScene {
             primitive: primitive - geometry.first_in_blas,
         }
     }
+}
+
+/// How the instances move.
+fn motions(tables: &SceneTables) -> InstanceMotions {
+    let Some(motion) = &tables.motion else { return InstanceMotions::default() };
+    let of_instances = motion.instances.iter().map(MotionRange::range).collect();
+    InstanceMotions { segments: motion.segments.clone(), of_instances }
 }
 
 fn instances(tables: &SceneTables) -> Vec<Instance> {

@@ -58,6 +58,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 seed: 1,
                 first_sample: 0,
                 aovs: Vec::new(),
+                shutter: None,
             };
             backend.set_path_kernel(PathKernel::Megakernel);
             measure(&mut backend, &view, samples)?;

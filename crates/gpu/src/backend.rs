@@ -15,6 +15,7 @@ use crate::scene::refuse_volumes;
 use crate::scene::update::StagingRing;
 use crate::timing::Timer;
 use crate::tracer::{Instances, TracerKind};
+use crate::view::MOST_CAMERA_SEGMENTS;
 use crate::wavefront::Queues;
 use crate::{Gpu, GpuError, GpuScene};
 use backend::{
@@ -38,6 +39,7 @@ const FOLD_INTERVAL: Duration = Duration::from_secs(2);
 /// Renders on a GPU.
 pub struct GpuBackend {
     gpu: Gpu,
+    /// How it was asked to trace; how the loaded scene is traced is [`GpuBackend::traced_by`].
     kind: TracerKind,
     /// Of the scene that is loaded.
     instances: Instances,
@@ -149,7 +151,13 @@ impl GpuBackend {
         let table_bytes = tables.memory_bytes();
         let scene = GpuScene::upload(&self.gpu, tables)?;
         let start = Instant::now();
-        let tracing = self.kind.build(&self.gpu, &scene, self.instances)?;
+        if scene.tables.motion.is_some() && self.kind != TracerKind::Bvh {
+            let name = self.kind.name();
+            self.notices.push(format!(
+                "{name} knows no motion while the shutter is open: the hierarchy of gpu-bvh traces this scene"
+            ));
+        }
+        let tracing = self.traced_by(&scene.tables).build(&self.gpu, &scene, self.instances)?;
         let stats = LoadStats {
             build: start.elapsed(),
             acceleration_bytes: tracing.memory_bytes() as usize,
@@ -158,6 +166,11 @@ impl GpuBackend {
         };
         self.scene = Some(Loaded { scene, tracing, kernels: HashMap::new() });
         Ok(stats)
+    }
+
+    /// How a scene is traced: the driver's structures know no motion.
+    fn traced_by(&self, tables: &SceneTables) -> TracerKind {
+        if tables.motion.is_some() { TracerKind::Bvh } else { self.kind }
     }
 
     fn update_scene(&mut self, tables: Arc<SceneTables>, changes: Changes) -> Result<LoadStats, GpuError> {
@@ -177,7 +190,9 @@ impl GpuBackend {
         }
         if !loaded.tracing.update(&self.gpu, &loaded.scene, changes)? {
             loaded.kernels.clear();
-            loaded.tracing = self.kind.build(&self.gpu, &loaded.scene, self.instances)?;
+            let moves = loaded.scene.tables.motion.is_some();
+            let kind = if moves { TracerKind::Bvh } else { self.kind };
+            loaded.tracing = kind.build(&self.gpu, &loaded.scene, self.instances)?;
         }
         loaded.kernels.values_mut().for_each(|k| k.kernel.scene_changed());
         Ok(LoadStats {
@@ -308,6 +323,7 @@ impl GpuBackend {
         };
         check_media(&loaded.scene.tables, view)?;
         check_boundaries(&loaded.scene.tables, view).map_err(|e| device_error(self.kind.name(), e))?;
+        check_shutter(view)?;
         self.prepare_film(view)?;
         let start = Instant::now();
         control.begin(samples);
@@ -437,6 +453,17 @@ impl Backend for GpuBackend {
 fn check_boundaries(tables: &SceneTables, view: &View) -> Result<(), GpuError> {
     if matches!(view.integrator, Integrator::Hybrid(_) | Integrator::Realtime(_)) {
         refuse_volumes(tables)?;
+    }
+    Ok(())
+}
+
+/// Refuses a camera that moves on a way of too many segments.
+fn check_shutter(view: &View) -> Result<(), BackendError> {
+    let segments = view.shutter.as_ref().map_or(0, |shutter| shutter.camera.len());
+    if segments > MOST_CAMERA_SEGMENTS {
+        let reason =
+            format!("the camera's motion has {segments} segments; GPUs have room for {MOST_CAMERA_SEGMENTS}");
+        return Err(BackendError::View { reason });
     }
     Ok(())
 }

@@ -10,7 +10,7 @@ use crate::bindings::{PassBinding, Resource, whole};
 use crate::portions::{Gathering, PORTION_BYTES, Share, pixels_in_tiles};
 use crate::readback::read_mapped;
 use crate::scene::upload::{empty_buffer, write_buffer, write_buffer_at};
-use crate::view::View;
+use crate::view::{View, ViewMotion};
 use crate::{Gpu, GpuError};
 use backend::{BackendError, Integrator, SamplerKind};
 use bytemuck::{Pod, Zeroable};
@@ -114,6 +114,8 @@ pub struct FilmBuffers {
     pub aovs: wgpu::Buffer,
     /// What is rendered.
     pub contents: View,
+    /// When camera rays leave; `None` is an instant.
+    motion: Option<ViewMotion>,
     /// How, for who renders in more than one way.
     pub integrator: Integrator,
     /// By which camera.
@@ -142,7 +144,12 @@ impl FilmBuffers {
         let aov_bytes = if wants_aovs { pixels } else { 1 } * size_of::<AovPixel>() as u64;
         let shares = pixels_in_tiles([view.window.width, view.window.height]);
         let tally_bytes = COUNTER_BYTES + shares * size_of::<Share>() as u64;
-        let view_buffer = empty_buffer(gpu, "the view", size_of::<View>() as u64, BufferUsages::UNIFORM)?;
+        let view_buffer = empty_buffer(
+            gpu,
+            "the view",
+            (size_of::<View>() + size_of::<ViewMotion>()) as u64,
+            BufferUsages::UNIFORM,
+        )?;
         let film = empty_buffer(gpu, "the film", film_bytes + room, readable)?;
         let counters = empty_buffer(gpu, "counters", tally_bytes, readable)?;
         let aovs = empty_buffer(gpu, "the auxiliary layers", aov_bytes, readable)?;
@@ -159,6 +166,7 @@ impl FilmBuffers {
             counters,
             aovs,
             contents: View::new(view),
+            motion: ViewMotion::new(view),
             integrator: view.integrator,
             camera: view.camera,
             sampler: view.sampler,
@@ -182,6 +190,7 @@ impl FilmBuffers {
             return false;
         }
         (self.contents, self.integrator, self.camera) = (contents, view.integrator, view.camera);
+        self.motion = ViewMotion::new(view);
         true
     }
 
@@ -233,6 +242,10 @@ impl FilmBuffers {
     /// When there is no memory for the copy.
     pub fn set_batch(&mut self, gpu: &Gpu, batch: Batch) -> Result<(), GpuError> {
         self.contents.set_batch(batch);
+        if let Some(motion) = &self.motion {
+            let bytes = bytemuck::bytes_of(motion);
+            write_buffer_at(gpu, "the view", &self.view, size_of::<View>() as u64, bytes)?;
+        }
         write_buffer(gpu, "the view", &self.view, bytemuck::bytes_of(&self.contents))
     }
 

@@ -86,6 +86,37 @@ pub struct View {
     padding2: u32,
 }
 
+/// Segments of a camera's motion that shaders have room for.
+pub const MOST_CAMERA_SEGMENTS: usize = 16;
+
+/// What follows the [`View`] where camera rays leave at times of their own; see
+/// `shaders/film.wgsl`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct ViewMotion {
+    shutter: [f32; 4],
+    shutter_delays: [f32; 4],
+    camera_motion: [[[f32; 4]; 12]; MOST_CAMERA_SEGMENTS],
+}
+
+impl ViewMotion {
+    /// Of a view whose camera has no more than [`MOST_CAMERA_SEGMENTS`]; `None` of an instant.
+    pub fn new(view: &backend::View) -> Option<Self> {
+        let shutter = view.shutter.as_ref()?;
+        let timing = shutter.timing;
+        let mut camera_motion = [[[0.0; 4]; 12]; MOST_CAMERA_SEGMENTS];
+        for (to, from) in camera_motion.iter_mut().zip(&*shutter.camera) {
+            *to = *bytemuck::from_bytes(bytemuck::bytes_of(from));
+        }
+        let segments = shutter.camera.len().min(MOST_CAMERA_SEGMENTS) as f32;
+        Some(Self {
+            shutter: [timing.open, timing.duration, timing.rise, timing.fall],
+            shutter_delays: [timing.row_delay, timing.column_delay, segments, 0.0],
+            camera_motion,
+        })
+    }
+}
+
 impl View {
     /// Width of the window in pixels.
     pub fn window_width(&self) -> u32 {
@@ -249,6 +280,16 @@ mod tests {
                 padding2,
             }
         );
+        let moving = crate::shader::check::module_with("film", "MOTION");
+        let (fields, size) = crate::layout::layout_of(&moving, "View");
+        let view = size_of::<View>();
+        let rust = [
+            ("shutter", view + std::mem::offset_of!(ViewMotion, shutter)),
+            ("shutter_delays", view + std::mem::offset_of!(ViewMotion, shutter_delays)),
+            ("camera_motion", view + std::mem::offset_of!(ViewMotion, camera_motion)),
+        ];
+        assert_eq!(fields[fields.len() - 3..], rust.map(|(name, offset)| (name.to_owned(), offset)));
+        assert_eq!(size, view + size_of::<ViewMotion>());
         // The optics' structure has gaps where Rust has fields of padding.
         let (fields, size) = crate::layout::layout_of(&module, "CameraFrame");
         let rust = [

@@ -67,6 +67,7 @@ fn view(scene: &Scene, integrator: Integrator, seed: u32) -> View {
         seed,
         first_sample: 0,
         aovs: vec![Aov::Depth, Aov::Normal, Aov::MaterialId],
+        shutter: None,
     }
 }
 

@@ -51,8 +51,11 @@ mod geometry {
     pub mod distortion;
     pub mod frame;
     pub mod intersect;
+    pub mod motion;
+    pub mod moving_camera;
     pub mod offset;
     pub mod shape;
+    pub mod shutter;
     pub mod terminator;
     pub mod wide_projection;
 }
@@ -62,6 +65,7 @@ mod lights {
     pub mod equirect;
     pub mod falloff;
     pub mod light;
+    pub mod moving_light;
     pub mod node;
     pub mod portal;
     pub mod portal_triangle;
@@ -150,11 +154,13 @@ pub use base::{constants::constants, math::math};
 pub use display::tonemap::tonemap;
 pub use geometry::{
     bounds::bounds, camera::camera, distortion::distortion, frame::frame, intersect::intersect,
-    offset::offset, shape::shape, terminator::terminator, wide_projection::wide_projection,
+    motion::motion, moving_camera::moving_camera, offset::offset, shape::shape, shutter::shutter,
+    terminator::terminator, wide_projection::wide_projection,
 };
 pub use lights::{
-    equirect::equirect, falloff::falloff, light::light, node as light_node, portal::portal, portal_triangle,
-    profile::light_profile, reservoir::reservoir, shaft::shaft, sky::sky, tree::light_tree,
+    equirect::equirect, falloff::falloff, light::light, moving_light::moving_light, node as light_node,
+    portal::portal, portal_triangle, profile::light_profile, reservoir::reservoir, shaft::shaft, sky::sky,
+    tree::light_tree,
 };
 pub use materials::{
     image_texture::image_texture, layers::layers, material::material, plain::plain, record::WgslRecord,

@@ -83,6 +83,8 @@ mod everything {
     use crate::intersect::*;
     use crate::layers::*;
     use crate::light_profile::*;
+    use crate::moving_camera::*;
+    use crate::moving_light::*;
     use crate::offset::*;
     use crate::plain::*;
     use crate::portal::*;
@@ -91,6 +93,7 @@ mod everything {
     use crate::rounds::*;
     use crate::shaft::*;
     use crate::shape::*;
+    use crate::shutter::*;
     use crate::spatial_filter::*;
     use crate::terminator::*;
     use crate::texture_node::*;

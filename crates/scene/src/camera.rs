@@ -73,10 +73,27 @@ pub struct Camera {
     pub focus_distance: f32,
     /// Movement over time; `None` stands still.
     pub path: Option<CameraPath>,
+    /// Where it is while the shutter is open, at equally spaced moments; empty if it stands still.
+    /// See [`crate::Scene::open_shutter`].
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub keys: Vec<CameraKey>,
     /// Of a perspective camera: how its lens bends lines. What lies outside of the lens' field is black.
     pub distortion: Option<Distortion>,
     /// Of a perspective camera: how far the picture's columns lean, s / fx of a matrix of intrinsics.
     pub skew: f32,
+}
+
+/// Where a camera is at a moment while the shutter is open.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CameraKey {
+    /// See [`Camera::eye`].
+    pub eye: Vec3,
+    /// See [`Camera::target`].
+    pub target: Vec3,
+    /// See [`Camera::up`].
+    pub up: Vec3,
+    /// The projection, if it changes meanwhile.
+    pub projection: Option<Projection>,
 }
 
 /// How a camera moves. Times are in seconds.
@@ -112,6 +129,7 @@ impl Camera {
             lens_radius: 0.0,
             focus_distance: (target - eye).length().max(1e-6),
             path: None,
+            keys: Vec::new(),
             distortion: None,
             skew: 0.0,
         }
@@ -131,6 +149,10 @@ impl Camera {
     pub(crate) fn shift(&mut self, by: Vec3) {
         self.eye += by;
         self.target += by;
+        for key in &mut self.keys {
+            key.eye += by;
+            key.target += by;
+        }
         if let Some(CameraPath::Orbit { center, .. }) = &mut self.path {
             *center += by;
         }

@@ -1,5 +1,6 @@
 //! Putting one scene into another.
 
+use crate::animation::KeyedObject;
 use crate::{Animation, ImageId, LightParameter, MaterialId, Mesh, MeshId, Scene, TextureId};
 use glam::{Affine3A, Vec3};
 use std::ops::Range;
@@ -77,6 +78,7 @@ impl Scene {
             let motion = glam::DAffine3::from_translation(by.as_dvec3());
             animation.instances.iter_mut().for_each(|i| i.root = motion * i.root);
             animation.lights.iter_mut().for_each(|l| l.root = motion * l.root);
+            animation.keyed.iter_mut().for_each(|k| k.shift(&Affine3A::from_translation(by)));
         }
     }
 }
@@ -120,6 +122,12 @@ impl Offsets {
         animation.cameras.iter_mut().for_each(|c| c.camera += self.cameras);
         animation.materials.iter_mut().for_each(|m| m.material += self.materials);
         animation.deformations.iter_mut().for_each(|d| d.mesh += self.meshes);
+        for keyed in &mut animation.keyed {
+            match &mut keyed.object {
+                KeyedObject::Instance(index) => *index += self.instances,
+                KeyedObject::Camera(index) => *index += self.cameras,
+            }
+        }
     }
 }
 

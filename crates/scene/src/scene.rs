@@ -1,6 +1,6 @@
 //! A scene as a file describes it.
 
-use crate::animation::Animation;
+use crate::animation::{Animation, SceneMotion};
 use crate::camera::Camera;
 use crate::environment::Environment;
 use crate::groups::Groups;
@@ -54,6 +54,8 @@ pub struct Scene {
     pub defaults: RenderDefaults,
     /// What moves: see [`Scene::set_time`]. One for each animated file.
     pub animations: Vec<Animation>,
+    /// What moves while the shutter is open: see [`Scene::open_shutter`]. `None` is an instant.
+    pub motion: Option<Arc<SceneMotion>>,
 }
 
 impl Scene {

@@ -1,5 +1,6 @@
 //! What a scene file may say about how it wants to be rendered.
 
+use crate::Shutter;
 use serde::{Deserialize, Serialize};
 
 /// How scene-referred radiance becomes display values.
@@ -64,4 +65,6 @@ pub struct RenderDefaults {
     pub cull_backs: Option<bool>,
     /// What happens where light grazes a mesh with vertex normals.
     pub shadow_terminator: Option<ShadowTerminator>,
+    /// When the camera's shutter is open; without it, pictures show instants.
+    pub shutter: Option<Shutter>,
 }

@@ -283,6 +283,7 @@ pub fn outline(scene: &Scene) -> Scene {
         declares_light: scene.declares_light,
         defaults: scene.defaults.clone(),
         animations: scene.animations.iter().map(without_vertices).collect(),
+        motion: None,
     }
 }
 

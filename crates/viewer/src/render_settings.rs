@@ -69,6 +69,7 @@ impl RenderSettings {
             seed: self.seed,
             aovs,
             tone,
+            shutter: None,
         }
     }
 

@@ -3,6 +3,7 @@
 
 mod blas;
 mod instance;
+mod motion;
 mod planar_polygon;
 mod primitives;
 mod root_triangles;
@@ -14,6 +15,8 @@ pub use blas::Blas;
 pub(crate) use blas::LeafBlocks;
 pub use instance::Instance;
 pub(crate) use instance::inverse;
+pub use motion::InstanceMotions;
+pub(crate) use motion::motion_bounds;
 pub(crate) use planar_polygon::{MAX_TOLERANCE, PlanarPolygon, PolygonTriangle};
 pub use primitives::{Geometry, Sphere};
 pub(crate) use primitives::{sphere_references, triangle_references};

@@ -2,13 +2,20 @@
 
 use super::blas::Blas;
 use super::instance::{Instance, inverse, to_object_space};
+use super::motion::{InstanceMotions, motion_bounds};
 use super::validate::validate_tree;
 use crate::aabb::Aabb;
 use crate::build::{self, LeafCost, PrimitiveRef, Quality, Settings};
 use crate::layout::{ChildRef, EMPTY, INSTANCE, LEAF, Node};
 use crate::ray::Ray;
 use crate::simd::InstructionSet;
+use optics::motion::{AffineRows, MOTION_MIDDLE, affine_inverse};
 use std::sync::Arc;
+
+/// [`InstanceLeaf::placement`] of an instance in world space.
+const IDENTITY: u32 = u32::MAX;
+/// [`InstanceLeaf::placement`] of an instance that stands still.
+const STILL: u32 = u32::MAX - 1;
 
 /// A leaf of the top level: an instance as queries need it.
 struct InstanceLeaf {
@@ -16,7 +23,8 @@ struct InstanceLeaf {
     blas: u32,
     mask: u32,
     index: u32,
-    is_identity: bool,
+    /// [`IDENTITY`], [`STILL`], or the number of the instance, which then moves.
+    placement: u32,
 }
 
 /// A bounding volume hierarchy over instances.
@@ -28,6 +36,7 @@ pub struct Tlas {
     /// By leaf index.
     leaves: Vec<InstanceLeaf>,
     blas: Vec<Arc<Blas>>,
+    motions: InstanceMotions,
     bounds: Aabb,
     /// The mask of the single instance, if there is exactly one and it has no transform.
     single_mask: Option<u32>,
@@ -52,6 +61,7 @@ impl Tlas {
             extent: [0.0; 3],
             leaves: Vec::new(),
             blas,
+            motions: InstanceMotions::default(),
             bounds: Aabb::EMPTY,
             single_mask: None,
             skipped: 0,
@@ -68,21 +78,45 @@ impl Tlas {
     ///
     /// If an instance refers to an object that does not exist.
     pub fn update(&mut self, instances: &[Instance]) {
+        self.update_moving(instances, InstanceMotions::default());
+    }
+
+    /// As [`Tlas::update`], of instances of which some move while rays leave. Their own transforms
+    /// do not count.
+    ///
+    /// # Panics
+    ///
+    /// If an instance refers to an object that does not exist.
+    pub fn update_moving(&mut self, instances: &[Instance], motions: InstanceMotions) {
+        self.motions = motions;
         let mut refs = Vec::with_capacity(instances.len());
         let mut leaves = Vec::with_capacity(instances.len());
         for (index, instance) in instances.iter().enumerate() {
             let object = &self.blas[instance.blas as usize];
             let bounds = object.bounds();
-            let is_identity = instance.object_to_world == Instance::IDENTITY;
-            let Some(world_to_object) = inverse(&instance.object_to_world) else { continue };
-            let world =
-                if is_identity { bounds } else { object.transformed_bounds(&instance.object_to_world) };
+            let motion = self.motions.of(index);
+            let middle = || AffineRows::of_motion(motion, MOTION_MIDDLE).rows();
+            let object_to_world = if motion.is_empty() { instance.object_to_world } else { middle() };
+            let is_identity = motion.is_empty() && object_to_world == Instance::IDENTITY;
+            let Some(world_to_object) = inverse(&object_to_world) else { continue };
+            let world = if is_identity {
+                bounds
+            } else if motion.is_empty() {
+                object.transformed_bounds(&object_to_world)
+            } else {
+                motion_bounds(motion, &bounds, |rows| object.transformed_bounds(rows))
+            };
+            let placement = match (is_identity, motion.is_empty()) {
+                (true, _) => IDENTITY,
+                (false, true) => STILL,
+                (false, false) => index as u32,
+            };
             if bounds.is_empty() || !world.min.iter().chain(&world.max).all(|c| c.is_finite()) {
                 continue;
             }
             refs.push(PrimitiveRef::new(&world, leaves.len() as u32, 0));
             let (blas, mask) = (instance.blas, instance.mask);
-            leaves.push(Some(InstanceLeaf { world_to_object, blas, mask, index: index as u32, is_identity }));
+            leaves.push(Some(InstanceLeaf { world_to_object, blas, mask, index: index as u32, placement }));
         }
         self.skipped = instances.len() - leaves.len();
         let tree = build::build(&mut refs, Settings::new(Quality::Balanced, 1, LeafCost::PerBlock));
@@ -96,7 +130,7 @@ impl Tlas {
         self.bounds = tree.bounds;
         self.extent = tree.bounds.extent();
         self.single_mask = match &self.leaves[..] {
-            [one] if one.is_identity && one.index == 0 => Some(one.mask),
+            [one] if one.placement == IDENTITY && one.index == 0 => Some(one.mask),
             _ => None,
         };
         #[cfg(debug_assertions)]
@@ -174,21 +208,38 @@ impl Tlas {
     }
 
     /// The object of the instance at leaf `leaf`, the index of the instance, and the ray in object
-    /// space. `None` if `mask` cannot see the instance.
+    /// space. `None` if `mask` cannot see the instance. `time`: the ray's; asked only where the
+    /// instance moves.
     #[inline(always)]
-    pub(crate) fn enter(&self, leaf: usize, ray: &Ray, mask: u32) -> Option<(&Blas, u32, Ray)> {
+    pub(crate) fn enter(
+        &self,
+        leaf: usize,
+        ray: &Ray,
+        time: impl Fn() -> f32,
+        mask: u32,
+    ) -> Option<(&Blas, u32, Ray)> {
         let leaf = &self.leaves[leaf];
         if leaf.mask & mask == 0 {
             return None;
         }
         let mut r = *ray;
-        if !leaf.is_identity {
-            r = to_object_space(&leaf.world_to_object, ray);
+        if leaf.placement != IDENTITY {
+            r = match leaf.placement {
+                STILL => to_object_space(&leaf.world_to_object, ray),
+                moving => to_object_space(&self.world_to_object(moving, time()), ray),
+            };
             if !r.is_valid() {
                 return None;
             }
         }
         Some((&self.blas[leaf.blas as usize], leaf.index, r))
+    }
+
+    /// From world space to that of an instance that moves, at `time`. Out of line: what stands
+    /// still pays nothing for it.
+    #[inline(never)]
+    fn world_to_object(&self, instance: u32, time: f32) -> [[f32; 4]; 3] {
+        affine_inverse(AffineRows::of_motion(self.motions.of(instance as usize), time)).rows()
     }
 }
 

@@ -3,7 +3,7 @@
 use super::object::EncodedObject;
 use crate::aabb::Aabb;
 use crate::build::PrimitiveRef;
-use crate::bvh::{Instance, inverse};
+use crate::bvh::{Instance, InstanceMotions, inverse, motion_bounds};
 use bytemuck::{Pod, Zeroable};
 
 /// Bit of [`EncodedInstance::flags`]: object space is world space.
@@ -50,16 +50,20 @@ impl EncodedInstance {
 /// The records of all instances that can be hit, and references to them.
 pub(super) fn encode_instances(
     instances: &[Instance],
+    motions: &InstanceMotions,
     objects: &[EncodedObject],
 ) -> (Vec<PrimitiveRef>, Vec<EncodedInstance>) {
     let mut refs = Vec::with_capacity(instances.len());
     let mut encoded = Vec::with_capacity(instances.len());
     for (index, instance) in (0..).zip(instances) {
         let object = &objects[instance.blas as usize];
-        let is_identity = instance.object_to_world == Instance::IDENTITY;
+        let motion = motions.of(index as usize);
+        let is_identity = motion.is_empty() && instance.object_to_world == Instance::IDENTITY;
         let Some(world_to_object) = inverse(&instance.object_to_world) else { continue };
         let bounds = if is_identity {
             object.bounds
+        } else if !motion.is_empty() {
+            motion_bounds(motion, &object.bounds, |rows| object.tight_bounds.transformed(rows))
         } else {
             object.tight_bounds.transformed(&instance.object_to_world)
         };

@@ -9,7 +9,7 @@ use super::object_tree::ObjectTree;
 use super::primitive::EncodedPrimitive;
 use super::tree_layout::TreeLayout;
 use crate::build::{LeafCost, Quality, Settings, build};
-use crate::bvh::Instance;
+use crate::bvh::{Instance, InstanceMotions};
 use rayon::prelude::*;
 
 /// A scene that shaders can trace: three arrays for three buffers.
@@ -49,6 +49,24 @@ impl EncodedScene {
         let geometries: Vec<Vec<GeometryRef>> = objects.iter().map(GeometryRef::of).collect();
         let mut scene = EncodedScene::with_capacity_for(&geometries, instances.len(), quality);
         scene.update(instances);
+        scene
+    }
+
+    /// As [`EncodedScene::build`], of instances of which some move while rays leave. The transforms
+    /// of those are what a shader has to find out itself, at the time of its ray.
+    ///
+    /// # Panics
+    ///
+    /// If an instance refers to an object that does not exist.
+    pub fn build_moving(
+        objects: &[Object],
+        instances: &[Instance],
+        motions: &InstanceMotions,
+        quality: Quality,
+    ) -> EncodedScene {
+        let geometries: Vec<Vec<GeometryRef>> = objects.iter().map(GeometryRef::of).collect();
+        let mut scene = EncodedScene::with_capacity_for(&geometries, instances.len(), quality);
+        scene.update_moving(instances, motions);
         scene
     }
 
@@ -122,9 +140,18 @@ impl EncodedScene {
     /// If an instance refers to an object that does not exist, if there are more instances than at
     /// the build, or if they are flattened.
     pub fn update(&mut self, instances: &[Instance]) -> usize {
+        self.update_moving(instances, &InstanceMotions::default())
+    }
+
+    /// As [`EncodedScene::update`], of instances of which some move while rays leave.
+    ///
+    /// # Panics
+    ///
+    /// As [`EncodedScene::update`].
+    pub fn update_moving(&mut self, instances: &[Instance], motions: &InstanceMotions) -> usize {
         assert!(!self.flattened, "flattened instances cannot be moved");
         assert!(instances.len() <= self.top_level_capacity, "more instances than at the build");
-        let (mut refs, leaves) = instance::encode_instances(instances, &self.objects);
+        let (mut refs, leaves) = instance::encode_instances(instances, motions, &self.objects);
         let layout =
             TreeLayout::new(build(&mut refs, Settings::new(Quality::Balanced, 1, LeafCost::PerBlock)));
         let nodes: Vec<EncodedNode> = layout.nodes(0, 1).collect();

@@ -47,19 +47,31 @@ pub(super) fn blas_any<F: HitFilter>(isa: InstructionSet, blas: &Blas, ray: &Ray
 
 /// The closest hit with all instances.
 #[inline]
-pub(super) fn tlas_closest<F: HitFilter>(isa: InstructionSet, tlas: &Tlas, ray: &Ray, filter: &F) -> Hit {
+pub(super) fn tlas_closest<F: HitFilter>(
+    isa: InstructionSet,
+    tlas: &Tlas,
+    ray: &Ray,
+    time: f32,
+    filter: &F,
+) -> Hit {
     if !can_hit(tlas.root, ray) {
         return MISS;
     }
     let mut best = ClosestHit::new(ray);
-    dispatch!(isa, tlas_closest(tlas, ray, filter, &mut best));
+    dispatch!(isa, tlas_closest(tlas, ray, time, filter, &mut best));
     best.hit
 }
 
 /// Any hit with all instances.
 #[inline]
-pub(super) fn tlas_any<F: HitFilter>(isa: InstructionSet, tlas: &Tlas, ray: &Ray, filter: &F) -> bool {
-    can_hit(tlas.root, ray) && dispatch!(isa, tlas_any(tlas, ray, filter))
+pub(super) fn tlas_any<F: HitFilter>(
+    isa: InstructionSet,
+    tlas: &Tlas,
+    ray: &Ray,
+    time: f32,
+    filter: &F,
+) -> bool {
+    can_hit(tlas.root, ray) && dispatch!(isa, tlas_any(tlas, ray, time, filter))
 }
 
 /// The closest hit of each ray.
@@ -116,7 +128,7 @@ pub(super) fn coherent_closest<F: HitFilter>(
         let is_traced =
             dispatch!(isa, packet::<F, _, false>(&mut packet, blas, blocks, rays, some.clone(), filter));
         for (place, i) in some.enumerate() {
-            let alone = || tlas_closest(isa, tlas, &rays.ray(i), filter);
+            let alone = || tlas_closest(isa, tlas, &rays.ray(i), rays.time(i), filter);
             hits.set(i, &if is_traced { packet.hit(place) } else { alone() });
         }
     }
@@ -139,7 +151,7 @@ pub(super) fn coherent_any<F: HitFilter>(
         let is_traced =
             dispatch!(isa, packet::<F, _, true>(&mut packet, blas, blocks, rays, some.clone(), filter));
         for (place, i) in some.enumerate() {
-            let alone = || tlas_any(isa, tlas, &rays.ray(i), filter);
+            let alone = || tlas_any(isa, tlas, &rays.ray(i), rays.time(i), filter);
             any[i] = if is_traced { !packet.hit(place).is_miss() } else { alone() };
         }
     }

@@ -98,6 +98,7 @@ macro_rules! entry_points {
             pub unsafe fn tlas_closest<F: HitFilter>(
                 tlas: &Tlas,
                 ray: &Ray,
+                time: f32,
                 filter: &F,
                 best: &mut ClosestHit,
             ) {
@@ -111,14 +112,14 @@ macro_rules! entry_points {
                     // SAFETY: the caller's promise.
                     unsafe { blas_closest(b, r, i, f, best) }
                 };
-                single::tlas_closest(s, tlas, ray, filter, best, closest);
+                single::tlas_closest(s, tlas, ray, time, filter, best, closest);
             }
 
             /// # Safety
             ///
             /// The processor must have the instructions.
             #[target_feature(enable = $features)]
-            pub unsafe fn tlas_any<F: HitFilter>(tlas: &Tlas, ray: &Ray, filter: &F) -> bool {
+            pub unsafe fn tlas_any<F: HitFilter>(tlas: &Tlas, ray: &Ray, time: f32, filter: &F) -> bool {
                 if let Some(blas) = tlas.single_object(filter.ray_mask()) {
                     // SAFETY: the caller's promise.
                     return unsafe { blas_any(blas, ray, 0, filter) };
@@ -127,7 +128,7 @@ macro_rules! entry_points {
                 let s = unsafe { <$simd>::new() };
                 // SAFETY: the caller's promise.
                 let any = |b: &Blas, r: &Ray, i, f: &F| unsafe { blas_any(b, r, i, f) };
-                single::tlas_any(s, tlas, ray, filter, any)
+                single::tlas_any(s, tlas, ray, time, filter, any)
             }
         }
     };

@@ -5,6 +5,7 @@ use super::hit_sink::HitSink;
 use super::ray_stream::RayStream;
 use crate::bvh::{Blas, Tlas};
 use crate::ray::{Hit, HitFilter, Ray};
+use optics::motion::MOTION_MIDDLE;
 
 /// Whether neighbouring rays of a stream are similar.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -31,16 +32,30 @@ impl Blas {
 }
 
 impl Tlas {
-    /// The closest hit of a ray in world space.
+    /// The closest hit of a ray in world space. Instances that move are where they are in the
+    /// middle of their motion.
     #[inline]
     pub fn closest<F: HitFilter>(&self, ray: &Ray, filter: &F) -> Hit {
-        dispatch::tlas_closest(self.instruction_set(), self, ray, filter)
+        self.closest_at(ray, MOTION_MIDDLE, filter)
     }
 
-    /// Whether a ray in world space hits anything.
+    /// Whether a ray in world space hits anything. Instances that move are as for
+    /// [`Tlas::closest`].
     #[inline]
     pub fn any<F: HitFilter>(&self, ray: &Ray, filter: &F) -> bool {
-        dispatch::tlas_any(self.instruction_set(), self, ray, filter)
+        self.any_at(ray, MOTION_MIDDLE, filter)
+    }
+
+    /// As [`Tlas::closest`], of a ray that leaves at `time` in `[0, 1]`.
+    #[inline]
+    pub fn closest_at<F: HitFilter>(&self, ray: &Ray, time: f32, filter: &F) -> Hit {
+        dispatch::tlas_closest(self.instruction_set(), self, ray, time, filter)
+    }
+
+    /// As [`Tlas::any`], of a ray that leaves at `time` in `[0, 1]`.
+    #[inline]
+    pub fn any_at<F: HitFilter>(&self, ray: &Ray, time: f32, filter: &F) -> bool {
+        dispatch::tlas_any(self.instruction_set(), self, ray, time, filter)
     }
 
     /// The closest hit of each ray. Rays that miss an edge of a root triangle by less than the

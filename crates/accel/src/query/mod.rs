@@ -36,4 +36,4 @@ mod triangle_intersector;
 
 pub use hit_sink::{Hit16, HitColumns, HitSink};
 pub use methods::Coherence;
-pub use ray_stream::{Ray8, RayColumns, RayStream};
+pub use ray_stream::{Ray8, RayColumns, RayStream, RayTimes};

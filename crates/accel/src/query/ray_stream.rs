@@ -3,6 +3,7 @@
 use crate::layout::WIDTH;
 use crate::ray::Ray;
 use crate::simd;
+use optics::motion::MOTION_MIDDLE;
 
 /// The rays of one stream query.
 pub trait RayStream: Sync {
@@ -11,6 +12,14 @@ pub trait RayStream: Sync {
 
     /// One ray. May panic if `index` is out of range.
     fn ray(&self, index: usize) -> Ray;
+
+    /// When a ray leaves, in the time of [`InstanceMotions`](crate::InstanceMotions). Asked only
+    /// where a ray may hit what moves.
+    #[inline(always)]
+    fn time(&self, index: usize) -> f32 {
+        let _ = index;
+        MOTION_MIDDLE
+    }
 
     /// Whether there are no rays.
     fn is_empty(&self) -> bool {
@@ -104,6 +113,16 @@ pub struct RayColumns<'a> {
     origin: [&'a [f32]; 3],
     direction: [&'a [f32]; 3],
     t_max: Option<&'a [f32]>,
+    times: Option<RayTimes<'a>>,
+}
+
+/// When rays leave: ray `i` at `times[places[i]]`.
+#[derive(Clone, Copy, Debug)]
+pub struct RayTimes<'a> {
+    /// For each ray the place of its time.
+    pub places: &'a [u32],
+    /// Times, see [`RayStream::time`].
+    pub times: &'a [f32],
 }
 
 impl<'a> RayColumns<'a> {
@@ -116,7 +135,19 @@ impl<'a> RayColumns<'a> {
         let length = origin[0].len();
         let all = origin.iter().chain(&direction).chain(&t_max);
         assert!(all.into_iter().all(|column| column.len() == length), "columns of one length");
-        RayColumns { origin, direction, t_max }
+        RayColumns { origin, direction, t_max, times: None }
+    }
+
+    /// The same rays, which leave at these times.
+    ///
+    /// # Panics
+    ///
+    /// If there are not as many places as rays.
+    #[must_use]
+    pub fn at(mut self, times: Option<RayTimes<'a>>) -> Self {
+        assert!(times.is_none_or(|t| t.places.len() == self.origin[0].len()), "a place for each ray");
+        self.times = times;
+        self
     }
 }
 
@@ -124,6 +155,11 @@ impl RayStream for RayColumns<'_> {
     #[inline(always)]
     fn len(&self) -> usize {
         self.origin[0].len()
+    }
+
+    #[inline(always)]
+    fn time(&self, index: usize) -> f32 {
+        self.times.map_or(MOTION_MIDDLE, |t| t.times[t.places[index] as usize])
     }
 
     #[inline(always)]

@@ -155,26 +155,32 @@ pub(super) fn blas_any<F: HitFilter>(blas: &Blas, ray: &Ray, instance: u32, filt
     })
 }
 
-pub(super) fn tlas_closest<F: HitFilter>(tlas: &Tlas, ray: &Ray, filter: &F, best: &mut ClosestHit) {
+pub(super) fn tlas_closest<F: HitFilter>(
+    tlas: &Tlas,
+    ray: &Ray,
+    time: f32,
+    filter: &F,
+    best: &mut ClosestHit,
+) {
     if let Some(blas) = tlas.single_object(filter.ray_mask()) {
         return blas_closest(blas, ray, 0, filter, best);
     }
     let slabs = Slabs::new(ray, &tlas.extent);
     traverse(&tlas.nodes, tlas.root, &slabs, best.t_max, |index, _| {
-        if let Some((blas, instance, ray)) = tlas.enter(index, ray, filter.ray_mask()) {
+        if let Some((blas, instance, ray)) = tlas.enter(index, ray, || time, filter.ray_mask()) {
             blas_closest(blas, &ray, instance, filter, best);
         }
         Some(best.t_max)
     });
 }
 
-pub(super) fn tlas_any<F: HitFilter>(tlas: &Tlas, ray: &Ray, filter: &F) -> bool {
+pub(super) fn tlas_any<F: HitFilter>(tlas: &Tlas, ray: &Ray, time: f32, filter: &F) -> bool {
     if let Some(blas) = tlas.single_object(filter.ray_mask()) {
         return blas_any(blas, ray, 0, filter);
     }
     let slabs = Slabs::new(ray, &tlas.extent);
     traverse(&tlas.nodes, tlas.root, &slabs, ray.t_max, |index, t_max| {
-        match tlas.enter(index, ray, filter.ray_mask()) {
+        match tlas.enter(index, ray, || time, filter.ray_mask()) {
             Some((blas, instance, ray)) if blas_any(blas, &ray, instance, filter) => None,
             _ => Some(t_max),
         }
@@ -192,7 +198,7 @@ pub(super) fn stream_closest<F: HitFilter>(
         let ray = rays.ray(i);
         let mut best = ClosestHit::new(&ray);
         if can_hit(tlas.root, &ray) {
-            tlas_closest(tlas, &ray, filter, &mut best);
+            tlas_closest(tlas, &ray, rays.time(i), filter, &mut best);
         }
         hits.set(i, &best.hit);
     }
@@ -207,6 +213,6 @@ pub(super) fn stream_any<F: HitFilter>(
 ) {
     for (i, any) in any.iter_mut().enumerate() {
         let ray = rays.ray(i);
-        *any = can_hit(tlas.root, &ray) && tlas_any(tlas, &ray, filter);
+        *any = can_hit(tlas.root, &ray) && tlas_any(tlas, &ray, rays.time(i), filter);
     }
 }

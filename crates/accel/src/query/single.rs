@@ -192,6 +192,7 @@ pub(super) fn blas_any<S: Simd, F: HitFilter>(
 struct ClosestInstanceVisitor<'a, F, C> {
     tlas: &'a Tlas,
     ray: &'a Ray,
+    time: f32,
     filter: &'a F,
     best: &'a mut ClosestHit,
     closest: C,
@@ -209,7 +210,8 @@ impl<S: Simd, F: HitFilter, C: Fn(&Blas, &Ray, u32, &F, &mut ClosestHit)> LeafVi
 
     #[inline(always)]
     fn leaf(&mut self, _: S, index: usize) -> bool {
-        if let Some((blas, instance, ray)) = self.tlas.enter(index, self.ray, self.filter.ray_mask()) {
+        let (ray, mask) = (self.ray, self.filter.ray_mask());
+        if let Some((blas, instance, ray)) = self.tlas.enter(index, ray, || self.time, mask) {
             (self.closest)(blas, &ray, instance, self.filter, self.best);
         }
         false
@@ -220,6 +222,7 @@ impl<S: Simd, F: HitFilter, C: Fn(&Blas, &Ray, u32, &F, &mut ClosestHit)> LeafVi
 struct AnyInstanceVisitor<'a, F, C> {
     tlas: &'a Tlas,
     ray: &'a Ray,
+    time: f32,
     filter: &'a F,
     any: C,
 }
@@ -236,7 +239,7 @@ impl<S: Simd, F: HitFilter, C: Fn(&Blas, &Ray, u32, &F) -> bool> LeafVisitor<S>
 
     #[inline(always)]
     fn leaf(&mut self, _: S, index: usize) -> bool {
-        match self.tlas.enter(index, self.ray, self.filter.ray_mask()) {
+        match self.tlas.enter(index, self.ray, || self.time, self.filter.ray_mask()) {
             Some((blas, instance, ray)) => (self.any)(blas, &ray, instance, self.filter),
             None => false,
         }
@@ -249,12 +252,13 @@ pub(super) fn tlas_closest<S: Simd, F: HitFilter>(
     s: S,
     tlas: &Tlas,
     ray: &Ray,
+    time: f32,
     filter: &F,
     best: &mut ClosestHit,
     closest: impl Fn(&Blas, &Ray, u32, &F, &mut ClosestHit),
 ) {
     let slabs = Slabs::new(ray, &tlas.extent);
-    let mut visitor = ClosestInstanceVisitor { tlas, ray, filter, best, closest };
+    let mut visitor = ClosestInstanceVisitor { tlas, ray, time, filter, best, closest };
     traverse(s, &tlas.nodes, tlas.root, &slabs, &mut visitor);
 }
 
@@ -264,9 +268,11 @@ pub(super) fn tlas_any<S: Simd, F: HitFilter>(
     s: S,
     tlas: &Tlas,
     ray: &Ray,
+    time: f32,
     filter: &F,
     any: impl Fn(&Blas, &Ray, u32, &F) -> bool,
 ) -> bool {
     let slabs = Slabs::new(ray, &tlas.extent);
-    traverse(s, &tlas.nodes, tlas.root, &slabs, &mut AnyInstanceVisitor { tlas, ray, filter, any })
+    let mut visitor = AnyInstanceVisitor { tlas, ray, time, filter, any };
+    traverse(s, &tlas.nodes, tlas.root, &slabs, &mut visitor)
 }

@@ -250,7 +250,8 @@ impl<'a> StreamRay<'a> {
             // Coordinates near the limits of floats may let a ray hit unused boxes.
             let index = leaf_index(self.child);
             let world = rays.ray(self.stream_index);
-            if let Some((object, instance, ray)) = tlas.enter(index, &world, filter.ray_mask()) {
+            let time = || rays.time(self.stream_index);
+            if let Some((object, instance, ray)) = tlas.enter(index, &world, time, filter.ray_mask()) {
                 let Some(blocks) = object.brute_force_blocks().filter(|_| F::OPAQUE) else {
                     self.top_level_slabs = self.constants.slabs;
                     self.stack.push_end(s);

@@ -14,6 +14,7 @@ pub mod realtime;
 mod report;
 pub mod roulette;
 mod setup;
+mod shutter;
 mod split;
 mod video;
 
@@ -63,6 +64,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     let mut job = job(args, &mut loaded, args.seconds(first_frame)).map_err(usage)?;
     if let Some(text) = stillness(args, &loaded.scene, &job.camera, &frames) {
         say!("{text}");
+    }
+    if !args.quiet {
+        shutter::say_what_is_held(&loaded.scene, &job.integrator);
     }
     let limits = limits(args, &loaded);
     let tables = alhazen::SceneTables::build(&loaded.scene);

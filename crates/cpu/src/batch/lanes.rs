@@ -159,6 +159,21 @@ impl CameraLanes {
         }
     }
 
+    /// Makes the ray of a lane anew, as it leaves a camera that moves at `time`.
+    pub fn leave_at(&mut self, view: &View, lane: usize, time: f32) {
+        let (scramble, index) = (self.scramble.0[lane], self.index.0[lane]);
+        let sampler = PixelSampler { kind: sampler_kind(view), scramble, index };
+        let jitter = self.jitter.get(lane);
+        let film = vec2f(
+            (self.x.0[lane] as f32 + jitter.x) / view.width as f32,
+            (self.y.0[lane] as f32 + jitter.y) / view.height as f32,
+        );
+        let ray = camera_ray(view.camera_at(time), film, sample_2d(sampler, PAIR_LENS));
+        self.origin.set(lane, ray.origin);
+        self.direction.set(lane, ray.direction);
+        self.weight.0[lane] = ray.weight;
+    }
+
     /// Where each lane's random numbers begin.
     #[inline(always)]
     fn begin(&mut self, kind: u32, view: &View) {

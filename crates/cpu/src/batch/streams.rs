@@ -5,7 +5,7 @@ use crate::batch::departures::{ConnectionLanes, NextLanes};
 use crate::batch::lanes::{CameraLanes, LANES, Vectors};
 use crate::batch::vertices::PathLanes;
 use crate::simd::Instructions;
-use accel::{Hit, HitColumns, Ray, RayColumns};
+use accel::{Hit, HitColumns, Ray, RayColumns, RayTimes};
 use optics::light_tree::ALL_SIDES;
 use optics::path::{PathState, path_start};
 use optics::vertex::SHADOW_END;
@@ -110,9 +110,11 @@ impl PathStream {
         self.len = self.len.min(len);
     }
 
+    /// `times`: by slot, when the paths leave the camera; empty if nothing moves.
     #[inline(always)]
-    pub fn rays(&self) -> RayColumns<'_> {
-        RayColumns::new(self.origin.first(self.len), self.direction.first(self.len), None)
+    pub fn rays<'a>(&'a self, times: &'a [f32]) -> RayColumns<'a> {
+        let times = (!times.is_empty()).then(|| RayTimes { places: self.slot.first(self.len), times });
+        RayColumns::new(self.origin.first(self.len), self.direction.first(self.len), None).at(times)
     }
 
     #[inline(always)]
@@ -321,10 +323,12 @@ impl ShadowStream {
         self.make_room();
     }
 
+    /// `times`: by slot, when the paths leave the camera; empty if nothing moves.
     #[inline(always)]
-    pub fn rays(&self) -> RayColumns<'_> {
+    pub fn rays<'a>(&'a self, times: &'a [f32]) -> RayColumns<'a> {
         let t_max = self.t_max.first(self.len);
-        RayColumns::new(self.origin.first(self.len), self.direction.first(self.len), Some(t_max))
+        let times = (!times.is_empty()).then(|| RayTimes { places: self.slot.first(self.len), times });
+        RayColumns::new(self.origin.first(self.len), self.direction.first(self.len), Some(t_max)).at(times)
     }
 
     #[inline(always)]

@@ -79,11 +79,15 @@ impl GraphPlace {
 }
 
 impl Surface {
-    /// The surface at `hit` on `ray`, whose direction has unit length.
+    /// The surface at `hit` on `ray`, of unit direction, which leaves at `time` of the shutter.
     #[inline(always)]
-    pub fn new(scene: &CpuScene, ray: &Ray, hit: &Hit) -> Self {
+    pub fn new(scene: &CpuScene, ray: &Ray, hit: &Hit, time: f32) -> Self {
         let tables = &*scene.tables;
-        let records = scene.records(hit.instance, hit.primitive);
+        let mut records = scene.records(hit.instance, hit.primitive);
+        let moved = tables.moved_instance(hit.instance, time);
+        if let Some(moved) = &moved {
+            records.instance = moved;
+        }
         let material = &tables.materials[records.binding.material as usize];
         let wo = -vec3(ray.direction);
         let point = match records.geometry.kind {

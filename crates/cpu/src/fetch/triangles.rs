@@ -4,6 +4,7 @@
 //! instructions. Spheres, and triangles with normal maps or in mirrored instances, take the general way of [`Surface::new`].
 
 use crate::batch::lanes::{LANES, Lanes, Vectors, first_lanes};
+use crate::batch::samples::time_of;
 use crate::batch::streams::{HitLanes, HitStream, PathStream};
 use crate::fetch::hit_records::{HitRecord, ShadingClass, form};
 use crate::fetch::surface::{GraphPlace, Surface, tex_coords, transformed_extent, vertex_color};
@@ -14,7 +15,7 @@ use optics::offset::triangle_clearance;
 use optics::terminator::terminator_lift;
 use optics::vector::{cross, dot};
 use optics::{Vec3f, vec3f, vec4f};
-use scene::tables::NONE;
+use scene::tables::{InstanceRecord, NONE};
 
 /// Sixteen hits in a row.
 #[derive(Default)]
@@ -82,6 +83,7 @@ impl TriangleRows {
     }
 
     /// Computes the surfaces that the row of paths from `first` on has come to, of `count` in all.
+    /// `times`: by slot, if anything moves.
     #[inline(always)]
     pub fn compute<I: Instructions>(
         &mut self,
@@ -89,12 +91,13 @@ impl TriangleRows {
         scene: &CpuScene,
         paths: &PathStream,
         hits: &HitStream,
+        times: &[f32],
         first: usize,
         count: usize,
     ) {
         self.ask(i, scene, hits, first + 2 * LANES, count);
         self.locate(i, scene, first + LANES, count);
-        self.0[first / LANES % ROWS].compute(i, scene, paths, hits, first);
+        self.0[first / LANES % ROWS].compute(i, scene, paths, hits, times, first);
     }
 
     /// The row from `first` on.
@@ -143,8 +146,10 @@ impl TriangleLanes {
         scene: &CpuScene,
         paths: &PathStream,
         hits: &HitStream,
+        times: &[f32],
         first: usize,
     ) {
+        let slots = paths.slot.lanes(first);
         let (hits, directions, lengths) =
             (hits.lanes(first), paths.direction.lanes(first), paths.length.lanes(first));
         (self.u.0, self.v.0, self.id.0) = (*hits.u, *hits.v, *hits.primitive);
@@ -153,7 +158,7 @@ impl TriangleLanes {
             *length = lengths[lane] + hits.t[lane];
         }
         let smooth = self.having(i, form::SMOOTH);
-        self.fetch_vertices(i, scene, smooth);
+        self.fetch_vertices(i, scene, smooth, |lane| time_of(times, slots[lane]));
         for lane in 0..LANES {
             self.compute_lane(lane);
         }
@@ -260,7 +265,13 @@ impl TriangleLanes {
     }
 
     #[inline(always)]
-    fn fetch_vertices<I: Instructions>(&mut self, i: I, scene: &CpuScene, smooth: u32) {
+    fn fetch_vertices<I: Instructions>(
+        &mut self,
+        i: I,
+        scene: &CpuScene,
+        smooth: u32,
+        time: impl Fn(usize) -> f32,
+    ) {
         let tables = &*scene.tables;
         for (places, Vectors { x, y, z }) in self.position_places.iter().zip(&mut self.corners) {
             i.fetch(&tables.positions, &places.0, self.here, [&mut x.0, &mut y.0, &mut z.0]);
@@ -272,14 +283,16 @@ impl TriangleLanes {
         }
         self.transformed = Lanes::default();
         for lane in lanes(self.having(i, form::MOVED)) {
-            self.place(scene, lane);
+            match scene.tables.moved_instance(self.instance.0[lane], time(lane)) {
+                Some(moved) => self.place(&moved, lane),
+                None => self.place(&scene.tables.instances[self.instance.0[lane] as usize], lane),
+            }
         }
     }
 
     /// Takes the vertices of a lane to world space.
     #[inline(always)]
-    fn place(&mut self, scene: &CpuScene, lane: usize) {
-        let instance = &scene.tables.instances[self.instance.0[lane] as usize];
+    fn place(&mut self, instance: &InstanceRecord, lane: usize) {
         for k in 0..3 {
             let corner = transform_point(&instance.object_to_world, self.corners[k].get(lane));
             let normal = transform_normal(&instance.world_to_object, self.normals[k].get(lane));

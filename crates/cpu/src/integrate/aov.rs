@@ -15,7 +15,7 @@ pub(crate) fn sample<F: HitFilter>(rays: &mut CameraRays<F>, id: &SampleId) -> (
     let (ray, _, weight) = rays.camera(id);
     let hit = rays.closest(&ray);
     let Some(first) = rays.first_hit(&ray, &hit) else {
-        return (distant_radiance(rays.scene, vec3(ray.direction)) * weight, AovSample::default());
+        return (distant_radiance(rays.scene, vec3(ray.direction), rays.time) * weight, AovSample::default());
     };
     let tables = &*rays.scene.tables;
     let material = &tables.materials[first.surface.material as usize];

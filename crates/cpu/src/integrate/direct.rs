@@ -88,11 +88,11 @@ impl<F: HitFilter> DirectTracer<'_, '_, F> {
         if hit.is_miss() {
             let wi = vec3(ray.direction);
             return match way.sees {
-                Sees::All => distant_radiance(self.scene, wi),
+                Sees::All => distant_radiance(self.scene, wi, self.rays.time),
                 Sees::NoLight => self.scene.tables.environment.radiance(wi),
             };
         }
-        let surface = Surface::new(self.scene, ray, hit);
+        let surface = Surface::new(self.scene, ray, hit, self.rays.time);
         if way.sees == Sees::NoLight && surface.light != scene::tables::NONE {
             return BLACK;
         }
@@ -129,7 +129,7 @@ impl<F: HitFilter> DirectTracer<'_, '_, F> {
         let wo = to_local(closure.frame, surface.wo);
         let mut sum = BLACK;
         for index in 0..self.scene.tables.lights.len() as u32 {
-            let light = self.scene.tables.lights[index as usize].light;
+            let light = self.scene.tables.light_at(index, self.rays.time);
             // The environment is ambient light here.
             if light.kind == LIGHT_ENVIRONMENT || !may_light(light, surface) {
                 continue;
@@ -139,7 +139,7 @@ impl<F: HitFilter> DirectTracer<'_, '_, F> {
             let count = if soft && full { self.settings.shadow_samples.max(1) } else { 1 };
             for _ in 0..count {
                 let u = if soft { draws.pair() } else { [0.5, 0.5] };
-                let sample = sample_one_light(self.scene, index, surface.origin, u);
+                let sample = sample_one_light(self.scene, index, surface.origin, u, self.rays.time);
                 sum += self.light_sample(surface, closure, wo, &sample) * (1.0 / count as f32);
             }
         }

@@ -28,7 +28,8 @@ impl PathBatch {
                 continue;
             }
             let mut contribution = vec3f(0.0, 0.0, 0.0);
-            for_each_distant(scene, vec3(ray.origin), path.sampling_normal, vec3(ray.direction), |d| {
+            let (normal, time) = (path.sampling_normal, self.time_of(path.slot));
+            for_each_distant(scene, vec3(ray.origin), normal, vec3(ray.direction), time, |d| {
                 let state = path.state(context.depth);
                 contribution += path_add_emission(state, d.radiance, d.pdf, context.mis()).radiance;
             });

@@ -5,7 +5,7 @@
 //! stage's code and data in the caches. What happens at a vertex is the optics' `path` module; this is only the loop.
 
 use crate::batch::lanes::{CameraLanes, LANES};
-use crate::batch::samples::{SampleId, sampler_kind};
+use crate::batch::samples::{SampleId, new_sampler, ray_time, sampler_kind};
 use crate::batch::streams::Connection;
 use crate::scene::CpuScene;
 use crate::shade::hits::ShadeHits;
@@ -23,6 +23,7 @@ use optics::{Vec3f, vec3f};
 /// Makes the camera rays of samples.
 struct Generate<'a> {
     batch: &'a mut PathBatch,
+    scene: &'a CpuScene,
     view: &'a View,
     samples: &'a [SampleId],
     branches: u32,
@@ -31,6 +32,11 @@ struct Generate<'a> {
 impl Stage for Generate<'_> {
     #[inline(always)]
     fn run<I: Instructions>(self, i: I) {
+        self.batch.times.clear();
+        // Times are drawn only where something depends on them.
+        if self.view.shutter.is_some() && (self.scene.tables.motion.is_some() || self.view.camera_moves()) {
+            return self.batch.generate_moving(i, self.view, self.samples, self.branches);
+        }
         self.batch.generate(i, self.view, self.samples, self.branches);
     }
 }
@@ -68,7 +74,7 @@ impl PathBatch {
         }
         self.shadows.clear();
         self.next.clear();
-        i.call(Generate { batch: self, view, samples, branches });
+        i.call(Generate { batch: self, scene, view, samples, branches });
         let mut coherence = Coherence::Coherent;
         while self.paths.len() > 0 {
             self.gathered.clear();
@@ -79,7 +85,12 @@ impl PathBatch {
                 self.follow_into_the_sky(&context, filter);
             }
             let count = self.paths.len();
-            scene.tlas.closest_stream(&self.paths.rays(), &mut self.hits.columns(count), filter, coherence);
+            scene.tlas.closest_stream(
+                &self.paths.rays(&self.times),
+                &mut self.hits.columns(count),
+                filter,
+                coherence,
+            );
             self.rays_traced += count as u64;
             i.call(ShadeHits(self, &context));
             self.limit_found(settings, context.depth);
@@ -120,13 +131,7 @@ impl PathBatch {
     /// Camera rays.
     #[inline(always)]
     fn generate<I: Instructions>(&mut self, i: I, view: &View, samples: &[SampleId], branches: u32) {
-        self.paths.clear();
-        self.radiance.clear();
-        self.radiance.resize(samples.len() * branches as usize, vec3f(0.0, 0.0, 0.0));
-        self.aovs.clear();
-        if !view.aovs.is_empty() {
-            self.aovs.resize(samples.len(), AovSample::default());
-        }
+        self.begin(view, samples, branches);
         let camera = view.camera;
         if camera.kind == CAMERA_PERSPECTIVE && camera.lens_radius <= 0.0 && camera.distortion.is_none() {
             // With these known the lanes have no branches.
@@ -139,6 +144,35 @@ impl PathBatch {
             self.generate_from(i, view, pinhole, samples, branches);
         } else {
             self.generate_from(i, view, camera, samples, branches);
+        }
+    }
+
+    /// Forgets the paths of the last batch, and makes room for the results of this one.
+    fn begin(&mut self, view: &View, samples: &[SampleId], branches: u32) {
+        self.paths.clear();
+        self.radiance.clear();
+        self.radiance.resize(samples.len() * branches as usize, vec3f(0.0, 0.0, 0.0));
+        self.aovs.clear();
+        if !view.aovs.is_empty() {
+            self.aovs.resize(samples.len(), AovSample::default());
+        }
+    }
+
+    /// Camera rays that leave at times of their own.
+    #[inline(always)]
+    fn generate_moving<I: Instructions>(&mut self, i: I, view: &View, samples: &[SampleId], branches: u32) {
+        self.begin(view, samples, branches);
+        let mut lanes = CameraLanes::default();
+        for samples in samples.chunks(LANES) {
+            lanes.compute(view, view.camera, samples);
+            for (lane, sample) in samples.iter().enumerate() {
+                let time = ray_time(view, new_sampler(view, sample), sample);
+                self.times.extend(std::iter::repeat_n(time, branches as usize));
+                if view.camera_moves() {
+                    lanes.leave_at(view, lane, time);
+                }
+            }
+            self.paths.begin(i, &lanes, samples.len(), branches);
         }
     }
 
@@ -164,7 +198,12 @@ impl PathBatch {
         let count = self.shadows.len();
         // The queries write all of it.
         self.occluded.resize(count, false);
-        scene.tlas.any_stream(&self.shadows.rays(), &mut self.occluded, filter, Coherence::Incoherent);
+        scene.tlas.any_stream(
+            &self.shadows.rays(&self.times),
+            &mut self.occluded,
+            filter,
+            Coherence::Incoherent,
+        );
         self.rays_traced += count as u64;
         for (at, occluded) in self.occluded.iter().enumerate() {
             let Connection { slot, contribution: Vec3f { x, y, z } } = self.shadows.connection(at);

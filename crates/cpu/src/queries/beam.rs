@@ -20,6 +20,7 @@ use optics::dielectric::transmitted_beam;
 use optics::frame::{to_local, to_world};
 use optics::fresnel::fresnel_dielectric;
 use optics::interiors::Interiors;
+use optics::motion::MOTION_MIDDLE;
 use optics::scatter::BSDF_THIN_DIELECTRIC;
 use optics::vector::dot;
 use optics::{Vec3f, vec3f};
@@ -78,7 +79,7 @@ impl RayQueries {
         record: impl Fn(usize, &mut Vec<BeamEcho>) -> T + Sync,
     ) -> Vec<T> {
         control.begin((beams * rays) as u64);
-        let around = interiors_around(&self.scene, vec3f(origin[0], origin[1], origin[2]));
+        let around = interiors_around(&self.scene, vec3f(origin[0], origin[1], origin[2]), MOTION_MIDDLE);
         let together = (PIECE / rays).max(1);
         let mut results = vec![T::default(); beams];
         let trace = |(scratch, echoes): &mut (Scratch, Vec<BeamEcho>),
@@ -136,7 +137,7 @@ impl RayQueries {
             if hit.is_miss() {
                 return;
             }
-            let surface = Surface::new(scene, &ray, &hit);
+            let surface = Surface::new(scene, &ray, &hit, MOTION_MIDDLE);
             if let Some(segment) = segment(inside, tables, &ray, hit.t, Some(&surface))
                 && !segment.subsurface
             {

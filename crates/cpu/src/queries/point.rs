@@ -7,6 +7,7 @@ use accel::{Hit, Ray};
 use optics::bsdf::bsdf_eval;
 use optics::constants::PI;
 use optics::frame::to_local;
+use optics::motion::MOTION_MIDDLE;
 use optics::vector::dot;
 use optics::{Vec3f, vec3f};
 
@@ -24,7 +25,7 @@ const MIXTURE: u32 = 16;
 impl<'a> SurfacePoint<'a> {
     pub(super) fn new(queries: &'a RayQueries, ray: &Ray, hit: &Hit) -> Self {
         let (_, primitive) = queries.instance_and_primitive(hit);
-        Self { queries, surface: Surface::new(&queries.scene, ray, hit), t: hit.t, primitive }
+        Self { queries, surface: Surface::new(&queries.scene, ray, hit, MOTION_MIDDLE), t: hit.t, primitive }
     }
 
     /// Distance along the ray, metres.

@@ -30,6 +30,7 @@ use optics::frame::{to_local, to_world};
 use optics::light_tree::octahedral_decode;
 use optics::medium::transmittance;
 use optics::mis::light_sample_weight;
+use optics::motion::MOTION_MIDDLE;
 use optics::path::{
     PathState, limit_indirect, path_light_contribution, path_scatter, path_start, roulette_survival,
 };
@@ -75,7 +76,7 @@ impl Stage for FindSurface<'_> {
         let Segment { paths, hits, triangles } = self.segment;
         let scene = self.queries.scene();
         triangles.begin(i, scene, hits, 1);
-        triangles.compute(i, scene, paths, hits, 0, 1);
+        triangles.compute(i, scene, paths, hits, &[], 0, 1);
         *self.surface = triangles.row(0).surface(scene, 0, false);
     }
 }
@@ -235,7 +236,8 @@ impl<'a> Follower<'a> {
         let mut found = Vec::new();
         if emitted.x + emitted.y + emitted.z > 0.0 {
             let (from, wi) = (vec3(walk.ray.origin), vec3(walk.ray.direction));
-            let pdf = surface_light_pdf(scene, &surface, from, walk.path.sampling_normal, wi, hit.t);
+            let pdf =
+                surface_light_pdf(scene, &surface, from, walk.path.sampling_normal, wi, hit.t, MOTION_MIDDLE);
             let light = found_light(&walk.path.state(depth), emitted, pdf, self.context.mis());
             walk.radiance += vec3(light.contribution);
             found.push(light);
@@ -332,7 +334,8 @@ impl<'a> Follower<'a> {
         let u = self.context.draw(&walk.path, PAIR_LIGHT);
         let normal = octahedral_decode(walk.path.sampling_normal);
         let choice = choose_light(&scene.tables, surface.origin, normal, u)?;
-        let mut light = sample_one_light(scene, choice.index, surface.origin, [choice.remainder, u.y]);
+        let mut light =
+            sample_one_light(scene, choice.index, surface.origin, [choice.remainder, u.y], MOTION_MIDDLE);
         light.pdf *= choice.probability;
         let mut record =
             light_record(choice.index, scene.tables.lights[choice.index as usize].light.kind, &light);
@@ -366,7 +369,7 @@ impl<'a> Follower<'a> {
         let (ray, path) = (&walk.ray, &walk.path);
         let mut found = Vec::new();
         let (from, wi) = (vec3(ray.origin), vec3(ray.direction));
-        for_each_distant(self.context.scene, from, path.sampling_normal, wi, |d| {
+        for_each_distant(self.context.scene, from, path.sampling_normal, wi, MOTION_MIDDLE, |d| {
             found.push(found_light(&path.state(self.context.depth), d.radiance, d.pdf, self.context.mis()));
         });
         found
@@ -393,7 +396,7 @@ impl<'a> Follower<'a> {
         let Segment { paths, hits, .. } = &mut self.segment;
         paths.clear();
         paths.push(vec3(walk.ray.origin), vec3(walk.ray.direction), &walk.path);
-        let (rays, mut columns) = (paths.rays(), hits.columns(1));
+        let (rays, mut columns) = (paths.rays(&[]), hits.columns(1));
         if scene.tables.has_alpha {
             scene.tlas.closest_stream(&rays, &mut columns, &AlphaFilter(scene), Coherence::Incoherent);
         } else {
@@ -407,7 +410,7 @@ impl<'a> Follower<'a> {
         let mut surface = None;
         let segment = &mut self.segment;
         call_with_best(FindSurface { segment, queries: self.queries, surface: &mut surface });
-        surface.unwrap_or_else(|| Surface::new(self.context.scene, ray, hit))
+        surface.unwrap_or_else(|| Surface::new(self.context.scene, ray, hit, MOTION_MIDDLE))
     }
 
     fn occluded(&mut self, ray: &Ray) -> bool {

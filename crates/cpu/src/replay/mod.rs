@@ -23,9 +23,9 @@ impl RayQueries {
     /// - `view`: the picture; its window and its first sample do not matter. Its integrator must be `path`.
     /// - `pixel`: column and row in the whole picture, from the upper left. `sample`: index of the sample.
     ///
-    /// # Errors
-    /// When the pixel is not in the picture, the integrator is another one, or there is something between the surfaces of
-    /// the scene (fog, grids, nested bodies): paths through media are not recorded.
+    /// # Errors When the pixel is not in the picture, the integrator is another one, or there is
+    /// something between the surfaces of the scene (fog, grids, nested bodies): paths through media
+    /// are not recorded. When anything moves while the shutter is open: records are of an instant.
     pub fn replay(&self, view: &View, pixel: [u32; 2], sample: u32) -> Result<SampleRecord, BackendError> {
         let refuse = |reason| Err(BackendError::View { reason });
         let [x, y] = pixel;
@@ -40,6 +40,9 @@ impl RayQueries {
         };
         if self.scene().volumes {
             return refuse("paths through media and nested bodies cannot be replayed".into());
+        }
+        if view.shutter.is_some() && (view.camera_moves() || self.scene().tables.motion.is_some()) {
+            return refuse("what moves while the shutter is open cannot be replayed".into());
         }
         Ok(Follower::new(self, view, settings).sample(&SampleId { x, y, index: sample }))
     }

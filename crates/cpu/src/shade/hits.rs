@@ -47,7 +47,7 @@ impl PathBatch {
     /// Everything that happens where the row of paths from `first` on arrives, of `count` in all.
     #[inline(always)]
     fn shade_hits<I: Instructions>(&mut self, i: I, context: &Context, first: usize, count: usize) {
-        self.triangles.compute(i, context.scene, &self.paths, &self.hits, first, count);
+        self.triangles.compute(i, context.scene, &self.paths, &self.hits, &self.times, first, count);
         let triangles = self.triangles.row(first);
         let mut rest = ALL_LANES & !triangles.which(i, ShadingClass::Nothing);
         // One by one: what iterators call is not compiled for these instructions unless it happens to be inlined.
@@ -122,8 +122,9 @@ impl PathBatch {
         let (ray, hit) = (self.paths.ray(first + lane), self.hits.get(first + lane));
         let mut path = self.paths.path(first + lane);
         let scene = context.scene;
+        let time = self.time_of(path.slot);
         if hit.is_miss() {
-            for_each_distant(scene, vec3(ray.origin), path.sampling_normal, vec3(ray.direction), |d| {
+            for_each_distant(scene, vec3(ray.origin), path.sampling_normal, vec3(ray.direction), time, |d| {
                 self.found(context, &path, d.radiance, d.pdf);
             });
             return;
@@ -133,7 +134,7 @@ impl PathBatch {
         let (slot, throughput) = (path.slot, path.throughput);
         path.length += hit.t;
         let in_lanes = self.triangles.row(first).surface(scene, lane, first_hit);
-        let surface = in_lanes.unwrap_or_else(|| Surface::new(scene, &ray, &hit));
+        let surface = in_lanes.unwrap_or_else(|| Surface::new(scene, &ray, &hit, time));
         let material = &tables.materials[surface.material as usize];
         if !surface.front && material.absorbs() {
             // The far side of a body tells what the light has come through.
@@ -147,7 +148,7 @@ impl PathBatch {
         let emitted = emission(tables, material, &surface, footprint);
         if emitted.x + emitted.y + emitted.z > 0.0 {
             let (from, wi) = (vec3(ray.origin), vec3(ray.direction));
-            let pdf = surface_light_pdf(scene, &surface, from, path.sampling_normal, wi, hit.t);
+            let pdf = surface_light_pdf(scene, &surface, from, path.sampling_normal, wi, hit.t, time);
             self.found(context, &path, emitted, pdf);
         }
         let continuation = self.depart(i, context, &surface, path, footprint);

@@ -65,7 +65,7 @@ impl ConnectionLanes {
     }
 }
 
-/// Samples lights for the first `waiting` vertices.
+/// Samples lights for the first `waiting` vertices. `times`: of their paths.
 #[inline(always)]
 pub(crate) fn sample_lights<I: Instructions>(
     i: I,
@@ -73,6 +73,7 @@ pub(crate) fn sample_lights<I: Instructions>(
     v: &mut Vertices,
     waiting: usize,
     u: &Pairs,
+    times: impl Fn(usize) -> f32,
     out: &mut LightLanes,
 ) {
     let tables = &*scene.tables;
@@ -94,7 +95,7 @@ pub(crate) fn sample_lights<I: Instructions>(
     if scene.plain_lights {
         sample_flat_lights(i, tables, v, &choices, u, out);
     } else {
-        sample_any_lights(scene, v, waiting, &choices, u, out);
+        sample_any_lights(scene, v, waiting, &choices, u, times, out);
     }
 }
 
@@ -106,6 +107,7 @@ fn sample_any_lights(
     waiting: usize,
     chosen: &ChoiceLanes,
     u: &Pairs,
+    times: impl Fn(usize) -> f32,
     out: &mut LightLanes,
 ) {
     out.pdf = Lanes::default();
@@ -113,7 +115,7 @@ fn sample_any_lights(
         let probability = chosen.probability.0[lane];
         if probability > 0.0 {
             let u = [chosen.remainder.0[lane], u.y.0[lane]];
-            let sample = sample_one_light(scene, chosen.index.0[lane], v.position.get(lane), u);
+            let sample = sample_one_light(scene, chosen.index.0[lane], v.position.get(lane), u, times(lane));
             out.set(lane, &sample, probability);
         }
     }

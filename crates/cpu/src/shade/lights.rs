@@ -24,15 +24,17 @@ use scene::tables::{LightChoice, LightRecord, NONE, SceneTables};
 ///
 /// - `sampling_normal`: normal of the surface on the side that light can reach, by `octahedral_encode`, or `ALL_SIDES`.
 /// - `u`: `u.x` chooses the light, and what is left of it goes with `u.y` into the direction.
+/// - `time`: of the path, see [`SceneTables::light_at`].
 #[inline(always)]
 pub(crate) fn sample_light(
     scene: &CpuScene,
     p: Vec3f,
     sampling_normal: u32,
     u: Vec2f,
+    time: f32,
 ) -> Option<LightSample> {
     let choice = choose_light(&scene.tables, p, octahedral_decode(sampling_normal), u)?;
-    let mut sample = sample_one_light(scene, choice.index, p, [choice.remainder, u.y]);
+    let mut sample = sample_one_light(scene, choice.index, p, [choice.remainder, u.y], time);
     sample.pdf *= choice.probability;
     Some(sample)
 }
@@ -76,8 +78,22 @@ fn light_probability(tables: &SceneTables, index: u32, p: Vec3f, sampling_normal
 
 /// Samples a direction towards light `index`.
 #[inline(always)]
-pub(crate) fn sample_one_light(scene: &CpuScene, index: u32, p: Vec3f, u: [f32; 2]) -> LightSample {
-    let record = &scene.tables.lights[index as usize];
+pub(crate) fn sample_one_light(
+    scene: &CpuScene,
+    index: u32,
+    p: Vec3f,
+    u: [f32; 2],
+    time: f32,
+) -> LightSample {
+    if scene.tables.motion.is_some() {
+        return sample_record(scene, &scene.tables.light_record_at(index, time), p, u);
+    }
+    sample_record(scene, &scene.tables.lights[index as usize], p, u)
+}
+
+/// Samples a direction towards the light of a record.
+#[inline(always)]
+fn sample_record(scene: &CpuScene, record: &LightRecord, p: Vec3f, u: [f32; 2]) -> LightSample {
     if record.light.kind == LIGHT_ENVIRONMENT {
         return sample_environment(scene, p, u);
     }
@@ -152,11 +168,12 @@ pub(crate) fn surface_light_pdf(
     sampling_normal: u32,
     wi: Vec3f,
     distance: f32,
+    time: f32,
 ) -> f32 {
     if s.light == NONE {
         return 0.0;
     }
-    let light = &scene.tables.lights[s.light as usize].light;
+    let light = scene.tables.light_at(s.light, time);
     let pdf = match light.kind {
         LIGHT_TRIANGLE => triangle_light_pdf(light.position - from, light.edge1, light.edge2, wi, distance),
         LIGHT_RECTANGLE => rectangle_light_pdf(light.position - from, light.edge1, light.edge2, wi, distance),
@@ -179,6 +196,7 @@ pub(crate) fn for_each_distant(
     from: Vec3f,
     sampling_normal: u32,
     wi: Vec3f,
+    time: f32,
     mut found: impl FnMut(Distant),
 ) {
     let tables = &*scene.tables;
@@ -189,7 +207,7 @@ pub(crate) fn for_each_distant(
     }
     found(Distant { radiance: environment.radiance(wi), pdf });
     for &index in &scene.visible_discs {
-        let light = tables.lights[index as usize].light;
+        let light = tables.light_at(index, time);
         if directional_light_contains(light, wi) {
             let pdf = pdf_cone(light.size) * light_probability(tables, index, from, sampling_normal);
             found(Distant { radiance: light.emission, pdf });
@@ -198,9 +216,9 @@ pub(crate) fn for_each_distant(
 }
 
 /// Radiance of everything infinitely far away in a direction.
-pub(crate) fn distant_radiance(scene: &CpuScene, wi: Vec3f) -> Vec3f {
+pub(crate) fn distant_radiance(scene: &CpuScene, wi: Vec3f, time: f32) -> Vec3f {
     let mut sum = vec3f(0.0, 0.0, 0.0);
     // What is seen of portals from anywhere says something of densities only.
-    for_each_distant(scene, vec3f(0.0, 0.0, 0.0), ALL_SIDES, wi, |d| sum += d.radiance);
+    for_each_distant(scene, vec3f(0.0, 0.0, 0.0), ALL_SIDES, wi, time, |d| sum += d.radiance);
     sum
 }

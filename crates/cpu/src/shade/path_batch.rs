@@ -1,6 +1,6 @@
 //! What the stages of a batch of paths share: its queues, and what is the same for all paths.
 
-use crate::batch::samples::{Run, SampleId};
+use crate::batch::samples::{Run, SampleId, time_of};
 use crate::batch::streams::{Connection, HitStream, Path, PathStream, ShadowStream};
 use crate::batch::vertices::VertexQueue;
 use crate::fetch::triangles::TriangleRows;
@@ -40,6 +40,8 @@ pub(crate) struct PathBatch {
     /// Whether the path of each slot has met nothing yet but mirrors and clear glass, so that what guides denoisers is still to be
     /// found; empty if nobody asks for that.
     pub(crate) looking: Vec<bool>,
+    /// When the path of each slot leaves the camera; empty if nothing moves.
+    pub(crate) times: Vec<f32>,
     /// What `radiance` was before the current step, where indirect light is limited.
     pub(crate) gathered: Vec<Vec3f>,
     /// Rays traced since the batch was made.
@@ -102,6 +104,12 @@ impl Context<'_> {
 }
 
 impl PathBatch {
+    /// When the path of a slot leaves the camera.
+    #[inline(always)]
+    pub(crate) fn time_of(&self, slot: u32) -> f32 {
+        time_of(&self.times, slot)
+    }
+
     /// Queues a shadow ray, unless it brings nothing.
     #[inline(always)]
     pub(crate) fn ask(&mut self, connection: Connection, ray: Ray) {

@@ -136,7 +136,8 @@ impl PathBatch {
         path: &Path,
     ) {
         let u = context.draw(path, PAIR_LIGHT);
-        let sample = sample_light(context.scene, surface.origin, path.sampling_normal, u);
+        let (normal, time) = (path.sampling_normal, self.time_of(path.slot));
+        let sample = sample_light(context.scene, surface.origin, normal, u, time);
         let Some(light) = &sample else { return };
         let side = light_side(light.wi, light.pdf, *frame, surface.horizon, bsdf.transmits());
         if !side.possible {

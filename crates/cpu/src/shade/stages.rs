@@ -3,6 +3,7 @@
 //! What [`PathBatch::scatter`] does at one vertex, these stages do at sixteen. Lanes without a vertex compute something that nobody
 //! reads.
 
+use crate::batch::samples::time_of;
 use crate::batch::streams::{PathStream, ShadowStream};
 use crate::batch::vertices::VertexQueue;
 use crate::shade::light_lanes::sample_lights;
@@ -28,7 +29,7 @@ impl Stage for ScatterDiffuse<'_, '_> {
         let ScatterDiffuse(batch, context) = self;
         let queue = &mut batch.diffuse;
         queue.find_above();
-        connect_lights(i, context, queue, &CosineLobes, &mut batch.shadows);
+        connect_lights(i, context, queue, &CosineLobes, &batch.times, &mut batch.shadows);
         queue.draw(context.sampler_kind, context.pair() + PAIR_BSDF);
         sample_cosine_lobes(&queue.vertices, &queue.above, &queue.u, &mut queue.next);
         if context.meets_roulette() {
@@ -56,7 +57,7 @@ impl Stage for ScatterGlossy<'_, '_> {
         let (queue, glossy) = (&mut batch.glossy, &mut batch.glossy_lanes);
         queue.find_above();
         glossy.prepare(i, context.scene, &queue.vertices, queue.waiting(), context.shading.single_scatter);
-        connect_lights(i, context, queue, glossy, &mut batch.shadows);
+        connect_lights(i, context, queue, glossy, &batch.times, &mut batch.shadows);
         queue.draw_lobes(context.sampler_kind, context.pair() + PAIR_LOBE);
         queue.draw(context.sampler_kind, context.pair() + PAIR_BSDF);
         glossy.sample(&queue.vertices, &queue.above, &queue.u_lobe, &queue.u, &mut queue.next);
@@ -71,6 +72,7 @@ fn connect_lights<I: Instructions>(
     context: &Context,
     queue: &mut VertexQueue,
     lobes: &impl Lobes,
+    times: &[f32],
     shadows: &mut ShadowStream,
 ) {
     if context.scene.tables.lights.is_empty() {
@@ -78,7 +80,9 @@ fn connect_lights<I: Instructions>(
     }
     let waiting = queue.waiting();
     queue.draw(context.sampler_kind, context.pair() + PAIR_LIGHT);
-    sample_lights(i, context.scene, &mut queue.vertices, waiting, &queue.u, &mut queue.lights);
+    let slots = *queue.paths().slot;
+    let time = |lane: usize| time_of(times, slots[lane]);
+    sample_lights(i, context.scene, &mut queue.vertices, waiting, &queue.u, time, &mut queue.lights);
     queue.connections.compute(&queue.vertices, &queue.above, &queue.lights, lobes, context.mis());
     let asking = queue.connections.asking(i, waiting);
     shadows.append(i, asking, &queue.connections, queue.paths());

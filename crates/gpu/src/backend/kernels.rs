@@ -43,11 +43,15 @@ impl GpuBackend {
         let volumes = needs_volumes && kind == KernelKind::Path;
         // Where paths know what they are in, what absorbs is a medium like others.
         let absorption = of_scene.absorption && !volumes;
-        let variant = Variant { aovs, features, volumes, absorption, ..of_scene.for_view(view) };
+        let of_view = of_scene.for_view(view);
+        // Frames show the middle of the shutter.
+        let motion = of_view.motion && !view.integrator.makes_frames();
+        let variant = Variant { aovs, features, volumes, absorption, motion, ..of_view };
+        let variant = Variant { scene_moves: variant.scene_moves && motion, ..variant };
         let all_samples = u64::from(samples) * view.window.area() as u64;
         let wanted = match self.path_kernel {
-            // Its queues have no place for what paths are in.
-            _ if volumes => false,
+            // Its queues have no place for what paths are in, nor for when they have left.
+            _ if volumes || motion => false,
             PathKernel::Auto => choice::is_faster(&self.gpu, self.kind, all_samples),
             PathKernel::Megakernel => false,
             PathKernel::Wavefront => true,

@@ -48,6 +48,7 @@ pub(super) fn view(camera: CameraFrame, integrator: Integrator) -> backend::View
         seed: 3,
         first_sample: 0,
         aovs: Vec::new(),
+        shutter: None,
     }
 }
 

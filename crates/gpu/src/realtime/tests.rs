@@ -71,6 +71,7 @@ fn view(right: f32, settings: RealtimeSettings) -> View {
         seed: 5,
         first_sample: 0,
         aovs: Vec::new(),
+        shutter: None,
     }
 }
 

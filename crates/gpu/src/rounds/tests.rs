@@ -89,6 +89,7 @@ fn film_buffers(gpu: &Gpu) -> FilmBuffers {
         integrator: Integrator::Path(PathSettings::default()),
         single_scatter: false,
         aovs: Vec::new(),
+        shutter: None,
     };
     FilmBuffers::new(gpu, &view, false).expect("memory")
 }

@@ -146,7 +146,8 @@ impl GpuScene {
             .map_err(|reason| GpuError::Device { doing: "binding the scene", reason })?;
         gpu.check("uploading the scene")?;
         let words = words.without_data();
-        let far_lights = !tables.surfaces_may_be_near_flat_lights();
+        // What moves may come near.
+        let far_lights = tables.motion.is_none() && !tables.surfaces_may_be_near_flat_lights();
         let traits = SceneTraits::of(&materials, &bindings, &instances, &lights);
         Ok(Self { tables, buffers, textures, layout, bind_group, words, places, far_lights, traits })
     }
@@ -173,7 +174,11 @@ impl GpuScene {
 
     /// Which shader variant the scene needs, for any view, and for shaders that know nothing of media.
     pub fn variant(&self) -> Variant {
-        Variant { images: self.places.slots(), ..variant_of(&self.tables) }
+        Variant {
+            images: self.places.slots(),
+            scene_moves: self.tables.motion.is_some(),
+            ..variant_of(&self.tables)
+        }
     }
 
     /// As [`GpuScene::variant`], for shaders that are made anew when the scene becomes another: they know no lights and no

@@ -4,7 +4,9 @@ use super::materials::{LAYERS_WORDS, graph_nodes, graph_textures, layers};
 use super::media::{Grid, Medium, grid_record, medium_record};
 use optics::albedo::SheenAlbedo;
 use optics::light_tree::LIGHT_NODE_WIDTH;
-use scene::tables::{EmitterBox, LightNode, LightTree, MOST_BOXES, MaterialRecord, NONE, SceneTables};
+use scene::tables::{
+    EmitterBox, LightMotion, LightNode, LightTree, MOST_BOXES, MaterialRecord, MotionRange, NONE, SceneTables,
+};
 
 /// Everything that is looked up by word, and where each part begins. First geometry, then what belongs to lights.
 #[derive(Clone, Debug, Default)]
@@ -94,6 +96,7 @@ impl Words {
         let rows: Vec<u32> = rows.iter().flat_map(|e| [e.threshold.to_bits(), e.alias]).collect();
         self.row_alias = self.append(&rows);
         self.portals = self.append(bytemuck::cast_slice(&tables.environment.portals));
+        self.append_motion(tables);
         // Always as many, so that those of a scene that is changed have a place.
         let mut boxes = tables.emitter_boxes.clone();
         boxes.resize(MOST_BOXES, EmitterBox::default());
@@ -112,6 +115,24 @@ impl Words {
         let grids = self.append(bytemuck::cast_slice(&grids));
         let media: Vec<Medium> = tables.media.iter().map(|m| medium_record(m, grids)).collect();
         self.media = self.append(bytemuck::cast_slice(&media));
+    }
+
+    /// Appends the motions of what moves while the shutter is open, and where they are: see
+    /// `motion.wgsl`. Nothing where everything stands still.
+    fn append_motion(&mut self, tables: &SceneTables) {
+        let Some(motion) = &tables.motion else { return };
+        let range = |range: &MotionRange| [range.first, range.count];
+        let segments = self.append(bytemuck::cast_slice(&motion.segments));
+        let instances: Vec<u32> = motion.instances.iter().flat_map(range).collect();
+        let instances = self.append(&instances);
+        let light = |light: &LightMotion| {
+            let rest = light.rest.rows();
+            let rows = rest.as_flattened().iter().map(|x| x.to_bits());
+            range(&light.segments).into_iter().chain(rows).collect::<Vec<u32>>()
+        };
+        let lights: Vec<u32> = motion.lights.iter().flat_map(light).collect();
+        let lights = self.append(&lights);
+        self.append(&[segments, instances, lights]);
     }
 
     /// Where a medium begins; `medium`: its index, or `NONE`.

@@ -127,6 +127,11 @@ pub(crate) fn linkage(variant: Variant) -> Linkage {
         .bind("question", "rays_closest")
 }
 
+/// As [`module`], where a name is defined.
+pub(crate) fn module_with(name: &str, define: &'static str) -> naga::Module {
+    parse(&linkage(Variant::default()).define(define).text(name).expect("linked"))
+}
+
 /// A module with all that it imports.
 pub(crate) fn module(name: &str) -> naga::Module {
     parse(&linkage(Variant::default()).text(name).expect("linked"))

@@ -68,6 +68,10 @@ pub struct Variant {
     pub lens_distortion: bool,
     /// Whether what indirect light adds may be limited.
     pub indirect_limit: bool,
+    /// Whether camera rays leave at times of their own.
+    pub motion: bool,
+    /// Whether anything of the scene moves meanwhile. Only with [`Variant::motion`].
+    pub scene_moves: bool,
     /// How the two ways to find light are weighted.
     pub mis: Mis,
     /// What else there is in the scene.
@@ -87,6 +91,8 @@ impl Variant {
             turned_tangents: i & 2 != 0,
             lens_distortion: i & 2 != 0,
             indirect_limit: i & 4 != 0,
+            motion: i & 16 != 0,
+            scene_moves: i & 48 == 48,
             aovs: i & 2 != 0,
             features: i & 6 == 6,
             splitting: i & 4 != 0,
@@ -128,6 +134,8 @@ impl Variant {
             indirect_limit: settings.is_some_and(|s| s.clamp_indirect.is_some()),
             mis: settings.map(|s| s.mis).unwrap_or_default(),
             lens_distortion: view.camera.distortion.model != DISTORTION_NONE,
+            motion: view.shutter.is_some() && (self.scene_moves || view.camera_moves()),
+            scene_moves: view.shutter.is_some() && self.scene_moves,
             ..self
         }
     }
@@ -136,6 +144,14 @@ impl Variant {
 impl Linkage {
     /// The modules of a variant: all but the tracer and what single passes decide.
     pub fn of(variant: Variant) -> Self {
+        let moving = |name, linkage: Self, is_on| if is_on { linkage.define(name) } else { linkage };
+        let linkage = Self::of_what_stands_still(variant);
+        let linkage = moving("MOTION", linkage, variant.motion);
+        moving("SCENE_MOVES", linkage, variant.motion && variant.scene_moves)
+    }
+
+    /// As [`Linkage::of`], but for motion.
+    fn of_what_stands_still(variant: Variant) -> Self {
         let layered = |plain, layered| if variant.layers { layered } else { plain };
         Self::default()
             .bind("texels", if variant.images == 0 { "texels_layers" } else { "texels_images" })

@@ -4,6 +4,9 @@
 
 #import bvh_records, bvh_scene, material, primitive, scene, variant
 #import optics::intersect
+#ifdef SCENE_MOVES
+#import motion
+#endif
 
 // Bits of a group's second word that stand for nodes; the lower 24 stand for primitives or instances.
 const BVH_NODES: u32 = 0xff000000u;
@@ -147,8 +150,14 @@ fn bvh_enter(index: u32, origin: vec3f, direction: vec3f) -> BvhRay {
     var o = origin;
     var d = direction;
     if (bvh_instances[index].flags & BVH_INSTANCE_IDENTITY) == 0u {
+#ifdef SCENE_MOVES
+        let to_object = world_to_object_now(bvh_instances[index].index);
+        o = transform_point(to_object, origin);
+        d = transform_vector(to_object, direction);
+#else
         o = transform_point(bvh_instances[index].world_to_object, origin);
         d = transform_vector(bvh_instances[index].world_to_object, direction);
+#endif
     }
     return bvh_ray(o, d, bvh_instances[index].extent);
 }

@@ -240,7 +240,12 @@ fn light_draw(index: u32, sampler: PixelSampler) -> vec2f {
 
 /// Whether any of a flat light's corners is on the surface's side.
 fn light_faces(index: u32, s: Surface) -> bool {
+#ifdef SCENE_MOVES
+    let light = load_light(index);
+    return flat_light_is_above(light, light.position - s.origin, s.horizon);
+#else
     return flat_light_is_above(load_light(index), lights[index].position - s.origin, s.horizon);
+#endif
 }
 
 /// Value times cosine, as lights shade.

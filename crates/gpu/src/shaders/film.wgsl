@@ -3,6 +3,10 @@
 
 #import material, planes, scattering, surface, variant
 #import optics::camera, optics::constants, optics::estimator, optics::random, optics::vertex
+#ifdef MOTION
+#import ray_time
+#import optics::motion, optics::moving_camera, optics::shutter
+#endif
 
 /// What is to be rendered. Pixels count from the upper left of the whole picture.
 struct View {
@@ -57,6 +61,13 @@ struct View {
     padding0: u32,
     padding1: u32,
     padding2: u32,
+#ifdef MOTION
+    /// The optics' `Shutter`: open, duration, rise, fall; the delays of rows and columns; how many
+    /// segments the camera has.
+    shutter: vec4f,
+    shutter_delays: vec4f,
+    camera_motion: array<CameraSegment, 16>,
+#endif
 }
 
 /// Sums of a pixel's samples, linear RGB radiance. In memory it is two vec4s, for the reason in module `planes`.
@@ -176,20 +187,49 @@ fn pixel_sampler(pixel: vec2u, sample: u32) -> PixelSampler {
 /// The camera ray of a sample of a pixel of the window.
 fn pixel_ray(pixel: vec2u, sampler: PixelSampler) -> CameraRay {
     let jitter = sample_2d(sampler, PAIR_FILM);
+#ifdef MOTION
+    let lens = sample_2d(sampler, PAIR_LENS);
+    let shutter = Shutter(view.shutter.x, view.shutter.y, view.shutter.z, view.shutter.w,
+        view.shutter_delays.x, view.shutter_delays.y);
+    let place = vec2f(f32(view.window_x + pixel.x), f32(view.window_y + pixel.y));
+    let size = vec2f(f32(view.width), f32(view.height));
+    ray_time = shutter_time(shutter, place, size, sample_2d(sampler, PAIR_TIME).x);
+#else
     var lens = jitter;
     if view.camera.lens_radius > 0.0 {
         lens = sample_2d(sampler, PAIR_LENS);
     }
+#endif
     let at = vec2f(f32(view.window_x + pixel.x) + jitter.x, f32(view.window_y + pixel.y) + jitter.y);
     return film_ray(film_position(at, vec2f(f32(view.width), f32(view.height))), lens);
 }
 
+#ifdef MOTION
+/// The camera as it is now.
+fn camera_now() -> CameraFrame {
+    let segments = u32(view.shutter_delays.z);
+    if segments == 0u {
+        return view.camera;
+    }
+    let place = motion_place(ray_time, segments);
+    return camera_in_motion(view.camera, view.camera_motion[place.segment], place.fraction);
+}
+#endif
+
 /// The camera's ray through a point of the film: see `camera_ray`.
 fn film_ray(film: vec2f, u_lens: vec2f) -> CameraRay {
+#ifdef MOTION
+    let camera = camera_now();
+    if LENS_DISTORTS {
+        return camera_ray(camera, film, u_lens);
+    }
+    return undistorted_camera_ray(camera, film, u_lens);
+#else
     if LENS_DISTORTS {
         return camera_ray(view.camera, film, u_lens);
     }
     return undistorted_camera_ray(view.camera, film, u_lens);
+#endif
 }
 
 /// A pixel's samples in this dispatch.

@@ -4,14 +4,22 @@
 #import optics::constants, optics::equirect, optics::light, optics::light_profile, optics::light_tree
 #import optics::material, optics::mis, optics::path, optics::portal, optics::random, optics::shape, optics::sky
 #import optics::spherical_triangle, optics::texture_point, optics::warp
+#ifdef SCENE_MOVES
+#import motion
+#endif
 
 /// How light counts that is found in two ways.
 const MIS: MisHeuristic = MisHeuristic(MIS_LIGHTS, MIS_BSDFS, MIS_SQUARED);
 
 fn load_light(index: u32) -> Light {
     let record = lights[index];
+#ifdef SCENE_MOVES
+    return light_now(index, Light(record.kind, record.position, record.edge1, record.edge2, record.emission,
+        record.size, (record.flags & LIGHT_TWO_SIDED) != 0u));
+#else
     return Light(record.kind, record.position, record.edge1, record.edge2, record.emission, record.size,
         (record.flags & LIGHT_TWO_SIDED) != 0u);
+#endif
 }
 
 /// Samples a direction towards a light chosen by the irradiance that it can bring; the density includes the choice, 0 if no light
@@ -132,12 +140,20 @@ fn light_texture_point(index: u32, p: vec3f, light: LightSample) -> TexturePoint
     let at = lights[index].texture_places;
     let world = p + light.wi * light.distance;
     if light_kind(index) == LIGHT_SPHERE {
+#ifdef SCENE_MOVES
+        let outward = world - load_light(index).position;
+        let rows = light_to_object_now(index, at);
+        let normal = turned_direction(rows[0].xyz, rows[1].xyz, rows[2].xyz, outward);
+#else
         let outward = world - lights[index].position;
         let normal = turned_direction(words_vec3(at), words_vec3(at + 4u), words_vec3(at + 8u), outward);
+#endif
         var point = texture_point_at(sphere_uv(normal).xyxy, vec4f(1.0));
         if SCENE_HAS_GRAPHS {
             let h = vec4f(world, 1.0);
+#ifndef SCENE_MOVES
             let rows = array<vec4f, 3>(words_vec4(at), words_vec4(at + 4u), words_vec4(at + 8u));
+#endif
             point.position = vec3f(dot(rows[0], h), dot(rows[1], h), dot(rows[2], h));
             point.world = world;
             point.normal = normal;
@@ -181,6 +197,16 @@ fn surface_light_pdf(s: Surface, origin: vec3f, sampling_normal: u32, wi: vec3f,
 fn surface_direction_pdf(s: Surface, origin: vec3f, wi: vec3f, distance: f32) -> f32 {
     let kind = light_kind(s.light);
     var pdf = 0.0;
+#ifdef SCENE_MOVES
+    let light = load_light(s.light);
+    if kind == LIGHT_TRIANGLE {
+        pdf = triangle_light_pdf(light.position - origin, light.edge1, light.edge2, wi, distance);
+    } else if kind == LIGHT_RECTANGLE {
+        pdf = rectangle_light_pdf(light.position - origin, light.edge1, light.edge2, wi, distance);
+    } else if kind == LIGHT_SPHERE {
+        pdf = sphere_light_side_pdf(light.position, light.size, origin, s.front);
+    }
+#else
     if FLAT_LIGHTS_ARE_FAR && light_is_flat(kind) {
         pdf = flat_light_pdf_by_area(kind, lights[s.light].edge1, lights[s.light].edge2, wi, distance);
     } else if kind == LIGHT_TRIANGLE {
@@ -192,6 +218,7 @@ fn surface_direction_pdf(s: Surface, origin: vec3f, wi: vec3f, distance: f32) ->
     } else if kind == LIGHT_SPHERE {
         pdf = sphere_light_side_pdf(lights[s.light].position, lights[s.light].size, origin, s.front);
     }
+#endif
     return pdf;
 }
 

@@ -3,6 +3,9 @@
 #import primitive, scene, scene_records, texture, texture_points, variant
 #import optics::constants, optics::frame, optics::image_texture, optics::material, optics::math
 #import optics::offset, optics::shape, optics::terminator, optics::texture_point
+#ifdef SCENE_MOVES
+#import motion
+#endif
 
 /// A point on a surface as a ray arrives there. World space unless it says otherwise.
 struct Surface {
@@ -119,8 +122,13 @@ fn triangle_point(
         point.normal = normalize(local_normal);
         point.tangent = tangent.xyz;
     } else {
+#ifdef SCENE_MOVES
+        let to_world = object_to_world_now(instance_index);
+        let to_object = world_to_object_now(instance_index);
+#else
         let to_world = instances[instance_index].object_to_world;
         let to_object = instances[instance_index].world_to_object;
+#endif
         point.position = transform_point(to_world, local);
         point.normal = normalize(transform_normal(to_object, local_normal));
         shading = transform_normal(to_object, local_shading);
@@ -157,7 +165,11 @@ fn sphere_point(binding: Binding, instance_index: u32, primitive: u32, world: ve
     let flags = instance_flags(instance_index);
     var local = world;
     if (flags & INSTANCE_IDENTITY) == 0u {
+#ifdef SCENE_MOVES
+        local = transform_point(world_to_object_now(instance_index), world);
+#else
         local = transform_point(instances[instance_index].world_to_object, world);
+#endif
     }
     // Back onto the sphere: the ray's parameter alone is off by more than an offset of the origin hides.
     let outward = normalize(local - center);
@@ -188,9 +200,15 @@ fn sphere_point(binding: Binding, instance_index: u32, primitive: u32, world: ve
         point.normal = outward;
         point.clearance = sphere_clearance(on_sphere, center, sphere.w, outward, 0.0);
     } else {
+#ifdef SCENE_MOVES
+        let to_world = object_to_world_now(instance_index);
+        point.position = transform_point(to_world, on_sphere);
+        point.normal = normalize(transform_normal(world_to_object_now(instance_index), outward));
+#else
         let to_world = instances[instance_index].object_to_world;
         point.position = transform_point(to_world, on_sphere);
         point.normal = normalize(transform_normal(instances[instance_index].world_to_object, outward));
+#endif
         point.tangent = transform_vector(to_world, point.tangent);
         if (flags & INSTANCE_MIRRORED) != 0u {
             point.handedness = -point.handedness;

@@ -2,6 +2,9 @@
 
 #import primitive, scene, scene_records, texture
 #import optics::frame, optics::image_texture, optics::material, optics::shape, optics::texture_point
+#ifdef SCENE_MOVES
+#import motion
+#endif
 
 /// Whether a texture of a material is a graph.
 fn has_graphs(material: u32) -> bool {
@@ -13,7 +16,11 @@ fn structure_to_world(instance_index: u32, p: vec3f) -> vec3f {
     if (instances[instance_index].flags & INSTANCE_IDENTITY) != 0u {
         return p;
     }
+#ifdef SCENE_MOVES
+    return transform_point(object_to_world_now(instance_index), p);
+#else
     return transform_point(instances[instance_index].object_to_world, p);
+#endif
 }
 
 /// The point of a triangle with barycentric weights `weights`, which may lie outside of it. Footprints have no width.
@@ -103,7 +110,11 @@ fn moved_texture_point(binding: Binding, hit: Hit, point: TexturePoint, along: v
     if (binding.flags & BINDING_SPHERES) != 0u {
         var p = point.world + along;
         if (instances[instance].flags & INSTANCE_IDENTITY) == 0u {
+#ifdef SCENE_MOVES
+            p = transform_point(world_to_object_now(instance), p);
+#else
             p = transform_point(instances[instance].world_to_object, p);
+#endif
         }
         return sphere_texture_point(binding, instance, primitive, normalize(p - sphere_at(binding, primitive).xyz));
     }

@@ -7,9 +7,9 @@ use crate::shader::Linkage;
 use crate::shader::constants::numbers;
 use crate::{Gpu, GpuError, GpuScene};
 use accel::encode::{EncodedInstance, EncodedNode, EncodedPrimitive, EncodedScene, Object, SphereGeometry};
-use accel::{Geometry, Instance, Quality, Sphere};
+use accel::{Geometry, Instance, InstanceMotions, Quality, Sphere};
 use bytemuck::{Pod, Zeroable};
-use scene::tables::{BlasRecord, GeometryKind, GeometryRecord, InstanceRecord, SceneTables};
+use scene::tables::{BlasRecord, GeometryKind, GeometryRecord, InstanceRecord, MotionRange, SceneTables};
 use std::fmt::Write;
 use wgpu::{BufferUsages, Features};
 
@@ -32,10 +32,18 @@ const MOST_JOINED: usize = 1 << 22;
 /// The same for drivers that trace on the host, which would be busy with building for longer than that saves.
 const MOST_JOINED_IN_SOFTWARE: usize = 1 << 18;
 
-/// Encodes the acceleration structures of a scene whose instances may be moved.
+/// Encodes the acceleration structures of a scene whose instances may be moved, or move while the
+/// shutter is open.
 pub fn encode(tables: &SceneTables, quality: Quality) -> EncodedScene {
     let (objects, instances) = objects_and_instances(tables);
-    EncodedScene::build(&objects, &instances, quality)
+    EncodedScene::build_moving(&objects, &instances, &motions(tables), quality)
+}
+
+/// How the instances move while the shutter is open.
+fn motions(tables: &SceneTables) -> InstanceMotions {
+    let Some(motion) = &tables.motion else { return InstanceMotions::default() };
+    let of_instances = motion.instances.iter().map(MotionRange::range).collect();
+    InstanceMotions { segments: motion.segments.clone(), of_instances }
 }
 
 /// As [`encode`], of a scene whose instances stand still.
@@ -149,7 +157,7 @@ impl BvhTracer {
     /// # Errors
     /// When the scene is too large for the device, or there is no memory.
     pub fn new(gpu: &Gpu, scene: &GpuScene, instances: Instances) -> Result<Self, GpuError> {
-        if instances == Instances::StandStill {
+        if instances == Instances::StandStill && scene.tables.motion.is_none() {
             let encoded = encode_still(&scene.tables, Quality::Balanced, gpu.is_software());
             let is_joined = encoded.is_flattened();
             let made = Self::upload(gpu, encoded);
@@ -249,7 +257,7 @@ impl Tracer for BvhTracer {
         }
         let (single, stack) = (self.upper.is_single(), self.upper.stack_size());
         let instances: Vec<Instance> = scene.tables.instances.iter().map(instance).collect();
-        let changed = self.upper.update(&instances);
+        let changed = self.upper.update_moving(&instances, &motions(&scene.tables));
         let nodes: &[u8] = bytemuck::cast_slice(&self.upper.nodes[..changed]);
         let records: &[u8] = bytemuck::cast_slice(&self.upper.instances);
         // Shaders are compiled for one depth, and with an upper level or without.

@@ -52,6 +52,7 @@ fn view(splitting: u32) -> backend::View {
         seed: 3,
         first_sample: 0,
         aovs: Vec::new(),
+        shutter: None,
     }
 }
 

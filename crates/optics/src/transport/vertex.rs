@@ -16,7 +16,8 @@ pub mod vertex {
     use crate::scatter::*;
     use wgsl_rs::std::*;
 
-    // The table of random numbers. They come in pairs.
+    // The table of random numbers. They come in pairs. That of time is `PAIR_TIME` of the module
+    // `shutter`.
 
     /// The pair that says where on the pixel a sample is.
     pub const PAIR_FILM: u32 = 0u32;

@@ -4,6 +4,7 @@ mod content;
 mod editing;
 mod foreign;
 mod lighting;
+mod motion;
 mod pictures;
 mod rays;
 
@@ -133,6 +134,9 @@ pub fn load(
     protect::remember(&options.files_read);
     if daylight {
         py.detach(|| add_daylight_if_dark(&mut loaded.scene, &mut loaded.report, None));
+    }
+    if let Some(shutter) = loaded.scene.defaults.shutter.filter(|_| loaded.scene.is_animated()) {
+        loaded.scene.open_shutter(0.0, &shutter);
     }
     let report = loaded.report.notes.iter().map(ToString::to_string).collect();
     let contents = Contents { scene: loaded.scene, report, ..Contents::default() };

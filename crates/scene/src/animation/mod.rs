@@ -4,19 +4,25 @@
 //! [`crate::Scene::set_time`] then writes the scene as it is at a moment. It changes transforms, vertices and values only,
 //! so that renderers need neither new textures nor new topology.
 
+pub mod decompose;
 mod deformation;
+mod keyed;
 mod moment;
 mod objects;
+mod open_shutter;
 mod rig;
+mod scene_motion;
 mod track;
 
 pub use deformation::{Deformation, Influence, Influences, Joints, MorphTarget};
+pub use keyed::{Keyed, KeyedError, KeyedObject};
 pub use moment::{Moment, frame_time};
 pub use objects::{
     AnimatedCamera, AnimatedInstance, AnimatedLight, AnimatedMaterial, CameraValue, LightValue,
     MaterialValue, Punctual, PunctualKind, TextureMotion, TextureUse, view_of,
 };
 pub use rig::{Node, NodePose, Rig, Skin};
+pub use scene_motion::SceneMotion;
 pub use track::{Interpolation, Track, TrackError};
 
 use crate::{MeshId, Photometry, Scene, Shape};
@@ -107,6 +113,8 @@ pub struct Animation {
     pub materials: Vec<AnimatedMaterial>,
     /// Meshes that change their shape.
     pub deformations: Vec<DeformedPart>,
+    /// Transforms of what no node carries.
+    pub keyed: Vec<Keyed>,
 }
 
 /// Everything that channels change, at one moment.
@@ -121,16 +129,35 @@ struct Pose {
 impl Animation {
     /// Seconds from the start of the playing clip to its last key.
     pub fn duration(&self) -> f32 {
-        self.clips.get(self.playing).map_or(0.0, Clip::end)
+        let clip = self.clips.get(self.playing).map_or(0.0, Clip::end);
+        self.keyed.iter().map(Keyed::end).fold(clip, f32::max)
+    }
+
+    /// The time of the clip at `time` seconds.
+    fn wrapped(&self, time: f32) -> f32 {
+        let duration = self.duration();
+        if self.repeat && duration > 0.0 { time.rem_euclid(duration) } else { time }
     }
 
     /// Writes the scene as it is `time` seconds after the start of the playing clip.
     fn apply(&self, time: f32, scene: &mut Scene) {
-        let duration = self.duration();
-        let time = if self.repeat && duration > 0.0 { time.rem_euclid(duration) } else { time };
+        let (pose, placed) = self.place(time, scene);
+        for material in pose.materials {
+            if let Some(own) = scene.materials.get_mut(material.material as usize) {
+                *own = material.rest;
+            }
+        }
+        self.deform(&placed, &pose.weights, scene);
+    }
+
+    /// Puts instances, cameras and lights where they are; returns everything that there is to know
+    /// of the moment.
+    fn place(&self, time: f32, scene: &mut Scene) -> (Pose, Vec<NodePose>) {
+        let time = self.wrapped(time);
         let pose = self.pose(time);
         let placed = self.rig.place(&pose.nodes);
         self.place_instances(&placed, scene);
+        self.keyed.iter().for_each(|keyed| Self::place_keyed(keyed, time, scene));
         for camera in &pose.cameras {
             if let Some(own) = scene.cameras.get_mut(camera.camera as usize) {
                 let shift = DAffine3::from_translation(self.rig.origin - scene.origin);
@@ -149,12 +176,7 @@ impl Animation {
                 own.profile = profile.map(|p| Photometry::at_node(p.profile, &world));
             }
         }
-        for material in pose.materials {
-            if let Some(own) = scene.materials.get_mut(material.material as usize) {
-                *own = material.rest;
-            }
-        }
-        self.deform(&placed, &pose.weights, scene);
+        (pose, placed)
     }
 
     fn pose(&self, time: f32) -> Pose {
@@ -176,6 +198,28 @@ impl Animation {
             pose.set(channel.target, &numbers);
         }
         pose
+    }
+
+    /// Puts what a transform at moments moves where it is at `time` seconds.
+    fn place_keyed(keyed: &Keyed, time: f32, scene: &mut Scene) {
+        let transform = keyed.at(time);
+        match keyed.object {
+            KeyedObject::Instance(index) => {
+                if let Some(instance) = scene.instances.get_mut(index as usize) {
+                    (instance.transform, instance.dynamic) = (transform, true);
+                }
+            }
+            KeyedObject::Camera(index) => {
+                let world = DAffine3 {
+                    matrix3: glam::Mat3::from(transform.matrix3).as_dmat3(),
+                    translation: Vec3::from(transform.translation).as_dvec3(),
+                };
+                let camera = scene.cameras.get_mut(index as usize);
+                if let Some((camera, (eye, forward, up))) = camera.zip(view_of(&world)) {
+                    (camera.eye, camera.target, camera.up) = (eye, eye + forward, up);
+                }
+            }
+        }
     }
 
     /// Instances stand where their nodes are, and can be moved without building structures anew.
@@ -245,8 +289,12 @@ impl Scene {
     }
 
     /// Brings everything that is animated to where it is at `time` seconds. What moves becomes
-    /// [`crate::Instance::dynamic`]. Cameras with a [`crate::CameraPath`] follow [`crate::Camera::at`] instead.
+    /// [`crate::Instance::dynamic`]. Cameras with a [`crate::CameraPath`] follow
+    /// [`crate::Camera::at`] instead. It is an instant: nothing moves meanwhile, see
+    /// [`Scene::open_shutter`].
     pub fn set_time(&mut self, time: f32) {
+        self.motion = None;
+        self.cameras.iter_mut().for_each(|camera| camera.keys.clear());
         let animations = std::mem::take(&mut self.animations);
         animations.iter().for_each(|animation| animation.apply(time, self));
         self.animations = animations;

@@ -2,7 +2,7 @@
 
 use super::tree::Unseen;
 use super::{Addition, Edits, EnvironmentRecord, GraphProblem};
-use crate::animation::Moment;
+use crate::animation::{KeyedObject, Moment};
 use crate::{
     Environment, GroupId, Groups, Image, Instance, InstanceId, Material, MaterialId, Mesh, Scene, Shape,
     Sphere, Texture, TextureGraph, TextureId,
@@ -215,6 +215,10 @@ impl Editable {
         let is_unseen = |id: u32| unseen.as_ref().is_some_and(|unseen| unseen.holds(id));
         for animation in &mut self.scene.animations {
             animation.instances.retain(|i| edited(i.instance).is_none_or(|o| o.transform.is_none()));
+            animation.keyed.retain(|k| match k.object {
+                KeyedObject::Instance(i) => edited(i).is_none_or(|o| o.transform.is_none()),
+                KeyedObject::Camera(_) => edits.cameras.is_none(),
+            });
             for instance in &mut animation.instances {
                 if let Some(object) = edited(instance.instance) {
                     instance.hidden = object.removed || object.visible.map_or(instance.hidden, |v| !v);

@@ -318,6 +318,7 @@ impl CameraRecord {
             lens_radius: self.lens_radius,
             focus_distance: self.focus_distance,
             path,
+            keys: Vec::new(),
             distortion: self.distortion,
             skew: self.skew,
         }

@@ -3,10 +3,11 @@
 //!
 //! A line that says what it is, then the [`Scene`] as CBOR (RFC 8949) with the names of its fields.
 //! Fields that a reader does not know are an error, since the picture would be another. Animations
-//! are left out: a scene is saved as it stands.
+//! are left out: a scene is saved as it stands, with what moves while its shutter is open.
 
 use super::session::TRIANGLE;
 use super::{LoadError, LoadOptions, Loaded};
+use crate::animation::SceneMotion;
 use crate::{
     Camera, Environment, Fog, Groups, Image, Instance, Light, LoadReport, Material, Mesh, Part, Portal,
     RenderDefaults, Scene, Shape, Texture, TriangleMesh,
@@ -14,6 +15,7 @@ use crate::{
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
+use std::sync::Arc;
 
 /// How a file begins.
 const BEGINNING: &[u8] = b"alhazen scene 1\n";
@@ -39,6 +41,9 @@ struct Written<'s> {
     fog: &'s Option<Fog>,
     declares_light: bool,
     defaults: &'s RenderDefaults,
+    /// What moves while the shutter is open.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    motion: Option<&'s SceneMotion>,
 }
 
 /// The same as it is read.
@@ -61,6 +66,8 @@ struct Read {
     fog: Option<Fog>,
     declares_light: bool,
     defaults: RenderDefaults,
+    #[serde(default)]
+    motion: Option<SceneMotion>,
 }
 
 /// The bytes of a file of a scene.
@@ -84,6 +91,7 @@ pub fn pack(scene: &Scene) -> Result<Vec<u8>, String> {
         fog: &scene.fog,
         declares_light: scene.declares_light,
         defaults: &scene.defaults,
+        motion: scene.motion.as_deref(),
     };
     let mut bytes = BEGINNING.to_vec();
     ciborium::into_writer(&written, &mut bytes).map_err(|error| error.to_string())?;
@@ -133,6 +141,7 @@ pub fn unpack(path: &Path, bytes: &[u8]) -> Result<Scene, LoadError> {
         fog: read.fog,
         declares_light: read.declares_light,
         defaults: read.defaults,
+        motion: read.motion.map(Arc::new),
         ..Scene::default()
     };
     check(&scene).map_err(|(object, message)| malformed(&object, message))?;

@@ -31,18 +31,24 @@ impl SceneTables {
             (0..).zip(&scene.instances).filter(|(_, i)| is_usable(i, scene)).collect();
         let mut uses = vec![0u32; scene.meshes.len()];
         usable.iter().for_each(|(_, i)| uses[i.mesh as usize] += 1);
-        let is_static = |i: &Instance| !i.dynamic && uses[i.mesh as usize] == 1;
+        let motion = scene.motion.as_deref().filter(|m| !(m.instances.is_empty() && m.lights.is_empty()));
+        let moves = |object: u32| motion.is_some_and(|motion| motion.instances.contains_key(&object));
+        let is_static =
+            |object: u32, i: &Instance| !i.dynamic && uses[i.mesh as usize] == 1 && !moves(object);
         for kind in [GeometryKind::Triangles, GeometryKind::Spheres] {
-            let members: Vec<_> = usable.iter().copied().filter(|(_, i)| is_static(i)).collect();
+            let members: Vec<_> = usable.iter().copied().filter(|(o, i)| is_static(*o, i)).collect();
             tables.add_static_world(scene, &members, kind);
         }
         let mut known = vec![None; scene.meshes.len()];
-        for (object, instance) in usable.iter().copied().filter(|(_, i)| !is_static(i)) {
+        for (object, instance) in usable.iter().copied().filter(|(o, i)| !is_static(*o, i)) {
             let known = &mut known[instance.mesh as usize];
             let blas = known.get_or_insert_with(|| tables.add_mesh(scene, instance)).clone();
             blas.into_iter().for_each(|(index, parts)| {
                 tables.add_instance(scene, object, instance, index, &parts);
             });
+        }
+        if let Some(motion) = motion {
+            tables.add_motion(motion);
         }
         tables.has_dynamic_instances = usable.iter().any(|(_, i)| i.dynamic);
         tables.bounding_sphere = bounding_sphere(scene);
@@ -325,8 +331,11 @@ impl SceneTables {
 
     fn add_lights(&mut self, scene: &Scene) {
         for i in 0..self.instances.len() {
+            let first = self.lights.len();
             self.add_surface_lights(scene, i);
+            self.bind_lights(i, first);
         }
+        let first = self.lights.len();
         let radius = self.bounding_sphere[3].max(1e-3);
         let mut places: Vec<(&LightProfile, u32)> = Vec::new();
         for light in &scene.lights {
@@ -370,7 +379,10 @@ impl SceneTables {
             self.environment.light = self.lights.len() as u32;
             self.lights.push(LightRecord::environment(mean, radius));
         }
-        self.choose_lights_with(LightTree::new(&self.lights));
+        if let Some(motion) = scene.motion.as_deref() {
+            self.add_light_motions(motion, first);
+        }
+        self.choose_lights_with(LightTree::of_moving(&self.lights, self.motion.as_deref()));
         self.add_emitter_boxes();
     }
 
@@ -436,7 +448,17 @@ fn instance_record(transform: &Affine3A, blas: u32, first_binding: u32) -> Insta
 }
 
 fn bounding_sphere(scene: &Scene) -> [f32; 4] {
-    let Some((low, high)) = scene.bounds() else { return [0.0; 4] };
+    let Some((mut low, mut high)) = scene.bounds() else { return [0.0; 4] };
+    for (object, instance) in (0..).zip(&scene.instances).filter(|(_, i)| i.visible) {
+        let motion = scene.motion.as_ref().map_or(Vec::new(), |motion| motion.transforms(object));
+        let mesh = || scene.meshes.get(instance.mesh as usize)?.bounds();
+        let Some((a, b)) = (!motion.is_empty()).then(mesh).flatten() else { continue };
+        for (corner, pose) in (0..8u32).flat_map(|corner| motion.iter().map(move |pose| (corner, pose))) {
+            let pick = |axis: usize| if corner >> axis & 1 == 0 { a[axis] } else { b[axis] };
+            let at = pose.transform_point3(Vec3::new(pick(0), pick(1), pick(2)));
+            (low, high) = (low.min(at), high.max(at));
+        }
+    }
     let center = (low + high) * 0.5;
     center.extend((high - low).length() * 0.5).to_array()
 }

@@ -12,7 +12,7 @@ pub struct Changes {
     pub lights: bool,
     /// `environment`.
     pub environment: bool,
-    /// The transforms in `instances`.
+    /// The transforms in `instances`, or `motion`.
     pub transforms: bool,
     /// Where vertices are, and their attributes: meshes deform, and their structures are to be refitted.
     pub vertices: bool,
@@ -48,6 +48,7 @@ impl Changes {
         };
         if !(same_geometry && same_textures && same_holes && same_instances)
             || bound_holes(old) != bound_holes(new)
+            || old.motion.is_some() != new.motion.is_some()
         {
             return None;
         }
@@ -66,6 +67,7 @@ impl Changes {
                 || old.placements != new.placements
                 || old.bindings.iter().map(material).ne(new.bindings.iter().map(material)),
             lights: old.lights != new.lights
+                || old.motion != new.motion
                 || old.primitive_lights != new.primitive_lights
                 || old.profiles != new.profiles
                 || old.light_alias != new.light_alias
@@ -73,7 +75,7 @@ impl Changes {
                 || old.bounding_sphere != new.bounding_sphere
                 || old.bindings.iter().map(light).ne(new.bindings.iter().map(light)),
             environment: old.environment != new.environment,
-            transforms: old.instances != new.instances,
+            transforms: old.instances != new.instances || old.motion != new.motion,
             vertices: !same_vertices,
         })
     }

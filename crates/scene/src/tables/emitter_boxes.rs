@@ -6,6 +6,7 @@
 use super::transform::affine;
 use super::{GeometryKind, GeometryRecord, InstanceRecord, SceneTables};
 use glam::{Affine3A, Vec3};
+use optics::motion::MotionSegment;
 
 /// How many boxes there may be: few, since each ray is compared with all of them.
 pub const MOST_BOXES: usize = 8;
@@ -40,6 +41,19 @@ impl Bounds {
         parts.iter().fold(Self::EMPTY, |all, part| all.joined(*part))
     }
 
+    /// Of what has these bounds in its own space, during a motion.
+    fn during(self, motion: &[MotionSegment]) -> Self {
+        let corner = |i: u32| {
+            let pick = |a: usize| if i >> a & 1 == 0 { self.low[a] } else { self.high[a] };
+            Vec3::new(pick(0), pick(1), pick(2))
+        };
+        let poses = SceneTables::poses(motion, self.low, self.high);
+        poses.iter().fold(Self::EMPTY, |all, (pose, room)| {
+            let placed = (0..8).fold(Self::EMPTY, |b, i| b.with(pose.transform_point3(corner(i))));
+            all.joined(Self { low: placed.low - *room, high: placed.high + *room })
+        })
+    }
+
     fn center(&self) -> Vec3 {
         (self.low + self.high) * 0.5
     }
@@ -55,8 +69,8 @@ impl SceneTables {
     /// Finds `emitter_boxes`. The scene's bounding sphere is known.
     pub(super) fn add_emitter_boxes(&mut self) {
         let mut parts = Vec::new();
-        for instance in &self.instances {
-            self.add_emitters(instance, &mut parts);
+        for (index, instance) in self.instances.iter().enumerate() {
+            self.add_emitters(instance, self.instance_segments(index), &mut parts);
         }
         let [x, y, z, radius] = self.bounding_sphere;
         let room = Vec3::splat(ROOM * (Vec3::new(x, y, z).abs().max_element() + radius));
@@ -65,9 +79,10 @@ impl SceneTables {
     }
 
     /// Appends the bounds of what shines in an instance.
-    fn add_emitters(&self, instance: &InstanceRecord, parts: &mut Vec<Bounds>) {
+    fn add_emitters(&self, instance: &InstanceRecord, motion: &[MotionSegment], parts: &mut Vec<Bounds>) {
         let blas = self.blas[instance.blas as usize];
-        let to_world = affine(&instance.object_to_world);
+        // Of what moves, boxes are first found in its own space.
+        let to_world = if motion.is_empty() { affine(&instance.object_to_world) } else { Affine3A::IDENTITY };
         for g in 0..blas.geometry_count {
             let binding = self.bindings[(instance.first_binding + g) as usize];
             if self.materials[binding.material as usize].shines() {
@@ -78,6 +93,7 @@ impl SceneTables {
                 for part in primitives.chunks(count.div_ceil(MOST_PARTS).max(1)) {
                     let bounds = part.iter().map(|&i| self.primitive_bounds(geometry, i, &to_world));
                     let bounds = bounds.fold(Bounds::EMPTY, Bounds::joined);
+                    let bounds = if motion.is_empty() { bounds } else { bounds.during(motion) };
                     // Nothing is hit that is not finite.
                     if bounds.low.is_finite() && bounds.high.is_finite() {
                         parts.push(bounds);

@@ -49,6 +49,7 @@ impl SceneTables {
             environment,
             bounding_sphere,
             has_alpha,
+            motion,
         } = self;
         hash.numbers(positions);
         hash.numbers(normals);
@@ -80,6 +81,10 @@ impl SceneTables {
         hash.records(&(light_tree.defends_root, light_tree.uniform_share));
         hash.environment(environment);
         hash.records(&(bounding_sphere, has_alpha));
+        // Scenes that stand still keep the fingerprint that they had before anything could move.
+        if let Some(motion) = motion {
+            hash.records(motion);
+        }
         hash.0.finalize().to_hex()[..32].to_owned()
     }
 }

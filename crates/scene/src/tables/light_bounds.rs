@@ -1,6 +1,7 @@
 //! Where lights are and where they shine, as far as a tree of lights asks.
 
 use super::LightRecord;
+use super::motion_table::MotionTable;
 use elementary::{acos, asin, atan, cos, sin, sin_cos};
 use glam::Vec3;
 use optics::light::{
@@ -8,6 +9,8 @@ use optics::light::{
     LIGHT_SPOT, LIGHT_TRIANGLE, Light,
 };
 use optics::light_tree::{INFINITELY_FAR, LightGroup};
+use optics::motion::{affine_product, motion_at};
+use optics::moving_light::moved_light;
 use optics::{Vec3f, vec3f};
 use std::f32::consts::PI;
 
@@ -42,6 +45,48 @@ impl Leaf {
             _ => 0.0,
         };
         usable.then_some(Self { light, bounds, center, radius })
+    }
+}
+
+impl Leaf {
+    /// As [`Leaf::new`], of a light that may move: around all that it covers, and shining wherever
+    /// it may shine.
+    pub fn moving(light: u32, record: &LightRecord, motion: Option<&MotionTable>) -> Option<Self> {
+        let still = Self::new(light, record)?;
+        let moves = |m: &&MotionTable| !m.lights[light as usize].segments.is_empty();
+        let Some(motion) = motion.filter(moves) else { return Some(still) };
+        let segments = motion.of(motion.lights[light as usize].segments);
+        let rest = motion.lights[light as usize].rest;
+        // Everything that the light covers, in the space that it carries along.
+        let own = LightRecord { light: moved_light(record.light, rest), ..*record };
+        let (low, high) = Self::new(light, &own).map_or((still.bounds.low, still.bounds.high), |leaf| {
+            (leaf.bounds.low.min(Vec3::ZERO), leaf.bounds.high.max(Vec3::ZERO))
+        });
+        let far = low.abs().max(high.abs()).to_array();
+        let mut all = still;
+        for segment in segments {
+            let (pieces, room) = segment.pieces(far);
+            for piece in 0..=pieces {
+                let m = affine_product(motion_at(*segment, piece as f32 / pieces as f32), rest);
+                let at = Self::new(light, &LightRecord { light: moved_light(record.light, m), ..*record })?;
+                if still.bounds.infinitely_far {
+                    // Between two directions, what is seen of neither is less than a piece turns.
+                    let angle = acos(at.center.dot(still.center).clamp(-1.0, 1.0));
+                    all.radius = all.radius.max(still.radius + angle + 0.1);
+                    continue;
+                }
+                all.bounds.low = all.bounds.low.min(at.bounds.low - room);
+                all.bounds.high = all.bounds.high.max(at.bounds.high + room);
+                all.bounds.intensity = all.bounds.intensity.max(at.bounds.intensity);
+            }
+        }
+        if !still.bounds.infinitely_far {
+            all.center = (all.bounds.low + all.bounds.high) * 0.5;
+            all.radius = (all.bounds.high - all.bounds.low).length() * 0.5;
+            // Where it is, is not said; nor which way it shines.
+            (all.bounds.spread, all.bounds.emission) = (PI, PI * 0.5);
+        }
+        Some(all)
     }
 }
 

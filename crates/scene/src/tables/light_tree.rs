@@ -10,6 +10,7 @@
 use super::LightRecord;
 use super::light_bounds::{Bounds, Leaf};
 use super::light_groups::divide;
+use super::motion_table::MotionTable;
 use optics::Vec3f;
 use optics::constants::NONE;
 use optics::light_node::{LightNode, NODE_WIDTH};
@@ -49,7 +50,13 @@ pub struct LightTree {
 impl LightTree {
     /// The tree over `lights`.
     pub fn new(lights: &[LightRecord]) -> Self {
-        let mut leaves: Vec<Leaf> = (0..).zip(lights).filter_map(|(index, l)| Leaf::new(index, l)).collect();
+        Self::of_moving(lights, None)
+    }
+
+    /// As [`LightTree::new`], of lights that may move.
+    pub(super) fn of_moving(lights: &[LightRecord], motion: Option<&MotionTable>) -> Self {
+        let leaf = |(index, light)| Leaf::moving(index, light, motion);
+        let mut leaves: Vec<Leaf> = (0..).zip(lights).filter_map(leaf).collect();
         if leaves.len() < FEWEST_LIGHTS {
             return Self::default();
         }

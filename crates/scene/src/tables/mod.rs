@@ -24,6 +24,8 @@ mod light_tree;
 mod material;
 mod media;
 mod medium;
+mod motion;
+mod motion_table;
 mod near_lights;
 mod portals;
 mod rectangles;
@@ -45,6 +47,7 @@ pub use material::{
     MATERIAL_THIN, MaterialRecord, ModelTag, TextureUse,
 };
 pub use medium::{FogRecord, GridRecord, MediumRecord};
+pub use motion_table::{LightMotion, MotionRange, MotionTable};
 pub use optics::alias_table::{AliasEntry, build_alias_table};
 pub use optics::constants::NONE;
 pub use optics::layers::{LAYER_TEXTURES, LAYERS_GLOSSINESS, LayersRecord};

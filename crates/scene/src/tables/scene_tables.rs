@@ -6,12 +6,14 @@ use super::geometry::{BindingRecord, BlasRecord, GeometryRecord, InstanceRecord}
 use super::light::LightRecord;
 use super::light_tree::LightTree;
 use super::medium::{FogRecord, GridRecord, MediumRecord};
+use super::motion_table::MotionTable;
 use optics::alias_table::AliasEntry;
 use optics::constants::NONE;
 use optics::image_texture::TextureUse;
 use optics::layers::{LAYER_TEXTURES, LayersRecord};
 use optics::material::MaterialRecord;
 use optics::texture_node::TextureNode;
+use std::sync::Arc;
 
 /// The textures of a material's layers, by `LAYER_…` of the optics.
 pub type LayerTextures = [TextureUse; LAYER_TEXTURES as usize];
@@ -92,6 +94,8 @@ pub struct SceneTables {
     pub bounding_sphere: [f32; 4],
     /// Whether any surface has holes (alpha mask or blend).
     pub has_alpha: bool,
+    /// What moves while the shutter is open; `None` if nothing does.
+    pub motion: Option<Arc<MotionTable>>,
 }
 
 impl SceneTables {
@@ -128,6 +132,7 @@ impl SceneTables {
             + self.light_tree.memory_bytes()
             + bytes(&self.emitter_boxes)
             + self.environment.memory_bytes()
+            + self.motion.as_ref().map_or(0, |m| bytes(&m.segments) + bytes(&m.instances) + bytes(&m.lights))
     }
 
     /// The light that a primitive of a binding's geometry is a part of, as an index into `lights`; [`NONE`] if its light cannot be

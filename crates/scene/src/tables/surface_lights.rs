@@ -10,10 +10,13 @@ use glam::{Affine3A, Vec3};
 use optics::Vec3f;
 use optics::constants::NONE;
 use optics::material::SLOT_EMISSION;
+use optics::motion::MotionSegment;
 
 impl SceneTables {
     /// Lights of the emissive geometries of one instance.
     pub(super) fn add_surface_lights(&mut self, scene: &Scene, instance: usize) {
+        // What changes shape on its way is no rectangle, and no sphere, all the time.
+        let keeps_shapes = self.instance_segments(instance).iter().all(MotionSegment::keeps_shapes);
         let instance = self.instances[instance];
         let blas = self.blas[instance.blas as usize];
         for g in 0..blas.geometry_count {
@@ -34,11 +37,11 @@ impl SceneTables {
             match geometry.kind {
                 GeometryKind::Triangles => {
                     let mean = self.mean_emission_texture(scene, &geometry, binding);
-                    self.add_triangle_lights(&geometry, &to_world, binding, mean);
+                    self.add_triangle_lights(&geometry, &to_world, binding, keeps_shapes, mean);
                 }
                 // An ellipsoid cannot be sampled by solid angle: it shines where paths find it by themselves.
                 GeometryKind::Spheres => {
-                    if let Some(scale) = uniform_scale(&to_world) {
+                    if let Some(scale) = uniform_scale(&to_world).filter(|_| keeps_shapes) {
                         let mean = self.mean_emission_texture(scene, &geometry, binding);
                         self.add_sphere_lights(&geometry, &instance, scale, binding, mean);
                     }
@@ -82,19 +85,20 @@ impl SceneTables {
         self.lights.push(light);
     }
 
-    /// Lights of a geometry's triangles, of which two may be one rectangle.
+    /// Lights of a geometry's triangles, of which two may be one rectangle if `may_pair`.
     fn add_triangle_lights(
         &mut self,
         geometry: &GeometryRecord,
         to_world: &Affine3A,
         binding: usize,
+        may_pair: bool,
         mean: f32,
     ) {
         let material = self.materials[self.bindings[binding].material as usize];
         let first_light = self.primitive_lights.len() as u32;
         self.bindings[binding].first_light = first_light;
         // A texture has coordinates at three corners.
-        let parts = if is_textured(&material) {
+        let parts = if is_textured(&material) || !may_pair {
             vec![Pairing::Alone; geometry.primitive_count as usize]
         } else {
             rectangles::pair(self, geometry, to_world)

@@ -101,9 +101,9 @@ impl Viewer {
         edits.cameras = Some(cameras.map(|c| CameraRecord::from(&c)).collect());
         let size = self.render.size.unwrap_or(self.room);
         // How rays meet surfaces is the scene's own choice.
-        let RenderDefaults { cull_backs, shadow_terminator, .. } = document.scene().defaults.clone();
+        let RenderDefaults { cull_backs, shadow_terminator, shutter, .. } = document.scene().defaults.clone();
         let render = self.render.defaults(size, &self.shown.tone);
-        let render = RenderDefaults { cull_backs, shadow_terminator, ..render };
+        let render = RenderDefaults { cull_backs, shadow_terminator, shutter, ..render };
         let text = match document.text(&path, edits, render) {
             Ok(text) => text,
             Err(error) => return self.notice(full_text(&error), true),

@@ -9,6 +9,7 @@ use super::parsing::{
 use super::places::is_video;
 use super::realtime::FrameSettings;
 use super::roulette::RouletteArgs;
+use super::shutter::ShutterArgs;
 use super::split::SplitArgs;
 use crate::commands::loading::LoadingArgs;
 use crate::commands::tone::ToneArgs;
@@ -141,6 +142,8 @@ pub struct RenderArgs {
     /// rendered as their file describes them at rest.
     #[arg(long, help_heading = "Sequence", value_name = "SECONDS", value_parser = parse_seconds, conflicts_with = "frames")]
     pub(super) at: Option<f32>,
+    #[command(flatten)]
+    pub(super) shutter: ShutterArgs,
     /// Which of the file's animations is played, by name or number [default: the first].
     #[arg(long, help_heading = "Sequence", value_name = "NAME")]
     pub(super) animation: Option<String>,

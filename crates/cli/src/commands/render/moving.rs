@@ -2,6 +2,7 @@
 
 use super::args::RenderArgs;
 use super::setup::job;
+use super::shutter::bring;
 use alhazen::{Camera, Job, LoadStats, Loaded, Renderer, Scene};
 use anyhow::{Context, ensure};
 use std::ops::Range;
@@ -25,9 +26,13 @@ impl Moving {
             ensure!(found, "there is no animation {name:?}; the scene has {known:?}");
         }
         scene.animations.iter_mut().for_each(|animation| animation.repeat = args.repeat);
-        let Some(time) = args.seconds(first_frame).filter(|_| scene.is_animated()) else { return Ok(None) };
-        scene.set_time(time);
-        Ok(Some(Self { shown: time }))
+        let (time, shutter) = (args.seconds(first_frame), args.shutter(scene)?);
+        if !scene.is_animated() || (time.is_none() && shutter.is_none()) {
+            return Ok(None);
+        }
+        let shown = time.unwrap_or(0.0);
+        bring(scene, shown, shutter.as_ref());
+        Ok(time.map(|_| Self { shown }))
     }
 
     /// Brings scene, camera and renderer to a frame; says what was built, if anything.
@@ -43,7 +48,8 @@ impl Moving {
         if time == self.shown {
             return Ok(None);
         }
-        loaded.scene.set_time(time);
+        let shutter = args.shutter(&loaded.scene)?;
+        bring(&mut loaded.scene, time, shutter.as_ref());
         self.shown = time;
         // A scene without cameras keeps the one that frames all of its movement.
         if !loaded.scene.cameras.is_empty() {

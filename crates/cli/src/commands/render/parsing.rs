@@ -1,6 +1,6 @@
 //! Values on the command line.
 
-use alhazen::{Projection, Rect, Tile};
+use alhazen::{Projection, Rect, Rolling, Shutter, ShutterError, ShutterShape, Tile};
 use std::ops::Range;
 use std::time::Duration;
 
@@ -65,6 +65,44 @@ pub fn parse_frames(text: &str) -> Result<(u32, u32), String> {
         Some(count) if count > MAX_FRAMES => Err(format!("{count} frames are more than {MAX_FRAMES}")),
         Some(_) => Ok((a, b)),
     }
+}
+
+/// When the shutter is open.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ShutterTimes {
+    /// For an instant, whatever the scene says.
+    Off,
+    /// In between, seconds around the moment of the picture.
+    Seconds(f32, f32),
+    /// For a share of a frame around its moment.
+    Share(f32),
+}
+
+/// `OPEN..CLOSE` in seconds, a share of a frame, or `off`.
+pub fn parse_shutter(text: &str) -> Result<ShutterTimes, String> {
+    let expected = || "expected OPEN..CLOSE in seconds, a share of a frame above 0, or off".to_owned();
+    let number = |text: &str| text.trim().parse::<f32>().ok().filter(|x| x.is_finite());
+    if text == "off" {
+        return Ok(ShutterTimes::Off);
+    }
+    match text.split_once("..") {
+        Some((open, close)) => {
+            let (open, close) = number(open).zip(number(close)).ok_or_else(expected)?;
+            Shutter::new(open, close).map_err(|error| error.to_string())?;
+            Ok(ShutterTimes::Seconds(open, close))
+        }
+        None => number(text).filter(|share| *share > 0.0).map(ShutterTimes::Share).ok_or_else(expected),
+    }
+}
+
+/// A shutter's shape.
+pub fn parse_shutter_shape(text: &str) -> Result<ShutterShape, String> {
+    text.parse().map_err(|error: ShutterError| error.to_string())
+}
+
+/// A rolling shutter.
+pub fn parse_rolling(text: &str) -> Result<Rolling, String> {
+    text.parse().map_err(|error: ShutterError| error.to_string())
 }
 
 /// Some of the samples of each pixel.

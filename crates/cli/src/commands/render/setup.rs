@@ -2,6 +2,7 @@
 
 use super::args::{HighlightsName, RenderArgs, VisibilityName};
 use super::parsing::{Numbers, parse_vector};
+use super::shutter::bring;
 use crate::exit::Exit;
 use alhazen::{
     Adaptive, Camera, CameraPath, Daylight, DirectSettings, Environment, Highlights, HybridSettings,
@@ -58,6 +59,7 @@ pub fn job(args: &RenderArgs, loaded: &mut Loaded, time: Option<f32>) -> anyhow:
         (None, None) => (scene_job.width, scene_job.height),
     };
     calibrate(args, &mut scene_job)?;
+    scene_job.shutter = args.shutter(&loaded.scene)?;
     place_camera(args, &mut loaded.scene, &mut scene_job, time)?;
     if let Some(crop) = args.crop {
         let whole = Rect::full(scene_job.width, scene_job.height);
@@ -156,7 +158,12 @@ fn place_camera(
     if scene.cameras.is_empty() && (args.eye.is_none() || args.target.is_none()) {
         check_default_camera(scene).map_err(|error| Exit::Input.with(error.into()))?;
         let motion = Motion { plays: time.is_some(), turns: args.turntable.is_some() };
+        let is_open = scene.motion.is_some();
         job.frame(scene, motion, time.unwrap_or(0.0));
+        if is_open {
+            // What frames the scene looks at it at many moments.
+            bring(scene, time.unwrap_or(0.0), job.shutter.as_ref());
+        }
     }
     let camera = &mut job.camera;
     if args.eye.is_some() || args.target.is_some() {
@@ -166,6 +173,7 @@ fn place_camera(
         ensure!(camera.eye != camera.target, "--eye and --target are the same point");
         camera.focus_distance = (camera.target - camera.eye).length();
         camera.path = None;
+        camera.keys.clear();
     }
     camera.focus_distance = args.focus.unwrap_or(camera.focus_distance);
     if let Some(period) = args.turntable {

@@ -28,8 +28,9 @@ pub(crate) struct Segment {
     pub end: f32,
 }
 
-/// What a point is inside of: the bodies whose backs are seen from it, looking up.
-pub(crate) fn interiors_around(scene: &CpuScene, point: Vec3f) -> Interiors {
+/// What a point is inside of at `time` of the shutter: the bodies whose backs are seen from it,
+/// looking up.
+pub(crate) fn interiors_around(scene: &CpuScene, point: Vec3f, time: f32) -> Interiors {
     let tables = &*scene.tables;
     if !tables.has_bodies() {
         return interiors_nothing();
@@ -37,11 +38,11 @@ pub(crate) fn interiors_around(scene: &CpuScene, point: Vec3f) -> Interiors {
     let mut surroundings = surroundings_unknown();
     let mut ray = Ray::new(point.to_array(), surroundings_direction().to_array());
     for _ in 0..MOST_AROUND_CAMERA {
-        let hit = scene.tlas.closest(&ray, &BoundaryFilter(scene));
+        let hit = scene.tlas.closest_at(&ray, time, &BoundaryFilter(scene));
         if hit.is_miss() {
             break;
         }
-        let surface = Surface::new(scene, &ray, &hit);
+        let surface = Surface::new(scene, &ray, &hit, time);
         let material = &tables.materials[surface.material as usize];
         if material.is_body() {
             surroundings =

@@ -12,7 +12,7 @@ mod shadow;
 pub(crate) use interiors::{crossed, interiors_around, ior_along, passes, relative_ior, segment};
 pub(crate) use optical_depth::optical_depth;
 
-use crate::batch::samples::{SampleId, new_sampler};
+use crate::batch::samples::{SampleId, new_sampler, ray_time};
 use crate::fetch::filter::{AlphaFilter, BoundaryFilter};
 use crate::fetch::surface::Surface;
 use crate::scene::{CpuScene, vec3};
@@ -36,6 +36,7 @@ use optics::frame::to_local;
 use optics::interiors::Interiors;
 use optics::light_tree::ALL_SIDES;
 use optics::medium::transmittance;
+use optics::motion::MOTION_MIDDLE;
 use optics::path::{PathState, limit_indirect, path_add_emission, path_light_contribution, path_start};
 use optics::random::{PixelSampler, hash_combine, sample_2d};
 use optics::vertex::{
@@ -73,6 +74,8 @@ struct VolumePath {
     ray: Ray,
     state: PathState,
     sampler: PixelSampler,
+    /// When it leaves the camera, see [`ray_time`].
+    time: f32,
     inside: Interiors,
     /// Segments so far, whatever they ended at.
     segments: u32,
@@ -113,7 +116,7 @@ impl<'a> VolumeTracer<'a> {
             view,
             settings,
             shading: Shading { single_scatter: view.single_scatter, pixel_spread },
-            around_camera: interiors_around(scene, view.camera.origin),
+            around_camera: interiors_around(scene, view.camera.origin, MOTION_MIDDLE),
             radiance: BLACK,
             rays_traced: 0,
         }
@@ -122,11 +125,15 @@ impl<'a> VolumeTracer<'a> {
     /// The radiance of one sample.
     pub fn sample(&mut self, id: &SampleId) -> Vec3f {
         self.radiance = BLACK;
-        let (ray, sampler, weight) = self.camera(id);
+        let (ray, sampler, time, weight) = self.camera(id);
+        if self.scene.tables.motion.is_some() || self.view.camera_moves() {
+            self.around_camera = interiors_around(self.scene, vec3(ray.origin), time);
+        }
         self.follow(VolumePath {
             ray,
             state: PathState { throughput: WHITE * weight, ..path_start() },
             sampler,
+            time,
             inside: self.around_camera,
             segments: 0,
             vertex: vec3(ray.origin),
@@ -139,32 +146,33 @@ impl<'a> VolumeTracer<'a> {
 
     /// The first surface that the sample's camera ray sees, behind all media.
     pub fn first_hit(&mut self, id: &SampleId) -> AovSample {
-        let (ray, _, _) = self.camera(id);
+        let (ray, _, time, _) = self.camera(id);
         self.rays_traced += 1;
-        let hit = self.scene.tlas.closest(&ray, &AlphaFilter(self.scene));
+        let hit = self.scene.tlas.closest_at(&ray, time, &AlphaFilter(self.scene));
         if hit.is_miss() {
             return AovSample::default();
         }
-        let surface = Surface::new(self.scene, &ray, &hit);
+        let surface = Surface::new(self.scene, &ray, &hit, time);
         let footprint = self.shading.pixel_spread * hit.t;
         aov_sample(&self.scene.tables, self.material(&surface), &surface, hit.t, footprint)
     }
 
-    /// The camera ray of a sample, its random numbers, and the ray's weight.
-    fn camera(&self, id: &SampleId) -> (Ray, PixelSampler, f32) {
+    /// The camera ray of a sample, its random numbers, its time, and the ray's weight.
+    fn camera(&self, id: &SampleId) -> (Ray, PixelSampler, f32, f32) {
         let sampler = new_sampler(self.view, id);
         let (jitter, lens) = (sample_2d(sampler, PAIR_FILM), sample_2d(sampler, PAIR_LENS));
         let film = vec2f(
             (id.x as f32 + jitter.x) / self.view.width as f32,
             (id.y as f32 + jitter.y) / self.view.height as f32,
         );
-        let ray = camera_ray(self.view.camera, film, lens);
-        (Ray::new(ray.origin.to_array(), ray.direction.to_array()), sampler, ray.weight)
+        let time = ray_time(self.view, sampler, id);
+        let ray = camera_ray(self.view.camera_at(time), film, lens);
+        (Ray::new(ray.origin.to_array(), ray.direction.to_array()), sampler, time, ray.weight)
     }
 
-    fn closest(&mut self, ray: &Ray) -> Hit {
+    fn closest(&mut self, ray: &Ray, time: f32) -> Hit {
         self.rays_traced += 1;
-        self.scene.tlas.closest(ray, &BoundaryFilter(self.scene))
+        self.scene.tlas.closest_at(ray, time, &BoundaryFilter(self.scene))
     }
 
     fn material(&self, surface: &Surface) -> &'a MaterialRecord {
@@ -175,8 +183,8 @@ impl<'a> VolumeTracer<'a> {
     fn follow(&mut self, mut path: VolumePath) {
         while path.segments < MOST_SEGMENTS {
             path.segments += 1;
-            let hit = self.closest(&path.ray);
-            let surface = (!hit.is_miss()).then(|| Surface::new(self.scene, &path.ray, &hit));
+            let hit = self.closest(&path.ray, path.time);
+            let surface = (!hit.is_miss()).then(|| Surface::new(self.scene, &path.ray, &hit, path.time));
             let end = if hit.is_miss() { FAR } else { hit.t };
             let segment = segment(path.inside, &self.scene.tables, &path.ray, end, surface.as_ref());
             let scattered = segment.and_then(|segment| self.pass(&mut path, &segment));
@@ -189,7 +197,7 @@ impl<'a> VolumeTracer<'a> {
             let Some(surface) = surface else {
                 let wi = vec3(path.ray.direction);
                 let (mut found, mis) = (BLACK, self.settings.mis.heuristic());
-                for_each_distant(self.scene, path.vertex, path.sampling_normal, wi, |d| {
+                for_each_distant(self.scene, path.vertex, path.sampling_normal, wi, path.time, |d| {
                     found += path_add_emission(path.light_state(), d.radiance, d.pdf, mis).radiance;
                 });
                 self.gather(found, path.state.depth);
@@ -245,6 +253,7 @@ impl<'a> VolumeTracer<'a> {
                 path.sampling_normal,
                 wi,
                 path.since_vertex,
+                path.time,
             );
             let mis = self.settings.mis.heuristic();
             let found = path_add_emission(path.light_state(), emitted, pdf, mis).radiance;
@@ -311,9 +320,8 @@ impl<'a> VolumeTracer<'a> {
         if self.scene.tables.lights.is_empty() {
             return;
         }
-        let Some(light) = sample_light(self.scene, position, ALL_SIDES, path.draw(PAIR_LIGHT)) else {
-            return;
-        };
+        let u = path.draw(PAIR_LIGHT);
+        let Some(light) = sample_light(self.scene, position, ALL_SIDES, u, path.time) else { return };
         let phase = phase_value(wo, light.wi, anisotropy);
         let ray = Ray {
             origin: position.to_array(),
@@ -372,7 +380,8 @@ impl<'a> VolumeTracer<'a> {
         through: Interiors,
     ) {
         let u = path.draw(PAIR_LIGHT);
-        let Some(light) = sample_light(self.scene, surface.origin, path.sampling_normal, u) else { return };
+        let (normal, time) = (path.sampling_normal, path.time);
+        let Some(light) = sample_light(self.scene, surface.origin, normal, u, time) else { return };
         let transmits = closure_transmits(*closure);
         let side = light_side(light.wi, light.pdf, closure.frame, surface.horizon, transmits);
         if !side.possible {
@@ -390,7 +399,7 @@ impl<'a> VolumeTracer<'a> {
         // Not `> 0`: NaN must reach the film, where it is counted.
         if contribution.x + contribution.y + contribution.z != 0.0 {
             let mut stream = stream_start(path.sampler, path.segments, STREAM_SHADOW);
-            let left = self.visibility(ray, inside, &mut stream);
+            let left = self.visibility(ray, path.time, inside, &mut stream);
             self.radiance += limit_indirect(contribution, depth + 1, self.settings.most_indirect()) * left;
         }
     }

@@ -15,11 +15,17 @@ impl VolumeTracer<'_> {
     /// The transmittance of a shadow ray, all of it; black if a surface is in the way.
     ///
     /// - `inside`: what the ray's origin is in. `stream`: state of a stream of numbers for media whose density varies.
-    pub(super) fn visibility(&mut self, mut ray: Ray, mut inside: Interiors, stream: &mut u32) -> Vec3f {
+    pub(super) fn visibility(
+        &mut self,
+        mut ray: Ray,
+        time: f32,
+        mut inside: Interiors,
+        stream: &mut u32,
+    ) -> Vec3f {
         let mut left = vec3f(1.0, 1.0, 1.0);
         for _ in 0..MOST_CROSSINGS {
-            let hit = self.closest(&ray);
-            let surface = (!hit.is_miss()).then(|| Surface::new(self.scene, &ray, &hit));
+            let hit = self.closest(&ray, time);
+            let surface = (!hit.is_miss()).then(|| Surface::new(self.scene, &ray, &hit, time));
             let end = if hit.is_miss() { ray.t_max } else { hit.t };
             if surface.as_ref().is_some_and(|s| !passes(&self.scene.tables, s, inside)) {
                 return BLACK;

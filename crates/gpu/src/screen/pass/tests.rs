@@ -54,6 +54,7 @@ fn view() -> View {
         single_scatter: false,
         integrator: Integrator::Path(PathSettings::default()),
         aovs: Vec::new(),
+        shutter: None,
     }
 }
 

@@ -23,6 +23,9 @@ pub(super) struct PendingEnvironment {
 
 impl Builder<'_> {
     pub(super) fn add_light(&mut self, kind: &str, p: &Parameters) -> Result<(), LoadError> {
+        if self.state.moves() {
+            self.report.approximated(format!("{}: lights without a shape do not move", p.place));
+        }
         let to_world = self.mirror * self.state.transform;
         let point = |v: Vec3| to_world.transform_point3(v.as_dvec3());
         let from = p.vector("from").unwrap_or(Vec3::ZERO);

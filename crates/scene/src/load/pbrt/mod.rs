@@ -13,6 +13,7 @@
 mod camera;
 mod lights;
 mod materials;
+mod motion;
 mod parameters;
 mod parser;
 mod shapes;
@@ -29,7 +30,7 @@ use crate::{GroupId, Instance, LoadReport, Mesh, MeshId, Portal, Scene, Texture}
 use glam::{Affine3A, DAffine3, DMat3, DMat4, DVec3};
 use parameters::Parameters;
 use parser::Parser;
-use state::State;
+use state::{Active, State};
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -92,7 +93,7 @@ struct Builder<'o> {
     state: State,
     stack: Vec<(State, Saved)>,
     /// Named coordinate systems.
-    systems: HashMap<String, DAffine3>,
+    systems: HashMap<String, [DAffine3; 2]>,
     named_materials: HashMap<String, u32>,
     named_textures: HashMap<String, textures::Value>,
     /// Materials of shapes that shine, by what they are made of.
@@ -106,6 +107,12 @@ struct Builder<'o> {
     mirror: DAffine3,
     /// Mesh to world, for each of the scene's instances.
     worlds: Vec<DAffine3>,
+    /// The same at the end of their motion; `None` for what stands still.
+    ends: Vec<Option<DAffine3>>,
+    /// When motions begin and end, seconds.
+    times: [f32; 2],
+    /// When the shutter opens and closes, seconds.
+    shutter: [f32; 2],
     /// World positions of the scene's lights.
     light_positions: Vec<DVec3>,
     /// Corners in the world.
@@ -140,6 +147,9 @@ impl<'o> Builder<'o> {
             object: None,
             mirror: DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0)),
             worlds: Vec::new(),
+            ends: Vec::new(),
+            times: [0.0, 1.0],
+            shutter: [0.0, 1.0],
             light_positions: Vec::new(),
             portal: None,
         };
@@ -166,18 +176,18 @@ impl<'o> Builder<'o> {
 
     fn directive(&mut self, directive: &str, place: &Place) -> Result<(), LoadError> {
         match directive {
-            "Identity" => self.state.transform = DAffine3::IDENTITY,
+            "Identity" => self.state.change(|_, transform| *transform = DAffine3::IDENTITY),
             "Translate" | "Scale" | "Rotate" | "LookAt" | "Transform" | "ConcatTransform" => {
                 self.transform(directive, place)?;
             }
             "CoordinateSystem" => {
                 let name = self.parser.text(place)?;
-                self.systems.insert(name, self.state.transform);
+                self.systems.insert(name, [self.state.transform, self.state.end]);
             }
             "CoordSysTransform" => {
                 let name = self.parser.text(place)?;
                 match self.systems.get(&name) {
-                    Some(system) => self.state.transform = *system,
+                    Some(system) => self.state.change(|at, transform| *transform = system[at]),
                     None => self.report.ignored(format!("{place}: there is no coordinate system `{name}`")),
                 }
             }
@@ -306,12 +316,10 @@ impl<'o> Builder<'o> {
                 DAffine3::from_mat4(matrix)
             }
         };
-        if directive == "Transform" {
-            self.state.transform = applied;
-        } else {
-            self.state.transform *= applied;
-        }
-        if self.state.transform.is_finite() {
+        self.state.change(|_, transform| {
+            *transform = if directive == "Transform" { applied } else { *transform * applied };
+        });
+        if self.state.transform.is_finite() && self.state.end.is_finite() {
             return Ok(());
         }
         Err(self.parser.error(place, "the transform is not finite"))
@@ -334,7 +342,8 @@ impl<'o> Builder<'o> {
         match self.stack.pop() {
             Some((state, Saved::Attributes)) if ends == Saved::Attributes => self.state = state,
             Some((state, Saved::Transform)) if ends == Saved::Transform => {
-                self.state.transform = state.transform
+                let State { transform, end, active, .. } = state;
+                (self.state.transform, self.state.end, self.state.active) = (transform, end, active);
             }
             _ => return Err(self.parser.error(place, format!("{directive} has no beginning"))),
         }
@@ -375,7 +384,9 @@ impl<'o> Builder<'o> {
                 let to_world = self.mirror * self.state.transform;
                 let groups = Arc::make_mut(&mut self.scene.groups);
                 let group = *group.get_or_insert_with(|| groups.add(name, None));
+                let end = self.state.moves().then(|| self.mirror * self.state.end);
                 for shape in &*shapes {
+                    self.ends.push(end.map(|end| end * shape.transform));
                     groups.put(self.scene.instances.len() as u32, Some(group));
                     self.worlds.push(to_world * shape.transform);
                     let name = shape.name.clone();
@@ -387,8 +398,9 @@ impl<'o> Builder<'o> {
     }
 
     fn begin_world(&mut self) {
-        self.systems.insert("world".into(), DAffine3::IDENTITY);
-        self.state.transform = DAffine3::IDENTITY;
+        self.systems.insert("world".into(), [DAffine3::IDENTITY; 2]);
+        (self.state.transform, self.state.end) = (DAffine3::IDENTITY, DAffine3::IDENTITY);
+        self.state.active = Active::All;
     }
 
     fn medium_interface(&mut self, place: &Place) -> Result<(), LoadError> {
@@ -400,19 +412,6 @@ impl<'o> Builder<'o> {
             self.parser.put_back(token);
         }
         self.report.ignored(format!("{place}: media are not rendered"));
-        Ok(())
-    }
-
-    fn moving(&mut self, directive: &str, place: &Place) -> Result<(), LoadError> {
-        if directive == "TransformTimes" {
-            self.parser.numbers::<2>(place)?;
-        } else if let Some(token) = self.parser.next()?
-            && token.kind == TokenKind::Word("EndTime".into())
-        {
-            self.report.approximated(format!(
-                "{place}: motion is not rendered; transforms of all times are put together"
-            ));
-        }
         Ok(())
     }
 
@@ -430,6 +429,7 @@ impl<'o> Builder<'o> {
         for (instance, world) in self.scene.instances.iter_mut().zip(&self.worlds) {
             instance.transform = stored(world, origin);
         }
+        self.move_instances(origin);
         for (light, world) in self.scene.lights.iter_mut().zip(&self.light_positions) {
             *light = light.moved(&stored(&DAffine3::from_translation(*world), origin));
         }
@@ -441,6 +441,7 @@ impl<'o> Builder<'o> {
         self.report.bytes_read += self.parser.bytes_read;
         self.place_all();
         self.finish_camera();
+        self.open_shutter();
         let images = std::mem::replace(&mut self.images, TextureLoader::new(self.options, 0));
         self.scene.images = images.finish(&mut self.report);
         self.finish_environment();

@@ -77,12 +77,17 @@ impl Builder<'_> {
         let transform = self.state.transform * *anchor;
         if let Some((_, shapes)) = &mut self.object {
             shapes.push(PlacedShape { name, mesh, transform });
+            if self.state.moves() {
+                self.report
+                    .approximated(format!("{}: shapes inside of objects do not move; objects do", p.place));
+            }
             return Ok(());
         }
         if self.scene.instances.len() >= MAX_INSTANCES {
             return Err(self.parser.error(&p.place, format!("there are more than {MAX_INSTANCES} shapes")));
         }
         self.worlds.push(self.mirror * transform);
+        self.ends.push(self.state.moves().then(|| self.mirror * self.state.end * *anchor));
         self.scene.instances.push(Instance::new(name, mesh, Affine3A::IDENTITY));
         Ok(())
     }

@@ -2,12 +2,13 @@
 
 use super::Builder;
 use super::document::{Context, Entry};
-use super::placement::View;
+use super::placement::{Keys, View};
 use super::values::{direction, positive, within};
+use crate::animation::KeyedObject;
 use crate::load::LoadError;
 use crate::{Camera, CameraPath, Distortion, Projection};
 use elementary::{atan, tan};
-use glam::{DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -35,6 +36,17 @@ struct CameraKeys {
     matrix_size: Option<[u32; 2]>,
     skew: Option<f32>,
     distortion: Option<Distortion>,
+    motion: Vec<CameraMotion>,
+}
+
+/// Where the camera is at a moment.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CameraMotion {
+    /// Seconds.
+    time: f32,
+    eye: [f64; 3],
+    target: [f64; 3],
 }
 
 impl Default for CameraKeys {
@@ -58,6 +70,7 @@ impl Default for CameraKeys {
             matrix_size: None,
             skew: None,
             distortion: None,
+            motion: Vec::new(),
         }
     }
 }
@@ -86,11 +99,40 @@ impl Builder<'_> {
     /// Adds a camera.
     pub(super) fn add_camera(&mut self, entry: Entry) -> Result<(), LoadError> {
         let context = entry.context();
-        let (camera, view) = camera(entry.read()?, self.scene.cameras.len(), &context)?;
+        let mut keys: CameraKeys = entry.read()?;
+        let motion = std::mem::take(&mut keys.motion);
+        if let Some(first) = motion.first() {
+            if keys.eye.is_some() || keys.orbit.is_some() {
+                return Err(context
+                    .error("`motion` says where the camera is: it excludes `eye`, `target` and `orbit`"));
+            }
+            (keys.eye, keys.target) = (Some(first.eye), first.target);
+        }
+        let (camera, view) = camera(keys, self.scene.cameras.len(), &context)?;
+        if !motion.is_empty() {
+            let object = KeyedObject::Camera(self.scene.cameras.len() as u32);
+            let times = motion.iter().map(|key| key.time).collect();
+            let worlds =
+                motion.iter().map(|key| looking(key, camera.up, &context)).collect::<Result<_, _>>()?;
+            self.placement.keys.push((object, Keys { times, worlds }, format!("camera {:?}", camera.name)));
+        }
         self.scene.cameras.push(camera);
         self.placement.cameras.push(view);
         Ok(())
     }
+}
+
+/// From the space of a camera to the world, at one of its keys.
+fn looking(key: &CameraMotion, up: Vec3, c: &Context) -> Result<DAffine3, LoadError> {
+    let (eye, target) = (DVec3::from_array(key.eye), DVec3::from_array(key.target));
+    let back = (eye - target).try_normalize();
+    let axes = back.and_then(|back| {
+        let right = up.as_dvec3().cross(back).try_normalize()?;
+        Some(DMat3::from_cols(right, back.cross(right), back))
+    });
+    let axes =
+        axes.ok_or_else(|| c.error(format!("at {} s the camera looks nowhere, or along `up`", key.time)))?;
+    Ok(DAffine3::from_mat3_translation(axes, eye))
 }
 
 /// The camera with everything relative to a point near it, and its place in the world.

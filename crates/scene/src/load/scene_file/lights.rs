@@ -109,6 +109,9 @@ impl Builder<'_> {
     pub(super) fn add_light(&mut self, mut entry: Entry) -> Result<(), LoadError> {
         let context = entry.context();
         let Some(object) = self.take_object(&mut entry)? else { return Ok(()) };
+        if !object.motion.is_empty() {
+            return Err(context.error("`motion` is for shapes, models and cameras; a shape may shine"));
+        }
         let palette = entry.take_table("vary-color").map(|table| table.read::<Palette>()).transpose()?;
         let kind = entry.take_string("kind")?.unwrap_or_default();
         let Lamp { kind, at, profile, split } = match kind.as_str() {

@@ -7,6 +7,7 @@ use super::placement::{View, move_media};
 use super::template::Template;
 use super::values::positive;
 use super::{Builder, Value, load_included};
+use crate::animation::KeyedObject;
 use crate::load::session::{instance, light};
 use crate::load::{LoadError, Loaded};
 use crate::origin::double;
@@ -99,6 +100,7 @@ impl Builder<'_> {
         for animation in &mut animations {
             animation.instances.iter_mut().for_each(|i| i.instance -= merged.instances.start as u32);
             animation.lights.iter_mut().for_each(|l| l.light -= merged.lights.start as u32);
+            animation.keyed.iter_mut().for_each(|k| k.renumber(|i| i - merged.instances.start as u32));
         }
         let to_world = DAffine3::from_translation(origin);
         Ok(Template { instances, groups, lights, animations, bounds, to_world })
@@ -131,6 +133,12 @@ impl Builder<'_> {
         replacement: Option<MaterialId>,
         context: &Context,
     ) -> Result<(), LoadError> {
+        if !object.motion.is_empty() && !template.animations.is_empty() {
+            return Err(context.error("`motion` is for models that do not move by themselves"));
+        }
+        if !object.motion.is_empty() && !template.lights.is_empty() {
+            self.report.approximated(format!("{}: its lights do not move with it", keys.file));
+        }
         let fit = self.fit(template, keys, context)?;
         let overrides = self.overrides(template, keys, replacement, context)?;
         self.spend_instances(template.instances.len().saturating_mul(object.copies.len()), context)?;
@@ -142,6 +150,10 @@ impl Builder<'_> {
             let world = |transform: &Affine3A| motion * double(transform);
             self.place_animations(template, &motion, !object.visible, number == 0);
             for (instance, materials) in template.instances.iter().zip(&overrides) {
+                if let Some(keys) = object.keys(copy, &(fit * double(&instance.transform))) {
+                    let number = self.scene.instances.len() as u32;
+                    self.placement.keys.push((KeyedObject::Instance(number), keys, instance.name.clone()));
+                }
                 self.placement.instances.push(world(&instance.transform));
                 let mut instance = instance.clone();
                 instance.visible &= object.visible;
@@ -212,7 +224,12 @@ impl Builder<'_> {
                 light.light += lights;
                 light.root = *motion * light.root;
             }
+            for keyed in &mut animation.keyed {
+                keyed.renumber(|i| i + instances);
+                keyed.shift(&motion.as_affine3a());
+            }
             if !is_first {
+                animation.keyed.retain(|k| matches!(k.object, KeyedObject::Instance(_)));
                 animation.deformations.clear();
                 animation.materials.clear();
                 animation.cameras.clear();

@@ -3,27 +3,48 @@
 use super::Builder;
 use super::document::{Context, Entry};
 use super::inclusion::MAX_INSTANCES;
+use super::placement::Keys;
 use super::repeat::{Copy, Repeat};
-use super::values::Transform;
+use super::values::{Rotation, Scale, Transform, Vec3Value};
 use crate::load::LoadError;
 use crate::load::session::instance;
 use glam::DAffine3;
 use serde::Deserialize;
 
 /// Keys that shapes and models share.
-const KEYS: [&str; 9] =
-    ["name", "translate", "rotate", "scale", "visible", "dynamic", "if", "unless", "repeat"];
+const KEYS: [&str; 10] =
+    ["name", "translate", "rotate", "scale", "motion", "visible", "dynamic", "if", "unless", "repeat"];
 
 #[derive(Deserialize)]
 struct RawObject {
     name: Option<String>,
     #[serde(flatten)]
     transform: Transform,
+    #[serde(default)]
+    motion: Vec<MotionKey>,
     visible: Option<bool>,
     dynamic: Option<bool>,
     #[serde(rename = "if")]
     when: Option<Condition>,
     unless: Option<Condition>,
+}
+
+/// Where an object is at a moment.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MotionKey {
+    /// Seconds.
+    time: f32,
+    translate: Option<Vec3Value>,
+    rotate: Option<Rotation>,
+    scale: Option<Scale>,
+}
+
+impl MotionKey {
+    fn matrix(&self, context: &Context) -> Result<DAffine3, LoadError> {
+        let Self { translate, rotate, scale, .. } = *self;
+        Transform { translate, rotate, scale }.matrix(context)
+    }
 }
 
 /// Something that is true or false: a boolean, a number (0 is false) or a string (empty is false).
@@ -53,6 +74,9 @@ pub(super) struct Object {
     pub copies: Vec<Copy>,
     /// Its own transform, applied before a copy's.
     pub own: DAffine3,
+    /// Moments, seconds, and what is then in the place of `own`, which is the first of them; empty
+    /// if it stands still.
+    pub motion: Vec<(f32, DAffine3)>,
     /// Whether it is part of the picture.
     pub visible: bool,
     /// Whether it may move later.
@@ -77,10 +101,19 @@ impl Builder<'_> {
             None => vec![Copy::default()],
         };
         self.spend_instances(copies.len(), &context)?;
+        let key = |key: &MotionKey| Ok((key.time, key.matrix(&context)?));
+        let motion = raw.motion.iter().map(key).collect::<Result<Vec<_>, LoadError>>()?;
+        let own = raw.transform.matrix(&context)?;
+        if !motion.is_empty() && own != DAffine3::IDENTITY {
+            return Err(context
+                .error("`motion` says where the object is: it excludes `translate`, `rotate` and `scale`"));
+        }
+        context.take((motion.len() as u64).saturating_mul(count).saturating_mul(64), "motions")?;
         Ok(Some(Object {
             name: raw.name,
             copies,
-            own: raw.transform.matrix(&context)?,
+            own: motion.first().map_or(own, |(_, first)| *first),
+            motion,
             visible: raw.visible.unwrap_or(true),
             dynamic: raw.dynamic.unwrap_or(false),
         }))
@@ -103,6 +136,13 @@ impl Object {
     pub fn copy_name(&self, fallback: &str, i: usize) -> String {
         let name = self.name.as_deref().unwrap_or(fallback);
         if self.copies.len() == 1 { name.to_owned() } else { format!("{name} {}", i + 1) }
+    }
+
+    /// Where a copy is over time, `inner` to the world; `None` if it stands still.
+    pub fn keys(&self, copy: &Copy, inner: &DAffine3) -> Option<Keys> {
+        let times = self.motion.iter().map(|(time, _)| *time).collect();
+        let worlds = self.motion.iter().map(|(_, own)| copy.motion * *own * *inner).collect();
+        (!self.motion.is_empty()).then_some(Keys { times, worlds })
     }
 
     /// Object to world for a copy.

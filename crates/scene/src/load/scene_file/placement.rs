@@ -1,7 +1,8 @@
 //! Where objects stand in the world, in `f64`, until it is known what the scene is stored relative to.
 
+use crate::animation::{Keyed, KeyedObject};
 use crate::origin::{Bounds, stored};
-use crate::{Camera, CameraPath, LoadReport, Portal, Scene};
+use crate::{Animation, Camera, CameraPath, LoadReport, Portal, Scene};
 use glam::{DAffine3, DVec3, Vec3};
 use std::sync::Arc;
 
@@ -17,6 +18,16 @@ pub(super) struct Placement {
     pub cameras: Vec<View>,
     /// Corners.
     pub portals: Vec<[DVec3; 4]>,
+    /// What moves, with where it was described.
+    pub keys: Vec<(KeyedObject, Keys, String)>,
+}
+
+/// Where something is over time.
+pub(super) struct Keys {
+    /// Seconds.
+    pub times: Vec<f32>,
+    /// To the world.
+    pub worlds: Vec<DAffine3>,
 }
 
 /// The points of a camera in the world.
@@ -64,6 +75,18 @@ impl Placement {
         for animation in &mut scene.animations {
             animation.instances.iter_mut().for_each(|i| i.root = shift * i.root);
             animation.lights.iter_mut().for_each(|l| l.root = shift * l.root);
+            animation.keyed.iter_mut().for_each(|k| k.shift(&shift.as_affine3a()));
+        }
+        let mut keyed = Vec::new();
+        for (object, keys, what) in self.keys {
+            let transforms = keys.worlds.iter().map(|world| stored(world, origin)).collect();
+            match Keyed::new(object, keys.times, transforms) {
+                Ok(motion) => keyed.push(motion),
+                Err(error) => report.ignored(format!("the motion of {what}: {error}")),
+            }
+        }
+        if !keyed.is_empty() {
+            scene.animations.push(Animation { keyed, ..Animation::default() });
         }
         let portals = self.portals.iter().map(|corners| corners.map(|corner| (corner - origin).as_vec3()));
         // They were portals when they were read.

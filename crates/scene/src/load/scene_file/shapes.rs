@@ -6,6 +6,7 @@ use super::inclusion::MAX_TRIANGLES;
 use super::objects::Object;
 use super::repeat::{Copy, Palette, Ramp};
 use super::values::{positive, within};
+use crate::animation::KeyedObject;
 use crate::load::LoadError;
 use crate::load::session::{MATERIAL, TRIANGLE};
 use crate::origin::anchored;
@@ -87,6 +88,10 @@ impl Builder<'_> {
             let mut instance = Instance::new(name, mesh, Affine3A::IDENTITY);
             (instance.visible, instance.dynamic, instance.materials) =
                 (object.visible, object.dynamic, materials);
+            if let Some(keys) = object.keys(copy, anchor) {
+                let number = self.scene.instances.len() as u32;
+                self.placement.keys.push((KeyedObject::Instance(number), keys, instance.name.clone()));
+            }
             self.scene.instances.push(instance);
             self.placement.instances.push(object.transform(copy) * *anchor);
         }
