@@ -2,7 +2,8 @@
 
 use crate::choice::open_step;
 use backend::{
-    AdaptiveRounds, Backend, BackendError, Control, LoadStats, PassTime, PixelSamples, Stats, View,
+    AdaptiveRounds, Backend, BackendError, Control, LoadStats, PassTime, PixelSamples, Stats, View, ViewBatch,
+    ViewPictures,
 };
 use film::{Film, Image};
 use gpu::tracer::TracerKind;
@@ -257,6 +258,20 @@ impl Backend for Fallback {
                 Ok(None)
             }
             result => result,
+        }
+    }
+
+    fn render_views(
+        &mut self,
+        batch: &ViewBatch,
+        control: &Control,
+    ) -> Result<(ViewPictures, Stats), BackendError> {
+        loop {
+            match self.current.render_views(batch, control) {
+                // Of views nothing is kept: they are made again.
+                Err(error @ BackendError::Device { .. }) => self.step(error)?,
+                result => return result,
+            };
         }
     }
 

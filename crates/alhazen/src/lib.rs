@@ -53,7 +53,7 @@ pub use backend::{
 pub use backend::{
     AmbientOcclusion, Backend, BackendError, Control, DirectSettings, Highlights, HybridSettings,
     INVERSE_SQUARE, Integrator, LoadStats, PassTime, PathSettings, PixelSamples, Progress, SamplerKind,
-    Stats as PassStats, View, Visibility,
+    Stats as PassStats, View, ViewBatch, ViewLayer, ViewPictures, ViewValues, Visibility,
 };
 pub use checkpoint::Checkpoint;
 pub use choice::{BackendChoice, ChoiceError, Chosen, RendererOptions, UnknownBackend};

@@ -4,6 +4,7 @@ mod kernels;
 mod picture;
 mod round;
 pub(crate) mod tracing;
+mod views;
 
 use crate::batch::Batch;
 use crate::denoise::GpuNetwork;
@@ -15,11 +16,12 @@ use crate::scene::refuse_volumes;
 use crate::scene::update::StagingRing;
 use crate::timing::Timer;
 use crate::tracer::{Instances, TracerKind};
+use crate::views::{ExactKernel, ExactWants, Views};
 use crate::wavefront::Queues;
 use crate::{Gpu, GpuError, GpuScene};
 use backend::{
     AdaptiveRounds, Backend, BackendError, Control, Integrator, LoadStats, PassTime, PixelSamples, Stats,
-    View, check_media, check_pixels,
+    View, ViewBatch, ViewPictures, check_media, check_pixels,
 };
 use film::{AovKind, Film, Image};
 use kernels::{CompiledKernel, KernelKey};
@@ -56,6 +58,8 @@ pub struct GpuBackend {
     queues: Option<Queues>,
     /// How the last call of `render` was spread over dispatches.
     taken: Option<&'static str>,
+    /// Buffers of batches of views.
+    views: Views,
     /// The denoiser's network, once it is used.
     network: Option<GpuNetwork>,
     notices: Vec<String>,
@@ -66,6 +70,8 @@ struct Loaded {
     scene: GpuScene,
     tracing: Box<dyn Tracing>,
     kernels: HashMap<KernelKey, CompiledKernel>,
+    /// Those that make exact layers of views.
+    exact: HashMap<ExactWants, Box<dyn ExactKernel>>,
 }
 
 impl GpuBackend {
@@ -78,6 +84,7 @@ impl GpuBackend {
         let timer = Timer::new(&gpu)?;
         let ring = StagingRing::new(&gpu);
         let specialises = !gpu.is_software();
+        let views = Views::new(&gpu);
         Ok(Self {
             gpu,
             kind,
@@ -92,6 +99,7 @@ impl GpuBackend {
             paths_in_flight: None,
             queues: None,
             taken: None,
+            views,
             network: None,
             notices: Vec::new(),
         })
@@ -129,6 +137,7 @@ impl GpuBackend {
         scene
             + self.queues.as_ref().map_or(0, Queues::memory_bytes)
             + self.picture.as_ref().map_or(0, Picture::memory_bytes)
+            + self.views.memory_bytes()
     }
 
     /// The picture without its noise.
@@ -156,7 +165,7 @@ impl GpuBackend {
             table_bytes,
             device_bytes: scene.memory_bytes() + tracing.memory_bytes(),
         };
-        self.scene = Some(Loaded { scene, tracing, kernels: HashMap::new() });
+        self.scene = Some(Loaded { scene, tracing, kernels: HashMap::new(), exact: HashMap::new() });
         Ok(stats)
     }
 
@@ -177,6 +186,7 @@ impl GpuBackend {
         }
         if !loaded.tracing.update(&self.gpu, &loaded.scene, changes)? {
             loaded.kernels.clear();
+            loaded.exact.clear();
             loaded.tracing = self.kind.build(&self.gpu, &loaded.scene, self.instances)?;
         }
         loaded.kernels.values_mut().for_each(|k| k.kernel.scene_changed());
@@ -384,6 +394,14 @@ impl Backend for GpuBackend {
     ) -> Result<Option<Stats>, BackendError> {
         refuse_mattes(view)?;
         self.render_decided(view, rounds, control)
+    }
+
+    fn render_views(
+        &mut self,
+        batch: &ViewBatch,
+        control: &Control,
+    ) -> Result<(ViewPictures, Stats), BackendError> {
+        self.render_batch(batch, control)
     }
 
     fn relative_error(&mut self) -> Result<Option<f64>, BackendError> {

@@ -68,6 +68,8 @@ pub struct Variant {
     pub lens_distortion: bool,
     /// Whether what indirect light adds may be limited.
     pub indirect_limit: bool,
+    /// Whether the film is that of a batch of views, below each other, each with a camera of its own.
+    pub many_views: bool,
     /// What else there is in the scene.
     pub traits: SceneTraits,
 }
@@ -105,6 +107,7 @@ impl Variant {
             light_kind: (i & 2 != 0).then_some(LIGHT_RECTANGLE),
             far_lights: i & 4 != 0,
             one_light: i & 36 == 4,
+            many_views: i & 6 == 4,
             traits: if i & 2 == 0 { SceneTraits::default() } else { SceneTraits::of(&[], &[], &[], &[]) },
             sampler: SamplerKind::ALL[i as usize % SamplerKind::ALL.len()],
         };
@@ -188,6 +191,7 @@ impl Variant {
             ("FOLLOWS_VOLUMES", self.volumes),
             ("LENS_DISTORTS", self.lens_distortion),
             ("LIMITS_INDIRECT", self.indirect_limit),
+            ("MANY_VIEWS", self.many_views),
         ];
         let mut text = numbers([
             ("SAMPLER", sampler_kind(self.sampler)),

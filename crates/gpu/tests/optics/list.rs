@@ -307,6 +307,9 @@ functions! {
     camera::thin_lens_ray(camera: camera, through_center: direction, u_lens: unit2) within ROUNDING;
     camera::headlight(cos_theta: signed_cosine) within ROUNDING;
     camera::camera_pixel_spread(camera: camera, height: size) within ROUNDING;
+    camera::camera_depth(camera: camera, direction: direction, distance: size) within CANCELLING;
+    camera::shown_at(camera: camera, offset: ahead) within LENSES;
+    camera::shown_motion(camera: camera, offset: ahead, place: unit2, size: sizes2) within LENSES;
     camera::camera_ray_point(ray: camera_ray, distance: share) within CANCELLING;
     camera::view_depth(position: point, eye: far_point, axis: direction) within CANCELLING;
     camera::headlit_color(color: albedo, wo: direction, normal: direction) within CANCELLING;

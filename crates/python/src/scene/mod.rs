@@ -6,6 +6,7 @@ mod foreign;
 mod lighting;
 mod pictures;
 mod rays;
+mod views;
 
 use crate::arrays::output;
 use crate::camera::Camera;
