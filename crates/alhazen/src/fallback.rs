@@ -142,7 +142,7 @@ fn is_same(a: &View, b: &View) -> bool {
 }
 
 /// An error with all its causes.
-fn full_text(error: &BackendError) -> String {
+pub(crate) fn full_text(error: &BackendError) -> String {
     let mut text = error.to_string();
     let mut source = std::error::Error::source(error);
     while let Some(cause) = source {

@@ -43,6 +43,7 @@ mod sandbox;
 mod sequence;
 mod source;
 pub mod system;
+mod together;
 
 pub use accel::{Coherence, HugePages, Ray};
 pub use adaptive::{Adaptive, Sampling};
@@ -96,6 +97,7 @@ pub use scene::{
 };
 pub use sequence::{FrameFilm, Moment as FrameMoment, SequenceDenoiser, frame_seed};
 pub use source::{Place, Source};
+pub use together::Together;
 
 /// Error metrics between pictures.
 pub use film::metrics;
