@@ -34,9 +34,9 @@ fn processors(count: usize) -> Renderer {
 
 /// Two logical devices on one adapter, the first of which may fail, and a processor.
 fn devices(fault: Option<InjectedFault>) -> Result<Renderer, GpuError> {
-    let open = |fault| {
+    let open = |fault| -> Result<Box<dyn Backend>, GpuError> {
         let gpu = Gpu::open(&GpuOptions { fault, ..GpuOptions::default() })?;
-        Ok(Box::new(GpuBackend::new(gpu, TracerKind::Bvh)?) as Box<dyn Backend>)
+        Ok(Box::new(GpuBackend::new(gpu, TracerKind::Bvh)?))
     };
     let members = vec![open(fault)?, open(None)?, processor()];
     Ok(Renderer::new(Box::new(Together::new(members))))

@@ -39,8 +39,8 @@ impl Intrinsics {
         let numbers = input.numbers()?;
         let rows = || numbers.as_chunks::<3>().0.as_chunks::<3>().0.to_vec();
         match *input.shape() {
-            [] => Ok(Self::FieldsOfView(numbers.to_vec())),
-            [n] if n == count => Ok(Self::FieldsOfView(numbers.to_vec())),
+            // A number alone is an array of one.
+            [n] if n == 1 || n == count => Ok(Self::FieldsOfView(numbers.to_vec())),
             [3, 3] => Ok(Self::Matrices(rows())),
             [n, 3, 3] if n == count => Ok(Self::Matrices(rows())),
             ref other => Err(bad(format!(

@@ -84,9 +84,7 @@ def cylinder() -> Triangles:
     """Of radius 1, from -1 to 1 in z."""
     profile = np.array([[0.0, -1], [1, -1], [1, -1], [1, 1], [1, 1], [0, 1]])
     normals = np.array([[0.0, -1], [0, -1], [1, 0], [1, 0], [0, 1], [0, 1]])
-    made = _turned(profile, normals)
-    # Between two rows at the same place there is nothing, and that was left out.
-    return made
+    return _turned(profile, normals)
 
 
 def height_field(model: Any, number: int) -> Triangles:
@@ -152,7 +150,8 @@ def with_cube_coordinates(made: Triangles) -> Triangles:
     # Not quite to the edge of a face: texels of the next one would be mixed in.
     uvs[..., 1] = (face[:, None] + np.clip(uvs[..., 1], 0.002, 0.998)) / 6
     normals = None if made.normals is None else made.normals[made.triangles].reshape(-1, 3)
-    return Triangles(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3), normals, uvs.reshape(-1, 2))
+    triangles = np.arange(3 * len(corners)).reshape(-1, 3)
+    return Triangles(corners.reshape(-1, 3), triangles, normals, uvs.reshape(-1, 2))
 
 
 #: For each face: the axes of s and t and their signs, as the specification of OpenGL has them.
@@ -167,7 +166,5 @@ def _on_face(points: NDArray[np.float64], face: NDArray[np.int64]) -> NDArray[np
         return np.take_along_axis(points, axis[:, None], 1)[:, 0]
 
     depth = np.maximum(np.abs(along(face // 2)), 1e-12)
-    return np.clip(np.stack([0.5 + 0.5 * s_sign * along(s_axis) / depth, 0.5 + 0.5 * t_sign * along(t_axis) / depth], 1), 0, 1)
-
-
-__all__ = ["Triangles", "ball", "box", "capsule", "cylinder", "height_field", "mesh", "plane", "with_cube_coordinates"]
+    s, t = s_sign * along(s_axis) / depth, t_sign * along(t_axis) / depth
+    return np.clip(0.5 + 0.5 * np.stack([s, t], 1), 0, 1)

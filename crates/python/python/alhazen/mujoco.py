@@ -253,8 +253,7 @@ class _Builder:
             if made is None:
                 continue
             mesh, scale = made
-            endless = model.geom_type[geom] == _PLANE and not (model.geom_size[geom, :2] > 0).all()
-            for world in range(1 if endless and not moving[geom] else worlds):
+            for world in range(1 if self.endless(geom) and not moving[geom] else worlds):
                 name = model.geom(geom).name or f"geom {geom}"
                 self.scene.add_instance(mesh, name=name, material=self.material(geom), dynamic=bool(moving[geom]))
                 placed.append((world, geom, scale))
@@ -289,7 +288,7 @@ class _Builder:
         texture = self.texture(geom)
         kind_of_texture = None if texture is None else int(model.tex_type[texture])
         repeat = self.repeat(geom, scale) if kind_of_texture == _TEXTURE_2D else None
-        key = (key, kind_of_texture, None if repeat is None else tuple(repeat))
+        key = (key, kind_of_texture, repeat)
         if key not in self.meshes:
             self.meshes[key] = self.add(make, kind, kind_of_texture, repeat)
         return self.meshes[key], scale
@@ -327,18 +326,24 @@ class _Builder:
         if texture == _TEXTURE_CUBE:
             made = shapes.with_cube_coordinates(made)
         elif texture == _TEXTURE_2D and made.uvs is None:
-            made.uvs = (0.5 * made.vertices[:, :2] + 0.5) * repeat
+            made.uvs = (repeat[2] + made.vertices[:, :2] * [0.5, -0.5]) * repeat[:2]
         elif texture == _TEXTURE_2D:
-            made.uvs = made.uvs * repeat
+            made.uvs = made.uvs * repeat[:2]
         return self.scene.add_mesh(made.vertices, made.triangles, normals=made.normals, uvs=made.uvs)
 
-    def repeat(self, geom: int, scale: NDArray[np.float64]) -> NDArray[np.float64]:
-        """How often a 2D texture is repeated along x and y."""
+    def endless(self, geom: int) -> bool:
+        """Whether a geom is a plane without an end."""
+        is_plane = self.model.geom_type[geom] == _PLANE
+        return bool(is_plane and not (self.model.geom_size[geom, :2] > 0).all())
+
+    def repeat(self, geom: int, scale: NDArray[np.float64]) -> Tuple[float, float, float]:
+        """How often a 2D texture is repeated along x and y, and where on the object it begins, from 0 to 1."""
         material = self.model.geom_matid[geom]
         repeat = np.array(self.model.mat_texrepeat[material], float)
-        endless = self.model.geom_type[geom] == _PLANE and not (self.model.geom_size[geom, :2] > 0).all()
-        # By the metre, or by the object.
-        return repeat * 2 * scale[:2] if self.model.mat_texuniform[material] or endless else repeat
+        # By two metres, or by the object.
+        if self.model.mat_texuniform[material] or self.endless(geom):
+            repeat = repeat * scale[:2]
+        return float(repeat[0]), float(repeat[1]), 0.0 if self.endless(geom) else 0.5
 
     # Materials
 
@@ -445,7 +450,8 @@ class _Builder:
         for origin in grid:
             at, cutoff = data.light_xpos[light] + origin, float(model.light_cutoff[light])
             if kind == 2 or cutoff >= 90:
-                self.scene.add_point_light(at, intensity, name=name)
+                self.scene.add_point_light(at, intensity=intensity, name=name)
             else:
                 outer = float(np.radians(cutoff))
-                self.scene.add_spot_light(at, direction, intensity, 0.8 * outer, outer, name=name)
+                angles = {"inner_angle": 0.8 * outer, "outer_angle": outer}
+                self.scene.add_spot_light(at, direction, intensity=intensity, **angles, name=name)
