@@ -127,7 +127,9 @@ impl Renderer {
         let failed = |source| ChoiceError::Gpu { backend: options.backend.name(), source };
         match options.backend {
             BackendChoice::All => together::choose(options),
-            BackendChoice::Auto | BackendChoice::Gpu | BackendChoice::Tracer(_) if together::names_several(options) => {
+            BackendChoice::Auto | BackendChoice::Gpu | BackendChoice::Tracer(_)
+                if together::names_several(options) =>
+            {
                 together::choose(options)
             }
             BackendChoice::Cpu => match &options.adapter {

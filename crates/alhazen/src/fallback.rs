@@ -2,8 +2,8 @@
 
 use crate::choice::open_step;
 use backend::{
-    AdaptiveRounds, Backend, BackendError, Control, LoadStats, PassTime, PixelSamples, Stats, View, ViewBatch,
-    ViewPictures,
+    AdaptiveRounds, Backend, BackendError, Control, LoadStats, PassTime, PixelSamples, Stats, View,
+    ViewBatch, ViewPictures,
 };
 use film::{Film, Image};
 use gpu::tracer::TracerKind;

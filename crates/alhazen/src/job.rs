@@ -106,7 +106,13 @@ impl Job {
     ///
     /// - `cameras`: at time 0. `next`: for [`ViewLayer::Flow`](backend::ViewLayer::Flow), that of each one's next picture.
     /// - `samples`: of each pixel, if colours are wanted.
-    pub fn views(&self, cameras: &[Camera], next: &[Camera], layers: Vec<ViewLayer>, samples: u32) -> ViewBatch {
+    pub fn views(
+        &self,
+        cameras: &[Camera],
+        next: &[Camera],
+        layers: Vec<ViewLayer>,
+        samples: u32,
+    ) -> ViewBatch {
         let frames = |cameras: &[Camera]| {
             cameras.iter().map(|camera| camera_frame(&camera.at(0.0), self.width, self.height)).collect()
         };

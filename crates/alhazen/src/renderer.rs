@@ -3,8 +3,8 @@
 use crate::part::least_samples;
 use crate::{Job, Sampling};
 use backend::{
-    AdaptiveRounds, Backend, BackendError, Control, LoadStats, PassTime, PixelSamples, Stats, View, ViewBatch,
-    ViewPictures,
+    AdaptiveRounds, Backend, BackendError, Control, LoadStats, PassTime, PixelSamples, Stats, View,
+    ViewBatch, ViewPictures,
 };
 use cpu::CpuBackend;
 use film::{Film, Image};
@@ -267,7 +267,8 @@ impl Renderer {
         batch.check()?;
         for (number, camera) in batch.cameras.iter().chain(&batch.next).enumerate() {
             let number = number % batch.cameras.len().max(1);
-            check_camera(camera).map_err(|reason| BackendError::View { reason: format!("view {number}: {reason}") })?;
+            check_camera(camera)
+                .map_err(|reason| BackendError::View { reason: format!("view {number}: {reason}") })?;
         }
         self.backend.render_views(batch, control)
     }

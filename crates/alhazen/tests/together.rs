@@ -5,7 +5,8 @@ mod common;
 use alhazen::gpu::tracer::TracerKind;
 use alhazen::gpu::{FaultKind, Gpu, GpuBackend, GpuError, GpuOptions, InjectedFault};
 use alhazen::{
-    Adaptive, Aov, Backend, Control, Film, Integrator, Job, Limits, Renderer, Sampling, Scene, Together, ViewLayer,
+    Adaptive, Aov, Backend, Control, Film, Integrator, Job, Limits, Renderer, Sampling, Scene, Together,
+    ViewLayer,
 };
 use common::on_gpus::{differing_share, render};
 use common::path;

@@ -5,8 +5,9 @@ mod common;
 use alhazen::gpu::tracer::TracerKind;
 use alhazen::gpu::{Gpu, GpuBackend, GpuError, GpuOptions, has_hardware};
 use alhazen::{
-    Backend, Camera, Control, Distortion, Fallback, Film, Integrator, Job, Limits, RayQueries, Renderer, Scene,
-    SceneTables, Step, ViewBatch, ViewLayer, ViewPictures, ViewValues, camera_frame, picture_point, picture_ray,
+    Backend, Camera, Control, Distortion, Fallback, Film, Integrator, Job, Limits, RayQueries, Renderer,
+    Scene, SceneTables, Step, ViewBatch, ViewLayer, ViewPictures, ViewValues, camera_frame, picture_point,
+    picture_ray,
 };
 use common::path;
 use glam::Vec3;

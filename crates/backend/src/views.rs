@@ -201,8 +201,11 @@ impl ViewPictures {
     pub fn empty(batch: &ViewBatch) -> Self {
         let of = |layer: ViewLayer| {
             let count = batch.pixels() * batch.cameras.len() * layer.channels();
-            let zeros =
-                if layer.is_id() { ViewValues::Id(vec![0; count]) } else { ViewValues::Float(vec![0.0; count]) };
+            let zeros = if layer.is_id() {
+                ViewValues::Id(vec![0; count])
+            } else {
+                ViewValues::Float(vec![0.0; count])
+            };
             (layer, zeros)
         };
         Self { layers: batch.layers.iter().map(|&layer| of(layer)).collect(), invalid_samples: 0 }

@@ -9,8 +9,8 @@ use crate::shade::path_batch::PathBatch;
 use crate::views;
 use accel::{Opaque, Quality};
 use backend::{
-    Backend, BackendError, Control, Integrator, LoadStats, PixelSamples, Stats, View, ViewBatch, ViewPictures,
-    check_media, check_pixels,
+    Backend, BackendError, Control, Integrator, LoadStats, PixelSamples, Stats, View, ViewBatch,
+    ViewPictures, check_media, check_pixels,
 };
 use film::{Film, PixelStats};
 use scene::tables::{Changes, SceneTables};

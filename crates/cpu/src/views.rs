@@ -106,7 +106,12 @@ fn blocks<'a>(batch: &ViewBatch, pictures: &'a mut ViewPictures) -> Vec<Block<'a
 }
 
 /// The colours of a block, if they are wanted: those of a film of the view.
-fn render_colors(scene: &CpuScene, batch: &ViewBatch, block: &mut Block<'_>, scratch: &mut Scratch) -> Counted {
+fn render_colors(
+    scene: &CpuScene,
+    batch: &ViewBatch,
+    block: &mut Block<'_>,
+    scratch: &mut Scratch,
+) -> Counted {
     let colors = block.layers.iter_mut().find_map(|(layer, values)| match values {
         Values::Float(numbers) if *layer == ViewLayer::Rgb => Some(numbers),
         _ => None,
@@ -208,7 +213,14 @@ impl<'a> Pixels<'a> {
     }
 
     /// A layer's channels at pixel `i`.
-    fn numbers(&self, layer: ViewLayer, i: usize, ray: &Ray, hit: &Hit, surface: Option<&Surface>) -> [f32; 3] {
+    fn numbers(
+        &self,
+        layer: ViewLayer,
+        i: usize,
+        ray: &Ray,
+        hit: &Hit,
+        surface: Option<&Surface>,
+    ) -> [f32; 3] {
         let direction = vec3(ray.direction);
         if layer == ViewLayer::Flow {
             let offset = surface.map_or(direction, |s| s.position - self.next_origin());

@@ -336,9 +336,11 @@ fn pick<'a>(adapters: &'a [wgpu::Adapter], options: &GpuOptions) -> Result<&'a w
     let names = || adapters.iter().map(|a| a.get_info().name).collect::<Vec<_>>().join(", ");
     if let Some(wanted) = &options.adapter {
         let matches = |a: &&wgpu::Adapter| a.get_info().name.to_lowercase().contains(&wanted.to_lowercase());
-        return adapters.iter().filter(matches).nth(options.ordinal).ok_or_else(|| GpuError::UnknownAdapter {
-            name: wanted.clone(),
-            known: if adapters.is_empty() { "none".into() } else { names() },
+        return adapters.iter().filter(matches).nth(options.ordinal).ok_or_else(|| {
+            GpuError::UnknownAdapter {
+                name: wanted.clone(),
+                known: if adapters.is_empty() { "none".into() } else { names() },
+            }
         });
     }
     let will_do = |a: &&wgpu::Adapter| options.allow_software || a.get_info().device_type != DeviceType::Cpu;

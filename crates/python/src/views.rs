@@ -191,7 +191,10 @@ pub fn render_views<'py>(
             let sides = [&wanted.height, &wanted.width].map(|side| side.extract::<usize>());
             let [height, width] = sides;
             for (layer, values) in pictures.unwrap_or_else(none).layers {
-                let shape = shape_of(layer, &[count, height.as_ref().map_or(0, |h| *h), width.as_ref().map_or(0, |w| *w)]);
+                let shape = shape_of(
+                    layer,
+                    &[count, height.as_ref().map_or(0, |h| *h), width.as_ref().map_or(0, |w| *w)],
+                );
                 layers.set_item(layer.name(), array(py, values, &shape)?)?;
             }
         }
@@ -213,7 +216,8 @@ fn render_batch(
 ) -> PyResult<ViewPictures> {
     let total = batch.all_samples().max(1) as f64;
     let fraction = || control.progress().samples_done as f64 / total;
-    let made = watch(py, control, settings.progress.as_ref(), fraction, || renderer.render_views(batch, control))?;
+    let made =
+        watch(py, control, settings.progress.as_ref(), fraction, || renderer.render_views(batch, control))?;
     made.map(|(pictures, _)| pictures).map_err(render_error)
 }
 

@@ -103,7 +103,8 @@ pub(super) fn share(left: u64, least: u64, me: usize, rates: &[(Option<f64>, boo
         // Devices begin with a little, which compiles their shaders; processors wait for them.
         return if is_processor && !alone { Share::Wait } else { Share::Take(least) };
     };
-    let all: f64 = rates.iter().enumerate().map(|(i, (r, _))| if i == me { rate } else { r.unwrap_or(0.0) }).sum();
+    let all: f64 =
+        rates.iter().enumerate().map(|(i, (r, _))| if i == me { rate } else { r.unwrap_or(0.0) }).sum();
     let others = all - rate;
     if others > 0.0 && least as f64 / rate > left as f64 / others {
         return Share::Leave;

@@ -12,8 +12,8 @@ mod views;
 pub(crate) use choice::{choose, describe_all, names_several};
 
 use backend::{
-    AdaptiveRounds, Backend, BackendError, Control, LoadStats, PassTime, PixelSamples, Stats, View, ViewBatch,
-    ViewPictures,
+    AdaptiveRounds, Backend, BackendError, Control, LoadStats, PassTime, PixelSamples, Stats, View,
+    ViewBatch, ViewPictures,
 };
 use film::{Film, Image};
 use member::{Member, Share, Stopped, add, share};
@@ -180,7 +180,10 @@ fn work_once(
             let done = before + finished.load(Ordering::Relaxed) + now;
             control.advance(done.saturating_sub(control.progress().samples_done));
         }
-        threads.into_iter().map(|thread| thread.join().unwrap_or_else(|p| std::panic::resume_unwind(p))).collect()
+        threads
+            .into_iter()
+            .map(|thread| thread.join().unwrap_or_else(|p| std::panic::resume_unwind(p)))
+            .collect()
     });
     let done = before + finished.load(Ordering::Relaxed);
     control.advance(done.saturating_sub(control.progress().samples_done));

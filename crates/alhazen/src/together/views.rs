@@ -64,14 +64,21 @@ pub(super) fn render(
 
 type Made = Result<(ViewPictures, Stats), BackendError>;
 
-fn render_parts(all: &mut Together, workers: &[usize], batches: &[ViewBatch], control: &Control) -> Vec<Made> {
+fn render_parts(
+    all: &mut Together,
+    workers: &[usize],
+    batches: &[ViewBatch],
+    control: &Control,
+) -> Vec<Made> {
     let controls: Vec<Arc<Control>> = workers.iter().map(|_| Arc::default()).collect();
     let members = all.members.iter_mut().enumerate().filter(|(i, _)| workers.contains(i));
     std::thread::scope(|scope| {
         let threads: Vec<_> = members
             .zip(batches)
             .zip(&controls)
-            .map(|(((_, member), batch), control)| scope.spawn(move || member.backend.render_views(batch, control)))
+            .map(|(((_, member), batch), control)| {
+                scope.spawn(move || member.backend.render_views(batch, control))
+            })
             .collect();
         while !threads.iter().all(std::thread::ScopedJoinHandle::is_finished) {
             std::thread::park_timeout(Duration::from_millis(1));

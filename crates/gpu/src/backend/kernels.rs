@@ -58,7 +58,8 @@ impl GpuBackend {
             }
         }
         let key = KernelKey { wavefront: false, ..key };
-        if let (Some(Loaded { scene, tracing, kernels, .. }), Some(picture)) = (&mut self.scene, &self.picture)
+        if let (Some(Loaded { scene, tracing, kernels, .. }), Some(picture)) =
+            (&mut self.scene, &self.picture)
             && !kernels.contains_key(&key)
         {
             if volumes && self.path_kernel == PathKernel::Wavefront {

@@ -115,8 +115,11 @@ impl Tracing for ComputeTracing {
         scene: &GpuScene,
     ) -> Result<Box<dyn ExactKernel>, GpuError> {
         let linkage = wants.linkage(scene.variant()).with(&self.0.linkage());
-        let spec =
-            PassSpec { name: "views", film: EXACT_LAYERS, ..PassSpec::tracing("entry_views_compute", "main") };
+        let spec = PassSpec {
+            name: "views",
+            film: EXACT_LAYERS,
+            ..PassSpec::tracing("entry_views_compute", "main")
+        };
         let mut pass = Pass::new(gpu, "layers of", spec, &linkage, Some(scene), Some(&*self.0))?;
         compile(gpu, [&mut pass])?;
         Ok(Box::new(ComputeExact { pass, bound: None }))

@@ -12,6 +12,7 @@ use crate::views::{ExactWants, Run, colors::ColorViews, exact::ExactViews};
 use crate::wavefront::choice;
 use backend::{Backend, BackendError, Control, Stats, ViewBatch, ViewPictures, check_media};
 use optics::distortion::DISTORTION_NONE;
+use std::collections::hash_map::Entry;
 use std::time::Instant;
 
 impl GpuBackend {
@@ -60,11 +61,10 @@ impl GpuBackend {
             return Ok(());
         }
         let wants = ExactWants::of(batch.exact_layers());
-        if !exact.contains_key(&wants) {
-            exact.insert(wants, tracing.exact_kernel(&self.gpu, wants, scene)?);
-        }
-        let missing = || GpuError::Device { doing: "looking up a kernel", reason: "it is gone".into() };
-        let kernel = exact.get_mut(&wants).ok_or_else(missing)?;
+        let kernel = match exact.entry(wants) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(place) => place.insert(tracing.exact_kernel(&self.gpu, wants, scene)?),
+        };
         let mut run = Run { gpu: &self.gpu, batch, control, timer: &mut self.timer, stats };
         let most_bytes = self.views.chunk_bytes();
         ExactViews::render(&mut run, &mut self.views.exact, &mut **kernel, most_bytes, pictures)?;
@@ -155,7 +155,9 @@ impl GpuBackend {
             let Some(film) = self.film()? else { continue };
             let (image, invalid) = (film.to_image(), film.invalid_samples());
             let length = image.data().len();
-            if let Some(place) = pictures.colors_mut().and_then(|c| c.get_mut(number * length..(number + 1) * length)) {
+            if let Some(place) =
+                pictures.colors_mut().and_then(|c| c.get_mut(number * length..(number + 1) * length))
+            {
                 place.copy_from_slice(image.data());
             }
             pictures.invalid_samples += invalid;

@@ -145,7 +145,8 @@ impl ColorViews {
         let mut under_way: Option<(Range<usize>, UnderWay)> = None;
         let mut first = 0;
         loop {
-            let end = if run.control.is_cancelled() { first } else { batch.cameras.len().min(first + self.room) };
+            let end =
+                if run.control.is_cancelled() { first } else { batch.cameras.len().min(first + self.room) };
             let views = first..end;
             let begun = if views.is_empty() || !self.make(run, kernel, pace, views.clone())? {
                 None
@@ -175,14 +176,19 @@ impl ColorViews {
     ) -> Result<bool, GpuError> {
         let (gpu, batch) = (run.gpu, run.batch);
         let View { width, height, first_sample, .. } = batch.view;
-        let cameras: Vec<StoredCamera> = batch.cameras[views.clone()].iter().map(|c| stored(c, height)).collect();
+        let cameras: Vec<StoredCamera> =
+            batch.cameras[views.clone()].iter().map(|c| stored(c, height)).collect();
         self.film.set_shares(gpu, cast_slice(cast_slice::<StoredCamera, [u32; 2]>(&cameras)))?;
         let samples = first_sample..first_sample + batch.samples;
         let mut plan = DispatchPlan::together(width, height * views.len() as u32, samples);
         let mut submitted = VecDeque::new();
         let mut last_done = Instant::now();
         loop {
-            let next = if run.control.is_cancelled() { None } else { plan.next(pace, most_samples(gpu.is_software())) };
+            let next = if run.control.is_cancelled() {
+                None
+            } else {
+                plan.next(pace, most_samples(gpu.is_software()))
+            };
             let is_last = next.is_none();
             if let Some(part) = next {
                 let begun = Instant::now();

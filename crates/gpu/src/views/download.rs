@@ -51,7 +51,8 @@ impl Downloads {
         let to = &self.staging[staging];
         let submission = gpu
             .guarded(|| {
-                let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+                let mut encoder =
+                    gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
                 encoder.copy_buffer_to_buffer(from, 0, to, 0, bytes);
                 gpu.queue.submit([encoder.finish()])
             })

@@ -161,7 +161,11 @@ impl Cut {
         let camera_bytes = cameras * size_of::<CameraFrame>() as u64;
         let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         if view_bytes > limit {
-            return Err(GpuError::BufferTooLarge { object: "the layers of a view", bytes: view_bytes, limit });
+            return Err(GpuError::BufferTooLarge {
+                object: "the layers of a view",
+                bytes: view_bytes,
+                limit,
+            });
         }
         let groups = u64::from(batch.view.height.div_ceil(8));
         let most = (most_bytes.min(limit) / view_bytes)
@@ -218,7 +222,8 @@ impl ExactViews {
         let mut under_way: Option<(Range<usize>, UnderWay)> = None;
         let mut first = 0;
         loop {
-            let end = if run.control.is_cancelled() { first } else { batch.cameras.len().min(first + cut.views) };
+            let end =
+                if run.control.is_cancelled() { first } else { batch.cameras.len().min(first + cut.views) };
             let begun = match first..end {
                 nothing if nothing.is_empty() => None,
                 views => Some((views.clone(), this.begin(run, kernel, views)?)),

@@ -11,7 +11,6 @@ pub(crate) mod exact;
 pub(crate) use exact::EXACT_LAYERS;
 pub use exact::{ExactBuffers, ExactKernel, ExactWants};
 
-
 use crate::timing::Timer;
 use crate::{Gpu, GpuError};
 use backend::{Control, Stats, ViewBatch};

@@ -275,9 +275,11 @@ mod tests {
 
     #[test]
     fn what_a_ray_sees_is_shown_where_the_ray_began() {
-        let lens = crate::distortion::Distortion::brown_conrady([-0.1, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0; 2], 0.05);
+        let lens =
+            crate::distortion::Distortion::brown_conrady([-0.1, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0; 2], 0.05);
         let plain = crate::distortion::no_distortion();
-        let kinds = [CAMERA_PERSPECTIVE, CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA, CAMERA_FISHEYE, CAMERA_CUBEMAP];
+        let kinds =
+            [CAMERA_PERSPECTIVE, CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA, CAMERA_FISHEYE, CAMERA_CUBEMAP];
         for (kind, distortion) in kinds.into_iter().flat_map(|kind| [(kind, plain), (kind, lens)]) {
             let mut c = camera(kind);
             c.distortion = distortion;
@@ -288,7 +290,10 @@ mod tests {
                 let ray = camera_ray(c, vec2f(x, y), vec2f(0.0, 0.0));
                 let offset = camera_ray_point(ray, 4.0) - c.origin;
                 let back = shown_at(c, offset);
-                assert!((back.x - x).abs() < 1e-4 && (back.y - y).abs() < 1e-4, "{kind}: ({x}, {y}) as {back:?}");
+                assert!(
+                    (back.x - x).abs() < 1e-4 && (back.y - y).abs() < 1e-4,
+                    "{kind}: ({x}, {y}) as {back:?}"
+                );
                 assert_eq!(back.z, 1.0);
                 let moved = shown_motion(c, offset, vec2f(x * 40.0 - 3.0, y * 20.0 + 2.0), vec2f(40.0, 20.0));
                 assert!((moved.x - 3.0).abs() < 0.01 && (moved.y + 2.0).abs() < 0.01, "{moved:?}");

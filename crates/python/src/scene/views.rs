@@ -108,9 +108,8 @@ impl Scene {
             return Err(bad(format!("transforms: expected the shape (n, 3, 4) or (n, 4, 4), got {got}")));
         };
         let matrices = input.numbers()?.chunks_exact(4 * rows).enumerate();
-        let moved = matrices.map(|(i, m)| {
-            affine_of(m).map_err(|why| bad(format!("transforms: matrix {i}: {why}")))
-        });
+        let moved =
+            matrices.map(|(i, m)| affine_of(m).map_err(|why| bad(format!("transforms: matrix {i}: {why}"))));
         let moved = moved.collect::<PyResult<Vec<_>>>()?;
         let numbers = instances.map(|i| Input::<i64>::new("instances", i)).transpose()?;
         let numbers = numbers.as_ref().map(Input::numbers).transpose()?;
@@ -120,7 +119,8 @@ impl Scene {
             if expected != count {
                 return Err(bad(format!("transforms: {count} matrices for {expected} instances")));
             }
-            let place = |i: usize| numbers.map_or(Some(i), |n| usize::try_from(n[i]).ok().filter(|p| *p < all));
+            let place =
+                |i: usize| numbers.map_or(Some(i), |n| usize::try_from(n[i]).ok().filter(|p| *p < all));
             let places: Vec<Option<usize>> = (0..count).map(place).collect();
             if let Some(i) = places.iter().position(Option::is_none) {
                 let wrong = numbers.map_or(0, |n| n[i]);

@@ -119,7 +119,10 @@ pub fn run(args: &BatchesArgs) -> anyhow::Result<()> {
 impl BatchesArgs {
     fn measure(&self, scene: &Scene, renderer: &mut Renderer) -> anyhow::Result<Measured> {
         let camera = scene.default_camera();
-        let job = Job { integrator: self.integrator(scene)?, ..Job::by_camera(scene, camera.clone(), self.width, self.height) };
+        let job = Job {
+            integrator: self.integrator(scene)?,
+            ..Job::by_camera(scene, camera.clone(), self.width, self.height)
+        };
         let mut measured = Measured { first: 0.0, seconds: Vec::new(), device: 0.0, rays: 0 };
         for call in 0..=self.calls {
             let cameras = looking_around(&camera, self.views, call);
@@ -158,7 +161,8 @@ impl BatchesArgs {
         let fastest = measured.seconds.iter().copied().fold(f64::INFINITY, f64::min);
         let device = measured.device / f64::from(self.calls);
         let values: usize = self.layers.iter().map(|layer| layer.channels()).sum();
-        let bytes = 4.0 * values as f64 * f64::from(self.width) * f64::from(self.height) * f64::from(self.views);
+        let bytes =
+            4.0 * values as f64 * f64::from(self.width) * f64::from(self.height) * f64::from(self.views);
         let numbers = [
             f64::from(self.views) / median,
             median,
