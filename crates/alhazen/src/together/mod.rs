@@ -277,7 +277,7 @@ impl Backend for Together {
             member.made.samples.push(view.first_sample..end);
             return member.backend.render(view, samples, control);
         }
-        self.work(view, Todo { samples: vec![view.first_sample..end], pixels: Vec::new() }, control)
+        self.work(view, Todo::of_samples(view.first_sample..end), control)
     }
 
     fn render_pixels(

@@ -13,6 +13,11 @@ pub(super) struct Todo {
 }
 
 impl Todo {
+    /// These samples of every pixel.
+    pub fn of_samples(range: Range<u32>) -> Self {
+        Self { samples: std::iter::once(range).collect(), pixels: Vec::new() }
+    }
+
     pub fn is_empty(&self) -> bool {
         self.samples.is_empty() && self.pixels.is_empty()
     }
