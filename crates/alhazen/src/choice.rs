@@ -2,6 +2,7 @@
 
 use crate::Renderer;
 use crate::fallback::{Fallback, Step};
+use crate::together;
 use backend::{Backend, BackendError};
 use cpu::CpuBackend;
 use gpu::tracer::TracerKind;
@@ -21,17 +22,20 @@ pub enum BackendChoice {
     Gpu,
     /// A GPU, in this way.
     Tracer(TracerKind),
+    /// All GPUs, and the CPU beside them.
+    All,
 }
 
 impl BackendChoice {
     /// All of them, in the order in which users read them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Auto,
         Self::Cpu,
         Self::Gpu,
         Self::Tracer(TracerKind::Bvh),
         Self::Tracer(TracerKind::Query),
         Self::Tracer(TracerKind::Pipeline),
+        Self::All,
     ];
 
     /// Its name on the command line.
@@ -41,6 +45,7 @@ impl BackendChoice {
             Self::Cpu => "cpu",
             Self::Gpu => "gpu",
             Self::Tracer(kind) => kind.name(),
+            Self::All => "all",
         }
     }
 }
@@ -69,7 +74,8 @@ impl FromStr for BackendChoice {
 pub struct RendererOptions {
     /// Which back end.
     pub backend: BackendChoice,
-    /// A part of the GPU's name, in any case; `None` takes the best.
+    /// A part of the GPU's name, in any case; `None` takes the best. Several, separated by commas, work together; the same
+    /// name twice is two GPUs of that name.
     pub adapter: Option<String>,
     /// Threads of the CPU; `None` uses all cores.
     pub threads: Option<usize>,
@@ -120,6 +126,12 @@ impl Renderer {
     pub fn choose(options: &RendererOptions) -> Result<Chosen, ChoiceError> {
         let failed = |source| ChoiceError::Gpu { backend: options.backend.name(), source };
         match options.backend {
+            BackendChoice::All => together::choose(options),
+            BackendChoice::Auto | BackendChoice::Gpu | BackendChoice::Tracer(_)
+                if together::names_several(options) =>
+            {
+                together::choose(options)
+            }
             BackendChoice::Cpu => match &options.adapter {
                 Some(adapter) => Err(ChoiceError::AdapterOfCpu(adapter.clone())),
                 None if options.kernel != PathKernel::Auto => Err(ChoiceError::KernelOfCpu(options.kernel)),
@@ -157,7 +169,7 @@ fn gpu_options(options: &RendererOptions) -> GpuOptions {
     GpuOptions { adapter: options.adapter.clone(), allow_software, ..GpuOptions::default() }
 }
 
-fn open_backend(gpu: Gpu, kind: TracerKind, kernel: PathKernel) -> Result<GpuBackend, GpuError> {
+pub(crate) fn open_backend(gpu: Gpu, kind: TracerKind, kernel: PathKernel) -> Result<GpuBackend, GpuError> {
     let mut backend = GpuBackend::new(gpu, kind)?;
     backend.set_path_kernel(kernel);
     Ok(backend)

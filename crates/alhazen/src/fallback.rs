@@ -3,6 +3,7 @@
 use crate::choice::open_step;
 use backend::{
     AdaptiveRounds, Backend, BackendError, Control, LoadStats, PassTime, PixelSamples, Stats, View,
+    ViewBatch, ViewPictures,
 };
 use film::{Film, Image};
 use gpu::tracer::TracerKind;
@@ -141,7 +142,7 @@ fn is_same(a: &View, b: &View) -> bool {
 }
 
 /// An error with all its causes.
-fn full_text(error: &BackendError) -> String {
+pub(crate) fn full_text(error: &BackendError) -> String {
     let mut text = error.to_string();
     let mut source = std::error::Error::source(error);
     while let Some(cause) = source {
@@ -257,6 +258,20 @@ impl Backend for Fallback {
                 Ok(None)
             }
             result => result,
+        }
+    }
+
+    fn render_views(
+        &mut self,
+        batch: &ViewBatch,
+        control: &Control,
+    ) -> Result<(ViewPictures, Stats), BackendError> {
+        loop {
+            match self.current.render_views(batch, control) {
+                // Of views nothing is kept: they are made again.
+                Err(error @ BackendError::Device { .. }) => self.step(error)?,
+                result => return result,
+            };
         }
     }
 

@@ -1,7 +1,7 @@
 //! What picture to make of a scene.
 
 use crate::shutter::open_camera;
-use backend::{Integrator, PathSettings, SamplerKind, View};
+use backend::{Integrator, PathSettings, SamplerKind, View, ViewBatch, ViewLayer};
 use film::{Aov, Rect};
 use glam::{Vec2, Vec3};
 use optics::camera::{CameraFrame, camera_ray};
@@ -56,6 +56,12 @@ impl Job {
         };
         let own = scene.cameras.first().cloned();
         let camera = own.unwrap_or_else(|| scene.framing_camera(width as f32 / height.max(1) as f32));
+        Self::by_camera(scene, camera, width, height)
+    }
+
+    /// As [`Job::for_scene`], by a camera and of a size in pixels.
+    pub fn by_camera(scene: &Scene, camera: Camera, width: u32, height: u32) -> Self {
+        let defaults = &scene.defaults;
         let mut path = PathSettings::default();
         path.max_depth = defaults.max_depth.unwrap_or(path.max_depth);
         let named = defaults.integrator.as_deref().and_then(Integrator::from_name);
@@ -101,6 +107,27 @@ impl Job {
             aovs: self.aovs.clone(),
             shutter,
         }
+    }
+}
+
+impl Job {
+    /// As many pictures as there are cameras, all as this job says but for its own camera, window and layers.
+    ///
+    /// - `cameras`: at time 0. `next`: for [`ViewLayer::Flow`](backend::ViewLayer::Flow), that of each one's next picture.
+    /// - `samples`: of each pixel, if colours are wanted.
+    pub fn views(
+        &self,
+        cameras: &[Camera],
+        next: &[Camera],
+        layers: Vec<ViewLayer>,
+        samples: u32,
+    ) -> ViewBatch {
+        let frames = |cameras: &[Camera]| {
+            cameras.iter().map(|camera| camera_frame(&camera.at(0.0), self.width, self.height)).collect()
+        };
+        // What moves is shown as it is in the middle of the shutter.
+        let view = View { shutter: None, ..self.view(0.0) };
+        ViewBatch { view, cameras: frames(cameras), next: frames(next), layers, samples }
     }
 }
 

@@ -44,6 +44,7 @@ mod sequence;
 mod shutter;
 mod source;
 pub mod system;
+mod together;
 
 pub use accel::{Coherence, HugePages, Ray};
 pub use adaptive::{Adaptive, Sampling};
@@ -54,7 +55,7 @@ pub use backend::{
 pub use backend::{
     AmbientOcclusion, Backend, BackendError, Control, DirectSettings, Highlights, HybridSettings,
     INVERSE_SQUARE, Integrator, LoadStats, Mis, PassTime, PathSettings, PixelSamples, Progress, SamplerKind,
-    Stats as PassStats, View, ViewShutter, Visibility,
+    Stats as PassStats, View, ViewBatch, ViewLayer, ViewPictures, ViewShutter, ViewValues, Visibility,
 };
 pub use checkpoint::Checkpoint;
 pub use choice::{BackendChoice, ChoiceError, Chosen, RendererOptions, UnknownBackend};
@@ -97,6 +98,7 @@ pub use scene::{
 };
 pub use sequence::{FrameFilm, Moment as FrameMoment, SequenceDenoiser, frame_seed};
 pub use source::{Place, Source};
+pub use together::Together;
 
 /// Error metrics between pictures.
 pub use film::metrics;

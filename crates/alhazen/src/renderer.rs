@@ -4,9 +4,11 @@ use crate::part::least_samples;
 use crate::{Job, Sampling};
 use backend::{
     AdaptiveRounds, Backend, BackendError, Control, LoadStats, PassTime, PixelSamples, Stats, View,
+    ViewBatch, ViewPictures,
 };
 use cpu::CpuBackend;
 use film::{Film, Image};
+use optics::camera::CameraFrame;
 use post::NetworkInput;
 use scene::Scene;
 use scene::tables::{Changes, SceneTables};
@@ -252,6 +254,25 @@ impl Renderer {
         self.backend.render(view, samples, control)
     }
 
+    /// Makes many pictures of the loaded scene in one go: what takes time before the first one is kept for the next call
+    /// ([`Backend::render_views`]). The picture that [`Renderer::film`] has may be another one after it.
+    ///
+    /// # Errors
+    /// Without a scene, for impossible views, and when the device fails.
+    pub fn render_views(
+        &mut self,
+        batch: &ViewBatch,
+        control: &Control,
+    ) -> Result<(ViewPictures, Stats), BackendError> {
+        batch.check()?;
+        for (number, camera) in batch.cameras.iter().chain(&batch.next).enumerate() {
+            let number = number % batch.cameras.len().max(1);
+            check_camera(camera)
+                .map_err(|reason| BackendError::View { reason: format!("view {number}: {reason}") })?;
+        }
+        self.backend.render_views(batch, control)
+    }
+
     /// Adds samples to some pixels of a view that was checked before.
     pub(crate) fn render_some(
         &mut self,
@@ -319,26 +340,27 @@ fn next_pass(done: &Summary, limits: &Limits, elapsed: Duration) -> u32 {
 }
 
 pub(crate) fn check_view(view: &View) -> Result<(), BackendError> {
-    let bad = |reason: String| Err(BackendError::View { reason });
-    let camera = &view.camera;
+    check_camera(&view.camera).map_err(|reason| BackendError::View { reason })
+}
+
+/// Says what is wrong with a camera.
+fn check_camera(camera: &CameraFrame) -> Result<(), String> {
     let numbers = [camera.origin, camera.right, camera.up, camera.forward];
     if numbers.iter().any(|v| !v.to_array().iter().all(|x| x.is_finite())) {
-        return bad("the camera's position and direction must be finite".into());
+        return Err("the camera's position and direction must be finite".into());
     }
     if !(camera.half_size.x > 0.0 && camera.half_size.y > 0.0 && camera.half_size.x.is_finite()) {
-        return bad(format!(
-            "the camera's field of view is impossible ({:?} at distance 1)",
-            camera.half_size
-        ));
+        let size = camera.half_size;
+        return Err(format!("the camera's field of view is impossible ({size:?} at distance 1)"));
     }
     let lens = camera.distortion;
     let numbers = [lens.radial.to_array(), lens.rest.to_array(), [lens.skew, lens.limit, 0.0, 0.0]];
     if !numbers.as_flattened().iter().all(|x| x.is_finite()) {
-        return bad(format!("the coefficients of the lens must be finite ({lens:?})"));
+        return Err(format!("the coefficients of the lens must be finite ({lens:?})"));
     }
     let positive = camera.lens_radius >= 0.0 && camera.focus_distance > 0.0;
     if !positive {
-        return bad("lens radius and focus distance must be positive".into());
+        return Err("lens radius and focus distance must be positive".into());
     }
     Ok(())
 }

@@ -10,6 +10,7 @@ mod control;
 mod mis;
 mod realtime;
 mod view;
+mod views;
 
 pub use control::{Control, Progress};
 pub use mis::Mis;
@@ -21,6 +22,7 @@ pub use view::{
     AmbientOcclusion, DirectSettings, Highlights, HybridSettings, INVERSE_SQUARE, Integrator, PathSettings,
     PixelSamples, SamplerKind, View, ViewShutter, Visibility,
 };
+pub use views::{ViewBatch, ViewLayer, ViewPictures, ViewValues};
 
 use film::{Film, Image};
 use post::NetworkInput;
@@ -206,6 +208,23 @@ pub trait Backend: Send {
         _control: &Control,
     ) -> Result<Option<Stats>, BackendError> {
         Ok(None)
+    }
+
+    /// Makes many pictures of the loaded scene, by as many cameras, in one go: whatever takes time
+    /// before the first one takes it once, and is kept for the next call. Colours are, bit for bit,
+    /// those of a film of one view if the samples of that are made in one dispatch. The film is
+    /// none of its business.
+    ///
+    /// # Errors
+    /// As [`Backend::render`]; [`BackendError::View`] for what [`ViewBatch::check`] refuses, and
+    /// where the back end makes no batches.
+    fn render_views(
+        &mut self,
+        _batch: &ViewBatch,
+        _control: &Control,
+    ) -> Result<(ViewPictures, Stats), BackendError> {
+        let reason = format!("the back end `{}` makes no batches of views", self.name());
+        Err(BackendError::View { reason })
     }
 
     /// The relative standard error of the picture so far ([`Film::relative_error`]); where there is

@@ -105,3 +105,19 @@ fn profiles_are_traces_of_host_and_device() {
         "missing/trace.json",
     );
 }
+
+/// On a machine without a real GPU that is the processor, whose bits are then the same.
+#[test]
+fn all_devices_are_listed_and_render() {
+    let folder = tempfile::tempdir().unwrap();
+    let doctor = succeed(folder.path(), "doctor --json").json();
+    let devices = doctor["all_devices"].as_array().unwrap().len();
+    assert!(devices >= 1 && succeed(folder.path(), "doctor").stdout.contains("\n  all  "));
+    let ran = succeed(folder.path(), &format!("render cornell {SMALL} --backend all -o all.exr"));
+    assert!(ran.stderr.contains("cpu on"), "{}", ran.stderr);
+    succeed(folder.path(), &format!("render cornell {SMALL} --backend cpu -o cpu.exr"));
+    let compared = succeed(folder.path(), "compare all.exr cpu.exr --json").json();
+    let error = compared["rel_mse"].as_f64().unwrap_or(f64::NAN);
+    assert!(if devices == 1 { error == 0.0 } else { error < 0.01 }, "{compared}");
+    fail(folder.path(), "render cornell --backend all --adapter no-such-chip,nor-this", "no-such-chip");
+}

@@ -115,3 +115,21 @@ fn back_ends_are_compared_side_by_side() {
     assert!(rows[1]["device"].as_str().unwrap().contains("not there") && rows[1]["relMSE"].is_null());
     fail(folder.path(), "bench backends cornell --backends magic", "unknown back end `magic`");
 }
+
+/// Views a second, with what the host adds.
+#[test]
+fn batches_of_views_are_timed() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = "bench batches cornell --width 8 --height 8 --views 9 --calls 2 --backend cpu \
+                     --layers rgb,depth,instance --spp 1 --report out";
+    let ran = succeed(folder.path(), arguments);
+    assert!(ran.stdout.contains("Views a second"), "{}", ran.stdout);
+    let text = std::fs::read_to_string(folder.path().join("out/batches.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let row = &json["tables"][0]["rows"][0];
+    assert_eq!(row["scene"].as_str(), Some("cornell"));
+    assert!(row["views/s"].as_f64() > Some(0.0) && row["Mrays/s"].as_f64() > Some(0.0), "{row}");
+    // A processor has no clock of its own.
+    assert!(row["device s"].is_null());
+    fail(folder.path(), "bench batches cornell --layers colour", "unknown `colour`; there are: rgb");
+}

@@ -6,10 +6,11 @@ use crate::schedule::passes;
 use crate::schedule::pixel_list;
 use crate::schedule::row_blocks::{FirstHits, RowBlock, Work};
 use crate::shade::path_batch::PathBatch;
+use crate::views;
 use accel::{Opaque, Quality};
 use backend::{
-    Backend, BackendError, Control, Integrator, LoadStats, PixelSamples, Stats, View, check_media,
-    check_pixels,
+    Backend, BackendError, Control, Integrator, LoadStats, PixelSamples, Stats, View, ViewBatch,
+    ViewPictures, check_media, check_pixels,
 };
 use film::{Film, PixelStats};
 use scene::tables::{Changes, SceneTables};
@@ -142,6 +143,37 @@ impl Backend for CpuBackend {
         let samples = control.progress().samples_done;
         let cancelled = control.is_cancelled();
         Ok(Stats { samples, rays, elapsed: start.elapsed(), cancelled, device_time: None })
+    }
+
+    fn render_views(
+        &mut self,
+        batch: &ViewBatch,
+        control: &Control,
+    ) -> Result<(ViewPictures, Stats), BackendError> {
+        batch.check()?;
+        let Some(scene) = &self.scene else {
+            return Err(BackendError::NoScene { backend: self.name() });
+        };
+        if batch.wants_colors() {
+            check_media(&scene.tables, &batch.view)?;
+        }
+        let start = Instant::now();
+        let all = batch.all_samples();
+        control.begin(all);
+        let (pictures, counted) = self.threads.install(|| {
+            let mut pictures = ViewPictures::empty(batch);
+            let counted = views::render(scene, batch, &mut pictures, control);
+            (pictures, counted)
+        });
+        let pictures = ViewPictures { invalid_samples: counted.invalid_samples, ..pictures };
+        let stats = Stats {
+            samples: control.progress().samples_done,
+            rays: counted.rays,
+            elapsed: start.elapsed(),
+            cancelled: control.is_cancelled(),
+            device_time: None,
+        };
+        Ok((pictures, stats))
     }
 
     fn restart(&mut self) {

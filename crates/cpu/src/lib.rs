@@ -17,6 +17,7 @@ mod scene;
 mod schedule;
 mod shade;
 mod simd;
+mod views;
 
 pub use backend::CpuBackend;
 pub use queries::{BeamEcho, Hits, RayError, RayQueries, Rays, SurfacePoint};

@@ -4,6 +4,7 @@ mod kernels;
 mod picture;
 mod round;
 pub(crate) mod tracing;
+mod views;
 
 use crate::batch::Batch;
 use crate::denoise::GpuNetwork;
@@ -16,11 +17,12 @@ use crate::scene::update::StagingRing;
 use crate::timing::Timer;
 use crate::tracer::{Instances, TracerKind};
 use crate::view::MOST_CAMERA_SEGMENTS;
+use crate::views::{ExactKernel, ExactWants, Views};
 use crate::wavefront::Queues;
 use crate::{Gpu, GpuError, GpuScene};
 use backend::{
     AdaptiveRounds, Backend, BackendError, Control, Integrator, LoadStats, PassTime, PixelSamples, Stats,
-    View, check_media, check_pixels,
+    View, ViewBatch, ViewPictures, check_media, check_pixels,
 };
 use film::{AovKind, Film, Image};
 use kernels::{CompiledKernel, KernelKey};
@@ -58,6 +60,8 @@ pub struct GpuBackend {
     queues: Option<Queues>,
     /// How the last call of `render` was spread over dispatches.
     taken: Option<&'static str>,
+    /// Buffers of batches of views.
+    views: Views,
     /// The denoiser's network, once it is used.
     network: Option<GpuNetwork>,
     notices: Vec<String>,
@@ -68,6 +72,8 @@ struct Loaded {
     scene: GpuScene,
     tracing: Box<dyn Tracing>,
     kernels: HashMap<KernelKey, CompiledKernel>,
+    /// Those that make exact layers of views.
+    exact: HashMap<ExactWants, Box<dyn ExactKernel>>,
 }
 
 impl GpuBackend {
@@ -80,6 +86,7 @@ impl GpuBackend {
         let timer = Timer::new(&gpu)?;
         let ring = StagingRing::new(&gpu);
         let specialises = !gpu.is_software();
+        let views = Views::new(&gpu);
         Ok(Self {
             gpu,
             kind,
@@ -94,6 +101,7 @@ impl GpuBackend {
             paths_in_flight: None,
             queues: None,
             taken: None,
+            views,
             network: None,
             notices: Vec::new(),
         })
@@ -131,6 +139,7 @@ impl GpuBackend {
         scene
             + self.queues.as_ref().map_or(0, Queues::memory_bytes)
             + self.picture.as_ref().map_or(0, Picture::memory_bytes)
+            + self.views.memory_bytes()
     }
 
     /// The picture without its noise.
@@ -164,7 +173,7 @@ impl GpuBackend {
             table_bytes,
             device_bytes: scene.memory_bytes() + tracing.memory_bytes(),
         };
-        self.scene = Some(Loaded { scene, tracing, kernels: HashMap::new() });
+        self.scene = Some(Loaded { scene, tracing, kernels: HashMap::new(), exact: HashMap::new() });
         Ok(stats)
     }
 
@@ -190,6 +199,7 @@ impl GpuBackend {
         }
         if !loaded.tracing.update(&self.gpu, &loaded.scene, changes)? {
             loaded.kernels.clear();
+            loaded.exact.clear();
             let moves = loaded.scene.tables.motion.is_some();
             let kind = if moves { TracerKind::Bvh } else { self.kind };
             loaded.tracing = kind.build(&self.gpu, &loaded.scene, self.instances)?;
@@ -400,6 +410,14 @@ impl Backend for GpuBackend {
     ) -> Result<Option<Stats>, BackendError> {
         refuse_mattes(view)?;
         self.render_decided(view, rounds, control)
+    }
+
+    fn render_views(
+        &mut self,
+        batch: &ViewBatch,
+        control: &Control,
+    ) -> Result<(ViewPictures, Stats), BackendError> {
+        self.render_batch(batch, control)
     }
 
     fn relative_error(&mut self) -> Result<Option<f64>, BackendError> {

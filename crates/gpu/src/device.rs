@@ -37,6 +37,8 @@ pub const STORAGE_BUFFERS: u32 = 12;
 pub struct GpuOptions {
     /// A part of the adapter's name, in any case; `None` takes the best.
     pub adapter: Option<String>,
+    /// How many adapters that would do to pass over: machines have several of one name.
+    pub ordinal: usize,
     /// Whether a driver that computes on the CPU will do.
     pub allow_software: bool,
     /// Features that may be used, if the adapter has them. Tests mask some out.
@@ -49,7 +51,14 @@ pub struct GpuOptions {
 
 impl Default for GpuOptions {
     fn default() -> Self {
-        Self { adapter: None, allow_software: true, features: Features::all(), limits: None, fault: None }
+        Self {
+            adapter: None,
+            ordinal: 0,
+            allow_software: true,
+            features: Features::all(),
+            limits: None,
+            fault: None,
+        }
     }
 }
 
@@ -327,13 +336,15 @@ fn pick<'a>(adapters: &'a [wgpu::Adapter], options: &GpuOptions) -> Result<&'a w
     let names = || adapters.iter().map(|a| a.get_info().name).collect::<Vec<_>>().join(", ");
     if let Some(wanted) = &options.adapter {
         let matches = |a: &&wgpu::Adapter| a.get_info().name.to_lowercase().contains(&wanted.to_lowercase());
-        return adapters.iter().find(matches).ok_or_else(|| GpuError::UnknownAdapter {
-            name: wanted.clone(),
-            known: if adapters.is_empty() { "none".into() } else { names() },
+        return adapters.iter().filter(matches).nth(options.ordinal).ok_or_else(|| {
+            GpuError::UnknownAdapter {
+                name: wanted.clone(),
+                known: if adapters.is_empty() { "none".into() } else { names() },
+            }
         });
     }
     let will_do = |a: &&wgpu::Adapter| options.allow_software || a.get_info().device_type != DeviceType::Cpu;
-    adapters.iter().find(will_do).ok_or_else(|| GpuError::NoAdapter {
+    adapters.iter().filter(will_do).nth(options.ordinal).ok_or_else(|| GpuError::NoAdapter {
         found: if adapters.is_empty() {
             "no driver offers an adapter".into()
         } else {

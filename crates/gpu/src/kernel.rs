@@ -5,6 +5,7 @@ use crate::film::FilmBuffers;
 use crate::rays::{RayKernel, RayQuestion};
 use crate::shader::{Linkage, Variant};
 use crate::timing::Timer;
+use crate::views::{ExactKernel, ExactWants};
 use crate::wavefront::Queues;
 use crate::{Gpu, GpuError, GpuScene};
 use backend::Integrator;
@@ -190,6 +191,17 @@ pub trait Tracing: Send {
         question: RayQuestion,
         scene: &GpuScene,
     ) -> Result<Box<dyn RayKernel>, GpuError>;
+
+    /// Compiles what makes exact layers of views.
+    ///
+    /// # Errors
+    /// When the driver refuses a shader.
+    fn exact_kernel(
+        &self,
+        gpu: &Gpu,
+        wants: ExactWants,
+        scene: &GpuScene,
+    ) -> Result<Box<dyn ExactKernel>, GpuError>;
 
     /// Follows a change of the scene, which has already taken it. Returns whether that was possible; otherwise the
     /// structures and all kernels have to be made again.

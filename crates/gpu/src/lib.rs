@@ -39,6 +39,7 @@ pub mod shader;
 pub mod timing;
 pub mod tracer;
 pub mod view;
+pub mod views;
 pub mod wavefront;
 
 pub use backend::GpuBackend;

@@ -58,12 +58,20 @@ pub struct DispatchPlan {
     /// The samples that all rows are getting now.
     chunk: u32,
     row: u32,
+    /// Whether all rows get as many samples at a time as may be, whatever that takes.
+    together: bool,
 }
 
 impl DispatchPlan {
     /// For a window of `width` × `height` pixels.
     pub fn new(width: u32, height: u32, samples: Range<u32>) -> Self {
-        Self { width, height, samples, chunk: 0, row: 0 }
+        Self { width, height, samples, chunk: 0, row: 0, together: false }
+    }
+
+    /// As [`DispatchPlan::new`], with as many samples of a row in a dispatch as may be: then sums do not depend on how
+    /// fast the device is.
+    pub fn together(width: u32, height: u32, samples: Range<u32>) -> Self {
+        Self { together: true, ..Self::new(width, height, samples) }
     }
 
     /// The next whole picture, a sample of each pixel; `None` when there is nothing left.
@@ -87,7 +95,8 @@ impl DispatchPlan {
         if self.row == 0 {
             let left = self.samples.len() as u64;
             let most = u64::from(most.clamp(1, MOST_SAMPLES)).min(left);
-            self.chunk = (pace.budget() / area.max(1)).clamp(1, most) as u32;
+            let affordable = if self.together { most } else { pace.budget() / area.max(1) };
+            self.chunk = affordable.clamp(1, most) as u32;
         }
         let row_cost = u64::from(self.width) * u64::from(self.chunk);
         let left = self.height - self.row;
@@ -218,6 +227,20 @@ mod tests {
             let expected = |i: usize| u32::from((5..75).contains(&(i % 80)));
             assert!(seen.iter().enumerate().all(|(i, &n)| n == expected(i)), "cost {cost}");
             assert_eq!(batches == 1, cost < 1e-7, "cost {cost}: {batches} batches");
+        }
+    }
+
+    #[test]
+    fn samples_that_belong_together_are_made_at_once() {
+        for cost in [1e-9, 1e-3] {
+            let mut plan = DispatchPlan::together(64, 40, 0..100);
+            let mut rows_of = [0; 2];
+            while let Some(batch) = plan.next(&Pace { cost }, 64) {
+                let half = usize::from(batch.first_sample > 0);
+                assert_eq!((batch.first_sample, batch.sample_count), [(0, 64), (64, 36)][half]);
+                rows_of[half] += rows(&batch).1;
+            }
+            assert_eq!(rows_of, [40, 40]);
         }
     }
 

@@ -45,6 +45,23 @@ impl From<optics::distortion::Distortion> for Distortion {
     }
 }
 
+impl From<optics::camera::CameraFrame> for CameraFrame {
+    fn from(c: optics::camera::CameraFrame) -> Self {
+        Self {
+            kind: c.kind,
+            origin: c.origin.to_array(),
+            right: c.right.to_array(),
+            up: c.up.to_array(),
+            forward: c.forward.to_array(),
+            half_size: c.half_size.to_array(),
+            lens_radius: c.lens_radius,
+            focus_distance: c.focus_distance,
+            distortion: c.distortion.into(),
+            ..Self::default()
+        }
+    }
+}
+
 /// What is to be rendered, as shaders see it; see `shaders/film.wgsl` for the fields.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 #[repr(C)]
@@ -135,20 +152,8 @@ impl View {
 
     /// What shaders need to know of `view`; the batch is filled in for each dispatch.
     pub fn new(view: &backend::View) -> Self {
-        let c = &view.camera;
         let mut out = Self {
-            camera: CameraFrame {
-                kind: c.kind,
-                origin: c.origin.to_array(),
-                right: c.right.to_array(),
-                up: c.up.to_array(),
-                forward: c.forward.to_array(),
-                half_size: c.half_size.to_array(),
-                lens_radius: c.lens_radius,
-                focus_distance: c.focus_distance,
-                distortion: c.distortion.into(),
-                ..CameraFrame::default()
-            },
+            camera: view.camera.into(),
             width: view.width,
             height: view.height,
             window_x: view.window.x,

@@ -110,11 +110,27 @@ pub fn matrices(name: &'static str, value: &Bound<PyAny>) -> PyResult<Vec<[[f64;
 
 /// The rows of a matrix as the affine map that the scene knows.
 pub fn affine(name: &'static str, value: &Bound<PyAny>) -> PyResult<glam::Affine3A> {
-    let [x, y, z] = affine_rows(name, value)?.map(|row| row.map(|v| v as f32));
+    affine_map(affine_rows(name, value)?).map_err(|why| bad(format!("{name}: {why}")))
+}
+
+/// As [`affine`], from the 12 or 16 numbers of one of many matrices.
+pub fn affine_of(numbers: &[f64]) -> Result<glam::Affine3A, String> {
+    let (rows, last) = numbers.as_chunks::<4>().0.split_at(3);
+    if let Some(last) = last.first().filter(|last| **last != [0.0, 0.0, 0.0, 1.0]) {
+        return Err(format!("the last row is {last:?} instead of 0, 0, 0, 1"));
+    }
+    if !numbers.iter().all(|x| x.is_finite()) {
+        return Err("it is not finite".into());
+    }
+    affine_map([rows[0], rows[1], rows[2]])
+}
+
+fn affine_map(rows: [[f64; 4]; 3]) -> Result<glam::Affine3A, String> {
+    let [x, y, z] = rows.map(|row| row.map(|v| v as f32));
     let column = |i: usize| glam::Vec3::new(x[i], y[i], z[i]);
     let linear = glam::Mat3::from_cols(column(0), column(1), column(2));
     if linear.determinant().abs() <= f32::MIN_POSITIVE {
-        return Err(bad(format!("{name}: the matrix has no inverse")));
+        return Err("the matrix has no inverse".into());
     }
     Ok(glam::Affine3A::from_mat3_translation(linear, column(3)))
 }
@@ -130,7 +146,7 @@ pub fn output<'py, T: Element>(
 }
 
 /// A shape as NumPy writes it.
-fn shown(shape: &[usize]) -> String {
+pub fn shown(shape: &[usize]) -> String {
     let sides: Vec<_> = shape.iter().map(usize::to_string).collect();
     if let [one] = &sides[..] { format!("({one},)") } else { format!("({})", sides.join(", ")) }
 }

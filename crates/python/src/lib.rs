@@ -22,6 +22,7 @@ mod scene;
 mod sensors;
 mod system;
 mod texture_graph;
+mod views;
 mod watch;
 
 use pyo3::prelude::*;

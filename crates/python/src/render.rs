@@ -250,7 +250,8 @@ fn camera_of(scene: &alhazen::Scene, named: &Bound<PyAny>) -> PyResult<alhazen::
     found.cloned().ok_or_else(|| bad(format!("camera: there is no {named}; the scene has {known:?}")))
 }
 
-fn integrator(settings: &Settings, of_scene: Integrator) -> PyResult<Integrator> {
+/// The integrator that the settings name, or the scene's.
+pub fn integrator(settings: &Settings, of_scene: Integrator) -> PyResult<Integrator> {
     let unknown = |name: &str| {
         let known = Integrator::all().map(|integrator| integrator.name()).join(", ");
         bad(format!("integrator: unknown `{name}`; there are: {known}"))

@@ -43,7 +43,7 @@ pub struct DatasetArgs {
     /// Seed of the noise.
     #[arg(long, default_value_t = 0)]
     seed: u32,
-    /// What renders: auto, cpu, gpu, gpu-bvh, gpu-query, gpu-pipeline.
+    /// What renders: auto, cpu, gpu, gpu-bvh, gpu-query, gpu-pipeline, all.
     #[arg(long, value_name = "NAME", default_value_t = BackendChoice::Auto)]
     backend: BackendChoice,
     /// Number of threads [default: all cores].

@@ -53,6 +53,7 @@ fn as_text() -> anyhow::Result<String> {
         };
         writeln!(text, "  {:<12} {status}: {} ({})", backend.name, backend.reason, backend.device)?;
     }
+    writeln!(text, "  {:<12} {}", "all", system::all_devices().join(", and "))?;
     adapters_as_text(&mut text)?;
     Ok(text)
 }
@@ -111,6 +112,7 @@ fn as_json() -> serde_json::Value {
         "available_memory_bytes": alhazen::available_memory_bytes(),
         "kernels": system::kernels().iter().map(kernel).collect::<Vec<_>>(),
         "backends": system::backends().iter().map(backend).collect::<Vec<_>>(),
+        "all_devices": system::all_devices(),
         "adapters": system::adapters().iter().map(adapter).collect::<Vec<_>>(),
     })
 }

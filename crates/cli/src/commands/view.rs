@@ -55,10 +55,10 @@ pub struct ViewArgs {
     /// Factor on radiance before tone mapping.
     #[arg(long, value_parser = super::render::parsing::parse_positive)]
     exposure: Option<f32>,
-    /// What renders: auto (a GPU if there is a real one), cpu, gpu, gpu-bvh, gpu-query, gpu-pipeline.
+    /// What renders: auto (a GPU if there is a real one), cpu, gpu, gpu-bvh, gpu-query, gpu-pipeline, all.
     #[arg(long, value_name = "NAME", default_value_t = BackendChoice::Auto)]
     backend: BackendChoice,
-    /// Which GPU: a part of its name, see `alhazen doctor`.
+    /// Which GPU: a part of its name, see `alhazen doctor`. Several, separated by commas, work together.
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
     /// How a GPU follows paths: auto, megakernel or wavefront.

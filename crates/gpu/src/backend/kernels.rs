@@ -32,22 +32,8 @@ impl GpuBackend {
     ) -> Result<KernelKey, GpuError> {
         let aovs = self.picture.as_ref().is_some_and(|p| p.buffers.wants_aovs());
         let features = self.picture.as_ref().is_some_and(|p| p.buffers.wants_features());
-        // Kernels of other kinds stay when the scene becomes another.
-        let specialises = self.specialises && kind == KernelKind::Path;
-        let variant_of = |s: &Loaded| match specialises {
-            true => s.scene.special_variant(),
-            false => s.scene.variant(),
-        };
-        let of_scene = self.scene.as_ref().map(variant_of).unwrap_or_default();
-        let needs_volumes = self.scene.as_ref().is_some_and(|s| s.scene.tables.needs_volumes());
-        let volumes = needs_volumes && kind == KernelKind::Path;
-        // Where paths know what they are in, what absorbs is a medium like others.
-        let absorption = of_scene.absorption && !volumes;
-        let of_view = of_scene.for_view(view);
-        // Frames show the middle of the shutter.
-        let motion = of_view.motion && !view.integrator.makes_frames();
-        let variant = Variant { aovs, features, volumes, absorption, motion, ..of_view };
-        let variant = Variant { scene_moves: variant.scene_moves && motion, ..variant };
+        let variant = Variant { aovs, features, ..self.variant_of(view, kind) };
+        let Variant { volumes, motion, .. } = variant;
         let all_samples = u64::from(samples) * view.window.area() as u64;
         let wanted = match self.path_kernel {
             // Its queues have no place for what paths are in, nor for when they have left.
@@ -72,7 +58,8 @@ impl GpuBackend {
             }
         }
         let key = KernelKey { wavefront: false, ..key };
-        if let (Some(Loaded { scene, tracing, kernels }), Some(picture)) = (&mut self.scene, &self.picture)
+        if let (Some(Loaded { scene, tracing, kernels, .. }), Some(picture)) =
+            (&mut self.scene, &self.picture)
             && !kernels.contains_key(&key)
         {
             if volumes && self.path_kernel == PathKernel::Wavefront {
@@ -86,9 +73,29 @@ impl GpuBackend {
         Ok(key)
     }
 
+    /// The shaders for a view, without auxiliary layers.
+    pub(super) fn variant_of(&self, view: &View, kind: KernelKind) -> Variant {
+        // Kernels of other kinds stay when the scene becomes another.
+        let specialises = self.specialises && kind == KernelKind::Path;
+        let variant_of = |s: &Loaded| match specialises {
+            true => s.scene.special_variant(),
+            false => s.scene.variant(),
+        };
+        let of_scene = self.scene.as_ref().map(variant_of).unwrap_or_default();
+        let needs_volumes = self.scene.as_ref().is_some_and(|s| s.scene.tables.needs_volumes());
+        let volumes = needs_volumes && kind == KernelKind::Path;
+        // Where paths know what they are in, what absorbs is a medium like others.
+        let absorption = of_scene.absorption && !volumes;
+        let of_view = of_scene.for_view(view);
+        // Frames show the middle of the shutter.
+        let motion = of_view.motion && !view.integrator.makes_frames();
+        let scene_moves = of_view.scene_moves && motion;
+        Variant { volumes, absorption, motion, scene_moves, ..of_view }
+    }
+
     /// Compiles the wavefront, if it is not there already. Returns whether this way of tracing can have one.
     fn prepare_wavefront(&mut self, key: KernelKey) -> Result<bool, GpuError> {
-        let Some(Loaded { scene, tracing, kernels }) = &mut self.scene else { return Ok(false) };
+        let Some(Loaded { scene, tracing, kernels, .. }) = &mut self.scene else { return Ok(false) };
         if kernels.contains_key(&key) {
             return Ok(true);
         }

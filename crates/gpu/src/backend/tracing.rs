@@ -4,7 +4,7 @@ use crate::film::FilmBuffers;
 use crate::hybrid::HybridKernel;
 use crate::kernel::{Kernel, KernelKind, Tracing};
 use crate::megakernel::Megakernel;
-use crate::pass::{Pass, PassSpec, compile, submit};
+use crate::pass::{Pass, PassGroups, PassSpec, compile, submit};
 use crate::rays::{RAY_LIST, RayBuffers, RayKernel, RayQuestion};
 use crate::realtime::RealtimeKernel;
 use crate::shader::Variant;
@@ -12,6 +12,7 @@ use crate::timing::Timer;
 use crate::tracer::bvh::BvhTracer;
 use crate::tracer::query::QueryTracer;
 use crate::tracer::{Instances, Tracer, TracerKind};
+use crate::views::{EXACT_LAYERS, ExactBuffers, ExactKernel, ExactWants};
 use crate::wavefront::{Queues, WavefrontKernel};
 use crate::{Gpu, GpuError, GpuScene};
 use backend::Integrator;
@@ -107,6 +108,23 @@ impl Tracing for ComputeTracing {
         Ok(Box::new(ComputeRays(pass)))
     }
 
+    fn exact_kernel(
+        &self,
+        gpu: &Gpu,
+        wants: ExactWants,
+        scene: &GpuScene,
+    ) -> Result<Box<dyn ExactKernel>, GpuError> {
+        let linkage = wants.linkage(scene.variant()).with(&self.0.linkage());
+        let spec = PassSpec {
+            name: "views",
+            film: EXACT_LAYERS,
+            ..PassSpec::tracing("entry_views_compute", "main")
+        };
+        let mut pass = Pass::new(gpu, "layers of", spec, &linkage, Some(scene), Some(&*self.0))?;
+        compile(gpu, [&mut pass])?;
+        Ok(Box::new(ComputeExact { pass, bound: None }))
+    }
+
     fn update(&mut self, gpu: &Gpu, scene: &GpuScene, changes: Changes) -> Result<bool, GpuError> {
         // The shaders read everything else from the scene's own buffers.
         if changes.transforms { self.0.move_instances(gpu, scene) } else { Ok(true) }
@@ -124,5 +142,30 @@ impl RayKernel for ComputeRays {
     fn submit(&mut self, gpu: &Gpu, rays: &RayBuffers, timer: &mut Timer) -> Result<(), GpuError> {
         let groups = self.0.bind(gpu, &rays.resources(), &[])?;
         submit(gpu, &self.0, &groups, rays.size(), timer).map(|_| ())
+    }
+}
+
+/// A compute shader that makes exact layers of views.
+struct ComputeExact {
+    pass: Pass,
+    /// The groups for buffers, which their values tell from others.
+    bound: Option<(wgpu::Buffer, PassGroups)>,
+}
+
+impl ExactKernel for ComputeExact {
+    fn submit(
+        &mut self,
+        gpu: &Gpu,
+        buffers: &ExactBuffers,
+        size: [u32; 2],
+        timer: &mut Timer,
+    ) -> Result<(), GpuError> {
+        let groups = match self.bound.take().filter(|(bound, _)| *bound == buffers.values) {
+            Some((_, groups)) => groups,
+            None => self.pass.bind(gpu, &buffers.resources(), &[])?,
+        };
+        let submitted = submit(gpu, &self.pass, &groups, size, timer);
+        self.bound = Some((buffers.values.clone(), groups));
+        submitted.map(|_| ())
     }
 }

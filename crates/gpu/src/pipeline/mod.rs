@@ -24,6 +24,7 @@ use crate::rays::{RayBuffers, RayKernel, RayQuestion};
 use crate::shader::constants::numbers;
 use crate::shader::{Linkage, ModuleError, Variant};
 use crate::timing::{Timer, TimerSlot};
+use crate::views::{ExactBuffers, ExactKernel, ExactWants};
 use crate::{Gpu, GpuError, GpuScene};
 use program::{Program, Resource};
 use scene::tables::Changes;
@@ -133,6 +134,17 @@ impl Tracing for PipelineTracing {
             question.of_any_rays().linkage(scene.variant()).with(&linkage()).text("entry_rays_pipeline")?;
         let program = self.program("rays", &text, &self.hits)?;
         Ok(Box::new(PipelineRays { program, scene: scene_resources(scene), hits: None }))
+    }
+
+    fn exact_kernel(
+        &self,
+        _gpu: &Gpu,
+        wants: ExactWants,
+        scene: &GpuScene,
+    ) -> Result<Box<dyn ExactKernel>, GpuError> {
+        let text = wants.linkage(scene.variant()).with(&linkage()).text("entry_views_pipeline")?;
+        let program = self.program("views", &text, &self.hits)?;
+        Ok(Box::new(PipelineExact { program, scene: scene_resources(scene), values: None }))
     }
 
     fn update(&mut self, _: &Gpu, scene: &GpuScene, changes: Changes) -> Result<bool, GpuError> {
@@ -278,5 +290,33 @@ impl RayKernel for PipelineRays {
         }
         let [width, height] = rays.size();
         submit_timed(gpu, &self.program, [width, height, 1], "rays", timer.slot("rays")).map(|_| ())
+    }
+}
+
+/// A pipeline that makes exact layers of views.
+struct PipelineExact {
+    program: Program,
+    scene: Vec<Bound>,
+    /// The values that are bound.
+    values: Option<wgpu::Buffer>,
+}
+
+impl ExactKernel for PipelineExact {
+    fn submit(
+        &mut self,
+        gpu: &Gpu,
+        buffers: &ExactBuffers,
+        [width, height]: [u32; 2],
+        timer: &mut Timer,
+    ) -> Result<(), GpuError> {
+        if self.values.as_ref() != Some(&buffers.values) {
+            clear(gpu, &[&buffers.values])?;
+            let bound = [&buffers.task, &buffers.cameras, &buffers.values];
+            let bound = bound.into_iter().map(|b| Resource::Buffer(b.clone()));
+            let bound = (0..).zip(bound).map(|(binding, resource)| ((2, binding), resource));
+            self.program.bind(self.scene.iter().cloned().chain(bound).collect())?;
+            self.values = Some(buffers.values.clone());
+        }
+        submit_timed(gpu, &self.program, [width, height, 1], "views", timer.slot("views")).map(|_| ())
     }
 }

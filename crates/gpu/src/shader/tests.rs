@@ -5,6 +5,7 @@ use super::check::{self, validate, write_all_languages};
 use super::*;
 use crate::kernel::KernelKind;
 use crate::tracer::{bvh, query};
+use crate::views::ExactWants;
 use crate::{denoise, gbuffer, hybrid};
 use std::collections::BTreeSet;
 
@@ -16,6 +17,7 @@ fn with_hierarchy() -> Linkage {
     check::linkage(Variant { images: 16, ..Variant::default() })
         .with(&gbuffer::linkage(Variant::default()))
         .with(&packets)
+        .with(&ExactWants { surface: true, albedo: true, flow: true }.linkage(Variant::default()))
         .with(&hybrid::shafts_linkage(&bvh::linkage_below_for(&encoded, 1 << 8)))
         .bind("question", "rays_closest_packet")
         .generate("filter_steps", "const FILTER_STEP: i32 = 2;\nconst FILTER_RADIUS: i32 = 1;")

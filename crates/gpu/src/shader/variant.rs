@@ -74,6 +74,8 @@ pub struct Variant {
     pub scene_moves: bool,
     /// How the two ways to find light are weighted.
     pub mis: Mis,
+    /// Whether the film is that of a batch of views, below each other, each with a camera of its own.
+    pub many_views: bool,
     /// What else there is in the scene.
     pub traits: SceneTraits,
 }
@@ -113,6 +115,7 @@ impl Variant {
             light_kind: (i & 2 != 0).then_some(LIGHT_RECTANGLE),
             far_lights: i & 4 != 0,
             one_light: i & 36 == 4,
+            many_views: i & 6 == 4,
             traits: if i & 2 == 0 { SceneTraits::default() } else { SceneTraits::of(&[], &[], &[], &[]) },
             sampler: SamplerKind::ALL[i as usize % SamplerKind::ALL.len()],
             mis: Mis::ALL[i as usize % Mis::ALL.len()],
@@ -209,6 +212,7 @@ impl Variant {
             ("LENS_DISTORTS", self.lens_distortion),
             ("LIMITS_INDIRECT", self.indirect_limit),
             ("MIS_SQUARED", self.mis.heuristic().squared),
+            ("MANY_VIEWS", self.many_views),
         ];
         let mut text = numbers([
             ("SAMPLER", sampler_kind(self.sampler)),

@@ -137,7 +137,7 @@ fn follow(chain: ptr<function, Chain>, sampler: PixelSampler, pixel: vec2u, samp
             return;
         }
         (*chain).length += hit.t;
-        let footprint = view.pixel_spread * (*chain).length;
+        let footprint = pixel_spread() * (*chain).length;
         let u = draw(sampler);
         (*chain).radiance += (*chain).throughput * surface_emission(s, footprint);
         let bsdf = surface_scattering(s, footprint, (*chain).throughput, u.x, view.single_scatter != 0u);

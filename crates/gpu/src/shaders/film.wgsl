@@ -179,9 +179,71 @@ fn film_place(pixel: vec2u) -> u32 {
     return pixel.y * view.window_width + pixel.x;
 }
 
+/// Where a pixel of the window is in its picture. Views of a batch lie below each other in one window.
+fn picture_pixel(pixel: vec2u) -> vec2u {
+    if MANY_VIEWS {
+        return vec2u(pixel.x, pixel.y % view.height);
+    }
+    return vec2u(view.window_x + pixel.x, view.window_y + pixel.y);
+}
+
+/// The camera that sees a pixel of the window.
+fn pixel_camera(pixel: vec2u) -> CameraFrame {
+    if MANY_VIEWS {
+        return stored_camera(pixel.y / view.height);
+    }
+    return view.camera;
+}
+
+/// Radius of the footprint, per metre of distance, of the pixel that this invocation works on.
+fn pixel_spread() -> f32 {
+    if MANY_VIEWS {
+        return stored_spread;
+    }
+    return view.pixel_spread;
+}
+
+/// Of a batch of views: that of the last camera ray.
+var<private> stored_spread: f32;
+
+/// Words of a camera among `tally.shares`, two by two; `StoredCamera` in Rust.
+const STORED_PAIRS: u32 = 16u;
+
+fn stored_number(number: u32, word: u32) -> f32 {
+    let pair = tally.shares[STORED_PAIRS * number + word / 2u];
+    return bitcast<f32>(select(pair.x, pair.y, (word & 1u) != 0u));
+}
+
+fn stored_vector(number: u32, word: u32) -> vec3f {
+    return vec3f(stored_number(number, word), stored_number(number, word + 1u), stored_number(number, word + 2u));
+}
+
+/// The camera of a view of a batch. A batch has no portions; in the place of their shares lie its cameras.
+fn stored_camera(number: u32) -> CameraFrame {
+    var camera: CameraFrame;
+    camera.kind = bitcast<u32>(stored_number(number, 0u));
+    camera.origin = stored_vector(number, 1u);
+    camera.right = stored_vector(number, 4u);
+    camera.up = stored_vector(number, 7u);
+    camera.forward = stored_vector(number, 10u);
+    camera.half_size = stored_vector(number, 13u).xy;
+    camera.lens_radius = stored_number(number, 15u);
+    camera.focus_distance = stored_number(number, 16u);
+    if LENS_DISTORTS {
+        camera.distortion.model = bitcast<u32>(stored_number(number, 17u));
+        camera.distortion.skew = stored_number(number, 18u);
+        camera.distortion.limit = stored_number(number, 19u);
+        camera.distortion.radial = vec4f(stored_vector(number, 20u), stored_number(number, 23u));
+        camera.distortion.rest = vec4f(stored_vector(number, 24u), stored_number(number, 27u));
+    }
+    stored_spread = stored_number(number, 28u);
+    return camera;
+}
+
 /// The random numbers of a sample of a pixel of the window.
 fn pixel_sampler(pixel: vec2u, sample: u32) -> PixelSampler {
-    return sampler_new(SAMPLER, view.window_x + pixel.x, view.window_y + pixel.y, view.width, sample, view.seed);
+    let at = picture_pixel(pixel);
+    return sampler_new(SAMPLER, at.x, at.y, view.width, sample, view.seed);
 }
 
 /// The camera ray of a sample of a pixel of the window.
@@ -191,17 +253,21 @@ fn pixel_ray(pixel: vec2u, sampler: PixelSampler) -> CameraRay {
     let lens = sample_2d(sampler, PAIR_LENS);
     let shutter = Shutter(view.shutter.x, view.shutter.y, view.shutter.z, view.shutter.w,
         view.shutter_delays.x, view.shutter_delays.y);
-    let place = vec2f(f32(view.window_x + pixel.x), f32(view.window_y + pixel.y));
+    let on_film = vec2f(f32(view.window_x + pixel.x), f32(view.window_y + pixel.y));
     let size = vec2f(f32(view.width), f32(view.height));
-    ray_time = shutter_time(shutter, place, size, sample_2d(sampler, PAIR_TIME).x);
+    ray_time = shutter_time(shutter, on_film, size, sample_2d(sampler, PAIR_TIME).x);
+    // Batches of views show the middle of the shutter, and so have no times.
+    let camera = camera_now();
 #else
+    let camera = pixel_camera(pixel);
     var lens = jitter;
-    if view.camera.lens_radius > 0.0 {
+    if camera.lens_radius > 0.0 {
         lens = sample_2d(sampler, PAIR_LENS);
     }
 #endif
-    let at = vec2f(f32(view.window_x + pixel.x) + jitter.x, f32(view.window_y + pixel.y) + jitter.y);
-    return film_ray(film_position(at, vec2f(f32(view.width), f32(view.height))), lens);
+    let place = picture_pixel(pixel);
+    let at = vec2f(f32(place.x) + jitter.x, f32(place.y) + jitter.y);
+    return film_ray(camera, film_position(at, vec2f(f32(view.width), f32(view.height))), lens);
 }
 
 #ifdef MOTION
@@ -217,19 +283,11 @@ fn camera_now() -> CameraFrame {
 #endif
 
 /// The camera's ray through a point of the film: see `camera_ray`.
-fn film_ray(film: vec2f, u_lens: vec2f) -> CameraRay {
-#ifdef MOTION
-    let camera = camera_now();
+fn film_ray(camera: CameraFrame, film: vec2f, u_lens: vec2f) -> CameraRay {
     if LENS_DISTORTS {
         return camera_ray(camera, film, u_lens);
     }
     return undistorted_camera_ray(camera, film, u_lens);
-#else
-    if LENS_DISTORTS {
-        return camera_ray(view.camera, film, u_lens);
-    }
-    return undistorted_camera_ray(view.camera, film, u_lens);
-#endif
 }
 
 /// A pixel's samples in this dispatch.
@@ -308,7 +366,7 @@ fn record_miss(pixel: vec2u, sample: u32) {
 fn record_hit(pixel: vec2u, sample: u32, s: Surface, depth: f32) {
     record_first_hit(pixel, sample, s, depth);
     if WANTS_FEATURES {
-        record_features(pixel, vec3f(1.0), 1u, s, pixel_footprint(view.pixel_spread, depth));
+        record_features(pixel, vec3f(1.0), 1u, s, pixel_footprint(pixel_spread(), depth));
     }
 }
 
@@ -349,7 +407,7 @@ fn record_first_hit(pixel: vec2u, sample: u32, s: Surface, depth: f32) {
     aovs[index].count += 1u;
     aovs[index].normal += valid_layer(s.shading_normal);
     aovs[index].geometric_normal += valid_layer(s.normal);
-    aovs[index].albedo += valid_layer(surface_albedo(s, pixel_footprint(view.pixel_spread, depth)));
+    aovs[index].albedo += valid_layer(surface_albedo(s, pixel_footprint(pixel_spread(), depth)));
     if sample == 0u {
         aovs[index].has_first = 1u;
         aovs[index].depth = depth;

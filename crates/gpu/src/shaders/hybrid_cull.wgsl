@@ -64,7 +64,7 @@ fn cluster_box(cluster: u32) -> AxisBox {
     for (var corner = 0u; corner < 4u; corner++) {
         let pixel = vec2f(vec2u(across + (corner & 1u), down + (corner >> 1u)) * frame.tile);
         let at = vec2f(f32(view.window_x), f32(view.window_y)) + pixel;
-        let ray = film_ray(film_position(at, vec2f(f32(view.width), f32(view.height))), frame.lens);
+        let ray = film_ray(view.camera, film_position(at, vec2f(f32(view.width), f32(view.height))), frame.lens);
         bounds = cluster_add_edge(bounds, ray.origin, ray.direction, frame.axis, start, end);
     }
     return cluster_with_room(bounds, end);

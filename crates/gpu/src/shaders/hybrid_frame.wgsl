@@ -41,7 +41,7 @@ struct HybridFrame {
 /// The camera ray through a pixel of the window.
 fn frame_ray(pixel: vec2u) -> CameraRay {
     let at = vec2f(vec2u(view.window_x, view.window_y) + pixel) + frame.jitter;
-    return film_ray(film_position(at, vec2f(f32(view.width), f32(view.height))), frame.lens);
+    return film_ray(view.camera, film_position(at, vec2f(f32(view.width), f32(view.height))), frame.lens);
 }
 
 fn clip_position(world: vec3f) -> vec4f {

@@ -19,7 +19,7 @@ fn render_pixel(work: PixelWork) {
             continue;
         }
         let s = surface_at(ray.origin, ray.direction, hit);
-        let color = surface_albedo(s, pixel_footprint(view.pixel_spread, hit.t));
+        let color = surface_albedo(s, pixel_footprint(pixel_spread(), hit.t));
         sums = add_sample(sums, headlit_color(color, s.wo, s.shading_normal));
         if WANTS_AOVS {
             record_hit(pixel, sample, s, hit.t);

@@ -55,7 +55,7 @@ fn render_pixel(work: PixelWork) {
             alive = shade_hit(&path, s, hit.t, branch, &shadow);
             if looks && !(alive && path.looks) {
                 path.looks = false;
-                let footprint = pixel_footprint(view.pixel_spread, path.length);
+                let footprint = pixel_footprint(pixel_spread(), path.length);
                 record_features(pixel, arriving.throughput, arriving.depth, s, footprint);
             }
             if is_wanted(shadow) && !occluded(shadow.origin, shadow.direction, shadow.distance, shadow.salt) {

@@ -33,7 +33,7 @@ fn render_pixel(work: PixelWork) {
     let end = work.first_sample + view.sample_count;
     var surroundings = surroundings_unknown();
     var walk: VolumePath;
-    var way = way_along(view.camera.origin, surroundings_direction());
+    var way = way_along(pixel_camera(pixel).origin, surroundings_direction());
     // The host does not count it either.
     way.crossings = 1u;
     var asks = ASKS_AROUND;

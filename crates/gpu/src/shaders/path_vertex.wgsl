@@ -137,7 +137,7 @@ fn travel(path: ptr<function, Path>, s: Surface, t: f32) -> f32 {
         // The far side of a body tells what the light has come through.
         (*path).state.throughput *= transmittance(materials[s.material].absorption, t);
     }
-    return view.pixel_spread * (*path).length;
+    return pixel_spread() * (*path).length;
 }
 
 /// A light sample, if the vertex `asks_light`, and the path's continuation. Returns whether there is one. `branch`: see `shade_hit`.

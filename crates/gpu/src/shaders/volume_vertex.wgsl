@@ -160,7 +160,7 @@ fn advance(walk: ptr<function, VolumePath>, hits: bool, t: f32, s: Surface) -> P
         event.kind = EVENT_CROSSING;
         return event;
     }
-    let emitted = surface_emission(s, view.pixel_spread * (*walk).path.length);
+    let emitted = surface_emission(s, pixel_spread() * (*walk).path.length);
     if emitted.x + emitted.y + emitted.z > 0.0 {
         let pdf = surface_light_pdf(s, (*walk).vertex, (*walk).path.sampling_normal, direction, (*walk).since_vertex);
         let before = (*walk).path.state.radiance;
@@ -254,7 +254,7 @@ fn prepare_surface(walk: VolumePath, s: ptr<function, Surface>) -> Scatterer {
     if wants_model_number(material) {
         u_model = draw(walk, PAIR_MODEL).x;
     }
-    let footprint = view.pixel_spread * walk.path.length;
+    let footprint = pixel_spread() * walk.path.length;
     let throughput = walk.path.state.throughput;
     scatterer.bsdf = surface_scattering(*s, footprint, throughput, u_model, view.single_scatter != 0u);
     scatterer.frame = scattering_frame(scatterer.bsdf, *s);

@@ -100,6 +100,9 @@ const LENSES: Tolerance = Tolerance {
     why: "iterations stop by a comparison; Vulkan allows arc functions 4096 units of the last place",
 };
 
+/// The same as a place on a film, which half the field of view is a part of.
+const FILMS: Tolerance = Tolerance { absolute: 5e-4, relative: 5e-4, ..LENSES };
+
 /// Square roots of differences of nearly equal numbers.
 const ROOTS: Tolerance = Tolerance {
     absolute: 1e-3,
@@ -306,6 +309,9 @@ functions! {
     camera::thin_lens_ray(camera: camera, through_center: direction, u_lens: unit2) within ROUNDING;
     camera::headlight(cos_theta: signed_cosine) within ROUNDING;
     camera::camera_pixel_spread(camera: camera, height: size) within ROUNDING;
+    camera::camera_depth(camera: camera, direction: direction, distance: size) within CANCELLING;
+    camera::shown_at(camera: camera, offset: ahead) within FILMS;
+    camera::shown_motion(camera: camera, offset: ahead, place: unit2, size: unit2) within FILMS;
     camera::camera_ray_point(ray: camera_ray, distance: share) within CANCELLING;
     camera::view_depth(position: point, eye: far_point, axis: direction) within CANCELLING;
     camera::headlit_color(color: albedo, wo: direction, normal: direction) within CANCELLING;

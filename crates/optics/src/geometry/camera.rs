@@ -171,6 +171,50 @@ pub mod camera {
         CameraRay { origin: camera.origin + on_lens, direction: normalize(direction), weight: 1.0 }
     }
 
+    /// How far what a ray through a pinhole meets lies along the camera's axis, metres; for a camera that sees to all
+    /// sides, along the ray. `direction`: the ray's, of unit length; `distance`: along it.
+    pub fn camera_depth(camera: CameraFrame, direction: Vec3f, distance: f32) -> f32 {
+        if camera.kind == CAMERA_PERSPECTIVE || camera.kind == CAMERA_ORTHOGRAPHIC {
+            return distance * dot(direction, cross(camera.up, camera.right));
+        }
+        distance
+    }
+
+    /// Where a camera shows something on its film, from `(0, 0)` at the upper left to `(1, 1)`; the third component is 1
+    /// where it does, and 0 for what is behind it or outside of its field. The way back of [`camera_ray`].
+    ///
+    /// - `offset`: position relative to [`CameraFrame`]'s origin, or the direction of what is infinitely far away.
+    pub fn shown_at(camera: CameraFrame, offset: Vec3f) -> Vec3f {
+        let axis = cross(camera.up, camera.right);
+        let seen = vec3f(dot(offset, camera.right), dot(offset, camera.up), dot(offset, axis));
+        let mut at = vec2f(seen.x, seen.y);
+        let mut shown = 1.0;
+        if camera.kind == CAMERA_PERSPECTIVE {
+            if camera.distortion.model == DISTORTION_NONE {
+                shown = select(0.0, 1.0, seen.z > 0.0);
+                at *= 1.0 / max(seen.z, 1e-30);
+            } else {
+                let lens = lens_film(camera.distortion, normalize(vec3f(seen.x, -seen.y, seen.z)));
+                shown = select(0.0, 1.0, lens.valid);
+                at = vec2f(lens.direction.x, -lens.direction.y);
+            }
+            // The film's centre may be off the axis.
+            at -= vec2f(dot(camera.forward, camera.right), dot(camera.forward, camera.up));
+        } else if camera.kind != CAMERA_ORTHOGRAPHIC {
+            let wide = wide_film(camera.kind, normalize(seen), camera.half_size);
+            return vec3f(wide.x, wide.y, select(0.0, 1.0, wide_sees(camera.kind, wide, camera.half_size)));
+        }
+        vec3f(0.5 + 0.5 * at.x / camera.half_size.x, 0.5 - 0.5 * at.y / camera.half_size.y, shown)
+    }
+
+    /// By how many pixels to the right and down something is shown off a `place` of a picture of `size` pixels;
+    /// the third component and `offset` are those of [`shown_at`].
+    pub fn shown_motion(camera: CameraFrame, offset: Vec3f, place: Vec2f, size: Vec2f) -> Vec3f {
+        let film = shown_at(camera, offset);
+        let moved = vec2f(film.x, film.y) * size - place;
+        vec3f(moved.x, moved.y, film.z)
+    }
+
     /// How bright a white surface is under a light at the camera, with some light from all around.
     ///
     /// - `cos_theta`: between the viewing direction and the shading normal.
@@ -227,6 +271,38 @@ mod tests {
         c.distortion = crate::distortion::Distortion::brown_conrady([0.0; 6], [0.0; 2], 0.1);
         let ray = camera_ray(c, vec2f(0.5, 0.0), vec2f(0.0, 0.0));
         assert!(length(ray.direction - normalize(vec3f(0.05, 0.5, -1.0))) < 1e-6, "{ray:?}");
+    }
+
+    #[test]
+    fn what_a_ray_sees_is_shown_where_the_ray_began() {
+        let lens =
+            crate::distortion::Distortion::brown_conrady([-0.1, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0; 2], 0.05);
+        let plain = crate::distortion::no_distortion();
+        let kinds =
+            [CAMERA_PERSPECTIVE, CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA, CAMERA_FISHEYE, CAMERA_CUBEMAP];
+        for (kind, distortion) in kinds.into_iter().flat_map(|kind| [(kind, plain), (kind, lens)]) {
+            let mut c = camera(kind);
+            c.distortion = distortion;
+            if kind == CAMERA_PERSPECTIVE {
+                c.forward = vec3f(0.1, -0.05, -1.0);
+            }
+            for (x, y) in [(0.5, 0.5), (0.3, 0.6), (0.7, 0.25)] {
+                let ray = camera_ray(c, vec2f(x, y), vec2f(0.0, 0.0));
+                let offset = camera_ray_point(ray, 4.0) - c.origin;
+                let back = shown_at(c, offset);
+                assert!(
+                    (back.x - x).abs() < 1e-4 && (back.y - y).abs() < 1e-4,
+                    "{kind}: ({x}, {y}) as {back:?}"
+                );
+                assert_eq!(back.z, 1.0);
+                let moved = shown_motion(c, offset, vec2f(x * 40.0 - 3.0, y * 20.0 + 2.0), vec2f(40.0, 20.0));
+                assert!((moved.x - 3.0).abs() < 0.01 && (moved.y + 2.0).abs() < 0.01, "{moved:?}");
+                let flat = kind == CAMERA_PERSPECTIVE || kind == CAMERA_ORTHOGRAPHIC;
+                let along = if flat { -offset.z } else { 4.0 };
+                assert!((camera_depth(c, ray.direction, 4.0) - along).abs() < 1e-5, "{kind}");
+            }
+        }
+        assert_eq!(shown_at(camera(CAMERA_PERSPECTIVE), vec3f(0.1, 0.2, 3.0)).z, 0.0, "behind the camera");
     }
 
     #[test]

@@ -36,6 +36,7 @@ from ._alhazen import (
     scenes,
 )
 from ._picture import Picture
+from .mujoco import MujocoScene, from_mujoco
 
 __all__ = [
     "__version__",
@@ -46,6 +47,7 @@ __all__ = [
     "Lidar",
     "LoadError",
     "Medium",
+    "MujocoScene",
     "Part",
     "PartError",
     "Picture",
@@ -55,6 +57,7 @@ __all__ = [
     "backends",
     "denoise",
     "encode_png",
+    "from_mujoco",
     "level_pose",
     "load",
     "merge",

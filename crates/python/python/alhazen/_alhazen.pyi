@@ -133,6 +133,7 @@ class Scene:
         shape: str = "box",
         rolling: Optional[str] = None,
     ) -> List[str]: ...
+    def set_transforms(self, transforms: ArrayLike, instances: Optional[ArrayLike] = None) -> None: ...
     def set_material(self, material: int, **settings: object) -> None: ...
     def set_instance_material(self, instance: int, material: Optional[int]) -> None: ...
     def set_visible(self, instance: int, visible: bool) -> None: ...
@@ -318,6 +319,26 @@ class Scene:
         threads: Optional[int] = None,
         progress: Optional[Callable[[float], object]] = None,
     ) -> Part: ...
+    def render_views(
+        self,
+        poses: ArrayLike,
+        intrinsics: ArrayLike,
+        width: Union[int, Sequence[int]],
+        height: Union[int, Sequence[int]],
+        *,
+        layers: Sequence[str] = ("rgb",),
+        spp: Optional[int] = None,
+        integrator: Optional[str] = None,
+        max_depth: Optional[int] = None,
+        next_poses: Optional[ArrayLike] = None,
+        axes: str = "opencv",
+        seed: int = 0,
+        sampler: str = "sobol",
+        backend: str = "auto",
+        adapter: Optional[str] = None,
+        threads: Optional[int] = None,
+        progress: Optional[Callable[[float], object]] = None,
+    ) -> Dict[str, Any]: ...
     def observe(
         self,
         camera: Camera,

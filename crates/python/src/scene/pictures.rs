@@ -56,7 +56,7 @@ impl Scene {
     /// noise : float, optional
     ///     Stop when the relative standard error of the picture is below this.
     /// backend : str, default "auto"
-    ///     auto (a GPU if there is a real one), cpu, gpu, gpu-bvh, gpu-query, gpu-pipeline; see `backends`.
+    ///     auto (a GPU if there is a real one), cpu, gpu, gpu-bvh, gpu-query, gpu-pipeline, all; see `backends`.
     /// adapter : str, optional
     ///     Part of the GPU's name.
     /// threads : int, optional

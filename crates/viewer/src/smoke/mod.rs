@@ -445,12 +445,13 @@ fn dismiss(viewer: &mut Viewer) -> bool {
 }
 
 fn backend_is(viewer: &Viewer, wanted: alhazen::BackendChoice) -> bool {
-    use alhazen::BackendChoice::{Auto, Cpu, Gpu, Tracer};
+    use alhazen::BackendChoice::{All, Auto, Cpu, Gpu, Tracer};
     let name = viewer.backend.name.as_str();
     match wanted {
         Cpu => name == "cpu",
         Gpu => name.starts_with("gpu"),
         Tracer(kind) => name == kind.name(),
+        All => name == "all",
         Auto => true,
     }
 }

@@ -4,6 +4,7 @@
 mod adaptive;
 mod around;
 mod backends;
+mod batches;
 mod convergence;
 mod denoise;
 mod denoise_frames;
@@ -35,6 +36,7 @@ pub struct BenchArgs {
 enum BenchCommand {
     Adaptive(adaptive::AdaptiveArgs),
     Backends(backends::BackendsArgs),
+    Batches(batches::BatchesArgs),
     Convergence(convergence::ConvergenceArgs),
     Denoise(denoise::DenoiseArgs),
     Lights(lights::LightsArgs),
@@ -50,6 +52,7 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<()> {
     match &args.command {
         BenchCommand::Adaptive(args) => adaptive::run(args),
         BenchCommand::Backends(args) => backends::run(args),
+        BenchCommand::Batches(args) => batches::run(args),
         BenchCommand::Convergence(args) => convergence::run(args),
         BenchCommand::Denoise(args) => denoise::run(args),
         BenchCommand::Lights(args) => lights::run(args),

@@ -258,10 +258,10 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub(super) files: OutputArgs,
 
-    /// What renders: auto (a GPU if there is a real one), cpu, gpu, gpu-bvh, gpu-query, gpu-pipeline.
+    /// What renders: auto (a GPU if there is a real one), cpu, gpu, gpu-bvh, gpu-query, gpu-pipeline, all.
     #[arg(long, help_heading = "Running", value_name = "NAME", default_value_t = BackendChoice::Auto)]
     pub(super) backend: BackendChoice,
-    /// Which GPU: a part of its name, see `alhazen doctor`.
+    /// Which GPU: a part of its name, see `alhazen doctor`. Several, separated by commas, work together.
     #[arg(long, help_heading = "Running", value_name = "NAME")]
     pub(super) adapter: Option<String>,
     /// How a GPU follows paths: auto, megakernel (one kernel from the camera to the end) or wavefront (a kernel for

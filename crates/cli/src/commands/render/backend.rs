@@ -8,7 +8,7 @@ use alhazen::{AovKind, BackendChoice, Renderer, RendererOptions};
 pub fn choose_renderer(args: &RenderArgs) -> anyhow::Result<Renderer> {
     let has_mattes = args.aov.iter().any(|aov| aov.kind() == AovKind::Shares);
     let backend = match args.backend {
-        BackendChoice::Auto if has_mattes => BackendChoice::Cpu,
+        BackendChoice::Auto | BackendChoice::All if has_mattes => BackendChoice::Cpu,
         chosen => chosen,
     };
     let options = RendererOptions {
