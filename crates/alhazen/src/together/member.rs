@@ -22,6 +22,9 @@ pub(super) struct Member {
     pub control: Arc<Control>,
 }
 
+/// How much longer than without it all may wait for a member at the end.
+const PATIENCE: f64 = 1.5;
+
 /// Why a member stopped.
 pub(super) enum Stopped {
     /// There is nothing left that it should do.
@@ -106,7 +109,11 @@ pub(super) fn share(left: u64, least: u64, me: usize, rates: &[(Option<f64>, boo
     let all: f64 =
         rates.iter().enumerate().map(|(i, (r, _))| if i == me { rate } else { r.unwrap_or(0.0) }).sum();
     let others = all - rate;
-    if others > 0.0 && least as f64 / rate > left as f64 / others {
+    let next =
+        rates.iter().enumerate().filter(|(i, _)| *i != me).filter_map(|(_, (r, _))| *r).fold(0.0, f64::max);
+    // None of them takes less than the least, so the fastest never leaves.
+    let without = (left as f64 / others).max(least as f64 / next);
+    if others > 0.0 && least as f64 / rate > PATIENCE * without {
         return Share::Leave;
     }
     Share::Take(((0.5 * left as f64 * rate / all) as u64).max(least))
@@ -128,8 +135,13 @@ mod tests {
         assert_eq!(share(800, 10, 0, &two), Share::Take(300));
         assert_eq!(share(800, 10, 1, &two), Share::Take(100));
         // The least takes the second one longer than the first one takes for all that is left.
-        assert_eq!(share(20, 10, 1, &two), Share::Leave);
-        assert_eq!(share(20, 10, 0, &two), Share::Take(10));
+        assert_eq!(share(10, 10, 1, &two), Share::Leave);
+        assert_eq!(share(10, 10, 0, &two), Share::Take(10));
+        // Of members that are alike none leaves the last piece to all others, who would do the same.
+        let alike = [cpu(Some(100.0)); 8];
+        assert!((0..8).all(|me| share(10, 10, me, &alike) == Share::Take(10)));
+        let nearly = [cpu(Some(99.0)), cpu(Some(100.0)), cpu(Some(101.0))];
+        assert_eq!(share(10, 10, 2, &nearly), Share::Take(10));
         // A processor that was never asked is thought to be slow.
         let unknown = [gpu(Some(640.0)), cpu(None)];
         assert_eq!(share(100, 10, 1, &unknown), Share::Leave);
