@@ -2,7 +2,7 @@
 
 use crate::Renderer;
 use crate::fallback::{Fallback, Step};
-use crate::together;
+use crate::several_devices;
 use backend::{Backend, BackendError};
 use cpu::CpuBackend;
 use gpu::tracer::TracerKind;
@@ -126,11 +126,11 @@ impl Renderer {
     pub fn choose(options: &RendererOptions) -> Result<Chosen, ChoiceError> {
         let failed = |source| ChoiceError::Gpu { backend: options.backend.name(), source };
         match options.backend {
-            BackendChoice::All => together::choose(options),
+            BackendChoice::All => several_devices::choose(options),
             BackendChoice::Auto | BackendChoice::Gpu | BackendChoice::Tracer(_)
-                if together::names_several(options) =>
+                if several_devices::names_several(options) =>
             {
-                together::choose(options)
+                several_devices::choose(options)
             }
             BackendChoice::Cpu => match &options.adapter {
                 Some(adapter) => Err(ChoiceError::AdapterOfCpu(adapter.clone())),

@@ -1,5 +1,6 @@
 //! A back end that goes on with another one when its device fails.
 
+use crate::causes::full_text;
 use crate::choice::open_step;
 use backend::{
     AdaptiveRounds, Backend, BackendError, Control, LoadStats, PassTime, PixelSamples, Stats, View,
@@ -139,17 +140,6 @@ fn sum(a: Option<Duration>, b: Option<Duration>) -> Option<Duration> {
 /// Whether two views add samples to the same film.
 fn is_same(a: &View, b: &View) -> bool {
     View { first_sample: b.first_sample, ..a.clone() } == *b
-}
-
-/// An error with all its causes.
-pub(crate) fn full_text(error: &BackendError) -> String {
-    let mut text = error.to_string();
-    let mut source = std::error::Error::source(error);
-    while let Some(cause) = source {
-        text = format!("{text}: {cause}");
-        source = cause.source();
-    }
-    text
 }
 
 impl Backend for Fallback {

@@ -22,6 +22,7 @@
 #![forbid(unsafe_code)]
 
 mod adaptive;
+mod causes;
 mod checkpoint;
 mod choice;
 mod colour;
@@ -41,6 +42,7 @@ mod projection;
 mod renderer;
 mod sandbox;
 mod sequence;
+mod several_devices;
 mod shutter;
 mod source;
 pub mod system;

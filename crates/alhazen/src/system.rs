@@ -107,7 +107,7 @@ fn what_is_lacking(adapter: &gpu::AdapterSummary, kind: TracerKind) -> Vec<Strin
 
 /// What `--backend all` renders with: the names of all real GPUs, and of the processor.
 pub fn all_devices() -> Vec<String> {
-    crate::together::describe_all()
+    crate::several_devices::describe_all()
 }
 
 /// All back ends that this build has, in the order of [`crate::BACKENDS`], and which one `auto` takes.

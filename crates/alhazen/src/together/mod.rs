@@ -4,13 +4,11 @@
 //! towards the end, so that all of them end together. Each adds to a film of its own; films add up exactly, so it does
 //! not matter who made what. A member that is lost is dropped with its film, and the others make again what it had made.
 
-mod choice;
 mod member;
 mod todo;
 mod views;
 
-pub(crate) use choice::{choose, describe_all, names_several};
-
+use crate::causes::full_text;
 use backend::{
     AdaptiveRounds, Backend, BackendError, Control, LoadStats, PassTime, PixelSamples, Stats, View,
     ViewBatch, ViewPictures,
@@ -64,7 +62,7 @@ impl Together {
             if self.members.is_empty() && i + 1 == last {
                 return Err(error);
             }
-            self.notices.push(format!("{}; the others go on without it", crate::fallback::full_text(&error)));
+            self.notices.push(format!("{}; the others go on without it", full_text(&error)));
         }
         Ok(again)
     }

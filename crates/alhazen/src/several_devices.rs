@@ -1,8 +1,8 @@
 //! Which devices work together.
 
-use super::Together;
 use crate::choice::{ChoiceError, Chosen, RendererOptions, open_backend};
 use crate::fallback::{Fallback, Step};
+use crate::together::Together;
 use crate::{BackendChoice, Renderer};
 use backend::Backend;
 use cpu::CpuBackend;
