@@ -41,8 +41,8 @@ pub fn run(args: &PythonArgs) -> anyhow::Result<()> {
     }
     let environment = Environment::fresh(&args.python, &folder()?.join("installed"))?;
     let (wheel, package) = (wheel.to_string_lossy(), root().join("crates/python"));
-    // Pictures on several workers are made through `distributed`, which the package itself does not need.
-    environment.install(&[&wheel, "pytest", "distributed"])?;
+    // What the package works with and does not need: workers, models of robots, environments.
+    environment.install(&[&wheel, "pytest", "distributed", "mujoco", "gymnasium"])?;
     let mut pytest = environment.python();
     // Not from the source folder, where `alhazen` would be the sources without the compiled part.
     pytest.args(["-m", "pytest", "--quiet", "-p", "no:cacheprovider", "--rootdir"]).arg(&package);
