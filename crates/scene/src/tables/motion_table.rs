@@ -30,7 +30,8 @@ impl MotionRange {
 pub struct LightMotion {
     /// From a space that the light carries along to the world.
     pub segments: MotionRange,
-    /// To that space from the world as it is in the middle, where [`LightRecord::light`] is.
+    /// To that space from the world as it is in the middle, where
+    /// [`LightRecord::light`](super::LightRecord::light) is.
     pub rest: AffineRows,
 }
 
@@ -51,10 +52,12 @@ impl LightMotion {
 pub struct MotionTable {
     /// Segments of all motions.
     pub segments: Arc<[MotionSegment]>,
-    /// From object to world, parallel to [`SceneTables::instances`], which are as they are in the
+    /// From object to world, parallel to
+    /// [`SceneTables::instances`](super::SceneTables::instances), which are as they are in the
     /// middle.
     pub instances: Vec<MotionRange>,
-    /// Parallel to [`SceneTables::lights`], which are as they are in the middle.
+    /// Parallel to [`SceneTables::lights`](super::SceneTables::lights), which are as they are in
+    /// the middle.
     pub lights: Vec<LightMotion>,
 }
 
