@@ -3,6 +3,7 @@
 mod geometry;
 mod lights;
 mod materials;
+mod motion;
 mod realtime;
 mod textures;
 mod transport;
@@ -10,6 +11,7 @@ mod transport;
 pub use geometry::*;
 pub use lights::*;
 pub use materials::*;
+pub use motion::*;
 pub use realtime::*;
 pub use textures::*;
 pub use transport::*;

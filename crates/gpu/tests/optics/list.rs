@@ -190,13 +190,15 @@ macro_rules! functions {
     };
 }
 
+mod motion;
 mod realtime;
 mod surfaces;
 mod textures;
 
 /// All functions of the optics.
 pub fn functions() -> Vec<Function> {
-    let parts = [others(), realtime::realtime(), surfaces::surfaces(), textures::textures()];
+    let parts =
+        [others(), motion::motion(), realtime::realtime(), surfaces::surfaces(), textures::textures()];
     parts.into_iter().flatten().collect()
 }
 

@@ -111,6 +111,13 @@ structures! {
     SphereHit in intersect { near, far, hit }
     BoxHit in intersect { near, far, hit }
     CameraFrame in camera { kind, origin, right, up, forward, half_size, lens_radius, focus_distance, distortion }
+    AffineRows in motion { x, y, z }
+    MotionSegment in motion {
+        translation, translation_step, rotation, rotation_step, stretch, stretch_step, shear, shear_step
+    }
+    MotionPlace in motion { segment, fraction }
+    CameraSegment in moving_camera { place, film, film_step, lens, lens_step }
+    Shutter in shutter { open, duration, rise, fall, row_delay, column_delay }
     CameraRay in camera { origin, direction, weight }
     Distortion in distortion { model, skew, limit, radial, rest }
     LensDirection in distortion { direction, valid }
