@@ -22,6 +22,10 @@ pub(super) struct Member {
     pub control: Arc<Control>,
 }
 
+/// The part of what is left that devices begin with, all together: enough to be traced in the same way as the rest, and
+/// little enough that one which proves slow keeps nobody waiting.
+const FIRST: u64 = 8;
+
 /// How much longer than without it all may wait for a member at the end.
 const PATIENCE: f64 = 1.5;
 
@@ -103,8 +107,13 @@ pub(super) fn share(left: u64, least: u64, me: usize, rates: &[(Option<f64>, boo
     let (mine, is_processor) = rates[me];
     let alone = rates.len() == 1 || rates.iter().all(|(_, is_processor)| *is_processor);
     let Some(rate) = mine.or((is_processor && fastest > 0.0).then_some(fastest * UNKNOWN_PROCESSOR)) else {
-        // Devices begin with a little, which compiles their shaders; processors wait for them.
-        return if is_processor && !alone { Share::Wait } else { Share::Take(least) };
+        // Devices begin with a part, for which they compile their shaders; processors wait for them.
+        let devices = rates.iter().filter(|(_, is_processor)| !is_processor).count() as u64;
+        return match (is_processor, alone) {
+            (true, false) => Share::Wait,
+            (true, true) => Share::Take(least),
+            (false, _) => Share::Take(least.max(left / (FIRST * devices))),
+        };
     };
     let all: f64 =
         rates.iter().enumerate().map(|(i, (r, _))| if i == me { rate } else { r.unwrap_or(0.0) }).sum();
@@ -126,8 +135,10 @@ mod tests {
     #[test]
     fn work_is_shared_by_speed_and_slow_members_leave_the_end_to_others() {
         let (gpu, cpu) = (|rate| (rate, false), |rate| (rate, true));
-        // Nothing is known: devices begin with the least, a processor waits for them, unless it is alone.
-        assert_eq!(share(1000, 10, 0, &[gpu(None), cpu(None)]), Share::Take(10));
+        // Nothing is known: devices begin with an eighth, a processor waits for them, unless it is alone.
+        assert_eq!(share(1000, 10, 0, &[gpu(None), cpu(None)]), Share::Take(125));
+        assert_eq!(share(1000, 10, 0, &[gpu(None), gpu(None), cpu(None)]), Share::Take(62));
+        assert_eq!(share(40, 10, 0, &[gpu(None), cpu(None)]), Share::Take(10));
         assert_eq!(share(1000, 10, 1, &[gpu(None), cpu(None)]), Share::Wait);
         assert_eq!(share(1000, 10, 0, &[cpu(None)]), Share::Take(10));
         // Three quarters and one of them, half of it at a time.

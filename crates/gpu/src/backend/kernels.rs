@@ -35,9 +35,17 @@ impl GpuBackend {
         let variant = Variant { aovs, features, ..self.variant_of(view, kind) };
         let Variant { volumes, motion, .. } = variant;
         let all_samples = u64::from(samples) * view.window.area() as u64;
+        let is_there = |wavefront| {
+            let key = KernelKey { kind, variant, wavefront };
+            self.scene.as_ref().is_some_and(|loaded| loaded.kernels.contains_key(&key))
+        };
         let wanted = match self.path_kernel {
             // Its queues have no place for what paths are in, nor for when they have left.
             _ if volumes || motion => false,
+            // Pieces of a picture differ in size; none is worth compiling a second kernel for.
+            PathKernel::Auto if choice::is_close(all_samples) && is_there(true) != is_there(false) => {
+                is_there(true)
+            }
             PathKernel::Auto => choice::is_faster(&self.gpu, self.kind, all_samples),
             PathKernel::Megakernel => false,
             PathKernel::Wavefront => true,

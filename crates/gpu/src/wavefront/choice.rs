@@ -16,6 +16,11 @@ pub fn is_faster(gpu: &Gpu, kind: TracerKind, samples: u64) -> bool {
     measured && queues::suitable_paths(gpu).min(samples) >= ENOUGH_PATHS
 }
 
+/// Whether either kernel is nearly as fast as the other for so many samples: what is compiled already wins.
+pub fn is_close(samples: u64) -> bool {
+    (ENOUGH_PATHS / 4..ENOUGH_PATHS * 4).contains(&samples)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
