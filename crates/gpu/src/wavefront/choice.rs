@@ -16,7 +16,8 @@ pub fn is_faster(gpu: &Gpu, kind: TracerKind, samples: u64) -> bool {
     measured && queues::suitable_paths(gpu).min(samples) >= ENOUGH_PATHS
 }
 
-/// Whether either kernel is nearly as fast as the other for so many samples: what is compiled already wins.
+/// Whether so many samples, all pixels together, are near the threshold: then compiling another kernel is taken to cost more
+/// than it saves, and the one that is there is used. The factor of four is a guess; no measurement stands behind it.
 pub fn is_close(samples: u64) -> bool {
     (ENOUGH_PATHS / 4..ENOUGH_PATHS * 4).contains(&samples)
 }
@@ -24,6 +25,12 @@ pub fn is_close(samples: u64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn near_the_threshold_what_is_compiled_wins() {
+        assert!(is_close(1920 * 1080) && is_close(ENOUGH_PATHS));
+        assert!(!is_close(128 * 128) && !is_close(1920 * 1080 * 64));
+    }
 
     #[test]
     fn few_samples_and_software_are_the_megakernels() {
