@@ -7,6 +7,7 @@ use super::first::FirstView;
 use crate::browser::Browser;
 use crate::clock::Clock;
 use crate::document::Document;
+use crate::gizmo::Gizmo;
 use crate::loading::Loading;
 use crate::panels::Open;
 use crate::queries::{Outline, Queries, Question, Seen};
@@ -107,6 +108,8 @@ pub struct Viewer {
     pub under_pointer: Option<Seen>,
     /// What is selected.
     pub selection: Option<Selection>,
+    /// What moves, turns and scales it.
+    pub gizmo: Gizmo,
     /// What renders.
     pub backend: BackendState,
     /// How fast it is.
@@ -207,6 +210,7 @@ impl Viewer {
             pointer: None,
             under_pointer: None,
             selection: None,
+            gizmo: Gizmo::default(),
             backend: BackendState { options: start.renderer, name: "cpu".into(), ..BackendState::default() },
             statistics: Statistics::default(),
             notices: Vec::new(),
