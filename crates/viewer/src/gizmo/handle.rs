@@ -108,7 +108,8 @@ impl Frame {
                 let radius = if handle == Handle::ViewRing { VIEW_RING } else { 1.0 };
                 let points = ring(axis, self.front(axis, handle, lens)).map(|offset| at(offset * radius));
                 let points: Vec<_> = points.collect::<Option<_>>()?;
-                let grip = points[points.len() / 2];
+                // Not where rings meet.
+                let grip = points[PIECES / 2 + PIECES / 8];
                 (points, grip)
             }
         };

@@ -70,6 +70,8 @@ pub struct Gizmo {
     pub held: Option<Held>,
     /// A sign that is dragged through the sky.
     pub carried: Option<markers::Of>,
+    /// How often the scene had been changed when the drag began.
+    pub edits_before: u64,
     /// A drag was given up, and its button is still held.
     pub spent: bool,
     /// The handle that the pointer is on.

@@ -26,7 +26,7 @@ pub enum Motion {
 }
 
 /// A drag of a handle.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Drag {
     /// What is dragged.
     pub handle: Handle,
@@ -75,7 +75,8 @@ impl Drag {
 
     /// What it has come to.
     pub fn motion(&self, constraint: &Constraint) -> Motion {
-        let snapped = |v: f32, step: f32| if constraint.snap.is_some() { (v / step).round() * step } else { v };
+        let snapped =
+            |v: f32, step: f32| if constraint.snap.is_some() { (v / step).round() * step } else { v };
         match self.value {
             Motion::Move(offset) => Motion::Move(match (constraint.typed, constraint.snap) {
                 (Some(metres), _) => self.direction(offset) * metres,
@@ -252,8 +253,7 @@ mod tests {
     fn rings_turn_about_the_pivot() {
         // From the right of the ring to its top: a quarter to the left.
         let frame_pivot = Vec3::new(0.5, 0.0, 0.0);
-        let [right, top] =
-            [Vec3::X, Vec3::Y].map(|side| lens().project(frame_pivot + side).expect("seen"));
+        let [right, top] = [Vec3::X, Vec3::Y].map(|side| lens().project(frame_pivot + side).expect("seen"));
         let drag = drag(Tool::Rotate, Handle::Ring(2), top - right, Some(frame_pivot + Vec3::X));
         let motion = drag.motion(&Constraint { snap: Some(1.0), typed: None });
         let Motion::Rotate(axis, angle) = motion else { panic!("a turn") };
@@ -269,11 +269,12 @@ mod tests {
     fn scales_keep_the_pivot_and_never_reach_zero() {
         let double = drag(Tool::Scale, Handle::Center, vec2(100.0, 0.0), None);
         let motion = double.motion(&FREE);
-        assert_eq!(motion, Motion::Scale(Vec3::splat(2.0)));
+        let Motion::Scale(factors) = motion else { panic!("a scale") };
+        assert!(factors.distance(Vec3::splat(2.0)) < 1e-4, "{factors}");
         let pivot = Vec3::new(0.5, 0.0, 0.0);
         assert!(double.matrix(motion).transform_point3(pivot).distance(pivot) < 1e-6);
         let moved = double.matrix(motion).transform_point3(pivot + Vec3::Y);
-        assert!(moved.distance(pivot + Vec3::Y * 2.0) < 1e-5);
+        assert!(moved.distance(pivot + Vec3::Y * 2.0) < 1e-4);
         let through = drag(Tool::Scale, Handle::Axis(0), vec2(-900.0, 0.0), Some(pivot + Vec3::X));
         let Motion::Scale(factors) = through.motion(&Constraint { snap: Some(1.0), typed: None }) else {
             panic!("a scale")

@@ -63,7 +63,8 @@ impl Viewer {
             self.zoom = Zoom::default();
             self.views.clear();
             self.selection = None;
-            self.gizmo = crate::gizmo::Gizmo { tool: self.gizmo.tool, local: self.gizmo.local, ..Default::default() };
+            self.gizmo =
+                crate::gizmo::Gizmo { tool: self.gizmo.tool, local: self.gizmo.local, ..Default::default() };
         }
         self.outline = None;
         self.watch = match &source.place {

@@ -102,7 +102,9 @@ impl Viewer {
 
     fn turn_light(&mut self, number: usize, to: Vec3) {
         self.edit_lights("gizmo", |lights| {
-            if let Some(LightKind::Directional { direction, .. }) = lights.get_mut(number).map(|l| &mut l.kind) {
+            if let Some(LightKind::Directional { direction, .. }) =
+                lights.get_mut(number).map(|l| &mut l.kind)
+            {
                 *direction = to;
             }
         });

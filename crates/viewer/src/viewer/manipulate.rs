@@ -1,7 +1,7 @@
 //! The gizmo at work: what its handles have hold of, and what becomes of that.
 
 use super::state::Viewer;
-use crate::gizmo::{Constraint, Drag, Frame, Handle, Held, Lens, Shape, Tool, Typed, markers, nearest};
+use crate::gizmo::{Constraint, Drag, Frame, Handle, Held, Lens, Shape, Tool, Typed, nearest};
 use alhazen::edits::Edits;
 use egui::{Align2, Color32, FontId, Key, Painter, PointerButton, Pos2, Response, Stroke, Ui, vec2};
 use glam::{Affine3A, Vec3};
@@ -86,6 +86,7 @@ impl Viewer {
 
     /// Begins to drag what is at a point.
     fn take_hold(&mut self, shapes: &[Shape], at: Pos2) -> bool {
+        self.gizmo.edits_before = self.edit_count;
         if let (Some(handle), Some(frame)) = (nearest(shapes, at), self.gizmo_frame()) {
             self.hold(handle, frame, at);
             return true;
@@ -139,9 +140,8 @@ impl Viewer {
         if self.gizmo.held.is_none() && self.gizmo.carried.is_none() {
             return false;
         }
-        let (events, gives_up, ends) = ctx.input(|i| {
-            (i.events.clone(), i.key_pressed(Key::Escape), i.key_pressed(Key::Enter))
-        });
+        let (events, gives_up, ends) =
+            ctx.input(|i| (i.events.clone(), i.key_pressed(Key::Escape), i.key_pressed(Key::Enter)));
         if let Some(held) = &mut self.gizmo.held {
             held.typed.take(&events);
         }
@@ -152,6 +152,14 @@ impl Viewer {
             self.give_up_gesture();
         }
         true
+    }
+
+    /// Takes back what the drag has changed so far.
+    fn give_up_gesture(&mut self) {
+        let has_changed = self.edit_count > self.gizmo.edits_before;
+        if has_changed && self.document.as_mut().is_some_and(|document| document.abandon()) {
+            self.send_edits();
+        }
     }
 
     /// Chooses what dragging does.
@@ -169,11 +177,10 @@ impl Viewer {
     pub(super) fn paint_gizmo(&self, painter: &Painter, ctx: &egui::Context) {
         let held = self.gizmo.held.as_ref();
         let hot = held.map(|held| held.drag.handle).or(self.gizmo.hovered);
-        let width = if self.settings.high_contrast { 4.0 } else { 2.5 };
         for shape in self.gizmo_shapes() {
             // Other handles are in the way of what is dragged.
             if held.is_none_or(|held| held.drag.handle == shape.handle) {
-                paint_handle(painter, &shape, self.gizmo.tool, hot == Some(shape.handle), width);
+                paint_handle(painter, &shape, self.gizmo.tool, hot == Some(shape.handle));
             }
         }
         let Some(held) = held else { return };
@@ -193,14 +200,14 @@ fn move_objects(edits: &mut Edits, objects: &[(u32, Affine3A)], matrix: &Affine3
     }
 }
 
-fn paint_handle(painter: &Painter, shape: &Shape, tool: Tool, is_hot: bool, width: f32) {
+fn paint_handle(painter: &Painter, shape: &Shape, tool: Tool, is_hot: bool) {
     let own = match shape.handle {
         Handle::Axis(i) | Handle::Plane(i) | Handle::Ring(i) => AXES[i],
         Handle::ViewRing | Handle::Center => Color32::from_gray(230),
     };
     let colour = if is_hot { HOT } else { own };
-    let edge = Stroke::new(width + 2.0, Color32::from_black_alpha(110));
-    let stroke = Stroke::new(width, colour);
+    let edge = Stroke::new(4.5, Color32::from_black_alpha(110));
+    let stroke = Stroke::new(2.5, colour);
     match shape.handle {
         Handle::Center => {
             painter.circle(shape.grip, 5.5, colour, Stroke::new(1.5, Color32::from_black_alpha(160)));
@@ -230,7 +237,7 @@ fn paint_handle(painter: &Painter, shape: &Shape, tool: Tool, is_hot: bool, widt
 }
 
 /// Text that can be read over any picture.
-pub(crate) fn outlined_text(painter: &Painter, at: Pos2, align: Align2, text: &str) {
+fn outlined_text(painter: &Painter, at: Pos2, align: Align2, text: &str) {
     let font = FontId::proportional(14.0);
     let galley = painter.layout_no_wrap(text.to_owned(), font, Color32::WHITE);
     let rect = align.anchor_size(at, galley.size());

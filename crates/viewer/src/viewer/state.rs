@@ -140,6 +140,8 @@ pub struct Viewer {
     pub(super) shots: [Option<Shot>; 2],
     pub(super) textures: [Option<egui::TextureHandle>; 2],
     pub(super) outline: Option<(Question, Outline, Option<egui::TextureHandle>)>,
+    /// Where the light was told to fall, until the answer comes.
+    pub(super) aimed_at: Option<egui::Pos2>,
     pub(super) asked_outline: Option<(Question, u64)>,
     pub(super) edit_count: u64,
     /// How many drags there were, and the one that goes on.
@@ -227,6 +229,7 @@ impl Viewer {
             shots: [None, None],
             textures: [None, None],
             outline: None,
+            aimed_at: None,
             asked_outline: None,
             edit_count: 0,
             gestures: 0,
