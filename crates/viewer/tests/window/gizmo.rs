@@ -120,7 +120,7 @@ fn control_snaps() {
     let (mut harness, before) = selected();
     let step = harness.state().snap_length();
     let from = grip(&harness, Handle::Axis(1));
-    harness.input_mut().modifiers = Modifiers::COMMAND;
+    harness.event(Event::ModifiersChanged(Modifiers::COMMAND));
     drag(&mut harness, from, vec2(0.0, -33.0));
     let moved = (transform(&harness).translation - before.translation).y;
     harness.drop_at(from + vec2(0.0, -33.0));
