@@ -33,8 +33,8 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     let mut removed = None;
     let speed = viewer.scene_size() * 1e-3;
     for (i, light) in lights.iter_mut().enumerate() {
-        let mark = if viewer.gizmo.light == Some(i) { "▶ " } else { "" };
-        let title = format!("{mark}{} ({})", light.name, light.kind.name());
+        let mark = if viewer.gizmo.light == Some(i) { ", selected" } else { "" };
+        let title = format!("{} ({}{mark})", light.name, light.kind.name());
         CollapsingHeader::new(title).id_salt(("light", i)).default_open(i < 3).show(ui, |ui| {
             one(viewer, ui, light, speed);
             ui.horizontal(|ui| {
