@@ -142,6 +142,11 @@ impl Document {
         self.edits.undo() && self.follow().is_ok()
     }
 
+    /// Takes back what a drag has changed that was given up.
+    pub fn abandon(&mut self) -> bool {
+        self.edits.abandon() && self.follow().is_ok()
+    }
+
     /// Makes a step again.
     pub fn redo(&mut self) -> bool {
         self.edits.redo() && self.follow().is_ok()

@@ -80,6 +80,15 @@ impl<T: Clone + PartialEq> History<T> {
         true
     }
 
+    /// As [`History::undo`], of a step that nobody will want again, such as a drag that was given up.
+    pub fn abandon(&mut self) -> bool {
+        let undone = self.undo();
+        if undone {
+            self.future.pop();
+        }
+        undone
+    }
+
     /// Makes the step again that was taken back; false if there is none.
     pub fn redo(&mut self) -> bool {
         self.last = None;
@@ -139,6 +148,15 @@ mod tests {
         h.change("slider", 90.0, |v| *v = 4);
         h.change("colour", 90.1, |v| *v = 5);
         assert!(h.undo() && *h.now() == 4, "another thing is another step");
+    }
+
+    #[test]
+    fn what_was_given_up_is_not_made_again() {
+        let mut h = History::new(0);
+        h.change("a", 0.0, |v| *v = 1);
+        h.change("drag", 9.0, |v| *v = 2);
+        assert!(h.abandon() && *h.now() == 1 && !h.can_redo());
+        assert!(h.undo() && h.redo() && *h.now() == 1);
     }
 
     #[test]

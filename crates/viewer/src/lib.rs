@@ -10,6 +10,7 @@
 pub mod browser;
 pub mod clock;
 pub mod document;
+pub mod gizmo;
 pub mod history;
 pub mod integrators;
 pub mod loading;

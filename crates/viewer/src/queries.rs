@@ -45,6 +45,8 @@ pub enum Purpose {
     Focus,
     /// Tell what it is.
     Inspect,
+    /// Have a light fall there.
+    Aim,
 }
 
 /// What was found.

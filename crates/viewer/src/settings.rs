@@ -26,6 +26,8 @@ pub struct Settings {
     pub watch: bool,
     /// Ask for files by our own dialog, even where the desktop has one.
     pub own_dialogs: bool,
+    /// Signs over the picture for lights and cameras.
+    pub icons: bool,
     /// Height of the list of objects, points.
     pub outliner_height: f32,
 }
@@ -41,6 +43,7 @@ impl Default for Settings {
             zoom: 1.0,
             watch: true,
             own_dialogs: false,
+            icons: true,
             outliner_height: 260.0,
         }
     }

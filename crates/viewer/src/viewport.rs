@@ -33,6 +33,10 @@ fn steer(viewer: &mut Viewer, ui: &Ui, response: &Response, room: Rect, aspect: 
     if viewer.split_dragged(response) {
         return;
     }
+    viewer.pointer = response.hover_pos();
+    if viewer.manipulate(ui, response) {
+        return;
+    }
     if drag != glam::Vec2::ZERO {
         let pans = response.dragged_by(PointerButton::Middle)
             || (response.dragged_by(PointerButton::Primary) && modifiers.shift);
@@ -46,9 +50,7 @@ fn steer(viewer: &mut Viewer, ui: &Ui, response: &Response, room: Rect, aspect: 
             viewer.steer(|c| navigation::orbit(c, drag));
         }
     }
-    let pointer = response.hover_pos();
-    viewer.pointer = pointer;
-    if let Some(pointer) = pointer {
+    if let Some(pointer) = viewer.pointer {
         if pinch != 1.0 {
             // Ctrl and the wheel, or two fingers on a touchpad.
             viewer.zoom.by(pinch, pointer, room, aspect);
@@ -64,6 +66,8 @@ fn steer(viewer: &mut Viewer, ui: &Ui, response: &Response, room: Rect, aspect: 
             viewer.act(Action::FocusOn(at));
         } else if response.clicked() && modifiers.command {
             viewer.act(Action::FocusLens(at));
+        } else if response.clicked() && viewer.gizmo.aims {
+            viewer.act(Action::Aim(at));
         } else if response.clicked() {
             viewer.act(Action::Pick(at));
         }

@@ -33,15 +33,26 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     let mut removed = None;
     let speed = viewer.scene_size() * 1e-3;
     for (i, light) in lights.iter_mut().enumerate() {
-        let title = format!("{} ({})", light.name, light.kind.name());
+        let mark = if viewer.gizmo.light == Some(i) { ", selected" } else { "" };
+        let title = format!("{} ({}{mark})", light.name, light.kind.name());
         CollapsingHeader::new(title).id_salt(("light", i)).default_open(i < 3).show(ui, |ui| {
             one(viewer, ui, light, speed);
-            if ui.button("Remove").clicked() {
-                removed = Some(i);
-            }
+            ui.horizontal(|ui| {
+                if ui.button("Remove").clicked() {
+                    removed = Some(i);
+                }
+                if ui.button("Show handles").clicked() {
+                    viewer.select_light(i);
+                }
+                if ui.button("Aim").on_hover_text("Then click where the light should fall (J).").clicked() {
+                    viewer.select_light(i);
+                    viewer.run(Command::Aim, &ui.ctx().clone());
+                }
+            });
         });
     }
     if let Some(i) = removed {
+        viewer.gizmo.light = None;
         lights.remove(i);
     }
     if lights != before {

@@ -22,6 +22,8 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
             ui.separator();
             items(viewer, ui, &[Duplicate, Delete, Rename, Hide, Isolate, ShowAll, Deselect]);
             ui.separator();
+            items(viewer, ui, &[ToolSelect, ToolMove, ToolRotate, ToolScale, LocalAxes, Aim]);
+            ui.separator();
             items(viewer, ui, &[AddModel, AddLamp, AddPointLight]);
         });
         ui.menu_button("View", |ui| {
@@ -29,7 +31,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
             ui.separator();
             items(viewer, ui, &[PlayTime, StepOn, StepBack, Rest]);
             ui.separator();
-            items(viewer, ui, &[ResetZoom, FullScreen, SidePanel]);
+            items(viewer, ui, &[ResetZoom, FullScreen, SidePanel, Icons]);
             ui.checkbox(&mut viewer.settings.dark, "Dark theme");
             ui.add(egui::Slider::new(&mut viewer.settings.zoom, 0.5..=3.0).text("Panel scale"));
         });

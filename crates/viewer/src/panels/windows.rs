@@ -4,7 +4,7 @@ use crate::viewer::{COMMANDS, Viewer};
 use egui::{Align2, Context, Grid, Window};
 
 /// What the mouse does over the picture.
-const MOUSE: [(&str, &str); 12] = [
+const MOUSE: [(&str, &str); 16] = [
     ("Drag", "orbit"),
     ("Shift and drag, middle drag", "pan"),
     ("Right drag", "look around"),
@@ -15,6 +15,10 @@ const MOUSE: [(&str, &str); 12] = [
     ("Click", "select"),
     ("Double click", "set the orbit centre"),
     ("Ctrl and click", "set the focus distance"),
+    ("Drag a handle", "move, rotate or scale the selection"),
+    ("Ctrl and drag a handle", "snap; a number can be typed; Escape gives up"),
+    ("Click a light's sign", "select the light"),
+    ("Drag the sun's sign", "move the sun through the sky"),
     ("W A S D, Q E", "fly"),
     ("Shift", "fly faster"),
 ];

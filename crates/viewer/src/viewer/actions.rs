@@ -3,6 +3,7 @@
 use super::commands::{COMMANDS, Command};
 use super::dialogs::For;
 use super::state::{Selection, Viewer};
+use crate::gizmo::Tool;
 use crate::navigation;
 use crate::panels::Overlay;
 use crate::queries::Purpose;
@@ -21,6 +22,8 @@ pub enum Action {
     FocusOn(Pos2),
     /// Bring what is there into the lens's focus.
     FocusLens(Pos2),
+    /// Have the light fall there.
+    Aim(Pos2),
 }
 
 /// What lies over everything else.
@@ -43,12 +46,16 @@ impl Viewer {
             Action::Pick(at) => self.ask(at, Purpose::Select),
             Action::FocusOn(at) => self.ask(at, Purpose::Target),
             Action::FocusLens(at) => self.ask(at, Purpose::Focus),
+            Action::Aim(at) => self.aim_at(at),
         }
     }
 
     /// Does what the keys of this frame say.
     pub fn take_keys(&mut self, ctx: &egui::Context) {
         // Menus and the file dialog take their keys themselves, Escape among them.
+        if self.take_drag_keys(ctx) {
+            return;
+        }
         let types = ctx.egui_wants_keyboard_input() && !self.open.outliner.has_focus;
         let typed = std::mem::replace(&mut self.typed, types || self.open.outliner.has_focus);
         if types || egui::Popup::is_any_open(ctx) || self.top() == Some(Top::Browser) {
@@ -90,7 +97,11 @@ impl Viewer {
             Some(Top::Question) => self.answer_elsewhere(false),
             Some(Top::Browser) => self.browser = None,
             Some(Top::Overlay(_)) => drop(self.open.close_overlays()),
-            None => (self.selection, self.open.outliner.cursor) = (None, None),
+            None if self.gizmo.aims => self.gizmo.aims = false,
+            None => {
+                (self.selection, self.open.outliner.cursor) = (None, None);
+                self.gizmo.light = None;
+            }
         }
     }
 
@@ -159,6 +170,21 @@ impl Viewer {
                 self.open.record.way = command;
                 self.ask_for(For::Record);
             }
+            Command::ToolSelect => self.use_tool(Tool::Select),
+            Command::ToolMove => self.use_tool(Tool::Move),
+            Command::ToolRotate => self.use_tool(Tool::Rotate),
+            Command::ToolScale => self.use_tool(Tool::Scale),
+            Command::LocalAxes => {
+                self.gizmo.local = !self.gizmo.local;
+                let axes = if self.gizmo.local { "the object" } else { "the world" };
+                self.notice(format!("handles follow the axes of {axes}"), false);
+            }
+            Command::Aim => self.begin_to_aim(),
+            Command::Icons => {
+                self.settings.icons = !self.settings.icons;
+                let are = if self.settings.icons { "shown" } else { "hidden" };
+                self.notice(format!("signs of lights and cameras are {are}"), false);
+            }
             Command::StopRecording => self.tell(Message::Record(None)),
             Command::ExportStatistics => self.ask_for(For::Statistics),
         }
@@ -225,6 +251,9 @@ impl Viewer {
     }
 
     fn delete(&mut self) {
+        if let Some(light) = self.gizmo.light {
+            return self.remove_light(light);
+        }
         let objects = self.chosen_objects();
         (self.selection, self.open.outliner.cursor) = (None, None);
         self.edit("delete", |edits| {

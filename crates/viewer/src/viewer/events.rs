@@ -63,6 +63,8 @@ impl Viewer {
             self.zoom = Zoom::default();
             self.views.clear();
             self.selection = None;
+            self.gizmo =
+                crate::gizmo::Gizmo { tool: self.gizmo.tool, local: self.gizmo.local, ..Default::default() };
         }
         self.outline = None;
         self.watch = match &source.place {
@@ -107,6 +109,7 @@ impl Viewer {
     pub(super) fn take_answer(&mut self, ctx: &egui::Context, answer: Answer) {
         match answer {
             Answer::Point(Purpose::Select, seen) => {
+                self.gizmo.light = None;
                 self.selection = seen.map(|s| Selection { object: s.instance, material: s.material });
                 if self.selection.is_some() {
                     self.open.tab = crate::panels::Tab::Objects;
@@ -117,6 +120,7 @@ impl Viewer {
                 let axis = (c.target - c.eye).normalize_or(glam::Vec3::NEG_Z);
                 c.focus_distance = (seen.position - c.eye).dot(axis).max(1e-4);
             }),
+            Answer::Point(Purpose::Aim, seen) => self.aim(seen),
             Answer::Point(Purpose::Inspect, seen) => self.under_pointer = seen,
             Answer::Point(Purpose::Target | Purpose::Focus, None) => {}
             Answer::Outline(outline) => self.take_outline(ctx, outline),

@@ -9,6 +9,8 @@ mod elsewhere;
 mod events;
 mod files;
 mod first;
+mod light;
+mod manipulate;
 mod paint;
 mod state;
 mod time;

@@ -31,6 +31,8 @@ impl Viewer {
         }
         self.paint_comparison(painter, place);
         self.paint_selection(painter, place);
+        self.paint_markers(painter);
+        self.paint_gizmo(painter, painter.ctx());
     }
 
     fn paint_comparison(&mut self, painter: &Painter, place: Rect) {

@@ -7,6 +7,7 @@ use super::first::FirstView;
 use crate::browser::Browser;
 use crate::clock::Clock;
 use crate::document::Document;
+use crate::gizmo::Gizmo;
 use crate::loading::Loading;
 use crate::panels::Open;
 use crate::queries::{Outline, Queries, Question, Seen};
@@ -107,6 +108,8 @@ pub struct Viewer {
     pub under_pointer: Option<Seen>,
     /// What is selected.
     pub selection: Option<Selection>,
+    /// What moves, turns and scales it.
+    pub gizmo: Gizmo,
     /// What renders.
     pub backend: BackendState,
     /// How fast it is.
@@ -137,6 +140,8 @@ pub struct Viewer {
     pub(super) shots: [Option<Shot>; 2],
     pub(super) textures: [Option<egui::TextureHandle>; 2],
     pub(super) outline: Option<(Question, Outline, Option<egui::TextureHandle>)>,
+    /// Where the light was told to fall, until the answer comes.
+    pub(super) aimed_at: Option<egui::Pos2>,
     pub(super) asked_outline: Option<(Question, u64)>,
     pub(super) edit_count: u64,
     /// How many drags there were, and the one that goes on.
@@ -207,6 +212,7 @@ impl Viewer {
             pointer: None,
             under_pointer: None,
             selection: None,
+            gizmo: Gizmo::default(),
             backend: BackendState { options: start.renderer, name: "cpu".into(), ..BackendState::default() },
             statistics: Statistics::default(),
             notices: Vec::new(),
@@ -223,6 +229,7 @@ impl Viewer {
             shots: [None, None],
             textures: [None, None],
             outline: None,
+            aimed_at: None,
             asked_outline: None,
             edit_count: 0,
             gestures: 0,

@@ -9,6 +9,7 @@ impl Viewer {
     /// Marks a line; an object is selected.
     pub fn choose(&mut self, item: Item) {
         self.open.outliner.cursor = Some(item);
+        self.gizmo.light = None;
         self.selection = match item {
             Item::Group(_) => None,
             Item::Object(object) => {

@@ -2,6 +2,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod gizmo;
 mod outliner;
 mod overlays;
 mod properties;
