@@ -1,7 +1,8 @@
 //! One of several back ends that work together.
 
 use super::todo::Todo;
-use backend::{Backend, BackendError, Control, Stats, View};
+use backend::{Backend, BackendError, Control, LoadStats, Stats, View};
+use scene::tables::{Changes, SceneTables};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -20,11 +21,17 @@ pub(super) struct Member {
     pub made: Todo,
     /// For what it does now.
     pub control: Arc<Control>,
+    /// The scene of a processor beside GPUs, which loads it when it is first needed: it has the hierarchy built once
+    /// more, while the host has GPUs to feed.
+    waiting: Option<Arc<SceneTables>>,
 }
 
 /// The part of what is left that devices begin with, all together: enough to be traced in the same way as the rest, and
 /// little enough that one which proves slow keeps nobody waiting.
 const FIRST: u64 = 8;
+
+/// The part of its share that a member takes at once. Its speed may be misjudged by a third before others wait for it.
+const PORTION: f64 = 0.75;
 
 /// How much longer than without it all may wait for a member at the end.
 const PATIENCE: f64 = 1.5;
@@ -41,7 +48,33 @@ pub(super) enum Stopped {
 
 impl Member {
     pub fn new(backend: Box<dyn Backend>) -> Self {
-        Self { backend, rate: None, is_warm: false, made: Todo::default(), control: Arc::default() }
+        Self {
+            backend,
+            rate: None,
+            is_warm: false,
+            made: Todo::default(),
+            control: Arc::default(),
+            waiting: None,
+        }
+    }
+
+    /// Loads a scene, or keeps it until the member is needed.
+    pub fn load(&mut self, scene: Arc<SceneTables>, waits: bool) -> Result<LoadStats, BackendError> {
+        (self.rate, self.is_warm, self.waiting) = (None, false, None);
+        if waits {
+            self.waiting = Some(scene);
+            return Ok(LoadStats::default());
+        }
+        self.backend.load(scene)
+    }
+
+    /// Follows a scene that has changed.
+    pub fn update(&mut self, scene: Arc<SceneTables>, changes: Changes) -> Result<LoadStats, BackendError> {
+        if self.waiting.is_some() {
+            self.waiting = Some(scene);
+            return Ok(LoadStats::default());
+        }
+        self.backend.update(scene, changes)
     }
 
     pub fn is_processor(&self) -> bool {
@@ -51,8 +84,11 @@ impl Member {
     /// Makes a piece; it belongs to the member from now on, whether it succeeds or not.
     pub fn make(&mut self, view: &View, piece: Todo) -> Result<Stats, Stopped> {
         let area = view.window.area() as u64;
-        let (amount, start) = (piece.amount(area), Instant::now());
         self.made.append(piece.clone());
+        if let Some(scene) = self.waiting.take() {
+            self.backend.load(scene).map_err(stopped)?;
+        }
+        let (amount, start) = (piece.amount(area), Instant::now());
         let mut stats = Stats::default();
         for range in &piece.samples {
             let view = View { first_sample: range.start, ..view.clone() };
@@ -99,33 +135,61 @@ pub(super) enum Share {
     Leave,
 }
 
-/// How much of what is `left` member `me` should take: half of its share by speed, so that all end together.
+/// How fast a member is, as others see it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Pace {
+    /// Samples of pixels a second; `None`: unknown; 0: it takes nothing.
+    pub rate: Option<f64>,
+    /// It is a processor.
+    pub is_processor: bool,
+    /// Seconds that it needs before it can begin.
+    pub loading: f64,
+}
+
+impl Member {
+    /// Its pace. `loading`: what loading takes, seconds.
+    pub fn pace(&self, loading: f64) -> Pace {
+        let loading = if self.waiting.is_some() { loading } else { 0.0 };
+        Pace { rate: self.rate, is_processor: self.is_processor(), loading }
+    }
+}
+
+/// How much of what is `left` member `me` should take: a part of its share by speed, so that all end together.
 ///
-/// - `least`: samples of the smallest piece. `rates`: of all members, with whether they are processors.
-pub(super) fn share(left: u64, least: u64, me: usize, rates: &[(Option<f64>, bool)]) -> Share {
-    let fastest = rates.iter().filter_map(|(rate, _)| *rate).fold(0.0, f64::max);
-    let (mine, is_processor) = rates[me];
-    let alone = rates.len() == 1 || rates.iter().all(|(_, is_processor)| *is_processor);
-    let Some(rate) = mine.or((is_processor && fastest > 0.0).then_some(fastest * UNKNOWN_PROCESSOR)) else {
-        // Devices begin with a part, for which they compile their shaders; processors wait for them.
-        let devices = rates.iter().filter(|(_, is_processor)| !is_processor).count() as u64;
-        return match (is_processor, alone) {
-            (true, false) => Share::Wait,
-            (true, true) => Share::Take(least),
-            (false, _) => Share::Take(least.max(left / (FIRST * devices))),
-        };
-    };
-    let all: f64 =
-        rates.iter().enumerate().map(|(i, (r, _))| if i == me { rate } else { r.unwrap_or(0.0) }).sum();
-    let others = all - rate;
-    let next =
-        rates.iter().enumerate().filter(|(i, _)| *i != me).filter_map(|(_, (r, _))| *r).fold(0.0, f64::max);
-    // None of them takes less than the least, so the fastest never leaves.
-    let without = (left as f64 / others).max(least as f64 / next);
-    if others > 0.0 && least as f64 / rate > PATIENCE * without {
+/// - `least`: samples of the smallest piece. `paces`: of all members.
+pub(super) fn share(left: u64, least: u64, me: usize, paces: &[Pace]) -> Share {
+    let Pace { rate, is_processor, loading } = paces[me];
+    let fastest = paces.iter().filter_map(|pace| pace.rate).fold(0.0, f64::max);
+    let guess = (is_processor && fastest > 0.0).then_some(fastest * UNKNOWN_PROCESSOR);
+    let Some(mine) = rate.or(guess) else { return first(left, least, is_processor, paces) };
+    // What it would spare the others, seconds.
+    if rate.is_none() && left as f64 / fastest * UNKNOWN_PROCESSOR < loading {
         return Share::Leave;
     }
-    Share::Take(((0.5 * left as f64 * rate / all) as u64).max(least))
+    let others = || paces.iter().enumerate().filter(|(i, _)| *i != me).map(|(_, pace)| pace.rate);
+    if others().all(|rate| rate == Some(0.0)) {
+        return Share::Take(left);
+    }
+    let all_others: f64 = others().flatten().sum();
+    let next = others().flatten().fold(0.0, f64::max);
+    // None of them takes less than the least, so the fastest never leaves.
+    let without = (left as f64 / all_others).max(least as f64 / next);
+    if all_others > 0.0 && least as f64 / mine > PATIENCE * without {
+        return Share::Leave;
+    }
+    Share::Take(((PORTION * left as f64 * mine / (mine + all_others)) as u64).max(least))
+}
+
+/// What a member takes before anybody knows how fast it is. Devices begin with a part, for which they compile their
+/// shaders; processors wait for them.
+fn first(left: u64, least: u64, is_processor: bool, paces: &[Pace]) -> Share {
+    let works = |pace: &&Pace| !pace.is_processor && pace.rate != Some(0.0);
+    let devices = paces.iter().filter(works).count() as u64;
+    match (is_processor, devices) {
+        (true, 0) => Share::Take(least),
+        (true, _) => Share::Wait,
+        (false, _) => Share::Take(least.max(left / (FIRST * devices))),
+    }
 }
 
 #[cfg(test)]
@@ -134,17 +198,18 @@ mod tests {
 
     #[test]
     fn work_is_shared_by_speed_and_slow_members_leave_the_end_to_others() {
-        let (gpu, cpu) = (|rate| (rate, false), |rate| (rate, true));
+        let gpu = |rate| Pace { rate, is_processor: false, loading: 0.0 };
+        let cpu = |rate| Pace { rate, is_processor: true, loading: 0.0 };
         // Nothing is known: devices begin with an eighth, a processor waits for them, unless it is alone.
         assert_eq!(share(1000, 10, 0, &[gpu(None), cpu(None)]), Share::Take(125));
         assert_eq!(share(1000, 10, 0, &[gpu(None), gpu(None), cpu(None)]), Share::Take(62));
         assert_eq!(share(40, 10, 0, &[gpu(None), cpu(None)]), Share::Take(10));
         assert_eq!(share(1000, 10, 1, &[gpu(None), cpu(None)]), Share::Wait);
-        assert_eq!(share(1000, 10, 0, &[cpu(None)]), Share::Take(10));
-        // Three quarters and one of them, half of it at a time.
+        assert_eq!(share(1000, 10, 0, &[cpu(None), cpu(None)]), Share::Take(10));
+        // Three quarters and one of them, three quarters of it at a time.
         let two = [gpu(Some(300.0)), gpu(Some(100.0))];
-        assert_eq!(share(800, 10, 0, &two), Share::Take(300));
-        assert_eq!(share(800, 10, 1, &two), Share::Take(100));
+        assert_eq!(share(800, 10, 0, &two), Share::Take(450));
+        assert_eq!(share(800, 10, 1, &two), Share::Take(150));
         // The least takes the second one longer than the first one takes for all that is left.
         assert_eq!(share(10, 10, 1, &two), Share::Leave);
         assert_eq!(share(10, 10, 0, &two), Share::Take(10));
@@ -156,6 +221,20 @@ mod tests {
         // A processor that was never asked is thought to be slow.
         let unknown = [gpu(Some(640.0)), cpu(None)];
         assert_eq!(share(100, 10, 1, &unknown), Share::Leave);
-        assert!(matches!(share(100_000, 10, 1, &unknown), Share::Take(n) if n < 1000));
+        assert!(matches!(share(100_000, 10, 1, &unknown), Share::Take(n) if n < 2000));
+    }
+
+    #[test]
+    fn a_processor_loads_only_what_it_spares_the_others_more_time_than_that_takes() {
+        let gpu = |rate| Pace { rate: Some(rate), is_processor: false, loading: 0.0 };
+        let cpu = |rate, loading| Pace { rate, is_processor: true, loading };
+        // 128 seconds are left, of which it is thought to spare two.
+        assert!(matches!(share(12_800, 1, 1, &[gpu(100.0), cpu(None, 1.9)]), Share::Take(_)));
+        assert_eq!(share(12_800, 1, 1, &[gpu(100.0), cpu(None, 2.1)]), Share::Leave);
+        // Nobody waits for devices that are lost.
+        assert_eq!(share(12_800, 1, 1, &[gpu(0.0), cpu(None, 2.1)]), Share::Take(1));
+        // Whoever is left alone takes all of it, and does not wait for a speed that nobody measures.
+        assert_eq!(share(12_800, 1, 0, &[gpu(100.0), cpu(Some(0.0), 2.1)]), Share::Take(12_800));
+        assert!(matches!(share(12_800, 1, 0, &[gpu(100.0), cpu(None, 2.1)]), Share::Take(9_600)));
     }
 }

@@ -14,7 +14,7 @@ use backend::{
     ViewBatch, ViewPictures,
 };
 use film::{Film, Image};
-use member::{Member, Share, Stopped, add, share};
+use member::{Member, Pace, Share, Stopped, add, share};
 use post::NetworkInput;
 use scene::tables::{Changes, SceneTables};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -35,13 +35,15 @@ pub struct Together {
     view: Option<View>,
     merged: Option<Film>,
     notices: Vec<String>,
+    /// What loading took, seconds.
+    loading: f64,
 }
 
 impl Together {
     /// Of back ends that have loaded nothing yet, the strongest first.
     pub fn new(members: Vec<Box<dyn Backend>>) -> Self {
         let members = members.into_iter().map(Member::new).collect();
-        Self { members, view: None, merged: None, notices: Vec::new() }
+        Self { members, view: None, merged: None, notices: Vec::new(), loading: 0.0 }
     }
 
     /// What each works on.
@@ -116,7 +118,7 @@ impl Together {
         self.merged = None;
         let mut sum = Stats::default();
         while !todo.is_empty() && !control.is_cancelled() {
-            let (stats, left, stopped) = work_once(&mut self.members, view, todo, control);
+            let (stats, left, stopped) = work_once(&mut self.members, self.loading, view, todo, control);
             add(&mut sum, &stats);
             todo = left;
             let mut lost = Vec::new();
@@ -149,14 +151,15 @@ impl Together {
 /// A round: members take pieces until nothing is left for them. Returns what is left, and why each of them stopped.
 fn work_once(
     members: &mut [Member],
+    loading: f64,
     view: &View,
     todo: Todo,
     control: &Control,
 ) -> (Stats, Todo, Vec<Stopped>) {
     members.iter_mut().for_each(|member| member.control = Arc::default());
     let controls: Vec<_> = members.iter().map(|member| member.control.clone()).collect();
-    let rates = members.iter().map(|m| (m.rate, m.is_processor())).collect();
-    let shared = Mutex::new(Shared { todo, rates });
+    let paces = members.iter().map(|m| m.pace(loading)).collect();
+    let shared = Mutex::new(Shared { todo, paces });
     // Samples of pieces that are done.
     let finished = AtomicU64::new(0);
     let before = control.progress().samples_done;
@@ -194,8 +197,8 @@ fn work_once(
 /// What members share in a round.
 struct Shared {
     todo: Todo,
-    /// Of all members; and whether they are processors.
-    rates: Vec<(Option<f64>, bool)>,
+    /// Of all members.
+    paces: Vec<Pace>,
 }
 
 /// What a member does in a round.
@@ -217,9 +220,12 @@ fn take_pieces(
             let left = shared.todo.amount(area);
             // Of some pixels any number of samples may be taken; of all of them, one of each at least.
             let least = if shared.todo.samples.is_empty() { LEAST_SAMPLES.min(left.max(1)) } else { area };
-            match share(left, least, number, &shared.rates) {
+            match share(left, least, number, &shared.paces) {
                 _ if left == 0 => return (sum, Stopped::Done),
-                Share::Leave => return (sum, Stopped::Done),
+                Share::Leave => {
+                    shared.paces[number].rate = Some(0.0);
+                    return (sum, Stopped::Done);
+                }
                 Share::Wait => None,
                 Share::Take(wanted) => Some(shared.todo.take(wanted, area)),
             }
@@ -233,13 +239,13 @@ fn take_pieces(
             Err(stopped) => {
                 // Whoever waits for its speed shall not wait for ever.
                 let mut shared = shared.lock().unwrap_or_else(PoisonError::into_inner);
-                shared.rates[number] = (Some(0.0), true);
+                shared.paces[number].rate = Some(0.0);
                 return (sum, stopped);
             }
         }
         finished.fetch_add(member.control.progress().samples_done, Ordering::Relaxed);
         member.control.begin(0);
-        shared.lock().unwrap_or_else(PoisonError::into_inner).rates[number].0 = member.rate;
+        shared.lock().unwrap_or_else(PoisonError::into_inner).paces[number].rate = member.rate;
     }
 }
 
@@ -254,15 +260,19 @@ impl Backend for Together {
 
     fn load(&mut self, scene: Arc<SceneTables>) -> Result<LoadStats, BackendError> {
         self.restart();
-        self.all(|member| {
-            (member.rate, member.is_warm) = (None, false);
-            member.backend.load(scene.clone())
-        })
+        let start = Instant::now();
+        let has_devices = self.members.iter().any(|m| !m.is_processor());
+        let loaded = self.all(|member| {
+            let waits = has_devices && member.is_processor();
+            member.load(scene.clone(), waits)
+        });
+        self.loading = start.elapsed().as_secs_f64();
+        loaded
     }
 
     fn update(&mut self, scene: Arc<SceneTables>, changes: Changes) -> Result<LoadStats, BackendError> {
         self.restart();
-        self.all(|member| member.backend.update(scene.clone(), changes))
+        self.all(|member| member.update(scene.clone(), changes))
     }
 
     fn render(&mut self, view: &View, samples: u32, control: &Control) -> Result<Stats, BackendError> {
