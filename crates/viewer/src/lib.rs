@@ -7,6 +7,7 @@
 #![forbid(unsafe_code)]
 #![allow(clippy::disallowed_methods, reason = "what is on screen; pictures get numbers that the user chose")]
 
+pub mod analysis;
 pub mod browser;
 pub mod clock;
 pub mod document;

@@ -28,6 +28,8 @@ pub struct Settings {
     pub own_dialogs: bool,
     /// Signs over the picture for lights and cameras.
     pub icons: bool,
+    /// Borders and values of pixels that are large enough for them.
+    pub pixel_grid: bool,
     /// Height of the list of objects, points.
     pub outliner_height: f32,
 }
@@ -44,6 +46,7 @@ impl Default for Settings {
             watch: true,
             own_dialogs: false,
             icons: true,
+            pixel_grid: true,
             outliner_height: 260.0,
         }
     }

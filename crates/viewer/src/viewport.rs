@@ -2,7 +2,7 @@
 
 mod zoom;
 
-pub use zoom::{Zoom, left_of, pixel_at};
+pub use zoom::{Zoom, left_of, pixel_at, pixels_in};
 
 use crate::navigation;
 use crate::viewer::{Action, Viewer};

@@ -38,7 +38,9 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
         ui.menu_button("Picture", |ui| {
             items(viewer, ui, &[Pause, Restart, Brighter, Darker, NextLayer, Picture]);
             ui.separator();
-            items(viewer, ui, &[CompareSettings, CompareNow, CompareFile, CompareNothing]);
+            items(viewer, ui, &[Snapshot, CopyPicture, Zebra, PixelGrid]);
+            ui.separator();
+            items(viewer, ui, &[CompareSettings, CompareNow, CompareFile, CompareNothing, NextLook]);
             ui.separator();
             items(viewer, ui, &[RecordTurntable, RecordPath, RecordOrbit, StopRecording]);
         });

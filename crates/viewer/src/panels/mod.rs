@@ -2,9 +2,12 @@
 
 mod browser;
 mod camera;
+mod compare;
+mod distribution;
 mod environment;
 mod frames;
 mod graph;
+mod image;
 mod inspector;
 mod lights;
 mod material;
@@ -90,7 +93,7 @@ pub fn page(viewer: &mut Viewer, ui: &mut Ui) {
             record::show(viewer, ui);
         }
         Tab::Speed => performance::show(viewer, ui),
-        Tab::Pixel => inspector::show(viewer, ui),
+        Tab::Image => image::show(viewer, ui),
         Tab::File => report::show(viewer, ui),
     }
 }

@@ -14,7 +14,7 @@ pub enum Tab {
     Sky,
     Camera,
     Speed,
-    Pixel,
+    Image,
     File,
 }
 
@@ -27,7 +27,7 @@ impl Tab {
         Self::Sky,
         Self::Camera,
         Self::Speed,
-        Self::Pixel,
+        Self::Image,
         Self::File,
     ];
 
@@ -40,7 +40,7 @@ impl Tab {
             Self::Sky => "Sky",
             Self::Camera => "Camera",
             Self::Speed => "Speed",
-            Self::Pixel => "Pixel",
+            Self::Image => "Image",
             Self::File => "File",
         }
     }

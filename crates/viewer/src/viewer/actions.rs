@@ -159,11 +159,19 @@ impl Viewer {
                 let mut after = Layer::all().skip_while(|l| *l != self.shown.layer).skip(1);
                 self.shown.layer = after.next().unwrap_or_default();
             }
-            Command::Picture => (self.shown.layer, self.shown.false_colour) = (Layer::Picture, None),
+            Command::Picture => {
+                (self.shown.layer, self.shown.false_colour) = (Layer::Picture, None);
+                self.shown.channels = Default::default();
+            }
             Command::CompareSettings => self.compare_settings(),
             Command::CompareNow => self.compare_with_now(),
             Command::CompareFile => self.ask_for(For::Compare),
             Command::CompareNothing => self.compare_nothing(),
+            Command::Snapshot => self.take_snapshot(),
+            Command::NextLook => self.next_look(),
+            Command::Zebra => self.toggle_zebra(),
+            Command::PixelGrid => self.toggle_grid(),
+            Command::CopyPicture => self.copy_picture(ctx),
             Command::Brighter => self.shown.tone.exposure *= std::f32::consts::SQRT_2,
             Command::Darker => self.shown.tone.exposure /= std::f32::consts::SQRT_2,
             Command::RecordTurntable | Command::RecordPath | Command::RecordOrbit => {

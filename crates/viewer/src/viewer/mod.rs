@@ -11,9 +11,12 @@ mod files;
 mod first;
 mod light;
 mod manipulate;
+mod overlay;
 mod paint;
+mod snapshots;
 mod state;
 mod time;
+mod tools;
 mod tree;
 
 pub use actions::{Action, Top};
@@ -22,7 +25,9 @@ pub use compare::Comparison;
 pub use dialogs::{Dialog, For};
 pub use elsewhere::Elsewhere;
 pub use first::{FirstEnvironment, FirstView};
+pub use snapshots::Snapshot;
 pub use state::{BackendState, Notice, Selection, Start, Viewer};
+pub use tools::{Look, Tools};
 
 use crate::loading::{self, Loading};
 use crate::queries::{Purpose, Question, What};
@@ -116,6 +121,7 @@ impl Viewer {
         for shot in self.worker.take_shots().into_iter().flatten() {
             self.take_shot(ctx, shot);
         }
+        self.take_findings(ctx);
         self.take_dialog();
         if self.settings.watch && self.watch.as_mut().is_some_and(|w| w.has_changed(time)) {
             self.reload();
@@ -164,6 +170,7 @@ impl Viewer {
             self.sent.0 = Some(wish);
         }
         self.ask_for_outline(moving);
+        self.ask_for_findings(ctx);
     }
 
     /// The room for the picture, physical pixels.

@@ -4,6 +4,8 @@ use super::compare::Comparison;
 use super::dialogs::{Dialog, For};
 use super::elsewhere::Elsewhere;
 use super::first::FirstView;
+use super::tools::Tools;
+use crate::analysis::Analyst;
 use crate::browser::Browser;
 use crate::clock::Clock;
 use crate::document::Document;
@@ -100,6 +102,8 @@ pub struct Viewer {
     pub zoom: Zoom,
     /// Another picture beside it.
     pub comparison: Comparison,
+    /// What is looked into.
+    pub tools: Tools,
     /// Where in the window the picture is, points.
     pub place: egui::Rect,
     /// Where the pointer is over the picture.
@@ -152,6 +156,7 @@ pub struct Viewer {
     pub(super) room: [u32; 2],
     pub(super) worker: Worker,
     pub(super) queries: Queries,
+    pub(super) analyst: Analyst,
     pub(super) loading: Vec<Loading>,
     pub(super) dialog: Option<Dialog>,
     /// What was asked for before the first scene was there.
@@ -195,6 +200,8 @@ impl Viewer {
         let worker = Worker::start(start.renderer.threads, move || of_worker())?;
         let of_queries = wake.clone();
         let queries = Queries::start(move || of_queries());
+        let of_analyst = wake.clone();
+        let analyst = Analyst::start(move || of_analyst());
         let empty = Job::for_scene(&Scene::default());
         let mut viewer = Self {
             document: None,
@@ -208,6 +215,7 @@ impl Viewer {
             shown: Shown::default(),
             zoom: Zoom::default(),
             comparison: Comparison::default(),
+            tools: Tools::default(),
             place: egui::Rect::ZERO,
             pointer: None,
             under_pointer: None,
@@ -238,6 +246,7 @@ impl Viewer {
             room: [640, 360],
             worker,
             queries,
+            analyst,
             loading: Vec::new(),
             dialog: None,
             first_view: Some(start.first),

@@ -3,12 +3,14 @@
 //! The thread of the window never waits for it. What is wanted are values, of which the latest counts
 //! ([`Wish`], [`Shown`]); what comes back are events and the latest [`Shot`].
 
+mod channels;
 mod pace;
 mod recording;
 mod show;
 mod thread;
 mod upscale;
 
+pub use channels::Channels;
 pub use pace::Pace;
 pub use recording::Recording;
 pub use show::{Layer, Shown, display, heat, layer_image};

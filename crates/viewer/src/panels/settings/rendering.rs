@@ -250,9 +250,9 @@ pub const RENDERING: &[Setting] = &[
     ),
     setting(
         Render,
-        "Split position",
-        "Where the line between A and B is. 0: left edge, 1: right edge.",
-        "compare wipe",
+        "Channels",
+        "Shows one channel of the picture, or its luminance, as grey.",
+        "red green blue rgb single",
     ),
     setting(
         Render,
