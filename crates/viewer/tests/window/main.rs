@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod gizmo;
+mod image;
 mod outliner;
 mod overlays;
 mod properties;
