@@ -10,7 +10,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     section(ui, "Pixel", |ui| inspector::show(viewer, ui));
     section(ui, "Distribution", |ui| distribution::show(viewer, ui));
     section(ui, "Overlays", |ui| overlays(viewer, ui));
-    section(ui, "Compare", |ui| compare::show(viewer, ui));
+    section(ui, "Comparison", |ui| compare::show(viewer, ui));
     section(ui, "Snapshots", |ui| compare::snapshots(viewer, ui));
 }
 
