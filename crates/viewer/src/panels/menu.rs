@@ -13,7 +13,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
             builtin(viewer, ui);
             items(viewer, ui, &[Reload, CancelLoading]);
             ui.separator();
-            items(viewer, ui, &[Save, SaveAs, Screenshot, SavePicture, CopyCommandLine]);
+            items(viewer, ui, &[Save, SaveAs, Screenshot, SavePicture, RenderToFile, CopyCommandLine]);
             ui.separator();
             item(viewer, ui, Quit);
         });
@@ -41,6 +41,8 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
             items(viewer, ui, &[Snapshot, CopyPicture, Zebra, PixelGrid]);
             ui.separator();
             items(viewer, ui, &[CompareSettings, CompareNow, CompareFile, CompareNothing, NextLook]);
+            ui.separator();
+            items(viewer, ui, &[PresetDraft, PresetPreview, PresetFinal]);
             ui.separator();
             items(viewer, ui, &[RecordTurntable, RecordPath, RecordOrbit, StopRecording]);
         });

@@ -15,6 +15,7 @@ mod menu;
 mod objects;
 mod open;
 mod outliner;
+mod output;
 mod palette;
 mod performance;
 mod record;

@@ -22,6 +22,7 @@ const MAPPERS: [(ToneMapper, &str); 6] = [
 /// Shows it.
 pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     section(ui, "Device", |ui| backend(viewer, ui));
+    super::output::presets(viewer, ui);
     let mut settings = viewer.render.clone();
     let on_gpu = viewer.backend.name.starts_with("gpu");
     section(ui, "Light transport", |ui| transport(ui, "main", on_gpu, &mut settings));
@@ -32,6 +33,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     section(ui, "Resolution", |ui| size(viewer, ui, &mut settings));
     viewer.render = settings;
     section(ui, "Display", |ui| display(viewer, ui));
+    section(ui, "Render to a file", |ui| super::output::show(viewer, ui));
 }
 
 fn backend(viewer: &mut Viewer, ui: &mut Ui) {

@@ -6,6 +6,7 @@ use super::state::{Selection, Viewer};
 use crate::gizmo::Tool;
 use crate::navigation;
 use crate::panels::Overlay;
+use crate::presets::Preset;
 use crate::queries::Purpose;
 use crate::worker::{Layer, Message, Recording};
 use alhazen::edits::{Addition, EnvironmentRecord, Resources};
@@ -193,7 +194,11 @@ impl Viewer {
                 let are = if self.settings.icons { "shown" } else { "hidden" };
                 self.notice(format!("signs of lights and cameras are {are}"), false);
             }
-            Command::StopRecording => self.tell(Message::Record(None)),
+            Command::RenderToFile => self.ask_for(For::Render),
+            Command::PresetDraft => self.use_preset(Preset::Draft),
+            Command::PresetPreview => self.use_preset(Preset::Preview),
+            Command::PresetFinal => self.use_preset(Preset::Final),
+            Command::StopRecording => self.stop_recording(),
             Command::ExportStatistics => self.ask_for(For::Statistics),
         }
     }
@@ -382,9 +387,10 @@ impl Viewer {
             return;
         }
         let spp = choice.spp;
-        self.recording = Some((0, cameras.len()));
         let job = Job { tone: self.shown.tone, ..self.job() };
-        self.tell(Message::Record(Some(Box::new(Recording { job, cameras, spp, path }))));
+        let (sampling, noise, denoiser) = (alhazen::Sampling::Uniform, None, None);
+        let is_single = false;
+        self.render_into(Recording { job, cameras, spp, sampling, noise, denoiser, path, is_single });
     }
 
     /// Tone mapping that the scene asks for.

@@ -67,6 +67,7 @@ impl Viewer {
             For::Save => self.save_scene(&path),
             For::Screenshot => self.capture_to = Some(path),
             For::Picture => self.tell(crate::worker::Message::Save(path)),
+            For::Render => self.render_to_file(path),
             For::Record => self.record(path),
             For::Statistics => self.export_statistics(&path),
         }

@@ -11,6 +11,7 @@ mod files;
 mod first;
 mod light;
 mod manipulate;
+mod output;
 mod overlay;
 mod paint;
 mod snapshots;

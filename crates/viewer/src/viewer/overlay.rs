@@ -20,7 +20,8 @@ impl Viewer {
     /// Draws it.
     pub(super) fn paint_overlays(&self, painter: &Painter, place: Rect) {
         let Some(shot) = self.shot() else { return };
-        if let (true, Some(stripes)) = (self.tools.zebra && !shot.preview, &self.tools.stripes) {
+        let has_stripes = self.tools.zebra && !shot.preview && !self.shows_difference();
+        if let (true, Some(stripes)) = (has_stripes, &self.tools.stripes) {
             let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
             painter.image(stripes.id(), place, whole, Color32::WHITE);
         }

@@ -37,6 +37,7 @@ impl Viewer {
             None => {}
         }
         self.paint_overlays(painter, place);
+        self.paint_names(painter, place);
         self.paint_selection(painter, place);
         self.paint_markers(painter);
         self.paint_gizmo(painter, painter.ctx());
@@ -85,12 +86,19 @@ impl Viewer {
             painter.line_segment(line, Stroke::new(2.0, Color32::WHITE));
             painter.circle_filled(pos2(left.right(), place.center().y), 6.0, Color32::WHITE);
         }
+    }
+
+    /// Says which picture is A and which is B.
+    fn paint_names(&self, painter: &Painter, place: Rect) {
+        if self.comparison.split().is_none() || self.shows_difference() {
+            return;
+        }
         let visible = place.intersect(painter.clip_rect());
-        if split > 0.0 {
+        if self.tools.look != Look::B {
             let at = visible.left_top() + vec2(8.0, 6.0);
             super::manipulate::outlined_text(painter, at, egui::Align2::LEFT_TOP, "A");
         }
-        if split < 1.0 {
+        if matches!(self.tools.look, Look::Split | Look::B) {
             let name = match &self.comparison {
                 Comparison::Stored { name, .. } => format!("B: {name}"),
                 _ => "B".to_owned(),

@@ -18,7 +18,7 @@ use crate::settings::Settings;
 use crate::statistics::Statistics;
 use crate::viewport::Zoom;
 use crate::watch::Watch;
-use crate::worker::{Shot, Shown, Wish, Worker};
+use crate::worker::{Recorded, Shot, Shown, Wish, Worker};
 use alhazen::{
     BackendError, Camera, Job, LoadOptions, LoadStats, RendererOptions, Scene, Source, ToneMapping,
 };
@@ -130,8 +130,10 @@ pub struct Viewer {
     pub open: Open,
     /// A dialog of our own that asks for a file.
     pub browser: Option<(For, Browser)>,
-    /// A sequence that is being rendered: pictures done, and in all.
-    pub recording: Option<(usize, usize)>,
+    /// What is being rendered into files.
+    pub recording: Option<Recorded>,
+    /// Pictures that were rendered into files since the start: somebody waits for them.
+    pub finished: u64,
     /// Whether rendering stands still.
     pub paused: bool,
     /// A picture of the window is wanted here.
@@ -230,6 +232,7 @@ impl Viewer {
             open: Open { side: start.settings.side_panel, ..Default::default() },
             settings: start.settings,
             recording: None,
+            finished: 0,
             paused: false,
             capture_to: None,
             quit: false,

@@ -12,6 +12,7 @@ use alhazen::{
     BackendError, Control, Denoised, Denoiser, Film, Job, Moment, Renderer, RendererOptions, SceneTables,
 };
 use frames::Frames;
+use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError};
 use std::time::{Duration, Instant};
@@ -35,7 +36,8 @@ pub(super) struct State {
     pictures: [Progress; 2],
     /// Whose turn it is.
     side: usize,
-    sequence: Option<Sequence>,
+    /// What is rendered into files: the first now, the others after it.
+    sequences: VecDeque<Sequence>,
     frames: Frames,
     /// What has to be done before the next pass.
     todo: Todo,
@@ -129,7 +131,7 @@ impl State {
             pace: Pace::new(false),
             pictures: Default::default(),
             side: 0,
-            sequence: None,
+            sequences: VecDeque::new(),
             frames: Frames::default(),
             todo: Todo::default(),
             stuck: false,
@@ -179,7 +181,7 @@ impl State {
     fn has_work(&self) -> bool {
         let todo = &self.todo;
         let waits = todo.switch.is_some() || todo.edit.is_some() || todo.load || todo.show_again;
-        !self.stuck && (waits || self.sequence.is_some() || self.may_render())
+        !self.stuck && (waits || !self.sequences.is_empty() || self.may_render())
     }
 
     /// Whether there is a picture to go on with. One pass is all that a moving camera gets at a place.
@@ -217,7 +219,7 @@ impl State {
                 Ok(()) => self.tell(Event::Saved(path)),
                 Err(error) => self.tell(Event::Failed(full_text(&*error))),
             },
-            Message::Record(Some(recording)) => self.sequence = Some(Sequence::new(*recording)),
+            Message::Record(Some(recording)) => self.sequences.push_back(Sequence::new(*recording)),
             Message::Record(None) => self.end_sequence(),
             Message::Quit => {}
         }
@@ -291,7 +293,7 @@ impl State {
         if std::mem::take(&mut self.todo.show_again) {
             return (0..2).try_for_each(|side| self.show(side));
         }
-        if self.sequence.is_some() {
+        if !self.sequences.is_empty() {
             return self.record(control);
         }
         match self.wish.clone() {
