@@ -13,7 +13,7 @@ impl Viewer {
     /// Asks the user for a file, unless they are being asked already.
     pub fn ask_for(&mut self, what: For) {
         if self.dialog.is_some() || self.browser.is_some() {
-            return;
+            return self.notice("another file is being asked for", false);
         }
         if self.settings.own_dialogs || self.desktop_lacks_dialogs {
             return self.browse(what);

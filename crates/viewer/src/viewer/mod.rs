@@ -78,7 +78,9 @@ impl Viewer {
 
     /// Loads the open file again.
     pub fn reload(&mut self) {
-        let Some(document) = &self.document else { return };
+        let Some(document) = &self.document else {
+            return self.notice("no file is open", false);
+        };
         let source = document.source.clone();
         self.keeps_camera = true;
         self.load(loading::Job::Open(source));

@@ -2,6 +2,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod commands;
 mod gizmo;
 mod image;
 mod outliner;
