@@ -128,7 +128,9 @@ impl Viewer {
                 ctx.copy_text(self.command_line());
                 self.notice("copied the command line", false);
             }
-            Command::CancelLoading if self.loading.is_empty() => self.notice("nothing is being loaded", false),
+            Command::CancelLoading if self.loading.is_empty() => {
+                self.notice("nothing is being loaded", false)
+            }
             Command::CancelLoading => self.cancel_loading(),
             Command::Quit => self.quit = true,
             Command::Undo | Command::Redo => self.undo_or_redo(command == Command::Undo),
