@@ -5,7 +5,7 @@ mod look;
 mod scene;
 
 use super::{open, until};
-use egui::{Event, Key, Modifiers, MouseWheelUnit, Pos2, TouchPhase, Vec2};
+use egui::{Event, Key, Modifiers, MouseWheelSource, MouseWheelUnit, Pos2, TouchPhase, Vec2};
 use egui_kittest::Harness;
 use viewer::viewer::Viewer;
 
@@ -51,7 +51,7 @@ fn files() {
 
 #[test]
 fn the_page_lists_the_tasks_that_are_tested() {
-    let page = include_str!("../../../../docs/viewer.md");
+    let page = include_str!("../../../../../docs/viewer.md");
     let rows = page.lines().filter_map(|line| {
         let (number, rest) = line.strip_prefix("| ")?.split_once(" | ")?;
         let number: usize = number.trim().parse().ok()?;
@@ -102,7 +102,8 @@ fn wheel(window: &mut Window, lines: f32, modifiers: Modifiers) {
     window.hover_at(at);
     window.run_steps(2);
     let delta = egui::vec2(0.0, lines);
-    let turn = Event::MouseWheel { unit: MouseWheelUnit::Line, delta, phase: TouchPhase::Move, modifiers };
+    let (unit, phase, source) = (MouseWheelUnit::Line, TouchPhase::Move, MouseWheelSource::Wheel);
+    let turn = Event::MouseWheel { unit, delta, phase, source, modifiers };
     window.event_modifiers(turn, modifiers);
     // What the wheel does is spread over frames.
     window.run_steps(20);
