@@ -34,7 +34,7 @@ fn steer(viewer: &mut Viewer, ui: &Ui, response: &Response, room: Rect, aspect: 
         return;
     }
     viewer.pointer = response.hover_pos();
-    if viewer.manipulate(ui, response) {
+    if viewer.click_compass(response) || viewer.manipulate(ui, response) {
         return;
     }
     if drag != glam::Vec2::ZERO {

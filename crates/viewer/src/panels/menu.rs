@@ -31,8 +31,10 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
             ui.separator();
             items(viewer, ui, &[PlayTime, StepOn, StepBack, Rest]);
             ui.separator();
-            items(viewer, ui, &[ResetZoom, FullScreen, SidePanel, Icons]);
+            items(viewer, ui, &[ResetZoom, FullScreen, SidePanel, Icons, Compass]);
             ui.checkbox(&mut viewer.settings.dark, "Dark theme");
+            ui.checkbox(&mut viewer.settings.high_contrast, "High contrast");
+            ui.checkbox(&mut viewer.settings.reduced_motion, "Reduced motion");
             ui.add(egui::Slider::new(&mut viewer.settings.zoom, 0.5..=3.0).text("Panel scale"));
         });
         ui.menu_button("Picture", |ui| {

@@ -10,6 +10,7 @@ mod graph;
 mod image;
 mod inspector;
 mod lights;
+mod look;
 mod material;
 mod menu;
 mod objects;
@@ -38,6 +39,7 @@ const SIDE: [f32; 2] = [380.0, 340.0];
 
 /// The whole window.
 pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
+    look::apply(ui.ctx(), &viewer.settings);
     crate::numbers::write_in(ui);
     settings::begin(viewer, ui.ctx());
     // The tree says so itself, where it is shown.

@@ -29,6 +29,7 @@ const ALSO: &[(Command, &str)] = &[
     (Command::LocalAxes, "gizmo orientation local global space"),
     (Command::Aim, "highlight shadow point sun spot place"),
     (Command::Icons, "overlay gizmo bulb"),
+    (Command::Compass, "navigation cube view orientation"),
     (Command::AddModel, "import object mesh"),
     (Command::AddLamp, "light emitter area"),
     (Command::AddPointLight, "lamp"),

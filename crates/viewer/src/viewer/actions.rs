@@ -219,6 +219,11 @@ impl Viewer {
             Command::PresetDraft => self.use_preset(Preset::Draft),
             Command::PresetPreview => self.use_preset(Preset::Preview),
             Command::PresetFinal => self.use_preset(Preset::Final),
+            Command::Compass => {
+                self.settings.compass = !self.settings.compass;
+                let is = if self.settings.compass { "shown" } else { "hidden" };
+                self.notice(format!("the compass is {is}"), false);
+            }
             Command::StopRecording => self.stop_recording(),
             Command::ExportStatistics => self.ask_for(For::Statistics),
         }

@@ -71,6 +71,7 @@ pub enum Command {
     LocalAxes,
     Aim,
     Icons,
+    Compass,
     ExportStatistics,
 }
 
@@ -140,6 +141,7 @@ pub const COMMANDS: &[CommandInfo] = &[
     info(Command::LocalAxes, "Axes of the object or of the world", key(Key::X)),
     info(Command::Aim, "Aim the light: click where it should fall", key(Key::J)),
     info(Command::Icons, "Show or hide the signs of lights and cameras", key(Key::I)),
+    info(Command::Compass, "Show or hide the compass of axes", None),
     info(Command::AddModel, "Add a model…", None),
     info(Command::AddLamp, "Add a sphere light", None),
     info(Command::AddPointLight, "Add a point light", None),

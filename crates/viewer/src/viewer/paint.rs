@@ -41,6 +41,7 @@ impl Viewer {
         self.paint_selection(painter, place);
         self.paint_markers(painter);
         self.paint_gizmo(painter, painter.ctx());
+        self.paint_compass(painter);
     }
 
     /// Has the picture's texture sampled as it is looked at now.

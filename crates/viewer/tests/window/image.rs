@@ -130,3 +130,30 @@ fn channels_are_shown_alone_and_the_picture_is_copied() {
     let middle = format!("{:.3}", 0.18 / harness.state().shown.tone.exposure);
     assert!(legend.labels[1].contains(&middle), "{:?}", legend.labels);
 }
+
+#[test]
+fn contrast_and_motion_are_set_and_the_compass_looks_along_axes() {
+    let mut harness = finished("three-spheres");
+    let calm = harness.ctx.global_style();
+    assert!(calm.animation_time > 0.0 && calm.visuals.override_text_color.is_none());
+    click(&mut harness, "View");
+    click(&mut harness, "High contrast");
+    click(&mut harness, "Reduced motion");
+    press(&mut harness, Key::Escape);
+    let style = harness.ctx.global_style();
+    assert!(style.animation_time == 0.0 && style.visuals.override_text_color.is_some());
+    let before = harness.state().camera.clone();
+    let room = harness.get_by_label("Picture").rect();
+    let ends = viewer::gizmo::compass::ends(&before, room);
+    let above = ends.iter().find(|end| end.axis == 1 && end.is_positive).expect("an end").at;
+    harness.hover_at(above);
+    harness.run_steps(2);
+    harness.drag_at(above);
+    harness.run_steps(1);
+    harness.drop_at(above);
+    harness.run_steps(3);
+    let camera = &harness.state().camera;
+    assert_eq!(camera.target, before.target);
+    let direction = (camera.eye - camera.target).normalize();
+    assert!(direction.y > 0.999, "{direction}");
+}

@@ -36,7 +36,10 @@ fn open(window: &mut Window) {
 }
 
 fn builtin(window: &mut Window) {
-    click(window, "File");
+    // There is a page of this name, too; the menu is above it.
+    let name = window.query_all_by_label("File").map(|node| node.rect());
+    let name = name.min_by(|a, b| a.top().total_cmp(&b.top())).expect("a menu");
+    super::click_at(window, name.center());
     let menu = window.query_all_by_label_contains("Built-in scenes").next().expect("an entry").rect();
     super::click_at(window, menu.center());
     click(window, "cornell");
