@@ -18,7 +18,7 @@ pub const TASKS: &[Task] = &[
 fn choose(window: &mut Window, field: &str, path: &Path) {
     until(window, "the folder", |v| v.browser.as_ref().is_some_and(|(_, b)| !b.is_listing()));
     window.run_steps(2);
-    window.get_by_label(field).focus();
+    window.get_by_role_and_label(egui::accesskit::Role::TextInput, field).focus();
     window.run_steps(2);
     ctrl(window, Key::A);
     type_text(window, &path.display().to_string());
