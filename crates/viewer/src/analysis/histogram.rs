@@ -139,7 +139,7 @@ mod tests {
         let green = &histogram.bins[1];
         let at = |stop: f32| ((stop - STOPS[0]) * BINS_PER_STOP) as usize;
         assert_eq!((green[at(-1.0)], green[at(1.0)], histogram.below[1]), (0.25, 0.25, 0.5));
-        assert_eq!(histogram.bins[0][at(4.0) - 1], 0.0);
+        assert_eq!(histogram.bins[0][at(3.0)], 0.0);
         assert_eq!(histogram.bins[0][BINS - 1], 0.25, "brighter than the end is in the last bin");
         assert_eq!(histogram.above_one, [0.5, 0.25, 0.25, 0.5]);
         for channel in 0..4 {

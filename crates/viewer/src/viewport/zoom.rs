@@ -59,7 +59,8 @@ pub fn pixels_in(place: Rect, seen: Rect, width: u32, height: u32) -> Option<[st
     }
     let (low, high) = ((seen.min - place.min) / place.size(), (seen.max - place.min) / place.size());
     let range = |low: f32, high: f32, n: u32| {
-        let [first, end] = [(low * n as f32).floor(), (high * n as f32).ceil()];
+        // Rounding makes no pixel of a border.
+        let [first, end] = [(low * n as f32 + 1e-3).floor(), (high * n as f32 - 1e-3).ceil()];
         (first.max(0.0) as u32).min(n)..(end.max(0.0) as u32).min(n)
     };
     Some([range(low.x, high.x, width), range(low.y, high.y, height)])

@@ -144,7 +144,7 @@ fn contrast_and_motion_are_set_and_the_compass_looks_along_axes() {
     let style = harness.ctx.global_style();
     assert!(style.animation_time == 0.0 && style.visuals.override_text_color.is_some());
     let before = harness.state().camera.clone();
-    let room = harness.get_by_label("Picture").rect();
+    let room = harness.get_by_role_and_label(egui::accesskit::Role::Image, "Picture").rect();
     let ends = viewer::gizmo::compass::ends(&before, room);
     let above = ends.iter().find(|end| end.axis == 1 && end.is_positive).expect("an end").at;
     harness.hover_at(above);
