@@ -39,6 +39,8 @@ pub struct Request {
     pub shown: Arc<ColorImage>,
     /// What it is compared with, linear.
     pub reference: Option<Arc<Image>>,
+    /// Whether that had its exposure and curve before it became linear, as files of eight bits have.
+    pub is_encoded: bool,
     /// Factor on linear values.
     pub exposure: f32,
     /// What is wanted.
@@ -68,7 +70,12 @@ impl Findings {
         let begin = Instant::now();
         let Request { linear, shown, reference, exposure, wanted, .. } = request;
         let compared = wanted.difference.zip(reference.as_ref()).map(|(difference, reference)| {
-            compare(reference, linear, difference, *exposure).map_err(|error| error.to_string())
+            // Like is compared with like.
+            let compared = match request.is_encoded {
+                true => compare(reference, &decoded(shown), difference, 1.0),
+                false => compare(reference, linear, difference, *exposure),
+            };
+            compared.map_err(|error| error.to_string())
         });
         Self {
             number: request.number,
@@ -79,6 +86,19 @@ impl Findings {
             took: begin.elapsed(),
         }
     }
+}
+
+/// Linear values of display values, by the curve of sRGB.
+fn decoded(shown: &ColorImage) -> Image {
+    let linear = |byte: u8| match f32::from(byte) / 255.0 {
+        v if v <= 0.04045 => v / 12.92,
+        v => ((v + 0.055) / 1.055).powf(2.4),
+    };
+    let [width, height] = shown.size;
+    Image::from_fn(width as u32, height as u32, |x, y| {
+        let pixel = shown.pixels[y as usize * width + x as usize];
+        [pixel.r(), pixel.g(), pixel.b()].map(linear)
+    })
 }
 
 /// The thread that looks into pictures, seen from the window's.
@@ -117,5 +137,35 @@ impl Analyst {
     /// The newest findings that were not taken yet.
     pub fn take(&self) -> Option<Findings> {
         self.findings.try_iter().last()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use egui::Color32;
+
+    #[test]
+    fn pictures_of_eight_bits_are_compared_with_what_is_shown() {
+        let shown = Arc::new(ColorImage::new([16, 16], vec![Color32::from_rgb(188, 0, 255); 256]));
+        let grey = 0.502_886;
+        let mut request = Request {
+            number: 1,
+            // Radiance is another thing.
+            linear: Arc::new(Image::from_fn(16, 16, |_, _| [9.0; 3])),
+            reference: Some(Arc::new(Image::from_fn(16, 16, |_, _| [grey, 0.0, 1.0]))),
+            shown,
+            is_encoded: true,
+            exposure: 4.0,
+            wanted: Wanted { difference: Some(Difference::Absolute), ..Wanted::default() },
+        };
+        let greatest = |request: &Request| {
+            let compared = Findings::of(request).compared.expect("asked for").expect("alike in size");
+            compared.greatest.0
+        };
+        assert!(greatest(&request) < 1e-4, "{}", greatest(&request));
+        request.is_encoded = false;
+        assert!(greatest(&request) > 1.0);
+        assert!(Findings::of(&request).histogram.is_none(), "nobody wanted it");
     }
 }

@@ -133,6 +133,7 @@ impl Viewer {
             linear: shot.linear.clone(),
             shown: shot.image.clone(),
             reference,
+            is_encoded: matches!(self.comparison, Comparison::Stored { encoded: true, .. }),
             exposure: asked.exposure,
             wanted,
         });

@@ -198,6 +198,8 @@ impl State {
         self.changes += u64::from(message.changes_picture());
         match message {
             Message::Load { scene, edits, resources, generation } => {
+                // What is rendered into files is of the scene that was open.
+                (0..self.sequences.len()).for_each(|_| self.end_sequence());
                 self.scene = Some(Editable::new(*scene));
                 self.generation = generation;
                 self.todo.edit = Some((edits, resources, Moment::default()));
@@ -256,6 +258,7 @@ impl State {
         self.renderer = renderer;
         self.frames = Frames::default();
         self.forget_pictures();
+        self.restart_recorded();
         self.todo.load = self.scene.is_some();
         self.tell_backend(reason);
     }
@@ -290,7 +293,8 @@ impl State {
         if self.todo.load {
             return self.load();
         }
-        if std::mem::take(&mut self.todo.show_again) {
+        // The film has nothing for the window while it is that of a file.
+        if self.sequences.is_empty() && std::mem::take(&mut self.todo.show_again) {
             return (0..2).try_for_each(|side| self.show(side));
         }
         if !self.sequences.is_empty() {
@@ -307,6 +311,7 @@ impl State {
         let anew = std::mem::take(&mut self.todo.load);
         let Some(scene) = &self.scene else { return Ok(()) };
         self.pictures.iter_mut().for_each(Progress::forget);
+        self.restart_recorded();
         if anew {
             self.pace.forget();
             self.frames = Frames::default();

@@ -3,7 +3,7 @@
 use super::passes::LEAST_TO_TELL;
 use super::{Progress, Rendered, State, full_text};
 use crate::worker::recording::Sequence;
-use crate::worker::{Event, Recorded};
+use crate::worker::{Event, Recorded, lock};
 use alhazen::output::{self, Encoding};
 use alhazen::{BackendError, Control, Film, Job, NoisyPicture};
 use std::collections::BTreeSet;
@@ -24,6 +24,8 @@ impl State {
         if sequence.spp == 0 {
             self.restart();
         }
+        // What the window wishes meanwhile is no reason to give the pass up.
+        lock(&self.shared.running).finish = true;
         let stats = match adaptive {
             Some(adaptive) => self.renderer.render_round(&view, &adaptive, samples, control)?,
             None => Some(self.renderer.render_pass(&view, samples, control)?),
@@ -109,6 +111,13 @@ impl State {
             path: recording.is_single.then(|| recording.path.clone()),
             ended,
         }));
+    }
+
+    /// Begins the picture that is rendered into a file anew: its film is gone.
+    pub(super) fn restart_recorded(&mut self) {
+        if let Some(sequence) = self.sequences.front_mut() {
+            sequence.spp = 0;
+        }
     }
 
     /// Ends what is being rendered into files; what waits for it begins.
