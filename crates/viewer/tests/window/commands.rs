@@ -104,3 +104,28 @@ fn what_cannot_be_written_is_said() {
     harness.state_mut().run(Command::StopRecording, &ctx);
     assert!(harness.state().notices.iter().any(|n| n.text.contains("nothing is being rendered")));
 }
+
+/// Steps of the camera and edits while a file is rendered: it is of what was seen when it was asked
+/// for, with the edits.
+#[test]
+fn files_are_rendered_one_after_the_other_whatever_the_window_does() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut harness = open("three-spheres");
+    harness.state_mut().render.spp = 64;
+    (harness.state_mut().open.output.quality, harness.state_mut().shown.denoiser) = (None, None);
+    until(&mut harness, "a full picture", |v| v.shot().is_some_and(|shot| !shot.preview));
+    let (first, second) = (folder.path().join("first.exr"), folder.path().join("second.exr"));
+    harness.state_mut().use_file(For::Render, first.clone());
+    harness.state_mut().use_file(For::Render, second.clone());
+    assert_eq!(harness.state().recording.as_ref().map(|r| r.waiting), Some(1));
+    // The window asks for other pictures all the time.
+    for _ in 0..10 {
+        harness.state_mut().steer(|camera| viewer::navigation::dolly(camera, 0.1));
+        harness.run_steps(1);
+    }
+    until(&mut harness, "both files", |v| v.finished == 2);
+    assert!(harness.state().recording.is_none());
+    let open = |path: &Path| alhazen::Image::open(path).expect("a picture");
+    assert!(open(&first).data() == open(&second).data(), "the camera has moved in a file");
+    until(&mut harness, "the window's own picture", Viewer::is_current);
+}

@@ -309,9 +309,9 @@ impl State {
     /// Brings the renderer to the scene.
     fn load(&mut self) -> Result<(), BackendError> {
         let anew = std::mem::take(&mut self.todo.load);
+        self.restart_recorded();
         let Some(scene) = &self.scene else { return Ok(()) };
         self.pictures.iter_mut().for_each(Progress::forget);
-        self.restart_recorded();
         if anew {
             self.pace.forget();
             self.frames = Frames::default();
