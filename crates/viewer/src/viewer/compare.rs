@@ -81,6 +81,8 @@ impl Viewer {
                 let encoded = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
                 let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
                 let about = format!("{}×{}, {}", image.width(), image.height(), path.display());
+                // A file that is opened again replaces what it was.
+                self.tools.snapshots.retain(|kept| kept.made_by.is_some() || kept.about != about);
                 self.keep(name, std::sync::Arc::new(image.to_rgb()), encoded, about, None);
                 self.compare_with_snapshot(self.tools.snapshots.len() - 1);
             }
