@@ -27,7 +27,7 @@ impl Clipping {
         let width = shown.size[0].max(1);
         let of_pixel = |(i, p): (usize, &Color32)| {
             let colour = colour(*p)?;
-            let is_striped = (i % width + i / width) / STRIPE % 2 == 0;
+            let is_striped = ((i % width + i / width) / STRIPE).is_multiple_of(2);
             Some((colour, is_striped))
         };
         let pixels: Vec<_> = shown.pixels.par_iter().enumerate().map(of_pixel).collect();

@@ -147,7 +147,7 @@ fn paint_pixels(painter: &Painter, place: Rect, image: &Image) {
 fn value_text(value: f32) -> String {
     match value.abs() {
         0.0 => "0".into(),
-        v if v >= 1000.0 || v < 1e-3 => format!("{value:.0e}"),
+        v if !(1e-3..1000.0).contains(&v) => format!("{value:.0e}"),
         v if v >= 10.0 => format!("{value:.1}"),
         _ => format!("{value:.3}"),
     }
