@@ -10,8 +10,9 @@ const BINS_PER_STOP: f32 = 8.0;
 /// All bins.
 pub const BINS: usize = 128;
 
-/// The distribution of a picture's values after exposure: red, green, blue and luminance.
-#[derive(Clone, Debug, PartialEq)]
+/// The distribution of a picture's values after exposure: red, green, blue and luminance. That of no
+/// picture has no bins.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Histogram {
     /// Shares of the pixels in each bin, in `[0, 1]`, of red, green, blue and luminance.
     pub bins: [Vec<f32>; 4],

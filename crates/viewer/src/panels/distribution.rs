@@ -18,10 +18,9 @@ const CURVES: [(&str, Color32); 4] = [
 /// Shows it.
 pub fn show(viewer: &Viewer, ui: &mut Ui) {
     let findings = viewer.tools.findings.as_ref();
-    let Some(histogram) = findings.and_then(|findings| findings.histogram.as_ref()) else {
-        ui.weak("There is no full picture yet.");
-        return;
-    };
+    // Before there is a picture, everything has its place already.
+    let nothing = Histogram::default();
+    let histogram = findings.and_then(|findings| findings.histogram.as_ref()).unwrap_or(&nothing);
     plot(histogram, ui);
     let percent = |share: f32| format!("{:.2} %", share * 100.0);
     told(ui, "Above 1", percent(histogram.above_one[3]));
@@ -31,9 +30,9 @@ pub fn show(viewer: &Viewer, ui: &mut Ui) {
     if histogram.not_finite > 0 {
         ui.colored_label(ui.visuals().error_fg_color, format!("not finite: {}", histogram.not_finite));
     }
-    let Some(waveform) = &viewer.tools.waveform else { return };
     let size = vec2(ui.available_width(), 110.0);
     let (place, response) = ui.allocate_exact_size(size, Sense::hover());
+    let Some(waveform) = &viewer.tools.waveform else { return };
     let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
     ui.painter().image(waveform.id(), place, whole, Color32::WHITE);
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Waveform"));
@@ -45,7 +44,8 @@ pub fn show(viewer: &Viewer, ui: &mut Ui) {
 
 fn plot(histogram: &Histogram, ui: &mut Ui) {
     let points = |channel: usize| -> PlotPoints<'_> {
-        let height = |bin: usize| f64::from(histogram.bins[channel][bin]) * 100.0;
+        let share = |bin: usize| histogram.bins[channel].get(bin).copied().unwrap_or(0.0);
+        let height = |bin: usize| f64::from(share(bin)) * 100.0;
         (0..BINS).map(|bin| [f64::from(stop_of(bin)), height(bin)]).collect()
     };
     Plot::new("histogram")

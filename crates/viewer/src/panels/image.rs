@@ -5,9 +5,18 @@ use super::{compare, distribution, inspector};
 use crate::viewer::Viewer;
 use egui::Ui;
 
+/// Lines that tell of a pixel, at most.
+const ROWS: f32 = 13.0;
+
 /// Shows it.
 pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
-    section(ui, "Pixel", |ui| inspector::show(viewer, ui));
+    section(ui, "Pixel", |ui| {
+        // As high with a pixel as without: what is below keeps its place.
+        let top = ui.cursor().top();
+        inspector::show(viewer, ui);
+        let row = ui.spacing().interact_size.y + ui.spacing().item_spacing.y;
+        ui.add_space((top + row * ROWS - ui.cursor().top()).max(0.0));
+    });
     section(ui, "Distribution", |ui| distribution::show(viewer, ui));
     section(ui, "Overlays", |ui| overlays(viewer, ui));
     section(ui, "Comparison", |ui| compare::show(viewer, ui));

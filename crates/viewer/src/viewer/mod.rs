@@ -8,6 +8,7 @@ mod dialogs;
 mod elsewhere;
 mod events;
 mod files;
+mod findings;
 mod first;
 mod light;
 mod manipulate;
@@ -26,9 +27,8 @@ pub use compare::Comparison;
 pub use dialogs::{Dialog, For};
 pub use elsewhere::Elsewhere;
 pub use first::{FirstEnvironment, FirstView};
-pub use snapshots::Snapshot;
 pub use state::{BackendState, Notice, Selection, Start, Viewer};
-pub use tools::{Look, Tools};
+pub use tools::{Look, Snapshot, Tools};
 
 use crate::loading::{self, Loading};
 use crate::queries::{Purpose, Question, What};

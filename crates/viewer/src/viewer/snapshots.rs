@@ -2,41 +2,14 @@
 
 use super::compare::Comparison;
 use super::state::Viewer;
+use super::tools::Snapshot;
 use crate::render_settings::RenderSettings;
 use alhazen::{Camera, Image, ToneMapping};
-use egui::{Color32, ColorImage, Context, TextureHandle, TextureOptions};
+use egui::{Color32, ColorImage};
 use std::sync::Arc;
 
 /// Width of small pictures, pixels.
 const SMALL: u32 = 96;
-
-/// A picture that was kept.
-#[derive(Clone)]
-pub struct Snapshot {
-    /// What the user calls it.
-    pub name: String,
-    /// Its linear values, or what a file of eight bits stands for.
-    pub image: Arc<Image>,
-    /// Whether its values are display values already.
-    pub encoded: bool,
-    /// How it was made: sizes, samples, options.
-    pub about: String,
-    /// The camera and the settings that it was rendered with; files have none.
-    pub made_by: Option<(Camera, RenderSettings)>,
-    /// It in small, with the exposure and the curve of when it was kept.
-    pub small: Arc<ColorImage>,
-    /// The same as a texture, once it was shown.
-    pub thumbnail: Option<TextureHandle>,
-}
-
-impl Snapshot {
-    /// Its small picture.
-    pub fn thumbnail(&mut self, ctx: &Context) -> &TextureHandle {
-        let (small, name) = (&self.small, &self.name);
-        let load = || ctx.load_texture(format!("kept {name}"), small.clone(), TextureOptions::LINEAR);
-        self.thumbnail.get_or_insert_with(load)
-    }
-}
 
 /// A picture with at most [`SMALL`] columns: pixels of the original, evenly chosen.
 fn small(image: &Image, tone: &ToneMapping) -> ColorImage {
