@@ -111,9 +111,12 @@ fn viewer() -> anyhow::Result<()> {
     let image = |name: &str| images.join(name).display().to_string();
     let script = format!(
         "wait 64\ntab Render\nframes 3\nscreenshot {}\ntab Objects\nselect 0.5 0.45\nframes 60\nwait 64\nscreenshot {}\n\
-         tab Speed\norbit 4\nwait 64\nscreenshot {}\n",
+         command Keep the picture as a snapshot\nwait 128\ntab Image\nframes 60\n\
+         command Compare with the current picture\nframes 90\nscreenshot {}\n\
+         command End the comparison\ntab Speed\norbit 4\nwait 64\nscreenshot {}\n",
         image("viewer.png"),
         image("viewer-objects.png"),
+        image("viewer-image.png"),
         image("viewer-speed.png")
     );
     window(&display, &variables, &["material-grid", "--backend", "cpu"], &script)?;

@@ -7,6 +7,7 @@
 #![forbid(unsafe_code)]
 #![allow(clippy::disallowed_methods, reason = "what is on screen; pictures get numbers that the user chose")]
 
+pub mod analysis;
 pub mod browser;
 pub mod clock;
 pub mod document;
@@ -19,7 +20,9 @@ pub mod node_previews;
 pub mod numbers;
 pub mod outliner;
 pub mod panels;
+pub mod presets;
 pub mod queries;
+pub mod remaining;
 pub mod render_settings;
 pub mod settings;
 pub mod smoke;

@@ -20,6 +20,10 @@ pub struct Settings {
     pub side_panel: bool,
     /// Dark or light.
     pub dark: bool,
+    /// Black and white panels with borders.
+    pub high_contrast: bool,
+    /// Panels open and scroll at once.
+    pub reduced_motion: bool,
     /// Size of everything but the picture.
     pub zoom: f32,
     /// Load a file again when it changes.
@@ -28,6 +32,10 @@ pub struct Settings {
     pub own_dialogs: bool,
     /// Signs over the picture for lights and cameras.
     pub icons: bool,
+    /// The compass of axes in a corner of the picture.
+    pub compass: bool,
+    /// Borders and values of pixels that are large enough for them.
+    pub pixel_grid: bool,
     /// Height of the list of objects, points.
     pub outliner_height: f32,
 }
@@ -40,10 +48,14 @@ impl Default for Settings {
             backend: "auto".into(),
             side_panel: true,
             dark: true,
+            high_contrast: false,
+            reduced_motion: false,
             zoom: 1.0,
             watch: true,
             own_dialogs: false,
             icons: true,
+            compass: true,
+            pixel_grid: true,
             outliner_height: 260.0,
         }
     }

@@ -2,7 +2,7 @@
 
 mod zoom;
 
-pub use zoom::{Zoom, left_of, pixel_at};
+pub use zoom::{Zoom, left_of, pixel_at, pixels_in};
 
 use crate::navigation;
 use crate::viewer::{Action, Viewer};
@@ -34,7 +34,7 @@ fn steer(viewer: &mut Viewer, ui: &Ui, response: &Response, room: Rect, aspect: 
         return;
     }
     viewer.pointer = response.hover_pos();
-    if viewer.manipulate(ui, response) {
+    if viewer.click_compass(response) || viewer.manipulate(ui, response) {
         return;
     }
     if drag != glam::Vec2::ZERO {

@@ -33,7 +33,7 @@ fn every_page_shows_what_it_is_for() {
         (Tab::Sky, "Environment map from a file…"),
         (Tab::Camera, "Depth of field"),
         (Tab::Speed, "Triangles"),
-        (Tab::Pixel, "Move the pointer over the picture."),
+        (Tab::Image, "Move the pointer over the picture."),
         (Tab::File, "Reload when the file changes"),
     ] {
         page(&mut harness, tab);
@@ -99,6 +99,7 @@ fn what_is_set_is_rendered() {
     harness.state_mut().shown.tone.mapper = ToneMapper::Aces;
     click(&mut harness, "Reset display");
     assert_ne!(harness.state().shown.tone.mapper, ToneMapper::Aces);
+    page(&mut harness, Tab::Image);
     click(&mut harness, "Two settings");
     assert!(harness.state().comparison.split().is_some());
 }

@@ -13,7 +13,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
             builtin(viewer, ui);
             items(viewer, ui, &[Reload, CancelLoading]);
             ui.separator();
-            items(viewer, ui, &[Save, SaveAs, Screenshot, SavePicture, CopyCommandLine]);
+            items(viewer, ui, &[Save, SaveAs, Screenshot, SavePicture, RenderToFile, CopyCommandLine]);
             ui.separator();
             item(viewer, ui, Quit);
         });
@@ -31,14 +31,20 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
             ui.separator();
             items(viewer, ui, &[PlayTime, StepOn, StepBack, Rest]);
             ui.separator();
-            items(viewer, ui, &[ResetZoom, FullScreen, SidePanel, Icons]);
+            items(viewer, ui, &[ResetZoom, FullScreen, SidePanel, Icons, Compass]);
             ui.checkbox(&mut viewer.settings.dark, "Dark theme");
+            ui.checkbox(&mut viewer.settings.high_contrast, "High contrast");
+            ui.checkbox(&mut viewer.settings.reduced_motion, "Reduced motion");
             ui.add(egui::Slider::new(&mut viewer.settings.zoom, 0.5..=3.0).text("Panel scale"));
         });
         ui.menu_button("Picture", |ui| {
             items(viewer, ui, &[Pause, Restart, Brighter, Darker, NextLayer, Picture]);
             ui.separator();
-            items(viewer, ui, &[CompareSettings, CompareNow, CompareFile, CompareNothing]);
+            items(viewer, ui, &[Snapshot, CopyPicture, Zebra, PixelGrid]);
+            ui.separator();
+            items(viewer, ui, &[CompareSettings, CompareNow, CompareFile, CompareNothing, NextLook]);
+            ui.separator();
+            items(viewer, ui, &[PresetDraft, PresetPreview, PresetFinal]);
             ui.separator();
             items(viewer, ui, &[RecordTurntable, RecordPath, RecordOrbit, StopRecording]);
         });

@@ -2,16 +2,21 @@
 
 mod browser;
 mod camera;
+mod compare;
+mod distribution;
 mod environment;
 mod frames;
 mod graph;
+mod image;
 mod inspector;
 mod lights;
+mod look;
 mod material;
 mod menu;
 mod objects;
 mod open;
 mod outliner;
+mod output;
 mod palette;
 mod performance;
 mod record;
@@ -34,6 +39,7 @@ const SIDE: [f32; 2] = [380.0, 340.0];
 
 /// The whole window.
 pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
+    look::apply(ui.ctx(), &viewer.settings);
     crate::numbers::write_in(ui);
     settings::begin(viewer, ui.ctx());
     // The tree says so itself, where it is shown.
@@ -90,7 +96,7 @@ pub fn page(viewer: &mut Viewer, ui: &mut Ui) {
             record::show(viewer, ui);
         }
         Tab::Speed => performance::show(viewer, ui),
-        Tab::Pixel => inspector::show(viewer, ui),
+        Tab::Image => image::show(viewer, ui),
         Tab::File => report::show(viewer, ui),
     }
 }

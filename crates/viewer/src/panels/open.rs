@@ -1,6 +1,7 @@
 //! Which panels are open, and what was chosen in them.
 
 use crate::outliner::Outliner;
+use crate::presets::Preset;
 use crate::viewer::Command;
 
 /// A page of the panel on the right.
@@ -14,7 +15,7 @@ pub enum Tab {
     Sky,
     Camera,
     Speed,
-    Pixel,
+    Image,
     File,
 }
 
@@ -27,7 +28,7 @@ impl Tab {
         Self::Sky,
         Self::Camera,
         Self::Speed,
-        Self::Pixel,
+        Self::Image,
         Self::File,
     ];
 
@@ -40,7 +41,7 @@ impl Tab {
             Self::Sky => "Sky",
             Self::Camera => "Camera",
             Self::Speed => "Speed",
-            Self::Pixel => "Pixel",
+            Self::Image => "Image",
             Self::File => "File",
         }
     }
@@ -63,6 +64,8 @@ pub struct Open {
     pub outliner: Outliner,
     /// How sequences are recorded.
     pub record: RecordChoice,
+    /// How pictures are rendered into files.
+    pub output: OutputChoice,
     /// Radius of a scene's automatic orbit is the camera's distance; this is how far it rises, metres.
     pub orbit_bob: f32,
 }
@@ -106,6 +109,21 @@ impl Open {
     pub fn toggle(&mut self, overlay: Overlay) {
         let other = (self.overlay != Some(overlay)).then_some(overlay);
         (self.overlay, self.palette) = (other, PaletteChoice::default());
+    }
+}
+
+/// How pictures are rendered into files.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OutputChoice {
+    /// Width and height, pixels; `None` is what is shown.
+    pub size: Option<[u32; 2]>,
+    /// The quality; `None` is that of the page.
+    pub quality: Option<Preset>,
+}
+
+impl Default for OutputChoice {
+    fn default() -> Self {
+        Self { size: None, quality: Some(Preset::Final) }
     }
 }
 

@@ -26,11 +26,10 @@ fn sequence(viewer: &mut Viewer, ui: &mut Ui) {
     }
     number(ui, "Frames per second", &mut choice.fps, 0.1, 1.0..=240.0);
     count(ui, "Samples per pixel of a sequence", &mut choice.spp, 1..=1_000_000);
-    if viewer.recording.is_none() {
-        if ui.button("Record…").clicked() {
-            viewer.ask_for(For::Record);
-        }
-    } else if ui.button("Stop recording").clicked() {
+    if ui.button("Record…").clicked() {
+        viewer.ask_for(For::Record);
+    }
+    if viewer.recording.is_some() && ui.button("Stop recording").clicked() {
         viewer.run(Command::StopRecording, &ui.ctx().clone());
     }
 }

@@ -2,8 +2,8 @@
 
 use super::widgets::{check, choice, count, number, section, slider, told};
 use crate::render_settings::RenderSettings;
-use crate::viewer::{Command, Comparison, Viewer};
-use crate::worker::Layer;
+use crate::viewer::Viewer;
+use crate::worker::{Channels, Layer};
 use alhazen::{
     Adaptive, AmbientOcclusion, BackendChoice, Denoiser, DirectSettings, Highlights, HybridSettings,
     INVERSE_SQUARE, Integrator, Mis, RendererOptions, SamplerKind, Sampling, ToneMapper, Visibility,
@@ -22,6 +22,7 @@ const MAPPERS: [(ToneMapper, &str); 6] = [
 /// Shows it.
 pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     section(ui, "Device", |ui| backend(viewer, ui));
+    super::output::presets(viewer, ui);
     let mut settings = viewer.render.clone();
     let on_gpu = viewer.backend.name.starts_with("gpu");
     section(ui, "Light transport", |ui| transport(ui, "main", on_gpu, &mut settings));
@@ -32,7 +33,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui) {
     section(ui, "Resolution", |ui| size(viewer, ui, &mut settings));
     viewer.render = settings;
     section(ui, "Display", |ui| display(viewer, ui));
-    section(ui, "Compare", |ui| comparison(viewer, ui));
+    section(ui, "Render to a file", |ui| super::output::show(viewer, ui));
 }
 
 fn backend(viewer: &mut Viewer, ui: &mut Ui) {
@@ -68,7 +69,7 @@ fn backend(viewer: &mut Viewer, ui: &mut Ui) {
 }
 
 /// The integrator and its settings.
-fn transport(ui: &mut Ui, salt: &str, on_gpu: bool, s: &mut RenderSettings) {
+pub(super) fn transport(ui: &mut Ui, salt: &str, on_gpu: bool, s: &mut RenderSettings) {
     ui.push_id(salt, |ui| {
         let mut name = s.integrators.chosen().name();
         choice(ui, "Integrator", name, |ui| {
@@ -240,6 +241,12 @@ fn display(viewer: &mut Viewer, ui: &mut Ui) {
             ui.selectable_value(&mut viewer.shown.layer, layer, layer.name());
         }
     });
+    let channels = &mut viewer.shown.channels;
+    choice(ui, "Channels", channels.name(), |ui| {
+        for one in Channels::ALL {
+            ui.selectable_value(channels, one, one.name());
+        }
+    });
     denoiser(viewer, ui);
     let tone = &mut viewer.shown.tone;
     let name = MAPPERS.iter().find(|(mapper, _)| *mapper == tone.mapper).map_or("", |(_, name)| name);
@@ -263,33 +270,6 @@ fn display(viewer: &mut Viewer, ui: &mut Ui) {
     if ui.button("Reset display").clicked() {
         viewer.reset_tone();
         (viewer.shown.layer, viewer.shown.false_colour) = (Layer::Picture, None);
-    }
-}
-
-fn comparison(viewer: &mut Viewer, ui: &mut Ui) {
-    ui.horizontal_wrapped(|ui| {
-        for (name, command) in [
-            ("Two settings", Command::CompareSettings),
-            ("Current picture", Command::CompareNow),
-            ("File…", Command::CompareFile),
-            ("Off", Command::CompareNothing),
-        ] {
-            if ui.button(name).clicked() {
-                viewer.run(command, &ui.ctx().clone());
-            }
-        }
-    });
-    match &mut viewer.comparison {
-        Comparison::None => {}
-        Comparison::Settings { settings, split } => {
-            slider(ui, "Split position", split, 0.0..=1.0);
-            ui.label("B");
-            let on_gpu = viewer.backend.name.starts_with("gpu");
-            transport(ui, "other", on_gpu, settings);
-        }
-        Comparison::Stored { name, split, .. } => {
-            slider(ui, "Split position", split, 0.0..=1.0);
-            ui.label(format!("B: {name}"));
-        }
+        viewer.shown.channels = Channels::All;
     }
 }

@@ -4,7 +4,7 @@ use crate::viewer::{COMMANDS, Viewer};
 use egui::{Align2, Context, Grid, Window};
 
 /// What the mouse does over the picture.
-const MOUSE: [(&str, &str); 16] = [
+const MOUSE: [(&str, &str); 17] = [
     ("Drag", "orbit"),
     ("Shift and drag, middle drag", "pan"),
     ("Right drag", "look around"),
@@ -19,6 +19,7 @@ const MOUSE: [(&str, &str); 16] = [
     ("Ctrl and drag a handle", "snap; a number can be typed; Escape gives up"),
     ("Click a light's sign", "select the light"),
     ("Drag the sun's sign", "move the sun through the sky"),
+    ("Click the compass", "look along an axis"),
     ("W A S D, Q E", "fly"),
     ("Shift", "fly faster"),
 ];

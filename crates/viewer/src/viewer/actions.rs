@@ -6,6 +6,7 @@ use super::state::{Selection, Viewer};
 use crate::gizmo::Tool;
 use crate::navigation;
 use crate::panels::Overlay;
+use crate::presets::Preset;
 use crate::queries::Purpose;
 use crate::worker::{Layer, Message, Recording};
 use alhazen::edits::{Addition, EnvironmentRecord, Resources};
@@ -98,6 +99,9 @@ impl Viewer {
             Some(Top::Browser) => self.browser = None,
             Some(Top::Overlay(_)) => drop(self.open.close_overlays()),
             None if self.gizmo.aims => self.gizmo.aims = false,
+            None if self.selection.is_none() && self.chosen().is_none() && self.gizmo.light.is_none() => {
+                self.notice("nothing is selected", false);
+            }
             None => {
                 (self.selection, self.open.outliner.cursor) = (None, None);
                 self.gizmo.light = None;
@@ -120,7 +124,13 @@ impl Viewer {
             Command::SaveAs => self.ask_for(For::Save),
             Command::Screenshot => self.ask_for(For::Screenshot),
             Command::SavePicture => self.ask_for(For::Picture),
-            Command::CopyCommandLine => ctx.copy_text(self.command_line()),
+            Command::CopyCommandLine => {
+                ctx.copy_text(self.command_line());
+                self.notice("copied the command line", false);
+            }
+            Command::CancelLoading if self.loading.is_empty() => {
+                self.notice("nothing is being loaded", false)
+            }
             Command::CancelLoading => self.cancel_loading(),
             Command::Quit => self.quit = true,
             Command::Undo | Command::Redo => self.undo_or_redo(command == Command::Undo),
@@ -136,8 +146,12 @@ impl Viewer {
             Command::Deselect => self.close_top(),
             Command::Frame => self.frame(),
             Command::Home => {
+                let before = self.camera.clone();
                 self.look_through(self.home.clone());
                 self.look_through_own(0);
+                if self.camera == before {
+                    self.notice("this is the first camera", false);
+                }
             }
             Command::ToggleProjection => self.steer(navigation::toggle_projection),
             Command::Play => self.play(),
@@ -145,6 +159,9 @@ impl Viewer {
                 self.run_clock(command)
             }
             Command::KeepView => self.keep_view(),
+            Command::ResetZoom if self.zoom == Default::default() => {
+                self.notice("the whole picture is shown already", false);
+            }
             Command::ResetZoom => self.zoom = Default::default(),
             Command::FullScreen => self.full_screen = !self.full_screen,
             Command::SidePanel => self.open.side = !self.open.side,
@@ -158,14 +175,27 @@ impl Viewer {
             Command::NextLayer => {
                 let mut after = Layer::all().skip_while(|l| *l != self.shown.layer).skip(1);
                 self.shown.layer = after.next().unwrap_or_default();
+                self.notice(format!("layer: {}", self.shown.layer.name()), false);
             }
-            Command::Picture => (self.shown.layer, self.shown.false_colour) = (Layer::Picture, None),
+            Command::Picture => {
+                (self.shown.layer, self.shown.false_colour) = (Layer::Picture, None);
+                self.shown.channels = Default::default();
+                self.notice("the picture is shown", false);
+            }
             Command::CompareSettings => self.compare_settings(),
             Command::CompareNow => self.compare_with_now(),
             Command::CompareFile => self.ask_for(For::Compare),
+            Command::CompareNothing if self.comparison.split().is_none() => {
+                self.notice("nothing is compared", false);
+            }
             Command::CompareNothing => self.compare_nothing(),
-            Command::Brighter => self.shown.tone.exposure *= std::f32::consts::SQRT_2,
-            Command::Darker => self.shown.tone.exposure /= std::f32::consts::SQRT_2,
+            Command::Snapshot => self.take_snapshot(),
+            Command::NextLook => self.next_look(),
+            Command::Zebra => self.toggle_zebra(),
+            Command::PixelGrid => self.toggle_grid(),
+            Command::CopyPicture => self.copy_picture(ctx),
+            Command::Brighter => self.expose(0.5),
+            Command::Darker => self.expose(-0.5),
             Command::RecordTurntable | Command::RecordPath | Command::RecordOrbit => {
                 self.open.record.way = command;
                 self.ask_for(For::Record);
@@ -185,22 +215,39 @@ impl Viewer {
                 let are = if self.settings.icons { "shown" } else { "hidden" };
                 self.notice(format!("signs of lights and cameras are {are}"), false);
             }
-            Command::StopRecording => self.tell(Message::Record(None)),
+            Command::RenderToFile => self.ask_for(For::Render),
+            Command::PresetDraft => self.use_preset(Preset::Draft),
+            Command::PresetPreview => self.use_preset(Preset::Preview),
+            Command::PresetFinal => self.use_preset(Preset::Final),
+            Command::Compass => {
+                self.settings.compass = !self.settings.compass;
+                let is = if self.settings.compass { "shown" } else { "hidden" };
+                self.notice(format!("the compass is {is}"), false);
+            }
+            Command::StopRecording => self.stop_recording(),
             Command::ExportStatistics => self.ask_for(For::Statistics),
         }
+    }
+
+    /// Changes the exposure by so many stops.
+    fn expose(&mut self, stops: f32) {
+        self.shown.tone.exposure *= stops.exp2();
+        self.notice(format!("exposure: {:+.1} stops", self.shown.tone.exposure.log2()), false);
     }
 
     fn undo_or_redo(&mut self, undo: bool) {
         let Some(document) = &mut self.document else { return };
         if if undo { document.undo() } else { document.redo() } {
             self.send_edits();
+        } else {
+            self.notice(format!("nothing to {}", if undo { "undo" } else { "redo" }), false);
         }
     }
 
     /// Does what a command says of time. Scenes in which nothing moves have none.
     fn run_clock(&mut self, command: Command) {
         if !self.document.as_ref().is_some_and(|d| d.scene().is_animated()) {
-            return;
+            return self.notice("nothing moves in this scene", false);
         }
         match command {
             Command::PlayTime => self.clock.play(),
@@ -221,18 +268,22 @@ impl Viewer {
 
     fn keep_view(&mut self) {
         let name = format!("view {}", self.views.len() + 1);
+        self.notice(format!("saved {name}; it is on the Camera page"), false);
         let camera = Camera { name, path: None, ..self.camera.at(self.camera_time) };
         self.views.push(camera);
     }
 
     fn frame(&mut self) {
-        if let Some((low, high)) = self.bounds_of_chosen() {
-            self.steer(|c| navigation::frame(c, low, high));
+        match self.bounds_of_chosen() {
+            Some((low, high)) => self.steer(|c| navigation::frame(c, low, high)),
+            None => self.notice("there is nothing to frame", false),
         }
     }
 
     fn duplicate(&mut self) {
-        let (Some(selection), Some(document)) = (self.selection, &self.document) else { return };
+        let (Some(selection), Some(document)) = (self.selection, &self.document) else {
+            return self.notice("select an object to duplicate it", false);
+        };
         let scene = document.scene();
         let Some(instance) = scene.instances.get(selection.object as usize) else { return };
         let count = scene.instances.len() as u32;
@@ -255,6 +306,9 @@ impl Viewer {
             return self.remove_light(light);
         }
         let objects = self.chosen_objects();
+        if objects.is_empty() {
+            return self.notice("select an object, a group or a light to delete it", false);
+        }
         (self.selection, self.open.outliner.cursor) = (None, None);
         self.edit("delete", |edits| {
             objects.into_iter().for_each(|object| edits.object(object).removed = true);
@@ -374,9 +428,10 @@ impl Viewer {
             return;
         }
         let spp = choice.spp;
-        self.recording = Some((0, cameras.len()));
         let job = Job { tone: self.shown.tone, ..self.job() };
-        self.tell(Message::Record(Some(Box::new(Recording { job, cameras, spp, path }))));
+        let (sampling, noise, denoiser) = (alhazen::Sampling::Uniform, None, None);
+        let is_single = false;
+        self.render_into(Recording { job, cameras, spp, sampling, noise, denoiser, path, is_single });
     }
 
     /// Tone mapping that the scene asks for.

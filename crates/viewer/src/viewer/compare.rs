@@ -60,38 +60,40 @@ impl Comparison {
 impl Viewer {
     /// Compares with the same scene under other settings, which begin as those that there are.
     pub fn compare_settings(&mut self) {
-        self.textures[1] = None;
+        (self.textures[1], self.tools.look) = (None, Default::default());
         self.comparison = Comparison::Settings { settings: Box::new(self.render.clone()), split: 0.5 };
     }
 
-    /// Compares with the picture as it is now.
+    /// Compares with the picture as it is now, which is kept as a snapshot.
     pub fn compare_with_now(&mut self) {
-        let Some(shot) = self.shot() else { return };
-        let image = shot.linear.clone();
-        let name = format!("{} samples of {}", shot.spp, self.backend.name);
-        self.compare_with(name, image, false);
+        let before = self.tools.snapshots.len();
+        self.take_snapshot();
+        if self.tools.snapshots.len() > before {
+            self.compare_with_snapshot(before);
+        }
     }
 
-    /// Compares with a picture from a file.
+    /// Compares with a picture from a file, which is kept with the snapshots.
     pub fn compare_with_file(&mut self, path: &Path) {
         match Image::open(path) {
             Ok(image) => {
                 // Files of eight bits are decoded to linear values; EXR and HDR have radiance.
                 let encoded = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
-                self.compare_with(path.display().to_string(), std::sync::Arc::new(image.to_rgb()), encoded);
+                let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+                let about = format!("{}×{}, {}", image.width(), image.height(), path.display());
+                // A file that is opened again replaces what it was.
+                self.tools.snapshots.retain(|kept| kept.made_by.is_some() || kept.about != about);
+                self.keep(name, std::sync::Arc::new(image.to_rgb()), encoded, about, None);
+                self.compare_with_snapshot(self.tools.snapshots.len() - 1);
             }
             Err(error) => self.notice(crate::worker::full_text(&error), true),
         }
     }
 
-    fn compare_with(&mut self, name: String, image: std::sync::Arc<Image>, encoded: bool) {
-        self.textures[1] = None;
-        self.comparison = Comparison::Stored { name, image, encoded, split: 0.5 };
-    }
-
     /// Ends comparing.
     pub fn compare_nothing(&mut self) {
         self.comparison = Comparison::None;
+        self.tools.look = Default::default();
         (self.textures[1], self.shots[1]) = (None, None);
     }
 

@@ -26,6 +26,8 @@ pub enum For {
     Screenshot,
     /// What was rendered is written there.
     Picture,
+    /// A picture is rendered into it.
+    Render,
     /// A sequence is written there.
     Record,
     /// Measurements are written there.
@@ -51,6 +53,7 @@ impl For {
             Self::Save => saves("Save the scene", "Scene files", &["toml"], "scene.toml"),
             Self::Screenshot => saves("Save a screenshot", "PNG", &["png"], "screenshot.png"),
             Self::Picture => saves("Save the picture", "Pictures", PICTURES, "picture.exr"),
+            Self::Render => saves("Render to a file", "Pictures", PICTURES, "render.exr"),
             Self::Record => saves("Record a sequence", "Pictures", &["png", "exr"], "frame-####.png"),
             Self::Statistics => saves("Save measurements", "Tables", &["csv", "json"], "statistics.csv"),
         }

@@ -95,12 +95,7 @@ impl Viewer {
                 self.asked_outline = None;
             }
             Event::Saved(path) => self.notice(format!("wrote {}", path.display()), false),
-            Event::Recorded { done, of, ended } => {
-                self.recording = (!ended).then_some((done, of));
-                if ended {
-                    self.notice(format!("recorded {done} of {of} pictures"), false);
-                }
-            }
+            Event::Recorded(recorded) => self.take_recorded(recorded),
             Event::Notice(text) => self.notice(text, false),
             Event::Failed(text) => self.notice(text, true),
         }

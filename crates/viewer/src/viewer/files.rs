@@ -13,7 +13,7 @@ impl Viewer {
     /// Asks the user for a file, unless they are being asked already.
     pub fn ask_for(&mut self, what: For) {
         if self.dialog.is_some() || self.browser.is_some() {
-            return;
+            return self.notice("another file is being asked for", false);
         }
         if self.settings.own_dialogs || self.desktop_lacks_dialogs {
             return self.browse(what);
@@ -67,6 +67,7 @@ impl Viewer {
             For::Save => self.save_scene(&path),
             For::Screenshot => self.capture_to = Some(path),
             For::Picture => self.tell(crate::worker::Message::Save(path)),
+            For::Render => self.render_to_file(path),
             For::Record => self.record(path),
             For::Statistics => self.export_statistics(&path),
         }

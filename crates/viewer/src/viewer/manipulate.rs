@@ -1,9 +1,10 @@
 //! The gizmo at work: what its handles have hold of, and what becomes of that.
 
 use super::state::Viewer;
-use crate::gizmo::{Constraint, Drag, Frame, Handle, Held, Lens, Shape, Tool, Typed, nearest};
+use crate::gizmo::{self, Constraint, Drag, Frame, Handle, Held, Lens, Shape, Tool, Typed, nearest};
 use alhazen::edits::Edits;
 use egui::{Align2, Color32, FontId, Key, Painter, PointerButton, Pos2, Response, Stroke, Ui, vec2};
+use gizmo::compass;
 use glam::{Affine3A, Vec3};
 
 /// The colours of the axes x, y and z.
@@ -82,6 +83,25 @@ impl Viewer {
         }
         let Some(at) = pointer.filter(|_| response.clicked() && plain) else { return false };
         self.gizmo.hovered.is_some() || (!self.gizmo.aims && self.pick_marker(at))
+    }
+
+    /// Looks along the axis whose end in the compass is clicked. True where one was.
+    pub fn click_compass(&mut self, response: &Response) -> bool {
+        if !self.settings.compass || !response.clicked() {
+            return false;
+        }
+        let ends = compass::ends(&self.job().camera, response.rect);
+        let end = response.interact_pointer_pos().and_then(|at| compass::end_at(&ends, at));
+        let Some(end) = end else { return false };
+        self.steer(|camera| compass::look_from(camera, &end));
+        true
+    }
+
+    pub(super) fn paint_compass(&self, painter: &Painter) {
+        if self.settings.compass {
+            let (room, camera) = (painter.clip_rect(), self.job().camera);
+            compass::paint(painter, &compass::ends(&camera, room), room, self.pointer, AXES);
+        }
     }
 
     /// Begins to drag what is at a point.
@@ -237,7 +257,7 @@ fn paint_handle(painter: &Painter, shape: &Shape, tool: Tool, is_hot: bool) {
 }
 
 /// Text that can be read over any picture.
-fn outlined_text(painter: &Painter, at: Pos2, align: Align2, text: &str) {
+pub(super) fn outlined_text(painter: &Painter, at: Pos2, align: Align2, text: &str) {
     let font = FontId::proportional(14.0);
     let galley = painter.layout_no_wrap(text.to_owned(), font, Color32::WHITE);
     let rect = align.anchor_size(at, galley.size());

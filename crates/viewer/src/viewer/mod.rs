@@ -8,12 +8,17 @@ mod dialogs;
 mod elsewhere;
 mod events;
 mod files;
+mod findings;
 mod first;
 mod light;
 mod manipulate;
+mod output;
+mod overlay;
 mod paint;
+mod snapshots;
 mod state;
 mod time;
+mod tools;
 mod tree;
 
 pub use actions::{Action, Top};
@@ -23,6 +28,7 @@ pub use dialogs::{Dialog, For};
 pub use elsewhere::Elsewhere;
 pub use first::{FirstEnvironment, FirstView};
 pub use state::{BackendState, Notice, Selection, Start, Viewer};
+pub use tools::{Look, Snapshot, Tools};
 
 use crate::loading::{self, Loading};
 use crate::queries::{Purpose, Question, What};
@@ -72,7 +78,9 @@ impl Viewer {
 
     /// Loads the open file again.
     pub fn reload(&mut self) {
-        let Some(document) = &self.document else { return };
+        let Some(document) = &self.document else {
+            return self.notice("no file is open", false);
+        };
         let source = document.source.clone();
         self.keeps_camera = true;
         self.load(loading::Job::Open(source));
@@ -116,6 +124,7 @@ impl Viewer {
         for shot in self.worker.take_shots().into_iter().flatten() {
             self.take_shot(ctx, shot);
         }
+        self.take_findings(ctx);
         self.take_dialog();
         if self.settings.watch && self.watch.as_mut().is_some_and(|w| w.has_changed(time)) {
             self.reload();
@@ -164,6 +173,7 @@ impl Viewer {
             self.sent.0 = Some(wish);
         }
         self.ask_for_outline(moving);
+        self.ask_for_findings(ctx);
     }
 
     /// The room for the picture, physical pixels.

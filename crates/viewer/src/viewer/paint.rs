@@ -2,6 +2,7 @@
 
 use super::compare::Comparison;
 use super::state::Viewer;
+use super::tools::Look;
 use crate::queries::{Outline, Question, What};
 use crate::viewport::left_of;
 use crate::worker::{Layer, display};
@@ -26,33 +27,86 @@ impl Viewer {
 
     /// Draws everything that lies in the picture's place.
     pub fn paint(&mut self, painter: &Painter, place: Rect) {
-        if let Some(texture) = &self.textures[0] {
-            painter.image(texture.id(), place, WHOLE, Color32::WHITE);
+        self.sharpen();
+        match &self.textures[0] {
+            Some(_) if self.shows_difference() => self.paint_difference(painter, place),
+            Some(texture) => {
+                painter.image(texture.id(), place, WHOLE, Color32::WHITE);
+                self.paint_comparison(painter, place);
+            }
+            None => {}
         }
-        self.paint_comparison(painter, place);
+        self.paint_overlays(painter, place);
+        self.paint_names(painter, place);
         self.paint_selection(painter, place);
         self.paint_markers(painter);
         self.paint_gizmo(painter, painter.ctx());
+        self.paint_compass(painter);
+    }
+
+    /// Has the picture's texture sampled as it is looked at now.
+    fn sharpen(&mut self) {
+        let has_edges = self.texture_options() == TextureOptions::NEAREST;
+        if std::mem::replace(&mut self.tools.has_edges, has_edges) == has_edges {
+            return;
+        }
+        let options = self.texture_options();
+        for (texture, shot) in self.textures.iter_mut().zip(&self.shots) {
+            if let (Some(texture), Some(shot)) = (texture, shot.as_ref().filter(|shot| !shot.preview)) {
+                texture.set(shot.image.clone(), options);
+            }
+        }
+        if matches!(self.comparison, Comparison::Stored { .. }) {
+            self.textures[1] = None;
+        }
+    }
+
+    fn paint_difference(&self, painter: &Painter, place: Rect) {
+        if let Some(map) = &self.tools.error_map {
+            painter.image(map.id(), place, WHOLE, Color32::WHITE);
+        }
     }
 
     fn paint_comparison(&mut self, painter: &Painter, place: Rect) {
         let Some(split) = self.comparison.split() else { return };
         self.show_stored(painter.ctx());
+        let split = match self.tools.look {
+            Look::Split => split,
+            // While the difference is not there yet, A is.
+            Look::A | Look::Difference => 1.0,
+            Look::B => 0.0,
+        };
         let (left, _) = left_of(place, split);
         let right = Rect::from_min_max(pos2(left.right(), place.top()), place.max);
         if let Some(texture) = &self.textures[1] {
             let uv = Rect::from_min_max(pos2(split, 0.0), pos2(1.0, 1.0));
             painter.image(texture.id(), right, uv, Color32::WHITE);
         }
-        let line = [pos2(left.right(), place.top()), pos2(left.right(), place.bottom())];
-        painter.line_segment(line, Stroke::new(2.0, Color32::WHITE));
-        painter.circle_filled(pos2(left.right(), place.center().y), 6.0, Color32::WHITE);
-        let label = |at: Pos2, align, text: &str| {
-            painter.text(at, align, text, egui::FontId::proportional(13.0), Color32::WHITE);
-        };
+        if self.tools.look == Look::Split {
+            let line = [pos2(left.right(), place.top()), pos2(left.right(), place.bottom())];
+            painter.line_segment(line, Stroke::new(2.0, Color32::WHITE));
+            painter.circle_filled(pos2(left.right(), place.center().y), 6.0, Color32::WHITE);
+        }
+    }
+
+    /// Says which picture is A and which is B.
+    fn paint_names(&self, painter: &Painter, place: Rect) {
+        if self.comparison.split().is_none() || self.shows_difference() {
+            return;
+        }
         let visible = place.intersect(painter.clip_rect());
-        label(visible.left_top() + vec2(8.0, 6.0), egui::Align2::LEFT_TOP, "A");
-        label(visible.right_top() + vec2(-8.0, 6.0), egui::Align2::RIGHT_TOP, "B");
+        if self.tools.look != Look::B {
+            let at = visible.left_top() + vec2(8.0, 6.0);
+            super::manipulate::outlined_text(painter, at, egui::Align2::LEFT_TOP, "A");
+        }
+        if matches!(self.tools.look, Look::Split | Look::B) {
+            let name = match &self.comparison {
+                Comparison::Stored { name, .. } => format!("B: {name}"),
+                _ => "B".to_owned(),
+            };
+            let at = visible.right_top() + vec2(-8.0, 6.0);
+            super::manipulate::outlined_text(painter, at, egui::Align2::RIGHT_TOP, &name);
+        }
     }
 
     /// Makes the texture of a stored picture, with the exposure and the curve that there are now.
@@ -80,9 +134,9 @@ impl Viewer {
 
     /// Whether the pointer drags the line between two pictures; moves it.
     pub fn split_dragged(&mut self, response: &Response) -> bool {
-        let (Some(split), Some(at)) = (self.comparison.split(), response.interact_pointer_pos()) else {
-            return false;
-        };
+        let is_split = self.tools.look == Look::Split;
+        let split = self.comparison.split().filter(|_| is_split);
+        let (Some(split), Some(at)) = (split, response.interact_pointer_pos()) else { return false };
         let id = egui::Id::unique("split is dragged");
         let ctx = &response.ctx;
         let x = self.place.left() + self.place.width() * split;

@@ -4,6 +4,8 @@ use super::compare::Comparison;
 use super::dialogs::{Dialog, For};
 use super::elsewhere::Elsewhere;
 use super::first::FirstView;
+use super::tools::Tools;
+use crate::analysis::Analyst;
 use crate::browser::Browser;
 use crate::clock::Clock;
 use crate::document::Document;
@@ -16,7 +18,7 @@ use crate::settings::Settings;
 use crate::statistics::Statistics;
 use crate::viewport::Zoom;
 use crate::watch::Watch;
-use crate::worker::{Shot, Shown, Wish, Worker};
+use crate::worker::{Recorded, Shot, Shown, Wish, Worker};
 use alhazen::{
     BackendError, Camera, Job, LoadOptions, LoadStats, RendererOptions, Scene, Source, ToneMapping,
 };
@@ -100,6 +102,8 @@ pub struct Viewer {
     pub zoom: Zoom,
     /// Another picture beside it.
     pub comparison: Comparison,
+    /// What is looked into.
+    pub tools: Tools,
     /// Where in the window the picture is, points.
     pub place: egui::Rect,
     /// Where the pointer is over the picture.
@@ -126,8 +130,10 @@ pub struct Viewer {
     pub open: Open,
     /// A dialog of our own that asks for a file.
     pub browser: Option<(For, Browser)>,
-    /// A sequence that is being rendered: pictures done, and in all.
-    pub recording: Option<(usize, usize)>,
+    /// What is being rendered into files.
+    pub recording: Option<Recorded>,
+    /// Pictures that were rendered into files since the start: somebody waits for them.
+    pub finished: u64,
     /// Whether rendering stands still.
     pub paused: bool,
     /// A picture of the window is wanted here.
@@ -152,6 +158,7 @@ pub struct Viewer {
     pub(super) room: [u32; 2],
     pub(super) worker: Worker,
     pub(super) queries: Queries,
+    pub(super) analyst: Analyst,
     pub(super) loading: Vec<Loading>,
     pub(super) dialog: Option<Dialog>,
     /// What was asked for before the first scene was there.
@@ -195,6 +202,8 @@ impl Viewer {
         let worker = Worker::start(start.renderer.threads, move || of_worker())?;
         let of_queries = wake.clone();
         let queries = Queries::start(move || of_queries());
+        let of_analyst = wake.clone();
+        let analyst = Analyst::start(move || of_analyst());
         let empty = Job::for_scene(&Scene::default());
         let mut viewer = Self {
             document: None,
@@ -208,6 +217,7 @@ impl Viewer {
             shown: Shown::default(),
             zoom: Zoom::default(),
             comparison: Comparison::default(),
+            tools: Tools::default(),
             place: egui::Rect::ZERO,
             pointer: None,
             under_pointer: None,
@@ -222,6 +232,7 @@ impl Viewer {
             open: Open { side: start.settings.side_panel, ..Default::default() },
             settings: start.settings,
             recording: None,
+            finished: 0,
             paused: false,
             capture_to: None,
             quit: false,
@@ -238,6 +249,7 @@ impl Viewer {
             room: [640, 360],
             worker,
             queries,
+            analyst,
             loading: Vec::new(),
             dialog: None,
             first_view: Some(start.first),

@@ -76,12 +76,16 @@ impl Viewer {
 
     /// Shows everything that was hidden here.
     pub(super) fn show_all(&mut self) {
+        let before = self.edit_count;
         self.edit("show all", |edits| {
             edits.isolated.clear();
             edits.groups.values_mut().for_each(|group| group.hidden = false);
             let hidden = edits.objects.values_mut().filter(|object| object.visible == Some(false));
             hidden.for_each(|object| object.visible = Some(true));
         });
+        if self.edit_count == before {
+            self.notice("nothing is hidden", false);
+        }
     }
 
     /// Begins to give what is chosen another name.

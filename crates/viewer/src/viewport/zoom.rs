@@ -2,6 +2,9 @@
 
 use egui::{Pos2, Rect, Vec2, pos2, vec2};
 
+/// The greatest factor: a pixel of a picture of 4K is larger than its value then.
+const MOST: f32 = 256.0;
+
 /// How the picture lies in its part of the window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Zoom {
@@ -30,7 +33,7 @@ impl Zoom {
     pub fn by(&mut self, by: f32, fixed: Pos2, room: Rect, aspect: f32) {
         let before = self.place(room, aspect);
         let at = (fixed - before.min) / before.size();
-        let factor = (self.factor * by).clamp(1.0, 64.0);
+        let factor = (self.factor * by).clamp(1.0, MOST);
         if factor <= 1.0 {
             *self = Self::default();
             return;
@@ -47,6 +50,20 @@ pub fn pixel_at(place: Rect, point: Pos2, width: u32, height: u32) -> Option<(u3
     let at = (point - place.min) / place.size();
     let inside = (0.0..1.0).contains(&at.x) && (0.0..1.0).contains(&at.y);
     inside.then_some(((at.x * width as f32) as u32, (at.y * height as f32) as u32))
+}
+
+/// Columns and rows of a picture of `width` × `height` pixels that are seen in a part of the window.
+pub fn pixels_in(place: Rect, seen: Rect, width: u32, height: u32) -> Option<[std::ops::Range<u32>; 2]> {
+    if !seen.is_positive() {
+        return None;
+    }
+    let (low, high) = ((seen.min - place.min) / place.size(), (seen.max - place.min) / place.size());
+    let range = |low: f32, high: f32, n: u32| {
+        // Rounding makes no pixel of a border.
+        let [first, end] = [(low * n as f32 + 1e-3).floor(), (high * n as f32 - 1e-3).ceil()];
+        (first.max(0.0) as u32).min(n)..(end.max(0.0) as u32).min(n)
+    };
+    Some([range(low.x, high.x, width), range(low.y, high.y, height)])
 }
 
 /// The part of a texture that lies left of the share `split` of its width, and where it goes.
@@ -79,6 +96,15 @@ mod tests {
         assert_eq!(zoom.place(ROOM, 1.0).width(), 600.0);
         zoom.by(0.01, pointer, ROOM, 1.0);
         assert_eq!(zoom, Zoom::default());
+    }
+
+    #[test]
+    fn the_pixels_that_are_seen_are_those_between_the_corners() {
+        let place = Rect::from_min_size(pos2(0.0, 0.0), vec2(1000.0, 500.0));
+        let seen = Rect::from_min_max(pos2(105.0, 100.0), pos2(300.0, 149.0));
+        assert_eq!(pixels_in(place, seen, 100, 50), Some([10..30, 10..15]));
+        assert_eq!(pixels_in(place, place.expand(50.0), 100, 50), Some([0..100, 0..50]));
+        assert_eq!(pixels_in(place, Rect::NOTHING, 100, 50), None);
     }
 
     #[test]

@@ -20,7 +20,7 @@ use winit::application::ApplicationHandler;
 use winit::dpi::{LogicalSize, PhysicalSize};
 use winit::event::{StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
-use winit::window::{Fullscreen, Window, WindowId};
+use winit::window::{Fullscreen, UserAttentionType, Window, WindowId};
 
 /// What to open, and how.
 #[derive(Clone, Debug)]
@@ -98,7 +98,7 @@ pub fn run(options: Options) -> Result<Vec<String>, ViewerError> {
         let _ = waker.send_event(Wake::Repaint);
     })?;
     let run = options.smoke.clone().map(|smoke| Run::new(smoke, options.began.elapsed().as_secs_f64()));
-    let mut app = App { options, proxy, viewer, keeps, run, open: None, result: Ok(()) };
+    let mut app = App { options, proxy, viewer, keeps, run, open: None, result: Ok(()), finished: 0 };
     event_loop.run_app(&mut app)?;
     if let Some(path) = app.keeps.take() {
         app.viewer.save_settings(&path);
@@ -115,6 +115,8 @@ struct App {
     run: Option<Run>,
     open: Option<Open>,
     result: Result<(), ViewerError>,
+    /// Pictures rendered into files that the user was told of.
+    finished: u64,
 }
 
 /// The window and what belongs to it.
@@ -210,10 +212,13 @@ impl App {
         if wants_all != open.window.fullscreen().is_some() {
             open.window.set_fullscreen(wants_all.then_some(Fullscreen::Borderless(None)));
         }
-        let name = self.viewer.document.as_ref().map(|d| d.source.to_string()).unwrap_or_default();
-        let title = if name.is_empty() { "Alhazen".to_owned() } else { format!("{name} – Alhazen") };
+        let title = self.viewer.title();
         if open.window.title() != title {
             open.window.set_title(&title);
+        }
+        if std::mem::replace(&mut self.finished, self.viewer.finished) < self.viewer.finished {
+            // Who waits for the picture may be at another window.
+            open.window.request_user_attention(Some(UserAttentionType::Informational));
         }
         match request {
             Some(Request::Resize(width, height)) => {

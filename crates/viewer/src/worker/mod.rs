@@ -3,17 +3,20 @@
 //! The thread of the window never waits for it. What is wanted are values, of which the latest counts
 //! ([`Wish`], [`Shown`]); what comes back are events and the latest [`Shot`].
 
+mod channels;
 mod pace;
 mod recording;
 mod show;
 mod thread;
 mod upscale;
 
+pub use channels::Channels;
 pub use pace::Pace;
 pub use recording::Recording;
 pub use show::{Layer, Shown, display, heat, layer_image};
 pub(crate) use thread::full_text;
 
+use crate::remaining::Progress;
 use alhazen::edits::{Edits, Resources};
 use alhazen::{
     Adaptive, BackendError, Control, Job, LoadStats, Moment, PassTime, Renderer, RendererOptions, Sampling,
@@ -100,7 +103,8 @@ pub enum Message {
     Pause(bool),
     /// Write the picture as it is now to a file, by its ending.
     Save(PathBuf),
-    /// Render a sequence; `None` ends the one that is being rendered.
+    /// Render pictures into files, after those that are asked for already; `None` ends what is being
+    /// rendered.
     Record(Option<Box<Recording>>),
     /// End.
     Quit,
@@ -136,19 +140,53 @@ pub enum Event {
     Tables(Arc<SceneTables>),
     /// A picture was written.
     Saved(PathBuf),
-    /// So many pictures of a sequence are done, of so many; the last when they are equal or the sequence was ended.
-    Recorded {
-        /// Pictures written.
-        done: usize,
-        /// Pictures in all.
-        of: usize,
-        /// Whether that was all.
-        ended: bool,
-    },
+    /// How far the pictures are that are rendered into files.
+    Recorded(Recorded),
     /// Something that the user should hear of.
     Notice(String),
     /// Something failed; rendering goes on with what there was, or stands still.
     Failed(String),
+}
+
+/// How far pictures are that are rendered into files.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Recorded {
+    /// Pictures written.
+    pub done: usize,
+    /// Pictures in all.
+    pub of: usize,
+    /// Samples per pixel of the picture after those.
+    pub spp: u32,
+    /// Samples per pixel that it will have at most.
+    pub wanted: u32,
+    /// Its relative standard error, where that can end it.
+    pub noise: Option<f64>,
+    /// Relative standard error at which it is done.
+    pub limit: Option<f64>,
+    /// Time since the first picture was begun.
+    pub elapsed: Duration,
+    /// How many others wait for their turn.
+    pub waiting: usize,
+    /// Where a single picture goes; sequences have many files.
+    pub path: Option<PathBuf>,
+    /// Whether this was all, or it was ended.
+    pub ended: bool,
+}
+
+impl Recorded {
+    /// The share that is done, in `[0, 1]`.
+    pub fn share(&self) -> f32 {
+        let limit = self.limit.map(|limit| limit as f32);
+        let picture = Progress { spp: self.spp, wanted: self.wanted, noise: self.noise, limit };
+        let picture = if self.done < self.of { picture.share() } else { 0.0 };
+        (self.done as f32 + picture) / self.of.max(1) as f32
+    }
+
+    /// The time that is left; `None` before there is anything to tell it by.
+    pub fn left(&self) -> Option<Duration> {
+        let share = f64::from(self.share());
+        (share > 0.0).then(|| self.elapsed.mul_f64((1.0 / share - 1.0).max(0.0)))
+    }
 }
 
 /// A picture as it is so far.

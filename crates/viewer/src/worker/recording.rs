@@ -1,19 +1,28 @@
-//! Sequences of pictures along a path of the camera.
+//! Pictures that are rendered into files: sequences along a path of the camera, or a single one.
 
-use alhazen::{Camera, Job};
+use alhazen::{Adaptive, Camera, Denoiser, Job, Sampling};
 use std::path::PathBuf;
+use std::time::Instant;
 
-/// A sequence to render.
+/// Pictures to render into files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     /// What is the same in all pictures.
     pub job: Job,
     /// The camera of each picture.
     pub cameras: Vec<Camera>,
-    /// Samples per pixel.
+    /// Samples per pixel, at most.
     pub spp: u32,
-    /// Where the pictures go; see [`alhazen::output::frame_path`].
+    /// How they are spread over each picture.
+    pub sampling: Sampling,
+    /// Relative standard error at which a picture is done.
+    pub noise: Option<f64>,
+    /// What takes the noise out of pictures; the job has the layers for it then.
+    pub denoiser: Option<Denoiser>,
+    /// Where the pictures go. Those of sequences have numbers; see [`alhazen::output::frame_path`].
     pub path: PathBuf,
+    /// Whether it is one picture, whose file has the name as it is.
+    pub is_single: bool,
 }
 
 /// A sequence that is being rendered.
@@ -23,11 +32,13 @@ pub(super) struct Sequence {
     pub next: usize,
     /// Samples that it has.
     pub spp: u32,
+    /// When it was begun.
+    pub begun: Instant,
 }
 
 impl Sequence {
     pub fn new(recording: Recording) -> Self {
-        Self { recording, next: 0, spp: 0 }
+        Self { recording, next: 0, spp: 0, begun: Instant::now() }
     }
 
     /// The picture that is being rendered; `None` after the last.
@@ -36,7 +47,27 @@ impl Sequence {
         Some(Job { camera, ..self.recording.job.clone() })
     }
 
+    /// How the next pass chooses its pixels; `None` gives all the same.
+    pub fn adaptive(&self) -> Option<Adaptive> {
+        match self.recording.sampling {
+            Sampling::Adaptive(adaptive) if self.spp >= adaptive.pilot() => Some(adaptive),
+            _ => None,
+        }
+    }
+
+    /// Samples per pixel of the next pass: few, so that somebody who waits sees progress.
+    pub fn samples(&self) -> u32 {
+        let end = match self.recording.sampling {
+            Sampling::Adaptive(adaptive) if self.spp < adaptive.pilot() => adaptive.pilot(),
+            _ => self.recording.spp,
+        };
+        end.min(self.recording.spp).saturating_sub(self.spp).clamp(1, 16)
+    }
+
     pub fn path(&self) -> PathBuf {
+        if self.recording.is_single {
+            return self.recording.path.clone();
+        }
         alhazen::output::frame_path(&self.recording.path, self.next as u32)
     }
 }
@@ -114,5 +145,27 @@ mod tests {
     }
 
     #[test]
-    fn frames_are_numbered() {}
+    fn frames_are_numbered_and_single_pictures_are_not() {
+        let job = Job::for_scene(&alhazen::Scene::default());
+        let mut recording = Recording {
+            cameras: vec![camera(0.0)],
+            job,
+            spp: 40,
+            sampling: Sampling::Adaptive(Adaptive { min_spp: 8, ..Adaptive::default() }),
+            noise: None,
+            denoiser: None,
+            path: "a.png".into(),
+            is_single: false,
+        };
+        assert_eq!(Sequence::new(recording.clone()).path(), PathBuf::from("a.0000.png"));
+        recording.is_single = true;
+        let mut sequence = Sequence::new(recording);
+        assert_eq!(sequence.path(), PathBuf::from("a.png"));
+        // Every pixel has its first samples before they are spread.
+        assert_eq!((sequence.samples(), sequence.adaptive()), (8, None));
+        sequence.spp = 8;
+        assert!(sequence.samples() == 16 && sequence.adaptive().is_some());
+        sequence.spp = 39;
+        assert_eq!(sequence.samples(), 1);
+    }
 }

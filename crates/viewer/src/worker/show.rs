@@ -1,5 +1,6 @@
 //! From a film to what the window shows.
 
+use super::channels::Channels;
 use alhazen::{Aov, AovData, AovKind, Denoiser, Film, FrameView, Image, ToneMapping};
 use egui::{Color32, ColorImage};
 use rayon::prelude::*;
@@ -11,6 +12,8 @@ pub struct Shown {
     pub layer: Layer,
     /// How radiance becomes display values.
     pub tone: ToneMapping,
+    /// Which channels of radiance.
+    pub channels: Channels,
     /// Show the luminance of radiance as false colours: this many stops around the exposure's middle grey.
     pub false_colour: Option<f32>,
     /// What takes the noise out of the picture.
@@ -21,7 +24,13 @@ impl Default for Shown {
     /// The picture, without its noise.
     fn default() -> Self {
         let denoiser = Some(Denoiser::default());
-        Self { layer: Layer::Picture, tone: ToneMapping::default(), false_colour: None, denoiser }
+        Self {
+            layer: Layer::Picture,
+            tone: ToneMapping::default(),
+            channels: Channels::All,
+            false_colour: None,
+            denoiser,
+        }
     }
 }
 
@@ -112,9 +121,9 @@ pub fn display(numbers: &Image, film: &Film, shown: &Shown, frames: FrameView) -
     let pixels = match shown.layer {
         Layer::Picture => match shown.false_colour {
             _ if has_own_colours(frames) => per_pixel(data, |values| map_colour(frames, values)),
-            None => return tone_mapped(numbers, &shown.tone),
+            None => return tone_mapped(numbers, shown),
             Some(stops) => per_pixel(data, |rgb| {
-                let luminance = alhazen::luminance(rgb) * shown.tone.exposure;
+                let luminance = alhazen::luminance(shown.channels.of(rgb)) * shown.tone.exposure;
                 heat((luminance.max(1e-20) / 0.18).log2() / stops * 0.5 + 0.5)
             }),
         },
@@ -148,10 +157,20 @@ fn map_colour(frames: FrameView, values: [f32; 3]) -> Color32 {
     }
 }
 
-fn tone_mapped(image: &Image, tone: &ToneMapping) -> ColorImage {
+fn tone_mapped(image: &Image, shown: &Shown) -> ColorImage {
     let size = [image.width() as usize, image.height() as usize];
-    let mapped = tone.apply(image);
+    let mapped = match shown.channels {
+        Channels::All => shown.tone.apply(image),
+        channels => shown.tone.apply(&of_channels(image, channels)),
+    };
     ColorImage::new(size, per_pixel(mapped.data(), colour))
+}
+
+/// Channels of a picture as grey.
+fn of_channels(image: &Image, channels: Channels) -> Image {
+    let mut grey = image.to_rgb();
+    grey.data_mut().par_chunks_exact_mut(3).for_each(|c| c.copy_from_slice(&channels.of([c[0], c[1], c[2]])));
+    grey
 }
 
 /// Values of a layer as colours.
@@ -239,6 +258,20 @@ mod tests {
         let expected = shown.tone.apply(&film.to_image()).rgb(0, 0).map(|c| (c * 255.0).round() as u8);
         assert_eq!(image.size, [3, 2]);
         assert!(image.pixels.iter().all(|p| [p.r(), p.g(), p.b()] == expected), "{image:?} {expected:?}");
+    }
+
+    #[test]
+    fn one_channel_is_grey() {
+        let film = film([0.5, 0.2, 0.05]);
+        let numbers = layer_image(&film, Layer::Picture);
+        let of = |channels| {
+            let shown = Shown { channels, ..Default::default() };
+            display(&numbers, &film, &shown, FrameView::Picture).pixels[0]
+        };
+        let grey = |v: f32| Color32::from_gray((alhazen::srgb_encode(v) * 255.0).round() as u8);
+        assert_eq!([of(Channels::Red), of(Channels::Blue)], [grey(0.5), grey(0.05)]);
+        assert_eq!(of(Channels::Luminance), grey(alhazen::luminance([0.5, 0.2, 0.05])));
+        assert_ne!(of(Channels::All), of(Channels::Red));
     }
 
     #[test]

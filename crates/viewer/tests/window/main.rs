@@ -1,11 +1,14 @@
 //! What lies over the picture, the tree of objects, and properties, used as people use them.
 
+mod commands;
 #[path = "../common/mod.rs"]
 mod common;
 mod gizmo;
+mod image;
 mod outliner;
 mod overlays;
 mod properties;
+mod tasks;
 
 use common::{open_with, until};
 use egui_kittest::Harness;

@@ -1,11 +1,13 @@
 //! What settings there are: their tool-tips, and how the palette finds them.
 
+mod image;
 mod rendering;
 mod scene;
 
 use super::open::{Sought, Tab};
 use crate::viewer::Viewer;
 use egui::{Align, Context, Id, Response, Stroke, StrokeKind, Ui};
+use image::IMAGE;
 use rendering::RENDERING;
 use scene::SCENE;
 
@@ -28,7 +30,7 @@ const fn setting(page: Tab, label: &'static str, about: &'static str, also: &'st
 
 /// All controls of pages that have a label.
 pub fn all() -> impl Iterator<Item = &'static Setting> {
-    RENDERING.iter().chain(SCENE)
+    RENDERING.iter().chain(IMAGE).chain(SCENE)
 }
 
 /// A setting that was found is marked for so long, seconds.

@@ -206,6 +206,26 @@ pub const RENDERING: &[Setting] = &[
     ),
     setting(
         Render,
+        "Quality",
+        "Presets of samples, noise limit and denoiser.",
+        "preset draft preview final samples",
+    ),
+    setting(
+        Render,
+        "Size of the file",
+        "Of pictures that are rendered into files: as shown, or a size of its own.",
+        "output resolution export 4k hd",
+    ),
+    setting(Render, "Width of the file (pixels)", "1 to 32,768 pixels.", "output resolution"),
+    setting(Render, "Height of the file (pixels)", "1 to 32,768 pixels.", "output resolution"),
+    setting(
+        Render,
+        "Quality of the file",
+        "When a picture that is rendered into a file is done: by a preset, or as on this page.",
+        "output preset final samples noise",
+    ),
+    setting(
+        Render,
         "Fixed resolution",
         "Renders this size. Otherwise the size of the window.",
         "resolution size width height pixels",
@@ -250,9 +270,9 @@ pub const RENDERING: &[Setting] = &[
     ),
     setting(
         Render,
-        "Split position",
-        "Where the line between A and B is. 0: left edge, 1: right edge.",
-        "compare wipe",
+        "Channels",
+        "Shows one channel of the picture, or its luminance, as grey.",
+        "red green blue rgb single",
     ),
     setting(
         Render,

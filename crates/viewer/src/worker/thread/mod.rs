@@ -12,6 +12,7 @@ use alhazen::{
     BackendError, Control, Denoised, Denoiser, Film, Job, Moment, Renderer, RendererOptions, SceneTables,
 };
 use frames::Frames;
+use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError};
 use std::time::{Duration, Instant};
@@ -35,7 +36,8 @@ pub(super) struct State {
     pictures: [Progress; 2],
     /// Whose turn it is.
     side: usize,
-    sequence: Option<Sequence>,
+    /// What is rendered into files: the first now, the others after it.
+    sequences: VecDeque<Sequence>,
     frames: Frames,
     /// What has to be done before the next pass.
     todo: Todo,
@@ -129,7 +131,7 @@ impl State {
             pace: Pace::new(false),
             pictures: Default::default(),
             side: 0,
-            sequence: None,
+            sequences: VecDeque::new(),
             frames: Frames::default(),
             todo: Todo::default(),
             stuck: false,
@@ -179,7 +181,7 @@ impl State {
     fn has_work(&self) -> bool {
         let todo = &self.todo;
         let waits = todo.switch.is_some() || todo.edit.is_some() || todo.load || todo.show_again;
-        !self.stuck && (waits || self.sequence.is_some() || self.may_render())
+        !self.stuck && (waits || !self.sequences.is_empty() || self.may_render())
     }
 
     /// Whether there is a picture to go on with. One pass is all that a moving camera gets at a place.
@@ -196,6 +198,8 @@ impl State {
         self.changes += u64::from(message.changes_picture());
         match message {
             Message::Load { scene, edits, resources, generation } => {
+                // What is rendered into files is of the scene that was open.
+                (0..self.sequences.len()).for_each(|_| self.end_sequence());
                 self.scene = Some(Editable::new(*scene));
                 self.generation = generation;
                 self.todo.edit = Some((edits, resources, Moment::default()));
@@ -217,7 +221,7 @@ impl State {
                 Ok(()) => self.tell(Event::Saved(path)),
                 Err(error) => self.tell(Event::Failed(full_text(&*error))),
             },
-            Message::Record(Some(recording)) => self.sequence = Some(Sequence::new(*recording)),
+            Message::Record(Some(recording)) => self.sequences.push_back(Sequence::new(*recording)),
             Message::Record(None) => self.end_sequence(),
             Message::Quit => {}
         }
@@ -254,6 +258,7 @@ impl State {
         self.renderer = renderer;
         self.frames = Frames::default();
         self.forget_pictures();
+        self.restart_recorded();
         self.todo.load = self.scene.is_some();
         self.tell_backend(reason);
     }
@@ -288,10 +293,11 @@ impl State {
         if self.todo.load {
             return self.load();
         }
-        if std::mem::take(&mut self.todo.show_again) {
+        // The film has nothing for the window while it is that of a file.
+        if self.sequences.is_empty() && std::mem::take(&mut self.todo.show_again) {
             return (0..2).try_for_each(|side| self.show(side));
         }
-        if self.sequence.is_some() {
+        if !self.sequences.is_empty() {
             return self.record(control);
         }
         match self.wish.clone() {
@@ -303,6 +309,7 @@ impl State {
     /// Brings the renderer to the scene.
     fn load(&mut self) -> Result<(), BackendError> {
         let anew = std::mem::take(&mut self.todo.load);
+        self.restart_recorded();
         let Some(scene) = &self.scene else { return Ok(()) };
         self.pictures.iter_mut().for_each(Progress::forget);
         if anew {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Samples per pixel below which an error estimate is none.
-const LEAST_TO_TELL: u32 = 16;
+pub(super) const LEAST_TO_TELL: u32 = 16;
 
 impl State {
     /// Renders one pass and shows it.
@@ -123,7 +123,10 @@ impl State {
 
     /// Finds out whether a picture is good enough.
     fn look_at_noise(&mut self, wish: &Wish, side: usize) -> Result<(), BackendError> {
-        let Some(limit) = wish.noise else { return Ok(()) };
+        // Nobody reads it while the camera moves.
+        if wish.moving && wish.noise.is_none() {
+            return Ok(());
+        }
         let noise = match &self.pictures[side].film {
             Some(film) => film.relative_error(),
             None => self.renderer.film()?.and_then(Film::relative_error),
@@ -132,7 +135,7 @@ impl State {
         picture.last_pass.noise = noise;
         // An error estimate of a few samples is not one.
         let is_estimate = picture.spp >= LEAST_TO_TELL;
-        picture.done |= is_estimate && noise.is_some_and(|noise| noise <= limit);
+        picture.done |= is_estimate && noise.zip(wish.noise).is_some_and(|(noise, limit)| noise <= limit);
         Ok(())
     }
 

@@ -125,6 +125,9 @@ impl State {
 
     /// Writes the first picture as it is.
     pub(super) fn save(&mut self, path: &Path) -> Result<(), Box<dyn std::error::Error>> {
+        if !self.sequences.is_empty() {
+            return Err("a picture is being rendered to a file: wait for it, or stop it".into());
+        }
         let denoised = match self.shown.denoiser {
             Some(denoiser) => self.denoise(0, denoiser)?,
             None => None,
