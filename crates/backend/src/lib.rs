@@ -6,12 +6,14 @@
 
 #![forbid(unsafe_code)]
 
+mod caustics;
 mod control;
 mod mis;
 mod realtime;
 mod view;
 mod views;
 
+pub use caustics::Caustics;
 pub use control::{Control, Progress};
 pub use mis::Mis;
 pub use realtime::{

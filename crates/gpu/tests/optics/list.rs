@@ -478,6 +478,7 @@ functions! {
     path::path_scatter(path: path, s: scattered, eta: eta) within ROUNDING;
     path::roulette_survival(path: path, start: depth, min_survival: share) within ROUNDING;
     // transport/photons.rs
+    photons::photon_sampler(seed: bits, pass_index: bits, photon: bits) within EXACT;
     photons::photon_pass(sample_index: bits) within EXACT;
     photons::photon_radius2(first: size, pass_index: count) within POWERS;
     photons::photon_kernel(distance2: share, radius2: size) within CANCELLING;

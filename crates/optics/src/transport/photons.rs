@@ -30,6 +30,22 @@ pub mod photons {
     /// Density of photons of lights that no path finds by chance: points, and suns without a disc.
     pub const ONLY_PHOTONS: f32 = 1e30;
 
+    /// The pair that says at which point a photon leaves its light, or from which of a sun's or sky's directions it comes.
+    pub const PAIR_EMISSION: u32 = 0u32;
+    /// The pair that says where in a target a photon is aimed.
+    pub const PAIR_AIM: u32 = 1u32;
+    /// x: of which light a photon is. y: at which target it is aimed.
+    pub const PAIR_CHOICE: u32 = 0xfffffffdu32;
+
+    /// The random numbers of a photon of a pass.
+    pub fn photon_sampler(seed: u32, pass_index: u32, photon: u32) -> PixelSampler {
+        PixelSampler {
+            kind: SAMPLER_SOBOL,
+            scramble: hash_combine(hash_combine(seed, 0x70b07075u32), pass_index),
+            index: reverse_bits(photon),
+        }
+    }
+
     /// The pass of photons that a sample of a pixel gathers from.
     pub fn photon_pass(sample_index: u32) -> u32 {
         sample_index / SAMPLES_PER_PASS
