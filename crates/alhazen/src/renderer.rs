@@ -95,11 +95,6 @@ impl Renderer {
         Self { backend, tables: None, fingerprint: None }
     }
 
-    /// What is loaded.
-    pub(crate) fn tables(&self) -> Option<&SceneTables> {
-        self.tables.as_deref()
-    }
-
     /// Name of the back end, such as `cpu`.
     pub fn backend_name(&self) -> &'static str {
         self.backend.name()

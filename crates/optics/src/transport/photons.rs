@@ -20,7 +20,6 @@ pub mod photons {
     use crate::constants::*;
     use crate::frame::*;
     use crate::light::*;
-    use crate::math::*;
     use crate::random::*;
     use crate::warp::*;
     use wgsl_rs::std::*;

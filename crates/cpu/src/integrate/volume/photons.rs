@@ -22,7 +22,7 @@ use optics::photons::{adjoint_factor, etendue_scale};
 use optics::random::PixelSampler;
 use optics::scatter::{BSDF_THIN_DIELECTRIC, BsdfSample};
 use optics::vec2f;
-use optics::vertex::{PAIR_BSDF, PAIR_LOBE, PAIR_MODEL, continue_from_surface};
+use optics::vertex::{PAIR_BSDF, PAIR_LOBE, continue_from_surface};
 use optics::volume::{MOST_SEGMENTS, STREAM_SHADOW, stream_start};
 
 /// By what étendue grows where a path is scattered: what light is refracted, thin sheets let straight through.
