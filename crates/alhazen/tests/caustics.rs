@@ -8,12 +8,12 @@
 mod common;
 
 use alhazen::{
-    Caustics, Control, Description, Environment, Film, Integrator, Job, Light, LightKind, Limits, PartJob,
+    Caustics, Control, Description, Environment, Film, Integrator, Job, Light, LightKind, Limits, Merger, PartJob,
     PathSettings, Renderer, Scene, Tile,
 };
 use common::{from_above, job, render, render_with};
 use glam::{Affine3A, Vec3};
-use scene::{Material, Model, Shape};
+use scene::{Material, Model};
 use std::f64::consts::PI;
 use testkit::scenes::{camera, cuboid, dielectric, emitter, ground, lambert, quads, sphere};
 use testkit::{Comparison, Estimate, WHOLE_IMAGE};
@@ -113,7 +113,7 @@ fn light_that_leaves_glass_has_the_energy_of_snell_and_fresnel() {
     assert_close("from glass", &e, expected, 0.01);
 }
 
-/// A large lamp through a ball of glass, and a sun by a mirror: paths find both.
+/// A large lamp, seen through a ball of glass and in polished metal, on which paths sample it, too.
 fn findable() -> Scene {
     let mut scene = floor(0.0);
     let glass = scene.add_material(dielectric("glass", 1.5, 0.0));
@@ -124,10 +124,6 @@ fn findable() -> Scene {
     let panel = scene.add_material(emitter("panel", [4.0, 3.0, 2.0]));
     let down = [[-1.0, 2.5, -1.0], [1.0, 2.5, -1.0], [1.0, 2.5, 1.0], [-1.0, 2.5, 1.0]];
     scene.add_mesh("panel", quads(&[down]), panel);
-    let direction = Vec3::new(1.0, -0.7, 0.1).normalize();
-    let kind =
-        LightKind::Directional { direction, irradiance: Vec3::splat(2.0), angular_diameter: 0.6 };
-    scene.lights.push(Light::new("sun", kind));
     scene.environment = Environment::Constant(Vec3::splat(0.1));
     scene.cameras.push(camera([0.2, 2.2, 3.4], [0.1, 0.2, 0.0], 40.0));
     scene
@@ -158,19 +154,18 @@ fn threads_and_parts_change_no_bit() {
     let about = Description::new("caustics", &[], &scene);
     let mut renderer = Renderer::cpu(Some(2)).unwrap();
     renderer.load(&scene).unwrap();
-    let mut part = |job: &Job, samples: std::ops::Range<u32>, tile: Option<Tile>| {
-        let part_job = PartJob { tile, samples, ..PartJob::whole(job, 7, &about) };
+    let mut part = |job: &Job, samples: std::ops::Range<u32>, index: u32| {
+        let tile = Some(Tile { index, count: 2 });
+        let part_job = PartJob { tile, samples: Some(samples), ..PartJob::whole(job, 7, &about) };
         renderer.render_part(&part_job, None, &Control::new(), None).unwrap().0
     };
-    let mut merger = alhazen::Merger::default();
-    let tiles = ["1/2", "2/2"].map(|t| Some(t.parse::<Tile>().unwrap()));
-    for samples in [0..3, 3..7] {
-        for tile in tiles {
-            merger.add(part(&job, samples.clone(), tile)).unwrap();
-        }
+    let mut merger = Merger::new();
+    merger.add("first", part(&job, 0..3, 0)).unwrap();
+    let off = part(&with(Caustics::Off, job.clone()), 3..7, 0);
+    assert!(merger.add("off", off).is_err(), "parts of other pictures");
+    for (samples, tile) in [(0..3, 1), (3..7, 0), (3..7, 1)] {
+        merger.add("more", part(&job, samples, tile)).unwrap();
     }
-    let off = part(&with(Caustics::Off, job.clone()), 0..3, tiles[0]);
-    assert!(merger.add(off).is_err(), "parts of other pictures");
     let merged = merger.finish().unwrap();
     assert!(merged.film().pixels() == one.pixels(), "parts");
 }
@@ -213,7 +208,11 @@ fn where_nothing_makes_caustics_auto_is_off_and_changes_no_bit() {
     assert!(told.starts_with("caustics: off (nothing mirrors"), "{told}");
     assert_eq!(auto, off);
 
-    let small = findable();
+    let mut small = findable();
+    renderer.load(&small).unwrap();
+    let told = renderer.settle_caustics(&mut with(Caustics::Auto, off.clone())).unwrap();
+    assert!(told.starts_with("caustics: off (no light is small"), "{told}");
+    lamp(&mut small, [0.0, 2.0, 0.0], 1.0);
     renderer.load(&small).unwrap();
     let mut auto = with(Caustics::Auto, off);
     assert!(renderer.settle_caustics(&mut auto).unwrap().starts_with("caustics: on"));

@@ -23,6 +23,7 @@ use optics::random::{PixelSampler, sample_2d};
 use optics::vector::{cross, dot, length};
 use optics::warp::{pdf_cone, sample_sphere, sample_triangle};
 use optics::{Vec2f, Vec3f, vec2f};
+use scene::tables::LightRecord;
 use std::f32::consts::PI;
 
 /// The share of a light's size by which photons begin off its surface.
@@ -108,7 +109,7 @@ impl PhotonLights {
         let probability = self.probability(index);
         let light = &scene.tables.lights[index as usize].light;
         let emitted = match light.kind {
-            LIGHT_DIRECTIONAL | LIGHT_ENVIRONMENT => self.emit_distant(scene, light, emission, choice.y, aim),
+            LIGHT_DIRECTIONAL | LIGHT_ENVIRONMENT => self.emit_distant(scene, index, emission, choice.y, aim),
             _ => self.emit_local(scene, index, emission, choice.y, aim),
         }?;
         let Emitted { flux, density, .. } = emitted;
@@ -120,18 +121,19 @@ impl PhotonLights {
     fn emit_distant(
         &self,
         scene: &CpuScene,
-        light: &Light,
+        index: u32,
         emission: Vec2f,
         choice: f32,
         aim: Vec2f,
     ) -> Option<Emitted> {
         let environment = &scene.tables.environment;
+        let LightRecord { light, visible, .. } = &scene.tables.lights[index as usize];
         let (wi, radiance, pdf, delta) = if light.kind == LIGHT_ENVIRONMENT {
             let (wi, pdf) = environment.sample_image([emission.x, emission.y]);
             (wi, environment.radiance(wi), pdf, false)
         } else {
             let sample = directional_light_sample(*light, emission);
-            (sample.wi, sample.radiance, sample.pdf, sample.delta)
+            (sample.wi, sample.radiance, sample.pdf, sample.delta || !visible)
         };
         let target = self.choose(choice, |t| PI * t[3] * t[3]);
         let at = target_disc_point(target_center(&target), target[3], wi, aim);
