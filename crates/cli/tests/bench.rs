@@ -49,10 +49,9 @@ fn lights_are_worth_choosing_by_place() {
 #[test]
 fn caustics_are_compared_at_equal_time() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = common::repository().join("docs/scenes/ring.toml");
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/scenes/ring.toml");
     let arguments = format!(
-        "bench hard {} --width 32 --height 18 --reference-spp 256 --times 0.3s --seeds 1 --report out",
-        scene.display()
+        "bench hard {scene} --width 32 --height 18 --reference-spp 256 --times 0.3s --seeds 1 --report out"
     );
     let ran = succeed(folder.path(), &arguments);
     assert!(ran.stdout.contains("caustics"), "{}", ran.stdout);
