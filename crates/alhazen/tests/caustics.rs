@@ -15,7 +15,7 @@ use common::{from_above, job, render, render_with};
 use glam::{Affine3A, Vec3};
 use scene::{Material, Model};
 use std::f64::consts::PI;
-use testkit::scenes::{camera, cuboid, dielectric, emitter, ground, lambert, quads, sphere};
+use testkit::scenes::{Build, camera, cuboid, dielectric, emitter, ground, lambert, quads, sphere};
 use testkit::{Comparison, Estimate, WHOLE_IMAGE};
 
 const ALBEDO: f32 = 0.5;
