@@ -15,7 +15,11 @@ impl Renderer {
         let CausticsAdvice { wanted, reason } = self.tables()?.caustics_advice();
         let able = self.backend_name() == "cpu";
         path.caustics = if wanted && able { Caustics::On } else { Caustics::Off };
-        let reason = if wanted && !able { format!("{reason}, but only the back end `cpu` has photons") } else { reason };
+        let reason = if wanted && !able {
+            format!("{reason}, but only the back end `cpu` has photons")
+        } else {
+            reason
+        };
         Some(format!("caustics: {} ({reason})", path.caustics))
     }
 }

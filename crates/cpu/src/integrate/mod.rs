@@ -60,12 +60,7 @@ pub(crate) fn render_batch<I: Instructions, F: HitFilter>(
 }
 
 /// Paths through media, and those that gather photons.
-fn render_volumes(
-    mut tracer: VolumeTracer,
-    view: &View,
-    ids: &[SampleId],
-    batch: &mut PathBatch,
-) -> u64 {
+fn render_volumes(mut tracer: VolumeTracer, view: &View, ids: &[SampleId], batch: &mut PathBatch) -> u64 {
     batch.radiance.clear();
     batch.aovs.clear();
     for id in ids {

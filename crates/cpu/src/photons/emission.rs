@@ -114,7 +114,11 @@ impl PhotonLights {
         }?;
         let Emitted { flux, density, .. } = emitted;
         let shines = probability > 0.0 && max_component(flux) > 0.0 && max_component(flux).is_finite();
-        shines.then(|| Emitted { flux: flux * (1.0 / probability), density: density * probability, ..emitted })
+        shines.then(|| Emitted {
+            flux: flux * (1.0 / probability),
+            density: density * probability,
+            ..emitted
+        })
     }
 
     /// From a sun or the sky, parallel to a sampled direction, through the disc of a target.
@@ -181,7 +185,14 @@ impl PhotonLights {
     /// The density per étendue with which photons leave a point `from` of a light in unit direction `direction`.
     ///
     /// `cosine`: of the direction with the light's normal.
-    pub fn surface_density(&self, scene: &CpuScene, index: u32, from: Vec3f, direction: Vec3f, cosine: f32) -> f32 {
+    pub fn surface_density(
+        &self,
+        scene: &CpuScene,
+        index: u32,
+        from: Vec3f,
+        direction: Vec3f,
+        cosine: f32,
+    ) -> f32 {
         let Some(record) = scene.tables.lights.get(index as usize) else { return 0.0 };
         let (all, ahead) = self.seen(from, direction);
         let cosine = cosine.abs().max(1e-6);

@@ -18,11 +18,11 @@ use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Photons of a pass that are emitted for each pixel of the picture.
-const PHOTONS_PER_PIXEL: f64 = 1.0;
+const PHOTONS_PER_PIXEL: f64 = 4.0;
 /// Fewest and most photons that a pass emits.
-const PHOTONS: std::ops::RangeInclusive<u64> = 1 << 15..=1 << 20;
+const PHOTONS: std::ops::RangeInclusive<u64> = 1 << 15..=1 << 21;
 /// Photons that a disc of the first pass is to hold, were all of them spread evenly over the discs of the targets.
-const PHOTONS_PER_DISC: f32 = 12.0;
+const PHOTONS_PER_DISC: f32 = 24.0;
 /// Photons that a thread follows at a time.
 const CHUNK: u32 = 4096;
 

@@ -71,8 +71,11 @@ fn render_together(
     let at_once = (view.window.area() * WAITING_SAMPLES / PIECE_SAMPLES as usize).max(64);
     let mut rays = 0;
     for some in pieces.chunks(at_once) {
-        let done: Vec<Done> =
-            some.par_iter().with_max_len(1).map(|piece| render_piece(scene, view, photons, piece, control)).collect();
+        let done: Vec<Done> = some
+            .par_iter()
+            .with_max_len(1)
+            .map(|piece| render_piece(scene, view, photons, piece, control))
+            .collect();
         for (piece, done) in some.iter().zip(done) {
             rays += done.rays;
             for (pixel, estimate) in piece.iter().zip(&done.estimates) {
@@ -97,7 +100,8 @@ fn render_piece(
         return Done::default();
     }
     let mut done = Done { estimates: vec![PixelStats::default(); piece.len()], ..Done::default() };
-    done.rays = render_work(scene, view, photons, Work::PixelList(piece), &mut done.estimates, &mut done.aovs);
+    done.rays =
+        render_work(scene, view, photons, Work::PixelList(piece), &mut done.estimates, &mut done.aovs);
     control.advance(piece.iter().map(|p| u64::from(p.count)).sum());
     done
 }

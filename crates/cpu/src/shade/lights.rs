@@ -6,8 +6,8 @@ use crate::shade::material::{coverage, emission_at};
 use optics::constants::FAR;
 use optics::light::{
     LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE, LightSample,
-    directional_light_contains, light_sample, no_light_sample, rectangle_light_pdf, sphere_light_side_pdf, textured_radiance,
-    triangle_light_pdf,
+    directional_light_contains, light_sample, no_light_sample, rectangle_light_pdf, sphere_light_side_pdf,
+    textured_radiance, triangle_light_pdf,
 };
 use optics::light_profile::{profile_cell, profile_mix};
 use optics::light_tree::{ALL_SIDES, octahedral_decode};

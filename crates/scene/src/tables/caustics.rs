@@ -15,7 +15,7 @@ use optics::vector::{cross, length};
 pub const MOST_TARGETS: usize = 16;
 
 /// The share of all directions below which a light is small: paths rarely find it by chance.
-const SMALL_LIGHT: f32 = 0.002;
+const SMALL_LIGHT: f32 = 0.01;
 
 /// Whether caustics are worth photons, and why.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -67,7 +67,8 @@ impl SceneTables {
         let all = self.specular_boxes();
         let mut clusters: Vec<Cluster> = Cluster::of(all).into_iter().collect();
         while clusters.len() < MOST_TARGETS {
-            let largest = (0..clusters.len()).max_by(|a, b| clusters[*a].radius.total_cmp(&clusters[*b].radius));
+            let largest =
+                (0..clusters.len()).max_by(|a, b| clusters[*a].radius.total_cmp(&clusters[*b].radius));
             let Some(at) = largest.filter(|at| clusters[*at].boxes.len() > 1) else { break };
             let cluster = clusters.swap_remove(at);
             let radius = cluster.radius;
@@ -101,9 +102,8 @@ impl SceneTables {
         let range = g.first_primitive as usize..(g.first_primitive + g.primitive_count) as usize;
         match g.kind {
             GeometryKind::Triangles => boxes.extend(self.indices[range].iter().map(|corners| {
-                let corner = |i: u32| {
-                    to_world.transform_point3(self.positions[(g.first_vertex + i) as usize].into())
-                };
+                let corner =
+                    |i: u32| to_world.transform_point3(self.positions[(g.first_vertex + i) as usize].into());
                 let [a, b, c] = corners.map(corner);
                 [a.min(b).min(c), a.max(b).max(c)]
             })),

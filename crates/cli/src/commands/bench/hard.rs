@@ -111,7 +111,10 @@ fn open(args: &HardArgs, scene: &str, renderer: &mut Renderer) -> anyhow::Result
 fn with(caustics: Caustics, job: &Job) -> anyhow::Result<Job> {
     let mut job = job.clone();
     let name = job.integrator.name();
-    ensure!(matches!(job.integrator, Integrator::Path(_)), "the scene asks for `{name}`, which has no caustics");
+    ensure!(
+        matches!(job.integrator, Integrator::Path(_)),
+        "the scene asks for `{name}`, which has no caustics"
+    );
     if let Integrator::Path(path) = &mut job.integrator {
         path.caustics = caustics;
     }

@@ -21,7 +21,13 @@ const GRAZING: f32 = 1e-3;
 
 impl VolumeTracer<'_> {
     /// Adds the light that photons have brought to a vertex.
-    pub(super) fn gather_photons(&mut self, path: &VolumePath, surface: &Surface, closure: &Closure, wo: Vec3f) {
+    pub(super) fn gather_photons(
+        &mut self,
+        path: &VolumePath,
+        surface: &Surface,
+        closure: &Closure,
+        wo: Vec3f,
+    ) {
         let Some(map) = self.photons else { return };
         let transmits = closure_transmits(*closure);
         let (radius2, count) = (map.radius2(), map.count());

@@ -31,8 +31,8 @@ use film::AovSample;
 use interiors::Segment;
 use optics::camera::{camera_pixel_spread, camera_ray};
 use optics::closure::{
-    Closure, closure_eta, closure_eval, closure_has_smooth_part, closure_is_delta, closure_is_sharp, closure_sample,
-    closure_scatters, closure_transmits,
+    Closure, closure_eta, closure_eval, closure_has_smooth_part, closure_is_delta, closure_is_sharp,
+    closure_sample, closure_scatters, closure_transmits,
 };
 use optics::constants::FAR;
 use optics::frame::to_local;

@@ -33,7 +33,12 @@ pub(super) fn etendue_of(closure: &Closure, sample: &BsdfSample) -> f32 {
 
 impl VolumeTracer<'_> {
     /// Follows a photon to the first surface that is not specular, and stores it wherever camera paths may gather it.
-    pub(crate) fn follow_photon(&mut self, emitted: &Emitted, sampler: PixelSampler, found: &mut Vec<Photon>) {
+    pub(crate) fn follow_photon(
+        &mut self,
+        emitted: &Emitted,
+        sampler: PixelSampler,
+        found: &mut Vec<Photon>,
+    ) {
         let mut path = VolumePath {
             ray: emitted.ray,
             state: path_start(),
