@@ -1,9 +1,10 @@
 //! [`CpuBackend`]: the trait's implementation; film, threads, views.
 
 use crate::fetch::filter::AlphaFilter;
-use crate::photons::{self, PhotonMap, PhotonPasses};
+use crate::photons::PhotonMap;
 use crate::scene::CpuScene;
 use crate::schedule::passes;
+use crate::schedule::photon_passes::{self, PhotonPasses};
 use crate::schedule::pixel_list;
 use crate::schedule::row_blocks::{FirstHits, RowBlock, Work};
 use crate::shade::path_batch::PathBatch;
@@ -53,8 +54,8 @@ impl CpuBackend {
     /// Makes ready the photons that a view wants, or keeps those of the view before.
     fn prepare_photons(&mut self, view: &View) -> Result<(), BackendError> {
         let Some(scene) = &self.scene else { return Ok(()) };
-        photons::check(scene, view)?;
-        let wanted = photons::comparable(view);
+        photon_passes::check(scene, view)?;
+        let wanted = photon_passes::comparable(view);
         if !self.photons.as_ref().is_some_and(|(view, _)| *view == wanted) {
             let passes = self.threads.install(|| PhotonPasses::new(scene, view));
             self.photons = Some((wanted, passes));

@@ -4,7 +4,7 @@
 //! the area of its disc for lights that are infinitely far away. So it is the number of targets that the ray meets over
 //! the sum of their measures, and rays that meet several are counted right.
 
-use crate::integrate::volume::interiors_around;
+use crate::integrate::volume::interiors::interiors_around;
 use crate::scene::{CpuScene, vec3};
 use crate::shade::lights::{point_intensity, surface_emission};
 use accel::Ray;

@@ -5,8 +5,9 @@
 //! block of each pass. The last blocks of all are cut into halves as long as there are threads without work.
 
 use crate::backend::render_work;
-use crate::photons::{PhotonMap, PhotonPasses};
+use crate::photons::PhotonMap;
 use crate::scene::CpuScene;
+use crate::schedule::photon_passes::PhotonPasses;
 use crate::schedule::row_blocks::{BLOCK_ROWS, FirstHits, Work};
 use backend::{Control, View};
 use crossbeam_deque::{Injector, Steal};

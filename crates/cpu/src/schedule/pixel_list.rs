@@ -5,8 +5,9 @@
 //! any order, since the film's sums are exact.
 
 use crate::backend::render_work;
-use crate::photons::{PhotonMap, PhotonPasses};
+use crate::photons::PhotonMap;
 use crate::scene::CpuScene;
+use crate::schedule::photon_passes::PhotonPasses;
 use crate::schedule::row_blocks::{BLOCK_COLUMNS, BLOCK_ROWS, FirstHits, Work};
 use backend::{Control, PixelSamples, View};
 use film::{Film, PixelStats};

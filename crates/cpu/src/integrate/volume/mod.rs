@@ -6,7 +6,7 @@
 
 mod gather;
 mod grid;
-mod interiors;
+pub(crate) mod interiors;
 mod optical_depth;
 mod photons;
 mod shadow;
