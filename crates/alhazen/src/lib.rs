@@ -23,6 +23,7 @@
 
 mod adaptive;
 mod causes;
+mod caustics;
 mod checkpoint;
 mod choice;
 mod colour;
@@ -55,7 +56,7 @@ pub use backend::{
     UnknownFrameView, UnknownSpatialFilter,
 };
 pub use backend::{
-    AmbientOcclusion, Backend, BackendError, Control, DirectSettings, Highlights, HybridSettings,
+    AmbientOcclusion, Backend, BackendError, Caustics, Control, DirectSettings, Highlights, HybridSettings,
     INVERSE_SQUARE, Integrator, LoadStats, Mis, PassTime, PathSettings, PixelSamples, Progress, SamplerKind,
     Stats as PassStats, View, ViewBatch, ViewLayer, ViewPictures, ViewShutter, ViewValues, Visibility,
 };

@@ -126,6 +126,7 @@ fn every_setting_path() {
         splitting: 3,
         mis: Mis::Bsdf,
         clamp_indirect: Some(1.0),
+        caustics: alhazen::Caustics::Off,
     };
     let mut job = Job {
         integrator: Integrator::Path(settings),

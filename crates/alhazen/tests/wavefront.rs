@@ -143,6 +143,7 @@ fn every_setting_is_the_same() {
         splitting: 3,
         mis: Mis::Light,
         clamp_indirect: Some(1.0),
+        caustics: alhazen::Caustics::Off,
     };
     let mut job = Job {
         integrator: Integrator::Path(settings),

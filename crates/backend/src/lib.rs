@@ -12,6 +12,7 @@ mod realtime;
 mod view;
 mod views;
 
+pub use ::scene::Caustics;
 pub use control::{Control, Progress};
 pub use mis::Mis;
 pub use realtime::{
@@ -92,6 +93,20 @@ pub fn check_pixels(view: &View, pixels: &[PixelSamples]) -> Result<(), BackendE
         return Err(BackendError::View { reason });
     }
     Ok(())
+}
+
+/// For back ends without photons: refuses views that ask for caustics from them. [`Caustics::Auto`] is off there.
+///
+/// # Errors
+/// [`BackendError::View`] that names the back end that has them.
+pub fn check_caustics(view: &View) -> Result<(), BackendError> {
+    match view.integrator {
+        Integrator::Path(PathSettings { caustics: Caustics::On, .. }) => {
+            let reason = "caustics by photons are asked for, which only the back end `cpu` renders".into();
+            Err(BackendError::View { reason })
+        }
+        _ => Ok(()),
+    }
 }
 
 /// For back ends: refuses a scene with media or overlapping bodies where the view's integrator does

@@ -45,6 +45,22 @@ fn lights_are_worth_choosing_by_place() {
     );
 }
 
+/// Photons find what paths hardly do, also in a third of a second.
+#[test]
+fn caustics_are_compared_at_equal_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/scenes/ring.toml");
+    let arguments = format!(
+        "bench hard {scene} --width 32 --height 18 --reference-spp 256 --times 0.3s --seeds 1 --report out"
+    );
+    let ran = succeed(folder.path(), &arguments);
+    assert!(ran.stdout.contains("caustics"), "{}", ran.stdout);
+    let text = std::fs::read_to_string(folder.path().join("out/hard.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let gain = json["tables"][0]["rows"][1]["gain"].as_f64().unwrap();
+    assert!(gain > 2.0, "photons are worth {gain}");
+}
+
 /// A sequence flickers less with a history, and is no worse.
 #[test]
 fn sequences_are_denoised_with_and_without_their_history() {

@@ -1,8 +1,10 @@
 //! [`CpuBackend`]: the trait's implementation; film, threads, views.
 
 use crate::fetch::filter::AlphaFilter;
+use crate::photons::PhotonMap;
 use crate::scene::CpuScene;
 use crate::schedule::passes;
+use crate::schedule::photon_passes::{self, PhotonPasses};
 use crate::schedule::pixel_list;
 use crate::schedule::row_blocks::{FirstHits, RowBlock, Work};
 use crate::shade::path_batch::PathBatch;
@@ -24,6 +26,8 @@ pub struct CpuBackend {
     quality: Quality,
     scene: Option<CpuScene>,
     film: Option<(View, Film)>,
+    /// A view, but for its window, and its photons, if it wants some.
+    photons: Option<(View, Option<PhotonPasses>)>,
 }
 
 impl CpuBackend {
@@ -33,7 +37,7 @@ impl CpuBackend {
     /// When the system refuses to make threads.
     pub fn new(threads: Option<usize>) -> Result<Self, BackendError> {
         let threads = thread_pool(threads)?;
-        Ok(Self { threads, quality: Quality::Balanced, scene: None, film: None })
+        Ok(Self { threads, quality: Quality::Balanced, scene: None, film: None, photons: None })
     }
 
     /// Makes the film for a view, or keeps the one that is being accumulated.
@@ -43,6 +47,18 @@ impl CpuBackend {
             let film = || Film::with_window(view.width, view.height, view.window, &view.aovs);
             let film = self.threads.install(film)?;
             self.film = Some((view.clone(), film));
+        }
+        Ok(())
+    }
+
+    /// Makes ready the photons that a view wants, or keeps those of the view before.
+    fn prepare_photons(&mut self, view: &View) -> Result<(), BackendError> {
+        let Some(scene) = &self.scene else { return Ok(()) };
+        photon_passes::check(scene, view)?;
+        let wanted = photon_passes::comparable(view);
+        if !self.photons.as_ref().is_some_and(|(view, _)| *view == wanted) {
+            let passes = self.threads.install(|| PhotonPasses::new(scene, view));
+            self.photons = Some((wanted, passes));
         }
         Ok(())
     }
@@ -65,7 +81,7 @@ impl Backend for CpuBackend {
     }
 
     fn load(&mut self, tables: Arc<SceneTables>) -> Result<LoadStats, BackendError> {
-        self.film = None;
+        (self.film, self.photons) = (None, None);
         let start = Instant::now();
         let table_bytes = tables.memory_bytes();
         let quality = self.quality;
@@ -79,7 +95,7 @@ impl Backend for CpuBackend {
         let Some(scene) = self.scene.take() else {
             return Err(BackendError::NoScene { backend: self.name() });
         };
-        self.film = None;
+        (self.film, self.photons) = (None, None);
         let start = Instant::now();
         let table_bytes = tables.memory_bytes();
         let quality = self.quality;
@@ -106,15 +122,17 @@ impl Backend for CpuBackend {
         }
         refuse_realtime(view)?;
         self.prepare_film(view)?;
+        self.prepare_photons(view)?;
         let start = Instant::now();
         let wanted = u64::from(samples) * view.window.area() as u64;
         let (Some(scene), Some((_, film))) = (&self.scene, &mut self.film) else {
             return Err(BackendError::NoScene { backend: "cpu" });
         };
+        let photons = self.photons.as_mut().and_then(|(_, photons)| photons.as_mut());
         control.begin(wanted);
         let mut stats = Stats::default();
         let wanted = view.first_sample..view.first_sample + samples;
-        stats.rays = self.threads.install(|| passes::render(scene, view, wanted, film, control));
+        stats.rays = self.threads.install(|| passes::render(scene, view, wanted, film, photons, control));
         stats.samples = control.progress().samples_done;
         stats.cancelled = control.is_cancelled();
         stats.elapsed = start.elapsed();
@@ -133,13 +151,15 @@ impl Backend for CpuBackend {
             check_media(&scene.tables, view)?;
         }
         self.prepare_film(view)?;
+        self.prepare_photons(view)?;
         let start = Instant::now();
         let wanted = pixels.iter().map(|p| u64::from(p.count)).sum();
         let (Some(scene), Some((_, film))) = (&self.scene, &mut self.film) else {
             return Err(BackendError::NoScene { backend: "cpu" });
         };
+        let photons = self.photons.as_mut().and_then(|(_, photons)| photons.as_mut());
         control.begin(wanted);
-        let rays = self.threads.install(|| pixel_list::render(scene, view, pixels, film, control));
+        let rays = self.threads.install(|| pixel_list::render(scene, view, pixels, film, photons, control));
         let samples = control.progress().samples_done;
         let cancelled = control.is_cancelled();
         Ok(Stats { samples, rays, elapsed: start.elapsed(), cancelled, device_time: None })
@@ -195,15 +215,16 @@ thread_local! {
 pub(crate) fn render_work(
     scene: &CpuScene,
     view: &View,
+    photons: Option<&PhotonMap>,
     work: Work,
     pixels: &mut [PixelStats],
     aovs: &mut FirstHits,
 ) -> u64 {
     BATCH.with_borrow_mut(|batch| {
         if scene.tables.has_alpha {
-            RowBlock { scene, view, filter: &AlphaFilter(scene), work }.render(pixels, aovs, batch)
+            RowBlock { scene, view, filter: &AlphaFilter(scene), photons, work }.render(pixels, aovs, batch)
         } else {
-            RowBlock { scene, view, filter: &Opaque, work }.render(pixels, aovs, batch)
+            RowBlock { scene, view, filter: &Opaque, photons, work }.render(pixels, aovs, batch)
         }
     })
 }

@@ -11,6 +11,7 @@ mod backend;
 mod batch;
 mod fetch;
 mod integrate;
+mod photons;
 mod queries;
 mod replay;
 mod scene;

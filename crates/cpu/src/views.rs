@@ -125,7 +125,7 @@ fn render_colors(
     estimates.resize(view.width as usize * block.rows.len(), PixelStats::default());
     let mut first_hits = FirstHits::new();
     let work = Work::Rows { rows: block.rows.clone(), samples };
-    let rays = render_work(scene, &view, work, estimates, &mut first_hits);
+    let rays = render_work(scene, &view, None, work, estimates, &mut first_hits);
     for (color, estimate) in colors.as_chunks_mut::<3>().0.iter_mut().zip(estimates.iter()) {
         *color = estimate.mean().map(|c| c as f32);
     }

@@ -145,6 +145,7 @@ mod transport {
     pub mod medium;
     pub mod mis;
     pub mod path;
+    pub mod photons;
     pub mod vertex;
     pub mod volume;
 }
@@ -185,7 +186,7 @@ pub use textures::{
 };
 pub use transport::{
     direct_light::direct_light, estimator::estimator, interiors::interiors, medium::medium, mis::mis,
-    path::path, vertex::vertex, volume::volume,
+    path::path, photons::photons, vertex::vertex, volume::volume,
 };
 
 pub mod albedo;

@@ -86,6 +86,7 @@ mod everything {
     use crate::moving_camera::*;
     use crate::moving_light::*;
     use crate::offset::*;
+    use crate::photons::*;
     use crate::plain::*;
     use crate::portal::*;
     use crate::reprojection::*;

@@ -62,6 +62,7 @@ fn modules() -> Vec<(&'static str, String)> {
         pattern: optics::pattern,
         patterns: optics::patterns,
         phong: optics::phong,
+        photons: optics::photons,
         plain: optics::plain,
         portal: optics::portal,
         random: optics::random,

@@ -40,6 +40,48 @@ pub enum ShadowTerminator {
     Exact,
 }
 
+/// How paths find light that comes by mirrors or through glass.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Caustics {
+    /// By chance, as all other light.
+    #[default]
+    Off,
+    /// By photons, too.
+    On,
+    /// By photons, too, where the scene has surfaces that mirror or refract and a light that is small.
+    Auto,
+}
+
+impl Caustics {
+    /// All of them, in the order in which users read them.
+    pub const ALL: [Self; 3] = [Self::Off, Self::On, Self::Auto];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::On => "on",
+            Self::Auto => "auto",
+        }
+    }
+}
+
+impl std::fmt::Display for Caustics {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl std::str::FromStr for Caustics {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        let known = Self::ALL.into_iter().find(|caustics| caustics.name() == name);
+        known.ok_or_else(|| format!("unknown `{name}`; there are: {}", Self::ALL.map(Self::name).join(", ")))
+    }
+}
+
 /// Defaults of one scene; every field may be absent.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
@@ -52,6 +94,8 @@ pub struct RenderDefaults {
     pub spp: Option<u32>,
     /// Maximum path depth; 1 = emission only, 2 = direct light.
     pub max_depth: Option<u32>,
+    /// Whether caustics come from photons.
+    pub caustics: Option<Caustics>,
     /// Name of the integrator.
     pub integrator: Option<String>,
     /// Factor on radiance before tone mapping.

@@ -398,6 +398,7 @@ fn roulette_does_not_change_a_furnace() {
             splitting,
             mis: Mis::Power,
             clamp_indirect: None,
+            caustics: alhazen::Caustics::Off,
         };
         let job = Job { integrator: Integrator::Path(settings), ..job(&scene, 32, 32, 200) };
         let e = estimate(&scene, &job, 256);

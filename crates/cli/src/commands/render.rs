@@ -87,6 +87,10 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     let mut built = renderer.load_tables(tables)?;
     profile.span("load the scene", begin);
     print_notices(&mut renderer);
+    let chosen = renderer.settle_caustics(&mut job);
+    if let Some(text) = chosen.filter(|_| !args.quiet) {
+        say!("{text}");
+    }
     let control = cancel_on_signal();
     let mut history = args.denoises_sequence().then(SequenceDenoiser::default);
     for frame in frames {

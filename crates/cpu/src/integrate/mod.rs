@@ -9,11 +9,12 @@ pub(crate) mod path;
 pub(crate) mod volume;
 
 use crate::batch::samples::SampleId;
+use crate::photons::PhotonMap;
 use crate::scene::CpuScene;
 use crate::shade::path_batch::PathBatch;
 use crate::simd::Instructions;
 use accel::HitFilter;
-use backend::{Integrator, PathSettings, View};
+use backend::{Integrator, View};
 use camera_rays::CameraRays;
 use film::AovSample;
 use optics::Vec3f;
@@ -26,12 +27,15 @@ pub(crate) fn render_batch<I: Instructions, F: HitFilter>(
     scene: &CpuScene,
     view: &View,
     filter: &F,
+    photons: Option<&PhotonMap>,
     ids: &[SampleId],
     batch: &mut PathBatch,
 ) -> u64 {
     let rays = CameraRays::new(scene, view, filter);
     match &view.integrator {
-        Integrator::Path(settings) if scene.volumes => render_volumes(scene, view, ids, batch, settings),
+        Integrator::Path(settings) if scene.volumes || photons.is_some() => {
+            render_volumes(VolumeTracer::new(scene, view, settings, photons), view, ids, batch)
+        }
         Integrator::Path(settings) => {
             batch.run(i, scene, view, settings, filter, ids);
             0
@@ -55,15 +59,8 @@ pub(crate) fn render_batch<I: Instructions, F: HitFilter>(
     }
 }
 
-/// Paths through media.
-fn render_volumes(
-    scene: &CpuScene,
-    view: &View,
-    ids: &[SampleId],
-    batch: &mut PathBatch,
-    settings: &PathSettings,
-) -> u64 {
-    let mut tracer = VolumeTracer::new(scene, view, settings);
+/// Paths through media, and those that gather photons.
+fn render_volumes(mut tracer: VolumeTracer, view: &View, ids: &[SampleId], batch: &mut PathBatch) -> u64 {
     batch.radiance.clear();
     batch.aovs.clear();
     for id in ids {

@@ -5,11 +5,14 @@
 //! block of each pass. The last blocks of all are cut into halves as long as there are threads without work.
 
 use crate::backend::render_work;
+use crate::photons::PhotonMap;
 use crate::scene::CpuScene;
+use crate::schedule::photon_passes::PhotonPasses;
 use crate::schedule::row_blocks::{BLOCK_ROWS, FirstHits, Work};
 use backend::{Control, View};
 use crossbeam_deque::{Injector, Steal};
 use film::{Film, PixelStats};
+use optics::photons::{SAMPLES_PER_PASS, photon_pass};
 use std::ops::Range;
 
 /// Samples of a pixel in one pass. Few, so that the picture is even when the work is cancelled.
@@ -46,17 +49,23 @@ pub(crate) fn render(
     view: &View,
     samples: Range<u32>,
     film: &mut Film,
+    mut photons: Option<&mut PhotonPasses>,
     control: &Control,
 ) -> u64 {
     // First hits wait in memory until all blocks are done with them, so there is one pass at a time.
     let at_once = if view.aovs.is_empty() { samples.len() } else { PASS_SAMPLES as usize };
-    let mut rays = 0;
-    for first in samples.clone().step_by(at_once.max(1)) {
-        if control.is_cancelled() {
-            break;
+    let (mut rays, mut first) = (0, samples.start);
+    while first < samples.end && !control.is_cancelled() {
+        let mut end = samples.end.min(first.saturating_add(at_once as u32));
+        let mut map = None;
+        if let Some(photons) = &mut photons {
+            let (pass, next) = (photon_pass(first), photon_pass(first).saturating_add(1));
+            end = end.min(next.saturating_mul(SAMPLES_PER_PASS));
+            let (of_pass, new_rays) = photons.pass(scene, view, pass);
+            (map, rays) = (Some(of_pass), rays + new_rays);
         }
-        let some = first..samples.end.min(first.saturating_add(at_once as u32));
-        rays += render_together(scene, view, some, film, control);
+        rays += render_together(scene, view, first..end, film, map.as_deref(), control);
+        first = end;
     }
     rays
 }
@@ -67,11 +76,12 @@ fn render_together(
     view: &View,
     samples: Range<u32>,
     film: &mut Film,
+    photons: Option<&PhotonMap>,
     control: &Control,
 ) -> u64 {
     let done = {
         let row_blocks = row_blocks(view, samples, film.pixels_mut());
-        rayon::broadcast(|_| render_row_blocks(scene, view, &row_blocks, control))
+        rayon::broadcast(|_| render_row_blocks(scene, view, photons, &row_blocks, control))
     };
     for (x, y, index, sample) in done.iter().flat_map(|(_, aovs)| aovs) {
         film.add_aovs(*x, *y, u64::from(*index), sample);
@@ -101,6 +111,7 @@ fn row_blocks<'a>(
 fn render_row_blocks(
     scene: &CpuScene,
     view: &View,
+    photons: Option<&PhotonMap>,
     row_blocks: &Injector<PendingRowBlock>,
     control: &Control,
 ) -> (u64, FirstHits) {
@@ -115,7 +126,7 @@ fn render_row_blocks(
             // The end is near: something to do for whoever is ready first.
             row_blocks.push(half);
         }
-        rays += render_pass(scene, view, &mut row_block, &mut aovs, control);
+        rays += render_pass(scene, view, photons, &mut row_block, &mut aovs, control);
         if !row_block.samples.is_empty() {
             row_blocks.push(row_block);
         }
@@ -127,6 +138,7 @@ fn render_row_blocks(
 fn render_pass(
     scene: &CpuScene,
     view: &View,
+    photons: Option<&PhotonMap>,
     row_block: &mut PendingRowBlock,
     aovs: &mut FirstHits,
     control: &Control,
@@ -135,7 +147,7 @@ fn render_pass(
     let samples = row_block.samples.start..end;
     row_block.samples.start = end;
     let work = Work::Rows { rows: row_block.rows.clone(), samples: samples.clone() };
-    let rays = render_work(scene, view, work, row_block.pixels, aovs);
+    let rays = render_work(scene, view, photons, work, row_block.pixels, aovs);
     control.advance(row_block.pixels.len() as u64 * samples.len() as u64);
     rays
 }

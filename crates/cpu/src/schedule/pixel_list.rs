@@ -5,10 +5,13 @@
 //! any order, since the film's sums are exact.
 
 use crate::backend::render_work;
+use crate::photons::PhotonMap;
 use crate::scene::CpuScene;
+use crate::schedule::photon_passes::PhotonPasses;
 use crate::schedule::row_blocks::{BLOCK_COLUMNS, BLOCK_ROWS, FirstHits, Work};
 use backend::{Control, PixelSamples, View};
 use film::{Film, PixelStats};
+use optics::photons::{SAMPLES_PER_PASS, photon_pass};
 use rayon::prelude::*;
 
 /// Samples of a piece of work.
@@ -30,6 +33,38 @@ pub(crate) fn render(
     view: &View,
     pixels: &[PixelSamples],
     film: &mut Film,
+    photons: Option<&mut PhotonPasses>,
+    control: &Control,
+) -> u64 {
+    let Some(photons) = photons else { return render_together(scene, view, pixels, film, None, control) };
+    let end = |p: &PixelSamples| p.first.saturating_add(p.count);
+    let first = pixels.iter().map(|p| photon_pass(p.first)).min().unwrap_or(0);
+    let last = pixels.iter().map(|p| photon_pass(end(p))).max().unwrap_or(0);
+    let mut rays = 0;
+    for pass in first..=last {
+        // What of each pixel's samples is of this pass.
+        let of_pass = pixels.iter().filter_map(|p| {
+            let from = p.first.max(pass.saturating_mul(SAMPLES_PER_PASS));
+            let to = end(p).min(pass.saturating_add(1).saturating_mul(SAMPLES_PER_PASS));
+            (from < to).then_some(PixelSamples { first: from, count: to - from, ..*p })
+        });
+        let of_pass: Vec<_> = of_pass.collect();
+        if of_pass.is_empty() || control.is_cancelled() {
+            continue;
+        }
+        let (map, new_rays) = photons.pass(scene, view, pass);
+        rays += new_rays + render_together(scene, view, &of_pass, film, Some(&map), control);
+    }
+    rays
+}
+
+/// The same of samples that gather the same photons, or none.
+fn render_together(
+    scene: &CpuScene,
+    view: &View,
+    pixels: &[PixelSamples],
+    film: &mut Film,
+    photons: Option<&PhotonMap>,
     control: &Control,
 ) -> u64 {
     let list = in_blocks(view.window.width, pixels);
@@ -37,8 +72,11 @@ pub(crate) fn render(
     let at_once = (view.window.area() * WAITING_SAMPLES / PIECE_SAMPLES as usize).max(64);
     let mut rays = 0;
     for some in pieces.chunks(at_once) {
-        let done: Vec<Done> =
-            some.par_iter().with_max_len(1).map(|piece| render_piece(scene, view, piece, control)).collect();
+        let done: Vec<Done> = some
+            .par_iter()
+            .with_max_len(1)
+            .map(|piece| render_piece(scene, view, photons, piece, control))
+            .collect();
         for (piece, done) in some.iter().zip(done) {
             rays += done.rays;
             for (pixel, estimate) in piece.iter().zip(&done.estimates) {
@@ -52,12 +90,19 @@ pub(crate) fn render(
     rays
 }
 
-fn render_piece(scene: &CpuScene, view: &View, piece: &[PixelSamples], control: &Control) -> Done {
+fn render_piece(
+    scene: &CpuScene,
+    view: &View,
+    photons: Option<&PhotonMap>,
+    piece: &[PixelSamples],
+    control: &Control,
+) -> Done {
     if control.is_cancelled() {
         return Done::default();
     }
     let mut done = Done { estimates: vec![PixelStats::default(); piece.len()], ..Done::default() };
-    done.rays = render_work(scene, view, Work::PixelList(piece), &mut done.estimates, &mut done.aovs);
+    done.rays =
+        render_work(scene, view, photons, Work::PixelList(piece), &mut done.estimates, &mut done.aovs);
     control.advance(piece.iter().map(|p| u64::from(p.count)).sum());
     done
 }

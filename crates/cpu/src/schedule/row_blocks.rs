@@ -2,6 +2,7 @@
 
 use crate::batch::samples::{Run, SampleId};
 use crate::integrate::render_batch;
+use crate::photons::PhotonMap;
 use crate::scene::CpuScene;
 use crate::shade::path_batch::PathBatch;
 use crate::simd::{Instructions, Stage, call_with_best};
@@ -34,6 +35,8 @@ pub(crate) struct RowBlock<'a, F> {
     pub scene: &'a CpuScene,
     pub view: &'a View,
     pub filter: &'a F,
+    /// Photons that paths gather.
+    pub photons: Option<&'a PhotonMap>,
     pub work: Work<'a>,
 }
 
@@ -58,7 +61,7 @@ impl<'a, F: HitFilter> RowBlock<'a, F> {
         let (mut ids, mut runs) = (std::mem::take(&mut batch.ids), std::mem::take(&mut batch.runs));
         let mut walk = Walk::new(self.view.window, self.work.clone());
         while walk.next_batch(&mut ids, &mut runs) {
-            rays += render_batch(i, self.scene, self.view, self.filter, &ids, batch);
+            rays += render_batch(i, self.scene, self.view, self.filter, self.photons, &ids, batch);
             let mut radiance = batch.radiance.iter();
             for run in &runs {
                 let samples = radiance.by_ref().take(run.count as usize);

@@ -6,8 +6,8 @@ use crate::shade::material::{coverage, emission_at};
 use optics::constants::FAR;
 use optics::light::{
     LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE, LightSample,
-    directional_light_contains, light_sample, rectangle_light_pdf, sphere_light_side_pdf, textured_radiance,
-    triangle_light_pdf,
+    directional_light_contains, light_sample, no_light_sample, rectangle_light_pdf, sphere_light_side_pdf,
+    textured_radiance, triangle_light_pdf,
 };
 use optics::light_profile::{profile_cell, profile_mix};
 use optics::light_tree::{ALL_SIDES, octahedral_decode};
@@ -158,6 +158,21 @@ fn textured_emission(scene: &CpuScene, record: &LightRecord, point: &TexturePoin
     if material.has_holes() { emitted * coverage(&scene.tables, material, point) } else { emitted }
 }
 
+/// Radiant intensity of a light at one point in a unit direction away from it, W/sr.
+pub(crate) fn point_intensity(scene: &CpuScene, record: &LightRecord, direction: Vec3f) -> Vec3f {
+    let sample = sample_record(scene, record, record.light.position + direction, [0.5, 0.5]);
+    sample.radiance * (if sample.pdf > 0.0 { sample.distance * sample.distance } else { 0.0 })
+}
+
+/// Radiance of a light's surface at its point `from`. `place`: of a flat one, where on its edges that is.
+pub(crate) fn surface_emission(scene: &CpuScene, record: &LightRecord, from: Vec3f, place: Vec2f) -> Vec3f {
+    if record.textured_material == NONE {
+        return record.light.emission;
+    }
+    let at = LightSample { barycentrics: place, ..no_light_sample() };
+    textured_emission(scene, record, &light_texture_point(record, from, &at))
+}
+
 /// Density over solid angle, seen from `from`, with which [`sample_light`] would have found an emissive surface at
 /// distance `distance` in unit direction `wi`; 0 if it is not sampled. `sampling_normal`: as it was given there.
 #[inline]
@@ -187,6 +202,8 @@ pub(crate) fn surface_light_pdf(
 pub(crate) struct Distant {
     pub radiance: Vec3f,
     pub pdf: f32,
+    /// Index of the light, or `NONE` of what is not sampled.
+    pub light: u32,
 }
 
 /// Calls `found` with each source that is seen infinitely far away from `from` in unit direction `wi`. `sampling_normal`: as it was given to
@@ -205,12 +222,12 @@ pub(crate) fn for_each_distant(
     if environment.light != NONE {
         pdf = environment.pdf(from, wi) * light_probability(tables, environment.light, from, sampling_normal);
     }
-    found(Distant { radiance: environment.radiance(wi), pdf });
+    found(Distant { radiance: environment.radiance(wi), pdf, light: environment.light });
     for &index in &scene.visible_discs {
         let light = tables.light_at(index, time);
         if directional_light_contains(light, wi) {
             let pdf = pdf_cone(light.size) * light_probability(tables, index, from, sampling_normal);
-            found(Distant { radiance: light.emission, pdf });
+            found(Distant { radiance: light.emission, pdf, light: index });
         }
     }
 }

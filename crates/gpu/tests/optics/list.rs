@@ -477,6 +477,23 @@ functions! {
     path::path_light_contribution(throughput: albedo, bsdf: bsdf_value, radiance: radiance, light_pdf: density, delta: flag, mis: mis_heuristic) within ROUNDING;
     path::path_scatter(path: path, s: scattered, eta: eta) within ROUNDING;
     path::roulette_survival(path: path, start: depth, min_survival: share) within ROUNDING;
+    // transport/photons.rs
+    photons::photon_sampler(seed: bits, pass_index: bits, photon: bits) within EXACT;
+    photons::photon_pass(sample_index: bits) within EXACT;
+    photons::photon_radius2(first: size, pass_index: count) within POWERS;
+    photons::photon_kernel(distance2: share, radius2: size) within CANCELLING;
+    photons::expected_photons(count: size, radius2: size, cos_theta: signed_cosine, pdf: density) within ROUNDING;
+    photons::photon_share(expected: density) within ROUNDING;
+    photons::chance_share(expected: density) within ROUNDING;
+    photons::etendue_scale(eta: eta, bends: flag) within ROUNDING;
+    photons::adjoint_factor(wo: direction, wi: direction, shading: direction, normal: direction) within EDGES;
+    photons::target_solid_angle(center: point, radius: size, p: point) within SIDES;
+    photons::target_direction(center: point, radius: size, p: point, u: unit2) within GRAZING;
+    photons::target_is_ahead(center: point, radius: size, p: point, direction: direction) within SIDES;
+    photons::target_is_crossed(center: point, radius: size, p: point, direction: direction) within SIDES;
+    photons::target_disc_point(center: point, radius: size, direction: direction, u: unit2) within CANCELLING;
+    photons::photon_cell(p: point, per_metre: size) within STEPS;
+    photons::photon_bucket(cell: point, count: count) within EXACT;
     // transport/direct_light.rs
     direct_light::direct_contribution(value_cos: albedo, light: light_sample, falloff: falloff) within ROUNDING;
     direct_light::share_of_samples(contribution: radiance, count: depth) within ROUNDING;

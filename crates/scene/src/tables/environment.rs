@@ -151,7 +151,7 @@ impl EnvironmentTable {
     }
 
     /// Density over solid angle with which the image's sampling table chooses `direction`. Only where there is an image.
-    pub(super) fn image_pdf(&self, direction: Vec3f) -> f32 {
+    pub fn image_pdf(&self, direction: Vec3f) -> f32 {
         let uv = direction_to_equirect(direction, self.rotation);
         let pixel = equirect_pixel(uv, self.width, self.height);
         let entry = self.alias[(pixel.y * self.width + pixel.x) as usize];
@@ -159,7 +159,7 @@ impl EnvironmentTable {
     }
 
     /// Samples a unit direction by the image's table, and its density over solid angle; `u`: two uniform numbers in `[0, 1)`.
-    pub(super) fn sample_image(&self, u: [f32; 2]) -> (Vec3f, f32) {
+    pub fn sample_image(&self, u: [f32; 2]) -> (Vec3f, f32) {
         use optics::random::dither;
         use optics::warp::{alias_choose_dithered, alias_slot};
         let choose = |table: &[AliasEntry], u: f32, dither: f32| {

@@ -9,6 +9,7 @@
 //! [`BindingRecord`] `i.first_binding + g`, which names material, lights and the user's instance.
 
 mod build;
+mod caustics;
 mod changes;
 mod emitter_boxes;
 mod environment;
@@ -34,6 +35,7 @@ mod surface_lights;
 mod texture_graphs;
 mod transform;
 
+pub use caustics::{CausticsAdvice, MOST_TARGETS};
 pub use changes::Changes;
 pub use emitter_boxes::{EmitterBox, MOST_BOXES};
 pub use environment::EnvironmentTable;

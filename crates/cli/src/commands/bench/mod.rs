@@ -11,6 +11,7 @@ mod denoise_frames;
 mod frame_views;
 mod frames;
 mod frames_in_flight;
+mod hard;
 mod lights;
 mod realtime;
 pub mod report;
@@ -39,6 +40,7 @@ enum BenchCommand {
     Batches(batches::BatchesArgs),
     Convergence(convergence::ConvergenceArgs),
     Denoise(denoise::DenoiseArgs),
+    Hard(hard::HardArgs),
     Lights(lights::LightsArgs),
     FramesInFlight(frames_in_flight::FramesInFlightArgs),
     Realtime(Box<realtime::RealtimeArgs>),
@@ -55,6 +57,7 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<()> {
         BenchCommand::Batches(args) => batches::run(args),
         BenchCommand::Convergence(args) => convergence::run(args),
         BenchCommand::Denoise(args) => denoise::run(args),
+        BenchCommand::Hard(args) => hard::run(args),
         BenchCommand::Lights(args) => lights::run(args),
         BenchCommand::FramesInFlight(args) => frames_in_flight::run(args),
         BenchCommand::Realtime(args) => realtime::run(args),

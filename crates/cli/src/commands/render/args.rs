@@ -14,8 +14,8 @@ use super::split::SplitArgs;
 use crate::commands::loading::LoadingArgs;
 use crate::commands::tone::ToneArgs;
 use alhazen::{
-    Adaptive, Aov, BackendChoice, Denoiser, Integrator, Mis, PathKernel, Projection, Rect, SamplerKind,
-    SunPosition,
+    Adaptive, Aov, BackendChoice, Caustics, Denoiser, Integrator, Mis, PathKernel, Projection, Rect,
+    SamplerKind, SunPosition,
 };
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, FromArgMatches, ValueEnum};
@@ -211,6 +211,11 @@ pub struct RenderArgs {
     /// them. The picture is biased, and its metadata says so. Off by default. Only for `path`.
     #[arg(long, help_heading = "Light", value_name = "RADIANCE", value_parser = parse_positive)]
     pub(super) clamp_indirect: Option<f32>,
+    /// Photons for light that comes by mirrors or through glass: off, on, or auto, which looks whether the scene has such
+    /// surfaces and small lights. Only for `path` on the CPU; auto is off elsewhere. By default what the scene's file says,
+    /// or auto.
+    #[arg(long, help_heading = "Light", value_name = "WHEN")]
+    pub(super) caustics: Option<Caustics>,
     /// How samples are drawn: sobol (Owen-scrambled Sobol points), independent (uniform numbers) or blue-noise (Sobol points
     /// that neighbouring pixels complete: the same error, spread so that eyes and filters take it away).
     #[arg(long, help_heading = "Light", value_name = "KIND", default_value_t)]

@@ -5,9 +5,9 @@ use super::parsing::{Numbers, parse_vector};
 use super::shutter::bring;
 use crate::exit::Exit;
 use alhazen::{
-    Adaptive, Camera, CameraPath, Daylight, DirectSettings, Environment, Highlights, HybridSettings,
-    Integrator, Job, Limits, LoadOptions, Loaded, Mis, Motion, NoisyPicture, PathSettings, Projection,
-    Quantity, Rect, Sampling, Scene, SequenceDenoiser, Visibility, add_daylight_if_dark,
+    Adaptive, Camera, CameraPath, Caustics, Daylight, DirectSettings, Environment, Highlights,
+    HybridSettings, Integrator, Job, Limits, LoadOptions, Loaded, Mis, Motion, NoisyPicture, PathSettings,
+    Projection, Quantity, Rect, Sampling, Scene, SequenceDenoiser, Visibility, add_daylight_if_dark,
     check_default_camera,
 };
 use anyhow::{Context, bail, ensure};
@@ -73,6 +73,7 @@ pub fn job(args: &RenderArgs, loaded: &mut Loaded, time: Option<f32>) -> anyhow:
         scene_job.crop = Some(crop);
     }
     scene_job.integrator = integrator(args, scene_job.integrator);
+    set_caustics(args, &loaded.scene, &mut scene_job.integrator)?;
     ensure!(
         args.clamp_indirect.is_none() || matches!(scene_job.integrator, Integrator::Path(_)),
         "--clamp-indirect is for the integrator `path`, not for `{}`",
@@ -100,6 +101,21 @@ pub fn job(args: &RenderArgs, loaded: &mut Loaded, time: Option<f32>) -> anyhow:
         settings.allocation.white = 1.0 / scene_job.tone.exposure.max(1e-6);
     }
     Ok(scene_job)
+}
+
+/// What of caustics the arguments ask for, or the scene's file; if neither does, that is left to the renderer.
+fn set_caustics(args: &RenderArgs, scene: &Scene, integrator: &mut Integrator) -> anyhow::Result<()> {
+    match integrator {
+        Integrator::Path(path) => {
+            path.caustics = args.caustics.or(scene.defaults.caustics).unwrap_or(Caustics::Auto);
+        }
+        other => ensure!(
+            args.caustics.is_none(),
+            "--caustics is for the integrator `path`, not for `{}`",
+            other.name()
+        ),
+    }
+    Ok(())
 }
 
 /// Takes the camera that the arguments name, with their field of view and lens.

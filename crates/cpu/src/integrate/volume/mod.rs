@@ -4,9 +4,11 @@
 //! next surface it may scatter in the medium there, and boundaries of media let it pass without counting as vertices.
 //! Light is sampled from every vertex, with the transmittance of the way to it.
 
+mod gather;
 mod grid;
-mod interiors;
+pub(crate) mod interiors;
 mod optical_depth;
+mod photons;
 mod shadow;
 
 pub(crate) use interiors::{crossed, interiors_around, ior_along, passes, relative_ior, segment};
@@ -15,6 +17,7 @@ pub(crate) use optical_depth::optical_depth;
 use crate::batch::samples::{SampleId, new_sampler, ray_time};
 use crate::fetch::filter::{AlphaFilter, BoundaryFilter};
 use crate::fetch::surface::Surface;
+use crate::photons::PhotonMap;
 use crate::scene::{CpuScene, vec3};
 use crate::shade::aov::aov_sample;
 use crate::shade::closures::{Incoming, closure_at, wants_model_number};
@@ -28,14 +31,15 @@ use film::AovSample;
 use interiors::Segment;
 use optics::camera::{camera_pixel_spread, camera_ray};
 use optics::closure::{
-    Closure, closure_eta, closure_eval, closure_has_smooth_part, closure_is_delta, closure_sample,
-    closure_scatters, closure_transmits,
+    Closure, closure_eta, closure_eval, closure_has_smooth_part, closure_is_delta, closure_is_sharp,
+    closure_sample, closure_scatters, closure_transmits,
 };
 use optics::constants::FAR;
 use optics::frame::to_local;
 use optics::interiors::Interiors;
 use optics::light_tree::ALL_SIDES;
 use optics::medium::transmittance;
+use optics::mis::MisHeuristic;
 use optics::motion::MOTION_MIDDLE;
 use optics::path::{PathState, limit_indirect, path_add_emission, path_light_contribution, path_start};
 use optics::random::{PixelSampler, hash_combine, sample_2d};
@@ -60,6 +64,8 @@ pub(crate) struct VolumeTracer<'a> {
     view: &'a View,
     settings: &'a PathSettings,
     shading: Shading,
+    /// Photons that paths gather, if the view wants caustics from them.
+    photons: Option<&'a PhotonMap>,
     /// What the camera stands in.
     around_camera: Interiors,
     /// Radiance of the sample that is being made.
@@ -86,6 +92,10 @@ struct VolumePath {
     length: f32,
     /// See `sample_light`.
     sampling_normal: u32,
+    /// Since the last vertex where photons were gathered: `expected_photons`, per étendue here; 0 without such a vertex.
+    merge: f32,
+    /// Whether it has been scattered by specular surfaces since then.
+    by_specular: bool,
 }
 
 impl VolumePath {
@@ -109,13 +119,19 @@ enum Vertex<'s> {
 }
 
 impl<'a> VolumeTracer<'a> {
-    pub fn new(scene: &'a CpuScene, view: &'a View, settings: &'a PathSettings) -> Self {
+    pub fn new(
+        scene: &'a CpuScene,
+        view: &'a View,
+        settings: &'a PathSettings,
+        photons: Option<&'a PhotonMap>,
+    ) -> Self {
         let pixel_spread = camera_pixel_spread(view.camera, view.height as f32);
         Self {
             scene,
             view,
             settings,
             shading: Shading { single_scatter: view.single_scatter, pixel_spread },
+            photons,
             around_camera: interiors_around(scene, view.camera.origin, MOTION_MIDDLE),
             radiance: BLACK,
             rays_traced: 0,
@@ -140,6 +156,8 @@ impl<'a> VolumeTracer<'a> {
             since_vertex: 0.0,
             length: 0.0,
             sampling_normal: ALL_SIDES,
+            merge: 0.0,
+            by_specular: false,
         });
         self.radiance
     }
@@ -198,7 +216,8 @@ impl<'a> VolumeTracer<'a> {
                 let wi = vec3(path.ray.direction);
                 let (mut found, mis) = (BLACK, self.settings.mis.heuristic());
                 for_each_distant(self.scene, path.vertex, path.sampling_normal, wi, path.time, |d| {
-                    found += path_add_emission(path.light_state(), d.radiance, d.pdf, mis).radiance;
+                    let chance = self.chance(&path, || self.density_of_distant(&path, d.light, wi));
+                    found += path.found(d.radiance, d.pdf, mis, chance);
                 });
                 self.gather(found, path.state.depth);
                 return;
@@ -256,7 +275,8 @@ impl<'a> VolumeTracer<'a> {
                 path.time,
             );
             let mis = self.settings.mis.heuristic();
-            let found = path_add_emission(path.light_state(), emitted, pdf, mis).radiance;
+            let chance = self.chance(path, || self.density_of_surface(surface));
+            let found = path.found(emitted, pdf, mis, chance);
             self.gather(found, path.state.depth);
         }
     }
@@ -307,6 +327,8 @@ impl<'a> VolumeTracer<'a> {
             path.sampling_normal = ALL_SIDES;
             self.light_in(path, position, wo, anisotropy, path.state.depth.max(walk));
         }
+        // In media no photons are gathered.
+        path.merge = 0.0;
         let sample = phase_scatter(wo, anisotropy, hidden, path.draw(PAIR_BSDF));
         let u = path.draw(PAIR_LOBE).y;
         let next = continue_in_medium(path.state, sample, walk, roulette(self.settings), u);
@@ -338,19 +360,17 @@ impl<'a> VolumeTracer<'a> {
     fn scatter_on(&mut self, path: &mut VolumePath, surface: &Surface) -> bool {
         let tables = &*self.scene.tables;
         let material = self.material(surface);
-        let nested = tables.nested && material.is_body();
-        let ior = if nested { relative_ior(path.inside, tables, surface) } else { material.ior };
-        let footprint = self.shading.pixel_spread * path.length;
-        let wants_number = wants_model_number(tables, material);
-        let u_model = if wants_number { path.draw(PAIR_MODEL).x } else { 0.0 };
-        let incoming = Incoming { footprint, ior, throughput: path.state.throughput, u_model };
-        let closure = closure_at(tables, material, surface, &self.shading, incoming);
+        let closure = self.closure_at(path, surface, material);
         if !closure_scatters(closure) {
             return false;
         }
         let through = if material.is_body() { crossed(path.inside, tables, surface) } else { path.inside };
         let wo = to_local(closure.frame, surface.wo);
-        if closure_has_smooth_part(closure) && !tables.lights.is_empty() {
+        if self.photons.is_some() && !closure_is_sharp(closure) {
+            self.gather_photons(path, surface, &closure, wo);
+        }
+        let samples_lights = closure_has_smooth_part(closure) && !self.photons_bring_lights(path, &closure);
+        if samples_lights && !tables.lights.is_empty() {
             path.sampling_normal = normal_for_lights(tables, closure, closure.frame.normal);
             self.light_on(path, surface, &closure, wo, through);
         }
@@ -363,11 +383,24 @@ impl<'a> VolumeTracer<'a> {
             return false;
         }
         path.state = next.state;
+        self.note_scattering(path, surface, &closure, &sample, next.wi);
         if sample.transmitted {
             path.inside = through;
         }
         path.leave(surface.origin, surface.ray_origin(next.above), next.wi);
         true
+    }
+
+    /// What scatters at a surface where a path arrives.
+    fn closure_at(&self, path: &VolumePath, surface: &Surface, material: &MaterialRecord) -> Closure {
+        let tables = &*self.scene.tables;
+        let nested = tables.nested && material.is_body();
+        let ior = if nested { relative_ior(path.inside, tables, surface) } else { material.ior };
+        let footprint = self.shading.pixel_spread * path.length;
+        let wants_number = wants_model_number(tables, material);
+        let u_model = if wants_number { path.draw(PAIR_MODEL).x } else { 0.0 };
+        let incoming = Incoming { footprint, ior, throughput: path.state.throughput, u_model };
+        closure_at(tables, material, surface, &self.shading, incoming)
     }
 
     /// Next-event estimation on a surface. `through`: what is behind it.
@@ -417,5 +450,14 @@ impl VolumePath {
     /// The state without the light found so far, which goes to the sample at once.
     fn light_state(&self) -> PathState {
         PathState { radiance: BLACK, ..self.state }
+    }
+
+    /// What light adds that the path has come upon.
+    ///
+    /// - `emitted`, `light_pdf`: see [`path_add_emission`]. `chance`: see [`VolumeTracer::chance`]; what photons bring, too,
+    ///   is not sampled at specular surfaces.
+    fn found(&self, emitted: Vec3f, light_pdf: f32, mis: MisHeuristic, chance: Option<f32>) -> Vec3f {
+        let pdf = if chance.is_some() { 0.0 } else { light_pdf };
+        path_add_emission(self.light_state(), emitted, pdf, mis).radiance * chance.unwrap_or(1.0)
     }
 }

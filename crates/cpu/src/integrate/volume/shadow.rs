@@ -46,7 +46,8 @@ impl VolumeTracer<'_> {
         BLACK
     }
 
-    fn segment_transmittance(&self, ray: &Ray, segment: &Segment, stream: &mut u32) -> Vec3f {
+    /// The transmittance of a part of a ray. `stream`: as for [`VolumeTracer::visibility`].
+    pub(super) fn segment_transmittance(&self, ray: &Ray, segment: &Segment, stream: &mut u32) -> Vec3f {
         if segment.grid != NONE {
             return self.ratio_track(ray, segment, stream);
         }
