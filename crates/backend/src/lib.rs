@@ -7,12 +7,14 @@
 #![forbid(unsafe_code)]
 
 mod control;
+mod guiding;
 mod mis;
 mod realtime;
 mod view;
 mod views;
 
 pub use control::{Control, Progress};
+pub use guiding::Guiding;
 pub use mis::Mis;
 pub use realtime::{
     AllocationSettings, BadFrameSamples, FrameSamples, FrameView, HistorySettings, RealtimeSettings,

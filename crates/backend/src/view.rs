@@ -1,6 +1,6 @@
 //! What is to be rendered: camera, picture, integrator.
 
-use crate::{Mis, RealtimeSettings};
+use crate::{Guiding, Mis, RealtimeSettings};
 use film::{Aov, Rect};
 use optics::camera::CameraFrame;
 use optics::motion::motion_place;
@@ -231,6 +231,8 @@ pub struct PathSettings {
     /// The most that light which a path finds after more than two segments may add to a sample, W·sr⁻¹·m⁻², positive. `None`
     /// limits nothing. A limit removes bright specks and the light that they stand for: the picture is biased, darker.
     pub clamp_indirect: Option<f32>,
+    /// Whether paths follow what was learned of the light before.
+    pub guiding: Guiding,
 }
 
 impl PathSettings {
@@ -249,6 +251,7 @@ impl Default for PathSettings {
             splitting: 1,
             mis: Mis::Power,
             clamp_indirect: None,
+            guiding: Guiding::default(),
         }
     }
 }

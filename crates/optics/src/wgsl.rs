@@ -77,6 +77,7 @@ mod everything {
     use crate::camera::*;
     use crate::closure::*;
     use crate::clusters::*;
+    use crate::guiding::*;
     use crate::direct_light::*;
     use crate::equirect::*;
     use crate::interiors::*;
