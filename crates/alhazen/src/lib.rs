@@ -55,7 +55,7 @@ pub use backend::{
     UnknownFrameView, UnknownSpatialFilter,
 };
 pub use backend::{
-    AmbientOcclusion, Backend, BackendError, Control, DirectSettings, Highlights, HybridSettings,
+    AmbientOcclusion, Backend, BackendError, Control, DirectSettings, Guiding, Highlights, HybridSettings,
     INVERSE_SQUARE, Integrator, LoadStats, Mis, PassTime, PathSettings, PixelSamples, Progress, SamplerKind,
     Stats as PassStats, View, ViewBatch, ViewLayer, ViewPictures, ViewShutter, ViewValues, Visibility,
 };

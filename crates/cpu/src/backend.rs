@@ -1,6 +1,7 @@
 //! [`CpuBackend`]: the trait's implementation; film, threads, views.
 
 use crate::fetch::filter::AlphaFilter;
+use crate::guided::prepare::Guides;
 use crate::scene::CpuScene;
 use crate::schedule::passes;
 use crate::schedule::pixel_list;
@@ -24,6 +25,7 @@ pub struct CpuBackend {
     quality: Quality,
     scene: Option<CpuScene>,
     film: Option<(View, Film)>,
+    guides: Guides,
 }
 
 impl CpuBackend {
@@ -33,7 +35,7 @@ impl CpuBackend {
     /// When the system refuses to make threads.
     pub fn new(threads: Option<usize>) -> Result<Self, BackendError> {
         let threads = thread_pool(threads)?;
-        Ok(Self { threads, quality: Quality::Balanced, scene: None, film: None })
+        Ok(Self { threads, quality: Quality::Balanced, scene: None, film: None, guides: Guides::default() })
     }
 
     /// Makes the film for a view, or keeps the one that is being accumulated.
@@ -45,6 +47,16 @@ impl CpuBackend {
             self.film = Some((view.clone(), film));
         }
         Ok(())
+    }
+}
+
+impl CpuBackend {
+    /// Sees to it that paths of a view follow the guide that they are to; see [`Guides::prepare`].
+    fn prepare_guide(&mut self, view: &View, control: &Control) -> Result<Option<u64>, BackendError> {
+        let (guides, Some(scene)) = (&mut self.guides, &mut self.scene) else {
+            return Err(BackendError::NoScene { backend: "cpu" });
+        };
+        self.threads.install(|| guides.prepare(scene, view, control))
     }
 }
 
@@ -66,6 +78,7 @@ impl Backend for CpuBackend {
 
     fn load(&mut self, tables: Arc<SceneTables>) -> Result<LoadStats, BackendError> {
         self.film = None;
+        self.guides.forget();
         let start = Instant::now();
         let table_bytes = tables.memory_bytes();
         let quality = self.quality;
@@ -80,6 +93,7 @@ impl Backend for CpuBackend {
             return Err(BackendError::NoScene { backend: self.name() });
         };
         self.film = None;
+        self.guides.forget();
         let start = Instant::now();
         let table_bytes = tables.memory_bytes();
         let quality = self.quality;
@@ -108,13 +122,16 @@ impl Backend for CpuBackend {
         self.prepare_film(view)?;
         let start = Instant::now();
         let wanted = u64::from(samples) * view.window.area() as u64;
+        let Some(training) = self.prepare_guide(view, control)? else {
+            return Ok(Stats { cancelled: true, elapsed: start.elapsed(), ..Stats::default() });
+        };
         let (Some(scene), Some((_, film))) = (&self.scene, &mut self.film) else {
             return Err(BackendError::NoScene { backend: "cpu" });
         };
         control.begin(wanted);
         let mut stats = Stats::default();
         let wanted = view.first_sample..view.first_sample + samples;
-        stats.rays = self.threads.install(|| passes::render(scene, view, wanted, film, control));
+        stats.rays = training + self.threads.install(|| passes::render(scene, view, wanted, film, control));
         stats.samples = control.progress().samples_done;
         stats.cancelled = control.is_cancelled();
         stats.elapsed = start.elapsed();
@@ -135,11 +152,14 @@ impl Backend for CpuBackend {
         self.prepare_film(view)?;
         let start = Instant::now();
         let wanted = pixels.iter().map(|p| u64::from(p.count)).sum();
+        let Some(training) = self.prepare_guide(view, control)? else {
+            return Ok(Stats { cancelled: true, elapsed: start.elapsed(), ..Stats::default() });
+        };
         let (Some(scene), Some((_, film))) = (&self.scene, &mut self.film) else {
             return Err(BackendError::NoScene { backend: "cpu" });
         };
         control.begin(wanted);
-        let rays = self.threads.install(|| pixel_list::render(scene, view, pixels, film, control));
+        let rays = training + self.threads.install(|| pixel_list::render(scene, view, pixels, film, control));
         let samples = control.progress().samples_done;
         let cancelled = control.is_cancelled();
         Ok(Stats { samples, rays, elapsed: start.elapsed(), cancelled, device_time: None })
@@ -151,9 +171,10 @@ impl Backend for CpuBackend {
         control: &Control,
     ) -> Result<(ViewPictures, Stats), BackendError> {
         batch.check()?;
-        let Some(scene) = &self.scene else {
+        let Some(scene) = &mut self.scene else {
             return Err(BackendError::NoScene { backend: self.name() });
         };
+        scene.guide = None;
         if batch.wants_colors() {
             check_media(&scene.tables, &batch.view)?;
         }
@@ -178,6 +199,10 @@ impl Backend for CpuBackend {
 
     fn restart(&mut self) {
         self.film = None;
+    }
+
+    fn take_notices(&mut self) -> Vec<String> {
+        self.guides.take_notices()
     }
 
     fn film(&mut self) -> Result<Option<&Film>, BackendError> {

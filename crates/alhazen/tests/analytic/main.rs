@@ -13,7 +13,7 @@ mod lights;
 mod rough_diffuse;
 
 use alhazen::{
-    Environment, Integrator, Job, Light, LightKind, Mis, PathSettings, Pixels, Scene, SceneImage, Shape,
+    Environment, Guiding, Integrator, Job, Light, LightKind, Mis, PathSettings, Pixels, Scene, SceneImage, Shape,
     picture_ray,
 };
 use common::{assert_mean, estimate, from_above, job};
@@ -398,6 +398,7 @@ fn roulette_does_not_change_a_furnace() {
             splitting,
             mis: Mis::Power,
             clamp_indirect: None,
+            guiding: Guiding::Off,
         };
         let job = Job { integrator: Integrator::Path(settings), ..job(&scene, 32, 32, 200) };
         let e = estimate(&scene, &job, 256);

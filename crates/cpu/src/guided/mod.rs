@@ -2,5 +2,6 @@
 
 pub(crate) mod finds;
 pub(crate) mod lanes;
+pub(crate) mod prepare;
 pub(crate) mod training;
 pub(crate) mod vertex;

@@ -27,11 +27,12 @@ const SEED: u32 = 0x6775_6964;
 
 /// A guide, and what it took.
 pub(crate) struct Trained {
-    pub guide: Arc<Guide>,
+    /// The guide, if the picture's paths are to follow it.
+    pub guide: Option<Arc<Guide>>,
     /// Rays traced.
     pub rays: u64,
-    /// Samples of the small picture.
-    pub samples: u64,
+    /// What was decided and why, for users.
+    pub verdict: String,
 }
 
 /// The small picture of `view` whose paths are learned from. Views that train the same guide have the same one.
@@ -80,7 +81,12 @@ pub(crate) fn train(
             Some(learner) => guide = Arc::new(learner.refine(most_finds(count), run > 1)),
         }
     }
-    Ok(Some(Trained { guide, rays, samples }))
+    let verdict = format!(
+        "path guiding: on, learned from {samples} paths at {} places ({} KiB)",
+        guide.leaves(),
+        guide.memory_bytes() >> 10
+    );
+    Ok(Some(Trained { guide: Some(guide), rays, verdict }))
 }
 
 /// Finds of a leaf of the tree over space above which it is divided, after a run of `count` samples a pixel: with twice as many

@@ -14,7 +14,7 @@ use super::split::SplitArgs;
 use crate::commands::loading::LoadingArgs;
 use crate::commands::tone::ToneArgs;
 use alhazen::{
-    Adaptive, Aov, BackendChoice, Denoiser, Integrator, Mis, PathKernel, Projection, Rect, SamplerKind,
+    Adaptive, Aov, BackendChoice, Denoiser, Guiding, Integrator, Mis, PathKernel, Projection, Rect, SamplerKind,
     SunPosition,
 };
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -211,6 +211,11 @@ pub struct RenderArgs {
     /// them. The picture is biased, and its metadata says so. Off by default. Only for `path`.
     #[arg(long, help_heading = "Light", value_name = "RADIANCE", value_parser = parse_positive)]
     pub(super) clamp_indirect: Option<f32>,
+    /// Whether paths follow what training paths have learned of the light before the picture: off, on, or auto (where the
+    /// training says that it is worth its time). The expected picture is the same, the noise is not. Only for `path`, on the
+    /// CPU.
+    #[arg(long, help_heading = "Light", value_name = "WHETHER")]
+    pub(super) guiding: Option<Guiding>,
     /// How samples are drawn: sobol (Owen-scrambled Sobol points), independent (uniform numbers) or blue-noise (Sobol points
     /// that neighbouring pixels complete: the same error, spread so that eyes and filters take it away).
     #[arg(long, help_heading = "Light", value_name = "KIND", default_value_t)]

@@ -6,7 +6,7 @@ use super::shutter::bring;
 use crate::exit::Exit;
 use alhazen::{
     Adaptive, Camera, CameraPath, Daylight, DirectSettings, Environment, Highlights, HybridSettings,
-    Integrator, Job, Limits, LoadOptions, Loaded, Mis, Motion, NoisyPicture, PathSettings, Projection,
+    Guiding, Integrator, Job, Limits, LoadOptions, Loaded, Mis, Motion, NoisyPicture, PathSettings, Projection,
     Quantity, Rect, Sampling, Scene, SequenceDenoiser, Visibility, add_daylight_if_dark,
     check_default_camera,
 };
@@ -81,6 +81,12 @@ pub fn job(args: &RenderArgs, loaded: &mut Loaded, time: Option<f32>) -> anyhow:
     ensure!(
         args.mis == Mis::default() || matches!(scene_job.integrator, Integrator::Path(_)),
         "--mis is for the integrator `path`, not for `{}`",
+        scene_job.integrator.name()
+    );
+    ensure!(
+        args.guiding.is_none_or(|guiding| guiding == Guiding::Off)
+            || matches!(scene_job.integrator, Integrator::Path(_)),
+        "--guiding is for the integrator `path`, not for `{}`",
         scene_job.integrator.name()
     );
     scene_job.single_scatter = args.single_scatter;
@@ -228,12 +234,14 @@ fn turntable(camera: &Camera, period: f32) -> CameraPath {
 fn integrator(args: &RenderArgs, of_scene: Integrator) -> Integrator {
     let path = || {
         let scene_depth = if let Integrator::Path(p) = of_scene { Some(p.max_depth) } else { None };
+        let scene_guiding = if let Integrator::Path(p) = of_scene { Some(p.guiding) } else { None };
         let default = PathSettings::default();
         Integrator::Path(args.roulette.apply(PathSettings {
             max_depth: args.max_depth.or(scene_depth).unwrap_or(default.max_depth),
             splitting: args.splitting,
             mis: args.mis,
             clamp_indirect: args.clamp_indirect,
+            guiding: args.guiding.or(scene_guiding).unwrap_or_default(),
             ..default
         }))
     };
