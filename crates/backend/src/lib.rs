@@ -7,14 +7,13 @@
 #![forbid(unsafe_code)]
 
 mod control;
-mod guiding;
 mod mis;
 mod realtime;
 mod view;
 mod views;
 
+pub use ::scene::Guiding;
 pub use control::{Control, Progress};
-pub use guiding::Guiding;
 pub use mis::Mis;
 pub use realtime::{
     AllocationSettings, BadFrameSamples, FrameSamples, FrameView, HistorySettings, RealtimeSettings,
@@ -94,6 +93,21 @@ pub fn check_pixels(view: &View, pixels: &[PixelSamples]) -> Result<(), BackendE
         return Err(BackendError::View { reason });
     }
     Ok(())
+}
+
+/// For back ends that know no guides: refuses views whose paths are to follow one whatever it is worth. [`Guiding::Auto`] is off
+/// there.
+///
+/// # Errors
+/// [`BackendError::View`] that names the back end that has them.
+pub fn check_guiding(view: &View) -> Result<(), BackendError> {
+    match view.integrator {
+        Integrator::Path(PathSettings { guiding: Guiding::On, .. }) => {
+            let reason = "path guiding is asked for, which only the back end `cpu` has".into();
+            Err(BackendError::View { reason })
+        }
+        _ => Ok(()),
+    }
 }
 
 /// For back ends: refuses a scene with media or overlapping bodies where the view's integrator does

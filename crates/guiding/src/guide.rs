@@ -61,6 +61,8 @@ pub struct Guide {
     pub(crate) bounds: [[f32; 3]; 2],
     /// Number of leaves.
     pub(crate) leaves: usize,
+    /// What was found in each cell so far, for those who learn more.
+    pub(crate) cells: Vec<[u64; 4]>,
 }
 
 impl Guide {
@@ -68,7 +70,7 @@ impl Guide {
     pub fn unlearned(bounds: [[f32; 3]; 2]) -> Self {
         let leaf = SpaceNode { split: 0.0, axis: LEAF, first: 0, leaf: 0 };
         let quad = QuadNode { weights: [0.25; 4], children: [0; 4] };
-        Self { spaces: vec![leaf], quads: vec![quad], bounds, leaves: 1 }
+        Self { spaces: vec![leaf], quads: vec![quad], bounds, leaves: 1, cells: vec![[0; 4]] }
     }
 
     /// What is known at a place.
@@ -79,6 +81,18 @@ impl Guide {
             node = &self.spaces[(node.first + guide_half(position, node.axis, node.split)) as usize];
         }
         GuideLeaf { root: node.first, fraction: node.split, number: node.leaf }
+    }
+
+    /// Extents of the box of the leaf at a place, metres.
+    pub(crate) fn extent(&self, position: Vec3f) -> [f32; 3] {
+        let [mut low, mut high] = self.bounds;
+        let mut node = &self.spaces[0];
+        while node.axis != LEAF {
+            let half = guide_half(position, node.axis, node.split);
+            if half == 0 { high[node.axis as usize] = node.split } else { low[node.axis as usize] = node.split }
+            node = &self.spaces[(node.first + half) as usize];
+        }
+        [high[0] - low[0], high[1] - low[1], high[2] - low[2]]
     }
 
     /// A direction from which light arrives. `u`: uniform numbers in `[0, 1)`.

@@ -1,7 +1,8 @@
 //! [`Learner`]: sums of what paths find, in integers.
 
 use crate::guide::Guide;
-use optics::Vec3f;
+use optics::random::hash_combine;
+use optics::{Vec3f, vec3f};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
@@ -54,15 +55,19 @@ pub struct Learner {
     pub(crate) leaves: Vec<LeafSums>,
     /// Level of the picture, W·sr⁻¹·m⁻².
     level: f32,
+    pub(crate) square: bool,
+    wide: f32,
+    jitter: f32,
 }
 
 impl Learner {
     /// Nothing learned yet. `level`: mean luminance of the picture, which should be about right and not more.
     pub fn new(guide: Arc<Guide>, level: f32) -> Self {
-        let cells = (0..4 * guide.quads.len()).map(|_| AtomicU64::new(0)).collect();
+        let carry = crate::knob("K_CARRY", 1.0);
+        let cells = guide.cells.as_flattened().iter().map(|c| AtomicU64::new((*c as f64 * carry) as u64)).collect();
         let leaves = (0..guide.leaves).map(|_| LeafSums::default()).collect();
         let level = if level.is_finite() && level > 1e-30 { level } else { 1.0 };
-        Self { guide, cells, leaves, level }
+        Self { guide, cells, leaves, level, jitter: crate::knob("K_JITTER", 1.0) as f32, square: crate::knob("K_SQ", 0.0) > 0.0, wide: crate::knob("K_CONTR", 16.0) as f32 }
     }
 
     /// The guide that paths are to follow.
@@ -79,10 +84,17 @@ impl Learner {
         if !(found.radiance > 0.0 && found.pdf > 0.0) {
             return;
         }
-        let light = f64::from(found.radiance / found.pdf) / f64::from(self.level) * LEVEL;
-        let (cell, _) = self.guide.find(leaf, found.wi);
+        let mut light = f64::from(found.radiance / found.pdf) / f64::from(self.level) * LEVEL;
+        if self.square {
+            light *= f64::from(found.radiance / self.level);
+        }
+        let [x, y, z] = self.guide.extent(found.position);
+        let seed = found.wi.to_array().into_iter().fold(0, |h, x| hash_combine(h, x.to_bits()));
+        let number = |i: u32| ((hash_combine(seed, i) >> 8) as f32 / 16_777_216.0 - 0.5) * self.jitter;
+        let near = found.position + vec3f(x * number(0), y * number(1), z * number(2));
+        let (cell, _) = self.guide.find(self.guide.leaf(near), found.wi);
         self.cells[cell].fetch_add(light.min(MOST_LIGHT) as u64, Ordering::Relaxed);
-        let contribution = (found.contribution / self.level).clamp(0.0, MOST_CONTRIBUTION);
+        let contribution = (found.contribution / self.level).clamp(0.0, self.wide.max(MOST_CONTRIBUTION * 0.0));
         for (sum, fraction) in sums.squares.iter().zip(FRACTIONS) {
             // What is sampled less often counts more.
             let pdf = optics::guiding::guided_pdf(found.bsdf_pdf, found.guide_pdf, fraction);
@@ -90,6 +102,18 @@ impl Learner {
             let square = f64::from(contribution * contribution * less) * SQUARE;
             sum.fetch_add(square as u64, Ordering::Relaxed);
         }
+    }
+
+    /// The share of the second moment of what paths find that is left if every place follows the guide as often as is best there,
+    /// about: 1 if a guide is of no use. Only known of paths that have followed a guide.
+    pub fn moment_left(&self) -> f64 {
+        let (mut without, mut best) = (0.0, 0.0);
+        for sums in &self.leaves {
+            let squares = sums.squares.each_ref().map(|sum| sum.load(Ordering::Relaxed));
+            without += squares[0] as f64;
+            best += squares.into_iter().min().unwrap_or(0) as f64;
+        }
+        if without > 0.0 { best / without } else { 1.0 }
     }
 
     /// Bytes of its sums.

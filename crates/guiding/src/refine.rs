@@ -25,11 +25,16 @@ impl Learner {
             learner: self,
             most_finds: most_finds.max(1),
             followed,
-            guide: Guide { spaces: Vec::new(), quads: Vec::new(), bounds: self.guide.bounds, leaves: 0 },
+            guide: Guide { spaces: Vec::new(), quads: Vec::new(), bounds: self.guide.bounds, leaves: 0, cells: Vec::new() },
             unvisited: self.guide.leaves,
         };
         next.guide.spaces.push(self.guide.spaces[0]);
         next.space(0, 0, self.guide.bounds, 0);
+        let sums: Vec<[u64; 4]> = self.leaves.iter().map(|l| l.squares.each_ref().map(|s| s.load(Ordering::Relaxed))).collect();
+        let off: f64 = sums.iter().map(|s| s[0] as f64).sum();
+        let best: f64 = sums.iter().map(|s| *s.iter().min().unwrap_or(&0) as f64).sum();
+        let each: Vec<f64> = (0..4).map(|i| sums.iter().map(|s| s[i] as f64).sum::<f64>() / off).collect();
+        eprintln!("   S best/off {:.3}  {each:.3?}", best / off);
         next.guide
     }
 }
@@ -45,7 +50,7 @@ struct Refinement<'a> {
 }
 
 /// A tree over directions in the making: the children of the root are counted from 1.
-type Tree = Vec<QuadNode>;
+type Tree = Vec<(QuadNode, [f64; 4])>;
 
 impl Refinement<'_> {
     /// Writes the old guide's node `old`, whose box is `bounds`, into the place `at` of the new one.
@@ -61,12 +66,12 @@ impl Refinement<'_> {
         self.unvisited -= 1;
         let sums = &self.learner.leaves[node.leaf as usize];
         let count = sums.count.load(Ordering::Relaxed);
-        let (tree, fraction) = if count < FEWEST_FINDS {
+        let (tree, fraction) = if count < crate::knob("K_FEW", f64::from(FEWEST_FINDS)) as u32 {
             (self.copied(node.first), node.split)
         } else {
             (self.learned(node.first), self.fraction(node.leaf as usize))
         };
-        self.divide(at, bounds, depth, count, &tree, fraction);
+        self.divide(at, bounds, depth, count, &tree, fraction, 1.0);
     }
 
     /// A node with two leaves that are to be written yet; returns the index of the first.
@@ -87,6 +92,7 @@ impl Refinement<'_> {
         count: u32,
         tree: &Tree,
         fraction: f32,
+        share: f64,
     ) {
         let axis = longest_axis(bounds);
         let split = 0.5 * (bounds[0][axis] + bounds[1][axis]);
@@ -101,14 +107,15 @@ impl Refinement<'_> {
             self.unvisited += 1;
             for (half, bounds) in halves(bounds, axis, split).into_iter().enumerate() {
                 self.unvisited -= usize::from(half == 1);
-                self.divide(first + half, bounds, depth + 1, count / 2, tree, fraction);
+                self.divide(first + half, bounds, depth + 1, count / 2, tree, fraction, share * 0.5);
             }
             return;
         }
         let root = self.guide.quads.len() as u32;
         let place = |child: u32| if child == 0 { 0 } else { root + child };
-        let nodes = tree.iter().map(|n| QuadNode { weights: n.weights, children: n.children.map(place) });
+        let nodes = tree.iter().map(|(n, _)| QuadNode { weights: n.weights, children: n.children.map(place) });
         self.guide.quads.extend(nodes);
+        self.guide.cells.extend(tree.iter().map(|(_, light)| light.map(|l| (l * share) as u64)));
         let leaf = self.guide.leaves as u32;
         self.guide.spaces[at] = SpaceNode { split: fraction, axis: 3, first: root, leaf };
         self.guide.leaves += 1;
@@ -129,20 +136,23 @@ impl Refinement<'_> {
     fn copy_node(&self, old: usize, tree: &mut Tree) -> u32 {
         let at = tree.len();
         let node = self.learner.guide.quads[old];
-        tree.push(QuadNode { children: [0; 4], ..node });
+        let light = std::array::from_fn(|child| {
+            if node.children[child] == 0 { self.learner.cells[4 * old + child].load(Ordering::Relaxed) as f64 } else { 0.0 }
+        });
+        tree.push((QuadNode { children: [0; 4], ..node }, light));
         for (child, old) in node.children.into_iter().enumerate().filter(|(_, old)| *old != 0) {
             let index = self.copy_node(old as usize, tree);
-            tree[at].children[child] = index;
+            tree[at].0.children[child] = index;
         }
         at as u32
     }
 
     /// The tree over directions that follows from what was found.
     fn learned(&self, root: u32) -> Tree {
-        let whole = self.light(root as usize);
+        let whole = self.light(root as usize, 0.25);
         let mut tree = Tree::new();
         if whole <= 0.0 {
-            tree.push(QuadNode { weights: [0.25; 4], children: [0; 4] });
+            tree.push((QuadNode { weights: [0.25; 4], children: [0; 4] }, [0.0; 4]));
             return tree;
         }
         let most = (MOST_NODES / MOST_LEAVES).max(1);
@@ -151,14 +161,17 @@ impl Refinement<'_> {
     }
 
     /// Light that was found in all cells of a node of the old guide.
-    fn light(&self, old: usize) -> f64 {
-        (0..4).map(|child| self.light_of_child(old, child)).sum()
+    fn light(&self, old: usize, area: f64) -> f64 {
+        (0..4).map(|child| self.light_of_child(old, child, area)).sum()
     }
 
-    fn light_of_child(&self, old: usize, child: usize) -> f64 {
+    fn light_of_child(&self, old: usize, child: usize, area: f64) -> f64 {
         match self.learner.guide.quads[old].children[child] {
-            0 => self.learner.cells[4 * old + child].load(Ordering::Relaxed) as f64,
-            next => self.light(next as usize),
+            0 => {
+                let x = self.learner.cells[4 * old + child].load(Ordering::Relaxed) as f64;
+                if self.learner.square { (x * area).sqrt() * 4096.0 } else { x }
+            }
+            next => self.light(next as usize, area / 4.0),
         }
     }
 
@@ -175,17 +188,18 @@ impl Refinement<'_> {
         tree: &mut Tree,
     ) -> u32 {
         let light =
-            old.map_or(light, |old| std::array::from_fn(|child| self.light_of_child(old, child)));
+            old.map_or(light, |old| std::array::from_fn(|child| self.light_of_child(old, child, 0.25f64.powi(depth as i32))));
         let sum: f64 = light.iter().sum();
         let at = tree.len();
         let weights = if sum > 0.0 { light.map(|l| (l / sum) as f32) } else { [0.25; 4] };
-        tree.push(QuadNode { weights, children: [0; 4] });
+        tree.push((QuadNode { weights, children: [0; 4] }, light));
         for (child, light) in light.into_iter().enumerate() {
-            if light > SHARE_OF_SQUARE * whole && depth < DEEPEST_SQUARE && tree.len() < most {
+            if light > crate::knob("K_SHARE", SHARE_OF_SQUARE) * whole && depth < DEEPEST_SQUARE && tree.len() < most {
                 let old = old.map(|old| self.learner.guide.quads[old].children[child] as usize);
                 let old = old.filter(|old| *old != 0);
                 let index = self.learn_node(old, [light / 4.0; 4], whole, depth + 1, most, tree);
-                tree[at].children[child] = index;
+                tree[at].0.children[child] = index;
+                tree[at].1[child] = 0.0;
             }
         }
         at as u32
@@ -204,6 +218,8 @@ impl Refinement<'_> {
                 best = at;
             }
         }
+        let fixed = crate::knob("K_ALPHA", -1.0);
+        if fixed >= 0.0 { return fixed as f32; }
         FRACTIONS[best]
     }
 }

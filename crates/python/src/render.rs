@@ -8,7 +8,7 @@ use crate::scene::{Scene, lock};
 use crate::watch::watch;
 use alhazen::output::{Encoding, Format, OutputError};
 use alhazen::{
-    Aov, AovData, BackendChoice, CRYPTOMATTE_RANKS, Control, ExrFile, Film, Image, ImageError, Integrator,
+    Aov, AovData, BackendChoice, CRYPTOMATTE_RANKS, Control, ExrFile, Film, Guiding, Image, ImageError, Integrator,
     Job, Limits, Mis, Precision, Rect, Renderer, RendererOptions, Summary, ToneMapper, ToneMapping,
     check_default_camera,
 };
@@ -32,6 +32,7 @@ pub struct Settings<'py> {
     pub max_depth: Option<u32>,
     pub mis: String,
     pub clamp_indirect: Option<f32>,
+    pub guiding: Option<String>,
     pub ambient_distance: Option<f32>,
     pub sampler: String,
     pub crop: Option<[u32; 4]>,
@@ -54,7 +55,7 @@ impl<'py> Settings<'py> {
         #[rustfmt::skip]
         let mut settings = Self {
             width, height, spp, camera: None, aovs: Vec::new(), seed: 0, integrator: None, max_depth: None,
-            mis: "power".into(), clamp_indirect: None, ambient_distance: None, sampler: "sobol".into(), crop: None, first_sample: 0, time: 0.0,
+            mis: "power".into(), clamp_indirect: None, guiding: None, ambient_distance: None, sampler: "sobol".into(), crop: None, first_sample: 0, time: 0.0,
             time_limit: None, noise: None, backend: "auto".into(), adapter: None, threads: None, progress: None,
         };
         for (key, value) in keywords.into_iter().flatten() {
@@ -66,6 +67,7 @@ impl<'py> Settings<'py> {
                 "max_depth" => settings.max_depth = value.extract()?,
                 "mis" => settings.mis = value.extract()?,
                 "clamp_indirect" => settings.clamp_indirect = value.extract()?,
+                "guiding" => settings.guiding = value.extract()?,
                 "ambient_distance" => settings.ambient_distance = value.extract()?,
                 "sampler" => settings.sampler = value.extract()?,
                 "crop" => settings.crop = value.extract()?,
@@ -290,6 +292,15 @@ pub fn integrator(settings: &Settings, of_scene: Integrator) -> PyResult<Integra
                     "clamp_indirect is for the integrator path, not for {}",
                     other.name()
                 )));
+            }
+        }
+    }
+    if let Some(name) = &settings.guiding {
+        let guiding: Guiding = name.parse().map_err(|e| bad(format!("guiding: {e}")))?;
+        match &mut integrator {
+            Integrator::Path(path) => path.guiding = guiding,
+            other => {
+                return Err(bad(format!("guiding is for the integrator path, not for {}", other.name())));
             }
         }
     }

@@ -67,7 +67,7 @@ pub use portal::{Portal, PortalError};
 pub use projection::{Projection, ProjectionParameter, Quantity};
 pub use report::{LoadReport, Note, Severity};
 pub use scene::Scene;
-pub use settings::{RenderDefaults, ShadowTerminator, ToneMapper};
+pub use settings::{Guiding, RenderDefaults, ShadowTerminator, ToneMapper};
 pub use shutter::{Lines, Rolling, Shutter, ShutterError, ShutterShape};
 pub use subsurface::Subsurface;
 pub use texture::Texture;

@@ -7,7 +7,7 @@
 
 use crate::scene::CpuScene;
 use crate::schedule::passes;
-use backend::{Control, Integrator, PathSettings, View};
+use backend::{Control, Guiding, Integrator, PathSettings, View};
 use film::{Film, FilmError, Rect};
 use guiding::{Guide, Learner};
 use optics::math::luminance;
@@ -22,6 +22,8 @@ const RUNS: [u32; 5] = [1, 2, 4, 8, 16];
 const SHARE: u32 = 16;
 /// Least and most columns and rows of the small picture.
 const SIDES: [u32; 2] = [16, 128];
+/// With [`Guiding::Auto`], a guide is followed if not more than this share of the second moment of what paths find is left.
+const MOST_LEFT: f64 = 0.7;
 /// Changes the random numbers: nothing that was learned from is in the picture.
 const SEED: u32 = 0x6775_6964;
 
@@ -40,6 +42,7 @@ pub(crate) fn training_view(view: &View) -> Option<View> {
     let Integrator::Path(settings) = view.integrator else { return None };
     let settings = PathSettings { splitting: 1, clamp_indirect: None, ..settings };
     let pixels = u64::from(view.width) * u64::from(view.height) / u64::from(SHARE);
+    let pixels = (pixels as f64 * guiding::knob("K_PIX", 1.0)) as u64;
     let side = (pixels.isqrt().min(u64::from(SIDES[1])) as u32).max(SIDES[0]);
     Some(View {
         width: side,
@@ -67,7 +70,8 @@ pub(crate) fn train(
     control.begin(samples);
     let bounds = scene.tlas.bounds();
     let mut guide = Arc::new(Guide::unlearned([bounds.min, bounds.max]));
-    let (mut rays, mut first, mut level) = (0, 0, 0.0);
+    let auto = matches!(view.integrator, Integrator::Path(PathSettings { guiding: Guiding::Auto, .. }));
+    let (mut rays, mut first, mut level, mut left) = (0, 0, 0.0, 1.0);
     for (run, count) in RUNS.into_iter().enumerate() {
         let learner = (run > 0).then(|| Arc::new(Learner::new(guide.clone(), level)));
         let mut film = Film::with_window(view.width, view.height, view.window, &[])?;
@@ -76,15 +80,25 @@ pub(crate) fn train(
             return Ok(None);
         }
         first += count;
+        eprintln!("run {run}: noise {:?} × √{count}, leaves {}, nodes {}", film.relative_error().map(|e| e * f64::from(count).sqrt()), guide.leaves(), guide.nodes());
         match learner {
             None => level = mean_luminance(&film),
-            Some(learner) => guide = Arc::new(learner.refine(most_finds(count), run > 1)),
+            Some(learner) => {
+                left = learner.moment_left();
+                // Half of the paths are in the last run: what will not be followed is not learned to the end.
+                if auto && run > 1 && left > MOST_LEFT {
+                    let verdict = format!("path guiding: off, {:.0} % of the noise would be left", 100.0 * left);
+                    return Ok(Some(Trained { guide: None, rays, verdict }));
+                }
+                guide = Arc::new(learner.refine((f64::from(most_finds(count)) * guiding::knob("K_FINDS", 1.0)) as u32, run > 1));
+            }
         }
     }
     let verdict = format!(
-        "path guiding: on, learned from {samples} paths at {} places ({} KiB)",
+        "path guiding: on, {samples} paths have learned at {} places ({} KiB), {:.0} % of the noise is left",
         guide.leaves(),
-        guide.memory_bytes() >> 10
+        guide.memory_bytes() >> 10,
+        100.0 * left
     );
     Ok(Some(Trained { guide: Some(guide), rays, verdict }))
 }

@@ -284,6 +284,7 @@ class Scene:
         max_depth: Optional[int] = None,
         mis: str = "power",
         clamp_indirect: Optional[float] = None,
+        guiding: Optional[str] = None,
         ambient_distance: Optional[float] = None,
         sampler: str = "sobol",
         crop: Optional[Sequence[int]] = None,

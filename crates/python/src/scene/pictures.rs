@@ -42,6 +42,10 @@ impl Scene {
     /// clamp_indirect : float, optional
     ///     The most that indirect light adds to a sample each time that a path finds some: removes bright specks, and light
     ///     with them. For "path" only; the picture is biased.
+    /// guiding : {"off", "on", "auto"}, optional
+    ///     Whether paths follow what training paths have learned of the light before the picture; "auto": where the training
+    ///     says that it is worth its time. The expected picture is the same. For "path" on the CPU only. By default what the
+    ///     scene's file says, or "off".
     /// ambient_distance : float, optional
     ///     How far occluders count in ambient occlusion, in metres; 0 or not given: everything counts.
     /// sampler : {"sobol", "independent"}, default "sobol"
@@ -79,7 +83,7 @@ impl Scene {
     ///     If the back end is not there, cannot hold the scene, or fails.
     #[pyo3(signature = (
         width=None, height=None, spp=None, *, camera=None, aovs=Vec::new(), seed=0, integrator=None, max_depth=None,
-        mis="power".into(), clamp_indirect=None, ambient_distance=None, sampler="sobol".into(), crop=None,
+        mis="power".into(), clamp_indirect=None, guiding=None, ambient_distance=None, sampler="sobol".into(), crop=None,
         first_sample=0, time=0.0,
         time_limit=None, noise=None, backend="auto".into(), adapter=None, threads=None, progress=None
     ))]
@@ -96,6 +100,7 @@ impl Scene {
         max_depth: Option<u32>,
         mis: String,
         clamp_indirect: Option<f32>,
+        guiding: Option<String>,
         ambient_distance: Option<f32>,
         sampler: String,
         crop: Option<[u32; 4]>,
@@ -110,7 +115,7 @@ impl Scene {
     ) -> PyResult<Bound<'py, PyAny>> {
         #[rustfmt::skip]
         let settings = Settings {
-            width, height, spp, camera, aovs, seed, integrator, max_depth, mis, clamp_indirect, ambient_distance, sampler, crop,
+            width, height, spp, camera, aovs, seed, integrator, max_depth, mis, clamp_indirect, guiding, ambient_distance, sampler, crop,
             first_sample, time, time_limit, noise, backend, adapter, threads, progress,
         };
         render(py, self, &settings)
