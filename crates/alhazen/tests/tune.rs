@@ -7,7 +7,7 @@ fn tune() {
     let text = var("SCENE", "cornell");
     let (name, cam) = text.split_once('@').map_or((text.as_str(), None), |(a, b)| (a, Some(b)));
     let mut loaded = Source::parse(name).load(&LoadOptions::default()).unwrap();
-    add_daylight_if_dark(&mut loaded.scene);
+    add_daylight_if_dark(&mut loaded.scene, &mut loaded.report, None);
     let mut job = Job { width: num("W", "256"), height: num("H", "144"), ..Job::for_scene(&loaded.scene) };
     if let Some(cam) = cam {
         let v: Vec<f32> = cam.split([',', ':']).map(|x| x.parse().unwrap()).collect();

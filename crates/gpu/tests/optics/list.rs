@@ -190,6 +190,7 @@ macro_rules! functions {
     };
 }
 
+mod guiding;
 mod motion;
 mod realtime;
 mod surfaces;
@@ -198,7 +199,7 @@ mod textures;
 /// All functions of the optics.
 pub fn functions() -> Vec<Function> {
     let parts =
-        [others(), motion::motion(), realtime::realtime(), surfaces::surfaces(), textures::textures()];
+        [others(), guiding::guiding(), motion::motion(), realtime::realtime(), surfaces::surfaces(), textures::textures()];
     parts.into_iter().flatten().collect()
 }
 
