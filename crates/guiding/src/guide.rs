@@ -61,8 +61,6 @@ pub struct Guide {
     pub(crate) bounds: [[f32; 3]; 2],
     /// Number of leaves.
     pub(crate) leaves: usize,
-    /// What was found in each cell so far, for those who learn more.
-    pub(crate) cells: Vec<[u64; 4]>,
 }
 
 impl Guide {
@@ -70,7 +68,7 @@ impl Guide {
     pub fn unlearned(bounds: [[f32; 3]; 2]) -> Self {
         let leaf = SpaceNode { split: 0.0, axis: LEAF, first: 0, leaf: 0 };
         let quad = QuadNode { weights: [0.25; 4], children: [0; 4] };
-        Self { spaces: vec![leaf], quads: vec![quad], bounds, leaves: 1, cells: vec![[0; 4]] }
+        Self { spaces: vec![leaf], quads: vec![quad], bounds, leaves: 1 }
     }
 
     /// What is known at a place.
@@ -89,7 +87,8 @@ impl Guide {
         let mut node = &self.spaces[0];
         while node.axis != LEAF {
             let half = guide_half(position, node.axis, node.split);
-            if half == 0 { high[node.axis as usize] = node.split } else { low[node.axis as usize] = node.split }
+            let bound = if half == 0 { &mut high } else { &mut low };
+            bound[node.axis as usize] = node.split;
             node = &self.spaces[(node.first + half) as usize];
         }
         [high[0] - low[0], high[1] - low[1], high[2] - low[2]]

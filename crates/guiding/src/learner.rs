@@ -1,6 +1,6 @@
 //! [`Learner`]: sums of what paths find, in integers.
 
-use crate::guide::Guide;
+use crate::guide::{Guide, GuideLeaf};
 use optics::random::hash_combine;
 use optics::{Vec3f, vec3f};
 use std::sync::Arc;
@@ -55,19 +55,15 @@ pub struct Learner {
     pub(crate) leaves: Vec<LeafSums>,
     /// Level of the picture, W·sr⁻¹·m⁻².
     level: f32,
-    pub(crate) square: bool,
-    wide: f32,
-    jitter: f32,
 }
 
 impl Learner {
     /// Nothing learned yet. `level`: mean luminance of the picture, which should be about right and not more.
     pub fn new(guide: Arc<Guide>, level: f32) -> Self {
-        let carry = crate::knob("K_CARRY", 1.0);
-        let cells = guide.cells.as_flattened().iter().map(|c| AtomicU64::new((*c as f64 * carry) as u64)).collect();
+        let cells = (0..4 * guide.quads.len()).map(|_| AtomicU64::new(0)).collect();
         let leaves = (0..guide.leaves).map(|_| LeafSums::default()).collect();
         let level = if level.is_finite() && level > 1e-30 { level } else { 1.0 };
-        Self { guide, cells, leaves, level, jitter: crate::knob("K_JITTER", 1.0) as f32, square: crate::knob("K_SQ", 0.0) > 0.0, wide: crate::knob("K_CONTR", 16.0) as f32 }
+        Self { guide, cells, leaves, level }
     }
 
     /// The guide that paths are to follow.
@@ -84,17 +80,11 @@ impl Learner {
         if !(found.radiance > 0.0 && found.pdf > 0.0) {
             return;
         }
-        let mut light = f64::from(found.radiance / found.pdf) / f64::from(self.level) * LEVEL;
-        if self.square {
-            light *= f64::from(found.radiance / self.level);
-        }
-        let [x, y, z] = self.guide.extent(found.position);
-        let seed = found.wi.to_array().into_iter().fold(0, |h, x| hash_combine(h, x.to_bits()));
-        let number = |i: u32| ((hash_combine(seed, i) >> 8) as f32 / 16_777_216.0 - 0.5) * self.jitter;
-        let near = found.position + vec3f(x * number(0), y * number(1), z * number(2));
-        let (cell, _) = self.guide.find(self.guide.leaf(near), found.wi);
+        let light = f64::from(found.radiance / found.pdf) / f64::from(self.level) * LEVEL;
+        let near = self.scattered(leaf, found);
+        let (cell, _) = self.guide.find(near, found.wi);
         self.cells[cell].fetch_add(light.min(MOST_LIGHT) as u64, Ordering::Relaxed);
-        let contribution = (found.contribution / self.level).clamp(0.0, self.wide.max(MOST_CONTRIBUTION * 0.0));
+        let contribution = (found.contribution / self.level).clamp(0.0, MOST_CONTRIBUTION);
         for (sum, fraction) in sums.squares.iter().zip(FRACTIONS) {
             // What is sampled less often counts more.
             let pdf = optics::guiding::guided_pdf(found.bsdf_pdf, found.guide_pdf, fraction);
@@ -102,6 +92,17 @@ impl Learner {
             let square = f64::from(contribution * contribution * less) * SQUARE;
             sum.fetch_add(square as u64, Ordering::Relaxed);
         }
+    }
+
+    /// The leaf that a find in `leaf` is added to: one around it, as if the light were that of places half a leaf away, too. So
+    /// neighbours know alike (the stochastic filter of Müller 2019, section 2.2).
+    fn scattered(&self, leaf: GuideLeaf, found: &Found) -> GuideLeaf {
+        let [x, y, z] = self.guide.extent(found.position);
+        // Random enough, and the same whoever adds the find.
+        let seed = found.wi.to_array().into_iter().fold(0, |hash, c| hash_combine(hash, c.to_bits()));
+        let number = |i: u32| (hash_combine(seed, i) >> 8) as f32 / 16_777_216.0 - 0.5;
+        let near = found.position + vec3f(x * number(0), y * number(1), z * number(2));
+        if self.guide.leaves() == 1 { leaf } else { self.guide.leaf(near) }
     }
 
     /// The share of the second moment of what paths find that is left if every place follows the guide as often as is best there,

@@ -15,8 +15,4 @@ mod learner;
 mod refine;
 
 pub use guide::{Guide, GuideLeaf, MOST_LEAVES, MOST_NODES, QuadNode, SpaceNode};
-pub fn knob(name: &str, default: f64) -> f64 {
-    std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default)
-}
-
 pub use learner::{FRACTIONS, Found, Learner};

@@ -25,16 +25,11 @@ impl Learner {
             learner: self,
             most_finds: most_finds.max(1),
             followed,
-            guide: Guide { spaces: Vec::new(), quads: Vec::new(), bounds: self.guide.bounds, leaves: 0, cells: Vec::new() },
+            guide: Guide { spaces: Vec::new(), quads: Vec::new(), bounds: self.guide.bounds, leaves: 0 },
             unvisited: self.guide.leaves,
         };
         next.guide.spaces.push(self.guide.spaces[0]);
         next.space(0, 0, self.guide.bounds, 0);
-        let sums: Vec<[u64; 4]> = self.leaves.iter().map(|l| l.squares.each_ref().map(|s| s.load(Ordering::Relaxed))).collect();
-        let off: f64 = sums.iter().map(|s| s[0] as f64).sum();
-        let best: f64 = sums.iter().map(|s| *s.iter().min().unwrap_or(&0) as f64).sum();
-        let each: Vec<f64> = (0..4).map(|i| sums.iter().map(|s| s[i] as f64).sum::<f64>() / off).collect();
-        eprintln!("   S best/off {:.3}  {each:.3?}", best / off);
         next.guide
     }
 }
@@ -50,7 +45,28 @@ struct Refinement<'a> {
 }
 
 /// A tree over directions in the making: the children of the root are counted from 1.
-type Tree = Vec<(QuadNode, [f64; 4])>;
+type Tree = Vec<QuadNode>;
+
+/// What is known of a leaf of the tree over space beside its tree over directions.
+#[derive(Clone, Copy)]
+struct LeafValues {
+    /// Number of finds.
+    count: u32,
+    /// Probability of the guide.
+    fraction: f32,
+}
+
+/// A square of a tree over directions that may be divided.
+struct Square {
+    /// The node whose child it is, and which.
+    node: usize,
+    child: usize,
+    /// What was found in it.
+    light: f64,
+    /// The node that the old guide divided it by.
+    old: Option<u32>,
+    depth: u32,
+}
 
 impl Refinement<'_> {
     /// Writes the old guide's node `old`, whose box is `bounds`, into the place `at` of the new one.
@@ -66,12 +82,12 @@ impl Refinement<'_> {
         self.unvisited -= 1;
         let sums = &self.learner.leaves[node.leaf as usize];
         let count = sums.count.load(Ordering::Relaxed);
-        let (tree, fraction) = if count < crate::knob("K_FEW", f64::from(FEWEST_FINDS)) as u32 {
+        let (tree, fraction) = if count < FEWEST_FINDS {
             (self.copied(node.first), node.split)
         } else {
             (self.learned(node.first), self.fraction(node.leaf as usize))
         };
-        self.divide(at, bounds, depth, count, &tree, fraction, 1.0);
+        self.divide(at, bounds, depth, &tree, LeafValues { count, fraction });
     }
 
     /// A node with two leaves that are to be written yet; returns the index of the first.
@@ -83,16 +99,14 @@ impl Refinement<'_> {
         first
     }
 
-    /// Writes a leaf with `count` finds, or as many as those are worth.
+    /// Writes a leaf, in parts if it has too many finds.
     fn divide(
         &mut self,
         at: usize,
         bounds: [[f32; 3]; 2],
         depth: u32,
-        count: u32,
         tree: &Tree,
-        fraction: f32,
-        share: f64,
+        leaf: LeafValues,
     ) {
         let axis = longest_axis(bounds);
         let split = 0.5 * (bounds[0][axis] + bounds[1][axis]);
@@ -101,23 +115,23 @@ impl Refinement<'_> {
         let nodes = self.guide.quads.len() + 2 * tree.len() + self.reserved();
         let fits = leaves <= MOST_LEAVES && nodes <= MOST_NODES;
         let divisible = bounds[0][axis] < split && split < bounds[1][axis];
-        if count > self.most_finds && depth < DEEPEST_BOX && fits && divisible {
+        if leaf.count > self.most_finds && depth < DEEPEST_BOX && fits && divisible {
             let first = self.two_children(at, axis as u32, split);
             // Two at a time become one more.
             self.unvisited += 1;
             for (half, bounds) in halves(bounds, axis, split).into_iter().enumerate() {
                 self.unvisited -= usize::from(half == 1);
-                self.divide(first + half, bounds, depth + 1, count / 2, tree, fraction, share * 0.5);
+                let leaf = LeafValues { count: leaf.count / 2, ..leaf };
+                self.divide(first + half, bounds, depth + 1, tree, leaf);
             }
             return;
         }
         let root = self.guide.quads.len() as u32;
         let place = |child: u32| if child == 0 { 0 } else { root + child };
-        let nodes = tree.iter().map(|(n, _)| QuadNode { weights: n.weights, children: n.children.map(place) });
+        let nodes = tree.iter().map(|n| QuadNode { weights: n.weights, children: n.children.map(place) });
         self.guide.quads.extend(nodes);
-        self.guide.cells.extend(tree.iter().map(|(_, light)| light.map(|l| (l * share) as u64)));
-        let leaf = self.guide.leaves as u32;
-        self.guide.spaces[at] = SpaceNode { split: fraction, axis: 3, first: root, leaf };
+        let number = self.guide.leaves as u32;
+        self.guide.spaces[at] = SpaceNode { split: leaf.fraction, axis: 3, first: root, leaf: number };
         self.guide.leaves += 1;
     }
 
@@ -136,73 +150,76 @@ impl Refinement<'_> {
     fn copy_node(&self, old: usize, tree: &mut Tree) -> u32 {
         let at = tree.len();
         let node = self.learner.guide.quads[old];
-        let light = std::array::from_fn(|child| {
-            if node.children[child] == 0 { self.learner.cells[4 * old + child].load(Ordering::Relaxed) as f64 } else { 0.0 }
-        });
-        tree.push((QuadNode { children: [0; 4], ..node }, light));
+        tree.push(QuadNode { children: [0; 4], ..node });
         for (child, old) in node.children.into_iter().enumerate().filter(|(_, old)| *old != 0) {
             let index = self.copy_node(old as usize, tree);
-            tree[at].0.children[child] = index;
+            tree[at].children[child] = index;
         }
         at as u32
     }
 
     /// The tree over directions that follows from what was found.
     fn learned(&self, root: u32) -> Tree {
-        let whole = self.light(root as usize, 0.25);
+        let whole = self.light(root as usize);
         let mut tree = Tree::new();
         if whole <= 0.0 {
-            tree.push((QuadNode { weights: [0.25; 4], children: [0; 4] }, [0.0; 4]));
+            tree.push(QuadNode { weights: [0.25; 4], children: [0; 4] });
             return tree;
         }
         let most = (MOST_NODES / MOST_LEAVES).max(1);
-        self.learn_node(Some(root as usize), [0.0; 4], whole, 1, most, &mut tree);
+        let mut undivided = Vec::new();
+        self.learn_node(Some(root), [0.0; 4], 1, &mut tree, &mut undivided);
+        // The brightest first: there may not be enough nodes for all.
+        while tree.len() < most {
+            let brightest = (0..undivided.len())
+                .max_by(|a, b| undivided[*a].light.total_cmp(&undivided[*b].light).then(b.cmp(a)));
+            let Some(square) = brightest.map(|at| undivided.swap_remove(at)) else { break };
+            if square.light <= SHARE_OF_SQUARE * whole {
+                break;
+            }
+            let quarter = [square.light / 4.0; 4];
+            let index = self.learn_node(square.old, quarter, square.depth + 1, &mut tree, &mut undivided);
+            tree[square.node].children[square.child] = index;
+        }
         tree
     }
 
     /// Light that was found in all cells of a node of the old guide.
-    fn light(&self, old: usize, area: f64) -> f64 {
-        (0..4).map(|child| self.light_of_child(old, child, area)).sum()
+    fn light(&self, old: usize) -> f64 {
+        (0..4).map(|child| self.light_of_child(old, child)).sum()
     }
 
-    fn light_of_child(&self, old: usize, child: usize, area: f64) -> f64 {
+    fn light_of_child(&self, old: usize, child: usize) -> f64 {
         match self.learner.guide.quads[old].children[child] {
-            0 => {
-                let x = self.learner.cells[4 * old + child].load(Ordering::Relaxed) as f64;
-                if self.learner.square { (x * area).sqrt() * 4096.0 } else { x }
-            }
-            next => self.light(next as usize, area / 4.0),
+            0 => self.learner.cells[4 * old + child].load(Ordering::Relaxed) as f64,
+            next => self.light(next as usize),
         }
     }
 
     /// Writes the node that the old guide has as `old`, or, if it had none, whose children have found `light`; returns its index.
-    ///
-    /// - `whole`: light of the place. `depth`: of the children. `most`: nodes that the tree may have.
+    /// `depth`: of the children, which become `undivided` squares.
     fn learn_node(
         &self,
-        old: Option<usize>,
+        old: Option<u32>,
         light: [f64; 4],
-        whole: f64,
         depth: u32,
-        most: usize,
         tree: &mut Tree,
+        undivided: &mut Vec<Square>,
     ) -> u32 {
-        let light =
-            old.map_or(light, |old| std::array::from_fn(|child| self.light_of_child(old, child, 0.25f64.powi(depth as i32))));
+        let known = |old: u32| std::array::from_fn(|child| self.light_of_child(old as usize, child));
+        let light = old.map_or(light, known);
         let sum: f64 = light.iter().sum();
-        let at = tree.len();
+        let node = tree.len();
         let weights = if sum > 0.0 { light.map(|l| (l / sum) as f32) } else { [0.25; 4] };
-        tree.push((QuadNode { weights, children: [0; 4] }, light));
-        for (child, light) in light.into_iter().enumerate() {
-            if light > crate::knob("K_SHARE", SHARE_OF_SQUARE) * whole && depth < DEEPEST_SQUARE && tree.len() < most {
-                let old = old.map(|old| self.learner.guide.quads[old].children[child] as usize);
-                let old = old.filter(|old| *old != 0);
-                let index = self.learn_node(old, [light / 4.0; 4], whole, depth + 1, most, tree);
-                tree[at].0.children[child] = index;
-                tree[at].1[child] = 0.0;
-            }
+        tree.push(QuadNode { weights, children: [0; 4] });
+        if depth < DEEPEST_SQUARE {
+            let child_of = |old: u32, child: usize| self.learner.guide.quads[old as usize].children[child];
+            undivided.extend(light.into_iter().enumerate().map(|(child, light)| {
+                let old = old.map(|old| child_of(old, child)).filter(|old| *old != 0);
+                Square { node, child, light, old, depth }
+            }));
         }
-        at as u32
+        node as u32
     }
 
     /// The probability with which a leaf's guide should be followed: that with the least second moment.
@@ -218,8 +235,6 @@ impl Refinement<'_> {
                 best = at;
             }
         }
-        let fixed = crate::knob("K_ALPHA", -1.0);
-        if fixed >= 0.0 { return fixed as f32; }
         FRACTIONS[best]
     }
 }
