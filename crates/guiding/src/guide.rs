@@ -81,19 +81,6 @@ impl Guide {
         GuideLeaf { root: node.first, fraction: node.split, number: node.leaf }
     }
 
-    /// Extents of the box of the leaf at a place, metres.
-    pub(crate) fn extent(&self, position: Vec3f) -> [f32; 3] {
-        let [mut low, mut high] = self.bounds;
-        let mut node = &self.spaces[0];
-        while node.axis != LEAF {
-            let half = guide_half(position, node.axis, node.split);
-            let bound = if half == 0 { &mut high } else { &mut low };
-            bound[node.axis as usize] = node.split;
-            node = &self.spaces[(node.first + half) as usize];
-        }
-        [high[0] - low[0], high[1] - low[1], high[2] - low[2]]
-    }
-
     /// A direction from which light arrives. `u`: uniform numbers in `[0, 1)`.
     #[inline]
     pub fn sample(&self, leaf: GuideLeaf, u: Vec2f) -> GuideSample {

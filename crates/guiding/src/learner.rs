@@ -1,8 +1,7 @@
 //! [`Learner`]: sums of what paths find, in integers.
 
-use crate::guide::{Guide, GuideLeaf};
-use optics::random::hash_combine;
-use optics::{Vec3f, vec3f};
+use crate::guide::Guide;
+use optics::Vec3f;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
@@ -81,8 +80,7 @@ impl Learner {
             return;
         }
         let light = f64::from(found.radiance / found.pdf) / f64::from(self.level) * LEVEL;
-        let near = self.scattered(leaf, found);
-        let (cell, _) = self.guide.find(near, found.wi);
+        let (cell, _) = self.guide.find(leaf, found.wi);
         self.cells[cell].fetch_add(light.min(MOST_LIGHT) as u64, Ordering::Relaxed);
         let contribution = (found.contribution / self.level).clamp(0.0, MOST_CONTRIBUTION);
         for (sum, fraction) in sums.squares.iter().zip(FRACTIONS) {
@@ -92,17 +90,6 @@ impl Learner {
             let square = f64::from(contribution * contribution * less) * SQUARE;
             sum.fetch_add(square as u64, Ordering::Relaxed);
         }
-    }
-
-    /// The leaf that a find in `leaf` is added to: one around it, as if the light were that of places half a leaf away, too. So
-    /// neighbours know alike (the stochastic filter of Müller 2019, section 2.2).
-    fn scattered(&self, leaf: GuideLeaf, found: &Found) -> GuideLeaf {
-        let [x, y, z] = self.guide.extent(found.position);
-        // Random enough, and the same whoever adds the find.
-        let seed = found.wi.to_array().into_iter().fold(0, |hash, c| hash_combine(hash, c.to_bits()));
-        let number = |i: u32| (hash_combine(seed, i) >> 8) as f32 / 16_777_216.0 - 0.5;
-        let near = found.position + vec3f(x * number(0), y * number(1), z * number(2));
-        if self.guide.leaves() == 1 { leaf } else { self.guide.leaf(near) }
     }
 
     /// The share of the second moment of what paths find that is left if every place follows the guide as often as is best there,

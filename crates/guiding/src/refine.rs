@@ -19,12 +19,13 @@ impl Learner {
     /// The guide that follows from what was found.
     ///
     /// - `most_finds`: a leaf of the tree over space with more of them is divided.
-    /// - `followed`: whether the paths have followed a guide already, so that it can be said with which probability one should.
-    pub fn refine(&self, most_finds: u32, followed: bool) -> Guide {
+    /// - `last`: whether nobody will learn from those who follow it. Then each place has the probability of the guide that is best by
+    ///   what was found; before, half of the directions are the guide's, so that all places are looked at by both.
+    pub fn refine(&self, most_finds: u32, last: bool) -> Guide {
         let mut next = Refinement {
             learner: self,
             most_finds: most_finds.max(1),
-            followed,
+            last,
             guide: Guide { spaces: Vec::new(), quads: Vec::new(), bounds: self.guide.bounds, leaves: 0 },
             unvisited: self.guide.leaves,
         };
@@ -38,7 +39,7 @@ impl Learner {
 struct Refinement<'a> {
     learner: &'a Learner,
     most_finds: u32,
-    followed: bool,
+    last: bool,
     guide: Guide,
     /// Leaves of the old guide that are still to come.
     unvisited: usize,
@@ -224,7 +225,7 @@ impl Refinement<'_> {
 
     /// The probability with which a leaf's guide should be followed: that with the least second moment.
     fn fraction(&self, leaf: usize) -> f32 {
-        if !self.followed {
+        if !self.last {
             return FIRST_FRACTION;
         }
         let squares = self.learner.leaves[leaf].squares.each_ref().map(|sum| sum.load(Ordering::Relaxed));

@@ -19,9 +19,9 @@ use std::sync::Arc;
 /// Samples of each pixel in all runs but the last of them, and in that: the first says how bright the picture is.
 const RUNS: [u32; 5] = [1, 2, 4, 8, 16];
 /// Pixels of the small picture: this share of those of the picture, one in so many.
-const SHARE: u32 = 16;
+const SHARE: u32 = 4;
 /// Least and most columns and rows of the small picture.
-const SIDES: [u32; 2] = [16, 128];
+const SIDES: [u32; 2] = [16, 256];
 /// With [`Guiding::Auto`], a guide is followed if not more than this share of the second moment of what paths find is left.
 const MOST_LEFT: f64 = 0.7;
 /// Changes the random numbers: nothing that was learned from is in the picture.
@@ -42,7 +42,7 @@ pub(crate) fn training_view(view: &View) -> Option<View> {
     let Integrator::Path(settings) = view.integrator else { return None };
     let settings = PathSettings { splitting: 1, clamp_indirect: None, ..settings };
     let pixels = u64::from(view.width) * u64::from(view.height) / u64::from(SHARE);
-    let pixels = (pixels as f64 * guiding::knob("K_PIX", 1.0)) as u64;
+    let pixels = (pixels as f64 * knob("K_PIX", 1.0)) as u64;
     let side = (pixels.isqrt().min(u64::from(SIDES[1])) as u32).max(SIDES[0]);
     Some(View {
         width: side,
@@ -80,7 +80,6 @@ pub(crate) fn train(
             return Ok(None);
         }
         first += count;
-        eprintln!("run {run}: noise {:?} × √{count}, leaves {}, nodes {}", film.relative_error().map(|e| e * f64::from(count).sqrt()), guide.leaves(), guide.nodes());
         match learner {
             None => level = mean_luminance(&film),
             Some(learner) => {
@@ -90,7 +89,7 @@ pub(crate) fn train(
                     let verdict = format!("path guiding: off, {:.0} % of the noise would be left", 100.0 * left);
                     return Ok(Some(Trained { guide: None, rays, verdict }));
                 }
-                guide = Arc::new(learner.refine((f64::from(most_finds(count)) * guiding::knob("K_FINDS", 1.0)) as u32, run > 1));
+                guide = Arc::new(learner.refine((f64::from(most_finds(count)) * knob("K_FINDS", 1.0)) as u32, run + 1 == RUNS.len()));
             }
         }
     }
@@ -135,4 +134,8 @@ fn mean_luminance(film: &Film) -> f32 {
     };
     let sum: f64 = pixels.iter().map(|pixel| level(pixel.mean())).sum();
     (sum / pixels.len().max(1) as f64) as f32
+}
+
+fn knob(name: &str, default: f64) -> f64 {
+    std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default)
 }
