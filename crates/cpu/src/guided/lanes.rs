@@ -5,10 +5,11 @@
 use crate::batch::lanes::{LANES, Pairs};
 use crate::batch::vertices::{VertexQueue, Vertices};
 use crate::guided::finds::{Find, Finds};
+use crate::guided::vertex::survival;
 use crate::shade::scatter_lanes::Lobes;
 use guiding::{Guide, GuideLeaf};
 use optics::guiding::{
-    guide_rest, guided_bsdf_sample, guided_guide_sample, guided_survival, guided_value,
+    guide_rest, guided_bsdf_sample, guided_guide_sample, guided_value,
 };
 use optics::scatter::{BsdfSample, BsdfValue};
 use optics::vector::dot;
@@ -61,7 +62,7 @@ impl<'a> GuidedLanes<'a> {
             if next.alive.0[lane] == 0 {
                 continue;
             }
-            next.eta_scale.0[lane] *= guided_survival(bsdf_pdf, next.pdf.0[lane]);
+            next.eta_scale.0[lane] *= survival(bsdf_pdf, next.pdf.0[lane]);
             if let Some(finds) = &mut finds {
                 let wi = next.wi.get(lane);
                 finds.push(Find {

@@ -42,7 +42,6 @@ pub(crate) fn training_view(view: &View) -> Option<View> {
     let Integrator::Path(settings) = view.integrator else { return None };
     let settings = PathSettings { splitting: 1, clamp_indirect: None, ..settings };
     let pixels = u64::from(view.width) * u64::from(view.height) / u64::from(SHARE);
-    let pixels = (pixels as f64 * knob("K_PIX", 1.0)) as u64;
     let side = (pixels.isqrt().min(u64::from(SIDES[1])) as u32).max(SIDES[0]);
     Some(View {
         width: side,
@@ -89,7 +88,8 @@ pub(crate) fn train(
                     let verdict = format!("path guiding: off, {:.0} % of the noise would be left", 100.0 * left);
                     return Ok(Some(Trained { guide: None, rays, verdict }));
                 }
-                guide = Arc::new(learner.refine((f64::from(most_finds(count)) * knob("K_FINDS", 1.0)) as u32, run + 1 == RUNS.len()));
+                let last = run + 1 == RUNS.len();
+                guide = Arc::new(learner.refine(most_finds(count), last));
             }
         }
     }
@@ -134,8 +134,4 @@ fn mean_luminance(film: &Film) -> f32 {
     };
     let sum: f64 = pixels.iter().map(|pixel| level(pixel.mean())).sum();
     (sum / pixels.len().max(1) as f64) as f32
-}
-
-fn knob(name: &str, default: f64) -> f64 {
-    std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default)
 }

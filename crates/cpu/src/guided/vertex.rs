@@ -11,6 +11,13 @@ use optics::guiding::{
 use optics::scatter::{BsdfSample, BsdfValue};
 use optics::{Vec2f, Vec3f, vec3f};
 
+/// See [`guided_survival`]. Not less than one: whose directions the guide does not like count more already, and would still more if
+/// they had to be lucky, too.
+#[inline(always)]
+pub(crate) fn survival(bsdf_pdf: f32, pdf: f32) -> f32 {
+    guided_survival(bsdf_pdf, pdf).max(1.0)
+}
+
 /// What is known of the light at a vertex.
 #[derive(Clone, Copy)]
 pub(crate) struct GuidedVertex<'a> {
@@ -78,9 +85,9 @@ impl GuidedVertex<'_> {
 }
 
 impl GuidedSample {
-    /// See [`guided_survival`].
+    /// See [`survival`].
     pub fn survival(&self) -> f32 {
-        if self.sample.delta { 1.0 } else { guided_survival(self.bsdf_pdf, self.sample.pdf) }
+        if self.sample.delta { 1.0 } else { survival(self.bsdf_pdf, self.sample.pdf) }
     }
 
     /// Remembers the direction, `wi` in world space, for who learns. `throughput`: of the path as it arrived.
