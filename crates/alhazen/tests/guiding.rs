@@ -120,7 +120,8 @@ fn training_can_be_cancelled_and_media_are_not_guided() {
     assert!(renderer.film().expect("the film").expect("there is one").pixels() == whole.pixels());
 
     let file = repository_root().join("docs/scenes/volumes.toml");
-    let fog = Source::parse(&file.to_string_lossy()).load(&LoadOptions::default()).expect("it is there").scene;
+    let fog =
+        Source::parse(&file.to_string_lossy()).load(&LoadOptions::default()).expect("it is there").scene;
     renderer.load(&fog).expect("small");
     let limits = Limits { spp: 1, ..Limits::default() };
     renderer.render(&small(&fog, Guiding::On), &limits, &Control::new()).expect("it renders");

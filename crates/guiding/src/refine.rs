@@ -101,14 +101,7 @@ impl Refinement<'_> {
     }
 
     /// Writes a leaf, in parts if it has too many finds.
-    fn divide(
-        &mut self,
-        at: usize,
-        bounds: [[f32; 3]; 2],
-        depth: u32,
-        tree: &Tree,
-        leaf: LeafValues,
-    ) {
+    fn divide(&mut self, at: usize, bounds: [[f32; 3]; 2], depth: u32, tree: &Tree, leaf: LeafValues) {
         let axis = longest_axis(bounds);
         let split = 0.5 * (bounds[0][axis] + bounds[1][axis]);
         // Room for this leaf twice, and for those that are to come once, as large as any can be.

@@ -77,9 +77,9 @@ mod everything {
     use crate::camera::*;
     use crate::closure::*;
     use crate::clusters::*;
-    use crate::guiding::*;
     use crate::direct_light::*;
     use crate::equirect::*;
+    use crate::guiding::*;
     use crate::interiors::*;
     use crate::intersect::*;
     use crate::layers::*;

@@ -8,9 +8,9 @@ use crate::scene::{Scene, lock};
 use crate::watch::watch;
 use alhazen::output::{Encoding, Format, OutputError};
 use alhazen::{
-    Aov, AovData, BackendChoice, CRYPTOMATTE_RANKS, Control, ExrFile, Film, Guiding, Image, ImageError, Integrator,
-    Job, Limits, Mis, Precision, Rect, Renderer, RendererOptions, Summary, ToneMapper, ToneMapping,
-    check_default_camera,
+    Aov, AovData, BackendChoice, CRYPTOMATTE_RANKS, Control, ExrFile, Film, Guiding, Image, ImageError,
+    Integrator, Job, Limits, Mis, Precision, Rect, Renderer, RendererOptions, Summary, ToneMapper,
+    ToneMapping, check_default_camera,
 };
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;

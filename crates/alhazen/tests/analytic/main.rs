@@ -13,8 +13,8 @@ mod lights;
 mod rough_diffuse;
 
 use alhazen::{
-    Environment, Guiding, Integrator, Job, Light, LightKind, Mis, PathSettings, Pixels, Scene, SceneImage, Shape,
-    picture_ray,
+    Environment, Guiding, Integrator, Job, Light, LightKind, Mis, PathSettings, Pixels, Scene, SceneImage,
+    Shape, picture_ray,
 };
 use common::{assert_mean, estimate, from_above, job};
 use coverage::camera_above;

@@ -8,9 +8,7 @@ use crate::guided::finds::{Find, Finds};
 use crate::guided::vertex::survival;
 use crate::shade::scatter_lanes::Lobes;
 use guiding::{Guide, GuideLeaf};
-use optics::guiding::{
-    guide_rest, guided_bsdf_sample, guided_guide_sample, guided_value,
-};
+use optics::guiding::{guide_rest, guided_bsdf_sample, guided_guide_sample, guided_value};
 use optics::scatter::{BsdfSample, BsdfValue};
 use optics::vector::dot;
 use optics::{Vec3f, vec3f};
@@ -53,11 +51,8 @@ impl<'a> GuidedLanes<'a> {
             if leaf.fraction <= 0.0 && finds.is_none() {
                 continue;
             }
-            let bsdf_pdf = if self.chosen[lane] {
-                self.follow(lobes, queue, lane)
-            } else {
-                self.weigh(queue, lane)
-            };
+            let bsdf_pdf =
+                if self.chosen[lane] { self.follow(lobes, queue, lane) } else { self.weigh(queue, lane) };
             let (v, next) = (&queue.vertices, &mut queue.next);
             if next.alive.0[lane] == 0 {
                 continue;

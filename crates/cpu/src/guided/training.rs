@@ -85,7 +85,8 @@ pub(crate) fn train(
                 left = learner.moment_left();
                 // Half of the paths are in the last run: what will not be followed is not learned to the end.
                 if auto && run > 1 && left > MOST_LEFT {
-                    let verdict = format!("path guiding: off, {:.0} % of the noise would be left", 100.0 * left);
+                    let verdict =
+                        format!("path guiding: off, {:.0} % of the noise would be left", 100.0 * left);
                     return Ok(Some(Trained { guide: None, rays, verdict }));
                 }
                 let last = run + 1 == RUNS.len();

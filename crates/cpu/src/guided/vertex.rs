@@ -5,9 +5,7 @@ use crate::shade::path_batch::Context;
 use crate::shade::scattering::Scattering;
 use guiding::{Guide, GuideLeaf};
 use optics::frame::{Frame, to_local, to_world};
-use optics::guiding::{
-    guide_rest, guided_bsdf_sample, guided_guide_sample, guided_survival, guided_value,
-};
+use optics::guiding::{guide_rest, guided_bsdf_sample, guided_guide_sample, guided_survival, guided_value};
 use optics::scatter::{BsdfSample, BsdfValue};
 use optics::{Vec2f, Vec3f, vec3f};
 

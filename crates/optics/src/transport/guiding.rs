@@ -291,7 +291,9 @@ mod tests {
         // Without a guide nothing changes, bit for bit.
         let same = guided_bsdf_sample(s, 9.0, 0.0);
         assert_eq!((same.pdf, same.weight.x, guide_rest(0.3, 0.0)), (s.pdf, s.weight.x, 0.3));
-        assert!(guided_guide_sample(wo, wo, BsdfValue { value_cos: wo * 0.0, pdf: 1.0 }, 1.0, 0.5).pdf <= 0.0);
+        assert!(
+            guided_guide_sample(wo, wo, BsdfValue { value_cos: wo * 0.0, pdf: 1.0 }, 1.0, 0.5).pdf <= 0.0
+        );
         assert!((guided_survival(0.5, 2.0) - 4.0).abs() < 1e-6);
         assert!((guided_survival(0.0, 2.0)).abs() < 1e-6);
     }

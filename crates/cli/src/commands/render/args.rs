@@ -14,8 +14,8 @@ use super::split::SplitArgs;
 use crate::commands::loading::LoadingArgs;
 use crate::commands::tone::ToneArgs;
 use alhazen::{
-    Adaptive, Aov, BackendChoice, Denoiser, Guiding, Integrator, Mis, PathKernel, Projection, Rect, SamplerKind,
-    SunPosition,
+    Adaptive, Aov, BackendChoice, Denoiser, Guiding, Integrator, Mis, PathKernel, Projection, Rect,
+    SamplerKind, SunPosition,
 };
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, FromArgMatches, ValueEnum};

@@ -5,8 +5,8 @@ use super::parsing::{Numbers, parse_vector};
 use super::shutter::bring;
 use crate::exit::Exit;
 use alhazen::{
-    Adaptive, Camera, CameraPath, Daylight, DirectSettings, Environment, Highlights, HybridSettings,
-    Guiding, Integrator, Job, Limits, LoadOptions, Loaded, Mis, Motion, NoisyPicture, PathSettings, Projection,
+    Adaptive, Camera, CameraPath, Daylight, DirectSettings, Environment, Guiding, Highlights, HybridSettings,
+    Integrator, Job, Limits, LoadOptions, Loaded, Mis, Motion, NoisyPicture, PathSettings, Projection,
     Quantity, Rect, Sampling, Scene, SequenceDenoiser, Visibility, add_daylight_if_dark,
     check_default_camera,
 };
