@@ -1,5 +1,7 @@
 //! What a guide has learned is a density, its samples follow it, and it is the same whoever adds in which order.
 
+#![allow(clippy::disallowed_methods, reason = "what is learned from need not have the same bits everywhere")]
+
 use guiding::{Found, Guide, Learner, MOST_LEAVES, MOST_NODES};
 use optics::guiding::{guide_direction, guide_jacobian};
 use optics::vector::{dot, normalize};
