@@ -5,8 +5,8 @@ mod common;
 
 use alhazen::gpu::has_hardware;
 use alhazen::{
-    Aov, BackendError, Control, Film, HybridSettings, Integrator, Job, Limits, Mis, PathSettings, Renderer,
-    SamplerKind, Scene, Shape,
+    Aov, BackendError, Control, Film, Guiding, HybridSettings, Integrator, Job, Limits, Mis, PathSettings,
+    Renderer, SamplerKind, Scene, Shape,
 };
 use common::on_gpus::{compare_on, differing_share, render};
 use common::{gpu_renderers, job};
@@ -87,6 +87,7 @@ fn settings(scene: &Scene) -> Job {
         splitting: 2,
         mis: Mis::Balance,
         clamp_indirect: Some(1.0),
+        guiding: Guiding::Off,
     };
     Job {
         integrator: Integrator::Path(settings),

@@ -6,8 +6,8 @@ mod common;
 use alhazen::gpu::tracer::TracerKind;
 use alhazen::gpu::{Gpu, GpuBackend, GpuError, GpuOptions, has_hardware};
 use alhazen::{
-    Adaptive, Aov, Control, Environment, Film, Integrator, Job, Limits, LoadOptions, Mis, PathKernel,
-    PathSettings, Renderer, SamplerKind, Sampling, Scene, Source, Summary,
+    Adaptive, Aov, Control, Environment, Film, Guiding, Integrator, Job, Limits, LoadOptions, Mis,
+    PathKernel, PathSettings, Renderer, SamplerKind, Sampling, Scene, Source, Summary,
 };
 use common::{SHINES, in_turn, path};
 use scene::tables::SceneTables;
@@ -143,6 +143,7 @@ fn every_setting_is_the_same() {
         splitting: 3,
         mis: Mis::Light,
         clamp_indirect: Some(1.0),
+        guiding: Guiding::Off,
     };
     let mut job = Job {
         integrator: Integrator::Path(settings),
