@@ -1,5 +1,4 @@
-//! Path guiding: the same expected picture, bits that depend on nothing but scene, view and seed, and less noise where light is hard
-//! to find.
+//! Path guiding: the same expected picture, and bits that depend on nothing but scene, view and seed.
 
 mod common;
 

@@ -19,8 +19,8 @@ impl Learner {
     /// The guide that follows from what was found.
     ///
     /// - `most_finds`: a leaf of the tree over space with more of them is divided.
-    /// - `last`: whether nobody will learn from those who follow it. Then each place has the probability of the guide that is best by
-    ///   what was found; before, half of the directions are the guide's, so that all places are looked at by both.
+    /// - `last`: whether nobody will learn from those who follow it. Then each place has the probability of the guide
+    ///   that is best by what was found; before, half of the directions are the guide's, so that all places are looked at by both.
     pub fn refine(&self, most_finds: u32, last: bool) -> Guide {
         let mut next = Refinement {
             learner: self,
